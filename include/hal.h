@@ -1,0 +1,38 @@
+/* The hardware abstraction layer: the only way to the platform. Nobody outside a back-end can tell which one it is.
+ *
+ * read, write and safe are called from the loop thread: RT, never block, no heap, no lock. A blocking device gets its own thread inside
+ * its back-end. open, start and close are called from the main thread while the loop does not run. */
+#ifndef HEXID_HAL_H
+#define HEXID_HAL_H
+
+#include "params.h"
+#include "status.h"
+#include "types.h"
+
+struct hal; /* each back-end embeds this as its first member */
+
+struct hal_ops {
+    const char *scheme;  /* the URL's part before ':' */
+    const char *usage;   /* one line for --help: the URL's form and what it reaches */
+    bool simulated;      /* no machine behind it: --rt try is the default, and --fast is allowed */
+    int (*open)(struct hal **hal, const char *address, const struct params *params, uint64_t seed, struct error *error);
+    /* The sample of this cycle, latched at or before now_ns (the loop's clock). 0, or -1: nothing can be read (FAULT_IO). */
+    int (*read)(struct hal *hal, int64_t now_ns, struct hal_sample *sample);
+    /* The command of this cycle. 0, or -1: nothing can be written (FAULT_IO). */
+    int (*write)(struct hal *hal, const struct hal_command *command);
+    /* SAFETY: valves to centre, now, whatever else is broken; called on every fault and at the end. Signal-safe. */
+    void (*safe)(struct hal *hal);
+    void (*close)(struct hal *hal);
+};
+
+struct hal {
+    const struct hal_ops *ops;
+};
+
+/* Opens "scheme:address". On error: the URL, the reason and the remedy; nothing has moved. */
+int hal_open(struct hal **hal, const char *url, const struct params *params, uint64_t seed, struct error *error);
+
+/* All back-ends, ended by NULL. */
+extern const struct hal_ops *const hal_table[];
+
+#endif

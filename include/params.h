@@ -1,0 +1,133 @@
+/* The whole configuration as plain data, SI units, written once by src/io/config.c and constant afterwards. Every key of the YAML file is
+ * one member here; ranges and descriptions stand in config.c's table, which is also what --print-config and the README print. */
+#ifndef HEXID_PARAMS_H
+#define HEXID_PARAMS_H
+
+#include "effect.h"
+#include "types.h"
+
+struct geometry_params {          /* Tian 2015 Table 1 */
+    double upper_radius_m;        /* Ra */
+    double lower_radius_m;        /* Rb */
+    double height_m;              /* H: upper joint plane above the lower one at neutral */
+    double upper_half_angle_rad;  /* alpha */
+    double lower_half_angle_rad;  /* beta */
+};
+
+struct payload_params {           /* Tian 2015 Table 2 */
+    double mass_kg;
+    double inertia_xx_kg_m2, inertia_yy_kg_m2, inertia_zz_kg_m2; /* about its mass centre */
+    double center_height_m;       /* h: mass centre above the upper joint plane */
+    double gravity_mps2;
+};
+
+struct actuator_params {          /* one leg, Tian 2015 Tables 1 and 2; inertias about each part's own mass centre (method.md section 3) */
+    double piston_diameter_m, rod_diameter_m;
+    double stroke_m;              /* neutral at mid-stroke */
+    double upper_mass_kg, lower_mass_kg;             /* ma rod, mb cylinder */
+    double upper_inertia_kg_m2, lower_inertia_kg_m2; /* ia, ib: transverse */
+    double upper_center_m, lower_center_m;           /* ra from the upper, rb from the lower joint */
+};
+
+struct hydraulics_params {
+    double supply_pa, tank_pa;
+    double valve_flow_m3_per_s;   /* per port at full opening and valve_drop_pa */
+    double valve_drop_pa;
+    double valve_frequency_hz, valve_damping;
+    double bulk_modulus_pa;
+    double dead_volume_m3;        /* each side */
+    double leakage_m3_per_s_pa;   /* across the piston */
+    double viscous_n_s_per_m;     /* base model; effect cylinder_viscous_friction adds to it */
+    double stop_stiffness_n_per_m, stop_damping_n_s_per_m; /* end stops of the stroke */
+};
+
+struct sensor_params {            /* of the simulated machine */
+    bool enabled;                 /* false: exact values */
+    double position_resolution_m;
+    double adc_bits, adc_range_v; /* +- range */
+    double pressure_full_scale_pa;/* at adc_range_v */
+    double pressure_noise_v;      /* peak to peak, uniform */
+};
+
+enum engine_kind { ENGINE_ODE, ENGINE_CLOSED_FORM };
+
+struct sim_params {
+    enum engine_kind engine;
+    int substeps;                 /* per cycle; a substep is at most 0.25 ms */
+};
+
+struct control_params {           /* exact law: src/core/pid.h */
+    double kp, ki, kd;            /* 1/m, 1/(m s), s/m */
+    double kff;                   /* s/m, of the reference's leg rate */
+    double kpf;                   /* 1/N, of the high-passed leg force */
+    double tf, tp;                /* s, filters of derivative and force */
+    double integral_limit;        /* of full opening */
+    double output_limit;          /* of full opening */
+};
+
+struct motion_params {
+    double engage_s, park_s;      /* durations of the smooth moves */
+    double park_z_m;              /* pose z at which the platform is put down; z is down */
+    double hold_s;                /* at neutral before the first test */
+    bool automatic;               /* engage, test and park without commands */
+};
+
+struct limit_params {             /* SAFETY: beyond any of these the supervisor centres the valves */
+    double length_min_m, length_max_m;
+    double leg_rate_mps;
+    double following_m;           /* |leg reference - leg length| while engaged */
+    double force_n;               /* |A1 P1 - A2 P2| per leg */
+    double sensor_age_s;
+    double pressure_min_pa, pressure_max_pa; /* plausible sensor range */
+    int bad_cycles;               /* leaky bucket: so many bad cycles more than good ones */
+};
+
+struct test_params {
+    enum dof order[DOFS];         /* axes to test, in turn */
+    int count;
+    double frequency_hz;
+    double amplitude_m, amplitude_rad;
+    double settle_s, ramp_s, duration_s, ramp_out_s; /* duration_s: the evaluated part */
+    int harmonics;                /* regressed with the fundamental */
+};
+
+struct check_params {             /* percent; beyond any of these the run's verdict is fail */
+    double amplitude_pct;         /* achieved against commanded */
+    double unwanted_pct;          /* motion of the other axes */
+    double overruns_pct;          /* of the cycles */
+    double excluded_pct;          /* of the evaluated samples */
+    double symmetry_pct;          /* |Mt - Mt'| against sqrt of the diagonal's product */
+};
+
+struct loop_params {
+    double period_s;
+    int priority;                 /* SCHED_FIFO */
+    int cpu;                      /* to pin to, -1: none */
+    int overrun_limit;            /* so many in a row is a fault */
+};
+
+enum { LCM_URL_SIZE = 128 };
+
+struct lcm_params {
+    char url[LCM_URL_SIZE];       /* "" none; udpm ttl 0 stays on the host */
+    int state_every;              /* one HEXID_STATE on the wire for so many cycles */
+};
+
+struct params {
+    struct geometry_params geometry;
+    struct payload_params payload;
+    struct actuator_params actuator;
+    struct hydraulics_params hydraulics;
+    struct sensor_params sensors;
+    struct sim_params sim;
+    struct control_params control;
+    struct motion_params motion;
+    struct limit_params limits;
+    struct test_params tests;
+    struct check_params checks;
+    struct loop_params loop;
+    struct lcm_params lcm;
+    struct effect_values effects[EFFECTS_MAX]; /* by place in effect_table */
+};
+
+#endif

@@ -1,0 +1,87 @@
+/* What one cycle of the loop reads, decides and writes: the values that every top-level folder shares.
+ *
+ * Frames (Tian 2015): {B} inertial, {M} on the platform with its origin at the payload's mass centre; x forward, y right, z down; both
+ * coincide at the neutral pose. A pose is x y z [m] phi theta psi [rad], rotation Rz(psi) Ry(theta) Rx(phi). A wrench is Fx Fy Fz [N]
+ * Mx My Mz [N m] about the origin of {M}, in {B}. Legs are numbered 0..5 inside, 1..6 for people. */
+#ifndef HEXID_TYPES_H
+#define HEXID_TYPES_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum { LEGS = 6, DOFS = 6 };
+enum dof { DOF_X, DOF_Y, DOF_Z, DOF_PHI, DOF_THETA, DOF_PSI, DOF_NONE = -1 };
+
+/* Sample flags. A sample with any of them is counted and kept out of identification. */
+enum {
+    SAMPLE_STALE = 1u << 0,   /* the same sample as in the cycle before: the device delivered nothing new */
+    SAMPLE_LATE = 1u << 1,    /* latched longer ago than one period */
+    SAMPLE_DROPPED = 1u << 2, /* samples are missing between the last one and this */
+    SAMPLE_INVALID = 1u << 3, /* a value is not finite or outside its sensor's range */
+    SAMPLE_OVERRUN = 1u << 4, /* the loop missed a deadline before this cycle: its command was held too long */
+};
+
+/* What the hardware abstraction layer delivers: lengths and pressures latched together at one instant, time_ns. */
+struct hal_sample {
+    int64_t time_ns;        /* device instant of latching, on the loop's clock */
+    int64_t age_ns;         /* from latching to the read */
+    uint64_t device_seq;    /* the device's own count of samples: a gap is a lost sample, a repeat a stale one */
+    uint32_t flags;         /* SAMPLE_... */
+    double length_m[LEGS];  /* joint to joint */
+    double p1_pa[LEGS];     /* rodless side, gauge */
+    double p2_pa[LEGS];     /* rod side, gauge */
+};
+
+/* What it is given. Valve -1..1: the spool's fraction of full opening, positive extends the leg. */
+struct hal_command {
+    double valve[LEGS];
+    bool enable; /* false: valves centred whatever `valve` says */
+};
+
+enum state { STATE_INIT, STATE_SETTLED, STATE_ENGAGING, STATE_READY, STATE_TESTING, STATE_PARKING, STATE_FAULT, STATES };
+
+/* Latched until reset; the first one is the headline. */
+enum {
+    FAULT_SENSOR_AGE = 1u << 0,
+    FAULT_SENSOR_INVALID = 1u << 1,
+    FAULT_STROKE = 1u << 2,
+    FAULT_LEG_RATE = 1u << 3,
+    FAULT_FOLLOWING = 1u << 4,
+    FAULT_FORCE = 1u << 5,
+    FAULT_KINEMATICS = 1u << 6, /* forward kinematics found no pose for these lengths: a leg's sensor lies */
+    FAULT_OVERRUN = 1u << 7,
+    FAULT_IO = 1u << 8, /* the hardware abstraction layer reports that it cannot read or write */
+};
+
+enum command { COMMAND_NONE, COMMAND_ENGAGE, COMMAND_START, COMMAND_STOP, COMMAND_PARK, COMMAND_RESET, COMMANDS };
+
+/* World to loop, through a mailbox; acted on once, when id changes. */
+struct request {
+    uint32_t id;
+    enum command command;
+};
+
+enum phase { PHASE_NONE, PHASE_SETTLE, PHASE_RAMP_IN, PHASE_EVALUATE, PHASE_RAMP_OUT };
+
+/* Everything known about one cycle: what platform_step() returns, the ring carries, the log keeps and the identifier reads.
+ * Instants: `in` was latched at in.time_ns, `out` is computed from it and takes effect at out_time (sim: the same instant; a field bus
+ * with SYNC: one cycle later) and is held until the next one. `ref` is the reference for the instant of `in`. */
+struct cycle {
+    uint64_t seq;
+    struct hal_sample in;
+    struct hal_command out;
+    double ref[DOFS];
+    double pose[DOFS];     /* from in.length_m by forward kinematics */
+    double force_n[LEGS];  /* A1 P1 - A2 P2 */
+    enum state state;
+    uint32_t faults;       /* latched FAULT_... */
+    uint32_t first_fault;  /* the headline, 0 if none */
+    int test;              /* place in the list of tests, -1 outside */
+    enum dof dof;          /* tested axis, DOF_NONE outside */
+    enum phase phase;
+    double test_time_s;    /* since the ramp-in's start (negative while settling), latching instant; 0 outside a test */
+    int64_t wake_late_ns;  /* deadline to wake-up; 0 on a virtual clock */
+    int64_t exec_ns;       /* wake-up to write of the cycle before; 0 on a virtual clock */
+};
+
+#endif

@@ -1,0 +1,46 @@
+/* A rigid-body engine with its way of coupling the hydraulics. Two of them, derived independently: sim/engine_ode.c (13 bodies, ODE's
+ * joints and semi-implicit Euler, bodies stepped before hydraulics) and sim/engine_closed_form.c (6 degrees of freedom, RK4 over bodies
+ * and hydraulics together, stick events located inside the substep). RT, no heap after create.
+ *
+ * Universal joints, both engines: at each end of a leg the first axis is fixed in the base (or the platform) and the second in the
+ * cylinder (or rod); joint friction acts about each of the two axes. The first axis of leg i is horizontal at neutral, tangential to the
+ * joint circle: (-sin angle_i, cos angle_i, 0). */
+#ifndef HEXID_ENGINE_H
+#define HEXID_ENGINE_H
+
+#include "cylinder.h"
+#include "plant.h"
+
+/* Joint positions from the geometry of params (method.md section 1); sim's own derivation. */
+struct sim_geometry {
+    double upper[LEGS][3];       /* in {M} */
+    double upper_angle[LEGS];
+    double lower[LEGS][3];       /* in {B} */
+    double lower_angle[LEGS];
+    double neutral_length_m;
+};
+void sim_geometry_init(struct sim_geometry *g, const struct params *params);
+
+struct engine; /* each engine embeds this as its first member */
+
+struct engine_ops {
+    const char *name;
+    struct engine *(*create)(const struct params *params, struct error *error);
+    void (*destroy)(struct engine *e);
+    /* Bodies at rest in this pose, legs stuck where dry friction is. */
+    void (*place)(struct engine *e, const double pose[DOFS]);
+    /* One substep of bodies and hydraulics together; valve commands are constant over it. */
+    void (*substep)(struct engine *e, double dt_s, const double valve[LEGS], struct cylinder_state cylinder[LEGS]);
+    /* One substep of the bodies alone with these forces along the legs (plant_step_forced). */
+    void (*forced)(struct engine *e, double dt_s, const double force_n[LEGS]);
+    /* Fills pose, twist, length, rate, friction, stuck and the energies. */
+    void (*truth)(const struct engine *e, const struct cylinder_state cylinder[LEGS], struct plant_truth *truth);
+};
+
+struct engine {
+    const struct engine_ops *ops;
+};
+
+extern const struct engine_ops engine_ode, engine_closed_form;
+
+#endif

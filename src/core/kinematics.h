@@ -1,0 +1,40 @@
+/* Inverse and forward kinematics of the six-leg platform (method.md section 2; frames in types.h). Pure, RT, no heap. */
+#ifndef HEXID_KINEMATICS_H
+#define HEXID_KINEMATICS_H
+
+#include "params.h"
+#include "status.h"
+
+struct kinematics {
+    double upper[LEGS][3];       /* joints on the platform, in {M} */
+    double lower[LEGS][3];       /* joints on the base, in {B} */
+    double neutral_length_m;     /* all six alike */
+};
+
+struct fk_result {
+    int iterations;       /* Newton steps taken */
+    double residual_m;    /* largest length error at the last evaluation */
+    double condition;     /* cheap bound on the conditioning of J with rows scaled; see kinematics.c */
+    bool converged;
+};
+
+/* Checks that the legs can reach the neutral pose within their stroke; -2 and the key to change otherwise. */
+int kinematics_init(struct kinematics *k, const struct params *params, struct error *error);
+
+void rotation_from_angles(double phi, double theta, double psi, double t[3][3]);
+
+/* Pose -> leg lengths [m]. */
+void ik_lengths(const struct kinematics *k, const double pose[DOFS], double length_m[LEGS]);
+
+/* Jacobian of leg rates against the twist [velocity; angular velocity in {B}], row i = [n_i', (T a_i x n_i)'] . */
+void ik_jacobian(const struct kinematics *k, const double pose[DOFS], double j[LEGS][DOFS]);
+
+/* Leg lengths -> pose by Newton from the start value in `pose` (the last pose): at most FK_ITERATIONS steps, quadratic everywhere since it
+ * iterates on the six pose coordinates themselves. Tolerance 1e-13 m. `pose` is left as it was when it does not converge. */
+enum { FK_ITERATIONS = 6 };
+struct fk_result fk_solve(const struct kinematics *k, const double length_m[LEGS], double pose[DOFS]);
+
+/* Platform wrench F = J' f from leg forces. */
+void wrench_from_forces(const struct kinematics *k, const double pose[DOFS], const double force_n[LEGS], double wrench[DOFS]);
+
+#endif

@@ -1,0 +1,29 @@
+/* The leg controller, exactly: sampled with period dt, command held until the next sample (method.md section 5).
+ *
+ *     e     = Lref - L
+ *     I    += Ki e dt, clamped to +-integral_limit; not while the output is saturated and e would drive it further (anti-windup)
+ *     d    += dt/(Tf+dt) ((e - e_prev)/dt - d)                            filtered derivative
+ *     flp  += dt/(Tp+dt) (f - flp)                                        low-passed leg force
+ *     u     = Kp e + I + Kd d + Kff (Lref - Lref_prev)/dt - Kpf (f - flp), clamped to +-output_limit
+ *
+ * All of it in this order, I, d and flp updated before u is formed. f = A1 P1 - A2 P2 in newton, L in metres, u -1..1. RT, pure. */
+#ifndef HEXID_PID_H
+#define HEXID_PID_H
+
+#include "params.h"
+
+struct pid {
+    double integral;       /* I, of full opening */
+    double derivative_mps; /* d */
+    double force_lp_n;     /* flp */
+    double error_m;        /* e_prev */
+    double ref_m;          /* Lref_prev */
+    bool saturated;        /* the last output was clamped */
+};
+
+/* Bumpless: no error, no reference rate, force filter settled; the first step with Lref = L returns 0. */
+void pid_reset(struct pid *c, double length_m, double force_n);
+
+double pid_step(struct pid *c, const struct control_params *g, double dt_s, double ref_m, double length_m, double force_n);
+
+#endif

@@ -1,0 +1,26 @@
+/* Configuration: YAML file and --set overrides -> struct params, checked against one table of keys (name, unit, range, meaning).
+ * libyaml reads; every message names file, line and key, or "--set key". Main thread. */
+#ifndef HEXID_CONFIG_H
+#define HEXID_CONFIG_H
+
+#include <stdio.h>
+
+#include "params.h"
+#include "status.h"
+
+/* The values of config/tian2015.yaml (a test holds the two together), all effects off. */
+void config_default(struct params *params);
+
+/* Default, then the file (NULL: none), then the "key=value" settings in order; then the checks that need several keys. 0 or -2. */
+int config_load(struct params *params, const char *path, const char *const *settings, int count, struct error *error);
+
+/* The same from YAML text in memory; `name` stands for the file in messages. For configurations kept in logs. */
+int config_parse(struct params *params, const char *text, size_t size, const char *name, struct error *error);
+
+/* YAML text that config_parse turns back into the same params, bit for bit; effects only where on. To be freed by the caller. */
+char *config_text(const struct params *params);
+
+/* Every key with unit, range, default and meaning, a line each. */
+void config_print_keys(FILE *out);
+
+#endif
