@@ -1,0 +1,378 @@
+#include "config_keys.h"
+
+#include <assert.h>
+#include <locale.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "config.h"
+
+/* The kind follows from the member's type: a row cannot disagree with the struct. */
+#define KIND(place) _Generic(((struct params *)0)->place, double: CONFIG_REAL, int: CONFIG_INTEGER, bool: CONFIG_BOOLEAN)
+#define KEY(section, member, value, min, max, unit, meaning) \
+    {#section "." #member, KIND(section.member), offsetof(struct params, section.member), min, max, value, unit, meaning, NULL, -1}
+
+static const char *const engine_names[] = {[ENGINE_ODE] = "ode", [ENGINE_CLOSED_FORM] = "closed_form", NULL};
+static const char *const axis_names[] = {"x", "y", "z", "phi", "theta", "psi", NULL};
+
+/* Ranges are what such a machine can have at all, not what is wise: wide enough for a desk-top hexapod and a flight simulator. */
+static const struct config_key keys[] = {
+    KEY(geometry, upper_radius_m, "0.56", 0.02, 20.0, "m", "Ra: radius of the upper joints"),
+    KEY(geometry, lower_radius_m, "1.20", 0.02, 20.0, "m", "Rb: radius of the lower joints"),
+    KEY(geometry, height_m, "1.64", 0.05, 20.0, "m", "H: upper joint plane above the lower one at neutral"),
+    KEY(geometry, upper_half_angle_rad, "0.2343", 0.001, 1.04, "rad", "alpha: half the angle of an upper joint pair"),
+    KEY(geometry, lower_half_angle_rad, "0.1886", 0.001, 1.04, "rad", "beta: half the angle of a lower joint pair"),
+
+    KEY(payload, mass_kg, "178.6", 0.1, 1e5, "kg", "m: platform and load"),
+    KEY(payload, inertia_xx_kg_m2, "13.60", 1e-4, 1e6, "kg m^2", "about the mass centre"),
+    KEY(payload, inertia_yy_kg_m2, "13.60", 1e-4, 1e6, "kg m^2", "about the mass centre"),
+    KEY(payload, inertia_zz_kg_m2, "23.92", 1e-4, 1e6, "kg m^2", "about the mass centre"),
+    KEY(payload, center_height_m, "0.16", -5.0, 5.0, "m", "h: mass centre above the upper joint plane"),
+    KEY(payload, gravity_mps2, "9.80665", 0.0, 20.0, "m/s^2", "along +z, down"),
+
+    KEY(actuator, piston_diameter_m, "0.063", 0.005, 1.0, "m", "D: piston"),
+    KEY(actuator, rod_diameter_m, "0.045", 0.001, 1.0, "m", "d: rod"),
+    KEY(actuator, stroke_m, "0.8", 0.01, 10.0, "m", "end stop to end stop; neutral at the middle"),
+    KEY(actuator, upper_mass_kg, "15.65", 0.0, 1e4, "kg", "ma: rod, the upper part"),
+    KEY(actuator, lower_mass_kg, "52.48", 0.0, 1e4, "kg", "mb: cylinder, the lower part"),
+    KEY(actuator, upper_inertia_kg_m2, "2.11", 0.0, 1e4, "kg m^2", "ia: transverse, about the upper part's own mass centre"),
+    KEY(actuator, lower_inertia_kg_m2, "3.58", 0.0, 1e4, "kg m^2", "ib: transverse, about the lower part's own mass centre"),
+    KEY(actuator, upper_center_m, "0.70", 0.0, 10.0, "m", "ra: upper part's mass centre from the upper joint"),
+    KEY(actuator, lower_center_m, "0.71", 0.0, 10.0, "m", "rb: lower part's mass centre from the lower joint"),
+
+    KEY(hydraulics, supply_pa, "10e6", 1e5, 1e8, "Pa", "supply pressure, gauge"),
+    KEY(hydraulics, tank_pa, "0", 0.0, 1e7, "Pa", "tank pressure, gauge"),
+    KEY(hydraulics, valve_flow_m3_per_s, "1.57e-3", 1e-7, 1.0, "m^3/s", "per port, full opening, at valve_drop_pa"),
+    KEY(hydraulics, valve_drop_pa, "5e6", 1e4, 1e8, "Pa", "pressure drop at which valve_flow_m3_per_s holds"),
+    KEY(hydraulics, valve_frequency_hz, "100", 1.0, 500.0, "Hz", "natural frequency of the spool"),
+    KEY(hydraulics, valve_damping, "0.8", 0.05, 5.0, "-", "damping ratio of the spool"),
+    KEY(hydraulics, bulk_modulus_pa, "1.0e9", 1e7, 3e9, "Pa", "of the fluid"),
+    KEY(hydraulics, dead_volume_m3, "1e-4", 1e-7, 0.1, "m^3", "of each side at its end of the stroke"),
+    KEY(hydraulics, leakage_m3_per_s_pa, "3e-11", 0.0, 1e-7, "m^3/(s Pa)", "across the piston; stands for valve lap too"),
+    KEY(hydraulics, viscous_n_s_per_m, "2000", 0.0, 1e6, "N s/m", "viscous friction of a cylinder"),
+    KEY(hydraulics, stop_stiffness_n_per_m, "2e7", 1e4, 1e9, "N/m", "end stops"),
+    KEY(hydraulics, stop_damping_n_s_per_m, "2e4", 0.0, 1e6, "N s/m", "end stops"),
+
+    KEY(sensors, enabled, "true", 0.0, 1.0, "-", "false: the simulated machine reports exact values"),
+    KEY(sensors, position_resolution_m, "50e-6", 0.0, 0.01, "m", "of a leg length; 0: none"),
+    KEY(sensors, adc_bits, "12", 4.0, 32.0, "-", "of the pressure signals' converter"),
+    KEY(sensors, adc_range_v, "10", 0.1, 100.0, "V", "the converter's range is plus and minus this"),
+    KEY(sensors, pressure_full_scale_pa, "16e6", 1e5, 1e9, "Pa", "at adc_range_v"),
+    KEY(sensors, pressure_noise_v, "25e-3", 0.0, 1.0, "V", "peak to peak, uniform"),
+
+    {"sim.engine", CONFIG_CHOICE, offsetof(struct params, sim.engine), 0, 0, "ode", "-", "rigid bodies of the simulation", engine_names, -1},
+    KEY(sim, substeps, "8", 1.0, 1000.0, "-", "per cycle; a substep is at most 0.25 ms"),
+
+    KEY(control, kp, "40", 0.0, 1e4, "1/m", "valve per length error"),
+    KEY(control, ki, "20", 0.0, 1e5, "1/(m s)", "valve per length error and time"),
+    KEY(control, kd, "0", 0.0, 1e3, "s/m", "valve per rate of the length error"),
+    KEY(control, kff, "2", 0.0, 1e3, "s/m", "valve per reference leg rate"),
+    KEY(control, kpf, "2e-5", 0.0, 0.1, "1/N", "valve per high-passed leg force"),
+    KEY(control, tf, "5e-3", 0.0, 10.0, "s", "filter of the derivative"),
+    KEY(control, tp, "50e-3", 0.0, 100.0, "s", "filter that takes the static force off"),
+    KEY(control, integral_limit, "0.3", 0.0, 1.0, "-", "of full opening"),
+    KEY(control, output_limit, "1", 0.01, 1.0, "-", "of full opening"),
+
+    KEY(motion, engage_s, "6", 0.1, 600.0, "s", "move from the parked to the neutral pose"),
+    KEY(motion, park_s, "6", 0.1, 600.0, "s", "move from the neutral to the parked pose"),
+    KEY(motion, park_z_m, "0.45", 0.0, 10.0, "m", "z, down, at which the platform is put down"),
+    KEY(motion, hold_s, "2", 0.0, 600.0, "s", "at neutral before the first test"),
+    KEY(motion, automatic, "true", 0.0, 1.0, "-", "engage, test and park without commands"),
+
+    KEY(limits, length_min_m, "1.425", 0.01, 30.0, "m", "shortest leg"),
+    KEY(limits, length_max_m, "2.240", 0.01, 30.0, "m", "longest leg"),
+    KEY(limits, leg_rate_mps, "0.6", 0.001, 10.0, "m/s", "fastest leg"),
+    KEY(limits, following_m, "0.05", 1e-4, 1.0, "m", "leg reference against leg length while engaged"),
+    KEY(limits, force_n, "15000", 1.0, 1e7, "N", "of a leg, either sign"),
+    KEY(limits, sensor_age_s, "0.01", 1e-4, 1.0, "s", "oldest sample to act upon"),
+    KEY(limits, pressure_min_pa, "-2e5", -1e7, 1e8, "Pa", "lowest plausible reading"),
+    KEY(limits, pressure_max_pa, "16.5e6", 1e4, 1e9, "Pa", "highest plausible reading"),
+    KEY(limits, bad_cycles, "5", 1.0, 1000.0, "-", "so many bad cycles more than good ones"),
+
+    {"tests.order", CONFIG_AXES, offsetof(struct params, tests.order), 0, 0, "x, y, z, phi, theta, psi", "-", "axes to test, in turn", axis_names, -1},
+    KEY(tests, frequency_hz, "4", 0.01, 100.0, "Hz", "below the lowest open-loop rigid eigenfrequency"),
+    KEY(tests, amplitude_m, "0.004", 1e-6, 1.0, "m", "of x, y, z"),
+    KEY(tests, amplitude_rad, "0.006", 1e-6, 0.5, "rad", "of phi, theta, psi"),
+    KEY(tests, settle_s, "3", 0.0, 600.0, "s", "at rest before the ramp-in"),
+    KEY(tests, ramp_s, "1", 0.0, 600.0, "s", "ramp-in"),
+    KEY(tests, duration_s, "5", 0.01, 3600.0, "s", "evaluated part"),
+    KEY(tests, ramp_out_s, "0.5", 0.0, 600.0, "s", "ramp-out"),
+    KEY(tests, harmonics, "5", 1.0, 6.0, "-", "regressed, the fundamental included"),
+
+    KEY(checks, amplitude_pct, "10", 0.01, 100.0, "%", "achieved against commanded amplitude"),
+    KEY(checks, unwanted_pct, "10", 0.01, 1000.0, "%", "motion of the other axes"),
+    KEY(checks, overruns_pct, "1", 0.0, 100.0, "%", "of the cycles"),
+    KEY(checks, excluded_pct, "1", 0.0, 100.0, "%", "of the evaluated samples"),
+    KEY(checks, symmetry_pct, "10", 0.01, 1000.0, "%", "|Mt - Mt'| against the root of the diagonal's product"),
+
+    KEY(loop, period_s, "0.002", 1e-4, 0.1, "s", "of the control loop"),
+    KEY(loop, priority, "80", 1.0, 99.0, "-", "SCHED_FIFO"),
+    KEY(loop, cpu, "-1", -1.0, 1023.0, "-", "to pin the loop to; -1: none"),
+    KEY(loop, overrun_limit, "10", 1.0, 100000.0, "-", "so many in a row are a fault"),
+
+    {"lcm.url", CONFIG_TEXT, offsetof(struct params, lcm.url), 0, 0, "udpm://239.255.76.67:7667?ttl=0", "-",
+     "provider; empty: none; udpm with ttl=0 stays on the host", NULL, -1},
+    KEY(lcm, state_every, "10", 1.0, 1e6, "-", "one HEXID_STATE on the wire for so many cycles"),
+};
+enum { KEYS = sizeof keys / sizeof keys[0] };
+
+static const char *const sections[][2] = {
+    {"geometry", "Joints (Tian 2015 Table 1)"},
+    {"payload", "Platform and load (Tian 2015 Table 2)"},
+    {"actuator", "One leg (Tian 2015 Tables 1 and 2)"},
+    {"hydraulics", "Valve, fluid and cylinder of the simulated machine"},
+    {"sensors", "Sensors of the simulated machine"},
+    {"sim", "Simulation"},
+    {"control", "Leg controller: src/core/pid.h"},
+    {"motion", "Engaging and parking"},
+    {"limits", "SAFETY: beyond any of these the valves are centred"},
+    {"tests", "Six sinusoidal tests"},
+    {"checks", "Beyond any of these the verdict is fail"},
+    {"loop", "Real-time loop"},
+    {"lcm", "Messages"},
+    {"effects", "Effects of the plant: one number for all legs, or a list of six"},
+};
+
+static void effect_key_make(int effect, int k, struct config_key *key) {
+    const struct effect_key *e = &effect_table[effect]->keys[k];
+    *key = (struct config_key){.kind = e->per_leg ? CONFIG_LEGS : CONFIG_LEGS_ALIKE,
+                               .offset = offsetof(struct params, effects) + (size_t)effect * sizeof(struct effect_values) +
+                                         offsetof(struct effect_values, value) + (size_t)k * sizeof(double[LEGS]),
+                               .min = e->min, .max = e->max, .unit = e->unit, .meaning = effect_table[effect]->law, .effect = effect};
+    snprintf(key->path, sizeof key->path, "effects.%.40s.%.30s", effect_table[effect]->name, e->name);
+    snprintf(key->value, sizeof key->value, "%.17g", e->neutral);
+}
+
+bool config_key_at(int index, struct config_key *key) {
+    if (index < KEYS) {
+        *key = keys[index];
+        return true;
+    }
+    index -= KEYS;
+    for (int e = 0; e < EFFECTS_MAX && effect_table[e]; e++)
+        for (int k = 0; k < EFFECT_KEYS && effect_table[e]->keys[k].name; k++)
+            if (index-- == 0) {
+                effect_key_make(e, k, key);
+                return true;
+            }
+    return false;
+}
+
+bool config_key_find(const char *path, struct config_key *key) {
+    for (int i = 0; config_key_at(i, key); i++)
+        if (strcmp(key->path, path) == 0) return true;
+    return false;
+}
+
+const char *config_section_title(const char *section) {
+    for (size_t i = 0; i < sizeof sections / sizeof sections[0]; i++)
+        if (strcmp(sections[i][0], section) == 0) return sections[i][1];
+    return NULL;
+}
+
+bool config_section_known(const char *path) {
+    static const char effects[] = "effects.";
+    if (strncmp(path, effects, sizeof effects - 1) == 0) return effect_find(path + sizeof effects - 1) >= 0;
+    return config_section_title(path) != NULL;
+}
+
+static const char *last_part(const char *path) {
+    const char *dot = strrchr(path, '.');
+    return dot ? dot + 1 : path;
+}
+
+/* Levenshtein distance, one row. */
+static int edit_distance(const char *a, const char *b) {
+    int row[CONFIG_PATH_SIZE];
+    int width = (int)strlen(b);
+    for (int j = 0; j <= width; j++) row[j] = j;
+    for (int i = 1; *a; i++, a++) {
+        int diagonal = row[0];
+        row[0] = i;
+        for (int j = 1; j <= width; j++) {
+            int best = diagonal + (*a != b[j - 1]);
+            if (row[j] + 1 < best) best = row[j] + 1;
+            if (row[j - 1] + 1 < best) best = row[j - 1] + 1;
+            diagonal = row[j];
+            row[j] = best;
+        }
+    }
+    return row[width];
+}
+
+void config_key_nearest(const char *path, char nearest[CONFIG_PATH_SIZE]) {
+    struct config_key key;
+    int limit = (int)strlen(path) / 3, best = limit > 1 ? limit : 1; /* farther is a guess, not a help */
+    nearest[0] = '\0';
+    for (int i = 0; config_key_at(i, &key); i++) {
+        bool bare = !strchr(path, '.'); /* the section was forgotten: compare with the member alone */
+        int distance = edit_distance(path, bare ? last_part(key.path) : key.path);
+        if (distance > best || (distance == best && nearest[0])) continue;
+        best = distance;
+        snprintf(nearest, CONFIG_PATH_SIZE, "%s", key.path);
+    }
+}
+
+static bool takes_list(enum config_kind kind) { return kind == CONFIG_AXES || kind == CONFIG_LEGS; }
+
+static bool add_item(struct config_value *value, const char *text, size_t length) {
+    while (length > 0 && *text == ' ') text++, length--;
+    while (length > 0 && text[length - 1] == ' ') length--;
+    if (value->count == LEGS || length >= CONFIG_VALUE_SIZE) return false;
+    memcpy(value->item[value->count], text, length);
+    value->item[value->count++][length] = '\0';
+    return true;
+}
+
+bool config_value_split(const struct config_key *key, const char *text, struct config_value *value) {
+    size_t length = strlen(text);
+    memset(value, 0, sizeof *value);
+    if (!takes_list(key->kind)) return add_item(value, text, length);
+    if (length >= 2 && text[0] == '[' && text[length - 1] == ']') {
+        value->list = true;
+        text++, length -= 2;
+    }
+    for (const char *end = text + length;; text++) {
+        const char *comma = memchr(text, ',', (size_t)(end - text));
+        if (!add_item(value, text, (size_t)((comma ? comma : end) - text))) return false;
+        if (!comma) break;
+        value->list = true;
+        text = comma;
+    }
+    return true;
+}
+
+/* Decimal notation only: strtod alone would take hexadecimal, "inf" and "nan", and a comma in some locales. */
+static bool parse_number(const char *text, double *number) {
+    char *end;
+    if (text[strspn(text, "0123456789+-.eE")] != '\0') return false;
+    *number = strtod_l(text, &end, newlocale(LC_ALL_MASK, "C", (locale_t)0)); /* the C locale is static: nothing to free */
+    return end != text && *end == '\0';
+}
+
+static bool parse_in_range(const struct config_key *key, const char *text, double *number, char reason[CONFIG_REASON_SIZE]) {
+    const char *unit = strcmp(key->unit, "-") == 0 ? "" : key->unit;
+    if (!parse_number(text, number)) {
+        snprintf(reason, CONFIG_REASON_SIZE, "\"%.40s\" is not a number; write one in %g..%g%s%s", text, key->min, key->max, *unit ? " " : "", unit);
+        return false;
+    }
+    if (!(*number >= key->min && *number <= key->max)) {
+        snprintf(reason, CONFIG_REASON_SIZE, "%.40s is outside %g..%g%s%s (%.80s)", text, key->min, key->max, *unit ? " " : "", unit, key->meaning);
+        return false;
+    }
+    return true;
+}
+
+static int find_name(const char *const *names, const char *text) {
+    for (int i = 0; names[i]; i++)
+        if (strcmp(names[i], text) == 0) return i;
+    return -1;
+}
+
+static bool wrong_name(const struct config_key *key, const char *text, char reason[CONFIG_REASON_SIZE]) {
+    int used = snprintf(reason, CONFIG_REASON_SIZE, "\"%.40s\" is none of", text);
+    for (int i = 0; key->names[i] && used < CONFIG_REASON_SIZE; i++)
+        used += snprintf(reason + used, (size_t)(CONFIG_REASON_SIZE - used), "%s %s", i ? "," : "", key->names[i]);
+    return false;
+}
+
+static bool set_real(const struct config_key *key, const char *text, double *place, char reason[CONFIG_REASON_SIZE]) {
+    double number;
+    if (!parse_in_range(key, text, &number, reason)) return false;
+    *place = number;
+    return true;
+}
+
+static bool set_integer(const struct config_key *key, const char *text, int *place, char reason[CONFIG_REASON_SIZE]) {
+    double number;
+    if (!parse_in_range(key, text, &number, reason)) return false;
+    if (number != (double)(int)number) {
+        snprintf(reason, CONFIG_REASON_SIZE, "%.40s is not a whole number", text);
+        return false;
+    }
+    *place = (int)number;
+    return true;
+}
+
+static bool set_boolean(const char *text, bool *place, char reason[CONFIG_REASON_SIZE]) {
+    bool yes = strcmp(text, "true") == 0;
+    if (!yes && strcmp(text, "false") != 0) {
+        snprintf(reason, CONFIG_REASON_SIZE, "\"%.40s\" is neither true nor false", text);
+        return false;
+    }
+    *place = yes;
+    return true;
+}
+
+static bool set_choice(const struct config_key *key, const char *text, enum engine_kind *place, char reason[CONFIG_REASON_SIZE]) {
+    int found = find_name(key->names, text);
+    if (found < 0) return wrong_name(key, text, reason);
+    *place = (enum engine_kind)found;
+    return true;
+}
+
+static bool set_axes(const struct config_key *key, const struct config_value *value, struct test_params *tests, char reason[CONFIG_REASON_SIZE]) {
+    enum dof order[DOFS] = {DOF_NONE, DOF_NONE, DOF_NONE, DOF_NONE, DOF_NONE, DOF_NONE};
+    for (int i = 0; i < value->count; i++) {
+        int axis = find_name(key->names, value->item[i]);
+        if (axis < 0) return wrong_name(key, value->item[i], reason);
+        for (int j = 0; j < i; j++)
+            if (order[j] == (enum dof)axis) {
+                snprintf(reason, CONFIG_REASON_SIZE, "%s is listed twice", key->names[axis]);
+                return false;
+            }
+        order[i] = (enum dof)axis;
+    }
+    memcpy(tests->order, order, sizeof order);
+    tests->count = value->count;
+    return true;
+}
+
+static bool set_legs(const struct config_key *key, const struct config_value *value, double place[LEGS], char reason[CONFIG_REASON_SIZE]) {
+    double number[LEGS];
+    if (value->count != 1 && value->count != LEGS) {
+        snprintf(reason, CONFIG_REASON_SIZE, "%d values; give one for all legs, or six", value->count);
+        return false;
+    }
+    for (int i = 0; i < LEGS; i++)
+        if (!parse_in_range(key, value->item[value->count == 1 ? 0 : i], &number[i], reason)) return false;
+    memcpy(place, number, sizeof number);
+    return true;
+}
+
+bool config_key_set(const struct config_key *key, const struct config_value *value, struct params *params, char reason[CONFIG_REASON_SIZE]) {
+    void *place = (char *)params + key->offset;
+    const char *text = value->item[0];
+    if (value->count == 0 || (value->list && !takes_list(key->kind))) {
+        snprintf(reason, CONFIG_REASON_SIZE, value->count == 0 ? "empty list; give at least one value" : "a list; give a single value");
+        return false;
+    }
+    switch (key->kind) {
+    case CONFIG_REAL: return set_real(key, text, place, reason);
+    case CONFIG_INTEGER: return set_integer(key, text, place, reason);
+    case CONFIG_BOOLEAN: return set_boolean(text, place, reason);
+    case CONFIG_CHOICE: return set_choice(key, text, place, reason);
+    case CONFIG_TEXT: return memcpy(place, text, CONFIG_VALUE_SIZE), true; /* zeros behind the text, too */
+    case CONFIG_AXES: return set_axes(key, value, &params->tests, reason);
+    case CONFIG_LEGS:
+    case CONFIG_LEGS_ALIKE:
+        if (!set_legs(key, value, place, reason)) return false;
+        params->effects[key->effect].on = true;
+        return true;
+    }
+    assert(!"every kind has a row");
+    return false;
+}
+
+void config_default(struct params *params) {
+    struct config_key key;
+    struct config_value value;
+    char reason[CONFIG_REASON_SIZE];
+    memset(params, 0, sizeof *params);
+    for (int i = 0; config_key_at(i, &key); i++) {
+        bool good = config_value_split(&key, key.value, &value) && config_key_set(&key, &value, params, reason);
+        assert(good); /* a default outside its own range is our mistake */
+        (void)good;
+    }
+    for (int e = 0; e < EFFECTS_MAX; e++) params->effects[e].on = false;
+}
