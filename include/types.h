@@ -19,6 +19,7 @@ enum {
     SAMPLE_DROPPED = 1u << 2, /* samples are missing between the last one and this */
     SAMPLE_INVALID = 1u << 3, /* a value is not finite or outside its sensor's range */
     SAMPLE_OVERRUN = 1u << 4, /* the loop missed a deadline before this cycle: its command was held too long */
+    SAMPLE_UNREAD = 1u << 5,  /* the hardware abstraction layer could not read */
 };
 
 /* What the hardware abstraction layer delivers: lengths and pressures latched together at one instant, time_ns. */
@@ -64,8 +65,8 @@ struct request {
 enum phase { PHASE_NONE, PHASE_SETTLE, PHASE_RAMP_IN, PHASE_EVALUATE, PHASE_RAMP_OUT };
 
 /* Everything known about one cycle: what platform_step() returns, the ring carries, the log keeps and the identifier reads.
- * Instants: `in` was latched at in.time_ns, `out` is computed from it and takes effect at out_time (sim: the same instant; a field bus
- * with SYNC: one cycle later) and is held until the next one. `ref` is the reference for the instant of `in`. */
+ * Instants: lengths and pressures of `in` were latched together at in.time_ns. `out` is computed from them, takes effect at that same
+ * instant on `sim:` (a field bus with SYNC: one cycle later) and is held until the next. `ref` is the reference at the instant of `in`. */
 struct cycle {
     uint64_t seq;
     struct hal_sample in;
@@ -81,7 +82,7 @@ struct cycle {
     enum phase phase;
     double test_time_s;    /* since the ramp-in's start (negative while settling), latching instant; 0 outside a test */
     int64_t wake_late_ns;  /* deadline to wake-up; 0 on a virtual clock */
-    int64_t exec_ns;       /* wake-up to write of the cycle before; 0 on a virtual clock */
+    int64_t exec_ns;       /* wake-up to the command's write; 0 on a virtual clock */
 };
 
 #endif

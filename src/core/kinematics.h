@@ -9,12 +9,13 @@ struct kinematics {
     double upper[LEGS][3];       /* joints on the platform, in {M} */
     double lower[LEGS][3];       /* joints on the base, in {B} */
     double neutral_length_m;     /* all six alike */
+    double upper_radius_m;
 };
 
 struct fk_result {
     int iterations;       /* Newton steps taken */
-    double residual_m;    /* largest length error at the last evaluation */
-    double condition;     /* cheap bound on the conditioning of J with rows scaled; see kinematics.c */
+    double residual_m;    /* largest length error of the pose returned */
+    double pivot_ratio;   /* smallest over largest pivot of J in elimination, angles in units of 1/Ra: 1 .. 0 (singular) */
     bool converged;
 };
 

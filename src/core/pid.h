@@ -18,7 +18,8 @@ struct pid {
     double force_lp_n;     /* flp */
     double error_m;        /* e_prev */
     double ref_m;          /* Lref_prev */
-    bool saturated;        /* the last output was clamped */
+    double output;         /* the last u */
+    bool saturated;        /* it was clamped */
 };
 
 /* Bumpless: no error, no reference rate, force filter settled; the first step with Lref = L returns 0. */

@@ -7,19 +7,30 @@
 #include "params.h"
 #include "pid.h"
 #include "reference.h"
-#include "supervisor.h"
 #include "status.h"
+#include "supervisor.h"
 
 struct platform {
     const struct params *params;
     struct kinematics kinematics;
     struct cylinder_areas areas;
-    struct pid pid[LEGS];
-    struct reference reference;
     struct supervisor supervisor;
-    double pose[DOFS];          /* the last one, forward kinematics starts here */
-    double last_length_m[LEGS];
-    uint64_t seq;
+    struct reference reference;
+    struct pid pid[LEGS];
+    /* the last good sample */
+    double pose[DOFS];           /* forward kinematics starts here */
+    double length_m[LEGS], force_n[LEGS];
+    int64_t good_seq;            /* its cycle, -1: none yet */
+    int overruns;                /* in a row */
+    /* the last reference and command */
+    double ref[DOFS], ref_rate[DOFS], leg_ref_m[LEGS];
+    struct hal_command command;  /* held while samples are bad */
+    /* the list of tests */
+    int test;                    /* under way, or the next */
+    int64_t ready_ticks;         /* cycles in STATE_READY */
+    bool stopping;               /* the test under way was told to end */
+    bool automatic;              /* engage, test and park without being told; over when put down, and with a stop, a park or a fault */
+    int64_t seq;
 };
 
 int platform_init(struct platform *p, const struct params *params, struct error *error);

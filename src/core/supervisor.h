@@ -1,6 +1,8 @@
-/* The supervisor: a table of states, triggers and next states, and the limits that make a fault. Pure, RT.
+/* The supervisor: a table of states, triggers and next states, and the bucket that turns bad samples into a latched fault. Pure, RT.
  *
- *   init -> settled -> engaging -> ready -> testing -> ready ... -> parking -> settled;   any -> fault -> settled (reset)  */
+ *   init -> settled -> engaging -> ready -> testing -> ready -> parking -> settled;   any -> fault -> (reset) init
+ *
+ * init: valves centred, waiting for plausible sensors. settled: put down, valves centred. ready: held at neutral. */
 #ifndef HEXID_SUPERVISOR_H
 #define HEXID_SUPERVISOR_H
 
@@ -10,9 +12,9 @@ enum trigger {
     TRIGGER_NONE,
     TRIGGER_SENSORS_GOOD, /* plausible samples for long enough */
     TRIGGER_ENGAGE,
-    TRIGGER_ARRIVED,      /* the move's end is reached */
+    TRIGGER_ARRIVED,      /* a move's end is reached */
     TRIGGER_START,
-    TRIGGER_TEST_DONE,
+    TRIGGER_TESTS_DONE,   /* the last one, or a stop after its ramp-out */
     TRIGGER_STOP,
     TRIGGER_PARK,
     TRIGGER_RESET,
@@ -23,14 +25,14 @@ struct supervisor {
     enum state state;
     uint32_t faults, first_fault; /* latched */
     int bad;                      /* leaky bucket of bad samples */
-    int good;                     /* consecutive good samples */
+    int good;                     /* good samples in a row */
     uint32_t request_id;          /* last one acted upon */
 };
 
 extern const char *const state_names[STATES];
 extern const char *const command_names[COMMANDS];
 
-/* First name of the lowest bit set, "none" for 0. */
+/* Name of the lowest bit set, "none" for 0. */
 const char *fault_name(uint32_t faults);
 
 /* The state after a trigger; the same state when the table has no row for it. */
@@ -38,5 +40,11 @@ enum state supervisor_next(enum state state, enum trigger trigger);
 
 /* Valves are driven in this state. */
 bool supervisor_drives(enum state state);
+
+/* Forgets faults and doubts: a reset. */
+void supervisor_clear(struct supervisor *s);
+
+/* Counts a sample with these doubts (FAULT_... bits, 0 for a good one). True when they became, or are, a latched fault. */
+bool supervisor_judge(struct supervisor *s, uint32_t suspect, int limit);
 
 #endif

@@ -1,0 +1,167 @@
+#include "kinematics.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "units.h"
+
+/*  symbol  meaning                                     unit  frame
+ *  c       origin of {M}                               m     {B}
+ *  T       rotation of {M}                             -     {M} to {B}
+ *  a, b    upper and lower joint                       m     {M}, {B}
+ *  q = Ta  lever arm of the upper joint                m     {B}
+ *  l, L, n leg vector, its length and direction        m     {B}
+ *  E       angular velocity = E [phi theta psi]dot     -     {B}                                                              */
+
+static const double tolerance_m = 1e-13;
+
+static void joint(double p[3], double radius, double angle, double z) {
+    p[0] = radius * cos(angle);
+    p[1] = radius * sin(angle);
+    p[2] = z;
+}
+
+int kinematics_init(struct kinematics *k, const struct params *params, struct error *error) {
+    const struct geometry_params *g = &params->geometry;
+    double alpha = g->upper_half_angle_rad, beta = g->lower_half_angle_rad, third = 2.0 * PI / 3.0;
+    const double upper_angle[LEGS] = {-alpha, alpha, third - alpha, third + alpha, 2 * third - alpha, 2 * third + alpha};
+    const double lower_angle[LEGS] = {beta - third / 2, third / 2 - beta, third / 2 + beta, 1.5 * third - beta, 1.5 * third + beta,
+                                      2.5 * third - beta};
+    double h = params->payload.center_height_m, half_stroke = params->actuator.stroke_m / 2;
+
+    memset(k, 0, sizeof *k);
+    k->upper_radius_m = g->upper_radius_m;
+    for (int i = 0; i < LEGS; i++) {
+        joint(k->upper[i], g->upper_radius_m, upper_angle[i], h);
+        joint(k->lower[i], g->lower_radius_m, lower_angle[i], h + g->height_m);
+    }
+    double length[LEGS], pose[DOFS] = {0}, j[LEGS][DOFS];
+    ik_lengths(k, pose, length);
+    k->neutral_length_m = length[0];
+    if (!(length[0] > half_stroke && isfinite(length[0])))
+        return error_set(error, STATUS_USAGE, "geometry: the neutral leg length %.3f m is not above half of actuator.stroke_m (%.3f m): "
+                         "correct geometry.height_m, the joint radii or the stroke", length[0], half_stroke);
+    struct fk_result fk = fk_solve(k, length, (double[DOFS]){0, 0, 1e-4, 0, 0, 0});
+    ik_jacobian(k, pose, j);
+    if (!fk.converged || !(fk.pivot_ratio > 1e-3))
+        return error_set(error, STATUS_USAGE, "geometry: the legs do not hold the platform at neutral (singular): correct the joint radii "
+                         "and half angles");
+    return STATUS_OK;
+}
+
+void rotation_from_angles(double phi, double theta, double psi, double t[3][3]) {
+    double sp, cp, st, ct, ss, cs;
+    sincos(phi, &sp, &cp);
+    sincos(theta, &st, &ct);
+    sincos(psi, &ss, &cs);
+    t[0][0] = cs * ct, t[0][1] = cs * st * sp - ss * cp, t[0][2] = cs * st * cp + ss * sp;
+    t[1][0] = ss * ct, t[1][1] = ss * st * sp + cs * cp, t[1][2] = ss * st * cp - cs * sp;
+    t[2][0] = -st, t[2][1] = ct * sp, t[2][2] = ct * cp;
+}
+
+/* Lever arm q, direction n; returns the length. */
+static inline double leg(const struct kinematics *k, int i, const double pose[DOFS], double t[3][3], double q[3], double n[3]) {
+    const double *a = k->upper[i], *b = k->lower[i];
+    for (int r = 0; r < 3; r++) {
+        q[r] = t[r][0] * a[0] + t[r][1] * a[1] + t[r][2] * a[2];
+        n[r] = pose[r] + q[r] - b[r];
+    }
+    double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]), inverse = 1.0 / length;
+    for (int r = 0; r < 3; r++) n[r] *= inverse;
+    return length;
+}
+
+static inline void cross(const double a[3], const double b[3], double c[3]) {
+    c[0] = a[1] * b[2] - a[2] * b[1];
+    c[1] = a[2] * b[0] - a[0] * b[2];
+    c[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+void ik_lengths(const struct kinematics *k, const double pose[DOFS], double length_m[LEGS]) {
+    double t[3][3], q[3], n[3];
+    rotation_from_angles(pose[3], pose[4], pose[5], t);
+    for (int i = 0; i < LEGS; i++) length_m[i] = leg(k, i, pose, t, q, n);
+}
+
+void ik_jacobian(const struct kinematics *k, const double pose[DOFS], double j[LEGS][DOFS]) {
+    double t[3][3], q[3];
+    rotation_from_angles(pose[3], pose[4], pose[5], t);
+    for (int i = 0; i < LEGS; i++) {
+        leg(k, i, pose, t, q, j[i]);
+        cross(q, j[i], j[i] + 3);
+    }
+}
+
+void wrench_from_forces(const struct kinematics *k, const double pose[DOFS], const double force_n[LEGS], double wrench[DOFS]) {
+    double j[LEGS][DOFS];
+    ik_jacobian(k, pose, j);
+    for (int r = 0; r < DOFS; r++) {
+        wrench[r] = 0.0;
+        for (int i = 0; i < LEGS; i++) wrench[r] += j[i][r] * force_n[i];
+    }
+}
+
+/* Row i of m: d L_i / d pose, angles in units of 1/Ra, and in the last column the length error. Returns the largest error. */
+static double fk_equations(const struct kinematics *k, const double length_m[LEGS], const double pose[DOFS], double m[LEGS][DOFS + 1]) {
+    double t[3][3], q[3], moment[3], largest = 0.0, scale = 1.0 / k->upper_radius_m;
+    rotation_from_angles(pose[3], pose[4], pose[5], t);
+    /* E = [Rz Ry ex, Rz ey, ez]: the first column is that of T; the second from cos and sin of psi, had from T's first column. */
+    double ct = sqrt(t[0][0] * t[0][0] + t[1][0] * t[1][0]), cs = t[0][0] / ct, ss = t[1][0] / ct;
+    for (int i = 0; i < LEGS; i++) {
+        double error = leg(k, i, pose, t, q, m[i]) - length_m[i];
+        cross(q, m[i], moment);
+        m[i][3] = scale * (t[0][0] * moment[0] + t[1][0] * moment[1] + t[2][0] * moment[2]);
+        m[i][4] = scale * (cs * moment[1] - ss * moment[0]);
+        m[i][5] = scale * moment[2];
+        m[i][6] = error;
+        if (!(fabs(error) <= largest)) largest = fabs(error);
+    }
+    return largest;
+}
+
+/* Gauss elimination with row pivoting of the 6 x 7 system; the solution is left in the last column. Returns the pivot ratio. */
+static double eliminate(double m[LEGS][DOFS + 1]) {
+    double smallest = INFINITY, largest = 0.0;
+    for (int c = 0; c < DOFS; c++) {
+        int pivot = c;
+        for (int r = c + 1; r < LEGS; r++)
+            if (fabs(m[r][c]) > fabs(m[pivot][c])) pivot = r;
+        double size = fabs(m[pivot][c]);
+        if (!(size > 1e-12)) return 0.0;
+        smallest = fmin(smallest, size);
+        largest = fmax(largest, size);
+        for (int j = c; j <= DOFS && pivot != c; j++) {
+            double keep = m[c][j];
+            m[c][j] = m[pivot][j];
+            m[pivot][j] = keep;
+        }
+        double inverse = 1.0 / m[c][c];
+        for (int r = c + 1; r < LEGS; r++) {
+            double factor = m[r][c] * inverse;
+            for (int j = c + 1; j <= DOFS; j++) m[r][j] -= factor * m[c][j];
+        }
+    }
+    for (int r = DOFS - 1; r >= 0; r--) {
+        for (int j = r + 1; j < DOFS; j++) m[r][DOFS] -= m[r][j] * m[j][DOFS];
+        m[r][DOFS] /= m[r][r];
+    }
+    return smallest / largest;
+}
+
+struct fk_result fk_solve(const struct kinematics *k, const double length_m[LEGS], double pose[DOFS]) {
+    struct fk_result result = {.pivot_ratio = 1.0};
+    double m[LEGS][DOFS + 1], s[DOFS];
+    memcpy(s, pose, sizeof s);
+    for (;;) {
+        result.residual_m = fk_equations(k, length_m, s, m);
+        result.converged = result.residual_m <= tolerance_m;
+        if (result.converged || result.iterations == FK_ITERATIONS) break;
+        result.pivot_ratio = eliminate(m);
+        if (!(result.pivot_ratio > 0.0)) break;
+        for (int r = 0; r < 3; r++) s[r] -= m[r][DOFS];
+        for (int r = 3; r < DOFS; r++) s[r] -= m[r][DOFS] / k->upper_radius_m;
+        result.iterations++;
+    }
+    if (result.converged) memcpy(pose, s, sizeof s);
+    return result;
+}

@@ -1,0 +1,194 @@
+#include "platform.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "units.h"
+
+enum {
+    GOOD_SAMPLES = 50,     /* in a row before the sensors are believed */
+    INIT_PATIENCE = 1000,  /* bad samples before waiting for the sensors is given up as a fault */
+};
+
+int platform_init(struct platform *p, const struct params *params, struct error *error) {
+    memset(p, 0, sizeof *p);
+    p->params = params;
+    p->areas = cylinder_areas(&params->actuator);
+    p->good_seq = -1;
+    p->automatic = params->motion.automatic;
+    p->pose[DOF_Z] = params->motion.park_z_m;
+    reference_hold(&p->reference, p->pose);
+    return kinematics_init(&p->kinematics, params, error);
+}
+
+static bool inside(double x, double lo, double hi) { return x >= lo && x <= hi; } /* false for NaN */
+
+/* SAFETY: whatever a sensor can say, this decides whether the controller believes it. Returns FAULT_... bits, 0 for a good sample. */
+static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
+    const struct limit_params *l = &p->params->limits;
+    uint32_t suspect = in->age_ns > ns_from_seconds(l->sensor_age_s) ? FAULT_SENSOR_AGE : 0;
+    if (in->flags & SAMPLE_UNREAD) return FAULT_IO;
+    if (in->flags & SAMPLE_INVALID) suspect |= FAULT_SENSOR_INVALID;
+    if (p->overruns > p->params->loop.overrun_limit) suspect |= FAULT_OVERRUN;
+    double elapsed_s = (double)(p->seq - p->good_seq) * p->params->loop.period_s;
+    for (int i = 0; i < LEGS; i++) {
+        if (!inside(in->p1_pa[i], l->pressure_min_pa, l->pressure_max_pa) || !inside(in->p2_pa[i], l->pressure_min_pa, l->pressure_max_pa))
+            suspect |= FAULT_SENSOR_INVALID;
+        if (!inside(in->length_m[i], l->length_min_m, l->length_max_m)) suspect |= FAULT_STROKE;
+        if (p->good_seq >= 0 && !(fabs(in->length_m[i] - p->length_m[i]) <= l->leg_rate_mps * elapsed_s)) suspect |= FAULT_LEG_RATE;
+        if (!(fabs(leg_force(&p->areas, in->p1_pa[i], in->p2_pa[i])) <= l->force_n)) suspect |= FAULT_FORCE;
+        if (supervisor_drives(p->supervisor.state) && !(fabs(p->leg_ref_m[i] - in->length_m[i]) <= l->following_m)) suspect |= FAULT_FOLLOWING;
+    }
+    return suspect;
+}
+
+/* Takes the sample over when it is good: pose and leg forces. Returns what is doubtful about it. */
+static uint32_t observe(struct platform *p, const struct hal_sample *in) {
+    p->overruns = in->flags & SAMPLE_OVERRUN ? p->overruns + 1 : 0;
+    uint32_t suspect = doubts(p, in);
+    if (suspect) return suspect;
+    double pose[DOFS];
+    memcpy(pose, p->pose, sizeof pose);
+    if (!fk_solve(&p->kinematics, in->length_m, pose).converged) return FAULT_KINEMATICS;
+    memcpy(p->pose, pose, sizeof pose);
+    memcpy(p->length_m, in->length_m, sizeof p->length_m);
+    for (int i = 0; i < LEGS; i++) p->force_n[i] = leg_force(&p->areas, in->p1_pa[i], in->p2_pa[i]);
+    p->good_seq = p->seq;
+    return 0;
+}
+
+static enum trigger commanded(struct platform *p, struct request request) {
+    static const enum trigger of_command[COMMANDS] = {
+        [COMMAND_ENGAGE] = TRIGGER_ENGAGE, [COMMAND_START] = TRIGGER_START, [COMMAND_STOP] = TRIGGER_STOP,
+        [COMMAND_PARK] = TRIGGER_PARK,     [COMMAND_RESET] = TRIGGER_RESET,
+    };
+    if (request.id == p->supervisor.request_id || (unsigned)request.command >= COMMANDS) return TRIGGER_NONE;
+    p->supervisor.request_id = request.id;
+    if (request.command == COMMAND_STOP || request.command == COMMAND_PARK) p->automatic = false;
+    return of_command[request.command];
+}
+
+/* What `motion.automatic` does without being told: engage, test, park. */
+static enum trigger automatic(const struct platform *p) {
+    bool left = p->test < p->params->tests.count;
+    if (!p->automatic) return TRIGGER_NONE;
+    if (p->supervisor.state == STATE_SETTLED) return left ? TRIGGER_ENGAGE : TRIGGER_NONE;
+    if (p->supervisor.state != STATE_READY || (double)p->ready_ticks * p->params->loop.period_s < p->params->motion.hold_s) return TRIGGER_NONE;
+    return left ? TRIGGER_START : TRIGGER_PARK;
+}
+
+static void move_to(struct platform *p, double z_m, double duration_s) {
+    const double target[DOFS] = {[DOF_Z] = z_m};
+    reference_move(&p->reference, p->ref, p->ref_rate, target, duration_s);
+}
+
+/* Bumpless: the reference starts where the platform is. */
+static void engage(struct platform *p) {
+    memcpy(p->ref, p->pose, sizeof p->ref);
+    memset(p->ref_rate, 0, sizeof p->ref_rate);
+    for (int i = 0; i < LEGS; i++) {
+        pid_reset(&p->pid[i], p->length_m[i], p->force_n[i]);
+        p->leg_ref_m[i] = p->length_m[i];
+    }
+    move_to(p, 0.0, p->params->motion.engage_s);
+}
+
+static void test_begin(struct platform *p) {
+    reference_test(&p->reference, p->params->tests.order[p->test], &p->params->tests, p->params->loop.period_s);
+}
+
+/* What is done once, on the way into a state. */
+static void enter(struct platform *p, enum state from, enum state to) {
+    p->supervisor.state = to;
+    switch (to) {
+    case STATE_INIT: supervisor_clear(&p->supervisor); break;
+    case STATE_SETTLED: p->automatic = p->automatic && from == STATE_INIT; break;
+    case STATE_ENGAGING: engage(p); break;
+    case STATE_READY: p->ready_ticks = 0; break;
+    case STATE_TESTING:
+        if (p->test >= p->params->tests.count) p->test = 0;
+        p->stopping = false;
+        test_begin(p);
+        break;
+    case STATE_PARKING:
+        if (from == STATE_TESTING) reference_stop(&p->reference); /* the move down follows the ramp-out */
+        else move_to(p, p->params->motion.park_z_m, p->params->motion.park_s);
+        break;
+    default: p->automatic = false; break;
+    }
+}
+
+static void apply(struct platform *p, enum trigger trigger) {
+    enum state from = p->supervisor.state, to = supervisor_next(from, trigger);
+    if (to != from) enter(p, from, to);
+    else if (from == STATE_TESTING && trigger == TRIGGER_STOP) p->stopping = true, reference_stop(&p->reference);
+}
+
+/* A move or a test has ended: what comes next in this state. */
+static void ended(struct platform *p, enum reference_mode was) {
+    switch (p->supervisor.state) {
+    case STATE_TESTING:
+        if (p->stopping || ++p->test >= p->params->tests.count) apply(p, TRIGGER_TESTS_DONE);
+        else test_begin(p);
+        break;
+    case STATE_PARKING:
+        if (was == REFERENCE_TEST) move_to(p, p->params->motion.park_z_m, p->params->motion.park_s);
+        else apply(p, TRIGGER_ARRIVED);
+        break;
+    default: apply(p, TRIGGER_ARRIVED); break;
+    }
+}
+
+/* The reference of this cycle, and its rate. */
+static struct reference_sample refer(struct platform *p) {
+    struct reference_sample s = reference_step(&p->reference, &p->params->tests, p->params->loop.period_s);
+    for (int i = 0; i < DOFS; i++) p->ref_rate[i] = (s.pose[i] - p->ref[i]) / p->params->loop.period_s;
+    memcpy(p->ref, s.pose, sizeof p->ref);
+    return s;
+}
+
+/* SAFETY: a sample that is not believed moves nothing: the last command is held, for as long as the bucket allows. */
+static void control(struct platform *p, bool good) {
+    ik_lengths(&p->kinematics, p->ref, p->leg_ref_m);
+    for (int i = 0; i < LEGS && good; i++)
+        p->command.valve[i] = pid_step(&p->pid[i], &p->params->control, p->params->loop.period_s, p->leg_ref_m[i], p->length_m[i], p->force_n[i]);
+    p->command.enable = true;
+}
+
+/* SAFETY: not driving: valves centred. The reference stays with the platform. */
+static void rest(struct platform *p) {
+    p->command = (struct hal_command){.enable = false};
+    memcpy(p->ref, p->pose, sizeof p->ref);
+}
+
+void platform_step(struct platform *p, const struct hal_sample *in, struct request request, struct cycle *out) {
+    const struct limit_params *limits = &p->params->limits;
+    struct supervisor *s = &p->supervisor;
+    struct reference_sample ref = {0};
+
+    uint32_t suspect = observe(p, in);
+    if (supervisor_judge(s, suspect, s->state == STATE_INIT ? INIT_PATIENCE : limits->bad_cycles)) apply(p, TRIGGER_FAULT);
+    if (s->good >= GOOD_SAMPLES) apply(p, TRIGGER_SENSORS_GOOD);
+    apply(p, commanded(p, request));
+    apply(p, automatic(p));
+    if (s->state == STATE_READY) p->ready_ticks++;
+
+    int test = s->state == STATE_TESTING || s->state == STATE_PARKING ? p->test : -1;
+    enum dof dof = p->reference.dof;
+    if (supervisor_drives(s->state)) {
+        enum reference_mode mode = p->reference.mode;
+        ref = refer(p);
+        control(p, !suspect);
+        if (ref.done && mode != REFERENCE_HOLD) ended(p, mode);
+    }
+    if (!supervisor_drives(s->state)) rest(p);
+
+    *out = (struct cycle){.seq = (uint64_t)p->seq, .in = *in, .out = p->command, .state = s->state, .faults = s->faults,
+                          .first_fault = s->first_fault, .test = -1, .dof = DOF_NONE};
+    if (suspect) out->in.flags |= SAMPLE_INVALID; /* what the controller did not believe the identifier must not use */
+    if (ref.phase != PHASE_NONE) out->test = test, out->dof = dof, out->phase = ref.phase, out->test_time_s = ref.test_time_s;
+    memcpy(out->ref, p->ref, sizeof out->ref);
+    memcpy(out->pose, p->pose, sizeof out->pose);
+    memcpy(out->force_n, p->force_n, sizeof out->force_n);
+    p->seq++;
+}

@@ -1,0 +1,64 @@
+#include "supervisor.h"
+
+const char *const state_names[STATES] = {"init", "settled", "engaging", "ready", "testing", "parking", "fault"};
+const char *const command_names[COMMANDS] = {"none", "engage", "start", "stop", "park", "reset"};
+
+static const char *const fault_names[] = {"sensor_age", "sensor_invalid", "stroke", "leg_rate", "following_error", "force", "kinematics",
+                                          "overrun", "io"};
+
+const char *fault_name(uint32_t faults) {
+    for (unsigned i = 0; i < sizeof fault_names / sizeof *fault_names; i++)
+        if (faults & 1u << i) return fault_names[i];
+    return "none";
+}
+
+/* What is not in the table does nothing. SAFETY: every state has a row for a fault; there is no way from
+ * fault to a driven state but reset, good sensors and engage. */
+static const struct transition {
+    enum state from;
+    enum trigger trigger;
+    enum state to;
+} transitions[] = {
+    {STATE_INIT, TRIGGER_SENSORS_GOOD, STATE_SETTLED},
+    {STATE_SETTLED, TRIGGER_ENGAGE, STATE_ENGAGING},
+    {STATE_ENGAGING, TRIGGER_ARRIVED, STATE_READY},
+    {STATE_ENGAGING, TRIGGER_STOP, STATE_PARKING},
+    {STATE_ENGAGING, TRIGGER_PARK, STATE_PARKING},
+    {STATE_READY, TRIGGER_START, STATE_TESTING},
+    {STATE_READY, TRIGGER_PARK, STATE_PARKING},
+    {STATE_TESTING, TRIGGER_TESTS_DONE, STATE_READY},
+    {STATE_TESTING, TRIGGER_PARK, STATE_PARKING},
+    {STATE_PARKING, TRIGGER_ARRIVED, STATE_SETTLED},
+    {STATE_INIT, TRIGGER_FAULT, STATE_FAULT},
+    {STATE_SETTLED, TRIGGER_FAULT, STATE_FAULT},
+    {STATE_ENGAGING, TRIGGER_FAULT, STATE_FAULT},
+    {STATE_READY, TRIGGER_FAULT, STATE_FAULT},
+    {STATE_TESTING, TRIGGER_FAULT, STATE_FAULT},
+    {STATE_PARKING, TRIGGER_FAULT, STATE_FAULT},
+    {STATE_FAULT, TRIGGER_RESET, STATE_INIT},
+};
+
+enum state supervisor_next(enum state state, enum trigger trigger) {
+    for (unsigned i = 0; i < sizeof transitions / sizeof *transitions; i++)
+        if (transitions[i].from == state && transitions[i].trigger == trigger) return transitions[i].to;
+    return state;
+}
+
+bool supervisor_drives(enum state state) {
+    return state == STATE_ENGAGING || state == STATE_READY || state == STATE_TESTING || state == STATE_PARKING;
+}
+
+void supervisor_clear(struct supervisor *s) {
+    s->faults = s->first_fault = 0;
+    s->good = s->bad = 0;
+}
+
+/* SAFETY: a single bad sample is ridden out with the command held; `limit` bad ones more than good ones latch what was wrong. */
+bool supervisor_judge(struct supervisor *s, uint32_t suspect, int limit) {
+    s->good = suspect ? 0 : s->good + 1;
+    s->bad = suspect ? s->bad + 1 : s->bad > 0 ? s->bad - 1 : 0;
+    if (s->bad < limit) return false;
+    s->faults |= suspect;
+    if (!s->first_fault) s->first_fault = suspect & (~suspect + 1u);
+    return suspect != 0;
+}

@@ -1,0 +1,88 @@
+#include "loop.h"
+
+#include <sched.h>
+#include <string.h>
+#include <time.h>
+
+#include "units.h"
+
+/* Nothing more to do: told to end, or the automatic run is over; and never while the platform is held up by the valves. */
+static bool finished(const struct loop *l) {
+    if (atomic_load_explicit(&l->abort, memory_order_relaxed)) return true;
+    bool over = l->params->motion.automatic && !l->platform.automatic;
+    return (over || atomic_load_explicit(&l->quit, memory_order_relaxed)) && !supervisor_drives(l->platform.supervisor.state);
+}
+
+/* Skips what was missed; returns whether anything was. */
+static bool overrun(struct loop *l, int64_t now_ns) {
+    int64_t period_ns = ns_from_seconds(l->params->loop.period_s), missed = (now_ns - l->deadline_ns) / period_ns;
+    l->deadline_ns += missed * period_ns;
+    l->overruns += missed;
+    return missed > 0;
+}
+
+static void hand_over(struct loop *l, const struct cycle *c) {
+    while (!ring_push(l->records, c)) {
+        if (!l->clock.virtual_time) {
+            atomic_fetch_add_explicit(&l->lost, 1, memory_order_relaxed);
+            return;
+        }
+        sched_yield();
+    }
+}
+
+bool loop_cycle(struct loop *l) {
+    struct hal_sample sample = {0};
+    struct cycle c;
+
+    int64_t now_ns = clock_wait(&l->clock, l->deadline_ns), late_ns = now_ns - l->deadline_ns;
+    bool overran = overrun(l, now_ns);
+    if (l->hal->ops->read(l->hal, now_ns, &sample)) sample.flags |= SAMPLE_UNREAD;
+    if (overran) sample.flags |= SAMPLE_OVERRUN;
+
+    platform_step(&l->platform, &sample, mailbox_read(&l->requests), &c);
+
+    /* SAFETY: not driving, or a command that cannot be written: centre the valves by the back-end's shortest way, every cycle. */
+    if (!c.out.enable || l->hal->ops->write(l->hal, &c.out)) l->hal->ops->safe(l->hal);
+    c.wake_late_ns = late_ns;
+    c.exec_ns = clock_now(&l->clock) - now_ns;
+    hand_over(l, &c);
+    l->deadline_ns += ns_from_seconds(l->params->loop.period_s);
+    return !finished(l);
+}
+
+static void *loop_thread(void *argument) {
+    struct loop *l = argument;
+    l->realtime = realtime_enter(&l->params->loop, l->mode, &l->realtime_error);
+    bool refused = l->realtime && l->mode == REALTIME_REQUIRE;
+    clock_start(&l->clock, l->clock.virtual_time);
+    sem_post(&l->started);
+    if (!refused)
+        while (loop_cycle(l)) continue;
+    l->hal->ops->safe(l->hal); /* SAFETY: however the loop ends, the valves are centred */
+    atomic_store_explicit(&l->ended, true, memory_order_release);
+    return NULL;
+}
+
+int loop_init(struct loop *l, const struct params *params, struct hal *hal, struct ring *records, bool virtual_time, struct error *error) {
+    memset(l, 0, sizeof *l);
+    l->params = params;
+    l->hal = hal;
+    l->records = records;
+    clock_start(&l->clock, virtual_time);
+    sem_init(&l->started, 0, 0);
+    return platform_init(&l->platform, params, error);
+}
+
+int loop_start(struct loop *l, enum realtime_mode mode, struct error *error) {
+    l->mode = mode;
+    int refused = pthread_create(&l->thread, NULL, loop_thread, l);
+    if (refused) return error_set(error, STATUS_IO, "cannot start the loop thread: %s", strerror(refused));
+    while (sem_wait(&l->started)) continue;
+    if (!l->realtime || mode != REALTIME_REQUIRE) return STATUS_OK;
+    loop_join(l);
+    *error = l->realtime_error;
+    return error->status;
+}
+
+void loop_join(struct loop *l) { pthread_join(l->thread, NULL); }

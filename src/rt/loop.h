@@ -1,0 +1,54 @@
+/* The loop: every period, wake at an absolute deadline, read, decide, write, hand the record over. loop_cycle() and platform_step() are
+ * the daemon.
+ *
+ * Overruns: a cycle that begins a whole period or more after its deadline has overrun. What was missed is skipped, never caught up in a
+ * burst: the next deadline is the next one of the original grid, the late cycle's sample carries SAMPLE_OVERRUN (so the identifier leaves
+ * it out), and loop.overrun_limit in a row are a fault. The reference counts cycles, so it never jumps.
+ *
+ * The record ring: on CLOCK_MONOTONIC a full ring loses the record (counted, and seen as a gap in seq), never the deadline; on a virtual
+ * clock the loop waits for room, so that nothing is ever lost there. */
+#ifndef HEXID_LOOP_H
+#define HEXID_LOOP_H
+
+#include <pthread.h>
+#include <semaphore.h>
+
+#include "clock.h"
+#include "hal.h"
+#include "mailbox.h"
+#include "platform.h"
+#include "realtime.h"
+#include "ring.h"
+
+struct loop {
+    const struct params *params;
+    struct hal *hal;
+    struct ring *records;            /* struct cycle, to the recorder */
+    struct mailbox requests;         /* any thread -> loop */
+    _Atomic bool quit;               /* any thread -> loop: end as soon as nothing is driven */
+    _Atomic bool abort;              /* any thread -> loop: valves to centre and end now */
+    _Atomic bool ended;              /* loop -> world: the last record is in the ring */
+    _Atomic uint64_t lost;           /* loop -> world: records that found the ring full */
+    struct clock clock;
+    struct platform platform;
+    int64_t deadline_ns;
+    int64_t overruns;
+    enum realtime_mode mode;
+    pthread_t thread;
+    sem_t started;
+    int realtime;                    /* result of realtime_enter, */
+    struct error realtime_error;     /* and its message */
+};
+
+/* Main thread. The hal, the ring and params must outlive the loop. */
+int loop_init(struct loop *l, const struct params *params, struct hal *hal, struct ring *records, bool virtual_time, struct error *error);
+
+/* Starts the loop thread. STATUS_UNSAFE when mode is REALTIME_REQUIRE and real time was refused: nothing runs then. With REALTIME_TRY a
+ * refusal is in l->realtime and l->realtime_error. */
+int loop_start(struct loop *l, enum realtime_mode mode, struct error *error);
+void loop_join(struct loop *l);
+
+/* One cycle; false after the last. RT: no heap, no lock, no system call but the sleep (and the clock's). */
+bool loop_cycle(struct loop *l);
+
+#endif

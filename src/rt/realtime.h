@@ -1,0 +1,15 @@
+/* What makes a thread real-time: SCHED_FIFO, locked and prefaulted memory, a processor of its own when asked. */
+#ifndef HEXID_REALTIME_H
+#define HEXID_REALTIME_H
+
+#include "params.h"
+#include "status.h"
+
+enum realtime_mode { REALTIME_OFF, REALTIME_TRY, REALTIME_REQUIRE };
+
+/* For the calling thread. 0: all of it was got, and read back. Otherwise STATUS_UNSAFE with what was refused and the remedy; with
+ * REALTIME_TRY the thread goes on with what it got and the caller shows the message. SAFETY: a daemon that did not get it never says so
+ * only in a log. */
+int realtime_enter(const struct loop_params *params, enum realtime_mode mode, struct error *error);
+
+#endif
