@@ -32,6 +32,9 @@ struct hal {
 /* Opens "scheme:address". On error: the URL, the reason and the remedy; nothing has moved. */
 int hal_open(struct hal **hal, const char *url, const struct params *params, uint64_t seed, struct error *error);
 
+/* The back-end that a URL names, NULL if none. */
+const struct hal_ops *hal_find(const char *url);
+
 /* All back-ends, ended by NULL. */
 extern const struct hal_ops *const hal_table[];
 

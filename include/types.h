@@ -19,7 +19,7 @@ enum {
     SAMPLE_DROPPED = 1u << 2, /* samples are missing between the last one and this */
     SAMPLE_INVALID = 1u << 3, /* a value is not finite or outside its sensor's range */
     SAMPLE_OVERRUN = 1u << 4, /* the loop missed a deadline before this cycle: its command was held too long */
-    SAMPLE_UNREAD = 1u << 5,  /* the hardware abstraction layer could not read */
+    SAMPLE_IO = 1u << 5,      /* the hardware abstraction layer could not read, or not write the command before */
 };
 
 /* What the hardware abstraction layer delivers: lengths and pressures latched together at one instant, time_ns. */

@@ -27,7 +27,7 @@ static bool inside(double x, double lo, double hi) { return x >= lo && x <= hi; 
 static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
     const struct limit_params *l = &p->params->limits;
     uint32_t suspect = in->age_ns > ns_from_seconds(l->sensor_age_s) ? FAULT_SENSOR_AGE : 0;
-    if (in->flags & SAMPLE_UNREAD) return FAULT_IO;
+    if (in->flags & SAMPLE_IO) return FAULT_IO;
     if (in->flags & SAMPLE_INVALID) suspect |= FAULT_SENSOR_INVALID;
     if (p->overruns > p->params->loop.overrun_limit) suspect |= FAULT_OVERRUN;
     double elapsed_s = (double)(p->seq - p->good_seq) * p->params->loop.period_s;

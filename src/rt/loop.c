@@ -37,13 +37,14 @@ bool loop_cycle(struct loop *l) {
 
     int64_t now_ns = clock_wait(&l->clock, l->deadline_ns), late_ns = now_ns - l->deadline_ns;
     bool overran = overrun(l, now_ns);
-    if (l->hal->ops->read(l->hal, now_ns, &sample)) sample.flags |= SAMPLE_UNREAD;
+    if (l->hal->ops->read(l->hal, now_ns, &sample) || l->unwritten) sample.flags |= SAMPLE_IO;
     if (overran) sample.flags |= SAMPLE_OVERRUN;
 
     platform_step(&l->platform, &sample, mailbox_read(&l->requests), &c);
 
     /* SAFETY: not driving, or a command that cannot be written: centre the valves by the back-end's shortest way, every cycle. */
-    if (!c.out.enable || l->hal->ops->write(l->hal, &c.out)) l->hal->ops->safe(l->hal);
+    l->unwritten = c.out.enable && l->hal->ops->write(l->hal, &c.out) != 0;
+    if (!c.out.enable || l->unwritten) l->hal->ops->safe(l->hal);
     c.wake_late_ns = late_ns;
     c.exec_ns = clock_now(&l->clock) - now_ns;
     hand_over(l, &c);

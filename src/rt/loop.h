@@ -32,7 +32,8 @@ struct loop {
     struct clock clock;
     struct platform platform;
     int64_t deadline_ns;
-    int64_t overruns;
+    int64_t overruns;                /* deadlines missed */
+    bool unwritten;                  /* the last command could not be written */
     enum realtime_mode mode;
     pthread_t thread;
     sem_t started;

@@ -1,0 +1,63 @@
+/* sim: the simulated platform, stepped by the loop thread itself. Reading latches lengths and pressures at the start of the cycle; a
+ * command acts from that same instant until the next read, which first lets the plant live through the cycle. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "backends.h"
+#include "plant.h"
+
+struct sim {
+    struct hal hal;
+    struct plant *plant;
+    uint64_t seq;
+    double valve[LEGS];
+};
+
+static int sim_open(struct hal **hal, const char *address, const struct params *params, uint64_t seed, struct error *error) {
+    if (*address) return error_set(error, STATUS_USAGE, "--hal sim:%s: the simulation has no address; write `sim:`", address);
+    struct sim *s = calloc(1, sizeof *s);
+    if (!s) return error_set(error, STATUS_IO, "sim: out of memory");
+    s->hal.ops = &hal_sim;
+    s->plant = plant_create(params, seed, error);
+    if (!s->plant) {
+        free(s);
+        return error->status;
+    }
+    *hal = &s->hal;
+    return STATUS_OK;
+}
+
+static int sim_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) {
+    struct sim *s = (struct sim *)hal;
+    if (s->seq++) plant_step(s->plant, s->valve);
+    plant_measure(s->plant, sample);
+    sample->time_ns = now_ns;
+    sample->device_seq = s->seq;
+    return 0;
+}
+
+static int sim_write(struct hal *hal, const struct hal_command *command) {
+    memcpy(((struct sim *)hal)->valve, command->valve, sizeof command->valve);
+    return 0;
+}
+
+static void sim_safe(struct hal *hal) {
+    struct sim *s = (struct sim *)hal;
+    for (int i = 0; i < LEGS; i++) s->valve[i] = 0.0;
+}
+
+static void sim_close(struct hal *hal) {
+    plant_destroy(((struct sim *)hal)->plant);
+    free(hal);
+}
+
+const struct hal_ops hal_sim = {
+    .scheme = "sim",
+    .usage = "sim:                       the simulated platform (needs nothing)",
+    .simulated = true,
+    .open = sim_open,
+    .read = sim_read,
+    .write = sim_write,
+    .safe = sim_safe,
+    .close = sim_close,
+};
