@@ -1,0 +1,17 @@
+#include "effects.h"
+
+enum { COULOMB, VISCOUS };
+
+static void joint_friction(const struct effect_values *v, int leg, double speed_radps, struct friction *add) {
+    add->dry += v->value[COULOMB][leg];
+    add->viscous += v->value[VISCOUS][leg] * speed_radps;
+}
+
+const struct effect passive_joint_friction = {
+    .name = "passive_joint_friction",
+    .law = "M = -M_c sign(w) - b w about each axis of both universal joints of a leg, w the joint's rate; at rest holds up to M_c",
+    .signature = "leg force: odd harmonics and jumps at the reversals of the joints, which on tilting tests differ from those of the leg",
+    .keys = {[COULOMB] = {.name = "coulomb_nm", .unit = "N m", .min = 0.0, .max = 1e3, .per_leg = true},
+             [VISCOUS] = {.name = "viscous_nm_s", .unit = "N m s", .min = 0.0, .max = 1e4, .per_leg = true}},
+    .joint_friction = joint_friction,
+};
