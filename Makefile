@@ -1,10 +1,12 @@
-# hexid: `make help` lists the targets.
+# hexid: `make help` lists the targets; V=1 shows the commands. Debian 12; what is missing of its packages is installed on the way.
 BUILD   ?= build
+VENV    ?= $(BUILD)/venv
 CC      := gcc
 CXX     := g++
 AR      := gcc-ar
 OPT     ?= -O2 -g
 SAN     ?=
+Q       := $(if $(V),,@)
 WARN    := -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wdouble-promotion -Wstrict-prototypes -Wmissing-prototypes -Wvla -Werror
 WARNXX  := -Wall -Wextra -Wshadow -Werror
 INCLUDE := -Iinclude -Isim -Ihal $(addprefix -I,$(wildcard src/*)) -I$(BUILD)/lcmtypes
@@ -18,38 +20,119 @@ LCM_C   := $(LCM:lcmtypes/%.lcm=$(BUILD)/lcmtypes/%.c)
 SRC     := $(wildcard src/*/*.c hal/*.c sim/*.c sim/effects/*.c)
 LIB_SRC := $(filter-out src/cli/main.c,$(SRC))
 LIB_OBJ := $(LIB_SRC:%.c=$(BUILD)/%.o) $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard src/lin/*.cpp)) $(LCM_C:.c=.o)
-TESTS   := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/test_*.c))
+TESTS   := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/test_*.c))
+BENCHES := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/bench/*.c))
+SCRIPTS := $(wildcard tests/scenarios/*.sh)
 
-all: $(BUILD)/hexid
+# One job a core, unless the command line says otherwise.
+ifeq ($(MAKELEVEL),0)
+MAKEFLAGS += -j$(shell nproc)
+endif
 
+all: $(BUILD)/hexid ## build build/hexid (the default)
+
+run: $(BUILD)/hexid ## run the simulated platform in real time: six tests, the inertia matrix, a log under runs/ (ARGS="..." adds options)
+	@mkdir -p runs
+	$(BUILD)/hexid run --log runs/$$(date +%Y-%m-%d_%H-%M-%S).lcm $(ARGS)
+
+test: $(TESTS) $(BUILD)/hexid $(VENV)/ready ## run all tests; the last line is "N passed, N failed"
+	@BUILD=$(BUILD) VENV=$(VENV) tests/run $(TESTS) $(SCRIPTS)
+
+asan: ## the same tests under AddressSanitizer and UndefinedBehaviorSanitizer
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan VENV=$(VENV) SAN="-fsanitize=address,undefined -fno-sanitize-recover=all" test
+
+# Without address space randomisation where that is allowed: ThreadSanitizer refuses the layouts of newer kernels.
+tsan: ## the same tests under ThreadSanitizer
+	@$$(setarch -R true 2>/dev/null && echo setarch -R) $(MAKE) --no-print-directory BUILD=$(BUILD)/tsan VENV=$(VENV) SAN=-fsanitize=thread test
+
+bench: $(BENCHES) $(BUILD)/hexid | deps-bench ## time and instructions of every part of the cycle -> build/bench.csv
+	@tests/bench/bench.sh $(BUILD)
+
+bench-paper: $(BUILD)/tests/bench/paper $(BUILD)/hexid ## Tian 2015 Tables 3, 4, C1 and 5 beside hexid's own results -> build/bench_paper/
+	@$(BUILD)/tests/bench/paper $(BUILD)/hexid tests/data $(BUILD)/bench_paper
+
+spy: $(BUILD)/spy/hexid.jar ## lcm-spy with hexid's message types (needs a display)
+	java -Djava.net.preferIPv4Stack=true -Xmx256m -cp /usr/share/java/lcm.jar:/usr/share/java/jchart2d.jar:$(abspath $<) lcm.spy.Spy
+
+clean: ## remove build/ (logs under runs/ stay)
+	rm -rf build
+
+help: ## this list
+	@awk -F ' ## ' '/^[a-z-]+:.* ## / {sub(/:.*/, "", $$1); printf "  make %-12s %s\n", $$1, $$2}' Makefile
+
+# Packages. $(call install,...) is silent when nothing is missing, asks for nothing, and takes turns: one apt at a time.
+define install
+@command -v dpkg-query >/dev/null || exit 0; \
+missing=$$(printf '%s\n' $(1) | grep -vxFe "$$(dpkg-query -W -f='$${Package} $${db:Status-Status}\n' $(1) 2>/dev/null | sed -n 's/ installed$$//p')"); \
+[ -n "$$missing" ] || exit 0; \
+as=; [ $$(id -u) -eq 0 ] || as='sudo -n'; \
+$$as true 2>/dev/null || { echo "hexid: packages are missing, and this is neither root nor sudo without a password. Please run:" >&2; \
+	echo "    sudo apt-get install" $$missing >&2; exit 1; }; \
+echo "hexid: installing" $$missing; \
+$$as apt-get -qq update; \
+$$as env DEBIAN_FRONTEND=noninteractive apt-get -qqy -o DPkg::Lock::Timeout=300 install --no-install-recommends $$missing </dev/null >/dev/null
+endef
+
+deps: deps-run deps-test ## install what is missing of the Debian packages for run and test
+deps-run:
+	$(call install,g++ gcc libeigen3-dev libjansson-dev liblcm-bin liblcm-dev libmodbus-dev libode-dev libyaml-dev)
+deps-test: deps-run
+	$(call install,iproute2 libcmocka-dev libseccomp-dev python3-venv util-linux)
+deps-bench: deps-test
+	$(call install,rt-tests valgrind)
+deps-spy: deps-bench
+	$(call install,default-jdk-headless default-jre libjchart2d-java liblcm-java)
+
+# Building.
 $(BUILD)/hexid: $(BUILD)/src/cli/main.o $(BUILD)/libhexid.a
-	$(CC) $(SAN) -o $@ $^ $(LDLIBS)
+	@echo link $@
+	$(Q)$(CC) $(SAN) -o $@ $^ $(LDLIBS)
 
 $(BUILD)/libhexid.a: $(LIB_OBJ)
-	rm -f $@ && $(AR) rcs $@ $^
+	@rm -f $@
+	$(Q)$(AR) rcs $@ $^
 
+$(BUILD)/tests/bench/bench: LDLIBS += -Wl,--wrap=dWorldStep
+$(BUILD)/tests/test_%: LDLIBS += -lcmocka -lseccomp
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/libhexid.a
-	$(CC) $(SAN) -o $@ $^ -lcmocka $(LDLIBS)
+	@echo link $@
+	$(Q)$(CC) $(SAN) -o $@ $^ $(LDLIBS)
 
-$(BUILD)/%.o: %.c | $(LCM_C)
+$(TESTS:=.o): | deps-test
+$(BUILD)/%.o: %.c | $(LCM_C) deps-run
 	@mkdir -p $(@D)
-	$(CC) $(CFLAGS) -c -o $@ $<
+	@echo cc $<
+	$(Q)$(CC) $(CFLAGS) -c -o $@ $<
 
-$(BUILD)/%.o: %.cpp
+$(BUILD)/%.o: %.cpp | deps-run
 	@mkdir -p $(@D)
-	$(CXX) $(CXXFLAGS) -c -o $@ $<
+	@echo c++ $<
+	$(Q)$(CXX) $(CXXFLAGS) -c -o $@ $<
 
 # Generated code does not meet our warnings.
 $(BUILD)/lcmtypes/%.o: $(BUILD)/lcmtypes/%.c
-	$(CC) -std=gnu17 $(OPT) $(SAN) -w -I$(BUILD)/lcmtypes -c -o $@ $<
+	$(Q)$(CC) -std=gnu17 $(OPT) $(SAN) -w -I$(BUILD)/lcmtypes -c -o $@ $<
 
-$(BUILD)/lcmtypes/%.c: lcmtypes/%.lcm
+$(BUILD)/lcmtypes/%.c: lcmtypes/%.lcm | deps-run
 	@mkdir -p $(@D)
-	lcm-gen -c --c-cpath $(BUILD)/lcmtypes --c-hpath $(BUILD)/lcmtypes $<
+	@echo lcm-gen $<
+	$(Q)lcm-gen -c --c-cpath $(BUILD)/lcmtypes --c-hpath $(BUILD)/lcmtypes $<
 
-clean:
-	rm -rf build
+# Third-party programs that are the other end in tests.
+$(VENV)/ready: tests/peers/requirements.txt | deps-test
+	@rm -rf $(VENV)
+	@echo venv $(VENV)
+	$(Q)python3 -m venv $(VENV)
+	$(Q)$(VENV)/bin/pip install --quiet --disable-pip-version-check -r $<
+	@touch $@
 
-.PHONY: all clean
+$(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
+	@rm -rf $(@D) && mkdir -p $(@D)
+	@echo jar $@
+	$(Q)lcm-gen -j --jpath $(@D) $^
+	$(Q)javac -cp /usr/share/java/lcm.jar -d $(@D) $(@D)/hexid/*.java
+	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
+
+.PHONY: all run test asan tsan bench bench-paper spy clean help deps deps-run deps-test deps-bench deps-spy
 .SECONDARY:
--include $(shell find $(BUILD) -name '*.d' 2>/dev/null)
+-include $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d)
