@@ -1,32 +1,38 @@
-/* Dense linear algebra of small fixed sizes by Eigen, behind extern "C": no exception leaves, no heap after return for the fixed sizes.
- * Matrices are row-major. Callers look at rank and condition. Any thread. */
+/* Dense linear algebra of small fixed sizes by Eigen, behind extern "C": no exception leaves, no heap (Eigen's own requests for it are
+ * compiled to assertion failures). Matrices are row-major and may not overlap the result. Callers look at rank and condition. Any thread. */
 #ifndef HEXID_LIN_H
 #define HEXID_LIN_H
 
 #ifdef __cplusplus
+#define LIN_NOEXCEPT noexcept
 extern "C" {
+#else
+#define LIN_NOEXCEPT
 #endif
 
+enum { LIN_MAX = 16 }; /* largest number of rows or columns */
+
 struct lin_report {
-    int rank;
+    int rank;         /* 0 when an input is not finite: the result is then all NaN */
     double condition; /* largest over smallest singular value; infinity when singular */
 };
 
-/* Solves X A = B for X by column-pivoted Householder QR of A'. A n x n, B and X m x n, n <= 16, m <= 16.
- * On rank deficiency X is the least-squares solution of least norm and the report says so; if A is not finite rank is 0, X all NaN. */
-struct lin_report lin_solve_right(int n, int m, const double *a, const double *b, double *x);
+/* Solves X A = B for X by singular value decomposition, which yields rank and condition at once. A n x n, B and X m x n. On rank
+ * deficiency (singular values below n epsilon times the largest) X is the least-squares solution of least norm, and the report says so. */
+struct lin_report lin_solve_right(int n, int m, const double *a, const double *b, double *x) LIN_NOEXCEPT;
 
-/* Solves the symmetric positive definite system A X = B (Cholesky, LDLT). A n x n, B and X n x m, n <= 16, m <= 16. */
-struct lin_report lin_solve_spd(int n, int m, const double *a, const double *b, double *x);
+/* Solves the symmetric positive definite system A X = B (LDLT); only the lower triangle of A is read. A n x n, B and X n x m.
+ * Rank is the number of eigenvalues above n epsilon times the largest magnitude; X is all NaN unless that is n. */
+struct lin_report lin_solve_spd(int n, int m, const double *a, const double *b, double *x) LIN_NOEXCEPT;
 
-/* inverse of a general n x n matrix, n <= 16. */
-struct lin_report lin_inverse(int n, const double *a, double *inverse);
+/* Inverse of a general n x n matrix; the pseudo-inverse when it is singular. */
+struct lin_report lin_inverse(int n, const double *a, double *inverse) LIN_NOEXCEPT;
 
-/* Eigenvalues of a symmetric n x n matrix, ascending, n <= 16. Returns 0, or -1 if they do not converge or A is not finite. */
-int lin_eigenvalues(int n, const double *a, double *eigenvalues);
+/* Eigenvalues of a symmetric n x n matrix, ascending; only the lower triangle is read. 0, or -1 if they do not converge or A is not finite. */
+int lin_eigenvalues(int n, const double *a, double *eigenvalues) LIN_NOEXCEPT;
 
-/* Singular values of an m x n matrix, descending; m, n <= 16. Returns 0 or -1 as above. */
-int lin_singular_values(int m, int n, const double *a, double *values);
+/* The min(m, n) singular values of an m x n matrix, descending. 0, or -1 as above. */
+int lin_singular_values(int m, int n, const double *a, double *values) LIN_NOEXCEPT;
 
 #ifdef __cplusplus
 }
