@@ -1,8 +1,6 @@
 #include "config_keys.h"
 
 #include <assert.h>
-#include <locale.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "config.h"
@@ -11,6 +9,8 @@
 #define KIND(place) _Generic(((struct params *)0)->place, double: CONFIG_REAL, int: CONFIG_INTEGER, bool: CONFIG_BOOLEAN)
 #define KEY(section, member, value, min, max, unit, meaning) \
     {#section "." #member, KIND(section.member), offsetof(struct params, section.member), min, max, value, unit, meaning, NULL, -1}
+#define WORD(section, member, kind, value, meaning, names) \
+    {#section "." #member, kind, offsetof(struct params, section.member), 0, 0, value, "-", meaning, names, -1}
 
 static const char *const engine_names[] = {[ENGINE_ODE] = "ode", [ENGINE_CLOSED_FORM] = "closed_form", NULL};
 static const char *const axis_names[] = {"x", "y", "z", "phi", "theta", "psi", NULL};
@@ -53,14 +53,14 @@ static const struct config_key keys[] = {
     KEY(hydraulics, stop_stiffness_n_per_m, "2e7", 1e4, 1e9, "N/m", "end stops"),
     KEY(hydraulics, stop_damping_n_s_per_m, "2e4", 0.0, 1e6, "N s/m", "end stops"),
 
-    KEY(sensors, enabled, "true", 0.0, 1.0, "-", "false: the simulated machine reports exact values"),
+    KEY(sensors, enabled, "true", 0.0, 1.0, "-", "readings with resolution and noise, or exact"),
     KEY(sensors, position_resolution_m, "50e-6", 0.0, 0.01, "m", "of a leg length; 0: none"),
-    KEY(sensors, adc_bits, "12", 4.0, 32.0, "-", "of the pressure signals' converter"),
-    KEY(sensors, adc_range_v, "10", 0.1, 100.0, "V", "the converter's range is plus and minus this"),
+    KEY(sensors, adc_bits, "12", 4.0, 32.0, "-", "resolution of the pressure converter"),
+    KEY(sensors, adc_range_v, "10", 0.1, 100.0, "V", "range of the pressure converter, either sign"),
     KEY(sensors, pressure_full_scale_pa, "16e6", 1e5, 1e9, "Pa", "at adc_range_v"),
     KEY(sensors, pressure_noise_v, "25e-3", 0.0, 1.0, "V", "peak to peak, uniform"),
 
-    {"sim.engine", CONFIG_CHOICE, offsetof(struct params, sim.engine), 0, 0, "ode", "-", "rigid bodies of the simulation", engine_names, -1},
+    WORD(sim, engine, CONFIG_CHOICE, "ode", "rigid bodies of the simulation", engine_names),
     KEY(sim, substeps, "8", 1.0, 1000.0, "-", "per cycle; a substep is at most 0.25 ms"),
 
     KEY(control, kp, "40", 0.0, 1e4, "1/m", "valve per length error"),
@@ -89,7 +89,7 @@ static const struct config_key keys[] = {
     KEY(limits, pressure_max_pa, "16.5e6", 1e4, 1e9, "Pa", "highest plausible reading"),
     KEY(limits, bad_cycles, "5", 1.0, 1000.0, "-", "so many bad cycles more than good ones"),
 
-    {"tests.order", CONFIG_AXES, offsetof(struct params, tests.order), 0, 0, "x, y, z, phi, theta, psi", "-", "axes to test, in turn", axis_names, -1},
+    WORD(tests, order, CONFIG_AXES, "[x, y, z, phi, theta, psi]", "axes to test, in turn", axis_names),
     KEY(tests, frequency_hz, "4", 0.01, 100.0, "Hz", "below the lowest open-loop rigid eigenfrequency"),
     KEY(tests, amplitude_m, "0.004", 1e-6, 1.0, "m", "of x, y, z"),
     KEY(tests, amplitude_rad, "0.006", 1e-6, 0.5, "rad", "of phi, theta, psi"),
@@ -110,20 +110,19 @@ static const struct config_key keys[] = {
     KEY(loop, cpu, "-1", -1.0, 1023.0, "-", "to pin the loop to; -1: none"),
     KEY(loop, overrun_limit, "10", 1.0, 100000.0, "-", "so many in a row are a fault"),
 
-    {"lcm.url", CONFIG_TEXT, offsetof(struct params, lcm.url), 0, 0, "udpm://239.255.76.67:7667?ttl=0", "-",
-     "provider; empty: none; udpm with ttl=0 stays on the host", NULL, -1},
+    WORD(lcm, url, CONFIG_TEXT, "udpm://239.255.76.67:7667?ttl=0", "provider; empty: none; ttl=0 stays on the host", NULL),
     KEY(lcm, state_every, "10", 1.0, 1e6, "-", "one HEXID_STATE on the wire for so many cycles"),
 };
 enum { KEYS = sizeof keys / sizeof keys[0] };
 
 static const char *const sections[][2] = {
-    {"geometry", "Joints (Tian 2015 Table 1)"},
-    {"payload", "Platform and load (Tian 2015 Table 2)"},
-    {"actuator", "One leg (Tian 2015 Tables 1 and 2)"},
+    {"geometry", "Joints: Tian 2015 Table 1"},
+    {"payload", "Platform and load: Tian 2015 Table 2"},
+    {"actuator", "One leg: Tian 2015 Tables 1 and 2"},
     {"hydraulics", "Valve, fluid and cylinder of the simulated machine"},
     {"sensors", "Sensors of the simulated machine"},
     {"sim", "Simulation"},
-    {"control", "Leg controller: src/core/pid.h"},
+    {"control", "Leg controller; valve from -1 to 1"},
     {"motion", "Engaging and parking"},
     {"limits", "SAFETY: beyond any of these the valves are centred"},
     {"tests", "Six sinusoidal tests"},
@@ -139,7 +138,7 @@ static void effect_key_make(int effect, int k, struct config_key *key) {
                                .offset = offsetof(struct params, effects) + (size_t)effect * sizeof(struct effect_values) +
                                          offsetof(struct effect_values, value) + (size_t)k * sizeof(double[LEGS]),
                                .min = e->min, .max = e->max, .unit = e->unit, .meaning = effect_table[effect]->law, .effect = effect};
-    snprintf(key->path, sizeof key->path, "effects.%.40s.%.30s", effect_table[effect]->name, e->name);
+    snprintf(key->path, sizeof key->path, "effects.%.40s.%.28s", effect_table[effect]->name, e->name);
     snprintf(key->value, sizeof key->value, "%.17g", e->neutral);
 }
 
@@ -164,16 +163,12 @@ bool config_key_find(const char *path, struct config_key *key) {
     return false;
 }
 
-const char *config_section_title(const char *section) {
-    for (size_t i = 0; i < sizeof sections / sizeof sections[0]; i++)
-        if (strcmp(sections[i][0], section) == 0) return sections[i][1];
-    return NULL;
-}
-
-bool config_section_known(const char *path) {
+const char *config_section_title(const char *path) {
     static const char effects[] = "effects.";
-    if (strncmp(path, effects, sizeof effects - 1) == 0) return effect_find(path + sizeof effects - 1) >= 0;
-    return config_section_title(path) != NULL;
+    for (size_t i = 0; i < sizeof sections / sizeof sections[0]; i++)
+        if (strcmp(sections[i][0], path) == 0) return sections[i][1];
+    int effect = strncmp(path, effects, strlen(effects)) == 0 ? effect_find(path + strlen(effects)) : -1;
+    return effect >= 0 ? effect_table[effect]->law : NULL;
 }
 
 static const char *last_part(const char *path) {
@@ -200,168 +195,27 @@ static int edit_distance(const char *a, const char *b) {
     return row[width];
 }
 
+/* Takes the candidate when it is nearer than what was found so far. A path without a section is compared with the member alone. */
+static void consider(const char *path, const char *candidate, int *best, char nearest[CONFIG_PATH_SIZE]) {
+    int distance = edit_distance(path, strchr(path, '.') ? candidate : last_part(candidate));
+    if (distance >= *best) return;
+    *best = distance;
+    snprintf(nearest, CONFIG_PATH_SIZE, "%s", candidate);
+}
+
 void config_key_nearest(const char *path, char nearest[CONFIG_PATH_SIZE]) {
     struct config_key key;
-    int limit = (int)strlen(path) / 3, best = limit > 1 ? limit : 1; /* farther is a guess, not a help */
+    char section[CONFIG_PATH_SIZE];
+    int best = (int)strlen(path) / 3 + 1; /* farther is a guess, not a help */
     nearest[0] = '\0';
+    for (size_t i = 0; i < sizeof sections / sizeof sections[0]; i++) consider(path, sections[i][0], &best, nearest);
     for (int i = 0; config_key_at(i, &key); i++) {
-        bool bare = !strchr(path, '.'); /* the section was forgotten: compare with the member alone */
-        int distance = edit_distance(path, bare ? last_part(key.path) : key.path);
-        if (distance > best || (distance == best && nearest[0])) continue;
-        best = distance;
-        snprintf(nearest, CONFIG_PATH_SIZE, "%s", key.path);
+        if (key.effect >= 0) {
+            snprintf(section, sizeof section, "effects.%.60s", effect_table[key.effect]->name);
+            consider(path, section, &best, nearest);
+        }
+        consider(path, key.path, &best, nearest);
     }
-}
-
-static bool takes_list(enum config_kind kind) { return kind == CONFIG_AXES || kind == CONFIG_LEGS; }
-
-static bool add_item(struct config_value *value, const char *text, size_t length) {
-    while (length > 0 && *text == ' ') text++, length--;
-    while (length > 0 && text[length - 1] == ' ') length--;
-    if (value->count == LEGS || length >= CONFIG_VALUE_SIZE) return false;
-    memcpy(value->item[value->count], text, length);
-    value->item[value->count++][length] = '\0';
-    return true;
-}
-
-bool config_value_split(const struct config_key *key, const char *text, struct config_value *value) {
-    size_t length = strlen(text);
-    memset(value, 0, sizeof *value);
-    if (!takes_list(key->kind)) return add_item(value, text, length);
-    if (length >= 2 && text[0] == '[' && text[length - 1] == ']') {
-        value->list = true;
-        text++, length -= 2;
-    }
-    for (const char *end = text + length;; text++) {
-        const char *comma = memchr(text, ',', (size_t)(end - text));
-        if (!add_item(value, text, (size_t)((comma ? comma : end) - text))) return false;
-        if (!comma) break;
-        value->list = true;
-        text = comma;
-    }
-    return true;
-}
-
-/* Decimal notation only: strtod alone would take hexadecimal, "inf" and "nan", and a comma in some locales. */
-static bool parse_number(const char *text, double *number) {
-    char *end;
-    if (text[strspn(text, "0123456789+-.eE")] != '\0') return false;
-    *number = strtod_l(text, &end, newlocale(LC_ALL_MASK, "C", (locale_t)0)); /* the C locale is static: nothing to free */
-    return end != text && *end == '\0';
-}
-
-static bool parse_in_range(const struct config_key *key, const char *text, double *number, char reason[CONFIG_REASON_SIZE]) {
-    const char *unit = strcmp(key->unit, "-") == 0 ? "" : key->unit;
-    if (!parse_number(text, number)) {
-        snprintf(reason, CONFIG_REASON_SIZE, "\"%.40s\" is not a number; write one in %g..%g%s%s", text, key->min, key->max, *unit ? " " : "", unit);
-        return false;
-    }
-    if (!(*number >= key->min && *number <= key->max)) {
-        snprintf(reason, CONFIG_REASON_SIZE, "%.40s is outside %g..%g%s%s (%.80s)", text, key->min, key->max, *unit ? " " : "", unit, key->meaning);
-        return false;
-    }
-    return true;
-}
-
-static int find_name(const char *const *names, const char *text) {
-    for (int i = 0; names[i]; i++)
-        if (strcmp(names[i], text) == 0) return i;
-    return -1;
-}
-
-static bool wrong_name(const struct config_key *key, const char *text, char reason[CONFIG_REASON_SIZE]) {
-    int used = snprintf(reason, CONFIG_REASON_SIZE, "\"%.40s\" is none of", text);
-    for (int i = 0; key->names[i] && used < CONFIG_REASON_SIZE; i++)
-        used += snprintf(reason + used, (size_t)(CONFIG_REASON_SIZE - used), "%s %s", i ? "," : "", key->names[i]);
-    return false;
-}
-
-static bool set_real(const struct config_key *key, const char *text, double *place, char reason[CONFIG_REASON_SIZE]) {
-    double number;
-    if (!parse_in_range(key, text, &number, reason)) return false;
-    *place = number;
-    return true;
-}
-
-static bool set_integer(const struct config_key *key, const char *text, int *place, char reason[CONFIG_REASON_SIZE]) {
-    double number;
-    if (!parse_in_range(key, text, &number, reason)) return false;
-    if (number != (double)(int)number) {
-        snprintf(reason, CONFIG_REASON_SIZE, "%.40s is not a whole number", text);
-        return false;
-    }
-    *place = (int)number;
-    return true;
-}
-
-static bool set_boolean(const char *text, bool *place, char reason[CONFIG_REASON_SIZE]) {
-    bool yes = strcmp(text, "true") == 0;
-    if (!yes && strcmp(text, "false") != 0) {
-        snprintf(reason, CONFIG_REASON_SIZE, "\"%.40s\" is neither true nor false", text);
-        return false;
-    }
-    *place = yes;
-    return true;
-}
-
-static bool set_choice(const struct config_key *key, const char *text, enum engine_kind *place, char reason[CONFIG_REASON_SIZE]) {
-    int found = find_name(key->names, text);
-    if (found < 0) return wrong_name(key, text, reason);
-    *place = (enum engine_kind)found;
-    return true;
-}
-
-static bool set_axes(const struct config_key *key, const struct config_value *value, struct test_params *tests, char reason[CONFIG_REASON_SIZE]) {
-    enum dof order[DOFS] = {DOF_NONE, DOF_NONE, DOF_NONE, DOF_NONE, DOF_NONE, DOF_NONE};
-    for (int i = 0; i < value->count; i++) {
-        int axis = find_name(key->names, value->item[i]);
-        if (axis < 0) return wrong_name(key, value->item[i], reason);
-        for (int j = 0; j < i; j++)
-            if (order[j] == (enum dof)axis) {
-                snprintf(reason, CONFIG_REASON_SIZE, "%s is listed twice", key->names[axis]);
-                return false;
-            }
-        order[i] = (enum dof)axis;
-    }
-    memcpy(tests->order, order, sizeof order);
-    tests->count = value->count;
-    return true;
-}
-
-static bool set_legs(const struct config_key *key, const struct config_value *value, double place[LEGS], char reason[CONFIG_REASON_SIZE]) {
-    double number[LEGS];
-    if (value->count != 1 && value->count != LEGS) {
-        snprintf(reason, CONFIG_REASON_SIZE, "%d values; give one for all legs, or six", value->count);
-        return false;
-    }
-    for (int i = 0; i < LEGS; i++)
-        if (!parse_in_range(key, value->item[value->count == 1 ? 0 : i], &number[i], reason)) return false;
-    memcpy(place, number, sizeof number);
-    return true;
-}
-
-bool config_key_set(const struct config_key *key, const struct config_value *value, struct params *params, char reason[CONFIG_REASON_SIZE]) {
-    void *place = (char *)params + key->offset;
-    const char *text = value->item[0];
-    if (value->count == 0 || (value->list && !takes_list(key->kind))) {
-        snprintf(reason, CONFIG_REASON_SIZE, value->count == 0 ? "empty list; give at least one value" : "a list; give a single value");
-        return false;
-    }
-    switch (key->kind) {
-    case CONFIG_REAL: return set_real(key, text, place, reason);
-    case CONFIG_INTEGER: return set_integer(key, text, place, reason);
-    case CONFIG_BOOLEAN: return set_boolean(text, place, reason);
-    case CONFIG_CHOICE: return set_choice(key, text, place, reason);
-    case CONFIG_TEXT: return memcpy(place, text, CONFIG_VALUE_SIZE), true; /* zeros behind the text, too */
-    case CONFIG_AXES: return set_axes(key, value, &params->tests, reason);
-    case CONFIG_LEGS:
-    case CONFIG_LEGS_ALIKE:
-        if (!set_legs(key, value, place, reason)) return false;
-        params->effects[key->effect].on = true;
-        return true;
-    }
-    assert(!"every kind has a row");
-    return false;
 }
 
 void config_default(struct params *params) {
@@ -370,7 +224,7 @@ void config_default(struct params *params) {
     char reason[CONFIG_REASON_SIZE];
     memset(params, 0, sizeof *params);
     for (int i = 0; config_key_at(i, &key); i++) {
-        bool good = config_value_split(&key, key.value, &value) && config_key_set(&key, &value, params, reason);
+        bool good = config_value_split(&key, key.value, &value) && config_value_set(&key, &value, params, reason);
         assert(good); /* a default outside its own range is our mistake */
         (void)good;
     }

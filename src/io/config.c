@@ -1,0 +1,290 @@
+#include "config.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <yaml.h>
+
+#include "config_keys.h"
+
+enum { FILE_MAX = 1 << 20, NAMES_MAX = 512 };
+
+/* Reads event by event, not as a document: an alias, a tag or a level too many is refused where it stands, before anything grows. */
+struct reader {
+    yaml_parser_t parser;
+    const char *name, *text;
+    struct params *params;
+    struct error *error;
+    int count;
+    struct {
+        char path[CONFIG_PATH_SIZE];
+        size_t line;
+    } names[NAMES_MAX]; /* keys and sections met so far: each is known and met once, so the table bounds them */
+};
+
+/* "name:line: reason", without the line when it is 0. The reason may quote any byte of the file: terminals are spared control ones. */
+__attribute__((format(printf, 4, 5))) static int fail(struct error *error, const char *name, size_t line, const char *format, ...) {
+    char place[24] = "", reason[320];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(reason, sizeof reason, format, args);
+    va_end(args);
+    if (line > 0) snprintf(place, sizeof place, ":%zu", line);
+    error_set(error, STATUS_USAGE, "%.160s%s: %s", name, place, reason);
+    for (char *c = error->text; *c; c++)
+        if (iscntrl((unsigned char)*c)) *c = '?';
+    return STATUS_USAGE;
+}
+
+static int fail_yaml(struct reader *r) {
+    const yaml_parser_t *p = &r->parser;
+    size_t line = p->problem_mark.line + 1;
+    if (p->error == YAML_MEMORY_ERROR) return fail(r->error, r->name, line, "out of memory");
+    if (p->error == YAML_READER_ERROR) { /* comes with a byte's offset only */
+        line = 1;
+        for (size_t i = 0; i < p->problem_offset; i++) line += r->text[i] == '\n';
+        return fail(r->error, r->name, line, "%s; save the file as UTF-8 text", p->problem);
+    }
+    return fail(r->error, r->name, line, "not YAML: %s; write \"key: value\" lines, indented with spaces", p->problem);
+}
+
+static bool decorated(const yaml_event_t *e) {
+    switch (e->type) {
+    case YAML_ALIAS_EVENT: return true;
+    case YAML_SCALAR_EVENT: return e->data.scalar.anchor || e->data.scalar.tag;
+    case YAML_SEQUENCE_START_EVENT: return e->data.sequence_start.anchor || e->data.sequence_start.tag;
+    case YAML_MAPPING_START_EVENT: return e->data.mapping_start.anchor || e->data.mapping_start.tag;
+    default: return false;
+    }
+}
+
+/* Fills an event that the caller deletes. */
+static int next_event(struct reader *r, yaml_event_t *e) {
+    if (!yaml_parser_parse(&r->parser, e)) return fail_yaml(r);
+    if (!decorated(e)) return STATUS_OK;
+    size_t line = e->start_mark.line + 1;
+    yaml_event_delete(e);
+    return fail(r->error, r->name, line, "anchors, aliases and tags (& * !) are not used here; write the value itself");
+}
+
+static int fail_unknown(struct error *error, const char *name, size_t line, const char *path) {
+    char nearest[CONFIG_PATH_SIZE];
+    config_key_nearest(path, nearest);
+    if (nearest[0]) return fail(error, name, line, "unknown key %.80s; did you mean %s?", path, nearest);
+    return fail(error, name, line, "unknown key %.80s; `hexid run --print-config` prints all keys", path);
+}
+
+static int read_mapping(struct reader *r, const char *prefix);
+
+/* The value of a section: keys, or nothing at all (all of them commented out). */
+static int read_section(struct reader *r, const char *path, size_t line) {
+    yaml_event_t e;
+    int status = next_event(r, &e);
+    if (status != STATUS_OK) return status;
+    bool keys = e.type == YAML_MAPPING_START_EVENT, nothing = e.type == YAML_SCALAR_EVENT && e.data.scalar.length == 0;
+    yaml_event_delete(&e);
+    if (!keys && !nothing) return fail(r->error, r->name, line, "%s holds keys; write them indented below it", path);
+    if (keys && (status = read_mapping(r, path)) != STATUS_OK) return status;
+    const char *dot = strchr(path, '.');
+    if (dot && !r->params->effects[effect_find(dot + 1)].on) /* neither on nor off: the user meant something else */
+        return fail(r->error, r->name, line, "%s has no key, so it is not switched on; set one (`hexid effects %s`) or delete the line", path, dot + 1);
+    return STATUS_OK;
+}
+
+static int add_scalar(struct reader *r, const struct config_key *key, const yaml_event_t *e, struct config_value *value) {
+    size_t line = e->start_mark.line + 1;
+    if (e->type != YAML_SCALAR_EVENT) return fail(r->error, r->name, line, "%s takes a value, not keys or a list of lists", key->path);
+    if (config_value_add(value, (const char *)e->data.scalar.value, e->data.scalar.length)) return STATUS_OK;
+    return fail(r->error, r->name, line, "%s: at most %d values, each shorter than %d characters", key->path, LEGS, CONFIG_ITEM_SIZE);
+}
+
+/* One scalar, or a list of them. */
+static int read_items(struct reader *r, const struct config_key *key, struct config_value *value) {
+    for (;;) {
+        yaml_event_t e;
+        int status = next_event(r, &e);
+        if (status != STATUS_OK) return status;
+        bool end = e.type == YAML_SEQUENCE_END_EVENT;
+        if (e.type == YAML_SEQUENCE_START_EVENT && !value->list) value->list = true;
+        else if (!end) status = add_scalar(r, key, &e, value);
+        yaml_event_delete(&e);
+        if (status != STATUS_OK || end || !value->list) return status;
+    }
+}
+
+static int read_value(struct reader *r, const struct config_key *key, size_t line) {
+    struct config_value value = {0};
+    char reason[CONFIG_REASON_SIZE];
+    int status = read_items(r, key, &value);
+    if (status != STATUS_OK) return status;
+    if (config_value_set(key, &value, r->params, reason)) return STATUS_OK;
+    return fail(r->error, r->name, line, "%s: %s", key->path, reason);
+}
+
+/* A later one would silently win otherwise. */
+static int remember(struct reader *r, const char *path, size_t line) {
+    for (int i = 0; i < r->count; i++)
+        if (strcmp(r->names[i].path, path) == 0)
+            return fail(r->error, r->name, line, "%s stands already in line %zu; delete one of them", path, r->names[i].line);
+    if (r->count == NAMES_MAX) return fail(r->error, r->name, line, "more keys than there can be");
+    snprintf(r->names[r->count].path, CONFIG_PATH_SIZE, "%s", path);
+    r->names[r->count++].line = line;
+    return STATUS_OK;
+}
+
+static int read_entry(struct reader *r, const char *path, size_t line) {
+    struct config_key key;
+    bool is_key = config_key_find(path, &key);
+    if (!is_key && !config_section_title(path)) return fail_unknown(r->error, r->name, line, path);
+    int status = remember(r, path, line);
+    if (status != STATUS_OK) return status;
+    return is_key ? read_value(r, &key, line) : read_section(r, path, line);
+}
+
+/* Entries up to the mapping's end; paths are prefix.name. Not deeper than effects.<name>.<key>: only known sections open a level. */
+static int read_mapping(struct reader *r, const char *prefix) {
+    for (;;) {
+        yaml_event_t e;
+        int status = next_event(r, &e);
+        if (status != STATUS_OK) return status;
+        const char *word = e.type == YAML_SCALAR_EVENT ? (const char *)e.data.scalar.value : "";
+        bool name = *word && strlen(word) == e.data.scalar.length, end = e.type == YAML_MAPPING_END_EVENT;
+        size_t line = e.start_mark.line + 1;
+        char path[CONFIG_PATH_SIZE]; /* cut off, it is longer than any key */
+        snprintf(path, sizeof path, "%s%s%s", prefix, *prefix ? "." : "", word);
+        yaml_event_delete(&e);
+        if (end) return STATUS_OK;
+        status = name ? read_entry(r, path, line) : fail(r->error, r->name, line, "a key is a plain word before a colon");
+        if (status != STATUS_OK) return status;
+    }
+}
+
+/* The next event must be of this type. */
+static int expect(struct reader *r, yaml_event_type_t type, const char *otherwise) {
+    yaml_event_t e;
+    int status = next_event(r, &e);
+    if (status != STATUS_OK) return status;
+    bool good = e.type == type;
+    size_t line = e.start_mark.line + 1;
+    yaml_event_delete(&e);
+    return good ? STATUS_OK : fail(r->error, r->name, line, "%s", otherwise);
+}
+
+static int read_stream(struct reader *r) {
+    static const char empty[] = "holds no configuration; write sections with keys, such as `hexid run --print-config` prints";
+    int status;
+    if ((status = expect(r, YAML_STREAM_START_EVENT, empty)) != STATUS_OK) return status;
+    if ((status = expect(r, YAML_DOCUMENT_START_EVENT, empty)) != STATUS_OK) return status;
+    if ((status = expect(r, YAML_MAPPING_START_EVENT, empty)) != STATUS_OK) return status;
+    if ((status = read_mapping(r, "")) != STATUS_OK) return status;
+    if ((status = expect(r, YAML_DOCUMENT_END_EVENT, empty)) != STATUS_OK) return status;
+    return expect(r, YAML_STREAM_END_EVENT, "a second document begins here; a configuration is one");
+}
+
+static int read_text(struct params *params, const char *text, size_t size, const char *name, struct error *error) {
+    struct reader r = {.name = name, .text = text, .params = params, .error = error};
+    if (size > FILE_MAX) return fail(error, name, 0, "larger than %d bytes: this is no configuration", FILE_MAX);
+    if (!yaml_parser_initialize(&r.parser)) return fail(error, name, 0, "out of memory");
+    yaml_parser_set_encoding(&r.parser, YAML_UTF8_ENCODING);
+    yaml_parser_set_input_string(&r.parser, (const unsigned char *)text, size);
+    int status = read_stream(&r);
+    yaml_parser_delete(&r.parser);
+    return status;
+}
+
+static int read_file(struct params *params, const char *path, struct error *error) {
+    FILE *file = fopen(path, "rb");
+    if (!file) return fail(error, path, 0, "cannot be opened: %s", strerror(errno));
+    char *text = malloc(FILE_MAX + 1);
+    size_t size = text ? fread(text, 1, FILE_MAX + 1, file) : 0;
+    int status = !text          ? fail(error, path, 0, "out of memory")
+                 : ferror(file) ? fail(error, path, 0, "cannot be read: %s", strerror(errno))
+                                : read_text(params, text, size, path, error);
+    free(text);
+    fclose(file);
+    return status;
+}
+
+static int apply_setting(struct params *params, const char *setting, struct error *error) {
+    char name[120], path[CONFIG_PATH_SIZE], reason[CONFIG_REASON_SIZE];
+    struct config_key key;
+    struct config_value value;
+    size_t length = strcspn(setting, "=");
+    snprintf(name, sizeof name, "--set %s", setting);
+    snprintf(path, sizeof path, "%.*s", (int)(length < sizeof path ? length : sizeof path - 1), setting);
+    if (!setting[length]) return fail(error, name, 0, "no value; write --set KEY=VALUE");
+    if (config_section_title(path)) return fail(error, name, 0, "%s holds keys; write --set %s.KEY=VALUE", path, path);
+    if (!config_key_find(path, &key)) return fail_unknown(error, name, 0, path);
+    if (!config_value_split(&key, setting + length + 1, &value))
+        return fail(error, name, 0, "at most %d values, each shorter than %d characters", LEGS, CONFIG_ITEM_SIZE);
+    return config_value_set(&key, &value, params, reason) ? STATUS_OK : fail(error, name, 0, "%s", reason);
+}
+
+int config_load(struct params *params, const char *path, const char *const *settings, int count, struct error *error) {
+    char source[160];
+    int status = STATUS_OK;
+    config_default(params);
+    if (path) status = read_file(params, path, error);
+    for (int i = 0; i < count && status == STATUS_OK; i++) status = apply_setting(params, settings[i], error);
+    snprintf(source, sizeof source, "%.140s%s", path ? path : "default configuration", count > 0 ? " with --set" : "");
+    return status == STATUS_OK ? config_check(params, source, error) : status;
+}
+
+int config_parse(struct params *params, const char *text, size_t size, const char *name, struct error *error) {
+    config_default(params);
+    int status = read_text(params, text, size, name, error);
+    return status == STATUS_OK ? config_check(params, name, error) : status;
+}
+
+/* Opens the sections of `path` that `before` was not in. */
+static void print_sections(FILE *out, const char *path, const char *before) {
+    for (const char *dot = strchr(path, '.'); dot; dot = strchr(dot + 1, '.')) {
+        size_t length = (size_t)(dot - path);
+        if (strncmp(path, before, length + 1) == 0) continue;
+        char section[CONFIG_PATH_SIZE];
+        snprintf(section, sizeof section, "%.*s", (int)length, path);
+        const char *parent = strrchr(section, '.');
+        if (parent) fprintf(out, "  %s:  # %s\n", parent + 1, config_section_title(section));
+        else fprintf(out, "\n# %s\n%s:\n", config_section_title(section), section);
+    }
+}
+
+static void print_entry(FILE *out, const struct config_key *key, const struct params *params) {
+    char value[CONFIG_TEXT_SIZE], range[CONFIG_TEXT_SIZE];
+    const char *name = strrchr(key->path, '.') + 1;
+    int indent = key->effect < 0 ? 2 : 4;
+    config_value_format(key, params, value);
+    config_range_format(key, range);
+    fprintf(out, "%*s%s: %-*s # [%s] ", indent, "", name, 40 - indent - (int)strlen(name), value, range);
+    if (key->effect < 0) fprintf(out, "%s\n", key->meaning);
+    else fprintf(out, "%s adds nothing\n", key->value); /* the law stands above, with the effect's name */
+}
+
+char *config_text(const struct params *params) {
+    char *text = NULL, before[CONFIG_PATH_SIZE] = "";
+    size_t size;
+    struct config_key key;
+    FILE *out = open_memstream(&text, &size);
+    if (!out) return NULL;
+    fprintf(out, "# hexid configuration, SI units. A key that is left out has its default: `hexid run --print-config`.\n");
+    for (int i = 0; config_key_at(i, &key); i++) {
+        if (key.effect >= 0 && !params->effects[key.effect].on) continue;
+        print_sections(out, key.path, before);
+        print_entry(out, &key, params);
+        snprintf(before, sizeof before, "%s", key.path);
+    }
+    if (fclose(out) == 0) return text;
+    free(text);
+    return NULL;
+}
+
+void config_print_keys(FILE *out) {
+    struct config_key key;
+    char range[CONFIG_TEXT_SIZE];
+    fprintf(out, "%-52s %-32s %-28s %s\n", "key", "default", "range", "meaning");
+    for (int i = 0; config_key_at(i, &key); i++) {
+        config_range_format(&key, range);
+        fprintf(out, "%-52s %-32s %-28s %s\n", key.path, key.value, range, key.meaning);
+    }
+}

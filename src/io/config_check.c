@@ -1,0 +1,118 @@
+#include "config_keys.h"
+
+#include <math.h>
+
+#include "units.h"
+
+static const double substep_max_s = 0.25e-3; /* above, the first-order engine moves the answer: method.md section 4 */
+
+struct checker {
+    const char *name;
+    struct error *error;
+    int status; /* of the first requirement that does not hold */
+};
+
+__attribute__((format(printf, 3, 4))) static void require(struct checker *c, bool holds, const char *format, ...) {
+    char text[300];
+    va_list args;
+    if (holds || c->status != STATUS_OK) return;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    c->status = error_set(c->error, STATUS_USAGE, "%.90s: %s", c->name, text);
+}
+
+static void check_payload(struct checker *c, const struct payload_params *p) {
+    double xx = p->inertia_xx_kg_m2, yy = p->inertia_yy_kg_m2, zz = p->inertia_zz_kg_m2;
+    require(c, xx + yy >= zz && yy + zz >= xx && zz + xx >= yy,
+            "payload.inertia_xx_kg_m2 %g, inertia_yy_kg_m2 %g, inertia_zz_kg_m2 %g: no body has them; each is at most the sum of the others",
+            xx, yy, zz);
+}
+
+/* All legs are alike at neutral and at the parked pose: horizontal distance of their joints by the cosine law, height as given. */
+static double leg_length(const struct geometry_params *g, double height_m) {
+    double angle = PI / 3 - g->upper_half_angle_rad - g->lower_half_angle_rad, a = g->upper_radius_m, b = g->lower_radius_m;
+    return sqrt(a * a + b * b - 2 * a * b * cos(angle) + height_m * height_m);
+}
+
+static void check_legs(struct checker *c, const struct params *p) {
+    const struct actuator_params *a = &p->actuator;
+    const struct limit_params *l = &p->limits;
+    double neutral = leg_length(&p->geometry, p->geometry.height_m), shortest = neutral - a->stroke_m / 2;
+    double drop = p->motion.park_z_m, parked = leg_length(&p->geometry, p->geometry.height_m - drop);
+
+    require(c, a->rod_diameter_m < a->piston_diameter_m, "actuator.rod_diameter_m %g must be below actuator.piston_diameter_m %g",
+            a->rod_diameter_m, a->piston_diameter_m);
+    require(c, shortest >= a->stroke_m,
+            "actuator.stroke_m %g does not fit: the geometry makes legs of %.4g m at mid-stroke, and a cylinder is at least its stroke long "
+            "when it is in; give a stroke up to %.4g m, or a larger geometry.height_m", a->stroke_m, neutral, neutral / 1.5);
+    require(c, a->upper_center_m <= shortest && a->lower_center_m <= shortest,
+            "actuator.upper_center_m %g and lower_center_m %g must lie within the shortest leg, %.4g m", a->upper_center_m, a->lower_center_m,
+            shortest);
+    require(c, l->length_min_m < neutral && neutral < l->length_max_m,
+            "limits.length_min_m %g and length_max_m %g must enclose the neutral leg length, %.4g m", l->length_min_m, l->length_max_m, neutral);
+    require(c, drop < p->geometry.height_m, "motion.park_z_m %g must be below geometry.height_m %g", drop, p->geometry.height_m);
+    require(c, parked >= shortest && parked > l->length_min_m,
+            "motion.park_z_m %g makes legs of %.4g m; the stroke ends at %.4g m and limits.length_min_m is %g: park higher (smaller z)", drop,
+            parked, shortest, l->length_min_m);
+}
+
+static void check_limits(struct checker *c, const struct params *p) {
+    const struct limit_params *l = &p->limits;
+    const struct hydraulics_params *h = &p->hydraulics;
+    double move_s = fmin(p->motion.engage_s, p->motion.park_s), rate = 2 * p->motion.park_z_m / move_s; /* twice the mean bounds the peak */
+
+    require(c, h->tank_pa < h->supply_pa, "hydraulics.tank_pa %g must be below hydraulics.supply_pa %g", h->tank_pa, h->supply_pa);
+    require(c, l->pressure_min_pa < h->tank_pa && h->supply_pa < l->pressure_max_pa,
+            "limits.pressure_min_pa %g and pressure_max_pa %g must enclose hydraulics.tank_pa %g and supply_pa %g", l->pressure_min_pa,
+            l->pressure_max_pa, h->tank_pa, h->supply_pa);
+    require(c, h->supply_pa <= p->sensors.pressure_full_scale_pa, "sensors.pressure_full_scale_pa %g must reach hydraulics.supply_pa %g",
+            p->sensors.pressure_full_scale_pa, h->supply_pa);
+    require(c, rate <= l->leg_rate_mps,
+            "motion.engage_s %g and park_s %g: %g m in %g s may take %.3g m/s, above limits.leg_rate_mps %g; give them more time",
+            p->motion.engage_s, p->motion.park_s, p->motion.park_z_m, move_s, rate, l->leg_rate_mps);
+    require(c, l->sensor_age_s >= p->loop.period_s, "limits.sensor_age_s %g must be at least loop.period_s %g", l->sensor_age_s,
+            p->loop.period_s);
+}
+
+static void check_tests(struct checker *c, const struct params *p) {
+    const struct test_params *t = &p->tests;
+    const struct limit_params *l = &p->limits;
+    double rate_hz = 1 / p->loop.period_s, samples = t->duration_s * rate_hz, neutral = leg_length(&p->geometry, p->geometry.height_m);
+    double swing = t->amplitude_rad * hypot(p->geometry.upper_radius_m, p->payload.center_height_m); /* of an upper joint */
+    double reach = fmax(t->amplitude_m, swing), speed = 2 * PI * t->frequency_hz * reach;
+    double room = fmin(p->actuator.stroke_m / 2, fmin(l->length_max_m - neutral, neutral - l->length_min_m));
+    int regressors = 2 + 2 * t->harmonics;
+
+    require(c, t->frequency_hz <= rate_hz / 4, "tests.frequency_hz %g must be at most a quarter of the loop's %g Hz (loop.period_s)",
+            t->frequency_hz, rate_hz);
+    require(c, t->harmonics * t->frequency_hz < rate_hz / 2,
+            "tests.harmonics %d of tests.frequency_hz %g must stay below half the loop's %g Hz: give fewer harmonics", t->harmonics,
+            t->frequency_hz, rate_hz);
+    require(c, t->duration_s * t->frequency_hz >= 2, "tests.duration_s %g must hold two periods of tests.frequency_hz %g: at least %g s",
+            t->duration_s, t->frequency_hz, 2 / t->frequency_hz);
+    require(c, samples >= 2 * regressors, "tests.duration_s %g holds %.0f samples; tests.harmonics %d needs %d: at least %g s", t->duration_s,
+            samples, t->harmonics, 2 * regressors, 2 * regressors / rate_hz);
+    require(c, reach < room,
+            "tests.amplitude_m %g or amplitude_rad %g (%.3g m at a joint) leaves the legs' room round neutral, %.3g m by actuator.stroke_m, "
+            "limits.length_min_m and length_max_m", t->amplitude_m, t->amplitude_rad, swing, room);
+    require(c, speed < l->leg_rate_mps,
+            "tests.amplitude_m %g or amplitude_rad %g at tests.frequency_hz %g takes %.3g m/s, above limits.leg_rate_mps %g", t->amplitude_m,
+            t->amplitude_rad, t->frequency_hz, speed, l->leg_rate_mps);
+}
+
+static void check_sim(struct checker *c, const struct params *p) {
+    double substep_s = p->loop.period_s / p->sim.substeps;
+    require(c, substep_s <= substep_max_s * (1 + 1e-9), "sim.substeps %d makes substeps of %g s, the longest is %g s: at least %.0f",
+            p->sim.substeps, substep_s, substep_max_s, ceil(p->loop.period_s / substep_max_s - 1e-9));
+}
+
+int config_check(const struct params *params, const char *name, struct error *error) {
+    struct checker c = {.name = name, .error = error};
+    check_payload(&c, &params->payload);
+    check_legs(&c, params);
+    check_limits(&c, params);
+    check_tests(&c, params);
+    check_sim(&c, params);
+    return c.status;
+}

@@ -1,0 +1,223 @@
+#include "config_keys.h"
+
+#include <assert.h>
+#include <locale.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+static bool takes_list(enum config_kind kind) { return kind == CONFIG_AXES || kind == CONFIG_LEGS; }
+
+bool config_value_add(struct config_value *value, const char *text, size_t length) {
+    if (value->count == LEGS || length >= CONFIG_ITEM_SIZE || memchr(text, '\0', length)) return false;
+    memcpy(value->item[value->count++], text, length);
+    return true;
+}
+
+static bool add_trimmed(struct config_value *value, const char *text, size_t length) {
+    while (length > 0 && *text == ' ') text++, length--;
+    while (length > 0 && text[length - 1] == ' ') length--;
+    return config_value_add(value, text, length);
+}
+
+bool config_value_split(const struct config_key *key, const char *text, struct config_value *value) {
+    size_t length = strlen(text);
+    *value = (struct config_value){0};
+    if (!takes_list(key->kind)) return config_value_add(value, text, length);
+    if (length >= 2 && text[0] == '[' && text[length - 1] == ']') text++, length -= 2;
+    for (const char *end = text + length, *comma;; text = comma + 1) {
+        comma = memchr(text, ',', (size_t)(end - text));
+        if (!add_trimmed(value, text, (size_t)((comma ? comma : end) - text))) return false;
+        if (!comma) return true;
+        value->list = true;
+    }
+}
+
+__attribute__((format(printf, 2, 3))) static bool refuse(char reason[CONFIG_REASON_SIZE], const char *format, ...) {
+    va_list args;
+    va_start(args, format);
+    vsnprintf(reason, CONFIG_REASON_SIZE, format, args);
+    va_end(args);
+    return false;
+}
+
+static locale_t c_locale(void) { return newlocale(LC_ALL_MASK, "C", (locale_t)0); } /* glibc's static one: nothing to free */
+
+/* Decimal notation only: strtod by itself also takes hexadecimal, "inf" and "nan". */
+static bool parse_number(const char *text, double *number) {
+    char *end;
+    if (text[strspn(text, "0123456789+-.eE")] != '\0') return false;
+    *number = strtod_l(text, &end, c_locale());
+    return end != text && *end == '\0';
+}
+
+static bool parse_in_range(const struct config_key *key, const char *text, double *number, char reason[CONFIG_REASON_SIZE]) {
+    char range[CONFIG_TEXT_SIZE];
+    config_range_format(key, range);
+    if (!parse_number(text, number)) return refuse(reason, "\"%.40s\" is not a number; it takes one in %.60s", text, range);
+    if (!(*number >= key->min && *number <= key->max)) return refuse(reason, "%.40s is outside %.60s (%.80s)", text, range, key->meaning);
+    return true;
+}
+
+static bool set_real(const struct config_key *key, const char *text, double *place, char reason[CONFIG_REASON_SIZE]) {
+    double number;
+    if (!parse_in_range(key, text, &number, reason)) return false;
+    *place = number;
+    return true;
+}
+
+static bool set_integer(const struct config_key *key, const char *text, int *place, char reason[CONFIG_REASON_SIZE]) {
+    double number;
+    if (!parse_in_range(key, text, &number, reason)) return false;
+    if (number != (double)(int)number) return refuse(reason, "%.40s is not a whole number", text);
+    *place = (int)number;
+    return true;
+}
+
+static bool set_boolean(const char *text, bool *place, char reason[CONFIG_REASON_SIZE]) {
+    bool yes = strcmp(text, "true") == 0;
+    if (!yes && strcmp(text, "false") != 0) return refuse(reason, "\"%.40s\" is neither true nor false", text);
+    *place = yes;
+    return true;
+}
+
+/* The name's place, or -1 and the reason. */
+static int find_name(const struct config_key *key, const char *text, char reason[CONFIG_REASON_SIZE]) {
+    char range[CONFIG_TEXT_SIZE];
+    for (int i = 0; key->names[i]; i++)
+        if (strcmp(key->names[i], text) == 0) return i;
+    config_range_format(key, range);
+    refuse(reason, "\"%.40s\" is none of %.80s", text, range);
+    return -1;
+}
+
+static bool set_choice(const struct config_key *key, const char *text, enum engine_kind *place, char reason[CONFIG_REASON_SIZE]) {
+    int found = find_name(key, text, reason);
+    if (found < 0) return false;
+    *place = (enum engine_kind)found;
+    return true;
+}
+
+static bool set_text(const char *text, char place[CONFIG_ITEM_SIZE], char reason[CONFIG_REASON_SIZE]) {
+    for (const char *c = text; *c; c++)
+        if (*c < ' ' || *c > '~') return refuse(reason, "holds a character that is not printable ASCII");
+    memcpy(place, text, CONFIG_ITEM_SIZE); /* the zeros behind the text, too: equal params are equal bytes */
+    return true;
+}
+
+static bool set_axes(const struct config_key *key, const struct config_value *value, struct test_params *tests,
+                     char reason[CONFIG_REASON_SIZE]) {
+    enum dof order[DOFS] = {DOF_NONE, DOF_NONE, DOF_NONE, DOF_NONE, DOF_NONE, DOF_NONE};
+    bool used[DOFS] = {false};
+    for (int i = 0; i < value->count; i++) {
+        int axis = find_name(key, value->item[i], reason);
+        if (axis < 0) return false;
+        if (used[axis]) return refuse(reason, "%s is listed twice", key->names[axis]);
+        used[axis] = true;
+        order[i] = (enum dof)axis;
+    }
+    memcpy(tests->order, order, sizeof order);
+    tests->count = value->count;
+    return true;
+}
+
+static bool set_legs(const struct config_key *key, const struct config_value *value, double place[LEGS], char reason[CONFIG_REASON_SIZE]) {
+    double number[LEGS];
+    if (value->list && value->count != LEGS) return refuse(reason, "a list of %d; it takes one value for all legs, or six", value->count);
+    for (int i = 0; i < LEGS; i++)
+        if (!parse_in_range(key, value->item[value->list ? i : 0], &number[i], reason)) return false;
+    memcpy(place, number, sizeof number);
+    return true;
+}
+
+bool config_value_set(const struct config_key *key, const struct config_value *value, struct params *params,
+                      char reason[CONFIG_REASON_SIZE]) {
+    void *place = (char *)params + key->offset;
+    const char *text = value->item[0];
+    if (value->list && !takes_list(key->kind)) return refuse(reason, "a list; it takes a single value");
+    if (value->count == 0) return refuse(reason, "an empty list; it takes at least one value");
+    switch (key->kind) {
+    case CONFIG_REAL: return set_real(key, text, place, reason);
+    case CONFIG_INTEGER: return set_integer(key, text, place, reason);
+    case CONFIG_BOOLEAN: return set_boolean(text, place, reason);
+    case CONFIG_CHOICE: return set_choice(key, text, place, reason);
+    case CONFIG_TEXT: return set_text(text, place, reason);
+    case CONFIG_AXES: return set_axes(key, value, &params->tests, reason);
+    case CONFIG_LEGS:
+    case CONFIG_LEGS_ALIKE: break;
+    }
+    if (!set_legs(key, value, place, reason)) return false;
+    params->effects[key->effect].on = true;
+    return true;
+}
+
+/* With a point before any exponent: to other readers of YAML 1.1 "5e-05" is a word. */
+static int format_number(double number, char *text, size_t size) {
+    char plain[32];
+    locale_t before = uselocale(c_locale());
+    for (int digits = 6; digits <= 17; digits++) {
+        snprintf(plain, sizeof plain, "%.*g", digits, number);
+        if (strtod(plain, NULL) == number) break;
+    }
+    uselocale(before);
+    size_t mantissa = strcspn(plain, "e");
+    bool point = plain[mantissa] == '\0' || memchr(plain, '.', mantissa);
+    return snprintf(text, size, "%.*s%s%s", (int)mantissa, plain, point ? "" : ".0", plain + mantissa);
+}
+
+static void format_legs(const double number[LEGS], char text[CONFIG_TEXT_SIZE]) {
+    bool alike = true;
+    for (int i = 1; i < LEGS; i++) alike = alike && memcmp(&number[i], &number[0], sizeof number[0]) == 0;
+    if (alike) {
+        format_number(number[0], text, CONFIG_TEXT_SIZE);
+        return;
+    }
+    size_t used = 0;
+    for (int i = 0; i < LEGS; i++) {
+        used += (size_t)snprintf(text + used, CONFIG_TEXT_SIZE - used, i ? ", " : "[");
+        used += (size_t)format_number(number[i], text + used, CONFIG_TEXT_SIZE - used);
+    }
+    snprintf(text + used, CONFIG_TEXT_SIZE - used, "]");
+}
+
+static void format_quoted(const char *from, char text[CONFIG_TEXT_SIZE]) {
+    *text++ = '"';
+    for (; *from; from++) {
+        if (*from == '"' || *from == '\\') *text++ = '\\';
+        *text++ = *from;
+    }
+    *text++ = '"';
+    *text = '\0';
+}
+
+static void format_axes(const struct config_key *key, const struct test_params *tests, char text[CONFIG_TEXT_SIZE]) {
+    size_t used = (size_t)snprintf(text, CONFIG_TEXT_SIZE, "[");
+    for (int i = 0; i < tests->count; i++)
+        used += (size_t)snprintf(text + used, CONFIG_TEXT_SIZE - used, "%s%s", i ? ", " : "", key->names[tests->order[i]]);
+    snprintf(text + used, CONFIG_TEXT_SIZE - used, "]");
+}
+
+void config_value_format(const struct config_key *key, const struct params *params, char text[CONFIG_TEXT_SIZE]) {
+    const void *place = (const char *)params + key->offset;
+    switch (key->kind) {
+    case CONFIG_REAL: format_number(*(const double *)place, text, CONFIG_TEXT_SIZE); break;
+    case CONFIG_INTEGER: snprintf(text, CONFIG_TEXT_SIZE, "%d", *(const int *)place); break;
+    case CONFIG_BOOLEAN: snprintf(text, CONFIG_TEXT_SIZE, *(const bool *)place ? "true" : "false"); break;
+    case CONFIG_CHOICE: snprintf(text, CONFIG_TEXT_SIZE, "%s", key->names[*(const enum engine_kind *)place]); break;
+    case CONFIG_TEXT: format_quoted(place, text); break;
+    case CONFIG_AXES: format_axes(key, &params->tests, text); break;
+    case CONFIG_LEGS:
+    case CONFIG_LEGS_ALIKE: format_legs(place, text); break;
+    }
+}
+
+void config_range_format(const struct config_key *key, char text[CONFIG_TEXT_SIZE]) {
+    size_t used = 0;
+    text[0] = '\0';
+    for (int i = 0; key->names && key->names[i]; i++)
+        used += (size_t)snprintf(text + used, CONFIG_TEXT_SIZE - used, "%s%s", i ? ", " : "", key->names[i]);
+    const char *unit = strcmp(key->unit, "-") == 0 ? "" : key->unit;
+    if (key->kind == CONFIG_BOOLEAN) snprintf(text, CONFIG_TEXT_SIZE, "true, false");
+    else if (key->kind == CONFIG_TEXT) snprintf(text, CONFIG_TEXT_SIZE, "text");
+    else if (!key->names) snprintf(text, CONFIG_TEXT_SIZE, "%g..%g%s%s", key->min, key->max, *unit ? " " : "", unit);
+}

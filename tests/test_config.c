@@ -1,0 +1,507 @@
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "config.h"
+#include "config_keys.h"
+#include "harmonics.h"
+
+static const char shipped[] = "config/tian2015.yaml";
+
+static int parse(struct params *params, const char *text, struct error *error) {
+    return config_parse(params, text, strlen(text), "rig.yaml", error);
+}
+
+static int load(struct params *params, const char *setting, struct error *error) {
+    return config_load(params, NULL, &setting, 1, error);
+}
+
+static char *read_file(const char *path, size_t *size) {
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    char *text = calloc(1, 1 << 16);
+    *size = fread(text, 1, (1 << 16) - 1, file);
+    fclose(file);
+    return text;
+}
+
+/* xorshift64*, for values and mutations that are the same in every run. */
+static uint64_t random_next(uint64_t *state) {
+    *state ^= *state >> 12, *state ^= *state << 25, *state ^= *state >> 27;
+    return *state * 2685821657736338717u;
+}
+
+static double random_unit(uint64_t *state) { return (double)(random_next(state) >> 11) * 0x1p-53; }
+
+static bool is_number(const struct config_key *key) {
+    return key->kind == CONFIG_REAL || key->kind == CONFIG_INTEGER || key->kind == CONFIG_LEGS || key->kind == CONFIG_LEGS_ALIKE;
+}
+
+static bool set_text(const struct config_key *key, const char *text, struct params *params) {
+    struct config_value value;
+    char reason[CONFIG_REASON_SIZE];
+    return config_value_split(key, text, &value) && config_value_set(key, &value, params, reason);
+}
+
+static bool set_number(const struct config_key *key, double number, struct params *params) {
+    char text[40];
+    snprintf(text, sizeof text, "%.17g", number);
+    return set_text(key, text, params);
+}
+
+static void default_is_the_shipped_file(void **state) {
+    (void)state;
+    struct params built_in, file;
+    struct error error = {0};
+    config_default(&built_in);
+    if (config_load(&file, shipped, NULL, 0, &error) != 0) fail_msg("%s", error.text);
+    assert_memory_equal(&built_in, &file, sizeof file);
+}
+
+/* Otherwise the test above would hold for an empty file, too. */
+static void shipped_file_names_every_key(void **state) {
+    (void)state;
+    size_t size;
+    char *text = read_file(shipped, &size), line[CONFIG_PATH_SIZE + 8], *section = text;
+    struct config_key key;
+    for (int i = 0; config_key_at(i, &key) && key.effect < 0; i++) {
+        char *dot = strchr(key.path, '.');
+        snprintf(line, sizeof line, "\n%.*s:", (int)(dot - key.path), key.path);
+        section = strstr(text, line);
+        snprintf(line, sizeof line, "\n  %s: ", dot + 1);
+        if (!section || !strstr(section + 1, line)) fail_msg("%s is missing", key.path);
+    }
+    free(text);
+}
+
+/* tests/data/table*.csv: symbol,description,value,unit; the value is the last but one field, the description may hold commas. */
+static double table_value(const char *path, const char *symbol) {
+    size_t size, length = strlen(symbol);
+    char *text = read_file(path, &size), *line = strtok(text, "\n");
+    double value = NAN;
+    for (; line; line = strtok(NULL, "\n")) {
+        if (strncmp(line, symbol, length) != 0 || line[length] != ',') continue;
+        *strrchr(line, ',') = '\0';
+        value = strtod(strrchr(line, ',') + 1, NULL);
+    }
+    free(text);
+    return value;
+}
+
+static void geometry_and_inertia_are_the_papers_tables(void **state) {
+    (void)state;
+    static const char table1[] = "tests/data/table1_geometry.csv", table2[] = "tests/data/table2_inertia.csv";
+    struct params p;
+    struct error error = {0};
+    assert_int_equal(config_load(&p, shipped, NULL, 0, &error), 0);
+    const struct {
+        const char *table, *symbol;
+        double value;
+    } rows[] = {
+        {table1, "Ra", p.geometry.upper_radius_m},        {table1, "Rb", p.geometry.lower_radius_m},
+        {table1, "H", p.geometry.height_m},               {table1, "alpha", p.geometry.upper_half_angle_rad},
+        {table1, "beta", p.geometry.lower_half_angle_rad}, {table1, "D", p.actuator.piston_diameter_m},
+        {table1, "d", p.actuator.rod_diameter_m},         {table2, "m", p.payload.mass_kg},
+        {table2, "Icxx", p.payload.inertia_xx_kg_m2},     {table2, "Icyy", p.payload.inertia_yy_kg_m2},
+        {table2, "Iczz", p.payload.inertia_zz_kg_m2},     {table2, "h", p.payload.center_height_m},
+        {table2, "ia", p.actuator.upper_inertia_kg_m2},   {table2, "ib", p.actuator.lower_inertia_kg_m2},
+        {table2, "ma", p.actuator.upper_mass_kg},         {table2, "mb", p.actuator.lower_mass_kg},
+        {table2, "ra", p.actuator.upper_center_m},        {table2, "rb", p.actuator.lower_center_m},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
+        if (!(table_value(rows[i].table, rows[i].symbol) == rows[i].value)) fail_msg("%s differs: %g", rows[i].symbol, rows[i].value);
+}
+
+static void keys_that_scripts_rely_on_exist(void **state) {
+    (void)state;
+    static const char *const settings[] = {
+        "sensors.enabled=false", "sim.engine=closed_form", "sim.engine=ode",    "sim.substeps=16",       "tests.frequency_hz=5",
+        "tests.amplitude_m=2e-3", "tests.amplitude_rad=3e-3", "tests.duration_s=2", "tests.ramp_s=0.5",  "tests.order=z",
+        "tests.order=x,psi",     "tests.order=[x, y]",     "control.kp=39",     "control.ki=0",          "control.kd=0.1",
+        "control.kff=1.9",       "control.kpf=0",          "control.tf=0.01",   "control.tp=0.1",        "lcm.url="};
+    for (size_t i = 0; i < sizeof settings / sizeof settings[0]; i++) {
+        struct params p, before;
+        struct error error = {0};
+        config_default(&before);
+        if (load(&p, settings[i], &error) != 0) fail_msg("%s", error.text);
+        if (strcmp(settings[i], "sim.engine=ode") != 0) assert_memory_not_equal(&p, &before, sizeof p);
+    }
+}
+
+static void a_key_takes_its_bounds_and_nothing_beyond(void **state) {
+    (void)state;
+    struct config_key key;
+    struct params p;
+    int numbers = 0;
+    config_default(&p);
+    for (int i = 0; config_key_at(i, &key); i++) {
+        assert_true(set_text(&key, key.value, &p)); /* the default is one of the allowed values */
+        if (!is_number(&key)) continue;
+        numbers++;
+        assert_true(key.min < key.max);
+        assert_true(set_number(&key, key.min, &p) && set_number(&key, key.max, &p));
+        struct params kept = p;
+        assert_false(set_number(&key, nextafter(key.min, -INFINITY), &p) || set_number(&key, nextafter(key.max, INFINITY), &p));
+        static const char *const refused[] = {"nan", "NaN", ".nan", "inf", "-inf", ".inf", "1e999", "-1e999", "", " ", "0x10", "1_000", "1,5",
+                                              "--1", "1e", "e5", ".", "12 m", "1.2.3", "true", "[]", "[1, 2]"};
+        for (size_t k = 0; k < sizeof refused / sizeof refused[0]; k++)
+            if (set_text(&key, refused[k], &p)) fail_msg("%s took \"%s\"", key.path, refused[k]);
+        assert_memory_equal(&p, &kept, sizeof p); /* what is refused changes nothing */
+    }
+    assert_true(numbers > 70);
+}
+
+static void numbers_are_read_in_any_decimal_notation(void **state) {
+    (void)state;
+    static const struct {
+        const char *text;
+        double value;
+    } cases[] = {{"40", 40}, {"+40", 40}, {"4e1", 40}, {"4.0E+1", 40}, {".5", 0.5}, {"5.", 5}, {"2.0e-5", 2e-5}, {"0", 0}, {"1e3", 1000}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char text[80];
+        struct params p;
+        struct error error = {0};
+        snprintf(text, sizeof text, "control: {kp: %s}\n", cases[i].text);
+        if (parse(&p, text, &error) != 0) fail_msg("%s", error.text);
+        assert_true(p.control.kp == cases[i].value);
+    }
+}
+
+/* Every real number slightly off its default, with all 53 bits in use, and every effect on with six different values. */
+static void randomize(struct params *p, uint64_t *seed) {
+    struct config_key key;
+    for (int i = 0; config_key_at(i, &key); i++) {
+        double *place = (double *)((char *)p + key.offset);
+        if (key.kind == CONFIG_REAL && !(*place == 0.0)) *place *= 1.0 - 1e-4 * random_unit(seed);
+        if (key.effect < 0) continue;
+        p->effects[key.effect].on = true;
+        for (int leg = 0; leg < LEGS; leg++)
+            place[leg] = key.kind == CONFIG_LEGS || leg == 0 ? key.min + (key.max - key.min) * random_unit(seed) : place[0];
+    }
+}
+
+static void text_turns_back_into_the_same_bits(void **state) {
+    (void)state;
+    uint64_t seed = 1;
+    for (int round = 0; round < 50; round++) {
+        struct params p, back;
+        struct error error = {0};
+        config_default(&p);
+        if (round > 0) randomize(&p, &seed);
+        if (round > 1) p.tests.order[0] = DOF_PSI, p.tests.order[5] = DOF_X;
+        if (round > 2) strcpy(p.lcm.url, "file:///tmp/\"odd\" name\\#1: x");
+        if (round > 2) memset(p.lcm.url + strlen(p.lcm.url), 0, sizeof p.lcm.url - strlen(p.lcm.url));
+        char *text = config_text(&p);
+        assert_non_null(text);
+        memset(&back, 0x55, sizeof back);
+        if (parse(&back, text, &error) != 0) fail_msg("%s\n%s", error.text, text);
+        assert_memory_equal(&p, &back, sizeof p);
+        free(text);
+    }
+}
+
+static void settings_override_the_file_and_the_last_one_wins(void **state) {
+    (void)state;
+    const char *const settings[] = {"control.kp=30", "tests.frequency_hz=5", "control.kp=31"};
+    struct params p;
+    struct error error = {0};
+    assert_int_equal(config_load(&p, shipped, settings, 3, &error), 0);
+    assert_true(p.control.kp == 31 && p.tests.frequency_hz == 5);
+}
+
+static void an_effect_is_off_until_one_of_its_keys_is_set(void **state) {
+    (void)state;
+    struct config_key key;
+    int keys = 0;
+    for (int i = 0; config_key_at(i, &key); i++) {
+        if (key.effect < 0) continue;
+        struct params p, off;
+        config_default(&off);
+        p = off;
+        for (int e = 0; e < EFFECTS_MAX; e++) assert_false(p.effects[e].on);
+        double (*values)[LEGS] = p.effects[key.effect].value, *mine = (double *)((char *)&p + key.offset);
+        assert_true(set_number(&key, key.max, &p)); /* one number, all legs */
+        for (int leg = 0; leg < LEGS; leg++) assert_true(mine[leg] == key.max);
+        for (int k = 0; k < EFFECT_KEYS && effect_table[key.effect]->keys[k].name; k++)
+            if (values[k] != mine) assert_true(values[k][3] == effect_table[key.effect]->keys[k].neutral);
+        for (int e = 0; e < EFFECTS_MAX; e++) assert_int_equal(p.effects[e].on, e == key.effect);
+        keys++;
+    }
+    assert_true(keys > 0);
+}
+
+static void a_list_gives_each_leg_its_value_where_the_effect_allows_it(void **state) {
+    (void)state;
+    struct config_key key;
+    for (int i = 0; config_key_at(i, &key); i++) {
+        if (key.effect < 0) continue;
+        char five[200], six[240];
+        double step = (key.max - key.min) / 8;
+        snprintf(five, sizeof five, "%.9g,%.9g,%.9g,%.9g,%.9g", key.min, key.min + step, key.min + 2 * step, key.min + 3 * step,
+                 key.min + 4 * step);
+        snprintf(six, sizeof six, "[%s,%.9g]", five, key.min + 5 * step);
+        struct params p;
+        config_default(&p);
+        assert_false(set_text(&key, five, &p));
+        assert_int_equal(set_text(&key, six, &p), key.kind == CONFIG_LEGS);
+        const double *value = (const double *)((const char *)&p + key.offset);
+        for (int leg = 1; leg < LEGS && key.kind == CONFIG_LEGS; leg++) assert_true(value[leg] > value[leg - 1]);
+    }
+}
+
+/* What hostile or mistaken text must say: file, line, key, and what would do. */
+static const struct {
+    const char *text, *message[3];
+} mistakes[] = {
+    {"control:\n  kp: -3\n", {"rig.yaml:2: control.kp: -3 is outside 0..10000 1/m"}},
+    {"control:\n  kp: abc\n", {"rig.yaml:2: control.kp: \"abc\" is not a number"}},
+    {"control:\n  kp: [1, 2]\n", {"rig.yaml:2: control.kp: a list", "single value"}},
+    {"control:\n  kp: {a: 1}\n", {"rig.yaml:2: control.kp takes a value"}},
+    {"control:\n  kp:\n", {"rig.yaml:2: control.kp: \"\" is not a number"}},
+    {"control:\n\n  kpp: 3\n", {"rig.yaml:3: unknown key control.kpp; did you mean control.kp?"}},
+    {"contrl:\n  kp: 3\n", {"rig.yaml:1: unknown key contrl; did you mean control?"}},
+    {"kp: 3\n", {"rig.yaml:1: unknown key kp; did you mean control.kp?"}},
+    {"banana: 3\n", {"rig.yaml:1: unknown key banana; `hexid run --print-config`"}},
+    {"control: 3\n", {"rig.yaml:1: control holds keys"}},
+    {"control:\n  kp: 3\n  ki: 1\n  kp: 4\n", {"rig.yaml:4: control.kp stands already in line 2"}},
+    {"control: {kp: 3}\nloop: {cpu: 0}\ncontrol: {ki: 3}\n", {"rig.yaml:3: control stands already in line 1"}},
+    {"control:\n\tkp: 3\n", {"rig.yaml:2: not YAML", "indented with spaces"}},
+    {"control: {kp: 3\n", {"rig.yaml:2: not YAML"}},
+    {"control: &a {kp: 3}\n", {"rig.yaml:1: anchors, aliases and tags"}},
+    {"control:\n  kp: *a\n", {"rig.yaml:2: anchors, aliases and tags"}},
+    {"control:\n  kp: !!float 3\n", {"rig.yaml:2: anchors, aliases and tags"}},
+    {"control:\n  <<: {kp: 3}\n", {"rig.yaml:2: unknown key control.<<"}},
+    {"? [control]\n: 3\n", {"rig.yaml:1: a key is a plain word"}},
+    {"\"\": 3\n", {"rig.yaml:1: a key is a plain word"}},
+    {"\"control\\0x\": {kp: 3}\n", {"rig.yaml:1: a key is a plain word"}},
+    {"control:\n  kp: \"4\\0\"\n", {"rig.yaml:2: control.kp: at most"}},
+    {"loop:\n  cpu: 1\nnote\xff: 1\n", {"rig.yaml:3: ", "UTF-8"}},
+    {"sim:\n  substeps: 8.5\n", {"rig.yaml:2: sim.substeps: 8.5 is not a whole number"}},
+    {"sim:\n  engine: bullet\n", {"rig.yaml:2: sim.engine: \"bullet\" is none of ode, closed_form"}},
+    {"sensors:\n  enabled: yes\n", {"rig.yaml:2: sensors.enabled: \"yes\" is neither true nor false"}},
+    {"tests:\n  order: []\n", {"rig.yaml:2: tests.order: an empty list"}},
+    {"tests:\n  order: [x, x]\n", {"rig.yaml:2: tests.order: x is listed twice"}},
+    {"tests:\n  order: [x, w]\n", {"rig.yaml:2: tests.order: \"w\" is none of x, y, z"}},
+    {"tests:\n  order: [x, [y]]\n", {"rig.yaml:2: tests.order takes a value"}},
+    {"tests:\n  order: [x, y, z, phi, theta, psi, x]\n", {"rig.yaml:2: tests.order: at most 6 values"}},
+    {"lcm:\n  url: \"a\\nb\"\n", {"rig.yaml:2: lcm.url: holds a character"}},
+    {"effects:\n  valve_lga: {}\n", {"rig.yaml:2: unknown key effects.valve_lga"}},
+    {"effects:\n  cylinder_coulomb_friction: {}\n", {"rig.yaml:2: effects.cylinder_coulomb_friction has no key", "hexid effects"}},
+    {"effects:\n  cylinder_coulomb_friction:\n", {"rig.yaml:2: effects.cylinder_coulomb_friction has no key"}},
+    {"effects: [a]\n", {"rig.yaml:1: effects holds keys"}},
+    {"", {"rig.yaml:", "holds no configuration"}},
+    {"# nothing\n", {"rig.yaml:", "holds no configuration"}},
+    {"just words\n", {"rig.yaml:1: holds no configuration"}},
+    {"- control\n", {"rig.yaml:1: holds no configuration"}},
+    {"control: {kp: 3}\n---\ncontrol: {kp: 4}\n", {"rig.yaml:2: a second document"}},
+    {"control:\n  kp: \"\x1b[2J\"\n", {"rig.yaml:2: ", "control characters"}},
+    {"control:\n  kp: \"\\e[2J\"\n", {"rig.yaml:2: control.kp: \"?[2J\" is not a number"}},
+};
+
+static void a_mistake_is_reported_with_file_line_and_key(void **state) {
+    (void)state;
+    for (size_t i = 0; i < sizeof mistakes / sizeof mistakes[0]; i++) {
+        struct params p;
+        struct error error = {0};
+        assert_int_equal(parse(&p, mistakes[i].text, &error), STATUS_USAGE);
+        assert_int_equal(error.status, STATUS_USAGE);
+        for (int k = 0; k < 3 && mistakes[i].message[k]; k++)
+            if (!strstr(error.text, mistakes[i].message[k])) fail_msg("%s\nsays   %s\nwanted %s", mistakes[i].text, error.text, mistakes[i].message[k]);
+    }
+}
+
+static void a_wrong_setting_is_reported_with_its_text(void **state) {
+    (void)state;
+    static const char *const cases[][2] = {
+        {"control.kp=abc", "--set control.kp=abc: \"abc\" is not a number"},
+        {"control.kp=", "--set control.kp=: \"\" is not a number"},
+        {"control.kp", "--set control.kp: no value; write --set KEY=VALUE"},
+        {"control.kq=3", "--set control.kq=3: unknown key control.kq; did you mean control.k"},
+        {"control=3", "--set control=3: control holds keys; write --set control.KEY=VALUE"},
+        {"=3", "--set =3: unknown key"},
+        {"", "--set : no value"},
+        {"tests.order=x,,y", "--set tests.order=x,,y: \"\" is none of"},
+        {"tests.order=x,y,z,x,y,z,x", "at most 6 values"},
+        {"loop.period_s=1e999", "--set loop.period_s=1e999: 1e999 is outside"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct params p;
+        struct error error = {0};
+        assert_int_equal(load(&p, cases[i][0], &error), STATUS_USAGE);
+        if (!strstr(error.text, cases[i][1])) fail_msg("%s says %s", cases[i][0], error.text);
+    }
+}
+
+static void a_file_that_cannot_be_read_is_named(void **state) {
+    (void)state;
+    static const char *const cases[][2] = {{"tests/data/absent.yaml", "tests/data/absent.yaml: cannot be opened: No such file"},
+                                           {"tests", "tests: cannot be read: Is a directory"},
+                                           {"/dev/null", "/dev/null:1: holds no configuration"},
+                                           {"/dev/zero", "/dev/zero: larger than"}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct params p;
+        struct error error = {0};
+        assert_int_equal(config_load(&p, cases[i][0], NULL, 0, &error), STATUS_USAGE);
+        if (!strstr(error.text, cases[i][1])) fail_msg("%s says %s", cases[i][0], error.text);
+    }
+}
+
+/* Each list of settings makes a machine or a test that cannot be; the message names the keys. */
+static void keys_that_contradict_each_other_are_named(void **state) {
+    (void)state;
+    static const struct {
+        const char *settings[3], *message[2];
+    } cases[] = {
+        {{"payload.inertia_zz_kg_m2=30"}, {"inertia_zz_kg_m2 30", "no body has them"}},
+        {{"actuator.rod_diameter_m=0.063"}, {"actuator.rod_diameter_m", "actuator.piston_diameter_m"}},
+        {{"actuator.stroke_m=1.3"}, {"actuator.stroke_m", "geometry.height_m"}},
+        {{"geometry.height_m=0.5"}, {"actuator.stroke_m", "geometry.height_m"}},
+        {{"actuator.upper_center_m=1.5"}, {"actuator.upper_center_m", "shortest leg"}},
+        {{"limits.length_min_m=1.9"}, {"limits.length_min_m", "neutral leg length"}},
+        {{"limits.length_max_m=1.8"}, {"length_max_m", "neutral leg length"}},
+        {{"motion.park_z_m=1.64"}, {"motion.park_z_m", "geometry.height_m"}},
+        {{"motion.park_z_m=0.47"}, {"motion.park_z_m", "stroke ends"}},
+        {{"limits.length_min_m=1.45"}, {"motion.park_z_m", "limits.length_min_m"}},
+        {{"hydraulics.tank_pa=1e7"}, {"hydraulics.tank_pa", "hydraulics.supply_pa"}},
+        {{"limits.pressure_max_pa=9e6"}, {"pressure_max_pa", "supply_pa"}},
+        {{"limits.pressure_min_pa=1e3"}, {"limits.pressure_min_pa", "tank_pa"}},
+        {{"sensors.pressure_full_scale_pa=9e6"}, {"sensors.pressure_full_scale_pa", "hydraulics.supply_pa"}},
+        {{"motion.engage_s=1"}, {"motion.engage_s", "limits.leg_rate_mps"}},
+        {{"motion.park_s=1"}, {"park_s", "limits.leg_rate_mps"}},
+        {{"limits.sensor_age_s=0.001"}, {"limits.sensor_age_s", "loop.period_s"}},
+        {{"loop.period_s=0.005", "sim.substeps=20", "tests.frequency_hz=51"}, {"tests.frequency_hz", "loop.period_s"}},
+        {{"loop.period_s=0.01", "sim.substeps=40", "tests.frequency_hz=10"}, {"tests.harmonics", "tests.frequency_hz"}},
+        {{"tests.duration_s=0.4"}, {"tests.duration_s", "at least 0.5 s"}},
+        {{"tests.frequency_hz=45", "tests.duration_s=0.046", "limits.leg_rate_mps=2"}, {"tests.duration_s", "tests.harmonics"}},
+        {{"tests.amplitude_m=0.41", "tests.frequency_hz=0.1", "tests.duration_s=30"}, {"tests.amplitude_m", "actuator.stroke_m"}},
+        {{"tests.amplitude_rad=0.05"}, {"amplitude_rad", "limits.leg_rate_mps"}},
+        {{"sim.substeps=7"}, {"sim.substeps", "at least 8"}},
+        {{"loop.period_s=0.004"}, {"sim.substeps", "at least 16"}},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct params p;
+        struct error error = {0};
+        int count = 1;
+        while (count < 3 && cases[i].settings[count]) count++;
+        if (config_load(&p, shipped, cases[i].settings, count, &error) != STATUS_USAGE) fail_msg("%s was accepted", cases[i].settings[0]);
+        assert_non_null(strstr(error.text, shipped));
+        for (int k = 0; k < 2; k++)
+            if (!strstr(error.text, cases[i].message[k])) fail_msg("%s says %s", cases[i].settings[0], error.text);
+    }
+}
+
+static void as_many_harmonics_as_the_regression_has_are_accepted(void **state) {
+    (void)state;
+    struct config_key key;
+    assert_true(config_key_find("tests.harmonics", &key));
+    assert_true(key.max == HARMONICS_MAX);
+}
+
+/* Sizes and depths that make careless readers slow or dead. */
+static void big_and_deep_text_is_refused(void **state) {
+    (void)state;
+    enum { SIZE = (1 << 20) + 1 };
+    static const char *const patterns[] = {"[", "{", "{control: ", "- ", "a: ", "? ", "a", "\"", "#", "\n", "&a ", "control: [", "%"};
+    char *text = malloc(SIZE);
+    assert_non_null(text);
+    for (size_t i = 0; i < sizeof patterns / sizeof patterns[0]; i++)
+        for (int size = SIZE - 1; size <= SIZE; size++) {
+            size_t length = strlen(patterns[i]);
+            struct params p;
+            struct error error = {0};
+            for (size_t k = 0; k < SIZE; k++) text[k] = patterns[i][k % length];
+            assert_int_equal(config_parse(&p, text, (size_t)size, "big.yaml", &error), STATUS_USAGE);
+            assert_non_null(strstr(error.text, size == SIZE ? "big.yaml: larger than" : "big.yaml:"));
+        }
+    free(text);
+}
+
+/* Any bytes: accepted and within range, or refused with a message; the sanitizer builds watch over the memory. */
+static void mutated_text_is_accepted_or_refused_never_worse(void **state) {
+    (void)state;
+    static const char spice[] = "[]{}:,-&*!#|>'\"%@`\t\n\r ?\\.0e\xff\xc3\xa9\x00\x7f";
+    size_t size;
+    char *text = read_file(shipped, &size), *copy = malloc(2 * size);
+    uint64_t seed = 7;
+    int accepted = 0, refused = 0;
+    for (int round = 0; round < 3000; round++) {
+        size_t length = size;
+        memcpy(copy, text, size);
+        for (uint64_t n = 1 + random_next(&seed) % 4; n > 0; n--) {
+            size_t at = random_next(&seed) % length, other = random_next(&seed) % length, span = random_next(&seed) % 40;
+            switch (random_next(&seed) % 4) {
+            case 0: copy[at] = spice[random_next(&seed) % (sizeof spice - 1)]; break;
+            case 1: copy[at] = (char)random_next(&seed); break;
+            case 2: length = at + 1; break;
+            default: memmove(copy + at, copy + other, span < length - (at > other ? at : other) ? span : 0); break;
+            }
+        }
+        struct params p;
+        struct error error = {0};
+        int status = config_parse(&p, copy, length, "rig.yaml", &error);
+        if (status == STATUS_OK) {
+            struct config_key key;
+            for (int i = 0; config_key_at(i, &key); i++) {
+                double value = key.kind == CONFIG_REAL ? *(const double *)((const char *)&p + key.offset) : key.min;
+                assert_true(value >= key.min && value <= key.max);
+            }
+            accepted++;
+        } else {
+            assert_int_equal(status, STATUS_USAGE);
+            assert_int_equal(strncmp(error.text, "rig.yaml", 8), 0);
+            refused++;
+        }
+    }
+    assert_true(accepted > 100 && refused > 100); /* both ways were taken */
+    free(text);
+    free(copy);
+}
+
+static void the_listing_has_every_key_once(void **state) {
+    (void)state;
+    char *text = NULL;
+    size_t size;
+    FILE *out = open_memstream(&text, &size);
+    assert_non_null(out);
+    config_print_keys(out);
+    fclose(out);
+    struct config_key key;
+    for (int i = 0; config_key_at(i, &key); i++) {
+        char start[CONFIG_PATH_SIZE + 2];
+        snprintf(start, sizeof start, "\n%s ", key.path);
+        char *found = strstr(text, start);
+        if (!found || strstr(found + 1, start)) fail_msg("%s", key.path);
+    }
+    free(text);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(default_is_the_shipped_file),
+        cmocka_unit_test(shipped_file_names_every_key),
+        cmocka_unit_test(geometry_and_inertia_are_the_papers_tables),
+        cmocka_unit_test(keys_that_scripts_rely_on_exist),
+        cmocka_unit_test(a_key_takes_its_bounds_and_nothing_beyond),
+        cmocka_unit_test(numbers_are_read_in_any_decimal_notation),
+        cmocka_unit_test(text_turns_back_into_the_same_bits),
+        cmocka_unit_test(settings_override_the_file_and_the_last_one_wins),
+        cmocka_unit_test(an_effect_is_off_until_one_of_its_keys_is_set),
+        cmocka_unit_test(a_list_gives_each_leg_its_value_where_the_effect_allows_it),
+        cmocka_unit_test(a_mistake_is_reported_with_file_line_and_key),
+        cmocka_unit_test(a_wrong_setting_is_reported_with_its_text),
+        cmocka_unit_test(a_file_that_cannot_be_read_is_named),
+        cmocka_unit_test(keys_that_contradict_each_other_are_named),
+        cmocka_unit_test(as_many_harmonics_as_the_regression_has_are_accepted),
+        cmocka_unit_test(big_and_deep_text_is_refused),
+        cmocka_unit_test(mutated_text_is_accepted_or_refused_never_worse),
+        cmocka_unit_test(the_listing_has_every_key_once),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
