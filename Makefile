@@ -69,8 +69,8 @@ as=; [ $$(id -u) -eq 0 ] || as='sudo -n'; \
 $$as true 2>/dev/null || { echo "hexid: packages are missing, and this is neither root nor sudo without a password. Please run:" >&2; \
 	echo "    sudo apt-get install" $$missing >&2; exit 1; }; \
 echo "hexid: installing" $$missing; \
-$$as apt-get -qq update; \
-$$as env DEBIAN_FRONTEND=noninteractive apt-get -qqy -o DPkg::Lock::Timeout=300 install --no-install-recommends $$missing </dev/null >/dev/null
+said=$$($$as apt-get -qq update && $$as env DEBIAN_FRONTEND=noninteractive apt-get -qqy -o DPkg::Lock::Timeout=300 -o Dpkg::Use-Pty=0 \
+	install --no-install-recommends $$missing </dev/null 2>&1) || { echo "$$said" >&2; exit 1; }
 endef
 
 deps: deps-run deps-test ## install what is missing of the Debian packages for run and test
