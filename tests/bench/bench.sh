@@ -21,7 +21,7 @@ row() {
     awk -v s="$scale" '{ printf "%.4g\n", $1 * s }' >"$work/row"
     count=$(wc -l <"$work/row")
     read -r p10 median p90 < <(quantiles <"$work/row")
-    printf '%-40s %10s %10s %10s  %-6s %12s\n' "$name" "$median" "$p10" "$p90" "$unit" "$instructions"
+    printf '%-54s %10s %10s %10s  %-6s %12s\n' "$name" "$median" "$p10" "$p90" "$unit" "$instructions"
     echo "$name,$unit,$median,$p10,$p90,$count,$instructions" >>"$csv"
 }
 title() { printf '\n%-40s %10s %10s %10s  %-6s %12s\n' "$1" median p10 p90 unit "$2"; }
@@ -47,7 +47,8 @@ done
 title "hexid identify LOG (warm cache)" "max RSS"
 for seconds in 5 60 600; do
     log=$work/$seconds.lcm
-    "$hexid" run --hal sim: --fast --set sim.engine=closed_form --set tests.duration_s=$seconds --set lcm.url= --log "$log" >/dev/null 2>&1
+    "$hexid" run --hal sim: --fast --set sim.engine=closed_form --set tests.duration_s=$seconds --set lcm.url= --log "$log" >"$work/run" 2>&1
+    [ -s "$log" ] || { tail -n 3 "$work/run"; continue; }
     for _ in 0 1 2 3; do "$bench" use "$hexid" identify "$log" --json "$work/identify.json" 2>/dev/null | tail -n 1; done | tail -n 3 >"$work/use"
     awk '{ print $1 }' "$work/use" | row "identify_6_x_${seconds}_s" s 1 "$(awk '$2 > m { m = $2 } END { print m " kB" }' "$work/use")"
     rm -f "$log"
@@ -72,7 +73,7 @@ loop_wake() { # about 14 s -> the same
     "$hexid" run --hal sim: --rt require --set motion.engage_s=3 --set motion.park_s=3 --set motion.hold_s=0 --set tests.settle_s=0.2 --set tests.ramp_s=0.2 \
         --set tests.ramp_out_s=0.2 --set tests.duration_s=0.5 --set lcm.url= --log "$work/loop.lcm" --json "$work/loop.json" >"$work/loop.out" 2>&1
     python3 -c 'import json, sys; w = json.load(open(sys.argv[1]))["loop"]["wake_us"]; print(w["p50"], w["p99"], w["p999"], w["max"])' "$work/loop.json" \
-        || tail -n 3 "$work/loop.out" >&2
+        || tail -n 3 "$work/loop.out"
 }
 for _ in 1 2 3 4; do
     cyclictest_wake 14 >>"$work/wake.cyclictest"
