@@ -61,10 +61,9 @@ void joint_axes(const struct rigid_model *m, const struct rigid_state *s, const 
     for (int leg = 0; leg < LEGS; leg++) {
         struct tip t = tip_of(legs, leg);
         int at = JOINT_AXES_PER_LEG * leg;
-        double lower = m->geometry.lower_angle[leg], upper = m->geometry.upper_angle[leg];
-        double base_axis[3] = {-sin(lower), cos(lower), 0.0}, platform_axis[3];
-        for (int i = 0; i < 3; i++) platform_axis[i] = -legs->rotation[i][0] * sin(upper) + legs->rotation[i][1] * cos(upper);
-        joint_rows(&t, base_axis, NULL, axes->row + at, axes->bias + at);
+        double platform_axis[3];
+        for (int i = 0; i < 3; i++) platform_axis[i] = dot3(legs->rotation[i], m->upper_axis[leg]);
+        joint_rows(&t, m->lower_axis[leg], NULL, axes->row + at, axes->bias + at);
         joint_rows(&t, platform_axis, s->twist + 3, axes->row + at + 2, axes->bias + at + 2);
     }
 }

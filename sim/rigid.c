@@ -5,6 +5,11 @@
 
 #include "vec3.h"
 
+/* To the joint circle: the first axis of a universal joint (engine.h). */
+static void tangent(double angle, double axis[3]) {
+    axis[0] = -sin(angle), axis[1] = cos(angle), axis[2] = 0.0;
+}
+
 void rigid_model_init(struct rigid_model *m, const struct params *params) {
     const struct actuator_params *a = &params->actuator;
     const struct payload_params *p = &params->payload;
@@ -19,11 +24,14 @@ void rigid_model_init(struct rigid_model *m, const struct params *params) {
         .fixed_inertia = a->lower_mass_kg * a->lower_center_m * a->lower_center_m + a->upper_inertia_kg_m2 + a->lower_inertia_kg_m2,
     };
     sim_geometry_init(&m->geometry, params);
-    for (int leg = 0; leg < LEGS; leg++)
+    for (int leg = 0; leg < LEGS; leg++) {
         for (int i = 0; i < 3; i++) {
             m->upper[i][leg] = m->geometry.upper[leg][i];
             m->lower[i][leg] = m->geometry.lower[leg][i];
         }
+        tangent(m->geometry.upper_angle[leg], m->upper_axis[leg]);
+        tangent(m->geometry.lower_angle[leg], m->lower_axis[leg]);
+    }
     struct rigid_state neutral;
     double kinetic;
     rigid_rest(&neutral, (const double[DOFS]){0});
@@ -135,15 +143,12 @@ static void leg_loads(const struct rigid_model *m, const struct rigid_legs *legs
     }
 }
 
-/* sum (ma - f) J' J, lower triangle. */
+/* sum (ma - f) J' J; whole rows, which are cheaper than a triangle. */
 static void add_axial_mass(const struct rigid_legs *legs, const double axial[LEGS], double mass[DOFS][DOFS]) {
     for (int k = 0; k < LEGS; k++) {
         double row[DOFS];
         rigid_row(legs, k, row);
-        for (int i = 0; i < DOFS; i++) {
-            double scaled = axial[k] * row[i];
-            for (int j = 0; j <= i; j++) mass[i][j] += scaled * row[j];
-        }
+        for (int i = 0; i < DOFS; i++) add6(axial[k] * row[i], row, mass[i]);
     }
 }
 

@@ -24,6 +24,7 @@
 struct rigid_model {
     struct sim_geometry geometry;
     double upper[3][LEGS], lower[3][LEGS]; /* geometry, an array per coordinate */
+    double upper_axis[LEGS][3], lower_axis[LEGS][3]; /* first axes of the universal joints, in {M} and {B} */
     double mass, inertia[3], gravity;
     double upper_mass, upper_moment, lower_moment; /* ma, ma ra, mb rb */
     double upper_center, fixed_inertia;            /* ra, mb rb^2 + ia + ib */

@@ -13,6 +13,7 @@ enum { ITERATIONS = 60 };
 
 void stick_basis_add(struct stick_basis *basis, const double row[DOFS], double bias) {
     double rest[DOFS], square = dot6(row, row);
+    if (basis->rank == DOFS) return;
     for (int i = 0; i < DOFS; i++) rest[i] = row[i];
     for (int pass = 0; pass < 2; pass++) /* twice is enough (Kahan) */
         for (int k = 0; k < basis->rank; k++) {
@@ -21,7 +22,7 @@ void stick_basis_add(struct stick_basis *basis, const double row[DOFS], double b
             bias -= share * basis->bias[k];
         }
     double left = dot6(rest, rest);
-    if (basis->rank == DOFS || !(left > DEPENDENT * square)) return;
+    if (!(left > DEPENDENT * square)) return;
     double scale = 1.0 / sqrt(left);
     for (int i = 0; i < DOFS; i++) basis->row[basis->rank][i] = scale * rest[i];
     basis->bias[basis->rank++] = scale * bias;
