@@ -113,18 +113,19 @@ struct span {
     double first_s, last_s;
 };
 
-/* *periods: whole ones since the row before. */
-static int advance(struct import *im, const struct csv_reader *reader, struct span *s, double t_s, int64_t *periods) {
+/* By whole periods: a missing row is a gap in seq, as in hexid's own logs. */
+static int advance(struct import *im, const struct csv_reader *reader, struct span *s, double t_s) {
     double step_s = s->rows ? t_s - s->last_s : period_s(im);
     if (!isfinite(t_s)) return csv_refuse(reader, CSV_T, im->error, "%g: every row needs its time", t_s);
     if (!(step_s > 0.0)) return csv_refuse(reader, CSV_T, im->error, "%g after %g: time must increase from row to row", t_s, s->last_s);
     if (step_s > gap_max_s) return csv_refuse(reader, CSV_T, im->error, "%g after %g: too long a gap within one test", t_s, s->last_s);
-    *periods = llround(step_s / period_s(im));
-    if (*periods < 1) return rate_lies(im, &reader->head, step_s);
+    int64_t periods = llround(step_s / period_s(im));
+    if (periods < 1) return rate_lies(im, &reader->head, step_s);
     if (!s->rows) s->first_s = t_s;
-    else s->periods += *periods;
+    else s->periods += periods;
     s->last_s = t_s;
     s->rows++;
+    im->seq += (uint64_t)periods;
     return STATUS_OK;
 }
 
@@ -152,13 +153,11 @@ static int write_row(struct import *im, int file, struct cycle *c, double since_
 
 static int read_rows(struct import *im, int file, struct csv_reader *reader, struct span *s) {
     struct cycle c;
-    int64_t periods;
     int got;
     while ((got = csv_read_row(reader, &c, im->error)) > 0) {
-        int status = advance(im, reader, s, c.test_time_s, &periods);
+        int status = advance(im, reader, s, c.test_time_s);
+        if (!status && im->log) status = write_row(im, file, &c, c.test_time_s - s->first_s);
         if (status) return status;
-        im->seq += (uint64_t)periods;
-        if (im->log && (status = write_row(im, file, &c, c.test_time_s - s->first_s))) return status;
     }
     return got < 0 ? got : check_span(im, reader, s);
 }
