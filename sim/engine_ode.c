@@ -16,14 +16,12 @@
 
 #include "ode_machine.h"
 
-/* A leg at the start of a substep and what resists its motion over it. Forces act on the rod, away from the base positive. */
+/* A leg at an instant and what resists its motion. Forces act on the rod, away from the base positive. */
 struct leg {
     dVector3 axis;
     double length_m, rate_mps;
     double passive_n; /* viscous, end stop, middle of the dry friction's range */
     double holding_n; /* half of that range: the motor's limit */
-    double friction_n;
-    bool stuck;
 };
 
 struct engine_ode {
@@ -35,8 +33,11 @@ struct engine_ode {
     double pose[DOFS];              /* of the last place() */
     bool started;                   /* a substep has been made since */
     struct velocity before[BODIES]; /* one substep ago */
+    bool viscous;                   /* the cylinders' viscous friction counts: not when forced */
     double held_n[LEGS];            /* forced: of the substep before */
-    struct leg leg[LEGS];
+    struct leg leg[LEGS];           /* at the start of the substep */
+    double motor_n[LEGS];           /* the rest of the dry friction */
+    bool stuck[LEGS];
 };
 
 /* At the present positions: half a substep after ODE's. */
@@ -49,24 +50,27 @@ static struct velocity velocity_now(const struct engine_ode *e, int body) {
     return v;
 }
 
-static double leg_rate(const struct engine_ode *e, int i, const dVector3 axis) {
-    struct velocity rod = velocity_now(e, ROD + i), cylinder = velocity_now(e, CYLINDER + i);
-    return dCalcVectorDot3(rod.linear, axis) - dCalcVectorDot3(cylinder.linear, axis);
-}
-
 /* One of the two directions has speed, the other meets the leg should it turn round: a sliding force is exact, and so is the range of
  * forces that hold. */
-static void look_at_leg(struct engine_ode *e, int i, const struct cylinder_state *s, bool viscous) {
-    struct leg *leg = &e->leg[i];
-    ode_machine_axis(&e->machine, i, leg->axis);
-    leg->length_m = ode_machine_length(&e->machine, i, leg->axis);
-    leg->rate_mps = leg_rate(e, i, leg->axis);
-    struct friction extend = cylinder_friction(&e->model, i, s, 1, leg->rate_mps > 0.0 ? leg->rate_mps : 0.0);
-    struct friction retract = cylinder_friction(&e->model, i, s, -1, leg->rate_mps < 0.0 ? -leg->rate_mps : 0.0);
-    leg->passive_n = cylinder_stop_force(&e->model, leg->length_m, leg->rate_mps) + 0.5 * (retract.dry - extend.dry);
-    if (viscous) leg->passive_n += retract.viscous - extend.viscous;
-    leg->holding_n = 0.5 * (extend.dry + retract.dry);
-    dJointSetPistonParam(e->machine.piston[i], dParamFMax, leg->holding_n);
+static struct leg leg_now(const struct engine_ode *e, int i, const struct cylinder_state *s) {
+    struct leg leg;
+    struct velocity rod = velocity_now(e, ROD + i), cylinder = velocity_now(e, CYLINDER + i);
+    ode_machine_axis(&e->machine, i, leg.axis);
+    leg.length_m = ode_machine_length(&e->machine, i, leg.axis);
+    leg.rate_mps = dCalcVectorDot3(rod.linear, leg.axis) - dCalcVectorDot3(cylinder.linear, leg.axis);
+    struct friction extend = cylinder_friction(&e->model, i, s, 1, leg.rate_mps > 0.0 ? leg.rate_mps : 0.0);
+    struct friction retract = cylinder_friction(&e->model, i, s, -1, leg.rate_mps < 0.0 ? -leg.rate_mps : 0.0);
+    leg.passive_n = cylinder_stop_force(&e->model, leg.length_m, leg.rate_mps) + 0.5 * (retract.dry - extend.dry);
+    if (e->viscous) leg.passive_n += retract.viscous - extend.viscous;
+    leg.holding_n = 0.5 * (extend.dry + retract.dry);
+    return leg;
+}
+
+static void look_at_legs(struct engine_ode *e, const struct cylinder_state cylinder[LEGS]) {
+    for (int i = 0; i < LEGS; i++) {
+        e->leg[i] = leg_now(e, i, &cylinder[i]);
+        dJointSetPistonParam(e->machine.piston[i], dParamFMax, e->leg[i].holding_n);
+    }
 }
 
 /* Both mass centres lie on the leg's axis: no moment. */
@@ -125,10 +129,9 @@ static void step_bodies(struct engine_ode *e, double dt_s, const double force_n[
     if (!e->started) start(e, dt_s, force_n);
     kick(e, dt_s, force_n);
     for (int i = 0; i < LEGS; i++) {
-        struct leg *leg = &e->leg[i];
-        double motor_n = leg->holding_n > 0.0 ? -dCalcVectorDot3(e->machine.feedback[i].f1, leg->axis) : 0.0;
-        leg->friction_n = leg->passive_n + motor_n;
-        leg->stuck = fabs(motor_n) < leg->holding_n * (1.0 - 1e-9); /* the solver sets a sliding motor to its limit, but for rounding */
+        double limit_n = e->leg[i].holding_n;
+        e->motor_n[i] = limit_n > 0.0 ? -dCalcVectorDot3(e->machine.feedback[i].f1, e->leg[i].axis) : 0.0;
+        e->stuck[i] = fabs(e->motor_n[i]) < limit_n * (1.0 - 1e-9); /* the solver sets a sliding motor to its limit, but for rounding */
     }
 }
 
@@ -157,10 +160,9 @@ static void step_hydraulics(const struct cylinder_model *m, struct cylinder_stat
 static void substep(struct engine *base, double dt_s, const double valve[LEGS], struct cylinder_state cylinder[LEGS]) {
     struct engine_ode *e = (struct engine_ode *)base;
     double force_n[LEGS];
-    for (int i = 0; i < LEGS; i++) {
-        look_at_leg(e, i, &cylinder[i], true);
-        force_n[i] = cylinder_hydraulic_force(&e->model, &cylinder[i]);
-    }
+    e->viscous = true;
+    look_at_legs(e, cylinder);
+    for (int i = 0; i < LEGS; i++) force_n[i] = cylinder_hydraulic_force(&e->model, &cylinder[i]);
     step_bodies(e, dt_s, force_n);
     for (int i = 0; i < LEGS; i++) {
         dVector3 axis;
@@ -169,12 +171,14 @@ static void substep(struct engine *base, double dt_s, const double valve[LEGS], 
     }
 }
 
+static const struct cylinder_state no_pressure[LEGS];
+
 static void forced(struct engine *base, double dt_s, const double force_n[LEGS]) {
-    static const struct cylinder_state empty = {0};
     struct engine_ode *e = (struct engine_ode *)base;
     double mean_n[LEGS];
+    e->viscous = false;
+    look_at_legs(e, no_pressure);
     for (int i = 0; i < LEGS; i++) {
-        look_at_leg(e, i, &empty, false);
         mean_n[i] = e->started ? 0.5 * (e->held_n[i] + force_n[i]) : force_n[i];
         e->held_n[i] = force_n[i];
     }
@@ -183,7 +187,6 @@ static void forced(struct engine *base, double dt_s, const double force_n[LEGS])
 
 static void place(struct engine *base, const double pose[DOFS]) {
     static const struct velocity rest = {0};
-    static const struct cylinder_state empty = {0};
     struct engine_ode *e = (struct engine_ode *)base;
     memcpy(e->pose, pose, sizeof e->pose);
     e->started = false;
@@ -192,10 +195,10 @@ static void place(struct engine *base, const double pose[DOFS]) {
         ode_machine_set_velocity(&e->machine, b, &rest, 0.0);
         e->before[b] = rest;
     }
+    look_at_legs(e, no_pressure);
     for (int i = 0; i < LEGS; i++) {
-        look_at_leg(e, i, &empty, true);
-        e->leg[i].friction_n = 0.0;
-        e->leg[i].stuck = e->leg[i].holding_n > 0.0;
+        e->motor_n[i] = 0.0;
+        e->stuck[i] = e->leg[i].holding_n > 0.0;
     }
 }
 
@@ -212,17 +215,15 @@ static double kinetic_energy(const struct engine_ode *e, int body) {
 static void truth(const struct engine *base, const struct cylinder_state cylinder[LEGS], struct plant_truth *truth) {
     const struct engine_ode *e = (const struct engine_ode *)base;
     struct velocity platform = velocity_now(e, PLATFORM);
-    (void)cylinder;
     ode_machine_pose(&e->machine, truth->pose);
     memcpy(truth->twist, platform.linear, 3 * sizeof(double));
     memcpy(truth->twist + 3, platform.angular, 3 * sizeof(double));
     for (int i = 0; i < LEGS; i++) {
-        dVector3 axis;
-        ode_machine_axis(&e->machine, i, axis);
-        truth->length_m[i] = ode_machine_length(&e->machine, i, axis);
-        truth->rate_mps[i] = leg_rate(e, i, axis);
-        truth->friction_n[i] = e->leg[i].friction_n;
-        truth->stuck[i] = e->leg[i].stuck;
+        struct leg leg = leg_now(e, i, &cylinder[i]);
+        truth->length_m[i] = leg.length_m;
+        truth->rate_mps[i] = leg.rate_mps;
+        truth->friction_n[i] = leg.passive_n + e->motor_n[i];
+        truth->stuck[i] = e->stuck[i];
     }
     truth->kinetic_j = 0.0;
     for (int b = 0; b < BODIES; b++) truth->kinetic_j += kinetic_energy(e, b);

@@ -4,7 +4,7 @@
 #include <pthread.h>
 #include <string.h>
 
-static const double AXIAL_INERTIA_KG_M2 = 1e-3; /* of a leg's part about the leg: method.md and the closed form neglect it */
+static const double AXIAL_INERTIA_KG_M2 = 1e-5; /* of a part about the leg, which the closed form neglects: 2e-6 of Izz */
 static const double JOINT_ERP = 0.2;
 static const double JOINT_CFM = 1e-10;
 static const double PISTON_MOTOR_CFM = 1e-13;   /* m/s per N: a stuck leg under 10 kN creeps 10 nm in 10 s */
