@@ -477,6 +477,9 @@ static void what_is_wrong_is_named_with_file_line_and_column(void **unused) {
         {"# dof: x\nt_s;u1\n0;0\n", "1_x.csv:2|commas"},
         {"# dof: x\nt_s,u1,u2,u1\n0,0,0,0\n", "1_x.csv:2|u1|twice"},
         {"# dof: x\nt_s,u1\n", "1_x.csv:2|no rows"},
+        {"# dof: x\n# ramp_s: 3\nt_s,u1\n2.998,0\n", "1_x.csv:4|ramp_s|2.998"},
+        {"# dof: x\n# rate_hz: 1e-9\nt_s,u1\n0,0\n", "1_x.csv:2|rate_hz: 1e-9|10"},
+        {"# dof: x\n# duration_s: 0.01\nt_s,u1\n0,0\n", "/in|tests.duration_s"},
         {"# dof: x\nt_s,u1\n0,0\n0.002\n", "1_x.csv:4|1 cells|2 columns"},
         {"# dof: x\nt_s,u1\n0,0\n0.002,0,0\n", "1_x.csv:4|3 cells|2 columns"},
         {"# dof: x\nt_s,u1\n0,0\n0.002,zero\n", "1_x.csv:4|u1|zero"},
@@ -521,6 +524,27 @@ static void lines_without_an_end_are_refused(void **unused) {
     put("1_x.csv", text);
     assert_int_equal(import(), STATUS_USAGE);
     assert_says("1_x.csv:2|columns");
+}
+
+/* Any bytes at all may come; sanitizers watch. What is accepted makes a log that can be read. */
+static void damaged_files_are_survived(void **unused) {
+    (void)unused;
+    static const char characters[] = "0123456789.,-+e#:; \t\"\n\r\x00\xff" "naifx";
+    static char text[BUFFER];
+    uint64_t state = 11;
+    int accepted = 0;
+    empty(NULL);
+    for (int round = 0; round < 400; round++) {
+        int size = sprintf(text, "%s", file_of("# dof: x\n# rate_hz: 500\n# amplitude: 0.004\n# duration_s: 1\n", -0.1, 150));
+        for (int i = 0; i < 1 + round % 3; i++) {
+            uint64_t bits = random_bits(&state);
+            text[(bits >> 20) % (i ? (uint64_t)size : 120)] = characters[bits % (sizeof characters - 1)];
+        }
+        put_bytes("1_x.csv", text, (size_t)size);
+        if (import()) assert_says(root); /* the file, or what the heads made of the configuration */
+        else accepted++, assert_true(load(log_a)->count > 0);
+    }
+    assert_true(accepted > 10 && accepted < 390); /* else this tested nothing */
 }
 
 static void directories_and_logs_that_cannot_be_are_named(void **unused) {
@@ -585,6 +609,7 @@ int main(void) {
         cmocka_unit_test(a_rate_that_lies_is_refused),
         cmocka_unit_test(what_is_wrong_is_named_with_file_line_and_column),
         cmocka_unit_test(lines_without_an_end_are_refused),
+        cmocka_unit_test(damaged_files_are_survived),
         cmocka_unit_test(directories_and_logs_that_cannot_be_are_named),
         cmocka_unit_test(a_cut_log_is_exported_up_to_the_cut),
     };

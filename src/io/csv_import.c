@@ -162,6 +162,18 @@ static int read_rows(struct import *im, int file, struct csv_reader *reader, str
     return got < 0 ? got : check_span(im, reader, s);
 }
 
+/* Where the head does not say it, what follows the ramp-in is the evaluated part. */
+static int evaluate(struct import *im, const struct csv_reader *reader, const struct span *s) {
+    const struct csv_head *h = &reader->head;
+    double begin_s = fmax(im->params.tests.ramp_s, s->first_s), evaluated_s = s->last_s + period_s(im) - begin_s;
+    if (h->dof == DOF_NONE || !isnan(h->value[CSV_DURATION]) || h->has[CSV_PHASE_COLUMN]) return STATUS_OK;
+    if (evaluated_s < period_s(im))
+        return error_set(im->error, STATUS_USAGE, "%.250s:%d: nothing to evaluate: the last t_s is %g, and ramp_s is %g", h->path, reader->line,
+                         s->last_s, im->params.tests.ramp_s);
+    im->evaluated_s = fmin(im->evaluated_s, evaluated_s);
+    return STATUS_OK;
+}
+
 /* Reads a file to its last row: into the log when that is open. */
 static int read_file(struct import *im, int file) {
     struct csv_reader *reader;
@@ -169,14 +181,11 @@ static int read_file(struct import *im, int file) {
     int status = csv_open(&reader, im->head[file].path, im->error);
     if (status) return status;
     status = read_rows(im, file, reader, &s);
-    csv_close(reader);
-    if (status) return status;
-    im->start_ns += ns_from_seconds(s.last_s - s.first_s + period_s(im));
-    const struct csv_head *h = &im->head[file];
+    if (!status && !im->log) status = evaluate(im, reader, &s);
     if (im->log) im->report->rows += s.rows, im->report->lost += s.periods + 1 - s.rows;
-    else if (h->dof != DOF_NONE && isnan(h->value[CSV_DURATION]) && !h->has[CSV_PHASE_COLUMN])
-        im->evaluated_s = fmin(im->evaluated_s, s.last_s + period_s(im) - fmax(im->params.tests.ramp_s, s.first_s));
-    return STATUS_OK;
+    im->start_ns += ns_from_seconds(s.last_s - s.first_s + period_s(im));
+    csv_close(reader);
+    return status;
 }
 
 static int read_files(struct import *im) {
@@ -256,8 +265,9 @@ static int write_log(struct import *im, const char *log_path, const char *config
 /* The configuration with the heads' values must be one that hexid itself would run with. */
 static int check_and_write(struct import *im, const char *log_path) {
     struct params checked;
-    char *config = config_text(&im->params);
-    int status = config ? config_parse(&checked, config, strlen(config), im->directory, im->error) : error_set(im->error, STATUS_IO, "out of memory");
+    char name[CSV_PATH_SIZE + 64], *config = config_text(&im->params);
+    snprintf(name, sizeof name, "%s (configuration with the values of its files)", im->directory);
+    int status = config ? config_parse(&checked, config, strlen(config), name, im->error) : error_set(im->error, STATUS_IO, "out of memory");
     im->start_ns = 0;
     im->seq = 0;
     if (!status) status = write_log(im, log_path, config);

@@ -81,11 +81,12 @@ static char *read_number(char *text, double *number) {
 
 static int read_value(struct csv_reader *r, int key, char *text, struct error *error) {
     struct csv_head *h = &r->head;
-    double value, least = key == CSV_SETTLE || key == CSV_RAMP || key == CSV_RAMP_OUT ? 0.0 : 1e-9;
+    bool time = key == CSV_SETTLE || key == CSV_RAMP || key == CSV_RAMP_OUT; /* may be none */
+    double value, least = key == CSV_RATE ? 10.0 : time ? 0.0 : 1e-9, most = key == CSV_RATE ? 1e4 : 3600.0; /* loop.period_s, tests.* */
     char *end = read_number(text, &value);
     if (!isnan(h->value[key])) return refuse(r, error, "%s: given twice", csv_keys[key]);
-    if (!end || *end || !(value >= least && value <= 1e9))
-        return refuse(r, error, "%s: %.40s: it takes a number from %g", csv_keys[key], text, least);
+    if (!end || *end || !(value >= least && value <= most))
+        return refuse(r, error, "%s: %.40s: it takes a number from %g to %g", csv_keys[key], text, least, most);
     h->value[key] = value;
     h->line[key] = r->line;
     return STATUS_OK;
