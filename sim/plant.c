@@ -1,12 +1,13 @@
 #include "plant.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
 #include "engine.h"
 #include "rigid.h"
 #include "sensors.h"
-#include "vec3.h"
+#include "vec.h"
 
 struct plant {
     const struct params *params;
@@ -51,11 +52,10 @@ static bool settled_pose(const struct plant *plant, double pose[DOFS]) {
 static int settle(struct plant *plant, struct error *error) {
     double pose[DOFS] = {0}, force[LEGS];
     if (!settled_pose(plant, pose) || !rigid_holding_forces(&plant->rigid, pose, force))
-        return error_set(error, STATUS_USAGE, "the platform cannot come down to its lower end stops: check actuator.stroke_m and geometry.*");
+        return error_set(error, STATUS_USAGE, "the platform cannot come down to its end stops: check actuator.stroke_m and geometry");
     for (int k = 0; k < LEGS; k++)
         if (force[k] < 0.0)
-            return error_set(error, STATUS_USAGE, "the platform would tip over on its end stops (leg %d pulls): check payload.* and geometry.*",
-                             k + 1);
+            return error_set(error, STATUS_USAGE, "the platform tips over its end stops (leg %d pulls): check payload, geometry", k + 1);
     plant->engine->ops->place(plant->engine, pose);
     double tank = plant->params->hydraulics.tank_pa;
     for (int k = 0; k < LEGS; k++) plant->state[k] = (struct cylinder_state){.p1_pa = tank, .p2_pa = tank};
@@ -94,7 +94,9 @@ static struct cylinder_state holding_state(const struct cylinder_model *m, doubl
 
 void plant_place(struct plant *plant, const double pose[DOFS]) {
     double force[LEGS];
-    rigid_holding_forces(&plant->rigid, pose, force);
+    bool possible = rigid_holding_forces(&plant->rigid, pose, force);
+    assert(possible);
+    (void)possible;
     for (int k = 0; k < LEGS; k++) plant->state[k] = holding_state(&plant->cylinder, force[k]);
     plant->engine->ops->place(plant->engine, pose);
 }

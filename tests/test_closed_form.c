@@ -8,7 +8,7 @@
 #include "rigid.h"
 #include "stick.h"
 #include "units.h"
-#include "vec3.h"
+#include "vec.h"
 
 static const double SUBSTEP_S = 2.5e-4;
 
