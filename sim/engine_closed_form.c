@@ -78,7 +78,7 @@ static void release(struct closed_form *e, const struct drive *drive, const bool
 
 /* How far the coordinates of `which` are from having stopped: <= 0 when the first has. */
 static double nearest_to_rest(const struct closed_form *e, const bool which[COORDINATES], const double rate[COORDINATES]) {
-    double nearest = INFINITY;
+    double nearest = (double)INFINITY;
     for (int k = e->first; k < e->last; k++)
         if (which[k] && e->direction[k] * rate[k] < nearest) nearest = e->direction[k] * rate[k];
     return nearest;
