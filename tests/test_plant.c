@@ -54,6 +54,7 @@ static void another_machine_settles_as_well(void **unused) {
     struct params params = defaults();
     params.geometry.upper_half_angle_rad = 0.5; /* another machine: nothing is tuned to the first */
     params.actuator.stroke_m = 0.5;
+    params.hydraulics.tank_pa = 1e5;
     struct plant *plant = create(&params, 1);
     struct plant_truth start = truth_of(plant);
     for (int i = 0; i < 100; i++) plant_step(plant, (const double[LEGS]){0});
@@ -69,6 +70,10 @@ static void an_impossible_machine_is_refused_by_name(void **unused) {
     assert_null(plant_create(&params, 1, &error));
     assert_int_equal(error.status, STATUS_USAGE);
     assert_non_null(strstr(error.text, "actuator.stroke_m"));
+    params = defaults();
+    params.hydraulics.tank_pa = 1e6; /* lifts the platform by itself */
+    assert_null(plant_create(&params, 1, &error));
+    assert_non_null(strstr(error.text, "hydraulics.tank_pa"));
 }
 
 static void placed_it_rests_on_its_pressures(void **unused) {
