@@ -113,6 +113,7 @@ static const struct config_key keys[] = {
 
     WORD(lcm, url, CONFIG_TEXT, "udpm://239.255.76.67:7667?ttl=0", "provider; empty: none; ttl=0 stays on the host", NULL),
     KEY(lcm, state_every, "10", 1.0, 1e6, "-", "one HEXID_STATE on the wire for so many cycles"),
+    KEY(lcm, commands, "false", 0.0, 1.0, "-", "accept commands that move; stop and park are always accepted"),
 };
 enum { KEYS = sizeof keys / sizeof keys[0] };
 
