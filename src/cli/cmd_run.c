@@ -83,6 +83,7 @@ static void signalled(struct session *s) {
     atomic_store(&s->loop.quit, true);
 }
 
+/* SAFETY: whoever reaches the bus may put the platform down; only the configuration lets it be moved from there. */
 static void command_received(void *context, enum command command) {
     struct session *s = context;
     bool stops = command == COMMAND_STOP || command == COMMAND_PARK;
@@ -128,7 +129,8 @@ static int run(struct session *s, struct error *error) {
     wait_for_end(s, &signals);
     loop_join(&s->loop);
     recorder_join(&s->recorder);
-    if (s->log && !s->recorder.error.status) log_close(s->log, &s->recorder.error);
+    struct error closing = {0};
+    if (s->log && log_close(s->log, &closing) && !s->recorder.error.status) s->recorder.error = closing;
     s->log = NULL;
     int reported = report(s, error);
     if (s->recorder.error.status) {
