@@ -63,7 +63,9 @@ static int64_t realtime_us(void) {
     return t.tv_sec * 1000000LL + t.tv_nsec / 1000;
 }
 
+/* SAFETY: a terminal or a pipe that goes away must not end the process that holds the platform up. */
 static void block_signals(sigset_t *set) {
+    signal(SIGPIPE, SIG_IGN);
     sigemptyset(set);
     sigaddset(set, SIGINT);
     sigaddset(set, SIGTERM);
