@@ -119,7 +119,7 @@ static int run(struct session *s, struct error *error) {
     block_signals(&signals);
     progress_init(&s->progress, &s->params, s->options.json && !strcmp(s->options.json, "-") ? stderr : stdout, s->options.fast);
     s->recorder = (struct recorder){.params = &s->params, .loop = &s->loop, .records = &s->ring, .log = s->log, .bus = s->bus,
-                                    .progress = &s->progress, .origin_us = s->options.fast ? 0 : realtime_us()};
+                                    .progress = &s->progress, .virtual_time = s->options.fast, .origin_us = s->options.fast ? 0 : realtime_us()};
     int status = recorder_start(&s->recorder, s->config, error);
     if (status) return status;
     status = loop_start(&s->loop, mode, error);

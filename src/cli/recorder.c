@@ -97,7 +97,7 @@ static void *recorder_thread(void *argument) {
         bool ended = atomic_load_explicit(&r->loop->ended, memory_order_acquire); /* read before the ring, so that nothing is missed */
         if (ring_pop(r->records, &c)) take(r, &c);
         else if (ended) break;
-        else if (r->loop->clock.virtual_time) sched_yield();
+        else if (r->virtual_time) sched_yield();
         else nanosleep(&(struct timespec){.tv_nsec = POLL_NS}, NULL);
     }
     if (analysis_end(&r->analysis)) result(r);
