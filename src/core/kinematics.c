@@ -14,6 +14,7 @@
  *  E       angular velocity = E [phi theta psi]dot     -     {B}                                                              */
 
 static const double tolerance_m = 1e-13;
+static const double last_step_m = 1e-7; /* after a step this small Newton's error is its square over a leg length: below the tolerance */
 
 static void joint(double p[3], double radius, double angle, double z) {
     p[0] = radius * cos(angle);
@@ -157,9 +158,17 @@ struct fk_result fk_solve(const struct kinematics *k, const double length_m[LEGS
         if (result.converged || result.iterations == FK_ITERATIONS) break;
         result.pivot_ratio = eliminate(m);
         if (!(result.pivot_ratio > 0.0)) break;
-        for (int r = 0; r < 3; r++) s[r] -= m[r][DOFS];
-        for (int r = 3; r < DOFS; r++) s[r] -= m[r][DOFS] / k->upper_radius_m;
+        double step_m = 0.0;
+        for (int r = 0; r < DOFS; r++) {
+            s[r] -= r < 3 ? m[r][DOFS] : m[r][DOFS] / k->upper_radius_m;
+            step_m = fmax(step_m, fabs(m[r][DOFS]));
+        }
         result.iterations++;
+        if (step_m <= last_step_m && result.residual_m <= last_step_m) {
+            result.residual_m = step_m * step_m / k->upper_radius_m;
+            result.converged = true;
+            break;
+        }
     }
     if (result.converged) memcpy(pose, s, sizeof s);
     return result;
