@@ -36,7 +36,7 @@ run: $(BUILD)/hexid ## run the simulated platform in real time: six tests, the i
 	$(BUILD)/hexid run --log runs/$$(date +%Y-%m-%d_%H-%M-%S).lcm $(ARGS)
 
 test: $(TESTS) $(BUILD)/hexid $(VENV)/ready ## run all tests; the last line is "N passed, N failed"
-	@BUILD=$(BUILD) VENV=$(VENV) tests/run $(TESTS) $(SCRIPTS)
+	@BUILD=$(BUILD) VENV=$(VENV) tests/run $(SCRIPTS) $(TESTS)
 
 asan: ## the same tests under AddressSanitizer and UndefinedBehaviorSanitizer
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan VENV=$(VENV) SAN="-fsanitize=address,undefined -fno-sanitize-recover=all" test
