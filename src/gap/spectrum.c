@@ -68,7 +68,7 @@ static bool fit_cycle(const struct spectrum *s, const struct recording_test *t, 
 }
 
 /* Mean over cycles and its standard deviation; that of the constant after a drift, linear in the cycle's place, is taken out. */
-static void average(int n, const double *place, const double *value, bool drift, double *mean, double *std) {
+static double average(int n, const double *place, const double *value, bool drift, double *mean, double *std) {
     double sum = 0.0, x = 0.0, xx = 0.0, xy = 0.0, rest = 0.0;
     for (int i = 0; i < n; i++) sum += value[i], x += place[i];
     sum /= n, x /= n;
@@ -77,6 +77,16 @@ static void average(int n, const double *place, const double *value, bool drift,
     for (int i = 0; i < n; i++) rest += pow(value[i] - sum - slope * (place[i] - x), 2.0);
     *mean = sum;
     *std = sqrt(rest / (n - (drift && n > 2 ? 2 : 1)) / n);
+    return slope;
+}
+
+/* A drift within the cycle, of this slope a cycle, looks like a sawtooth: -sum sin(h w (t - start)) / (pi h). */
+static void remove_sawtooth(double slope, double start_phase, int harmonics, double *row) {
+    for (int h = 1; h <= harmonics; h++) {
+        double size = slope / (PI * h);
+        row[2 * h - 1] += size * cos(h * start_phase);
+        row[2 * h] -= size * sin(h * start_phase);
+    }
 }
 
 /* What the samples of a cycle differ by from the mean cycle, its own constant taken off. */
@@ -105,11 +115,15 @@ static void summarise(struct spectrum *s, const struct recording_test *t, const 
     double value[CYCLES_MAX], square[CHANNELS][LEGS] = {0};
     int samples = 0;
     for (int ch = 0; ch < CHANNELS; ch++)
-        for (int k = 0; k < LEGS; k++)
+        for (int k = 0; k < LEGS; k++) {
+            double slope = 0.0;
             for (int a = 0; a < 1 + 2 * s->harmonics; a++) {
                 for (int i = 0; i < s->cycles; i++) value[i] = row[i][ch][k][a];
-                average(s->cycles, place, value, a == 0, &s->mean[ch][k][a], &s->std[ch][k][a]);
+                double along = average(s->cycles, place, value, a == 0, &s->mean[ch][k][a], &s->std[ch][k][a]);
+                if (a == 0) slope = along;
             }
+            remove_sawtooth(slope, s->omega * t->sample[span[0].first].test_time_s, s->harmonics, s->mean[ch][k]);
+        }
     for (int i = 0; i < s->cycles; i++) {
         add_noise(s, t, span[i].first, span[i].end, row[i], square);
         samples += span[i].end - span[i].first;

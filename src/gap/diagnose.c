@@ -1,0 +1,122 @@
+#include "diagnose.h"
+
+#include <math.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base.h"
+
+static const double MODEL_ERROR = 1e-3;  /* of a channel's variation: integrators and what the harmonics leave out */
+static const double CHARGE = 8.0;        /* of white squares, a parameter: ln of the number of values, about */
+enum { TRIAL_ITERATIONS = 6, BASE_ITERATIONS = 6 };
+
+int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, struct error *error) {
+    *d = (struct diagnosis){.given = given, .model = *given};
+    int status = residual_prepare(&d->even, recording, CYCLES_EVEN, error);
+    if (!status) status = residual_prepare(&d->odd, recording, CYCLES_ODD, error);
+    if (!status) status = fit_data_init(&d->fit, &d->even, given, MODEL_ERROR, error);
+    if (!status) status = fit_data_init(&d->held_out, &d->odd, given, MODEL_ERROR, error);
+    if (status) return status;
+    d->variables = base_variables(given, d->variable);
+    d->column = malloc((size_t)FIT_VARIABLES * (size_t)d->fit.values * sizeof *d->column);
+    d->hypothesis = malloc(HYPOTHESES_MAX * sizeof *d->hypothesis);
+    if (!d->column || !d->hypothesis) return error_set(error, STATUS_IO, "out of memory");
+    if (!diagnosis_refit(d, BASE_ITERATIONS))
+        return error_set(error, STATUS_USAGE, "the measured lengths are no motion of the machine in the configuration: check geometry");
+    return STATUS_OK;
+}
+
+void diagnosis_free(struct diagnosis *d) {
+    residual_free(&d->even);
+    residual_free(&d->odd);
+    fit_data_free(&d->fit);
+    fit_data_free(&d->held_out);
+    free(d->column);
+    free(d->hypothesis);
+}
+
+static double held_square(const struct diagnosis *d, const struct params *model) {
+    double *white = malloc((size_t)d->held_out.values * sizeof *white), square = INFINITY;
+    if (white && fit_residual(&d->held_out, model, white)) square = fit_square(d->held_out.values, white);
+    free(white);
+    return square;
+}
+
+bool diagnosis_refit(struct diagnosis *d, int iterations) {
+    struct fit_result r = fit_model(&d->fit, &d->model, d->variables, d->variable, NULL, iterations);
+    if (!r.ok || !fit_columns(&d->fit, &d->model, d->variables, d->variable, d->column)) return false;
+    memcpy(d->std, r.std, sizeof d->std);
+    d->square = r.square;
+    d->held_square = held_square(d, &d->model);
+    d->hypotheses = hypotheses_list(&d->model, d->hypothesis);
+    return true;
+}
+
+/* The start from which the rest of the model, moved linearly, comes closest. */
+static bool best_start(const struct diagnosis *d, const struct hypothesis *h, struct linear_part *linear, struct params *best) {
+    double least = INFINITY;
+    for (int place = 0; place < HYPOTHESIS_STARTS; place++) {
+        struct params model = d->model;
+        if (!hypothesis_start(h, place, &model)) continue;
+        struct fit_result r = fit_model(&d->fit, &model, h->variables, h->variable, linear, 0);
+        if (!r.ok || !(r.square < least)) continue;
+        least = r.square;
+        *best = model;
+    }
+    return isfinite(least);
+}
+
+static void try_one(const struct diagnosis *d, const struct hypothesis *h, struct trial *t) {
+    double min[FIT_VARIABLES], max[FIT_VARIABLES], x[FIT_VARIABLES];
+    struct linear_part linear = {.n = d->variables, .column = d->column, .min = min, .max = max, .x = x};
+    *t = (struct trial){.hypothesis = h};
+    for (int i = 0; i < d->variables; i++) {
+        double value = variable_get(&d->variable[i], &d->model);
+        min[i] = d->variable[i].min - value, max[i] = d->variable[i].max - value;
+    }
+    if (!best_start(d, h, &linear, &t->model)) return;
+    struct fit_result r = fit_model(&d->fit, &t->model, h->variables, h->variable, &linear, TRIAL_ITERATIONS);
+    if (!r.ok) return;
+    for (int i = 0; i < d->variables; i++)
+        variable_set(&d->variable[i], &t->model, variable_get(&d->variable[i], &d->model) + x[i]);
+    t->ok = true;
+    t->square = r.square;
+    t->gain = d->square - r.square - CHARGE * h->variables - (h->shape >= 0 ? 2.0 * log(LEGS) : 0.0);
+    t->held_square = held_square(d, &t->model);
+    t->held_gain = d->held_square - t->held_square;
+    memcpy(t->std, r.std, (size_t)h->variables * sizeof *t->std);
+    for (int i = 0; i < h->variables; i++) t->bound = t->bound || (r.bound[i] && h->variable[i].max == variable_get(&h->variable[i], &t->model));
+}
+
+struct crew {
+    const struct diagnosis *d;
+    struct trial *trial;
+    _Atomic int next;
+};
+
+static void *work(void *argument) {
+    struct crew *crew = argument;
+    for (int i; (i = atomic_fetch_add(&crew->next, 1)) < crew->d->hypotheses;)
+        try_one(crew->d, &crew->d->hypothesis[i], &crew->trial[i]);
+    return NULL;
+}
+
+void diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads) {
+    struct crew crew = {.d = d, .trial = trial};
+    pthread_t thread[16];
+    int started = 0;
+    for (; started < threads - 1 && started < 16; started++)
+        if (pthread_create(&thread[started], NULL, work, &crew) != 0) break;
+    work(&crew);
+    for (int i = 0; i < started; i++) pthread_join(thread[i], NULL);
+}
+
+bool diagnosis_add(struct diagnosis *d, const struct trial *t) {
+    if (d->variables + t->hypothesis->variables > FIT_VARIABLES) return false;
+    memcpy(d->variable + d->variables, t->hypothesis->variable, (size_t)t->hypothesis->variables * sizeof *d->variable);
+    d->variables += t->hypothesis->variables;
+    d->model = t->model;
+    return diagnosis_refit(d, BASE_ITERATIONS);
+}
