@@ -10,7 +10,7 @@
 
 static const double MODEL_ERROR = 1e-3;  /* of a channel's variation: integrators and what the harmonics leave out */
 static const double CHARGE = 8.0;        /* of white squares, a parameter: ln of the number of values, about */
-enum { TRIAL_ITERATIONS = 6, BASE_ITERATIONS = 6 };
+enum { TRIAL_ITERATIONS = 6, BASE_ITERATIONS = 6, THREADS_MAX = 16, PROMISING = 8 /* effects that are tried in other shapes */ };
 
 int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, struct error *error) {
     *d = (struct diagnosis){.given = given, .model = *given};
@@ -21,8 +21,9 @@ int diagnosis_init(struct diagnosis *d, const struct params *given, const struct
     if (status) return status;
     d->variables = base_variables(given, d->variable);
     d->column = malloc((size_t)FIT_VARIABLES * (size_t)d->fit.values * sizeof *d->column);
+    d->raw = malloc((size_t)d->fit.values * sizeof *d->raw);
     d->hypothesis = malloc(HYPOTHESES_MAX * sizeof *d->hypothesis);
-    if (!d->column || !d->hypothesis) return error_set(error, STATUS_IO, "out of memory");
+    if (!d->column || !d->raw || !d->hypothesis) return error_set(error, STATUS_IO, "out of memory");
     if (!diagnosis_refit(d, BASE_ITERATIONS))
         return error_set(error, STATUS_USAGE, "the measured lengths are no motion of the machine in the configuration: check geometry");
     return STATUS_OK;
@@ -34,6 +35,7 @@ void diagnosis_free(struct diagnosis *d) {
     fit_data_free(&d->fit);
     fit_data_free(&d->held_out);
     free(d->column);
+    free(d->raw);
     free(d->hypothesis);
 }
 
@@ -46,7 +48,7 @@ static double held_square(const struct diagnosis *d, const struct params *model)
 
 bool diagnosis_refit(struct diagnosis *d, int iterations) {
     struct fit_result r = fit_model(&d->fit, &d->model, d->variables, d->variable, NULL, iterations);
-    if (!r.ok || !fit_columns(&d->fit, &d->model, d->variables, d->variable, d->column)) return false;
+    if (!r.ok || !fit_columns(&d->fit, &d->model, d->variables, d->variable, d->column) || !fit_raw(&d->fit, &d->model, d->raw)) return false;
     memcpy(d->std, r.std, sizeof d->std);
     d->square = r.square;
     d->held_square = held_square(d, &d->model);
@@ -57,12 +59,14 @@ bool diagnosis_refit(struct diagnosis *d, int iterations) {
 /* The start from which the rest of the model, moved linearly, comes closest. */
 static bool best_start(const struct diagnosis *d, const struct hypothesis *h, struct linear_part *linear, struct params *best) {
     double least = INFINITY;
+    enum residual_part parts = 0;
+    for (int i = 0; i < h->variables; i++) parts |= h->variable[i].parts;
     for (int place = 0; place < HYPOTHESIS_STARTS; place++) {
         struct params model = d->model;
         if (!hypothesis_start(h, place, &model)) continue;
-        struct fit_result r = fit_model(&d->fit, &model, h->variables, h->variable, linear, 0);
-        if (!r.ok || !(r.square < least)) continue;
-        least = r.square;
+        double square = fit_start(&d->fit, &model, parts, d->raw, linear);
+        if (!(square < least)) continue;
+        least = square;
         *best = model;
     }
     return isfinite(least);
@@ -92,25 +96,76 @@ static void try_one(const struct diagnosis *d, const struct hypothesis *h, struc
 
 struct crew {
     const struct diagnosis *d;
+    const struct hypothesis *hypothesis[HYPOTHESES_MAX];
     struct trial *trial;
+    int count;
     _Atomic int next;
 };
 
 static void *work(void *argument) {
     struct crew *crew = argument;
-    for (int i; (i = atomic_fetch_add(&crew->next, 1)) < crew->d->hypotheses;)
-        try_one(crew->d, &crew->d->hypothesis[i], &crew->trial[i]);
+    for (int i; (i = atomic_fetch_add(&crew->next, 1)) < crew->count;) try_one(crew->d, crew->hypothesis[i], &crew->trial[i]);
     return NULL;
 }
 
-void diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads) {
-    struct crew crew = {.d = d, .trial = trial};
-    pthread_t thread[16];
+static void try_all(struct crew *crew, int threads) {
+    pthread_t thread[THREADS_MAX];
     int started = 0;
-    for (; started < threads - 1 && started < 16; started++)
-        if (pthread_create(&thread[started], NULL, work, &crew) != 0) break;
-    work(&crew);
+    atomic_store(&crew->next, 0);
+    while (started < threads - 1 && started < THREADS_MAX && pthread_create(&thread[started], NULL, work, crew) == 0) started++;
+    work(crew);
     for (int i = 0; i < started; i++) pthread_join(thread[i], NULL);
+}
+
+/* The legs with most to explain, most first. */
+static void rank_legs(const struct diagnosis *d, int leg[LEGS]) {
+    double square[LEGS] = {0}, *white = malloc((size_t)d->fit.values * sizeof *white);
+    if (white) memcpy(white, d->raw, (size_t)d->fit.values * sizeof *white);
+    for (int i = 0; i < d->fit.residual->tests && white; i++) {
+        residual_row *row = (residual_row *)white + i;
+        whiten(&d->fit.whitener[i], *row);
+        for (int k = 0; k < LEGS; k++) square[k] += fit_square(RESIDUALS * RESIDUAL_SIZE, (*row)[k][0]);
+    }
+    free(white);
+    for (int k = 0; k < LEGS; k++) {
+        int place = k;
+        for (; place > 0 && square[k] > square[leg[place - 1]]; place--) leg[place] = leg[place - 1];
+        leg[place] = k;
+    }
+}
+
+/* Is the effect among those that explain most so far? */
+static bool promising(const struct crew *crew, int effect) {
+    double gain = -INFINITY;
+    int better = 0;
+    for (int i = 0; i < crew->count; i++)
+        if (crew->hypothesis[i]->effect == effect && crew->trial[i].ok) gain = fmax(gain, crew->trial[i].gain);
+    for (int i = 0; i < crew->count; i++) better += crew->trial[i].ok && crew->trial[i].gain > gain;
+    return better < PROMISING;
+}
+
+int diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads) {
+    struct crew *first = calloc(1, sizeof *first), *second = calloc(1, sizeof *second);
+    int leg[LEGS], count = 0;
+    if (first && second) {
+        first->d = second->d = d;
+        for (int i = 0; i < d->hypotheses; i++)
+            if (d->hypothesis[i].shape == SHAPE_ALL) first->hypothesis[first->count++] = &d->hypothesis[i];
+        first->trial = trial;
+        try_all(first, threads);
+        rank_legs(d, leg);
+        for (int i = 0; i < d->hypotheses; i++) {
+            const struct hypothesis *h = &d->hypothesis[i];
+            bool likely = h->shape == SHAPE_EACH || h->shape == leg[0] || h->shape == leg[1];
+            if (likely && promising(first, h->effect)) second->hypothesis[second->count++] = h;
+        }
+        second->trial = trial + first->count;
+        try_all(second, threads);
+        count = first->count + second->count;
+    }
+    free(first);
+    free(second);
+    return count;
 }
 
 bool diagnosis_add(struct diagnosis *d, const struct trial *t) {

@@ -16,6 +16,7 @@ struct diagnosis {
     double std[FIT_VARIABLES];
     double square, held_square;          /* of the model so far */
     double *column;                      /* at the model, [variables][values] */
+    double *raw;                         /* residuals at the model, [values] */
     struct hypothesis *hypothesis;
     int hypotheses;
 };
@@ -35,8 +36,9 @@ void diagnosis_free(struct diagnosis *d);
 /* Fits every variable of the model; column and squares are those of the result. */
 bool diagnosis_refit(struct diagnosis *d, int iterations);
 
-/* Tries every hypothesis beside the model so far; trials are by hypothesis. `threads` of them at a time. */
-void diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads);
+/* Tries hypotheses beside the model so far, `threads` at a time: every effect with all legs alike; then those that came closest in their
+ * other shapes, for the legs with most to explain. Returns the number of trials (HYPOTHESES_MAX at most). */
+int diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads);
 
 /* The hypothesis joins the model. */
 bool diagnosis_add(struct diagnosis *d, const struct trial *t);

@@ -193,6 +193,22 @@ static double linear_square(int values, double *white, const struct linear_part 
     return sum;
 }
 
+double fit_start(const struct fit_data *d, const struct params *model, enum residual_part parts, const double *raw,
+                 const struct linear_part *linear) {
+    double *white = malloc((size_t)d->values * sizeof *white), square = INFINITY;
+    if (white) {
+        memcpy(white, raw, (size_t)d->values * sizeof *white);
+        if (raw_residual(d, model, parts, white)) {
+            whiten_all(d, white);
+            square = linear_square(d->values, white, linear);
+        }
+    }
+    free(white);
+    return square;
+}
+
+bool fit_raw(const struct fit_data *d, const struct params *model, double *raw) { return raw_residual(d, model, PART_ALL, raw); }
+
 struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v,
                             const struct linear_part *linear, int iterations) {
     int extra = linear ? linear->n : 0, n = variables + extra, values = d->values;

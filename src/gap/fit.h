@@ -49,14 +49,19 @@ struct fit_result {
     bool bound[FIT_VARIABLES];          /* stuck at its bound */
 };
 
-/* Fits the variables from where the model is; the result is in the model. fixed: columns of variables that are fitted with them but
- * linearly (the base; box fixed_min..fixed_max about zero), their values in fixed_x. */
+/* Variables that are fitted beside others, but linearly: the rest of the model while a hypothesis is tried. */
 struct linear_part {
     int n;
     const double *column;               /* [n][values] */
     const double *min, *max;
-    double *x;
+    double *x;                          /* result, from where the model is */
 };
+/* Sum of white squares at a model with the linear part at its best: raw, from fit_raw at a model that differs only in `parts`. */
+double fit_start(const struct fit_data *d, const struct params *model, enum residual_part parts, const double *raw,
+                 const struct linear_part *linear);
+bool fit_raw(const struct fit_data *d, const struct params *model, double *raw);
+
+/* Fits the variables from where the model is; the result is in the model. linear may be NULL. */
 struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v,
                             const struct linear_part *linear, int iterations);
 

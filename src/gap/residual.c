@@ -9,7 +9,7 @@
 #include "inverse_dynamics.h"
 #include "units.h"
 
-static const double SETTLE_CYCLES = 4.0;  /* what the start is forgotten after: chambers settle in 30 ms, mean pressures in a second or so */
+static const double SETTLE_CYCLES = 2.0; /* the start, the measured pressures, is forgotten after: chambers settle in some 30 ms */
 static const double SUBSTEP_S = 0.5e-3;   /* RK4: 1e-4 of a 100 Hz spool's lag */
 
 /* Samples to coefficients, by least squares: exact also where a cycle is no whole number of samples. */
