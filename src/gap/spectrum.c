@@ -32,10 +32,12 @@ void spectrum_value(const double *row, int harmonics, double omega, double t_s, 
     }
 }
 
-double spectrum_quantisation(double amplitude, double step) {
+double spectrum_quantisation(double amplitude, double step, double noise, double samples) {
     if (!(step > 0.0) || !(amplitude > 0.0)) return 0.0;
     double swings = fmax(2.0 * PI * amplitude / step, 1.0);
-    return step / PI * sqrt(2.0 / (PI * swings)) * 0.775; /* sqrt(sum 1/k^3 / 2) */
+    double bessel = step / PI * sqrt(2.0 / (PI * swings)) * 0.775; /* sqrt(sum 1/k^3 / 2) */
+    double in_step = fmax(step * step / 12.0 - noise * noise, 0.0);
+    return sqrt(bessel * bessel + in_step * 2.0 / samples);
 }
 
 static const double *channel_of(const struct recording_sample *s, int channel) {

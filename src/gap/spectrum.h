@@ -31,8 +31,9 @@ void spectrum_basis(double phase, int harmonics, double *basis);
 /* Value of a coefficient row and its first two derivatives. */
 void spectrum_value(const double *row, int harmonics, double omega, double t_s, double value[3]);
 
-/* Standard deviation of one coefficient of a sinusoid of this amplitude in steps: a Bessel function's envelope, since the rounding error
- * of a sinusoid many steps high is a sum of J_1(2 pi k amplitude / step) / (pi k). */
-double spectrum_quantisation(double amplitude, double step);
+/* Standard deviation of one coefficient of a sinusoid of this amplitude in steps, in so many samples a cycle, that the spread between cycles
+ * does not show. Rounding errors are a sum of J_1(2 pi k amplitude / step) / (pi k), and what of step^2/12 is not in the noise between
+ * cycles is the same in every cycle: samples that fall in step with the motion. */
+double spectrum_quantisation(double amplitude, double step, double noise, double samples);
 
 #endif

@@ -81,7 +81,8 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
     int size = 1 + 2 * t->harmonics;
     cylinder_model_init(&cylinder, model);
     leg_mass(model, lambda);
-    for (int k = 0; k < LEGS; k++) length_var[k] = square(spectrum_quantisation(amplitude(s->mean[CHANNEL_LENGTH][k]), step_m));
+    for (int k = 0; k < LEGS; k++) length_var[k] =
+        square(spectrum_quantisation(amplitude(s->mean[CHANNEL_LENGTH][k]), step_m, s->noise[CHANNEL_LENGTH][k], t->fitted));
     for (int k = 0; k < LEGS; k++)
         for (int a = 0; a < RESIDUAL_SIZE; a++) {
             double rate = (a + 1) / 2 * s->omega, var[3], others = 0.0, (*c)[RESIDUALS] = w->inverse[k][a];
