@@ -28,6 +28,7 @@ struct trial {
     double square, held_square, gain, held_gain;
     double std[HYPOTHESIS_VARIABLES];
     bool bound;
+    bool polished;                       /* base and effect fitted together, not only the base moved linearly */
 };
 
 int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, struct error *error);
@@ -37,7 +38,7 @@ void diagnosis_free(struct diagnosis *d);
 bool diagnosis_refit(struct diagnosis *d, int iterations);
 
 /* Tries hypotheses beside the model so far, `threads` at a time: every effect with all legs alike; then those that came closest in their
- * other shapes, for the legs with most to explain. Returns the number of trials (HYPOTHESES_MAX at most). */
+ * other shapes, for the legs with most to explain. Best first, the best ones polished. Returns the number of trials (HYPOTHESES_MAX at most). */
 int diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads);
 
 /* The hypothesis joins the model. */

@@ -17,8 +17,9 @@
 static const double GAIN_MIN = 36.0;       /* of white squares, on fitted and on held-out cycles: z = 6 */
 static const double LATER_SHARE = 0.01;    /* of the first gain: a later effect below that only mends the earlier one's shape */
 static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes less is not what is there */
-static const double RIVAL_SHARE = 0.03;    /* of the gain: plausible model error */
-static const double RIVAL_GAIN = 16.0;
+static const double RIVAL_SHARE = 0.005;   /* of the gain: plausible model error, */
+static const double RIVAL_LEFT = 1.0;      /* as is what the best one leaves above the noise, */
+static const double RIVAL_GAIN = 25.0;     /* and noise: z = 5 */
 static const double UNKNOWN_SQUARE = 1.5;  /* mean white square, held out: more is no noise */
 static const double UNKNOWN_SHARE = 0.5;   /* of the first excess that stays unexplained */
 static const double CONTROLLER_DIFFERS = 0.02;
@@ -31,32 +32,29 @@ static void progress(const struct gap_options *o, const char *step, double share
     if (o->progress) o->progress(o->context, step, share);
 }
 
-static int by_gain(const void *a, const void *b) {
-    const struct trial *x = a, *y = b;
-    double p = x->ok ? x->gain : -HUGE_VAL, q = y->ok ? y->gain : -HUGE_VAL;
-    return p < q ? 1 : p > q ? -1 : 0;
-}
-
 static double excess(double square, int values) { return fmax(square - values, 0.0); }
 
 /* Every effect once, in its best shape; trials are sorted. */
 static void list_candidates(const struct diagnosis *d, const struct trial *trial, int trials, struct gap_result *r) {
-    double least = fmin(trial[0].held_square, d->held_out.values), before = fmax(d->held_square - least, 1e-9);
+    double least = trial[0].held_square, before = d->held_square - least; /* noise alone is not explained */
+    bool gap = before > GAIN_MIN;
     for (int i = 0; i < trials; i++) {
         bool seen = !trial[i].ok;
         for (int j = 0; j < r->candidates && !seen; j++) seen = r->candidate[j].effect == trial[i].hypothesis->effect;
         if (seen || r->candidates == EFFECTS_MAX) continue;
         r->candidate[r->candidates++] = (struct gap_candidate){.effect = trial[i].hypothesis->effect, .shape = trial[i].hypothesis->shape,
-            .gain = trial[i].gain, .share_explained = 1.0 - (trial[i].held_square - least) / before};
+            .gain = trial[i].gain, .share_explained = gap ? 1.0 - (trial[i].held_square - least) / before : 0.0};
     }
 }
 
 /* Effects that come as close as the model can be wrong. */
-static void list_rivals(const struct trial *trial, int trials, struct gap_result *r) {
-    double near = trial[0].gain - fmax(RIVAL_GAIN, RIVAL_SHARE * trial[0].gain);
+static void list_rivals(const struct diagnosis *d, const struct trial *trial, int trials, struct gap_result *r) {
+    double left = RIVAL_LEFT * excess(trial[0].square, d->fit.values);
+    double near = trial[0].gain - fmax(RIVAL_GAIN, fmin(fmax(RIVAL_SHARE * trial[0].gain, left), 0.1 * trial[0].gain));
     for (int i = 1; i < trials && trial[i].ok && trial[i].gain >= near; i++) {
+        if (!trial[i].polished) continue;
         int effect = trial[i].hypothesis->effect;
-        bool seen = effect == trial[0].hypothesis->effect;
+        bool seen = effect == trial[0].hypothesis->effect || hypothesis_contains(effect, trial[0].hypothesis->effect);
         for (int j = 0; j < r->ambiguous; j++) seen = seen || r->ambiguous_with[j] == effect;
         if (!seen && r->ambiguous < GAP_RIVALS) r->ambiguous_with[r->ambiguous++] = effect;
     }
@@ -100,11 +98,10 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
         progress(o, round ? "another effect" : "screening", (double)round / GAP_EFFECTS);
         int trials = diagnosis_try(d, trial, o->threads);
         if (!trials) break;
-        qsort(trial, (size_t)trials, sizeof *trial, by_gain);
         if (round == 0) list_candidates(d, trial, trials, r);
         if (!worth_adding(d, &trial[0], first_gain)) break;
         if (round == 0) first_gain = trial[0].held_gain;
-        list_rivals(trial, trials, r);
+        list_rivals(d, trial, trials, r);
         double before = d->held_square;
         struct gap_effect *e = &r->effect[r->effects];
         *e = (struct gap_effect){.effect = trial[0].hypothesis->effect, .shape = trial[0].hypothesis->shape};

@@ -56,3 +56,31 @@ bool hypothesis_start(const struct hypothesis *h, int place, struct params *mode
     }
     return true;
 }
+
+bool hypothesis_parallel(const struct hypothesis *h, const char *base_variable) {
+    static const struct {
+        const char *effect, *base;
+    } pairs[] = {
+        {"cylinder_viscous_friction", "hydraulics.viscous_n_s_per_m"},
+        {"payload_mass", "payload.mass_kg"},
+        {"payload_rotational_inertia", "payload.inertia_xx_kg_m2"},
+        {"payload_rotational_inertia", "payload.inertia_yy_kg_m2"},
+        {"payload_rotational_inertia", "payload.inertia_zz_kg_m2"},
+        {"actuator_inertia", "actuator.upper_mass_kg"},
+        {"actuator_inertia", "actuator.lower_mass_kg"},
+        {"valve_lag", "hydraulics.valve_damping"},
+        {"command_delay", "hydraulics.valve_damping"},
+        {"valve_flow_gain", "hydraulics.valve_flow_m3_per_s"},
+        {"internal_leakage", "hydraulics.leakage_m3_per_s_pa"},
+        {"entrained_air", "hydraulics.bulk_modulus_pa"},
+        {"supply_pressure_sag", "hydraulics.supply_pa"},
+    };
+    const char *name = effect_table[h->effect]->name;
+    for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++)
+        if (!strcmp(pairs[i].effect, name) && !strcmp(pairs[i].base, base_variable)) return true;
+    return false;
+}
+
+bool hypothesis_contains(int effect, int other) {
+    return !strcmp(effect_table[effect]->name, "cylinder_stribeck_friction") && !strcmp(effect_table[other]->name, "cylinder_coulomb_friction");
+}

@@ -21,4 +21,10 @@ enum { HYPOTHESIS_STARTS = 12 };
 bool hypothesis_start(const struct hypothesis *h, int place, struct params *model);
 
 
+/* The base variable is the same thing as this effect, or so nearly that the two cannot be fitted beside each other. */
+bool hypothesis_parallel(const struct hypothesis *h, const char *base_variable);
+
+/* The first effect has the second one as a limit of its parameters: where both explain the same, it is the second. */
+bool hypothesis_contains(int effect, int other);
+
 #endif
