@@ -94,6 +94,18 @@ static bool without_parallel(const struct diagnosis *d, const struct hypothesis 
     return changed;
 }
 
+/* A value at the end of its range that is not the one that adds nothing. */
+static bool at_bound(const struct trial *t) {
+    bool bound = false;
+    for (int i = 0; i < t->hypothesis->variables; i++) {
+        const struct variable *v = &t->hypothesis->variable[i];
+        double value = variable_get(v, &t->model), margin = 1e-6 * (v->max - v->min);
+        bool end = value <= v->min + margin || value >= v->max - margin;
+        bound = bound || (end && fabs(value - v->neutral) > margin);
+    }
+    return bound;
+}
+
 static void try_one(const struct diagnosis *d, const struct hypothesis *h, const struct trial *from, struct trial *t) {
     double min[FIT_VARIABLES], max[FIT_VARIABLES], x[FIT_VARIABLES], *own = NULL;
     struct linear_part linear = {.n = d->variables, .column = d->column, .min = min, .max = max, .x = x};
@@ -113,7 +125,7 @@ static void try_one(const struct diagnosis *d, const struct hypothesis *h, const
     t->held_square = held_square(d, &t->model);
     t->held_gain = d->held_square - t->held_square;
     memcpy(t->std, r.std, (size_t)h->variables * sizeof *t->std);
-    for (int i = 0; i < h->variables; i++) t->bound = t->bound || r.bound[i];
+    t->bound = at_bound(t);
 end:
     free(own);
 }
@@ -134,6 +146,7 @@ static void polish(const struct diagnosis *d, struct trial *t) {
     t->held_square = held_square(d, &t->model);
     t->held_gain = d->held_square - t->held_square;
     t->polished = true;
+    t->bound = at_bound(t);
     memcpy(t->std, r.std + base, (size_t)(n - base) * sizeof *t->std);
 }
 

@@ -14,6 +14,7 @@ struct variable {
     int leg, legs;           /* leg -1: all; legs 1: no list */
     int effect;              /* switched on with it; -1: none */
     double min, max;         /* the box */
+    double neutral;          /* of an effect's: the value that adds nothing */
     double step;             /* of the difference quotient */
     enum residual_part parts;/* that depend on it */
 };

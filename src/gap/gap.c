@@ -15,13 +15,13 @@
 
 /* Calibrated on recordings of machines without an effect: none gains half of GAIN_MIN (tests/test_gap.c holds that). */
 static const double GAIN_MIN = 36.0;       /* of white squares, on fitted and on held-out cycles: z = 6 */
-static const double LATER_SHARE = 0.01;    /* of the first gain: a later effect below that only mends the earlier one's shape */
+static const double LATER_SHARE = 2e-5;    /* of the first gain: a later effect below that only mends the earlier one's shape */
 static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes less is not what is there */
 static const double RIVAL_SHARE = 0.005;   /* of the gain: plausible model error, */
 static const double RIVAL_LEFT = 1.0;      /* as is what the best one leaves above the noise, */
 static const double RIVAL_GAIN = 25.0;     /* and noise: z = 5 */
 static const double UNKNOWN_SQUARE = 1.5;  /* mean white square, held out: more is no noise */
-static const double UNKNOWN_SHARE = 0.5;   /* of the first excess that stays unexplained */
+static const double UNKNOWN_SHARE = 0.3;   /* of the first excess that stays unexplained */
 static const double CONTROLLER_DIFFERS = 0.02;
 
 const char *const gap_verdict_names[GAP_VERDICTS] = {"effect_named", "no_gap", "ambiguous", "unknown_effect"};
@@ -50,6 +50,7 @@ static void list_candidates(const struct diagnosis *d, const struct trial *trial
 /* Effects that come as close as the model can be wrong. */
 static void list_rivals(const struct diagnosis *d, const struct trial *trial, int trials, struct gap_result *r) {
     double left = RIVAL_LEFT * excess(trial[0].square, d->fit.values);
+    r->ambiguous = 0; /* an earlier effect was judged with the later one still hidden */
     double near = trial[0].gain - fmax(RIVAL_GAIN, fmin(fmax(RIVAL_SHARE * trial[0].gain, left), 0.1 * trial[0].gain));
     for (int i = 1; i < trials && trial[i].ok && trial[i].gain >= near; i++) {
         if (!trial[i].polished) continue;
@@ -60,9 +61,19 @@ static void list_rivals(const struct diagnosis *d, const struct trial *trial, in
     }
 }
 
+/* What is stuck at the end of its range is not what is there: the best that is not comes first, the order of the others stays. */
+static void prefer_inside(struct trial *trial, int trials) {
+    int best = 0;
+    while (best < trials - 1 && (trial[best].bound || !trial[best].polished)) best++;
+    if (trial[best].bound || !trial[best].polished) return;
+    struct trial inside = trial[best];
+    memmove(trial + 1, trial, (size_t)best * sizeof *trial);
+    trial[0] = inside;
+}
+
 static bool worth_adding(const struct diagnosis *d, const struct trial *t, double first_gain) {
     double left = excess(d->held_square, d->held_out.values);
-    return t->ok && t->gain > GAIN_MIN && t->held_gain > GAIN_MIN && t->held_gain > LATER_SHARE * first_gain &&
+    return t->ok && !t->bound && t->gain > GAIN_MIN && t->held_gain > GAIN_MIN && t->held_gain > LATER_SHARE * first_gain &&
            t->held_gain > REMAINDER_SHARE * left;
 }
 
@@ -99,6 +110,7 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
         int trials = diagnosis_try(d, trial, o->threads);
         if (!trials) break;
         if (round == 0) list_candidates(d, trial, trials, r);
+        prefer_inside(trial, trials);
         if (!worth_adding(d, &trial[0], first_gain)) break;
         if (round == 0) first_gain = trial[0].held_gain;
         list_rivals(d, trial, trials, r);
@@ -108,7 +120,6 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
         if (!diagnosis_add(d, &trial[0])) break;
         r->effects++;
         describe(e, &trial[0], before, d->held_square);
-        if (r->ambiguous) break;
     }
     free(trial);
     read_effects(d, r);

@@ -14,7 +14,7 @@ static void add_variable(struct hypothesis *h, int key, int leg) {
         .offset = offsetof(struct params, effects) + (size_t)h->effect * sizeof(struct effect_values) +
                   offsetof(struct effect_values, value) + (size_t)key * LEGS * sizeof(double),
         .leg = leg, .legs = LEGS, .effect = h->effect,
-        .min = k->min, .max = k->max, .step = 1e-4 * (k->max - k->min), .parts = effect_parts(e),
+        .min = k->min, .max = k->max, .neutral = k->neutral, .step = 1e-4 * (k->max - k->min), .parts = effect_parts(e),
     };
 }
 
