@@ -9,7 +9,8 @@ beyond="--set hydraulics.supply_pa=10.15e6 --set hydraulics.valve_damping=0.7 --
 coulomb="--set effects.cylinder_coulomb_friction.force_extend_n=50 --set effects.cylinder_coulomb_friction.force_retract_n=50"
 joint="--set effects.passive_joint_friction.coulomb_nm=5"
 
-rig() { "$hexid" run --fast --set lcm.url= --set sim.engine=ode --set sim.substeps=16 --log "$work/$1.lcm" $base "${@:2}" >/dev/null; }
+short="--set motion.engage_s=1.6 --set motion.park_s=1.6 --set motion.hold_s=0.1 --set tests.settle_s=0.5"
+rig() { "$hexid" run --fast --set lcm.url= --set sim.engine=ode --set sim.substeps=12 $short --log "$work/$1.lcm" $base "${@:2}" >/dev/null; }
 gap() { "$hexid" gap --measured "$work/$1.lcm" -c config/tian2015.yaml -o "$work/$1" "${@:2}" 2>/dev/null; }
 says() { "$python" tests/scenarios/gap.py "$@"; }
 diagnosed() { local name=$1; shift; rig "$name" --seed 5 "${@:2}" && gap "$name" && says "$work/$name/gap.json" $1; }
