@@ -106,6 +106,8 @@ static void check_sim(struct checker *c, const struct params *p) {
     double substep_s = p->loop.period_s / p->sim.substeps;
     require(c, substep_s <= substep_max_s * (1 + 1e-9), "sim.substeps %d makes substeps of %g s, the longest is %g s: at least %.0f",
             p->sim.substeps, substep_s, substep_max_s, ceil(p->loop.period_s / substep_max_s - 1e-9));
+    require(c, p->sim.smooth_friction_mps == 0.0 || p->sim.engine == ENGINE_CLOSED_FORM,
+            "sim.smooth_friction_mps %g needs sim.engine closed_form: so steep a damper is not stable with ode", p->sim.smooth_friction_mps);
 }
 
 int config_check(const struct params *params, const char *name, struct error *error) {

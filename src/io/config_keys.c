@@ -62,6 +62,7 @@ static const struct config_key keys[] = {
 
     WORD(sim, engine, CONFIG_CHOICE, "ode", "rigid bodies of the simulation", engine_names),
     KEY(sim, substeps, "8", 1.0, 1000.0, "-", "per cycle; a substep is at most 0.25 ms"),
+    KEY(sim, smooth_friction_mps, "0", 0.0, 0.01, "m/s", "0: true stick; else cylinders' dry friction is F tanh(v / this); closed_form only"),
 
     KEY(control, kp, "40", 0.0, 1e4, "1/m", "valve per length error"),
     KEY(control, ki, "20", 0.0, 1e5, "1/(m s)", "valve per length error and time"),
