@@ -51,9 +51,11 @@ bench: $(BENCHES) $(BUILD)/hexid | deps-bench ## time and instructions of every 
 bench-paper: $(BUILD)/tests/bench/paper $(BUILD)/hexid ## Tian 2015 Tables 3, 4, C1 and 5 beside hexid's own results -> build/bench_paper/
 	@$(BUILD)/tests/bench/paper $(BUILD)/hexid tests/data $(BUILD)/bench_paper
 
-spy: $(BUILD)/spy/hexid.jar ## lcm-spy with hexid's message types (needs a display)
+spy: has-display $(BUILD)/spy/hexid.jar ## lcm-spy with hexid's message types (needs a display)
+	java -Djava.net.preferIPv4Stack=true -Xmx256m -cp /usr/share/java/lcm.jar:/usr/share/java/jchart2d.jar:$(abspath $(BUILD)/spy/hexid.jar) lcm.spy.Spy
+
+has-display:
 	@[ -n "$$DISPLAY" ] || { echo "make spy: lcm-spy draws a window, and DISPLAY is not set" >&2; exit 1; }
-	java -Djava.net.preferIPv4Stack=true -Xmx256m -cp /usr/share/java/lcm.jar:/usr/share/java/jchart2d.jar:$(abspath $<) lcm.spy.Spy
 
 clean: ## remove build/ (logs under runs/ stay)
 	rm -rf build
@@ -81,7 +83,7 @@ deps-test: deps-run
 	$(call install,iproute2 libcmocka-dev libseccomp-dev python3-venv util-linux)
 deps-bench: deps-test
 	$(call install,rt-tests valgrind)
-deps-spy: deps-run
+deps-spy: has-display deps-run
 	$(call install,default-jdk-headless default-jre libjchart2d-java liblcm-java)
 
 # Building.
@@ -134,6 +136,6 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)javac -cp /usr/share/java/lcm.jar -d $(@D) $(@D)/hexid/*.java
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
-.PHONY: all run test asan tsan bench bench-paper spy clean help deps deps-run deps-test deps-bench deps-spy
+.PHONY: all has-display run test asan tsan bench bench-paper spy clean help deps deps-run deps-test deps-bench deps-spy
 .SECONDARY:
 -include $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d)

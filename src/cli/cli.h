@@ -30,8 +30,15 @@ int options_parse(struct options *o, int argc, char **argv, const char *allowed,
 /* Configuration from -c (default config/tian2015.yaml where it exists, else built in) and --set. */
 int options_params(const struct options *o, struct params *params, struct error *error);
 
+/* The same, and the bus that it names. */
+struct bus;
+int options_bus(const struct options *o, struct params *params, struct bus **bus, struct error *error);
+
 /* Prints "hexid: message" and returns the exit status. */
 int cli_fail(const struct error *error);
+
+/* Before a long run: can cli_write_text() write there? Nothing is changed. NULL and "-" are. */
+int cli_check_writable(const char *path, struct error *error);
 
 /* Writes text to `path` ("-" for standard output). */
 int cli_write_text(const char *path, const char *text, struct error *error);

@@ -1,6 +1,7 @@
 #include "progress.h"
 
 #include <math.h>
+#include <stdarg.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -17,6 +18,17 @@ void progress_init(struct progress *p, const struct params *params, FILE *out, b
 static void clear_line(struct progress *p) {
     if (p->terminal) fputs("\r\033[K", p->out);
 }
+
+void progress_say(struct progress *p, const char *format, ...) {
+    va_list args;
+    clear_line(p);
+    fflush(p->out);
+    va_start(args, format);
+    vfprintf(stderr, format, args);
+    va_end(args);
+}
+
+void progress_end(struct progress *p) { clear_line(p); }
 
 void progress_state(struct progress *p, const struct cycle *c) {
     p->state_cycles = 0;
@@ -37,9 +49,11 @@ void progress_result(struct progress *p, const struct test_result *t) {
     for (int i = 0; i < DOFS; i++) unwanted = fmax(unwanted, t->unwanted_pct[i]);
     bool angle = t->dof >= DOF_PHI;
     clear_line(p);
-    fprintf(p->out, "  test %d/%d  %-5s  %.4g Hz  amplitude %.3f %s of %.3f, phase %.1f deg, unwanted %.1f %%, %lld samples, %lld excluded%s\n",
-            t->test + 1, p->params->tests.count, dof_names[t->dof], t->frequency_hz, t->achieved_amplitude * 1e3, angle ? "mrad" : "mm",
-            t->amplitude * 1e3, t->phase_deg, unwanted, (long long)t->samples, (long long)t->excluded, t->complete ? "" : ", not complete");
+    fprintf(p->out, "  test %d/%d %-5s ", t->test + 1, p->params->tests.count, dof_names[t->dof]);
+    if (isfinite(t->achieved_amplitude))
+        fprintf(p->out, "%.3f of %.3f %s, %.1f deg, unwanted %.1f %%, ", t->achieved_amplitude * 1e3, t->amplitude * 1e3, angle ? "mrad" : "mm",
+                t->phase_deg, unwanted);
+    fprintf(p->out, "%lld of %lld excluded%s\n", (long long)t->excluded, (long long)(t->samples + t->excluded), t->complete ? "" : ", not complete");
     fflush(p->out);
 }
 

@@ -17,6 +17,9 @@ int config_load(struct params *params, const char *path, const char *const *sett
 /* The same from YAML text in memory; `name` stands for the file in messages. For configurations kept in logs. */
 int config_parse(struct params *params, const char *text, size_t size, const char *name, struct error *error);
 
+/* The "key=value" settings in order on params that are there, then the checks; `name` as above. 0 or -2. */
+int config_override(struct params *params, const char *name, const char *const *settings, int count, struct error *error);
+
 /* YAML text that config_parse turns back into the same params, bit for bit; effects only where on. To be freed by the caller. */
 char *config_text(const struct params *params);
 

@@ -48,11 +48,12 @@ stopped() {
 }
 refused() {
     start_run --set motion.automatic=false
-    await settled && tell engage && tell park && kill -INT $run && ended 1 && grep -q 'engage refused' "$work/error" &&
+    await settled && ends 4 tell engage && tell park && kill -INT $run && ended 1 && grep -q 'engage refused' "$work/error" &&
         ! grep -q 'park refused' "$work/error"
 }
 
 claim "engage, start and park by hand" by_hand
 claim "a stop ends a test early, and the platform waits at neutral to be parked" stopped
 claim "by default nobody on the network can set the platform in motion" refused
+claim "a command that nobody hears is an error" refuses 3 "park nobody $url" tell park
 claim "a command that does not exist is refused" refuses 2 "engage, start, stop, park, reset" "$hexid" command jump
