@@ -22,6 +22,8 @@ struct platform {
     double length_m[LEGS], force_n[LEGS];
     double still_m[LEGS], still_ref_m[LEGS]; /* the reading before, and the leg's reference when it last changed */
     int64_t good_seq, good_ns;   /* its cycle, -1: none yet; and its instant */
+    uint64_t device_seq;         /* of the sample before, */
+    int64_t anew_seq;            /* and the cycle in which it was last a later one */
     int overruns;                /* in a row, at most loop.overrun_limit */
     /* the last reference and command */
     double ref[DOFS], ref_rate[DOFS], leg_ref_m[LEGS];
