@@ -97,8 +97,8 @@ static void lag(struct wrapper *w, struct fault *f, struct hal_sample *s) {
 
 static void loss(struct wrapper *w, struct fault *f, struct hal_sample *s) {
     (void)w;
-    bool gap = f->passed.device_seq && s->device_seq != f->passed.device_seq + 1;
-    if (f->passed.device_seq && chance(f, f->value)) {
+    bool gap = s->device_seq != f->passed.device_seq + 1;
+    if (chance(f, f->value)) {
         instead(s, &f->passed, SAMPLE_STALE);
         return;
     }
@@ -302,7 +302,7 @@ static int fault_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample
     for (int i = 0; i < w->count; i++) {
         struct fault *f = &w->fault[i];
         if (now_ns < f->from_ns) {
-            f->before = healthy;
+            f->before = f->passed = healthy;
             memcpy(f->stuck, w->written.valve, sizeof f->stuck);
         }
         if (!active(w, f)) continue;

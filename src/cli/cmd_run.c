@@ -148,6 +148,7 @@ int cmd_run(int argc, char **argv) {
     if (!s) return -STATUS_IO;
     int status = options_parse(&s->options, argc, argv, "cHfrsljStp", 0, &error);
     if (!status) status = options_params(&s->options, &s->params, &error);
+    if (!status && !s->options.print_config) status = config_check_motion(&s->params, &error);
     if (!status && s->options.print_config) {
         char *text = config_text(&s->params);
         status = text ? cli_write_text("-", text, &error) : error_set(&error, STATUS_IO, "out of memory");

@@ -82,7 +82,7 @@ static const struct config_key keys[] = {
     KEY(limits, length_min_m, "1.425", 0.01, 30.0, "m", "shortest leg"),
     KEY(limits, length_max_m, "2.240", 0.01, 30.0, "m", "longest leg"),
     KEY(limits, leg_rate_mps, "0.6", 0.001, 10.0, "m/s", "fastest leg"),
-    KEY(limits, following_m, "0.05", 1e-4, 1.0, "m", "leg reference against leg length while engaged"),
+    KEY(limits, following_m, "0.01", 1e-4, 1.0, "m", "leg reference against leg length while engaged"),
     KEY(limits, standstill_m, "0.002", 1e-4, 1.0, "m", "leg reference's motion since the length last changed"),
     KEY(limits, force_n, "15000", 1.0, 1e7, "N", "of a leg, either sign"),
     KEY(limits, sensor_age_s, "0.01", 1e-4, 1.0, "s", "oldest sample to act upon"),
@@ -104,6 +104,8 @@ static const struct config_key keys[] = {
     KEY(checks, unwanted_pct, "10", 0.01, 1000.0, "%", "motion of the other axes"),
     KEY(checks, overruns_pct, "1", 0.0, 100.0, "%", "of the cycles"),
     KEY(checks, excluded_pct, "1", 0.0, 100.0, "%", "of the evaluated samples"),
+    KEY(checks, length_wander_m, "1e-4", 1e-7, 1.0, "m", "of a leg's mean length and its fundamental, from period to period"),
+    KEY(checks, force_wander_n, "60", 0.1, 1e6, "N", "of a leg's mean force and its fundamental, from period to period"),
     KEY(checks, symmetry_pct, "10", 0.01, 1000.0, "%", "|Mt - Mt'| against the root of the diagonal's product"),
 
     KEY(loop, period_s, "0.002", 1e-4, 0.1, "s", "of the control loop"),
