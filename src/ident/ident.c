@@ -58,10 +58,9 @@ static void take(struct ident *id, const struct cycle *c) {
     bool good = c->in.flags == 0 && measure(id, c, values, force_n);
     id->seen++;
     id->last_s = c->test_time_s;
-    if (!good) id->excluded++;
-    if (!good) return;
-    harmonics_add(&id->fit, c->test_time_s, values);
-    witness_add(&id->witness, c->test_time_s - id->first_s, &c->in, force_n);
+    witness_add(&id->witness, c->test_time_s - id->first_s, &c->in, force_n, good);
+    if (good) harmonics_add(&id->fit, c->test_time_s, values);
+    else id->excluded++;
 }
 
 /* A second test of an axis replaces the first: the machine may have been changed in between. */

@@ -42,25 +42,32 @@ static void look(struct witness *w, int leg, int which, double reading) {
     w->last[leg][which] = reading;
 }
 
+static void read_leg(struct witness *w, int leg, const struct hal_sample *sample, double force_n) {
+    look(w, leg, 0, sample->length_m[leg]);
+    look(w, leg, 1, sample->p1_pa[leg]);
+    look(w, leg, 2, sample->p2_pa[leg]);
+    w->last_n[leg] = force_n;
+    w->total_n[leg] += force_n;
+}
+
 static void wander_add(struct wander *w, bool first, const double base[WITNESS_TERMS], double value) {
     if (first) w->first = value;
     for (int k = 0; k < WITNESS_TERMS; k++) w->sum[k] += base[k] * (value - w->first);
 }
 
-void witness_add(struct witness *w, double since_s, const struct hal_sample *sample, const double force_n[LEGS]) {
+void witness_add(struct witness *w, double since_s, const struct hal_sample *sample, const double force_n[LEGS], bool good) {
     const double base[WITNESS_TERMS] = {1.0, sin(w->omega * since_s), cos(w->omega * since_s)};
     int64_t block = (int64_t)floor(since_s / w->block_s + 1e-6); /* times come rounded from some logs */
     if (block != w->block) close_block(w);
     w->block = block;
-    w->samples++;
     w->block_samples++;
+    if (!good && w->samples == 0) return; /* stands as the first good one, which counts as zero */
+    w->samples += good;
     for (int i = 0; i < LEGS; i++) {
-        look(w, i, 0, sample->length_m[i]);
-        look(w, i, 1, sample->p1_pa[i]);
-        look(w, i, 2, sample->p2_pa[i]);
-        wander_add(&w->length[i], w->samples == 1, base, sample->length_m[i]);
-        wander_add(&w->force[i], w->samples == 1, base, force_n[i]);
-        w->total_n[i] += force_n[i];
+        if (good) read_leg(w, i, sample, force_n[i]);
+        bool first = good && w->samples == 1;
+        wander_add(&w->length[i], first, base, w->last[i][0]);
+        wander_add(&w->force[i], first, base, w->last_n[i]);
     }
 }
 

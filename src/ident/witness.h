@@ -21,7 +21,7 @@ struct wander {
 
 struct witness {
     double omega, block_s, block_full; /* samples of a whole block, not a whole number */
-    double last[LEGS][WITNESS_READINGS];
+    double last[LEGS][WITNESS_READINGS], last_n[LEGS]; /* readings and force */
     int64_t same[LEGS][WITNESS_READINGS], longest[LEGS];
     int64_t samples, block, block_samples;
     struct wander length[LEGS], force[LEGS];
@@ -37,8 +37,9 @@ struct testimony {
 
 void witness_reset(struct witness *w, double frequency_hz, double period_s);
 
-/* One evaluated sample that is not left out, so long after the first one. */
-void witness_add(struct witness *w, double since_s, const struct hal_sample *sample, const double force_n[LEGS]);
+/* One evaluated sample, so long after the first one. In the place of one that is left out (not `good`) the one before stands in its block:
+ * a fault that spoils a few samples must not hide what it does to the others. */
+void witness_add(struct witness *w, double since_s, const struct hal_sample *sample, const double force_n[LEGS], bool good);
 
 struct testimony witness_says(const struct witness *w);
 

@@ -2,14 +2,14 @@
 something is not as it must be. Needs the log's types: lcm-gen -p --ppath DIR lcmtypes/*.lcm, and PYTHONPATH=DIR.
 
     faults.py NAME FROM_S EXPECTED WITHIN LOG JSON CLEAN_JSON
+    faults.py draw COUNT            a list of faults for faults.sh
 
-FROM_S: when the fault begins, on the loop's clock. EXPECTED: what must see it first: faults, by name and with | between them, within WITHIN
-cycles; `flagged`, samples that the identification leaves out; `verdict`, the end of the run; `nothing`, when it must do no harm.
+FROM_S: when the fault begins, on the loop's clock. EXPECTED, one or several with / between them: what must see it first, within WITHIN
+cycles (0: however long it takes): a fault by its name; `flagged`, samples that the identification leaves out; `verdict`, which refuses at
+the end of the run; `nothing`: it does no harm.
 Always: valves centred with a fault and in every state that does not drive, commands within -1..1, no cycle missing in the log, and an
 identification that is refused or differs from the clean run's by no more than three standard deviations of the sensors' noise."""
-import json, math, struct, sys
-
-import hexid, lcm
+import json, math, random, sys
 
 FAULTS = ("sensor_age", "sensor_invalid", "stroke", "leg_rate", "following_error", "force", "kinematics", "overrun", "io", "standstill")
 DRIVEN = (2, 3, 4, 5)  # engaging, ready, testing, parking
@@ -26,6 +26,8 @@ def demand(holds, *words):
 
 
 def cycles_of(path):
+    import hexid, lcm
+
     return [hexid.state_t.decode(event.data) for event in lcm.EventLog(path, "r") if event.channel == "HEXID_STATE"]
 
 
@@ -67,22 +69,37 @@ def judge(name, from_s, expected, within, log, result, clean):
     cycles = cycles_of(log)
     check_outputs(cycles)
     found, legs, after = detection(cycles, float(from_s))
-    passed, text = identification(json.load(open(result)), json.load(open(clean)))
-    if found == "nothing" and not passed:
+    unharmed, text = identification(json.load(open(result)), json.load(open(clean)))
+    if not unharmed and (found == "nothing" or found == "flagged" and expected == "verdict"):
         found = "verdict"
-    if found == "flagged" and expected == "verdict":
-        found = "verdict"
-    where = f", leg {legs[0]}" if len(legs) == 1 else f", legs {' '.join(map(str, legs))}" if legs else ""
-    driven = "driven on" if found in ("flagged", "nothing", "verdict") else "centred"
-    count = str(after) if found not in ("nothing", "verdict") else "-" if found == "nothing" else "end of run"
-    row = f"| {name} | {found}{where} | {count} of {within} | {driven} | {text} |" if int(within) else f"| {name} | {found}{where} | {count} | {driven} | {text} |"
-    print(row)
-    demand(found in expected.split("|"), "found", found, "expected", expected)
+    named = ", leg" + "s" * (len(legs) > 1) + " " + " ".join(map(str, legs)) if legs else ""
+    count = {"nothing": "-", "verdict": "end of run"}.get(found) or (f"{after} of {within}" if int(within) else str(after))
+    print(f"| {name} | {found}{named} | {count} | {'centred' if cycles[-1].faults else 'driven on'} | {text} |")
+    demand(expected == "any" or found in expected.split("/"), "found", found, "expected", expected)
     demand(not int(within) or after <= int(within), "after", after, "cycles, not", within)
+
+
+# Kind, takes a leg, range of its value (drawn by its logarithm), either sign.
+KINDS = (("length", True, (1e-4, 0.02), True), ("drift", True, (1e-4, 0.02), True), ("noise", True, (1e-5, 2e-3), False),
+         ("freeze", True, None, False), ("swap", True, None, False), ("pressure", True, (1e4, 5e6), True),
+         ("pressure_drift", True, (1e3, 1e6), True), ("pressure_freeze", True, None, False), ("pressure_swap", True, None, False),
+         ("mix", True, None, False), ("stuck", True, None, False), ("valve", True, (0.01, 1), True), ("flip", True, (0.01, 5), False),
+         ("lag", False, (0.002, 0.05), False), ("loss", False, (0.1, 50), False))
+
+
+def draw(count, seed=1):
+    dice = random.Random(seed)
+    for n in range(int(count)):
+        kind, leg, values, signed = KINDS[n % len(KINDS)]
+        begin, length = dice.uniform(1.8, 12), dice.choice((100, math.exp(dice.uniform(math.log(0.01), math.log(3)))))
+        text = f"{kind}@{begin:.3f}+{length:.3f}" + f"/{dice.randint(1, 6)}" * leg
+        if values:
+            text += f"={math.exp(dice.uniform(*map(math.log, values))) * (dice.choice((-1, 1)) if signed else 1):.3g}"
+        print(f"{n} {text}|{text}|{begin:.3f}|any|0")
 
 
 if __name__ == "__main__":
     try:
-        judge(*sys.argv[1:])
+        draw(*sys.argv[2:]) if sys.argv[1] == "draw" else judge(*sys.argv[1:])
     except Failed as failed:
         sys.exit(f"{sys.argv[1]}: {failed}")
