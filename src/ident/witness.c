@@ -57,7 +57,8 @@ static void wander_add(struct wander *w, bool first, const double base[WITNESS_T
 
 void witness_add(struct witness *w, double since_s, const struct hal_sample *sample, const double force_n[LEGS], bool good) {
     const double base[WITNESS_TERMS] = {1.0, sin(w->omega * since_s), cos(w->omega * since_s)};
-    int64_t block = (int64_t)floor(since_s / w->block_s + 1e-6); /* times come rounded from some logs */
+    double block = floor(since_s / w->block_s + 1e-6); /* times come rounded from some logs */
+    if (!isfinite(block)) return;
     if (block != w->block) close_block(w);
     w->block = block;
     w->block_samples++;

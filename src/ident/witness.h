@@ -23,7 +23,8 @@ struct witness {
     double omega, block_s, block_full; /* samples of a whole block, not a whole number */
     double last[LEGS][WITNESS_READINGS], last_n[LEGS]; /* readings and force */
     int64_t same[LEGS][WITNESS_READINGS], longest[LEGS];
-    int64_t samples, block, block_samples;
+    int64_t samples, block_samples;
+    double block;                /* a whole number: times from a log may be beyond any integer */
     struct wander length[LEGS], force[LEGS];
     double total_n[LEGS];
 };

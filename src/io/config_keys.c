@@ -1,6 +1,7 @@
 #include "config_keys.h"
 
 #include <assert.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "config.h"
@@ -201,7 +202,9 @@ static int edit_distance(const char *a, const char *b) {
 
 /* Takes the candidate when it is nearer than what was found so far. A path without a section is compared with the member alone. */
 static void consider(const char *path, const char *candidate, int *best, char nearest[CONFIG_PATH_SIZE]) {
-    int distance = edit_distance(path, strchr(path, '.') ? candidate : last_part(candidate));
+    const char *compared = strchr(path, '.') ? candidate : last_part(candidate);
+    if (abs((int)strlen(path) - (int)strlen(compared)) >= *best) return; /* the distance is at least that */
+    int distance = edit_distance(path, compared);
     if (distance >= *best) return;
     *best = distance;
     snprintf(nearest, CONFIG_PATH_SIZE, "%s", candidate);
