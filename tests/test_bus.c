@@ -148,16 +148,14 @@ static void without_a_route_the_remedy_is_named(void **unused) {
     assert_non_null(strstr(error.text, "`ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo`"));
 }
 
-/* Largest time to live of the sockets that have sent, -1 without one. The receiving one is bound to the group's port; one that has no port
- * is a leak of liblcm's after a URL it refused. */
-static int multicast_ttl(void) {
+/* Largest time to live of the sockets that have a port and are not `older`, -1 without one. */
+static int multicast_ttl(const bool older[256]) {
     int largest = -1;
     for (int fd = 0; fd < 256; fd++) {
         struct sockaddr_in address;
         socklen_t length = sizeof address, size = 1;
         unsigned char ttl;
-        if (getsockname(fd, (struct sockaddr *)&address, &length) || address.sin_family != AF_INET) continue;
-        if (address.sin_port == 0 || ntohs(address.sin_port) == 7667) continue;
+        if (older[fd] || getsockname(fd, (struct sockaddr *)&address, &length) || address.sin_family != AF_INET || !address.sin_port) continue;
         if (!getsockopt(fd, IPPROTO_IP, IP_MULTICAST_TTL, &ttl, &size) && ttl > largest) largest = ttl;
     }
     return largest;
@@ -174,9 +172,11 @@ static void the_stream_stays_on_this_host_unless_the_url_says_otherwise(void **u
     for (int i = 0; i < 4; i++) {
         struct bus *b;
         struct error error;
+        bool older[256]; /* liblcm leaks a socket with a URL that it refuses */
+        for (int fd = 0; fd < 256; fd++) older[fd] = fcntl(fd, F_GETFD) >= 0;
         assert_int_equal(open_quietly(&b, cases[i].url, &error), 0);
         bus_publish(b, CHANNEL_EVENT, "", 1);
-        assert_int_equal(multicast_ttl(), cases[i].ttl);
+        assert_int_equal(multicast_ttl(older), cases[i].ttl);
         bus_close(b);
     }
 }
