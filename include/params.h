@@ -106,7 +106,7 @@ struct loop_params {
     double period_s;
     int priority;                 /* SCHED_FIFO */
     int cpu;                      /* to pin to, -1: none */
-    int overrun_limit;            /* so many in a row is a fault */
+    int overrun_limit;            /* so many deadlines missed in a row are a fault */
 };
 
 enum { LCM_URL_SIZE = 128 };

@@ -199,6 +199,21 @@ static void a_device_without_a_count_is_believed_by_its_clock(void **unused) {
     plant_destroy(rig.plant);
 }
 
+/* A loop that was away for so long finds a machine that may have been centred by its device: it does not go on. */
+static void a_loop_that_was_away_for_long_does_not_go_on(void **unused) {
+    (void)unused;
+    for (int away = 1; away <= 500; away += away < 20 ? 1 : 60) {
+        struct rig rig;
+        rig_init(&rig, false);
+        rig_bring(&rig, STATE_READY);
+        struct hal_sample sample = rig.now.in;
+        sample.flags = SAMPLE_OVERRUN, sample.device_seq += 1, sample.time_ns += (away + 1) * (int64_t)PERIOD_NS;
+        platform_step(&rig.platform, &sample, (struct request){.id = rig.id}, &rig.now);
+        assert_int_equal(rig.now.first_fault, away >= rig.params.loop.overrun_limit ? FAULT_OVERRUN : 0);
+        plant_destroy(rig.plant);
+    }
+}
+
 /* From any state, after any time with the valves centred, wherever it has sunk to. */
 static void engaging_again_after_a_fault_is_bumpless(void **unused) {
     (void)unused;
@@ -307,6 +322,7 @@ int main(void) {
         cmocka_unit_test(the_longest_fault_fits_its_text),
         cmocka_unit_test(a_device_that_hangs_behind_fresh_time_stamps_is_found_out),
         cmocka_unit_test(a_device_without_a_count_is_believed_by_its_clock),
+        cmocka_unit_test(a_loop_that_was_away_for_long_does_not_go_on),
         cmocka_unit_test(engaging_again_after_a_fault_is_bumpless),
         cmocka_unit_test(a_steady_motion_wanders_not_at_all_at_any_rate),
         cmocka_unit_test(each_witness_sees_its_fault_and_names_its_leg),

@@ -112,7 +112,7 @@ static const struct config_key keys[] = {
     KEY(loop, period_s, "0.002", 1e-4, 0.1, "s", "of the control loop"),
     KEY(loop, priority, "80", 1.0, 99.0, "-", "SCHED_FIFO"),
     KEY(loop, cpu, "-1", -1.0, 1023.0, "-", "to pin the loop to; -1: none"),
-    KEY(loop, overrun_limit, "10", 1.0, 100000.0, "-", "so many in a row are a fault"),
+    KEY(loop, overrun_limit, "10", 1.0, 100000.0, "-", "so many deadlines missed in a row are a fault"),
 
     WORD(lcm, url, CONFIG_TEXT, "udpm://239.255.76.67:7667?ttl=0", "provider; empty: none; ttl=0 stays on the host", NULL),
     KEY(lcm, state_every, "10", 1.0, 1e6, "-", "one HEXID_STATE on the wire for so many cycles"),
