@@ -1,5 +1,4 @@
 /* libFuzzer: any bytes as a log, read as `hexid identify` reads it. Nothing is invented: the events add up to no more than the file. */
-#define _GNU_SOURCE
 #include <assert.h>
 #include <stdio.h>
 #include <string.h>

@@ -28,7 +28,7 @@ static void state(const uint8_t *data, int size) {
     unsigned char again[STATE_MESSAGE_MAX];
     struct cycle c;
     if (!state_decode(data, size, &c)) return;
-    assert(c.state < STATES && c.dof >= DOF_NONE && c.dof < DOFS && c.test >= -1);
+    assert(c.state < STATES && (int)c.dof >= -1 && (int)c.dof < DOFS && c.test >= -1);
     assert(state_encode(&c, again) == size && !memcmp(again, data, (size_t)size));
 }
 

@@ -57,7 +57,7 @@ write error|deaf@5.75+100|5.75|io|6
 read error, 8 ms|drop@5.75+0.008|5.75|flagged|1
 length frozen, fast leg|freeze@5.75+100/3|5.75|standstill|40
 length frozen, slow leg, one test|freeze@7.4+1.2/1|7.4|verdict|0
-length frozen at standstill|freeze@1.7+100/3|1.7|standstill|0
+length frozen at standstill|freeze@1.7+100/3|1.7|standstill|2500
 all lengths frozen|freeze@5.75+100|5.75|standstill|40
 not a number|nan@5.75+100/2|5.75|sensor_invalid|5
 length out of range, high|length@5.75+100/3=1|5.75|stroke|5
@@ -78,7 +78,7 @@ pressures frozen|pressure_freeze@5.75+100/3|5.75|verdict|0
 P1 and P2 of a leg swapped|pressure_swap@5.75+100/3|5.75|force|50
 pressures of legs 2 and 3 swapped|mix@0.05+100/2|0.05|verdict|0
 valve stuck in motion|stuck@5.75+100/3|5.75|following_error|150
-valve stuck at rest|stuck@1.75+100/3|1.75|following_error|0
+valve stuck at rest|stuck@1.75+100/3|1.75|following_error|700
 valve fully open|valve@5.75+100/3=1|5.75|leg_rate/following_error|20
 END
 }
