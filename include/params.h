@@ -98,6 +98,8 @@ struct check_params {             /* percent; beyond any of these the run's verd
     double unwanted_pct;          /* motion of the other axes */
     double overruns_pct;          /* of the cycles */
     double excluded_pct;          /* of the evaluated samples */
+    double length_wander_m;       /* of a leg's mean length and its fundamental, from period to period of a test */
+    double force_wander_n;        /* of a leg's mean force and its fundamental, from period to period; of the mean also from test to test */
     double symmetry_pct;          /* |Mt - Mt'| against sqrt of the diagonal's product */
 };
 
@@ -105,7 +107,7 @@ struct loop_params {
     double period_s;
     int priority;                 /* SCHED_FIFO */
     int cpu;                      /* to pin to, -1: none */
-    int overrun_limit;            /* so many in a row is a fault */
+    int overrun_limit;            /* so many deadlines missed in a row are a fault */
 };
 
 enum { LCM_URL_SIZE = 128 };

@@ -388,6 +388,7 @@ static void a_missed_deadline_is_no_leg_rate_fault(void **unused) {
     (void)unused;
     struct params params = by_hand();
     struct rig rig;
+    params.loop.overrun_limit = 100, params.limits.following_m = 0.05; /* or these would speak first */
     rig_init(&rig, &params);
     rig_bring(&rig, STATE_ENGAGING, 500); /* the middle of the move */
     for (int n = 0; n < 25; n++) plant_step(rig.plant, rig.now.out.valve);

@@ -34,6 +34,10 @@ int options_params(const struct options *o, struct params *params, struct error 
 struct bus;
 int options_bus(const struct options *o, struct params *params, struct bus **bus, struct error *error);
 
+/* SAFETY: a machine that is not simulated moves by itself only where this command line says so (--set motion.automatic=true); a file that
+ * says so may be a copy of the simulation's. Otherwise takes it out of params: the platform waits for `hexid command engage`. */
+void options_automatic(const struct options *o, bool simulated, struct params *params);
+
 /* Prints "hexid: message" and returns the exit status. */
 int cli_fail(const struct error *error);
 

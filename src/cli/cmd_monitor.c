@@ -40,8 +40,10 @@ static double rounded(double x, double unit) { return round(x / unit) * unit + 0
 
 static void headline(const struct cycle *c) {
     static const char *const phases[] = {"", "settle", "ramp in", "evaluate", "ramp out"};
+    char fault[FAULT_TEXT_SIZE];
+    fault_describe(c->first_fault, c->faults, fault);
     printf("%9.3f s  %-8s  %-5s %-8s  fault %s\n", seconds_from_ns(c->in.time_ns), state_names[c->state],
-           c->dof < 0 ? "" : dof_names[c->dof], phases[c->phase], fault_name(c->first_fault));
+           c->dof < 0 ? "" : dof_names[c->dof], phases[c->phase], fault);
 }
 
 static void pose(const struct cycle *c) {

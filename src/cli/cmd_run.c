@@ -36,9 +36,18 @@ static void open_bus(struct session *s) {
     if (s->params.lcm.url[0] && bus_open(&s->bus, s->params.lcm.url, &error)) warn(&error);
 }
 
+/* What an operator would wonder about: nothing moves, and why. */
+static void say_who_moves_it(const struct session *s) {
+    if (s->params.motion.automatic || s->hal->ops->simulated) return;
+    fprintf(stderr, "hexid: %s is a real machine: it waits for `hexid command engage` and `start`%s; --set motion.automatic=true runs the "
+            "tests without being told\n", s->options.hal, s->params.lcm.commands ? "" : ", which need lcm.commands: true");
+}
+
 static int open_all(struct session *s, struct error *error) {
     int status = hal_open(&s->hal, s->options.hal, &s->params, s->options.seed, error);
     if (status) return status;
+    options_automatic(&s->options, s->hal->ops->simulated, &s->params);
+    say_who_moves_it(s);
     if (s->options.fast && !s->hal->ops->simulated)
         return error_set(error, STATUS_USAGE, "--fast: %s is not simulated; a real machine has real time", s->options.hal);
     if ((status = cli_check_writable(s->options.json, error))) return status;
@@ -160,6 +169,7 @@ int cmd_run(int argc, char **argv) {
     if (!s) return -STATUS_IO;
     int status = options_parse(&s->options, argc, argv, "cHfrsljStp", 0, &error);
     if (!status) status = options_params(&s->options, &s->params, &error);
+    if (!status && !s->options.print_config) status = config_check_motion(&s->params, &error);
     if (!status && s->options.print_config) {
         char *text = config_text(&s->params);
         status = text ? cli_write_text("-", text, &error) : error_set(&error, STATUS_IO, "out of memory");

@@ -103,6 +103,13 @@ int options_bus(const struct options *o, struct params *params, struct bus **bus
     return bus_open(bus, params->lcm.url, error);
 }
 
+void options_automatic(const struct options *o, bool simulated, struct params *params) {
+    static const char key[] = "motion.automatic=";
+    bool said = false;
+    for (int i = 0; i < o->setting_count; i++) said = said || !strncmp(o->settings[i], key, sizeof key - 1);
+    if (!simulated && !said) params->motion.automatic = false;
+}
+
 int cli_fail(const struct error *error) {
     fprintf(stderr, "hexid: %s\n", error->text);
     return -(int)error->status;

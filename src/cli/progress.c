@@ -39,8 +39,10 @@ void progress_state(struct progress *p, const struct cycle *c) {
 }
 
 void progress_fault(struct progress *p, const struct cycle *c) {
+    char text[FAULT_TEXT_SIZE];
+    fault_describe(c->first_fault, c->faults, text);
     clear_line(p);
-    fprintf(p->out, "  FAULT %s at %.3f s: valves centred\n", fault_name(c->first_fault), (double)c->in.time_ns * 1e-9);
+    fprintf(p->out, "  FAULT %s at %.3f s: valves centred\n", text, (double)c->in.time_ns * 1e-9);
     fflush(p->out);
 }
 

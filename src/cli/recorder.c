@@ -56,7 +56,8 @@ static void changes(struct recorder *r, const struct cycle *before, int64_t lost
         progress_state(r->progress, c);
     }
     if (c->first_fault && !before->first_fault) {
-        event(r, "fault", fault_name(c->first_fault));
+        fault_describe(c->first_fault, c->faults, text);
+        event(r, "fault", text);
         progress_fault(r->progress, c);
     }
     if (c->test >= 0 && (c->test != before->test || before->phase == PHASE_NONE)) {
