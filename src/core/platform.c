@@ -52,7 +52,7 @@ static uint32_t leg_doubts(const struct platform *p, const struct hal_sample *in
     if (!(fabs(leg_force(&p->areas, p1_pa, p2_pa)) <= l->force_n)) suspect |= FAULT_FORCE;
     if (!supervisor_drives(p->supervisor.state)) return suspect;
     if (!(fabs(p->leg_ref_m[i] - length_m) <= l->following_m)) suspect |= FAULT_FOLLOWING;
-    if (!(fabs(p->leg_ref_m[i] - p->still_ref_m[i]) <= l->standstill_m)) suspect |= FAULT_STANDSTILL;
+    if (!(p->still_high_m[i] - p->still_low_m[i] <= l->standstill_m)) suspect |= FAULT_STANDSTILL;
     return suspect;
 }
 
@@ -76,7 +76,9 @@ static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
 /* SAFETY: a transducer that stands still while the others hold their legs is seen by nothing else: its own leg then runs away. */
 static void watch_standstill(struct platform *p, const struct hal_sample *in) {
     for (int i = 0; i < LEGS && !(in->flags & SAMPLE_IO); i++) {
-        if (in->length_m[i] != p->still_m[i]) p->still_ref_m[i] = p->leg_ref_m[i];
+        bool moved = in->length_m[i] != p->still_m[i];
+        p->still_low_m[i] = moved ? p->leg_ref_m[i] : fmin(p->still_low_m[i], p->leg_ref_m[i]);
+        p->still_high_m[i] = moved ? p->leg_ref_m[i] : fmax(p->still_high_m[i], p->leg_ref_m[i]);
         p->still_m[i] = in->length_m[i];
     }
 }
@@ -145,7 +147,7 @@ static void engage(struct platform *p) {
     memset(p->ref_rate, 0, sizeof p->ref_rate);
     for (int i = 0; i < LEGS; i++) {
         pid_reset(&p->pid[i], p->length_m[i], p->force_n[i]);
-        p->leg_ref_m[i] = p->still_ref_m[i] = p->length_m[i];
+        p->leg_ref_m[i] = p->still_low_m[i] = p->still_high_m[i] = p->length_m[i];
     }
     move_to(p, 0.0, p->params->motion.engage_s);
 }
