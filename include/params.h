@@ -98,7 +98,7 @@ struct check_params {             /* percent; beyond any of these the run's verd
     double unwanted_pct;          /* motion of the other axes */
     double overruns_pct;          /* of the cycles */
     double excluded_pct;          /* of the evaluated samples */
-    double length_wander_m;       /* of a leg's mean length and its fundamental, from period to period of a test */
+    double length_wander_m;       /* of the fundamental of a leg's length, from period to period of a test */
     double force_wander_n;        /* of a leg's mean force and its fundamental, from period to period; of the mean also from test to test */
     double symmetry_pct;          /* |Mt - Mt'| against sqrt of the diagonal's product */
 };

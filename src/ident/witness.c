@@ -5,6 +5,7 @@
 #include "units.h"
 
 enum { BLOCK_SAMPLES = 100 };
+enum { MEAN, SINE };
 
 static void wander_reset(struct wander *w) {
     *w = (struct wander){0};
@@ -72,9 +73,10 @@ void witness_add(struct witness *w, double since_s, const struct hal_sample *sam
     }
 }
 
-static void worst(const struct wander w[LEGS], double *largest, int *leg) {
+/* Of the terms from this one on. */
+static void worst(const struct wander w[LEGS], int term, double *largest, int *leg) {
     for (int i = 0; i < LEGS; i++)
-        for (int k = 0; k < WITNESS_TERMS; k++)
+        for (int k = term; k < WITNESS_TERMS; k++)
             if (w[i].high[k] - w[i].low[k] > *largest) *largest = w[i].high[k] - w[i].low[k], *leg = i;
 }
 
@@ -82,8 +84,8 @@ struct testimony witness_says(const struct witness *w) {
     struct witness ended = *w;
     struct testimony t = {0};
     close_block(&ended);
-    worst(ended.length, &t.length_m, &t.length_leg);
-    worst(ended.force, &t.force_n, &t.force_leg);
+    worst(ended.length, SINE, &t.length_m, &t.length_leg);
+    worst(ended.force, MEAN, &t.force_n, &t.force_leg);
     for (int i = 0; i < LEGS; i++) {
         t.mean_n[i] = w->total_n[i] / (double)w->samples;
         if (w->longest[i] > t.still_samples) t.still_samples = w->longest[i], t.still_leg = i;

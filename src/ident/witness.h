@@ -2,9 +2,10 @@
  * wrong without a word. Two things hold on a sound machine whatever its inertia is:
  *
  *   - no reading stands still for a whole period of the motion (else: a dead transducer, or a leg held by friction);
- *   - mean and fundamental of a leg's length and force are the same in every period, and its mean force in every test: the motion is
- *     steady, and the load at rest is that of the neutral pose (else: a sensor jumped or drifts, sensors were exchanged, a valve or a
- *     sample stuck for a while; a length that drifts carries the platform off, and the weight shifts between the legs).
+ *   - the fundamentals of a leg's length and force are the same in every period, its mean force in every period and test: the motion is
+ *     steady, and the load at rest is that of the neutral pose; the mean length may still settle. (Else: a sensor jumped or drifts,
+ *     sensors were exchanged, a valve or a sample stuck for a while; a length that drifts carries the platform off, and the weight shifts
+ *     between the legs.)
  *
  * Periods are taken together until they hold 100 samples, so that the sensors' noise averages out alike at every rate. Pure, no heap. */
 #ifndef HEXID_WITNESS_H
@@ -32,7 +33,8 @@ struct witness {
 struct testimony {
     int still_leg, length_leg, force_leg; /* the worst ones, 0..5 */
     int64_t still_samples;       /* longest row of samples with one and the same reading */
-    double length_m, force_n;    /* largest wander of a mean or fundamental between two blocks; 0 with fewer than two whole ones */
+    double length_m;             /* largest wander of a length's fundamental between two blocks; 0 with fewer than two whole ones */
+    double force_n;              /* of a force's mean or fundamental */
     double mean_n[LEGS];         /* of the whole test; NaN without a sample */
 };
 

@@ -106,7 +106,7 @@ static const struct config_key keys[] = {
     KEY(checks, unwanted_pct, "10", 0.01, 1000.0, "%", "motion of the other axes"),
     KEY(checks, overruns_pct, "1", 0.0, 100.0, "%", "of the cycles"),
     KEY(checks, excluded_pct, "1", 0.0, 100.0, "%", "of the evaluated samples"),
-    KEY(checks, length_wander_m, "1e-4", 1e-7, 1.0, "m", "of a leg's mean length and its fundamental, from period to period"),
+    KEY(checks, length_wander_m, "1e-4", 1e-7, 1.0, "m", "of the fundamental of a leg's length, from period to period"),
     KEY(checks, force_wander_n, "60", 0.1, 1e6, "N", "of a leg's mean force and its fundamental, from period to period"),
     KEY(checks, symmetry_pct, "10", 0.01, 1000.0, "%", "|Mt - Mt'| against the root of the diagonal's product"),
 
