@@ -350,7 +350,9 @@ static void fault_close(struct hal *hal) {
 
 const struct hal_ops hal_fault = {
     .scheme = "fault",
-    .usage = "fault:FAULT[,...];URL      another back-end, broken on purpose: KIND@FROM+LENGTH[/LEG][=VALUE]",
+    .usage = "fault:FAULT[,...];URL      another back-end, broken on purpose: KIND@FROM+LENGTH[/LEG][=VALUE], KIND one of\n"
+             "                       stale late delay lag loss repeat reorder hang drop nan deaf stuck valve\n"
+             "                       freeze length drift noise flip swap pressure pressure_drift pressure_freeze pressure_swap mix",
     .open = fault_open,
     .read = fault_read,
     .write = fault_write,
