@@ -52,6 +52,7 @@ bench-paper: $(BUILD)/tests/bench/paper $(BUILD)/hexid ## Tian 2015 Tables 3, 4,
 	@$(BUILD)/tests/bench/paper $(BUILD)/hexid tests/data $(BUILD)/bench_paper
 
 spy: $(BUILD)/spy/hexid.jar ## lcm-spy with hexid's message types (needs a display)
+	@[ -n "$$DISPLAY" ] || { echo "make spy: lcm-spy draws a window, and DISPLAY is not set" >&2; exit 1; }
 	java -Djava.net.preferIPv4Stack=true -Xmx256m -cp /usr/share/java/lcm.jar:/usr/share/java/jchart2d.jar:$(abspath $<) lcm.spy.Spy
 
 clean: ## remove build/ (logs under runs/ stay)
@@ -69,8 +70,8 @@ as=; [ $$(id -u) -eq 0 ] || as='sudo -n'; \
 $$as true 2>/dev/null || { echo "hexid: packages are missing, and this is neither root nor sudo without a password. Please run:" >&2; \
 	echo "    sudo apt-get install" $$missing >&2; exit 1; }; \
 echo "hexid: installing" $$missing; \
-$$as apt-get -qq update; \
-$$as env DEBIAN_FRONTEND=noninteractive apt-get -qqy -o DPkg::Lock::Timeout=300 install --no-install-recommends $$missing </dev/null >/dev/null
+said=$$($$as apt-get -qq update && $$as env DEBIAN_FRONTEND=noninteractive apt-get -qqy -o DPkg::Lock::Timeout=300 -o Dpkg::Use-Pty=0 \
+	install --no-install-recommends $$missing </dev/null 2>&1) || { echo "$$said" >&2; exit 1; }
 endef
 
 deps: deps-run deps-test ## install what is missing of the Debian packages for run and test
@@ -80,7 +81,7 @@ deps-test: deps-run
 	$(call install,iproute2 libcmocka-dev libseccomp-dev python3-venv util-linux)
 deps-bench: deps-test
 	$(call install,rt-tests valgrind)
-deps-spy: deps-bench
+deps-spy: deps-run
 	$(call install,default-jdk-headless default-jre libjchart2d-java liblcm-java)
 
 # Building.

@@ -35,17 +35,16 @@ int kinematics_init(struct kinematics *k, const struct params *params, struct er
         joint(k->upper[i], g->upper_radius_m, upper_angle[i], h);
         joint(k->lower[i], g->lower_radius_m, lower_angle[i], h + g->height_m);
     }
-    double length[LEGS], pose[DOFS] = {0}, j[LEGS][DOFS];
-    ik_lengths(k, pose, length);
+    double length[LEGS];
+    ik_lengths(k, (double[DOFS]){0}, length);
     k->neutral_length_m = length[0];
     if (!(length[0] > half_stroke && isfinite(length[0])))
-        return error_set(error, STATUS_USAGE, "geometry: the neutral leg length %.3f m is not above half of actuator.stroke_m (%.3f m): "
-                         "correct geometry.height_m, the joint radii or the stroke", length[0], half_stroke);
-    struct fk_result fk = fk_solve(k, length, (double[DOFS]){0, 0, 1e-4, 0, 0, 0});
-    ik_jacobian(k, pose, j);
+        return error_set(error, STATUS_USAGE, "the neutral leg length %.3f m is not above half of actuator.stroke_m (%.3f m): correct "
+                         "geometry.height_m, geometry.upper_radius_m, geometry.lower_radius_m or the stroke", length[0], half_stroke);
+    struct fk_result fk = fk_solve(k, length, (double[DOFS]){[DOF_Z] = 1e-4});
     if (!fk.converged || !(fk.pivot_ratio > 1e-3))
-        return error_set(error, STATUS_USAGE, "geometry: the legs do not hold the platform at neutral (singular): correct the joint radii "
-                         "and half angles");
+        return error_set(error, STATUS_USAGE, "the legs do not hold the platform at neutral (singular): correct geometry.upper_radius_m, "
+                         "geometry.lower_radius_m, geometry.upper_half_angle_rad or geometry.lower_half_angle_rad");
     return STATUS_OK;
 }
 
@@ -114,7 +113,7 @@ static double fk_equations(const struct kinematics *k, const double length_m[LEG
         m[i][4] = scale * (cs * moment[1] - ss * moment[0]);
         m[i][5] = scale * moment[2];
         m[i][6] = error;
-        if (!(fabs(error) <= largest)) largest = fabs(error);
+        if (fabs(error) > largest || isnan(error)) largest = fabs(error); /* once NaN, for ever NaN */
     }
     return largest;
 }

@@ -19,3 +19,5 @@ double pid_step(struct pid *c, const struct control_params *g, double dt_s, doub
     c->saturated = c->output != u;
     return c->output;
 }
+
+void pid_hold(struct pid *c, double ref_m) { c->ref_m = ref_m; }

@@ -27,4 +27,8 @@ void pid_reset(struct pid *c, double length_m, double force_n);
 
 double pid_step(struct pid *c, const struct control_params *g, double dt_s, double ref_m, double length_m, double force_n);
 
+/* A cycle without a sample: the last u is held, and the next step's Lref_prev is this reference, so that u does not jump by several cycles
+ * of reference motion at once. */
+void pid_hold(struct pid *c, double ref_m);
+
 #endif

@@ -26,12 +26,15 @@ static bool inside(double x, double lo, double hi) { return x >= lo && x <= hi; 
 /* SAFETY: whatever a sensor can say, this decides whether the controller believes it. Returns FAULT_... bits, 0 for a good sample. */
 static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
     const struct limit_params *l = &p->params->limits;
-    uint32_t suspect = in->age_ns > ns_from_seconds(l->sensor_age_s) ? FAULT_SENSOR_AGE : 0;
     if (in->flags & SAMPLE_IO) return FAULT_IO;
+    uint32_t suspect = in->age_ns < 0 || in->age_ns > ns_from_seconds(l->sensor_age_s) ? FAULT_SENSOR_AGE : 0;
     if (in->flags & SAMPLE_INVALID) suspect |= FAULT_SENSOR_INVALID;
-    if (p->overruns > p->params->loop.overrun_limit) suspect |= FAULT_OVERRUN;
-    double elapsed_s = (double)(p->seq - p->good_seq) * p->params->loop.period_s;
+    if (p->overruns >= p->params->loop.overrun_limit) suspect |= FAULT_OVERRUN;
+    /* Cycles, or more where deadlines were missed. */
+    double elapsed_s = fmax((double)(p->seq - p->good_seq) * p->params->loop.period_s,
+                            seconds_from_ns(in->time_ns) - seconds_from_ns(p->good_ns));
     for (int i = 0; i < LEGS; i++) {
+        if (!isfinite(in->length_m[i])) suspect |= FAULT_SENSOR_INVALID;
         if (!inside(in->p1_pa[i], l->pressure_min_pa, l->pressure_max_pa) || !inside(in->p2_pa[i], l->pressure_min_pa, l->pressure_max_pa))
             suspect |= FAULT_SENSOR_INVALID;
         if (!inside(in->length_m[i], l->length_min_m, l->length_max_m)) suspect |= FAULT_STROKE;
@@ -44,7 +47,7 @@ static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
 
 /* Takes the sample over when it is good: pose and leg forces. Returns what is doubtful about it. */
 static uint32_t observe(struct platform *p, const struct hal_sample *in) {
-    p->overruns = in->flags & SAMPLE_OVERRUN ? p->overruns + 1 : 0;
+    p->overruns = in->flags & SAMPLE_OVERRUN ? p->overruns + (p->overruns < p->params->loop.overrun_limit) : 0;
     uint32_t suspect = doubts(p, in);
     if (suspect) return suspect;
     double pose[DOFS];
@@ -54,7 +57,14 @@ static uint32_t observe(struct platform *p, const struct hal_sample *in) {
     memcpy(p->length_m, in->length_m, sizeof p->length_m);
     for (int i = 0; i < LEGS; i++) p->force_n[i] = leg_force(&p->areas, in->p1_pa[i], in->p2_pa[i]);
     p->good_seq = p->seq;
+    p->good_ns = in->time_ns;
     return 0;
+}
+
+/* Bad samples to ride out. Overruns come counted. */
+static int patience(const struct platform *p, uint32_t suspect) {
+    if (p->supervisor.state == STATE_INIT) return INIT_PATIENCE;
+    return suspect & FAULT_OVERRUN ? 1 : p->params->limits.bad_cycles;
 }
 
 static enum trigger commanded(struct platform *p, struct request request) {
@@ -102,7 +112,10 @@ static void enter(struct platform *p, enum state from, enum state to) {
     p->supervisor.state = to;
     switch (to) {
     case STATE_INIT: supervisor_clear(&p->supervisor); break;
-    case STATE_SETTLED: p->automatic = p->automatic && from == STATE_INIT; break;
+    case STATE_SETTLED:
+        p->automatic = p->automatic && from == STATE_INIT;
+        p->supervisor.bad = 0; /* the patience of init does not count against what is ridden out here */
+        break;
     case STATE_ENGAGING: engage(p); break;
     case STATE_READY: p->ready_ticks = 0; break;
     case STATE_TESTING:
@@ -149,9 +162,13 @@ static struct reference_sample refer(struct platform *p) {
 
 /* SAFETY: a sample that is not believed moves nothing: the last command is held, for as long as the bucket allows. */
 static void control(struct platform *p, bool good) {
+    const struct control_params *gains = &p->params->control;
+    double dt_s = p->params->loop.period_s;
     ik_lengths(&p->kinematics, p->ref, p->leg_ref_m);
-    for (int i = 0; i < LEGS && good; i++)
-        p->command.valve[i] = pid_step(&p->pid[i], &p->params->control, p->params->loop.period_s, p->leg_ref_m[i], p->length_m[i], p->force_n[i]);
+    for (int i = 0; i < LEGS; i++) {
+        if (good) p->command.valve[i] = pid_step(&p->pid[i], gains, dt_s, p->leg_ref_m[i], p->length_m[i], p->force_n[i]);
+        else pid_hold(&p->pid[i], p->leg_ref_m[i]);
+    }
     p->command.enable = true;
 }
 
@@ -162,15 +179,15 @@ static void rest(struct platform *p) {
 }
 
 void platform_step(struct platform *p, const struct hal_sample *in, struct request request, struct cycle *out) {
-    const struct limit_params *limits = &p->params->limits;
     struct supervisor *s = &p->supervisor;
     struct reference_sample ref = {0};
 
     uint32_t suspect = observe(p, in);
-    if (supervisor_judge(s, suspect, s->state == STATE_INIT ? INIT_PATIENCE : limits->bad_cycles)) apply(p, TRIGGER_FAULT);
-    if (s->good >= GOOD_SAMPLES) apply(p, TRIGGER_SENSORS_GOOD);
     apply(p, commanded(p, request));
     apply(p, automatic(p));
+    /* SAFETY: the sensors have the last word: no request of the same cycle can undo a fault before it is seen. */
+    if (supervisor_judge(s, suspect, patience(p, suspect))) apply(p, TRIGGER_FAULT);
+    if (s->good >= GOOD_SAMPLES) apply(p, TRIGGER_SENSORS_GOOD);
     if (s->state == STATE_READY) p->ready_ticks++;
 
     int test = s->state == STATE_TESTING || s->state == STATE_PARKING ? p->test : -1;

@@ -20,8 +20,8 @@ struct platform {
     /* the last good sample */
     double pose[DOFS];           /* forward kinematics starts here */
     double length_m[LEGS], force_n[LEGS];
-    int64_t good_seq;            /* its cycle, -1: none yet */
-    int overruns;                /* in a row */
+    int64_t good_seq, good_ns;   /* its cycle, -1: none yet; and its instant */
+    int overruns;                /* in a row, at most loop.overrun_limit */
     /* the last reference and command */
     double ref[DOFS], ref_rate[DOFS], leg_ref_m[LEGS];
     struct hal_command command;  /* held while samples are bad */

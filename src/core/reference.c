@@ -5,6 +5,8 @@
 
 #include "units.h"
 
+static const double brake_longest_s = 1.0;
+
 static int64_t ticks_of(double seconds, double dt_s) { return llround(seconds / dt_s); }
 
 /* 3q^2 - 2q^3 from 0 to 1 over [0, length]. */
@@ -16,12 +18,13 @@ static double smooth(int64_t ticks, int64_t length) {
 }
 
 void reference_hold(struct reference *r, const double pose[DOFS]) {
-    *r = (struct reference){.mode = REFERENCE_HOLD, .dof = DOF_NONE};
-    memcpy(r->to, pose, sizeof r->to);
+    struct reference hold = {.mode = REFERENCE_HOLD, .dof = DOF_NONE};
+    memcpy(hold.to, pose, sizeof hold.to); /* pose may be r->to */
+    *r = hold;
 }
 
 void reference_move(struct reference *r, const double from[DOFS], const double rate_from[DOFS], const double to[DOFS], double duration_s) {
-    struct reference move = {.mode = REFERENCE_MOVE, .dof = DOF_NONE, .duration_s = duration_s};
+    struct reference move = {.mode = REFERENCE_MOVE, .dof = DOF_NONE, .duration_s = duration_s, .ticks = 1};
     memcpy(move.from, from, sizeof move.from);
     memcpy(move.rate_from, rate_from, sizeof move.rate_from);
     memcpy(move.to, to, sizeof move.to);
@@ -38,11 +41,14 @@ void reference_stop(struct reference *r) {
 }
 
 static void move_step(struct reference *r, double dt_s, struct reference_sample *s) {
-    double q = fmin((double)r->ticks * dt_s / r->duration_s, 1.0);
-    double arrived = q * q * (3.0 - 2.0 * q), start_rate = q * (1.0 - q) * (1.0 - q) * r->duration_s;
-    for (int i = 0; i < DOFS; i++) s->pose[i] = r->from[i] + arrived * (r->to[i] - r->from[i]) + start_rate * r->rate_from[i];
+    double t = (double)r->ticks * dt_s, brake_s = fmin(r->duration_s, brake_longest_s);
+    double q = fmin(t / r->duration_s, 1.0), arrived = q * q * (3.0 - 2.0 * q);
+    double b = fmin(t / brake_s, 1.0), coasted_s = brake_s * b * (1.0 - b) * (1.0 - b);
+    for (int i = 0; i < DOFS; i++) s->pose[i] = r->from[i] + arrived * (r->to[i] - r->from[i]) + coasted_s * r->rate_from[i];
     s->done = q >= 1.0;
-    if (s->done) reference_hold(r, r->to);
+    if (!s->done) return;
+    memcpy(s->pose, r->to, sizeof s->pose); /* without the sum's rounding */
+    reference_hold(r, r->to);
 }
 
 static void test_step(struct reference *r, const struct test_params *t, double dt_s, struct reference_sample *s) {

@@ -1,5 +1,7 @@
 #include "supervisor.h"
 
+#include <limits.h>
+
 const char *const state_names[STATES] = {"init", "settled", "engaging", "ready", "testing", "parking", "fault"};
 const char *const command_names[COMMANDS] = {"none", "engage", "start", "stop", "park", "reset"};
 
@@ -55,8 +57,9 @@ void supervisor_clear(struct supervisor *s) {
 
 /* SAFETY: a single bad sample is ridden out with the command held; `limit` bad ones more than good ones latch what was wrong. */
 bool supervisor_judge(struct supervisor *s, uint32_t suspect, int limit) {
-    s->good = suspect ? 0 : s->good + 1;
-    s->bad = suspect ? s->bad + 1 : s->bad > 0 ? s->bad - 1 : 0;
+    if (suspect) s->bad += s->bad < limit;
+    else s->bad -= s->bad > 0;
+    s->good = suspect ? 0 : s->good + (s->good < INT_MAX);
     if (s->bad < limit) return false;
     s->faults |= suspect;
     if (!s->first_fault) s->first_fault = suspect & (~suspect + 1u);

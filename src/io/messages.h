@@ -1,7 +1,10 @@
-/* Between the structs of include/ and LCM's wire types. Whatever came off the wire or a disk is untrusted until converted: decode
- * returns false for a message of the wrong size, type, or with values that no cycle can have. Ordinary threads, no heap for state. */
+/* Between the structs of include/ and LCM's wire types (lcmtypes/README.md). Whatever came off the wire or a disk is untrusted until
+ * converted: decode returns false for a message of the wrong size, type, or with values that no cycle can have, and leaves its result
+ * alone then. Numbers of sensors may be anything, NaN too: a sample flagged invalid must survive its log. Ordinary threads, no heap. */
 #ifndef HEXID_MESSAGES_H
 #define HEXID_MESSAGES_H
+
+#include <stddef.h>
 
 #include "types.h"
 
@@ -12,13 +15,32 @@
 #define CHANNEL_EVENT "HEXID_EVENT"
 #define CHANNEL_COMMAND "HEXID_COMMAND"
 
-enum { STATE_MESSAGE_MAX = 600 };
+enum { STATE_MESSAGE_MAX = 600, COMMAND_MESSAGE_MAX = 64 };
 
-/* Returns the size. */
+/* Returns the size. Encode and decode give back the same cycle, bit for bit. */
 int state_encode(const struct cycle *cycle, unsigned char buffer[STATE_MESSAGE_MAX]);
 bool state_decode(const void *data, int size, struct cycle *cycle);
 
-/* An event of `kind` ("config", "state", "fault", "test", "note", "lost"); returns the size, or -1 when it does not fit. */
+struct event {
+    int64_t time_ns;
+    uint64_t seq;
+    const char *kind;  /* "config", "state", "fault", "test", "note", "lost" */
+    const char *text;
+};
+
+/* Returns the size, or -1 when it does not fit. */
 int event_encode(int64_t time_ns, uint64_t seq, const char *kind, const char *text, unsigned char *buffer, int capacity);
+
+/* kind and text point into data. */
+bool event_decode(const void *data, int size, struct event *event);
+
+/* The text of an event of the kind "config", pointing into data; false for any other. */
+bool event_decode_config(const void *data, int size, const char **text, size_t *length);
+
+/* Returns the size. time_ns: the sender's clock, for the record. */
+int command_encode(int64_t time_ns, enum command command, unsigned char buffer[COMMAND_MESSAGE_MAX]);
+
+/* False for anything but engage, start, stop, park and reset. */
+bool command_decode(const void *data, int size, enum command *command);
 
 #endif

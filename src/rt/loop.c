@@ -21,9 +21,16 @@ static bool overrun(struct loop *l, int64_t now_ns) {
     return missed > 0;
 }
 
+/* SAFETY: told to end, nothing else that was asked for counts: the platform is put down. The id is new once. */
+static struct request asked(const struct loop *l) {
+    struct request request = mailbox_read(&l->requests);
+    if (!atomic_load_explicit(&l->quit, memory_order_relaxed)) return request;
+    return (struct request){.id = request.id + 1, .command = COMMAND_PARK};
+}
+
 static void hand_over(struct loop *l, const struct cycle *c) {
     while (!ring_push(l->records, c)) {
-        if (!l->clock.virtual_time) {
+        if (!l->clock.virtual_time || atomic_load_explicit(&l->abort, memory_order_relaxed)) {
             atomic_fetch_add_explicit(&l->lost, 1, memory_order_relaxed);
             return;
         }
@@ -40,7 +47,7 @@ bool loop_cycle(struct loop *l) {
     if (l->hal->ops->read(l->hal, now_ns, &sample) || l->unwritten) sample.flags |= SAMPLE_IO;
     if (overran) sample.flags |= SAMPLE_OVERRUN;
 
-    platform_step(&l->platform, &sample, mailbox_read(&l->requests), &c);
+    platform_step(&l->platform, &sample, asked(l), &c);
 
     /* SAFETY: not driving, or a command that cannot be written: centre the valves by the back-end's shortest way, every cycle. */
     l->unwritten = c.out.enable && l->hal->ops->write(l->hal, &c.out) != 0;

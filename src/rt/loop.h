@@ -6,7 +6,7 @@
  * it out), and loop.overrun_limit in a row are a fault. The reference counts cycles, so it never jumps.
  *
  * The record ring: on CLOCK_MONOTONIC a full ring loses the record (counted, and seen as a gap in seq), never the deadline; on a virtual
- * clock the loop waits for room, so that nothing is ever lost there. */
+ * clock the loop waits for room, so that nothing is ever lost there but by an abort. */
 #ifndef HEXID_LOOP_H
 #define HEXID_LOOP_H
 
@@ -25,7 +25,7 @@ struct loop {
     struct hal *hal;
     struct ring *records;            /* struct cycle, to the recorder */
     struct mailbox requests;         /* any thread -> loop */
-    _Atomic bool quit;               /* any thread -> loop: end as soon as nothing is driven */
+    _Atomic bool quit;               /* any thread -> loop: park, whatever else is requested, and end as soon as nothing is driven */
     _Atomic bool abort;              /* any thread -> loop: valves to centre and end now */
     _Atomic bool ended;              /* loop -> world: the last record is in the ring */
     _Atomic uint64_t lost;           /* loop -> world: records that found the ring full */

@@ -1,0 +1,227 @@
+#include "ode_machine.h"
+
+#include <math.h>
+#include <pthread.h>
+#include <string.h>
+
+static const double AXIAL_INERTIA_KG_M2 = 1e-5; /* of a part about the leg, which the closed form neglects: 2e-6 of Izz */
+static const double JOINT_ERP = 0.2;
+static const double JOINT_CFM = 1e-10;
+static const double PISTON_MOTOR_CFM = 1e-13;   /* m/s per N: a stuck leg under 10 kN creeps 10 nm in 10 s */
+
+/* ODE counts its users, but without a lock. */
+static pthread_mutex_t ode_users = PTHREAD_MUTEX_INITIALIZER;
+
+/* ODE's solver prints when it gives up a step, and the loop thread must not. Such a step shows: lengths leave the pose. */
+static void no_message(int number, const char *format, va_list args) {
+    (void)number;
+    (void)format;
+    (void)args;
+}
+
+static int ode_open(void) {
+    pthread_mutex_lock(&ode_users);
+    int opened = dInitODE2(0);
+    dSetMessageHandler(no_message);
+    pthread_mutex_unlock(&ode_users);
+    return opened ? 0 : -1;
+}
+
+static void ode_close(void) {
+    pthread_mutex_lock(&ode_users);
+    dCloseODE();
+    pthread_mutex_unlock(&ode_users);
+}
+
+/* ---- placing ---- */
+
+static void rotate_platform(dBodyID platform, const double pose[DOFS]) {
+    double cf = cos(pose[DOF_PHI]), sf = sin(pose[DOF_PHI]), ct = cos(pose[DOF_THETA]), st = sin(pose[DOF_THETA]);
+    double cp = cos(pose[DOF_PSI]), sp = sin(pose[DOF_PSI]);
+    const dMatrix3 rotation = {cp * ct, cp * st * sf - sp * cf, cp * st * cf + sp * sf, 0, //
+                               sp * ct, sp * st * sf + cp * cf, sp * st * cf - cp * sf, 0, //
+                               -st,     ct * sf,                ct * cf,                0};
+    dBodySetRotation(platform, rotation);
+}
+
+/* First axis of a universal joint, in the frame of base or platform. */
+static void first_axis(dVector3 axis, double angle) {
+    axis[0] = -sin(angle);
+    axis[1] = cos(angle);
+    axis[2] = 0.0;
+}
+
+static void upper_joint(const struct ode_machine *m, int leg, dVector3 point, dVector3 first) {
+    const double *a = m->geometry.upper[leg];
+    dVector3 inside;
+    first_axis(inside, m->geometry.upper_angle[leg]);
+    dBodyGetRelPointPos(m->body[PLATFORM], a[0], a[1], a[2], point);
+    dBodyVectorToWorld(m->body[PLATFORM], inside[0], inside[1], inside[2], first);
+}
+
+static void place_part(dBodyID body, const dVector3 joint, double distance, const dVector3 along, const dVector3 first) {
+    dVector3 x, y;
+    dCalcVectorCross3(x, first, along);
+    dNormalize3(x);
+    dCalcVectorCross3(y, along, x);
+    const dMatrix3 rotation = {x[0], y[0], along[0], 0, x[1], y[1], along[1], 0, x[2], y[2], along[2], 0};
+    dBodySetRotation(body, rotation);
+    dBodySetPosition(body, joint[0] + distance * along[0], joint[1] + distance * along[1], joint[2] + distance * along[2]);
+}
+
+static void place_leg(struct ode_machine *m, int leg) {
+    const struct actuator_params *actuator = &m->params->actuator;
+    dVector3 a, along, first_lower, first_upper;
+    upper_joint(m, leg, a, first_upper);
+    first_axis(first_lower, m->geometry.lower_angle[leg]);
+    dSubtractVectors3(along, a, m->geometry.lower[leg]);
+    dNormalize3(along);
+    place_part(m->body[CYLINDER + leg], m->geometry.lower[leg], actuator->lower_center_m, along, first_lower);
+    place_part(m->body[ROD + leg], a, -actuator->upper_center_m, along, first_upper);
+}
+
+void ode_machine_place(struct ode_machine *m, const double pose[DOFS]) {
+    dBodySetPosition(m->body[PLATFORM], pose[DOF_X], pose[DOF_Y], pose[DOF_Z]);
+    rotate_platform(m->body[PLATFORM], pose);
+    for (int leg = 0; leg < LEGS; leg++) place_leg(m, leg);
+}
+
+/* ---- reading ---- */
+
+void ode_machine_pose(const struct ode_machine *m, double pose[DOFS]) {
+    const dReal *r = dBodyGetRotation(m->body[PLATFORM]);
+    memcpy(pose, dBodyGetPosition(m->body[PLATFORM]), 3 * sizeof *pose);
+    pose[DOF_PHI] = atan2(r[9], r[10]);
+    pose[DOF_THETA] = atan2(-r[8], hypot(r[9], r[10]));
+    pose[DOF_PSI] = atan2(r[4], r[0]);
+}
+
+void ode_machine_axis(const struct ode_machine *m, int leg, dVector3 axis) {
+    const dReal *r = dBodyGetRotation(m->body[CYLINDER + leg]);
+    axis[0] = r[2];
+    axis[1] = r[6];
+    axis[2] = r[10];
+}
+
+double ode_machine_length(const struct ode_machine *m, int leg, const dVector3 axis) {
+    dVector3 apart;
+    dSubtractVectors3(apart, dBodyGetPosition(m->body[ROD + leg]), dBodyGetPosition(m->body[CYLINDER + leg]));
+    return m->params->actuator.lower_center_m + dCalcVectorDot3(apart, axis) + m->params->actuator.upper_center_m;
+}
+
+/* Sum of mass times z. */
+static double moment_of_mass(const struct ode_machine *m) {
+    const struct actuator_params *actuator = &m->params->actuator;
+    double sum = m->params->payload.mass_kg * dBodyGetPosition(m->body[PLATFORM])[2];
+    for (int leg = 0; leg < LEGS; leg++)
+        sum += actuator->lower_mass_kg * dBodyGetPosition(m->body[CYLINDER + leg])[2] +
+               actuator->upper_mass_kg * dBodyGetPosition(m->body[ROD + leg])[2];
+    return sum;
+}
+
+double ode_machine_potential(const struct ode_machine *m) {
+    return m->params->payload.gravity_mps2 * (m->neutral_moment_kg_m - moment_of_mass(m));
+}
+
+struct velocity ode_machine_velocity(const struct ode_machine *m, int body) {
+    struct velocity v;
+    memcpy(v.linear, dBodyGetLinearVel(m->body[body]), sizeof v.linear);
+    memcpy(v.angular, dBodyGetAngularVel(m->body[body]), sizeof v.angular);
+    return v;
+}
+
+void ode_machine_set_velocity(struct ode_machine *m, int body, const struct velocity *v, double scale) {
+    dBodySetLinearVel(m->body[body], scale * v->linear[0], scale * v->linear[1], scale * v->linear[2]);
+    dBodySetAngularVel(m->body[body], scale * v->angular[0], scale * v->angular[1], scale * v->angular[2]);
+}
+
+/* ---- making ---- */
+
+static void make_body(struct ode_machine *m, int body, double mass_kg, double xx, double yy, double zz) {
+    dMass mass;
+    dMassSetParameters(&mass, mass_kg, 0, 0, 0, xx, yy, zz, 0, 0, 0);
+    m->body[body] = dBodyCreate(m->world);
+    dBodySetMass(m->body[body], &mass);
+}
+
+static void make_bodies(struct ode_machine *m) {
+    const struct payload_params *payload = &m->params->payload;
+    const struct actuator_params *a = &m->params->actuator;
+    make_body(m, PLATFORM, payload->mass_kg, payload->inertia_xx_kg_m2, payload->inertia_yy_kg_m2, payload->inertia_zz_kg_m2);
+    for (int leg = 0; leg < LEGS; leg++) {
+        make_body(m, CYLINDER + leg, a->lower_mass_kg, a->lower_inertia_kg_m2, a->lower_inertia_kg_m2, AXIAL_INERTIA_KG_M2);
+        make_body(m, ROD + leg, a->upper_mass_kg, a->upper_inertia_kg_m2, a->upper_inertia_kg_m2, AXIAL_INERTIA_KG_M2);
+    }
+}
+
+static void make_universal(struct ode_machine *m, dBodyID one, dBodyID two, const dVector3 point, const dVector3 axis1, const dVector3 axis2) {
+    dJointID joint = dJointCreateUniversal(m->world, NULL);
+    dJointAttach(joint, one, two);
+    dJointSetUniversalAnchor(joint, point[0], point[1], point[2]);
+    dJointSetUniversalAxis1(joint, axis1[0], axis1[1], axis1[2]);
+    dJointSetUniversalAxis2(joint, axis2[0], axis2[1], axis2[2]);
+}
+
+/* A joint of its own, not the universal joint's own motors: ODE then solves for the pistons first, which is twice as fast where all stick. */
+static dJointID make_rub(struct ode_machine *m, dBodyID one, dBodyID two, const dVector3 axis1, const dVector3 axis2) {
+    dJointID joint = dJointCreateAMotor(m->world, NULL);
+    dJointAttach(joint, one, two);
+    dJointSetAMotorNumAxes(joint, 2);
+    dJointSetAMotorAxis(joint, 0, 1, axis1[0], axis1[1], axis1[2]);
+    dJointSetAMotorAxis(joint, 1, two ? 2 : 0, axis2[0], axis2[1], axis2[2]);
+    return joint;
+}
+
+static dJointID make_piston(struct ode_machine *m, dBodyID cylinder, dBodyID rod, const dVector3 along, dJointFeedback *feedback) {
+    const dReal *center = dBodyGetPosition(cylinder);
+    dJointID joint = dJointCreatePiston(m->world, NULL);
+    dJointAttach(joint, cylinder, rod);
+    dJointSetPistonAnchor(joint, center[0], center[1], center[2]);
+    dJointSetPistonAxis(joint, along[0], along[1], along[2]);
+    dJointSetPistonParam(joint, dParamCFM, PISTON_MOTOR_CFM);
+    dJointSetFeedback(joint, feedback);
+    return joint;
+}
+
+/* ODE wants a moving body first: at the base its axes 1 and 2 are our second and first. */
+static void make_joints(struct ode_machine *m, int leg, bool rub) {
+    dBodyID platform = m->body[PLATFORM], cylinder = m->body[CYLINDER + leg], rod = m->body[ROD + leg];
+    dVector3 a, along, first_lower, first_upper, second_lower, second_upper;
+    upper_joint(m, leg, a, first_upper);
+    first_axis(first_lower, m->geometry.lower_angle[leg]);
+    dBodyVectorToWorld(cylinder, 1, 0, 0, second_lower);
+    dBodyVectorToWorld(rod, 1, 0, 0, second_upper);
+    ode_machine_axis(m, leg, along);
+    make_universal(m, cylinder, NULL, m->geometry.lower[leg], second_lower, first_lower);
+    make_universal(m, platform, rod, a, first_upper, second_upper);
+    m->piston[leg] = make_piston(m, cylinder, rod, along, &m->feedback[leg]);
+    if (!rub) return;
+    m->lower_rub[leg] = make_rub(m, cylinder, NULL, second_lower, first_lower);
+    m->upper_rub[leg] = make_rub(m, platform, rod, first_upper, second_upper);
+}
+
+int ode_machine_init(struct ode_machine *m, const struct params *params) {
+    static const double neutral[DOFS] = {0};
+    static const struct velocity rest = {0};
+    *m = (struct ode_machine){.params = params};
+    if (ode_open() < 0) return -1;
+    sim_geometry_init(&m->geometry, params);
+    m->world = dWorldCreate();
+    dWorldSetGravity(m->world, 0.0, 0.0, params->payload.gravity_mps2);
+    dWorldSetERP(m->world, JOINT_ERP);
+    dWorldSetCFM(m->world, JOINT_CFM);
+    make_bodies(m);
+    ode_machine_place(m, neutral);
+    for (int leg = 0; leg < LEGS; leg++) make_joints(m, leg, joint_friction_present(params));
+    /* The first step allocates ODE's working memory, enough for all the rows these joints can have. */
+    if (!dWorldStep(m->world, 1e-6)) return ode_machine_free(m), -1;
+    ode_machine_place(m, neutral);
+    m->neutral_moment_kg_m = moment_of_mass(m);
+    for (int body = 0; body < BODIES; body++) ode_machine_set_velocity(m, body, &rest, 0.0);
+    return 0;
+}
+
+void ode_machine_free(struct ode_machine *m) {
+    dWorldDestroy(m->world);
+    ode_close();
+}

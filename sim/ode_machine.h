@@ -1,0 +1,54 @@
+/* The 13 rigid bodies of the machine in ODE: platform, six cylinders, six rods; per leg a universal joint at each end and a piston joint
+ * that lets the rod turn in the cylinder: 72 constraint rows leave 6 degrees of freedom. Frame of a leg's part: z along the leg away from
+ * the base, x the second axis of its universal joint.
+ *
+ * Motors at rest velocity stand for dry friction, their greatest force for its limit. A motor without force costs nothing; with it, it
+ * adds a row to the complementarity problem of ODE's step.
+ *
+ * Any thread may step it, one at a time: ODE keeps nothing of it with a thread. No heap after ode_machine_init. */
+#ifndef HEXID_ODE_MACHINE_H
+#define HEXID_ODE_MACHINE_H
+
+#include <ode/ode.h>
+
+#include "engine.h"
+
+enum { PLATFORM, CYLINDER, ROD = CYLINDER + LEGS, BODIES = ROD + LEGS };
+
+struct velocity {
+    dVector3 linear, angular; /* of the mass centre, in {B} */
+};
+
+struct ode_machine {
+    const struct params *params;
+    struct sim_geometry geometry;
+    dWorldID world;
+    dBodyID body[BODIES];
+    dJointID piston[LEGS];
+    dJointFeedback feedback[LEGS];             /* of the pistons, from the last step */
+    dJointID lower_rub[LEGS], upper_rub[LEGS]; /* angular motors about the universal joints' two axes; only with joint friction */
+    double neutral_moment_kg_m;                /* sum of mass times z */
+};
+
+/* At neutral, at rest. params must outlive the machine. Returns 0, or -1 without memory. */
+int ode_machine_init(struct ode_machine *m, const struct params *params);
+void ode_machine_free(struct ode_machine *m);
+
+/* Moves every body to where it is in this pose; velocities stay. */
+void ode_machine_place(struct ode_machine *m, const double pose[DOFS]);
+
+void ode_machine_pose(const struct ode_machine *m, double pose[DOFS]);
+
+/* Unit vector along the leg away from the base, of the cylinder. */
+void ode_machine_axis(const struct ode_machine *m, int leg, dVector3 axis);
+
+/* Joint to joint, from cylinder and rod. */
+double ode_machine_length(const struct ode_machine *m, int leg, const dVector3 axis);
+
+/* Of all bodies, J; zero at neutral. */
+double ode_machine_potential(const struct ode_machine *m);
+
+struct velocity ode_machine_velocity(const struct ode_machine *m, int body);
+void ode_machine_set_velocity(struct ode_machine *m, int body, const struct velocity *v, double scale);
+
+#endif

@@ -1,0 +1,142 @@
+#include "plant.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "engine.h"
+#include "rigid.h"
+#include "sensors.h"
+#include "vec3.h"
+
+struct plant {
+    const struct params *params;
+    struct cylinder_model cylinder;
+    struct rigid_model rigid; /* for static balance only */
+    struct engine *engine;
+    struct sensors sensors;
+    struct cylinder_state state[LEGS];
+    uint64_t cycles;          /* time is exact, no sum of roundings */
+    double forced_s;          /* time spent in plant_step_forced */
+};
+
+static const struct engine_ops *const engines[] = {[ENGINE_ODE] = &engine_ode, [ENGINE_CLOSED_FORM] = &engine_closed_form};
+
+/* Newton on the lengths at which each end stop carries what its leg has to hold. False where that is no pose of the machine. */
+static bool settled_pose(const struct plant *plant, double pose[DOFS]) {
+    double stiffness = plant->params->hydraulics.stop_stiffness_n_per_m;
+    for (int iteration = 0; iteration < 100; iteration++) {
+        struct rigid_state s;
+        struct rigid_legs legs;
+        struct factor6 square = {0};
+        double force[LEGS], row[LEGS][DOFS], step[DOFS] = {0};
+        rigid_rest(&s, pose);
+        rigid_legs(&plant->rigid, &s, &legs);
+        if (!rigid_holding_forces(&plant->rigid, pose, force)) return false;
+        for (int k = 0; k < LEGS; k++) {
+            rigid_row(&legs, k, row[k]);
+            add6(plant->cylinder.length_min_m - fmax(force[k], 0.0) / stiffness - legs.length[k], row[k], step);
+            for (int i = 0; i < DOFS; i++) add6(row[k][i], row[k], square.c[i]);
+        }
+        factor6(&square); /* step = (J'J)^-1 J' error */
+        whiten6(&square, step);
+        unwhiten6(&square, step);
+        for (int i = 0; i < DOFS; i++) pose[i] += step[i];
+        double size = sqrt(dot6(step, step));
+        if (size < 1e-13) return true;
+        if (!(size < 10.0)) return false;
+    }
+    return false;
+}
+
+static int settle(struct plant *plant, struct error *error) {
+    double pose[DOFS] = {0}, force[LEGS];
+    if (!settled_pose(plant, pose) || !rigid_holding_forces(&plant->rigid, pose, force))
+        return error_set(error, STATUS_USAGE, "the platform cannot come down to its lower end stops: check actuator.stroke_m and geometry.*");
+    for (int k = 0; k < LEGS; k++)
+        if (force[k] < 0.0)
+            return error_set(error, STATUS_USAGE, "the platform would tip over on its end stops (leg %d pulls): check payload.* and geometry.*",
+                             k + 1);
+    plant->engine->ops->place(plant->engine, pose);
+    double tank = plant->params->hydraulics.tank_pa;
+    for (int k = 0; k < LEGS; k++) plant->state[k] = (struct cylinder_state){.p1_pa = tank, .p2_pa = tank};
+    return 0;
+}
+
+struct plant *plant_create(const struct params *params, uint64_t seed, struct error *error) {
+    struct plant *plant = calloc(1, sizeof *plant);
+    if (!plant) {
+        error_set(error, STATUS_IO, "no memory for the simulated machine");
+        return NULL;
+    }
+    plant->params = params;
+    cylinder_model_init(&plant->cylinder, params);
+    rigid_model_init(&plant->rigid, params);
+    sensors_init(&plant->sensors, &params->sensors, seed);
+    plant->engine = engines[params->sim.engine]->create(params, error);
+    if (plant->engine && settle(plant, error) == 0) return plant;
+    plant_destroy(plant);
+    return NULL;
+}
+
+void plant_destroy(struct plant *plant) {
+    if (!plant) return;
+    if (plant->engine) plant->engine->ops->destroy(plant->engine);
+    free(plant);
+}
+
+/* Chamber pressures for a leg force: P1 at half the supply, moved as little as brings P2 between tank and supply. */
+static struct cylinder_state holding_state(const struct cylinder_model *m, double force_n) {
+    const struct hydraulics_params *h = &m->params->hydraulics;
+    double p1 = 0.5 * h->supply_pa;
+    double p2 = fmin(fmax((m->a1_m2 * p1 - force_n) / m->a2_m2, h->tank_pa), h->supply_pa);
+    return (struct cylinder_state){.p1_pa = (force_n + m->a2_m2 * p2) / m->a1_m2, .p2_pa = p2};
+}
+
+void plant_place(struct plant *plant, const double pose[DOFS]) {
+    double force[LEGS];
+    rigid_holding_forces(&plant->rigid, pose, force);
+    for (int k = 0; k < LEGS; k++) plant->state[k] = holding_state(&plant->cylinder, force[k]);
+    plant->engine->ops->place(plant->engine, pose);
+}
+
+/* A valve amplifier that gets no sensible signal centres its valve. */
+static double command(double valve) {
+    if (isnan(valve)) return 0.0;
+    return fmin(fmax(valve, -1.0), 1.0);
+}
+
+void plant_step(struct plant *plant, const double valve[LEGS]) {
+    double dt_s = plant->params->loop.period_s / plant->params->sim.substeps, clamped[LEGS];
+    for (int k = 0; k < LEGS; k++) clamped[k] = command(valve[k]);
+    for (int i = 0; i < plant->params->sim.substeps; i++) {
+        plant->engine->ops->substep(plant->engine, dt_s, clamped, plant->state);
+        for (int k = 0; k < LEGS; k++) cylinder_limit(&plant->state[k]);
+    }
+    plant->cycles++;
+}
+
+void plant_step_forced(struct plant *plant, double dt_s, const double force_n[LEGS]) {
+    plant->engine->ops->forced(plant->engine, dt_s, force_n);
+    plant->forced_s += dt_s;
+}
+
+void plant_measure(struct plant *plant, struct hal_sample *sample) {
+    struct plant_truth truth;
+    plant->engine->ops->truth(plant->engine, plant->state, &truth);
+    for (int k = 0; k < LEGS; k++) {
+        sample->length_m[k] = sensors_length(&plant->sensors, truth.length_m[k]);
+        sample->p1_pa[k] = sensors_pressure(&plant->sensors, plant->state[k].p1_pa);
+        sample->p2_pa[k] = sensors_pressure(&plant->sensors, plant->state[k].p2_pa);
+    }
+}
+
+void plant_get_truth(const struct plant *plant, struct plant_truth *truth) {
+    plant->engine->ops->truth(plant->engine, plant->state, truth);
+    truth->time_s = (double)plant->cycles * plant->params->loop.period_s + plant->forced_s;
+    for (int k = 0; k < LEGS; k++) {
+        truth->p1_pa[k] = plant->state[k].p1_pa;
+        truth->p2_pa[k] = plant->state[k].p2_pa;
+        truth->spool[k] = plant->state[k].spool;
+        truth->hydraulic_n[k] = cylinder_hydraulic_force(&plant->cylinder, &plant->state[k]);
+    }
+}

@@ -1,0 +1,73 @@
+/* The platform and its six legs in closed form: 6 degrees of freedom, 13 bodies. Pure, RT.
+ *
+ * From the Lagrangian of method.md section 3, with all velocity terms:
+ *
+ *   T_leg = ma Ldot^2/2 + g(L) Omega^2/2,   g(L) = ma (L-ra)^2 + mb rb^2 + ia + ib,   Omega = |v_perp| / L
+ *
+ * where v is the velocity of the upper joint and v_perp its part across the leg. With f(L) = g/L^2 the leg pulls at its upper joint, whose
+ * acceleration is a, with
+ *
+ *   f a + (ma - f) n (n.a) + f' Ldot v_perp + ma ra |v_perp|^2/L^2 n - ma grav - (mb rb - ma ra)/L (grav - n (n.grav))
+ *
+ *  symbol   meaning                                             frame
+ *  n, L     unit vector from the lower to the upper joint, length   {B}
+ *  rho      upper joint from the origin of {M}: T a             {B}
+ *  twist    velocity of the origin of {M}, angular velocity     {B}
+ *  J        leg rates = J twist, row [n, rho x n]
+ *
+ * So mass and load need no 3x3 products: M = blkdiag(m I, T Ic T') + sum (ma - f) J_i' J_i + sum f [I, -rho~; rho~, -rho~ rho~]. */
+#ifndef HEXID_RIGID_H
+#define HEXID_RIGID_H
+
+#include "engine.h"
+
+struct rigid_model {
+    struct sim_geometry geometry;
+    double upper[3][LEGS], lower[3][LEGS]; /* geometry, an array per coordinate */
+    double upper_axis[LEGS][3], lower_axis[LEGS][3]; /* first axes of the universal joints, in {M} and {B} */
+    double mass, inertia[3], gravity;
+    double upper_mass, upper_moment, lower_moment; /* ma, ma ra, mb rb */
+    double upper_center, fixed_inertia;            /* ra, mb rb^2 + ia + ib */
+    double neutral_potential;
+};
+
+struct rigid_state {
+    double position[3];
+    double attitude[4]; /* unit quaternion w x y z, {M} to {B}: no trigonometry, no singular pose */
+    double twist[6];
+};
+
+struct rigid_legs {
+    double rotation[3][3];
+    double rho[3][LEGS], n[3][LEGS], arm[3][LEGS]; /* arm: rho x n */
+    double length[LEGS], rate[LEGS];
+    double across[3][LEGS]; /* v_perp */
+    double centripetal[3][LEGS]; /* omega x (omega x rho): a without the acceleration of the platform */
+};
+
+void rigid_model_init(struct rigid_model *m, const struct params *params);
+
+/* Euler angles of types.h to the state and back; rest: twist zero. */
+void rigid_rest(struct rigid_state *s, const double pose[DOFS]);
+void rigid_pose(const struct rigid_state *s, double pose[DOFS]);
+
+void rigid_legs(const struct rigid_model *m, const struct rigid_state *s, struct rigid_legs *legs);
+
+/* mass acceleration = load + J' f. Lower triangle of mass only. */
+void rigid_dynamics(const struct rigid_model *m, const struct rigid_state *s, const struct rigid_legs *legs, double mass[DOFS][DOFS],
+                    double load[DOFS]);
+
+/* load += J' f */
+void rigid_push(const struct rigid_legs *legs, const double force_n[LEGS], double load[DOFS]);
+
+/* Row of J. */
+static inline void rigid_row(const struct rigid_legs *legs, int leg, double row[DOFS]) {
+    for (int i = 0; i < 3; i++) row[i] = legs->n[i][leg], row[3 + i] = legs->arm[i][leg];
+}
+
+void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, double *kinetic_j, double *potential_j);
+
+/* Forces along the legs that hold the platform at rest in a pose. False where the legs cannot (J singular). */
+bool rigid_holding_forces(const struct rigid_model *m, const double pose[DOFS], double force_n[LEGS]);
+
+#endif

@@ -1,0 +1,47 @@
+/* CSV, one directory a run, one file a test: for data from elsewhere and for people. Between a directory and a log; main thread.
+ *
+ *     # dof: x                 x y z phi theta psi, or none: recorded, but no sinusoidal test. The one key that must be there.
+ *     # frequency_hz: 4        what is missing is taken from the configuration; all files must agree
+ *     # amplitude: 0.004       m or rad
+ *     # rate_hz: 500           checked against t_s to 1 %
+ *     # settle_s: 3            before t_s = 0, where the ramp-in starts
+ *     # ramp_s: 1
+ *     # duration_s: 5          evaluated; missing: all that follows ramp_s is
+ *     # ramp_out_s: 0.5
+ *     t_s,ref_x_m,...,ref_psi_rad,l1_m,...,l6_m,p1_1_pa,...,p1_6_pa,p2_1_pa,...,p2_6_pa,u1,...,u6,flags,phase
+ *     -3,0,0,0,...
+ *
+ * Columns may stand in any order; only t_s must be there. A missing column and an empty cell are NaN in the log: what needs them is not
+ * evaluated. `flags` (SAMPLE_..., decimal) and `phase` (enum phase) are ours: without them no sample is flagged, and the phase follows
+ * from t_s, rounded to whole periods. Files are taken in the order of the numbers in their names (1_x.csv ... 10_x.csv).
+ *
+ * config.yaml in the directory is the run's configuration. Numbers are written in the shortest form that reads back bit for bit, so
+ * CSV -> log -> CSV gives the same values, and log -> CSV -> log the same identification. */
+#ifndef HEXID_CSV_H
+#define HEXID_CSV_H
+
+#include "status.h"
+#include "types.h"
+
+struct csv_report {
+    int files;             /* one a test */
+    int64_t rows;
+    int64_t lost;          /* cycles of the tests that have no row */
+    int64_t unreadable;    /* export: messages on HEXID_STATE that are none */
+    bool cut;              /* export: the log is cut off or damaged, read up to cut_offset */
+    int64_t cut_offset;
+    char missing[600];     /* import: columns, "1_x.csv: u1..u6; 2_y.csv: ...": NaN in the log */
+    char ignored[600];     /* import: columns and keys that mean nothing here, likewise */
+};
+
+/* The tests of a log as DIRECTORY/1_x.csv ..., and its configuration. The directory is made when it is not there; one that has CSV files
+ * is refused, and no file overwritten. -3 with the file's name. */
+int csv_export(const char *log_path, const char *directory, struct csv_report *report, struct error *error);
+
+/* A log of the CSV files in DIRECTORY. Configuration: DIRECTORY/config.yaml where there is one, else `base` (YAML text; NULL: the built-in one);
+ * what the files' headers say (frequency, amplitude, times, rate) replaces its values, and its list of tests unless that has all their
+ * axes. Every file is checked to its last row before the log is begun. -2 with file, line and column for what the files say, -3 for
+ * what cannot be read or written. */
+int csv_import(const char *directory, const char *log_path, const char *base, struct csv_report *report, struct error *error);
+
+#endif

@@ -1,0 +1,40 @@
+/* What import and export agree on: the keys of a CSV file's head and its columns. Private to src/io/csv_*.c. */
+#ifndef HEXID_CSV_FORMAT_H
+#define HEXID_CSV_FORMAT_H
+
+#include <dirent.h>
+#include <stddef.h>
+
+#include "params.h"
+
+enum { CSV_T = 0, CSV_FLAGS_COLUMN = 31, CSV_PHASE_COLUMN = 32, CSV_COLUMNS = 33 };
+
+enum csv_kind { CSV_REAL, CSV_FLAGS, CSV_PHASE };
+
+struct csv_column {
+    const char *name;
+    enum csv_kind kind;
+    size_t offset; /* in struct cycle */
+};
+
+extern const struct csv_column csv_columns[CSV_COLUMNS];
+
+/* Keys with a number, besides dof. */
+enum csv_key { CSV_FREQUENCY, CSV_AMPLITUDE, CSV_RATE, CSV_SETTLE, CSV_RAMP, CSV_DURATION, CSV_RAMP_OUT, CSV_KEYS };
+
+extern const char *const csv_keys[CSV_KEYS];
+
+/* Where the configuration keeps a key's value, CSV_RATE's apart; the amplitude's place depends on the axis. */
+double *csv_place(struct params *params, enum csv_key key, enum dof dof);
+
+/* "x" ... "psi", "none". */
+const char *csv_dof_name(enum dof dof);
+
+/* False when it is no such name. */
+bool csv_dof_find(const char *name, enum dof *dof);
+
+/* The CSV files of a directory in the order of the numbers in their names; -1 and errno when it cannot be read. */
+int csv_list(const char *directory, struct dirent ***files);
+void csv_list_free(struct dirent **files, int count);
+
+#endif

@@ -1,0 +1,301 @@
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "config.h"
+#include "csv.h"
+#include "csv_format.h"
+#include "csv_reader.h"
+#include "log.h"
+#include "messages.h"
+#include "units.h"
+
+enum { FILES_MAX = 100, EVENT_SIZE = 1 << 18 };
+
+static const double rate_tolerance = 0.01;  /* of the mean step of t_s against rate_hz */
+static const double lost_share = 0.1;       /* more rows missing than this: rate_hz is wrong, not the recording */
+static const double gap_max_s = 3600.0;     /* as tests.duration_s */
+
+struct import {
+    const char *directory;
+    struct params params;
+    int files;
+    struct csv_head head[FILES_MAX];
+    int test[FILES_MAX];   /* place in the list of tests */
+    double evaluated_s;    /* the shortest evaluated part of a file that does not say */
+    struct log_writer *log;/* NULL: the files are being checked */
+    uint64_t seq;
+    int64_t start_ns;      /* of the file at hand, on the log's clock */
+    struct csv_report *report;
+    struct error *error;
+};
+
+static double period_s(const struct import *im) { return im->params.loop.period_s; }
+
+/* Only the rate means something without a sinusoid. */
+static bool gives(const struct csv_head *h, enum csv_key key) { return !isnan(h->value[key]) && (h->dof != DOF_NONE || key == CSV_RATE); }
+
+/* All files that give a value for this place in the configuration must give the same. */
+static int merge(struct import *im, int file, enum csv_key key) {
+    const struct csv_head *h = &im->head[file];
+    double *place = csv_place(&im->params, key, h->dof);
+    for (int i = 0; i < file; i++) {
+        const struct csv_head *other = &im->head[i];
+        if (!gives(other, key) || csv_place(&im->params, key, other->dof) != place || other->value[key] == h->value[key]) continue;
+        return error_set(im->error, STATUS_USAGE, "%.200s:%d: %s: %g, but %.60s has %g: the files of a run share it; import them apart",
+                         h->path, h->line[key], csv_keys[key], h->value[key], strrchr(other->path, '/') + 1, other->value[key]);
+    }
+    if (place) *place = h->value[key];
+    return STATUS_OK;
+}
+
+/* The simulation keeps its step, and a sample may be a period old. */
+static void set_rate(struct params *p, double rate_hz) {
+    double before_s = p->loop.period_s;
+    if (!(fabs(rate_hz * before_s - 1.0) > 1e-6)) return; /* as it is, but for rounding */
+    p->loop.period_s = 1.0 / rate_hz;
+    p->sim.substeps = (int)ceil(p->sim.substeps * p->loop.period_s / before_s - 1e-9);
+    p->limits.sensor_age_s = fmax(p->limits.sensor_age_s, p->loop.period_s);
+}
+
+static int merge_heads(struct import *im) {
+    for (int file = 0; file < im->files; file++)
+        for (int key = 0; key < CSV_KEYS; key++) {
+            const struct csv_head *h = &im->head[file];
+            int status = gives(h, (enum csv_key)key) ? merge(im, file, (enum csv_key)key) : STATUS_OK;
+            if (status) return status;
+            if (key == CSV_RATE && gives(h, CSV_RATE)) set_rate(&im->params, h->value[key]);
+        }
+    return STATUS_OK;
+}
+
+static int place_of(const struct test_params *t, enum dof dof) {
+    for (int i = 0; i < t->count; i++)
+        if (t->order[i] == dof) return i;
+    return -1;
+}
+
+/* Each file's place in the list of tests; the list is made of the files where the configuration's lacks an axis. A file without a
+ * sinusoid gets a place behind them. */
+static void place_tests(struct import *im) {
+    struct test_params *t = &im->params.tests;
+    int behind = DOFS;
+    bool listed = true;
+    for (int i = 0; i < im->files; i++) listed = listed && (im->head[i].dof == DOF_NONE || place_of(t, im->head[i].dof) >= 0);
+    if (!listed) t->count = 0;
+    for (int i = 0; i < im->files; i++) {
+        enum dof dof = im->head[i].dof;
+        if (dof != DOF_NONE && place_of(t, dof) < 0) t->order[t->count++] = dof;
+        im->test[i] = dof == DOF_NONE ? behind++ : place_of(t, dof);
+    }
+    for (int i = t->count; i < DOFS; i++) t->order[i] = DOF_NONE;
+}
+
+/* Boundaries are whole periods, as in the reference, so that what was exported comes back with the same phases. */
+static enum phase phase_at(const struct params *p, double t_s) {
+    long long tick = llround(t_s / p->loop.period_s), ramp = llround(p->tests.ramp_s / p->loop.period_s);
+    if (tick < 0) return PHASE_SETTLE;
+    if (tick < ramp) return PHASE_RAMP_IN;
+    return tick < ramp + llround(p->tests.duration_s / p->loop.period_s) ? PHASE_EVALUATE : PHASE_RAMP_OUT;
+}
+
+static int rate_lies(struct import *im, const struct csv_head *h, double step_s) {
+    const char *format = isnan(h->value[CSV_RATE]) ? "%.200s:%d: no rate_hz, and the configuration's %g Hz is not what t_s has: steps of "
+                                                     "%.6g s, %.6g Hz; give the true rate_hz"
+                                                   : "%.200s:%d: rate_hz: %g is not what t_s has: steps of %.6g s, %.6g Hz; give the true rate_hz";
+    int line = isnan(h->value[CSV_RATE]) ? h->columns_line : h->line[CSV_RATE];
+    return error_set(im->error, STATUS_USAGE, format, h->path, line, 1.0 / period_s(im), step_s, 1.0 / step_s);
+}
+
+struct span {
+    int64_t rows, periods; /* read; from the first to the last */
+    double first_s, last_s;
+};
+
+/* By whole periods: a missing row is a gap in seq, as in hexid's own logs. */
+static int advance(struct import *im, const struct csv_reader *reader, struct span *s, double t_s) {
+    double step_s = s->rows ? t_s - s->last_s : period_s(im);
+    if (!isfinite(t_s)) return csv_refuse(reader, CSV_T, im->error, "%g: every row needs its time", t_s);
+    if (!(step_s > 0.0)) return csv_refuse(reader, CSV_T, im->error, "%g after %g: time must increase from row to row", t_s, s->last_s);
+    if (step_s > gap_max_s) return csv_refuse(reader, CSV_T, im->error, "%g after %g: too long a gap within one test", t_s, s->last_s);
+    int64_t periods = llround(step_s / period_s(im));
+    if (periods < 1) return rate_lies(im, &reader->head, step_s);
+    if (!s->rows) s->first_s = t_s;
+    else s->periods += periods;
+    s->last_s = t_s;
+    s->rows++;
+    im->seq += (uint64_t)periods;
+    return STATUS_OK;
+}
+
+/* Against the configuration's rate, which is the head's where that has one. */
+static int check_span(struct import *im, const struct csv_reader *reader, const struct span *s) {
+    const struct csv_head *h = &reader->head;
+    if (s->rows == 0) return error_set(im->error, STATUS_USAGE, "%.250s:%d: no rows follow the column names", h->path, h->columns_line);
+    if (s->rows == 1) return STATUS_OK;
+    double lost = (double)(s->periods + 1 - s->rows), span_s = s->last_s - s->first_s;
+    bool rate_holds = fabs(span_s / ((double)s->periods * period_s(im)) - 1.0) <= rate_tolerance;
+    if (!rate_holds || lost > lost_share * (double)s->rows) return rate_lies(im, h, span_s / (double)(s->rows - 1));
+    return STATUS_OK;
+}
+
+static int write_row(struct import *im, int file, struct cycle *c, double since_start_s) {
+    unsigned char buffer[STATE_MESSAGE_MAX];
+    const struct csv_head *h = &im->head[file];
+    c->seq = c->in.device_seq = im->seq;
+    c->in.time_ns = im->start_ns + ns_from_seconds(since_start_s);
+    c->test = im->test[file];
+    c->dof = h->dof;
+    if (!h->has[CSV_PHASE_COLUMN]) c->phase = h->dof == DOF_NONE ? PHASE_NONE : phase_at(&im->params, c->test_time_s);
+    return log_write(im->log, c->in.time_ns / NS_PER_US, CHANNEL_STATE, buffer, state_encode(c, buffer), im->error);
+}
+
+static int read_rows(struct import *im, int file, struct csv_reader *reader, struct span *s) {
+    struct cycle c;
+    int got;
+    while ((got = csv_read_row(reader, &c, im->error)) > 0) {
+        int status = advance(im, reader, s, c.test_time_s);
+        if (!status && im->log) status = write_row(im, file, &c, c.test_time_s - s->first_s);
+        if (status) return status;
+    }
+    return got < 0 ? got : check_span(im, reader, s);
+}
+
+/* Where the head does not say it, what follows the ramp-in is the evaluated part. */
+static int evaluate(struct import *im, const struct csv_reader *reader, const struct span *s) {
+    const struct csv_head *h = &reader->head;
+    double begin_s = fmax(im->params.tests.ramp_s, s->first_s), evaluated_s = s->last_s + period_s(im) - begin_s;
+    if (h->dof == DOF_NONE || !isnan(h->value[CSV_DURATION]) || h->has[CSV_PHASE_COLUMN]) return STATUS_OK;
+    if (evaluated_s < period_s(im))
+        return error_set(im->error, STATUS_USAGE, "%.250s:%d: nothing to evaluate: the last t_s is %g, and ramp_s is %g", h->path, reader->line,
+                         s->last_s, im->params.tests.ramp_s);
+    im->evaluated_s = fmin(im->evaluated_s, evaluated_s);
+    return STATUS_OK;
+}
+
+/* Reads a file to its last row: into the log when that is open. */
+static int read_file(struct import *im, int file) {
+    struct csv_reader *reader;
+    struct span s = {0};
+    int status = csv_open(&reader, im->head[file].path, im->error);
+    if (status) return status;
+    status = read_rows(im, file, reader, &s);
+    if (!status && !im->log) status = evaluate(im, reader, &s);
+    if (im->log) im->report->rows += s.rows, im->report->lost += s.periods + 1 - s.rows;
+    im->start_ns += ns_from_seconds(s.last_s - s.first_s + period_s(im));
+    csv_close(reader);
+    return status;
+}
+
+static int read_files(struct import *im) {
+    int status = STATUS_OK;
+    im->seq = 0;
+    im->start_ns = 0;
+    for (int i = 0; !status && i < im->files; i++) status = read_file(im, i);
+    return status;
+}
+
+/* "1_x.csv: words; " at the end of a list, or nothing when there are no words. */
+static void note(char *list, size_t size, const struct csv_head *h, const char *words) {
+    size_t used = strlen(list);
+    if (*words) snprintf(list + used, size - used, "%s%s: %s", used ? "; " : "", strrchr(h->path, '/') + 1, words);
+}
+
+static int read_head(struct import *im, const char *name) {
+    char path[CSV_PATH_SIZE];
+    struct csv_reader *reader;
+    struct csv_head *h = &im->head[im->files];
+    if (snprintf(path, sizeof path, "%s/%s", im->directory, name) >= (int)sizeof path)
+        return error_set(im->error, STATUS_USAGE, "%.250s: too long a path", im->directory);
+    int status = csv_open(&reader, path, im->error);
+    if (status) return status;
+    *h = reader->head;
+    csv_close(reader);
+    note(im->report->missing, sizeof im->report->missing, h, h->missing);
+    note(im->report->ignored, sizeof im->report->ignored, h, h->ignored);
+    im->report->files = ++im->files;
+    return STATUS_OK;
+}
+
+static int read_heads(struct import *im) {
+    struct dirent **files;
+    int count = csv_list(im->directory, &files), status = STATUS_OK;
+    if (count < 0) return error_set(im->error, STATUS_IO, "%.250s: cannot be read: %s", im->directory, strerror(errno));
+    if (count == 0) status = error_set(im->error, STATUS_USAGE, "%.250s: has no CSV file", im->directory);
+    if (count > FILES_MAX) status = error_set(im->error, STATUS_USAGE, "%.250s: has %d CSV files; at most %d", im->directory, count, FILES_MAX);
+    for (int i = 0; !status && i < count; i++) status = read_head(im, files[i]->d_name);
+    csv_list_free(files, count);
+    return status;
+}
+
+static int base_params(struct import *im, const char *base) {
+    char path[CSV_PATH_SIZE + 16];
+    snprintf(path, sizeof path, "%.*s/config.yaml", CSV_PATH_SIZE, im->directory);
+    FILE *file = fopen(path, "r");
+    if (file) {
+        fclose(file);
+        return config_load(&im->params, path, NULL, 0, im->error);
+    }
+    if (errno != ENOENT) return error_set(im->error, STATUS_IO, "%.250s: cannot be read: %s", path, strerror(errno));
+    if (base) return config_parse(&im->params, base, strlen(base), "base configuration", im->error);
+    config_default(&im->params);
+    return STATUS_OK;
+}
+
+static int write_event(struct import *im, const char *kind, const char *text) {
+    unsigned char *buffer = malloc(EVENT_SIZE);
+    int size = buffer ? event_encode(im->start_ns, im->seq, kind, text, buffer, EVENT_SIZE) : -1;
+    int status = size < 0 ? error_set(im->error, STATUS_IO, "out of memory")
+                          : log_write(im->log, im->start_ns / NS_PER_US, CHANNEL_EVENT, buffer, size, im->error);
+    free(buffer);
+    return status;
+}
+
+static int write_log(struct import *im, const char *log_path, const char *config) {
+    struct error unsaid;
+    int status = log_create(&im->log, log_path, im->error), closed;
+    if (status) return status;
+    status = write_event(im, "config", config);
+    if (!status) status = read_files(im);
+    closed = log_close(im->log, status ? &unsaid : im->error);
+    return status ? status : closed;
+}
+
+/* The configuration with the heads' values must be one that hexid itself would run with. */
+static int check_and_write(struct import *im, const char *log_path) {
+    struct params checked;
+    char name[CSV_PATH_SIZE + 64], *config = config_text(&im->params);
+    snprintf(name, sizeof name, "%s (configuration with the values of its files)", im->directory);
+    int status = config ? config_parse(&checked, config, strlen(config), name, im->error) : error_set(im->error, STATUS_IO, "out of memory");
+    im->start_ns = 0;
+    im->seq = 0;
+    if (!status) status = write_log(im, log_path, config);
+    free(config);
+    return status;
+}
+
+static int import(struct import *im, const char *log_path, const char *base) {
+    int status = base_params(im, base);
+    if (!status) status = read_heads(im);
+    if (!status) status = merge_heads(im);
+    if (status) return status;
+    place_tests(im);
+    im->evaluated_s = (double)INFINITY;
+    status = read_files(im);
+    if (status) return status;
+    if (isfinite(im->evaluated_s)) im->params.tests.duration_s = im->evaluated_s;
+    return check_and_write(im, log_path);
+}
+
+int csv_import(const char *directory, const char *log_path, const char *base, struct csv_report *report, struct error *error) {
+    struct import *im = calloc(1, sizeof *im);
+    *report = (struct csv_report){0};
+    if (!im) return error_set(error, STATUS_IO, "out of memory");
+    im->directory = directory;
+    im->report = report;
+    im->error = error;
+    int status = import(im, log_path, base);
+    free(im);
+    return status;
+}

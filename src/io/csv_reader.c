@@ -1,0 +1,238 @@
+#include "csv_reader.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+__attribute__((format(printf, 3, 0))) static int refuse_at(const struct csv_reader *r, struct error *error, const char *format, va_list args) {
+    char reason[200];
+    vsnprintf(reason, sizeof reason, format, args);
+    return error_set(error, STATUS_USAGE, "%.180s:%d: %s", r->head.path, r->line, reason);
+}
+
+__attribute__((format(printf, 3, 4))) static int refuse(const struct csv_reader *r, struct error *error, const char *format, ...) {
+    va_list args;
+    va_start(args, format);
+    int status = refuse_at(r, error, format, args);
+    va_end(args);
+    return status;
+}
+
+int csv_refuse(const struct csv_reader *r, int column, struct error *error, const char *format, ...) {
+    char reason[160];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(reason, sizeof reason, format, args);
+    va_end(args);
+    return refuse(r, error, "%s: %s", csv_columns[column].name, reason);
+}
+
+static char *trim(char *text) {
+    text += strspn(text, " \t");
+    for (size_t n = strlen(text); n > 0 && strchr(" \t\r\n", text[n - 1]); n--) text[n - 1] = '\0';
+    return text;
+}
+
+/* The next line that is not blank, without its end: 1, 0 at the end of the file. */
+static int read_line(struct csv_reader *r, char **line, struct error *error) {
+    static const char mark[] = "\xef\xbb\xbf"; /* which some programs put before UTF-8 */
+    while (fgets(r->text, sizeof r->text, r->file)) {
+        r->line++;
+        if (!strchr(r->text, '\n') && !feof(r->file))
+            return refuse(r, error, "a line of more than %d bytes, or a zero byte: this is no CSV text", CSV_LINE_SIZE - 2);
+        *line = trim(r->text + (r->line == 1 && strncmp(r->text, mark, 3) == 0 ? 3 : 0));
+        if (**line) return 1;
+    }
+    return ferror(r->file) ? error_set(error, STATUS_IO, "%.250s: cannot be read: %s", r->head.path, strerror(errno)) : 0;
+}
+
+/* One more word of a list; what does not fit any more is left out. */
+static void list(char text[CSV_LIST_SIZE], const char *word) {
+    size_t used = strlen(text);
+    if (used + strlen(word) + 2 < CSV_LIST_SIZE) sprintf(text + used, "%s%s", used ? " " : "", word);
+}
+
+/* Digits with a point, up to 15 of them: both are exact in binary, so one division rounds right. NULL: it takes strtod. */
+static char *read_plain(char *text, double *number) {
+    static const double power[] = {1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
+    char *first = text + (*text == '-'), *p = first, *point = NULL;
+    int64_t digits = 0;
+    for (; p < first + 16 && ((*p >= '0' && *p <= '9') || (*p == '.' && !point)); p++) {
+        if (*p == '.') point = p;
+        else digits = 10 * digits + (*p - '0');
+    }
+    if ((*p != ',' && *p != '\0') || p - first - (point != NULL) < 1 || p - first - (point != NULL) > 15) return NULL;
+    *number = (double)digits / power[point ? p - point - 1 : 0];
+    if (first > text) *number = -*number;
+    return p;
+}
+
+/* A number that ends at a comma or at the end of the text; NaN for an empty cell. NULL when it is none, else where it ends. */
+static char *read_number(char *text, double *number) {
+    char *end = read_plain(text, number);
+    if (end) return end;
+    text += strspn(text, " \t");
+    *number = strtod(text, &end);
+    if (end == text) *number = (double)NAN;
+    end += strspn(end, " \t");
+    return *end == ',' || *end == '\0' ? end : NULL;
+}
+
+static int read_value(struct csv_reader *r, int key, char *text, struct error *error) {
+    struct csv_head *h = &r->head;
+    bool time = key == CSV_SETTLE || key == CSV_RAMP || key == CSV_RAMP_OUT; /* may be none */
+    double value, least = key == CSV_RATE ? 10.0 : time ? 0.0 : 1e-9, most = key == CSV_RATE ? 1e4 : 3600.0; /* loop.period_s, tests.* */
+    char *end = read_number(text, &value);
+    if (!isnan(h->value[key])) return refuse(r, error, "%s: given twice", csv_keys[key]);
+    if (!end || *end || !(value >= least && value <= most))
+        return refuse(r, error, "%s: %.40s: it takes a number from %g to %g", csv_keys[key], text, least, most);
+    h->value[key] = value;
+    h->line[key] = r->line;
+    return STATUS_OK;
+}
+
+static int read_key(struct csv_reader *r, char *comment, bool *has_dof, struct error *error) {
+    char *colon = strchr(comment, ':');
+    if (!colon) return STATUS_OK;
+    *colon = '\0';
+    char *name = trim(comment), *text = trim(colon + 1);
+    if (strcmp(name, "mechanism") == 0)
+        return refuse(r, error, "mechanism: %.40s: only six-leg platforms are read, which have no such key; one-axis rigs are not", text);
+    for (int key = 0; key < CSV_KEYS; key++)
+        if (strcmp(name, csv_keys[key]) == 0) return read_value(r, key, text, error);
+    if (strcmp(name, "dof") != 0) {
+        list(r->head.ignored, name);
+        return STATUS_OK;
+    }
+    if (*has_dof) return refuse(r, error, "dof: given twice");
+    *has_dof = true;
+    return csv_dof_find(text, &r->head.dof) ? STATUS_OK : refuse(r, error, "dof: %.40s: it takes x, y, z, phi, theta, psi or none", text);
+}
+
+static char *unquote(char *cell) {
+    size_t length = strlen(cell);
+    if (length < 2 || cell[0] != '"' || cell[length - 1] != '"') return cell;
+    cell[length - 1] = '\0';
+    return trim(cell + 1);
+}
+
+static int read_column(struct csv_reader *r, char *name, struct error *error) {
+    int column = CSV_COLUMNS - 1;
+    while (column >= 0 && strcmp(name, csv_columns[column].name) != 0) column--;
+    if (r->cells == CSV_CELLS_MAX) return refuse(r, error, "more than %d columns", CSV_CELLS_MAX);
+    if (column < 0) list(r->head.ignored, *name ? name : "(no name)");
+    else if (r->head.has[column]) return csv_refuse(r, column, error, "stands there twice");
+    else r->head.has[column] = true;
+    r->column[r->cells++] = column;
+    return STATUS_OK;
+}
+
+/* Six in a row as "u1..u6". Flags and phase are for hexid's own files. */
+static void list_missing(struct csv_head *h) {
+    char six[64];
+    for (int i = CSV_T + 1; i < CSV_FLAGS_COLUMN; i++) {
+        int last = i;
+        while (last < i + 5 && (i - 1) % 6 == 0 && !h->has[i] && !h->has[last + 1]) last++;
+        if (last == i + 5) {
+            snprintf(six, sizeof six, "%s..%s", csv_columns[i].name, csv_columns[last].name);
+            list(h->missing, six);
+            i = last;
+        } else if (!h->has[i]) {
+            list(h->missing, csv_columns[i].name);
+        }
+    }
+}
+
+static int read_columns(struct csv_reader *r, char *line, struct error *error) {
+    r->head.columns_line = r->line;
+    if (!strchr(line, ',') && strpbrk(line, ";\t"))
+        return refuse(r, error, "columns are parted by semicolons or tabs: write commas, and points in numbers");
+    while (line) {
+        char *cell = strsep(&line, ",");
+        int status = read_column(r, unquote(trim(cell)), error);
+        if (status) return status;
+    }
+    if (!r->head.has[CSV_T]) return refuse(r, error, "no column t_s: the line after the head names the columns, t_s among them");
+    list_missing(&r->head);
+    return STATUS_OK;
+}
+
+static int read_head(struct csv_reader *r, struct error *error) {
+    char *line;
+    bool has_dof = false;
+    int got, status = STATUS_OK;
+    while ((got = read_line(r, &line, error)) > 0 && line[0] == '#')
+        if ((status = read_key(r, line + 1, &has_dof, error))) return status;
+    if (got < 0) return got;
+    if (!has_dof) return refuse(r, error, "no line \"# dof: x\" (or y, z, phi, theta, psi, none) before the names of the columns");
+    return got ? read_columns(r, line, error) : refuse(r, error, "the file ends before the names of the columns");
+}
+
+int csv_open(struct csv_reader **reader, const char *path, struct error *error) {
+    struct csv_reader *r = calloc(1, sizeof *r);
+    *reader = NULL;
+    if (!r) return error_set(error, STATUS_IO, "out of memory");
+    snprintf(r->head.path, sizeof r->head.path, "%s", path);
+    for (int key = 0; key < CSV_KEYS; key++) r->head.value[key] = (double)NAN;
+    r->head.dof = DOF_NONE;
+    r->file = fopen(path, "r");
+    int status = r->file ? read_head(r, error) : error_set(error, STATUS_IO, "%.250s: cannot be read: %s", path, strerror(errno));
+    if (status == STATUS_OK) *reader = r;
+    else csv_close(r);
+    return status;
+}
+
+void csv_close(struct csv_reader *r) {
+    if (r->file) fclose(r->file);
+    free(r);
+}
+
+static struct cycle blank(void) {
+    struct cycle c = {.state = STATE_TESTING, .out.enable = true};
+    for (int i = 0; i < LEGS; i++) {
+        c.in.length_m[i] = c.in.p1_pa[i] = c.in.p2_pa[i] = c.out.valve[i] = c.force_n[i] = (double)NAN;
+        c.ref[i] = c.pose[i] = (double)NAN;
+    }
+    return c;
+}
+
+static bool store(struct cycle *c, const struct csv_column *column, double number) {
+    void *place = (char *)c + column->offset;
+    double most = column->kind == CSV_FLAGS ? UINT32_MAX : PHASE_RAMP_OUT;
+    if (column->kind == CSV_REAL) {
+        *(double *)place = number;
+        return true;
+    }
+    if (!(number >= 0.0 && number <= most && number == floor(number))) return false;
+    if (column->kind == CSV_FLAGS) *(uint32_t *)place = (uint32_t)number;
+    else *(enum phase *)place = (enum phase)(int)number;
+    return true;
+}
+
+static int refuse_cell(const struct csv_reader *r, int column, const char *cell, struct error *error) {
+    int length = (int)strcspn(cell, ",");
+    return csv_refuse(r, column, error, "%.*s is no number that it takes: digits and a point, no quotes, no unit", length < 40 ? length : 40, cell);
+}
+
+/* rest: behind the last cell that was read. */
+static int refuse_count(const struct csv_reader *r, int cells, const char *rest, struct error *error) {
+    for (; *rest; rest++) cells += *rest == ',';
+    return refuse(r, error, "%d cells, but line %d names %d columns", cells, r->head.columns_line, r->cells);
+}
+
+int csv_read_row(struct csv_reader *r, struct cycle *cycle, struct error *error) {
+    char *cell;
+    int got = read_line(r, &cell, error);
+    if (got <= 0) return got;
+    *cycle = blank();
+    for (int i = 0; i < r->cells; i++) {
+        const struct csv_column *column = r->column[i] >= 0 ? &csv_columns[r->column[i]] : NULL;
+        double number;
+        char *end = column ? read_number(cell, &number) : cell + strcspn(cell, ",");
+        if (!end || (column && !store(cycle, column, number))) return refuse_cell(r, r->column[i], cell, error);
+        if ((*end == '\0') != (i == r->cells - 1)) return refuse_count(r, i + 1, end, error);
+        cell = end + 1;
+    }
+    return 1;
+}

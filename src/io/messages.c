@@ -1,0 +1,136 @@
+#include "messages.h"
+
+#include <string.h>
+
+#include "hexid_command_t.h"
+#include "hexid_event_t.h"
+#include "hexid_state_t.h"
+
+static const char *const command_words[COMMANDS] = {
+    [COMMAND_NONE] = "none", [COMMAND_ENGAGE] = "engage", [COMMAND_START] = "start",
+    [COMMAND_STOP] = "stop", [COMMAND_PARK] = "park",     [COMMAND_RESET] = "reset",
+};
+
+int state_encode(const struct cycle *c, unsigned char buffer[STATE_MESSAGE_MAX]) {
+    hexid_state_t m = {
+        .seq = (int64_t)c->seq, .time_ns = c->in.time_ns, .age_ns = c->in.age_ns, .device_seq = (int64_t)c->in.device_seq,
+        .test_time_s = c->test_time_s, .sample_flags = (int32_t)c->in.flags, .faults = (int32_t)c->faults,
+        .first_fault = (int32_t)c->first_fault, .wake_late_ns = c->wake_late_ns, .exec_ns = c->exec_ns, .state = (int8_t)c->state,
+        .test = (int8_t)c->test, .dof = (int8_t)c->dof, .phase = (int8_t)c->phase, .enable = c->out.enable,
+    };
+    memcpy(m.length_m, c->in.length_m, sizeof m.length_m);
+    memcpy(m.p1_pa, c->in.p1_pa, sizeof m.p1_pa);
+    memcpy(m.p2_pa, c->in.p2_pa, sizeof m.p2_pa);
+    memcpy(m.force_n, c->force_n, sizeof m.force_n);
+    memcpy(m.valve, c->out.valve, sizeof m.valve);
+    memcpy(m.ref_m, c->ref, sizeof m.ref_m);
+    memcpy(m.ref_rad, c->ref + DOF_PHI, sizeof m.ref_rad);
+    memcpy(m.pose_m, c->pose, sizeof m.pose_m);
+    memcpy(m.pose_rad, c->pose + DOF_PHI, sizeof m.pose_rad);
+    return hexid_state_t_encode(buffer, 0, STATE_MESSAGE_MAX, &m);
+}
+
+static bool possible(const hexid_state_t *m) {
+    return m->seq >= 0 && m->state >= 0 && m->state < STATES && m->test >= -1 && m->dof >= DOF_NONE && m->dof < DOFS &&
+           m->phase >= PHASE_NONE && m->phase <= PHASE_RAMP_OUT && (m->enable == 0 || m->enable == 1);
+}
+
+/* A state has arrays of fixed size only: liblcm takes no heap for it. */
+bool state_decode(const void *data, int size, struct cycle *cycle) {
+    hexid_state_t m;
+    if (hexid_state_t_decode(data, 0, size, &m) != size || !possible(&m)) return false;
+    struct cycle *c = cycle;
+    *c = (struct cycle){
+        .seq = (uint64_t)m.seq, .in = {.time_ns = m.time_ns, .age_ns = m.age_ns, .device_seq = (uint64_t)m.device_seq,
+        .flags = (uint32_t)m.sample_flags}, .out.enable = m.enable, .state = (enum state)m.state, .faults = (uint32_t)m.faults,
+        .first_fault = (uint32_t)m.first_fault, .test = m.test, .dof = (enum dof)m.dof, .phase = (enum phase)m.phase,
+        .test_time_s = m.test_time_s, .wake_late_ns = m.wake_late_ns, .exec_ns = m.exec_ns,
+    };
+    memcpy(c->in.length_m, m.length_m, sizeof m.length_m);
+    memcpy(c->in.p1_pa, m.p1_pa, sizeof m.p1_pa);
+    memcpy(c->in.p2_pa, m.p2_pa, sizeof m.p2_pa);
+    memcpy(c->force_n, m.force_n, sizeof m.force_n);
+    memcpy(c->out.valve, m.valve, sizeof m.valve);
+    memcpy(c->ref, m.ref_m, sizeof m.ref_m);
+    memcpy(c->ref + DOF_PHI, m.ref_rad, sizeof m.ref_rad);
+    memcpy(c->pose, m.pose_m, sizeof m.pose_m);
+    memcpy(c->pose + DOF_PHI, m.pose_rad, sizeof m.pose_rad);
+    return true;
+}
+
+int event_encode(int64_t time_ns, uint64_t seq, const char *kind, const char *text, unsigned char *buffer, int capacity) {
+    hexid_event_t m = {.time_ns = time_ns, .seq = (int64_t)seq, .kind = (char *)(uintptr_t)kind, .text = (char *)(uintptr_t)text};
+    if (hexid_event_t_encoded_size(&m) > capacity) return -1;
+    return hexid_event_t_encode(buffer, 0, capacity, &m);
+}
+
+int command_encode(int64_t time_ns, enum command command, unsigned char buffer[COMMAND_MESSAGE_MAX]) {
+    hexid_command_t m = {.time_ns = time_ns, .command = (char *)(uintptr_t)command_words[command]};
+    return hexid_command_t_encode(buffer, 0, COMMAND_MESSAGE_MAX, &m);
+}
+
+/* Messages with strings are read by hand: liblcm would allocate them, and would take a length it cannot fill. */
+struct wire {
+    const unsigned char *next;
+    int left;
+    bool good;
+};
+
+static const unsigned char *take(struct wire *w, int size) {
+    const unsigned char *taken = w->next;
+    w->good = w->good && size >= 0 && size <= w->left;
+    if (!w->good) return NULL;
+    w->next += size;
+    w->left -= size;
+    return taken;
+}
+
+static int64_t take_int(struct wire *w, int size) {
+    const unsigned char *bytes = take(w, size);
+    uint64_t value = 0;
+    for (int i = 0; bytes && i < size; i++) value = value << 8 | bytes[i];
+    return (int64_t)value;
+}
+
+/* Length with the closing zero, then the bytes. */
+static const char *take_string(struct wire *w) {
+    int length = (int32_t)take_int(w, 4);
+    const unsigned char *bytes = take(w, length);
+    w->good = bytes && length > 0 && memchr(bytes, '\0', (size_t)length) == bytes + length - 1;
+    return (const char *)bytes;
+}
+
+static struct wire open_wire(const void *data, int size, int64_t type) {
+    struct wire w = {.next = data, .left = size, .good = true};
+    w.good = take_int(&w, 8) == type && w.good;
+    return w;
+}
+
+bool event_decode(const void *data, int size, struct event *event) {
+    struct wire w = open_wire(data, size, __hexid_event_t_get_hash());
+    struct event e = {.time_ns = take_int(&w, 8), .seq = (uint64_t)take_int(&w, 8)};
+    e.kind = take_string(&w);
+    e.text = take_string(&w);
+    if (w.good && w.left == 0) *event = e;
+    return w.good && w.left == 0;
+}
+
+bool event_decode_config(const void *data, int size, const char **text, size_t *length) {
+    struct event event;
+    if (!event_decode(data, size, &event) || strcmp(event.kind, "config") != 0) return false;
+    *text = event.text;
+    *length = strlen(event.text);
+    return true;
+}
+
+bool command_decode(const void *data, int size, enum command *command) {
+    struct wire w = open_wire(data, size, __hexid_command_t_get_hash());
+    take_int(&w, 8); /* time */
+    const char *word = take_string(&w);
+    for (int i = COMMAND_ENGAGE; w.good && w.left == 0 && i < COMMANDS; i++) {
+        if (strcmp(word, command_words[i]) != 0) continue;
+        *command = (enum command)i;
+        return true;
+    }
+    return false;
+}

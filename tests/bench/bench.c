@@ -1,0 +1,258 @@
+/* Benchmarks for bench.sh, one a process:
+ *
+ *     bench                   lists the names
+ *     bench NAME RUNS         a line a run: time of one operation [ns], operations in a run, time over time inside dWorldStep (0: none)
+ *     bench use COMMAND ...   runs a command and prints its wall time [s] and largest memory [kB]; exits with its status
+ *
+ * Only the functions measured_* are timed, and they are what callgrind is told to count. Every run starts from the same state and does
+ * the same work, so the instructions are exact and the spread of the times is the machine's. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "config.h"
+#include "ident.h"
+#include "plant.h"
+#include "platform.h"
+#include "units.h"
+
+enum { CYCLES = 500, LEAD_MAX = 5000, POSES = 1000, TEST_CYCLES = 2500 };
+
+/* A closed loop from neutral into the evaluated part of the first test, and what the benchmarks make of it. */
+struct work {
+    struct params params;
+    struct cycle *cycle;   /* recorded */
+    int first, end;        /* the evaluated cycles to work on */
+    struct kinematics kinematics;
+    struct platform platform;
+    struct ident ident;
+    struct plant *plant;
+    double pose[POSES][DOFS], length_m[POSES][LEGS];
+    double sum;            /* of results: no work is optimised away */
+};
+
+struct benchmark {
+    const char *name;
+    int operations;
+    int cycles;            /* to record */
+    void (*prepare)(struct work *w);
+    void (*measured)(struct work *w);
+    const char *settings[6];
+};
+
+static int64_t now_ns(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (int64_t)t.tv_sec * NS_PER_S + t.tv_nsec;
+}
+
+/* The linker turns the engine's calls of dWorldStep into calls of this: its share of a simulated step, measured in the step itself. */
+typedef struct dxWorld *dWorldID;
+int __real_dWorldStep(dWorldID world, double dt_s);
+int __wrap_dWorldStep(dWorldID world, double dt_s);
+static int64_t world_step_ns;
+
+int __wrap_dWorldStep(dWorldID world, double dt_s) {
+    int64_t start_ns = now_ns();
+    int result = __real_dWorldStep(world, dt_s);
+    world_step_ns += now_ns() - start_ns;
+    return result;
+}
+
+static void fail(const struct error *e) {
+    fprintf(stderr, "bench: %s\n", e->text);
+    exit(1);
+}
+
+static void configure(struct params *p, const char *const settings[]) {
+    struct error error;
+    int count = 0;
+    while (settings[count]) count++;
+    if (config_load(p, NULL, settings, count, &error)) fail(&error);
+    p->motion.engage_s = 0.1;
+    p->motion.hold_s = 0.0;
+    p->tests.settle_s = 0.3;
+    p->tests.ramp_s = 0.2;
+    p->tests.duration_s = 10.0;
+}
+
+static void restart_plant(struct work *w) {
+    struct error error;
+    if (w->plant) plant_destroy(w->plant);
+    w->plant = plant_create(&w->params, 1, &error);
+    if (!w->plant) fail(&error);
+    plant_place(w->plant, (const double[DOFS]){0});
+}
+
+static void restart_platform(struct work *w) {
+    struct error error;
+    if (platform_init(&w->platform, &w->params, &error)) fail(&error);
+}
+
+static void step_plant(struct work *w, int i) {
+    static const double centred[LEGS];
+    plant_step(w->plant, w->cycle[i].out.enable ? w->cycle[i].out.valve : centred);
+}
+
+static void record(struct work *w, int cycles) {
+    w->cycle = calloc((size_t)(LEAD_MAX + cycles), sizeof *w->cycle);
+    w->first = w->end = LEAD_MAX;
+    restart_plant(w);
+    restart_platform(w);
+    for (int i = 0; i < w->end; i++) {
+        struct hal_sample sample = {.time_ns = i * ns_from_seconds(w->params.loop.period_s), .device_seq = (uint64_t)i + 1};
+        plant_measure(w->plant, &sample);
+        platform_step(&w->platform, &sample, (struct request){0}, &w->cycle[i]);
+        step_plant(w, i);
+        if (w->first == LEAD_MAX && w->cycle[i].phase == PHASE_EVALUATE) {
+            w->first = i;
+            w->end = i + cycles;
+        }
+    }
+    if (w->first == LEAD_MAX) fail(&(struct error){.text = "the recorded loop never came to its test"});
+}
+
+static void prepare_tracking(struct work *w) { memcpy(w->pose[0], w->cycle[w->first].pose, sizeof w->pose[0]); }
+
+static void measured_tracking(struct work *w) {
+    for (int i = w->first; i < w->end; i++) w->sum += fk_solve(&w->kinematics, w->cycle[i].in.length_m, w->pose[0]).residual_m;
+}
+
+static double random_unit(uint64_t *state) {
+    *state = *state * 6364136223846793005u + 1442695040888963407u;
+    return (double)(int64_t)*state / 9223372036854775808.0;
+}
+
+/* Within +-0.1 m and +-0.1 rad of neutral, from where the search starts. */
+static void prepare_from_neutral(struct work *w) {
+    uint64_t state = 1;
+    for (int i = 0; i < POSES; i++) {
+        for (int d = 0; d < DOFS; d++) w->pose[i][d] = 0.1 * random_unit(&state);
+        ik_lengths(&w->kinematics, w->pose[i], w->length_m[i]);
+    }
+    memset(w->pose, 0, sizeof w->pose);
+}
+
+static void measured_from_neutral(struct work *w) {
+    for (int i = 0; i < POSES; i++) w->sum += fk_solve(&w->kinematics, w->length_m[i], w->pose[i]).residual_m;
+}
+
+static void prepare_control(struct work *w) {
+    struct cycle out;
+    restart_platform(w);
+    for (int i = 0; i < w->first; i++) platform_step(&w->platform, &w->cycle[i].in, (struct request){0}, &out);
+}
+
+static void measured_control(struct work *w) {
+    struct cycle out;
+    for (int i = w->first; i < w->end; i++) {
+        platform_step(&w->platform, &w->cycle[i].in, (struct request){0}, &out);
+        w->sum += out.out.valve[0];
+    }
+}
+
+static void prepare_plant(struct work *w) {
+    restart_plant(w);
+    for (int i = 0; i < w->first; i++) step_plant(w, i);
+    world_step_ns = 0;
+}
+
+static void measured_plant(struct work *w) {
+    for (int i = w->first; i < w->end; i++) step_plant(w, i);
+}
+
+static void prepare_ident(struct work *w) {
+    struct error error;
+    if (ident_init(&w->ident, &w->params, &error)) fail(&error);
+}
+
+static void measured_ident(struct work *w) {
+    for (int i = w->first; i < w->end; i++) ident_feed(&w->ident, &w->cycle[i]);
+    ident_end(&w->ident);
+}
+
+/* Six results that a machine with the nominal matrix and no friction would give. */
+static void prepare_solve(struct work *w) {
+    prepare_ident(w);
+    struct identification *r = &w->ident.result;
+    double omega = 2.0 * PI * w->params.tests.frequency_hz;
+    nominal_matrix(&w->params, &w->kinematics, (const double[DOFS]){0}, r->nominal_mt);
+    r->tests = DOFS;
+    for (int d = 0; d < DOFS; d++) {
+        double a = d < DOF_PHI ? w->params.tests.amplitude_m : w->params.tests.amplitude_rad;
+        r->test[d] = (struct test_result){.test = d, .dof = (enum dof)d, .frequency_hz = w->params.tests.frequency_hz, .amplitude = a,
+                                          .achieved_amplitude = a, .samples = TEST_CYCLES, .complete = true};
+        r->test[d].pose[d][0] = a;
+        for (int k = 0; k < DOFS; k++) r->test[d].wrench[k][0] = -omega * omega * a * r->nominal_mt[k][d];
+    }
+}
+
+static void measured_solve(struct work *w) {
+    w->sum += ident_solve(&w->ident);
+}
+
+#define ODE "sim.engine=ode"
+#define CLOSED_FORM "sim.engine=closed_form"
+#define LEG_STICK "effects.cylinder_coulomb_friction.force_extend_n=100", "effects.cylinder_coulomb_friction.force_retract_n=100"
+#define JOINT_STICK "effects.passive_joint_friction.coulomb_nm=2"
+
+static const struct benchmark benchmarks[] = {
+    {"fk_tracking", CYCLES, CYCLES, prepare_tracking, measured_tracking, {CLOSED_FORM}},
+    {"fk_from_neutral", POSES, CYCLES, prepare_from_neutral, measured_from_neutral, {CLOSED_FORM}},
+    {"control_step", CYCLES, CYCLES, prepare_control, measured_control, {CLOSED_FORM}},
+    {"sim_step_ode", CYCLES, CYCLES, prepare_plant, measured_plant, {ODE}},
+    {"sim_step_ode_leg_stick", CYCLES, CYCLES, prepare_plant, measured_plant, {ODE, LEG_STICK}},
+    {"sim_step_ode_leg_and_joint_stick", CYCLES, CYCLES, prepare_plant, measured_plant, {ODE, LEG_STICK, JOINT_STICK}},
+    {"sim_step_closed_form", CYCLES, CYCLES, prepare_plant, measured_plant, {CLOSED_FORM}},
+    {"sim_step_closed_form_leg_stick", CYCLES, CYCLES, prepare_plant, measured_plant, {CLOSED_FORM, LEG_STICK}},
+    {"sim_step_closed_form_leg_and_joint_stick", CYCLES, CYCLES, prepare_plant, measured_plant, {CLOSED_FORM, LEG_STICK, JOINT_STICK}},
+    {"identify_5_s", 1, TEST_CYCLES, prepare_ident, measured_ident, {CLOSED_FORM}},
+    {"identify_solve", 1, CYCLES, prepare_solve, measured_solve, {CLOSED_FORM}},
+};
+enum { BENCHMARKS = sizeof benchmarks / sizeof benchmarks[0] };
+
+static void run(const struct benchmark *b, struct work *w, int runs) {
+    struct error error;
+    configure(&w->params, b->settings);
+    if (kinematics_init(&w->kinematics, &w->params, &error)) fail(&error);
+    record(w, b->cycles);
+    int operations = b->operations * (b->measured == measured_plant ? w->params.sim.substeps : 1);
+    for (int i = 0; i < runs; i++) {
+        b->prepare(w);
+        int64_t start_ns = now_ns();
+        b->measured(w);
+        int64_t ns = now_ns() - start_ns;
+        printf("%.1f %d %.4f\n", (double)ns / operations, operations, world_step_ns ? (double)ns / (double)world_step_ns : 0.0);
+    }
+}
+
+static int use(char **command) {
+    int64_t start_ns = now_ns();
+    pid_t child = fork();
+    if (!child) {
+        execvp(command[0], command);
+        _exit(127);
+    }
+    int status;
+    struct rusage usage;
+    if (child < 0 || wait4(child, &status, 0, &usage) < 0) return 127;
+    printf("%.3f %ld\n", seconds_from_ns(now_ns() - start_ns), usage.ru_maxrss);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 127;
+}
+
+int main(int argc, char **argv) {
+    if (argc > 2 && !strcmp(argv[1], "use")) return use(argv + 2);
+    for (int i = 0; i < BENCHMARKS; i++) {
+        if (argc < 2) puts(benchmarks[i].name);
+        else if (!strcmp(argv[1], benchmarks[i].name)) {
+            struct work *w = calloc(1, sizeof *w);
+            run(&benchmarks[i], w, argc > 2 ? atoi(argv[2]) : 1);
+            return w->sum > 1e300; /* never, but the compiler does not know */
+        }
+    }
+    return argc >= 2;
+}

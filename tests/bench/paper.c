@@ -1,0 +1,237 @@
+/* `make bench-paper`: Tian 2015's tables beside hexid's own results under the same headings, as text and as CSV.
+ *
+ *     paper HEXID TABLES OUT [KEY=VALUE ...]
+ *
+ * Runs HEXID once a case (viscous friction only; 20..200 N of dry friction added), exact sensors, as many at a time as there are cores,
+ * leaves each run's JSON in OUT, and compares. hexid's errors are against the nominal matrix of its configuration, the paper's against the
+ * paper's: its inputs are rounded and its hydraulics and controller are not printed (method.md). Nothing here passes or fails. */
+#include <jansson.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+enum { CASES = 11, STEP_N = 20, ENTRIES = 10, SETTINGS_MAX = 16 };
+enum { METHOD_A, MODIFIED_A, METHOD_B, METHODS };
+static const char *const method_names[METHODS] = {"method_a", "modified_a", "method_b"};
+
+/* Entries of the matrix that the paper prints, in its order. */
+struct entry {
+    const char *name;
+    int row, col;
+};
+static const struct entry entries[ENTRIES] = {{"mx", 0, 0},  {"my", 1, 1},   {"mz", 2, 2},   {"Ixx", 3, 3},  {"Iyy", 4, 4},
+                                              {"Izz", 5, 5}, {"Mt15", 0, 4}, {"Mt24", 1, 3}, {"Mt42", 3, 1}, {"Mt51", 4, 0}};
+enum { MT15 = 6, MT24, MT42, MT51 };
+
+struct result {
+    double nominal[ENTRIES], value[METHODS][ENTRIES];
+    const char *verdict;
+};
+
+struct table { /* numbers of a CSV file, NAN where a cell is no number */
+    int rows, columns;
+    double cell[16][16];
+};
+
+static void die(const char *what, const char *why) {
+    fprintf(stderr, "bench-paper: %s: %s\n", what, why);
+    exit(1);
+}
+
+static struct table table_read(const char *directory, const char *name) {
+    struct table t = {0};
+    char path[400], line[400];
+    snprintf(path, sizeof path, "%s/%s", directory, name);
+    FILE *in = fopen(path, "r");
+    if (!in || !fgets(line, sizeof line, in)) die(path, "cannot be read");
+    while (t.rows < 16 && fgets(line, sizeof line, in)) {
+        t.columns = 0;
+        for (char *cell = strtok(line, ",\n"); cell && t.columns < 16; cell = strtok(NULL, ",\n"), t.columns++) {
+            char *end;
+            t.cell[t.rows][t.columns] = strtod(cell, &end);
+            if (*end) t.cell[t.rows][t.columns] = (double)NAN;
+        }
+        t.rows++;
+    }
+    fclose(in);
+    return t;
+}
+
+/* Case 0: viscous only; case k: k * STEP_N of dry friction in each cylinder. */
+static pid_t start(const char *hexid, const char *out, int index, char *const extra[]) {
+    pid_t child = fork();
+    if (child) return child;
+    char json[400], extend[80], retract[80];
+    snprintf(json, sizeof json, "%s/dry_friction_%03d_n.json", out, index * STEP_N);
+    snprintf(extend, sizeof extend, "effects.cylinder_coulomb_friction.force_extend_n=%d", index * STEP_N);
+    snprintf(retract, sizeof retract, "effects.cylinder_coulomb_friction.force_retract_n=%d", index * STEP_N);
+    const char *argv[2 * SETTINGS_MAX + 16] = {hexid, "run", "--hal", "sim:", "--fast", "--json", json, "--set", "lcm.url=", "--set", "sensors.enabled=false"};
+    int n = 11;
+    if (index) {
+        argv[n++] = "--set", argv[n++] = extend;
+        argv[n++] = "--set", argv[n++] = retract;
+    }
+    for (int i = 0; extra[i] && i < SETTINGS_MAX; i++) argv[n++] = "--set", argv[n++] = extra[i];
+    if (!freopen("/dev/null", "w", stdout)) _exit(127);
+    execv(hexid, (char *const *)(void *)argv);
+    _exit(127);
+}
+
+static void run_all(const char *hexid, const char *out, char *const extra[]) {
+    int at_a_time = (int)sysconf(_SC_NPROCESSORS_ONLN), started = 0, status;
+    for (int ended = 0; ended < CASES; ended++) {
+        while (started < CASES && started - ended < at_a_time)
+            if (start(hexid, out, started++, extra) < 0) die(hexid, "cannot be started");
+        if (wait(&status) < 0 || !WIFEXITED(status) || WEXITSTATUS(status) > 1) die(hexid, "a run failed: see its message above");
+        fprintf(stderr, "bench-paper: %d of %d runs done\n", ended + 1, CASES);
+    }
+}
+
+static double matrix_entry(const json_t *matrix, const struct entry *e) {
+    const json_t *number = json_array_get(json_array_get(matrix, (size_t)e->row), (size_t)e->col);
+    return json_is_number(number) ? json_number_value(number) : (double)NAN;
+}
+
+static struct result result_read(const char *out, int index) {
+    struct result r;
+    char path[400];
+    json_error_t error;
+    snprintf(path, sizeof path, "%s/dry_friction_%03d_n.json", out, index * STEP_N);
+    json_t *root = json_load_file(path, 0, &error);
+    if (!root) die(path, error.text);
+    for (int i = 0; i < ENTRIES; i++) {
+        r.nominal[i] = matrix_entry(json_object_get(json_object_get(root, "nominal"), "Mt"), &entries[i]);
+        for (int m = 0; m < METHODS; m++)
+            r.value[m][i] = matrix_entry(json_object_get(json_object_get(root, method_names[m]), "Mt"), &entries[i]);
+    }
+    const char *status = json_string_value(json_object_get(json_object_get(root, "verdict"), "status"));
+    r.verdict = !status ? "none" : !strcmp(status, "pass") ? "pass" : !strcmp(status, "fail") ? "fail" : "not_evaluated";
+    json_decref(root);
+    return r;
+}
+
+static double error_pct(double value, double nominal) { return 100.0 * fabs(value - nominal) / fabs(nominal); }
+
+/* A row of numbers to the terminal and to the CSV file. */
+static void print_row(FILE *csv, const char *name, const double *cell, int count) {
+    printf("%-8s", name);
+    fprintf(csv, "%s", name);
+    for (int i = 0; i < count; i++) {
+        printf(" %10.2f", cell[i]);
+        fprintf(csv, ",%.6g", cell[i]);
+    }
+    printf("\n");
+    fprintf(csv, "\n");
+}
+
+static FILE *begin(const char *out, const char *name, const char *title, const char *columns) {
+    char path[400], heads[400];
+    snprintf(path, sizeof path, "%s/%s.csv", out, name);
+    FILE *csv = fopen(path, "w");
+    if (!csv) die(path, "cannot be written");
+    fprintf(csv, "%s\n", columns);
+    snprintf(heads, sizeof heads, "%s", columns);
+    printf("\n%s\n", title);
+    const char *first = strtok(heads, ",");
+    printf("%-8s", first);
+    for (const char *head = strtok(NULL, ","); head; head = strtok(NULL, ",")) printf(" %10s", head);
+    printf("\n");
+    return csv;
+}
+
+/* Tables 3 and 4: `value` and `error` are the paper's columns of each method, -1 where it has none. */
+static void print_methods(FILE *csv, const struct table *paper, const int value[METHODS], const int error[METHODS], const struct result *r) {
+    for (int i = 0; i < ENTRIES; i++) {
+        double cell[2 + 4 * METHODS] = {paper->cell[i][paper->columns - 2], r->nominal[i]};
+        int n = 2;
+        for (int m = 0; m < METHODS; m++) {
+            if (value[m] < 0) continue;
+            cell[n++] = paper->cell[i][value[m]];
+            cell[n++] = r->value[m][i];
+            cell[n++] = paper->cell[i][error[m]];
+            cell[n++] = error_pct(r->value[m][i], r->nominal[i]);
+        }
+        print_row(csv, entries[i].name, cell, n);
+    }
+    fclose(csv);
+}
+
+static void print_sweep(const char *out, const char *tables, const struct result r[CASES]) {
+    struct table paper = table_read(tables, "tableC1_dry_friction_sweep.csv");
+    FILE *csv = begin(out, "tableC1", "Table C1: dry friction of each cylinder against the coupling entries, method A; m_qz: modified method A. p: paper, h: hexid",
+                      "force_n,p Mt15,h Mt15,p Mt24,h Mt24,p Mt42,h Mt42,p Mt51,h Mt51,p m_qz,h m_qz,p m_qz %,h m_qz %");
+    for (int k = 0; k < paper.rows && k + 1 < CASES; k++) {
+        const struct result *h = &r[k + 1];
+        double cell[12], m_qz = h->value[MODIFIED_A][MT15];
+        char name[16];
+        for (int i = 0; i < 4; i++) {
+            cell[2 * i] = paper.cell[k][1 + i];
+            cell[2 * i + 1] = h->value[METHOD_A][MT15 + i];
+        }
+        cell[8] = paper.cell[k][5], cell[9] = m_qz;
+        cell[10] = paper.cell[k][6], cell[11] = error_pct(m_qz, h->nominal[MT15]);
+        snprintf(name, sizeof name, "%g", paper.cell[k][0]);
+        print_row(csv, name, cell, 12);
+    }
+    fclose(csv);
+}
+
+/* method.md section 4: what an independent simulation of the same machine gave. */
+static void print_expected(const char *out, const struct result *r) {
+    static const char *const expected[ENTRIES] = {"0.55", "0.55", "1.0", "4.4", "6.9", "1.2", "2-46", "2-46", "2-46", "2-46"};
+    char path[400];
+    snprintf(path, sizeof path, "%s/dry_friction_100_n.csv", out);
+    FILE *csv = fopen(path, "w");
+    if (!csv) die(path, "cannot be written");
+    fprintf(csv, "entry,expected_pct,method_a_pct\n");
+    printf("\n100 N of dry friction, method A, error in %%: an independent simulation (method.md), hexid\n");
+    for (int i = 0; i < ENTRIES; i++) {
+        double pct = error_pct(r->value[METHOD_A][i], r->nominal[i]);
+        printf("%-8s %10s %10.2f\n", entries[i].name, expected[i], pct);
+        fprintf(csv, "%s,%s,%.6g\n", entries[i].name, expected[i], pct);
+    }
+    fclose(csv);
+}
+
+static void print_experiment(const char *out, const char *tables) {
+    struct table paper = table_read(tables, "table5_experiment.csv");
+    FILE *csv = begin(out, "table5", "Table 5, for reference: the paper's real machine (no simulation can be held against it without its data)",
+                      "entry,nominal,method A,error %,modified A,error %,method B,error %");
+    for (int i = 0; i < ENTRIES; i++) {
+        double nominal = paper.cell[i][6], cell[7] = {nominal};
+        for (int m = 0; m < METHODS; m++) {
+            cell[1 + 2 * m] = paper.cell[i][3 + m];
+            cell[2 + 2 * m] = error_pct(paper.cell[i][3 + m], nominal);
+        }
+        print_row(csv, entries[i].name, cell, 7);
+    }
+    fclose(csv);
+}
+
+int main(int argc, char **argv) {
+    if (argc < 4 || argc > 4 + SETTINGS_MAX) die("usage", "paper HEXID TABLES OUT [KEY=VALUE ...]");
+    const char *tables = argv[2], *out = argv[3];
+    struct result r[CASES];
+    mkdir(out, 0777);
+    run_all(argv[1], out, argv + 4);
+    for (int i = 0; i < CASES; i++) r[i] = result_read(out, i);
+
+    struct table table3 = table_read(tables, "table3_linear_friction.csv"), table4 = table_read(tables, "table4_nonlinear_friction.csv");
+    print_methods(begin(out, "table3", "Table 3: viscous friction only. p: paper, h: hexid; %: error against the own nominal",
+                        "entry,p nominal,h nominal,p A,h A,p A %,h A %,p B,h B,p B %,h B %"),
+                  &table3, (const int[]){3, -1, 5}, (const int[]){4, -1, 6}, &r[0]);
+    print_methods(begin(out, "table4", "Table 4: 200 N of dry friction added; mod: modified method A",
+                        "entry,p nominal,h nominal,p A,h A,p A %,h A %,p mod,h mod,p mod %,h mod %,p B,h B,p B %,h B %"),
+                  &table4, (const int[]){3, 5, 7}, (const int[]){4, 6, 8}, &r[CASES - 1]);
+    print_sweep(out, tables, r);
+    print_expected(out, &r[5]);
+    print_experiment(out, tables);
+    printf("\nverdicts of hexid's own checks, 0..200 N:");
+    for (int i = 0; i < CASES; i++) printf(" %s", r[i].verdict);
+    printf("\nalso in %s/*.csv and *.json\n", out);
+    return 0;
+}

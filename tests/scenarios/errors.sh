@@ -1,0 +1,56 @@
+#!/bin/bash
+# What cannot be done is refused in one line that names the place, with the exit status of its kind; nothing has moved then.
+. tests/scenarios/lib
+
+# file TEXT: a configuration file whose third line is the text.
+file() {
+    printf '# a rig\n%s:\n  %s\n' "${1%%.*}" "${1#*.}" >"$work/rig.yaml"
+    echo "$work/rig.yaml"
+}
+refused_in_file() { claim "$1: refused, naming file, line and key" refuses 2 "rig.yaml:3: $2" quick -c "$(file "$3")"; }
+refused_setting() { claim "$1: refused, naming the setting" refuses 2 "--set ${2%%=*}" quick --set "$2"; }
+
+claim "a missing configuration file: refused, naming it" refuses 2 "$work/nowhere.yaml" quick -c "$work/nowhere.yaml"
+refused_in_file "an unknown key" tests.frequenzy_hz "tests.frequenzy_hz: 4"
+refused_in_file "a word for a number" tests.frequency_hz "tests.frequency_hz: four"
+refused_in_file "a number for a choice" sim.engine "sim.engine: 3"
+refused_in_file "a fraction for a count" sim.substeps "sim.substeps: 8.5"
+refused_in_file "a list for a number" payload.mass_kg "payload.mass_kg: [1, 2]"
+refused_in_file "a value out of range" payload.mass_kg "payload.mass_kg: -178"
+refused_in_file "not a number" control.kp "control.kp: .nan"
+refused_in_file "infinity" control.kp "control.kp: .inf"
+refused_in_file "an empty value" control.kp "control.kp:"
+refused_in_file "an unknown effect" effects.gremlins "effects.gremlins: 1"
+claim "a file that is no YAML: refused, naming file and line" refuses 2 "rig.yaml:" quick -c "$(file "control.kp: [1")"
+claim "a binary file: refused, naming it" refuses 2 "$hexid" quick -c "$hexid"
+claim "a directory: refused, naming it" refuses 2 "$work" quick -c "$work"
+
+refused_setting "an unknown key" tests.frequenzy_hz=4
+refused_setting "a word for a number" tests.frequency_hz=four
+refused_setting "not a number" tests.amplitude_m=nan
+refused_setting "an amplitude of zero" tests.amplitude_m=0
+refused_setting "a setting without a value" tests.amplitude_m
+refused_setting "five values for six legs" effects.cylinder_coulomb_friction.force_extend_n=[1,2,3,4,5]
+refused_setting "a negative friction" effects.cylinder_coulomb_friction.force_extend_n=-1
+claim "a frequency above a quarter of the sample rate: refused, naming it" refuses 2 "tests.frequency_hz loop.period_s" quick --set tests.frequency_hz=60 --set loop.period_s=0.005
+claim "a rod thicker than its piston: refused, naming both" refuses 2 "rod_diameter_m piston_diameter_m" quick --set actuator.rod_diameter_m=0.07
+claim "legs that cannot reach: refused, naming stroke and height" refuses 2 "stroke_m height_m" quick --set geometry.height_m=0.3
+claim "an impossible payload: refused, naming its inertia" refuses 2 "inertia_xx_kg_m2" quick --set payload.inertia_zz_kg_m2=60
+
+claim "an unknown option: refused, naming it" refuses 2 "--fats" quick --fats
+claim "an option without its value: refused, naming it" refuses 2 "--log" quick --log
+claim "an argument too many: refused, naming it" refuses 2 "extra" quick extra
+claim "a seed that is no number: refused" refuses 2 "--seed x1" quick --seed x1
+claim "an unknown test: refused" refuses 2 "roll" quick --tests x,roll
+claim "an unknown kind of machine: refused, naming it" refuses 2 "--hal telepathy:" "$hexid" run --hal telepathy: --set lcm.url=
+claim "an unknown subcommand: refused" ends 2 "$hexid" fly
+claim "no subcommand: usage" ends 2 "$hexid"
+claim "--help is no error" ends 0 "$hexid" --help
+claim "identify without a log: refused" refuses 2 "log" "$hexid" identify
+
+claim "a log in a directory that is not there: I/O error, naming it" refuses 3 "$work/none/run.lcm" quick --log "$work/none/run.lcm"
+claim "a log on a full disk: I/O error, naming it" refuses 3 "/dev/full" quick --log /dev/full
+claim "results on a full disk: I/O error, naming it" refuses 3 "/dev/full" quick --json /dev/full
+claim "a log that is not there: I/O error, naming it" refuses 3 "$work/none.lcm" "$hexid" identify "$work/none.lcm"
+claim "a file that is no log: I/O error, naming it" refuses 3 "Makefile" "$hexid" identify Makefile
+claim "an empty log: I/O error, naming it" refuses 3 "/dev/null" "$hexid" identify /dev/null

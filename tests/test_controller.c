@@ -1,0 +1,447 @@
+/* The controller's parts alone: the leg law against its formula, the reference's smoothness, the supervisor's table and bucket. */
+#include "support.h"
+
+#include <limits.h>
+
+#include "force.h"
+#include "pid.h"
+#include "reference.h"
+#include "supervisor.h"
+#include "units.h"
+
+static const double dt_s = 0.002;
+
+static struct params defaults(void) {
+    struct params params;
+    config_default(&params);
+    return params;
+}
+
+static double clamped(double x, double limit) { return fmin(fmax(x, -limit), limit); }
+
+/* ---- force ---- */
+
+static void equal_pressures_push_with_the_rod_area(void **unused) {
+    (void)unused;
+    struct params params = defaults();
+    struct cylinder_areas areas = cylinder_areas(&params.actuator);
+    double d = params.actuator.rod_diameter_m, rod_m2 = PI * d * d / 4;
+    assert_close(leg_force(&areas, 5e6, 5e6), 5e6 * rod_m2, 1e-8); /* roundings of 15 kN */
+    assert_close(areas.a2_m2 / areas.a1_m2, 0.49, 0.005);          /* method.md section 5 */
+    assert_true(leg_force(&areas, 1e6, 0.0) > 0.0 && leg_force(&areas, 0.0, 1e6) < 0.0);
+}
+
+/* ---- pid ---- */
+
+/* The header's formula once more. */
+struct law {
+    double integral, d, flp, e_prev, ref_prev, u;
+    bool saturated;
+};
+
+static double law_step(struct law *c, const struct control_params *g, double ref, double l, double f) {
+    double e = ref - l, wished;
+    bool outward = (c->u > 0.0 && e > 0.0) || (c->u < 0.0 && e < 0.0);
+    if (!(c->saturated && outward)) c->integral = clamped(c->integral + g->ki * e * dt_s, g->integral_limit);
+    c->d += dt_s / (g->tf + dt_s) * ((e - c->e_prev) / dt_s - c->d);
+    c->flp += dt_s / (g->tp + dt_s) * (f - c->flp);
+    wished = g->kp * e + c->integral + g->kd * c->d + g->kff * (ref - c->ref_prev) / dt_s - g->kpf * (f - c->flp);
+    c->u = clamped(wished, g->output_limit);
+    c->saturated = fabs(wished) > g->output_limit;
+    c->e_prev = e;
+    c->ref_prev = ref;
+    return c->u;
+}
+
+static void pid_is_the_law_of_its_header(void **unused) {
+    (void)unused;
+    uint64_t seed = 1;
+    int saturated = 0, free_running = 0;
+    for (int run = 0; run < 200; run++) {
+        struct control_params g = {.kp = 20 + 20 * random_unit(&seed), .ki = 50 + 50 * random_unit(&seed), .kd = 0.2 + 0.2 * random_unit(&seed),
+                                   .kff = 1 + random_unit(&seed), .kpf = 1e-5 + 1e-5 * random_unit(&seed), .tf = 5e-3 + 5e-3 * random_unit(&seed),
+                                   .tp = 0.05 + 0.05 * random_unit(&seed), .integral_limit = 0.3, .output_limit = 0.6 + 0.4 * random_unit(&seed)};
+        double length = 1.8 + 0.2 * random_unit(&seed), force = 5e3 * random_unit(&seed), span = run % 2 ? 0.002 : 0.02;
+        struct pid pid;
+        struct law law = {.flp = force, .ref_prev = length};
+        pid_reset(&pid, length, force);
+        for (int n = 0; n < 500; n++) {
+            double ref = length + span * sin(0.05 * n) + span * 0.1 * random_unit(&seed), at = length + 0.5 * span * random_unit(&seed);
+            double f = force + 500 * random_unit(&seed);
+            double u = pid_step(&pid, &g, dt_s, ref, at, f);
+            /* The same sums in another order: roundings of e / dt times kd and kff, 1 / dt = 500. */
+            assert_close(u, law_step(&law, &g, ref, at, f), 1e-11);
+            assert_true(fabs(u) <= g.output_limit);
+            *(law.saturated ? &saturated : &free_running) += 1;
+        }
+    }
+    assert_true(saturated > 1000 && free_running > 1000); /* both branches were walked */
+}
+
+/* A leg that moves with the valve, 0.5 m/s at full opening, told to jump by 0.3 m. Largest overshoot. */
+static double overshoot(bool anti_windup) {
+    struct params params = defaults();
+    struct pid pid;
+    double length = 1.5, largest = 0.0, goal = 1.8;
+    pid_reset(&pid, length, 0.0);
+    for (int n = 0; n < 5000; n++) {
+        if (!anti_windup) pid.saturated = false; /* only the clamp is left */
+        length += 0.5 * dt_s * pid_step(&pid, &params.control, dt_s, goal, length, 0.0);
+        largest = fmax(largest, length - goal);
+    }
+    assert_close(length, goal, 1e-4);
+    return largest;
+}
+
+static void the_integral_does_not_wind_up_while_the_valve_is_wide_open(void **unused) {
+    (void)unused;
+    double with = overshoot(true), without = overshoot(false);
+    print_message("# overshoot of a 0.3 m jump: %.2f mm, with the clamp alone %.2f mm\n", 1e3 * with, 1e3 * without);
+    assert_below(with, 0.5 * without);
+    struct params params = defaults();
+    struct pid pid;
+    pid_reset(&pid, 1.5, 0.0);
+    pid_step(&pid, &params.control, dt_s, 1.8, 1.5, 0.0);
+    double once = pid.integral;
+    for (int n = 0; n < 1000; n++) pid_step(&pid, &params.control, dt_s, 1.8, 1.5, 0.0);
+    assert_true(pid.saturated && pid.integral == once); /* what came in before it was known */
+    pid_step(&pid, &params.control, dt_s, 1.8, 1.81, 0.0);
+    assert_true(pid.integral < once); /* the way out is open at once */
+}
+
+static void pid_reset_is_bumpless_whatever_came_before(void **unused) {
+    (void)unused;
+    struct params params = defaults();
+    struct pid pid;
+    uint64_t seed = 2;
+    memset(&pid, 0, sizeof pid);
+    for (int run = 0; run < 100; run++) {
+        for (int n = 0; n < 20; n++) pid_step(&pid, &params.control, dt_s, 1.8, 1.8 + 0.1 * random_unit(&seed), 1e4 * random_unit(&seed));
+        double length = 1.8 + 0.4 * random_unit(&seed), force = 1e4 * random_unit(&seed);
+        pid_reset(&pid, length, force);
+        assert_true(pid_step(&pid, &params.control, dt_s, length, length, force) == 0.0);
+    }
+}
+
+static void a_static_force_does_not_open_the_valve(void **unused) {
+    (void)unused;
+    struct params params = defaults();
+    struct pid pid;
+    double u = 0.0;
+    pid_reset(&pid, 1.8, 0.0);
+    u = pid_step(&pid, &params.control, dt_s, 1.8, 1.8, 5000.0);
+    assert_close(u, -params.control.kpf * 5000.0 / (1.0 + dt_s / params.control.tp), 1e-12); /* at once, against the push */
+    for (int n = 0; n < (int)(params.control.tp / dt_s) * 40; n++) u = pid_step(&pid, &params.control, dt_s, 1.8, 1.8, 5000.0);
+    assert_below(fabs(u), params.control.kpf * 5000.0 * 1e-14); /* 40 time constants later: e^-39, and the filter's rounding */
+}
+
+static void held_cycles_do_not_add_up_in_the_feedforward(void **unused) {
+    (void)unused;
+    struct params params = defaults();
+    struct pid pid;
+    double rate_mps = 0.1, ref = 1.8, u = 0.0;
+    pid_reset(&pid, ref, 0.0);
+    for (int n = 0; n < 100; n++) {
+        ref += rate_mps * dt_s;
+        if (n % 10 < 4) pid_hold(&pid, ref);
+        else u = pid_step(&pid, &params.control, dt_s, ref, ref, 0.0);
+        if (n > 3) assert_close(u, params.control.kff * rate_mps, 1e-12);
+    }
+}
+
+/* ---- reference ---- */
+
+/* Watches a trajectory: no step in position, none in rate. */
+struct watch {
+    int seen;
+    double last[DOFS], rate[DOFS];
+    double largest_acceleration;
+};
+
+static void watch(struct watch *w, const double pose[DOFS]) {
+    for (int i = 0; i < DOFS; i++) {
+        double rate = (pose[i] - w->last[i]) / dt_s;
+        if (w->seen > 1) w->largest_acceleration = fmax(w->largest_acceleration, fabs(rate - w->rate[i]) / dt_s);
+        if (isnan(pose[i])) w->largest_acceleration = (double)INFINITY;
+        w->last[i] = pose[i];
+        w->rate[i] = rate;
+    }
+    w->seen++;
+}
+
+/* amplitude x (envelopes x sine)'': product rule with |s'| <= 1.5/T, |s''| <= 6/T^2; half a percent for the finite step. */
+static double largest_test_acceleration(const struct test_params *t, double amplitude) {
+    double w = 2 * PI * t->frequency_hz, a = t->ramp_s, b = t->ramp_out_s;
+    return 1.005 * amplitude * (w * w + 2 * w * 1.5 * (1 / a + 1 / b) + 6 / (a * a) + 6 / (b * b) + 2 * 1.5 * 1.5 / (a * b));
+}
+
+static void the_reference_of_a_test_is_its_formula_at_whole_cycles(void **unused) {
+    (void)unused;
+    struct test_params t = defaults().tests;
+    for (int dof = 0; dof < DOFS; dof++) {
+        struct reference r;
+        int count[PHASE_RAMP_OUT + 1] = {0};
+        struct watch w = {0};
+        t.settle_s = 0.3, t.ramp_s = 0.5, t.duration_s = 0.75, t.ramp_out_s = 0.25;
+        reference_test(&r, (enum dof)dof, &t, dt_s);
+        for (int tick = -150;; tick++) {
+            struct reference_sample s = reference_step(&r, &t, dt_s);
+            double time = tick * dt_s, q = fmin(fmax(time / 0.5, 0.0), 1.0), p = fmin(fmax((time - 1.25) / 0.25, 0.0), 1.0);
+            double envelope = q * q * (3 - 2 * q) * (1 - p * p * (3 - 2 * p)), amplitude = dof < DOF_PHI ? t.amplitude_m : t.amplitude_rad;
+            assert_true(s.test_time_s == tick * dt_s); /* exact: no sum of roundings */
+            for (int i = 0; i < DOFS; i++)
+                assert_close(s.pose[i], i == dof ? amplitude * envelope * sin(2 * PI * t.frequency_hz * time) : 0.0, 1e-16);
+            watch(&w, s.pose);
+            count[s.phase]++;
+            assert_true(s.done == (tick == 750));
+            if (s.done) break;
+        }
+        for (int n = 0; n < 5; n++) {
+            struct reference_sample s = reference_step(&r, &t, dt_s);
+            assert_true(s.done && s.phase == PHASE_NONE && s.test_time_s == 0.0);
+            watch(&w, s.pose);
+        }
+        assert_int_equal(count[PHASE_SETTLE], 150);
+        assert_int_equal(count[PHASE_RAMP_IN], 250);
+        assert_int_equal(count[PHASE_EVALUATE], 375);
+        assert_int_equal(count[PHASE_RAMP_OUT], 126); /* the last one at rest at neutral */
+        assert_below(w.largest_acceleration, largest_test_acceleration(&t, dof < DOF_PHI ? t.amplitude_m : t.amplitude_rad));
+    }
+}
+
+static void durations_that_are_no_whole_cycles_are_rounded_to_one(void **unused) {
+    (void)unused;
+    struct test_params t = defaults().tests;
+    struct reference r;
+    int count[PHASE_RAMP_OUT + 1] = {0};
+    t.settle_s = 0.0109, t.ramp_s = 0.0111, t.duration_s = 0.5000001, t.ramp_out_s = 0.1;
+    reference_test(&r, DOF_X, &t, dt_s);
+    for (bool done = false; !done;) {
+        struct reference_sample s = reference_step(&r, &t, dt_s);
+        count[s.phase]++;
+        done = s.done;
+    }
+    assert_int_equal(count[PHASE_SETTLE], 5);
+    assert_int_equal(count[PHASE_RAMP_IN], 6);
+    assert_int_equal(count[PHASE_EVALUATE], 250);
+    assert_int_equal(count[PHASE_RAMP_OUT], 51);
+}
+
+static void a_test_stopped_at_any_instant_ramps_out_smoothly(void **unused) {
+    (void)unused;
+    struct test_params t = defaults().tests;
+    t.settle_s = 0.1, t.ramp_s = 0.3, t.duration_s = 0.5, t.ramp_out_s = 0.2;
+    int whole = 50 + 150 + 250 + 100, out = 100;
+    double limit = largest_test_acceleration(&t, t.amplitude_m);
+    for (int stop = 0; stop <= whole; stop++) {
+        struct reference r;
+        struct watch w = {0};
+        int left = 0;
+        reference_test(&r, DOF_Z, &t, dt_s);
+        for (int n = 0;; n++) {
+            if (n == stop) reference_stop(&r), left = out + 1;
+            if (n == stop + 10) reference_stop(&r); /* told twice: nothing starts anew */
+            struct reference_sample s = reference_step(&r, &t, dt_s);
+            watch(&w, s.pose);
+            if (n >= stop) assert_int_equal(s.phase, PHASE_RAMP_OUT);
+            if (s.done) break;
+            assert_true(n < stop || --left > 0);
+        }
+        for (int n = 0; n < 3; n++) watch(&w, reference_step(&r, &t, dt_s).pose);
+        assert_true(w.last[DOF_Z] == 0.0);
+        assert_below(w.largest_acceleration, limit);
+    }
+}
+
+static void a_move_goes_on_with_the_rate_it_finds_and_ends_at_rest(void **unused) {
+    (void)unused;
+    struct test_params t = defaults().tests;
+    uint64_t seed = 3;
+    for (int run = 0; run < 300; run++) {
+        double from[DOFS], rate[DOFS], to[DOFS], duration = 0.1 + 3.0 * (1.0 + random_unit(&seed)), acceleration = 0.0;
+        for (int i = 0; i < DOFS; i++) {
+            double brake = fmin(duration, 1.0);
+            from[i] = 0.3 * random_unit(&seed), to[i] = 0.3 * random_unit(&seed), rate[i] = run % 3 ? 0.2 * random_unit(&seed) : 0.0;
+            /* 6 d/T^2 of the cubic from rest and 4 v/T of the brake */
+            acceleration = fmax(acceleration, 6 * fabs(to[i] - from[i]) / (duration * duration) + 4 * fabs(rate[i]) / brake);
+        }
+        struct reference r;
+        struct watch w = {.seen = 2};
+        memcpy(w.last, from, sizeof from);
+        memcpy(w.rate, rate, sizeof rate); /* so that the first step is watched too */
+        reference_move(&r, from, rate, to, duration);
+        int cycles = 0;
+        for (bool done = false; !done; cycles++) {
+            struct reference_sample s = reference_step(&r, &t, dt_s);
+            watch(&w, s.pose);
+            assert_true(s.phase == PHASE_NONE);
+            for (int i = 0; i < DOFS; i++) {
+                double beyond = 4.0 / 27.0 * fabs(rate[i]) * fmin(duration, 1.0) + 1e-12;
+                assert_true(s.pose[i] <= fmax(from[i], to[i]) + beyond && s.pose[i] >= fmin(from[i], to[i]) - beyond);
+            }
+            done = s.done;
+        }
+        assert_int_equal(cycles, (int)ceil(duration / dt_s - 1e-9));
+        assert_memory_equal(w.last, to, sizeof to);
+        for (int n = 0; n < 3; n++) watch(&w, reference_step(&r, &t, dt_s).pose);
+        assert_memory_equal(w.last, to, sizeof to);
+        assert_below(w.largest_acceleration, 1.001 * acceleration);
+    }
+}
+
+static void a_long_move_does_not_carry_an_initial_rate_far(void **unused) {
+    (void)unused;
+    struct test_params t = defaults().tests;
+    struct reference r;
+    double largest = 0.0;
+    reference_move(&r, (double[DOFS]){0}, (double[DOFS]){[DOF_Z] = 0.6}, (double[DOFS]){0}, 600.0);
+    for (bool done = false; !done;) {
+        struct reference_sample s = reference_step(&r, &t, dt_s);
+        largest = fmax(largest, s.pose[DOF_Z]);
+        done = s.done;
+    }
+    assert_below(largest, 0.6 * 4 / 27 + 1e-12);
+}
+
+static void a_hold_holds(void **unused) {
+    (void)unused;
+    struct test_params t = defaults().tests;
+    struct reference r;
+    const double pose[DOFS] = {1, 2, 3, 4, 5, 6};
+    reference_hold(&r, pose);
+    reference_stop(&r);
+    for (int n = 0; n < 10; n++) {
+        struct reference_sample s = reference_step(&r, &t, dt_s);
+        assert_memory_equal(s.pose, pose, sizeof pose);
+        assert_true(s.done && s.phase == PHASE_NONE);
+    }
+}
+
+/* ---- supervisor ---- */
+
+enum { TRIGGERS = TRIGGER_FAULT + 1 };
+
+static void every_state_and_trigger_leads_where_the_matrix_says(void **unused) {
+    (void)unused;
+    static const char letter[STATES + 1] = "iserTpF"; /* of state_names, in order */
+    static const char *const expected[STATES] = {
+        /* none, good sensors, engage, arrived, start, tests done, stop, park, reset, fault */
+        [STATE_INIT] = "isiiiiiiiF",
+        [STATE_SETTLED] = "ssessssssF",
+        [STATE_ENGAGING] = "eeereeppeF",
+        [STATE_READY] = "rrrrTrrprF",
+        [STATE_TESTING] = "TTTTTrTpTF",
+        [STATE_PARKING] = "pppspppppF",
+        [STATE_FAULT] = "FFFFFFFFiF",
+    };
+    for (int s = 0; s < STATES; s++)
+        for (int t = 0; t < TRIGGERS; t++) {
+            enum state next = supervisor_next((enum state)s, (enum trigger)t);
+            if (letter[next] != expected[s][t]) fail_msg("state %s, trigger %d: %s", state_names[s], t, state_names[next]);
+        }
+}
+
+/* Whether a driven state can be reached from here without this trigger. */
+static bool drives_without(enum state from, enum trigger missing) {
+    bool reached[STATES] = {false};
+    reached[from] = true;
+    for (int round = 0; round < STATES; round++)
+        for (int s = 0; s < STATES; s++)
+            for (int t = 0; reached[s] && t < TRIGGERS; t++)
+                if (t != (int)missing) reached[supervisor_next((enum state)s, (enum trigger)t)] = true;
+    for (int s = 0; s < STATES; s++)
+        if (reached[s] && supervisor_drives((enum state)s)) return true;
+    return false;
+}
+
+static void nothing_moves_before_reset_good_sensors_and_engage(void **unused) {
+    (void)unused;
+    assert_false(drives_without(STATE_FAULT, TRIGGER_RESET));
+    assert_false(drives_without(STATE_FAULT, TRIGGER_SENSORS_GOOD));
+    assert_false(drives_without(STATE_FAULT, TRIGGER_ENGAGE));
+    assert_false(drives_without(STATE_INIT, TRIGGER_SENSORS_GOOD));
+    assert_false(drives_without(STATE_INIT, TRIGGER_ENGAGE));
+    assert_false(drives_without(STATE_SETTLED, TRIGGER_ENGAGE));
+    assert_true(drives_without(STATE_FAULT, TRIGGER_NONE)); /* the search does find the way */
+    for (int s = 0; s < STATES; s++) {
+        bool driven = s == STATE_ENGAGING || s == STATE_READY || s == STATE_TESTING || s == STATE_PARKING;
+        assert_int_equal(supervisor_drives((enum state)s), driven);
+    }
+}
+
+static void the_bucket_rides_out_fewer_than_limit_bad_samples(void **unused) {
+    (void)unused;
+    for (int limit = 1; limit < 20; limit++) {
+        struct supervisor s = {0};
+        for (int n = 1; n < limit; n++) assert_false(supervisor_judge(&s, FAULT_STROKE, limit));
+        assert_int_equal(s.faults, 0);
+        assert_true(supervisor_judge(&s, FAULT_STROKE, limit));
+        assert_int_equal(s.faults, FAULT_STROKE);
+    }
+    struct supervisor s = {0};
+    for (int n = 0; n < 1000; n++) {
+        assert_false(supervisor_judge(&s, FAULT_IO, 2)); /* one bad sample in two, for ever */
+        assert_false(supervisor_judge(&s, 0, 2));
+    }
+    assert_int_equal(s.faults, 0);
+}
+
+static void faults_stay_and_the_first_is_the_headline(void **unused) {
+    (void)unused;
+    struct supervisor s = {0};
+    supervisor_judge(&s, FAULT_IO, 1);
+    supervisor_judge(&s, FAULT_STROKE, 1);
+    for (int n = 0; n < 100; n++) assert_false(supervisor_judge(&s, 0, 1));
+    assert_int_equal(s.faults, FAULT_IO | FAULT_STROKE);
+    assert_string_equal(fault_name(s.first_fault), "io");
+    supervisor_clear(&s);
+    assert_int_equal(s.faults | s.first_fault, 0);
+    assert_string_equal(fault_name(s.first_fault), "none");
+    supervisor_judge(&s, FAULT_FOLLOWING | FAULT_LEG_RATE, 1);
+    assert_string_equal(fault_name(s.first_fault), "leg_rate"); /* one headline, not two */
+}
+
+static void counters_do_not_overflow_in_months(void **unused) {
+    (void)unused;
+    struct supervisor s = {.good = INT_MAX};
+    supervisor_judge(&s, 0, 5);
+    assert_int_equal(s.good, INT_MAX);
+    for (int n = 0; n < 100; n++) supervisor_judge(&s, FAULT_IO, 5);
+    assert_int_equal(s.bad, 5);
+    assert_int_equal(s.good, 0);
+}
+
+static void every_fault_state_and_command_has_a_name(void **unused) {
+    (void)unused;
+    static const char *const names[] = {"sensor_age", "sensor_invalid", "stroke", "leg_rate", "following_error", "force", "kinematics", "overrun", "io"};
+    for (unsigned i = 0; i < 9; i++) assert_string_equal(fault_name(1u << i), names[i]);
+    assert_int_equal(FAULT_IO, 1u << 8);
+    for (int i = 0; i < STATES; i++) assert_non_null(state_names[i]);
+    for (int i = 0; i < COMMANDS; i++) assert_non_null(command_names[i]);
+    assert_string_equal(state_names[STATE_FAULT], "fault");
+    assert_string_equal(command_names[COMMAND_RESET], "reset");
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(equal_pressures_push_with_the_rod_area),
+        cmocka_unit_test(pid_is_the_law_of_its_header),
+        cmocka_unit_test(the_integral_does_not_wind_up_while_the_valve_is_wide_open),
+        cmocka_unit_test(pid_reset_is_bumpless_whatever_came_before),
+        cmocka_unit_test(a_static_force_does_not_open_the_valve),
+        cmocka_unit_test(held_cycles_do_not_add_up_in_the_feedforward),
+        cmocka_unit_test(the_reference_of_a_test_is_its_formula_at_whole_cycles),
+        cmocka_unit_test(durations_that_are_no_whole_cycles_are_rounded_to_one),
+        cmocka_unit_test(a_test_stopped_at_any_instant_ramps_out_smoothly),
+        cmocka_unit_test(a_move_goes_on_with_the_rate_it_finds_and_ends_at_rest),
+        cmocka_unit_test(a_long_move_does_not_carry_an_initial_rate_far),
+        cmocka_unit_test(a_hold_holds),
+        cmocka_unit_test(every_state_and_trigger_leads_where_the_matrix_says),
+        cmocka_unit_test(nothing_moves_before_reset_good_sensors_and_engage),
+        cmocka_unit_test(the_bucket_rides_out_fewer_than_limit_bad_samples),
+        cmocka_unit_test(faults_stay_and_the_first_is_the_headline),
+        cmocka_unit_test(counters_do_not_overflow_in_months),
+        cmocka_unit_test(every_fault_state_and_command_has_a_name),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

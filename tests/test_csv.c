@@ -1,0 +1,617 @@
+/* CSV: what goes through a log and back is the same to the last bit, what is missing or lies is named with file, line and column. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <cmocka.h>
+
+#include "config.h"
+#include "csv.h"
+#include "csv_reader.h"
+#include "log.h"
+#include "messages.h"
+#include "reference.h"
+#include "units.h"
+
+enum { PATHS = 300, CYCLES_MAX = 20000, BUFFER = 1 << 17 };
+
+static char root[] = "/tmp/hexid_csv_XXXXXX";
+static char in[PATHS], out[PATHS], log_a[PATHS], log_b[PATHS]; /* in root */
+
+static int set_up(void **unused) {
+    (void)unused;
+    if (!mkdtemp(root)) return -1;
+    snprintf(in, sizeof in, "%s/in", root), snprintf(out, sizeof out, "%s/out", root);
+    snprintf(log_a, sizeof log_a, "%s/1.lcm", root), snprintf(log_b, sizeof log_b, "%s/2.lcm", root);
+    return 0;
+}
+
+static int tear_down(void **unused) {
+    char command[PATHS];
+    (void)unused;
+    snprintf(command, sizeof command, "rm -rf %s", root);
+    return system(command);
+}
+
+static int empty(void **unused) {
+    char command[PATHS];
+    (void)unused;
+    snprintf(command, sizeof command, "rm -rf %s/* && mkdir %s/in", root, root);
+    return system(command);
+}
+
+static void put_bytes(const char *name, const char *bytes, size_t size) {
+    char path[2 * PATHS];
+    snprintf(path, sizeof path, "%s/%s", in, name);
+    FILE *f = fopen(path, "wb");
+    assert_non_null(f);
+    fwrite(bytes, 1, size, f);
+    fclose(f);
+}
+
+static void put(const char *name, const char *text) { put_bytes(name, text, strlen(text)); }
+
+static struct csv_report report;
+static struct error error;
+
+static int import(void) { return csv_import(in, log_a, NULL, &report, &error); }
+
+static void assert_imports(void) {
+    if (import()) fail_msg("%s", error.text);
+}
+
+static void assert_says(const char *words) {
+    char copy[400], *rest = copy;
+    snprintf(copy, sizeof copy, "%s", words);
+    for (char *word; (word = strsep(&rest, "|"));)
+        if (!strstr(error.text, word)) fail_msg("\"%s\" does not say \"%s\"", error.text, word);
+    assert_null(strchr(error.text, '\n'));
+}
+
+struct recording {
+    struct params params;
+    int count;
+    struct cycle cycle[CYCLES_MAX];
+};
+
+/* The cycles of the log's tests, and its configuration. */
+static struct recording *load(const char *path) {
+    static struct recording both[2];
+    struct recording *r = &both[strcmp(path, log_a) != 0];
+    struct log_reader *reader;
+    struct log_event event;
+    const char *text;
+    size_t length;
+    assert_int_equal(log_open(&reader, path, &error), 0);
+    assert_int_equal(log_next(reader, &event), 1);
+    assert_true(event_decode_config(event.data, event.size, &text, &length)); /* always first */
+    assert_int_equal(config_parse(&r->params, text, length, path, &error), 0);
+    for (r->count = 0; log_next(reader, &event);) {
+        if (strcmp(event.channel, CHANNEL_STATE) != 0) continue;
+        assert_true(r->count < CYCLES_MAX);
+        assert_true(state_decode(event.data, event.size, &r->cycle[r->count]));
+        if (r->cycle[r->count].test >= 0) r->count++;
+    }
+    log_release(reader);
+    return r;
+}
+
+#define assert_same(a, b, member) assert_memory_equal(&(a)->member, &(b)->member, sizeof(a)->member)
+
+/* NaN is NaN whatever its payload: text has only one. */
+static void assert_numbers(const double *a, const double *b, int count) {
+    for (int i = 0; i < count; i++)
+        if (!(isnan(a[i]) && isnan(b[i]))) assert_memory_equal(&a[i], &b[i], sizeof a[i]);
+}
+
+/* All that the identifier and the gap workflow read. */
+static void assert_equal_cycles(const struct cycle *a, const struct cycle *b) {
+    assert_numbers(&a->test_time_s, &b->test_time_s, 1);
+    assert_numbers(a->in.length_m, b->in.length_m, LEGS);
+    assert_numbers(a->in.p1_pa, b->in.p1_pa, LEGS);
+    assert_numbers(a->in.p2_pa, b->in.p2_pa, LEGS);
+    assert_numbers(a->out.valve, b->out.valve, LEGS);
+    assert_numbers(a->ref, b->ref, DOFS);
+    assert_same(a, b, in.flags), assert_same(a, b, phase), assert_same(a, b, test), assert_same(a, b, dof);
+}
+
+static uint64_t random_bits(uint64_t *state) {
+    *state ^= *state << 13, *state ^= *state >> 7, *state ^= *state << 17;
+    return *state;
+}
+
+/* Of all sizes, but finite: most with 16 or 17 digits, some short. */
+static double random_number(uint64_t *state) {
+    uint64_t bits = random_bits(state);
+    double number;
+    memcpy(&number, &bits, sizeof number);
+    if (bits % 3 == 0) return (double)(int64_t)(bits >> 40) / 1000.0;
+    return isfinite(number) ? number : -0.0;
+}
+
+static void fill(double *numbers, int count, uint64_t *state) {
+    for (int i = 0; i < count; i++) numbers[i] = random_number(state);
+}
+
+static void fill_cycle(struct cycle *c, uint64_t *state) {
+    fill(c->in.length_m, LEGS, state), fill(c->in.p1_pa, LEGS, state), fill(c->in.p2_pa, LEGS, state);
+    fill(c->out.valve, LEGS, state), fill(c->ref, DOFS, state);
+}
+
+/* A log of hexid's own with all that can befall one: flagged and lost samples, NaN, infinity, a test stopped early, an axis tested twice. */
+static void write_log(const char *path, const struct params *params) {
+    static unsigned char buffer[BUFFER];
+    static const enum dof order[] = {DOF_X, DOF_Y, DOF_Z, DOF_PHI, DOF_THETA, DOF_PSI, DOF_X};
+    struct log_writer *w;
+    char *config = config_text(params);
+    uint64_t state = 9, seq = 100;
+    assert_int_equal(log_create(&w, path, &error), 0);
+    log_write(w, 0, CHANNEL_EVENT, buffer, event_encode(0, 0, "config", config, buffer, BUFFER), &error);
+    for (int test = 0; test < 7; test++) {
+        struct reference r;
+        struct reference_sample s;
+        struct cycle c = {.test = -1, .dof = DOF_NONE, .state = STATE_READY};
+        log_write(w, 0, CHANNEL_STATE, buffer, state_encode(&c, buffer), &error);
+        reference_test(&r, order[test], &params->tests, params->loop.period_s);
+        for (int i = 0; (s = reference_step(&r, &params->tests, params->loop.period_s), !s.done); i++, seq++) {
+            if (test == 2 && i == 400) reference_stop(&r);
+            if (i > 10 && i % 97 == 0) continue; /* lost */
+            c = (struct cycle){.seq = seq, .test = test % 6, .dof = order[test], .state = STATE_TESTING, .phase = s.phase,
+                               .test_time_s = s.test_time_s, .in.flags = i % 53 ? 0 : (uint32_t)random_bits(&state)};
+            fill_cycle(&c, &state);
+            if (i % 71 == 0) c.in.p1_pa[i % LEGS] = (double)NAN, c.in.length_m[0] = (double)INFINITY, c.out.valve[1] = -(double)INFINITY;
+            log_write(w, 0, CHANNEL_STATE, buffer, state_encode(&c, buffer), &error);
+        }
+    }
+    assert_int_equal(log_close(w, &error), 0);
+    free(config);
+}
+
+static struct params short_tests(double period_s) {
+    struct params p;
+    config_default(&p);
+    p.tests.settle_s = 0.2, p.tests.ramp_s = 0.3, p.tests.duration_s = 1.0, p.tests.ramp_out_s = 0.2;
+    p.loop.period_s = period_s;
+    p.sim.substeps = (int)ceil(period_s / 0.25e-3 - 1e-9);
+    return p;
+}
+
+static void log_to_csv_to_log_keeps_what_identification_reads(void **unused) {
+    (void)unused;
+    static const double periods[] = {0.002, 0.001, 1.0 / 300, 0.0037};
+    for (int i = 0; i < 4; i++) {
+        struct params params = short_tests(periods[i]);
+        empty(NULL);
+        write_log(log_a, &params);
+        if (csv_export(log_a, out, &report, &error)) fail_msg("%s", error.text);
+        assert_int_equal(report.files, 7);
+        assert_true(report.lost > 0 && !report.cut && report.unreadable == 0);
+        if (csv_import(out, log_b, NULL, &report, &error)) fail_msg("%s", error.text);
+        struct recording *a = load(log_a), *b = load(log_b);
+        assert_true(a->count > 1000 && report.rows == a->count && report.files == 7);
+        assert_int_equal(b->count, a->count);
+        for (int k = 0; k < a->count; k++) assert_equal_cycles(&b->cycle[k], &a->cycle[k]);
+        char *before = config_text(&a->params), *after = config_text(&b->params);
+        assert_string_equal(after, before);
+        free(before), free(after);
+    }
+}
+
+/* The values as this test wrote them, not as some reader read them. */
+static void csv_to_log_to_csv_gives_the_same_values(void **unused) {
+    (void)unused;
+    enum { ROWS = 2000 };
+    static struct cycle original[ROWS];
+    static char path[2 * PATHS];
+    uint64_t state = 4;
+    empty(NULL);
+    snprintf(path, sizeof path, "%s/1_theta.csv", in);
+    FILE *f = fopen(path, "w");
+    fprintf(f, "# dof: theta\n# rate_hz: 500\nt_s");
+    for (int i = 1; i < CSV_FLAGS_COLUMN; i++) fprintf(f, ",%s", csv_columns[i].name);
+    for (int i = 0; i < ROWS; i++) {
+        struct cycle *c = &original[i];
+        fill_cycle(c, &state);
+        c->test_time_s = i * 0.002 + 1e-5 * (double)(random_bits(&state) % 100) / 3.0; /* a clock with a third of a millisecond's noise */
+        c->test = DOF_THETA, c->dof = DOF_THETA;
+        c->phase = llround(c->test_time_s / 0.002) < 500 ? PHASE_RAMP_IN : PHASE_EVALUATE;
+        for (int k = 0; k < CSV_FLAGS_COLUMN; k++)
+            fprintf(f, "%s%.*g", k ? "," : "\n", 17 + i % 4, *(const double *)((const char *)c + csv_columns[k].offset));
+    }
+    fclose(f);
+    assert_imports();
+    struct recording *r = load(log_a);
+    assert_int_equal(r->count, ROWS);
+    for (int i = 0; i < ROWS; i++) assert_equal_cycles(&r->cycle[i], &original[i]);
+
+    assert_int_equal(csv_export(log_a, out, &report, &error), 0);
+    snprintf(path, sizeof path, "%s/1_theta.csv", out);
+    f = fopen(path, "r");
+    static char line[20000];
+    int row = 0;
+    while (fgets(line, sizeof line, f)) {
+        char *cell = line;
+        if (*line == '#' || *line == 't') continue;
+        for (int k = 0; k < CSV_FLAGS_COLUMN; k++, cell++) {
+            double value = strtod(cell, &cell);
+            assert_numbers(&value, (const double *)((const char *)&original[row] + csv_columns[k].offset), 1);
+            assert_int_equal(*cell, ',');
+        }
+        row++;
+    }
+    fclose(f);
+    assert_int_equal(row, ROWS);
+}
+
+static void numbers_are_read_as_strtod_reads_them(void **unused) {
+    (void)unused;
+    static const char *const fixed[] = {"0", "-0", "1", "-1.5", ".5", "-.5", "5.", "999999999999999", "9999999999999999", "0.000000000000001",
+                                        "123456789012345.6", "12345678.1234567", "1e22", "1E-3", "-2.5e+7", "+3", " 4 ", "00012.50", "1e400",
+                                        "4.9e-324", "0.1", "9007199254740993", "900719925474099.3", "inf", "-inf"};
+    enum { FIXED = sizeof fixed / sizeof *fixed, ROWS = 20000 };
+    static double expected[ROWS];
+    static char text[64 * ROWS];
+    struct csv_reader *r;
+    struct cycle c;
+    uint64_t state = 6;
+    int used = sprintf(text, "# dof: none\nt_s,u1\n");
+    for (int i = 0; i < ROWS; i++) {
+        char number[48];
+        uint64_t bits = random_bits(&state);
+        if (i < FIXED) snprintf(number, sizeof number, "%s", fixed[i]);
+        else if (i % 2) snprintf(number, sizeof number, "%s%llu.%0*llu", bits % 2 ? "-" : "", (unsigned long long)(bits >> 20) % 1000000,
+                                 1 + (int)(bits % 9), (unsigned long long)(bits >> 40) % 10);
+        else snprintf(number, sizeof number, "%.*g", 1 + (int)(bits >> 5) % 17, (double)(int64_t)bits / (double)(1 + bits % 1000));
+        expected[i] = strtod(number, NULL);
+        used += sprintf(text + used, "%d,%s\n", i, number);
+    }
+    empty(NULL);
+    put("1.csv", text);
+    char path[2 * PATHS];
+    snprintf(path, sizeof path, "%s/1.csv", in);
+    assert_int_equal(csv_open(&r, path, &error), 0);
+    for (int i = 0; i < ROWS; i++) {
+        assert_int_equal(csv_read_row(r, &c, &error), 1);
+        assert_memory_equal(&c.out.valve[0], &expected[i], sizeof expected[i]);
+    }
+    assert_int_equal(csv_read_row(r, &c, &error), 0);
+    csv_close(r);
+}
+
+/* Without the column `phase`: the boundaries are those of the reference, tick for tick. */
+static void phases_follow_from_time(void **unused) {
+    (void)unused;
+    static const double periods[] = {0.002, 0.001, 1.0 / 300, 0.0037};
+    static const double ramps[] = {0.3, 0.0, 0.1, 1.0 / 3};
+    static char text[BUFFER];
+    for (int i = 0; i < 16; i++) {
+        struct params p = short_tests(periods[i / 4]);
+        struct reference r;
+        struct reference_sample s;
+        static enum phase expected[CYCLES_MAX];
+        int used, count = 0;
+        p.tests.ramp_s = ramps[i % 4];
+        empty(NULL);
+        used = sprintf(text, "# dof: z\n# rate_hz: %.12g\n# ramp_s: %.17g\n# duration_s: 1\nt_s,u1\n", 1.0 / p.loop.period_s, p.tests.ramp_s);
+        reference_test(&r, DOF_Z, &p.tests, p.loop.period_s);
+        while (s = reference_step(&r, &p.tests, p.loop.period_s), !s.done) {
+            expected[count++] = s.phase;
+            used += sprintf(text + used, "%.17g,0\n", s.test_time_s);
+        }
+        put("1_z.csv", text);
+        assert_imports();
+        struct recording *b = load(log_a);
+        assert_int_equal(b->count, count);
+        for (int k = 0; k < count; k++) assert_int_equal(b->cycle[k].phase, expected[k]);
+    }
+}
+
+/* rows of t_s from `from` on, by 2 ms, and one column. */
+static const char *file_of(const char *head, double from_s, int rows) {
+    static char text[BUFFER];
+    int used = sprintf(text, "%st_s,u1\n", head);
+    for (int i = 0; i < rows; i++) used += sprintf(text + used, "%.12g,%d\n", from_s + 0.002 * i, i);
+    return text;
+}
+
+static void heads_replace_the_configuration(void **unused) {
+    (void)unused;
+    empty(NULL);
+    put("1_psi.csv", file_of("# dof: psi\n# frequency_hz: 2.5\n# amplitude: 0.01\n# ramp_s: 0.5\n# settle_s: 0\n", 0.0, 1500));
+    put("2_y.csv", file_of("# dof: y\n# frequency_hz: 2.5\n# amplitude: 0.003\n", 0.0, 1400));
+    assert_imports();
+    const struct test_params *t = &load(log_a)->params.tests;
+    assert_true(t->frequency_hz == 2.5 && t->amplitude_rad == 0.01 && t->amplitude_m == 0.003 && t->ramp_s == 0.5 && t->settle_s == 0.0);
+    assert_float_equal(t->duration_s, 2.3, 1e-9); /* all that follows the ramp, of the shorter file: 1400 * 2 ms - 0.5 s */
+    assert_true(t->count == 6 && t->order[5] == DOF_PSI);
+    assert_true(load(log_a)->cycle[0].test == 5 && load(log_a)->cycle[1500].test == 1);
+}
+
+static void files_that_disagree_are_refused(void **unused) {
+    (void)unused;
+    empty(NULL);
+    put("1_x.csv", file_of("# dof: x\n# amplitude: 0.004\n# frequency_hz: 4\n", 0, 2000));
+    put("2_phi.csv", file_of("# dof: phi\n# amplitude: 0.006\n# frequency_hz: 4\n", 0, 2000));
+    assert_imports(); /* metres and radians are two things */
+    put("10_y.csv", file_of("# dof: y\n# amplitude: 0.005\n", 0, 2000));
+    assert_int_equal(import(), STATUS_USAGE);
+    assert_says("10_y.csv:2|amplitude: 0.005|1_x.csv has 0.004");
+}
+
+static void another_rate_makes_another_period(void **unused) {
+    (void)unused;
+    char text[BUFFER];
+    int used = sprintf(text, "# dof: x\n# rate_hz: 200\nt_s,u1\n");
+    for (int i = 0; i < 600; i++) used += sprintf(text + used, "%.10g,0\n", 0.005 * i);
+    empty(NULL);
+    put("1_x.csv", text);
+    assert_imports();
+    const struct params *p = &load(log_a)->params;
+    assert_true(p->loop.period_s == 0.005 && p->sim.substeps == 20);
+    assert_int_equal(load(log_a)->cycle[599].in.time_ns, 599 * 5000000LL);
+}
+
+/* What no header says comes from the directory's configuration, else from the one given. */
+static void the_configuration_beside_the_files_is_used(void **unused) {
+    (void)unused;
+    empty(NULL);
+    put("1_x.csv", file_of("# dof: x\n", 0, 2000));
+    if (csv_import(in, log_a, "payload: {mass_kg: 200}\n", &report, &error)) fail_msg("%s", error.text);
+    assert_true(load(log_a)->params.payload.mass_kg == 200.0);
+    put("config.yaml", "payload:\n  mass_kg: 150\n");
+    if (csv_import(in, log_a, "payload: {mass_kg: 200}\n", &report, &error)) fail_msg("%s", error.text);
+    assert_true(load(log_a)->params.payload.mass_kg == 150.0);
+    put("config.yaml", "payload:\n  mass: 150\n");
+    assert_int_equal(import(), STATUS_USAGE);
+    assert_says("config.yaml:2|payload.mass");
+}
+
+static void other_programs_files_are_read(void **unused) {
+    (void)unused;
+    char text[BUFFER];
+    int used = sprintf(text, "\xef\xbb\xbf# recorded by hand\r\n# dof: x\r\n#rate_hz : 500\r\n# operator: Ann\r\n\r\n\"t_s\", \"l2_m\" ,p1_3_pa,temperature\r\n");
+    for (int i = 0; i < 1000; i++) used += sprintf(text + used, "%.10g, 1.83 ,%s,warm, very\r\n", 0.002 * i, i % 2 ? "" : "nan");
+    sprintf(text + used, "\r\n");
+    empty(NULL);
+    put("1_x.csv", text);
+    assert_int_equal(import(), STATUS_USAGE); /* a comma too many */
+    assert_says("1_x.csv:7|5 cells|line 6 names 4");
+    for (char *comma; (comma = strstr(text, "warm, very"));) memcpy(comma, "warm; very", 10);
+    put("1_x.csv", text);
+    assert_imports();
+    const struct cycle *c = &load(log_a)->cycle[999];
+    assert_true(c->in.length_m[1] == 1.83 && isnan(c->in.length_m[0]) && isnan(c->in.p1_pa[2]) && isnan(c->ref[0]) && isnan(c->out.valve[5]));
+    assert_int_equal(c->in.flags, 0);
+    assert_string_equal(report.missing, "1_x.csv: ref_x_m..ref_psi_rad l1_m l3_m l4_m l5_m l6_m p1_1_pa p1_2_pa p1_4_pa p1_5_pa p1_6_pa "
+                                        "p2_1_pa..p2_6_pa u1..u6");
+    assert_string_equal(report.ignored, "1_x.csv: operator temperature");
+}
+
+static void a_recording_without_a_sinusoid_is_kept(void **unused) {
+    (void)unused;
+    empty(NULL);
+    put("1_free.csv", file_of("# dof: none\n", 5.0, 100));
+    put("2_x.csv", file_of("# dof: x\n", 0.0, 2000));
+    assert_imports();
+    const struct cycle *c = load(log_a)->cycle;
+    assert_true(c[0].test >= 0 && c[0].dof == DOF_NONE && c[0].phase == PHASE_NONE && c[0].test_time_s == 5.0 && c[99].out.valve[0] == 99);
+    assert_true(c[100].test == 0 && c[100].dof == DOF_X);
+    assert_int_equal(csv_export(log_a, out, &report, &error), 0);
+    assert_int_equal(report.files, 2);
+    assert_int_equal(report.rows, 2100);
+    char path[2 * PATHS];
+    snprintf(path, sizeof path, "%s/1_none.csv", out);
+    assert_int_equal(access(path, R_OK), 0);
+}
+
+static void rows_that_are_missing_are_counted(void **unused) {
+    (void)unused;
+    char text[BUFFER];
+    int used = sprintf(text, "# dof: x\n# rate_hz: 500\nt_s,u1\n");
+    for (int i = 0; i < 3000; i++)
+        if (i % 100 != 50) used += sprintf(text + used, "%.10g,0\n", 0.002 * i);
+    empty(NULL);
+    put("1_x.csv", text);
+    assert_imports();
+    assert_true(report.rows == 2970 && report.lost == 30);
+    const struct recording *r = load(log_a);
+    assert_int_equal(r->cycle[2969].seq - r->cycle[0].seq, 2999); /* as a gap in seq, like hexid's own */
+}
+
+/* Up to 1 % off is a matter of clocks; more is a lie, which would move the frequency. */
+static void a_rate_that_lies_is_refused(void **unused) {
+    (void)unused;
+    static const struct {
+        const char *head, *says; /* NULL: accepted */
+    } cases[] = {
+        {"# dof: x\n# rate_hz: 500\n", NULL},
+        {"# dof: x\n# rate_hz: 504\n", NULL},
+        {"# dof: x\n# rate_hz: 496\n", NULL},
+        {"# dof: x\n# rate_hz: 506\n", "1_x.csv:2|rate_hz: 506|500 Hz"},
+        {"# dof: x\n# rate_hz: 494\n", "1_x.csv:2|rate_hz: 494|500 Hz"},
+        {"# dof: x\n# rate_hz: 1000\n", "1_x.csv:2|rate_hz: 1000|500 Hz"},
+        {"# dof: x\n# rate_hz: 250\n", "1_x.csv:2|rate_hz: 250|500 Hz"},
+        {"# dof: x\n# rate_hz: 5000\n", "1_x.csv:2|rate_hz: 5000|500 Hz"},
+        {"# dof: x\n", NULL}, /* the configuration's 500 Hz */
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        empty(NULL);
+        put("1_x.csv", file_of(cases[i].head, 0, 2000));
+        int status = import();
+        if (!cases[i].says && status) fail_msg("%s", error.text);
+        if (!cases[i].says) continue;
+        assert_int_equal(status, STATUS_USAGE);
+        assert_says(cases[i].says);
+    }
+    put("config.yaml", "loop: {period_s: 0.001}\n");
+    put("1_x.csv", file_of("# dof: x\n", 0, 2000));
+    assert_int_equal(import(), STATUS_USAGE);
+    assert_says("1_x.csv:2|no rate_hz|1000 Hz|500 Hz");
+}
+
+static void what_is_wrong_is_named_with_file_line_and_column(void **unused) {
+    (void)unused;
+    static const struct {
+        const char *text, *says;
+    } cases[] = {
+        {"", "1_x.csv|dof"},
+        {"\n\n\n", "1_x.csv|dof"},
+        {"# dof: x\n", "1_x.csv:1|names of the columns"},
+        {"t_s,u1\n0,0\n", "1_x.csv:1|# dof: x"},
+        {"# dof: roll\nt_s,u1\n0,0\n", "1_x.csv:1|dof: roll|phi"},
+        {"# dof: x\n# dof: y\nt_s,u1\n0,0\n", "1_x.csv:2|twice"},
+        {"# dof: x\n# ramp_s: 1\n# ramp_s: 2\nt_s,u1\n0,0\n", "1_x.csv:3|ramp_s|twice"},
+        {"# dof: x\n# rate_hz: fast\nt_s,u1\n0,0\n", "1_x.csv:2|rate_hz: fast"},
+        {"# dof: x\n# rate_hz: 0\nt_s,u1\n0,0\n", "1_x.csv:2|rate_hz: 0"},
+        {"# dof: x\n# frequency_hz: -4\nt_s,u1\n0,0\n", "1_x.csv:2|frequency_hz: -4"},
+        {"# dof: x\n# frequency_hz: nan\nt_s,u1\n0,0\n", "1_x.csv:2|frequency_hz: nan"},
+        {"# dof: x\n# amplitude: 4 mm\nt_s,u1\n0,0\n", "1_x.csv:2|amplitude: 4 mm"},
+        {"# mechanism: axis\n# dof: x\nt_s,ref_m,position_m\n0,0,0\n", "1_x.csv:1|mechanism: axis|one-axis"},
+        {"# dof: x\nu1,u2\n0,0\n", "1_x.csv:2|t_s"},
+        {"# dof: x\nt_s;u1\n0;0\n", "1_x.csv:2|commas"},
+        {"# dof: x\nt_s,u1,u2,u1\n0,0,0,0\n", "1_x.csv:2|u1|twice"},
+        {"# dof: x\nt_s,u1\n", "1_x.csv:2|no rows"},
+        {"# dof: x\n# ramp_s: 3\nt_s,u1\n2.998,0\n", "1_x.csv:4|ramp_s|2.998"},
+        {"# dof: x\n# rate_hz: 1e-9\nt_s,u1\n0,0\n", "1_x.csv:2|rate_hz: 1e-9|10"},
+        {"# dof: x\n# duration_s: 0.01\nt_s,u1\n0,0\n", "/in|tests.duration_s"},
+        {"# dof: x\nt_s,u1\n0,0\n0.002\n", "1_x.csv:4|1 cells|2 columns"},
+        {"# dof: x\nt_s,u1\n0,0\n0.002,0,0\n", "1_x.csv:4|3 cells|2 columns"},
+        {"# dof: x\nt_s,u1\n0,0\n0.002,zero\n", "1_x.csv:4|u1|zero"},
+        {"# dof: x\nt_s,u1\n0,0\n0.002,\"0\"\n", "1_x.csv:4|u1|\"0\"|quotes"},
+        {"# dof: x\nt_s,u1\n0,0\n0.002,1.2.3\n", "1_x.csv:4|u1|1.2.3"},
+        {"# dof: x\nt_s,u1\n0,0\n0.002,--1\n", "1_x.csv:4|u1|--1"},
+        {"# dof: x\nt_s,u1\n0,0\n,0\n", "1_x.csv:4|t_s|time"},
+        {"# dof: x\nt_s,u1\nnan,0\n", "1_x.csv:3|t_s"},
+        {"# dof: x\nt_s,u1\n0,0\ninf,0\n", "1_x.csv:4|t_s"},
+        {"# dof: x\nt_s,u1\n0,0\n0.002,0\n0.002,0\n", "1_x.csv:5|t_s|increase"},
+        {"# dof: x\nt_s,u1\n0,0\n0.002,0\n0.001,0\n", "1_x.csv:5|t_s|increase"},
+        {"# dof: x\nt_s,u1\n0,0\n1e9,0\n", "1_x.csv:4|t_s|gap"},
+        {"# dof: x\nt_s,flags\n0,-1\n", "1_x.csv:3|flags|-1"},
+        {"# dof: x\nt_s,flags\n0,4294967296\n", "1_x.csv:3|flags"},
+        {"# dof: x\nt_s,phase\n0,5\n", "1_x.csv:3|phase|5"},
+        {"# dof: x\nt_s,phase\n0,2.5\n", "1_x.csv:3|phase|2.5"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        empty(NULL);
+        put("1_x.csv", cases[i].text);
+        if (import() != STATUS_USAGE) fail_msg("accepted: %s", cases[i].text);
+        assert_says(cases[i].says);
+        assert_int_not_equal(access(log_a, F_OK), 0); /* no log was begun */
+    }
+}
+
+static void lines_without_an_end_are_refused(void **unused) {
+    (void)unused;
+    static char text[20000];
+    int used = sprintf(text, "# dof: x\nt_s,u1\n0,0\n");
+    memset(text + used, '1', sizeof text - (size_t)used - 1);
+    empty(NULL);
+    put("1_x.csv", text);
+    assert_int_equal(import(), STATUS_USAGE);
+    assert_says("1_x.csv:4|bytes");
+    static const char zeros[] = "# dof: x\nt_s,u1\n0,0\n0.002,\0 0\n0.004,0\n";
+    put_bytes("1_x.csv", zeros, sizeof zeros - 1);
+    assert_int_equal(import(), STATUS_USAGE);
+    assert_says("1_x.csv:4|zero byte");
+    used = sprintf(text, "# dof: x\nt_s");
+    for (int i = 0; i < 200; i++) used += sprintf(text + used, ",c%d", i);
+    put("1_x.csv", text);
+    assert_int_equal(import(), STATUS_USAGE);
+    assert_says("1_x.csv:2|columns");
+}
+
+/* Any bytes at all may come; sanitizers watch. What is accepted makes a log that can be read. */
+static void damaged_files_are_survived(void **unused) {
+    (void)unused;
+    static const char characters[] = "0123456789.,-+e#:; \t\"\n\r\x00\xff" "naifx";
+    static char text[BUFFER];
+    uint64_t state = 11;
+    int accepted = 0;
+    empty(NULL);
+    for (int round = 0; round < 400; round++) {
+        int size = sprintf(text, "%s", file_of("# dof: x\n# rate_hz: 500\n# amplitude: 0.004\n# duration_s: 1\n", -0.1, 150));
+        for (int i = 0; i < 1 + round % 3; i++) {
+            uint64_t bits = random_bits(&state);
+            text[(bits >> 20) % (i ? (uint64_t)size : 120)] = characters[bits % (sizeof characters - 1)];
+        }
+        put_bytes("1_x.csv", text, (size_t)size);
+        if (import()) assert_says(root); /* the file, or what the heads made of the configuration */
+        else accepted++, assert_true(load(log_a)->count > 0);
+    }
+    assert_true(accepted > 10 && accepted < 390); /* else this tested nothing */
+}
+
+static void directories_and_logs_that_cannot_be_are_named(void **unused) {
+    (void)unused;
+    empty(NULL);
+    assert_int_equal(import(), STATUS_USAGE);
+    assert_says("/in|no CSV file");
+    assert_int_equal(csv_import("/nowhere", log_a, NULL, &report, &error), STATUS_IO);
+    assert_says("/nowhere|No such file");
+    put("1_x.csv", file_of("# dof: x\n", 0, 2000));
+    assert_int_equal(csv_import(in, "/dev/full", NULL, &report, &error), STATUS_IO);
+    assert_says("/dev/full|No space left");
+    assert_int_equal(csv_import(in, "/nowhere/a.lcm", NULL, &report, &error), STATUS_IO);
+    assert_says("/nowhere/a.lcm|No such file");
+    assert_imports();
+    assert_int_equal(csv_export(log_a, in, &report, &error), STATUS_IO);
+    assert_says("/in|CSV files already");
+    assert_int_equal(csv_export(log_a, "/nowhere/out", &report, &error), STATUS_IO);
+    assert_says("/nowhere/out|No such file");
+    assert_int_equal(csv_export("/nowhere/a.lcm", out, &report, &error), STATUS_IO);
+    assert_says("/nowhere/a.lcm|No such file");
+    empty(NULL);
+    put("config.yaml", "# mine\n");
+    put("../only.lcm", "");
+    char only[2 * PATHS];
+    snprintf(only, sizeof only, "%s/only.lcm", root);
+    assert_int_equal(csv_export(only, out, &report, &error), STATUS_IO);
+    assert_says("only.lcm|no test");
+    struct params params = short_tests(0.002);
+    write_log(log_a, &params);
+    assert_int_equal(csv_export(log_a, in, &report, &error), STATUS_IO); /* nobody's configuration is overwritten */
+    assert_says("config.yaml|File exists");
+}
+
+static void a_cut_log_is_exported_up_to_the_cut(void **unused) {
+    (void)unused;
+    struct params params = short_tests(0.002);
+    struct stat whole;
+    empty(NULL);
+    write_log(log_a, &params);
+    stat(log_a, &whole);
+    assert_int_equal(truncate(log_a, whole.st_size / 2), 0);
+    assert_int_equal(csv_export(log_a, out, &report, &error), 0);
+    assert_true(report.cut && report.cut_offset <= whole.st_size / 2 && report.files >= 3 && report.files < 7);
+    if (csv_import(out, log_b, NULL, &report, &error)) fail_msg("%s", error.text);
+    assert_int_equal(load(log_b)->count, load(log_a)->count);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(log_to_csv_to_log_keeps_what_identification_reads),
+        cmocka_unit_test(csv_to_log_to_csv_gives_the_same_values),
+        cmocka_unit_test(numbers_are_read_as_strtod_reads_them),
+        cmocka_unit_test(phases_follow_from_time),
+        cmocka_unit_test(heads_replace_the_configuration),
+        cmocka_unit_test(files_that_disagree_are_refused),
+        cmocka_unit_test(another_rate_makes_another_period),
+        cmocka_unit_test(the_configuration_beside_the_files_is_used),
+        cmocka_unit_test(other_programs_files_are_read),
+        cmocka_unit_test(a_recording_without_a_sinusoid_is_kept),
+        cmocka_unit_test(rows_that_are_missing_are_counted),
+        cmocka_unit_test(a_rate_that_lies_is_refused),
+        cmocka_unit_test(what_is_wrong_is_named_with_file_line_and_column),
+        cmocka_unit_test(lines_without_an_end_are_refused),
+        cmocka_unit_test(damaged_files_are_survived),
+        cmocka_unit_test(directories_and_logs_that_cannot_be_are_named),
+        cmocka_unit_test(a_cut_log_is_exported_up_to_the_cut),
+    };
+    return cmocka_run_group_tests(tests, set_up, tear_down);
+}

@@ -1,0 +1,240 @@
+/* Geometry, valve, chambers, end stops: against the equations of cylinder.h and against what no hydraulic cylinder can do. */
+#include "support.h"
+
+#include "cylinder.h"
+#include "engine.h"
+#include "units.h"
+
+static const double MID_M = 1.8310;
+static const double SUBSTEP_S = 2.5e-4;
+static const double VACUUM_PA = -101325.0;
+
+static struct params params;
+static struct cylinder_model model;
+
+static int defaults(void **unused) {
+    (void)unused;
+    config_default(&params);
+    cylinder_model_init(&model, &params);
+    return 0;
+}
+
+static double volume1(double length_m) { return params.hydraulics.dead_volume_m3 + model.a1_m2 * (length_m - model.length_min_m); }
+static double volume2(double length_m) { return params.hydraulics.dead_volume_m3 + model.a2_m2 * (model.length_max_m - length_m); }
+
+/* Flow into a chamber, from its pressure rate. */
+static double flow(double pressure_rate, double volume_m3) { return pressure_rate * volume_m3 / params.hydraulics.bulk_modulus_pa; }
+
+static struct cylinder_state combine(const struct cylinder_state *s, double h, const struct cylinder_state *rate) {
+    return (struct cylinder_state){s->p1_pa + h * rate->p1_pa, s->p2_pa + h * rate->p2_pa, s->spool + h * rate->spool,
+                                   s->spool_rate + h * rate->spool_rate};
+}
+
+static void rk4(struct cylinder_state *s, double h, double length_m, double rate_mps, double valve) {
+    struct cylinder_state k1 = cylinder_derivative(&model, s, length_m, rate_mps, valve), at = combine(s, h / 2, &k1);
+    struct cylinder_state k2 = cylinder_derivative(&model, &at, length_m, rate_mps, valve);
+    at = combine(s, h / 2, &k2);
+    struct cylinder_state k3 = cylinder_derivative(&model, &at, length_m, rate_mps, valve);
+    at = combine(s, h, &k3);
+    struct cylinder_state k4 = cylinder_derivative(&model, &at, length_m, rate_mps, valve);
+    *s = combine(s, h / 6, &k1);
+    *s = combine(s, h / 3, &k2);
+    *s = combine(s, h / 3, &k3);
+    *s = combine(s, h / 6, &k4);
+    cylinder_limit(s);
+}
+
+static void every_neutral_leg_has_the_same_length(void **unused) {
+    (void)unused;
+    struct sim_geometry g;
+    sim_geometry_init(&g, &params);
+    for (int k = 0; k < LEGS; k++) {
+        double x = g.upper[k][0] - g.lower[k][0], y = g.upper[k][1] - g.lower[k][1], z = g.upper[k][2] - g.lower[k][2];
+        assert_close(sqrt(x * x + y * y + z * z), g.neutral_length_m, 1e-14);
+        assert_true(z < 0.0); /* z is down: the platform is above */
+    }
+    assert_close(g.neutral_length_m, MID_M, 5e-5); /* as printed in method.md section 1 */
+}
+
+static void joints_lie_at_the_angles_of_the_paper(void **unused) {
+    (void)unused;
+    struct sim_geometry g;
+    sim_geometry_init(&g, &params);
+    double a = params.geometry.upper_half_angle_rad, b = params.geometry.lower_half_angle_rad, third = 2 * PI / 3;
+    double upper[LEGS] = {-a, a, third - a, third + a, 2 * third - a, 2 * third + a};
+    double lower[LEGS] = {-PI / 3 + b, PI / 3 - b, PI / 3 + b, PI - b, PI + b, 5 * PI / 3 - b};
+    assert_below(distance(g.upper_angle, upper, LEGS), 1e-14);
+    assert_below(distance(g.lower_angle, lower, LEGS), 1e-14);
+}
+
+static void neutral_is_at_mid_stroke(void **unused) {
+    (void)unused;
+    struct sim_geometry g;
+    sim_geometry_init(&g, &params);
+    assert_close(0.5 * (model.length_min_m + model.length_max_m), g.neutral_length_m, 1e-14);
+    assert_close(model.length_max_m - model.length_min_m, params.actuator.stroke_m, 1e-14);
+}
+
+static void rated_drop_gives_rated_flow_either_way(void **unused) {
+    (void)unused;
+    const struct hydraulics_params *h = &params.hydraulics;
+    double half = h->supply_pa - h->valve_drop_pa; /* drops: 5 MPa from the supply, 5 MPa to the tank; no leakage between equals */
+    assert_close(half - h->tank_pa, h->valve_drop_pa, 1e-9);
+    for (int sign = -1; sign <= 1; sign += 2) {
+        struct cylinder_state s = {.p1_pa = half, .p2_pa = half, .spool = sign};
+        struct cylinder_state rate = cylinder_derivative(&model, &s, MID_M, 0.0, sign);
+        assert_close(flow(rate.p1_pa, volume1(MID_M)), sign * h->valve_flow_m3_per_s, 1e-15);
+        assert_close(flow(rate.p2_pa, volume2(MID_M)), -sign * h->valve_flow_m3_per_s, 1e-15);
+    }
+}
+
+static void flow_follows_the_root_exactly_down_to_10_kpa(void **unused) {
+    (void)unused;
+    const struct hydraulics_params *h = &params.hydraulics;
+    for (double drop = 1.0001e4; drop < 9e6; drop *= 1.7) {
+        struct cylinder_state s = {.p1_pa = h->supply_pa - drop, .p2_pa = h->supply_pa - drop, .spool = 0.1};
+        double q = flow(cylinder_derivative(&model, &s, MID_M, 0.0, 0.1).p1_pa, volume1(MID_M));
+        assert_close(q / (0.1 * h->valve_flow_m3_per_s * sqrt(drop / h->valve_drop_pa)), 1.0, 1e-9); /* rounding of supply - drop */
+    }
+}
+
+static void flow_through_zero_drop_is_odd_monotonic_and_smooth(void **unused) {
+    (void)unused;
+    const double supply = params.hydraulics.supply_pa, step = 10.0;
+    double last = 0.0, last_slope = 0.0;
+    for (double drop = -3e4; drop < 3e4; drop += step) {
+        struct cylinder_state s = {.p1_pa = supply - drop, .p2_pa = supply - drop, .spool = 0.1};
+        struct cylinder_state mirror = {.p1_pa = supply + drop, .p2_pa = supply + drop, .spool = 0.1};
+        double q = cylinder_derivative(&model, &s, MID_M, 0.0, 0.1).p1_pa;
+        assert_close(q + cylinder_derivative(&model, &mirror, MID_M, 0.0, 0.1).p1_pa, 0.0, 1e-9 * 1e8);
+        double slope = (q - last) / step;
+        if (drop > -3e4) assert_true(slope > 0.0);
+        if (drop > -3e4 + 2 * step) assert_close(slope / last_slope, 1.0, 5e-3); /* step 1e-3 of the laminar limit, curvature below 3 */
+        last = q, last_slope = slope;
+    }
+}
+
+static void a_closed_chamber_keeps_its_oil(void **unused) {
+    (void)unused;
+    uint64_t seed = 1;
+    for (int n = 0; n < 1000; n++) {
+        double length = MID_M + 0.4 * random_unit(&seed), speed = random_unit(&seed);
+        struct cylinder_state s = {.p1_pa = 5e6, .p2_pa = 5e6};
+        struct cylinder_state rate = cylinder_derivative(&model, &s, length, speed, 0.0);
+        assert_close(flow(rate.p1_pa, volume1(length)), -model.a1_m2 * speed, 1e-15);
+        assert_close(flow(rate.p2_pa, volume2(length)), model.a2_m2 * speed, 1e-15);
+    }
+}
+
+static void leakage_takes_from_one_chamber_what_it_gives_the_other(void **unused) {
+    (void)unused;
+    struct cylinder_state s = {.p1_pa = 7e6, .p2_pa = 4e6};
+    struct cylinder_state rate = cylinder_derivative(&model, &s, MID_M, 0.0, 0.0);
+    double leakage = params.hydraulics.leakage_m3_per_s_pa * 3e6;
+    assert_close(flow(rate.p1_pa, volume1(MID_M)), -leakage, 1e-15);
+    assert_close(flow(rate.p2_pa, volume2(MID_M)), leakage, 1e-15);
+}
+
+static void spool_steps_like_a_second_order_system(void **unused) {
+    (void)unused;
+    double w = 2 * PI * params.hydraulics.valve_frequency_hz, z = params.hydraulics.valve_damping, wd = w * sqrt(1 - z * z);
+    struct cylinder_state s = {.p1_pa = 5e6, .p2_pa = 5e6};
+    for (int i = 1; i <= 80; i++) {
+        double t = i * SUBSTEP_S;
+        rk4(&s, SUBSTEP_S, MID_M, 0.0, 0.5);
+        double exact = 0.5 * (1 - exp(-z * w * t) * (cos(wd * t) + z * w / wd * sin(wd * t)));
+        assert_close(s.spool, exact, 2e-5); /* RK4: (w h)^5/120 a step, some 10 steps a time constant */
+    }
+}
+
+static void spool_stops_at_full_opening(void **unused) {
+    (void)unused;
+    struct cylinder_state s = {.p1_pa = 5e6, .p2_pa = 5e6};
+    for (int i = 0; i < 400; i++) {
+        rk4(&s, SUBSTEP_S, MID_M, 0.0, 1.0);
+        assert_true(fabs(s.spool) <= 1.0);
+    }
+    assert_close(s.spool, 1.0, 1e-12);
+    for (int i = 0; i < 400; i++) rk4(&s, SUBSTEP_S, MID_M, 0.0, -1.0);
+    assert_close(s.spool, -1.0, 1e-12);
+    struct cylinder_state beyond = {.spool = 1.01, .spool_rate = -3.0};
+    cylinder_limit(&beyond);
+    assert_true(beyond.spool == 1.0 && beyond.spool_rate == -3.0); /* it may leave the stop */
+}
+
+static void a_chamber_torn_open_stays_above_vacuum_and_recovers(void **unused) {
+    (void)unused;
+    for (double speed = 0.05; speed <= 1.0; speed *= 1.5) {
+        struct cylinder_state s = {.p1_pa = 1e6, .p2_pa = 1e6};
+        double length = MID_M - 0.15, lowest = 0.0;
+        while (length < MID_M + 0.15) {
+            rk4(&s, SUBSTEP_S, length, speed, 0.0);
+            length += speed * SUBSTEP_S;
+            lowest = fmin(lowest, s.p1_pa);
+        }
+        assert_true(lowest < 0.0); /* it did cavitate */
+        assert_true(lowest >= VACUUM_PA);
+        s.p2_pa = 0.0;
+        for (int i = 0; i < 80; i++) rk4(&s, SUBSTEP_S, length, 0.0, 0.0);
+        assert_close(s.p1_pa, 0.0, 10.0); /* 20 ms: many times the make-up's 1 ms */
+    }
+}
+
+/* The stiffest corner: dead volume only, valve wide open. Time constant of the bare orifice: 11 us. */
+static void a_small_chamber_fills_without_ringing_even_under_euler(void **unused) {
+    (void)unused;
+    const double supply = params.hydraulics.supply_pa;
+    struct cylinder_state s = {.p1_pa = 0.0, .p2_pa = 0.0, .spool = 1.0};
+    double gap = supply;
+    for (int i = 0; i < 400; i++) {
+        struct cylinder_state rate = cylinder_derivative(&model, &s, model.length_min_m, 0.0, 1.0);
+        s.p1_pa += SUBSTEP_S * rate.p1_pa;
+        s.p2_pa = s.p1_pa; /* no leakage */
+        if (i > 4) assert_true(fabs(supply - s.p1_pa) <= gap); /* the first steps leap over */
+        gap = fabs(supply - s.p1_pa);
+    }
+    assert_below(gap, 1e-9 * supply);
+}
+
+static void end_stops_push_and_never_pull(void **unused) {
+    (void)unused;
+    uint64_t seed = 2;
+    for (int n = 0; n < 10000; n++) {
+        double depth = 1e-3 * random_unit(&seed), speed = random_unit(&seed);
+        double low = cylinder_stop_force(&model, model.length_min_m - depth, speed);
+        double high = cylinder_stop_force(&model, model.length_max_m + depth, speed);
+        assert_true(low >= 0.0 && high <= 0.0);
+        if (depth <= 0.0) assert_true(low == 0.0 && high == 0.0);
+    }
+    double stiffness = params.hydraulics.stop_stiffness_n_per_m;
+    assert_close(cylinder_stop_force(&model, model.length_min_m - 1e-3, 0.0), 1e-3 * stiffness, 1e-6);
+    assert_close(cylinder_stop_force(&model, model.length_max_m + 1e-3, 0.0), -1e-3 * stiffness, 1e-6);
+}
+
+static void force_is_that_of_the_two_areas(void **unused) {
+    (void)unused;
+    double bore = params.actuator.piston_diameter_m, rod = params.actuator.rod_diameter_m;
+    struct cylinder_state push = {.p1_pa = 1e6}, pull = {.p2_pa = 1e6};
+    assert_close(cylinder_hydraulic_force(&model, &push), PI / 4 * bore * bore * 1e6, 1e-9);
+    assert_close(cylinder_hydraulic_force(&model, &pull), -PI / 4 * (bore * bore - rod * rod) * 1e6, 1e-9);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_neutral_leg_has_the_same_length),
+        cmocka_unit_test(joints_lie_at_the_angles_of_the_paper),
+        cmocka_unit_test(neutral_is_at_mid_stroke),
+        cmocka_unit_test(rated_drop_gives_rated_flow_either_way),
+        cmocka_unit_test(flow_follows_the_root_exactly_down_to_10_kpa),
+        cmocka_unit_test(flow_through_zero_drop_is_odd_monotonic_and_smooth),
+        cmocka_unit_test(a_closed_chamber_keeps_its_oil),
+        cmocka_unit_test(leakage_takes_from_one_chamber_what_it_gives_the_other),
+        cmocka_unit_test(spool_steps_like_a_second_order_system),
+        cmocka_unit_test(spool_stops_at_full_opening),
+        cmocka_unit_test(a_chamber_torn_open_stays_above_vacuum_and_recovers),
+        cmocka_unit_test(a_small_chamber_fills_without_ringing_even_under_euler),
+        cmocka_unit_test(end_stops_push_and_never_pull),
+        cmocka_unit_test(force_is_that_of_the_two_areas),
+    };
+    return cmocka_run_group_tests(tests, defaults, NULL);
+}

@@ -1,0 +1,173 @@
+/* The catalogue of effects: what holds for every entry, and the law of each. */
+#include "support.h"
+
+#include <dirent.h>
+
+#include "cylinder.h"
+#include "effect.h"
+
+static int key_count(const struct effect *e) {
+    int count = 0;
+    while (count < EFFECT_KEYS && e->keys[count].name) count++;
+    return count;
+}
+
+static struct params with(const char *name, const double *values) {
+    struct params params;
+    config_default(&params);
+    int place = effect_find(name);
+    assert_true(place >= 0);
+    params.effects[place].on = true;
+    for (int k = 0; k < key_count(effect_table[place]); k++)
+        for (int leg = 0; leg < LEGS; leg++) params.effects[place].value[k][leg] = values[k];
+    return params;
+}
+
+static struct leg_motion some_motion(uint64_t *seed) {
+    double rate = random_unit(seed);
+    return (struct leg_motion){.direction = rate < 0.0 ? -1 : 1, .speed_mps = fabs(rate), .p1_pa = 1e7 * fabs(random_unit(seed)),
+                               .p2_pa = 1e7 * fabs(random_unit(seed))};
+}
+
+static void every_effect_says_what_it_is(void **unused) {
+    (void)unused;
+    for (int i = 0; effect_table[i]; i++) {
+        const struct effect *e = effect_table[i];
+        assert_true(i < EFFECTS_MAX);
+        assert_int_equal(effect_find(e->name), i); /* so names are unique, too */
+        assert_true(strlen(e->law) > 0 && strlen(e->signature) > 0);
+        assert_true(key_count(e) > 0);
+        for (int k = 0; k < key_count(e); k++) {
+            assert_non_null(e->keys[k].unit);
+            assert_true(e->keys[k].min <= e->keys[k].neutral && e->keys[k].neutral <= e->keys[k].max);
+        }
+    }
+    assert_int_equal(effect_find("cylinder_coulomb"), -1);
+    assert_int_equal(effect_find(""), -1);
+}
+
+static void every_effect_file_is_in_the_table(void **unused) {
+    (void)unused;
+    DIR *folder = opendir("sim/effects");
+    if (!folder) skip();
+    for (struct dirent *file; (file = readdir(folder));) {
+        char name[256] = "";
+        size_t length = strlen(file->d_name);
+        if (length < 2 || strcmp(file->d_name + length - 2, ".c") != 0 || strcmp(file->d_name, "effects.c") == 0) continue;
+        memcpy(name, file->d_name, length - 2);
+        if (effect_find(name) < 0) fail_msg("sim/effects/%s.c defines no effect of that name in the table", name);
+    }
+    closedir(folder);
+}
+
+static void neutral_values_add_nothing(void **unused) {
+    (void)unused;
+    uint64_t seed = 1;
+    for (int i = 0; effect_table[i]; i++) {
+        const struct effect *e = effect_table[i];
+        struct effect_values v = {.on = true};
+        for (int k = 0; k < key_count(e); k++)
+            for (int leg = 0; leg < LEGS; leg++) v.value[k][leg] = e->keys[k].neutral;
+        for (int n = 0; n < 100; n++) {
+            struct friction add = {0};
+            struct leg_motion motion = some_motion(&seed);
+            if (e->leg_friction) e->leg_friction(&v, n % LEGS, &motion, &add);
+            if (e->joint_friction) e->joint_friction(&v, n % LEGS, motion.speed_mps, &add);
+            assert_true(add.dry == 0.0 && add.viscous == 0.0);
+        }
+    }
+}
+
+static void friction_resists_and_its_viscous_part_vanishes_at_rest(void **unused) {
+    (void)unused;
+    uint64_t seed = 2;
+    for (int i = 0; effect_table[i]; i++) {
+        const struct effect *e = effect_table[i];
+        for (int n = 0; n < 1000; n++) {
+            struct effect_values v = {.on = true};
+            struct friction moving = {0}, resting = {0};
+            struct leg_motion motion = some_motion(&seed), rest = motion;
+            int leg = n % LEGS;
+            rest.speed_mps = 0.0;
+            for (int k = 0; k < key_count(e); k++)
+                v.value[k][leg] = e->keys[k].min + (e->keys[k].max - e->keys[k].min) * fabs(random_unit(&seed));
+            if (e->leg_friction) e->leg_friction(&v, leg, &motion, &moving), e->leg_friction(&v, leg, &rest, &resting);
+            if (e->joint_friction) e->joint_friction(&v, leg, motion.speed_mps, &moving), e->joint_friction(&v, leg, 0.0, &resting);
+            assert_true(moving.dry >= 0.0 && moving.viscous >= 0.0 && resting.dry >= 0.0);
+            assert_true(resting.viscous == 0.0);
+        }
+    }
+}
+
+static void coulomb_friction_knows_its_direction_and_no_speed(void **unused) {
+    (void)unused;
+    struct params params = with("cylinder_coulomb_friction", (const double[]){300.0, 100.0});
+    struct cylinder_model m;
+    struct cylinder_state s = {0};
+    params.hydraulics.viscous_n_s_per_m = 0.0;
+    cylinder_model_init(&m, &params);
+    for (double speed = 0.0; speed < 1.0; speed += 0.3) {
+        assert_true(cylinder_friction(&m, 0, &s, 1, speed).dry == 300.0 && cylinder_friction(&m, 0, &s, -1, speed).dry == 100.0);
+        assert_true(cylinder_friction(&m, 0, &s, 1, speed).viscous == 0.0);
+    }
+}
+
+static void viscous_friction_adds_to_the_base_by_direction(void **unused) {
+    (void)unused;
+    struct params params = with("cylinder_viscous_friction", (const double[]){500.0, 1500.0});
+    struct cylinder_model m;
+    struct cylinder_state s = {0};
+    cylinder_model_init(&m, &params);
+    double base = params.hydraulics.viscous_n_s_per_m;
+    assert_close(cylinder_friction(&m, 3, &s, 1, 0.2).viscous, (base + 500.0) * 0.2, 1e-12);
+    assert_close(cylinder_friction(&m, 3, &s, -1, 0.2).viscous, (base + 1500.0) * 0.2, 1e-12);
+}
+
+static void joint_friction_has_both_parts(void **unused) {
+    (void)unused;
+    struct params params = with("passive_joint_friction", (const double[]){5.0, 20.0});
+    struct friction f = joint_friction(&params, 2, 0.1);
+    assert_close(f.dry, 5.0, 1e-15);
+    assert_close(f.viscous, 2.0, 1e-15);
+    assert_true(joint_friction_present(&params));
+}
+
+static void an_effect_that_is_off_does_nothing(void **unused) {
+    (void)unused;
+    struct params params = with("cylinder_coulomb_friction", (const double[]){300.0, 100.0});
+    struct cylinder_model m;
+    struct cylinder_state s = {0};
+    params.effects[effect_find("cylinder_coulomb_friction")].on = false;
+    cylinder_model_init(&m, &params);
+    assert_true(cylinder_friction(&m, 0, &s, 1, 0.1).dry == 0.0);
+    assert_false(cylinder_can_stick(&m));
+    assert_false(joint_friction_present(&params));
+    assert_true(joint_friction(&params, 0, 1.0).viscous == 0.0);
+}
+
+static void one_leg_alone_can_have_friction(void **unused) {
+    (void)unused;
+    struct params params = with("cylinder_coulomb_friction", (const double[]){0.0, 0.0});
+    struct cylinder_model m;
+    struct cylinder_state s = {0};
+    cylinder_model_init(&m, &params);
+    assert_false(cylinder_can_stick(&m)); /* on, but without force */
+    params.effects[effect_find("cylinder_coulomb_friction")].value[1][4] = 80.0;
+    for (int leg = 0; leg < LEGS; leg++) assert_true(cylinder_friction(&m, leg, &s, -1, 0.1).dry == (leg == 4 ? 80.0 : 0.0));
+    assert_true(cylinder_can_stick(&m));
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_effect_says_what_it_is),
+        cmocka_unit_test(every_effect_file_is_in_the_table),
+        cmocka_unit_test(neutral_values_add_nothing),
+        cmocka_unit_test(friction_resists_and_its_viscous_part_vanishes_at_rest),
+        cmocka_unit_test(coulomb_friction_knows_its_direction_and_no_speed),
+        cmocka_unit_test(viscous_friction_adds_to_the_base_by_direction),
+        cmocka_unit_test(joint_friction_has_both_parts),
+        cmocka_unit_test(an_effect_that_is_off_does_nothing),
+        cmocka_unit_test(one_leg_alone_can_have_friction),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

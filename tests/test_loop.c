@@ -1,0 +1,515 @@
+/* The loop: its time, its ends and its duties towards the back-end. The test's own clock_gettime and clock_nanosleep stand before the C
+ * library's: CLOCK_MONOTONIC is then as late, and its sleeps are interrupted as often, as a test says. */
+#include "support.h"
+
+#include <errno.h>
+#include <sched.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "kinematics.h"
+#include "loop.h"
+#include "units.h"
+
+enum { PERIOD_NS = 2000000, RING = 1 << 14 };
+
+/* ---- the clock ---- */
+
+static int64_t monotonic_ns = 123456789;
+static int64_t late_ns;      /* of the next sleep */
+static int interruptions;    /* of the next sleep */
+static int64_t told_ns;      /* the last deadline given to it */
+
+int clock_gettime(clockid_t id, struct timespec *t) {
+    (void)id;
+    *t = (struct timespec){.tv_sec = monotonic_ns / NS_PER_S, .tv_nsec = monotonic_ns % NS_PER_S};
+    return 0;
+}
+
+int clock_nanosleep(clockid_t id, int flags, const struct timespec *until, struct timespec *left) {
+    int64_t until_ns = until->tv_sec * NS_PER_S + until->tv_nsec;
+    (void)left;
+    assert_int_equal(id, CLOCK_MONOTONIC);
+    assert_int_equal(flags, TIMER_ABSTIME);
+    assert_true(until->tv_nsec >= 0 && until->tv_nsec < NS_PER_S);
+    told_ns = until_ns;
+    if (interruptions > 0) {
+        interruptions--;
+        return EINTR;
+    }
+    if (until_ns + late_ns > monotonic_ns) monotonic_ns = until_ns + late_ns;
+    late_ns = 0;
+    return 0;
+}
+
+/* ---- the back-end ---- */
+
+/* Six legs whose speed is the valve's; it keeps count of what is asked of it. */
+struct fake {
+    struct hal hal;
+    double length_m[LEGS], valve[LEGS];
+    int64_t now_ns;          /* of the last read */
+    int reads, writes, safes;
+    bool read_fails, write_fails;
+    bool disabled_written;   /* a command without enable was written */
+};
+
+static int fake_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) {
+    struct fake *f = (struct fake *)hal;
+    f->reads++;
+    f->now_ns = now_ns;
+    if (f->read_fails) return -1;
+    for (int i = 0; i < LEGS; i++) sample->length_m[i] = f->length_m[i] += 0.5 * 0.002 * f->valve[i];
+    sample->time_ns = now_ns;
+    return 0;
+}
+
+static int fake_write(struct hal *hal, const struct hal_command *command) {
+    struct fake *f = (struct fake *)hal;
+    f->writes++;
+    if (!command->enable) f->disabled_written = true;
+    if (f->write_fails) return -1;
+    memcpy(f->valve, command->valve, sizeof f->valve);
+    return 0;
+}
+
+static void fake_safe(struct hal *hal) {
+    struct fake *f = (struct fake *)hal;
+    f->safes++;
+    memset(f->valve, 0, sizeof f->valve);
+}
+
+static const struct hal_ops fake_ops = {.scheme = "fake", .simulated = true, .read = fake_read, .write = fake_write, .safe = fake_safe};
+
+/* ---- the bench ---- */
+
+struct bench {
+    struct params params;
+    struct ring records;
+    struct fake fake;
+    struct hal *hal; /* the fake one, or sim: */
+    struct loop loop;
+    struct cycle last;
+};
+
+static struct params brisk(void) {
+    struct params params;
+    config_default(&params);
+    params.sim.engine = ENGINE_CLOSED_FORM;
+    params.tests.settle_s = 0.1, params.tests.ramp_s = 0.25, params.tests.duration_s = 0.5, params.tests.ramp_out_s = 0.2;
+    params.motion.engage_s = params.motion.park_s = 2.0;
+    params.motion.hold_s = 0.1;
+    params.motion.automatic = false;
+    return params;
+}
+
+/* `url` NULL: the fake back-end, parked. */
+static void bench_init(struct bench *b, const struct params *params, const char *url, uint64_t seed, bool virtual_time, uint64_t capacity) {
+    struct error error = {0};
+    memset(b, 0, sizeof *b);
+    b->params = *params;
+    b->fake.hal.ops = &fake_ops;
+    b->hal = &b->fake.hal;
+    if (url) assert_int_equal(hal_open(&b->hal, url, &b->params, seed, &error), STATUS_OK);
+    assert_int_equal(ring_init(&b->records, sizeof(struct cycle), capacity), 0);
+    assert_int_equal(loop_init(&b->loop, &b->params, b->hal, &b->records, virtual_time, &error), STATUS_OK);
+    ik_lengths(&b->loop.platform.kinematics, (double[DOFS]){[DOF_Z] = params->motion.park_z_m}, b->fake.length_m);
+}
+
+static void bench_end(struct bench *b) {
+    if (b->hal != &b->fake.hal) b->hal->ops->close(b->hal);
+    ring_free(&b->records);
+}
+
+/* One cycle and its record. */
+static bool bench_cycle(struct bench *b) {
+    bool more = loop_cycle(&b->loop);
+    assert_true(ring_pop(&b->records, &b->last));
+    return more;
+}
+
+static void bench_until(struct bench *b, enum state state) {
+    for (int n = 0; n == 0 || b->last.state != state; n++) {
+        assert_true(n < 5000);
+        assert_true(bench_cycle(b));
+        enum command next = b->last.state == STATE_SETTLED ? COMMAND_ENGAGE : b->last.state == STATE_READY ? COMMAND_START : COMMAND_NONE;
+        if (next && b->last.state != state && n % 10 == 0) mailbox_post(&b->loop.requests, next);
+    }
+}
+
+/* ---- time ---- */
+
+static void cycles_stand_on_the_grid_of_the_period(void **unused) {
+    (void)unused;
+    struct params params = brisk();
+    struct bench b;
+    bench_init(&b, &params, NULL, 1, false, 16);
+    int64_t zero_ns = monotonic_ns;
+    for (int n = 0; n < 1000; n++) {
+        late_ns = n % 7 * 100000; /* never a whole period */
+        interruptions = n % 3;
+        int64_t wanted_late_ns = late_ns;
+        assert_true(bench_cycle(&b));
+        assert_int_equal(told_ns, zero_ns + (int64_t)n * PERIOD_NS);
+        assert_int_equal(b.last.wake_late_ns, wanted_late_ns);
+        assert_int_equal(b.fake.now_ns, (int64_t)n * PERIOD_NS + wanted_late_ns);
+        assert_int_equal(b.last.in.flags, 0);
+        assert_int_equal(b.last.seq, n);
+    }
+    assert_int_equal(b.loop.overruns, 0);
+    bench_end(&b);
+}
+
+static void missed_deadlines_are_skipped_and_flagged_not_caught_up(void **unused) {
+    (void)unused;
+    static const int64_t late[] = {PERIOD_NS - 1, PERIOD_NS, PERIOD_NS + 1, 3 * PERIOD_NS - 1, 3 * PERIOD_NS, 20 * PERIOD_NS + 777};
+    struct params params = brisk();
+    for (unsigned k = 0; k < sizeof late / sizeof *late; k++) {
+        struct bench b;
+        int64_t missed = late[k] / PERIOD_NS;
+        bench_init(&b, &params, NULL, 1, false, 16);
+        int64_t zero_ns = monotonic_ns;
+        for (int n = 0; n < 5; n++) bench_cycle(&b);
+        late_ns = late[k];
+        bench_cycle(&b);
+        assert_int_equal(b.last.wake_late_ns, late[k]);
+        assert_int_equal(b.last.in.flags, missed ? SAMPLE_OVERRUN : 0);
+        assert_int_equal(b.loop.overruns, missed);
+        for (int n = 1; n < 5; n++) {
+            int64_t before_ns = monotonic_ns;
+            bench_cycle(&b);
+            assert_int_equal(told_ns, zero_ns + (5 + missed + n) * PERIOD_NS); /* the old grid, */
+            assert_true(told_ns > before_ns);                                  /* ahead of now: no burst */
+            assert_int_equal(b.last.in.flags, 0);
+            assert_int_equal(b.last.seq, 5 + n); /* the reference counts cycles */
+        }
+        assert_int_equal(b.loop.overruns, missed);
+        bench_end(&b);
+    }
+}
+
+static void overrun_limit_late_cycles_in_a_row_are_a_fault(void **unused) {
+    (void)unused;
+    struct params params = brisk();
+    struct bench b;
+    bench_init(&b, &params, NULL, 1, false, 16);
+    bench_until(&b, STATE_READY);
+    for (int n = 1; n < params.loop.overrun_limit; n++) late_ns = PERIOD_NS, bench_cycle(&b);
+    assert_int_equal(b.last.state, STATE_READY);
+    late_ns = PERIOD_NS;
+    bench_cycle(&b);
+    assert_int_equal(b.last.first_fault, FAULT_OVERRUN);
+    assert_memory_equal(b.fake.valve, (double[LEGS]){0}, sizeof b.fake.valve);
+    bench_end(&b);
+}
+
+static void virtual_time_has_no_wall_clock_in_it(void **unused) {
+    (void)unused;
+    struct params params = brisk();
+    struct bench b;
+    bench_init(&b, &params, NULL, 1, true, 16);
+    int64_t before_ns = monotonic_ns;
+    for (int n = 0; n < 1000; n++) {
+        bench_cycle(&b);
+        assert_int_equal(b.fake.now_ns, (int64_t)n * PERIOD_NS);
+        assert_true(b.last.wake_late_ns == 0 && b.last.exec_ns == 0);
+    }
+    assert_int_equal(monotonic_ns, before_ns);
+    bench_end(&b);
+}
+
+/* ---- records ---- */
+
+static void a_full_ring_costs_a_record_and_not_the_deadline(void **unused) {
+    (void)unused;
+    struct params params = brisk();
+    struct bench b;
+    struct cycle c;
+    bench_init(&b, &params, NULL, 1, false, 4);
+    for (int n = 0; n < 10; n++) loop_cycle(&b.loop);
+    assert_int_equal(atomic_load(&b.loop.lost), 6);
+    assert_int_equal(b.fake.reads, 10);
+    for (uint64_t n = 0; n < 4; n++) assert_true(ring_pop(&b.records, &c) && c.seq == n);
+    bench_cycle(&b);
+    assert_int_equal(b.last.seq, 10); /* the gap shows */
+    bench_end(&b);
+}
+
+static void on_virtual_time_the_loop_waits_for_room(void **unused) {
+    (void)unused;
+    struct params params = brisk();
+    struct bench b;
+    struct error error;
+    uint64_t expected = 0;
+    struct cycle c;
+    bench_init(&b, &params, NULL, 1, true, 4);
+    assert_int_equal(loop_start(&b.loop, REALTIME_OFF, &error), STATUS_OK);
+    while (expected < 5000) {
+        if (!ring_pop(&b.records, &c)) {
+            sched_yield();
+            continue;
+        }
+        assert_int_equal(c.seq, expected++);
+    }
+    atomic_store(&b.loop.quit, true);
+    while (!atomic_load(&b.loop.ended) || ring_count(&b.records)) {
+        if (ring_pop(&b.records, &c)) assert_int_equal(c.seq, expected++);
+        else sched_yield();
+    }
+    loop_join(&b.loop);
+    assert_int_equal(b.fake.reads, expected);
+    assert_int_equal(atomic_load(&b.loop.lost), 0);
+    bench_end(&b);
+}
+
+static void an_abort_does_not_wait_for_a_reader_that_is_gone(void **unused) {
+    (void)unused;
+    struct params params = brisk();
+    struct bench b;
+    struct error error;
+    bench_init(&b, &params, NULL, 1, true, 4);
+    assert_int_equal(loop_start(&b.loop, REALTIME_OFF, &error), STATUS_OK);
+    while (ring_count(&b.records) < 4) sched_yield();
+    atomic_store(&b.loop.abort, true);
+    loop_join(&b.loop); /* hangs where it waits */
+    assert_true(atomic_load(&b.loop.ended));
+    bench_end(&b);
+}
+
+#define SAME(member) (memcmp(&a->member, &b->member, sizeof a->member) == 0)
+
+/* Bit for bit, but for the padding. */
+static bool same_record(const struct cycle *a, const struct cycle *b) {
+    return SAME(seq) && SAME(in.time_ns) && SAME(in.age_ns) && SAME(in.device_seq) && SAME(in.flags) && SAME(in.length_m) && SAME(in.p1_pa) &&
+           SAME(in.p2_pa) && SAME(out.valve) && SAME(out.enable) && SAME(ref) && SAME(pose) && SAME(force_n) && SAME(state) && SAME(faults) &&
+           SAME(first_fault) && SAME(test) && SAME(dof) && SAME(phase) && SAME(test_time_s) && SAME(wake_late_ns) && SAME(exec_ns);
+}
+
+static void one_seed_gives_the_same_records_bit_for_bit(void **unused) {
+    (void)unused;
+    static const enum engine_kind engines[] = {ENGINE_CLOSED_FORM, ENGINE_ODE};
+    static const int cycles[] = {4000, 500};
+    for (int e = 0; e < 2; e++) {
+        struct params params = brisk();
+        struct bench one, same, other;
+        bool differs = false;
+        params.motion.automatic = true;
+        params.sim.engine = engines[e];
+        bench_init(&one, &params, "sim:", 42, true, 4);
+        bench_init(&same, &params, "sim:", 42, true, 4);
+        bench_init(&other, &params, "sim:", 43, true, 4);
+        for (int n = 0; n < cycles[e]; n++) {
+            bench_cycle(&one), bench_cycle(&same), bench_cycle(&other);
+            assert_true(same_record(&one.last, &same.last));
+            differs = differs || !same_record(&one.last, &other.last);
+        }
+        assert_true(differs);
+        bench_end(&one), bench_end(&same), bench_end(&other);
+    }
+}
+
+/* ---- ends ---- */
+
+static void an_automatic_run_ends_by_itself_put_down(void **unused) {
+    (void)unused;
+    struct params params = brisk();
+    struct bench b;
+    struct error error;
+    int tested = 0;
+    params.motion.automatic = true;
+    bench_init(&b, &params, "sim:", 1, true, RING);
+    assert_int_equal(loop_start(&b.loop, REALTIME_OFF, &error), STATUS_OK);
+    loop_join(&b.loop);
+    assert_true(ring_count(&b.records) < RING);
+    while (ring_pop(&b.records, &b.last)) tested += b.last.phase == PHASE_EVALUATE;
+    assert_int_equal(tested, 6 * 250);
+    assert_int_equal(b.last.state, STATE_SETTLED);
+    assert_int_equal(b.last.faults, 0);
+    bench_end(&b);
+}
+
+static void quit_puts_the_platform_down_first_whatever_else_is_asked(void **unused) {
+    (void)unused;
+    static const enum state from[] = {STATE_ENGAGING, STATE_READY, STATE_TESTING, STATE_PARKING};
+    struct params params = brisk();
+    for (int k = 0; k < 4; k++) {
+        struct bench b;
+        bench_init(&b, &params, NULL, 1, true, 4);
+        if (from[k] == STATE_PARKING) {
+            bench_until(&b, STATE_READY);
+            mailbox_post(&b.loop.requests, COMMAND_PARK);
+        } else bench_until(&b, from[k]);
+        for (int n = 0; n < 20; n++) bench_cycle(&b);
+        assert_int_equal(b.last.state, from[k]);
+        atomic_store(&b.loop.quit, true);
+        for (int n = 0;; n++) {
+            bool more = bench_cycle(&b);
+            assert_true(b.last.state == STATE_PARKING || b.last.state == STATE_SETTLED);
+            assert_int_equal(more, b.last.state == STATE_PARKING);
+            if (!more) break;
+            mailbox_post(&b.loop.requests, n % 2 ? COMMAND_ENGAGE : COMMAND_START);
+            assert_true(n < 3000);
+        }
+        assert_close(b.last.pose[DOF_Z], params.motion.park_z_m, 1e-2); /* valves as legs, and an integral at work: roughly */
+        bench_end(&b);
+    }
+}
+
+static void quit_ends_at_once_where_nothing_is_driven(void **unused) {
+    (void)unused;
+    struct params params = brisk();
+    struct bench b;
+    bench_init(&b, &params, NULL, 1, true, 4);
+    atomic_store(&b.loop.quit, true);
+    assert_false(bench_cycle(&b));
+    bench_end(&b);
+    bench_init(&b, &params, NULL, 1, true, 4);
+    bench_until(&b, STATE_READY);
+    b.fake.read_fails = true;
+    while (b.last.state != STATE_FAULT) assert_true(bench_cycle(&b));
+    atomic_store(&b.loop.quit, true);
+    assert_false(bench_cycle(&b));
+    bench_end(&b);
+}
+
+static void abort_ends_at_once_with_the_valves_centred(void **unused) {
+    (void)unused;
+    struct params params = brisk();
+    struct bench b;
+    struct error error;
+    struct cycle c;
+    bench_init(&b, &params, NULL, 1, true, RING);
+    bench_until(&b, STATE_ENGAGING);
+    for (int n = 0; n < 300; n++) bench_cycle(&b);
+    assert_true(b.fake.valve[0] != 0.0);
+    assert_int_equal(loop_start(&b.loop, REALTIME_OFF, &error), STATUS_OK); /* the thread goes on from here */
+    while (!ring_pop(&b.records, &c)) sched_yield();
+    atomic_store(&b.loop.abort, true);
+    loop_join(&b.loop);
+    assert_memory_equal(b.fake.valve, (double[LEGS]){0}, sizeof b.fake.valve);
+    assert_true(atomic_load(&b.loop.ended));
+    bench_end(&b);
+    bench_init(&b, &params, NULL, 1, true, 4);
+    bench_until(&b, STATE_READY);
+    atomic_store(&b.loop.abort, true);
+    assert_false(bench_cycle(&b)); /* not one cycle more */
+    bench_end(&b);
+}
+
+/* Does not come back when it is refused: a processor that no machine has is refused on every machine. */
+static void real_time_that_is_refused_runs_nothing_when_required(void **unused) {
+    (void)unused;
+    pid_t child = fork(); /* locked memory stays with the process */
+    if (child == 0) {
+        static struct bench b;
+        struct params params = brisk();
+        struct error error = {0};
+        params.loop.cpu = CPU_SETSIZE - 1;
+        bench_init(&b, &params, NULL, 1, true, 4);
+        if (loop_start(&b.loop, REALTIME_REQUIRE, &error) != STATUS_UNSAFE || !error.text[0]) _exit(1);
+        if (b.fake.reads || b.fake.writes || !b.fake.safes) _exit(2);
+        bench_end(&b);
+        bench_init(&b, &params, NULL, 1, true, 4);
+        atomic_store(&b.loop.quit, true);
+        if (loop_start(&b.loop, REALTIME_TRY, &error)) _exit(3);
+        loop_join(&b.loop);
+        if (!b.loop.realtime || !b.loop.realtime_error.text[0] || b.fake.reads != 1) _exit(4); /* ran, and says what it did not get */
+        _exit(0);
+    }
+    int status = -1;
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_int_equal(status, 0);
+}
+
+/* ---- duties ---- */
+
+static void safe_is_called_in_every_cycle_that_does_not_drive_and_write_in_every_other(void **unused) {
+    (void)unused;
+    struct params params = brisk();
+    struct bench b;
+    bench_init(&b, &params, NULL, 1, true, 4);
+    for (int n = 0; n < 8000; n++) {
+        int safes = b.fake.safes, writes = b.fake.writes;
+        static const enum command round[] = {COMMAND_ENGAGE, COMMAND_START, COMMAND_PARK, COMMAND_RESET};
+        if (n % 1500 == 100) mailbox_post(&b.loop.requests, round[n / 1500 % 4]);
+        b.fake.read_fails = n > 6500 && n < 6600;
+        bench_cycle(&b);
+        bool drives = supervisor_drives(b.last.state);
+        assert_int_equal(b.fake.safes - safes, !drives);
+        assert_int_equal(b.fake.writes - writes, drives);
+        if (drives) assert_memory_equal(b.fake.valve, b.last.out.valve, sizeof b.fake.valve);
+    }
+    assert_true(b.fake.safes > 100 && b.fake.writes > 1000);
+    assert_false(b.fake.disabled_written);
+    bench_end(&b);
+}
+
+static void a_command_that_cannot_be_written_centres_the_valves_and_faults(void **unused) {
+    (void)unused;
+    struct params params = brisk();
+    struct bench b;
+    bench_init(&b, &params, NULL, 1, true, 4);
+    bench_until(&b, STATE_READY);
+    b.fake.write_fails = true;
+    for (int n = 0; n < params.limits.bad_cycles; n++) {
+        int safes = b.fake.safes;
+        bench_cycle(&b);
+        assert_int_equal(b.last.state, STATE_READY);
+        assert_int_equal(b.fake.safes, safes + 1);
+        assert_memory_equal(b.fake.valve, (double[LEGS]){0}, sizeof b.fake.valve);
+    }
+    bench_cycle(&b); /* a failure is known in the cycle after it */
+    assert_int_equal(b.last.first_fault, FAULT_IO);
+    bench_end(&b);
+
+    bench_init(&b, &params, NULL, 1, true, 4);
+    bench_until(&b, STATE_READY);
+    b.fake.write_fails = true;
+    bench_cycle(&b);
+    b.fake.write_fails = false;
+    bench_cycle(&b);
+    assert_true(b.last.in.flags & SAMPLE_IO); /* the identifier leaves it out */
+    bench_cycle(&b);
+    assert_int_equal(b.last.in.flags, 0);
+    assert_int_equal(b.last.state, STATE_READY); /* one is ridden out */
+    bench_end(&b);
+}
+
+static void a_device_that_cannot_be_read_faults_in_bad_cycles(void **unused) {
+    (void)unused;
+    struct params params = brisk();
+    struct bench b;
+    bench_init(&b, &params, NULL, 1, true, 4);
+    bench_until(&b, STATE_READY);
+    b.fake.read_fails = true;
+    for (int n = 1; n < params.limits.bad_cycles; n++) bench_cycle(&b);
+    assert_int_equal(b.last.state, STATE_READY);
+    bench_cycle(&b);
+    assert_int_equal(b.last.first_fault, FAULT_IO);
+    assert_memory_equal(b.fake.valve, (double[LEGS]){0}, sizeof b.fake.valve);
+    bench_end(&b);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(cycles_stand_on_the_grid_of_the_period),
+        cmocka_unit_test(missed_deadlines_are_skipped_and_flagged_not_caught_up),
+        cmocka_unit_test(overrun_limit_late_cycles_in_a_row_are_a_fault),
+        cmocka_unit_test(virtual_time_has_no_wall_clock_in_it),
+        cmocka_unit_test(a_full_ring_costs_a_record_and_not_the_deadline),
+        cmocka_unit_test(on_virtual_time_the_loop_waits_for_room),
+        cmocka_unit_test(an_abort_does_not_wait_for_a_reader_that_is_gone),
+        cmocka_unit_test(one_seed_gives_the_same_records_bit_for_bit),
+        cmocka_unit_test(an_automatic_run_ends_by_itself_put_down),
+        cmocka_unit_test(quit_puts_the_platform_down_first_whatever_else_is_asked),
+        cmocka_unit_test(quit_ends_at_once_where_nothing_is_driven),
+        cmocka_unit_test(abort_ends_at_once_with_the_valves_centred),
+        cmocka_unit_test(real_time_that_is_refused_runs_nothing_when_required),
+        cmocka_unit_test(safe_is_called_in_every_cycle_that_does_not_drive_and_write_in_every_other),
+        cmocka_unit_test(a_command_that_cannot_be_written_centres_the_valves_and_faults),
+        cmocka_unit_test(a_device_that_cannot_be_read_faults_in_bad_cycles),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
