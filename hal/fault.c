@@ -1,5 +1,5 @@
 /* fault: breaks another back-end on purpose. Address: FAULT[,FAULT...];URL with FAULT = KIND@FROM+LENGTH[/LEG][=VALUE], times in seconds
- * of the loop, LEG 1..6 (all without it):
+ * of the loop, LEG 1..6 for what befalls a leg's sensors (all without it; swap: with the next leg):
  *
  *     --hal 'fault:freeze@12+0.5/3,drop@20+0.02;sim:'
  */
@@ -18,7 +18,6 @@ struct wrapper {
     struct hal hal;
     struct hal_ops ops; /* hal_fault, but as simulated as the inner one */
     struct hal *inner;
-    struct hal_sample last; /* as it was delivered by the inner one before the fault began */
     bool refuse_write;
     int count;
     struct fault {
@@ -26,51 +25,46 @@ struct wrapper {
         int64_t from_ns, to_ns;
         int leg;
         double value;
+        struct hal_sample before; /* the inner one's last before it began */
     } fault[FAULTS_MAX];
 };
 
 static bool hits(const struct fault *f, int leg) { return f->leg == ALL_LEGS || f->leg == leg; }
 
-static void stale(struct wrapper *w, const struct fault *f, struct hal_sample *s) {
-    (void)f;
+static void stale(const struct fault *f, struct hal_sample *s) {
     int64_t now_ns = s->time_ns + s->age_ns;
-    *s = w->last;
+    *s = f->before;
     s->age_ns = now_ns - s->time_ns;
     s->flags |= SAMPLE_STALE;
 }
 
-static void late(struct wrapper *w, const struct fault *f, struct hal_sample *s) {
-    (void)w;
+static void late(const struct fault *f, struct hal_sample *s) {
     s->time_ns -= ns_from_seconds(f->value);
     s->age_ns += ns_from_seconds(f->value);
     s->flags |= SAMPLE_LATE;
 }
 
-static void freeze(struct wrapper *w, const struct fault *f, struct hal_sample *s) {
+static void freeze(const struct fault *f, struct hal_sample *s) {
     for (int i = 0; i < LEGS; i++)
-        if (hits(f, i)) s->length_m[i] = w->last.length_m[i];
+        if (hits(f, i)) s->length_m[i] = f->before.length_m[i];
 }
 
-static void not_a_number(struct wrapper *w, const struct fault *f, struct hal_sample *s) {
-    (void)w;
+static void not_a_number(const struct fault *f, struct hal_sample *s) {
     for (int i = 0; i < LEGS; i++)
         if (hits(f, i)) s->length_m[i] = s->p1_pa[i] = s->p2_pa[i] = (double)NAN;
 }
 
-static void length_jump(struct wrapper *w, const struct fault *f, struct hal_sample *s) {
-    (void)w;
+static void length_jump(const struct fault *f, struct hal_sample *s) {
     for (int i = 0; i < LEGS; i++)
         if (hits(f, i)) s->length_m[i] += f->value;
 }
 
-static void pressure_jump(struct wrapper *w, const struct fault *f, struct hal_sample *s) {
-    (void)w;
+static void pressure_jump(const struct fault *f, struct hal_sample *s) {
     for (int i = 0; i < LEGS; i++)
         if (hits(f, i)) s->p1_pa[i] += f->value;
 }
 
-static void swap(struct wrapper *w, const struct fault *f, struct hal_sample *s) {
-    (void)w;
+static void swap(const struct fault *f, struct hal_sample *s) {
     int a = f->leg == ALL_LEGS ? 0 : f->leg, b = (a + 1) % LEGS;
     double keep = s->length_m[a];
     s->length_m[a] = s->length_m[b];
@@ -79,18 +73,18 @@ static void swap(struct wrapper *w, const struct fault *f, struct hal_sample *s)
 
 static const struct kind {
     const char *name;
-    bool wants_value, read_fails, write_fails;
-    void (*spoil)(struct wrapper *w, const struct fault *f, struct hal_sample *s);
+    bool takes_leg, wants_value, read_fails, write_fails;
+    void (*spoil)(const struct fault *f, struct hal_sample *s);
 } kinds[] = {
     {.name = "stale", .spoil = stale},
     {.name = "late", .wants_value = true, .spoil = late},
     {.name = "drop", .read_fails = true},
     {.name = "deaf", .write_fails = true},
-    {.name = "freeze", .spoil = freeze},
-    {.name = "nan", .spoil = not_a_number},
-    {.name = "length", .wants_value = true, .spoil = length_jump},
-    {.name = "pressure", .wants_value = true, .spoil = pressure_jump},
-    {.name = "swap", .spoil = swap},
+    {.name = "freeze", .takes_leg = true, .spoil = freeze},
+    {.name = "nan", .takes_leg = true, .spoil = not_a_number},
+    {.name = "length", .takes_leg = true, .wants_value = true, .spoil = length_jump},
+    {.name = "pressure", .takes_leg = true, .wants_value = true, .spoil = pressure_jump},
+    {.name = "swap", .takes_leg = true, .spoil = swap},
 };
 
 static const struct kind *kind_find(const char *name, size_t length) {
@@ -99,20 +93,32 @@ static const struct kind *kind_find(const char *name, size_t length) {
     return NULL;
 }
 
+/* A number after this mark at *text, which is moved behind it; NaN when the mark or the number is missing. */
+static double number_after(const char **text, char mark) {
+    char *end;
+    if (**text != mark) return (double)NAN;
+    double number = strtod(*text + 1, &end);
+    bool none = end == *text + 1;
+    *text = end;
+    return none ? (double)NAN : number;
+}
+
 /* One FAULT at *text, which is moved behind it. False when it is not understood. */
 static bool fault_parse(const char **text, struct fault *f) {
-    const char *at = *text + strcspn(*text, "@;,");
-    char *end;
-    f->kind = kind_find(*text, (size_t)(at - *text));
-    if (!f->kind || *at != '@') return false;
-    double from_s = strtod(at + 1, &end), length_s = *end == '+' ? strtod(end + 1, &end) : (double)NAN;
-    f->leg = *end == '/' ? (int)strtol(end + 1, &end, 10) - 1 : ALL_LEGS;
-    f->value = *end == '=' ? strtod(end + 1, &end) : (double)NAN;
-    *text = end;
-    if (!(from_s >= 0.0 && from_s < 1e6 && length_s > 0.0 && length_s < 1e6) || f->leg < ALL_LEGS || f->leg >= LEGS) return false;
+    size_t name_length = strcspn(*text, "@;,");
+    f->kind = kind_find(*text, name_length);
+    *text += name_length;
+    double from_s = number_after(text, '@'), length_s = number_after(text, '+');
+    bool has_leg = **text == '/';
+    double leg = number_after(text, '/');
+    bool has_value = **text == '=';
+    f->value = number_after(text, '=');
+    if (!f->kind || !(from_s >= 0.0 && from_s < 1e6 && length_s > 0.0 && length_s < 1e6)) return false;
+    if (has_leg && (!f->kind->takes_leg || !(leg >= 1.0 && leg <= LEGS && leg == floor(leg)))) return false;
+    f->leg = has_leg ? (int)leg - 1 : ALL_LEGS;
     f->from_ns = ns_from_seconds(from_s);
     f->to_ns = f->from_ns + ns_from_seconds(length_s);
-    return isfinite(f->value) == f->kind->wants_value;
+    return has_value == f->kind->wants_value && (!has_value || fabs(f->value) <= 1e9);
 }
 
 static int schedule_parse(struct wrapper *w, const char **text, struct error *error) {
@@ -146,18 +152,16 @@ static int fault_open(struct hal **hal, const char *address, const struct params
 static int fault_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) {
     struct wrapper *w = (struct wrapper *)hal;
     int status = w->inner->ops->read(w->inner, now_ns, sample);
-    bool active = false;
     w->refuse_write = false;
-    struct hal_sample healthy = *sample;
+    const struct hal_sample healthy = *sample;
     for (int i = 0; i < w->count; i++) {
-        const struct fault *f = &w->fault[i];
+        struct fault *f = &w->fault[i];
+        if (now_ns < f->from_ns) f->before = healthy;
         if (now_ns < f->from_ns || now_ns >= f->to_ns) continue;
-        active = true;
-        if (f->kind->spoil) f->kind->spoil(w, f, sample);
+        if (f->kind->spoil) f->kind->spoil(f, sample);
         if (f->kind->read_fails) status = -1;
         if (f->kind->write_fails) w->refuse_write = true;
     }
-    if (!active) w->last = healthy;
     return status;
 }
 

@@ -76,6 +76,7 @@ struct limit_params {             /* SAFETY: beyond any of these the supervisor 
     double length_min_m, length_max_m;
     double leg_rate_mps;
     double following_m;           /* |leg reference - leg length| while engaged */
+    double standstill_m;          /* motion of a leg's reference since its length last changed, while engaged */
     double force_n;               /* |A1 P1 - A2 P2| per leg */
     double sensor_age_s;
     double pressure_min_pa, pressure_max_pa; /* plausible sensor range */

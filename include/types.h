@@ -52,6 +52,7 @@ enum {
     FAULT_KINEMATICS = 1u << 6, /* forward kinematics found no pose for these lengths: a leg's sensor lies */
     FAULT_OVERRUN = 1u << 7,
     FAULT_IO = 1u << 8, /* the hardware abstraction layer reports that it cannot read or write */
+    FAULT_STANDSTILL = 1u << 9, /* a length does not change while its reference does: dead transducer, valve or supply */
 };
 
 enum command { COMMAND_NONE, COMMAND_ENGAGE, COMMAND_START, COMMAND_STOP, COMMAND_PARK, COMMAND_RESET, COMMANDS };

@@ -64,11 +64,11 @@ struct cylinder_state cylinder_derivative(const struct cylinder_model *m, const 
     double leakage = h->leakage_m3_per_s_pa * (s->p1_pa - s->p2_pa);
     double opening = fabs(s->spool) < 1.0 ? fabs(s->spool) : 1.0;
     bool extend = s->spool > 0.0;
+    double source1_pa = extend ? h->supply_pa : h->tank_pa, source2_pa = extend ? h->tank_pa : h->supply_pa;
+    double volume1_m3 = h->dead_volume_m3 + m->a1_m2 * stroke_m, volume2_m3 = h->dead_volume_m3 + m->a2_m2 * (full_m - stroke_m);
     return (struct cylinder_state){
-        .p1_pa = chamber_rate(m, s->p1_pa, extend ? h->supply_pa : h->tank_pa, opening, h->dead_volume_m3 + m->a1_m2 * stroke_m,
-                              m->a1_m2 * rate_mps + leakage),
-        .p2_pa = chamber_rate(m, s->p2_pa, extend ? h->tank_pa : h->supply_pa, opening, h->dead_volume_m3 + m->a2_m2 * (full_m - stroke_m),
-                              -m->a2_m2 * rate_mps - leakage),
+        .p1_pa = chamber_rate(m, s->p1_pa, source1_pa, opening, volume1_m3, m->a1_m2 * rate_mps + leakage),
+        .p2_pa = chamber_rate(m, s->p2_pa, source2_pa, opening, volume2_m3, -m->a2_m2 * rate_mps - leakage),
         .spool = s->spool_rate,
         .spool_rate = m->valve_omega_squared * (valve - s->spool) - m->valve_damping_rate * s->spool_rate,
     };
@@ -99,7 +99,8 @@ double cylinder_stop_force(const struct cylinder_model *m, double length_m, doub
     return stop_push(h, m->length_min_m - length_m, -rate_mps) - stop_push(h, length_m - m->length_max_m, rate_mps);
 }
 
-struct friction cylinder_friction(const struct cylinder_model *m, int leg, const struct cylinder_state *s, int direction, double speed_mps) {
+struct friction cylinder_friction(const struct cylinder_model *m, int leg, const struct cylinder_state *s, int direction,
+                                  double speed_mps) {
     struct friction sum = {.viscous = m->params->hydraulics.viscous_n_s_per_m * speed_mps};
     struct leg_motion motion = {.direction = direction, .speed_mps = speed_mps, .p1_pa = s->p1_pa, .p2_pa = s->p2_pa};
     for (int i = 0; i < m->leg_effects; i++) m->leg_effect[i].effect->leg_friction(m->leg_effect[i].values, leg, &motion, &sum);

@@ -7,7 +7,7 @@
  *   held over substeps        the mean of this substep's and the one's before;
  *   and from rest             the velocities start half a substep before the positions (start()).
  * With the velocity as it is the engine would be of first order: viscous friction b would take dt/2 J'bJ from the inertia, 0.44 % of mz and
- * 0.54 % of Ixx at 0.25 ms.
+ * 0.54 % of Ixx at 0.25 ms. All substeps after a place() are to be of one length; dry friction is of first order at its reversals.
  *
  * Stick is part of ODE's complementarity problem: a leg is stuck when its motor needed less than its limit. */
 #include <math.h>

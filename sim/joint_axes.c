@@ -2,7 +2,7 @@
 
 #include <stddef.h>
 
-#include "vec3.h"
+#include "vec.h"
 
 /* One leg's upper joint at this instant. */
 struct tip {

@@ -1,12 +1,13 @@
 #include "plant.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
 #include "engine.h"
 #include "rigid.h"
 #include "sensors.h"
-#include "vec3.h"
+#include "vec.h"
 
 struct plant {
     const struct params *params;
@@ -21,20 +22,33 @@ struct plant {
 
 static const struct engine_ops *const engines[] = {[ENGINE_ODE] = &engine_ode, [ENGINE_CLOSED_FORM] = &engine_closed_form};
 
-/* Newton on the lengths at which each end stop carries what its leg has to hold. False where that is no pose of the machine. */
+static struct cylinder_state drained(const struct plant *plant) {
+    double tank = plant->params->hydraulics.tank_pa;
+    return (struct cylinder_state){.p1_pa = tank, .p2_pa = tank};
+}
+
+/* What is left to the end stops: the legs' holding forces less what tank pressure pushes. */
+static bool stop_loads(const struct plant *plant, const double pose[DOFS], double load_n[LEGS]) {
+    struct cylinder_state tank = drained(plant);
+    bool possible = rigid_holding_forces(&plant->rigid, pose, load_n);
+    for (int k = 0; k < LEGS; k++) load_n[k] -= cylinder_hydraulic_force(&plant->cylinder, &tank);
+    return possible;
+}
+
+/* Newton on the lengths at which each end stop carries its load. False where that is no pose of the machine. */
 static bool settled_pose(const struct plant *plant, double pose[DOFS]) {
     double stiffness = plant->params->hydraulics.stop_stiffness_n_per_m;
     for (int iteration = 0; iteration < 100; iteration++) {
         struct rigid_state s;
         struct rigid_legs legs;
         struct factor6 square = {0};
-        double force[LEGS], row[LEGS][DOFS], step[DOFS] = {0};
+        double load[LEGS], row[LEGS][DOFS], step[DOFS] = {0};
         rigid_rest(&s, pose);
         rigid_legs(&plant->rigid, &s, &legs);
-        if (!rigid_holding_forces(&plant->rigid, pose, force)) return false;
+        if (!stop_loads(plant, pose, load)) return false;
         for (int k = 0; k < LEGS; k++) {
             rigid_row(&legs, k, row[k]);
-            add6(plant->cylinder.length_min_m - fmax(force[k], 0.0) / stiffness - legs.length[k], row[k], step);
+            add6(plant->cylinder.length_min_m - fmax(load[k], 0.0) / stiffness - legs.length[k], row[k], step);
             for (int i = 0; i < DOFS; i++) add6(row[k][i], row[k], square.c[i]);
         }
         factor6(&square); /* step = (J'J)^-1 J' error */
@@ -49,16 +63,15 @@ static bool settled_pose(const struct plant *plant, double pose[DOFS]) {
 }
 
 static int settle(struct plant *plant, struct error *error) {
-    double pose[DOFS] = {0}, force[LEGS];
-    if (!settled_pose(plant, pose) || !rigid_holding_forces(&plant->rigid, pose, force))
-        return error_set(error, STATUS_USAGE, "the platform cannot come down to its lower end stops: check actuator.stroke_m and geometry.*");
+    double pose[DOFS] = {0}, load[LEGS];
+    if (!settled_pose(plant, pose) || !stop_loads(plant, pose, load))
+        return error_set(error, STATUS_USAGE, "the platform cannot come down to its end stops: check actuator.stroke_m and geometry");
     for (int k = 0; k < LEGS; k++)
-        if (force[k] < 0.0)
-            return error_set(error, STATUS_USAGE, "the platform would tip over on its end stops (leg %d pulls): check payload.* and geometry.*",
-                             k + 1);
+        if (load[k] < 0.0)
+            return error_set(error, STATUS_USAGE, "the platform does not rest on the end stop of leg %d: check payload, geometry and "
+                             "hydraulics.tank_pa", k + 1);
     plant->engine->ops->place(plant->engine, pose);
-    double tank = plant->params->hydraulics.tank_pa;
-    for (int k = 0; k < LEGS; k++) plant->state[k] = (struct cylinder_state){.p1_pa = tank, .p2_pa = tank};
+    for (int k = 0; k < LEGS; k++) plant->state[k] = drained(plant);
     return 0;
 }
 
@@ -94,7 +107,9 @@ static struct cylinder_state holding_state(const struct cylinder_model *m, doubl
 
 void plant_place(struct plant *plant, const double pose[DOFS]) {
     double force[LEGS];
-    rigid_holding_forces(&plant->rigid, pose, force);
+    bool possible = rigid_holding_forces(&plant->rigid, pose, force);
+    assert(possible);
+    (void)possible;
     for (int k = 0; k < LEGS; k++) plant->state[k] = holding_state(&plant->cylinder, force[k]);
     plant->engine->ops->place(plant->engine, pose);
 }

@@ -26,14 +26,15 @@ struct plant_truth {
     double kinetic_j, potential_j; /* rigid bodies; potential zero at neutral */
 };
 
-/* At rest on the lower end stops, both chambers at tank pressure, spools centred. NULL and *error when the parameters make no machine. */
+/* At rest on the lower end stops, both chambers at tank pressure, spools centred; the pose is solved from the static balance on the stops'
+ * stiffness, so nothing moves at first. params must outlive the plant. NULL and *error when the parameters make no machine. */
 struct plant *plant_create(const struct params *params, uint64_t seed, struct error *error);
 void plant_destroy(struct plant *plant);
 
 /* At rest in the pose given, with the chamber pressures that balance it (half the supply in the rodless side where possible). */
 void plant_place(struct plant *plant, const double pose[DOFS]);
 
-/* One cycle with the commands given, each -1..1 (clamped). */
+/* One cycle with the commands given, each -1..1 (clamped). NaN centres the valve, as its amplifier does without a signal. */
 void plant_step(struct plant *plant, const double valve[LEGS]);
 
 /* One substep of the rigid bodies alone, driven by the forces given along the legs (hydraulics and its friction left out; joint and dry

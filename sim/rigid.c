@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "vec3.h"
+#include "vec.h"
 
 /* To the joint circle: the first axis of a universal joint (engine.h). */
 static void tangent(double angle, double axis[3]) {

@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#include "vec3.h"
+#include "vec.h"
 
 static const double DEPENDENT = 1e-12;  /* share of a row's square that is left by the rows before it */
 static const double GIVES_WAY = 1e-6;  /* m/s^2 or rad/s^2: far above the solver's error, far below any motion (0.5 um after 1 s) */

@@ -8,7 +8,7 @@
 #include "rigid.h"
 #include "stick.h"
 #include "units.h"
-#include "vec3.h"
+#include "vec.h"
 
 static const double SUBSTEP_S = 2.5e-4;
 
@@ -612,6 +612,79 @@ static void a_stuck_leg_carries_the_difference_of_pressure_and_load(void **unuse
     plant_destroy(plant);
 }
 
+static void legs_that_have_come_to_rest_stay_there(void **unused) {
+    (void)unused;
+    struct params params = defaults();
+    double hold[LEGS], force[LEGS];
+    set_effect(&params, "cylinder_coulomb_friction", 0, 100.0);
+    set_effect(&params, "cylinder_coulomb_friction", 1, 100.0);
+    struct plant *plant = plant_at(&params, (const double[DOFS]){0});
+    struct plant_truth start = truth_of(plant), rested, end;
+    holding_forces(&params, (const double[DOFS]){0}, hold);
+    for (int i = 0; i < 4200; i++) {
+        for (int k = 0; k < LEGS; k++) force[k] = hold[k] + (i < 80 ? 150.0 + 20.0 * k : 30.0);
+        plant_step_forced(plant, SUBSTEP_S, force);
+        if (i == 600) rested = truth_of(plant);
+    }
+    end = truth_of(plant);
+    assert_below(1e-4, distance(start.length_m, rested.length_m, LEGS));
+    for (int k = 0; k < LEGS; k++) assert_true(rested.stuck[k]);
+    assert_below(distance(rested.length_m, end.length_m, LEGS), 1e-14); /* the stop is found to 1 nm/s; none of that may be left */
+    plant_destroy(plant);
+}
+
+/* One leg or its joints blocked, the others swinging freely: the constraint must hold through every velocity term. */
+static void a_held_leg_keeps_its_length_while_the_others_move(void **unused) {
+    (void)unused;
+    struct params params = defaults();
+    int place = effect_find("cylinder_coulomb_friction");
+    params.effects[place].on = true;
+    params.effects[place].value[0][2] = params.effects[place].value[1][2] = 2e4;
+    struct plant *plant = plant_at(&params, (const double[DOFS]){0});
+    struct plant_truth start = truth_of(plant), now = start;
+    double hold[LEGS], force[LEGS], path = 0.0;
+    holding_forces(&params, (const double[DOFS]){0}, hold);
+    for (int i = 0; i < 4000; i++) {
+        for (int k = 0; k < LEGS; k++) force[k] = hold[k] + 60.0 * cos(2 * PI * 2 * i * SUBSTEP_S + (k == 5 ? 1.0 : 0.0));
+        plant_step_forced(plant, SUBSTEP_S, force);
+        now = truth_of(plant);
+        assert_true(now.stuck[2] && !now.stuck[0]);
+        assert_below(fabs(now.rate_mps[2]), 1e-9); /* what one RK4 step leaves, until the next */
+        path += SUBSTEP_S * fabs(now.rate_mps[0]);
+    }
+    assert_true(path > 0.1);
+    assert_close(now.length_m[2], start.length_m[2], 1e-11);
+    plant_destroy(plant);
+}
+
+static void held_joints_keep_their_leg_straight_while_it_moves(void **unused) {
+    (void)unused;
+    struct params params = defaults();
+    const double pose[DOFS] = {0.03, -0.05, -0.1, 0.1, -0.08, 0.1};
+    int place = effect_find("passive_joint_friction");
+    params.effects[place].on = true;
+    params.effects[place].value[0][1] = 1e4;
+    struct plant *plant = plant_at(&params, pose);
+    struct rigid_model m;
+    struct rigid_state s;
+    struct rigid_legs before, after;
+    double hold[LEGS], force[LEGS];
+    rigid_model_init(&m, &params);
+    rigid_rest(&s, pose);
+    rigid_legs(&m, &s, &before);
+    holding_forces(&params, pose, hold);
+    for (int i = 0; i < 2000; i++) {
+        for (int k = 0; k < LEGS; k++) force[k] = hold[k] + 300.0 * sin(2 * PI * 2 * i * SUBSTEP_S);
+        plant_step_forced(plant, SUBSTEP_S, force);
+    }
+    struct plant_truth end = truth_of(plant);
+    rigid_rest(&s, end.pose);
+    rigid_legs(&m, &s, &after);
+    assert_below(0.01, fabs(after.length[1] - before.length[1]));
+    for (int i = 0; i < 3; i++) assert_close(after.n[i][1], before.n[i][1], 1e-11);
+    plant_destroy(plant);
+}
+
 static void joint_friction_alone_slows_a_falling_platform(void **unused) {
     (void)unused;
     double speed[3];
@@ -650,6 +723,9 @@ int main(void) {
         cmocka_unit_test(reversals_fall_where_they_must_whatever_the_substep),
         cmocka_unit_test(axes_that_stop_together_are_let_go_together),
         cmocka_unit_test(a_stuck_leg_carries_the_difference_of_pressure_and_load),
+        cmocka_unit_test(legs_that_have_come_to_rest_stay_there),
+        cmocka_unit_test(a_held_leg_keeps_its_length_while_the_others_move),
+        cmocka_unit_test(held_joints_keep_their_leg_straight_while_it_moves),
         cmocka_unit_test(joint_friction_alone_slows_a_falling_platform),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -282,9 +282,10 @@ static void an_abort_does_not_wait_for_a_reader_that_is_gone(void **unused) {
 
 /* Bit for bit, but for the padding. */
 static bool same_record(const struct cycle *a, const struct cycle *b) {
-    return SAME(seq) && SAME(in.time_ns) && SAME(in.age_ns) && SAME(in.device_seq) && SAME(in.flags) && SAME(in.length_m) && SAME(in.p1_pa) &&
-           SAME(in.p2_pa) && SAME(out.valve) && SAME(out.enable) && SAME(ref) && SAME(pose) && SAME(force_n) && SAME(state) && SAME(faults) &&
-           SAME(first_fault) && SAME(test) && SAME(dof) && SAME(phase) && SAME(test_time_s) && SAME(wake_late_ns) && SAME(exec_ns);
+    return SAME(seq) && SAME(in.time_ns) && SAME(in.age_ns) && SAME(in.device_seq) && SAME(in.flags) && SAME(in.length_m) &&
+           SAME(in.p1_pa) && SAME(in.p2_pa) && SAME(out.valve) && SAME(out.enable) && SAME(ref) && SAME(pose) && SAME(force_n) &&
+           SAME(state) && SAME(faults) && SAME(first_fault) && SAME(test) && SAME(dof) && SAME(phase) && SAME(test_time_s) &&
+           SAME(wake_late_ns) && SAME(exec_ns);
 }
 
 static void one_seed_gives_the_same_records_bit_for_bit(void **unused) {

@@ -54,6 +54,7 @@ static void another_machine_settles_as_well(void **unused) {
     struct params params = defaults();
     params.geometry.upper_half_angle_rad = 0.5; /* another machine: nothing is tuned to the first */
     params.actuator.stroke_m = 0.5;
+    params.hydraulics.tank_pa = 1e5;
     struct plant *plant = create(&params, 1);
     struct plant_truth start = truth_of(plant);
     for (int i = 0; i < 100; i++) plant_step(plant, (const double[LEGS]){0});
@@ -69,6 +70,10 @@ static void an_impossible_machine_is_refused_by_name(void **unused) {
     assert_null(plant_create(&params, 1, &error));
     assert_int_equal(error.status, STATUS_USAGE);
     assert_non_null(strstr(error.text, "actuator.stroke_m"));
+    params = defaults();
+    params.hydraulics.tank_pa = 1e6; /* lifts the platform by itself */
+    assert_null(plant_create(&params, 1, &error));
+    assert_non_null(strstr(error.text, "hydraulics.tank_pa"));
 }
 
 static void placed_it_rests_on_its_pressures(void **unused) {
@@ -120,7 +125,7 @@ static void positive_valves_extend_and_raise(void **unused) {
     plant_destroy(plant);
 }
 
-/* Steady rest: the valve makes up for the leakage, P1 = Ps - P2 (alike ports), A1 P1 - A2 P2 the load (method.md section 5: near -0.075). */
+/* Steady rest: the valve makes up for the leakage, P1 = Ps - P2 (alike ports), A1 P1 - A2 P2 the load (method.md section 5: -0.075). */
 static void at_rest_the_valve_feeds_the_leakage(void **unused) {
     (void)unused;
     struct params params = defaults();

@@ -97,13 +97,15 @@ static void rig_run(struct rig *rig, int cycles) {
 static void rig_until(struct rig *rig, enum state state) {
     for (int n = 0; rig->now.state != state; n++) {
         rig_cycle(rig, COMMAND_NONE);
-        if (n == 5000) fail_msg("10 s later still %s (%s), not %s", state_names[rig->now.state], fault_name(rig->now.first_fault), state_names[state]);
+        if (n == 5000)
+            fail_msg("10 s later still %s (%s), not %s", state_names[rig->now.state], fault_name(rig->now.first_fault), state_names[state]);
     }
 }
 
 /* From wherever it is, so many cycles into this state. */
 static void rig_bring(struct rig *rig, enum state state, int cycles) {
-    static const enum command next[STATES] = {[STATE_SETTLED] = COMMAND_ENGAGE, [STATE_READY] = COMMAND_START, [STATE_FAULT] = COMMAND_RESET};
+    static const enum command next[STATES] = {
+        [STATE_SETTLED] = COMMAND_ENGAGE, [STATE_READY] = COMMAND_START, [STATE_FAULT] = COMMAND_RESET};
     for (int n = 0; rig->now.state != state; n++) {
         enum command command = next[rig->now.state];
         if (rig->now.state == STATE_READY && state == STATE_PARKING) command = COMMAND_PARK;
@@ -165,7 +167,7 @@ static void nothing_moves_without_engage(void **unused) {
 
 static void leg_too_short(struct hal_sample *s, int cycle) { (void)cycle, s->length_m[1] = 1.42; }
 static void leg_too_long(struct hal_sample *s, int cycle) { (void)cycle, s->length_m[5] = 2.25; }
-static void leg_too_fast(struct hal_sample *s, int cycle) { s->length_m[2] += s->length_m[2] > 1.8 ? -2e-3 * (cycle + 1) : 2e-3 * (cycle + 1); }
+static void leg_too_fast(struct hal_sample *s, int cycle) { s->length_m[2] += (s->length_m[2] > 1.8 ? -2e-3 : 2e-3) * (cycle + 1); }
 static void force_too_large(struct hal_sample *s, int cycle) { (void)cycle, s->p1_pa[3] = 6e6, s->p2_pa[3] = 0.0; }
 static void pressure_too_high(struct hal_sample *s, int cycle) { (void)cycle, s->p1_pa[0] = 16.6e6, s->p2_pa[0] = 16.6e6; }
 static void pressure_too_low(struct hal_sample *s, int cycle) { (void)cycle, s->p2_pa[4] = -2.1e5; }
@@ -232,7 +234,8 @@ static void each_limit_trips_in_bad_cycles_and_holds_until_reset(void **unused) 
         for (int h = 0; h < HELD; h++) {
             rig_bring(&rig, held[h], 40);
             spoil_cycles(&rig, bad[b].spoil, params.limits.bad_cycles - 1);
-            if (rig.now.state != held[h]) fail_msg("%s in %s: tripped early (%s)", bad[b].what, state_names[held[h]], fault_name(rig.now.first_fault));
+            if (rig.now.state != held[h])
+                fail_msg("%s in %s: tripped early (%s)", bad[b].what, state_names[held[h]], fault_name(rig.now.first_fault));
             rig_request(&rig, (struct request){.id = rig.id}, bad[b].spoil, params.limits.bad_cycles - 1);
             if (rig.now.state != STATE_FAULT) fail_msg("%s in %s: not tripped", bad[b].what, state_names[held[h]]);
             if (rig.now.first_fault != bad[b].headline)
@@ -273,6 +276,7 @@ static void fewer_bad_samples_are_ridden_out_with_the_command_held(void **unused
 static void a_leg_that_does_not_follow_trips(void **unused) {
     (void)unused;
     struct params params = by_hand();
+    params.limits.standstill_m = 1.0; /* or this would speak first */
     for (int leg = 0; leg < LEGS; leg++) {
         struct rig rig;
         int beyond = 0;
@@ -290,6 +294,55 @@ static void a_leg_that_does_not_follow_trips(void **unused) {
     }
 }
 
+/* A transducer dies while the platform moves. Without this its leg would follow a reference that it can never reach, to the end stop. */
+static void a_length_that_stands_still_trips_before_its_leg_has_gone_far(void **unused) {
+    (void)unused;
+    struct params params = by_hand();
+    static const enum state moving[] = {STATE_ENGAGING, STATE_TESTING, STATE_PARKING};
+    params.tests.order[0] = DOF_Z; /* moves all legs by 3.6 mm */
+    for (int m = 0; m < 3; m++)
+        for (int leg = 0; leg < LEGS; leg++) {
+            struct rig rig;
+            double astray = 0.0, frozen_ref;
+            rig_init(&rig, &params);
+            rig_bring(&rig, moving[m], 250);
+            double frozen = rig.now.in.length_m[leg];
+            frozen_ref = rig.platform.still_ref_m[leg];
+            while (rig.now.state == moving[m]) {
+                struct hal_sample sample = {.time_ns = rig.cycles * PERIOD_NS};
+                struct plant_truth truth;
+                plant_measure(rig.plant, &sample);
+                plant_get_truth(rig.plant, &truth);
+                sample.length_m[leg] = frozen;
+                astray = fmax(astray, fabs(truth.length_m[leg] - rig.platform.leg_ref_m[leg]));
+                platform_step(&rig.platform, &sample, (struct request){.id = rig.id}, &rig.now);
+                plant_step(rig.plant, rig.now.out.valve);
+                rig.cycles++;
+            }
+            assert_int_equal(rig.now.first_fault, FAULT_STANDSTILL);
+            assert_true(fabs(rig.platform.leg_ref_m[leg] - frozen_ref) > params.limits.standstill_m);
+            double held_s = params.limits.bad_cycles * params.loop.period_s;
+            assert_below(astray, 2 * params.limits.standstill_m + 0.4 * held_s); /* valves stay open at 0.4 m/s */
+            plant_destroy(rig.plant);
+        }
+}
+
+static void a_leg_with_much_dry_friction_does_not_stand_still_for_long_enough_to_trip(void **unused) {
+    (void)unused;
+    struct params params = brisk();
+    struct rig rig;
+    int effect = effect_find("cylinder_coulomb_friction");
+    assert_true(effect >= 0);
+    params.effects[effect].on = true;
+    for (int k = 0; k < EFFECT_KEYS && effect_table[effect]->keys[k].name; k++)
+        for (int i = 0; i < LEGS; i++) params.effects[effect].value[k][i] = 400.0; /* twice the paper's */
+    rig_init(&rig, &params);
+    for (int n = 0; n < 20000 && (n == 0 || rig.platform.automatic); n++) rig_cycle(&rig, COMMAND_NONE);
+    assert_int_equal(rig.now.state, STATE_SETTLED);
+    assert_int_equal(rig.now.first_fault, 0);
+    plant_destroy(rig.plant);
+}
+
 /* Each length is one a leg can have; together they fit no pose. */
 static void no_such_platform(struct hal_sample *s, int cycle) {
     (void)cycle;
@@ -300,7 +353,7 @@ static void lengths_that_fit_no_pose_trip(void **unused) {
     (void)unused;
     struct params params = by_hand();
     struct rig rig;
-    params.limits.leg_rate_mps = params.limits.following_m = 1e6; /* or these would speak first */
+    params.limits.leg_rate_mps = params.limits.following_m = params.limits.standstill_m = 1e6; /* or these would speak first */
     rig_init(&rig, &params);
     rig_bring(&rig, STATE_READY, 10);
     spoil_cycles(&rig, no_such_platform, params.limits.bad_cycles - 1);
@@ -644,6 +697,8 @@ int main(void) {
         cmocka_unit_test(each_limit_trips_in_bad_cycles_and_holds_until_reset),
         cmocka_unit_test(fewer_bad_samples_are_ridden_out_with_the_command_held),
         cmocka_unit_test(a_leg_that_does_not_follow_trips),
+        cmocka_unit_test(a_length_that_stands_still_trips_before_its_leg_has_gone_far),
+        cmocka_unit_test(a_leg_with_much_dry_friction_does_not_stand_still_for_long_enough_to_trip),
         cmocka_unit_test(lengths_that_fit_no_pose_trip),
         cmocka_unit_test(overrun_limit_in_a_row_trips_and_one_less_does_not),
         cmocka_unit_test(a_missed_deadline_is_no_leg_rate_fault),

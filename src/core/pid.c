@@ -12,7 +12,8 @@ double pid_step(struct pid *c, const struct control_params *g, double dt_s, doub
     if (!windup) c->integral = clamp(c->integral + g->ki * e * dt_s, g->integral_limit);
     c->derivative_mps += dt_s / (g->tf + dt_s) * ((e - c->error_m) / dt_s - c->derivative_mps);
     c->force_lp_n += dt_s / (g->tp + dt_s) * (force_n - c->force_lp_n);
-    double u = g->kp * e + c->integral + g->kd * c->derivative_mps + g->kff * (ref_m - c->ref_m) / dt_s - g->kpf * (force_n - c->force_lp_n);
+    double u = g->kp * e + c->integral + g->kd * c->derivative_mps + g->kff * (ref_m - c->ref_m) / dt_s -
+               g->kpf * (force_n - c->force_lp_n);
     c->error_m = e;
     c->ref_m = ref_m;
     c->output = clamp(u, g->output_limit);

@@ -40,14 +40,25 @@ static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
         if (!inside(in->length_m[i], l->length_min_m, l->length_max_m)) suspect |= FAULT_STROKE;
         if (p->good_seq >= 0 && !(fabs(in->length_m[i] - p->length_m[i]) <= l->leg_rate_mps * elapsed_s)) suspect |= FAULT_LEG_RATE;
         if (!(fabs(leg_force(&p->areas, in->p1_pa[i], in->p2_pa[i])) <= l->force_n)) suspect |= FAULT_FORCE;
-        if (supervisor_drives(p->supervisor.state) && !(fabs(p->leg_ref_m[i] - in->length_m[i]) <= l->following_m)) suspect |= FAULT_FOLLOWING;
+        if (!supervisor_drives(p->supervisor.state)) continue;
+        if (!(fabs(p->leg_ref_m[i] - in->length_m[i]) <= l->following_m)) suspect |= FAULT_FOLLOWING;
+        if (!(fabs(p->leg_ref_m[i] - p->still_ref_m[i]) <= l->standstill_m)) suspect |= FAULT_STANDSTILL;
     }
     return suspect;
+}
+
+/* SAFETY: a transducer that stands still while the others hold their legs is seen by nothing else: its own leg then runs away. */
+static void watch_standstill(struct platform *p, const struct hal_sample *in) {
+    for (int i = 0; i < LEGS && !(in->flags & SAMPLE_IO); i++) {
+        if (in->length_m[i] != p->still_m[i]) p->still_ref_m[i] = p->leg_ref_m[i];
+        p->still_m[i] = in->length_m[i];
+    }
 }
 
 /* Takes the sample over when it is good: pose and leg forces. Returns what is doubtful about it. */
 static uint32_t observe(struct platform *p, const struct hal_sample *in) {
     p->overruns = in->flags & SAMPLE_OVERRUN ? p->overruns + (p->overruns < p->params->loop.overrun_limit) : 0;
+    watch_standstill(p, in);
     uint32_t suspect = doubts(p, in);
     if (suspect) return suspect;
     double pose[DOFS];
@@ -83,7 +94,8 @@ static enum trigger automatic(const struct platform *p) {
     bool left = p->test < p->params->tests.count;
     if (!p->automatic) return TRIGGER_NONE;
     if (p->supervisor.state == STATE_SETTLED) return left ? TRIGGER_ENGAGE : TRIGGER_NONE;
-    if (p->supervisor.state != STATE_READY || (double)p->ready_ticks * p->params->loop.period_s < p->params->motion.hold_s) return TRIGGER_NONE;
+    bool held = (double)p->ready_ticks * p->params->loop.period_s >= p->params->motion.hold_s;
+    if (p->supervisor.state != STATE_READY || !held) return TRIGGER_NONE;
     return left ? TRIGGER_START : TRIGGER_PARK;
 }
 
@@ -98,7 +110,7 @@ static void engage(struct platform *p) {
     memset(p->ref_rate, 0, sizeof p->ref_rate);
     for (int i = 0; i < LEGS; i++) {
         pid_reset(&p->pid[i], p->length_m[i], p->force_n[i]);
-        p->leg_ref_m[i] = p->length_m[i];
+        p->leg_ref_m[i] = p->still_ref_m[i] = p->length_m[i];
     }
     move_to(p, 0.0, p->params->motion.engage_s);
 }

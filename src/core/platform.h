@@ -20,6 +20,7 @@ struct platform {
     /* the last good sample */
     double pose[DOFS];           /* forward kinematics starts here */
     double length_m[LEGS], force_n[LEGS];
+    double still_m[LEGS], still_ref_m[LEGS]; /* the reading before, and the leg's reference when it last changed */
     int64_t good_seq, good_ns;   /* its cycle, -1: none yet; and its instant */
     int overruns;                /* in a row, at most loop.overrun_limit */
     /* the last reference and command */

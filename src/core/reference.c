@@ -57,7 +57,8 @@ static void test_step(struct reference *r, const struct test_params *t, double d
     double envelope = smooth(r->ticks, ramp) * (1.0 - smooth(r->ticks - r->ramp_out_tick, end - r->ramp_out_tick));
     s->test_time_s = (double)r->ticks * dt_s;
     s->pose[r->dof] = amplitude * envelope * sin(2.0 * PI * t->frequency_hz * s->test_time_s);
-    s->phase = r->ticks >= r->ramp_out_tick ? PHASE_RAMP_OUT : r->ticks < 0 ? PHASE_SETTLE : r->ticks < ramp ? PHASE_RAMP_IN : PHASE_EVALUATE;
+    s->phase = r->ticks >= r->ramp_out_tick ? PHASE_RAMP_OUT : r->ticks < 0 ? PHASE_SETTLE :
+               r->ticks < ramp ? PHASE_RAMP_IN : PHASE_EVALUATE;
     s->done = r->ticks >= end || (r->ticks < 0 && s->phase == PHASE_RAMP_OUT);
     if (s->done) reference_hold(r, (double[DOFS]){0});
 }

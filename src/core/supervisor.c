@@ -6,7 +6,7 @@ const char *const state_names[STATES] = {"init", "settled", "engaging", "ready",
 const char *const command_names[COMMANDS] = {"none", "engage", "start", "stop", "park", "reset"};
 
 static const char *const fault_names[] = {"sensor_age", "sensor_invalid", "stroke", "leg_rate", "following_error", "force", "kinematics",
-                                          "overrun", "io"};
+                                          "overrun", "io", "standstill"};
 
 const char *fault_name(uint32_t faults) {
     for (unsigned i = 0; i < sizeof fault_names / sizeof *fault_names; i++)

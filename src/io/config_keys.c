@@ -95,6 +95,7 @@ static const struct config_key keys[] = {
     KEY(limits, length_max_m, "2.240", 0.01, 30.0, "m", "longest leg"),
     KEY(limits, leg_rate_mps, "0.6", 0.001, 10.0, "m/s", "fastest leg"),
     KEY(limits, following_m, "0.05", 1e-4, 1.0, "m", "leg reference against leg length while engaged"),
+    KEY(limits, standstill_m, "0.002", 1e-4, 1.0, "m", "leg reference's motion since the length last changed"),
     KEY(limits, force_n, "15000", 1.0, 1e7, "N", "of a leg, either sign"),
     KEY(limits, sensor_age_s, "0.01", 1e-4, 1.0, "s", "oldest sample to act upon"),
     KEY(limits, pressure_min_pa, "-2e5", -1e7, 1e8, "Pa", "lowest plausible reading"),

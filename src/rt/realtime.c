@@ -18,7 +18,8 @@ static int pin(int cpu, struct error *error) {
     CPU_ZERO(&set);
     CPU_SET((size_t)cpu, &set);
     int refused = pthread_setaffinity_np(pthread_self(), sizeof set, &set);
-    if (refused) return error_set(error, STATUS_UNSAFE, "loop.cpu: cannot run on processor %d (%s): choose one that exists", cpu, strerror(refused));
+    if (refused)
+        return error_set(error, STATUS_UNSAFE, "loop.cpu: cannot run on processor %d (%s): choose one that exists", cpu, strerror(refused));
     return STATUS_OK;
 }
 

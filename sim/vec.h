@@ -1,6 +1,6 @@
-/* Three-vectors and the 6x6 Cholesky factor: what the closed-form engine needs, inline. */
-#ifndef HEXID_VEC3_H
-#define HEXID_VEC3_H
+/* Vectors of three and six, and the Cholesky factor of a 6x6 matrix: what the closed form needs, inline. */
+#ifndef HEXID_VEC_H
+#define HEXID_VEC_H
 
 #include <math.h>
 

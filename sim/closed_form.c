@@ -1,0 +1,125 @@
+#include "closed_form.h"
+
+#include <string.h>
+
+void closed_form_row(const struct instant *now, int k, double row[DOFS], double *bias) {
+    if (k >= LEGS) {
+        memcpy(row, now->axes.row[k - LEGS], DOFS * sizeof *row);
+        *bias = now->axes.bias[k - LEGS];
+        return;
+    }
+    double across[3] = {now->legs.across[0][k], now->legs.across[1][k], now->legs.across[2][k]};
+    rigid_row(&now->legs, k, row);
+    *bias = dot3(across, across) / now->legs.length[k];
+    for (int i = 0; i < 3; i++) *bias += now->legs.n[i][k] * now->legs.centripetal[i][k];
+}
+
+static double coordinate_rate(const struct instant *now, const union machine *s, int k) {
+    return k < LEGS ? now->legs.rate[k] : dot6(now->axes.row[k - LEGS], s->body.twist);
+}
+
+/* Direction of sliding: fixed over a step where friction may hold, otherwise that of the motion. */
+static int direction_of(const struct closed_form *e, int k, double rate) {
+    if (k >= e->first && k < e->last) return e->direction[k];
+    return rate < 0.0 ? -1 : 1;
+}
+
+/* Friction of leg `leg` on the platform; nothing but dry friction when the hydraulics are left out. */
+static double leg_friction(const struct closed_form *e, const union machine *s, const struct drive *drive, int leg, double rate) {
+    int direction = direction_of(e, leg, rate);
+    double speed = direction * rate;
+    if (direction == 0) return 0.0;
+    struct friction f = cylinder_friction(&e->cylinder, leg, &s->cylinder[leg], direction, speed > 0.0 ? speed : 0.0);
+    return -direction * (f.dry + (drive->valve ? f.viscous : 0.0));
+}
+
+static void push_joints(const struct closed_form *e, const union machine *s, struct instant *now) {
+    for (int k = LEGS; k < COORDINATES; k++) {
+        double rate = coordinate_rate(now, s, k);
+        int direction = direction_of(e, k, rate);
+        struct friction f = joint_friction(e->params, (k - LEGS) / JOINT_AXES_PER_LEG, fabs(rate));
+        double moment = -direction * f.dry - (rate < 0.0 ? -f.viscous : f.viscous);
+        if (direction != 0) add6(moment, now->axes.row[k - LEGS], now->free);
+    }
+}
+
+void closed_form_look(const struct closed_form *e, const union machine *s, const struct drive *drive, struct instant *now) {
+    double axial[LEGS];
+    rigid_legs(&e->rigid, &s->body, &now->legs);
+    rigid_dynamics(&e->rigid, &s->body, &now->legs, now->mass.c, now->free);
+    for (int k = 0; k < LEGS; k++) {
+        double drive_n = drive->valve ? cylinder_hydraulic_force(&e->cylinder, &s->cylinder[k]) : drive->force_n[k];
+        now->friction_n[k] = leg_friction(e, s, drive, k, now->legs.rate[k]);
+        now->stop_n[k] = cylinder_stop_force(&e->cylinder, now->legs.length[k], now->legs.rate[k]);
+        axial[k] = drive_n + now->friction_n[k] + now->stop_n[k];
+    }
+    rigid_push(&now->legs, axial, now->free);
+    if (e->joints) {
+        joint_axes(&e->rigid, &s->body, &now->legs, &now->axes);
+        push_joints(e, s, now);
+    }
+    factor6(&now->mass);
+    whiten6(&now->mass, now->free);
+}
+
+bool closed_form_held(const struct closed_form *e, int k) { return k >= e->first && k < e->last && e->direction[k] == 0; }
+
+void closed_form_basis(const struct closed_form *e, const struct instant *now, struct stick_basis *basis) {
+    basis->rank = 0;
+    for (int k = e->first; k < e->last; k++) {
+        double row[DOFS], bias;
+        if (!closed_form_held(e, k)) continue;
+        closed_form_row(now, k, row, &bias);
+        whiten6(&now->mass, row);
+        stick_basis_add(basis, row, bias);
+    }
+}
+
+static void derivative(const struct closed_form *e, const union machine *s, const struct drive *drive, union machine *rate) {
+    struct instant now;
+    struct stick_basis basis;
+    closed_form_look(e, s, drive, &now);
+    if (e->first < e->last) {
+        closed_form_basis(e, &now, &basis);
+        stick_hold(&basis, 1.0, now.free);
+    }
+    unwhiten6(&now.mass, now.free);
+    const double *q = s->body.attitude, *w = s->body.twist + 3;
+    rate->body = (struct rigid_state){
+        .position = {s->body.twist[0], s->body.twist[1], s->body.twist[2]},
+        .attitude = {0.5 * (-w[0] * q[1] - w[1] * q[2] - w[2] * q[3]), 0.5 * (w[0] * q[0] + w[1] * q[3] - w[2] * q[2]),
+                     0.5 * (w[1] * q[0] + w[2] * q[1] - w[0] * q[3]), 0.5 * (w[2] * q[0] + w[0] * q[2] - w[1] * q[1])},
+    };
+    memcpy(rate->body.twist, now.free, sizeof now.free);
+    memset(rate->cylinder, 0, sizeof rate->cylinder);
+    for (int k = 0; drive->valve && k < LEGS; k++)
+        rate->cylinder[k] = cylinder_derivative(&e->cylinder, &s->cylinder[k], now.legs.length[k], now.legs.rate[k], drive->valve[k]);
+}
+
+enum { VALUES = sizeof(union machine) / sizeof(double) };
+
+static void blend(const union machine *from, double h, const union machine *rate, union machine *to) {
+    for (int i = 0; i < VALUES; i++) to->value[i] = from->value[i] + h * rate->value[i];
+}
+
+void closed_form_rk4(const struct closed_form *e, const union machine *from, double h, const struct drive *drive, union machine *to) {
+    union machine k1, k2, k3, k4, at;
+    derivative(e, from, drive, &k1);
+    blend(from, 0.5 * h, &k1, &at);
+    derivative(e, &at, drive, &k2);
+    blend(from, 0.5 * h, &k2, &at);
+    derivative(e, &at, drive, &k3);
+    blend(from, h, &k3, &at);
+    derivative(e, &at, drive, &k4);
+    for (int i = 0; i < VALUES; i++)
+        to->value[i] = from->value[i] + h / 6.0 * (k1.value[i] + 2.0 * (k2.value[i] + k3.value[i]) + k4.value[i]);
+    double *q = to->body.attitude, scale = 1.0 / sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    for (int i = 0; i < 4; i++) q[i] *= scale;
+}
+
+void closed_form_rates(const struct closed_form *e, const union machine *s, double rate[COORDINATES]) {
+    struct instant now;
+    rigid_legs(&e->rigid, &s->body, &now.legs);
+    if (e->last > LEGS) joint_axes(&e->rigid, &s->body, &now.legs, &now.axes);
+    for (int k = e->first; k < e->last; k++) rate[k] = coordinate_rate(&now, s, k);
+}

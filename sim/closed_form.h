@@ -1,0 +1,64 @@
+/* Rigid bodies and hydraulics as one system of first-order equations, with friction, and its RK4 step. Smooth over a step as long as no
+ * coordinate with dry friction turns round: that is the engine's part (engine_closed_form.c). RT. */
+#ifndef HEXID_CLOSED_FORM_H
+#define HEXID_CLOSED_FORM_H
+
+#include "engine.h"
+#include "joint_axes.h"
+#include "rigid.h"
+#include "stick.h"
+#include "vec.h"
+
+/* Coordinates with friction: the legs, then the axes of the universal joints. */
+enum { COORDINATES = LEGS + JOINT_AXES };
+
+union machine {
+    struct {
+        struct rigid_state body;
+        struct cylinder_state cylinder[LEGS];
+    };
+    double value[(sizeof(struct rigid_state) + LEGS * sizeof(struct cylinder_state)) / sizeof(double)];
+};
+
+/* What moves the legs over a step: valve commands, or these forces instead of hydraulics. The other one is NULL. */
+struct drive {
+    const double *valve, *force_n;
+};
+
+struct closed_form {
+    struct engine base;
+    const struct params *params;
+    struct cylinder_model cylinder;
+    struct rigid_model rigid;
+    bool joints;                     /* there is joint friction */
+    int first, last;                 /* the coordinates that dry friction can hold: first <= k < last */
+    union machine state;
+    int direction[COORDINATES];      /* of those: +1, -1 sliding, over a whole step; 0 held */
+    double holding[COORDINATES];     /* force that holds them */
+    double rate[COORDINATES];        /* in this state */
+};
+
+/* The machine at one instant. */
+struct instant {
+    struct rigid_legs legs;
+    struct joint_axes axes;          /* only with joint friction */
+    double friction_n[LEGS], stop_n[LEGS];
+    struct factor6 mass;             /* its Cholesky factor */
+    double free[DOFS];               /* whitened acceleration (stick.h) without the friction that holds */
+};
+
+void closed_form_look(const struct closed_form *e, const union machine *s, const struct drive *drive, struct instant *now);
+
+/* Row of a coordinate and what its rate changes by when the platform does not accelerate. */
+void closed_form_row(const struct instant *now, int k, double row[DOFS], double *bias);
+
+/* Rates of the coordinates that dry friction can hold; the others stay. */
+void closed_form_rates(const struct closed_form *e, const union machine *s, double rate[COORDINATES]);
+
+bool closed_form_held(const struct closed_form *e, int k);
+void closed_form_basis(const struct closed_form *e, const struct instant *now, struct stick_basis *basis);
+
+/* from and to may be the same. What is held stays held, what slides keeps its direction. */
+void closed_form_rk4(const struct closed_form *e, const union machine *from, double h, const struct drive *drive, union machine *to);
+
+#endif
