@@ -65,6 +65,15 @@ static void heartbeat(struct can_master *m, struct can_peer *p, enum can_state s
     }
 }
 
+/* A node that lost the daemon has left operational: set up at once, not with its next heartbeat. */
+static void emergency(struct can_peer *p, const struct can_frame *f) {
+    uint16_t code;
+    uint8_t error_register;
+    if (!can_parse_emcy(f, &code, &error_register)) return;
+    if (code == EMCY_HEARTBEAT || code == EMCY_RPDO_TIMEOUT) set_up(p);
+    p->emcy = code;
+}
+
 /* The answer to the request of this step: on to the next. Any other answer is left to the time-out. */
 static void sdo_reply(struct can_master *m, struct can_peer *p, int node, const struct can_sdo *reply) {
     struct can_sdo asked;
@@ -119,11 +128,10 @@ void can_master_receive(struct can_master *m, const struct can_frame *f, int64_t
         struct can_peer *p = &m->peer[node - 1];
         enum can_state state;
         struct can_sdo reply;
-        uint8_t error_register;
         p->heard_ns = time_ns;
         if (functions[i] == COB_TPDO) tpdo(m, p, f);
         else if (functions[i] == COB_HEARTBEAT && can_parse_heartbeat(f, &state)) heartbeat(m, p, state);
-        else if (functions[i] == COB_EMCY) can_parse_emcy(f, &p->emcy, &error_register);
+        else if (functions[i] == COB_EMCY) emergency(p, f);
         else if (functions[i] == COB_SDO_REPLY && can_parse_sdo_reply(f, &reply)) sdo_reply(m, p, node, &reply);
     }
 }
@@ -180,7 +188,7 @@ static void latch(struct can_master *m) {
     if (m->echo_due || m->syncs == m->latched_sync) return;
     for (int i = 0; i < CAN_NODES; i++)
         if (!m->peer[i].fresh) {
-            m->lost++;
+            m->lost += can_master_ready(m);
             return;
         }
     for (int i = 0; i < CAN_NODES; i++) m->latched[i] = m->peer[i].tpdo;
