@@ -112,6 +112,7 @@ enum { LCM_URL_SIZE = 128 };
 struct lcm_params {
     char url[LCM_URL_SIZE];       /* "" none; udpm ttl 0 stays on the host */
     int state_every;              /* one HEXID_STATE on the wire for so many cycles */
+    bool commands;                /* SAFETY: accept commands that move; stop and park are always accepted */
 };
 
 /* One kind of channel between the field and hexid, leg by leg: si = si_min + (raw - raw_min) / (raw_max - raw_min) (si_max - si_min) + offset.

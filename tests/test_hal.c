@@ -58,9 +58,9 @@ static void malformed_faults_are_refused_with_the_form_to_write(void **unused) {
         "drop@-1+1;sim:", "drop@nan+1;sim:", "drop@1+nan;sim:", "drop@1+inf;sim:", "drop@1e7+1;sim:", "drop@1+1", "drop@1+1,;sim:",
         "drop@1+1 ;sim:", "drop@1+1x;sim:", "drop@1+1;;sim:x", "none@1+1;sim:", "dropp@1+1;sim:", "dro@1+1;sim:", "@1+1;sim:",
         "nan@1+1/;sim:", "nan@1+1/0;sim:", "nan@1+1/7;sim:", "nan@1+1/-1;sim:", "nan@1+1/1.5;sim:", "nan@1+1/4294967297;sim:",
-        "nan@1+1/x;sim:", "nan@1+1/nan;sim:", "nan@1+1/1/2;sim:", "nan@1+1=3;sim:", "nan@1+1=nan;sim:", "length@1+1;sim:", "length@1+1=;sim:",
-        "length@1+1=nan;sim:", "length@1+1=inf;sim:", "length@1+1=1e300;sim:", "length@1+1=1=2;sim:", "length@1+1=1/1;sim:", "late@1+1;sim:",
-        "late@1+1/3=1;sim:", "drop@1+1/3;sim:", "stale@1+1/3;sim:", "deaf@1+1=1;sim:",
+        "nan@1+1/x;sim:", "nan@1+1/nan;sim:", "nan@1+1/1/2;sim:", "nan@1+1=3;sim:", "nan@1+1=nan;sim:", "length@1+1;sim:",
+        "length@1+1=;sim:", "length@1+1=nan;sim:", "length@1+1=inf;sim:", "length@1+1=1e300;sim:", "length@1+1=1=2;sim:",
+        "length@1+1=1/1;sim:", "late@1+1;sim:", "late@1+1/3=1;sim:", "drop@1+1/3;sim:", "stale@1+1/3;sim:", "deaf@1+1=1;sim:",
     };
     for (unsigned i = 0; i < sizeof faults / sizeof *faults; i++) {
         char url[80];

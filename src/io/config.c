@@ -88,7 +88,7 @@ static int read_section(struct reader *r, const char *path, size_t line) {
     if (keys && (status = read_mapping(r, path)) != STATUS_OK) return status;
     const char *dot = strchr(path, '.');
     if (dot && !r->params->effects[effect_find(dot + 1)].on) /* neither on nor off: the user meant something else */
-        return fail(r->error, r->name, line, "%s has no key, so it is not switched on; set one (`hexid effects %s`) or delete the line", path, dot + 1);
+        return fail(r->error, r->name, line, "%s has no key, so it stays off; set one (`hexid effects %s`) or delete the line", path, dot + 1);
     return STATUS_OK;
 }
 

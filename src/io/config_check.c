@@ -25,7 +25,7 @@ __attribute__((format(printf, 3, 4))) static void require(struct checker *c, boo
 static void check_payload(struct checker *c, const struct payload_params *p) {
     double xx = p->inertia_xx_kg_m2, yy = p->inertia_yy_kg_m2, zz = p->inertia_zz_kg_m2;
     require(c, xx + yy >= zz && yy + zz >= xx && zz + xx >= yy,
-            "payload.inertia_xx_kg_m2 %g, inertia_yy_kg_m2 %g, inertia_zz_kg_m2 %g: no body has them; each is at most the sum of the others",
+            "payload.inertia_xx_kg_m2 %g, inertia_yy_kg_m2 %g, inertia_zz_kg_m2 %g: no body has them; each is at most the others' sum",
             xx, yy, zz);
 }
 
@@ -44,17 +44,18 @@ static void check_legs(struct checker *c, const struct params *p) {
     require(c, a->rod_diameter_m < a->piston_diameter_m, "actuator.rod_diameter_m %g must be below actuator.piston_diameter_m %g",
             a->rod_diameter_m, a->piston_diameter_m);
     require(c, shortest >= a->stroke_m,
-            "actuator.stroke_m %g does not fit: the geometry makes legs of %.4g m at mid-stroke, and a cylinder is at least its stroke long "
-            "when it is in; give a stroke up to %.4g m, or a larger geometry.height_m", a->stroke_m, neutral, neutral / 1.5);
+            "actuator.stroke_m %g does not fit: the geometry makes legs of %.4g m at mid-stroke, and a cylinder is at least its stroke "
+            "long when it is in; give a stroke up to %.4g m, or a larger geometry.height_m", a->stroke_m, neutral, neutral / 1.5);
     require(c, a->upper_center_m <= shortest && a->lower_center_m <= shortest,
-            "actuator.upper_center_m %g and lower_center_m %g must lie within the shortest leg, %.4g m", a->upper_center_m, a->lower_center_m,
-            shortest);
+            "actuator.upper_center_m %g and lower_center_m %g must lie within the shortest leg, %.4g m", a->upper_center_m,
+            a->lower_center_m, shortest);
     require(c, l->length_min_m < neutral && neutral < l->length_max_m,
-            "limits.length_min_m %g and length_max_m %g must enclose the neutral leg length, %.4g m", l->length_min_m, l->length_max_m, neutral);
+            "limits.length_min_m %g and length_max_m %g must enclose the neutral leg length, %.4g m", l->length_min_m,
+            l->length_max_m, neutral);
     require(c, drop < p->geometry.height_m, "motion.park_z_m %g must be below geometry.height_m %g", drop, p->geometry.height_m);
     require(c, parked >= shortest && parked > l->length_min_m,
-            "motion.park_z_m %g makes legs of %.4g m; the stroke ends at %.4g m and limits.length_min_m is %g: park higher (smaller z)", drop,
-            parked, shortest, l->length_min_m);
+            "motion.park_z_m %g makes legs of %.4g m; the stroke ends at %.4g m and limits.length_min_m is %g: park higher (smaller z)",
+            drop, parked, shortest, l->length_min_m);
 }
 
 static void check_limits(struct checker *c, const struct params *p) {
@@ -91,14 +92,14 @@ static void check_tests(struct checker *c, const struct params *p) {
             t->frequency_hz, rate_hz);
     require(c, t->duration_s * t->frequency_hz >= 2, "tests.duration_s %g must hold two periods of tests.frequency_hz %g: at least %g s",
             t->duration_s, t->frequency_hz, 2 / t->frequency_hz);
-    require(c, samples >= 2 * regressors, "tests.duration_s %g holds %.0f samples; tests.harmonics %d needs %d: at least %g s", t->duration_s,
-            samples, t->harmonics, 2 * regressors, 2 * regressors / rate_hz);
+    require(c, samples >= 2 * regressors, "tests.duration_s %g holds %.0f samples; tests.harmonics %d needs %d: at least %g s",
+            t->duration_s, samples, t->harmonics, 2 * regressors, 2 * regressors / rate_hz);
     require(c, reach < room,
-            "tests.amplitude_m %g or amplitude_rad %g (%.3g m at a joint) leaves the legs' room round neutral, %.3g m by actuator.stroke_m, "
-            "limits.length_min_m and length_max_m", t->amplitude_m, t->amplitude_rad, swing, room);
+            "tests.amplitude_m %g or amplitude_rad %g (%.3g m at a joint) leaves the legs' room round neutral, %.3g m by "
+            "actuator.stroke_m, limits.length_min_m and length_max_m", t->amplitude_m, t->amplitude_rad, swing, room);
     require(c, speed < l->leg_rate_mps,
-            "tests.amplitude_m %g or amplitude_rad %g at tests.frequency_hz %g takes %.3g m/s, above limits.leg_rate_mps %g", t->amplitude_m,
-            t->amplitude_rad, t->frequency_hz, speed, l->leg_rate_mps);
+            "tests.amplitude_m %g or amplitude_rad %g at tests.frequency_hz %g takes %.3g m/s, above limits.leg_rate_mps %g; lower one",
+            t->amplitude_m, t->amplitude_rad, t->frequency_hz, speed, l->leg_rate_mps);
 }
 
 static void check_sim(struct checker *c, const struct params *p) {

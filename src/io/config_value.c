@@ -219,5 +219,10 @@ void config_range_format(const struct config_key *key, char text[CONFIG_TEXT_SIZ
     const char *unit = strcmp(key->unit, "-") == 0 ? "" : key->unit;
     if (key->kind == CONFIG_BOOLEAN) snprintf(text, CONFIG_TEXT_SIZE, "true, false");
     else if (key->kind == CONFIG_TEXT) snprintf(text, CONFIG_TEXT_SIZE, "text");
-    else if (!key->names) snprintf(text, CONFIG_TEXT_SIZE, "%g..%g%s%s", key->min, key->max, *unit ? " " : "", unit);
+    else if (!key->names) {
+        used = (size_t)format_number(key->min, text, CONFIG_TEXT_SIZE);
+        used += (size_t)snprintf(text + used, CONFIG_TEXT_SIZE - used, "..");
+        used += (size_t)format_number(key->max, text + used, CONFIG_TEXT_SIZE - used);
+        snprintf(text + used, CONFIG_TEXT_SIZE - used, "%s%s", *unit ? " " : "", unit);
+    }
 }

@@ -27,9 +27,16 @@ interrupt_at() {
 }
 not_evaluated() { "$python" -c 'import json, sys; v = json.load(open(sys.argv[1]))["verdict"]; print(v); sys.exit(v["status"] != "not_evaluated")' "$work/run.json"; }
 log_is_whole() { "$hexid" identify "$work/run.lcm" 2>"$work/error" >/dev/null; cat "$work/error"; ! grep -q 'cut' "$work/error"; }
-ends_parked() { PYTHONPATH=$work "$python" tests/peers/log_states.py "$work/run.lcm" | tee "$work/states" && tail -n 1 "$work/states" | grep -qx "settled"; }
+ends_settled() { # the last cycle in the log, by LCM's own Python library
+    PYTHONPATH=$work "$python" -c 'import hexid, lcm, sys
+for event in lcm.EventLog(sys.argv[1], "r"):
+    if event.channel == "HEXID_STATE": last = event
+state = hexid.state_t.decode(last.data)
+print("state", state.state, "enable", state.enable)
+sys.exit(state.state != 1 or state.enable)' "$work/run.lcm"
+}
 
-parks() { interrupt_at "$@" && not_evaluated && log_is_whole && ends_parked; }
+parks() { interrupt_at "$@" && not_evaluated && log_is_whole && ends_settled; }
 
 claim "SIGINT before anything moves: parked, log closed, not evaluated" parks settled INT
 claim "SIGINT while engaging: parked, log closed, not evaluated" parks engaging INT

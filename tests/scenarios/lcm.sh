@@ -14,36 +14,44 @@ url='udpm://239.255.76.67:7667?ttl=0'
 ip link set lo up
 ip link set lo multicast on
 ip route add 224.0.0.0/4 dev lo
-lcm-gen -p --ppath "$work" lcmtypes/*.lcm
 
 # Both receivers have joined the multicast group.
 listening() { [ -e "$work/ready" ] && awk '$1 == "434CFFEF" { users += $2 } END { exit users < 2 }' /proc/net/igmp; }
 
-PYTHONPATH=$work "$python" tests/peers/listen.py "$url" "$work/ready" >"$work/python" 2>"$work/python.error" &
+mkfifo "$work/input"
+"$python" tests/peers/subscriber.py "$work" "$url" "$work/ready" <"$work/input" >"$work/python" 2>"$work/python.error" &
 listener=$!
 lcm-logger --lcm-url="$url" --quiet "$work/logger.lcm" >"$work/logger" 2>&1 &
 logger=$!
+exec 3>"$work/input" # the listener ends when this is closed
 until listening; do
     { kill -0 $listener && kill -0 $logger; } 2>/dev/null || { cat "$work/python.error" "$work/logger"; break; }
     sleep 0.05
 done
 quick --set lcm.url="$url" --set lcm.state_every=100 --log "$work/run.lcm" >"$work/run" 2>&1
+exec 3>&-
 wait $listener
 kill -INT $logger
 wait $logger
 
-received() { cat "$work/python" "$work/python.error" "$work/run"; grep -q "^$1 $2 " "$work/python"; }
-small() { cat "$work/python"; awk '$1 == "HEXID_STATE" { size = $3 } END { exit !(size > 0 && size <= 600) }' "$work/python"; }
+received() {
+    cat "$work/python.error" "$work/run"
+    local count
+    count=$(grep -c "\"channel\": \"$1\"" "$work/python")
+    echo "$count of $1"
+    [ "$count" -eq "$2" ]
+}
 logged() {
     "$python" -c 'import lcm, sys
-counts = {}
-for event in lcm.EventLog(sys.argv[1], "r"): counts[event.channel] = counts.get(event.channel, 0) + 1
-print(counts)
-sys.exit(counts.get("HEXID_TEST_RESULT") != 6 or counts.get("HEXID_IDENTIFICATION") != 1)' "$work/$1"
+count, size = {}, {}
+for event in lcm.EventLog(sys.argv[1], "r"):
+    count[event.channel] = count.get(event.channel, 0) + 1
+    size[event.channel] = max(size.get(event.channel, 0), len(event.data))
+print(count, size)
+sys.exit(count.get("HEXID_TEST_RESULT") != 6 or count.get("HEXID_IDENTIFICATION") != 1 or not 0 < size.get("HEXID_STATE", 0) <= 600)' "$work/$1"
 }
 
 claim "LCM's Python library receives six test results" received HEXID_TEST_RESULT 6
 claim "and one identification" received HEXID_IDENTIFICATION 1
-claim "a state message has at most 600 bytes" small
-claim "lcm-logger records six test results and one identification" logged logger.lcm
+claim "lcm-logger records both, and no state of more than 600 bytes" logged logger.lcm
 claim "hexid's own log, read by LCM's library, has them too" logged run.lcm

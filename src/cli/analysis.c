@@ -1,0 +1,70 @@
+#include "analysis.h"
+
+#include <inttypes.h>
+#include <stdlib.h>
+
+#include "cli.h"
+#include "identification_table.h"
+#include "supervisor.h"
+#include "units.h"
+
+int analysis_init(struct analysis *a, const struct params *params, struct error *error) {
+    *a = (struct analysis){.params = params};
+    return ident_init(&a->ident, params, error);
+}
+
+bool analysis_take(struct analysis *a, const struct cycle *c) {
+    if (a->cycles && c->seq > a->last.seq) a->lost += (int64_t)(c->seq - a->last.seq - 1);
+    a->last = *c;
+    a->cycles++;
+    a->overruns += (c->in.flags & SAMPLE_OVERRUN) != 0;
+    histogram_add(&a->wake, c->wake_late_ns);
+    histogram_add(&a->exec, c->exec_ns);
+    return ident_feed(&a->ident, c);
+}
+
+bool analysis_end(struct analysis *a) { return ident_end(&a->ident); }
+
+struct loop_statistics analysis_statistics(const struct analysis *a) {
+    static const double quantile[] = {0.5, 0.99, 0.999};
+    struct loop_statistics s = {.cycles = a->cycles, .overruns = a->overruns, .lost = a->lost, .period_s = a->params->loop.period_s,
+                                .timed = a->exec.max_ns > 0}; /* a virtual clock stands still within a cycle */
+    for (int i = 0; i < 3; i++) {
+        s.wake_us[i] = us_from_ns(histogram_quantile(&a->wake, quantile[i]));
+        s.exec_us[i] = us_from_ns(histogram_quantile(&a->exec, quantile[i]));
+    }
+    s.wake_us[3] = us_from_ns(a->wake.max_ns);
+    s.exec_us[3] = us_from_ns(a->exec.max_ns);
+    return s;
+}
+
+struct verdict analysis_verdict(struct analysis *a) {
+    ident_solve(&a->ident);
+    struct verdict v = ident_verdict(a->params, &a->ident.result, a->cycles, a->overruns);
+    if (a->last.first_fault) verdict_add(&v, VERDICT_FAIL, "fault %s", fault_name(a->last.first_fault));
+    return v;
+}
+
+static void print_loop(const struct loop_statistics *s, FILE *out) {
+    fprintf(out, "loop      %" PRId64 " cycles of %g ms, %" PRId64 " overruns, %" PRId64 " records lost\n", s->cycles, s->period_s * 1e3,
+            s->overruns, s->lost);
+    if (!s->timed) return;
+    fprintf(out, "          wake-up    p50 %.0f  p99 %.0f  p99.9 %.0f  max %.0f us\n", s->wake_us[0], s->wake_us[1], s->wake_us[2], s->wake_us[3]);
+    fprintf(out, "          execution  p50 %.0f  p99 %.0f  p99.9 %.0f  max %.0f us\n", s->exec_us[0], s->exec_us[1], s->exec_us[2], s->exec_us[3]);
+}
+
+void analysis_print(struct analysis *a, const struct verdict *verdict, FILE *out) {
+    struct loop_statistics s = analysis_statistics(a);
+    identification_table_print(out, &a->ident.result);
+    print_loop(&s, out);
+    verdict_print(verdict, out);
+}
+
+int analysis_write_json(struct analysis *a, const struct verdict *verdict, const char *path, struct error *error) {
+    if (!path) return STATUS_OK;
+    struct loop_statistics s = analysis_statistics(a);
+    char *json = identification_json(&a->ident.result, verdict, &s);
+    int status = json ? cli_write_text(path, json, error) : error_set(error, STATUS_IO, "out of memory");
+    free(json);
+    return status;
+}

@@ -1,0 +1,38 @@
+/* What is made of a stream of cycles, live by the recorder or later from a log: identification, loop statistics, verdict. One code for
+ * both, so that `hexid identify` repeats the daemon's results to the last bit. */
+#ifndef HEXID_ANALYSIS_H
+#define HEXID_ANALYSIS_H
+
+#include "histogram.h"
+#include "ident.h"
+#include "identification_json.h"
+#include "verdict.h"
+
+struct analysis {
+    const struct params *params;
+    struct ident ident;
+    struct histogram wake, exec;
+    struct cycle last;
+    int64_t cycles, overruns, lost; /* lost: gaps in seq */
+};
+
+int analysis_init(struct analysis *a, const struct params *params, struct error *error);
+
+/* True when the cycle completed a test. */
+bool analysis_take(struct analysis *a, const struct cycle *c);
+
+/* The stream has ended. True when that closed a test under way. */
+bool analysis_end(struct analysis *a);
+
+struct loop_statistics analysis_statistics(const struct analysis *a);
+
+/* Solves what can be solved and judges it. */
+struct verdict analysis_verdict(struct analysis *a);
+
+/* Table, loop and verdict for people. */
+void analysis_print(struct analysis *a, const struct verdict *verdict, FILE *out);
+
+/* JSON to `path`, NULL for none. */
+int analysis_write_json(struct analysis *a, const struct verdict *verdict, const char *path, struct error *error);
+
+#endif

@@ -1,0 +1,49 @@
+/* The command line: options that every subcommand shares, and the subcommands. Each returns the process's exit status:
+ * 0 done and all checks passed, 1 a check failed or was not evaluated, 2 usage or configuration, 3 I/O or device, 4 refused for safety. */
+#ifndef HEXID_CLI_H
+#define HEXID_CLI_H
+
+#include "params.h"
+#include "realtime.h"
+#include "status.h"
+
+enum { SETTINGS_MAX = 64, OPERANDS_MAX = 4 };
+
+enum { EXIT_PASSED = 0, EXIT_CHECK_FAILED = 1 }; /* the others are statuses with the sign turned */
+
+struct options {
+    const char *config, *hal, *bus, *log, *json, *output, *format;
+    const char *settings[SETTINGS_MAX];
+    int setting_count;
+    char tests[64];              /* --tests as a setting */
+    uint64_t seed;
+    bool fast, print_config;
+    bool rt_given;
+    enum realtime_mode rt;
+    const char *operand[OPERANDS_MAX];
+    int operands;
+};
+
+/* Reads argv[1..] of a subcommand that takes the options in `allowed` (letters of options.c's table) and so many operands. */
+int options_parse(struct options *o, int argc, char **argv, const char *allowed, int operands, struct error *error);
+
+/* Configuration from -c (default config/tian2015.yaml where it exists, else built in) and --set. */
+int options_params(const struct options *o, struct params *params, struct error *error);
+
+/* Prints "hexid: message" and returns the exit status. */
+int cli_fail(const struct error *error);
+
+/* Writes text to `path` ("-" for standard output). */
+int cli_write_text(const char *path, const char *text, struct error *error);
+
+int cmd_run(int argc, char **argv);
+int cmd_plant(int argc, char **argv);
+int cmd_identify(int argc, char **argv);
+int cmd_import(int argc, char **argv);
+int cmd_export(int argc, char **argv);
+int cmd_command(int argc, char **argv);
+int cmd_monitor(int argc, char **argv);
+int cmd_doctor(int argc, char **argv);
+int cmd_effects(int argc, char **argv);
+
+#endif

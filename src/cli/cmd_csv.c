@@ -1,0 +1,44 @@
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli.h"
+#include "config.h"
+#include "csv.h"
+
+static int named(const struct options *o, const char *command, struct error *error) {
+    if (o->operands && o->output) return STATUS_OK;
+    return error_set(error, STATUS_USAGE, "%s: name what to read and, with -o, what to write; see `hexid %s --help`", command, command);
+}
+
+int cmd_import(int argc, char **argv) {
+    struct options o;
+    struct error error;
+    struct csv_report report;
+    struct params params;
+    int status = options_parse(&o, argc, argv, "coS", 1, &error);
+    if (!status) status = named(&o, "import", &error);
+    if (!status) status = options_params(&o, &params, &error);
+    char *base = status ? NULL : config_text(&params);
+    if (!status) status = csv_import(o.operand[0], o.output, base, &report, &error);
+    free(base);
+    if (status) return cli_fail(&error);
+    printf("%s: %d tests, %lld rows\n", o.output, report.files, (long long)report.rows);
+    if (report.missing[0]) printf("missing columns, what needs them is not evaluated: %s\n", report.missing);
+    if (report.ignored[0]) printf("not understood and left out: %s\n", report.ignored);
+    return EXIT_PASSED;
+}
+
+int cmd_export(int argc, char **argv) {
+    struct options o;
+    struct error error;
+    struct csv_report report;
+    int status = options_parse(&o, argc, argv, "oF", 1, &error);
+    if (!status) status = named(&o, "export", &error);
+    if (!status && o.format && strcmp(o.format, "csv")) status = error_set(&error, STATUS_USAGE, "--format %s: csv is what there is", o.format);
+    if (!status) status = csv_export(o.operand[0], o.output, &report, &error);
+    if (status) return cli_fail(&error);
+    printf("%s: %d tests, %lld rows, %lld cycles lost\n", o.output, report.files, (long long)report.rows, (long long)report.lost);
+    if (report.cut) fprintf(stderr, "hexid: warning: %s is cut off or damaged: read up to byte %lld\n", o.operand[0], (long long)report.cut_offset);
+    if (report.unreadable) fprintf(stderr, "hexid: warning: %lld messages on HEXID_STATE could not be read\n", (long long)report.unreadable);
+    return EXIT_PASSED;
+}

@@ -1,0 +1,67 @@
+#include <string.h>
+#include <sys/utsname.h>
+#include <time.h>
+
+#include "bus.h"
+#include "can_frames.h"
+#include "cli.h"
+#include "kinematics.h"
+
+static bool say(bool good, const char *what, const char *detail) {
+    printf("  %-5s %-14s %s\n", good ? "ok" : "FAIL", what, detail);
+    return good;
+}
+
+static bool check_realtime(const struct params *params) {
+    struct error error = {.text = "SCHED_FIFO, memory locked"};
+    return say(!realtime_enter(&params->loop, REALTIME_REQUIRE, &error), "real time", error.text);
+}
+
+static bool check_kernel(void) {
+    struct utsname name;
+    char detail[sizeof name.version + 80];
+    uname(&name);
+    bool preempt = strstr(name.version, "PREEMPT_RT") != NULL;
+    snprintf(detail, sizeof detail, "%s %s", name.version, preempt ? "" : "(no PREEMPT_RT: fit for `sim:`, not for a machine)");
+    say(true, "kernel", detail);
+    return true;
+}
+
+static bool check_bus(const struct params *params) {
+    struct error error = {.text = "reachable"};
+    struct bus *bus;
+    if (!params->lcm.url[0]) return say(true, "LCM", "none configured");
+    bool good = !bus_open(&bus, params->lcm.url, &error);
+    if (good) bus_close(bus);
+    return say(good, "LCM", error.text);
+}
+
+static bool check_kinematics(const struct params *params) {
+    struct error error;
+    struct kinematics k;
+    bool good = !kinematics_init(&k, params, &error);
+    if (good) snprintf(error.text, sizeof error.text, "neutral leg length %.4f m", k.neutral_length_m);
+    return say(good, "kinematics", error.text);
+}
+
+static bool check_can(const struct params *params) {
+    char detail[120];
+    struct can_load l = can_load(params);
+    snprintf(detail, sizeof detail, "%.1f %% of the cycle: %d bits a cycle, %.1f of heartbeats; at most %.0f %%", 100 * l.share, l.cycle_bits,
+             l.heartbeat_bits, 100 * l.limit);
+    return say(l.share <= l.limit, "CAN load", detail);
+}
+
+int cmd_doctor(int argc, char **argv) {
+    struct options o;
+    struct params params;
+    struct error error;
+    if (options_parse(&o, argc, argv, "cS", 0, &error) || options_params(&o, &params, &error)) return cli_fail(&error);
+    bool good = say(true, "configuration", o.config ? o.config : "default");
+    good &= check_kinematics(&params);
+    good &= check_kernel();
+    good &= check_bus(&params);
+    good &= check_can(&params);
+    good &= check_realtime(&params);
+    return good ? EXIT_PASSED : EXIT_CHECK_FAILED;
+}

@@ -1,0 +1,158 @@
+#include <errno.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "bus.h"
+#include "cli.h"
+#include "config.h"
+#include "log.h"
+#include "recorder.h"
+#include "units.h"
+
+enum { RING_CAPACITY = 8192 }; /* cycles: 16 s at 2 ms, against a stalled disk */
+
+struct session {
+    struct options options;
+    struct params params;
+    struct hal *hal;
+    struct ring ring;
+    struct loop loop;
+    struct recorder recorder;
+    struct progress progress;
+    struct log_writer *log;
+    struct bus *bus;
+    char *config;
+    int signals; /* received */
+};
+
+static void warn(const struct error *error) { fprintf(stderr, "hexid: warning: %s\n", error->text); }
+
+/* LCM is how others watch; without it the run goes on, and says so. */
+static void open_bus(struct session *s) {
+    struct error error;
+    if (s->params.lcm.url[0] && bus_open(&s->bus, s->params.lcm.url, &error)) warn(&error);
+}
+
+static int open_all(struct session *s, struct error *error) {
+    int status = hal_open(&s->hal, s->options.hal, &s->params, s->options.seed, error);
+    if (status) return status;
+    if (s->options.fast && !s->hal->ops->simulated)
+        return error_set(error, STATUS_USAGE, "--fast: %s is not simulated; a real machine has real time", s->options.hal);
+    if (s->options.log && (status = log_create(&s->log, s->options.log, error))) return status;
+    if (ring_init(&s->ring, sizeof(struct cycle), RING_CAPACITY)) return error_set(error, STATUS_IO, "out of memory");
+    s->config = config_text(&s->params);
+    if (!s->config) return error_set(error, STATUS_IO, "out of memory");
+    open_bus(s);
+    return loop_init(&s->loop, &s->params, s->hal, &s->ring, s->options.fast, error);
+}
+
+static void close_all(struct session *s) {
+    struct error ignored;
+    if (s->bus) bus_close(s->bus);
+    if (s->log) log_close(s->log, &ignored);
+    ring_free(&s->ring);
+    if (s->hal) s->hal->ops->close(s->hal);
+    free(s->config);
+}
+
+static int64_t realtime_us(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_REALTIME, &t);
+    return t.tv_sec * 1000000LL + t.tv_nsec / 1000;
+}
+
+static void block_signals(sigset_t *set) {
+    sigemptyset(set);
+    sigaddset(set, SIGINT);
+    sigaddset(set, SIGTERM);
+    sigaddset(set, SIGHUP);
+    pthread_sigmask(SIG_BLOCK, set, NULL);
+}
+
+/* SAFETY: the first signal puts the platform down and ends the run; the second centres the valves at once. */
+static void signalled(struct session *s) {
+    if (s->signals++) {
+        fprintf(stderr, "hexid: interrupted again: valves centred\n");
+        atomic_store(&s->loop.abort, true);
+        return;
+    }
+    fprintf(stderr, "hexid: interrupted: parking (once more to centre the valves at once)\n");
+    mailbox_post(&s->loop.requests, COMMAND_PARK);
+    atomic_store(&s->loop.quit, true);
+}
+
+static void command_received(void *context, enum command command) {
+    struct session *s = context;
+    bool stops = command == COMMAND_STOP || command == COMMAND_PARK;
+    if (stops || s->params.lcm.commands) mailbox_post(&s->loop.requests, command);
+    else fprintf(stderr, "hexid: command %s refused: set lcm.commands to true to accept commands that move\n", command_names[command]);
+}
+
+static void wait_for_end(struct session *s, const sigset_t *signals) {
+    const struct timespec pause = {.tv_nsec = s->options.fast ? 2000000 : 20000000};
+    bool listens = s->bus && !s->options.fast && !bus_subscribe_commands(s->bus, command_received, s);
+    while (!atomic_load_explicit(&s->loop.ended, memory_order_acquire)) {
+        if (sigtimedwait(signals, NULL, &pause) > 0) signalled(s);
+        if (listens) bus_handle(s->bus, 0);
+    }
+}
+
+static int report(struct session *s, struct error *error) {
+    struct analysis *a = &s->recorder.analysis;
+    struct verdict verdict = analysis_verdict(a);
+    if (s->signals) verdict_add(&verdict, VERDICT_NOT_EVALUATED, "interrupted");
+    analysis_print(a, &verdict, s->progress.out);
+    fprintf(s->progress.out, "log       %s\n", s->options.log ? s->options.log : "none kept (--log FILE keeps one)");
+    int status = analysis_write_json(a, &verdict, s->options.json, error);
+    return status ? status : verdict.status == VERDICT_PASS ? EXIT_PASSED : EXIT_CHECK_FAILED;
+}
+
+static int run(struct session *s, struct error *error) {
+    sigset_t signals;
+    enum realtime_mode mode = s->options.fast ? REALTIME_OFF : s->options.rt_given ? s->options.rt
+                              : s->hal->ops->simulated ? REALTIME_TRY : REALTIME_REQUIRE;
+    block_signals(&signals);
+    progress_init(&s->progress, &s->params, s->options.json && !strcmp(s->options.json, "-") ? stderr : stdout, s->options.fast);
+    s->recorder = (struct recorder){.params = &s->params, .loop = &s->loop, .records = &s->ring, .log = s->log, .bus = s->bus,
+                                    .progress = &s->progress, .origin_us = s->options.fast ? 0 : realtime_us()};
+    int status = recorder_start(&s->recorder, s->config, error);
+    if (status) return status;
+    status = loop_start(&s->loop, mode, error);
+    if (status) {
+        recorder_join(&s->recorder);
+        return status;
+    }
+    if (s->loop.realtime) warn(&s->loop.realtime_error);
+    wait_for_end(s, &signals);
+    loop_join(&s->loop);
+    recorder_join(&s->recorder);
+    if (s->log && !s->recorder.error.status) log_close(s->log, &s->recorder.error);
+    s->log = NULL;
+    int reported = report(s, error);
+    if (s->recorder.error.status) {
+        *error = s->recorder.error;
+        return error->status;
+    }
+    return reported;
+}
+
+int cmd_run(int argc, char **argv) {
+    struct session *s = calloc(1, sizeof *s);
+    struct error error = {0};
+    if (!s) return -STATUS_IO;
+    int status = options_parse(&s->options, argc, argv, "cHfrsljStp", 0, &error);
+    if (!status) status = options_params(&s->options, &s->params, &error);
+    if (!status && s->options.print_config) {
+        char *text = config_text(&s->params);
+        status = text ? cli_write_text("-", text, &error) : error_set(&error, STATUS_IO, "out of memory");
+        free(text);
+    } else if (!status) {
+        status = open_all(s, &error);
+        if (!status) status = run(s, &error);
+    }
+    close_all(s);
+    free(s);
+    return status < 0 ? cli_fail(&error) : status;
+}

@@ -1,0 +1,46 @@
+#include <stdio.h>
+#include <string.h>
+
+#include "cli.h"
+
+static const struct subcommand {
+    const char *name, *usage, *purpose;
+    int (*run)(int argc, char **argv);
+} subcommands[] = {
+    {"run", "[-c FILE] [--hal URL] [--fast] [--rt require|try|off] [--seed N] [--log FILE] [--json FILE] [--set KEY=VALUE ...]\n"
+            "           [--tests LIST] [--print-config]", "run the platform through its tests and identify it", cmd_run},
+    {"plant", "--bus URL [-c FILE] [--set KEY=VALUE ...] [--seed N] [--rt require|try|off]", 
+              "serve the simulated platform as the devices of a bus: can:IF", cmd_plant},
+    {"identify", "LOG [-c FILE] [--set KEY=VALUE ...] [--json FILE]", "identify from a recorded log", cmd_identify},
+    {"import", "CSVDIR -o LOG [-c FILE]", "make a log of CSV files", cmd_import},
+    {"export", "LOG -o CSVDIR", "make CSV files of a log", cmd_export},
+    {"command", "engage|start|stop|park|reset [-c FILE]", "tell a running hexid what to do, over LCM", cmd_command},
+    {"monitor", "[-c FILE]", "watch a running hexid in the terminal, over LCM", cmd_monitor},
+    {"doctor", "[-c FILE] [--set KEY=VALUE ...]", "check configuration, real time and LCM on this machine", cmd_doctor},
+    {"effects", "[NAME]", "list the effects that the simulated plant can have", cmd_effects},
+};
+
+enum { SUBCOMMANDS = sizeof subcommands / sizeof *subcommands };
+
+static void usage(FILE *out) {
+    fprintf(out, "hexid: controller and identifier of a hydraulic six-leg platform\n\n");
+    for (int i = 0; i < SUBCOMMANDS; i++) fprintf(out, "  hexid %-9s%s\n           %s\n", subcommands[i].name, subcommands[i].usage, subcommands[i].purpose);
+    fprintf(out, "\nexit status: 0 all checks passed, 1 a check failed or was not evaluated, 2 usage or configuration, 3 file or device,\n"
+                 "             4 refused for safety\n");
+}
+
+int main(int argc, char **argv) {
+    if (argc >= 2 && (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h") || !strcmp(argv[1], "help"))) {
+        usage(stdout);
+        return EXIT_PASSED;
+    }
+    for (int i = 0; argc >= 2 && i < SUBCOMMANDS; i++) {
+        if (strcmp(argv[1], subcommands[i].name)) continue;
+        if (argc < 3 || (strcmp(argv[2], "--help") && strcmp(argv[2], "-h"))) return subcommands[i].run(argc - 1, argv + 1);
+        printf("hexid %s %s\n%s\n", subcommands[i].name, subcommands[i].usage, subcommands[i].purpose);
+        return EXIT_PASSED;
+    }
+    if (argc >= 2) fprintf(stderr, "hexid: no such subcommand: %s\n\n", argv[1]);
+    usage(stderr);
+    return -STATUS_USAGE;
+}

@@ -1,0 +1,110 @@
+#include <errno.h>
+#include <getopt.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "cli.h"
+#include "config.h"
+
+static const char default_config[] = "config/tian2015.yaml";
+
+static const struct option long_options[] = {
+    {"config", required_argument, NULL, 'c'}, {"hal", required_argument, NULL, 'H'},  {"fast", no_argument, NULL, 'f'},
+    {"rt", required_argument, NULL, 'r'},     {"seed", required_argument, NULL, 's'}, {"log", required_argument, NULL, 'l'},
+    {"json", required_argument, NULL, 'j'},   {"set", required_argument, NULL, 'S'},  {"tests", required_argument, NULL, 't'},
+    {"print-config", no_argument, NULL, 'p'}, {"output", required_argument, NULL, 'o'},
+    {"format", required_argument, NULL, 'F'}, {"bus", required_argument, NULL, 'b'}, {0},
+};
+
+static int set_rt(struct options *o, const char *text, struct error *error) {
+    static const char *const names[] = {[REALTIME_OFF] = "off", [REALTIME_TRY] = "try", [REALTIME_REQUIRE] = "require"};
+    o->rt_given = true;
+    for (int i = REALTIME_OFF; i <= REALTIME_REQUIRE; i++)
+        if (!strcmp(text, names[i])) {
+            o->rt = (enum realtime_mode)i;
+            return STATUS_OK;
+        }
+    return error_set(error, STATUS_USAGE, "--rt %s: choose require, try or off", text);
+}
+
+static int set_seed(struct options *o, const char *text, struct error *error) {
+    char *end;
+    errno = 0;
+    o->seed = strtoull(text, &end, 10);
+    if (errno || *end || *text < '0' || *text > '9') return error_set(error, STATUS_USAGE, "--seed %s: not a number from 0 to 2^64-1", text);
+    return STATUS_OK;
+}
+
+static int add_setting(struct options *o, const char *text, struct error *error) {
+    if (o->setting_count == SETTINGS_MAX) return error_set(error, STATUS_USAGE, "--set: at most %d settings; use a file", SETTINGS_MAX);
+    o->settings[o->setting_count++] = text;
+    return STATUS_OK;
+}
+
+static int set_tests(struct options *o, const char *list, struct error *error) {
+    if (snprintf(o->tests, sizeof o->tests, "tests.order=[%s]", list) >= (int)sizeof o->tests)
+        return error_set(error, STATUS_USAGE, "--tests %s: name at most six of x,y,z,phi,theta,psi", list);
+    return add_setting(o, o->tests, error);
+}
+
+static int take(struct options *o, int option, const char *value, struct error *error) {
+    switch (option) {
+    case 'c': o->config = value; return STATUS_OK;
+    case 'H': o->hal = value; return STATUS_OK;
+    case 'f': o->fast = true; return STATUS_OK;
+    case 'l': o->log = value; return STATUS_OK;
+    case 'j': o->json = value; return STATUS_OK;
+    case 'b': o->bus = value; return STATUS_OK;
+    case 'o': o->output = value; return STATUS_OK;
+    case 'F': o->format = value; return STATUS_OK;
+    case 'p': o->print_config = true; return STATUS_OK;
+    case 'r': return set_rt(o, value, error);
+    case 's': return set_seed(o, value, error);
+    case 'S': return add_setting(o, value, error);
+    default: return set_tests(o, value, error);
+    }
+}
+
+int options_parse(struct options *o, int argc, char **argv, const char *allowed, int operands, struct error *error) {
+    *o = (struct options){.hal = "sim:", .seed = 1};
+    opterr = 0;
+    optind = 0;
+    for (;;) {
+        int index = -1, option = getopt_long(argc, argv, "+:c:o:", long_options, &index);
+        if (option == -1 && optind < argc && strcmp(argv[optind - 1], "--") && o->operands < operands) {
+            o->operand[o->operands++] = argv[optind++]; /* options may follow operands */
+            continue;
+        }
+        if (option == -1) break;
+        const char *name = argv[optind - 1];
+        if (option == ':') return error_set(error, STATUS_USAGE, "%s needs a value; see `hexid %s --help`", name, argv[0]);
+        if (option == '?' || !strchr(allowed, option))
+            return error_set(error, STATUS_USAGE, "`hexid %s` has no option %s; see `hexid %s --help`", argv[0],
+                             index >= 0 ? long_options[index].name : name, argv[0]);
+        int status = take(o, option, optarg, error);
+        if (status) return status;
+    }
+    if (optind < argc) return error_set(error, STATUS_USAGE, "%s: one argument too many; see `hexid %s --help`", argv[optind], argv[0]);
+    return STATUS_OK;
+}
+
+int options_params(const struct options *o, struct params *params, struct error *error) {
+    const char *path = o->config;
+    if (!path && !access(default_config, R_OK)) path = default_config;
+    return config_load(params, path, o->settings, o->setting_count, error);
+}
+
+int cli_fail(const struct error *error) {
+    fprintf(stderr, "hexid: %s\n", error->text);
+    return -(int)error->status;
+}
+
+int cli_write_text(const char *path, const char *text, struct error *error) {
+    bool standard = !strcmp(path, "-");
+    FILE *out = standard ? stdout : fopen(path, "w");
+    if (!out) return error_set(error, STATUS_IO, "%s: cannot be written: %s", path, strerror(errno));
+    bool failed = fputs(text, out) < 0 || fflush(out);
+    if (!standard) failed |= fclose(out) != 0;
+    return failed ? error_set(error, STATUS_IO, "%s: cannot be written: %s", path, strerror(errno)) : STATUS_OK;
+}

@@ -1,0 +1,69 @@
+#include "progress.h"
+
+#include <math.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "supervisor.h"
+
+enum { BAR = 32 };
+
+void progress_init(struct progress *p, const struct params *params, FILE *out, bool virtual_time) {
+    double redraw_s = virtual_time ? 2.0 : 0.1;
+    *p = (struct progress){.params = params, .out = out, .terminal = isatty(fileno(out)) != 0};
+    p->redraw_cycles = llround(redraw_s / params->loop.period_s);
+}
+
+static void clear_line(struct progress *p) {
+    if (p->terminal) fputs("\r\033[K", p->out);
+}
+
+void progress_state(struct progress *p, const struct cycle *c) {
+    p->state_cycles = 0;
+    if (c->state == STATE_TESTING || c->state == STATE_FAULT) return; /* results and the fault speak for themselves */
+    clear_line(p);
+    fprintf(p->out, "  %s\n", state_names[c->state]);
+    fflush(p->out);
+}
+
+void progress_fault(struct progress *p, const struct cycle *c) {
+    clear_line(p);
+    fprintf(p->out, "  FAULT %s at %.3f s: valves centred\n", fault_name(c->first_fault), (double)c->in.time_ns * 1e-9);
+    fflush(p->out);
+}
+
+void progress_result(struct progress *p, const struct test_result *t) {
+    double unwanted = 0.0;
+    for (int i = 0; i < DOFS; i++) unwanted = fmax(unwanted, t->unwanted_pct[i]);
+    bool angle = t->dof >= DOF_PHI;
+    clear_line(p);
+    fprintf(p->out, "  test %d/%d  %-5s  %.4g Hz  amplitude %.3f %s of %.3f, phase %.1f deg, unwanted %.1f %%, %lld samples, %lld excluded%s\n",
+            t->test + 1, p->params->tests.count, dof_names[t->dof], t->frequency_hz, t->achieved_amplitude * 1e3, angle ? "mrad" : "mm",
+            t->amplitude * 1e3, t->phase_deg, unwanted, (long long)t->samples, (long long)t->excluded, t->complete ? "" : ", not complete");
+    fflush(p->out);
+}
+
+/* Share of the state's or the test's time that has gone by. */
+static double done(const struct progress *p, const struct cycle *c) {
+    const struct test_params *t = &p->params->tests;
+    double state_s = (double)p->state_cycles * p->params->loop.period_s;
+    switch (c->state) {
+    case STATE_ENGAGING: return state_s / p->params->motion.engage_s;
+    case STATE_PARKING: return state_s / p->params->motion.park_s;
+    case STATE_READY: return state_s / p->params->motion.hold_s;
+    case STATE_TESTING: return (c->test_time_s + t->settle_s) / (t->settle_s + t->ramp_s + t->duration_s + t->ramp_out_s);
+    default: return 0.0;
+    }
+}
+
+void progress_tick(struct progress *p, const struct cycle *c) {
+    static const char *const phases[] = {"", "settle", "ramp in", "evaluate", "ramp out"};
+    static const char full[] = "################################", empty[] = "................................";
+    if (p->state_cycles++ % p->redraw_cycles || !p->terminal) return;
+    int marks = (int)(BAR * fmin(fmax(done(p, c), 0.0), 1.0));
+    clear_line(p);
+    if (c->test >= 0) fprintf(p->out, "  test %d/%d  %-5s  ", c->test + 1, p->params->tests.count, dof_names[c->dof]);
+    else fprintf(p->out, "  %-18s", state_names[c->state]);
+    fprintf(p->out, "[%.*s%.*s] %s", marks, full, BAR - marks, empty, phases[c->phase]);
+    fflush(p->out);
+}

@@ -1,0 +1,24 @@
+/* What a person sees while hexid runs: on a terminal a live line below the steps that are done, elsewhere one line a step. */
+#ifndef HEXID_PROGRESS_H
+#define HEXID_PROGRESS_H
+
+#include <stdio.h>
+
+#include "ident.h"
+#include "params.h"
+
+struct progress {
+    const struct params *params;
+    FILE *out;
+    bool terminal;
+    int64_t redraw_cycles;  /* cycles between two drawings of the live line */
+    int64_t state_cycles;   /* in the state at hand */
+};
+
+void progress_init(struct progress *p, const struct params *params, FILE *out, bool virtual_time);
+void progress_state(struct progress *p, const struct cycle *c);
+void progress_fault(struct progress *p, const struct cycle *c);
+void progress_result(struct progress *p, const struct test_result *t);
+void progress_tick(struct progress *p, const struct cycle *c);
+
+#endif

@@ -1,0 +1,129 @@
+#include "recorder.h"
+
+#include <sched.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "ident_messages.h"
+#include "messages.h"
+#include "units.h"
+
+enum { MESSAGE_MAX = 16384, CONFIG_MAX = 1 << 18, POLL_NS = 2000000 };
+
+/* SAFETY: a run that cannot be recorded is put down: neither abandoned nor run on blind. */
+static void log_failed(struct recorder *r) {
+    r->log = NULL;
+    mailbox_post(&r->loop->requests, COMMAND_PARK);
+    atomic_store(&r->loop->quit, true);
+}
+
+static void keep(struct recorder *r, const char *channel, const void *data, int size) {
+    int64_t utime_us = r->origin_us + r->analysis.last.in.time_ns / NS_PER_US;
+    if (r->log && size >= 0 && log_write(r->log, utime_us, channel, data, size, &r->error)) log_failed(r);
+}
+
+static void keep_and_send(struct recorder *r, const char *channel, const void *data, int size) {
+    keep(r, channel, data, size);
+    if (r->bus && size >= 0) bus_publish(r->bus, channel, data, size);
+}
+
+static void event(struct recorder *r, const char *kind, const char *text) {
+    unsigned char buffer[MESSAGE_MAX];
+    const struct cycle *c = &r->analysis.last;
+    keep_and_send(r, CHANNEL_EVENT, buffer, event_encode(c->in.time_ns, c->seq, kind, text, buffer, sizeof buffer));
+}
+
+static void statistics(struct recorder *r) {
+    unsigned char buffer[MESSAGE_MAX];
+    struct loop_statistics s = analysis_statistics(&r->analysis);
+    keep_and_send(r, CHANNEL_LOOP_STATS, buffer, loop_stats_encode(&s, r->analysis.last.in.time_ns, buffer, sizeof buffer));
+}
+
+/* What is new since the last cycle, in words. */
+static void changes(struct recorder *r, const struct cycle *before, int64_t lost) {
+    const struct cycle *c = &r->analysis.last;
+    char text[160];
+    if (r->analysis.lost > lost) {
+        snprintf(text, sizeof text, "%lld records lost: the recorder was too slow", (long long)(r->analysis.lost - lost));
+        event(r, "lost", text);
+    }
+    if (r->analysis.cycles == 1 || c->state != before->state) {
+        event(r, "state", state_names[c->state]);
+        progress_state(r->progress, c);
+    }
+    if (c->first_fault && !before->first_fault) {
+        event(r, "fault", fault_name(c->first_fault));
+        progress_fault(r->progress, c);
+    }
+    if (c->test >= 0 && (c->test != before->test || before->phase == PHASE_NONE)) {
+        snprintf(text, sizeof text, "%d %s", c->test + 1, dof_names[c->dof]);
+        event(r, "test", text);
+    }
+}
+
+/* A test has its result; the last one brings the identification. */
+static void result(struct recorder *r) {
+    unsigned char buffer[MESSAGE_MAX];
+    int64_t time_ns = r->analysis.last.in.time_ns;
+    const struct identification *id = &r->analysis.ident.result;
+    const struct test_result *t = &id->test[id->tests - 1];
+    keep_and_send(r, CHANNEL_TEST_RESULT, buffer, test_result_encode(t, time_ns, buffer, sizeof buffer));
+    progress_result(r->progress, t);
+    if (t->test != r->params->tests.count - 1) return;
+    struct verdict verdict = analysis_verdict(&r->analysis);
+    if (id->method_a.evaluated)
+        keep_and_send(r, CHANNEL_IDENTIFICATION, buffer, identification_encode(id, &verdict, time_ns, buffer, sizeof buffer));
+}
+
+static void take(struct recorder *r, const struct cycle *c) {
+    unsigned char buffer[STATE_MESSAGE_MAX];
+    struct cycle before = r->analysis.last;
+    int64_t lost = r->analysis.lost;
+    bool completed = analysis_take(&r->analysis, c);
+    int size = state_encode(c, buffer);
+    keep(r, CHANNEL_STATE, buffer, size);
+    if (r->bus && c->seq % (uint64_t)r->params->lcm.state_every == 0) bus_publish(r->bus, CHANNEL_STATE, buffer, size);
+    changes(r, &before, lost);
+    if (completed) result(r);
+    if (r->analysis.cycles % r->statistics_cycles == 0) statistics(r);
+    progress_tick(r->progress, c);
+}
+
+static void *recorder_thread(void *argument) {
+    struct recorder *r = argument;
+    struct cycle c;
+    for (;;) {
+        bool ended = atomic_load_explicit(&r->loop->ended, memory_order_acquire); /* read before the ring, so that nothing is missed */
+        if (ring_pop(r->records, &c)) take(r, &c);
+        else if (ended) break;
+        else if (r->loop->clock.virtual_time) sched_yield();
+        else nanosleep(&(struct timespec){.tv_nsec = POLL_NS}, NULL);
+    }
+    if (analysis_end(&r->analysis)) result(r);
+    statistics(r);
+    return NULL;
+}
+
+/* The effective configuration is the log's first event: a log needs no other file to be understood. */
+static void keep_configuration(struct recorder *r, const char *config) {
+    unsigned char *buffer = malloc(CONFIG_MAX);
+    if (buffer) keep(r, CHANNEL_EVENT, buffer, event_encode(0, 0, "config", config, buffer, CONFIG_MAX));
+    free(buffer);
+}
+
+int recorder_start(struct recorder *r, const char *config, struct error *error) {
+    int status = analysis_init(&r->analysis, r->params, error);
+    if (status) return status;
+    r->statistics_cycles = ns_from_seconds(1.0) / ns_from_seconds(r->params->loop.period_s);
+    keep_configuration(r, config);
+    if (r->error.status) {
+        *error = r->error;
+        return error->status;
+    }
+    int refused = pthread_create(&r->thread, NULL, recorder_thread, r);
+    return refused ? error_set(error, STATUS_IO, "cannot start the recorder thread: %s", strerror(refused)) : STATUS_OK;
+}
+
+void recorder_join(struct recorder *r) { pthread_join(r->thread, NULL); }

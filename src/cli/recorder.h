@@ -1,0 +1,34 @@
+/* The recorder: the one ordinary thread behind the loop's ring. It keeps every cycle in the log, sends the stream over LCM, feeds the
+ * identifier and tells the terminal. One thread and one order of doing things: the log of a virtual-time run is the same every time, and
+ * a result always stands right behind the cycle that completed it. */
+#ifndef HEXID_RECORDER_H
+#define HEXID_RECORDER_H
+
+#include "analysis.h"
+#include "bus.h"
+#include "log.h"
+#include "loop.h"
+#include "progress.h"
+
+struct recorder {
+    const struct params *params;
+    struct loop *loop;
+    struct ring *records;
+    struct log_writer *log;          /* NULL: none is kept */
+    struct bus *bus;                 /* NULL: nothing is sent */
+    struct progress *progress;
+    int64_t origin_us;               /* the log's time of the loop's zero */
+    struct analysis analysis;
+    int64_t statistics_cycles;       /* between two HEXID_LOOP_STATS */
+    struct error error;              /* first failure to write the log; status 0 while all is well */
+    pthread_t thread;
+};
+
+/* `config` is the effective configuration, first event of the log. The recorder has no effect on the loop but through `loop->quit` and a
+ * park request when the log cannot be written. */
+int recorder_start(struct recorder *r, const char *config, struct error *error);
+
+/* Waits for the last record. */
+void recorder_join(struct recorder *r);
+
+#endif

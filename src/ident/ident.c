@@ -1,0 +1,130 @@
+#include "ident.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "units.h"
+
+enum { CHANNELS = 2 * DOFS };
+
+/* Share of the evaluated part that makes a test complete: the rest is for the rounding of times in logs from elsewhere. */
+static const double complete_share = 0.999;
+
+const char *const dof_names[DOFS] = {"x", "y", "z", "phi", "theta", "psi"};
+
+const struct ident_entry ident_entries[IDENT_ENTRIES] = {
+    {"mx", 0, 0, "kg"},       {"my", 1, 1, "kg"},       {"mz", 2, 2, "kg"},     {"Ixx", 3, 3, "kg m^2"}, {"Iyy", 4, 4, "kg m^2"},
+    {"Izz", 5, 5, "kg m^2"},  {"Mt15", 0, 4, "kg m"},   {"Mt24", 1, 3, "kg m"}, {"Mt42", 3, 1, "kg m"},  {"Mt51", 4, 0, "kg m"},
+};
+
+double ident_error_pct(const struct identification *id, const struct method_result *method, const struct ident_entry *entry) {
+    double nominal = id->nominal_mt[entry->row][entry->col];
+    return 100.0 * (method->mt[entry->row][entry->col] - nominal) / nominal;
+}
+
+int ident_init(struct ident *id, const struct params *params, struct error *error) {
+    static const double neutral[DOFS] = {0};
+    *id = (struct ident){.params = params, .areas = cylinder_areas(&params->actuator), .running = -1, .dof = DOF_NONE};
+    int status = kinematics_init(&id->kinematics, params, error);
+    if (status == STATUS_OK) nominal_matrix(params, &id->kinematics, neutral, id->result.nominal_mt);
+    return status;
+}
+
+static double commanded_amplitude(const struct test_params *t, int dof) { return dof < DOF_PHI ? t->amplitude_m : t->amplitude_rad; }
+
+static void open_test(struct ident *id, const struct cycle *c) {
+    id->running = c->test;
+    id->dof = c->dof;
+    id->seen = id->excluded = 0;
+    id->first_s = c->test_time_s;
+    memset(id->pose, 0, sizeof id->pose);
+    harmonics_reset(&id->fit, 2.0 * PI * id->params->tests.frequency_hz, id->params->tests.harmonics, CHANNELS);
+}
+
+/* Pose and wrench of one sample; false when it has none. */
+static bool measure(struct ident *id, const struct cycle *c, double values[CHANNELS]) {
+    double force_n[LEGS];
+    if (!isfinite(c->test_time_s) || !fk_solve(&id->kinematics, c->in.length_m, id->pose).converged) return false;
+    for (int i = 0; i < LEGS; i++) force_n[i] = leg_force(&id->areas, c->in.p1_pa[i], c->in.p2_pa[i]);
+    memcpy(values, id->pose, sizeof id->pose);
+    wrench_from_forces(&id->kinematics, id->pose, force_n, values + DOFS);
+    for (int i = 0; i < CHANNELS; i++)
+        if (!isfinite(values[i])) return false;
+    return true;
+}
+
+static void take(struct ident *id, const struct cycle *c) {
+    double values[CHANNELS];
+    id->seen++;
+    id->last_s = c->test_time_s;
+    if (c->in.flags == 0 && measure(id, c, values)) harmonics_add(&id->fit, c->test_time_s, values);
+    else id->excluded++;
+}
+
+/* A second test of an axis replaces the first: the machine may have been changed in between. */
+static struct test_result *append(struct identification *r, enum dof dof) {
+    int kept = 0;
+    for (int i = 0; i < r->tests; i++)
+        if (r->test[i].dof != dof) r->test[kept++] = r->test[i];
+    r->tests = kept + 1;
+    return &r->test[kept];
+}
+
+static void summarize(const struct test_params *p, struct test_result *t) {
+    const double *own = t->pose[t->dof];
+    t->achieved_amplitude = hypot(own[0], own[1]);
+    t->phase_deg = deg_from_rad(atan2(own[1], own[0]));
+    for (int i = 0; i < DOFS; i++) {
+        double share = hypot(t->pose[i][0], t->pose[i][1]) / commanded_amplitude(p, i);
+        t->unwanted_pct[i] = i == (int)t->dof ? 0.0 : 100.0 * share;
+    }
+}
+
+static void close_test(struct ident *id) {
+    const struct test_params *p = &id->params->tests;
+    struct test_result *t = append(&id->result, id->dof);
+    struct harmonics_fit fit;
+    bool solved = harmonics_solve(&id->fit, &fit);
+    double span_s = (id->last_s - id->first_s) * (double)id->seen / (double)(id->seen - 1); /* a sample stands for one period */
+    *t = (struct test_result){.test = id->running, .dof = id->dof, .frequency_hz = p->frequency_hz,
+                              .amplitude = commanded_amplitude(p, id->dof), .samples = id->fit.samples, .excluded = id->excluded,
+                              .complete = solved && span_s >= complete_share * p->duration_s};
+    for (int i = 0; i < DOFS; i++) {
+        t->pose[i][0] = fit.sine[i][0], t->pose[i][1] = fit.cosine[i][0];
+        t->wrench[i][0] = fit.sine[DOFS + i][0], t->wrench[i][1] = fit.cosine[DOFS + i][0];
+        t->pose_rms[i] = fit.rms[i], t->wrench_rms[i] = fit.rms[DOFS + i];
+        t->pose_std[i] = fit.std[i], t->wrench_std[i] = fit.std[DOFS + i];
+    }
+    summarize(p, t);
+    id->running = -1;
+}
+
+bool ident_end(struct ident *id) {
+    bool ended = id->running >= 0;
+    if (ended) close_test(id);
+    return ended;
+}
+
+bool ident_feed(struct ident *id, const struct cycle *c) {
+    bool evaluated = c->phase == PHASE_EVALUATE && c->test >= 0 && c->dof >= DOF_X && c->dof <= DOF_PSI;
+    bool same = evaluated && c->test == id->running && c->dof == id->dof;
+    bool ended = !same && ident_end(id);
+    if (evaluated && !same) open_test(id, c);
+    if (evaluated) take(id, c);
+    return ended;
+}
+
+bool ident_solve(struct ident *id) {
+    struct identification *r = &id->result;
+    const struct test_result *axis[DOFS] = {0};
+    bool all = true;
+    for (int i = 0; i < r->tests; i++)
+        if (r->test[i].complete) axis[r->test[i].dof] = &r->test[i];
+    for (int i = 0; i < DOFS; i++) all = all && axis[i];
+    r->method_a = r->modified_a = r->method_b = (struct method_result){0};
+    if (!all) return false;
+    r->method_a = method_a(axis);
+    r->modified_a = method_modified_a(&r->method_a, r->nominal_mt);
+    r->method_b = method_b(axis);
+    return r->method_a.evaluated && r->method_b.evaluated;
+}

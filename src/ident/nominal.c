@@ -1,0 +1,57 @@
+#include "nominal.h"
+
+#include <string.h>
+
+/*  symbol     meaning                                               unit
+ *  q = T a_i  lever arm of the upper joint                          m
+ *  j          row of the Jacobian of leg rates, [n', (q x n)']      -, m
+ *  g          ma (L-ra)^2 + mb rb^2 + ia + ib, of a turning leg     kg m^2
+ *  b = g/L^2  its mass felt at the upper joint, across the leg      kg
+ *
+ * With M_leg = ma n n' + b (I - n n') and Ja = [I, -q~]:  Ja' M_leg Ja = b Ja' Ja + (ma - b) j j',  Ja' Ja = [I, -q~; q~, q'q I - q q']. */
+
+static void add_payload(const struct payload_params *p, double t[3][3], double mt[DOFS][DOFS]) {
+    const double inertia[3] = {p->inertia_xx_kg_m2, p->inertia_yy_kg_m2, p->inertia_zz_kg_m2};
+    for (int r = 0; r < 3; r++) {
+        mt[r][r] += p->mass_kg;
+        for (int c = 0; c < 3; c++)
+            for (int i = 0; i < 3; i++) mt[3 + r][3 + c] += t[r][i] * inertia[i] * t[c][i];
+    }
+}
+
+static double across_kg(const struct actuator_params *a, double length_m) {
+    double arm = length_m - a->upper_center_m;
+    double g = a->upper_mass_kg * arm * arm + a->lower_mass_kg * a->lower_center_m * a->lower_center_m + a->upper_inertia_kg_m2 +
+               a->lower_inertia_kg_m2;
+    return g / (length_m * length_m);
+}
+
+static void add_point_mass(double mass_kg, const double q[3], double mt[DOFS][DOFS]) {
+    const double q_cross[3][3] = {{0, -q[2], q[1]}, {q[2], 0, -q[0]}, {-q[1], q[0], 0}};
+    double square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2];
+    for (int r = 0; r < 3; r++) {
+        mt[r][r] += mass_kg;
+        mt[3 + r][3 + r] += mass_kg * square;
+        for (int c = 0; c < 3; c++) {
+            mt[r][3 + c] -= mass_kg * q_cross[r][c];
+            mt[3 + r][c] += mass_kg * q_cross[r][c];
+            mt[3 + r][3 + c] -= mass_kg * q[r] * q[c];
+        }
+    }
+}
+
+void nominal_matrix(const struct params *params, const struct kinematics *k, const double pose[DOFS], double mt[DOFS][DOFS]) {
+    double t[3][3], j[LEGS][DOFS], length_m[LEGS];
+    rotation_from_angles(pose[3], pose[4], pose[5], t);
+    ik_lengths(k, pose, length_m);
+    ik_jacobian(k, pose, j);
+    memset(mt, 0, DOFS * sizeof mt[0]);
+    add_payload(&params->payload, t, mt);
+    for (int i = 0; i < LEGS; i++) {
+        double q[3], across = across_kg(&params->actuator, length_m[i]), along = params->actuator.upper_mass_kg;
+        for (int r = 0; r < 3; r++) q[r] = t[r][0] * k->upper[i][0] + t[r][1] * k->upper[i][1] + t[r][2] * k->upper[i][2];
+        add_point_mass(across, q, mt);
+        for (int r = 0; r < DOFS; r++)
+            for (int c = 0; c < DOFS; c++) mt[r][c] += (along - across) * j[i][r] * j[i][c];
+    }
+}

@@ -1,0 +1,70 @@
+#include "verdict.h"
+
+#include <math.h>
+#include <stdarg.h>
+
+#include "lin.h"
+
+const char *const verdict_names[] = {"pass", "fail", "not_evaluated"};
+const char verdict_scope[] = "amplitudes reached, unwanted motion, overruns, excluded samples, symmetry and positive definiteness of method "
+                             "A; not the error against the nominal matrix";
+
+void verdict_add(struct verdict *v, enum verdict_status status, const char *format, ...) {
+    va_list args;
+    if (v->status != VERDICT_FAIL) v->status = status;
+    if (v->reasons == VERDICT_REASONS) return;
+    va_start(args, format);
+    vsnprintf(v->reason[v->reasons++], VERDICT_TEXT, format, args);
+    va_end(args);
+}
+
+/* What is not a number fails. */
+static void check_test(struct verdict *v, const struct check_params *limit, const struct test_result *t) {
+    const char *name = dof_names[t->dof];
+    double short_pct = 100.0 * fabs(t->achieved_amplitude / t->amplitude - 1.0);
+    double excluded_pct = 100.0 * (double)t->excluded / (double)(t->samples + t->excluded);
+    if (!t->complete) {
+        verdict_add(v, VERDICT_NOT_EVALUATED, "test %s: not complete (%lld samples)", name, (long long)t->samples);
+        return;
+    }
+    if (!(short_pct <= limit->amplitude_pct))
+        verdict_add(v, VERDICT_FAIL, "test %s: amplitude off by %.1f %%, limit %g %%", name, short_pct, limit->amplitude_pct);
+    for (int i = 0; i < DOFS; i++)
+        if (!(t->unwanted_pct[i] <= limit->unwanted_pct))
+            verdict_add(v, VERDICT_FAIL, "test %s: unwanted motion of %s %.1f %%, limit %g %%", name, dof_names[i], t->unwanted_pct[i],
+                        limit->unwanted_pct);
+    if (!(excluded_pct <= limit->excluded_pct))
+        verdict_add(v, VERDICT_FAIL, "test %s: %.2f %% of the samples excluded, limit %g %%", name, excluded_pct, limit->excluded_pct);
+}
+
+static void check_matrix(struct verdict *v, const struct check_params *limit, const struct method_result *a) {
+    double symmetric[DOFS][DOFS], eigenvalue[DOFS];
+    for (int i = 0; i < DOFS; i++)
+        for (int j = 0; j < DOFS; j++) {
+            symmetric[i][j] = 0.5 * (a->mt[i][j] + a->mt[j][i]);
+            double skew_pct = 100.0 * fabs(a->mt[i][j] - a->mt[j][i]) / sqrt(fabs(a->mt[i][i] * a->mt[j][j]));
+            if (i < j && !(skew_pct <= limit->symmetry_pct))
+                verdict_add(v, VERDICT_FAIL, "method A: Mt(%d,%d) and Mt(%d,%d) differ by %.1f %%, limit %g %%", i + 1, j + 1, j + 1, i + 1,
+                            skew_pct, limit->symmetry_pct);
+        }
+    if (lin_eigenvalues(DOFS, symmetric[0], eigenvalue) || !(eigenvalue[0] > 0.0))
+        verdict_add(v, VERDICT_FAIL, "method A: Mt is not positive definite: no inertia matrix");
+}
+
+struct verdict ident_verdict(const struct params *params, const struct identification *id, int64_t cycles, int64_t overruns) {
+    struct verdict v = {.status = VERDICT_PASS};
+    const struct check_params *limit = &params->checks;
+    for (int i = 0; i < id->tests; i++) check_test(&v, limit, &id->test[i]);
+    if (id->tests < params->tests.count) verdict_add(&v, VERDICT_NOT_EVALUATED, "%d of %d tests done", id->tests, params->tests.count);
+    double overruns_pct = cycles > 0 ? 100.0 * (double)overruns / (double)cycles : 0.0;
+    if (!(overruns_pct <= limit->overruns_pct))
+        verdict_add(&v, VERDICT_FAIL, "%.2f %% of the cycles overran, limit %g %%", overruns_pct, limit->overruns_pct);
+    if (id->method_a.evaluated) check_matrix(&v, limit, &id->method_a);
+    else verdict_add(&v, VERDICT_NOT_EVALUATED, "matrix: needs complete tests of all six axes");
+    return v;
+}
+
+void verdict_print(const struct verdict *v, FILE *out) {
+    fprintf(out, "verdict   %s\n", verdict_names[v->status]);
+    for (int i = 0; i < v->reasons; i++) fprintf(out, "          %s\n", v->reason[i]);
+}

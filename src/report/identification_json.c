@@ -1,0 +1,83 @@
+#include "identification_json.h"
+
+#include <jansson.h>
+#include <math.h>
+
+/* A number that JSON cannot hold is null. */
+static json_t *number(double x) { return isfinite(x) ? json_real(x) : json_null(); }
+
+static json_t *vector(const double *x, int count) {
+    json_t *array = json_array();
+    for (int i = 0; i < count; i++) json_array_append_new(array, number(x[i]));
+    return array;
+}
+
+static json_t *matrix(double m[DOFS][DOFS]) {
+    json_t *array = json_array();
+    for (int i = 0; i < DOFS; i++) json_array_append_new(array, vector(m[i], DOFS));
+    return array;
+}
+
+/* Fundamental as {sin, cos}, one number an axis. */
+static json_t *fundamental(double c[DOFS][2]) {
+    double sine[DOFS], cosine[DOFS];
+    for (int i = 0; i < DOFS; i++) sine[i] = c[i][0], cosine[i] = c[i][1];
+    return json_pack("{so so}", "sin", vector(sine, DOFS), "cos", vector(cosine, DOFS));
+}
+
+static json_t *test(const struct test_result *source) {
+    struct test_result t = *source;
+    double rms[2 * DOFS];
+    for (int i = 0; i < DOFS; i++) rms[i] = t.pose_rms[i], rms[DOFS + i] = t.wrench_rms[i];
+    return json_pack("{ss so so so so so sI sI sb so so so so}", "dof", dof_names[t.dof], "frequency_hz", number(t.frequency_hz), "amplitude",
+                     number(t.amplitude), "achieved_amplitude", number(t.achieved_amplitude), "phase_deg", number(t.phase_deg),
+                     "unwanted_pct", vector(t.unwanted_pct, DOFS), "samples", (json_int_t)t.samples, "excluded", (json_int_t)t.excluded,
+                     "complete", t.complete, "residual_rms", vector(rms, 2 * DOFS), "pose", fundamental(t.pose), "wrench",
+                     fundamental(t.wrench), "wrench_std", vector(t.wrench_std, DOFS));
+}
+
+static json_t *method(const struct method_result *source, bool damping) {
+    if (!source->evaluated) return json_null();
+    struct method_result m = *source;
+    json_t *object = json_pack("{so so so}", "Mt", matrix(m.mt), "std", matrix(m.mt_std), "condition_number", number(m.condition_number));
+    if (damping) {
+        json_object_set_new(object, "Bt", matrix(m.bt));
+        json_object_set_new(object, "Bt_std", matrix(m.bt_std));
+    }
+    return object;
+}
+
+static json_t *errors(const struct identification *id, const struct method_result *m) {
+    json_t *object = json_object();
+    if (!m->evaluated) return json_null();
+    for (int i = 0; i < IDENT_ENTRIES; i++) json_object_set_new(object, ident_entries[i].name, number(ident_error_pct(id, m, &ident_entries[i])));
+    return object;
+}
+
+static json_t *quantiles(const double us[4], bool timed) {
+    if (!timed) return json_null();
+    return json_pack("{so so so so}", "p50", number(us[0]), "p99", number(us[1]), "p999", number(us[2]), "max", number(us[3]));
+}
+
+static json_t *reasons(const struct verdict *v) {
+    json_t *array = json_array();
+    for (int i = 0; i < v->reasons; i++) json_array_append_new(array, json_string(v->reason[i]));
+    return array;
+}
+
+char *identification_json(const struct identification *id, const struct verdict *verdict, const struct loop_statistics *loop) {
+    struct identification r = *id;
+    json_t *tests = json_array();
+    for (int i = 0; i < r.tests; i++) json_array_append_new(tests, test(&r.test[i]));
+    json_t *root = json_pack(
+        "{ss so s{so} so so so so s{so so so} s{sI sI sI so so so} s{ss ss so}}", "schema", "hexid.identification/1", "tests", tests, "nominal",
+        "Mt", matrix(r.nominal_mt), "method_a", method(&r.method_a, true), "modified_a", method(&r.modified_a, false), "method_b",
+        method(&r.method_b, false), "method_c", json_null(), "errors_pct", "method_a", errors(id, &r.method_a), "modified_a",
+        errors(id, &r.modified_a), "method_b", errors(id, &r.method_b), "loop", "cycles", (json_int_t)loop->cycles, "overruns",
+        (json_int_t)loop->overruns, "lost_records", (json_int_t)loop->lost, "period_s", number(loop->period_s), "wake_us",
+        quantiles(loop->wake_us, loop->timed), "exec_us", quantiles(loop->exec_us, loop->timed), "verdict", "scope", verdict_scope, "status",
+        verdict_names[verdict->status], "reasons", reasons(verdict));
+    char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
+    json_decref(root);
+    return text;
+}

@@ -1,0 +1,19 @@
+/* The result as JSON, schema hexid.identification/1: matrices are 6x6 row-major arrays of arrays, SI units, order x y z phi theta psi;
+ * what was not evaluated is null. Numbers read back bit for bit. */
+#ifndef HEXID_IDENTIFICATION_JSON_H
+#define HEXID_IDENTIFICATION_JSON_H
+
+#include "ident.h"
+#include "verdict.h"
+
+struct loop_statistics {
+    int64_t cycles, overruns, lost;
+    double period_s;
+    bool timed;                     /* false on a virtual clock: the times below mean nothing */
+    double wake_us[4], exec_us[4];  /* p50, p99, p99.9, max */
+};
+
+/* To be freed by the caller; NULL without memory. */
+char *identification_json(const struct identification *id, const struct verdict *verdict, const struct loop_statistics *loop);
+
+#endif

@@ -1,0 +1,272 @@
+/* What the loop thread must not do: touch the heap, take a lock, make a system call other than to sleep. Each is a trap that ends a child
+ * process; that the traps work is proved by walking into them.
+ *
+ * The allocator and the lock functions of this program stand before the C library's and pass on to them unless a cycle is running. */
+#include "support.h"
+
+#include <dlfcn.h>
+#include <errno.h>
+#include <pthread.h>
+#include <seccomp.h>
+#include <semaphore.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "loop.h"
+#include "units.h"
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+/* The sanitizers bring their own allocator, locks and system calls. */
+static void traps_need_a_build_without_sanitizers(void **unused) {
+    (void)unused;
+    skip();
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(traps_need_a_build_without_sanitizers)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
+#else
+
+enum { ENDED_WELL = 0, TRAPPED_HEAP = 40, TRAPPED_LOCK = 41, BROKEN = 42 };
+
+static _Thread_local bool in_cycle;
+
+static void trap(int kind) {
+    if (in_cycle) _exit(kind);
+}
+
+/* ---- heap ---- */
+
+void *__libc_malloc(size_t size);
+void *__libc_calloc(size_t count, size_t size);
+void *__libc_realloc(void *old, size_t size);
+void *__libc_memalign(size_t alignment, size_t size);
+void __libc_free(void *block);
+
+void *malloc(size_t size) {
+    trap(TRAPPED_HEAP);
+    return __libc_malloc(size);
+}
+
+void *calloc(size_t count, size_t size) {
+    trap(TRAPPED_HEAP);
+    return __libc_calloc(count, size);
+}
+
+void *realloc(void *old, size_t size) {
+    trap(TRAPPED_HEAP);
+    return __libc_realloc(old, size);
+}
+
+void *aligned_alloc(size_t alignment, size_t size) {
+    trap(TRAPPED_HEAP);
+    return __libc_memalign(alignment, size);
+}
+
+int posix_memalign(void **block, size_t alignment, size_t size) {
+    trap(TRAPPED_HEAP);
+    *block = __libc_memalign(alignment, size);
+    return *block ? 0 : ENOMEM;
+}
+
+void free(void *block) {
+    trap(TRAPPED_HEAP);
+    __libc_free(block);
+}
+
+/* ---- locks ---- */
+
+#define LOCK(name, parameters, arguments)                                                                         \
+    int name parameters {                                                                                         \
+        static int (*real) parameters;                                                                            \
+        trap(TRAPPED_LOCK);                                                                                       \
+        if (!real) *(void **)&real = dlsym(RTLD_NEXT, #name);                                                     \
+        return real arguments;                                                                                    \
+    }
+
+LOCK(pthread_mutex_lock, (pthread_mutex_t * m), (m))
+LOCK(pthread_mutex_trylock, (pthread_mutex_t * m), (m))
+LOCK(pthread_mutex_timedlock, (pthread_mutex_t * m, const struct timespec *t), (m, t))
+LOCK(pthread_rwlock_rdlock, (pthread_rwlock_t * l), (l))
+LOCK(pthread_rwlock_wrlock, (pthread_rwlock_t * l), (l))
+LOCK(pthread_cond_signal, (pthread_cond_t * c), (c))
+LOCK(pthread_cond_broadcast, (pthread_cond_t * c), (c))
+LOCK(pthread_cond_wait, (pthread_cond_t * c, pthread_mutex_t *m), (c, m))
+LOCK(sem_wait, (sem_t * s), (s))
+LOCK(sem_post, (sem_t * s), (s))
+
+/* ---- system calls ---- */
+
+/* From now on this thread may sleep, ask the time, yield (virtual time, full ring) and end. */
+static void forbid_system_calls(void) {
+    static const int allowed[] = {SCMP_SYS(clock_nanosleep), SCMP_SYS(clock_gettime), SCMP_SYS(sched_yield), SCMP_SYS(rt_sigreturn),
+                                  SCMP_SYS(exit_group)};
+    scmp_filter_ctx filter = seccomp_init(SCMP_ACT_KILL_PROCESS);
+    int failed = !filter;
+    for (unsigned i = 0; i < sizeof allowed / sizeof *allowed && !failed; i++)
+        failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, allowed[i], 0);
+    if (failed || seccomp_load(filter)) _exit(BROKEN);
+}
+
+/* ---- the run ---- */
+
+struct run {
+    enum engine_kind engine;
+    bool effects;            /* all of them that are off by default, on */
+    bool virtual_time;
+    int cycles;
+    const char *url;
+    void (*sin)(void);       /* done in the middle of the run as if by the loop */
+};
+
+/* Every effect on, at a thousandth of each key's range above what adds nothing: all code runs, and the machine still moves. */
+static void switch_effects_on(struct params *params) {
+    for (int e = 0; e < EFFECTS_MAX && effect_table[e]; e++) {
+        params->effects[e].on = true;
+        for (int k = 0; k < EFFECT_KEYS && effect_table[e]->keys[k].name; k++) {
+            const struct effect_key *key = &effect_table[e]->keys[k];
+            for (int i = 0; i < LEGS; i++) params->effects[e].value[k][i] = key->neutral + 1e-3 * (key->max - key->neutral);
+        }
+    }
+}
+
+static struct params params_of(const struct run *run) {
+    struct params params;
+    config_default(&params);
+    params.sim.engine = run->engine;
+    params.tests.settle_s = 0.05, params.tests.ramp_s = 0.1, params.tests.duration_s = 0.1, params.tests.ramp_out_s = 0.1;
+    params.motion.engage_s = params.motion.park_s = 2.0;
+    params.motion.hold_s = 0.1;
+    if (run->effects) switch_effects_on(&params);
+    if (!run->virtual_time) params.loop.period_s = 5e-4, params.sim.substeps = 2;
+    return params;
+}
+
+/* In a child: the loop's cycles with every trap set. Does not return. */
+static void run_cycles(const struct run *run, bool system_calls_too) {
+    static struct loop loop;
+    struct params params = params_of(run);
+    struct hal *hal;
+    struct ring records;
+    struct error error;
+    struct cycle c;
+    if (hal_open(&hal, run->url, &params, 1, &error) || ring_init(&records, sizeof c, 4)) _exit(BROKEN);
+    if (loop_init(&loop, &params, hal, &records, run->virtual_time, &error)) _exit(BROKEN);
+    if (system_calls_too) forbid_system_calls();
+    bool driven = false;
+    for (int n = 0; n < run->cycles; n++) {
+        in_cycle = true;
+        bool more = loop_cycle(&loop);
+        if (run->sin && n == run->cycles / 2) run->sin();
+        in_cycle = false;
+        if (ring_pop(&records, &c) && c.out.enable) driven = true;
+        if (!more) break;
+    }
+    _exit(driven || run->sin ? ENDED_WELL : BROKEN);
+}
+
+/* Status of the child as from waitpid. */
+static int outcome(const struct run *run, bool system_calls_too) {
+    int status = -1;
+    pid_t child = fork();
+    assert_true(child >= 0);
+    if (child == 0) run_cycles(run, system_calls_too);
+    assert_int_equal(waitpid(child, &status, 0), child);
+    return status;
+}
+
+static const struct run runs[] = {
+    {ENGINE_ODE, false, true, 400, "sim:", NULL},
+    {ENGINE_ODE, true, true, 400, "sim:", NULL},
+    {ENGINE_ODE, true, false, 80, "sim:", NULL},
+    {ENGINE_CLOSED_FORM, false, true, 5000, "sim:", NULL}, /* the whole automatic run */
+    {ENGINE_CLOSED_FORM, true, true, 2000, "sim:", NULL},
+    {ENGINE_CLOSED_FORM, false, false, 100, "sim:", NULL},
+    {ENGINE_CLOSED_FORM, false, true, 2000, "fault:nan@0.5+0.004/2,drop@1+0.006,stale@2+1;sim:", NULL}, /* faults and after */
+};
+
+static void assert_ends_well(bool system_calls_too) {
+    for (unsigned i = 0; i < sizeof runs / sizeof *runs; i++) {
+        int status = outcome(&runs[i], system_calls_too);
+        if (WIFSIGNALED(status)) fail_msg("run %u: signal %d (31: a system call that is not allowed)", i, WTERMSIG(status));
+        if (WEXITSTATUS(status) == TRAPPED_HEAP) fail_msg("run %u: the heap was touched in a cycle", i);
+        if (WEXITSTATUS(status) == TRAPPED_LOCK) fail_msg("run %u: a lock was taken in a cycle", i);
+        assert_int_equal(status, ENDED_WELL);
+    }
+}
+
+static void a_cycle_touches_no_heap_and_takes_no_lock(void **unused) {
+    (void)unused;
+    assert_ends_well(false);
+}
+
+static void a_cycle_makes_no_system_call_but_to_sleep(void **unused) {
+    (void)unused;
+    assert_ends_well(true);
+}
+
+/* ---- the traps trip ---- */
+
+static void *volatile kept;
+static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
+static sem_t semaphore;
+
+static void sin_malloc(void) { kept = malloc(16); }
+static void sin_calloc(void) { kept = calloc(1, 16); }
+static void sin_realloc(void) { kept = realloc(kept, 32); }
+static void sin_free(void) { free(kept); }
+static void sin_lock(void) { pthread_mutex_lock(&mutex); }
+static void sin_post(void) { sem_post(&semaphore); }
+static void sin_log(void) { (void)!write(STDERR_FILENO, "", 0); }
+static void sin_identity(void) { (void)syscall(SYS_getpid); }
+
+static int outcome_of_sin(void (*sin)(void), bool system_calls_too) {
+    const struct run run = {ENGINE_CLOSED_FORM, false, true, 20, "sim:", sin};
+    return outcome(&run, system_calls_too);
+}
+
+static void the_heap_trap_trips(void **unused) {
+    (void)unused;
+    void (*const sins[])(void) = {sin_malloc, sin_calloc, sin_realloc, sin_free};
+    kept = malloc(16);
+    for (unsigned i = 0; i < sizeof sins / sizeof *sins; i++) {
+        int status = outcome_of_sin(sins[i], false);
+        assert_true(WIFEXITED(status) && WEXITSTATUS(status) == TRAPPED_HEAP);
+    }
+    free(kept);
+}
+
+static void the_lock_trap_trips(void **unused) {
+    (void)unused;
+    void (*const sins[])(void) = {sin_lock, sin_post};
+    for (unsigned i = 0; i < sizeof sins / sizeof *sins; i++) {
+        int status = outcome_of_sin(sins[i], false);
+        assert_true(WIFEXITED(status) && WEXITSTATUS(status) == TRAPPED_LOCK);
+    }
+}
+
+static void the_system_call_trap_trips(void **unused) {
+    (void)unused;
+    void (*const sins[])(void) = {sin_log, sin_identity};
+    for (unsigned i = 0; i < sizeof sins / sizeof *sins; i++) {
+        int status = outcome_of_sin(sins[i], true);
+        assert_true(WIFSIGNALED(status) && WTERMSIG(status) == SIGSYS);
+        assert_int_equal(outcome_of_sin(sins[i], false), ENDED_WELL); /* harmless without it */
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_cycle_touches_no_heap_and_takes_no_lock),
+        cmocka_unit_test(a_cycle_makes_no_system_call_but_to_sleep),
+        cmocka_unit_test(the_heap_trap_trips),
+        cmocka_unit_test(the_lock_trap_trips),
+        cmocka_unit_test(the_system_call_trap_trips),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
+#endif
