@@ -64,25 +64,3 @@ int loop_stats_encode(const struct loop_statistics *s, int64_t time_ns, unsigned
     };
     return hexid_loop_stats_t_encode(buffer, 0, capacity, &m);
 }
-
-int identification_encode(const struct identification *id, const struct verdict *verdict, int64_t time_ns, unsigned char *buffer,
-                          int capacity) {
-    struct identification r = *id;
-    char *reasons[VERDICT_REASONS];
-    for (int i = 0; i < verdict->reasons; i++) reasons[i] = text(verdict->reason[i]);
-    hexid_identification_t m = {
-        .time_ns = time_ns, .verdict = text(verdict_names[verdict->status]), .scope = text(verdict_scope), .reason_count = verdict->reasons,
-        .reasons = reasons, .method_a_condition = r.method_a.evaluated ? r.method_a.condition_number : (double)NAN,
-        .method_b_condition = r.method_b.evaluated ? r.method_b.condition_number : (double)NAN,
-    };
-    matrix(m.nominal_mt_si, r.nominal_mt, true);
-    matrix(m.method_a_mt_si, r.method_a.mt, r.method_a.evaluated);
-    matrix(m.method_a_mt_std_si, r.method_a.mt_std, r.method_a.evaluated);
-    matrix(m.method_a_bt_si, r.method_a.bt, r.method_a.evaluated);
-    matrix(m.method_a_bt_std_si, r.method_a.bt_std, r.method_a.evaluated);
-    matrix(m.modified_a_mt_si, r.modified_a.mt, r.modified_a.evaluated);
-    matrix(m.modified_a_mt_std_si, r.modified_a.mt_std, r.modified_a.evaluated);
-    matrix(m.method_b_mt_si, r.method_b.mt, r.method_b.evaluated);
-    matrix(m.method_b_mt_std_si, r.method_b.mt_std, r.method_b.evaluated);
-    return hexid_identification_t_encode(buffer, 0, capacity, &m);
-}
