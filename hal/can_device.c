@@ -69,7 +69,7 @@ static void tick(struct can_device *d) {
 
 static int can_serve(const char *interface, const struct params *params, struct device *device, const _Atomic bool *stop, struct error *error) {
     static const struct can_accept accept[] = {{COB_NMT, CAN_SFF_MASK}, {COB_SYNC, CAN_SFF_MASK}, {COB_RPDO, COB_FUNCTION}, {COB_SDO, COB_FUNCTION},
-                                               {COB_HEARTBEAT | CAN_MASTER, CAN_SFF_MASK}};
+                                               {COB_HEARTBEAT, COB_FUNCTION}};
     struct can_device d = {.params = params, .device = device};
     int status = can_socket_open(&d.socket, interface, accept, sizeof accept / sizeof *accept, false, false, error);
     if (status) return status;
