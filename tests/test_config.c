@@ -149,8 +149,8 @@ static void a_key_takes_its_bounds_and_nothing_beyond(void **state) {
         assert_true(set_number(&key, key.min, &p) && set_number(&key, key.max, &p));
         struct params kept = p;
         assert_false(set_number(&key, nextafter(key.min, -INFINITY), &p) || set_number(&key, nextafter(key.max, INFINITY), &p));
-        static const char *const refused[] = {"nan", "NaN", ".nan", "inf", "-inf", ".inf", "1e999", "-1e999", "", " ", "0x10", "1_000", "1,5",
-                                              "--1", "1e", "e5", ".", "12 m", "1.2.3", "true", "[]", "[1, 2]"};
+        static const char *const refused[] = {"nan", "NaN", ".nan", "inf", "-inf", ".inf", "1e999", "-1e999", "", " ", "0x10", "1_000",
+                                              "1,5", "--1", "1e", "e5", ".", "12 m", "1.2.3", "true", "[]", "[1, 2]"};
         for (size_t k = 0; k < sizeof refused / sizeof refused[0]; k++)
             if (set_text(&key, refused[k], &p)) fail_msg("%s took \"%s\"", key.path, refused[k]);
         assert_memory_equal(&p, &kept, sizeof p); /* what is refused changes nothing */
@@ -260,7 +260,7 @@ static void a_list_gives_each_leg_its_value_where_the_effect_allows_it(void **st
 static const struct {
     const char *text, *message[3];
 } mistakes[] = {
-    {"control:\n  kp: -3\n", {"rig.yaml:2: control.kp: -3 is outside 0..10000 1/m"}},
+    {"control:\n  kp: -3\n", {"rig.yaml:2: control.kp: -3 is outside 0..10000 1/m", "valve per length error"}},
     {"control:\n  kp: abc\n", {"rig.yaml:2: control.kp: \"abc\" is not a number"}},
     {"control:\n  kp: [1, 2]\n", {"rig.yaml:2: control.kp: a list", "single value"}},
     {"control:\n  kp: {a: 1}\n", {"rig.yaml:2: control.kp takes a value"}},
@@ -313,7 +313,8 @@ static void a_mistake_is_reported_with_file_line_and_key(void **state) {
         assert_int_equal(parse(&p, mistakes[i].text, &error), STATUS_USAGE);
         assert_int_equal(error.status, STATUS_USAGE);
         for (int k = 0; k < 3 && mistakes[i].message[k]; k++)
-            if (!strstr(error.text, mistakes[i].message[k])) fail_msg("%s\nsays   %s\nwanted %s", mistakes[i].text, error.text, mistakes[i].message[k]);
+            if (!strstr(error.text, mistakes[i].message[k]))
+                fail_msg("%s\nsays   %s\nwanted %s", mistakes[i].text, error.text, mistakes[i].message[k]);
     }
 }
 

@@ -111,7 +111,8 @@ static void events_of_any_size_are_read(void **unused) {
     for (int k = 0; k < 5000000; k++) data[k] = (unsigned char)(k * 31 >> 3);
     lcm_eventlog_t *log = lcm_eventlog_create(file, "w");
     for (int i = 0; i < SIZES; i++) {
-        lcm_eventlog_event_t event = {.timestamp = -i, .channellen = 1, .channel = (char[]){(char)('a' + i), '\0'}, .datalen = sizes[i], .data = data};
+        char channel[] = {(char)('a' + i), '\0'};
+        lcm_eventlog_event_t event = {.timestamp = -i, .channellen = 1, .channel = channel, .datalen = sizes[i], .data = data};
         assert_int_equal(lcm_eventlog_write_event(log, &event), 0);
     }
     lcm_eventlog_destroy(log);

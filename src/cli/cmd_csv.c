@@ -1,5 +1,7 @@
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "cli.h"
 #include "config.h"
@@ -10,6 +12,14 @@ static int named(const struct options *o, const char *command, struct error *err
     return error_set(error, STATUS_USAGE, "%s: name what to read and, with -o, what to write; see `hexid %s --help`", command, command);
 }
 
+/* The directory's own configuration would win silently. */
+static int one_configuration(const struct options *o, struct error *error) {
+    char path[PATH_MAX];
+    snprintf(path, sizeof path, "%s/config.yaml", o->operand[0]);
+    if ((!o->config && !o->setting_count) || access(path, F_OK)) return STATUS_OK;
+    return error_set(error, STATUS_USAGE, "import: %.300s is the run's configuration: change or remove it, or leave -c and --set out", path);
+}
+
 int cmd_import(int argc, char **argv) {
     struct options o;
     struct error error;
@@ -17,12 +27,13 @@ int cmd_import(int argc, char **argv) {
     struct params params;
     int status = options_parse(&o, argc, argv, "coS", 1, &error);
     if (!status) status = named(&o, "import", &error);
+    if (!status) status = one_configuration(&o, &error);
     if (!status) status = options_params(&o, &params, &error);
     char *base = status ? NULL : config_text(&params);
     if (!status) status = csv_import(o.operand[0], o.output, base, &report, &error);
     free(base);
     if (status) return cli_fail(&error);
-    printf("%s: %d tests, %lld rows\n", o.output, report.files, (long long)report.rows);
+    printf("%s: %d tests, %lld rows, %lld cycles without a row\n", o.output, report.files, (long long)report.rows, (long long)report.lost);
     if (report.missing[0]) printf("missing columns, what needs them is not evaluated: %s\n", report.missing);
     if (report.ignored[0]) printf("not understood and left out: %s\n", report.ignored);
     return EXIT_PASSED;

@@ -63,7 +63,9 @@ static int64_t realtime_us(void) {
     return t.tv_sec * 1000000LL + t.tv_nsec / 1000;
 }
 
+/* SAFETY: a terminal or a pipe that goes away must not end the process that holds the platform up. */
 static void block_signals(sigset_t *set) {
+    signal(SIGPIPE, SIG_IGN);
     sigemptyset(set);
     sigaddset(set, SIGINT);
     sigaddset(set, SIGTERM);
@@ -83,6 +85,7 @@ static void signalled(struct session *s) {
     atomic_store(&s->loop.quit, true);
 }
 
+/* SAFETY: whoever reaches the bus may put the platform down; only the configuration lets it be moved from there. */
 static void command_received(void *context, enum command command) {
     struct session *s = context;
     bool stops = command == COMMAND_STOP || command == COMMAND_PARK;
@@ -116,7 +119,7 @@ static int run(struct session *s, struct error *error) {
     block_signals(&signals);
     progress_init(&s->progress, &s->params, s->options.json && !strcmp(s->options.json, "-") ? stderr : stdout, s->options.fast);
     s->recorder = (struct recorder){.params = &s->params, .loop = &s->loop, .records = &s->ring, .log = s->log, .bus = s->bus,
-                                    .progress = &s->progress, .origin_us = s->options.fast ? 0 : realtime_us()};
+                                    .progress = &s->progress, .virtual_time = s->options.fast, .origin_us = s->options.fast ? 0 : realtime_us()};
     int status = recorder_start(&s->recorder, s->config, error);
     if (status) return status;
     status = loop_start(&s->loop, mode, error);
@@ -128,7 +131,8 @@ static int run(struct session *s, struct error *error) {
     wait_for_end(s, &signals);
     loop_join(&s->loop);
     recorder_join(&s->recorder);
-    if (s->log && !s->recorder.error.status) log_close(s->log, &s->recorder.error);
+    struct error closing = {0};
+    if (s->log && log_close(s->log, &closing) && !s->recorder.error.status) s->recorder.error = closing;
     s->log = NULL;
     int reported = report(s, error);
     if (s->recorder.error.status) {

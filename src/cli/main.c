@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "cli.h"
+#include "hal.h"
 
 static const struct subcommand {
     const char *name, *usage, *purpose;
@@ -22,6 +23,22 @@ static const struct subcommand {
 
 enum { SUBCOMMANDS = sizeof subcommands / sizeof *subcommands };
 
+static void help(const struct subcommand *s) {
+    printf("hexid %s %s\n%s\n", s->name, s->usage, s->purpose);
+    if (s->run != cmd_run) return;
+    printf("\n  -c FILE          configuration; config/tian2015.yaml without it (--print-config shows every key)\n"
+           "  --hal URL        the platform, `sim:` without it:\n");
+    for (int i = 0; hal_table[i]; i++) printf("                     %s\n", hal_table[i]->usage);
+    printf("  --fast           virtual time, as fast as this machine can: same code, same seed, same bytes\n"
+           "  --rt MODE        require: no run without SCHED_FIFO and locked memory (default on hardware); try: warn (default on sim:); off\n"
+           "  --seed N         of the simulated sensors' noise\n"
+           "  --log FILE       LCM event log of every cycle\n"
+           "  --json FILE      result, schema hexid.identification/1; - for standard output\n"
+           "  --set KEY=VALUE  one configuration key, e.g. tests.frequency_hz=5\n"
+           "  --tests LIST     axes to test, e.g. x,theta\n"
+           "  --print-config   show the effective configuration and end\n");
+}
+
 static void usage(FILE *out) {
     fprintf(out, "hexid: controller and identifier of a hydraulic six-leg platform\n\n");
     for (int i = 0; i < SUBCOMMANDS; i++) fprintf(out, "  hexid %-9s%s\n           %s\n", subcommands[i].name, subcommands[i].usage, subcommands[i].purpose);
@@ -37,7 +54,7 @@ int main(int argc, char **argv) {
     for (int i = 0; argc >= 2 && i < SUBCOMMANDS; i++) {
         if (strcmp(argv[1], subcommands[i].name)) continue;
         if (argc < 3 || (strcmp(argv[2], "--help") && strcmp(argv[2], "-h"))) return subcommands[i].run(argc - 1, argv + 1);
-        printf("hexid %s %s\n%s\n", subcommands[i].name, subcommands[i].usage, subcommands[i].purpose);
+        help(&subcommands[i]);
         return EXIT_PASSED;
     }
     if (argc >= 2) fprintf(stderr, "hexid: no such subcommand: %s\n\n", argv[1]);

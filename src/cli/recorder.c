@@ -14,14 +14,13 @@ enum { MESSAGE_MAX = 16384, CONFIG_MAX = 1 << 18, POLL_NS = 2000000 };
 
 /* SAFETY: a run that cannot be recorded is put down: neither abandoned nor run on blind. */
 static void log_failed(struct recorder *r) {
-    r->log = NULL;
     mailbox_post(&r->loop->requests, COMMAND_PARK);
     atomic_store(&r->loop->quit, true);
 }
 
 static void keep(struct recorder *r, const char *channel, const void *data, int size) {
     int64_t utime_us = r->origin_us + r->analysis.last.in.time_ns / NS_PER_US;
-    if (r->log && size >= 0 && log_write(r->log, utime_us, channel, data, size, &r->error)) log_failed(r);
+    if (r->log && size >= 0 && !r->error.status && log_write(r->log, utime_us, channel, data, size, &r->error)) log_failed(r);
 }
 
 static void keep_and_send(struct recorder *r, const char *channel, const void *data, int size) {
@@ -98,7 +97,7 @@ static void *recorder_thread(void *argument) {
         bool ended = atomic_load_explicit(&r->loop->ended, memory_order_acquire); /* read before the ring, so that nothing is missed */
         if (ring_pop(r->records, &c)) take(r, &c);
         else if (ended) break;
-        else if (r->loop->clock.virtual_time) sched_yield();
+        else if (r->virtual_time) sched_yield();
         else nanosleep(&(struct timespec){.tv_nsec = POLL_NS}, NULL);
     }
     if (analysis_end(&r->analysis)) result(r);

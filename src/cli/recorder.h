@@ -17,6 +17,7 @@ struct recorder {
     struct log_writer *log;          /* NULL: none is kept */
     struct bus *bus;                 /* NULL: nothing is sent */
     struct progress *progress;
+    bool virtual_time;               /* yields instead of sleeping when there is nothing to do */
     int64_t origin_us;               /* the log's time of the loop's zero */
     struct analysis analysis;
     int64_t statistics_cycles;       /* between two HEXID_LOOP_STATS */

@@ -57,8 +57,10 @@ static void write_head(struct export *e) {
     double period_s = e->params.loop.period_s;
     double rate_hz = isfinite(e->step_s) ? 1.0 / e->step_s : 1.0 / period_s;
     fprintf(e->file, "# dof: %s\n# rate_hz: %-24.10g\n", csv_dof_name(e->last.dof), rate_hz);
-    for (int key = 0; key < CSV_KEYS && e->configured && e->last.dof != DOF_NONE; key++)
-        if (key != CSV_RATE) fprintf(e->file, "# %s: %s\n", csv_keys[key], format(*csv_place(&e->params, (enum csv_key)key, e->last.dof), number));
+    for (int key = 0; key < CSV_KEYS && e->configured && e->last.dof != DOF_NONE; key++) {
+        const double *value = csv_place(&e->params, (enum csv_key)key, e->last.dof);
+        if (value) fprintf(e->file, "# %s: %s\n", csv_keys[key], format(*value, number));
+    }
 }
 
 static void write_row(struct export *e, const struct cycle *c) {

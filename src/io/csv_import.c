@@ -101,11 +101,10 @@ static enum phase phase_at(const struct params *p, double t_s) {
 }
 
 static int rate_lies(struct import *im, const struct csv_head *h, double step_s) {
-    const char *format = isnan(h->value[CSV_RATE]) ? "%.200s:%d: no rate_hz, and the configuration's %g Hz is not what t_s has: steps of "
-                                                     "%.6g s, %.6g Hz; give the true rate_hz"
-                                                   : "%.200s:%d: rate_hz: %g is not what t_s has: steps of %.6g s, %.6g Hz; give the true rate_hz";
-    int line = isnan(h->value[CSV_RATE]) ? h->columns_line : h->line[CSV_RATE];
-    return error_set(im->error, STATUS_USAGE, format, h->path, line, 1.0 / period_s(im), step_s, 1.0 / step_s);
+    bool given = !isnan(h->value[CSV_RATE]);
+    return error_set(im->error, STATUS_USAGE, "%.200s:%d: %s%g Hz is not what t_s has: steps of %.6g s, %.6g Hz; give the true rate_hz",
+                     h->path, given ? h->line[CSV_RATE] : h->columns_line, given ? "rate_hz: " : "no rate_hz, and the configuration's ",
+                     1.0 / period_s(im), step_s, 1.0 / step_s);
 }
 
 struct span {
@@ -168,8 +167,8 @@ static int evaluate(struct import *im, const struct csv_reader *reader, const st
     double begin_s = fmax(im->params.tests.ramp_s, s->first_s), evaluated_s = s->last_s + period_s(im) - begin_s;
     if (h->dof == DOF_NONE || !isnan(h->value[CSV_DURATION]) || h->has[CSV_PHASE_COLUMN]) return STATUS_OK;
     if (evaluated_s < period_s(im))
-        return error_set(im->error, STATUS_USAGE, "%.250s:%d: nothing to evaluate: the last t_s is %g, and ramp_s is %g", h->path, reader->line,
-                         s->last_s, im->params.tests.ramp_s);
+        return error_set(im->error, STATUS_USAGE, "%.250s:%d: nothing to evaluate: the last t_s is %g, and ramp_s is %g", h->path,
+                         reader->line, s->last_s, im->params.tests.ramp_s);
     im->evaluated_s = fmin(im->evaluated_s, evaluated_s);
     return STATUS_OK;
 }
@@ -223,7 +222,7 @@ static int read_heads(struct import *im) {
     int count = csv_list(im->directory, &files), status = STATUS_OK;
     if (count < 0) return error_set(im->error, STATUS_IO, "%.250s: cannot be read: %s", im->directory, strerror(errno));
     if (count == 0) status = error_set(im->error, STATUS_USAGE, "%.250s: has no CSV file", im->directory);
-    if (count > FILES_MAX) status = error_set(im->error, STATUS_USAGE, "%.250s: has %d CSV files; at most %d", im->directory, count, FILES_MAX);
+    if (count > FILES_MAX) status = error_set(im->error, STATUS_USAGE, "%.250s: more than %d CSV files", im->directory, FILES_MAX);
     for (int i = 0; !status && i < count; i++) status = read_head(im, files[i]->d_name);
     csv_list_free(files, count);
     return status;
@@ -267,7 +266,8 @@ static int check_and_write(struct import *im, const char *log_path) {
     struct params checked;
     char name[CSV_PATH_SIZE + 64], *config = config_text(&im->params);
     snprintf(name, sizeof name, "%s (configuration with the values of its files)", im->directory);
-    int status = config ? config_parse(&checked, config, strlen(config), name, im->error) : error_set(im->error, STATUS_IO, "out of memory");
+    int status = config ? config_parse(&checked, config, strlen(config), name, im->error)
+                        : error_set(im->error, STATUS_IO, "out of memory");
     im->start_ns = 0;
     im->seq = 0;
     if (!status) status = write_log(im, log_path, config);

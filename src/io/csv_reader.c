@@ -5,18 +5,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-__attribute__((format(printf, 3, 0))) static int refuse_at(const struct csv_reader *r, struct error *error, const char *format, va_list args) {
-    char reason[200];
-    vsnprintf(reason, sizeof reason, format, args);
-    return error_set(error, STATUS_USAGE, "%.180s:%d: %s", r->head.path, r->line, reason);
-}
-
 __attribute__((format(printf, 3, 4))) static int refuse(const struct csv_reader *r, struct error *error, const char *format, ...) {
+    char reason[200];
     va_list args;
     va_start(args, format);
-    int status = refuse_at(r, error, format, args);
+    vsnprintf(reason, sizeof reason, format, args);
     va_end(args);
-    return status;
+    return error_set(error, STATUS_USAGE, "%.180s:%d: %s", r->head.path, r->line, reason);
 }
 
 int csv_refuse(const struct csv_reader *r, int column, struct error *error, const char *format, ...) {
@@ -212,7 +207,8 @@ static bool store(struct cycle *c, const struct csv_column *column, double numbe
 
 static int refuse_cell(const struct csv_reader *r, int column, const char *cell, struct error *error) {
     int length = (int)strcspn(cell, ",");
-    return csv_refuse(r, column, error, "%.*s is no number that it takes: digits and a point, no quotes, no unit", length < 40 ? length : 40, cell);
+    return csv_refuse(r, column, error, "%.*s is no number that it takes: digits and a point, no quotes, no unit",
+                      length < 40 ? length : 40, cell);
 }
 
 /* rest: behind the last cell that was read. */

@@ -36,6 +36,7 @@ int csv_read_row(struct csv_reader *reader, struct cycle *cycle, struct error *e
 void csv_close(struct csv_reader *reader);
 
 /* "file:line: column: reason", -2. column: CSV_T or another of csv_columns. */
-__attribute__((format(printf, 4, 5))) int csv_refuse(const struct csv_reader *reader, int column, struct error *error, const char *format, ...);
+__attribute__((format(printf, 4, 5)))
+int csv_refuse(const struct csv_reader *reader, int column, struct error *error, const char *format, ...);
 
 #endif

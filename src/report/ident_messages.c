@@ -58,7 +58,8 @@ int loop_stats_encode(const struct loop_statistics *s, int64_t time_ns, unsigned
         exec_us[i] = s->timed ? s->exec_us[i] : (double)NAN;
     }
     hexid_loop_stats_t m = {
-        .time_ns = time_ns, .cycles = s->cycles, .overruns = s->overruns, .lost_records = s->lost, .period_s = s->period_s, .timed = s->timed,
+        .time_ns = time_ns, .cycles = s->cycles, .overruns = s->overruns, .lost_records = s->lost,
+        .period_s = s->period_s, .timed = s->timed,
         .wake_p50_us = wake_us[0], .wake_p99_us = wake_us[1], .wake_p999_us = wake_us[2], .wake_max_us = wake_us[3],
         .exec_p50_us = exec_us[0], .exec_p99_us = exec_us[1], .exec_p999_us = exec_us[2], .exec_max_us = exec_us[3],
     };

@@ -3,7 +3,8 @@
     subscriber.py WORK URL READY   listens until standard input ends; creates the file READY when it listens
     subscriber.py WORK LOG         reads an event log
 
-The types are compiled from lcmtypes/*.lcm into the directory WORK. Bytes on a channel of hexid's that are not of its type end it with a traceback.
+The types are compiled from lcmtypes/*.lcm into the directory WORK. Bytes on a channel of hexid's that are not of its type end it with a
+traceback.
 """
 import glob
 import json

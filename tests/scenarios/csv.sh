@@ -1,0 +1,38 @@
+#!/bin/bash
+# Runs leave and come back as CSV without losing a bit; what a directory lacks is said, what is wrong in it is refused.
+. tests/scenarios/lib
+
+quick --log "$work/run.lcm" --json "$work/run.json" >"$work/run" 2>&1
+
+there_and_back() {
+    "$hexid" export "$work/run.lcm" -o "$work/csv" && "$hexid" import "$work/csv" -o "$work/back.lcm" && "$hexid" export "$work/back.lcm" -o "$work/again"
+}
+# All but the loop's own statistics, which count cycles outside the tests too.
+identified_alike() {
+    "$hexid" identify "$work/back.lcm" --json "$work/back.json" >/dev/null
+    "$python" -c 'import json, sys
+a, b = (json.load(open(f)) for f in sys.argv[1:])
+a.pop("loop"), b.pop("loop")
+sys.exit(a != b)' "$work/run.json" "$work/back.json"
+}
+# As from elsewhere: leg lengths and time alone, no configuration.
+without_pressures() {
+    mkdir "$work/lengths"
+    for file in "$work"/csv/*.csv; do sed '/^#/!s/^\([^,]*\),\([^,]*,\)\{6\}\(\([^,]*,\)\{6\}\).*/\1,\3/; /^#/!s/,$//' "$file" >"$work/lengths/${file##*/}"; done
+    "$hexid" import "$work/lengths" -o "$work/lengths.lcm" | tee "$work/import" && grep -q 'p1_1_pa\.\.p1_6_pa' "$work/import" || return 1
+    ends 1 "$hexid" identify "$work/lengths.lcm" --json "$work/lengths.json" &&
+        "$python" -c 'import json, sys; v = json.load(open(sys.argv[1]))["verdict"]; print(v); sys.exit(v["status"] == "pass")' "$work/lengths.json"
+}
+wrong_rate() {
+    sed -i 's/^# rate_hz: .*/# rate_hz: 400/' "$work/lengths/2_y.csv"
+    refuses 2 "2_y.csv:2 rate_hz: 400" "$hexid" import "$work/lengths" -o "$work/none.lcm" && [ ! -e "$work/none.lcm" ]
+}
+
+claim "a run goes to CSV and back" there_and_back
+claim "to the same CSV, byte for byte" diff -r "$work/csv" "$work/again"
+claim "and to the same identification" identified_alike
+claim "without pressures it is read, what is missing is named, and nothing is passed" without_pressures
+claim "a rate that is not that of the rows is refused" wrong_rate
+claim "an export into a directory with CSV files is refused" refuses 3 "$work/csv" "$hexid" export "$work/run.lcm" -o "$work/csv"
+claim "a directory without CSV files is refused" refuses 2 "$work has no CSV" "$hexid" import "$work" -o "$work/none.lcm"
+claim "a log on a full disk is an I/O error" refuses 3 "/dev/full" "$hexid" import "$work/csv" -o /dev/full

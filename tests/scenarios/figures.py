@@ -1,0 +1,72 @@
+"""Holds identification results (hexid.identification/1) against figures; prints what it compares."""
+import json, math, sys
+
+# |error| of method A against the nominal, %: an independent simulation, viscous friction only, exact sensors. Signs from the gravity
+# gradient -K/w^2, which is in phase with position: it lowers Ixx and Iyy and raises the rest.
+INDEPENDENT = {"mx": 0.21, "my": 0.21, "mz": 0.34, "Ixx": -0.09, "Iyy": -0.09, "Izz": 0.57, "Mt15": 0.8, "Mt24": 0.8, "Mt42": 0.8, "Mt51": 0.8}
+DAMPING = [1186, 1186, 9630, 1323, 1323, 552]  # J' b J at neutral: N s/m, N m s
+SPREAD = {"m": 0.7, "I": 1.2, "M": 4.0}  # by the entry's first letter, %
+COUPLING = ("Mt15", "Mt24", "Mt42", "Mt51")
+
+
+def load(path):
+    with open(path) as file:
+        return json.load(file)
+
+
+def errors(path, method="method_a"):
+    return load(path)["errors_pct"][method]
+
+
+def show(path):
+    print("  ".join(f"{name} {value:+.2f}" for name, value in errors(path).items()))
+
+
+def independent(limit, path):
+    show(path)
+    return all(abs(value - INDEPENDENT[name]) <= float(limit) for name, value in errors(path).items())
+
+
+def nominal(limit, path):
+    show(path)
+    return all(abs(value) <= float(limit) for value in errors(path).values())
+
+
+def damping(limit, path):
+    bt = load(path)["method_a"]["Bt"]
+    print([bt[i][i] for i in range(6)])
+    return all(abs(bt[i][i] / DAMPING[i] - 1) <= float(limit) for i in range(6))
+
+
+def bias(path):
+    worst = {method: max(abs(errors(path, method)[name]) for name in COUPLING) for method in ("method_a", "method_b")}
+    print(worst)
+    return worst["method_b"] > 3 * worst["method_a"]
+
+
+def motion(path):
+    result = load(path)
+    for test in result["tests"]:
+        print(test["dof"], test["achieved_amplitude"], max(test["unwanted_pct"]))
+        if abs(test["achieved_amplitude"] / test["amplitude"] - 1) > 0.1 or max(test["unwanted_pct"]) > 10:
+            return False
+    return len(result["tests"]) == 6 and result["verdict"]["status"] == "pass"
+
+
+def spread(*paths):
+    runs = [errors(path) for path in paths]
+    rms = {name: math.sqrt(sum(run[name] ** 2 for run in runs) / len(runs)) for name in runs[0]}
+    print(len(runs), "  ".join(f"{name} {value:.2f}" for name, value in rms.items()))
+    return len(runs) == 30 and all(value <= SPREAD[name[0]] for name, value in rms.items())
+
+
+def print_all(*paths):
+    for path in paths:
+        print("#", end=" ")
+        show(path)
+    return True
+
+
+if __name__ == "__main__":
+    check = {"print": print_all}.get(sys.argv[1]) or globals()[sys.argv[1]]
+    sys.exit(not check(*sys.argv[2:]))
