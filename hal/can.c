@@ -8,6 +8,8 @@
  * the last SYNC's echo has not come back, nothing is sent, and write() fails. Should the bus carry them at last, they meet nodes whose
  * watchdog has centred the valve and which take no command in pre-operational. */
 #include <poll.h>
+#include <stdatomic.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
 
@@ -17,6 +19,7 @@
 #include "units.h"
 
 enum { BRING_UP_MS = 3000, DRAIN_MAX = 256 };
+#define JAMMED (1ull << 63)
 static const double jam_s = 0.1; /* then the frames are taken for lost (interface reset) and one cycle's are tried again */
 
 struct can {
@@ -25,6 +28,8 @@ struct can {
     struct can_master master;
     int64_t sent_ns; /* last SYNC, CLOCK_MONOTONIC */
     bool jammed;
+    _Atomic uint64_t trouble; /* loop -> any thread: the first condition that was not good since the last start or good second */
+    int64_t good_ns;          /* since when all is well */
 };
 
 static int64_t monotonic_ns(void) {
@@ -70,7 +75,7 @@ static int bring_up(struct can *c, const char *interface, struct error *error) {
         if (drain(c) || housekeep(c, false)) break;
     }
     if (can_master_ready(&c->master)) return STATUS_OK;
-    can_master_describe(&c->master, text, sizeof text);
+    can_condition_describe(can_master_condition(&c->master), text, sizeof text);
     return error_set(error, STATUS_IO, "can:%s: %s; check power, node ids 1 to 6, bit rate and termination (`candump %s` shows what is there)", interface,
                      sent ? text : "nothing can be sent", interface);
 }
@@ -100,12 +105,21 @@ static int can_open(struct hal **hal, const char *interface, const struct params
     return status;
 }
 
+/* Keeps what came first until all has been well for a second: that is the cause, what follows it is not. */
+static void note_trouble(struct can *c, int64_t now_ns) {
+    uint64_t condition = can_master_condition(&c->master) | (c->jammed ? JAMMED : 0);
+    uint64_t noted = atomic_load_explicit(&c->trouble, memory_order_relaxed);
+    if (condition) c->good_ns = now_ns;
+    if (condition ? !noted : noted && now_ns - c->good_ns > NS_PER_S) atomic_store_explicit(&c->trouble, condition, memory_order_relaxed);
+}
+
 static int can_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) {
     struct can *c = (struct can *)hal;
     int64_t to_loop_ns = now_ns - monotonic_ns();
     int dead = drain(c);
     c->jammed = c->master.echo_due && monotonic_ns() - c->sent_ns < ns_from_seconds(jam_s);
     if (!c->jammed) dead |= housekeep(c, true);
+    note_trouble(c, now_ns);
     can_master_sample(&c->master, sample);
     sample->time_ns += to_loop_ns;
     sample->age_ns = now_ns - sample->time_ns;
@@ -134,6 +148,12 @@ static void can_safe(struct hal *hal) {
     command((struct can *)hal, centre);
 }
 
+static void can_describe(const struct hal *hal, char *text, size_t size) {
+    uint64_t trouble = atomic_load_explicit(&((const struct can *)hal)->trouble, memory_order_relaxed);
+    can_condition_describe(trouble & ~JAMMED, text, size);
+    if (trouble & JAMMED && !*text) snprintf(text, size, "the bus does not carry what is sent");
+}
+
 /* SAFETY: out of operational the nodes centre their valves, whatever frame is still under way. */
 static void can_close(struct hal *hal) {
     struct can *c = (struct can *)hal;
@@ -151,4 +171,5 @@ const struct hal_ops hal_can = {
     .write = can_write,
     .safe = can_safe,
     .close = can_close,
+    .describe = can_describe,
 };

@@ -220,15 +220,30 @@ void can_master_sample(struct can_master *m, struct hal_sample *s) {
     m->delivered = true;
 }
 
-void can_master_describe(const struct can_master *m, char *text, size_t size) {
-    static const char *const phases[] = {[CAN_LOST] = "lost", [CAN_SETUP] = "being set up", [CAN_STARTING] = "starting"};
-    static const char *const buses[] = {[CAN_BUS_GOOD] = "", [CAN_BUS_PASSIVE] = "bus error-passive, ", [CAN_BUS_OFF] = "bus-off, "};
-    size_t used = (size_t)snprintf(text, size, "%s%s", buses[m->bus], m->echo_due ? "SYNC not yet carried, " : "");
-    for (int i = 0; i < CAN_NODES && used < size; i++) {
+enum { CONDITION_NODES = 2, CONDITION_NODE_BITS = 3, CONDITION_EMCY = CONDITION_NODES + CAN_NODES * CONDITION_NODE_BITS };
+
+uint64_t can_master_condition(const struct can_master *m) {
+    uint64_t word = (uint64_t)m->bus;
+    for (int i = CAN_NODES - 1; i >= 0; i--) {
         const struct can_peer *p = &m->peer[i];
-        if (p->phase != CAN_RUNNING) used += (size_t)snprintf(text + used, size - used, "node %d %s, ", i + 1, phases[p->phase]);
-        else if (p->emcy) used += (size_t)snprintf(text + used, size - used, "node %d EMCY 0x%04x, ", i + 1, p->emcy);
+        word |= (uint64_t)(CAN_RUNNING - p->phase) << (CONDITION_NODES + i * CONDITION_NODE_BITS);
+        if (!p->emcy) continue;
+        word |= 4ull << (CONDITION_NODES + i * CONDITION_NODE_BITS);
+        word = (word & ~(0xffffull << CONDITION_EMCY)) | (uint64_t)p->emcy << CONDITION_EMCY;
     }
-    if (used == 0) snprintf(text, size, "running");
-    else if (used < size) text[used - 2] = '\0';
+    return word;
+}
+
+void can_condition_describe(uint64_t word, char *text, size_t size) {
+    static const char *const phases[] = {[CAN_LOST] = "lost", [CAN_SETUP] = "being set up", [CAN_STARTING] = "starting", [CAN_RUNNING] = "running"};
+    static const char *const buses[] = {[CAN_BUS_GOOD] = "", [CAN_BUS_PASSIVE] = ", bus error-passive", [CAN_BUS_OFF] = ", bus-off"};
+    unsigned code = word >> CONDITION_EMCY & 0xffff;
+    size_t used = (size_t)snprintf(text, size, "%s", buses[(word & 3) % 3]);
+    for (int i = 0; i < CAN_NODES && used < size; i++) {
+        unsigned node = word >> (CONDITION_NODES + i * CONDITION_NODE_BITS) & 7;
+        if (node & 3) used += (size_t)snprintf(text + used, size - used, ", node %d %s", i + 1, phases[CAN_RUNNING - (node & 3)]);
+        if (node & 4 && used < size) used += (size_t)snprintf(text + used, size - used, code ? ", node %d EMCY 0x%04x" : ", node %d EMCY", i + 1, code);
+        if (node & 4) code = 0; /* of the first node that has one */
+    }
+    if (used) memmove(text, text + 2, strlen(text + 2) + 1); /* the comma in front */
 }

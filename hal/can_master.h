@@ -64,7 +64,10 @@ void can_master_command(struct can_master *m, const double valve[LEGS], struct c
 /* The sample of the last window; time_ns on the clock of the frames; age_ns is the caller's. */
 void can_master_sample(struct can_master *m, struct hal_sample *sample);
 
-/* What is wrong now in words ("node 3 lost, node 5 EMCY 0x8250"), "running" when nothing is. */
-void can_master_describe(const struct can_master *m, char *text, size_t size);
+/* What is wrong now, in one word that fits an atomic: 0 nothing. */
+uint64_t can_master_condition(const struct can_master *m);
+
+/* That in words: "node 3 lost, node 5 EMCY 0x8250", "" when nothing is wrong. */
+void can_condition_describe(uint64_t word, char *text, size_t size);
 
 #endif

@@ -348,7 +348,7 @@ static void a_lost_node_invalidates_samples_and_commands(void **state) {
     assert_true(s.flags & SAMPLE_INVALID);
     assert_false(can_master_ready(&w.master));
     char text[200];
-    can_master_describe(&w.master, text, sizeof text);
+    can_condition_describe(can_master_condition(&w.master), text, sizeof text);
     assert_non_null(strstr(text, "node 3 lost"));
 }
 
@@ -405,7 +405,7 @@ static void error_passive_is_told_but_moves_on(void **state) {
     bring_up(&w);
     can_master_receive(&w.master, &passive, w.now_ns);
     assert_true(can_master_ready(&w.master));
-    can_master_describe(&w.master, text, sizeof text);
+    can_condition_describe(can_master_condition(&w.master), text, sizeof text);
     assert_non_null(strstr(text, "error-passive"));
 }
 
