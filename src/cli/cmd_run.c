@@ -128,6 +128,9 @@ static int report(struct session *s, struct error *error) {
     progress_end(&s->progress);
     if (s->signals) verdict_add(&verdict, VERDICT_NOT_EVALUATED, "interrupted");
     analysis_print(a, &verdict, s->progress.out);
+    char trouble[200] = "";
+    if (s->hal->ops->describe) s->hal->ops->describe(s->hal, trouble, sizeof trouble);
+    if (*trouble) fprintf(s->progress.out, "device    %s: %s\n", s->options.hal, trouble);
     fprintf(s->progress.out, "log       %s\n", s->options.log ? s->options.log : "none kept (--log FILE keeps one)");
     int status = analysis_write_json(a, &verdict, s->options.json, error);
     return status ? status : verdict.status == VERDICT_PASS ? EXIT_PASSED : EXIT_CHECK_FAILED;
