@@ -348,6 +348,12 @@ static void fault_close(struct hal *hal) {
     free(w);
 }
 
+static void fault_describe(const struct hal *hal, char *text, size_t size) {
+    const struct hal *inner = ((const struct wrapper *)hal)->inner;
+    if (inner->ops->describe) inner->ops->describe(inner, text, size);
+    else *text = '\0';
+}
+
 const struct hal_ops hal_fault = {
     .scheme = "fault",
     .usage = "fault:FAULT[,...];URL      another back-end, broken on purpose: KIND@FROM+LENGTH[/LEG][=VALUE], KIND one of\n"
@@ -358,4 +364,5 @@ const struct hal_ops hal_fault = {
     .write = fault_write,
     .safe = fault_safe,
     .close = fault_close,
+    .describe = fault_describe,
 };

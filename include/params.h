@@ -118,6 +118,24 @@ struct lcm_params {
     bool commands;                /* SAFETY: accept commands that move; stop and park are always accepted */
 };
 
+/* One kind of channel between the field and hexid, leg by leg: si = si_min + (raw - raw_min) / (raw_max - raw_min) (si_max - si_min) + offset.
+ * Readings outside low..high (SI, offset included) are not plausible. A 4-20 mA or 0-10 V sensor behind a node is just other numbers. */
+struct channel_params {
+    double raw_min[LEGS], raw_max[LEGS]; /* what the bus carries */
+    double si_min[LEGS], si_max[LEGS];
+    double offset[LEGS];
+    double low[LEGS], high[LEGS];
+};
+
+struct device_params {            /* of the devices at the field end, set by the daemon where the bus allows */
+    double watchdog_s;            /* without a command for so long the device centres its valve */
+};
+
+struct can_params {
+    double bitrate_bps;
+    double heartbeat_s;           /* sent by every node and by the daemon; three in a row missing: lost */
+};
+
 struct params {
     struct geometry_params geometry;
     struct payload_params payload;
@@ -132,6 +150,9 @@ struct params {
     struct check_params checks;
     struct loop_params loop;
     struct lcm_params lcm;
+    struct channel_params length_channel, p1_channel, p2_channel, valve_channel;
+    struct device_params device;
+    struct can_params can;
     struct effect_values effects[EFFECTS_MAX]; /* by place in effect_table */
 };
 

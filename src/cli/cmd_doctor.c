@@ -3,6 +3,7 @@
 #include <time.h>
 
 #include "bus.h"
+#include "can_frames.h"
 #include "cli.h"
 #include "kinematics.h"
 
@@ -43,6 +44,14 @@ static bool check_kinematics(const struct params *params) {
     return say(good, "kinematics", error.text);
 }
 
+static bool check_can(const struct params *params) {
+    char detail[120];
+    struct can_load l = can_load(params);
+    snprintf(detail, sizeof detail, "%.1f %% of the cycle: %d bits a cycle, %.1f of heartbeats; at most %.0f %%", 100 * l.share, l.cycle_bits,
+             l.heartbeat_bits, 100 * l.limit);
+    return say(l.share <= l.limit, "CAN load", detail);
+}
+
 int cmd_doctor(int argc, char **argv) {
     struct options o;
     struct params params;
@@ -52,6 +61,7 @@ int cmd_doctor(int argc, char **argv) {
     good &= check_kinematics(&params);
     good &= check_kernel();
     good &= check_bus(&params);
+    good &= check_can(&params);
     good &= check_realtime(&params);
     return good ? EXIT_PASSED : EXIT_CHECK_FAILED;
 }

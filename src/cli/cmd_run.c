@@ -2,7 +2,6 @@
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "bus.h"
 #include "cli.h"
@@ -68,12 +67,6 @@ static void close_all(struct session *s) {
     free(s->config);
 }
 
-static int64_t realtime_us(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_REALTIME, &t);
-    return t.tv_sec * 1000000LL + t.tv_nsec / 1000;
-}
-
 /* SAFETY: a terminal or a pipe that goes away must not end the process that holds the platform up. */
 static void block_signals(sigset_t *set) {
     signal(SIGPIPE, SIG_IGN);
@@ -128,6 +121,9 @@ static int report(struct session *s, struct error *error) {
     progress_end(&s->progress);
     if (s->signals) verdict_add(&verdict, VERDICT_NOT_EVALUATED, "interrupted");
     analysis_print(a, &verdict, s->progress.out);
+    char trouble[200] = "";
+    if (s->hal->ops->describe) s->hal->ops->describe(s->hal, trouble, sizeof trouble);
+    if (*trouble) fprintf(s->progress.out, "device    %s: %s\n", s->options.hal, trouble);
     fprintf(s->progress.out, "log       %s\n", s->options.log ? s->options.log : "none kept (--log FILE keeps one)");
     int status = analysis_write_json(a, &verdict, s->options.json, error);
     return status ? status : verdict.status == VERDICT_PASS ? EXIT_PASSED : EXIT_CHECK_FAILED;
@@ -140,7 +136,7 @@ static int run(struct session *s, struct error *error) {
     block_signals(&signals);
     progress_init(&s->progress, &s->params, s->options.json && !strcmp(s->options.json, "-") ? stderr : stdout, s->options.fast);
     s->recorder = (struct recorder){.params = &s->params, .loop = &s->loop, .records = &s->ring, .log = s->log, .bus = s->bus,
-                                    .progress = &s->progress, .virtual_time = s->options.fast, .origin_us = s->options.fast ? 0 : realtime_us()};
+                                    .progress = &s->progress, .virtual_time = s->options.fast};
     int status = recorder_start(&s->recorder, s->config, error);
     if (status) return status;
     status = loop_start(&s->loop, mode, error);

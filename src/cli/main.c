@@ -10,6 +10,8 @@ static const struct subcommand {
 } subcommands[] = {
     {"run", "[-c FILE] [--hal URL] [--fast] [--rt require|try|off] [--seed N] [--log FILE] [--json FILE] [--set KEY=VALUE ...]\n"
             "           [--tests LIST] [--print-config]", "run the platform through its tests and identify it", cmd_run},
+    {"plant", "--bus URL [-c FILE] [--set KEY=VALUE ...] [--seed N] [--rt require|try|off]", 
+              "serve the simulated platform as the devices of a bus: can:IF", cmd_plant},
     {"identify", "LOG [-c FILE] [--set KEY=VALUE ...] [--json FILE]", "identify from a recorded log", cmd_identify},
     {"import", "CSVDIR -o LOG [-c FILE]", "make a log of CSV files", cmd_import},
     {"export", "LOG -o CSVDIR", "make CSV files of a log", cmd_export},

@@ -124,6 +124,14 @@ int config_check_motion(const struct params *p, struct error *error) {
     return c.status;
 }
 
+static void check_channel(struct checker *c, const char *section, const struct channel_params *p) {
+    for (int i = 0; i < LEGS; i++) {
+        require(c, p->raw_min[i] != p->raw_max[i], "%s.raw_min and raw_max of leg %d are both %g: no scale", section, i + 1, p->raw_min[i]);
+        require(c, p->si_min[i] != p->si_max[i], "%s.si_min and si_max of leg %d are both %g: no scale", section, i + 1, p->si_min[i]);
+        require(c, p->low[i] < p->high[i], "%s.low %g must be below high %g (leg %d)", section, p->low[i], p->high[i], i + 1);
+    }
+}
+
 int config_check(const struct params *params, const char *name, struct error *error) {
     struct checker c = {.name = name, .error = error};
     check_payload(&c, &params->payload);
@@ -131,5 +139,9 @@ int config_check(const struct params *params, const char *name, struct error *er
     check_limits(&c, params);
     check_tests(&c, params);
     check_sim(&c, params);
+    check_channel(&c, "length_channel", &params->length_channel);
+    check_channel(&c, "p1_channel", &params->p1_channel);
+    check_channel(&c, "p2_channel", &params->p2_channel);
+    check_channel(&c, "valve_channel", &params->valve_channel);
     return c.status;
 }

@@ -12,6 +12,18 @@
     {#section "." #member, KIND(section.member), offsetof(struct params, section.member), min, max, value, unit, meaning, NULL, -1}
 #define WORD(section, member, kind, value, meaning, names) \
     {#section "." #member, kind, offsetof(struct params, section.member), 0, 0, value, "-", meaning, names, -1}
+#define LEG_KEY(section, member, value, min, max, unit, meaning) \
+    {#section "." #member, CONFIG_LEGS, offsetof(struct params, section.member), min, max, value, unit, meaning, NULL, -1}
+#define RAW_LIMIT 2147483647.0
+#define SI_LIMIT 1e9
+#define CHANNEL(section, unit, raw_min_, raw_max_, si_min_, si_max_, low_, high_)                                              \
+    LEG_KEY(section, raw_min, raw_min_, -RAW_LIMIT, RAW_LIMIT, "raw", "on the bus at si_min"),                                  \
+    LEG_KEY(section, raw_max, raw_max_, -RAW_LIMIT, RAW_LIMIT, "raw", "on the bus at si_max; below raw_min turns the sense"),   \
+    LEG_KEY(section, si_min, si_min_, -SI_LIMIT, SI_LIMIT, unit, "at raw_min"),                                                 \
+    LEG_KEY(section, si_max, si_max_, -SI_LIMIT, SI_LIMIT, unit, "at raw_max"),                                                 \
+    LEG_KEY(section, offset, "0", -SI_LIMIT, SI_LIMIT, unit, "added to it"),                                                    \
+    LEG_KEY(section, low, low_, -SI_LIMIT, SI_LIMIT, unit, "lowest plausible value"),                                           \
+    LEG_KEY(section, high, high_, -SI_LIMIT, SI_LIMIT, unit, "highest plausible value")
 
 static const char *const engine_names[] = {[ENGINE_ODE] = "ode", [ENGINE_CLOSED_FORM] = "closed_form", NULL};
 static const char *const axis_names[] = {"x", "y", "z", "phi", "theta", "psi", NULL};
@@ -118,6 +130,16 @@ static const struct config_key keys[] = {
     WORD(lcm, url, CONFIG_TEXT, "udpm://239.255.76.67:7667?ttl=0", "provider; empty: none; ttl=0 stays on the host", NULL),
     KEY(lcm, state_every, "10", 1.0, 1e6, "-", "one HEXID_STATE on the wire for so many cycles"),
     KEY(lcm, commands, "false", 0.0, 1.0, "-", "accept commands that move; stop and park are always accepted"),
+
+    CHANNEL(length_channel, "m", "0", "1e6", "0", "1", "0.01", "30"),
+    CHANNEL(p1_channel, "Pa", "0", "1000", "0", "1e6", "-2e5", "32e6"),
+    CHANNEL(p2_channel, "Pa", "0", "1000", "0", "1e6", "-2e5", "32e6"),
+    CHANNEL(valve_channel, "-", "-32767", "32767", "-1", "1", "-1", "1"),
+
+    KEY(device, watchdog_s, "0.02", 0.002, 10.0, "s", "without a command for so long a device centres its valve"),
+
+    KEY(can, bitrate_bps, "1e6", 1e4, 1e6, "bit/s", "of the bus: what the load is computed with"),
+    KEY(can, heartbeat_s, "0.05", 0.005, 5.0, "s", "sent by every node and the daemon; three missing: lost"),
 };
 enum { KEYS = sizeof keys / sizeof keys[0] };
 
@@ -135,6 +157,12 @@ static const char *const sections[][2] = {
     {"checks", "Beyond any of these the verdict is fail"},
     {"loop", "Real-time loop"},
     {"lcm", "Messages"},
+    {"length_channel", "Leg length on the field bus: raw value <-> SI"},
+    {"p1_channel", "Rodless-side pressure on the field bus: raw value <-> SI"},
+    {"p2_channel", "Rod-side pressure on the field bus: raw value <-> SI"},
+    {"valve_channel", "Valve command on the field bus: raw value <-> SI"},
+    {"device", "Devices at the field end"},
+    {"can", "CAN bus"},
     {"effects", "Effects of the plant: one number for all legs, or a list of six"},
 };
 
