@@ -1,5 +1,6 @@
 #!/bin/bash
 # The daemon and the plant as two processes on Modbus TCP and a serial line, and another maker's programs at either end; in real time.
+# Runs alone.
 . tests/scenarios/lib
 . tests/scenarios/modbus_lib
 S=("${quick_settings[@]}" --set sensors.enabled=false)
@@ -39,6 +40,6 @@ case ${BUILD:-build} in
     # Three tries: where the machine stops for longer than the watchdog allows, the platform rightly stops too.
     claim "six tests over Modbus TCP at 2 ms, daemon and plant two processes: passed" tries 3 run_tcp "${S[@]}"
     quick --set sensors.enabled=false --json "$work/sim.json" >/dev/null
-    claim "method A agrees with the simulation" compare "$work/sim.json" "$work/run.json" 0.5 1.5 # a second of 500 samples; measured: 0.1 and 0.7
+    claim "method A agrees with the simulation" compare "$work/sim.json" "$work/run.json" 0.7 1.2 4 # what the sensors may cost; measured: 0.1, 0.1 and 0.3
     ;;
 esac
