@@ -44,10 +44,14 @@ static void push_joints(const struct closed_form *e, const union system *s, stru
 }
 
 /* A joint off its flanks gets the film's drag, and nothing of what the leg does. */
-static void push_through_play(const struct closed_form *e, const union system *s, int k, struct instant *now) {
-    double load_n = now->drive_n[k] + now->stop_n[k];
-    now->push[k] = hydraulics_push(&e->cylinder, k, &s->hydraulics, load_n, now->legs.rate[k]);
-    if (now->push[k].loose) now->friction_n[k] = now->push[k].force_n - load_n;
+static void push_through_play(const struct closed_form *e, const union system *s, struct instant *now, double axial[LEGS]) {
+    for (int k = 0; k < LEGS; k++) {
+        double drive_n = cylinder_hydraulic_force(&e->cylinder, &s->hydraulics.cylinder[k]);
+        now->push[k] = hydraulics_push(&e->cylinder, k, &s->hydraulics, now->legs.rate[k]);
+        if (!now->push[k].loose) continue;
+        now->friction_n[k] = now->push[k].force_n - drive_n;
+        axial[k] = now->push[k].force_n + now->stop_n[k];
+    }
 }
 
 void closed_form_look(const struct closed_form *e, const union system *s, const struct drive *drive, struct instant *now) {
@@ -55,12 +59,12 @@ void closed_form_look(const struct closed_form *e, const union system *s, const 
     rigid_legs(&e->rigid, &s->body, &now->legs);
     rigid_dynamics(&e->rigid, &s->body, &now->legs, now->mass.c, now->free);
     for (int k = 0; k < LEGS; k++) {
-        now->drive_n[k] = drive->valve ? cylinder_hydraulic_force(&e->cylinder, &s->hydraulics.cylinder[k]) : drive->force_n[k];
-        now->stop_n[k] = cylinder_stop_force(&e->cylinder, now->legs.length[k] + s->hydraulics.play_m[k], now->legs.rate[k]);
+        double drive_n = drive->valve ? cylinder_hydraulic_force(&e->cylinder, &s->hydraulics.cylinder[k]) : drive->force_n[k];
         now->friction_n[k] = leg_friction(e, s, drive, k, now->legs.rate[k]);
-        if (drive->valve && e->cylinder.extended) push_through_play(e, s, k, now);
-        axial[k] = now->drive_n[k] + now->friction_n[k] + now->stop_n[k];
+        now->stop_n[k] = cylinder_stop_force(&e->cylinder, now->legs.length[k], now->legs.rate[k]);
+        axial[k] = drive_n + now->friction_n[k] + now->stop_n[k];
     }
+    if (drive->valve && e->cylinder.extended) push_through_play(e, s, now, axial);
     rigid_push(&now->legs, axial, now->free);
     if (e->joints) {
         joint_axes(&e->rigid, &s->body, &now->legs, &now->axes);
@@ -109,19 +113,10 @@ static void blend(int values, const union system *from, double h, const union sy
     for (int i = CLOSED_FORM_PLAIN; i < values; i++) to->value[i] = from->value[i] + h * rate->value[i];
 }
 
-/* The values that are not in use. */
-static void keep_rest(const union system *from, union system *to) {
-    memmove(to->value + CLOSED_FORM_PLAIN, from->value + CLOSED_FORM_PLAIN, sizeof *to - CLOSED_FORM_PLAIN * sizeof *to->value);
-}
-
 static double mean(double start, double middle1, double middle2, double end) { return start + 2.0 * (middle1 + middle2) + end; }
 
 void closed_form_rk4(const struct closed_form *e, const union system *from, double h, const struct drive *drive, union system *to) {
     union system k1, k2, k3, k4, at;
-    if (e->values == CLOSED_FORM_PLAIN) {
-        keep_rest(from, &at);
-        keep_rest(from, to);
-    }
     derivative(e, from, drive, &k1);
     blend(e->values, from, 0.5 * h, &k1, &at);
     derivative(e, &at, drive, &k2);

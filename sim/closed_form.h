@@ -48,7 +48,7 @@ struct instant {
     struct rigid_legs legs;
     struct joint_axes axes;          /* only with joint friction */
     struct leg_push push[LEGS];      /* only with hydraulics */
-    double drive_n[LEGS], friction_n[LEGS], stop_n[LEGS];
+    double friction_n[LEGS], stop_n[LEGS];
     struct factor6 mass;             /* its Cholesky factor */
     double free[DOFS];               /* whitened acceleration (stick.h) without the friction that holds */
 };

@@ -16,10 +16,16 @@ static const double SHORTEST_LINE_M = 0.2;
 static void valve_init(struct cylinder_model *m, int leg, const struct hydraulics_params *h) {
     const struct machine *machine = &m->machine;
     double omega = 2.0 * PI * machine->valve_frequency_hz[leg], gain = h->valve_flow_m3_per_s / sqrt(h->valve_drop_pa);
-    m->leg[leg].valve_gain[PORT_A] = gain * machine->flow_scale[leg];
-    m->leg[leg].valve_gain[PORT_B] = gain * machine->flow_scale[leg] * machine->port_ratio[leg];
-    m->leg[leg].valve_omega_squared = omega * omega;
-    m->leg[leg].valve_damping_rate = 2.0 * h->valve_damping * omega;
+    m->leg[leg] = (struct cylinder_leg){
+        .valve_gain = {gain * machine->flow_scale[leg], gain * machine->flow_scale[leg] * machine->port_ratio[leg]},
+        .valve_omega_squared = omega * omega,
+        .valve_damping_rate = 2.0 * h->valve_damping * omega,
+        .valve_bias = machine->valve_bias[leg],
+        .valve_rate_per_s = machine->valve_rate_per_s[leg],
+        .rate_limited = isfinite(machine->valve_rate_per_s[leg]),
+        .bulk_modulus_pa = machine->bulk_modulus_pa[leg],
+        .leakage_m3_per_s_pa = machine->leakage_m3_per_s_pa[leg],
+    };
 }
 
 static void line_init(struct cylinder_model *m, int leg) {
@@ -48,6 +54,7 @@ void cylinder_model_init(struct cylinder_model *m, const struct params *params) 
         line_init(m, leg);
         m->extended = m->extended || m->leg[leg].line_volume_m3 > 0.0 || m->machine.clearance_m[leg] > 0.0;
     }
+    m->extended = m->extended || m->machine.opening.count > 0;
     m->extended = m->extended || m->machine.supply_resistance_pa_s_per_m3 > 0.0 || m->machine.tank_resistance_pa_s_per_m3 > 0.0;
 }
 
@@ -85,77 +92,81 @@ struct ports {
     bool extend;
 };
 
-static inline struct ports ports_of(const struct cylinder_model *m, int leg, const struct mains *mains, double spool) {
-    double open = machine_opening(&m->machine, leg, spool), opening = fabs(open) < 1.0 ? fabs(open) : 1.0;
-    bool extend = open > 0.0;
+static inline struct ports ports_of(const struct cylinder_leg *c, const struct mains *mains, double signed_opening) {
+    double opening = fabs(signed_opening) < 1.0 ? fabs(signed_opening) : 1.0;
+    bool extend = signed_opening > 0.0;
     return (struct ports){
-        .conductance = {m->leg[leg].valve_gain[PORT_A] * opening, m->leg[leg].valve_gain[PORT_B] * opening},
+        .conductance = {c->valve_gain[PORT_A] * opening, c->valve_gain[PORT_B] * opening},
         .source_pa = {extend ? mains->supply_pa : mains->tank_pa, extend ? mains->tank_pa : mains->supply_pa},
         .extend = extend,
     };
 }
 
 /* beta / V of the chambers. */
-static inline void chambers(const struct cylinder_model *m, int leg, double length_m, double stiffness[PORTS]) {
+static inline void chambers(const struct cylinder_model *m, const struct cylinder_leg *c, double length_m, double stiffness[PORTS]) {
     double stroke_m = length_m - m->length_min_m, full_m = m->length_max_m - m->length_min_m;
-    double dead_m3 = m->machine.params->hydraulics.dead_volume_m3, bulk_pa = m->machine.bulk_modulus_pa[leg];
+    double dead_m3 = m->machine.params->hydraulics.dead_volume_m3, bulk_pa = c->bulk_modulus_pa;
     stroke_m = stroke_m < 0.0 ? 0.0 : stroke_m > full_m ? full_m : stroke_m;
     stiffness[PORT_A] = bulk_pa / (dead_m3 + m->a1_m2 * stroke_m);
     stiffness[PORT_B] = bulk_pa / (dead_m3 + m->a2_m2 * (full_m - stroke_m));
 }
 
+static inline double spool_speed(const struct cylinder_leg *c, double rate) {
+    if (!c->rate_limited || fabs(rate) <= c->valve_rate_per_s) return rate;
+    return copysign(c->valve_rate_per_s, rate);
+}
+
 /* Pressures under these inflows, and the spool. */
-static inline struct cylinder_state rates(const struct cylinder_model *m, int leg, const struct cylinder_state *s,
+static inline struct cylinder_state rates(const struct cylinder_model *m, const struct cylinder_leg *c, const struct cylinder_state *s,
                                           const double stiffness[PORTS], double flow1, double flow2, double rate_mps, double valve) {
     const struct machine *machine = &m->machine;
-    double leakage = machine->leakage_m3_per_s_pa[leg] * (s->p1_pa - s->p2_pa), limit = machine->valve_rate_per_s[leg];
-    double speed = s->spool_rate < -limit ? -limit : s->spool_rate > limit ? limit : s->spool_rate;
-    double target = valve + machine->valve_bias[leg];
+    double leakage = c->leakage_m3_per_s_pa * (s->p1_pa - s->p2_pa), speed = spool_speed(c, s->spool_rate);
     return (struct cylinder_state){
         .p1_pa = pressure_rate(machine, s->p1_pa, stiffness[PORT_A], flow1 - (m->a1_m2 * rate_mps + leakage)),
         .p2_pa = pressure_rate(machine, s->p2_pa, stiffness[PORT_B], flow2 - (-m->a2_m2 * rate_mps - leakage)),
         .spool = speed,
-        .spool_rate = m->leg[leg].valve_omega_squared * (target - s->spool) - m->leg[leg].valve_damping_rate * speed,
+        .spool_rate = c->valve_omega_squared * (valve + c->valve_bias - s->spool) - c->valve_damping_rate * speed,
     };
 }
 
 struct cylinder_state cylinder_derivative(const struct cylinder_model *m, int leg, const struct mains *mains, const struct cylinder_state *s,
-                                          double length_m, double rate_mps, double valve) {
+                                          double opening, double length_m, double rate_mps, double valve) {
     double stiffness[PORTS];
-    struct ports p = ports_of(m, leg, mains, s->spool);
-    chambers(m, leg, length_m, stiffness);
+    const struct cylinder_leg *c = &m->leg[leg];
+    struct ports p = ports_of(c, mains, opening);
+    chambers(m, c, length_m, stiffness);
     double flow1 = port_flow(p.conductance[PORT_A], stiffness[PORT_A], p.source_pa[PORT_A], s->p1_pa);
     double flow2 = port_flow(p.conductance[PORT_B], stiffness[PORT_B], p.source_pa[PORT_B], s->p2_pa);
-    return rates(m, leg, s, stiffness, flow1, flow2, rate_mps, valve);
+    return rates(m, c, s, stiffness, flow1, flow2, rate_mps, valve);
 }
 
 /* beta / V of a line. */
-static double line_stiffness(const struct cylinder_model *m, int leg) {
-    return m->machine.bulk_modulus_pa[leg] / m->leg[leg].line_volume_m3;
-}
+static double line_stiffness(const struct cylinder_leg *c) { return c->bulk_modulus_pa / c->line_volume_m3; }
 
 struct cylinder_state cylinder_line_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
-                                               const struct cylinder_state *s, const struct line_state line[PORTS], double length_m,
-                                               double rate_mps, double valve, struct line_state line_rate[PORTS]) {
-    double stiffness[PORTS], own = line_stiffness(m, leg);
+                                               const struct cylinder_state *s, const struct line_state line[PORTS], double opening,
+                                               double length_m, double rate_mps, double valve, struct line_state line_rate[PORTS]) {
+    const struct cylinder_leg *c = &m->leg[leg];
     const double chamber_pa[PORTS] = {s->p1_pa, s->p2_pa};
-    struct ports p = ports_of(m, leg, mains, s->spool);
-    chambers(m, leg, length_m, stiffness);
+    double stiffness[PORTS], own = line_stiffness(c);
+    struct ports p = ports_of(c, mains, opening);
+    chambers(m, c, length_m, stiffness);
     for (int i = 0; i < PORTS; i++) {
         double in = port_flow(p.conductance[i], own, p.source_pa[i], line[i].pressure_pa), through = line[i].flow_m3_per_s;
         line_rate[i].pressure_pa = pressure_rate(&m->machine, line[i].pressure_pa, own, in - through);
-        line_rate[i].flow_m3_per_s = (line[i].pressure_pa - chamber_pa[i] - m->leg[leg].line_resistance * through) / m->leg[leg].line_inertance;
+        line_rate[i].flow_m3_per_s = (line[i].pressure_pa - chamber_pa[i] - c->line_resistance * through) / c->line_inertance;
     }
-    return rates(m, leg, s, stiffness, line[PORT_A].flow_m3_per_s, line[PORT_B].flow_m3_per_s, rate_mps, valve);
+    return rates(m, c, s, stiffness, line[PORT_A].flow_m3_per_s, line[PORT_B].flow_m3_per_s, rate_mps, valve);
 }
 
 void cylinder_flows(const struct cylinder_model *m, int leg, const struct mains *mains, const struct cylinder_state *s,
-                    const struct line_state *line, double length_m, double *supply_m3_per_s, double *tank_m3_per_s) {
+                    const struct line_state *line, double opening, double length_m, double *supply_m3_per_s, double *tank_m3_per_s) {
     double stiffness[PORTS], pressure_pa[PORTS] = {s->p1_pa, s->p2_pa}, flow[PORTS];
-    struct ports p = ports_of(m, leg, mains, s->spool);
-    chambers(m, leg, length_m, stiffness);
+    const struct cylinder_leg *c = &m->leg[leg];
+    struct ports p = ports_of(c, mains, opening);
+    chambers(m, c, length_m, stiffness);
     for (int i = 0; i < PORTS; i++) {
-        if (line) stiffness[i] = line_stiffness(m, leg), pressure_pa[i] = line[i].pressure_pa;
+        if (line) stiffness[i] = line_stiffness(c), pressure_pa[i] = line[i].pressure_pa;
         flow[i] = port_flow(p.conductance[i], stiffness[i], p.source_pa[i], pressure_pa[i]);
     }
     *supply_m3_per_s = p.extend ? flow[PORT_A] : flow[PORT_B];
@@ -163,8 +174,7 @@ void cylinder_flows(const struct cylinder_model *m, int leg, const struct mains 
 }
 
 void cylinder_limit(const struct cylinder_model *m, int leg, struct cylinder_state *s) {
-    double limit = m->machine.valve_rate_per_s[leg];
-    s->spool_rate = s->spool_rate < -limit ? -limit : s->spool_rate > limit ? limit : s->spool_rate;
+    s->spool_rate = spool_speed(&m->leg[leg], s->spool_rate);
     if (fabs(s->spool) >= 1.0) {
         s->spool = copysign(1.0, s->spool);
         if (s->spool * s->spool_rate > 0.0) s->spool_rate = 0.0;
@@ -175,7 +185,7 @@ void cylinder_limit(const struct cylinder_model *m, int leg, struct cylinder_sta
 
 void cylinder_displace(const struct cylinder_model *m, int leg, struct cylinder_state *s, double length_m, double move_m) {
     double stiffness[PORTS];
-    chambers(m, leg, length_m, stiffness);
+    chambers(m, &m->leg[leg], length_m, stiffness);
     s->p1_pa -= stiffness[PORT_A] * m->a1_m2 * move_m;
     s->p2_pa += stiffness[PORT_B] * m->a2_m2 * move_m;
 }
@@ -200,6 +210,7 @@ struct friction cylinder_friction(const struct cylinder_model *m, int leg, const
                                   double speed_mps) {
     const struct active *laws = &m->machine.leg_friction;
     struct friction sum = {.viscous = m->machine.params->hydraulics.viscous_n_s_per_m * speed_mps};
+    if (laws->count == 0) return sum;
     struct leg_motion motion = {.direction = direction, .speed_mps = speed_mps, .p1_pa = s->p1_pa, .p2_pa = s->p2_pa,
                                 .a1_m2 = m->a1_m2, .a2_m2 = m->a2_m2};
     for (int i = 0; i < laws->count; i++) laws->of[i].effect->leg_friction(laws->of[i].values, leg, &motion, &sum);

@@ -38,12 +38,15 @@ struct cylinder_model {        /* constants derived once from params and effects
     struct machine machine;
     double a1_m2, a2_m2;
     double length_min_m, length_max_m; /* end stops */
-    struct {
+    struct cylinder_leg {
         double valve_gain[PORTS];      /* valve_flow / sqrt(valve_drop) */
         double valve_omega_squared, valve_damping_rate; /* w^2, 2 zeta w */
+        double valve_bias, valve_rate_per_s;
+        double bulk_modulus_pa, leakage_m3_per_s_pa;
         double line_volume_m3, line_inertance, line_resistance; /* volume 0: no line */
+        bool rate_limited;
     } leg[LEGS];
-    bool extended;             /* lines, joint play or resistance of the mains: hydraulics.h's state behind cylinder[] is in use */
+    bool extended;             /* valve laws, lines, joint play or resistance of the mains */
 };
 
 /* Pressures that the valves are fed with and drain to. */
@@ -57,18 +60,19 @@ void cylinder_model_init(struct cylinder_model *m, const struct params *params);
 /* Without drop in the lines to the power unit. */
 struct mains cylinder_mains(const struct cylinder_model *m);
 
-/* Time derivative of the state under valve command u at length L and rate v, chambers at the ports. */
+/* Time derivative of the state under valve command u at length L and rate v, chambers at the ports. opening: of the valve, s->spool but for
+ * the laws of machine_opening. */
 struct cylinder_state cylinder_derivative(const struct cylinder_model *m, int leg, const struct mains *mains, const struct cylinder_state *s,
-                                          double length_m, double rate_mps, double valve);
+                                          double opening, double length_m, double rate_mps, double valve);
 
 /* The same behind lines. */
 struct cylinder_state cylinder_line_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
-                                               const struct cylinder_state *s, const struct line_state line[PORTS], double length_m,
-                                               double rate_mps, double valve, struct line_state line_rate[PORTS]);
+                                               const struct cylinder_state *s, const struct line_state line[PORTS], double opening,
+                                               double length_m, double rate_mps, double valve, struct line_state line_rate[PORTS]);
 
 /* What the leg draws from the supply and gives to the tank; line NULL: none. */
 void cylinder_flows(const struct cylinder_model *m, int leg, const struct mains *mains, const struct cylinder_state *s,
-                    const struct line_state *line, double length_m, double *supply_m3_per_s, double *tank_m3_per_s);
+                    const struct line_state *line, double opening, double length_m, double *supply_m3_per_s, double *tank_m3_per_s);
 
 /* What the derivative cannot say: the spool stops dead at +-1, and no pressure is below vacuum. After every substep. */
 void cylinder_limit(const struct cylinder_model *m, int leg, struct cylinder_state *s);

@@ -30,9 +30,9 @@ static void leg_limits(const struct closed_form *e, const struct instant *now, i
     *most_n = cylinder_friction(&e->cylinder, k, s, -1, 0.0).dry;
     if (!e->cylinder.extended || e->forced) return;
     const struct leg_push *push = &now->push[k];
-    double load_n = now->drive_n[k] + now->stop_n[k];
+    double drive_n = cylinder_hydraulic_force(&e->cylinder, s);
     if (push->loose) *least_n = *most_n = 0.0;
-    else *least_n = fmax(*least_n, push->least_n - load_n), *most_n = fmin(*most_n, push->most_n - load_n);
+    else *least_n = fmax(*least_n, push->least_n - drive_n), *most_n = fmin(*most_n, push->most_n - drive_n);
 }
 
 /* Limits that do not enclose zero: what must act anyway goes into the free acceleration. Returns it. */
@@ -216,10 +216,11 @@ static void closed_form_place(struct engine *base, const double pose[DOFS]) {
 static void closed_form_substep(struct engine *base, double dt_s, const double valve[LEGS], struct hydraulics_state *hydraulics) {
     struct closed_form *e = (struct closed_form *)base;
     struct rigid_legs legs;
+    size_t size = e->cylinder.extended ? sizeof *hydraulics : sizeof hydraulics->cylinder;
     e->forced = false;
-    e->state.hydraulics = *hydraulics;
+    memcpy(&e->state.hydraulics, hydraulics, size);
     step(e, dt_s, &(struct drive){.valve = valve});
-    *hydraulics = e->state.hydraulics;
+    memcpy(hydraulics, &e->state.hydraulics, size);
     if (e->cylinder.extended) rigid_legs(&e->rigid, &e->state.body, &legs);
     hydraulics_limit(&e->cylinder, legs.length, hydraulics);
 }

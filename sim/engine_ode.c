@@ -21,8 +21,8 @@
 struct leg {
     dVector3 axis;
     double length_m, rate_mps;
-    double stop_n, viscous_n;
-    double passive_n; /* both, and the middle of the dry friction's range */
+    double viscous_n;
+    double passive_n; /* that, the end stop, and the middle of the dry friction's range */
     double holding_n; /* half of that range: the motor's limit */
 };
 
@@ -58,8 +58,8 @@ struct range {
 
 /* A joint with play passes on what the leg pushes with, never a pull at the flank it does not touch; loose it passes on the film's drag. */
 static void limit_by_play(const struct engine_ode *e, int i, const struct hydraulics_state *s, struct leg *leg, struct range *dry) {
-    double drive_n = cylinder_hydraulic_force(&e->model, &s->cylinder[i]) + leg->stop_n;
-    struct leg_push push = hydraulics_push(&e->model, i, s, drive_n, leg->rate_mps);
+    double drive_n = cylinder_hydraulic_force(&e->model, &s->cylinder[i]);
+    struct leg_push push = hydraulics_push(&e->model, i, s, leg->rate_mps);
     double sliding_n = drive_n + leg->viscous_n;
     if (push.loose) {
         leg->viscous_n = push.force_n - drive_n;
@@ -82,10 +82,10 @@ static struct leg leg_now(const struct engine_ode *e, int i, const struct hydrau
     struct friction extend = cylinder_friction(&e->model, i, &s->cylinder[i], 1, leg.rate_mps > 0.0 ? leg.rate_mps : 0.0);
     struct friction retract = cylinder_friction(&e->model, i, &s->cylinder[i], -1, leg.rate_mps < 0.0 ? -leg.rate_mps : 0.0);
     struct range dry = {-extend.dry, retract.dry};
-    leg.stop_n = cylinder_stop_force(&e->model, leg.length_m + s->play_m[i], leg.rate_mps);
+    double stop_n = cylinder_stop_force(&e->model, leg.length_m, leg.rate_mps);
     leg.viscous_n = e->hydraulic ? retract.viscous - extend.viscous : 0.0;
     if (e->hydraulic && e->model.extended) limit_by_play(e, i, s, &leg, &dry);
-    leg.passive_n = leg.stop_n + 0.5 * (dry.most_n + dry.least_n) + leg.viscous_n;
+    leg.passive_n = stop_n + 0.5 * (dry.most_n + dry.least_n) + leg.viscous_n;
     leg.holding_n = 0.5 * (dry.most_n - dry.least_n);
     return leg;
 }

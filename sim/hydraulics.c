@@ -18,11 +18,11 @@ void hydraulics_rest(const struct cylinder_model *m, const double force_n[LEGS],
     s->supply_m3_per_s = 0.0;
 }
 
-struct leg_push hydraulics_push(const struct cylinder_model *m, int leg, const struct hydraulics_state *s, double drive_n, double rate_mps) {
+struct leg_push hydraulics_push(const struct cylinder_model *m, int leg, const struct hydraulics_state *s, double rate_mps) {
     double half_m = 0.5 * m->machine.clearance_m[leg], play_m = s->play_m[leg];
     struct leg_push push = {.piston_mps = rate_mps, .least_n = -(double)INFINITY, .most_n = (double)INFINITY};
     if (!(half_m > 0.0)) return push;
-    double load_n = drive_n + FILM_N_S_PER_M * rate_mps; /* = friction + film at the piston's free speed */
+    double load_n = cylinder_hydraulic_force(m, &s->cylinder[leg]) + FILM_N_S_PER_M * rate_mps; /* = friction + film at the piston's free speed */
     int direction = load_n < 0.0 ? -1 : 1;
     double dry_n = cylinder_friction(m, leg, &s->cylinder[leg], direction, 0.0).dry;
     double viscous = cylinder_friction(m, leg, &s->cylinder[leg], direction, SLOW_MPS).viscous / SLOW_MPS;
@@ -46,7 +46,8 @@ static void flows(const struct cylinder_model *m, const struct hydraulics_state 
     for (int k = 0; k < LEGS; k++) {
         double supply, tank;
         bool line = m->leg[k].line_volume_m3 > 0.0;
-        cylinder_flows(m, k, mains, &s->cylinder[k], line ? s->line[k] : NULL, length_m[k] + s->play_m[k], &supply, &tank);
+        double opening = machine_opening(&m->machine, k, s->cylinder[k].spool);
+        cylinder_flows(m, k, mains, &s->cylinder[k], line ? s->line[k] : NULL, opening, length_m[k] + s->play_m[k], &supply, &tank);
         *supply_m3_per_s += supply;
         *tank_m3_per_s += tank;
     }
@@ -95,14 +96,15 @@ static void extended(const struct cylinder_model *m, const struct hydraulics_sta
     struct mains mains = mains_now(m, s, in->length_m, &rate->supply_m3_per_s);
     for (int k = 0; k < LEGS; k++) {
         double length_m = in->length_m[k] + s->play_m[k];
-        double drive_n = cylinder_hydraulic_force(m, &s->cylinder[k]) + cylinder_stop_force(m, length_m, in->rate_mps[k]);
-        double piston_mps = hydraulics_push(m, k, s, drive_n, in->rate_mps[k]).piston_mps;
+        double opening = machine_opening(&m->machine, k, s->cylinder[k].spool);
+        double piston_mps = hydraulics_push(m, k, s, in->rate_mps[k]).piston_mps;
         rate->play_m[k] = piston_mps - in->rate_mps[k];
         memset(rate->line[k], 0, sizeof rate->line[k]);
         if (m->leg[k].line_volume_m3 > 0.0)
-            rate->cylinder[k] = cylinder_line_derivative(m, k, &mains, &s->cylinder[k], s->line[k], length_m, piston_mps, in->valve[k],
-                                                         rate->line[k]);
-        else rate->cylinder[k] = cylinder_derivative(m, k, &mains, &s->cylinder[k], length_m, piston_mps, in->valve[k]);
+            rate->cylinder[k] = cylinder_line_derivative(m, k, &mains, &s->cylinder[k], s->line[k], opening, length_m, piston_mps,
+                                                         in->valve[k], rate->line[k]);
+        else rate->cylinder[k] = cylinder_derivative(m, k, &mains, &s->cylinder[k], opening, length_m, piston_mps,
+                                                     in->valve[k]);
     }
 }
 
@@ -114,7 +116,8 @@ void hydraulics_derivative(const struct cylinder_model *m, const struct hydrauli
     }
     struct mains mains = cylinder_mains(m);
     for (int k = 0; k < LEGS; k++)
-        rate->cylinder[k] = cylinder_derivative(m, k, &mains, &s->cylinder[k], in->length_m[k], in->rate_mps[k], in->valve[k]);
+        rate->cylinder[k] = cylinder_derivative(m, k, &mains, &s->cylinder[k], s->cylinder[k].spool, in->length_m[k], in->rate_mps[k],
+                                                in->valve[k]);
 }
 
 /* A step ends beyond the flank: the piston was there, and could not go on. */

@@ -3,10 +3,10 @@
  *
  * Mains: supply = Ps - Rs q with qdot = (Qs - q) / 10 ms; tank = Pt + Rt Qt at every instant. Qs and Qt: sums over the legs.
  *
- * Joint play y: the piston stands y ahead of the joint, |y| <= clearance/2; chambers, leg friction, end stops and length sensor belong to
- * the piston, the rod's mass to the joint. The piston itself has no mass: off the joint's flanks it runs at the speed at which the
- * hydraulic force (and end stop) equals its friction and the drag of the oil film in the joint, 2 kN s/m; at a flank it moves with the
- * joint, for as long as it is pressed against it. So the joint is at the flank that the leg's force points to, and crosses over when that
+ * Joint play y: the piston stands y ahead of the joint, |y| <= clearance/2; chambers, leg friction and length sensor belong to the piston,
+ * the rod's mass and the end stops to the joint. The piston itself has no mass: off the joint's flanks it runs at the speed at which the
+ * hydraulic force equals its friction and the drag of the oil film in the joint, 2 kN s/m; at a flank it moves with the joint, for as long
+ * as it is pressed against it. So the joint is at the flank that the leg's force points to, and crosses over when that
  * force changes sign. Not modelled: bouncing (no mass, no bounce), play across the leg. */
 #ifndef HEXID_HYDRAULICS_H
 #define HEXID_HYDRAULICS_H
@@ -15,7 +15,7 @@
 
 struct hydraulics_state {
     struct cylinder_state cylinder[LEGS];
-    /* Only in an extended model: */
+    /* At work only in an extended model: */
     struct line_state line[LEGS][PORTS];
     double play_m[LEGS];
     double supply_m3_per_s; /* lagged */
@@ -43,11 +43,10 @@ void hydraulics_step(const struct cylinder_model *m, double dt_s, const struct h
 struct leg_push {
     bool loose;            /* off the flanks: no friction of the leg reaches the joint */
     double piston_mps;     /* speed of the piston where loose, else the joint's */
-    double force_n;        /* where loose: on the joint, instead of hydraulic force, friction and end stop */
-    double least_n, most_n;/* else: bounds of the force on the joint; infinite without play */
+    double force_n;        /* where loose: on the joint, instead of hydraulic force and friction */
+    double least_n, most_n;/* else: bounds of hydraulic force and friction together; infinite without play */
 };
 
-/* drive_n: hydraulic force and end stop. */
-struct leg_push hydraulics_push(const struct cylinder_model *m, int leg, const struct hydraulics_state *s, double drive_n, double rate_mps);
+struct leg_push hydraulics_push(const struct cylinder_model *m, int leg, const struct hydraulics_state *s, double rate_mps);
 
 #endif

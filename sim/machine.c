@@ -71,3 +71,8 @@ struct friction machine_joint_friction(const struct machine *m, int leg, double 
 void machine_wrench(const struct machine *m, const double pose[DOFS], double wrench[DOFS]) {
     for (int i = 0; i < m->wrench.count; i++) m->wrench.of[i].effect->wrench(m->wrench.of[i].values, pose, wrench);
 }
+
+double machine_opening(const struct machine *m, int leg, double spool) {
+    for (int i = 0; i < m->opening.count; i++) spool = m->opening.of[i].effect->opening(m->opening.of[i].values, leg, spool);
+    return spool;
+}

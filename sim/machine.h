@@ -60,9 +60,7 @@ struct friction machine_joint_friction(const struct machine *m, int leg, double 
 /* Sum of every effect's wrench, added. */
 void machine_wrench(const struct machine *m, const double pose[DOFS], double wrench[DOFS]);
 
-static inline double machine_opening(const struct machine *m, int leg, double spool) {
-    for (int i = 0; i < m->opening.count; i++) spool = m->opening.of[i].effect->opening(m->opening.of[i].values, leg, spool);
-    return spool;
-}
+/* How far the valve is open at a spool position. */
+double machine_opening(const struct machine *m, int leg, double spool);
 
 #endif

@@ -108,7 +108,7 @@ static int check_masses(const struct machine *m, struct error *error) {
     for (int i = 0; i < 3; i++) payload = payload && m->payload_inertia_kg_m2[i] > 0.0;
     if (!payload) return error_set(error, STATUS_USAGE, "effects leave no mass or no inertia of the payload: make them smaller");
     for (int k = 0; k < LEGS; k++)
-        if (!(a->upper_mass_kg + m->axial_kg[k] > 0.0))
+        if (m->axial_kg[k] != 0.0 && !(a->upper_mass_kg + m->axial_kg[k] > 0.0))
             return error_set(error, STATUS_USAGE, "effects leave no axial mass of leg %d: make them smaller", k + 1);
     return 0;
 }

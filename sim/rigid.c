@@ -22,7 +22,7 @@ void rigid_model_init(struct rigid_model *m, const struct params *params) {
     machine_init(&m->machine, params);
     sim_geometry_init(&m->geometry, params);
     m->mass = m->machine.payload_kg;
-    m->gravity = m->machine.gravity_mps2;
+    m->gravity = m->machine.gravity_mps2 * m->machine.down[2];
     memcpy(m->inertia, m->machine.payload_inertia_kg_m2, sizeof m->inertia);
     for (int i = 0; i < 3; i++) m->offset = m->offset || m->machine.payload_center_m[i] != 0.0;
     for (int leg = 0; leg < LEGS; leg++) {
@@ -31,7 +31,8 @@ void rigid_model_init(struct rigid_model *m, const struct params *params) {
             m->lower[i][leg] = m->machine.lower_joint_m[leg][i];
         }
         m->fixed_inertia[leg] = fixed + m->machine.transverse_kg_m2[leg];
-        m->axial_mass[leg] = a->upper_mass_kg + m->machine.axial_kg[leg];
+        m->axial_extra[leg] = m->machine.axial_kg[leg];
+        m->axial_mass[leg] = a->upper_mass_kg + m->axial_extra[leg];
         tangent(m->geometry.upper_angle[leg], m->upper_axis[leg]);
         tangent(m->geometry.lower_angle[leg], m->lower_axis[leg]);
     }
@@ -112,7 +113,8 @@ static void payload_dynamics(const struct rigid_model *m, const struct rigid_sta
     momentum[1] = mass[4][3] * w[0] + mass[4][4] * w[1] + mass[5][4] * w[2];
     momentum[2] = mass[5][3] * w[0] + mass[5][4] * w[1] + mass[5][5] * w[2];
     cross3(momentum, w, moment);
-    for (int i = 0; i < 3; i++) load[i] = m->mass * m->gravity * m->machine.down[i];
+    load[0] = load[1] = 0.0;
+    load[2] = m->mass * m->gravity;
     memcpy(load + 3, moment, sizeof moment);
 }
 
@@ -124,7 +126,7 @@ static void add_offset(const struct rigid_model *m, const struct rigid_state *s,
     for (int i = 0; i < 3; i++) r[i] = dot3(legs->rotation[i], m->machine.payload_center_m);
     cross3(w, r, swing);
     cross3(w, swing, swing);
-    for (int i = 0; i < 3; i++) pull[i] = m->mass * (m->gravity * m->machine.down[i] - swing[i]);
+    for (int i = 0; i < 3; i++) pull[i] = m->mass * (m->machine.gravity_mps2 * m->machine.down[i] - swing[i]);
     cross3(r, pull, moment);
     for (int i = 0; i < 3; i++) {
         load[i] -= m->mass * swing[i];
@@ -136,6 +138,19 @@ static void add_offset(const struct rigid_model *m, const struct rigid_state *s,
     mass[5][0] -= m->mass * r[1], mass[5][1] += m->mass * r[0];
 }
 
+/* Weights of payload and legs along x and y, where the base is tilted; moments about the origin of {M}. */
+static void add_sideways(const struct rigid_model *m, const struct rigid_legs *legs, double load[DOFS]) {
+    const double g[3] = {m->machine.gravity_mps2 * m->machine.down[0], m->machine.gravity_mps2 * m->machine.down[1], 0.0};
+    for (int i = 0; i < 3; i++) load[i] += m->mass * g[i];
+    for (int k = 0; k < LEGS; k++) {
+        const double n[3] = {legs->n[0][k], legs->n[1][k], legs->n[2][k]}, rho[3] = {legs->rho[0][k], legs->rho[1][k], legs->rho[2][k]};
+        double sway = (m->lower_moment - m->upper_moment) / legs->length[k], pull[3], moment[3];
+        for (int i = 0; i < 3; i++) pull[i] = m->upper_mass * g[i] + sway * (g[i] - n[i] * dot3(n, g));
+        cross3(rho, pull, moment);
+        for (int i = 0; i < 3; i++) load[i] += pull[i], load[3 + i] += moment[i];
+    }
+}
+
 /* What each leg adds at its upper joint: f and ma - f of its mass, and its pull while the joint does not accelerate. */
 struct leg_load {
     double f[LEGS], axial[LEGS];
@@ -143,7 +158,6 @@ struct leg_load {
 };
 
 static void leg_loads(const struct rigid_model *m, const struct rigid_legs *legs, struct leg_load *load) {
-    double dx = m->machine.down[0], dy = m->machine.down[1], dz = m->machine.down[2];
     for (int k = 0; k < LEGS; k++) {
         double inverse = 1.0 / legs->length[k], inner = legs->length[k] - m->upper_center;
         double nx = legs->n[0][k], ny = legs->n[1][k], nz = legs->n[2][k];
@@ -153,13 +167,11 @@ static void leg_loads(const struct rigid_model *m, const struct rigid_legs *legs
         double slope = 2.0 * inverse * (m->upper_mass * inner * inverse - f); /* f' */
         double turn = slope * legs->rate[k];
         double sway = (m->lower_moment - m->upper_moment) * inverse * m->gravity;
-        double lift = m->upper_mass * m->gravity + sway;
-        double outward = m->upper_moment * inverse * inverse + (m->axial_mass[k] - m->upper_mass) * inverse;
-        double along = (m->axial_mass[k] - f) * (nx * cx + ny * cy + nz * cz) + outward * (ax * ax + ay * ay + az * az) +
-                       sway * (nx * dx + ny * dy + nz * dz);
-        double px = -f * cx - turn * ax - along * nx + lift * dx;
-        double py = -f * cy - turn * ay - along * ny + lift * dy;
-        double pz = -f * cz - turn * az - along * nz + lift * dz;
+        double along = (m->axial_mass[k] - f) * (nx * cx + ny * cy + nz * cz) +
+                       (m->upper_moment * inverse + m->axial_extra[k]) * inverse * (ax * ax + ay * ay + az * az) + sway * nz;
+        double px = -f * cx - turn * ax - along * nx;
+        double py = -f * cy - turn * ay - along * ny;
+        double pz = -f * cz - turn * az - along * nz + m->upper_mass * m->gravity + sway;
         double rx = legs->rho[0][k], ry = legs->rho[1][k], rz = legs->rho[2][k];
         load->f[k] = f;
         load->axial[k] = m->axial_mass[k] - f;
@@ -200,6 +212,7 @@ void rigid_dynamics(const struct rigid_model *m, const struct rigid_state *s, co
     struct leg_load leg;
     payload_dynamics(m, s, legs, mass, load);
     if (m->offset) add_offset(m, s, legs, mass, load);
+    if (m->machine.down[2] != 1.0) add_sideways(m, legs, load);
     if (m->machine.wrench.count) {
         double pose[DOFS];
         rigid_pose(s, pose);
@@ -246,7 +259,7 @@ void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, doub
         depth += (m->upper_mass * inner + m->lower_moment) * dot3(n, down); /* from the lower joint, which stays */
     }
     *kinetic_j = 0.5 * kinetic;
-    *potential_j = -m->gravity * depth - m->neutral_potential;
+    *potential_j = -m->machine.gravity_mps2 * depth - m->neutral_potential;
 }
 
 /* J' f = -load by way of J J' f = -J load: six legs that hold the platform at all are far from singular. */

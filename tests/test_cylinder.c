@@ -27,7 +27,7 @@ static double flow(double pressure_rate, double volume_m3) { return pressure_rat
 
 static struct cylinder_state derivative(const struct cylinder_state *s, double length_m, double rate_mps, double valve) {
     struct mains mains = cylinder_mains(&model);
-    return cylinder_derivative(&model, 0, &mains, s, length_m, rate_mps, valve);
+    return cylinder_derivative(&model, 0, &mains, s, s->spool, length_m, rate_mps, valve);
 }
 
 static struct cylinder_state combine(const struct cylinder_state *s, double h, const struct cylinder_state *rate) {
