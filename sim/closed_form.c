@@ -47,7 +47,7 @@ static void push_joints(const struct closed_form *e, const union system *s, stru
 static void push_through_play(const struct closed_form *e, const union system *s, struct instant *now, double axial[LEGS]) {
     for (int k = 0; k < LEGS; k++) {
         double drive_n = cylinder_hydraulic_force(&e->cylinder, &s->hydraulics.cylinder[k]);
-        now->push[k] = hydraulics_push(&e->cylinder, k, &s->hydraulics, now->legs.rate[k]);
+        now->push[k] = hydraulics_push(&e->cylinder, k, &s->hydraulics, now->legs.length[k], now->legs.rate[k]);
         if (!now->push[k].loose) continue;
         now->friction_n[k] = now->push[k].force_n - drive_n;
         axial[k] = now->push[k].force_n + now->stop_n[k];

@@ -190,6 +190,12 @@ void cylinder_displace(const struct cylinder_model *m, int leg, struct cylinder_
     s->p2_pa += stiffness[PORT_B] * m->a2_m2 * move_m;
 }
 
+double cylinder_stiffness(const struct cylinder_model *m, int leg, double length_m) {
+    double stiffness[PORTS];
+    chambers(m, &m->leg[leg], length_m, stiffness);
+    return m->a1_m2 * m->a1_m2 * stiffness[PORT_A] + m->a2_m2 * m->a2_m2 * stiffness[PORT_B];
+}
+
 double cylinder_hydraulic_force(const struct cylinder_model *m, const struct cylinder_state *s) {
     return m->a1_m2 * s->p1_pa - m->a2_m2 * s->p2_pa;
 }

@@ -80,6 +80,9 @@ void cylinder_limit(const struct cylinder_model *m, int leg, struct cylinder_sta
 /* Pressures after the piston was moved by so much at once, ports shut. */
 void cylinder_displace(const struct cylinder_model *m, int leg, struct cylinder_state *s, double length_m, double move_m);
 
+/* By how much the hydraulic force falls per metre with both ports shut. */
+double cylinder_stiffness(const struct cylinder_model *m, int leg, double length_m);
+
 /* A1 P1 - A2 P2. */
 double cylinder_hydraulic_force(const struct cylinder_model *m, const struct cylinder_state *s);
 

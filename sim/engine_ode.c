@@ -59,7 +59,7 @@ struct range {
 /* A joint with play passes on what the leg pushes with, never a pull at the flank it does not touch; loose it passes on the film's drag. */
 static void limit_by_play(const struct engine_ode *e, int i, const struct hydraulics_state *s, struct leg *leg, struct range *dry) {
     double drive_n = cylinder_hydraulic_force(&e->model, &s->cylinder[i]);
-    struct leg_push push = hydraulics_push(&e->model, i, s, leg->rate_mps);
+    struct leg_push push = hydraulics_push(&e->model, i, s, leg->length_m, leg->rate_mps);
     double sliding_n = drive_n + leg->viscous_n;
     if (push.loose) {
         leg->viscous_n = push.force_n - drive_n;

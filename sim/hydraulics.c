@@ -4,7 +4,7 @@
 #include <string.h>
 
 static const double SUPPLY_LAG_S = 10e-3;
-static const double FILM_N_S_PER_M = 2e3;   /* of the oil in a joint's clearance */
+static const double FILM_TIME_S = 2e-4;     /* a loose piston's force is gone after: what a substep of 0.25 ms resolves */
 static const double SLOW_MPS = 1e-3;        /* viscous friction is proportional to speed: any speed tells its factor */
 static const double BALANCED_PA = 1e-3;
 enum { ITERATIONS = 60 };
@@ -18,15 +18,16 @@ void hydraulics_rest(const struct cylinder_model *m, const double force_n[LEGS],
     s->supply_m3_per_s = 0.0;
 }
 
-struct leg_push hydraulics_push(const struct cylinder_model *m, int leg, const struct hydraulics_state *s, double rate_mps) {
+struct leg_push hydraulics_push(const struct cylinder_model *m, int leg, const struct hydraulics_state *s, double length_m, double rate_mps) {
     double half_m = 0.5 * m->machine.clearance_m[leg], play_m = s->play_m[leg];
     struct leg_push push = {.piston_mps = rate_mps, .least_n = -(double)INFINITY, .most_n = (double)INFINITY};
     if (!(half_m > 0.0)) return push;
-    double load_n = cylinder_hydraulic_force(m, &s->cylinder[leg]) + FILM_N_S_PER_M * rate_mps; /* = friction + film at the piston's free speed */
+    double film = FILM_TIME_S * cylinder_stiffness(m, leg, length_m + play_m);
+    double load_n = cylinder_hydraulic_force(m, &s->cylinder[leg]) + film * rate_mps; /* = friction + film at the piston's free speed */
     int direction = load_n < 0.0 ? -1 : 1;
     double dry_n = cylinder_friction(m, leg, &s->cylinder[leg], direction, 0.0).dry;
     double viscous = cylinder_friction(m, leg, &s->cylinder[leg], direction, SLOW_MPS).viscous / SLOW_MPS;
-    double rest_n = fabs(load_n) - dry_n, free_mps = rest_n > 0.0 ? direction * rest_n / (viscous + FILM_N_S_PER_M) : 0.0;
+    double rest_n = fabs(load_n) - dry_n, free_mps = rest_n > 0.0 ? direction * rest_n / (viscous + film) : 0.0;
     if (play_m >= half_m && free_mps >= rate_mps) {
         push.least_n = 0.0;
     } else if (play_m <= -half_m && free_mps <= rate_mps) {
@@ -34,7 +35,7 @@ struct leg_push hydraulics_push(const struct cylinder_model *m, int leg, const s
     } else {
         push.loose = true;
         push.piston_mps = free_mps;
-        push.force_n = FILM_N_S_PER_M * (free_mps - rate_mps);
+        push.force_n = film * (free_mps - rate_mps);
     }
     return push;
 }
@@ -97,7 +98,7 @@ static void extended(const struct cylinder_model *m, const struct hydraulics_sta
     for (int k = 0; k < LEGS; k++) {
         double length_m = in->length_m[k] + s->play_m[k];
         double opening = machine_opening(&m->machine, k, s->cylinder[k].spool);
-        double piston_mps = hydraulics_push(m, k, s, in->rate_mps[k]).piston_mps;
+        double piston_mps = hydraulics_push(m, k, s, in->length_m[k], in->rate_mps[k]).piston_mps;
         rate->play_m[k] = piston_mps - in->rate_mps[k];
         memset(rate->line[k], 0, sizeof rate->line[k]);
         if (m->leg[k].line_volume_m3 > 0.0)
