@@ -19,7 +19,8 @@ LCM     := $(wildcard lcmtypes/*.lcm)
 LCM_C   := $(LCM:lcmtypes/%.lcm=$(BUILD)/lcmtypes/%.c)
 SRC     := $(wildcard src/*/*.c hal/*.c sim/*.c sim/effects/*.c)
 LIB_SRC := $(filter-out src/cli/main.c,$(SRC))
-LIB_OBJ := $(LIB_SRC:%.c=$(BUILD)/%.o) $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard src/lin/*.cpp)) $(LCM_C:.c=.o)
+EFFECTS := $(sort $(basename $(notdir $(wildcard sim/effects/*.c))))
+LIB_OBJ := $(BUILD)/effect_table.o $(LIB_SRC:%.c=$(BUILD)/%.o) $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard src/lin/*.cpp)) $(LCM_C:.c=.o)
 TESTS   := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/test_*.c))
 BENCHES := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/bench/*.c))
 FUZZERS := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/fuzz/fuzz_*.c))
@@ -130,6 +131,16 @@ $(BUILD)/%.o: %.cpp | deps-run
 	@mkdir -p $(@D)
 	@echo c++ $<
 	$(Q)$(CXX) $(CXXFLAGS) -c -o $@ $<
+
+# An effect is a file in sim/effects/ and nothing else.
+$(BUILD)/effect_table.c: sim/effects | deps-run
+	@mkdir -p $(@D)
+	@printf '%s\n' '#include "effect.h"' $(EFFECTS:%='extern const struct effect %;') 'const struct effect *const effect_table[] = {' \
+		$(EFFECTS:%='    &%,') '    0};' '_Static_assert(sizeof effect_table / sizeof *effect_table <= EFFECTS_MAX + 1, "raise EFFECTS_MAX");' >$@
+
+$(BUILD)/effect_table.o: $(BUILD)/effect_table.c
+	@echo cc $<
+	$(Q)$(CC) $(CFLAGS) -c -o $@ $<
 
 # Generated code does not meet our warnings.
 $(BUILD)/lcmtypes/%.o: $(BUILD)/lcmtypes/%.c
