@@ -12,11 +12,7 @@ enum { SETTINGS_MAX = 64, OPERANDS_MAX = 4 };
 enum { EXIT_PASSED = 0, EXIT_CHECK_FAILED = 1 }; /* the others are statuses with the sign turned */
 
 struct options {
-<<<<<<< HEAD
-    const char *config, *hal, *log, *json, *output, *format, *measured, *validate, *replay;
-=======
-    const char *config, *hal, *bus, *log, *json, *output, *format;
->>>>>>> main
+    const char *config, *hal, *bus, *log, *json, *output, *format, *measured, *validate, *replay;
     const char *settings[SETTINGS_MAX];
     int setting_count;
     char tests[64];              /* --tests as a setting */
