@@ -6,6 +6,8 @@
 #include "effect.h"
 #include "types.h"
 
+enum mechanism_kind { MECHANISM_STEWART, MECHANISM_AXIS };
+
 struct geometry_params {          /* Tian 2015 Table 1 */
     double upper_radius_m;        /* Ra */
     double lower_radius_m;        /* Rb */
@@ -19,6 +21,13 @@ struct payload_params {           /* Tian 2015 Table 2 */
     double inertia_xx_kg_m2, inertia_yy_kg_m2, inertia_zz_kg_m2; /* about its mass centre */
     double center_height_m;       /* h: mass centre above the upper joint plane */
     double gravity_mps2;
+};
+
+struct axis_params {              /* one cylinder or electric axis with a mass: leg 1, the others are not there */
+    double mass_kg;               /* all that moves */
+    double gravity_mps2;          /* component along the axis; positive: the weight pushes the rod in */
+    double middle_m;              /* reading of the position at mid-stroke */
+    double force_offset_n;        /* constant force that the reading has too much */
 };
 
 struct actuator_params {          /* one leg, Tian 2015 Tables 1 and 2; inertias about each part's own mass centre (method.md section 3) */
@@ -151,8 +160,10 @@ struct modbus_params {
 };
 
 struct params {
+    enum mechanism_kind mechanism;
     struct geometry_params geometry;
     struct payload_params payload;
+    struct axis_params axis;
     struct actuator_params actuator;
     struct hydraulics_params hydraulics;
     struct sensor_params sensors;
@@ -171,5 +182,7 @@ struct params {
     struct modbus_params modbus;
     struct effect_values effects[EFFECTS_MAX]; /* by place in effect_table */
 };
+
+static inline int params_legs(const struct params *p) { return p->mechanism == MECHANISM_AXIS ? 1 : LEGS; }
 
 #endif

@@ -42,11 +42,12 @@ void cylinder_model_init(struct cylinder_model *m, const struct params *params) 
     const struct actuator_params *a = &params->actuator;
     struct sim_geometry geometry;
     sim_geometry_init(&geometry, params);
+    double middle_m = params->mechanism == MECHANISM_AXIS ? params->axis.middle_m : geometry.neutral_length_m;
     *m = (struct cylinder_model){
         .a1_m2 = PI / 4.0 * a->piston_diameter_m * a->piston_diameter_m,
         .a2_m2 = PI / 4.0 * (a->piston_diameter_m * a->piston_diameter_m - a->rod_diameter_m * a->rod_diameter_m),
-        .length_min_m = geometry.neutral_length_m - 0.5 * a->stroke_m,
-        .length_max_m = geometry.neutral_length_m + 0.5 * a->stroke_m,
+        .length_min_m = middle_m - 0.5 * a->stroke_m,
+        .length_max_m = middle_m + 0.5 * a->stroke_m,
     };
     machine_init(&m->machine, params);
     for (int leg = 0; leg < LEGS; leg++) {

@@ -9,11 +9,12 @@ static void base_bodies(struct machine *m, const struct params *params) {
     const struct payload_params *p = &params->payload;
     struct sim_geometry g;
     sim_geometry_init(&g, params);
-    m->payload_kg = p->mass_kg;
+    bool axis = params->mechanism == MECHANISM_AXIS;
+    m->payload_kg = axis ? params->axis.mass_kg : p->mass_kg;
     m->payload_inertia_kg_m2[0] = p->inertia_xx_kg_m2;
     m->payload_inertia_kg_m2[1] = p->inertia_yy_kg_m2;
     m->payload_inertia_kg_m2[2] = p->inertia_zz_kg_m2;
-    m->gravity_mps2 = p->gravity_mps2;
+    m->gravity_mps2 = axis ? params->axis.gravity_mps2 : p->gravity_mps2;
     m->down[2] = 1.0;
     memcpy(m->upper_joint_m, g.upper, sizeof g.upper);
     memcpy(m->lower_joint_m, g.lower, sizeof g.lower);

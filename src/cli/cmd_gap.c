@@ -1,5 +1,6 @@
 /* hexid gap: logs in, diagnosis, files out. A file appears under its name only when it is whole. */
 #include <errno.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -72,10 +73,11 @@ static void print(const struct gap_result *r, FILE *out) {
         fprintf(out, "  runner-up %s: %.1f %%\n", effect_table[r->candidate[i].effect]->name, 100.0 * r->candidate[i].share_explained);
         shown++;
     }
+    if (r->offset_rival) fprintf(out, "  cannot be told from constant_force_offset\n");
     if (r->next_experiment[0]) fprintf(out, "  next experiment: %s\n", r->next_experiment);
     fprintf(out, "\n  held out   %10s %10s %10s\n", "before", "after", "noise");
     for (int ch = 0; ch < GAP_CHANNELS; ch++)
-        fprintf(out, "  %-10s %10.4g %10.4g %10.4g %s\n", gap_channel_names[ch], r->held_out_before.channel[ch], r->held_out_after.channel[ch],
+        if (isfinite(r->held_out_before.channel[ch])) fprintf(out, "  %-10s %10.4g %10.4g %10.4g %s\n", gap_channel_names[ch], r->held_out_before.channel[ch], r->held_out_after.channel[ch],
                 r->noise_floor.channel[ch], gap_channel_units[ch]);
     fprintf(out, "  %-10s %10.4g %10.4g %10.4g of the variation; unexplained %.1f %%\n", "overall", r->held_out_before.overall,
             r->held_out_after.overall, r->noise_floor.overall, 100.0 * r->unexplained_fraction);

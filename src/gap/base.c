@@ -3,7 +3,10 @@
 #include <math.h>
 #include <stddef.h>
 
+enum { PLATFORM = 1 << MECHANISM_STEWART, AXIS = 1 << MECHANISM_AXIS, ANY = PLATFORM | AXIS };
+
 struct base_entry {
+    int mechanisms;
     const char *name;
     size_t offset;
     size_t stated;    /* place of its tolerance in struct params; 0: not stated */
@@ -16,23 +19,25 @@ struct base_entry {
 #define UNSTATED(tolerance) 0, tolerance
 
 static const struct base_entry entries[] = {
-    {PLACE(payload.mass_kg), STATED(mass), PART_FORCE},
-    {PLACE(payload.inertia_xx_kg_m2), STATED(mass), PART_FORCE},
-    {PLACE(payload.inertia_yy_kg_m2), STATED(mass), PART_FORCE},
-    {PLACE(payload.inertia_zz_kg_m2), STATED(mass), PART_FORCE},
-    {PLACE(actuator.upper_mass_kg), STATED(mass), PART_FORCE},
-    {PLACE(actuator.lower_mass_kg), STATED(mass), PART_FORCE},
-    {PLACE(hydraulics.viscous_n_s_per_m), STATED(viscous), PART_FORCE},
-    {PLACE(hydraulics.bulk_modulus_pa), STATED(bulk_modulus), PART_PRESSURE},
-    {PLACE(hydraulics.leakage_m3_per_s_pa), STATED(leakage), PART_PRESSURE},
-    {PLACE(hydraulics.valve_flow_m3_per_s), STATED(valve_gain), PART_PRESSURE},
-    {PLACE(hydraulics.supply_pa), UNSTATED(0.02), PART_PRESSURE},
-    {PLACE(hydraulics.valve_damping), UNSTATED(0.20), PART_PRESSURE},
-    {PLACE(hydraulics.dead_volume_m3), UNSTATED(0.30), PART_PRESSURE},
+    {PLATFORM, PLACE(payload.mass_kg), STATED(mass), PART_FORCE},
+    {PLATFORM, PLACE(payload.inertia_xx_kg_m2), STATED(mass), PART_FORCE},
+    {PLATFORM, PLACE(payload.inertia_yy_kg_m2), STATED(mass), PART_FORCE},
+    {PLATFORM, PLACE(payload.inertia_zz_kg_m2), STATED(mass), PART_FORCE},
+    {PLATFORM, PLACE(actuator.upper_mass_kg), STATED(mass), PART_FORCE},
+    {PLATFORM, PLACE(actuator.lower_mass_kg), STATED(mass), PART_FORCE},
+    {AXIS, PLACE(axis.mass_kg), STATED(mass), PART_FORCE},
+    {ANY, PLACE(hydraulics.viscous_n_s_per_m), STATED(viscous), PART_FORCE},
+    {ANY, PLACE(hydraulics.bulk_modulus_pa), STATED(bulk_modulus), PART_PRESSURE},
+    {ANY, PLACE(hydraulics.leakage_m3_per_s_pa), STATED(leakage), PART_PRESSURE},
+    {ANY, PLACE(hydraulics.valve_flow_m3_per_s), STATED(valve_gain), PART_PRESSURE},
+    {ANY, PLACE(hydraulics.supply_pa), UNSTATED(0.02), PART_PRESSURE},
+    {ANY, PLACE(hydraulics.valve_damping), UNSTATED(0.20), PART_PRESSURE},
+    {ANY, PLACE(hydraulics.dead_volume_m3), UNSTATED(0.30), PART_PRESSURE},
 };
 
 /* Where the joints are, as far as a drawing and a fitter can be off. */
 static const double JOINT_TOLERANCE_M = 0.5e-3;
+static const double OFFSET_MOST_N = 1e6;
 
 static int joint_variables(const struct params *model, struct variable *v) {
     int n = 0, effect = effect_find("geometry_error");
@@ -50,14 +55,23 @@ static int joint_variables(const struct params *model, struct variable *v) {
 
 static double at(const struct params *p, size_t offset) { return *(const double *)(const void *)((const char *)p + offset); }
 
+/* On one axis a constant force is the sensor's zero, the weight's inclination, a hose: whatever it is, no effect of the catalogue. */
+static struct variable offset_variable(void) {
+    return (struct variable){.name = "axis.force_offset_n", .offset = offsetof(struct params, axis.force_offset_n), .leg = -1, .legs = 1,
+                             .effect = -1, .base = true,
+                             .min = -OFFSET_MOST_N, .max = OFFSET_MOST_N, .step = 1.0, .parts = PART_FORCE};
+}
+
 int base_variables(const struct params *model, struct variable v[FIT_VARIABLES]) {
     int n = 0;
+    bool axis = model->mechanism == MECHANISM_AXIS;
     for (size_t i = 0; i < sizeof entries / sizeof *entries; i++) {
         const struct base_entry *e = &entries[i];
         double value = at(model, e->offset), width = (e->stated ? at(model, e->stated) : e->tolerance) * fabs(value);
-        if (!(width > 0.0)) continue; /* exact by decree */
+        if (!(width > 0.0) || !(e->mechanisms & 1 << model->mechanism)) continue; /* 0: exact by decree */
         v[n++] = (struct variable){.name = e->name, .offset = e->offset, .leg = -1, .legs = 1, .effect = -1, .base = true, .min = value - width,
                                    .max = value + width, .step = 0.1 * width, .parts = e->parts};
     }
-    return n + joint_variables(model, v + n);
+    if (axis) v[n++] = offset_variable();
+    return axis ? n : n + joint_variables(model, v + n);
 }

@@ -47,7 +47,9 @@ double controller_difference(const struct params *params, const struct recording
     struct kinematics k;
     struct error error;
     double difference = 0.0, whole = 0.0;
-    if (kinematics_init(&k, params, &error)) return NAN;
+    bool known = params->mechanism == MECHANISM_STEWART && recording->measured.valve && recording->measured.pressures &&
+                 recording->measured.reference;
+    if (!known || kinematics_init(&k, params, &error)) return NAN;
     for (int i = 0; i < recording->tests; i++) compare(params, &k, &recording->test[i], &difference, &whole);
     return sqrt(difference / whole);
 }

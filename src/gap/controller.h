@@ -6,7 +6,7 @@
 #include "recording.h"
 
 /* Rms over all tests of the difference of the commands, its constant per test and leg taken off (the integrator's start is not known), as a
- * share of the rms of the recorded commands' variation. NaN where there is no reference. */
+ * share of the rms of the recorded commands' variation. NaN on one axis, and where references, commands or pressures are missing. */
 double controller_difference(const struct params *params, const struct recording *recording);
 
 #endif

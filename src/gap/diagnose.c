@@ -54,7 +54,7 @@ bool diagnosis_refit(struct diagnosis *d, int iterations) {
     memcpy(d->std, r.std, sizeof d->std);
     d->square = r.square;
     d->held_square = held_square(d, &d->model);
-    d->hypotheses = hypotheses_list(&d->model, d->known, d->hypothesis);
+    d->hypotheses = hypotheses_list(&d->model, d->known, d->even.parts, d->hypothesis);
     return true;
 }
 

@@ -19,6 +19,7 @@ static const struct {
     {"port_area_ratio", "supply_pressure_sag", "repeat z at half the amplitude: sag falls with the square of the flow"},
     {"internal_leakage", "entrained_air", "repeat z at half the frequency: leakage shows in the mean pressures, air in the phase"},
     {"valve_dead_band", "valve_hysteresis", "repeat z at half the amplitude: a dead band is passed at spool zero, hysteresis at every turn of the command"},
+    {"cylinder_coulomb_friction", "constant_force_offset", "let go of the load and read the force at rest, coming from both sides: an offset stays, friction changes its sign"},
     {"base_tilt", "payload_center_of_mass", "turn the payload by half a turn: the tilt's static forces stay"},
 };
 

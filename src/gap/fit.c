@@ -27,7 +27,10 @@ int fit_data_init(struct fit_data *d, const struct residual_data *residual, cons
     *d = (struct fit_data){.residual = residual, .values = residual->tests * (int)(sizeof(residual_row) / sizeof(double))};
     d->whitener = malloc((size_t)residual->tests * sizeof *d->whitener);
     if (!d->whitener) return error_set(error, STATUS_IO, "out of memory");
-    for (int i = 0; i < residual->tests; i++) whitener_init(&d->whitener[i], &residual->test[i], model, model_error);
+    for (int i = 0; i < residual->tests; i++) {
+        whitener_init(&d->whitener[i], &residual->test[i], model, model_error);
+        d->evaluated += d->whitener[i].values;
+    }
     return STATUS_OK;
 }
 

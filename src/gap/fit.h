@@ -28,6 +28,7 @@ struct fit_data {
     const struct residual_data *residual;
     struct whitener *whitener;    /* per test */
     int values;                   /* white values in all */
+    int evaluated;                /* of them; the others are zero */
 };
 
 int fit_data_init(struct fit_data *d, const struct residual_data *residual, const struct params *model, double model_error, struct error *error);

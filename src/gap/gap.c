@@ -22,6 +22,8 @@ static const double RIVAL_LEFT = 1.0;      /* as is what the best one leaves abo
 static const double RIVAL_GAIN = 25.0;     /* and noise: z = 5 */
 static const double UNKNOWN_SQUARE = 1.5;  /* mean white square, held out: more is no noise */
 static const double UNKNOWN_SHARE = 0.3;   /* of the first excess that stays unexplained */
+static const double UNKNOWN_SIGMAS = 6.0;  /* and more than a few values scatter by */
+static const double OFFSET_SIGMAS = 6.0, OFFSET_SHARE = 0.05; /* friction unlike in the two directions */
 static const double CONTROLLER_DIFFERS = 0.02;
 static const double CLOCK_TOLERANCE = 1e-4; /* two crystals */
 
@@ -50,7 +52,7 @@ static void list_candidates(const struct diagnosis *d, const struct trial *trial
 
 /* Effects that come as close as the model can be wrong. */
 static void list_rivals(const struct diagnosis *d, const struct trial *trial, int trials, struct gap_result *r) {
-    double left = RIVAL_LEFT * excess(trial[0].square, d->fit.values);
+    double left = RIVAL_LEFT * excess(trial[0].square, d->fit.evaluated);
     r->ambiguous = 0; /* an earlier effect was judged with the later one still hidden */
     double margin = fmax(RIVAL_GAIN, fmin(fmax(RIVAL_SHARE * trial[0].gain, left), 0.1 * trial[0].gain));
     for (int i = 1; i < trials; i++) {
@@ -75,7 +77,7 @@ static void prefer_inside(struct trial *trial, int trials) {
 }
 
 static bool worth_adding(const struct diagnosis *d, const struct trial *t, double first_gain) {
-    double left = excess(d->held_square, d->held_out.values);
+    double left = excess(d->held_square, d->held_out.evaluated);
     return t->ok && !t->bound && t->gain > GAIN_MIN && t->held_gain > GAIN_MIN && t->held_gain > LATER_SHARE * first_gain &&
            t->held_gain > REMAINDER_SHARE * left;
 }
@@ -157,10 +159,21 @@ static void read_base(const struct diagnosis *d, const struct params *given, str
     }
 }
 
+/* On one axis, friction that is stronger in one direction is symmetric friction beside a constant force. */
+static void find_offset(const struct diagnosis *d, struct gap_result *r) {
+    int coulomb = effect_find("cylinder_coulomb_friction");
+    for (int i = 0; i < r->effects && d->given->mechanism == MECHANISM_AXIS; i++) {
+        const struct gap_effect *e = &r->effect[i];
+        double extend = e->values.value[0][0], retract = e->values.value[1][0], std = hypot(e->std[0][0], e->std[1][0]);
+        if (e->effect == coulomb && fabs(extend - retract) > fmax(OFFSET_SIGMAS * std, OFFSET_SHARE * (extend + retract))) r->offset_rival = true;
+    }
+}
+
 static void judge(const struct diagnosis *d, double first_excess, struct gap_result *r) {
-    int n = d->held_out.values;
-    double left = excess(d->held_square, n);
-    bool remainder = d->held_square > UNKNOWN_SQUARE * n && left > UNKNOWN_SHARE * first_excess;
+    int n = d->held_out.evaluated;
+    double left = excess(d->held_square, n), scatter = n + UNKNOWN_SIGMAS * sqrt(2.0 * n);
+    find_offset(d, r);
+    bool remainder = d->held_square > fmax(UNKNOWN_SQUARE * n, scatter) && left > UNKNOWN_SHARE * first_excess;
     const char *first = r->effects ? effect_table[r->effect[0].effect]->name : "";
     if (remainder) {
         r->verdict = GAP_UNKNOWN_EFFECT;
@@ -173,6 +186,11 @@ static void judge(const struct diagnosis *d, double first_excess, struct gap_res
         r->verdict = GAP_AMBIGUOUS;
         snprintf(r->reason, sizeof r->reason, "these data cannot tell %s from %s", effect_table[r->effect[r->effects - 1].effect]->name, rival);
         snprintf(r->next_experiment, sizeof r->next_experiment, "%s", experiment_between(effect_table[r->effect[r->effects - 1].effect]->name, rival));
+    } else if (r->offset_rival) {
+        r->verdict = GAP_AMBIGUOUS;
+        snprintf(r->reason, sizeof r->reason, "these data cannot tell %s stronger in one direction from symmetric friction and a constant force",
+                 first);
+        snprintf(r->next_experiment, sizeof r->next_experiment, "%s", experiment_between(first, "constant_force_offset"));
     } else if (r->effects) {
         r->verdict = GAP_EFFECT_NAMED;
         snprintf(r->reason, sizeof r->reason, "the model lacks %s%s%s", first, r->effects > 1 ? " and " : "",
@@ -226,10 +244,10 @@ static int closed_loop(const struct params *params, const struct recording *meas
         if (!status) {
             const struct recording *other = validate ? validate : measured;
             enum cycles which = validate ? CYCLES_ALL : CYCLES_ODD;
-            replay_compare(params, measured, &before, CYCLES_EVEN, &used.before, &used.floor);
-            replay_compare(params, measured, &after, CYCLES_EVEN, &used.after, &used.floor);
-            replay_compare(params, other, &before, which, &held.before, &held.floor);
-            replay_compare(params, other, &after, which, &held.after, &held.floor);
+            replay_compare(measured, &before, CYCLES_EVEN, &used.before, &used.floor);
+            replay_compare(measured, &after, CYCLES_EVEN, &used.after, &used.floor);
+            replay_compare(other, &before, which, &held.before, &held.floor);
+            replay_compare(other, &after, which, &held.after, &held.floor);
             keep_sizes(r, &used, &held);
             r->simulated = true;
             r->matrices = replay_identify(params, measured, r->measured_mt) && replay_identify(params, &before, r->before_mt) &&
@@ -247,9 +265,22 @@ static double now_s(void) {
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
+/* A closed loop needs what closed it. */
+static int check_replay(const struct params *params, const struct recording *measured, const struct gap_options *o, struct error *error) {
+    const struct recording_measured *m = &measured->measured;
+    if (o->replay == GAP_MOTION) return STATUS_OK;
+    if (params->mechanism == MECHANISM_AXIS)
+        return error_set(error, STATUS_USAGE, "mechanism: axis: what drove it is not known, so it cannot be run again in closed loop; use --replay motion");
+    if (m->reference && m->valve && m->pressures) return STATUS_OK;
+    return error_set(error, STATUS_USAGE, "the log has no %s, so the loop cannot be closed again; use --replay motion",
+                     !m->reference ? "reference" : !m->valve ? "valve commands" : "pressures");
+}
+
 int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,
               const struct gap_options *options, struct gap_result *r, struct error *error) {
     double start_s = now_s();
+    int possible = check_replay(params, measured, options, error);
+    if (possible) return possible;
     struct diagnosis *d = calloc(1, sizeof *d);
     if (!d) return error_set(error, STATUS_IO, "out of memory");
     *r = (struct gap_result){.replay = options->replay};
@@ -259,13 +290,13 @@ int gap_solve(const struct params *params, const struct recording *measured, con
     progress(options, "fitting the base", 0.0);
     int status = diagnosis_init(d, params, measured, error);
     if (!status) {
-        double first_excess = excess(d->held_square, d->held_out.values);
+        double first_excess = excess(d->held_square, d->held_out.evaluated);
         r->base_model = d->model;
-        r->white_before = d->held_square / d->held_out.values;
+        r->white_before = d->held_square / d->held_out.evaluated;
         r->places = places_find(d, measured, &d->model, r->where);
         find_skew(d, measured, r);
         status = search(d, options, r, error);
-        r->white_after = d->held_square / d->held_out.values;
+        r->white_after = d->held_square / d->held_out.evaluated;
         read_base(d, params, r);
         judge(d, first_excess, r);
         extend(params, d, r);

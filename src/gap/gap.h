@@ -63,6 +63,7 @@ struct gap_result {
     struct gap_effect effect[GAP_EFFECTS];
     int ambiguous;                        /* the named effect's rivals, by place in effect_table */
     int ambiguous_with[GAP_RIVALS];
+    bool offset_rival;                    /* so is a constant force, which is no effect of the catalogue (one axis) */
     int candidates;                       /* all effects tried, best first */
     struct gap_candidate candidate[EFFECTS_MAX];
     int places;

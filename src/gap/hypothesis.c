@@ -12,6 +12,13 @@ static bool differ(const struct machine *a, const struct machine *b, size_t from
 
 #define FROM(member) offsetof(struct machine, member)
 
+/* One axis has a mass, a weight and a friction; joints, pose and inertias are a platform's. */
+static bool moves_force(const struct params *model, const struct effect *e, const struct machine *a, const struct machine *b) {
+    if (model->mechanism == MECHANISM_AXIS)
+        return e->leg_friction || differ(a, b, FROM(payload_kg), FROM(payload_inertia_kg_m2)) || differ(a, b, FROM(gravity_mps2), FROM(down));
+    return e->leg_friction || e->joint_friction || e->wrench || differ(a, b, FROM(payload_kg), FROM(supply_pa));
+}
+
 /* What has to be computed again under an effect: by what it changes in the machine, and by its laws. */
 static enum residual_part effect_parts(const struct params *model, int effect) {
     const struct effect *e = effect_table[effect];
@@ -21,7 +28,7 @@ static enum residual_part effect_parts(const struct params *model, int effect) {
     effect_at(e, 1.0, &with.effects[effect]);
     machine_init(&base, model);
     machine_init(&machine, &with);
-    if (e->leg_friction || e->joint_friction || e->wrench || differ(&base, &machine, FROM(payload_kg), FROM(supply_pa))) parts |= PART_FORCE;
+    if (moves_force(model, e, &base, &machine)) parts |= PART_FORCE;
     if (e->opening || e->command || differ(&base, &machine, FROM(supply_pa), FROM(length))) parts |= PART_PRESSURE;
     if (differ(&base, &machine, FROM(command_delay_s), FROM(clock_ratio))) parts |= PART_PRESSURE;
     if (differ(&base, &machine, FROM(line_length_m), FROM(line_diameter_m)) || differ(&base, &machine, FROM(length), FROM(command_delay_s)))
@@ -61,13 +68,14 @@ enum residual_part hypothesis_parts(const struct hypothesis *h) {
     return parts;
 }
 
-int hypotheses_list(const struct params *model, const bool known[EFFECTS_MAX], struct hypothesis h[HYPOTHESES_MAX]) {
+int hypotheses_list(const struct params *model, const bool known[EFFECTS_MAX], enum residual_part evaluated, struct hypothesis h[HYPOTHESES_MAX]) {
     int n = 0;
     for (int effect = 0; effect_table[effect]; effect++) {
         if (known[effect]) continue;
-        enum residual_part parts = effect_parts(model, effect);
+        enum residual_part parts = effect_parts(model, effect) & evaluated;
         if (!parts) continue; /* of time alone: clock.h */
         build(&h[n++], effect, SHAPE_ALL, parts);
+        if (params_legs(model) == 1) continue;
         bool per_leg = false;
         for (int key = 0; key < EFFECT_KEYS && effect_table[effect]->keys[key].name; key++) per_leg = per_leg || effect_table[effect]->keys[key].per_leg;
         for (int leg = 0; leg < LEGS && per_leg; leg++) build(&h[n++], effect, leg, parts);
@@ -100,6 +108,8 @@ bool hypothesis_parallel(const struct hypothesis *h, const struct variable *base
     } pairs[] = {
         {"cylinder_viscous_friction", "hydraulics.viscous_n_s_per_m"},
         {"payload_mass", "payload.mass_kg"},
+        {"payload_mass", "axis.mass_kg"},
+        {"cylinder_coulomb_friction", "axis.force_offset_n"}, /* one direction stronger */
         {"payload_rotational_inertia", "payload.inertia_xx_kg_m2"},
         {"payload_rotational_inertia", "payload.inertia_yy_kg_m2"},
         {"payload_rotational_inertia", "payload.inertia_zz_kg_m2"},

@@ -102,10 +102,22 @@ static void push_joints(const struct inverse_dynamics *d, const struct rigid_leg
     }
 }
 
+/* One axis: mass, weight and friction. */
+static void axis_step(const struct inverse_dynamics *d, double leg[LEGS][3], const double p1_pa[LEGS], const double p2_pa[LEGS],
+                      double force_n[LEGS]) {
+    const struct machine *m = &d->cylinder.machine;
+    memset(force_n, 0, LEGS * sizeof *force_n);
+    force_n[0] = m->payload_kg * (leg[0][2] + m->gravity_mps2) + leg_friction(d, 0, leg[0], p1_pa[0], p2_pa[0]);
+}
+
 bool inverse_dynamics_step(struct inverse_dynamics *d, double leg[LEGS][3], const double p1_pa[LEGS], const double p2_pa[LEGS],
                            double force_n[LEGS]) {
     struct rigid_legs legs;
     double j[LEGS][DOFS], acceleration[DOFS], mass[DOFS][DOFS], load[DOFS];
+    if (d->params->mechanism == MECHANISM_AXIS) {
+        axis_step(d, leg, p1_pa, p2_pa, force_n);
+        return true;
+    }
     if (!find_pose(d, leg, &legs, j)) return false;
     for (int k = 0; k < LEGS; k++) d->state.twist[k] = leg[k][1];
     if (!solve6(j, false, d->state.twist)) return false;

@@ -12,9 +12,10 @@ struct recording_sample {
     double test_time_s;  /* the controller's clock, from the start of the test */
     double clock_s;      /* the recorder's */
     double length_m[LEGS], p1_pa[LEGS], p2_pa[LEGS];
+    double force_n[LEGS];/* A1 P1 - A2 P2; without pressures what a force sensor or a drive says */
     double valve[LEGS];  /* computed from this sample, held to the next */
     double ref[DOFS];
-    bool good;           /* no flag, all finite */
+    bool good;           /* no flag, and all that is measured is finite */
 };
 
 struct recording_test {
@@ -26,8 +27,14 @@ struct recording_test {
     int first, end;      /* the evaluated part: first <= i < end */
 };
 
+/* What the log has at all. Lengths are always there; what is not is zero in every sample, as are the legs that the mechanism has not. */
+struct recording_measured {
+    bool force, pressures, valve, reference;
+};
+
 struct recording {
     const struct params *params; /* the model's */
+    struct recording_measured measured;
     int tests;
     struct recording_test test[RECORDING_TESTS];
 };
@@ -38,9 +45,13 @@ void recording_free(struct recording *r);
 /* Takes the cycles of ramp-in and evaluation of every test, in order. -3 without memory. */
 int recording_add(struct recording *r, const struct cycle *cycle, struct error *error);
 
-/* 0; or -2 with what is wrong: no test, too short, all zero, a sensor that stands still or is clipped, another frequency than the
- * model's, lengths that no pose of this machine has, a leg's sign or two legs exchanged. */
-int recording_check(const struct recording *r, struct error *error);
+/* Settles what is measured, then 0; or -2 with what is wrong: no test, too short, all zero, a sensor that stands still or is clipped,
+ * another frequency than the model's, lengths that no pose of this machine has, a leg's sign or two legs exchanged, forces against all
+ * reason. */
+int recording_check(struct recording *r, struct error *error);
+
+/* Sampling of a test's evaluated part, lost samples apart. */
+double recording_step_s(const struct recording_test *t);
 
 /* Recorder's clock over the controller's, over all evaluated parts, and the standard deviation of that. NaN without two clocks. */
 double recording_clock(const struct recording *r, double *std);

@@ -120,40 +120,27 @@ static struct gap_size size_of(const struct sums *sums, const double *square_sum
     return size;
 }
 
-static void force_row(const struct cylinder_areas *a, const double *p1, const double *p2, double *force) {
-    for (int i = 0; i < SPECTRUM_SIZE; i++) force[i] = a->a1_m2 * p1[i] - a->a2_m2 * p2[i];
-}
-
-static double force_noise(const struct cylinder_areas *a, const struct spectrum *s, int leg) {
-    return hypot(a->a1_m2 * s->noise[CHANNEL_P1][leg], a->a2_m2 * s->noise[CHANNEL_P2][leg]);
-}
-
-static void compare_test(const struct cylinder_areas *areas, const struct spectrum *m, const struct spectrum *s, struct sums *sums) {
-    static const int channel[CHANNELS] = {[CHANNEL_LENGTH] = GAP_LENGTH, [CHANNEL_P1] = GAP_P1, [CHANNEL_P2] = GAP_P2, [CHANNEL_VALVE] = GAP_VALVE};
+static void compare_test(const struct spectrum *m, const struct spectrum *s, struct sums *sums) {
+    static const int channel[CHANNELS] = {[CHANNEL_LENGTH] = GAP_LENGTH, [CHANNEL_P1] = GAP_P1, [CHANNEL_P2] = GAP_P2,
+                                          [CHANNEL_VALVE] = GAP_VALVE, [CHANNEL_FORCE] = GAP_FORCE};
     int size = 1 + 2 * (m->harmonics < s->harmonics ? m->harmonics : s->harmonics);
-    double difference[SPECTRUM_SIZE], fm[SPECTRUM_SIZE], fs[SPECTRUM_SIZE];
-    for (int k = 0; k < LEGS; k++) {
+    double difference[SPECTRUM_SIZE];
+    for (int k = 0; k < LEGS; k++)
         for (int ch = 0; ch < CHANNELS; ch++) {
             for (int a = 0; a < size; a++) difference[a] = m->mean[ch][k][a] - s->mean[ch][k][a];
             add(sums, channel[ch], size, m->mean[ch][k], difference, m->noise[ch][k]);
         }
-        force_row(areas, m->mean[CHANNEL_P1][k], m->mean[CHANNEL_P2][k], fm);
-        force_row(areas, s->mean[CHANNEL_P1][k], s->mean[CHANNEL_P2][k], fs);
-        for (int a = 0; a < size; a++) difference[a] = fm[a] - fs[a];
-        add(sums, GAP_FORCE, size, fm, difference, force_noise(areas, m, k));
-    }
 }
 
-void replay_compare(const struct params *params, const struct recording *measured, const struct recording *simulated, enum cycles which,
-                    struct gap_size *difference, struct gap_size *noise) {
-    struct cylinder_areas areas = cylinder_areas(&params->actuator);
+void replay_compare(const struct recording *measured, const struct recording *simulated, enum cycles which, struct gap_size *difference,
+                    struct gap_size *noise) {
     struct sums sums = {0};
     for (int i = 0; i < measured->tests; i++)
         for (int j = 0; j < simulated->tests; j++) {
             struct spectrum m, s;
             if (measured->test[i].dof != simulated->test[j].dof) continue;
             if (spectrum_measure(&m, &measured->test[i], which) && spectrum_measure(&s, &simulated->test[j], CYCLES_ALL))
-                compare_test(&areas, &m, &s, &sums);
+                compare_test(&m, &s, &sums);
         }
     *difference = size_of(&sums, sums.difference);
     *noise = size_of(&sums, sums.noise);
@@ -161,7 +148,6 @@ void replay_compare(const struct params *params, const struct recording *measure
 
 void replay_motion(const struct params *model, const struct recording *measured, enum cycles which, struct gap_size *difference,
                    struct gap_size *noise) {
-    struct cylinder_areas areas = cylinder_areas(&model->actuator);
     struct residual_data data;
     struct error error;
     struct sums sums = {0};
@@ -169,12 +155,11 @@ void replay_motion(const struct params *model, const struct recording *measured,
     for (int i = 0; i < data.tests && !status; i++) {
         const struct spectrum *s = &data.test[i].spectrum;
         int size = 1 + 2 * data.test[i].harmonics;
-        double force[SPECTRUM_SIZE];
         residual_row row;
         if (!residual_evaluate(&data.test[i], model, PART_ALL, row)) continue;
-        for (int k = 0; k < LEGS; k++) {
-            force_row(&areas, s->mean[CHANNEL_P1][k], s->mean[CHANNEL_P2][k], force);
-            add(&sums, GAP_FORCE, size, force, row[k][RESIDUAL_FORCE], force_noise(&areas, s, k));
+        for (int k = 0; k < data.test[i].legs; k++) {
+            add(&sums, GAP_FORCE, size, s->mean[CHANNEL_FORCE][k], row[k][RESIDUAL_FORCE], s->noise[CHANNEL_FORCE][k]);
+            if (!data.test[i].chambers) continue;
             add(&sums, GAP_P1, size, s->mean[CHANNEL_P1][k], row[k][RESIDUAL_P1], s->noise[CHANNEL_P1][k]);
             add(&sums, GAP_P2, size, s->mean[CHANNEL_P2][k], row[k][RESIDUAL_P2], s->noise[CHANNEL_P2][k]);
         }

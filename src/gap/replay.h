@@ -13,8 +13,8 @@ int replay_closed_loop(const struct params *model, const struct recording *like,
 bool replay_identify(const struct params *params, const struct recording *recording, double mt[DOFS][DOFS]);
 
 /* Differences of two recordings of the same tests, over the cycles given of the measured one, and the measured one's noise. */
-void replay_compare(const struct params *params, const struct recording *measured, const struct recording *simulated, enum cycles which,
-                    struct gap_size *difference, struct gap_size *noise);
+void replay_compare(const struct recording *measured, const struct recording *simulated, enum cycles which, struct gap_size *difference,
+                    struct gap_size *noise);
 
 /* The same without a simulation in closed loop: force and pressures under the measured motion; length and valve are not evaluated (NaN). */
 void replay_motion(const struct params *model, const struct recording *measured, enum cycles which, struct gap_size *difference,

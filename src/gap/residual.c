@@ -48,13 +48,16 @@ static void tabulate(struct residual_test *t) {
         }
 }
 
-static int prepare(struct residual_test *t, const struct recording_test *test, enum cycles which, struct error *error) {
+static int prepare(struct residual_test *t, const struct recording *recording, const struct recording_test *test, enum cycles which, struct error *error) {
     if (!spectrum_measure(&t->spectrum, test, which))
         return error_set(error, STATUS_USAGE, "test %d: fewer than two whole cycles of %g Hz without a bad sample", test->test + 1,
                          test->frequency_hz);
+    t->legs = params_legs(recording->params);
+    t->pressures = recording->measured.pressures;
+    t->chambers = recording->measured.pressures && recording->measured.valve;
     t->harmonics = t->spectrum.harmonics < RESIDUAL_HARMONICS ? t->spectrum.harmonics : RESIDUAL_HARMONICS;
     t->first_s = test->sample[test->first].test_time_s;
-    t->step_s = (test->sample[test->end - 1].test_time_s - t->first_s) / (test->end - 1 - test->first);
+    t->step_s = recording_step_s(test);
     double cycle = 1.0 / test->frequency_hz / t->step_s;
     t->fitted = (int)ceil(cycle - 1e-6);
     t->samples = (int)ceil(SETTLE_CYCLES * cycle) + t->fitted;
@@ -73,8 +76,9 @@ int residual_prepare(struct residual_data *d, const struct recording *recording,
     if (!d->test) return error_set(error, STATUS_IO, "out of memory");
     for (int i = 0; i < recording->tests; i++) {
         d->tests++;
-        int status = prepare(&d->test[i], &recording->test[i], which, error);
+        int status = prepare(&d->test[i], recording, &recording->test[i], which, error);
         if (status) return status;
+        d->parts = d->test[i].chambers ? PART_ALL : PART_FORCE;
     }
     return STATUS_OK;
 }
@@ -93,6 +97,14 @@ void residual_free(struct residual_data *d) {
 struct rows {
     double length[LEGS][RESIDUAL_SIZE], p1[LEGS][RESIDUAL_SIZE], p2[LEGS][RESIDUAL_SIZE];
 };
+
+/* What moves the legs: chambers' pressures, or what the force sensor says. */
+static void push(const struct cylinder_model *m, const struct residual_test *t, const struct rows *rows, int leg, double force_n[RESIDUAL_SIZE]) {
+    for (int a = 0; a < RESIDUAL_SIZE; a++)
+        force_n[a] = t->pressures ? m->a1_m2 * rows->p1[leg][a] - m->a2_m2 * rows->p2[leg][a] : t->spectrum.mean[CHANNEL_FORCE][leg][a];
+    if (m->machine.params->mechanism == MECHANISM_AXIS) force_n[0] -= m->machine.params->axis.force_offset_n;
+}
+
 
 /* The value of which the sensor makes the reading. */
 static void undo(const struct sensor_path *path, const struct residual_test *t, const double *reading, double *value) {
@@ -313,6 +325,13 @@ static bool has_lines(const struct cylinder_model *m) {
     return lines;
 }
 
+/* Rows that are never evaluated. */
+static void clear_others(const struct residual_test *t, residual_row row) {
+    for (int k = 0; k < LEGS; k++)
+        for (int q = 0; q < RESIDUALS; q++)
+            if (k >= t->legs || (q != RESIDUAL_FORCE && !t->chambers)) memset(row[k][q], 0, sizeof row[k][q]);
+}
+
 bool residual_evaluate(const struct residual_test *t, const struct params *model, enum residual_part parts, residual_row row) {
     struct cylinder_model cylinder;
     struct rows rows;
@@ -321,9 +340,11 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
     cylinder_model_init(&cylinder, model);
     undo_all(&cylinder.machine, t, &rows);
     if (has_lines(&cylinder)) parts = PART_ALL; /* the gauge is not at the chamber */
+    if (!t->chambers) parts &= PART_FORCE;
+    clear_others(t, row);
     if (parts & PART_PRESSURE) {
         if (!simulate_pressures(t, model, &rows, &p)) return false;
-        for (int k = 0; k < LEGS; k++)
+        for (int k = 0; k < t->legs; k++)
             for (int a = 0; a < RESIDUAL_SIZE; a++) {
                 row[k][RESIDUAL_P1][a] = rows.p1[k][a] - p.port[PORT_A][k][a];
                 row[k][RESIDUAL_P2][a] = rows.p2[k][a] - p.port[PORT_B][k][a];
@@ -333,8 +354,9 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
     if (!(parts & PART_FORCE)) return true;
     take_play(t, &cylinder, &rows);
     if (!required(t, model, &rows, force)) return false;
-    for (int k = 0; k < LEGS; k++)
-        for (int a = 0; a < RESIDUAL_SIZE; a++)
-            row[k][RESIDUAL_FORCE][a] = cylinder.a1_m2 * rows.p1[k][a] - cylinder.a2_m2 * rows.p2[k][a] - force[k][a];
+    for (int k = 0; k < t->legs; k++) {
+        push(&cylinder, t, &rows, k, row[k][RESIDUAL_FORCE]);
+        for (int a = 0; a < RESIDUAL_SIZE; a++) row[k][RESIDUAL_FORCE][a] -= force[k][a];
+    }
     return true;
 }

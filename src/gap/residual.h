@@ -5,7 +5,8 @@
  *
  * The motion is the mean cycle's harmonics, so velocity and acceleration cost no differences; what the model's sensors do to it and to the
  * pressures (scale, offset, lag, delay) is undone there, before any law is asked. Commands are held between the sampling instants exactly as
- * they were. Physics: sim's rigid bodies, hydraulics and effects, written once. Both residuals are returned as coefficient rows
+ * they were. Without pressures the force is what its sensor or drive says; without them, or without commands, the chambers are not
+ * evaluated. One axis is a machine of one leg, whose inverse dynamics is m (a + g) and friction. Physics: sim's rigid bodies, hydraulics and effects, written once. Both residuals are returned as coefficient rows
  * (spectrum.h); at rest in the noise they are zero for the right model. Pure but for the heap. */
 #ifndef HEXID_RESIDUAL_H
 #define HEXID_RESIDUAL_H
@@ -22,6 +23,8 @@ typedef double residual_row[LEGS][RESIDUALS][RESIDUAL_SIZE]; /* of one test */
 
 struct residual_test {
     struct spectrum spectrum;
+    int legs;                    /* that the mechanism has; rows of the others are zero */
+    bool pressures, chambers;    /* measured: pressures, else a force; pressures and the commands that made them */
     int harmonics;               /* at most RESIDUAL_HARMONICS */
     double first_s, step_s;      /* test time of the first simulated sample; sampling */
     int samples, fitted;         /* simulated; the last so many are compared */
@@ -33,6 +36,7 @@ struct residual_test {
 
 struct residual_data {
     int tests;
+    enum residual_part parts;    /* that can be evaluated; the rows of others are zero */
     struct residual_test *test;
 };
 

@@ -8,6 +8,7 @@
 #include "units.h"
 
 enum { SAMPLES_PER_HARMONIC = 3 };
+static const double MOST = 0.9; /* of a cycle's samples must be there */
 
 void spectrum_basis(double phase, int harmonics, double *basis) {
     double s1 = sin(phase), c1 = cos(phase), s = 0.0, c = 1.0;
@@ -42,7 +43,7 @@ double spectrum_quantisation(double amplitude, double step, double noise, double
 }
 
 static const double *channel_of(const struct recording_sample *s, int channel) {
-    const double *const all[CHANNELS] = {s->length_m, s->p1_pa, s->p2_pa, s->valve};
+    const double *const all[CHANNELS] = {s->length_m, s->p1_pa, s->p2_pa, s->valve, s->force_n};
     return all[channel];
 }
 
@@ -138,7 +139,7 @@ static void summarise(struct spectrum *s, const struct recording_test *t, const 
 bool spectrum_measure(struct spectrum *s, const struct recording_test *t, enum cycles which) {
     memset(s, 0, sizeof *s);
     if (t->first < 0 || t->end - t->first < 8) return false;
-    double start_s = t->sample[t->first].test_time_s, step_s = (t->sample[t->end - 1].test_time_s - start_s) / (t->end - 1 - t->first);
+    double start_s = t->sample[t->first].test_time_s, step_s = recording_step_s(t);
     double period_s = 1.0 / t->frequency_hz;
     s->omega = 2.0 * PI * t->frequency_hz;
     s->harmonics = (int)fmin(SPECTRUM_HARMONICS, period_s / step_s / SAMPLES_PER_HARMONIC);
@@ -152,6 +153,7 @@ bool spectrum_measure(struct spectrum *s, const struct recording_test *t, enum c
         while (i < t->end && t->sample[i].test_time_s < until_s) i++;
         c.end = i;
         bool whole = i < t->end || until_s - t->sample[i - 1].test_time_s <= 1.5 * step_s;
+        whole = whole && c.end - c.first > MOST * period_s / step_s;
         if (!whole || !(which & (cycle % 2 ? CYCLES_ODD : CYCLES_EVEN)) || !fit_cycle(s, t, c.first, c.end, row[s->cycles])) continue;
         place[s->cycles] = cycle;
         span[s->cycles++] = c;

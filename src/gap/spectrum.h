@@ -7,7 +7,7 @@
 
 #include "recording.h"
 
-enum channel { CHANNEL_LENGTH, CHANNEL_P1, CHANNEL_P2, CHANNEL_VALVE, CHANNELS };
+enum channel { CHANNEL_LENGTH, CHANNEL_P1, CHANNEL_P2, CHANNEL_VALVE, CHANNEL_FORCE, CHANNELS };
 enum { SPECTRUM_HARMONICS = 16, SPECTRUM_SIZE = 1 + 2 * SPECTRUM_HARMONICS, CYCLES_MAX = 400 };
 
 /* Cycles of a test by place: the odd ones are kept from every fit. */

@@ -15,6 +15,11 @@ static void leg_mass(const struct params *model, double lambda[LEGS][LEGS]) {
     double mass[DOFS][DOFS], load[DOFS], row[LEGS][DOFS];
     struct factor6 factor, mobility = {0};
     rigid_model_init(&rigid, model);
+    if (model->mechanism == MECHANISM_AXIS) {
+        memset(lambda, 0, LEGS * sizeof lambda[0]);
+        lambda[0][0] = rigid.mass;
+        return;
+    }
     rigid_rest(&s, (const double[DOFS]){0});
     rigid_legs(&rigid, &s, &legs);
     rigid_dynamics(&rigid, &s, &legs, mass, load);
@@ -80,13 +85,15 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
     double step_m = model->sensors.enabled ? model->sensors.position_resolution_m : 0.0;
     int size = 1 + 2 * t->harmonics;
     cylinder_model_init(&cylinder, model);
+    memset(w, 0, sizeof *w);
+    w->values = t->legs * (t->chambers ? RESIDUALS : 1) * size;
     leg_mass(model, lambda);
     for (int k = 0; k < LEGS; k++) length_var[k] =
         square(spectrum_quantisation(amplitude(s->mean[CHANNEL_LENGTH][k]), step_m, s->noise[CHANNEL_LENGTH][k], t->fitted));
-    for (int k = 0; k < LEGS; k++)
-        for (int a = 0; a < RESIDUAL_SIZE; a++) {
+    for (int k = 0; k < t->legs; k++)
+        for (int a = 0; a < size; a++) {
             double rate = (a + 1) / 2 * s->omega, var[3], others = 0.0, (*c)[RESIDUALS] = w->inverse[k][a];
-            for (int j = 0; j < LEGS; j++)
+            for (int j = 0; j < t->legs; j++)
                 if (j != k) others += square(lambda[k][j] * rate * rate) * (length_var[j] + square(s->std[CHANNEL_LENGTH][j][a]));
             var[0] = square(s->std[CHANNEL_P1][k][a]);
             var[1] = square(s->std[CHANNEL_P2][k][a]);
@@ -97,13 +104,18 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
                 {0.0, 1.0, -stiffness(&model->hydraulics, cylinder.a2_m2, model->actuator.stroke_m, rate)}};
             double p1 = variation(s->mean[CHANNEL_P1][k], size), p2 = variation(s->mean[CHANNEL_P2][k], size);
             double whole[RESIDUALS] = {hypot(cylinder.a1_m2 * p1, cylinder.a2_m2 * p2), p1, p2};
+            if (!t->pressures) {
+                whole[RESIDUAL_FORCE] = variation(s->mean[CHANNEL_FORCE][k], size);
+                others += square(s->std[CHANNEL_FORCE][k][a]);
+            }
             for (int i = 0; i < RESIDUALS; i++) {
                 for (int j = 0; j <= i; j++) {
                     c[i][j] = i == j ? square(model_error * whole[i]) + (i == 0 ? others : 0.0) + 1e-12 * square(whole[i]) : 0.0;
                     for (int n = 0; n < 3; n++) c[i][j] += from[i][n] * from[j][n] * var[n];
                 }
             }
-            invert3(c);
+            if (t->chambers) invert3(c);
+            else memset(c[1], 0, (RESIDUALS - 1) * sizeof c[1]), c[0][0] = 1.0 / sqrt(c[0][0]);
         }
 }
 

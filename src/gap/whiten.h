@@ -8,7 +8,8 @@
 
 /* Inverse of the covariance's Cholesky factor, lower triangle, for each leg and coefficient. */
 struct whitener {
-    double inverse[LEGS][RESIDUAL_SIZE][RESIDUALS][RESIDUALS];
+    double inverse[LEGS][RESIDUAL_SIZE][RESIDUALS][RESIDUALS]; /* zero for what is not evaluated */
+    int values;                                                /* evaluated */
 };
 
 /* model_error: share of each channel's variation that is not held against any model. */

@@ -22,6 +22,8 @@ double ident_error_pct(const struct identification *id, const struct method_resu
 
 int ident_init(struct ident *id, const struct params *params, struct error *error) {
     static const double neutral[DOFS] = {0};
+    if (params->mechanism == MECHANISM_AXIS)
+        return error_set(error, STATUS_USAGE, "mechanism: axis: one axis has no inertia matrix to identify; `hexid gap` reads it");
     *id = (struct ident){.params = params, .areas = cylinder_areas(&params->actuator), .running = -1, .dof = DOF_NONE};
     int status = kinematics_init(&id->kinematics, params, error);
     if (status == STATUS_OK) nominal_matrix(params, &id->kinematics, neutral, id->result.nominal_mt);

@@ -257,8 +257,8 @@ static void print_sections(FILE *out, const char *path, const char *before) {
 
 static void print_entry(FILE *out, const struct config_key *key, const struct params *params) {
     char value[CONFIG_TEXT_SIZE], range[CONFIG_TEXT_SIZE];
-    const char *name = strrchr(key->path, '.') + 1;
-    int indent = strchr(key->path, '.') == strrchr(key->path, '.') ? 2 : 4;
+    const char *dot = strrchr(key->path, '.'), *name = dot ? dot + 1 : key->path;
+    int indent = !dot ? 0 : strchr(key->path, '.') == dot ? 2 : 4;
     config_value_format(key, params, value);
     config_range_format(key, range);
     fprintf(out, "%*s%s: %-*s # [%s] ", indent, "", name, 40 - indent - (int)strlen(name), value, range);

@@ -44,8 +44,6 @@ static void check_legs(struct checker *c, const struct params *p) {
     double neutral = leg_length(&p->geometry, p->geometry.height_m), shortest = neutral - a->stroke_m / 2;
     double drop = p->motion.park_z_m, parked = leg_length(&p->geometry, p->geometry.height_m - drop);
 
-    require(c, a->rod_diameter_m < a->piston_diameter_m, "actuator.rod_diameter_m %g must be below actuator.piston_diameter_m %g",
-            a->rod_diameter_m, a->piston_diameter_m);
     require(c, shortest >= a->stroke_m,
             "actuator.stroke_m %g does not fit: the geometry makes legs of %.4g m at mid-stroke, and a cylinder is at least its stroke "
             "long when it is in; give a stroke up to %.4g m, or a larger geometry.height_m", a->stroke_m, neutral, neutral / 1.5);
@@ -61,17 +59,24 @@ static void check_legs(struct checker *c, const struct params *p) {
             drop, parked, shortest, l->length_min_m);
 }
 
+static void check_hydraulics(struct checker *c, const struct params *p) {
+    const struct hydraulics_params *h = &p->hydraulics;
+    const struct actuator_params *a = &p->actuator;
+    require(c, a->rod_diameter_m < a->piston_diameter_m, "actuator.rod_diameter_m %g must be below actuator.piston_diameter_m %g",
+            a->rod_diameter_m, a->piston_diameter_m);
+    require(c, h->tank_pa < h->supply_pa, "hydraulics.tank_pa %g must be below hydraulics.supply_pa %g", h->tank_pa, h->supply_pa);
+    require(c, h->supply_pa <= p->sensors.pressure_full_scale_pa, "sensors.pressure_full_scale_pa %g must reach hydraulics.supply_pa %g",
+            p->sensors.pressure_full_scale_pa, h->supply_pa);
+}
+
 static void check_limits(struct checker *c, const struct params *p) {
     const struct limit_params *l = &p->limits;
     const struct hydraulics_params *h = &p->hydraulics;
     double move_s = fmin(p->motion.engage_s, p->motion.park_s), rate = 2 * p->motion.park_z_m / move_s; /* twice the mean bounds the peak */
 
-    require(c, h->tank_pa < h->supply_pa, "hydraulics.tank_pa %g must be below hydraulics.supply_pa %g", h->tank_pa, h->supply_pa);
     require(c, l->pressure_min_pa < h->tank_pa && h->supply_pa < l->pressure_max_pa,
             "limits.pressure_min_pa %g and pressure_max_pa %g must enclose hydraulics.tank_pa %g and supply_pa %g", l->pressure_min_pa,
             l->pressure_max_pa, h->tank_pa, h->supply_pa);
-    require(c, h->supply_pa <= p->sensors.pressure_full_scale_pa, "sensors.pressure_full_scale_pa %g must reach hydraulics.supply_pa %g",
-            p->sensors.pressure_full_scale_pa, h->supply_pa);
     require(c, rate <= l->leg_rate_mps,
             "motion.engage_s %g and park_s %g: %g m in %g s may take %.3g m/s, above limits.leg_rate_mps %g; give them more time",
             p->motion.engage_s, p->motion.park_s, p->motion.park_z_m, move_s, rate, l->leg_rate_mps);
@@ -79,13 +84,25 @@ static void check_limits(struct checker *c, const struct params *p) {
             p->loop.period_s);
 }
 
-static void check_tests(struct checker *c, const struct params *p) {
+static void check_reach(struct checker *c, const struct params *p) {
     const struct test_params *t = &p->tests;
     const struct limit_params *l = &p->limits;
-    double rate_hz = 1 / p->loop.period_s, samples = t->duration_s * rate_hz, neutral = leg_length(&p->geometry, p->geometry.height_m);
+    double neutral = leg_length(&p->geometry, p->geometry.height_m);
     double swing = t->amplitude_rad * hypot(p->geometry.upper_radius_m, p->payload.center_height_m); /* of an upper joint */
     double reach = fmax(t->amplitude_m, swing), speed = 2 * PI * t->frequency_hz * reach;
     double room = fmin(p->actuator.stroke_m / 2, fmin(l->length_max_m - neutral, neutral - l->length_min_m));
+
+    require(c, reach < room,
+            "tests.amplitude_m %g or amplitude_rad %g (%.3g m at a joint) leaves the legs' room round neutral, %.3g m by "
+            "actuator.stroke_m, limits.length_min_m and length_max_m", t->amplitude_m, t->amplitude_rad, swing, room);
+    require(c, speed < l->leg_rate_mps,
+            "tests.amplitude_m %g or amplitude_rad %g at tests.frequency_hz %g takes %.3g m/s, above limits.leg_rate_mps %g; lower one",
+            t->amplitude_m, t->amplitude_rad, t->frequency_hz, speed, l->leg_rate_mps);
+}
+
+static void check_tests(struct checker *c, const struct params *p) {
+    const struct test_params *t = &p->tests;
+    double rate_hz = 1 / p->loop.period_s, samples = t->duration_s * rate_hz;
     int regressors = 2 + 2 * t->harmonics;
 
     require(c, t->frequency_hz <= rate_hz / 4, "tests.frequency_hz %g must be at most a quarter of the loop's %g Hz (loop.period_s)",
@@ -97,12 +114,6 @@ static void check_tests(struct checker *c, const struct params *p) {
             t->duration_s, t->frequency_hz, 2 / t->frequency_hz);
     require(c, samples >= 2 * regressors, "tests.duration_s %g holds %.0f samples; tests.harmonics %d needs %d: at least %g s",
             t->duration_s, samples, t->harmonics, 2 * regressors, 2 * regressors / rate_hz);
-    require(c, reach < room,
-            "tests.amplitude_m %g or amplitude_rad %g (%.3g m at a joint) leaves the legs' room round neutral, %.3g m by "
-            "actuator.stroke_m, limits.length_min_m and length_max_m", t->amplitude_m, t->amplitude_rad, swing, room);
-    require(c, speed < l->leg_rate_mps,
-            "tests.amplitude_m %g or amplitude_rad %g at tests.frequency_hz %g takes %.3g m/s, above limits.leg_rate_mps %g; lower one",
-            t->amplitude_m, t->amplitude_rad, t->frequency_hz, speed, l->leg_rate_mps);
 }
 
 static void check_sim(struct checker *c, const struct params *p) {
@@ -116,6 +127,7 @@ static void check_sim(struct checker *c, const struct params *p) {
 int config_check_motion(const struct params *p, struct error *error) {
     struct checker c = {.name = "not run", .error = error};
     double blind_s = p->limits.bad_cycles * p->loop.period_s;
+    require(&c, p->mechanism == MECHANISM_STEWART, "mechanism: axis: hexid moves six legs; what one axis did is read by hexid import and gap");
     require(&c, p->tests.ramp_s >= ramp_min_s && p->tests.ramp_out_s >= ramp_min_s,
             "tests.ramp_s %g and ramp_out_s %g must be at least %g s: less is a blow to the machine", p->tests.ramp_s, p->tests.ramp_out_s,
             ramp_min_s);
@@ -134,11 +146,14 @@ static void check_channel(struct checker *c, const char *section, const struct c
 
 int config_check(const struct params *params, const char *name, struct error *error) {
     struct checker c = {.name = name, .error = error};
+    bool legs = params->mechanism == MECHANISM_STEWART; /* else nothing of a platform, and nothing is driven */
     check_payload(&c, &params->payload);
-    check_legs(&c, params);
-    check_limits(&c, params);
+    check_hydraulics(&c, params);
+    if (legs) check_legs(&c, params);
+    if (legs) check_limits(&c, params);
     check_tests(&c, params);
-    check_sim(&c, params);
+    if (legs) check_reach(&c, params);
+    if (legs) check_sim(&c, params);
     check_channel(&c, "length_channel", &params->length_channel);
     check_channel(&c, "p1_channel", &params->p1_channel);
     check_channel(&c, "p2_channel", &params->p2_channel);

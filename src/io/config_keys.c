@@ -26,10 +26,14 @@
     LEG_KEY(section, low, low_, -SI_LIMIT, SI_LIMIT, unit, "lowest plausible value"),                                           \
     LEG_KEY(section, high, high_, -SI_LIMIT, SI_LIMIT, unit, "highest plausible value")
 
+static const char *const mechanism_names[] = {[MECHANISM_STEWART] = "stewart", [MECHANISM_AXIS] = "axis", NULL};
 static const char *const engine_names[] = {[ENGINE_ODE] = "ode", [ENGINE_CLOSED_FORM] = "closed_form", NULL};
 
 /* Ranges are what such a machine can have at all, not what is wise: wide enough for a desk-top hexapod and a flight simulator. */
 static const struct config_key keys[] = {
+    {"mechanism", CONFIG_CHOICE, offsetof(struct params, mechanism), 0, 0, "stewart", "-",
+     "six-leg platform, or one cylinder or electric axis (import and gap only)", mechanism_names, -1},
+
     KEY(geometry, upper_radius_m, "0.56", 0.02, 20.0, "m", "Ra: radius of the upper joints"),
     KEY(geometry, lower_radius_m, "1.20", 0.02, 20.0, "m", "Rb: radius of the lower joints"),
     KEY(geometry, height_m, "1.64", 0.05, 20.0, "m", "H: upper joint plane above the lower one at neutral"),
@@ -42,6 +46,11 @@ static const struct config_key keys[] = {
     KEY(payload, inertia_zz_kg_m2, "23.92", 1e-4, 1e6, "kg m^2", "about the mass centre"),
     KEY(payload, center_height_m, "0.16", -5.0, 5.0, "m", "h: mass centre above the upper joint plane"),
     KEY(payload, gravity_mps2, "9.80665", 0.0, 20.0, "m/s^2", "along +z, down"),
+
+    KEY(axis, mass_kg, "100", 0.001, 1e6, "kg", "all that moves"),
+    KEY(axis, gravity_mps2, "0", -20.0, 20.0, "m/s^2", "component along the axis; positive: the weight pushes the rod in; 0: horizontal"),
+    KEY(axis, middle_m, "0", -100.0, 100.0, "m", "reading of the position at mid-stroke"),
+    KEY(axis, force_offset_n, "0", -1e7, 1e7, "N", "constant force that the reading has too much"),
 
     KEY(actuator, piston_diameter_m, "0.063", 0.005, 1.0, "m", "D: piston"),
     KEY(actuator, rod_diameter_m, "0.045", 0.001, 1.0, "m", "d: rod"),
@@ -155,6 +164,7 @@ enum { KEYS = sizeof keys / sizeof keys[0] };
 static const char *const sections[][2] = {
     {"geometry", "Joints: Tian 2015 Table 1"},
     {"payload", "Platform and load: Tian 2015 Table 2"},
+    {"axis", "One axis with a mass, for mechanism axis: position, and force or pressures, no pose"},
     {"actuator", "One leg: Tian 2015 Tables 1 and 2"},
     {"hydraulics", "Valve, fluid and cylinder of the simulated machine"},
     {"sensors", "Sensors of the simulated machine"},

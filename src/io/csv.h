@@ -11,6 +11,11 @@
  *     t_s,ref_x_m,...,ref_psi_rad,l1_m,...,l6_m,p1_1_pa,...,p1_6_pa,p2_1_pa,...,p2_6_pa,u1,...,u6,flags,phase
  *     -3,0,0,0,...
  *
+ * A file of one axis has "# mechanism: axis", or is known by its column position_m; it needs no dof:
+ *
+ *     t_s,position_m,ref_m,force_n,p1_pa,p2_pa,u      force: of a load cell or a drive; p1 on the rodless side; each may be missing but
+ *                                                     the first two, and with pressures the force is not used
+ *
  * Columns may stand in any order; only t_s must be there. A missing column and an empty cell are NaN in the log: what needs them is not
  * evaluated. `flags` (SAMPLE_..., decimal) and `phase` (enum phase) are ours: without them no sample is flagged, and the phase follows
  * from t_s, rounded to whole periods. Files are taken in the order of the numbers in their names (1_x.csv ... 10_x.csv).

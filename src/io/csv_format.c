@@ -22,7 +22,18 @@ const struct csv_column csv_columns[CSV_COLUMNS] = {
     SIX("u", "", out.valve),
     {"flags", CSV_FLAGS, offsetof(struct cycle, in.flags)},
     {"phase", CSV_PHASE, offsetof(struct cycle, phase)},
+    REAL("position_m", in.length_m[0]),
+    REAL("ref_m", ref[DOF_X]),
+    REAL("force_n", force_n[0]),
+    REAL("p1_pa", in.p1_pa[0]),
+    REAL("p2_pa", in.p2_pa[0]),
+    REAL("u", out.valve[0]),
 };
+
+bool csv_column_of(int column, enum mechanism_kind mechanism) {
+    bool common = column == CSV_T || column == CSV_FLAGS_COLUMN || column == CSV_PHASE_COLUMN;
+    return common || (column >= CSV_POSITION_COLUMN) == (mechanism == MECHANISM_AXIS);
+}
 
 const char *const csv_keys[CSV_KEYS] = {"frequency_hz", "amplitude", "rate_hz", "settle_s", "ramp_s", "duration_s", "ramp_out_s"};
 

@@ -7,7 +7,7 @@
 
 #include "params.h"
 
-enum { CSV_T = 0, CSV_FLAGS_COLUMN = 31, CSV_PHASE_COLUMN = 32, CSV_COLUMNS = 33 };
+enum { CSV_T = 0, CSV_FLAGS_COLUMN = 31, CSV_PHASE_COLUMN = 32, CSV_POSITION_COLUMN = 33, CSV_COLUMNS = 39 };
 
 enum csv_kind { CSV_REAL, CSV_FLAGS, CSV_PHASE };
 
@@ -18,6 +18,9 @@ struct csv_column {
 };
 
 extern const struct csv_column csv_columns[CSV_COLUMNS];
+
+/* Time, flags and phase belong to every mechanism. */
+bool csv_column_of(int column, enum mechanism_kind mechanism);
 
 /* Keys with a number, besides dof. */
 enum csv_key { CSV_FREQUENCY, CSV_AMPLITUDE, CSV_RATE, CSV_SETTLE, CSV_RAMP, CSV_DURATION, CSV_RAMP_OUT, CSV_KEYS };

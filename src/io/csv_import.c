@@ -36,6 +36,15 @@ static double period_s(const struct import *im) { return im->params.loop.period_
 /* Only the rate means something without a sinusoid. */
 static bool gives(const struct csv_head *h, enum csv_key key) { return !isnan(h->value[key]) && (h->dof != DOF_NONE || key == CSV_RATE); }
 
+/* Six legs or one axis: as the first file, and as all of them. */
+static int merge_mechanism(struct import *im, int file) {
+    const struct csv_head *h = &im->head[file];
+    if (file == 0) im->params.mechanism = h->mechanism;
+    if (h->mechanism == im->params.mechanism) return STATUS_OK;
+    return error_set(im->error, STATUS_USAGE, "%.200s:%d: %s, unlike %.60s: import them apart", h->path, h->columns_line,
+                     h->mechanism == MECHANISM_AXIS ? "one axis" : "a platform", strrchr(im->head[0].path, '/') + 1);
+}
+
 /* All files that give a value for this place in the configuration must give the same. */
 static int merge(struct import *im, int file, enum csv_key key) {
     const struct csv_head *h = &im->head[file];
@@ -60,13 +69,16 @@ static void set_rate(struct params *p, double rate_hz) {
 }
 
 static int merge_heads(struct import *im) {
-    for (int file = 0; file < im->files; file++)
+    for (int file = 0; file < im->files; file++) {
+        int status = merge_mechanism(im, file);
+        if (status) return status;
         for (int key = 0; key < CSV_KEYS; key++) {
             const struct csv_head *h = &im->head[file];
-            int status = gives(h, (enum csv_key)key) ? merge(im, file, (enum csv_key)key) : STATUS_OK;
+            status = gives(h, (enum csv_key)key) ? merge(im, file, (enum csv_key)key) : STATUS_OK;
             if (status) return status;
             if (key == CSV_RATE && gives(h, CSV_RATE)) set_rate(&im->params, h->value[key]);
         }
+    }
     return STATUS_OK;
 }
 

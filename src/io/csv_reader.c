@@ -92,8 +92,11 @@ static int read_key(struct csv_reader *r, char *comment, bool *has_dof, struct e
     if (!colon) return STATUS_OK;
     *colon = '\0';
     char *name = trim(comment), *text = trim(colon + 1);
-    if (strcmp(name, "mechanism") == 0)
-        return refuse(r, error, "mechanism: %.40s: only six-leg platforms are read, which have no such key; one-axis rigs are not", text);
+    if (strcmp(name, "mechanism") == 0) {
+        r->head.mechanism = strcmp(text, "axis") == 0 ? MECHANISM_AXIS : MECHANISM_STEWART;
+        bool known = r->head.mechanism == MECHANISM_AXIS || strcmp(text, "stewart") == 0;
+        return known ? STATUS_OK : refuse(r, error, "mechanism: %.40s: it takes stewart or axis", text);
+    }
     for (int key = 0; key < CSV_KEYS; key++)
         if (strcmp(name, csv_keys[key]) == 0) return read_value(r, key, text, error);
     if (strcmp(name, "dof") != 0) {
@@ -126,9 +129,10 @@ static int read_column(struct csv_reader *r, char *name, struct error *error) {
 /* Six in a row as "u1..u6". Flags and phase are for hexid's own files. */
 static void list_missing(struct csv_head *h) {
     char six[64];
-    for (int i = CSV_T + 1; i < CSV_FLAGS_COLUMN; i++) {
+    for (int i = CSV_T + 1; i < CSV_COLUMNS; i++) {
         int last = i;
-        while (last < i + 5 && (i - 1) % 6 == 0 && !h->has[i] && !h->has[last + 1]) last++;
+        if (i == CSV_FLAGS_COLUMN || i == CSV_PHASE_COLUMN || !csv_column_of(i, h->mechanism)) continue;
+        while (i < CSV_FLAGS_COLUMN && last < i + 5 && (i - 1) % 6 == 0 && !h->has[i] && !h->has[last + 1]) last++;
         if (last == i + 5) {
             snprintf(six, sizeof six, "%s..%s", csv_columns[i].name, csv_columns[last].name);
             list(h->missing, six);
@@ -149,6 +153,15 @@ static int read_columns(struct csv_reader *r, char *line, struct error *error) {
         if (status) return status;
     }
     if (!r->head.has[CSV_T]) return refuse(r, error, "no column t_s: the line after the head names the columns, t_s among them");
+    if (r->head.has[CSV_POSITION_COLUMN]) r->head.mechanism = MECHANISM_AXIS;
+    if (r->head.mechanism == MECHANISM_AXIS && !r->head.has[CSV_POSITION_COLUMN])
+        return refuse(r, error, "no column position_m: without it an axis has nothing that can be evaluated");
+    for (int i = 0; i < r->cells; i++) {
+        if (r->column[i] < 0 || csv_column_of(r->column[i], r->head.mechanism)) continue;
+        list(r->head.ignored, csv_columns[r->column[i]].name);
+        r->head.has[r->column[i]] = false;
+        r->column[i] = -1;
+    }
     list_missing(&r->head);
     return STATUS_OK;
 }
@@ -160,8 +173,13 @@ static int read_head(struct csv_reader *r, struct error *error) {
     while ((got = read_line(r, &line, error)) > 0 && line[0] == '#')
         if ((status = read_key(r, line + 1, &has_dof, error))) return status;
     if (got < 0) return got;
-    if (!has_dof) return refuse(r, error, "no line \"# dof: x\" (or y, z, phi, theta, psi, none) before the names of the columns");
-    return got ? read_columns(r, line, error) : refuse(r, error, "the file ends before the names of the columns");
+    if (!got && has_dof) return refuse(r, error, "the file ends before the names of the columns");
+    if (got) status = read_columns(r, line, error);
+    bool axis = r->head.mechanism == MECHANISM_AXIS;
+    if (!has_dof && axis) r->head.dof = DOF_X;
+    else if (!has_dof) return refuse(r, error, "no line \"# dof: x\" (or y, z, phi, theta, psi, none) before the names of the columns");
+    if (!status && axis && r->head.dof > DOF_X) return refuse(r, error, "dof: %s: an axis has none but x", csv_dof_name(r->head.dof));
+    return status;
 }
 
 int csv_open(struct csv_reader **reader, const char *path, struct error *error) {

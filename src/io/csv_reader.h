@@ -9,7 +9,8 @@ enum { CSV_PATH_SIZE = 1024, CSV_LINE_SIZE = 8192, CSV_CELLS_MAX = 128, CSV_LIST
 
 struct csv_head {
     char path[CSV_PATH_SIZE];
-    enum dof dof;
+    enum mechanism_kind mechanism;
+    enum dof dof;                  /* of an axis: x, or none */
     double value[CSV_KEYS];        /* NaN: not given */
     int line[CSV_KEYS];            /* where it is given */
     int columns_line;

@@ -88,6 +88,7 @@ char *gap_json(const struct gap_result *r, const char *model) {
     json_t *effects = json_array(), *rivals = json_array(), *where = json_array();
     for (int i = 0; i < r->effects; i++) json_array_append_new(effects, effect(&r->effect[i]));
     for (int i = 0; i < r->ambiguous; i++) json_array_append_new(rivals, json_string(effect_table[r->ambiguous_with[i]]->name));
+    if (r->offset_rival) json_array_append_new(rivals, json_string("constant_force_offset"));
     for (int i = 0; i < r->places; i++) json_array_append_new(where, place(&r->where[i]));
     json_t *root = json_pack("{ss ss ss so so so so so so ss so so so so ss ss}", "schema", "hexid.gap/1", "verdict", gap_verdict_names[r->verdict],
                              "reason", r->reason, "effects", effects, "ambiguous_with", rivals, "rejected", rejected(r), "where", where, "gap",

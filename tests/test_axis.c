@@ -1,0 +1,199 @@
+/* One axis: a rig of its own (its own equations and integrator, friction that sticks) writes CSV; import and gap get nothing else. */
+#include "support.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include "csv.h"
+#include "gap.h"
+#include "log.h"
+#include "messages.h"
+
+/* The rig: config/axis.yaml's machine, off everywhere within the model's tolerance. */
+struct rig {
+    const char *hides;                       /* the effect's name, NULL: nothing */
+    bool electric;                           /* a drive and its force, no pressures */
+    double rate_hz, gravity_mps2;
+    double coulomb_extend_n, coulomb_retract_n, viscous_n_s_per_m, stribeck_n, stribeck_mps, payload_kg, more_leakage, overlap, offset_n;
+};
+
+struct body {
+    double x, v, p1, p2, spool, spool_rate;
+};
+
+struct tolerances {
+    double mass, viscous, bulk, leakage, gain;
+};
+
+static const double STEP_S = 2e-5, MASS_KG = 200.0, A1 = 3.1172e-3, A2 = 1.5268e-3, SUPPLY = 10e6, W = 2.0 * 3.14159265358979323846 * 2.0;
+static const double AMPLITUDE_M = 0.02, RAMP_S = 1.0, END_S = 13.0;
+
+static double gauss(uint64_t *state) {
+    double sum = 0.0;
+    for (int i = 0; i < 12; i++) sum += 0.5 * random_unit(state);
+    return sum;
+}
+
+static double steps(double value, double step) { return step * floor(value / step + 0.5); }
+
+static double root(double x) { return x < 0.0 ? -sqrt(-x) : sqrt(x); }
+
+/* Opening of a valve that is shut within the overlap; flow into each chamber. */
+static void oil(const struct rig *r, const struct tolerances *tol, struct body *b, double u) {
+    double omega = 2.0 * 3.14159265358979323846 * 100.0, o = b->spool - fmin(fmax(b->spool, -r->overlap), r->overlap);
+    double k = 1.57e-3 / sqrt(5e6) * tol->gain * o, leak = 3e-11 * tol->leakage * (1.0 + r->more_leakage) * (b->p1 - b->p2), beta = 1e9 * tol->bulk;
+    double q1 = k * (o > 0.0 ? root(SUPPLY - b->p1) : root(b->p1)), q2 = -k * (o > 0.0 ? root(b->p2) : root(SUPPLY - b->p2));
+    double v1 = 1e-4 + A1 * (0.2 + b->x), v2 = 1e-4 + A2 * (0.2 - b->x);
+    b->p1 += STEP_S * beta / v1 * (q1 - A1 * b->v - leak);
+    b->p2 += STEP_S * beta / v2 * (q2 + A2 * b->v + leak);
+    b->spool_rate += STEP_S * (omega * omega * (u - b->spool) - 1.6 * omega * b->spool_rate);
+    b->spool += STEP_S * b->spool_rate;
+}
+
+/* Dry friction: slips against it, or is held. */
+static void push(const struct rig *r, const struct tolerances *tol, struct body *b, double force_n) {
+    double m = MASS_KG * tol->mass + r->payload_kg, direction = b->v != 0.0 ? (b->v > 0.0 ? 1.0 : -1.0) : (force_n - m * r->gravity_mps2 > 0.0 ? 1.0 : -1.0);
+    double share = b->v / r->stribeck_mps, dry = (direction > 0.0 ? r->coulomb_extend_n : r->coulomb_retract_n);
+    dry += r->stribeck_n > 0.0 ? r->stribeck_n * exp(-share * share) : 0.0;
+    double free_n = force_n - m * r->gravity_mps2 - (2000.0 * tol->viscous + r->viscous_n_s_per_m) * b->v;
+    if (b->v == 0.0 && fabs(free_n) <= dry) return;
+    double v = b->v + STEP_S * (free_n - direction * dry) / m;
+    b->v = b->v * v < 0.0 ? 0.0 : v;
+    b->x += STEP_S * b->v;
+}
+
+static void reference(double t_s, double ref[3]) {
+    double s = fmin(t_s / RAMP_S, 1.0), ramp = s * s * s * (10.0 - 15.0 * s + 6.0 * s * s);
+    ref[0] = ramp * AMPLITUDE_M * sin(W * t_s), ref[1] = ramp * AMPLITUDE_M * W * cos(W * t_s), ref[2] = -W * W * ref[0];
+}
+
+static void row(FILE *f, const struct rig *r, const struct body *b, double t_s, double ref_m, double force_n, double u, uint64_t *state) {
+    double x = steps(b->x + 2e-6 * gauss(state), 1e-5);
+    if (r->electric) {
+        fprintf(f, "%.6f,%.7f,%.3f\n", t_s, x, steps(force_n + r->offset_n + 3.0 * gauss(state), 0.1));
+        return;
+    }
+    double p1 = steps(b->p1 + 1e4 * gauss(state), 7812.5), p2 = steps(b->p2 + 1e4 * gauss(state), 7812.5);
+    fprintf(f, "%.6f,%.7f,%.9f,%.1f,%.1f,%.6f\n", t_s, x, ref_m, p1, p2, u);
+}
+
+/* Off by up to 0.9 of the model's tolerance, either way. */
+static struct tolerances draw(uint64_t *state) {
+    double d[5];
+    for (int i = 0; i < 5; i++) d[i] = 1.0 + (i ? 0.045 : 0.009) * random_unit(state);
+    return (struct tolerances){d[0], d[1], d[2], d[3], d[4]};
+}
+
+static void run_rig(const struct rig *r, uint64_t seed, const char *path) {
+    uint64_t state = seed * 77 + 5;
+    struct tolerances tol = draw(&state);
+    struct body b = {.p1 = 4e6, .p2 = 4e6 * A1 / A2};
+    double u = 0.0, ref[3], force_n = 0.0;
+    FILE *f = fopen(path, "w");
+    assert_non_null(f);
+    b.p2 = (b.p1 * A1 - MASS_KG * r->gravity_mps2) / A2;
+    fprintf(f, "# mechanism: axis\n# rate_hz: %g\n# frequency_hz: 2\n%s\n", r->rate_hz,
+            r->electric ? "t_s,position_m,force_n" : "t_s,position_m,ref_m,p1_pa,p2_pa,u");
+    int every = (int)lround(1.0 / r->rate_hz / STEP_S);
+    for (int i = 0; i * STEP_S < END_S; i++) {
+        reference(i * STEP_S, ref);
+        if (r->electric) force_n = 2e5 * (ref[0] - b.x) + 8e3 * (ref[1] - b.v) + MASS_KG * ref[2] + 2000.0 * ref[1];
+        if (i % every == 0) {
+            u = fmin(fmax(15.0 * (ref[0] - b.x) + 2.0 * ref[1], -1.0), 1.0);
+            row(f, r, &b, i * STEP_S, ref[0], force_n, u, &state);
+        }
+        if (!r->electric) oil(r, &tol, &b, u);
+        push(r, &tol, &b, r->electric ? force_n : A1 * b.p1 - A2 * b.p2);
+    }
+    fclose(f);
+}
+
+static char directory[] = "/tmp/hexid_axis_XXXXXX";
+static char csv_path[60], log_path[60];
+static struct params params;
+
+static int set_up(void **unused) {
+    (void)unused;
+    struct error error;
+    if (!mkdtemp(directory)) return -1;
+    snprintf(csv_path, sizeof csv_path, "%s/1.csv", directory);
+    snprintf(log_path, sizeof log_path, "%s/1.lcm", directory);
+    static const char *const settings[] = {"sensors.position_resolution_m=1e-5"};
+    return config_load(&params, "config/axis.yaml", settings, 1, &error);
+}
+
+static int tear_down(void **unused) {
+    (void)unused;
+    unlink(csv_path);
+    unlink(log_path);
+    return rmdir(directory);
+}
+
+static void load(struct recording *r) {
+    struct csv_report report;
+    struct error error;
+    struct log_reader *log;
+    struct log_event event;
+    struct cycle cycle;
+    char *base = config_text(&params);
+    if (csv_import(directory, log_path, base, &report, &error)) fail_msg("%s", error.text);
+    free(base);
+    recording_init(r, &params);
+    assert_int_equal(log_open(&log, log_path, &error), 0);
+    while (log_next(log, &event))
+        if (!strcmp(event.channel, CHANNEL_STATE) && state_decode(event.data, event.size, &cycle)) recording_add(r, &cycle, &error);
+    log_release(log);
+}
+
+static void solve(const struct rig *rig, uint64_t seed, struct gap_result *g) {
+    struct recording r;
+    struct error error;
+    struct gap_options options = {.replay = GAP_MOTION, .simulate = true, .threads = 2};
+    run_rig(rig, seed, csv_path);
+    params.loop.period_s = 1.0 / rig->rate_hz;
+    params.axis.gravity_mps2 = rig->gravity_mps2;
+    load(&r);
+    if (recording_check(&r, &error)) fail_msg("%s", error.text);
+    if (gap_solve(&params, &r, NULL, &options, g, &error)) fail_msg("%s", error.text);
+    recording_free(&r);
+}
+
+#define RIG .rate_hz = 1000.0, .stribeck_mps = 0.03
+static const struct rig rigs[] = {
+    {RIG},
+    {RIG, .electric = true},
+    {RIG, .electric = true, .gravity_mps2 = 9.80665},
+    {RIG, .hides = "cylinder_coulomb_friction", .coulomb_extend_n = 80.0, .coulomb_retract_n = 80.0},
+    {RIG, .hides = "cylinder_coulomb_friction", .coulomb_extend_n = 80.0, .coulomb_retract_n = 80.0, .electric = true},
+    {RIG, .hides = "cylinder_viscous_friction", .viscous_n_s_per_m = 600.0},
+    {RIG, .hides = "cylinder_viscous_friction", .viscous_n_s_per_m = 600.0, .electric = true},
+    {RIG, .hides = "cylinder_stribeck_friction", .stribeck_n = 120.0},
+    {RIG, .hides = "cylinder_stribeck_friction", .stribeck_n = 120.0, .electric = true},
+    {RIG, .hides = "payload_mass", .payload_kg = 25.0},
+    {RIG, .hides = "payload_mass", .payload_kg = 25.0, .electric = true},
+    {RIG, .hides = "payload_mass", .payload_kg = 25.0, .electric = true, .gravity_mps2 = 9.80665},
+    {RIG, .hides = "internal_leakage", .more_leakage = 2.0},
+    {RIG, .hides = "valve_dead_band", .overlap = 0.02},
+};
+
+int main(int argc, char **argv) {
+    (void)argc, (void)argv;
+    set_up(NULL);
+    for (size_t i = 0; i < sizeof rigs / sizeof *rigs; i++)
+        for (uint64_t seed = 1; seed <= 3; seed++) {
+            static struct gap_result g;
+            solve(&rigs[i], seed, &g);
+            printf("%-28s %-4s seed %d: %-14s", rigs[i].hides ? rigs[i].hides : "-", rigs[i].electric ? "el" : "hyd", (int)seed, gap_verdict_names[g.verdict]);
+            for (int k = 0; k < g.effects; k++) {
+                printf(" %s", effect_table[g.effect[k].effect]->name);
+                for (int q = 0; q < 2; q++) printf(" %.4g+-%.2g", g.effect[k].values.value[q][0], g.effect[k].std[q][0]);
+            }
+            for (int k = 0; k < g.ambiguous; k++) printf(" |%s", effect_table[g.ambiguous_with[k]]->name);
+            if (g.offset_rival) printf(" |offset");
+            printf("  white %.2f -> %.2f gap %.4f -> %.4f floor %.4f  %.1f s\n", g.white_before, g.white_after, g.held_out_before.overall, g.held_out_after.overall, g.noise_floor.overall, g.seconds);
+            fflush(stdout);
+        }
+    tear_down(NULL);
+}
