@@ -72,10 +72,11 @@ static void shipped_file_names_every_key(void **state) {
     char *text = read_file(shipped, &size), line[CONFIG_PATH_SIZE + 8], *section = text;
     struct config_key key;
     for (int i = 0; config_key_at(i, &key) && key.effect < 0; i++) {
-        char *dot = strchr(key.path, '.');
-        snprintf(line, sizeof line, "\n%.*s:", (int)(dot - key.path), key.path);
+        int section_length = (int)strcspn(key.path, ".");
+        snprintf(line, sizeof line, "\n%.*s:", section_length, key.path);
         section = strstr(text, line);
-        snprintf(line, sizeof line, "  %s: ", strrchr(key.path, '.') + 1);
+        const char *dot = strrchr(key.path, '.');
+        snprintf(line, sizeof line, dot ? "  %s: " : "%s: ", dot ? dot + 1 : key.path);
         if (!section || !strstr(section + 1, line)) fail_msg("%s is missing", key.path);
     }
     free(text);

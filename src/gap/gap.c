@@ -165,7 +165,9 @@ static void find_offset(const struct diagnosis *d, struct gap_result *r) {
     for (int i = 0; i < r->effects && d->given->mechanism == MECHANISM_AXIS; i++) {
         const struct gap_effect *e = &r->effect[i];
         double extend = e->values.value[0][0], retract = e->values.value[1][0], std = hypot(e->std[0][0], e->std[1][0]);
-        if (e->effect == coulomb && fabs(extend - retract) > fmax(OFFSET_SIGMAS * std, OFFSET_SHARE * (extend + retract))) r->offset_rival = true;
+        double weight_n = 2.0 * d->given->model.tolerance.mass * fabs(d->given->axis.mass_kg * d->given->axis.gravity_mps2);
+        double noticed_n = fmax(OFFSET_SIGMAS * std, OFFSET_SHARE * (extend + retract)) + weight_n;
+        if (e->effect == coulomb && fabs(extend - retract) > noticed_n) r->offset_rival = true;
     }
 }
 
