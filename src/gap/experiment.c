@@ -7,6 +7,7 @@ static const struct {
 } pairs[] = {
     {"payload_rotational_inertia", "external_stiffness", "repeat phi, theta, psi at half the frequency: inertia grows with its square, stiffness does not"},
     {"payload_mass", "external_stiffness", "repeat x, y, z at half the frequency: inertia grows with its square, stiffness does not"},
+    {"payload_mass", "position_sensor_scale", "hold a rule against the stroke: the position sensor's scale shows at rest"},
     {"payload_mass", "actuator_inertia", "repeat z with the payload taken off: what stays belongs to the actuators"},
     {"payload_mass", "payload_center_of_mass", "tilt the platform by 0.1 rad and hold: the static forces tell mass from its place"},
     {"actuator_inertia", "payload_rotational_inertia", "repeat phi, theta, psi with the payload taken off: what stays belongs to the actuators"},

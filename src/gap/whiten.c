@@ -7,6 +7,8 @@
 #include "rigid.h"
 #include "vec.h"
 
+static const double FORCE_SENSOR_ERROR = 5e-3; /* of its reading: class 0.5, and a drive knows its motor's constant no better */
+
 /* Leg-space mass at neutral, J'^-1 M J^-1 = inverse of (J M^-1 J'): what force an acceleration of each leg needs. */
 static void leg_mass(const struct params *model, double lambda[LEGS][LEGS]) {
     struct rigid_model rigid;
@@ -105,7 +107,7 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
             double p1 = variation(s->mean[CHANNEL_P1][k], size), p2 = variation(s->mean[CHANNEL_P2][k], size);
             double whole[RESIDUALS] = {hypot(cylinder.a1_m2 * p1, cylinder.a2_m2 * p2), p1, p2};
             if (!t->pressures) {
-                whole[RESIDUAL_FORCE] = variation(s->mean[CHANNEL_FORCE][k], size);
+                whole[RESIDUAL_FORCE] = variation(s->mean[CHANNEL_FORCE][k], size) * FORCE_SENSOR_ERROR / model_error;
                 others += square(s->std[CHANNEL_FORCE][k][a]);
             }
             for (int i = 0; i < RESIDUALS; i++) {
