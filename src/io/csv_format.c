@@ -1,7 +1,13 @@
 #include "csv_format.h"
 
+#include <ctype.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "units.h"
+
+enum { CSV_NAME_SIZE = 40 };
 
 #define REAL(name, member) {name, CSV_REAL, offsetof(struct cycle, member)}
 #define SIX(before, after, member)                                                                                                \
@@ -33,6 +39,50 @@ const struct csv_column csv_columns[CSV_COLUMNS] = {
 bool csv_column_of(int column, enum mechanism_kind mechanism) {
     bool common = column == CSV_T || column == CSV_FLAGS_COLUMN || column == CSV_PHASE_COLUMN;
     return common || (column >= CSV_POSITION_COLUMN) == (mechanism == MECHANISM_AXIS);
+}
+
+/* Units of a name's end, by the SI unit that stands for them in csv_columns. */
+static const struct {
+    const char *name, *si;
+    double factor;
+} units[] = {
+    {"s", "s", 1.0},     {"ms", "s", 1e-3},      {"us", "s", 1e-6},                    {"m", "m", 1.0},    {"cm", "m", 1e-2},
+    {"mm", "m", 1e-3},   {"um", "m", 1e-6},      {"rad", "rad", 1.0},                  {"mrad", "rad", 1e-3}, {"deg", "rad", PI / 180.0},
+    {"pa", "pa", 1.0},   {"kpa", "pa", 1e3},     {"mpa", "pa", 1e6},                   {"bar", "pa", 1e5}, {"psi", "pa", 6894.757293168},
+    {"n", "n", 1.0},     {"kn", "n", 1e3},
+};
+
+/* Lower case, and "name [unit]" or "name (unit)" as "name_unit". */
+static void plain_name(const char *name, char plain[CSV_NAME_SIZE]) {
+    size_t used = 0;
+    for (; *name && used < CSV_NAME_SIZE - 1; name++) {
+        if (*name == ']' || *name == ')') break;
+        bool unit = *name == '[' || *name == '(';
+        while (unit && used > 0 && (plain[used - 1] == ' ' || plain[used - 1] == '_')) used--;
+        plain[used++] = unit ? '_' : (char)tolower((unsigned char)*name);
+    }
+    plain[used] = '\0';
+}
+
+static int find_plain(const char *name) {
+    int column = CSV_COLUMNS - 1;
+    while (column >= 0 && strcmp(name, csv_columns[column].name) != 0) column--;
+    return column;
+}
+
+int csv_column_find(const char *name, double *unit) {
+    char plain[CSV_NAME_SIZE], si[CSV_NAME_SIZE + 8];
+    plain_name(name, plain);
+    char *end = strrchr(plain, '_');
+    *unit = 1.0;
+    int column = find_plain(plain);
+    for (size_t i = 0; i < sizeof units / sizeof *units && end && column < 0; i++) {
+        if (strcmp(end + 1, units[i].name) != 0) continue;
+        *unit = units[i].factor;
+        snprintf(si, sizeof si, "%.*s_%s", (int)(end - plain), plain, units[i].si);
+        column = find_plain(si);
+    }
+    return column;
 }
 
 const char *const csv_keys[CSV_KEYS] = {"frequency_hz", "amplitude", "rate_hz", "settle_s", "ramp_s", "duration_s", "ramp_out_s"};

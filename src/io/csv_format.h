@@ -22,6 +22,10 @@ extern const struct csv_column csv_columns[CSV_COLUMNS];
 /* Time, flags and phase belong to every mechanism. */
 bool csv_column_of(int column, enum mechanism_kind mechanism);
 
+/* The column of this name, -1: none. The name's unit may be another than SI's, after _ or in brackets ("p1_3_bar", "t [ms]"): unit is then
+ * what its values are multiplied by. */
+int csv_column_find(const char *name, double *unit);
+
 /* Keys with a number, besides dof. */
 enum csv_key { CSV_FREQUENCY, CSV_AMPLITUDE, CSV_RATE, CSV_SETTLE, CSV_RAMP, CSV_DURATION, CSV_RAMP_OUT, CSV_KEYS };
 

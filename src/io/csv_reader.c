@@ -29,6 +29,19 @@ static char *trim(char *text) {
     return text;
 }
 
+/* In place: commas between cells, points in numbers, no quotes. False: a quote is not closed. */
+static bool normalise(char *text, char separator) {
+    char *to = text;
+    bool quoted = false;
+    for (; *text; text++) {
+        if (*text == '"') quoted = !quoted;
+        else if (*text == separator && !quoted) *to++ = ',';
+        else *to++ = *text == ',' ? '.' : *text;
+    }
+    *to = '\0';
+    return !quoted;
+}
+
 /* The next line that is not blank, without its end: 1, 0 at the end of the file. */
 static int read_line(struct csv_reader *r, char **line, struct error *error) {
     static const char mark[] = "\xef\xbb\xbf"; /* which some programs put before UTF-8 */
@@ -36,6 +49,8 @@ static int read_line(struct csv_reader *r, char **line, struct error *error) {
         r->line++;
         if (!strchr(r->text, '\n') && !feof(r->file))
             return refuse(r, error, "a line of more than %d bytes, or a zero byte: this is no CSV text", CSV_LINE_SIZE - 2);
+        if (r->separator && r->text[0] == '#') continue;
+        if (r->separator && !normalise(r->text, r->separator)) return refuse(r, error, "a quote is not closed");
         *line = trim(r->text + (r->line == 1 && strncmp(r->text, mark, 3) == 0 ? 3 : 0));
         if (**line) return 1;
     }
@@ -108,17 +123,24 @@ static int read_key(struct csv_reader *r, char *comment, bool *has_dof, struct e
     return csv_dof_find(text, &r->head.dof) ? STATUS_OK : refuse(r, error, "dof: %.40s: it takes x, y, z, phi, theta, psi or none", text);
 }
 
-static char *unquote(char *cell) {
-    size_t length = strlen(cell);
-    if (length < 2 || cell[0] != '"' || cell[length - 1] != '"') return cell;
-    cell[length - 1] = '\0';
-    return trim(cell + 1);
+/* Outside quotes. */
+static char separator_of(const char *line) {
+    static const char separators[] = ",;\t";
+    for (const char *s = separators; *s; s++) {
+        bool quoted = false;
+        for (const char *p = line; *p; p++) {
+            quoted = quoted != (*p == '"');
+            if (*p == *s && !quoted) return *s;
+        }
+    }
+    return ',';
 }
 
-static int read_column(struct csv_reader *r, char *name, struct error *error) {
-    int column = CSV_COLUMNS - 1;
-    while (column >= 0 && strcmp(name, csv_columns[column].name) != 0) column--;
+static int read_column(struct csv_reader *r, const char *name, struct error *error) {
+    double unit = 1.0;
     if (r->cells == CSV_CELLS_MAX) return refuse(r, error, "more than %d columns", CSV_CELLS_MAX);
+    int column = csv_column_find(name, &unit);
+    r->unit[r->cells] = unit;
     if (column < 0) list(r->head.ignored, *name ? name : "(no name)");
     else if (r->head.has[column]) return csv_refuse(r, column, error, "stands there twice");
     else r->head.has[column] = true;
@@ -145,11 +167,11 @@ static void list_missing(struct csv_head *h) {
 
 static int read_columns(struct csv_reader *r, char *line, struct error *error) {
     r->head.columns_line = r->line;
-    if (!strchr(line, ',') && strpbrk(line, ";\t"))
-        return refuse(r, error, "columns are parted by semicolons or tabs: write commas, and points in numbers");
+    r->separator = separator_of(line);
+    if (!normalise(line, r->separator)) return refuse(r, error, "a quote is not closed");
     while (line) {
         char *cell = strsep(&line, ",");
-        int status = read_column(r, unquote(trim(cell)), error);
+        int status = read_column(r, trim(cell), error);
         if (status) return status;
     }
     if (!r->head.has[CSV_T]) return refuse(r, error, "no column t_s: the line after the head names the columns, t_s among them");
@@ -225,7 +247,7 @@ static bool store(struct cycle *c, const struct csv_column *column, double numbe
 
 static int refuse_cell(const struct csv_reader *r, int column, const char *cell, struct error *error) {
     int length = (int)strcspn(cell, ",");
-    return csv_refuse(r, column, error, "%.*s is no number that it takes: digits and a point, no quotes, no unit",
+    return csv_refuse(r, column, error, "%.*s is no number that it takes: digits and a point, no unit",
                       length < 40 ? length : 40, cell);
 }
 
@@ -244,7 +266,7 @@ int csv_read_row(struct csv_reader *r, struct cycle *cycle, struct error *error)
         const struct csv_column *column = r->column[i] >= 0 ? &csv_columns[r->column[i]] : NULL;
         double number;
         char *end = column ? read_number(cell, &number) : cell + strcspn(cell, ",");
-        if (!end || (column && !store(cycle, column, number))) return refuse_cell(r, r->column[i], cell, error);
+        if (!end || (column && !store(cycle, column, number * r->unit[i]))) return refuse_cell(r, r->column[i], cell, error);
         if ((*end == '\0') != (i == r->cells - 1)) return refuse_count(r, i + 1, end, error);
         cell = end + 1;
     }

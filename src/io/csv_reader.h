@@ -23,8 +23,10 @@ struct csv_reader {
     struct csv_head head;
     FILE *file;
     int line;                      /* the one read last, from 1 */
+    char separator;                /* of cells: ',', or ';' or a tab, and then numbers may have decimal commas; 0: not known yet */
     int cells;                     /* in a row */
     int column[CSV_CELLS_MAX];     /* of each cell, -1: not known */
+    double unit[CSV_CELLS_MAX];    /* SI units in the column's own */
     char text[CSV_LINE_SIZE];
 };
 
