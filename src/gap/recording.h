@@ -45,7 +45,10 @@ void recording_free(struct recording *r);
 /* Takes the cycles of ramp-in and evaluation of every test, in order. -3 without memory. */
 int recording_add(struct recording *r, const struct cycle *cycle, struct error *error);
 
-/* Settles what is measured, then 0; or -2 with what is wrong: no test, too short, all zero, a sensor that stands still or is clipped,
+/* After the last cycle: samples are good where all is finite that the log has; what it has not is zero. */
+void recording_settle(struct recording *r);
+
+/* Settles, then 0; or -2 with what is wrong: no test, too short, all zero, a sensor that stands still or is clipped,
  * another frequency than the model's, lengths that no pose of this machine has, a leg's sign or two legs exchanged, forces against all
  * reason. */
 int recording_check(struct recording *r, struct error *error);

@@ -1,0 +1,333 @@
+#include "recording.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "force.h"
+#include "kinematics.h"
+#include "residual.h"
+#include "units.h"
+
+enum { CYCLES_NEEDED = 6 }; /* three to fit and three to judge */
+
+static const double NEUTRAL_TOLERANCE_M = 0.05;
+static const char *const axis_names[DOFS] = {"x", "y", "z", "phi", "theta", "psi"};
+
+/* Amplitude of a sinusoid in a sequence of samples, over the evaluated part. */
+static double lock_in_amplitude(const struct recording_test *t, double frequency_hz, const double *first, size_t stride) {
+    double mean = 0.0, s = 0.0, c = 0.0;
+    int n = t->end - t->first, good = 0;
+    for (int i = 0; i < n; i++)
+        if (t->sample[t->first + i].good) mean += first[(size_t)i * stride], good++;
+    mean /= good;
+    for (int i = 0; i < n; i++) {
+        if (!t->sample[t->first + i].good) continue;
+        double phase = 2.0 * PI * frequency_hz * t->sample[t->first + i].test_time_s, x = first[(size_t)i * stride] - mean;
+        s += x * sin(phase), c += x * cos(phase);
+    }
+    return 2.0 * hypot(s, c) / good;
+}
+
+static const size_t STRIDE = sizeof(struct recording_sample) / sizeof(double);
+_Static_assert(sizeof(struct recording_sample) % sizeof(double) == 0, "samples are addressed as doubles");
+
+static double deviation(const struct recording_test *t, const double *first) {
+    double sum = 0.0, square = 0.0, zero = NAN;
+    int n = 0;
+    for (int i = t->first; i < t->end; i++) {
+        if (!t->sample[i].good) continue;
+        double value = first[(size_t)(i - t->first) * STRIDE];
+        if (!n++) zero = value;
+        sum += value - zero, square += (value - zero) * (value - zero);
+    }
+    return sqrt(fmax(square - sum * sum / n, 0.0) / n);
+}
+
+/* A channel of one leg: dead, or at the end of its range for a good part of the time. */
+static int check_channel(const struct recording_test *t, const double *first, const char *name, int leg, double top, struct error *error) {
+    int clipped = 0, n = t->end - t->first;
+    for (int i = 0; i < n; i++) clipped += first[(size_t)i * STRIDE] >= top;
+    if (!(deviation(t, first) > 0.0))
+        return error_set(error, STATUS_USAGE, "test %s: %s of leg %d does not change: a dead sensor, or a column of zeros",
+                         axis_names[t->dof], name, leg + 1);
+    if (clipped > n / 50)
+        return error_set(error, STATUS_USAGE, "test %s: %s of leg %d is clipped in %d %% of the samples", axis_names[t->dof], name, leg + 1,
+                         100 * clipped / n);
+    return STATUS_OK;
+}
+
+static int check_channels(const struct recording *r, const struct recording_test *t, struct error *error) {
+    const struct recording_sample *s = &t->sample[t->first];
+    const struct recording_measured *m = &r->measured;
+    double top = r->params->sensors.pressure_full_scale_pa * 0.999;
+    for (int k = 0; k < params_legs(r->params); k++) {
+        int status = check_channel(t, &s->length_m[k], "length", k, HUGE_VAL, error);
+        if (!status && m->pressures) status = check_channel(t, &s->p1_pa[k], "p1", k, top, error);
+        if (!status && m->pressures) status = check_channel(t, &s->p2_pa[k], "p2", k, top, error);
+        if (!status && !m->pressures) status = check_channel(t, &s->force_n[k], "force", k, HUGE_VAL, error);
+        if (!status && m->valve) status = check_channel(t, &s->valve[k], "valve command", k, HUGE_VAL, error);
+        if (status) return status;
+    }
+    return STATUS_OK;
+}
+
+/* The frequency at which the legs move most, of the model's and its neighbours. */
+static int check_frequency(const struct recording_test *t, struct error *error) {
+    double here = 0.0, most = 0.0, at_hz = t->frequency_hz;
+    for (double f = 0.25; f <= 40.0; f += 0.25) {
+        double sum = 0.0;
+        for (int k = 0; k < LEGS; k++) sum += lock_in_amplitude(t, f, &t->sample[t->first].length_m[k], STRIDE);
+        if (fabs(f - t->frequency_hz) < 0.125) here = sum;
+        if (sum > most) most = sum, at_hz = f;
+    }
+    if (most > 2.0 * here)
+        return error_set(error, STATUS_USAGE, "test %s: the legs move at %.3g Hz, but tests.frequency_hz is %.3g", axis_names[t->dof], at_hz,
+                         t->frequency_hz);
+    return STATUS_OK;
+}
+
+/* Lengths about their neutral value, compared with what the reference asks for: signs, order and machine. */
+struct leg_moments {
+    double product[LEGS][LEGS], measured[LEGS], asked[LEGS]; /* sums over all tests */
+};
+
+/* Where the log has no reference: the tested axis alone, with the amplitude and phase that fit all legs best. */
+static void guess_reference(const struct recording_test *t, const struct kinematics *k, const double mean[LEGS], double wave[2]) {
+    static const double small = 1e-4;
+    double pose[DOFS] = {0}, moved[LEGS], w = 2.0 * PI * t->frequency_hz, square = 0.0;
+    pose[t->dof] = small;
+    ik_lengths(k, pose, moved);
+    for (int leg = 0; leg < LEGS; leg++) square += pow((moved[leg] - k->neutral_length_m) / small, 2.0) * 0.5 * (t->end - t->first);
+    for (int i = t->first; i < t->end; i++)
+        for (int leg = 0; leg < LEGS && t->sample[i].good; leg++) {
+            double x = (t->sample[i].length_m[leg] - mean[leg]) * (moved[leg] - k->neutral_length_m) / small / square;
+            wave[0] += x * sin(w * t->sample[i].test_time_s), wave[1] += x * cos(w * t->sample[i].test_time_s);
+        }
+}
+
+static void add_test(const struct recording *r, const struct recording_test *t, const struct kinematics *k, struct leg_moments *m) {
+    double mean[LEGS] = {0}, asked[LEGS], wave[2] = {0}, w = 2.0 * PI * t->frequency_hz, n = 0.0;
+    for (int i = t->first; i < t->end; i++) n += t->sample[i].good;
+    for (int i = t->first; i < t->end; i++)
+        for (int leg = 0; leg < LEGS && t->sample[i].good; leg++) mean[leg] += t->sample[i].length_m[leg] / n;
+    if (!r->measured.reference) guess_reference(t, k, mean, wave);
+    for (int i = t->first; i < t->end; i++) {
+        double pose[DOFS] = {0}, phase = w * t->sample[i].test_time_s;
+        if (!t->sample[i].good) continue;
+        pose[t->dof] = wave[0] * sin(phase) + wave[1] * cos(phase);
+        ik_lengths(k, r->measured.reference ? t->sample[i].ref : pose, asked);
+        for (int a = 0; a < LEGS; a++) {
+            double x = t->sample[i].length_m[a] - mean[a], y = asked[a] - k->neutral_length_m;
+            m->measured[a] += x * x, m->asked[a] += y * y;
+            for (int b = 0; b < LEGS; b++) m->product[a][b] += x * (asked[b] - k->neutral_length_m);
+        }
+    }
+}
+
+static int check_legs(const struct recording *r, const struct kinematics *k, struct error *error) {
+    struct leg_moments m = {0};
+    for (int i = 0; i < r->tests; i++) add_test(r, &r->test[i], k, &m);
+    for (int a = 0; a < LEGS; a++) {
+        double own = m.product[a][a] / sqrt(m.measured[a] * m.asked[a]), best = own;
+        int like = a;
+        if (!isfinite(own)) return STATUS_OK; /* at rest */
+        for (int b = 0; b < LEGS; b++) {
+            double other = m.product[a][b] / sqrt(m.measured[a] * m.asked[b]);
+            if (other > best + 0.2) best = other, like = b;
+        }
+        if (own < -0.5) return error_set(error, STATUS_USAGE, "the length of leg %d moves against its reference: its sign is wrong", a + 1);
+        if (like != a && best > 0.8)
+            return error_set(error, STATUS_USAGE, "the length of leg %d moves as leg %d should: two legs are exchanged", a + 1, like + 1);
+        double scale = m.product[a][a] / m.asked[a];
+        if (!(scale > 0.5 && scale < 2.0))
+            return error_set(error, STATUS_USAGE, "leg %d moves %.3g times as far as the reference asks for: other units, or another machine",
+                             a + 1, scale);
+    }
+    return STATUS_OK;
+}
+
+static int check_machine(const struct recording_test *t, const struct kinematics *k, struct error *error) {
+    for (int leg = 0; leg < LEGS; leg++) {
+        double mean = 0.0, n = 0.0;
+        for (int i = t->first; i < t->end; i++)
+            if (t->sample[i].good) mean += t->sample[i].length_m[leg], n += 1.0;
+        mean /= n;
+        if (fabs(mean - k->neutral_length_m) > NEUTRAL_TOLERANCE_M)
+            return error_set(error, STATUS_USAGE, "test %s: leg %d is %.4g m long at its middle, the model's %.4g: other units, or another machine",
+                             axis_names[t->dof], leg + 1, mean, k->neutral_length_m);
+    }
+    return STATUS_OK;
+}
+
+/* Forces against the weight: the sum of what the legs hold must be the machine's, each pressure on its own side. */
+static int check_pressures(const struct recording *r, struct error *error) {
+    const struct params *p = r->params;
+    struct cylinder_areas areas = cylinder_areas(&p->actuator);
+    const struct recording_test *t = &r->test[0];
+    double direct[LEGS] = {0}, exchanged = 0.0, sum = 0.0, weight = (p->payload.mass_kg + LEGS * p->actuator.upper_mass_kg) * p->payload.gravity_mps2;
+    int n = 0;
+    for (int i = t->first; i < t->end; i++) n += t->sample[i].good;
+    for (int i = t->first; i < t->end; i++)
+        for (int k = 0; k < LEGS && t->sample[i].good; k++) {
+            direct[k] += leg_force(&areas, t->sample[i].p1_pa[k], t->sample[i].p2_pa[k]) / n;
+            exchanged += leg_force(&areas, t->sample[i].p2_pa[k], t->sample[i].p1_pa[k]) / n;
+        }
+    for (int k = 0; k < LEGS; k++) sum += direct[k];
+    for (int k = 0; k < LEGS; k++)
+        if (fabs(direct[k] - (sum - direct[k]) / (LEGS - 1)) > 2.0 * weight)
+            return error_set(error, STATUS_USAGE, "the mean force of leg %d is %.3g N, the others' %.3g: p1 and p2 exchanged there, or a sign wrong",
+                             k + 1, direct[k], (sum - direct[k]) / (LEGS - 1));
+    if (!(sum > 0.2 * weight && sum < 5.0 * weight))
+        return error_set(error, STATUS_USAGE, "the legs hold %.3g N in all, a machine of this weight needs about %.3g: %s", sum, 1.2 * weight,
+                         exchanged > 0.2 * weight && exchanged < 5.0 * weight ? "p1 and p2 are exchanged" : "other units, or another machine");
+    return STATUS_OK;
+}
+
+/* A machine of one axis, positions as reading. */
+static int check_stroke(const struct params *p, const struct recording_test *t, struct error *error) {
+    double low = HUGE_VAL, high = -HUGE_VAL, middle = p->axis.middle_m, half = 0.5 * p->actuator.stroke_m;
+    for (int i = t->first; i < t->end; i++) {
+        if (!t->sample[i].good) continue;
+        low = fmin(low, t->sample[i].length_m[0]), high = fmax(high, t->sample[i].length_m[0]);
+    }
+    if (low >= middle - half && high <= middle + half) return STATUS_OK;
+    return error_set(error, STATUS_USAGE, "the position runs from %.4g to %.4g m, outside a stroke of %g m about %g m (actuator.stroke_m, "
+                     "axis.middle_m): other units, or another zero", low, high, p->actuator.stroke_m, middle);
+}
+
+/* Force against motion over the evaluated parts: mean power, and the mass that the force in step with the acceleration would move. */
+struct drive {
+    double power, effort; /* F v, and the product of their amplitudes */
+    double mass_kg;
+    double most_kg;       /* that so much force would move at all */
+};
+
+static double axis_force(const struct recording *r, const struct recording_sample *s, bool exchanged) {
+    struct cylinder_areas areas = cylinder_areas(&r->params->actuator);
+    return exchanged ? leg_force(&areas, s->p2_pa[0], s->p1_pa[0]) : s->force_n[0];
+}
+
+/* Of the fundamental. */
+static void add_drive(const struct recording *r, const struct recording_test *t, bool exchanged, double sum[5]) {
+    double w = 2.0 * PI * t->frequency_hz, x[3] = {0}, f[3] = {0}, n = 0.0;
+    for (int pass = 0; pass < 2; pass++)
+        for (int i = t->first; i < t->end; i++) {
+            const struct recording_sample *s = &t->sample[i];
+            if (!s->good) continue;
+            double basis[3] = {1.0, sin(w * s->test_time_s), cos(w * s->test_time_s)};
+            double position = s->length_m[0] - x[0] / n, force = axis_force(r, s, exchanged) - f[0] / n;
+            if (!pass) n += 1.0, x[0] += s->length_m[0], f[0] += axis_force(r, s, exchanged);
+            for (int a = 1; a < 3 && pass; a++) x[a] += 2.0 * basis[a] * position / n, f[a] += 2.0 * basis[a] * force / n;
+        }
+    double v[2] = {-w * x[2], w * x[1]}, acceleration[2] = {-w * w * x[1], -w * w * x[2]};
+    for (int q = 0; q < 2; q++) {
+        sum[0] += f[q + 1] * v[q], sum[1] += f[q + 1] * acceleration[q];
+        sum[2] += acceleration[q] * acceleration[q], sum[3] += f[q + 1] * f[q + 1], sum[4] += v[q] * v[q];
+    }
+}
+
+static struct drive drive_of(const struct recording *r, bool exchanged) {
+    double sum[5] = {0};
+    for (int i = 0; i < r->tests; i++) add_drive(r, &r->test[i], exchanged, sum);
+    return (struct drive){.power = sum[0], .effort = sqrt(sum[3] * sum[4]), .mass_kg = sum[1] / sum[2],
+                          .most_kg = sqrt(sum[3] / sum[2])};
+}
+
+/* Whatever the friction, the force drives the motion, and a mass is positive. */
+static bool drives(const struct drive *d, double mass_kg) { return d->power > -0.2 * d->effort && d->mass_kg > -0.5 * mass_kg; }
+
+static int check_axis(const struct recording *r, struct error *error) {
+    double mass_kg = r->params->axis.mass_kg;
+    struct drive d = drive_of(r, false), other = drive_of(r, true);
+    bool exchanged = r->measured.pressures && drives(&other, mass_kg);
+    if (!drives(&d, mass_kg))
+        return error_set(error, STATUS_USAGE, "the force works against the motion, as if the mass were %.3g kg: %s", d.mass_kg,
+                         exchanged ? "p1 and p2 are exchanged, or the position's sign is wrong" : "the sign of force or position is wrong");
+    if (d.mass_kg > 10.0 * mass_kg || d.most_kg < 0.3 * mass_kg)
+        return error_set(error, STATUS_USAGE, "force and motion would go together if the mass were %.3g kg; the model has %.3g (axis.mass_kg): "
+                         "other units, or another machine", d.mass_kg > mass_kg ? d.mass_kg : d.most_kg, mass_kg);
+    return STATUS_OK;
+}
+
+/* Fundamentals of what each leg does and of what it should do, over all tests: signs and order. */
+struct leg_likeness {
+    double product[LEGS][LEGS], does[LEGS], should[LEGS];
+};
+
+static void add_likeness(const double *does, int leg, const double *should, int other, struct leg_likeness *l) {
+    for (int a = 1; a <= 2; a++) {
+        l->product[leg][other] += does[a] * should[a];
+        if (other == leg) l->does[leg] += does[a] * does[a], l->should[leg] += should[a] * should[a];
+    }
+}
+
+static double likeness(const struct leg_likeness *l, int leg, int other) { return l->product[leg][other] / sqrt(l->does[leg] * l->should[other]); }
+
+static bool exchanged(const struct leg_likeness *l, int a, int b) {
+    double margin = fmin(likeness(l, a, b) - likeness(l, a, a), likeness(l, b, a) - likeness(l, b, b));
+    return margin > 0.2 && likeness(l, a, b) > 0.8;
+}
+
+static int check_likeness(const struct leg_likeness *l, int legs, const char *what, const char *as, struct error *error) {
+    for (int a = 0; a < legs; a++)
+        for (int b = 0; b < a; b++)
+            if (exchanged(l, a, b))
+                return error_set(error, STATUS_USAGE, "%s of leg %d goes as leg %d's should, by %s: two legs are exchanged", what, b + 1, a + 1, as);
+    for (int a = 0; a < legs; a++)
+        if (likeness(l, a, a) < -0.5) return error_set(error, STATUS_USAGE, "%s of leg %d goes against %s: its sign is wrong", what, a + 1, as);
+    return STATUS_OK;
+}
+
+/* Forces against those that the motion needs, valve commands against the speed that they make. */
+static int check_drives(const struct recording *r, struct error *error) {
+    struct leg_likeness force = {0}, valve = {0};
+    struct residual_data data;
+    int legs = params_legs(r->params), status = residual_prepare(&data, r, CYCLES_ALL, error);
+    for (int i = 0; i < data.tests && !status; i++) {
+        const struct residual_test *t = &data.test[i];
+        double needed[LEGS][RESIDUAL_SIZE];
+        if (!residual_required(t, r->params, needed))
+            status = error_set(error, STATUS_USAGE, "test %s: no pose of this machine has these lengths: other units, or another machine",
+                               axis_names[r->test[i].dof]);
+        for (int a = 0; a < legs && !status; a++)
+            for (int b = 0; b < legs; b++) {
+                const double *length = t->spectrum.mean[CHANNEL_LENGTH][b], rate[3] = {0.0, -length[2], length[1]};
+                add_likeness(t->spectrum.mean[CHANNEL_FORCE][a], a, needed[b], b, &force);
+                add_likeness(t->spectrum.mean[CHANNEL_VALVE][a], a, rate, b, &valve);
+            }
+    }
+    residual_free(&data);
+    if (!status) status = check_likeness(&force, legs, r->measured.pressures ? "the force A1 P1 - A2 P2" : "the force", "its motion", error);
+    if (!status && r->measured.valve) status = check_likeness(&valve, legs, "the valve command", "its speed", error);
+    return status;
+}
+
+int recording_check(struct recording *r, struct error *error) {
+    struct kinematics k;
+    bool axis = r->params->mechanism == MECHANISM_AXIS;
+    int status = kinematics_init(&k, r->params, error);
+    if (status) return status;
+    if (!r->tests) return error_set(error, STATUS_USAGE, "no sinusoidal test in the log");
+    if (!r->measured.force)
+        return error_set(error, STATUS_USAGE, "neither pressures nor forces in the log: there is nothing to hold against the motion");
+    recording_settle(r);
+    for (int i = 0; i < r->tests; i++) {
+        const struct recording_test *t = &r->test[i];
+        double seconds = t->first < 0 ? 0.0 : t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s;
+        int good = 0;
+        for (int j = t->first; j >= 0 && j < t->end; j++) good += t->sample[j].good;
+        if (seconds > 0.0 && 2 * good < t->end - t->first)
+            return error_set(error, STATUS_USAGE, "test %s: more than half of its samples are flagged, or have a value that is no number",
+                             axis_names[t->dof]);
+        if (seconds * t->frequency_hz < CYCLES_NEEDED - 0.1)
+            return error_set(error, STATUS_USAGE, "test %s: %.3g s evaluated, too short: at least %d cycles of %g Hz are needed",
+                             axis_names[t->dof], seconds, CYCLES_NEEDED, t->frequency_hz);
+        status = check_channels(r, t, error);
+        if (!status) status = axis ? check_stroke(r->params, t, error) : check_machine(t, &k, error);
+        if (!status) status = check_frequency(t, error);
+        if (status) return status;
+    }
+    status = axis ? check_axis(r, error) : check_legs(r, &k, error);
+    if (!status && !axis && r->measured.pressures) status = check_pressures(r, error);
+    return status ? status : check_drives(r, error);
+}

@@ -1,0 +1,180 @@
+/* What is recorded is what the configuration says, or it is refused for what it is: a plug in the wrong socket is no physical effect. What a
+ * log lacks is left out. */
+#include "support.h"
+
+#include <stdlib.h>
+
+#include "force.h"
+#include "gap.h"
+#include "replay.h"
+#include "residual.h"
+
+static struct params params;
+static struct recording clean; /* six tests of the simulated platform */
+
+static int set_up(void **unused) {
+    (void)unused;
+    struct recording like;
+    struct error error;
+    config_default(&params);
+    recording_init(&like, &params);
+    like.tests = DOFS;
+    for (int i = 0; i < DOFS; i++) like.test[i] = (struct recording_test){.test = i, .dof = (enum dof)i, .first = -1};
+    return replay_closed_loop(&params, &like, &clean, &error);
+}
+
+static int tear_down(void **unused) {
+    (void)unused;
+    recording_free(&clean);
+    return 0;
+}
+
+typedef void change(struct recording_sample *s);
+
+static struct recording copy(void) {
+    struct recording r = clean;
+    for (int i = 0; i < r.tests; i++) {
+        size_t size = (size_t)r.test[i].count * sizeof *r.test[i].sample;
+        r.test[i].sample = malloc(size);
+        memcpy(r.test[i].sample, clean.test[i].sample, size);
+    }
+    return r;
+}
+
+static void alter(struct recording *r, change *what) {
+    struct cylinder_areas areas = cylinder_areas(&params.actuator);
+    for (int i = 0; i < r->tests; i++)
+        for (int j = 0; j < r->test[i].count; j++) {
+            struct recording_sample *s = &r->test[i].sample[j];
+            what(s);
+            for (int k = 0; k < LEGS; k++) s->force_n[k] = leg_force(&areas, s->p1_pa[k], s->p2_pa[k]);
+        }
+}
+
+static void swap(double *x, int a, int b) {
+    double kept = x[a];
+    x[a] = x[b], x[b] = kept;
+}
+
+static void swap_lengths(struct recording_sample *s) { swap(s->length_m, 1, 3); }
+static void swap_pressures(struct recording_sample *s) { swap(s->p1_pa, 1, 4), swap(s->p2_pa, 1, 4); }
+static void swap_valves(struct recording_sample *s) { swap(s->valve, 0, 3); }
+static void swap_legs(struct recording_sample *s) { swap_lengths(s), swap(s->p1_pa, 1, 3), swap(s->p2_pa, 1, 3), swap(s->valve, 1, 3); }
+static void exchange_ports(struct recording_sample *s) {
+    for (int k = 0; k < LEGS; k++) {
+        double p1_pa = s->p1_pa[k];
+        s->p1_pa[k] = s->p2_pa[k], s->p2_pa[k] = p1_pa;
+    }
+}
+static void flip_valve(struct recording_sample *s) { s->valve[2] = -s->valve[2]; }
+static void flip_length(struct recording_sample *s) { s->length_m[4] = 2.0 * 1.8310 - s->length_m[4]; }
+static void millimetres(struct recording_sample *s) {
+    for (int k = 0; k < LEGS; k++) s->length_m[k] *= 1e3;
+}
+static void bar(struct recording_sample *s) {
+    for (int k = 0; k < LEGS; k++) s->p1_pa[k] *= 1e-5, s->p2_pa[k] *= 1e-5;
+}
+static void double_motion(struct recording_sample *s) {
+    for (int k = 0; k < LEGS; k++) s->length_m[k] = 1.8310 + 2.5 * (s->length_m[k] - 1.8310);
+}
+static void zero_valve(struct recording_sample *s) { s->valve[3] = 0.0; }
+static void dead_pressure(struct recording_sample *s) { s->p2_pa[5] = 0.0; }
+static void clip(struct recording_sample *s) {
+    for (int k = 0; k < LEGS; k++) s->p2_pa[k] = fmin(2.5 * s->p2_pa[k], 16e6);
+}
+static void mostly_nothing(struct recording_sample *s) {
+    if (fmod(s->test_time_s, 0.01) > 0.003) s->p1_pa[0] = NAN;
+}
+
+static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
+    (void)unused;
+    static const struct {
+        change *change;
+        bool reference;
+        const char *says;
+    } lies[] = {
+        {swap_lengths, true, "exchanged"},     {swap_lengths, false, "exchanged"}, {swap_pressures, true, "leg 2 goes as leg 5's"},
+        {swap_valves, true, "valve command of leg 1"},                             {swap_legs, true, "exchanged"},
+        {swap_legs, false, "exchanged"},       {exchange_ports, true, "p1 and p2"}, {flip_valve, true, "valve command of leg 3"},
+        {flip_length, true, "length of leg 5"}, {flip_length, false, "length of leg 5"}, {millimetres, true, "other units"},
+        {bar, true, "other units"},            {double_motion, true, "times as far"}, {zero_valve, true, "valve command of leg 4 does not change"},
+        {dead_pressure, true, "p2 of leg 6 does not change"},                      {clip, true, "clipped"}, {mostly_nothing, true, "half of its samples"},
+    };
+    for (size_t n = 0; n < sizeof lies / sizeof *lies; n++) {
+        struct error error = {0};
+        struct recording r = copy();
+        alter(&r, lies[n].change);
+        r.measured.reference = lies[n].reference;
+        int status = recording_check(&r, &error);
+        recording_free(&r);
+        if (status != STATUS_USAGE || !strstr(error.text, lies[n].says)) fail_msg("%d: \"%s\" does not say \"%s\"", (int)n, error.text, lies[n].says);
+    }
+}
+
+static void what_is_as_it_should_be_is_accepted(void **unused) {
+    (void)unused;
+    struct error error;
+    for (int lacking = 0; lacking < 3; lacking++) {
+        struct recording r = copy();
+        if (lacking == 1) r.measured.reference = false;
+        if (lacking == 2) r.measured.valve = false;
+        if (recording_check(&r, &error)) fail_msg("%s", error.text);
+        recording_free(&r);
+    }
+}
+
+/* Without commands the chambers are not evaluated, and no effect is blamed that shows there alone. */
+static void without_commands_forces_alone_are_explained(void **unused) {
+    (void)unused;
+    static struct gap_result g;
+    struct error error;
+    struct gap_options options = {.replay = GAP_CLOSED_LOOP, .simulate = true, .threads = 2};
+    struct recording r = copy();
+    r.measured.valve = false;
+    assert_int_equal(recording_check(&r, &error), STATUS_OK);
+    assert_int_equal(gap_solve(&params, &r, NULL, &options, &g, &error), STATUS_USAGE);
+    assert_non_null(strstr(error.text, "valve commands"));
+    options.replay = GAP_MOTION;
+    if (gap_solve(&params, &r, NULL, &options, &g, &error)) fail_msg("%s", error.text);
+    assert_int_equal(g.verdict, GAP_NO_GAP);
+    assert_true(isnan(g.noise_floor.channel[GAP_P1]) && isfinite(g.noise_floor.channel[GAP_FORCE]));
+    for (int i = 0; i < g.candidates; i++) assert_string_not_equal(effect_table[g.candidate[i].effect]->name, "internal_leakage");
+    recording_free(&r);
+}
+
+/* One row in a hundred lost: cycles that miss more than a tenth do not count, and the sampling is what it is between the gaps. */
+static void lost_samples_do_not_change_the_sampling(void **unused) {
+    (void)unused;
+    struct error error;
+    struct recording r = copy();
+    for (int i = 0; i < r.tests; i++) {
+        struct recording_test *t = &r.test[i];
+        int kept = 0, first = t->first, end = t->end;
+        for (int j = 0; j < t->count; j++) {
+            if (j == first) t->first = kept;
+            if (j == end) t->end = kept;
+            if (j % 100 != 50 && (j < first + 700 || j >= first + 900)) t->sample[kept++] = t->sample[j];
+        }
+        t->count = kept;
+        if (end > kept) t->end = kept;
+        assert_close(recording_step_s(t), 0.002, 1e-9);
+    }
+    if (recording_check(&r, &error)) fail_msg("%s", error.text);
+    struct spectrum whole, gaps;
+    assert_true(spectrum_measure(&whole, &clean.test[0], CYCLES_ALL) && spectrum_measure(&gaps, &r.test[0], CYCLES_ALL));
+    assert_true(gaps.cycles < whole.cycles && gaps.cycles >= whole.cycles - 3);
+    for (int k = 0; k < LEGS; k++)
+        for (int a = 1; a < 5; a++) /* within the sensor's step over the root of the samples */
+            assert_close(gaps.mean[CHANNEL_LENGTH][k][a], whole.mean[CHANNEL_LENGTH][k][a], 50e-6 / sqrt(2000.0) * 5.0);
+    recording_free(&r);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(recordings_that_lie_are_refused_for_what_they_are),
+        cmocka_unit_test(what_is_as_it_should_be_is_accepted),
+        cmocka_unit_test(without_commands_forces_alone_are_explained),
+        cmocka_unit_test(lost_samples_do_not_change_the_sampling),
+    };
+    return cmocka_run_group_tests(tests, set_up, tear_down);
+}
