@@ -396,6 +396,101 @@ static void other_programs_files_are_read(void **unused) {
     assert_string_equal(report.ignored, "1_x.csv: operator temperature");
 }
 
+/* The same rows as five programs write them. */
+static void every_dialect_gives_the_same_log(void **unused) {
+    (void)unused;
+    static const struct {
+        const char *names, *row; /* t_s, l1_m, p1_1_pa, note */
+        double time, length, pressure;
+    } dialects[] = {
+        {"t_s,l1_m,p1_1_pa,note", "%.4f,%.5f,%.1f,a\n", 1.0, 1.0, 1.0},
+        {"t_ms;l1_mm;p1_1_bar;note", "%.1f;%.2f;%.5f;a\r\n", 1e3, 1e3, 1e-5},
+        {"\"Note\"\t\"P1_1 [MPa]\"\tl1 (cm)\tt [us]", NULL, 1e6, 1e2, 1e-6},
+        {"\"t_s\",\"l1_m\",\"p1_1_kPa\",\"note, free\"", "\"%.4f\",\"%.5f\", \"%.3f\",\"a, b\"\n# pause\n", 1.0, 1.0, 1e-3},
+    };
+    enum { ROWS = 1000 };
+    static struct cycle first[ROWS];
+    static char text[BUFFER];
+    for (size_t d = 0; d < sizeof dialects / sizeof *dialects; d++) {
+        int used = sprintf(text, "# dof: x\n%s\n", dialects[d].names);
+        for (int i = 0; i < ROWS; i++) {
+            double t = 0.002 * i * dialects[d].time, l = (1.83 + 1e-5 * i) * dialects[d].length, p = (4e6 + 1e3 * i) * dialects[d].pressure;
+            char row[120];
+            if (dialects[d].row) snprintf(row, sizeof row, dialects[d].row, t, l, p);
+            else snprintf(row, sizeof row, "\t%.5f\t%.4f\t%.0f\n", p, l, t);
+            for (char *point = row; strpbrk(dialects[d].names, ";\t") && (point = strchr(point, '.'));) *point = ',';
+            used += sprintf(text + used, "%s", row);
+        }
+        empty(NULL);
+        put("1_x.csv", text);
+        assert_imports();
+        assert_string_equal(report.doubtful, "");
+        struct recording *r = load(log_a);
+        assert_int_equal(r->count, ROWS);
+        if (d == 0) memcpy(first, r->cycle, sizeof first);
+        for (int i = 0; i < ROWS; i++) {
+            assert_float_equal(r->cycle[i].test_time_s, first[i].test_time_s, 1e-12);
+            assert_float_equal(r->cycle[i].in.length_m[0], first[i].in.length_m[0], 1e-12);
+            assert_float_equal(r->cycle[i].in.p1_pa[0], first[i].in.p1_pa[0], 1e-6);
+        }
+    }
+}
+
+static void units_that_cannot_be_are_named(void **unused) {
+    (void)unused;
+    static const struct {
+        const char *name, *says;
+        double mean, swing;
+    } cases[] = {
+        {"l3_m", "", 1.83, 0.004},          {"l3_m", "l3_m is up to 1834, in mm?", 1830.0, 4.0}, {"l1_mm", "l1_m is up to 0.001834, another unit", 1.83, 0.004},
+        {"p2_5_pa", "", 4e6, 1e6},          {"p2_5_pa", "p2_5_pa is up to 50, in bar?", 40.0, 10.0}, {"p2_5_pa", "p2_5_pa is up to 5, in MPa?", 4.0, 1.0},
+        {"p2_5_bar", "p2_5_pa is up to 5e+11, another unit", 4e6, 1e6}, {"ref_phi_rad", "", 0.0, 0.006}, {"ref_phi_rad", "ref_phi_rad swings by 0.34", 0.0, 0.344},
+        {"u2", "", 0.0, 0.5},               {"u2", "u2 is up to 50, in percent?", 0.0, 50.0}, {"ref_z_m", "ref_z_m swings by 4, in mm?", 0.0, 4.0},
+        {"position_m", "position_m swings by 20, in mm?", 0.0, 20.0}, {"position_mm", "", 0.0, 20.0}, {"position_m", "", 0.0, 0.02},
+    };
+    static char text[BUFFER];
+    for (size_t n = 0; n < sizeof cases / sizeof *cases; n++) {
+        int used = sprintf(text, "# dof: x\nt_s,%s\n", cases[n].name);
+        for (int i = 0; i < 1000; i++) used += sprintf(text + used, "%.4f,%.7g\n", 0.002 * i, cases[n].mean + cases[n].swing * sin(0.05 * i));
+        empty(NULL);
+        put("1_x.csv", text);
+        assert_imports();
+        if (!*cases[n].says) assert_string_equal(report.doubtful, "");
+        if (!strstr(report.doubtful, cases[n].says)) fail_msg("\"%s\" does not say \"%s\"", report.doubtful, cases[n].says);
+    }
+    int used = sprintf(text, "# dof: x\n# rate_hz: 500\nt_s,u1\n");
+    for (int i = 0; i < 1000; i++) used += sprintf(text + used, "%d,0\n", 2 * i);
+    put("1_x.csv", text);
+    assert_int_equal(import(), STATUS_USAGE);
+    assert_says("1_x.csv:2|milliseconds|t_ms");
+}
+
+static void one_axis_goes_to_csv_and_back(void **unused) {
+    (void)unused;
+    char text[BUFFER], path[2 * PATHS];
+    int used = sprintf(text, "# mechanism: axis\nforce_kN,t_s,position_mm,l1_m\n");
+    for (int i = 0; i < 1000; i++) used += sprintf(text + used, "%.4f,%.4f,%d,0\n", 0.001 * i, 0.002 * i, i % 50);
+    empty(NULL);
+    put("1_axis.csv", text);
+    assert_imports();
+    assert_string_equal(report.missing, "1_axis.csv: ref_m p1_pa p2_pa u");
+    assert_string_equal(report.ignored, "1_axis.csv: l1_m");
+    struct recording *r = load(log_a);
+    assert_int_equal(r->params.mechanism, MECHANISM_AXIS);
+    const struct cycle *c = &r->cycle[777];
+    assert_true(c->dof == DOF_X && c->in.length_m[0] == 27 * 1e-3 && isnan(c->in.length_m[1]) && isnan(c->in.p1_pa[0]));
+    assert_float_equal(c->force_n[0], 777.0, 1e-9);
+    assert_int_equal(csv_export(log_a, out, &report, &error), 0);
+    if (csv_import(out, log_b, NULL, &report, &error)) fail_msg("%s", error.text);
+    assert_int_equal(load(log_b)->count, 1000);
+    assert_float_equal(load(log_b)->cycle[777].force_n[0], 777.0, 1e-9);
+    snprintf(path, sizeof path, "%s/1_x.csv", out);
+    assert_int_equal(access(path, R_OK), 0);
+    put("2_x.csv", file_of("# dof: x\n", 0, 2000));
+    assert_int_equal(import(), STATUS_USAGE);
+    assert_says("2_x.csv:2|platform|1_axis.csv");
+}
+
 static void a_recording_without_a_sinusoid_is_kept(void **unused) {
     (void)unused;
     empty(NULL);
@@ -611,6 +706,9 @@ int main(void) {
         cmocka_unit_test(another_rate_makes_another_period),
         cmocka_unit_test(the_configuration_beside_the_files_is_used),
         cmocka_unit_test(other_programs_files_are_read),
+        cmocka_unit_test(every_dialect_gives_the_same_log),
+        cmocka_unit_test(units_that_cannot_be_are_named),
+        cmocka_unit_test(one_axis_goes_to_csv_and_back),
         cmocka_unit_test(a_recording_without_a_sinusoid_is_kept),
         cmocka_unit_test(rows_that_are_missing_are_counted),
         cmocka_unit_test(a_rate_that_lies_is_refused),

@@ -16,6 +16,10 @@
  *     t_s,position_m,ref_m,force_n,p1_pa,p2_pa,u      force: of a load cell or a drive; p1 on the rodless side; each may be missing but
  *                                                     the first two, and with pressures the force is not used
  *
+ * Other programs' files: cells may be quoted, and parted by semicolons or tabs (numbers may have decimal commas then); lines that begin with
+ * # between rows are passed over. A name may end in another unit, "p1_3_bar" or "t [ms]": m cm mm um, s ms us, rad mrad deg, Pa kPa MPa bar
+ * psi, N kN. Values that cannot be what their names say are reported as doubtful, and hexid gap refuses them.
+ *
  * Columns may stand in any order; only t_s must be there. A missing column and an empty cell are NaN in the log: what needs them is not
  * evaluated. `flags` (SAMPLE_..., decimal) and `phase` (enum phase) are ours: without them no sample is flagged, and the phase follows
  * from t_s, rounded to whole periods. Files are taken in the order of the numbers in their names (1_x.csv ... 10_x.csv).
@@ -37,6 +41,7 @@ struct csv_report {
     int64_t cut_offset;
     char missing[600];     /* import: columns, "1_x.csv: u1..u6; 2_y.csv: ...": NaN in the log */
     char ignored[600];     /* import: columns and keys that mean nothing here, likewise */
+    char doubtful[600];    /* import: columns whose values cannot be what their names say, and what they might be instead */
 };
 
 /* The tests of a log as DIRECTORY/1_x.csv ..., and its configuration. The directory is made when it is not there; one that has CSV files

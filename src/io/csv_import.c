@@ -6,7 +6,7 @@
 #include "config.h"
 #include "csv.h"
 #include "csv_format.h"
-#include "csv_reader.h"
+#include "csv_doubts.h"
 #include "log.h"
 #include "messages.h"
 #include "units.h"
@@ -114,14 +114,16 @@ static enum phase phase_at(const struct params *p, double t_s) {
 
 static int rate_lies(struct import *im, const struct csv_head *h, double step_s) {
     bool given = !isnan(h->value[CSV_RATE]);
-    return error_set(im->error, STATUS_USAGE, "%.200s:%d: %s%g Hz is not what t_s has: steps of %.6g s, %.6g Hz; give the true rate_hz",
+    const char *unit = csv_time_unit(step_s / period_s(im));
+    return error_set(im->error, STATUS_USAGE, "%.200s:%d: %s%g Hz is not what t_s has: steps of %.6g s, %.6g Hz; %s%s",
                      h->path, given ? h->line[CSV_RATE] : h->columns_line, given ? "rate_hz: " : "no rate_hz, and the configuration's ",
-                     1.0 / period_s(im), step_s, 1.0 / step_s);
+                     1.0 / period_s(im), step_s, 1.0 / step_s, unit ? unit : "give the true rate_hz", unit ? ": name the column so" : "");
 }
 
 struct span {
     int64_t rows, periods; /* read; from the first to the last */
     double first_s, last_s;
+    struct csv_range range;
 };
 
 /* By whole periods: a missing row is a gap in seq, as in hexid's own logs. */
@@ -167,6 +169,7 @@ static int read_rows(struct import *im, int file, struct csv_reader *reader, str
     int got;
     while ((got = csv_read_row(reader, &c, im->error)) > 0) {
         int status = advance(im, reader, s, c.test_time_s);
+        csv_range_take(&s->range, &c);
         if (!status && im->log) status = write_row(im, file, &c, c.test_time_s - s->first_s);
         if (status) return status;
     }
@@ -185,6 +188,18 @@ static int evaluate(struct import *im, const struct csv_reader *reader, const st
     return STATUS_OK;
 }
 
+/* "1_x.csv: words; " at the end of a list, or nothing when there are no words. */
+static void note(char *list, size_t size, const struct csv_head *h, const char *words) {
+    size_t used = strlen(list);
+    if (*words) snprintf(list + used, size - used, "%s%s: %s", used ? "; " : "", strrchr(h->path, '/') + 1, words);
+}
+
+static void note_doubts(struct import *im, const struct csv_head *h, const struct csv_range *range) {
+    char words[CSV_LIST_SIZE];
+    csv_doubts(h, range, &im->params, words);
+    note(im->report->doubtful, sizeof im->report->doubtful, h, words);
+}
+
 /* Reads a file to its last row: into the log when that is open. */
 static int read_file(struct import *im, int file) {
     struct csv_reader *reader;
@@ -193,6 +208,7 @@ static int read_file(struct import *im, int file) {
     if (status) return status;
     status = read_rows(im, file, reader, &s);
     if (!status && !im->log) status = evaluate(im, reader, &s);
+    if (!status && !im->log) note_doubts(im, &im->head[file], &s.range);
     if (im->log) im->report->rows += s.rows, im->report->lost += s.periods + 1 - s.rows;
     im->start_ns += ns_from_seconds(s.last_s - s.first_s + period_s(im));
     csv_close(reader);
@@ -205,12 +221,6 @@ static int read_files(struct import *im) {
     im->start_ns = 0;
     for (int i = 0; !status && i < im->files; i++) status = read_file(im, i);
     return status;
-}
-
-/* "1_x.csv: words; " at the end of a list, or nothing when there are no words. */
-static void note(char *list, size_t size, const struct csv_head *h, const char *words) {
-    size_t used = strlen(list);
-    if (*words) snprintf(list + used, size - used, "%s%s: %s", used ? "; " : "", strrchr(h->path, '/') + 1, words);
 }
 
 static int read_head(struct import *im, const char *name) {

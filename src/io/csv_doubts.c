@@ -1,0 +1,90 @@
+#include "csv_doubts.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "units.h"
+
+void csv_range_take(struct csv_range *range, const struct cycle *cycle) {
+    for (int i = 0; i < CSV_COLUMNS; i++) {
+        if (csv_columns[i].kind != CSV_REAL) continue;
+        double value = *(const double *)(const void *)((const char *)cycle + csv_columns[i].offset);
+        range->low[i] = range->begun ? fmin(range->low[i], value) : value; /* fmin and fmax pass over NaN */
+        range->high[i] = range->begun ? fmax(range->high[i], value) : value;
+    }
+    range->begun = true;
+}
+
+/* The unit that makes a size of so many SI units a usual one. */
+struct guess {
+    const char *unit;
+    double si;
+};
+
+static const struct guess lengths[] = {{"mm", 1e-3}, {"cm", 1e-2}, {"inches", 0.0254}, {NULL, 0.0}};
+static const struct guess angles[] = {{"degrees", PI / 180.0}, {"mrad", 1e-3}, {NULL, 0.0}};
+static const struct guess pressures[] = {{"MPa", 1e6}, {"bar", 1e5}, {"psi", 6894.76}, {"kPa", 1e3}, {NULL, 0.0}};
+static const struct guess forces[] = {{"kN", 1e3}, {NULL, 0.0}};
+static const struct guess valves[] = {{"percent", 0.01}, {NULL, 0.0}};
+
+/* What is expected of a column: its greatest value, or its swing, lies in least..most. */
+struct expectation {
+    bool swing;
+    double least, most;
+    const struct guess *guess;
+};
+
+static double size_of(const struct csv_range *r, int column, bool swing) {
+    return swing ? 0.5 * (r->high[column] - r->low[column]) : fmax(fabs(r->low[column]), fabs(r->high[column]));
+}
+
+static void doubt(const char *name, double size, const struct expectation *e, char words[CSV_LIST_SIZE]) {
+    size_t used = strlen(words);
+    const struct guess *g = e->guess;
+    while (g->unit && !(size * g->si >= e->least && size * g->si <= e->most)) g++;
+    snprintf(words + used, CSV_LIST_SIZE - used, "%s%s %s %.4g, %s%s?", used ? ", " : "", name, e->swing ? "swings by" : "is up to", size,
+             g->unit ? "in " : "another unit or machine", g->unit ? g->unit : "");
+}
+
+/* The largest of columns first..last: a single one may be dead. */
+static void check(const struct csv_head *h, const struct csv_range *r, int first, int last, const struct expectation *e,
+                  char words[CSV_LIST_SIZE]) {
+    double size = 0.0;
+    int at = -1;
+    for (int i = first; i <= last; i++)
+        if (h->has[i] && size_of(r, i, e->swing) > size) size = size_of(r, i, e->swing), at = i;
+    if (at >= 0 && !(size >= e->least && size <= e->most)) doubt(csv_columns[at].name, size, e, words);
+}
+
+static void check_legs(const struct csv_head *h, const struct csv_range *r, const struct params *p, char words[CSV_LIST_SIZE]) {
+    enum { REF = 1, LENGTH = 7, P1 = 13, U = 25 };
+    double turn = p->tests.amplitude_rad, move = p->tests.amplitude_m, supply = p->hydraulics.supply_pa;
+    check(h, r, LENGTH, LENGTH + 5, &(struct expectation){.least = p->limits.length_min_m / 2.0, .most = p->limits.length_max_m * 2.0, .guess = lengths}, words);
+    check(h, r, REF, REF + 2, &(struct expectation){.swing = true, .least = 0.0, .most = fmax(4.0 * move, 0.5 * p->actuator.stroke_m), .guess = lengths}, words);
+    check(h, r, REF + 3, REF + 5, &(struct expectation){.swing = true, .least = 0.0, .most = 4.0 * turn, .guess = angles}, words);
+    check(h, r, P1, P1 + 11, &(struct expectation){.least = 2e-3 * supply, .most = 3.0 * p->sensors.pressure_full_scale_pa, .guess = pressures}, words);
+    check(h, r, U, U + 5, &(struct expectation){.least = 0.0, .most = 1.001, .guess = valves}, words);
+}
+
+static void check_axis(const struct csv_head *h, const struct csv_range *r, const struct params *p, char words[CSV_LIST_SIZE]) {
+    enum { POSITION = CSV_POSITION_COLUMN, REF, FORCE, P1, P2, U };
+    double supply = p->hydraulics.supply_pa, stroke = p->actuator.stroke_m;
+    double w = 2.0 * PI * p->tests.frequency_hz, inertia_n = p->axis.mass_kg * w * w * size_of(r, POSITION, true);
+    check(h, r, POSITION, REF, &(struct expectation){.swing = true, .least = 0.0, .most = 0.5 * stroke, .guess = lengths}, words);
+    check(h, r, FORCE, FORCE, &(struct expectation){.swing = true, .least = 0.1 * fmin(inertia_n, 1e3), .most = (double)INFINITY, .guess = forces}, words);
+    check(h, r, P1, P2, &(struct expectation){.least = 2e-3 * supply, .most = 3.0 * p->sensors.pressure_full_scale_pa, .guess = pressures}, words);
+    check(h, r, U, U, &(struct expectation){.least = 0.0, .most = 1.001, .guess = valves}, words);
+}
+
+void csv_doubts(const struct csv_head *head, const struct csv_range *range, const struct params *params, char words[CSV_LIST_SIZE]) {
+    words[0] = '\0';
+    if (head->mechanism == MECHANISM_AXIS) check_axis(head, range, params, words);
+    else check_legs(head, range, params, words);
+}
+
+const char *csv_time_unit(double ratio) {
+    if (fabs(ratio / 1e3 - 1.0) < 0.05) return "t_s looks like milliseconds, t_ms";
+    if (fabs(ratio / 1e6 - 1.0) < 0.05) return "t_s looks like microseconds, t_us";
+    return NULL;
+}

@@ -1,0 +1,22 @@
+/* Are the values what their names say? Millimetres under l1_m, bar under p1_1_pa, degrees under ref_phi_rad, percent under u1: what cannot
+ * be is named, with the unit that it might be. Private to src/io/csv_*.c. */
+#ifndef HEXID_CSV_DOUBTS_H
+#define HEXID_CSV_DOUBTS_H
+
+#include "csv_reader.h"
+
+/* Least and greatest value of each column; begins as zero. */
+struct csv_range {
+    bool begun;
+    double low[CSV_COLUMNS], high[CSV_COLUMNS];
+};
+
+void csv_range_take(struct csv_range *range, const struct cycle *cycle);
+
+/* "l1_m is up to 1840: mm?", one a kind; "" without doubt. */
+void csv_doubts(const struct csv_head *head, const struct csv_range *range, const struct params *params, char words[CSV_LIST_SIZE]);
+
+/* "it looks like milliseconds", where a step so many times too long is just that; else NULL. */
+const char *csv_time_unit(double ratio);
+
+#endif
