@@ -269,10 +269,54 @@ static void friction_in_one_direction_and_a_constant_force_are_not_told_apart(vo
         if (!strcmp(g.base[i].name, "axis.force_offset_n")) assert_close(g.base[i].value, -40.0, 4.0);
 }
 
+typedef void change(struct recording_sample *s);
+
+static void flip_force(struct recording_sample *s) { s->force_n[0] = -s->force_n[0]; }
+static void flip_position(struct recording_sample *s) { s->length_m[0] = -s->length_m[0]; }
+static void exchange_ports(struct recording_sample *s) {
+    double p1_pa = s->p1_pa[0];
+    s->p1_pa[0] = s->p2_pa[0], s->p2_pa[0] = p1_pa;
+    s->force_n[0] = A1 * s->p1_pa[0] - A2 * s->p2_pa[0];
+}
+static void flip_valve(struct recording_sample *s) { s->valve[0] = -s->valve[0]; }
+static void millimetres(struct recording_sample *s) { s->length_m[0] *= 1e3; }
+static void kilonewtons(struct recording_sample *s) { s->force_n[0] *= 1e-3; }
+static void hundredfold(struct recording_sample *s) { s->force_n[0] *= 1e2; }
+static void zero_force(struct recording_sample *s) { s->force_n[0] = 0.0; }
+static void clip_pressure(struct recording_sample *s) { s->p2_pa[0] = fmin(4.0 * s->p2_pa[0], 16e6); }
+static void twice_as_fast(struct recording_sample *s) { s->test_time_s *= 0.5; }
+
+static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
+    (void)unused;
+    static const struct {
+        change *change;
+        bool electric;
+        const char *says;
+    } lies[] = {
+        {flip_force, true, "sign of force or position"}, {flip_position, true, "sign of force or position"}, {exchange_ports, false, "p1 and p2 are exchanged"},
+        {flip_position, false, "sign"}, {flip_valve, false, "valve command"}, {millimetres, true, "other units"}, {kilonewtons, true, "other units"},
+        {hundredfold, true, "other units"}, {zero_force, true, "does not change"}, {clip_pressure, false, "clipped"}, {twice_as_fast, true, "move at 4 Hz"},
+    };
+    struct rig rig = {RIG};
+    for (size_t n = 0; n < sizeof lies / sizeof *lies; n++) {
+        struct recording r;
+        struct error error = {0};
+        rig.electric = lies[n].electric;
+        run_rig(&rig, 1, csv_path);
+        load(&r);
+        for (int i = 0; i < r.tests; i++)
+            for (int j = 0; j < r.test[i].count; j++) lies[n].change(&r.test[i].sample[j]);
+        int status = recording_check(&r, &error);
+        recording_free(&r);
+        if (status != STATUS_USAGE || !strstr(error.text, lies[n].says)) fail_msg("%d: \"%s\" does not say \"%s\"", (int)n, error.text, lies[n].says);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_a_cylinder_hides_is_named_and_nothing_else),
         cmocka_unit_test(what_an_electric_axis_hides_is_named_by_its_force_alone),
+        cmocka_unit_test(recordings_that_lie_are_refused_for_what_they_are),
         cmocka_unit_test(friction_in_one_direction_and_a_constant_force_are_not_told_apart),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);

@@ -1,0 +1,22 @@
+"""A drive that moves 200 kg to and fro, as another program records it: axis.py FRICTION_N SEED [millimetres: in a column that says metres]"""
+import math
+import random
+import sys
+
+friction, seed, lie = float(sys.argv[1]), int(sys.argv[2]), len(sys.argv) > 3
+random.seed(seed)
+mass, viscous = 200 * random.uniform(0.992, 1.008), 2000 * random.uniform(0.96, 1.04)
+w, amplitude = 2 * math.pi * 2, 0.02
+print("# mechanism: axis\n# rate_hz: 400\n# frequency_hz: 2")
+print("t [ms];%s;force (kN);motor temperature" % ("position_m" if lie else "position_mm"))
+for i in range(400 * 12):
+    if random.random() < 0.004:
+        continue  # lost
+    t = i / 400
+    ramp = min(t, 1.0)
+    x, v, a = (ramp * amplitude * f for f in (math.sin(w * t), w * math.cos(w * t), -w * w * math.sin(w * t)))
+    force = mass * a + viscous * v + friction * (v > 0) - friction * (v < 0) + random.gauss(0, 3)
+    cells = "%.3f" % (1e3 * t), "%.3f" % (1e3 * (x + random.gauss(0, 3e-6))), "" if i % 333 == 0 else "%.5f" % (1e-3 * force), "warm"
+    print(";".join(cells).replace(".", ","))
+    if i % 1000 == 0:
+        print("# still running")
