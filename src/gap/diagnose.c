@@ -307,7 +307,8 @@ bool diagnosis_drop(struct diagnosis *d, int addition, double most) {
     int effect = d->addition[addition].effect;
     struct hypothesis dropped = d->addition[addition];
     struct params before = d->model;
-    double square = d->square, held = d->held_square;
+    double square = d->square, held = d->held_square, std[FIT_VARIABLES];
+    memcpy(std, d->std, sizeof std);
     d->model.effects[effect] = d->given->effects[effect];
     memmove(d->addition + addition, d->addition + addition + 1, (size_t)(--d->added - addition) * sizeof *d->addition);
     bool fitted = list_variables(d) && diagnosis_refit(d, BASE_ITERATIONS);
@@ -320,5 +321,6 @@ bool diagnosis_drop(struct diagnosis *d, int addition, double most) {
     d->model = before;
     list_variables(d);
     diagnosis_refit(d, 0);
+    memcpy(d->std, std, sizeof std);
     return false;
 }

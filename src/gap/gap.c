@@ -12,6 +12,7 @@
 #include "experiment.h"
 #include "places.h"
 #include "replay.h"
+#include "spectrum.h"
 
 /* Calibrated on recordings of machines without an effect: none gains half of GAIN_MIN (tests/test_gap.c holds that). */
 static const double GAIN_MIN = 36.0;       /* of white squares, on fitted and on held-out cycles: z = 6 */
@@ -24,6 +25,7 @@ static const double RIVAL_GAIN = 25.0;     /* and noise: z = 5 */
 static const double UNKNOWN_SQUARE = 1.5;  /* mean white square, held out: more is no noise */
 static const double UNKNOWN_SHARE = 0.3;   /* of the first excess that stays unexplained */
 static const double CONTROLLER_DIFFERS = 0.02;
+static const double LINE_POWER = 12.0;      /* of white noise, mean of six legs: 1 +- 0.4 */
 static const double CLOCK_TOLERANCE = 1e-4; /* two crystals */
 
 const char *const gap_verdict_names[GAP_VERDICTS] = {"effect_named", "no_gap", "ambiguous", "unknown_effect"};
@@ -140,6 +142,25 @@ static void describe(struct gap_effect *e, const struct trial *t, double before,
     e->z = sqrt(t->held_gain);
 }
 
+/* The strongest line of all tests and channels. */
+static void find_line(const struct recording *recording, struct gap_result *r) {
+    static const struct {
+        enum channel channel;
+        enum gap_channel name;
+    } channels[] = {{CHANNEL_P1, GAP_P1}, {CHANNEL_P2, GAP_P2}, {CHANNEL_LENGTH, GAP_LENGTH}};
+    double most = LINE_POWER;
+    for (int i = 0; i < recording->tests; i++) {
+        struct spectrum s;
+        if (!spectrum_measure(&s, &recording->test[i], CYCLES_ALL)) continue;
+        for (size_t j = 0; j < sizeof channels / sizeof *channels; j++) {
+            struct spectrum_line line = spectrum_find_line(&s, &recording->test[i], channels[j].channel);
+            if (!(line.power > most)) continue;
+            most = line.power;
+            r->line = (struct gap_line){line.hz, line.rms, channels[j].name, recording->test[i].dof, recording->test[i].test};
+        }
+    }
+}
+
 /* Two clocks need no search: their ratio is seen. Crystals agree to CLOCK_TOLERANCE. */
 static void find_skew(struct diagnosis *d, const struct recording *recording, struct gap_result *r) {
     int effect = effect_find("clock_skew");
@@ -215,6 +236,12 @@ static void judge(const struct diagnosis *d, double first_excess, struct gap_res
         r->verdict = GAP_EFFECT_NAMED;
         snprintf(r->reason, sizeof r->reason, "the model lacks %s%s%s", first, r->effects > 1 ? " and " : "",
                  r->effects > 1 ? effect_table[r->effect[1].effect]->name : "");
+    } else if (r->line.hz > 0.0) {
+        r->verdict = GAP_UNKNOWN_EFFECT;
+        snprintf(r->reason, sizeof r->reason, "a line at %.4g Hz, no harmonic of the motion: a pump, or a loop that oscillates by itself",
+                 r->line.hz);
+        snprintf(r->next_experiment, sizeof r->next_experiment, "hold the platform still: a pump's line stays, with the pump's speed; a loop's "
+                 "line goes when control.kp is lowered");
     } else {
         r->verdict = GAP_NO_GAP;
         snprintf(r->reason, sizeof r->reason, "what is left between model and measurement is noise");
@@ -302,6 +329,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
         r->white_before = d->held_square / d->held_out.values;
         r->places = places_find(d, measured, &d->model, r->where);
         find_skew(d, measured, r);
+        find_line(measured, r);
         status = search(d, options, r, error);
         r->white_after = d->held_square / d->held_out.values;
         read_base(d, params, r);
