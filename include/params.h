@@ -101,6 +101,15 @@ struct check_params {             /* percent; beyond any of these the run's verd
     double symmetry_pct;          /* |Mt - Mt'| against sqrt of the diagonal's product */
 };
 
+struct tolerance_params {         /* relative: how far the model's parameters may be off without that being a finding (hexid gap) */
+    double mass;                  /* every mass and inertia */
+    double viscous, bulk_modulus, leakage, valve_gain;
+};
+
+struct model_params {
+    struct tolerance_params tolerance;
+};
+
 struct loop_params {
     double period_s;
     int priority;                 /* SCHED_FIFO */
@@ -128,6 +137,7 @@ struct params {
     struct limit_params limits;
     struct test_params tests;
     struct check_params checks;
+    struct model_params model;
     struct loop_params loop;
     struct lcm_params lcm;
     struct effect_values effects[EFFECTS_MAX]; /* by place in effect_table */

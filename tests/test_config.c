@@ -75,7 +75,7 @@ static void shipped_file_names_every_key(void **state) {
         char *dot = strchr(key.path, '.');
         snprintf(line, sizeof line, "\n%.*s:", (int)(dot - key.path), key.path);
         section = strstr(text, line);
-        snprintf(line, sizeof line, "\n  %s: ", dot + 1);
+        snprintf(line, sizeof line, "  %s: ", strrchr(key.path, '.') + 1);
         if (!section || !strstr(section + 1, line)) fail_msg("%s is missing", key.path);
     }
     free(text);

@@ -12,7 +12,7 @@ enum { SETTINGS_MAX = 64, OPERANDS_MAX = 4 };
 enum { EXIT_PASSED = 0, EXIT_CHECK_FAILED = 1 }; /* the others are statuses with the sign turned */
 
 struct options {
-    const char *config, *hal, *log, *json, *output, *format;
+    const char *config, *hal, *log, *json, *output, *format, *measured, *validate, *replay;
     const char *settings[SETTINGS_MAX];
     int setting_count;
     char tests[64];              /* --tests as a setting */
@@ -38,6 +38,7 @@ int cli_write_text(const char *path, const char *text, struct error *error);
 
 int cmd_run(int argc, char **argv);
 int cmd_identify(int argc, char **argv);
+int cmd_gap(int argc, char **argv);
 int cmd_import(int argc, char **argv);
 int cmd_export(int argc, char **argv);
 int cmd_command(int argc, char **argv);

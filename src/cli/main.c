@@ -11,6 +11,8 @@ static const struct subcommand {
     {"run", "[-c FILE] [--hal URL] [--fast] [--rt require|try|off] [--seed N] [--log FILE] [--json FILE] [--set KEY=VALUE ...]\n"
             "           [--tests LIST] [--print-config]", "run the platform through its tests and identify it", cmd_run},
     {"identify", "LOG [-c FILE] [--set KEY=VALUE ...] [--json FILE]", "identify from a recorded log", cmd_identify},
+    {"gap", "--measured LOG [--validate LOG] -c FILE -o DIR [--json FILE] [--replay closed-loop|motion] [--set KEY=VALUE ...]",
+     "find the physical effect that the model lacks, add it, and show how much of the difference is gone", cmd_gap},
     {"import", "CSVDIR -o LOG [-c FILE]", "make a log of CSV files", cmd_import},
     {"export", "LOG -o CSVDIR", "make CSV files of a log", cmd_export},
     {"command", "engage|start|stop|park|reset [-c FILE]", "tell a running hexid what to do, over LCM", cmd_command},

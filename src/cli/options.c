@@ -14,7 +14,8 @@ static const struct option long_options[] = {
     {"rt", required_argument, NULL, 'r'},     {"seed", required_argument, NULL, 's'}, {"log", required_argument, NULL, 'l'},
     {"json", required_argument, NULL, 'j'},   {"set", required_argument, NULL, 'S'},  {"tests", required_argument, NULL, 't'},
     {"print-config", no_argument, NULL, 'p'}, {"output", required_argument, NULL, 'o'},
-    {"format", required_argument, NULL, 'F'}, {0},
+    {"format", required_argument, NULL, 'F'}, {"measured", required_argument, NULL, 'm'}, {"validate", required_argument, NULL, 'v'},
+    {"replay", required_argument, NULL, 'R'}, {0},
 };
 
 static int set_rt(struct options *o, const char *text, struct error *error) {
@@ -57,6 +58,9 @@ static int take(struct options *o, int option, const char *value, struct error *
     case 'j': o->json = value; return STATUS_OK;
     case 'o': o->output = value; return STATUS_OK;
     case 'F': o->format = value; return STATUS_OK;
+    case 'm': o->measured = value; return STATUS_OK;
+    case 'v': o->validate = value; return STATUS_OK;
+    case 'R': o->replay = value; return STATUS_OK;
     case 'p': o->print_config = true; return STATUS_OK;
     case 'r': return set_rt(o, value, error);
     case 's': return set_seed(o, value, error);

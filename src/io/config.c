@@ -87,7 +87,8 @@ static int read_section(struct reader *r, const char *path, size_t line) {
     if (!keys && !nothing) return fail(r->error, r->name, line, "%s holds keys; write them indented below it", path);
     if (keys && (status = read_mapping(r, path)) != STATUS_OK) return status;
     const char *dot = strchr(path, '.');
-    if (dot && !r->params->effects[effect_find(dot + 1)].on) /* neither on nor off: the user meant something else */
+    bool effect = !strncmp(path, "effects.", strlen("effects."));
+    if (effect && !r->params->effects[effect_find(dot + 1)].on) /* neither on nor off: the user meant something else */
         return fail(r->error, r->name, line, "%s has no key, so it stays off; set one (`hexid effects %s`) or delete the line", path, dot + 1);
     return STATUS_OK;
 }
@@ -253,7 +254,7 @@ static void print_sections(FILE *out, const char *path, const char *before) {
 static void print_entry(FILE *out, const struct config_key *key, const struct params *params) {
     char value[CONFIG_TEXT_SIZE], range[CONFIG_TEXT_SIZE];
     const char *name = strrchr(key->path, '.') + 1;
-    int indent = key->effect < 0 ? 2 : 4;
+    int indent = strchr(key->path, '.') == strrchr(key->path, '.') ? 2 : 4;
     config_value_format(key, params, value);
     config_range_format(key, range);
     fprintf(out, "%*s%s: %-*s # [%s] ", indent, "", name, 40 - indent - (int)strlen(name), value, range);

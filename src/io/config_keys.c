@@ -9,6 +9,7 @@
 #define KIND(place) _Generic(((struct params *)0)->place, double: CONFIG_REAL, int: CONFIG_INTEGER, bool: CONFIG_BOOLEAN)
 #define KEY(section, member, value, min, max, unit, meaning) \
     {#section "." #member, KIND(section.member), offsetof(struct params, section.member), min, max, value, unit, meaning, NULL, -1}
+#define TOLERANCE(member, value, meaning) KEY(model.tolerance, member, value, 0.0, 0.5, "-", meaning)
 #define WORD(section, member, kind, value, meaning, names) \
     {#section "." #member, kind, offsetof(struct params, section.member), 0, 0, value, "-", meaning, names, -1}
 
@@ -107,6 +108,12 @@ static const struct config_key keys[] = {
     KEY(checks, excluded_pct, "1", 0.0, 100.0, "%", "of the evaluated samples"),
     KEY(checks, symmetry_pct, "10", 0.01, 1000.0, "%", "|Mt - Mt'| against the root of the diagonal's product"),
 
+    TOLERANCE(mass, "0.01", "of masses and inertias, relative"),
+    TOLERANCE(viscous, "0.05", "of viscous friction"),
+    TOLERANCE(bulk_modulus, "0.05", "of the oil's bulk modulus"),
+    TOLERANCE(leakage, "0.05", "of internal leakage"),
+    TOLERANCE(valve_gain, "0.05", "of the valves' flow"),
+
     KEY(loop, period_s, "0.002", 1e-4, 0.1, "s", "of the control loop"),
     KEY(loop, priority, "80", 1.0, 99.0, "-", "SCHED_FIFO"),
     KEY(loop, cpu, "-1", -1.0, 1023.0, "-", "to pin the loop to; -1: none"),
@@ -130,6 +137,8 @@ static const char *const sections[][2] = {
     {"limits", "SAFETY: beyond any of these the valves are centred"},
     {"tests", "Six sinusoidal tests"},
     {"checks", "Beyond any of these the verdict is fail"},
+    {"model", "The model against which hexid gap measures"},
+    {"model.tolerance", "How far the model's parameters may be off, relative, without that being a finding"},
     {"loop", "Real-time loop"},
     {"lcm", "Messages"},
     {"effects", "Effects of the plant: one number for all legs, or a list of six"},

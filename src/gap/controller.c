@@ -1,0 +1,53 @@
+#include "controller.h"
+
+#include <math.h>
+
+#include "force.h"
+#include "kinematics.h"
+#include "pid.h"
+
+struct moments {
+    int n;
+    double sum, square;
+};
+
+static void take(struct moments *m, double x) { m->n++, m->sum += x, m->square += x * x; }
+
+static double variance_sum(const struct moments *m) { return m->n ? m->square - m->sum * m->sum / m->n : 0.0; }
+
+/* One test: the filters start at its ramp-in, at rest; the comparison in the evaluated part, when they have forgotten it. */
+static void compare(const struct params *p, const struct kinematics *k, const struct recording_test *t, double *difference, double *whole) {
+    struct cylinder_areas areas = cylinder_areas(&p->actuator);
+    struct moments off[LEGS] = {{0}}, all[LEGS] = {{0}};
+    struct pid pid[LEGS];
+    for (int i = 0; i < t->count; i++) {
+        const struct recording_sample *s = &t->sample[i];
+        double ref_m[LEGS];
+        ik_lengths(k, s->ref, ref_m);
+        for (int leg = 0; leg < LEGS; leg++) {
+            double force_n = leg_force(&areas, s->p1_pa[leg], s->p2_pa[leg]);
+            if (i == 0) {
+                pid_reset(&pid[leg], ref_m[leg], force_n);
+                pid[leg].integral = s->valve[leg] - p->control.kp * (ref_m[leg] - s->length_m[leg]);
+            }
+            if (!s->good) {
+                pid_hold(&pid[leg], ref_m[leg]);
+                continue;
+            }
+            double u = pid_step(&pid[leg], &p->control, p->loop.period_s, ref_m[leg], s->length_m[leg], force_n);
+            if (t->first < 0 || i < t->first) continue;
+            take(&off[leg], s->valve[leg] - u);
+            take(&all[leg], s->valve[leg]);
+        }
+    }
+    for (int leg = 0; leg < LEGS; leg++) *difference += variance_sum(&off[leg]), *whole += variance_sum(&all[leg]);
+}
+
+double controller_difference(const struct params *params, const struct recording *recording) {
+    struct kinematics k;
+    struct error error;
+    double difference = 0.0, whole = 0.0;
+    if (kinematics_init(&k, params, &error)) return NAN;
+    for (int i = 0; i < recording->tests; i++) compare(params, &k, &recording->test[i], &difference, &whole);
+    return sqrt(difference / whole);
+}

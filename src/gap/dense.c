@@ -1,0 +1,46 @@
+#include "dense.h"
+
+#include <math.h>
+#include <string.h>
+
+static const double SINGULAR = 1e-14; /* of the diagonal, what rounding leaves of a dependent column */
+
+bool dense_factor(int n, int row, double *a) {
+    for (int j = 0; j < n; j++) {
+        double *aj = a + j * row, whole = aj[j], d = whole;
+        for (int k = 0; k < j; k++) d -= aj[k] * aj[k];
+        if (!(d > SINGULAR * whole)) return false;
+        aj[j] = sqrt(d);
+        for (int i = j + 1; i < n; i++) {
+            double *ai = a + i * row, s = ai[j];
+            for (int k = 0; k < j; k++) s -= ai[k] * aj[k];
+            ai[j] = s / aj[j];
+        }
+    }
+    return true;
+}
+
+static void forward(int n, int row, const double *l, double *b) {
+    for (int i = 0; i < n; i++) {
+        for (int k = 0; k < i; k++) b[i] -= l[i * row + k] * b[k];
+        b[i] /= l[i * row + i];
+    }
+}
+
+void dense_solve(int n, int row, const double *l, double *b) {
+    forward(n, row, l, b);
+    for (int i = n - 1; i >= 0; i--) {
+        for (int k = i + 1; k < n; k++) b[i] -= l[k * row + i] * b[k];
+        b[i] /= l[i * row + i];
+    }
+}
+
+void dense_inverse_diagonal(int n, int row, const double *l, double *diagonal, double *work) {
+    for (int j = 0; j < n; j++) {
+        memset(work, 0, (size_t)n * sizeof *work);
+        work[j] = 1.0;
+        forward(n, row, l, work);
+        diagonal[j] = 0.0;
+        for (int i = j; i < n; i++) diagonal[j] += work[i] * work[i];
+    }
+}

@@ -1,0 +1,282 @@
+#include "diagnose.h"
+
+#include <math.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base.h"
+
+static const double MODEL_ERROR = 1e-3;  /* of a channel's variation: integrators and what the harmonics leave out */
+static const double CHARGE = 8.0;        /* of white squares, a parameter: ln of the number of values, about */
+enum { POLISH_ITERATIONS = 5, FINALISTS = 5 };
+enum { TRIAL_ITERATIONS = 6, BASE_ITERATIONS = 6, THREADS_MAX = 16, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
+
+int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, struct error *error) {
+    *d = (struct diagnosis){.given = given, .model = *given};
+    int status = residual_prepare(&d->even, recording, CYCLES_EVEN, error);
+    if (!status) status = residual_prepare(&d->odd, recording, CYCLES_ODD, error);
+    if (!status) status = fit_data_init(&d->fit, &d->even, given, MODEL_ERROR, error);
+    if (!status) status = fit_data_init(&d->held_out, &d->odd, given, MODEL_ERROR, error);
+    if (status) return status;
+    d->variables = base_variables(given, d->variable);
+    d->column = malloc((size_t)FIT_VARIABLES * (size_t)d->fit.values * sizeof *d->column);
+    d->raw = malloc((size_t)d->fit.values * sizeof *d->raw);
+    d->hypothesis = malloc(HYPOTHESES_MAX * sizeof *d->hypothesis);
+    if (!d->column || !d->raw || !d->hypothesis) return error_set(error, STATUS_IO, "out of memory");
+    if (!diagnosis_refit(d, BASE_ITERATIONS))
+        return error_set(error, STATUS_USAGE, "the measured lengths are no motion of the machine in the configuration: check geometry");
+    return STATUS_OK;
+}
+
+void diagnosis_free(struct diagnosis *d) {
+    residual_free(&d->even);
+    residual_free(&d->odd);
+    fit_data_free(&d->fit);
+    fit_data_free(&d->held_out);
+    free(d->column);
+    free(d->raw);
+    free(d->hypothesis);
+}
+
+static double held_square(const struct diagnosis *d, const struct params *model) {
+    double *white = malloc((size_t)d->held_out.values * sizeof *white), square = INFINITY;
+    if (white && fit_residual(&d->held_out, model, white)) square = fit_square(d->held_out.values, white);
+    free(white);
+    return square;
+}
+
+bool diagnosis_refit(struct diagnosis *d, int iterations) {
+    struct fit_result r = fit_model(&d->fit, &d->model, d->variables, d->variable, NULL, iterations);
+    if (!r.ok || !fit_columns(&d->fit, &d->model, d->variables, d->variable, d->column) || !fit_raw(&d->fit, &d->model, d->raw)) return false;
+    memcpy(d->std, r.std, sizeof d->std);
+    d->square = r.square;
+    d->held_square = held_square(d, &d->model);
+    d->hypotheses = hypotheses_list(&d->model, d->hypothesis);
+    return true;
+}
+
+/* The start from which the rest of the model, moved linearly, comes closest. from: the same effect, all legs alike, fitted; or NULL. */
+static bool best_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, const struct trial *from,
+                       const double *raw, struct linear_part *linear, struct params *best) {
+    double least = HUGE_VAL;
+    enum residual_part parts = 0;
+    for (int i = 0; i < h->variables; i++) parts |= h->variable[i].parts;
+    *best = *base;
+    if (h->shape == SHAPE_EACH && from) {
+        best->effects[h->effect] = from->model.effects[h->effect];
+        return true;
+    }
+    for (int place = 0; place < HYPOTHESIS_STARTS; place++) {
+        struct params model = *base;
+        if (!hypothesis_start(h, place, &model)) continue;
+        double square = fit_start(&d->fit, &model, parts, raw, linear);
+        if (!(square < least)) continue;
+        least = square;
+        *best = model;
+    }
+    return least < HUGE_VAL;
+}
+
+/* The model so far without what is parallel to the hypothesis: that stands at its given value. Fills the box of the others. */
+static bool without_parallel(const struct diagnosis *d, const struct hypothesis *h, struct params *base, double *min, double *max) {
+    bool changed = false;
+    *base = d->model;
+    for (int i = 0; i < d->variables; i++) {
+        const struct variable *v = &d->variable[i];
+        bool parallel = v->effect < 0 && hypothesis_parallel(h, v->name);
+        double value = variable_get(v, parallel ? d->given : &d->model);
+        if (parallel) variable_set(v, base, value);
+        min[i] = parallel ? 0.0 : v->min - value, max[i] = parallel ? 0.0 : v->max - value;
+        changed = changed || parallel;
+    }
+    return changed;
+}
+
+/* A value at the end of its range that is not the one that adds nothing. */
+static bool at_bound(const struct trial *t) {
+    bool bound = false;
+    for (int i = 0; i < t->hypothesis->variables; i++) {
+        const struct variable *v = &t->hypothesis->variable[i];
+        double value = variable_get(v, &t->model), margin = 1e-6 * (v->max - v->min);
+        bool end = value <= v->min + margin || value >= v->max - margin;
+        bound = bound || (end && fabs(value - v->neutral) > margin);
+    }
+    return bound;
+}
+
+static void try_one(const struct diagnosis *d, const struct hypothesis *h, const struct trial *from, struct trial *t) {
+    double min[FIT_VARIABLES], max[FIT_VARIABLES], x[FIT_VARIABLES], *own = NULL;
+    struct linear_part linear = {.n = d->variables, .column = d->column, .min = min, .max = max, .x = x};
+    struct params base;
+    *t = (struct trial){.hypothesis = h};
+    if (without_parallel(d, h, &base, min, max)) {
+        own = malloc((size_t)d->fit.values * sizeof *own);
+        if (!own || !fit_raw(&d->fit, &base, own)) goto end;
+    }
+    if (!best_start(d, h, &base, from, own ? own : d->raw, &linear, &t->model)) goto end;
+    struct fit_result r = fit_model(&d->fit, &t->model, h->variables, h->variable, &linear, TRIAL_ITERATIONS);
+    if (!r.ok) goto end;
+    for (int i = 0; i < d->variables; i++) variable_set(&d->variable[i], &t->model, variable_get(&d->variable[i], &base) + x[i]);
+    t->ok = true;
+    t->square = r.square;
+    t->gain = d->square - r.square - CHARGE * h->variables - (h->shape >= 0 ? 2.0 * log(LEGS) : 0.0);
+    t->held_square = held_square(d, &t->model);
+    t->held_gain = d->held_square - t->held_square;
+    memcpy(t->std, r.std, (size_t)h->variables * sizeof *t->std);
+    t->bound = at_bound(t);
+end:
+    free(own);
+}
+
+/* What the linear part promised, made true: base and effect fitted together. */
+static void polish(const struct diagnosis *d, struct trial *t) {
+    struct variable v[FIT_VARIABLES];
+    const struct hypothesis *h = t->hypothesis;
+    int n = 0, base;
+    for (int i = 0; i < d->variables; i++)
+        if (d->variable[i].effect >= 0 || !hypothesis_parallel(h, d->variable[i].name)) v[n++] = d->variable[i];
+    base = n;
+    for (int i = 0; i < h->variables && n < FIT_VARIABLES; i++) v[n++] = h->variable[i];
+    struct fit_result r = fit_model(&d->fit, &t->model, n, v, NULL, POLISH_ITERATIONS);
+    t->ok = r.ok;
+    t->gain += t->square - r.square;
+    t->square = r.square;
+    t->held_square = held_square(d, &t->model);
+    t->held_gain = d->held_square - t->held_square;
+    t->polished = true;
+    t->bound = at_bound(t);
+    memcpy(t->std, r.std + base, (size_t)(n - base) * sizeof *t->std);
+}
+
+struct crew {
+    const struct diagnosis *d;
+    const struct hypothesis *hypothesis[HYPOTHESES_MAX];
+    const struct crew *before;      /* whose trials are starts, or NULL */
+    struct trial *trial;
+    int count;
+    _Atomic int next;
+};
+
+/* The trial of the same effect with all legs alike. */
+static const struct trial *alike(const struct crew *before, const struct hypothesis *h) {
+    for (int i = 0; before && i < before->count; i++)
+        if (before->hypothesis[i]->effect == h->effect && before->trial[i].ok) return &before->trial[i];
+    return NULL;
+}
+
+static void *work(void *argument) {
+    struct crew *crew = argument;
+    for (int i; (i = atomic_fetch_add(&crew->next, 1)) < crew->count;)
+        try_one(crew->d, crew->hypothesis[i], alike(crew->before, crew->hypothesis[i]), &crew->trial[i]);
+    return NULL;
+}
+
+static void run_crew(struct crew *crew, void *(*work_on)(void *), int threads) {
+    pthread_t thread[THREADS_MAX];
+    int started = 0;
+    atomic_store(&crew->next, 0);
+    while (started < threads - 1 && started < THREADS_MAX && pthread_create(&thread[started], NULL, work_on, crew) == 0) started++;
+    work_on(crew);
+    for (int i = 0; i < started; i++) pthread_join(thread[i], NULL);
+}
+
+/* The legs with most to explain, most first. */
+static void rank_legs(const struct diagnosis *d, int leg[LEGS]) {
+    double square[LEGS] = {0}, *white = malloc((size_t)d->fit.values * sizeof *white);
+    if (white) memcpy(white, d->raw, (size_t)d->fit.values * sizeof *white);
+    for (int i = 0; i < d->fit.residual->tests && white; i++) {
+        residual_row *row = (residual_row *)white + i;
+        whiten(&d->fit.whitener[i], *row);
+        for (int k = 0; k < LEGS; k++) square[k] += fit_square(RESIDUALS * RESIDUAL_SIZE, (*row)[k][0]);
+    }
+    free(white);
+    for (int k = 0; k < LEGS; k++) {
+        int place = k;
+        for (; place > 0 && square[k] > square[leg[place - 1]]; place--) leg[place] = leg[place - 1];
+        leg[place] = k;
+    }
+}
+
+/* Is the effect among so many that explain most so far? */
+static bool promising(const struct crew *crew, int effect, int many) {
+    double gain = -INFINITY;
+    int better = 0;
+    for (int i = 0; i < crew->count; i++)
+        if (crew->hypothesis[i]->effect == effect && crew->trial[i].ok) gain = fmax(gain, crew->trial[i].gain);
+    for (int i = 0; i < crew->count; i++) better += crew->trial[i].ok && crew->trial[i].gain > gain;
+    return better < many;
+}
+
+static int by_gain(const void *a, const void *b) {
+    const struct trial *x = a, *y = b;
+    double p = x->ok ? x->gain : -HUGE_VAL, q = y->ok ? y->gain : -HUGE_VAL;
+    return p < q ? 1 : p > q ? -1 : 0;
+}
+
+static void *polish_next(void *argument) {
+    struct crew *crew = argument;
+    for (int i; (i = atomic_fetch_add(&crew->next, 1)) < crew->count;)
+        if (crew->trial[i].ok && crew->trial[i].gain > 0.0) polish(crew->d, &crew->trial[i]);
+    return NULL;
+}
+
+/* Best first; the best few effects, each in its best shape, come first, polished. */
+static void finish(struct crew *crew, struct trial *trial, int count, int threads) {
+    struct trial *finalist = calloc((size_t)count + 1, sizeof *finalist), *rest = finalist;
+    int finalists = 0, others = 0;
+    qsort(trial, (size_t)count, sizeof *trial, by_gain);
+    if (!finalist) return;
+    for (int i = 0; i < count; i++) {
+        bool seen = finalists >= FINALISTS || !trial[i].ok;
+        for (int j = 0; j < finalists && !seen; j++) seen = finalist[j].hypothesis->effect == trial[i].hypothesis->effect;
+        if (!seen) finalist[finalists++] = trial[i];
+        else trial[others++] = trial[i];
+    }
+    memmove(trial + finalists, trial, (size_t)others * sizeof *trial);
+    memcpy(trial, finalist, (size_t)finalists * sizeof *trial);
+    crew->trial = trial;
+    crew->count = finalists;
+    run_crew(crew, polish_next, threads);
+    qsort(trial, (size_t)count, sizeof *trial, by_gain);
+    free(rest);
+}
+
+int diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads) {
+    struct crew *first = calloc(1, sizeof *first), *second = calloc(1, sizeof *second);
+    int leg[LEGS], count = 0;
+    if (first && second) {
+        first->d = second->d = d;
+        for (int i = 0; i < d->hypotheses; i++)
+            if (d->hypothesis[i].shape == SHAPE_ALL) first->hypothesis[first->count++] = &d->hypothesis[i];
+        first->trial = trial;
+        run_crew(first, work, threads);
+        rank_legs(d, leg);
+        for (int i = 0; i < d->hypotheses; i++) {
+            const struct hypothesis *h = &d->hypothesis[i];
+            bool one = h->shape == leg[0] || h->shape == leg[1];
+            if ((one && promising(first, h->effect, TRIED_ONE_LEG)) || (h->shape == SHAPE_EACH && promising(first, h->effect, TRIED_EACH))) second->hypothesis[second->count++] = h;
+        }
+        second->trial = trial + first->count;
+        second->before = first;
+        run_crew(second, work, threads);
+        count = first->count + second->count;
+        finish(second, trial, count, threads);
+    }
+    free(first);
+    free(second);
+    return count;
+}
+
+bool diagnosis_add(struct diagnosis *d, const struct trial *t) {
+    if (d->variables + t->hypothesis->variables > FIT_VARIABLES) return false;
+    int kept = 0;
+    for (int i = 0; i < d->variables; i++)
+        if (d->variable[i].effect >= 0 || !hypothesis_parallel(t->hypothesis, d->variable[i].name)) d->variable[kept++] = d->variable[i];
+    d->variables = kept;
+    memcpy(d->variable + d->variables, t->hypothesis->variable, (size_t)t->hypothesis->variables * sizeof *d->variable);
+    d->variables += t->hypothesis->variables;
+    d->model = t->model;
+    return diagnosis_refit(d, BASE_ITERATIONS);
+}

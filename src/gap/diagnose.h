@@ -1,0 +1,47 @@
+/* The search on equations: fits the base, tries every hypothesis beside it, adds the best while that pays on cycles it was not fitted to. */
+#ifndef HEXID_DIAGNOSE_H
+#define HEXID_DIAGNOSE_H
+
+#include "gap.h"
+#include "hypothesis.h"
+
+/* Fitted on the even cycles, judged on the odd ones. */
+struct diagnosis {
+    const struct params *given;
+    struct residual_data even, odd;
+    struct fit_data fit, held_out;
+    struct params model;                 /* fitted so far */
+    int variables;                       /* base first, then those of the effects added */
+    struct variable variable[FIT_VARIABLES];
+    double std[FIT_VARIABLES];
+    double square, held_square;          /* of the model so far */
+    double *column;                      /* at the model, [variables][values] */
+    double *raw;                         /* residuals at the model, [values] */
+    struct hypothesis *hypothesis;
+    int hypotheses;
+};
+
+struct trial {
+    const struct hypothesis *hypothesis;
+    bool ok;
+    struct params model;                 /* fitted, base moved too */
+    double square, held_square, gain, held_gain;
+    double std[HYPOTHESIS_VARIABLES];
+    bool bound;
+    bool polished;                       /* base and effect fitted together, not only the base moved linearly */
+};
+
+int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, struct error *error);
+void diagnosis_free(struct diagnosis *d);
+
+/* Fits every variable of the model; column and squares are those of the result. */
+bool diagnosis_refit(struct diagnosis *d, int iterations);
+
+/* Tries hypotheses beside the model so far, `threads` at a time: every effect with all legs alike; then those that came closest in their
+ * other shapes, for the legs with most to explain. Best first, the best ones polished. Returns the number of trials (HYPOTHESES_MAX at most). */
+int diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads);
+
+/* The hypothesis joins the model. */
+bool diagnosis_add(struct diagnosis *d, const struct trial *t);
+
+#endif

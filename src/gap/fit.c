@@ -1,0 +1,255 @@
+#include "fit.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "dense.h"
+
+enum { COLUMNS_MAX = 2 * FIT_VARIABLES, ACTIVE_SWEEPS = 200 };
+
+static const double ENOUGH = 1e-4; /* relative change of the sum of squares at which a fit ends */
+
+void variable_set(const struct variable *v, struct params *params, double value) {
+    double *place = (double *)(void *)((char *)params + v->offset);
+    for (int i = 0; i < v->legs; i++)
+        if (v->leg < 0 || v->leg == i) place[i] = value;
+    if (v->effect >= 0) params->effects[v->effect].on = true;
+}
+
+double variable_get(const struct variable *v, const struct params *params) {
+    const double *place = (const double *)(const void *)((const char *)params + v->offset);
+    return place[v->leg < 0 ? 0 : v->leg];
+}
+
+int fit_data_init(struct fit_data *d, const struct residual_data *residual, const struct params *model, double model_error,
+                  struct error *error) {
+    *d = (struct fit_data){.residual = residual, .values = residual->tests * (int)(sizeof(residual_row) / sizeof(double))};
+    d->whitener = malloc((size_t)residual->tests * sizeof *d->whitener);
+    if (!d->whitener) return error_set(error, STATUS_IO, "out of memory");
+    for (int i = 0; i < residual->tests; i++) whitener_init(&d->whitener[i], &residual->test[i], model, model_error);
+    return STATUS_OK;
+}
+
+void fit_data_free(struct fit_data *d) { free(d->whitener); }
+
+static bool raw_residual(const struct fit_data *d, const struct params *model, enum residual_part parts, double *raw) {
+    residual_row *row = (residual_row *)raw;
+    for (int i = 0; i < d->residual->tests; i++)
+        if (!residual_evaluate(&d->residual->test[i], model, parts, row[i])) return false;
+    return true;
+}
+
+static void whiten_all(const struct fit_data *d, double *raw) {
+    residual_row *row = (residual_row *)raw;
+    for (int i = 0; i < d->residual->tests; i++) whiten(&d->whitener[i], row[i]);
+}
+
+bool fit_residual(const struct fit_data *d, const struct params *model, double *white) {
+    if (!raw_residual(d, model, PART_ALL, white)) return false;
+    whiten_all(d, white);
+    return true;
+}
+
+double fit_square(int n, const double *white) {
+    double sum = 0.0;
+    for (int i = 0; i < n; i++) sum += white[i] * white[i];
+    return sum;
+}
+
+static void whiten_copy(const struct fit_data *d, const double *raw, double *white) {
+    memcpy(white, raw, (size_t)d->values * sizeof *white);
+    whiten_all(d, white);
+}
+
+/* here: the raw residual at the model. */
+static bool fit_columns_from(const struct fit_data *d, const struct params *model, const double *here, int variables,
+                             const struct variable *v, double *column) {
+    bool ok = true;
+    for (int i = 0; i < variables && ok; i++) {
+        struct params moved = *model;
+        double *c = column + (size_t)i * (size_t)d->values, value = variable_get(&v[i], model), step = v[i].step;
+        if (value + step > v[i].max) step = -step;
+        variable_set(&v[i], &moved, value + step);
+        memcpy(c, here, (size_t)d->values * sizeof *c);
+        ok = raw_residual(d, &moved, v[i].parts, c);
+        for (int a = 0; a < d->values; a++) c[a] = (c[a] - here[a]) / step;
+        whiten_all(d, c);
+    }
+    return ok;
+}
+
+bool fit_columns(const struct fit_data *d, const struct params *model, int variables, const struct variable *v, double *column) {
+    double *here = malloc((size_t)d->values * sizeof *here);
+    bool ok = here && raw_residual(d, model, PART_ALL, here) && fit_columns_from(d, model, here, variables, v, column);
+    free(here);
+    return ok;
+}
+
+/* Unconstrained among the free ones. */
+static bool solve_free(int n, const double *h, const double *g, const bool *is_free, double *x) {
+    double a[COLUMNS_MAX * COLUMNS_MAX], b[COLUMNS_MAX];
+    int place[COLUMNS_MAX], m = 0;
+    for (int i = 0; i < n; i++)
+        if (is_free[i]) place[m++] = i;
+    for (int i = 0; i < m; i++) {
+        b[i] = -g[place[i]];
+        for (int j = 0; j < n; j++)
+            if (!is_free[j]) b[i] -= h[place[i] * n + j] * x[j];
+        for (int j = 0; j <= i; j++) a[i * m + j] = h[place[i] * n + place[j]];
+        a[i * m + i] *= 1.0 + 1e-10;
+    }
+    if (!dense_factor(m, m, a)) return false;
+    dense_solve(m, m, a, b);
+    for (int i = 0; i < m; i++) x[place[i]] = b[i];
+    return true;
+}
+
+/* Active set on h x + g = 0: from the feasible x as far towards the free solution as the box allows. */
+static bool box_solve(int n, const double *h, const double *g, const double *min, const double *max, double *x, bool *is_free) {
+    for (int i = 0; i < n; i++) is_free[i] = max[i] > min[i], x[i] = fmin(fmax(0.0, min[i]), max[i]);
+    for (int sweep = 0; sweep < ACTIVE_SWEEPS; sweep++) {
+        double to[COLUMNS_MAX], share = 1.0, worst = 0.0;
+        int blocked = -1, released = -1;
+        memcpy(to, x, (size_t)n * sizeof *x);
+        if (!solve_free(n, h, g, is_free, to)) return false;
+        for (int i = 0; i < n; i++) {
+            if (!is_free[i] || (to[i] >= min[i] && to[i] <= max[i])) continue;
+            double bound = to[i] < min[i] ? min[i] : max[i], reach = (bound - x[i]) / (to[i] - x[i]);
+            if (reach < share || blocked < 0) share = fmax(reach, 0.0), blocked = i;
+        }
+        for (int i = 0; i < n; i++)
+            if (is_free[i]) x[i] += share * (to[i] - x[i]);
+        if (blocked >= 0) {
+            x[blocked] = to[blocked] < min[blocked] ? min[blocked] : max[blocked];
+            is_free[blocked] = false;
+            continue;
+        }
+        for (int i = 0; i < n; i++) {
+            if (is_free[i] || !(max[i] > min[i])) continue;
+            double slope = g[i];
+            for (int j = 0; j < n; j++) slope += h[i * n + j] * x[j];
+            double gain = (x[i] <= min[i] ? -slope : slope) / sqrt(h[i * n + i]);
+            if (gain > worst + 1e-9) worst = gain, released = i;
+        }
+        if (released < 0) return true;
+        is_free[released] = true;
+    }
+    return true;
+}
+
+static double dot(int n, const double *a, const double *b) {
+    double sum = 0.0;
+    for (int i = 0; i < n; i++) sum += a[i] * b[i];
+    return sum;
+}
+
+static void normal_equations(int n, int values, const double *residual, const double *const *column, double *h, double *g) {
+    for (int i = 0; i < n; i++) {
+        g[i] = dot(values, column[i], residual);
+        for (int j = 0; j <= i; j++) h[i * n + j] = h[j * n + i] = dot(values, column[i], column[j]);
+    }
+}
+
+/* Standard deviations of the free ones; those at a bound have none. */
+static void deviations(int n, const double *h, const bool *is_free, double *std) {
+    double a[COLUMNS_MAX * COLUMNS_MAX], diagonal[COLUMNS_MAX], work[COLUMNS_MAX];
+    int place[COLUMNS_MAX], m = 0;
+    for (int i = 0; i < n; i++) {
+        std[i] = 0.0;
+        if (is_free[i]) place[m++] = i;
+    }
+    for (int i = 0; i < m; i++)
+        for (int j = 0; j <= i; j++) a[i * m + j] = h[place[i] * n + place[j]] * (i == j ? 1.0 + 1e-10 : 1.0);
+    if (!dense_factor(m, m, a)) return;
+    dense_inverse_diagonal(m, m, a, diagonal, work);
+    for (int i = 0; i < m; i++) std[place[i]] = sqrt(diagonal[i]);
+}
+
+bool fit_box(int n, int values, const double *residual, const double *const *column, const double *min, const double *max, double *x,
+             double *std) {
+    double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX];
+    bool is_free[COLUMNS_MAX];
+    normal_equations(n, values, residual, column, h, g);
+    for (int i = 0; i < n; i++)
+        if (!(h[i * n + i] > 0.0)) h[i * n + i] = 1.0; /* a column of zeros moves nothing and stays */
+    if (!box_solve(n, h, g, min, max, x, is_free)) return false;
+    if (std) deviations(n, h, is_free, std);
+    return true;
+}
+
+/* Sum of squares with the linear part at its best for this residual. */
+static double linear_square(int values, double *white, const struct linear_part *linear) {
+    if (!linear || !linear->n) return fit_square(values, white);
+    const double *column[COLUMNS_MAX];
+    for (int i = 0; i < linear->n; i++) column[i] = linear->column + (size_t)i * (size_t)values;
+    if (!fit_box(linear->n, values, white, column, linear->min, linear->max, linear->x, NULL)) return INFINITY;
+    double sum = 0.0;
+    for (int a = 0; a < values; a++) {
+        double r = white[a];
+        for (int i = 0; i < linear->n; i++) r += linear->x[i] * column[i][a];
+        sum += r * r;
+    }
+    return sum;
+}
+
+double fit_start(const struct fit_data *d, const struct params *model, enum residual_part parts, const double *raw,
+                 const struct linear_part *linear) {
+    double *white = malloc((size_t)d->values * sizeof *white), square = INFINITY;
+    if (white) {
+        memcpy(white, raw, (size_t)d->values * sizeof *white);
+        if (raw_residual(d, model, parts, white)) {
+            whiten_all(d, white);
+            square = linear_square(d->values, white, linear);
+        }
+    }
+    free(white);
+    return square;
+}
+
+bool fit_raw(const struct fit_data *d, const struct params *model, double *raw) { return raw_residual(d, model, PART_ALL, raw); }
+
+struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v,
+                            const struct linear_part *linear, int iterations) {
+    int extra = linear ? linear->n : 0, n = variables + extra, values = d->values;
+    struct fit_result result = {0};
+    double *white = malloc((size_t)(variables + 2) * (size_t)values * sizeof *white), *raw = white + values, *columns = raw + values;
+    const double *column[COLUMNS_MAX];
+    double min[COLUMNS_MAX], max[COLUMNS_MAX], x[COLUMNS_MAX], std[COLUMNS_MAX];
+    enum residual_part parts = 0;
+    for (int i = 0; i < variables; i++) parts |= v[i].parts;
+    result.ok = white && raw_residual(d, model, PART_ALL, raw);
+    if (result.ok) whiten_copy(d, raw, white);
+    if (result.ok) result.square = linear_square(values, white, linear);
+    for (int iteration = 0; result.ok && iteration < iterations; iteration++) {
+        if (!fit_columns_from(d, model, raw, variables, v, columns)) break;
+        for (int i = 0; i < n; i++) {
+            column[i] = i < variables ? columns + (size_t)i * (size_t)values : linear->column + (size_t)(i - variables) * (size_t)values;
+            double value = i < variables ? variable_get(&v[i], model) : 0.0;
+            min[i] = i < variables ? v[i].min - value : linear->min[i - variables];
+            max[i] = i < variables ? v[i].max - value : linear->max[i - variables];
+        }
+        if (!fit_box(n, values, white, column, min, max, x, std)) break;
+        bool better = false;
+        double before = result.square, scale = 1.0;
+        for (int attempt = 0; attempt < 5 && !better; attempt++, scale *= 0.35) {
+            struct params moved = *model;
+            for (int i = 0; i < variables; i++) variable_set(&v[i], &moved, variable_get(&v[i], model) + scale * x[i]);
+            if (!raw_residual(d, &moved, parts, raw)) continue;
+            whiten_copy(d, raw, white);
+            double square = linear_square(values, white, linear);
+            better = square < result.square;
+            if (better) *model = moved, result.square = square;
+        }
+        for (int i = 0; i < variables; i++) result.std[i] = std[i];
+        if (!raw_residual(d, model, parts, raw)) break; /* of the last attempt that was taken */
+        if (!better || before - result.square < ENOUGH * result.square) break;
+    }
+    if (result.ok && fit_residual(d, model, white)) result.square = linear_square(values, white, linear);
+    for (int i = 0; i < variables; i++) {
+        double value = variable_get(&v[i], model), margin = 1e-6 * (v[i].max - v[i].min);
+        result.bound[i] = value <= v[i].min + margin || value >= v[i].max - margin;
+    }
+    free(white);
+    return result;
+}

@@ -1,0 +1,69 @@
+/* Fits of model parameters to white residuals inside a hard box (Gauss-Newton with Marquardt's damping; the box by active sets). A value
+ * at its bound stays there: no prior pulls, so none swallows an effect. Ordinary threads; heap. */
+#ifndef HEXID_FIT_H
+#define HEXID_FIT_H
+
+#include "whiten.h"
+
+enum { FIT_VARIABLES = 64 };
+
+/* One number of the model. All legs alike where leg is -1. */
+struct variable {
+    const char *name;        /* "hydraulics.bulk_modulus_pa" */
+    size_t offset;           /* in struct params; of leg 0 where there are six */
+    int leg, legs;           /* leg -1: all; legs 1: no list */
+    int effect;              /* switched on with it; -1: none */
+    double min, max;         /* the box */
+    double neutral;          /* of an effect's: the value that adds nothing */
+    double step;             /* of the difference quotient */
+    enum residual_part parts;/* that depend on it */
+};
+
+void variable_set(const struct variable *v, struct params *params, double value);
+double variable_get(const struct variable *v, const struct params *params);
+
+/* Data to fit: residuals of all tests with their whiteners. */
+struct fit_data {
+    const struct residual_data *residual;
+    struct whitener *whitener;    /* per test */
+    int values;                   /* white values in all */
+};
+
+int fit_data_init(struct fit_data *d, const struct residual_data *residual, const struct params *model, double model_error, struct error *error);
+void fit_data_free(struct fit_data *d);
+
+/* White residuals, d->values of them. False: the model cannot make this motion. */
+bool fit_residual(const struct fit_data *d, const struct params *model, double *white);
+double fit_square(int n, const double *white); /* sum of squares */
+
+/* Columns of d white / d variable at the model, [variable][values]. */
+bool fit_columns(const struct fit_data *d, const struct params *model, int variables, const struct variable *v, double *column);
+
+/* x minimises |r + sum x_i column_i|^2 with min <= x <= max. n columns of so many values. False when singular. */
+bool fit_box(int n, int values, const double *residual, const double *const *column, const double *min, const double *max, double *x,
+             double *std);
+
+struct fit_result {
+    bool ok;
+    double square;                      /* at the end */
+    double std[FIT_VARIABLES];
+    bool bound[FIT_VARIABLES];          /* stuck at its bound */
+};
+
+/* Variables that are fitted beside others, but linearly: the rest of the model while a hypothesis is tried. */
+struct linear_part {
+    int n;
+    const double *column;               /* [n][values] */
+    const double *min, *max;
+    double *x;                          /* result, from where the model is */
+};
+/* Sum of white squares at a model with the linear part at its best: raw, from fit_raw at a model that differs only in `parts`. */
+double fit_start(const struct fit_data *d, const struct params *model, enum residual_part parts, const double *raw,
+                 const struct linear_part *linear);
+bool fit_raw(const struct fit_data *d, const struct params *model, double *raw);
+
+/* Fits the variables from where the model is; the result is in the model. linear may be NULL. */
+struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v,
+                            const struct linear_part *linear, int iterations);
+
+#endif

@@ -1,0 +1,266 @@
+#include "gap.h"
+
+#include <math.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "base.h"
+#include "controller.h"
+#include "diagnose.h"
+#include "experiment.h"
+#include "places.h"
+#include "replay.h"
+
+/* Calibrated on recordings of machines without an effect: none gains half of GAIN_MIN (tests/test_gap.c holds that). */
+static const double GAIN_MIN = 36.0;       /* of white squares, on fitted and on held-out cycles: z = 6 */
+static const double LATER_SHARE = 2e-5;    /* of the first gain: a later effect below that only mends the earlier one's shape */
+static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes less is not what is there */
+static const double RIVAL_SHARE = 0.005;   /* of the gain: plausible model error, */
+static const double RIVAL_LEFT = 1.0;      /* as is what the best one leaves above the noise, */
+static const double RIVAL_GAIN = 25.0;     /* and noise: z = 5 */
+static const double UNKNOWN_SQUARE = 1.5;  /* mean white square, held out: more is no noise */
+static const double UNKNOWN_SHARE = 0.3;   /* of the first excess that stays unexplained */
+static const double CONTROLLER_DIFFERS = 0.02;
+
+const char *const gap_verdict_names[GAP_VERDICTS] = {"effect_named", "no_gap", "ambiguous", "unknown_effect"};
+const char *const gap_channel_names[GAP_CHANNELS] = {"length", "force", "p1", "p2", "valve"};
+const char *const gap_channel_units[GAP_CHANNELS] = {"m", "N", "Pa", "Pa", "-"};
+
+static void progress(const struct gap_options *o, const char *step, double share) {
+    if (o->progress) o->progress(o->context, step, share);
+}
+
+static double excess(double square, int values) { return fmax(square - values, 0.0); }
+
+/* Every effect once, in its best shape; trials are sorted. */
+static void list_candidates(const struct diagnosis *d, const struct trial *trial, int trials, struct gap_result *r) {
+    double least = trial[0].held_square, before = d->held_square - least; /* noise alone is not explained */
+    bool gap = before > GAIN_MIN;
+    for (int i = 0; i < trials; i++) {
+        bool seen = !trial[i].ok;
+        for (int j = 0; j < r->candidates && !seen; j++) seen = r->candidate[j].effect == trial[i].hypothesis->effect;
+        if (seen || r->candidates == EFFECTS_MAX) continue;
+        r->candidate[r->candidates++] = (struct gap_candidate){.effect = trial[i].hypothesis->effect, .shape = trial[i].hypothesis->shape,
+            .gain = trial[i].gain, .share_explained = gap ? 1.0 - (trial[i].held_square - least) / before : 0.0};
+    }
+}
+
+/* Effects that come as close as the model can be wrong. */
+static void list_rivals(const struct diagnosis *d, const struct trial *trial, int trials, struct gap_result *r) {
+    double left = RIVAL_LEFT * excess(trial[0].square, d->fit.values);
+    r->ambiguous = 0; /* an earlier effect was judged with the later one still hidden */
+    double near = trial[0].gain - fmax(RIVAL_GAIN, fmin(fmax(RIVAL_SHARE * trial[0].gain, left), 0.1 * trial[0].gain));
+    for (int i = 1; i < trials && trial[i].ok && trial[i].gain >= near; i++) {
+        if (!trial[i].polished) continue;
+        int effect = trial[i].hypothesis->effect;
+        bool seen = effect == trial[0].hypothesis->effect || hypothesis_contains(effect, trial[0].hypothesis->effect);
+        for (int j = 0; j < r->ambiguous; j++) seen = seen || r->ambiguous_with[j] == effect;
+        if (!seen && r->ambiguous < GAP_RIVALS) r->ambiguous_with[r->ambiguous++] = effect;
+    }
+}
+
+/* What is stuck at the end of its range is not what is there: the best that is not comes first, the order of the others stays. */
+static void prefer_inside(struct trial *trial, int trials) {
+    int best = 0;
+    while (best < trials - 1 && (trial[best].bound || !trial[best].polished)) best++;
+    if (trial[best].bound || !trial[best].polished) return;
+    struct trial inside = trial[best];
+    memmove(trial + 1, trial, (size_t)best * sizeof *trial);
+    trial[0] = inside;
+}
+
+static bool worth_adding(const struct diagnosis *d, const struct trial *t, double first_gain) {
+    double left = excess(d->held_square, d->held_out.values);
+    return t->ok && !t->bound && t->gain > GAIN_MIN && t->held_gain > GAIN_MIN && t->held_gain > LATER_SHARE * first_gain &&
+           t->held_gain > REMAINDER_SHARE * left;
+}
+
+/* Values and deviations of the effects added, from the fitted variables. */
+static void read_effects(const struct diagnosis *d, struct gap_result *r) {
+    for (int i = 0; i < r->effects; i++) r->effect[i].values = d->model.effects[r->effect[i].effect];
+    for (int j = 0; j < d->variables; j++)
+        for (int i = 0; i < r->effects; i++) {
+            const struct variable *v = &d->variable[j];
+            if (v->effect != r->effect[i].effect) continue;
+            size_t base = offsetof(struct params, effects) + (size_t)v->effect * sizeof(struct effect_values) + offsetof(struct effect_values, value);
+            int key = (int)((v->offset - base) / (LEGS * sizeof(double)));
+            double value = variable_get(v, &d->model);
+            for (int leg = 0; leg < LEGS; leg++) {
+                if (v->leg >= 0 && v->leg != leg) continue;
+                r->effect[i].std[key][leg] = d->std[j];
+                r->effect[i].bound[key][leg] = value == v->min || value == v->max;
+            }
+        }
+}
+
+static void describe(struct gap_effect *e, const struct trial *t, double before, double after) {
+    snprintf(e->evidence, sizeof e->evidence, "%s; sum of white squares on held-out cycles %.0f before, %.0f after",
+             effect_table[e->effect]->signature, before, after);
+    e->z = sqrt(t->held_gain);
+}
+
+static int search(struct diagnosis *d, const struct gap_options *o, struct gap_result *r, struct error *error) {
+    struct trial *trial = calloc(HYPOTHESES_MAX, sizeof *trial);
+    if (!trial) return error_set(error, STATUS_IO, "out of memory");
+    double first_gain = 0.0;
+    for (int round = 0; round < GAP_EFFECTS; round++) {
+        progress(o, round ? "another effect" : "screening", (double)round / GAP_EFFECTS);
+        int trials = diagnosis_try(d, trial, o->threads);
+        if (!trials) break;
+        if (round == 0) list_candidates(d, trial, trials, r);
+        prefer_inside(trial, trials);
+        if (!worth_adding(d, &trial[0], first_gain)) break;
+        if (round == 0) first_gain = trial[0].held_gain;
+        list_rivals(d, trial, trials, r);
+        double before = d->held_square;
+        struct gap_effect *e = &r->effect[r->effects];
+        *e = (struct gap_effect){.effect = trial[0].hypothesis->effect, .shape = trial[0].hypothesis->shape};
+        if (!diagnosis_add(d, &trial[0])) break;
+        r->effects++;
+        describe(e, &trial[0], before, d->held_square);
+    }
+    free(trial);
+    read_effects(d, r);
+    for (int i = 0; i < r->effects; i++)
+        for (int j = 0; j < r->candidates; j++)
+            if (r->candidate[j].effect == r->effect[i].effect) r->effect[i].share_explained = r->candidate[j].share_explained;
+    return STATUS_OK;
+}
+
+static void read_base(const struct diagnosis *d, const struct params *given, struct gap_result *r) {
+    for (int i = 0; i < d->variables && d->variable[i].effect < 0 && r->base_values < GAP_BASE; i++) {
+        const struct variable *v = &d->variable[i];
+        double value = variable_get(v, &d->model);
+        r->base[r->base_values++] = (struct gap_base_value){.name = v->name, .given = variable_get(v, given), .value = value, .std = d->std[i],
+                                                            .bound = value <= v->min || value >= v->max};
+    }
+}
+
+static void judge(const struct diagnosis *d, double first_excess, struct gap_result *r) {
+    int n = d->held_out.values;
+    double left = excess(d->held_square, n);
+    bool remainder = d->held_square > UNKNOWN_SQUARE * n && left > UNKNOWN_SHARE * first_excess;
+    const char *first = r->effects ? effect_table[r->effect[0].effect]->name : "";
+    if (remainder) {
+        r->verdict = GAP_UNKNOWN_EFFECT;
+        r->effects = r->ambiguous = 0;
+        snprintf(r->reason, sizeof r->reason, "a deterministic remainder that no effect of the catalogue explains (mean white square %.1f)",
+                 d->held_square / n);
+        snprintf(r->next_experiment, sizeof r->next_experiment, "%s", experiment_unknown());
+    } else if (r->effects && r->ambiguous) {
+        const char *rival = effect_table[r->ambiguous_with[0]]->name;
+        r->verdict = GAP_AMBIGUOUS;
+        snprintf(r->reason, sizeof r->reason, "these data cannot tell %s from %s", effect_table[r->effect[r->effects - 1].effect]->name, rival);
+        snprintf(r->next_experiment, sizeof r->next_experiment, "%s", experiment_between(effect_table[r->effect[r->effects - 1].effect]->name, rival));
+    } else if (r->effects) {
+        r->verdict = GAP_EFFECT_NAMED;
+        snprintf(r->reason, sizeof r->reason, "the model lacks %s%s%s", first, r->effects > 1 ? " and " : "",
+                 r->effects > 1 ? effect_table[r->effect[1].effect]->name : "");
+    } else {
+        r->verdict = GAP_NO_GAP;
+        snprintf(r->reason, sizeof r->reason, "what is left between model and measurement is noise");
+    }
+    if (r->controller_differs) {
+        size_t used = strlen(r->reason);
+        snprintf(r->reason + used, sizeof r->reason - used, "; the recorded commands are not the configured controller's (%.0f %% differ)",
+                 100.0 * r->controller_difference);
+    }
+}
+
+/* The configuration given, with the effects found: the base's values stay as they were stated. */
+static void extend(const struct params *given, const struct diagnosis *d, struct gap_result *r) {
+    r->model = *given;
+    r->fitted = r->effects ? d->model : r->base_model;
+    for (int i = 0; i < r->effects; i++) r->model.effects[r->effect[i].effect] = d->model.effects[r->effect[i].effect];
+}
+
+struct sizes {
+    struct gap_size before, after, floor;
+};
+
+static void motion_sizes(const struct gap_result *r, const struct recording *measured, enum cycles which, struct sizes *s) {
+    replay_motion(&r->base_model, measured, which, &s->before, &s->floor);
+    replay_motion(&r->fitted, measured, which, &s->after, &s->floor);
+}
+
+static void keep_sizes(struct gap_result *r, const struct sizes *used, const struct sizes *held) {
+    r->before = used->before, r->after = used->after;
+    r->noise_floor = held->floor;
+    r->held_out_before = held->before, r->held_out_after = held->after;
+    double floor = held->floor.overall * held->floor.overall, before = held->before.overall * held->before.overall;
+    double after = held->after.overall * held->after.overall;
+    r->unexplained_fraction = before > floor ? fmin(fmax((after - floor) / (before - floor), 0.0), 1.0) : 0.0;
+}
+
+static int closed_loop(const struct params *params, const struct recording *measured, const struct recording *validate,
+                       const struct gap_options *o, struct gap_result *r, struct error *error) {
+    struct recording before, after;
+    struct sizes used, held;
+    int status;
+    progress(o, "simulating before", 0.7);
+    status = replay_closed_loop(&r->base_model, measured, &before, error);
+    if (!status) {
+        progress(o, "simulating after", 0.85);
+        status = replay_closed_loop(&r->fitted, measured, &after, error);
+        if (!status) {
+            const struct recording *other = validate ? validate : measured;
+            enum cycles which = validate ? CYCLES_ALL : CYCLES_ODD;
+            replay_compare(params, measured, &before, CYCLES_EVEN, &used.before, &used.floor);
+            replay_compare(params, measured, &after, CYCLES_EVEN, &used.after, &used.floor);
+            replay_compare(params, other, &before, which, &held.before, &held.floor);
+            replay_compare(params, other, &after, which, &held.after, &held.floor);
+            keep_sizes(r, &used, &held);
+            r->simulated = true;
+            r->matrices = replay_identify(params, measured, r->measured_mt) && replay_identify(params, &before, r->before_mt) &&
+                          replay_identify(params, &after, r->after_mt);
+        }
+        recording_free(&after);
+    }
+    recording_free(&before);
+    return status;
+}
+
+static double now_s(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,
+              const struct gap_options *options, struct gap_result *r, struct error *error) {
+    double start_s = now_s();
+    struct diagnosis *d = calloc(1, sizeof *d);
+    if (!d) return error_set(error, STATUS_IO, "out of memory");
+    *r = (struct gap_result){.replay = options->replay};
+    r->controller_difference = controller_difference(params, measured);
+    r->controller_known = isfinite(r->controller_difference);
+    r->controller_differs = r->controller_difference > CONTROLLER_DIFFERS;
+    progress(options, "fitting the base", 0.0);
+    int status = diagnosis_init(d, params, measured, error);
+    if (!status) {
+        double first_excess = excess(d->held_square, d->held_out.values);
+        r->base_model = d->model;
+        r->white_before = d->held_square / d->held_out.values;
+        r->places = places_find(d, measured, &d->model, r->where);
+        status = search(d, options, r, error);
+        r->white_after = d->held_square / d->held_out.values;
+        read_base(d, params, r);
+        judge(d, first_excess, r);
+        extend(params, d, r);
+    }
+    if (!status) {
+        struct sizes used, held;
+        motion_sizes(r, measured, CYCLES_EVEN, &used);
+        motion_sizes(r, validate ? validate : measured, validate ? CYCLES_ALL : CYCLES_ODD, &held);
+        keep_sizes(r, &used, &held);
+        if (options->simulate && options->replay == GAP_CLOSED_LOOP && !r->controller_differs)
+            status = closed_loop(params, measured, validate, options, r, error);
+    }
+    diagnosis_free(d);
+    free(d);
+    r->seconds = now_s() - start_s;
+    progress(options, "done", 1.0);
+    return status;
+}

@@ -1,0 +1,99 @@
+/* The gap between a model and a measurement: where it is, which effect of the catalogue explains it, how sure that is, and how much of it is
+ * gone with that effect in the model (gap_solve). One call, one result; everything that a report needs stands in it or can be computed again
+ * from it (waveforms: replay.h). Ordinary threads; heap. SI units, legs 0..5. */
+#ifndef HEXID_GAP_H
+#define HEXID_GAP_H
+
+#include "recording.h"
+
+enum { GAP_EFFECTS = 4, GAP_PLACES = 12, GAP_BASE = 64, GAP_TEXT = 320, GAP_RIVALS = 8 };
+
+enum gap_verdict { GAP_EFFECT_NAMED, GAP_NO_GAP, GAP_AMBIGUOUS, GAP_UNKNOWN_EFFECT, GAP_VERDICTS };
+extern const char *const gap_verdict_names[GAP_VERDICTS]; /* effect_named, no_gap, ambiguous, unknown_effect */
+
+/* Channels in which model and measurement are compared. */
+enum gap_channel { GAP_LENGTH, GAP_FORCE, GAP_P1, GAP_P2, GAP_VALVE, GAP_CHANNELS };
+extern const char *const gap_channel_names[GAP_CHANNELS]; /* length, force, p1, p2, valve */
+extern const char *const gap_channel_units[GAP_CHANNELS];
+
+enum gap_replay { GAP_CLOSED_LOOP, GAP_MOTION };
+
+struct gap_effect {
+    int effect;                           /* its place in effect_table */
+    int shape;                            /* -1 all legs alike, -2 each its own, or the one leg 0..5 */
+    struct effect_values values;
+    double std[EFFECT_KEYS][LEGS];
+    bool bound[EFFECT_KEYS][LEGS];        /* stuck at the end of its range: not found, only reached for */
+    double share_explained;               /* on held-out cycles, alone: 1 - (after^2 - floor^2) / (before^2 - floor^2) */
+    double z;                             /* square root of the likelihood gain on held-out cycles when it was added */
+    char evidence[GAP_TEXT];
+};
+
+/* An effect tried in the first round, in its best shape. */
+struct gap_candidate {
+    int effect, shape;
+    double gain;                          /* of the sum of white squares, fitted cycles, charged for its parameters */
+    double share_explained;
+};
+
+struct gap_place {
+    int test, leg, harmonic;
+    enum dof dof;
+    enum gap_channel channel;
+    const char *feature; /* static, velocity_reversal, spool_reversal, one_direction, peak_speed, peak_acceleration */
+    double share;        /* of the squared white gap */
+};
+
+/* A difference: root mean square over channels of (rms / rms of the measured variation), and each channel's in SI units and normalised. */
+struct gap_size {
+    double overall, channel[GAP_CHANNELS], normalised[GAP_CHANNELS];
+};
+
+struct gap_base_value {
+    const char *name;
+    double given, value, std;
+    bool bound;
+};
+
+struct gap_result {
+    enum gap_verdict verdict;
+    char reason[GAP_TEXT];                /* one sentence for people */
+    int effects;
+    struct gap_effect effect[GAP_EFFECTS];
+    int ambiguous;                        /* the named effect's rivals, by place in effect_table */
+    int ambiguous_with[GAP_RIVALS];
+    int candidates;                       /* all effects tried, best first */
+    struct gap_candidate candidate[EFFECTS_MAX];
+    int places;
+    struct gap_place where[GAP_PLACES];
+    struct gap_size before, after, noise_floor, held_out_before, held_out_after;
+    bool simulated;                       /* the sizes are of a replay; else of the equations alone */
+    double unexplained_fraction;          /* held out */
+    char next_experiment[GAP_TEXT];
+    int base_values;
+    struct gap_base_value base[GAP_BASE];
+    bool controller_known, controller_differs;
+    double controller_difference;         /* rms of the command that the configured controller would not have given, of its variation */
+    double white_before, white_after;     /* mean white square, held-out cycles: 1 is noise */
+    bool matrices;
+    double measured_mt[DOFS][DOFS], before_mt[DOFS][DOFS], after_mt[DOFS][DOFS];
+    struct params base_model;             /* base re-estimated, no effect added */
+    struct params model;                  /* the configuration given, plus the effects found (base as given) */
+    struct params fitted;                 /* base re-estimated and effects: what `after` was simulated with */
+    enum gap_replay replay;
+    double seconds;
+};
+
+struct gap_options {
+    enum gap_replay replay;
+    bool simulate;                        /* prove it by replay */
+    int threads;
+    void (*progress)(void *context, const char *step, double share); /* NULL: none; any thread */
+    void *context;
+};
+
+/* measured is checked already (recording_check); validate may be NULL. 0, or a negative status. */
+int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,
+              const struct gap_options *options, struct gap_result *result, struct error *error);
+
+#endif

@@ -1,0 +1,30 @@
+/* Hypotheses: every effect of the catalogue, in the shapes in which a machine has it: all legs alike, one leg, each leg its own. */
+#ifndef HEXID_HYPOTHESIS_H
+#define HEXID_HYPOTHESIS_H
+
+#include "fit.h"
+
+enum { SHAPE_ALL = -1, SHAPE_EACH = -2 }; /* or a leg, 0..5 */
+enum { HYPOTHESES_MAX = EFFECTS_MAX * (2 + LEGS), HYPOTHESIS_VARIABLES = EFFECT_KEYS * LEGS };
+
+struct hypothesis {
+    int effect, shape;
+    int variables;
+    struct variable variable[HYPOTHESIS_VARIABLES];
+};
+
+/* All of them for this model; effects that are already on are left out. Returns their number. */
+int hypotheses_list(const struct params *model, struct hypothesis h[HYPOTHESES_MAX]);
+
+/* A start value for every variable: `place` of HYPOTHESIS_STARTS, from weak to strong, both signs where there are two. False: no such. */
+enum { HYPOTHESIS_STARTS = 12 };
+bool hypothesis_start(const struct hypothesis *h, int place, struct params *model);
+
+
+/* The base variable is the same thing as this effect, or so nearly that the two cannot be fitted beside each other. */
+bool hypothesis_parallel(const struct hypothesis *h, const char *base_variable);
+
+/* The first effect has the second one as a limit of its parameters: where both explain the same, it is the second. */
+bool hypothesis_contains(int effect, int other);
+
+#endif

@@ -1,0 +1,128 @@
+#include "inverse_dynamics.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "joint_axes.h"
+#include "vec.h"
+
+static const double POSE_TOLERANCE_M = 1e-12;
+enum { POSE_ITERATIONS = 12 };
+
+void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *params, double window_s) {
+    *d = (struct inverse_dynamics){.params = params, .window_s = window_s, .joints = joint_friction_present(params)};
+    rigid_model_init(&d->rigid, params);
+    cylinder_model_init(&d->cylinder, params);
+    rigid_rest(&d->state, (const double[DOFS]){0});
+}
+
+/* x := A^-1 x, or A'^-1 x, by elimination with pivots. False: singular. */
+static bool solve6(double a[6][6], bool transposed, double x[6]) {
+    double m[6][7];
+    for (int i = 0; i < 6; i++) {
+        for (int j = 0; j < 6; j++) m[i][j] = transposed ? a[j][i] : a[i][j];
+        m[i][6] = x[i];
+    }
+    for (int j = 0; j < 6; j++) {
+        int pivot = j;
+        for (int i = j + 1; i < 6; i++)
+            if (fabs(m[i][j]) > fabs(m[pivot][j])) pivot = i;
+        if (!(fabs(m[pivot][j]) > 1e-9)) return false;
+        for (int c = j; c < 7 && pivot != j; c++) {
+            double swap = m[j][c];
+            m[j][c] = m[pivot][c], m[pivot][c] = swap;
+        }
+        for (int i = j + 1; i < 6; i++) {
+            double factor = m[i][j] / m[j][j];
+            for (int c = j; c < 7; c++) m[i][c] -= factor * m[j][c];
+        }
+    }
+    for (int i = 5; i >= 0; i--) {
+        x[i] = m[i][6];
+        for (int j = i + 1; j < 6; j++) x[i] -= m[i][j] * x[j];
+        x[i] /= m[i][i];
+    }
+    return true;
+}
+
+/* Position and attitude by a small displacement: velocity of the origin and rotation vector, both in {B}. */
+static void displace(struct rigid_state *s, const double d[6]) {
+    double q[4], half[3] = {0.5 * d[3], 0.5 * d[4], 0.5 * d[5]}, *p = s->attitude, norm = 0.0;
+    for (int i = 0; i < 3; i++) s->position[i] += d[i];
+    q[0] = p[0] - dot3(half, p + 1);
+    cross3(half, p + 1, q + 1);
+    for (int i = 0; i < 3; i++) q[1 + i] += p[1 + i] + half[i] * p[0];
+    for (int i = 0; i < 4; i++) norm += q[i] * q[i];
+    for (int i = 0; i < 4; i++) p[i] = q[i] / sqrt(norm);
+}
+
+static void jacobian(const struct rigid_legs *legs, double j[LEGS][DOFS]) {
+    for (int k = 0; k < LEGS; k++) rigid_row(legs, k, j[k]);
+}
+
+/* Newton on the lengths. */
+static bool find_pose(struct inverse_dynamics *d, double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS]) {
+    memset(d->state.twist, 0, sizeof d->state.twist);
+    for (int iteration = 0; iteration < POSE_ITERATIONS; iteration++) {
+        double step[DOFS], size = 0.0;
+        rigid_legs(&d->rigid, &d->state, legs);
+        jacobian(legs, j);
+        for (int k = 0; k < LEGS; k++) step[k] = leg[k][0] - legs->length[k], size = fmax(size, fabs(step[k]));
+        if (size < POSE_TOLERANCE_M) return true;
+        if (!solve6(j, false, step)) return false;
+        displace(&d->state, step);
+    }
+    return false;
+}
+
+/* Share of the window in which the leg extends, minus the share in which it retracts. */
+static double direction(double rate, double acceleration, double window_s) {
+    double swing = 0.5 * window_s * fabs(acceleration);
+    if (fabs(rate) >= swing) return rate > 0.0 ? 1.0 : rate < 0.0 ? -1.0 : 0.0;
+    return rate / swing;
+}
+
+static double leg_friction(const struct inverse_dynamics *d, int leg, const double motion[3], double p1_pa, double p2_pa) {
+    struct cylinder_state s = {.p1_pa = p1_pa, .p2_pa = p2_pa};
+    double sign = direction(motion[1], motion[2], d->window_s), speed = fabs(motion[1]);
+    struct friction extend = cylinder_friction(&d->cylinder, leg, &s, 1, speed), retract = cylinder_friction(&d->cylinder, leg, &s, -1, speed);
+    double viscous = motion[1] > 0.0 ? extend.viscous : -retract.viscous;
+    return 0.5 * (1.0 + sign) * extend.dry - 0.5 * (1.0 - sign) * retract.dry + viscous;
+}
+
+/* The moments that joint friction takes, as a wrench on the platform. */
+static void push_joints(const struct inverse_dynamics *d, const struct rigid_legs *legs, const double acceleration[DOFS], double load[DOFS]) {
+    struct joint_axes axes;
+    joint_axes(&d->rigid, &d->state, legs, &axes);
+    for (int k = 0; k < JOINT_AXES; k++) {
+        double rate = dot6(axes.row[k], d->state.twist), turn = dot6(axes.row[k], acceleration) + axes.bias[k];
+        struct friction f = joint_friction(d->params, k / JOINT_AXES_PER_LEG, fabs(rate));
+        double moment = direction(rate, turn, d->window_s) * f.dry + copysign(f.viscous, rate);
+        add6(-moment, axes.row[k], load);
+    }
+}
+
+bool inverse_dynamics_step(struct inverse_dynamics *d, double leg[LEGS][3], const double p1_pa[LEGS], const double p2_pa[LEGS],
+                           double force_n[LEGS]) {
+    struct rigid_legs legs;
+    double j[LEGS][DOFS], acceleration[DOFS], mass[DOFS][DOFS], load[DOFS];
+    if (!find_pose(d, leg, &legs, j)) return false;
+    for (int k = 0; k < LEGS; k++) d->state.twist[k] = leg[k][1];
+    if (!solve6(j, false, d->state.twist)) return false;
+    rigid_legs(&d->rigid, &d->state, &legs);
+    for (int k = 0; k < LEGS; k++) {
+        acceleration[k] = leg[k][2];
+        for (int i = 0; i < 3; i++)
+            acceleration[k] -= legs.n[i][k] * legs.centripetal[i][k] + legs.across[i][k] * legs.across[i][k] / legs.length[k];
+    }
+    if (!solve6(j, false, acceleration)) return false;
+    rigid_dynamics(&d->rigid, &d->state, &legs, mass, load);
+    if (d->joints) push_joints(d, &legs, acceleration, load);
+    for (int i = 0; i < DOFS; i++) {
+        force_n[i] = -load[i];
+        for (int c = 0; c < DOFS; c++) force_n[i] += (i >= c ? mass[i][c] : mass[c][i]) * acceleration[c];
+    }
+    if (!solve6(j, true, force_n)) return false;
+    for (int k = 0; k < LEGS; k++) force_n[k] += leg_friction(d, k, leg[k], p1_pa[k], p2_pa[k]);
+    return true;
+}

@@ -1,0 +1,26 @@
+/* Leg forces that a measured motion of the legs needs: sim's rigid bodies, weight, joint and leg friction. The pose is found from the
+ * lengths with the model's own joint positions. Pure. */
+#ifndef HEXID_INVERSE_DYNAMICS_H
+#define HEXID_INVERSE_DYNAMICS_H
+
+#include "cylinder.h"
+#include "rigid.h"
+
+enum { PHASES = 128 }; /* of a cycle */
+
+struct inverse_dynamics {
+    const struct params *params;
+    struct rigid_model rigid;
+    struct cylinder_model cylinder;
+    struct rigid_state state;   /* the search for the next pose starts here */
+    double window_s;            /* dry friction is averaged over so much about each instant: a reversal falls between two of them */
+    bool joints;
+};
+
+void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *params, double window_s);
+
+/* leg: length, rate, acceleration of each. force_n: hydraulic force, what friction takes included. False: no pose has these lengths. */
+bool inverse_dynamics_step(struct inverse_dynamics *d, double leg[LEGS][3], const double p1_pa[LEGS], const double p2_pa[LEGS],
+                           double force_n[LEGS]);
+
+#endif

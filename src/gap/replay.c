@@ -1,0 +1,185 @@
+#include "replay.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ident.h"
+#include "plant.h"
+#include "platform.h"
+#include "residual.h"
+#include "units.h"
+
+static const int64_t SLACK_CYCLES = 1000;
+
+/* The tests of the recording, in its order, and nothing that a controller on a desk has to fear. */
+static struct params replay_params(const struct params *model, const struct recording *like) {
+    struct params p = *model;
+    p.tests.count = 0;
+    for (int i = 0; i < like->tests && p.tests.count < DOFS; i++) p.tests.order[p.tests.count++] = like->test[i].dof;
+    for (int i = p.tests.count; i < DOFS; i++) p.tests.order[i] = DOF_NONE;
+    p.motion.automatic = true;
+    p.sim.engine = ENGINE_CLOSED_FORM;
+    return p;
+}
+
+static int64_t longest(const struct params *p) {
+    const struct test_params *t = &p->tests;
+    double test_s = t->settle_s + t->ramp_s + t->duration_s + t->ramp_out_s;
+    return (int64_t)((p->motion.engage_s + p->motion.hold_s + p->motion.park_s + t->count * test_s) / p->loop.period_s) + SLACK_CYCLES;
+}
+
+static int drive(struct plant *plant, struct platform *platform, const struct params *p, struct recording *out, struct error *error) {
+    struct hal_sample sample = {0};
+    struct cycle c = {0};
+    int64_t last = longest(p);
+    for (int64_t i = 0; i < last; i++) {
+        sample.time_ns = ns_from_seconds((double)i * p->loop.period_s);
+        sample.device_seq = (uint64_t)i + 1;
+        plant_measure(plant, &sample);
+        platform_step(platform, &sample, (struct request){0}, &c);
+        int status = recording_add(out, &c, error);
+        if (status) return status;
+        if (c.state == STATE_PARKING) return STATUS_OK;
+        if (c.faults) return error_set(error, STATUS_USAGE, "replay: the model's run ended in a fault (%s)", fault_name(c.first_fault));
+        plant_step(plant, c.out.enable ? c.out.valve : (const double[LEGS]){0});
+    }
+    return error_set(error, STATUS_USAGE, "replay: the model's run did not come to its end");
+}
+
+int replay_closed_loop(const struct params *model, const struct recording *like, struct recording *out, struct error *error) {
+    struct params *p = malloc(sizeof *p);
+    struct platform *platform = malloc(sizeof *platform);
+    if (!p || !platform) {
+        free(p);
+        free(platform);
+        return error_set(error, STATUS_IO, "out of memory");
+    }
+    *p = replay_params(model, like);
+    recording_init(out, like->params);
+    struct plant *plant = plant_create(p, 1, error);
+    int status = plant ? platform_init(platform, p, error) : (int)error->status;
+    if (!status) status = drive(plant, platform, p, out, error);
+    plant_destroy(plant);
+    free(platform);
+    free(p);
+    return status;
+}
+
+bool replay_identify(const struct params *params, const struct recording *recording, double mt[DOFS][DOFS]) {
+    struct error error;
+    struct ident *id = malloc(sizeof *id);
+    bool ok = id && ident_init(id, params, &error) == STATUS_OK;
+    for (int i = 0; i < recording->tests && ok; i++) {
+        const struct recording_test *t = &recording->test[i];
+        for (int j = t->first; j >= 0 && j < t->end; j++) {
+            const struct recording_sample *s = &t->sample[j];
+            struct cycle c = {.test = t->test, .dof = t->dof, .phase = PHASE_EVALUATE, .test_time_s = s->test_time_s};
+            c.in.flags = s->good ? 0 : SAMPLE_INVALID;
+            memcpy(c.in.length_m, s->length_m, sizeof s->length_m);
+            memcpy(c.in.p1_pa, s->p1_pa, sizeof s->p1_pa);
+            memcpy(c.in.p2_pa, s->p2_pa, sizeof s->p2_pa);
+            ident_feed(id, &c);
+        }
+    }
+    ok = ok && (ident_end(id), ident_solve(id));
+    if (ok) memcpy(mt, id->result.method_a.mt, sizeof id->result.method_a.mt);
+    free(id);
+    return ok;
+}
+
+struct sums {
+    double difference[GAP_CHANNELS], noise[GAP_CHANNELS], variation[GAP_CHANNELS];
+    int rows[GAP_CHANNELS];
+};
+
+static double square(double x) { return x * x; }
+
+/* One leg's channel: mean squares of the difference of two mean cycles, of the variation, and of the noise. */
+static void add(struct sums *sums, int channel, int size, const double *measured, const double *difference, double noise) {
+    double sum = square(difference[0]), whole = 0.0;
+    for (int a = 1; a < size; a++) sum += 0.5 * square(difference[a]), whole += 0.5 * square(measured[a]);
+    sums->difference[channel] += sum + square(noise);
+    sums->noise[channel] += square(noise);
+    sums->variation[channel] += whole;
+    sums->rows[channel]++;
+}
+
+static struct gap_size size_of(const struct sums *sums, const double *square_sum) {
+    struct gap_size size = {0};
+    int channels = 0;
+    for (int ch = 0; ch < GAP_CHANNELS; ch++) {
+        size.channel[ch] = size.normalised[ch] = NAN;
+        if (!sums->rows[ch]) continue;
+        size.channel[ch] = sqrt(square_sum[ch] / sums->rows[ch]);
+        size.normalised[ch] = sqrt(square_sum[ch] / sums->variation[ch]);
+        size.overall += square(size.normalised[ch]);
+        channels++;
+    }
+    size.overall = sqrt(size.overall / channels);
+    return size;
+}
+
+static void force_row(const struct cylinder_areas *a, const double *p1, const double *p2, double *force) {
+    for (int i = 0; i < SPECTRUM_SIZE; i++) force[i] = a->a1_m2 * p1[i] - a->a2_m2 * p2[i];
+}
+
+static double force_noise(const struct cylinder_areas *a, const struct spectrum *s, int leg) {
+    return hypot(a->a1_m2 * s->noise[CHANNEL_P1][leg], a->a2_m2 * s->noise[CHANNEL_P2][leg]);
+}
+
+static void compare_test(const struct cylinder_areas *areas, const struct spectrum *m, const struct spectrum *s, struct sums *sums) {
+    static const int channel[CHANNELS] = {[CHANNEL_LENGTH] = GAP_LENGTH, [CHANNEL_P1] = GAP_P1, [CHANNEL_P2] = GAP_P2, [CHANNEL_VALVE] = GAP_VALVE};
+    int size = 1 + 2 * (m->harmonics < s->harmonics ? m->harmonics : s->harmonics);
+    double difference[SPECTRUM_SIZE], fm[SPECTRUM_SIZE], fs[SPECTRUM_SIZE];
+    for (int k = 0; k < LEGS; k++) {
+        for (int ch = 0; ch < CHANNELS; ch++) {
+            for (int a = 0; a < size; a++) difference[a] = m->mean[ch][k][a] - s->mean[ch][k][a];
+            add(sums, channel[ch], size, m->mean[ch][k], difference, m->noise[ch][k]);
+        }
+        force_row(areas, m->mean[CHANNEL_P1][k], m->mean[CHANNEL_P2][k], fm);
+        force_row(areas, s->mean[CHANNEL_P1][k], s->mean[CHANNEL_P2][k], fs);
+        for (int a = 0; a < size; a++) difference[a] = fm[a] - fs[a];
+        add(sums, GAP_FORCE, size, fm, difference, force_noise(areas, m, k));
+    }
+}
+
+void replay_compare(const struct params *params, const struct recording *measured, const struct recording *simulated, enum cycles which,
+                    struct gap_size *difference, struct gap_size *noise) {
+    struct cylinder_areas areas = cylinder_areas(&params->actuator);
+    struct sums sums = {0};
+    for (int i = 0; i < measured->tests; i++)
+        for (int j = 0; j < simulated->tests; j++) {
+            struct spectrum m, s;
+            if (measured->test[i].dof != simulated->test[j].dof) continue;
+            if (spectrum_measure(&m, &measured->test[i], which) && spectrum_measure(&s, &simulated->test[j], CYCLES_ALL))
+                compare_test(&areas, &m, &s, &sums);
+        }
+    *difference = size_of(&sums, sums.difference);
+    *noise = size_of(&sums, sums.noise);
+}
+
+void replay_motion(const struct params *model, const struct recording *measured, enum cycles which, struct gap_size *difference,
+                   struct gap_size *noise) {
+    struct cylinder_areas areas = cylinder_areas(&model->actuator);
+    struct residual_data data;
+    struct error error;
+    struct sums sums = {0};
+    int status = residual_prepare(&data, measured, which, &error);
+    for (int i = 0; i < data.tests && !status; i++) {
+        const struct spectrum *s = &data.test[i].spectrum;
+        int size = 1 + 2 * data.test[i].harmonics;
+        double force[SPECTRUM_SIZE];
+        residual_row row;
+        if (!residual_evaluate(&data.test[i], model, PART_ALL, row)) continue;
+        for (int k = 0; k < LEGS; k++) {
+            force_row(&areas, s->mean[CHANNEL_P1][k], s->mean[CHANNEL_P2][k], force);
+            add(&sums, GAP_FORCE, size, force, row[k][RESIDUAL_FORCE], force_noise(&areas, s, k));
+            add(&sums, GAP_P1, size, s->mean[CHANNEL_P1][k], row[k][RESIDUAL_P1], s->noise[CHANNEL_P1][k]);
+            add(&sums, GAP_P2, size, s->mean[CHANNEL_P2][k], row[k][RESIDUAL_P2], s->noise[CHANNEL_P2][k]);
+        }
+    }
+    residual_free(&data);
+    *difference = size_of(&sums, sums.difference);
+    *noise = size_of(&sums, sums.noise);
+}

@@ -1,0 +1,23 @@
+/* Replay: the model driven as the rig was. Closed loop: same reference and controller, on the plant with its sensors (closed form engine:
+ * it need not be the rig's). Motion: the measured motion and commands, which needs no controller (residual.h). */
+#ifndef HEXID_REPLAY_H
+#define HEXID_REPLAY_H
+
+#include "gap.h"
+#include "spectrum.h"
+
+/* Runs the tests of `like` on the model; `out` holds what a log of that run would. -2 when the model's run ends in a fault. */
+int replay_closed_loop(const struct params *model, const struct recording *like, struct recording *out, struct error *error);
+
+/* The inertia matrix identified from a recording (method A). False without six complete tests. */
+bool replay_identify(const struct params *params, const struct recording *recording, double mt[DOFS][DOFS]);
+
+/* Differences of two recordings of the same tests, over the cycles given of the measured one, and the measured one's noise. */
+void replay_compare(const struct params *params, const struct recording *measured, const struct recording *simulated, enum cycles which,
+                    struct gap_size *difference, struct gap_size *noise);
+
+/* The same without a simulation in closed loop: force and pressures under the measured motion; length and valve are not evaluated (NaN). */
+void replay_motion(const struct params *model, const struct recording *measured, enum cycles which, struct gap_size *difference,
+                   struct gap_size *noise);
+
+#endif

@@ -1,0 +1,163 @@
+#include "spectrum.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "dense.h"
+#include "units.h"
+
+enum { SAMPLES_PER_HARMONIC = 3 };
+
+void spectrum_basis(double phase, int harmonics, double *basis) {
+    double s1 = sin(phase), c1 = cos(phase), s = 0.0, c = 1.0;
+    basis[0] = 1.0;
+    for (int h = 1; h <= harmonics; h++) {
+        double next = s * c1 + c * s1;
+        c = c * c1 - s * s1, s = next;
+        basis[2 * h - 1] = s, basis[2 * h] = c;
+    }
+}
+
+void spectrum_value(const double *row, int harmonics, double omega, double t_s, double value[3]) {
+    double basis[SPECTRUM_SIZE];
+    spectrum_basis(omega * t_s, harmonics, basis);
+    value[0] = row[0], value[1] = value[2] = 0.0;
+    for (int h = 1; h <= harmonics; h++) {
+        double w = h * omega, s = row[2 * h - 1], c = row[2 * h];
+        double y = s * basis[2 * h - 1] + c * basis[2 * h];
+        value[0] += y;
+        value[1] += w * (s * basis[2 * h] - c * basis[2 * h - 1]);
+        value[2] -= w * w * y;
+    }
+}
+
+double spectrum_quantisation(double amplitude, double step, double noise, double samples) {
+    if (!(step > 0.0) || !(amplitude > 0.0)) return 0.0;
+    double swings = fmax(2.0 * PI * amplitude / step, 1.0);
+    double bessel = step / PI * sqrt(2.0 / (PI * swings)) * 0.775; /* sqrt(sum 1/k^3 / 2) */
+    double in_step = fmax(step * step / 12.0 - noise * noise, 0.0);
+    double alike = 4.0; /* samples with one error: every value is passed twice, and at the crests they lie close */
+    return sqrt(bessel * bessel + in_step * 2.0 * alike / samples);
+}
+
+static const double *channel_of(const struct recording_sample *s, int channel) {
+    const double *const all[CHANNELS] = {s->length_m, s->p1_pa, s->p2_pa, s->valve};
+    return all[channel];
+}
+
+/* Coefficients of one cycle, samples first .. end-1, by least squares. */
+static bool fit_cycle(const struct spectrum *s, const struct recording_test *t, int first, int end,
+                      double row[CHANNELS][LEGS][SPECTRUM_SIZE]) {
+    double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0}, basis[SPECTRUM_SIZE];
+    int size = 1 + 2 * s->harmonics;
+    memset(row, 0, CHANNELS * sizeof row[0]);
+    for (int i = first; i < end; i++) {
+        const struct recording_sample *sample = &t->sample[i];
+        if (!sample->good) return false;
+        spectrum_basis(s->omega * sample->test_time_s, s->harmonics, basis);
+        for (int a = 0; a < size; a++)
+            for (int b = 0; b <= a; b++) product[a][b] += basis[a] * basis[b];
+        for (int ch = 0; ch < CHANNELS; ch++)
+            for (int k = 0; k < LEGS; k++) {
+                double y = channel_of(sample, ch)[k];
+                for (int a = 0; a < size; a++) row[ch][k][a] += basis[a] * y;
+            }
+    }
+    if (!dense_factor(size, SPECTRUM_SIZE, product[0])) return false;
+    for (int ch = 0; ch < CHANNELS; ch++)
+        for (int k = 0; k < LEGS; k++) dense_solve(size, SPECTRUM_SIZE, product[0], row[ch][k]);
+    return true;
+}
+
+/* Mean over cycles and its standard deviation; that of the constant after a drift, linear in the cycle's place, is taken out. */
+static double average(int n, const double *place, const double *value, bool drift, double *mean, double *std) {
+    double sum = 0.0, x = 0.0, xx = 0.0, xy = 0.0, rest = 0.0;
+    for (int i = 0; i < n; i++) sum += value[i], x += place[i];
+    sum /= n, x /= n;
+    for (int i = 0; i < n; i++) xx += (place[i] - x) * (place[i] - x), xy += (place[i] - x) * (value[i] - sum);
+    double slope = drift && n > 2 ? xy / xx : 0.0;
+    for (int i = 0; i < n; i++) rest += pow(value[i] - sum - slope * (place[i] - x), 2.0);
+    *mean = sum;
+    *std = sqrt(rest / (n - (drift && n > 2 ? 2 : 1)) / n);
+    return slope;
+}
+
+/* A drift within the cycle, of this slope a cycle, looks like a sawtooth: -sum sin(h w (t - start)) / (pi h). */
+static void remove_sawtooth(double slope, double start_phase, int harmonics, double *row) {
+    for (int h = 1; h <= harmonics; h++) {
+        double size = slope / (PI * h);
+        row[2 * h - 1] += size * cos(h * start_phase);
+        row[2 * h] -= size * sin(h * start_phase);
+    }
+}
+
+/* What the samples of a cycle differ by from the mean cycle, its own constant taken off. */
+static void add_noise(const struct spectrum *s, const struct recording_test *t, int first, int end,
+                      double row[CHANNELS][LEGS][SPECTRUM_SIZE], double square[CHANNELS][LEGS]) {
+    double basis[SPECTRUM_SIZE];
+    for (int i = first; i < end; i++) {
+        spectrum_basis(s->omega * t->sample[i].test_time_s, s->harmonics, basis);
+        for (int ch = 0; ch < CHANNELS; ch++)
+            for (int k = 0; k < LEGS; k++) {
+                double rest = channel_of(&t->sample[i], ch)[k] - row[ch][k][0];
+                for (int a = 1; a < 1 + 2 * s->harmonics; a++) rest -= basis[a] * s->mean[ch][k][a];
+                square[ch][k] += rest * rest;
+            }
+    }
+}
+
+typedef double cycle_row[CHANNELS][LEGS][SPECTRUM_SIZE];
+
+struct cycle_span {
+    int first, end;
+};
+
+static void summarise(struct spectrum *s, const struct recording_test *t, const struct cycle_span *span, cycle_row *row,
+                      const double *place) {
+    double value[CYCLES_MAX], square[CHANNELS][LEGS] = {0};
+    int samples = 0;
+    for (int ch = 0; ch < CHANNELS; ch++)
+        for (int k = 0; k < LEGS; k++) {
+            double slope = 0.0;
+            for (int a = 0; a < 1 + 2 * s->harmonics; a++) {
+                for (int i = 0; i < s->cycles; i++) value[i] = row[i][ch][k][a];
+                double along = average(s->cycles, place, value, a == 0, &s->mean[ch][k][a], &s->std[ch][k][a]);
+                if (a == 0) slope = along;
+            }
+            remove_sawtooth(slope, s->omega * t->sample[span[0].first].test_time_s, s->harmonics, s->mean[ch][k]);
+        }
+    for (int i = 0; i < s->cycles; i++) {
+        add_noise(s, t, span[i].first, span[i].end, row[i], square);
+        samples += span[i].end - span[i].first;
+    }
+    for (int ch = 0; ch < CHANNELS; ch++)
+        for (int k = 0; k < LEGS; k++) s->noise[ch][k] = sqrt(square[ch][k] / samples);
+}
+
+bool spectrum_measure(struct spectrum *s, const struct recording_test *t, enum cycles which) {
+    memset(s, 0, sizeof *s);
+    if (t->first < 0 || t->end - t->first < 8) return false;
+    double start_s = t->sample[t->first].test_time_s, step_s = (t->sample[t->end - 1].test_time_s - start_s) / (t->end - 1 - t->first);
+    double period_s = 1.0 / t->frequency_hz;
+    s->omega = 2.0 * PI * t->frequency_hz;
+    s->harmonics = (int)fmin(SPECTRUM_HARMONICS, period_s / step_s / SAMPLES_PER_HARMONIC);
+    cycle_row *row = calloc(CYCLES_MAX, sizeof *row);
+    double place[CYCLES_MAX];
+    struct cycle_span span[CYCLES_MAX];
+    int i = t->first;
+    for (int cycle = 0; row && s->cycles < CYCLES_MAX && i < t->end; cycle++) {
+        struct cycle_span c = {.first = i};
+        double until_s = start_s + (cycle + 1) * period_s - 1e-6 * step_s;
+        while (i < t->end && t->sample[i].test_time_s < until_s) i++;
+        c.end = i;
+        bool whole = i < t->end || until_s - t->sample[i - 1].test_time_s <= 1.5 * step_s;
+        if (!whole || !(which & (cycle % 2 ? CYCLES_ODD : CYCLES_EVEN)) || !fit_cycle(s, t, c.first, c.end, row[s->cycles])) continue;
+        place[s->cycles] = cycle;
+        span[s->cycles++] = c;
+    }
+    bool enough = row && s->cycles >= 2 && s->harmonics >= 1;
+    if (enough) summarise(s, t, span, row, place);
+    free(row);
+    return enough;
+}

@@ -1,0 +1,39 @@
+/* A test as harmonics of its frequency, cycle by cycle: means over some of the cycles, and how far single cycles lie from them. That spread
+ * is the noise, measured; what is in step with the motion (quantisation) does not show in it and is known from the sensor. Pure.
+ *
+ * A coefficient row is [constant, sin wt, cos wt, sin 2wt, ...], t the test time. */
+#ifndef HEXID_SPECTRUM_H
+#define HEXID_SPECTRUM_H
+
+#include "recording.h"
+
+enum channel { CHANNEL_LENGTH, CHANNEL_P1, CHANNEL_P2, CHANNEL_VALVE, CHANNELS };
+enum { SPECTRUM_HARMONICS = 16, SPECTRUM_SIZE = 1 + 2 * SPECTRUM_HARMONICS, CYCLES_MAX = 400 };
+
+/* Cycles of a test by place: the odd ones are kept from every fit. */
+enum cycles { CYCLES_EVEN = 1, CYCLES_ODD = 2, CYCLES_ALL = 3 };
+
+struct spectrum {
+    double omega;
+    int harmonics;               /* fewer than SPECTRUM_HARMONICS where the sampling is slow */
+    int cycles;                  /* averaged */
+    double mean[CHANNELS][LEGS][SPECTRUM_SIZE];
+    double std[CHANNELS][LEGS][SPECTRUM_SIZE];  /* of the mean */
+    double noise[CHANNELS][LEGS];               /* rms of the samples about the mean cycle, drift taken out */
+};
+
+/* False: fewer than two whole cycles without a bad sample. */
+bool spectrum_measure(struct spectrum *s, const struct recording_test *test, enum cycles which);
+
+/* [1, sin wt, cos wt, ...], 1 + 2 harmonics values. */
+void spectrum_basis(double phase, int harmonics, double *basis);
+
+/* Value of a coefficient row and its first two derivatives. */
+void spectrum_value(const double *row, int harmonics, double omega, double t_s, double value[3]);
+
+/* Standard deviation of one coefficient of a sinusoid of this amplitude in steps, in so many samples a cycle, that the spread between cycles
+ * does not show. Rounding errors are a sum of J_1(2 pi k amplitude / step) / (pi k), and what of step^2/12 is not in the noise between
+ * cycles is the same in every cycle: samples that fall in step with the motion. */
+double spectrum_quantisation(double amplitude, double step, double noise, double samples);
+
+#endif

@@ -1,0 +1,120 @@
+#include "whiten.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "cylinder.h"
+#include "rigid.h"
+#include "vec.h"
+
+/* Leg-space mass at neutral, J'^-1 M J^-1 = inverse of (J M^-1 J'): what force an acceleration of each leg needs. */
+static void leg_mass(const struct params *model, double lambda[LEGS][LEGS]) {
+    struct rigid_model rigid;
+    struct rigid_state s;
+    struct rigid_legs legs;
+    double mass[DOFS][DOFS], load[DOFS], row[LEGS][DOFS];
+    struct factor6 factor, mobility = {0};
+    rigid_model_init(&rigid, model);
+    rigid_rest(&s, (const double[DOFS]){0});
+    rigid_legs(&rigid, &s, &legs);
+    rigid_dynamics(&rigid, &s, &legs, mass, load);
+    memcpy(factor.c, mass, sizeof factor.c);
+    factor6(&factor);
+    for (int k = 0; k < LEGS; k++) {
+        rigid_row(&legs, k, row[k]);
+        whiten6(&factor, row[k]);
+    }
+    for (int i = 0; i < LEGS; i++)
+        for (int j = 0; j <= i; j++) mobility.c[i][j] = dot6(row[i], row[j]);
+    factor6(&mobility);
+    for (int i = 0; i < LEGS; i++) {
+        double unit[LEGS] = {0};
+        unit[i] = 1.0;
+        whiten6(&mobility, unit);
+        unwhiten6(&mobility, unit);
+        memcpy(lambda[i], unit, sizeof unit);
+    }
+}
+
+static double amplitude(const double *row) { return hypot(row[1], row[2]); }
+
+static double square(double x) { return x * x; }
+
+/* rms of what varies. */
+static double variation(const double *row, int size) {
+    double sum = 0.0;
+    for (int a = 1; a < size; a++) sum += 0.5 * row[a] * row[a];
+    return sqrt(sum);
+}
+
+/* In place: lower triangle of C to the inverse of its Cholesky factor. */
+static void invert3(double c[RESIDUALS][RESIDUALS]) {
+    for (int j = 0; j < RESIDUALS; j++) {
+        for (int k = 0; k < j; k++) c[j][j] -= square(c[j][k]);
+        c[j][j] = sqrt(c[j][j]);
+        for (int i = j + 1; i < RESIDUALS; i++) {
+            for (int k = 0; k < j; k++) c[i][j] -= c[i][k] * c[j][k];
+            c[i][j] /= c[j][j];
+        }
+    }
+    for (int j = 0; j < RESIDUALS; j++) {
+        c[j][j] = 1.0 / c[j][j];
+        for (int i = j + 1; i < RESIDUALS; i++) {
+            double sum = 0.0;
+            for (int k = j; k < i; k++) sum -= c[i][k] * c[k][j];
+            c[i][j] = sum / c[i][i];
+        }
+    }
+}
+
+/* Pressure per length at a harmonic: a stiff volume with a leak. */
+static double stiffness(const struct hydraulics_params *h, double area_m2, double stroke_m, double rate_radps) {
+    double volume = h->dead_volume_m3 + 0.5 * area_m2 * stroke_m, lag = rate_radps * volume / (2.0 * h->bulk_modulus_pa * h->leakage_m3_per_s_pa);
+    return h->bulk_modulus_pa * area_m2 / volume * lag / sqrt(1.0 + lag * lag);
+}
+
+void whitener_init(struct whitener *w, const struct residual_test *t, const struct params *model, double model_error) {
+    const struct spectrum *s = &t->spectrum;
+    struct cylinder_model cylinder;
+    double lambda[LEGS][LEGS], length_var[LEGS];
+    double step_m = model->sensors.enabled ? model->sensors.position_resolution_m : 0.0;
+    int size = 1 + 2 * t->harmonics;
+    cylinder_model_init(&cylinder, model);
+    leg_mass(model, lambda);
+    for (int k = 0; k < LEGS; k++) length_var[k] =
+        square(spectrum_quantisation(amplitude(s->mean[CHANNEL_LENGTH][k]), step_m, s->noise[CHANNEL_LENGTH][k], t->fitted));
+    for (int k = 0; k < LEGS; k++)
+        for (int a = 0; a < RESIDUAL_SIZE; a++) {
+            double rate = (a + 1) / 2 * s->omega, var[3], others = 0.0, (*c)[RESIDUALS] = w->inverse[k][a];
+            for (int j = 0; j < LEGS; j++)
+                if (j != k) others += square(lambda[k][j] * rate * rate) * (length_var[j] + square(s->std[CHANNEL_LENGTH][j][a]));
+            var[0] = square(s->std[CHANNEL_P1][k][a]);
+            var[1] = square(s->std[CHANNEL_P2][k][a]);
+            var[2] = length_var[k] + square(s->std[CHANNEL_LENGTH][k][a]);
+            double from[RESIDUALS][3] = {
+                {cylinder.a1_m2, -cylinder.a2_m2, lambda[k][k] * rate * rate},
+                {1.0, 0.0, stiffness(&model->hydraulics, cylinder.a1_m2, model->actuator.stroke_m, rate)},
+                {0.0, 1.0, -stiffness(&model->hydraulics, cylinder.a2_m2, model->actuator.stroke_m, rate)}};
+            double p1 = variation(s->mean[CHANNEL_P1][k], size), p2 = variation(s->mean[CHANNEL_P2][k], size);
+            double whole[RESIDUALS] = {hypot(cylinder.a1_m2 * p1, cylinder.a2_m2 * p2), p1, p2};
+            for (int i = 0; i < RESIDUALS; i++) {
+                for (int j = 0; j <= i; j++) {
+                    c[i][j] = i == j ? square(model_error * whole[i]) + (i == 0 ? others : 0.0) + 1e-12 * square(whole[i]) : 0.0;
+                    for (int n = 0; n < 3; n++) c[i][j] += from[i][n] * from[j][n] * var[n];
+                }
+            }
+            invert3(c);
+        }
+}
+
+void whiten(const struct whitener *w, residual_row row) {
+    for (int k = 0; k < LEGS; k++)
+        for (int a = 0; a < RESIDUAL_SIZE; a++) {
+            const double(*c)[RESIDUALS] = w->inverse[k][a];
+            for (int i = RESIDUALS - 1; i >= 0; i--) {
+                double sum = 0.0;
+                for (int j = 0; j <= i; j++) sum += c[i][j] * row[k][j][a];
+                row[k][i][a] = sum;
+            }
+        }
+}

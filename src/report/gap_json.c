@@ -1,0 +1,100 @@
+#include "gap_json.h"
+
+#include <jansson.h>
+#include <math.h>
+
+#include "ident.h"
+
+static json_t *number(double x) { return isfinite(x) ? json_real(x) : json_null(); }
+
+/* One number where all legs are alike, else a list. */
+static json_t *legs(const double x[LEGS]) {
+    bool alike = true;
+    for (int k = 1; k < LEGS; k++) alike = alike && x[k] == x[0];
+    if (alike) return number(x[0]);
+    json_t *array = json_array();
+    for (int k = 0; k < LEGS; k++) json_array_append_new(array, number(x[k]));
+    return array;
+}
+
+static json_t *effect(const struct gap_effect *e) {
+    const struct effect *effect = effect_table[e->effect];
+    json_t *parameters = json_object(), *std = json_object();
+    for (int key = 0; key < EFFECT_KEYS && effect->keys[key].name; key++) {
+        json_object_set_new(parameters, effect->keys[key].name, legs(e->values.value[key]));
+        json_object_set_new(std, effect->keys[key].name, legs(e->std[key]));
+    }
+    return json_pack("{ss so so so so ss}", "name", effect->name, "parameters", parameters, "std", std, "share_explained",
+                     number(e->share_explained), "z", number(e->z), "evidence", e->evidence);
+}
+
+static json_t *place(const struct gap_place *p) {
+    return json_pack("{ss ss si si ss so}", "test", dof_names[p->dof], "channel", gap_channel_names[p->channel], "leg", p->leg + 1, "harmonic",
+                     p->harmonic, "feature", p->feature, "share", number(p->share));
+}
+
+static json_t *size(const struct gap_size *s) {
+    json_t *object = json_pack("{so}", "overall", number(s->overall));
+    for (int ch = 0; ch < GAP_CHANNELS; ch++)
+        json_object_set_new(object, gap_channel_names[ch],
+                            json_pack("{so so ss}", "rms", number(s->channel[ch]), "normalised", number(s->normalised[ch]), "unit",
+                                      gap_channel_units[ch]));
+    return object;
+}
+
+static json_t *sizes(const struct gap_result *r) {
+    return json_pack("{so so so so so}", "before", size(&r->before), "after", size(&r->after), "noise_floor", size(&r->noise_floor),
+                     "held_out_before", size(&r->held_out_before), "held_out_after", size(&r->held_out_after));
+}
+
+static json_t *rejected(const struct gap_result *r) {
+    json_t *array = json_array();
+    for (int i = 0; i < r->candidates; i++) {
+        bool named = false;
+        for (int j = 0; j < r->effects; j++) named = named || r->effect[j].effect == r->candidate[i].effect;
+        if (named) continue;
+        json_array_append_new(array, json_pack("{ss so}", "name", effect_table[r->candidate[i].effect]->name, "share_explained",
+                                               number(r->candidate[i].share_explained)));
+    }
+    return array;
+}
+
+static json_t *base(const struct gap_result *r) {
+    json_t *object = json_object();
+    for (int i = 0; i < r->base_values; i++) {
+        const struct gap_base_value *b = &r->base[i];
+        json_object_set_new(object, b->name, json_pack("{so so so sb}", "given", number(b->given), "value", number(b->value), "std",
+                                                       number(b->std), "at_bound", b->bound));
+    }
+    return object;
+}
+
+static json_t *matrix(const double m[DOFS][DOFS]) {
+    json_t *array = json_array();
+    for (int i = 0; i < DOFS; i++) {
+        json_t *row = json_array();
+        for (int j = 0; j < DOFS; j++) json_array_append_new(row, number(m[i][j]));
+        json_array_append_new(array, row);
+    }
+    return array;
+}
+
+static json_t *matrices(const struct gap_result *r) {
+    if (!r->matrices) return json_null();
+    return json_pack("{so so so}", "measured", matrix(r->measured_mt), "before", matrix(r->before_mt), "after", matrix(r->after_mt));
+}
+
+char *gap_json(const struct gap_result *r, const char *model) {
+    json_t *effects = json_array(), *rivals = json_array(), *where = json_array();
+    for (int i = 0; i < r->effects; i++) json_array_append_new(effects, effect(&r->effect[i]));
+    for (int i = 0; i < r->ambiguous; i++) json_array_append_new(rivals, json_string(effect_table[r->ambiguous_with[i]]->name));
+    for (int i = 0; i < r->places; i++) json_array_append_new(where, place(&r->where[i]));
+    json_t *root = json_pack("{ss ss ss so so so so so so ss so so so ss ss}", "schema", "hexid.gap/1", "verdict", gap_verdict_names[r->verdict],
+                             "reason", r->reason, "effects", effects, "ambiguous_with", rivals, "rejected", rejected(r), "where", where, "gap",
+                             sizes(r), "unexplained_fraction", number(r->unexplained_fraction), "next_experiment", r->next_experiment, "base",
+                             base(r), "Mt", matrices(r), "controller_difference", number(r->controller_difference), "replay",
+                             r->simulated ? "closed-loop" : "motion", "model", model);
+    char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
+    json_decref(root);
+    return text;
+}

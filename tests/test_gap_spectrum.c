@@ -1,0 +1,121 @@
+/* Harmonics of a test, cycle by cycle. */
+#include "support.h"
+
+#include <stdlib.h>
+
+#include "spectrum.h"
+#include "units.h"
+
+enum { SAMPLES = 2500 };
+
+static const double step_s = 0.002;
+
+static struct recording_test make(double frequency_hz, struct recording_sample *sample) {
+    for (int i = 0; i < SAMPLES; i++) sample[i] = (struct recording_sample){.test_time_s = 1.0 + i * step_s, .good = true};
+    return (struct recording_test){.frequency_hz = frequency_hz, .sample = sample, .count = SAMPLES, .end = SAMPLES};
+}
+
+static double wave(double phase) { return 0.3 + sin(phase) - 0.5 * cos(3.0 * phase); }
+
+/* 3 Hz: a cycle is no whole number of samples. */
+static void spectrum_recovers_a_waveform_at_any_frequency(void **state) {
+    (void)state;
+    static struct recording_sample sample[SAMPLES];
+    for (double f = 3.0; f <= 4.0; f += 0.5) {
+        struct recording_test t = make(f, sample);
+        struct spectrum s;
+        double value[3], phase = 0.7, omega = 2.0 * PI * f;
+        for (int i = 0; i < SAMPLES; i++) sample[i].length_m[2] = wave(omega * sample[i].test_time_s);
+        assert_true(spectrum_measure(&s, &t, CYCLES_ALL));
+        spectrum_value(s.mean[CHANNEL_LENGTH][2], s.harmonics, omega, phase / omega, value);
+        assert_close(value[0], wave(phase), 1e-9); /* rounding of a 33x33 system */
+        assert_close(value[1], omega * (cos(phase) + 1.5 * sin(3.0 * phase)), 1e-7);
+        assert_close(value[2], omega * omega * (-sin(phase) + 4.5 * cos(3.0 * phase)), 1e-5);
+        assert_below(s.noise[CHANNEL_LENGTH][2], 1e-9);
+    }
+}
+
+static void a_drift_leaves_no_harmonics(void **state) {
+    (void)state;
+    static struct recording_sample sample[SAMPLES];
+    struct recording_test t = make(4.0, sample);
+    struct spectrum s;
+    for (int i = 0; i < SAMPLES; i++) sample[i].p1_pa[0] = 100.0 * sample[i].test_time_s;
+    assert_true(spectrum_measure(&s, &t, CYCLES_ALL));
+    for (int a = 1; a < 9; a++) assert_below(fabs(s.mean[CHANNEL_P1][0][a]), 0.25); /* of 25 a cycle: a sample's step, 0.2 */
+}
+
+/* The spread of the means of independent draws is what std says. */
+static void noise_is_measured_from_the_spread_of_cycles(void **state) {
+    (void)state;
+    static struct recording_sample sample[SAMPLES];
+    struct recording_test t = make(4.0, sample);
+    struct spectrum s;
+    uint64_t random = 7;
+    double square = 0.0, expected = 0.0;
+    for (int i = 0; i < SAMPLES; i++)
+        for (int k = 0; k < LEGS; k++) sample[i].p1_pa[k] = random_unit(&random);
+    assert_true(spectrum_measure(&s, &t, CYCLES_ALL));
+    for (int k = 0; k < LEGS; k++)
+        for (int a = 1; a < 1 + 2 * s.harmonics; a++) {
+            square += s.mean[CHANNEL_P1][k][a] * s.mean[CHANNEL_P1][k][a];
+            expected += s.std[CHANNEL_P1][k][a] * s.std[CHANNEL_P1][k][a];
+        }
+    assert_close(square / expected, 1.0, 0.35); /* 192 values: a standard deviation of 0.1 in either sum */
+    assert_close(s.noise[CHANNEL_P1][0], 1.0 / sqrt(3.0), 0.02);
+}
+
+static void even_and_odd_cycles_are_apart(void **state) {
+    (void)state;
+    static struct recording_sample sample[SAMPLES];
+    struct recording_test t = make(4.0, sample);
+    struct spectrum s;
+    for (int i = 0; i < SAMPLES; i++) sample[i].length_m[0] = i / 125 % 2;
+    assert_true(spectrum_measure(&s, &t, CYCLES_EVEN));
+    assert_close(s.mean[CHANNEL_LENGTH][0][0], 0.0, 1e-12);
+    assert_true(spectrum_measure(&s, &t, CYCLES_ODD));
+    assert_close(s.mean[CHANNEL_LENGTH][0][0], 1.0, 1e-9);
+    assert_int_equal(s.cycles, 10);
+}
+
+static void a_cycle_with_a_bad_sample_is_left_out(void **state) {
+    (void)state;
+    static struct recording_sample sample[SAMPLES];
+    struct recording_test t = make(4.0, sample);
+    struct spectrum s;
+    sample[300].good = false;
+    sample[300].length_m[0] = NAN;
+    assert_true(spectrum_measure(&s, &t, CYCLES_ALL));
+    assert_int_equal(s.cycles, 19);
+    assert_close(s.mean[CHANNEL_LENGTH][0][0], 0.0, 1e-12);
+}
+
+/* Rounded sinusoids of many amplitudes: the formula is the envelope's rms. */
+static void quantisation_in_step_is_as_large_as_predicted(void **state) {
+    (void)state;
+    static struct recording_sample sample[SAMPLES];
+    double square = 0.0, expected = 0.0, step_m = 50e-6;
+    for (int n = 0; n < 60; n++) {
+        struct recording_test t = make(4.0, sample);
+        struct spectrum s;
+        double amplitude = 3e-3 + n * 7e-6;
+        for (int i = 0; i < SAMPLES; i++)
+            sample[i].length_m[0] = step_m * round((amplitude * sin(8.0 * PI * sample[i].test_time_s) + n * 1.7e-6) / step_m);
+        assert_true(spectrum_measure(&s, &t, CYCLES_ALL));
+        square += pow(hypot(s.mean[CHANNEL_LENGTH][0][1] - amplitude, s.mean[CHANNEL_LENGTH][0][2]), 2.0);
+        expected += 2.0 * pow(spectrum_quantisation(amplitude, step_m, s.noise[CHANNEL_LENGTH][0], 125), 2.0);
+    }
+    assert_close(sqrt(square / expected), 1.0, 0.3); /* 60 draws of two coefficients: 0.07; the rest is the envelope's */
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(spectrum_recovers_a_waveform_at_any_frequency),
+        cmocka_unit_test(a_drift_leaves_no_harmonics),
+        cmocka_unit_test(noise_is_measured_from_the_spread_of_cycles),
+        cmocka_unit_test(even_and_odd_cycles_are_apart),
+        cmocka_unit_test(a_cycle_with_a_bad_sample_is_left_out),
+        cmocka_unit_test(quantisation_in_step_is_as_large_as_predicted),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
