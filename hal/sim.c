@@ -10,6 +10,8 @@ struct sim {
     struct hal hal;
     struct plant *plant;
     uint64_t seq;
+    int64_t first_ns;      /* first reading */
+    double clock_ratio;
     double valve[LEGS];
 };
 
@@ -23,6 +25,7 @@ static int sim_open(struct hal **hal, const char *address, const struct params *
         free(s);
         return error->status;
     }
+    s->clock_ratio = plant_clock_ratio(s->plant);
     *hal = &s->hal;
     return STATUS_OK;
 }
@@ -30,8 +33,9 @@ static int sim_open(struct hal **hal, const char *address, const struct params *
 static int sim_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) {
     struct sim *s = (struct sim *)hal;
     if (s->seq++) plant_step(s->plant, s->valve);
+    else s->first_ns = now_ns;
     plant_measure(s->plant, sample);
-    sample->time_ns = now_ns;
+    sample->time_ns = s->clock_ratio == 1.0 ? now_ns : s->first_ns + (int64_t)(s->clock_ratio * (double)(now_ns - s->first_ns));
     sample->device_seq = s->seq;
     return 0;
 }

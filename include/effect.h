@@ -1,6 +1,7 @@
-/* Effects of the plant: one file each in sim/effects/, one table. The simulator applies them, the gap workflow diagnoses with them: the
- * physics of an effect is written once. An effect returns what it adds; each engine resolves stick itself. Pure functions, any thread,
- * RT. Every effect is off until one of its keys is set. */
+/* Effects of the plant: what a real machine has and the base model has not. One file each in sim/effects/, named as the effect; make
+ * collects them into effect_table, so that a new effect is a new file and nothing else. The simulator applies them with either engine, the
+ * gap workflow diagnoses with them: the physics of an effect is written once. All hooks are pure functions of what they are given, any
+ * thread, RT. Every effect is off until one of its keys is set. */
 #ifndef HEXID_EFFECT_H
 #define HEXID_EFFECT_H
 
@@ -8,12 +9,16 @@
 
 enum { EFFECT_KEYS = 6, EFFECTS_MAX = 48 };
 
+struct machine; /* sim/machine.h */
+
 struct effect_key {
     const char *name;  /* with its unit: force_extend_n */
     const char *unit;
     double min, max;
-    double neutral;    /* the value that adds nothing */
+    double neutral;    /* the value that adds nothing; of a key that only shapes the law (a speed, a diameter), a usual one */
+    double typical;    /* of an ordinary machine that has the effect: plain to see, and far from breaking the machine */
     bool per_leg;      /* may be a list of six */
+    bool reciprocal;   /* it is the reciprocal that grows with the effect: a lowest frequency, a softest oil */
 };
 
 /* Values in use; value[k][leg], all six alike unless a list was given. */
@@ -27,6 +32,7 @@ struct leg_motion {
     int direction;      /* +1 extending, -1 retracting; at rest: the direction the load would move it */
     double speed_mps;   /* >= 0 */
     double p1_pa, p2_pa;
+    double a1_m2, a2_m2; /* piston areas, rodless and rod side */
 };
 
 /* Resistance to motion, both >= 0. The dry part also holds a body at rest against any load up to it; the viscous part vanishes there. */
@@ -40,15 +46,31 @@ struct effect {
     const char *law;        /* one line, with the formula */
     const char *signature;  /* where it shows: channel, harmonic, feature */
     struct effect_key keys[EFFECT_KEYS]; /* ended by a NULL name */
-    /* Any of these may be NULL. Each adds to *add. */
+
+    /* What the effect does; any of these may be NULL. Values are of an effect that is on. */
+
+    /* Changes the constants of the machine: masses, joint positions, gravity, valves, oil, pipes, sensors, timing. */
+    void (*machine)(const struct effect_values *v, struct machine *m);
+    /* Friction along a leg, added to *add. */
     void (*leg_friction)(const struct effect_values *v, int leg, const struct leg_motion *motion, struct friction *add);
+    /* Friction about one axis of a universal joint of a leg, added to *add. */
     void (*joint_friction)(const struct effect_values *v, int leg, double speed_radps, struct friction *add);
+    /* Wrench on the platform about the origin of {M}, in {B}, in a pose; added to wrench. */
+    void (*wrench)(const struct effect_values *v, const double pose[DOFS], double wrench[DOFS]);
+    /* How far the valve is open, -1..1, for a spool position -1..1. */
+    double (*opening)(const struct effect_values *v, int leg, double spool);
+    /* The command that reaches the spool's servo. *memory is the effect's own, of this leg, and starts at 0. Called again while a
+     * command holds. */
+    double (*command)(const struct effect_values *v, int leg, double command, double *memory);
 };
 
-/* All effects, ended by NULL; their order is that of params.effects. */
+/* All effects by name, ended by NULL; their order is that of params.effects. Made from sim/effects/ by make. */
 extern const struct effect *const effect_table[];
 
 /* The effect's place in the table, or -1. */
 int effect_find(const char *name);
+
+/* The effect at a strength: 0 adds nothing, 1 is the typical one, in between and beyond in proportion, within each key's range. */
+void effect_at(const struct effect *effect, double strength, struct effect_values *values);
 
 #endif

@@ -5,6 +5,8 @@
 #ifndef HEXID_HAL_H
 #define HEXID_HAL_H
 
+#include <stddef.h>
+
 #include "params.h"
 #include "status.h"
 #include "types.h"
@@ -23,6 +25,8 @@ struct hal_ops {
     /* SAFETY: valves to centre, now, whatever else is broken; called on every fault and at the end. Signal-safe. */
     void (*safe)(struct hal *hal);
     void (*close)(struct hal *hal);
+    /* Optional, any thread: what has gone wrong first on the way to the machine, in words for the operator; "" when all is well. */
+    void (*describe)(const struct hal *hal, char *text, size_t size);
 };
 
 struct hal {

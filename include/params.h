@@ -77,7 +77,7 @@ struct limit_params {             /* SAFETY: beyond any of these the supervisor 
     double length_min_m, length_max_m;
     double leg_rate_mps;
     double following_m;           /* |leg reference - leg length| while engaged */
-    double standstill_m;          /* motion of a leg's reference since its length last changed, while engaged */
+    double standstill_m;          /* range of a leg's reference since its length last changed, while engaged */
     double force_n;               /* |A1 P1 - A2 P2| per leg */
     double sensor_age_s;
     double pressure_min_pa, pressure_max_pa; /* plausible sensor range */
@@ -98,6 +98,9 @@ struct check_params {             /* percent; beyond any of these the run's verd
     double unwanted_pct;          /* motion of the other axes */
     double overruns_pct;          /* of the cycles */
     double excluded_pct;          /* of the evaluated samples */
+    double length_wander_m;       /* of the fundamental of a leg's length, from period to period of a test */
+    double force_wander_n;        /* of a leg's mean force and its fundamental, from period to period; of the mean also from test to test */
+    double period_s;             /* a longer cycle puts the staircase of the command into the matrix */
     double symmetry_pct;          /* |Mt - Mt'| against sqrt of the diagonal's product */
 };
 
@@ -114,7 +117,7 @@ struct loop_params {
     double period_s;
     int priority;                 /* SCHED_FIFO */
     int cpu;                      /* to pin to, -1: none */
-    int overrun_limit;            /* so many in a row is a fault */
+    int overrun_limit;            /* so many deadlines missed in a row are a fault */
 };
 
 enum { LCM_URL_SIZE = 128 };
@@ -123,6 +126,28 @@ struct lcm_params {
     char url[LCM_URL_SIZE];       /* "" none; udpm ttl 0 stays on the host */
     int state_every;              /* one HEXID_STATE on the wire for so many cycles */
     bool commands;                /* SAFETY: accept commands that move; stop and park are always accepted */
+};
+
+/* One kind of channel between the field and hexid, leg by leg: si = si_min + (raw - raw_min) / (raw_max - raw_min) (si_max - si_min) + offset.
+ * Readings outside low..high (SI, offset included) are not plausible. A 4-20 mA or 0-10 V sensor behind a node is just other numbers. */
+struct channel_params {
+    double raw_min[LEGS], raw_max[LEGS]; /* what the bus carries */
+    double si_min[LEGS], si_max[LEGS];
+    double offset[LEGS];
+    double low[LEGS], high[LEGS];
+};
+
+struct device_params {            /* of the devices at the field end, set by the daemon where the bus allows */
+    double watchdog_s;            /* without a command for so long the device centres its valve */
+};
+
+struct can_params {
+    double bitrate_bps;
+    double heartbeat_s;           /* sent by every node and by the daemon; three in a row missing: lost */
+};
+
+struct modbus_params {
+    int unit;                     /* slave address */
 };
 
 struct params {
@@ -140,6 +165,10 @@ struct params {
     struct model_params model;
     struct loop_params loop;
     struct lcm_params lcm;
+    struct channel_params length_channel, p1_channel, p2_channel, valve_channel;
+    struct device_params device;
+    struct can_params can;
+    struct modbus_params modbus;
     struct effect_values effects[EFFECTS_MAX]; /* by place in effect_table */
 };
 

@@ -11,6 +11,7 @@
 
 enum { LEGS = 6, DOFS = 6 };
 enum dof { DOF_X, DOF_Y, DOF_Z, DOF_PHI, DOF_THETA, DOF_PSI, DOF_NONE = -1 };
+extern const char *const dof_names[DOFS + 1]; /* ended by NULL; all three lists of names: src/core/names.c */
 
 /* Sample flags. A sample with any of them is counted and kept out of identification. */
 enum {
@@ -26,7 +27,7 @@ enum {
 struct hal_sample {
     int64_t time_ns;        /* device instant of latching, on the loop's clock */
     int64_t age_ns;         /* from latching to the read */
-    uint64_t device_seq;    /* the device's own count of samples: a gap is a lost sample, a repeat a stale one */
+    uint64_t device_seq;    /* the device's own count of samples, 0 where it has none: a gap is a lost sample, a repeat or a step back a stale one */
     uint32_t flags;         /* SAMPLE_... */
     double length_m[LEGS];  /* joint to joint */
     double p1_pa[LEGS];     /* rodless side, gauge */
@@ -40,6 +41,7 @@ struct hal_command {
 };
 
 enum state { STATE_INIT, STATE_SETTLED, STATE_ENGAGING, STATE_READY, STATE_TESTING, STATE_PARKING, STATE_FAULT, STATES };
+extern const char *const state_names[STATES];
 
 /* Latched until reset; the first one is the headline. */
 enum {
@@ -55,7 +57,12 @@ enum {
     FAULT_STANDSTILL = 1u << 9, /* a length does not change while its reference does: dead transducer, valve or supply */
 };
 
+/* Beside the faults: which legs they were seen at, bits 16..21; none where no leg can be told. Never in first_fault. */
+enum { FAULT_LEG_SHIFT = 16 };
+static inline uint32_t fault_leg(int leg) { return 1u << (FAULT_LEG_SHIFT + leg); }
+
 enum command { COMMAND_NONE, COMMAND_ENGAGE, COMMAND_START, COMMAND_STOP, COMMAND_PARK, COMMAND_RESET, COMMANDS };
+extern const char *const command_names[COMMANDS];
 
 /* World to loop, through a mailbox; acted on once, when id changes. */
 struct request {
@@ -76,7 +83,7 @@ struct cycle {
     double pose[DOFS];     /* from in.length_m by forward kinematics */
     double force_n[LEGS];  /* A1 P1 - A2 P2 */
     enum state state;
-    uint32_t faults;       /* latched FAULT_... */
+    uint32_t faults;       /* latched FAULT_... and fault_leg() */
     uint32_t first_fault;  /* the headline, 0 if none */
     int test;              /* place in the list of tests, -1 outside */
     enum dof dof;          /* tested axis, DOF_NONE outside */

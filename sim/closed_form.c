@@ -14,7 +14,7 @@ void closed_form_row(const struct instant *now, int k, double row[DOFS], double 
     for (int i = 0; i < 3; i++) *bias += now->legs.n[i][k] * now->legs.centripetal[i][k];
 }
 
-static double coordinate_rate(const struct instant *now, const union machine *s, int k) {
+static double coordinate_rate(const struct instant *now, const union system *s, int k) {
     return k < LEGS ? now->legs.rate[k] : dot6(now->axes.row[k - LEGS], s->body.twist);
 }
 
@@ -25,34 +25,46 @@ static int direction_of(const struct closed_form *e, int k, double rate) {
 }
 
 /* Friction of leg `leg` on the platform; nothing but dry friction when the hydraulics are left out. */
-static double leg_friction(const struct closed_form *e, const union machine *s, const struct drive *drive, int leg, double rate) {
+static double leg_friction(const struct closed_form *e, const union system *s, const struct drive *drive, int leg, double rate) {
     int direction = direction_of(e, leg, rate);
     double speed = direction * rate;
     if (direction == 0) return 0.0;
-    struct friction f = cylinder_friction(&e->cylinder, leg, &s->cylinder[leg], direction, speed > 0.0 ? speed : 0.0);
+    struct friction f = cylinder_friction(&e->cylinder, leg, &s->hydraulics.cylinder[leg], direction, speed > 0.0 ? speed : 0.0);
     return -direction * (f.dry + (drive->valve ? f.viscous : 0.0));
 }
 
-static void push_joints(const struct closed_form *e, const union machine *s, struct instant *now) {
+static void push_joints(const struct closed_form *e, const union system *s, struct instant *now) {
     for (int k = LEGS; k < COORDINATES; k++) {
         double rate = coordinate_rate(now, s, k);
         int direction = direction_of(e, k, rate);
-        struct friction f = joint_friction(e->params, (k - LEGS) / JOINT_AXES_PER_LEG, fabs(rate));
+        struct friction f = machine_joint_friction(&e->cylinder.machine, (k - LEGS) / JOINT_AXES_PER_LEG, fabs(rate));
         double moment = -direction * f.dry - (rate < 0.0 ? -f.viscous : f.viscous);
         if (direction != 0) add6(moment, now->axes.row[k - LEGS], now->free);
     }
 }
 
-void closed_form_look(const struct closed_form *e, const union machine *s, const struct drive *drive, struct instant *now) {
+/* A joint off its flanks gets the film's drag, and nothing of what the leg does. */
+static void push_through_play(const struct closed_form *e, const union system *s, struct instant *now, double axial[LEGS]) {
+    for (int k = 0; k < LEGS; k++) {
+        double drive_n = cylinder_hydraulic_force(&e->cylinder, &s->hydraulics.cylinder[k]);
+        now->push[k] = hydraulics_push(&e->cylinder, k, &s->hydraulics, now->legs.length[k], now->legs.rate[k]);
+        if (!now->push[k].loose) continue;
+        now->friction_n[k] = now->push[k].force_n - drive_n;
+        axial[k] = now->push[k].force_n + now->stop_n[k];
+    }
+}
+
+void closed_form_look(const struct closed_form *e, const union system *s, const struct drive *drive, struct instant *now) {
     double axial[LEGS];
     rigid_legs(&e->rigid, &s->body, &now->legs);
     rigid_dynamics(&e->rigid, &s->body, &now->legs, now->mass.c, now->free);
     for (int k = 0; k < LEGS; k++) {
-        double drive_n = drive->valve ? cylinder_hydraulic_force(&e->cylinder, &s->cylinder[k]) : drive->force_n[k];
+        double drive_n = drive->valve ? cylinder_hydraulic_force(&e->cylinder, &s->hydraulics.cylinder[k]) : drive->force_n[k];
         now->friction_n[k] = leg_friction(e, s, drive, k, now->legs.rate[k]);
         now->stop_n[k] = cylinder_stop_force(&e->cylinder, now->legs.length[k], now->legs.rate[k]);
         axial[k] = drive_n + now->friction_n[k] + now->stop_n[k];
     }
+    if (drive->valve && e->cylinder.extended) push_through_play(e, s, now, axial);
     rigid_push(&now->legs, axial, now->free);
     if (e->joints) {
         joint_axes(&e->rigid, &s->body, &now->legs, &now->axes);
@@ -75,7 +87,7 @@ void closed_form_basis(const struct closed_form *e, const struct instant *now, s
     }
 }
 
-static void derivative(const struct closed_form *e, const union machine *s, const struct drive *drive, union machine *rate) {
+static void derivative(const struct closed_form *e, const union system *s, const struct drive *drive, union system *rate) {
     struct instant now;
     struct stick_basis basis;
     closed_form_look(e, s, drive, &now);
@@ -91,33 +103,36 @@ static void derivative(const struct closed_form *e, const union machine *s, cons
                      0.5 * (w[1] * q[0] + w[2] * q[1] - w[0] * q[3]), 0.5 * (w[2] * q[0] + w[0] * q[2] - w[1] * q[1])},
     };
     memcpy(rate->body.twist, now.free, sizeof now.free);
-    memset(rate->cylinder, 0, sizeof rate->cylinder);
-    for (int k = 0; drive->valve && k < LEGS; k++)
-        rate->cylinder[k] = cylinder_derivative(&e->cylinder, &s->cylinder[k], now.legs.length[k], now.legs.rate[k], drive->valve[k]);
+    const struct hydraulics_input input = {.length_m = now.legs.length, .rate_mps = now.legs.rate, .valve = drive->valve};
+    if (drive->valve) hydraulics_derivative(&e->cylinder, &s->hydraulics, &input, &rate->hydraulics);
+    else memset(&rate->hydraulics, 0, sizeof rate->hydraulics);
 }
 
-enum { VALUES = sizeof(union machine) / sizeof(double) };
-
-static void blend(const union machine *from, double h, const union machine *rate, union machine *to) {
-    for (int i = 0; i < VALUES; i++) to->value[i] = from->value[i] + h * rate->value[i];
+static void blend(int values, const union system *from, double h, const union system *rate, union system *to) {
+    for (int i = 0; i < CLOSED_FORM_PLAIN; i++) to->value[i] = from->value[i] + h * rate->value[i];
+    for (int i = CLOSED_FORM_PLAIN; i < values; i++) to->value[i] = from->value[i] + h * rate->value[i];
 }
 
-void closed_form_rk4(const struct closed_form *e, const union machine *from, double h, const struct drive *drive, union machine *to) {
-    union machine k1, k2, k3, k4, at;
+static double mean(double start, double middle1, double middle2, double end) { return start + 2.0 * (middle1 + middle2) + end; }
+
+void closed_form_rk4(const struct closed_form *e, const union system *from, double h, const struct drive *drive, union system *to) {
+    union system k1, k2, k3, k4, at;
     derivative(e, from, drive, &k1);
-    blend(from, 0.5 * h, &k1, &at);
+    blend(e->values, from, 0.5 * h, &k1, &at);
     derivative(e, &at, drive, &k2);
-    blend(from, 0.5 * h, &k2, &at);
+    blend(e->values, from, 0.5 * h, &k2, &at);
     derivative(e, &at, drive, &k3);
-    blend(from, h, &k3, &at);
+    blend(e->values, from, h, &k3, &at);
     derivative(e, &at, drive, &k4);
-    for (int i = 0; i < VALUES; i++)
-        to->value[i] = from->value[i] + h / 6.0 * (k1.value[i] + 2.0 * (k2.value[i] + k3.value[i]) + k4.value[i]);
+    for (int i = 0; i < CLOSED_FORM_PLAIN; i++)
+        to->value[i] = from->value[i] + h / 6.0 * mean(k1.value[i], k2.value[i], k3.value[i], k4.value[i]);
+    for (int i = CLOSED_FORM_PLAIN; i < e->values; i++)
+        to->value[i] = from->value[i] + h / 6.0 * mean(k1.value[i], k2.value[i], k3.value[i], k4.value[i]);
     double *q = to->body.attitude, scale = 1.0 / sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     for (int i = 0; i < 4; i++) q[i] *= scale;
 }
 
-void closed_form_rates(const struct closed_form *e, const union machine *s, double rate[COORDINATES]) {
+void closed_form_rates(const struct closed_form *e, const union system *s, double rate[COORDINATES]) {
     struct instant now;
     rigid_legs(&e->rigid, &s->body, &now.legs);
     if (e->last > LEGS) joint_axes(&e->rigid, &s->body, &now.legs, &now.axes);

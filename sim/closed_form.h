@@ -4,6 +4,7 @@
 #define HEXID_CLOSED_FORM_H
 
 #include "engine.h"
+#include "hydraulics.h"
 #include "joint_axes.h"
 #include "rigid.h"
 #include "stick.h"
@@ -12,13 +13,16 @@
 /* Coordinates with friction: the legs, then the axes of the universal joints. */
 enum { COORDINATES = LEGS + JOINT_AXES };
 
-union machine {
+union system {
     struct {
         struct rigid_state body;
-        struct cylinder_state cylinder[LEGS];
+        struct hydraulics_state hydraulics;
     };
-    double value[(sizeof(struct rigid_state) + LEGS * sizeof(struct cylinder_state)) / sizeof(double)];
+    double value[(sizeof(struct rigid_state) + sizeof(struct hydraulics_state)) / sizeof(double)];
 };
+
+/* Values of a state whose hydraulics are not extended. */
+enum { CLOSED_FORM_PLAIN = (sizeof(struct rigid_state) + LEGS * sizeof(struct cylinder_state)) / sizeof(double) };
 
 /* What moves the legs over a step: valve commands, or these forces instead of hydraulics. The other one is NULL. */
 struct drive {
@@ -27,38 +31,40 @@ struct drive {
 
 struct closed_form {
     struct engine base;
-    const struct params *params;
     struct cylinder_model cylinder;
+    int values;                      /* of the state that are in use */
     struct rigid_model rigid;
     bool joints;                     /* there is joint friction */
     int first, last;                 /* the coordinates that dry friction can hold: first <= k < last */
-    union machine state;
+    union system state;
     int direction[COORDINATES];      /* of those: +1, -1 sliding, over a whole step; 0 held */
     double holding[COORDINATES];     /* force that holds them */
     double rate[COORDINATES];        /* in this state */
+    bool forced;                     /* the last step was one without hydraulics */
 };
 
 /* The machine at one instant. */
 struct instant {
     struct rigid_legs legs;
     struct joint_axes axes;          /* only with joint friction */
+    struct leg_push push[LEGS];      /* only with hydraulics */
     double friction_n[LEGS], stop_n[LEGS];
     struct factor6 mass;             /* its Cholesky factor */
     double free[DOFS];               /* whitened acceleration (stick.h) without the friction that holds */
 };
 
-void closed_form_look(const struct closed_form *e, const union machine *s, const struct drive *drive, struct instant *now);
+void closed_form_look(const struct closed_form *e, const union system *s, const struct drive *drive, struct instant *now);
 
 /* Row of a coordinate and what its rate changes by when the platform does not accelerate. */
 void closed_form_row(const struct instant *now, int k, double row[DOFS], double *bias);
 
 /* Rates of the coordinates that dry friction can hold; the others stay. */
-void closed_form_rates(const struct closed_form *e, const union machine *s, double rate[COORDINATES]);
+void closed_form_rates(const struct closed_form *e, const union system *s, double rate[COORDINATES]);
 
 bool closed_form_held(const struct closed_form *e, int k);
 void closed_form_basis(const struct closed_form *e, const struct instant *now, struct stick_basis *basis);
 
 /* from and to may be the same. What is held stays held, what slides keeps its direction. */
-void closed_form_rk4(const struct closed_form *e, const union machine *from, double h, const struct drive *drive, union machine *to);
+void closed_form_rk4(const struct closed_form *e, const union system *from, double h, const struct drive *drive, union system *to);
 
 #endif

@@ -10,28 +10,56 @@ static const double FILL_TIME_S = 2e-4; /* shortest time constant of a chamber: 
 static const double MAKE_UP_TIME_S = 1e-3;
 static const double VACUUM_PA = -101325.0;
 static const double SOFTEST = 0.01;        /* beta of the gas that is left: 1e-4 of the oil's */
+static const double DENSITY_KG_PER_M3 = 870.0, VISCOSITY_M2_PER_S = 4e-5;
+static const double SHORTEST_LINE_M = 0.2;
+
+static void valve_init(struct cylinder_model *m, int leg, const struct hydraulics_params *h) {
+    const struct machine *machine = &m->machine;
+    double omega = 2.0 * PI * machine->valve_frequency_hz[leg], gain = h->valve_flow_m3_per_s / sqrt(h->valve_drop_pa);
+    m->leg[leg] = (struct cylinder_leg){
+        .valve_gain = {gain * machine->flow_scale[leg], gain * machine->flow_scale[leg] * machine->port_ratio[leg]},
+        .valve_omega_squared = omega * omega,
+        .valve_damping_rate = 2.0 * h->valve_damping * omega,
+        .valve_bias = machine->valve_bias[leg],
+        .valve_rate_per_s = machine->valve_rate_per_s[leg],
+        .rate_limited = isfinite(machine->valve_rate_per_s[leg]),
+        .bulk_modulus_pa = machine->bulk_modulus_pa[leg],
+        .leakage_m3_per_s_pa = machine->leakage_m3_per_s_pa[leg],
+    };
+}
+
+static void line_init(struct cylinder_model *m, int leg) {
+    double length_m = m->machine.line_length_m[leg], bore_m = m->machine.line_diameter_m[leg];
+    if (!(length_m > 0.0)) return;
+    double area_m2 = PI / 4.0 * bore_m * bore_m;
+    length_m = length_m > SHORTEST_LINE_M ? length_m : SHORTEST_LINE_M;
+    m->leg[leg].line_volume_m3 = area_m2 * length_m;
+    m->leg[leg].line_inertance = DENSITY_KG_PER_M3 * length_m / area_m2;
+    m->leg[leg].line_resistance = 8.0 * PI * DENSITY_KG_PER_M3 * VISCOSITY_M2_PER_S * length_m / (area_m2 * area_m2);
+}
 
 void cylinder_model_init(struct cylinder_model *m, const struct params *params) {
     const struct actuator_params *a = &params->actuator;
-    const struct hydraulics_params *h = &params->hydraulics;
     struct sim_geometry geometry;
     sim_geometry_init(&geometry, params);
-    double omega = 2.0 * PI * h->valve_frequency_hz;
     *m = (struct cylinder_model){
-        .params = params,
         .a1_m2 = PI / 4.0 * a->piston_diameter_m * a->piston_diameter_m,
         .a2_m2 = PI / 4.0 * (a->piston_diameter_m * a->piston_diameter_m - a->rod_diameter_m * a->rod_diameter_m),
         .length_min_m = geometry.neutral_length_m - 0.5 * a->stroke_m,
         .length_max_m = geometry.neutral_length_m + 0.5 * a->stroke_m,
-        .valve_gain = h->valve_flow_m3_per_s / sqrt(h->valve_drop_pa),
-        .valve_omega_squared = omega * omega,
-        .valve_damping_rate = 2.0 * h->valve_damping * omega,
     };
-    for (int i = 0; effect_table[i]; i++) {
-        if (!params->effects[i].on || !effect_table[i]->leg_friction) continue;
-        m->leg_effect[m->leg_effects].effect = effect_table[i];
-        m->leg_effect[m->leg_effects++].values = &params->effects[i];
+    machine_init(&m->machine, params);
+    for (int leg = 0; leg < LEGS; leg++) {
+        valve_init(m, leg, &params->hydraulics);
+        line_init(m, leg);
+        m->extended = m->extended || m->leg[leg].line_volume_m3 > 0.0 || m->machine.clearance_m[leg] > 0.0;
     }
+    m->extended = m->extended || m->machine.opening.count > 0;
+    m->extended = m->extended || m->machine.supply_resistance_pa_s_per_m3 > 0.0 || m->machine.tank_resistance_pa_s_per_m3 > 0.0;
+}
+
+struct mains cylinder_mains(const struct cylinder_model *m) {
+    return (struct mains){.supply_pa = m->machine.supply_pa, .tank_pa = m->machine.tank_pa};
 }
 
 /* sign(drop) sqrt|drop|, laminar below the limit. */
@@ -42,45 +70,130 @@ static inline double signed_root(double drop_pa, double laminar_pa) {
     return sqrt(laminar_pa) * y * (1.25 - 0.25 * y * y);
 }
 
-/* Pressure rate of a chamber joined to `source` through its port; outflow: what leaves by piston and leakage. */
-static inline double chamber_rate(const struct cylinder_model *m, double pressure_pa, double source_pa, double opening, double volume_m3,
-                                  double outflow_m3_per_s) {
-    const struct hydraulics_params *h = &m->params->hydraulics;
-    double stiffness = h->bulk_modulus_pa / volume_m3, conductance = m->valve_gain * opening;
+/* Flow from `source` into a volume of this stiffness, beta / V. */
+static inline double port_flow(double conductance, double stiffness, double source_pa, double pressure_pa) {
     double root = 1.25 * conductance * stiffness * FILL_TIME_S; /* laminar slope x stiffness x this time = 1 */
     double laminar_pa = root * root > LAMINAR_PA ? root * root : LAMINAR_PA;
-    double rate = stiffness * (conductance * signed_root(source_pa - pressure_pa, laminar_pa) - outflow_m3_per_s);
-    if (pressure_pa >= h->tank_pa) return rate;
-    double left = (pressure_pa - VACUUM_PA) / (h->tank_pa - VACUUM_PA);
-    left = left > SOFTEST ? left : SOFTEST;
-    return left * left * rate + (h->tank_pa - pressure_pa) / MAKE_UP_TIME_S;
+    return conductance * signed_root(source_pa - pressure_pa, laminar_pa);
 }
 
-struct cylinder_state cylinder_derivative(const struct cylinder_model *m, const struct cylinder_state *s, double length_m, double rate_mps,
-                                          double valve) {
-    const struct hydraulics_params *h = &m->params->hydraulics;
-    double stroke_m = length_m - m->length_min_m, full_m = m->length_max_m - m->length_min_m;
-    stroke_m = stroke_m < 0.0 ? 0.0 : stroke_m > full_m ? full_m : stroke_m;
-    double leakage = h->leakage_m3_per_s_pa * (s->p1_pa - s->p2_pa);
-    double opening = fabs(s->spool) < 1.0 ? fabs(s->spool) : 1.0;
-    bool extend = s->spool > 0.0;
-    double source1_pa = extend ? h->supply_pa : h->tank_pa, source2_pa = extend ? h->tank_pa : h->supply_pa;
-    double volume1_m3 = h->dead_volume_m3 + m->a1_m2 * stroke_m, volume2_m3 = h->dead_volume_m3 + m->a2_m2 * (full_m - stroke_m);
-    return (struct cylinder_state){
-        .p1_pa = chamber_rate(m, s->p1_pa, source1_pa, opening, volume1_m3, m->a1_m2 * rate_mps + leakage),
-        .p2_pa = chamber_rate(m, s->p2_pa, source2_pa, opening, volume2_m3, -m->a2_m2 * rate_mps - leakage),
-        .spool = s->spool_rate,
-        .spool_rate = m->valve_omega_squared * (valve - s->spool) - m->valve_damping_rate * s->spool_rate,
+/* Pressure rate of a volume of oil. */
+static inline double pressure_rate(const struct machine *m, double pressure_pa, double stiffness, double inflow_m3_per_s) {
+    double rate = stiffness * inflow_m3_per_s;
+    if (pressure_pa >= m->tank_pa) return rate;
+    double left = (pressure_pa - VACUUM_PA) / (m->tank_pa - VACUUM_PA);
+    left = left > SOFTEST ? left : SOFTEST;
+    return left * left * rate + (m->tank_pa - pressure_pa) / MAKE_UP_TIME_S;
+}
+
+/* How a leg's two ports are joined to the mains now. */
+struct ports {
+    double conductance[PORTS], source_pa[PORTS];
+    bool extend;
+};
+
+static inline struct ports ports_of(const struct cylinder_leg *c, const struct mains *mains, double signed_opening) {
+    double opening = fabs(signed_opening) < 1.0 ? fabs(signed_opening) : 1.0;
+    bool extend = signed_opening > 0.0;
+    return (struct ports){
+        .conductance = {c->valve_gain[PORT_A] * opening, c->valve_gain[PORT_B] * opening},
+        .source_pa = {extend ? mains->supply_pa : mains->tank_pa, extend ? mains->tank_pa : mains->supply_pa},
+        .extend = extend,
     };
 }
 
-void cylinder_limit(struct cylinder_state *s) {
+/* beta / V of the chambers. */
+static inline void chambers(const struct cylinder_model *m, const struct cylinder_leg *c, double length_m, double stiffness[PORTS]) {
+    double stroke_m = length_m - m->length_min_m, full_m = m->length_max_m - m->length_min_m;
+    double dead_m3 = m->machine.params->hydraulics.dead_volume_m3, bulk_pa = c->bulk_modulus_pa;
+    stroke_m = stroke_m < 0.0 ? 0.0 : stroke_m > full_m ? full_m : stroke_m;
+    stiffness[PORT_A] = bulk_pa / (dead_m3 + m->a1_m2 * stroke_m);
+    stiffness[PORT_B] = bulk_pa / (dead_m3 + m->a2_m2 * (full_m - stroke_m));
+}
+
+static inline double spool_speed(const struct cylinder_leg *c, double rate) {
+    if (!c->rate_limited || fabs(rate) <= c->valve_rate_per_s) return rate;
+    return copysign(c->valve_rate_per_s, rate);
+}
+
+/* Pressures under these inflows, and the spool. */
+static inline struct cylinder_state rates(const struct cylinder_model *m, const struct cylinder_leg *c, const struct cylinder_state *s,
+                                          const double stiffness[PORTS], double flow1, double flow2, double rate_mps, double valve) {
+    const struct machine *machine = &m->machine;
+    double leakage = c->leakage_m3_per_s_pa * (s->p1_pa - s->p2_pa), speed = spool_speed(c, s->spool_rate);
+    return (struct cylinder_state){
+        .p1_pa = pressure_rate(machine, s->p1_pa, stiffness[PORT_A], flow1 - (m->a1_m2 * rate_mps + leakage)),
+        .p2_pa = pressure_rate(machine, s->p2_pa, stiffness[PORT_B], flow2 - (-m->a2_m2 * rate_mps - leakage)),
+        .spool = speed,
+        .spool_rate = c->valve_omega_squared * (valve + c->valve_bias - s->spool) - c->valve_damping_rate * speed,
+    };
+}
+
+struct cylinder_state cylinder_derivative(const struct cylinder_model *m, int leg, const struct mains *mains, const struct cylinder_state *s,
+                                          double opening, double length_m, double rate_mps, double valve) {
+    double stiffness[PORTS];
+    const struct cylinder_leg *c = &m->leg[leg];
+    struct ports p = ports_of(c, mains, opening);
+    chambers(m, c, length_m, stiffness);
+    double flow1 = port_flow(p.conductance[PORT_A], stiffness[PORT_A], p.source_pa[PORT_A], s->p1_pa);
+    double flow2 = port_flow(p.conductance[PORT_B], stiffness[PORT_B], p.source_pa[PORT_B], s->p2_pa);
+    return rates(m, c, s, stiffness, flow1, flow2, rate_mps, valve);
+}
+
+/* beta / V of a line. */
+static double line_stiffness(const struct cylinder_leg *c) { return c->bulk_modulus_pa / c->line_volume_m3; }
+
+struct cylinder_state cylinder_line_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
+                                               const struct cylinder_state *s, const struct line_state line[PORTS], double opening,
+                                               double length_m, double rate_mps, double valve, struct line_state line_rate[PORTS]) {
+    const struct cylinder_leg *c = &m->leg[leg];
+    const double chamber_pa[PORTS] = {s->p1_pa, s->p2_pa};
+    double stiffness[PORTS], own = line_stiffness(c);
+    struct ports p = ports_of(c, mains, opening);
+    chambers(m, c, length_m, stiffness);
+    for (int i = 0; i < PORTS; i++) {
+        double in = port_flow(p.conductance[i], own, p.source_pa[i], line[i].pressure_pa), through = line[i].flow_m3_per_s;
+        line_rate[i].pressure_pa = pressure_rate(&m->machine, line[i].pressure_pa, own, in - through);
+        line_rate[i].flow_m3_per_s = (line[i].pressure_pa - chamber_pa[i] - c->line_resistance * through) / c->line_inertance;
+    }
+    return rates(m, c, s, stiffness, line[PORT_A].flow_m3_per_s, line[PORT_B].flow_m3_per_s, rate_mps, valve);
+}
+
+void cylinder_flows(const struct cylinder_model *m, int leg, const struct mains *mains, const struct cylinder_state *s,
+                    const struct line_state *line, double opening, double length_m, double *supply_m3_per_s, double *tank_m3_per_s) {
+    double stiffness[PORTS], pressure_pa[PORTS] = {s->p1_pa, s->p2_pa}, flow[PORTS];
+    const struct cylinder_leg *c = &m->leg[leg];
+    struct ports p = ports_of(c, mains, opening);
+    chambers(m, c, length_m, stiffness);
+    for (int i = 0; i < PORTS; i++) {
+        if (line) stiffness[i] = line_stiffness(c), pressure_pa[i] = line[i].pressure_pa;
+        flow[i] = port_flow(p.conductance[i], stiffness[i], p.source_pa[i], pressure_pa[i]);
+    }
+    *supply_m3_per_s = p.extend ? flow[PORT_A] : flow[PORT_B];
+    *tank_m3_per_s = p.extend ? -flow[PORT_B] : -flow[PORT_A];
+}
+
+void cylinder_limit(const struct cylinder_model *m, int leg, struct cylinder_state *s) {
+    s->spool_rate = spool_speed(&m->leg[leg], s->spool_rate);
     if (fabs(s->spool) >= 1.0) {
         s->spool = copysign(1.0, s->spool);
         if (s->spool * s->spool_rate > 0.0) s->spool_rate = 0.0;
     }
     s->p1_pa = s->p1_pa > VACUUM_PA ? s->p1_pa : VACUUM_PA;
     s->p2_pa = s->p2_pa > VACUUM_PA ? s->p2_pa : VACUUM_PA;
+}
+
+void cylinder_displace(const struct cylinder_model *m, int leg, struct cylinder_state *s, double length_m, double move_m) {
+    double stiffness[PORTS];
+    chambers(m, &m->leg[leg], length_m, stiffness);
+    s->p1_pa -= stiffness[PORT_A] * m->a1_m2 * move_m;
+    s->p2_pa += stiffness[PORT_B] * m->a2_m2 * move_m;
+}
+
+double cylinder_stiffness(const struct cylinder_model *m, int leg, double length_m) {
+    double stiffness[PORTS];
+    chambers(m, &m->leg[leg], length_m, stiffness);
+    return m->a1_m2 * m->a1_m2 * stiffness[PORT_A] + m->a2_m2 * m->a2_m2 * stiffness[PORT_B];
 }
 
 double cylinder_hydraulic_force(const struct cylinder_model *m, const struct cylinder_state *s) {
@@ -95,38 +208,27 @@ static double stop_push(const struct hydraulics_params *h, double depth_m, doubl
 }
 
 double cylinder_stop_force(const struct cylinder_model *m, double length_m, double rate_mps) {
-    const struct hydraulics_params *h = &m->params->hydraulics;
+    const struct hydraulics_params *h = &m->machine.params->hydraulics;
     return stop_push(h, m->length_min_m - length_m, -rate_mps) - stop_push(h, length_m - m->length_max_m, rate_mps);
 }
 
 struct friction cylinder_friction(const struct cylinder_model *m, int leg, const struct cylinder_state *s, int direction,
                                   double speed_mps) {
-    struct friction sum = {.viscous = m->params->hydraulics.viscous_n_s_per_m * speed_mps};
-    struct leg_motion motion = {.direction = direction, .speed_mps = speed_mps, .p1_pa = s->p1_pa, .p2_pa = s->p2_pa};
-    for (int i = 0; i < m->leg_effects; i++) m->leg_effect[i].effect->leg_friction(m->leg_effect[i].values, leg, &motion, &sum);
-    double smooth_mps = m->params->sim.smooth_friction_mps;
+    const struct active *laws = &m->machine.leg_friction;
+    struct friction sum = {.viscous = m->machine.params->hydraulics.viscous_n_s_per_m * speed_mps};
+    if (laws->count == 0) return sum;
+    struct leg_motion motion = {.direction = direction, .speed_mps = speed_mps, .p1_pa = s->p1_pa, .p2_pa = s->p2_pa,
+                                .a1_m2 = m->a1_m2, .a2_m2 = m->a2_m2};
+    for (int i = 0; i < laws->count; i++) laws->of[i].effect->leg_friction(laws->of[i].values, leg, &motion, &sum);
+    double smooth_mps = m->machine.params->sim.smooth_friction_mps;
     if (smooth_mps > 0.0) sum = (struct friction){.viscous = sum.viscous + sum.dry * tanh(speed_mps / smooth_mps)};
     return sum;
 }
 
 /* Asks the effects themselves, under pressure: some hold only then. */
 bool cylinder_can_stick(const struct cylinder_model *m) {
-    struct cylinder_state loaded = {.p1_pa = m->params->hydraulics.supply_pa, .p2_pa = m->params->hydraulics.supply_pa};
+    struct cylinder_state loaded = {.p1_pa = m->machine.supply_pa, .p2_pa = m->machine.supply_pa};
     for (int leg = 0; leg < LEGS; leg++)
         if (cylinder_friction(m, leg, &loaded, 1, 0.0).dry > 0.0 || cylinder_friction(m, leg, &loaded, -1, 0.0).dry > 0.0) return true;
-    return false;
-}
-
-struct friction joint_friction(const struct params *params, int leg, double speed_radps) {
-    struct friction sum = {0};
-    for (int i = 0; effect_table[i]; i++)
-        if (params->effects[i].on && effect_table[i]->joint_friction)
-            effect_table[i]->joint_friction(&params->effects[i], leg, speed_radps, &sum);
-    return sum;
-}
-
-bool joint_friction_present(const struct params *params) {
-    for (int i = 0; effect_table[i]; i++)
-        if (params->effects[i].on && effect_table[i]->joint_friction) return true;
     return false;
 }

@@ -1,5 +1,5 @@
 /* A rigid-body engine with its way of coupling the hydraulics. Two of them, derived independently: sim/engine_ode.c (13 bodies, ODE's
- * joints and semi-implicit Euler, bodies stepped before hydraulics) and sim/engine_closed_form.c (6 degrees of freedom, RK4 over bodies
+ * joints and semi-implicit Euler used as a leapfrog, bodies stepped before the hydraulics, which take RK4 over that motion) and sim/engine_closed_form.c (6 degrees of freedom, RK4 over bodies
  * and hydraulics together, stick events located inside the substep). RT, no heap after create.
  *
  * Universal joints, both engines: at each end of a leg the first axis is fixed in the base (or the platform) and the second in the
@@ -8,10 +8,10 @@
 #ifndef HEXID_ENGINE_H
 #define HEXID_ENGINE_H
 
-#include "cylinder.h"
+#include "hydraulics.h"
 #include "plant.h"
 
-/* Joint positions from the geometry of params (method.md section 1); sim's own derivation. */
+/* Joint positions from the geometry of params (method.md section 1), as drawn; sim's own derivation. */
 struct sim_geometry {
     double upper[LEGS][3];       /* in {M} */
     double upper_angle[LEGS];
@@ -29,12 +29,12 @@ struct engine_ops {
     void (*destroy)(struct engine *e);
     /* Bodies at rest in this pose, legs stuck where dry friction is. */
     void (*place)(struct engine *e, const double pose[DOFS]);
-    /* One substep of bodies and hydraulics together; valve commands are constant over it. */
-    void (*substep)(struct engine *e, double dt_s, const double valve[LEGS], struct cylinder_state cylinder[LEGS]);
-    /* One substep of the bodies alone with these forces along the legs (plant_step_forced). */
+    /* One substep of bodies and hydraulics together, limits (hydraulics.h) included; valve commands are constant over it. */
+    void (*substep)(struct engine *e, double dt_s, const double valve[LEGS], struct hydraulics_state *hydraulics);
+    /* One substep of the bodies alone with these forces along the legs (plant_step_forced); joints have no play then. */
     void (*forced)(struct engine *e, double dt_s, const double force_n[LEGS]);
     /* Fills pose, twist, length, rate, friction, stuck and the energies. */
-    void (*truth)(const struct engine *e, const struct cylinder_state cylinder[LEGS], struct plant_truth *truth);
+    void (*truth)(const struct engine *e, const struct hydraulics_state *hydraulics, struct plant_truth *truth);
 };
 
 struct engine {

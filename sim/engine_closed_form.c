@@ -23,16 +23,39 @@ static void stop_held(struct closed_form *e, const struct instant *now) {
     memcpy(twist, x, sizeof x);
 }
 
-static struct stick_coordinate at_rest(const struct closed_form *e, const struct instant *now, int k) {
+/* Friction that can act on a leg at rest, against extension and against retraction; what a loose joint cannot feel it cannot hold. */
+static void leg_limits(const struct closed_form *e, const struct instant *now, int k, double *least_n, double *most_n) {
+    const struct cylinder_state *s = &e->state.hydraulics.cylinder[k];
+    *least_n = -cylinder_friction(&e->cylinder, k, s, 1, 0.0).dry;
+    *most_n = cylinder_friction(&e->cylinder, k, s, -1, 0.0).dry;
+    if (!e->cylinder.extended || e->forced) return;
+    const struct leg_push *push = &now->push[k];
+    double drive_n = cylinder_hydraulic_force(&e->cylinder, s);
+    if (push->loose) *least_n = *most_n = 0.0;
+    else *least_n = fmax(*least_n, push->least_n - drive_n), *most_n = fmin(*most_n, push->most_n - drive_n);
+}
+
+/* Limits that do not enclose zero: what must act anyway goes into the free acceleration. Returns it. */
+static double centre_limits(double least, double most, struct stick_coordinate *c, struct instant *now) {
+    double must = least > 0.0 ? least : most < 0.0 ? most : 0.0;
+    if (must != 0.0) add6(must, c->row, now->free);
+    c->extend_limit = fmax(must - least, 0.0);
+    c->retract_limit = fmax(most - must, 0.0);
+    return must;
+}
+
+static struct stick_coordinate at_rest(const struct closed_form *e, struct instant *now, int k, double *must) {
     struct stick_coordinate c;
+    double least, most;
     closed_form_row(now, k, c.row, &c.bias);
     whiten6(&now->mass, c.row);
     if (k < LEGS) {
-        c.extend_limit = cylinder_friction(&e->cylinder, k, &e->state.cylinder[k], 1, 0.0).dry;
-        c.retract_limit = cylinder_friction(&e->cylinder, k, &e->state.cylinder[k], -1, 0.0).dry;
+        leg_limits(e, now, k, &least, &most);
     } else {
-        c.extend_limit = c.retract_limit = joint_friction(e->params, (k - LEGS) / JOINT_AXES_PER_LEG, 0.0).dry;
+        most = machine_joint_friction(&e->cylinder.machine, (k - LEGS) / JOINT_AXES_PER_LEG, 0.0).dry;
+        least = -most;
     }
+    *must = centre_limits(least, most, &c, now);
     return c;
 }
 
@@ -58,6 +81,7 @@ static int held_places(const struct closed_form *e, int place[COORDINATES]) {
  * coordinate to rest may stop others that move with it; they must all be known before any is let go. */
 static void release(struct closed_form *e, const struct drive *drive, const bool caught[COORDINATES]) {
     struct stick_coordinate rest[COORDINATES];
+    double must[COORDINATES];
     struct instant now;
     int place[COORDINATES];
     arrest(e);
@@ -68,10 +92,10 @@ static void release(struct closed_form *e, const struct drive *drive, const bool
         closed_form_rates(e, &e->state, e->rate);
     } while (arrest(e) > 0);
     int count = held_places(e, place);
-    for (int i = 0; i < count; i++) rest[i] = at_rest(e, &now, place[i]);
+    for (int i = 0; i < count; i++) rest[i] = at_rest(e, &now, place[i], &must[i]);
     stick_resolve(rest, count, now.free);
     for (int i = 0; i < count; i++) {
-        e->holding[place[i]] = rest[i].force;
+        e->holding[place[i]] = must[i] + rest[i].force;
         if (!caught[place[i]]) e->direction[place[i]] = rest[i].slip;
     }
 }
@@ -86,7 +110,7 @@ static double nearest_to_rest(const struct closed_form *e, const bool which[COOR
 
 /* Steps to the instant, before h, when the first of the coordinates that turn round stops (Illinois rule). Returns its time. */
 static double step_to_rest(const struct closed_form *e, double h, const struct drive *drive, const bool turning[COORDINATES],
-                           double start, double end, union machine *to) {
+                           double start, double end, union system *to) {
     double low = 0.0, high = h, at = h, rate[COORDINATES];
     int side = 0;
     for (int i = 0; i < 60 && high - low > 1e-12 * h; i++) {
@@ -113,7 +137,7 @@ static double step_to_rest(const struct closed_form *e, double h, const struct d
 static double slide(struct closed_form *e, double h, const struct drive *drive, bool caught[COORDINATES]) {
     double rate[COORDINATES];
     bool turning[COORDINATES] = {false}, any = false, at_once = false;
-    union machine to;
+    union system to;
     closed_form_rk4(e, &e->state, h, drive, &to);
     closed_form_rates(e, &to, rate);
     for (int k = e->first; k < e->last; k++) {
@@ -155,9 +179,9 @@ static void step(struct closed_form *e, double dt, const struct drive *drive) {
     if (left > 0.0) slide_on(e, left, drive);
 }
 
-static bool joints_can_stick(const struct params *params) {
+static bool joints_can_stick(const struct machine *m) {
     for (int leg = 0; leg < LEGS; leg++)
-        if (joint_friction(params, leg, 0.0).dry > 0.0) return true;
+        if (machine_joint_friction(m, leg, 0.0).dry > 0.0) return true;
     return false;
 }
 
@@ -168,12 +192,12 @@ static struct engine *closed_form_create(const struct params *params, struct err
         return NULL;
     }
     e->base.ops = &engine_closed_form;
-    e->params = params;
     cylinder_model_init(&e->cylinder, params);
     rigid_model_init(&e->rigid, params);
-    e->joints = joint_friction_present(params);
+    e->values = e->cylinder.extended ? (int)(sizeof e->state / sizeof *e->state.value) : CLOSED_FORM_PLAIN;
+    e->joints = e->cylinder.machine.joint_friction.count > 0;
     e->first = cylinder_can_stick(&e->cylinder) ? 0 : LEGS;
-    e->last = joints_can_stick(params) ? COORDINATES : LEGS;
+    e->last = joints_can_stick(&e->cylinder.machine) ? COORDINATES : LEGS;
     rigid_rest(&e->state.body, (const double[DOFS]){0});
     return &e->base;
 }
@@ -186,27 +210,35 @@ static void closed_form_place(struct engine *base, const double pose[DOFS]) {
     memset(e->direction, 0, sizeof e->direction);
     memset(e->holding, 0, sizeof e->holding);
     memset(e->rate, 0, sizeof e->rate);
+    e->forced = false;
 }
 
-static void closed_form_substep(struct engine *base, double dt_s, const double valve[LEGS], struct cylinder_state cylinder[LEGS]) {
+static void closed_form_substep(struct engine *base, double dt_s, const double valve[LEGS], struct hydraulics_state *hydraulics) {
     struct closed_form *e = (struct closed_form *)base;
-    memcpy(e->state.cylinder, cylinder, sizeof e->state.cylinder);
+    struct rigid_legs legs;
+    size_t size = e->cylinder.extended ? sizeof *hydraulics : sizeof hydraulics->cylinder;
+    e->forced = false;
+    memcpy(&e->state.hydraulics, hydraulics, size);
     step(e, dt_s, &(struct drive){.valve = valve});
-    memcpy(cylinder, e->state.cylinder, sizeof e->state.cylinder);
+    memcpy(hydraulics, &e->state.hydraulics, size);
+    if (e->cylinder.extended) rigid_legs(&e->rigid, &e->state.body, &legs);
+    hydraulics_limit(&e->cylinder, legs.length, hydraulics);
 }
 
 static void closed_form_forced(struct engine *base, double dt_s, const double force_n[LEGS]) {
     struct closed_form *e = (struct closed_form *)base;
-    memset(e->state.cylinder, 0, sizeof e->state.cylinder);
+    e->forced = true;
+    memset(&e->state.hydraulics, 0, sizeof e->state.hydraulics);
     step(e, dt_s, &(struct drive){.force_n = force_n});
 }
 
-static void closed_form_truth(const struct engine *base, const struct cylinder_state cylinder[LEGS], struct plant_truth *truth) {
+static void closed_form_truth(const struct engine *base, const struct hydraulics_state *hydraulics, struct plant_truth *truth) {
+    static const double nothing[LEGS];
     const struct closed_form *e = (const struct closed_form *)base;
     struct instant now;
-    union machine s = e->state;
-    memcpy(s.cylinder, cylinder, sizeof s.cylinder);
-    closed_form_look(e, &s, &(struct drive){.valve = (const double[LEGS]){0}}, &now);
+    union system s = e->state;
+    s.hydraulics = *hydraulics;
+    closed_form_look(e, &s, e->forced ? &(struct drive){.force_n = nothing} : &(struct drive){.valve = nothing}, &now);
     rigid_pose(&s.body, truth->pose);
     memcpy(truth->twist, s.body.twist, sizeof truth->twist);
     for (int k = 0; k < LEGS; k++) {

@@ -14,26 +14,27 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "hydraulics.h"
 #include "ode_machine.h"
 
 /* A leg at an instant and what resists its motion. Forces act on the rod, away from the base positive. */
 struct leg {
     dVector3 axis;
     double length_m, rate_mps;
-    double passive_n; /* viscous, end stop, middle of the dry friction's range */
+    double viscous_n;
+    double passive_n; /* that, the end stop, and the middle of the dry friction's range */
     double holding_n; /* half of that range: the motor's limit */
 };
 
 struct engine_ode {
     struct engine base;
-    const struct params *params;
     struct cylinder_model model;
     struct ode_machine machine;
     bool joints_rub;
     double pose[DOFS];              /* of the last place() */
     bool started;                   /* a substep has been made since */
     struct velocity before[BODIES]; /* one substep ago */
-    bool viscous;                   /* the cylinders' viscous friction counts: not when forced */
+    bool hydraulic;                 /* the cylinders count: not when forced */
     double held_n[LEGS];            /* forced: of the substep before */
     struct leg leg[LEGS];           /* at the start of the substep */
     double motor_n[LEGS];           /* the rest of the dry friction */
@@ -50,25 +51,48 @@ static struct velocity velocity_now(const struct engine_ode *e, int body) {
     return v;
 }
 
+/* What friction can do along the leg, one direction sliding, the other met should it turn round: both as forces on the rod. */
+struct range {
+    double least_n, most_n;
+};
+
+/* A joint with play passes on what the leg pushes with, never a pull at the flank it does not touch; loose it passes on the film's drag. */
+static void limit_by_play(const struct engine_ode *e, int i, const struct hydraulics_state *s, struct leg *leg, struct range *dry) {
+    double drive_n = cylinder_hydraulic_force(&e->model, &s->cylinder[i]);
+    struct leg_push push = hydraulics_push(&e->model, i, s, leg->length_m, leg->rate_mps);
+    double sliding_n = drive_n + leg->viscous_n;
+    if (push.loose) {
+        leg->viscous_n = push.force_n - drive_n;
+        *dry = (struct range){0};
+        return;
+    }
+    dry->least_n = fmax(dry->least_n, push.least_n - sliding_n);
+    dry->most_n = fmin(dry->most_n, push.most_n - sliding_n);
+    if (dry->least_n > dry->most_n) dry->least_n = dry->most_n = 0.5 * (dry->least_n + dry->most_n);
+}
+
 /* One of the two directions has speed, the other meets the leg should it turn round: a sliding force is exact, and so is the range of
  * forces that hold. */
-static struct leg leg_now(const struct engine_ode *e, int i, const struct cylinder_state *s) {
+static struct leg leg_now(const struct engine_ode *e, int i, const struct hydraulics_state *s) {
     struct leg leg;
     struct velocity rod = velocity_now(e, ROD + i), cylinder = velocity_now(e, CYLINDER + i);
     ode_machine_axis(&e->machine, i, leg.axis);
     leg.length_m = ode_machine_length(&e->machine, i, leg.axis);
     leg.rate_mps = dCalcVectorDot3(rod.linear, leg.axis) - dCalcVectorDot3(cylinder.linear, leg.axis);
-    struct friction extend = cylinder_friction(&e->model, i, s, 1, leg.rate_mps > 0.0 ? leg.rate_mps : 0.0);
-    struct friction retract = cylinder_friction(&e->model, i, s, -1, leg.rate_mps < 0.0 ? -leg.rate_mps : 0.0);
-    leg.passive_n = cylinder_stop_force(&e->model, leg.length_m, leg.rate_mps) + 0.5 * (retract.dry - extend.dry);
-    if (e->viscous) leg.passive_n += retract.viscous - extend.viscous;
-    leg.holding_n = 0.5 * (extend.dry + retract.dry);
+    struct friction extend = cylinder_friction(&e->model, i, &s->cylinder[i], 1, leg.rate_mps > 0.0 ? leg.rate_mps : 0.0);
+    struct friction retract = cylinder_friction(&e->model, i, &s->cylinder[i], -1, leg.rate_mps < 0.0 ? -leg.rate_mps : 0.0);
+    struct range dry = {-extend.dry, retract.dry};
+    double stop_n = cylinder_stop_force(&e->model, leg.length_m, leg.rate_mps);
+    leg.viscous_n = e->hydraulic ? retract.viscous - extend.viscous : 0.0;
+    if (e->hydraulic && e->model.extended) limit_by_play(e, i, s, &leg, &dry);
+    leg.passive_n = stop_n + 0.5 * (dry.most_n + dry.least_n) + leg.viscous_n;
+    leg.holding_n = 0.5 * (dry.most_n - dry.least_n);
     return leg;
 }
 
-static void look_at_legs(struct engine_ode *e, const struct cylinder_state cylinder[LEGS]) {
+static void look_at_legs(struct engine_ode *e, const struct hydraulics_state *s) {
     for (int i = 0; i < LEGS; i++) {
-        e->leg[i] = leg_now(e, i, &cylinder[i]);
+        e->leg[i] = leg_now(e, i, s);
         dJointSetPistonParam(e->machine.piston[i], dParamFMax, e->leg[i].holding_n);
     }
 }
@@ -87,7 +111,7 @@ static void rub_joint(struct engine_ode *e, int leg, dJointID motor, const dVect
         dVector3 axis;
         dJointGetAMotorAxis(motor, k, axis);
         double rate = dCalcVectorDot3(omega, axis);
-        struct friction friction = joint_friction(e->params, leg, fabs(rate));
+        struct friction friction = machine_joint_friction(&e->model.machine, leg, fabs(rate));
         dJointSetAMotorParam(motor, k ? dParamFMax2 : dParamFMax1, friction.dry);
         moment[k] = -copysign(friction.viscous, rate);
     }
@@ -108,6 +132,7 @@ static void rub_joints(struct engine_ode *e) {
 static void kick(struct engine_ode *e, double dt_s, const double force_n[LEGS]) {
     for (int i = 0; i < LEGS; i++) push_leg(e, i, force_n[i] + e->leg[i].passive_n);
     if (e->joints_rub) rub_joints(e);
+    ode_machine_load(&e->machine);
     for (int b = 0; b < BODIES; b++) e->before[b] = ode_machine_velocity(&e->machine, b);
     dWorldStep(e->machine.world, dt_s);
 }
@@ -135,49 +160,38 @@ static void step_bodies(struct engine_ode *e, double dt_s, const double force_n[
     }
 }
 
-static struct cylinder_state moved(const struct cylinder_state *s, const struct cylinder_state *rate, double dt_s) {
-    return (struct cylinder_state){.p1_pa = s->p1_pa + dt_s * rate->p1_pa,
-                                   .p2_pa = s->p2_pa + dt_s * rate->p2_pa,
-                                   .spool = s->spool + dt_s * rate->spool,
-                                   .spool_rate = s->spool_rate + dt_s * rate->spool_rate};
-}
-
-/* Runge-Kutta of fourth order while the leg moves from one length to the other. */
-static void step_hydraulics(const struct cylinder_model *m, struct cylinder_state *s, double dt_s, double from_m, double to_m, double valve) {
-    double rate_mps = (to_m - from_m) / dt_s, middle_m = 0.5 * (from_m + to_m);
-    struct cylinder_state k1 = cylinder_derivative(m, s, from_m, rate_mps, valve), at = moved(s, &k1, 0.5 * dt_s);
-    struct cylinder_state k2 = cylinder_derivative(m, &at, middle_m, rate_mps, valve);
-    at = moved(s, &k2, 0.5 * dt_s);
-    struct cylinder_state k3 = cylinder_derivative(m, &at, middle_m, rate_mps, valve);
-    at = moved(s, &k3, dt_s);
-    struct cylinder_state k4 = cylinder_derivative(m, &at, to_m, rate_mps, valve);
-    *s = moved(s, &k1, dt_s / 6.0);
-    *s = moved(s, &k2, dt_s / 3.0);
-    *s = moved(s, &k3, dt_s / 3.0);
-    *s = moved(s, &k4, dt_s / 6.0);
-}
-
-static void substep(struct engine *base, double dt_s, const double valve[LEGS], struct cylinder_state cylinder[LEGS]) {
-    struct engine_ode *e = (struct engine_ode *)base;
-    double force_n[LEGS];
-    e->viscous = true;
-    look_at_legs(e, cylinder);
-    for (int i = 0; i < LEGS; i++) force_n[i] = cylinder_hydraulic_force(&e->model, &cylinder[i]);
-    step_bodies(e, dt_s, force_n);
+/* Runge-Kutta of fourth order while the legs move from one length to the other. */
+static void step_hydraulics(struct engine_ode *e, double dt_s, const double valve[LEGS], struct hydraulics_state *s) {
+    double from_m[LEGS], middle_m[LEGS], to_m[LEGS], rate_mps[LEGS];
     for (int i = 0; i < LEGS; i++) {
         dVector3 axis;
         ode_machine_axis(&e->machine, i, axis);
-        step_hydraulics(&e->model, &cylinder[i], dt_s, e->leg[i].length_m, ode_machine_length(&e->machine, i, axis), valve[i]);
+        from_m[i] = e->leg[i].length_m;
+        to_m[i] = ode_machine_length(&e->machine, i, axis);
+        middle_m[i] = 0.5 * (from_m[i] + to_m[i]);
+        rate_mps[i] = (to_m[i] - from_m[i]) / dt_s;
     }
+    const struct hydraulics_input input[3] = {{from_m, rate_mps, valve}, {middle_m, rate_mps, valve}, {to_m, rate_mps, valve}};
+    hydraulics_step(&e->model, dt_s, input, s);
 }
 
-static const struct cylinder_state no_pressure[LEGS];
+static void substep(struct engine *base, double dt_s, const double valve[LEGS], struct hydraulics_state *s) {
+    struct engine_ode *e = (struct engine_ode *)base;
+    double force_n[LEGS];
+    e->hydraulic = true;
+    look_at_legs(e, s);
+    for (int i = 0; i < LEGS; i++) force_n[i] = cylinder_hydraulic_force(&e->model, &s->cylinder[i]);
+    step_bodies(e, dt_s, force_n);
+    step_hydraulics(e, dt_s, valve, s);
+}
+
+static const struct hydraulics_state no_pressure;
 
 static void forced(struct engine *base, double dt_s, const double force_n[LEGS]) {
     struct engine_ode *e = (struct engine_ode *)base;
     double mean_n[LEGS];
-    e->viscous = false;
-    look_at_legs(e, no_pressure);
+    e->hydraulic = false;
+    look_at_legs(e, &no_pressure);
     for (int i = 0; i < LEGS; i++) {
         mean_n[i] = e->started ? 0.5 * (e->held_n[i] + force_n[i]) : force_n[i];
         e->held_n[i] = force_n[i];
@@ -189,13 +203,13 @@ static void place(struct engine *base, const double pose[DOFS]) {
     static const struct velocity rest = {0};
     struct engine_ode *e = (struct engine_ode *)base;
     memcpy(e->pose, pose, sizeof e->pose);
-    e->started = false;
+    e->started = e->hydraulic = false;
     ode_machine_place(&e->machine, pose);
     for (int b = 0; b < BODIES; b++) {
         ode_machine_set_velocity(&e->machine, b, &rest, 0.0);
         e->before[b] = rest;
     }
-    look_at_legs(e, no_pressure);
+    look_at_legs(e, &no_pressure);
     for (int i = 0; i < LEGS; i++) {
         e->motor_n[i] = 0.0;
         e->stuck[i] = e->leg[i].holding_n > 0.0;
@@ -212,14 +226,13 @@ static double kinetic_energy(const struct engine_ode *e, int body) {
     return 0.5 * (mass.mass * dCalcVectorDot3(v.linear, v.linear) + turning);
 }
 
-static void truth(const struct engine *base, const struct cylinder_state cylinder[LEGS], struct plant_truth *truth) {
+static void truth(const struct engine *base, const struct hydraulics_state *s, struct plant_truth *truth) {
     const struct engine_ode *e = (const struct engine_ode *)base;
     struct velocity platform = velocity_now(e, PLATFORM);
     ode_machine_pose(&e->machine, truth->pose);
-    memcpy(truth->twist, platform.linear, 3 * sizeof(double));
-    memcpy(truth->twist + 3, platform.angular, 3 * sizeof(double));
+    ode_machine_twist(&platform, &e->machine, truth->twist);
     for (int i = 0; i < LEGS; i++) {
-        struct leg leg = leg_now(e, i, &cylinder[i]);
+        struct leg leg = leg_now(e, i, s);
         truth->length_m[i] = leg.length_m;
         truth->rate_mps[i] = leg.rate_mps;
         truth->friction_n[i] = leg.passive_n + e->motor_n[i];
@@ -235,13 +248,12 @@ static struct engine *create(const struct params *params, struct error *error) {
     struct engine_ode *e = calloc(1, sizeof *e);
     if (!e || ode_machine_init(&e->machine, params) < 0) {
         free(e);
-        error_set(error, STATUS_IO, "sim.engine ode: no memory for ODE's world");
+        error_set(error, STATUS_IO, "sim.engine ode: no memory for ODE's world, or no body has the masses and inertias (effects)");
         return NULL;
     }
     e->base.ops = &engine_ode;
-    e->params = params;
-    e->joints_rub = joint_friction_present(params);
     cylinder_model_init(&e->model, params);
+    e->joints_rub = e->model.machine.joint_friction.count > 0;
     place(&e->base, neutral);
     return &e->base;
 }

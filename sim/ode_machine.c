@@ -44,6 +44,12 @@ static void rotate_platform(dBodyID platform, const double pose[DOFS]) {
     dBodySetRotation(platform, rotation);
 }
 
+/* From the origin of {M} to the payload's mass centre, in {B}. */
+static void payload_center(const struct ode_machine *m, dVector3 center) {
+    const double *c = m->machine.payload_center_m;
+    dBodyVectorToWorld(m->body[PLATFORM], c[0], c[1], c[2], center);
+}
+
 /* First axis of a universal joint, in the frame of base or platform. */
 static void first_axis(dVector3 axis, double angle) {
     axis[0] = -sin(angle);
@@ -52,10 +58,10 @@ static void first_axis(dVector3 axis, double angle) {
 }
 
 static void upper_joint(const struct ode_machine *m, int leg, dVector3 point, dVector3 first) {
-    const double *a = m->geometry.upper[leg];
+    const double *a = m->machine.upper_joint_m[leg], *center = m->machine.payload_center_m;
     dVector3 inside;
     first_axis(inside, m->geometry.upper_angle[leg]);
-    dBodyGetRelPointPos(m->body[PLATFORM], a[0], a[1], a[2], point);
+    dBodyGetRelPointPos(m->body[PLATFORM], a[0] - center[0], a[1] - center[1], a[2] - center[2], point);
     dBodyVectorToWorld(m->body[PLATFORM], inside[0], inside[1], inside[2], first);
 }
 
@@ -70,19 +76,20 @@ static void place_part(dBodyID body, const dVector3 joint, double distance, cons
 }
 
 static void place_leg(struct ode_machine *m, int leg) {
-    const struct actuator_params *actuator = &m->params->actuator;
     dVector3 a, along, first_lower, first_upper;
     upper_joint(m, leg, a, first_upper);
     first_axis(first_lower, m->geometry.lower_angle[leg]);
-    dSubtractVectors3(along, a, m->geometry.lower[leg]);
+    dSubtractVectors3(along, a, m->machine.lower_joint_m[leg]);
     dNormalize3(along);
-    place_part(m->body[CYLINDER + leg], m->geometry.lower[leg], actuator->lower_center_m, along, first_lower);
-    place_part(m->body[ROD + leg], a, -actuator->upper_center_m, along, first_upper);
+    place_part(m->body[CYLINDER + leg], m->machine.lower_joint_m[leg], m->cylinder_center_m[leg], along, first_lower);
+    place_part(m->body[ROD + leg], a, -m->rod_center_m[leg], along, first_upper);
 }
 
 void ode_machine_place(struct ode_machine *m, const double pose[DOFS]) {
-    dBodySetPosition(m->body[PLATFORM], pose[DOF_X], pose[DOF_Y], pose[DOF_Z]);
+    dVector3 center;
     rotate_platform(m->body[PLATFORM], pose);
+    payload_center(m, center);
+    dBodySetPosition(m->body[PLATFORM], pose[DOF_X] + center[0], pose[DOF_Y] + center[1], pose[DOF_Z] + center[2]);
     for (int leg = 0; leg < LEGS; leg++) place_leg(m, leg);
 }
 
@@ -90,7 +97,9 @@ void ode_machine_place(struct ode_machine *m, const double pose[DOFS]) {
 
 void ode_machine_pose(const struct ode_machine *m, double pose[DOFS]) {
     const dReal *r = dBodyGetRotation(m->body[PLATFORM]);
-    memcpy(pose, dBodyGetPosition(m->body[PLATFORM]), 3 * sizeof *pose);
+    dVector3 center;
+    payload_center(m, center);
+    for (int i = 0; i < 3; i++) pose[i] = dBodyGetPosition(m->body[PLATFORM])[i] - center[i];
     pose[DOF_PHI] = atan2(r[9], r[10]);
     pose[DOF_THETA] = atan2(-r[8], hypot(r[9], r[10]));
     pose[DOF_PSI] = atan2(r[4], r[0]);
@@ -106,21 +115,70 @@ void ode_machine_axis(const struct ode_machine *m, int leg, dVector3 axis) {
 double ode_machine_length(const struct ode_machine *m, int leg, const dVector3 axis) {
     dVector3 apart;
     dSubtractVectors3(apart, dBodyGetPosition(m->body[ROD + leg]), dBodyGetPosition(m->body[CYLINDER + leg]));
-    return m->params->actuator.lower_center_m + dCalcVectorDot3(apart, axis) + m->params->actuator.upper_center_m;
+    return m->cylinder_center_m[leg] + dCalcVectorDot3(apart, axis) + m->rod_center_m[leg];
 }
 
-/* Sum of mass times z. */
+/* Where a part's real mass centre is. */
+static void real_center(const struct ode_machine *m, int body, double distance, const dVector3 axis, dVector3 point) {
+    for (int i = 0; i < 3; i++) point[i] = dBodyGetPosition(m->body[body])[i] + distance * axis[i];
+}
+
+static void real_centers(const struct ode_machine *m, int leg, dVector3 cylinder, dVector3 rod) {
+    const struct actuator_params *a = &m->params->actuator;
+    dVector3 axis;
+    ode_machine_axis(m, leg, axis);
+    real_center(m, CYLINDER + leg, a->lower_center_m - m->cylinder_center_m[leg], axis, cylinder);
+    real_center(m, ROD + leg, m->rod_center_m[leg] - a->upper_center_m, axis, rod);
+}
+
+/* Sum of mass times depth. */
 static double moment_of_mass(const struct ode_machine *m) {
     const struct actuator_params *actuator = &m->params->actuator;
-    double sum = m->params->payload.mass_kg * dBodyGetPosition(m->body[PLATFORM])[2];
-    for (int leg = 0; leg < LEGS; leg++)
-        sum += actuator->lower_mass_kg * dBodyGetPosition(m->body[CYLINDER + leg])[2] +
-               actuator->upper_mass_kg * dBodyGetPosition(m->body[ROD + leg])[2];
+    const double *down = m->machine.down;
+    double sum = m->machine.payload_kg * dCalcVectorDot3(dBodyGetPosition(m->body[PLATFORM]), down);
+    for (int leg = 0; leg < LEGS; leg++) {
+        dVector3 cylinder, rod;
+        real_centers(m, leg, cylinder, rod);
+        sum += actuator->lower_mass_kg * dCalcVectorDot3(cylinder, down) + actuator->upper_mass_kg * dCalcVectorDot3(rod, down);
+    }
     return sum;
 }
 
 double ode_machine_potential(const struct ode_machine *m) {
-    return m->params->payload.gravity_mps2 * (m->neutral_moment_kg_m - moment_of_mass(m));
+    return m->machine.gravity_mps2 * (m->neutral_moment_kg_m - moment_of_mass(m));
+}
+
+void ode_machine_twist(const struct velocity *platform, const struct ode_machine *m, double twist[DOFS]) {
+    dVector3 center, swing;
+    payload_center(m, center);
+    dCalcVectorCross3(swing, platform->angular, center);
+    for (int i = 0; i < 3; i++) {
+        twist[i] = platform->linear[i] - swing[i];
+        twist[3 + i] = platform->angular[i];
+    }
+}
+
+static void hang(const struct ode_machine *m, int body, double mass_kg, const dVector3 point) {
+    double weight_n = mass_kg * m->machine.gravity_mps2;
+    const double *down = m->machine.down;
+    dBodyAddForceAtPos(m->body[body], weight_n * down[0], weight_n * down[1], weight_n * down[2], point[0], point[1], point[2]);
+}
+
+void ode_machine_load(struct ode_machine *m) {
+    const struct actuator_params *a = &m->params->actuator;
+    for (int leg = 0; leg < LEGS; leg++) {
+        dVector3 cylinder, rod;
+        if (!m->apparent[leg]) continue;
+        real_centers(m, leg, cylinder, rod);
+        hang(m, CYLINDER + leg, a->lower_mass_kg, cylinder);
+        hang(m, ROD + leg, a->upper_mass_kg, rod);
+    }
+    if (m->machine.wrench.count == 0) return;
+    double pose[DOFS], wrench[DOFS] = {0};
+    ode_machine_pose(m, pose);
+    machine_wrench(&m->machine, pose, wrench);
+    dBodyAddForceAtPos(m->body[PLATFORM], wrench[0], wrench[1], wrench[2], pose[0], pose[1], pose[2]);
+    dBodyAddTorque(m->body[PLATFORM], wrench[3], wrench[4], wrench[5]);
 }
 
 struct velocity ode_machine_velocity(const struct ode_machine *m, int body) {
@@ -144,14 +202,32 @@ static void make_body(struct ode_machine *m, int body, double mass_kg, double xx
     dBodySetMass(m->body[body], &mass);
 }
 
-static void make_bodies(struct ode_machine *m) {
-    const struct payload_params *payload = &m->params->payload;
+static void make_leg(struct ode_machine *m, int leg) {
     const struct actuator_params *a = &m->params->actuator;
-    make_body(m, PLATFORM, payload->mass_kg, payload->inertia_xx_kg_m2, payload->inertia_yy_kg_m2, payload->inertia_zz_kg_m2);
-    for (int leg = 0; leg < LEGS; leg++) {
-        make_body(m, CYLINDER + leg, a->lower_mass_kg, a->lower_inertia_kg_m2, a->lower_inertia_kg_m2, AXIAL_INERTIA_KG_M2);
-        make_body(m, ROD + leg, a->upper_mass_kg, a->upper_inertia_kg_m2, a->upper_inertia_kg_m2, AXIAL_INERTIA_KG_M2);
+    double axial_kg = m->machine.axial_kg[leg], transverse = m->machine.transverse_kg_m2[leg];
+    double rod_kg = a->upper_mass_kg, cylinder_inertia = a->lower_inertia_kg_m2;
+    m->rod_center_m[leg] = a->upper_center_m;
+    m->cylinder_center_m[leg] = a->lower_center_m;
+    m->apparent[leg] = axial_kg != 0.0 || transverse != 0.0;
+    if (m->apparent[leg]) {
+        double apart_m = m->geometry.neutral_length_m - a->upper_center_m;
+        rod_kg += axial_kg;
+        m->rod_center_m[leg] += axial_kg / rod_kg * apart_m;
+        m->cylinder_center_m[leg] = 0.0; /* it turns about that joint: what its mass adds there, and the rod's two masses, count as inertia */
+        cylinder_inertia += a->lower_mass_kg * a->lower_center_m * a->lower_center_m + transverse +
+                            a->upper_mass_kg * axial_kg / rod_kg * apart_m * apart_m;
     }
+    make_body(m, CYLINDER + leg, a->lower_mass_kg, cylinder_inertia, cylinder_inertia, AXIAL_INERTIA_KG_M2);
+    make_body(m, ROD + leg, rod_kg, a->upper_inertia_kg_m2, a->upper_inertia_kg_m2, AXIAL_INERTIA_KG_M2);
+    if (!m->apparent[leg]) return;
+    dBodySetGravityMode(m->body[CYLINDER + leg], 0);
+    dBodySetGravityMode(m->body[ROD + leg], 0);
+}
+
+static void make_bodies(struct ode_machine *m) {
+    const double *inertia = m->machine.payload_inertia_kg_m2;
+    make_body(m, PLATFORM, m->machine.payload_kg, inertia[0], inertia[1], inertia[2]);
+    for (int leg = 0; leg < LEGS; leg++) make_leg(m, leg);
 }
 
 static void make_universal(struct ode_machine *m, dBodyID one, dBodyID two, const dVector3 point, const dVector3 axis1, const dVector3 axis2) {
@@ -192,7 +268,7 @@ static void make_joints(struct ode_machine *m, int leg, bool rub) {
     dBodyVectorToWorld(cylinder, 1, 0, 0, second_lower);
     dBodyVectorToWorld(rod, 1, 0, 0, second_upper);
     ode_machine_axis(m, leg, along);
-    make_universal(m, cylinder, NULL, m->geometry.lower[leg], second_lower, first_lower);
+    make_universal(m, cylinder, NULL, m->machine.lower_joint_m[leg], second_lower, first_lower);
     make_universal(m, platform, rod, a, first_upper, second_upper);
     m->piston[leg] = make_piston(m, cylinder, rod, along, &m->feedback[leg]);
     if (!rub) return;
@@ -206,13 +282,15 @@ int ode_machine_init(struct ode_machine *m, const struct params *params) {
     *m = (struct ode_machine){.params = params};
     if (ode_open() < 0) return -1;
     sim_geometry_init(&m->geometry, params);
+    machine_init(&m->machine, params);
+    const double *down = m->machine.down, gravity = m->machine.gravity_mps2;
     m->world = dWorldCreate();
-    dWorldSetGravity(m->world, 0.0, 0.0, params->payload.gravity_mps2);
+    dWorldSetGravity(m->world, gravity * down[0], gravity * down[1], gravity * down[2]);
     dWorldSetERP(m->world, JOINT_ERP);
     dWorldSetCFM(m->world, JOINT_CFM);
     make_bodies(m);
     ode_machine_place(m, neutral);
-    for (int leg = 0; leg < LEGS; leg++) make_joints(m, leg, joint_friction_present(params));
+    for (int leg = 0; leg < LEGS; leg++) make_joints(m, leg, m->machine.joint_friction.count > 0);
     /* The first step allocates ODE's working memory, enough for all the rows these joints can have. */
     if (!dWorldStep(m->world, 1e-6)) return ode_machine_free(m), -1;
     ode_machine_place(m, neutral);

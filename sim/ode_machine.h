@@ -2,6 +2,9 @@
  * that lets the rod turn in the cylinder: 72 constraint rows leave 6 degrees of freedom. Frame of a leg's part: z along the leg away from
  * the base, x the second axis of its universal joint.
  *
+ * Apparent axial inertia (machine.h), which no rigid body has, is a mass on the rod at the lower joint of the neutral leg: there it takes no
+ * part in the leg's turning but by the square of the stroke used. Such a leg's bodies do without ODE's gravity.
+ *
  * Motors at rest velocity stand for dry friction, their greatest force for its limit. A motor without force costs nothing; with it, it
  * adds a row to the complementarity problem of ODE's step.
  *
@@ -21,16 +24,19 @@ struct velocity {
 
 struct ode_machine {
     const struct params *params;
-    struct sim_geometry geometry;
+    struct machine machine;
+    struct sim_geometry geometry;              /* angles of the joints' axes */
+    double rod_center_m[LEGS], cylinder_center_m[LEGS]; /* mass centres from the upper and from the lower joint */
+    bool apparent[LEGS];                       /* a leg with apparent inertia: its real weight is put on by ode_machine_load */
     dWorldID world;
     dBodyID body[BODIES];
     dJointID piston[LEGS];
     dJointFeedback feedback[LEGS];             /* of the pistons, from the last step */
     dJointID lower_rub[LEGS], upper_rub[LEGS]; /* angular motors about the universal joints' two axes; only with joint friction */
-    double neutral_moment_kg_m;                /* sum of mass times z */
+    double neutral_moment_kg_m;                /* sum of mass times depth */
 };
 
-/* At neutral, at rest. params must outlive the machine. Returns 0, or -1 without memory. */
+/* At neutral, at rest. params must outlive the machine. Returns 0, or -1 without memory or with masses that no bodies can have. */
 int ode_machine_init(struct ode_machine *m, const struct params *params);
 void ode_machine_free(struct ode_machine *m);
 
@@ -44,6 +50,12 @@ void ode_machine_axis(const struct ode_machine *m, int leg, dVector3 axis);
 
 /* Joint to joint, from cylinder and rod. */
 double ode_machine_length(const struct ode_machine *m, int leg, const dVector3 axis);
+
+/* The platform's velocity at the origin of {M}. */
+void ode_machine_twist(const struct velocity *platform, const struct ode_machine *m, double twist[DOFS]);
+
+/* Puts on what ODE does not know: weights of legs with apparent inertia, and the effects' wrench. Before every step. */
+void ode_machine_load(struct ode_machine *m);
 
 /* Of all bodies, J; zero at neutral. */
 double ode_machine_potential(const struct ode_machine *m);

@@ -3,10 +3,12 @@
 #include <assert.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "engine.h"
 #include "rigid.h"
 #include "sensors.h"
+#include "valve_line.h"
 #include "vec.h"
 
 struct plant {
@@ -15,7 +17,8 @@ struct plant {
     struct rigid_model rigid; /* for static balance only */
     struct engine *engine;
     struct sensors sensors;
-    struct cylinder_state state[LEGS];
+    struct valve_line valve_line;
+    struct hydraulics_state state;
     uint64_t cycles;          /* time is exact, no sum of roundings */
     double forced_s;          /* time spent in plant_step_forced */
 };
@@ -62,6 +65,29 @@ static bool settled_pose(const struct plant *plant, double pose[DOFS]) {
     return false;
 }
 
+/* What the sensors are about to see. */
+static void exact_values(const struct plant *plant, struct exact *exact) {
+    struct plant_truth truth;
+    const struct hydraulics_state *s = &plant->state;
+    plant->engine->ops->truth(plant->engine, s, &truth);
+    for (int k = 0; k < LEGS; k++) {
+        bool line = plant->cylinder.leg[k].line_volume_m3 > 0.0;
+        exact->length_m[k] = truth.length_m[k] + s->play_m[k];
+        exact->p1_pa[k] = line ? s->line[k][PORT_A].pressure_pa : s->cylinder[k].p1_pa;
+        exact->p2_pa[k] = line ? s->line[k][PORT_B].pressure_pa : s->cylinder[k].p2_pa;
+    }
+}
+
+/* At rest in a pose with these forces along the legs, chambers as they are, for so long that nothing remembers anything else. */
+static void rest(struct plant *plant, const double pose[DOFS], const double force_n[LEGS]) {
+    struct exact exact;
+    hydraulics_rest(&plant->cylinder, force_n, &plant->state);
+    plant->engine->ops->place(plant->engine, pose);
+    exact_values(plant, &exact);
+    sensors_rest(&plant->sensors, &exact);
+    valve_line_rest(&plant->valve_line);
+}
+
 static int settle(struct plant *plant, struct error *error) {
     double pose[DOFS] = {0}, load[LEGS];
     if (!settled_pose(plant, pose) || !stop_loads(plant, pose, load))
@@ -70,8 +96,20 @@ static int settle(struct plant *plant, struct error *error) {
         if (load[k] < 0.0)
             return error_set(error, STATUS_USAGE, "the platform does not rest on the end stop of leg %d: check payload, geometry and "
                              "hydraulics.tank_pa", k + 1);
-    plant->engine->ops->place(plant->engine, pose);
-    for (int k = 0; k < LEGS; k++) plant->state[k] = drained(plant);
+    for (int k = 0; k < LEGS; k++) plant->state.cylinder[k] = drained(plant);
+    rest(plant, pose, load);
+    return 0;
+}
+
+/* Masses of a machine that effects have made lighter. */
+static int check_masses(const struct machine *m, struct error *error) {
+    const struct actuator_params *a = &m->params->actuator;
+    bool payload = m->payload_kg > 0.0;
+    for (int i = 0; i < 3; i++) payload = payload && m->payload_inertia_kg_m2[i] > 0.0;
+    if (!payload) return error_set(error, STATUS_USAGE, "effects leave no mass or no inertia of the payload: make them smaller");
+    for (int k = 0; k < LEGS; k++)
+        if (m->axial_kg[k] != 0.0 && !(a->upper_mass_kg + m->axial_kg[k] > 0.0))
+            return error_set(error, STATUS_USAGE, "effects leave no axial mass of leg %d: make them smaller", k + 1);
     return 0;
 }
 
@@ -84,8 +122,11 @@ struct plant *plant_create(const struct params *params, uint64_t seed, struct er
     plant->params = params;
     cylinder_model_init(&plant->cylinder, params);
     rigid_model_init(&plant->rigid, params);
-    sensors_init(&plant->sensors, &params->sensors, seed);
-    plant->engine = engines[params->sim.engine]->create(params, error);
+    const struct machine *machine = &plant->cylinder.machine;
+    if (sensors_init(&plant->sensors, machine, seed) < 0 || valve_line_init(&plant->valve_line, machine) < 0)
+        error_set(error, STATUS_IO, "no memory for the simulated machine's delays");
+    else if (check_masses(machine, error) == 0)
+        plant->engine = engines[params->sim.engine]->create(params, error);
     if (plant->engine && settle(plant, error) == 0) return plant;
     plant_destroy(plant);
     return NULL;
@@ -94,14 +135,16 @@ struct plant *plant_create(const struct params *params, uint64_t seed, struct er
 void plant_destroy(struct plant *plant) {
     if (!plant) return;
     if (plant->engine) plant->engine->ops->destroy(plant->engine);
+    sensors_free(&plant->sensors);
+    valve_line_free(&plant->valve_line);
     free(plant);
 }
 
 /* Chamber pressures for a leg force: P1 at half the supply, moved as little as brings P2 between tank and supply. */
 static struct cylinder_state holding_state(const struct cylinder_model *m, double force_n) {
-    const struct hydraulics_params *h = &m->params->hydraulics;
-    double p1 = 0.5 * h->supply_pa;
-    double p2 = fmin(fmax((m->a1_m2 * p1 - force_n) / m->a2_m2, h->tank_pa), h->supply_pa);
+    struct mains mains = cylinder_mains(m);
+    double p1 = 0.5 * mains.supply_pa;
+    double p2 = fmin(fmax((m->a1_m2 * p1 - force_n) / m->a2_m2, mains.tank_pa), mains.supply_pa);
     return (struct cylinder_state){.p1_pa = (force_n + m->a2_m2 * p2) / m->a1_m2, .p2_pa = p2};
 }
 
@@ -110,8 +153,8 @@ void plant_place(struct plant *plant, const double pose[DOFS]) {
     bool possible = rigid_holding_forces(&plant->rigid, pose, force);
     assert(possible);
     (void)possible;
-    for (int k = 0; k < LEGS; k++) plant->state[k] = holding_state(&plant->cylinder, force[k]);
-    plant->engine->ops->place(plant->engine, pose);
+    for (int k = 0; k < LEGS; k++) plant->state.cylinder[k] = holding_state(&plant->cylinder, force[k]);
+    rest(plant, pose, force);
 }
 
 /* A valve amplifier that gets no sensible signal centres its valve. */
@@ -120,12 +163,23 @@ static double command(double valve) {
     return fmin(fmax(valve, -1.0), 1.0);
 }
 
+static double substep_s(const struct plant *plant) { return plant->params->loop.period_s / plant->params->sim.substeps; }
+
+static void follow(struct plant *plant) {
+    struct exact exact;
+    exact_values(plant, &exact);
+    sensors_follow(&plant->sensors, substep_s(plant), &exact);
+}
+
 void plant_step(struct plant *plant, const double valve[LEGS]) {
-    double dt_s = plant->params->loop.period_s / plant->params->sim.substeps, clamped[LEGS];
+    double dt_s = substep_s(plant), clamped[LEGS];
     for (int k = 0; k < LEGS; k++) clamped[k] = command(valve[k]);
+    valve_line_send(&plant->valve_line, clamped);
     for (int i = 0; i < plant->params->sim.substeps; i++) {
-        plant->engine->ops->substep(plant->engine, dt_s, clamped, plant->state);
-        for (int k = 0; k < LEGS; k++) cylinder_limit(&plant->state[k]);
+        double arrived[LEGS];
+        valve_line_receive(&plant->valve_line, i, arrived);
+        plant->engine->ops->substep(plant->engine, dt_s, arrived, &plant->state);
+        if (plant->sensors.history) follow(plant);
     }
     plant->cycles++;
 }
@@ -136,22 +190,23 @@ void plant_step_forced(struct plant *plant, double dt_s, const double force_n[LE
 }
 
 void plant_measure(struct plant *plant, struct hal_sample *sample) {
-    struct plant_truth truth;
-    plant->engine->ops->truth(plant->engine, plant->state, &truth);
-    for (int k = 0; k < LEGS; k++) {
-        sample->length_m[k] = sensors_length(&plant->sensors, truth.length_m[k]);
-        sample->p1_pa[k] = sensors_pressure(&plant->sensors, plant->state[k].p1_pa);
-        sample->p2_pa[k] = sensors_pressure(&plant->sensors, plant->state[k].p2_pa);
-    }
+    struct exact exact, reading;
+    exact_values(plant, &exact);
+    sensors_read(&plant->sensors, substep_s(plant), &exact, &reading);
+    memcpy(sample->length_m, reading.length_m, sizeof sample->length_m);
+    memcpy(sample->p1_pa, reading.p1_pa, sizeof sample->p1_pa);
+    memcpy(sample->p2_pa, reading.p2_pa, sizeof sample->p2_pa);
 }
 
+double plant_clock_ratio(const struct plant *plant) { return plant->cylinder.machine.clock_ratio; }
+
 void plant_get_truth(const struct plant *plant, struct plant_truth *truth) {
-    plant->engine->ops->truth(plant->engine, plant->state, truth);
+    plant->engine->ops->truth(plant->engine, &plant->state, truth);
     truth->time_s = (double)plant->cycles * plant->params->loop.period_s + plant->forced_s;
     for (int k = 0; k < LEGS; k++) {
-        truth->p1_pa[k] = plant->state[k].p1_pa;
-        truth->p2_pa[k] = plant->state[k].p2_pa;
-        truth->spool[k] = plant->state[k].spool;
-        truth->hydraulic_n[k] = cylinder_hydraulic_force(&plant->cylinder, &plant->state[k]);
+        truth->p1_pa[k] = plant->state.cylinder[k].p1_pa;
+        truth->p2_pa[k] = plant->state.cylinder[k].p2_pa;
+        truth->spool[k] = plant->state.cylinder[k].spool;
+        truth->hydraulic_n[k] = cylinder_hydraulic_force(&plant->cylinder, &plant->state.cylinder[k]);
     }
 }

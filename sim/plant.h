@@ -2,7 +2,8 @@
  * Shares no equation with src/core: a mistake in one shows as a disagreement between the two.
  *
  * Time: a cycle of params->loop.period_s is params->sim.substeps equal substeps. The valve command given to plant_step() acts from the
- * start of the cycle to its end; plant_measure() latches all lengths and pressures at the present instant.
+ * start of the cycle to its end; plant_measure() latches all lengths and pressures at the present instant. Effects (effect.h) that are on in
+ * params are part of the machine, for either engine: what they do to commands and readings, too.
  * plant_step, plant_measure, plant_truth: RT, no heap, one thread. */
 #ifndef HEXID_PLANT_H
 #define HEXID_PLANT_H
@@ -43,6 +44,9 @@ void plant_step_forced(struct plant *plant, double dt_s, const double force_n[LE
 
 /* What the sensors say now; fills the arrays of the sample, not its time, age, sequence or flags. */
 void plant_measure(struct plant *plant, struct hal_sample *sample);
+
+/* The recorder's time over the controller's: time stamps of samples run at this rate of the loop's clock. */
+double plant_clock_ratio(const struct plant *plant);
 
 void plant_get_truth(const struct plant *plant, struct plant_truth *truth);
 

@@ -12,23 +12,27 @@ static void tangent(double angle, double axis[3]) {
 
 void rigid_model_init(struct rigid_model *m, const struct params *params) {
     const struct actuator_params *a = &params->actuator;
-    const struct payload_params *p = &params->payload;
     *m = (struct rigid_model){
-        .mass = p->mass_kg,
-        .inertia = {p->inertia_xx_kg_m2, p->inertia_yy_kg_m2, p->inertia_zz_kg_m2},
-        .gravity = p->gravity_mps2,
         .upper_mass = a->upper_mass_kg,
         .upper_moment = a->upper_mass_kg * a->upper_center_m,
         .lower_moment = a->lower_mass_kg * a->lower_center_m,
         .upper_center = a->upper_center_m,
-        .fixed_inertia = a->lower_mass_kg * a->lower_center_m * a->lower_center_m + a->upper_inertia_kg_m2 + a->lower_inertia_kg_m2,
     };
+    double fixed = a->lower_mass_kg * a->lower_center_m * a->lower_center_m + a->upper_inertia_kg_m2 + a->lower_inertia_kg_m2;
+    machine_init(&m->machine, params);
     sim_geometry_init(&m->geometry, params);
+    m->mass = m->machine.payload_kg;
+    m->gravity = m->machine.gravity_mps2 * m->machine.down[2];
+    memcpy(m->inertia, m->machine.payload_inertia_kg_m2, sizeof m->inertia);
+    for (int i = 0; i < 3; i++) m->offset = m->offset || m->machine.payload_center_m[i] != 0.0;
     for (int leg = 0; leg < LEGS; leg++) {
         for (int i = 0; i < 3; i++) {
-            m->upper[i][leg] = m->geometry.upper[leg][i];
-            m->lower[i][leg] = m->geometry.lower[leg][i];
+            m->upper[i][leg] = m->machine.upper_joint_m[leg][i];
+            m->lower[i][leg] = m->machine.lower_joint_m[leg][i];
         }
+        m->fixed_inertia[leg] = fixed + m->machine.transverse_kg_m2[leg];
+        m->axial_extra[leg] = m->machine.axial_kg[leg];
+        m->axial_mass[leg] = a->upper_mass_kg + m->axial_extra[leg];
         tangent(m->geometry.upper_angle[leg], m->upper_axis[leg]);
         tangent(m->geometry.lower_angle[leg], m->lower_axis[leg]);
     }
@@ -114,6 +118,39 @@ static void payload_dynamics(const struct rigid_model *m, const struct rigid_sta
     memcpy(load + 3, moment, sizeof moment);
 }
 
+/* The payload's mass at its own centre, off the origin: mass and load of rigid_dynamics get what the payload at the origin lacks. */
+static void add_offset(const struct rigid_model *m, const struct rigid_state *s, const struct rigid_legs *legs, double mass[DOFS][DOFS],
+                       double load[DOFS]) {
+    const double *w = s->twist + 3;
+    double r[3], swing[3], pull[3], moment[3];
+    for (int i = 0; i < 3; i++) r[i] = dot3(legs->rotation[i], m->machine.payload_center_m);
+    cross3(w, r, swing);
+    cross3(w, swing, swing);
+    for (int i = 0; i < 3; i++) pull[i] = m->mass * (m->machine.gravity_mps2 * m->machine.down[i] - swing[i]);
+    cross3(r, pull, moment);
+    for (int i = 0; i < 3; i++) {
+        load[i] -= m->mass * swing[i];
+        load[3 + i] += moment[i];
+        for (int j = 0; j <= i; j++) mass[3 + i][3 + j] += m->mass * ((i == j ? dot3(r, r) : 0.0) - r[i] * r[j]);
+    }
+    mass[3][1] -= m->mass * r[2], mass[3][2] += m->mass * r[1];
+    mass[4][0] += m->mass * r[2], mass[4][2] -= m->mass * r[0];
+    mass[5][0] -= m->mass * r[1], mass[5][1] += m->mass * r[0];
+}
+
+/* Weights of payload and legs along x and y, where the base is tilted; moments about the origin of {M}. */
+static void add_sideways(const struct rigid_model *m, const struct rigid_legs *legs, double load[DOFS]) {
+    const double g[3] = {m->machine.gravity_mps2 * m->machine.down[0], m->machine.gravity_mps2 * m->machine.down[1], 0.0};
+    for (int i = 0; i < 3; i++) load[i] += m->mass * g[i];
+    for (int k = 0; k < LEGS; k++) {
+        const double n[3] = {legs->n[0][k], legs->n[1][k], legs->n[2][k]}, rho[3] = {legs->rho[0][k], legs->rho[1][k], legs->rho[2][k]};
+        double sway = (m->lower_moment - m->upper_moment) / legs->length[k], pull[3], moment[3];
+        for (int i = 0; i < 3; i++) pull[i] = m->upper_mass * g[i] + sway * (g[i] - n[i] * dot3(n, g));
+        cross3(rho, pull, moment);
+        for (int i = 0; i < 3; i++) load[i] += pull[i], load[3 + i] += moment[i];
+    }
+}
+
 /* What each leg adds at its upper joint: f and ma - f of its mass, and its pull while the joint does not accelerate. */
 struct leg_load {
     double f[LEGS], axial[LEGS];
@@ -126,18 +163,18 @@ static void leg_loads(const struct rigid_model *m, const struct rigid_legs *legs
         double nx = legs->n[0][k], ny = legs->n[1][k], nz = legs->n[2][k];
         double ax = legs->across[0][k], ay = legs->across[1][k], az = legs->across[2][k];
         double cx = legs->centripetal[0][k], cy = legs->centripetal[1][k], cz = legs->centripetal[2][k];
-        double f = (m->upper_mass * inner * inner + m->fixed_inertia) * inverse * inverse;
+        double f = (m->upper_mass * inner * inner + m->fixed_inertia[k]) * inverse * inverse;
         double slope = 2.0 * inverse * (m->upper_mass * inner * inverse - f); /* f' */
         double turn = slope * legs->rate[k];
         double sway = (m->lower_moment - m->upper_moment) * inverse * m->gravity;
-        double along = (m->upper_mass - f) * (nx * cx + ny * cy + nz * cz) +
-                       m->upper_moment * inverse * inverse * (ax * ax + ay * ay + az * az) + sway * nz;
+        double along = (m->axial_mass[k] - f) * (nx * cx + ny * cy + nz * cz) +
+                       (m->upper_moment * inverse + m->axial_extra[k]) * inverse * (ax * ax + ay * ay + az * az) + sway * nz;
         double px = -f * cx - turn * ax - along * nx;
         double py = -f * cy - turn * ay - along * ny;
         double pz = -f * cz - turn * az - along * nz + m->upper_mass * m->gravity + sway;
         double rx = legs->rho[0][k], ry = legs->rho[1][k], rz = legs->rho[2][k];
         load->f[k] = f;
-        load->axial[k] = m->upper_mass - f;
+        load->axial[k] = m->axial_mass[k] - f;
         load->pull[0][k] = px, load->pull[1][k] = py, load->pull[2][k] = pz;
         load->moment[0][k] = ry * pz - rz * py, load->moment[1][k] = rz * px - rx * pz, load->moment[2][k] = rx * py - ry * px;
     }
@@ -174,6 +211,13 @@ void rigid_dynamics(const struct rigid_model *m, const struct rigid_state *s, co
                     double load[DOFS]) {
     struct leg_load leg;
     payload_dynamics(m, s, legs, mass, load);
+    if (m->offset) add_offset(m, s, legs, mass, load);
+    if (m->machine.down[2] != 1.0) add_sideways(m, legs, load);
+    if (m->machine.wrench.count) {
+        double pose[DOFS];
+        rigid_pose(s, pose);
+        machine_wrench(&m->machine, pose, load);
+    }
     leg_loads(m, legs, &leg);
     add_axial_mass(legs, leg.axial, mass);
     add_transverse_mass(legs, leg.f, mass);
@@ -195,21 +239,27 @@ void rigid_push(const struct rigid_legs *legs, const double force_n[LEGS], doubl
 /* Kinetic energy body by body, not from the mass matrix: a test holds the two together. */
 void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, double *kinetic_j, double *potential_j) {
     struct rigid_legs legs;
-    const double *v = s->twist, *w = s->twist + 3;
+    const double *down = m->machine.down;
+    double center[3], v[3];
     rigid_legs(m, s, &legs);
-    double kinetic = m->mass * dot3(v, v), height = m->mass * s->position[2];
+    for (int i = 0; i < 3; i++) center[i] = dot3(legs.rotation[i], m->machine.payload_center_m);
+    cross3(s->twist + 3, center, v);
+    for (int i = 0; i < 3; i++) v[i] += s->twist[i], center[i] += s->position[i];
+    double kinetic = m->mass * dot3(v, v), depth = m->mass * dot3(center, down);
     for (int j = 0; j < 3; j++) {
+        const double *w = s->twist + 3;
         double spin = legs.rotation[0][j] * w[0] + legs.rotation[1][j] * w[1] + legs.rotation[2][j] * w[2];
         kinetic += m->inertia[j] * spin * spin;
     }
     for (int k = 0; k < LEGS; k++) {
-        double across[3] = {legs.across[0][k], legs.across[1][k], legs.across[2][k]}, inner = legs.length[k] - m->upper_center;
-        double turn_squared = dot3(across, across) / (legs.length[k] * legs.length[k]);
-        kinetic += m->upper_mass * (legs.rate[k] * legs.rate[k] + inner * inner * turn_squared) + m->fixed_inertia * turn_squared;
-        height += (m->upper_mass * inner + m->lower_moment) * legs.n[2][k]; /* above the lower joint, which stays */
+        const double n[3] = {legs.n[0][k], legs.n[1][k], legs.n[2][k]}, across[3] = {legs.across[0][k], legs.across[1][k], legs.across[2][k]};
+        double inner = legs.length[k] - m->upper_center, turn_squared = dot3(across, across) / (legs.length[k] * legs.length[k]);
+        kinetic += m->axial_mass[k] * legs.rate[k] * legs.rate[k] + m->upper_mass * inner * inner * turn_squared +
+                   m->fixed_inertia[k] * turn_squared;
+        depth += (m->upper_mass * inner + m->lower_moment) * dot3(n, down); /* from the lower joint, which stays */
     }
     *kinetic_j = 0.5 * kinetic;
-    *potential_j = -m->gravity * height - m->neutral_potential; /* z is down */
+    *potential_j = -m->machine.gravity_mps2 * depth - m->neutral_potential;
 }
 
 /* J' f = -load by way of J J' f = -J load: six legs that hold the platform at all are far from singular. */

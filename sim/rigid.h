@@ -9,6 +9,10 @@
  *
  *   f a + (ma - f) n (n.a) + f' Ldot v_perp + ma ra |v_perp|^2/L^2 n - ma grav - (mb rb - ma ra)/L (grav - n (n.grav))
  *
+ * Apparent inertia (machine.h) adds to g, to the ma of the second term, and axial |v_perp|^2/L n. A payload whose mass centre is off the
+ * origin adds a point mass's terms. The part of grav across z, in a
+ * machine that does not stand level, is added apart.
+ *
  *  symbol   meaning                                             frame
  *  n, L     unit vector from the lower to the upper joint, length   {B}
  *  rho      upper joint from the origin of {M}: T a             {B}
@@ -20,14 +24,19 @@
 #define HEXID_RIGID_H
 
 #include "engine.h"
+#include "machine.h"
 
 struct rigid_model {
-    struct sim_geometry geometry;
+    struct machine machine;
+    struct sim_geometry geometry; /* angles of the joints' axes */
     double upper[3][LEGS], lower[3][LEGS]; /* geometry, an array per coordinate */
     double upper_axis[LEGS][3], lower_axis[LEGS][3]; /* first axes of the universal joints, in {M} and {B} */
-    double mass, inertia[3], gravity;
+    double mass, inertia[3], gravity;              /* gravity along z */
+    bool offset;                                   /* the payload's mass centre is not the origin of {M} */
     double upper_mass, upper_moment, lower_moment; /* ma, ma ra, mb rb */
-    double upper_center, fixed_inertia;            /* ra, mb rb^2 + ia + ib */
+    double upper_center;                           /* ra */
+    double fixed_inertia[LEGS];                    /* mb rb^2 + ia + ib, and what effects add */
+    double axial_mass[LEGS], axial_extra[LEGS];    /* ma and what effects add; that alone */
     double neutral_potential;
 };
 

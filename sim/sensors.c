@@ -1,18 +1,72 @@
 #include "sensors.h"
 
 #include <math.h>
+#include <stdlib.h>
 
-void sensors_init(struct sensors *s, const struct sensor_params *params, uint64_t seed) {
-    double pa_per_volt = params->pressure_full_scale_pa / params->adc_range_v;
-    *s = (struct sensors){
-        .params = params,
-        .step_pa = 2.0 * params->pressure_full_scale_pa / exp2(round(params->adc_bits)),
-        .noise_pa = params->pressure_noise_v * pa_per_volt,
-        .random = seed,
-    };
+enum { KINDS = 3, VALUES = KINDS * LEGS }; /* lengths, first pressures, second pressures */
+_Static_assert(sizeof(struct exact) == VALUES * sizeof(double), "struct exact is walked as an array");
+
+static double *values(struct exact *e) { return (double *)e; }
+static const double *const_values(const struct exact *e) { return (const double *)e; }
+
+static const struct sensor_path *path(const struct sensors *s, int i) {
+    const struct sensor_path *const kind[KINDS] = {s->machine->length, s->machine->p1, s->machine->p2};
+    return &kind[i / LEGS][i % LEGS];
 }
 
-double sensors_length(const struct sensors *s, double length_m) {
+int sensors_init(struct sensors *s, const struct machine *machine, uint64_t seed) {
+    const struct params *params = machine->params;
+    const struct sensor_params *p = &params->sensors;
+    double substep_s = params->loop.period_s / params->sim.substeps, longest_s = 0.0;
+    *s = (struct sensors){
+        .machine = machine,
+        .params = p,
+        .step_pa = 2.0 * p->pressure_full_scale_pa / exp2(round(p->adc_bits)),
+        .noise_pa = p->pressure_noise_v * (p->pressure_full_scale_pa / p->adc_range_v),
+        .random = seed,
+    };
+    for (int i = 0; i < VALUES; i++) {
+        s->history = s->history || path(s, i)->lag_s > 0.0 || path(s, i)->delay_s > 0.0;
+        longest_s = fmax(longest_s, path(s, i)->delay_s);
+    }
+    if (!(longest_s > 0.0)) return 0;
+    s->kept = (int)ceil(longest_s / substep_s) + 2;
+    s->past = calloc((size_t)s->kept, sizeof *s->past);
+    return s->past ? 0 : -1;
+}
+
+void sensors_free(struct sensors *s) { free(s->past); }
+
+void sensors_rest(struct sensors *s, const struct exact *exact) {
+    s->lagged = s->last = *exact;
+    for (int i = 0; i < s->kept; i++) s->past[i] = *exact;
+}
+
+/* First order, exact for a value that changes evenly over the step. */
+static double lagged(double before, double from, double to, double lag_s, double dt_s) {
+    double left = exp(-dt_s / lag_s), trail = (to - from) * lag_s / dt_s; /* it ends up behind by rate times lag */
+    return to - trail + (before - from + trail) * left;
+}
+
+void sensors_follow(struct sensors *s, double dt_s, const struct exact *exact) {
+    for (int i = 0; i < VALUES; i++) {
+        double lag_s = path(s, i)->lag_s, from = const_values(&s->last)[i], to = const_values(exact)[i], *now = &values(&s->lagged)[i];
+        *now = lag_s > 0.0 ? lagged(*now, from, to, lag_s, dt_s) : to;
+    }
+    s->last = *exact;
+    if (s->kept == 0) return;
+    s->newest = (s->newest + 1) % s->kept;
+    s->past[s->newest] = s->lagged;
+}
+
+/* So long ago, between two substeps by a straight line. */
+static double delayed(const struct sensors *s, int i, double delay_s, double dt_s) {
+    double ago = delay_s / dt_s, whole = floor(ago), part = ago - whole;
+    int later = (s->newest - (int)whole + 2 * s->kept) % s->kept, earlier = (later - 1 + s->kept) % s->kept;
+    return (1.0 - part) * const_values(&s->past[later])[i] + part * const_values(&s->past[earlier])[i];
+}
+
+static double in_steps(const struct sensors *s, double length_m) {
     double step_m = s->params->position_resolution_m;
     return s->params->enabled && step_m > 0.0 ? step_m * round(length_m / step_m) : length_m;
 }
@@ -26,10 +80,22 @@ static double uniform(uint64_t *state) {
 }
 
 /* Codes of an n-bit converter: -2^(n-1) .. 2^(n-1)-1; beyond them it saturates. */
-double sensors_pressure(struct sensors *s, double pressure_pa) {
+static double through_converter(struct sensors *s, double pressure_pa) {
     if (!s->params->enabled) return pressure_pa;
     double full = s->params->pressure_full_scale_pa;
     double code = round((pressure_pa + s->noise_pa * uniform(&s->random)) / s->step_pa);
     double top = full / s->step_pa - 1.0, bottom = -full / s->step_pa;
     return s->step_pa * fmin(fmax(code, bottom), top);
+}
+
+void sensors_read(struct sensors *s, double dt_s, const struct exact *exact, struct exact *reading) {
+    for (int k = 0; k < LEGS; k++) { /* leg by leg, as the noise is drawn */
+        for (int kind = 0; kind < KINDS; kind++) {
+            int i = kind * LEGS + k;
+            const struct sensor_path *p = path(s, i);
+            double x = p->delay_s > 0.0 ? delayed(s, i, p->delay_s, dt_s) : p->lag_s > 0.0 ? values(&s->lagged)[i] : const_values(exact)[i];
+            x = p->scale * x + p->offset;
+            values(reading)[i] = kind == 0 ? in_steps(s, x) : through_converter(s, x);
+        }
+    }
 }

@@ -25,23 +25,28 @@ static double volume2(double length_m) { return params.hydraulics.dead_volume_m3
 /* Flow into a chamber, from its pressure rate. */
 static double flow(double pressure_rate, double volume_m3) { return pressure_rate * volume_m3 / params.hydraulics.bulk_modulus_pa; }
 
+static struct cylinder_state derivative(const struct cylinder_state *s, double length_m, double rate_mps, double valve) {
+    struct mains mains = cylinder_mains(&model);
+    return cylinder_derivative(&model, 0, &mains, s, s->spool, length_m, rate_mps, valve);
+}
+
 static struct cylinder_state combine(const struct cylinder_state *s, double h, const struct cylinder_state *rate) {
     return (struct cylinder_state){s->p1_pa + h * rate->p1_pa, s->p2_pa + h * rate->p2_pa, s->spool + h * rate->spool,
                                    s->spool_rate + h * rate->spool_rate};
 }
 
 static void rk4(struct cylinder_state *s, double h, double length_m, double rate_mps, double valve) {
-    struct cylinder_state k1 = cylinder_derivative(&model, s, length_m, rate_mps, valve), at = combine(s, h / 2, &k1);
-    struct cylinder_state k2 = cylinder_derivative(&model, &at, length_m, rate_mps, valve);
+    struct cylinder_state k1 = derivative(s, length_m, rate_mps, valve), at = combine(s, h / 2, &k1);
+    struct cylinder_state k2 = derivative(&at, length_m, rate_mps, valve);
     at = combine(s, h / 2, &k2);
-    struct cylinder_state k3 = cylinder_derivative(&model, &at, length_m, rate_mps, valve);
+    struct cylinder_state k3 = derivative(&at, length_m, rate_mps, valve);
     at = combine(s, h, &k3);
-    struct cylinder_state k4 = cylinder_derivative(&model, &at, length_m, rate_mps, valve);
+    struct cylinder_state k4 = derivative(&at, length_m, rate_mps, valve);
     *s = combine(s, h / 6, &k1);
     *s = combine(s, h / 3, &k2);
     *s = combine(s, h / 3, &k3);
     *s = combine(s, h / 6, &k4);
-    cylinder_limit(s);
+    cylinder_limit(&model, 0, s);
 }
 
 static void every_neutral_leg_has_the_same_length(void **unused) {
@@ -82,7 +87,7 @@ static void rated_drop_gives_rated_flow_either_way(void **unused) {
     assert_close(half - h->tank_pa, h->valve_drop_pa, 1e-9);
     for (int sign = -1; sign <= 1; sign += 2) {
         struct cylinder_state s = {.p1_pa = half, .p2_pa = half, .spool = sign};
-        struct cylinder_state rate = cylinder_derivative(&model, &s, MID_M, 0.0, sign);
+        struct cylinder_state rate = derivative(&s, MID_M, 0.0, sign);
         assert_close(flow(rate.p1_pa, volume1(MID_M)), sign * h->valve_flow_m3_per_s, 1e-15);
         assert_close(flow(rate.p2_pa, volume2(MID_M)), -sign * h->valve_flow_m3_per_s, 1e-15);
     }
@@ -93,7 +98,7 @@ static void flow_follows_the_root_exactly_down_to_10_kpa(void **unused) {
     const struct hydraulics_params *h = &params.hydraulics;
     for (double drop = 1.0001e4; drop < 9e6; drop *= 1.7) {
         struct cylinder_state s = {.p1_pa = h->supply_pa - drop, .p2_pa = h->supply_pa - drop, .spool = 0.1};
-        double q = flow(cylinder_derivative(&model, &s, MID_M, 0.0, 0.1).p1_pa, volume1(MID_M));
+        double q = flow(derivative(&s, MID_M, 0.0, 0.1).p1_pa, volume1(MID_M));
         assert_close(q / (0.1 * h->valve_flow_m3_per_s * sqrt(drop / h->valve_drop_pa)), 1.0, 1e-9); /* rounding of supply - drop */
     }
 }
@@ -105,8 +110,8 @@ static void flow_through_zero_drop_is_odd_monotonic_and_smooth(void **unused) {
     for (double drop = -3e4; drop < 3e4; drop += step) {
         struct cylinder_state s = {.p1_pa = supply - drop, .p2_pa = supply - drop, .spool = 0.1};
         struct cylinder_state mirror = {.p1_pa = supply + drop, .p2_pa = supply + drop, .spool = 0.1};
-        double q = cylinder_derivative(&model, &s, MID_M, 0.0, 0.1).p1_pa;
-        assert_close(q + cylinder_derivative(&model, &mirror, MID_M, 0.0, 0.1).p1_pa, 0.0, 1e-9 * 1e8);
+        double q = derivative(&s, MID_M, 0.0, 0.1).p1_pa;
+        assert_close(q + derivative(&mirror, MID_M, 0.0, 0.1).p1_pa, 0.0, 1e-9 * 1e8);
         double slope = (q - last) / step;
         if (drop > -3e4) assert_true(slope > 0.0);
         if (drop > -3e4 + 2 * step) assert_close(slope / last_slope, 1.0, 5e-3); /* step 1e-3 of the laminar limit, curvature below 3 */
@@ -120,7 +125,7 @@ static void a_closed_chamber_keeps_its_oil(void **unused) {
     for (int n = 0; n < 1000; n++) {
         double length = MID_M + 0.4 * random_unit(&seed), speed = random_unit(&seed);
         struct cylinder_state s = {.p1_pa = 5e6, .p2_pa = 5e6};
-        struct cylinder_state rate = cylinder_derivative(&model, &s, length, speed, 0.0);
+        struct cylinder_state rate = derivative(&s, length, speed, 0.0);
         assert_close(flow(rate.p1_pa, volume1(length)), -model.a1_m2 * speed, 1e-15);
         assert_close(flow(rate.p2_pa, volume2(length)), model.a2_m2 * speed, 1e-15);
     }
@@ -129,7 +134,7 @@ static void a_closed_chamber_keeps_its_oil(void **unused) {
 static void leakage_takes_from_one_chamber_what_it_gives_the_other(void **unused) {
     (void)unused;
     struct cylinder_state s = {.p1_pa = 7e6, .p2_pa = 4e6};
-    struct cylinder_state rate = cylinder_derivative(&model, &s, MID_M, 0.0, 0.0);
+    struct cylinder_state rate = derivative(&s, MID_M, 0.0, 0.0);
     double leakage = params.hydraulics.leakage_m3_per_s_pa * 3e6;
     assert_close(flow(rate.p1_pa, volume1(MID_M)), -leakage, 1e-15);
     assert_close(flow(rate.p2_pa, volume2(MID_M)), leakage, 1e-15);
@@ -158,7 +163,7 @@ static void spool_stops_at_full_opening(void **unused) {
     for (int i = 0; i < 400; i++) rk4(&s, SUBSTEP_S, MID_M, 0.0, -1.0);
     assert_close(s.spool, -1.0, 1e-12);
     struct cylinder_state beyond = {.spool = 1.01, .spool_rate = -3.0};
-    cylinder_limit(&beyond);
+    cylinder_limit(&model, 0, &beyond);
     assert_true(beyond.spool == 1.0 && beyond.spool_rate == -3.0); /* it may leave the stop */
 }
 
@@ -195,7 +200,7 @@ static void a_small_chamber_fills_without_ringing_even_under_euler(void **unused
     struct cylinder_state s = {.p1_pa = 0.0, .p2_pa = 0.0, .spool = 1.0};
     double gap = supply;
     for (int i = 0; i < 400; i++) {
-        struct cylinder_state rate = cylinder_derivative(&model, &s, model.length_min_m, 0.0, 1.0);
+        struct cylinder_state rate = derivative(&s, model.length_min_m, 0.0, 1.0);
         s.p1_pa += SUBSTEP_S * rate.p1_pa;
         s.p2_pa = s.p1_pa; /* no leakage */
         if (i > 4) assert_true(fabs(supply - s.p1_pa) <= gap); /* the first steps leap over */

@@ -40,7 +40,7 @@ static struct engine *engine_at(const struct params *p, const double pose[DOFS])
     return e;
 }
 
-static const struct cylinder_state EMPTY[LEGS];
+static const struct hydraulics_state EMPTY;
 static const double NEUTRAL[DOFS] = {0};
 static const double TILTED[DOFS] = {0.05, -0.08, -0.06, 0.11, -0.09, 0.17};
 
@@ -73,7 +73,7 @@ static void place_puts_every_body_where_the_pose_says(void **state) {
     config_default(&p);
     sim_geometry_init(&g, &p);
     struct engine *e = engine_at(&p, TILTED);
-    e->ops->truth(e, EMPTY, &t);
+    e->ops->truth(e, &EMPTY, &t);
     assert_below(distance(t.pose, TILTED, DOFS), 1e-14); /* rounding */
     for (int k = 0; k < DOFS; k++) {
         assert_close(t.length_m[k], length_of_pose(&g, TILTED, k), 1e-14);
@@ -82,7 +82,7 @@ static void place_puts_every_body_where_the_pose_says(void **state) {
     }
     assert_true(t.kinetic_j == 0.0);
     e->ops->place(e, NEUTRAL);
-    e->ops->truth(e, EMPTY, &t);
+    e->ops->truth(e, &EMPTY, &t);
     assert_below(fabs(t.potential_j), 1e-10); /* rounding of 5 kJ */
     e->ops->destroy(e);
 }
@@ -95,11 +95,11 @@ static void energy_balance_closes_under_constant_forces(void **state) {
     struct plant_truth start, t;
     config_default(&p);
     struct engine *e = engine_at(&p, NEUTRAL);
-    e->ops->truth(e, EMPTY, &start);
+    e->ops->truth(e, &EMPTY, &start);
     for (int i = 1; i <= 1200; i++) {
         double work_j = 0.0;
         e->ops->forced(e, DT_S, force_n);
-        e->ops->truth(e, EMPTY, &t);
+        e->ops->truth(e, &EMPTY, &t);
         for (int k = 0; k < LEGS; k++) work_j += force_n[k] * (t.length_m[k] - start.length_m[k]);
         if (i >= 200) assert_close(t.kinetic_j + t.potential_j, work_j, 1e-4 * t.kinetic_j);
     }
@@ -122,7 +122,7 @@ static void joints_drift_apart_by_no_more_than_the_steps_curvature(void **state)
         double force_n[LEGS];
         uneven_forces(i * DT_S, force_n);
         e->ops->forced(e, DT_S, force_n);
-        e->ops->truth(e, EMPTY, &t);
+        e->ops->truth(e, &EMPTY, &t);
         speed_mps = fmax(speed_mps, sqrt(dCalcVectorDot3(t.twist, t.twist)) + 0.58 * sqrt(dCalcVectorDot3(t.twist + 3, t.twist + 3)));
         for (int k = 0; k < LEGS; k++) {
             assert_true(isfinite(t.length_m[k]));
@@ -140,13 +140,13 @@ static double creep_m(const struct params *p, double load_n) {
     struct plant_truth start, t;
     double creep = 0.0;
     struct engine *e = engine_at(p, NEUTRAL);
-    e->ops->truth(e, EMPTY, &start);
+    e->ops->truth(e, &EMPTY, &start);
     for (int i = 0; i < 40000; i++) {
         double force_n[LEGS], swing = i < 20000 ? 1.0 : cos(2.0 * PI * 4.0 * i * DT_S);
         for (int k = 0; k < LEGS; k++) force_n[k] = WEIGHT_N + (k % 2 ? load_n : -load_n) * swing;
         e->ops->forced(e, DT_S, force_n);
         if (i % 100 < 99) continue;
-        e->ops->truth(e, EMPTY, &t);
+        e->ops->truth(e, &EMPTY, &t);
         assert_below(distance(t.length_m, start.length_m, LEGS), 1e-6);
         creep = fmax(creep, distance(t.length_m, start.length_m, LEGS));
     }
@@ -184,12 +184,12 @@ static void sliding_takes_force_times_path(void **state) {
     set_effect(&p, "cylinder_coulomb_friction", 1, retract_n);
     struct engine *e = engine_at(&p, NEUTRAL);
     double work_j = 0.0, lost_j = 0.0;
-    e->ops->truth(e, EMPTY, &before);
+    e->ops->truth(e, &EMPTY, &before);
     for (int i = 0; i < 4000; i++) {
         double force_n[LEGS];
         uneven_forces(i * DT_S, force_n);
         e->ops->forced(e, DT_S, force_n);
-        e->ops->truth(e, EMPTY, &t);
+        e->ops->truth(e, &EMPTY, &t);
         for (int k = 0; k < LEGS; k++) {
             double step_m = t.length_m[k] - before.length_m[k];
             work_j += force_n[k] * step_m;
@@ -213,11 +213,11 @@ static void joint_friction_only_takes_energy(void **state) {
     set_effect(&p, "passive_joint_friction", 0, 10.0);
     set_effect(&p, "passive_joint_friction", 1, 10.0);
     struct engine *e = engine_at(&p, TILTED);
-    e->ops->truth(e, EMPTY, &t);
+    e->ops->truth(e, &EMPTY, &t);
     double start_j = t.potential_j, energy_j = start_j;
     for (int i = 0; i < 400; i++) {
         e->ops->forced(e, DT_S, nothing);
-        e->ops->truth(e, EMPTY, &t);
+        e->ops->truth(e, &EMPTY, &t);
         assert_below(t.kinetic_j + t.potential_j, energy_j + 1e-4); /* of tens of J: kinetic energy is known to second order */
         energy_j = t.kinetic_j + t.potential_j;
     }
@@ -244,13 +244,13 @@ struct run {
 static void *run(void *argument) {
     struct run *r = argument;
     double valve[LEGS];
-    struct cylinder_state cylinder[LEGS];
-    for (int k = 0; k < LEGS; k++) cylinder[k] = (struct cylinder_state){.p1_pa = 5e6, .p2_pa = 9.8e6};
+    struct hydraulics_state hydraulics = {0};
+    for (int k = 0; k < LEGS; k++) hydraulics.cylinder[k] = (struct cylinder_state){.p1_pa = 5e6, .p2_pa = 9.8e6};
     memset(&r->end, 0, sizeof r->end);
     for (int i = 0; i < r->substeps; i++) {
         for (int k = 0; k < LEGS; k++) valve[k] = -0.075 + 0.05 * sin(2.0 * PI * 4.0 * i * DT_S + k);
-        r->engine->ops->substep(r->engine, DT_S, valve, cylinder);
-        r->engine->ops->truth(r->engine, cylinder, &r->end);
+        r->engine->ops->substep(r->engine, DT_S, valve, &hydraulics);
+        r->engine->ops->truth(r->engine, &hydraulics, &r->end);
     }
     return NULL;
 }

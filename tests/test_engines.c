@@ -48,7 +48,7 @@ static void holding_forces(const struct params *params, const double pose[DOFS],
  * begins with a jump. The forces are held over `held` substeps. */
 static struct plant_truth shaken(const struct engine_ops *ops, const struct params *params, const double pose[DOFS], double duration_s,
                                  double dt_s, int held) {
-    static const struct cylinder_state empty[LEGS];
+    static const struct hydraulics_state empty;
     struct plant_truth truth = {0};
     struct error error;
     double weight_n[LEGS], force_n[LEGS];
@@ -61,7 +61,7 @@ static struct plant_truth shaken(const struct engine_ops *ops, const struct para
             force_n[k] = weight_n[k] + 100.0 * sin(1.0 + 2.1 * k) * cos(2.0 * PI * 4.0 * i * dt_s);
         ops->forced(e, dt_s, force_n);
     }
-    ops->truth(e, empty, &truth);
+    ops->truth(e, &empty, &truth);
     ops->destroy(e);
     return truth;
 }
@@ -128,7 +128,7 @@ static void engines_agree_on_sliding_friction(void **unused) {
 static void engines_let_go_at_the_same_force(void **unused) {
     (void)unused;
     static const struct engine_ops *const engines[] = {&engine_ode, &engine_closed_form};
-    static const struct cylinder_state empty[LEGS];
+    static const struct hydraulics_state empty;
     const double load_n[] = {0.999 * 150.0, 1.001 * 150.0, -0.999 * 90.0, -1.001 * 90.0};
     struct params params = with_leg_friction(150.0, 90.0);
     double weight_n[LEGS], force_n[LEGS];
@@ -141,7 +141,7 @@ static void engines_let_go_at_the_same_force(void **unused) {
         for (int k = 0; k < LEGS; k++) force_n[k] = weight_n[k] + load_n[i % 4];
         e->ops->place(e, NEUTRAL);
         for (int n = 0; n < 40; n++) e->ops->forced(e, 2.5e-4, force_n);
-        e->ops->truth(e, empty, &truth);
+        e->ops->truth(e, &empty, &truth);
         for (int k = 0; k < LEGS; k++) {
             assert_int_equal(truth.stuck[k], i % 2 == 0);
             if (truth.stuck[k]) assert_below(fabs(truth.rate_mps[k]), 1e-9);

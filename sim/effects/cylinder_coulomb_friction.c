@@ -1,4 +1,4 @@
-#include "effects.h"
+#include "effect.h"
 
 enum { EXTEND, RETRACT };
 
@@ -10,7 +10,7 @@ const struct effect cylinder_coulomb_friction = {
     .name = "cylinder_coulomb_friction",
     .law = "F = -F_extend for Ldot > 0, +F_retract for Ldot < 0; at rest holds up to that force",
     .signature = "leg force: odd harmonics in phase with velocity, jump at velocity reversal; with one direction stronger also the mean",
-    .keys = {[EXTEND] = {.name = "force_extend_n", .unit = "N", .min = 0.0, .max = 2e4, .per_leg = true},
-             [RETRACT] = {.name = "force_retract_n", .unit = "N", .min = 0.0, .max = 2e4, .per_leg = true}},
+    .keys = {[EXTEND] = {.name = "force_extend_n", .unit = "N", .min = 0.0, .max = 2e4, .typical = 100.0, .per_leg = true},
+             [RETRACT] = {.name = "force_retract_n", .unit = "N", .min = 0.0, .max = 2e4, .typical = 100.0, .per_leg = true}},
     .leg_friction = leg_friction,
 };

@@ -1,4 +1,4 @@
-#include "effects.h"
+#include "effect.h"
 
 enum { EXTEND, RETRACT };
 
@@ -10,7 +10,7 @@ const struct effect cylinder_viscous_friction = {
     .name = "cylinder_viscous_friction",
     .law = "F = -b_extend Ldot for Ldot > 0, -b_retract Ldot for Ldot < 0; added to hydraulics.viscous_n_s_per_m",
     .signature = "leg force: fundamental in phase with velocity; with one direction stronger also the mean and the second harmonic",
-    .keys = {[EXTEND] = {.name = "extend_n_s_per_m", .unit = "N s/m", .min = 0.0, .max = 1e5, .per_leg = true},
-             [RETRACT] = {.name = "retract_n_s_per_m", .unit = "N s/m", .min = 0.0, .max = 1e5, .per_leg = true}},
+    .keys = {[EXTEND] = {.name = "extend_n_s_per_m", .unit = "N s/m", .min = 0.0, .max = 1e5, .typical = 1e3, .per_leg = true},
+             [RETRACT] = {.name = "retract_n_s_per_m", .unit = "N s/m", .min = 0.0, .max = 1e5, .typical = 1e3, .per_leg = true}},
     .leg_friction = leg_friction,
 };

@@ -1,4 +1,4 @@
-#include "effects.h"
+#include "effect.h"
 
 enum { COULOMB, VISCOUS };
 
@@ -11,7 +11,7 @@ const struct effect passive_joint_friction = {
     .name = "passive_joint_friction",
     .law = "M = -M_c sign(w) - b w about each axis of both universal joints of a leg, w the joint's rate; at rest holds up to M_c",
     .signature = "leg force: odd harmonics and jumps at the reversals of the joints, which on tilting tests differ from those of the leg",
-    .keys = {[COULOMB] = {.name = "coulomb_nm", .unit = "N m", .min = 0.0, .max = 1e3, .per_leg = true},
-             [VISCOUS] = {.name = "viscous_nm_s", .unit = "N m s", .min = 0.0, .max = 1e4, .per_leg = true}},
+    .keys = {[COULOMB] = {.name = "coulomb_nm", .unit = "N m", .min = 0.0, .max = 1e3, .typical = 5.0, .per_leg = true},
+             [VISCOUS] = {.name = "viscous_nm_s", .unit = "N m s", .min = 0.0, .max = 1e4, .typical = 20.0, .per_leg = true}},
     .joint_friction = joint_friction,
 };

@@ -12,12 +12,12 @@ enum { SETTINGS_MAX = 64, OPERANDS_MAX = 4 };
 enum { EXIT_PASSED = 0, EXIT_CHECK_FAILED = 1 }; /* the others are statuses with the sign turned */
 
 struct options {
-    const char *config, *hal, *log, *json, *output, *format, *measured, *validate, *replay;
+    const char *config, *hal, *bus, *log, *json, *output, *format, *measured, *validate, *replay;
     const char *settings[SETTINGS_MAX];
     int setting_count;
     char tests[64];              /* --tests as a setting */
     uint64_t seed;
-    bool fast, print_config;
+    bool fast, print_config, modbus_map;
     bool rt_given;
     enum realtime_mode rt;
     const char *operand[OPERANDS_MAX];
@@ -30,13 +30,25 @@ int options_parse(struct options *o, int argc, char **argv, const char *allowed,
 /* Configuration from -c (default config/tian2015.yaml where it exists, else built in) and --set. */
 int options_params(const struct options *o, struct params *params, struct error *error);
 
+/* The same, and the bus that it names. */
+struct bus;
+int options_bus(const struct options *o, struct params *params, struct bus **bus, struct error *error);
+
+/* SAFETY: a machine that is not simulated moves by itself only where this command line says so (--set motion.automatic=true); a file that
+ * says so may be a copy of the simulation's. Otherwise takes it out of params: the platform waits for `hexid command engage`. */
+void options_automatic(const struct options *o, bool simulated, struct params *params);
+
 /* Prints "hexid: message" and returns the exit status. */
 int cli_fail(const struct error *error);
+
+/* Before a long run: can cli_write_text() write there? Nothing is changed. NULL and "-" are. */
+int cli_check_writable(const char *path, struct error *error);
 
 /* Writes text to `path` ("-" for standard output). */
 int cli_write_text(const char *path, const char *text, struct error *error);
 
 int cmd_run(int argc, char **argv);
+int cmd_plant(int argc, char **argv);
 int cmd_identify(int argc, char **argv);
 int cmd_gap(int argc, char **argv);
 int cmd_import(int argc, char **argv);

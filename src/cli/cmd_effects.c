@@ -4,10 +4,15 @@
 
 static void print_effect(const struct effect *e) {
     printf("%s\n    law        %s\n    signature  %s\n", e->name, e->law, e->signature);
+    for (int k = 0; k < EFFECT_KEYS && e->keys[k].name; k++) {
+        const struct effect_key *key = &e->keys[k];
+        printf("    %-10s %s [%s] %g..%g, %s %g%s\n", k ? "" : "keys", key->name, key->unit, key->min, key->max,
+               key->typical == key->neutral ? "usually" : "adds nothing at", key->neutral, key->per_leg ? ", one number or one a leg" : "");
+    }
+    printf("    on by      hexid run --fast");
     for (int k = 0; k < EFFECT_KEYS && e->keys[k].name; k++)
-        printf("    %-10s %s [%s] %g..%g%s\n", k ? "" : "keys", e->keys[k].name, e->keys[k].unit, e->keys[k].min, e->keys[k].max,
-               e->keys[k].per_leg ? ", one number or one a leg" : "");
-    printf("    on by      --set effects.%s.%s=%g\n", e->name, e->keys[0].name, e->keys[0].max / 10);
+        if (e->keys[k].typical != e->keys[k].neutral) printf(" --set effects.%s.%s=%g", e->name, e->keys[k].name, e->keys[k].typical);
+    puts("");
 }
 
 int cmd_effects(int argc, char **argv) {

@@ -12,7 +12,7 @@ struct variable {
     const char *name;        /* "hydraulics.bulk_modulus_pa" */
     size_t offset;           /* in struct params; of leg 0 where there are six */
     int leg, legs;           /* leg -1: all; legs 1: no list */
-    int effect;              /* switched on with it; -1: none */
+    int effect, key;         /* switched on with it; -1: none */
     double min, max;         /* the box */
     double neutral;          /* of an effect's: the value that adds nothing */
     double step;             /* of the difference quotient */

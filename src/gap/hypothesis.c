@@ -4,57 +4,88 @@
 #include <stddef.h>
 #include <string.h>
 
-static enum residual_part effect_parts(const struct effect *e) { return e->leg_friction || e->joint_friction ? PART_FORCE : PART_ALL; }
+#include "machine.h"
 
-static void add_variable(struct hypothesis *h, int key, int leg) {
+static bool differ(const struct machine *a, const struct machine *b, size_t from, size_t to) {
+    return memcmp((const char *)a + from, (const char *)b + from, to - from) != 0;
+}
+
+#define FROM(member) offsetof(struct machine, member)
+
+/* What has to be computed again under an effect: by what it changes in the machine, and by its laws. */
+static enum residual_part effect_parts(const struct params *model, int effect) {
+    const struct effect *e = effect_table[effect];
+    struct params with = *model;
+    struct machine base, machine;
+    enum residual_part parts = 0;
+    effect_at(e, 1.0, &with.effects[effect]);
+    machine_init(&base, model);
+    machine_init(&machine, &with);
+    if (e->leg_friction || e->joint_friction || e->wrench || differ(&base, &machine, FROM(payload_kg), FROM(supply_pa))) parts |= PART_FORCE;
+    if (e->opening || e->command || differ(&base, &machine, FROM(supply_pa), FROM(length))) parts |= PART_PRESSURE;
+    if (differ(&base, &machine, FROM(command_delay_s), FROM(clock_ratio))) parts |= PART_PRESSURE;
+    if (differ(&base, &machine, FROM(line_length_m), FROM(line_diameter_m)) || differ(&base, &machine, FROM(length), FROM(command_delay_s)))
+        parts |= PART_ALL;
+    return parts;
+}
+
+/* Of the difference quotient: far above rounding, far below what bends a law. */
+static double difference_step(const struct effect_key *k) {
+    double typical = fabs(k->typical - k->neutral);
+    return 0.02 * (typical > 0.0 ? typical : fabs(k->typical));
+}
+
+static void add_variable(struct hypothesis *h, int key, int leg, enum residual_part parts) {
     const struct effect *e = effect_table[h->effect];
     const struct effect_key *k = &e->keys[key];
     h->variable[h->variables++] = (struct variable){
         .name = k->name,
         .offset = offsetof(struct params, effects) + (size_t)h->effect * sizeof(struct effect_values) +
                   offsetof(struct effect_values, value) + (size_t)key * LEGS * sizeof(double),
-        .leg = leg, .legs = LEGS, .effect = h->effect,
-        .min = k->min, .max = k->max, .neutral = k->neutral, .step = 1e-4 * (k->max - k->min), .parts = effect_parts(e),
+        .leg = leg, .legs = LEGS, .effect = h->effect, .key = key,
+        .min = k->min, .max = k->max, .neutral = k->neutral, .step = difference_step(k), .parts = parts,
     };
 }
 
-static void build(struct hypothesis *h, int effect, int shape) {
+static void build(struct hypothesis *h, int effect, int shape, enum residual_part parts) {
     *h = (struct hypothesis){.effect = effect, .shape = shape};
     const struct effect_key *keys = effect_table[effect]->keys;
     for (int key = 0; key < EFFECT_KEYS && keys[key].name; key++)
         for (int leg = 0; leg < (shape == SHAPE_EACH ? LEGS : 1); leg++)
-            add_variable(h, key, shape == SHAPE_EACH && keys[key].per_leg ? leg : shape == SHAPE_EACH ? -1 : shape);
+            add_variable(h, key, shape == SHAPE_EACH && keys[key].per_leg ? leg : shape == SHAPE_EACH ? -1 : shape, parts);
 }
 
 int hypotheses_list(const struct params *model, struct hypothesis h[HYPOTHESES_MAX]) {
     int n = 0;
     for (int effect = 0; effect_table[effect]; effect++) {
         if (model->effects[effect].on) continue;
-        build(&h[n++], effect, SHAPE_ALL);
+        enum residual_part parts = effect_parts(model, effect);
+        if (!parts) continue; /* of time alone: clock.h */
+        build(&h[n++], effect, SHAPE_ALL, parts);
         bool per_leg = false;
         for (int key = 0; key < EFFECT_KEYS && effect_table[effect]->keys[key].name; key++) per_leg = per_leg || effect_table[effect]->keys[key].per_leg;
-        for (int leg = 0; leg < LEGS && per_leg; leg++) build(&h[n++], effect, leg);
-        if (per_leg) build(&h[n++], effect, SHAPE_EACH);
+        for (int leg = 0; leg < LEGS && per_leg; leg++) build(&h[n++], effect, leg, parts);
+        if (per_leg) build(&h[n++], effect, SHAPE_EACH, parts);
     }
     return n;
 }
 
-/* Every key of the effect at the value that adds nothing. */
-static void neutral_values(int effect, struct effect_values *values) {
-    for (int key = 0; key < EFFECT_KEYS && effect_table[effect]->keys[key].name; key++)
-        for (int leg = 0; leg < LEGS; leg++) values->value[key][leg] = effect_table[effect]->keys[key].neutral;
-}
-
 bool hypothesis_start(const struct hypothesis *h, int place, struct params *model) {
-    double share = pow(10.0, -0.5 - place / 2 * 0.5);
-    neutral_values(h->effect, &model->effects[h->effect]);
+    static const double strengths[] = {0.1, 1.0, 10.0};
+    const struct effect_key *keys = effect_table[h->effect]->keys;
+    struct effect_values values;
+    if (place >= 2 * (int)(sizeof strengths / sizeof *strengths)) return false;
+    double strength = strengths[place / 2];
+    effect_at(effect_table[h->effect], 0.0, &model->effects[h->effect]);
+    effect_at(effect_table[h->effect], place % 2 ? -strength : strength, &values);
+    bool moved = false;
     for (int i = 0; i < h->variables; i++) {
         const struct variable *v = &h->variable[i];
-        double neutral = variable_get(v, model), towards = place % 2 ? v->min : v->max;
-        if (place % 2 && !(v->min < neutral)) return false;
-        variable_set(v, model, neutral + share * (towards - neutral));
+        double value = values.value[v->key][0];
+        moved = moved || value != keys[v->key].neutral;
+        variable_set(v, model, value);
     }
-    return true;
+    return moved;
 }
 
 bool hypothesis_parallel(const struct hypothesis *h, const char *base_variable) {

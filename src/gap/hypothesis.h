@@ -16,8 +16,8 @@ struct hypothesis {
 /* All of them for this model; effects that are already on are left out. Returns their number. */
 int hypotheses_list(const struct params *model, struct hypothesis h[HYPOTHESES_MAX]);
 
-/* A start value for every variable: `place` of HYPOTHESIS_STARTS, from weak to strong, both signs where there are two. False: no such. */
-enum { HYPOTHESIS_STARTS = 12 };
+/* A start value for every variable: `place` of HYPOTHESIS_STARTS, weak, typical and strong, both signs where there are two. False: no such. */
+enum { HYPOTHESIS_STARTS = 6 };
 bool hypothesis_start(const struct hypothesis *h, int place, struct params *model);
 
 

@@ -10,9 +10,10 @@ static const double POSE_TOLERANCE_M = 1e-12;
 enum { POSE_ITERATIONS = 12 };
 
 void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *params, double window_s) {
-    *d = (struct inverse_dynamics){.params = params, .window_s = window_s, .joints = joint_friction_present(params)};
+    *d = (struct inverse_dynamics){.params = params, .window_s = window_s};
     rigid_model_init(&d->rigid, params);
     cylinder_model_init(&d->cylinder, params);
+    d->joints = d->cylinder.machine.joint_friction.count > 0;
     rigid_rest(&d->state, (const double[DOFS]){0});
 }
 
@@ -75,16 +76,15 @@ static bool find_pose(struct inverse_dynamics *d, double leg[LEGS][3], struct ri
     return false;
 }
 
-/* Share of the window in which the leg extends, minus the share in which it retracts. */
-static double direction(double rate, double acceleration, double window_s) {
-    double swing = 0.5 * window_s * fabs(acceleration);
-    if (fabs(rate) >= swing) return rate > 0.0 ? 1.0 : rate < 0.0 ? -1.0 : 0.0;
-    return rate / swing;
+double inverse_dynamics_direction(double value, double rate, double window_s) {
+    double swing = 0.5 * window_s * fabs(rate);
+    if (fabs(value) >= swing) return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0;
+    return value / swing;
 }
 
 static double leg_friction(const struct inverse_dynamics *d, int leg, const double motion[3], double p1_pa, double p2_pa) {
     struct cylinder_state s = {.p1_pa = p1_pa, .p2_pa = p2_pa};
-    double sign = direction(motion[1], motion[2], d->window_s), speed = fabs(motion[1]);
+    double sign = inverse_dynamics_direction(motion[1], motion[2], d->window_s), speed = fabs(motion[1]);
     struct friction extend = cylinder_friction(&d->cylinder, leg, &s, 1, speed), retract = cylinder_friction(&d->cylinder, leg, &s, -1, speed);
     double viscous = motion[1] > 0.0 ? extend.viscous : -retract.viscous;
     return 0.5 * (1.0 + sign) * extend.dry - 0.5 * (1.0 - sign) * retract.dry + viscous;
@@ -96,8 +96,8 @@ static void push_joints(const struct inverse_dynamics *d, const struct rigid_leg
     joint_axes(&d->rigid, &d->state, legs, &axes);
     for (int k = 0; k < JOINT_AXES; k++) {
         double rate = dot6(axes.row[k], d->state.twist), turn = dot6(axes.row[k], acceleration) + axes.bias[k];
-        struct friction f = joint_friction(d->params, k / JOINT_AXES_PER_LEG, fabs(rate));
-        double moment = direction(rate, turn, d->window_s) * f.dry + copysign(f.viscous, rate);
+        struct friction f = machine_joint_friction(&d->cylinder.machine, k / JOINT_AXES_PER_LEG, fabs(rate));
+        double moment = inverse_dynamics_direction(rate, turn, d->window_s) * f.dry + copysign(f.viscous, rate);
         add6(-moment, axes.row[k], load);
     }
 }

@@ -19,6 +19,9 @@ struct inverse_dynamics {
 
 void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *params, double window_s);
 
+/* The mean sign of a value over a window about an instant: share of the window in which it is positive, minus the share where negative. */
+double inverse_dynamics_direction(double value, double rate, double window_s);
+
 /* leg: length, rate, acceleration of each. force_n: hydraulic force, what friction takes included. False: no pose has these lengths. */
 bool inverse_dynamics_step(struct inverse_dynamics *d, double leg[LEGS][3], const double p1_pa[LEGS], const double p2_pa[LEGS],
                            double force_n[LEGS]);

@@ -4,10 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cylinder.h"
 #include "dense.h"
+#include "hydraulics.h"
 #include "inverse_dynamics.h"
 #include "units.h"
+#include "valve_line.h"
 
 static const double SETTLE_CYCLES = 2.0; /* the start, the measured pressures, is forgotten after: chambers settle in some 30 ms */
 static const double SUBSTEP_S = 0.5e-3;   /* RK4: 1e-4 of a 100 Hz spool's lag */
@@ -31,25 +32,20 @@ static bool project(struct residual_test *t) {
     return true;
 }
 
+static int nodes_of(const struct residual_test *t) { return 2 * t->substeps * t->samples + 1; }
+
 static void tabulate(struct residual_test *t) {
     const struct spectrum *s = &t->spectrum;
-    int nodes = 2 * t->substeps * t->samples + 1;
-    double value[3];
-    for (int k = 0; k < LEGS; k++) {
-        for (int i = 0; i < nodes; i++) {
-            double t_s = t->first_s + i * t->step_s / (2 * t->substeps);
-            spectrum_value(s->mean[CHANNEL_LENGTH][k], t->harmonics, s->omega, t_s, value);
-            memcpy(t->motion + 2 * ((size_t)k * (size_t)nodes + (size_t)i), value, 2 * sizeof *value);
-        }
-        for (int i = 0; i < t->samples; i++) {
-            spectrum_value(s->mean[CHANNEL_VALVE][k], s->harmonics, s->omega, t->first_s + i * t->step_s, value);
-            t->valve[k * t->samples + i] = value[0];
-        }
-        for (int i = 0; i < PHASES; i++) {
-            spectrum_value(s->mean[CHANNEL_LENGTH][k], t->harmonics, s->omega, 2.0 * PI * i / PHASES / s->omega, value);
-            memcpy(t->phase + 3 * (i * LEGS + k), value, sizeof value);
-        }
+    for (int i = 0; i < nodes_of(t); i++) {
+        double t_s = t->first_s + i * t->step_s / (2 * t->substeps);
+        spectrum_basis(s->omega * t_s, t->harmonics, t->node + (size_t)i * RESIDUAL_SIZE);
     }
+    for (int i = 0; i < t->samples; i++)
+        for (int k = 0; k < LEGS; k++) {
+            double value[3];
+            spectrum_value(s->mean[CHANNEL_VALVE][k], s->harmonics, s->omega, t->first_s + i * t->step_s, value);
+            t->valve[i * LEGS + k] = value[0];
+        }
 }
 
 static int prepare(struct residual_test *t, const struct recording_test *test, enum cycles which, struct error *error) {
@@ -63,12 +59,10 @@ static int prepare(struct residual_test *t, const struct recording_test *test, e
     t->fitted = (int)ceil(cycle - 1e-6);
     t->samples = (int)ceil(SETTLE_CYCLES * cycle) + t->fitted;
     t->substeps = (int)ceil(t->step_s / SUBSTEP_S - 1e-6);
-    size_t nodes = (size_t)(2 * t->substeps * t->samples + 1);
-    t->motion = malloc(LEGS * nodes * 2 * sizeof(double));
+    t->node = malloc((size_t)nodes_of(t) * RESIDUAL_SIZE * sizeof(double));
     t->valve = malloc((size_t)(LEGS * t->samples) * sizeof(double));
     t->projection = malloc((size_t)(RESIDUAL_SIZE * t->fitted) * sizeof(double));
-    t->phase = malloc(PHASES * LEGS * 3 * sizeof(double));
-    if (!t->motion || !t->valve || !t->projection || !t->phase) return error_set(error, STATUS_IO, "out of memory");
+    if (!t->node || !t->valve || !t->projection) return error_set(error, STATUS_IO, "out of memory");
     if (!project(t)) return error_set(error, STATUS_USAGE, "test %d: too few samples a cycle", test->test + 1);
     tabulate(t);
     return STATUS_OK;
@@ -87,92 +81,244 @@ int residual_prepare(struct residual_data *d, const struct recording *recording,
 
 void residual_free(struct residual_data *d) {
     for (int i = 0; i < d->tests; i++) {
-        free(d->test[i].motion);
+        free(d->test[i].node);
         free(d->test[i].valve);
         free(d->test[i].projection);
-        free(d->test[i].phase);
     }
     free(d->test);
     *d = (struct residual_data){0};
 }
 
-static struct cylinder_state along(const struct cylinder_state *s, double h, const struct cylinder_state *d) {
-    return (struct cylinder_state){s->p1_pa + h * d->p1_pa, s->p2_pa + h * d->p2_pa, s->spool + h * d->spool,
-                                   s->spool_rate + h * d->spool_rate};
-}
+/* Coefficient rows of a test's lengths and pressures. */
+struct rows {
+    double length[LEGS][RESIDUAL_SIZE], p1[LEGS][RESIDUAL_SIZE], p2[LEGS][RESIDUAL_SIZE];
+};
 
-/* One substep with the motion given at its start, middle and end. */
-static void rk4(const struct cylinder_model *m, struct cylinder_state *s, const double *motion, double h, double valve) {
-    struct cylinder_state d1 = cylinder_derivative(m, s, motion[0], motion[1], valve), at = along(s, 0.5 * h, &d1);
-    struct cylinder_state d2 = cylinder_derivative(m, &at, motion[2], motion[3], valve);
-    at = along(s, 0.5 * h, &d2);
-    struct cylinder_state d3 = cylinder_derivative(m, &at, motion[2], motion[3], valve);
-    at = along(s, h, &d3);
-    struct cylinder_state d4 = cylinder_derivative(m, &at, motion[4], motion[5], valve);
-    *s = along(s, h / 6.0, &d1);
-    *s = along(s, h / 3.0, &d2);
-    *s = along(s, h / 3.0, &d3);
-    *s = along(s, h / 6.0, &d4);
-    cylinder_limit(s);
-}
-
-static void pressures(const struct residual_test *t, const struct cylinder_model *m, int leg, double p[2][RESIDUAL_SIZE]) {
-    const struct spectrum *s = &t->spectrum;
-    const double *motion = t->motion + 2 * (size_t)leg * (size_t)(2 * t->substeps * t->samples + 1), *valve = t->valve + leg * t->samples;
-    double h = t->step_s / t->substeps, p1[3], p2[3];
-    spectrum_value(s->mean[CHANNEL_P1][leg], t->harmonics, s->omega, t->first_s, p1);
-    spectrum_value(s->mean[CHANNEL_P2][leg], t->harmonics, s->omega, t->first_s, p2);
-    struct cylinder_state state = {.p1_pa = p1[0], .p2_pa = p2[0], .spool = valve[0]};
-    memset(p, 0, 2 * sizeof p[0]);
-    for (int i = 0; i < t->samples; i++) {
-        int place = i - (t->samples - t->fitted);
-        for (int a = 0; place >= 0 && a < 1 + 2 * t->harmonics; a++) {
-            double weight = t->projection[a * t->fitted + place];
-            p[0][a] += weight * state.p1_pa;
-            p[1][a] += weight * state.p2_pa;
-        }
-        for (int j = 0; j < t->substeps; j++, motion += 4) rk4(m, &state, motion, h, valve[i]);
+/* The value of which the sensor makes the reading. */
+static void undo(const struct sensor_path *path, const struct residual_test *t, const double *reading, double *value) {
+    memset(value, 0, RESIDUAL_SIZE * sizeof *value);
+    value[0] = (reading[0] - path->offset) / path->scale;
+    for (int h = 1; h <= t->harmonics; h++) {
+        double w = h * t->spectrum.omega, lag = w * path->lag_s, s1 = sin(w * path->delay_s), c1 = cos(w * path->delay_s);
+        double s = (reading[2 * h - 1] - lag * reading[2 * h]) / path->scale, c = (reading[2 * h] + lag * reading[2 * h - 1]) / path->scale;
+        value[2 * h - 1] = s * c1 - c * s1;
+        value[2 * h] = s * s1 + c * c1;
     }
 }
 
-bool residual_required(const struct residual_test *t, const struct params *model, double force_n[LEGS][RESIDUAL_SIZE]) {
-    struct inverse_dynamics inverse;
-    double basis[RESIDUAL_SIZE], force[LEGS], p1_pa[LEGS], p2_pa[LEGS], value[3];
+static void undo_all(const struct machine *m, const struct residual_test *t, struct rows *rows) {
     const struct spectrum *s = &t->spectrum;
-    inverse_dynamics_init(&inverse, model, 2.0 * PI / s->omega / PHASES);
+    for (int k = 0; k < LEGS; k++) {
+        undo(&m->length[k], t, s->mean[CHANNEL_LENGTH][k], rows->length[k]);
+        undo(&m->p1[k], t, s->mean[CHANNEL_P1][k], rows->p1[k]);
+        undo(&m->p2[k], t, s->mean[CHANNEL_P2][k], rows->p2[k]);
+    }
+}
+
+static double at(const double *basis, int size, const double *row) {
+    double sum = 0.0;
+    for (int a = 0; a < size; a++) sum += basis[a] * row[a];
+    return sum;
+}
+
+/* Rows of the rates. */
+static void differentiate(const struct residual_test *t, const double *row, double *rate) {
+    rate[0] = 0.0;
+    for (int h = 1; h <= t->harmonics; h++) {
+        rate[2 * h - 1] = -h * t->spectrum.omega * row[2 * h];
+        rate[2 * h] = h * t->spectrum.omega * row[2 * h - 1];
+    }
+}
+
+/* Motion at a node. */
+struct node {
+    double length_m[LEGS], rate_mps[LEGS];
+};
+
+/* The hydraulics while they run through the cycles. */
+struct run {
+    const struct residual_test *t;
+    struct params timing;        /* the model's, with the recording's sampling for a cycle of the loop */
+    struct cylinder_model cylinder;
+    struct valve_line line;
+    struct hydraulics_state state;
+    struct node node[3];
+    double rate[LEGS][RESIDUAL_SIZE];
+};
+
+/* Pressures at the gauges, and how far they are above the chambers'. */
+struct pressure_rows {
+    double port[PORTS][LEGS][RESIDUAL_SIZE], drop[PORTS][LEGS][RESIDUAL_SIZE];
+};
+
+static void look(const struct run *r, const struct rows *rows, int node, struct node *to) {
+    const double *basis = r->t->node + (size_t)node * RESIDUAL_SIZE;
+    for (int k = 0; k < LEGS; k++) {
+        to->length_m[k] = at(basis, 1 + 2 * r->t->harmonics, rows->length[k]);
+        to->rate_mps[k] = at(basis, 1 + 2 * r->t->harmonics, r->rate[k]);
+    }
+}
+
+static bool begin_run(struct run *r, const struct residual_test *t, const struct params *model, const struct rows *rows) {
+    double force_n[LEGS], p1[LEGS], p2[LEGS];
+    r->t = t;
+    r->timing = *model;
+    r->timing.loop.period_s = t->step_s;
+    r->timing.sim.substeps = t->substeps;
+    cylinder_model_init(&r->cylinder, &r->timing);
+    memset(r->cylinder.machine.clearance_m, 0, sizeof r->cylinder.machine.clearance_m); /* the piston's motion is measured */
+    if (valve_line_init(&r->line, &r->cylinder.machine)) return false;
+    valve_line_rest(&r->line);
+    memset(&r->state, 0, sizeof r->state);
+    for (int k = 0; k < LEGS; k++) {
+        differentiate(t, rows->length[k], r->rate[k]);
+        p1[k] = at(t->node, 1 + 2 * t->harmonics, rows->p1[k]);
+        p2[k] = at(t->node, 1 + 2 * t->harmonics, rows->p2[k]);
+        r->state.cylinder[k] = (struct cylinder_state){.p1_pa = p1[k], .p2_pa = p2[k], .spool = t->valve[k]};
+        force_n[k] = cylinder_hydraulic_force(&r->cylinder, &r->state.cylinder[k]);
+    }
+    hydraulics_rest(&r->cylinder, force_n, &r->state);
+    look(r, rows, 0, &r->node[0]);
+    return true;
+}
+
+/* To the next sample. */
+static void run_on(struct run *r, const struct rows *rows, int sample) {
+    const struct residual_test *t = r->t;
+    double valve[LEGS];
+    struct hydraulics_input in[3];
+    for (int i = 0; i < 3; i++) in[i] = (struct hydraulics_input){r->node[i].length_m, r->node[i].rate_mps, valve};
+    valve_line_send(&r->line, t->valve + (size_t)sample * LEGS);
+    for (int j = 0; j < t->substeps; j++) {
+        int node = 2 * (sample * t->substeps + j);
+        valve_line_receive(&r->line, j, valve);
+        look(r, rows, node + 1, &r->node[1]);
+        look(r, rows, node + 2, &r->node[2]);
+        hydraulics_step(&r->cylinder, t->step_s / t->substeps, in, &r->state);
+        r->node[0] = r->node[2];
+    }
+}
+
+static void add_sample(const struct run *r, int place, struct pressure_rows *p) {
+    for (int k = 0; k < LEGS; k++) {
+        const struct cylinder_state *s = &r->state.cylinder[k];
+        bool line = r->cylinder.leg[k].line_volume_m3 > 0.0;
+        double chamber[PORTS] = {s->p1_pa, s->p2_pa};
+        for (int i = 0; i < PORTS; i++) {
+            double port = line ? r->state.line[k][i].pressure_pa : chamber[i];
+            for (int a = 0; a < 1 + 2 * r->t->harmonics; a++) {
+                double weight = r->t->projection[a * r->t->fitted + place];
+                p->port[i][k][a] += weight * port;
+                p->drop[i][k][a] += weight * (port - chamber[i]);
+            }
+        }
+    }
+}
+
+static bool simulate_pressures(const struct residual_test *t, const struct params *model, const struct rows *rows, struct pressure_rows *p) {
+    struct run *r = malloc(sizeof *r);
+    bool ok = r && begin_run(r, t, model, rows);
+    memset(p, 0, sizeof *p);
+    for (int i = 0; i < t->samples && ok; i++) {
+        int place = i - (t->samples - t->fitted);
+        if (place >= 0) add_sample(r, place, p);
+        run_on(r, rows, i);
+    }
+    if (ok) valve_line_free(&r->line);
+    free(r);
+    return ok;
+}
+
+/* Motion and pressures at each phase of the cycle, in the time of a cycle that starts at phase 0. */
+struct cycle_table {
+    double leg[PHASES][LEGS][3], p1_pa[PHASES][LEGS], p2_pa[PHASES][LEGS];
+};
+
+static void tabulate_cycle(const struct residual_test *t, const struct rows *rows, struct cycle_table *table) {
+    const struct spectrum *s = &t->spectrum;
+    double value[3];
+    for (int i = 0; i < PHASES; i++)
+        for (int k = 0; k < LEGS; k++) {
+            double t_s = 2.0 * PI * i / PHASES / s->omega;
+            spectrum_value(rows->length[k], t->harmonics, s->omega, t_s, table->leg[i][k]);
+            spectrum_value(rows->p1[k], t->harmonics, s->omega, t_s, value);
+            table->p1_pa[i][k] = value[0];
+            spectrum_value(rows->p2[k], t->harmonics, s->omega, t_s, value);
+            table->p2_pa[i][k] = value[0];
+        }
+}
+
+/* Adds what a phase contributes to a row. */
+static void project_phase(const struct residual_test *t, int phase, double value, double *row) {
+    double basis[RESIDUAL_SIZE];
+    spectrum_basis(2.0 * PI * phase / PHASES, t->harmonics, basis);
+    for (int a = 0; a < 1 + 2 * t->harmonics; a++) row[a] += (a ? 2.0 : 1.0) / PHASES * basis[a] * value;
+}
+
+/* The joint is behind the piston by half the play, to the side to which the leg's force points. */
+static void take_play(const struct residual_test *t, const struct cylinder_model *m, struct rows *rows) {
+    for (int k = 0; k < LEGS; k++) {
+        double half_m = 0.5 * m->machine.clearance_m[k], force[RESIDUAL_SIZE], value[3];
+        if (!(half_m > 0.0)) continue;
+        for (int a = 0; a < RESIDUAL_SIZE; a++) force[a] = m->a1_m2 * rows->p1[k][a] - m->a2_m2 * rows->p2[k][a];
+        for (int i = 0; i < PHASES; i++) {
+            spectrum_value(force, t->harmonics, t->spectrum.omega, 2.0 * PI * i / PHASES / t->spectrum.omega, value);
+            project_phase(t, i, -half_m * inverse_dynamics_direction(value[0], value[1], 2.0 * PI / t->spectrum.omega / PHASES), rows->length[k]);
+        }
+    }
+}
+
+static bool required(const struct residual_test *t, const struct params *model, const struct rows *rows, double force_n[LEGS][RESIDUAL_SIZE]) {
+    struct inverse_dynamics inverse;
+    struct cycle_table table;
+    double force[LEGS];
+    inverse_dynamics_init(&inverse, model, 2.0 * PI / t->spectrum.omega / PHASES);
+    tabulate_cycle(t, rows, &table);
     memset(force_n, 0, LEGS * sizeof force_n[0]);
     for (int i = 0; i < PHASES; i++) {
-        double phase = 2.0 * PI * i / PHASES;
-        for (int k = 0; k < LEGS; k++) {
-            spectrum_value(s->mean[CHANNEL_P1][k], t->harmonics, s->omega, phase / s->omega, value);
-            p1_pa[k] = value[0];
-            spectrum_value(s->mean[CHANNEL_P2][k], t->harmonics, s->omega, phase / s->omega, value);
-            p2_pa[k] = value[0];
-        }
-        if (!inverse_dynamics_step(&inverse, (double(*)[3])(t->phase + 3 * LEGS * i), p1_pa, p2_pa, force)) return false;
-        spectrum_basis(phase, t->harmonics, basis);
-        for (int k = 0; k < LEGS; k++)
-            for (int a = 0; a < 1 + 2 * t->harmonics; a++) force_n[k][a] += (a ? 2.0 : 1.0) / PHASES * basis[a] * force[k];
+        if (!inverse_dynamics_step(&inverse, table.leg[i], table.p1_pa[i], table.p2_pa[i], force)) return false;
+        for (int k = 0; k < LEGS; k++) project_phase(t, i, force[k], force_n[k]);
     }
     return true;
 }
 
-bool residual_evaluate(const struct residual_test *t, const struct params *model, enum residual_part parts, residual_row row) {
-    const struct spectrum *s = &t->spectrum;
+bool residual_required(const struct residual_test *t, const struct params *model, double force_n[LEGS][RESIDUAL_SIZE]) {
+    struct rows rows;
     struct cylinder_model cylinder;
-    double p[2][RESIDUAL_SIZE], force[LEGS][RESIDUAL_SIZE];
     cylinder_model_init(&cylinder, model);
-    for (int k = 0; k < LEGS && (parts & PART_PRESSURE); k++) {
-        pressures(t, &cylinder, k, p);
-        for (int a = 0; a < RESIDUAL_SIZE; a++) {
-            row[k][RESIDUAL_P1][a] = s->mean[CHANNEL_P1][k][a] - p[0][a];
-            row[k][RESIDUAL_P2][a] = s->mean[CHANNEL_P2][k][a] - p[1][a];
-        }
+    undo_all(&cylinder.machine, t, &rows);
+    take_play(t, &cylinder, &rows);
+    return required(t, model, &rows, force_n);
+}
+
+static bool has_lines(const struct cylinder_model *m) {
+    bool lines = false;
+    for (int k = 0; k < LEGS; k++) lines = lines || m->leg[k].line_volume_m3 > 0.0;
+    return lines;
+}
+
+bool residual_evaluate(const struct residual_test *t, const struct params *model, enum residual_part parts, residual_row row) {
+    struct cylinder_model cylinder;
+    struct rows rows;
+    struct pressure_rows p;
+    double force[LEGS][RESIDUAL_SIZE];
+    cylinder_model_init(&cylinder, model);
+    undo_all(&cylinder.machine, t, &rows);
+    if (has_lines(&cylinder)) parts = PART_ALL; /* the gauge is not at the chamber */
+    if (parts & PART_PRESSURE) {
+        if (!simulate_pressures(t, model, &rows, &p)) return false;
+        for (int k = 0; k < LEGS; k++)
+            for (int a = 0; a < RESIDUAL_SIZE; a++) {
+                row[k][RESIDUAL_P1][a] = rows.p1[k][a] - p.port[PORT_A][k][a];
+                row[k][RESIDUAL_P2][a] = rows.p2[k][a] - p.port[PORT_B][k][a];
+                if (parts & PART_FORCE) rows.p1[k][a] -= p.drop[PORT_A][k][a], rows.p2[k][a] -= p.drop[PORT_B][k][a];
+            }
     }
     if (!(parts & PART_FORCE)) return true;
-    if (!residual_required(t, model, force)) return false;
+    take_play(t, &cylinder, &rows);
+    if (!required(t, model, &rows, force)) return false;
     for (int k = 0; k < LEGS; k++)
         for (int a = 0; a < RESIDUAL_SIZE; a++)
-            row[k][RESIDUAL_FORCE][a] = cylinder.a1_m2 * s->mean[CHANNEL_P1][k][a] - cylinder.a2_m2 * s->mean[CHANNEL_P2][k][a] - force[k][a];
+            row[k][RESIDUAL_FORCE][a] = cylinder.a1_m2 * rows.p1[k][a] - cylinder.a2_m2 * rows.p2[k][a] - force[k][a];
     return true;
 }

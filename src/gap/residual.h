@@ -3,9 +3,10 @@
  *   force     A1 P1 - A2 P2 - (inverse dynamics of the measured motion: all 13 rigid bodies, weight, friction)      per leg, N
  *   pressure  P measured - P of the chambers when spool and oil follow the measured commands and the measured motion   per leg, Pa
  *
- * The motion is the mean cycle's harmonics, so velocity and acceleration cost no differences. Commands are held between the sampling
- * instants exactly as they were. Physics: sim's rigid bodies, cylinders and effects, written once. Both residuals are returned as
- * coefficient rows (spectrum.h); at rest in the noise they are zero for the right model. Pure but for the heap at preparation. */
+ * The motion is the mean cycle's harmonics, so velocity and acceleration cost no differences; what the model's sensors do to it and to the
+ * pressures (scale, offset, lag, delay) is undone there, before any law is asked. Commands are held between the sampling instants exactly as
+ * they were. Physics: sim's rigid bodies, hydraulics and effects, written once. Both residuals are returned as coefficient rows
+ * (spectrum.h); at rest in the noise they are zero for the right model. Pure but for the heap. */
 #ifndef HEXID_RESIDUAL_H
 #define HEXID_RESIDUAL_H
 
@@ -25,10 +26,9 @@ struct residual_test {
     double first_s, step_s;      /* test time of the first simulated sample; sampling */
     int samples, fitted;         /* simulated; the last so many are compared */
     int substeps;                /* a sample */
-    double *motion;              /* [leg][2 substeps samples + 1][length, rate] */
-    double *valve;               /* [leg][samples] */
+    double *node;                /* [2 substeps samples + 1][RESIDUAL_SIZE]: basis at the ends and middles of the substeps */
+    double *valve;               /* [samples][leg] */
     double *projection;          /* [1 + 2 harmonics][fitted]: samples to coefficients */
-    double *phase;               /* [PHASES][leg][length, rate, acceleration] */
 };
 
 struct residual_data {

@@ -26,6 +26,7 @@ struct ident {
     struct kinematics kinematics;
     struct cylinder_areas areas;
     struct harmonics fit;         /* the running test: 12 channels, pose and wrench */
+    struct witness witness;       /* the same, looked at for themselves */
     double pose[DOFS];            /* forward kinematics starts here */
     int running;                  /* test under way, -1: none */
     enum dof dof;
@@ -57,8 +58,5 @@ extern const struct ident_entry ident_entries[IDENT_ENTRIES];
 
 /* Error of an entry against the nominal one, signed: negative is too small in magnitude. */
 double ident_error_pct(const struct identification *id, const struct method_result *method, const struct ident_entry *entry);
-
-/* x y z phi theta psi. */
-extern const char *const dof_names[DOFS];
 
 #endif

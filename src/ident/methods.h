@@ -13,6 +13,7 @@
 #define HEXID_METHODS_H
 
 #include "types.h"
+#include "witness.h"
 
 struct test_result {
     int test;                    /* place in the list of tests */
@@ -26,6 +27,7 @@ struct test_result {
     double wrench[DOFS][2];      /* H_d */
     double pose_rms[DOFS], wrench_rms[DOFS]; /* residual */
     double pose_std[DOFS], wrench_std[DOFS]; /* of each fundamental coefficient, residual taken as white */
+    struct testimony witness;    /* what the readings say about themselves */
     bool complete;               /* the whole evaluated part was seen, and the fit is good */
 };
 
@@ -36,7 +38,8 @@ struct method_result {
     double condition_number;
 };
 
-/* Tests by axis: test[d] is the test of axis d; their frequencies may differ. `evaluated` stays false when the motions are singular. */
+/* Tests by axis: test[d] is the test of axis d; their frequencies may differ. `evaluated` stays false, and every
+ * entry NaN, when the motions are singular. */
 
 /* Method A: [Mt, Bt] U = H with U_d = [-w^2 A_d; w A_d Q], 72 equations. */
 struct method_result method_a(const struct test_result *const test[DOFS]);

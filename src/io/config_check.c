@@ -1,3 +1,4 @@
+#include "config.h"
 #include "config_keys.h"
 
 #include <math.h>
@@ -5,6 +6,8 @@
 #include "units.h"
 
 static const double substep_max_s = 0.25e-3; /* above, the first-order engine moves the answer: method.md section 4 */
+
+static const double ramp_min_s = 0.05, blind_max_s = 0.1;
 
 struct checker {
     const char *name;
@@ -110,6 +113,25 @@ static void check_sim(struct checker *c, const struct params *p) {
             "sim.smooth_friction_mps %g needs sim.engine closed_form: so steep a damper is not stable with ode", p->sim.smooth_friction_mps);
 }
 
+int config_check_motion(const struct params *p, struct error *error) {
+    struct checker c = {.name = "not run", .error = error};
+    double blind_s = p->limits.bad_cycles * p->loop.period_s;
+    require(&c, p->tests.ramp_s >= ramp_min_s && p->tests.ramp_out_s >= ramp_min_s,
+            "tests.ramp_s %g and ramp_out_s %g must be at least %g s: less is a blow to the machine", p->tests.ramp_s, p->tests.ramp_out_s,
+            ramp_min_s);
+    require(&c, blind_s <= blind_max_s, "limits.bad_cycles %d of loop.period_s %g hold a command blindly for %g s; at most %g s are safe",
+            p->limits.bad_cycles, p->loop.period_s, blind_s, blind_max_s);
+    return c.status;
+}
+
+static void check_channel(struct checker *c, const char *section, const struct channel_params *p) {
+    for (int i = 0; i < LEGS; i++) {
+        require(c, p->raw_min[i] != p->raw_max[i], "%s.raw_min and raw_max of leg %d are both %g: no scale", section, i + 1, p->raw_min[i]);
+        require(c, p->si_min[i] != p->si_max[i], "%s.si_min and si_max of leg %d are both %g: no scale", section, i + 1, p->si_min[i]);
+        require(c, p->low[i] < p->high[i], "%s.low %g must be below high %g (leg %d)", section, p->low[i], p->high[i], i + 1);
+    }
+}
+
 int config_check(const struct params *params, const char *name, struct error *error) {
     struct checker c = {.name = name, .error = error};
     check_payload(&c, &params->payload);
@@ -117,5 +139,9 @@ int config_check(const struct params *params, const char *name, struct error *er
     check_limits(&c, params);
     check_tests(&c, params);
     check_sim(&c, params);
+    check_channel(&c, "length_channel", &params->length_channel);
+    check_channel(&c, "p1_channel", &params->p1_channel);
+    check_channel(&c, "p2_channel", &params->p2_channel);
+    check_channel(&c, "valve_channel", &params->valve_channel);
     return c.status;
 }

@@ -1,6 +1,7 @@
 #include "config_keys.h"
 
 #include <assert.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "config.h"
@@ -12,9 +13,20 @@
 #define TOLERANCE(member, value, meaning) KEY(model.tolerance, member, value, 0.0, 0.5, "-", meaning)
 #define WORD(section, member, kind, value, meaning, names) \
     {#section "." #member, kind, offsetof(struct params, section.member), 0, 0, value, "-", meaning, names, -1}
+#define LEG_KEY(section, member, value, min, max, unit, meaning) \
+    {#section "." #member, CONFIG_LEGS, offsetof(struct params, section.member), min, max, value, unit, meaning, NULL, -1}
+#define RAW_LIMIT 2147483647.0
+#define SI_LIMIT 1e9
+#define CHANNEL(section, unit, raw_min_, raw_max_, si_min_, si_max_, low_, high_)                                              \
+    LEG_KEY(section, raw_min, raw_min_, -RAW_LIMIT, RAW_LIMIT, "raw", "on the bus at si_min"),                                  \
+    LEG_KEY(section, raw_max, raw_max_, -RAW_LIMIT, RAW_LIMIT, "raw", "on the bus at si_max; below raw_min turns the sense"),   \
+    LEG_KEY(section, si_min, si_min_, -SI_LIMIT, SI_LIMIT, unit, "at raw_min"),                                                 \
+    LEG_KEY(section, si_max, si_max_, -SI_LIMIT, SI_LIMIT, unit, "at raw_max"),                                                 \
+    LEG_KEY(section, offset, "0", -SI_LIMIT, SI_LIMIT, unit, "added to it"),                                                    \
+    LEG_KEY(section, low, low_, -SI_LIMIT, SI_LIMIT, unit, "lowest plausible value"),                                           \
+    LEG_KEY(section, high, high_, -SI_LIMIT, SI_LIMIT, unit, "highest plausible value")
 
 static const char *const engine_names[] = {[ENGINE_ODE] = "ode", [ENGINE_CLOSED_FORM] = "closed_form", NULL};
-static const char *const axis_names[] = {"x", "y", "z", "phi", "theta", "psi", NULL};
 
 /* Ranges are what such a machine can have at all, not what is wise: wide enough for a desk-top hexapod and a flight simulator. */
 static const struct config_key keys[] = {
@@ -84,15 +96,15 @@ static const struct config_key keys[] = {
     KEY(limits, length_min_m, "1.425", 0.01, 30.0, "m", "shortest leg"),
     KEY(limits, length_max_m, "2.240", 0.01, 30.0, "m", "longest leg"),
     KEY(limits, leg_rate_mps, "0.6", 0.001, 10.0, "m/s", "fastest leg"),
-    KEY(limits, following_m, "0.05", 1e-4, 1.0, "m", "leg reference against leg length while engaged"),
-    KEY(limits, standstill_m, "0.002", 1e-4, 1.0, "m", "leg reference's motion since the length last changed"),
+    KEY(limits, following_m, "0.01", 1e-4, 1.0, "m", "leg reference against leg length while engaged"),
+    KEY(limits, standstill_m, "0.002", 1e-4, 1.0, "m", "range of the leg's reference since the length last changed"),
     KEY(limits, force_n, "15000", 1.0, 1e7, "N", "of a leg, either sign"),
     KEY(limits, sensor_age_s, "0.01", 1e-4, 1.0, "s", "oldest sample to act upon"),
     KEY(limits, pressure_min_pa, "-2e5", -1e7, 1e8, "Pa", "lowest plausible reading"),
     KEY(limits, pressure_max_pa, "16.5e6", 1e4, 1e9, "Pa", "highest plausible reading"),
     KEY(limits, bad_cycles, "5", 1.0, 1000.0, "-", "so many bad cycles more than good ones"),
 
-    WORD(tests, order, CONFIG_AXES, "[x, y, z, phi, theta, psi]", "axes to test, in turn", axis_names),
+    WORD(tests, order, CONFIG_AXES, "[x, y, z, phi, theta, psi]", "axes to test, in turn", dof_names),
     KEY(tests, frequency_hz, "4", 0.01, 100.0, "Hz", "below the lowest open-loop rigid eigenfrequency"),
     KEY(tests, amplitude_m, "0.004", 1e-6, 1.0, "m", "of x, y, z"),
     KEY(tests, amplitude_rad, "0.006", 1e-6, 0.5, "rad", "of phi, theta, psi"),
@@ -106,6 +118,9 @@ static const struct config_key keys[] = {
     KEY(checks, unwanted_pct, "10", 0.01, 1000.0, "%", "motion of the other axes"),
     KEY(checks, overruns_pct, "1", 0.0, 100.0, "%", "of the cycles"),
     KEY(checks, excluded_pct, "1", 0.0, 100.0, "%", "of the evaluated samples"),
+    KEY(checks, length_wander_m, "1e-4", 1e-7, 1.0, "m", "of the fundamental of a leg's length, from period to period"),
+    KEY(checks, force_wander_n, "60", 0.1, 1e6, "N", "of a leg's mean force and its fundamental, from period to period"),
+    KEY(checks, period_s, "0.003", 1e-4, 1.0, "s", "of the loop: a longer cycle puts the command's staircase into the matrix"),
     KEY(checks, symmetry_pct, "10", 0.01, 1000.0, "%", "|Mt - Mt'| against the root of the diagonal's product"),
 
     TOLERANCE(mass, "0.01", "of masses and inertias, relative"),
@@ -117,11 +132,23 @@ static const struct config_key keys[] = {
     KEY(loop, period_s, "0.002", 1e-4, 0.1, "s", "of the control loop"),
     KEY(loop, priority, "80", 1.0, 99.0, "-", "SCHED_FIFO"),
     KEY(loop, cpu, "-1", -1.0, 1023.0, "-", "to pin the loop to; -1: none"),
-    KEY(loop, overrun_limit, "10", 1.0, 100000.0, "-", "so many in a row are a fault"),
+    KEY(loop, overrun_limit, "10", 1.0, 100000.0, "-", "so many deadlines missed in a row are a fault"),
 
     WORD(lcm, url, CONFIG_TEXT, "udpm://239.255.76.67:7667?ttl=0", "provider; empty: none; ttl=0 stays on the host", NULL),
     KEY(lcm, state_every, "10", 1.0, 1e6, "-", "one HEXID_STATE on the wire for so many cycles"),
     KEY(lcm, commands, "false", 0.0, 1.0, "-", "accept commands that move; stop and park are always accepted"),
+
+    CHANNEL(length_channel, "m", "0", "1e6", "0", "1", "0.01", "30"),
+    CHANNEL(p1_channel, "Pa", "0", "1000", "0", "1e6", "-2e5", "32e6"),
+    CHANNEL(p2_channel, "Pa", "0", "1000", "0", "1e6", "-2e5", "32e6"),
+    CHANNEL(valve_channel, "-", "-32767", "32767", "-1", "1", "-1", "1"),
+
+    KEY(device, watchdog_s, "0.02", 0.002, 10.0, "s", "without a command for so long a device centres its valve"),
+
+    KEY(can, bitrate_bps, "1e6", 1e4, 1e6, "bit/s", "of the bus: what the load is computed with"),
+    KEY(can, heartbeat_s, "0.05", 0.005, 5.0, "s", "sent by every node and the daemon; three missing: lost"),
+
+    KEY(modbus, unit, "1", 1.0, 247.0, "-", "unit (slave) address of the device"),
 };
 enum { KEYS = sizeof keys / sizeof keys[0] };
 
@@ -141,6 +168,13 @@ static const char *const sections[][2] = {
     {"model.tolerance", "How far the model's parameters may be off, relative, without that being a finding"},
     {"loop", "Real-time loop"},
     {"lcm", "Messages"},
+    {"length_channel", "Leg length on the field bus: raw value <-> SI"},
+    {"p1_channel", "Rodless-side pressure on the field bus: raw value <-> SI"},
+    {"p2_channel", "Rod-side pressure on the field bus: raw value <-> SI"},
+    {"valve_channel", "Valve command on the field bus: raw value <-> SI"},
+    {"device", "Devices at the field end"},
+    {"can", "CAN bus"},
+    {"modbus", "Modbus"},
     {"effects", "Effects of the plant: one number for all legs, or a list of six"},
 };
 
@@ -209,7 +243,9 @@ static int edit_distance(const char *a, const char *b) {
 
 /* Takes the candidate when it is nearer than what was found so far. A path without a section is compared with the member alone. */
 static void consider(const char *path, const char *candidate, int *best, char nearest[CONFIG_PATH_SIZE]) {
-    int distance = edit_distance(path, strchr(path, '.') ? candidate : last_part(candidate));
+    const char *compared = strchr(path, '.') ? candidate : last_part(candidate);
+    if (abs((int)strlen(path) - (int)strlen(compared)) >= *best) return; /* the distance is at least that */
+    int distance = edit_distance(path, compared);
     if (distance >= *best) return;
     *best = distance;
     snprintf(nearest, CONFIG_PATH_SIZE, "%s", candidate);

@@ -147,7 +147,7 @@ bool config_value_set(const struct config_key *key, const struct config_value *v
     case CONFIG_LEGS_ALIKE: break;
     }
     if (!set_legs(key, value, place, reason)) return false;
-    params->effects[key->effect].on = true;
+    if (key->effect >= 0) params->effects[key->effect].on = true;
     return true;
 }
 

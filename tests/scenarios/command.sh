@@ -46,13 +46,19 @@ stopped() {
     await ready && await ' testing ' 4 && tell stop && await ready && tell park && await parking && ended 1 &&
         "$python" -c 'import json, sys; t = json.load(open(sys.argv[1]))["tests"]; print(t); sys.exit(sum(x["samples"] for x in t) >= 10000)' "$work/run.json"
 }
+turned_back() { # without lcm.commands, and more than once
+    start_run --set motion.engage_s=4
+    await engaging && tell stop && await parking && tell stop && await settled && ended 1
+}
 refused() {
     start_run --set motion.automatic=false
-    await settled && tell engage && tell park && kill -INT $run && ended 1 && grep -q 'engage refused' "$work/error" &&
+    await settled && ends 4 tell engage && tell park && kill -INT $run && ended 1 && grep -q 'engage refused' "$work/error" &&
         ! grep -q 'park refused' "$work/error"
 }
 
 claim "engage, start and park by hand" by_hand
 claim "a stop ends a test early, and the platform waits at neutral to be parked" stopped
+claim "a stop while it rises puts it down, whatever lcm.commands says" turned_back
 claim "by default nobody on the network can set the platform in motion" refused
+claim "a command that nobody hears is an error" refuses 3 "park nobody $url" tell park
 claim "a command that does not exist is refused" refuses 2 "engage, start, stop, park, reset" "$hexid" command jump

@@ -1,0 +1,174 @@
+/* can: six CANopen axis nodes on SocketCAN (can_frames.h: the frames, can_master.h: nodes and samples, can_socket.h: the socket).
+ *
+ * Cycle k reads what the nodes latched at the SYNC of cycle k-1, and ends with two RPDOs and SYNC k, which puts that command into force and
+ * latches the next sample: a command acts exactly one cycle after the sample that it was computed from. The sample's time is the instant
+ * at which the bus carried its SYNC.
+ *
+ * SAFETY: what the kernel's transmit queue holds cannot be recalled. So no more than three cycles' frames are ever given to it: when three
+ * SYNCs have not come back from the bus, nothing more is sent, and write() fails. Should the bus carry them at last, they meet nodes whose
+ * watchdog has centred the valve and which take no command in pre-operational. */
+#include <poll.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+#include "backends.h"
+#include "can_master.h"
+#include "can_socket.h"
+#include "units.h"
+
+enum { BRING_UP_MS = 3000, DRAIN_MAX = 256, UNECHOED_MAX = 3 };
+#define JAMMED (1ull << 63)
+static const double jam_s = 0.1; /* then the frames are taken for lost (interface reset) and one cycle's are tried again */
+
+struct can {
+    struct hal hal;
+    struct can_socket socket;
+    struct can_master master;
+    int64_t sent_ns; /* last SYNC, CLOCK_MONOTONIC */
+    bool jammed;
+    _Atomic uint64_t trouble; /* loop -> any thread: the first condition that was not good since the last start or good second */
+    int64_t good_ns;          /* since when all is well */
+};
+
+static int64_t monotonic_ns(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return t.tv_sec * NS_PER_S + t.tv_nsec;
+}
+
+/* Sends all or fails at the first that the kernel does not take. */
+static int flush(struct can *c, struct can_queue *q) {
+    for (int i = 0; i < q->count; i++)
+        if (can_socket_send(&c->socket, &q->frame[i])) return -1;
+    return 0;
+}
+
+/* Everything that has come, on CLOCK_MONOTONIC: the kernel stamps on CLOCK_REALTIME, which may jump. Bounded, whoever babbles. */
+static int drain(struct can *c) {
+    int64_t to_monotonic_ns = monotonic_ns() - can_realtime_ns(), realtime_ns;
+    struct can_frame f;
+    bool own;
+    for (int i = 0; i < DRAIN_MAX; i++) {
+        int got = can_socket_receive(&c->socket, &f, &realtime_ns, &own);
+        if (got <= 0) return got;
+        if (f.can_id != COB_SYNC || own) can_master_receive(&c->master, &f, realtime_ns + to_monotonic_ns);
+    }
+    return 0;
+}
+
+static int housekeep(struct can *c, bool alive) {
+    struct can_queue q = {0};
+    can_master_poll(&c->master, monotonic_ns(), alive, &q);
+    return flush(c, &q);
+}
+
+static int bring_up(struct can *c, const char *interface, struct error *error) {
+    struct can_frame reset = can_frame_nmt(NMT_RESET_COMMUNICATION, 0);
+    int64_t deadline_ns = monotonic_ns() + BRING_UP_MS * 1000LL * NS_PER_US;
+    char text[200];
+    bool sent = !can_socket_send(&c->socket, &reset);
+    while (sent && !can_master_ready(&c->master) && monotonic_ns() < deadline_ns) {
+        struct pollfd p = {.fd = c->socket.fd, .events = POLLIN};
+        poll(&p, 1, 5);
+        if (drain(c) || housekeep(c, false)) break;
+    }
+    if (can_master_ready(&c->master)) return STATUS_OK;
+    can_condition_describe(can_master_condition(&c->master), text, sizeof text);
+    return error_set(error, STATUS_IO, "can:%s: %s; check power, node ids 1 to 6, bit rate and termination (`candump %s` shows what is there)", interface,
+                     sent ? text : "nothing can be sent", interface);
+}
+
+static int refuse_load(const struct params *params, const char *interface, struct error *error) {
+    struct can_load l = can_load(params);
+    if (l.share <= l.limit) return STATUS_OK;
+    return error_set(error, STATUS_USAGE, "can:%s: %d bits a cycle and %.1f of heartbeats take %.0f %% of %g s at %g bit/s, at most %.0f %% fit: raise "
+                     "can.bitrate_bps or loop.period_s", interface, l.cycle_bits, l.heartbeat_bits, 100 * l.share, params->loop.period_s,
+                     params->can.bitrate_bps, 100 * l.limit);
+}
+
+static int can_open(struct hal **hal, const char *interface, const struct params *params, uint64_t seed, struct error *error) {
+    static const struct can_accept accept[] = {{COB_SYNC, CAN_SFF_MASK}, {COB_EMCY, COB_FUNCTION}, {COB_TPDO, COB_FUNCTION},
+                                               {COB_SDO_REPLY, COB_FUNCTION}, {COB_HEARTBEAT, COB_FUNCTION}};
+    (void)seed;
+    int status = refuse_load(params, interface, error);
+    if (status) return status;
+    struct can *c = calloc(1, sizeof *c);
+    if (!c) return error_set(error, STATUS_IO, "can: out of memory");
+    c->hal.ops = &hal_can;
+    can_master_init(&c->master, params);
+    status = can_socket_open(&c->socket, interface, accept, sizeof accept / sizeof *accept, true, true, error);
+    if (!status && (status = bring_up(c, interface, error))) can_socket_close(&c->socket);
+    if (status) free(c);
+    else *hal = &c->hal;
+    return status;
+}
+
+/* Keeps what came first until all has been well for a second: that is the cause, what follows it is not. */
+static void note_trouble(struct can *c, int64_t now_ns) {
+    uint64_t condition = can_master_condition(&c->master) | (c->jammed ? JAMMED : 0);
+    uint64_t noted = atomic_load_explicit(&c->trouble, memory_order_relaxed);
+    if (condition) c->good_ns = now_ns;
+    if (condition ? !noted : noted && now_ns - c->good_ns > NS_PER_S) atomic_store_explicit(&c->trouble, condition, memory_order_relaxed);
+}
+
+static int can_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) {
+    struct can *c = (struct can *)hal;
+    int64_t to_loop_ns = now_ns - monotonic_ns();
+    int dead = drain(c);
+    c->jammed = c->master.unechoed >= UNECHOED_MAX && monotonic_ns() - c->sent_ns < ns_from_seconds(jam_s);
+    if (!c->jammed) dead |= housekeep(c, true);
+    note_trouble(c, now_ns);
+    can_master_sample(&c->master, sample);
+    sample->time_ns += to_loop_ns;
+    sample->age_ns = now_ns - sample->time_ns;
+    /* Latched at the SYNC of the cycle before, as it should be, or half a period and more earlier. */
+    if (2 * sample->age_ns > 3 * ns_from_seconds(c->master.params->loop.period_s)) sample->flags |= SAMPLE_LATE;
+    return dead ? -1 : 0;
+}
+
+static int command(struct can *c, const double valve[LEGS]) {
+    struct can_queue q = {0};
+    if (c->jammed) return -1;
+    can_master_command(&c->master, valve, &q);
+    c->sent_ns = monotonic_ns();
+    if (!flush(c, &q)) return 0;
+    return -1;
+}
+
+static int can_write(struct hal *hal, const struct hal_command *out) {
+    struct can *c = (struct can *)hal;
+    return can_master_ready(&c->master) ? command(c, out->valve) : -1;
+}
+
+static void can_safe(struct hal *hal) {
+    static const double centre[LEGS] = {0};
+    command((struct can *)hal, centre);
+}
+
+static void can_describe(const struct hal *hal, char *text, size_t size) {
+    uint64_t trouble = atomic_load_explicit(&((const struct can *)hal)->trouble, memory_order_relaxed);
+    can_condition_describe(trouble & ~JAMMED, text, size);
+    if (trouble & JAMMED && !*text) snprintf(text, size, "the bus does not carry what is sent");
+}
+
+/* SAFETY: out of operational the nodes centre their valves, whatever frame is still under way. */
+static void can_close(struct hal *hal) {
+    struct can *c = (struct can *)hal;
+    struct can_frame leave = can_frame_nmt(NMT_PREOPERATIONAL, 0);
+    can_socket_send(&c->socket, &leave);
+    can_socket_close(&c->socket);
+    free(c);
+}
+
+const struct hal_ops hal_can = {
+    .scheme = "can",
+    .usage = "can:IF                     six CANopen axis nodes on SocketCAN interface IF (can:can0)",
+    .open = can_open,
+    .read = can_read,
+    .write = can_write,
+    .safe = can_safe,
+    .close = can_close,
+    .describe = can_describe,
+};

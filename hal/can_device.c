@@ -1,0 +1,100 @@
+/* The device side of can: six CANopen nodes (can_node.h) on one socket, with the simulated machine behind them. */
+#include <errno.h>
+#include <poll.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "backends.h"
+#include "can_node.h"
+#include "can_socket.h"
+#include "channel.h"
+#include "device.h"
+#include "units.h"
+
+struct can_device {
+    const struct params *params;
+    struct device *device;
+    struct can_socket socket;
+    struct can_node node[CAN_NODES];
+    struct can_queue out;
+    struct hal_sample latched;
+    int64_t sync_ns; /* when */
+};
+
+/* A full queue drops, as a node's controller does: what is late is of no use. */
+static void flush(struct can_device *d) {
+    for (int i = 0; i < d->out.count; i++) can_socket_send(&d->socket, &d->out.frame[i]);
+    d->out.count = 0;
+}
+
+static struct can_tpdo reading(const struct params *p, const struct hal_sample *s, int leg) {
+    return (struct can_tpdo){.position = channel_raw(&p->length_channel, leg, s->length_m[leg], INT32_MAX),
+                             .p1 = (int16_t)channel_raw(&p->p1_channel, leg, s->p1_pa[leg], INT16_MAX),
+                             .p2 = (int16_t)channel_raw(&p->p2_channel, leg, s->p2_pa[leg], INT16_MAX)};
+}
+
+/* Readings of this instant first and on their way; then the machine lives through the period that begins, with the commands now in force. */
+static void synchronise(struct can_device *d, int64_t now_ns) {
+    double valve[LEGS];
+    bool twice = 4 * (now_ns - d->sync_ns) < ns_from_seconds(d->params->loop.period_s); /* the same SYNC again: no time has gone by */
+    if (!twice) device_latch(d->device, &d->latched);
+    for (int i = 0; i < CAN_NODES; i++) {
+        struct can_tpdo t = reading(d->params, &d->latched, i);
+        can_node_sync(&d->node[i], &t, &d->out);
+    }
+    flush(d);
+    if (twice) return;
+    d->sync_ns = now_ns;
+    for (int i = 0; i < LEGS; i++) {
+        double command = channel_si(&d->params->valve_channel, i, can_node_valve(&d->node[i]));
+        valve[i] = command >= -1.0 && command <= 1.0 ? command : 0.0; /* NAN: no command */
+    }
+    device_live(d->device, 1, valve, now_ns);
+}
+
+static void receive(struct can_device *d) {
+    struct can_frame f;
+    int64_t realtime_ns;
+    bool own;
+    while (can_socket_receive(&d->socket, &f, &realtime_ns, &own) == 1) {
+        int64_t now_ns = device_now_ns();
+        if (f.can_id == COB_SYNC) synchronise(d, now_ns);
+        else
+            for (int i = 0; i < CAN_NODES; i++) can_node_receive(&d->node[i], &f, now_ns, &d->out);
+        flush(d);
+    }
+}
+
+static void tick(struct can_device *d) {
+    int64_t now_ns = device_now_ns();
+    for (int i = 0; i < CAN_NODES; i++) can_node_tick(&d->node[i], now_ns, &d->out);
+    flush(d);
+    device_tick(d->device, now_ns);
+}
+
+static int can_serve(const char *interface, const struct params *params, struct device *device, const _Atomic bool *stop, struct error *error) {
+    static const struct can_accept accept[] = {{COB_NMT, CAN_SFF_MASK}, {COB_SYNC, CAN_SFF_MASK}, {COB_RPDO, COB_FUNCTION}, {COB_SDO, COB_FUNCTION},
+                                               {COB_HEARTBEAT, COB_FUNCTION}};
+    struct can_device d = {.params = params, .device = device};
+    int status = can_socket_open(&d.socket, interface, accept, sizeof accept / sizeof *accept, false, false, error);
+    if (status) return status;
+    for (int i = 0; i < CAN_NODES; i++) can_node_reset(&d.node[i], i + 1, device_now_ns(), &d.out);
+    flush(&d);
+    printf("plant: ready on can:%s\n", interface);
+    fflush(stdout);
+    while (!atomic_load_explicit(stop, memory_order_relaxed)) {
+        struct pollfd p = {.fd = d.socket.fd, .events = POLLIN};
+        int ready = poll(&p, 1, 1);
+        if (ready < 0 && errno != EINTR) break;
+        if (ready > 0) receive(&d);
+        tick(&d);
+    }
+    can_socket_close(&d.socket);
+    return STATUS_OK;
+}
+
+const struct device_bus device_can = {
+    .scheme = "can",
+    .usage = "can:IF                     six CANopen axis nodes on SocketCAN interface IF",
+    .serve = can_serve,
+};

@@ -1,0 +1,103 @@
+/* CAN frames <-> values: the CANopen subset (CiA 301, predefined connection set) of the six axis nodes. Pure, no socket, RT.
+ *
+ *   COB-ID       frame      bytes (little-endian)                                                  from
+ *   000          NMT        command, node (0: all)                                                 daemon
+ *   080          SYNC       none: latch lengths and pressures, apply the valve commands            daemon
+ *   080 + node   EMCY       code u16, error register u8, 5 of the maker                            node
+ *   180 + node   TPDO1      position i32 [um], P1 i16 [kPa], P2 i16 [kPa], latched by SYNC         node
+ *   201          RPDO A     valve commands i16 of nodes 1, 2, 3; +-32767 is full opening           daemon
+ *   204          RPDO B     the same of nodes 4, 5, 6                                              daemon
+ *   580 + node   SDO reply                                                                         node
+ *   600 + node   SDO        expedited only                                                         daemon
+ *   700 + node   heartbeat  state; 0 is boot-up                                                    node, and daemon (node 127)
+ *
+ * Node n moves leg n, 1..6. One RPDO serves three nodes: each maps its own 16 bit to its valve (0x6300:1) and the other two to CiA 301's
+ * dummy entry for INTEGER16, 0x0003. The raw units above are the default scale; channels in the configuration change it. Pressures are signed: a gauge pressure can be below
+ * zero. The most negative value means that the node has no reading (or, in an RPDO, that there is no command). */
+#ifndef HEXID_CAN_FRAMES_H
+#define HEXID_CAN_FRAMES_H
+
+#include <linux/can.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "params.h"
+
+enum { CAN_NODES = LEGS, CAN_MASTER = 127, CAN_GROUPS = 2, CAN_GROUP_NODES = 3 };
+
+enum { /* COB-IDs */
+    COB_NMT = 0x000, COB_SYNC = 0x080, COB_EMCY = 0x080, COB_TPDO = 0x180, COB_RPDO = 0x200, COB_SDO_REPLY = 0x580, COB_SDO = 0x600,
+    COB_HEARTBEAT = 0x700,
+    COB_FUNCTION = 0x780, COB_NODE = 0x07f,
+};
+
+/* Mapping entries: index, sub-index, bits. */
+enum { MAP_DUMMY = 0x00030010, MAP_POSITION = 0x60200120, MAP_VALVE = 0x63000110, MAP_P1 = 0x71300110, MAP_P2 = 0x71300210 };
+
+enum can_nmt { NMT_START = 1, NMT_STOP = 2, NMT_PREOPERATIONAL = 128, NMT_RESET_NODE = 129, NMT_RESET_COMMUNICATION = 130 };
+
+enum can_state { CAN_BOOTUP = 0, CAN_STOPPED = 4, CAN_OPERATIONAL = 5, CAN_PREOPERATIONAL = 127 };
+
+enum { EMCY_NONE = 0, EMCY_SENSOR = 0x5000, EMCY_HEARTBEAT = 0x8130, EMCY_RPDO_TIMEOUT = 0x8250 };
+
+struct can_tpdo {
+    int32_t position;
+    int16_t p1, p2;
+};
+
+/* Expedited transfer: one object of 1, 2 or 4 bytes, or an abort. */
+enum can_sdo_kind { SDO_DOWNLOAD, SDO_UPLOAD, SDO_ABORT };
+struct can_sdo {
+    enum can_sdo_kind kind;
+    uint16_t index;
+    uint8_t sub;
+    int size;       /* bytes of value: downloads and replies to uploads */
+    uint32_t value; /* or the abort code */
+};
+
+enum { SDO_NO_OBJECT = 0x06020000, SDO_NO_SUB = 0x06090011, SDO_READ_ONLY = 0x06010002, SDO_SIZE = 0x06070010, SDO_COMMAND = 0x05040001,
+       SDO_DENIED = 0x08000022 };
+
+struct can_frame can_frame_nmt(enum can_nmt command, int node);
+struct can_frame can_frame_sync(void);
+struct can_frame can_frame_heartbeat(int node, enum can_state state);
+struct can_frame can_frame_emcy(int node, uint16_t code, uint8_t error_register);
+struct can_frame can_frame_tpdo(int node, const struct can_tpdo *tpdo);
+/* Commands of the group's three nodes, group 0 or 1. */
+struct can_frame can_frame_rpdo(int group, const int16_t valve[CAN_GROUP_NODES]);
+/* Request to a node, and its reply. */
+struct can_frame can_frame_sdo(int node, const struct can_sdo *sdo);
+struct can_frame can_frame_sdo_reply(int node, const struct can_sdo *sdo);
+
+/* Node 1..127 of a frame of this function (COB_TPDO, ...), 0 when it is another, remote, extended or an error frame. */
+int can_frame_node(const struct can_frame *frame, unsigned function);
+
+/* False when the frame is not what it should be (length, command specifier). The COB-ID has been looked at before. */
+bool can_parse_tpdo(const struct can_frame *frame, struct can_tpdo *tpdo);
+bool can_parse_emcy(const struct can_frame *frame, uint16_t *code, uint8_t *error_register);
+bool can_parse_heartbeat(const struct can_frame *frame, enum can_state *state);
+bool can_parse_sdo(const struct can_frame *frame, struct can_sdo *sdo);
+bool can_parse_sdo_reply(const struct can_frame *frame, struct can_sdo *sdo);
+
+/* Bits of `size` bytes, little-endian. */
+uint32_t can_get(const uint8_t *data, int size);
+void can_put(uint8_t *data, int size, uint32_t value);
+
+/* Group (0, 1) of a node, its place in it (0..2), and the group's COB-ID. */
+static inline int can_group(int node) { return (node - 1) / CAN_GROUP_NODES; }
+static inline int can_place(int node) { return (node - 1) % CAN_GROUP_NODES; }
+static inline unsigned can_rpdo_cob(int group) { return COB_RPDO + 1u + (unsigned)(CAN_GROUP_NODES * group); }
+
+/* Longest possible frame of 11-bit identifier with so many data bytes: stuff bits at their worst and the gap to the next frame. */
+int can_frame_bits(int data_bytes);
+
+/* What the frames of a cycle take of the bus. */
+struct can_load {
+    int cycle_bits;       /* SYNC, six TPDOs, two RPDOs */
+    double heartbeat_bits;/* of seven heartbeats, mean a cycle */
+    double share;         /* of the cycle, 1: all of it */
+    double limit;         /* what fits: the rest is for the loop's own time and one frame that nobody planned */
+};
+struct can_load can_load(const struct params *params);
+
+#endif

@@ -1,0 +1,74 @@
+/* The daemon's side of the six CANopen nodes: set-up, supervision, samples. Pure: frames and time in, frames and samples out. RT, no heap.
+ *
+ * A node:  lost --boot-up or heartbeat--> set-up --last SDO reply--> starting --heartbeat "operational"--> running
+ *          any --nothing heard for three heartbeats, boot-up, a heartbeat in another state, no SDO reply after three tries--> lost or set-up
+ *
+ * A node is set up again by itself whenever it comes back; whether the platform may move again is the supervisor's and the operator's
+ * decision, because every sample from a bus with a node that is not running is invalid.
+ *
+ * A cycle: the window of a sample opens with SYNC (its own echo from the bus: the bus has carried it, and when) and closes with the next.
+ * All six TPDOs came in it: a sample, latched at the SYNC. One is missing: the last whole sample again, stale and older. A frame that came
+ * twice: the later one. What comes before the echo belongs to an older SYNC and is not mixed with it. A SYNC half a period and more off
+ * the grid makes its sample late. */
+#ifndef HEXID_CAN_MASTER_H
+#define HEXID_CAN_MASTER_H
+
+#include <stddef.h>
+
+#include "can_node.h"
+
+enum can_phase { CAN_LOST, CAN_SETUP, CAN_STARTING, CAN_RUNNING };
+
+/* State of the bus as the controller reports it in error frames. */
+enum can_bus { CAN_BUS_GOOD, CAN_BUS_PASSIVE, CAN_BUS_OFF };
+
+struct can_peer {
+    enum can_phase phase;
+    int step, tries;           /* of the set-up */
+    int64_t deadline_ns;       /* of the reply that is waited for */
+    int64_t heard_ns;          /* last frame */
+    uint16_t emcy;             /* standing error */
+    struct can_tpdo tpdo;
+    bool fresh;                /* came in this window */
+};
+
+struct can_master {
+    const struct params *params;
+    struct can_peer peer[CAN_NODES];
+    enum can_bus bus;
+    int64_t heartbeat_due_ns;
+    uint64_t syncs;            /* carried by the bus */
+    int unechoed;              /* sent since the last one that was carried */
+    int64_t sync_ns, gap_ns;   /* echo of the last one, and time since the one before */
+    struct can_tpdo latched[CAN_NODES]; /* the last whole sample, */
+    uint64_t latched_sync;     /* its SYNC, 0: none yet */
+    int64_t latched_ns, latched_gap_ns;
+    bool delivered;            /* it has been handed out */
+    /* counted for the operator */
+    uint64_t lost, twice, stray, errors, boots;
+};
+
+void can_master_init(struct can_master *m, const struct params *params);
+
+/* A frame from the bus, SYNC's echo and error frames included, with the time it was received on any clock that goes on steadily. */
+void can_master_receive(struct can_master *m, const struct can_frame *frame, int64_t time_ns);
+
+/* Time-outs; heartbeat when `alive`, SDO requests and NMT of the set-up. Every cycle, after the frames that have come. */
+void can_master_poll(struct can_master *m, int64_t now_ns, bool alive, struct can_queue *out);
+
+/* All nodes are running and the bus carries frames: a command can be written. */
+bool can_master_ready(const struct can_master *m);
+
+/* Commands of six legs, then SYNC. The sample's window opens with its echo. */
+void can_master_command(struct can_master *m, const double valve[LEGS], struct can_queue *out);
+
+/* The sample of the last window; time_ns on the clock of the frames; age_ns is the caller's. */
+void can_master_sample(struct can_master *m, struct hal_sample *sample);
+
+/* What is wrong now, in one word that fits an atomic: 0 nothing. */
+uint64_t can_master_condition(const struct can_master *m);
+
+/* That in words: "node 3 lost, node 5 EMCY 0x8250", "" when nothing is wrong. */
+void can_condition_describe(uint64_t word, char *text, size_t size);
+
+#endif

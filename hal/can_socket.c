@@ -1,0 +1,108 @@
+#include "can_socket.h"
+
+#include <errno.h>
+#include <linux/can/error.h>
+#include <linux/can/raw.h>
+#include <net/if.h>
+#include <net/if_arp.h>
+#include <string.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "units.h"
+
+int64_t can_realtime_ns(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_REALTIME, &t);
+    return t.tv_sec * NS_PER_S + t.tv_nsec;
+}
+
+/* Asked with a socket of any family, so that a missing interface is named even where the kernel has no CAN. */
+static int check_interface(const char *name, struct error *error) {
+    struct ifreq r = {0};
+    if (strlen(name) == 0 || strlen(name) >= sizeof r.ifr_name || !if_nametoindex(name))
+        return error_set(error, STATUS_IO, "can:%.40s: no such interface; `ip link` lists those there are, `ip link add dev vcan0 type vcan` makes a virtual one", name);
+    int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    if (fd < 0) return error_set(error, STATUS_IO, "can:%s: cannot be asked: %s", name, strerror(errno));
+    strcpy(r.ifr_name, name);
+    bool is_can = !ioctl(fd, SIOCGIFHWADDR, &r) && r.ifr_hwaddr.sa_family == ARPHRD_CAN;
+    bool up = !ioctl(fd, SIOCGIFFLAGS, &r) && r.ifr_flags & IFF_UP;
+    close(fd);
+    if (!is_can) return error_set(error, STATUS_IO, "can:%s: not a CAN interface; name one that `ip link show type can` or `type vcan` lists", name);
+    if (!up) return error_set(error, STATUS_IO, "can:%s: the interface is down; `ip link set %s up type can bitrate 1000000` (a virtual one: `ip link set %s up`)", name, name, name);
+    return STATUS_OK;
+}
+
+static int open_raw(const char *name, struct error *error) {
+    int fd = socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW);
+    if (fd >= 0) return fd;
+    if (errno == EPERM || errno == EACCES)
+        return error_set(error, STATUS_IO, "can:%s: no permission to open a CAN socket; run as root, or allow address family AF_CAN", name);
+    return error_set(error, STATUS_IO, "can:%s: this kernel has no CAN sockets (%s); `modprobe can-raw`", name, strerror(errno));
+}
+
+static bool configure(int fd, const struct can_accept *accept, int count, bool own, bool errors) {
+    enum { ACCEPT_MAX = 32 };
+    struct can_filter filter[ACCEPT_MAX];
+    can_err_mask_t mask = errors ? CAN_ERR_BUSOFF | CAN_ERR_CRTL | CAN_ERR_TX_TIMEOUT | CAN_ERR_ACK | CAN_ERR_RESTARTED : 0;
+    int yes = 1, echo = own;
+    if (count > ACCEPT_MAX) return false;
+    for (int i = 0; i < count; i++) /* 11-bit data frames only */
+        filter[i] = (struct can_filter){.can_id = accept[i].id, .can_mask = accept[i].mask | CAN_EFF_FLAG | CAN_RTR_FLAG};
+    return !setsockopt(fd, SOL_CAN_RAW, CAN_RAW_FILTER, filter, (socklen_t)((size_t)count * sizeof *filter)) &&
+           !setsockopt(fd, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &mask, sizeof mask) &&
+           !setsockopt(fd, SOL_CAN_RAW, CAN_RAW_RECV_OWN_MSGS, &echo, sizeof echo) &&
+           !setsockopt(fd, SOL_SOCKET, SO_TIMESTAMPNS, &yes, sizeof yes);
+}
+
+int can_socket_open(struct can_socket *s, const char *interface, const struct can_accept *accept, int count, bool own, bool errors, struct error *error) {
+    struct sockaddr_can address = {.can_family = AF_CAN};
+    *s = (struct can_socket){.fd = -1, .confirms = true};
+    int status = check_interface(interface, error);
+    if (status) return status;
+    s->fd = open_raw(interface, error);
+    if (s->fd < 0) return error->status;
+    address.can_ifindex = (int)if_nametoindex(interface);
+    if (configure(s->fd, accept, count, own, errors) && !bind(s->fd, (struct sockaddr *)&address, sizeof address)) return STATUS_OK;
+    error_set(error, STATUS_IO, "can:%s: %s", interface, strerror(errno));
+    can_socket_close(s);
+    return error->status;
+}
+
+void can_socket_close(struct can_socket *s) {
+    if (s->fd >= 0) close(s->fd);
+    s->fd = -1;
+}
+
+int can_socket_send(const struct can_socket *s, const struct can_frame *frame) {
+    return send(s->fd, frame, sizeof *frame, MSG_DONTWAIT) == (ssize_t)sizeof *frame ? 0 : -1;
+}
+
+static int64_t timestamp(struct msghdr *message) {
+    for (struct cmsghdr *c = CMSG_FIRSTHDR(message); c; c = CMSG_NXTHDR(message, c)) {
+        struct timespec t;
+        if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SO_TIMESTAMPNS) continue;
+        memcpy(&t, CMSG_DATA(c), sizeof t);
+        return t.tv_sec * NS_PER_S + t.tv_nsec;
+    }
+    return can_realtime_ns();
+}
+
+int can_socket_receive(const struct can_socket *s, struct can_frame *frame, int64_t *realtime_ns, bool *own) {
+    union {
+        struct cmsghdr align;
+        char bytes[CMSG_SPACE(sizeof(struct timespec)) + CMSG_SPACE(sizeof(int))];
+    } control;
+    struct iovec data = {.iov_base = frame, .iov_len = sizeof *frame};
+    for (;;) {
+        struct msghdr message = {.msg_iov = &data, .msg_iovlen = 1, .msg_control = &control, .msg_controllen = sizeof control};
+        ssize_t size = recvmsg(s->fd, &message, MSG_DONTWAIT);
+        if (size < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR ? 0 : -1;
+        if (size != (ssize_t)sizeof *frame || frame->len > CAN_MAX_DLEN) continue;
+        *realtime_ns = timestamp(&message);
+        *own = !s->confirms || message.msg_flags & MSG_CONFIRM;
+        return 1;
+    }
+}

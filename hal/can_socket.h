@@ -1,0 +1,34 @@
+/* A raw SocketCAN socket: frames and receive timestamps, nothing blocks. The only file with SocketCAN's API. */
+#ifndef HEXID_CAN_SOCKET_H
+#define HEXID_CAN_SOCKET_H
+
+#include <linux/can.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "status.h"
+
+struct can_socket {
+    int fd;
+    bool confirms;  /* a frame's own echo is marked (SocketCAN); false on a socket pair, where the peer echoes */
+};
+
+/* Which frames are received: id and mask as in the kernel's filter. */
+struct can_accept {
+    unsigned id, mask;
+};
+
+/* Names the interface and the remedy when it is missing, down, no CAN interface or not allowed: STATUS_IO. With `own`, frames sent come
+ * back when the bus has carried them, where the filter lets them; with `errors`, error frames come too. */
+int can_socket_open(struct can_socket *s, const char *interface, const struct can_accept *accept, int count, bool own, bool errors, struct error *error);
+void can_socket_close(struct can_socket *s);
+
+/* RT. 0, or -1: queue full, bus-off, interface gone. */
+int can_socket_send(const struct can_socket *s, const struct can_frame *frame);
+
+/* RT. 1 and a frame with its time on CLOCK_REALTIME and whether it is the echo of an own one; 0: none left; -1: the interface is down or gone. */
+int can_socket_receive(const struct can_socket *s, struct can_frame *frame, int64_t *realtime_ns, bool *own);
+
+int64_t can_realtime_ns(void);
+
+#endif

@@ -1,0 +1,23 @@
+#include "effect.h"
+
+#include <math.h>
+#include <string.h>
+
+int effect_find(const char *name) {
+    for (int i = 0; effect_table[i]; i++)
+        if (strcmp(effect_table[i]->name, name) == 0) return i;
+    return -1;
+}
+
+static double key_at(const struct effect_key *k, double strength) {
+    if (strength == 0.0) return k->neutral;
+    double value = k->reciprocal ? 1.0 / (1.0 / k->neutral + strength * (1.0 / k->typical - 1.0 / k->neutral))
+                                 : k->neutral + strength * (k->typical - k->neutral);
+    return fmin(fmax(value, k->min), k->max);
+}
+
+void effect_at(const struct effect *effect, double strength, struct effect_values *values) {
+    *values = (struct effect_values){.on = true};
+    for (int k = 0; k < EFFECT_KEYS && effect->keys[k].name; k++)
+        for (int leg = 0; leg < LEGS; leg++) values->value[k][leg] = key_at(&effect->keys[k], strength);
+}

@@ -1,0 +1,22 @@
+#include <math.h>
+
+#include "machine.h"
+
+enum { PHI, THETA };
+
+/* The base is level after Ry(theta) Rx(phi); the vertical turned back into it. */
+static void machine(const struct effect_values *v, struct machine *m) {
+    double phi = v->value[PHI][0], theta = v->value[THETA][0];
+    m->down[0] = -sin(theta);
+    m->down[1] = cos(theta) * sin(phi);
+    m->down[2] = cos(theta) * cos(phi);
+}
+
+const struct effect base_tilt = {
+    .name = "base_tilt",
+    .law = "the base stands at Ry(theta) Rx(phi) to the vertical: gravity along (-sin theta, cos theta sin phi, cos theta cos phi) of {B}",
+    .signature = "leg forces: static only, in the pattern of a horizontal force; the moving parts hardly change",
+    .keys = {[PHI] = {.name = "phi_rad", .unit = "rad", .min = -0.5, .max = 0.5, .typical = 0.01},
+             [THETA] = {.name = "theta_rad", .unit = "rad", .min = -0.5, .max = 0.5, .typical = -0.01}},
+    .machine = machine,
+};

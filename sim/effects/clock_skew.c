@@ -1,0 +1,15 @@
+#include "machine.h"
+
+enum { RATIO };
+
+static void machine(const struct effect_values *v, struct machine *m) {
+    m->clock_ratio *= v->value[RATIO][0];
+}
+
+const struct effect clock_skew = {
+    .name = "clock_skew",
+    .law = "time stamps run at ratio times the controller's clock",
+    .signature = "time: the reference's frequency by the time stamps is 1/ratio of what it should be; all else as ever",
+    .keys = {[RATIO] = {.name = "ratio", .unit = "-", .min = 0.9, .max = 1.1, .neutral = 1.0, .typical = 1.001}},
+    .machine = machine,
+};

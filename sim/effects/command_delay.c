@@ -1,0 +1,16 @@
+#include "machine.h"
+
+enum { DELAY };
+
+static void machine(const struct effect_values *v, struct machine *m) {
+    for (int leg = 0; leg < LEGS; leg++) m->command_delay_s[leg] += v->value[DELAY][leg];
+}
+
+const struct effect command_delay = {
+    .name = "command_delay",
+    .law = "the servo gets the valve command of delay ago",
+    .signature = "valve command against flow: phase that grows with frequency; near valve_lag while small, a test above 12 Hz or "
+                 "a step tells",
+    .keys = {[DELAY] = {.name = "delay_s", .unit = "s", .min = 0.0, .max = 0.1, .typical = 2e-3, .per_leg = true}},
+    .machine = machine,
+};

@@ -1,0 +1,17 @@
+#include "machine.h"
+
+enum { BULK };
+
+static void machine(const struct effect_values *v, struct machine *m) {
+    for (int leg = 0; leg < LEGS; leg++)
+        if (v->value[BULK][leg] < m->bulk_modulus_pa[leg]) m->bulk_modulus_pa[leg] = v->value[BULK][leg];
+}
+
+const struct effect entrained_air = {
+    .name = "entrained_air",
+    .law = "bulk modulus = min(hydraulics.bulk_modulus_pa, bulk modulus)",
+    .signature = "valve command against pressures: a flow in phase with the pressures' rates; spool reversals are passed more slowly",
+    .keys = {[BULK] = {.name = "bulk_modulus_pa", .unit = "Pa", .min = 1e7, .max = 3e9, .neutral = 3e9,
+                       .typical = 6e8, .per_leg = true, .reciprocal = true}},
+    .machine = machine,
+};

@@ -1,0 +1,29 @@
+#include <math.h>
+
+#include "effect.h"
+
+enum { X, Y, Z, PHI, THETA, PSI };
+
+/* Moments do work on angular velocities, the springs on the rates of the three angles: omega = E(angles) rates, moment = E^-T force. */
+static void wrench(const struct effect_values *v, const double pose[DOFS], double wrench[DOFS]) {
+    double force[DOFS], cp = cos(pose[PSI]), sp = sin(pose[PSI]), ct = cos(pose[THETA]), tt = tan(pose[THETA]);
+    for (int i = X; i <= PSI; i++) force[i] = -v->value[i][0] * pose[i];
+    double across = force[PHI] / ct + force[PSI] * tt;
+    for (int i = X; i <= Z; i++) wrench[i] += force[i];
+    wrench[PHI] += cp * across - sp * force[THETA];
+    wrench[THETA] += sp * across + cp * force[THETA];
+    wrench[PSI] += force[PSI];
+}
+
+const struct effect external_stiffness = {
+    .name = "external_stiffness",
+    .law = "hoses and cables: springs -k_i pose_i on the six coordinates of the pose, zero at neutral",
+    .signature = "leg forces: in phase with the displacement; at one frequency as an inertia of -k/w^2, a second frequency tells",
+    .keys = {[X] = {.name = "x", .unit = "N/m", .min = 0.0, .max = 1e7, .typical = 1e4},
+             [Y] = {.name = "y", .unit = "N/m", .min = 0.0, .max = 1e7, .typical = 1e4},
+             [Z] = {.name = "z", .unit = "N/m", .min = 0.0, .max = 1e7, .typical = 1e4},
+             [PHI] = {.name = "phi", .unit = "N m/rad", .min = 0.0, .max = 1e6, .typical = 2e3},
+             [THETA] = {.name = "theta", .unit = "N m/rad", .min = 0.0, .max = 1e6, .typical = 2e3},
+             [PSI] = {.name = "psi", .unit = "N m/rad", .min = 0.0, .max = 1e6, .typical = 2e3}},
+    .wrench = wrench,
+};

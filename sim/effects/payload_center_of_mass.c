@@ -1,0 +1,17 @@
+#include "machine.h"
+
+enum { X, Y, Z };
+
+static void machine(const struct effect_values *v, struct machine *m) {
+    for (int i = X; i <= Z; i++) m->payload_center_m[i] += v->value[i][0];
+}
+
+const struct effect payload_center_of_mass = {
+    .name = "payload_center_of_mass",
+    .law = "the payload's mass centre lies at (x, y, z) of {M} instead of at its origin",
+    .signature = "leg forces: unlike static loads (x, y); translations and rotations coupled, in phase with the acceleration",
+    .keys = {[X] = {.name = "x_m", .unit = "m", .min = -1.0, .max = 1.0, .typical = 0.01},
+             [Y] = {.name = "y_m", .unit = "m", .min = -1.0, .max = 1.0, .typical = -0.01},
+             [Z] = {.name = "z_m", .unit = "m", .min = -1.0, .max = 1.0, .typical = 0.01}},
+    .machine = machine,
+};

@@ -1,0 +1,17 @@
+#include "machine.h"
+
+enum { XX, YY, ZZ };
+
+static void machine(const struct effect_values *v, struct machine *m) {
+    for (int i = XX; i <= ZZ; i++) m->payload_inertia_kg_m2[i] += v->value[i][0];
+}
+
+const struct effect payload_rotational_inertia = {
+    .name = "payload_rotational_inertia",
+    .law = "Ic = payload.inertia + diag(xx, yy, zz), about the payload's mass centre",
+    .signature = "leg forces: in phase with the acceleration of the rotations, nothing at rest",
+    .keys = {[XX] = {.name = "xx", .unit = "kg m^2", .min = -1e4, .max = 1e5, .typical = 1.5},
+             [YY] = {.name = "yy", .unit = "kg m^2", .min = -1e4, .max = 1e5, .typical = 1.5},
+             [ZZ] = {.name = "zz", .unit = "kg m^2", .min = -1e4, .max = 1e5, .typical = 2.5}},
+    .machine = machine,
+};

@@ -1,0 +1,24 @@
+#include "machine.h"
+#include "units.h"
+
+enum { CUTOFF };
+
+static const double NONE_HZ = 1e5; /* the neutral value stands for no lag at all */
+
+static void machine(const struct effect_values *v, struct machine *m) {
+    for (int leg = 0; leg < LEGS; leg++) {
+        double cutoff_hz = v->value[CUTOFF][leg], lag_s = cutoff_hz < NONE_HZ ? 1.0 / (2.0 * PI * cutoff_hz) : 0.0;
+        m->p1[leg].lag_s += lag_s;
+        m->p2[leg].lag_s += lag_s;
+    }
+}
+
+const struct effect pressure_sensor_lag = {
+    .name = "pressure_sensor_lag",
+    .law = "readings follow both pressures in first order with this cut-off frequency; from 100 kHz on at once",
+    .signature = "pressures: phase and amplitude that fall with frequency, jumps rounded; force against motion, and valve "
+                 "command against pressure",
+    .keys = {[CUTOFF] = {.name = "cutoff_hz", .unit = "Hz", .min = 1.0, .max = 1e5, .neutral = 1e5,
+                         .typical = 50.0, .per_leg = true, .reciprocal = true}},
+    .machine = machine,
+};

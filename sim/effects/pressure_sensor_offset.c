@@ -1,0 +1,19 @@
+#include "machine.h"
+
+enum { P1, P2 };
+
+static void machine(const struct effect_values *v, struct machine *m) {
+    for (int leg = 0; leg < LEGS; leg++) {
+        m->p1[leg].offset += v->value[P1][leg];
+        m->p2[leg].offset += v->value[P2][leg];
+    }
+}
+
+const struct effect pressure_sensor_offset = {
+    .name = "pressure_sensor_offset",
+    .law = "readings = P1 + p1, P2 + p2",
+    .signature = "force: static only",
+    .keys = {[P1] = {.name = "p1", .unit = "Pa", .min = -1e7, .max = 1e7, .typical = 1e5, .per_leg = true},
+             [P2] = {.name = "p2", .unit = "Pa", .min = -1e7, .max = 1e7, .typical = 1e5, .per_leg = true}},
+    .machine = machine,
+};

@@ -1,0 +1,15 @@
+#include "machine.h"
+
+enum { SCALE };
+
+static void machine(const struct effect_values *v, struct machine *m) {
+    for (int leg = 0; leg < LEGS; leg++) m->flow_scale[leg] *= v->value[SCALE][leg];
+}
+
+const struct effect valve_flow_gain = {
+    .name = "valve_flow_gain",
+    .law = "flow of both ports times scale",
+    .signature = "valve command: the fundamental in phase with velocity; the pressures hardly change",
+    .keys = {[SCALE] = {.name = "scale", .unit = "-", .min = 0.1, .max = 5.0, .neutral = 1.0, .typical = 0.9, .per_leg = true}},
+    .machine = machine,
+};

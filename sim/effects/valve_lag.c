@@ -1,0 +1,18 @@
+#include "machine.h"
+
+enum { FREQUENCY };
+
+static void machine(const struct effect_values *v, struct machine *m) {
+    for (int leg = 0; leg < LEGS; leg++)
+        if (v->value[FREQUENCY][leg] < m->valve_frequency_hz[leg]) m->valve_frequency_hz[leg] = v->value[FREQUENCY][leg];
+}
+
+const struct effect valve_lag = {
+    .name = "valve_lag",
+    .law = "natural frequency of the spool = min(hydraulics.valve_frequency_hz, frequency)",
+    .signature = "valve command against flow: phase that grows with frequency; near command_delay while small, a test above 12 "
+                 "Hz or a step tells",
+    .keys = {[FREQUENCY] = {.name = "frequency_hz", .unit = "Hz", .min = 1.0, .max = 500.0, .neutral = 500.0,
+                            .typical = 50.0, .per_leg = true, .reciprocal = true}},
+    .machine = machine,
+};

@@ -1,0 +1,18 @@
+#include "machine.h"
+
+enum { RATE };
+
+static void machine(const struct effect_values *v, struct machine *m) {
+    for (int leg = 0; leg < LEGS; leg++)
+        if (v->value[RATE][leg] < m->valve_rate_per_s[leg]) m->valve_rate_per_s[leg] = v->value[RATE][leg];
+}
+
+const struct effect valve_rate_limit = {
+    .name = "valve_rate_limit",
+    .law = "|xdot| <= rate, x the spool",
+    .signature = "valve command against flow: triangles for sines when fast, third harmonic and phase that grow with amplitude "
+                 "and frequency",
+    .keys = {[RATE] = {.name = "per_s", .unit = "1/s", .min = 0.01, .max = 1e4, .neutral = 1e4,
+                       .typical = 3.0, .per_leg = true, .reciprocal = true}},
+    .machine = machine,
+};

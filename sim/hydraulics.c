@@ -1,0 +1,169 @@
+#include "hydraulics.h"
+
+#include <math.h>
+#include <string.h>
+
+static const double SUPPLY_LAG_S = 10e-3;
+static const double FILM_TIME_S = 2e-4;     /* a loose piston's force is gone after: what a substep of 0.25 ms resolves */
+static const double SLOW_MPS = 1e-3;        /* viscous friction is proportional to speed: any speed tells its factor */
+static const double BALANCED_PA = 1e-3;
+enum { ITERATIONS = 60 };
+
+void hydraulics_rest(const struct cylinder_model *m, const double force_n[LEGS], struct hydraulics_state *s) {
+    for (int k = 0; k < LEGS; k++) {
+        s->line[k][PORT_A] = (struct line_state){.pressure_pa = s->cylinder[k].p1_pa};
+        s->line[k][PORT_B] = (struct line_state){.pressure_pa = s->cylinder[k].p2_pa};
+        s->play_m[k] = copysign(0.5 * m->machine.clearance_m[k], force_n[k]);
+    }
+    s->supply_m3_per_s = 0.0;
+}
+
+struct leg_push hydraulics_push(const struct cylinder_model *m, int leg, const struct hydraulics_state *s, double length_m, double rate_mps) {
+    double half_m = 0.5 * m->machine.clearance_m[leg], play_m = s->play_m[leg];
+    struct leg_push push = {.piston_mps = rate_mps, .least_n = -(double)INFINITY, .most_n = (double)INFINITY};
+    if (!(half_m > 0.0)) return push;
+    double film = FILM_TIME_S * cylinder_stiffness(m, leg, length_m + play_m);
+    double load_n = cylinder_hydraulic_force(m, &s->cylinder[leg]) + film * rate_mps; /* = friction + film at the piston's free speed */
+    int direction = load_n < 0.0 ? -1 : 1;
+    double dry_n = cylinder_friction(m, leg, &s->cylinder[leg], direction, 0.0).dry;
+    double viscous = cylinder_friction(m, leg, &s->cylinder[leg], direction, SLOW_MPS).viscous / SLOW_MPS;
+    double rest_n = fabs(load_n) - dry_n, free_mps = rest_n > 0.0 ? direction * rest_n / (viscous + film) : 0.0;
+    if (play_m >= half_m && free_mps >= rate_mps) {
+        push.least_n = 0.0;
+    } else if (play_m <= -half_m && free_mps <= rate_mps) {
+        push.most_n = 0.0;
+    } else {
+        push.loose = true;
+        push.piston_mps = free_mps;
+        push.force_n = film * (free_mps - rate_mps);
+    }
+    return push;
+}
+
+/* Sums of what the legs draw and give. */
+static void flows(const struct cylinder_model *m, const struct hydraulics_state *s, const double length_m[LEGS], const struct mains *mains,
+                  double *supply_m3_per_s, double *tank_m3_per_s) {
+    *supply_m3_per_s = *tank_m3_per_s = 0.0;
+    for (int k = 0; k < LEGS; k++) {
+        double supply, tank;
+        bool line = m->leg[k].line_volume_m3 > 0.0;
+        double opening = machine_opening(&m->machine, k, s->cylinder[k].spool);
+        cylinder_flows(m, k, mains, &s->cylinder[k], line ? s->line[k] : NULL, opening, length_m[k] + s->play_m[k], &supply, &tank);
+        *supply_m3_per_s += supply;
+        *tank_m3_per_s += tank;
+    }
+}
+
+/* The back pressure that drives its own flow through the return line: the flow falls with the pressure, so there is one (Illinois rule). */
+static void balance_tank(const struct cylinder_model *m, const struct hydraulics_state *s, const double length_m[LEGS], struct mains *mains) {
+    double resistance = m->machine.tank_resistance_pa_s_per_m3, base_pa = mains->tank_pa, supply, flow;
+    if (!(resistance > 0.0)) return;
+    flows(m, s, length_m, mains, &supply, &flow);
+    double low = base_pa, low_error = -resistance * flow, high = base_pa - low_error, high_error;
+    mains->tank_pa = high;
+    flows(m, s, length_m, mains, &supply, &flow);
+    high_error = high - base_pa - resistance * flow;
+    for (int i = 0, side = 0; i < ITERATIONS && fabs(high - low) > BALANCED_PA && high_error != low_error; i++) {
+        double at = high - high_error * (high - low) / (high_error - low_error);
+        mains->tank_pa = at;
+        flows(m, s, length_m, mains, &supply, &flow);
+        double error = at - base_pa - resistance * flow;
+        if (fabs(error) < BALANCED_PA) return;
+        if ((error > 0.0) == (high_error > 0.0)) {
+            high = at, high_error = error;
+            if (side > 0) low_error *= 0.5;
+            side = 1;
+        } else {
+            low = at, low_error = error;
+            if (side < 0) high_error *= 0.5;
+            side = -1;
+        }
+    }
+}
+
+static struct mains mains_now(const struct cylinder_model *m, const struct hydraulics_state *s, const double length_m[LEGS],
+                              double *supply_rate) {
+    struct mains mains = cylinder_mains(m);
+    double supply, tank;
+    mains.supply_pa -= m->machine.supply_resistance_pa_s_per_m3 * s->supply_m3_per_s;
+    balance_tank(m, s, length_m, &mains);
+    flows(m, s, length_m, &mains, &supply, &tank);
+    *supply_rate = (supply - s->supply_m3_per_s) / SUPPLY_LAG_S;
+    return mains;
+}
+
+static void extended(const struct cylinder_model *m, const struct hydraulics_state *s, const struct hydraulics_input *in,
+                     struct hydraulics_state *rate) {
+    struct mains mains = mains_now(m, s, in->length_m, &rate->supply_m3_per_s);
+    for (int k = 0; k < LEGS; k++) {
+        double length_m = in->length_m[k] + s->play_m[k];
+        double opening = machine_opening(&m->machine, k, s->cylinder[k].spool);
+        double piston_mps = hydraulics_push(m, k, s, in->length_m[k], in->rate_mps[k]).piston_mps;
+        rate->play_m[k] = piston_mps - in->rate_mps[k];
+        memset(rate->line[k], 0, sizeof rate->line[k]);
+        if (m->leg[k].line_volume_m3 > 0.0)
+            rate->cylinder[k] = cylinder_line_derivative(m, k, &mains, &s->cylinder[k], s->line[k], opening, length_m, piston_mps,
+                                                         in->valve[k], rate->line[k]);
+        else rate->cylinder[k] = cylinder_derivative(m, k, &mains, &s->cylinder[k], opening, length_m, piston_mps,
+                                                     in->valve[k]);
+    }
+}
+
+void hydraulics_derivative(const struct cylinder_model *m, const struct hydraulics_state *s, const struct hydraulics_input *in,
+                           struct hydraulics_state *rate) {
+    if (m->extended) {
+        extended(m, s, in, rate);
+        return;
+    }
+    struct mains mains = cylinder_mains(m);
+    for (int k = 0; k < LEGS; k++)
+        rate->cylinder[k] = cylinder_derivative(m, k, &mains, &s->cylinder[k], s->cylinder[k].spool, in->length_m[k], in->rate_mps[k],
+                                                in->valve[k]);
+}
+
+/* A step ends beyond the flank: the piston was there, and could not go on. */
+static void stop_at_flank(const struct cylinder_model *m, int leg, double length_m, struct hydraulics_state *s) {
+    double half_m = 0.5 * m->machine.clearance_m[leg], beyond_m = fabs(s->play_m[leg]) - half_m;
+    if (!(beyond_m > 0.0)) return;
+    double back_m = copysign(beyond_m, -s->play_m[leg]);
+    cylinder_displace(m, leg, &s->cylinder[leg], length_m + s->play_m[leg], back_m);
+    s->play_m[leg] = copysign(half_m, s->play_m[leg]);
+}
+
+void hydraulics_limit(const struct cylinder_model *m, const double length_m[LEGS], struct hydraulics_state *s) {
+    for (int k = 0; k < LEGS; k++) {
+        if (m->extended) stop_at_flank(m, k, length_m[k], s);
+        cylinder_limit(m, k, &s->cylinder[k]);
+    }
+}
+
+union values {
+    struct hydraulics_state state;
+    double value[sizeof(struct hydraulics_state) / sizeof(double)];
+};
+enum { ALL = sizeof(struct hydraulics_state) / sizeof(double), PLAIN = LEGS * sizeof(struct cylinder_state) / sizeof(double) };
+
+static void add(int count, double h, const union values *rate, union values *s) {
+    for (int i = 0; i < count; i++) s->value[i] += h * rate->value[i];
+}
+
+void hydraulics_step(const struct cylinder_model *m, double dt_s, const struct hydraulics_input in[3], struct hydraulics_state *s) {
+    int count = m->extended ? ALL : PLAIN;
+    union values start, at, k[4];
+    start.state = at.state = *s;
+    hydraulics_derivative(m, &at.state, &in[0], &k[0].state);
+    add(count, 0.5 * dt_s, &k[0], &at);
+    hydraulics_derivative(m, &at.state, &in[1], &k[1].state);
+    at = start;
+    add(count, 0.5 * dt_s, &k[1], &at);
+    hydraulics_derivative(m, &at.state, &in[1], &k[2].state);
+    at = start;
+    add(count, dt_s, &k[2], &at);
+    hydraulics_derivative(m, &at.state, &in[2], &k[3].state);
+    add(count, dt_s / 6.0, &k[0], &start);
+    add(count, dt_s / 3.0, &k[1], &start);
+    add(count, dt_s / 3.0, &k[2], &start);
+    add(count, dt_s / 6.0, &k[3], &start);
+    *s = start.state;
+    hydraulics_limit(m, in[2].length_m, s);
+}

@@ -1,0 +1,78 @@
+#include "machine.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "engine.h"
+
+static void base_bodies(struct machine *m, const struct params *params) {
+    const struct payload_params *p = &params->payload;
+    struct sim_geometry g;
+    sim_geometry_init(&g, params);
+    m->payload_kg = p->mass_kg;
+    m->payload_inertia_kg_m2[0] = p->inertia_xx_kg_m2;
+    m->payload_inertia_kg_m2[1] = p->inertia_yy_kg_m2;
+    m->payload_inertia_kg_m2[2] = p->inertia_zz_kg_m2;
+    m->gravity_mps2 = p->gravity_mps2;
+    m->down[2] = 1.0;
+    memcpy(m->upper_joint_m, g.upper, sizeof g.upper);
+    memcpy(m->lower_joint_m, g.lower, sizeof g.lower);
+}
+
+static void base_hydraulics(struct machine *m, const struct hydraulics_params *h) {
+    m->supply_pa = h->supply_pa;
+    m->tank_pa = h->tank_pa;
+    for (int leg = 0; leg < LEGS; leg++) {
+        m->bulk_modulus_pa[leg] = h->bulk_modulus_pa;
+        m->leakage_m3_per_s_pa[leg] = h->leakage_m3_per_s_pa;
+        m->valve_frequency_hz[leg] = h->valve_frequency_hz;
+        m->valve_rate_per_s[leg] = (double)INFINITY;
+        m->flow_scale[leg] = m->port_ratio[leg] = 1.0;
+    }
+}
+
+static void base_sensors(struct machine *m) {
+    const struct sensor_path exact = {.scale = 1.0};
+    for (int leg = 0; leg < LEGS; leg++) m->length[leg] = m->p1[leg] = m->p2[leg] = exact;
+    m->clock_ratio = 1.0;
+}
+
+static void add(struct active *list, const struct effect *effect, const struct effect_values *values) {
+    list->of[list->count].effect = effect;
+    list->of[list->count++].values = values;
+}
+
+static void apply(struct machine *m, const struct effect *e, const struct effect_values *values) {
+    if (e->machine) e->machine(values, m);
+    if (e->leg_friction) add(&m->leg_friction, e, values);
+    if (e->joint_friction) add(&m->joint_friction, e, values);
+    if (e->wrench) add(&m->wrench, e, values);
+    if (e->opening) add(&m->opening, e, values);
+    if (e->command) add(&m->command, e, values);
+}
+
+void machine_init(struct machine *m, const struct params *params) {
+    memset(m, 0, sizeof *m);
+    m->params = params;
+    base_bodies(m, params);
+    base_hydraulics(m, &params->hydraulics);
+    base_sensors(m);
+    for (int i = 0; effect_table[i]; i++)
+        if (params->effects[i].on) apply(m, effect_table[i], &params->effects[i]);
+}
+
+struct friction machine_joint_friction(const struct machine *m, int leg, double speed_radps) {
+    struct friction sum = {0};
+    for (int i = 0; i < m->joint_friction.count; i++)
+        m->joint_friction.of[i].effect->joint_friction(m->joint_friction.of[i].values, leg, speed_radps, &sum);
+    return sum;
+}
+
+void machine_wrench(const struct machine *m, const double pose[DOFS], double wrench[DOFS]) {
+    for (int i = 0; i < m->wrench.count; i++) m->wrench.of[i].effect->wrench(m->wrench.of[i].values, pose, wrench);
+}
+
+double machine_opening(const struct machine *m, int leg, double spool) {
+    for (int i = 0; i < m->opening.count; i++) spool = m->opening.of[i].effect->opening(m->opening.of[i].values, leg, spool);
+    return spool;
+}

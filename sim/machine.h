@@ -1,0 +1,66 @@
+/* The machine as it is: the configuration with the effects in it. First the constants, which effects change; then the laws, which they add.
+ * Everything in sim is made from this. Pure after machine_init, any thread, RT. */
+#ifndef HEXID_MACHINE_H
+#define HEXID_MACHINE_H
+
+#include "params.h"
+
+/* What a sensor makes of the exact value: first the lag or delay, then reading = scale value + offset. */
+struct sensor_path {
+    double scale, offset;
+    double lag_s;   /* time constant of the first order */
+    double delay_s;
+};
+
+/* Effects that are on and have a certain hook, in the table's order. */
+struct active {
+    int count;
+    struct {
+        const struct effect *effect;
+        const struct effect_values *values;
+    } of[EFFECTS_MAX];
+};
+
+struct machine {
+    const struct params *params;
+
+    /* Rigid bodies. Added inertias are apparent ones, without weight: axial Ldot^2/2 + transverse Omega^2/2. */
+    double payload_kg, payload_inertia_kg_m2[3];    /* about its mass centre, along the axes of {M} */
+    double payload_center_m[3];                     /* mass centre in {M} */
+    double gravity_mps2, down[3];                   /* unit vector in {B} */
+    double upper_joint_m[LEGS][3], lower_joint_m[LEGS][3]; /* in {M} and {B} */
+    double axial_kg[LEGS], transverse_kg_m2[LEGS];  /* added to each leg */
+    double clearance_m[LEGS];                       /* of the joint at the leg's end, along the leg */
+
+    /* Hydraulics. */
+    double supply_pa, tank_pa;
+    double supply_resistance_pa_s_per_m3, tank_resistance_pa_s_per_m3; /* of the lines that all valves share */
+    double bulk_modulus_pa[LEGS], leakage_m3_per_s_pa[LEGS];
+    double valve_frequency_hz[LEGS];
+    double valve_rate_per_s[LEGS];                  /* greatest speed of the spool, of full opening */
+    double valve_bias[LEGS];                        /* spool position at zero command */
+    double flow_scale[LEGS], port_ratio[LEGS];      /* of both ports; port B over port A */
+    double line_length_m[LEGS], line_diameter_m[LEGS]; /* between each port and its chamber; length 0: none */
+
+    /* Sensors and time. */
+    struct sensor_path length[LEGS], p1[LEGS], p2[LEGS];
+    double command_delay_s[LEGS];
+    double clock_ratio;                             /* recorder's time over the controller's */
+
+    /* Laws. */
+    struct active leg_friction, joint_friction, wrench, opening, command;
+};
+
+/* params must outlive the machine. */
+void machine_init(struct machine *m, const struct params *params);
+
+/* Sum of every effect's friction about one axis of a universal joint of this leg. */
+struct friction machine_joint_friction(const struct machine *m, int leg, double speed_radps);
+
+/* Sum of every effect's wrench, added. */
+void machine_wrench(const struct machine *m, const double pose[DOFS], double wrench[DOFS]);
+
+/* How far the valve is open at a spool position. */
+double machine_opening(const struct machine *m, int leg, double spool);
+
+#endif

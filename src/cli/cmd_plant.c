@@ -1,0 +1,38 @@
+#include <signal.h>
+
+#include "cli.h"
+#include "device.h"
+#include "realtime.h"
+
+static _Atomic bool stop; /* a signal handler can reach nothing else */
+
+static void on_signal(int signal) {
+    (void)signal;
+    atomic_store(&stop, true);
+}
+
+/* A device answers in microseconds: as real-time as the daemon, where that is allowed. */
+static void become_realtime(const struct options *o, const struct params *params) {
+    struct error refused;
+    if (realtime_enter(&params->loop, o->rt_given ? o->rt : REALTIME_TRY, &refused)) fprintf(stderr, "hexid: warning: %s\n", refused.text);
+}
+
+int cmd_plant(int argc, char **argv) {
+    const struct sigaction action = {.sa_handler = on_signal};
+    struct options o;
+    struct params params;
+    struct error error = {0};
+    struct device *device = NULL;
+    int status = options_parse(&o, argc, argv, "bcsrS", 0, &error);
+    if (!status && !o.bus) status = error_set(&error, STATUS_USAGE, "plant: which bus? --bus can:IF; see `hexid plant --help`");
+    if (!status) status = options_params(&o, &params, &error);
+    if (!status && !(device = device_create(&params, o.seed, &error))) status = error.status;
+    if (!status) {
+        sigaction(SIGINT, &action, NULL);
+        sigaction(SIGTERM, &action, NULL);
+        become_realtime(&o, &params);
+        status = device_serve(o.bus, &params, device, &stop, &error);
+    }
+    device_destroy(device);
+    return status < 0 ? cli_fail(&error) : EXIT_PASSED;
+}

@@ -1,0 +1,483 @@
+/* Codec, scaling, the six nodes and their master on a bus in memory: every claim about failures without a socket or a clock. */
+#include "support.h"
+
+#include <linux/can/error.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "can_master.h"
+#include "channel.h"
+#include "units.h"
+
+enum { CYCLES_TO_RUN = 200 };
+
+/* What the bus does to frames: the test's hand on the wire. */
+struct wire {
+    int lose_tpdo_of;     /* node, 0 none */
+    int hold_tpdo_of;     /* node whose TPDO comes one cycle late */
+    bool lose_rpdo, lose_heartbeat, lose_echo;
+    int dead_node;        /* neither hears nor speaks */
+    struct can_frame held;
+    bool holding;
+};
+
+struct world {
+    struct params params;
+    struct can_master master;
+    struct can_node node[CAN_NODES];
+    struct wire wire;
+    struct can_tpdo reading[CAN_NODES]; /* what the sensors say now */
+    int64_t now_ns;
+};
+
+static void to_master(struct world *w, struct can_queue *q) {
+    for (int i = 0; i < q->count; i++) {
+        const struct can_frame *f = &q->frame[i];
+        int tpdo = can_frame_node(f, COB_TPDO);
+        if (w->wire.dead_node && (f->can_id & COB_NODE) == (unsigned)w->wire.dead_node) continue;
+        if (tpdo && tpdo == w->wire.lose_tpdo_of) continue;
+        if (tpdo && tpdo == w->wire.hold_tpdo_of) {
+            w->wire.held = *f;
+            w->wire.holding = true;
+            continue;
+        }
+        can_master_receive(&w->master, f, w->now_ns);
+    }
+    q->count = 0;
+}
+
+static void to_nodes(struct world *w, struct can_queue *q) {
+    struct can_queue replies = {0};
+    for (int k = 0; k < q->count; k++) {
+        const struct can_frame *f = &q->frame[k];
+        if (w->wire.lose_rpdo && (f->can_id & COB_FUNCTION) == COB_RPDO) continue;
+        if (w->wire.lose_heartbeat && can_frame_node(f, COB_HEARTBEAT)) continue;
+        bool sync = f->can_id == COB_SYNC;
+        if (sync && w->wire.lose_echo) continue;
+        if (sync && w->wire.holding) can_master_receive(&w->master, &w->wire.held, w->now_ns); /* still before this SYNC */
+        if (sync) w->wire.holding = false, can_master_receive(&w->master, f, w->now_ns);
+        for (int i = 0; i < CAN_NODES; i++) {
+            if (w->wire.dead_node == i + 1) continue;
+            if (sync) can_node_sync(&w->node[i], &w->reading[i], &replies);
+            else can_node_receive(&w->node[i], f, w->now_ns, &replies);
+        }
+        to_master(w, &replies);
+    }
+    q->count = 0;
+}
+
+/* One cycle of the loop: sample, then command. */
+static struct hal_sample cycle(struct world *w, const double valve[LEGS]) {
+    struct can_queue q = {0};
+    struct hal_sample s;
+    w->now_ns += ns_from_seconds(w->params.loop.period_s);
+    for (int i = 0; i < CAN_NODES; i++)
+        if (w->wire.dead_node != i + 1) can_node_tick(&w->node[i], w->now_ns, &q);
+    to_master(w, &q);
+    can_master_poll(&w->master, w->now_ns, true, &q);
+    to_nodes(w, &q);
+    can_master_sample(&w->master, &s);
+    s.age_ns = w->now_ns - s.time_ns;
+    if (valve) can_master_command(&w->master, valve, &q);
+    to_nodes(w, &q);
+    return s;
+}
+
+static const double centre[LEGS] = {0}, some[LEGS] = {0.1, -0.2, 0.3, -0.4, 0.5, -1.0};
+
+static struct hal_sample cycles(struct world *w, int count, const double valve[LEGS]) {
+    struct hal_sample s = {0};
+    for (int i = 0; i < count; i++) s = cycle(w, valve);
+    return s;
+}
+
+static void power_on(struct world *w) {
+    struct can_queue q = {0};
+    memset(w, 0, sizeof *w);
+    config_default(&w->params);
+    can_master_init(&w->master, &w->params);
+    w->now_ns = NS_PER_S;
+    for (int i = 0; i < CAN_NODES; i++) {
+        w->reading[i] = (struct can_tpdo){.position = 1831000 + i, .p1 = (int16_t)(5000 + i), .p2 = (int16_t)(4000 - i)};
+        can_node_reset(&w->node[i], i + 1, w->now_ns, &q);
+    }
+    to_master(w, &q);
+}
+
+static void bring_up(struct world *w) {
+    power_on(w);
+    cycles(w, CYCLES_TO_RUN, centre);
+    assert_true(can_master_ready(&w->master));
+}
+
+/* Codec. */
+
+static void tpdo_comes_back_as_it_was(void **state) {
+    uint64_t seed = 1;
+    (void)state;
+    for (int i = 0; i < 1000; i++) {
+        struct can_tpdo in = {.position = (int32_t)(random_unit(&seed) * 2147483647.0), .p1 = (int16_t)(random_unit(&seed) * 32767.0),
+                              .p2 = (int16_t)(random_unit(&seed) * 32767.0)}, out;
+        struct can_frame f = can_frame_tpdo(1 + i % CAN_NODES, &in);
+        assert_int_equal(can_frame_node(&f, COB_TPDO), 1 + i % CAN_NODES);
+        assert_true(can_parse_tpdo(&f, &out));
+        assert_int_equal(in.position, out.position);
+        assert_int_equal(in.p1, out.p1);
+        assert_int_equal(in.p2, out.p2);
+    }
+}
+
+/* CiA 301, 7.2.4.3.3 and 7.2.4.3.6. */
+static void sdo_frames_are_the_standards(void **state) {
+    static const uint8_t write_1017[8] = {0x2b, 0x17, 0x10, 0x00, 0xe8, 0x03, 0, 0}, read_1000[8] = {0x40, 0x00, 0x10, 0x00},
+                         written[8] = {0x60, 0x17, 0x10, 0x00}, is_198[8] = {0x43, 0x00, 0x10, 0x00, 0x98, 0x01},
+                         aborted[8] = {0x80, 0x17, 0x10, 0x00, 0x02, 0x00, 0x01, 0x06};
+    const struct can_sdo download = {SDO_DOWNLOAD, 0x1017, 0, 2, 1000}, upload = {SDO_UPLOAD, 0x1000, 0, 4, 0x198},
+                         abort = {SDO_ABORT, 0x1017, 0, 0, SDO_READ_ONLY};
+    (void)state;
+    assert_memory_equal(can_frame_sdo(1, &download).data, write_1017, 8);
+    assert_memory_equal(can_frame_sdo(1, &upload).data, read_1000, 8);
+    assert_memory_equal(can_frame_sdo_reply(1, &download).data, written, 8);
+    assert_memory_equal(can_frame_sdo_reply(1, &upload).data, is_198, 8);
+    assert_memory_equal(can_frame_sdo_reply(1, &abort).data, aborted, 8);
+}
+
+static void no_frame_upsets_nodes_or_master(void **state) {
+    struct world w;
+    uint64_t seed = 7;
+    (void)state;
+    bring_up(&w);
+    for (int i = 0; i < 200000; i++) {
+        struct can_frame f = {.can_id = (canid_t)random_below(&seed, 0x800), .len = (uint8_t)random_below(&seed, 9)};
+        struct can_queue q = {0};
+        struct hal_sample s;
+        if (random_below(&seed, 50) == 0) f.can_id |= CAN_ERR_FLAG;
+        for (int k = 0; k < 8; k++) f.data[k] = (uint8_t)random_below(&seed, 256);
+        can_master_receive(&w.master, &f, w.now_ns);
+        can_node_receive(&w.node[i % CAN_NODES], &f, w.now_ns, &q);
+        can_node_tick(&w.node[i % CAN_NODES], w.now_ns, &q);
+        can_master_sample(&w.master, &s);
+        w.now_ns += 10 * NS_PER_US;
+    }
+}
+
+static int stuffed_bits(const uint8_t *bit, int count) {
+    int stuffed = 0, run = 0, last = -1;
+    for (int i = 0; i < count; i++) {
+        run = bit[i] == last ? run + 1 : 1;
+        last = bit[i];
+        if (run == 5) stuffed++, last = !last, run = 1;
+    }
+    return stuffed;
+}
+
+/* The worst case is reached by 11111 0000 1111 ...: each stuff bit is the first of the next five. */
+static void frame_bits_are_the_worst_that_stuffing_can_do(void **state) {
+    (void)state;
+    for (int n = 0; n <= 8; n++) {
+        uint8_t bit[34 + 64];
+        int count = 34 + 8 * n;
+        for (int i = 0; i < count; i++) bit[i] = i < 5 || (i - 5) / 4 % 2;
+        assert_int_equal(can_frame_bits(n), count + stuffed_bits(bit, count) + 13); /* 13: delimiters, acknowledge, end, gap */
+    }
+}
+
+static void bus_load_at_a_megabit_and_two_milliseconds_is_fifty_seven_percent_or_less(void **state) {
+    struct params p;
+    (void)state;
+    config_default(&p);
+    struct can_load l = can_load(&p);
+    assert_true(l.share > 0.5 && l.share < 0.58 && l.share < l.limit);
+    p.can.bitrate_bps = 500e3;
+    assert_true(can_load(&p).share > can_load(&p).limit);
+}
+
+/* Scaling. */
+
+static void channel_turns_milliamperes_into_metres_and_refuses_a_broken_wire(void **state) {
+    struct params p;
+    (void)state;
+    config_default(&p);
+    struct channel_params c = p.length_channel;
+    for (int i = 0; i < LEGS; i++) c.raw_min[i] = 4000, c.raw_max[i] = 20000, c.si_min[i] = 1.4, c.si_max[i] = 2.3, c.offset[i] = 0.01, c.low[i] = 1.38, c.high[i] = 2.35;
+    assert_close(channel_si(&c, 2, 4000), 1.41, 1e-12); /* rounding */
+    assert_close(channel_si(&c, 2, 20000), 2.31, 1e-12);
+    assert_true(isnan(channel_si(&c, 2, 0))); /* 0 mA */
+    assert_true(isnan(channel_si(&c, 2, (double)NAN)));
+    assert_int_equal(channel_raw(&c, 2, 1.86, INT16_MAX), 12000);
+    assert_int_equal(channel_raw(&c, 2, (double)NAN, INT16_MAX), INT16_MIN);
+    assert_int_equal(channel_raw(&c, 2, 1e9, INT16_MAX), INT16_MAX);
+}
+
+/* Nodes and master. */
+
+static void six_nodes_are_set_up_and_started(void **state) {
+    struct world w;
+    (void)state;
+    bring_up(&w);
+    for (int i = 0; i < CAN_NODES; i++) {
+        assert_int_equal(w.node[i].state, CAN_OPERATIONAL);
+        assert_int_equal(w.node[i].value[can_object_find(0x1400, 1)], can_rpdo_cob(can_group(i + 1)));
+        assert_int_equal(w.node[i].value[can_object_find(0x1400, 5)], 20);
+    }
+}
+
+static void every_command_reaches_its_own_leg_with_the_sync(void **state) {
+    struct world w;
+    (void)state;
+    bring_up(&w);
+    cycle(&w, some);
+    for (int i = 0; i < LEGS; i++) assert_close(can_node_valve(&w.node[i]) / 32767.0, some[i], 0.5 / 32767); /* half a step */
+    struct can_frame rpdo = can_frame_rpdo(0, (int16_t[]){1, 2, 3});
+    struct can_queue q = {0};
+    can_node_receive(&w.node[0], &rpdo, w.now_ns, &q);
+    assert_close(can_node_valve(&w.node[0]) / 32767.0, some[0], 0.5 / 32767); /* not before the next SYNC */
+}
+
+static void the_sample_is_what_was_latched_at_the_sync_before(void **state) {
+    struct world w;
+    (void)state;
+    bring_up(&w);
+    cycle(&w, centre);
+    int64_t sync_ns = w.now_ns;
+    w.reading[3].position = 1900000; /* after the SYNC */
+    struct hal_sample s = cycle(&w, centre);
+    assert_int_equal(s.flags, 0);
+    assert_int_equal(s.time_ns, sync_ns);
+    for (int i = 0; i < LEGS; i++) {
+        assert_close(s.length_m[i], 1.831 + 1e-6 * i, 1e-12); /* rounding */
+        assert_close(s.p1_pa[i], 5e6 + 1e3 * i, 1e-6);
+        assert_close(s.p2_pa[i], 4e6 - 1e3 * i, 1e-6);
+    }
+    s = cycle(&w, centre);
+    assert_close(s.length_m[3], 1.9, 1e-12);
+}
+
+static void a_lost_tpdo_makes_the_sample_stale_and_the_next_one_says_so(void **state) {
+    struct world w;
+    (void)state;
+    bring_up(&w);
+    struct hal_sample before = cycle(&w, centre);
+    w.wire.lose_tpdo_of = 4;
+    cycle(&w, centre);
+    w.wire.lose_tpdo_of = 0;
+    w.reading[0].position += 100;
+    struct hal_sample s = cycle(&w, centre);
+    assert_int_equal(s.flags, SAMPLE_STALE);
+    assert_int_equal(s.device_seq, before.device_seq + 1);
+    s = cycle(&w, centre);
+    assert_int_equal(s.flags, SAMPLE_DROPPED);
+    assert_int_equal(cycle(&w, centre).flags, 0);
+    assert_int_equal(w.master.lost, 1);
+}
+
+static void a_late_tpdo_is_never_mixed_with_those_of_another_sync(void **state) {
+    struct world w;
+    (void)state;
+    bring_up(&w);
+    w.wire.hold_tpdo_of = 2;
+    struct hal_sample s = cycle(&w, centre), last = s;
+    for (int i = 0; i < 4; i++) {
+        for (int k = 0; k < CAN_NODES; k++) w.reading[k].position += 1000;
+        last = s;
+        s = cycle(&w, centre);
+        for (int k = 0; k < LEGS; k++) assert_close(s.length_m[k] - s.length_m[0], 1e-6 * k, 1e-12); /* all of one instant */
+    }
+    assert_true(s.flags & SAMPLE_STALE);
+    assert_true(s.age_ns > last.age_ns);
+}
+
+static void without_commands_a_node_centres_its_valve_and_takes_no_late_one(void **state) {
+    struct world w;
+    (void)state;
+    bring_up(&w);
+    cycle(&w, some);
+    w.wire.lose_rpdo = true;
+    cycles(&w, 9, some);
+    assert_true(can_node_valve(&w.node[5]) < -32000); /* 18 ms: ridden out */
+    cycles(&w, 2, some);
+    for (int i = 0; i < CAN_NODES; i++) {
+        assert_int_equal(can_node_valve(&w.node[i]), 0);
+        assert_int_equal(w.node[i].state, CAN_PREOPERATIONAL);
+        assert_int_equal(w.node[i].emcy, EMCY_RPDO_TIMEOUT);
+    }
+    struct can_frame late = can_frame_rpdo(0, (int16_t[]){20000, 20000, 20000});
+    struct can_queue q = {0};
+    can_node_receive(&w.node[0], &late, w.now_ns, &q);
+    can_node_sync(&w.node[0], &w.reading[0], &q);
+    assert_int_equal(can_node_valve(&w.node[0]), 0);
+    assert_false(can_master_ready(&w.master));
+}
+
+static void a_silent_bus_is_set_up_again_when_it_speaks(void **state) {
+    struct world w;
+    (void)state;
+    bring_up(&w);
+    w.wire.lose_rpdo = true;
+    cycles(&w, 15, some);
+    assert_false(can_master_ready(&w.master));
+    w.wire.lose_rpdo = false;
+    struct hal_sample s = cycles(&w, CYCLES_TO_RUN, centre);
+    assert_true(can_master_ready(&w.master));
+    assert_int_equal(s.flags, 0);
+}
+
+static void without_the_daemons_heartbeat_the_valves_are_centred(void **state) {
+    struct world w;
+    (void)state;
+    bring_up(&w);
+    w.wire.lose_heartbeat = true;
+    int left = 0;
+    for (; left < 200 && can_node_valve(&w.node[0]) != 0; left++) cycle(&w, some);
+    cycle(&w, some);
+    left = 0;
+    while (left < 200 && w.node[0].state == CAN_OPERATIONAL) cycle(&w, some), left++;
+    assert_true(left < 80); /* 150 ms and one cycle */
+    assert_int_equal(can_node_valve(&w.node[0]), 0);
+}
+
+static void a_lost_node_invalidates_samples_and_commands(void **state) {
+    struct world w;
+    struct hal_sample s;
+    (void)state;
+    bring_up(&w);
+    w.wire.dead_node = 3;
+    s = cycles(&w, 2, centre);
+    assert_true(s.flags & SAMPLE_STALE);
+    s = cycles(&w, 80, centre);
+    assert_true(s.flags & SAMPLE_INVALID);
+    assert_false(can_master_ready(&w.master));
+    char text[200];
+    can_condition_describe(can_master_condition(&w.master), text, sizeof text);
+    assert_non_null(strstr(text, "node 3 lost"));
+}
+
+static void a_node_that_was_reset_is_set_up_again_and_meanwhile_nothing_is_valid(void **state) {
+    struct world w;
+    struct can_queue q = {0};
+    (void)state;
+    bring_up(&w);
+    cycle(&w, some);
+    can_node_reset(&w.node[4], 5, w.now_ns, &q);
+    to_master(&w, &q);
+    assert_false(can_master_ready(&w.master));
+    assert_true(cycle(&w, centre).flags & SAMPLE_INVALID);
+    struct hal_sample s = cycles(&w, CYCLES_TO_RUN, centre);
+    assert_true(can_master_ready(&w.master));
+    assert_int_equal(s.flags, 0);
+    assert_int_equal(w.master.boots, CAN_NODES + 1);
+}
+
+static void an_emergency_invalidates_the_sample_until_it_is_over(void **state) {
+    struct world w;
+    (void)state;
+    bring_up(&w);
+    struct can_tpdo good = w.reading[1];
+    w.reading[1].p1 = INT16_MIN; /* the sensor's wire is broken */
+    cycle(&w, centre);
+    struct hal_sample s = cycle(&w, centre);
+    assert_true(s.flags & SAMPLE_INVALID);
+    assert_true(isnan(s.p1_pa[1]));
+    w.reading[1] = good;
+    cycle(&w, centre);
+    assert_int_equal(cycle(&w, centre).flags, 0);
+}
+
+static void bus_off_lets_no_command_through_until_the_bus_is_restarted(void **state) {
+    struct world w;
+    struct can_frame off = {.can_id = CAN_ERR_FLAG | CAN_ERR_BUSOFF, .len = 8}, restarted = {.can_id = CAN_ERR_FLAG | CAN_ERR_RESTARTED, .len = 8};
+    struct hal_sample s;
+    (void)state;
+    bring_up(&w);
+    can_master_receive(&w.master, &off, w.now_ns);
+    assert_false(can_master_ready(&w.master));
+    can_master_sample(&w.master, &s);
+    assert_true(s.flags & SAMPLE_INVALID);
+    can_master_receive(&w.master, &restarted, w.now_ns);
+    assert_true(can_master_ready(&w.master));
+}
+
+static void error_passive_is_told_but_moves_on(void **state) {
+    struct world w;
+    struct can_frame passive = {.can_id = CAN_ERR_FLAG | CAN_ERR_CRTL, .len = 8, .data = {0, CAN_ERR_CRTL_TX_PASSIVE}};
+    char text[200];
+    (void)state;
+    bring_up(&w);
+    can_master_receive(&w.master, &passive, w.now_ns);
+    assert_true(can_master_ready(&w.master));
+    can_condition_describe(can_master_condition(&w.master), text, sizeof text);
+    assert_non_null(strstr(text, "error-passive"));
+}
+
+static void a_sync_that_the_bus_does_not_carry_yields_no_new_sample(void **state) {
+    struct world w;
+    (void)state;
+    bring_up(&w);
+    w.wire.lose_echo = true;
+    cycle(&w, centre);
+    struct hal_sample s = cycle(&w, centre);
+    assert_int_equal(w.master.unechoed, 2);
+    assert_true(s.flags & SAMPLE_STALE);
+}
+
+static void a_node_with_another_mapping_is_not_started(void **state) {
+    struct world w;
+    (void)state;
+    power_on(&w);
+    w.node[2].value[can_object_find(0x1a00, 2)] = MAP_P2;
+    cycles(&w, CYCLES_TO_RUN, centre);
+    assert_false(can_master_ready(&w.master));
+    assert_int_not_equal(w.node[2].state, CAN_OPERATIONAL);
+}
+
+static uint32_t write_object(struct can_node *n, uint16_t index, uint8_t sub, int size, uint32_t value) {
+    const struct can_sdo request = {SDO_DOWNLOAD, index, sub, size, value};
+    struct can_frame f = can_frame_sdo(n->id, &request);
+    struct can_queue q = {0};
+    struct can_sdo reply = {0};
+    can_node_receive(n, &f, 1, &q);
+    assert_int_equal(q.count, 1);
+    assert_true(can_parse_sdo_reply(&q.frame[0], &reply));
+    return reply.kind == SDO_ABORT ? reply.value : 0;
+}
+
+static void sdo_cannot_move_a_valve_nor_break_the_mapping(void **state) {
+    struct world w;
+    (void)state;
+    bring_up(&w);
+    assert_int_equal(write_object(&w.node[0], 0x6300, 1, 2, 20000), SDO_DENIED);
+    assert_int_equal(write_object(&w.node[0], 0x1600, 1, 4, MAP_DUMMY), SDO_DENIED); /* the PDO is on */
+    assert_int_equal(write_object(&w.node[0], 0x1400, 5, 4, 20), SDO_SIZE);
+    assert_int_equal(write_object(&w.node[0], 0x1000, 0, 4, 1), SDO_READ_ONLY);
+    assert_int_equal(write_object(&w.node[0], 0x2000, 0, 4, 1), SDO_NO_OBJECT);
+    assert_int_equal(write_object(&w.node[0], 0x1018, 9, 4, 1), SDO_NO_SUB);
+    assert_int_equal(can_node_valve(&w.node[0]), 0);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(tpdo_comes_back_as_it_was),
+        cmocka_unit_test(sdo_frames_are_the_standards),
+        cmocka_unit_test(no_frame_upsets_nodes_or_master),
+        cmocka_unit_test(frame_bits_are_the_worst_that_stuffing_can_do),
+        cmocka_unit_test(bus_load_at_a_megabit_and_two_milliseconds_is_fifty_seven_percent_or_less),
+        cmocka_unit_test(channel_turns_milliamperes_into_metres_and_refuses_a_broken_wire),
+        cmocka_unit_test(six_nodes_are_set_up_and_started),
+        cmocka_unit_test(every_command_reaches_its_own_leg_with_the_sync),
+        cmocka_unit_test(the_sample_is_what_was_latched_at_the_sync_before),
+        cmocka_unit_test(a_lost_tpdo_makes_the_sample_stale_and_the_next_one_says_so),
+        cmocka_unit_test(a_late_tpdo_is_never_mixed_with_those_of_another_sync),
+        cmocka_unit_test(without_commands_a_node_centres_its_valve_and_takes_no_late_one),
+        cmocka_unit_test(a_silent_bus_is_set_up_again_when_it_speaks),
+        cmocka_unit_test(without_the_daemons_heartbeat_the_valves_are_centred),
+        cmocka_unit_test(a_lost_node_invalidates_samples_and_commands),
+        cmocka_unit_test(a_node_that_was_reset_is_set_up_again_and_meanwhile_nothing_is_valid),
+        cmocka_unit_test(an_emergency_invalidates_the_sample_until_it_is_over),
+        cmocka_unit_test(bus_off_lets_no_command_through_until_the_bus_is_restarted),
+        cmocka_unit_test(error_passive_is_told_but_moves_on),
+        cmocka_unit_test(a_sync_that_the_bus_does_not_carry_yields_no_new_sample),
+        cmocka_unit_test(a_node_with_another_mapping_is_not_started),
+        cmocka_unit_test(sdo_cannot_move_a_valve_nor_break_the_mapping),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
