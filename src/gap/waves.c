@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cylinder.h"
+#include "force.h"
 #include "replay.h"
 #include "residual.h"
 

@@ -1,0 +1,231 @@
+#include "gap_sections.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "gap_pictures.h"
+#include "html.h"
+#include "hypothesis.h"
+#include "plot.h"
+
+static const char *const channel_words[GAP_CHANNELS] = {"leg length", "leg force", "pressure P1", "pressure P2", "valve command"};
+static const char *const axis_words[DOFS] = {"x", "y", "z", "φ", "θ", "ψ"};
+
+enum { PICTURES = 6 };
+
+/* --- words */
+
+const char *section_feature_words(const char *feature) {
+    static const char *const words[][2] = {
+        {"static", "at rest: the constant part"}, {"velocity_reversal", "where the velocity reverses"},
+        {"spool_reversal", "where the spool passes zero"}, {"one_direction", "in one direction of motion only"},
+        {"peak_speed", "where the speed is highest"}, {"peak_acceleration", "where the acceleration is highest"},
+    };
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+        if (!strcmp(words[i][0], feature)) return words[i][1];
+    return feature;
+}
+
+static void shape_words(FILE *out, int shape) {
+    if (shape >= 0) html_text(out, ", leg %d only", shape + 1);
+    if (shape == SHAPE_EACH) html_text(out, ", each leg its own");
+}
+
+void section_effect_words(FILE *out, int effect, int shape) {
+    html_text(out, "%s", effect_table[effect]->plain);
+    shape_words(out, shape);
+}
+
+/* --- pictures */
+
+typedef void script_writer(FILE *script, const struct picture *picture, enum gap_channel channel);
+
+static void write_wave(FILE *script, const struct picture *picture, enum gap_channel channel) { picture_wave(script, picture, channel); }
+static void write_force_loop(FILE *script, const struct picture *picture, enum gap_channel channel) {
+    (void)channel;
+    picture_force_loop(script, picture);
+}
+static void write_valve_loop(FILE *script, const struct picture *picture, enum gap_channel channel) {
+    (void)channel;
+    picture_valve_loop(script, picture);
+}
+
+/* A picture that cannot be drawn is a line in the page; after the first one no other is tried. */
+static void draw(struct page *p, script_writer *writer, const struct picture *picture, enum gap_channel channel, const char *caption) {
+    char *script = NULL, *svg = NULL;
+    size_t script_size = 0, size = 0;
+    FILE *stream = p->picture.status ? NULL : open_memstream(&script, &script_size);
+    fputs("<figure>", p->out);
+    if (stream) {
+        writer(stream, picture, channel);
+        if (fclose(stream)) error_set(&p->picture, STATUS_IO, "out of memory");
+        else plot_draw(script, script_size, &svg, &size, &p->picture);
+    }
+    if (svg) html_svg(p->out, svg, size, caption);
+    else fputs("<p class=\"notice\">picture not drawn</p>", p->out);
+    fputs("<figcaption>", p->out);
+    html_text(p->out, "%s", caption);
+    fputs("</figcaption></figure>\n", p->out);
+    free(script);
+    free(svg);
+}
+
+/* One channel of one leg in one test. */
+struct spot {
+    const struct wave_test *test;
+    enum gap_channel channel;
+    int leg;
+    double size; /* rms difference before, of the channel's variation */
+};
+
+static int by_size(const void *a, const void *b) {
+    const struct spot *x = a, *y = b;
+    return x->size < y->size ? 1 : x->size > y->size ? -1 : 0;
+}
+
+/* All spots of the waves, largest difference first. To be freed. */
+static struct spot *spots(const struct waves *w, int *count) {
+    struct spot *spot = malloc(((size_t)w->tests * GAP_CHANNELS * LEGS + 1) * sizeof *spot);
+    *count = 0;
+    for (int i = 0; i < w->tests && spot; i++)
+        for (int ch = 0; ch < GAP_CHANNELS; ch++)
+            for (int leg = 0; leg < LEGS && w->evaluated[ch]; leg++) {
+                const struct wave *v = &w->test[i].wave[ch][leg];
+                spot[(*count)++] = (struct spot){&w->test[i], (enum gap_channel)ch, leg, waves_distance(v->measured, v->before) / w->variation[ch]};
+            }
+    if (spot) qsort(spot, (size_t)*count, sizeof *spot, by_size);
+    return spot;
+}
+
+static bool has_after(const struct page *p) { return p->report->result->effects > 0; }
+
+void section_waveforms(struct page *p) {
+    int count, taken[GAP_CHANNELS] = {0}, channels = 0, shown = 0;
+    struct spot *spot = spots(p->report->waves, &count);
+    for (int ch = 0; ch < GAP_CHANNELS; ch++) channels += p->report->waves->evaluated[ch];
+    int most = channels ? (PICTURES + channels - 1) / channels : 0;
+    fputs("<section id=\"waveforms\"><h2>Where they disagree most: mean cycles</h2>\n<p>Measured, and the model driven ", p->out);
+    fputs(p->report->result->simulated ? "as the rig was (same reference, same controller)" : "by the measured motion and commands", p->out);
+    fputs(". Below each: measured less model; the grey band is the noise of a single sample, ±1 standard deviation.</p>\n<div class=\"two\">\n", p->out);
+    for (int i = 0; i < count && spot && shown < PICTURES; i++) {
+        char caption[160];
+        if (taken[spot[i].channel]++ >= most) continue;
+        snprintf(caption, sizeof caption, "Test %s, %s of leg %d: the model before misses %.1f %% of the channel's variation",
+                 axis_words[spot[i].test->dof], channel_words[spot[i].channel], spot[i].leg + 1, 100.0 * spot[i].size);
+        draw(p, write_wave, &(struct picture){spot[i].test, spot[i].leg, has_after(p)}, spot[i].channel, caption);
+        shown++;
+    }
+    fputs("</div></section>\n", p->out);
+    free(spot);
+}
+
+/* The largest spot of a channel; false where there is none. */
+static bool largest(const struct waves *w, enum gap_channel channel, struct spot *found) {
+    int count;
+    struct spot *spot = spots(w, &count);
+    bool ok = false;
+    for (int i = 0; i < count && spot && !ok; i++)
+        if (spot[i].channel == channel) *found = spot[i], ok = true;
+    free(spot);
+    return ok;
+}
+
+void section_loops(struct page *p) {
+    struct spot spot;
+    char caption[200];
+    fputs("<section id=\"loops\"><h2>Loops over velocity</h2>\n<p>The area of a force loop is the energy lost in a cycle. "
+          "Dry friction is a jump at zero velocity, viscous friction a slope, inertia and stiffness an open loop.</p>\n", p->out);
+    if (largest(p->report->motion, GAP_FORCE, &spot)) {
+        snprintf(caption, sizeof caption, "Test %s, leg %d: hydraulic force A1 P1 - A2 P2, and the force the model needs for the measured motion",
+                 axis_words[spot.test->dof], spot.leg + 1);
+        draw(p, write_force_loop, &(struct picture){spot.test, spot.leg, has_after(p)}, GAP_FORCE, caption);
+    }
+    if (p->report->result->simulated && largest(p->report->waves, GAP_VALVE, &spot)) {
+        snprintf(caption, sizeof caption, "Test %s, leg %d: leg velocity over valve command", axis_words[spot.test->dof], spot.leg + 1);
+        fputs("<div class=\"two\">", p->out);
+        draw(p, write_valve_loop, &(struct picture){spot.test, spot.leg, has_after(p)}, GAP_VALVE, caption);
+        fputs("</div>", p->out);
+    }
+    fputs("</section>\n", p->out);
+}
+
+/* --- disagreement map */
+
+static double spot_size(const struct waves *w, int test, int channel, int leg, bool after) {
+    const struct wave *v = &w->test[test].wave[channel][leg];
+    return waves_distance(v->measured, after ? v->after : v->before) / w->variation[channel];
+}
+
+/* Full colour: the largest difference, or the noise of a sample where that is more. */
+static double full_colour(const struct page *p) {
+    const struct waves *w = p->report->waves;
+    double full = 0.0;
+    for (int ch = 0; ch < GAP_CHANNELS; ch++)
+        for (int i = 0; i < w->tests && w->evaluated[ch]; i++)
+            for (int leg = 0; leg < LEGS; leg++) {
+                full = fmax(full, w->test[i].wave[ch][leg].noise / w->variation[ch]);
+                for (int after = 0; after < 2; after++) full = fmax(full, spot_size(w, i, ch, leg, after));
+            }
+    return full;
+}
+
+/* White to the accent to nearly black: lightness falls all the way, for every eye and on paper. */
+static void colour(double share, int rgb[3]) {
+    static const double stops[3][3] = {{255, 255, 255}, {86, 164, 209}, {0, 52, 96}};
+    double place = 2.0 * fmin(fmax(share, 0.0), 1.0);
+    int from = place < 1.0 ? 0 : 1;
+    for (int i = 0; i < 3; i++) rgb[i] = (int)(stops[from][i] + (place - from) * (stops[from + 1][i] - stops[from][i]));
+}
+
+static void map_cell(FILE *out, double size, double full) {
+    int rgb[3];
+    colour(full > 0.0 ? size / full : 0.0, rgb);
+    fprintf(out, "<td style=\"background:#%02x%02x%02x%s\">%.*f</td>", rgb[0], rgb[1], rgb[2], size > 0.45 * full ? ";color:#fff" : "",
+            size < 0.0995 ? 1 : 0, 100.0 * size);
+}
+
+static void map_rows(const struct page *p, bool after, double full) {
+    const struct waves *w = p->report->waves;
+    fprintf(p->out, "<tr><th class=\"side\" colspan=\"%d\">%s</th></tr>\n", 1 + GAP_CHANNELS * LEGS, after ? "after" : "before");
+    for (int i = 0; i < w->tests; i++) {
+        fprintf(p->out, "<tr><th>%s</th>", axis_words[w->test[i].dof]);
+        for (int ch = 0; ch < GAP_CHANNELS; ch++) {
+            if (!w->evaluated[ch]) fprintf(p->out, "<td class=\"none\" colspan=\"%d\"></td>", LEGS);
+            for (int leg = 0; leg < LEGS && w->evaluated[ch]; leg++) map_cell(p->out, spot_size(w, i, ch, leg, after), full);
+        }
+        fputs("</tr>\n", p->out);
+    }
+}
+
+static void list_places(const struct page *p) {
+    const struct gap_result *r = p->report->result;
+    fputs("<h3>Largest places of the gap in the equations, before</h3>\n<table><tr><th>test</th><th>channel</th><th>leg</th><th>harmonic</th>"
+          "<th>feature of the motion</th><th class=\"n\">share of the squared gap</th></tr>\n", p->out);
+    for (int i = 0; i < r->places; i++) {
+        const struct gap_place *w = &r->where[i];
+        fprintf(p->out, "<tr><td>%s</td><td>%s</td><td>%d</td><td>%d%s</td><td>", axis_words[w->dof], channel_words[w->channel], w->leg + 1,
+                w->harmonic, w->harmonic ? "" : " (constant)");
+        html_text(p->out, "%s", section_feature_words(w->feature));
+        fprintf(p->out, "</td><td class=\"n\">%.1f %%</td></tr>\n", 100.0 * w->share);
+    }
+    fputs("</table>\n", p->out);
+}
+
+void section_map(struct page *p) {
+    const struct waves *w = p->report->waves;
+    double full = full_colour(p);
+    fputs("<section id=\"map\"><h2>Disagreement map</h2>\n<p>Rms difference between the mean cycles of model and measurement, in % of the channel's "
+          "measured variation; six legs a channel, one row a test.", p->out);
+    if (!w->evaluated[GAP_LENGTH]) fputs(" Length and valve command are inputs of a replay by motion: not evaluated.", p->out);
+    fputs("</p>\n<div class=\"wide\"><table class=\"map\"><tr><th></th>", p->out);
+    for (int ch = 0; ch < GAP_CHANNELS; ch++) fprintf(p->out, "<th colspan=\"%d\">%s</th>", LEGS, channel_words[ch]);
+    fputs("</tr>\n<tr class=\"legs\"><th>leg</th>", p->out);
+    for (int i = 0; i < GAP_CHANNELS * LEGS; i++) fprintf(p->out, "<th>%d</th>", i % LEGS + 1);
+    fputs("</tr>\n", p->out);
+    map_rows(p, false, full);
+    if (has_after(p)) map_rows(p, true, full);
+    fputs("</table></div>\n", p->out);
+    list_places(p);
+    fputs("</section>\n", p->out);
+}

@@ -1,0 +1,168 @@
+#include "gap_tables.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "gap_pictures.h"
+#include "gap_sections.h"
+#include "html.h"
+#include "hypothesis.h"
+#include "ident.h"
+
+static void number_cell(FILE *out, double value, const char *format) {
+    fputs("<td class=\"n\">", out);
+    if (isfinite(value)) fprintf(out, format, value);
+    else fputs("–", out);
+    fputs("</td>", out);
+}
+
+/* --- parameters */
+
+static void parameter(FILE *out, const struct gap_effect *e, int key, int leg) {
+    fputs("<td class=\"n\">", out);
+    html_quantity(out, e->values.value[key][leg], e->std[key][leg], e->shape == SHAPE_EACH ? "-" : effect_table[e->effect]->keys[key].unit);
+    fputs(e->bound[key][leg] ? " <span class=\"notice\">at its bound</span></td>" : "</td>", out);
+}
+
+void table_parameters(FILE *out, const struct gap_effect *e) {
+    const struct effect *effect = effect_table[e->effect];
+    int first = e->shape >= 0 ? e->shape : 0, end = e->shape == SHAPE_EACH ? LEGS : first + 1;
+    fputs("<table class=\"parameters\">", out);
+    if (e->shape == SHAPE_EACH) {
+        fputs("<tr><th>leg</th>", out);
+        for (int leg = 0; leg < LEGS; leg++) fprintf(out, "<th class=\"n\">%d</th>", leg + 1);
+        fputs("</tr>\n", out);
+    }
+    for (int key = 0; key < EFFECT_KEYS && effect->keys[key].name; key++) {
+        fputs("<tr><td><code>", out);
+        html_text(out, "%s", effect->keys[key].name);
+        fputs("</code></td>", out);
+        for (int leg = first; leg < end; leg++) parameter(out, e, key, leg);
+        fputs("</tr>\n", out);
+    }
+    fputs("</table>\n", out);
+}
+
+/* --- hypotheses */
+
+static bool named(const struct gap_result *r, int effect) {
+    bool found = false;
+    for (int i = 0; i < r->effects; i++) found = found || r->effect[i].effect == effect;
+    return found;
+}
+
+static bool rival(const struct gap_result *r, int effect) {
+    bool found = false;
+    for (int i = 0; i < r->ambiguous; i++) found = found || r->ambiguous_with[i] == effect;
+    return found;
+}
+
+static void hypothesis_row(FILE *out, const struct gap_result *r, int place) {
+    const struct gap_candidate *c = &r->candidate[place];
+    bool found = named(r, c->effect);
+    double share = fmin(fmax(c->share_explained, 0.0), 1.0);
+    fprintf(out, "<tr%s><td class=\"n\">%d</td><td>", found ? " class=\"found\"" : "", place + 1);
+    section_effect_words(out, c->effect, c->shape);
+    fputs("<br><code>", out);
+    html_text(out, "%s", effect_table[c->effect]->name);
+    fprintf(out, "</code></td><td class=\"bar\"><i style=\"width:%.1f%%\"></i></td>", 100.0 * share);
+    number_cell(out, 100.0 * c->share_explained, "%.1f %%");
+    number_cell(out, c->gain > 0.0 ? sqrt(c->gain) : 0.0, "%.1f");
+    fprintf(out, "<td>%s</td></tr>\n", found ? "named" : rival(r, c->effect) ? "cannot be told from it" : "");
+}
+
+void table_hypotheses(FILE *out, const struct gap_result *r) {
+    fprintf(out, "<section id=\"hypotheses\"><h2>Hypotheses, best first</h2>\n<p>Each of the %d effects of the catalogue, alone, beside the model's own "
+                 "parameters. The share is that of the squared gap on cycles that were not fitted to. z is the square root of the likelihood "
+                 "gain on the fitted cycles, charged for the effect's parameters; what stays below 6 is not named.</p>\n"
+                 "<table class=\"ranking\"><tr><th class=\"n\">#</th><th>effect</th><th>share explained</th><th></th><th class=\"n\">z</th><th></th></tr>\n",
+            r->candidates);
+    for (int i = 0; i < r->candidates; i++) hypothesis_row(out, r, i);
+    fputs("</table></section>\n", out);
+}
+
+/* --- numbers */
+
+static const char *const channel_words[GAP_CHANNELS] = {"leg length", "leg force", "pressure P1", "pressure P2", "valve command"};
+
+/* In units in which differences are read. */
+static void size_row(FILE *out, const char *name, const char *unit, double scale, const double value[5]) {
+    fprintf(out, "<tr><th>%s</th><td>%s</td>", name, unit);
+    for (int i = 0; i < 5; i++) number_cell(out, scale * value[i], "%.3g");
+    fputs("</tr>\n", out);
+}
+
+static void size_table(FILE *out, const struct gap_result *r, bool normalised) {
+    const struct gap_size *const sizes[5] = {&r->before, &r->after, &r->held_out_before, &r->held_out_after, &r->noise_floor};
+    double value[5];
+    fputs("<table><tr><th rowspan=\"2\">channel</th><th rowspan=\"2\">unit</th><th colspan=\"2\">data used</th><th colspan=\"2\">data held out</th>"
+          "<th rowspan=\"2\" class=\"n\">noise floor</th></tr>\n<tr><th class=\"n\">before</th><th class=\"n\">after</th><th class=\"n\">before</th>"
+          "<th class=\"n\">after</th></tr>\n", out);
+    for (int ch = 0; ch < GAP_CHANNELS; ch++) {
+        const struct picture_unit *u = &picture_units[ch];
+        for (int i = 0; i < 5; i++) value[i] = normalised ? sizes[i]->normalised[ch] : sizes[i]->channel[ch];
+        size_row(out, channel_words[ch], normalised ? "%" : u->difference_unit, normalised ? 100.0 : u->difference_scale, value);
+    }
+    for (int i = 0; i < 5; i++) value[i] = sizes[i]->overall;
+    if (normalised) size_row(out, "overall", "%", 100.0, value);
+    fputs("</table>\n", out);
+}
+
+void table_numbers(FILE *out, const struct gap_report *report) {
+    fputs("<section id=\"numbers\"><h2>The gap by channel</h2>\n<p>Rms difference of samples: that of the mean cycles and the noise of the samples "
+          "about them together, so that a perfect model ends at the noise floor. All with the model's own parameters fitted. Data used: the even "
+          "cycles. Data held out: ", out);
+    if (report->validate_file) html_text(out, "the log %s.", report->validate_file);
+    else fputs("the odd cycles, which no fit has seen.", out);
+    fputs(report->result->simulated ? "" : " Not simulated in closed loop: the equations under the measured motion, which take length and valve "
+                                           "command as given.", out);
+    fputs("</p>\n<div class=\"two\"><div><h3>SI units</h3>\n", out);
+    size_table(out, report->result, false);
+    fputs("<p class=\"small\">valve: % of full opening</p></div><div><h3>Normalised by the measured variation</h3>\n", out);
+    size_table(out, report->result, true);
+    fputs("<p class=\"small\">overall: root mean square over the channels</p></div></div></section>\n", out);
+}
+
+/* --- base */
+
+void table_base(FILE *out, const struct gap_result *r) {
+    fputs("<section id=\"base\"><h2>The model's own parameters, fitted</h2>\n<p>No configuration is exact: these are fitted first, within what "
+          "<code>model.tolerance</code> and the usual uncertainty of what it does not state allow. None of them is a finding; "
+          "<code>model.yaml</code> keeps the values given.</p>\n<table><tr><th>key</th><th class=\"n\">given</th><th class=\"n\">fitted</th>"
+          "<th class=\"n\">change</th><th></th></tr>\n", out);
+    for (int i = 0; i < r->base_values; i++) {
+        const struct gap_base_value *b = &r->base[i];
+        fputs("<tr><td><code>", out);
+        html_text(out, "%s", b->name);
+        fputs("</code></td><td class=\"n\">", out);
+        html_quantity(out, b->given, 0.0, "-");
+        fputs("</td><td class=\"n\">", out);
+        html_quantity(out, b->value, b->bound ? 0.0 : b->std, "-");
+        fputs("</td>", out);
+        number_cell(out, b->given != 0.0 ? 100.0 * (b->value / b->given - 1.0) : (double)NAN, "%+.2f %%");
+        fprintf(out, "<td>%s</td></tr>\n", b->bound ? "at the end of its range" : "");
+    }
+    fputs("</table></section>\n", out);
+}
+
+/* --- inertia matrix */
+
+void table_matrix(FILE *out, const struct gap_result *r) {
+    if (!r->matrices) return;
+    fputs("<section id=\"matrix\"><h2>Identified inertia matrix</h2>\n<p>Method A of Tian 2015 on the measured log, and on the logs that the model before "
+          "and after gives when it is driven as the rig was. What the missing effect does to the identification, the model must do too.</p>\n"
+          "<table><tr><th>entry</th><th>unit</th><th class=\"n\">measured</th><th class=\"n\">model before</th><th class=\"n\">off by</th>"
+          "<th class=\"n\">model after</th><th class=\"n\">off by</th></tr>\n", out);
+    for (int i = 0; i < IDENT_ENTRIES; i++) {
+        const struct ident_entry *e = &ident_entries[i];
+        double m = r->measured_mt[e->row][e->col], b = r->before_mt[e->row][e->col], a = r->after_mt[e->row][e->col];
+        fprintf(out, "<tr><th>%s</th><td>%s</td>", e->name, e->unit);
+        number_cell(out, m, "%.3f");
+        number_cell(out, b, "%.3f");
+        number_cell(out, 100.0 * (b / m - 1.0), "%+.2f %%");
+        number_cell(out, a, "%.3f");
+        number_cell(out, 100.0 * (a / m - 1.0), "%+.2f %%");
+        fputs("</tr>\n", out);
+    }
+    fputs("</table></section>\n", out);
+}
