@@ -1,3 +1,5 @@
+#include <jansson.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "cli.h"
@@ -15,14 +17,38 @@ static void print_effect(const struct effect *e) {
     puts("");
 }
 
+static json_t *effect_json(const struct effect *e) {
+    json_t *keys = json_array();
+    for (int k = 0; k < EFFECT_KEYS && e->keys[k].name; k++) {
+        const struct effect_key *key = &e->keys[k];
+        json_array_append_new(keys, json_pack("{ss ss sf sf sf sf sb sb}", "name", key->name, "unit", key->unit, "min", key->min, "max", key->max,
+                                              "neutral", key->neutral, "typical", key->typical, "per_leg", key->per_leg, "reciprocal",
+                                              key->reciprocal));
+    }
+    return json_pack("{ss ss ss so}", "name", e->name, "law", e->law, "signature", e->signature, "keys", keys);
+}
+
+static int write_json(const struct options *o, struct error *error) {
+    json_t *effects = json_array();
+    for (int i = 0; effect_table[i]; i++)
+        if (!o->operands || !strcmp(o->operand[0], effect_table[i]->name)) json_array_append_new(effects, effect_json(effect_table[i]));
+    json_t *root = json_pack("{ss so}", "schema", "hexid.effects/1", "effects", effects);
+    char *text = root ? json_dumps(root, JSON_INDENT(1)) : NULL;
+    int status = text ? cli_write_text(o->json, text, error) : error_set(error, STATUS_IO, "out of memory");
+    free(text);
+    json_decref(root);
+    return status;
+}
+
 int cmd_effects(int argc, char **argv) {
     struct options o;
     struct error error;
-    if (options_parse(&o, argc, argv, "", 1, &error)) return cli_fail(&error);
+    if (options_parse(&o, argc, argv, "j", 1, &error)) return cli_fail(&error);
     if (o.operands && effect_find(o.operand[0]) < 0) {
         error_set(&error, STATUS_USAGE, "effects %s: no such effect; `hexid effects` lists them", o.operand[0]);
         return cli_fail(&error);
     }
+    if (o.json) return write_json(&o, &error) ? cli_fail(&error) : EXIT_PASSED;
     for (int i = 0; effect_table[i]; i++)
         if (!o.operands || !strcmp(o.operand[0], effect_table[i]->name)) print_effect(effect_table[i]);
     return EXIT_PASSED;

@@ -92,7 +92,7 @@ static void progress(void *context, const char *step, double share) {
 }
 
 static int options(struct options *o, struct gap_options *g, int argc, char **argv, struct error *error) {
-    int status = options_parse(o, argc, argv, "cSjomvR", 0, error);
+    int status = options_parse(o, argc, argv, "cSjoMvR", 0, error);
     if (status) return status;
     if (!o->measured || !o->config || !o->output)
         return error_set(error, STATUS_USAGE, "`hexid gap` needs --measured LOG, -c FILE and -o DIR; see `hexid gap --help`");

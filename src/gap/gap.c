@@ -43,7 +43,7 @@ static void list_candidates(const struct diagnosis *d, const struct trial *trial
         for (int j = 0; j < r->candidates && !seen; j++) seen = r->candidate[j].effect == trial[i].hypothesis->effect;
         if (seen || r->candidates == EFFECTS_MAX) continue;
         r->candidate[r->candidates++] = (struct gap_candidate){.effect = trial[i].hypothesis->effect, .shape = trial[i].hypothesis->shape,
-            .gain = trial[i].gain, .share_explained = gap ? 1.0 - (trial[i].held_square - least) / before : 0.0};
+            .gain = trial[i].gain, .z = sqrt(fmax(trial[i].held_gain, 0.0)), .share_explained = gap ? 1.0 - (trial[i].held_square - least) / before : 0.0};
     }
 }
 

@@ -33,6 +33,7 @@ struct gap_effect {
 struct gap_candidate {
     int effect, shape;
     double gain;                          /* of the sum of white squares, fitted cycles, charged for its parameters */
+    double z;                             /* square root of the gain on held-out cycles */
     double share_explained;
 };
 

@@ -53,8 +53,8 @@ static json_t *rejected(const struct gap_result *r) {
         bool named = false;
         for (int j = 0; j < r->effects; j++) named = named || r->effect[j].effect == r->candidate[i].effect;
         if (named) continue;
-        json_array_append_new(array, json_pack("{ss so}", "name", effect_table[r->candidate[i].effect]->name, "share_explained",
-                                               number(r->candidate[i].share_explained)));
+        json_array_append_new(array, json_pack("{ss so so}", "name", effect_table[r->candidate[i].effect]->name, "share_explained",
+                                               number(r->candidate[i].share_explained), "z", number(r->candidate[i].z)));
     }
     return array;
 }
@@ -89,10 +89,10 @@ char *gap_json(const struct gap_result *r, const char *model) {
     for (int i = 0; i < r->effects; i++) json_array_append_new(effects, effect(&r->effect[i]));
     for (int i = 0; i < r->ambiguous; i++) json_array_append_new(rivals, json_string(effect_table[r->ambiguous_with[i]]->name));
     for (int i = 0; i < r->places; i++) json_array_append_new(where, place(&r->where[i]));
-    json_t *root = json_pack("{ss ss ss so so so so so so ss so so so ss ss}", "schema", "hexid.gap/1", "verdict", gap_verdict_names[r->verdict],
+    json_t *root = json_pack("{ss ss ss so so so so so so ss so so so so ss ss}", "schema", "hexid.gap/1", "verdict", gap_verdict_names[r->verdict],
                              "reason", r->reason, "effects", effects, "ambiguous_with", rivals, "rejected", rejected(r), "where", where, "gap",
                              sizes(r), "unexplained_fraction", number(r->unexplained_fraction), "next_experiment", r->next_experiment, "base",
-                             base(r), "Mt", matrices(r), "controller_difference", number(r->controller_difference), "replay",
+                             base(r), "Mt", matrices(r), "controller_difference", number(r->controller_difference), "seconds", number(r->seconds), "replay",
                              r->simulated ? "closed-loop" : "motion", "model", model);
     char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     json_decref(root);
