@@ -1,18 +1,13 @@
-/* hexid gap: logs in, diagnosis, files out. A file appears under its name only when it is whole. */
-#include <errno.h>
+/* hexid gap: logs in, diagnosis, files out. */
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include "cli.h"
-#include "config.h"
 #include "gap.h"
-#include "gap_json.h"
+#include "gap_files.h"
 #include "log.h"
 #include "messages.h"
-
-enum { PATH_SIZE = 4096 };
 
 static int load(const char *path, struct recording *r, struct error *error) {
     struct log_reader *log;
@@ -27,30 +22,6 @@ static int load(const char *path, struct recording *r, struct error *error) {
     if (!status) return STATUS_OK;
     struct error reason = *error;
     return error_set(error, reason.status, "%.100s: %.280s", path, reason.text);
-}
-
-static int write_whole(const char *directory, const char *name, const char *text, struct error *error) {
-    char path[PATH_SIZE], temporary[PATH_SIZE];
-    if (!text) return error_set(error, STATUS_IO, "out of memory");
-    snprintf(path, sizeof path, "%s/%s", directory, name);
-    snprintf(temporary, sizeof temporary, "%s/.%s.%ld", directory, name, (long)getpid());
-    int status = cli_write_text(temporary, text, error);
-    if (!status && rename(temporary, path)) status = error_set(error, STATUS_IO, "%.300s: cannot be written: %s", path, strerror(errno));
-    if (status) unlink(temporary);
-    return status;
-}
-
-static int write_results(const struct options *o, const struct gap_result *r, struct error *error) {
-    char path[PATH_SIZE];
-    snprintf(path, sizeof path, "%s/model.yaml", o->output);
-    if (mkdir(o->output, 0777) && errno != EEXIST) return error_set(error, STATUS_IO, "%.300s: cannot be made: %s", o->output, strerror(errno));
-    char *model = config_text(&r->model), *json = gap_json(r, path);
-    int status = write_whole(o->output, "model.yaml", model, error);
-    if (!status) status = write_whole(o->output, "gap.json", json, error);
-    if (!status && o->json) status = cli_write_text(o->json, json, error);
-    free(model);
-    free(json);
-    return status;
 }
 
 static void print_effect(const struct gap_effect *e, FILE *out) {
@@ -115,8 +86,10 @@ static int run(int argc, char **argv, struct params *params, struct recording *m
     if (!status) status = load(o.measured, measured, error);
     if (!status && o.validate) status = load(o.validate, validate, error);
     if (!status) status = gap_solve(params, measured, o.validate ? validate : NULL, &g, result, error);
-    if (!status) status = write_results(&o, result, error);
-    if (!status) print(result, o.json && !strcmp(o.json, "-") ? stderr : stdout);
+    if (status) return status;
+    status = gap_files_write(&o, result, measured, error);
+    gap_files_publish(params, result);
+    print(result, o.json && !strcmp(o.json, "-") ? stderr : stdout);
     return status;
 }
 
