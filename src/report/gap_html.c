@@ -31,6 +31,7 @@ static const char style[] =
     "p.notice{padding:8px 12px}\n"
     ".next{border-left:3px solid var(--accent);padding:4px 0 4px 14px;margin-top:18px}\n"
     ".two{display:grid;grid-template-columns:1fr 1fr;gap:16px 32px}\n"
+    ".loops{display:grid;grid-template-columns:2fr 1fr;gap:0 8px}\n"
     ".wide{overflow-x:auto}\n"
     "figure{margin:8px 0}\n"
     "img{max-width:100%;height:auto;display:block}\n"
@@ -40,7 +41,7 @@ static const char style[] =
     ".n{text-align:right;white-space:nowrap}\n"
     "table.map{border-collapse:separate;border-spacing:1px;font-size:12px}\n"
     "table.map td{width:32px;min-width:28px;height:24px;padding:0;text-align:center;vertical-align:middle;border:0}\n"
-    "table.map th{border:0;padding:2px 6px 2px 0;text-align:center}\n"
+    "table.map th{border:0;padding:2px 6px 2px 0;text-align:center;vertical-align:middle}\n"
     "table.map td:nth-child(6n+2){border-left:3px solid #fff}\n"
     "table.map th.side{text-align:left;font-weight:600;color:var(--ink);padding-top:8px}\n"
     "table.map .none{background:repeating-linear-gradient(135deg,#fff 0 5px,#eee 5px 6px)}\n"
@@ -52,7 +53,7 @@ static const char style[] =
     ".sizes i{display:block;height:12px}\n"
     ".sizes b{grid-column:1/4;font-weight:600;margin-top:2px}\n"
     "@media print{body{max-width:none;padding:0}section{break-inside:avoid}}\n"
-    "@media(max-width:800px){.cards,.two{grid-template-columns:1fr}body{padding:12px}}\n"
+    "@media(max-width:800px){.cards,.two,.loops{grid-template-columns:1fr}body{padding:12px}}\n"
     "</style>\n";
 
 /* --- first screen */

@@ -120,34 +120,33 @@ void section_waveforms(struct page *p) {
     free(spot);
 }
 
-/* The largest spot of a channel; false where there is none. */
-static bool largest(const struct waves *w, enum gap_channel channel, struct spot *found) {
-    int count;
-    struct spot *spot = spots(w, &count);
-    bool ok = false;
-    for (int i = 0; i < count && spot && !ok; i++)
-        if (spot[i].channel == channel) *found = spot[i], ok = true;
-    free(spot);
-    return ok;
+/* The test and leg where the force balance, weighed by its noise, is off most; NULL where nothing was evaluated. */
+static const struct gap_place *loop_place(const struct gap_result *r) {
+    for (int i = 0; i < r->places; i++)
+        if (r->where[i].channel == GAP_FORCE) return &r->where[i];
+    return r->places ? &r->where[0] : NULL;
+}
+
+static const struct wave_test *find_test(const struct waves *w, int test) {
+    for (int i = 0; i < w->tests; i++)
+        if (w->test[i].test == test) return &w->test[i];
+    return NULL;
 }
 
 void section_loops(struct page *p) {
-    struct spot spot;
+    const struct gap_place *place = loop_place(p->report->result);
+    const struct wave_test *motion = place ? find_test(p->report->motion, place->test) : NULL;
+    const struct wave_test *simulated = place && p->report->result->simulated ? find_test(p->report->waves, place->test) : NULL;
     char caption[200];
-    fputs("<section id=\"loops\"><h2>Loops over velocity</h2>\n<p>The area of a force loop is the energy lost in a cycle. "
-          "Dry friction is a jump at zero velocity, viscous friction a slope, inertia and stiffness an open loop.</p>\n", p->out);
-    if (largest(p->report->motion, GAP_FORCE, &spot)) {
-        snprintf(caption, sizeof caption, "Test %s, leg %d: hydraulic force A1 P1 - A2 P2, and the force the model needs for the measured motion",
-                 axis_words[spot.test->dof], spot.leg + 1);
-        draw(p, write_force_loop, &(struct picture){spot.test, spot.leg, has_after(p)}, GAP_FORCE, caption);
-    }
-    if (p->report->result->simulated && largest(p->report->waves, GAP_VALVE, &spot)) {
-        snprintf(caption, sizeof caption, "Test %s, leg %d: leg velocity over valve command", axis_words[spot.test->dof], spot.leg + 1);
-        fputs("<div class=\"two\">", p->out);
-        draw(p, write_valve_loop, &(struct picture){spot.test, spot.leg, has_after(p)}, GAP_VALVE, caption);
-        fputs("</div>", p->out);
-    }
-    fputs("</section>\n", p->out);
+    if (!motion) return;
+    fputs("<section id=\"loops\"><h2>Loops over velocity</h2>\n<p>The area of a force loop is the energy lost in a cycle. In what the model leaves over, "
+          "dry friction is a jump at zero velocity, viscous friction a slope, inertia and stiffness an open loop.</p>\n<div class=\"loops\">\n", p->out);
+    snprintf(caption, sizeof caption, "Test %s, leg %d: hydraulic force A1 P1 - A2 P2, and the force that the model needs for the measured motion; "
+             "beside it what is left over", axis_words[motion->dof], place->leg + 1);
+    draw(p, write_force_loop, &(struct picture){motion, place->leg, has_after(p)}, GAP_FORCE, caption);
+    snprintf(caption, sizeof caption, "Leg velocity over valve command, each with its own motion");
+    if (simulated) draw(p, write_valve_loop, &(struct picture){simulated, place->leg, has_after(p)}, GAP_VALVE, caption);
+    fputs("</div></section>\n", p->out);
 }
 
 /* --- disagreement map */

@@ -66,19 +66,35 @@ static void hypothesis_row(FILE *out, const struct gap_result *r, int place) {
     fputs("<br><code>", out);
     html_text(out, "%s", effect_table[c->effect]->name);
     fprintf(out, "</code></td><td class=\"bar\"><i style=\"width:%.1f%%\"></i></td>", 100.0 * share);
-    number_cell(out, 100.0 * c->share_explained, "%.1f %%");
-    number_cell(out, c->gain > 0.0 ? sqrt(c->gain) : 0.0, "%.1f");
+    number_cell(out, 100.0 * share, "%.1f %%");
+    number_cell(out, sqrt(c->gain), "%.1f");
     fprintf(out, "<td>%s</td></tr>\n", found ? "named" : rival(r, c->effect) ? "cannot be told from it" : "");
 }
 
+/* What gains nothing is worth a name, no row. */
+static void list_rest(FILE *out, const struct gap_result *r) {
+    int rest = 0;
+    for (int i = 0; i < r->candidates; i++)
+        if (r->candidate[i].gain <= 0.0) {
+            fputs(rest++ ? ", <code>" : "<p class=\"small\">No gain at all: <code>", out);
+            html_text(out, "%s", effect_table[r->candidate[i].effect]->name);
+            fputs("</code>", out);
+        }
+    if (rest) fputs(".</p>\n", out);
+}
+
 void table_hypotheses(FILE *out, const struct gap_result *r) {
-    fprintf(out, "<section id=\"hypotheses\"><h2>Hypotheses, best first</h2>\n<p>Each of the %d effects of the catalogue, alone, beside the model's own "
+    fprintf(out, "<section id=\"hypotheses\"><h2>Hypotheses, best first</h2>\n<p>Each of %d effects of the catalogue, alone, beside the model's own "
                  "parameters. The share is that of the squared gap on cycles that were not fitted to. z is the square root of the likelihood "
                  "gain on the fitted cycles, charged for the effect's parameters; what stays below 6 is not named.</p>\n"
-                 "<table class=\"ranking\"><tr><th class=\"n\">#</th><th>effect</th><th>share explained</th><th></th><th class=\"n\">z</th><th></th></tr>\n",
+                 "<table class=\"ranking\"><tr><th class=\"n\">#</th><th>effect</th><th colspan=\"2\">share explained</th><th class=\"n\">z</th>"
+                 "<th></th></tr>\n",
             r->candidates);
-    for (int i = 0; i < r->candidates; i++) hypothesis_row(out, r, i);
-    fputs("</table></section>\n", out);
+    for (int i = 0; i < r->candidates; i++)
+        if (r->candidate[i].gain > 0.0) hypothesis_row(out, r, i);
+    fputs("</table>\n", out);
+    list_rest(out, r);
+    fputs("</section>\n", out);
 }
 
 /* --- numbers */
@@ -86,14 +102,17 @@ void table_hypotheses(FILE *out, const struct gap_result *r) {
 static const char *const channel_words[GAP_CHANNELS] = {"leg length", "leg force", "pressure P1", "pressure P2", "valve command"};
 
 /* In units in which differences are read. */
-static void size_row(FILE *out, const char *name, const char *unit, double scale, const double value[5]) {
+static void size_row(FILE *out, const char *name, const char *unit, double scale, int decimals, const double value[5]) {
+    char format[] = "%.0f";
+    format[2] = (char)('0' + decimals);
     fprintf(out, "<tr><th>%s</th><td>%s</td>", name, unit);
-    for (int i = 0; i < 5; i++) number_cell(out, scale * value[i], "%.3g");
+    for (int i = 0; i < 5; i++) number_cell(out, scale * value[i], format);
     fputs("</tr>\n", out);
 }
 
 static void size_table(FILE *out, const struct gap_result *r, bool normalised) {
     const struct gap_size *const sizes[5] = {&r->before, &r->after, &r->held_out_before, &r->held_out_after, &r->noise_floor};
+    static const int decimals[GAP_CHANNELS] = {[GAP_LENGTH] = 1, [GAP_FORCE] = 1, [GAP_P1] = 2, [GAP_P2] = 2, [GAP_VALVE] = 4};
     double value[5];
     fputs("<table><tr><th rowspan=\"2\">channel</th><th rowspan=\"2\">unit</th><th colspan=\"2\">data used</th><th colspan=\"2\">data held out</th>"
           "<th rowspan=\"2\" class=\"n\">noise floor</th></tr>\n<tr><th class=\"n\">before</th><th class=\"n\">after</th><th class=\"n\">before</th>"
@@ -101,10 +120,11 @@ static void size_table(FILE *out, const struct gap_result *r, bool normalised) {
     for (int ch = 0; ch < GAP_CHANNELS; ch++) {
         const struct picture_unit *u = &picture_units[ch];
         for (int i = 0; i < 5; i++) value[i] = normalised ? sizes[i]->normalised[ch] : sizes[i]->channel[ch];
-        size_row(out, channel_words[ch], normalised ? "%" : u->difference_unit, normalised ? 100.0 : u->difference_scale, value);
+        if (normalised) size_row(out, channel_words[ch], "%", 100.0, 2, value);
+        else size_row(out, channel_words[ch], u->difference_unit, u->difference_scale, decimals[ch], value);
     }
     for (int i = 0; i < 5; i++) value[i] = sizes[i]->overall;
-    if (normalised) size_row(out, "overall", "%", 100.0, value);
+    if (normalised) size_row(out, "overall", "%", 100.0, 2, value);
     fputs("</table>\n", out);
 }
 
