@@ -1,5 +1,6 @@
 #include "gap_html.h"
 
+#include <ctype.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,12 +19,13 @@ static const char style[] =
     "header{display:flex;justify-content:space-between;gap:24px;font-size:13px;color:var(--soft);border-bottom:1px solid var(--line);padding-bottom:8px}\n"
     ".kicker{margin:18px 0 0;color:var(--accent);font-size:15px;font-weight:600}\n"
     "h1{margin:2px 0 4px;font-size:32px;line-height:1.18;font-weight:600;letter-spacing:-.01em}\n"
+    "h1.long{font-size:25px}\n"
     "h2{margin:44px 0 6px;font-size:21px;font-weight:600;border-top:1px solid var(--line);padding-top:18px}\n"
     "h3{margin:16px 0 6px;font-size:15px;font-weight:600}\n"
     "p{margin:6px 0;max-width:52em}\n"
     "code{font:13px ui-monospace,'DejaVu Sans Mono','Liberation Mono',monospace;color:#333}\n"
     ".lead{color:var(--soft);margin-top:0}\n"
-    ".cards{display:grid;grid-template-columns:1.15fr 1fr 1.15fr;gap:36px;margin-top:16px}\n"
+    ".cards{display:grid;grid-template-columns:minmax(0,1.15fr) minmax(0,1fr) minmax(0,1.15fr);gap:36px;margin-top:16px}\n"
     ".cards h2{margin:0 0 8px;font-size:15px;border-top:2px solid var(--ink);padding-top:8px}\n"
     ".big{font-size:34px;line-height:1.1;font-weight:600;color:var(--accent);margin:0 0 2px}\n"
     ".small,figcaption{font-size:13px;color:var(--soft)}\n"
@@ -58,31 +60,43 @@ static const char style[] =
 
 /* --- first screen */
 
+enum { LONG_HEADLINE = 62 };
+
 static const char *const kickers[GAP_VERDICTS] = {
     [GAP_EFFECT_NAMED] = "Missing in the model", [GAP_NO_GAP] = "Nothing is missing in the model",
     [GAP_AMBIGUOUS] = "Missing in the model, and these data cannot tell which", [GAP_UNKNOWN_EFFECT] = "Something is missing in the model",
 };
 
-static void effects_headline(FILE *out, const struct gap_result *r) {
+static const char *joint(const struct gap_result *r, int place) {
+    bool either = place == r->effects - 1 && r->ambiguous > 0;
+    if (!place) return either && r->effects > 1 ? "either " : "";
+    return place < r->effects - 1 ? ", " : either ? ", and either " : " and ";
+}
+
+static void effects_words(FILE *out, const struct gap_result *r) {
     for (int i = 0; i < r->effects; i++) {
-        char *words = NULL;
-        size_t size;
-        FILE *stream = open_memstream(&words, &size);
-        if (!stream) return;
-        section_effect_words(stream, r->effect[i].effect, r->effect[i].shape);
-        if (!fclose(stream) && i) fprintf(out, " and %s", words);
-        else if (words) fprintf(out, "%c%s", words[0] >= 'a' && words[0] <= 'z' ? words[0] - 32 : words[0], words + 1);
-        free(words);
+        fputs(joint(r, i), out);
+        section_effect_words(out, r->effect[i].effect, r->effect[i].shape);
     }
-    for (int i = 0; i < r->ambiguous; i++) html_text(out, " or %s", effect_table[r->ambiguous_with[i]]->plain);
+    for (int i = 0; i < r->ambiguous; i++) html_text(out, ", or %s", effect_table[r->ambiguous_with[i]]->plain);
+}
+
+static void headline_words(FILE *out, const struct gap_result *r) {
+    if (r->verdict == GAP_NO_GAP) fputs("what is left between model and measurement is noise", out);
+    else if (r->verdict == GAP_UNKNOWN_EFFECT) fputs("an effect that is not in the catalogue", out);
+    else effects_words(out, r);
 }
 
 static void headline(FILE *out, const struct gap_result *r) {
-    fprintf(out, "<p class=\"kicker\">%s</p>\n<h1>", kickers[r->verdict]);
-    if (r->verdict == GAP_NO_GAP) fputs("What is left between model and measurement is noise", out);
-    else if (r->verdict == GAP_UNKNOWN_EFFECT) fputs("An effect that is not in the catalogue", out);
-    else effects_headline(out, r);
-    fputs("</h1>\n", out);
+    char *words = NULL;
+    size_t size = 0;
+    FILE *stream = open_memstream(&words, &size);
+    if (!stream) return;
+    headline_words(stream, r);
+    if (!fclose(stream))
+        fprintf(out, "<p class=\"kicker\">%s</p>\n<h1%s>%c%s</h1>\n", kickers[r->verdict], size > LONG_HEADLINE ? " class=\"long\"" : "",
+                toupper((unsigned char)words[0]), words + 1);
+    free(words);
 }
 
 static void effect_card(FILE *out, const struct gap_effect *e) {
@@ -133,10 +147,12 @@ static const struct gap_candidate *runner_up(const struct gap_result *r) {
     return NULL;
 }
 
-static void evidence(FILE *out, const struct gap_effect *e) {
-    fprintf(out, "<p>Explains <b>%.1f %%</b> of the squared gap on cycles it was not fitted to; likelihood ratio <b>z = %.0f</b>, and 6 is the least "
-                 "that is named.</p>\n<p class=\"small\">", 100.0 * e->share_explained, e->z);
-    html_text(out, "%s", e->evidence);
+static void evidence(FILE *out, const struct gap_effect *e, bool first) {
+    if (first) fprintf(out, "<p>Explains <b>%.1f %%</b> of the squared gap on cycles it was not fitted to; likelihood ratio <b>z = %.0f</b>, and 6 is "
+                            "the least that is named.</p>\n<p class=\"small\">", 100.0 * e->share_explained, e->z);
+    else fputs("<p>", out);
+    html_text(out, "%s", first ? e->evidence : effect_table[e->effect]->name);
+    if (!first) fprintf(out, ": z = %.0f on what was left after that.", e->z);
     fputs("</p>\n", out);
 }
 
@@ -145,9 +161,10 @@ static void sure_card(FILE *out, const struct gap_result *r) {
     fputs("<div><h2>How sure</h2>\n<p>Verdict <code>", out);
     html_text(out, "%s", gap_verdict_names[r->verdict]);
     fputs("</code></p>\n", out);
-    for (int i = 0; i < r->effects; i++) evidence(out, &r->effect[i]);
+    for (int i = 0; i < r->effects; i++) evidence(out, &r->effect[i], i == 0);
     if (!r->effects)
-        fprintf(out, "<p>Mean white square of what is left on held-out cycles: <b>%.2f</b>; noise alone is 1.</p>\n", r->white_after);
+        fprintf(out, "<p>What is left on held-out cycles, squared and weighed by its noise: <b>%.2f</b> on average; noise alone stays near or below 1.</p>\n",
+                r->white_after);
     if (next) {
         fputs(r->effects ? "<p>Runner-up: " : "<p>Closest effect: ", out);
         section_effect_words(out, next->effect, next->shape);
@@ -168,7 +185,7 @@ static void size_group(FILE *out, const char *name, const struct gap_result *r, 
     fputs("<div class=\"sizes\"><b>", out);
     html_text(out, "%s", name);
     fputs("</b>\n", out);
-    size_bar(out, "before", before, full, "#8a8a8a");
+    size_bar(out, r->effects ? "before" : "model", before, full, "#8a8a8a");
     if (r->effects) size_bar(out, "after", after, full, "var(--accent)");
     size_bar(out, "noise floor", r->noise_floor.overall, full, "#d4d4d4");
     fputs("</div>\n", out);
@@ -177,7 +194,7 @@ static void size_group(FILE *out, const char *name, const struct gap_result *r, 
 static void shrink_card(FILE *out, const struct gap_report *report) {
     const struct gap_result *r = report->result;
     double full = fmax(fmax(r->before.overall, r->held_out_before.overall), r->noise_floor.overall);
-    fputs("<div><h2>How much of the gap is gone</h2>\n", out);
+    fprintf(out, "<div><h2>%s</h2>\n", r->effects ? "How much of the gap is gone" : "How large the gap is");
     if (r->effects)
         fprintf(out, "<p class=\"big\">%.0f %%</p><p class=\"small\">of the squared gap above the noise floor, on data held out</p>\n",
                 100.0 * (1.0 - r->unexplained_fraction));
@@ -239,6 +256,7 @@ static void page_write(struct page *p) {
     html_text(p->out, "hexid gap: %s", p->report->result->reason);
     fprintf(p->out, "</title>\n%s</head>\n<body>\n", style);
     first_screen(p->out, p->report);
+    table_legs(p->out, p->report->result);
     section_map(p);
     section_waveforms(p);
     section_loops(p);

@@ -100,24 +100,58 @@ static struct spot *spots(const struct waves *w, int *count) {
 
 static bool has_after(const struct page *p) { return p->report->result->effects > 0; }
 
-void section_waveforms(struct page *p) {
-    int count, taken[GAP_CHANNELS] = {0}, channels = 0, shown = 0;
-    struct spot *spot = spots(p->report->waves, &count);
+static const struct wave_test *find_test(const struct waves *w, int test) {
+    for (int i = 0; i < w->tests; i++)
+        if (w->test[i].test == test) return &w->test[i];
+    return NULL;
+}
+
+/* What is worth a picture, in order: the places of the gap, which noise weighs; then what differs most. To be freed. */
+static struct spot *list_spots(const struct page *p, int *count) {
+    const struct waves *w = p->report->waves;
+    const struct gap_result *r = p->report->result;
+    int others;
+    struct spot *by = spots(w, &others), *list = by ? malloc(((size_t)others + GAP_PLACES) * sizeof *list) : NULL;
+    *count = 0;
+    for (int i = 0; i < r->places && list; i++) {
+        const struct gap_place *place = &r->where[i];
+        const struct wave_test *t = find_test(w, place->test);
+        if (!t || !w->evaluated[place->channel]) continue;
+        const struct wave *v = &t->wave[place->channel][place->leg];
+        list[(*count)++] = (struct spot){t, place->channel, place->leg, waves_distance(v->measured, v->before) / w->variation[place->channel]};
+    }
+    for (int i = 0; i < others && list; i++) list[(*count)++] = by[i];
+    free(by);
+    return list;
+}
+
+/* The first few of the list, no channel too often, no channel of a test twice. */
+static int choose(const struct page *p, const struct spot *list, int count, struct spot chosen[PICTURES]) {
+    int channels = 0, taken[GAP_CHANNELS] = {0}, n = 0;
     for (int ch = 0; ch < GAP_CHANNELS; ch++) channels += p->report->waves->evaluated[ch];
-    int most = channels ? (PICTURES + channels - 1) / channels : 0;
+    for (int i = 0; i < count && n < PICTURES; i++) {
+        bool seen = taken[list[i].channel] >= (PICTURES + channels - 1) / channels;
+        for (int j = 0; j < n; j++) seen = seen || (chosen[j].test == list[i].test && chosen[j].channel == list[i].channel);
+        if (!seen) taken[list[i].channel]++, chosen[n++] = list[i];
+    }
+    return n;
+}
+
+void section_waveforms(struct page *p) {
+    int count;
+    struct spot *list = list_spots(p, &count), chosen[PICTURES];
+    int n = list ? choose(p, list, count, chosen) : 0;
     fputs("<section id=\"waveforms\"><h2>Where they disagree most: mean cycles</h2>\n<p>Measured, and the model driven ", p->out);
     fputs(p->report->result->simulated ? "as the rig was (same reference, same controller)" : "by the measured motion and commands", p->out);
     fputs(". Below each: measured less model; the grey band is the noise of a single sample, ±1 standard deviation.</p>\n<div class=\"two\">\n", p->out);
-    for (int i = 0; i < count && spot && shown < PICTURES; i++) {
+    for (int i = 0; i < n; i++) {
         char caption[160];
-        if (taken[spot[i].channel]++ >= most) continue;
-        snprintf(caption, sizeof caption, "Test %s, %s of leg %d: the model before misses %.1f %% of the channel's variation",
-                 axis_words[spot[i].test->dof], channel_words[spot[i].channel], spot[i].leg + 1, 100.0 * spot[i].size);
-        draw(p, write_wave, &(struct picture){spot[i].test, spot[i].leg, has_after(p)}, spot[i].channel, caption);
-        shown++;
+        snprintf(caption, sizeof caption, "Test %s, %s of leg %d: before, the model is off by %.1f %% of the channel's variation",
+                 axis_words[chosen[i].test->dof], channel_words[chosen[i].channel], chosen[i].leg + 1, 100.0 * chosen[i].size);
+        draw(p, write_wave, &(struct picture){chosen[i].test, chosen[i].leg, has_after(p)}, chosen[i].channel, caption);
     }
     fputs("</div></section>\n", p->out);
-    free(spot);
+    free(list);
 }
 
 /* The test and leg where the force balance, weighed by its noise, is off most; NULL where nothing was evaluated. */
@@ -125,12 +159,6 @@ static const struct gap_place *loop_place(const struct gap_result *r) {
     for (int i = 0; i < r->places; i++)
         if (r->where[i].channel == GAP_FORCE) return &r->where[i];
     return r->places ? &r->where[0] : NULL;
-}
-
-static const struct wave_test *find_test(const struct waves *w, int test) {
-    for (int i = 0; i < w->tests; i++)
-        if (w->test[i].test == test) return &w->test[i];
-    return NULL;
 }
 
 void section_loops(struct page *p) {
@@ -190,8 +218,9 @@ static void map_rows(const struct page *p, bool after, double full) {
     for (int i = 0; i < w->tests; i++) {
         fprintf(p->out, "<tr><th>%s</th>", axis_words[w->test[i].dof]);
         for (int ch = 0; ch < GAP_CHANNELS; ch++) {
-            if (!w->evaluated[ch]) fprintf(p->out, "<td class=\"none\" colspan=\"%d\"></td>", LEGS);
-            for (int leg = 0; leg < LEGS && w->evaluated[ch]; leg++) map_cell(p->out, spot_size(w, i, ch, leg, after), full);
+            for (int leg = 0; leg < LEGS; leg++)
+                if (w->evaluated[ch]) map_cell(p->out, spot_size(w, i, ch, leg, after), full);
+                else fputs("<td class=\"none\"></td>", p->out);
         }
         fputs("</tr>\n", p->out);
     }

@@ -18,29 +18,62 @@ static void number_cell(FILE *out, double value, const char *format) {
 
 /* --- parameters */
 
-static void parameter(FILE *out, const struct gap_effect *e, int key, int leg) {
+static void parameter_cell(FILE *out, const struct gap_effect *e, int key, int leg, const char *unit) {
     fputs("<td class=\"n\">", out);
-    html_quantity(out, e->values.value[key][leg], e->std[key][leg], e->shape == SHAPE_EACH ? "-" : effect_table[e->effect]->keys[key].unit);
+    html_quantity(out, e->values.value[key][leg], e->std[key][leg], unit);
     fputs(e->bound[key][leg] ? " <span class=\"notice\">at its bound</span></td>" : "</td>", out);
 }
 
+static void spread_cell(FILE *out, const double value[LEGS], const char *unit) {
+    double least = value[0], most = value[0];
+    for (int leg = 1; leg < LEGS; leg++) least = fmin(least, value[leg]), most = fmax(most, value[leg]);
+    fputs("<td class=\"n\">", out);
+    html_quantity(out, least, 0.0, "-");
+    fputs(" to ", out);
+    html_quantity(out, most, 0.0, unit);
+    fputs("</td>", out);
+}
+
+static void key_cell(FILE *out, const struct effect_key *key) {
+    fputs("<tr><td><code>", out);
+    html_text(out, "%s", key->name);
+    fputs("</code></td>", out);
+}
+
 void table_parameters(FILE *out, const struct gap_effect *e) {
-    const struct effect *effect = effect_table[e->effect];
-    int first = e->shape >= 0 ? e->shape : 0, end = e->shape == SHAPE_EACH ? LEGS : first + 1;
+    const struct effect_key *keys = effect_table[e->effect]->keys;
     fputs("<table class=\"parameters\">", out);
-    if (e->shape == SHAPE_EACH) {
-        fputs("<tr><th>leg</th>", out);
-        for (int leg = 0; leg < LEGS; leg++) fprintf(out, "<th class=\"n\">%d</th>", leg + 1);
-        fputs("</tr>\n", out);
-    }
-    for (int key = 0; key < EFFECT_KEYS && effect->keys[key].name; key++) {
-        fputs("<tr><td><code>", out);
-        html_text(out, "%s", effect->keys[key].name);
-        fputs("</code></td>", out);
-        for (int leg = first; leg < end; leg++) parameter(out, e, key, leg);
+    for (int key = 0; key < EFFECT_KEYS && keys[key].name; key++) {
+        key_cell(out, &keys[key]);
+        if (e->shape == SHAPE_EACH) spread_cell(out, e->values.value[key], keys[key].unit);
+        else parameter_cell(out, e, key, e->shape >= 0 ? e->shape : 0, keys[key].unit);
         fputs("</tr>\n", out);
     }
     fputs("</table>\n", out);
+}
+
+static void leg_rows(FILE *out, const struct gap_effect *e) {
+    const struct effect_key *keys = effect_table[e->effect]->keys;
+    for (int key = 0; key < EFFECT_KEYS && keys[key].name; key++) {
+        key_cell(out, &keys[key]);
+        fputs("<td>", out);
+        html_text(out, "%s", keys[key].unit);
+        fputs("</td>", out);
+        for (int leg = 0; leg < LEGS; leg++) parameter_cell(out, e, key, leg, "-");
+        fputs("</tr>\n", out);
+    }
+}
+
+void table_legs(FILE *out, const struct gap_result *r) {
+    bool any = false;
+    for (int i = 0; i < r->effects; i++) any = any || r->effect[i].shape == SHAPE_EACH;
+    if (!any) return;
+    fputs("<section id=\"legs\"><h2>Parameters leg by leg</h2>\n<div class=\"wide\"><table><tr><th>key</th><th>unit</th>", out);
+    for (int leg = 0; leg < LEGS; leg++) fprintf(out, "<th class=\"n\">leg %d</th>", leg + 1);
+    fputs("</tr>\n", out);
+    for (int i = 0; i < r->effects; i++)
+        if (r->effect[i].shape == SHAPE_EACH) leg_rows(out, &r->effect[i]);
+    fputs("</table></div></section>\n", out);
 }
 
 /* --- hypotheses */
