@@ -18,11 +18,15 @@ void hydraulics_rest(const struct cylinder_model *m, const double force_n[LEGS],
     s->supply_m3_per_s = 0.0;
 }
 
+double hydraulics_film(const struct cylinder_model *m, int leg, double length_m) {
+    return FILM_TIME_S * cylinder_stiffness(m, leg, length_m);
+}
+
 struct leg_push hydraulics_push(const struct cylinder_model *m, int leg, const struct hydraulics_state *s, double length_m, double rate_mps) {
     double half_m = 0.5 * m->machine.clearance_m[leg], play_m = s->play_m[leg];
     struct leg_push push = {.piston_mps = rate_mps, .least_n = -(double)INFINITY, .most_n = (double)INFINITY};
     if (!(half_m > 0.0)) return push;
-    double film = FILM_TIME_S * cylinder_stiffness(m, leg, length_m + play_m);
+    double film = hydraulics_film(m, leg, length_m + play_m);
     double load_n = cylinder_hydraulic_force(m, &s->cylinder[leg]) + film * rate_mps; /* = friction + film at the piston's free speed */
     int direction = load_n < 0.0 ? -1 : 1;
     double dry_n = cylinder_friction(m, leg, &s->cylinder[leg], direction, 0.0).dry;

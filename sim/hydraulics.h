@@ -6,8 +6,8 @@
  * Joint play y: the piston stands y ahead of the joint, |y| <= clearance/2; chambers, leg friction and length sensor belong to the piston,
  * the rod's mass and the end stops to the joint. The piston itself has no mass: off the joint's flanks it runs at the speed at which the
  * hydraulic force equals its friction and the drag of the oil film in the joint, so thick that the chambers' springs come to rest in it
- * within 0.2 ms (2 kN s/m at mid-stroke); at a flank it moves with the joint, for as long as it is pressed against it. So the joint is at the flank that the leg's force points to, and crosses over when that
- * force changes sign. Not modelled: bouncing (no mass, no bounce), play across the leg. */
+ * within 0.2 ms (2 kN s/m at mid-stroke); at a flank it moves with the joint, for as long as it is pressed against it. So the joint is at
+ * the flank that the leg's force points to, and crosses over when that force changes sign. Not modelled: bouncing (no mass, no bounce), play across the leg. */
 #ifndef HEXID_HYDRAULICS_H
 #define HEXID_HYDRAULICS_H
 
@@ -38,6 +38,9 @@ void hydraulics_limit(const struct cylinder_model *m, const double length_m[LEGS
 
 /* One Runge-Kutta step of fourth order and hydraulics_limit; the input at its start, middle and end. */
 void hydraulics_step(const struct cylinder_model *m, double dt_s, const struct hydraulics_input in[3], struct hydraulics_state *s);
+
+/* Drag of the oil film in a leg's joint, N s/m, piston at this length. */
+double hydraulics_film(const struct cylinder_model *m, int leg, double length_m);
 
 /* What a leg gives to its joint. */
 struct leg_push {

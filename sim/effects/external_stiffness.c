@@ -23,8 +23,8 @@ const struct effect external_stiffness = {
     .keys = {[X] = {.name = "x", .unit = "N/m", .min = 0.0, .max = 1e7, .typical = 4e3},
              [Y] = {.name = "y", .unit = "N/m", .min = 0.0, .max = 1e7, .typical = 4e3},
              [Z] = {.name = "z", .unit = "N/m", .min = 0.0, .max = 1e7, .typical = 4e3},
-             [PHI] = {.name = "phi", .unit = "N m/rad", .min = 0.0, .max = 1e6, .typical = 2e3},
-             [THETA] = {.name = "theta", .unit = "N m/rad", .min = 0.0, .max = 1e6, .typical = 2e3},
-             [PSI] = {.name = "psi", .unit = "N m/rad", .min = 0.0, .max = 1e6, .typical = 2e3}},
+             [PHI] = {.name = "phi", .unit = "N m/rad", .min = 0.0, .max = 1e6, .typical = 4e3},
+             [THETA] = {.name = "theta", .unit = "N m/rad", .min = 0.0, .max = 1e6, .typical = 4e3},
+             [PSI] = {.name = "psi", .unit = "N m/rad", .min = 0.0, .max = 1e6, .typical = 4e3}},
     .wrench = wrench,
 };

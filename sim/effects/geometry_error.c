@@ -16,11 +16,11 @@ const struct effect geometry_error = {
     .law = "joints lie at a_i + (a_x, a_y, a_z) on the platform and at b_i + (b_x, b_y, b_z) on the base",
     .signature = "leg forces: all axes coupled a little, static loads unlike; lengths and poses as measured stay consistent with "
                  "themselves",
-    .keys = {[A_X] = {.name = "a_x_m", .unit = "m", .min = -0.1, .max = 0.1, .typical = 1e-3, .per_leg = true},
-             [A_Y] = {.name = "a_y_m", .unit = "m", .min = -0.1, .max = 0.1, .typical = -1e-3, .per_leg = true},
-             [A_Z] = {.name = "a_z_m", .unit = "m", .min = -0.1, .max = 0.1, .typical = 1e-3, .per_leg = true},
-             [B_X] = {.name = "b_x_m", .unit = "m", .min = -0.1, .max = 0.1, .typical = -1e-3, .per_leg = true},
-             [B_Y] = {.name = "b_y_m", .unit = "m", .min = -0.1, .max = 0.1, .typical = 1e-3, .per_leg = true},
-             [B_Z] = {.name = "b_z_m", .unit = "m", .min = -0.1, .max = 0.1, .typical = 1e-3, .per_leg = true}},
+    .keys = {[A_X] = {.name = "a_x_m", .unit = "m", .min = -0.1, .max = 0.1, .typical = 4e-3, .per_leg = true},
+             [A_Y] = {.name = "a_y_m", .unit = "m", .min = -0.1, .max = 0.1, .typical = -4e-3, .per_leg = true},
+             [A_Z] = {.name = "a_z_m", .unit = "m", .min = -0.1, .max = 0.1, .typical = 4e-3, .per_leg = true},
+             [B_X] = {.name = "b_x_m", .unit = "m", .min = -0.1, .max = 0.1, .typical = -4e-3, .per_leg = true},
+             [B_Y] = {.name = "b_y_m", .unit = "m", .min = -0.1, .max = 0.1, .typical = 4e-3, .per_leg = true},
+             [B_Z] = {.name = "b_z_m", .unit = "m", .min = -0.1, .max = 0.1, .typical = 4e-3, .per_leg = true}},
     .machine = machine,
 };

@@ -11,6 +11,6 @@ const struct effect payload_mass = {
     .plain = "another mass of the payload",
     .law = "m = payload.mass_kg + mass, at the payload's mass centre",
     .signature = "leg forces: static, and in phase with the acceleration of the translations",
-    .keys = {[MASS] = {.name = "mass_kg", .unit = "kg", .min = -1e4, .max = 1e5, .typical = 5.0}},
+    .keys = {[MASS] = {.name = "mass_kg", .unit = "kg", .min = -1e4, .max = 1e5, .typical = 15.0}},
     .machine = machine,
 };

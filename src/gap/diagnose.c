@@ -255,8 +255,9 @@ int diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads) {
         rank_legs(d, leg);
         for (int i = 0; i < d->hypotheses; i++) {
             const struct hypothesis *h = &d->hypothesis[i];
-            bool one = h->shape == leg[0] || h->shape == leg[1];
-            if ((one && promising(first, h->effect, TRIED_ONE_LEG)) || (h->shape == SHAPE_EACH && promising(first, h->effect, TRIED_EACH))) second->hypothesis[second->count++] = h;
+            bool tried = h->shape == leg[0] || (h->shape == leg[1] && promising(first, h->effect, TRIED_ONE_LEG)) ||
+                         (h->shape == SHAPE_EACH && promising(first, h->effect, TRIED_EACH));
+            if (tried) second->hypothesis[second->count++] = h;
         }
         second->trial = trial + first->count;
         second->before = first;

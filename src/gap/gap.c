@@ -23,6 +23,7 @@ static const double RIVAL_GAIN = 25.0;     /* and noise: z = 5 */
 static const double UNKNOWN_SQUARE = 1.5;  /* mean white square, held out: more is no noise */
 static const double UNKNOWN_SHARE = 0.3;   /* of the first excess that stays unexplained */
 static const double CONTROLLER_DIFFERS = 0.02;
+static const double CLOCK_TOLERANCE = 1e-4; /* two crystals */
 
 const char *const gap_verdict_names[GAP_VERDICTS] = {"effect_named", "no_gap", "ambiguous", "unknown_effect"};
 const char *const gap_channel_names[GAP_CHANNELS] = {"length", "force", "p1", "p2", "valve"};
@@ -51,9 +52,11 @@ static void list_candidates(const struct diagnosis *d, const struct trial *trial
 static void list_rivals(const struct diagnosis *d, const struct trial *trial, int trials, struct gap_result *r) {
     double left = RIVAL_LEFT * excess(trial[0].square, d->fit.values);
     r->ambiguous = 0; /* an earlier effect was judged with the later one still hidden */
-    double near = trial[0].gain - fmax(RIVAL_GAIN, fmin(fmax(RIVAL_SHARE * trial[0].gain, left), 0.1 * trial[0].gain));
-    for (int i = 1; i < trials && trial[i].ok && trial[i].gain >= near; i++) {
-        if (!trial[i].polished) continue;
+    double margin = fmax(RIVAL_GAIN, fmin(fmax(RIVAL_SHARE * trial[0].gain, left), 0.1 * trial[0].gain));
+    for (int i = 1; i < trials; i++) {
+        if (!trial[i].ok || !trial[i].polished) continue;
+        bool near = trial[i].gain >= trial[0].gain - margin || trial[i].held_gain >= trial[0].held_gain - margin; /* the charge apart */
+        if (!near) continue;
         int effect = trial[i].hypothesis->effect;
         bool seen = effect == trial[0].hypothesis->effect || hypothesis_contains(effect, trial[0].hypothesis->effect);
         for (int j = 0; j < r->ambiguous; j++) seen = seen || r->ambiguous_with[j] == effect;
@@ -101,11 +104,25 @@ static void describe(struct gap_effect *e, const struct trial *t, double before,
     e->z = sqrt(t->held_gain);
 }
 
+/* Two clocks need no search: their ratio is seen. Crystals agree to CLOCK_TOLERANCE. */
+static void find_skew(struct diagnosis *d, const struct recording *recording, struct gap_result *r) {
+    int effect = effect_find("clock_skew");
+    double std, ratio = recording_clock(recording, &std);
+    if (!(fabs(ratio - 1.0) > CLOCK_TOLERANCE + 6.0 * std) || d->model.effects[effect].on) return;
+    struct gap_effect *e = &r->effect[r->effects++];
+    *e = (struct gap_effect){.effect = effect, .shape = SHAPE_ALL, .share_explained = 1.0, .z = fabs(ratio - 1.0) / fmax(std, 1e-9)};
+    effect_at(effect_table[effect], 0.0, &e->values);
+    for (int leg = 0; leg < LEGS; leg++) e->values.value[0][leg] = ratio, e->std[0][leg] = std;
+    d->model.effects[effect] = e->values;
+    snprintf(e->evidence, sizeof e->evidence, "%s; stamps and test time drift apart by %.3g ms/s", effect_table[effect]->signature,
+             1e3 * (ratio - 1.0));
+}
+
 static int search(struct diagnosis *d, const struct gap_options *o, struct gap_result *r, struct error *error) {
     struct trial *trial = calloc(HYPOTHESES_MAX, sizeof *trial);
     if (!trial) return error_set(error, STATUS_IO, "out of memory");
     double first_gain = 0.0;
-    for (int round = 0; round < GAP_EFFECTS; round++) {
+    for (int round = 0; r->effects < GAP_EFFECTS; round++) {
         progress(o, round ? "another effect" : "screening", (double)round / GAP_EFFECTS);
         int trials = diagnosis_try(d, trial, o->threads);
         if (!trials) break;
@@ -125,7 +142,7 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
     read_effects(d, r);
     for (int i = 0; i < r->effects; i++)
         for (int j = 0; j < r->candidates; j++)
-            if (r->candidate[j].effect == r->effect[i].effect) r->effect[i].share_explained = r->candidate[j].share_explained;
+            if (r->candidate[j].effect == r->effect[i].effect && r->candidate[j].gain > 0.0) r->effect[i].share_explained = r->candidate[j].share_explained;
     return STATUS_OK;
 }
 
@@ -244,6 +261,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
         r->base_model = d->model;
         r->white_before = d->held_square / d->held_out.values;
         r->places = places_find(d, measured, &d->model, r->where);
+        find_skew(d, measured, r);
         status = search(d, options, r, error);
         r->white_after = d->held_square / d->held_out.values;
         read_base(d, params, r);

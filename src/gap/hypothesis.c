@@ -113,5 +113,14 @@ bool hypothesis_parallel(const struct hypothesis *h, const char *base_variable) 
 }
 
 bool hypothesis_contains(int effect, int other) {
-    return !strcmp(effect_table[effect]->name, "cylinder_stribeck_friction") && !strcmp(effect_table[other]->name, "cylinder_coulomb_friction");
+    static const struct {
+        const char *effect, *other;
+    } pairs[] = {
+        {"cylinder_stribeck_friction", "cylinder_coulomb_friction"}, /* a high speed */
+        {"pipeline_dynamics", "entrained_air"},                      /* a short wide line is a volume of oil */
+        {"geometry_error", "payload_center_of_mass"},                /* all joints of the platform shifted alike */
+    };
+    for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++)
+        if (!strcmp(pairs[i].effect, effect_table[effect]->name) && !strcmp(pairs[i].other, effect_table[other]->name)) return true;
+    return false;
 }

@@ -51,6 +51,7 @@ int recording_add(struct recording *r, const struct cycle *c, struct error *erro
     }
     struct recording_sample *s = &t->sample[t->count++];
     s->test_time_s = c->test_time_s;
+    s->clock_s = 1e-9 * (double)c->in.time_ns;
     memcpy(s->length_m, c->in.length_m, sizeof s->length_m);
     memcpy(s->p1_pa, c->in.p1_pa, sizeof s->p1_pa);
     memcpy(s->p2_pa, c->in.p2_pa, sizeof s->p2_pa);
@@ -224,4 +225,23 @@ int recording_check(const struct recording *r, struct error *error) {
     }
     status = check_legs(r, &k, error);
     return status ? status : check_pressures(r, error);
+}
+
+double recording_clock(const struct recording *r, double *std) {
+    double xx = 0.0, xy = 0.0, yy = 0.0;
+    int n = 0;
+    for (int i = 0; i < r->tests; i++) {
+        const struct recording_test *t = &r->test[i];
+        double x = 0.0, y = 0.0;
+        int count = t->end - t->first;
+        for (int j = t->first; j < t->end; j++) x += t->sample[j].test_time_s / count, y += (t->sample[j].clock_s - t->sample[t->first].clock_s) / count;
+        for (int j = t->first; j < t->end; j++) {
+            double dx = t->sample[j].test_time_s - x, dy = t->sample[j].clock_s - t->sample[t->first].clock_s - y;
+            xx += dx * dx, xy += dx * dy, yy += dy * dy;
+        }
+        n += count - 1;
+    }
+    double ratio = xy / xx;
+    *std = sqrt(fmax(yy - ratio * xy, 0.0) / (n - 1) / xx);
+    return ratio;
 }

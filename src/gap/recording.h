@@ -9,7 +9,8 @@
 enum { RECORDING_TESTS = 24 };
 
 struct recording_sample {
-    double test_time_s;
+    double test_time_s;  /* the controller's clock, from the start of the test */
+    double clock_s;      /* the recorder's */
     double length_m[LEGS], p1_pa[LEGS], p2_pa[LEGS];
     double valve[LEGS];  /* computed from this sample, held to the next */
     double ref[DOFS];
@@ -40,5 +41,8 @@ int recording_add(struct recording *r, const struct cycle *cycle, struct error *
 /* 0; or -2 with what is wrong: no test, too short, all zero, a sensor that stands still or is clipped, another frequency than the
  * model's, lengths that no pose of this machine has, a leg's sign or two legs exchanged. */
 int recording_check(const struct recording *r, struct error *error);
+
+/* Recorder's clock over the controller's, over all evaluated parts, and the standard deviation of that. NaN without two clocks. */
+double recording_clock(const struct recording *r, double *std);
 
 #endif

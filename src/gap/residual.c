@@ -255,16 +255,32 @@ static void project_phase(const struct residual_test *t, int phase, double value
     for (int a = 0; a < 1 + 2 * t->harmonics; a++) row[a] += (a ? 2.0 : 1.0) / PHASES * basis[a] * value;
 }
 
-/* The joint is behind the piston by half the play, to the side to which the leg's force points. */
+/* What the leg's chambers and friction together give to its joint. */
+static double net_force(const struct residual_test *t, const struct cylinder_model *m, const struct rows *rows, int leg, double t_s,
+                        double *length_m) {
+    double p1[3], p2[3], motion[3], w = t->spectrum.omega;
+    spectrum_value(rows->p1[leg], t->harmonics, w, t_s, p1);
+    spectrum_value(rows->p2[leg], t->harmonics, w, t_s, p2);
+    spectrum_value(rows->length[leg], t->harmonics, w, t_s, motion);
+    *length_m = motion[0];
+    struct cylinder_state s = {.p1_pa = p1[0], .p2_pa = p2[0]};
+    int direction = motion[1] < 0.0 ? -1 : 1;
+    struct friction f = cylinder_friction(m, leg, &s, direction, fabs(motion[1]));
+    return cylinder_hydraulic_force(m, &s) - direction * (f.dry + f.viscous);
+}
+
+/* From piston to joint: the play is crossed at the speed at which the leg's force meets the drag of the film (hydraulics.h). */
 static void take_play(const struct residual_test *t, const struct cylinder_model *m, struct rows *rows) {
+    enum { FINER = 8 };
+    double step_s = 2.0 * PI / t->spectrum.omega / PHASES / FINER;
     for (int k = 0; k < LEGS; k++) {
-        double half_m = 0.5 * m->machine.clearance_m[k], force[RESIDUAL_SIZE], value[3];
-        if (!(half_m > 0.0)) continue;
-        for (int a = 0; a < RESIDUAL_SIZE; a++) force[a] = m->a1_m2 * rows->p1[k][a] - m->a2_m2 * rows->p2[k][a];
-        for (int i = 0; i < PHASES; i++) {
-            spectrum_value(force, t->harmonics, t->spectrum.omega, 2.0 * PI * i / PHASES / t->spectrum.omega, value);
-            project_phase(t, i, -half_m * inverse_dynamics_direction(value[0], value[1], 2.0 * PI / t->spectrum.omega / PHASES), rows->length[k]);
+        double half_m = 0.5 * m->machine.clearance_m[k], play_m = 0.0, joint[RESIDUAL_SIZE] = {0};
+        for (int i = 0; i < 2 * PHASES * FINER && half_m > 0.0; i++) { /* the first cycle finds where the second one starts */
+            double length_m, force_n = net_force(t, m, rows, k, i * step_s, &length_m);
+            if (i >= PHASES * FINER && i % FINER == 0) project_phase(t, i / FINER, -play_m, joint);
+            play_m = fmin(fmax(play_m + step_s * force_n / hydraulics_film(m, k, length_m), -half_m), half_m);
         }
+        for (int a = 0; a < RESIDUAL_SIZE; a++) rows->length[k][a] += joint[a];
     }
 }
 

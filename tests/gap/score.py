@@ -111,6 +111,7 @@ def run_case(case, size, seed, series):
     settings |= {"sim.substeps": 16}
     row = dict.fromkeys(FIELDS, "") | {"truth": case, "size": size, "seed": seed, "series": series, "shape": " ".join(shapes)}
     with tempfile.TemporaryDirectory() as work:
+        work = os.environ.get("KEEP", work)
         log, out = work + "/rig.lcm", work + "/out"
         options = [x for s in [setting(*i) for i in settings.items()] + ["sim.engine=ode", "lcm.url="] for x in ("--set", s)]
         rig = subprocess.run([HEXID, "run", "-c", CONFIG, "--hal", "sim:", "--fast", "--seed", str(1000 + int(seed)), "--log", log] + options,
