@@ -39,7 +39,7 @@ static const char style[] =
     "img{max-width:100%;height:auto;display:block}\n"
     "table{border-collapse:collapse;font-size:14px;font-variant-numeric:tabular-nums}\n"
     "th,td{text-align:left;padding:3px 12px 3px 0;border-bottom:1px solid var(--line);font-weight:400;vertical-align:top}\n"
-    "tr>th{color:var(--soft)}\n"
+    "th{color:var(--soft)}\n"
     ".n{text-align:right;white-space:nowrap}\n"
     "table.map{border-collapse:separate;border-spacing:1px;font-size:12px}\n"
     "table.map td{width:32px;min-width:28px;height:24px;padding:0;text-align:center;vertical-align:middle;border:0}\n"
@@ -170,7 +170,7 @@ static void sure_card(FILE *out, const struct gap_result *r) {
         section_effect_words(out, next->effect, next->shape);
         fputs(" (<code>", out);
         html_text(out, "%s", effect_table[next->effect]->name);
-        fprintf(out, "</code>): %.1f %%, z = %.1f.</p>\n", 100.0 * next->share_explained, next->gain > 0.0 ? sqrt(next->gain) : 0.0);
+        fprintf(out, "</code>): %.1f %%, z = %.0f.</p>\n", 100.0 * fmax(next->share_explained, 0.0), next->z);
     }
     fputs("</div>\n", out);
 }
@@ -226,8 +226,8 @@ static void next_steps(FILE *out, const struct gap_report *report) {
     if (!r->effects) return;
     fputs("<p class=\"next\"><b>Use it:</b> <code>", out);
     html_text(out, "hexid run -c %s", report->model_file);
-    fputs(r->ambiguous ? "</code>, the configuration given plus the first of these effects.</p>\n" : "</code>, the configuration given plus this effect.</p>\n",
-          out);
+    fprintf(out, "</code>, the configuration given plus %s effect%s%s.</p>\n", r->effects > 1 ? "these" : "this", r->effects > 1 ? "s" : "",
+            r->ambiguous ? " (the first of those that cannot be told apart)" : "");
 }
 
 static void first_screen(FILE *out, const struct gap_report *report) {

@@ -100,7 +100,7 @@ static void hypothesis_row(FILE *out, const struct gap_result *r, int place) {
     html_text(out, "%s", effect_table[c->effect]->name);
     fprintf(out, "</code></td><td class=\"bar\"><i style=\"width:%.1f%%\"></i></td>", 100.0 * share);
     number_cell(out, 100.0 * share, "%.1f %%");
-    number_cell(out, sqrt(c->gain), "%.1f");
+    number_cell(out, c->z, "%.1f");
     fprintf(out, "<td>%s</td></tr>\n", found ? "named" : rival(r, c->effect) ? "cannot be told from it" : "");
 }
 
@@ -118,8 +118,8 @@ static void list_rest(FILE *out, const struct gap_result *r) {
 
 void table_hypotheses(FILE *out, const struct gap_result *r) {
     fprintf(out, "<section id=\"hypotheses\"><h2>Hypotheses, best first</h2>\n<p>Each of %d effects of the catalogue, alone, beside the model's own "
-                 "parameters. The share is that of the squared gap on cycles that were not fitted to. z is the square root of the likelihood "
-                 "gain on the fitted cycles, charged for the effect's parameters; what stays below 6 is not named.</p>\n"
+                 "parameters. The share is that of the squared gap, z the square root of the likelihood gain, both on cycles that were not fitted "
+                 "to; what stays below z = 6 is not named. In the order of the gain on the fitted cycles, charged for each parameter.</p>\n"
                  "<table class=\"ranking\"><tr><th class=\"n\">#</th><th>effect</th><th colspan=\"2\">share explained</th><th class=\"n\">z</th>"
                  "<th></th></tr>\n",
             r->candidates);

@@ -32,7 +32,7 @@ static void print_parameter(FILE *out, const struct gap_effect *e, int key) {
 static void print_effect(FILE *out, const struct gap_effect *e, bool alone) {
     const struct effect *effect = effect_table[e->effect];
     fprintf(out, "  %s", effect->name);
-    if (e->shape >= 0) fprintf(out, ", leg %d only", e->shape + 1);
+    if (e->shape >= 0) fprintf(out, " of leg %d", e->shape + 1);
     if (alone) fprintf(out, " explains %.1f %% of it", 100.0 * e->share_explained);
     fprintf(out, " (z %.0f)\n", e->z);
     for (int key = 0; key < EFFECT_KEYS && effect->keys[key].name; key++) print_parameter(out, e, key);

@@ -60,15 +60,14 @@ static char *contents(int file, size_t *size) {
     return text;
 }
 
-/* The last line that gnuplot said: where it stopped. */
-static int complain(int status, int file, struct error *error) {
+/* Why not, in gnuplot's own words, on one line. */
+static void complain(int status, int file, struct error *error) {
     size_t size;
-    char *said = contents(file, &size), *last = said;
-    while (said && size && strchr(" \n", said[size - 1])) said[--size] = '\0';
-    if (said && strrchr(said, '\n')) last = strrchr(said, '\n') + 1;
-    error_set(error, STATUS_IO, "%s; gnuplot ended with status %d: %.250s", remedy, status, last && *last ? last : "no picture");
+    char *said = contents(file, &size);
+    for (char *c = said; c && *c; c++)
+        if ((unsigned char)*c < ' ') *c = ' ';
+    error_set(error, STATUS_IO, "%s; gnuplot ended with status %d:%.250s", remedy, status, said && *said ? said : " no picture");
     free(said);
-    return STATUS_IO;
 }
 
 int plot_draw(const char *script, size_t script_size, char **svg, size_t *size, struct error *error) {
