@@ -21,6 +21,7 @@ int diagnosis_init(struct diagnosis *d, const struct params *given, const struct
     if (!status) status = fit_data_init(&d->held_out, &d->odd, given, MODEL_ERROR, error);
     if (status) return status;
     d->variables = base_variables(given, d->variable);
+    for (int i = 0; effect_table[i]; i++) d->known[i] = given->effects[i].on;
     d->column = malloc((size_t)FIT_VARIABLES * (size_t)d->fit.values * sizeof *d->column);
     d->raw = malloc((size_t)d->fit.values * sizeof *d->raw);
     d->hypothesis = malloc(HYPOTHESES_MAX * sizeof *d->hypothesis);
@@ -53,7 +54,7 @@ bool diagnosis_refit(struct diagnosis *d, int iterations) {
     memcpy(d->std, r.std, sizeof d->std);
     d->square = r.square;
     d->held_square = held_square(d, &d->model);
-    d->hypotheses = hypotheses_list(&d->model, d->hypothesis);
+    d->hypotheses = hypotheses_list(&d->model, d->known, d->hypothesis);
     return true;
 }
 
@@ -85,7 +86,7 @@ static bool without_parallel(const struct diagnosis *d, const struct hypothesis 
     *base = d->model;
     for (int i = 0; i < d->variables; i++) {
         const struct variable *v = &d->variable[i];
-        bool parallel = v->effect < 0 && hypothesis_parallel(h, v->name);
+        bool parallel = v->base && hypothesis_parallel(h, v);
         double value = variable_get(v, parallel ? d->given : &d->model);
         if (parallel) variable_set(v, base, value);
         min[i] = parallel ? 0.0 : v->min - value, max[i] = parallel ? 0.0 : v->max - value;
@@ -136,7 +137,7 @@ static void polish(const struct diagnosis *d, struct trial *t) {
     const struct hypothesis *h = t->hypothesis;
     int n = 0, base;
     for (int i = 0; i < d->variables; i++)
-        if (d->variable[i].effect >= 0 || !hypothesis_parallel(h, d->variable[i].name)) v[n++] = d->variable[i];
+        if (!d->variable[i].base || !hypothesis_parallel(h, &d->variable[i])) v[n++] = d->variable[i];
     base = n;
     for (int i = 0; i < h->variables && n < FIT_VARIABLES; i++) v[n++] = h->variable[i];
     struct fit_result r = fit_model(&d->fit, &t->model, n, v, NULL, POLISH_ITERATIONS);
@@ -256,7 +257,7 @@ int diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads) {
         for (int i = 0; i < d->hypotheses; i++) {
             const struct hypothesis *h = &d->hypothesis[i];
             bool tried = h->shape == leg[0] || (h->shape == leg[1] && promising(first, h->effect, TRIED_ONE_LEG)) ||
-                         (h->shape == SHAPE_EACH && promising(first, h->effect, TRIED_EACH));
+                         (h->shape == SHAPE_EACH && (promising(first, h->effect, TRIED_EACH) || hypothesis_parts(h) == PART_FORCE));
             if (tried) second->hypothesis[second->count++] = h;
         }
         second->trial = trial + first->count;
@@ -274,10 +275,11 @@ bool diagnosis_add(struct diagnosis *d, const struct trial *t) {
     if (d->variables + t->hypothesis->variables > FIT_VARIABLES) return false;
     int kept = 0;
     for (int i = 0; i < d->variables; i++)
-        if (d->variable[i].effect >= 0 || !hypothesis_parallel(t->hypothesis, d->variable[i].name)) d->variable[kept++] = d->variable[i];
+        if (!d->variable[i].base || !hypothesis_parallel(t->hypothesis, &d->variable[i])) d->variable[kept++] = d->variable[i];
     d->variables = kept;
     memcpy(d->variable + d->variables, t->hypothesis->variable, (size_t)t->hypothesis->variables * sizeof *d->variable);
     d->variables += t->hypothesis->variables;
     d->model = t->model;
+    d->known[t->hypothesis->effect] = true;
     return diagnosis_refit(d, BASE_ITERATIONS);
 }

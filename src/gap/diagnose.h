@@ -11,6 +11,7 @@ struct diagnosis {
     struct residual_data even, odd;
     struct fit_data fit, held_out;
     struct params model;                 /* fitted so far */
+    bool known[EFFECTS_MAX];             /* given on, or found */
     int variables;                       /* base first, then those of the effects added */
     struct variable variable[FIT_VARIABLES];
     double std[FIT_VARIABLES];

@@ -5,7 +5,7 @@
 
 #include "whiten.h"
 
-enum { FIT_VARIABLES = 64 };
+enum { FIT_VARIABLES = 128 };
 
 /* One number of the model. All legs alike where leg is -1. */
 struct variable {
@@ -13,6 +13,7 @@ struct variable {
     size_t offset;           /* in struct params; of leg 0 where there are six */
     int leg, legs;           /* leg -1: all; legs 1: no list */
     int effect, key;         /* switched on with it; -1: none */
+    bool base;               /* of the base model: never a finding */
     double min, max;         /* the box */
     double neutral;          /* of an effect's: the value that adds nothing */
     double step;             /* of the difference quotient */

@@ -17,7 +17,7 @@
 static const double GAIN_MIN = 36.0;       /* of white squares, on fitted and on held-out cycles: z = 6 */
 static const double LATER_SHARE = 2e-5;    /* of the first gain: a later effect below that only mends the earlier one's shape */
 static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes less is not what is there */
-static const double RIVAL_SHARE = 0.005;   /* of the gain: plausible model error, */
+static const double RIVAL_SHARE = 0.001;   /* of the gain: plausible model error, */
 static const double RIVAL_LEFT = 1.0;      /* as is what the best one leaves above the noise, */
 static const double RIVAL_GAIN = 25.0;     /* and noise: z = 5 */
 static const double UNKNOWN_SQUARE = 1.5;  /* mean white square, held out: more is no noise */
@@ -86,7 +86,7 @@ static void read_effects(const struct diagnosis *d, struct gap_result *r) {
     for (int j = 0; j < d->variables; j++)
         for (int i = 0; i < r->effects; i++) {
             const struct variable *v = &d->variable[j];
-            if (v->effect != r->effect[i].effect) continue;
+            if (v->base || v->effect != r->effect[i].effect) continue;
             size_t base = offsetof(struct params, effects) + (size_t)v->effect * sizeof(struct effect_values) + offsetof(struct effect_values, value);
             int key = (int)((v->offset - base) / (LEGS * sizeof(double)));
             double value = variable_get(v, &d->model);
@@ -108,12 +108,13 @@ static void describe(struct gap_effect *e, const struct trial *t, double before,
 static void find_skew(struct diagnosis *d, const struct recording *recording, struct gap_result *r) {
     int effect = effect_find("clock_skew");
     double std, ratio = recording_clock(recording, &std);
-    if (!(fabs(ratio - 1.0) > CLOCK_TOLERANCE + 6.0 * std) || d->model.effects[effect].on) return;
+    if (!(fabs(ratio - 1.0) > CLOCK_TOLERANCE + 6.0 * std) || d->known[effect]) return;
     struct gap_effect *e = &r->effect[r->effects++];
     *e = (struct gap_effect){.effect = effect, .shape = SHAPE_ALL, .share_explained = 1.0, .z = fabs(ratio - 1.0) / fmax(std, 1e-9)};
     effect_at(effect_table[effect], 0.0, &e->values);
     for (int leg = 0; leg < LEGS; leg++) e->values.value[0][leg] = ratio, e->std[0][leg] = std;
     d->model.effects[effect] = e->values;
+    d->known[effect] = true;
     snprintf(e->evidence, sizeof e->evidence, "%s; stamps and test time drift apart by %.3g ms/s", effect_table[effect]->signature,
              1e3 * (ratio - 1.0));
 }
@@ -147,8 +148,9 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
 }
 
 static void read_base(const struct diagnosis *d, const struct params *given, struct gap_result *r) {
-    for (int i = 0; i < d->variables && d->variable[i].effect < 0 && r->base_values < GAP_BASE; i++) {
+    for (int i = 0; i < d->variables && r->base_values < GAP_BASE; i++) {
         const struct variable *v = &d->variable[i];
+        if (!v->base || v->leg >= 0) continue; /* joint positions: too many to read, none of them found */
         double value = variable_get(v, &d->model);
         r->base[r->base_values++] = (struct gap_base_value){.name = v->name, .given = variable_get(v, given), .value = value, .std = d->std[i],
                                                             .bound = value <= v->min || value >= v->max};

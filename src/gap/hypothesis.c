@@ -55,10 +55,16 @@ static void build(struct hypothesis *h, int effect, int shape, enum residual_par
             add_variable(h, key, shape == SHAPE_EACH && keys[key].per_leg ? leg : shape == SHAPE_EACH ? -1 : shape, parts);
 }
 
-int hypotheses_list(const struct params *model, struct hypothesis h[HYPOTHESES_MAX]) {
+enum residual_part hypothesis_parts(const struct hypothesis *h) {
+    enum residual_part parts = 0;
+    for (int i = 0; i < h->variables; i++) parts |= h->variable[i].parts;
+    return parts;
+}
+
+int hypotheses_list(const struct params *model, const bool known[EFFECTS_MAX], struct hypothesis h[HYPOTHESES_MAX]) {
     int n = 0;
     for (int effect = 0; effect_table[effect]; effect++) {
-        if (model->effects[effect].on) continue;
+        if (known[effect]) continue;
         enum residual_part parts = effect_parts(model, effect);
         if (!parts) continue; /* of time alone: clock.h */
         build(&h[n++], effect, SHAPE_ALL, parts);
@@ -88,7 +94,7 @@ bool hypothesis_start(const struct hypothesis *h, int place, struct params *mode
     return moved;
 }
 
-bool hypothesis_parallel(const struct hypothesis *h, const char *base_variable) {
+bool hypothesis_parallel(const struct hypothesis *h, const struct variable *base) {
     static const struct {
         const char *effect, *base;
     } pairs[] = {
@@ -107,8 +113,10 @@ bool hypothesis_parallel(const struct hypothesis *h, const char *base_variable) 
         {"supply_pressure_sag", "hydraulics.supply_pa"},
     };
     const char *name = effect_table[h->effect]->name;
+    if (base->effect == h->effect) return true;
+    if (h->shape >= 0) return false; /* one leg: the base has all legs alike */
     for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++)
-        if (!strcmp(pairs[i].effect, name) && !strcmp(pairs[i].base, base_variable)) return true;
+        if (!strcmp(pairs[i].effect, name) && !strcmp(pairs[i].base, base->name)) return true;
     return false;
 }
 

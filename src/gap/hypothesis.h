@@ -13,16 +13,17 @@ struct hypothesis {
     struct variable variable[HYPOTHESIS_VARIABLES];
 };
 
-/* All of them for this model; effects that are already on are left out. Returns their number. */
-int hypotheses_list(const struct params *model, struct hypothesis h[HYPOTHESES_MAX]);
+/* All of them for this model but those of known effects. Returns their number. */
+int hypotheses_list(const struct params *model, const bool known[EFFECTS_MAX], struct hypothesis h[HYPOTHESES_MAX]);
+
+enum residual_part hypothesis_parts(const struct hypothesis *h);
 
 /* A start value for every variable: `place` of HYPOTHESIS_STARTS, weak, typical and strong, both signs where there are two. False: no such. */
 enum { HYPOTHESIS_STARTS = 6 };
 bool hypothesis_start(const struct hypothesis *h, int place, struct params *model);
 
-
 /* The base variable is the same thing as this effect, or so nearly that the two cannot be fitted beside each other. */
-bool hypothesis_parallel(const struct hypothesis *h, const char *base_variable);
+bool hypothesis_parallel(const struct hypothesis *h, const struct variable *base);
 
 /* The first effect has the second one as a limit of its parameters: where both explain the same, it is the second. */
 bool hypothesis_contains(int effect, int other);

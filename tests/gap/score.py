@@ -108,7 +108,7 @@ def run_case(case, size, seed, series):
             shapes.append(shape)
             truth |= values
     settings |= truth
-    settings |= {"sim.substeps": 16}
+    settings |= {"sim.substeps": int(os.environ.get("SUBSTEPS", 16))}
     row = dict.fromkeys(FIELDS, "") | {"truth": case, "size": size, "seed": seed, "series": series, "shape": " ".join(shapes)}
     with tempfile.TemporaryDirectory() as work:
         work = os.environ.get("KEEP", work)
