@@ -176,7 +176,7 @@ static void the_page_names_effects_numbers_and_pictures(void **unused) {
     assert_well_formed(page);
     assert_no_bad_number(page);
     assert_says(page, "Missing in the model");
-    assert_says(page, "<h1 class=\"long\">Dry (Coulomb) friction in the cylinders, leg 4 only and friction in the universal joints, each leg its own</h1>");
+    assert_says(page, "<h1 class=\"long\">Dry (Coulomb) friction in the cylinders (leg 4 only) and friction in the universal joints (each leg its own)</h1>");
     assert_says(page, "53.0 ± 1.5 N");      /* leg 4 of force_extend_n */
     assert_says(page, "55.0 ± 1.5");        /* leg 6 of coulomb_nm */
     assert_says(page, "97 %");              /* of the gap gone */

@@ -9,6 +9,7 @@
 #include "gap_sections.h"
 #include "gap_tables.h"
 #include "html.h"
+#include "hypothesis.h"
 
 static const char style[] =
     "<style>\n"
@@ -136,11 +137,12 @@ static void missing_card(FILE *out, const struct gap_result *r) {
     fputs("</div>\n", out);
 }
 
-/* The best effect that is neither named nor a rival of the named one. */
+/* The best effect that is neither named nor a rival of the named one nor has it as a limit. */
 static const struct gap_candidate *runner_up(const struct gap_result *r) {
     for (int i = 0; i < r->candidates; i++) {
         bool other = true;
-        for (int j = 0; j < r->effects; j++) other = other && r->effect[j].effect != r->candidate[i].effect;
+        for (int j = 0; j < r->effects; j++)
+            other = other && r->effect[j].effect != r->candidate[i].effect && !hypothesis_contains(r->candidate[i].effect, r->effect[j].effect);
         for (int j = 0; j < r->ambiguous; j++) other = other && r->ambiguous_with[j] != r->candidate[i].effect;
         if (other) return &r->candidate[i];
     }
@@ -148,11 +150,11 @@ static const struct gap_candidate *runner_up(const struct gap_result *r) {
 }
 
 static void evidence(FILE *out, const struct gap_effect *e, bool first) {
-    if (first) fprintf(out, "<p>Explains <b>%.1f %%</b> of the squared gap on cycles it was not fitted to; likelihood ratio <b>z = %.0f</b>, and 6 is "
+    if (first) fprintf(out, "<p>Explains <b>%.1f&nbsp;%%</b> of the squared gap on cycles it was not fitted to; likelihood ratio <b>z&nbsp;=&nbsp;%.0f</b>, and 6 is "
                             "the least that is named.</p>\n<p class=\"small\">", 100.0 * e->share_explained, e->z);
-    else fputs("<p>", out);
+    else fputs("<p><code>", out);
     html_text(out, "%s", first ? e->evidence : effect_table[e->effect]->name);
-    if (!first) fprintf(out, ": z = %.0f on what was left after that.", e->z);
+    if (!first) fprintf(out, "</code>: z&nbsp;=&nbsp;%.0f on what was left after that.", e->z);
     fputs("</p>\n", out);
 }
 
@@ -170,7 +172,7 @@ static void sure_card(FILE *out, const struct gap_result *r) {
         section_effect_words(out, next->effect, next->shape);
         fputs(" (<code>", out);
         html_text(out, "%s", effect_table[next->effect]->name);
-        fprintf(out, "</code>): %.1f %%, z = %.0f.</p>\n", 100.0 * fmax(next->share_explained, 0.0), next->z);
+        fprintf(out, "</code>): %.1f&nbsp;%%, z&nbsp;=&nbsp;%.0f.</p>\n", 100.0 * fmax(next->share_explained, 0.0), next->z);
     }
     fputs("</div>\n", out);
 }

@@ -28,8 +28,8 @@ const char *section_feature_words(const char *feature) {
 }
 
 static void shape_words(FILE *out, int shape) {
-    if (shape >= 0) html_text(out, ", leg %d only", shape + 1);
-    if (shape == SHAPE_EACH) html_text(out, ", each leg its own");
+    if (shape >= 0) html_text(out, " (leg %d only)", shape + 1);
+    if (shape == SHAPE_EACH) html_text(out, " (each leg its own)");
 }
 
 void section_effect_words(FILE *out, int effect, int shape) {
@@ -208,7 +208,7 @@ static void colour(double share, int rgb[3]) {
 static void map_cell(FILE *out, double size, double full) {
     int rgb[3];
     colour(full > 0.0 ? size / full : 0.0, rgb);
-    fprintf(out, "<td style=\"background:#%02x%02x%02x%s\">%.*f</td>", rgb[0], rgb[1], rgb[2], size > 0.45 * full ? ";color:#fff" : "",
+    fprintf(out, "<td style=\"background:#%02x%02x%02x%s\">%.*f</td>", rgb[0], rgb[1], rgb[2], size > 0.65 * full ? ";color:#fff" : "",
             size < 0.0995 ? 1 : 0, 100.0 * size);
 }
 

@@ -15,7 +15,7 @@ void section_map(struct page *p);         /* tests x channels x legs, and the li
 void section_waveforms(struct page *p);   /* where they disagree most */
 void section_loops(struct page *p);       /* force and valve against velocity */
 
-/* "dry friction in the cylinders, leg 3 only". shape as in gap.h. */
+/* "dry friction in the cylinders (leg 3 only)". shape as in gap.h. */
 void section_effect_words(FILE *out, int effect, int shape);
 
 /* Of a place: "velocity_reversal" -> "where the velocity reverses". */

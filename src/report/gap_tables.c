@@ -78,30 +78,29 @@ void table_legs(FILE *out, const struct gap_result *r) {
 
 /* --- hypotheses */
 
-static bool named(const struct gap_result *r, int effect) {
-    bool found = false;
-    for (int i = 0; i < r->effects; i++) found = found || r->effect[i].effect == effect;
-    return found;
-}
-
-static bool rival(const struct gap_result *r, int effect) {
-    bool found = false;
-    for (int i = 0; i < r->ambiguous; i++) found = found || r->ambiguous_with[i] == effect;
-    return found;
+/* What became of a candidate. */
+static const char *fate(const struct gap_result *r, int effect) {
+    for (int i = 0; i < r->effects; i++)
+        if (r->effect[i].effect == effect) return "named";
+    for (int i = 0; i < r->ambiguous; i++)
+        if (r->ambiguous_with[i] == effect) return "cannot be told apart";
+    for (int i = 0; i < r->effects; i++)
+        if (hypothesis_contains(effect, r->effect[i].effect)) return "has the named one as a limit";
+    return "";
 }
 
 static void hypothesis_row(FILE *out, const struct gap_result *r, int place) {
     const struct gap_candidate *c = &r->candidate[place];
-    bool found = named(r, c->effect);
+    const char *end = fate(r, c->effect);
     double share = fmin(fmax(c->share_explained, 0.0), 1.0);
-    fprintf(out, "<tr%s><td class=\"n\">%d</td><td>", found ? " class=\"found\"" : "", place + 1);
+    fprintf(out, "<tr%s><td class=\"n\">%d</td><td>", strcmp(end, "named") ? "" : " class=\"found\"", place + 1);
     section_effect_words(out, c->effect, c->shape);
     fputs("<br><code>", out);
     html_text(out, "%s", effect_table[c->effect]->name);
     fprintf(out, "</code></td><td class=\"bar\"><i style=\"width:%.1f%%\"></i></td>", 100.0 * share);
     number_cell(out, 100.0 * share, "%.1f %%");
     number_cell(out, c->z, "%.1f");
-    fprintf(out, "<td>%s</td></tr>\n", found ? "named" : rival(r, c->effect) ? "cannot be told from it" : "");
+    fprintf(out, "<td>%s</td></tr>\n", end);
 }
 
 /* What gains nothing is worth a name, no row. */
