@@ -26,22 +26,25 @@ static void size_of(struct gap_size *s, double size) {
 }
 
 static void fill_effect(struct gap_effect *e, const char *name, int shape) {
-    *e = (struct gap_effect){.effect = effect_find(name), .shape = shape, .share_explained = 0.93, .z = 17.0, .evidence = "jump at <reversal>"};
+    *e = (struct gap_effect){.effect = effect_find(name), .shape = shape, .share_explained = 0.93, .z = 17.0,
+                             .evidence = "jump at <reversal>"};
     assert_true(e->effect >= 0);
     for (int key = 0; key < EFFECT_KEYS; key++)
         for (int leg = 0; leg < LEGS; leg++) e->values.value[key][leg] = 50.0 + 10.0 * key + leg, e->std[key][leg] = 1.5;
 }
 
 static void fill_result(struct gap_result *r) {
-    *r = (struct gap_result){.verdict = GAP_EFFECT_NAMED, .reason = "the model lacks two effects", .effects = 2, .places = 3, .simulated = true,
-                             .controller_known = true, .unexplained_fraction = 0.03, .white_after = 1.02, .base_values = 1, .matrices = true,
-                             .base_model = params, .model = params, .fitted = params};
+    *r = (struct gap_result){.verdict = GAP_EFFECT_NAMED, .reason = "the model lacks two effects", .effects = 2, .places = 3,
+                             .simulated = true, .controller_known = true, .unexplained_fraction = 0.03, .white_after = 1.02,
+                             .base_values = 1, .matrices = true, .base_model = params, .model = params, .fitted = params};
     fill_effect(&r->effect[0], "cylinder_coulomb_friction", 3);
     fill_effect(&r->effect[1], "passive_joint_friction", SHAPE_EACH);
     for (int i = 0; effect_table[i] && i < EFFECTS_MAX; i++)
-        r->candidate[r->candidates++] = (struct gap_candidate){.effect = i, .shape = SHAPE_ALL, .gain = 400.0 - 100.0 * i, .share_explained = 1.0 - 0.2 * i};
+        r->candidate[r->candidates++] = (struct gap_candidate){.effect = i, .shape = SHAPE_ALL, .gain = 400.0 - 100.0 * i,
+                                                               .share_explained = 1.0 - 0.2 * i};
     for (int i = 0; i < r->places; i++)
-        r->where[i] = (struct gap_place){.test = i, .leg = i, .harmonic = i, .dof = (enum dof)i, .channel = GAP_FORCE, .feature = "static", .share = 0.1};
+        r->where[i] = (struct gap_place){.test = i, .leg = i, .harmonic = i, .dof = (enum dof)i, .channel = GAP_FORCE, .feature = "static",
+                                         .share = 0.1};
     size_of(&r->before, 0.3), size_of(&r->after, 0.11), size_of(&r->noise_floor, 0.1);
     size_of(&r->held_out_before, 0.31), size_of(&r->held_out_after, 0.12);
     r->base[0] = (struct gap_base_value){"hydraulics.supply_pa", 1e7, 1.01e7, 2e4, false};
@@ -60,7 +63,9 @@ static int setup(void **unused) {
     for (int i = 0; i < like.tests; i++) like.test[i] = (struct recording_test){.test = i, .dof = (enum dof)i, .first = -1};
     if (replay_closed_loop(&params, &like, &measured, &error)) fail_msg("%s", error.text);
     fill_result(&named);
-    if (waves_closed_loop(&closed_loop, &named, &measured, &error) || waves_motion(&motion, &named, &measured, &error)) fail_msg("%s", error.text);
+    int status = waves_closed_loop(&closed_loop, &named, &measured, &error);
+    if (!status) status = waves_motion(&motion, &named, &measured, &error);
+    if (status) fail_msg("%s", error.text);
     return 0;
 }
 
@@ -125,7 +130,9 @@ static void assert_says(const char *page, const char *words) {
     if (!strstr(page, words)) fail_msg("the page does not say \"%s\"", words);
 }
 
-static bool is_void(const char *name) { return !strcmp(name, "img") || !strcmp(name, "meta") || !strcmp(name, "br") || !strcmp(name, "!DOCTYPE"); }
+static bool is_void(const char *name) {
+    return !strcmp(name, "img") || !strcmp(name, "meta") || !strcmp(name, "br") || !strcmp(name, "!DOCTYPE");
+}
 
 /* Every tag is closed, in order; no '<' or '>' stands in text or attributes; every attribute's value is quoted. */
 static void assert_well_formed(const char *page) {
@@ -176,7 +183,8 @@ static void the_page_names_effects_numbers_and_pictures(void **unused) {
     assert_well_formed(page);
     assert_no_bad_number(page);
     assert_says(page, "Missing in the model");
-    assert_says(page, "<h1 class=\"long\">Dry (Coulomb) friction in the cylinders (leg 4 only) and friction in the universal joints (each leg its own)</h1>");
+    assert_says(page, "<h1 class=\"long\">Dry (Coulomb) friction in the cylinders (leg 4 only) and friction in the universal joints "
+                      "(each leg its own)</h1>");
     assert_says(page, "53.0 ± 1.5 N");      /* leg 4 of force_extend_n */
     assert_says(page, "55.0 ± 1.5");        /* leg 6 of coulomb_nm */
     assert_says(page, "97 %");              /* of the gap gone */
@@ -309,7 +317,8 @@ static void the_summary_fits_a_terminal(void **unused) {
     struct gap_result r = named;
     char *text;
     size_t size;
-    r.ambiguous = 2, r.ambiguous_with[0] = effect_find("payload_rotational_inertia"), r.ambiguous_with[1] = effect_find("external_stiffness");
+    r.ambiguous = 2;
+    r.ambiguous_with[0] = effect_find("payload_rotational_inertia"), r.ambiguous_with[1] = effect_find("external_stiffness");
     memset(r.reason, 'x', sizeof r.reason - 1);
     for (size_t i = 7; i < sizeof r.reason - 1; i += 8) r.reason[i] = ' ';
     memcpy(r.next_experiment, r.reason, sizeof r.reason);

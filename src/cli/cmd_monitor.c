@@ -79,8 +79,8 @@ static void test_result(const void *data, int size) {
 static void gap_result(const void *data, int size) {
     hexid_gap_t g;
     if (hexid_gap_t_decode(data, 0, size, &g) != size) return;
-    printf("             gap %s: %s; %.3g -> %.3g of the variation, noise %.3g\n", g.verdict, g.reason, g.held_out_before_ratio, g.held_out_after_ratio,
-           g.noise_floor_ratio);
+    printf("             gap %s: %s; %.3g -> %.3g of the variation, noise %.3g\n", g.verdict, g.reason, g.held_out_before_ratio,
+           g.held_out_after_ratio, g.noise_floor_ratio);
     hexid_gap_t_decode_cleanup(&g);
 }
 

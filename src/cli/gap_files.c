@@ -53,7 +53,8 @@ static int write_report(const struct options *o, const struct gap_result *r, con
 int gap_files_write(const struct options *o, const struct gap_result *r, const struct recording *measured, struct error *error) {
     char path[PATH_SIZE];
     snprintf(path, sizeof path, "%s/model.yaml", o->output);
-    if (mkdir(o->output, 0777) && errno != EEXIST) return error_set(error, STATUS_IO, "%.300s: cannot be made: %s", o->output, strerror(errno));
+    if (mkdir(o->output, 0777) && errno != EEXIST)
+        return error_set(error, STATUS_IO, "%.300s: cannot be made: %s", o->output, strerror(errno));
     char *model = config_text(&r->model), *json = gap_json(r, path);
     int status = write_whole(o->output, "model.yaml", model, error);
     if (!status) status = write_whole(o->output, "gap.json", json, error);
@@ -77,7 +78,8 @@ void gap_files_publish(const struct params *params, const struct gap_result *r) 
     if (!message) return;
     int size = gap_encode(r, wall_clock_ns(), message, MESSAGE_MAX);
     if (bus_open(&bus, params->lcm.url, &error)) fprintf(stderr, "hexid: warning: %s\n", error.text);
-    else if (size < 0 || bus_publish(bus, CHANNEL_GAP, message, size)) fprintf(stderr, "hexid: warning: %s was not published\n", CHANNEL_GAP);
+    else if (size < 0 || bus_publish(bus, CHANNEL_GAP, message, size))
+        fprintf(stderr, "hexid: warning: %s was not published\n", CHANNEL_GAP);
     if (bus) bus_close(bus);
     free(message);
 }

@@ -29,8 +29,9 @@ static void put_measured(struct wave_test *t, const struct cylinder_areas *areas
     t->omega = s->omega;
     for (int leg = 0; leg < LEGS; leg++) {
         double p1 = s->noise[CHANNEL_P1][leg], p2 = s->noise[CHANNEL_P2][leg];
-        double noise[GAP_CHANNELS] = {[GAP_LENGTH] = s->noise[CHANNEL_LENGTH][leg], [GAP_FORCE] = hypot(areas->a1_m2 * p1, areas->a2_m2 * p2),
-                                      [GAP_P1] = p1, [GAP_P2] = p2, [GAP_VALVE] = s->noise[CHANNEL_VALVE][leg]};
+        double noise[GAP_CHANNELS] = {[GAP_LENGTH] = s->noise[CHANNEL_LENGTH][leg], [GAP_P1] = p1, [GAP_P2] = p2,
+                                      [GAP_FORCE] = hypot(areas->a1_m2 * p1, areas->a2_m2 * p2),
+                                      [GAP_VALVE] = s->noise[CHANNEL_VALVE][leg]};
         channel_rows row;
         rows(areas, s, leg, row);
         for (int ch = 0; ch < GAP_CHANNELS; ch++) {
@@ -120,7 +121,8 @@ int waves_motion(struct waves *w, const struct gap_result *result, const struct 
         struct wave_test *t = &w->test[w->tests];
         *t = (struct wave_test){.test = measured->test[i].test, .dof = measured->test[i].dof};
         put_measured(t, &areas, &data.test[i].spectrum);
-        if (put_residual(t, &data.test[i], &result->base_model, BEFORE) && put_residual(t, &data.test[i], &result->fitted, AFTER)) w->tests++;
+        bool made = put_residual(t, &data.test[i], &result->base_model, BEFORE) && put_residual(t, &data.test[i], &result->fitted, AFTER);
+        if (made) w->tests++;
     }
     residual_free(&data);
     w->evaluated[GAP_FORCE] = w->evaluated[GAP_P1] = w->evaluated[GAP_P2] = w->tests > 0;

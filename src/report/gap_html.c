@@ -15,15 +15,17 @@ static const char style[] =
     "<style>\n"
     ":root{--ink:#1a1a1a;--soft:#5c5c5c;--line:#dcdcdc;--accent:" PICTURE_ACCENT "}\n"
     "*{box-sizing:border-box}\n"
-    "body{margin:0 auto;max-width:1180px;padding:18px 32px 64px;font:15px/1.45 system-ui,'Segoe UI','Helvetica Neue',Arial,'Liberation Sans',sans-serif;"
-    "color:var(--ink);background:#fff}\n"
-    "header{display:flex;justify-content:space-between;gap:24px;font-size:13px;color:var(--soft);border-bottom:1px solid var(--line);padding-bottom:8px}\n"
+    "body{margin:0 auto;max-width:1180px;padding:18px 32px 64px;"
+    "font:15px/1.45 system-ui,'Segoe UI','Helvetica Neue',Arial,'Liberation Sans',sans-serif;color:var(--ink);background:#fff}\n"
+    "header{display:flex;justify-content:space-between;gap:24px;font-size:13px;color:var(--soft);"
+    "border-bottom:1px solid var(--line);padding-bottom:8px}\n"
     ".kicker{margin:18px 0 0;color:var(--accent);font-size:15px;font-weight:600}\n"
     "h1{margin:2px 0 4px;font-size:32px;line-height:1.18;font-weight:600;letter-spacing:-.01em}\n"
     "h1.long{font-size:25px}\n"
     "h2{margin:44px 0 6px;font-size:21px;font-weight:600;border-top:1px solid var(--line);padding-top:18px}\n"
     "h3{margin:16px 0 6px;font-size:15px;font-weight:600}\n"
     "p{margin:6px 0;max-width:52em}\n"
+    "sup{font-size:75%;line-height:0}\n"
     "code{font:13px ui-monospace,'DejaVu Sans Mono','Liberation Mono',monospace;color:#333}\n"
     ".lead{color:var(--soft);margin-top:0}\n"
     ".cards{display:grid;grid-template-columns:minmax(0,1.15fr) minmax(0,1fr) minmax(0,1.15fr);gap:36px;margin-top:16px}\n"
@@ -113,8 +115,8 @@ static void effect_card(FILE *out, const struct gap_effect *e) {
 
 static void place_line(FILE *out, const struct gap_place *w) {
     fputs("<li>", out);
-    html_text(out, "test %s, %s of leg %d, harmonic %d, %s: %.1f %%", dof_names[w->dof], gap_channel_names[w->channel], w->leg + 1, w->harmonic,
-              section_feature_words(w->feature), 100.0 * w->share);
+    html_text(out, "test %s, %s of leg %d, harmonic %d, %s: %.1f %%", dof_names[w->dof], gap_channel_names[w->channel], w->leg + 1,
+              w->harmonic, section_feature_words(w->feature), 100.0 * w->share);
     fputs("</li>\n", out);
 }
 
@@ -127,8 +129,8 @@ static void missing_card(FILE *out, const struct gap_result *r) {
         fputs("</code></p>\n", out);
     }
     if (r->verdict == GAP_NO_GAP)
-        fprintf(out, "<p>Nothing that can be told from noise. All %d effects of the catalogue were tried beside the model's own parameters; none explains "
-                     "what noise does not.</p>\n", r->candidates);
+        fprintf(out, "<p>Nothing that can be told from noise. All %d effects of the catalogue were tried beside the model's own "
+                     "parameters; none explains what noise does not.</p>\n", r->candidates);
     if (r->verdict == GAP_UNKNOWN_EFFECT) {
         fputs("<p>A difference that repeats every cycle, and that none of the catalogue's effects makes. It lives here:</p>\n<ol>", out);
         for (int i = 0; i < r->places && i < 4; i++) place_line(out, &r->where[i]);
@@ -141,17 +143,19 @@ static void missing_card(FILE *out, const struct gap_result *r) {
 static const struct gap_candidate *runner_up(const struct gap_result *r) {
     for (int i = 0; i < r->candidates; i++) {
         bool other = true;
+        int effect = r->candidate[i].effect;
         for (int j = 0; j < r->effects; j++)
-            other = other && r->effect[j].effect != r->candidate[i].effect && !hypothesis_contains(r->candidate[i].effect, r->effect[j].effect);
-        for (int j = 0; j < r->ambiguous; j++) other = other && r->ambiguous_with[j] != r->candidate[i].effect;
+            other = other && r->effect[j].effect != effect && !hypothesis_contains(effect, r->effect[j].effect);
+        for (int j = 0; j < r->ambiguous; j++) other = other && r->ambiguous_with[j] != effect;
         if (other) return &r->candidate[i];
     }
     return NULL;
 }
 
 static void evidence(FILE *out, const struct gap_effect *e, bool first) {
-    if (first) fprintf(out, "<p>Explains <b>%.1f&nbsp;%%</b> of the squared gap on cycles it was not fitted to; likelihood ratio <b>z&nbsp;=&nbsp;%.0f</b>, and 6 is "
-                            "the least that is named.</p>\n<p class=\"small\">", 100.0 * e->share_explained, e->z);
+    if (first) fprintf(out, "<p>Explains <b>%.1f&nbsp;%%</b> of the squared gap on cycles it was not fitted to; likelihood ratio "
+                            "<b>z&nbsp;=&nbsp;%.0f</b>, and 6 is the least that is named.</p>\n<p class=\"small\">",
+                       100.0 * e->share_explained, e->z);
     else fputs("<p><code>", out);
     html_text(out, "%s", first ? e->evidence : effect_table[e->effect]->name);
     if (!first) fprintf(out, "</code>: z&nbsp;=&nbsp;%.0f on what was left after that.", e->z);
@@ -165,7 +169,8 @@ static void sure_card(FILE *out, const struct gap_result *r) {
     fputs("</code></p>\n", out);
     for (int i = 0; i < r->effects; i++) evidence(out, &r->effect[i], i == 0);
     if (!r->effects)
-        fprintf(out, "<p>What is left on held-out cycles, squared and weighed by its noise: <b>%.2f</b> on average; noise alone stays near or below 1.</p>\n",
+        fprintf(out, "<p>What is left on held-out cycles, squared and weighed by its noise: <b>%.2f</b> on average; noise alone stays "
+                     "near or below 1.</p>\n",
                 r->white_after);
     if (next) {
         fputs(r->effects ? "<p>Runner-up: " : "<p>Closest effect: ", out);
@@ -179,8 +184,8 @@ static void sure_card(FILE *out, const struct gap_result *r) {
 
 static void size_bar(FILE *out, const char *name, double size, double full, const char *colour) {
     if (!isfinite(size)) return;
-    fprintf(out, "<span>%s</span><i style=\"width:%.1f%%;background:%s\"></i><span>%.2f %%</span>\n", name, full > 0.0 ? 100.0 * size / full : 0.0, colour,
-            100.0 * size);
+    fprintf(out, "<span>%s</span><i style=\"width:%.1f%%;background:%s\"></i><span>%.2f %%</span>\n", name,
+            full > 0.0 ? 100.0 * size / full : 0.0, colour, 100.0 * size);
 }
 
 static void size_group(FILE *out, const char *name, const struct gap_result *r, double before, double after, double full) {
@@ -211,11 +216,13 @@ static void shrink_card(FILE *out, const struct gap_report *report) {
 
 static void notices(FILE *out, const struct gap_result *r) {
     if (r->controller_differs)
-        fprintf(out, "<p class=\"notice\"><b>Another controller.</b> %.0f %% of the recorded commands' variation is not what the configured controller "
-                     "gives for the recorded lengths and pressures. No effect of the machine explains that: set <code>control</code> in the configuration to the "
-                     "rig's. The figures here are of the equations under the measured motion, which need no controller.</p>\n", 100.0 * r->controller_difference);
+        fprintf(out, "<p class=\"notice\"><b>Another controller.</b> %.0f %% of the recorded commands' variation is not what the "
+                     "configured controller gives for the recorded lengths and pressures. No effect of the machine explains that: set "
+                     "<code>control</code> in the configuration to the rig's. The figures here are of the equations under the measured "
+                     "motion, which need no controller.</p>\n", 100.0 * r->controller_difference);
     else if (!r->controller_known)
-        fputs("<p class=\"notice\">The log has no reference: whether its commands are the configured controller's is not evaluated.</p>\n", out);
+        fputs("<p class=\"notice\">The log has no reference: whether its commands are the configured controller's is not "
+              "evaluated.</p>\n", out);
 }
 
 static void next_steps(FILE *out, const struct gap_report *report) {
@@ -253,7 +260,11 @@ static void first_screen(FILE *out, const struct gap_report *report) {
 /* --- page */
 
 static void page_write(struct page *p) {
-    fputs("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+    fputs("<!DOCTYPE html>\n"
+          "<html lang=\"en\">\n"
+          "<head>\n"
+          "<meta charset=\"utf-8\">\n"
+          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
           "<title>", p->out);
     html_text(p->out, "hexid gap: %s", p->report->result->reason);
     fprintf(p->out, "</title>\n%s</head>\n<body>\n", style);

@@ -52,7 +52,7 @@ static double wave_data(FILE *script, const struct picture *p, enum gap_channel 
     const struct wave *w = &p->test->wave[channel][p->leg];
     const struct picture_unit *u = &picture_units[channel];
     double origin = channel == GAP_LENGTH ? w->measured[0] : 0.0, largest = u->difference_scale * w->noise;
-    fputs("$wave << EOD\n", script);
+    fputs("$data << EOD\n", script);
     for (int i = 0; i <= POINTS; i++) {
         double t_s = 2.0 * PI * i / POINTS / p->test->omega;
         double m = value_at(w->measured, p->test, t_s), b = value_at(w->before, p->test, t_s), a = value_at(w->after, p->test, t_s);
@@ -64,53 +64,85 @@ static double wave_data(FILE *script, const struct picture *p, enum gap_channel 
     return largest > 0.0 ? largest : 1.0;
 }
 
+/* Plots of $data: measured, before and, where there is a model, after, each by its columns "x:y"; measured may be NULL. */
+static void plot(FILE *script, const struct picture *p, const char *measured, const char *before, const char *after) {
+    fputs("plot ", script);
+    if (measured) fprintf(script, "$data using %s with lines ls 1 title 'measured', ", measured);
+    fprintf(script, "$data using %s with lines ls 2 title 'before'", before);
+    if (p->after) fprintf(script, ", $data using %s with lines ls 3 title 'after'", after);
+    fputc('\n', script);
+}
+
 void picture_wave(FILE *script, const struct picture *p, enum gap_channel channel) {
     const struct picture_unit *u = &picture_units[channel];
     double noise = u->difference_scale * p->test->wave[channel][p->leg].noise;
     begin(script, 540, 350);
     double largest = wave_data(script, p, channel);
-    fprintf(script, "set multiplot\nset lmargin at screen 0.13\nset rmargin at screen 0.98\nset xrange [0:%g]\n", 2e3 * PI / p->test->omega);
-    fprintf(script, "set tmargin at screen 0.91\nset bmargin at screen 0.48\nset format x ''\nset ylabel '%s [%s]' offset 1\n", labels[channel],
-            u->unit);
-    fprintf(script, "plot $wave using 1:2 with lines ls 1 title 'measured', '' using 1:3 with lines ls 2 title 'model before'%s\n",
-            p->after ? ", '' using 1:4 with lines ls 3 title 'model after'" : "");
-    fprintf(script, "unset key\nset tmargin at screen 0.43\nset bmargin at screen 0.16\nset format x '%%g'\n"
-                    "set xlabel 'time in the cycle [ms]' offset 0,0.5\nset ylabel 'difference [%s]' offset 1\nset yrange [%g:%g]\nset ytics %g\n",
-            u->difference_unit, -1.05 * largest, 1.05 * largest, tic_step(largest));
-    fprintf(script, "set style fill solid 1.0 noborder\n"
-                    "plot $wave using 1:(%g):(%g) with filledcurves lc rgb '#ececec', '' using 1:5 with lines ls 2%s\nunset multiplot\n", -noise, noise,
-            p->after ? ", '' using 1:6 with lines ls 3" : "");
+    fprintf(script, "set multiplot\n"
+                    "set lmargin at screen 0.13\n"
+                    "set rmargin at screen 0.98\n"
+                    "set xrange [0:%g]\n"
+                    "set tmargin at screen 0.91\n"
+                    "set bmargin at screen 0.48\n"
+                    "set format x ''\n"
+                    "set ylabel '%s [%s]' offset 1\n", 2e3 * PI / p->test->omega, labels[channel], u->unit);
+    plot(script, p, "1:2", "1:3", "1:4");
+    fprintf(script, "unset key\n"
+                    "set tmargin at screen 0.43\n"
+                    "set bmargin at screen 0.16\n"
+                    "set format x '%%g'\n"
+                    "set xlabel 'time in the cycle [ms]' offset 0,0.5\n"
+                    "set ylabel 'difference [%s]' offset 1\n"
+                    "set ytics %g\n"
+                    "set yrange [%g:%g]\n"
+                    "set object rectangle from graph 0, first %g to graph 1, first %g fc rgb '#ececec' fs noborder behind\n",
+            u->difference_unit, tic_step(largest), -1.05 * largest, 1.05 * largest, -noise, noise);
+    plot(script, p, NULL, "1:5", "1:6");
+}
+
+/* Columns: velocity, force measured, before, after, measured less before, measured less after. */
+static void force_data(FILE *script, const struct picture *p) {
+    const struct wave *force = &p->test->wave[GAP_FORCE][p->leg], *length = &p->test->wave[GAP_LENGTH][p->leg];
+    fputs("$data << EOD\n", script);
+    for (int i = 0; i <= POINTS; i++) {
+        double t_s = 2.0 * PI * i / POINTS / p->test->omega;
+        double m = value_at(force->measured, p->test, t_s), b = value_at(force->before, p->test, t_s);
+        double a = value_at(force->after, p->test, t_s);
+        fprintf(script, "%g %g %g %g %g %g\n", 1e3 * rate_at(length->measured, p->test, t_s), m, b, a, m - b, m - a);
+    }
+    fputs("EOD\n", script);
 }
 
 void picture_force_loop(FILE *script, const struct picture *p) {
-    const struct wave *force = &p->test->wave[GAP_FORCE][p->leg], *length = &p->test->wave[GAP_LENGTH][p->leg];
     begin(script, 744, 320);
-    fputs("$loop << EOD\n", script);
-    for (int i = 0; i <= POINTS; i++) {
-        double t_s = 2.0 * PI * i / POINTS / p->test->omega;
-        double m = value_at(force->measured, p->test, t_s), b = value_at(force->before, p->test, t_s), a = value_at(force->after, p->test, t_s);
-        fprintf(script, "%g %g %g %g %g %g\n", 1e3 * rate_at(length->measured, p->test, t_s), m, b, a, m - b, m - a);
-    }
-    fputs("EOD\nset multiplot layout 1,2\nset xlabel 'leg velocity [mm/s]' offset 0,0.5\n", script);
-    fprintf(script, "set ylabel 'force [N]' offset 1\nplot $loop using 1:2 with lines ls 1 title 'measured', '' using 1:3 with lines ls 2 title "
-                    "'before'%s\n", p->after ? ", '' using 1:4 with lines ls 3 title 'after'" : "");
-    fprintf(script, "set ylabel 'measured less model [N]' offset 1\nset xzeroaxis lc rgb '#777777'\n"
-                    "plot $loop using 1:5 with lines ls 2 title 'before'%s\nunset multiplot\n",
-            p->after ? ", '' using 1:6 with lines ls 3 title 'after'" : "");
+    force_data(script, p);
+    fputs("set multiplot layout 1,2\n"
+          "set xlabel 'leg velocity [mm/s]' offset 0,0.5\n"
+          "set ylabel 'force [N]' offset 1\n", script);
+    plot(script, p, "1:2", "1:3", "1:4");
+    fputs("set ylabel 'measured less model [N]' offset 1\n"
+          "set xzeroaxis lc rgb '#777777'\n", script);
+    plot(script, p, NULL, "1:5", "1:6");
 }
 
-void picture_valve_loop(FILE *script, const struct picture *p) {
+/* Columns: valve and velocity measured, before, after. */
+static void valve_data(FILE *script, const struct picture *p) {
     const struct wave *valve = &p->test->wave[GAP_VALVE][p->leg], *length = &p->test->wave[GAP_LENGTH][p->leg];
-    begin(script, 372, 320);
-    fputs("$loop << EOD\n", script);
+    const double *rows[][2] = {{valve->measured, length->measured}, {valve->before, length->before}, {valve->after, length->after}};
+    fputs("$data << EOD\n", script);
     for (int i = 0; i <= POINTS; i++) {
         double t_s = 2.0 * PI * i / POINTS / p->test->omega;
-        const double *rows[][2] = {{valve->measured, length->measured}, {valve->before, length->before}, {valve->after, length->after}};
         for (int side = 0; side < 3; side++)
             fprintf(script, "%g %g ", 1e2 * value_at(rows[side][0], p->test, t_s), 1e3 * rate_at(rows[side][1], p->test, t_s));
         fputc('\n', script);
     }
-    fprintf(script, "EOD\nset xlabel 'valve command [%%]' offset 0,0.5\nset ylabel 'leg velocity [mm/s]' offset 1\n"
-                    "plot $loop using 1:2 with lines ls 1 title 'measured', '' using 3:4 with lines ls 2 title 'before'%s\n",
-            p->after ? ", '' using 5:6 with lines ls 3 title 'after'" : "");
+    fputs("EOD\n", script);
+}
+
+void picture_valve_loop(FILE *script, const struct picture *p) {
+    begin(script, 372, 320);
+    valve_data(script, p);
+    fputs("set xlabel 'valve command [%]' offset 0,0.5\n"
+          "set ylabel 'leg velocity [mm/s]' offset 1\n", script);
+    plot(script, p, "1:2", "3:4", "5:6");
 }

@@ -79,6 +79,11 @@ struct spot {
     double size; /* rms difference before, of the channel's variation */
 };
 
+static double spot_size(const struct waves *w, const struct wave_test *t, int channel, int leg, bool after) {
+    const struct wave *v = &t->wave[channel][leg];
+    return waves_distance(v->measured, after ? v->after : v->before) / w->variation[channel];
+}
+
 static int by_size(const void *a, const void *b) {
     const struct spot *x = a, *y = b;
     return x->size < y->size ? 1 : x->size > y->size ? -1 : 0;
@@ -91,8 +96,8 @@ static struct spot *spots(const struct waves *w, int *count) {
     for (int i = 0; i < w->tests && spot; i++)
         for (int ch = 0; ch < GAP_CHANNELS; ch++)
             for (int leg = 0; leg < LEGS && w->evaluated[ch]; leg++) {
-                const struct wave *v = &w->test[i].wave[ch][leg];
-                spot[(*count)++] = (struct spot){&w->test[i], (enum gap_channel)ch, leg, waves_distance(v->measured, v->before) / w->variation[ch]};
+                double size = spot_size(w, &w->test[i], ch, leg, false);
+                spot[(*count)++] = (struct spot){&w->test[i], (enum gap_channel)ch, leg, size};
             }
     if (spot) qsort(spot, (size_t)*count, sizeof *spot, by_size);
     return spot;
@@ -117,8 +122,8 @@ static struct spot *list_spots(const struct page *p, int *count) {
         const struct gap_place *place = &r->where[i];
         const struct wave_test *t = find_test(w, place->test);
         if (!t || !w->evaluated[place->channel]) continue;
-        const struct wave *v = &t->wave[place->channel][place->leg];
-        list[(*count)++] = (struct spot){t, place->channel, place->leg, waves_distance(v->measured, v->before) / w->variation[place->channel]};
+        double size = spot_size(w, t, place->channel, place->leg, false);
+        list[(*count)++] = (struct spot){t, place->channel, place->leg, size};
     }
     for (int i = 0; i < others && list; i++) list[(*count)++] = by[i];
     free(by);
@@ -142,8 +147,10 @@ void section_waveforms(struct page *p) {
     struct spot *list = list_spots(p, &count), chosen[PICTURES];
     int n = list ? choose(p, list, count, chosen) : 0;
     fputs("<section id=\"waveforms\"><h2>Where they disagree most: mean cycles</h2>\n<p>Measured, and the model driven ", p->out);
-    fputs(p->report->result->simulated ? "as the rig was (same reference, same controller)" : "by the measured motion and commands", p->out);
-    fputs(". Below each: measured less model; the grey band is the noise of a single sample, ±1 standard deviation.</p>\n<div class=\"two\">\n", p->out);
+    fputs(p->report->result->simulated ? "as the rig was (same reference, same controller)" : "by the measured motion and commands",
+          p->out);
+    fputs(". Below each: measured less model; the grey band is the noise of a single sample, ±1 standard deviation.</p>\n<div "
+          "class=\"two\">\n", p->out);
     for (int i = 0; i < n; i++) {
         char caption[160];
         snprintf(caption, sizeof caption, "Test %s, %s of leg %d: before, the model is off by %.1f %% of the channel's variation",
@@ -167,10 +174,11 @@ void section_loops(struct page *p) {
     const struct wave_test *simulated = place && p->report->result->simulated ? find_test(p->report->waves, place->test) : NULL;
     char caption[200];
     if (!motion) return;
-    fputs("<section id=\"loops\"><h2>Loops over velocity</h2>\n<p>The area of a force loop is the energy lost in a cycle. In what the model leaves over, "
-          "dry friction is a jump at zero velocity, viscous friction a slope, inertia and stiffness an open loop.</p>\n<div class=\"loops\">\n", p->out);
-    snprintf(caption, sizeof caption, "Test %s, leg %d: hydraulic force A1 P1 - A2 P2, and the force that the model needs for the measured motion; "
-             "beside it what is left over", axis_words[motion->dof], place->leg + 1);
+    fputs("<section id=\"loops\"><h2>Loops over velocity</h2>\n<p>The area of a force loop is the energy lost in a cycle. In what the "
+          "model leaves over, dry friction is a jump at zero velocity, viscous friction a slope, inertia and stiffness an open "
+          "loop.</p>\n<div class=\"loops\">\n", p->out);
+    snprintf(caption, sizeof caption, "Test %s, leg %d: hydraulic force A1 P1 - A2 P2, and the force that the model needs for the "
+                                      "measured motion; beside it what is left over", axis_words[motion->dof], place->leg + 1);
     draw(p, write_force_loop, &(struct picture){motion, place->leg, has_after(p)}, GAP_FORCE, caption);
     snprintf(caption, sizeof caption, "Leg velocity over valve command, each with its own motion");
     if (simulated) draw(p, write_valve_loop, &(struct picture){simulated, place->leg, has_after(p)}, GAP_VALVE, caption);
@@ -178,11 +186,6 @@ void section_loops(struct page *p) {
 }
 
 /* --- disagreement map */
-
-static double spot_size(const struct waves *w, int test, int channel, int leg, bool after) {
-    const struct wave *v = &w->test[test].wave[channel][leg];
-    return waves_distance(v->measured, after ? v->after : v->before) / w->variation[channel];
-}
 
 /* Full colour: the largest difference, or the noise of a sample where that is more. */
 static double full_colour(const struct page *p) {
@@ -192,7 +195,7 @@ static double full_colour(const struct page *p) {
         for (int i = 0; i < w->tests && w->evaluated[ch]; i++)
             for (int leg = 0; leg < LEGS; leg++) {
                 full = fmax(full, w->test[i].wave[ch][leg].noise / w->variation[ch]);
-                for (int after = 0; after < 2; after++) full = fmax(full, spot_size(w, i, ch, leg, after));
+                for (int after = 0; after < 2; after++) full = fmax(full, spot_size(w, &w->test[i], ch, leg, after));
             }
     return full;
 }
@@ -219,7 +222,7 @@ static void map_rows(const struct page *p, bool after, double full) {
         fprintf(p->out, "<tr><th>%s</th>", axis_words[w->test[i].dof]);
         for (int ch = 0; ch < GAP_CHANNELS; ch++) {
             for (int leg = 0; leg < LEGS; leg++)
-                if (w->evaluated[ch]) map_cell(p->out, spot_size(w, i, ch, leg, after), full);
+                if (w->evaluated[ch]) map_cell(p->out, spot_size(w, &w->test[i], ch, leg, after), full);
                 else fputs("<td class=\"none\"></td>", p->out);
         }
         fputs("</tr>\n", p->out);
@@ -228,8 +231,9 @@ static void map_rows(const struct page *p, bool after, double full) {
 
 static void list_places(const struct page *p) {
     const struct gap_result *r = p->report->result;
-    fputs("<h3>Largest places of the gap in the equations, before</h3>\n<table><tr><th>test</th><th>channel</th><th>leg</th><th>harmonic</th>"
-          "<th>feature of the motion</th><th class=\"n\">share of the squared gap</th></tr>\n", p->out);
+    fputs("<h3>Largest places of the gap in the equations, before</h3>\n"
+          "<table><tr><th>test</th><th>channel</th><th>leg</th><th>harmonic</th><th>feature of the motion</th><th class=\"n\">share of "
+          "the squared gap</th></tr>\n", p->out);
     for (int i = 0; i < r->places; i++) {
         const struct gap_place *w = &r->where[i];
         fprintf(p->out, "<tr><td>%s</td><td>%s</td><td>%d</td><td>%d%s</td><td>", axis_words[w->dof], channel_words[w->channel], w->leg + 1,
@@ -243,8 +247,8 @@ static void list_places(const struct page *p) {
 void section_map(struct page *p) {
     const struct waves *w = p->report->waves;
     double full = full_colour(p);
-    fputs("<section id=\"map\"><h2>Disagreement map</h2>\n<p>Rms difference between the mean cycles of model and measurement, in % of the channel's "
-          "measured variation; six legs a channel, one row a test.", p->out);
+    fputs("<section id=\"map\"><h2>Disagreement map</h2>\n<p>Rms difference between the mean cycles of model and measurement, in % of "
+          "the channel's measured variation; six legs a channel, one row a test.", p->out);
     if (!w->evaluated[GAP_LENGTH]) fputs(" Length and valve command are inputs of a replay by motion: not evaluated.", p->out);
     fputs("</p>\n<div class=\"wide\"><table class=\"map\"><tr><th></th>", p->out);
     for (int ch = 0; ch < GAP_CHANNELS; ch++) fprintf(p->out, "<th colspan=\"%d\">%s</th>", LEGS, channel_words[ch]);

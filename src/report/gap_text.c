@@ -62,8 +62,8 @@ static void print_sizes(FILE *out, const struct gap_result *r) {
     const struct gap_size *before = &r->held_out_before, *after = &r->held_out_after, *noise = &r->noise_floor;
     fprintf(out, "\n  held out   %10s %10s %10s\n", "before", "after", "noise");
     for (int ch = 0; ch < GAP_CHANNELS; ch++)
-        fprintf(out, "  %-10s %10.4g %10.4g %10.4g %s\n", gap_channel_names[ch], before->channel[ch], after->channel[ch], noise->channel[ch],
-                gap_channel_units[ch]);
+        fprintf(out, "  %-10s %10.4g %10.4g %10.4g %s\n", gap_channel_names[ch], before->channel[ch], after->channel[ch],
+                noise->channel[ch], gap_channel_units[ch]);
     fprintf(out, "  %-10s %10.4g %10.4g %10.4g of variation; unexplained %.1f %%\n", "overall", before->overall, after->overall,
             noise->overall, 100.0 * r->unexplained_fraction);
 }
