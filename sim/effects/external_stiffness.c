@@ -22,7 +22,7 @@ const struct effect external_stiffness = {
     .signature = "leg forces: in phase with the displacement; at one frequency as an inertia of -k/w^2, a second frequency tells",
     .keys = {[X] = {.name = "x", .unit = "N/m", .min = 0.0, .max = 1e7, .typical = 2e4},
              [Y] = {.name = "y", .unit = "N/m", .min = 0.0, .max = 1e7, .typical = 2e4},
-             [Z] = {.name = "z", .unit = "N/m", .min = 0.0, .max = 1e7, .typical = 6e3},
+             [Z] = {.name = "z", .unit = "N/m", .min = 0.0, .max = 1e7, .typical = 4e3},
              [PHI] = {.name = "phi", .unit = "N m/rad", .min = 0.0, .max = 1e6, .typical = 4e3},
              [THETA] = {.name = "theta", .unit = "N m/rad", .min = 0.0, .max = 1e6, .typical = 4e3},
              [PSI] = {.name = "psi", .unit = "N m/rad", .min = 0.0, .max = 1e6, .typical = 4e3}},

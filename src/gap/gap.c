@@ -16,6 +16,7 @@
 /* Calibrated on recordings of machines without an effect: none gains half of GAIN_MIN (tests/test_gap.c holds that). */
 static const double GAIN_MIN = 36.0;       /* of white squares, on fitted and on held-out cycles: z = 6 */
 static const double LATER_SHARE = 2e-5;    /* of the first gain: a later effect below that only mends the earlier one's shape */
+static const double ALIKE_SHARE = 3e-3;    /* the same, of friction beside friction: what no law of friction gets right at reversals */
 static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes less is not what is there */
 static const double RIVAL_SHARE = 0.001;   /* of the gain: plausible model error, */
 static const double RIVAL_LEFT = 1.0;      /* as is what the best one leaves above the noise, */
@@ -48,15 +49,17 @@ static void list_candidates(const struct diagnosis *d, const struct trial *trial
     }
 }
 
-/* Effects that come as close as the model can be wrong. */
+/* As close to the best as the model can be wrong. */
+static bool comes_close(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
+    double left = RIVAL_LEFT * excess(best->square, d->fit.values);
+    double margin = fmax(RIVAL_GAIN, fmin(fmax(RIVAL_SHARE * best->gain, left), 0.1 * best->gain));
+    return t->ok && t->polished && (t->gain >= best->gain - margin || t->held_gain >= best->held_gain - margin); /* the charge apart */
+}
+
 static void list_rivals(const struct diagnosis *d, const struct trial *trial, int trials, struct gap_result *r) {
-    double left = RIVAL_LEFT * excess(trial[0].square, d->fit.values);
     r->ambiguous = 0; /* an earlier effect was judged with the later one still hidden */
-    double margin = fmax(RIVAL_GAIN, fmin(fmax(RIVAL_SHARE * trial[0].gain, left), 0.1 * trial[0].gain));
     for (int i = 1; i < trials; i++) {
-        if (!trial[i].ok || !trial[i].polished) continue;
-        bool near = trial[i].gain >= trial[0].gain - margin || trial[i].held_gain >= trial[0].held_gain - margin; /* the charge apart */
-        if (!near) continue;
+        if (!comes_close(d, &trial[0], &trial[i])) continue;
         int effect = trial[i].hypothesis->effect;
         bool seen = effect == trial[0].hypothesis->effect || hypothesis_contains(effect, trial[0].hypothesis->effect);
         for (int j = 0; j < r->ambiguous; j++) seen = seen || r->ambiguous_with[j] == effect;
@@ -64,20 +67,53 @@ static void list_rivals(const struct diagnosis *d, const struct trial *trial, in
     }
 }
 
+static void put_first(struct trial *trial, int place) {
+    struct trial first = trial[place];
+    memmove(trial + 1, trial, (size_t)place * sizeof *trial);
+    trial[0] = first;
+}
+
+/* Where an effect that is a limit of the best one explains as much, it is that. */
+static void prefer_simple(const struct diagnosis *d, struct trial *trial, int trials) {
+    for (int i = 1; i < trials; i++)
+        if (hypothesis_contains(trial[0].hypothesis->effect, trial[i].hypothesis->effect) && !trial[i].bound && comes_close(d, &trial[0], &trial[i])) {
+            put_first(trial, i);
+            return;
+        }
+}
+
 /* What is stuck at the end of its range is not what is there: the best that is not comes first, the order of the others stays. */
 static void prefer_inside(struct trial *trial, int trials) {
     int best = 0;
     while (best < trials - 1 && (trial[best].bound || !trial[best].polished)) best++;
     if (trial[best].bound || !trial[best].polished) return;
-    struct trial inside = trial[best];
-    memmove(trial + 1, trial, (size_t)best * sizeof *trial);
-    trial[0] = inside;
+    put_first(trial, best);
+}
+
+/* Another law of the same kind as one that is there already: friction beside friction. */
+static bool same_kind(const struct diagnosis *d, int effect) {
+    bool same = false;
+    for (int i = 0; i < d->added; i++) same = same || (effect_table[effect]->leg_friction && effect_table[d->addition[i].effect]->leg_friction);
+    return same;
 }
 
 static bool worth_adding(const struct diagnosis *d, const struct trial *t, double first_gain) {
-    double left = excess(d->held_square, d->held_out.values);
-    return t->ok && !t->bound && t->gain > GAIN_MIN && t->held_gain > GAIN_MIN && t->held_gain > LATER_SHARE * first_gain &&
+    double left = excess(d->held_square, d->held_out.values), share = same_kind(d, t->hypothesis->effect) ? ALIKE_SHARE : LATER_SHARE;
+    return t->ok && !t->bound && t->gain > GAIN_MIN && t->held_gain > GAIN_MIN && t->held_gain > share * first_gain &&
            t->held_gain > REMAINDER_SHARE * left;
+}
+
+/* Effects that a later one has made superfluous leave. */
+static void drop_superfluous(struct diagnosis *d, struct gap_result *r) {
+    for (int i = 0; i < d->added - 1;) {
+        int effect = d->addition[i].effect, place = 0;
+        if (!diagnosis_drop(d, i, GAIN_MIN)) {
+            i++;
+            continue;
+        }
+        while (r->effect[place].effect != effect) place++;
+        memmove(r->effect + place, r->effect + place + 1, (size_t)(--r->effects - place) * sizeof *r->effect);
+    }
 }
 
 /* Values and deviations of the effects added, from the fitted variables. */
@@ -129,6 +165,7 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
         if (!trials) break;
         if (round == 0) list_candidates(d, trial, trials, r);
         prefer_inside(trial, trials);
+        prefer_simple(d, trial, trials);
         if (!worth_adding(d, &trial[0], first_gain)) break;
         if (round == 0) first_gain = trial[0].held_gain;
         list_rivals(d, trial, trials, r);
@@ -138,6 +175,7 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
         if (!diagnosis_add(d, &trial[0])) break;
         r->effects++;
         describe(e, &trial[0], before, d->held_square);
+        drop_superfluous(d, r);
     }
     free(trial);
     read_effects(d, r);
@@ -232,8 +270,8 @@ static int closed_loop(const struct params *params, const struct recording *meas
             replay_compare(params, other, &after, which, &held.after, &held.floor);
             keep_sizes(r, &used, &held);
             r->simulated = true;
-            r->matrices = replay_identify(params, measured, r->measured_mt) && replay_identify(params, &before, r->before_mt) &&
-                          replay_identify(params, &after, r->after_mt);
+            r->matrices = replay_identify(params, measured, NULL, r->measured_mt) && replay_identify(params, &before, NULL, r->before_mt) &&
+                          replay_identify(params, &after, NULL, r->after_mt);
         }
         recording_free(&after);
     }
@@ -277,6 +315,10 @@ int gap_solve(const struct params *params, const struct recording *measured, con
         keep_sizes(r, &used, &held);
         if (options->simulate && options->replay == GAP_CLOSED_LOOP && !r->controller_differs)
             status = closed_loop(params, measured, validate, options, r, error);
+    }
+    for (int i = 0; i < r->effects && !status; i++) {
+        const struct effect *e = effect_table[r->effect[i].effect];
+        if (e->leg_friction || e->joint_friction) r->repaired = replay_identify(params, measured, &r->fitted, r->repaired_mt);
     }
     diagnosis_free(d);
     free(d);

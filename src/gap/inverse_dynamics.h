@@ -14,10 +14,11 @@ struct inverse_dynamics {
     struct cylinder_model cylinder;
     struct rigid_state state;   /* the search for the next pose starts here */
     double window_s;            /* dry friction is averaged over so much about each instant: a reversal falls between two of them */
+    double resolution_s;        /* of the motion: half the time from a crest to a trough of its highest harmonic */
     bool joints;
 };
 
-void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *params, double window_s);
+void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *params, double window_s, double resolution_s);
 
 /* The mean sign of a value over a window about an instant: share of the window in which it is positive, minus the share where negative. */
 double inverse_dynamics_direction(double value, double rate, double window_s);

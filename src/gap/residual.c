@@ -288,7 +288,8 @@ static bool required(const struct residual_test *t, const struct params *model, 
     struct inverse_dynamics inverse;
     struct cycle_table table;
     double force[LEGS];
-    inverse_dynamics_init(&inverse, model, 2.0 * PI / t->spectrum.omega / PHASES);
+    double period_s = 2.0 * PI / t->spectrum.omega;
+    inverse_dynamics_init(&inverse, model, period_s / PHASES, period_s / (4 * t->harmonics));
     tabulate_cycle(t, rows, &table);
     memset(force_n, 0, LEGS * sizeof force_n[0]);
     for (int i = 0; i < PHASES; i++) {

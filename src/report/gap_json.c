@@ -79,9 +79,11 @@ static json_t *matrix(const double m[DOFS][DOFS]) {
     return array;
 }
 
+/* Of the measurement, of the model before and after; and of the measurement with the friction found taken off. */
 static json_t *matrices(const struct gap_result *r) {
-    if (!r->matrices) return json_null();
-    return json_pack("{so so so}", "measured", matrix(r->measured_mt), "before", matrix(r->before_mt), "after", matrix(r->after_mt));
+    return json_pack("{so so so so}", "measured", r->matrices ? matrix(r->measured_mt) : json_null(), "before",
+                     r->matrices ? matrix(r->before_mt) : json_null(), "after", r->matrices ? matrix(r->after_mt) : json_null(), "repaired",
+                     r->repaired ? matrix(r->repaired_mt) : json_null());
 }
 
 char *gap_json(const struct gap_result *r, const char *model) {
