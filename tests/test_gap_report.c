@@ -36,7 +36,7 @@ static void fill_effect(struct gap_effect *e, const char *name, int shape) {
 static void fill_result(struct gap_result *r) {
     *r = (struct gap_result){.verdict = GAP_EFFECT_NAMED, .reason = "the model lacks two effects", .effects = 2, .places = 3,
                              .simulated = true, .controller_known = true, .unexplained_fraction = 0.03, .white_after = 1.02,
-                             .base_values = 1, .matrices = true, .base_model = params, .model = params, .fitted = params};
+                             .base_values = 1, .matrices = true, .repaired = true, .base_model = params, .model = params, .fitted = params};
     fill_effect(&r->effect[0], "cylinder_coulomb_friction", 3);
     fill_effect(&r->effect[1], "passive_joint_friction", SHAPE_EACH);
     for (int i = 0; effect_table[i] && i < EFFECTS_MAX; i++)
@@ -49,7 +49,10 @@ static void fill_result(struct gap_result *r) {
     size_of(&r->held_out_before, 0.31), size_of(&r->held_out_after, 0.12);
     r->base[0] = (struct gap_base_value){"hydraulics.supply_pa", 1e7, 1.01e7, 2e4, false};
     for (int i = 0; i < DOFS; i++)
-        for (int j = 0; j < DOFS; j++) r->measured_mt[i][j] = 10.0 * i + j + 1.0, r->before_mt[i][j] = 9.0, r->after_mt[i][j] = 10.0;
+        for (int j = 0; j < DOFS; j++) {
+            r->measured_mt[i][j] = 10.0 * i + j + 1.0;
+            r->before_mt[i][j] = 9.0, r->after_mt[i][j] = 10.0, r->repaired_mt[i][j] = 11.0;
+        }
 }
 
 static int setup(void **unused) {
@@ -189,6 +192,8 @@ static void the_page_names_effects_numbers_and_pictures(void **unused) {
     assert_says(page, "55.0 ± 1.5");        /* leg 6 of coulomb_nm */
     assert_says(page, "97 %");              /* of the gap gone */
     assert_says(page, "<code>hydraulics.supply_pa</code>");
+    assert_says(page, "<th>mx</th><td>kg</td><td class=\"n\">1.000</td><td class=\"n\">9.000</td><td class=\"n\">+800.00 %</td>");
+    assert_says(page, "friction taken off");
     assert_int_equal(count(page, "<img "), 8); /* six waveforms, two loops */
     assert_int_equal(count(page, "<table class=\"map\">"), 1);
     assert_int_equal(count(page, "<script"), 0);

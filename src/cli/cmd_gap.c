@@ -56,7 +56,9 @@ static int run(int argc, char **argv, struct params *params, struct recording *m
     if (!status && o.validate) status = load(o.validate, validate, error);
     if (!status) status = gap_solve(params, measured, o.validate ? validate : NULL, &g, result, error);
     if (status) return status;
+    progress(NULL, "drawing the report", 0.95);
     status = gap_files_write(&o, result, measured, error);
+    progress(NULL, "reported", 1.0);
     gap_files_publish(params, result);
     gap_text_print(o.json && !strcmp(o.json, "-") ? stderr : stdout, result);
     return status;

@@ -9,7 +9,7 @@
 #include "hypothesis.h"
 #include "plot.h"
 
-static const char *const channel_words[GAP_CHANNELS] = {"leg length", "leg force", "pressure P1", "pressure P2", "valve command"};
+const char *const section_channel_words[GAP_CHANNELS] = {"leg length", "leg force", "pressure P1", "pressure P2", "valve command"};
 static const char *const axis_words[DOFS] = {"x", "y", "z", "φ", "θ", "ψ"};
 
 enum { PICTURES = 6 };
@@ -154,7 +154,7 @@ void section_waveforms(struct page *p) {
     for (int i = 0; i < n; i++) {
         char caption[160];
         snprintf(caption, sizeof caption, "Test %s, %s of leg %d: before, the model is off by %.1f %% of the channel's variation",
-                 axis_words[chosen[i].test->dof], channel_words[chosen[i].channel], chosen[i].leg + 1, 100.0 * chosen[i].size);
+                 axis_words[chosen[i].test->dof], section_channel_words[chosen[i].channel], chosen[i].leg + 1, 100.0 * chosen[i].size);
         draw(p, write_wave, &(struct picture){chosen[i].test, chosen[i].leg, has_after(p)}, chosen[i].channel, caption);
     }
     fputs("</div></section>\n", p->out);
@@ -236,8 +236,8 @@ static void list_places(const struct page *p) {
           "the squared gap</th></tr>\n", p->out);
     for (int i = 0; i < r->places; i++) {
         const struct gap_place *w = &r->where[i];
-        fprintf(p->out, "<tr><td>%s</td><td>%s</td><td>%d</td><td>%d%s</td><td>", axis_words[w->dof], channel_words[w->channel], w->leg + 1,
-                w->harmonic, w->harmonic ? "" : " (constant)");
+        fprintf(p->out, "<tr><td>%s</td><td>%s</td><td>%d</td><td>%d%s</td><td>", axis_words[w->dof],
+                section_channel_words[w->channel], w->leg + 1, w->harmonic, w->harmonic ? "" : " (constant)");
         html_text(p->out, "%s", section_feature_words(w->feature));
         fprintf(p->out, "</td><td class=\"n\">%.1f %%</td></tr>\n", 100.0 * w->share);
     }
@@ -251,7 +251,7 @@ void section_map(struct page *p) {
           "the channel's measured variation; six legs a channel, one row a test.", p->out);
     if (!w->evaluated[GAP_LENGTH]) fputs(" Length and valve command are inputs of a replay by motion: not evaluated.", p->out);
     fputs("</p>\n<div class=\"wide\"><table class=\"map\"><tr><th></th>", p->out);
-    for (int ch = 0; ch < GAP_CHANNELS; ch++) fprintf(p->out, "<th colspan=\"%d\">%s</th>", LEGS, channel_words[ch]);
+    for (int ch = 0; ch < GAP_CHANNELS; ch++) fprintf(p->out, "<th colspan=\"%d\">%s</th>", LEGS, section_channel_words[ch]);
     fputs("</tr>\n<tr class=\"legs\"><th>leg</th>", p->out);
     for (int i = 0; i < GAP_CHANNELS * LEGS; i++) fprintf(p->out, "<th>%d</th>", i % LEGS + 1);
     fputs("</tr>\n", p->out);

@@ -8,6 +8,7 @@
 #include "html.h"
 #include "hypothesis.h"
 #include "ident.h"
+#include "nominal.h"
 
 static void number_cell(FILE *out, double value, const char *format) {
     fputs("<td class=\"n\">", out);
@@ -132,8 +133,6 @@ void table_hypotheses(FILE *out, const struct gap_result *r) {
 
 /* --- numbers */
 
-static const char *const channel_words[GAP_CHANNELS] = {"leg length", "leg force", "pressure P1", "pressure P2", "valve command"};
-
 /* In units in which differences are read. */
 static void size_row(FILE *out, const char *name, const char *unit, double scale, int decimals, const double value[5]) {
     char format[] = "%.0f";
@@ -153,8 +152,8 @@ static void size_table(FILE *out, const struct gap_result *r, bool normalised) {
     for (int ch = 0; ch < GAP_CHANNELS; ch++) {
         const struct picture_unit *u = &picture_units[ch];
         for (int i = 0; i < 5; i++) value[i] = normalised ? sizes[i]->normalised[ch] : sizes[i]->channel[ch];
-        if (normalised) size_row(out, channel_words[ch], "%", 100.0, 2, value);
-        else size_row(out, channel_words[ch], u->difference_unit, u->difference_scale, decimals[ch], value);
+        if (normalised) size_row(out, section_channel_words[ch], "%", 100.0, 2, value);
+        else size_row(out, section_channel_words[ch], u->difference_unit, u->difference_scale, decimals[ch], value);
     }
     for (int i = 0; i < 5; i++) value[i] = sizes[i]->overall;
     if (normalised) size_row(out, "overall", "%", 100.0, 2, value);
@@ -200,23 +199,46 @@ void table_base(FILE *out, const struct gap_result *r) {
 
 /* --- inertia matrix */
 
+/* A reference and two matrices off it, entry by entry. */
+static void matrix_table(FILE *out, const char *const names[3], const double (*reference)[DOFS], const double (*first)[DOFS],
+                         const double (*second)[DOFS]) {
+    fprintf(out, "<table><tr><th>entry</th><th>unit</th><th class=\"n\">%s</th><th class=\"n\">%s</th><th class=\"n\">off by</th>"
+                 "<th class=\"n\">%s</th><th class=\"n\">off by</th></tr>\n", names[0], names[1], names[2]);
+    for (int i = 0; i < IDENT_ENTRIES; i++) {
+        const struct ident_entry *e = &ident_entries[i];
+        double is = reference[e->row][e->col], a = first[e->row][e->col], b = second[e->row][e->col];
+        fprintf(out, "<tr><th>%s</th><td>%s</td>", e->name, e->unit);
+        number_cell(out, is, "%.3f");
+        number_cell(out, a, "%.3f");
+        number_cell(out, 100.0 * (a / is - 1.0), "%+.2f %%");
+        number_cell(out, b, "%.3f");
+        number_cell(out, 100.0 * (b / is - 1.0), "%+.2f %%");
+        fputs("</tr>\n", out);
+    }
+    fputs("</table>\n", out);
+}
+
+static void repaired_table(FILE *out, const struct gap_result *r) {
+    static const char *const names[3] = {"configuration", "measured", "friction taken off"};
+    static const double neutral[DOFS] = {0};
+    struct kinematics k;
+    struct error error;
+    double nominal[DOFS][DOFS];
+    if (kinematics_init(&k, &r->model, &error)) return;
+    nominal_matrix(&r->model, &k, neutral, nominal);
+    fputs("<h3>With the friction found taken off the measured forces</h3>\n"
+          "<p>Dry friction spoils the identification; known, it can be subtracted. Beside the matrix that the configuration implies:</p>\n",
+          out);
+    matrix_table(out, names, (const double(*)[DOFS])nominal, r->measured_mt, r->repaired_mt);
+}
+
 void table_matrix(FILE *out, const struct gap_result *r) {
+    static const char *const names[3] = {"measured", "model before", "model after"};
     if (!r->matrices) return;
     fputs("<section id=\"matrix\"><h2>Identified inertia matrix</h2>\n"
           "<p>Method A of Tian 2015 on the measured log, and on the logs that the model before and after gives when it is driven as the "
-          "rig was. What the missing effect does to the identification, the model must do too.</p>\n"
-          "<table><tr><th>entry</th><th>unit</th><th class=\"n\">measured</th><th class=\"n\">model before</th><th class=\"n\">off by"
-          "</th><th class=\"n\">model after</th><th class=\"n\">off by</th></tr>\n", out);
-    for (int i = 0; i < IDENT_ENTRIES; i++) {
-        const struct ident_entry *e = &ident_entries[i];
-        double m = r->measured_mt[e->row][e->col], b = r->before_mt[e->row][e->col], a = r->after_mt[e->row][e->col];
-        fprintf(out, "<tr><th>%s</th><td>%s</td>", e->name, e->unit);
-        number_cell(out, m, "%.3f");
-        number_cell(out, b, "%.3f");
-        number_cell(out, 100.0 * (b / m - 1.0), "%+.2f %%");
-        number_cell(out, a, "%.3f");
-        number_cell(out, 100.0 * (a / m - 1.0), "%+.2f %%");
-        fputs("</tr>\n", out);
-    }
-    fputs("</table></section>\n", out);
+          "rig was. What the missing effect does to the identification, the model must do too.</p>\n", out);
+    matrix_table(out, names, r->measured_mt, r->before_mt, r->after_mt);
+    if (r->repaired) repaired_table(out, r);
+    fputs("</section>\n", out);
 }
