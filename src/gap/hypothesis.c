@@ -31,7 +31,7 @@ static enum residual_part effect_parts(const struct params *model, int effect) {
 
 /* Of the difference quotient: far above rounding, far below what bends a law. */
 static double difference_step(const struct effect_key *k) {
-    double typical = fabs(k->typical - k->neutral);
+    double typical = k->reciprocal ? 0.0 : fabs(k->typical - k->neutral);
     return 0.02 * (typical > 0.0 ? typical : fabs(k->typical));
 }
 
