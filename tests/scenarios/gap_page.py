@@ -1,5 +1,5 @@
-"""Opens a gap report in a headless Chromium: gap_page.py REPORT PICTURES WORK. A probe added to a copy of the page measures what a reader would see:
-each picture's size and ink, the width of the page, where the first screen ends."""
+"""Opens a gap report in a headless Chromium: gap_page.py REPORT PICTURES WORK. A probe added to a copy of the page measures what a reader
+would see: each picture's size and ink, the width of the page, where the first screen ends."""
 import html
 import json
 import re
