@@ -35,7 +35,7 @@ static void every_effect_says_what_it_is(void **unused) {
         const struct effect *e = effect_table[i];
         assert_true(i < EFFECTS_MAX);
         assert_int_equal(effect_find(e->name), i); /* so names are unique, too */
-        assert_true(strlen(e->law) > 0 && strlen(e->signature) > 0);
+        assert_true(strlen(e->plain) > 0 && strlen(e->law) > 0 && strlen(e->signature) > 0);
         assert_true(key_count(e) > 0);
         for (int k = 0; k < key_count(e); k++) {
             assert_non_null(e->keys[k].unit);
