@@ -91,9 +91,9 @@ endef
 
 deps: deps-run deps-test ## install what is missing of the Debian packages for run and test
 deps-run:
-	$(call install,g++ gcc libeigen3-dev libjansson-dev liblcm-bin liblcm-dev libmodbus-dev libode-dev libyaml-dev)
+	$(call install,g++ gcc gnuplot-nox libeigen3-dev libjansson-dev liblcm-bin liblcm-dev libmodbus-dev libode-dev libyaml-dev)
 deps-test: deps-run
-	$(call install,can-utils iproute2 kmod libcmocka-dev libseccomp-dev python3-venv user-mode-linux util-linux)
+	$(call install,can-utils chromium iproute2 kmod libcmocka-dev libseccomp-dev python3-venv user-mode-linux util-linux)
 deps-fuzz: deps-run
 	$(call install,clang libclang-rt-14-dev)
 deps-bench: deps-test

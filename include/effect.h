@@ -43,6 +43,7 @@ struct friction {
 
 struct effect {
     const char *name;
+    const char *plain;      /* what people call it: "air in the oil" */
     const char *law;        /* one line, with the formula */
     const char *signature;  /* where it shows: channel, harmonic, feature */
     struct effect_key keys[EFFECT_KEYS]; /* ended by a NULL name */

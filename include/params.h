@@ -63,6 +63,8 @@ enum engine_kind { ENGINE_ODE, ENGINE_CLOSED_FORM };
 struct sim_params {
     enum engine_kind engine;
     int substeps;                 /* per cycle; a substep is at most 0.25 ms */
+    double base_hz, base_mass_kg; /* the base on springs (sim/surroundings.h); 0 Hz: rigid */
+    double ripple_pa, ripple_hz;  /* of the pump */
     double smooth_friction_mps;   /* 0: true stick; else the cylinders' dry friction is F tanh(v / this), as where stick is not modelled */
 };
 

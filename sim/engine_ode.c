@@ -16,6 +16,7 @@
 
 #include "hydraulics.h"
 #include "ode_machine.h"
+#include "surroundings.h"
 
 /* A leg at an instant and what resists its motion. Forces act on the rod, away from the base positive. */
 struct leg {
@@ -30,6 +31,7 @@ struct engine_ode {
     struct engine base;
     struct cylinder_model model;
     struct ode_machine machine;
+    struct surroundings surroundings;
     bool joints_rub;
     double pose[DOFS];              /* of the last place() */
     bool started;                   /* a substep has been made since */
@@ -175,6 +177,23 @@ static void step_hydraulics(struct engine_ode *e, double dt_s, const double valv
     hydraulics_step(&e->model, dt_s, input, s);
 }
 
+/* The frame of a base that moves is pulled the other way. */
+static void yield(struct engine_ode *e, double dt_s) {
+    struct surroundings *s = &e->surroundings;
+    double momentum[3] = {0}, mass_kg = 0.0, pull[3];
+    for (int b = 0; b < BODIES; b++) {
+        dMass mass;
+        dBodyGetMass(e->machine.body[b], &mass);
+        struct velocity v = ode_machine_velocity(&e->machine, b);
+        mass_kg += mass.mass;
+        for (int i = 0; i < 3; i++) momentum[i] += mass.mass * v.linear[i];
+    }
+    surroundings_step(s, dt_s, mass_kg, momentum);
+    for (int i = 0; i < 3; i++) pull[i] = e->model.machine.gravity_mps2 * e->model.machine.down[i] - s->acceleration_mps2[i];
+    ode_machine_pull(&e->machine, pull);
+    e->model.machine.supply_pa = surroundings_supply(s);
+}
+
 static void substep(struct engine *base, double dt_s, const double valve[LEGS], struct hydraulics_state *s) {
     struct engine_ode *e = (struct engine_ode *)base;
     double force_n[LEGS];
@@ -182,6 +201,7 @@ static void substep(struct engine *base, double dt_s, const double valve[LEGS], 
     look_at_legs(e, s);
     for (int i = 0; i < LEGS; i++) force_n[i] = cylinder_hydraulic_force(&e->model, &s->cylinder[i]);
     step_bodies(e, dt_s, force_n);
+    if (surroundings_yield(e->surroundings.params)) yield(e, dt_s);
     step_hydraulics(e, dt_s, valve, s);
 }
 
@@ -253,6 +273,7 @@ static struct engine *create(const struct params *params, struct error *error) {
     }
     e->base.ops = &engine_ode;
     cylinder_model_init(&e->model, params);
+    e->surroundings.params = params;
     e->joints_rub = e->model.machine.joint_friction.count > 0;
     place(&e->base, neutral);
     return &e->base;

@@ -164,6 +164,12 @@ static void hang(const struct ode_machine *m, int body, double mass_kg, const dV
     dBodyAddForceAtPos(m->body[body], weight_n * down[0], weight_n * down[1], weight_n * down[2], point[0], point[1], point[2]);
 }
 
+void ode_machine_pull(struct ode_machine *m, const double pull[3]) {
+    m->machine.gravity_mps2 = sqrt(pull[0] * pull[0] + pull[1] * pull[1] + pull[2] * pull[2]);
+    for (int i = 0; i < 3; i++) m->machine.down[i] = m->machine.gravity_mps2 > 0.0 ? pull[i] / m->machine.gravity_mps2 : 0.0;
+    dWorldSetGravity(m->world, pull[0], pull[1], pull[2]);
+}
+
 void ode_machine_load(struct ode_machine *m) {
     const struct actuator_params *a = &m->params->actuator;
     for (int leg = 0; leg < LEGS; leg++) {

@@ -54,6 +54,9 @@ double ode_machine_length(const struct ode_machine *m, int leg, const dVector3 a
 /* The platform's velocity at the origin of {M}. */
 void ode_machine_twist(const struct velocity *platform, const struct ode_machine *m, double twist[DOFS]);
 
+/* What pulls at all bodies instead of gravity, m/s^2 in {B}. */
+void ode_machine_pull(struct ode_machine *m, const double pull[3]);
+
 /* Puts on what ODE does not know: weights of legs with apparent inertia, and the effects' wrench. Before every step. */
 void ode_machine_load(struct ode_machine *m);
 

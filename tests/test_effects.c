@@ -5,6 +5,8 @@
 
 #include "cylinder.h"
 #include "effect.h"
+#include "plant.h"
+#include "valve_line.h"
 
 static int key_count(const struct effect *e) {
     int count = 0;
@@ -35,7 +37,7 @@ static void every_effect_says_what_it_is(void **unused) {
         const struct effect *e = effect_table[i];
         assert_true(i < EFFECTS_MAX);
         assert_int_equal(effect_find(e->name), i); /* so names are unique, too */
-        assert_true(strlen(e->law) > 0 && strlen(e->signature) > 0);
+        assert_true(strlen(e->plain) > 0 && strlen(e->law) > 0 && strlen(e->signature) > 0);
         assert_true(key_count(e) > 0);
         for (int k = 0; k < key_count(e); k++) {
             assert_non_null(e->keys[k].unit);
@@ -75,6 +77,87 @@ static void neutral_values_add_nothing(void **unused) {
             if (e->joint_friction) e->joint_friction(&v, n % LEGS, motion.speed_mps, &add);
             assert_true(add.dry == 0.0 && add.viscous == 0.0);
         }
+    }
+}
+
+/* All constants of the machine, its laws for a pose and a spool, and what its valves get. */
+static void neutral_values_leave_the_machine_as_it_is(void **unused) {
+    (void)unused;
+    static const double pose[DOFS] = {0.01, -0.02, 0.03, 0.04, -0.05, 0.06}, valve[LEGS] = {0.1, -0.2, 0.3, -0.4, 0.5, -0.6};
+    struct params params;
+    struct machine base, machine;
+    config_default(&params);
+    machine_init(&base, &params);
+    for (int i = 0; effect_table[i]; i++) {
+        struct params with = params;
+        struct valve_line line;
+        double wrench[DOFS] = {0}, received[LEGS];
+        effect_at(effect_table[i], 0.0, &with.effects[i]);
+        machine_init(&machine, &with);
+        machine_wrench(&machine, pose, wrench);
+        for (int k = 0; k < DOFS; k++) assert_true(wrench[k] == 0.0 && machine_opening(&machine, k, valve[k]) == valve[k]);
+        assert_int_equal(valve_line_init(&line, &machine), 0);
+        valve_line_rest(&line);
+        valve_line_send(&line, valve);
+        valve_line_receive(&line, 0, received);
+        assert_memory_equal(received, valve, sizeof valve);
+        valve_line_free(&line);
+        /* A line's diameter means nothing without its length. */
+        memcpy(machine.line_diameter_m, base.line_diameter_m, sizeof base.line_diameter_m);
+        const double *is = &machine.payload_kg, *was = &base.payload_kg; /* all constants are numbers, up to the laws */
+        size_t constants = (offsetof(struct machine, leg_friction) - offsetof(struct machine, payload_kg)) / sizeof *is;
+        for (size_t c = 0; c < constants; c++)
+            if (!(is[c] == was[c])) fail_msg("%s: constant %zu is %g instead of %g", effect_table[i]->name, c, is[c], was[c]);
+    }
+}
+
+/* What the sensors say after 0.3 s of moving valves. */
+static struct hal_sample moved(const struct params *params, enum engine_kind engine) {
+    static const double neutral[DOFS] = {0};
+    struct params p = *params;
+    struct hal_sample sample = {0};
+    struct error error;
+    p.sim.engine = engine;
+    p.sim.substeps = 32;
+    p.sensors.enabled = false;
+    struct plant *plant = plant_create(&p, 1, &error);
+    if (!plant) fail_msg("%s", error.text);
+    plant_place(plant, neutral);
+    for (int i = 0; i < 150; i++) {
+        double valve[LEGS];
+        for (int k = 0; k < LEGS; k++) valve[k] = 0.02 * sin(0.05 * i + k);
+        plant_step(plant, valve);
+    }
+    plant_measure(plant, &sample);
+    plant_destroy(plant);
+    return sample;
+}
+
+/* Largest differences of lengths and pressures. */
+static void differences(const struct hal_sample *a, const struct hal_sample *b, double *length_m, double *pressure_pa) {
+    *length_m = *pressure_pa = 0.0;
+    for (int k = 0; k < LEGS; k++) {
+        *length_m = fmax(*length_m, fabs(a->length_m[k] - b->length_m[k]));
+        *pressure_pa = fmax(*pressure_pa, fmax(fabs(a->p1_pa[k] - b->p1_pa[k]), fabs(a->p2_pa[k] - b->p2_pa[k])));
+    }
+}
+
+static void both_engines_have_every_effect(void **unused) {
+    (void)unused;
+    struct params params;
+    config_default(&params);
+    struct hal_sample base = moved(&params, ENGINE_CLOSED_FORM);
+    for (int i = 0; effect_table[i]; i++) {
+        struct params with = params;
+        double length_m, pressure_pa, own_m, own_pa;
+        effect_at(effect_table[i], 1.0, &with.effects[i]);
+        struct hal_sample closed = moved(&with, ENGINE_CLOSED_FORM), ode = moved(&with, ENGINE_ODE);
+        differences(&closed, &ode, &length_m, &pressure_pa);
+        differences(&closed, &base, &own_m, &own_pa);
+        assert_below(length_m, 1e-7); /* what 0.0625 ms leave between the engines; stick in the joints is found a substep apart */
+        assert_below(pressure_pa, 100.0);
+        bool seen = own_m > 10.0 * length_m || own_pa > 10.0 * pressure_pa;
+        assert_true(seen || strcmp(effect_table[i]->name, "clock_skew") == 0); /* which is in the time stamps alone */
     }
 }
 
@@ -126,10 +209,11 @@ static void viscous_friction_adds_to_the_base_by_direction(void **unused) {
 static void joint_friction_has_both_parts(void **unused) {
     (void)unused;
     struct params params = with("passive_joint_friction", (const double[]){5.0, 20.0});
-    struct friction f = joint_friction(&params, 2, 0.1);
+    struct machine m;
+    machine_init(&m, &params);
+    struct friction f = machine_joint_friction(&m, 2, 0.1);
     assert_close(f.dry, 5.0, 1e-15);
     assert_close(f.viscous, 2.0, 1e-15);
-    assert_true(joint_friction_present(&params));
 }
 
 static void an_effect_that_is_off_does_nothing(void **unused) {
@@ -141,8 +225,6 @@ static void an_effect_that_is_off_does_nothing(void **unused) {
     cylinder_model_init(&m, &params);
     assert_true(cylinder_friction(&m, 0, &s, 1, 0.1).dry == 0.0);
     assert_false(cylinder_can_stick(&m));
-    assert_false(joint_friction_present(&params));
-    assert_true(joint_friction(&params, 0, 1.0).viscous == 0.0);
 }
 
 static void one_leg_alone_can_have_friction(void **unused) {
@@ -162,6 +244,8 @@ int main(void) {
         cmocka_unit_test(every_effect_says_what_it_is),
         cmocka_unit_test(every_effect_file_is_in_the_table),
         cmocka_unit_test(neutral_values_add_nothing),
+        cmocka_unit_test(neutral_values_leave_the_machine_as_it_is),
+        cmocka_unit_test(both_engines_have_every_effect),
         cmocka_unit_test(friction_resists_and_its_viscous_part_vanishes_at_rest),
         cmocka_unit_test(coulomb_friction_knows_its_direction_and_no_speed),
         cmocka_unit_test(viscous_friction_adds_to_the_base_by_direction),

@@ -10,6 +10,7 @@
 
 #include "hexid_command_t.h"
 #include "hexid_event_t.h"
+#include "hexid_gap_t.h"
 #include "hexid_identification_t.h"
 #include "hexid_loop_stats_t.h"
 #include "hexid_state_t.h"
@@ -274,6 +275,7 @@ static void types_are_frozen(void **unused) {
     assert_int_equal(__hexid_test_result_t_get_hash(), 0x6630e6d5a271452d);
     assert_int_equal(__hexid_identification_t_get_hash(), 0x131c302b7899dd02);
     assert_int_equal(__hexid_event_t_get_hash(), 0xc675cdb82b97a028);
+    assert_int_equal(__hexid_gap_t_get_hash(), 0x48254367c49769b7);
     assert_int_equal(__hexid_command_t_get_hash(), 0xbb4b50819e0d4308);
 }
 

@@ -11,6 +11,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect actuator_inertia = {
     .name = "actuator_inertia",
+    .plain = "another moving mass of the actuators",
     .law = "adds axial Ldot^2/2 + transverse Omega^2/2 to a leg's kinetic energy: ma + axial along it, g(L) + transverse across; no weight",
     .signature = "leg forces: in phase with the acceleration on all axes, nothing at rest",
     .keys = {[AXIAL] = {.name = "axial_kg", .unit = "kg", .min = -1e3, .max = 1e4, .typical = 5.0, .per_leg = true},

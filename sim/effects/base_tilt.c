@@ -14,6 +14,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect base_tilt = {
     .name = "base_tilt",
+    .plain = "a tilt of the base",
     .law = "the base stands at Ry(theta) Rx(phi) to the vertical: gravity along (-sin theta, cos theta sin phi, cos theta cos phi) of {B}",
     .signature = "leg forces: static only, in the pattern of a horizontal force; the moving parts hardly change",
     .keys = {[PHI] = {.name = "phi_rad", .unit = "rad", .min = -0.5, .max = 0.5, .typical = 0.01},

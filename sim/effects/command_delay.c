@@ -8,6 +8,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect command_delay = {
     .name = "command_delay",
+    .plain = "a delay of the valve commands",
     .law = "the servo gets the valve command of delay ago",
     .signature = "valve command against flow: phase that grows with frequency; near valve_lag while small, a test above 12 Hz or "
                  "a step tells",

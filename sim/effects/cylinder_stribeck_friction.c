@@ -11,6 +11,7 @@ static void leg_friction(const struct effect_values *v, int leg, const struct le
 
 const struct effect cylinder_stribeck_friction = {
     .name = "cylinder_stribeck_friction",
+    .plain = "friction in the cylinders that is higher at low speed (Stribeck)",
     .law = "F = -excess exp(-(v/vs)^2) sign(v) on top of the Coulomb friction, v = Ldot; at rest holds up to the excess",
     .signature = "leg force: a peak at every velocity reversal, odd harmonics up to high order; small where the motion is fast, "
                  "slow motion shows it",

@@ -9,6 +9,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect entrained_air = {
     .name = "entrained_air",
+    .plain = "air in the oil",
     .law = "bulk modulus = min(hydraulics.bulk_modulus_pa, bulk modulus)",
     .signature = "valve command against pressures: a flow in phase with the pressures' rates; spool reversals are passed more slowly",
     .keys = {[BULK] = {.name = "bulk_modulus_pa", .unit = "Pa", .min = 1e7, .max = 3e9, .neutral = 3e9,

@@ -17,11 +17,12 @@ static void wrench(const struct effect_values *v, const double pose[DOFS], doubl
 
 const struct effect external_stiffness = {
     .name = "external_stiffness",
+    .plain = "stiffness of hoses and cables",
     .law = "hoses and cables: springs -k_i pose_i on the six coordinates of the pose, zero at neutral",
     .signature = "leg forces: in phase with the displacement; at one frequency as an inertia of -k/w^2, a second frequency tells",
     .keys = {[X] = {.name = "x", .unit = "N/m", .min = 0.0, .max = 1e7, .typical = 2e4},
              [Y] = {.name = "y", .unit = "N/m", .min = 0.0, .max = 1e7, .typical = 2e4},
-             [Z] = {.name = "z", .unit = "N/m", .min = 0.0, .max = 1e7, .typical = 6e3},
+             [Z] = {.name = "z", .unit = "N/m", .min = 0.0, .max = 1e7, .typical = 4e3},
              [PHI] = {.name = "phi", .unit = "N m/rad", .min = 0.0, .max = 1e6, .typical = 4e3},
              [THETA] = {.name = "theta", .unit = "N m/rad", .min = 0.0, .max = 1e6, .typical = 4e3},
              [PSI] = {.name = "psi", .unit = "N m/rad", .min = 0.0, .max = 1e6, .typical = 4e3}},

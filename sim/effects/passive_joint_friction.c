@@ -9,6 +9,7 @@ static void joint_friction(const struct effect_values *v, int leg, double speed_
 
 const struct effect passive_joint_friction = {
     .name = "passive_joint_friction",
+    .plain = "friction in the universal joints",
     .law = "M = -M_c sign(w) - b w about each axis of both universal joints of a leg, w the joint's rate; at rest holds up to M_c",
     .signature = "leg force: odd harmonics and jumps at the reversals of the joints, which on tilting tests differ from those of the leg",
     .keys = {[COULOMB] = {.name = "coulomb_nm", .unit = "N m", .min = 0.0, .max = 1e3, .typical = 5.0, .per_leg = true},

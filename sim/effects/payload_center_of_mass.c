@@ -8,6 +8,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect payload_center_of_mass = {
     .name = "payload_center_of_mass",
+    .plain = "another mass centre of the payload",
     .law = "the payload's mass centre lies at (x, y, z) of {M} instead of at its origin",
     .signature = "leg forces: unlike static loads (x, y); translations and rotations coupled, in phase with the acceleration",
     .keys = {[X] = {.name = "x_m", .unit = "m", .min = -1.0, .max = 1.0, .typical = 0.01},

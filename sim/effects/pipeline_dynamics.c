@@ -11,6 +11,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect pipeline_dynamics = {
     .name = "pipeline_dynamics",
+    .plain = "the oil in the lines between valves and cylinders",
     .law = "a line between each port and its chamber: capacitance, inertance and laminar resistance of 870 kg/m^3 and 4e-5 "
            "m^2/s, one cell; pressures are measured at the valve",
     .signature = "pressures: the lines' drop, ringing where the spool reverses; a long line can make the loop oscillate by itself",

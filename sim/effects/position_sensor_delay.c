@@ -8,6 +8,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect position_sensor_delay = {
     .name = "position_sensor_delay",
+    .plain = "a delay of the length sensors",
     .law = "reading = length of delay ago",
     .signature = "leg length: phase that grows with frequency, against pressures and valve command alike",
     .keys = {[DELAY] = {.name = "delay_s", .unit = "s", .min = 0.0, .max = 0.1, .typical = 2e-3, .per_leg = true}},

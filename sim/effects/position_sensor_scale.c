@@ -8,6 +8,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect position_sensor_scale = {
     .name = "position_sensor_scale",
+    .plain = "a scale error of the length sensors",
     .law = "reading = scale times the joint-to-joint length",
     .signature = "leg length: static and moving alike; forces as of another motion",
     .keys = {[SCALE] = {.name = "scale", .unit = "-", .min = 0.9, .max = 1.1, .neutral = 1.0, .typical = 1.005, .per_leg = true}},

@@ -15,6 +15,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect pressure_sensor_lag = {
     .name = "pressure_sensor_lag",
+    .plain = "a lag of the pressure sensors",
     .law = "readings follow both pressures in first order with this cut-off frequency; from 100 kHz on at once",
     .signature = "pressures: phase and amplitude that fall with frequency, jumps rounded; force against motion, and valve "
                  "command against pressure",

@@ -11,6 +11,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect pressure_sensor_offset = {
     .name = "pressure_sensor_offset",
+    .plain = "an offset of the pressure sensors",
     .law = "readings = P1 + p1, P2 + p2",
     .signature = "force: static only",
     .keys = {[P1] = {.name = "p1", .unit = "Pa", .min = -1e7, .max = 1e7, .typical = 1e5, .per_leg = true},

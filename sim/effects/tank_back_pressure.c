@@ -8,6 +8,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect tank_back_pressure = {
     .name = "tank_back_pressure",
+    .plain = "a back pressure of the tank line",
     .law = "tank = Pt + R Q, Q the flow of all six valves to the tank",
     .signature = "pressures of the draining chambers of all legs: up with the legs' speed, second harmonic",
     .keys = {[RESISTANCE] = {.name = "resistance_pa_s_per_m3", .unit = "Pa s/m^3", .min = 0.0, .max = 1e11, .typical = 5e8}},

@@ -9,6 +9,7 @@ static double opening(const struct effect_values *v, int leg, double spool) {
 
 const struct effect valve_dead_band = {
     .name = "valve_dead_band",
+    .plain = "a dead band of the valves (overlap)",
     .law = "opening = x - overlap for x > overlap, x + overlap for x < -overlap, 0 between; x the spool",
     .signature = "valve command: a jump where the spool passes zero, odd harmonics; pressures: flat there; at rest the loop may hunt",
     .keys = {[OVERLAP] = {.name = "overlap", .unit = "-", .min = 0.0, .max = 0.5, .typical = 0.01, .per_leg = true}},

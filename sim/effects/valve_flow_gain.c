@@ -8,6 +8,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect valve_flow_gain = {
     .name = "valve_flow_gain",
+    .plain = "another flow gain of the valves",
     .law = "flow of both ports times scale",
     .signature = "valve command: the fundamental in phase with velocity; the pressures hardly change",
     .keys = {[SCALE] = {.name = "scale", .unit = "-", .min = 0.1, .max = 5.0, .neutral = 1.0, .typical = 0.9, .per_leg = true}},

@@ -8,6 +8,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect valve_null_bias = {
     .name = "valve_null_bias",
+    .plain = "a null offset of the valves",
     .law = "the spool goes to u + offset",
     .signature = "valve command: static, nothing else",
     .keys = {[OFFSET] = {.name = "offset", .unit = "-", .min = -0.5, .max = 0.5, .typical = 0.01, .per_leg = true}},

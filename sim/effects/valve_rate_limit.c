@@ -1,14 +1,19 @@
+#include <math.h>
+
 #include "machine.h"
 
 enum { RATE };
 
+static const double NONE_PER_S = 1e4; /* the neutral value stands for no limit at all */
+
 static void machine(const struct effect_values *v, struct machine *m) {
     for (int leg = 0; leg < LEGS; leg++)
-        if (v->value[RATE][leg] < m->valve_rate_per_s[leg]) m->valve_rate_per_s[leg] = v->value[RATE][leg];
+        if (v->value[RATE][leg] < fmin(NONE_PER_S, m->valve_rate_per_s[leg])) m->valve_rate_per_s[leg] = v->value[RATE][leg];
 }
 
 const struct effect valve_rate_limit = {
     .name = "valve_rate_limit",
+    .plain = "a speed limit of the valves' spools",
     .law = "|xdot| <= rate, x the spool",
     .signature = "valve command against flow: triangles for sines when fast, third harmonic and phase that grow with amplitude "
                  "and frequency",

@@ -5,7 +5,7 @@
 #include "cli.h"
 
 static void print_effect(const struct effect *e) {
-    printf("%s\n    law        %s\n    signature  %s\n", e->name, e->law, e->signature);
+    printf("%s\n    is         %s\n    law        %s\n    signature  %s\n", e->name, e->plain, e->law, e->signature);
     for (int k = 0; k < EFFECT_KEYS && e->keys[k].name; k++) {
         const struct effect_key *key = &e->keys[k];
         printf("    %-10s %s [%s] %g..%g, %s %g%s\n", k ? "" : "keys", key->name, key->unit, key->min, key->max,
@@ -25,7 +25,7 @@ static json_t *effect_json(const struct effect *e) {
                                               "neutral", key->neutral, "typical", key->typical, "per_leg", key->per_leg, "reciprocal",
                                               key->reciprocal));
     }
-    return json_pack("{ss ss ss so}", "name", e->name, "law", e->law, "signature", e->signature, "keys", keys);
+    return json_pack("{ss ss ss ss so}", "name", e->name, "plain", e->plain, "law", e->law, "signature", e->signature, "keys", keys);
 }
 
 static int write_json(const struct options *o, struct error *error) {

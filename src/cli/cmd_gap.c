@@ -1,19 +1,14 @@
-/* hexid gap: logs in, diagnosis, files out. A file appears under its name only when it is whole. */
-#include <errno.h>
-#include <math.h>
+/* hexid gap: logs in, diagnosis, files out. */
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include "cli.h"
-#include "config.h"
 #include "gap.h"
-#include "gap_json.h"
+#include "gap_files.h"
+#include "gap_text.h"
 #include "log.h"
 #include "messages.h"
-
-enum { PATH_SIZE = 4096 };
 
 static int load(const char *path, struct recording *r, struct error *error) {
     struct log_reader *log;
@@ -28,63 +23,6 @@ static int load(const char *path, struct recording *r, struct error *error) {
     if (!status) return STATUS_OK;
     struct error reason = *error;
     return error_set(error, reason.status, "%.100s: %.280s", path, reason.text);
-}
-
-static int write_whole(const char *directory, const char *name, const char *text, struct error *error) {
-    char path[PATH_SIZE], temporary[PATH_SIZE];
-    if (!text) return error_set(error, STATUS_IO, "out of memory");
-    snprintf(path, sizeof path, "%s/%s", directory, name);
-    snprintf(temporary, sizeof temporary, "%s/.%s.%ld", directory, name, (long)getpid());
-    int status = cli_write_text(temporary, text, error);
-    if (!status && rename(temporary, path)) status = error_set(error, STATUS_IO, "%.300s: cannot be written: %s", path, strerror(errno));
-    if (status) unlink(temporary);
-    return status;
-}
-
-static int write_results(const struct options *o, const struct gap_result *r, struct error *error) {
-    char path[PATH_SIZE];
-    snprintf(path, sizeof path, "%s/model.yaml", o->output);
-    if (mkdir(o->output, 0777) && errno != EEXIST) return error_set(error, STATUS_IO, "%.300s: cannot be made: %s", o->output, strerror(errno));
-    char *model = config_text(&r->model), *json = gap_json(r, path);
-    int status = write_whole(o->output, "model.yaml", model, error);
-    if (!status) status = write_whole(o->output, "gap.json", json, error);
-    if (!status && o->json) status = cli_write_text(o->json, json, error);
-    free(model);
-    free(json);
-    return status;
-}
-
-static void print_effect(const struct gap_effect *e, FILE *out) {
-    const struct effect *effect = effect_table[e->effect];
-    fprintf(out, "  %s explains %.1f %% of it (z %.0f)\n", effect->name, 100.0 * e->share_explained, e->z);
-    for (int key = 0; key < EFFECT_KEYS && effect->keys[key].name; key++) {
-        fprintf(out, "    %-24s", effect->keys[key].name);
-        for (int leg = 0; leg < (e->shape == -1 ? 1 : LEGS); leg++) fprintf(out, " %.4g +- %.2g", e->values.value[key][leg], e->std[key][leg]);
-        fprintf(out, " %s\n", effect->keys[key].unit);
-    }
-}
-
-static void print(const struct gap_result *r, FILE *out) {
-    fprintf(out, "\n%s: %s\n", gap_verdict_names[r->verdict], r->reason);
-    for (int i = 0; i < r->effects; i++) print_effect(&r->effect[i], out);
-    for (int i = 0; i < r->ambiguous; i++) fprintf(out, "  cannot be told from %s\n", effect_table[r->ambiguous_with[i]]->name);
-    for (int i = 0, shown = 0; i < r->candidates && shown < 3; i++) {
-        if (r->effects && r->candidate[i].effect == r->effect[0].effect) continue;
-        fprintf(out, "  runner-up %s: %.1f %%\n", effect_table[r->candidate[i].effect]->name, 100.0 * r->candidate[i].share_explained);
-        shown++;
-    }
-    if (r->offset_rival) fprintf(out, "  cannot be told from constant_force_offset\n");
-    if (r->next_experiment[0]) fprintf(out, "  next experiment: %s\n", r->next_experiment);
-    fprintf(out, "\n  held out   %10s %10s %10s\n", "before", "after", "noise");
-    for (int ch = 0; ch < GAP_CHANNELS; ch++)
-        if (isfinite(r->held_out_before.channel[ch])) fprintf(out, "  %-10s %10.4g %10.4g %10.4g %s\n", gap_channel_names[ch], r->held_out_before.channel[ch], r->held_out_after.channel[ch],
-                r->noise_floor.channel[ch], gap_channel_units[ch]);
-    fprintf(out, "  %-10s %10.4g %10.4g %10.4g of the variation; unexplained %.1f %%\n", "overall", r->held_out_before.overall,
-            r->held_out_after.overall, r->noise_floor.overall, 100.0 * r->unexplained_fraction);
-    for (int i = 0; i < r->places && i < 5; i++)
-        fprintf(out, "  where: test %d, %s of leg %d, harmonic %d, %s: %.1f %%\n", r->where[i].test + 1, gap_channel_names[r->where[i].channel],
-                r->where[i].leg + 1, r->where[i].harmonic, r->where[i].feature, 100.0 * r->where[i].share);
-    fprintf(out, "  %.1f s\n", r->seconds);
 }
 
 static void progress(void *context, const char *step, double share) {
@@ -117,8 +55,12 @@ static int run(int argc, char **argv, struct params *params, struct recording *m
     if (!status) status = load(o.measured, measured, error);
     if (!status && o.validate) status = load(o.validate, validate, error);
     if (!status) status = gap_solve(params, measured, o.validate ? validate : NULL, &g, result, error);
-    if (!status) status = write_results(&o, result, error);
-    if (!status) print(result, o.json && !strcmp(o.json, "-") ? stderr : stdout);
+    if (status) return status;
+    progress(NULL, "drawing the report", 0.95);
+    status = gap_files_write(&o, result, measured, error);
+    progress(NULL, "reported", 1.0);
+    gap_files_publish(params, result);
+    gap_text_print(o.json && !strcmp(o.json, "-") ? stderr : stdout, result);
     return status;
 }
 

@@ -9,6 +9,7 @@
 #include "bus.h"
 #include "cli.h"
 #include "force.h"
+#include "hexid_gap_t.h"
 #include "hexid_test_result_t.h"
 #include "ident.h"
 #include "messages.h"
@@ -75,6 +76,14 @@ static void test_result(const void *data, int size) {
     hexid_test_result_t_decode_cleanup(&t);
 }
 
+static void gap_result(const void *data, int size) {
+    hexid_gap_t g;
+    if (hexid_gap_t_decode(data, 0, size, &g) != size) return;
+    printf("             gap %s: %s; %.3g -> %.3g of the variation, noise %.3g\n", g.verdict, g.reason, g.held_out_before_ratio,
+           g.held_out_after_ratio, g.noise_floor_ratio);
+    hexid_gap_t_decode_cleanup(&g);
+}
+
 static void show(void *context, const char *channel, const void *data, int size) {
     struct monitor *m = context;
     struct cycle c;
@@ -91,6 +100,9 @@ static void show(void *context, const char *channel, const void *data, int size)
     } else if (!strcmp(channel, CHANNEL_IDENTIFICATION)) {
         erase(m);
         printf("             %s: the matrices; lcm-spy shows them (make spy)\n", channel);
+    } else if (!strcmp(channel, CHANNEL_GAP)) {
+        erase(m);
+        gap_result(data, size);
     }
     fflush(stdout);
 }

@@ -13,7 +13,11 @@ struct moments {
 
 static void take(struct moments *m, double x) { m->n++, m->sum += x, m->square += x * x; }
 
-static double variance_sum(const struct moments *m) { return m->n ? m->square - m->sum * m->sum / m->n : 0.0; }
+/* Not below zero, where rounding takes that of equal values. */
+static double variance_sum(const struct moments *m) {
+    double sum = m->n ? m->square - m->sum * m->sum / m->n : 0.0;
+    return sum < 0.0 ? 0.0 : sum;
+}
 
 /* One test: the filters start at its ramp-in, at rest; the comparison in the evaluated part, when they have forgotten it. */
 static void compare(const struct params *p, const struct kinematics *k, const struct recording_test *t, double *difference, double *whole) {

@@ -271,15 +271,56 @@ int diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads) {
     return count;
 }
 
+/* The base without what is parallel to an addition, then the additions. */
+static bool list_variables(struct diagnosis *d) {
+    struct variable base[FIT_VARIABLES];
+    int count = base_variables(d->given, base);
+    d->variables = 0;
+    for (int i = 0; i < count; i++) {
+        bool parallel = false;
+        for (int j = 0; j < d->added; j++) parallel = parallel || hypothesis_parallel(&d->addition[j], &base[i]);
+        if (!parallel) d->variable[d->variables++] = base[i];
+    }
+    for (int j = 0; j < d->added; j++) {
+        const struct hypothesis *h = &d->addition[j];
+        if (d->variables + h->variables > FIT_VARIABLES) return false;
+        memcpy(d->variable + d->variables, h->variable, (size_t)h->variables * sizeof *d->variable);
+        d->variables += h->variables;
+    }
+    return true;
+}
+
 bool diagnosis_add(struct diagnosis *d, const struct trial *t) {
-    if (d->variables + t->hypothesis->variables > FIT_VARIABLES) return false;
-    int kept = 0;
-    for (int i = 0; i < d->variables; i++)
-        if (!d->variable[i].base || !hypothesis_parallel(t->hypothesis, &d->variable[i])) d->variable[kept++] = d->variable[i];
-    d->variables = kept;
-    memcpy(d->variable + d->variables, t->hypothesis->variable, (size_t)t->hypothesis->variables * sizeof *d->variable);
-    d->variables += t->hypothesis->variables;
+    if (d->added == GAP_EFFECTS) return false;
+    d->addition[d->added++] = *t->hypothesis;
+    if (!list_variables(d)) {
+        d->added--;
+        list_variables(d);
+        return false;
+    }
     d->model = t->model;
     d->known[t->hypothesis->effect] = true;
     return diagnosis_refit(d, BASE_ITERATIONS);
+}
+
+bool diagnosis_drop(struct diagnosis *d, int addition, double most) {
+    int effect = d->addition[addition].effect;
+    struct hypothesis dropped = d->addition[addition];
+    struct params before = d->model;
+    double square = d->square, held = d->held_square, std[FIT_VARIABLES];
+    memcpy(std, d->std, sizeof std);
+    d->model.effects[effect] = d->given->effects[effect];
+    memmove(d->addition + addition, d->addition + addition + 1, (size_t)(--d->added - addition) * sizeof *d->addition);
+    bool fitted = list_variables(d) && diagnosis_refit(d, BASE_ITERATIONS);
+    if (fitted && d->square - square < most + CHARGE * dropped.variables && d->held_square - held < most) {
+        d->known[effect] = false;
+        return true;
+    }
+    memmove(d->addition + addition + 1, d->addition + addition, (size_t)(d->added++ - addition) * sizeof *d->addition);
+    d->addition[addition] = dropped;
+    d->model = before;
+    list_variables(d);
+    diagnosis_refit(d, 0);
+    memcpy(d->std, std, sizeof std);
+    return false;
 }

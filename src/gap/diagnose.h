@@ -12,6 +12,8 @@ struct diagnosis {
     struct fit_data fit, held_out;
     struct params model;                 /* fitted so far */
     bool known[EFFECTS_MAX];             /* given on, or found */
+    int added;
+    struct hypothesis addition[GAP_EFFECTS];
     int variables;                       /* base first, then those of the effects added */
     struct variable variable[FIT_VARIABLES];
     double std[FIT_VARIABLES];
@@ -44,5 +46,8 @@ int diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads);
 
 /* The hypothesis joins the model. */
 bool diagnosis_add(struct diagnosis *d, const struct trial *t);
+
+/* Takes an addition out again and fits the rest: true where that costs so little that it is not needed; else all is as before. */
+bool diagnosis_drop(struct diagnosis *d, int addition, double most);
 
 #endif

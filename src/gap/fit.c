@@ -89,6 +89,16 @@ bool fit_columns(const struct fit_data *d, const struct params *model, int varia
     return ok;
 }
 
+/* Factor of the rows and columns of h in `place`; columns that nothing tells apart are told apart by as small a ridge as will do. */
+static bool factor_some(int n, const double *h, int m, const int *place, double *a) {
+    for (double ridge = 1e-10; ridge < 1e-4; ridge *= 100.0) {
+        for (int i = 0; i < m; i++)
+            for (int j = 0; j <= i; j++) a[i * m + j] = h[place[i] * n + place[j]] * (i == j ? 1.0 + ridge : 1.0);
+        if (dense_factor(m, m, a)) return true;
+    }
+    return false;
+}
+
 /* Unconstrained among the free ones. */
 static bool solve_free(int n, const double *h, const double *g, const bool *is_free, double *x) {
     double a[COLUMNS_MAX * COLUMNS_MAX], b[COLUMNS_MAX];
@@ -99,10 +109,8 @@ static bool solve_free(int n, const double *h, const double *g, const bool *is_f
         b[i] = -g[place[i]];
         for (int j = 0; j < n; j++)
             if (!is_free[j]) b[i] -= h[place[i] * n + j] * x[j];
-        for (int j = 0; j <= i; j++) a[i * m + j] = h[place[i] * n + place[j]];
-        a[i * m + i] *= 1.0 + 1e-10;
     }
-    if (!dense_factor(m, m, a)) return false;
+    if (!factor_some(n, h, m, place, a)) return false;
     dense_solve(m, m, a, b);
     for (int i = 0; i < m; i++) x[place[i]] = b[i];
     return true;
@@ -162,9 +170,7 @@ static void deviations(int n, const double *h, const bool *is_free, double *std)
         std[i] = 0.0;
         if (is_free[i]) place[m++] = i;
     }
-    for (int i = 0; i < m; i++)
-        for (int j = 0; j <= i; j++) a[i * m + j] = h[place[i] * n + place[j]] * (i == j ? 1.0 + 1e-10 : 1.0);
-    if (!dense_factor(m, m, a)) return;
+    if (!factor_some(n, h, m, place, a)) return;
     dense_inverse_diagonal(m, m, a, diagonal, work);
     for (int i = 0; i < m; i++) std[place[i]] = sqrt(diagonal[i]);
 }

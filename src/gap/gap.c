@@ -12,10 +12,12 @@
 #include "experiment.h"
 #include "places.h"
 #include "replay.h"
+#include "spectrum.h"
 
 /* Calibrated on recordings of machines without an effect: none gains half of GAIN_MIN (tests/test_gap.c holds that). */
 static const double GAIN_MIN = 36.0;       /* of white squares, on fitted and on held-out cycles: z = 6 */
 static const double LATER_SHARE = 2e-5;    /* of the first gain: a later effect below that only mends the earlier one's shape */
+static const double ALIKE_SHARE = 3e-3;    /* the same, of friction beside friction: what no law of friction gets right at reversals */
 static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes less is not what is there */
 static const double RIVAL_SHARE = 0.001;   /* of the gain: plausible model error, */
 static const double RIVAL_LEFT = 1.0;      /* as is what the best one leaves above the noise, */
@@ -25,6 +27,7 @@ static const double UNKNOWN_SHARE = 0.3;   /* of the first excess that stays une
 static const double UNKNOWN_SIGMAS = 6.0;  /* and more than a few values scatter by */
 static const double OFFSET_SIGMAS = 6.0, OFFSET_SHARE = 0.05; /* friction unlike in the two directions */
 static const double CONTROLLER_DIFFERS = 0.02;
+static const double LINE_POWER = 12.0;      /* of white noise, mean of six legs: 1 +- 0.4 */
 static const double CLOCK_TOLERANCE = 1e-4; /* two crystals */
 
 const char *const gap_verdict_names[GAP_VERDICTS] = {"effect_named", "no_gap", "ambiguous", "unknown_effect"};
@@ -50,15 +53,17 @@ static void list_candidates(const struct diagnosis *d, const struct trial *trial
     }
 }
 
-/* Effects that come as close as the model can be wrong. */
+/* As close to the best as the model can be wrong. */
+static bool comes_close(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
+    double left = RIVAL_LEFT * excess(best->square, d->fit.evaluated);
+    double margin = fmax(RIVAL_GAIN, fmin(fmax(RIVAL_SHARE * best->gain, left), 0.1 * best->gain));
+    return t->ok && t->polished && (t->gain >= best->gain - margin || t->held_gain >= best->held_gain - margin); /* the charge apart */
+}
+
 static void list_rivals(const struct diagnosis *d, const struct trial *trial, int trials, struct gap_result *r) {
-    double left = RIVAL_LEFT * excess(trial[0].square, d->fit.evaluated);
     r->ambiguous = 0; /* an earlier effect was judged with the later one still hidden */
-    double margin = fmax(RIVAL_GAIN, fmin(fmax(RIVAL_SHARE * trial[0].gain, left), 0.1 * trial[0].gain));
     for (int i = 1; i < trials; i++) {
-        if (!trial[i].ok || !trial[i].polished) continue;
-        bool near = trial[i].gain >= trial[0].gain - margin || trial[i].held_gain >= trial[0].held_gain - margin; /* the charge apart */
-        if (!near) continue;
+        if (!comes_close(d, &trial[0], &trial[i])) continue;
         int effect = trial[i].hypothesis->effect;
         bool seen = effect == trial[0].hypothesis->effect || hypothesis_contains(effect, trial[0].hypothesis->effect);
         for (int j = 0; j < r->ambiguous; j++) seen = seen || r->ambiguous_with[j] == effect;
@@ -66,20 +71,53 @@ static void list_rivals(const struct diagnosis *d, const struct trial *trial, in
     }
 }
 
+static void put_first(struct trial *trial, int place) {
+    struct trial first = trial[place];
+    memmove(trial + 1, trial, (size_t)place * sizeof *trial);
+    trial[0] = first;
+}
+
+/* Where an effect that is a limit of the best one explains as much, it is that. */
+static void prefer_simple(const struct diagnosis *d, struct trial *trial, int trials) {
+    for (int i = 1; i < trials; i++)
+        if (hypothesis_contains(trial[0].hypothesis->effect, trial[i].hypothesis->effect) && !trial[i].bound && comes_close(d, &trial[0], &trial[i])) {
+            put_first(trial, i);
+            return;
+        }
+}
+
 /* What is stuck at the end of its range is not what is there: the best that is not comes first, the order of the others stays. */
 static void prefer_inside(struct trial *trial, int trials) {
     int best = 0;
     while (best < trials - 1 && (trial[best].bound || !trial[best].polished)) best++;
     if (trial[best].bound || !trial[best].polished) return;
-    struct trial inside = trial[best];
-    memmove(trial + 1, trial, (size_t)best * sizeof *trial);
-    trial[0] = inside;
+    put_first(trial, best);
+}
+
+/* Another law of the same kind as one that is there already: friction beside friction. */
+static bool same_kind(const struct diagnosis *d, int effect) {
+    bool same = false;
+    for (int i = 0; i < d->added; i++) same = same || (effect_table[effect]->leg_friction && effect_table[d->addition[i].effect]->leg_friction);
+    return same;
 }
 
 static bool worth_adding(const struct diagnosis *d, const struct trial *t, double first_gain) {
-    double left = excess(d->held_square, d->held_out.evaluated);
-    return t->ok && !t->bound && t->gain > GAIN_MIN && t->held_gain > GAIN_MIN && t->held_gain > LATER_SHARE * first_gain &&
+    double left = excess(d->held_square, d->held_out.evaluated), share = same_kind(d, t->hypothesis->effect) ? ALIKE_SHARE : LATER_SHARE;
+    return t->ok && !t->bound && t->gain > GAIN_MIN && t->held_gain > GAIN_MIN && t->held_gain > share * first_gain &&
            t->held_gain > REMAINDER_SHARE * left;
+}
+
+/* Effects that a later one has made superfluous leave. */
+static void drop_superfluous(struct diagnosis *d, struct gap_result *r) {
+    for (int i = 0; i < d->added - 1;) {
+        int effect = d->addition[i].effect, place = 0;
+        if (!diagnosis_drop(d, i, GAIN_MIN)) {
+            i++;
+            continue;
+        }
+        while (r->effect[place].effect != effect) place++;
+        memmove(r->effect + place, r->effect + place + 1, (size_t)(--r->effects - place) * sizeof *r->effect);
+    }
 }
 
 /* Values and deviations of the effects added, from the fitted variables. */
@@ -104,6 +142,25 @@ static void describe(struct gap_effect *e, const struct trial *t, double before,
     snprintf(e->evidence, sizeof e->evidence, "%s; sum of white squares on held-out cycles %.0f before, %.0f after",
              effect_table[e->effect]->signature, before, after);
     e->z = sqrt(t->held_gain);
+}
+
+/* The strongest line of all tests and channels. */
+static void find_line(const struct recording *recording, struct gap_result *r) {
+    static const struct {
+        enum channel channel;
+        enum gap_channel name;
+    } channels[] = {{CHANNEL_P1, GAP_P1}, {CHANNEL_P2, GAP_P2}, {CHANNEL_LENGTH, GAP_LENGTH}};
+    double most = LINE_POWER;
+    for (int i = 0; i < recording->tests; i++) {
+        struct spectrum s;
+        if (!spectrum_measure(&s, &recording->test[i], CYCLES_ALL)) continue;
+        for (size_t j = 0; j < sizeof channels / sizeof *channels; j++) {
+            struct spectrum_line line = spectrum_find_line(&s, &recording->test[i], channels[j].channel);
+            if (!(line.power > most)) continue;
+            most = line.power;
+            r->line = (struct gap_line){line.hz, line.rms, channels[j].name, recording->test[i].dof, recording->test[i].test};
+        }
+    }
 }
 
 /* Two clocks need no search: their ratio is seen. Crystals agree to CLOCK_TOLERANCE. */
@@ -131,6 +188,7 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
         if (!trials) break;
         if (round == 0) list_candidates(d, trial, trials, r);
         prefer_inside(trial, trials);
+        prefer_simple(d, trial, trials);
         if (!worth_adding(d, &trial[0], first_gain)) break;
         if (round == 0) first_gain = trial[0].held_gain;
         list_rivals(d, trial, trials, r);
@@ -140,6 +198,7 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
         if (!diagnosis_add(d, &trial[0])) break;
         r->effects++;
         describe(e, &trial[0], before, d->held_square);
+        drop_superfluous(d, r);
     }
     free(trial);
     read_effects(d, r);
@@ -197,6 +256,12 @@ static void judge(const struct diagnosis *d, double first_excess, struct gap_res
         r->verdict = GAP_EFFECT_NAMED;
         snprintf(r->reason, sizeof r->reason, "the model lacks %s%s%s", first, r->effects > 1 ? " and " : "",
                  r->effects > 1 ? effect_table[r->effect[1].effect]->name : "");
+    } else if (r->line.hz > 0.0) {
+        r->verdict = GAP_UNKNOWN_EFFECT;
+        snprintf(r->reason, sizeof r->reason, "a line at %.4g Hz, no harmonic of the motion: a pump, or a loop that oscillates by itself",
+                 r->line.hz);
+        snprintf(r->next_experiment, sizeof r->next_experiment, "hold the platform still: a pump's line stays, with the pump's speed; a loop's "
+                 "line goes when control.kp is lowered");
     } else {
         r->verdict = GAP_NO_GAP;
         snprintf(r->reason, sizeof r->reason, "what is left between model and measurement is noise");
@@ -252,8 +317,8 @@ static int closed_loop(const struct params *params, const struct recording *meas
             replay_compare(other, &after, which, &held.after, &held.floor);
             keep_sizes(r, &used, &held);
             r->simulated = true;
-            r->matrices = replay_identify(params, measured, r->measured_mt) && replay_identify(params, &before, r->before_mt) &&
-                          replay_identify(params, &after, r->after_mt);
+            r->matrices = replay_identify(params, measured, NULL, r->measured_mt) && replay_identify(params, &before, NULL, r->before_mt) &&
+                          replay_identify(params, &after, NULL, r->after_mt);
         }
         recording_free(&after);
     }
@@ -297,6 +362,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
         r->white_before = d->held_square / d->held_out.evaluated;
         r->places = places_find(d, measured, &d->model, r->where);
         find_skew(d, measured, r);
+        find_line(measured, r);
         status = search(d, options, r, error);
         r->white_after = d->held_square / d->held_out.evaluated;
         read_base(d, params, r);
@@ -310,6 +376,10 @@ int gap_solve(const struct params *params, const struct recording *measured, con
         keep_sizes(r, &used, &held);
         if (options->simulate && options->replay == GAP_CLOSED_LOOP && !r->controller_differs)
             status = closed_loop(params, measured, validate, options, r, error);
+    }
+    for (int i = 0; i < r->effects && !status; i++) {
+        const struct effect *e = effect_table[r->effect[i].effect];
+        if (e->leg_friction || e->joint_friction) r->repaired = replay_identify(params, measured, &r->fitted, r->repaired_mt);
     }
     diagnosis_free(d);
     free(d);

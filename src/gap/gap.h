@@ -50,6 +50,14 @@ struct gap_size {
     double overall, channel[GAP_CHANNELS], normalised[GAP_CHANNELS];
 };
 
+/* A line off the harmonics of the motion: a pump, a neighbour, a loop that oscillates by itself. No effect of the catalogue is looked for there. */
+struct gap_line {
+    double hz, rms;                       /* 0 Hz: none */
+    enum gap_channel channel;
+    enum dof dof;                         /* the test where it is strongest */
+    int test;
+};
+
 struct gap_base_value {
     const char *name;
     double given, value, std;
@@ -74,11 +82,14 @@ struct gap_result {
     char next_experiment[GAP_TEXT];
     int base_values;
     struct gap_base_value base[GAP_BASE];
+    struct gap_line line;
     bool controller_known, controller_differs;
     double controller_difference;         /* rms of the command that the configured controller would not have given, of its variation */
     double white_before, white_after;     /* mean white square, held-out cycles: 1 is noise */
     bool matrices;
     double measured_mt[DOFS][DOFS], before_mt[DOFS][DOFS], after_mt[DOFS][DOFS];
+    bool repaired;                        /* friction was found, and taken off the measured forces: */
+    double repaired_mt[DOFS][DOFS];       /* what the measurement gives then */
     struct params base_model;             /* base re-estimated, no effect added */
     struct params model;                  /* the configuration given, plus the effects found (base as given) */
     struct params fitted;                 /* base re-estimated and effects: what `after` was simulated with */

@@ -38,7 +38,7 @@ static enum residual_part effect_parts(const struct params *model, int effect) {
 
 /* Of the difference quotient: far above rounding, far below what bends a law. */
 static double difference_step(const struct effect_key *k) {
-    double typical = fabs(k->typical - k->neutral);
+    double typical = k->reciprocal ? 0.0 : fabs(k->typical - k->neutral);
     return 0.02 * (typical > 0.0 ? typical : fabs(k->typical));
 }
 
@@ -137,6 +137,7 @@ bool hypothesis_contains(int effect, int other) {
         {"cylinder_stribeck_friction", "cylinder_coulomb_friction"}, /* a high speed */
         {"pipeline_dynamics", "entrained_air"},                      /* a short wide line is a volume of oil */
         {"geometry_error", "payload_center_of_mass"},                /* all joints of the platform shifted alike */
+        {"geometry_error", "base_tilt"},                             /* all joints turned alike */
     };
     for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++)
         if (!strcmp(pairs[i].effect, effect_table[effect]->name) && !strcmp(pairs[i].other, effect_table[other]->name)) return true;

@@ -7,10 +7,11 @@
 #include "vec.h"
 
 static const double POSE_TOLERANCE_M = 1e-12;
+static const double SLOW_MPS = 2e-3; /* a leg that sticks is seen to move so fast: noise, quantisation */
 enum { POSE_ITERATIONS = 12 };
 
-void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *params, double window_s) {
-    *d = (struct inverse_dynamics){.params = params, .window_s = window_s};
+void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *params, double window_s, double resolution_s) {
+    *d = (struct inverse_dynamics){.params = params, .window_s = window_s, .resolution_s = resolution_s};
     rigid_model_init(&d->rigid, params);
     cylinder_model_init(&d->cylinder, params);
     d->joints = d->cylinder.machine.joint_friction.count > 0;
@@ -62,7 +63,7 @@ static void jacobian(const struct rigid_legs *legs, double j[LEGS][DOFS]) {
 }
 
 /* Newton on the lengths. */
-static bool find_pose(struct inverse_dynamics *d, double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS]) {
+static bool find_pose(struct inverse_dynamics *d, const double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS]) {
     memset(d->state.twist, 0, sizeof d->state.twist);
     for (int iteration = 0; iteration < POSE_ITERATIONS; iteration++) {
         double step[DOFS], size = 0.0;
@@ -82,12 +83,22 @@ double inverse_dynamics_direction(double value, double rate, double window_s) {
     return value / swing;
 }
 
-static double leg_friction(const struct inverse_dynamics *d, int leg, const double motion[3], double p1_pa, double p2_pa) {
-    struct cylinder_state s = {.p1_pa = p1_pa, .p2_pa = p2_pa};
+/* Below this speed a leg may be held: as near to a reversal as the harmonics resolve time. */
+static double slow_mps(const struct inverse_dynamics *d, double acceleration) {
+    return fmax(fabs(acceleration) * d->resolution_s, SLOW_MPS);
+}
+
+/* balance_n: hydraulic force left for friction. Dry friction has its full size only where the leg surely slides, from twice the slow speed
+ * on; where it may be held friction is what the balance asks for, as far as it reaches: a leg that sticks holds against any load. */
+static double leg_friction(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in, double balance_n) {
+    struct cylinder_state s = {.p1_pa = in->p1_pa[leg], .p2_pa = in->p2_pa[leg]};
+    const double *motion = in->leg[leg];
     double sign = inverse_dynamics_direction(motion[1], motion[2], d->window_s), speed = fabs(motion[1]);
     struct friction extend = cylinder_friction(&d->cylinder, leg, &s, 1, speed), retract = cylinder_friction(&d->cylinder, leg, &s, -1, speed);
     double viscous = motion[1] > 0.0 ? extend.viscous : -retract.viscous;
-    return 0.5 * (1.0 + sign) * extend.dry - 0.5 * (1.0 - sign) * retract.dry + viscous;
+    double sliding = 0.5 * (1.0 + sign) * extend.dry - 0.5 * (1.0 - sign) * retract.dry;
+    double held = fmin(fmax(balance_n - viscous, -retract.dry), extend.dry), share = fmin(fmax(speed / slow_mps(d, motion[2]) - 1.0, 0.0), 1.0);
+    return viscous + share * sliding + (1.0 - share) * held;
 }
 
 /* The moments that joint friction takes, as a wrench on the platform. */
@@ -103,19 +114,19 @@ static void push_joints(const struct inverse_dynamics *d, const struct rigid_leg
 }
 
 /* One axis: mass, weight and friction. */
-static void axis_step(const struct inverse_dynamics *d, double leg[LEGS][3], const double p1_pa[LEGS], const double p2_pa[LEGS],
-                      double force_n[LEGS]) {
+static void axis_step(const struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]) {
     const struct machine *m = &d->cylinder.machine;
     memset(force_n, 0, LEGS * sizeof *force_n);
-    force_n[0] = m->payload_kg * (leg[0][2] + m->gravity_mps2) + leg_friction(d, 0, leg[0], p1_pa[0], p2_pa[0]);
+    force_n[0] = m->payload_kg * (in->leg[0][2] + m->gravity_mps2);
+    force_n[0] += leg_friction(d, 0, in, in->push_n[0] - force_n[0]);
 }
 
-bool inverse_dynamics_step(struct inverse_dynamics *d, double leg[LEGS][3], const double p1_pa[LEGS], const double p2_pa[LEGS],
-                           double force_n[LEGS]) {
+bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]) {
+    const double(*leg)[3] = in->leg;
     struct rigid_legs legs;
     double j[LEGS][DOFS], acceleration[DOFS], mass[DOFS][DOFS], load[DOFS];
     if (d->params->mechanism == MECHANISM_AXIS) {
-        axis_step(d, leg, p1_pa, p2_pa, force_n);
+        axis_step(d, in, force_n);
         return true;
     }
     if (!find_pose(d, leg, &legs, j)) return false;
@@ -135,6 +146,6 @@ bool inverse_dynamics_step(struct inverse_dynamics *d, double leg[LEGS][3], cons
         for (int c = 0; c < DOFS; c++) force_n[i] += (i >= c ? mass[i][c] : mass[c][i]) * acceleration[c];
     }
     if (!solve6(j, true, force_n)) return false;
-    for (int k = 0; k < LEGS; k++) force_n[k] += leg_friction(d, k, leg[k], p1_pa[k], p2_pa[k]);
+    for (int k = 0; k < LEGS; k++) force_n[k] += leg_friction(d, k, in, in->push_n[k] - force_n[k]);
     return true;
 }

@@ -14,16 +14,23 @@ struct inverse_dynamics {
     struct cylinder_model cylinder;
     struct rigid_state state;   /* the search for the next pose starts here */
     double window_s;            /* dry friction is averaged over so much about each instant: a reversal falls between two of them */
+    double resolution_s;        /* of the motion: half the time from a crest to a trough of its highest harmonic */
     bool joints;
 };
 
-void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *params, double window_s);
+void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *params, double window_s, double resolution_s);
 
 /* The mean sign of a value over a window about an instant: share of the window in which it is positive, minus the share where negative. */
 double inverse_dynamics_direction(double value, double rate, double window_s);
 
-/* leg: length, rate, acceleration of each. force_n: hydraulic force, what friction takes included. False: no pose has these lengths. */
-bool inverse_dynamics_step(struct inverse_dynamics *d, double leg[LEGS][3], const double p1_pa[LEGS], const double p2_pa[LEGS],
-                           double force_n[LEGS]);
+/* What is measured at an instant. */
+struct inverse_dynamics_input {
+    double leg[LEGS][3];                   /* length, rate, acceleration */
+    double p1_pa[LEGS], p2_pa[LEGS];
+    double push_n[LEGS];                   /* measured force, for legs that stick */
+};
+
+/* force_n: the force that each leg needs, what friction takes included. False: no pose has these lengths. */
+bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]);
 
 #endif

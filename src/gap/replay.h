@@ -9,8 +9,9 @@
 /* Runs the tests of `like` on the model; `out` holds what a log of that run would. -2 when the model's run ends in a fault. */
 int replay_closed_loop(const struct params *model, const struct recording *like, struct recording *out, struct error *error);
 
-/* The inertia matrix identified from a recording (method A). False without six complete tests. */
-bool replay_identify(const struct params *params, const struct recording *recording, double mt[DOFS][DOFS]);
+/* The inertia matrix identified from a recording (method A). friction: a model whose friction effects are taken off the measured forces
+ * first, the part beyond the base's viscous friction; NULL: none. False without six complete tests. */
+bool replay_identify(const struct params *params, const struct recording *recording, const struct params *friction, double mt[DOFS][DOFS]);
 
 /* Differences of two recordings of the same tests, over the cycles given of the measured one, and the measured one's noise. */
 void replay_compare(const struct recording *measured, const struct recording *simulated, enum cycles which, struct gap_size *difference,

@@ -241,23 +241,26 @@ static bool simulate_pressures(const struct residual_test *t, const struct param
     return ok;
 }
 
-/* Motion and pressures at each phase of the cycle, in the time of a cycle that starts at phase 0. */
-struct cycle_table {
-    double leg[PHASES][LEGS][3], p1_pa[PHASES][LEGS], p2_pa[PHASES][LEGS];
-};
-
-static void tabulate_cycle(const struct residual_test *t, const struct rows *rows, struct cycle_table *table) {
-    const struct spectrum *s = &t->spectrum;
+static double value_at(const struct residual_test *t, const double *row, double t_s) {
     double value[3];
-    for (int i = 0; i < PHASES; i++)
-        for (int k = 0; k < LEGS; k++) {
-            double t_s = 2.0 * PI * i / PHASES / s->omega;
-            spectrum_value(rows->length[k], t->harmonics, s->omega, t_s, table->leg[i][k]);
-            spectrum_value(rows->p1[k], t->harmonics, s->omega, t_s, value);
-            table->p1_pa[i][k] = value[0];
-            spectrum_value(rows->p2[k], t->harmonics, s->omega, t_s, value);
-            table->p2_pa[i][k] = value[0];
+    spectrum_value(row, t->harmonics, t->spectrum.omega, t_s, value);
+    return value[0];
+}
+
+/* What is measured at each phase of the cycle, in the time of a cycle that starts at phase 0. */
+static void tabulate_cycle(const struct residual_test *t, const struct cylinder_model *m, const struct rows *rows,
+                           struct inverse_dynamics_input table[PHASES]) {
+    for (int k = 0; k < LEGS; k++) {
+        double force_n[RESIDUAL_SIZE];
+        push(m, t, rows, k, force_n);
+        for (int i = 0; i < PHASES; i++) {
+            double t_s = 2.0 * PI * i / PHASES / t->spectrum.omega;
+            spectrum_value(rows->length[k], t->harmonics, t->spectrum.omega, t_s, table[i].leg[k]);
+            table[i].p1_pa[k] = value_at(t, rows->p1[k], t_s);
+            table[i].p2_pa[k] = value_at(t, rows->p2[k], t_s);
+            table[i].push_n[k] = value_at(t, force_n, t_s);
         }
+    }
 }
 
 /* Adds what a phase contributes to a row. */
@@ -298,13 +301,15 @@ static void take_play(const struct residual_test *t, const struct cylinder_model
 
 static bool required(const struct residual_test *t, const struct params *model, const struct rows *rows, double force_n[LEGS][RESIDUAL_SIZE]) {
     struct inverse_dynamics inverse;
-    struct cycle_table table;
+    struct inverse_dynamics_input table[PHASES];
     double force[LEGS];
-    inverse_dynamics_init(&inverse, model, 2.0 * PI / t->spectrum.omega / PHASES);
-    tabulate_cycle(t, rows, &table);
+    double period_s = 2.0 * PI / t->spectrum.omega;
+    bool axis = model->mechanism == MECHANISM_AXIS; /* its strokes are long: to leave the reversals out would cost more than they hide */
+    inverse_dynamics_init(&inverse, model, period_s / PHASES, axis ? 0.0 : period_s / (4 * t->harmonics));
+    tabulate_cycle(t, &inverse.cylinder, rows, table);
     memset(force_n, 0, LEGS * sizeof force_n[0]);
     for (int i = 0; i < PHASES; i++) {
-        if (!inverse_dynamics_step(&inverse, table.leg[i], table.p1_pa[i], table.p2_pa[i], force)) return false;
+        if (!inverse_dynamics_step(&inverse, &table[i], force)) return false;
         for (int k = 0; k < LEGS; k++) project_phase(t, i, force[k], force_n[k]);
     }
     return true;

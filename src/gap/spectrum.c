@@ -7,7 +7,8 @@
 #include "dense.h"
 #include "units.h"
 
-enum { SAMPLES_PER_HARMONIC = 3 };
+enum { SAMPLES_PER_HARMONIC = 3, LINE_BINS = 3 /* nearer to a harmonic it is none */ };
+static const double LINE_STEP_S = 2e-3; /* lines are looked for up to 250 Hz */
 static const double MOST = 0.9; /* of a cycle's samples must be there */
 
 void spectrum_basis(double phase, int harmonics, double *basis) {
@@ -162,4 +163,68 @@ bool spectrum_measure(struct spectrum *s, const struct recording_test *t, enum c
     if (enough) summarise(s, t, span, row, place);
     free(row);
     return enough;
+}
+
+/* What is left of the samples when the mean cycle, the constant and the trend are taken off. */
+static void leave_rest(const struct spectrum *s, const struct recording_test *t, enum channel channel, int leg, double *rest) {
+    int n = t->end - t->first;
+    double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, value[3];
+    for (int i = 0; i < n; i++) {
+        const struct recording_sample *sample = &t->sample[t->first + i];
+        spectrum_value(s->mean[channel][leg], s->harmonics, s->omega, sample->test_time_s, value);
+        rest[i] = sample->good ? channel_of(sample, (int)channel)[leg] - value[0] : 0.0;
+        x += (double)i / n, y += rest[i] / n;
+    }
+    for (int i = 0; i < n; i++) xx += (i - x) * (i - x), xy += (i - x) * rest[i];
+    for (int i = 0; i < n; i++) rest[i] -= y + xy / xx * (i - x);
+}
+
+/* |sum rest exp(-i w t)|^2, by a rotating pointer. */
+static double power_at(int n, const double *rest, double radians) {
+    double c = cos(radians), s = sin(radians), re = 1.0, im = 0.0, sum_re = 0.0, sum_im = 0.0;
+    for (int i = 0; i < n; i++) {
+        sum_re += rest[i] * re, sum_im += rest[i] * im;
+        double next = re * c - im * s;
+        im = re * s + im * c, re = next;
+    }
+    return sum_re * sum_re + sum_im * sum_im;
+}
+
+/* Harmonics too high to be in the mean cycle are no lines: rounding errors have them. What is slower than the motion is drift. */
+static bool off_harmonics(const struct spectrum *s, double hz, double width_hz) {
+    double base_hz = s->omega / (2.0 * PI), nearest_hz = base_hz * round(hz / base_hz);
+    return hz > base_hz && fabs(hz - nearest_hz) >= width_hz;
+}
+
+/* Means of so many values in turn, in place. */
+static void thin(int n, int many, double *value) {
+    for (int i = 0; i < n; i++) {
+        double sum = 0.0;
+        for (int j = 0; j < many; j++) sum += value[i * many + j] / many;
+        value[i] = sum;
+    }
+}
+
+struct spectrum_line spectrum_find_line(const struct spectrum *s, const struct recording_test *t, enum channel channel) {
+    int all = t->end - t->first, many = (int)fmax(LINE_STEP_S / recording_step_s(t), 1.0), n = all / many, bins = n / 2;
+    struct spectrum_line line = {0};
+    double *rest = malloc((size_t)all * sizeof *rest), *power = calloc((size_t)bins + 1, sizeof *power), step_s;
+    double *absolute = calloc((size_t)bins + 1, sizeof *absolute);
+    for (int k = 0; k < LEGS && rest && power && absolute; k++) {
+        double square = 0.0;
+        leave_rest(s, t, channel, k, rest);
+        thin(n, many, rest);
+        for (int i = 0; i < n; i++) square += rest[i] * rest[i];
+        for (int b = LINE_BINS; b < bins && square > 0.0; b++) {
+            double p = power_at(n, rest, 2.0 * PI * b / n);
+            power[b] += p / square / LEGS, absolute[b] += p;
+        }
+    }
+    step_s = (t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s) / (all - 1) * many;
+    for (int b = LINE_BINS; b < bins && power && absolute; b++)
+        if (power[b] > line.power && off_harmonics(s, b / (n * step_s), LINE_BINS / (n * step_s))) line = (struct spectrum_line){b / (n * step_s), sqrt(2.0 * absolute[b] / LEGS) / n, power[b]};
+    free(rest);
+    free(power);
+    free(absolute);
+    return line;
 }

@@ -25,6 +25,13 @@ struct spectrum {
 /* False: fewer than two whole cycles without a bad sample. */
 bool spectrum_measure(struct spectrum *s, const struct recording_test *test, enum cycles which);
 
+/* The strongest line off the harmonics in one channel: what is periodic, but not in step with the motion. */
+struct spectrum_line {
+    double hz, rms;      /* rms: root mean square over the legs */
+    double power;        /* per leg, of the noise's: 1 on average without a line */
+};
+struct spectrum_line spectrum_find_line(const struct spectrum *s, const struct recording_test *test, enum channel channel);
+
 /* [1, sin wt, cos wt, ...], 1 + 2 harmonics values. */
 void spectrum_basis(double phase, int harmonics, double *basis);
 

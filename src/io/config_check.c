@@ -122,6 +122,8 @@ static void check_sim(struct checker *c, const struct params *p) {
             p->sim.substeps, substep_s, substep_max_s, ceil(p->loop.period_s / substep_max_s - 1e-9));
     require(c, p->sim.smooth_friction_mps == 0.0 || p->sim.engine == ENGINE_CLOSED_FORM,
             "sim.smooth_friction_mps %g needs sim.engine closed_form: so steep a damper is not stable with ode", p->sim.smooth_friction_mps);
+    require(c, (p->sim.base_hz == 0.0 && p->sim.ripple_pa == 0.0) || p->sim.engine == ENGINE_ODE,
+            "sim.base_hz %g and ripple_pa %g need sim.engine ode", p->sim.base_hz, p->sim.ripple_pa);
 }
 
 int config_check_motion(const struct params *p, struct error *error) {

@@ -84,6 +84,10 @@ static const struct config_key keys[] = {
 
     WORD(sim, engine, CONFIG_CHOICE, "ode", "rigid bodies of the simulation", engine_names),
     KEY(sim, substeps, "8", 1.0, 1000.0, "-", "per cycle; a substep is at most 0.25 ms"),
+    KEY(sim, base_hz, "0", 0.0, 200.0, "Hz", "0: rigid base; else on springs, natural frequency of it with all that moves; ode only"),
+    KEY(sim, base_mass_kg, "1000", 100.0, 1e6, "kg", "of the base on springs"),
+    KEY(sim, ripple_pa, "0", 0.0, 1e7, "Pa", "amplitude of the pump's ripple on the supply; ode only"),
+    KEY(sim, ripple_hz, "216", 0.1, 1000.0, "Hz", "of the ripple"),
     KEY(sim, smooth_friction_mps, "0", 0.0, 0.01, "m/s", "0: true stick; else cylinders' dry friction is F tanh(v / this); closed_form only"),
 
     KEY(control, kp, "40", 0.0, 1e4, "1/m", "valve per length error"),

@@ -79,9 +79,17 @@ static json_t *matrix(const double m[DOFS][DOFS]) {
     return array;
 }
 
+/* Of the measurement, of the model before and after; and of the measurement with the friction found taken off. */
 static json_t *matrices(const struct gap_result *r) {
-    if (!r->matrices) return json_null();
-    return json_pack("{so so so}", "measured", matrix(r->measured_mt), "before", matrix(r->before_mt), "after", matrix(r->after_mt));
+    return json_pack("{so so so so}", "measured", r->matrices ? matrix(r->measured_mt) : json_null(), "before",
+                     r->matrices ? matrix(r->before_mt) : json_null(), "after", r->matrices ? matrix(r->after_mt) : json_null(), "repaired",
+                     r->repaired ? matrix(r->repaired_mt) : json_null());
+}
+
+static json_t *line(const struct gap_line *l) {
+    if (!(l->hz > 0.0)) return json_null();
+    return json_pack("{sf sf ss ss ss}", "hz", l->hz, "rms", l->rms, "unit", gap_channel_units[l->channel], "channel",
+                     gap_channel_names[l->channel], "test", dof_names[l->dof]);
 }
 
 char *gap_json(const struct gap_result *r, const char *model) {
@@ -90,10 +98,10 @@ char *gap_json(const struct gap_result *r, const char *model) {
     for (int i = 0; i < r->ambiguous; i++) json_array_append_new(rivals, json_string(effect_table[r->ambiguous_with[i]]->name));
     if (r->offset_rival) json_array_append_new(rivals, json_string("constant_force_offset"));
     for (int i = 0; i < r->places; i++) json_array_append_new(where, place(&r->where[i]));
-    json_t *root = json_pack("{ss ss ss so so so so so so ss so so so so ss ss}", "schema", "hexid.gap/1", "verdict", gap_verdict_names[r->verdict],
+    json_t *root = json_pack("{ss ss ss so so so so so so ss so so so so so ss ss}", "schema", "hexid.gap/1", "verdict", gap_verdict_names[r->verdict],
                              "reason", r->reason, "effects", effects, "ambiguous_with", rivals, "rejected", rejected(r), "where", where, "gap",
                              sizes(r), "unexplained_fraction", number(r->unexplained_fraction), "next_experiment", r->next_experiment, "base",
-                             base(r), "Mt", matrices(r), "controller_difference", number(r->controller_difference), "seconds", number(r->seconds), "replay",
+                             base(r), "Mt", matrices(r), "line", line(&r->line), "controller_difference", number(r->controller_difference), "seconds", number(r->seconds), "replay",
                              r->simulated ? "closed-loop" : "motion", "model", model);
     char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     json_decref(root);

@@ -38,6 +38,12 @@ def base(r, series):
     return values
 
 
+def unlisted(r, name):
+    """What the catalogue does not have (sim/surroundings.h)."""
+    if name == "unknown_base_spring": return {"sim.base_hz": r.uniform(5, 8), "sim.base_mass_kg": r.uniform(800, 1500)}
+    return {"sim.ripple_pa": r.uniform(2e5, 8e5), "sim.ripple_hz": 4 * r.randrange(8, 55) + r.uniform(1, 3)}
+
+
 def strength_of(effect, size):
     if size in SIZES: return SIZES[size]
     with open(os.path.join(HERE, "detectable.csv")) as f:
@@ -107,6 +113,7 @@ def run_case(case, size, seed, series):
             values, shape = hide(r, table[name], size)
             shapes.append(shape)
             truth |= values
+        elif name.startswith("unknown_"): settings |= unlisted(r, name)
     settings |= truth
     settings |= {"sim.substeps": int(os.environ.get("SUBSTEPS", 16))}
     row = dict.fromkeys(FIELDS, "") | {"truth": case, "size": size, "seed": seed, "series": series, "shape": " ".join(shapes)}
@@ -142,6 +149,9 @@ def cases(a):
         if kind == "two":
             r = random.Random(a.first)
             for seed in range(a.first, a.first + 8 * a.seeds): print("+".join(r.sample(names, 2)), "typical", seed, a.series)
+        if kind == "unknown":
+            for seed in range(a.first, a.first + 2 * a.seeds): print("unknown_base_spring typical", seed, a.series)
+            for seed in range(a.first, a.first + 2 * a.seeds): print("unknown_pump_ripple typical", seed, a.series)
 
 
 def write_rows(rows, out):

@@ -14,6 +14,8 @@ until [ -e "$work/ready" ] && [ "$(listeners)" -ge 2 ]; do
     sleep 0.05
 done
 quick --set lcm.url="$url" --set lcm.state_every=100 --log "$work/run.lcm" >"$work/run" 2>&1
+quick --set lcm.url= --tests x --set tests.duration_s=2 --log "$work/x.lcm" >>"$work/run" 2>&1
+"$hexid" gap --measured "$work/x.lcm" -c config/tian2015.yaml --set lcm.url="$url" -o "$work/gap" >>"$work/run" 2>&1
 exec 3>&-
 wait $listener
 for _ in $(seq 200); do # ended by a signal, the logger drops what it has not yet written
@@ -42,5 +44,6 @@ sys.exit(count.get("HEXID_TEST_RESULT") != 6 or count.get("HEXID_IDENTIFICATION"
 
 claim "LCM's Python library receives six test results" received HEXID_TEST_RESULT 6
 claim "and one identification" received HEXID_IDENTIFICATION 1
+claim "and what hexid gap found" received HEXID_GAP 1
 claim "lcm-logger records both, and no state of more than 600 bytes" logged logger.lcm
 claim "hexid's own log, read by LCM's library, has them too" logged run.lcm

@@ -1,0 +1,85 @@
+#include "gap_files.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "bus.h"
+#include "config.h"
+#include "gap_html.h"
+#include "gap_json.h"
+#include "gap_messages.h"
+#include "messages.h"
+#include "units.h"
+
+enum { PATH_SIZE = 4096, MESSAGE_MAX = 65536 };
+
+static int write_whole(const char *directory, const char *name, const char *text, struct error *error) {
+    char path[PATH_SIZE], temporary[PATH_SIZE];
+    if (!text) return error_set(error, STATUS_IO, "out of memory");
+    snprintf(path, sizeof path, "%s/%s", directory, name);
+    snprintf(temporary, sizeof temporary, "%s/.%s.%ld", directory, name, (long)getpid());
+    int status = cli_write_text(temporary, text, error);
+    if (!status && rename(temporary, path)) status = error_set(error, STATUS_IO, "%.300s: cannot be written: %s", path, strerror(errno));
+    if (status) unlink(temporary);
+    return status;
+}
+
+static int write_page(const struct options *o, const struct gap_report *report, struct error *error) {
+    char *page;
+    struct error writing;
+    int status = gap_html(report, &page, error);
+    if (page && write_whole(o->output, "report.html", page, &writing)) *error = writing, status = writing.status;
+    free(page);
+    return status;
+}
+
+static int write_report(const struct options *o, const struct gap_result *r, const struct recording *measured, const char *model,
+                        struct error *error) {
+    struct waves motion = {0}, closed_loop = {0};
+    struct gap_report report = {.result = r, .measured = measured, .motion = &motion, .waves = r->simulated ? &closed_loop : &motion,
+                                .measured_file = o->measured, .validate_file = o->validate, .config_file = o->config, .model_file = model};
+    int status = waves_motion(&motion, r, measured, error);
+    if (!status && r->simulated) status = waves_closed_loop(&closed_loop, r, measured, error);
+    if (!status) status = write_page(o, &report, error);
+    waves_free(&motion);
+    waves_free(&closed_loop);
+    return status;
+}
+
+int gap_files_write(const struct options *o, const struct gap_result *r, const struct recording *measured, struct error *error) {
+    char path[PATH_SIZE];
+    snprintf(path, sizeof path, "%s/model.yaml", o->output);
+    if (mkdir(o->output, 0777) && errno != EEXIST)
+        return error_set(error, STATUS_IO, "%.300s: cannot be made: %s", o->output, strerror(errno));
+    char *model = config_text(&r->model), *json = gap_json(r, path);
+    int status = write_whole(o->output, "model.yaml", model, error);
+    if (!status) status = write_whole(o->output, "gap.json", json, error);
+    if (!status && o->json) status = cli_write_text(o->json, json, error);
+    if (!status) status = write_report(o, r, measured, path, error);
+    free(model);
+    free(json);
+    return status;
+}
+
+static int64_t wall_clock_ns(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_REALTIME, &t);
+    return t.tv_sec * NS_PER_S + t.tv_nsec;
+}
+
+void gap_files_publish(const struct params *params, const struct gap_result *r) {
+    struct bus *bus = NULL;
+    struct error error;
+    unsigned char *message = params->lcm.url[0] ? malloc(MESSAGE_MAX) : NULL;
+    if (!message) return;
+    int size = gap_encode(r, wall_clock_ns(), message, MESSAGE_MAX);
+    if (bus_open(&bus, params->lcm.url, &error)) fprintf(stderr, "hexid: warning: %s\n", error.text);
+    else if (size < 0 || bus_publish(bus, CHANNEL_GAP, message, size))
+        fprintf(stderr, "hexid: warning: %s was not published\n", CHANNEL_GAP);
+    if (bus) bus_close(bus);
+    free(message);
+}

@@ -1,0 +1,16 @@
+/* What hexid gap leaves behind: files in a directory, and a message. A file appears under its name only when it is whole. */
+#ifndef HEXID_GAP_FILES_H
+#define HEXID_GAP_FILES_H
+
+#include "cli.h"
+#include "recording.h"
+#include "gap.h"
+
+/* model.yaml, gap.json, then report.html, in o->output; gap.json in o->json too. -3 when one was not written; what was written stays.
+ * Pictures that could not be drawn are missing in the page and are an error, too. */
+int gap_files_write(const struct options *o, const struct gap_result *result, const struct recording *measured, struct error *error);
+
+/* HEXID_GAP where lcm.url names a bus; without a bus a warning, for the stream is for watching. */
+void gap_files_publish(const struct params *params, const struct gap_result *result);
+
+#endif

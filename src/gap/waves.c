@@ -1,0 +1,132 @@
+#include "waves.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "replay.h"
+#include "residual.h"
+
+typedef double channel_rows[GAP_CHANNELS][SPECTRUM_SIZE];
+
+double waves_distance(const double a[SPECTRUM_SIZE], const double b[SPECTRUM_SIZE]) {
+    double square = pow(a[0] - b[0], 2.0);
+    for (int i = 1; i < SPECTRUM_SIZE; i++) square += 0.5 * pow(a[i] - b[i], 2.0);
+    return sqrt(square);
+}
+
+/* Mean cycles of all channels of a leg. */
+static void rows(const struct spectrum *s, int leg, channel_rows row) {
+    memcpy(row[GAP_LENGTH], s->mean[CHANNEL_LENGTH][leg], sizeof *row);
+    memcpy(row[GAP_P1], s->mean[CHANNEL_P1][leg], sizeof *row);
+    memcpy(row[GAP_P2], s->mean[CHANNEL_P2][leg], sizeof *row);
+    memcpy(row[GAP_VALVE], s->mean[CHANNEL_VALVE][leg], sizeof *row);
+    memcpy(row[GAP_FORCE], s->mean[CHANNEL_FORCE][leg], sizeof *row);
+}
+
+static void put_measured(struct wave_test *t, const struct spectrum *s) {
+    t->omega = s->omega;
+    for (int leg = 0; leg < LEGS; leg++) {
+        double noise[GAP_CHANNELS] = {[GAP_LENGTH] = s->noise[CHANNEL_LENGTH][leg], [GAP_P1] = s->noise[CHANNEL_P1][leg],
+                                      [GAP_P2] = s->noise[CHANNEL_P2][leg], [GAP_FORCE] = s->noise[CHANNEL_FORCE][leg],
+                                      [GAP_VALVE] = s->noise[CHANNEL_VALVE][leg]};
+        channel_rows row;
+        rows(s, leg, row);
+        for (int ch = 0; ch < GAP_CHANNELS; ch++) {
+            struct wave *w = &t->wave[ch][leg];
+            memcpy(w->measured, row[ch], sizeof *row);
+            memcpy(w->before, row[ch], sizeof *row);
+            memcpy(w->after, row[ch], sizeof *row);
+            w->noise = noise[ch];
+        }
+    }
+}
+
+static void find_variation(struct waves *w) {
+    for (int ch = 0; ch < GAP_CHANNELS; ch++) {
+        double square = 0.0;
+        for (int i = 0; i < w->tests; i++)
+            for (int leg = 0; leg < w->legs; leg++) {
+                const double *row = w->test[i].wave[ch][leg].measured, mean[SPECTRUM_SIZE] = {row[0]};
+                square += pow(waves_distance(row, mean), 2.0);
+            }
+        w->variation[ch] = sqrt(square / (w->tests * w->legs));
+    }
+}
+
+/* Where model rows go: struct wave has one of each. */
+enum side { BEFORE, AFTER };
+
+static double *side_row(struct wave *w, enum side side) { return side == BEFORE ? w->before : w->after; }
+
+static int prepare(struct waves *w, const struct recording *measured, struct error *error) {
+    *w = (struct waves){.legs = params_legs(measured->params), .test = calloc((size_t)measured->tests + 1, sizeof *w->test)};
+    return w->test ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
+}
+
+static int simulate(struct waves *w, const struct params *model, const struct recording *measured, enum side side, struct error *error) {
+    struct recording simulated;
+    int status = replay_closed_loop(model, measured, &simulated, error);
+    for (int i = 0; i < w->tests && !status; i++)
+        for (int j = 0; j < simulated.tests; j++) {
+            struct spectrum s;
+            channel_rows row;
+            if (simulated.test[j].dof != w->test[i].dof || !spectrum_measure(&s, &simulated.test[j], CYCLES_ALL)) continue;
+            for (int leg = 0; leg < LEGS; leg++) {
+                rows(&s, leg, row);
+                for (int ch = 0; ch < GAP_CHANNELS; ch++) memcpy(side_row(&w->test[i].wave[ch][leg], side), row[ch], sizeof *row);
+            }
+        }
+    recording_free(&simulated);
+    return status;
+}
+
+int waves_closed_loop(struct waves *w, const struct gap_result *result, const struct recording *measured, struct error *error) {
+    int status = prepare(w, measured, error);
+    for (int i = 0; i < measured->tests && !status; i++) {
+        struct spectrum s;
+        if (!spectrum_measure(&s, &measured->test[i], CYCLES_ALL)) continue;
+        w->test[w->tests] = (struct wave_test){.test = measured->test[i].test, .dof = measured->test[i].dof};
+        put_measured(&w->test[w->tests++], &s);
+    }
+    if (!status) status = simulate(w, &result->base_model, measured, BEFORE, error);
+    if (!status) status = simulate(w, &result->fitted, measured, AFTER, error);
+    for (int ch = 0; ch < GAP_CHANNELS; ch++) w->evaluated[ch] = true;
+    find_variation(w);
+    return status;
+}
+
+/* Measured less what the equations leave over. False where the motion is no motion of the model. */
+static bool put_residual(struct wave_test *t, const struct residual_test *residual, const struct params *model, enum side side) {
+    static const enum gap_channel channel[RESIDUALS] = {[RESIDUAL_FORCE] = GAP_FORCE, [RESIDUAL_P1] = GAP_P1, [RESIDUAL_P2] = GAP_P2};
+    residual_row row;
+    if (!residual_evaluate(residual, model, PART_ALL, row)) return false;
+    for (int leg = 0; leg < LEGS; leg++)
+        for (int kind = 0; kind < RESIDUALS; kind++)
+            for (int i = 0; i < 1 + 2 * residual->harmonics; i++) side_row(&t->wave[channel[kind]][leg], side)[i] -= row[leg][kind][i];
+    return true;
+}
+
+int waves_motion(struct waves *w, const struct gap_result *result, const struct recording *measured, struct error *error) {
+    struct residual_data data;
+    int status = prepare(w, measured, error);
+    if (status) return status;
+    status = residual_prepare(&data, measured, CYCLES_ALL, error);
+    for (int i = 0; i < data.tests && !status; i++) {
+        struct wave_test *t = &w->test[w->tests];
+        *t = (struct wave_test){.test = measured->test[i].test, .dof = measured->test[i].dof};
+        put_measured(t, &data.test[i].spectrum);
+        bool made = put_residual(t, &data.test[i], &result->base_model, BEFORE) && put_residual(t, &data.test[i], &result->fitted, AFTER);
+        if (made) w->tests++;
+    }
+    residual_free(&data);
+    w->evaluated[GAP_FORCE] = w->tests > 0;
+    w->evaluated[GAP_P1] = w->evaluated[GAP_P2] = w->tests > 0 && measured->measured.pressures && measured->measured.valve;
+    find_variation(w);
+    return status;
+}
+
+void waves_free(struct waves *w) {
+    free(w->test);
+    *w = (struct waves){0};
+}

@@ -1,0 +1,302 @@
+#include "gap_html.h"
+
+#include <ctype.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "gap_pictures.h"
+#include "gap_sections.h"
+#include "gap_tables.h"
+#include "html.h"
+#include "hypothesis.h"
+
+static const char style[] =
+    "<style>\n"
+    ":root{--ink:#1a1a1a;--soft:#5c5c5c;--line:#dcdcdc;--accent:" PICTURE_ACCENT "}\n"
+    "*{box-sizing:border-box}\n"
+    "body{margin:0 auto;max-width:1180px;padding:18px 32px 64px;"
+    "font:15px/1.45 system-ui,'Segoe UI','Helvetica Neue',Arial,'Liberation Sans',sans-serif;color:var(--ink);background:#fff}\n"
+    "header{display:flex;justify-content:space-between;gap:24px;font-size:13px;color:var(--soft);"
+    "border-bottom:1px solid var(--line);padding-bottom:8px}\n"
+    ".kicker{margin:18px 0 0;color:var(--accent);font-size:15px;font-weight:600}\n"
+    "h1{margin:2px 0 4px;font-size:32px;line-height:1.18;font-weight:600;letter-spacing:-.01em}\n"
+    "h1.long{font-size:25px}\n"
+    "h2{margin:44px 0 6px;font-size:21px;font-weight:600;border-top:1px solid var(--line);padding-top:18px}\n"
+    "h3{margin:16px 0 6px;font-size:15px;font-weight:600}\n"
+    "p{margin:6px 0;max-width:52em}\n"
+    "sup{font-size:75%;line-height:0}\n"
+    "code{font:13px ui-monospace,'DejaVu Sans Mono','Liberation Mono',monospace;color:#333}\n"
+    ".lead{color:var(--soft);margin-top:0}\n"
+    ".cards{display:grid;grid-template-columns:minmax(0,1.15fr) minmax(0,1fr) minmax(0,1.15fr);gap:36px;margin-top:16px}\n"
+    ".cards h2{margin:0 0 8px;font-size:15px;border-top:2px solid var(--ink);padding-top:8px}\n"
+    ".big{font-size:34px;line-height:1.1;font-weight:600;color:var(--accent);margin:0 0 2px}\n"
+    ".small,figcaption{font-size:13px;color:var(--soft)}\n"
+    ".notice{background:#fff3d6;padding:2px 6px}\n"
+    "p.notice{padding:8px 12px}\n"
+    ".next{border-left:3px solid var(--accent);padding:4px 0 4px 14px;margin-top:18px}\n"
+    ".two{display:grid;grid-template-columns:1fr 1fr;gap:16px 32px}\n"
+    ".loops{display:grid;grid-template-columns:2fr 1fr;gap:0 8px}\n"
+    ".wide{overflow-x:auto}\n"
+    "figure{margin:8px 0}\n"
+    "img{max-width:100%;height:auto;display:block}\n"
+    "table{border-collapse:collapse;font-size:14px;font-variant-numeric:tabular-nums}\n"
+    "th,td{text-align:left;padding:3px 12px 3px 0;border-bottom:1px solid var(--line);font-weight:400;vertical-align:top}\n"
+    "th{color:var(--soft)}\n"
+    ".n{text-align:right;white-space:nowrap}\n"
+    "table.map{border-collapse:separate;border-spacing:1px;font-size:12px}\n"
+    "table.map td{width:32px;min-width:28px;height:24px;padding:0;text-align:center;vertical-align:middle;border:0}\n"
+    "table.map th{border:0;padding:2px 6px 2px 0;text-align:center;vertical-align:middle}\n"
+    "table.map td:nth-child(6n+2){border-left:3px solid #fff}\n"
+    "table.map th.side{text-align:left;font-weight:600;color:var(--ink);padding-top:8px}\n"
+    "table.map .none{background:repeating-linear-gradient(135deg,#fff 0 5px,#eee 5px 6px)}\n"
+    "td.bar{width:240px;vertical-align:middle}\n"
+    ".bar i{display:block;height:12px;background:#a9a9a9}\n"
+    ".found .bar i{background:var(--accent)}\n"
+    ".found td{font-weight:600}\n"
+    ".sizes{display:grid;grid-template-columns:auto 1fr auto;gap:3px 10px;align-items:center;font-size:13px;margin:4px 0 10px}\n"
+    ".sizes i{display:block;height:12px}\n"
+    ".sizes b{grid-column:1/4;font-weight:600;margin-top:2px}\n"
+    "@media print{body{max-width:none;padding:0}section{break-inside:avoid}}\n"
+    "@media(max-width:800px){.cards,.two,.loops{grid-template-columns:1fr}body{padding:12px}}\n"
+    "</style>\n";
+
+/* --- first screen */
+
+enum { LONG_HEADLINE = 62 };
+
+static const char *const kickers[GAP_VERDICTS] = {
+    [GAP_EFFECT_NAMED] = "Missing in the model", [GAP_NO_GAP] = "Nothing is missing in the model",
+    [GAP_AMBIGUOUS] = "Missing in the model, and these data cannot tell which", [GAP_UNKNOWN_EFFECT] = "Something is missing in the model",
+};
+
+static const char *joint(const struct gap_result *r, int place) {
+    bool either = place == r->effects - 1 && r->ambiguous > 0;
+    if (!place) return either && r->effects > 1 ? "either " : "";
+    return place < r->effects - 1 ? ", " : either ? ", and either " : " and ";
+}
+
+static void effects_words(FILE *out, const struct gap_result *r) {
+    for (int i = 0; i < r->effects; i++) {
+        fputs(joint(r, i), out);
+        section_effect_words(out, r->effect[i].effect, r->effect[i].shape);
+    }
+    for (int i = 0; i < r->ambiguous; i++) html_text(out, ", or %s", effect_table[r->ambiguous_with[i]]->plain);
+}
+
+static void headline_words(FILE *out, const struct gap_result *r) {
+    if (r->verdict == GAP_NO_GAP) fputs("what is left between model and measurement is noise", out);
+    else if (r->verdict == GAP_UNKNOWN_EFFECT) fputs("an effect that is not in the catalogue", out);
+    else effects_words(out, r);
+}
+
+static void headline(FILE *out, const struct gap_result *r) {
+    char *words = NULL;
+    size_t size = 0;
+    FILE *stream = open_memstream(&words, &size);
+    if (!stream) return;
+    headline_words(stream, r);
+    if (!fclose(stream))
+        fprintf(out, "<p class=\"kicker\">%s</p>\n<h1%s>%c%s</h1>\n", kickers[r->verdict], size > LONG_HEADLINE ? " class=\"long\"" : "",
+                toupper((unsigned char)words[0]), words + 1);
+    free(words);
+}
+
+static void effect_card(FILE *out, const struct gap_effect *e) {
+    const struct effect *effect = effect_table[e->effect];
+    fputs("<p><code>", out);
+    html_text(out, "%s", effect->name);
+    fputs("</code></p>\n", out);
+    table_parameters(out, e);
+    fputs("<p class=\"small\">", out);
+    html_text(out, "%s", effect->law);
+    fputs("</p>\n", out);
+}
+
+static void place_line(FILE *out, const struct gap_place *w) {
+    fputs("<li>", out);
+    html_text(out, "test %s, %s of leg %d, harmonic %d, %s: %.1f %%", dof_names[w->dof], gap_channel_names[w->channel], w->leg + 1,
+              w->harmonic, section_feature_words(w->feature), 100.0 * w->share);
+    fputs("</li>\n", out);
+}
+
+static void missing_card(FILE *out, const struct gap_result *r) {
+    fputs("<div><h2>What is missing</h2>\n", out);
+    for (int i = 0; i < r->effects; i++) effect_card(out, &r->effect[i]);
+    for (int i = 0; i < r->ambiguous; i++) {
+        fputs("<p>or <code>", out);
+        html_text(out, "%s", effect_table[r->ambiguous_with[i]]->name);
+        fputs("</code></p>\n", out);
+    }
+    if (r->verdict == GAP_NO_GAP)
+        fprintf(out, "<p>Nothing that can be told from noise. All %d effects of the catalogue were tried beside the model's own "
+                     "parameters; none explains what noise does not.</p>\n", r->candidates);
+    if (r->verdict == GAP_UNKNOWN_EFFECT) {
+        fputs("<p>A difference that repeats every cycle, and that none of the catalogue's effects makes. It lives here:</p>\n<ol>", out);
+        for (int i = 0; i < r->places && i < 4; i++) place_line(out, &r->where[i]);
+        fputs("</ol>\n", out);
+    }
+    fputs("</div>\n", out);
+}
+
+/* The best effect that is neither named nor a rival of the named one nor has it as a limit. */
+static const struct gap_candidate *runner_up(const struct gap_result *r) {
+    for (int i = 0; i < r->candidates; i++) {
+        bool other = true;
+        int effect = r->candidate[i].effect;
+        for (int j = 0; j < r->effects; j++)
+            other = other && r->effect[j].effect != effect && !hypothesis_contains(effect, r->effect[j].effect);
+        for (int j = 0; j < r->ambiguous; j++) other = other && r->ambiguous_with[j] != effect;
+        if (other) return &r->candidate[i];
+    }
+    return NULL;
+}
+
+static void evidence(FILE *out, const struct gap_effect *e, bool first) {
+    if (first) fprintf(out, "<p>Explains <b>%.1f&nbsp;%%</b> of the squared gap on cycles it was not fitted to; likelihood ratio "
+                            "<b>z&nbsp;=&nbsp;%.0f</b>, and 6 is the least that is named.</p>\n<p class=\"small\">",
+                       100.0 * e->share_explained, e->z);
+    else fputs("<p><code>", out);
+    html_text(out, "%s", first ? e->evidence : effect_table[e->effect]->name);
+    if (!first) fprintf(out, "</code>: z&nbsp;=&nbsp;%.0f on what was left after that.", e->z);
+    fputs("</p>\n", out);
+}
+
+static void sure_card(FILE *out, const struct gap_result *r) {
+    const struct gap_candidate *next = runner_up(r);
+    fputs("<div><h2>How sure</h2>\n<p>Verdict <code>", out);
+    html_text(out, "%s", gap_verdict_names[r->verdict]);
+    fputs("</code></p>\n", out);
+    for (int i = 0; i < r->effects; i++) evidence(out, &r->effect[i], i == 0);
+    if (!r->effects)
+        fprintf(out, "<p>What is left on held-out cycles, squared and weighed by its noise: <b>%.2f</b> on average; noise alone stays "
+                     "near or below 1.</p>\n",
+                r->white_after);
+    if (next) {
+        fputs(r->effects ? "<p>Runner-up: " : "<p>Closest effect: ", out);
+        section_effect_words(out, next->effect, next->shape);
+        fputs(" (<code>", out);
+        html_text(out, "%s", effect_table[next->effect]->name);
+        fprintf(out, "</code>): %.1f&nbsp;%%, z&nbsp;=&nbsp;%.0f.</p>\n", 100.0 * fmax(next->share_explained, 0.0), next->z);
+    }
+    fputs("</div>\n", out);
+}
+
+static void size_bar(FILE *out, const char *name, double size, double full, const char *colour) {
+    if (!isfinite(size)) return;
+    fprintf(out, "<span>%s</span><i style=\"width:%.1f%%;background:%s\"></i><span>%.2f %%</span>\n", name,
+            full > 0.0 ? 100.0 * size / full : 0.0, colour, 100.0 * size);
+}
+
+static void size_group(FILE *out, const char *name, const struct gap_result *r, double before, double after, double full) {
+    fputs("<div class=\"sizes\"><b>", out);
+    html_text(out, "%s", name);
+    fputs("</b>\n", out);
+    size_bar(out, r->effects ? "before" : "model", before, full, "#8a8a8a");
+    if (r->effects) size_bar(out, "after", after, full, "var(--accent)");
+    size_bar(out, "noise floor", r->noise_floor.overall, full, "#d4d4d4");
+    fputs("</div>\n", out);
+}
+
+static void shrink_card(FILE *out, const struct gap_report *report) {
+    const struct gap_result *r = report->result;
+    double full = fmax(fmax(r->before.overall, r->held_out_before.overall), r->noise_floor.overall);
+    fprintf(out, "<div><h2>%s</h2>\n", r->effects ? "How much of the gap is gone" : "How large the gap is");
+    if (r->effects)
+        fprintf(out, "<p class=\"big\">%.0f %%</p><p class=\"small\">of the squared gap above the noise floor, on data held out</p>\n",
+                100.0 * (1.0 - r->unexplained_fraction));
+    else
+        fprintf(out, "<p class=\"big\">%.2f ×</p><p class=\"small\">the noise floor, on data held out; nothing was added</p>\n",
+                r->held_out_before.overall / r->noise_floor.overall);
+    size_group(out, report->validate_file ? "data held out: the other log" : "data held out: odd cycles", r, r->held_out_before.overall,
+               r->held_out_after.overall, full);
+    size_group(out, "data used: even cycles", r, r->before.overall, r->after.overall, full);
+    fputs("<p class=\"small\">rms difference, % of the measured variation, over all channels</p></div>\n", out);
+}
+
+static void notices(FILE *out, const struct gap_result *r) {
+    if (r->controller_differs)
+        fprintf(out, "<p class=\"notice\"><b>Another controller.</b> %.0f %% of the recorded commands' variation is not what the "
+                     "configured controller gives for the recorded lengths and pressures. No effect of the machine explains that: set "
+                     "<code>control</code> in the configuration to the rig's. The figures here are of the equations under the measured "
+                     "motion, which need no controller.</p>\n", 100.0 * r->controller_difference);
+    else if (!r->controller_known)
+        fputs("<p class=\"notice\">The log has no reference: whether its commands are the configured controller's is not "
+              "evaluated.</p>\n", out);
+}
+
+static void next_steps(FILE *out, const struct gap_report *report) {
+    const struct gap_result *r = report->result;
+    if (r->next_experiment[0]) {
+        fputs("<p class=\"next\"><b>Next experiment:</b> ", out);
+        html_text(out, "%s.", r->next_experiment);
+        fputs("</p>\n", out);
+    }
+    if (!r->effects) return;
+    fputs("<p class=\"next\"><b>Use it:</b> <code>", out);
+    html_text(out, "hexid run -c %s", report->model_file);
+    fprintf(out, "</code>, the configuration given plus %s effect%s%s.</p>\n", r->effects > 1 ? "these" : "this", r->effects > 1 ? "s" : "",
+            r->ambiguous ? " (the first of those that cannot be told apart)" : "");
+}
+
+static void first_screen(FILE *out, const struct gap_report *report) {
+    const struct gap_result *r = report->result;
+    fputs("<header><span>hexid gap: <code>", out);
+    html_text(out, "%s", report->measured_file);
+    fputs("</code> against <code>", out);
+    html_text(out, "%s", report->config_file);
+    fprintf(out, "</code></span><span>%d tests, %s</span></header>\n", report->measured->tests,
+            r->simulated ? "simulated in closed loop" : "equations under the measured motion");
+    headline(out, r);
+    notices(out, r);
+    fputs("<div class=\"cards\">\n", out);
+    missing_card(out, r);
+    sure_card(out, r);
+    shrink_card(out, report);
+    fputs("</div>\n", out);
+    next_steps(out, report);
+}
+
+/* --- page */
+
+static void page_write(struct page *p) {
+    fputs("<!DOCTYPE html>\n"
+          "<html lang=\"en\">\n"
+          "<head>\n"
+          "<meta charset=\"utf-8\">\n"
+          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+          "<title>", p->out);
+    html_text(p->out, "hexid gap: %s", p->report->result->reason);
+    fprintf(p->out, "</title>\n%s</head>\n<body>\n", style);
+    first_screen(p->out, p->report);
+    table_legs(p->out, p->report->result);
+    section_map(p);
+    section_waveforms(p);
+    section_loops(p);
+    table_hypotheses(p->out, p->report->result);
+    table_numbers(p->out, p->report);
+    table_base(p->out, p->report->result);
+    table_matrix(p->out, p->report->result);
+    if (p->picture.status) {
+        fputs("<p class=\"notice\">", p->out);
+        html_text(p->out, "%s", p->picture.text);
+        fputs("</p>\n", p->out);
+    }
+    fputs("</body>\n</html>\n", p->out);
+}
+
+int gap_html(const struct gap_report *report, char **page, struct error *error) {
+    size_t size;
+    struct page p = {.report = report};
+    *page = NULL;
+    p.out = open_memstream(page, &size);
+    if (!p.out) return error_set(error, STATUS_IO, "report.html: out of memory");
+    page_write(&p);
+    if (ferror(p.out) | fclose(p.out)) {
+        free(*page);
+        *page = NULL;
+        return error_set(error, STATUS_IO, "report.html: out of memory");
+    }
+    *error = p.picture;
+    return p.picture.status;
+}

@@ -1,0 +1,148 @@
+#include "gap_pictures.h"
+
+#include <math.h>
+
+#include "residual.h"
+#include "units.h"
+
+enum { POINTS = 180 };
+
+const struct picture_unit picture_units[GAP_CHANNELS] = {
+    [GAP_LENGTH] = {1e3, 1e6, "mm", "µm"},  [GAP_FORCE] = {1.0, 1.0, "N", "N"}, [GAP_P1] = {1e-3, 1e-3, "kPa", "kPa"},
+    [GAP_P2] = {1e-3, 1e-3, "kPa", "kPa"}, [GAP_VALVE] = {1e2, 1e2, "%", "%"},
+};
+
+static const char *const labels[GAP_CHANNELS] = {"length - mean", "force", "P1", "P2", "valve command"};
+
+static const char style[] =
+    "set encoding utf8\n"
+    "set border 3 lc rgb '#777777'\n"
+    "set tics nomirror out scale 0.5 tc rgb '#444444'\n"
+    "set grid lc rgb '#e8e8e8' lt 1 lw 0.6\n"
+    "set key outside top center horizontal samplen 2.5 spacing 1 tc rgb '#444444'\n"
+    "set style line 1 lc rgb '#1a1a1a' lw 2.4\n"
+    "set style line 2 lc rgb '#8a8a8a' lw 2.2 dt (6,4)\n"
+    "set style line 3 lc rgb '" PICTURE_ACCENT "' lw 1.8\n";
+
+/* A step for about four tics between -size and size. */
+static double tic_step(double size) {
+    double power = pow(10.0, floor(log10(size / 2.0))), lead = size / 2.0 / power;
+    return power * (lead < 1.5 ? 1.0 : lead < 3.5 ? 2.0 : lead < 7.5 ? 5.0 : 10.0);
+}
+
+static void begin(FILE *script, int width, int height) {
+    fprintf(script, "set terminal svg noenhanced size %d,%d font 'sans-serif,12' background '#ffffff'\n%s", width, height, style);
+}
+
+static double value_at(const double row[SPECTRUM_SIZE], const struct wave_test *t, double t_s) {
+    double value[3];
+    spectrum_value(row, SPECTRUM_HARMONICS, t->omega, t_s, value);
+    return value[0];
+}
+
+/* Of the harmonics that the equations use: a higher one is mostly noise once differentiated. */
+static double rate_at(const double row[SPECTRUM_SIZE], const struct wave_test *t, double t_s) {
+    double value[3];
+    spectrum_value(row, RESIDUAL_HARMONICS, t->omega, t_s, value);
+    return value[1];
+}
+
+/* Columns: ms, measured, before, after, measured less before, measured less after. Returns the largest difference shown. */
+static double wave_data(FILE *script, const struct picture *p, enum gap_channel channel) {
+    const struct wave *w = &p->test->wave[channel][p->leg];
+    const struct picture_unit *u = &picture_units[channel];
+    double origin = channel == GAP_LENGTH ? w->measured[0] : 0.0, largest = u->difference_scale * w->noise;
+    fputs("$data << EOD\n", script);
+    for (int i = 0; i <= POINTS; i++) {
+        double t_s = 2.0 * PI * i / POINTS / p->test->omega;
+        double m = value_at(w->measured, p->test, t_s), b = value_at(w->before, p->test, t_s), a = value_at(w->after, p->test, t_s);
+        fprintf(script, "%g %g %g %g %g %g\n", 1e3 * t_s, u->scale * (m - origin), u->scale * (b - origin), u->scale * (a - origin),
+                u->difference_scale * (m - b), u->difference_scale * (m - a));
+        largest = fmax(largest, u->difference_scale * fmax(fabs(m - b), fabs(m - a)));
+    }
+    fputs("EOD\n", script);
+    return largest > 0.0 ? largest : 1.0;
+}
+
+/* Plots of $data: measured, before and, where there is a model, after, each by its columns "x:y"; measured may be NULL. */
+static void plot(FILE *script, const struct picture *p, const char *measured, const char *before, const char *after) {
+    fputs("plot ", script);
+    if (measured) fprintf(script, "$data using %s with lines ls 1 title 'measured', ", measured);
+    fprintf(script, "$data using %s with lines ls 2 title 'before'", before);
+    if (p->after) fprintf(script, ", $data using %s with lines ls 3 title 'after'", after);
+    fputc('\n', script);
+}
+
+void picture_wave(FILE *script, const struct picture *p, enum gap_channel channel) {
+    const struct picture_unit *u = &picture_units[channel];
+    double noise = u->difference_scale * p->test->wave[channel][p->leg].noise;
+    begin(script, 540, 350);
+    double largest = wave_data(script, p, channel);
+    fprintf(script, "set multiplot\n"
+                    "set lmargin at screen 0.13\n"
+                    "set rmargin at screen 0.98\n"
+                    "set xrange [0:%g]\n"
+                    "set tmargin at screen 0.91\n"
+                    "set bmargin at screen 0.48\n"
+                    "set format x ''\n"
+                    "set ylabel '%s [%s]' offset 1\n", 2e3 * PI / p->test->omega, labels[channel], u->unit);
+    plot(script, p, "1:2", "1:3", "1:4");
+    fprintf(script, "unset key\n"
+                    "set tmargin at screen 0.43\n"
+                    "set bmargin at screen 0.16\n"
+                    "set format x '%%g'\n"
+                    "set xlabel 'time in the cycle [ms]' offset 0,0.5\n"
+                    "set ylabel 'difference [%s]' offset 1\n"
+                    "set ytics %g\n"
+                    "set yrange [%g:%g]\n"
+                    "set object rectangle from graph 0, first %g to graph 1, first %g fc rgb '#ececec' fs noborder behind\n",
+            u->difference_unit, tic_step(largest), -1.05 * largest, 1.05 * largest, -noise, noise);
+    plot(script, p, NULL, "1:5", "1:6");
+}
+
+/* Columns: velocity, force measured, before, after, measured less before, measured less after. */
+static void force_data(FILE *script, const struct picture *p) {
+    const struct wave *force = &p->test->wave[GAP_FORCE][p->leg], *length = &p->test->wave[GAP_LENGTH][p->leg];
+    fputs("$data << EOD\n", script);
+    for (int i = 0; i <= POINTS; i++) {
+        double t_s = 2.0 * PI * i / POINTS / p->test->omega;
+        double m = value_at(force->measured, p->test, t_s), b = value_at(force->before, p->test, t_s);
+        double a = value_at(force->after, p->test, t_s);
+        fprintf(script, "%g %g %g %g %g %g\n", 1e3 * rate_at(length->measured, p->test, t_s), m, b, a, m - b, m - a);
+    }
+    fputs("EOD\n", script);
+}
+
+void picture_force_loop(FILE *script, const struct picture *p) {
+    begin(script, 744, 320);
+    force_data(script, p);
+    fputs("set multiplot layout 1,2\n"
+          "set xlabel 'leg velocity [mm/s]' offset 0,0.5\n"
+          "set ylabel 'force [N]' offset 1\n", script);
+    plot(script, p, "1:2", "1:3", "1:4");
+    fputs("set ylabel 'measured less model [N]' offset 1\n"
+          "set xzeroaxis lc rgb '#777777'\n", script);
+    plot(script, p, NULL, "1:5", "1:6");
+}
+
+/* Columns: valve and velocity measured, before, after. */
+static void valve_data(FILE *script, const struct picture *p) {
+    const struct wave *valve = &p->test->wave[GAP_VALVE][p->leg], *length = &p->test->wave[GAP_LENGTH][p->leg];
+    const double *rows[][2] = {{valve->measured, length->measured}, {valve->before, length->before}, {valve->after, length->after}};
+    fputs("$data << EOD\n", script);
+    for (int i = 0; i <= POINTS; i++) {
+        double t_s = 2.0 * PI * i / POINTS / p->test->omega;
+        for (int side = 0; side < 3; side++)
+            fprintf(script, "%g %g ", 1e2 * value_at(rows[side][0], p->test, t_s), 1e3 * rate_at(rows[side][1], p->test, t_s));
+        fputc('\n', script);
+    }
+    fputs("EOD\n", script);
+}
+
+void picture_valve_loop(FILE *script, const struct picture *p) {
+    begin(script, 372, 320);
+    valve_data(script, p);
+    fputs("set xlabel 'valve command [%]' offset 0,0.5\n"
+          "set ylabel 'leg velocity [mm/s]' offset 1\n", script);
+    plot(script, p, "1:2", "3:4", "5:6");
+}

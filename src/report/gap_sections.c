@@ -1,0 +1,264 @@
+#include "gap_sections.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "gap_pictures.h"
+#include "html.h"
+#include "hypothesis.h"
+#include "plot.h"
+
+const char *const section_channel_words[GAP_CHANNELS] = {"leg length", "leg force", "pressure P1", "pressure P2", "valve command"};
+static const char *const axis_words[DOFS] = {"x", "y", "z", "φ", "θ", "ψ"};
+
+enum { PICTURES = 6 };
+
+/* --- words */
+
+const char *section_feature_words(const char *feature) {
+    static const char *const words[][2] = {
+        {"static", "at rest: the constant part"}, {"velocity_reversal", "where the velocity reverses"},
+        {"spool_reversal", "where the spool passes zero"}, {"one_direction", "in one direction of motion only"},
+        {"peak_speed", "where the speed is highest"}, {"peak_acceleration", "where the acceleration is highest"},
+    };
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+        if (!strcmp(words[i][0], feature)) return words[i][1];
+    return feature;
+}
+
+static void shape_words(FILE *out, int shape) {
+    if (shape >= 0) html_text(out, " (leg %d only)", shape + 1);
+    if (shape == SHAPE_EACH) html_text(out, " (each leg its own)");
+}
+
+void section_effect_words(FILE *out, int effect, int shape) {
+    html_text(out, "%s", effect_table[effect]->plain);
+    shape_words(out, shape);
+}
+
+/* --- pictures */
+
+typedef void script_writer(FILE *script, const struct picture *picture, enum gap_channel channel);
+
+static void write_wave(FILE *script, const struct picture *picture, enum gap_channel channel) { picture_wave(script, picture, channel); }
+static void write_force_loop(FILE *script, const struct picture *picture, enum gap_channel channel) {
+    (void)channel;
+    picture_force_loop(script, picture);
+}
+static void write_valve_loop(FILE *script, const struct picture *picture, enum gap_channel channel) {
+    (void)channel;
+    picture_valve_loop(script, picture);
+}
+
+/* A picture that cannot be drawn is a line in the page; after the first one no other is tried. */
+static void draw(struct page *p, script_writer *writer, const struct picture *picture, enum gap_channel channel, const char *caption) {
+    char *script = NULL, *svg = NULL;
+    size_t script_size = 0, size = 0;
+    FILE *stream = p->picture.status ? NULL : open_memstream(&script, &script_size);
+    fputs("<figure>", p->out);
+    if (stream) {
+        writer(stream, picture, channel);
+        if (fclose(stream)) error_set(&p->picture, STATUS_IO, "out of memory");
+        else plot_draw(script, script_size, &svg, &size, &p->picture);
+    }
+    if (svg) html_svg(p->out, svg, size, caption);
+    else fputs("<p class=\"notice\">picture not drawn</p>", p->out);
+    fputs("<figcaption>", p->out);
+    html_text(p->out, "%s", caption);
+    fputs("</figcaption></figure>\n", p->out);
+    free(script);
+    free(svg);
+}
+
+/* One channel of one leg in one test. */
+struct spot {
+    const struct wave_test *test;
+    enum gap_channel channel;
+    int leg;
+    double size; /* rms difference before, of the channel's variation */
+};
+
+static double spot_size(const struct waves *w, const struct wave_test *t, int channel, int leg, bool after) {
+    const struct wave *v = &t->wave[channel][leg];
+    return waves_distance(v->measured, after ? v->after : v->before) / w->variation[channel];
+}
+
+static int by_size(const void *a, const void *b) {
+    const struct spot *x = a, *y = b;
+    return x->size < y->size ? 1 : x->size > y->size ? -1 : 0;
+}
+
+/* All spots of the waves, largest difference first. To be freed. */
+static struct spot *spots(const struct waves *w, int *count) {
+    struct spot *spot = malloc(((size_t)w->tests * GAP_CHANNELS * LEGS + 1) * sizeof *spot);
+    *count = 0;
+    for (int i = 0; i < w->tests && spot; i++)
+        for (int ch = 0; ch < GAP_CHANNELS; ch++)
+            for (int leg = 0; leg < w->legs && w->evaluated[ch]; leg++) {
+                double size = spot_size(w, &w->test[i], ch, leg, false);
+                spot[(*count)++] = (struct spot){&w->test[i], (enum gap_channel)ch, leg, size};
+            }
+    if (spot) qsort(spot, (size_t)*count, sizeof *spot, by_size);
+    return spot;
+}
+
+static bool has_after(const struct page *p) { return p->report->result->effects > 0; }
+
+static const struct wave_test *find_test(const struct waves *w, int test) {
+    for (int i = 0; i < w->tests; i++)
+        if (w->test[i].test == test) return &w->test[i];
+    return NULL;
+}
+
+/* What is worth a picture, in order: the places of the gap, which noise weighs; then what differs most. To be freed. */
+static struct spot *list_spots(const struct page *p, int *count) {
+    const struct waves *w = p->report->waves;
+    const struct gap_result *r = p->report->result;
+    int others;
+    struct spot *by = spots(w, &others), *list = by ? malloc(((size_t)others + GAP_PLACES) * sizeof *list) : NULL;
+    *count = 0;
+    for (int i = 0; i < r->places && list; i++) {
+        const struct gap_place *place = &r->where[i];
+        const struct wave_test *t = find_test(w, place->test);
+        if (!t || !w->evaluated[place->channel]) continue;
+        double size = spot_size(w, t, place->channel, place->leg, false);
+        list[(*count)++] = (struct spot){t, place->channel, place->leg, size};
+    }
+    for (int i = 0; i < others && list; i++) list[(*count)++] = by[i];
+    free(by);
+    return list;
+}
+
+/* The first few of the list, no channel too often, no channel of a test twice. */
+static int choose(const struct page *p, const struct spot *list, int count, struct spot chosen[PICTURES]) {
+    int channels = 0, taken[GAP_CHANNELS] = {0}, n = 0;
+    for (int ch = 0; ch < GAP_CHANNELS; ch++) channels += p->report->waves->evaluated[ch];
+    for (int i = 0; i < count && n < PICTURES; i++) {
+        bool seen = taken[list[i].channel] >= (PICTURES + channels - 1) / channels;
+        for (int j = 0; j < n; j++) seen = seen || (chosen[j].test == list[i].test && chosen[j].channel == list[i].channel);
+        if (!seen) taken[list[i].channel]++, chosen[n++] = list[i];
+    }
+    return n;
+}
+
+void section_waveforms(struct page *p) {
+    int count;
+    struct spot *list = list_spots(p, &count), chosen[PICTURES];
+    int n = list ? choose(p, list, count, chosen) : 0;
+    fputs("<section id=\"waveforms\"><h2>Where they disagree most: mean cycles</h2>\n<p>Measured, and the model driven ", p->out);
+    fputs(p->report->result->simulated ? "as the rig was (same reference, same controller)" : "by the measured motion and commands",
+          p->out);
+    fputs(". Below each: measured less model; the grey band is the noise of a single sample, ±1 standard deviation.</p>\n<div "
+          "class=\"two\">\n", p->out);
+    for (int i = 0; i < n; i++) {
+        char caption[160];
+        snprintf(caption, sizeof caption, "Test %s, %s of leg %d: before, the model is off by %.1f %% of the channel's variation",
+                 axis_words[chosen[i].test->dof], section_channel_words[chosen[i].channel], chosen[i].leg + 1, 100.0 * chosen[i].size);
+        draw(p, write_wave, &(struct picture){chosen[i].test, chosen[i].leg, has_after(p)}, chosen[i].channel, caption);
+    }
+    fputs("</div></section>\n", p->out);
+    free(list);
+}
+
+/* The test and leg where the force balance, weighed by its noise, is off most; NULL where nothing was evaluated. */
+static const struct gap_place *loop_place(const struct gap_result *r) {
+    for (int i = 0; i < r->places; i++)
+        if (r->where[i].channel == GAP_FORCE) return &r->where[i];
+    return r->places ? &r->where[0] : NULL;
+}
+
+void section_loops(struct page *p) {
+    const struct gap_place *place = loop_place(p->report->result);
+    const struct wave_test *motion = place ? find_test(p->report->motion, place->test) : NULL;
+    const struct wave_test *simulated = place && p->report->result->simulated ? find_test(p->report->waves, place->test) : NULL;
+    char caption[200];
+    if (!motion) return;
+    fputs("<section id=\"loops\"><h2>Loops over velocity</h2>\n<p>The area of a force loop is the energy lost in a cycle. In what the "
+          "model leaves over, dry friction is a jump at zero velocity, viscous friction a slope, inertia and stiffness an open "
+          "loop.</p>\n<div class=\"loops\">\n", p->out);
+    snprintf(caption, sizeof caption, "Test %s, leg %d: hydraulic force A1 P1 - A2 P2, and the force that the model needs for the "
+                                      "measured motion; beside it what is left over", axis_words[motion->dof], place->leg + 1);
+    draw(p, write_force_loop, &(struct picture){motion, place->leg, has_after(p)}, GAP_FORCE, caption);
+    snprintf(caption, sizeof caption, "Leg velocity over valve command, each with its own motion");
+    if (simulated) draw(p, write_valve_loop, &(struct picture){simulated, place->leg, has_after(p)}, GAP_VALVE, caption);
+    fputs("</div></section>\n", p->out);
+}
+
+/* --- disagreement map */
+
+/* Full colour: the largest difference, or the noise of a sample where that is more. */
+static double full_colour(const struct page *p) {
+    const struct waves *w = p->report->waves;
+    double full = 0.0;
+    for (int ch = 0; ch < GAP_CHANNELS; ch++)
+        for (int i = 0; i < w->tests && w->evaluated[ch]; i++)
+            for (int leg = 0; leg < w->legs; leg++) {
+                full = fmax(full, w->test[i].wave[ch][leg].noise / w->variation[ch]);
+                for (int after = 0; after < 2; after++) full = fmax(full, spot_size(w, &w->test[i], ch, leg, after));
+            }
+    return full;
+}
+
+/* White to the accent to nearly black: lightness falls all the way, for every eye and on paper. */
+static void colour(double share, int rgb[3]) {
+    static const double stops[3][3] = {{255, 255, 255}, {86, 164, 209}, {0, 52, 96}};
+    double place = 2.0 * fmin(fmax(share, 0.0), 1.0);
+    int from = place < 1.0 ? 0 : 1;
+    for (int i = 0; i < 3; i++) rgb[i] = (int)(stops[from][i] + (place - from) * (stops[from + 1][i] - stops[from][i]));
+}
+
+static void map_cell(FILE *out, double size, double full) {
+    int rgb[3];
+    colour(full > 0.0 ? size / full : 0.0, rgb);
+    fprintf(out, "<td style=\"background:#%02x%02x%02x%s\">%.*f</td>", rgb[0], rgb[1], rgb[2], size > 0.65 * full ? ";color:#fff" : "",
+            size < 0.0995 ? 1 : 0, 100.0 * size);
+}
+
+static void map_rows(const struct page *p, bool after, double full) {
+    const struct waves *w = p->report->waves;
+    fprintf(p->out, "<tr><th class=\"side\" colspan=\"%d\">%s</th></tr>\n", 1 + GAP_CHANNELS * w->legs, after ? "after" : "before");
+    for (int i = 0; i < w->tests; i++) {
+        fprintf(p->out, "<tr><th>%s</th>", axis_words[w->test[i].dof]);
+        for (int ch = 0; ch < GAP_CHANNELS; ch++) {
+            for (int leg = 0; leg < w->legs; leg++)
+                if (w->evaluated[ch]) map_cell(p->out, spot_size(w, &w->test[i], ch, leg, after), full);
+                else fputs("<td class=\"none\"></td>", p->out);
+        }
+        fputs("</tr>\n", p->out);
+    }
+}
+
+static void list_places(const struct page *p) {
+    const struct gap_result *r = p->report->result;
+    fputs("<h3>Largest places of the gap in the equations, before</h3>\n"
+          "<table><tr><th>test</th><th>channel</th><th>leg</th><th>harmonic</th><th>feature of the motion</th><th class=\"n\">share of "
+          "the squared gap</th></tr>\n", p->out);
+    for (int i = 0; i < r->places; i++) {
+        const struct gap_place *w = &r->where[i];
+        fprintf(p->out, "<tr><td>%s</td><td>%s</td><td>%d</td><td>%d%s</td><td>", axis_words[w->dof],
+                section_channel_words[w->channel], w->leg + 1, w->harmonic, w->harmonic ? "" : " (constant)");
+        html_text(p->out, "%s", section_feature_words(w->feature));
+        fprintf(p->out, "</td><td class=\"n\">%.1f %%</td></tr>\n", 100.0 * w->share);
+    }
+    fputs("</table>\n", p->out);
+}
+
+void section_map(struct page *p) {
+    const struct waves *w = p->report->waves;
+    double full = full_colour(p);
+    fputs("<section id=\"map\"><h2>Disagreement map</h2>\n<p>Rms difference between the mean cycles of model and measurement, in % of "
+          "the channel's measured variation; one row a test", p->out);
+    fputs(w->legs == LEGS ? ", six legs a channel." : ".", p->out);
+    if (!w->evaluated[GAP_LENGTH]) fputs(" Length and valve command are inputs of a replay by motion: not evaluated.", p->out);
+    fputs("</p>\n<div class=\"wide\"><table class=\"map\"><tr><th></th>", p->out);
+    for (int ch = 0; ch < GAP_CHANNELS; ch++) fprintf(p->out, "<th colspan=\"%d\">%s</th>", w->legs, section_channel_words[ch]);
+    fputs("</tr>\n<tr class=\"legs\"><th>leg</th>", p->out);
+    for (int i = 0; i < GAP_CHANNELS * w->legs; i++) fprintf(p->out, "<th>%d</th>", i % w->legs + 1);
+    fputs("</tr>\n", p->out);
+    map_rows(p, false, full);
+    if (has_after(p)) map_rows(p, true, full);
+    fputs("</table></div>\n", p->out);
+    list_places(p);
+    fputs("</section>\n", p->out);
+}

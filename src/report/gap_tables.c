@@ -1,0 +1,244 @@
+#include "gap_tables.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "gap_pictures.h"
+#include "gap_sections.h"
+#include "html.h"
+#include "hypothesis.h"
+#include "ident.h"
+#include "nominal.h"
+
+static void number_cell(FILE *out, double value, const char *format) {
+    fputs("<td class=\"n\">", out);
+    if (isfinite(value)) fprintf(out, format, value);
+    else fputs("–", out);
+    fputs("</td>", out);
+}
+
+/* --- parameters */
+
+static void parameter_cell(FILE *out, const struct gap_effect *e, int key, int leg, const char *unit) {
+    fputs("<td class=\"n\">", out);
+    html_quantity(out, e->values.value[key][leg], e->std[key][leg], unit);
+    fputs(e->bound[key][leg] ? " <span class=\"notice\">at its bound</span></td>" : "</td>", out);
+}
+
+static void spread_cell(FILE *out, const double value[LEGS], const char *unit) {
+    double least = value[0], most = value[0];
+    for (int leg = 1; leg < LEGS; leg++) least = fmin(least, value[leg]), most = fmax(most, value[leg]);
+    fputs("<td class=\"n\">", out);
+    html_quantity(out, least, 0.0, "-");
+    fputs(" to ", out);
+    html_quantity(out, most, 0.0, unit);
+    fputs("</td>", out);
+}
+
+static void key_cell(FILE *out, const struct effect_key *key) {
+    fputs("<tr><td><code>", out);
+    html_text(out, "%s", key->name);
+    fputs("</code></td>", out);
+}
+
+void table_parameters(FILE *out, const struct gap_effect *e) {
+    const struct effect_key *keys = effect_table[e->effect]->keys;
+    fputs("<table class=\"parameters\">", out);
+    for (int key = 0; key < EFFECT_KEYS && keys[key].name; key++) {
+        key_cell(out, &keys[key]);
+        if (e->shape == SHAPE_EACH) spread_cell(out, e->values.value[key], keys[key].unit);
+        else parameter_cell(out, e, key, e->shape >= 0 ? e->shape : 0, keys[key].unit);
+        fputs("</tr>\n", out);
+    }
+    fputs("</table>\n", out);
+}
+
+static void leg_rows(FILE *out, const struct gap_effect *e) {
+    const struct effect_key *keys = effect_table[e->effect]->keys;
+    for (int key = 0; key < EFFECT_KEYS && keys[key].name; key++) {
+        key_cell(out, &keys[key]);
+        fputs("<td>", out);
+        html_text(out, "%s", keys[key].unit);
+        fputs("</td>", out);
+        for (int leg = 0; leg < LEGS; leg++) parameter_cell(out, e, key, leg, "-");
+        fputs("</tr>\n", out);
+    }
+}
+
+void table_legs(FILE *out, const struct gap_result *r) {
+    bool any = false;
+    for (int i = 0; i < r->effects; i++) any = any || r->effect[i].shape == SHAPE_EACH;
+    if (!any) return;
+    fputs("<section id=\"legs\"><h2>Parameters leg by leg</h2>\n<div class=\"wide\"><table><tr><th>key</th><th>unit</th>", out);
+    for (int leg = 0; leg < LEGS; leg++) fprintf(out, "<th class=\"n\">leg %d</th>", leg + 1);
+    fputs("</tr>\n", out);
+    for (int i = 0; i < r->effects; i++)
+        if (r->effect[i].shape == SHAPE_EACH) leg_rows(out, &r->effect[i]);
+    fputs("</table></div></section>\n", out);
+}
+
+/* --- hypotheses */
+
+/* What became of a candidate. */
+static const char *fate(const struct gap_result *r, int effect) {
+    for (int i = 0; i < r->effects; i++)
+        if (r->effect[i].effect == effect) return "named";
+    for (int i = 0; i < r->ambiguous; i++)
+        if (r->ambiguous_with[i] == effect) return "cannot be told apart";
+    for (int i = 0; i < r->effects; i++)
+        if (hypothesis_contains(effect, r->effect[i].effect)) return "has the named one as a limit";
+    return "";
+}
+
+static void hypothesis_row(FILE *out, const struct gap_result *r, int place) {
+    const struct gap_candidate *c = &r->candidate[place];
+    const char *end = fate(r, c->effect);
+    double share = fmin(fmax(c->share_explained, 0.0), 1.0);
+    fprintf(out, "<tr%s><td class=\"n\">%d</td><td>", strcmp(end, "named") ? "" : " class=\"found\"", place + 1);
+    section_effect_words(out, c->effect, c->shape);
+    fputs("<br><code>", out);
+    html_text(out, "%s", effect_table[c->effect]->name);
+    fprintf(out, "</code></td><td class=\"bar\"><i style=\"width:%.1f%%\"></i></td>", 100.0 * share);
+    number_cell(out, 100.0 * share, "%.1f %%");
+    number_cell(out, c->z, "%.1f");
+    fprintf(out, "<td>%s</td></tr>\n", end);
+}
+
+/* What gains nothing is worth a name, no row. */
+static void list_rest(FILE *out, const struct gap_result *r) {
+    int rest = 0;
+    for (int i = 0; i < r->candidates; i++)
+        if (r->candidate[i].gain <= 0.0) {
+            fputs(rest++ ? ", <code>" : "<p class=\"small\">No gain at all: <code>", out);
+            html_text(out, "%s", effect_table[r->candidate[i].effect]->name);
+            fputs("</code>", out);
+        }
+    if (rest) fputs(".</p>\n", out);
+}
+
+void table_hypotheses(FILE *out, const struct gap_result *r) {
+    fprintf(out, "<section id=\"hypotheses\"><h2>Hypotheses, best first</h2>\n"
+                 "<p>Each of %d effects of the catalogue, alone, beside the model's own parameters. The share is that of the squared "
+                 "gap, z the square root of the likelihood gain, both on cycles that were not fitted to; what stays below z = 6 is not "
+                 "named. In the order of the gain on the fitted cycles, charged for each parameter.</p>\n"
+                 "<table class=\"ranking\"><tr><th class=\"n\">#</th><th>effect</th><th colspan=\"2\">share explained</th>"
+                 "<th class=\"n\">z</th><th></th></tr>\n",
+            r->candidates);
+    for (int i = 0; i < r->candidates; i++)
+        if (r->candidate[i].gain > 0.0) hypothesis_row(out, r, i);
+    fputs("</table>\n", out);
+    list_rest(out, r);
+    fputs("</section>\n", out);
+}
+
+/* --- numbers */
+
+/* In units in which differences are read. */
+static void size_row(FILE *out, const char *name, const char *unit, double scale, int decimals, const double value[5]) {
+    char format[] = "%.0f";
+    format[2] = (char)('0' + decimals);
+    fprintf(out, "<tr><th>%s</th><td>%s</td>", name, unit);
+    for (int i = 0; i < 5; i++) number_cell(out, scale * value[i], format);
+    fputs("</tr>\n", out);
+}
+
+static void size_table(FILE *out, const struct gap_result *r, bool normalised) {
+    const struct gap_size *const sizes[5] = {&r->before, &r->after, &r->held_out_before, &r->held_out_after, &r->noise_floor};
+    static const int decimals[GAP_CHANNELS] = {[GAP_LENGTH] = 1, [GAP_FORCE] = 1, [GAP_P1] = 2, [GAP_P2] = 2, [GAP_VALVE] = 4};
+    double value[5];
+    fputs("<table><tr><th rowspan=\"2\">channel</th><th rowspan=\"2\">unit</th><th colspan=\"2\">data used</th><th colspan=\"2\">data "
+          "held out</th><th rowspan=\"2\" class=\"n\">noise floor</th></tr>\n"
+          "<tr><th class=\"n\">before</th><th class=\"n\">after</th><th class=\"n\">before</th><th class=\"n\">after</th></tr>\n", out);
+    for (int ch = 0; ch < GAP_CHANNELS; ch++) {
+        const struct picture_unit *u = &picture_units[ch];
+        for (int i = 0; i < 5; i++) value[i] = normalised ? sizes[i]->normalised[ch] : sizes[i]->channel[ch];
+        if (normalised) size_row(out, section_channel_words[ch], "%", 100.0, 2, value);
+        else size_row(out, section_channel_words[ch], u->difference_unit, u->difference_scale, decimals[ch], value);
+    }
+    for (int i = 0; i < 5; i++) value[i] = sizes[i]->overall;
+    if (normalised) size_row(out, "overall", "%", 100.0, 2, value);
+    fputs("</table>\n", out);
+}
+
+void table_numbers(FILE *out, const struct gap_report *report) {
+    fputs("<section id=\"numbers\"><h2>The gap by channel</h2>\n<p>Rms difference of samples: that of the mean cycles and the noise of "
+          "the samples about them together, so that a perfect model ends at the noise floor. All with the model's own parameters "
+          "fitted. Data used: the even cycles. Data held out: ", out);
+    if (report->validate_file) html_text(out, "the log %s.", report->validate_file);
+    else fputs("the odd cycles, which no fit has seen.", out);
+    fputs(report->result->simulated ? "" : " Not simulated in closed loop: the equations under the measured motion, which take length "
+                                           "and valve command as given.", out);
+    fputs("</p>\n<div class=\"two\"><div><h3>SI units</h3>\n", out);
+    size_table(out, report->result, false);
+    fputs("<p class=\"small\">valve: % of full opening</p></div><div><h3>Normalised by the measured variation</h3>\n", out);
+    size_table(out, report->result, true);
+    fputs("<p class=\"small\">overall: root mean square over the channels</p></div></div></section>\n", out);
+}
+
+/* --- base */
+
+void table_base(FILE *out, const struct gap_result *r) {
+    fputs("<section id=\"base\"><h2>The model's own parameters, fitted</h2>\n"
+          "<p>No configuration is exact: these are fitted first, within what <code>model.tolerance</code> and the usual uncertainty of "
+          "what it does not state allow. None of them is a finding; <code>model.yaml</code> keeps the values given.</p>\n"
+          "<table><tr><th>key</th><th class=\"n\">given</th><th class=\"n\">fitted</th><th class=\"n\">change</th><th></th></tr>\n", out);
+    for (int i = 0; i < r->base_values; i++) {
+        const struct gap_base_value *b = &r->base[i];
+        fputs("<tr><td><code>", out);
+        html_text(out, "%s", b->name);
+        fputs("</code></td><td class=\"n\">", out);
+        html_quantity(out, b->given, 0.0, "-");
+        fputs("</td><td class=\"n\">", out);
+        html_quantity(out, b->value, b->bound ? 0.0 : b->std, "-");
+        fputs("</td>", out);
+        number_cell(out, b->given != 0.0 ? 100.0 * (b->value / b->given - 1.0) : (double)NAN, "%+.2f %%");
+        fprintf(out, "<td>%s</td></tr>\n", b->bound ? "at the end of its range" : "");
+    }
+    fputs("</table></section>\n", out);
+}
+
+/* --- inertia matrix */
+
+/* A reference and two matrices off it, entry by entry. */
+static void matrix_table(FILE *out, const char *const names[3], const double (*reference)[DOFS], const double (*first)[DOFS],
+                         const double (*second)[DOFS]) {
+    fprintf(out, "<table><tr><th>entry</th><th>unit</th><th class=\"n\">%s</th><th class=\"n\">%s</th><th class=\"n\">off by</th>"
+                 "<th class=\"n\">%s</th><th class=\"n\">off by</th></tr>\n", names[0], names[1], names[2]);
+    for (int i = 0; i < IDENT_ENTRIES; i++) {
+        const struct ident_entry *e = &ident_entries[i];
+        double is = reference[e->row][e->col], a = first[e->row][e->col], b = second[e->row][e->col];
+        fprintf(out, "<tr><th>%s</th><td>%s</td>", e->name, e->unit);
+        number_cell(out, is, "%.3f");
+        number_cell(out, a, "%.3f");
+        number_cell(out, 100.0 * (a / is - 1.0), "%+.2f %%");
+        number_cell(out, b, "%.3f");
+        number_cell(out, 100.0 * (b / is - 1.0), "%+.2f %%");
+        fputs("</tr>\n", out);
+    }
+    fputs("</table>\n", out);
+}
+
+static void repaired_table(FILE *out, const struct gap_result *r) {
+    static const char *const names[3] = {"configuration", "measured", "friction taken off"};
+    static const double neutral[DOFS] = {0};
+    struct kinematics k;
+    struct error error;
+    double nominal[DOFS][DOFS];
+    if (kinematics_init(&k, &r->model, &error)) return;
+    nominal_matrix(&r->model, &k, neutral, nominal);
+    fputs("<h3>With the friction found taken off the measured forces</h3>\n"
+          "<p>Dry friction spoils the identification; known, it can be subtracted. Beside the matrix that the configuration implies:</p>\n",
+          out);
+    matrix_table(out, names, (const double(*)[DOFS])nominal, r->measured_mt, r->repaired_mt);
+}
+
+void table_matrix(FILE *out, const struct gap_result *r) {
+    static const char *const names[3] = {"measured", "model before", "model after"};
+    if (!r->matrices) return;
+    fputs("<section id=\"matrix\"><h2>Identified inertia matrix</h2>\n"
+          "<p>Method A of Tian 2015 on the measured log, and on the logs that the model before and after gives when it is driven as the "
+          "rig was. What the missing effect does to the identification, the model must do too.</p>\n", out);
+    matrix_table(out, names, r->measured_mt, r->before_mt, r->after_mt);
+    if (r->repaired) repaired_table(out, r);
+    fputs("</section>\n", out);
+}

@@ -1,0 +1,85 @@
+#include "gap_text.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "hypothesis.h"
+
+enum { COLUMNS = 80, RUNNERS_UP = 3, PLACES_SHOWN = 5, LEGS_A_LINE = 2 };
+
+/* Words after a label, broken between them, further lines indented. */
+static void print_words(FILE *out, const char *label, const char *text) {
+    int column = fprintf(out, "%s", label);
+    while (*(text += strspn(text, " "))) {
+        int length = (int)strcspn(text, " ");
+        if (column + 1 + length > COLUMNS) column = fprintf(out, "\n    ") - 1;
+        column += fprintf(out, " %.*s", length, text);
+        text += length;
+    }
+    fputc('\n', out);
+}
+
+static void print_parameter(FILE *out, const struct gap_effect *e, int key) {
+    const struct effect_key *k = &effect_table[e->effect]->keys[key];
+    int first = e->shape >= 0 ? e->shape : 0, end = e->shape == SHAPE_EACH ? LEGS : first + 1;
+    fprintf(out, "    %-24s", k->name);
+    for (int leg = first; leg < end; leg++) {
+        if (leg > first && leg % LEGS_A_LINE == 0) fprintf(out, "\n%28s", "");
+        fprintf(out, " %.4g +- %.2g", e->values.value[key][leg], e->std[key][leg]);
+    }
+    fprintf(out, " %s\n", k->unit);
+}
+
+static void print_effect(FILE *out, const struct gap_effect *e, bool alone) {
+    const struct effect *effect = effect_table[e->effect];
+    fprintf(out, "  %s", effect->name);
+    if (e->shape >= 0) fprintf(out, " of leg %d", e->shape + 1);
+    if (alone) fprintf(out, " explains %.1f %% of it", 100.0 * e->share_explained);
+    fprintf(out, " (z %.0f)\n", e->z);
+    for (int key = 0; key < EFFECT_KEYS && effect->keys[key].name; key++) print_parameter(out, e, key);
+}
+
+/* Named, a rival of the named one, or with it as a limit: no runner-up. */
+static bool named(const struct gap_result *r, int effect) {
+    bool found = false;
+    for (int i = 0; i < r->effects; i++)
+        found = found || r->effect[i].effect == effect || hypothesis_contains(effect, r->effect[i].effect);
+    for (int i = 0; i < r->ambiguous; i++) found = found || r->ambiguous_with[i] == effect;
+    return found;
+}
+
+static void print_findings(FILE *out, const struct gap_result *r) {
+    for (int i = 0; i < r->effects; i++) print_effect(out, &r->effect[i], i == 0);
+    for (int i = 0; i < r->ambiguous; i++) fprintf(out, "  cannot be told from %s\n", effect_table[r->ambiguous_with[i]]->name);
+    for (int i = 0, shown = 0; i < r->candidates && shown < RUNNERS_UP; i++) {
+        if (named(r, r->candidate[i].effect)) continue;
+        fprintf(out, "  runner-up %s: %.1f %%\n", effect_table[r->candidate[i].effect]->name, 100.0 * r->candidate[i].share_explained);
+        shown++;
+    }
+    if (r->offset_rival) fprintf(out, "  cannot be told from constant_force_offset\n");
+    if (r->next_experiment[0]) print_words(out, "  next experiment:", r->next_experiment);
+}
+
+static void print_sizes(FILE *out, const struct gap_result *r) {
+    const struct gap_size *before = &r->held_out_before, *after = &r->held_out_after, *noise = &r->noise_floor;
+    fprintf(out, "\n  held out   %10s %10s %10s\n", "before", "after", "noise");
+    for (int ch = 0; ch < GAP_CHANNELS; ch++)
+        if (isfinite(noise->channel[ch])) fprintf(out, "  %-10s %10.4g %10.4g %10.4g %s\n", gap_channel_names[ch], before->channel[ch], after->channel[ch],
+                noise->channel[ch], gap_channel_units[ch]);
+    fprintf(out, "  %-10s %10.4g %10.4g %10.4g of variation; unexplained %.1f %%\n", "overall", before->overall, after->overall,
+            noise->overall, 100.0 * r->unexplained_fraction);
+}
+
+void gap_text_print(FILE *out, const struct gap_result *r) {
+    char label[32];
+    snprintf(label, sizeof label, "\n%s:", gap_verdict_names[r->verdict]);
+    print_words(out, label, r->reason);
+    print_findings(out, r);
+    print_sizes(out, r);
+    for (int i = 0; i < r->places && i < PLACES_SHOWN; i++) {
+        const struct gap_place *w = &r->where[i];
+        fprintf(out, "  where: test %d, %s of leg %d, harmonic %d, %s: %.1f %%\n", w->test + 1, gap_channel_names[w->channel], w->leg + 1,
+                w->harmonic, w->feature, 100.0 * w->share);
+    }
+    fprintf(out, "  %.1f s\n", r->seconds);
+}

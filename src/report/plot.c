@@ -1,0 +1,88 @@
+#include "plot.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <spawn.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+static const char remedy[] = "pictures need gnuplot (apt-get install gnuplot-nox)";
+
+/* Files in memory for all three streams: no pipe can fill, nothing is left behind. */
+struct child_files {
+    int in, out, err;
+};
+
+static bool files_open(struct child_files *f, const char *script, size_t size) {
+    f->in = memfd_create("script", MFD_CLOEXEC);
+    f->out = memfd_create("picture", MFD_CLOEXEC);
+    f->err = memfd_create("errors", MFD_CLOEXEC);
+    if (f->in < 0 || f->out < 0 || f->err < 0) return false;
+    return write(f->in, script, size) == (ssize_t)size && lseek(f->in, 0, SEEK_SET) == 0;
+}
+
+static void files_close(const struct child_files *f) {
+    if (f->in >= 0) close(f->in);
+    if (f->out >= 0) close(f->out);
+    if (f->err >= 0) close(f->err);
+}
+
+/* Exit status, or -1 with errno when it could not be started. */
+static int run(const struct child_files *f) {
+    char *argv[] = {"gnuplot", "-d", NULL}; /* -d: nobody's own settings */
+    posix_spawn_file_actions_t actions;
+    pid_t child;
+    int status;
+    if (posix_spawn_file_actions_init(&actions)) return -1;
+    posix_spawn_file_actions_adddup2(&actions, f->in, STDIN_FILENO);
+    posix_spawn_file_actions_adddup2(&actions, f->out, STDOUT_FILENO);
+    posix_spawn_file_actions_adddup2(&actions, f->err, STDERR_FILENO);
+    errno = posix_spawnp(&child, argv[0], &actions, NULL, argv, environ);
+    posix_spawn_file_actions_destroy(&actions);
+    if (errno) return -1;
+    while (waitpid(child, &status, 0) < 0)
+        if (errno != EINTR) return -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+static char *contents(int file, size_t *size) {
+    struct stat s;
+    char *text = fstat(file, &s) ? NULL : malloc((size_t)s.st_size + 1);
+    if (!text) return NULL;
+    ssize_t got = pread(file, text, (size_t)s.st_size, 0);
+    *size = got > 0 ? (size_t)got : 0;
+    text[*size] = '\0';
+    return text;
+}
+
+/* Why not, in gnuplot's own words, on one line. */
+static void complain(int status, int file, struct error *error) {
+    size_t size;
+    char *said = contents(file, &size);
+    for (char *c = said; c && *c; c++)
+        if ((unsigned char)*c < ' ') *c = ' ';
+    error_set(error, STATUS_IO, "%s; gnuplot ended with status %d:%.250s", remedy, status, said && *said ? said : " no picture");
+    free(said);
+}
+
+int plot_draw(const char *script, size_t script_size, char **svg, size_t *size, struct error *error) {
+    struct child_files f = {-1, -1, -1};
+    *svg = NULL;
+    if (!files_open(&f, script, script_size)) error_set(error, STATUS_IO, "gnuplot: no room for its script: %s", strerror(errno));
+    else {
+        int status = run(&f);
+        if (status < 0) error_set(error, STATUS_IO, "%s: %s", remedy, strerror(errno));
+        else if (status || !(*svg = contents(f.out, size)) || !strstr(*svg, "</svg>")) {
+            complain(status, f.err, error);
+            free(*svg);
+            *svg = NULL;
+        }
+    }
+    files_close(&f);
+    return *svg ? STATUS_OK : STATUS_IO;
+}

@@ -1,0 +1,13 @@
+/* Pictures by gnuplot, run as a child process: a script in, an SVG out. Ordinary threads. */
+#ifndef HEXID_PLOT_H
+#define HEXID_PLOT_H
+
+#include <stddef.h>
+
+#include "status.h"
+
+/* The script draws to standard output. *svg is to be freed by the caller. 0; or -3 with the reason: gnuplot is not there, failed (its own
+ * words), or drew nothing. */
+int plot_draw(const char *script, size_t script_size, char **svg, size_t *size, struct error *error);
+
+#endif

@@ -1,0 +1,25 @@
+#!/bin/bash
+# What hexid gap leaves behind: a page that a browser draws, whole files or none, and a result that does not depend on pictures.
+. tests/scenarios/lib
+
+friction="--set effects.cylinder_coulomb_friction.force_extend_n=60 --set effects.cylinder_coulomb_friction.force_retract_n=60"
+quick --tests x,phi --set tests.duration_s=2 $friction --log "$work/run.lcm" >/dev/null
+gap() { "$hexid" gap --measured "$work/run.lcm" -c config/tian2015.yaml --set lcm.url= "$@"; }
+listed() { [ "$(ls -A "$1" | tr '\n' ' ')" = "$2" ] || { ls -A "$1"; return 1; }; }
+
+whole() { gap -o "$work/out" && listed "$work/out" "gap.json model.yaml report.html "; }
+claim "gap.json, model.yaml and report.html are left, and nothing else" whole
+claim "Chromium draws the page: eight pictures, and a first screen of 1280 x 800 with what matters" \
+    "$python" tests/scenarios/gap_page.py "$work/out/report.html" 8 "$work"
+columns() { gap -o "$work/out" --replay motion >"$work/text" 2>/dev/null && ! grep -E '.{81}' "$work/text"; }
+claim "the summary fits 80 columns" columns
+claim "without a closed loop seven pictures are drawn" "$python" tests/scenarios/gap_page.py "$work/out/report.html" 7 "$work"
+no_gnuplot() {
+    PATH=/nowhere gap -o "$work/plain" >"$work/text" 2>"$work/error"
+}
+without_pictures() {
+    ends 3 no_gnuplot && cat "$work/error" && grep -q 'apt-get install gnuplot-nox' "$work/error" &&
+        grep -q cylinder_coulomb_friction "$work/text" && grep -q 'picture not drawn' "$work/plain/report.html" &&
+        listed "$work/plain" "gap.json model.yaml report.html "
+}
+claim "without gnuplot all files are written, the page without pictures, and the status says so" without_pictures
