@@ -177,7 +177,7 @@ void section_loops(struct page *p) {
     fputs("<section id=\"loops\"><h2>Loops over velocity</h2>\n<p>The area of a force loop is the energy lost in a cycle. In what the "
           "model leaves over, dry friction is a jump at zero velocity, viscous friction a slope, inertia and stiffness an open "
           "loop.</p>\n<div class=\"loops\">\n", p->out);
-    snprintf(caption, sizeof caption, "Test %s, leg %d: hydraulic force A1 P1 - A2 P2, and the force that the model needs for the "
+    snprintf(caption, sizeof caption, "Test %s, leg %d: measured force, A1 P1 - A2 P2 where there are pressures, and the force that the model needs for the "
                                       "measured motion; beside it what is left over", axis_words[motion->dof], place->leg + 1);
     draw(p, write_force_loop, &(struct picture){motion, place->leg, has_after(p)}, GAP_FORCE, caption);
     snprintf(caption, sizeof caption, "Leg velocity over valve command, each with its own motion");
