@@ -111,6 +111,30 @@ static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
     }
 }
 
+static void another_machine_is_refused(void **unused) {
+    (void)unused;
+    static struct params other;
+    struct error error = {0};
+    for (int i = 0; i < 3; i++) {
+        struct recording r = copy();
+        other = params;
+        if (i == 0) other.geometry.height_m = 1.75;
+        if (i == 1) other.payload.mass_kg = 4000.0;
+        if (i == 2) other.actuator.piston_diameter_m = 0.2;
+        r.params = &other;
+        for (int n = 0; i == 2 && n < r.tests; n++) /* the forces that this cylinder would make of these pressures */
+            for (int j = 0; j < r.test[n].count; j++)
+                for (int k = 0; k < LEGS; k++) {
+                    struct cylinder_areas areas = cylinder_areas(&other.actuator);
+                    struct recording_sample *s = &r.test[n].sample[j];
+                    s->force_n[k] = leg_force(&areas, s->p1_pa[k], s->p2_pa[k]);
+                }
+        assert_int_equal(recording_check(&r, &error), STATUS_USAGE);
+        if (!strstr(error.text, "machine")) fail_msg("%d: %s", i, error.text);
+        recording_free(&r);
+    }
+}
+
 static void what_is_as_it_should_be_is_accepted(void **unused) {
     (void)unused;
     struct error error;
@@ -172,6 +196,7 @@ static void lost_samples_do_not_change_the_sampling(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(recordings_that_lie_are_refused_for_what_they_are),
+        cmocka_unit_test(another_machine_is_refused),
         cmocka_unit_test(what_is_as_it_should_be_is_accepted),
         cmocka_unit_test(without_commands_forces_alone_are_explained),
         cmocka_unit_test(lost_samples_do_not_change_the_sampling),

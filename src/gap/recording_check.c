@@ -159,6 +159,8 @@ static int check_machine(const struct recording_test *t, const struct kinematics
     return STATUS_OK;
 }
 
+static bool bears(double force_n, double weight_n) { return force_n > 0.2 * weight_n && force_n < 5.0 * weight_n; }
+
 /* Forces against the weight: the sum of what the legs hold must be the machine's, each pressure on its own side. */
 static int check_pressures(const struct recording *r, struct error *error) {
     const struct params *p = r->params;
@@ -173,13 +175,15 @@ static int check_pressures(const struct recording *r, struct error *error) {
             exchanged += leg_force(&areas, t->sample[i].p2_pa[k], t->sample[i].p1_pa[k]) / n;
         }
     for (int k = 0; k < LEGS; k++) sum += direct[k];
-    for (int k = 0; k < LEGS; k++)
-        if (fabs(direct[k] - (sum - direct[k]) / (LEGS - 1)) > 2.0 * weight)
+    for (int k = 0; k < LEGS; k++) {
+        double others = (sum - direct[k]) / (LEGS - 1);
+        if (bears(LEGS * others, weight) && fabs(direct[k] - others) > 2.0 * weight)
             return error_set(error, STATUS_USAGE, "the mean force of leg %d is %.3g N, the others' %.3g: p1 and p2 exchanged there, or a sign wrong",
-                             k + 1, direct[k], (sum - direct[k]) / (LEGS - 1));
-    if (!(sum > 0.2 * weight && sum < 5.0 * weight))
+                             k + 1, direct[k], others);
+    }
+    if (!bears(sum, weight))
         return error_set(error, STATUS_USAGE, "the legs hold %.3g N in all, a machine of this weight needs about %.3g: %s", sum, 1.2 * weight,
-                         exchanged > 0.2 * weight && exchanged < 5.0 * weight ? "p1 and p2 are exchanged" : "other units, or another machine");
+                         bears(exchanged, weight) ? "p1 and p2 are exchanged" : "other units, or another machine");
     return STATUS_OK;
 }
 
