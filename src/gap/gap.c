@@ -9,7 +9,7 @@
 #include "base.h"
 #include "controller.h"
 #include "diagnose.h"
-#include "experiment.h"
+#include "judge.h"
 #include "places.h"
 #include "replay.h"
 #include "spectrum.h"
@@ -22,9 +22,8 @@ static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: a
 static const double RIVAL_SHARE = 0.001;   /* of the gain: plausible model error, */
 static const double RIVAL_LEFT = 1.0;      /* as is what the best one leaves above the noise, */
 static const double RIVAL_GAIN = 25.0;     /* and noise: z = 5 */
-static const double UNKNOWN_SQUARE = 1.5;  /* mean white square, held out: more is no noise */
-static const double UNKNOWN_SHARE = 0.3;   /* of the first excess that stays unexplained */
 static const double CONTROLLER_DIFFERS = 0.02;
+static const double LINE_TOLERANCE = 0.1;   /* a loop that oscillates in the model, too, does so near the same frequency */
 static const double LINE_POWER = 12.0;      /* of white noise, mean of six legs: 1 +- 0.4 */
 static const double CLOCK_TOLERANCE = 1e-4; /* two crystals */
 
@@ -143,7 +142,8 @@ static void describe(struct gap_effect *e, const struct trial *t, double before,
 }
 
 /* The strongest line of all tests and channels. */
-static void find_line(const struct recording *recording, struct gap_result *r) {
+static struct gap_line find_line(const struct recording *recording) {
+    struct gap_line found = {0};
     static const struct {
         enum channel channel;
         enum gap_channel name;
@@ -156,9 +156,10 @@ static void find_line(const struct recording *recording, struct gap_result *r) {
             struct spectrum_line line = spectrum_find_line(&s, &recording->test[i], channels[j].channel);
             if (!(line.power > most)) continue;
             most = line.power;
-            r->line = (struct gap_line){line.hz, line.rms, channels[j].name, recording->test[i].dof, recording->test[i].test};
+            found = (struct gap_line){line.hz, line.rms, channels[j].name, recording->test[i].dof, recording->test[i].test};
         }
     }
+    return found;
 }
 
 /* Two clocks need no search: their ratio is seen. Crystals agree to CLOCK_TOLERANCE. */
@@ -216,48 +217,22 @@ static void read_base(const struct diagnosis *d, const struct params *given, str
     }
 }
 
-static void judge(const struct diagnosis *d, double first_excess, struct gap_result *r) {
-    int n = d->held_out.values;
-    double left = excess(d->held_square, n);
-    bool remainder = d->held_square > UNKNOWN_SQUARE * n && left > UNKNOWN_SHARE * first_excess;
-    const char *first = r->effects ? effect_table[r->effect[0].effect]->name : "";
-    if (remainder) {
-        r->verdict = GAP_UNKNOWN_EFFECT;
-        r->effects = r->ambiguous = 0;
-        snprintf(r->reason, sizeof r->reason, "a deterministic remainder that no effect of the catalogue explains (mean white square %.1f)",
-                 d->held_square / n);
-        snprintf(r->next_experiment, sizeof r->next_experiment, "%s", experiment_unknown());
-    } else if (r->effects && r->ambiguous) {
-        const char *rival = effect_table[r->ambiguous_with[0]]->name;
-        r->verdict = GAP_AMBIGUOUS;
-        snprintf(r->reason, sizeof r->reason, "these data cannot tell %s from %s", effect_table[r->effect[r->effects - 1].effect]->name, rival);
-        snprintf(r->next_experiment, sizeof r->next_experiment, "%s", experiment_between(effect_table[r->effect[r->effects - 1].effect]->name, rival));
-    } else if (r->effects) {
-        r->verdict = GAP_EFFECT_NAMED;
-        snprintf(r->reason, sizeof r->reason, "the model lacks %s%s%s", first, r->effects > 1 ? " and " : "",
-                 r->effects > 1 ? effect_table[r->effect[1].effect]->name : "");
-    } else if (r->line.hz > 0.0) {
-        r->verdict = GAP_UNKNOWN_EFFECT;
-        snprintf(r->reason, sizeof r->reason, "a line at %.4g Hz, no harmonic of the motion: a pump, or a loop that oscillates by itself",
-                 r->line.hz);
-        snprintf(r->next_experiment, sizeof r->next_experiment, "hold the platform still: a pump's line stays, with the pump's speed; a loop's "
-                 "line goes when control.kp is lowered");
-    } else {
-        r->verdict = GAP_NO_GAP;
-        snprintf(r->reason, sizeof r->reason, "what is left between model and measurement is noise");
-    }
-    if (r->controller_differs) {
-        size_t used = strlen(r->reason);
-        snprintf(r->reason + used, sizeof r->reason - used, "; the recorded commands are not the configured controller's (%.0f %% differ)",
-                 100.0 * r->controller_difference);
-    }
-}
-
 /* The configuration given, with the effects found: the base's values stay as they were stated. */
 static void extend(const struct params *given, const struct diagnosis *d, struct gap_result *r) {
     r->model = *given;
     r->fitted = r->effects ? d->model : r->base_model;
     for (int i = 0; i < r->effects; i++) r->model.effects[r->effect[i].effect] = d->model.effects[r->effect[i].effect];
+}
+
+/* What was tried is not what is there: nothing is added. */
+static void give_up(const struct params *given, struct gap_result *r) {
+    r->effects = r->ambiguous = 0;
+    r->model = *given;
+    r->fitted = r->base_model;
+    r->after = r->before;
+    r->held_out_after = r->held_out_before;
+    r->unexplained_fraction = 1.0;
+    memcpy(r->after_mt, r->before_mt, sizeof r->after_mt);
 }
 
 struct sizes {
@@ -297,6 +272,7 @@ static int closed_loop(const struct params *params, const struct recording *meas
             replay_compare(params, other, &after, which, &held.after, &held.floor);
             keep_sizes(r, &used, &held);
             r->simulated = true;
+            r->line_simulated = fabs(find_line(&after).hz / r->line.hz - 1.0) < LINE_TOLERANCE;
             r->matrices = replay_identify(params, measured, NULL, r->measured_mt) && replay_identify(params, &before, NULL, r->before_mt) &&
                           replay_identify(params, &after, NULL, r->after_mt);
         }
@@ -314,7 +290,7 @@ static double now_s(void) {
 
 int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,
               const struct gap_options *options, struct gap_result *r, struct error *error) {
-    double start_s = now_s();
+    double start_s = now_s(), first_excess = 0.0;
     struct diagnosis *d = calloc(1, sizeof *d);
     if (!d) return error_set(error, STATUS_IO, "out of memory");
     *r = (struct gap_result){.replay = options->replay};
@@ -324,16 +300,15 @@ int gap_solve(const struct params *params, const struct recording *measured, con
     progress(options, "fitting the base", 0.0);
     int status = diagnosis_init(d, params, measured, error);
     if (!status) {
-        double first_excess = excess(d->held_square, d->held_out.values);
+        first_excess = excess(d->held_square, d->held_out.values);
         r->base_model = d->model;
         r->white_before = d->held_square / d->held_out.values;
         r->places = places_find(d, measured, &d->model, r->where);
         find_skew(d, measured, r);
-        find_line(measured, r);
+        r->line = find_line(measured);
         status = search(d, options, r, error);
         r->white_after = d->held_square / d->held_out.values;
         read_base(d, params, r);
-        judge(d, first_excess, r);
         extend(params, d, r);
     }
     if (!status) {
@@ -343,6 +318,10 @@ int gap_solve(const struct params *params, const struct recording *measured, con
         keep_sizes(r, &used, &held);
         if (options->simulate && options->replay == GAP_CLOSED_LOOP && !r->controller_differs)
             status = closed_loop(params, measured, validate, options, r, error);
+    }
+    if (!status) {
+        judge(r, &(struct remainder){.values = d->held_out.values, .before = first_excess, .after = d->held_square});
+        if (r->verdict == GAP_UNKNOWN_EFFECT) give_up(params, r);
     }
     for (int i = 0; i < r->effects && !status; i++) {
         const struct effect *e = effect_table[r->effect[i].effect];

@@ -82,6 +82,7 @@ struct gap_result {
     int base_values;
     struct gap_base_value base[GAP_BASE];
     struct gap_line line;
+    bool line_simulated;                  /* the model with the effects found has it, too */
     bool controller_known, controller_differs;
     double controller_difference;         /* rms of the command that the configured controller would not have given, of its variation */
     double white_before, white_after;     /* mean white square, held-out cycles: 1 is noise */

@@ -128,12 +128,19 @@ struct sums {
 
 static double square(double x) { return x * x; }
 
-/* One leg's channel: mean squares of the difference of two mean cycles, of the variation, and of the noise. */
-static void add(struct sums *sums, int channel, int size, const double *measured, const double *difference, double noise) {
-    double sum = square(difference[0]), whole = 0.0;
-    for (int a = 1; a < size; a++) sum += 0.5 * square(difference[a]), whole += 0.5 * square(measured[a]);
-    sums->difference[channel] += sum + square(noise);
-    sums->noise[channel] += square(noise);
+/* Mean square of a coefficient row. */
+static double mean_square(int size, const double *row) {
+    double sum = square(row[0]);
+    for (int a = 1; a < size; a++) sum += 0.5 * square(row[a]);
+    return sum;
+}
+
+/* One leg's channel: mean squares of the difference of two mean cycles, of the variation, and of the noise: of the samples, and what that
+ * leaves in the mean cycles of both. */
+static void add(struct sums *sums, int channel, int size, const double *measured, const double *difference, double noise, double left) {
+    double whole = mean_square(size, measured) - square(measured[0]);
+    sums->difference[channel] += mean_square(size, difference) + square(noise);
+    sums->noise[channel] += square(noise) + left;
     sums->variation[channel] += whole;
     sums->rows[channel]++;
 }
@@ -157,6 +164,13 @@ static void force_row(const struct cylinder_areas *a, const double *p1, const do
     for (int i = 0; i < SPECTRUM_SIZE; i++) force[i] = a->a1_m2 * p1[i] - a->a2_m2 * p2[i];
 }
 
+/* Mean square that noise leaves in a mean cycle. */
+static double left_in_mean(const struct spectrum *s, int size, int channel, int leg) { return mean_square(size, s->std[channel][leg]); }
+
+static double force_left(const struct cylinder_areas *a, const struct spectrum *s, int size, int leg) {
+    return square(a->a1_m2) * left_in_mean(s, size, CHANNEL_P1, leg) + square(a->a2_m2) * left_in_mean(s, size, CHANNEL_P2, leg);
+}
+
 static double force_noise(const struct cylinder_areas *a, const struct spectrum *s, int leg) {
     return hypot(a->a1_m2 * s->noise[CHANNEL_P1][leg], a->a2_m2 * s->noise[CHANNEL_P2][leg]);
 }
@@ -168,12 +182,12 @@ static void compare_test(const struct cylinder_areas *areas, const struct spectr
     for (int k = 0; k < LEGS; k++) {
         for (int ch = 0; ch < CHANNELS; ch++) {
             for (int a = 0; a < size; a++) difference[a] = m->mean[ch][k][a] - s->mean[ch][k][a];
-            add(sums, channel[ch], size, m->mean[ch][k], difference, m->noise[ch][k]);
+            add(sums, channel[ch], size, m->mean[ch][k], difference, m->noise[ch][k], left_in_mean(m, size, ch, k) + left_in_mean(s, size, ch, k));
         }
         force_row(areas, m->mean[CHANNEL_P1][k], m->mean[CHANNEL_P2][k], fm);
         force_row(areas, s->mean[CHANNEL_P1][k], s->mean[CHANNEL_P2][k], fs);
         for (int a = 0; a < size; a++) difference[a] = fm[a] - fs[a];
-        add(sums, GAP_FORCE, size, fm, difference, force_noise(areas, m, k));
+        add(sums, GAP_FORCE, size, fm, difference, force_noise(areas, m, k), force_left(areas, m, size, k) + force_left(areas, s, size, k));
     }
 }
 
@@ -207,9 +221,9 @@ void replay_motion(const struct params *model, const struct recording *measured,
         if (!residual_evaluate(&data.test[i], model, PART_ALL, row)) continue;
         for (int k = 0; k < LEGS; k++) {
             force_row(&areas, s->mean[CHANNEL_P1][k], s->mean[CHANNEL_P2][k], force);
-            add(&sums, GAP_FORCE, size, force, row[k][RESIDUAL_FORCE], force_noise(&areas, s, k));
-            add(&sums, GAP_P1, size, s->mean[CHANNEL_P1][k], row[k][RESIDUAL_P1], s->noise[CHANNEL_P1][k]);
-            add(&sums, GAP_P2, size, s->mean[CHANNEL_P2][k], row[k][RESIDUAL_P2], s->noise[CHANNEL_P2][k]);
+            add(&sums, GAP_FORCE, size, force, row[k][RESIDUAL_FORCE], force_noise(&areas, s, k), force_left(&areas, s, size, k));
+            add(&sums, GAP_P1, size, s->mean[CHANNEL_P1][k], row[k][RESIDUAL_P1], s->noise[CHANNEL_P1][k], left_in_mean(s, size, CHANNEL_P1, k));
+            add(&sums, GAP_P2, size, s->mean[CHANNEL_P2][k], row[k][RESIDUAL_P2], s->noise[CHANNEL_P2][k], left_in_mean(s, size, CHANNEL_P2, k));
         }
     }
     residual_free(&data);
