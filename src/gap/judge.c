@@ -27,7 +27,7 @@ static bool refuted(const struct gap_result *r) {
 }
 
 static bool imitated(const struct gap_result *r, const struct remainder *m) {
-    return r->effects > 2 && r->effect[2].z * r->effect[2].z > THIRD_SHARE * m->before;
+    return r->effects > 2 && 0.5 * r->effect[2].z * r->effect[2].z > THIRD_SHARE * m->before;
 }
 
 static bool unknown(struct gap_result *r, const struct remainder *m) {

@@ -52,7 +52,7 @@ static double leave(const struct span *s, double *vector) {
     if (!fit_box(s->count, values, vector, s->column, s->min, s->max, x, NULL)) fail("the columns are singular");
     for (int i = 0; i < s->count; i++)
         for (int a = 0; a < values; a++) vector[a] += x[i] * s->column[i][a];
-    return sqrt(fit_square(values, vector));
+    return sqrt(2.0 * fit_square(values, vector)); /* there are as many cycles again that are not fitted to */
 }
 
 /* The base within its tolerance, but for what is parallel to the hypothesis. */
