@@ -61,6 +61,9 @@ fuzz-run: $(FUZZERS)
 bench: $(BENCHES) $(BUILD)/hexid | deps-bench ## time and instructions of every part of the cycle -> build/bench.csv
 	@tests/bench/bench.sh $(BUILD)
 
+bench-gap: $(BUILD)/hexid $(BUILD)/tests/bench/signatures | deps-test ## hidden effects against hexid gap, hundreds of cases: hours; SEEDS=1 FIRST=1 -> build/gap_score/score.csv
+	@tests/gap/bench.sh $(BUILD)
+
 bench-paper: $(BUILD)/tests/bench/paper $(BUILD)/hexid ## Tian 2015 Tables 3, 4, C1 and 5 beside hexid's own results -> build/bench_paper/
 	@$(BUILD)/tests/bench/paper $(BUILD)/hexid tests/data $(BUILD)/bench_paper
 
@@ -166,6 +169,6 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)javac -cp /usr/share/java/lcm.jar -d $(@D) $(@D)/hexid/*.java
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
-.PHONY: all has-display run test test-long asan tsan fuzz fuzz-run bench bench-paper spy clean help deps deps-run deps-test deps-fuzz deps-bench deps-spy
+.PHONY: all has-display run test test-long asan tsan fuzz fuzz-run bench bench-paper bench-gap spy clean help deps deps-run deps-test deps-fuzz deps-bench deps-spy
 .SECONDARY:
 -include $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d) $(FUZZERS:=.d)

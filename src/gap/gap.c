@@ -9,24 +9,21 @@
 #include "base.h"
 #include "controller.h"
 #include "diagnose.h"
-#include "experiment.h"
+#include "judge.h"
 #include "places.h"
 #include "replay.h"
 #include "spectrum.h"
 
-/* Calibrated on recordings of machines without an effect: none gains half of GAIN_MIN (tests/test_gap.c holds that). */
-static const double GAIN_MIN = 36.0;       /* of white squares, on fitted and on held-out cycles: z = 6 */
+/* Set by machines with nothing hidden: of some forty effects tried the luckiest gains 5 to 10 on held-out cycles (make bench-gap). */
+static const double GAIN_MIN = 18.0;       /* of white squares, on fitted and on held-out cycles alike: z = 6 on both together */
 static const double LATER_SHARE = 2e-5;    /* of the first gain: a later effect below that only mends the earlier one's shape */
 static const double ALIKE_SHARE = 3e-3;    /* the same, of friction beside friction: what no law of friction gets right at reversals */
 static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes less is not what is there */
 static const double RIVAL_SHARE = 0.001;   /* of the gain: plausible model error, */
 static const double RIVAL_LEFT = 1.0;      /* as is what the best one leaves above the noise, */
 static const double RIVAL_GAIN = 25.0;     /* and noise: z = 5 */
-static const double UNKNOWN_SQUARE = 1.5;  /* mean white square, held out: more is no noise */
-static const double UNKNOWN_SHARE = 0.3;   /* of the first excess that stays unexplained */
-static const double UNKNOWN_SIGMAS = 6.0;  /* and more than a few values scatter by */
-static const double OFFSET_SIGMAS = 6.0, OFFSET_SHARE = 0.05; /* friction unlike in the two directions */
 static const double CONTROLLER_DIFFERS = 0.02;
+static const double LINE_TOLERANCE = 0.1;   /* a loop that oscillates in the model, too, does so near the same frequency */
 static const double LINE_POWER = 12.0;      /* of white noise, mean of six legs: 1 +- 0.4 */
 static const double CLOCK_TOLERANCE = 1e-4; /* two crystals */
 
@@ -40,6 +37,9 @@ static void progress(const struct gap_options *o, const char *step, double share
 
 static double excess(double square, int values) { return fmax(square - values, 0.0); }
 
+/* Square root of the likelihood's gain, on all cycles. */
+static double likelihood(const struct diagnosis *d, const struct trial *t) { return sqrt(fmax(d->square - t->square + t->held_gain, 0.0)); }
+
 /* Every effect once, in its best shape; trials are sorted. */
 static void list_candidates(const struct diagnosis *d, const struct trial *trial, int trials, struct gap_result *r) {
     double least = trial[0].held_square, before = d->held_square - least; /* noise alone is not explained */
@@ -49,7 +49,7 @@ static void list_candidates(const struct diagnosis *d, const struct trial *trial
         for (int j = 0; j < r->candidates && !seen; j++) seen = r->candidate[j].effect == trial[i].hypothesis->effect;
         if (seen || r->candidates == EFFECTS_MAX) continue;
         r->candidate[r->candidates++] = (struct gap_candidate){.effect = trial[i].hypothesis->effect, .shape = trial[i].hypothesis->shape,
-            .gain = trial[i].gain, .z = sqrt(fmax(trial[i].held_gain, 0.0)), .share_explained = gap ? 1.0 - (trial[i].held_square - least) / before : 0.0};
+            .gain = trial[i].gain, .z = likelihood(d, &trial[i]), .share_explained = gap ? 1.0 - (trial[i].held_square - least) / before : 0.0};
     }
 }
 
@@ -138,14 +138,15 @@ static void read_effects(const struct diagnosis *d, struct gap_result *r) {
         }
 }
 
-static void describe(struct gap_effect *e, const struct trial *t, double before, double after) {
+static void describe(struct gap_effect *e, double z, double before, double after) {
     snprintf(e->evidence, sizeof e->evidence, "%s; sum of white squares on held-out cycles %.0f before, %.0f after",
              effect_table[e->effect]->signature, before, after);
-    e->z = sqrt(t->held_gain);
+    e->z = z;
 }
 
 /* The strongest line of all tests and channels. */
-static void find_line(const struct recording *recording, struct gap_result *r) {
+static struct gap_line find_line(const struct recording *recording) {
+    struct gap_line found = {0};
     static const struct {
         enum channel channel;
         enum gap_channel name;
@@ -158,9 +159,10 @@ static void find_line(const struct recording *recording, struct gap_result *r) {
             struct spectrum_line line = spectrum_find_line(&s, &recording->test[i], channels[j].channel);
             if (!(line.power > most)) continue;
             most = line.power;
-            r->line = (struct gap_line){line.hz, line.rms, channels[j].name, recording->test[i].dof, recording->test[i].test};
+            found = (struct gap_line){line.hz, line.rms, channels[j].name, recording->test[i].dof, recording->test[i].test};
         }
     }
+    return found;
 }
 
 /* Two clocks need no search: their ratio is seen. Crystals agree to CLOCK_TOLERANCE. */
@@ -192,12 +194,12 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
         if (!worth_adding(d, &trial[0], first_gain)) break;
         if (round == 0) first_gain = trial[0].held_gain;
         list_rivals(d, trial, trials, r);
-        double before = d->held_square;
+        double before = d->held_square, z = likelihood(d, &trial[0]);
         struct gap_effect *e = &r->effect[r->effects];
         *e = (struct gap_effect){.effect = trial[0].hypothesis->effect, .shape = trial[0].hypothesis->shape};
         if (!diagnosis_add(d, &trial[0])) break;
         r->effects++;
-        describe(e, &trial[0], before, d->held_square);
+        describe(e, z, before, d->held_square);
         drop_superfluous(d, r);
     }
     free(trial);
@@ -218,66 +220,22 @@ static void read_base(const struct diagnosis *d, const struct params *given, str
     }
 }
 
-/* On one axis, friction that is stronger in one direction is symmetric friction beside a constant force. */
-static void find_offset(const struct diagnosis *d, struct gap_result *r) {
-    int coulomb = effect_find("cylinder_coulomb_friction");
-    for (int i = 0; i < r->effects && d->given->mechanism == MECHANISM_AXIS; i++) {
-        const struct gap_effect *e = &r->effect[i];
-        double extend = e->values.value[0][0], retract = e->values.value[1][0], std = hypot(e->std[0][0], e->std[1][0]);
-        double weight_n = 2.0 * d->given->model.tolerance.mass * fabs(d->given->axis.mass_kg * d->given->axis.gravity_mps2);
-        double noticed_n = fmax(OFFSET_SIGMAS * std, OFFSET_SHARE * (extend + retract)) + weight_n;
-        if (e->effect == coulomb && fabs(extend - retract) > noticed_n) r->offset_rival = true;
-    }
-}
-
-static void judge(const struct diagnosis *d, double first_excess, struct gap_result *r) {
-    int n = d->held_out.evaluated;
-    double left = excess(d->held_square, n), scatter = n + UNKNOWN_SIGMAS * sqrt(2.0 * n);
-    find_offset(d, r);
-    bool remainder = d->held_square > fmax(UNKNOWN_SQUARE * n, scatter) && left > UNKNOWN_SHARE * first_excess;
-    const char *first = r->effects ? effect_table[r->effect[0].effect]->name : "";
-    if (remainder) {
-        r->verdict = GAP_UNKNOWN_EFFECT;
-        r->effects = r->ambiguous = 0;
-        snprintf(r->reason, sizeof r->reason, "a deterministic remainder that no effect of the catalogue explains (mean white square %.1f)",
-                 d->held_square / n);
-        snprintf(r->next_experiment, sizeof r->next_experiment, "%s", experiment_unknown());
-    } else if (r->effects && r->ambiguous) {
-        const char *rival = effect_table[r->ambiguous_with[0]]->name;
-        r->verdict = GAP_AMBIGUOUS;
-        snprintf(r->reason, sizeof r->reason, "these data cannot tell %s from %s", effect_table[r->effect[r->effects - 1].effect]->name, rival);
-        snprintf(r->next_experiment, sizeof r->next_experiment, "%s", experiment_between(effect_table[r->effect[r->effects - 1].effect]->name, rival));
-    } else if (r->offset_rival) {
-        r->verdict = GAP_AMBIGUOUS;
-        snprintf(r->reason, sizeof r->reason, "these data cannot tell %s stronger in one direction from symmetric friction and a constant force",
-                 first);
-        snprintf(r->next_experiment, sizeof r->next_experiment, "%s", experiment_between(first, "constant_force_offset"));
-    } else if (r->effects) {
-        r->verdict = GAP_EFFECT_NAMED;
-        snprintf(r->reason, sizeof r->reason, "the model lacks %s%s%s", first, r->effects > 1 ? " and " : "",
-                 r->effects > 1 ? effect_table[r->effect[1].effect]->name : "");
-    } else if (r->line.hz > 0.0) {
-        r->verdict = GAP_UNKNOWN_EFFECT;
-        snprintf(r->reason, sizeof r->reason, "a line at %.4g Hz, no harmonic of the motion: a pump, or a loop that oscillates by itself",
-                 r->line.hz);
-        snprintf(r->next_experiment, sizeof r->next_experiment, "hold the platform still: a pump's line stays, with the pump's speed; a loop's "
-                 "line goes when control.kp is lowered");
-    } else {
-        r->verdict = GAP_NO_GAP;
-        snprintf(r->reason, sizeof r->reason, "what is left between model and measurement is noise");
-    }
-    if (r->controller_differs) {
-        size_t used = strlen(r->reason);
-        snprintf(r->reason + used, sizeof r->reason - used, "; the recorded commands are not the configured controller's (%.0f %% differ)",
-                 100.0 * r->controller_difference);
-    }
-}
-
 /* The configuration given, with the effects found: the base's values stay as they were stated. */
 static void extend(const struct params *given, const struct diagnosis *d, struct gap_result *r) {
     r->model = *given;
     r->fitted = r->effects ? d->model : r->base_model;
     for (int i = 0; i < r->effects; i++) r->model.effects[r->effect[i].effect] = d->model.effects[r->effect[i].effect];
+}
+
+/* What was tried is not what is there: nothing is added. */
+static void give_up(const struct params *given, struct gap_result *r) {
+    r->effects = r->ambiguous = 0;
+    r->model = *given;
+    r->fitted = r->base_model;
+    r->after = r->before;
+    r->held_out_after = r->held_out_before;
+    r->unexplained_fraction = 1.0;
+    memcpy(r->after_mt, r->before_mt, sizeof r->after_mt);
 }
 
 struct sizes {
@@ -317,6 +275,7 @@ static int closed_loop(const struct params *params, const struct recording *meas
             replay_compare(other, &after, which, &held.after, &held.floor);
             keep_sizes(r, &used, &held);
             r->simulated = true;
+            r->line_simulated = fabs(find_line(&after).hz / r->line.hz - 1.0) < LINE_TOLERANCE;
             r->matrices = replay_identify(params, measured, NULL, r->measured_mt) && replay_identify(params, &before, NULL, r->before_mt) &&
                           replay_identify(params, &after, NULL, r->after_mt);
         }
@@ -345,7 +304,7 @@ static int check_replay(const struct params *params, const struct recording *mea
 
 int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,
               const struct gap_options *options, struct gap_result *r, struct error *error) {
-    double start_s = now_s();
+    double start_s = now_s(), first_excess = 0.0;
     int possible = check_replay(params, measured, options, error);
     if (possible) return possible;
     struct diagnosis *d = calloc(1, sizeof *d);
@@ -357,16 +316,15 @@ int gap_solve(const struct params *params, const struct recording *measured, con
     progress(options, "fitting the base", 0.0);
     int status = diagnosis_init(d, params, measured, error);
     if (!status) {
-        double first_excess = excess(d->held_square, d->held_out.evaluated);
+        first_excess = excess(d->held_square, d->held_out.evaluated);
         r->base_model = d->model;
         r->white_before = d->held_square / d->held_out.evaluated;
         r->places = places_find(d, measured, &d->model, r->where);
         find_skew(d, measured, r);
-        find_line(measured, r);
+        r->line = find_line(measured);
         status = search(d, options, r, error);
         r->white_after = d->held_square / d->held_out.evaluated;
         read_base(d, params, r);
-        judge(d, first_excess, r);
         extend(params, d, r);
     }
     if (!status) {
@@ -376,6 +334,10 @@ int gap_solve(const struct params *params, const struct recording *measured, con
         keep_sizes(r, &used, &held);
         if (options->simulate && options->replay == GAP_CLOSED_LOOP && !r->controller_differs)
             status = closed_loop(params, measured, validate, options, r, error);
+    }
+    if (!status) {
+        judge(r, &(struct remainder){.values = d->held_out.evaluated, .before = first_excess, .after = d->held_square});
+        if (r->verdict == GAP_UNKNOWN_EFFECT) give_up(params, r);
     }
     for (int i = 0; i < r->effects && !status; i++) {
         const struct effect *e = effect_table[r->effect[i].effect];

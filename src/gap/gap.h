@@ -25,7 +25,7 @@ struct gap_effect {
     double std[EFFECT_KEYS][LEGS];
     bool bound[EFFECT_KEYS][LEGS];        /* stuck at the end of its range: not found, only reached for */
     double share_explained;               /* on held-out cycles, alone: 1 - (after^2 - floor^2) / (before^2 - floor^2) */
-    double z;                             /* square root of the likelihood gain on held-out cycles when it was added */
+    double z;                             /* square root of the likelihood's gain on all cycles when it was added */
     char evidence[GAP_TEXT];
 };
 
@@ -33,7 +33,7 @@ struct gap_effect {
 struct gap_candidate {
     int effect, shape;
     double gain;                          /* of the sum of white squares, fitted cycles, charged for its parameters */
-    double z;                             /* square root of the gain on held-out cycles */
+    double z;                             /* square root of the likelihood's gain on all cycles */
     double share_explained;
 };
 
@@ -83,6 +83,7 @@ struct gap_result {
     int base_values;
     struct gap_base_value base[GAP_BASE];
     struct gap_line line;
+    bool line_simulated;                  /* the model with the effects found has it, too */
     bool controller_known, controller_differs;
     double controller_difference;         /* rms of the command that the configured controller would not have given, of its variation */
     double white_before, white_after;     /* mean white square, held-out cycles: 1 is noise */

@@ -128,12 +128,19 @@ struct sums {
 
 static double square(double x) { return x * x; }
 
-/* One leg's channel: mean squares of the difference of two mean cycles, of the variation, and of the noise. */
-static void add(struct sums *sums, int channel, int size, const double *measured, const double *difference, double noise) {
-    double sum = square(difference[0]), whole = 0.0;
-    for (int a = 1; a < size; a++) sum += 0.5 * square(difference[a]), whole += 0.5 * square(measured[a]);
-    sums->difference[channel] += sum + square(noise);
-    sums->noise[channel] += square(noise);
+/* Mean square of a coefficient row. */
+static double mean_square(int size, const double *row) {
+    double sum = square(row[0]);
+    for (int a = 1; a < size; a++) sum += 0.5 * square(row[a]);
+    return sum;
+}
+
+/* One leg's channel: mean squares of the difference of two mean cycles, of the variation, and of the noise: of the samples, and what that
+ * leaves in the mean cycles of both. */
+static void add(struct sums *sums, int channel, int size, const double *measured, const double *difference, double noise, double left) {
+    double whole = mean_square(size, measured) - square(measured[0]);
+    sums->difference[channel] += mean_square(size, difference) + square(noise);
+    sums->noise[channel] += square(noise) + left;
     sums->variation[channel] += whole;
     sums->rows[channel]++;
 }
@@ -153,6 +160,9 @@ static struct gap_size size_of(const struct sums *sums, const double *square_sum
     return size;
 }
 
+/* Mean square that noise leaves in a mean cycle. */
+static double left_in_mean(const struct spectrum *s, int size, int channel, int leg) { return mean_square(size, s->std[channel][leg]); }
+
 static void compare_test(const struct spectrum *m, const struct spectrum *s, struct sums *sums) {
     static const int channel[CHANNELS] = {[CHANNEL_LENGTH] = GAP_LENGTH, [CHANNEL_P1] = GAP_P1, [CHANNEL_P2] = GAP_P2,
                                           [CHANNEL_VALVE] = GAP_VALVE, [CHANNEL_FORCE] = GAP_FORCE};
@@ -161,7 +171,7 @@ static void compare_test(const struct spectrum *m, const struct spectrum *s, str
     for (int k = 0; k < LEGS; k++)
         for (int ch = 0; ch < CHANNELS; ch++) {
             for (int a = 0; a < size; a++) difference[a] = m->mean[ch][k][a] - s->mean[ch][k][a];
-            add(sums, channel[ch], size, m->mean[ch][k], difference, m->noise[ch][k]);
+            add(sums, channel[ch], size, m->mean[ch][k], difference, m->noise[ch][k], left_in_mean(m, size, ch, k) + left_in_mean(s, size, ch, k));
         }
 }
 
@@ -191,10 +201,11 @@ void replay_motion(const struct params *model, const struct recording *measured,
         residual_row row;
         if (!residual_evaluate(&data.test[i], model, PART_ALL, row)) continue;
         for (int k = 0; k < data.test[i].legs; k++) {
-            add(&sums, GAP_FORCE, size, s->mean[CHANNEL_FORCE][k], row[k][RESIDUAL_FORCE], s->noise[CHANNEL_FORCE][k]);
+            add(&sums, GAP_FORCE, size, s->mean[CHANNEL_FORCE][k], row[k][RESIDUAL_FORCE], s->noise[CHANNEL_FORCE][k],
+                left_in_mean(s, size, CHANNEL_FORCE, k));
             if (!data.test[i].chambers) continue;
-            add(&sums, GAP_P1, size, s->mean[CHANNEL_P1][k], row[k][RESIDUAL_P1], s->noise[CHANNEL_P1][k]);
-            add(&sums, GAP_P2, size, s->mean[CHANNEL_P2][k], row[k][RESIDUAL_P2], s->noise[CHANNEL_P2][k]);
+            add(&sums, GAP_P1, size, s->mean[CHANNEL_P1][k], row[k][RESIDUAL_P1], s->noise[CHANNEL_P1][k], left_in_mean(s, size, CHANNEL_P1, k));
+            add(&sums, GAP_P2, size, s->mean[CHANNEL_P2][k], row[k][RESIDUAL_P2], s->noise[CHANNEL_P2][k], left_in_mean(s, size, CHANNEL_P2, k));
         }
     }
     residual_free(&data);

@@ -271,12 +271,12 @@ static void project_phase(const struct residual_test *t, int phase, double value
 }
 
 /* What the leg's chambers and friction together give to its joint. */
-static double net_force(const struct residual_test *t, const struct cylinder_model *m, const struct rows *rows, int leg, double t_s,
+static double net_force(const struct residual_test *t, const struct cylinder_model *m, int leg, double t_s,
                         double *length_m) {
     double p1[3], p2[3], motion[3], w = t->spectrum.omega;
-    spectrum_value(rows->p1[leg], t->harmonics, w, t_s, p1);
-    spectrum_value(rows->p2[leg], t->harmonics, w, t_s, p2);
-    spectrum_value(rows->length[leg], t->harmonics, w, t_s, motion);
+    spectrum_value(t->spectrum.mean[CHANNEL_P1][leg], t->spectrum.harmonics, w, t_s, p1);
+    spectrum_value(t->spectrum.mean[CHANNEL_P2][leg], t->spectrum.harmonics, w, t_s, p2);
+    spectrum_value(t->spectrum.mean[CHANNEL_LENGTH][leg], t->spectrum.harmonics, w, t_s, motion);
     *length_m = motion[0];
     struct cylinder_state s = {.p1_pa = p1[0], .p2_pa = p2[0]};
     int direction = motion[1] < 0.0 ? -1 : 1;
@@ -291,7 +291,7 @@ static void take_play(const struct residual_test *t, const struct cylinder_model
     for (int k = 0; k < LEGS; k++) {
         double half_m = 0.5 * m->machine.clearance_m[k], play_m = 0.0, joint[RESIDUAL_SIZE] = {0};
         for (int i = 0; i < 2 * PHASES * FINER && half_m > 0.0; i++) { /* the first cycle finds where the second one starts */
-            double length_m, force_n = net_force(t, m, rows, k, i * step_s, &length_m);
+            double length_m, force_n = net_force(t, m, k, i * step_s, &length_m);
             if (i >= PHASES * FINER && i % FINER == 0) project_phase(t, i / FINER, -play_m, joint);
             play_m = fmin(fmax(play_m + step_s * force_n / hydraulics_film(m, k, length_m), -half_m), half_m);
         }

@@ -5,13 +5,14 @@
     score.py case NAME[+NAME] SIZE SEED SERIES        runs one case; one line of CSV. HEXID names the program, default build/hexid
     score.py report FILE...                           the confusion matrix and the figures of such lines
 
+DETECTABLE names the file of strengths at which z = 8 (tests/bench/signatures).
+
 The rig runs on the ODE engine with a substep of 0.125 ms, with noisy sensors and every base parameter off within model.tolerance;
 `beyond` disturbs it further, in what the tolerance does not state. The diagnosis has the other engine, its own steps, and only the log."""
 import argparse, csv, json, math, os, random, subprocess, sys, tempfile
 
 HEXID = os.environ.get("HEXID", "build/hexid")
 CONFIG = os.environ.get("CONFIG", "config/tian2015.yaml")
-HERE = os.path.dirname(os.path.abspath(__file__))
 FIELDS = ["truth", "size", "seed", "series", "shape", "verdict", "named", "ambiguous_with", "score", "z", "error", "where", "before", "after",
           "floor", "ratio", "seconds", "remark"]
 SIZES = {"typical": 1.0, "strong": 3.0}   # of the catalogue's typical; "detectable": where the likelihood ratio is z = 8
@@ -46,8 +47,12 @@ def unlisted(r, name):
 
 def strength_of(effect, size):
     if size in SIZES: return SIZES[size]
-    with open(os.path.join(HERE, "detectable.csv")) as f:
-        return float({row["effect"]: row["strength"] for row in csv.DictReader(f)}[effect["name"]])
+    return detectable()[effect["name"]]
+
+
+def detectable():
+    with open(os.environ.get("DETECTABLE", "build/gap_score/detectable.csv")) as f:
+        return {row["effect"]: float(row["strength"]) for row in csv.DictReader(f)}
 
 
 def value_at(key, strength):
@@ -97,7 +102,9 @@ def judge(names, result):
     verdict, named, rivals = result["verdict"], [e["name"] for e in result["effects"]], result["ambiguous_with"]
     if names == ["none"]: return 1.0 if verdict == "no_gap" else 0.0
     if names[0].startswith("unknown_"): return 1.0 if verdict == "unknown_effect" else 0.0
-    if len(names) == 2: return 1.0 if set(names) <= set(named) else 0.0
+    if len(names) == 2:
+        alike = not rivals or any(set(rivals) | {named[-1]} <= a for a in ALIKE)
+        return 1.0 if alike and set(names) <= set(named + rivals) else 0.0
     if verdict == "effect_named": return 1.0 if named[:1] == names else 0.0
     if verdict == "ambiguous" and names[0] in named + rivals:
         return 1.0 if any(set(named + rivals) <= a for a in ALIKE) else 0.5
@@ -147,7 +154,8 @@ def cases(a):
         if kind == "none":
             for seed in range(a.first, a.first + 4 * a.seeds): print("none typical", seed, a.series)
         if kind == "two":
-            r = random.Random(a.first)
+            r, strength = random.Random(a.first), detectable()
+            names = [n for n in names if strength.get(n, 0) < 1]
             for seed in range(a.first, a.first + 8 * a.seeds): print("+".join(r.sample(names, 2)), "typical", seed, a.series)
         if kind == "unknown":
             for seed in range(a.first, a.first + 2 * a.seeds): print("unknown_base_spring typical", seed, a.series)
@@ -162,8 +170,11 @@ def write_rows(rows, out):
 def share(rows): return "%5.1f %% of %d" % (100 * sum(float(r["score"]) for r in rows) / len(rows), len(rows)) if rows else "-"
 
 
+def read(files): return [row for f in files for row in csv.DictReader(open(f), FIELDS) if row["truth"] != "truth"]
+
+
 def report(files):
-    rows = [row for f in files for row in csv.DictReader(open(f), FIELDS) if row["truth"] != "truth"]
+    rows = read(files)
     ran = [r for r in rows if r["score"] != ""]
     single = [r for r in ran if r["truth"] not in ("none",) and "+" not in r["truth"] and not r["truth"].startswith("unknown_")]
     seen = [r for r in single if r["z"] and float(r["z"]) >= 6]

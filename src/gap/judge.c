@@ -1,0 +1,102 @@
+#include "judge.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "experiment.h"
+
+static const double SQUARE_MAX = 1.5;      /* mean white square: more is no noise */
+static const double SCATTER = 6.0;         /* and more than a few values scatter by, in standard deviations */
+static const double OFFSET_SIGMAS = 6.0, OFFSET_SHARE = 0.05; /* friction unlike in the two directions */
+static const double SHARE_MAX = 0.3;       /* of the excess that may stay unexplained, in the equations and in the simulation */
+static const double VISIBLE = 0.03;        /* of the squared noise: a smaller gap in the simulation proves nothing */
+static const double THIRD_SHARE = 0.05;    /* of the excess: what takes three effects of that weight is none of them */
+
+#define SAY(r, ...) snprintf((r)->reason, sizeof (r)->reason, __VA_ARGS__)
+#define ADVISE(r, ...) snprintf((r)->next_experiment, sizeof (r)->next_experiment, __VA_ARGS__)
+
+static const char *name_of(int effect) { return effect_table[effect]->name; }
+
+static bool remains(const struct remainder *m) {
+    double scatter = m->values + SCATTER * sqrt(2.0 * m->values);
+    return m->after > fmax(SQUARE_MAX * m->values, scatter) && m->after - m->values > SHARE_MAX * m->before;
+}
+
+/* The equations are content, but the model with the effects still does not move as the rig did. */
+static bool refuted(const struct gap_result *r) {
+    double floor = r->noise_floor.overall * r->noise_floor.overall, before = r->held_out_before.overall * r->held_out_before.overall;
+    return r->simulated && before - floor > VISIBLE * floor && r->unexplained_fraction > SHARE_MAX;
+}
+
+static bool imitated(const struct gap_result *r, const struct remainder *m) {
+    return r->effects > 2 && 0.5 * r->effect[2].z * r->effect[2].z > THIRD_SHARE * m->before;
+}
+
+static bool unknown(struct gap_result *r, const struct remainder *m) {
+    ADVISE(r, "%s", experiment_unknown());
+    if (remains(m)) {
+        SAY(r, "a deterministic remainder that no effect of the catalogue explains (mean white square %.1f)", m->after / m->values);
+    } else if (r->line.hz > 0.0 && !r->line_simulated) {
+        SAY(r, "a line at %.4g Hz, no harmonic of the motion: a pump, or a loop that oscillates by itself", r->line.hz);
+        ADVISE(r, "hold the platform still: a pump's line stays, with the pump's speed; a loop's goes when control.kp is lowered");
+    } else if (imitated(r, m)) {
+        SAY(r, "no one or two effects of the catalogue explain the gap; it takes %d to imitate it", r->effects);
+    } else if (r->effects && refuted(r)) {
+        SAY(r, "%s comes nearest, but the model with it leaves %.0f %% of the gap in simulation", name_of(r->effect[0].effect),
+            100.0 * r->unexplained_fraction);
+    } else {
+        return false;
+    }
+    return true;
+}
+
+/* On one axis, friction that is stronger in one direction is symmetric friction beside a constant force. */
+static bool offset_rival(const struct gap_result *r) {
+    const struct params *p = &r->model;
+    double weight_n = 2.0 * p->model.tolerance.mass * fabs(p->axis.mass_kg * p->axis.gravity_mps2);
+    bool rival = false;
+    for (int i = 0; i < r->effects && p->mechanism == MECHANISM_AXIS; i++) {
+        const struct gap_effect *e = &r->effect[i];
+        double extend = e->values.value[0][0], retract = e->values.value[1][0], std = hypot(e->std[0][0], e->std[1][0]);
+        double noticed_n = fmax(OFFSET_SIGMAS * std, OFFSET_SHARE * (extend + retract)) + weight_n;
+        rival = rival || (e->effect == effect_find("cylinder_coulomb_friction") && fabs(extend - retract) > noticed_n);
+    }
+    return rival;
+}
+
+static void name(struct gap_result *r) {
+    int last = r->effect[r->effects - 1].effect;
+    if (r->ambiguous) {
+        r->verdict = GAP_AMBIGUOUS;
+        SAY(r, "these data cannot tell %s from %s", name_of(last), name_of(r->ambiguous_with[0]));
+        ADVISE(r, "%s", experiment_between(name_of(last), name_of(r->ambiguous_with[0])));
+        return;
+    }
+    r->offset_rival = offset_rival(r);
+    if (r->offset_rival) {
+        r->verdict = GAP_AMBIGUOUS;
+        SAY(r, "these data cannot tell cylinder_coulomb_friction stronger in one direction from symmetric friction and a constant force");
+        ADVISE(r, "%s", experiment_between("cylinder_coulomb_friction", "constant_force_offset"));
+        return;
+    }
+    r->verdict = GAP_EFFECT_NAMED;
+    SAY(r, "the model lacks %s%s%s", name_of(r->effect[0].effect), r->effects > 1 ? " and " : "", r->effects > 1 ? name_of(last) : "");
+}
+
+void judge(struct gap_result *r, const struct remainder *remainder) {
+    if (unknown(r, remainder)) {
+        r->verdict = GAP_UNKNOWN_EFFECT;
+    } else if (r->effects) {
+        ADVISE(r, "%s", "");
+        name(r);
+    } else {
+        ADVISE(r, "%s", "");
+        r->verdict = GAP_NO_GAP;
+        SAY(r, "what is left between model and measurement is noise");
+    }
+    if (!r->controller_differs) return;
+    size_t used = strlen(r->reason);
+    snprintf(r->reason + used, sizeof r->reason - used, "; the recorded commands are not the configured controller's (%.0f %% differ)",
+             100.0 * r->controller_difference);
+}

@@ -1,0 +1,127 @@
+/* Which effects the six tests can tell apart. For every effect, typical, on a machine like the model: z, its whitened signature beyond what the
+ * base can take up, and how much of that no other effect takes up. Prints a table; with a file's name, the strength at which z = 8 of each effect
+ * as CSV, for tests/gap/score.py. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "config.h"
+#include "diagnose.h"
+#include "replay.h"
+
+static struct diagnosis d;
+static struct hypothesis hypothesis[HYPOTHESES_MAX];
+
+static void fail(const char *text) {
+    fprintf(stderr, "signatures: %s\n", text);
+    exit(1);
+}
+
+static void *room(size_t doubles) {
+    void *place = malloc(doubles * sizeof(double));
+    if (!place) fail("out of memory");
+    return place;
+}
+
+static void rig(const struct params *params, struct recording *recording) {
+    struct recording like;
+    struct error error;
+    recording_init(&like, params);
+    like.tests = DOFS;
+    for (int i = 0; i < DOFS; i++) like.test[i] = (struct recording_test){.test = i, .dof = (enum dof)i, .first = -1};
+    if (replay_closed_loop(params, &like, recording, &error)) fail(error.text);
+}
+
+/* Changes of the model that may take up a signature. */
+struct span {
+    int count;
+    const double *column[FIT_VARIABLES];
+    double min[FIT_VARIABLES], max[FIT_VARIABLES];
+};
+
+static void span_add(struct span *s, const double *column, double min, double max) {
+    s->column[s->count] = column;
+    s->min[s->count] = min, s->max[s->count++] = max;
+}
+
+/* Length of what the span cannot take up of a vector; in place. */
+static double leave(const struct span *s, double *vector) {
+    double x[FIT_VARIABLES];
+    int values = d.fit.values;
+    if (!fit_box(s->count, values, vector, s->column, s->min, s->max, x, NULL)) fail("the columns are singular");
+    for (int i = 0; i < s->count; i++)
+        for (int a = 0; a < values; a++) vector[a] += x[i] * s->column[i][a];
+    return sqrt(2.0 * fit_square(values, vector)); /* there are as many cycles again that are not fitted to */
+}
+
+/* The base within its tolerance, but for what is parallel to the hypothesis. */
+static struct span base_span(const struct hypothesis *h) {
+    struct span s = {0};
+    for (int i = 0; i < d.variables; i++) {
+        const struct variable *v = &d.variable[i];
+        double value = variable_get(v, d.given);
+        if (!hypothesis_parallel(h, v)) span_add(&s, d.column + (size_t)i * (size_t)d.fit.values, v->min - value, v->max - value);
+    }
+    return s;
+}
+
+/* White change of the residual at this strength. */
+static void signature(int effect, double strength, double *vector) {
+    struct params with = d.model;
+    double *here = room((size_t)d.fit.values);
+    effect_at(effect_table[effect], strength, &with.effects[effect]);
+    if (!fit_residual(&d.fit, &d.model, here) || !fit_residual(&d.fit, &with, vector)) fail("no motion of this machine");
+    for (int a = 0; a < d.fit.values; a++) vector[a] -= here[a];
+    free(here);
+}
+
+/* The rival, each key for itself, as it acts at its typical size. */
+static void add_rival(const struct hypothesis *h, double *place, struct span *s) {
+    struct params at = d.model;
+    size_t values = (size_t)d.fit.values;
+    effect_at(effect_table[h->effect], 1.0, &at.effects[h->effect]);
+    if (!fit_columns(&d.fit, &at, h->variables, h->variable, place)) fail("no motion of this machine");
+    for (int i = 0; i < h->variables; i++)
+        if (fit_square(d.fit.values, place + (size_t)i * values) > 0.0) span_add(s, place + (size_t)i * values, -1e300, 1e300);
+}
+
+int main(int argc, char **argv) {
+    static struct params params;
+    struct recording recording;
+    struct error error;
+    config_default(&params);
+    rig(&params, &recording);
+    if (diagnosis_init(&d, &params, &recording, &error)) fail(error.text);
+    FILE *file = argc > 1 ? fopen(argv[1], "w") : NULL;
+    if (argc > 1 && !file) fail("the file cannot be written");
+    if (file) fputs("effect,strength\n", file);
+    int count = hypotheses_list(&d.model, d.known, hypothesis);
+    double *vector = room((size_t)d.fit.values), *rest = room((size_t)d.fit.values), *place = room((size_t)HYPOTHESIS_VARIABLES * (size_t)d.fit.values);
+    printf("%-28s %8s  %s\n", "effect, typical", "z", "z that is left beside the nearest others");
+    for (int i = 0; i < count; i++) {
+        if (hypothesis[i].shape != SHAPE_ALL) continue;
+        signature(hypothesis[i].effect, 1.0, vector);
+        struct span base = base_span(&hypothesis[i]);
+        double z = leave(&base, vector), left[2] = {INFINITY, INFINITY};
+        const char *nearest[2] = {"", ""};
+        for (int j = 0; j < count; j++) {
+            if (hypothesis[j].shape != SHAPE_ALL || j == i) continue;
+            struct span both = base;
+            add_rival(&hypothesis[j], place, &both);
+            memcpy(rest, vector, (size_t)d.fit.values * sizeof *rest);
+            double l = leave(&both, rest);
+            int rank = l < left[0] ? 0 : l < left[1] ? 1 : 2;
+            if (rank == 0) left[1] = left[0], nearest[1] = nearest[0];
+            if (rank < 2) left[rank] = l, nearest[rank] = effect_table[hypothesis[j].effect]->name;
+        }
+        printf("%-28s %8.1f  %.1f %s, %.1f %s\n", effect_table[hypothesis[i].effect]->name, z, left[0], nearest[0], left[1], nearest[1]);
+        if (file) fprintf(file, "%s,%.3g\n", effect_table[hypothesis[i].effect]->name, 8.0 / z);
+    }
+    if (file && fclose(file)) fail("the file cannot be written");
+    diagnosis_free(&d);
+    recording_free(&recording);
+    free(vector);
+    free(rest);
+    free(place);
+}
