@@ -272,12 +272,15 @@ static bool exchanged(const struct leg_likeness *l, int a, int b) {
     return margin > 0.2 && likeness(l, a, b) > 0.8;
 }
 
-static int check_likeness(const struct leg_likeness *l, int legs, const char *what, const char *as, struct error *error) {
+/* most: so many legs can have a wrong sign; where more go the wrong way it is no plug, but what acts on all of them. */
+static int check_likeness(const struct leg_likeness *l, int legs, int most, const char *what, const char *as, struct error *error) {
     for (int a = 0; a < legs; a++)
         for (int b = 0; b < a; b++)
             if (exchanged(l, a, b))
                 return error_set(error, STATUS_USAGE, "%s of leg %d goes as leg %d's should, by %s: two legs are exchanged", what, b + 1, a + 1, as);
-    for (int a = 0; a < legs; a++)
+    int against = 0;
+    for (int a = 0; a < legs; a++) against += likeness(l, a, a) < -0.5;
+    for (int a = 0; a < legs && against <= most; a++)
         if (likeness(l, a, a) < -0.5) return error_set(error, STATUS_USAGE, "%s of leg %d goes against %s: its sign is wrong", what, a + 1, as);
     return STATUS_OK;
 }
@@ -301,8 +304,8 @@ static int check_drives(const struct recording *r, struct error *error) {
             }
     }
     residual_free(&data);
-    if (!status) status = check_likeness(&force, legs, r->measured.pressures ? "the force A1 P1 - A2 P2" : "the force", "its motion", error);
-    if (!status && r->measured.valve) status = check_likeness(&valve, legs, "the valve command", "its speed", error);
+    if (!status) status = check_likeness(&force, legs, legs / 2, r->measured.pressures ? "the force A1 P1 - A2 P2" : "the force", "its motion", error);
+    if (!status && r->measured.valve) status = check_likeness(&valve, legs, legs, "the valve command", "its speed", error);
     return status;
 }
 
