@@ -4,8 +4,8 @@
  * latches the next sample: a command acts exactly one cycle after the sample that it was computed from. The sample's time is the instant
  * at which the bus carried its SYNC.
  *
- * SAFETY: what the kernel's transmit queue holds cannot be recalled. So no more than one cycle's frames are ever given to it: as long as
- * the last SYNC's echo has not come back, nothing is sent, and write() fails. Should the bus carry them at last, they meet nodes whose
+ * SAFETY: what the kernel's transmit queue holds cannot be recalled. So no more than three cycles' frames are ever given to it: when three
+ * SYNCs have not come back from the bus, nothing more is sent, and write() fails. Should the bus carry them at last, they meet nodes whose
  * watchdog has centred the valve and which take no command in pre-operational. */
 #include <poll.h>
 #include <stdatomic.h>
@@ -18,7 +18,7 @@
 #include "can_socket.h"
 #include "units.h"
 
-enum { BRING_UP_MS = 3000, DRAIN_MAX = 256 };
+enum { BRING_UP_MS = 3000, DRAIN_MAX = 256, UNECHOED_MAX = 3 };
 #define JAMMED (1ull << 63)
 static const double jam_s = 0.1; /* then the frames are taken for lost (interface reset) and one cycle's are tried again */
 
@@ -117,13 +117,13 @@ static int can_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) 
     struct can *c = (struct can *)hal;
     int64_t to_loop_ns = now_ns - monotonic_ns();
     int dead = drain(c);
-    c->jammed = c->master.echo_due && monotonic_ns() - c->sent_ns < ns_from_seconds(jam_s);
+    c->jammed = c->master.unechoed >= UNECHOED_MAX && monotonic_ns() - c->sent_ns < ns_from_seconds(jam_s);
     if (!c->jammed) dead |= housekeep(c, true);
     note_trouble(c, now_ns);
     can_master_sample(&c->master, sample);
     sample->time_ns += to_loop_ns;
     sample->age_ns = now_ns - sample->time_ns;
-    /* Latched at the SYNC of the cycle before, as it should be, or half a period and more too early: that SYNC or this read was late. */
+    /* Latched at the SYNC of the cycle before, as it should be, or half a period and more earlier. */
     if (2 * sample->age_ns > 3 * ns_from_seconds(c->master.params->loop.period_s)) sample->flags |= SAMPLE_LATE;
     return dead ? -1 : 0;
 }
@@ -134,7 +134,6 @@ static int command(struct can *c, const double valve[LEGS]) {
     can_master_command(&c->master, valve, &q);
     c->sent_ns = monotonic_ns();
     if (!flush(c, &q)) return 0;
-    c->master.echo_due = false; /* this SYNC will never come: nothing to wait for */
     return -1;
 }
 

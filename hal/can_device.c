@@ -9,6 +9,7 @@
 #include "can_socket.h"
 #include "channel.h"
 #include "device.h"
+#include "units.h"
 
 struct can_device {
     const struct params *params;
@@ -16,6 +17,8 @@ struct can_device {
     struct can_socket socket;
     struct can_node node[CAN_NODES];
     struct can_queue out;
+    struct hal_sample latched;
+    int64_t sync_ns; /* when */
 };
 
 /* A full queue drops, as a node's controller does: what is late is of no use. */
@@ -32,14 +35,16 @@ static struct can_tpdo reading(const struct params *p, const struct hal_sample *
 
 /* Readings of this instant first and on their way; then the machine lives through the period that begins, with the commands now in force. */
 static void synchronise(struct can_device *d, int64_t now_ns) {
-    struct hal_sample latched = {0};
     double valve[LEGS];
-    device_latch(d->device, &latched);
+    bool twice = 4 * (now_ns - d->sync_ns) < ns_from_seconds(d->params->loop.period_s); /* the same SYNC again: no time has gone by */
+    if (!twice) device_latch(d->device, &d->latched);
     for (int i = 0; i < CAN_NODES; i++) {
-        struct can_tpdo t = reading(d->params, &latched, i);
+        struct can_tpdo t = reading(d->params, &d->latched, i);
         can_node_sync(&d->node[i], &t, &d->out);
     }
     flush(d);
+    if (twice) return;
+    d->sync_ns = now_ns;
     for (int i = 0; i < LEGS; i++) {
         double command = channel_si(&d->params->valve_channel, i, can_node_valve(&d->node[i]));
         valve[i] = command >= -1.0 && command <= 1.0 ? command : 0.0; /* NAN: no command */

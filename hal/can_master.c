@@ -3,6 +3,7 @@
 #include <linux/can/error.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "channel.h"
@@ -94,8 +95,9 @@ static void error_frame(struct can_master *m, const struct can_frame *f) {
 }
 
 static void echo(struct can_master *m, int64_t time_ns) {
-    if (!m->echo_due) return; /* somebody else's */
-    m->echo_due = false;
+    m->unechoed = 0;
+    m->syncs++;
+    m->gap_ns = time_ns - m->sync_ns;
     m->sync_ns = time_ns;
     if (m->bus == CAN_BUS_OFF) m->bus = CAN_BUS_GOOD;
     for (int i = 0; i < CAN_NODES; i++) m->peer[i].fresh = false;
@@ -103,7 +105,7 @@ static void echo(struct can_master *m, int64_t time_ns) {
 
 static void tpdo(struct can_master *m, struct can_peer *p, const struct can_frame *f) {
     struct can_tpdo value;
-    if (m->echo_due || !can_parse_tpdo(f, &value)) {
+    if (!m->syncs || !can_parse_tpdo(f, &value)) {
         m->stray++;
         return;
     }
@@ -179,13 +181,12 @@ void can_master_command(struct can_master *m, const double valve[LEGS], struct c
     for (int i = 0; i < LEGS; i++) raw[i] = (int16_t)channel_raw(&m->params->valve_channel, i, valve[i], INT16_MAX);
     for (int group = 0; group < CAN_GROUPS; group++) can_queue_push(out, can_frame_rpdo(group, raw + CAN_GROUP_NODES * group));
     can_queue_push(out, can_frame_sync()); /* last: it puts the two into force */
-    m->syncs++;
-    m->echo_due = true;
+    m->unechoed++;
 }
 
 /* Takes the window's sample over when it is whole. */
 static void latch(struct can_master *m) {
-    if (m->echo_due || m->syncs == m->latched_sync) return;
+    if (m->syncs == m->latched_sync) return;
     for (int i = 0; i < CAN_NODES; i++)
         if (!m->peer[i].fresh) {
             m->lost += can_master_ready(m);
@@ -194,6 +195,7 @@ static void latch(struct can_master *m) {
     for (int i = 0; i < CAN_NODES; i++) m->latched[i] = m->peer[i].tpdo;
     m->latched_sync = m->syncs;
     m->latched_ns = m->sync_ns;
+    m->latched_gap_ns = m->gap_ns;
     m->delivered = false;
 }
 
@@ -215,6 +217,9 @@ void can_master_sample(struct can_master *m, struct hal_sample *s) {
     *s = (struct hal_sample){.time_ns = m->latched_ns, .device_seq = m->latched_sync};
     if (m->delivered) s->flags |= SAMPLE_STALE;
     else if (before && m->latched_sync != before + 1) s->flags |= SAMPLE_DROPPED;
+    /* SAFETY: half a period off the grid: a SYNC was lost or late, and the command before it was held too long or too short. */
+    int64_t period_ns = ns_from_seconds(m->params->loop.period_s);
+    if (2 * llabs(m->latched_gap_ns - period_ns) > period_ns) s->flags |= SAMPLE_LATE;
     if (!m->latched_sync || m->bus == CAN_BUS_OFF) s->flags |= SAMPLE_INVALID;
     convert(m, s);
     m->delivered = true;
@@ -234,16 +239,25 @@ uint64_t can_master_condition(const struct can_master *m) {
     return word;
 }
 
+/* "node 3 lost, EMCY 0x8250" at text, after a comma; returns its length. */
+static size_t describe_node(const char *who, unsigned node, unsigned code, char *text, size_t size) {
+    static const char *const phases[] = {[CAN_LOST] = " lost", [CAN_SETUP] = " being set up", [CAN_STARTING] = " starting", [CAN_RUNNING] = ""};
+    char emcy[20] = "";
+    if (node & 4) snprintf(emcy, sizeof emcy, code ? " EMCY 0x%04x" : " EMCY", code);
+    return (size_t)snprintf(text, size, ", %s%s%s", who, phases[CAN_RUNNING - (node & 3)], emcy);
+}
+
 void can_condition_describe(uint64_t word, char *text, size_t size) {
-    static const char *const phases[] = {[CAN_LOST] = "lost", [CAN_SETUP] = "being set up", [CAN_STARTING] = "starting", [CAN_RUNNING] = "running"};
     static const char *const buses[] = {[CAN_BUS_GOOD] = "", [CAN_BUS_PASSIVE] = ", bus error-passive", [CAN_BUS_OFF] = ", bus-off"};
-    unsigned code = word >> CONDITION_EMCY & 0xffff;
+    const unsigned all = 0111111; /* the same in every node's bits */
+    unsigned code = word >> CONDITION_EMCY & 0xffff, nodes = word >> CONDITION_NODES & 0777777;
     size_t used = (size_t)snprintf(text, size, "%s", buses[(word & 3) % 3]);
-    for (int i = 0; i < CAN_NODES && used < size; i++) {
-        unsigned node = word >> (CONDITION_NODES + i * CONDITION_NODE_BITS) & 7;
-        if (node & 3) used += (size_t)snprintf(text + used, size - used, ", node %d %s", i + 1, phases[CAN_RUNNING - (node & 3)]);
-        if (node & 4 && used < size) used += (size_t)snprintf(text + used, size - used, code ? ", node %d EMCY 0x%04x" : ", node %d EMCY", i + 1, code);
-        if (node & 4) code = 0; /* of the first node that has one */
+    if (nodes && nodes == (nodes & 7) * all) used += describe_node("all nodes", nodes & 7, code, text + used, size - used), nodes = 0;
+    for (int i = 1; nodes && used < size; i++, nodes >>= CONDITION_NODE_BITS) {
+        char who[20];
+        snprintf(who, sizeof who, "node %d", i);
+        if (nodes & 7) used += describe_node(who, nodes & 7, code, text + used, size - used);
+        if (nodes & 4) code = 0; /* it is the first such node's */
     }
     if (used) memmove(text, text + 2, strlen(text + 2) + 1); /* the comma in front */
 }

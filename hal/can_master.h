@@ -8,7 +8,8 @@
  *
  * A cycle: the window of a sample opens with SYNC (its own echo from the bus: the bus has carried it, and when) and closes with the next.
  * All six TPDOs came in it: a sample, latched at the SYNC. One is missing: the last whole sample again, stale and older. A frame that came
- * twice: the later one. What comes before the echo belongs to an older SYNC and is not used. */
+ * twice: the later one. What comes before the echo belongs to an older SYNC and is not mixed with it. A SYNC half a period and more off
+ * the grid makes its sample late. */
 #ifndef HEXID_CAN_MASTER_H
 #define HEXID_CAN_MASTER_H
 
@@ -36,12 +37,12 @@ struct can_master {
     struct can_peer peer[CAN_NODES];
     enum can_bus bus;
     int64_t heartbeat_due_ns;
-    uint64_t syncs;            /* sent */
-    bool echo_due;             /* the bus has not yet carried the last one */
-    int64_t sync_ns;           /* echo of the last one */
+    uint64_t syncs;            /* carried by the bus */
+    int unechoed;              /* sent since the last one that was carried */
+    int64_t sync_ns, gap_ns;   /* echo of the last one, and time since the one before */
     struct can_tpdo latched[CAN_NODES]; /* the last whole sample, */
     uint64_t latched_sync;     /* its SYNC, 0: none yet */
-    int64_t latched_ns;
+    int64_t latched_ns, latched_gap_ns;
     bool delivered;            /* it has been handed out */
     /* counted for the operator */
     uint64_t lost, twice, stray, errors, boots;

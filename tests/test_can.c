@@ -283,7 +283,7 @@ static void a_late_tpdo_is_never_mixed_with_those_of_another_sync(void **state) 
         s = cycle(&w, centre);
         for (int k = 0; k < LEGS; k++) assert_close(s.length_m[k] - s.length_m[0], 1e-6 * k, 1e-12); /* all of one instant */
     }
-    assert_int_equal(s.flags, SAMPLE_STALE);
+    assert_true(s.flags & SAMPLE_STALE);
     assert_true(s.age_ns > last.age_ns);
 }
 
@@ -416,7 +416,7 @@ static void a_sync_that_the_bus_does_not_carry_yields_no_new_sample(void **state
     w.wire.lose_echo = true;
     cycle(&w, centre);
     struct hal_sample s = cycle(&w, centre);
-    assert_true(w.master.echo_due);
+    assert_int_equal(w.master.unechoed, 2);
     assert_true(s.flags & SAMPLE_STALE);
 }
 
