@@ -4,7 +4,7 @@ VENV    ?= $(BUILD)/venv
 CC      := gcc
 CXX     := g++
 AR      := gcc-ar
-OPT     ?= -O2 -g
+OPT     ?= -O3 -g
 SAN     ?=
 Q       := $(if $(V),,@)
 WARN    := -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wdouble-promotion -Wstrict-prototypes -Wmissing-prototypes -Wvla -Werror
@@ -22,6 +22,8 @@ LIB_SRC := $(filter-out src/cli/main.c,$(SRC))
 LIB_OBJ := $(LIB_SRC:%.c=$(BUILD)/%.o) $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard src/lin/*.cpp)) $(LCM_C:.c=.o)
 TESTS   := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/test_*.c))
 BENCHES := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/bench/*.c))
+FUZZERS := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/fuzz/fuzz_*.c))
+REPLAYS := $(subst /fuzz/fuzz_,/fuzz/replay_,$(FUZZERS))
 SCRIPTS := $(wildcard tests/scenarios/*.sh)
 
 # One job a core, unless the command line says otherwise.
@@ -35,8 +37,8 @@ run: $(BUILD)/hexid ## run the simulated platform in real time: six tests, the i
 	@mkdir -p runs
 	$(BUILD)/hexid run --log runs/$$(date +%Y-%m-%d_%H-%M-%S).lcm $(ARGS)
 
-test: $(TESTS) $(BUILD)/hexid $(VENV)/ready ## run all tests; the last line is "N passed, N failed"
-	@BUILD=$(BUILD) VENV=$(VENV) tests/run $(TESTS) $(SCRIPTS)
+test: $(TESTS) $(REPLAYS) $(BUILD)/hexid $(VENV)/ready ## run all tests; the last line is "N passed, N failed"
+	@BUILD=$(BUILD) VENV=$(VENV) tests/run $(SCRIPTS) $(TESTS)
 
 asan: ## the same tests under AddressSanitizer and UndefinedBehaviorSanitizer
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan VENV=$(VENV) SAN="-fsanitize=address,undefined -fno-sanitize-recover=all" test
@@ -45,15 +47,24 @@ asan: ## the same tests under AddressSanitizer and UndefinedBehaviorSanitizer
 tsan: ## the same tests under ThreadSanitizer
 	@$$(setarch -R true 2>/dev/null && echo setarch -R) $(MAKE) --no-print-directory BUILD=$(BUILD)/tsan VENV=$(VENV) SAN=-fsanitize=thread test
 
+# Not -fsanitize=function: its runtime is in the C++ driver's library, and C links here.
+fuzz: | deps-fuzz ## every fuzzer of tests/fuzz/ for a minute (FUZZ_S=60 seconds)
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/fuzz CC=clang CXX=clang++ WARN=-w WARNXX=-w \
+		SAN="-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all -fno-sanitize=function" fuzz-run
+fuzz-run: $(FUZZERS)
+	@BUILD=$(BUILD) tests/fuzz/run $^
+
 bench: $(BENCHES) $(BUILD)/hexid | deps-bench ## time and instructions of every part of the cycle -> build/bench.csv
 	@tests/bench/bench.sh $(BUILD)
 
 bench-paper: $(BUILD)/tests/bench/paper $(BUILD)/hexid ## Tian 2015 Tables 3, 4, C1 and 5 beside hexid's own results -> build/bench_paper/
 	@$(BUILD)/tests/bench/paper $(BUILD)/hexid tests/data $(BUILD)/bench_paper
 
-spy: $(BUILD)/spy/hexid.jar ## lcm-spy with hexid's message types (needs a display)
+spy: has-display $(BUILD)/spy/hexid.jar ## lcm-spy with hexid's message types (needs a display)
+	java -Djava.net.preferIPv4Stack=true -Xmx256m -cp /usr/share/java/lcm.jar:/usr/share/java/jchart2d.jar:$(abspath $(BUILD)/spy/hexid.jar) lcm.spy.Spy
+
+has-display:
 	@[ -n "$$DISPLAY" ] || { echo "make spy: lcm-spy draws a window, and DISPLAY is not set" >&2; exit 1; }
-	java -Djava.net.preferIPv4Stack=true -Xmx256m -cp /usr/share/java/lcm.jar:/usr/share/java/jchart2d.jar:$(abspath $<) lcm.spy.Spy
 
 clean: ## remove build/ (logs under runs/ stay)
 	rm -rf build
@@ -79,9 +90,11 @@ deps-run:
 	$(call install,g++ gcc libeigen3-dev libjansson-dev liblcm-bin liblcm-dev libmodbus-dev libode-dev libyaml-dev)
 deps-test: deps-run
 	$(call install,iproute2 libcmocka-dev libseccomp-dev python3-venv util-linux)
+deps-fuzz: deps-run
+	$(call install,clang libclang-rt-14-dev)
 deps-bench: deps-test
 	$(call install,rt-tests valgrind)
-deps-spy: deps-run
+deps-spy: has-display deps-run
 	$(call install,default-jdk-headless default-jre libjchart2d-java liblcm-java)
 
 # Building.
@@ -96,6 +109,11 @@ $(BUILD)/libhexid.a: $(LIB_OBJ)
 $(BUILD)/tests/bench/bench: LDLIBS += -Wl,--wrap=dWorldStep
 $(BUILD)/tests/test_%: LDLIBS += -lcmocka -lseccomp
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/libhexid.a
+	@echo link $@
+	$(Q)$(CC) $(SAN) -o $@ $^ $(LDLIBS)
+
+$(FUZZERS): LDLIBS += -fsanitize=fuzzer
+$(BUILD)/tests/fuzz/replay_%: $(BUILD)/tests/fuzz/fuzz_%.o $(BUILD)/tests/fuzz/replay.o $(BUILD)/libhexid.a
 	@echo link $@
 	$(Q)$(CC) $(SAN) -o $@ $^ $(LDLIBS)
 
@@ -134,6 +152,6 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)javac -cp /usr/share/java/lcm.jar -d $(@D) $(@D)/hexid/*.java
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
-.PHONY: all run test asan tsan bench bench-paper spy clean help deps deps-run deps-test deps-bench deps-spy
+.PHONY: all has-display run test asan tsan fuzz fuzz-run bench bench-paper spy clean help deps deps-run deps-test deps-fuzz deps-bench deps-spy
 .SECONDARY:
--include $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d)
+-include $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d) $(FUZZERS:=.d)

@@ -1,7 +1,14 @@
 /* fault: breaks another back-end on purpose. Address: FAULT[,FAULT...];URL with FAULT = KIND@FROM+LENGTH[/LEG][=VALUE], times in seconds
- * of the loop, LEG 1..6 for what befalls a leg's sensors (all without it; swap: with the next leg):
+ * of the loop, LEG 1..6 for what befalls a leg (all without it; swap, pressure_swap: the first; swap, mix: with the next leg):
  *
  *     --hal 'fault:freeze@12+0.5/3,drop@20+0.02;sim:'
+ *
+ * samples   stale; late=s (its time stamp); delay=s; lag=s (a delay it does not own up to); loss=%; repeat and reorder (every other
+ *           sample, time stamps fresh); hang (the same sample for ever, time stamps fresh); drop (cannot be read)
+ * lengths   freeze; length=m (offset); drift=m/s; noise=m (uniform, either sign); flip=% of the samples (a bit of the 1 um count); swap
+ * pressures pressure=Pa (offset of P1); pressure_drift=Pa/s (the same); pressure_freeze; pressure_swap (P1 with P2); mix (two legs')
+ * both      nan
+ * valves    deaf (no command can be written, but centring); stuck (stays where it is, also when centred); valve=-1..1 (the same, there)
  */
 #include <math.h>
 #include <stdlib.h>
@@ -10,7 +17,7 @@
 #include "backends.h"
 #include "units.h"
 
-enum { FAULTS_MAX = 16, ALL_LEGS = -1 };
+enum { FAULTS_MAX = 16, ALL_LEGS = -1, HISTORY = 64, LENGTH_BITS = 22 };
 
 struct fault;
 
@@ -18,77 +25,204 @@ struct wrapper {
     struct hal hal;
     struct hal_ops ops; /* hal_fault, but as simulated as the inner one */
     struct hal *inner;
-    bool refuse_write;
+    int64_t period_ns, now_ns;
+    struct hal_sample history[HISTORY]; /* healthy ones; the newest at (reads - 1) % HISTORY */
+    int64_t reads;
+    struct hal_command written;
     int count;
     struct fault {
         const struct kind *kind;
         int64_t from_ns, to_ns;
         int leg;
         double value;
+        uint64_t random;
         struct hal_sample before; /* the inner one's last before it began */
+        struct hal_sample passed; /* the last that it let pass */
+        double stuck[LEGS];       /* valves when it began */
     } fault[FAULTS_MAX];
 };
 
 static bool hits(const struct fault *f, int leg) { return f->leg == ALL_LEGS || f->leg == leg; }
+static bool active(const struct wrapper *w, const struct fault *f) { return w->now_ns >= f->from_ns && w->now_ns < f->to_ns; }
 
-static void stale(const struct fault *f, struct hal_sample *s) {
-    int64_t now_ns = s->time_ns + s->age_ns;
-    *s = f->before;
-    s->age_ns = now_ns - s->time_ns;
-    s->flags |= SAMPLE_STALE;
+/* splitmix64, uniform in -1..1. */
+static double uniform(struct fault *f) {
+    uint64_t z = f->random += 0x9e3779b97f4a7c15u;
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+    return (double)(int64_t)(z ^ z >> 31) * 0x1p-63;
+}
+static bool chance(struct fault *f, double percent) { return 0.5 + 0.5 * uniform(f) < percent / 100.0; }
+
+/* The healthy sample of so many reads ago, or the oldest kept. */
+static const struct hal_sample *ago(const struct wrapper *w, int64_t reads) {
+    int64_t kept = w->reads < HISTORY ? w->reads : HISTORY, back = reads < kept ? reads : kept - 1;
+    return &w->history[(w->reads - 1 - back) % HISTORY];
 }
 
-static void late(const struct fault *f, struct hal_sample *s) {
+/* An older one in the place of this. */
+static void instead(struct hal_sample *s, const struct hal_sample *older, uint32_t flags) {
+    int64_t now_ns = s->time_ns + s->age_ns;
+    *s = *older;
+    s->age_ns = now_ns - s->time_ns;
+    s->flags |= flags;
+}
+
+/* The same, but it looks like new. */
+static void passed_off(struct hal_sample *s, const struct hal_sample *older) {
+    int64_t time_ns = s->time_ns, age_ns = s->age_ns;
+    *s = *older;
+    s->time_ns = time_ns;
+    s->age_ns = age_ns;
+}
+
+static void stale(struct wrapper *w, struct fault *f, struct hal_sample *s) { (void)w, instead(s, &f->before, SAMPLE_STALE); }
+static void hang(struct wrapper *w, struct fault *f, struct hal_sample *s) { (void)w, passed_off(s, &f->before); }
+
+static void late(struct wrapper *w, struct fault *f, struct hal_sample *s) {
+    (void)w;
     s->time_ns -= ns_from_seconds(f->value);
     s->age_ns += ns_from_seconds(f->value);
     s->flags |= SAMPLE_LATE;
 }
 
-static void freeze(const struct fault *f, struct hal_sample *s) {
+static int64_t cycles_of(const struct wrapper *w, double seconds) { return ns_from_seconds(fmax(seconds, 0.0)) / w->period_ns; }
+static void delay(struct wrapper *w, struct fault *f, struct hal_sample *s) { instead(s, ago(w, cycles_of(w, f->value)), SAMPLE_LATE); }
+
+static void lag(struct wrapper *w, struct fault *f, struct hal_sample *s) {
+    uint64_t seq = s->device_seq;
+    passed_off(s, ago(w, cycles_of(w, f->value)));
+    s->device_seq = seq;
+}
+
+static void loss(struct wrapper *w, struct fault *f, struct hal_sample *s) {
+    (void)w;
+    bool gap = s->device_seq != f->passed.device_seq + 1;
+    if (chance(f, f->value)) {
+        instead(s, &f->passed, SAMPLE_STALE);
+        return;
+    }
+    f->passed = *s;
+    if (gap) s->flags |= SAMPLE_DROPPED;
+}
+
+static void repeat(struct wrapper *w, struct fault *f, struct hal_sample *s) { (void)f, passed_off(s, ago(w, w->reads % 2)); }
+static void reorder(struct wrapper *w, struct fault *f, struct hal_sample *s) { (void)f, passed_off(s, ago(w, w->reads % 2 * 2)); }
+
+static void freeze(struct wrapper *w, struct fault *f, struct hal_sample *s) {
+    (void)w;
     for (int i = 0; i < LEGS; i++)
         if (hits(f, i)) s->length_m[i] = f->before.length_m[i];
 }
 
-static void not_a_number(const struct fault *f, struct hal_sample *s) {
+static void pressure_freeze(struct wrapper *w, struct fault *f, struct hal_sample *s) {
+    (void)w;
+    for (int i = 0; i < LEGS; i++)
+        if (hits(f, i)) s->p1_pa[i] = f->before.p1_pa[i], s->p2_pa[i] = f->before.p2_pa[i];
+}
+
+static void not_a_number(struct wrapper *w, struct fault *f, struct hal_sample *s) {
+    (void)w;
     for (int i = 0; i < LEGS; i++)
         if (hits(f, i)) s->length_m[i] = s->p1_pa[i] = s->p2_pa[i] = (double)NAN;
 }
 
-static void length_jump(const struct fault *f, struct hal_sample *s) {
+static void add(const struct fault *f, double reading[LEGS], double offset) {
     for (int i = 0; i < LEGS; i++)
-        if (hits(f, i)) s->length_m[i] += f->value;
+        if (hits(f, i)) reading[i] += offset;
+}
+static double since(const struct wrapper *w, const struct fault *f) { return seconds_from_ns(w->now_ns - f->from_ns); }
+static void length_jump(struct wrapper *w, struct fault *f, struct hal_sample *s) { (void)w, add(f, s->length_m, f->value); }
+static void pressure_jump(struct wrapper *w, struct fault *f, struct hal_sample *s) { (void)w, add(f, s->p1_pa, f->value); }
+static void length_drift(struct wrapper *w, struct fault *f, struct hal_sample *s) { add(f, s->length_m, f->value * since(w, f)); }
+static void pressure_drift(struct wrapper *w, struct fault *f, struct hal_sample *s) { add(f, s->p1_pa, f->value * since(w, f)); }
+
+static void noise(struct wrapper *w, struct fault *f, struct hal_sample *s) {
+    (void)w;
+    for (int i = 0; i < LEGS; i++)
+        if (hits(f, i)) s->length_m[i] += f->value * uniform(f);
 }
 
-static void pressure_jump(const struct fault *f, struct hal_sample *s) {
-    for (int i = 0; i < LEGS; i++)
-        if (hits(f, i)) s->p1_pa[i] += f->value;
+static void flip(struct wrapper *w, struct fault *f, struct hal_sample *s) {
+    (void)w;
+    for (int i = 0; i < LEGS; i++) {
+        if (!hits(f, i) || !chance(f, f->value)) continue;
+        long long bit = 1LL << (int)((0.5 + 0.499999 * uniform(f)) * LENGTH_BITS);
+        s->length_m[i] = (double)(llround(s->length_m[i] * 1e6) ^ bit) * 1e-6;
+    }
 }
 
-static void swap(const struct fault *f, struct hal_sample *s) {
+static void exchange(double *a, double *b) {
+    double keep = *a;
+    *a = *b;
+    *b = keep;
+}
+
+static void swap(struct wrapper *w, struct fault *f, struct hal_sample *s) {
+    (void)w;
+    int a = f->leg == ALL_LEGS ? 0 : f->leg;
+    exchange(&s->length_m[a], &s->length_m[(a + 1) % LEGS]);
+}
+
+static void pressure_swap(struct wrapper *w, struct fault *f, struct hal_sample *s) {
+    (void)w;
+    int a = f->leg == ALL_LEGS ? 0 : f->leg;
+    exchange(&s->p1_pa[a], &s->p2_pa[a]);
+}
+
+static void mix(struct wrapper *w, struct fault *f, struct hal_sample *s) {
+    (void)w;
     int a = f->leg == ALL_LEGS ? 0 : f->leg, b = (a + 1) % LEGS;
-    double keep = s->length_m[a];
-    s->length_m[a] = s->length_m[b];
-    s->length_m[b] = keep;
+    exchange(&s->p1_pa[a], &s->p1_pa[b]);
+    exchange(&s->p2_pa[a], &s->p2_pa[b]);
+}
+
+/* A spool that no command moves, not even the one to centre. */
+static void stuck(const struct fault *f, double valve[LEGS]) {
+    for (int i = 0; i < LEGS; i++)
+        if (hits(f, i)) valve[i] = f->stuck[i];
+}
+
+static void forced(const struct fault *f, double valve[LEGS]) {
+    for (int i = 0; i < LEGS; i++)
+        if (hits(f, i)) valve[i] = fmax(-1.0, fmin(1.0, f->value));
 }
 
 static const struct kind {
     const char *name;
     bool takes_leg, wants_value, read_fails, write_fails;
-    void (*spoil)(const struct fault *f, struct hal_sample *s);
+    void (*spoil)(struct wrapper *w, struct fault *f, struct hal_sample *s);
+    void (*drive)(const struct fault *f, double valve[LEGS]);
 } kinds[] = {
     {.name = "stale", .spoil = stale},
     {.name = "late", .wants_value = true, .spoil = late},
+    {.name = "delay", .wants_value = true, .spoil = delay},
+    {.name = "lag", .wants_value = true, .spoil = lag},
+    {.name = "loss", .wants_value = true, .spoil = loss},
+    {.name = "repeat", .spoil = repeat},
+    {.name = "reorder", .spoil = reorder},
+    {.name = "hang", .spoil = hang},
     {.name = "drop", .read_fails = true},
-    {.name = "deaf", .write_fails = true},
     {.name = "freeze", .takes_leg = true, .spoil = freeze},
-    {.name = "nan", .takes_leg = true, .spoil = not_a_number},
     {.name = "length", .takes_leg = true, .wants_value = true, .spoil = length_jump},
-    {.name = "pressure", .takes_leg = true, .wants_value = true, .spoil = pressure_jump},
+    {.name = "drift", .takes_leg = true, .wants_value = true, .spoil = length_drift},
+    {.name = "noise", .takes_leg = true, .wants_value = true, .spoil = noise},
+    {.name = "flip", .takes_leg = true, .wants_value = true, .spoil = flip},
     {.name = "swap", .takes_leg = true, .spoil = swap},
+    {.name = "pressure", .takes_leg = true, .wants_value = true, .spoil = pressure_jump},
+    {.name = "pressure_drift", .takes_leg = true, .wants_value = true, .spoil = pressure_drift},
+    {.name = "pressure_freeze", .takes_leg = true, .spoil = pressure_freeze},
+    {.name = "pressure_swap", .takes_leg = true, .spoil = pressure_swap},
+    {.name = "mix", .takes_leg = true, .spoil = mix},
+    {.name = "nan", .takes_leg = true, .spoil = not_a_number},
+    {.name = "deaf", .write_fails = true},
+    {.name = "stuck", .takes_leg = true, .drive = stuck},
+    {.name = "valve", .takes_leg = true, .wants_value = true, .drive = forced},
 };
+enum { KINDS = sizeof kinds / sizeof *kinds };
 
 static const struct kind *kind_find(const char *name, size_t length) {
-    for (unsigned i = 0; i < sizeof kinds / sizeof *kinds; i++)
+    for (int i = 0; i < KINDS; i++)
         if (strlen(kinds[i].name) == length && !strncmp(kinds[i].name, name, length)) return &kinds[i];
     return NULL;
 }
@@ -121,13 +255,21 @@ static bool fault_parse(const char **text, struct fault *f) {
     return has_value == f->kind->wants_value && (!has_value || fabs(f->value) <= 1e9);
 }
 
+static int refuse(const char *start, struct error *error) {
+    char names[260] = "";
+    for (int i = 0; i < KINDS; i++) {
+        size_t used = strlen(names);
+        snprintf(names + used, sizeof names - used, "%s%s%s", i ? ", " : "", kinds[i].name, kinds[i].wants_value ? "=" : "");
+    }
+    return error_set(error, STATUS_USAGE, "--hal fault: `%.40s`: write KIND@FROM+LENGTH[/LEG][=VALUE],...;URL with KIND one of %s", start,
+                     names);
+}
+
 static int schedule_parse(struct wrapper *w, const char **text, struct error *error) {
     for (;; ++*text) {
         const char *start = *text;
         if (w->count == FAULTS_MAX) return error_set(error, STATUS_USAGE, "--hal fault: at most %d faults", FAULTS_MAX);
-        if (!fault_parse(text, &w->fault[w->count]) || (**text != ',' && **text != ';'))
-            return error_set(error, STATUS_USAGE, "--hal fault: `%s`: write KIND@FROM+LENGTH[/LEG][=VALUE],...;URL with KIND one of stale, "
-                             "late=s, drop, deaf, freeze, nan, length=m, pressure=Pa, swap", start);
+        if (!fault_parse(text, &w->fault[w->count]) || (**text != ',' && **text != ';')) return refuse(start, error);
         w->count++;
         if (**text == ';') return STATUS_OK;
     }
@@ -142,6 +284,8 @@ static int fault_open(struct hal **hal, const char *address, const struct params
         free(w);
         return status;
     }
+    for (int i = 0; i < w->count; i++) w->fault[i].random = seed + (uint64_t)i;
+    w->period_ns = ns_from_seconds(params->loop.period_s);
     w->ops = hal_fault;
     w->ops.simulated = w->inner->ops->simulated;
     w->hal.ops = &w->ops;
@@ -152,27 +296,50 @@ static int fault_open(struct hal **hal, const char *address, const struct params
 static int fault_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) {
     struct wrapper *w = (struct wrapper *)hal;
     int status = w->inner->ops->read(w->inner, now_ns, sample);
-    w->refuse_write = false;
     const struct hal_sample healthy = *sample;
+    w->history[w->reads++ % HISTORY] = healthy;
+    w->now_ns = now_ns;
     for (int i = 0; i < w->count; i++) {
         struct fault *f = &w->fault[i];
-        if (now_ns < f->from_ns) f->before = healthy;
-        if (now_ns < f->from_ns || now_ns >= f->to_ns) continue;
-        if (f->kind->spoil) f->kind->spoil(f, sample);
+        if (now_ns < f->from_ns) {
+            f->before = f->passed = healthy;
+            memcpy(f->stuck, w->written.valve, sizeof f->stuck);
+        }
+        if (!active(w, f)) continue;
+        if (f->kind->spoil) f->kind->spoil(w, f, sample);
         if (f->kind->read_fails) status = -1;
-        if (f->kind->write_fails) w->refuse_write = true;
     }
     return status;
 }
 
+/* The valves' own faults, on top of what they are told. True when there are any. */
+static bool drive(const struct wrapper *w, struct hal_command *command) {
+    bool any = false;
+    for (int i = 0; i < w->count; i++) {
+        const struct fault *f = &w->fault[i];
+        if (!f->kind->drive || !active(w, f)) continue;
+        f->kind->drive(f, command->valve);
+        any = true;
+    }
+    return any;
+}
+
 static int fault_write(struct hal *hal, const struct hal_command *command) {
     struct wrapper *w = (struct wrapper *)hal;
-    return w->refuse_write ? -1 : w->inner->ops->write(w->inner, command);
+    struct hal_command real = *command;
+    for (int i = 0; i < w->count; i++)
+        if (w->fault[i].kind->write_fails && active(w, &w->fault[i])) return -1;
+    w->written = *command;
+    drive(w, &real);
+    return w->inner->ops->write(w->inner, &real);
 }
 
 static void fault_safe(struct hal *hal) {
     struct wrapper *w = (struct wrapper *)hal;
+    struct hal_command centred = {.enable = true};
     w->inner->ops->safe(w->inner);
+    w->written = centred;
+    if (drive(w, &centred)) w->inner->ops->write(w->inner, &centred);
 }
 
 static void fault_close(struct hal *hal) {
@@ -189,7 +356,9 @@ static void fault_describe(const struct hal *hal, char *text, size_t size) {
 
 const struct hal_ops hal_fault = {
     .scheme = "fault",
-    .usage = "fault:FAULT[,...];URL      another back-end, broken on purpose: KIND@FROM+LENGTH[/LEG][=VALUE]",
+    .usage = "fault:FAULT[,...];URL      another back-end, broken on purpose: KIND@FROM+LENGTH[/LEG][=VALUE], KIND one of\n"
+             "                       stale late delay lag loss repeat reorder hang drop nan deaf stuck valve\n"
+             "                       freeze length drift noise flip swap pressure pressure_drift pressure_freeze pressure_swap mix",
     .open = fault_open,
     .read = fault_read,
     .write = fault_write,

@@ -54,6 +54,7 @@ enum engine_kind { ENGINE_ODE, ENGINE_CLOSED_FORM };
 struct sim_params {
     enum engine_kind engine;
     int substeps;                 /* per cycle; a substep is at most 0.25 ms */
+    double smooth_friction_mps;   /* 0: true stick; else the cylinders' dry friction is F tanh(v / this), as where stick is not modelled */
 };
 
 struct control_params {           /* exact law: src/core/pid.h */
@@ -76,7 +77,7 @@ struct limit_params {             /* SAFETY: beyond any of these the supervisor 
     double length_min_m, length_max_m;
     double leg_rate_mps;
     double following_m;           /* |leg reference - leg length| while engaged */
-    double standstill_m;          /* motion of a leg's reference since its length last changed, while engaged */
+    double standstill_m;          /* range of a leg's reference since its length last changed, while engaged */
     double force_n;               /* |A1 P1 - A2 P2| per leg */
     double sensor_age_s;
     double pressure_min_pa, pressure_max_pa; /* plausible sensor range */
@@ -97,6 +98,8 @@ struct check_params {             /* percent; beyond any of these the run's verd
     double unwanted_pct;          /* motion of the other axes */
     double overruns_pct;          /* of the cycles */
     double excluded_pct;          /* of the evaluated samples */
+    double length_wander_m;       /* of the fundamental of a leg's length, from period to period of a test */
+    double force_wander_n;        /* of a leg's mean force and its fundamental, from period to period; of the mean also from test to test */
     double symmetry_pct;          /* |Mt - Mt'| against sqrt of the diagonal's product */
 };
 
@@ -104,7 +107,7 @@ struct loop_params {
     double period_s;
     int priority;                 /* SCHED_FIFO */
     int cpu;                      /* to pin to, -1: none */
-    int overrun_limit;            /* so many in a row is a fault */
+    int overrun_limit;            /* so many deadlines missed in a row are a fault */
 };
 
 enum { LCM_URL_SIZE = 128 };

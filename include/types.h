@@ -26,7 +26,7 @@ enum {
 struct hal_sample {
     int64_t time_ns;        /* device instant of latching, on the loop's clock */
     int64_t age_ns;         /* from latching to the read */
-    uint64_t device_seq;    /* the device's own count of samples: a gap is a lost sample, a repeat a stale one */
+    uint64_t device_seq;    /* the device's own count of samples, 0 where it has none: a gap is a lost sample, a repeat or a step back a stale one */
     uint32_t flags;         /* SAMPLE_... */
     double length_m[LEGS];  /* joint to joint */
     double p1_pa[LEGS];     /* rodless side, gauge */
@@ -55,6 +55,10 @@ enum {
     FAULT_STANDSTILL = 1u << 9, /* a length does not change while its reference does: dead transducer, valve or supply */
 };
 
+/* Beside the faults: which legs they were seen at, bits 16..21; none where no leg can be told. Never in first_fault. */
+enum { FAULT_LEG_SHIFT = 16 };
+static inline uint32_t fault_leg(int leg) { return 1u << (FAULT_LEG_SHIFT + leg); }
+
 enum command { COMMAND_NONE, COMMAND_ENGAGE, COMMAND_START, COMMAND_STOP, COMMAND_PARK, COMMAND_RESET, COMMANDS };
 
 /* World to loop, through a mailbox; acted on once, when id changes. */
@@ -76,7 +80,7 @@ struct cycle {
     double pose[DOFS];     /* from in.length_m by forward kinematics */
     double force_n[LEGS];  /* A1 P1 - A2 P2 */
     enum state state;
-    uint32_t faults;       /* latched FAULT_... */
+    uint32_t faults;       /* latched FAULT_... and fault_leg() */
     uint32_t first_fault;  /* the headline, 0 if none */
     int test;              /* place in the list of tests, -1 outside */
     enum dof dof;          /* tested axis, DOF_NONE outside */

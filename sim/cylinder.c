@@ -104,6 +104,8 @@ struct friction cylinder_friction(const struct cylinder_model *m, int leg, const
     struct friction sum = {.viscous = m->params->hydraulics.viscous_n_s_per_m * speed_mps};
     struct leg_motion motion = {.direction = direction, .speed_mps = speed_mps, .p1_pa = s->p1_pa, .p2_pa = s->p2_pa};
     for (int i = 0; i < m->leg_effects; i++) m->leg_effect[i].effect->leg_friction(m->leg_effect[i].values, leg, &motion, &sum);
+    double smooth_mps = m->params->sim.smooth_friction_mps;
+    if (smooth_mps > 0.0) sum = (struct friction){.viscous = sum.viscous + sum.dry * tanh(speed_mps / smooth_mps)};
     return sum;
 }
 

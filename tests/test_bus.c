@@ -1,5 +1,6 @@
 /* The bus: messages arrive as they were sent, commands only when they are commands, and what cannot be opened is named with its remedy. */
 #include <fcntl.h>
+#include <netinet/in.h>
 #include <sched.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -147,6 +148,39 @@ static void without_a_route_the_remedy_is_named(void **unused) {
     assert_non_null(strstr(error.text, "`ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo`"));
 }
 
+/* Largest time to live of the sockets that have a port and are not `older`, -1 without one. */
+static int multicast_ttl(const bool older[256]) {
+    int largest = -1;
+    for (int fd = 0; fd < 256; fd++) {
+        struct sockaddr_in address;
+        socklen_t length = sizeof address, size = 1;
+        unsigned char ttl;
+        if (older[fd] || getsockname(fd, (struct sockaddr *)&address, &length) || address.sin_family != AF_INET || !address.sin_port) continue;
+        if (!getsockopt(fd, IPPROTO_IP, IP_MULTICAST_TTL, &ttl, &size) && ttl > largest) largest = ttl;
+    }
+    return largest;
+}
+
+/* SAFETY: the system's own default would be 1. */
+static void the_stream_stays_on_this_host_unless_the_url_says_otherwise(void **unused) {
+    (void)unused;
+    static const struct {
+        const char *url;
+        int ttl;
+    } cases[] = {{multicast, 0}, {"udpm://239.255.76.67:7667", 0}, {"udpm://", 0}, {"udpm://239.255.76.67:7667?ttl=2", 2}};
+    if (!isolated) skip();
+    for (int i = 0; i < 4; i++) {
+        struct bus *b;
+        struct error error;
+        bool older[256]; /* liblcm leaks a socket with a URL that it refuses */
+        for (int fd = 0; fd < 256; fd++) older[fd] = fcntl(fd, F_GETFD) >= 0;
+        assert_int_equal(open_quietly(&b, cases[i].url, &error), 0);
+        bus_publish(b, CHANNEL_EVENT, "", 1);
+        assert_int_equal(multicast_ttl(older), cases[i].ttl);
+        bus_close(b);
+    }
+}
+
 /* Every datagram has been taken from its socket: liblcm's thread has them. */
 static bool drained(void) {
     char line[256];
@@ -196,6 +230,7 @@ int main(void) {
         cmocka_unit_test(what_cannot_be_opened_is_named),
         cmocka_unit_test(without_a_route_the_remedy_is_named),
         cmocka_unit_test(two_hundred_messages_wait_for_a_slow_reader),
+        cmocka_unit_test(the_stream_stays_on_this_host_unless_the_url_says_otherwise),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

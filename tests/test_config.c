@@ -384,6 +384,7 @@ static void keys_that_contradict_each_other_are_named(void **state) {
         {{"tests.amplitude_m=0.41", "tests.frequency_hz=0.1", "tests.duration_s=30"}, {"tests.amplitude_m", "actuator.stroke_m"}},
         {{"tests.amplitude_rad=0.05"}, {"amplitude_rad", "limits.leg_rate_mps"}},
         {{"sim.substeps=7"}, {"sim.substeps", "at least 8"}},
+        {{"sim.smooth_friction_mps=0.0002"}, {"sim.smooth_friction_mps", "closed_form"}},
         {{"loop.period_s=0.004"}, {"sim.substeps", "at least 16"}},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {

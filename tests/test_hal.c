@@ -179,6 +179,31 @@ static void expect_swap_first(struct hal_sample *s, const struct hal_sample *bef
     (void)before, s->length_m[0] = s->length_m[1], s->length_m[1] = first;
 }
 
+static void expect_hang(struct hal_sample *s, const struct hal_sample *before, int64_t now_ns) {
+    *s = *before;
+    s->time_ns = now_ns;
+}
+static void expect_drift(struct hal_sample *s, const struct hal_sample *before, int64_t now_ns) {
+    (void)before, s->length_m[4] += 0.01 * seconds_from_ns(now_ns - ns_from_seconds(0.2));
+}
+static void expect_pressure_drift(struct hal_sample *s, const struct hal_sample *before, int64_t now_ns) {
+    (void)before, s->p1_pa[1] += -1e5 * seconds_from_ns(now_ns - ns_from_seconds(0.2));
+}
+static void expect_pressure_freeze(struct hal_sample *s, const struct hal_sample *before, int64_t now_ns) {
+    (void)now_ns, s->p1_pa[2] = before->p1_pa[2], s->p2_pa[2] = before->p2_pa[2];
+}
+static void expect_pressure_swap(struct hal_sample *s, const struct hal_sample *before, int64_t now_ns) {
+    (void)before, (void)now_ns;
+    double keep = s->p1_pa[2];
+    s->p1_pa[2] = s->p2_pa[2], s->p2_pa[2] = keep;
+}
+static void expect_mix(struct hal_sample *s, const struct hal_sample *before, int64_t now_ns) {
+    (void)before, (void)now_ns;
+    double p1 = s->p1_pa[5], p2 = s->p2_pa[5];
+    s->p1_pa[5] = s->p1_pa[0], s->p2_pa[5] = s->p2_pa[0];
+    s->p1_pa[0] = p1, s->p2_pa[0] = p2;
+}
+
 static void each_fault_does_what_it_says_in_its_window_and_to_its_leg_only(void **unused) {
     (void)unused;
     static const struct {
@@ -189,7 +214,10 @@ static void each_fault_does_what_it_says_in_its_window_and_to_its_leg_only(void 
         {"freeze@0.2+0.1/3", expect_freeze},      {"freeze@0.2+0.1", expect_freeze_all},
         {"nan@0.2+0.1/6", expect_nan},            {"length@0.2+0.1/1=0.01", expect_length},
         {"pressure@0.2+0.1/4=-5e5", expect_pressure}, {"swap@0.2+0.1/6", expect_swap},
-        {"swap@0.2+0.1", expect_swap_first},
+        {"swap@0.2+0.1", expect_swap_first},      {"hang@0.2+0.1", expect_hang},
+        {"drift@0.2+0.1/5=0.01", expect_drift},   {"pressure_drift@0.2+0.1/2=-1e5", expect_pressure_drift},
+        {"pressure_freeze@0.2+0.1/3", expect_pressure_freeze}, {"pressure_swap@0.2+0.1/3", expect_pressure_swap},
+        {"mix@0.2+0.1/6", expect_mix},
     };
     for (unsigned k = 0; k < sizeof cases / sizeof *cases; k++) {
         struct pair p;
@@ -232,6 +260,68 @@ static void a_dropped_read_fails_and_a_deaf_device_takes_no_command_but_safe(voi
     }
     assert_same_sample(&p.got, &p.healthy);
     pair_close(&p);
+}
+
+/* What comes out at each cycle: a healthy sample of some cycles ago, or one that was spoilt by chance. */
+static void faults_of_order_and_chance_keep_their_promise(void **unused) {
+    (void)unused;
+    static const struct {
+        const char *fault;
+        int back[4]; /* cycles, by cycle % 4 */
+    } cases[] = {{"delay@0.2+0.1=0.006", {3, 3, 3, 3}}, {"lag@0.2+0.1=0.004", {2, 2, 2, 2}}, {"repeat@0.2+0.1", {1, 0, 1, 0}},
+                 {"reorder@0.2+0.1", {2, 0, 2, 0}}};
+    for (unsigned k = 0; k < sizeof cases / sizeof *cases; k++) {
+        static struct hal_sample past[200];
+        struct pair p;
+        pair_open(&p, cases[k].fault);
+        for (int n = 0; n < 200; n++) {
+            pair_read(&p, n);
+            past[n] = p.healthy;
+            const struct hal_sample *expected = &past[n >= 100 && n < 150 ? n - cases[k].back[n % 4] : n];
+            assert_memory_equal(p.got.length_m, expected->length_m, sizeof p.got.length_m);
+            assert_memory_equal(p.got.p2_pa, expected->p2_pa, sizeof p.got.p2_pa);
+            pair_write(&p);
+        }
+        pair_close(&p);
+    }
+    static const char *const random[] = {"loss@0.2+100=20", "flip@0.2+100/2=20", "noise@0.2+100/2=0.001"};
+    static const double share[] = {0.2, 0.2, 1.0};
+    for (int k = 0; k < 3; k++) {
+        struct pair p;
+        int spoilt = 0;
+        pair_open(&p, random[k]);
+        for (int n = 0; n < 2100; n++) {
+            pair_read(&p, n);
+            bool same = !memcmp(p.got.length_m, p.healthy.length_m, sizeof p.got.length_m) && !(p.got.flags & SAMPLE_STALE);
+            if (n < 100) assert_true(same);
+            spoilt += !same;
+            assert_true(p.got.length_m[0] == p.healthy.length_m[0] || p.got.flags & SAMPLE_STALE);
+            if (k == 2) assert_below(fabs(p.got.length_m[1] - p.healthy.length_m[1]), 0.001000001);
+        }
+        assert_close(spoilt / 2000.0, share[k], 0.05); /* five standard deviations of 2000 draws */
+        pair_close(&p);
+    }
+}
+
+/* Against a plant that gets what the valve does. */
+static void a_valve_at_fault_does_what_it_likes_also_when_centred(void **unused) {
+    (void)unused;
+    for (int k = 0; k < 2; k++) {
+        struct pair p;
+        pair_open(&p, k ? "valve@0.2+0.2/3=-0.4" : "stuck@0.2+0.2/3");
+        for (int n = 0; n < 300; n++) {
+            struct hal_command told = {.enable = true, .valve = {0.2, 0.2, n < 100 ? 0.2 : 0.1, 0.2, 0.2, 0.2}}, done = told;
+            bool centred = n >= 150 && n < 200;
+            pair_read(&p, n);
+            assert_same_sample(&p.got, &p.healthy);
+            if (centred) memset(done.valve, 0, sizeof done.valve);
+            if (n >= 100 && n < 200) done.valve[2] = k ? -0.4 : 0.2;
+            p.plain->ops->write(p.plain, &done);
+            if (centred) p.broken->ops->safe(p.broken);
+            else assert_int_equal(p.broken->ops->write(p.broken, &told), 0);
+        }
+        pair_close(&p);
+    }
 }
 
 static void faults_add_up_and_each_remembers_its_own_beginning(void **unused) {
@@ -371,6 +461,8 @@ int main(void) {
         cmocka_unit_test(a_fault_needs_a_back_end_behind_it_and_says_what_that_says),
         cmocka_unit_test(each_fault_does_what_it_says_in_its_window_and_to_its_leg_only),
         cmocka_unit_test(a_dropped_read_fails_and_a_deaf_device_takes_no_command_but_safe),
+        cmocka_unit_test(faults_of_order_and_chance_keep_their_promise),
+        cmocka_unit_test(a_valve_at_fault_does_what_it_likes_also_when_centred),
         cmocka_unit_test(faults_add_up_and_each_remembers_its_own_beginning),
         cmocka_unit_test(the_loop_detects_or_rides_out_every_fault),
         cmocka_unit_test(the_loop_detects_dead_and_exchanged_transducers_when_it_moves),

@@ -30,8 +30,19 @@ int options_parse(struct options *o, int argc, char **argv, const char *allowed,
 /* Configuration from -c (default config/tian2015.yaml where it exists, else built in) and --set. */
 int options_params(const struct options *o, struct params *params, struct error *error);
 
+/* The same, and the bus that it names. */
+struct bus;
+int options_bus(const struct options *o, struct params *params, struct bus **bus, struct error *error);
+
+/* SAFETY: a machine that is not simulated moves by itself only where this command line says so (--set motion.automatic=true); a file that
+ * says so may be a copy of the simulation's. Otherwise takes it out of params: the platform waits for `hexid command engage`. */
+void options_automatic(const struct options *o, bool simulated, struct params *params);
+
 /* Prints "hexid: message" and returns the exit status. */
 int cli_fail(const struct error *error);
+
+/* Before a long run: can cli_write_text() write there? Nothing is changed. NULL and "-" are. */
+int cli_check_writable(const char *path, struct error *error);
 
 /* Writes text to `path` ("-" for standard output). */
 int cli_write_text(const char *path, const char *text, struct error *error);

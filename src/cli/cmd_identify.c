@@ -13,7 +13,8 @@ static int log_params(const struct options *o, const struct log_event *event, st
     size_t size;
     if (strcmp(event->channel, CHANNEL_EVENT) || !event_decode_config(event->data, event->size, &text, &size))
         return error_set(error, STATUS_IO, "%s: its first event is no configuration: give one with -c FILE", o->operand[0]);
-    return config_parse(params, text, size, o->operand[0], error);
+    int status = config_parse(params, text, size, o->operand[0], error);
+    return status ? status : config_override(params, o->operand[0], o->settings, o->setting_count, error);
 }
 
 static void feed(struct analysis *a, const struct log_event *event) {

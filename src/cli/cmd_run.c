@@ -8,6 +8,7 @@
 #include "cli.h"
 #include "config.h"
 #include "log.h"
+#include "messages.h"
 #include "recorder.h"
 #include "units.h"
 
@@ -35,11 +36,21 @@ static void open_bus(struct session *s) {
     if (s->params.lcm.url[0] && bus_open(&s->bus, s->params.lcm.url, &error)) warn(&error);
 }
 
+/* What an operator would wonder about: nothing moves, and why. */
+static void say_who_moves_it(const struct session *s) {
+    if (s->params.motion.automatic || s->hal->ops->simulated) return;
+    fprintf(stderr, "hexid: %s is a real machine: it waits for `hexid command engage` and `start`%s; --set motion.automatic=true runs the "
+            "tests without being told\n", s->options.hal, s->params.lcm.commands ? "" : ", which need lcm.commands: true");
+}
+
 static int open_all(struct session *s, struct error *error) {
     int status = hal_open(&s->hal, s->options.hal, &s->params, s->options.seed, error);
     if (status) return status;
+    options_automatic(&s->options, s->hal->ops->simulated, &s->params);
+    say_who_moves_it(s);
     if (s->options.fast && !s->hal->ops->simulated)
         return error_set(error, STATUS_USAGE, "--fast: %s is not simulated; a real machine has real time", s->options.hal);
+    if ((status = cli_check_writable(s->options.json, error))) return status;
     if (s->options.log && (status = log_create(&s->log, s->options.log, error))) return status;
     if (ring_init(&s->ring, sizeof(struct cycle), RING_CAPACITY)) return error_set(error, STATUS_IO, "out of memory");
     s->config = config_text(&s->params);
@@ -76,21 +87,30 @@ static void block_signals(sigset_t *set) {
 /* SAFETY: the first signal puts the platform down and ends the run; the second centres the valves at once. */
 static void signalled(struct session *s) {
     if (s->signals++) {
-        fprintf(stderr, "hexid: interrupted again: valves centred\n");
+        progress_say(&s->progress, "hexid: interrupted again: valves centred\n");
         atomic_store(&s->loop.abort, true);
         return;
     }
-    fprintf(stderr, "hexid: interrupted: parking (once more to centre the valves at once)\n");
+    progress_say(&s->progress, "hexid: interrupted: parking (once more to centre the valves at once)\n");
     mailbox_post(&s->loop.requests, COMMAND_PARK);
     atomic_store(&s->loop.quit, true);
+}
+
+static void refuse(struct session *s, enum command command) {
+    unsigned char buffer[256];
+    char text[160];
+    snprintf(text, sizeof text, "%s refused: set lcm.commands to true to accept commands that move", command_names[command]);
+    int size = event_encode(clock_now(&s->loop.clock), 0, "command", text, buffer, sizeof buffer);
+    bus_publish(s->bus, CHANNEL_EVENT, buffer, size);
+    progress_say(&s->progress, "hexid: command %s\n", text);
 }
 
 /* SAFETY: whoever reaches the bus may put the platform down; only the configuration lets it be moved from there. */
 static void command_received(void *context, enum command command) {
     struct session *s = context;
     bool stops = command == COMMAND_STOP || command == COMMAND_PARK;
-    if (stops || s->params.lcm.commands) mailbox_post(&s->loop.requests, command);
-    else fprintf(stderr, "hexid: command %s refused: set lcm.commands to true to accept commands that move\n", command_names[command]);
+    if (stops || s->params.lcm.commands) mailbox_post(&s->loop.requests, command); /* the recorder answers */
+    else refuse(s, command);
 }
 
 static void wait_for_end(struct session *s, const sigset_t *signals) {
@@ -105,6 +125,7 @@ static void wait_for_end(struct session *s, const sigset_t *signals) {
 static int report(struct session *s, struct error *error) {
     struct analysis *a = &s->recorder.analysis;
     struct verdict verdict = analysis_verdict(a);
+    progress_end(&s->progress);
     if (s->signals) verdict_add(&verdict, VERDICT_NOT_EVALUATED, "interrupted");
     analysis_print(a, &verdict, s->progress.out);
     char trouble[200] = "";
@@ -151,6 +172,7 @@ int cmd_run(int argc, char **argv) {
     if (!s) return -STATUS_IO;
     int status = options_parse(&s->options, argc, argv, "cHfrsljStp", 0, &error);
     if (!status) status = options_params(&s->options, &s->params, &error);
+    if (!status && !s->options.print_config) status = config_check_motion(&s->params, &error);
     if (!status && s->options.print_config) {
         char *text = config_text(&s->params);
         status = text ? cli_write_text("-", text, &error) : error_set(&error, STATUS_IO, "out of memory");

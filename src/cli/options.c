@@ -1,9 +1,11 @@
 #include <errno.h>
+#include <fcntl.h>
 #include <getopt.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
+#include "bus.h"
 #include "cli.h"
 #include "config.h"
 
@@ -95,9 +97,33 @@ int options_params(const struct options *o, struct params *params, struct error 
     return config_load(params, path, o->settings, o->setting_count, error);
 }
 
+int options_bus(const struct options *o, struct params *params, struct bus **bus, struct error *error) {
+    int status = options_params(o, params, error);
+    if (status) return status;
+    if (!params->lcm.url[0]) return error_set(error, STATUS_USAGE, "lcm.url is empty: this configuration has no LCM");
+    return bus_open(bus, params->lcm.url, error);
+}
+
+void options_automatic(const struct options *o, bool simulated, struct params *params) {
+    static const char key[] = "motion.automatic=";
+    bool said = false;
+    for (int i = 0; i < o->setting_count; i++) said = said || !strncmp(o->settings[i], key, sizeof key - 1);
+    if (!simulated && !said) params->motion.automatic = false;
+}
+
 int cli_fail(const struct error *error) {
     fprintf(stderr, "hexid: %s\n", error->text);
     return -(int)error->status;
+}
+
+int cli_check_writable(const char *path, struct error *error) {
+    if (!path || !strcmp(path, "-")) return STATUS_OK;
+    bool there = access(path, F_OK) == 0;
+    int file = open(path, O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+    if (file < 0) return error_set(error, STATUS_IO, "%s: cannot be written: %s", path, strerror(errno));
+    close(file);
+    if (!there) unlink(path);
+    return STATUS_OK;
 }
 
 int cli_write_text(const char *path, const char *text, struct error *error) {

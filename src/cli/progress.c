@@ -1,6 +1,7 @@
 #include "progress.h"
 
 #include <math.h>
+#include <stdarg.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -18,6 +19,17 @@ static void clear_line(struct progress *p) {
     if (p->terminal) fputs("\r\033[K", p->out);
 }
 
+void progress_say(struct progress *p, const char *format, ...) {
+    va_list args;
+    clear_line(p);
+    fflush(p->out);
+    va_start(args, format);
+    vfprintf(stderr, format, args);
+    va_end(args);
+}
+
+void progress_end(struct progress *p) { clear_line(p); }
+
 void progress_state(struct progress *p, const struct cycle *c) {
     p->state_cycles = 0;
     if (c->state == STATE_TESTING || c->state == STATE_FAULT) return; /* results and the fault speak for themselves */
@@ -27,8 +39,10 @@ void progress_state(struct progress *p, const struct cycle *c) {
 }
 
 void progress_fault(struct progress *p, const struct cycle *c) {
+    char text[FAULT_TEXT_SIZE];
+    fault_describe(c->first_fault, c->faults, text);
     clear_line(p);
-    fprintf(p->out, "  FAULT %s at %.3f s: valves centred\n", fault_name(c->first_fault), (double)c->in.time_ns * 1e-9);
+    fprintf(p->out, "  FAULT %s at %.3f s: valves centred\n", text, (double)c->in.time_ns * 1e-9);
     fflush(p->out);
 }
 
@@ -37,9 +51,11 @@ void progress_result(struct progress *p, const struct test_result *t) {
     for (int i = 0; i < DOFS; i++) unwanted = fmax(unwanted, t->unwanted_pct[i]);
     bool angle = t->dof >= DOF_PHI;
     clear_line(p);
-    fprintf(p->out, "  test %d/%d  %-5s  %.4g Hz  amplitude %.3f %s of %.3f, phase %.1f deg, unwanted %.1f %%, %lld samples, %lld excluded%s\n",
-            t->test + 1, p->params->tests.count, dof_names[t->dof], t->frequency_hz, t->achieved_amplitude * 1e3, angle ? "mrad" : "mm",
-            t->amplitude * 1e3, t->phase_deg, unwanted, (long long)t->samples, (long long)t->excluded, t->complete ? "" : ", not complete");
+    fprintf(p->out, "  test %d/%d %-5s ", t->test + 1, p->params->tests.count, dof_names[t->dof]);
+    if (isfinite(t->achieved_amplitude))
+        fprintf(p->out, "%.3f of %.3f %s, %.1f deg, unwanted %.1f %%, ", t->achieved_amplitude * 1e3, t->amplitude * 1e3, angle ? "mrad" : "mm",
+                t->phase_deg, unwanted);
+    fprintf(p->out, "%lld of %lld excluded%s\n", (long long)t->excluded, (long long)(t->samples + t->excluded), t->complete ? "" : ", not complete");
     fflush(p->out);
 }
 

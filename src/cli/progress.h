@@ -19,6 +19,10 @@ void progress_init(struct progress *p, const struct params *params, FILE *out, b
 void progress_state(struct progress *p, const struct cycle *c);
 void progress_fault(struct progress *p, const struct cycle *c);
 void progress_result(struct progress *p, const struct test_result *t);
+/* From any thread: a line on standard error, clear of the live line. */
+__attribute__((format(printf, 2, 3))) void progress_say(struct progress *p, const char *format, ...);
+/* Takes the live line off: what follows is no progress. */
+void progress_end(struct progress *p);
 void progress_tick(struct progress *p, const struct cycle *c);
 
 #endif

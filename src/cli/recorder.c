@@ -48,12 +48,16 @@ static void changes(struct recorder *r, const struct cycle *before, int64_t lost
         snprintf(text, sizeof text, "%lld records lost: the recorder was too slow", (long long)(r->analysis.lost - lost));
         event(r, "lost", text);
     }
+    struct request request = mailbox_read(&r->loop->requests);
+    if (request.id != r->request_id) event(r, "command", command_names[request.command]);
+    r->request_id = request.id;
     if (r->analysis.cycles == 1 || c->state != before->state) {
         event(r, "state", state_names[c->state]);
         progress_state(r->progress, c);
     }
     if (c->first_fault && !before->first_fault) {
-        event(r, "fault", fault_name(c->first_fault));
+        fault_describe(c->first_fault, c->faults, text);
+        event(r, "fault", text);
         progress_fault(r->progress, c);
     }
     if (c->test >= 0 && (c->test != before->test || before->phase == PHASE_NONE)) {

@@ -20,6 +20,7 @@ struct recorder {
     bool virtual_time;               /* yields instead of sleeping when there is nothing to do */
     int64_t origin_us;               /* the log's time of the loop's zero */
     struct analysis analysis;
+    uint32_t request_id;             /* the last one told of */
     int64_t statistics_cycles;       /* between two HEXID_LOOP_STATS */
     struct error error;              /* first failure to write the log; status 0 while all is well */
     pthread_t thread;

@@ -14,6 +14,7 @@
  *  E       angular velocity = E [phi theta psi]dot     -     {B}                                                              */
 
 static const double tolerance_m = 1e-13;
+static const double last_step_m = 1e-7; /* after a step this small Newton's error is its square over a leg length: below the tolerance */
 
 static void joint(double p[3], double radius, double angle, double z) {
     p[0] = radius * cos(angle);
@@ -121,14 +122,15 @@ static double fk_equations(const struct kinematics *k, const double length_m[LEG
 /* Gauss elimination with row pivoting of the 6 x 7 system; the solution is left in the last column. Returns the pivot ratio. */
 static double eliminate(double m[LEGS][DOFS + 1]) {
     double smallest = INFINITY, largest = 0.0;
+#pragma GCC unroll 6 /* every bound a constant: two thirds of the instructions */
     for (int c = 0; c < DOFS; c++) {
         int pivot = c;
         for (int r = c + 1; r < LEGS; r++)
             if (fabs(m[r][c]) > fabs(m[pivot][c])) pivot = r;
         double size = fabs(m[pivot][c]);
         if (!(size > 1e-12)) return 0.0;
-        smallest = fmin(smallest, size);
-        largest = fmax(largest, size);
+        smallest = size < smallest ? size : smallest;
+        largest = size > largest ? size : largest;
         for (int j = c; j <= DOFS && pivot != c; j++) {
             double keep = m[c][j];
             m[c][j] = m[pivot][j];
@@ -157,9 +159,17 @@ struct fk_result fk_solve(const struct kinematics *k, const double length_m[LEGS
         if (result.converged || result.iterations == FK_ITERATIONS) break;
         result.pivot_ratio = eliminate(m);
         if (!(result.pivot_ratio > 0.0)) break;
-        for (int r = 0; r < 3; r++) s[r] -= m[r][DOFS];
-        for (int r = 3; r < DOFS; r++) s[r] -= m[r][DOFS] / k->upper_radius_m;
+        double step_m = 0.0;
+        for (int r = 0; r < DOFS; r++) {
+            s[r] -= r < 3 ? m[r][DOFS] : m[r][DOFS] / k->upper_radius_m;
+            step_m = fmax(step_m, fabs(m[r][DOFS]));
+        }
         result.iterations++;
+        if (step_m <= last_step_m && result.residual_m <= last_step_m) {
+            result.residual_m = step_m * step_m / k->upper_radius_m;
+            result.converged = true;
+            break;
+        }
     }
     if (result.converged) memcpy(pose, s, sizeof s);
     return result;

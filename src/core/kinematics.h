@@ -14,7 +14,7 @@ struct kinematics {
 
 struct fk_result {
     int iterations;       /* Newton steps taken */
-    double residual_m;    /* largest length error of the pose returned */
+    double residual_m;    /* largest length error of the pose returned; a bound when the last step was below 0.1 um */
     double pivot_ratio;   /* smallest over largest pivot of J in elimination, angles in units of 1/Ra: 1 .. 0 (singular) */
     bool converged;
 };

@@ -23,26 +23,52 @@ int platform_init(struct platform *p, const struct params *params, struct error 
 
 static bool inside(double x, double lo, double hi) { return x >= lo && x <= hi; } /* false for NaN */
 
-/* SAFETY: whatever a sensor can say, this decides whether the controller believes it. Returns FAULT_... bits, 0 for a good sample. */
-static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
+/* SAFETY: a device that hangs may go on sending its last sample with fresh time stamps; its own count gives it away. Returns what the
+ * count says about the sample, and leaves the cycle of the last new one in anew_seq. */
+static uint32_t count_says(struct platform *p, const struct hal_sample *in) {
+    if (in->flags & SAMPLE_IO) return 0;
+    bool anew = in->device_seq == 0 || (int64_t)(in->device_seq - p->device_seq) > 0;
+    p->device_seq = in->device_seq;
+    if (anew) p->anew_seq = p->seq;
+    return anew ? 0 : SAMPLE_STALE;
+}
+
+static bool too_old(const struct platform *p, const struct hal_sample *in) {
+    int64_t limit_ns = ns_from_seconds(p->params->limits.sensor_age_s);
+    int64_t silent_ns = (p->seq - p->anew_seq) * ns_from_seconds(p->params->loop.period_s);
+    return in->age_ns < 0 || in->age_ns > limit_ns || silent_ns > limit_ns;
+}
+
+/* What is doubtful about one leg's readings. elapsed_s: since its last good length. */
+static uint32_t leg_doubts(const struct platform *p, const struct hal_sample *in, int i, double elapsed_s) {
     const struct limit_params *l = &p->params->limits;
+    double length_m = in->length_m[i], p1_pa = in->p1_pa[i], p2_pa = in->p2_pa[i];
+    uint32_t suspect = 0;
+    if (!isfinite(length_m)) suspect |= FAULT_SENSOR_INVALID;
+    if (!inside(p1_pa, l->pressure_min_pa, l->pressure_max_pa) || !inside(p2_pa, l->pressure_min_pa, l->pressure_max_pa))
+        suspect |= FAULT_SENSOR_INVALID;
+    if (!inside(length_m, l->length_min_m, l->length_max_m)) suspect |= FAULT_STROKE;
+    if (p->good_seq >= 0 && !(fabs(length_m - p->length_m[i]) <= l->leg_rate_mps * elapsed_s)) suspect |= FAULT_LEG_RATE;
+    if (!(fabs(leg_force(&p->areas, p1_pa, p2_pa)) <= l->force_n)) suspect |= FAULT_FORCE;
+    if (!supervisor_drives(p->supervisor.state)) return suspect;
+    if (!(fabs(p->leg_ref_m[i] - length_m) <= l->following_m)) suspect |= FAULT_FOLLOWING;
+    if (!(p->still_high_m[i] - p->still_low_m[i] <= l->standstill_m)) suspect |= FAULT_STANDSTILL;
+    return suspect;
+}
+
+/* SAFETY: whatever a sensor can say, this decides whether the controller believes it. Returns FAULT_... bits, and those of the legs where
+ * they were seen; 0 for a good sample. */
+static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
     if (in->flags & SAMPLE_IO) return FAULT_IO;
-    uint32_t suspect = in->age_ns < 0 || in->age_ns > ns_from_seconds(l->sensor_age_s) ? FAULT_SENSOR_AGE : 0;
+    uint32_t suspect = too_old(p, in) ? FAULT_SENSOR_AGE : 0;
     if (in->flags & SAMPLE_INVALID) suspect |= FAULT_SENSOR_INVALID;
     if (p->overruns >= p->params->loop.overrun_limit) suspect |= FAULT_OVERRUN;
     /* Cycles, or more where deadlines were missed. */
     double elapsed_s = fmax((double)(p->seq - p->good_seq) * p->params->loop.period_s,
                             seconds_from_ns(in->time_ns) - seconds_from_ns(p->good_ns));
     for (int i = 0; i < LEGS; i++) {
-        if (!isfinite(in->length_m[i])) suspect |= FAULT_SENSOR_INVALID;
-        if (!inside(in->p1_pa[i], l->pressure_min_pa, l->pressure_max_pa) || !inside(in->p2_pa[i], l->pressure_min_pa, l->pressure_max_pa))
-            suspect |= FAULT_SENSOR_INVALID;
-        if (!inside(in->length_m[i], l->length_min_m, l->length_max_m)) suspect |= FAULT_STROKE;
-        if (p->good_seq >= 0 && !(fabs(in->length_m[i] - p->length_m[i]) <= l->leg_rate_mps * elapsed_s)) suspect |= FAULT_LEG_RATE;
-        if (!(fabs(leg_force(&p->areas, in->p1_pa[i], in->p2_pa[i])) <= l->force_n)) suspect |= FAULT_FORCE;
-        if (!supervisor_drives(p->supervisor.state)) continue;
-        if (!(fabs(p->leg_ref_m[i] - in->length_m[i]) <= l->following_m)) suspect |= FAULT_FOLLOWING;
-        if (!(fabs(p->leg_ref_m[i] - p->still_ref_m[i]) <= l->standstill_m)) suspect |= FAULT_STANDSTILL;
+        uint32_t leg = leg_doubts(p, in, i, elapsed_s);
+        if (leg) suspect |= leg | fault_leg(i);
     }
     return suspect;
 }
@@ -50,14 +76,25 @@ static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
 /* SAFETY: a transducer that stands still while the others hold their legs is seen by nothing else: its own leg then runs away. */
 static void watch_standstill(struct platform *p, const struct hal_sample *in) {
     for (int i = 0; i < LEGS && !(in->flags & SAMPLE_IO); i++) {
-        if (in->length_m[i] != p->still_m[i]) p->still_ref_m[i] = p->leg_ref_m[i];
+        bool moved = in->length_m[i] != p->still_m[i];
+        p->still_low_m[i] = moved ? p->leg_ref_m[i] : fmin(p->still_low_m[i], p->leg_ref_m[i]);
+        p->still_high_m[i] = moved ? p->leg_ref_m[i] : fmax(p->still_high_m[i], p->leg_ref_m[i]);
         p->still_m[i] = in->length_m[i];
     }
 }
 
+/* SAFETY: deadlines missed in a row, whether the loop came late again and again or was away for long at once: by then a device's watchdog
+ * may have centred the valves behind its back, and the command of before is not to be gone on with. */
+static void count_overruns(struct platform *p, const struct hal_sample *in) {
+    int64_t missed = (in->time_ns - p->last_ns) / ns_from_seconds(p->params->loop.period_s) - 1;
+    int64_t count = p->overruns + (missed > 1 ? missed : 1), limit = p->params->loop.overrun_limit;
+    p->overruns = in->flags & SAMPLE_OVERRUN ? (int)(count < limit ? count : limit) : 0;
+    p->last_ns = in->time_ns;
+}
+
 /* Takes the sample over when it is good: pose and leg forces. Returns what is doubtful about it. */
 static uint32_t observe(struct platform *p, const struct hal_sample *in) {
-    p->overruns = in->flags & SAMPLE_OVERRUN ? p->overruns + (p->overruns < p->params->loop.overrun_limit) : 0;
+    count_overruns(p, in);
     watch_standstill(p, in);
     uint32_t suspect = doubts(p, in);
     if (suspect) return suspect;
@@ -110,7 +147,7 @@ static void engage(struct platform *p) {
     memset(p->ref_rate, 0, sizeof p->ref_rate);
     for (int i = 0; i < LEGS; i++) {
         pid_reset(&p->pid[i], p->length_m[i], p->force_n[i]);
-        p->leg_ref_m[i] = p->still_ref_m[i] = p->length_m[i];
+        p->leg_ref_m[i] = p->still_low_m[i] = p->still_high_m[i] = p->length_m[i];
     }
     move_to(p, 0.0, p->params->motion.engage_s);
 }
@@ -194,7 +231,7 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
     struct supervisor *s = &p->supervisor;
     struct reference_sample ref = {0};
 
-    uint32_t suspect = observe(p, in);
+    uint32_t stale = count_says(p, in), suspect = observe(p, in);
     apply(p, commanded(p, request));
     apply(p, automatic(p));
     /* SAFETY: the sensors have the last word: no request of the same cycle can undo a fault before it is seen. */
@@ -214,6 +251,7 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
 
     *out = (struct cycle){.seq = (uint64_t)p->seq, .in = *in, .out = p->command, .state = s->state, .faults = s->faults,
                           .first_fault = s->first_fault, .test = -1, .dof = DOF_NONE};
+    out->in.flags |= stale;
     if (suspect) out->in.flags |= SAMPLE_INVALID; /* what the controller did not believe the identifier must not use */
     if (ref.phase != PHASE_NONE) out->test = test, out->dof = dof, out->phase = ref.phase, out->test_time_s = ref.test_time_s;
     memcpy(out->ref, p->ref, sizeof out->ref);

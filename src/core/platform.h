@@ -20,9 +20,13 @@ struct platform {
     /* the last good sample */
     double pose[DOFS];           /* forward kinematics starts here */
     double length_m[LEGS], force_n[LEGS];
-    double still_m[LEGS], still_ref_m[LEGS]; /* the reading before, and the leg's reference when it last changed */
+    double still_m[LEGS];        /* the reading before, */
+    double still_low_m[LEGS], still_high_m[LEGS]; /* and where the leg's reference has been since it last changed */
     int64_t good_seq, good_ns;   /* its cycle, -1: none yet; and its instant */
-    int overruns;                /* in a row, at most loop.overrun_limit */
+    uint64_t device_seq;         /* of the sample before, */
+    int64_t anew_seq;            /* and the cycle in which it was last a later one */
+    int64_t last_ns;             /* instant of the sample before */
+    int overruns;                /* deadlines missed in a row, at most loop.overrun_limit */
     /* the last reference and command */
     double ref[DOFS], ref_rate[DOFS], leg_ref_m[LEGS];
     struct hal_command command;  /* held while samples are bad */

@@ -1,6 +1,7 @@
 #include "supervisor.h"
 
 #include <limits.h>
+#include <stdio.h>
 
 const char *const state_names[STATES] = {"init", "settled", "engaging", "ready", "testing", "parking", "fault"};
 const char *const command_names[COMMANDS] = {"none", "engage", "start", "stop", "park", "reset"};
@@ -12,6 +13,17 @@ const char *fault_name(uint32_t faults) {
     for (unsigned i = 0; i < sizeof fault_names / sizeof *fault_names; i++)
         if (faults & 1u << i) return fault_names[i];
     return "none";
+}
+
+void fault_describe(uint32_t first_fault, uint32_t faults, char text[FAULT_TEXT_SIZE]) {
+    bool several = (faults >> FAULT_LEG_SHIFT & ((faults >> FAULT_LEG_SHIFT) - 1u)) != 0;
+    int used = snprintf(text, FAULT_TEXT_SIZE, "%s", fault_name(first_fault));
+    const char *before = several ? ", legs" : ", leg";
+    for (int i = 0; i < LEGS; i++) {
+        if (!(faults & fault_leg(i))) continue;
+        used += snprintf(text + used, (size_t)(FAULT_TEXT_SIZE - used), "%s %d", before, i + 1);
+        before = "";
+    }
 }
 
 /* What is not in the table does nothing. SAFETY: every state has a row for a fault; there is no way from
@@ -61,7 +73,7 @@ bool supervisor_judge(struct supervisor *s, uint32_t suspect, int limit) {
     else s->bad -= s->bad > 0;
     s->good = suspect ? 0 : s->good + (s->good < INT_MAX);
     if (s->bad < limit) return false;
+    if (!s->first_fault) s->first_fault = suspect & (~suspect + 1u); /* legs stand above all faults */
     s->faults |= suspect;
-    if (!s->first_fault) s->first_fault = suspect & (~suspect + 1u);
     return suspect != 0;
 }

@@ -35,6 +35,10 @@ extern const char *const command_names[COMMANDS];
 /* Name of the lowest bit set, "none" for 0. */
 const char *fault_name(uint32_t faults);
 
+/* What an operator is told: name of the first fault, and the legs it was seen at: "following_error, leg 3", "kinematics". */
+enum { FAULT_TEXT_SIZE = 64 };
+void fault_describe(uint32_t first_fault, uint32_t faults, char text[FAULT_TEXT_SIZE]);
+
 /* The state after a trigger; the same state when the table has no row for it. */
 enum state supervisor_next(enum state state, enum trigger trigger);
 
@@ -44,7 +48,7 @@ bool supervisor_drives(enum state state);
 /* Forgets faults and doubts: a reset. */
 void supervisor_clear(struct supervisor *s);
 
-/* Counts a sample with these doubts (FAULT_... bits, 0 for a good one). True when they became, or are, a latched fault. */
+/* Counts a sample with these doubts (FAULT_... and fault_leg() bits, 0 for a good one). True when they became, or are, a latched fault. */
 bool supervisor_judge(struct supervisor *s, uint32_t suspect, int limit);
 
 #endif

@@ -38,12 +38,12 @@ static void open_test(struct ident *id, const struct cycle *c) {
     id->seen = id->excluded = 0;
     id->first_s = c->test_time_s;
     memset(id->pose, 0, sizeof id->pose);
+    witness_reset(&id->witness, id->params->tests.frequency_hz, id->params->loop.period_s);
     harmonics_reset(&id->fit, 2.0 * PI * id->params->tests.frequency_hz, id->params->tests.harmonics, CHANNELS);
 }
 
 /* Pose and wrench of one sample; false when it has none. */
-static bool measure(struct ident *id, const struct cycle *c, double values[CHANNELS]) {
-    double force_n[LEGS];
+static bool measure(struct ident *id, const struct cycle *c, double values[CHANNELS], double force_n[LEGS]) {
     if (!isfinite(c->test_time_s) || !fk_solve(&id->kinematics, c->in.length_m, id->pose).converged) return false;
     for (int i = 0; i < LEGS; i++) force_n[i] = leg_force(&id->areas, c->in.p1_pa[i], c->in.p2_pa[i]);
     memcpy(values, id->pose, sizeof id->pose);
@@ -54,10 +54,12 @@ static bool measure(struct ident *id, const struct cycle *c, double values[CHANN
 }
 
 static void take(struct ident *id, const struct cycle *c) {
-    double values[CHANNELS];
+    double values[CHANNELS], force_n[LEGS] = {0};
+    bool good = c->in.flags == 0 && measure(id, c, values, force_n);
     id->seen++;
     id->last_s = c->test_time_s;
-    if (c->in.flags == 0 && measure(id, c, values)) harmonics_add(&id->fit, c->test_time_s, values);
+    witness_add(&id->witness, c->test_time_s - id->first_s, &c->in, force_n, good);
+    if (good) harmonics_add(&id->fit, c->test_time_s, values);
     else id->excluded++;
 }
 
@@ -88,6 +90,7 @@ static void close_test(struct ident *id) {
     double span_s = (id->last_s - id->first_s) * (double)id->seen / (double)(id->seen - 1); /* a sample stands for one period */
     *t = (struct test_result){.test = id->running, .dof = id->dof, .frequency_hz = p->frequency_hz,
                               .amplitude = commanded_amplitude(p, id->dof), .samples = id->fit.samples, .excluded = id->excluded,
+                              .witness = witness_says(&id->witness),
                               .complete = solved && span_s >= complete_share * p->duration_s};
     for (int i = 0; i < DOFS; i++) {
         t->pose[i][0] = fit.sine[i][0], t->pose[i][1] = fit.cosine[i][0];

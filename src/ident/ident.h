@@ -26,6 +26,7 @@ struct ident {
     struct kinematics kinematics;
     struct cylinder_areas areas;
     struct harmonics fit;         /* the running test: 12 channels, pose and wrench */
+    struct witness witness;       /* the same, looked at for themselves */
     double pose[DOFS];            /* forward kinematics starts here */
     int running;                  /* test under way, -1: none */
     enum dof dof;

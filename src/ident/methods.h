@@ -13,6 +13,7 @@
 #define HEXID_METHODS_H
 
 #include "types.h"
+#include "witness.h"
 
 struct test_result {
     int test;                    /* place in the list of tests */
@@ -26,6 +27,7 @@ struct test_result {
     double wrench[DOFS][2];      /* H_d */
     double pose_rms[DOFS], wrench_rms[DOFS]; /* residual */
     double pose_std[DOFS], wrench_std[DOFS]; /* of each fundamental coefficient, residual taken as white */
+    struct testimony witness;    /* what the readings say about themselves */
     bool complete;               /* the whole evaluated part was seen, and the fit is good */
 };
 

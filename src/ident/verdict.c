@@ -6,7 +6,7 @@
 #include "lin.h"
 
 const char *const verdict_names[] = {"pass", "fail", "not_evaluated"};
-const char verdict_scope[] = "amplitudes reached, unwanted motion, overruns, excluded samples, symmetry and positive definiteness of method "
+const char verdict_scope[] = "amplitudes reached, unwanted motion, overruns, excluded samples, readings that live, steady mean forces, symmetry and positive definiteness of method "
                              "A; not the error against the nominal matrix";
 
 void verdict_add(struct verdict *v, enum verdict_status status, const char *format, ...) {
@@ -19,7 +19,9 @@ void verdict_add(struct verdict *v, enum verdict_status status, const char *form
 }
 
 /* What is not a number fails. */
-static void check_test(struct verdict *v, const struct check_params *limit, const struct test_result *t) {
+static void check_test(struct verdict *v, const struct params *params, const struct test_result *t) {
+    const struct check_params *limit = &params->checks;
+    const struct testimony *w = &t->witness;
     const char *name = dof_names[t->dof];
     double short_pct = 100.0 * fabs(t->achieved_amplitude / t->amplitude - 1.0);
     double excluded_pct = 100.0 * (double)t->excluded / (double)(t->samples + t->excluded);
@@ -35,6 +37,29 @@ static void check_test(struct verdict *v, const struct check_params *limit, cons
                         limit->unwanted_pct);
     if (!(excluded_pct <= limit->excluded_pct))
         verdict_add(v, VERDICT_FAIL, "test %s: %.2f %% of the samples excluded, limit %g %%", name, excluded_pct, limit->excluded_pct);
+    if (!((double)w->still_samples * params->loop.period_s * t->frequency_hz <= 1.0))
+        verdict_add(v, VERDICT_FAIL, "test %s: a reading of leg %d stood still for %lld samples: dead sensor or stuck leg", name,
+                    w->still_leg + 1, (long long)w->still_samples);
+    if (!(w->length_m <= limit->length_wander_m))
+        verdict_add(v, VERDICT_FAIL, "test %s: motion of leg %d wandered by %.3f mm between periods, limit %g mm", name, w->length_leg + 1,
+                    w->length_m * 1e3, limit->length_wander_m * 1e3);
+    if (!(w->force_n <= limit->force_wander_n))
+        verdict_add(v, VERDICT_FAIL, "test %s: force of leg %d wandered by %.0f N between periods, limit %g N", name, w->force_leg + 1,
+                    w->force_n, limit->force_wander_n);
+}
+
+/* At neutral a leg's load is the same in every test. */
+static void check_load(struct verdict *v, const struct check_params *limit, const struct identification *id) {
+    for (int leg = 0; leg < LEGS; leg++) {
+        double low_n = INFINITY, high_n = -INFINITY;
+        for (int i = 0; i < id->tests; i++) {
+            low_n = fmin(low_n, id->test[i].witness.mean_n[leg]); /* without a sample it is NaN, which loses */
+            high_n = fmax(high_n, id->test[i].witness.mean_n[leg]);
+        }
+        if (high_n - low_n > limit->force_wander_n)
+            verdict_add(v, VERDICT_FAIL, "mean force of leg %d wandered by %.0f N between tests, limit %g N", leg + 1, high_n - low_n,
+                        limit->force_wander_n);
+    }
 }
 
 static void check_matrix(struct verdict *v, const struct check_params *limit, const struct method_result *a) {
@@ -54,7 +79,8 @@ static void check_matrix(struct verdict *v, const struct check_params *limit, co
 struct verdict ident_verdict(const struct params *params, const struct identification *id, int64_t cycles, int64_t overruns) {
     struct verdict v = {.status = VERDICT_PASS};
     const struct check_params *limit = &params->checks;
-    for (int i = 0; i < id->tests; i++) check_test(&v, limit, &id->test[i]);
+    for (int i = 0; i < id->tests; i++) check_test(&v, params, &id->test[i]);
+    check_load(&v, limit, id);
     if (id->tests < params->tests.count) verdict_add(&v, VERDICT_NOT_EVALUATED, "%d of %d tests done", id->tests, params->tests.count);
     double overruns_pct = cycles > 0 ? 100.0 * (double)overruns / (double)cycles : 0.0;
     if (!(overruns_pct <= limit->overruns_pct))

@@ -1,9 +1,13 @@
 #include "bus.h"
 
+#include <arpa/inet.h>
 #include <errno.h>
 #include <lcm/lcm.h>
 #include <stdlib.h>
+#include <stdio.h>
 #include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include "messages.h"
 
@@ -24,11 +28,24 @@ static int refuse(const char *url, struct error *error) {
     return error_set(error, STATUS_IO, "LCM cannot use \"%.128s\"; give one like udpm://239.255.76.67:7667?ttl=0 (lcm.url)", url);
 }
 
+/* liblcm without a route prints a page of its own: asked first, it need not. URLs that are not of this form are for liblcm to judge. */
+static bool no_route(const char *url) {
+    char host[16];
+    struct sockaddr_in group = {.sin_family = AF_INET};
+    unsigned short port;
+    if (sscanf(url, "udpm://%15[0-9.]:%hu", host, &port) != 2 || inet_pton(AF_INET, host, &group.sin_addr) != 1) return false;
+    group.sin_port = htons(port);
+    int probe = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    bool unreachable = probe >= 0 && connect(probe, (const struct sockaddr *)&group, sizeof group) && errno == ENETUNREACH;
+    if (probe >= 0) close(probe);
+    return unreachable;
+}
+
 int bus_open(struct bus **bus, const char *url, struct error *error) {
     struct bus *b = calloc(1, sizeof *b);
     *bus = NULL;
     if (!b) return error_set(error, STATUS_IO, "out of memory");
-    b->lcm = url[0] ? lcm_create(url) : NULL; /* liblcm would take an empty one for its default */
+    b->lcm = url[0] && !no_route(url) ? lcm_create(url) : NULL; /* liblcm would take an empty one for its default */
     if (!b->lcm) {
         free(b);
         return refuse(url, error);

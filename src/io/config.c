@@ -222,12 +222,16 @@ static int apply_setting(struct params *params, const char *setting, struct erro
 }
 
 int config_load(struct params *params, const char *path, const char *const *settings, int count, struct error *error) {
+    config_default(params);
+    int status = path ? read_file(params, path, error) : STATUS_OK;
+    return status == STATUS_OK ? config_override(params, path ? path : "default configuration", settings, count, error) : status;
+}
+
+int config_override(struct params *params, const char *name, const char *const *settings, int count, struct error *error) {
     char source[160];
     int status = STATUS_OK;
-    config_default(params);
-    if (path) status = read_file(params, path, error);
     for (int i = 0; i < count && status == STATUS_OK; i++) status = apply_setting(params, settings[i], error);
-    snprintf(source, sizeof source, "%.140s%s", path ? path : "default configuration", count > 0 ? " with --set" : "");
+    snprintf(source, sizeof source, "%.140s%s", name, count > 0 ? " with --set" : "");
     return status == STATUS_OK ? config_check(params, source, error) : status;
 }
 

@@ -14,8 +14,15 @@ void config_default(struct params *params);
 /* Default, then the file (NULL: none), then the "key=value" settings in order; then the checks that need several keys. 0 or -2. */
 int config_load(struct params *params, const char *path, const char *const *settings, int count, struct error *error);
 
+/* What moves a machine must be asked for more than what is only evaluated: a log may come from anywhere, but nothing is driven without
+ * ramps, or with bad samples ridden out for longer than 0.1 s. 0 or -2. */
+int config_check_motion(const struct params *params, struct error *error);
+
 /* The same from YAML text in memory; `name` stands for the file in messages. For configurations kept in logs. */
 int config_parse(struct params *params, const char *text, size_t size, const char *name, struct error *error);
+
+/* The "key=value" settings in order on params that are there, then the checks; `name` as above. 0 or -2. */
+int config_override(struct params *params, const char *name, const char *const *settings, int count, struct error *error);
 
 /* YAML text that config_parse turns back into the same params, bit for bit; effects only where on. To be freed by the caller. */
 char *config_text(const struct params *params);

@@ -1,3 +1,4 @@
+#include "config.h"
 #include "config_keys.h"
 
 #include <math.h>
@@ -5,6 +6,8 @@
 #include "units.h"
 
 static const double substep_max_s = 0.25e-3; /* above, the first-order engine moves the answer: method.md section 4 */
+
+static const double ramp_min_s = 0.05, blind_max_s = 0.1;
 
 struct checker {
     const char *name;
@@ -106,6 +109,19 @@ static void check_sim(struct checker *c, const struct params *p) {
     double substep_s = p->loop.period_s / p->sim.substeps;
     require(c, substep_s <= substep_max_s * (1 + 1e-9), "sim.substeps %d makes substeps of %g s, the longest is %g s: at least %.0f",
             p->sim.substeps, substep_s, substep_max_s, ceil(p->loop.period_s / substep_max_s - 1e-9));
+    require(c, p->sim.smooth_friction_mps == 0.0 || p->sim.engine == ENGINE_CLOSED_FORM,
+            "sim.smooth_friction_mps %g needs sim.engine closed_form: so steep a damper is not stable with ode", p->sim.smooth_friction_mps);
+}
+
+int config_check_motion(const struct params *p, struct error *error) {
+    struct checker c = {.name = "not run", .error = error};
+    double blind_s = p->limits.bad_cycles * p->loop.period_s;
+    require(&c, p->tests.ramp_s >= ramp_min_s && p->tests.ramp_out_s >= ramp_min_s,
+            "tests.ramp_s %g and ramp_out_s %g must be at least %g s: less is a blow to the machine", p->tests.ramp_s, p->tests.ramp_out_s,
+            ramp_min_s);
+    require(&c, blind_s <= blind_max_s, "limits.bad_cycles %d of loop.period_s %g hold a command blindly for %g s; at most %g s are safe",
+            p->limits.bad_cycles, p->loop.period_s, blind_s, blind_max_s);
+    return c.status;
 }
 
 static void check_channel(struct checker *c, const char *section, const struct channel_params *p) {

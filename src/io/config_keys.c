@@ -1,6 +1,7 @@
 #include "config_keys.h"
 
 #include <assert.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "config.h"
@@ -74,6 +75,7 @@ static const struct config_key keys[] = {
 
     WORD(sim, engine, CONFIG_CHOICE, "ode", "rigid bodies of the simulation", engine_names),
     KEY(sim, substeps, "8", 1.0, 1000.0, "-", "per cycle; a substep is at most 0.25 ms"),
+    KEY(sim, smooth_friction_mps, "0", 0.0, 0.01, "m/s", "0: true stick; else cylinders' dry friction is F tanh(v / this); closed_form only"),
 
     KEY(control, kp, "40", 0.0, 1e4, "1/m", "valve per length error"),
     KEY(control, ki, "20", 0.0, 1e5, "1/(m s)", "valve per length error and time"),
@@ -94,8 +96,8 @@ static const struct config_key keys[] = {
     KEY(limits, length_min_m, "1.425", 0.01, 30.0, "m", "shortest leg"),
     KEY(limits, length_max_m, "2.240", 0.01, 30.0, "m", "longest leg"),
     KEY(limits, leg_rate_mps, "0.6", 0.001, 10.0, "m/s", "fastest leg"),
-    KEY(limits, following_m, "0.05", 1e-4, 1.0, "m", "leg reference against leg length while engaged"),
-    KEY(limits, standstill_m, "0.002", 1e-4, 1.0, "m", "leg reference's motion since the length last changed"),
+    KEY(limits, following_m, "0.01", 1e-4, 1.0, "m", "leg reference against leg length while engaged"),
+    KEY(limits, standstill_m, "0.002", 1e-4, 1.0, "m", "range of the leg's reference since the length last changed"),
     KEY(limits, force_n, "15000", 1.0, 1e7, "N", "of a leg, either sign"),
     KEY(limits, sensor_age_s, "0.01", 1e-4, 1.0, "s", "oldest sample to act upon"),
     KEY(limits, pressure_min_pa, "-2e5", -1e7, 1e8, "Pa", "lowest plausible reading"),
@@ -116,12 +118,14 @@ static const struct config_key keys[] = {
     KEY(checks, unwanted_pct, "10", 0.01, 1000.0, "%", "motion of the other axes"),
     KEY(checks, overruns_pct, "1", 0.0, 100.0, "%", "of the cycles"),
     KEY(checks, excluded_pct, "1", 0.0, 100.0, "%", "of the evaluated samples"),
+    KEY(checks, length_wander_m, "1e-4", 1e-7, 1.0, "m", "of the fundamental of a leg's length, from period to period"),
+    KEY(checks, force_wander_n, "60", 0.1, 1e6, "N", "of a leg's mean force and its fundamental, from period to period"),
     KEY(checks, symmetry_pct, "10", 0.01, 1000.0, "%", "|Mt - Mt'| against the root of the diagonal's product"),
 
     KEY(loop, period_s, "0.002", 1e-4, 0.1, "s", "of the control loop"),
     KEY(loop, priority, "80", 1.0, 99.0, "-", "SCHED_FIFO"),
     KEY(loop, cpu, "-1", -1.0, 1023.0, "-", "to pin the loop to; -1: none"),
-    KEY(loop, overrun_limit, "10", 1.0, 100000.0, "-", "so many in a row are a fault"),
+    KEY(loop, overrun_limit, "10", 1.0, 100000.0, "-", "so many deadlines missed in a row are a fault"),
 
     WORD(lcm, url, CONFIG_TEXT, "udpm://239.255.76.67:7667?ttl=0", "provider; empty: none; ttl=0 stays on the host", NULL),
     KEY(lcm, state_every, "10", 1.0, 1e6, "-", "one HEXID_STATE on the wire for so many cycles"),
@@ -227,7 +231,9 @@ static int edit_distance(const char *a, const char *b) {
 
 /* Takes the candidate when it is nearer than what was found so far. A path without a section is compared with the member alone. */
 static void consider(const char *path, const char *candidate, int *best, char nearest[CONFIG_PATH_SIZE]) {
-    int distance = edit_distance(path, strchr(path, '.') ? candidate : last_part(candidate));
+    const char *compared = strchr(path, '.') ? candidate : last_part(candidate);
+    if (abs((int)strlen(path) - (int)strlen(compared)) >= *best) return; /* the distance is at least that */
+    int distance = edit_distance(path, compared);
     if (distance >= *best) return;
     *best = distance;
     snprintf(nearest, CONFIG_PATH_SIZE, "%s", candidate);

@@ -20,8 +20,8 @@ struct log_writer {
 static int fail(struct log_writer *w, struct error *error) {
     int reason = errno;
     if (w->error.status == STATUS_OK)
-        error_set(&w->error, STATUS_IO, "%.250s: cannot write the log: %s; free some space or name another file", w->path,
-                  strerror(reason));
+        error_set(&w->error, STATUS_IO, "%.250s: cannot write the log: %s; %s", w->path, strerror(reason),
+                  reason == ENOSPC || reason == EDQUOT ? "free some space or name another file" : "name a file that can be written");
     *error = w->error;
     return error->status;
 }

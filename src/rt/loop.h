@@ -3,7 +3,7 @@
  *
  * Overruns: a cycle that begins a whole period or more after its deadline has overrun. What was missed is skipped, never caught up in a
  * burst: the next deadline is the next one of the original grid, the late cycle's sample carries SAMPLE_OVERRUN (so the identifier leaves
- * it out), and loop.overrun_limit in a row are a fault. The reference counts cycles, so it never jumps.
+ * it out), and loop.overrun_limit deadlines missed in a row are a fault. The reference counts cycles, so it never jumps.
  *
  * The record ring: on CLOCK_MONOTONIC a full ring loses the record (counted, and seen as a gap in seq), never the deadline; on a virtual
  * clock the loop waits for room, so that nothing is ever lost there but by an abort. */

@@ -6,7 +6,7 @@ own_network "LCM's own programs receive the stream"
 mkfifo "$work/input"
 "$python" tests/peers/subscriber.py "$work" "$url" "$work/ready" <"$work/input" >"$work/python" 2>"$work/python.error" &
 listener=$!
-lcm-logger --lcm-url="$url" --quiet "$work/logger.lcm" >"$work/logger" 2>&1 &
+lcm-logger --lcm-url="$url" --flush-interval=1 --quiet "$work/logger.lcm" >"$work/logger" 2>&1 &
 logger=$!
 exec 3>"$work/input" # the listener ends when this is closed
 until [ -e "$work/ready" ] && [ "$(listeners)" -ge 2 ]; do
@@ -16,6 +16,10 @@ done
 quick --set lcm.url="$url" --set lcm.state_every=100 --log "$work/run.lcm" >"$work/run" 2>&1
 exec 3>&-
 wait $listener
+for _ in $(seq 200); do # ended by a signal, the logger drops what it has not yet written
+    grep -q HEXID_IDENTIFICATION "$work/logger.lcm" && break
+    sleep 0.05
+done
 kill -INT $logger
 wait $logger
 

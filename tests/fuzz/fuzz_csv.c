@@ -1,0 +1,35 @@
+/* libFuzzer: any bytes as a CSV file of an import. */
+#include <assert.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "csv.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+static char directory[40], path[60];
+
+static void tidy(void) {
+    unlink(path);
+    rmdir(directory);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    struct csv_report report;
+    struct error error = {0};
+    if (!*directory) {
+        snprintf(directory, sizeof directory, "/dev/shm/fuzz_csv_%d", (int)getpid());
+        snprintf(path, sizeof path, "%s/1_z.csv", directory);
+        if (mkdir(directory, 0700)) abort();
+        atexit(tidy);
+    }
+    FILE *file = fopen(path, "w");
+    if (!file || fwrite(data, 1, size, file) != size || fclose(file)) abort();
+    int status = csv_import(directory, "/dev/null", NULL, &report, &error);
+    assert(status == STATUS_OK || (status == STATUS_USAGE && error.text[0])); /* what a file says is never a matter of I/O */
+    if (!status) assert(report.files == 1 && report.rows > 0);
+    return 0;
+}

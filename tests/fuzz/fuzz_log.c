@@ -1,0 +1,50 @@
+/* libFuzzer: any bytes as a log, read as `hexid identify` reads it. Nothing is invented: the events add up to no more than the file. */
+#include <assert.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include "config.h"
+#include "ident.h"
+#include "log.h"
+#include "messages.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+static void take(struct ident *ident, const struct log_event *e) {
+    struct cycle c;
+    struct event event;
+    if (!strcmp(e->channel, CHANNEL_STATE) && state_decode(e->data, e->size, &c)) ident_feed(ident, &c);
+    if (!strcmp(e->channel, CHANNEL_EVENT)) event_decode(e->data, e->size, &event);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    static struct params params;
+    static struct ident fresh;
+    static int file = -1;
+    static char path[40];
+    struct error error;
+    struct log_reader *reader;
+    struct log_event event;
+    if (file < 0) {
+        file = memfd_create("log", 0);
+        snprintf(path, sizeof path, "/proc/self/fd/%d", file);
+        config_default(&params);
+        ident_init(&fresh, &params, &error);
+    }
+    if (ftruncate(file, 0) || pwrite(file, data, size, 0) != (ssize_t)size) return 0;
+    if (log_open(&reader, path, &error)) return 0;
+    struct ident ident = fresh;
+    int64_t used = 0, offset;
+    while (log_next(reader, &event)) {
+        used += 28 + (int64_t)strlen(event.channel) + event.size;
+        take(&ident, &event);
+    }
+    bool cut = log_cut(reader, &offset);
+    assert(offset == used && used <= (int64_t)size && cut == (used < (int64_t)size));
+    log_release(reader);
+    ident_end(&ident);
+    ident_solve(&ident);
+    return 0;
+}

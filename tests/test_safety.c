@@ -1,0 +1,332 @@
+/* The promises of the README's safety table that no other test holds: what stops, who may move the machine, what a fault says, and what
+ * comes after it. */
+#include "support.h"
+
+#include "cli.h"
+#include "plant.h"
+#include "platform.h"
+#include "reference.h"
+#include "units.h"
+#include "witness.h"
+
+enum { PERIOD_NS = 2000000 };
+
+struct rig {
+    struct params params;
+    struct plant *plant;
+    struct platform platform;
+    struct cycle now, before;
+    int64_t cycles;
+    uint32_t id;
+};
+
+static void rig_init(struct rig *rig, bool automatic) {
+    struct error error;
+    memset(rig, 0, sizeof *rig);
+    config_default(&rig->params);
+    rig->params.sim.engine = ENGINE_CLOSED_FORM;
+    rig->params.motion.engage_s = rig->params.motion.park_s = 2.0;
+    rig->params.motion.hold_s = 0.1;
+    rig->params.motion.automatic = automatic;
+    rig->params.tests.settle_s = 0.1, rig->params.tests.ramp_s = 0.25, rig->params.tests.duration_s = 0.5, rig->params.tests.ramp_out_s = 0.2;
+    rig->plant = plant_create(&rig->params, 3, &error);
+    assert_non_null(rig->plant);
+    assert_int_equal(platform_init(&rig->platform, &rig->params, &error), STATUS_OK);
+}
+
+typedef void spoiler(struct hal_sample *sample, int leg);
+
+static void rig_spoilt(struct rig *rig, enum command command, spoiler *spoil, int leg) {
+    struct hal_sample sample = {.time_ns = rig->cycles * PERIOD_NS, .device_seq = (uint64_t)++rig->cycles};
+    plant_measure(rig->plant, &sample);
+    if (spoil) spoil(&sample, leg);
+    rig->id += command != COMMAND_NONE;
+    rig->before = rig->now;
+    platform_step(&rig->platform, &sample, (struct request){.id = rig->id, .command = command}, &rig->now);
+    plant_step(rig->plant, rig->now.out.valve);
+}
+static void rig_cycle(struct rig *rig, enum command command) { rig_spoilt(rig, command, NULL, 0); }
+
+static void rig_bring(struct rig *rig, enum state state) {
+    static const enum command next[STATES] = {
+        [STATE_SETTLED] = COMMAND_ENGAGE, [STATE_READY] = COMMAND_START, [STATE_FAULT] = COMMAND_RESET};
+    for (int n = 0; rig->now.state != state; n++) {
+        enum command command = rig->params.motion.automatic ? COMMAND_NONE : next[rig->now.state];
+        rig_cycle(rig, state == STATE_PARKING && rig->now.state == STATE_READY ? COMMAND_PARK : command);
+        assert_true(n < 5000);
+    }
+}
+
+static void not_a_number(struct hal_sample *s, int leg) { s->length_m[leg] = (double)NAN; }
+static void too_long(struct hal_sample *s, int leg) { s->length_m[leg] = 3.0; }
+static void jumped(struct hal_sample *s, int leg) { s->length_m[leg] += 0.012; }
+static void pressed(struct hal_sample *s, int leg) { s->p1_pa[leg] += 8e6; }
+static void burst(struct hal_sample *s, int leg) { s->p2_pa[leg] = 20e6; }
+
+/* ---- stop ---- */
+
+/* Told to stop in any state, also again and again: nothing speeds up, nothing begins by itself, and it comes to rest. */
+static void a_stop_in_any_state_leads_to_rest(void **unused) {
+    (void)unused;
+    static const enum state states[] = {STATE_INIT, STATE_SETTLED, STATE_ENGAGING, STATE_READY, STATE_TESTING, STATE_PARKING, STATE_FAULT};
+    for (int k = 0; k < 7 * 3; k++) {
+        enum state state = states[k % 7], rest;
+        struct rig rig;
+        double last[DOFS];
+        int still = 0;
+        rig_init(&rig, k >= 7 && state != STATE_PARKING && state != STATE_FAULT);
+        if (state == STATE_FAULT) {
+            rig_bring(&rig, STATE_READY);
+            for (int n = 0; n < 5; n++) rig_spoilt(&rig, COMMAND_NONE, not_a_number, 2);
+        } else rig_bring(&rig, state);
+        for (int n = 0; n < 40 * (k / 7) && rig.now.state == state; n++) rig_cycle(&rig, COMMAND_NONE);
+        rig_cycle(&rig, COMMAND_STOP);
+        for (int n = 0; n < 4000; n++) {
+            memcpy(last, rig.now.ref, sizeof last);
+            rig_cycle(&rig, n % 100 == 50 ? COMMAND_STOP : COMMAND_NONE);
+            assert_true(rig.now.state != STATE_ENGAGING);
+            if (rig.now.state == STATE_TESTING) assert_true(n < (int)(0.5 * 500)); /* the ramp-out and no more */
+            still = rig.now.out.enable && distance(last, rig.now.ref, DOFS) > 0.0 ? 0 : still + 1;
+        }
+        rest = rig.now.state;
+        assert_true(still > 1000);
+        assert_true(rest == STATE_SETTLED || rest == STATE_READY || rest == STATE_FAULT);
+        if (rest == STATE_READY) assert_true(state == STATE_READY || state == STATE_TESTING);
+        plant_destroy(rig.plant);
+    }
+}
+
+/* ---- who may move it ---- */
+
+static void a_real_machine_moves_by_itself_only_when_the_command_line_says_so(void **unused) {
+    (void)unused;
+    struct options said = {.settings = {"sim.substeps=8", "motion.automatic=true"}, .setting_count = 2}, silent = {.setting_count = 0};
+    struct params params;
+    for (int simulated = 0; simulated < 2; simulated++) {
+        config_default(&params);
+        assert_true(params.motion.automatic);
+        options_automatic(&silent, simulated, &params);
+        assert_int_equal(params.motion.automatic, simulated);
+        config_default(&params);
+        options_automatic(&said, simulated, &params);
+        assert_true(params.motion.automatic);
+    }
+}
+
+static void nothing_is_run_without_ramps_or_blind_for_long(void **unused) {
+    (void)unused;
+    static const struct {
+        double ramp_s, ramp_out_s, period_s;
+        int bad_cycles;
+        bool good;
+    } cases[] = {{0.05, 0.05, 0.002, 50, true}, {0.049, 0.5, 0.002, 5, false}, {1.0, 0.0, 0.002, 5, false}, {1.0, 0.5, 0.002, 51, false},
+                 {1.0, 0.5, 0.01, 10, true}, {1.0, 0.5, 0.01, 11, false}, {(double)NAN, 0.5, 0.002, 5, false}};
+    for (unsigned i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct params params;
+        struct error error;
+        config_default(&params);
+        params.tests.ramp_s = cases[i].ramp_s, params.tests.ramp_out_s = cases[i].ramp_out_s;
+        params.loop.period_s = cases[i].period_s, params.limits.bad_cycles = cases[i].bad_cycles;
+        assert_int_equal(config_check_motion(&params, &error), cases[i].good ? STATUS_OK : STATUS_USAGE);
+    }
+}
+
+/* ---- faults ---- */
+
+static void a_fault_names_its_leg(void **unused) {
+    (void)unused;
+    static const struct {
+        spoiler *spoil;
+        uint32_t fault;
+    } cases[] = {{not_a_number, FAULT_SENSOR_INVALID}, {too_long, FAULT_STROKE}, {jumped, FAULT_LEG_RATE}, {pressed, FAULT_FORCE},
+                 {burst, FAULT_SENSOR_INVALID}};
+    struct rig rig;
+    rig_init(&rig, false);
+    for (int leg = 0; leg < LEGS; leg++)
+        for (unsigned k = 0; k < sizeof cases / sizeof *cases; k++) {
+            char text[FAULT_TEXT_SIZE], expected[FAULT_TEXT_SIZE];
+            rig_bring(&rig, STATE_READY);
+            while (!rig.now.faults) rig_spoilt(&rig, COMMAND_NONE, cases[k].spoil, leg);
+            assert_int_equal(rig.now.first_fault, cases[k].fault);
+            assert_int_equal(rig.now.faults >> FAULT_LEG_SHIFT, 1u << leg);
+            snprintf(expected, sizeof expected, "%s, leg %d", fault_name(cases[k].fault), leg + 1);
+            fault_describe(rig.now.first_fault, rig.now.faults, text);
+            assert_string_equal(text, expected);
+        }
+    plant_destroy(rig.plant);
+}
+
+static void the_longest_fault_fits_its_text(void **unused) {
+    (void)unused;
+    char text[FAULT_TEXT_SIZE];
+    fault_describe(FAULT_FOLLOWING, UINT32_MAX, text);
+    assert_string_equal(text, "following_error, legs 1 2 3 4 5 6");
+    fault_describe(FAULT_IO, FAULT_IO, text);
+    assert_string_equal(text, "io");
+}
+
+/* The same sample for ever with the time of now: only the device's own count shows it. */
+static void a_device_that_hangs_behind_fresh_time_stamps_is_found_out(void **unused) {
+    (void)unused;
+    struct rig rig;
+    rig_init(&rig, false);
+    rig_bring(&rig, STATE_READY);
+    struct hal_sample hung = rig.now.in;
+    int cycles = 0;
+    for (; !rig.now.faults; cycles++) {
+        hung.time_ns += PERIOD_NS;
+        platform_step(&rig.platform, &hung, (struct request){.id = rig.id}, &rig.now);
+        assert_true(rig.now.in.flags & SAMPLE_STALE);
+    }
+    assert_int_equal(rig.now.first_fault, FAULT_SENSOR_AGE);
+    assert_int_equal(cycles, 10); /* 10 ms, and bad_cycles */
+    plant_destroy(rig.plant);
+}
+
+static void a_device_without_a_count_is_believed_by_its_clock(void **unused) {
+    (void)unused;
+    struct rig rig;
+    rig_init(&rig, false);
+    rig_bring(&rig, STATE_READY);
+    struct hal_sample sample = rig.now.in;
+    sample.device_seq = 0;
+    for (int n = 0; n < 50; n++) {
+        sample.time_ns += PERIOD_NS;
+        platform_step(&rig.platform, &sample, (struct request){.id = rig.id}, &rig.now);
+        assert_int_equal(rig.now.in.flags, 0);
+        assert_int_equal(rig.now.faults, 0);
+    }
+    plant_destroy(rig.plant);
+}
+
+/* A loop that was away for so long finds a machine that may have been centred by its device: it does not go on. */
+static void a_loop_that_was_away_for_long_does_not_go_on(void **unused) {
+    (void)unused;
+    for (int away = 1; away <= 500; away += away < 20 ? 1 : 60) {
+        struct rig rig;
+        rig_init(&rig, false);
+        rig_bring(&rig, STATE_READY);
+        struct hal_sample sample = rig.now.in;
+        sample.flags = SAMPLE_OVERRUN, sample.device_seq += 1, sample.time_ns += (away + 1) * (int64_t)PERIOD_NS;
+        platform_step(&rig.platform, &sample, (struct request){.id = rig.id}, &rig.now);
+        assert_int_equal(rig.now.first_fault, away >= rig.params.loop.overrun_limit ? FAULT_OVERRUN : 0);
+        plant_destroy(rig.plant);
+    }
+}
+
+/* From any state, after any time with the valves centred, wherever it has sunk to. */
+static void engaging_again_after_a_fault_is_bumpless(void **unused) {
+    (void)unused;
+    static const enum state held[] = {STATE_ENGAGING, STATE_READY, STATE_TESTING, STATE_PARKING};
+    static spoiler *const spoilers[] = {not_a_number, jumped, pressed};
+    uint64_t seed = 11;
+    double valve_first = 0.0, valve_later = 0.0, reference = 0.0;
+    struct rig rig;
+    rig_init(&rig, false);
+    for (int n = 0; n < 40; n++) {
+        rig_bring(&rig, held[n % 4]);
+        for (int wait = random_below(&seed, 200); wait > 0 && supervisor_drives(rig.now.state); wait--) rig_cycle(&rig, COMMAND_NONE);
+        if (!supervisor_drives(rig.now.state)) continue;
+        while (!rig.now.faults) rig_spoilt(&rig, COMMAND_NONE, spoilers[n % 3], n % LEGS);
+        for (int wait = random_below(&seed, 2000); wait > 0; wait--) rig_cycle(&rig, COMMAND_NONE);
+        rig_cycle(&rig, COMMAND_RESET);
+        while (rig.now.state != STATE_SETTLED) rig_cycle(&rig, COMMAND_NONE);
+        double before[DOFS];
+        memcpy(before, rig.now.pose, sizeof before);
+        rig_cycle(&rig, COMMAND_ENGAGE);
+        assert_int_equal(rig.now.state, STATE_ENGAGING);
+        reference = fmax(reference, distance(rig.now.ref, rig.now.pose, DOFS));
+        for (int i = 0; i < LEGS; i++) valve_first = fmax(valve_first, fabs(rig.now.out.valve[i]));
+        for (int cycle = 0; cycle < 100; cycle++) {
+            rig_cycle(&rig, COMMAND_NONE);
+            valve_later = fmax(valve_later, distance(rig.now.out.valve, rig.before.out.valve, LEGS));
+        }
+    }
+    print_message("# reference off by %.2g m or rad, valves step by %.4f, then by %.4f a cycle\n", reference, valve_first, valve_later);
+    assert_below(reference, 5e-6);   /* a cycle of the move's beginning */
+    assert_below(valve_first, 0.005);
+    assert_below(valve_later, 0.03); /* a quantum of the length, 50 um, is 0.002 of the valve; the rest damps the pressures */
+    plant_destroy(rig.plant);
+}
+
+/* ---- witnesses of a test ---- */
+
+enum { SAMPLES = 1000 };
+
+/* A leg's sinusoid; from sample `from` on, `what` happens to leg 3. */
+enum happening { NOTHING, FROZEN, JUMP, DRIFT, WEAKER, MISSING };
+static struct testimony testify(double frequency_hz, double period_s, enum happening what, int from) {
+    static struct witness w;
+    struct hal_sample s = {0};
+    double force_n[LEGS], frozen_m = 0.0;
+    witness_reset(&w, frequency_hz, period_s);
+    for (int n = 0; n < SAMPLES; n++) {
+        double t = n * period_s, wave = sin(2 * PI * frequency_hz * t + 0.3);
+        for (int i = 0; i < LEGS; i++) {
+            s.length_m[i] = 1.8 + 1e-3 * wave, force_n[i] = 500 - 150 * wave;
+            s.p1_pa[i] = 1e5 * wave, s.p2_pa[i] = -1e5 * wave;
+        }
+        bool now = n >= from;
+        if (n == from) frozen_m = s.length_m[2];
+        if (now && what == FROZEN) s.length_m[2] = frozen_m;
+        if (now && what == JUMP) force_n[2] += 300;
+        if (what == DRIFT) force_n[2] += 100 * t;
+        if (now && what == WEAKER) force_n[2] = 500 - 50 * wave;
+        witness_add(&w, t, &s, force_n, !(what == MISSING && n % 7 == 3));
+    }
+    return witness_says(&w);
+}
+
+static void a_steady_motion_wanders_not_at_all_at_any_rate(void **unused) {
+    (void)unused;
+    static const double frequency_hz[] = {0.5, 1.0, 4.0, 5.7, 8.0, 20.0, 60.0}, period_s[] = {0.001, 0.002, 0.01};
+    for (int f = 0; f < 7; f++)
+        for (int p = 0; p < 3; p++) {
+            if (frequency_hz[f] * period_s[p] > 0.2) continue;
+            struct testimony t = testify(frequency_hz[f], period_s[p], NOTHING, 0);
+            assert_below(t.force_n, 6.0);    /* a block is up to a sample longer or shorter: 150 N 2 / 100 samples, twice */
+            assert_below(t.length_m, 4e-5);
+            assert_true((double)t.still_samples * period_s[p] * frequency_hz[f] < 0.5);
+            assert_close(t.mean_n[0], 500.0, 151.0 * 2);
+        }
+}
+
+static void each_witness_sees_its_fault_and_names_its_leg(void **unused) {
+    (void)unused;
+    for (int from = 130; from < SAMPLES - 150; from += 60) { /* a whole period of eight before it and after it */
+        struct testimony t = testify(4.0, 0.002, FROZEN, from);
+        assert_true(t.still_leg == 2 && t.still_samples == SAMPLES - from && t.length_leg == 2);
+        t = testify(4.0, 0.002, JUMP, from);
+        assert_true(t.force_leg == 2 && t.force_n > 100);
+        t = testify(4.0, 0.002, WEAKER, from);
+        assert_true(t.force_leg == 2 && t.force_n > 60);
+    }
+    struct testimony t = testify(4.0, 0.002, DRIFT, 0);
+    assert_true(t.force_leg == 2);
+    assert_close(t.force_n, 100 * 0.25 * 7, 15.0); /* from the first of eight periods to the last */
+}
+
+static void samples_left_out_do_not_blind_the_witnesses(void **unused) {
+    (void)unused;
+    struct testimony t = testify(4.0, 0.002, MISSING, 0);
+    assert_below(t.force_n, 6.0);
+    assert_below(t.length_m, 4e-5);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_stop_in_any_state_leads_to_rest),
+        cmocka_unit_test(a_real_machine_moves_by_itself_only_when_the_command_line_says_so),
+        cmocka_unit_test(nothing_is_run_without_ramps_or_blind_for_long),
+        cmocka_unit_test(a_fault_names_its_leg),
+        cmocka_unit_test(the_longest_fault_fits_its_text),
+        cmocka_unit_test(a_device_that_hangs_behind_fresh_time_stamps_is_found_out),
+        cmocka_unit_test(a_device_without_a_count_is_believed_by_its_clock),
+        cmocka_unit_test(a_loop_that_was_away_for_long_does_not_go_on),
+        cmocka_unit_test(engaging_again_after_a_fault_is_bumpless),
+        cmocka_unit_test(a_steady_motion_wanders_not_at_all_at_any_rate),
+        cmocka_unit_test(each_witness_sees_its_fault_and_names_its_leg),
+        cmocka_unit_test(samples_left_out_do_not_blind_the_witnesses),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
