@@ -40,6 +40,9 @@ run: $(BUILD)/hexid ## run the simulated platform in real time: six tests, the i
 test: $(TESTS) $(REPLAYS) $(BUILD)/hexid $(VENV)/ready ## run all tests; the last line is "N passed, N failed"
 	@BUILD=$(BUILD) VENV=$(VENV) tests/run $(SCRIPTS) $(TESTS)
 
+test-long: $(BUILD)/hexid $(VENV)/ready ## what takes minutes: whole runs and faults on the field buses, in real time; one after the other
+	@BUILD=$(BUILD) VENV=$(VENV) JOBS=1 tests/run $(wildcard tests/long/*.sh)
+
 asan: ## the same tests under AddressSanitizer and UndefinedBehaviorSanitizer
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan VENV=$(VENV) SAN="-fsanitize=address,undefined -fno-sanitize-recover=all" test
 
@@ -89,7 +92,7 @@ deps: deps-run deps-test ## install what is missing of the Debian packages for r
 deps-run:
 	$(call install,g++ gcc libeigen3-dev libjansson-dev liblcm-bin liblcm-dev libmodbus-dev libode-dev libyaml-dev)
 deps-test: deps-run
-	$(call install,iproute2 libcmocka-dev libseccomp-dev python3-venv util-linux)
+	$(call install,can-utils iproute2 kmod libcmocka-dev libseccomp-dev python3-venv user-mode-linux util-linux)
 deps-fuzz: deps-run
 	$(call install,clang libclang-rt-14-dev)
 deps-bench: deps-test
@@ -152,6 +155,6 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)javac -cp /usr/share/java/lcm.jar -d $(@D) $(@D)/hexid/*.java
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
-.PHONY: all has-display run test asan tsan fuzz fuzz-run bench bench-paper spy clean help deps deps-run deps-test deps-fuzz deps-bench deps-spy
+.PHONY: all has-display run test test-long asan tsan fuzz fuzz-run bench bench-paper spy clean help deps deps-run deps-test deps-fuzz deps-bench deps-spy
 .SECONDARY:
 -include $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d) $(FUZZERS:=.d)

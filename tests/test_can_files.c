@@ -19,7 +19,7 @@ static char *text_of(const char *path) {
 /* Value of a key in a section of the EDS, "" when there is none. */
 static const char *entry(const char *eds, const char *section, const char *key) {
     static char value[80];
-    char head[40];
+    char head[48];
     snprintf(head, sizeof head, "\n[%s]\n", section);
     const char *at = strstr(eds, head);
     value[0] = '\0';
@@ -77,7 +77,7 @@ struct signal {
 /* The DBC's signal of this name, with the message that it stands in. */
 static struct signal signal_find(const char *dbc, const char *name) {
     struct signal s = {0};
-    char head[40], line[40];
+    char head[48], line[40];
     snprintf(head, sizeof head, " SG_ %s :", name);
     const char *at = strstr(dbc, head), *message = dbc;
     assert_non_null(at);

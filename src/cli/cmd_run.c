@@ -2,7 +2,6 @@
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "bus.h"
 #include "cli.h"
@@ -66,12 +65,6 @@ static void close_all(struct session *s) {
     ring_free(&s->ring);
     if (s->hal) s->hal->ops->close(s->hal);
     free(s->config);
-}
-
-static int64_t realtime_us(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_REALTIME, &t);
-    return t.tv_sec * 1000000LL + t.tv_nsec / 1000;
 }
 
 /* SAFETY: a terminal or a pipe that goes away must not end the process that holds the platform up. */
@@ -143,7 +136,7 @@ static int run(struct session *s, struct error *error) {
     block_signals(&signals);
     progress_init(&s->progress, &s->params, s->options.json && !strcmp(s->options.json, "-") ? stderr : stdout, s->options.fast);
     s->recorder = (struct recorder){.params = &s->params, .loop = &s->loop, .records = &s->ring, .log = s->log, .bus = s->bus,
-                                    .progress = &s->progress, .virtual_time = s->options.fast, .origin_us = s->options.fast ? 0 : realtime_us()};
+                                    .progress = &s->progress, .virtual_time = s->options.fast};
     int status = recorder_start(&s->recorder, s->config, error);
     if (status) return status;
     status = loop_start(&s->loop, mode, error);

@@ -19,7 +19,7 @@ static void log_failed(struct recorder *r) {
 }
 
 static void keep(struct recorder *r, const char *channel, const void *data, int size) {
-    int64_t utime_us = r->origin_us + r->analysis.last.in.time_ns / NS_PER_US;
+    int64_t utime_us = r->loop->clock.system_us + r->analysis.last.in.time_ns / NS_PER_US;
     if (r->log && size >= 0 && !r->error.status && log_write(r->log, utime_us, channel, data, size, &r->error)) log_failed(r);
 }
 

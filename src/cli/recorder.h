@@ -18,7 +18,6 @@ struct recorder {
     struct bus *bus;                 /* NULL: nothing is sent */
     struct progress *progress;
     bool virtual_time;               /* yields instead of sleeping when there is nothing to do */
-    int64_t origin_us;               /* the log's time of the loop's zero */
     struct analysis analysis;
     uint32_t request_id;             /* the last one told of */
     int64_t statistics_cycles;       /* between two HEXID_LOOP_STATS */

@@ -8,6 +8,7 @@
 struct clock {
     bool virtual_time;
     int64_t start_ns;          /* CLOCK_MONOTONIC at zero */
+    int64_t system_us;         /* CLOCK_REALTIME at zero; 0 on a virtual clock */
     int64_t now_ns;            /* virtual */
 };
 

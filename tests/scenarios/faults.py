@@ -4,7 +4,7 @@ something is not as it must be. Needs the log's types: lcm-gen -p --ppath DIR lc
     faults.py NAME FROM_S EXPECTED WITHIN LOG JSON CLEAN_JSON
     faults.py draw COUNT            a list of faults for faults.sh
 
-FROM_S: when the fault begins, on the loop's clock. EXPECTED, one or several with / between them: what must see it first, within WITHIN
+FROM_S: when the fault begins, on the loop's clock; @US: on the system's, where something outside the daemon made it. EXPECTED, one or several with / between them: what must see it first, within WITHIN
 cycles (0: however long it takes): a fault by its name; `flagged`, samples that the identification leaves out; `verdict`, which refuses at
 the end of the run; `nothing`: it does no harm.
 Always: valves centred with a fault and in every state that does not drive, commands within -1..1, no cycle missing in the log, and an
@@ -28,7 +28,16 @@ def demand(holds, *words):
 def cycles_of(path):
     import hexid, lcm
 
-    return [hexid.state_t.decode(event.data) for event in lcm.EventLog(path, "r") if event.channel == "HEXID_STATE"]
+    events = [event for event in lcm.EventLog(path, "r") if event.channel == "HEXID_STATE"]
+    cycles = [hexid.state_t.decode(event.data) for event in events]
+    return cycles, {c.seq: event.timestamp for c, event in zip(cycles, events)}  # of the sample, on the system's clock
+
+
+def since(cycles, system_us, begin):
+    """The cycles from the fault's begin on."""
+    if begin.startswith("@"):
+        return [c for c in cycles if system_us[c.seq] + c.age_ns / 1000 >= float(begin[1:])]
+    return [c for c in cycles if c.time_ns + c.age_ns >= float(begin) * 1e9 - 1]
 
 
 def check_outputs(cycles):
@@ -44,9 +53,9 @@ def legs_of(c):
     return [leg + 1 for leg in range(6) if c.faults >> 16 + leg & 1]
 
 
-def detection(cycles, from_s):
+def detection(cycles, system_us, begin):
     """What saw it first, the legs it names, and after how many cycles."""
-    after = [c for c in cycles if c.time_ns + c.age_ns >= from_s * 1e9 - 1]
+    after = since(cycles, system_us, begin)
     demand(after, "the run ended before the fault began")
     for n, c in enumerate(after, 1):
         if c.first_fault:
@@ -66,9 +75,9 @@ def identification(result, clean):
 
 
 def judge(name, from_s, expected, within, log, result, clean):
-    cycles = cycles_of(log)
+    cycles, system_us = cycles_of(log)
     check_outputs(cycles)
-    found, legs, after = detection(cycles, float(from_s))
+    found, legs, after = detection(cycles, system_us, from_s)
     unharmed, text = identification(json.load(open(result)), json.load(open(clean)))
     if not unharmed and (found == "nothing" or found == "flagged" and expected == "verdict"):
         found = "verdict"

@@ -2,7 +2,7 @@
 . tests/scenarios/lib
 . tests/uml/can_lib.sh
 
-quick_bus=("${quick_settings[@]}" --set sensors.enabled=false)
+quick_bus=("${quick_settings[@]}" --set sensors.enabled=false --set motion.automatic=true)
 run_can() { "$hexid" run --hal can:vcan0 "${quick_bus[@]}" "$@"; }
 
 # dump FILE: what is on the bus, until dump_stop.
