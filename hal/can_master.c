@@ -9,7 +9,7 @@
 #include "channel.h"
 #include "units.h"
 
-enum { REPLY_MS = 50, START_MS = 200, TRIES = 3, MISSED_HEARTBEATS = 3, NS_PER_MS = 1000000 };
+enum { REPLY_MS = 50, START_MS = 200, ASK_MS = 500, TRIES = 3, MISSED_HEARTBEATS = 3, NS_PER_MS = 1000000 };
 #define PDO_OFF 0x80000000u
 
 static uint32_t ms(double seconds) { return (uint32_t)lround(seconds * 1000.0); }
@@ -78,6 +78,7 @@ static void emergency(struct can_peer *p, const struct can_frame *f) {
 /* The answer to the request of this step: on to the next. Any other answer is left to the time-out. */
 static void sdo_reply(struct can_master *m, struct can_peer *p, int node, const struct can_sdo *reply) {
     struct can_sdo asked;
+    if (p->phase == CAN_LOST) set_up(p);
     if (p->phase != CAN_SETUP || !setup_step(m->params, node, p->step, &asked)) return;
     if (reply->kind != asked.kind || reply->index != asked.index || reply->sub != asked.sub) return;
     if (asked.kind == SDO_UPLOAD && (reply->size != asked.size || reply->value != asked.value)) return;
@@ -156,9 +157,18 @@ static void drive_setup(struct can_master *m, struct can_peer *p, int node, int6
     p->deadline_ns = now_ns + (int64_t)START_MS * NS_PER_MS;
 }
 
+/* A node that has booted unheard says nothing by itself: its heartbeat is off until it is set up. Whatever it answers will do. */
+static void ask(struct can_master *m, struct can_peer *p, int node, int64_t now_ns, struct can_queue *out) {
+    struct can_sdo request;
+    if (now_ns < p->deadline_ns || !setup_step(m->params, node, 0, &request)) return;
+    can_queue_push(out, can_frame_sdo(node, &request));
+    p->deadline_ns = now_ns + (int64_t)ASK_MS * NS_PER_MS;
+}
+
 static void supervise(struct can_master *m, struct can_peer *p, int node, int64_t now_ns, struct can_queue *out) {
     int64_t silence_ns = MISSED_HEARTBEATS * ns_from_seconds(m->params->can.heartbeat_s);
-    if (p->phase == CAN_SETUP) drive_setup(m, p, node, now_ns, out);
+    if (p->phase == CAN_LOST) ask(m, p, node, now_ns, out);
+    else if (p->phase == CAN_SETUP) drive_setup(m, p, node, now_ns, out);
     else if (p->phase == CAN_STARTING && now_ns >= p->deadline_ns) set_up(p);
     else if (p->phase == CAN_RUNNING && now_ns - p->heard_ns > silence_ns) p->phase = CAN_LOST;
 }

@@ -1,10 +1,10 @@
 /* The daemon's side of the six CANopen nodes: set-up, supervision, samples. Pure: frames and time in, frames and samples out. RT, no heap.
  *
- * A node:  lost --boot-up or heartbeat--> set-up --last SDO reply--> starting --heartbeat "operational"--> running
+ * A node:  lost --boot-up, heartbeat or SDO reply--> set-up --last SDO reply--> starting --heartbeat "operational"--> running
  *          any --nothing heard for three heartbeats, boot-up, a heartbeat in another state, no SDO reply after three tries--> lost or set-up
  *
- * A node is set up again by itself whenever it comes back; whether the platform may move again is the supervisor's and the operator's
- * decision, because every sample from a bus with a node that is not running is invalid.
+ * A lost node is asked twice a second, and set up again by itself whenever it comes back; whether the platform may move again is the
+ * supervisor's and the operator's decision, because every sample from a bus with a node that is not running is invalid.
  *
  * A cycle: the window of a sample opens with SYNC (its own echo from the bus: the bus has carried it, and when) and closes with the next.
  * All six TPDOs came in it: a sample, latched at the SYNC. One is missing: the last whole sample again, stale and older. A frame that came

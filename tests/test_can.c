@@ -368,6 +368,22 @@ static void a_node_that_was_reset_is_set_up_again_and_meanwhile_nothing_is_valid
     assert_int_equal(w.master.boots, CAN_NODES + 1);
 }
 
+/* It boots while nobody hears it, and then says nothing by itself: its heartbeat is off until it is set up. */
+static void a_lost_node_that_keeps_silent_is_asked_and_set_up_again(void **state) {
+    struct world w;
+    struct can_queue unheard = {0};
+    (void)state;
+    bring_up(&w);
+    w.wire.dead_node = 3;
+    can_node_reset(&w.node[2], 3, w.now_ns, &unheard);
+    cycles(&w, 500, centre);
+    assert_int_equal(w.master.peer[2].phase, CAN_LOST);
+    w.wire.dead_node = 0;
+    struct hal_sample s = cycles(&w, 500, centre); /* asked twice a second */
+    assert_true(can_master_ready(&w.master));
+    assert_int_equal(s.flags, 0);
+}
+
 static void an_emergency_invalidates_the_sample_until_it_is_over(void **state) {
     struct world w;
     (void)state;
@@ -472,6 +488,7 @@ int main(void) {
         cmocka_unit_test(without_the_daemons_heartbeat_the_valves_are_centred),
         cmocka_unit_test(a_lost_node_invalidates_samples_and_commands),
         cmocka_unit_test(a_node_that_was_reset_is_set_up_again_and_meanwhile_nothing_is_valid),
+        cmocka_unit_test(a_lost_node_that_keeps_silent_is_asked_and_set_up_again),
         cmocka_unit_test(an_emergency_invalidates_the_sample_until_it_is_over),
         cmocka_unit_test(bus_off_lets_no_command_through_until_the_bus_is_restarted),
         cmocka_unit_test(error_passive_is_told_but_moves_on),
