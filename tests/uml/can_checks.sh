@@ -85,6 +85,8 @@ ip link set vcan1 down
 claim "an interface that is down: refused, naming it and the remedy" refuses 3 "can:vcan1 ip link set vcan1 up" "$hexid" run --hal can:vcan1
 claim "the same for the plant" refuses 3 "can:vcan1 ip link set vcan1 up" "$hexid" plant --bus can:vcan1
 ip link set vcan1 up
+claim "no permission for CAN sockets: refused, naming the interface and the remedy" refuses 3 "can:vcan1 permission root AF_CAN" \
+    "$python" tests/peers/no_can.py "$hexid" run --hal can:vcan1
 claim "a bus without nodes: refused, naming them" refuses 3 "can:vcan1 all nodes lost" "$hexid" run --hal can:vcan1
 claim "a bus too slow for the cycle: refused with the arithmetic" refuses 2 "1095 bits can.bitrate_bps" "$hexid" run --hal can:vcan0 --set can.bitrate_bps=250e3
 
