@@ -5,7 +5,7 @@
 #include "device.h"
 #include "hal.h"
 
-extern const struct hal_ops hal_sim, hal_can, hal_fault;
-extern const struct device_bus device_can;
+extern const struct hal_ops hal_sim, hal_can, hal_modbus, hal_fault;
+extern const struct device_bus device_can, device_modbus;
 
 #endif

@@ -11,6 +11,7 @@ struct device {
     const struct params *params;
     struct plant *plant;
     double valve[LEGS];
+    double watchdog_s;
     int64_t commanded_ns; /* last device_live(), 0: none yet */
     int64_t lived_ns;     /* how far the machine has lived by the clock */
 };
@@ -28,6 +29,7 @@ struct device *device_create(const struct params *params, uint64_t seed, struct 
         return NULL;
     }
     d->params = params;
+    d->watchdog_s = params->device.watchdog_s;
     d->plant = plant_create(params, seed, error);
     if (d->plant) return d;
     free(d);
@@ -40,6 +42,8 @@ void device_destroy(struct device *d) {
     free(d);
 }
 
+void device_set_watchdog(struct device *d, double watchdog_s) { d->watchdog_s = watchdog_s; }
+
 void device_latch(struct device *d, struct hal_sample *sample) { plant_measure(d->plant, sample); }
 
 void device_live(struct device *d, int periods, const double valve[LEGS], int64_t now_ns) {
@@ -50,7 +54,7 @@ void device_live(struct device *d, int periods, const double valve[LEGS], int64_
 
 bool device_tick(struct device *d, int64_t now_ns) {
     int64_t period_ns = ns_from_seconds(d->params->loop.period_s);
-    bool silent = !d->commanded_ns || now_ns - d->commanded_ns > ns_from_seconds(d->params->device.watchdog_s);
+    bool silent = !d->commanded_ns || now_ns - d->commanded_ns > ns_from_seconds(d->watchdog_s);
     if (silent) memset(d->valve, 0, sizeof d->valve);
     if (now_ns - d->commanded_ns <= 2 * period_ns) return silent;
     if (now_ns - d->lived_ns > NS_PER_S) d->lived_ns = now_ns - period_ns; /* stopped or just started: nothing is caught up */

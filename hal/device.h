@@ -26,6 +26,9 @@ void device_live(struct device *d, int periods, const double valve[LEGS], int64_
  * one for params->device.watchdog_s with the valves at their centre, and returns true as long as that is so. */
 bool device_tick(struct device *d, int64_t now_ns);
 
+/* In place of params->device.watchdog_s, where the daemon sets it over the bus. */
+void device_set_watchdog(struct device *d, double watchdog_s);
+
 /* CLOCK_MONOTONIC. */
 int64_t device_now_ns(void);
 

@@ -1,3 +1,3 @@
 #include "backends.h"
 
-const struct device_bus *const device_buses[] = {&device_can, NULL};
+const struct device_bus *const device_buses[] = {&device_can, &device_modbus, NULL};

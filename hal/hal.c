@@ -2,7 +2,7 @@
 
 #include "backends.h"
 
-const struct hal_ops *const hal_table[] = {&hal_sim, &hal_can, &hal_fault, NULL};
+const struct hal_ops *const hal_table[] = {&hal_sim, &hal_can, &hal_modbus, &hal_fault, NULL};
 
 const struct hal_ops *hal_find(const char *url) {
     for (int i = 0; hal_table[i]; i++) {

@@ -100,6 +100,7 @@ struct check_params {             /* percent; beyond any of these the run's verd
     double excluded_pct;          /* of the evaluated samples */
     double length_wander_m;       /* of the fundamental of a leg's length, from period to period of a test */
     double force_wander_n;        /* of a leg's mean force and its fundamental, from period to period; of the mean also from test to test */
+    double period_s;             /* a longer cycle puts the staircase of the command into the matrix */
     double symmetry_pct;          /* |Mt - Mt'| against sqrt of the diagonal's product */
 };
 
@@ -136,6 +137,10 @@ struct can_params {
     double heartbeat_s;           /* sent by every node and by the daemon; three in a row missing: lost */
 };
 
+struct modbus_params {
+    int unit;                     /* slave address */
+};
+
 struct params {
     struct geometry_params geometry;
     struct payload_params payload;
@@ -153,6 +158,7 @@ struct params {
     struct channel_params length_channel, p1_channel, p2_channel, valve_channel;
     struct device_params device;
     struct can_params can;
+    struct modbus_params modbus;
     struct effect_values effects[EFFECTS_MAX]; /* by place in effect_table */
 };
 

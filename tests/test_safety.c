@@ -211,6 +211,14 @@ static void a_loop_that_was_away_for_long_does_not_go_on(void **unused) {
         platform_step(&rig.platform, &sample, (struct request){.id = rig.id}, &rig.now);
         assert_int_equal(rig.now.first_fault, away >= rig.params.loop.overrun_limit ? FAULT_OVERRUN : 0);
         plant_destroy(rig.plant);
+        /* the same with a sample that was latched before */
+        rig_init(&rig, false);
+        rig_bring(&rig, STATE_READY);
+        sample = rig.now.in;
+        sample.flags = SAMPLE_OVERRUN, sample.device_seq += 1, sample.age_ns = (away + 1) * (int64_t)PERIOD_NS;
+        platform_step(&rig.platform, &sample, (struct request){.id = rig.id}, &rig.now);
+        assert_int_equal(rig.now.faults != 0 && !rig.now.out.enable, away >= rig.params.loop.overrun_limit);
+        plant_destroy(rig.plant);
     }
 }
 

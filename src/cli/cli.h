@@ -17,7 +17,7 @@ struct options {
     int setting_count;
     char tests[64];              /* --tests as a setting */
     uint64_t seed;
-    bool fast, print_config;
+    bool fast, print_config, modbus_map;
     bool rt_given;
     enum realtime_mode rt;
     const char *operand[OPERANDS_MAX];

@@ -6,6 +6,7 @@
 #include "can_frames.h"
 #include "cli.h"
 #include "kinematics.h"
+#include "modbus_map.h"
 
 static bool say(bool good, const char *what, const char *detail) {
     printf("  %-5s %-14s %s\n", good ? "ok" : "FAIL", what, detail);
@@ -52,16 +53,30 @@ static bool check_can(const struct params *params) {
     return say(l.share <= l.limit, "CAN load", detail);
 }
 
+/* The baud rate of a serial line is the address's, not the configuration's: said for the usual ones. */
+static bool check_modbus(const struct params *params) {
+    char detail[120];
+    struct modbus_load slow = modbus_load(115200.0), fast = modbus_load(1e6);
+    snprintf(detail, sizeof detail, "function 23: %d + %d bytes, on a serial line %.1f ms at 115200 baud, %.1f ms at 1 Mbaud; the cycle has %.1f ms",
+             slow.request_bytes, slow.response_bytes, slow.cycle_s * 1e3, fast.cycle_s * 1e3, 0.9 * params->loop.period_s * 1e3);
+    return say(true, "Modbus", detail);
+}
+
 int cmd_doctor(int argc, char **argv) {
     struct options o;
     struct params params;
     struct error error;
-    if (options_parse(&o, argc, argv, "cS", 0, &error) || options_params(&o, &params, &error)) return cli_fail(&error);
+    if (options_parse(&o, argc, argv, "cSm", 0, &error) || options_params(&o, &params, &error)) return cli_fail(&error);
+    if (o.modbus_map) {
+        modbus_map_print(stdout);
+        return EXIT_PASSED;
+    }
     bool good = say(true, "configuration", o.config ? o.config : "default");
     good &= check_kinematics(&params);
     good &= check_kernel();
     good &= check_bus(&params);
     good &= check_can(&params);
+    good &= check_modbus(&params);
     good &= check_realtime(&params);
     return good ? EXIT_PASSED : EXIT_CHECK_FAILED;
 }

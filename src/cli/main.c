@@ -11,13 +11,13 @@ static const struct subcommand {
     {"run", "[-c FILE] [--hal URL] [--fast] [--rt require|try|off] [--seed N] [--log FILE] [--json FILE] [--set KEY=VALUE ...]\n"
             "           [--tests LIST] [--print-config]", "run the platform through its tests and identify it", cmd_run},
     {"plant", "--bus URL [-c FILE] [--set KEY=VALUE ...] [--seed N] [--rt require|try|off]", 
-              "serve the simulated platform as the devices of a bus: can:IF", cmd_plant},
+              "serve the simulated platform as the devices of a bus: can:IF, modbus:tcp://HOST:PORT or modbus:rtu:DEVICE?baud=N", cmd_plant},
     {"identify", "LOG [-c FILE] [--set KEY=VALUE ...] [--json FILE]", "identify from a recorded log", cmd_identify},
     {"import", "CSVDIR -o LOG [-c FILE]", "make a log of CSV files", cmd_import},
     {"export", "LOG -o CSVDIR", "make CSV files of a log", cmd_export},
     {"command", "engage|start|stop|park|reset [-c FILE]", "tell a running hexid what to do, over LCM", cmd_command},
     {"monitor", "[-c FILE]", "watch a running hexid in the terminal, over LCM", cmd_monitor},
-    {"doctor", "[-c FILE] [--set KEY=VALUE ...]", "check configuration, real time and LCM on this machine", cmd_doctor},
+    {"doctor", "[-c FILE] [--set KEY=VALUE ...] [--modbus-map]", "check configuration, real time, field buses and LCM on this machine", cmd_doctor},
     {"effects", "[NAME]", "list the effects that the simulated plant can have", cmd_effects},
 };
 

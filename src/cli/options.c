@@ -16,7 +16,8 @@ static const struct option long_options[] = {
     {"rt", required_argument, NULL, 'r'},     {"seed", required_argument, NULL, 's'}, {"log", required_argument, NULL, 'l'},
     {"json", required_argument, NULL, 'j'},   {"set", required_argument, NULL, 'S'},  {"tests", required_argument, NULL, 't'},
     {"print-config", no_argument, NULL, 'p'}, {"output", required_argument, NULL, 'o'},
-    {"format", required_argument, NULL, 'F'}, {"bus", required_argument, NULL, 'b'}, {0},
+    {"format", required_argument, NULL, 'F'}, {"bus", required_argument, NULL, 'b'},
+    {"modbus-map", no_argument, NULL, 'm'}, {0},
 };
 
 static int set_rt(struct options *o, const char *text, struct error *error) {
@@ -58,6 +59,7 @@ static int take(struct options *o, int option, const char *value, struct error *
     case 'l': o->log = value; return STATUS_OK;
     case 'j': o->json = value; return STATUS_OK;
     case 'b': o->bus = value; return STATUS_OK;
+    case 'm': o->modbus_map = true; return STATUS_OK;
     case 'o': o->output = value; return STATUS_OK;
     case 'F': o->format = value; return STATUS_OK;
     case 'p': o->print_config = true; return STATUS_OK;

@@ -86,10 +86,11 @@ static void watch_standstill(struct platform *p, const struct hal_sample *in) {
 /* SAFETY: deadlines missed in a row, whether the loop came late again and again or was away for long at once: by then a device's watchdog
  * may have centred the valves behind its back, and the command of before is not to be gone on with. */
 static void count_overruns(struct platform *p, const struct hal_sample *in) {
-    int64_t missed = (in->time_ns - p->last_ns) / ns_from_seconds(p->params->loop.period_s) - 1;
+    int64_t read_ns = in->time_ns + in->age_ns; /* now: the sample itself may be from before */
+    int64_t missed = (read_ns - p->last_ns) / ns_from_seconds(p->params->loop.period_s) - 1;
     int64_t count = p->overruns + (missed > 1 ? missed : 1), limit = p->params->loop.overrun_limit;
     p->overruns = in->flags & SAMPLE_OVERRUN ? (int)(count < limit ? count : limit) : 0;
-    p->last_ns = in->time_ns;
+    p->last_ns = read_ns;
 }
 
 /* Takes the sample over when it is good: pose and leg forces. Returns what is doubtful about it. */

@@ -25,7 +25,7 @@ struct platform {
     int64_t good_seq, good_ns;   /* its cycle, -1: none yet; and its instant */
     uint64_t device_seq;         /* of the sample before, */
     int64_t anew_seq;            /* and the cycle in which it was last a later one */
-    int64_t last_ns;             /* instant of the sample before */
+    int64_t last_ns;             /* when the sample before was read */
     int overruns;                /* deadlines missed in a row, at most loop.overrun_limit */
     /* the last reference and command */
     double ref[DOFS], ref_rate[DOFS], leg_ref_m[LEGS];

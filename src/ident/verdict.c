@@ -85,6 +85,9 @@ struct verdict ident_verdict(const struct params *params, const struct identific
     double overruns_pct = cycles > 0 ? 100.0 * (double)overruns / (double)cycles : 0.0;
     if (!(overruns_pct <= limit->overruns_pct))
         verdict_add(&v, VERDICT_FAIL, "%.2f %% of the cycles overran, limit %g %%", overruns_pct, limit->overruns_pct);
+    if (!(params->loop.period_s <= limit->period_s))
+        verdict_add(&v, VERDICT_FAIL, "a cycle of %g ms puts the command's staircase into the matrix, limit %g ms", params->loop.period_s * 1e3,
+                    limit->period_s * 1e3);
     if (id->method_a.evaluated) check_matrix(&v, limit, &id->method_a);
     else verdict_add(&v, VERDICT_NOT_EVALUATED, "matrix: needs complete tests of all six axes");
     return v;

@@ -120,6 +120,7 @@ static const struct config_key keys[] = {
     KEY(checks, excluded_pct, "1", 0.0, 100.0, "%", "of the evaluated samples"),
     KEY(checks, length_wander_m, "1e-4", 1e-7, 1.0, "m", "of the fundamental of a leg's length, from period to period"),
     KEY(checks, force_wander_n, "60", 0.1, 1e6, "N", "of a leg's mean force and its fundamental, from period to period"),
+    KEY(checks, period_s, "0.003", 1e-4, 1.0, "s", "of the loop: a longer cycle puts the command's staircase into the matrix"),
     KEY(checks, symmetry_pct, "10", 0.01, 1000.0, "%", "|Mt - Mt'| against the root of the diagonal's product"),
 
     KEY(loop, period_s, "0.002", 1e-4, 0.1, "s", "of the control loop"),
@@ -140,6 +141,8 @@ static const struct config_key keys[] = {
 
     KEY(can, bitrate_bps, "1e6", 1e4, 1e6, "bit/s", "of the bus: what the load is computed with"),
     KEY(can, heartbeat_s, "0.05", 0.005, 5.0, "s", "sent by every node and the daemon; three missing: lost"),
+
+    KEY(modbus, unit, "1", 1.0, 247.0, "-", "unit (slave) address of the device"),
 };
 enum { KEYS = sizeof keys / sizeof keys[0] };
 
@@ -163,6 +166,7 @@ static const char *const sections[][2] = {
     {"valve_channel", "Valve command on the field bus: raw value <-> SI"},
     {"device", "Devices at the field end"},
     {"can", "CAN bus"},
+    {"modbus", "Modbus"},
     {"effects", "Effects of the plant: one number for all legs, or a list of six"},
 };
 

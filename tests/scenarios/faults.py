@@ -5,7 +5,8 @@ something is not as it must be. Needs the log's types: lcm-gen -p --ppath DIR lc
     faults.py draw COUNT            a list of faults for faults.sh
 
 FROM_S: when the fault begins, on the loop's clock; @US: on the system's, where something outside the daemon made it. EXPECTED, one or several with / between them: what must see it first, within WITHIN
-cycles (0: however long it takes): a fault by its name; `flagged`, samples that the identification leaves out; `verdict`, which refuses at
+cycles (0: however long it takes): a fault by its name; `flagged`, samples that the identification leaves out (where it is expected, a fault
+that follows has all the time it wants); `verdict`, which refuses at
 the end of the run; `nothing`: it does no harm.
 Always: valves centred with a fault and in every state that does not drive, commands within -1..1, no cycle missing in the log, and an
 identification that is refused or differs from the clean run's by no more than three standard deviations of the sensors' noise."""
@@ -57,11 +58,11 @@ def detection(cycles, system_us, begin):
     """What saw it first, the legs it names, and after how many cycles."""
     after = since(cycles, system_us, begin)
     demand(after, "the run ended before the fault began")
+    flagged = [n for n, c in enumerate(after, 1) if c.sample_flags][:1]
     for n, c in enumerate(after, 1):
         if c.first_fault:
-            return FAULTS[c.first_fault.bit_length() - 1], legs_of(c), n
-    flagged = [n for n, c in enumerate(after, 1) if c.sample_flags]
-    return ("flagged", [], flagged[0]) if flagged else ("nothing", [], 0)
+            return FAULTS[c.first_fault.bit_length() - 1], legs_of(c), n, flagged
+    return ("flagged", [], flagged[0], flagged) if flagged else ("nothing", [], 0, flagged)
 
 
 def identification(result, clean):
@@ -77,13 +78,16 @@ def identification(result, clean):
 def judge(name, from_s, expected, within, log, result, clean):
     cycles, system_us = cycles_of(log)
     check_outputs(cycles)
-    found, legs, after = detection(cycles, system_us, from_s)
+    found, legs, after, flagged = detection(cycles, system_us, from_s)
     unharmed, text = identification(json.load(open(result)), json.load(open(clean)))
     if not unharmed and (found == "nothing" or found == "flagged" and expected == "verdict"):
         found = "verdict"
+    first = ""
+    if flagged and found in FAULTS and "flagged" in expected.split("/"):
+        first, found, after = f", after {after} {found}", "flagged", flagged[0]
     named = ", leg" + "s" * (len(legs) > 1) + " " + " ".join(map(str, legs)) if legs else ""
     count = {"nothing": "-", "verdict": "end of run"}.get(found) or (f"{after} of {within}" if int(within) else str(after))
-    print(f"| {name} | {found}{named} | {count} | {'centred' if cycles[-1].faults else 'driven on'} | {text} |")
+    print(f"| {name} | {found}{first}{named} | {count} | {'centred' if cycles[-1].faults else 'driven on'} | {text} |")
     demand(expected == "any" or found in expected.split("/"), "found", found, "expected", expected)
     demand(not int(within) or after <= int(within), "after", after, "cycles, not", within)
 

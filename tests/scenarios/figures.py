@@ -72,6 +72,15 @@ def spread(*paths):
     return len(runs) == 30 and all(value <= SPREAD[name[0]] for name, value in rms.items())
 
 
+def agree(one, other, *limits):
+    """Two runs' errors, in points of a percent: masses, inertias, coupling."""
+    limit = dict(zip("mIM", map(float, limits)))
+    first, second = errors(one), errors(other)
+    for name in first:
+        print(f"{name:5} {first[name]:+.2f} and {second[name]:+.2f} %")
+    return all(abs(first[name] - second[name]) <= limit[name[0]] for name in first)
+
+
 def print_all(*paths):
     for path in paths:
         print("#", end=" ")

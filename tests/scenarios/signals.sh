@@ -1,5 +1,6 @@
 #!/bin/bash
 # The daemon killed, and the daemon stopped: in real time, as the system would do it.
+# Runs alone.
 . tests/scenarios/lib
 lcm-gen -p --ppath "$work" lcmtypes/*.lcm
 # A busy machine may miss deadlines for 0.2 s; stopped for a second is more.

@@ -102,13 +102,13 @@ campaign() {
 
 listed() {
     campaign <<'END'
-frame loss 1 %|wire loss 1%|flagged|50
-frame loss 10 %|wire loss 10%|flagged/sensor_age/io|0
+frame loss 1 %|wire loss 1%|flagged|300
+frame loss 10 %|wire loss 10%|flagged|60
 frame loss 100 %|wire loss 100%|sensor_age/io|40
-delay 5 ms|wire delay 5ms|flagged/sensor_age|40
+delay 5 ms|wire delay 5ms|flagged|40
 duplicates 20 %|wire duplicate 20%|nothing/flagged|0
-reordering|wire delay 1ms reorder 50% 50%|flagged/sensor_age|0
-bit flips in 10 % of the frames|wire corrupt 10%|flagged/leg_rate/stroke/sensor_age/sensor_invalid/io|0
+reordering|wire delay 1ms reorder 50% 50%|flagged|40
+bit flips in 10 % of the frames|wire corrupt 10%|flagged|60
 bus-off reported|frame 20000040#0000000000000000|flagged/sensor_invalid|40
 error-passive reported|frame 20000004#0020000000000000|nothing/flagged|0
 node 3 reset|frame 000#8103|sensor_invalid/io|40
@@ -161,7 +161,7 @@ END
 } 2>/dev/null
 
 claim "the six tests as shipped pass over CAN" full
-claim "method A has the errors that it has with sim:" compare "$work/sim.json" "$work/can.json" 0.15 0.4 # measured: 0.03 and 0.2
+claim "method A has the errors that it has with sim:" compare "$work/sim.json" "$work/can.json" 0.15 0.15 0.4 # measured: 0.03, 0.04 and 0.2
 sed 's/^/# /' "$work/claim.out" "$work/run"
 clean || exit 1
 claim "every fault on the bus is detected in time or harmless, and never identified wrongly in silence" listed

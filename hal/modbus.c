@@ -1,0 +1,304 @@
+/* modbus: one device with all six legs, over TCP or a serial line (modbus_map.h: the registers, modbus_link.h: the line).
+ *
+ * The back-end's own thread does the talking, one function-23 transaction a cycle, begun by the loop's write() or safe(): the loop never waits
+ * for it. Cycle k reads what was latched in cycle k-1, in the transaction that put the command of cycle k-1 into force. The instant of
+ * latching is not told by the device; it lies at the middle of a TCP round trip, and at the end of the request on a serial line.
+ *
+ * SAFETY: only the newest command is ever sent, and one that waits longer than limits.sensor_age_s for the line never; when nothing is sent,
+ * the device's own watchdog centres the valves. A connection that is lost is made again by the thread; whether the platform may move again is
+ * the supervisor's and the operator's decision. */
+#include <errno.h>
+#include <math.h>
+#include <pthread.h>
+#include <semaphore.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "backends.h"
+#include "modbus_link.h"
+#include "modbus_map.h"
+#include "ring.h"
+#include "units.h"
+
+enum { RING_SIZE = 8, BACKOFF_FIRST_MS = 50, BACKOFF_LAST_MS = 1000 };
+
+struct command_record {
+    int64_t posted_ns;
+    double valve[LEGS];
+};
+
+struct latched {
+    int64_t time_ns;      /* CLOCK_MONOTONIC */
+    struct modbus_reading reading;
+};
+
+struct modbus_hal {
+    struct hal hal;
+    const struct params *params;
+    struct modbus_address_parts address;
+    /* between loop and thread */
+    struct ring commands, samples;
+    sem_t due;
+    _Atomic bool stop, connected;
+    _Atomic int trouble;  /* errno of the first failure until all has been well for a second; 0 none */
+    /* the thread's */
+    pthread_t thread;
+    struct modbus_link *link;
+    uint16_t number;
+    double latch_after_s; /* sending begins .. device latches; below 0: the middle of the round trip */
+    int64_t good_ns;      /* when all had been well since a second after the last failure */
+    /* the loop's */
+    struct latched newest;
+    uint64_t device_seq;
+    bool delivered;
+};
+
+static int64_t monotonic_ns(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return t.tv_sec * NS_PER_S + t.tv_nsec;
+}
+
+static double timeout_s(const struct params *p) { return p->limits.sensor_age_s; } /* older readings are of no use */
+
+static int exchange(struct modbus_hal *m, const double valve[LEGS], struct latched *l) {
+    uint16_t written[MODBUS_WRITTEN], read[MODBUS_READ];
+    modbus_put_command(m->params, ++m->number, valve, written);
+    int64_t begun_ns = monotonic_ns();
+    if (modbus_link_exchange(m->link, MODBUS_COMMAND, MODBUS_WRITTEN, written, MODBUS_SAMPLE, MODBUS_READ, read)) return -1;
+    int64_t ended_ns = monotonic_ns();
+    l->time_ns = m->latch_after_s < 0.0 ? begun_ns + (ended_ns - begun_ns) / 2 : begun_ns + ns_from_seconds(m->latch_after_s);
+    if (l->time_ns > ended_ns) l->time_ns = ended_ns;
+    modbus_get_reading(m->params, read, &l->reading);
+    return 0;
+}
+
+/* Who answers, and in the same language? Then its watchdog. */
+static int greet(struct modbus_hal *m, struct error *error) {
+    uint16_t who[2];
+    uint16_t watchdog_ms = (uint16_t)lround(m->params->device.watchdog_s * 1e3);
+    if (modbus_link_read(m->link, MODBUS_IDENTITY, 2, who))
+        return error_set(error, STATUS_IO, "modbus:%s: no answer to the first question: %s; check unit (modbus.unit), baud rate and wiring",
+                         m->address.name, modbus_link_reason(errno));
+    if (who[0] != MODBUS_IS_HEXID || who[1] != MODBUS_MAP_VERSION)
+        return error_set(error, STATUS_IO, "modbus:%s: registers 0 and 1 hold 0x%04x and %u, not 0x%04x and %d: another device, or another map "
+                         "(`hexid doctor --modbus-map`)", m->address.name, who[0], who[1], MODBUS_IS_HEXID, MODBUS_MAP_VERSION);
+    if (modbus_link_write(m->link, MODBUS_WATCHDOG_MS, watchdog_ms))
+        return error_set(error, STATUS_IO, "modbus:%s: the watchdog cannot be set: %s", m->address.name, modbus_link_reason(errno));
+    return STATUS_OK;
+}
+
+static int connect_link(struct modbus_hal *m, struct error *error) {
+    int status = modbus_link_open(&m->link, &m->address, m->params->modbus.unit, timeout_s(m->params), error);
+    if (status) return status;
+    status = greet(m, error);
+    if (!status) return STATUS_OK;
+    modbus_link_close(m->link);
+    m->link = NULL;
+    return status;
+}
+
+static void failed(struct modbus_hal *m, int reason) {
+    int none = 0;
+    atomic_compare_exchange_strong(&m->trouble, &none, reason);
+    m->good_ns = monotonic_ns() + NS_PER_S;
+}
+
+/* SAFETY: the newest command only; false when there is none, or it has waited for too long. */
+static bool newest_command(struct modbus_hal *m, struct command_record *c) {
+    bool any = false;
+    while (ring_pop(&m->commands, c)) any = true;
+    return any && monotonic_ns() - c->posted_ns <= ns_from_seconds(timeout_s(m->params));
+}
+
+static void talk(struct modbus_hal *m, int *silent) {
+    struct command_record c;
+    struct latched l;
+    if (!newest_command(m, &c)) return;
+    if (!exchange(m, c.valve, &l)) {
+        ring_push(&m->samples, &l); /* full: the loop stands still, and will find out by the age */
+        *silent = 0;
+        if (monotonic_ns() > m->good_ns) atomic_store(&m->trouble, 0);
+        return;
+    }
+    int reason = errno;
+    failed(m, reason);
+    bool lost = modbus_link_gone(reason) || ++*silent * timeout_s(m->params) > 0.5; /* a server gone without a word */
+    if (!lost) return;
+    atomic_store_explicit(&m->connected, false, memory_order_release);
+    modbus_link_close(m->link);
+    m->link = NULL;
+    *silent = 0;
+}
+
+static void wait_for_command(struct modbus_hal *m, int64_t at_most_ms) {
+    int64_t until_ns = monotonic_ns() + at_most_ms * 1000 * NS_PER_US;
+    struct timespec t = {.tv_sec = until_ns / NS_PER_S, .tv_nsec = until_ns % NS_PER_S};
+    while (sem_clockwait(&m->due, CLOCK_MONOTONIC, &t) && errno == EINTR) continue;
+}
+
+/* Just below the loop, where that is allowed: what keeps the loop from it would be seen by the age of the readings. */
+static void become_realtime(const struct loop_params *loop) {
+    struct sched_param priority = {.sched_priority = loop->priority > 1 ? loop->priority - 1 : 1};
+    pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority);
+}
+
+static void *modbus_thread(void *argument) {
+    struct modbus_hal *m = argument;
+    struct error error;
+    int64_t backoff_ms = BACKOFF_FIRST_MS, again_ns = 0;
+    int silent = 0;
+    become_realtime(&m->params->loop);
+    while (!atomic_load_explicit(&m->stop, memory_order_acquire)) {
+        wait_for_command(m, 100);
+        if (m->link) {
+            talk(m, &silent);
+            if (!m->link) again_ns = monotonic_ns() + backoff_ms * 1000 * NS_PER_US;
+            continue;
+        }
+        if (monotonic_ns() < again_ns) continue;
+        if (connect_link(m, &error)) {
+            backoff_ms = backoff_ms * 2 < BACKOFF_LAST_MS ? backoff_ms * 2 : BACKOFF_LAST_MS;
+            again_ns = monotonic_ns() + backoff_ms * 1000 * NS_PER_US;
+            continue;
+        }
+        backoff_ms = BACKOFF_FIRST_MS;
+        atomic_store_explicit(&m->connected, true, memory_order_release);
+    }
+    return NULL;
+}
+
+/* The arithmetic of a line that is too slow, and of limits that a slow cycle needs wider. */
+static int refuse_slow(const struct modbus_hal *m, struct error *error) {
+    const struct params *p = m->params;
+    double period_s = p->loop.period_s;
+    struct modbus_load l = modbus_load(m->address.baud);
+    if (m->address.serial && l.cycle_s > 0.9 * period_s)
+        return error_set(error, STATUS_USAGE, "modbus:rtu: function 23 takes %d + %d bytes of 10 bits, %.1f ms at %d baud with the silence between; "
+                         "90 %% of loop.period_s are %.1f ms: raise the baud rate, or loop.period_s to %.3f or more (with sim.substeps where simulated)",
+                         l.request_bytes, l.response_bytes, l.cycle_s * 1e3, m->address.baud, 0.9 * period_s * 1e3, ceil(l.cycle_s / 0.9 * 1e3) / 1e3);
+    if (p->limits.sensor_age_s < 2.5 * period_s)
+        return error_set(error, STATUS_USAGE, "modbus: limits.sensor_age_s %g must be at least 2.5 x loop.period_s: a reading is up to two cycles old "
+                         "when used", p->limits.sensor_age_s);
+    if (p->device.watchdog_s < 3.0 * period_s || p->device.watchdog_s > 65.0)
+        return error_set(error, STATUS_USAGE, "modbus: device.watchdog_s %g must be at least 3 x loop.period_s, and at most 65 s", p->device.watchdog_s);
+    return STATUS_OK;
+}
+
+static void release(struct modbus_hal *m) {
+    modbus_link_close(m->link);
+    ring_free(&m->commands);
+    ring_free(&m->samples);
+    sem_destroy(&m->due);
+    free(m);
+}
+
+static int bring_up(struct modbus_hal *m, const char *address, struct error *error) {
+    static const double centre[LEGS] = {0};
+    struct latched first;
+    int status = modbus_parse(address, &m->address, error);
+    if (!status) status = refuse_slow(m, error);
+    if (!status && (ring_init(&m->commands, sizeof(struct command_record), RING_SIZE) || ring_init(&m->samples, sizeof first, RING_SIZE)))
+        status = error_set(error, STATUS_IO, "modbus: out of memory");
+    if (!status) status = connect_link(m, error);
+    if (status) return status;
+    m->latch_after_s = m->address.serial ? modbus_load(m->address.baud).request_s : -1.0;
+    if (exchange(m, centre, &first))
+        return error_set(error, STATUS_IO, "modbus:%s: function 23 is not answered: %s; the device must serve the map of `hexid doctor --modbus-map`",
+                         m->address.name, modbus_link_reason(errno));
+    ring_push(&m->samples, &first);
+    atomic_store(&m->connected, true);
+    int refused = pthread_create(&m->thread, NULL, modbus_thread, m);
+    return refused ? error_set(error, STATUS_IO, "modbus: cannot start its thread: %s", strerror(refused)) : STATUS_OK;
+}
+
+static int modbus_open(struct hal **hal, const char *address, const struct params *params, uint64_t seed, struct error *error) {
+    struct modbus_hal *m = calloc(1, sizeof *m);
+    (void)seed;
+    if (!m) return error_set(error, STATUS_IO, "modbus: out of memory");
+    m->hal.ops = &hal_modbus;
+    m->params = params;
+    sem_init(&m->due, 0, 0);
+    int status = bring_up(m, address, error);
+    if (status) release(m);
+    else *hal = &m->hal;
+    return status;
+}
+
+static void hand_out(const struct modbus_hal *m, struct hal_sample *s) {
+    const struct modbus_reading *r = &m->newest.reading;
+    for (int i = 0; i < LEGS; i++) {
+        s->length_m[i] = r->length_m[i], s->p1_pa[i] = r->p1_pa[i], s->p2_pa[i] = r->p2_pa[i];
+        if (isnan(r->length_m[i]) || isnan(r->p1_pa[i]) || isnan(r->p2_pa[i])) s->flags |= SAMPLE_INVALID;
+    }
+}
+
+static int modbus_read(struct hal *hal, int64_t now_ns, struct hal_sample *s) {
+    struct modbus_hal *m = (struct modbus_hal *)hal;
+    int64_t period_ns = ns_from_seconds(m->params->loop.period_s);
+    uint16_t before = m->newest.reading.sample;
+    int64_t before_ns = m->newest.time_ns;
+    bool first = before_ns == 0, any = false;
+    while (ring_pop(&m->samples, &m->newest)) any = true;
+    uint16_t step = (uint16_t)(m->newest.reading.sample - before);
+    if (first) m->device_seq = 1;
+    else m->device_seq += step;
+    *s = (struct hal_sample){.device_seq = m->device_seq, .time_ns = m->newest.time_ns + now_ns - monotonic_ns()};
+    s->age_ns = now_ns - s->time_ns;
+    if (!any || (!first && step == 0)) s->flags |= SAMPLE_STALE;
+    if (!first && step > 1) s->flags |= SAMPLE_DROPPED;
+    /* SAFETY: latched half a period off the grid: the command before it was held too long or too short. */
+    if (any && !first && 2 * llabs(m->newest.time_ns - before_ns - period_ns) > period_ns) s->flags |= SAMPLE_LATE;
+    if (2 * s->age_ns > 5 * period_ns) s->flags |= SAMPLE_LATE;
+    hand_out(m, s);
+    return atomic_load_explicit(&m->connected, memory_order_acquire) ? 0 : -1;
+}
+
+static void post(struct modbus_hal *m, const double valve[LEGS]) {
+    struct command_record c = {.posted_ns = monotonic_ns()};
+    memcpy(c.valve, valve, sizeof c.valve);
+    ring_push(&m->commands, &c); /* full: the thread waits for an answer, and the device's watchdog runs */
+    sem_post(&m->due);
+}
+
+static int modbus_write(struct hal *hal, const struct hal_command *command) {
+    struct modbus_hal *m = (struct modbus_hal *)hal;
+    if (!atomic_load_explicit(&m->connected, memory_order_acquire)) return -1;
+    post(m, command->valve);
+    return 0;
+}
+
+static void modbus_safe(struct hal *hal) {
+    static const double centre[LEGS] = {0};
+    post((struct modbus_hal *)hal, centre);
+}
+
+static void modbus_describe(const struct hal *hal, char *text, size_t size) {
+    int reason = atomic_load(&((const struct modbus_hal *)hal)->trouble);
+    snprintf(text, size, "%s", reason ? modbus_link_reason(reason) : "");
+}
+
+static void modbus_close(struct hal *hal) {
+    static const double centre[LEGS] = {0};
+    struct modbus_hal *m = (struct modbus_hal *)hal;
+    struct latched ignored;
+    atomic_store_explicit(&m->stop, true, memory_order_release);
+    sem_post(&m->due);
+    pthread_join(m->thread, NULL);
+    if (m->link) exchange(m, centre, &ignored); /* SAFETY: whatever was under way, the last word is the centre */
+    release(m);
+}
+
+const struct hal_ops hal_modbus = {
+    .scheme = "modbus",
+    .usage = "modbus:tcp://HOST:PORT     one Modbus device with all legs; or modbus:rtu:DEVICE?baud=N",
+    .open = modbus_open,
+    .read = modbus_read,
+    .write = modbus_write,
+    .safe = modbus_safe,
+    .close = modbus_close,
+    .describe = modbus_describe,
+};

@@ -1,0 +1,41 @@
+/* A Modbus connection, to a host or over a serial line: the only file pair with libmodbus' client API. Blocking, for a thread of its own.
+ *
+ * Time-outs hold in truth: libmodbus starts its byte time-out again with every byte, so a peer that trickles would hold a call for ever; with
+ * it switched off the response time-out is for the whole response. Addresses, as in `modbus:ADDRESS`:
+ *     tcp://HOST:PORT        rtu:DEVICE?baud=N     (8 data bits, no parity, 1 stop bit) */
+#ifndef HEXID_MODBUS_LINK_H
+#define HEXID_MODBUS_LINK_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "status.h"
+
+enum { MODBUS_NAME_SIZE = 128 };
+
+struct modbus_address_parts {
+    bool serial;
+    char name[MODBUS_NAME_SIZE];   /* host or device */
+    char port[8];                  /* TCP */
+    int baud;                      /* serial */
+};
+/* STATUS_USAGE, with the form that is right. */
+int modbus_parse(const char *address, struct modbus_address_parts *parts, struct error *error);
+
+struct modbus_link;
+/* Connects. STATUS_IO names the address, the reason and the remedy. unit: 1..247. */
+int modbus_link_open(struct modbus_link **link, const struct modbus_address_parts *parts, int unit, double timeout_s, struct error *error);
+void modbus_link_close(struct modbus_link *link);
+
+/* Each: 0, or -1 and errno; whatever had come of a broken answer is thrown away. */
+int modbus_link_read(struct modbus_link *link, int address, int count, uint16_t *to);
+int modbus_link_write(struct modbus_link *link, int address, uint16_t value);
+int modbus_link_exchange(struct modbus_link *link, int write_address, int writes, const uint16_t *from, int read_address, int reads, uint16_t *to);
+
+/* After a failure: the connection is gone, and only a new one helps. */
+bool modbus_link_gone(int error);
+
+/* libmodbus' words for it. */
+const char *modbus_link_reason(int error);
+
+#endif

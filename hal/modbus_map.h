@@ -1,0 +1,54 @@
+/* Modbus registers <-> values: one table, the same for daemon and device, printed by `hexid doctor --modbus-map`. Pure, RT.
+ *
+ * A cycle is one transaction, function 23 (read/write multiple registers): the device writes first, so the commands of the cycle before come
+ * into force, latches length and pressures of all legs together, and answers with them. Registers are 16 bit; 32 bit takes two, the
+ * upper half first. A reading that the device does not have is the most negative value of its width. */
+#ifndef HEXID_MODBUS_MAP_H
+#define HEXID_MODBUS_MAP_H
+
+#include <stdio.h>
+
+#include "params.h"
+
+enum modbus_address { /* holding registers, from 0 */
+    MODBUS_IDENTITY = 0x0000, MODBUS_VERSION, MODBUS_WATCHDOG_MS,
+    MODBUS_COMMAND = 0x0010, MODBUS_VALVE,
+    MODBUS_SAMPLE = 0x0020, MODBUS_STATUS, MODBUS_LENGTH, MODBUS_P1 = MODBUS_LENGTH + 2 * LEGS, MODBUS_P2 = MODBUS_P1 + LEGS,
+    MODBUS_END = MODBUS_P2 + LEGS,
+};
+enum {
+    MODBUS_IS_HEXID = 0x4845, MODBUS_MAP_VERSION = 1,
+    MODBUS_WRITTEN = 1 + LEGS,                  /* registers a cycle, from MODBUS_COMMAND */
+    MODBUS_READ = MODBUS_END - MODBUS_SAMPLE,   /* from MODBUS_SAMPLE */
+    MODBUS_SILENT = 1u << 0,                    /* status: the watchdog has centred the valves */
+};
+
+struct modbus_register {
+    enum modbus_address address;
+    int count;
+    const char *type, *unit, *access, *meaning;
+};
+extern const struct modbus_register modbus_map[]; /* ended by a NULL type */
+
+void modbus_map_print(FILE *out);
+
+/* Command number and valves -1..1 (NAN: none) to the registers written. */
+void modbus_put_command(const struct params *p, uint16_t number, const double valve[LEGS], uint16_t written[MODBUS_WRITTEN]);
+/* Valves in force; what is no command is the centre. */
+void modbus_get_command(const struct params *p, const uint16_t written[MODBUS_WRITTEN], double valve[LEGS]);
+
+struct modbus_reading {
+    uint16_t sample, status;     /* counts latches; MODBUS_SILENT */
+    double length_m[LEGS], p1_pa[LEGS], p2_pa[LEGS]; /* NAN: none, or not plausible */
+};
+void modbus_put_reading(const struct params *p, const struct modbus_reading *r, uint16_t read[MODBUS_READ]);
+void modbus_get_reading(const struct params *p, const uint16_t read[MODBUS_READ], struct modbus_reading *r);
+
+/* What a cycle takes on a serial line, against the loop's period: bytes of both frames, characters of 10 bits, silences of 3.5 characters. */
+struct modbus_load {
+    int request_bytes, response_bytes;
+    double request_s, response_s, cycle_s;
+};
+struct modbus_load modbus_load(double baud);
+
+#endif

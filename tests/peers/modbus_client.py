@@ -1,0 +1,40 @@
+"""Another maker's client (pymodbus) reads and moves the plant: modbus_client.py PORT. TAP."""
+import sys, time
+from pymodbus.client import ModbusTcpClient
+
+IDENTITY, WATCHDOG_MS, COMMAND, SAMPLE, STATUS, LENGTH, READ = 0x0000, 0x0002, 0x0010, 0x0020, 0x0021, 0x0022, 26
+client = ModbusTcpClient("127.0.0.1", port=int(sys.argv[1]))
+
+
+def claim(text, holds):
+    print(("ok - " if holds else "not ok - ") + text)
+
+
+def signed(registers):
+    return [(hi << 16 | lo) - (1 << 32 if hi >> 15 else 0) for hi, lo in zip(registers[::2], registers[1::2])]
+
+
+def exchange(number, valve):
+    raw = [int(32767 * v) & 0xFFFF for v in valve]
+    return client.readwrite_registers(read_address=SAMPLE, read_count=READ, write_address=COMMAND, values=[number] + raw, slave=1).registers
+
+
+client.connect()
+claim("pymodbus: the device says what it is", client.read_holding_registers(IDENTITY, 2, slave=1).registers == [0x4845, 1])
+first = signed(exchange(1, [0] * 6)[2:14])
+claim("pymodbus: at rest, all legs alike: %s um" % first, max(first) - min(first) < 2 and 1.42e6 < first[0] < 1.44e6)
+before = exchange(2, [0.3] * 6)[0]
+for number in range(3, 203):
+    last = exchange(number, [0.3] * 6)
+claim("pymodbus: every exchange is a new sample", (last[0] - before) & 0xFFFF == 200)
+risen = signed(last[2:14])[0] - first[0]
+claim("pymodbus: commands move the legs: +%.1f mm in 200 cycles" % (risen / 1000), risen > 20000)
+while not client.read_holding_registers(STATUS, 1, slave=1).registers[0] & 1:
+    pass
+held = signed(client.read_holding_registers(LENGTH, 12, slave=1).registers)[0]
+time.sleep(0.2)
+still = signed(client.read_holding_registers(LENGTH, 12, slave=1).registers)[0]
+claim("pymodbus: without commands the watchdog centres the valves: %+.1f mm in 0.2 s" % ((still - held) / 1000), abs(still - held) < 2000)
+claim("pymodbus: a register that is not there is an exception", client.read_holding_registers(0x1000, 1, slave=1).isError())
+client.write_register(SAMPLE, 7, slave=1)
+claim("pymodbus: what the device says cannot be written", client.read_holding_registers(SAMPLE, 1, slave=1).registers != [7])

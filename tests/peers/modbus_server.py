@@ -1,0 +1,33 @@
+"""Another maker's device (pymodbus) in the plant's place: a machine that stands still at 1.43 m. Prints its port, then serves until killed."""
+import asyncio
+from pymodbus.datastore import ModbusSequentialDataBlock, ModbusServerContext, ModbusSlaveContext
+from pymodbus.server import ModbusTcpServer
+
+SAMPLE, LENGTH, P1, P2, END = 0x0020, 0x0022, 0x002E, 0x0034, 0x003A
+
+
+class Machine(ModbusSequentialDataBlock):
+    """Counts a sample whenever the readings are read."""
+
+    def getValues(self, address, count=1):
+        if address == SAMPLE:
+            self.setValues(SAMPLE, [(super().getValues(SAMPLE, 1)[0] + 1) & 0xFFFF])
+        return super().getValues(address, count)
+
+
+async def main():
+    registers = [0] * END
+    registers[0:2] = [0x4845, 1]
+    for leg in range(6):
+        registers[LENGTH + 2 * leg:LENGTH + 2 * leg + 2] = divmod(1431000, 1 << 16)
+    machine = Machine(0, registers)
+    context = ModbusServerContext(slaves=ModbusSlaveContext(hr=machine, zero_mode=True), single=True)
+    server = ModbusTcpServer(context, address=("127.0.0.1", 0))
+    serving = asyncio.create_task(server.serve_forever())
+    while not getattr(server, "transport", None):
+        await asyncio.sleep(0.01)
+    print(server.transport.sockets[0].getsockname()[1], flush=True)
+    await serving
+
+
+asyncio.run(main())
