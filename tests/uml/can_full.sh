@@ -3,6 +3,8 @@
 . tests/uml/can_lib.sh
 lcm-gen -p --ppath "$work" lcmtypes/*.lcm
 
+# Three tries for a run in which this machine never stopped: 12 samples of 2500 excluded after stalls move that test's axis by 0.3 points, 40
+# by 0.5, for the platform swings on when the samples are good again.
 full() {
     "$hexid" run --hal sim: --fast --set lcm.url= --set sensors.enabled=false --json "$work/sim.json" >/dev/null
     for _ in 1 2 3; do
@@ -11,9 +13,9 @@ full() {
         status=$?
         plant_stop
         cat "$work/run"
-        [ $status -eq 0 ] && return
+        [ $status -eq 0 ] && ! grep -q ' [1-9][0-9]* of [0-9]* excluded' "$work/run" && return
     done
-    return 1
+    return $status
 }
 
 bus_settings=("${quick_settings[@]}" --set motion.automatic=true)
@@ -115,7 +117,7 @@ node 3 reset|frame 000#8103|sensor_invalid/io|40
 EMCY of node 3|frame 083#0050810000000000|sensor_invalid|40
 plant stopped|stop_plant|sensor_age|15
 plant rebooted in a test|reboot|sensor_age/sensor_invalid/io|15
-daemon stopped for 1 s|stop_daemon|overrun/io|10
+daemon stopped for 1 s|stop_daemon|overrun/sensor_age/io|10
 interface down|down|io|40
 length frozen|freeze@3+100/3|standstill/verdict|0
 not a number|nan@3+100/2|sensor_invalid|5
