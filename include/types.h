@@ -11,6 +11,7 @@
 
 enum { LEGS = 6, DOFS = 6 };
 enum dof { DOF_X, DOF_Y, DOF_Z, DOF_PHI, DOF_THETA, DOF_PSI, DOF_NONE = -1 };
+extern const char *const dof_names[DOFS + 1]; /* ended by NULL; all three lists of names: src/core/names.c */
 
 /* Sample flags. A sample with any of them is counted and kept out of identification. */
 enum {
@@ -40,6 +41,7 @@ struct hal_command {
 };
 
 enum state { STATE_INIT, STATE_SETTLED, STATE_ENGAGING, STATE_READY, STATE_TESTING, STATE_PARKING, STATE_FAULT, STATES };
+extern const char *const state_names[STATES];
 
 /* Latched until reset; the first one is the headline. */
 enum {
@@ -60,6 +62,7 @@ enum { FAULT_LEG_SHIFT = 16 };
 static inline uint32_t fault_leg(int leg) { return 1u << (FAULT_LEG_SHIFT + leg); }
 
 enum command { COMMAND_NONE, COMMAND_ENGAGE, COMMAND_START, COMMAND_STOP, COMMAND_PARK, COMMAND_RESET, COMMANDS };
+extern const char *const command_names[COMMANDS];
 
 /* World to loop, through a mailbox; acted on once, when id changes. */
 struct request {

@@ -1,6 +1,8 @@
 /* Identification: from synthetic cycles of a known machine back to its matrices, and what it does with flagged, lost and repeated data. */
 #include "support.h"
 
+#include <complex.h>
+
 #include "ident.h"
 #include "lin.h"
 #include "units.h"
@@ -212,7 +214,7 @@ static void what_came_before_the_evaluated_part_changes_no_bit(void **unused) {
 /* Flagged samples carry nonsense here: a single one that is used would show. */
 static void excluded_samples_are_counted_and_never_used(void **unused) {
     (void)unused;
-    static const uint32_t flags[] = {SAMPLE_STALE, SAMPLE_LATE, SAMPLE_DROPPED, SAMPLE_INVALID, SAMPLE_OVERRUN};
+    static const uint32_t flags[] = {SAMPLE_STALE, SAMPLE_LATE, SAMPLE_DROPPED, SAMPLE_INVALID, SAMPLE_OVERRUN, SAMPLE_IO};
     struct rig *r = rig_create(5, 1);
     struct ident *id = ident_create(r);
     uint64_t state = 9;
@@ -221,11 +223,11 @@ static void excluded_samples_are_counted_and_never_used(void **unused) {
         for (int i = 0; i < r->samples; i++) {
             struct cycle *c = &r->cycle[d][i];
             int what = random_below(&state, 30);
-            if (what < 5) c->in.flags = flags[what], c->in.length_m[what] += 0.001, c->in.p1_pa[what] *= 2;
-            if (what == 5) c->in.length_m[d] = (double)NAN;
-            if (what == 6) c->in.p2_pa[d] = (double)INFINITY;
-            if (what == 7) c->in.length_m[d] = 9; /* no pose has it: forward kinematics does not converge */
-            excluded += what <= 7;
+            if (what < 6) c->in.flags = flags[what], c->in.length_m[what] += 0.001, c->in.p1_pa[what] *= 2;
+            if (what == 6) c->in.length_m[d] = (double)NAN;
+            if (what == 7) c->in.p2_pa[d] = (double)INFINITY;
+            if (what == 8) c->in.length_m[d] = 9; /* no pose has it: forward kinematics does not converge */
+            excluded += what <= 8;
             ident_feed(id, c);
         }
         ident_end(id);
@@ -365,23 +367,105 @@ static void pointers(const struct test_result result[DOFS], const struct test_re
     for (int d = 0; d < DOFS; d++) test[d] = &result[d];
 }
 
-static void method_b_is_exact_without_damping_and_biased_by_it_through_unwanted_motion(void **unused) {
+static void viscous_legs_have_the_damping_of_the_method(void **unused) {
+    (void)unused;
+    static const double neutral[DOFS] = {0}, diagonal[DOFS] = {1186, 1186, 9630, 1323, 1323, 552}; /* method.md, b = 2000 N s/m */
+    struct rig *r = rig_create(19, 1);
+    struct test_result result[DOFS];
+    const struct test_result *test[DOFS];
+    double j[LEGS][DOFS];
+    pointers(result, test);
+    ik_jacobian(&r->kinematics, neutral, j);
+    memset(r->bt, 0, sizeof r->bt);
+    for (int k = 0; k < LEGS * DOFS * DOFS; k++) {
+        int leg = k / (DOFS * DOFS), row = k / DOFS % DOFS, column = k % DOFS;
+        r->bt[row][column] += 2000 * j[leg][row] * j[leg][column];
+    }
+    exact_results(r, result);
+    struct method_result a = method_a(test);
+    for (int i = 0; i < DOFS; i++) assert_below(fabs(a.bt[i][i] / diagonal[i] - 1), 1e-3); /* read off a simulation there */
+}
+
+static double complex phasor(const double coefficient[2]) { return CMPLX(coefficient[0], coefficient[1]); }
+
+/* x = Im(X exp(i w t)): test d's fundamentals as columns, turned back by the phase of the tested axis. */
+static void turned(const struct test_result result[DOFS], double complex x[DOFS][DOFS], double complex f[DOFS][DOFS]) {
+    for (int d = 0; d < DOFS; d++) {
+        double complex back = cexp(CMPLX(0, -carg(phasor(result[d].pose[d]))));
+        for (int i = 0; i < DOFS; i++) {
+            x[i][d] = back * phasor(result[d].pose[i]);
+            f[i][d] = back * phasor(result[d].wrench[i]);
+        }
+    }
+}
+
+static void method_b_maps_acceleration_in_phase_to_wrench_in_phase(void **unused) {
+    (void)unused;
+    struct rig *r = rig_create(13, 1);
+    struct test_result result[DOFS];
+    const struct test_result *test[DOFS];
+    double complex x[DOFS][DOFS], f[DOFS][DOFS];
+    double w = omega(r);
+    pointers(result, test);
+    exact_results(r, result);
+    struct method_result b = method_b(test);
+    assert_true(b.evaluated && b.condition_number < 1.5);
+    turned(result, x, f);
+    for (int i = 0; i < DOFS; i++)
+        for (int d = 0; d < DOFS; d++) {
+            double wrench = 0;
+            for (int k = 0; k < DOFS; k++) wrench -= b.mt[i][k] * w * w * creal(x[k][d]);
+            assert_close(wrench, creal(f[i][d]), 1e-10); /* roundings of 700 N */
+        }
+}
+
+/* F = (-w^2 M + i w B)(P + i Q), in phase: -w^2 M P - w B Q. So method B is off by B Q P^-1 / w, Q: unwanted motion in quadrature. */
+static void damping_biases_method_b_by_unwanted_motion_in_quadrature(void **unused) {
+    (void)unused;
+    struct rig *r = rig_create(13, 1);
+    struct test_result result[DOFS];
+    const struct test_result *test[DOFS];
+    double complex x[DOFS][DOFS], f[DOFS][DOFS];
+    double w = omega(r), largest = 0;
+    pointers(result, test);
+    exact_results(r, result);
+    struct method_result b = method_b(test);
+    turned(result, x, f);
+    for (int i = 0; i < DOFS; i++)
+        for (int d = 0; d < DOFS; d++) {
+            double bias = 0, predicted = 0;
+            for (int k = 0; k < DOFS; k++) {
+                bias += (b.mt[i][k] - r->mt[i][k]) * creal(x[k][d]);
+                predicted += r->bt[i][k] * cimag(x[k][d]) / w;
+            }
+            assert_close(bias, predicted, 1e-14); /* roundings of 272 kg times 4 mm */
+            largest = fmax(largest, fabs(predicted));
+        }
+    assert_true(largest > 1e-3); /* kg m; 0.1 % of 272 kg at 4 mm: there is something to predict */
+}
+
+static void without_damping_or_quadrature_method_b_is_exact(void **unused) {
     (void)unused;
     struct rig *r = rig_create(13, 1);
     struct test_result result[DOFS];
     const struct test_result *test[DOFS];
     pointers(result, test);
-    exact_results(r, result);
-    struct method_result damped = method_b(test);
-    assert_true(distance(&damped.mt[0][0], &r->mt[0][0], DOFS * DOFS) > 0.1); /* B1186 5 % / w: several kg */
+    double own[DOFS][DOFS];
+    memcpy(own, r->bt, sizeof own);
     memset(r->bt, 0, sizeof r->bt);
     exact_results(r, result);
-    struct method_result undamped = method_b(test);
-    assert_true(undamped.evaluated && undamped.condition_number < 1.5);
-    assert_below(distance(&undamped.mt[0][0], &r->mt[0][0], DOFS * DOFS), 1e-11); /* roundings of 272 */
+    assert_below(distance(&method_b(test).mt[0][0], &r->mt[0][0], DOFS * DOFS), 1e-11); /* roundings of 272 */
+    memcpy(r->bt, own, sizeof own);
+    for (int d = 0; d < DOFS; d++)
+        for (int i = 0; i < DOFS; i++) { /* every axis in step with the tested one, or against it */
+            double *coefficient = r->pose[d][i][0], *tested = r->pose[d][d][0], share = (i + d) % 2 ? 0.05 : -0.05;
+            if (i != d) coefficient[0] = share * tested[0], coefficient[1] = share * tested[1];
+        }
+    exact_results(r, result);
+    assert_below(distance(&method_b(test).mt[0][0], &r->mt[0][0], DOFS * DOFS), 1e-11);
 }
 
-static void condition_is_one_for_perfect_tests_and_singular_ones_are_not_evaluated(void **unused) {
+static void condition_is_one_for_perfect_tests_and_singular_ones_give_no_number(void **unused) {
     (void)unused;
     struct rig *r = rig_create(14, 1);
     struct test_result result[DOFS];
@@ -393,8 +477,12 @@ static void condition_is_one_for_perfect_tests_and_singular_ones_are_not_evaluat
     assert_close(method_a(test).condition_number, 1, 1e-14);
     assert_close(method_b(test).condition_number, 1, 1e-14);
     test[DOF_Y] = &result[DOF_X]; /* the x test in place of the y test: nothing moved y */
-    assert_false(method_a(test).evaluated);
-    assert_false(method_b(test).evaluated);
+    struct method_result singular[] = {method_a(test), method_b(test)};
+    for (int m = 0; m < 2; m++) {
+        assert_false(singular[m].evaluated);
+        for (int i = 0; i < DOFS; i++)
+            for (int k = 0; k < DOFS; k++) assert_true(isnan(singular[m].mt[i][k]) && isnan(singular[m].mt_std[i][k]));
+    }
 }
 
 static void tests_of_different_frequencies_can_be_combined(void **unused) {
@@ -541,8 +629,11 @@ int main(void) {
         cmocka_unit_test(a_repeated_test_replaces_the_earlier_one),
         cmocka_unit_test(without_all_six_axes_no_method_is_evaluated),
         cmocka_unit_test(modified_a_replaces_the_couplings_by_their_mean_with_the_nominal_signs),
-        cmocka_unit_test(method_b_is_exact_without_damping_and_biased_by_it_through_unwanted_motion),
-        cmocka_unit_test(condition_is_one_for_perfect_tests_and_singular_ones_are_not_evaluated),
+        cmocka_unit_test(viscous_legs_have_the_damping_of_the_method),
+        cmocka_unit_test(method_b_maps_acceleration_in_phase_to_wrench_in_phase),
+        cmocka_unit_test(damping_biases_method_b_by_unwanted_motion_in_quadrature),
+        cmocka_unit_test(without_damping_or_quadrature_method_b_is_exact),
+        cmocka_unit_test(condition_is_one_for_perfect_tests_and_singular_ones_give_no_number),
         cmocka_unit_test(tests_of_different_frequencies_can_be_combined),
         cmocka_unit_test(predicted_std_is_the_spread_over_noisy_coefficients),
         cmocka_unit_test(predicted_std_is_the_spread_over_noisy_sensors),

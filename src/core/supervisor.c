@@ -3,9 +3,6 @@
 #include <limits.h>
 #include <stdio.h>
 
-const char *const state_names[STATES] = {"init", "settled", "engaging", "ready", "testing", "parking", "fault"};
-const char *const command_names[COMMANDS] = {"none", "engage", "start", "stop", "park", "reset"};
-
 static const char *const fault_names[] = {"sensor_age", "sensor_invalid", "stroke", "leg_rate", "following_error", "force", "kinematics",
                                           "overrun", "io", "standstill"};
 

@@ -29,9 +29,6 @@ struct supervisor {
     uint32_t request_id;          /* last one acted upon */
 };
 
-extern const char *const state_names[STATES];
-extern const char *const command_names[COMMANDS];
-
 /* Name of the lowest bit set, "none" for 0. */
 const char *fault_name(uint32_t faults);
 

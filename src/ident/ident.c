@@ -10,8 +10,6 @@ enum { CHANNELS = 2 * DOFS };
 /* Share of the evaluated part that makes a test complete: the rest is for the rounding of times in logs from elsewhere. */
 static const double complete_share = 0.999;
 
-const char *const dof_names[DOFS] = {"x", "y", "z", "phi", "theta", "psi"};
-
 const struct ident_entry ident_entries[IDENT_ENTRIES] = {
     {"mx", 0, 0, "kg"},       {"my", 1, 1, "kg"},       {"mz", 2, 2, "kg"},     {"Ixx", 3, 3, "kg m^2"}, {"Iyy", 4, 4, "kg m^2"},
     {"Izz", 5, 5, "kg m^2"},  {"Mt15", 0, 4, "kg m"},   {"Mt24", 1, 3, "kg m"}, {"Mt42", 3, 1, "kg m"},  {"Mt51", 4, 0, "kg m"},

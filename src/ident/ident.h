@@ -59,7 +59,4 @@ extern const struct ident_entry ident_entries[IDENT_ENTRIES];
 /* Error of an entry against the nominal one, signed: negative is too small in magnitude. */
 double ident_error_pct(const struct identification *id, const struct method_result *method, const struct ident_entry *entry);
 
-/* x y z phi theta psi. */
-extern const char *const dof_names[DOFS];
-
 #endif

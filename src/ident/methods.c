@@ -14,7 +14,7 @@ struct equations {
     double u[N_MAX * N_MAX], inverse[N_MAX * N_MAX];
     double h[DOFS][N_MAX];
     double unit[N_MAX];
-    double x[DOFS][N_MAX]; /* solution, SI */
+    double x[DOFS][N_MAX]; /* solution, SI; NaN when U is singular */
 };
 
 static double omega(const struct test_result *t) { return 2.0 * PI * t->frequency_hz; }
@@ -27,7 +27,7 @@ static struct lin_report equations_solve(struct equations *e) {
         for (int k = 0; k < e->n; k++) {
             double sum = 0.0;
             for (int c = 0; c < e->n; c++) sum += e->h[i][c] * e->inverse[c * e->n + k];
-            e->x[i][k] = sum / e->unit[k];
+            e->x[i][k] = report.rank == e->n ? sum / e->unit[k] : (double)NAN;
         }
     return report;
 }

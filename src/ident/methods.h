@@ -38,7 +38,8 @@ struct method_result {
     double condition_number;
 };
 
-/* Tests by axis: test[d] is the test of axis d; their frequencies may differ. `evaluated` stays false when the motions are singular. */
+/* Tests by axis: test[d] is the test of axis d; their frequencies may differ. `evaluated` stays false, and every
+ * entry NaN, when the motions are singular. */
 
 /* Method A: [Mt, Bt] U = H with U_d = [-w^2 A_d; w A_d Q], 72 equations. */
 struct method_result method_a(const struct test_result *const test[DOFS]);

@@ -26,7 +26,6 @@
     LEG_KEY(section, high, high_, -SI_LIMIT, SI_LIMIT, unit, "highest plausible value")
 
 static const char *const engine_names[] = {[ENGINE_ODE] = "ode", [ENGINE_CLOSED_FORM] = "closed_form", NULL};
-static const char *const axis_names[] = {"x", "y", "z", "phi", "theta", "psi", NULL};
 
 /* Ranges are what such a machine can have at all, not what is wise: wide enough for a desk-top hexapod and a flight simulator. */
 static const struct config_key keys[] = {
@@ -104,7 +103,7 @@ static const struct config_key keys[] = {
     KEY(limits, pressure_max_pa, "16.5e6", 1e4, 1e9, "Pa", "highest plausible reading"),
     KEY(limits, bad_cycles, "5", 1.0, 1000.0, "-", "so many bad cycles more than good ones"),
 
-    WORD(tests, order, CONFIG_AXES, "[x, y, z, phi, theta, psi]", "axes to test, in turn", axis_names),
+    WORD(tests, order, CONFIG_AXES, "[x, y, z, phi, theta, psi]", "axes to test, in turn", dof_names),
     KEY(tests, frequency_hz, "4", 0.01, 100.0, "Hz", "below the lowest open-loop rigid eigenfrequency"),
     KEY(tests, amplitude_m, "0.004", 1e-6, 1.0, "m", "of x, y, z"),
     KEY(tests, amplitude_rad, "0.006", 1e-6, 0.5, "rad", "of phi, theta, psi"),

@@ -26,14 +26,12 @@ const struct csv_column csv_columns[CSV_COLUMNS] = {
 
 const char *const csv_keys[CSV_KEYS] = {"frequency_hz", "amplitude", "rate_hz", "settle_s", "ramp_s", "duration_s", "ramp_out_s"};
 
-static const char *const names[] = {"x", "y", "z", "phi", "theta", "psi"};
-
-const char *csv_dof_name(enum dof dof) { return dof == DOF_NONE ? "none" : names[dof]; }
+const char *csv_dof_name(enum dof dof) { return dof == DOF_NONE ? "none" : dof_names[dof]; }
 
 bool csv_dof_find(const char *name, enum dof *dof) {
     *dof = DOF_NONE;
     for (int i = 0; i < DOFS; i++)
-        if (strcmp(name, names[i]) == 0) *dof = (enum dof)i;
+        if (strcmp(name, dof_names[i]) == 0) *dof = (enum dof)i;
     return *dof != DOF_NONE || strcmp(name, "none") == 0;
 }
 

@@ -6,11 +6,6 @@
 #include "hexid_event_t.h"
 #include "hexid_state_t.h"
 
-static const char *const command_words[COMMANDS] = {
-    [COMMAND_NONE] = "none", [COMMAND_ENGAGE] = "engage", [COMMAND_START] = "start",
-    [COMMAND_STOP] = "stop", [COMMAND_PARK] = "park",     [COMMAND_RESET] = "reset",
-};
-
 int state_encode(const struct cycle *c, unsigned char buffer[STATE_MESSAGE_MAX]) {
     hexid_state_t m = {
         .seq = (int64_t)c->seq, .time_ns = c->in.time_ns, .age_ns = c->in.age_ns, .device_seq = (int64_t)c->in.device_seq,
@@ -65,7 +60,7 @@ int event_encode(int64_t time_ns, uint64_t seq, const char *kind, const char *te
 }
 
 int command_encode(int64_t time_ns, enum command command, unsigned char buffer[COMMAND_MESSAGE_MAX]) {
-    hexid_command_t m = {.time_ns = time_ns, .command = (char *)(uintptr_t)command_words[command]};
+    hexid_command_t m = {.time_ns = time_ns, .command = (char *)(uintptr_t)command_names[command]};
     return hexid_command_t_encode(buffer, 0, COMMAND_MESSAGE_MAX, &m);
 }
 
@@ -128,7 +123,7 @@ bool command_decode(const void *data, int size, enum command *command) {
     take_int(&w, 8); /* time */
     const char *word = take_string(&w);
     for (int i = COMMAND_ENGAGE; w.good && w.left == 0 && i < COMMANDS; i++) {
-        if (strcmp(word, command_words[i]) != 0) continue;
+        if (strcmp(word, command_names[i]) != 0) continue;
         *command = (enum command)i;
         return true;
     }

@@ -6,15 +6,28 @@
 /* A number that JSON cannot hold is null. */
 static json_t *number(double x) { return isfinite(x) ? json_real(x) : json_null(); }
 
+/* Takes both. NULL when either is or memory is short: what is built upon it is NULL too, never a part of the result. */
+static json_t *append(json_t *array, json_t *value) {
+    if (json_array_append_new(array, value) == 0) return array;
+    json_decref(array);
+    return NULL;
+}
+
+static json_t *set(json_t *object, const char *key, json_t *value) {
+    if (json_object_set_new(object, key, value) == 0) return object;
+    json_decref(object);
+    return NULL;
+}
+
 static json_t *vector(const double *x, int count) {
     json_t *array = json_array();
-    for (int i = 0; i < count; i++) json_array_append_new(array, number(x[i]));
+    for (int i = 0; i < count; i++) array = append(array, number(x[i]));
     return array;
 }
 
 static json_t *matrix(double m[DOFS][DOFS]) {
     json_t *array = json_array();
-    for (int i = 0; i < DOFS; i++) json_array_append_new(array, vector(m[i], DOFS));
+    for (int i = 0; i < DOFS; i++) array = append(array, vector(m[i], DOFS));
     return array;
 }
 
@@ -40,17 +53,13 @@ static json_t *method(const struct method_result *source, bool damping) {
     if (!source->evaluated) return json_null();
     struct method_result m = *source;
     json_t *object = json_pack("{so so so}", "Mt", matrix(m.mt), "std", matrix(m.mt_std), "condition_number", number(m.condition_number));
-    if (damping) {
-        json_object_set_new(object, "Bt", matrix(m.bt));
-        json_object_set_new(object, "Bt_std", matrix(m.bt_std));
-    }
-    return object;
+    return damping ? set(set(object, "Bt", matrix(m.bt)), "Bt_std", matrix(m.bt_std)) : object;
 }
 
 static json_t *errors(const struct identification *id, const struct method_result *m) {
-    json_t *object = json_object();
     if (!m->evaluated) return json_null();
-    for (int i = 0; i < IDENT_ENTRIES; i++) json_object_set_new(object, ident_entries[i].name, number(ident_error_pct(id, m, &ident_entries[i])));
+    json_t *object = json_object();
+    for (int i = 0; i < IDENT_ENTRIES; i++) object = set(object, ident_entries[i].name, number(ident_error_pct(id, m, &ident_entries[i])));
     return object;
 }
 
@@ -61,14 +70,14 @@ static json_t *quantiles(const double us[4], bool timed) {
 
 static json_t *reasons(const struct verdict *v) {
     json_t *array = json_array();
-    for (int i = 0; i < v->reasons; i++) json_array_append_new(array, json_string(v->reason[i]));
+    for (int i = 0; i < v->reasons; i++) array = append(array, json_string(v->reason[i]));
     return array;
 }
 
 char *identification_json(const struct identification *id, const struct verdict *verdict, const struct loop_statistics *loop) {
     struct identification r = *id;
     json_t *tests = json_array();
-    for (int i = 0; i < r.tests; i++) json_array_append_new(tests, test(&r.test[i]));
+    for (int i = 0; i < r.tests; i++) tests = append(tests, test(&r.test[i]));
     json_t *root = json_pack(
         "{ss so s{so} so so so so s{so so so} s{sI sI sI so so so} s{ss ss so}}", "schema", "hexid.identification/1", "tests", tests, "nominal",
         "Mt", matrix(r.nominal_mt), "method_a", method(&r.method_a, true), "modified_a", method(&r.modified_a, false), "method_b",

@@ -2,6 +2,7 @@
 # Whole runs over Modbus TCP and over a serial line, and the fault campaign on Modbus TCP; all in real time: eight minutes.
 . tests/scenarios/lib
 . tests/scenarios/modbus_lib
+trap '' PIPE # an order to a proxy that is gone is no reason to go too
 lcm-gen -p --ppath "$work" lcmtypes/*.lcm
 exact=(--set lcm.url= --set sensors.enabled=false)
 
@@ -83,7 +84,7 @@ fault() {
 }
 
 listed() {
-    while read -r line; do fault "$line" 2> >(grep -v Terminated >>"$work/bad"); done <<'END'
+    bus_campaign <<'END'
 answers lost 1 %|loss 1|flagged|900
 answers lost 10 %|loss 10|flagged|90
 answers lost 100 %|loss 100|sensor_age/io|25
@@ -98,7 +99,7 @@ connection reset|reset|io|40
 server hangs|hang|sensor_age/io|40
 server stopped|stop_plant|sensor_age/io|25
 server restarted|restart|sensor_age/io|25
-daemon stopped for 1 s|stop_daemon|overrun|25
+daemon stopped for 1 s|stop_daemon|overrun/sensor_age|25
 length frozen|freeze@3+100/3|standstill/verdict|0
 not a number|nan@3+100/2|sensor_invalid|5
 length out of range|length@3+100/3=1|stroke|5
@@ -107,7 +108,6 @@ lengths of legs 2 and 3 swapped|swap@3+100/2|following_error/leg_rate/verdict|0
 pressure out of range|pressure@3+100/3=2e7|sensor_invalid|5
 pressures of legs 2 and 3 swapped|mix@0.05+100/2|verdict|0
 END
-    ! grep . "$work/bad"
 }
 tries 3 run_tcp "${S[@]}" >/dev/null || exit 1
 mv "$work/run.json" "$work/clean.json"

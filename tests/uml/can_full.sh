@@ -97,13 +97,8 @@ clean() {
     return 1
 }
 
-campaign() {
-    while read -r line; do fault "$line" 2>>"$work/bad"; done
-    ! grep . "$work/bad"
-}
-
 listed() {
-    campaign <<'END'
+    bus_campaign <<'END'
 frame loss 1 %|wire loss 1%|flagged|300
 frame loss 10 %|wire loss 10%|flagged|60
 frame loss 100 %|wire loss 100%|sensor_age/io|40
@@ -112,7 +107,7 @@ duplicates 20 %|wire duplicate 20%|nothing/flagged|0
 reordering|wire delay 1ms reorder 50% 50%|flagged|40
 bit flips in 10 % of the frames|wire corrupt 10%|flagged|60
 bus-off reported|frame 20000040#0000000000000000|flagged/sensor_invalid|40
-error-passive reported|frame 20000004#0020000000000000|nothing/flagged|0
+error-passive reported|frame 20000004#0020000000000000|nothing/flagged/verdict|0
 node 3 reset|frame 000#8103|sensor_invalid/io|40
 EMCY of node 3|frame 083#0050810000000000|sensor_invalid|40
 plant stopped|stop_plant|sensor_age|15

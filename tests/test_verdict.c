@@ -1,0 +1,246 @@
+/* The checks of a run: each limit from both sides, what is not a number, and what is missing. */
+#include "support.h"
+
+#include "verdict.h"
+
+/* A limit that is computed, not just compared, is met to a rounding or two: 1e-15 of 100 % against limits of 1 % and more. */
+static const double inside = 1 - 1e-9, outside = 1 + 1e-9;
+
+enum { CYCLES = 10000, SAMPLES = 2500 };
+
+struct run {
+    struct params params;
+    struct identification id;
+    int64_t cycles, overruns;
+};
+
+static double amplitude(const struct params *p, int dof) { return dof < DOF_PHI ? p->tests.amplitude_m : p->tests.amplitude_rad; }
+
+/* Nothing wrong with it: six perfect tests, a plain inertia matrix. */
+static struct run *good_run(void) {
+    static struct run run;
+    struct run *r = &run;
+    *r = (struct run){.cycles = CYCLES, .id.tests = DOFS, .id.method_a.evaluated = true};
+    config_default(&r->params);
+    for (int d = 0; d < DOFS; d++) {
+        double size = amplitude(&r->params, d);
+        r->id.test[d] = (struct test_result){.test = d, .dof = (enum dof)d, .frequency_hz = r->params.tests.frequency_hz, .amplitude = size,
+                                             .achieved_amplitude = size, .samples = SAMPLES, .complete = true};
+        r->id.method_a.mt[d][d] = d < DOF_PHI ? 272 : 30;
+    }
+    return r;
+}
+
+static struct verdict judge(const struct run *r) { return ident_verdict(&r->params, &r->id, r->cycles, r->overruns); }
+
+static void assert_passes(const struct run *r) {
+    struct verdict v = judge(r);
+    if (v.status != VERDICT_PASS || v.reasons) fail_msg("%s: %s", verdict_names[v.status], v.reasons ? v.reason[0] : "no reason");
+}
+
+/* For one reason only, which has this in its words. */
+static void assert_one_reason(const struct run *r, enum verdict_status status, const char *words) {
+    struct verdict v = judge(r);
+    if (v.status != status) fail_msg("%s, not %s: %s", verdict_names[v.status], verdict_names[status], words);
+    assert_int_equal(v.reasons, 1);
+    if (!strstr(v.reason[0], words)) fail_msg("\"%s\" does not say \"%s\"", v.reason[0], words);
+}
+
+static void a_good_run_passes_without_a_reason(void **unused) {
+    (void)unused;
+    assert_passes(good_run());
+}
+
+static void amplitude_is_limited_on_both_sides(void **unused) {
+    (void)unused;
+    for (int d = 0; d < DOFS; d++)
+        for (int sign = -1; sign <= 1; sign += 2) {
+            struct run *r = good_run();
+            struct test_result *t = &r->id.test[d];
+            char words[VERDICT_TEXT];
+            snprintf(words, sizeof words, "test %s: amplitude", dof_names[d]);
+            t->achieved_amplitude = t->amplitude * (1 + sign * inside * r->params.checks.amplitude_pct / 100);
+            assert_passes(r);
+            t->achieved_amplitude = t->amplitude * (1 + sign * outside * r->params.checks.amplitude_pct / 100);
+            assert_one_reason(r, VERDICT_FAIL, words);
+            t->achieved_amplitude = (double)NAN;
+            assert_one_reason(r, VERDICT_FAIL, words);
+        }
+}
+
+static void unwanted_motion_is_limited_in_every_axis_of_every_test(void **unused) {
+    (void)unused;
+    for (int d = 0; d < DOFS; d++)
+        for (int i = 0; i < DOFS; i++) {
+            struct run *r = good_run();
+            char words[VERDICT_TEXT];
+            snprintf(words, sizeof words, "test %s: unwanted motion of %s", dof_names[d], dof_names[i]);
+            r->id.test[d].unwanted_pct[i] = r->params.checks.unwanted_pct;
+            assert_passes(r);
+            r->id.test[d].unwanted_pct[i] = nextafter(r->params.checks.unwanted_pct, INFINITY);
+            assert_one_reason(r, VERDICT_FAIL, words);
+            r->id.test[d].unwanted_pct[i] = (double)NAN;
+            assert_one_reason(r, VERDICT_FAIL, words);
+        }
+}
+
+static void excluded_samples_are_limited_in_every_test(void **unused) {
+    (void)unused;
+    for (int d = 0; d < DOFS; d++) {
+        struct run *r = good_run();
+        struct test_result *t = &r->id.test[d];
+        r->params.checks.excluded_pct = 1;
+        t->samples = SAMPLES - 25, t->excluded = 25; /* of all that were evaluated, not of those left */
+        assert_passes(r);
+        t->samples = SAMPLES - 26, t->excluded = 26;
+        assert_one_reason(r, VERDICT_FAIL, "1.04 % of the samples excluded, limit 1 %");
+    }
+}
+
+static void overruns_are_limited(void **unused) {
+    (void)unused;
+    struct run *r = good_run();
+    r->params.checks.overruns_pct = 1;
+    r->overruns = CYCLES / 100;
+    assert_passes(r);
+    r->overruns++;
+    assert_one_reason(r, VERDICT_FAIL, "1.01 % of the cycles overran, limit 1 %");
+}
+
+/* The asymmetry on either side of the diagonal, with either sign. */
+static void asymmetry_is_limited_in_every_pair_of_entries(void **unused) {
+    (void)unused;
+    for (int i = 0; i < DOFS; i++)
+        for (int j = 0; j < DOFS; j++) {
+            if (i == j) continue;
+            struct run *r = good_run();
+            double (*mt)[DOFS] = r->id.method_a.mt, sign = i < j ? 1 : -1;
+            double limit = sign * r->params.checks.symmetry_pct / 100 * sqrt(mt[i][i] * mt[j][j]);
+            mt[i][j] = limit * inside;
+            assert_passes(r);
+            mt[i][j] = limit * outside;
+            assert_one_reason(r, VERDICT_FAIL, "differ by");
+            mt[j][i] = mt[i][j]; /* large, but symmetric */
+            assert_passes(r);
+        }
+}
+
+static void a_matrix_that_is_not_positive_definite_fails(void **unused) {
+    (void)unused;
+    for (int i = 0; i < DOFS; i++)
+        for (int j = 0; j < i; j++) {
+            struct run *r = good_run();
+            double (*mt)[DOFS] = r->id.method_a.mt, border = sqrt(mt[i][i] * mt[j][j]);
+            mt[i][j] = mt[j][i] = border * inside; /* smallest eigenvalue +-1e-8, its rounding 1e-13 */
+            assert_passes(r);
+            mt[i][j] = mt[j][i] = border * outside;
+            assert_one_reason(r, VERDICT_FAIL, "not positive definite");
+        }
+    struct run *r = good_run();
+    r->id.method_a.mt[DOF_PSI][DOF_PSI] = 0;
+    assert_int_equal(judge(r).status, VERDICT_FAIL);
+    r->id.method_a.mt[DOF_PSI][DOF_PSI] = -30;
+    assert_one_reason(r, VERDICT_FAIL, "not positive definite");
+}
+
+static void a_matrix_with_what_is_not_a_number_fails(void **unused) {
+    (void)unused;
+    for (int k = 0; k < DOFS * DOFS; k++) {
+        struct run *r = good_run();
+        r->id.method_a.mt[k / DOFS][k % DOFS] = (double)NAN;
+        assert_int_equal(judge(r).status, VERDICT_FAIL);
+        r->id.method_a.mt[k / DOFS][k % DOFS] = INFINITY;
+        assert_int_equal(judge(r).status, VERDICT_FAIL);
+    }
+}
+
+/* Its numbers are not looked at: they may be anything. */
+static void an_incomplete_test_is_not_evaluated(void **unused) {
+    (void)unused;
+    for (int d = 0; d < DOFS; d++) {
+        struct run *r = good_run();
+        struct test_result *t = &r->id.test[d];
+        char words[VERDICT_TEXT];
+        snprintf(words, sizeof words, "test %s: not complete (0 samples)", dof_names[d]);
+        *t = (struct test_result){.dof = (enum dof)d, .amplitude = t->amplitude, .achieved_amplitude = (double)NAN};
+        assert_one_reason(r, VERDICT_NOT_EVALUATED, words);
+    }
+}
+
+static void missing_tests_are_not_evaluated(void **unused) {
+    (void)unused;
+    struct run *r = good_run();
+    r->id.tests = DOFS - 1;
+    assert_one_reason(r, VERDICT_NOT_EVALUATED, "5 of 6 tests done");
+    r->id.tests = 0;
+    assert_one_reason(r, VERDICT_NOT_EVALUATED, "0 of 6 tests done");
+}
+
+static void without_a_matrix_it_is_not_evaluated_and_its_entries_are_not_looked_at(void **unused) {
+    (void)unused;
+    struct run *r = good_run();
+    r->id.method_a = (struct method_result){.mt = {{(double)NAN}}};
+    assert_one_reason(r, VERDICT_NOT_EVALUATED, "matrix: needs complete tests of all six axes");
+    r->id.tests = r->params.tests.count = 1; /* a run of one axis: all it was asked for, but no matrix */
+    assert_one_reason(r, VERDICT_NOT_EVALUATED, "matrix: needs");
+}
+
+static void a_failure_outweighs_what_was_not_evaluated_whichever_comes_first(void **unused) {
+    (void)unused;
+    struct run *r = good_run();
+    r->id.test[0].complete = false;
+    r->overruns = CYCLES;
+    struct verdict v = judge(r);
+    assert_true(v.status == VERDICT_FAIL && v.reasons == 2);
+    r = good_run();
+    r->id.test[0].achieved_amplitude = 0;
+    r->id.test[5].complete = false;
+    v = judge(r);
+    assert_true(v.status == VERDICT_FAIL && v.reasons == 2);
+}
+
+static void reasons_beyond_the_last_place_still_count(void **unused) {
+    (void)unused;
+    struct verdict v = {.status = VERDICT_PASS};
+    for (int i = 0; i < VERDICT_REASONS; i++) verdict_add(&v, VERDICT_NOT_EVALUATED, "reason %0*d", VERDICT_TEXT, i);
+    assert_int_equal(v.status, VERDICT_NOT_EVALUATED);
+    struct verdict before = v;
+    verdict_add(&v, VERDICT_FAIL, "one too many");
+    assert_int_equal(v.status, VERDICT_FAIL);
+    assert_int_equal(v.reasons, VERDICT_REASONS);
+    assert_memory_equal(v.reason, before.reason, sizeof v.reason);
+    for (int i = 0; i < VERDICT_REASONS; i++) assert_int_equal(strlen(v.reason[i]), VERDICT_TEXT - 1);
+}
+
+static void print_gives_status_and_reasons(void **unused) {
+    (void)unused;
+    struct verdict v = {.status = VERDICT_PASS};
+    char text[400] = {0};
+    verdict_add(&v, VERDICT_NOT_EVALUATED, "first %d", 1);
+    verdict_add(&v, VERDICT_FAIL, "second");
+    FILE *out = fmemopen(text, sizeof text, "w");
+    assert_non_null(out);
+    verdict_print(&v, out);
+    fclose(out);
+    assert_string_equal(text, "verdict   fail\n          first 1\n          second\n");
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_good_run_passes_without_a_reason),
+        cmocka_unit_test(amplitude_is_limited_on_both_sides),
+        cmocka_unit_test(unwanted_motion_is_limited_in_every_axis_of_every_test),
+        cmocka_unit_test(excluded_samples_are_limited_in_every_test),
+        cmocka_unit_test(overruns_are_limited),
+        cmocka_unit_test(asymmetry_is_limited_in_every_pair_of_entries),
+        cmocka_unit_test(a_matrix_that_is_not_positive_definite_fails),
+        cmocka_unit_test(a_matrix_with_what_is_not_a_number_fails),
+        cmocka_unit_test(an_incomplete_test_is_not_evaluated),
+        cmocka_unit_test(missing_tests_are_not_evaluated),
+        cmocka_unit_test(without_a_matrix_it_is_not_evaluated_and_its_entries_are_not_looked_at),
+        cmocka_unit_test(a_failure_outweighs_what_was_not_evaluated_whichever_comes_first),
+        cmocka_unit_test(reasons_beyond_the_last_place_still_count),
+        cmocka_unit_test(print_gives_status_and_reasons),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
