@@ -132,9 +132,8 @@ static int command(struct can *c, const double valve[LEGS]) {
     struct can_queue q = {0};
     if (c->jammed) return -1;
     can_master_command(&c->master, valve, &q);
-    c->sent_ns = monotonic_ns();
-    if (!flush(c, &q)) return 0;
-    return -1;
+    if (q.count) c->sent_ns = monotonic_ns();
+    return flush(c, &q);
 }
 
 static int can_write(struct hal *hal, const struct hal_command *out) {

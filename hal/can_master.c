@@ -95,7 +95,23 @@ static void error_frame(struct can_master *m, const struct can_frame *f) {
         m->bus = f->data[1] & (CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE) ? CAN_BUS_PASSIVE : CAN_BUS_GOOD;
 }
 
+static bool whole(const struct can_master *m) {
+    for (int i = 0; i < CAN_NODES; i++)
+        if (!m->peer[i].fresh) return false;
+    return true;
+}
+
+/* A TPDO of this window is missing. One cycle without SYNC, and it is here or will not come. */
+static void miss(struct can_master *m) {
+    if (m->pause != CAN_NO_PAUSE) return;
+    m->lost += can_master_ready(m);
+    m->pause = CAN_PAUSE_DUE;
+}
+
 static void echo(struct can_master *m, int64_t time_ns) {
+    if (m->syncs && !whole(m)) miss(m);
+    if (m->pause == CAN_PAUSED) m->pause = CAN_NO_PAUSE;
+    m->differed = false;
     m->unechoed = 0;
     m->syncs++;
     m->gap_ns = time_ns - m->sync_ns;
@@ -110,7 +126,10 @@ static void tpdo(struct can_master *m, struct can_peer *p, const struct can_fram
         m->stray++;
         return;
     }
-    if (p->fresh) m->twice++;
+    if (p->fresh) {
+        m->twice++;
+        m->differed |= value.position != p->tpdo.position || value.p1 != p->tpdo.p1 || value.p2 != p->tpdo.p2;
+    }
     p->fresh = true;
     p->tpdo = value;
 }
@@ -188,6 +207,14 @@ bool can_master_ready(const struct can_master *m) {
 
 void can_master_command(struct can_master *m, const double valve[LEGS], struct can_queue *out) {
     int16_t raw[CAN_NODES];
+    bool centre = true;
+    for (int i = 0; i < LEGS; i++) centre &= valve[i] == 0.0;
+    /* SAFETY: the command that centres the valves waits for nothing; then the pause is due in the cycle after it. */
+    if (m->pause == CAN_PAUSE_DUE && !(centre && !m->centred)) {
+        m->pause = CAN_PAUSED;
+        return;
+    }
+    m->centred = centre;
     for (int i = 0; i < LEGS; i++) raw[i] = (int16_t)channel_raw(&m->params->valve_channel, i, valve[i], INT16_MAX);
     for (int group = 0; group < CAN_GROUPS; group++) can_queue_push(out, can_frame_rpdo(group, raw + CAN_GROUP_NODES * group));
     can_queue_push(out, can_frame_sync()); /* last: it puts the two into force */
@@ -197,15 +224,13 @@ void can_master_command(struct can_master *m, const double valve[LEGS], struct c
 /* Takes the window's sample over when it is whole. */
 static void latch(struct can_master *m) {
     if (m->syncs == m->latched_sync) return;
-    for (int i = 0; i < CAN_NODES; i++)
-        if (!m->peer[i].fresh) {
-            m->lost += can_master_ready(m);
-            return;
-        }
+    if (!whole(m)) miss(m);
+    if (!whole(m) || m->pause == CAN_PAUSE_DUE) return;
     for (int i = 0; i < CAN_NODES; i++) m->latched[i] = m->peer[i].tpdo;
     m->latched_sync = m->syncs;
     m->latched_ns = m->sync_ns;
     m->latched_gap_ns = m->gap_ns;
+    m->latched_differed = m->differed;
     m->delivered = false;
 }
 
@@ -229,7 +254,7 @@ void can_master_sample(struct can_master *m, struct hal_sample *s) {
     else if (before && m->latched_sync != before + 1) s->flags |= SAMPLE_DROPPED;
     /* SAFETY: half a period off the grid: a SYNC was lost or late, and the command before it was held too long or too short. */
     int64_t period_ns = ns_from_seconds(m->params->loop.period_s);
-    if (2 * llabs(m->latched_gap_ns - period_ns) > period_ns) s->flags |= SAMPLE_LATE;
+    if (m->latched_differed || 2 * llabs(m->latched_gap_ns - period_ns) > period_ns) s->flags |= SAMPLE_LATE;
     if (!m->latched_sync || m->bus == CAN_BUS_OFF) s->flags |= SAMPLE_INVALID;
     convert(m, s);
     m->delivered = true;

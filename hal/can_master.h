@@ -7,9 +7,11 @@
  * supervisor's and the operator's decision, because every sample from a bus with a node that is not running is invalid.
  *
  * A cycle: the window of a sample opens with SYNC (its own echo from the bus: the bus has carried it, and when) and closes with the next.
- * All six TPDOs came in it: a sample, latched at the SYNC. One is missing: the last whole sample again, stale and older. A frame that came
- * twice: the later one. What comes before the echo belongs to an older SYNC and is not mixed with it. A SYNC half a period and more off
- * the grid makes its sample late. */
+ * All six TPDOs came in it: a sample, latched at the SYNC. One is missing: the last whole sample again, stale and older, and the next
+ * command and SYNC wait for one cycle, never for two: a TPDO does not say which SYNC it answers, and a late one must not pass for an answer
+ * to the next. So the six legs of a sample are of one instant, whatever is lost or late by up to two cycles; a leg that is late for good
+ * halves the rate, and every sample is late. A TPDO that came twice: the later one; when they differ, the sample is late, too. A SYNC half
+ * a period and more off the grid makes its sample late. */
 #ifndef HEXID_CAN_MASTER_H
 #define HEXID_CAN_MASTER_H
 
@@ -21,6 +23,9 @@ enum can_phase { CAN_LOST, CAN_SETUP, CAN_STARTING, CAN_RUNNING };
 
 /* State of the bus as the controller reports it in error frames. */
 enum can_bus { CAN_BUS_GOOD, CAN_BUS_PASSIVE, CAN_BUS_OFF };
+
+/* What a missing TPDO asks for: a cycle without SYNC, which is still to come, or has been. */
+enum can_pause { CAN_NO_PAUSE, CAN_PAUSE_DUE, CAN_PAUSED };
 
 struct can_peer {
     enum can_phase phase;
@@ -40,9 +45,13 @@ struct can_master {
     uint64_t syncs;            /* carried by the bus */
     int unechoed;              /* sent since the last one that was carried */
     int64_t sync_ns, gap_ns;   /* echo of the last one, and time since the one before */
+    enum can_pause pause;
+    bool differed;             /* a TPDO of this window came twice, with other values */
+    bool centred;              /* the last command */
     struct can_tpdo latched[CAN_NODES]; /* the last whole sample, */
     uint64_t latched_sync;     /* its SYNC, 0: none yet */
     int64_t latched_ns, latched_gap_ns;
+    bool latched_differed;
     bool delivered;            /* it has been handed out */
     /* counted for the operator */
     uint64_t lost, twice, stray, errors, boots;
@@ -59,7 +68,8 @@ void can_master_poll(struct can_master *m, int64_t now_ns, bool alive, struct ca
 /* All nodes are running and the bus carries frames: a command can be written. */
 bool can_master_ready(const struct can_master *m);
 
-/* Commands of six legs, then SYNC. The sample's window opens with its echo. */
+/* Commands of six legs, then SYNC: the sample's window opens with its echo. Nothing in a cycle that waits for a TPDO, but for the first
+ * command to the centre. */
 void can_master_command(struct can_master *m, const double valve[LEGS], struct can_queue *out);
 
 /* The sample of the last window; time_ns on the clock of the frames; age_ns is the caller's. */

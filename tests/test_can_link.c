@@ -29,7 +29,12 @@ int __wrap_can_socket_open(struct can_socket *s, const char *interface, const st
     return s->fd >= 0 ? STATUS_OK : STATUS_IO;
 }
 
-enum { THEIRS, OURS };
+enum { THEIRS, OURS, LATE_NODE = 3, LATE_MAX = 64 };
+
+struct late {
+    struct can_frame frame;
+    int64_t due_ns;
+};
 
 struct world {
     struct params params;
@@ -40,24 +45,45 @@ struct world {
     pthread_mutex_t bus; /* held by the test: the bus stands still, */
     bool still;          /* and that it does */
     sem_t answered;      /* six TPDOs since the last SYNC */
+    unsigned syncs;      /* carried */
     int64_t written_ns;
+    _Atomic bool stamping;  /* a TPDO's P1 is the number of the SYNC it answers, */
+    _Atomic int64_t late_ns;/* and LATE_NODE's are on their way for so long */
+    struct late late[LATE_MAX];
+    int late_count;
     _Atomic bool bus_stop, device_stop;
 };
 
 static bool take(int fd, struct can_frame *f) { return recv(fd, f, sizeof *f, MSG_DONTWAIT) == (ssize_t)sizeof *f; }
 static void give(int fd, const struct can_frame *f) { assert_int_equal(send(fd, f, sizeof *f, 0), sizeof *f); }
 
+/* A line that takes its time and keeps the order. */
+static void put_off(struct world *w, const struct can_frame *f) {
+    if (w->late_count < LATE_MAX) w->late[w->late_count++] = (struct late){.frame = *f, .due_ns = device_now_ns() + atomic_load(&w->late_ns)};
+}
+
+static void hand_in(struct world *w) {
+    int due = 0;
+    while (due < w->late_count && w->late[due].due_ns <= device_now_ns()) give(w->daemon[OURS], &w->late[due++].frame);
+    w->late_count -= due;
+    memmove(w->late, w->late + due, (size_t)w->late_count * sizeof *w->late);
+}
+
 /* To the plant, and SYNC back to its sender first, as a controller does; everything of the plant's to the daemon. */
 static void carry(struct world *w, int *answers) {
     struct can_frame f;
     while (take(w->daemon[OURS], &f)) {
-        if (f.can_id == COB_SYNC) *answers = 0, give(w->daemon[OURS], &f);
+        if (f.can_id == COB_SYNC) *answers = 0, w->syncs++, give(w->daemon[OURS], &f);
         give(w->plant[OURS], &f);
     }
     while (take(w->plant[OURS], &f)) {
-        give(w->daemon[OURS], &f);
-        if (can_frame_node(&f, COB_TPDO) && ++*answers == CAN_NODES) sem_post(&w->answered);
+        int node = can_frame_node(&f, COB_TPDO);
+        if (node && atomic_load(&w->stamping)) can_put(f.data + 4, 2, w->syncs % 1000);
+        if (node == LATE_NODE && atomic_load(&w->late_ns)) put_off(w, &f);
+        else give(w->daemon[OURS], &f);
+        if (node && ++*answers == CAN_NODES) sem_post(&w->answered);
     }
+    hand_in(w);
 }
 
 static void *bus_run(void *argument) {
@@ -145,6 +171,14 @@ static int write_all(struct world *w, double valve) {
     return hal_can.write(w->hal, &(struct hal_command){.valve = {valve, valve, valve, valve, valve, valve}, .enable = true});
 }
 
+/* False when no answer comes: a cycle that waits for a TPDO asks for none. */
+static bool answered(struct world *w) {
+    struct timespec until;
+    clock_gettime(CLOCK_REALTIME, &until);
+    until.tv_sec++;
+    return sem_timedwait(&w->answered, &until) == 0;
+}
+
 /* One cycle with a bus that carries, no shorter than the period: the device takes a SYNC that comes too soon for the same one again. The
  * next one's readings are there when this returns. */
 static struct hal_sample cycle(struct world *w, double valve) {
@@ -152,7 +186,7 @@ static struct hal_sample cycle(struct world *w, double valve) {
     w->written_ns = device_now_ns();
     struct hal_sample s = read_now(w, 0);
     assert_int_equal(write_all(w, valve), 0);
-    while (sem_wait(&w->answered)) continue;
+    answered(w);
     return s;
 }
 
@@ -169,13 +203,10 @@ static int frames_in_queue(struct world *w, struct can_frame *frames, int size) 
 
 /* The centre, until the bus answers; then all is well again. */
 static void recovers(struct world *w) {
-    struct timespec until;
     do {
         read_now(w, 0);
         hal_can.safe(w->hal);
-        clock_gettime(CLOCK_REALTIME, &until);
-        until.tv_sec++;
-    } while (sem_timedwait(&w->answered, &until));
+    } while (!answered(w));
     for (int i = 0; cycle(w, 0.0).flags & (SAMPLE_INVALID | SAMPLE_STALE); i++) assert_true(i < 100);
 }
 
@@ -192,6 +223,33 @@ static void commands_through_the_whole_back_end_move_the_legs_behind_the_whole_d
         assert_int_equal(s.flags & (SAMPLE_INVALID | SAMPLE_STALE | SAMPLE_DROPPED), 0);
     }
     for (int i = 0; i < LEGS; i++) assert_below(before.length_m[i] + 0.001, s.length_m[i]);
+}
+
+/* Cycles of the loop, on time or not: no answer is waited for. The samples that nothing is said against; all their legs are of one SYNC. */
+static int unflagged(struct world *w, int cycles) {
+    int count = 0;
+    for (int i = 0; i < cycles; i++) {
+        while (device_now_ns() - w->written_ns < ns_from_seconds(w->params.loop.period_s)) sched_yield();
+        w->written_ns = device_now_ns();
+        struct hal_sample s = read_now(w, 0);
+        write_all(w, 0.1);
+        if (s.flags) continue;
+        count++;
+        for (int leg = 0; leg < LEGS; leg++) assert_true(s.p1_pa[leg] == s.p1_pa[0]);
+    }
+    return count;
+}
+
+static void a_leg_whose_readings_come_a_cycle_late_is_not_mixed_with_the_others(void **state) {
+    struct world *w = *state;
+    for (int i = 0; i < 5; i++) cycle(w, 0.1);
+    atomic_store(&w->stamping, true);
+    cycle(w, 0.1); /* its sample is from before the stamps */
+    for (int tries = 0; unflagged(w, 50) == 0; tries++) assert_true(tries < 100);
+    atomic_store(&w->late_ns, ns_from_seconds(w->params.loop.period_s));
+    unflagged(w, 500);
+    atomic_store(&w->late_ns, 0);
+    for (int tries = 0; unflagged(w, 50) == 0; tries++) assert_true(tries < 100);
 }
 
 /* As the loop does it: what cannot be written is followed by the centre, and from then on by the centre only. */
@@ -268,6 +326,7 @@ static void error_passive_is_told_and_commands_go_on(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(commands_through_the_whole_back_end_move_the_legs_behind_the_whole_device, start, end),
+        cmocka_unit_test_setup_teardown(a_leg_whose_readings_come_a_cycle_late_is_not_mixed_with_the_others, start, end),
         cmocka_unit_test_setup_teardown(a_bus_that_stands_still_is_given_three_cycles_and_then_the_centre_only, start, end),
         cmocka_unit_test_setup_teardown(a_full_transmit_queue_fails_the_write_and_is_got_over, start, end),
         cmocka_unit_test_setup_teardown(bus_off_invalidates_samples_and_refuses_commands_until_the_bus_carries_again, start, end),
