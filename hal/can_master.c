@@ -101,17 +101,19 @@ static bool whole(const struct can_master *m) {
     return true;
 }
 
-/* A TPDO of this window is missing. One cycle without SYNC, and it is here or will not come. */
+/* A TPDO of this window is missing: lost, or late. */
 static void miss(struct can_master *m) {
     if (m->pause != CAN_NO_PAUSE) return;
     m->lost += can_master_ready(m);
+    m->doubt = true;
     m->pause = CAN_PAUSE_DUE;
 }
 
 static void echo(struct can_master *m, int64_t time_ns) {
     if (m->syncs && !whole(m)) miss(m);
-    if (m->pause == CAN_PAUSED) m->pause = CAN_NO_PAUSE;
-    m->differed = false;
+    if (m->pause == CAN_PAUSED) m->doubt = !m->punctual || m->again;
+    m->pause = m->doubt ? CAN_PAUSE_DUE : CAN_NO_PAUSE;
+    m->again = false;
     m->unechoed = 0;
     m->syncs++;
     m->gap_ns = time_ns - m->sync_ns;
@@ -126,10 +128,8 @@ static void tpdo(struct can_master *m, struct can_peer *p, const struct can_fram
         m->stray++;
         return;
     }
-    if (p->fresh) {
-        m->twice++;
-        m->differed |= value.position != p->tpdo.position || value.p1 != p->tpdo.p1 || value.p2 != p->tpdo.p2;
-    }
+    m->again |= p->fresh;
+    m->twice += p->fresh;
     p->fresh = true;
     p->tpdo = value;
 }
@@ -212,6 +212,7 @@ void can_master_command(struct can_master *m, const double valve[LEGS], struct c
     /* SAFETY: the command that centres the valves waits for nothing; then the pause is due in the cycle after it. */
     if (m->pause == CAN_PAUSE_DUE && !(centre && !m->centred)) {
         m->pause = CAN_PAUSED;
+        m->punctual = whole(m);
         return;
     }
     m->centred = centre;
@@ -230,7 +231,6 @@ static void latch(struct can_master *m) {
     m->latched_sync = m->syncs;
     m->latched_ns = m->sync_ns;
     m->latched_gap_ns = m->gap_ns;
-    m->latched_differed = m->differed;
     m->delivered = false;
 }
 
@@ -254,7 +254,7 @@ void can_master_sample(struct can_master *m, struct hal_sample *s) {
     else if (before && m->latched_sync != before + 1) s->flags |= SAMPLE_DROPPED;
     /* SAFETY: half a period off the grid: a SYNC was lost or late, and the command before it was held too long or too short. */
     int64_t period_ns = ns_from_seconds(m->params->loop.period_s);
-    if (m->latched_differed || 2 * llabs(m->latched_gap_ns - period_ns) > period_ns) s->flags |= SAMPLE_LATE;
+    if (2 * llabs(m->latched_gap_ns - period_ns) > period_ns) s->flags |= SAMPLE_LATE;
     if (!m->latched_sync || m->bus == CAN_BUS_OFF) s->flags |= SAMPLE_INVALID;
     convert(m, s);
     m->delivered = true;

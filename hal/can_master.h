@@ -7,11 +7,13 @@
  * supervisor's and the operator's decision, because every sample from a bus with a node that is not running is invalid.
  *
  * A cycle: the window of a sample opens with SYNC (its own echo from the bus: the bus has carried it, and when) and closes with the next.
- * All six TPDOs came in it: a sample, latched at the SYNC. One is missing: the last whole sample again, stale and older, and the next
- * command and SYNC wait for one cycle, never for two: a TPDO does not say which SYNC it answers, and a late one must not pass for an answer
- * to the next. So the six legs of a sample are of one instant, whatever is lost or late by up to two cycles; a leg that is late for good
- * halves the rate, and every sample is late. A TPDO that came twice: the later one; when they differ, the sample is late, too. A SYNC half
- * a period and more off the grid makes its sample late. */
+ * All six TPDOs came in it: a sample, latched at the SYNC. One is missing: the last whole sample again, stale and older. A TPDO that came
+ * twice: the later one. A SYNC half a period and more off the grid makes its sample late.
+ *
+ * A TPDO does not say which SYNC it answers, and a late one must not pass for the answer to the next. So when one is missing, the next command
+ * and SYNC wait for a cycle, in which it comes into its own window or not at all, and so they do after every SYNC until all six have
+ * answered once, in the first of the two cycles. The legs of a sample are of one instant, whatever is lost or late by up to two cycles; a leg
+ * that is late for good halves the rate, and every sample is late. */
 #ifndef HEXID_CAN_MASTER_H
 #define HEXID_CAN_MASTER_H
 
@@ -24,7 +26,7 @@ enum can_phase { CAN_LOST, CAN_SETUP, CAN_STARTING, CAN_RUNNING };
 /* State of the bus as the controller reports it in error frames. */
 enum can_bus { CAN_BUS_GOOD, CAN_BUS_PASSIVE, CAN_BUS_OFF };
 
-/* What a missing TPDO asks for: a cycle without SYNC, which is still to come, or has been. */
+/* A cycle without SYNC: not asked for, still to come, or been. */
 enum can_pause { CAN_NO_PAUSE, CAN_PAUSE_DUE, CAN_PAUSED };
 
 struct can_peer {
@@ -45,13 +47,13 @@ struct can_master {
     uint64_t syncs;            /* carried by the bus */
     int unechoed;              /* sent since the last one that was carried */
     int64_t sync_ns, gap_ns;   /* echo of the last one, and time since the one before */
-    enum can_pause pause;
-    bool differed;             /* a TPDO of this window came twice, with other values */
+    bool doubt;                /* since a TPDO was missing: some may be late */
+    enum can_pause pause;      /* in this window */
+    bool punctual, again;      /* TPDOs of this window: all there before the pause; one came twice */
     bool centred;              /* the last command */
     struct can_tpdo latched[CAN_NODES]; /* the last whole sample, */
     uint64_t latched_sync;     /* its SYNC, 0: none yet */
     int64_t latched_ns, latched_gap_ns;
-    bool latched_differed;
     bool delivered;            /* it has been handed out */
     /* counted for the operator */
     uint64_t lost, twice, stray, errors, boots;
