@@ -105,13 +105,16 @@ static bool whole(const struct can_master *m) {
 static void miss(struct can_master *m) {
     if (m->pause != CAN_NO_PAUSE) return;
     m->lost += can_master_ready(m);
-    m->doubt = true;
     m->pause = CAN_PAUSE_DUE;
 }
 
 static void echo(struct can_master *m, int64_t time_ns) {
-    if (m->syncs && !whole(m)) miss(m);
-    if (m->pause == CAN_PAUSED) m->doubt = !m->punctual || m->again;
+    if (m->syncs && !whole(m)) {
+        miss(m);
+        m->doubt = true;
+    } else if (m->pause == CAN_PAUSED) {
+        m->doubt &= !m->punctual || m->again;
+    }
     m->pause = m->doubt ? CAN_PAUSE_DUE : CAN_NO_PAUSE;
     m->again = false;
     m->unechoed = 0;
