@@ -35,11 +35,12 @@ stalled() {
 }
 
 # fair_claim TEXT COMMAND...: like claim; but where the command fails and the machine stood still meanwhile (for still_ms, 5, or longer), once
-# more, three times at most; then the claim is skipped. No stall excuses a crash or a wrong identification.
+# more, three times at most, or until patience is at its end; then the claim is skipped. No stall excuses a crash or a wrong identification.
+patience_s=400
 fair_claim() {
-    local text=$1 since
+    local text=$1 since stall try
     shift
-    for _ in 1 2 3; do
+    for try in 1 2 3; do
         since=${EPOCHREALTIME/./}
         "$@" >"$work/claim.out" 2>&1 && { echo "ok - $text"; return; }
         if grep -qE 'silently wrong|exit status 1[2-9][0-9]' "$work/claim.out" || ! stall=$(stalled "$since" "${still_ms:-5}"); then
@@ -49,6 +50,7 @@ fair_claim() {
         fi
         sed 's/^/# again: /' "$work/claim.out"
         echo "# again: $stall"
+        ((SECONDS < patience_s)) || break
     done
-    echo "ok - $text # SKIP $stall, in the last of three tries"
+    echo "ok - $text # SKIP $stall, in the last of $try tries"
 }
