@@ -113,10 +113,9 @@ static void echo(struct can_master *m, int64_t time_ns) {
         miss(m);
         m->doubt = true;
     } else if (m->pause == CAN_PAUSED) {
-        m->doubt &= !m->punctual || m->again;
+        m->doubt &= !m->punctual;
     }
     m->pause = m->doubt ? CAN_PAUSE_DUE : CAN_NO_PAUSE;
-    m->again = false;
     m->unechoed = 0;
     m->syncs++;
     m->gap_ns = time_ns - m->sync_ns;
@@ -131,7 +130,6 @@ static void tpdo(struct can_master *m, struct can_peer *p, const struct can_fram
         m->stray++;
         return;
     }
-    m->again |= p->fresh;
     m->twice += p->fresh;
     p->fresh = true;
     p->tpdo = value;

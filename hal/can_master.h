@@ -12,8 +12,8 @@
  *
  * A TPDO does not say which SYNC it answers, and a late one must not pass for the answer to the next. So when one is missing, the next command
  * and SYNC wait for a cycle, in which it comes into its own window. Does it not, it may come into a later one: they wait after every SYNC until
- * all six have answered once in the first of the two cycles, and none twice. The legs of a sample are of one instant, whatever is lost or
- * late by up to two cycles; a leg that is late for good halves the rate, and every sample is late. */
+ * all six have answered in the first of the two cycles. The legs of a sample are of one instant, whatever is lost or late by up to two
+ * cycles; a leg that is late for good halves the rate, and every sample is late. */
 #ifndef HEXID_CAN_MASTER_H
 #define HEXID_CAN_MASTER_H
 
@@ -49,7 +49,7 @@ struct can_master {
     int64_t sync_ns, gap_ns;   /* echo of the last one, and time since the one before */
     bool doubt;                /* a TPDO of an older window may still come */
     enum can_pause pause;      /* in this window */
-    bool punctual, again;      /* TPDOs of this window: all there before the pause; one came twice */
+    bool punctual;             /* all TPDOs were there before it */
     bool centred;              /* the last command */
     struct can_tpdo latched[CAN_NODES]; /* the last whole sample, */
     uint64_t latched_sync;     /* its SYNC, 0: none yet */
