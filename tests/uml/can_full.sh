@@ -78,14 +78,6 @@ fault() {
         "$work/stalls"
 }
 
-clean() {
-    plant_start "${quick_settings[@]}"
-    "$hexid" run --hal can:vcan0 "${bus_settings[@]}" --json "$work/try.json"
-    local status=$?
-    plant_stop
-    [ $status -eq 0 ] && mv "$work/try.json" "$work/clean.json"
-}
-
 # A claim a fault: detected in time or harmless, outputs safe, and never identified wrongly in silence.
 campaign() {
     local line
@@ -154,8 +146,7 @@ END
 "$hexid" run --hal sim: --fast --set lcm.url= --set sensors.enabled=false --json "$work/sim.json" >/dev/null
 still_ms=1 fair_claim "the six tests as shipped pass over CAN, and method A has the errors that it has with sim:" full
 sed 's/^/# /' "$work/claim.out"
-fair_claim "a run without a fault, to compare with: passed" clean
-[ -s "$work/clean.json" ] || exit
+quick --json "$work/clean.json" >/dev/null # nothing of the machine's is in it
 campaign
 fair_claim "the daemon killed: the nodes centre their valves in time, and the log is readable to the last 100 ms" killed
 grep '^|' "$work/claim.out" | sed 's/^/# /'
