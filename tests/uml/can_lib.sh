@@ -34,8 +34,9 @@ stalled() {
         END { if (n) print "the machine stood still " n " times, for up to " worst " ms"; exit !n }' "$work/stalls"
 }
 
-# fair_claim TEXT COMMAND...: like claim; but where the command fails and the machine stood still meanwhile (for still_ms, 5, or longer), once
-# more, three times at most, or until patience is at its end; then the claim is skipped. No stall excuses a crash or a wrong identification.
+# fair_claim TEXT COMMAND...: like claim; but where the command fails and the machine stood still meanwhile (for still_ms, 5, or longer), or the
+# run ended before what was to be done to it, once more, three times at most, or until patience is at its end. After a stall in the last try,
+# too, the claim is skipped. Nothing excuses a crash or a wrong identification.
 patience_s=400
 fair_claim() {
     local text=$1 since stall try
@@ -43,14 +44,17 @@ fair_claim() {
     for try in 1 2 3; do
         since=${EPOCHREALTIME/./}
         "$@" >"$work/claim.out" 2>&1 && { echo "ok - $text"; return; }
-        if grep -qE 'silently wrong|exit status 1[2-9][0-9]' "$work/claim.out" || ! stall=$(stalled "$since" "${still_ms:-5}"); then
-            echo "not ok - $text"
-            sed 's/^/#   /' "$work/claim.out"
-            return
-        fi
+        stall=$(stalled "$since" "${still_ms:-5}")
+        grep -qE 'silently wrong|exit status 1[2-9][0-9]' "$work/claim.out" && stall= && break
+        [ -n "$stall" ] || grep -q 'the run ended before' "$work/claim.out" || break
         sed 's/^/# again: /' "$work/claim.out"
         echo "# again: $stall"
         ((SECONDS < patience_s)) || break
     done
-    echo "ok - $text # SKIP $stall, in the last of $try tries"
+    if [ -n "$stall" ]; then
+        echo "ok - $text # SKIP $stall, in the last of $try tries"
+    else
+        echo "not ok - $text"
+        sed 's/^/#   /' "$work/claim.out"
+    fi
 }
