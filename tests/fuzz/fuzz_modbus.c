@@ -37,7 +37,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     modbus_set_response_timeout(m, 0, 1);
     modbus_set_byte_timeout(m, 0, 0);
     bool filled = write(ends[1], answer, size + 2) == (ssize_t)(size + 2) && !shutdown(ends[1], SHUT_WR);
-    if (filled && !modbus_link_exchange((struct modbus_link *)m, MODBUS_COMMAND, MODBUS_WRITTEN, written, MODBUS_SAMPLE, MODBUS_READ, read)) {
+    if (filled && !modbus_link_exchange((struct modbus_link *)m, MODBUS_WRITE_FROM, MODBUS_WRITTEN, written, MODBUS_READ_FROM, MODBUS_READ, read)) {
         modbus_get_reading(&params, read, &reading);
         look(&params, &reading);
     }
