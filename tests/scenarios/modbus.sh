@@ -15,7 +15,7 @@ claim "a host that refuses: named" refuses 3 "127.0.0.1 refused" "$hexid" run --
 claim "a host that does not exist: named" refuses 3 "no.such.host.invalid" "$hexid" run --hal modbus:tcp://no.such.host.invalid:502
 claim "a serial device that is missing: named" refuses 3 "/dev/ttyNONE serial device" "$hexid" run --hal 'modbus:rtu:/dev/ttyNONE?baud=4000000'
 claim "a file that is no serial device: named" refuses 3 "/dev/null" "$hexid" run --hal 'modbus:rtu:/dev/null?baud=4000000'
-claim "a line too slow for the cycle: refused with the arithmetic" refuses 2 "27 57 7.6 115200 loop.period_s" "$hexid" run --hal 'modbus:rtu:/dev/null?baud=115200'
+claim "a line too slow for the cycle: refused with the arithmetic" refuses 2 "27 59 8.1 115200 loop.period_s" "$hexid" run --hal 'modbus:rtu:/dev/null?baud=115200'
 claim "the map is printed" eval '"$hexid" doctor --modbus-map | grep -q "0x0022..0x002d"'
 
 plant_start tcp://127.0.0.1:0 "${S[@]}"
