@@ -13,6 +13,12 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
+/* In place of libmodbus': the answer is there before the request, and would be thrown away as a late one. */
+int modbus_flush(modbus_t *m) {
+    (void)m;
+    return 0;
+}
+
 /* Whatever the registers hold: a reading is plausible or no number. */
 static void look(const struct params *p, const struct modbus_reading *r) {
     for (int i = 0; i < LEGS; i++) {

@@ -16,9 +16,10 @@ serial=(--set sim.engine=closed_form --set loop.period_s=0.01 --set sim.substeps
     --set control.kp=20 --set control.kpf=1e-5 --set control.kff=1.8 --set motion.engage_s=5 --set motion.park_s=5)
 run_serial() {
     local line plant status ends
+    rm -f "$work/line"
     $ahead "$python" tests/peers/serial_line.py 115200 >"$work/line" &
     line=$!
-    until [ "$(wc -l <"$work/line")" -eq 2 ]; do kill -0 $line || return 1; done
+    until [ "$(wc -l <"$work/line")" = 2 ]; do kill -0 $line || return 1; done 2>/dev/null
     mapfile -t ends <"$work/line"
     plant_start "rtu:${ends[0]}?baud=115200" "${exact[@]}" "${serial[@]}"
     "$hexid" run --hal "modbus:rtu:${ends[1]}?baud=115200" "${exact[@]}" "${serial[@]}" --set motion.automatic=true --json "$work/run.json" >"$work/run" 2>&1
