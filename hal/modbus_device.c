@@ -1,9 +1,9 @@
 /* The device side of Modbus, for `hexid plant`: one device with the registers of modbus_map.h, for up to four TCP clients or one serial line.
  *
- * SAFETY: whatever arrives, a malformed request gets an exception or nothing; a peer that stops in the middle of one is cut off. The
- * watchdog is device_tick()'s: without a new command for MODBUS_WATCHDOG_MS the valves are centred. */
+ * SAFETY: whatever arrives, a malformed request gets an exception or nothing; a peer that stops in the middle of one for WHOLE_REQUEST_MS, or
+ * reads no answers, is cut off: by so much at most the watchdog is late. It is device_tick()'s: without a new command for MODBUS_WATCHDOG_MS
+ * the valves are centred. */
 #include <errno.h>
-#include <fcntl.h>
 #include <modbus/modbus.h>
 #include <netinet/in.h>
 #include <poll.h>
@@ -80,7 +80,8 @@ static bool serve(struct modbus_device *d) {
 }
 
 static void welcome(struct modbus_device *d) {
-    int fd = accept4(d->listener, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK); /* SAFETY: or a client that reads no answers would hold the watchdog */
+    /* SAFETY: not blocking, or a client that reads no answers would hold the watchdog. */
+    int fd = accept4(d->listener, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
     for (int i = 0; fd >= 0 && i < CLIENTS; i++)
         if (d->client[i] < 0) {
             d->client[i] = fd;

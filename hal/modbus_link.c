@@ -25,6 +25,7 @@ static int parse_tcp(const char *rest, const char *address, struct modbus_addres
     if (!colon || colon == rest || colon - rest >= MODBUS_NAME_SIZE || strlen(colon + 1) >= sizeof p->port) return misused(address, error);
     if (!number(colon + 1, 0, 65535, &port)) return misused(address, error);
     bool bracketed = *rest == '[' && colon[-1] == ']'; /* [::1]:502 */
+    if (bracketed && colon - rest <= 2) return misused(address, error);
     snprintf(p->name, sizeof p->name, "%.*s", (int)(colon - rest) - 2 * bracketed, rest + bracketed);
     snprintf(p->port, sizeof p->port, "%ld", port);
     return STATUS_OK;
@@ -40,7 +41,7 @@ static int check_baud(int baud, const char *address, struct error *error) {
         if (*b == baud) return STATUS_OK;
         snprintf(list + strlen(list), sizeof list - strlen(list), " %d", *b);
     }
-    return error_set(error, STATUS_USAGE, "modbus:%.100s: no line runs at %d baud; possible are%s", address, baud, list);
+    return error_set(error, STATUS_USAGE, "modbus:%.100s: libmodbus cannot set %d baud; possible are%s", address, baud, list);
 }
 
 static int parse_rtu(const char *rest, const char *address, struct modbus_address_parts *p, struct error *error) {
