@@ -115,6 +115,7 @@ $(BUILD)/libhexid.a: $(LIB_OBJ)
 
 $(BUILD)/tests/bench/bench: LDLIBS += -Wl,--wrap=dWorldStep
 $(BUILD)/tests/test_%: LDLIBS += -lcmocka -lseccomp
+$(BUILD)/tests/test_can_link: LDLIBS += -Wl,--wrap=can_socket_open
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/libhexid.a
 	@echo link $@
 	$(Q)$(CC) $(SAN) -o $@ $^ $(LDLIBS)

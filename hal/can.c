@@ -2,7 +2,7 @@
  *
  * Cycle k reads what the nodes latched at the SYNC of cycle k-1, and ends with two RPDOs and SYNC k, which puts that command into force and
  * latches the next sample: a command acts exactly one cycle after the sample that it was computed from. The sample's time is the instant
- * at which the bus carried its SYNC.
+ * at which the bus carried its SYNC. A cycle in which a TPDO is missing may end with nothing (can_master.h).
  *
  * SAFETY: what the kernel's transmit queue holds cannot be recalled. So no more than three cycles' frames are ever given to it: when three
  * SYNCs have not come back from the bus, nothing more is sent, and write() fails. Should the bus carry them at last, they meet nodes whose
@@ -132,9 +132,8 @@ static int command(struct can *c, const double valve[LEGS]) {
     struct can_queue q = {0};
     if (c->jammed) return -1;
     can_master_command(&c->master, valve, &q);
-    c->sent_ns = monotonic_ns();
-    if (!flush(c, &q)) return 0;
-    return -1;
+    if (q.count) c->sent_ns = monotonic_ns();
+    return flush(c, &q);
 }
 
 static int can_write(struct hal *hal, const struct hal_command *out) {

@@ -9,7 +9,7 @@
 #include "channel.h"
 #include "units.h"
 
-enum { REPLY_MS = 50, START_MS = 200, TRIES = 3, MISSED_HEARTBEATS = 3, NS_PER_MS = 1000000 };
+enum { REPLY_MS = 50, START_MS = 200, ASK_MS = 500, TRIES = 3, MISSED_HEARTBEATS = 3, NS_PER_MS = 1000000 };
 #define PDO_OFF 0x80000000u
 
 static uint32_t ms(double seconds) { return (uint32_t)lround(seconds * 1000.0); }
@@ -78,6 +78,7 @@ static void emergency(struct can_peer *p, const struct can_frame *f) {
 /* The answer to the request of this step: on to the next. Any other answer is left to the time-out. */
 static void sdo_reply(struct can_master *m, struct can_peer *p, int node, const struct can_sdo *reply) {
     struct can_sdo asked;
+    if (p->phase == CAN_LOST) set_up(p);
     if (p->phase != CAN_SETUP || !setup_step(m->params, node, p->step, &asked)) return;
     if (reply->kind != asked.kind || reply->index != asked.index || reply->sub != asked.sub) return;
     if (asked.kind == SDO_UPLOAD && (reply->size != asked.size || reply->value != asked.value)) return;
@@ -94,7 +95,27 @@ static void error_frame(struct can_master *m, const struct can_frame *f) {
         m->bus = f->data[1] & (CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE) ? CAN_BUS_PASSIVE : CAN_BUS_GOOD;
 }
 
+static bool whole(const struct can_master *m) {
+    for (int i = 0; i < CAN_NODES; i++)
+        if (!m->peer[i].fresh) return false;
+    return true;
+}
+
+/* A TPDO of this window is missing: lost, or late. */
+static void miss(struct can_master *m) {
+    if (m->pause != CAN_NO_PAUSE) return;
+    m->lost += can_master_ready(m);
+    m->pause = CAN_PAUSE_DUE;
+}
+
 static void echo(struct can_master *m, int64_t time_ns) {
+    if (m->syncs && !whole(m)) {
+        miss(m);
+        m->doubt = true;
+    } else if (m->pause == CAN_PAUSED) {
+        m->doubt &= !m->punctual;
+    }
+    m->pause = m->doubt ? CAN_PAUSE_DUE : CAN_NO_PAUSE;
     m->unechoed = 0;
     m->syncs++;
     m->gap_ns = time_ns - m->sync_ns;
@@ -109,7 +130,7 @@ static void tpdo(struct can_master *m, struct can_peer *p, const struct can_fram
         m->stray++;
         return;
     }
-    if (p->fresh) m->twice++;
+    m->twice += p->fresh;
     p->fresh = true;
     p->tpdo = value;
 }
@@ -156,9 +177,18 @@ static void drive_setup(struct can_master *m, struct can_peer *p, int node, int6
     p->deadline_ns = now_ns + (int64_t)START_MS * NS_PER_MS;
 }
 
+/* A node that has booted unheard says nothing by itself: its heartbeat is off until it is set up. Whatever it answers will do. */
+static void ask(struct can_master *m, struct can_peer *p, int node, int64_t now_ns, struct can_queue *out) {
+    struct can_sdo request;
+    if (now_ns < p->deadline_ns || !setup_step(m->params, node, 0, &request)) return;
+    can_queue_push(out, can_frame_sdo(node, &request));
+    p->deadline_ns = now_ns + (int64_t)ASK_MS * NS_PER_MS;
+}
+
 static void supervise(struct can_master *m, struct can_peer *p, int node, int64_t now_ns, struct can_queue *out) {
     int64_t silence_ns = MISSED_HEARTBEATS * ns_from_seconds(m->params->can.heartbeat_s);
-    if (p->phase == CAN_SETUP) drive_setup(m, p, node, now_ns, out);
+    if (p->phase == CAN_LOST) ask(m, p, node, now_ns, out);
+    else if (p->phase == CAN_SETUP) drive_setup(m, p, node, now_ns, out);
     else if (p->phase == CAN_STARTING && now_ns >= p->deadline_ns) set_up(p);
     else if (p->phase == CAN_RUNNING && now_ns - p->heard_ns > silence_ns) p->phase = CAN_LOST;
 }
@@ -178,6 +208,15 @@ bool can_master_ready(const struct can_master *m) {
 
 void can_master_command(struct can_master *m, const double valve[LEGS], struct can_queue *out) {
     int16_t raw[CAN_NODES];
+    bool centre = true;
+    for (int i = 0; i < LEGS; i++) centre &= valve[i] == 0.0;
+    /* SAFETY: the command that centres the valves waits for nothing; then the pause is due in the cycle after it. */
+    if (m->pause == CAN_PAUSE_DUE && !(centre && !m->centred)) {
+        m->pause = CAN_PAUSED;
+        m->punctual = whole(m);
+        return;
+    }
+    m->centred = centre;
     for (int i = 0; i < LEGS; i++) raw[i] = (int16_t)channel_raw(&m->params->valve_channel, i, valve[i], INT16_MAX);
     for (int group = 0; group < CAN_GROUPS; group++) can_queue_push(out, can_frame_rpdo(group, raw + CAN_GROUP_NODES * group));
     can_queue_push(out, can_frame_sync()); /* last: it puts the two into force */
@@ -187,11 +226,8 @@ void can_master_command(struct can_master *m, const double valve[LEGS], struct c
 /* Takes the window's sample over when it is whole. */
 static void latch(struct can_master *m) {
     if (m->syncs == m->latched_sync) return;
-    for (int i = 0; i < CAN_NODES; i++)
-        if (!m->peer[i].fresh) {
-            m->lost += can_master_ready(m);
-            return;
-        }
+    if (!whole(m)) miss(m);
+    if (!whole(m) || m->pause == CAN_PAUSE_DUE) return;
     for (int i = 0; i < CAN_NODES; i++) m->latched[i] = m->peer[i].tpdo;
     m->latched_sync = m->syncs;
     m->latched_ns = m->sync_ns;

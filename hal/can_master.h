@@ -1,15 +1,19 @@
 /* The daemon's side of the six CANopen nodes: set-up, supervision, samples. Pure: frames and time in, frames and samples out. RT, no heap.
  *
- * A node:  lost --boot-up or heartbeat--> set-up --last SDO reply--> starting --heartbeat "operational"--> running
+ * A node:  lost --boot-up, heartbeat or SDO reply--> set-up --last SDO reply--> starting --heartbeat "operational"--> running
  *          any --nothing heard for three heartbeats, boot-up, a heartbeat in another state, no SDO reply after three tries--> lost or set-up
  *
- * A node is set up again by itself whenever it comes back; whether the platform may move again is the supervisor's and the operator's
- * decision, because every sample from a bus with a node that is not running is invalid.
+ * A lost node is asked twice a second, and set up again by itself whenever it comes back; whether the platform may move again is the
+ * supervisor's and the operator's decision, because every sample from a bus with a node that is not running is invalid.
  *
  * A cycle: the window of a sample opens with SYNC (its own echo from the bus: the bus has carried it, and when) and closes with the next.
- * All six TPDOs came in it: a sample, latched at the SYNC. One is missing: the last whole sample again, stale and older. A frame that came
- * twice: the later one. What comes before the echo belongs to an older SYNC and is not mixed with it. A SYNC half a period and more off
- * the grid makes its sample late. */
+ * All six TPDOs came in it: a sample, latched at the SYNC. One is missing: the last whole sample again, stale and older. A TPDO that came
+ * twice: the later one. A SYNC half a period and more off the grid makes its sample late.
+ *
+ * A TPDO does not say which SYNC it answers, and a late one must not pass for the answer to the next. So when one is missing, the next command
+ * and SYNC wait for a cycle, in which it comes into its own window. Does it not, it may come into a later one: they wait after every SYNC until
+ * all six have answered in the first of the two cycles. The legs of a sample are of one instant, whatever is lost or late by up to two
+ * cycles; a leg that is late for good halves the rate, and every sample is late. */
 #ifndef HEXID_CAN_MASTER_H
 #define HEXID_CAN_MASTER_H
 
@@ -21,6 +25,9 @@ enum can_phase { CAN_LOST, CAN_SETUP, CAN_STARTING, CAN_RUNNING };
 
 /* State of the bus as the controller reports it in error frames. */
 enum can_bus { CAN_BUS_GOOD, CAN_BUS_PASSIVE, CAN_BUS_OFF };
+
+/* A cycle without SYNC: not asked for, still to come, or been. */
+enum can_pause { CAN_NO_PAUSE, CAN_PAUSE_DUE, CAN_PAUSED };
 
 struct can_peer {
     enum can_phase phase;
@@ -40,6 +47,10 @@ struct can_master {
     uint64_t syncs;            /* carried by the bus */
     int unechoed;              /* sent since the last one that was carried */
     int64_t sync_ns, gap_ns;   /* echo of the last one, and time since the one before */
+    bool doubt;                /* a TPDO of an older window may still come */
+    enum can_pause pause;      /* in this window */
+    bool punctual;             /* all TPDOs were there before it */
+    bool centred;              /* the last command */
     struct can_tpdo latched[CAN_NODES]; /* the last whole sample, */
     uint64_t latched_sync;     /* its SYNC, 0: none yet */
     int64_t latched_ns, latched_gap_ns;
@@ -59,7 +70,8 @@ void can_master_poll(struct can_master *m, int64_t now_ns, bool alive, struct ca
 /* All nodes are running and the bus carries frames: a command can be written. */
 bool can_master_ready(const struct can_master *m);
 
-/* Commands of six legs, then SYNC. The sample's window opens with its echo. */
+/* Commands of six legs, then SYNC: the sample's window opens with its echo. Nothing in a cycle that waits for a TPDO, but for the first
+ * command to the centre. */
 void can_master_command(struct can_master *m, const double valve[LEGS], struct can_queue *out);
 
 /* The sample of the last window; time_ns on the clock of the frames; age_ns is the caller's. */

@@ -4,12 +4,13 @@
  * for it. Cycle k reads what was latched in cycle k-1, in the transaction that put the command of cycle k-1 into force. The instant of
  * latching is not told by the device; it lies at the middle of a TCP round trip, and at the end of the request on a serial line.
  *
- * SAFETY: only the newest command is ever sent, and one that waits longer than limits.sensor_age_s for the line never; when nothing is sent,
- * the device's own watchdog centres the valves. A connection that is lost is made again by the thread; whether the platform may move again is
- * the supervisor's and the operator's decision. */
+ * SAFETY: only the newest command is ever sent, one that waits longer than limits.sensor_age_s for the line never, and none from before a
+ * connection was made again; when nothing is sent, the device's own watchdog centres the valves. The thread makes a lost connection again;
+ * whether the platform may move again is the supervisor's and the operator's decision. */
 #include <errno.h>
 #include <math.h>
 #include <pthread.h>
+#include <sched.h>
 #include <semaphore.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -18,12 +19,12 @@
 #include <time.h>
 
 #include "backends.h"
+#include "latest.h"
 #include "modbus_link.h"
 #include "modbus_map.h"
-#include "ring.h"
 #include "units.h"
 
-enum { RING_SIZE = 8, BACKOFF_FIRST_MS = 50, BACKOFF_LAST_MS = 1000 };
+enum { BACKOFF_FIRST_MS = 50, BACKOFF_LAST_MS = 1000 };
 
 struct command_record {
     int64_t posted_ns;
@@ -40,10 +41,13 @@ struct modbus_hal {
     const struct params *params;
     struct modbus_address_parts address;
     /* between loop and thread */
-    struct ring commands, samples;
+    struct latest newest_command, newest_sample;
+    struct command_record command[LATEST_SLOTS];
+    struct latched sample[LATEST_SLOTS];
     sem_t due;
     _Atomic bool stop, connected;
-    _Atomic int trouble;  /* errno of the first failure until all has been well for a second; 0 none */
+    _Atomic int trouble;       /* errno of the first failure until all has been well for a second; 0 none */
+    _Atomic int loop_priority; /* SCHED_FIFO's, 0: the loop has another policy */
     /* the thread's */
     pthread_t thread;
     struct modbus_link *link;
@@ -53,7 +57,6 @@ struct modbus_hal {
     /* the loop's */
     struct latched newest;
     uint64_t device_seq;
-    bool delivered;
 };
 
 static int64_t monotonic_ns(void) {
@@ -64,16 +67,20 @@ static int64_t monotonic_ns(void) {
 
 static double timeout_s(const struct params *p) { return p->limits.sensor_age_s; } /* older readings are of no use */
 
+/* SAFETY: the answer begins with the command's number, as the device has it by then. Another number is the answer to another request, come late
+ * on a line where nothing else tells, or from a device that has not taken the command: its readings would be older than they look. */
 static int exchange(struct modbus_hal *m, const double valve[LEGS], struct latched *l) {
     uint16_t written[MODBUS_WRITTEN], read[MODBUS_READ];
     modbus_put_command(m->params, ++m->number, valve, written);
     int64_t begun_ns = monotonic_ns();
-    if (modbus_link_exchange(m->link, MODBUS_COMMAND, MODBUS_WRITTEN, written, MODBUS_SAMPLE, MODBUS_READ, read)) return -1;
+    if (modbus_link_exchange(m->link, MODBUS_WRITE_FROM, MODBUS_WRITTEN, written, MODBUS_READ_FROM, MODBUS_READ, read)) return -1;
     int64_t ended_ns = monotonic_ns();
     l->time_ns = m->latch_after_s < 0.0 ? begun_ns + (ended_ns - begun_ns) / 2 : begun_ns + ns_from_seconds(m->latch_after_s);
     if (l->time_ns > ended_ns) l->time_ns = ended_ns;
     modbus_get_reading(m->params, read, &l->reading);
-    return 0;
+    if (l->reading.number == m->number) return 0;
+    errno = EBADMSG;
+    return -1;
 }
 
 /* Who answers, and in the same language? Then its watchdog. */
@@ -107,19 +114,18 @@ static void failed(struct modbus_hal *m, int reason) {
     m->good_ns = monotonic_ns() + NS_PER_S;
 }
 
-/* SAFETY: the newest command only; false when there is none, or it has waited for too long. */
-static bool newest_command(struct modbus_hal *m, struct command_record *c) {
-    bool any = false;
-    while (ring_pop(&m->commands, c)) any = true;
-    return any && monotonic_ns() - c->posted_ns <= ns_from_seconds(timeout_s(m->params));
+/* SAFETY: the newest command only; NULL when there is none, or it has waited for too long. */
+static const double *due_command(struct modbus_hal *m) {
+    if (!latest_take(&m->newest_command)) return NULL;
+    const struct command_record *c = &m->command[m->newest_command.front];
+    return monotonic_ns() - c->posted_ns <= ns_from_seconds(timeout_s(m->params)) ? c->valve : NULL;
 }
 
 static void talk(struct modbus_hal *m, int *silent) {
-    struct command_record c;
-    struct latched l;
-    if (!newest_command(m, &c)) return;
-    if (!exchange(m, c.valve, &l)) {
-        ring_push(&m->samples, &l); /* full: the loop stands still, and will find out by the age */
+    const double *valve = due_command(m);
+    if (!valve) return;
+    if (!exchange(m, valve, &m->sample[m->newest_sample.back])) {
+        latest_publish(&m->newest_sample);
         *silent = 0;
         if (monotonic_ns() > m->good_ns) atomic_store(&m->trouble, 0);
         return;
@@ -140,20 +146,23 @@ static void wait_for_command(struct modbus_hal *m, int64_t at_most_ms) {
     while (sem_clockwait(&m->due, CLOCK_MONOTONIC, &t) && errno == EINTR) continue;
 }
 
-/* Just below the loop, where that is allowed: what keeps the loop from it would be seen by the age of the readings. */
-static void become_realtime(const struct loop_params *loop) {
-    struct sched_param priority = {.sched_priority = loop->priority > 1 ? loop->priority - 1 : 1};
+/* SCHED_FIFO when the loop has it, just below. Refused: what keeps the thread waiting is seen by the age of the readings. */
+static void follow_loop(const struct modbus_hal *m, int *followed) {
+    int loop = atomic_load_explicit(&m->loop_priority, memory_order_relaxed);
+    if (loop == *followed) return;
+    struct sched_param priority = {.sched_priority = loop > 1 ? loop - 1 : 1};
     pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority);
+    *followed = loop;
 }
 
 static void *modbus_thread(void *argument) {
     struct modbus_hal *m = argument;
     struct error error;
     int64_t backoff_ms = BACKOFF_FIRST_MS, again_ns = 0;
-    int silent = 0;
-    become_realtime(&m->params->loop);
+    int silent = 0, followed = 0;
     while (!atomic_load_explicit(&m->stop, memory_order_acquire)) {
         wait_for_command(m, 100);
+        follow_loop(m, &followed);
         if (m->link) {
             talk(m, &silent);
             if (!m->link) again_ns = monotonic_ns() + backoff_ms * 1000 * NS_PER_US;
@@ -166,6 +175,7 @@ static void *modbus_thread(void *argument) {
             continue;
         }
         backoff_ms = BACKOFF_FIRST_MS;
+        latest_take(&m->newest_command); /* SAFETY: whatever waited is from before; until `connected` the loop can post the centre only */
         atomic_store_explicit(&m->connected, true, memory_order_release);
     }
     return NULL;
@@ -177,7 +187,7 @@ static int refuse_slow(const struct modbus_hal *m, struct error *error) {
     double period_s = p->loop.period_s;
     struct modbus_load l = modbus_load(m->address.baud);
     if (m->address.serial && l.cycle_s > 0.9 * period_s)
-        return error_set(error, STATUS_USAGE, "modbus:rtu: function 23 takes %d + %d bytes of 10 bits, %.1f ms at %d baud with the silence between; "
+        return error_set(error, STATUS_USAGE, "modbus:rtu: function 23 takes %d + %d bytes of 10 bits, %.1f ms at %d baud with the silence after each; "
                          "90 %% of loop.period_s are %.1f ms: raise the baud rate, or loop.period_s to %.3f or more (with sim.substeps where simulated)",
                          l.request_bytes, l.response_bytes, l.cycle_s * 1e3, m->address.baud, 0.9 * period_s * 1e3, ceil(l.cycle_s / 0.9 * 1e3) / 1e3);
     if (p->limits.sensor_age_s < 2.5 * period_s)
@@ -190,26 +200,21 @@ static int refuse_slow(const struct modbus_hal *m, struct error *error) {
 
 static void release(struct modbus_hal *m) {
     modbus_link_close(m->link);
-    ring_free(&m->commands);
-    ring_free(&m->samples);
     sem_destroy(&m->due);
     free(m);
 }
 
 static int bring_up(struct modbus_hal *m, const char *address, struct error *error) {
     static const double centre[LEGS] = {0};
-    struct latched first;
     int status = modbus_parse(address, &m->address, error);
     if (!status) status = refuse_slow(m, error);
-    if (!status && (ring_init(&m->commands, sizeof(struct command_record), RING_SIZE) || ring_init(&m->samples, sizeof first, RING_SIZE)))
-        status = error_set(error, STATUS_IO, "modbus: out of memory");
     if (!status) status = connect_link(m, error);
     if (status) return status;
     m->latch_after_s = m->address.serial ? modbus_load(m->address.baud).request_s : -1.0;
-    if (exchange(m, centre, &first))
+    if (exchange(m, centre, &m->sample[m->newest_sample.back]))
         return error_set(error, STATUS_IO, "modbus:%s: function 23 is not answered: %s; the device must serve the map of `hexid doctor --modbus-map`",
                          m->address.name, modbus_link_reason(errno));
-    ring_push(&m->samples, &first);
+    latest_publish(&m->newest_sample);
     atomic_store(&m->connected, true);
     int refused = pthread_create(&m->thread, NULL, modbus_thread, m);
     return refused ? error_set(error, STATUS_IO, "modbus: cannot start its thread: %s", strerror(refused)) : STATUS_OK;
@@ -221,6 +226,8 @@ static int modbus_open(struct hal **hal, const char *address, const struct param
     if (!m) return error_set(error, STATUS_IO, "modbus: out of memory");
     m->hal.ops = &hal_modbus;
     m->params = params;
+    latest_init(&m->newest_command);
+    latest_init(&m->newest_sample);
     sem_init(&m->due, 0, 0);
     int status = bring_up(m, address, error);
     if (status) release(m);
@@ -236,13 +243,20 @@ static void hand_out(const struct modbus_hal *m, struct hal_sample *s) {
     }
 }
 
+/* Once, in the loop's thread. */
+static void tell_priority(struct modbus_hal *m) {
+    struct sched_param p;
+    if (sched_getscheduler(0) == SCHED_FIFO && !sched_getparam(0, &p)) atomic_store_explicit(&m->loop_priority, p.sched_priority, memory_order_relaxed);
+}
+
 static int modbus_read(struct hal *hal, int64_t now_ns, struct hal_sample *s) {
     struct modbus_hal *m = (struct modbus_hal *)hal;
     int64_t period_ns = ns_from_seconds(m->params->loop.period_s);
     uint16_t before = m->newest.reading.sample;
     int64_t before_ns = m->newest.time_ns;
-    bool first = before_ns == 0, any = false;
-    while (ring_pop(&m->samples, &m->newest)) any = true;
+    bool first = before_ns == 0, any = latest_take(&m->newest_sample);
+    if (first) tell_priority(m);
+    if (any) m->newest = m->sample[m->newest_sample.front];
     uint16_t step = (uint16_t)(m->newest.reading.sample - before);
     if (first) m->device_seq = 1;
     else m->device_seq += step;
@@ -258,9 +272,10 @@ static int modbus_read(struct hal *hal, int64_t now_ns, struct hal_sample *s) {
 }
 
 static void post(struct modbus_hal *m, const double valve[LEGS]) {
-    struct command_record c = {.posted_ns = monotonic_ns()};
-    memcpy(c.valve, valve, sizeof c.valve);
-    ring_push(&m->commands, &c); /* full: the thread waits for an answer, and the device's watchdog runs */
+    struct command_record *c = &m->command[m->newest_command.back];
+    c->posted_ns = monotonic_ns();
+    memcpy(c->valve, valve, sizeof c->valve);
+    latest_publish(&m->newest_command);
     sem_post(&m->due);
 }
 

@@ -1,11 +1,12 @@
 #include "modbus_link.h"
 
 #include <errno.h>
-#include <fcntl.h>
+#include <limits.h>
 #include <modbus/modbus.h>
+#include <netdb.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
+#include <sys/socket.h>
 
 static int misused(const char *address, struct error *error) {
     return error_set(error, STATUS_USAGE, "modbus:%.100s: write modbus:tcp://HOST:PORT or modbus:rtu:DEVICE?baud=N", address);
@@ -24,18 +25,32 @@ static int parse_tcp(const char *rest, const char *address, struct modbus_addres
     if (!colon || colon == rest || colon - rest >= MODBUS_NAME_SIZE || strlen(colon + 1) >= sizeof p->port) return misused(address, error);
     if (!number(colon + 1, 0, 65535, &port)) return misused(address, error);
     bool bracketed = *rest == '[' && colon[-1] == ']'; /* [::1]:502 */
+    if (bracketed && colon - rest <= 2) return misused(address, error);
     snprintf(p->name, sizeof p->name, "%.*s", (int)(colon - rest) - 2 * bracketed, rest + bracketed);
     snprintf(p->port, sizeof p->port, "%ld", port);
     return STATUS_OK;
 }
 
+/* What libmodbus 3.1.6 can set. Any other rate it takes without a word, and the line runs at 9600. */
+const int modbus_bauds[] = {1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, 460800, 500000, 576000, 921600, 1000000, 1152000, 1500000,
+                            2500000, 3000000, 3500000, 4000000, 0};
+
+static int check_baud(int baud, const char *address, struct error *error) {
+    char list[200] = "";
+    for (const int *b = modbus_bauds; *b; b++) {
+        if (*b == baud) return STATUS_OK;
+        snprintf(list + strlen(list), sizeof list - strlen(list), " %d", *b);
+    }
+    return error_set(error, STATUS_USAGE, "modbus:%.100s: libmodbus cannot set %d baud; possible are%s", address, baud, list);
+}
+
 static int parse_rtu(const char *rest, const char *address, struct modbus_address_parts *p, struct error *error) {
     const char *query = strstr(rest, "?baud=");
     long baud;
-    if (!query || query == rest || query - rest >= MODBUS_NAME_SIZE || !number(query + 6, 1200, 4000000, &baud)) return misused(address, error);
+    if (!query || query == rest || query - rest >= MODBUS_NAME_SIZE || !number(query + 6, 1, INT_MAX, &baud)) return misused(address, error);
     snprintf(p->name, sizeof p->name, "%.*s", (int)(query - rest), rest);
     p->baud = (int)baud;
-    return STATUS_OK;
+    return check_baud(p->baud, address, error);
 }
 
 int modbus_parse(const char *address, struct modbus_address_parts *p, struct error *error) {
@@ -46,37 +61,39 @@ int modbus_parse(const char *address, struct modbus_address_parts *p, struct err
 
 static modbus_t *context(struct modbus_link *link) { return (modbus_t *)link; }
 
-static int refused(const struct modbus_address_parts *p, int reason, struct error *error) {
+/* "" when the host has an address. libmodbus calls a host without one a refused connection. */
+static const char *unknown_host(const struct modbus_address_parts *p) {
+    struct addrinfo *found = NULL, wanted = {.ai_socktype = SOCK_STREAM};
+    int reason = getaddrinfo(p->name, p->port, &wanted, &found);
+    if (found) freeaddrinfo(found);
+    return reason ? gai_strerror(reason) : "";
+}
+
+int modbus_line_refused(const struct modbus_address_parts *p, int reason, struct error *error) {
     if (p->serial)
         return error_set(error, STATUS_IO, "modbus:rtu:%s: cannot be opened: %s; %s", p->name, modbus_strerror(reason),
                          reason == EACCES  ? "join the group that owns it (`ls -l` says which, often dialout)"
                          : reason == EINVAL ? "this driver does not know the baud rate"
                                             : "name a serial device that is there");
-    return error_set(error, STATUS_IO, "modbus:tcp://%s:%s: cannot connect: %s; is the device on, and is this its address and port?", p->name, p->port,
-                     reason ? modbus_strerror(reason) : "no such host");
-}
-
-/* libmodbus prints nothing of its own, but takes no open error of a device that is none. */
-static int check_device(const char *name) {
-    int fd = open(name, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-    if (fd < 0) return errno;
-    bool terminal = isatty(fd);
-    close(fd);
-    return terminal ? 0 : ENOTTY;
+    const char *unknown = unknown_host(p);
+    if (*unknown) return error_set(error, STATUS_IO, "modbus:tcp://%s:%s: no such host: %s; give its number, or a name that `getent hosts` knows",
+                                   p->name, p->port, unknown);
+    return error_set(error, STATUS_IO, "modbus:tcp://%s:%s: %s; %s", p->name, p->port, modbus_strerror(reason),
+                     reason == EACCES          ? "ports below 1024 are for root: name a higher one"
+                     : reason == EADDRINUSE    ? "name another port, or 0 for a free one"
+                     : reason == EADDRNOTAVAIL ? "name an address of this machine"
+                                               : "is the device on, and is this its address and port?");
 }
 
 int modbus_link_open(struct modbus_link **link, const struct modbus_address_parts *p, int unit, double timeout_s, struct error *error) {
-    int reason = p->serial ? check_device(p->name) : 0;
-    if (reason) return refused(p, reason, error);
     modbus_t *m = p->serial ? modbus_new_rtu(p->name, p->baud, 'N', 8, 1) : modbus_new_tcp_pi(p->name, p->port);
     if (!m) return error_set(error, STATUS_IO, "modbus: out of memory");
     modbus_set_error_recovery(m, MODBUS_ERROR_RECOVERY_NONE); /* its recovery sleeps */
     modbus_set_response_timeout(m, 1, 0);                     /* to connect */
-    errno = 0;
     if (modbus_set_slave(m, unit) || modbus_connect(m)) {
-        reason = errno;
+        int reason = errno;
         modbus_free(m);
-        return refused(p, reason, error);
+        return modbus_line_refused(p, reason, error);
     }
     modbus_set_response_timeout(m, (uint32_t)timeout_s, (uint32_t)((timeout_s - (double)(uint32_t)timeout_s) * 1e6));
     modbus_set_byte_timeout(m, 0, 0);
@@ -90,26 +107,24 @@ void modbus_link_close(struct modbus_link *link) {
     modbus_free(context(link));
 }
 
-static int outcome(struct modbus_link *link, bool good) {
-    if (good) return 0;
-    int reason = errno;
-    modbus_flush(context(link)); /* a late or broken answer must not be taken for the next one's */
-    errno = reason;
-    return -1;
+/* What has come since the last answer is none to the next request. */
+static modbus_t *cleared(struct modbus_link *link) {
+    modbus_flush(context(link));
+    return context(link);
 }
 
 int modbus_link_read(struct modbus_link *link, int address, int count, uint16_t *to) {
-    return outcome(link, modbus_read_registers(context(link), address, count, to) == count);
+    return modbus_read_registers(cleared(link), address, count, to) == count ? 0 : -1;
 }
 
 int modbus_link_write(struct modbus_link *link, int address, uint16_t value) {
-    return outcome(link, modbus_write_registers(context(link), address, 1, &value) == 1);
+    return modbus_write_registers(cleared(link), address, 1, &value) == 1 ? 0 : -1;
 }
 
 int modbus_link_exchange(struct modbus_link *link, int write_address, int writes, const uint16_t *from, int read_address, int reads, uint16_t *to) {
-    return outcome(link, modbus_write_and_read_registers(context(link), write_address, writes, from, read_address, reads, to) == reads);
+    return modbus_write_and_read_registers(cleared(link), write_address, writes, from, read_address, reads, to) == reads ? 0 : -1;
 }
 
-bool modbus_link_gone(int error) { return error == ECONNRESET || error == EPIPE || error == EBADF || error == ENOTCONN || error == EIO || error == ECONNREFUSED; }
+bool modbus_link_gone(int error) { return error != ETIMEDOUT && error != EBADMSG && error < MODBUS_ENOBASE; }
 
-const char *modbus_link_reason(int error) { return modbus_strerror(error); }
+const char *modbus_link_reason(int error) { return error == EBADMSG ? "an answer to another request" : modbus_strerror(error); }

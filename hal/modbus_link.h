@@ -2,7 +2,7 @@
  *
  * Time-outs hold in truth: libmodbus starts its byte time-out again with every byte, so a peer that trickles would hold a call for ever; with
  * it switched off the response time-out is for the whole response. Addresses, as in `modbus:ADDRESS`:
- *     tcp://HOST:PORT        rtu:DEVICE?baud=N     (8 data bits, no parity, 1 stop bit) */
+ *     tcp://HOST:PORT        rtu:DEVICE?baud=N     (8 data bits, no parity, 1 stop bit; N of modbus_bauds) */
 #ifndef HEXID_MODBUS_LINK_H
 #define HEXID_MODBUS_LINK_H
 
@@ -19,15 +19,21 @@ struct modbus_address_parts {
     char port[8];                  /* TCP */
     int baud;                      /* serial */
 };
-/* STATUS_USAGE, with the form that is right. */
+extern const int modbus_bauds[]; /* ended by 0 */
+
+/* STATUS_USAGE, with the form that is right or the baud rates that there are. */
 int modbus_parse(const char *address, struct modbus_address_parts *parts, struct error *error);
 
+/* STATUS_IO, with the address, the reason (errno of opening, connecting or listening) and the remedy. */
+int modbus_line_refused(const struct modbus_address_parts *parts, int reason, struct error *error);
+
 struct modbus_link;
-/* Connects. STATUS_IO names the address, the reason and the remedy. unit: 1..247. */
+/* Connects, for 1 s at most per address that the host has, and however long its name takes to be looked up. STATUS_IO: modbus_line_refused().
+ * unit: 1..247. timeout_s: for each whole answer. */
 int modbus_link_open(struct modbus_link **link, const struct modbus_address_parts *parts, int unit, double timeout_s, struct error *error);
 void modbus_link_close(struct modbus_link *link);
 
-/* Each: 0, or -1 and errno; whatever had come of a broken answer is thrown away. */
+/* Each: 0, or -1 and errno. What was there before the request, late or broken, is thrown away. */
 int modbus_link_read(struct modbus_link *link, int address, int count, uint16_t *to);
 int modbus_link_write(struct modbus_link *link, int address, uint16_t value);
 int modbus_link_exchange(struct modbus_link *link, int write_address, int writes, const uint16_t *from, int read_address, int reads, uint16_t *to);
@@ -35,7 +41,7 @@ int modbus_link_exchange(struct modbus_link *link, int write_address, int writes
 /* After a failure: the connection is gone, and only a new one helps. */
 bool modbus_link_gone(int error);
 
-/* libmodbus' words for it. */
+/* In words. EBADMSG is the caller's, for an answer to another request. */
 const char *modbus_link_reason(int error);
 
 #endif

@@ -1,15 +1,13 @@
 #include "modbus_map.h"
 
-#include <math.h>
-
 #include "channel.h"
 
 const struct modbus_register modbus_map[] = {
     {MODBUS_IDENTITY, 1, "u16", "-", "read", "0x4845"},
     {MODBUS_VERSION, 1, "u16", "-", "read", "of this map: 1"},
     {MODBUS_WATCHDOG_MS, 1, "u16", "ms", "read, write", "without a new command for so long the device centres its valves"},
-    {MODBUS_COMMAND, 1, "u16", "-", "write", "number of the command: another one than before makes it new"},
-    {MODBUS_VALVE, LEGS, "i16", "1/32767", "write", "valve command of legs 1..6, full opening is 32767"},
+    {MODBUS_VALVE, LEGS, "i16", "1/32767", "read, write", "valve command of legs 1..6, full opening is 32767"},
+    {MODBUS_COMMAND, 1, "u16", "-", "read, write", "number of the command: another one than before makes it new"},
     {MODBUS_SAMPLE, 1, "u16", "-", "read", "counts what function 23 has latched"},
     {MODBUS_STATUS, 1, "bits", "-", "read", "1: the watchdog has centred the valves"},
     {MODBUS_LENGTH, 2 * LEGS, "i32", "um", "read", "leg length of legs 1..6, joint to joint"},
@@ -23,25 +21,26 @@ void modbus_map_print(FILE *out) {
     for (const struct modbus_register *r = modbus_map; r->type; r++)
         fprintf(out, "0x%04x..0x%04x  %-5s %-8s %-12s %s\n", r->address, r->address + (unsigned)r->count - 1u, r->type, r->unit, r->access, r->meaning);
     fprintf(out, "\nA cycle: function 23 writes 0x%04x..0x%04x, then reads 0x%04x..0x%04x. Units are those of the default scale (sections *_channel).\n",
-            (unsigned)MODBUS_COMMAND, (unsigned)(MODBUS_COMMAND + MODBUS_WRITTEN - 1), (unsigned)MODBUS_SAMPLE, (unsigned)(MODBUS_END - 1));
+            (unsigned)MODBUS_WRITE_FROM, (unsigned)(MODBUS_WRITE_FROM + MODBUS_WRITTEN - 1), (unsigned)MODBUS_READ_FROM, (unsigned)(MODBUS_END - 1));
 }
 
 void modbus_put_command(const struct params *p, uint16_t number, const double valve[LEGS], uint16_t written[MODBUS_WRITTEN]) {
-    written[0] = number;
-    for (int i = 0; i < LEGS; i++) written[1 + i] = (uint16_t)channel_raw(&p->valve_channel, i, valve[i], INT16_MAX);
+    written[MODBUS_COMMAND - MODBUS_WRITE_FROM] = number;
+    for (int i = 0; i < LEGS; i++) written[i] = (uint16_t)channel_raw(&p->valve_channel, i, valve[i], INT16_MAX);
 }
 
 void modbus_get_command(const struct params *p, const uint16_t written[MODBUS_WRITTEN], double valve[LEGS]) {
     for (int i = 0; i < LEGS; i++) {
-        double command = channel_si(&p->valve_channel, i, channel_from_16((int16_t)written[1 + i]));
+        double command = channel_si(&p->valve_channel, i, channel_from_16((int16_t)written[i]));
         valve[i] = command >= -1.0 && command <= 1.0 ? command : 0.0;
     }
 }
 
 void modbus_put_reading(const struct params *p, const struct modbus_reading *r, uint16_t read[MODBUS_READ]) {
-    uint16_t *length = read + MODBUS_LENGTH - MODBUS_SAMPLE, *p1 = read + MODBUS_P1 - MODBUS_SAMPLE, *p2 = read + MODBUS_P2 - MODBUS_SAMPLE;
-    read[0] = r->sample;
-    read[1] = r->status;
+    uint16_t *length = read + MODBUS_LENGTH - MODBUS_READ_FROM, *p1 = read + MODBUS_P1 - MODBUS_READ_FROM, *p2 = read + MODBUS_P2 - MODBUS_READ_FROM;
+    read[0] = r->number;
+    read[1] = r->sample;
+    read[2] = r->status;
     for (int i = 0; i < LEGS; i++) {
         uint32_t raw = (uint32_t)channel_raw(&p->length_channel, i, r->length_m[i], INT32_MAX);
         length[2 * i] = (uint16_t)(raw >> 16);
@@ -52,9 +51,10 @@ void modbus_put_reading(const struct params *p, const struct modbus_reading *r, 
 }
 
 void modbus_get_reading(const struct params *p, const uint16_t read[MODBUS_READ], struct modbus_reading *r) {
-    const uint16_t *length = read + MODBUS_LENGTH - MODBUS_SAMPLE, *p1 = read + MODBUS_P1 - MODBUS_SAMPLE, *p2 = read + MODBUS_P2 - MODBUS_SAMPLE;
-    r->sample = read[0];
-    r->status = read[1];
+    const uint16_t *length = read + MODBUS_LENGTH - MODBUS_READ_FROM, *p1 = read + MODBUS_P1 - MODBUS_READ_FROM, *p2 = read + MODBUS_P2 - MODBUS_READ_FROM;
+    r->number = read[0];
+    r->sample = read[1];
+    r->status = read[2];
     for (int i = 0; i < LEGS; i++) {
         uint32_t raw = (uint32_t)length[2 * i] << 16 | length[2 * i + 1];
         r->length_m[i] = channel_si(&p->length_channel, i, channel_from_32((int32_t)raw));
@@ -64,11 +64,11 @@ void modbus_get_reading(const struct params *p, const uint16_t read[MODBUS_READ]
 }
 
 struct modbus_load modbus_load(double baud) {
-    /* slave, function, read address and count, write address and count, bytes, values, CRC; slave, function, bytes, values, CRC */
+    /* unit, function, read address and count, write address and count, bytes, values, CRC; unit, function, bytes, values, CRC */
     struct modbus_load l = {.request_bytes = 13 + 2 * MODBUS_WRITTEN, .response_bytes = 5 + 2 * MODBUS_READ};
-    double byte_s = 10.0 / baud, silence_s = baud > 19200.0 ? 1.75e-3 : 3.5 * byte_s; /* the standard's, above 19200 baud fixed */
+    double byte_s = 10.0 / baud;
     l.request_s = l.request_bytes * byte_s;
     l.response_s = l.response_bytes * byte_s;
-    l.cycle_s = l.request_s + l.response_s + fmin(silence_s, 3.5 * byte_s);
+    l.cycle_s = l.request_s + l.response_s + 2 * 3.5 * byte_s;
     return l;
 }

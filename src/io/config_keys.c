@@ -218,7 +218,9 @@ bool config_key_at(int index, struct config_key *key) {
 }
 
 bool config_key_find(const char *path, struct config_key *key) {
-    for (int i = 0; config_key_at(i, key); i++)
+    int i = 0;
+    while (i < KEYS && strcmp(keys[i].path, path) != 0) i++;
+    for (; config_key_at(i, key); i++)
         if (strcmp(key->path, path) == 0) return true;
     return false;
 }

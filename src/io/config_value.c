@@ -53,10 +53,11 @@ static bool parse_number(const char *text, double *number) {
 
 static bool parse_in_range(const struct config_key *key, const char *text, double *number, char reason[CONFIG_REASON_SIZE]) {
     char range[CONFIG_TEXT_SIZE];
+    bool is_number = parse_number(text, number);
+    if (is_number && *number >= key->min && *number <= key->max) return true;
     config_range_format(key, range);
-    if (!parse_number(text, number)) return refuse(reason, "\"%.40s\" is not a number; it takes one in %.60s", text, range);
-    if (!(*number >= key->min && *number <= key->max)) return refuse(reason, "%.40s is outside %.60s (%.80s)", text, range, key->meaning);
-    return true;
+    return is_number ? refuse(reason, "%.40s is outside %.60s (%.80s)", text, range, key->meaning)
+                     : refuse(reason, "\"%.40s\" is not a number; it takes one in %.60s", text, range);
 }
 
 static bool set_real(const struct config_key *key, const char *text, double *place, char reason[CONFIG_REASON_SIZE]) {

@@ -1,8 +1,8 @@
 """Another maker's client (pymodbus) reads and moves the plant: modbus_client.py PORT. TAP."""
-import sys, time
+import socket, sys, time
 from pymodbus.client import ModbusTcpClient
 
-IDENTITY, WATCHDOG_MS, COMMAND, SAMPLE, STATUS, LENGTH, READ = 0x0000, 0x0002, 0x0010, 0x0020, 0x0021, 0x0022, 26
+IDENTITY, VALVE, COMMAND, SAMPLE, STATUS, LENGTH, END = 0x0000, 0x0019, 0x001F, 0x0020, 0x0021, 0x0022, 0x003A
 client = ModbusTcpClient("127.0.0.1", port=int(sys.argv[1]))
 
 
@@ -16,9 +16,12 @@ def signed(registers):
 
 def exchange(number, valve):
     raw = [int(32767 * v) & 0xFFFF for v in valve]
-    return client.readwrite_registers(read_address=SAMPLE, read_count=READ, write_address=COMMAND, values=[number] + raw, slave=1).registers
+    answer = client.readwrite_registers(read_address=COMMAND, read_count=END - COMMAND, write_address=VALVE, values=raw + [number], slave=1).registers
+    numbers.append(answer[0])
+    return answer[1:]
 
 
+numbers = []  # of commands, as the answers have them
 client.connect()
 claim("pymodbus: the device says what it is", client.read_holding_registers(IDENTITY, 2, slave=1).registers == [0x4845, 1])
 first = signed(exchange(1, [0] * 6)[2:14])
@@ -26,6 +29,7 @@ claim("pymodbus: at rest, all legs alike: %s um" % first, max(first) - min(first
 before = exchange(2, [0.3] * 6)[0]
 for number in range(3, 203):
     last = exchange(number, [0.3] * 6)
+claim("pymodbus: an answer has its command's number", numbers == list(range(1, 203)))
 claim("pymodbus: every exchange is a new sample", (last[0] - before) & 0xFFFF == 200)
 risen = signed(last[2:14])[0] - first[0]
 claim("pymodbus: commands move the legs: +%.1f mm in 200 cycles" % (risen / 1000), risen > 20000)
@@ -38,3 +42,30 @@ claim("pymodbus: without commands the watchdog centres the valves: %+.1f mm in 0
 claim("pymodbus: a register that is not there is an exception", client.read_holding_registers(0x1000, 1, slave=1).isError())
 client.write_register(SAMPLE, 7, slave=1)
 claim("pymodbus: what the device says cannot be written", client.read_holding_registers(SAMPLE, 1, slave=1).registers != [7])
+
+
+def unheard_of():
+    """Seconds until a function that nobody knows is refused: the device does nothing else meanwhile, its watchdog included."""
+    with socket.create_connection(("127.0.0.1", int(sys.argv[1]))) as other:
+        begun = time.monotonic()
+        other.sendall(b"\0\1\0\0\0\2\1\x41")
+        assert other.recv(260)[7] == 0xC1
+        return time.monotonic() - begun
+
+
+def flood():
+    """A client that asks and never reads. Whether the device cuts it off, or waits for it."""
+    with socket.create_connection(("127.0.0.1", int(sys.argv[1]))) as other:
+        other.settimeout(5)
+        try:
+            while True:
+                other.sendall(b"\0\1\0\0\0\6\1\3\0\0\0\x3a" * 1000)
+        except TimeoutError:
+            return False
+        except OSError:
+            return True
+
+
+quickest = min(unheard_of() for _ in range(5))
+claim("an unknown function is refused in %.1f ms, without libmodbus' 0.5 s of sleep" % (quickest * 1e3), quickest < 0.25)
+claim("a client that never reads its answers is cut off, and the others are served", flood() and exchange(300, [0] * 6)[0] > 0)

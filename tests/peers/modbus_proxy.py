@@ -1,6 +1,6 @@
 """Between a Modbus TCP client and its server, and bad at it: modbus_proxy.py SERVER_PORT
 
-Prints its port. Reads what to do from standard input, a line each: good | loss % | delay MS | twice % | flip % | number (wrong transaction
+Prints its port, and the system's time in us when it does what it was told. Reads that from standard input, a line each: good | loss % | delay MS | twice % | flip % | number (wrong transaction
 ids) | exception | half | reset | hang. It does it to the server's answers (reset, hang: to the connection)."""
 import random, select, socket, struct, sys, threading, time
 
@@ -13,7 +13,9 @@ def listen_to_orders():
     global mode, value
     for line in sys.stdin:
         words = line.split()
+        begun_us = time.time_ns() // 1000
         mode, value = words[0], float(words[1]) if len(words) > 1 else 0.0
+        print(begun_us, flush=True)
 
 
 def frame(sock):
@@ -43,7 +45,7 @@ def answers(data):
     if mode == "twice" and chance:
         return [data, data]
     if mode == "flip" and chance:
-        at = dice.randrange(9, len(data))
+        at = dice.randrange(8, len(data))
         return [data[:at] + bytes([data[at] ^ 1 << dice.randrange(8)]) + data[at + 1:]]
     if mode == "number":
         return [struct.pack(">H", (struct.unpack(">H", data[:2])[0] + 1) & 0xFFFF) + data[2:]]

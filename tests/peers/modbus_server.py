@@ -3,14 +3,14 @@ import asyncio
 from pymodbus.datastore import ModbusSequentialDataBlock, ModbusServerContext, ModbusSlaveContext
 from pymodbus.server import ModbusTcpServer
 
-SAMPLE, LENGTH, P1, P2, END = 0x0020, 0x0022, 0x002E, 0x0034, 0x003A
+COMMAND, SAMPLE, LENGTH, END = 0x001F, 0x0020, 0x0022, 0x003A
 
 
 class Machine(ModbusSequentialDataBlock):
     """Counts a sample whenever the readings are read."""
 
     def getValues(self, address, count=1):
-        if address == SAMPLE:
+        if address == COMMAND:
             self.setValues(SAMPLE, [(super().getValues(SAMPLE, 1)[0] + 1) & 0xFFFF])
         return super().getValues(address, count)
 

@@ -5,4 +5,4 @@ if ldd "${BUILD:-build}/hexid" | grep -q 'lib[at]san'; then
     echo "ok - CAN # SKIP sanitizers do not start in a user-mode kernel; tests/test_can.c runs the same nodes and master in memory"
     exit
 fi
-exec tests/uml/can bash tests/uml/can_checks.sh
+LIMIT_S=600 exec tests/uml/can bash tests/uml/can_checks.sh

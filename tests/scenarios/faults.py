@@ -1,13 +1,14 @@
 """Judges one run with a fault by its log and its JSON, for every back-end alike. Prints a row of the README's table; exit status 1 when
 something is not as it must be. Needs the log's types: lcm-gen -p --ppath DIR lcmtypes/*.lcm, and PYTHONPATH=DIR.
 
-    faults.py NAME FROM_S EXPECTED WITHIN LOG JSON CLEAN_JSON
+    faults.py NAME FROM_S EXPECTED WITHIN LOG JSON CLEAN_JSON [STALLS]
     faults.py draw COUNT            a list of faults for faults.sh
 
 FROM_S: when the fault begins, on the loop's clock; @US: on the system's, where something outside the daemon made it. EXPECTED, one or several with / between them: what must see it first, within WITHIN
 cycles (0: however long it takes): a fault by its name; `flagged`, samples that the identification leaves out (where it is expected, a fault
 that follows has all the time it wants); `verdict`, which refuses at
 the end of the run; `nothing`: it does no harm.
+STALLS, of tests/uml/stalls.py: when the machine under the test stood still; a fault found right after that proves nothing.
 Always: valves centred with a fault and in every state that does not drive, commands within -1..1, no cycle missing in the log, and an
 identification that is refused or differs from the clean run's by no more than three standard deviations of the sensors' noise."""
 import json, math, random, sys
@@ -65,6 +66,15 @@ def detection(cycles, system_us, begin):
     return ("flagged", [], flagged[0], flagged) if flagged else ("nothing", [], 0, flagged)
 
 
+def check_stalls(stalls, during, system_us, found):
+    """Not where the machine stood still between the fault's begin and what was found."""
+    first, last = (system_us[c.seq] + c.age_ns / 1000 for c in (during[0], during[-1]))
+    for line in open(stalls):
+        words = line.split()
+        if len(words) == 2 and int(words[1]) >= 5:
+            demand(not first <= int(words[0]) <= last + 5000, "the machine stood still for", words[1], "ms before", found, "was found")
+
+
 def identification(result, clean):
     verdict = result["verdict"]
     if verdict["status"] != "pass":
@@ -75,7 +85,7 @@ def identification(result, clean):
     return True, f"unharmed ({100 * share:.0f} % of the bound)"
 
 
-def judge(name, from_s, expected, within, log, result, clean):
+def judge(name, from_s, expected, within, log, result, clean, stalls=None):
     cycles, system_us = cycles_of(log)
     check_outputs(cycles)
     found, legs, after, flagged = detection(cycles, system_us, from_s)
@@ -90,6 +100,8 @@ def judge(name, from_s, expected, within, log, result, clean):
     print(f"| {name} | {found}{first}{named} | {count} | {'centred' if cycles[-1].faults else 'driven on'} | {text} |")
     demand(expected == "any" or found in expected.split("/"), "found", found, "expected", expected)
     demand(not int(within) or after <= int(within), "after", after, "cycles, not", within)
+    if stalls and after and "nothing" not in expected:
+        check_stalls(stalls, since(cycles, system_us, from_s)[:after], system_us, found)
 
 
 # Kind, takes a leg, range of its value (drawn by its logarithm), either sign.

@@ -1,16 +1,34 @@
-"""hexid.gap/1: gap.py FILE no_gap|EFFECT[,EFFECT]: is it named, and does the gap close?"""
+"""hexid.gap/1.
+gap.py FILE no_gap|EFFECT[,EFFECT]              is it named, and does the gap close?
+gap.py repaired FILE IDENTIFICATION PERCENT     is the matrix without friction the nominal one?"""
 import json
 import sys
 
-result = json.load(open(sys.argv[1]))
-wanted = set(sys.argv[2].split(",")) - {"no_gap"}
-named = {e["name"] for e in result["effects"]}
-gap = result["gap"]
-after, floor = gap["held_out_after"]["overall"], gap["noise_floor"]["overall"]
-print(result["verdict"], sorted(named), f"held out {gap['held_out_before']['overall']:.4f} -> {after:.4f}, noise {floor:.4f}")
-assert result["schema"] == "hexid.gap/1"
-for key in "ambiguous_with rejected where unexplained_fraction next_experiment base model".split():
-    assert key in result, key
-assert result["verdict"] == ("effect_named" if wanted else "no_gap"), result["reason"]
-assert named == wanted
-assert after <= 1.2 * floor
+
+def load(path):
+    with open(path) as f: return json.load(f)
+
+
+def named(path, names):
+    result, wanted = load(path), set(names.split(",")) - {"no_gap"}
+    found, gap = {e["name"] for e in result["effects"]}, result["gap"]
+    after, floor = gap["held_out_after"]["overall"], gap["noise_floor"]["overall"]
+    print(result["verdict"], sorted(found), f"held out {gap['held_out_before']['overall']:.4f} -> {after:.4f}, noise {floor:.4f}")
+    assert result["schema"] == "hexid.gap/1"
+    for key in "ambiguous_with rejected where unexplained_fraction next_experiment base model".split():
+        assert key in result, key
+    assert result["verdict"] == ("effect_named" if wanted else "no_gap"), result["reason"]
+    assert found == wanted
+    assert after <= 1.2 * floor
+
+
+def repaired(path, identification, percent):
+    mt, nominal = load(path)["Mt"]["repaired"], load(identification)["nominal"]["Mt"]
+    error = {f"{i + 1}{j + 1}": 100 * (mt[i][j] / nominal[i][j] - 1)
+             for i, j in [(k, k) for k in range(6)] + [(0, 4), (1, 3), (3, 1), (4, 0)]}
+    print(" ".join(f"{k} {e:+.2f}" for k, e in error.items()), "%")
+    assert all(abs(e) <= float(percent) for e in error.values())
+
+
+if sys.argv[1] == "repaired": repaired(*sys.argv[2:])
+else: named(*sys.argv[1:])

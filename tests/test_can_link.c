@@ -1,0 +1,336 @@
+/* The whole back-end and the whole device, each on a socket pair in place of its CAN socket, with the test's hand on the bus between them:
+ * a bus that stands still, bus-off, a full transmit queue. vcan has none of these, and sanitizers do not start where it is. */
+#include "support.h"
+
+#include <linux/can/error.h>
+#include <poll.h>
+#include <pthread.h>
+#include <semaphore.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/socket.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "backends.h"
+#include "can_frames.h"
+#include "can_socket.h"
+#include "units.h"
+
+int __wrap_can_socket_open(struct can_socket *s, const char *interface, const struct can_accept *accept, int count, bool own, bool errors,
+                           struct error *error);
+
+/* Linked in place of can_socket_open (Makefile): the interface's name is the number of a socket. */
+int __wrap_can_socket_open(struct can_socket *s, const char *interface, const struct can_accept *accept, int count, bool own, bool errors,
+                           struct error *error) {
+    (void)accept, (void)count, (void)own, (void)errors, (void)error;
+    *s = (struct can_socket){.fd = dup(atoi(interface)), .confirms = false};
+    return s->fd >= 0 ? STATUS_OK : STATUS_IO;
+}
+
+enum { THEIRS, OURS, LATE_NODE = 3, LATE_MAX = 64 };
+
+struct late {
+    struct can_frame frame;
+    int64_t due_ns;
+};
+
+struct world {
+    struct params params;
+    struct hal *hal;
+    struct device *device;
+    int daemon[2], plant[2];
+    pthread_t bus_thread, device_thread;
+    pthread_mutex_t bus; /* held by the test: the bus stands still, */
+    bool still;          /* and that it does */
+    sem_t answered;      /* six TPDOs since the last SYNC */
+    unsigned syncs;      /* carried */
+    int64_t written_ns;
+    _Atomic bool stamping;  /* a TPDO's P1 is the number of the SYNC it answers, */
+    _Atomic int64_t late_ns;/* and LATE_NODE's are on their way for so long */
+    struct late late[LATE_MAX];
+    int late_count;
+    _Atomic bool bus_stop, device_stop;
+};
+
+static bool take(int fd, struct can_frame *f) { return recv(fd, f, sizeof *f, MSG_DONTWAIT) == (ssize_t)sizeof *f; }
+static void give(int fd, const struct can_frame *f) { assert_int_equal(send(fd, f, sizeof *f, 0), sizeof *f); }
+
+/* A line that takes its time and keeps the order. */
+static void put_off(struct world *w, const struct can_frame *f) {
+    if (w->late_count < LATE_MAX) w->late[w->late_count++] = (struct late){.frame = *f, .due_ns = device_now_ns() + atomic_load(&w->late_ns)};
+}
+
+static void hand_in(struct world *w) {
+    int due = 0;
+    while (due < w->late_count && w->late[due].due_ns <= device_now_ns()) give(w->daemon[OURS], &w->late[due++].frame);
+    w->late_count -= due;
+    memmove(w->late, w->late + due, (size_t)w->late_count * sizeof *w->late);
+}
+
+/* To the plant, and SYNC back to its sender first, as a controller does; everything of the plant's to the daemon. */
+static void carry(struct world *w, int *answers) {
+    struct can_frame f;
+    while (take(w->daemon[OURS], &f)) {
+        if (f.can_id == COB_SYNC) *answers = 0, w->syncs++, give(w->daemon[OURS], &f);
+        give(w->plant[OURS], &f);
+    }
+    while (take(w->plant[OURS], &f)) {
+        int node = can_frame_node(&f, COB_TPDO);
+        if (node && atomic_load(&w->stamping)) can_put(f.data + 4, 2, w->syncs % 1000);
+        if (node == LATE_NODE && atomic_load(&w->late_ns)) put_off(w, &f);
+        else give(w->daemon[OURS], &f);
+        if (node && ++*answers == CAN_NODES) sem_post(&w->answered);
+    }
+    hand_in(w);
+}
+
+static void *bus_run(void *argument) {
+    struct world *w = argument;
+    int answers = 0;
+    while (!atomic_load(&w->bus_stop)) {
+        struct pollfd p[] = {{.fd = w->daemon[OURS], .events = POLLIN}, {.fd = w->plant[OURS], .events = POLLIN}};
+        poll(p, 2, 1);
+        pthread_mutex_lock(&w->bus);
+        carry(w, &answers);
+        pthread_mutex_unlock(&w->bus);
+    }
+    return NULL;
+}
+
+static void *device_run(void *argument) {
+    struct world *w = argument;
+    char name[12];
+    struct error error;
+    snprintf(name, sizeof name, "%d", w->plant[THEIRS]);
+    device_can.serve(name, &w->params, w->device, &w->device_stop, &error);
+    return NULL;
+}
+
+static void halt_bus(struct world *w) {
+    pthread_mutex_lock(&w->bus);
+    w->still = true;
+}
+
+static void release_bus(struct world *w) {
+    if (w->still) pthread_mutex_unlock(&w->bus);
+    w->still = false;
+}
+
+/* No claim here is about how long anything takes: a busy machine under a sanitizer is slow, and so are its watchdogs here. */
+static int start(void **state) {
+    struct world *w = calloc(1, sizeof *w);
+    struct error error;
+    char name[12];
+    assert_non_null(w);
+    *state = w;
+    config_default(&w->params);
+    w->params.sensors.enabled = false;
+    w->params.sim.engine = ENGINE_CLOSED_FORM;
+    w->params.device.watchdog_s = w->params.can.heartbeat_s = 10.0;
+    assert_int_equal(socketpair(AF_UNIX, SOCK_SEQPACKET, 0, w->daemon), 0);
+    assert_int_equal(socketpair(AF_UNIX, SOCK_SEQPACKET, 0, w->plant), 0);
+    pthread_mutex_init(&w->bus, NULL);
+    sem_init(&w->answered, 0, 0);
+    w->device = device_create(&w->params, 1, &error);
+    assert_non_null(w->device);
+    assert_int_equal(pthread_create(&w->bus_thread, NULL, bus_run, w), 0);
+    assert_int_equal(pthread_create(&w->device_thread, NULL, device_run, w), 0);
+    snprintf(name, sizeof name, "%d", w->daemon[THEIRS]);
+    int status = STATUS_IO;
+    for (int tries = 0; status && tries < 5; tries++) status = hal_can.open(&w->hal, name, &w->params, 1, &error);
+    if (status) print_error("%s\n", error.text);
+    return status;
+}
+
+static int end(void **state) {
+    struct world *w = *state;
+    struct can_frame f;
+    release_bus(w);
+    if (w->hal) hal_can.close(w->hal);
+    atomic_store(&w->bus_stop, true);
+    while (pthread_tryjoin_np(w->bus_thread, NULL)) take(w->daemon[THEIRS], &f); /* it may be giving to a daemon that reads no more */
+    atomic_store(&w->device_stop, true);
+    pthread_join(w->device_thread, NULL);
+    device_destroy(w->device);
+    for (int i = 0; i < 2; i++) close(w->daemon[i]), close(w->plant[i]);
+    pthread_mutex_destroy(&w->bus);
+    sem_destroy(&w->answered);
+    free(w);
+    return 0;
+}
+
+static struct hal_sample read_now(struct world *w, int status) {
+    struct hal_sample s;
+    assert_int_equal(hal_can.read(w->hal, device_now_ns(), &s), status);
+    return s;
+}
+
+static int write_all(struct world *w, double valve) {
+    return hal_can.write(w->hal, &(struct hal_command){.valve = {valve, valve, valve, valve, valve, valve}, .enable = true});
+}
+
+/* False when no answer comes: a cycle that waits for a TPDO asks for none. */
+static bool answered(struct world *w) {
+    struct timespec until;
+    clock_gettime(CLOCK_REALTIME, &until);
+    until.tv_sec++;
+    return sem_timedwait(&w->answered, &until) == 0;
+}
+
+/* One cycle with a bus that carries, no shorter than the period: the device takes a SYNC that comes too soon for the same one again. The
+ * next one's readings are there when this returns. */
+static struct hal_sample cycle(struct world *w, double valve) {
+    while (device_now_ns() - w->written_ns < ns_from_seconds(w->params.loop.period_s)) sched_yield();
+    w->written_ns = device_now_ns();
+    struct hal_sample s = read_now(w, 0);
+    assert_int_equal(write_all(w, valve), 0);
+    answered(w);
+    return s;
+}
+
+static const char *trouble(struct world *w, char text[200]) {
+    hal_can.describe(w->hal, text, 200);
+    return text;
+}
+
+static int frames_in_queue(struct world *w, struct can_frame *frames, int size) {
+    int count = 0;
+    while (count < size && take(w->daemon[OURS], &frames[count])) count++;
+    return count;
+}
+
+/* The centre, until the bus answers; then all is well again. */
+static void recovers(struct world *w) {
+    do {
+        read_now(w, 0);
+        hal_can.safe(w->hal);
+    } while (!answered(w));
+    for (int i = 0; cycle(w, 0.0).flags & (SAMPLE_INVALID | SAMPLE_STALE); i++) assert_true(i < 100);
+}
+
+/* Claims. */
+
+static void commands_through_the_whole_back_end_move_the_legs_behind_the_whole_device(void **state) {
+    struct world *w = *state;
+    cycle(w, 0.0);
+    struct hal_sample before = cycle(w, 0.0), s = before;
+    for (int i = 0; i < 50; i++) {
+        uint64_t seq = s.device_seq;
+        s = cycle(w, 0.5);
+        assert_int_equal(s.device_seq, seq + 1);
+        assert_int_equal(s.flags & (SAMPLE_INVALID | SAMPLE_STALE | SAMPLE_DROPPED), 0);
+    }
+    for (int i = 0; i < LEGS; i++) assert_below(before.length_m[i] + 0.001, s.length_m[i]);
+}
+
+/* Cycles of the loop, on time or not: no answer is waited for. The samples that nothing is said against; all their legs are of one SYNC. */
+static int unflagged(struct world *w, int cycles) {
+    int count = 0;
+    for (int i = 0; i < cycles; i++) {
+        while (device_now_ns() - w->written_ns < ns_from_seconds(w->params.loop.period_s)) sched_yield();
+        w->written_ns = device_now_ns();
+        struct hal_sample s = read_now(w, 0);
+        write_all(w, 0.1);
+        if (s.flags) continue;
+        count++;
+        for (int leg = 0; leg < LEGS; leg++) assert_true(s.p1_pa[leg] == s.p1_pa[0]);
+    }
+    return count;
+}
+
+static void a_leg_whose_readings_come_a_cycle_late_is_not_mixed_with_the_others(void **state) {
+    struct world *w = *state;
+    for (int i = 0; i < 5; i++) cycle(w, 0.1);
+    atomic_store(&w->stamping, true);
+    cycle(w, 0.1); /* its sample is from before the stamps */
+    for (int tries = 0; unflagged(w, 50) == 0; tries++) assert_true(tries < 100);
+    atomic_store(&w->late_ns, ns_from_seconds(w->params.loop.period_s));
+    unflagged(w, 500);
+    atomic_store(&w->late_ns, 0);
+    for (int tries = 0; unflagged(w, 50) == 0; tries++) assert_true(tries < 100);
+}
+
+/* As the loop does it: what cannot be written is followed by the centre, and from then on by the centre only. */
+static void a_bus_that_stands_still_is_given_three_cycles_and_then_the_centre_only(void **state) {
+    struct world *w = *state;
+    struct can_frame queued[64];
+    char text[200];
+    int written = 0, syncs = 0;
+    for (int i = 0; i < 5; i++) cycle(w, 0.1);
+    halt_bus(w);
+    int64_t start_ns = device_now_ns();
+    for (read_now(w, 0); !write_all(w, 0.7); read_now(w, 0)) written++;
+    int excused = (int)((device_now_ns() - start_ns) / ns_from_seconds(0.1)); /* one for each 0.1 s that this machine itself stood still */
+    assert_in_range(written, 3, 3 + excused);
+    assert_string_equal(trouble(w, text), "the bus does not carry what is sent");
+    start_ns = device_now_ns();
+    while (device_now_ns() - start_ns < ns_from_seconds(0.25)) { /* two more attempts */
+        hal_can.safe(w->hal);
+        read_now(w, 0);
+    }
+    int count = frames_in_queue(w, queued, 64);
+    assert_true(count < 64);
+    for (int i = 0; i < count; i++) {
+        bool rpdo = (queued[i].can_id & COB_FUNCTION) == COB_RPDO;
+        syncs += queued[i].can_id == COB_SYNC;
+        for (int k = 0; rpdo && k < CAN_GROUP_NODES; k++) assert_true((can_get(queued[i].data + 2 * k, 2) == 0) == (syncs >= written));
+    }
+    assert_true(syncs > written);
+    release_bus(w);
+    recovers(w);
+}
+
+static void a_full_transmit_queue_fails_the_write_and_is_got_over(void **state) {
+    struct world *w = *state;
+    int least = 1; /* the kernel makes 4.6 kB of it: some six frames */
+    for (int i = 0; i < 5; i++) cycle(w, 0.0);
+    assert_int_equal(setsockopt(w->daemon[THEIRS], SOL_SOCKET, SO_SNDBUF, &least, sizeof least), 0);
+    halt_bus(w);
+    int written = 0;
+    for (; written < 3; written++) {
+        read_now(w, 0);
+        if (write_all(w, 0.0)) break;
+    }
+    assert_true(written < 3); /* by the queue, before the count of three */
+    release_bus(w);
+    recovers(w);
+}
+
+static void bus_off_invalidates_samples_and_refuses_commands_until_the_bus_carries_again(void **state) {
+    struct world *w = *state;
+    const struct can_frame off = {.can_id = CAN_ERR_FLAG | CAN_ERR_BUSOFF, .len = 8};
+    char text[200];
+    for (int i = 0; i < 5; i++) cycle(w, 0.0);
+    halt_bus(w);
+    give(w->daemon[OURS], &off);
+    assert_true(read_now(w, 0).flags & SAMPLE_INVALID);
+    assert_int_equal(write_all(w, 0.5), -1);
+    assert_string_equal(trouble(w, text), "bus-off");
+    release_bus(w);
+    recovers(w);
+}
+
+static void error_passive_is_told_and_commands_go_on(void **state) {
+    struct world *w = *state;
+    const struct can_frame passive = {.can_id = CAN_ERR_FLAG | CAN_ERR_CRTL, .len = 8, .data = {0, CAN_ERR_CRTL_TX_PASSIVE}};
+    char text[200];
+    for (int i = 0; i < 5; i++) cycle(w, 0.0);
+    give(w->daemon[OURS], &passive);
+    struct hal_sample s = cycle(w, 0.0);
+    assert_int_equal(s.flags & (SAMPLE_INVALID | SAMPLE_STALE), 0);
+    assert_string_equal(trouble(w, text), "bus error-passive");
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(commands_through_the_whole_back_end_move_the_legs_behind_the_whole_device, start, end),
+        cmocka_unit_test_setup_teardown(a_leg_whose_readings_come_a_cycle_late_is_not_mixed_with_the_others, start, end),
+        cmocka_unit_test_setup_teardown(a_bus_that_stands_still_is_given_three_cycles_and_then_the_centre_only, start, end),
+        cmocka_unit_test_setup_teardown(a_full_transmit_queue_fails_the_write_and_is_got_over, start, end),
+        cmocka_unit_test_setup_teardown(bus_off_invalidates_samples_and_refuses_commands_until_the_bus_carries_again, start, end),
+        cmocka_unit_test_setup_teardown(error_passive_is_told_and_commands_go_on, start, end),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,369 @@
+/* The Modbus back-end in one process with a device whose silence the test commands, and the line under it. No clock decides a claim: where time
+ * must pass, it is the one that the claim is about. */
+#include "support.h"
+
+#include <arpa/inet.h>
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <pthread.h>
+#include <sched.h>
+#include <semaphore.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <termios.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "hal.h"
+#include "modbus_link.h"
+#include "modbus_map.h"
+
+enum { MBAP = 7, FUNCTION_READ = 3, FUNCTION_WRITE = 16, FUNCTION_EXCHANGE = 23, FRAME = 260, VALUES = MBAP + 10 };
+
+/* A device of `connections`, one after the other. Answers at once until `held`: then it asks (`asked`) and waits (`go`) at every function 23. */
+struct fake {
+    pthread_t thread;
+    int listener, port, connections;
+    _Atomic bool held, hang_up; /* hang_up: instead of the next answer */
+    sem_t asked, go;
+    _Atomic int valve, first;   /* of leg 1 in the last function 23, and in the first of this connection */
+    _Atomic int greeted;        /* watchdogs set */
+    uint16_t sample;
+    int behind;                 /* its answers are to a command so many before */
+    long byte_ns;               /* between the bytes of an answer to function 23; 0: at once */
+};
+
+static void put(uint8_t *to, int value) { to[0] = (uint8_t)(value >> 8), to[1] = (uint8_t)value; }
+static int get(const uint8_t *from) { return from[0] << 8 | from[1]; }
+
+static bool receive_all(int fd, uint8_t *to, size_t size) {
+    for (ssize_t n; size > 0; to += n, size -= (size_t)n)
+        if ((n = recv(fd, to, size, 0)) <= 0) return false;
+    return true;
+}
+
+/* The values of an answer from out on. */
+static void fill(struct fake *f, const uint8_t *request, uint8_t *out) {
+    if (request[MBAP] == FUNCTION_READ) {
+        put(out, MODBUS_IS_HEXID);
+        put(out + 2, MODBUS_MAP_VERSION);
+    } else {
+        put(out, get(request + VALUES + 2 * (MODBUS_COMMAND - MODBUS_WRITE_FROM)) - f->behind);
+        put(out + 2, ++f->sample);
+    }
+}
+
+static void answer(struct fake *f, int fd, const uint8_t *request) {
+    uint8_t out[FRAME] = {0};
+    size_t size = MBAP + 5; /* function 16: address and count come back */
+    memcpy(out, request, MBAP + 5);
+    if (request[MBAP] != FUNCTION_WRITE) {
+        size_t values = request[MBAP + 4];
+        size = MBAP + 2 + 2 * values;
+        memset(out + MBAP + 1, 0, size - MBAP - 1);
+        out[MBAP + 1] = (uint8_t)(2 * values);
+        fill(f, request, out + MBAP + 2);
+    } else
+        f->greeted++;
+    put(out + 4, (int)size - 6);
+    size_t piece = f->byte_ns && request[MBAP] == FUNCTION_EXCHANGE ? 1 : size;
+    for (size_t i = 0; i < size; i += piece) {
+        const struct timespec pause = {.tv_nsec = f->byte_ns};
+        if (piece == 1) nanosleep(&pause, NULL);
+        if (send(fd, out + i, piece, MSG_NOSIGNAL) != (ssize_t)piece) return;
+    }
+}
+
+static void serve(struct fake *f, int fd) {
+    uint8_t request[FRAME];
+    bool first = true;
+    while (receive_all(fd, request, 6) && receive_all(fd, request + 6, request[5])) {
+        if (request[MBAP] == FUNCTION_EXCHANGE) {
+            f->valve = (int16_t)get(request + VALUES);
+            if (first) f->first = (int)f->valve;
+            first = false;
+            if (f->held) sem_post(&f->asked), sem_wait(&f->go);
+            if (atomic_exchange(&f->hang_up, false)) return;
+        }
+        answer(f, fd, request);
+    }
+}
+
+static void *fake_thread(void *argument) {
+    struct fake *f = argument;
+    for (int i = 0; i < f->connections; i++) {
+        int fd = accept(f->listener, NULL, NULL);
+        serve(f, fd);
+        close(fd);
+    }
+    return NULL;
+}
+
+static void fake_start(struct fake *f, int connections) {
+    struct sockaddr_in a = {.sin_family = AF_INET, .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
+    socklen_t size = sizeof a;
+    f->connections = connections;
+    sem_init(&f->asked, 0, 0);
+    sem_init(&f->go, 0, 0);
+    f->listener = socket(AF_INET, SOCK_STREAM, 0);
+    assert_false(bind(f->listener, (struct sockaddr *)&a, size) || listen(f->listener, 1) || getsockname(f->listener, (struct sockaddr *)&a, &size));
+    f->port = ntohs(a.sin_port);
+    assert_int_equal(pthread_create(&f->thread, NULL, fake_thread, f), 0);
+}
+
+static void fake_stop(struct fake *f) {
+    pthread_join(f->thread, NULL);
+    close(f->listener);
+    sem_destroy(&f->asked);
+    sem_destroy(&f->go);
+}
+
+static int open_hal(struct hal **hal, const struct fake *f, struct params *p, struct error *error) {
+    char url[64];
+    config_default(p);
+    p->limits.sensor_age_s = 1.0; /* the longest that the configuration allows: no command of these tests is too old */
+    p->device.watchdog_s = 10.0;
+    snprintf(url, sizeof url, "modbus:tcp://127.0.0.1:%d", f->port);
+    return hal_open(hal, url, p, 1, error);
+}
+
+static const struct hal_command moving = {.valve = {1, 1, 1, 1, 1, 1}};
+
+/* While the device is silent the loop commands full opening for longer than any queue, then the centre. What the device is told next is
+ * the centre: a command that the loop has replaced is never sent. */
+static void a_command_that_safe_has_replaced_is_never_sent(void **unused) {
+    (void)unused;
+    struct fake f = {0};
+    struct params p;
+    struct hal *hal;
+    struct error error = {0};
+    fake_start(&f, 1);
+    assert_int_equal(open_hal(&hal, &f, &p, &error), 0);
+    f.held = true;
+    hal->ops->write(hal, &moving);
+    sem_wait(&f.asked);
+    assert_int_equal(f.valve, 32767);
+    for (int i = 0; i < 20; i++) hal->ops->write(hal, &moving);
+    hal->ops->safe(hal);
+    sem_post(&f.go);
+    sem_wait(&f.asked);
+    int told = f.valve;
+    f.held = false;
+    sem_post(&f.go);
+    hal->ops->close(hal);
+    fake_stop(&f);
+    assert_int_equal(told, 0);
+}
+
+/* A command waits while the connection breaks, and the loop says no more. The first that the device is told over the new one is the end's centre. */
+static void a_command_from_before_a_new_connection_is_never_sent(void **unused) {
+    (void)unused;
+    struct fake f = {0};
+    struct params p;
+    struct hal *hal;
+    struct error error = {0};
+    struct hal_sample s;
+    fake_start(&f, 2);
+    assert_int_equal(open_hal(&hal, &f, &p, &error), 0);
+    f.held = true;
+    hal->ops->write(hal, &moving);
+    sem_wait(&f.asked);
+    hal->ops->write(hal, &moving);
+    f.held = false;
+    f.hang_up = true;
+    sem_post(&f.go);
+    while (f.greeted < 2) sched_yield();
+    while (hal->ops->read(hal, 1, &s)) sched_yield();
+    hal->ops->close(hal);
+    fake_stop(&f);
+    assert_int_equal(f.first, 0);
+}
+
+/* The answer is whole and of the right transaction, but not to this command. */
+static void an_answer_to_another_command_is_refused(void **unused) {
+    (void)unused;
+    struct fake f = {.behind = 1};
+    struct params p;
+    struct hal *hal;
+    struct error error = {0};
+    fake_start(&f, 1);
+    int status = open_hal(&hal, &f, &p, &error);
+    if (!status) hal->ops->close(hal);
+    fake_stop(&f);
+    assert_int_equal(status, STATUS_IO);
+    assert_non_null(strstr(error.text, "an answer to another request"));
+}
+
+/* Ends: what is waited for at the end has a time-out too. */
+static void close_ends_though_the_device_is_silent(void **unused) {
+    (void)unused;
+    struct fake f = {0};
+    struct params p;
+    struct hal *hal;
+    struct error error = {0};
+    fake_start(&f, 1);
+    assert_int_equal(open_hal(&hal, &f, &p, &error), 0);
+    f.held = true;
+    hal->ops->write(hal, &moving);
+    sem_wait(&f.asked);
+    hal->ops->close(hal);
+    f.held = false;
+    sem_post(&f.go);
+    fake_stop(&f);
+}
+
+/* Highest priority of SCHED_FIFO among the threads of this process but the caller, 0: none. */
+static int highest_priority(void) {
+    DIR *tasks = opendir("/proc/self/task");
+    int highest = 0;
+    for (struct dirent *e; (e = readdir(tasks));) {
+        pid_t id = atoi(e->d_name);
+        struct sched_param p;
+        if (id <= 0 || id == gettid() || sched_getscheduler(id) != SCHED_FIFO || sched_getparam(id, &p)) continue;
+        if (p.sched_priority > highest) highest = p.sched_priority;
+    }
+    closedir(tasks);
+    return highest;
+}
+
+/* The test's thread is the loop. Once the device is asked, the back-end's thread has begun its work. */
+static int priority_below(int own) {
+    struct fake f = {0};
+    struct params p;
+    struct hal *hal;
+    struct error error = {0};
+    struct hal_sample s;
+    fake_start(&f, 1);
+    assert_int_equal(open_hal(&hal, &f, &p, &error), 0);
+    f.held = true;
+    if (own && pthread_setschedparam(pthread_self(), SCHED_FIFO, &(struct sched_param){.sched_priority = own})) own = -1;
+    hal->ops->read(hal, 1, &s);
+    hal->ops->safe(hal);
+    sem_wait(&f.asked);
+    int found = own < 0 ? own : highest_priority();
+    pthread_setschedparam(pthread_self(), SCHED_OTHER, &(struct sched_param){0});
+    f.held = false;
+    sem_post(&f.go);
+    hal->ops->close(hal);
+    fake_stop(&f);
+    return found;
+}
+
+static void the_thread_is_real_time_only_when_the_loop_is(void **unused) {
+    (void)unused;
+    assert_int_equal(priority_below(0), 0);
+    int found = priority_below(10);
+    if (found < 0) skip(); /* this user has no SCHED_FIFO */
+    assert_int_equal(found, 9);
+}
+
+/* 68 bytes 10 ms apart take 0.7 s, each well within 0.1 s of the one before: a time-out that began anew with every byte would take the answer. */
+static void an_answer_that_trickles_is_given_up(void **unused) {
+    (void)unused;
+    struct fake f = {.byte_ns = 10000000};
+    struct modbus_address_parts a = {.name = "127.0.0.1"};
+    struct modbus_link *link;
+    struct error error;
+    uint16_t written[MODBUS_WRITTEN] = {1}, read[MODBUS_READ];
+    fake_start(&f, 1);
+    snprintf(a.port, sizeof a.port, "%d", f.port);
+    assert_int_equal(modbus_link_open(&link, &a, 1, 0.1, &error), 0);
+    int status = modbus_link_exchange(link, MODBUS_WRITE_FROM, MODBUS_WRITTEN, written, MODBUS_READ_FROM, MODBUS_READ, read), reason = errno;
+    modbus_link_close(link);
+    fake_stop(&f);
+    assert_int_equal(status, -1);
+    assert_int_equal(reason, ETIMEDOUT);
+}
+
+static uint16_t crc(const uint8_t *data, size_t size) {
+    uint16_t c = 0xffff;
+    for (size_t i = 0; i < size; i++) {
+        c ^= data[i];
+        for (int k = 0; k < 8; k++) c = (uint16_t)(c & 1 ? c >> 1 ^ 0xa001 : c >> 1);
+    }
+    return c;
+}
+
+/* A serial line: the test holds the device's end. */
+struct serial {
+    int device;
+    struct modbus_link *link;
+};
+
+static void serial_open(struct serial *s, int baud) {
+    struct modbus_address_parts a = {.serial = true, .baud = baud};
+    struct termios raw;
+    struct error error = {0};
+    s->device = posix_openpt(O_RDWR | O_NOCTTY);
+    assert_true(s->device >= 0 && !grantpt(s->device) && !unlockpt(s->device) && !tcgetattr(s->device, &raw));
+    cfmakeraw(&raw);
+    tcsetattr(s->device, TCSANOW, &raw);
+    snprintf(a.name, sizeof a.name, "%s", ptsname(s->device));
+    assert_int_equal(modbus_link_open(&s->link, &a, 1, 0.05, &error), 0);
+}
+
+static void serial_close(struct serial *s) {
+    modbus_link_close(s->link);
+    close(s->device);
+}
+
+static void serial_answer(const struct serial *s, uint16_t sample) {
+    uint8_t out[5 + 2 * MODBUS_READ] = {1, FUNCTION_EXCHANGE, 2 * MODBUS_READ, (uint8_t)(sample >> 8), (uint8_t)sample};
+    uint16_t c = crc(out, sizeof out - 2);
+    out[sizeof out - 2] = (uint8_t)c, out[sizeof out - 1] = (uint8_t)(c >> 8);
+    assert_int_equal(write(s->device, out, sizeof out), sizeof out);
+}
+
+static int serial_exchange(const struct serial *s, uint16_t read[MODBUS_READ]) {
+    static const uint16_t written[MODBUS_WRITTEN] = {1};
+    return modbus_link_exchange(s->link, MODBUS_WRITE_FROM, MODBUS_WRITTEN, written, MODBUS_READ_FROM, MODBUS_READ, read);
+}
+
+static void a_late_answer_on_a_serial_line_is_not_taken_for_the_next_one(void **unused) {
+    (void)unused;
+    struct serial s;
+    uint16_t read[MODBUS_READ] = {0};
+    serial_open(&s, 115200);
+    int first = serial_exchange(&s, read);
+    serial_answer(&s, 77); /* to the first request, when nobody waits for it any more */
+    int second = serial_exchange(&s, read);
+    serial_close(&s);
+    assert_int_equal(first, -1);
+    assert_int_equal(second, -1);
+    assert_int_not_equal(read[0], 77);
+}
+
+/* libmodbus runs a line at 9600 baud, without a word, when it does not know the rate. */
+static void the_line_runs_at_the_rate_of_its_address(void **unused) {
+    (void)unused;
+    static const speed_t codes[] = {B1200, B2400, B4800, B9600, B19200, B38400, B57600, B115200, B230400, B460800, B500000, B576000, B921600, B1000000,
+                                    B1152000, B1500000, B2500000, B3000000, B3500000, B4000000};
+    for (size_t i = 0; i < sizeof codes / sizeof *codes; i++) {
+        struct serial s;
+        struct termios set;
+        assert_int_not_equal(modbus_bauds[i], 0);
+        serial_open(&s, modbus_bauds[i]);
+        assert_int_equal(tcgetattr(s.device, &set), 0);
+        serial_close(&s);
+        assert_int_equal(cfgetospeed(&set), codes[i]);
+    }
+    assert_int_equal(modbus_bauds[sizeof codes / sizeof *codes], 0);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_command_that_safe_has_replaced_is_never_sent),
+        cmocka_unit_test(a_command_from_before_a_new_connection_is_never_sent),
+        cmocka_unit_test(an_answer_to_another_command_is_refused),
+        cmocka_unit_test(close_ends_though_the_device_is_silent),
+        cmocka_unit_test(the_thread_is_real_time_only_when_the_loop_is),
+        cmocka_unit_test(an_answer_that_trickles_is_given_up),
+        cmocka_unit_test(a_late_answer_on_a_serial_line_is_not_taken_for_the_next_one),
+        cmocka_unit_test(the_line_runs_at_the_rate_of_its_address),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
