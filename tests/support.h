@@ -41,4 +41,11 @@ static inline double distance(const double *a, const double *b, int count) {
     return largest;
 }
 
+/* Sanitizers take ten times the time: minutes of search are made once there, not for every claim about it. */
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+enum { SANITIZED = 1 };
+#else
+enum { SANITIZED = 0 };
+#endif
+
 #endif

@@ -18,6 +18,7 @@
 static const double GAIN_MIN = 18.0;       /* of white squares, on fitted and on held-out cycles alike: z = 6 on both together */
 static const double LATER_SHARE = 2e-5;    /* of the first gain: a later effect below that only mends the earlier one's shape */
 static const double ALIKE_SHARE = 3e-3;    /* the same, of friction beside friction: what no law of friction gets right at reversals */
+static const double UNCLEAR_SHARE = 0.05;  /* the same, of an effect that others come close to */
 static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes less is not what is there */
 static const double RIVAL_SHARE = 0.001;   /* of the gain: plausible model error, */
 static const double RIVAL_LEFT = 1.0;      /* as is what the best one leaves above the noise, */
@@ -60,15 +61,16 @@ static bool comes_close(const struct diagnosis *d, const struct trial *best, con
     return t->ok && t->polished && (t->gain >= best->gain - margin || t->held_gain >= best->held_gain - margin); /* the charge apart */
 }
 
-static void list_rivals(const struct diagnosis *d, const struct trial *trial, int trials, struct gap_result *r) {
-    r->ambiguous = 0; /* an earlier effect was judged with the later one still hidden */
+static int list_rivals(const struct diagnosis *d, const struct trial *trial, int trials, int rival[GAP_RIVALS]) {
+    int rivals = 0;
     for (int i = 1; i < trials; i++) {
         if (!comes_close(d, &trial[0], &trial[i])) continue;
         int effect = trial[i].hypothesis->effect;
         bool seen = effect == trial[0].hypothesis->effect || hypothesis_contains(effect, trial[0].hypothesis->effect);
-        for (int j = 0; j < r->ambiguous; j++) seen = seen || r->ambiguous_with[j] == effect;
-        if (!seen && r->ambiguous < GAP_RIVALS) r->ambiguous_with[r->ambiguous++] = effect;
+        for (int j = 0; j < rivals; j++) seen = seen || rival[j] == effect;
+        if (!seen && rivals < GAP_RIVALS) rival[rivals++] = effect;
     }
+    return rivals;
 }
 
 static void put_first(struct trial *trial, int place) {
@@ -193,7 +195,10 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
         prefer_simple(d, trial, trials);
         if (!worth_adding(d, &trial[0], first_gain)) break;
         if (round == 0) first_gain = trial[0].held_gain;
-        list_rivals(d, trial, trials, r);
+        int rival[GAP_RIVALS] = {0}, rivals = list_rivals(d, trial, trials, rival);
+        if (round && rivals && trial[0].held_gain < UNCLEAR_SHARE * first_gain) break; /* a trace that may be this or that is not named */
+        memcpy(r->ambiguous_with, rival, sizeof rival);
+        r->ambiguous = rivals; /* an earlier effect was judged with the later one still hidden */
         double before = d->held_square, z = likelihood(d, &trial[0]);
         struct gap_effect *e = &r->effect[r->effects];
         *e = (struct gap_effect){.effect = trial[0].hypothesis->effect, .shape = trial[0].hypothesis->shape};

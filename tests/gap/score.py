@@ -17,8 +17,10 @@ FIELDS = ["truth", "size", "seed", "series", "shape", "verdict", "named", "ambig
           "floor", "ratio", "seconds", "remark"]
 SIZES = {"typical": 1.0, "strong": 3.0}   # of the catalogue's typical; "detectable": where the likelihood ratio is z = 8
 
-# Alike on the six tests by their physics: an ambiguous verdict with just the set is right (gap.md's list, and what signatures show).
-ALIKE = [{"payload_rotational_inertia", "external_stiffness"}, {"payload_mass", "external_stiffness"}, {"command_delay", "valve_lag"}]
+# Alike on the six tests by their physics: an ambiguous verdict with just the set is right (tests/bench/signatures shows which).
+ALIKE = [{"payload_rotational_inertia", "external_stiffness"}, {"payload_mass", "external_stiffness"}, {"command_delay", "valve_lag"},
+         {"actuator_inertia", "external_stiffness"}, {"position_sensor_scale", "position_sensor_offset"},
+         {"geometry_error", "payload_center_of_mass"}]
 
 
 def effects():
