@@ -9,6 +9,7 @@
 #include "base.h"
 
 static const double MODEL_ERROR = 1e-3;  /* of a channel's variation: integrators and what the harmonics leave out */
+static const double IDLE = 1e-6;         /* relative change of the squares */
 static const double CHARGE = 8.0;        /* of white squares, a parameter: ln of the number of values, about */
 enum { POLISH_ITERATIONS = 5, FINALISTS = 5 };
 enum { TRIAL_ITERATIONS = 6, BASE_ITERATIONS = 6, THREADS_MAX = 16, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
@@ -69,11 +70,13 @@ static bool best_start(const struct diagnosis *d, const struct hypothesis *h, co
         best->effects[h->effect] = from->model.effects[h->effect];
         return true;
     }
+    double without = fit_start(&d->fit, base, parts, raw, linear);
     for (int place = 0; place < HYPOTHESIS_STARTS; place++) {
         struct params model = *base;
         if (!hypothesis_start(h, place, &model)) continue;
         double square = fit_start(&d->fit, &model, parts, raw, linear);
-        if (!(square < least)) continue;
+        bool idle = fabs(square - without) < IDLE * without; /* a limit that is not reached: no way leads out of there */
+        if (idle || !(square < least)) continue;
         least = square;
         *best = model;
     }

@@ -17,7 +17,7 @@
 /* Set by machines with nothing hidden: of some forty effects tried the luckiest gains 5 to 10 on held-out cycles (make bench-gap). */
 static const double GAIN_MIN = 18.0;       /* of white squares, on fitted and on held-out cycles alike: z = 6 on both together */
 static const double LATER_SHARE = 2e-5;    /* of the first gain: a later effect below that only mends the earlier one's shape */
-static const double ALIKE_SHARE = 3e-3;    /* the same, of friction beside friction: what no law of friction gets right at reversals */
+static const double FRICTION_SHARE = 3e-3; /* the same, beside a friction: what no law of friction gets right at reversals */
 static const double UNCLEAR_SHARE = 0.05;  /* the same, of an effect that others come close to */
 static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes less is not what is there */
 static const double RIVAL_SHARE = 0.001;   /* of the gain: plausible model error, */
@@ -96,15 +96,15 @@ static void prefer_inside(struct trial *trial, int trials) {
     put_first(trial, best);
 }
 
-/* Another law of the same kind as one that is there already: friction beside friction. */
-static bool same_kind(const struct diagnosis *d, int effect) {
-    bool same = false;
-    for (int i = 0; i < d->added; i++) same = same || (effect_table[effect]->leg_friction && effect_table[d->addition[i].effect]->leg_friction);
-    return same;
+/* Friction is there already: no law of it is exact at reversals, and what it leaves there looks like much. */
+static bool beside_friction(const struct diagnosis *d) {
+    bool friction = false;
+    for (int i = 0; i < d->added; i++) friction = friction || effect_table[d->addition[i].effect]->leg_friction;
+    return friction;
 }
 
 static bool worth_adding(const struct diagnosis *d, const struct trial *t, double first_gain) {
-    double left = excess(d->held_square, d->held_out.evaluated), share = same_kind(d, t->hypothesis->effect) ? ALIKE_SHARE : LATER_SHARE;
+    double left = excess(d->held_square, d->held_out.evaluated), share = beside_friction(d) ? FRICTION_SHARE : LATER_SHARE;
     return t->ok && !t->bound && t->gain > GAIN_MIN && t->held_gain > GAIN_MIN && t->held_gain > share * first_gain &&
            t->held_gain > REMAINDER_SHARE * left;
 }

@@ -7,7 +7,8 @@
 #include "vec.h"
 
 static const double POSE_TOLERANCE_M = 1e-12;
-static const double SLOW_MPS = 2e-3; /* a leg that sticks is seen to move so fast: noise, quantisation */
+static const double SLOW_MPS = 2e-3; /* a leg that sticks gives so much, as its chambers do */
+static const double SURE = 3.0;      /* standard deviations of a leg's speed */
 enum { POSE_ITERATIONS = 12 };
 
 void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *params, double window_s, double resolution_s) {
@@ -83,9 +84,9 @@ double inverse_dynamics_direction(double value, double rate, double window_s) {
     return value / swing;
 }
 
-/* Below this speed a leg may be held: as near to a reversal as the harmonics resolve time. */
-static double slow_mps(const struct inverse_dynamics *d, double acceleration) {
-    return fmax(fabs(acceleration) * d->resolution_s, SLOW_MPS);
+/* Below this speed a leg may be held: as near to a reversal as the harmonics resolve time, and noise resolves speed. */
+static double slow_mps(const struct inverse_dynamics *d, int leg, double acceleration) {
+    return fmax(fmax(fabs(acceleration) * d->resolution_s, SURE * d->speed_std_mps[leg]), SLOW_MPS);
 }
 
 /* balance_n: hydraulic force left for friction. Dry friction has its full size only where the leg surely slides, from twice the slow speed
@@ -97,7 +98,7 @@ static double leg_friction(const struct inverse_dynamics *d, int leg, const stru
     struct friction extend = cylinder_friction(&d->cylinder, leg, &s, 1, speed), retract = cylinder_friction(&d->cylinder, leg, &s, -1, speed);
     double viscous = motion[1] > 0.0 ? extend.viscous : -retract.viscous;
     double sliding = 0.5 * (1.0 + sign) * extend.dry - 0.5 * (1.0 - sign) * retract.dry;
-    double held = fmin(fmax(balance_n - viscous, -retract.dry), extend.dry), share = fmin(fmax(speed / slow_mps(d, motion[2]) - 1.0, 0.0), 1.0);
+    double held = fmin(fmax(balance_n - viscous, -retract.dry), extend.dry), share = fmin(fmax(speed / slow_mps(d, leg, motion[2]) - 1.0, 0.0), 1.0);
     return viscous + share * sliding + (1.0 - share) * held;
 }
 

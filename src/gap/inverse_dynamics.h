@@ -14,6 +14,7 @@ struct inverse_dynamics {
     struct cylinder_model cylinder;
     struct rigid_state state;   /* the search for the next pose starts here */
     double window_s;            /* dry friction is averaged over so much about each instant: a reversal falls between two of them */
+    double speed_std_mps[LEGS]; /* of the measured motion; 0 after init */
     double resolution_s;        /* of the motion: half the time from a crest to a trough of its highest harmonic */
     bool joints;
 };

@@ -303,9 +303,10 @@ static bool required(const struct residual_test *t, const struct params *model, 
     struct inverse_dynamics inverse;
     struct inverse_dynamics_input table[PHASES];
     double force[LEGS];
-    double period_s = 2.0 * PI / t->spectrum.omega;
+    double period_s = 2.0 * PI / t->spectrum.omega, step_m = model->sensors.enabled ? model->sensors.position_resolution_m : 0.0;
     bool axis = model->mechanism == MECHANISM_AXIS; /* its strokes are long: to leave the reversals out would cost more than they hide */
     inverse_dynamics_init(&inverse, model, period_s / PHASES, axis ? 0.0 : period_s / (4 * t->harmonics));
+    for (int k = 0; k < LEGS && !axis; k++) inverse.speed_std_mps[k] = spectrum_speed_std(&t->spectrum, k, t->harmonics, step_m, t->fitted);
     tabulate_cycle(t, &inverse.cylinder, rows, table);
     memset(force_n, 0, LEGS * sizeof force_n[0]);
     for (int i = 0; i < PHASES; i++) {

@@ -43,6 +43,16 @@ double spectrum_quantisation(double amplitude, double step, double noise, double
     return sqrt(bessel * bessel + in_step * 2.0 * alike / samples);
 }
 
+double spectrum_speed_std(const struct spectrum *s, int leg, int harmonics, double step_m, double samples) {
+    const double *row = s->mean[CHANNEL_LENGTH][leg], *std = s->std[CHANNEL_LENGTH][leg];
+    double rounding = spectrum_quantisation(hypot(row[1], row[2]), step_m, s->noise[CHANNEL_LENGTH][leg], samples), sum = 0.0;
+    for (int a = 1; a < 1 + 2 * harmonics; a++) {
+        double w = (a + 1) / 2 * s->omega;
+        sum += 0.5 * w * w * (std[a] * std[a] + rounding * rounding);
+    }
+    return sqrt(sum);
+}
+
 static const double *channel_of(const struct recording_sample *s, int channel) {
     const double *const all[CHANNELS] = {s->length_m, s->p1_pa, s->p2_pa, s->valve, s->force_n};
     return all[channel];

@@ -43,4 +43,7 @@ void spectrum_value(const double *row, int harmonics, double omega, double t_s, 
  * cycles is the same in every cycle: samples that fall in step with the motion. */
 double spectrum_quantisation(double amplitude, double step, double noise, double samples);
 
+/* Standard deviation of a leg's speed in the mean cycle of so many harmonics, position sensors of this resolution. */
+double spectrum_speed_std(const struct spectrum *s, int leg, int harmonics, double step_m, double samples);
+
 #endif

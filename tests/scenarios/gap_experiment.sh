@@ -23,7 +23,7 @@ separated() {
     [ "$(field second "['verdict']") $(field second "['effects'][0]['name']")" = "effect_named $1" ]
 }
 claim "valve lag or delay? the experiment named tells" separated valve_lag command_delay effects.valve_lag.frequency_hz=70
-claim "a spring or an inertia? the experiment named tells" separated external_stiffness payload_rotational_inertia effects.external_stiffness.phi=3000
+claim "a spring or an inertia? the experiment named tells" separated external_stiffness payload_rotational_inertia effects.external_stiffness.phi=8000
 
 # repaired MOST SETTING...: the identified matrix without the friction found, all ten entries within so many percent of the nominal one.
 repaired() {
