@@ -135,6 +135,34 @@ static void another_machine_is_refused(void **unused) {
     }
 }
 
+static void stand_still(struct recording *r) {
+    for (int i = 0; i < r->tests; i++)
+        for (int j = 0; j < r->test[i].count; j++) r->test[i].sample[j].clock_s = 3.0;
+}
+
+static void stamps_that_stand_still_are_no_clock(void **unused) {
+    (void)unused;
+    struct recording r = copy();
+    double std;
+    assert_true(fabs(recording_clock(&r, &std) - 1.0) < 1e-6); /* stamps of whole nanoseconds */
+    stand_still(&r);
+    assert_true(isnan(recording_clock(&r, &std)));
+    recording_free(&r);
+}
+
+/* Played faster: 4 Hz become 4.125, which lies in the middle between two frequencies of the search. */
+static void any_frequency_that_the_configuration_states_is_accepted(void **unused) {
+    (void)unused;
+    struct error error = {0};
+    struct recording r = copy();
+    for (int i = 0; i < r.tests; i++) {
+        r.test[i].frequency_hz = 4.125;
+        for (int j = 0; j < r.test[i].count; j++) r.test[i].sample[j].test_time_s *= 4.0 / 4.125;
+    }
+    if (recording_check(&r, &error)) fail_msg("%s", error.text);
+    recording_free(&r);
+}
+
 static void what_is_as_it_should_be_is_accepted(void **unused) {
     (void)unused;
     struct error error;
@@ -198,6 +226,8 @@ int main(void) {
         cmocka_unit_test(recordings_that_lie_are_refused_for_what_they_are),
         cmocka_unit_test(another_machine_is_refused),
         cmocka_unit_test(what_is_as_it_should_be_is_accepted),
+        cmocka_unit_test(stamps_that_stand_still_are_no_clock),
+        cmocka_unit_test(any_frequency_that_the_configuration_states_is_accepted),
         cmocka_unit_test(without_commands_forces_alone_are_explained),
         cmocka_unit_test(lost_samples_do_not_change_the_sampling),
     };

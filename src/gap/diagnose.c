@@ -228,7 +228,7 @@ static void *polish_next(void *argument) {
 
 /* Best first; the best few effects, each in its best shape, come first, polished. */
 static void finish(struct crew *crew, struct trial *trial, int count, int threads) {
-    struct trial *finalist = calloc((size_t)count + 1, sizeof *finalist), *rest = finalist;
+    struct trial *finalist = calloc((size_t)count + 1, sizeof *finalist);
     int finalists = 0, others = 0;
     qsort(trial, (size_t)count, sizeof *trial, by_gain);
     if (!finalist) return;
@@ -244,7 +244,7 @@ static void finish(struct crew *crew, struct trial *trial, int count, int thread
     crew->count = finalists;
     run_crew(crew, polish_next, threads);
     qsort(trial, (size_t)count, sizeof *trial, by_gain);
-    free(rest);
+    free(finalist);
 }
 
 int diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads) {

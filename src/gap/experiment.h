@@ -6,7 +6,7 @@
  * new log goes to `hexid gap` with the same --set. */
 const char *experiment_between(const char *a, const char *b);
 
-/* What to measure when no effect of the catalogue explains the gap, by where it is largest. */
+/* What to measure when no effect of the catalogue explains the gap. */
 const char *experiment_unknown(void);
 
 #endif

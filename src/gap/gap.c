@@ -1,7 +1,7 @@
 #include "gap.h"
 
 #include <math.h>
-#include <stddef.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -27,6 +27,8 @@ static const double CONTROLLER_DIFFERS = 0.02;
 static const double LINE_TOLERANCE = 0.1;   /* a loop that oscillates in the model, too, does so near the same frequency */
 static const double LINE_POWER = 12.0;      /* of white noise, mean of six legs: 1 +- 0.4 */
 static const double CLOCK_TOLERANCE = 1e-4; /* two crystals */
+
+enum { ROUNDS_MAX = 2 * GAP_EFFECTS }; /* effects that a later one makes leave may come again: not for ever */
 
 const char *const gap_verdict_names[GAP_VERDICTS] = {"effect_named", "no_gap", "ambiguous", "unknown_effect"};
 const char *const gap_channel_names[GAP_CHANNELS] = {"length", "force", "p1", "p2", "valve"};
@@ -129,13 +131,11 @@ static void read_effects(const struct diagnosis *d, struct gap_result *r) {
         for (int i = 0; i < r->effects; i++) {
             const struct variable *v = &d->variable[j];
             if (v->base || v->effect != r->effect[i].effect) continue;
-            size_t base = offsetof(struct params, effects) + (size_t)v->effect * sizeof(struct effect_values) + offsetof(struct effect_values, value);
-            int key = (int)((v->offset - base) / (LEGS * sizeof(double)));
             double value = variable_get(v, &d->model);
             for (int leg = 0; leg < LEGS; leg++) {
                 if (v->leg >= 0 && v->leg != leg) continue;
-                r->effect[i].std[key][leg] = d->std[j];
-                r->effect[i].bound[key][leg] = value == v->min || value == v->max;
+                r->effect[i].std[v->key][leg] = d->std[j];
+                r->effect[i].bound[v->key][leg] = value == v->min || value == v->max;
             }
         }
 }
@@ -186,8 +186,8 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
     struct trial *trial = calloc(HYPOTHESES_MAX, sizeof *trial);
     if (!trial) return error_set(error, STATUS_IO, "out of memory");
     double first_gain = 0.0;
-    for (int round = 0; r->effects < GAP_EFFECTS; round++) {
-        progress(o, round ? "another effect" : "screening", (double)round / GAP_EFFECTS);
+    for (int round = 0; r->effects < GAP_EFFECTS && round < ROUNDS_MAX; round++) {
+        progress(o, round ? "another effect" : "screening", 0.7 * round / ROUNDS_MAX);
         int trials = diagnosis_try(d, trial, o->threads);
         if (!trials) break;
         if (round == 0) list_candidates(d, trial, trials, r);
@@ -197,13 +197,13 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
         if (round == 0) first_gain = trial[0].held_gain;
         int rival[GAP_RIVALS] = {0}, rivals = list_rivals(d, trial, trials, rival);
         if (round && rivals && trial[0].held_gain < UNCLEAR_SHARE * first_gain) break; /* a trace that may be this or that is not named */
-        memcpy(r->ambiguous_with, rival, sizeof rival);
-        r->ambiguous = rivals; /* an earlier effect was judged with the later one still hidden */
         double before = d->held_square, z = likelihood(d, &trial[0]);
         struct gap_effect *e = &r->effect[r->effects];
         *e = (struct gap_effect){.effect = trial[0].hypothesis->effect, .shape = trial[0].hypothesis->shape};
         if (!diagnosis_add(d, &trial[0])) break;
         r->effects++;
+        memcpy(r->ambiguous_with, rival, sizeof rival);
+        r->ambiguous = rivals; /* an earlier effect was judged with the later one still hidden */
         describe(e, z, before, d->held_square);
         drop_superfluous(d, r);
     }
@@ -261,32 +261,56 @@ static void keep_sizes(struct gap_result *r, const struct sizes *used, const str
     r->unexplained_fraction = before > floor ? fmin(fmax((after - floor) / (before - floor), 0.0), 1.0) : 0.0;
 }
 
+/* The model run like another recording, against that. */
+static int replay_sizes(const struct params *model, const struct recording *other, struct gap_size *size, struct gap_size *floor,
+                        struct error *error) {
+    struct recording run;
+    int status = replay_closed_loop(model, other, &run, error);
+    if (!status) replay_compare(other, &run, CYCLES_ALL, size, floor);
+    recording_free(&run);
+    return status;
+}
+
+/* Judged on another log's own tests, which need not be those of the first; without one on the cycles held out. */
+static int held_sizes(const struct recording *measured, const struct recording *validate, const struct recording *before,
+                      const struct recording *after, const struct gap_result *r, struct sizes *held, struct error *error) {
+    if (!validate) {
+        replay_compare(measured, before, CYCLES_ODD, &held->before, &held->floor);
+        replay_compare(measured, after, CYCLES_ODD, &held->after, &held->floor);
+        return STATUS_OK;
+    }
+    int status = replay_sizes(&r->base_model, validate, &held->before, &held->floor, error);
+    return status ? status : replay_sizes(&r->fitted, validate, &held->after, &held->floor, error);
+}
+
+static int compare_runs(const struct params *params, const struct recording *measured, const struct recording *validate,
+                        const struct recording *before, const struct recording *after, struct gap_result *r, struct error *error) {
+    struct sizes used, held;
+    int status = held_sizes(measured, validate, before, after, r, &held, error);
+    if (status) return status;
+    replay_compare(measured, before, CYCLES_EVEN, &used.before, &used.floor);
+    replay_compare(measured, after, CYCLES_EVEN, &used.after, &used.floor);
+    keep_sizes(r, &used, &held);
+    r->simulated = true;
+    r->line_simulated = fabs(find_line(after).hz / r->line.hz - 1.0) < LINE_TOLERANCE;
+    r->matrices = replay_identify(params, measured, NULL, r->measured_mt) && replay_identify(params, before, NULL, r->before_mt) &&
+                  replay_identify(params, after, NULL, r->after_mt);
+    return STATUS_OK;
+}
+
 static int closed_loop(const struct params *params, const struct recording *measured, const struct recording *validate,
                        const struct gap_options *o, struct gap_result *r, struct error *error) {
     struct recording before, after;
-    struct sizes used, held;
-    int status;
+    recording_init(&after, params);
     progress(o, "simulating before", 0.7);
-    status = replay_closed_loop(&r->base_model, measured, &before, error);
+    int status = replay_closed_loop(&r->base_model, measured, &before, error);
     if (!status) {
         progress(o, "simulating after", 0.85);
         status = replay_closed_loop(&r->fitted, measured, &after, error);
-        if (!status) {
-            const struct recording *other = validate ? validate : measured;
-            enum cycles which = validate ? CYCLES_ALL : CYCLES_ODD;
-            replay_compare(measured, &before, CYCLES_EVEN, &used.before, &used.floor);
-            replay_compare(measured, &after, CYCLES_EVEN, &used.after, &used.floor);
-            replay_compare(other, &before, which, &held.before, &held.floor);
-            replay_compare(other, &after, which, &held.after, &held.floor);
-            keep_sizes(r, &used, &held);
-            r->simulated = true;
-            r->line_simulated = fabs(find_line(&after).hz / r->line.hz - 1.0) < LINE_TOLERANCE;
-            r->matrices = replay_identify(params, measured, NULL, r->measured_mt) && replay_identify(params, &before, NULL, r->before_mt) &&
-                          replay_identify(params, &after, NULL, r->after_mt);
-        }
-        recording_free(&after);
     }
+    if (!status) status = compare_runs(params, measured, validate, &before, &after, r, error);
     recording_free(&before);
+    recording_free(&after);
     return status;
 }
 
@@ -344,7 +368,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
         judge(r, &(struct remainder){.values = d->held_out.evaluated, .before = first_excess, .after = d->held_square});
         if (r->verdict == GAP_UNKNOWN_EFFECT) give_up(params, r);
     }
-    for (int i = 0; i < r->effects && !status; i++) {
+    for (int i = 0; i < r->effects && !status && !r->repaired; i++) {
         const struct effect *e = effect_table[r->effect[i].effect];
         if (e->leg_friction || e->joint_friction) r->repaired = replay_identify(params, measured, &r->fitted, r->repaired_mt);
     }

@@ -73,7 +73,7 @@ int hypotheses_list(const struct params *model, const bool known[EFFECTS_MAX], e
     for (int effect = 0; effect_table[effect]; effect++) {
         if (known[effect]) continue;
         enum residual_part parts = effect_parts(model, effect) & evaluated;
-        if (!parts) continue; /* of time alone: clock.h */
+        if (!parts) continue; /* of time alone: recording_clock sees it without a fit */
         build(&h[n++], effect, SHAPE_ALL, parts);
         if (params_legs(model) == 1) continue;
         bool per_leg = false;

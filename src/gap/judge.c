@@ -18,6 +18,11 @@ static const double THIRD_SHARE = 0.05;    /* of the excess: what takes three ef
 
 static const char *name_of(int effect) { return effect_table[effect]->name; }
 
+static void append(struct gap_result *r, const char *text) {
+    size_t used = strlen(r->reason);
+    snprintf(r->reason + used, sizeof r->reason - used, "%s", text);
+}
+
 static bool remains(const struct remainder *m) {
     double scatter = m->values + SCATTER * sqrt(2.0 * m->values);
     return m->after > fmax(SQUARE_MAX * m->values, scatter) && m->after - m->values > SHARE_MAX * m->before;
@@ -81,7 +86,11 @@ static void name(struct gap_result *r) {
         return;
     }
     r->verdict = GAP_EFFECT_NAMED;
-    SAY(r, "the model lacks %s%s%s", name_of(r->effect[0].effect), r->effects > 1 ? " and " : "", r->effects > 1 ? name_of(last) : "");
+    SAY(r, "the model lacks %s", name_of(r->effect[0].effect));
+    for (int i = 1; i < r->effects; i++) {
+        append(r, i == r->effects - 1 ? " and " : ", ");
+        append(r, name_of(r->effect[i].effect));
+    }
 }
 
 void judge(struct gap_result *r, const struct remainder *remainder) {

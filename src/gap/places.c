@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "units.h"
 
@@ -44,24 +45,25 @@ static int by_share(const void *a, const void *b) {
     return x->share < y->share ? 1 : x->share > y->share ? -1 : 0;
 }
 
-int places_find(const struct diagnosis *d, const struct recording *recording, const struct params *model, struct gap_place place[GAP_PLACES]) {
+int places_find(const struct diagnosis *d, const struct recording *recording, const struct params *model,
+                struct gap_place place[GAP_PLACES]) {
     int tests = d->odd.tests, all = tests * LEGS * RESIDUALS * (1 + RESIDUAL_HARMONICS), n = 0;
     struct gap_place *list = calloc((size_t)all, sizeof *list);
     double whole = 0.0;
     for (int i = 0; i < tests && list; i++) {
         residual_row raw, white;
         if (!residual_evaluate(&d->odd.test[i], model, PART_ALL, raw)) continue;
-        for (int k = 0; k < LEGS; k++)
-            for (int q = 0; q < RESIDUALS; q++)
-                for (int a = 0; a < RESIDUAL_SIZE; a++) white[k][q][a] = raw[k][q][a];
+        memcpy(white, raw, sizeof white);
         whiten(&d->held_out.whitener[i], white);
         for (int k = 0; k < LEGS; k++)
             for (int q = 0; q < RESIDUALS; q++)
                 for (int h = 0; h <= d->odd.test[i].harmonics; h++) {
                     double share = 0.0;
                     for (int a = h ? 2 * h - 1 : 0; a <= 2 * h; a++) share += white[k][q][a] * white[k][q][a];
+                    if (!(share > 0.0)) continue; /* not evaluated */
                     list[n++] = (struct gap_place){.test = recording->test[i].test, .dof = recording->test[i].dof, .leg = k, .harmonic = h,
-                                                   .channel = channel_of(q), .feature = feature(&d->odd.test[i], k, raw[k][q]), .share = share};
+                                                   .channel = channel_of(q), .share = share,
+                                                   .feature = feature(&d->odd.test[i], k, raw[k][q])};
                     whole += share;
                 }
     }

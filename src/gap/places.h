@@ -5,6 +5,7 @@
 #include "diagnose.h"
 
 /* The largest places of a model's white residuals on held-out cycles, by share; returns their number. */
-int places_find(const struct diagnosis *d, const struct recording *recording, const struct params *model, struct gap_place place[GAP_PLACES]);
+int places_find(const struct diagnosis *d, const struct recording *recording, const struct params *model,
+                struct gap_place place[GAP_PLACES]);
 
 #endif

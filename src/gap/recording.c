@@ -104,7 +104,8 @@ double recording_clock(const struct recording *r, double *std) {
         const struct recording_test *t = &r->test[i];
         double x = 0.0, y = 0.0;
         int count = t->end - t->first;
-        for (int j = t->first; j < t->end; j++) x += t->sample[j].test_time_s / count, y += (t->sample[j].clock_s - t->sample[t->first].clock_s) / count;
+        for (int j = t->first; j < t->end; j++)
+            x += t->sample[j].test_time_s / count, y += (t->sample[j].clock_s - t->sample[t->first].clock_s) / count;
         for (int j = t->first; j < t->end; j++) {
             double dx = t->sample[j].test_time_s - x, dy = t->sample[j].clock_s - t->sample[t->first].clock_s - y;
             xx += dx * dx, xy += dx * dy, yy += dy * dy;
@@ -113,5 +114,6 @@ double recording_clock(const struct recording *r, double *std) {
     }
     double ratio = xy / xx;
     *std = sqrt(fmax(yy - ratio * xy, 0.0) / (n - 1) / xx);
+    if (!(yy > 0.0)) return NAN; /* a stamp that stands still is no clock */
     return ratio;
 }

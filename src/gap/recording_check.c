@@ -11,7 +11,6 @@
 enum { CYCLES_NEEDED = 6 }; /* three to fit and three to judge */
 
 static const double NEUTRAL_TOLERANCE_M = 0.05;
-static const char *const axis_names[DOFS] = {"x", "y", "z", "phi", "theta", "psi"};
 
 /* Amplitude of a sinusoid in a sequence of samples, over the evaluated part. */
 static double lock_in_amplitude(const struct recording_test *t, double frequency_hz, const double *first, size_t stride) {
@@ -49,9 +48,9 @@ static int check_channel(const struct recording_test *t, const double *first, co
     for (int i = 0; i < n; i++) clipped += first[(size_t)i * STRIDE] >= top;
     if (!(deviation(t, first) > 0.0))
         return error_set(error, STATUS_USAGE, "test %s: %s of leg %d does not change: a dead sensor, or a column of zeros",
-                         axis_names[t->dof], name, leg + 1);
+                         dof_names[t->dof], name, leg + 1);
     if (clipped > n / 50)
-        return error_set(error, STATUS_USAGE, "test %s: %s of leg %d is clipped in %d %% of the samples", axis_names[t->dof], name, leg + 1,
+        return error_set(error, STATUS_USAGE, "test %s: %s of leg %d is clipped in %d %% of the samples", dof_names[t->dof], name, leg + 1,
                          100 * clipped / n);
     return STATUS_OK;
 }
@@ -71,17 +70,22 @@ static int check_channels(const struct recording *r, const struct recording_test
     return STATUS_OK;
 }
 
-/* The frequency at which the legs move most, of the model's and its neighbours. */
+/* How far the legs move at a frequency, all together. */
+static double swing_at(const struct recording_test *t, double frequency_hz) {
+    double sum = 0.0;
+    for (int k = 0; k < LEGS; k++) sum += lock_in_amplitude(t, frequency_hz, &t->sample[t->first].length_m[k], STRIDE);
+    return sum;
+}
+
+/* The model's frequency is one at which the legs move about as far as at any other. */
 static int check_frequency(const struct recording_test *t, struct error *error) {
-    double here = 0.0, most = 0.0, at_hz = t->frequency_hz;
+    double here = swing_at(t, t->frequency_hz), most = 0.0, at_hz = t->frequency_hz;
     for (double f = 0.25; f <= 40.0; f += 0.25) {
-        double sum = 0.0;
-        for (int k = 0; k < LEGS; k++) sum += lock_in_amplitude(t, f, &t->sample[t->first].length_m[k], STRIDE);
-        if (fabs(f - t->frequency_hz) < 0.125) here = sum;
+        double sum = swing_at(t, f);
         if (sum > most) most = sum, at_hz = f;
     }
     if (most > 2.0 * here)
-        return error_set(error, STATUS_USAGE, "test %s: the legs move at %.3g Hz, but tests.frequency_hz is %.3g", axis_names[t->dof], at_hz,
+        return error_set(error, STATUS_USAGE, "test %s: the legs move at %.3g Hz, but tests.frequency_hz is %.3g", dof_names[t->dof], at_hz,
                          t->frequency_hz);
     return STATUS_OK;
 }
@@ -154,7 +158,7 @@ static int check_machine(const struct recording_test *t, const struct kinematics
         mean /= n;
         if (fabs(mean - k->neutral_length_m) > NEUTRAL_TOLERANCE_M)
             return error_set(error, STATUS_USAGE, "test %s: leg %d is %.4g m long at its middle, the model's %.4g: other units, or another machine",
-                             axis_names[t->dof], leg + 1, mean, k->neutral_length_m);
+                             dof_names[t->dof], leg + 1, mean, k->neutral_length_m);
     }
     return STATUS_OK;
 }
@@ -295,7 +299,7 @@ static int check_drives(const struct recording *r, struct error *error) {
         double needed[LEGS][RESIDUAL_SIZE];
         if (!residual_required(t, r->params, needed))
             status = error_set(error, STATUS_USAGE, "test %s: no pose of this machine has these lengths: other units, or another machine",
-                               axis_names[r->test[i].dof]);
+                               dof_names[r->test[i].dof]);
         for (int a = 0; a < legs && !status; a++)
             for (int b = 0; b < legs; b++) {
                 const double *length = t->spectrum.mean[CHANNEL_LENGTH][b], rate[3] = {0.0, -length[2], length[1]};
@@ -325,10 +329,10 @@ int recording_check(struct recording *r, struct error *error) {
         for (int j = t->first; j >= 0 && j < t->end; j++) good += t->sample[j].good;
         if (seconds > 0.0 && 2 * good < t->end - t->first)
             return error_set(error, STATUS_USAGE, "test %s: more than half of its samples are flagged, or have a value that is no number",
-                             axis_names[t->dof]);
+                             dof_names[t->dof]);
         if (seconds * t->frequency_hz < CYCLES_NEEDED - 0.1)
             return error_set(error, STATUS_USAGE, "test %s: %.3g s evaluated, too short: at least %d cycles of %g Hz are needed",
-                             axis_names[t->dof], seconds, CYCLES_NEEDED, t->frequency_hz);
+                             dof_names[t->dof], seconds, CYCLES_NEEDED, t->frequency_hz);
         status = check_channels(r, t, error);
         if (!status) status = axis ? check_stroke(r->params, t, error) : check_machine(t, &k, error);
         if (!status) status = check_frequency(t, error);

@@ -50,13 +50,13 @@ static int drive(struct plant *plant, struct platform *platform, const struct pa
 int replay_closed_loop(const struct params *model, const struct recording *like, struct recording *out, struct error *error) {
     struct params *p = malloc(sizeof *p);
     struct platform *platform = malloc(sizeof *platform);
+    recording_init(out, like->params);
     if (!p || !platform) {
         free(p);
         free(platform);
         return error_set(error, STATUS_IO, "out of memory");
     }
     *p = replay_params(model, like);
-    recording_init(out, like->params);
     struct plant *plant = plant_create(p, 1, error);
     int status = plant ? platform_init(platform, p, error) : (int)error->status;
     if (!status) status = drive(plant, platform, p, out, error);

@@ -6,7 +6,8 @@
 #include "gap.h"
 #include "spectrum.h"
 
-/* Runs the tests of `like` on the model; `out` holds what a log of that run would. -2 when the model's run ends in a fault. */
+/* Runs the tests of `like` on the model; `out` holds what a log of that run would, and is
+ * the caller's to free, also after an error. -2 when the model's run ends in a fault, -3 without memory. */
 int replay_closed_loop(const struct params *model, const struct recording *like, struct recording *out, struct error *error);
 
 /* The inertia matrix identified from a recording (method A). friction: a model whose friction effects are taken off the measured forces

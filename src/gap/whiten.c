@@ -76,8 +76,9 @@ static void invert3(double c[RESIDUALS][RESIDUALS]) {
 
 /* Pressure per length at a harmonic: a stiff volume with a leak. */
 static double stiffness(const struct hydraulics_params *h, double area_m2, double stroke_m, double rate_radps) {
-    double volume = h->dead_volume_m3 + 0.5 * area_m2 * stroke_m, lag = rate_radps * volume / (2.0 * h->bulk_modulus_pa * h->leakage_m3_per_s_pa);
-    return h->bulk_modulus_pa * area_m2 / volume * lag / sqrt(1.0 + lag * lag);
+    double volume = h->dead_volume_m3 + 0.5 * area_m2 * stroke_m, corner = 2.0 * h->bulk_modulus_pa * h->leakage_m3_per_s_pa / volume;
+    if (!(rate_radps > 0.0)) return 0.0; /* also without a leak */
+    return h->bulk_modulus_pa * area_m2 / volume * rate_radps / hypot(rate_radps, corner);
 }
 
 void whitener_init(struct whitener *w, const struct residual_test *t, const struct params *model, double model_error) {
