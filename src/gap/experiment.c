@@ -3,8 +3,8 @@
 #include <stdbool.h>
 #include <string.h>
 
-#define SLOW "--tests phi,theta,psi --set tests.frequency_hz=2"
-#define SLOW_X "--tests x,y,z --set tests.frequency_hz=2"
+#define SLOW "--tests phi,theta,psi --set tests.frequency_hz=2 --set tests.amplitude_rad=0.024"
+#define SLOW_X "--tests x,y,z --set tests.frequency_hz=2 --set tests.amplitude_m=0.016"
 #define FAST "--tests z --set tests.frequency_hz=20 --set tests.amplitude_m=0.001"
 #define CRAWL "--tests z --set tests.frequency_hz=0.5 --set tests.duration_s=20"
 #define LARGE "--set tests.amplitude_m=0.012 --set tests.amplitude_rad=0.018 --set tests.frequency_hz=2"
@@ -16,7 +16,8 @@ static const struct {
     {"payload_rotational_inertia", "external_stiffness",
      "`" SLOW "`: the force of an inertia falls with the square of the frequency, a spring's stays"},
     {"actuator_inertia", "external_stiffness",
-     "`--set tests.frequency_hz=2`: the force of an inertia falls with the square of the frequency, a spring's stays"},
+     "`--set tests.frequency_hz=2 --set tests.amplitude_m=0.016 --set tests.amplitude_rad=0.024`: the force of an inertia falls with the "
+     "square of the frequency, a spring's stays"},
     {"payload_mass", "external_stiffness", "`" SLOW_X "`: the force of a mass falls with the square of the frequency, a spring's stays"},
     {"payload_mass", "actuator_inertia", "repeat z with the payload taken off: what stays belongs to the actuators"},
     {"payload_mass", "pressure_sensor_scale",

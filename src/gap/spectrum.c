@@ -7,7 +7,8 @@
 #include "dense.h"
 #include "units.h"
 
-enum { SAMPLES_PER_HARMONIC = 3, LINE_BINS = 3 /* nearer to a harmonic it is none */ };
+enum { SAMPLES_PER_HARMONIC = 3, LINE_BINS = 3 /* nearer to a harmonic it is none */,
+       LINE_SAMPLES = 4096 /* eight seconds tell a line; the search grows with their square */ };
 static const double LINE_STEP_S = 2e-3; /* lines are looked for up to 250 Hz */
 static const double MOST = 0.9; /* of a cycle's samples must be there */
 
@@ -216,7 +217,7 @@ static void thin(int n, int many, double *value) {
 }
 
 struct spectrum_line spectrum_find_line(const struct spectrum *s, const struct recording_test *t, enum channel channel) {
-    int all = t->end - t->first, many = (int)fmax(LINE_STEP_S / recording_step_s(t), 1.0), n = all / many, bins = n / 2;
+    int all = t->end - t->first, many = (int)fmax(LINE_STEP_S / recording_step_s(t), 1.0), n = (int)fmin(all / many, LINE_SAMPLES), bins = n / 2;
     struct spectrum_line line = {0};
     double *rest = malloc((size_t)all * sizeof *rest), *power = calloc((size_t)bins + 1, sizeof *power), step_s;
     double *absolute = calloc((size_t)bins + 1, sizeof *absolute);
@@ -232,7 +233,8 @@ struct spectrum_line spectrum_find_line(const struct spectrum *s, const struct r
     }
     step_s = (t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s) / (all - 1) * many;
     for (int b = LINE_BINS; b < bins && power && absolute; b++)
-        if (power[b] > line.power && off_harmonics(s, b / (n * step_s), LINE_BINS / (n * step_s))) line = (struct spectrum_line){b / (n * step_s), sqrt(2.0 * absolute[b] / LEGS) / n, power[b]};
+        if (power[b] > line.power && off_harmonics(s, b / (n * step_s), LINE_BINS / (n * step_s)))
+            line = (struct spectrum_line){b / (n * step_s), sqrt(2.0 * absolute[b] / LEGS) / n, power[b]};
     free(rest);
     free(power);
     free(absolute);

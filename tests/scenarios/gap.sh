@@ -24,14 +24,14 @@ claim "the measured motion alone is enough" motion
 
 # stopped BY: the signal arrives while hypotheses are tried.
 stopped() {
-    "${gap[@]}" -o "$work/stopped" >/dev/null 2>"$work/progress" &
+    "${gap[@]}" -o "$work/$1" >/dev/null 2>"$work/progress" &
     until grep -q screening "$work/progress"; do kill -0 $! || return 1; done
     kill -"$1" $!
     wait $!
     echo "exit status $?"
-    [ ! -e "$work/stopped/model.yaml" ] && [ ! -e "$work/stopped/gap.json" ]
+    [ ! -e "$work/$1/model.yaml" ] && [ ! -e "$work/$1/gap.json" ]
 } 2>/dev/null
-claim "interrupted, it leaves no half-written model" stopped INT
+claim "interrupted, it leaves no half-written model" stopped TERM
 claim "nor when it is killed" stopped KILL
 lean() {
     "$python" -c 'import resource, subprocess, sys
