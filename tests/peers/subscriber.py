@@ -39,7 +39,7 @@ def plain(value):
 def show(channel, data):
     if channel in TYPES:
         message = TYPES[channel].decode(data)
-        print(json.dumps({"channel": channel, "message": {name: plain(getattr(message, name)) for name in message.__slots__}}))
+        print(json.dumps({"channel": channel, "message": {name: plain(getattr(message, name)) for name in message.__slots__}}), flush=True)
 
 
 def listen(url, ready):

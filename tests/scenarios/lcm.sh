@@ -16,6 +16,10 @@ done
 quick --set lcm.url="$url" --set lcm.state_every=100 --log "$work/run.lcm" >"$work/run" 2>&1
 quick --set lcm.url= --tests x --set tests.duration_s=2 --log "$work/x.lcm" >>"$work/run" 2>&1
 "$hexid" gap --measured "$work/x.lcm" -c config/tian2015.yaml --set lcm.url="$url" -o "$work/gap" >>"$work/run" 2>&1
+for _ in $(seq 200); do # the listener ends at once, whatever still waits in its socket
+    grep -q HEXID_GAP "$work/python" && break
+    sleep 0.05
+done
 exec 3>&-
 wait $listener
 for _ in $(seq 200); do # ended by a signal, the logger drops what it has not yet written
