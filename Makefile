@@ -38,7 +38,7 @@ run: $(BUILD)/hexid ## run the simulated platform in real time: six tests, the i
 	@mkdir -p runs
 	$(BUILD)/hexid run --log runs/$$(date +%Y-%m-%d_%H-%M-%S).lcm $(ARGS)
 
-test: $(TESTS) $(REPLAYS) $(BUILD)/hexid $(VENV)/ready ## run all tests; the last line is "N passed, N failed"
+test: $(TESTS) $(REPLAYS) $(BENCHES) $(BUILD)/hexid $(VENV)/ready ## run all tests; the last line is "N passed, N failed"
 	@BUILD=$(BUILD) VENV=$(VENV) tests/run $(SCRIPTS) $(TESTS)
 
 test-long: $(BUILD)/hexid $(VENV)/ready ## what takes minutes: whole runs and faults on the field buses, in real time; one after the other

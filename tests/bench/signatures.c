@@ -96,7 +96,7 @@ int main(int argc, char **argv) {
     FILE *file = argc > 1 ? fopen(argv[1], "w") : NULL;
     if (argc > 1 && !file) fail("the file cannot be written");
     if (file) fputs("effect,strength\n", file);
-    int count = hypotheses_list(&d.model, d.known, hypothesis);
+    int count = hypotheses_list(&d.model, d.known, d.even.parts, hypothesis);
     double *vector = room((size_t)d.fit.values), *rest = room((size_t)d.fit.values), *place = room((size_t)HYPOTHESIS_VARIABLES * (size_t)d.fit.values);
     printf("%-28s %8s  %s\n", "effect, typical", "z", "z that is left beside the nearest others");
     for (int i = 0; i < count; i++) {
