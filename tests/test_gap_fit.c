@@ -49,7 +49,7 @@ static void box_solution_is_optimal(void **state) {
         struct problem p;
         double x[N], r[VALUES], std[N];
         draw(&p, &random);
-        assert_true(fit_box(N, VALUES, p.residual, p.pointer, p.min, p.max, x, std));
+        assert_true(fit_box(N, VALUES, p.residual, p.pointer, NULL, p.min, p.max, x, std));
         for (int a = 0; a < VALUES; a++) {
             r[a] = p.residual[a];
             for (int i = 0; i < N; i++) r[a] += x[i] * p.column[i][a];
@@ -74,7 +74,7 @@ static void two_equal_columns_share_what_one_cannot_take(void **state) {
     memcpy(p.column[1], p.column[0], sizeof p.column[0]);
     for (int a = 0; a < VALUES; a++) p.residual[a] = -1.2 * p.column[0][a];
     p.min[0] = p.min[1] = 0.0, p.max[0] = 1.0, p.max[1] = 0.5;
-    assert_true(fit_box(2, VALUES, p.residual, p.pointer, p.min, p.max, x, NULL));
+    assert_true(fit_box(2, VALUES, p.residual, p.pointer, NULL, p.min, p.max, x, NULL));
     assert_close(x[0] + x[1], 1.2, 1e-6); /* the ridge that keeps the pair solvable is 1e-10 */
 }
 

@@ -175,11 +175,14 @@ static void deviations(int n, const double *h, const bool *is_free, double *std)
     for (int i = 0; i < m; i++) std[place[i]] = sqrt(diagonal[i]);
 }
 
-bool fit_box(int n, int values, const double *residual, const double *const *column, const double *min, const double *max, double *x,
-             double *std) {
+static double square_of(double x) { return x * x; }
+
+bool fit_box(int n, int values, const double *residual, const double *const *column, const struct fit_pull *pull, const double *min,
+             const double *max, double *x, double *std) {
     double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX];
     bool is_free[COLUMNS_MAX];
     normal_equations(n, values, residual, column, h, g);
+    for (int i = 0; i < n && pull; i++) h[i * n + i] += square_of(pull[i].pull), g[i] += square_of(pull[i].pull) * pull[i].off;
     for (int i = 0; i < n; i++)
         if (!(h[i * n + i] > 0.0)) h[i * n + i] = 1.0; /* a column of zeros moves nothing and stays */
     if (!box_solve(n, h, g, min, max, x, is_free)) return false;
@@ -192,7 +195,7 @@ static double linear_square(int values, double *white, const struct linear_part 
     if (!linear || !linear->n) return fit_square(values, white);
     const double *column[COLUMNS_MAX];
     for (int i = 0; i < linear->n; i++) column[i] = linear->column + (size_t)i * (size_t)values;
-    if (!fit_box(linear->n, values, white, column, linear->min, linear->max, linear->x, NULL)) return INFINITY;
+    if (!fit_box(linear->n, values, white, column, NULL, linear->min, linear->max, linear->x, NULL)) return INFINITY;
     double sum = 0.0;
     for (int a = 0; a < values; a++) {
         double r = white[a];
@@ -218,6 +221,14 @@ double fit_start(const struct fit_data *d, const struct params *model, enum resi
 
 bool fit_raw(const struct fit_data *d, const struct params *model, double *raw) { return raw_residual(d, model, PART_ALL, raw); }
 
+/* What pulls at the variables, in white squares. */
+static double pulled(const struct params *model, int variables, const struct variable *v) {
+    double sum = 0.0;
+    for (int i = 0; i < variables; i++)
+        if (v[i].pull > 0.0) sum += square_of(v[i].pull * (variable_get(&v[i], model) - v[i].neutral));
+    return sum;
+}
+
 struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v,
                             const struct linear_part *linear, int iterations) {
     int extra = linear ? linear->n : 0, n = variables + extra, values = d->values;
@@ -225,6 +236,7 @@ struct fit_result fit_model(const struct fit_data *d, struct params *model, int 
     double *white = malloc((size_t)(variables + 2) * (size_t)values * sizeof *white), *raw = white + values, *columns = raw + values;
     const double *column[COLUMNS_MAX];
     double min[COLUMNS_MAX], max[COLUMNS_MAX], x[COLUMNS_MAX], std[COLUMNS_MAX];
+    struct fit_pull pull[COLUMNS_MAX];
     enum residual_part parts = 0;
     for (int i = 0; i < variables; i++) parts |= v[i].parts;
     result.ok = white && raw_residual(d, model, PART_ALL, raw);
@@ -237,17 +249,18 @@ struct fit_result fit_model(const struct fit_data *d, struct params *model, int 
             double value = i < variables ? variable_get(&v[i], model) : 0.0;
             min[i] = i < variables ? v[i].min - value : linear->min[i - variables];
             max[i] = i < variables ? v[i].max - value : linear->max[i - variables];
+            pull[i] = i < variables ? (struct fit_pull){v[i].pull, value - v[i].neutral} : (struct fit_pull){0};
         }
-        if (!fit_box(n, values, white, column, min, max, x, std)) break;
+        if (!fit_box(n, values, white, column, pull, min, max, x, std)) break;
         bool better = false;
-        double before = result.square, scale = 1.0;
+        double before = result.square, least = before + pulled(model, variables, v), scale = 1.0;
         for (int attempt = 0; attempt < 5 && !better; attempt++, scale *= 0.35) {
             struct params moved = *model;
             for (int i = 0; i < variables; i++) variable_set(&v[i], &moved, variable_get(&v[i], model) + scale * x[i]);
             if (!raw_residual(d, &moved, parts, raw)) continue;
             whiten_copy(d, raw, white);
             double square = linear_square(values, white, linear);
-            better = square < result.square;
+            better = square + pulled(&moved, variables, v) < least;
             if (better) *model = moved, result.square = square;
         }
         for (int i = 0; i < variables; i++) result.std[i] = std[i];

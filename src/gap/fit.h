@@ -1,5 +1,5 @@
 /* Fits of model parameters to white residuals inside a hard box (Gauss-Newton, a step that does not pay shortened; the box by active sets).
- * A value at its bound stays there: no prior pulls, so none swallows an effect. Ordinary threads; heap. */
+ * A value at its bound stays there: no prior pulls at the base, so none swallows an effect. Ordinary threads; heap. */
 #ifndef HEXID_FIT_H
 #define HEXID_FIT_H
 
@@ -16,6 +16,7 @@ struct variable {
     bool base;               /* of the base model: never a finding */
     double min, max;         /* the box */
     double neutral;          /* of an effect's: the value that adds nothing */
+    double pull;             /* towards that, 1 / unit: decides where the data do not; 0: nothing pulls */
     double step;             /* of the difference quotient */
     enum residual_part parts;/* that depend on it */
 };
@@ -41,9 +42,13 @@ double fit_square(int n, const double *white); /* sum of squares */
 /* Columns of d white / d variable at the model, [variable][values]. */
 bool fit_columns(const struct fit_data *d, const struct params *model, int variables, const struct variable *v, double *column);
 
-/* x minimises |r + sum x_i column_i|^2 with min <= x <= max. n columns of so many values. False when singular. */
-bool fit_box(int n, int values, const double *residual, const double *const *column, const double *min, const double *max, double *x,
-             double *std);
+/* x minimises |r + sum x_i column_i|^2 + sum (pull_i (x_i + off_i))^2 with min <= x <= max. n columns of so many values. pull and off may be
+ * NULL. False when singular. */
+struct fit_pull {
+    double pull, off;
+};
+bool fit_box(int n, int values, const double *residual, const double *const *column, const struct fit_pull *pull, const double *min,
+             const double *max, double *x, double *std);
 
 struct fit_result {
     bool ok;

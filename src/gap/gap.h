@@ -78,7 +78,8 @@ struct gap_result {
     struct gap_place where[GAP_PLACES];
     struct gap_size before, after, noise_floor, held_out_before, held_out_after;
     bool simulated;                       /* the sizes are of a replay; else of the equations alone */
-    double unexplained_fraction;          /* held out */
+    char replay_fault[GAP_TEXT];          /* why the model with the effects does not get through the tests; empty: it does */
+    double unexplained_fraction;          /* held out; NaN where nothing can be compared */
     char next_experiment[GAP_TEXT];
     int base_values;
     struct gap_base_value base[GAP_BASE];

@@ -42,6 +42,9 @@ static double difference_step(const struct effect_key *k) {
     return 0.02 * (typical > 0.0 ? typical : fabs(k->typical));
 }
 
+/* An effect of ten times its typical size is as unlikely as one standard deviation: less than the data see, where they see anything. */
+static double pull(const struct effect_key *k) { return k->reciprocal || k->typical == k->neutral ? 0.0 : 0.1 / fabs(k->typical - k->neutral); }
+
 static void add_variable(struct hypothesis *h, int key, int leg, enum residual_part parts) {
     const struct effect *e = effect_table[h->effect];
     const struct effect_key *k = &e->keys[key];
@@ -50,7 +53,7 @@ static void add_variable(struct hypothesis *h, int key, int leg, enum residual_p
         .offset = offsetof(struct params, effects) + (size_t)h->effect * sizeof(struct effect_values) +
                   offsetof(struct effect_values, value) + (size_t)key * LEGS * sizeof(double),
         .leg = leg, .legs = LEGS, .effect = h->effect, .key = key,
-        .min = k->min, .max = k->max, .neutral = k->neutral, .step = difference_step(k), .parts = parts,
+        .min = k->min, .max = k->max, .neutral = k->neutral, .pull = pull(k), .step = difference_step(k), .parts = parts,
     };
 }
 
@@ -123,7 +126,7 @@ bool hypothesis_parallel(const struct hypothesis *h, const struct variable *base
         {"supply_pressure_sag", "hydraulics.supply_pa"},
     };
     const char *name = effect_table[h->effect]->name;
-    if (base->effect == h->effect) return true;
+    if (base->effect == h->effect) return h->shape < 0 || base->leg < 0 || base->leg == h->shape;
     if (h->shape >= 0) return false; /* one leg: the base has all legs alike */
     for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++)
         if (!strcmp(pairs[i].effect, name) && !strcmp(pairs[i].base, base->name)) return true;

@@ -11,6 +11,7 @@ static const double SCATTER = 6.0;         /* and more than a few values scatter
 static const double OFFSET_SIGMAS = 6.0, OFFSET_SHARE = 0.05; /* friction unlike in the two directions */
 static const double SHARE_MAX = 0.3;       /* of the excess that may stay unexplained, in the equations and in the simulation */
 static const double VISIBLE = 0.03;        /* of the squared noise: a smaller gap in the simulation proves nothing */
+static const double LINE_SHARE = 0.1;       /* of the gap in its channel: a weaker line says nothing against what explains that */
 static const double THIRD_SHARE = 0.05;    /* of the excess: what takes three effects of that weight is none of them */
 
 #define SAY(r, ...) snprintf((r)->reason, sizeof (r)->reason, __VA_ARGS__)
@@ -34,6 +35,13 @@ static bool refuted(const struct gap_result *r) {
     return r->simulated && before - floor > VISIBLE * floor && r->unexplained_fraction > SHARE_MAX;
 }
 
+/* A line that the model with the effects has not, and that is no trifle beside what they explain. */
+static bool line_remains(const struct gap_result *r) {
+    double gap = r->held_out_before.channel[r->line.channel], floor = r->noise_floor.channel[r->line.channel];
+    bool trifle = r->effects && r->line.rms < LINE_SHARE * sqrt(fmax(gap * gap - floor * floor, 0.0));
+    return r->line.hz > 0.0 && !r->line_simulated && !trifle;
+}
+
 static bool imitated(const struct gap_result *r, const struct remainder *m) {
     return r->effects > 2 && 0.5 * r->effect[2].z * r->effect[2].z > THIRD_SHARE * m->before;
 }
@@ -42,11 +50,13 @@ static bool unknown(struct gap_result *r, const struct remainder *m) {
     ADVISE(r, "%s", experiment_unknown());
     if (remains(m)) {
         SAY(r, "a deterministic remainder that no effect of the catalogue explains (mean white square %.1f)", m->after / m->values);
-    } else if (r->line.hz > 0.0 && !r->line_simulated) {
+    } else if (line_remains(r)) {
         SAY(r, "a line at %.4g Hz, no harmonic of the motion: a pump, or a loop that oscillates by itself", r->line.hz);
         ADVISE(r, "hold the platform still: a pump's line stays, with the pump's speed; a loop's goes when control.kp is lowered");
     } else if (imitated(r, m)) {
         SAY(r, "no one or two effects of the catalogue explain the gap; it takes %d to imitate it", r->effects);
+    } else if (r->replay_fault[0]) {
+        SAY(r, "%s comes nearest, but the model with it does not get through the tests: %.160s", name_of(r->effect[0].effect), r->replay_fault);
     } else if (r->effects && refuted(r)) {
         SAY(r, "%s comes nearest, but the model with it leaves %.0f %% of the gap in simulation", name_of(r->effect[0].effect),
             100.0 * r->unexplained_fraction);

@@ -43,10 +43,10 @@ static int drive(struct plant *plant, struct platform *platform, const struct pa
         int status = recording_add(out, &c, error);
         if (status) return status;
         if (c.state == STATE_PARKING) return STATUS_OK;
-        if (c.faults) return error_set(error, STATUS_USAGE, "replay: the model's run ended in a fault (%s)", fault_name(c.first_fault));
+        if (c.faults) return error_set(error, STATUS_USAGE, "the simulated run ended in a fault (%s)", fault_name(c.first_fault));
         plant_step(plant, c.out.enable ? c.out.valve : (const double[LEGS]){0});
     }
-    return error_set(error, STATUS_USAGE, "replay: the model's run did not come to its end");
+    return error_set(error, STATUS_USAGE, "the simulated run did not come to its end");
 }
 
 static int replay_run(const struct params *p, struct recording *out, struct error *error) {

@@ -10,7 +10,7 @@
 #include "units.h"
 #include "valve_line.h"
 
-static const double SETTLE_CYCLES = 2.0; /* the start, the measured pressures, is forgotten after: chambers settle in some 30 ms */
+static const double SETTLE_S = 0.1;       /* and one cycle: then the start, the measured pressures, is forgotten; chambers settle in some 30 ms */
 static const double SUBSTEP_S = 0.5e-3;   /* RK4: 1e-4 of a 100 Hz spool's lag */
 
 /* Samples to coefficients, by least squares: exact also where a cycle is no whole number of samples. */
@@ -60,7 +60,7 @@ static int prepare(struct residual_test *t, const struct recording *recording, c
     t->step_s = recording_step_s(test);
     double cycle = 1.0 / test->frequency_hz / t->step_s;
     t->fitted = (int)ceil(cycle - 1e-6);
-    t->samples = (int)ceil(SETTLE_CYCLES * cycle) + t->fitted;
+    t->samples = (int)ceil(fmax(cycle, SETTLE_S / t->step_s)) + t->fitted;
     t->substeps = (int)ceil(t->step_s / SUBSTEP_S - 1e-6);
     t->node = malloc((size_t)nodes_of(t) * RESIDUAL_SIZE * sizeof(double));
     t->valve = malloc((size_t)(LEGS * t->samples) * sizeof(double));
@@ -115,6 +115,18 @@ static void undo(const struct sensor_path *path, const struct residual_test *t, 
         double s = (reading[2 * h - 1] - lag * reading[2 * h]) / path->scale, c = (reading[2 * h] + lag * reading[2 * h - 1]) / path->scale;
         value[2 * h - 1] = s * c1 - c * s1;
         value[2 * h] = s * s1 + c * c1;
+    }
+}
+
+/* What a difference of values is in the reading: there its noise is what the whitener takes it for, whatever the sensor's scale and lag. */
+static void read_back(const struct sensor_path *path, const struct residual_test *t, double *row) {
+    row[0] *= path->scale;
+    for (int h = 1; h <= t->harmonics; h++) {
+        double w = h * t->spectrum.omega, lag = w * path->lag_s, s1 = sin(w * path->delay_s), c1 = cos(w * path->delay_s);
+        double size = path->scale / (1.0 + lag * lag);
+        double s = row[2 * h - 1] * c1 + row[2 * h] * s1, c = row[2 * h] * c1 - row[2 * h - 1] * s1;
+        row[2 * h - 1] = size * (s + lag * c);
+        row[2 * h] = size * (c - lag * s);
     }
 }
 
@@ -358,6 +370,10 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
                 row[k][RESIDUAL_P2][a] = rows.p2[k][a] - p.port[PORT_B][k][a];
                 if (parts & PART_FORCE) rows.p1[k][a] -= p.drop[PORT_A][k][a], rows.p2[k][a] -= p.drop[PORT_B][k][a];
             }
+        for (int k = 0; k < t->legs; k++) {
+            read_back(&cylinder.machine.p1[k], t, row[k][RESIDUAL_P1]);
+            read_back(&cylinder.machine.p2[k], t, row[k][RESIDUAL_P2]);
+        }
     }
     if (!(parts & PART_FORCE)) return true;
     take_play(t, &cylinder, &rows);
@@ -365,6 +381,7 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
     for (int k = 0; k < t->legs; k++) {
         push(&cylinder, t, &rows, k, row[k][RESIDUAL_FORCE]);
         for (int a = 0; a < RESIDUAL_SIZE; a++) row[k][RESIDUAL_FORCE][a] -= force[k][a];
+        if (t->pressures) read_back(&cylinder.machine.p1[k], t, row[k][RESIDUAL_FORCE]);
     }
     return true;
 }

@@ -49,7 +49,7 @@ static void span_add(struct span *s, const double *column, double min, double ma
 static double leave(const struct span *s, double *vector) {
     double x[FIT_VARIABLES];
     int values = d.fit.values;
-    if (!fit_box(s->count, values, vector, s->column, s->min, s->max, x, NULL)) fail("the columns are singular");
+    if (!fit_box(s->count, values, vector, s->column, NULL, s->min, s->max, x, NULL)) fail("the columns are singular");
     for (int i = 0; i < s->count; i++)
         for (int a = 0; a < values; a++) vector[a] += x[i] * s->column[i][a];
     return sqrt(2.0 * fit_square(values, vector)); /* there are as many cycles again that are not fitted to */

@@ -130,9 +130,11 @@ def run_case(case, size, seed, series):
         work = os.environ.get("KEEP", work)
         log, out = work + "/rig.lcm", work + "/out"
         options = [x for s in [setting(*i) for i in settings.items()] + ["sim.engine=ode", "lcm.url="] for x in ("--set", s)]
-        rig = subprocess.run([HEXID, "run", "-c", CONFIG, "--hal", "sim:", "--fast", "--seed", str(1000 + int(seed)), "--log", log] + options,
-                             capture_output=True, text=True)
+        rig = subprocess.run([HEXID, "run", "-c", CONFIG, "--hal", "sim:", "--fast", "--seed", str(1000 + int(seed)), "--log", log,
+                              "--json", work + "/rig.json"] + options, capture_output=True, text=True)
         if rig.returncode not in (0, 1): return row | {"remark": "the rig does not run: " + rig.stderr.strip()[-120:]}
+        with open(work + "/rig.json") as f: tests = json.load(f)["tests"]
+        if not any(t["complete"] for t in tests): return row | {"remark": "the rig ends in a fault before its first test is done"}
         gap = subprocess.run([HEXID, "gap", "--measured", log, "-c", CONFIG, "-o", out, "--set", "lcm.url="], capture_output=True, text=True)
         if gap.returncode: return row | {"score": 0.0, "remark": "refused: " + gap.stderr.strip().split("\n")[-1][-160:]}
         with open(out + "/gap.json") as f: result = json.load(f)
