@@ -294,16 +294,19 @@ static bool list_variables(struct diagnosis *d) {
 }
 
 bool diagnosis_add(struct diagnosis *d, const struct trial *t) {
+    struct params before = d->model;
+    int effect = t->hypothesis->effect;
     if (d->added == GAP_EFFECTS) return false;
     d->addition[d->added++] = *t->hypothesis;
-    if (!list_variables(d)) {
-        d->added--;
-        list_variables(d);
-        return false;
-    }
     d->model = t->model;
-    d->known[t->hypothesis->effect] = true;
-    return diagnosis_refit(d, BASE_ITERATIONS);
+    d->known[effect] = true;
+    if (list_variables(d) && diagnosis_refit(d, BASE_ITERATIONS)) return true;
+    d->added--;
+    d->model = before;
+    d->known[effect] = false;
+    list_variables(d);
+    diagnosis_refit(d, 0);
+    return false;
 }
 
 bool diagnosis_drop(struct diagnosis *d, int addition, double most) {

@@ -44,7 +44,7 @@ bool diagnosis_refit(struct diagnosis *d, int iterations);
  * other shapes, for the legs with most to explain. Best first, the best ones polished. Returns the number of trials (HYPOTHESES_MAX at most). */
 int diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads);
 
-/* The hypothesis joins the model. */
+/* The hypothesis joins the model; false where that cannot be fitted: all is as before. */
 bool diagnosis_add(struct diagnosis *d, const struct trial *t);
 
 /* Takes an addition out again and fits the rest: true where that costs so little that it is not needed; else all is as before. */

@@ -16,7 +16,7 @@
 
 /* Set by machines with nothing hidden: of some forty effects tried the luckiest gains 5 to 10 on held-out cycles (make bench-gap). */
 static const double GAIN_MIN = 36.0;       /* of white squares, on fitted and held-out cycles together: z = 6; */
-static const double GAIN_EACH = 12.0;      /* and of either alone */
+static const double GAIN_EACH = 4.0;       /* and of either alone: chance repeats in neither */
 static const double LATER_SHARE = 2e-5;    /* of the first gain: a later effect below that only mends the earlier one's shape */
 static const double FRICTION_SHARE = 3e-3; /* the same, beside a friction: what no law of friction gets right at reversals */
 static const double UNCLEAR_SHARE = 0.05;  /* the same, of an effect that others come close to */
@@ -26,7 +26,8 @@ static const double RIVAL_LEFT = 1.0;      /* as is what the best one leaves abo
 static const double RIVAL_GAIN = 25.0;     /* and noise: z = 5 */
 static const double CONTROLLER_DIFFERS = 0.02;
 static const double LINE_TOLERANCE = 0.1;   /* a loop that oscillates in the model, too, does so near the same frequency */
-static const double LINE_POWER = 12.0;      /* of white noise, mean of six legs: 1 +- 0.4 */
+static const double LINE_POWER = 12.0;      /* of white noise, mean of six legs: 1 +- 0.4; */
+static const double LINE_POWER_ONE = 30.0;  /* of one leg the strongest of 20 000 bins has 10 */
 static const double CLOCK_TOLERANCE = 1e-4; /* two crystals */
 
 enum { ROUNDS_MAX = 2 * GAP_EFFECTS }; /* effects that a later one makes leave may come again: not for ever */
@@ -47,7 +48,7 @@ static double likelihood(const struct diagnosis *d, const struct trial *t) { ret
 /* Every effect once, in its best shape; trials are sorted. */
 static void list_candidates(const struct diagnosis *d, const struct trial *trial, int trials, struct gap_result *r) {
     double least = trial[0].held_square, before = d->held_square - least; /* noise alone is not explained */
-    bool gap = before > GAIN_EACH;
+    bool gap = before > 0.5 * GAIN_MIN;
     for (int i = 0; i < trials; i++) {
         bool seen = !trial[i].ok;
         for (int j = 0; j < r->candidates && !seen; j++) seen = r->candidate[j].effect == trial[i].hypothesis->effect;
@@ -160,7 +161,7 @@ static struct gap_line find_line(const struct recording *recording) {
         enum channel channel;
         enum gap_channel name;
     } channels[] = {{CHANNEL_P1, GAP_P1}, {CHANNEL_P2, GAP_P2}, {CHANNEL_LENGTH, GAP_LENGTH}};
-    double most = LINE_POWER;
+    double most = params_legs(recording->params) > 1 ? LINE_POWER : LINE_POWER_ONE;
     for (int i = 0; i < recording->tests; i++) {
         struct spectrum s;
         if (!spectrum_measure(&s, &recording->test[i], CYCLES_ALL)) continue;

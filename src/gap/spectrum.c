@@ -221,20 +221,22 @@ struct spectrum_line spectrum_find_line(const struct spectrum *s, const struct r
     struct spectrum_line line = {0};
     double *rest = malloc((size_t)all * sizeof *rest), *power = calloc((size_t)bins + 1, sizeof *power), step_s;
     double *absolute = calloc((size_t)bins + 1, sizeof *absolute);
+    int legs = 0; /* that have the channel */
     for (int k = 0; k < LEGS && rest && power && absolute; k++) {
         double square = 0.0;
         leave_rest(s, t, channel, k, rest);
         thin(n, many, rest);
         for (int i = 0; i < n; i++) square += rest[i] * rest[i];
+        legs += square > 0.0;
         for (int b = LINE_BINS; b < bins && square > 0.0; b++) {
             double p = power_at(n, rest, 2.0 * PI * b / n);
-            power[b] += p / square / LEGS, absolute[b] += p;
+            power[b] += p / square, absolute[b] += p;
         }
     }
     step_s = (t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s) / (all - 1) * many;
-    for (int b = LINE_BINS; b < bins && power && absolute; b++)
-        if (power[b] > line.power && off_harmonics(s, b / (n * step_s), LINE_BINS / (n * step_s)))
-            line = (struct spectrum_line){b / (n * step_s), sqrt(2.0 * absolute[b] / LEGS) / n, power[b]};
+    for (int b = LINE_BINS; b < bins && legs; b++)
+        if (power[b] / legs > line.power && off_harmonics(s, b / (n * step_s), LINE_BINS / (n * step_s)))
+            line = (struct spectrum_line){b / (n * step_s), sqrt(2.0 * absolute[b] / legs) / n, power[b] / legs};
     free(rest);
     free(power);
     free(absolute);

@@ -202,7 +202,7 @@ static void shrink_card(FILE *out, const struct gap_report *report) {
     const struct gap_result *r = report->result;
     double full = fmax(fmax(r->before.overall, r->held_out_before.overall), r->noise_floor.overall);
     fprintf(out, "<div><h2>%s</h2>\n", r->effects ? "How much of the gap is gone" : "How large the gap is");
-    if (r->effects)
+    if (r->effects && isfinite(r->unexplained_fraction))
         fprintf(out, "<p class=\"big\">%.0f %%</p><p class=\"small\">of the squared gap above the noise floor, on data held out</p>\n",
                 100.0 * (1.0 - r->unexplained_fraction));
     else
