@@ -62,6 +62,17 @@ void machine_init(struct machine *m, const struct params *params) {
         if (params->effects[i].on) apply(m, effect_table[i], &params->effects[i]);
 }
 
+int machine_check(const struct machine *m, struct error *error) {
+    const struct actuator_params *a = &m->params->actuator;
+    bool payload = m->payload_kg > 0.0;
+    for (int i = 0; i < 3; i++) payload = payload && m->payload_inertia_kg_m2[i] > 0.0;
+    if (!payload) return error_set(error, STATUS_USAGE, "effects leave no mass or no inertia of the payload: make them smaller");
+    for (int k = 0; k < LEGS; k++)
+        if (m->axial_kg[k] != 0.0 && !(a->upper_mass_kg + m->axial_kg[k] > 0.0))
+            return error_set(error, STATUS_USAGE, "effects leave no axial mass of leg %d: make them smaller", k + 1);
+    return 0;
+}
+
 struct friction machine_joint_friction(const struct machine *m, int leg, double speed_radps) {
     struct friction sum = {0};
     for (int i = 0; i < m->joint_friction.count; i++)

@@ -4,6 +4,7 @@
 #define HEXID_MACHINE_H
 
 #include "params.h"
+#include "status.h"
 
 /* What a sensor makes of the exact value: first the lag or delay, then reading = scale value + offset. */
 struct sensor_path {
@@ -53,6 +54,9 @@ struct machine {
 
 /* params must outlive the machine. */
 void machine_init(struct machine *m, const struct params *params);
+
+/* Can there be such a machine? 0, or -2: effects have made a mass or an inertia nothing. */
+int machine_check(const struct machine *m, struct error *error);
 
 /* Sum of every effect's friction about one axis of a universal joint of this leg. */
 struct friction machine_joint_friction(const struct machine *m, int leg, double speed_radps);

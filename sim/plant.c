@@ -101,18 +101,6 @@ static int settle(struct plant *plant, struct error *error) {
     return 0;
 }
 
-/* Masses of a machine that effects have made lighter. */
-static int check_masses(const struct machine *m, struct error *error) {
-    const struct actuator_params *a = &m->params->actuator;
-    bool payload = m->payload_kg > 0.0;
-    for (int i = 0; i < 3; i++) payload = payload && m->payload_inertia_kg_m2[i] > 0.0;
-    if (!payload) return error_set(error, STATUS_USAGE, "effects leave no mass or no inertia of the payload: make them smaller");
-    for (int k = 0; k < LEGS; k++)
-        if (m->axial_kg[k] != 0.0 && !(a->upper_mass_kg + m->axial_kg[k] > 0.0))
-            return error_set(error, STATUS_USAGE, "effects leave no axial mass of leg %d: make them smaller", k + 1);
-    return 0;
-}
-
 struct plant *plant_create(const struct params *params, uint64_t seed, struct error *error) {
     struct plant *plant = calloc(1, sizeof *plant);
     if (!plant) {
@@ -125,7 +113,7 @@ struct plant *plant_create(const struct params *params, uint64_t seed, struct er
     const struct machine *machine = &plant->cylinder.machine;
     if (sensors_init(&plant->sensors, machine, seed) < 0 || valve_line_init(&plant->valve_line, machine) < 0)
         error_set(error, STATUS_IO, "no memory for the simulated machine's delays");
-    else if (check_masses(machine, error) == 0)
+    else if (machine_check(machine, error) == 0)
         plant->engine = engines[params->sim.engine]->create(params, error);
     if (plant->engine && settle(plant, error) == 0) return plant;
     plant_destroy(plant);

@@ -117,7 +117,7 @@ static void a_distance_is_the_rms_over_a_cycle(void **unused) {
 /* --- page */
 
 static char *page_of(const struct gap_result *result, const struct waves *waves, const char *file, int expected) {
-    struct gap_report report = {.result = result, .measured = &measured, .waves = waves, .motion = &motion, .measured_file = file,
+    struct gap_report report = {.result = result, .measured = &measured, .waves = waves, .motion = &motion, .measured_file = &file,
                                 .validate_file = file, .config_file = file, .model_file = file};
     struct error error;
     char *page;

@@ -7,12 +7,14 @@
 #include "realtime.h"
 #include "status.h"
 
-enum { SETTINGS_MAX = 64, OPERANDS_MAX = 4 };
+enum { SETTINGS_MAX = 64, OPERANDS_MAX = 4, LOGS_MAX = 4 };
 
 enum { EXIT_PASSED = 0, EXIT_CHECK_FAILED = 1 }; /* the others are statuses with the sign turned */
 
 struct options {
-    const char *config, *hal, *bus, *log, *json, *output, *format, *measured, *validate, *replay;
+    const char *config, *hal, *bus, *log, *json, *output, *format, *validate, *replay;
+    const char *measured[LOGS_MAX];
+    int measured_count;
     const char *settings[SETTINGS_MAX];
     int setting_count;
     char tests[64];              /* --tests as a setting */
@@ -30,7 +32,11 @@ int options_parse(struct options *o, int argc, char **argv, const char *allowed,
 /* Configuration from -c (default config/tian2015.yaml where it exists, else built in) and --set. */
 int options_params(const struct options *o, struct params *params, struct error *error);
 
-/* The same, and the bus that it names. */
+/* Configuration of the run that a log is of, from its first event. -3 where that holds none. */
+struct log_event;
+int cli_log_params(const char *path, const struct log_event *event, struct params *params, struct error *error);
+
+/* The same as options_params, and the bus that it names. */
 struct bus;
 int options_bus(const struct options *o, struct params *params, struct bus **bus, struct error *error);
 

@@ -10,19 +10,39 @@
 #include "log.h"
 #include "messages.h"
 
-static int load(const char *path, struct recording *r, struct error *error) {
+/* The tests of another log are those of the configuration in it: its frequency and amplitudes are not the model's. */
+static int begin(const char *path, const struct log_event *event, struct recording *r, struct error *error) {
+    struct params *own = calloc(1, sizeof *own);
+    int status = own ? cli_log_params(path, event, own, error) : error_set(error, STATUS_IO, "out of memory");
+    if (!status) status = recording_begin(r, &own->tests, error);
+    free(own);
+    return status;
+}
+
+static int add(const char *path, struct recording *r, struct error *error) {
     struct log_reader *log;
     struct log_event event;
     struct cycle cycle;
     int status = log_open(&log, path, error);
     if (status) return status;
-    while (!status && log_next(log, &event))
-        if (!strcmp(event.channel, CHANNEL_STATE) && state_decode(event.data, event.size, &cycle)) status = recording_add(r, &cycle, error);
+    for (bool first = true; !status && log_next(log, &event); first = false)
+        if (first && r->tests) status = begin(path, &event, r, error);
+        else if (!strcmp(event.channel, CHANNEL_STATE) && state_decode(event.data, event.size, &cycle)) status = recording_add(r, &cycle, error);
     log_release(log);
-    if (!status) status = recording_check(r, error);
-    if (!status) return STATUS_OK;
-    struct error reason = *error;
-    return error_set(error, reason.status, "%.100s: %.280s", path, reason.text);
+    return status;
+}
+
+/* All logs of one machine. */
+static int load(int logs, const char *const *path, struct recording *r, struct error *error) {
+    for (int i = 0; i < logs; i++) {
+        int tests = r->tests, status = add(path[i], r, error);
+        if (!status && r->tests == tests) status = error_set(error, STATUS_USAGE, "no sinusoidal test in the log");
+        if (!status) status = recording_check(r, error);
+        if (!status) continue;
+        struct error reason = *error;
+        return error_set(error, reason.status, "%.100s: %.280s", path[i], reason.text);
+    }
+    return STATUS_OK;
 }
 
 static void progress(void *context, const char *step, double share) {
@@ -34,7 +54,7 @@ static void progress(void *context, const char *step, double share) {
 static int options(struct options *o, struct gap_options *g, int argc, char **argv, struct error *error) {
     int status = options_parse(o, argc, argv, "cSjoMvR", 0, error);
     if (status) return status;
-    if (!o->measured || !o->config || !o->output)
+    if (!o->measured_count || !o->config || !o->output)
         return error_set(error, STATUS_USAGE, "`hexid gap` needs --measured LOG, -c FILE and -o DIR; see `hexid gap --help`");
     *g = (struct gap_options){.replay = GAP_CLOSED_LOOP, .simulate = true, .progress = progress};
     g->threads = (int)sysconf(_SC_NPROCESSORS_ONLN);
@@ -52,8 +72,8 @@ static int run(int argc, char **argv, struct params *params, struct recording *m
     if (!status) status = options_params(&o, params, error);
     recording_init(measured, params);
     recording_init(validate, params);
-    if (!status) status = load(o.measured, measured, error);
-    if (!status && o.validate) status = load(o.validate, validate, error);
+    if (!status) status = load(o.measured_count, o.measured, measured, error);
+    if (!status && o.validate) status = load(1, &o.validate, validate, error);
     if (!status) status = gap_solve(params, measured, o.validate ? validate : NULL, &g, result, error);
     if (status) return status;
     progress(NULL, "drawing the report", 0.95);

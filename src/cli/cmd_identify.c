@@ -9,11 +9,7 @@
 /* The configuration in the log's first event, changed by --set; or the file given by -c. */
 static int log_params(const struct options *o, const struct log_event *event, struct params *params, struct error *error) {
     if (o->config) return options_params(o, params, error);
-    const char *text;
-    size_t size;
-    if (strcmp(event->channel, CHANNEL_EVENT) || !event_decode_config(event->data, event->size, &text, &size))
-        return error_set(error, STATUS_IO, "%s: its first event is no configuration: give one with -c FILE", o->operand[0]);
-    int status = config_parse(params, text, size, o->operand[0], error);
+    int status = cli_log_params(o->operand[0], event, params, error);
     return status ? status : config_override(params, o->operand[0], o->settings, o->setting_count, error);
 }
 

@@ -13,7 +13,7 @@ static const struct subcommand {
     {"plant", "--bus URL [-c FILE] [--set KEY=VALUE ...] [--seed N] [--rt require|try|off]", 
               "serve the simulated platform as the devices of a bus: can:IF, modbus:tcp://HOST:PORT or modbus:rtu:DEVICE?baud=N", cmd_plant},
     {"identify", "LOG [-c FILE] [--set KEY=VALUE ...] [--json FILE]", "identify from a recorded log", cmd_identify},
-    {"gap", "--measured LOG [--validate LOG] -c FILE -o DIR [--json FILE] [--replay closed-loop|motion] [--set KEY=VALUE ...]",
+    {"gap", "--measured LOG [--measured LOG2 ...] [--validate LOG] -c FILE -o DIR [--json FILE] [--replay closed-loop|motion] [--set KEY=VALUE ...]",
      "find the physical effect that the model lacks, add it, and show how much of the difference is gone", cmd_gap},
     {"import", "CSVDIR -o LOG [-c FILE]", "make a log of CSV files", cmd_import},
     {"export", "LOG -o CSVDIR", "make CSV files of a log", cmd_export},

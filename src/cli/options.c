@@ -8,6 +8,8 @@
 #include "bus.h"
 #include "cli.h"
 #include "config.h"
+#include "log.h"
+#include "messages.h"
 
 static const char default_config[] = "config/tian2015.yaml";
 
@@ -45,6 +47,12 @@ static int add_setting(struct options *o, const char *text, struct error *error)
     return STATUS_OK;
 }
 
+static int add_measured(struct options *o, const char *path, struct error *error) {
+    if (o->measured_count == LOGS_MAX) return error_set(error, STATUS_USAGE, "--measured: at most %d logs", LOGS_MAX);
+    o->measured[o->measured_count++] = path;
+    return STATUS_OK;
+}
+
 static int set_tests(struct options *o, const char *list, struct error *error) {
     if (snprintf(o->tests, sizeof o->tests, "tests.order=[%s]", list) >= (int)sizeof o->tests)
         return error_set(error, STATUS_USAGE, "--tests %s: name at most six of x,y,z,phi,theta,psi", list);
@@ -62,13 +70,13 @@ static int take(struct options *o, int option, const char *value, struct error *
     case 'm': o->modbus_map = true; return STATUS_OK;
     case 'o': o->output = value; return STATUS_OK;
     case 'F': o->format = value; return STATUS_OK;
-    case 'M': o->measured = value; return STATUS_OK;
     case 'v': o->validate = value; return STATUS_OK;
     case 'R': o->replay = value; return STATUS_OK;
     case 'p': o->print_config = true; return STATUS_OK;
     case 'r': return set_rt(o, value, error);
     case 's': return set_seed(o, value, error);
     case 'S': return add_setting(o, value, error);
+    case 'M': return add_measured(o, value, error);
     default: return set_tests(o, value, error);
     }
 }
@@ -100,6 +108,14 @@ int options_params(const struct options *o, struct params *params, struct error 
     const char *path = o->config;
     if (!path && !access(default_config, R_OK)) path = default_config;
     return config_load(params, path, o->settings, o->setting_count, error);
+}
+
+int cli_log_params(const char *path, const struct log_event *event, struct params *params, struct error *error) {
+    const char *text;
+    size_t size;
+    if (strcmp(event->channel, CHANNEL_EVENT) || !event_decode_config(event->data, event->size, &text, &size))
+        return error_set(error, STATUS_IO, "%s: its first event is no configuration: give one with -c FILE", path);
+    return config_parse(params, text, size, path, error);
 }
 
 int options_bus(const struct options *o, struct params *params, struct bus **bus, struct error *error) {

@@ -6,22 +6,38 @@
 
 #include "force.h"
 
-void recording_init(struct recording *r, const struct params *params) { *r = (struct recording){.params = params}; }
+void recording_init(struct recording *r, const struct params *params) {
+    *r = (struct recording){.params = params, .runs = 1, .run = {params->tests}};
+}
+
+int recording_begin(struct recording *r, const struct test_params *tests, struct error *error) {
+    if (r->runs == RECORDING_RUNS) return error_set(error, STATUS_USAGE, "more than %d logs of one machine", RECORDING_RUNS);
+    r->run[r->runs++] = *tests;
+    return STATUS_OK;
+}
 
 void recording_free(struct recording *r) {
     for (int i = 0; i < r->tests; i++) free(r->test[i].sample);
     r->tests = 0;
 }
 
+/* How many tests the runs before had. */
+static int tests_before(const struct recording *r) {
+    int n = 0;
+    while (n < r->tests && r->test[n].run < r->runs - 1) n++;
+    return n;
+}
+
 /* The test that the cycle belongs to: the last one, or a new one. */
 static struct recording_test *place(struct recording *r, const struct cycle *c) {
     struct recording_test *t = r->tests ? &r->test[r->tests - 1] : NULL;
-    bool same = t && t->test == c->test && t->dof == c->dof && (!t->count || c->test_time_s > t->sample[t->count - 1].test_time_s);
+    int run = r->runs - 1, test = tests_before(r) + c->test;
+    bool same = t && t->run == run && t->test == test && t->dof == c->dof && (!t->count || c->test_time_s > t->sample[t->count - 1].test_time_s);
     if (same) return t;
     if (r->tests == RECORDING_TESTS) return NULL;
-    const struct test_params *p = &r->params->tests;
+    const struct test_params *p = &r->run[run];
     t = &r->test[r->tests++];
-    *t = (struct recording_test){.test = c->test, .dof = c->dof, .frequency_hz = p->frequency_hz,
+    *t = (struct recording_test){.run = run, .test = test, .dof = c->dof, .frequency_hz = p->frequency_hz,
                                  .amplitude = c->dof < DOF_PHI ? p->amplitude_m : p->amplitude_rad, .first = -1};
     return t;
 }
@@ -44,7 +60,7 @@ static void take_forces(struct recording *r, const struct cycle *c, struct recor
 int recording_add(struct recording *r, const struct cycle *c, struct error *error) {
     if (c->dof == DOF_NONE || (c->phase != PHASE_RAMP_IN && c->phase != PHASE_EVALUATE)) return STATUS_OK;
     struct recording_test *t = place(r, c);
-    if (!t) return error_set(error, STATUS_USAGE, "the log has more than %d tests", RECORDING_TESTS);
+    if (!t) return error_set(error, STATUS_USAGE, "more than %d tests", RECORDING_TESTS);
     if (t->count == t->capacity) {
         int capacity = t->capacity ? 2 * t->capacity : 4096;
         struct recording_sample *more = realloc(t->sample, (size_t)capacity * sizeof *more);

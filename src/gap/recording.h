@@ -6,7 +6,7 @@
 #include "params.h"
 #include "status.h"
 
-enum { RECORDING_TESTS = 24 };
+enum { RECORDING_TESTS = 24, RECORDING_RUNS = 4 };
 
 struct recording_sample {
     double test_time_s;  /* the controller's clock, from the start of the test */
@@ -19,7 +19,8 @@ struct recording_sample {
 };
 
 struct recording_test {
-    int test;            /* place in the list of tests */
+    int run;             /* of the recording, from 0 */
+    int test;            /* place in the list of tests, counted through all runs */
     enum dof dof;
     double frequency_hz, amplitude;
     int count, capacity;
@@ -32,15 +33,22 @@ struct recording_measured {
     bool force, pressures, valve, reference;
 };
 
+/* One machine, recorded in one run or in several, each with tests of its own: frequency, amplitude, axes. */
 struct recording {
     const struct params *params; /* the model's */
     struct recording_measured measured;
+    int runs;
+    struct test_params run[RECORDING_RUNS];
     int tests;
     struct recording_test test[RECORDING_TESTS];
 };
 
+/* One run, with the model's tests. */
 void recording_init(struct recording *r, const struct params *params);
 void recording_free(struct recording *r);
+
+/* What is added from now on is of another run, with these tests. -2 when there are RECORDING_RUNS. */
+int recording_begin(struct recording *r, const struct test_params *tests, struct error *error);
 
 /* Takes the cycles of ramp-in and evaluation of every test, in order. -3 without memory. */
 int recording_add(struct recording *r, const struct cycle *cycle, struct error *error);

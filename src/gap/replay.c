@@ -12,11 +12,13 @@
 
 static const int64_t SLACK_CYCLES = 1000;
 
-/* The tests of the recording, in its order, and nothing that a controller on a desk has to fear. */
-static struct params replay_params(const struct params *model, const struct recording *like) {
+/* The tests of a run, in its order, and nothing that a controller on a desk has to fear. */
+static struct params replay_params(const struct params *model, const struct recording *like, int run) {
     struct params p = *model;
+    p.tests = like->run[run];
     p.tests.count = 0;
-    for (int i = 0; i < like->tests && p.tests.count < DOFS; i++) p.tests.order[p.tests.count++] = like->test[i].dof;
+    for (int i = 0; i < like->tests && p.tests.count < DOFS; i++)
+        if (like->test[i].run == run) p.tests.order[p.tests.count++] = like->test[i].dof;
     for (int i = p.tests.count; i < DOFS; i++) p.tests.order[i] = DOF_NONE;
     p.motion.automatic = true;
     p.sim.engine = ENGINE_CLOSED_FORM;
@@ -47,21 +49,26 @@ static int drive(struct plant *plant, struct platform *platform, const struct pa
     return error_set(error, STATUS_USAGE, "replay: the model's run did not come to its end");
 }
 
+static int replay_run(const struct params *p, struct recording *out, struct error *error) {
+    struct plant *plant = plant_create(p, 1, error);
+    struct platform *platform = malloc(sizeof *platform);
+    int status = !plant ? (int)error->status : !platform ? error_set(error, STATUS_IO, "out of memory") : platform_init(platform, p, error);
+    if (!status) status = drive(plant, platform, p, out, error);
+    if (plant) plant_destroy(plant);
+    free(platform);
+    return status;
+}
+
 int replay_closed_loop(const struct params *model, const struct recording *like, struct recording *out, struct error *error) {
     struct params *p = malloc(sizeof *p);
-    struct platform *platform = malloc(sizeof *platform);
+    int status = p ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
     recording_init(out, like->params);
-    if (!p || !platform) {
-        free(p);
-        free(platform);
-        return error_set(error, STATUS_IO, "out of memory");
+    for (int run = 0; run < like->runs && !status; run++) {
+        if (run) status = recording_begin(out, &like->run[run], error);
+        else out->run[0] = like->run[0];
+        *p = replay_params(model, like, run);
+        if (!status) status = replay_run(p, out, error);
     }
-    *p = replay_params(model, like);
-    struct plant *plant = plant_create(p, 1, error);
-    int status = plant ? platform_init(platform, p, error) : (int)error->status;
-    if (!status) status = drive(plant, platform, p, out, error);
-    plant_destroy(plant);
-    free(platform);
     free(p);
     return status;
 }
@@ -111,6 +118,7 @@ bool replay_identify(const struct params *params, const struct recording *record
     if (friction) ok = ok && residual_prepare(&data, recording, CYCLES_ALL, &error) == STATUS_OK;
     for (int i = 0; i < recording->tests && ok; i++) {
         double row[LEGS][RESIDUAL_SIZE];
+        if (recording->test[i].run) continue; /* the six tests are the first run's */
         ok = !friction || friction_rows(&data.test[i], friction, row);
         if (ok) feed(id, &recording->test[i], area_m2, friction ? &data.test[i] : NULL, friction ? row : NULL);
     }
@@ -181,7 +189,7 @@ void replay_compare(const struct recording *measured, const struct recording *si
     for (int i = 0; i < measured->tests; i++)
         for (int j = 0; j < simulated->tests; j++) {
             struct spectrum m, s;
-            if (measured->test[i].dof != simulated->test[j].dof) continue;
+            if (measured->test[i].run != simulated->test[j].run || measured->test[i].dof != simulated->test[j].dof) continue;
             if (spectrum_measure(&m, &measured->test[i], which) && spectrum_measure(&s, &simulated->test[j], CYCLES_ALL))
                 compare_test(&m, &s, &sums);
         }

@@ -6,12 +6,13 @@
 #include "gap.h"
 #include "spectrum.h"
 
-/* Runs the tests of `like` on the model; `out` holds what a log of that run would, and is
+/* Runs the tests of `like` on the model, run by run; `out` holds what a log of that run would, and is
  * the caller's to free, also after an error. -2 when the model's run ends in a fault, -3 without memory. */
 int replay_closed_loop(const struct params *model, const struct recording *like, struct recording *out, struct error *error);
 
 /* The inertia matrix identified from a recording (method A). friction: a model whose friction effects are taken off the measured forces
- * first, the part beyond the base's viscous friction; NULL: none. False without six complete tests. */
+ * first, the part beyond the base's viscous friction; NULL: none. Of the first run alone.
+ * False without six complete tests. */
 bool replay_identify(const struct params *params, const struct recording *recording, const struct params *friction, double mt[DOFS][DOFS]);
 
 /* Differences of two recordings of the same tests, over the cycles given of the measured one, and the measured one's noise. */

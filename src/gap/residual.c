@@ -343,7 +343,9 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
     struct rows rows;
     struct pressure_rows p;
     double force[LEGS][RESIDUAL_SIZE];
+    struct error impossible;
     cylinder_model_init(&cylinder, model);
+    if (machine_check(&cylinder.machine, &impossible)) return false;
     undo_all(&cylinder.machine, t, &rows);
     if (has_lines(&cylinder)) parts = PART_ALL; /* the gauge is not at the chamber */
     if (!t->chambers) parts &= PART_FORCE;

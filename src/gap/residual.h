@@ -44,7 +44,8 @@ struct residual_data {
 int residual_prepare(struct residual_data *d, const struct recording *recording, enum cycles which, struct error *error);
 void residual_free(struct residual_data *d);
 
-/* Rows of a test under a model; kinds outside `parts` are left as they are. False where the motion is no motion of this model. */
+/* Rows of a test under a model; kinds outside `parts` are left as they are. False where the motion is no motion of this model,
+ * or there can be no such machine. */
 bool residual_evaluate(const struct residual_test *t, const struct params *model, enum residual_part parts, residual_row row);
 
 /* Inverse dynamics alone: the hydraulic force each leg needs for the measured motion (friction included). */

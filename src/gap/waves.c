@@ -71,7 +71,7 @@ static int simulate(struct waves *w, const struct params *model, const struct re
         for (int j = 0; j < simulated.tests; j++) {
             struct spectrum s;
             channel_rows row;
-            if (simulated.test[j].dof != w->test[i].dof || !spectrum_measure(&s, &simulated.test[j], CYCLES_ALL)) continue;
+            if (simulated.test[j].run != w->test[i].run || simulated.test[j].dof != w->test[i].dof || !spectrum_measure(&s, &simulated.test[j], CYCLES_ALL)) continue;
             for (int leg = 0; leg < LEGS; leg++) {
                 rows(&s, leg, row);
                 for (int ch = 0; ch < GAP_CHANNELS; ch++) memcpy(side_row(&w->test[i].wave[ch][leg], side), row[ch], sizeof *row);
@@ -86,7 +86,7 @@ int waves_closed_loop(struct waves *w, const struct gap_result *result, const st
     for (int i = 0; i < measured->tests && !status; i++) {
         struct spectrum s;
         if (!spectrum_measure(&s, &measured->test[i], CYCLES_ALL)) continue;
-        w->test[w->tests] = (struct wave_test){.test = measured->test[i].test, .dof = measured->test[i].dof};
+        w->test[w->tests] = (struct wave_test){.run = measured->test[i].run, .test = measured->test[i].test, .dof = measured->test[i].dof};
         put_measured(&w->test[w->tests++], &s);
     }
     if (!status) status = simulate(w, &result->base_model, measured, BEFORE, error);
@@ -114,7 +114,7 @@ int waves_motion(struct waves *w, const struct gap_result *result, const struct 
     status = residual_prepare(&data, measured, CYCLES_ALL, error);
     for (int i = 0; i < data.tests && !status; i++) {
         struct wave_test *t = &w->test[w->tests];
-        *t = (struct wave_test){.test = measured->test[i].test, .dof = measured->test[i].dof};
+        *t = (struct wave_test){.run = measured->test[i].run, .test = measured->test[i].test, .dof = measured->test[i].dof};
         put_measured(t, &data.test[i].spectrum);
         bool made = put_residual(t, &data.test[i], &result->base_model, BEFORE) && put_residual(t, &data.test[i], &result->fitted, AFTER);
         if (made) w->tests++;

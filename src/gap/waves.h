@@ -12,7 +12,7 @@ struct wave {
 };
 
 struct wave_test {
-    int test;
+    int run, test;
     enum dof dof;
     double omega;
     struct wave wave[GAP_CHANNELS][LEGS];

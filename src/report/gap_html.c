@@ -243,7 +243,7 @@ static void next_steps(FILE *out, const struct gap_report *report) {
 static void first_screen(FILE *out, const struct gap_report *report) {
     const struct gap_result *r = report->result;
     fputs("<header><span>hexid gap: <code>", out);
-    html_text(out, "%s", report->measured_file);
+    for (int i = 0; i < report->measured->runs; i++) html_text(out, "%s%s", i ? " and " : "", report->measured_file[i]);
     fputs("</code> against <code>", out);
     html_text(out, "%s", report->config_file);
     fprintf(out, "</code></span><span>%d tests, %s</span></header>\n", report->measured->tests,

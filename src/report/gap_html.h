@@ -9,7 +9,8 @@ struct gap_report {
     const struct recording *measured;
     const struct waves *waves;   /* of the closed loop where the result is simulated, else of the motion */
     const struct waves *motion;
-    const char *measured_file, *validate_file, *config_file, *model_file; /* for the heading; validate_file may be NULL */
+    const char *const *measured_file; /* for the heading, one a run */
+    const char *validate_file, *config_file, *model_file; /* validate_file may be NULL */
 };
 
 /* *page is to be freed by the caller. 0; -3 with the reason: without memory (*page is NULL), or the page is whole but for its pictures and

@@ -12,7 +12,7 @@
 const char *const section_channel_words[GAP_CHANNELS] = {"leg length", "leg force", "pressure P1", "pressure P2", "valve command"};
 static const char *const axis_words[DOFS] = {"x", "y", "z", "φ", "θ", "ψ"};
 
-enum { PICTURES = 6 };
+enum { PICTURES = 6, TEST_WORDS = 32 };
 
 /* --- words */
 
@@ -103,6 +103,15 @@ static struct spot *spots(const struct waves *w, int *count) {
     return spot;
 }
 
+/* "x"; of several runs "x at 4 Hz". */
+static const char *test_words(const struct page *p, int test, enum dof dof, char words[TEST_WORDS]) {
+    const struct recording *r = p->report->measured;
+    snprintf(words, TEST_WORDS, "%s", axis_words[dof]);
+    for (int i = 0; i < r->tests && r->runs > 1; i++)
+        if (r->test[i].test == test) snprintf(words, TEST_WORDS, "%s at %.3g Hz", axis_words[dof], r->test[i].frequency_hz);
+    return words;
+}
+
 static bool has_after(const struct page *p) { return p->report->result->effects > 0; }
 
 static const struct wave_test *find_test(const struct waves *w, int test) {
@@ -152,9 +161,9 @@ void section_waveforms(struct page *p) {
     fputs(". Below each: measured less model; the grey band is the noise of a single sample, ±1 standard deviation.</p>\n<div "
           "class=\"two\">\n", p->out);
     for (int i = 0; i < n; i++) {
-        char caption[160];
+        char caption[160], words[TEST_WORDS];
         snprintf(caption, sizeof caption, "Test %s, %s of leg %d: before, the model is off by %.1f %% of the channel's variation",
-                 axis_words[chosen[i].test->dof], section_channel_words[chosen[i].channel], chosen[i].leg + 1, 100.0 * chosen[i].size);
+                 test_words(p, chosen[i].test->test, chosen[i].test->dof, words), section_channel_words[chosen[i].channel], chosen[i].leg + 1, 100.0 * chosen[i].size);
         draw(p, write_wave, &(struct picture){chosen[i].test, chosen[i].leg, has_after(p)}, chosen[i].channel, caption);
     }
     fputs("</div></section>\n", p->out);
@@ -172,13 +181,13 @@ void section_loops(struct page *p) {
     const struct gap_place *place = loop_place(p->report->result);
     const struct wave_test *motion = place ? find_test(p->report->motion, place->test) : NULL;
     const struct wave_test *simulated = place && p->report->result->simulated ? find_test(p->report->waves, place->test) : NULL;
-    char caption[200];
+    char caption[200], words[TEST_WORDS];
     if (!motion) return;
     fputs("<section id=\"loops\"><h2>Loops over velocity</h2>\n<p>The area of a force loop is the energy lost in a cycle. In what the "
           "model leaves over, dry friction is a jump at zero velocity, viscous friction a slope, inertia and stiffness an open "
           "loop.</p>\n<div class=\"loops\">\n", p->out);
     snprintf(caption, sizeof caption, "Test %s, leg %d: measured force, A1 P1 - A2 P2 where there are pressures, and the force that the model needs for the "
-                                      "measured motion; beside it what is left over", axis_words[motion->dof], place->leg + 1);
+                                      "measured motion; beside it what is left over", test_words(p, motion->test, motion->dof, words), place->leg + 1);
     draw(p, write_force_loop, &(struct picture){motion, place->leg, has_after(p)}, GAP_FORCE, caption);
     snprintf(caption, sizeof caption, "Leg velocity over valve command, each with its own motion");
     if (simulated) draw(p, write_valve_loop, &(struct picture){simulated, place->leg, has_after(p)}, GAP_VALVE, caption);
@@ -217,9 +226,10 @@ static void map_cell(FILE *out, double size, double full) {
 
 static void map_rows(const struct page *p, bool after, double full) {
     const struct waves *w = p->report->waves;
+    char words[TEST_WORDS];
     fprintf(p->out, "<tr><th class=\"side\" colspan=\"%d\">%s</th></tr>\n", 1 + GAP_CHANNELS * w->legs, after ? "after" : "before");
     for (int i = 0; i < w->tests; i++) {
-        fprintf(p->out, "<tr><th>%s</th>", axis_words[w->test[i].dof]);
+        fprintf(p->out, "<tr><th>%s</th>", test_words(p, w->test[i].test, w->test[i].dof, words));
         for (int ch = 0; ch < GAP_CHANNELS; ch++) {
             for (int leg = 0; leg < w->legs; leg++)
                 if (w->evaluated[ch]) map_cell(p->out, spot_size(w, &w->test[i], ch, leg, after), full);
@@ -236,7 +246,8 @@ static void list_places(const struct page *p) {
           "the squared gap</th></tr>\n", p->out);
     for (int i = 0; i < r->places; i++) {
         const struct gap_place *w = &r->where[i];
-        fprintf(p->out, "<tr><td>%s</td><td>%s</td><td>%d</td><td>%d%s</td><td>", axis_words[w->dof],
+        char words[TEST_WORDS];
+        fprintf(p->out, "<tr><td>%s</td><td>%s</td><td>%d</td><td>%d%s</td><td>", test_words(p, w->test, w->dof, words),
                 section_channel_words[w->channel], w->leg + 1, w->harmonic, w->harmonic ? "" : " (constant)");
         html_text(p->out, "%s", section_feature_words(w->feature));
         fprintf(p->out, "</td><td class=\"n\">%.1f %%</td></tr>\n", 100.0 * w->share);
