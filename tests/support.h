@@ -11,6 +11,7 @@
 #include <cmocka.h>
 
 #include "config.h"
+#include "effect.h"
 
 /* -1..1, the same sequence in every run. */
 static inline double random_unit(uint64_t *state) {
@@ -31,6 +32,31 @@ static inline int random_below(uint64_t *state, int count) {
     } while (0)
 #define assert_close(a, b, tolerance) assert_below(fabs((a) - (b)), tolerance)
 
+/* The simulated platform with short tests and moves; nothing else differs from the default. */
+static inline struct params brisk(void) {
+    struct params params;
+    config_default(&params);
+    params.sim.engine = ENGINE_CLOSED_FORM;
+    params.tests.settle_s = 0.1, params.tests.ramp_s = 0.25, params.tests.duration_s = 0.5, params.tests.ramp_out_s = 0.2;
+    params.motion.engage_s = params.motion.park_s = 2.0;
+    params.motion.hold_s = 0.1;
+    return params;
+}
+
+static inline struct params by_hand(void) {
+    struct params params = brisk();
+    params.motion.automatic = false;
+    return params;
+}
+
+/* This effect on, with this value of a key on all legs. */
+static inline void set_effect(struct params *params, const char *name, int key, double value) {
+    int place = effect_find(name);
+    assert_true(place >= 0);
+    params->effects[place].on = true;
+    for (int leg = 0; leg < LEGS; leg++) params->effects[place].value[key][leg] = value;
+}
+
 /* Largest difference of two arrays, NaN where either has one. */
 static inline double distance(const double *a, const double *b, int count) {
     double largest = 0.0;
@@ -41,11 +67,17 @@ static inline double distance(const double *a, const double *b, int count) {
     return largest;
 }
 
-/* Sanitizers take ten times the time: minutes of search are made once there, not for every claim about it. */
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-enum { SANITIZED = 1 };
+/* Sanitizers bring their own allocator, locks and system calls, and take ten times the time: minutes of search are made once there, not for
+ * every claim about it. */
+#ifdef __SANITIZE_THREAD__
+#define SANITIZED_THREADS 1
 #else
-enum { SANITIZED = 0 };
+#define SANITIZED_THREADS 0
+#endif
+#ifdef __SANITIZE_ADDRESS__
+#define SANITIZED 1
+#else
+#define SANITIZED SANITIZED_THREADS
 #endif
 
 #endif

@@ -43,7 +43,8 @@ static double root(double x) { return x < 0.0 ? -sqrt(-x) : sqrt(x); }
 /* Opening of a valve that is shut within the overlap; flow into each chamber. */
 static void oil(const struct rig *r, const struct tolerances *tol, struct body *b, double u) {
     double omega = 2.0 * 3.14159265358979323846 * 100.0, o = b->spool - fmin(fmax(b->spool, -r->overlap), r->overlap);
-    double k = 1.57e-3 / sqrt(5e6) * tol->gain * o, leak = 3e-11 * tol->leakage * (1.0 + r->more_leakage) * (b->p1 - b->p2), beta = 1e9 * tol->bulk;
+    double k = 1.57e-3 / sqrt(5e6) * tol->gain * o, beta = 1e9 * tol->bulk;
+    double leak = 3e-11 * tol->leakage * (1.0 + r->more_leakage) * (b->p1 - b->p2);
     double q1 = k * (o > 0.0 ? root(SUPPLY - b->p1) : root(b->p1)), q2 = -k * (o > 0.0 ? root(b->p2) : root(SUPPLY - b->p2));
     double v1 = 1e-4 + A1 * (0.2 + b->x), v2 = 1e-4 + A2 * (0.2 - b->x);
     b->p1 += STEP_S * beta / v1 * (q1 - A1 * b->v - leak);
@@ -54,7 +55,8 @@ static void oil(const struct rig *r, const struct tolerances *tol, struct body *
 
 /* Dry friction: slips against it, or is held. */
 static void push(const struct rig *r, const struct tolerances *tol, struct body *b, double force_n) {
-    double m = MASS_KG * tol->mass + r->payload_kg, direction = b->v != 0.0 ? (b->v > 0.0 ? 1.0 : -1.0) : (force_n - m * r->gravity_mps2 > 0.0 ? 1.0 : -1.0);
+    double m = MASS_KG * tol->mass + r->payload_kg, slides = b->v != 0.0 ? b->v : force_n - m * r->gravity_mps2;
+    double direction = slides > 0.0 ? 1.0 : -1.0;
     double share = b->v / r->stribeck_mps, dry = (direction > 0.0 ? r->coulomb_extend_n : r->coulomb_retract_n);
     dry += r->stribeck_n > 0.0 ? r->stribeck_n * exp(-share * share) : 0.0;
     double free_n = force_n - m * r->gravity_mps2 - (2000.0 * tol->viscous + r->viscous_n_s_per_m) * b->v;
@@ -161,8 +163,8 @@ static void solve(const struct rig *rig, uint64_t seed, struct gap_result *g) {
 
 /* Names, ambiguities and the gap on held-out cycles, a line a case. */
 static void describe(const struct rig *rig, uint64_t seed, const struct gap_result *g) {
-    printf("# %-8s %4.0f Hz, %s, seed %d: %s", rig->electric ? "electric" : "cylinder", rig->rate_hz, rig->hides ? rig->hides : "nothing", (int)seed,
-           gap_verdict_names[g->verdict]);
+    printf("# %-8s %4.0f Hz, %s, seed %d: %s", rig->electric ? "electric" : "cylinder", rig->rate_hz, rig->hides ? rig->hides : "nothing",
+           (int)seed, gap_verdict_names[g->verdict]);
     for (int i = 0; i < g->effects; i++) {
         printf(" %s", effect_table[g->effect[i].effect]->name);
         for (int key = 0; key < EFFECT_KEYS && effect_table[g->effect[i].effect]->keys[key].name; key++)
@@ -200,7 +202,8 @@ static void assert_named(const struct rig *rig, const struct gap_result *g) {
     }
     assert_int_equal(g->effects, 1);
     assert_string_equal(effect_table[g->effect[0].effect]->name, rig->hides);
-    bool alike = rig->coulomb_extend_n > 0.0 ? among(g, "load_dependent_friction") : rig->payload_kg > 0.0 && among(g, "position_sensor_scale");
+    bool alike = rig->coulomb_extend_n > 0.0 ? among(g, "load_dependent_friction")
+                                             : rig->payload_kg > 0.0 && among(g, "position_sensor_scale");
     assert_true(g->verdict == GAP_EFFECT_NAMED || (g->verdict == GAP_AMBIGUOUS && g->ambiguous == 1 && alike));
     assert_below(g->held_out_after.overall, 1.2 * g->noise_floor.overall);
     assert_full_value(rig, g->effect[0].values.value[0][0]);
@@ -223,7 +226,8 @@ static struct rig variant(int i, bool electric, int seed) {
     struct rig one = rigs[i];
     one.electric = electric;
     if (electric) one.rate_hz = rates_hz[(i + seed) % 3], one.gravity_mps2 = seed % 2 ? 0.0 : 9.80665;
-    if (electric && one.stribeck_n > 0.0) one.rate_hz = seed % 2 ? 1000.0 : 5000.0, one.stribeck_n = 150.0; /* sticks: 200 Hz do not show it */
+    /* Sticks, which 200 Hz do not show. */
+    if (electric && one.stribeck_n > 0.0) one.rate_hz = seed % 2 ? 1000.0 : 5000.0, one.stribeck_n = 150.0;
     return one;
 }
 
@@ -299,9 +303,17 @@ static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
         bool electric;
         const char *says;
     } lies[] = {
-        {flip_force, true, "sign of force or position"}, {flip_position, true, "sign of force or position"}, {exchange_ports, false, "p1 and p2 are exchanged"},
-        {flip_position, false, "sign"}, {flip_valve, false, "valve command"}, {millimetres, true, "other units"}, {kilonewtons, true, "other units"},
-        {hundredfold, true, "other units"}, {zero_force, true, "does not change"}, {clip_pressure, false, "clipped"}, {twice_as_fast, true, "move at 4 Hz"},
+        {flip_force, true, "sign of force or position"},
+        {flip_position, true, "sign of force or position"},
+        {exchange_ports, false, "p1 and p2 are exchanged"},
+        {flip_position, false, "sign"},
+        {flip_valve, false, "valve command"},
+        {millimetres, true, "other units"},
+        {kilonewtons, true, "other units"},
+        {hundredfold, true, "other units"},
+        {zero_force, true, "does not change"},
+        {clip_pressure, false, "clipped"},
+        {twice_as_fast, true, "move at 4 Hz"},
     };
     struct rig rig = {RIG};
     for (size_t n = 0; n < sizeof lies / sizeof *lies; n++) {
@@ -314,7 +326,8 @@ static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
             for (int j = 0; j < r.test[i].count; j++) lies[n].change(&r.test[i].sample[j]);
         int status = recording_check(&r, &error);
         recording_free(&r);
-        if (status != STATUS_USAGE || !strstr(error.text, lies[n].says)) fail_msg("%d: \"%s\" does not say \"%s\"", (int)n, error.text, lies[n].says);
+        if (status != STATUS_USAGE || !strstr(error.text, lies[n].says))
+            fail_msg("%d: \"%s\" does not say \"%s\"", (int)n, error.text, lies[n].says);
     }
 }
 
@@ -328,7 +341,8 @@ static void print_table(int seeds) {
             for (int seed = 11; seed < 11 + seeds; seed++) {
                 struct rig one = variant(i, electric, seed);
                 solve(&one, (uint64_t)seed, &g);
-                bool right = one.hides ? g.effects == 1 && !strcmp(effect_table[g.effect[0].effect]->name, one.hides) : g.verdict == GAP_NO_GAP;
+                bool right = one.hides ? g.effects == 1 && !strcmp(effect_table[g.effect[0].effect]->name, one.hides)
+                                       : g.verdict == GAP_NO_GAP;
                 alone += right && g.verdict != GAP_AMBIGUOUS, first += right && g.verdict == GAP_AMBIGUOUS;
                 worst = fmax(worst, g.held_out_after.overall / g.noise_floor.overall);
                 if (!right) describe(&one, (uint64_t)seed, &g);

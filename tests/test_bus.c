@@ -155,7 +155,8 @@ static int multicast_ttl(const bool older[256]) {
         struct sockaddr_in address;
         socklen_t length = sizeof address, size = 1;
         unsigned char ttl;
-        if (older[fd] || getsockname(fd, (struct sockaddr *)&address, &length) || address.sin_family != AF_INET || !address.sin_port) continue;
+        if (older[fd] || getsockname(fd, (struct sockaddr *)&address, &length)) continue;
+        if (address.sin_family != AF_INET || !address.sin_port) continue;
         if (!getsockopt(fd, IPPROTO_IP, IP_MULTICAST_TTL, &ttl, &size) && ttl > largest) largest = ttl;
     }
     return largest;

@@ -221,7 +221,11 @@ static void channel_turns_milliamperes_into_metres_and_refuses_a_broken_wire(voi
     (void)state;
     config_default(&p);
     struct channel_params c = p.length_channel;
-    for (int i = 0; i < LEGS; i++) c.raw_min[i] = 4000, c.raw_max[i] = 20000, c.si_min[i] = 1.4, c.si_max[i] = 2.3, c.offset[i] = 0.01, c.low[i] = 1.38, c.high[i] = 2.35;
+    for (int i = 0; i < LEGS; i++) {
+        c.raw_min[i] = 4000, c.raw_max[i] = 20000;
+        c.si_min[i] = 1.4, c.si_max[i] = 2.3, c.offset[i] = 0.01;
+        c.low[i] = 1.38, c.high[i] = 2.35;
+    }
     assert_close(channel_si(&c, 2, 4000), 1.41, 1e-12); /* rounding */
     assert_close(channel_si(&c, 2, 20000), 2.31, 1e-12);
     assert_true(isnan(channel_si(&c, 2, 0))); /* 0 mA */
@@ -295,7 +299,7 @@ static void a_lost_tpdo_makes_the_sample_stale_and_the_next_one_says_so(void **s
     assert_int_equal(w.master.lost, 1);
 }
 
-/* All legs move by the same from cycle to cycle: what differs by more than the legs' own numbers is of different instants. True when not. */
+/* All legs move by the same from cycle to cycle: what differs by more than the legs' own numbers is of several instants. True when not. */
 static bool of_one_instant(struct world *w, const double valve[LEGS], struct hal_sample *s) {
     for (int k = 0; k < CAN_NODES; k++) w->reading[k].position += 1000;
     *s = cycle(w, valve);
@@ -467,7 +471,8 @@ static void an_emergency_invalidates_the_sample_until_it_is_over(void **state) {
 
 static void bus_off_lets_no_command_through_until_the_bus_is_restarted(void **state) {
     struct world w;
-    struct can_frame off = {.can_id = CAN_ERR_FLAG | CAN_ERR_BUSOFF, .len = 8}, restarted = {.can_id = CAN_ERR_FLAG | CAN_ERR_RESTARTED, .len = 8};
+    struct can_frame off = {.can_id = CAN_ERR_FLAG | CAN_ERR_BUSOFF, .len = 8};
+    struct can_frame restarted = {.can_id = CAN_ERR_FLAG | CAN_ERR_RESTARTED, .len = 8};
     struct hal_sample s;
     (void)state;
     bring_up(&w);

@@ -59,7 +59,8 @@ static void give(int fd, const struct can_frame *f) { assert_int_equal(send(fd, 
 
 /* A line that takes its time and keeps the order. */
 static void put_off(struct world *w, const struct can_frame *f) {
-    if (w->late_count < LATE_MAX) w->late[w->late_count++] = (struct late){.frame = *f, .due_ns = device_now_ns() + atomic_load(&w->late_ns)};
+    if (w->late_count == LATE_MAX) return;
+    w->late[w->late_count++] = (struct late){.frame = *f, .due_ns = device_now_ns() + atomic_load(&w->late_ns)};
 }
 
 static void hand_in(struct world *w) {

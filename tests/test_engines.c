@@ -8,13 +8,6 @@
 static const double NEUTRAL[DOFS] = {0};
 static const double TILTED[DOFS] = {0.05, -0.08, -0.06, 0.11, -0.09, 0.17};
 
-static void set_effect(struct params *params, const char *name, int key, double value) {
-    int place = effect_find(name);
-    assert_true(place >= 0);
-    params->effects[place].on = true;
-    for (int leg = 0; leg < LEGS; leg++) params->effects[place].value[key][leg] = value;
-}
-
 static struct params defaults(void) {
     struct params params;
     config_default(&params);

@@ -4,19 +4,15 @@
 #include <stdlib.h>
 
 #include "gap.h"
-#include "replay.h"
+#include "gap_rig.h"
 #include "residual.h"
 
 /* Six tests of the rig: the reference's own axes, sensors as configured. */
 static struct params params;
 
 static void rig(struct recording *out, const struct params *machine) {
-    struct recording like;
     struct error error;
-    recording_init(&like, &params);
-    like.tests = DOFS;
-    for (int i = 0; i < DOFS; i++) like.test[i] = (struct recording_test){.test = i, .dof = (enum dof)i, .first = -1};
-    if (replay_closed_loop(machine, &like, out, &error)) fail_msg("%s", error.text);
+    if (gap_rig(&params, machine, DOFS, out, &error)) fail_msg("%s", error.text);
 }
 
 static int setup(void **state) {
@@ -132,9 +128,7 @@ static void a_machine_like_the_model_has_no_gap(void **state) {
 /* Value, shrink and noise floor as gap.md asks for: 10 %, and 1.2 times the floor on held-out cycles. */
 static void hidden_coulomb_friction_is_named_and_the_gap_closes(void **state) {
     (void)state;
-#ifdef __SANITIZE_THREAD__
-    skip(); /* minutes; tests/test_axis.c searches with the same threads */
-#endif
+    if (SANITIZED_THREADS) skip(); /* minutes; tests/test_axis.c searches with the same threads */
     struct params machine = params;
     static struct gap_result result;
     int effect = effect_find("cylinder_coulomb_friction");

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 
 #include "diagnose.h"
-#include "replay.h"
+#include "gap_rig.h"
 
 static struct params params;
 
@@ -16,12 +16,8 @@ static int setup(void **state) {
 }
 
 static void rig(struct recording *out, const struct params *machine) {
-    struct recording like;
     struct error error;
-    recording_init(&like, &params);
-    like.tests = DOFS;
-    for (int i = 0; i < DOFS; i++) like.test[i] = (struct recording_test){.test = i, .dof = (enum dof)i, .first = -1};
-    if (replay_closed_loop(machine, &like, out, &error)) fail_msg("%s", error.text);
+    if (gap_rig(&params, machine, DOFS, out, &error)) fail_msg("%s", error.text);
 }
 
 /* Mean white square of a model; what no model meets is a thousandth of each channel. */
@@ -49,8 +45,8 @@ static void an_effect_in_rig_and_model_leaves_no_residual(void **state) {
         rig(&recording, &machine);
         double without = left(&recording, &params), with = left(&recording, &machine);
         recording_free(&recording);
-        /* 0.1: what the harmonics leave of a machine without any effect. The rest: a stick that is found to a resolved time, and jumps of valve
-         * and flow, whose short part is beyond the harmonics; all in units of a thousandth of the channel. */
+        /* 0.1: what the harmonics leave of a machine without any effect. The rest: a stick that is found to a resolved time, and jumps of
+         * valve and flow, whose short part is beyond the harmonics; all in units of a thousandth of the channel. */
         if (!(with < 0.7 + 3e-4 * without)) fail_msg("%s: %g with it in the model, %g without", effect_table[i]->name, with, without);
         bool seen = without > 1.3 * with;
         assert_true(seen || strcmp(effect_table[i]->name, "clock_skew") == 0); /* which is in the time stamps alone */

@@ -7,6 +7,7 @@
 
 #include "gap_html.h"
 #include "gap_messages.h"
+#include "gap_rig.h"
 #include "gap_text.h"
 #include "hexid_gap_t.h"
 #include "html.h"
@@ -57,14 +58,10 @@ static void fill_result(struct gap_result *r) {
 
 static int setup(void **unused) {
     (void)unused;
-    struct recording like;
     struct error error;
     config_default(&params);
     params.tests.duration_s = 2.0;
-    recording_init(&like, &params);
-    like.tests = 3;
-    for (int i = 0; i < like.tests; i++) like.test[i] = (struct recording_test){.test = i, .dof = (enum dof)i, .first = -1};
-    if (replay_closed_loop(&params, &like, &measured, &error)) fail_msg("%s", error.text);
+    if (gap_rig(&params, &params, 3, &measured, &error)) fail_msg("%s", error.text);
     fill_result(&named);
     int status = waves_closed_loop(&closed_loop, &named, &measured, &error);
     if (!status) status = waves_motion(&motion, &named, &measured, &error);

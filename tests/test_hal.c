@@ -8,15 +8,6 @@
 
 enum { PERIOD_NS = 2000000 };
 
-static struct params brisk(void) {
-    struct params params;
-    config_default(&params);
-    params.sim.engine = ENGINE_CLOSED_FORM;
-    params.motion.engage_s = params.motion.park_s = 2.0;
-    params.motion.automatic = false;
-    return params;
-}
-
 /* ---- the table ---- */
 
 static void every_back_end_is_complete_and_found_by_its_url(void **unused) {
@@ -32,7 +23,7 @@ static void every_back_end_is_complete_and_found_by_its_url(void **unused) {
 }
 
 static void refused(const char *url, enum status status, const char *part) {
-    struct params params = brisk();
+    struct params params = by_hand();
     struct hal *hal = NULL;
     struct error error = {0};
     int result = hal_open(&hal, url, &params, 1, &error);
@@ -80,7 +71,7 @@ static void a_fault_needs_a_back_end_behind_it_and_says_what_that_says(void **un
     refused("fault:drop@1+1;nosuch:", STATUS_USAGE, "nosuch:");
     refused("fault:drop@1+1;sim:x", STATUS_USAGE, "no address");
     refused("fault:drop@1+1;fault:drop@1;sim:", STATUS_USAGE, "KIND@FROM+LENGTH");
-    struct params params = brisk();
+    struct params params = by_hand();
     params.actuator.stroke_m = 3.6; /* the plant refuses: no pose so low */
     struct hal *hal = NULL;
     struct error error = {0};
@@ -102,7 +93,7 @@ static void pair_open(struct pair *p, const char *faults) {
     char url[160];
     struct error error;
     memset(p, 0, sizeof *p);
-    p->params = brisk();
+    p->params = by_hand();
     snprintf(url, sizeof url, "fault:%s;sim:", faults);
     assert_int_equal(hal_open(&p->plain, "sim:", &p->params, 5, &error), STATUS_OK);
     assert_int_equal(hal_open(&p->broken, url, &p->params, 5, &error), STATUS_OK);
@@ -355,7 +346,7 @@ struct outcome {
 
 /* Engaged at 0.1 s, at neutral from 2.1 s, testing z from 2.5 s; faults of cases stand in `faults`. */
 static struct outcome run_with(const char *faults, double begin_s) {
-    struct params params = brisk();
+    struct params params = by_hand();
     struct outcome outcome = {0};
     struct hal *hal;
     struct ring records;

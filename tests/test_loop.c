@@ -94,17 +94,6 @@ struct bench {
     struct cycle last;
 };
 
-static struct params brisk(void) {
-    struct params params;
-    config_default(&params);
-    params.sim.engine = ENGINE_CLOSED_FORM;
-    params.tests.settle_s = 0.1, params.tests.ramp_s = 0.25, params.tests.duration_s = 0.5, params.tests.ramp_out_s = 0.2;
-    params.motion.engage_s = params.motion.park_s = 2.0;
-    params.motion.hold_s = 0.1;
-    params.motion.automatic = false;
-    return params;
-}
-
 /* `url` NULL: the fake back-end, parked. */
 static void bench_init(struct bench *b, const struct params *params, const char *url, uint64_t seed, bool virtual_time, uint64_t capacity) {
     struct error error = {0};
@@ -143,7 +132,7 @@ static void bench_until(struct bench *b, enum state state) {
 
 static void cycles_stand_on_the_grid_of_the_period(void **unused) {
     (void)unused;
-    struct params params = brisk();
+    struct params params = by_hand();
     struct bench b;
     bench_init(&b, &params, NULL, 1, false, 16);
     int64_t zero_ns = monotonic_ns;
@@ -165,7 +154,7 @@ static void cycles_stand_on_the_grid_of_the_period(void **unused) {
 static void missed_deadlines_are_skipped_and_flagged_not_caught_up(void **unused) {
     (void)unused;
     static const int64_t late[] = {PERIOD_NS - 1, PERIOD_NS, PERIOD_NS + 1, 3 * PERIOD_NS - 1, 3 * PERIOD_NS, 20 * PERIOD_NS + 777};
-    struct params params = brisk();
+    struct params params = by_hand();
     params.loop.overrun_limit = 100; /* what is late by more is not believed */
     for (unsigned k = 0; k < sizeof late / sizeof *late; k++) {
         struct bench b;
@@ -193,7 +182,7 @@ static void missed_deadlines_are_skipped_and_flagged_not_caught_up(void **unused
 
 static void overrun_limit_late_cycles_in_a_row_are_a_fault(void **unused) {
     (void)unused;
-    struct params params = brisk();
+    struct params params = by_hand();
     struct bench b;
     bench_init(&b, &params, NULL, 1, false, 16);
     bench_until(&b, STATE_READY);
@@ -208,7 +197,7 @@ static void overrun_limit_late_cycles_in_a_row_are_a_fault(void **unused) {
 
 static void virtual_time_has_no_wall_clock_in_it(void **unused) {
     (void)unused;
-    struct params params = brisk();
+    struct params params = by_hand();
     struct bench b;
     bench_init(&b, &params, NULL, 1, true, 16);
     int64_t before_ns = monotonic_ns;
@@ -225,7 +214,7 @@ static void virtual_time_has_no_wall_clock_in_it(void **unused) {
 
 static void a_full_ring_costs_a_record_and_not_the_deadline(void **unused) {
     (void)unused;
-    struct params params = brisk();
+    struct params params = by_hand();
     struct bench b;
     struct cycle c;
     bench_init(&b, &params, NULL, 1, false, 4);
@@ -240,7 +229,7 @@ static void a_full_ring_costs_a_record_and_not_the_deadline(void **unused) {
 
 static void on_virtual_time_the_loop_waits_for_room(void **unused) {
     (void)unused;
-    struct params params = brisk();
+    struct params params = by_hand();
     struct bench b;
     struct error error;
     uint64_t expected = 0;
@@ -267,7 +256,7 @@ static void on_virtual_time_the_loop_waits_for_room(void **unused) {
 
 static void an_abort_does_not_wait_for_a_reader_that_is_gone(void **unused) {
     (void)unused;
-    struct params params = brisk();
+    struct params params = by_hand();
     struct bench b;
     struct error error;
     bench_init(&b, &params, NULL, 1, true, 4);
@@ -294,7 +283,7 @@ static void one_seed_gives_the_same_records_bit_for_bit(void **unused) {
     static const enum engine_kind engines[] = {ENGINE_CLOSED_FORM, ENGINE_ODE};
     static const int cycles[] = {4000, 500};
     for (int e = 0; e < 2; e++) {
-        struct params params = brisk();
+        struct params params = by_hand();
         struct bench one, same, other;
         bool differs = false;
         params.motion.automatic = true;
@@ -316,7 +305,7 @@ static void one_seed_gives_the_same_records_bit_for_bit(void **unused) {
 
 static void an_automatic_run_ends_by_itself_put_down(void **unused) {
     (void)unused;
-    struct params params = brisk();
+    struct params params = by_hand();
     struct bench b;
     struct error error;
     int tested = 0;
@@ -335,7 +324,7 @@ static void an_automatic_run_ends_by_itself_put_down(void **unused) {
 static void quit_puts_the_platform_down_first_whatever_else_is_asked(void **unused) {
     (void)unused;
     static const enum state from[] = {STATE_ENGAGING, STATE_READY, STATE_TESTING, STATE_PARKING};
-    struct params params = brisk();
+    struct params params = by_hand();
     for (int k = 0; k < 4; k++) {
         struct bench b;
         bench_init(&b, &params, NULL, 1, true, 4);
@@ -361,7 +350,7 @@ static void quit_puts_the_platform_down_first_whatever_else_is_asked(void **unus
 
 static void quit_ends_at_once_where_nothing_is_driven(void **unused) {
     (void)unused;
-    struct params params = brisk();
+    struct params params = by_hand();
     struct bench b;
     bench_init(&b, &params, NULL, 1, true, 4);
     atomic_store(&b.loop.quit, true);
@@ -378,7 +367,7 @@ static void quit_ends_at_once_where_nothing_is_driven(void **unused) {
 
 static void abort_ends_at_once_with_the_valves_centred(void **unused) {
     (void)unused;
-    struct params params = brisk();
+    struct params params = by_hand();
     struct bench b;
     struct error error;
     struct cycle c;
@@ -406,7 +395,7 @@ static void real_time_that_is_refused_runs_nothing_when_required(void **unused) 
     pid_t child = fork(); /* locked memory stays with the process */
     if (child == 0) {
         static struct bench b;
-        struct params params = brisk();
+        struct params params = by_hand();
         struct error error = {0};
         params.loop.cpu = CPU_SETSIZE - 1;
         bench_init(&b, &params, NULL, 1, true, 4);
@@ -429,7 +418,7 @@ static void real_time_that_is_refused_runs_nothing_when_required(void **unused) 
 
 static void safe_is_called_in_every_cycle_that_does_not_drive_and_write_in_every_other(void **unused) {
     (void)unused;
-    struct params params = brisk();
+    struct params params = by_hand();
     struct bench b;
     bench_init(&b, &params, NULL, 1, true, 4);
     for (int n = 0; n < 8000; n++) {
@@ -450,7 +439,7 @@ static void safe_is_called_in_every_cycle_that_does_not_drive_and_write_in_every
 
 static void a_command_that_cannot_be_written_centres_the_valves_and_faults(void **unused) {
     (void)unused;
-    struct params params = brisk();
+    struct params params = by_hand();
     struct bench b;
     bench_init(&b, &params, NULL, 1, true, 4);
     bench_until(&b, STATE_READY);
@@ -481,7 +470,7 @@ static void a_command_that_cannot_be_written_centres_the_valves_and_faults(void 
 
 static void a_device_that_cannot_be_read_faults_in_bad_cycles(void **unused) {
     (void)unused;
-    struct params params = brisk();
+    struct params params = by_hand();
     struct bench b;
     bench_init(&b, &params, NULL, 1, true, 4);
     bench_until(&b, STATE_READY);

@@ -1,12 +1,7 @@
 /* The wire types: what is encoded comes back bit for bit, what could not have been a cycle is refused, and no type changes unnoticed. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
+#include "support.h"
+
 #include <stdlib.h>
-#include <string.h>
-#include <cmocka.h>
 
 #include "hexid_command_t.h"
 #include "hexid_event_t.h"
@@ -145,7 +140,7 @@ static void values_that_no_cycle_can_have_are_refused(void **unused) {
     m.seq = -1, assert_false(decodes(&m));
 }
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if SANITIZED
 static void a_state_takes_no_heap(void **unused) { /* sanitizers have an allocator of their own */
     (void)unused;
     skip();

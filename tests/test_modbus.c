@@ -122,9 +122,10 @@ static void addresses_are_taken_apart(void **unused) {
 
 static void addresses_that_are_none_are_refused_with_the_right_form(void **unused) {
     (void)unused;
-    static const char *const bad[] = {"", "tcp:", "tcp://", "tcp://:502", "tcp://host", "tcp://host:", "tcp://host:x", "tcp://host:65536", "tcp://host:-1", "tcp://[]:502",
-                                      "tcp://host:5 02", "rtu:", "rtu:/dev/ttyS0", "rtu:?baud=9600", "rtu:/dev/ttyS0?baud=", "rtu:/dev/ttyS0?baud=1e5",
-                                      "rtu:/dev/ttyS0?baud=99999999999999999999", "udp://host:502"};
+    static const char *const bad[] = {"", "tcp:", "tcp://", "tcp://:502", "tcp://host", "tcp://host:", "tcp://host:x", "tcp://host:65536",
+                                      "tcp://host:-1", "tcp://[]:502", "tcp://host:5 02", "rtu:", "rtu:/dev/ttyS0", "rtu:?baud=9600",
+                                      "rtu:/dev/ttyS0?baud=", "rtu:/dev/ttyS0?baud=1e5", "rtu:/dev/ttyS0?baud=99999999999999999999",
+                                      "udp://host:502"};
     struct modbus_address_parts a;
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         struct error error = {0};

@@ -84,15 +84,16 @@ static double kinetic_energy(const struct machine *m, const double pose[DOFS], c
             spin[r][c] = 0; /* T' Tdot: body rates, crossed */
             for (int i = 0; i < 3; i++) spin[r][c] += t[i][r] * (t1[i][c] - t0[i][c]) / (2 * step);
         }
-    energy += (p->inertia_xx_kg_m2 * pow(spin[2][1], 2) + p->inertia_yy_kg_m2 * pow(spin[0][2], 2) + p->inertia_zz_kg_m2 * pow(spin[1][0], 2)) / 2;
+    energy += (p->inertia_xx_kg_m2 * pow(spin[2][1], 2) + p->inertia_yy_kg_m2 * pow(spin[0][2], 2) +
+               p->inertia_zz_kg_m2 * pow(spin[1][0], 2)) / 2;
     for (int leg = 0; leg < LEGS; leg++) {
         double l0, l1, l, n0[3], n1[3], n[3], omega_square = 0;
         leg_at(&m->kinematics, leg, before, &l0, n0);
         leg_at(&m->kinematics, leg, after, &l1, n1);
         leg_at(&m->kinematics, leg, pose, &l, n);
         for (int r = 0; r < 3; r++) omega_square += pow((n1[r] - n0[r]) / (2 * step), 2);
-        double g = a->upper_mass_kg * pow(l - a->upper_center_m, 2) + a->lower_mass_kg * pow(a->lower_center_m, 2) + a->upper_inertia_kg_m2 +
-                   a->lower_inertia_kg_m2;
+        double g = a->upper_mass_kg * pow(l - a->upper_center_m, 2) + a->lower_mass_kg * pow(a->lower_center_m, 2) +
+                   a->upper_inertia_kg_m2 + a->lower_inertia_kg_m2;
         energy += a->upper_mass_kg * pow((l1 - l0) / (2 * step), 2) / 2 + g * omega_square / 2;
     }
     return energy;

@@ -1,12 +1,12 @@
-/* What is recorded is what the configuration says, or it is refused for what it is: a plug in the wrong socket is no physical effect. What a
- * log lacks is left out. */
+/* What is recorded is what the configuration says, or it is refused for what it is: a plug in the wrong socket is no physical effect. What
+ * a log lacks is left out. */
 #include "support.h"
 
 #include <stdlib.h>
 
 #include "force.h"
 #include "gap.h"
-#include "replay.h"
+#include "gap_rig.h"
 #include "residual.h"
 
 static struct params params;
@@ -14,13 +14,9 @@ static struct recording clean; /* six tests of the simulated platform */
 
 static int set_up(void **unused) {
     (void)unused;
-    struct recording like;
     struct error error;
     config_default(&params);
-    recording_init(&like, &params);
-    like.tests = DOFS;
-    for (int i = 0; i < DOFS; i++) like.test[i] = (struct recording_test){.test = i, .dof = (enum dof)i, .first = -1};
-    return replay_closed_loop(&params, &like, &clean, &error);
+    return gap_rig(&params, &params, DOFS, &clean, &error);
 }
 
 static int tear_down(void **unused) {
@@ -93,12 +89,23 @@ static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
         bool reference;
         const char *says;
     } lies[] = {
-        {swap_lengths, true, "exchanged"},     {swap_lengths, false, "exchanged"}, {swap_pressures, true, "leg 2 goes as leg 5's"},
-        {swap_valves, true, "valve command of leg 1"},                             {swap_legs, true, "exchanged"},
-        {swap_legs, false, "exchanged"},       {exchange_ports, true, "p1 and p2"}, {flip_valve, true, "valve command of leg 3"},
-        {flip_length, true, "length of leg 5"}, {flip_length, false, "length of leg 5"}, {millimetres, true, "other units"},
-        {bar, true, "other units"},            {double_motion, true, "times as far"}, {zero_valve, true, "valve command of leg 4 does not change"},
-        {dead_pressure, true, "p2 of leg 6 does not change"},                      {clip, true, "clipped"}, {mostly_nothing, true, "half of its samples"},
+        {swap_lengths, true, "exchanged"},
+        {swap_lengths, false, "exchanged"},
+        {swap_pressures, true, "leg 2 goes as leg 5's"},
+        {swap_valves, true, "valve command of leg 1"},
+        {swap_legs, true, "exchanged"},
+        {swap_legs, false, "exchanged"},
+        {exchange_ports, true, "p1 and p2"},
+        {flip_valve, true, "valve command of leg 3"},
+        {flip_length, true, "length of leg 5"},
+        {flip_length, false, "length of leg 5"},
+        {millimetres, true, "other units"},
+        {bar, true, "other units"},
+        {double_motion, true, "times as far"},
+        {zero_valve, true, "valve command of leg 4 does not change"},
+        {dead_pressure, true, "p2 of leg 6 does not change"},
+        {clip, true, "clipped"},
+        {mostly_nothing, true, "half of its samples"},
     };
     for (size_t n = 0; n < sizeof lies / sizeof *lies; n++) {
         struct error error = {0};
@@ -107,7 +114,8 @@ static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
         r.measured.reference = lies[n].reference;
         int status = recording_check(&r, &error);
         recording_free(&r);
-        if (status != STATUS_USAGE || !strstr(error.text, lies[n].says)) fail_msg("%d: \"%s\" does not say \"%s\"", (int)n, error.text, lies[n].says);
+        if (status != STATUS_USAGE || !strstr(error.text, lies[n].says))
+            fail_msg("%d: \"%s\" does not say \"%s\"", (int)n, error.text, lies[n].says);
     }
 }
 

@@ -23,12 +23,7 @@ struct rig {
 static void rig_init(struct rig *rig, bool automatic) {
     struct error error;
     memset(rig, 0, sizeof *rig);
-    config_default(&rig->params);
-    rig->params.sim.engine = ENGINE_CLOSED_FORM;
-    rig->params.motion.engage_s = rig->params.motion.park_s = 2.0;
-    rig->params.motion.hold_s = 0.1;
-    rig->params.motion.automatic = automatic;
-    rig->params.tests.settle_s = 0.1, rig->params.tests.ramp_s = 0.25, rig->params.tests.duration_s = 0.5, rig->params.tests.ramp_out_s = 0.2;
+    rig->params = automatic ? brisk() : by_hand();
     rig->plant = plant_create(&rig->params, 3, &error);
     assert_non_null(rig->plant);
     assert_int_equal(platform_init(&rig->platform, &rig->params, &error), STATUS_OK);

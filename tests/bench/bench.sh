@@ -13,7 +13,11 @@ csv=$build/bench.csv
 echo "name,unit,median,p10,p90,runs,instructions" >"$csv"
 
 # Quantiles of the numbers on standard input: p10 median p90.
-quantiles() { sort -g | awk '{ v[NR] = $1 } END { printf "%s %s %s\n", v[int(1 + 0.1 * (NR - 1) + 0.5)], v[int((NR + 1) / 2)], v[int(1 + 0.9 * (NR - 1) + 0.5)] }'; }
+quantiles() {
+    sort -g | awk 'function at(share) { return v[int(1 + share * (NR - 1) + 0.5)] }
+        { v[NR] = $1 }
+        END { printf "%s %s %s\n", at(0.1), v[int((NR + 1) / 2)], at(0.9) }'
+}
 
 # NAME UNIT SCALE INSTRUCTIONS, runs on standard input.
 row() {
@@ -47,9 +51,11 @@ done
 title "hexid identify LOG (warm cache)" "max RSS"
 for seconds in 5 60 600; do
     log=$work/$seconds.lcm
-    "$hexid" run --hal sim: --fast --set sim.engine=closed_form --set tests.duration_s=$seconds --set lcm.url= --log "$log" >"$work/run" 2>&1
+    "$hexid" run --hal sim: --fast --set sim.engine=closed_form --set tests.duration_s=$seconds --set lcm.url= --log "$log" \
+        >"$work/run" 2>&1
     [ -s "$log" ] || { tail -n 3 "$work/run"; continue; }
-    for _ in 0 1 2 3; do "$bench" use "$hexid" identify "$log" --json "$work/identify.json" 2>/dev/null | tail -n 1; done | tail -n 3 >"$work/use"
+    for _ in 0 1 2 3; do "$bench" use "$hexid" identify "$log" --json "$work/identify.json" 2>/dev/null | tail -n 1; done |
+        tail -n 3 >"$work/use"
     awk '{ print $1 }' "$work/use" | row "identify_6_x_${seconds}_s" s 1 "$(awk '$2 > m { m = $2 } END { print m " kB" }' "$work/use")"
     rm -f "$log"
 done
@@ -65,14 +71,21 @@ cyclictest_wake() { # seconds -> p50 p99 p999 max
         /^# Max Latencies/ { max = $NF + 0 }
         END {
             n = split("0.5 0.99 0.999", share)
-            for (k = 1; k <= n; k++) { seen = 0; for (us = 0; us < 50000 && seen < share[k] * total; us++) seen += count[us]; printf "%d ", us - 1 }
+            for (k = 1; k <= n; k++) {
+                seen = 0
+                for (us = 0; us < 50000 && seen < share[k] * total; us++) seen += count[us]
+                printf "%d ", us - 1
+            }
             print max
         }'
 }
 loop_wake() { # about 14 s -> the same
-    "$hexid" run --hal sim: --rt require --set motion.engage_s=3 --set motion.park_s=3 --set motion.hold_s=0 --set tests.settle_s=0.2 --set tests.ramp_s=0.2 \
-        --set tests.ramp_out_s=0.2 --set tests.duration_s=0.5 --set lcm.url= --log "$work/loop.lcm" --json "$work/loop.json" >"$work/loop.out" 2>&1
-    python3 -c 'import json, sys; w = json.load(open(sys.argv[1]))["loop"]["wake_us"]; print(w["p50"], w["p99"], w["p999"], w["max"])' "$work/loop.json" \
+    "$hexid" run --hal sim: --rt require --set motion.engage_s=3 --set motion.park_s=3 --set motion.hold_s=0 --set tests.settle_s=0.2 \
+        --set tests.ramp_s=0.2 --set tests.ramp_out_s=0.2 --set tests.duration_s=0.5 --set lcm.url= --log "$work/loop.lcm" \
+        --json "$work/loop.json" >"$work/loop.out" 2>&1
+    python3 -c 'import json, sys
+w = json.load(open(sys.argv[1]))["loop"]["wake_us"]
+print(w["p50"], w["p99"], w["p999"], w["max"])' "$work/loop.json" \
         || tail -n 3 "$work/loop.out"
 }
 for _ in 1 2 3 4; do
@@ -84,5 +97,6 @@ column=0
 for quantile in p50 p99 p999 max; do
     column=$((column + 1))
     for who in cyclictest loop; do awk -v c=$column '{ print $c }' "$work/wake.$who" | row "wake_${who}_$quantile" us 1 ""; done
-    paste -d' ' "$work/wake.cyclictest" "$work/wake.loop" | awk -v c=$column '{ print $(c + 4) / ($c ? $c : 1) }' | row "wake_ratio_$quantile" x 1 ""
+    paste -d' ' "$work/wake.cyclictest" "$work/wake.loop" | awk -v c=$column '{ print $(c + 4) / ($c ? $c : 1) }' |
+        row "wake_ratio_$quantile" x 1 ""
 done

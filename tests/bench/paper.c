@@ -69,7 +69,8 @@ static pid_t start(const char *hexid, const char *out, int index, char *const ex
     snprintf(json, sizeof json, "%s/dry_friction_%03d_n.json", out, index * STEP_N);
     snprintf(extend, sizeof extend, "effects.cylinder_coulomb_friction.force_extend_n=%d", index * STEP_N);
     snprintf(retract, sizeof retract, "effects.cylinder_coulomb_friction.force_retract_n=%d", index * STEP_N);
-    const char *argv[2 * SETTINGS_MAX + 16] = {hexid, "run", "--hal", "sim:", "--fast", "--json", json, "--set", "lcm.url=", "--set", "sensors.enabled=false"};
+    const char *argv[2 * SETTINGS_MAX + 16] = {hexid,  "run", "--hal",    "sim:",  "--fast", "--json",
+                                               json, "--set", "lcm.url=", "--set", "sensors.enabled=false"};
     int n = 11;
     if (index) {
         argv[n++] = "--set", argv[n++] = extend;
@@ -144,7 +145,8 @@ static FILE *begin(const char *out, const char *name, const char *title, const c
 }
 
 /* Tables 3 and 4: `value` and `error` are the paper's columns of each method, -1 where it has none. */
-static void print_methods(FILE *csv, const struct table *paper, const int value[METHODS], const int error[METHODS], const struct result *r) {
+static void print_methods(FILE *csv, const struct table *paper, const int value[METHODS], const int error[METHODS],
+                          const struct result *r) {
     for (int i = 0; i < ENTRIES; i++) {
         double cell[2 + 4 * METHODS] = {paper->cell[i][paper->columns - 2], r->nominal[i]};
         int n = 2;
@@ -162,7 +164,9 @@ static void print_methods(FILE *csv, const struct table *paper, const int value[
 
 static void print_sweep(const char *out, const char *tables, const struct result r[CASES]) {
     struct table paper = table_read(tables, "tableC1_dry_friction_sweep.csv");
-    FILE *csv = begin(out, "tableC1", "Table C1: dry friction of each cylinder against the coupling entries, method A; m_qz: modified method A. p: paper, h: hexid",
+    FILE *csv = begin(out, "tableC1",
+                      "Table C1: dry friction of each cylinder against the coupling entries, method A; m_qz: modified method A. "
+                      "p: paper, h: hexid",
                       "force_n,p Mt15,h Mt15,p Mt24,h Mt24,p Mt42,h Mt42,p Mt51,h Mt51,p m_qz,h m_qz,p m_qz %,h m_qz %");
     for (int k = 0; k < paper.rows && k + 1 < CASES; k++) {
         const struct result *h = &r[k + 1];
@@ -199,7 +203,8 @@ static void print_expected(const char *out, const struct result *r) {
 
 static void print_experiment(const char *out, const char *tables) {
     struct table paper = table_read(tables, "table5_experiment.csv");
-    FILE *csv = begin(out, "table5", "Table 5, for reference: the paper's real machine (no simulation can be held against it without its data)",
+    FILE *csv = begin(out, "table5",
+                      "Table 5, for reference: the paper's real machine (no simulation can be held against it without its data)",
                       "entry,nominal,method A,error %,modified A,error %,method B,error %");
     for (int i = 0; i < ENTRIES; i++) {
         double nominal = paper.cell[i][6], cell[7] = {nominal};

@@ -1,6 +1,6 @@
-/* Which effects the six tests can tell apart. For every effect, typical, on a machine like the model: z, its whitened signature beyond what the
- * base can take up, and how much of that no other effect takes up. Prints a table; with a file's name, the strength at which z = 8 of each effect
- * as CSV, for tests/gap/score.py. */
+/* Which effects the six tests can tell apart. For every effect, typical, on a machine like the model: z, its whitened signature beyond what
+ * the base can take up, and how much of that no other effect takes up. Prints a table; with a file's name, the strength at which z = 8 of
+ * each effect as CSV, for tests/gap/score.py. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -8,7 +8,7 @@
 
 #include "config.h"
 #include "diagnose.h"
-#include "replay.h"
+#include "../gap_rig.h"
 
 static struct diagnosis d;
 static struct hypothesis hypothesis[HYPOTHESES_MAX];
@@ -22,15 +22,6 @@ static void *room(size_t doubles) {
     void *place = malloc(doubles * sizeof(double));
     if (!place) fail("out of memory");
     return place;
-}
-
-static void rig(const struct params *params, struct recording *recording) {
-    struct recording like;
-    struct error error;
-    recording_init(&like, params);
-    like.tests = DOFS;
-    for (int i = 0; i < DOFS; i++) like.test[i] = (struct recording_test){.test = i, .dof = (enum dof)i, .first = -1};
-    if (replay_closed_loop(params, &like, recording, &error)) fail(error.text);
 }
 
 /* Changes of the model that may take up a signature. */
@@ -91,13 +82,14 @@ int main(int argc, char **argv) {
     struct recording recording;
     struct error error;
     config_default(&params);
-    rig(&params, &recording);
+    if (gap_rig(&params, &params, DOFS, &recording, &error)) fail(error.text);
     if (diagnosis_init(&d, &params, &recording, &error)) fail(error.text);
     FILE *file = argc > 1 ? fopen(argv[1], "w") : NULL;
     if (argc > 1 && !file) fail("the file cannot be written");
     if (file) fputs("effect,strength\n", file);
     int count = hypotheses_list(&d.model, d.known, d.even.parts, hypothesis);
-    double *vector = room((size_t)d.fit.values), *rest = room((size_t)d.fit.values), *place = room((size_t)HYPOTHESIS_VARIABLES * (size_t)d.fit.values);
+    size_t values = (size_t)d.fit.values;
+    double *vector = room(values), *rest = room(values), *place = room(HYPOTHESIS_VARIABLES * values);
     printf("%-28s %8s  %s\n", "effect, typical", "z", "z that is left beside the nearest others");
     for (int i = 0; i < count; i++) {
         if (hypothesis[i].shape != SHAPE_ALL) continue;
@@ -109,7 +101,7 @@ int main(int argc, char **argv) {
             if (hypothesis[j].shape != SHAPE_ALL || j == i) continue;
             struct span both = base;
             add_rival(&hypothesis[j], place, &both);
-            memcpy(rest, vector, (size_t)d.fit.values * sizeof *rest);
+            memcpy(rest, vector, values * sizeof *rest);
             double l = leave(&both, rest);
             int rank = l < left[0] ? 0 : l < left[1] ? 1 : 2;
             if (rank == 0) left[1] = left[0], nearest[1] = nearest[0];

@@ -1,5 +1,5 @@
-/* What a Modbus device may answer: bytes through libmodbus and the register map to a reading. The first two bytes, the transaction's number,
- * are put right, or nearly all inputs would end there. */
+/* What a Modbus device may answer: bytes through libmodbus and the register map to a reading. The first two bytes, the transaction's
+ * number, are put right, or nearly all inputs would end there. */
 #include <assert.h>
 #include <math.h>
 #include <modbus/modbus.h>
@@ -43,7 +43,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     modbus_set_response_timeout(m, 0, 1);
     modbus_set_byte_timeout(m, 0, 0);
     bool filled = write(ends[1], answer, size + 2) == (ssize_t)(size + 2) && !shutdown(ends[1], SHUT_WR);
-    if (filled && !modbus_link_exchange((struct modbus_link *)m, MODBUS_WRITE_FROM, MODBUS_WRITTEN, written, MODBUS_READ_FROM, MODBUS_READ, read)) {
+    struct modbus_link *link = (struct modbus_link *)m;
+    if (filled && !modbus_link_exchange(link, MODBUS_WRITE_FROM, MODBUS_WRITTEN, written, MODBUS_READ_FROM, MODBUS_READ, read)) {
         modbus_get_reading(&params, read, &reading);
         look(&params, &reading);
     }

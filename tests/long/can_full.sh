@@ -1,3 +1,3 @@
 #!/bin/bash
-# Through the kernel's CAN in real time: the six tests of the configuration as shipped, 4 Hz and 5 s each, and the fault campaign: six minutes.
+# Through the kernel's CAN in real time: the six tests as shipped, 4 Hz and 5 s each, and the fault campaign: six minutes.
 LIMIT_S=800 exec tests/uml/can bash tests/uml/can_full.sh

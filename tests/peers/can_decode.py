@@ -1,6 +1,7 @@
 """cantools decodes a candump (candump -L) with config/hexid.dbc to the values that hexid logged. TAP.
 
-    can_decode.py DUMP CSVDIR    CSVDIR as `hexid export` writes it: every row's lengths, pressures and valve commands must be on the bus, in order
+    can_decode.py DUMP CSVDIR    CSVDIR as `hexid export` writes it: every row's lengths, pressures and valve commands must be on the
+                                 bus, in order
 """
 import csv
 import glob
@@ -44,7 +45,8 @@ def rows(directory):
     for path in sorted(glob.glob(os.path.join(directory, "*.csv"))):
         lines = [line for line in open(path) if not line.startswith("#")]
         for row in csv.DictReader(lines):
-            yield (tuple(round(float(row[c]) * (1e6 if c.endswith("_m") else 1e-3)) for c in COLUMNS), [float(row[f"u{leg}"]) for leg in range(1, 7)])
+            yield (tuple(round(float(row[c]) * (1e6 if c.endswith("_m") else 1e-3)) for c in COLUMNS),
+                   [float(row[f"u{leg}"]) for leg in range(1, 7)])
 
 
 bus = list(cycles(sys.argv[1]))

@@ -71,8 +71,8 @@ def cycle(valve=None):
 
 
 at_rest = cycle()
-claim("SYNC is answered by a TPDO as the EDS maps it: a leg of 1.43 m, tank pressure", at_rest is not None and abs(at_rest[0] - 1431000) < 2000
-      and max(abs(at_rest[1]), abs(at_rest[2])) < 100)
+claim("SYNC is answered by a TPDO as the EDS maps it: a leg of 1.43 m, tank pressure",
+      at_rest is not None and abs(at_rest[0] - 1431000) < 2000 and max(abs(at_rest[1]), abs(at_rest[2])) < 100)
 for _ in range(300):
     last = cycle(0.5)
 claim("RPDO and SYNC move the leg: %+.1f mm in 300 cycles" % ((last[0] - at_rest[0]) * 1e-3), last[0] - at_rest[0] > 10000)

@@ -1,4 +1,4 @@
-"""Another maker's device (pymodbus) in the plant's place: a machine that stands still at 1.43 m. Prints its port, then serves until killed."""
+"""Another maker's device (pymodbus) in the plant's place: a machine that stands still at 1.43 m. Prints its port; serves until killed."""
 import asyncio
 from pymodbus.datastore import ModbusSequentialDataBlock, ModbusServerContext, ModbusSlaveContext
 from pymodbus.server import ModbusTcpServer

@@ -1,7 +1,7 @@
 """A serial line between two pseudo-terminals, as fast as its baud rate and no faster: serial_line.py BAUD
 
-Prints the names of its ends, then carries bytes until it is killed. A pseudo-terminal has no speed of its own: each byte of 10 bits is handed
-on when the line would have carried it, in order, either way at its own pace."""
+Prints the names of its ends and "ready", then carries bytes until it is killed. A pseudo-terminal has no speed of its own: each byte of 10
+bits is handed on when the line would have carried it, in order, either way at its own pace."""
 import os, pty, select, sys, time, tty
 
 
@@ -33,7 +33,8 @@ def main(baud):
     for master, slave in ends:
         tty.setraw(slave)
         os.set_blocking(master, False)
-        print(os.ttyname(slave), flush=True)
+        print(os.ttyname(slave))
+    print("ready", flush=True)
     (a, _), (b, _) = ends
     lines = [Direction(a, b, 10 / baud), Direction(b, a, 10 / baud)]
     while True:

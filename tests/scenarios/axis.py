@@ -1,4 +1,4 @@
-"""A drive that moves 200 kg to and fro, as another program records it: axis.py FRICTION_N SEED [millimetres: in a column that says metres]"""
+"""A drive that moves 200 kg to and fro, as another program records it: axis.py FRICTION_N SEED [millimetres: where it says metres]"""
 import math
 import random
 import sys

@@ -1,5 +1,5 @@
 #!/bin/bash
-# One axis, recorded by another program: units of its own, semicolons, decimal commas, lost rows, empty cells. Import, gap, the extended model.
+# One axis, recorded by another program: units of its own, semicolons, decimal commas, lost rows, empty cells. Import, gap, extended model.
 . tests/scenarios/lib
 
 recorded() { mkdir -p "$work/$1" && "$python" tests/scenarios/axis.py "${@:2}" >"$work/$1/1.csv"; }
@@ -12,16 +12,25 @@ imported() {
         grep -q 'motor temperature' "$work/said"
 }
 claim "a recording of another program is read, what is missing is named" imported
-named() { gap friction | tee "$work/said" && says "$work/friction.gap/gap.json" cylinder_coulomb_friction && ! grep -q '^  p1' "$work/said"; }
+named() {
+    gap friction | tee "$work/said" && says "$work/friction.gap/gap.json" cylinder_coulomb_friction && ! grep -q '^  p1' "$work/said"
+}
 claim "dry friction is named from position and force; pressures are not evaluated" named
-accepted() { "$hexid" run -c "$work/friction.gap/model.yaml" --print-config >"$work/printed" && grep -Eq 'force_extend_n: (7[2-9]|8[0-8])' "$work/printed"; }
+accepted() {
+    "$hexid" run -c "$work/friction.gap/model.yaml" --print-config >"$work/printed" &&
+        grep -Eq 'force_extend_n: (7[2-9]|8[0-8])' "$work/printed"
+}
 claim "the extended model is a configuration, within 10 % of the rig's 80 N" accepted
-closed() { recorded again 80 2 && import again && gap friction -c "$work/friction.gap/model.yaml" --measured "$work/again.lcm" && says "$work/friction.gap/gap.json" no_gap; }
+closed() {
+    recorded again 80 2 && import again && gap friction -c "$work/friction.gap/model.yaml" --measured "$work/again.lcm" &&
+        says "$work/friction.gap/gap.json" no_gap
+}
 claim "with it a second recording has no gap" closed
 nothing() { recorded nothing 0 3 && import nothing && gap nothing && says "$work/nothing.gap/gap.json" no_gap; }
 claim "nothing but the tolerance: no gap" nothing
 
-claim "no closed loop for an axis" refuses 2 "mechanism: axis --replay motion" "$hexid" gap --measured "$work/friction.lcm" -c config/axis.yaml -o "$work/none"
+claim "no closed loop for an axis" refuses 2 "mechanism: axis --replay motion" \
+    "$hexid" gap --measured "$work/friction.lcm" -c config/axis.yaml -o "$work/none"
 claim "an axis is not driven" refuses 2 "mechanism: axis" "$hexid" run --fast -c config/axis.yaml
 claim "nor has it an inertia matrix" refuses 2 "mechanism: axis" "$hexid" identify "$work/friction.lcm"
 other_units() {
@@ -29,7 +38,8 @@ other_units() {
         refuses 2 "other units" "$hexid" gap --measured "$work/lie.lcm" -c config/axis.yaml --replay motion -o "$work/none"
 }
 claim "millimetres under a name that says metres are named, then refused" other_units
-claim "another frequency is refused" refuses 2 "move at 2 Hz" "$hexid" gap --measured "$work/friction.lcm" -c config/axis.yaml --set tests.frequency_hz=3 \
-    --replay motion -o "$work/none"
-claim "a platform's model is refused for it" refuses 2 "$work/friction.lcm" "$hexid" gap --measured "$work/friction.lcm" -c config/tian2015.yaml -o "$work/none"
+claim "another frequency is refused" refuses 2 "move at 2 Hz" \
+    "$hexid" gap --measured "$work/friction.lcm" -c config/axis.yaml --set tests.frequency_hz=3 --replay motion -o "$work/none"
+claim "a platform's model is refused for it" refuses 2 "$work/friction.lcm" \
+    "$hexid" gap --measured "$work/friction.lcm" -c config/tian2015.yaml -o "$work/none"
 claim "nothing was written for what was refused" eval '[ ! -e "$work/none" ]'

@@ -2,9 +2,12 @@
 # Commands over LCM, in real time: the platform engages, tests and parks when told to, and by default only stops when told to.
 . tests/scenarios/lib
 own_network "commands over LCM are obeyed"
+. tests/scenarios/realtime_lib
 
 # The real-time run reports to a pipe, on 3, `hexid monitor` to another, on 4. Sanitizers and busy machines miss deadlines here.
+run= monitor=
 start_run() {
+    [ -z "$run$monitor" ] || { kill -KILL $run $monitor; wait $run $monitor; } # of a claim that did not come to its end
     rm -f "$work/lines" "$work/monitor"
     mkfifo "$work/lines" "$work/monitor"
     "$hexid" monitor --set lcm.url="$url" >"$work/monitor" &
@@ -31,6 +34,8 @@ ended() { # STATUS
     wait $run
     local status=$?
     kill $monitor
+    wait $monitor
+    run= monitor=
     cat "$work/error"
     echo "exit status $status"
     [ $status -eq "$1" ]
@@ -38,16 +43,19 @@ ended() { # STATUS
 
 by_hand() {
     start_run --set motion.automatic=false --set lcm.commands=true --tests z
-    await settled && tell engage && await ready && tell start && await 'test 1/1' && await ready && tell park && await parking && await settled &&
-        kill -INT $run && ended 1 # interrupted, the usual end of a run by hand
+    await settled && tell engage && await ready && tell start && await 'test 1/1' && await ready && tell park && await parking &&
+        await settled && kill -INT $run && ended 1 # interrupted, the usual end of a run by hand
 }
 stopped() {
     start_run --set tests.duration_s=20
     await ready && await ' testing ' 4 && tell stop && await ready && tell park && await parking && ended 1 &&
-        "$python" -c 'import json, sys; t = json.load(open(sys.argv[1]))["tests"]; print(t); sys.exit(sum(x["samples"] for x in t) >= 10000)' "$work/run.json"
+        "$python" -c 'import json, sys
+tests = json.load(open(sys.argv[1]))["tests"]
+print(tests)
+sys.exit(sum(test["samples"] for test in tests) >= 10000)' "$work/run.json"
 }
 turned_back() { # without lcm.commands, and more than once
-    start_run --set motion.engage_s=4
+    start_run --set motion.engage_s=60
     await engaging && tell stop && await parking && tell stop && await settled && ended 1
 }
 refused() {
@@ -56,9 +64,9 @@ refused() {
         ! grep -q 'park refused' "$work/error"
 }
 
-claim "engage, start and park by hand" by_hand
-claim "a stop ends a test early, and the platform waits at neutral to be parked" stopped
-claim "a stop while it rises puts it down, whatever lcm.commands says" turned_back
-claim "by default nobody on the network can set the platform in motion" refused
+fair_claim "engage, start and park by hand" by_hand
+fair_claim "a stop ends a test early, and the platform waits at neutral to be parked" stopped
+fair_claim "a stop while it rises puts it down, whatever lcm.commands says" turned_back
+fair_claim "by default nobody on the network can set the platform in motion" refused
 claim "a command that nobody hears is an error" refuses 3 "park nobody $url" tell park
 claim "a command that does not exist is refused" refuses 2 "engage, start, stop, park, reset" "$hexid" command jump

@@ -5,7 +5,8 @@
 quick --log "$work/run.lcm" --json "$work/run.json" >"$work/run" 2>&1
 
 there_and_back() {
-    "$hexid" export "$work/run.lcm" -o "$work/csv" && "$hexid" import "$work/csv" -o "$work/back.lcm" && "$hexid" export "$work/back.lcm" -o "$work/again"
+    "$hexid" export "$work/run.lcm" -o "$work/csv" && "$hexid" import "$work/csv" -o "$work/back.lcm" &&
+        "$hexid" export "$work/back.lcm" -o "$work/again"
 }
 # All but the loop's own statistics, which count cycles outside the tests too.
 identified_alike() {
@@ -18,10 +19,15 @@ sys.exit(a != b)' "$work/run.json" "$work/back.json"
 # As from elsewhere: leg lengths and time alone, no configuration.
 without_pressures() {
     mkdir "$work/lengths"
-    for file in "$work"/csv/*.csv; do sed '/^#/!s/^\([^,]*\),\([^,]*,\)\{6\}\(\([^,]*,\)\{6\}\).*/\1,\3/; /^#/!s/,$//' "$file" >"$work/lengths/${file##*/}"; done
+    for file in "$work"/csv/*.csv; do
+        sed '/^#/!s/^\([^,]*\),\([^,]*,\)\{6\}\(\([^,]*,\)\{6\}\).*/\1,\3/; /^#/!s/,$//' "$file" >"$work/lengths/${file##*/}"
+    done
     "$hexid" import "$work/lengths" -o "$work/lengths.lcm" | tee "$work/import" && grep -q 'p1_1_pa\.\.p1_6_pa' "$work/import" || return 1
     ends 1 "$hexid" identify "$work/lengths.lcm" --json "$work/lengths.json" &&
-        "$python" -c 'import json, sys; v = json.load(open(sys.argv[1]))["verdict"]; print(v); sys.exit(v["status"] == "pass")' "$work/lengths.json"
+        "$python" -c 'import json, sys
+v = json.load(open(sys.argv[1]))["verdict"]
+print(v)
+sys.exit(v["status"] == "pass")' "$work/lengths.json"
 }
 wrong_rate() {
     sed -i 's/^# rate_hz: .*/# rate_hz: 400/' "$work/lengths/2_y.csv"

@@ -32,8 +32,10 @@ refused_setting "an amplitude of zero" tests.amplitude_m=0
 refused_setting "a setting without a value" tests.amplitude_m
 refused_setting "five values for six legs" effects.cylinder_coulomb_friction.force_extend_n=[1,2,3,4,5]
 refused_setting "a negative friction" effects.cylinder_coulomb_friction.force_extend_n=-1
-claim "a frequency above a quarter of the sample rate: refused, naming it" refuses 2 "tests.frequency_hz loop.period_s" quick --set tests.frequency_hz=60 --set loop.period_s=0.005
-claim "a rod thicker than its piston: refused, naming both" refuses 2 "rod_diameter_m piston_diameter_m" quick --set actuator.rod_diameter_m=0.07
+claim "a frequency above a quarter of the sample rate: refused, naming it" refuses 2 "tests.frequency_hz loop.period_s" \
+    quick --set tests.frequency_hz=60 --set loop.period_s=0.005
+claim "a rod thicker than its piston: refused, naming both" refuses 2 "rod_diameter_m piston_diameter_m" \
+    quick --set actuator.rod_diameter_m=0.07
 claim "legs that cannot reach: refused, naming stroke and height" refuses 2 "stroke_m height_m" quick --set geometry.height_m=0.3
 claim "an impossible payload: refused, naming its inertia" refuses 2 "inertia_xx_kg_m2" quick --set payload.inertia_zz_kg_m2=60
 

@@ -4,11 +4,11 @@ something is not as it must be. Needs the log's types: lcm-gen -p --ppath DIR lc
     faults.py NAME FROM_S EXPECTED WITHIN LOG JSON CLEAN_JSON [STALLS]
     faults.py draw COUNT            a list of faults for faults.sh
 
-FROM_S: when the fault begins, on the loop's clock; @US: on the system's, where something outside the daemon made it. EXPECTED, one or several with / between them: what must see it first, within WITHIN
-cycles (0: however long it takes): a fault by its name; `flagged`, samples that the identification leaves out (where it is expected, a fault
-that follows has all the time it wants); `verdict`, which refuses at
-the end of the run; `nothing`: it does no harm.
-STALLS, of tests/uml/stalls.py: when the machine under the test stood still; a fault found right after that proves nothing.
+FROM_S: when the fault begins, on the loop's clock; @US: on the system's, where something outside the daemon made it. EXPECTED, one or
+several with / between them: what must see it first, within WITHIN cycles (0: however long it takes): a fault by its name; `flagged`,
+samples that the identification leaves out (where it is expected, a fault that follows has all the time it wants); `verdict`, which refuses
+at the end of the run; `nothing`: it does no harm.
+STALLS, of stalls.py: when the machine under the test stood still; a fault found right after that proves nothing.
 Always: valves centred with a fault and in every state that does not drive, commands within -1..1, no cycle missing in the log, and an
 identification that is refused or differs from the clean run's by no more than three standard deviations of the sensors' noise."""
 import json, math, random, sys

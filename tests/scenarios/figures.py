@@ -3,7 +3,8 @@ import json, math, sys
 
 # |error| of method A against the nominal, %: an independent simulation, viscous friction only, exact sensors. Signs from the gravity
 # gradient -K/w^2, which is in phase with position: it lowers Ixx and Iyy and raises the rest.
-INDEPENDENT = {"mx": 0.21, "my": 0.21, "mz": 0.34, "Ixx": -0.09, "Iyy": -0.09, "Izz": 0.57, "Mt15": 0.8, "Mt24": 0.8, "Mt42": 0.8, "Mt51": 0.8}
+INDEPENDENT = {"mx": 0.21, "my": 0.21, "mz": 0.34, "Ixx": -0.09, "Iyy": -0.09, "Izz": 0.57,
+               "Mt15": 0.8, "Mt24": 0.8, "Mt42": 0.8, "Mt51": 0.8}
 # The same with 100 N dry friction a cylinder; of the coupling only the smallest and the largest are known.
 INDEPENDENT_100N = {"mx": 0.55, "my": 0.55, "mz": 1.0, "Ixx": -4.4, "Iyy": -6.9, "Izz": 1.2}
 INDEPENDENT_100N_COUPLING = (2, 46)

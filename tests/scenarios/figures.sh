@@ -3,11 +3,16 @@
 # (its own code, RK4 at 0.2 ms), and the spread over 30 seeds with the paper's sensors.
 . tests/scenarios/lib
 
-exact() { "$hexid" run --fast --set lcm.url= --set sensors.enabled=false --json "$work/$1.json" "${@:2}" >"$work/out" || { cat "$work/out"; return 1; }; }
+exact() {
+    "$hexid" run --fast --set lcm.url= --set sensors.enabled=false --json "$work/$1.json" "${@:2}" >"$work/out" && return
+    cat "$work/out"
+    return 1
+}
 judge() { "$python" tests/scenarios/figures.py "$@"; }
 
 exact closed_form --set sim.engine=closed_form
-claim "closed form, 0.25 ms: method A within 0.1 points of the independent simulation on all ten entries" judge independent 0.1 "$work/closed_form.json"
+claim "closed form, 0.25 ms: method A within 0.1 points of the independent simulation on all ten entries" \
+    judge independent 0.1 "$work/closed_form.json"
 claim "closed form: Bt is J' b J within 1 %, positive on the diagonal" judge damping 0.01 "$work/closed_form.json"
 claim "closed form: method B has its larger bias on the coupling" judge bias "$work/closed_form.json"
 claim "amplitudes within 10 %, unwanted motion below 10 %, verdict pass" judge motion "$work/closed_form.json"
@@ -24,10 +29,9 @@ claim "ODE, 0.05 ms: within 0.1 points of the independent simulation" judge inde
 judge print "$work"/ode8.json "$work"/ode20.json "$work"/ode40.json # 0.25, 0.1, 0.05 ms
 
 sensors() {
-    seq 30 | xargs -P "$(nproc)" -I{} "$hexid" run --fast --set lcm.url= --set sim.engine=closed_form --seed {} --json "$work/seed{}.json" >/dev/null
+    seq 30 | xargs -P "$(nproc)" -I{} "$hexid" run --fast --set lcm.url= --set sim.engine=closed_form --seed {} \
+        --json "$work/seed{}.json" >/dev/null || return
     judge spread "$work"/seed*.json
 }
-case ${BUILD:-build} in
-*san) echo "ok - with sensors, rms over 30 seeds # SKIP the same numbers, ten times slower" ;;
-*) claim "with sensors, rms over 30 seeds: masses 0.7 %, inertias 1.2 %, coupling 4 %" sensors ;;
-esac
+skip_under 'asan|tsan' "with sensors, rms over 30 seeds" "the same numbers, ten times slower"
+claim "with sensors, rms over 30 seeds: masses 0.7 %, inertias 1.2 %, coupling 4 %" sensors

@@ -1,10 +1,7 @@
 #!/bin/bash
 # hexid gap as its user has it: a rig with friction, its log, the base model; what is said, what is written, what is refused.
 . tests/scenarios/lib
-if ldd "$hexid" | grep -q libtsan; then
-    echo "ok - hexid gap # SKIP a quarter of an hour under ThreadSanitizer; tests/test_axis.c searches with the same threads"
-    exit
-fi
+skip_under tsan "hexid gap" "a quarter of an hour under ThreadSanitizer; tests/test_axis.c searches with the same threads"
 
 base=(--set payload.mass_kg=179.9 --set payload.inertia_xx_kg_m2=13.49 --set hydraulics.bulk_modulus_pa=0.965e9 --set hydraulics.leakage_m3_per_s_pa=3.1e-11
     --set hydraulics.viscous_n_s_per_m=1930 --set hydraulics.valve_flow_m3_per_s=1.61e-3)

@@ -1,10 +1,7 @@
 #!/bin/bash
 # What people do after hexid gap has spoken: the experiment it asks for, and the matrix without the friction it found.
 . tests/scenarios/lib
-if ldd "$hexid" | grep -q 'lib[at]san'; then
-    echo "ok - experiments # SKIP minutes under sanitizers; tests/test_gap.c runs the same code"
-    exit
-fi
+skip_under 'asan|tsan' "experiments" "minutes under sanitizers; tests/test_gap.c runs the same code"
 rig() { "$hexid" run --hal sim: --fast --set lcm.url= --set sim.engine=ode --log "$work/$1.lcm" "${@:2}" >/dev/null; }
 gap() { "$hexid" gap -c config/tian2015.yaml --measured "$work/$1.lcm" -o "$work/$1" --set lcm.url= "${@:2}" >"$work/said" 2>/dev/null; }
 field() { "$python" -c 'import json, sys; print(eval("j" + sys.argv[2], {"j": json.load(open(sys.argv[1]))}))' "$work/$1/gap.json" "$2"; }

@@ -1,10 +1,7 @@
 #!/bin/bash
 # What hexid gap leaves behind: a page that a browser draws, whole files or none, and a result that does not depend on pictures.
 . tests/scenarios/lib
-if ldd "$hexid" | grep -q libtsan; then
-    echo "ok - hexid gap # SKIP a quarter of an hour under ThreadSanitizer; tests/test_axis.c searches with the same threads"
-    exit
-fi
+skip_under tsan "hexid gap" "a quarter of an hour under ThreadSanitizer; tests/test_axis.c searches with the same threads"
 
 friction="--set effects.cylinder_coulomb_friction.force_extend_n=60 --set effects.cylinder_coulomb_friction.force_retract_n=60"
 quick --tests x,phi --set tests.duration_s=2 $friction --log "$work/run.lcm" >/dev/null

@@ -1,10 +1,7 @@
 #!/bin/bash
 # A small fixed draw of hidden cases against hexid gap (tests/gap/score.py draws, hides and judges; make bench-gap is the whole of it).
 . tests/scenarios/lib
-if ldd "$hexid" | grep -q 'lib[at]san'; then
-    echo "ok - hidden effects # SKIP minutes a case under sanitizers; tests/test_gap.c runs the same code"
-    exit
-fi
+skip_under 'asan|tsan' "hidden effects" "minutes a case under sanitizers; tests/test_gap.c runs the same code"
 export HEXID=$hexid SUBSTEPS=8
 
 # right CASE SIZE SEED SERIES: is what was hidden found?

@@ -23,7 +23,12 @@ interrupt_at() {
     echo "exit status $status"
     [ $status -eq 1 ]
 }
-not_evaluated() { "$python" -c 'import json, sys; v = json.load(open(sys.argv[1]))["verdict"]; print(v); sys.exit(v["status"] != "not_evaluated")' "$work/run.json"; }
+not_evaluated() {
+    "$python" -c 'import json, sys
+v = json.load(open(sys.argv[1]))["verdict"]
+print(v)
+sys.exit(v["status"] != "not_evaluated")' "$work/run.json"
+}
 log_is_whole() { "$hexid" identify "$work/run.lcm" 2>"$work/error" >/dev/null; cat "$work/error"; ! grep -q 'cut' "$work/error"; }
 put_down() { # in the log's last cycle, read by LCM's own Python library
     PYTHONPATH=$work "$python" -c 'import hexid, lcm, sys
@@ -42,11 +47,12 @@ goes_on() {
     [ "$status" -eq 0 ] && log_is_whole && put_down
 }
 
-# What is interrupted takes a minute of the run's time, so that the signal comes in the midst of it.
+# What is interrupted takes a minute of the run's time, so that the signal comes in the midst of it. Parking, after which there is nothing
+# to be interrupted, takes more: five minutes are two or three seconds of this machine's.
 claim "SIGINT while engaging: parked, log closed, not evaluated" parks INT engaging motion.engage_s=60
 claim "SIGINT at neutral: parked, log closed, not evaluated" parks INT ready motion.hold_s=60
 claim "SIGINT in a test: parked, log closed, not evaluated" parks INT 'test 1/6' tests.duration_s=60
-claim "SIGINT while parking: parked, log closed, not evaluated" parks INT parking motion.park_s=60
+claim "SIGINT while parking: parked, log closed, not evaluated" parks INT parking motion.park_s=300
 claim "SIGTERM in a test: the same" parks TERM 'test 1/6' tests.duration_s=60
 claim "SIGHUP in a test, the terminal is gone: the same" parks HUP 'test 1/6' tests.duration_s=60
 claim "the reader of its output goes away: the run goes on to its end, and parks" goes_on

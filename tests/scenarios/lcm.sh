@@ -13,19 +13,20 @@ until [ -e "$work/ready" ] && [ "$(listeners)" -ge 2 ]; do
     { kill -0 $listener && kill -0 $logger; } 2>/dev/null || { cat "$work/python.error" "$work/logger"; break; }
     sleep 0.05
 done
+# comes WORD FILE: what was sent is there, or lost after a minute.
+comes() {
+    for _ in $(seq 1200); do
+        grep -qs "$1" "$2" && return
+        sleep 0.05
+    done
+}
 quick --set lcm.url="$url" --set lcm.state_every=100 --log "$work/run.lcm" >"$work/run" 2>&1
 quick --set lcm.url= --tests x --set tests.duration_s=2 --log "$work/x.lcm" >>"$work/run" 2>&1
 "$hexid" gap --measured "$work/x.lcm" -c config/tian2015.yaml --set lcm.url="$url" -o "$work/gap" >>"$work/run" 2>&1
-for _ in $(seq 200); do # the listener ends at once, whatever still waits in its socket
-    grep -q HEXID_GAP "$work/python" && break
-    sleep 0.05
-done
+comes HEXID_GAP "$work/python" # the listener ends at once, whatever still waits in its socket
 exec 3>&-
 wait $listener
-for _ in $(seq 200); do # ended by a signal, the logger drops what it has not yet written
-    grep -q HEXID_IDENTIFICATION "$work/logger.lcm" && break
-    sleep 0.05
-done
+comes HEXID_IDENTIFICATION "$work/logger.lcm" # ended by a signal, the logger drops what it has not yet written
 kill -INT $logger
 wait $logger
 
@@ -43,7 +44,8 @@ for event in lcm.EventLog(sys.argv[1], "r"):
     count[event.channel] = count.get(event.channel, 0) + 1
     size[event.channel] = max(size.get(event.channel, 0), len(event.data))
 print(count, size)
-sys.exit(count.get("HEXID_TEST_RESULT") != 6 or count.get("HEXID_IDENTIFICATION") != 1 or not 0 < size.get("HEXID_STATE", 0) <= 600)' "$work/$1"
+complete = count.get("HEXID_TEST_RESULT") == 6 and count.get("HEXID_IDENTIFICATION") == 1
+sys.exit(not complete or not 0 < size.get("HEXID_STATE", 0) <= 600)' "$work/$1"
 }
 
 claim "LCM's Python library receives six test results" received HEXID_TEST_RESULT 6

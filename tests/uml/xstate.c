@@ -1,6 +1,6 @@
-/* A preload for linux.uml. Debian 12's user-mode kernel keeps 2696 bytes of a process's vector registers: all there is up to AVX-512. A host
- * with AMX has tile registers behind them and refuses to set less than the whole, and the kernel dies with its first process. So the whole
- * is read, the part that the kernel knows is laid over it, and the whole is written. Nothing that runs in there uses the tiles. */
+/* A preload for linux.uml. Debian 12's user-mode kernel keeps 2696 bytes of a process's vector registers: all there is up to AVX-512. A
+ * host with AMX has tile registers behind them and refuses to set less than the whole, and the kernel dies with its first process. So the
+ * whole is read, the part that the kernel knows is laid over it, and the whole is written. Nothing that runs in there uses the tiles. */
 #include <dlfcn.h>
 #include <elf.h>
 #include <stdarg.h>

@@ -1,0 +1,35 @@
+"""Tells when the machine under this kernel stood still: stalls.py PRIORITY... (of SCHED_FIFO; 0: an ordinary thread)
+
+On every processor, at every priority, wakes every 2 ms, and prints a line, when and for how long (us, ms), for every time that it came a
+millisecond late or more, which makes a sample late; a fault takes 10 ms."""
+import os
+import sys
+import threading
+import time
+
+PERIOD_NS, LATE_NS = 2_000_000, 1_000_000
+
+
+def watch(processor, priority, begun):
+    os.sched_setaffinity(0, {processor})  # of this thread
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO if priority else os.SCHED_OTHER, os.sched_param(priority))
+    except PermissionError:
+        pass  # no more real-time than the daemon then
+    begun.wait()
+    due = time.monotonic_ns() + PERIOD_NS
+    while True:
+        time.sleep(max(0, due - time.monotonic_ns()) / 1e9)
+        late_ns = time.monotonic_ns() - due
+        due = time.monotonic_ns() + PERIOD_NS
+        if late_ns >= LATE_NS:
+            os.write(1, b"%d %d\n" % (time.time_ns() // 1000, late_ns // 1_000_000))
+
+
+watchers = [(processor, int(priority)) for processor in os.sched_getaffinity(0) for priority in sys.argv[1:]]
+begun = threading.Barrier(len(watchers) + 1)
+for processor, priority in watchers:
+    threading.Thread(target=watch, args=(processor, priority, begun), daemon=True).start()
+begun.wait()
+os.write(1, b"ready\n")
+threading.Event().wait()

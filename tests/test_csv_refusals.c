@@ -1,0 +1,214 @@
+/* CSV that lacks something or lies: named with file, line and column, or counted. */
+#include "csv_rig.h"
+
+static void files_that_disagree_are_refused(void **unused) {
+    (void)unused;
+    empty(NULL);
+    put("1_x.csv", file_of("# dof: x\n# amplitude: 0.004\n# frequency_hz: 4\n", 0, 2000));
+    put("2_phi.csv", file_of("# dof: phi\n# amplitude: 0.006\n# frequency_hz: 4\n", 0, 2000));
+    assert_imports(); /* metres and radians are two things */
+    put("10_y.csv", file_of("# dof: y\n# amplitude: 0.005\n", 0, 2000));
+    assert_int_equal(import(), STATUS_USAGE);
+    assert_says("10_y.csv:2|amplitude: 0.005|1_x.csv has 0.004");
+}
+
+static void rows_that_are_missing_are_counted(void **unused) {
+    (void)unused;
+    char text[BUFFER];
+    int used = sprintf(text, "# dof: x\n# rate_hz: 500\nt_s,u1\n");
+    for (int i = 0; i < 3000; i++)
+        if (i % 100 != 50) used += sprintf(text + used, "%.10g,0\n", 0.002 * i);
+    empty(NULL);
+    put("1_x.csv", text);
+    assert_imports();
+    assert_true(report.rows == 2970 && report.lost == 30);
+    const struct recording *r = load(log_a);
+    assert_int_equal(r->cycle[2969].seq - r->cycle[0].seq, 2999); /* as a gap in seq, like hexid's own */
+}
+
+/* Up to 1 % off is a matter of clocks; more is a lie, which would move the frequency. */
+static void a_rate_that_lies_is_refused(void **unused) {
+    (void)unused;
+    static const struct {
+        const char *head, *says; /* NULL: accepted */
+    } cases[] = {
+        {"# dof: x\n# rate_hz: 500\n", NULL},
+        {"# dof: x\n# rate_hz: 504\n", NULL},
+        {"# dof: x\n# rate_hz: 496\n", NULL},
+        {"# dof: x\n# rate_hz: 506\n", "1_x.csv:2|rate_hz: 506|500 Hz"},
+        {"# dof: x\n# rate_hz: 494\n", "1_x.csv:2|rate_hz: 494|500 Hz"},
+        {"# dof: x\n# rate_hz: 1000\n", "1_x.csv:2|rate_hz: 1000|500 Hz"},
+        {"# dof: x\n# rate_hz: 250\n", "1_x.csv:2|rate_hz: 250|500 Hz"},
+        {"# dof: x\n# rate_hz: 5000\n", "1_x.csv:2|rate_hz: 5000|500 Hz"},
+        {"# dof: x\n", NULL}, /* the configuration's 500 Hz */
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        empty(NULL);
+        put("1_x.csv", file_of(cases[i].head, 0, 2000));
+        int status = import();
+        if (!cases[i].says && status) fail_msg("%s", error.text);
+        if (!cases[i].says) continue;
+        assert_int_equal(status, STATUS_USAGE);
+        assert_says(cases[i].says);
+    }
+    put("config.yaml", "loop: {period_s: 0.001}\n");
+    put("1_x.csv", file_of("# dof: x\n", 0, 2000));
+    assert_int_equal(import(), STATUS_USAGE);
+    assert_says("1_x.csv:2|no rate_hz|1000 Hz|500 Hz");
+}
+
+static void what_is_wrong_is_named_with_file_line_and_column(void **unused) {
+    (void)unused;
+    static const struct {
+        const char *text, *says;
+    } cases[] = {
+        {"", "1_x.csv|dof"},
+        {"\n\n\n", "1_x.csv|dof"},
+        {"# dof: x\n", "1_x.csv:1|names of the columns"},
+        {"t_s,u1\n0,0\n", "1_x.csv:1|# dof: x"},
+        {"# dof: roll\nt_s,u1\n0,0\n", "1_x.csv:1|dof: roll|phi"},
+        {"# dof: x\n# dof: y\nt_s,u1\n0,0\n", "1_x.csv:2|twice"},
+        {"# dof: x\n# ramp_s: 1\n# ramp_s: 2\nt_s,u1\n0,0\n", "1_x.csv:3|ramp_s|twice"},
+        {"# dof: x\n# rate_hz: fast\nt_s,u1\n0,0\n", "1_x.csv:2|rate_hz: fast"},
+        {"# dof: x\n# rate_hz: 0\nt_s,u1\n0,0\n", "1_x.csv:2|rate_hz: 0"},
+        {"# dof: x\n# frequency_hz: -4\nt_s,u1\n0,0\n", "1_x.csv:2|frequency_hz: -4"},
+        {"# dof: x\n# frequency_hz: nan\nt_s,u1\n0,0\n", "1_x.csv:2|frequency_hz: nan"},
+        {"# dof: x\n# amplitude: 4 mm\nt_s,u1\n0,0\n", "1_x.csv:2|amplitude: 4 mm"},
+        {"# mechanism: hexapod\n# dof: x\nt_s,u1\n0,0\n", "1_x.csv:1|mechanism: hexapod|axis"},
+        {"# mechanism: axis\nt_s,force_n\n0,0\n", "1_x.csv:2|position_m"},
+        {"# mechanism: axis\n# dof: psi\nt_s,position_m\n0,0\n", "1_x.csv:3|dof: psi"},
+        {"# dof: x\nu1,u2\n0,0\n", "1_x.csv:2|t_s"},
+        {"# dof: x\nt_s,u1,u2,u1\n0,0,0,0\n", "1_x.csv:2|u1|twice"},
+        {"# dof: x\nt_s,u1\n", "1_x.csv:2|no rows"},
+        {"# dof: x\n# ramp_s: 3\nt_s,u1\n2.998,0\n", "1_x.csv:4|ramp_s|2.998"},
+        {"# dof: x\n# rate_hz: 1e-9\nt_s,u1\n0,0\n", "1_x.csv:2|rate_hz: 1e-9|10"},
+        {"# dof: x\n# duration_s: 0.01\nt_s,u1\n0,0\n", "/in|tests.duration_s"},
+        {"# dof: x\nt_s,u1\n0,0\n0.002\n", "1_x.csv:4|1 cells|2 columns"},
+        {"# dof: x\nt_s,u1\n0,0\n0.002,0,0\n", "1_x.csv:4|3 cells|2 columns"},
+        {"# dof: x\nt_s,u1\n0,0\n0.002,zero\n", "1_x.csv:4|u1|zero"},
+        {"# dof: x\nt_s,u1\n0,0\n0.002,\"0\n", "1_x.csv:4|quote"},
+        {"# dof: x\nt_s;u1\n0;0\n0,002;1.234,5\n", "1_x.csv:4|u1|1.234.5"},
+        {"# dof: x\nt_s,u1\n0,002,1,5\n", "1_x.csv:3|4 cells|2 columns"},
+        {"# dof: x\nt_s,t_ms,u1\n0,0,0\n", "1_x.csv:2|t_s|twice"},
+        {"# dof: x\nt_s,u1\n0,0\n0.002,1.2.3\n", "1_x.csv:4|u1|1.2.3"},
+        {"# dof: x\nt_s,u1\n0,0\n0.002,--1\n", "1_x.csv:4|u1|--1"},
+        {"# dof: x\nt_s,u1\n0,0\n,0\n", "1_x.csv:4|t_s|time"},
+        {"# dof: x\nt_s,u1\nnan,0\n", "1_x.csv:3|t_s"},
+        {"# dof: x\nt_s,u1\n0,0\ninf,0\n", "1_x.csv:4|t_s"},
+        {"# dof: x\nt_s,u1\n0,0\n0.002,0\n0.002,0\n", "1_x.csv:5|t_s|increase"},
+        {"# dof: x\nt_s,u1\n0,0\n0.002,0\n0.001,0\n", "1_x.csv:5|t_s|increase"},
+        {"# dof: x\nt_s,u1\n0,0\n1e9,0\n", "1_x.csv:4|t_s|gap"},
+        {"# dof: x\nt_s,flags\n0,-1\n", "1_x.csv:3|flags|-1"},
+        {"# dof: x\nt_s,flags\n0,4294967296\n", "1_x.csv:3|flags"},
+        {"# dof: x\nt_s,phase\n0,5\n", "1_x.csv:3|phase|5"},
+        {"# dof: x\nt_s,phase\n0,2.5\n", "1_x.csv:3|phase|2.5"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        empty(NULL);
+        put("1_x.csv", cases[i].text);
+        if (import() != STATUS_USAGE) fail_msg("accepted: %s", cases[i].text);
+        assert_says(cases[i].says);
+        assert_int_not_equal(access(log_a, F_OK), 0); /* no log was begun */
+    }
+}
+
+static void lines_without_an_end_are_refused(void **unused) {
+    (void)unused;
+    static char text[20000];
+    int used = sprintf(text, "# dof: x\nt_s,u1\n0,0\n");
+    memset(text + used, '1', sizeof text - (size_t)used - 1);
+    empty(NULL);
+    put("1_x.csv", text);
+    assert_int_equal(import(), STATUS_USAGE);
+    assert_says("1_x.csv:4|bytes");
+    static const char zeros[] = "# dof: x\nt_s,u1\n0,0\n0.002,\0 0\n0.004,0\n";
+    put_bytes("1_x.csv", zeros, sizeof zeros - 1);
+    assert_int_equal(import(), STATUS_USAGE);
+    assert_says("1_x.csv:4|zero byte");
+    used = sprintf(text, "# dof: x\nt_s");
+    for (int i = 0; i < 200; i++) used += sprintf(text + used, ",c%d", i);
+    put("1_x.csv", text);
+    assert_int_equal(import(), STATUS_USAGE);
+    assert_says("1_x.csv:2|columns");
+}
+
+/* Any bytes at all may come; sanitizers watch. What is accepted makes a log that can be read. */
+static void damaged_files_are_survived(void **unused) {
+    (void)unused;
+    static const char characters[] = "0123456789.,-+e#:; \t\"\n\r\x00\xff" "naifx";
+    static char text[BUFFER];
+    uint64_t state = 11;
+    int accepted = 0;
+    empty(NULL);
+    for (int round = 0; round < 400; round++) {
+        int size = sprintf(text, "%s", file_of("# dof: x\n# rate_hz: 500\n# amplitude: 0.004\n# duration_s: 1\n", -0.1, 150));
+        for (int i = 0; i < 1 + round % 3; i++) {
+            uint64_t bits = random_bits(&state);
+            text[(bits >> 20) % (i ? (uint64_t)size : 120)] = characters[bits % (sizeof characters - 1)];
+        }
+        put_bytes("1_x.csv", text, (size_t)size);
+        if (import()) assert_says(root); /* the file, or what the heads made of the configuration */
+        else accepted++, assert_true(load(log_a)->count > 0);
+    }
+    assert_true(accepted > 10 && accepted < 390); /* else this tested nothing */
+}
+
+static void directories_and_logs_that_cannot_be_are_named(void **unused) {
+    (void)unused;
+    empty(NULL);
+    assert_int_equal(import(), STATUS_USAGE);
+    assert_says("/in|no CSV file");
+    assert_int_equal(csv_import("/nowhere", log_a, NULL, &report, &error), STATUS_IO);
+    assert_says("/nowhere|No such file");
+    put("1_x.csv", file_of("# dof: x\n", 0, 2000));
+    assert_int_equal(csv_import(in, "/dev/full", NULL, &report, &error), STATUS_IO);
+    assert_says("/dev/full|No space left");
+    assert_int_equal(csv_import(in, "/nowhere/a.lcm", NULL, &report, &error), STATUS_IO);
+    assert_says("/nowhere/a.lcm|No such file");
+    assert_imports();
+    assert_int_equal(csv_export(log_a, in, &report, &error), STATUS_IO);
+    assert_says("/in|CSV files already");
+    assert_int_equal(csv_export(log_a, "/nowhere/out", &report, &error), STATUS_IO);
+    assert_says("/nowhere/out|No such file");
+    assert_int_equal(csv_export("/nowhere/a.lcm", out, &report, &error), STATUS_IO);
+    assert_says("/nowhere/a.lcm|No such file");
+    empty(NULL);
+    put("config.yaml", "# mine\n");
+    put("../only.lcm", "");
+    char only[2 * PATHS];
+    snprintf(only, sizeof only, "%s/only.lcm", root);
+    assert_int_equal(csv_export(only, out, &report, &error), STATUS_IO);
+    assert_says("only.lcm|no test");
+    struct params params = short_tests(0.002);
+    write_log(log_a, &params);
+    assert_int_equal(csv_export(log_a, in, &report, &error), STATUS_IO); /* nobody's configuration is overwritten */
+    assert_says("config.yaml|File exists");
+}
+
+static void a_cut_log_is_exported_up_to_the_cut(void **unused) {
+    (void)unused;
+    struct params params = short_tests(0.002);
+    struct stat whole;
+    empty(NULL);
+    write_log(log_a, &params);
+    stat(log_a, &whole);
+    assert_int_equal(truncate(log_a, whole.st_size / 2), 0);
+    assert_int_equal(csv_export(log_a, out, &report, &error), 0);
+    assert_true(report.cut && report.cut_offset <= whole.st_size / 2 && report.files >= 3 && report.files < 7);
+    if (csv_import(out, log_b, NULL, &report, &error)) fail_msg("%s", error.text);
+    assert_int_equal(load(log_b)->count, load(log_a)->count);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(files_that_disagree_are_refused),
+        cmocka_unit_test(rows_that_are_missing_are_counted),
+        cmocka_unit_test(a_rate_that_lies_is_refused),
+        cmocka_unit_test(what_is_wrong_is_named_with_file_line_and_column),
+        cmocka_unit_test(lines_without_an_end_are_refused),
+        cmocka_unit_test(damaged_files_are_survived),
+        cmocka_unit_test(directories_and_logs_that_cannot_be_are_named),
+        cmocka_unit_test(a_cut_log_is_exported_up_to_the_cut),
+    };
+    return cmocka_run_group_tests(tests, set_up, tear_down);
+}
