@@ -35,34 +35,21 @@ static const struct base_entry entries[] = {
     {ANY, PLACE(hydraulics.dead_volume_m3), UNSTATED(0.30), PART_PRESSURE},
 };
 
-/* Where the joints are, as far as a drawing and a fitter can be off; and pressure transducers of class 0.25 on 20 MPa. */
-static const struct {
-    int mechanisms;
-    const char *effect;
-    double tolerance;
-    enum residual_part parts;
-    const char *name[2]; /* of its keys, all legs alike; NULL: leg by leg, without a name */
-} small_effects[] = {
-    {PLATFORM, "geometry_error", 0.5e-3, PART_FORCE, {NULL}},
-    {ANY, "pressure_sensor_scale", 2.5e-3, PART_ALL, {"pressure_sensor_scale.p1", "pressure_sensor_scale.p2"}},
-    {ANY, "pressure_sensor_offset", 20e3, PART_ALL, {"pressure_sensor_offset.p1", "pressure_sensor_offset.p2"}},
-};
+/* Where the joints are, as far as a drawing and a fitter can be off. */
+static const double JOINT_TOLERANCE_M = 0.5e-3;
 static const double OFFSET_MOST_N = 1e6;
 
-/* Every key of a small effect, about the value given. */
-static int small_variables(const struct params *model, int i, struct variable *v) {
-    int n = 0, effect = effect_find(small_effects[i].effect);
-    double width = small_effects[i].tolerance;
-    bool alike = small_effects[i].name[0];
-    for (int key = 0; key < EFFECT_KEYS && effect_table[effect]->keys[key].name; key++) {
-        const double *place = model->effects[effect].value[key];
-        for (int leg = 0; leg < (alike ? 1 : LEGS); leg++)
-            v[n++] = (struct variable){.name = alike ? small_effects[i].name[key] : effect_table[effect]->keys[key].name,
-                                       .offset = (size_t)((const char *)place - (const char *)model),
-                                       .leg = alike ? -1 : leg, .legs = LEGS, .effect = effect, .key = key, .base = true,
-                                       .min = place[leg] - width, .max = place[leg] + width, .step = 0.1 * width,
-                                       .parts = small_effects[i].parts};
-    }
+static int joint_variables(const struct params *model, struct variable *v) {
+    int n = 0, effect = effect_find("geometry_error");
+    const struct effect_values *values = &model->effects[effect];
+    for (int key = 0; key < EFFECT_KEYS && effect_table[effect]->keys[key].name; key++)
+        for (int leg = 0; leg < LEGS; leg++) {
+            const double *place = values->value[key];
+            v[n++] = (struct variable){.name = effect_table[effect]->keys[key].name, .offset = (size_t)((const char *)place - (const char *)model),
+                                       .leg = leg, .legs = LEGS, .effect = effect, .key = key, .base = true,
+                                       .min = place[leg] - JOINT_TOLERANCE_M, .max = place[leg] + JOINT_TOLERANCE_M,
+                                       .step = 0.1 * JOINT_TOLERANCE_M, .parts = PART_FORCE};
+        }
     return n;
 }
 
@@ -86,7 +73,5 @@ int base_variables(const struct params *model, struct variable v[FIT_VARIABLES])
                                    .max = value + width, .step = 0.1 * width, .parts = e->parts};
     }
     if (axis) v[n++] = offset_variable();
-    for (size_t i = 0; i < sizeof small_effects / sizeof *small_effects; i++)
-        if (small_effects[i].mechanisms & 1 << model->mechanism) n += small_variables(model, (int)i, v + n);
-    return n;
+    return axis ? n : n + joint_variables(model, v + n);
 }

@@ -10,7 +10,8 @@
 #include "units.h"
 #include "valve_line.h"
 
-static const double SETTLE_S = 0.1;       /* and one cycle: then the start, the measured pressures, is forgotten; chambers settle in some 30 ms */
+static const double SETTLE_CYCLES = 1.5, SETTLE_S = 0.1; /* then the start, the measured pressures, is forgotten: chambers settle in 30 ms,
+                                                          * a spool that its rate limits in a cycle */
 static const double SUBSTEP_S = 0.5e-3;   /* RK4: 1e-4 of a 100 Hz spool's lag */
 
 /* Samples to coefficients, by least squares: exact also where a cycle is no whole number of samples. */
@@ -60,7 +61,7 @@ static int prepare(struct residual_test *t, const struct recording *recording, c
     t->step_s = recording_step_s(test);
     double cycle = 1.0 / test->frequency_hz / t->step_s;
     t->fitted = (int)ceil(cycle - 1e-6);
-    t->samples = (int)ceil(fmax(cycle, SETTLE_S / t->step_s)) + t->fitted;
+    t->samples = (int)ceil(fmax(SETTLE_CYCLES * cycle, SETTLE_S / t->step_s)) + t->fitted;
     t->substeps = (int)ceil(t->step_s / SUBSTEP_S - 1e-6);
     t->node = malloc((size_t)nodes_of(t) * RESIDUAL_SIZE * sizeof(double));
     t->valve = malloc((size_t)(LEGS * t->samples) * sizeof(double));

@@ -7,6 +7,8 @@
 #include "rigid.h"
 #include "vec.h"
 
+/* Mean pressures are less sure: the noise of the commands, averaged away here, is rectified where the spool passes zero. */
+static const double STATIC_ERROR = 3.0;
 static const double FORCE_SENSOR_ERROR = 5e-3; /* of its reading: class 0.5, and a drive knows its motor's constant no better */
 
 /* Leg-space mass at neutral, J'^-1 M J^-1 = inverse of (J M^-1 J'): what force an acceleration of each leg needs. */
@@ -113,7 +115,8 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
             }
             for (int i = 0; i < RESIDUALS; i++) {
                 for (int j = 0; j <= i; j++) {
-                    c[i][j] = i == j ? square(model_error * whole[i]) + (i == 0 ? others : 0.0) + 1e-12 * square(whole[i]) : 0.0;
+                    double sure = model_error * (a == 0 && i != RESIDUAL_FORCE ? STATIC_ERROR : 1.0);
+                    c[i][j] = i == j ? square(sure * whole[i]) + (i == 0 ? others : 0.0) + 1e-12 * square(whole[i]) : 0.0;
                     for (int n = 0; n < 3; n++) c[i][j] += from[i][n] * from[j][n] * var[n];
                 }
             }
