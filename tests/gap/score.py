@@ -2,12 +2,14 @@
 """Hidden cases for `hexid gap`: a rig of its own with something hidden, the workflow on its log, the score.
 
     score.py cases [--seeds N] [--series tolerance|beyond] [--kinds single,none,two,unknown] [--effects A,B]   one case a line
-    score.py case NAME[+NAME] SIZE SEED SERIES        runs one case; one line of CSV. HEXID names the program, default build/hexid
+    score.py case NAME[+NAME] SIZE SEED SERIES        runs one case; one line of CSV
     score.py report FILE...                           the confusion matrix and the figures of such lines
 
-DETECTABLE names the file of strengths at which z = 8 (tests/bench/signatures).
+Environment: HEXID, the program (build/hexid); DETECTABLE, the file of strengths at which z = 8 (build/gap_score/detectable.csv, written by
+tests/bench/signatures); CONFIG, the base model (config/tian2015.yaml); SUBSTEPS of the rig (16); KEEP, a directory where a case leaves its log
+and report.
 
-The rig runs on the ODE engine with a substep of 0.125 ms, with noisy sensors and every base parameter off within model.tolerance;
+The rig runs on the ODE engine with a step of 0.125 ms, with noisy sensors and every base parameter off within model.tolerance;
 `beyond` disturbs it further, in what the tolerance does not state. The diagnosis has the other engine, its own steps, and only the log."""
 import argparse, csv, json, math, os, random, subprocess, sys, tempfile
 
