@@ -114,17 +114,32 @@ static bool worth_adding(const struct diagnosis *d, const struct trial *t, doubl
     return t->ok && !t->bound && pays && t->held_gain > share * first_gain && t->held_gain > REMAINDER_SHARE * left;
 }
 
+/* Takes an addition out where that costs no more than so much. */
+static bool drop(struct diagnosis *d, int addition, double most, struct gap_result *r) {
+    int effect = d->addition[addition].effect, place = 0;
+    if (!diagnosis_drop(d, addition, most)) return false;
+    while (r->effect[place].effect != effect) place++;
+    memmove(r->effect + place, r->effect + place + 1, (size_t)(--r->effects - place) * sizeof *r->effect);
+    return true;
+}
+
 /* Effects that a later one has made superfluous leave. */
 static void drop_superfluous(struct diagnosis *d, struct gap_result *r) {
-    for (int i = 0; i < d->added - 1;) {
-        int effect = d->addition[i].effect, place = 0;
-        if (!diagnosis_drop(d, i, 0.5 * GAIN_MIN)) {
-            i++;
-            continue;
-        }
-        while (r->effect[place].effect != effect) place++;
-        memmove(r->effect + place, r->effect + place + 1, (size_t)(--r->effects - place) * sizeof *r->effect);
+    for (int i = 0; i < d->added - 1;)
+        if (!drop(d, i, 0.5 * GAIN_MIN, r)) i++;
+}
+
+enum doubt { NO_DOUBT, UNCLEAR, RECONSIDERED };
+
+/* An effect that had rivals while a later one was still hidden leaves once, to be judged again beside that. */
+static bool reconsider(struct diagnosis *d, enum doubt doubt[EFFECTS_MAX], struct gap_result *r) {
+    for (int i = 0; i < d->added - 1; i++) {
+        int effect = d->addition[i].effect;
+        if (doubt[effect] != UNCLEAR) continue;
+        doubt[effect] = RECONSIDERED;
+        return drop(d, i, HUGE_VAL, r);
     }
+    return false;
 }
 
 /* Values and deviations of the effects added, from the fitted variables. */
@@ -193,6 +208,7 @@ static void find_skew(struct diagnosis *d, const struct recording *recording, st
 static int search(struct diagnosis *d, const struct gap_options *o, struct gap_result *r, struct error *error) {
     struct trial *trial = calloc(HYPOTHESES_MAX, sizeof *trial);
     if (!trial) return error_set(error, STATUS_IO, "out of memory");
+    enum doubt doubt[EFFECTS_MAX] = {NO_DOUBT};
     double first_gain = 0.0;
     for (int round = 0; r->effects < GAP_EFFECTS && round < ROUNDS_MAX; round++) {
         progress(o, round ? "another effect" : "screening", 0.7 * round / ROUNDS_MAX);
@@ -201,17 +217,23 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
         if (round == 0) list_candidates(d, trial, trials, r);
         prefer_inside(trial, trials);
         prefer_simple(d, trial, trials);
-        if (!worth_adding(d, &trial[0], first_gain)) break;
-        if (round == 0) first_gain = trial[0].held_gain;
         int rival[GAP_RIVALS] = {0}, rivals = list_rivals(d, trial, trials, rival);
-        if (round && rivals && trial[0].held_gain < UNCLEAR_SHARE * first_gain) break; /* a trace that may be this or that is not named */
+        int effect = trial[0].hypothesis->effect;
+        bool trace = round && rivals && trial[0].held_gain < UNCLEAR_SHARE * first_gain; /* that may be this or that is not named */
+        if (doubt[effect] == RECONSIDERED) trace = false;
+        if (trace || !worth_adding(d, &trial[0], first_gain)) {
+            if (r->ambiguous || !reconsider(d, doubt, r)) break;
+            continue;
+        }
+        if (round == 0) first_gain = trial[0].held_gain;
         double before = d->held_square, z = likelihood(d, &trial[0]);
         struct gap_effect *e = &r->effect[r->effects];
-        *e = (struct gap_effect){.effect = trial[0].hypothesis->effect, .shape = trial[0].hypothesis->shape};
+        *e = (struct gap_effect){.effect = effect, .shape = trial[0].hypothesis->shape};
         if (!diagnosis_add(d, &trial[0])) break;
         r->effects++;
         memcpy(r->ambiguous_with, rival, sizeof rival);
-        r->ambiguous = rivals; /* an earlier effect was judged with the later one still hidden */
+        r->ambiguous = rivals;
+        if (rivals && !doubt[effect]) doubt[effect] = UNCLEAR;
         describe(e, z, before, d->held_square);
         drop_superfluous(d, r);
     }
