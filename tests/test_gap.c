@@ -102,6 +102,37 @@ static void residuals_of_the_right_model_vanish(void **state) {
     recording_free(&r);
 }
 
+/* Readings 2 % larger under a model whose sensors read 2 % more: the same disagreement, 2 % larger. It would else shrink with the scale, and
+ * that passed for evidence. */
+static void a_sensors_scale_does_not_shrink_the_residuals(void **state) {
+    (void)state;
+    static const double scale = 1.02;
+    struct params scaled = params;
+    struct recording r;
+    struct residual_data d, e;
+    struct error error;
+    int effect = effect_find("pressure_sensor_scale");
+    scaled.effects[effect].on = true;
+    for (int k = 0; k < LEGS; k++) scaled.effects[effect].value[0][k] = scaled.effects[effect].value[1][k] = scale;
+    rig(&r, &params);
+    assert_int_equal(residual_prepare(&d, &r, CYCLES_ALL, &error), STATUS_OK);
+    for (int i = 0; i < r.tests; i++)
+        for (int j = 0; j < r.test[i].count; j++)
+            for (int k = 0; k < LEGS; k++) r.test[i].sample[j].p1_pa[k] *= scale, r.test[i].sample[j].p2_pa[k] *= scale;
+    assert_int_equal(residual_prepare(&e, &r, CYCLES_ALL, &error), STATUS_OK);
+    for (int i = 0; i < d.tests; i++) {
+        residual_row row, larger;
+        assert_true(residual_evaluate(&d.test[i], &params, PART_ALL, row) && residual_evaluate(&e.test[i], &scaled, PART_ALL, larger));
+        for (int k = 0; k < LEGS; k++)
+            for (int q = 0; q < RESIDUALS; q++)
+                for (int a = 0; a < RESIDUAL_SIZE; a++)
+                    assert_close(larger[k][q][a], scale * row[k][q][a], q == RESIDUAL_FORCE ? 1e-6 : 1e-3); /* of 500 N, of 1 MPa: rounding */
+    }
+    residual_free(&d);
+    residual_free(&e);
+    recording_free(&r);
+}
+
 static void solve(const struct params *machine, struct gap_result *result) {
     struct recording r;
     struct error error;
@@ -182,6 +213,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(recordings_that_lie_are_refused_by_what_they_are),
         cmocka_unit_test(residuals_of_the_right_model_vanish),
+        cmocka_unit_test(a_sensors_scale_does_not_shrink_the_residuals),
         cmocka_unit_test(a_machine_like_the_model_has_no_gap),
         cmocka_unit_test(hidden_coulomb_friction_is_named_and_the_gap_closes),
         cmocka_unit_test(one_leg_with_friction_is_named_as_one_leg),

@@ -229,6 +229,40 @@ static void lost_samples_do_not_change_the_sampling(void **unused) {
     recording_free(&r);
 }
 
+/* The six tests, and z again at half the frequency. */
+static void a_second_run_has_tests_of_its_own(void **unused) {
+    (void)unused;
+    struct error error;
+    struct recording like, r;
+    struct test_params second = params.tests;
+    second.frequency_hz = 0.5 * params.tests.frequency_hz, second.amplitude_m = 2.0 * params.tests.amplitude_m;
+    recording_init(&like, &params);
+    assert_int_equal(recording_begin(&like, &second, &error), STATUS_OK);
+    for (int i = 0; i < DOFS; i++) like.test[like.tests++] = (struct recording_test){.test = i, .dof = (enum dof)i, .first = -1};
+    like.test[like.tests++] = (struct recording_test){.run = 1, .test = DOFS, .dof = DOF_Z, .first = -1};
+    if (replay_closed_loop(&params, &like, &r, &error)) fail_msg("%s", error.text);
+    const struct recording_test *last = &r.test[DOFS];
+    assert_int_equal(r.runs, 2);
+    assert_int_equal(r.tests, DOFS + 1);
+    assert_true(last->run == 1 && last->test == DOFS && last->dof == DOF_Z);
+    assert_true(last->frequency_hz == second.frequency_hz && last->amplitude == second.amplitude_m);
+    if (recording_check(&r, &error)) fail_msg("%s", error.text); /* the legs move at the run's frequency, not at the model's */
+    double first_mt[DOFS][DOFS], both_mt[DOFS][DOFS];
+    assert_true(replay_identify(&params, &clean, NULL, first_mt) && replay_identify(&params, &r, NULL, both_mt));
+    for (int i = 0; i < DOFS; i++)
+        for (int j = 0; j < DOFS; j++) assert_close(both_mt[i][j], first_mt[i][j], 1e-9 * fabs(first_mt[i][i])); /* of the first run alone */
+    recording_free(&r);
+}
+
+static void more_runs_than_there_is_room_for_are_refused(void **unused) {
+    (void)unused;
+    struct error error;
+    struct recording r;
+    recording_init(&r, &params);
+    for (int run = 1; run < RECORDING_RUNS; run++) assert_int_equal(recording_begin(&r, &params.tests, &error), STATUS_OK);
+    assert_int_equal(recording_begin(&r, &params.tests, &error), STATUS_USAGE);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(recordings_that_lie_are_refused_for_what_they_are),
@@ -238,6 +272,8 @@ int main(void) {
         cmocka_unit_test(any_frequency_that_the_configuration_states_is_accepted),
         cmocka_unit_test(without_commands_forces_alone_are_explained),
         cmocka_unit_test(lost_samples_do_not_change_the_sampling),
+        cmocka_unit_test(a_second_run_has_tests_of_its_own),
+        cmocka_unit_test(more_runs_than_there_is_room_for_are_refused),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -205,11 +205,22 @@ static void find_skew(struct diagnosis *d, const struct recording *recording, st
              1e3 * (ratio - 1.0));
 }
 
+/* What each effect explains: alone, as it was tried first; where it was found beside others only, what was gone when it joined them. */
+static void share_out(const struct diagnosis *d, double first_held, struct gap_result *r) {
+    for (int i = 0; i < r->effects; i++) {
+        struct gap_effect *e = &r->effect[i];
+        if (e->effect == effect_find("clock_skew")) continue; /* its share is known */
+        e->share_explained = fmin(e->share_explained / (first_held - d->held_square), 1.0);
+        for (int j = 0; j < r->candidates; j++)
+            if (r->candidate[j].effect == e->effect && r->candidate[j].gain > 0.0) e->share_explained = fmax(e->share_explained, r->candidate[j].share_explained);
+    }
+}
+
 static int search(struct diagnosis *d, const struct gap_options *o, struct gap_result *r, struct error *error) {
     struct trial *trial = calloc(HYPOTHESES_MAX, sizeof *trial);
     if (!trial) return error_set(error, STATUS_IO, "out of memory");
     enum doubt doubt[EFFECTS_MAX] = {NO_DOUBT};
-    double first_gain = 0.0;
+    double first_gain = 0.0, first_held = d->held_square;
     for (int round = 0; r->effects < GAP_EFFECTS && round < ROUNDS_MAX; round++) {
         progress(o, round ? "another effect" : "screening", 0.7 * round / ROUNDS_MAX);
         int trials = diagnosis_try(d, trial, o->threads);
@@ -234,14 +245,13 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
         memcpy(r->ambiguous_with, rival, sizeof rival);
         r->ambiguous = rivals;
         if (rivals && !doubt[effect]) doubt[effect] = UNCLEAR;
+        e->share_explained = before - d->held_square;
         describe(e, z, before, d->held_square);
         drop_superfluous(d, r);
     }
     free(trial);
     read_effects(d, r);
-    for (int i = 0; i < r->effects; i++)
-        for (int j = 0; j < r->candidates; j++)
-            if (r->candidate[j].effect == r->effect[i].effect && r->candidate[j].gain > 0.0) r->effect[i].share_explained = r->candidate[j].share_explained;
+    share_out(d, first_held, r);
     return STATUS_OK;
 }
 

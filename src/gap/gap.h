@@ -24,7 +24,7 @@ struct gap_effect {
     struct effect_values values;
     double std[EFFECT_KEYS][LEGS];
     bool bound[EFFECT_KEYS][LEGS];        /* stuck at the end of its range: not found, only reached for */
-    double share_explained;               /* on held-out cycles, alone: 1 - (after^2 - floor^2) / (before^2 - floor^2) */
+    double share_explained;               /* of the squared gap above the floor, held-out cycles: alone; or what was gone when it joined the others */
     double z;                             /* square root of the likelihood's gain on all cycles when it was added */
     char evidence[GAP_TEXT];
 };

@@ -246,7 +246,7 @@ static void first_screen(FILE *out, const struct gap_report *report) {
     for (int i = 0; i < report->measured->runs; i++) html_text(out, "%s%s", i ? " and " : "", report->measured_file[i]);
     fputs("</code> against <code>", out);
     html_text(out, "%s", report->config_file);
-    fprintf(out, "</code></span><span>%d tests, %s</span></header>\n", report->measured->tests,
+    fprintf(out, "</code></span><span>%d test%s, %s</span></header>\n", report->measured->tests, report->measured->tests == 1 ? "" : "s",
             r->simulated ? "simulated in closed loop" : "equations under the measured motion");
     headline(out, r);
     notices(out, r);

@@ -4,7 +4,7 @@
 
 recorded() { mkdir -p "$work/$1" && "$python" tests/scenarios/axis.py "${@:2}" >"$work/$1/1.csv"; }
 import() { "$hexid" import "$work/$1" -c config/axis.yaml -o "$work/$1.lcm"; }
-gap() { "$hexid" gap --measured "$work/$1.lcm" -c config/axis.yaml --replay motion -o "$work/$1.gap" "${@:2}" 2>/dev/null; }
+gap() { "$hexid" gap --measured "$work/$1.lcm" -c "${2:-config/axis.yaml}" --replay motion -o "$work/$1.gap" 2>/dev/null; }
 says() { "$python" tests/scenarios/gap.py "$@"; }
 
 imported() {
@@ -22,8 +22,8 @@ accepted() {
 }
 claim "the extended model is a configuration, within 10 % of the rig's 80 N" accepted
 closed() {
-    recorded again 80 2 && import again && gap friction -c "$work/friction.gap/model.yaml" --measured "$work/again.lcm" &&
-        says "$work/friction.gap/gap.json" no_gap
+    recorded again 80 2 && import again && gap again "$work/friction.gap/model.yaml" &&
+        says "$work/again.gap/gap.json" no_gap
 }
 claim "with it a second recording has no gap" closed
 nothing() { recorded nothing 0 3 && import nothing && gap nothing && says "$work/nothing.gap/gap.json" no_gap; }

@@ -42,5 +42,9 @@ print("%.0f MB" % megabytes)
 sys.exit(megabytes > 500)' "${gap[@]}" -o "$work/m" --replay motion
 }
 if ! ldd "$hexid" | grep -q 'lib[at]san'; then claim "it needs less than 500 MB" lean; fi
+second() { rig second --tests z --set tests.frequency_hz=2 "${coulomb[@]}"; "${gap[@]}" -o "$work/s" --measured "$work/second.lcm" --replay motion 2>/dev/null && says "$work/s/gap.json" cylinder_coulomb_friction; }
+claim "a second log has the frequency of its own configuration" second
+headless() { tail -c +2000 "$work/coulomb.lcm" >"$work/headless.lcm"; refuses 3 "headless.lcm" "${gap[@]}" -o "$work/h" --measured "$work/headless.lcm"; }
+claim "a second log without a configuration is refused" headless
 other_frequency() { refuses 2 "move at 4 Hz" "${gap[@]}" -o "$work/f" --set tests.frequency_hz=5; }
 claim "a log of another frequency is refused, and nothing is written" eval 'other_frequency && [ ! -e "$work/f" ]'

@@ -1,0 +1,83 @@
+/* From figures to a verdict: what refutes an effect that the equations were content with, and what says nothing against it. */
+#include "support.h"
+
+#include "judge.h"
+
+enum { VALUES = 1800 };
+static const struct remainder noise = {.values = VALUES, .before = 5e4, .after = 0.6 * VALUES}, much = {.values = VALUES, .before = 5e4, .after = 4e4};
+
+/* One effect, found in the equations and in closed loop, of a gap ten times the noise. */
+static struct gap_result found(const char *name) {
+    struct gap_result r = {.effects = 1, .simulated = true, .unexplained_fraction = 0.001, .effect[0] = {.effect = effect_find(name), .z = 200.0}};
+    r.noise_floor.overall = 0.1, r.held_out_before.overall = 1.0, r.held_out_after.overall = 0.1;
+    for (int ch = 0; ch < GAP_CHANNELS; ch++) r.noise_floor.channel[ch] = 1.0, r.held_out_before.channel[ch] = 10.0;
+    return r;
+}
+
+static void assert_verdict(struct gap_result *r, const struct remainder *m, enum gap_verdict verdict, const char *says) {
+    judge(r, m);
+    assert_int_equal(r->verdict, verdict);
+    if (!strstr(r->reason, says)) fail_msg("\"%s\" does not say \"%s\"", r->reason, says);
+}
+
+static void what_explains_the_gap_is_named(void **state) {
+    (void)state;
+    struct gap_result r = found("valve_lag"), nothing = {0};
+    assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "the model lacks valve_lag");
+    assert_string_equal(r.next_experiment, "");
+    assert_verdict(&nothing, &noise, GAP_NO_GAP, "noise");
+}
+
+static void rivals_make_it_ambiguous_and_name_the_experiment(void **state) {
+    (void)state;
+    struct gap_result r = found("valve_lag");
+    r.ambiguous = 1, r.ambiguous_with[0] = effect_find("command_delay");
+    assert_verdict(&r, &noise, GAP_AMBIGUOUS, "cannot tell valve_lag from command_delay");
+    assert_non_null(strstr(r.next_experiment, "tests.frequency_hz=20"));
+}
+
+static void what_remains_refutes_it(void **state) {
+    (void)state;
+    struct gap_result in_equations = found("valve_lag"), in_simulation = found("valve_lag"), no_run = found("geometry_error");
+    assert_verdict(&in_equations, &much, GAP_UNKNOWN_EFFECT, "remainder");
+    in_simulation.unexplained_fraction = 0.6;
+    assert_verdict(&in_simulation, &noise, GAP_UNKNOWN_EFFECT, "leaves 60 %");
+    snprintf(no_run.replay_fault, sizeof no_run.replay_fault, "the simulated run ended in a fault (stroke)");
+    assert_verdict(&no_run, &noise, GAP_UNKNOWN_EFFECT, "does not get through the tests: the simulated run ended in a fault (stroke)");
+}
+
+/* A tenth of the gap in its channel decides: sqrt(10^2 - 1^2) of it is there. */
+static void a_line_refutes_what_is_no_larger_than_it(void **state) {
+    (void)state;
+    struct gap_result weak = found("load_dependent_friction"), strong = weak, known = weak, alone = weak;
+    weak.line = (struct gap_line){.hz = 5.6, .rms = 0.9, .channel = GAP_LENGTH};
+    assert_verdict(&weak, &noise, GAP_EFFECT_NAMED, "load_dependent_friction");
+    strong.line = (struct gap_line){.hz = 5.6, .rms = 1.1, .channel = GAP_LENGTH};
+    assert_verdict(&strong, &noise, GAP_UNKNOWN_EFFECT, "a line at 5.6 Hz");
+    known.line = strong.line, known.line_simulated = true; /* the model with the effect oscillates, too */
+    assert_verdict(&known, &noise, GAP_EFFECT_NAMED, "load_dependent_friction");
+    alone.line = weak.line, alone.effects = 0;
+    assert_verdict(&alone, &noise, GAP_UNKNOWN_EFFECT, "a line at 5.6 Hz");
+}
+
+static void three_that_are_needed_are_none_of_them(void **state) {
+    (void)state;
+    struct gap_result r = found("valve_lag");
+    r.effects = 3;
+    r.effect[1] = (struct gap_effect){.effect = effect_find("base_tilt"), .z = 150.0};
+    r.effect[2] = (struct gap_effect){.effect = effect_find("payload_mass"), .z = 100.0};
+    assert_verdict(&r, &noise, GAP_UNKNOWN_EFFECT, "takes 3");
+    r.effect[2].z = 10.0; /* a trace of a third one is not needed */
+    assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "valve_lag, base_tilt and payload_mass");
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_explains_the_gap_is_named),
+        cmocka_unit_test(rivals_make_it_ambiguous_and_name_the_experiment),
+        cmocka_unit_test(what_remains_refutes_it),
+        cmocka_unit_test(a_line_refutes_what_is_no_larger_than_it),
+        cmocka_unit_test(three_that_are_needed_are_none_of_them),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
