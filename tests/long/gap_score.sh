@@ -1,0 +1,3 @@
+#!/bin/bash
+# More hidden cases than make test has time for.
+MORE_CASES=1 exec tests/scenarios/gap_score.sh
