@@ -41,7 +41,7 @@ run: $(BUILD)/hexid ## run the simulated platform in real time: six tests, the i
 test: $(TESTS) $(REPLAYS) $(BENCHES) $(BUILD)/hexid $(VENV)/ready ## run all tests; the last line is "N passed, N failed"
 	@BUILD=$(BUILD) VENV=$(VENV) tests/run $(SCRIPTS) $(TESTS)
 
-test-long: $(BUILD)/hexid $(VENV)/ready ## what takes minutes: whole runs and faults on the field buses, in real time; one after the other
+test-long: $(BUILD)/hexid $(VENV)/ready ## what takes minutes: whole runs and faults on the field buses in real time, more hidden cases; one after the other
 	@BUILD=$(BUILD) VENV=$(VENV) JOBS=1 tests/run $(wildcard tests/long/*.sh)
 
 asan: ## the same tests under AddressSanitizer and UndefinedBehaviorSanitizer

@@ -10,10 +10,12 @@
 #include "log.h"
 #include "messages.h"
 
+_Static_assert((int)LOGS_MAX <= (int)RECORDING_RUNS, "a run a log");
+
 /* The tests of another log are those of the configuration in it: its frequency and amplitudes are not the model's. */
-static int begin(const char *path, const struct log_event *event, struct recording *r, struct error *error) {
+static int begin(const struct log_event *event, struct recording *r, struct error *error) {
     struct params *own = calloc(1, sizeof *own);
-    int status = own ? cli_log_params(path, event, own, error) : error_set(error, STATUS_IO, "out of memory");
+    int status = own ? cli_log_params("which tests it has is not known", event, own, error) : error_set(error, STATUS_IO, "out of memory");
     if (!status) status = recording_begin(r, &own->tests, error);
     free(own);
     return status;
@@ -26,7 +28,7 @@ static int add(const char *path, struct recording *r, struct error *error) {
     int status = log_open(&log, path, error);
     if (status) return status;
     for (bool first = true; !status && log_next(log, &event); first = false)
-        if (first && r->tests) status = begin(path, &event, r, error);
+        if (first && r->tests) status = begin(&event, r, error);
         else if (!strcmp(event.channel, CHANNEL_STATE) && state_decode(event.data, event.size, &cycle)) status = recording_add(r, &cycle, error);
     log_release(log);
     return status;

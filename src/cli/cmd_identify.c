@@ -10,6 +10,7 @@
 static int log_params(const struct options *o, const struct log_event *event, struct params *params, struct error *error) {
     if (o->config) return options_params(o, params, error);
     int status = cli_log_params(o->operand[0], event, params, error);
+    if (status == STATUS_IO) return error_set(error, STATUS_IO, "%s: its first event is no configuration: give one with -c FILE", o->operand[0]);
     return status ? status : config_override(params, o->operand[0], o->settings, o->setting_count, error);
 }
 

@@ -114,7 +114,7 @@ int cli_log_params(const char *path, const struct log_event *event, struct param
     const char *text;
     size_t size;
     if (strcmp(event->channel, CHANNEL_EVENT) || !event_decode_config(event->data, event->size, &text, &size))
-        return error_set(error, STATUS_IO, "%s: its first event is no configuration: give one with -c FILE", path);
+        return error_set(error, STATUS_IO, "%s: its first event is no configuration", path);
     return config_parse(params, text, size, path, error);
 }
 

@@ -293,19 +293,27 @@ static bool list_variables(struct diagnosis *d) {
     return true;
 }
 
+/* Back to a model that was fitted already. */
+static void restore(struct diagnosis *d, const struct params *model, const double std[FIT_VARIABLES]) {
+    d->model = *model;
+    list_variables(d);
+    diagnosis_refit(d, 0);
+    memcpy(d->std, std, sizeof d->std);
+}
+
 bool diagnosis_add(struct diagnosis *d, const struct trial *t) {
     struct params before = d->model;
+    double std[FIT_VARIABLES];
     int effect = t->hypothesis->effect;
+    memcpy(std, d->std, sizeof std);
     if (d->added == GAP_EFFECTS) return false;
     d->addition[d->added++] = *t->hypothesis;
     d->model = t->model;
     d->known[effect] = true;
     if (list_variables(d) && diagnosis_refit(d, BASE_ITERATIONS)) return true;
     d->added--;
-    d->model = before;
     d->known[effect] = false;
-    list_variables(d);
-    diagnosis_refit(d, 0);
+    restore(d, &before, std);
     return false;
 }
 
@@ -324,9 +332,6 @@ bool diagnosis_drop(struct diagnosis *d, int addition, double most) {
     }
     memmove(d->addition + addition + 1, d->addition + addition, (size_t)(d->added++ - addition) * sizeof *d->addition);
     d->addition[addition] = dropped;
-    d->model = before;
-    list_variables(d);
-    diagnosis_refit(d, 0);
-    memcpy(d->std, std, sizeof std);
+    restore(d, &before, std);
     return false;
 }

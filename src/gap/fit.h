@@ -42,11 +42,13 @@ double fit_square(int n, const double *white); /* sum of squares */
 /* Columns of d white / d variable at the model, [variable][values]. */
 bool fit_columns(const struct fit_data *d, const struct params *model, int variables, const struct variable *v, double *column);
 
-/* x minimises |r + sum x_i column_i|^2 + sum (pull_i (x_i + off_i))^2 with min <= x <= max. n columns of so many values. pull and off may be
- * NULL. False when singular. */
+/* What draws a variable to its neutral value, 1 / unit, and how far from there it is. */
 struct fit_pull {
     double pull, off;
 };
+
+/* x minimises |r + sum x_i column_i|^2 + sum (pull_i (x_i + off_i))^2 with min <= x <= max. n columns of so many values. pull may be NULL;
+ * the deviations have it in. False when singular. */
 bool fit_box(int n, int values, const double *residual, const double *const *column, const struct fit_pull *pull, const double *min,
              const double *max, double *x, double *std);
 

@@ -65,13 +65,17 @@ static bool comes_close(const struct diagnosis *d, const struct trial *best, con
     return t->ok && t->polished && (t->gain >= best->gain - margin || t->held_gain >= best->held_gain - margin); /* the charge apart */
 }
 
+/* Each leg its own value fits a little better always: a rival only where it judges better, too. */
+static bool overfits(const struct trial *t, const struct trial *best) {
+    return t->hypothesis->shape == SHAPE_EACH && best->hypothesis->shape != SHAPE_EACH && t->held_gain < best->held_gain;
+}
+
 static int list_rivals(const struct diagnosis *d, const struct trial *trial, int trials, int rival[GAP_RIVALS]) {
     int rivals = 0;
     for (int i = 1; i < trials; i++) {
         if (!comes_close(d, &trial[0], &trial[i])) continue;
         int effect = trial[i].hypothesis->effect;
-        bool seen = effect == trial[0].hypothesis->effect || hypothesis_contains(effect, trial[0].hypothesis->effect);
-        seen = seen || (trial[i].hypothesis->shape == SHAPE_EACH && trial[0].hypothesis->shape != SHAPE_EACH && trial[i].held_gain < trial[0].held_gain);
+        bool seen = effect == trial[0].hypothesis->effect || hypothesis_contains(effect, trial[0].hypothesis->effect) || overfits(&trial[i], &trial[0]);
         for (int j = 0; j < rivals; j++) seen = seen || rival[j] == effect;
         if (!seen && rivals < GAP_RIVALS) rival[rivals++] = effect;
     }
@@ -135,9 +139,9 @@ enum doubt { NO_DOUBT, UNCLEAR, RECONSIDERED };
 static bool reconsider(struct diagnosis *d, enum doubt doubt[EFFECTS_MAX], struct gap_result *r) {
     for (int i = 0; i < d->added - 1; i++) {
         int effect = d->addition[i].effect;
-        if (doubt[effect] != UNCLEAR) continue;
+        if (doubt[effect] != UNCLEAR || !drop(d, i, HUGE_VAL, r)) continue;
         doubt[effect] = RECONSIDERED;
-        return drop(d, i, HUGE_VAL, r);
+        return true;
     }
     return false;
 }
@@ -205,14 +209,22 @@ static void find_skew(struct diagnosis *d, const struct recording *recording, st
              1e3 * (ratio - 1.0));
 }
 
-/* What each effect explains: alone, as it was tried first; where it was found beside others only, what was gone when it joined them. */
+/* The surest first. */
+static int by_z(const void *a, const void *b) {
+    const struct gap_effect *x = a, *y = b;
+    return x->z < y->z ? 1 : x->z > y->z ? -1 : 0;
+}
+
+/* What each effect explains: the larger of what it did alone, in the first round, and of what was gone when it joined the others. */
 static void share_out(const struct diagnosis *d, double first_held, struct gap_result *r) {
+    double whole = first_held - d->held_square;
     for (int i = 0; i < r->effects; i++) {
         struct gap_effect *e = &r->effect[i];
         if (e->effect == effect_find("clock_skew")) continue; /* its share is known */
-        e->share_explained = fmin(e->share_explained / (first_held - d->held_square), 1.0);
+        double share = whole > 0.0 ? fmax(e->share_explained / whole, 0.0) : 0.0;
         for (int j = 0; j < r->candidates; j++)
-            if (r->candidate[j].effect == e->effect && r->candidate[j].gain > 0.0) e->share_explained = fmax(e->share_explained, r->candidate[j].share_explained);
+            if (r->candidate[j].effect == e->effect && r->candidate[j].gain > 0.0) share = fmax(share, r->candidate[j].share_explained);
+        e->share_explained = fmin(share, 1.0);
     }
 }
 
@@ -221,6 +233,7 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
     if (!trial) return error_set(error, STATUS_IO, "out of memory");
     enum doubt doubt[EFFECTS_MAX] = {NO_DOUBT};
     double first_gain = 0.0, first_held = d->held_square;
+    bool again = false; /* one is out, to be judged again */
     for (int round = 0; r->effects < GAP_EFFECTS && round < ROUNDS_MAX; round++) {
         progress(o, round ? "another effect" : "screening", 0.7 * round / ROUNDS_MAX);
         int trials = diagnosis_try(d, trial, o->threads);
@@ -230,12 +243,13 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
         prefer_simple(d, trial, trials);
         int rival[GAP_RIVALS] = {0}, rivals = list_rivals(d, trial, trials, rival);
         int effect = trial[0].hypothesis->effect;
-        bool trace = round && rivals && trial[0].held_gain < UNCLEAR_SHARE * first_gain; /* that may be this or that is not named */
-        if (doubt[effect] == RECONSIDERED) trace = false;
+        bool trace = round && !again && rivals && trial[0].held_gain < UNCLEAR_SHARE * first_gain; /* that may be this or that is not named */
         if (trace || !worth_adding(d, &trial[0], first_gain)) {
-            if (r->ambiguous || !reconsider(d, doubt, r)) break;
-            continue;
+            again = !r->ambiguous && round + 1 < ROUNDS_MAX && reconsider(d, doubt, r);
+            if (again) continue;
+            break;
         }
+        again = false;
         if (round == 0) first_gain = trial[0].held_gain;
         double before = d->held_square, z = likelihood(d, &trial[0]);
         struct gap_effect *e = &r->effect[r->effects];
@@ -244,7 +258,7 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
         r->effects++;
         memcpy(r->ambiguous_with, rival, sizeof rival);
         r->ambiguous = rivals;
-        if (rivals && !doubt[effect]) doubt[effect] = UNCLEAR;
+        if (doubt[effect] != RECONSIDERED) doubt[effect] = rivals ? UNCLEAR : NO_DOUBT;
         e->share_explained = before - d->held_square;
         describe(e, z, before, d->held_square);
         drop_superfluous(d, r);
@@ -252,6 +266,7 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
     free(trial);
     read_effects(d, r);
     share_out(d, first_held, r);
+    if (!r->ambiguous) qsort(r->effect, (size_t)r->effects, sizeof *r->effect, by_z); /* else the last one is the one in doubt */
     return STATUS_OK;
 }
 
@@ -299,7 +314,13 @@ static void keep_sizes(struct gap_result *r, const struct sizes *used, const str
     r->held_out_before = held->before, r->held_out_after = held->after;
     double floor = held->floor.overall * held->floor.overall, before = held->before.overall * held->before.overall;
     double after = held->after.overall * held->after.overall;
-    r->unexplained_fraction = isnan(before) ? (double)NAN : before > floor ? fmin(fmax((after - floor) / (before - floor), 0.0), 1.0) : 0.0;
+    r->unexplained_fraction = isnan(before + after + floor) ? (double)NAN : before > floor ? fmin(fmax((after - floor) / (before - floor), 0.0), 1.0) : 0.0;
+}
+
+/* The model with the effects found does not get through the tests that the rig got through. */
+static int note_fault(struct gap_result *r, const struct error *error) {
+    snprintf(r->replay_fault, sizeof r->replay_fault, "%.300s", error->text);
+    return STATUS_OK;
 }
 
 /* The model run like another recording, against that. */
@@ -314,21 +335,22 @@ static int replay_sizes(const struct params *model, const struct recording *othe
 
 /* Judged on another log's own tests, which need not be those of the first; without one on the cycles held out. */
 static int held_sizes(const struct recording *measured, const struct recording *validate, const struct recording *before,
-                      const struct recording *after, const struct gap_result *r, struct sizes *held, struct error *error) {
+                      const struct recording *after, struct gap_result *r, struct sizes *held, struct error *error) {
     if (!validate) {
         replay_compare(measured, before, CYCLES_ODD, &held->before, &held->floor);
         replay_compare(measured, after, CYCLES_ODD, &held->after, &held->floor);
         return STATUS_OK;
     }
     int status = replay_sizes(&r->base_model, validate, &held->before, &held->floor, error);
-    return status ? status : replay_sizes(&r->fitted, validate, &held->after, &held->floor, error);
+    if (!status) status = replay_sizes(&r->fitted, validate, &held->after, &held->floor, error);
+    return status == STATUS_USAGE && r->effects && held->before.overall > 0.0 ? note_fault(r, error) : status;
 }
 
 static int compare_runs(const struct params *params, const struct recording *measured, const struct recording *validate,
                         const struct recording *before, const struct recording *after, struct gap_result *r, struct error *error) {
-    struct sizes used, held;
+    struct sizes used, held = {0};
     int status = held_sizes(measured, validate, before, after, r, &held, error);
-    if (status) return status;
+    if (status || r->replay_fault[0]) return status;
     replay_compare(measured, before, CYCLES_EVEN, &used.before, &used.floor);
     replay_compare(measured, after, CYCLES_EVEN, &used.after, &used.floor);
     keep_sizes(r, &used, &held);
@@ -336,12 +358,6 @@ static int compare_runs(const struct params *params, const struct recording *mea
     r->line_simulated = fabs(find_line(after).hz / r->line.hz - 1.0) < LINE_TOLERANCE;
     r->matrices = replay_identify(params, measured, NULL, r->measured_mt) && replay_identify(params, before, NULL, r->before_mt) &&
                   replay_identify(params, after, NULL, r->after_mt);
-    return STATUS_OK;
-}
-
-/* The model with the effects found does not get through the tests that the rig got through. */
-static int note_fault(struct gap_result *r, const struct error *error) {
-    snprintf(r->replay_fault, sizeof r->replay_fault, "%.300s", error->text);
     return STATUS_OK;
 }
 

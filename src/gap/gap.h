@@ -40,6 +40,7 @@ struct gap_candidate {
 struct gap_place {
     int test, leg, harmonic;
     enum dof dof;
+    double frequency_hz;
     enum gap_channel channel;
     const char *feature; /* static, velocity_reversal, spool_reversal, one_direction, peak_speed, peak_acceleration */
     double share;        /* of the squared white gap */

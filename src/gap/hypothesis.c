@@ -42,7 +42,7 @@ static double difference_step(const struct effect_key *k) {
     return 0.02 * (typical > 0.0 ? typical : fabs(k->typical));
 }
 
-/* An effect of ten times its typical size is as unlikely as one standard deviation: less than the data see, where they see anything. */
+/* Ten times the typical size costs one white square: nothing beside data that see the effect at all. */
 static double pull(const struct effect_key *k) { return k->reciprocal || k->typical == k->neutral ? 0.0 : 0.1 / fabs(k->typical - k->neutral); }
 
 static void add_variable(struct hypothesis *h, int key, int leg, enum residual_part parts) {
@@ -93,7 +93,7 @@ bool hypothesis_start(const struct hypothesis *h, int place, struct params *mode
     struct effect_values values;
     if (place >= 2 * (int)(sizeof strengths / sizeof *strengths)) return false;
     double strength = strengths[place / 2];
-    effect_at(effect_table[h->effect], 0.0, &model->effects[h->effect]);
+    if (!model->effects[h->effect].on) effect_at(effect_table[h->effect], 0.0, &model->effects[h->effect]); /* on: the base has some of it */
     effect_at(effect_table[h->effect], place % 2 ? -strength : strength, &values);
     bool moved = false;
     for (int i = 0; i < h->variables; i++) {

@@ -61,7 +61,8 @@ int places_find(const struct diagnosis *d, const struct recording *recording, co
                     double share = 0.0;
                     for (int a = h ? 2 * h - 1 : 0; a <= 2 * h; a++) share += white[k][q][a] * white[k][q][a];
                     if (!(share > 0.0)) continue; /* not evaluated */
-                    list[n++] = (struct gap_place){.test = recording->test[i].test, .dof = recording->test[i].dof, .leg = k, .harmonic = h,
+                    list[n++] = (struct gap_place){.test = recording->test[i].test, .dof = recording->test[i].dof,
+                                                   .frequency_hz = recording->test[i].frequency_hz, .leg = k, .harmonic = h,
                                                    .channel = channel_of(q), .share = share,
                                                    .feature = feature(&d->odd.test[i], k, raw[k][q])};
                     whole += share;

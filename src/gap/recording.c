@@ -13,6 +13,8 @@ void recording_init(struct recording *r, const struct params *params) {
 int recording_begin(struct recording *r, const struct test_params *tests, struct error *error) {
     if (r->runs == RECORDING_RUNS) return error_set(error, STATUS_USAGE, "more than %d logs of one machine", RECORDING_RUNS);
     r->run[r->runs++] = *tests;
+    r->measured_before = r->measured;
+    r->measured = (struct recording_measured){0};
     return STATUS_OK;
 }
 
@@ -21,10 +23,11 @@ void recording_free(struct recording *r) {
     r->tests = 0;
 }
 
-/* How many tests the runs before had. */
+/* The number at which the run's own begin: above all that the runs before had. */
 static int tests_before(const struct recording *r) {
     int n = 0;
-    while (n < r->tests && r->test[n].run < r->runs - 1) n++;
+    for (int i = 0; i < r->tests; i++)
+        if (r->test[i].run < r->runs - 1 && r->test[i].test >= n) n = r->test[i].test + 1;
     return n;
 }
 

@@ -36,7 +36,8 @@ struct recording_measured {
 /* One machine, recorded in one run or in several, each with tests of its own: frequency, amplitude, axes. */
 struct recording {
     const struct params *params; /* the model's */
-    struct recording_measured measured;
+    struct recording_measured measured; /* by the last run; those before must have the same (recording_check) */
+    struct recording_measured measured_before;
     int runs;
     struct test_params run[RECORDING_RUNS];
     int tests;
@@ -57,7 +58,7 @@ int recording_add(struct recording *r, const struct cycle *cycle, struct error *
 void recording_settle(struct recording *r);
 
 /* Settles, then 0; or -2 with what is wrong: no test, too short, all zero, a sensor that stands still or is clipped,
- * another frequency than the model's, lengths that no pose of this machine has, a leg's sign or two legs exchanged, forces against all
+ * another frequency than the run's, lengths that no pose of this machine has, a leg's sign or two legs exchanged, forces against all
  * reason. */
 int recording_check(struct recording *r, struct error *error);
 

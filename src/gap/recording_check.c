@@ -11,7 +11,14 @@
 enum { CYCLES_NEEDED = 6 }; /* three to fit and three to judge */
 
 static const double NEUTRAL_TOLERANCE_M = 0.05;
-static const double SENSOR_SCALE = 0.06;
+static const double SENSOR_SCALE = 0.06; /* of what a chamber holds: more than a sensor is off in scale */
+
+/* What was checked before is not checked again, nor may it outweigh a plug in the wrong socket. */
+static int first_of_run(const struct recording *r) {
+    int first = 0;
+    while (first < r->tests - 1 && r->test[first].run < r->runs - 1) first++;
+    return first;
+}
 
 /* Amplitude of a sinusoid in a sequence of samples, over the evaluated part. */
 static double lock_in_amplitude(const struct recording_test *t, double frequency_hz, const double *first, size_t stride) {
@@ -131,7 +138,7 @@ static void add_test(const struct recording *r, const struct recording_test *t, 
 
 static int check_legs(const struct recording *r, const struct kinematics *k, struct error *error) {
     struct leg_moments m = {0};
-    for (int i = 0; i < r->tests; i++) add_test(r, &r->test[i], k, &m);
+    for (int i = first_of_run(r); i < r->tests; i++) add_test(r, &r->test[i], k, &m);
     for (int a = 0; a < LEGS; a++) {
         double own = m.product[a][a] / sqrt(m.measured[a] * m.asked[a]), best = own;
         int like = a;
@@ -167,7 +174,7 @@ static int check_machine(const struct recording_test *t, const struct kinematics
 static bool bears(double force_n, double weight_n) { return force_n > 0.2 * weight_n && force_n < 5.0 * weight_n; }
 
 /* Forces of the two chambers nearly cancel: sensors that are wrong in scale leave anything of them, and that is for the search to find. */
-static bool nearly_bears(double force_n, double weight_n, double chambers_n, double most_n) {
+static bool within_sensors(double force_n, double weight_n, double chambers_n, double most_n) {
     return fabs(force_n - weight_n) < SENSOR_SCALE * chambers_n && chambers_n < most_n;
 }
 
@@ -175,7 +182,7 @@ static bool nearly_bears(double force_n, double weight_n, double chambers_n, dou
 static int check_pressures(const struct recording *r, struct error *error) {
     const struct params *p = r->params;
     struct cylinder_areas areas = cylinder_areas(&p->actuator);
-    const struct recording_test *t = &r->test[0];
+    const struct recording_test *t = &r->test[first_of_run(r)];
     double most_n = LEGS * (areas.a1_m2 + areas.a2_m2) * p->hydraulics.supply_pa, chambers = 0.0;
     double direct[LEGS] = {0}, exchanged = 0.0, sum = 0.0, weight = (p->payload.mass_kg + LEGS * p->actuator.upper_mass_kg) * p->payload.gravity_mps2;
     int n = 0;
@@ -193,7 +200,7 @@ static int check_pressures(const struct recording *r, struct error *error) {
             return error_set(error, STATUS_USAGE, "the mean force of leg %d is %.3g N, the others' %.3g: p1 and p2 exchanged there, or a sign wrong",
                              k + 1, direct[k], others);
     }
-    if (!bears(sum, weight) && !nearly_bears(sum, weight, chambers, most_n))
+    if (!bears(sum, weight) && !within_sensors(sum, weight, chambers, most_n))
         return error_set(error, STATUS_USAGE, "the legs hold %.3g N in all, a machine of this weight needs about %.3g: %s", sum, 1.2 * weight,
                          bears(exchanged, weight) ? "p1 and p2 are exchanged" : "other units, or another machine");
     return STATUS_OK;
@@ -244,7 +251,7 @@ static void add_drive(const struct recording *r, const struct recording_test *t,
 
 static struct drive drive_of(const struct recording *r, bool exchanged) {
     double sum[5] = {0};
-    for (int i = 0; i < r->tests; i++) add_drive(r, &r->test[i], exchanged, sum);
+    for (int i = first_of_run(r); i < r->tests; i++) add_drive(r, &r->test[i], exchanged, sum);
     return (struct drive){.power = sum[0], .effort = sqrt(sum[3] * sum[4]), .mass_kg = sum[1] / sum[2],
                           .most_kg = sqrt(sum[3] / sum[2])};
 }
@@ -302,7 +309,7 @@ static int check_drives(const struct recording *r, struct error *error) {
     struct leg_likeness force = {0}, valve = {0};
     struct residual_data data;
     int legs = params_legs(r->params), status = residual_prepare(&data, r, CYCLES_ALL, error);
-    for (int i = 0; i < data.tests && !status; i++) {
+    for (int i = first_of_run(r); i < data.tests && !status; i++) {
         const struct residual_test *t = &data.test[i];
         double needed[LEGS][RESIDUAL_SIZE];
         if (!residual_required(t, r->params, needed))
@@ -329,8 +336,10 @@ int recording_check(struct recording *r, struct error *error) {
     if (!r->tests) return error_set(error, STATUS_USAGE, "no sinusoidal test in the log");
     if (!r->measured.force)
         return error_set(error, STATUS_USAGE, "neither pressures nor forces in the log: there is nothing to hold against the motion");
+    if (r->runs > 1 && memcmp(&r->measured, &r->measured_before, sizeof r->measured))
+        return error_set(error, STATUS_USAGE, "it has not the same channels as the log before: pressures, valve commands or reference");
     recording_settle(r);
-    for (int i = 0; i < r->tests; i++) {
+    for (int i = first_of_run(r); i < r->tests; i++) {
         const struct recording_test *t = &r->test[i];
         double seconds = t->first < 0 ? 0.0 : t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s;
         int good = 0;

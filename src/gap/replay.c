@@ -54,7 +54,7 @@ static int replay_run(const struct params *p, struct recording *out, struct erro
     struct platform *platform = malloc(sizeof *platform);
     int status = !plant ? (int)error->status : !platform ? error_set(error, STATUS_IO, "out of memory") : platform_init(platform, p, error);
     if (!status) status = drive(plant, platform, p, out, error);
-    if (plant) plant_destroy(plant);
+    plant_destroy(plant);
     free(platform);
     return status;
 }

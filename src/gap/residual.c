@@ -11,7 +11,7 @@
 #include "valve_line.h"
 
 static const double SETTLE_CYCLES = 1.5, SETTLE_S = 0.1; /* then the start, the measured pressures, is forgotten: chambers settle in 30 ms,
-                                                          * a spool that its rate limits in a cycle */
+                                                          * a spool at its rate limit in a cycle */
 static const double SUBSTEP_S = 0.5e-3;   /* RK4: 1e-4 of a 100 Hz spool's lag */
 
 /* Samples to coefficients, by least squares: exact also where a cycle is no whole number of samples. */
@@ -129,6 +129,14 @@ static void read_back(const struct sensor_path *path, const struct residual_test
         row[2 * h - 1] = size * (s + lag * c);
         row[2 * h] = size * (c - lag * s);
     }
+}
+
+/* The same for A1 P1 - A2 P2: as the noise of both readings is in it; lag and delay are those of P1. */
+static void read_force_back(const struct cylinder_model *m, const struct residual_test *t, int leg, double *row) {
+    struct sensor_path both = m->machine.p1[leg];
+    double a1 = m->a1_m2, a2 = m->a2_m2;
+    both.scale = hypot(a1, a2) / hypot(a1 / m->machine.p1[leg].scale, a2 / m->machine.p2[leg].scale);
+    read_back(&both, t, row);
 }
 
 static void undo_all(const struct machine *m, const struct residual_test *t, struct rows *rows) {
@@ -382,7 +390,7 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
     for (int k = 0; k < t->legs; k++) {
         push(&cylinder, t, &rows, k, row[k][RESIDUAL_FORCE]);
         for (int a = 0; a < RESIDUAL_SIZE; a++) row[k][RESIDUAL_FORCE][a] -= force[k][a];
-        if (t->pressures) read_back(&cylinder.machine.p1[k], t, row[k][RESIDUAL_FORCE]);
+        if (t->pressures) read_force_back(&cylinder, t, k, row[k][RESIDUAL_FORCE]);
     }
     return true;
 }

@@ -6,8 +6,9 @@
  * The motion is the mean cycle's harmonics, so velocity and acceleration cost no differences; what the model's sensors do to it and to the
  * pressures (scale, offset, lag, delay) is undone there, before any law is asked. Commands are held between the sampling instants exactly as
  * they were. Without pressures the force is what its sensor or drive says; without them, or without commands, the chambers are not
- * evaluated. One axis is a machine of one leg, whose inverse dynamics is m (a + g) and friction. Physics: sim's rigid bodies, hydraulics and effects, written once. Both residuals are returned as coefficient rows
- * (spectrum.h); at rest in the noise they are zero for the right model. Pure but for the heap. */
+ * evaluated. One axis is a machine of one leg, whose inverse dynamics is m (a + g) and friction. Physics: sim's rigid bodies, hydraulics and
+ * effects, written once. Both residuals are returned as coefficient rows (spectrum.h), in the units of the readings, where the whitener's
+ * noise is: a sensor's scale does not make them smaller. At rest in the noise they are zero for the right model. Pure but for the heap. */
 #ifndef HEXID_RESIDUAL_H
 #define HEXID_RESIDUAL_H
 

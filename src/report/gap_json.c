@@ -29,7 +29,7 @@ static json_t *effect(const struct gap_effect *e) {
 }
 
 static json_t *place(const struct gap_place *p) {
-    return json_pack("{ss ss si si ss so}", "test", dof_names[p->dof], "channel", gap_channel_names[p->channel], "leg", p->leg + 1, "harmonic",
+    return json_pack("{ss sf ss si si ss so}", "test", dof_names[p->dof], "frequency_hz", p->frequency_hz, "channel", gap_channel_names[p->channel], "leg", p->leg + 1, "harmonic",
                      p->harmonic, "feature", p->feature, "share", number(p->share));
 }
 

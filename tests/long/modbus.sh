@@ -23,9 +23,9 @@ run_serial() {
     : >"$work/line"
     $ahead "$python" tests/peers/serial_line.py 115200 >"$work/line" &
     line=$!
-    until_in ready "$work/line" $line || return
+    until_in ready "$work/line" $line || { kill $line; return 1; }
     mapfile -t ends <"$work/line"
-    plant_start "modbus:rtu:${ends[0]}?baud=115200" "${exact[@]}" "${serial[@]}"
+    plant_start "modbus:rtu:${ends[0]}?baud=115200" "${exact[@]}" "${serial[@]}" || { kill $line; wait $line; return 1; }
     "$hexid" run --hal "modbus:rtu:${ends[1]}?baud=115200" "${exact[@]}" "${serial[@]}" --set motion.automatic=true --json "$work/run.json"
     status=$?
     echo "exit status $status"

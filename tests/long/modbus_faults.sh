@@ -15,7 +15,7 @@ bus_start() {
     exec 5<>"$work/orders" # held open at both ends, so that nobody waits for or dies of an end that is gone
     $ahead "$python" tests/peers/modbus_proxy.py "${plant_url##*:}" <"$work/orders" >"$work/proxy" &
     proxy=$!
-    until_in '^[0-9]' "$work/proxy" $proxy || { plant_stop; return 1; }
+    until_in '^[0-9]' "$work/proxy" $proxy || { kill $proxy; wait $proxy; plant_stop; return 1; }
     url=modbus:tcp://127.0.0.1:$(<"$work/proxy")
 }
 bus_stop() {

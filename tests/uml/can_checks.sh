@@ -36,12 +36,15 @@ during() {
     run=$!
     while read -r line; do
         echo "$line"
-        [[ ! $met && $line =~ $pattern ]] && "$@" && met=yes
+        [[ ! $met && $line =~ $pattern ]] || continue
+        met=yes
+        "$@" || { echo "cannot: $*"; met=no; }
     done <"$work/lines"
     wait $run
     status=$?
     echo "exit status $status"
     [ "$met" ] || { echo "the run ended before '$pattern'"; status=99; }
+    [ "$met" != no ] || status=99
     plant_stop || status=99
     return $status
 }
