@@ -23,7 +23,7 @@ struct rig {
     double leg_ref_before[LEGS];
 };
 
-typedef void spoiler(struct hal_sample *sample, int cycle);
+typedef void spoiler(struct hal_sample *sample, int which); /* cycle or leg, as the test means it */
 
 static inline void rig_init(struct rig *rig, const struct params *params) {
     struct error error;
@@ -55,18 +55,29 @@ static inline void check_always(struct rig *rig) {
     }
 }
 
-static inline void rig_request(struct rig *rig, struct request request, spoiler *spoil, int cycle) {
+static inline void rig_request(struct rig *rig, struct request request, spoiler *spoil, int which) {
     static const double centred[LEGS] = {0};
     struct hal_sample sample = {.time_ns = rig->cycles * PERIOD_NS, .device_seq = (uint64_t)rig->cycles + 1};
     double valve[LEGS];
     plant_measure(rig->plant, &sample);
-    if (spoil) spoil(&sample, cycle);
+    if (spoil) spoil(&sample, which);
     rig->before = rig->now;
     platform_step(&rig->platform, &sample, request, &rig->now);
     check_always(rig);
     memcpy(valve, rig->now.out.enable ? rig->now.out.valve : centred, sizeof valve);
     if (rig->cut_leg >= 0) valve[rig->cut_leg] = 0.0;
     plant_step(rig->plant, valve);
+    rig->cycles++;
+}
+
+static inline void rig_spoilt(struct rig *rig, spoiler *spoil, int which) {
+    rig_request(rig, (struct request){.id = rig->id}, spoil, which);
+}
+
+/* One cycle on a sample of the test's own. */
+static inline void rig_given(struct rig *rig, const struct hal_sample *sample) {
+    platform_step(&rig->platform, sample, (struct request){.id = rig->id}, &rig->now);
+    plant_step(rig->plant, rig->now.out.valve);
     rig->cycles++;
 }
 

@@ -28,7 +28,7 @@ static void each_limit_trips_in_bad_cycles_and_holds_until_reset(void **unused) 
             spoil_cycles(&rig, bad[b].spoil, params.limits.bad_cycles - 1);
             if (rig.now.state != held[h])
                 fail_msg("%s in %s: tripped early (%s)", bad[b].what, state_names[held[h]], fault_name(rig.now.first_fault));
-            rig_request(&rig, (struct request){.id = rig.id}, bad[b].spoil, params.limits.bad_cycles - 1);
+            rig_spoilt(&rig, bad[b].spoil, params.limits.bad_cycles - 1);
             if (rig.now.state != STATE_FAULT) fail_msg("%s in %s: not tripped", bad[b].what, state_names[held[h]]);
             if (rig.now.first_fault != bad[b].headline)
                 fail_msg("%s: headline %s, not %s", bad[b].what, fault_name(rig.now.first_fault), fault_name(bad[b].headline));
@@ -49,7 +49,7 @@ static void fewer_bad_samples_are_ridden_out_with_the_command_held(void **unused
             for (int length = 1; length < params.limits.bad_cycles; length++) {
                 struct hal_command kept = rig.now.out;
                 for (int n = 0; n < length; n++) {
-                    rig_request(&rig, (struct request){.id = rig.id}, bad[b].spoil, n);
+                    rig_spoilt(&rig, bad[b].spoil, n);
                     assert_memory_equal(kept.valve, rig.now.out.valve, sizeof kept.valve);
                     assert_true(rig.now.out.enable);
                     assert_true(rig.now.in.flags & (SAMPLE_INVALID | SAMPLE_IO)); /* the identifier leaves it out */
@@ -217,11 +217,9 @@ static void a_missed_deadline_is_no_leg_rate_fault(void **unused) {
     for (int n = 0; n < 20; n++) {
         sample.time_ns = (rig.cycles + 25) * PERIOD_NS;
         if (n > 0) sample.flags = 0, plant_measure(rig.plant, &sample);
-        platform_step(&rig.platform, &sample, (struct request){.id = rig.id}, &rig.now);
+        rig_given(&rig, &sample);
         assert_int_equal(rig.now.state, STATE_ENGAGING);
         assert_false(rig.now.in.flags & SAMPLE_INVALID);
-        plant_step(rig.plant, rig.now.out.valve);
-        rig.cycles++;
     }
     plant_destroy(rig.plant);
 }
@@ -235,11 +233,9 @@ static void late_but_young_enough_samples_are_used(void **unused) {
     for (int n = 0; n < 100; n++) {
         struct hal_sample sample = {.time_ns = rig.cycles * PERIOD_NS - 9000000, .age_ns = 9000000, .flags = SAMPLE_LATE};
         plant_measure(rig.plant, &sample);
-        platform_step(&rig.platform, &sample, (struct request){.id = rig.id}, &rig.now);
+        rig_given(&rig, &sample);
         assert_int_equal(rig.now.state, STATE_READY);
         assert_int_equal(rig.now.in.flags, SAMPLE_LATE);
-        plant_step(rig.plant, rig.now.out.valve);
-        rig.cycles++;
     }
     plant_destroy(rig.plant);
 }
@@ -256,9 +252,7 @@ static void a_stale_sample_trips_once_it_is_too_old(void **unused) {
         for (; rig.now.state == held[h]; cycles++) {
             last.age_ns += PERIOD_NS;
             last.flags = SAMPLE_STALE;
-            platform_step(&rig.platform, &last, (struct request){.id = rig.id}, &rig.now);
-            plant_step(rig.plant, rig.now.out.valve);
-            rig.cycles++;
+            rig_given(&rig, &last);
         }
         assert_int_equal(rig.now.first_fault, FAULT_SENSOR_AGE);
         /* ages 2, 4, ... 10 ms are young enough; the next bad_cycles are not */

@@ -1,56 +1,10 @@
 /* The promises of the README's safety table that no other test holds: what stops, who may move the machine, what a fault says, and what
  * comes after it. */
-#include "support.h"
+#include "platform_rig.h"
 
 #include "cli.h"
-#include "plant.h"
-#include "platform.h"
 #include "reference.h"
-#include "units.h"
 #include "witness.h"
-
-enum { PERIOD_NS = 2000000 };
-
-struct rig {
-    struct params params;
-    struct plant *plant;
-    struct platform platform;
-    struct cycle now, before;
-    int64_t cycles;
-    uint32_t id;
-};
-
-static void rig_init(struct rig *rig, bool automatic) {
-    struct error error;
-    memset(rig, 0, sizeof *rig);
-    rig->params = automatic ? brisk() : by_hand();
-    rig->plant = plant_create(&rig->params, 3, &error);
-    assert_non_null(rig->plant);
-    assert_int_equal(platform_init(&rig->platform, &rig->params, &error), STATUS_OK);
-}
-
-typedef void spoiler(struct hal_sample *sample, int leg);
-
-static void rig_spoilt(struct rig *rig, enum command command, spoiler *spoil, int leg) {
-    struct hal_sample sample = {.time_ns = rig->cycles * PERIOD_NS, .device_seq = (uint64_t)++rig->cycles};
-    plant_measure(rig->plant, &sample);
-    if (spoil) spoil(&sample, leg);
-    rig->id += command != COMMAND_NONE;
-    rig->before = rig->now;
-    platform_step(&rig->platform, &sample, (struct request){.id = rig->id, .command = command}, &rig->now);
-    plant_step(rig->plant, rig->now.out.valve);
-}
-static void rig_cycle(struct rig *rig, enum command command) { rig_spoilt(rig, command, NULL, 0); }
-
-static void rig_bring(struct rig *rig, enum state state) {
-    static const enum command next[STATES] = {
-        [STATE_SETTLED] = COMMAND_ENGAGE, [STATE_READY] = COMMAND_START, [STATE_FAULT] = COMMAND_RESET};
-    for (int n = 0; rig->now.state != state; n++) {
-        enum command command = rig->params.motion.automatic ? COMMAND_NONE : next[rig->now.state];
-        rig_cycle(rig, state == STATE_PARKING && rig->now.state == STATE_READY ? COMMAND_PARK : command);
-        assert_true(n < 5000);
-    }
-}
 
 static void not_a_number(struct hal_sample *s, int leg) { s->length_m[leg] = (double)NAN; }
 static void too_long(struct hal_sample *s, int leg) { s->length_m[leg] = 3.0; }
@@ -69,11 +23,12 @@ static void a_stop_in_any_state_leads_to_rest(void **unused) {
         struct rig rig;
         double last[DOFS];
         int still = 0;
-        rig_init(&rig, k >= 7 && state != STATE_PARKING && state != STATE_FAULT);
+        struct params params = k >= 7 && state != STATE_PARKING && state != STATE_FAULT ? brisk() : by_hand();
+        rig_init(&rig, &params);
         if (state == STATE_FAULT) {
-            rig_bring(&rig, STATE_READY);
-            for (int n = 0; n < 5; n++) rig_spoilt(&rig, COMMAND_NONE, not_a_number, 2);
-        } else rig_bring(&rig, state);
+            rig_bring(&rig, STATE_READY, 0);
+            for (int n = 0; n < 5; n++) rig_spoilt(&rig, not_a_number, 2);
+        } else rig_bring(&rig, state, 0);
         for (int n = 0; n < 40 * (k / 7) && rig.now.state == state; n++) rig_cycle(&rig, COMMAND_NONE);
         rig_cycle(&rig, COMMAND_STOP);
         for (int n = 0; n < 4000; n++) {
@@ -135,13 +90,14 @@ static void a_fault_names_its_leg(void **unused) {
         uint32_t fault;
     } cases[] = {{not_a_number, FAULT_SENSOR_INVALID}, {too_long, FAULT_STROKE}, {jumped, FAULT_LEG_RATE}, {pressed, FAULT_FORCE},
                  {burst, FAULT_SENSOR_INVALID}};
+    struct params params = by_hand();
     struct rig rig;
-    rig_init(&rig, false);
+    rig_init(&rig, &params);
     for (int leg = 0; leg < LEGS; leg++)
         for (unsigned k = 0; k < sizeof cases / sizeof *cases; k++) {
             char text[FAULT_TEXT_SIZE], expected[FAULT_TEXT_SIZE];
-            rig_bring(&rig, STATE_READY);
-            while (!rig.now.faults) rig_spoilt(&rig, COMMAND_NONE, cases[k].spoil, leg);
+            rig_bring(&rig, STATE_READY, 0);
+            while (!rig.now.faults) rig_spoilt(&rig, cases[k].spoil, leg);
             assert_int_equal(rig.now.first_fault, cases[k].fault);
             assert_int_equal(rig.now.faults >> FAULT_LEG_SHIFT, 1u << leg);
             snprintf(expected, sizeof expected, "%s, leg %d", fault_name(cases[k].fault), leg + 1);
@@ -163,9 +119,10 @@ static void the_longest_fault_fits_its_text(void **unused) {
 /* The same sample for ever with the time of now: only the device's own count shows it. */
 static void a_device_that_hangs_behind_fresh_time_stamps_is_found_out(void **unused) {
     (void)unused;
+    struct params params = by_hand();
     struct rig rig;
-    rig_init(&rig, false);
-    rig_bring(&rig, STATE_READY);
+    rig_init(&rig, &params);
+    rig_bring(&rig, STATE_READY, 0);
     struct hal_sample hung = rig.now.in;
     int cycles = 0;
     for (; !rig.now.faults; cycles++) {
@@ -180,9 +137,10 @@ static void a_device_that_hangs_behind_fresh_time_stamps_is_found_out(void **unu
 
 static void a_device_without_a_count_is_believed_by_its_clock(void **unused) {
     (void)unused;
+    struct params params = by_hand();
     struct rig rig;
-    rig_init(&rig, false);
-    rig_bring(&rig, STATE_READY);
+    rig_init(&rig, &params);
+    rig_bring(&rig, STATE_READY, 0);
     struct hal_sample sample = rig.now.in;
     sample.device_seq = 0;
     for (int n = 0; n < 50; n++) {
@@ -197,18 +155,19 @@ static void a_device_without_a_count_is_believed_by_its_clock(void **unused) {
 /* A loop that was away for so long finds a machine that may have been centred by its device: it does not go on. */
 static void a_loop_that_was_away_for_long_does_not_go_on(void **unused) {
     (void)unused;
+    struct params params = by_hand();
     for (int away = 1; away <= 500; away += away < 20 ? 1 : 60) {
         struct rig rig;
-        rig_init(&rig, false);
-        rig_bring(&rig, STATE_READY);
+        rig_init(&rig, &params);
+        rig_bring(&rig, STATE_READY, 0);
         struct hal_sample sample = rig.now.in;
         sample.flags = SAMPLE_OVERRUN, sample.device_seq += 1, sample.time_ns += (away + 1) * (int64_t)PERIOD_NS;
         platform_step(&rig.platform, &sample, (struct request){.id = rig.id}, &rig.now);
         assert_int_equal(rig.now.first_fault, away >= rig.params.loop.overrun_limit ? FAULT_OVERRUN : 0);
         plant_destroy(rig.plant);
         /* the same with a sample that was latched before */
-        rig_init(&rig, false);
-        rig_bring(&rig, STATE_READY);
+        rig_init(&rig, &params);
+        rig_bring(&rig, STATE_READY, 0);
         sample = rig.now.in;
         sample.flags = SAMPLE_OVERRUN, sample.device_seq += 1, sample.age_ns = (away + 1) * (int64_t)PERIOD_NS;
         platform_step(&rig.platform, &sample, (struct request){.id = rig.id}, &rig.now);
@@ -220,17 +179,17 @@ static void a_loop_that_was_away_for_long_does_not_go_on(void **unused) {
 /* From any state, after any time with the valves centred, wherever it has sunk to. */
 static void engaging_again_after_a_fault_is_bumpless(void **unused) {
     (void)unused;
-    static const enum state held[] = {STATE_ENGAGING, STATE_READY, STATE_TESTING, STATE_PARKING};
     static spoiler *const spoilers[] = {not_a_number, jumped, pressed};
     uint64_t seed = 11;
     double valve_first = 0.0, valve_later = 0.0, reference = 0.0;
+    struct params params = by_hand();
     struct rig rig;
-    rig_init(&rig, false);
+    rig_init(&rig, &params);
     for (int n = 0; n < 40; n++) {
-        rig_bring(&rig, held[n % 4]);
+        rig_bring(&rig, held[n % HELD], 0);
         for (int wait = random_below(&seed, 200); wait > 0 && supervisor_drives(rig.now.state); wait--) rig_cycle(&rig, COMMAND_NONE);
         if (!supervisor_drives(rig.now.state)) continue;
-        while (!rig.now.faults) rig_spoilt(&rig, COMMAND_NONE, spoilers[n % 3], n % LEGS);
+        while (!rig.now.faults) rig_spoilt(&rig, spoilers[n % 3], n % LEGS);
         for (int wait = random_below(&seed, 2000); wait > 0; wait--) rig_cycle(&rig, COMMAND_NONE);
         rig_cycle(&rig, COMMAND_RESET);
         while (rig.now.state != STATE_SETTLED) rig_cycle(&rig, COMMAND_NONE);
