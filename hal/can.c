@@ -76,16 +76,16 @@ static int bring_up(struct can *c, const char *interface, struct error *error) {
     }
     if (can_master_ready(&c->master)) return STATUS_OK;
     can_condition_describe(can_master_condition(&c->master), text, sizeof text);
-    return error_set(error, STATUS_IO, "can:%s: %s; check power, node ids 1 to 6, bit rate and termination (`candump %s` shows what is there)", interface,
-                     sent ? text : "nothing can be sent", interface);
+    return error_set(error, STATUS_IO, "can:%s: %s; check power, node ids 1 to 6, bit rate and termination "
+                     "(`candump %s` shows what is there)", interface, sent ? text : "nothing can be sent", interface);
 }
 
 static int refuse_load(const struct params *params, const char *interface, struct error *error) {
     struct can_load l = can_load(params);
     if (l.share <= l.limit) return STATUS_OK;
-    return error_set(error, STATUS_USAGE, "can:%s: %d bits a cycle and %.1f of heartbeats take %.0f %% of %g s at %g bit/s, at most %.0f %% fit: raise "
-                     "can.bitrate_bps or loop.period_s", interface, l.cycle_bits, l.heartbeat_bits, 100 * l.share, params->loop.period_s,
-                     params->can.bitrate_bps, 100 * l.limit);
+    return error_set(error, STATUS_USAGE, "can:%s: %d bits a cycle and %.1f of heartbeats take %.0f %% of %g s at %g bit/s, "
+                     "at most %.0f %% fit: raise can.bitrate_bps or loop.period_s", interface, l.cycle_bits, l.heartbeat_bits,
+                     100 * l.share, params->loop.period_s, params->can.bitrate_bps, 100 * l.limit);
 }
 
 static int can_open(struct hal **hal, const char *interface, const struct params *params, uint64_t seed, struct error *error) {

@@ -33,7 +33,7 @@ static struct can_tpdo reading(const struct params *p, const struct hal_sample *
                              .p2 = (int16_t)channel_raw(&p->p2_channel, leg, s->p2_pa[leg], INT16_MAX)};
 }
 
-/* Readings of this instant first and on their way; then the machine lives through the period that begins, with the commands now in force. */
+/* Readings of this instant first and on their way; then the machine lives through the period that begins, with the commands in force. */
 static void synchronise(struct can_device *d, int64_t now_ns) {
     double valve[LEGS];
     bool twice = 4 * (now_ns - d->sync_ns) < ns_from_seconds(d->params->loop.period_s); /* the same SYNC again: no time has gone by */
@@ -72,9 +72,10 @@ static void tick(struct can_device *d) {
     device_tick(d->device, now_ns);
 }
 
-static int can_serve(const char *interface, const struct params *params, struct device *device, const _Atomic bool *stop, struct error *error) {
-    static const struct can_accept accept[] = {{COB_NMT, CAN_SFF_MASK}, {COB_SYNC, CAN_SFF_MASK}, {COB_RPDO, COB_FUNCTION}, {COB_SDO, COB_FUNCTION},
-                                               {COB_HEARTBEAT, COB_FUNCTION}};
+static int can_serve(const char *interface, const struct params *params, struct device *device, const _Atomic bool *stop,
+                     struct error *error) {
+    static const struct can_accept accept[] = {{COB_NMT, CAN_SFF_MASK}, {COB_SYNC, CAN_SFF_MASK}, {COB_RPDO, COB_FUNCTION},
+                                               {COB_SDO, COB_FUNCTION}, {COB_HEARTBEAT, COB_FUNCTION}};
     struct can_device d = {.params = params, .device = device};
     int status = can_socket_open(&d.socket, interface, accept, sizeof accept / sizeof *accept, false, false, error);
     if (status) return status;

@@ -133,7 +133,7 @@ bool can_parse_sdo(const struct can_frame *frame, struct can_sdo *sdo) { return 
 bool can_parse_sdo_reply(const struct can_frame *frame, struct can_sdo *sdo) { return parse_sdo(frame, CS_UPLOADED, CS_DOWNLOADED, sdo); }
 
 int can_frame_bits(int data_bytes) {
-    int stuffed = 34 + 8 * data_bytes; /* start, identifier, control, data, CRC: one bit in four can need a stuff bit after the first five */
+    int stuffed = 34 + 8 * data_bytes; /* start, identifier, control, data, CRC: after the first five one bit in four can need one */
     return 47 + 8 * data_bytes + (stuffed - 1) / 4;
 }
 

@@ -12,8 +12,9 @@
  *   700 + node   heartbeat  state; 0 is boot-up                                                    node, and daemon (node 127)
  *
  * Node n moves leg n, 1..6. One RPDO serves three nodes: each maps its own 16 bit to its valve (0x6300:1) and the other two to CiA 301's
- * dummy entry for INTEGER16, 0x0003. The raw units above are the default scale; channels in the configuration change it. Pressures are signed: a gauge pressure can be below
- * zero. The most negative value means that the node has no reading (or, in an RPDO, that there is no command). */
+ * dummy entry for INTEGER16, 0x0003. The raw units above are the default scale; channels in the configuration change it. Pressures are
+ * signed: a gauge pressure can be below zero. The most negative value means that the node has no reading (or, in an RPDO, that there is
+ * no command). */
 #ifndef HEXID_CAN_FRAMES_H
 #define HEXID_CAN_FRAMES_H
 

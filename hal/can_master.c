@@ -277,7 +277,8 @@ uint64_t can_master_condition(const struct can_master *m) {
 
 /* "node 3 lost, EMCY 0x8250" at text, after a comma; returns its length. */
 static size_t describe_node(const char *who, unsigned node, unsigned code, char *text, size_t size) {
-    static const char *const phases[] = {[CAN_LOST] = " lost", [CAN_SETUP] = " being set up", [CAN_STARTING] = " starting", [CAN_RUNNING] = ""};
+    static const char *const phases[] = {[CAN_LOST] = " lost", [CAN_SETUP] = " being set up", [CAN_STARTING] = " starting",
+                                         [CAN_RUNNING] = ""};
     char emcy[20] = "";
     if (node & 4) snprintf(emcy, sizeof emcy, code ? " EMCY 0x%04x" : " EMCY", code);
     return (size_t)snprintf(text, size, ", %s%s%s", who, phases[CAN_RUNNING - (node & 3)], emcy);

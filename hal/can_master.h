@@ -1,7 +1,7 @@
 /* The daemon's side of the six CANopen nodes: set-up, supervision, samples. Pure: frames and time in, frames and samples out. RT, no heap.
  *
  * A node:  lost --boot-up, heartbeat or SDO reply--> set-up --last SDO reply--> starting --heartbeat "operational"--> running
- *          any --nothing heard for three heartbeats, boot-up, a heartbeat in another state, no SDO reply after three tries--> lost or set-up
+ *          any --nothing heard for three heartbeats, boot-up, heartbeat in another state, no SDO reply after three tries--> lost or set-up
  *
  * A lost node is asked twice a second, and set up again by itself whenever it comes back; whether the platform may move again is the
  * supervisor's and the operator's decision, because every sample from a bus with a node that is not running is invalid.
@@ -10,10 +10,10 @@
  * All six TPDOs came in it: a sample, latched at the SYNC. One is missing: the last whole sample again, stale and older. A TPDO that came
  * twice: the later one. A SYNC half a period and more off the grid makes its sample late.
  *
- * A TPDO does not say which SYNC it answers, and a late one must not pass for the answer to the next. So when one is missing, the next command
- * and SYNC wait for a cycle, in which it comes into its own window. Does it not, it may come into a later one: they wait after every SYNC until
- * all six have answered in the first of the two cycles. The legs of a sample are of one instant, whatever is lost or late by up to two
- * cycles; a leg that is late for good halves the rate, and every sample is late. */
+ * A TPDO does not say which SYNC it answers, and a late one must not pass for the answer to the next. So when one is missing, the next
+ * command and SYNC wait for a cycle, in which it comes into its own window. Does it not, it may come into a later one: they wait after
+ * every SYNC until all six have answered in the first of the two cycles. The legs of a sample are of one instant, whatever is lost or
+ * late by up to two cycles; a leg that is late for good halves the rate, and every sample is late. */
 #ifndef HEXID_CAN_MASTER_H
 #define HEXID_CAN_MASTER_H
 

@@ -136,7 +136,8 @@ static uint32_t refuse(const struct can_node *n, const struct can_object *o, con
     bool mapping = o->index == 0x1600, enabled = !(get(n, 0x1400, 1) >> 31);
     if (mapping && enabled) return SDO_DENIED; /* CiA 301, 7.5.2.36: only while the PDO is off */
     if (mapping && (o->sub ? sdo->value != MAP_VALVE && sdo->value != MAP_DUMMY : sdo->value > 3)) return SDO_DENIED;
-    if (o->index == 0x6300 && n->state == CAN_OPERATIONAL) return SDO_DENIED; /* SAFETY: a valve moves by RPDO and SYNC only, under the watchdog */
+    /* SAFETY: a valve moves by RPDO and SYNC only, under the watchdog. */
+    if (o->index == 0x6300 && n->state == CAN_OPERATIONAL) return SDO_DENIED;
     return 0;
 }
 
@@ -166,10 +167,11 @@ static void sdo(struct can_node *n, const struct can_frame *f, struct can_queue 
 
 void can_node_receive(struct can_node *n, const struct can_frame *f, int64_t now_ns, struct can_queue *out) {
     enum can_state state;
+    int master = (int)(get(n, 0x1016, 1) >> 16 & 0x7f);
     if (f->can_id == COB_NMT && f->len == 2 && (f->data[1] == 0 || f->data[1] == n->id)) nmt(n, (enum can_nmt)f->data[0], now_ns, out);
     else if (f->can_id == get(n, 0x1400, 1) && n->state == CAN_OPERATIONAL) rpdo(n, f, now_ns);
     else if (can_frame_node(f, COB_SDO) == n->id && n->state != CAN_STOPPED) sdo(n, f, out);
-    else if (can_frame_node(f, COB_HEARTBEAT) == (int)(get(n, 0x1016, 1) >> 16 & 0x7f) && can_parse_heartbeat(f, &state)) n->master_heard_ns = now_ns;
+    else if (can_frame_node(f, COB_HEARTBEAT) == master && can_parse_heartbeat(f, &state)) n->master_heard_ns = now_ns;
 }
 
 void can_node_sync(struct can_node *n, const struct can_tpdo *latched, struct can_queue *out) {

@@ -23,16 +23,19 @@ int64_t can_realtime_ns(void) {
 static int check_interface(const char *name, struct error *error) {
     struct ifreq r = {0};
     if (strlen(name) == 0 || strlen(name) >= sizeof r.ifr_name || !if_nametoindex(name))
-        return error_set(error, STATUS_IO, "can:%.40s: no such interface; `ip link` lists those there are, `ip link add dev vcan0 type vcan` makes a virtual one", name);
+        return error_set(error, STATUS_IO, "can:%.40s: no such interface; `ip link` lists those there are, "
+                         "`ip link add dev vcan0 type vcan` makes a virtual one", name);
     int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     if (fd < 0) return error_set(error, STATUS_IO, "can:%s: cannot be asked: %s", name, strerror(errno));
     strcpy(r.ifr_name, name);
     bool is_can = !ioctl(fd, SIOCGIFHWADDR, &r) && r.ifr_hwaddr.sa_family == ARPHRD_CAN;
     bool up = !ioctl(fd, SIOCGIFFLAGS, &r) && r.ifr_flags & IFF_UP;
     close(fd);
-    if (!is_can) return error_set(error, STATUS_IO, "can:%s: not a CAN interface; name one that `ip link show type can` or `type vcan` lists", name);
-    if (!up) return error_set(error, STATUS_IO, "can:%s: the interface is down; `ip link set %s up type can bitrate 1000000` (a virtual one: `ip link set %s up`)", name, name, name);
-    return STATUS_OK;
+    if (!is_can)
+        return error_set(error, STATUS_IO, "can:%s: not a CAN interface; name one that `ip link show type can` or `type vcan` lists", name);
+    if (up) return STATUS_OK;
+    return error_set(error, STATUS_IO, "can:%s: the interface is down; `ip link set %s up type can bitrate 1000000` "
+                     "(a virtual one: `ip link set %s up`)", name, name, name);
 }
 
 static int open_raw(const char *name, struct error *error) {
@@ -57,7 +60,8 @@ static bool configure(int fd, const struct can_accept *accept, int count, bool o
            !setsockopt(fd, SOL_SOCKET, SO_TIMESTAMPNS, &yes, sizeof yes);
 }
 
-int can_socket_open(struct can_socket *s, const char *interface, const struct can_accept *accept, int count, bool own, bool errors, struct error *error) {
+int can_socket_open(struct can_socket *s, const char *interface, const struct can_accept *accept, int count, bool own, bool errors,
+                    struct error *error) {
     struct sockaddr_can address = {.can_family = AF_CAN};
     *s = (struct can_socket){.fd = -1, .confirms = true};
     int status = check_interface(interface, error);

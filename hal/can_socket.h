@@ -20,13 +20,14 @@ struct can_accept {
 
 /* Names the interface and the remedy when it is missing, down, no CAN interface or not allowed: STATUS_IO. With `own`, frames sent come
  * back when the bus has carried them, where the filter lets them; with `errors`, error frames come too. */
-int can_socket_open(struct can_socket *s, const char *interface, const struct can_accept *accept, int count, bool own, bool errors, struct error *error);
+int can_socket_open(struct can_socket *s, const char *interface, const struct can_accept *accept, int count, bool own, bool errors,
+                    struct error *error);
 void can_socket_close(struct can_socket *s);
 
 /* RT. 0, or -1: queue full, bus-off, interface gone. */
 int can_socket_send(const struct can_socket *s, const struct can_frame *frame);
 
-/* RT. 1 and a frame with its time on CLOCK_REALTIME and whether it is the echo of an own one; 0: none left; -1: the interface is down or gone. */
+/* RT. 1 and a frame with its time on CLOCK_REALTIME and whether it is the echo of an own one; 0: none left; -1: interface down or gone. */
 int can_socket_receive(const struct can_socket *s, struct can_frame *frame, int64_t *realtime_ns, bool *own);
 
 int64_t can_realtime_ns(void);

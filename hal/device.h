@@ -22,8 +22,8 @@ void device_latch(struct device *d, struct hal_sample *sample);
 /* Lives `periods` periods of the loop with these commands, which stay in force. */
 void device_live(struct device *d, int periods, const double valve[LEGS], int64_t now_ns);
 
-/* SAFETY: call at least every millisecond. Without a device_live() for two periods it lives on by the clock, with the valves of the last; without
- * one for params->device.watchdog_s with the valves at their centre, and returns true as long as that is so. */
+/* SAFETY: call at least every millisecond. Without a device_live() for two periods it lives on by the clock, with the valves of the last;
+ * without one for params->device.watchdog_s with the valves at their centre, and returns true as long as that is so. */
 bool device_tick(struct device *d, int64_t now_ns);
 
 /* In place of params->device.watchdog_s, where the daemon sets it over the bus. */
@@ -32,7 +32,8 @@ void device_set_watchdog(struct device *d, double watchdog_s);
 /* CLOCK_MONOTONIC. */
 int64_t device_now_ns(void);
 
-/* One bus: serves the device there until *stop. Prints the line "ready" when commands are answered. The address is the URL after "scheme:". */
+/* One bus: serves the device there until *stop. Prints the line "ready" when commands are answered. The address is the URL after
+ * "scheme:". */
 struct device_bus {
     const char *scheme, *usage;
     int (*serve)(const char *address, const struct params *params, struct device *d, const _Atomic bool *stop, struct error *error);

@@ -1,8 +1,8 @@
 /* modbus: one device with all six legs, over TCP or a serial line (modbus_map.h: the registers, modbus_link.h: the line).
  *
- * The back-end's own thread does the talking, one function-23 transaction a cycle, begun by the loop's write() or safe(): the loop never waits
- * for it. Cycle k reads what was latched in cycle k-1, in the transaction that put the command of cycle k-1 into force. The instant of
- * latching is not told by the device; it lies at the middle of a TCP round trip, and at the end of the request on a serial line.
+ * The back-end's own thread does the talking, one function-23 transaction a cycle, begun by the loop's write() or safe(): the loop never
+ * waits for it. Cycle k reads what was latched in cycle k-1, in the transaction that put the command of cycle k-1 into force. The instant
+ * of latching is not told by the device; it lies at the middle of a TCP round trip, and at the end of the request on a serial line.
  *
  * SAFETY: only the newest command is ever sent, one that waits longer than limits.sensor_age_s for the line never, and none from before a
  * connection was made again; when nothing is sent, the device's own watchdog centres the valves. The thread makes a lost connection again;
@@ -67,8 +67,8 @@ static int64_t monotonic_ns(void) {
 
 static double timeout_s(const struct params *p) { return p->limits.sensor_age_s; } /* older readings are of no use */
 
-/* SAFETY: the answer begins with the command's number, as the device has it by then. Another number is the answer to another request, come late
- * on a line where nothing else tells, or from a device that has not taken the command: its readings would be older than they look. */
+/* SAFETY: the answer begins with the command's number, as the device has it by then. Another number is the answer to another request, come
+ * late on a line where nothing else tells, or from a device that has not taken the command: its readings would be older than they look. */
 static int exchange(struct modbus_hal *m, const double valve[LEGS], struct latched *l) {
     uint16_t written[MODBUS_WRITTEN], read[MODBUS_READ];
     modbus_put_command(m->params, ++m->number, valve, written);
@@ -91,8 +91,9 @@ static int greet(struct modbus_hal *m, struct error *error) {
         return error_set(error, STATUS_IO, "modbus:%s: no answer to the first question: %s; check unit (modbus.unit), baud rate and wiring",
                          m->address.name, modbus_link_reason(errno));
     if (who[0] != MODBUS_IS_HEXID || who[1] != MODBUS_MAP_VERSION)
-        return error_set(error, STATUS_IO, "modbus:%s: registers 0 and 1 hold 0x%04x and %u, not 0x%04x and %d: another device, or another map "
-                         "(`hexid doctor --modbus-map`)", m->address.name, who[0], who[1], MODBUS_IS_HEXID, MODBUS_MAP_VERSION);
+        return error_set(error, STATUS_IO, "modbus:%s: registers 0 and 1 hold 0x%04x and %u, not 0x%04x and %d: another device, or "
+                         "another map (`hexid doctor --modbus-map`)", m->address.name, who[0], who[1], MODBUS_IS_HEXID,
+                         MODBUS_MAP_VERSION);
     if (modbus_link_write(m->link, MODBUS_WATCHDOG_MS, watchdog_ms))
         return error_set(error, STATUS_IO, "modbus:%s: the watchdog cannot be set: %s", m->address.name, modbus_link_reason(errno));
     return STATUS_OK;
@@ -187,14 +188,16 @@ static int refuse_slow(const struct modbus_hal *m, struct error *error) {
     double period_s = p->loop.period_s;
     struct modbus_load l = modbus_load(m->address.baud);
     if (m->address.serial && l.cycle_s > 0.9 * period_s)
-        return error_set(error, STATUS_USAGE, "modbus:rtu: function 23 takes %d + %d bytes of 10 bits, %.1f ms at %d baud with the silence after each; "
-                         "90 %% of loop.period_s are %.1f ms: raise the baud rate, or loop.period_s to %.3f or more (with sim.substeps where simulated)",
-                         l.request_bytes, l.response_bytes, l.cycle_s * 1e3, m->address.baud, 0.9 * period_s * 1e3, ceil(l.cycle_s / 0.9 * 1e3) / 1e3);
+        return error_set(error, STATUS_USAGE, "modbus:rtu: function 23 takes %d + %d bytes of 10 bits, %.1f ms at %d baud with the silence "
+                         "after each; 90 %% of loop.period_s are %.1f ms: raise the baud rate, or loop.period_s to %.3f or more "
+                         "(with sim.substeps where simulated)", l.request_bytes, l.response_bytes, l.cycle_s * 1e3, m->address.baud,
+                         0.9 * period_s * 1e3, ceil(l.cycle_s / 0.9 * 1e3) / 1e3);
     if (p->limits.sensor_age_s < 2.5 * period_s)
-        return error_set(error, STATUS_USAGE, "modbus: limits.sensor_age_s %g must be at least 2.5 x loop.period_s: a reading is up to two cycles old "
-                         "when used", p->limits.sensor_age_s);
+        return error_set(error, STATUS_USAGE, "modbus: limits.sensor_age_s %g must be at least 2.5 x loop.period_s: a reading is up to two "
+                         "cycles old when used", p->limits.sensor_age_s);
     if (p->device.watchdog_s < 3.0 * period_s || p->device.watchdog_s > 65.0)
-        return error_set(error, STATUS_USAGE, "modbus: device.watchdog_s %g must be at least 3 x loop.period_s, and at most 65 s", p->device.watchdog_s);
+        return error_set(error, STATUS_USAGE, "modbus: device.watchdog_s %g must be at least 3 x loop.period_s, and at most 65 s",
+                         p->device.watchdog_s);
     return STATUS_OK;
 }
 
@@ -212,8 +215,8 @@ static int bring_up(struct modbus_hal *m, const char *address, struct error *err
     if (status) return status;
     m->latch_after_s = m->address.serial ? modbus_load(m->address.baud).request_s : -1.0;
     if (exchange(m, centre, &m->sample[m->newest_sample.back]))
-        return error_set(error, STATUS_IO, "modbus:%s: function 23 is not answered: %s; the device must serve the map of `hexid doctor --modbus-map`",
-                         m->address.name, modbus_link_reason(errno));
+        return error_set(error, STATUS_IO, "modbus:%s: function 23 is not answered: %s; the device must serve the map of "
+                         "`hexid doctor --modbus-map`", m->address.name, modbus_link_reason(errno));
     latest_publish(&m->newest_sample);
     atomic_store(&m->connected, true);
     int refused = pthread_create(&m->thread, NULL, modbus_thread, m);
@@ -246,7 +249,8 @@ static void hand_out(const struct modbus_hal *m, struct hal_sample *s) {
 /* Once, in the loop's thread. */
 static void tell_priority(struct modbus_hal *m) {
     struct sched_param p;
-    if (sched_getscheduler(0) == SCHED_FIFO && !sched_getparam(0, &p)) atomic_store_explicit(&m->loop_priority, p.sched_priority, memory_order_relaxed);
+    if (sched_getscheduler(0) == SCHED_FIFO && !sched_getparam(0, &p))
+        atomic_store_explicit(&m->loop_priority, p.sched_priority, memory_order_relaxed);
 }
 
 static int modbus_read(struct hal *hal, int64_t now_ns, struct hal_sample *s) {

@@ -1,8 +1,8 @@
-/* The device side of Modbus, for `hexid plant`: one device with the registers of modbus_map.h, for up to four TCP clients or one serial line.
+/* The device side of Modbus, for `hexid plant`: one device with modbus_map.h's registers, for up to four TCP clients or one serial line.
  *
- * SAFETY: whatever arrives, a malformed request gets an exception or nothing; a peer that stops in the middle of one for WHOLE_REQUEST_MS, or
- * reads no answers, is cut off: by so much at most the watchdog is late. It is device_tick()'s: without a new command for MODBUS_WATCHDOG_MS
- * the valves are centred. */
+ * SAFETY: whatever arrives, a malformed request gets an exception or nothing; a peer that stops in the middle of one for
+ * WHOLE_REQUEST_MS, or reads no answers, is cut off: by so much at most the watchdog is late. It is device_tick()'s: without a new
+ * command for MODBUS_WATCHDOG_MS the valves are centred. */
 #include <errno.h>
 #include <modbus/modbus.h>
 #include <netinet/in.h>
@@ -149,7 +149,8 @@ static int start(struct modbus_device *d, const char *address, struct error *err
     return STATUS_OK;
 }
 
-static int modbus_serve(const char *address, const struct params *params, struct device *device, const _Atomic bool *stop, struct error *error) {
+static int modbus_serve(const char *address, const struct params *params, struct device *device, const _Atomic bool *stop,
+                        struct error *error) {
     struct modbus_device d = {.params = params, .device = device, .listener = -1, .client = {-1, -1, -1, -1}};
     int status = start(&d, address, error);
     while (!status && !atomic_load_explicit(stop, memory_order_relaxed))

@@ -32,8 +32,8 @@ static int parse_tcp(const char *rest, const char *address, struct modbus_addres
 }
 
 /* What libmodbus 3.1.6 can set. Any other rate it takes without a word, and the line runs at 9600. */
-const int modbus_bauds[] = {1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, 460800, 500000, 576000, 921600, 1000000, 1152000, 1500000,
-                            2500000, 3000000, 3500000, 4000000, 0};
+const int modbus_bauds[] = {1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, 460800, 500000, 576000, 921600, 1000000, 1152000,
+                            1500000, 2500000, 3000000, 3500000, 4000000, 0};
 
 static int check_baud(int baud, const char *address, struct error *error) {
     char list[200] = "";
@@ -47,7 +47,8 @@ static int check_baud(int baud, const char *address, struct error *error) {
 static int parse_rtu(const char *rest, const char *address, struct modbus_address_parts *p, struct error *error) {
     const char *query = strstr(rest, "?baud=");
     long baud;
-    if (!query || query == rest || query - rest >= MODBUS_NAME_SIZE || !number(query + 6, 1, INT_MAX, &baud)) return misused(address, error);
+    bool named = query && query != rest && query - rest < MODBUS_NAME_SIZE;
+    if (!named || !number(query + 6, 1, INT_MAX, &baud)) return misused(address, error);
     snprintf(p->name, sizeof p->name, "%.*s", (int)(query - rest), rest);
     p->baud = (int)baud;
     return check_baud(p->baud, address, error);
@@ -76,8 +77,9 @@ int modbus_line_refused(const struct modbus_address_parts *p, int reason, struct
                          : reason == EINVAL ? "this driver does not know the baud rate"
                                             : "name a serial device that is there");
     const char *unknown = unknown_host(p);
-    if (*unknown) return error_set(error, STATUS_IO, "modbus:tcp://%s:%s: no such host: %s; give its number, or a name that `getent hosts` knows",
-                                   p->name, p->port, unknown);
+    if (*unknown)
+        return error_set(error, STATUS_IO, "modbus:tcp://%s:%s: no such host: %s; give its number, or a name that `getent hosts` knows",
+                         p->name, p->port, unknown);
     return error_set(error, STATUS_IO, "modbus:tcp://%s:%s: %s; %s", p->name, p->port, modbus_strerror(reason),
                      reason == EACCES          ? "ports below 1024 are for root: name a higher one"
                      : reason == EADDRINUSE    ? "name another port, or 0 for a free one"
@@ -121,7 +123,8 @@ int modbus_link_write(struct modbus_link *link, int address, uint16_t value) {
     return modbus_write_registers(cleared(link), address, 1, &value) == 1 ? 0 : -1;
 }
 
-int modbus_link_exchange(struct modbus_link *link, int write_address, int writes, const uint16_t *from, int read_address, int reads, uint16_t *to) {
+int modbus_link_exchange(struct modbus_link *link, int write_address, int writes, const uint16_t *from, int read_address, int reads,
+                         uint16_t *to) {
     return modbus_write_and_read_registers(cleared(link), write_address, writes, from, read_address, reads, to) == reads ? 0 : -1;
 }
 

@@ -1,7 +1,7 @@
 /* A Modbus connection, to a host or over a serial line: the only file pair with libmodbus' client API. Blocking, for a thread of its own.
  *
- * Time-outs hold in truth: libmodbus starts its byte time-out again with every byte, so a peer that trickles would hold a call for ever; with
- * it switched off the response time-out is for the whole response. Addresses, as in `modbus:ADDRESS`:
+ * Time-outs hold in truth: libmodbus starts its byte time-out again with every byte, so a peer that trickles would hold a call for ever;
+ * with it switched off the response time-out is for the whole response. Addresses, as in `modbus:ADDRESS`:
  *     tcp://HOST:PORT        rtu:DEVICE?baud=N     (8 data bits, no parity, 1 stop bit; N of modbus_bauds) */
 #ifndef HEXID_MODBUS_LINK_H
 #define HEXID_MODBUS_LINK_H
@@ -28,15 +28,16 @@ int modbus_parse(const char *address, struct modbus_address_parts *parts, struct
 int modbus_line_refused(const struct modbus_address_parts *parts, int reason, struct error *error);
 
 struct modbus_link;
-/* Connects, for 1 s at most per address that the host has, and however long its name takes to be looked up. STATUS_IO: modbus_line_refused().
- * unit: 1..247. timeout_s: for each whole answer. */
+/* Connects, for 1 s at most per address that the host has, and however long its name takes to be looked up. STATUS_IO:
+ * modbus_line_refused(). unit: 1..247. timeout_s: for each whole answer. */
 int modbus_link_open(struct modbus_link **link, const struct modbus_address_parts *parts, int unit, double timeout_s, struct error *error);
 void modbus_link_close(struct modbus_link *link);
 
 /* Each: 0, or -1 and errno. What was there before the request, late or broken, is thrown away. */
 int modbus_link_read(struct modbus_link *link, int address, int count, uint16_t *to);
 int modbus_link_write(struct modbus_link *link, int address, uint16_t value);
-int modbus_link_exchange(struct modbus_link *link, int write_address, int writes, const uint16_t *from, int read_address, int reads, uint16_t *to);
+int modbus_link_exchange(struct modbus_link *link, int write_address, int writes, const uint16_t *from, int read_address, int reads,
+                         uint16_t *to);
 
 /* After a failure: the connection is gone, and only a new one helps. */
 bool modbus_link_gone(int error);

@@ -19,9 +19,11 @@ const struct modbus_register modbus_map[] = {
 void modbus_map_print(FILE *out) {
     fprintf(out, "%-15s %-5s %-8s %-12s %s\n", "registers", "type", "unit", "access", "meaning");
     for (const struct modbus_register *r = modbus_map; r->type; r++)
-        fprintf(out, "0x%04x..0x%04x  %-5s %-8s %-12s %s\n", r->address, r->address + (unsigned)r->count - 1u, r->type, r->unit, r->access, r->meaning);
-    fprintf(out, "\nA cycle: function 23 writes 0x%04x..0x%04x, then reads 0x%04x..0x%04x. Units are those of the default scale (sections *_channel).\n",
-            (unsigned)MODBUS_WRITE_FROM, (unsigned)(MODBUS_WRITE_FROM + MODBUS_WRITTEN - 1), (unsigned)MODBUS_READ_FROM, (unsigned)(MODBUS_END - 1));
+        fprintf(out, "0x%04x..0x%04x  %-5s %-8s %-12s %s\n", r->address, r->address + (unsigned)r->count - 1u, r->type, r->unit, r->access,
+                r->meaning);
+    fprintf(out, "\nA cycle: function 23 writes 0x%04x..0x%04x, then reads 0x%04x..0x%04x. Units are those of the default scale "
+            "(sections *_channel).\n", (unsigned)MODBUS_WRITE_FROM, (unsigned)(MODBUS_WRITE_FROM + MODBUS_WRITTEN - 1),
+            (unsigned)MODBUS_READ_FROM, (unsigned)(MODBUS_END - 1));
 }
 
 void modbus_put_command(const struct params *p, uint16_t number, const double valve[LEGS], uint16_t written[MODBUS_WRITTEN]) {
@@ -37,7 +39,8 @@ void modbus_get_command(const struct params *p, const uint16_t written[MODBUS_WR
 }
 
 void modbus_put_reading(const struct params *p, const struct modbus_reading *r, uint16_t read[MODBUS_READ]) {
-    uint16_t *length = read + MODBUS_LENGTH - MODBUS_READ_FROM, *p1 = read + MODBUS_P1 - MODBUS_READ_FROM, *p2 = read + MODBUS_P2 - MODBUS_READ_FROM;
+    uint16_t *length = read + MODBUS_LENGTH - MODBUS_READ_FROM;
+    uint16_t *p1 = read + MODBUS_P1 - MODBUS_READ_FROM, *p2 = read + MODBUS_P2 - MODBUS_READ_FROM;
     read[0] = r->number;
     read[1] = r->sample;
     read[2] = r->status;
@@ -51,7 +54,8 @@ void modbus_put_reading(const struct params *p, const struct modbus_reading *r, 
 }
 
 void modbus_get_reading(const struct params *p, const uint16_t read[MODBUS_READ], struct modbus_reading *r) {
-    const uint16_t *length = read + MODBUS_LENGTH - MODBUS_READ_FROM, *p1 = read + MODBUS_P1 - MODBUS_READ_FROM, *p2 = read + MODBUS_P2 - MODBUS_READ_FROM;
+    const uint16_t *length = read + MODBUS_LENGTH - MODBUS_READ_FROM;
+    const uint16_t *p1 = read + MODBUS_P1 - MODBUS_READ_FROM, *p2 = read + MODBUS_P2 - MODBUS_READ_FROM;
     r->number = read[0];
     r->sample = read[1];
     r->status = read[2];

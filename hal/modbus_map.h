@@ -1,9 +1,9 @@
 /* Modbus registers <-> values: one table, the same for daemon and device, printed by `hexid doctor --modbus-map`. Pure, RT.
  *
- * A cycle is one transaction, function 23 (read/write multiple registers): the device writes first, so the commands of the cycle before come
- * into force, latches length and pressures of all legs together, and answers with them. The last register written, the command's number, is the
- * first one read: so an answer tells which request it belongs to. Registers are 16 bit; 32 bit takes two, the upper half first. A reading that
- * the device does not have is the most negative value of its width. */
+ * A cycle is one transaction, function 23 (read/write multiple registers): the device writes first, so the commands of the cycle before
+ * come into force, latches length and pressures of all legs together, and answers with them. The last register written, the command's
+ * number, is the first one read: so an answer tells which request it belongs to. Registers are 16 bit; 32 bit takes two, the upper half
+ * first. A reading that the device does not have is the most negative value of its width. */
 #ifndef HEXID_MODBUS_MAP_H
 #define HEXID_MODBUS_MAP_H
 
@@ -45,8 +45,9 @@ struct modbus_reading {
 void modbus_put_reading(const struct params *p, const struct modbus_reading *r, uint16_t read[MODBUS_READ]);
 void modbus_get_reading(const struct params *p, const uint16_t read[MODBUS_READ], struct modbus_reading *r);
 
-/* What a cycle takes on a serial line, against the loop's period: the bytes of both frames, of 10 bits each, and after each frame the silence of
- * 3.5 bytes that ends it. Above 19200 baud the standard recommends 1.75 ms instead; a device that waits so long needs a period longer by that. */
+/* What a cycle takes on a serial line, against the loop's period: the bytes of both frames, of 10 bits each, and after each frame the
+ * silence of 3.5 bytes that ends it. Above 19200 baud the standard recommends 1.75 ms instead; a device that waits so long needs a period
+ * longer by that. */
 struct modbus_load {
     int request_bytes, response_bytes;
     double request_s, response_s, cycle_s;
