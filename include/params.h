@@ -139,8 +139,9 @@ struct lcm_params {
     bool commands;                /* SAFETY: accept commands that move; stop and park are always accepted */
 };
 
-/* One kind of channel between the field and hexid, leg by leg: si = si_min + (raw - raw_min) / (raw_max - raw_min) (si_max - si_min) + offset.
- * Readings outside low..high (SI, offset included) are not plausible. A 4-20 mA or 0-10 V sensor behind a node is just other numbers. */
+/* One kind of channel between the field and hexid, leg by leg:
+ * si = si_min + (raw - raw_min) / (raw_max - raw_min) (si_max - si_min) + offset. Readings outside low..high (SI, offset included) are
+ * not plausible. A 4-20 mA or 0-10 V sensor behind a node is just other numbers. */
 struct channel_params {
     double raw_min[LEGS], raw_max[LEGS]; /* what the bus carries */
     double si_min[LEGS], si_max[LEGS];

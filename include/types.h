@@ -27,7 +27,7 @@ enum {
 struct hal_sample {
     int64_t time_ns;        /* device instant of latching, on the loop's clock */
     int64_t age_ns;         /* from latching to the read */
-    uint64_t device_seq;    /* the device's own count of samples, 0 where it has none: a gap is a lost sample, a repeat or a step back a stale one */
+    uint64_t device_seq;    /* the device's own count, 0 where it has none: a gap is a lost sample, a repeat or a step back a stale one */
     uint32_t flags;         /* SAMPLE_... */
     double length_m[LEGS];  /* joint to joint */
     double p1_pa[LEGS];     /* rodless side, gauge */

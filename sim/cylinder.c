@@ -130,8 +130,9 @@ static inline struct cylinder_state rates(const struct cylinder_model *m, const 
     };
 }
 
-struct cylinder_state cylinder_derivative(const struct cylinder_model *m, int leg, const struct mains *mains, const struct cylinder_state *s,
-                                          double opening, double length_m, double rate_mps, double valve) {
+struct cylinder_state cylinder_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
+                                          const struct cylinder_state *s, double opening, double length_m, double rate_mps,
+                                          double valve) {
     double stiffness[PORTS];
     const struct cylinder_leg *c = &m->leg[leg];
     struct ports p = ports_of(c, mains, opening);

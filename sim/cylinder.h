@@ -62,8 +62,9 @@ struct mains cylinder_mains(const struct cylinder_model *m);
 
 /* Time derivative of the state under valve command u at length L and rate v, chambers at the ports. opening: of the valve, s->spool but for
  * the laws of machine_opening. */
-struct cylinder_state cylinder_derivative(const struct cylinder_model *m, int leg, const struct mains *mains, const struct cylinder_state *s,
-                                          double opening, double length_m, double rate_mps, double valve);
+struct cylinder_state cylinder_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
+                                          const struct cylinder_state *s, double opening, double length_m, double rate_mps,
+                                          double valve);
 
 /* The same behind lines. */
 struct cylinder_state cylinder_line_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,

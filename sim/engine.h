@@ -1,6 +1,7 @@
 /* A rigid-body engine with its way of coupling the hydraulics. Two of them, derived independently: sim/engine_ode.c (13 bodies, ODE's
- * joints and semi-implicit Euler used as a leapfrog, bodies stepped before the hydraulics, which take RK4 over that motion) and sim/engine_closed_form.c (6 degrees of freedom, RK4 over bodies
- * and hydraulics together, stick events located inside the substep). RT, no heap after create.
+ * joints and semi-implicit Euler used as a leapfrog, bodies stepped before the hydraulics, which take RK4 over that motion) and
+ * sim/engine_closed_form.c (6 degrees of freedom, RK4 over bodies and hydraulics together, stick events located inside the substep). RT,
+ * no heap after create.
  *
  * Universal joints, both engines: at each end of a leg the first axis is fixed in the base (or the platform) and the second in the
  * cylinder (or rod); joint friction acts about each of the two axes. The first axis of leg i is horizontal at neutral, tangential to the

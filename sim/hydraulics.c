@@ -22,7 +22,8 @@ double hydraulics_film(const struct cylinder_model *m, int leg, double length_m)
     return FILM_TIME_S * cylinder_stiffness(m, leg, length_m);
 }
 
-struct leg_push hydraulics_push(const struct cylinder_model *m, int leg, const struct hydraulics_state *s, double length_m, double rate_mps) {
+struct leg_push hydraulics_push(const struct cylinder_model *m, int leg, const struct hydraulics_state *s, double length_m,
+                                double rate_mps) {
     double half_m = 0.5 * m->machine.clearance_m[leg], play_m = s->play_m[leg];
     struct leg_push push = {.piston_mps = rate_mps, .least_n = -(double)INFINITY, .most_n = (double)INFINITY};
     if (!(half_m > 0.0)) return push;
@@ -59,7 +60,8 @@ static void flows(const struct cylinder_model *m, const struct hydraulics_state 
 }
 
 /* The back pressure that drives its own flow through the return line: the flow falls with the pressure, so there is one (Illinois rule). */
-static void balance_tank(const struct cylinder_model *m, const struct hydraulics_state *s, const double length_m[LEGS], struct mains *mains) {
+static void balance_tank(const struct cylinder_model *m, const struct hydraulics_state *s, const double length_m[LEGS],
+                         struct mains *mains) {
     double resistance = m->machine.tank_resistance_pa_s_per_m3, base_pa = mains->tank_pa, supply, flow;
     if (!(resistance > 0.0)) return;
     flows(m, s, length_m, mains, &supply, &flow);

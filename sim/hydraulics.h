@@ -7,7 +7,8 @@
  * the rod's mass and the end stops to the joint. The piston itself has no mass: off the joint's flanks it runs at the speed at which the
  * hydraulic force equals its friction and the drag of the oil film in the joint, so thick that the chambers' springs come to rest in it
  * within 0.2 ms (2 kN s/m at mid-stroke); at a flank it moves with the joint, for as long as it is pressed against it. So the joint is at
- * the flank that the leg's force points to, and crosses over when that force changes sign. Not modelled: bouncing (no mass, no bounce), play across the leg. */
+ * the flank that the leg's force points to, and crosses over when that force changes sign. Not modelled: bouncing (no mass, no bounce),
+ * play across the leg. */
 #ifndef HEXID_HYDRAULICS_H
 #define HEXID_HYDRAULICS_H
 

@@ -219,7 +219,7 @@ static void make_leg(struct ode_machine *m, int leg) {
         double apart_m = m->geometry.neutral_length_m - a->upper_center_m;
         rod_kg += axial_kg;
         m->rod_center_m[leg] += axial_kg / rod_kg * apart_m;
-        m->cylinder_center_m[leg] = 0.0; /* it turns about that joint: what its mass adds there, and the rod's two masses, count as inertia */
+        m->cylinder_center_m[leg] = 0.0; /* it turns about that joint: its mass there and the rod's two masses count as inertia */
         cylinder_inertia += a->lower_mass_kg * a->lower_center_m * a->lower_center_m + transverse +
                             a->upper_mass_kg * axial_kg / rod_kg * apart_m * apart_m;
     }
@@ -236,7 +236,8 @@ static void make_bodies(struct ode_machine *m) {
     for (int leg = 0; leg < LEGS; leg++) make_leg(m, leg);
 }
 
-static void make_universal(struct ode_machine *m, dBodyID one, dBodyID two, const dVector3 point, const dVector3 axis1, const dVector3 axis2) {
+static void make_universal(struct ode_machine *m, dBodyID one, dBodyID two, const dVector3 point, const dVector3 axis1,
+                           const dVector3 axis2) {
     dJointID joint = dJointCreateUniversal(m->world, NULL);
     dJointAttach(joint, one, two);
     dJointSetUniversalAnchor(joint, point[0], point[1], point[2]);
@@ -244,7 +245,7 @@ static void make_universal(struct ode_machine *m, dBodyID one, dBodyID two, cons
     dJointSetUniversalAxis2(joint, axis2[0], axis2[1], axis2[2]);
 }
 
-/* A joint of its own, not the universal joint's own motors: ODE then solves for the pistons first, which is twice as fast where all stick. */
+/* A joint of its own, not the universal joint's motors: ODE then solves for the pistons first, which is twice as fast where all stick. */
 static dJointID make_rub(struct ode_machine *m, dBodyID one, dBodyID two, const dVector3 axis1, const dVector3 axis2) {
     dJointID joint = dJointCreateAMotor(m->world, NULL);
     dJointAttach(joint, one, two);

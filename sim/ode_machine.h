@@ -2,8 +2,8 @@
  * that lets the rod turn in the cylinder: 72 constraint rows leave 6 degrees of freedom. Frame of a leg's part: z along the leg away from
  * the base, x the second axis of its universal joint.
  *
- * Apparent axial inertia (machine.h), which no rigid body has, is a mass on the rod at the lower joint of the neutral leg: there it takes no
- * part in the leg's turning but by the square of the stroke used. Such a leg's bodies do without ODE's gravity.
+ * Apparent axial inertia (machine.h), which no rigid body has, is a mass on the rod at the lower joint of the neutral leg: there it takes
+ * no part in the leg's turning but by the square of the stroke used. Such a leg's bodies do without ODE's gravity.
  *
  * Motors at rest velocity stand for dry friction, their greatest force for its limit. A motor without force costs nothing; with it, it
  * adds a row to the complementarity problem of ODE's step.

@@ -2,8 +2,8 @@
  * Shares no equation with src/core: a mistake in one shows as a disagreement between the two.
  *
  * Time: a cycle of params->loop.period_s is params->sim.substeps equal substeps. The valve command given to plant_step() acts from the
- * start of the cycle to its end; plant_measure() latches all lengths and pressures at the present instant. Effects (effect.h) that are on in
- * params are part of the machine, for either engine: what they do to commands and readings, too.
+ * start of the cycle to its end; plant_measure() latches all lengths and pressures at the present instant. Effects (effect.h) that are on
+ * in params are part of the machine, for either engine: what they do to commands and readings, too.
  * plant_step, plant_measure, plant_truth: RT, no heap, one thread. */
 #ifndef HEXID_PLANT_H
 #define HEXID_PLANT_H

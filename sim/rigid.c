@@ -252,7 +252,8 @@ void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, doub
         kinetic += m->inertia[j] * spin * spin;
     }
     for (int k = 0; k < LEGS; k++) {
-        const double n[3] = {legs.n[0][k], legs.n[1][k], legs.n[2][k]}, across[3] = {legs.across[0][k], legs.across[1][k], legs.across[2][k]};
+        const double n[3] = {legs.n[0][k], legs.n[1][k], legs.n[2][k]};
+        const double across[3] = {legs.across[0][k], legs.across[1][k], legs.across[2][k]};
         double inner = legs.length[k] - m->upper_center, turn_squared = dot3(across, across) / (legs.length[k] * legs.length[k]);
         kinetic += m->axial_mass[k] * legs.rate[k] * legs.rate[k] + m->upper_mass * inner * inner * turn_squared +
                    m->fixed_inertia[k] * turn_squared;

@@ -1,5 +1,5 @@
-/* What the machine's sensors report (method.md section 5): what effects make of the exact value (machine.h's sensor_path: lag, delay, scale,
- * offset), then lengths in steps of the encoder, pressures with noise through the converter.
+/* What the machine's sensors report (method.md section 5): what effects make of the exact value (machine.h's sensor_path: lag, delay,
+ * scale, offset), then lengths in steps of the encoder, pressures with noise through the converter.
  * Own seeded generator: the same seed gives the same noise, bit for bit, on every machine. RT after sensors_init. */
 #ifndef HEXID_SENSORS_H
 #define HEXID_SENSORS_H
