@@ -89,7 +89,8 @@ static int read_section(struct reader *r, const char *path, size_t line) {
     const char *dot = strchr(path, '.');
     bool effect = !strncmp(path, "effects.", strlen("effects."));
     if (effect && !r->params->effects[effect_find(dot + 1)].on) /* neither on nor off: the user meant something else */
-        return fail(r->error, r->name, line, "%s has no key, so it stays off; set one (`hexid effects %s`) or delete the line", path, dot + 1);
+        return fail(r->error, r->name, line, "%s has no key, so it stays off; set one (`hexid effects %s`) or delete the line", path,
+                    dot + 1);
     return STATUS_OK;
 }
 

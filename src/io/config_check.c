@@ -121,7 +121,8 @@ static void check_sim(struct checker *c, const struct params *p) {
     require(c, substep_s <= substep_max_s * (1 + 1e-9), "sim.substeps %d makes substeps of %g s, the longest is %g s: at least %.0f",
             p->sim.substeps, substep_s, substep_max_s, ceil(p->loop.period_s / substep_max_s - 1e-9));
     require(c, p->sim.smooth_friction_mps == 0.0 || p->sim.engine == ENGINE_CLOSED_FORM,
-            "sim.smooth_friction_mps %g needs sim.engine closed_form: so steep a damper is not stable with ode", p->sim.smooth_friction_mps);
+            "sim.smooth_friction_mps %g needs sim.engine closed_form: so steep a damper is not stable with ode",
+            p->sim.smooth_friction_mps);
     require(c, (p->sim.base_hz == 0.0 && p->sim.ripple_pa == 0.0) || p->sim.engine == ENGINE_ODE,
             "sim.base_hz %g and ripple_pa %g need sim.engine ode", p->sim.base_hz, p->sim.ripple_pa);
 }
@@ -129,7 +130,8 @@ static void check_sim(struct checker *c, const struct params *p) {
 int config_check_motion(const struct params *p, struct error *error) {
     struct checker c = {.name = "not run", .error = error};
     double blind_s = p->limits.bad_cycles * p->loop.period_s;
-    require(&c, p->mechanism == MECHANISM_STEWART, "mechanism: axis: hexid moves six legs; what one axis did is read by hexid import and gap");
+    require(&c, p->mechanism == MECHANISM_STEWART,
+            "mechanism: axis: hexid moves six legs; what one axis did is read by hexid import and gap");
     require(&c, p->tests.ramp_s >= ramp_min_s && p->tests.ramp_out_s >= ramp_min_s,
             "tests.ramp_s %g and ramp_out_s %g must be at least %g s: less is a blow to the machine", p->tests.ramp_s, p->tests.ramp_out_s,
             ramp_min_s);

@@ -88,7 +88,7 @@ static const struct config_key keys[] = {
     KEY(sim, base_mass_kg, "1000", 100.0, 1e6, "kg", "of the base on springs"),
     KEY(sim, ripple_pa, "0", 0.0, 1e7, "Pa", "amplitude of the pump's ripple on the supply; ode only"),
     KEY(sim, ripple_hz, "216", 0.1, 1000.0, "Hz", "of the ripple"),
-    KEY(sim, smooth_friction_mps, "0", 0.0, 0.01, "m/s", "0: true stick; else cylinders' dry friction is F tanh(v / this); closed_form only"),
+    KEY(sim, smooth_friction_mps, "0", 0.0, 0.01, "m/s", "0: true stick; else cylinders' dry friction F tanh(v / this); closed_form only"),
 
     KEY(control, kp, "40", 0.0, 1e4, "1/m", "valve per length error"),
     KEY(control, ki, "20", 0.0, 1e5, "1/(m s)", "valve per length error and time"),

@@ -35,6 +35,13 @@ struct expectation {
     const struct guess *guess;
 };
 
+static const struct expectation valve = {.least = 0.0, .most = 1.001, .guess = valves};
+
+static struct expectation pressure_of(const struct params *p) {
+    return (struct expectation){.least = 2e-3 * p->hydraulics.supply_pa, .most = 3.0 * p->sensors.pressure_full_scale_pa,
+                                .guess = pressures};
+}
+
 static double size_of(const struct csv_range *r, int column, bool swing) {
     return swing ? 0.5 * (r->high[column] - r->low[column]) : fmax(fabs(r->low[column]), fabs(r->high[column]));
 }
@@ -59,22 +66,29 @@ static void check(const struct csv_head *h, const struct csv_range *r, int first
 
 static void check_legs(const struct csv_head *h, const struct csv_range *r, const struct params *p, char words[CSV_LIST_SIZE]) {
     enum { REF = 1, LENGTH = 7, P1 = 13, U = 25 };
-    double turn = p->tests.amplitude_rad, move = p->tests.amplitude_m, supply = p->hydraulics.supply_pa;
-    check(h, r, LENGTH, LENGTH + 5, &(struct expectation){.least = p->limits.length_min_m / 2.0, .most = p->limits.length_max_m * 2.0, .guess = lengths}, words);
-    check(h, r, REF, REF + 2, &(struct expectation){.swing = true, .least = 0.0, .most = fmax(4.0 * move, 0.5 * p->actuator.stroke_m), .guess = lengths}, words);
-    check(h, r, REF + 3, REF + 5, &(struct expectation){.swing = true, .least = 0.0, .most = 4.0 * turn, .guess = angles}, words);
-    check(h, r, P1, P1 + 11, &(struct expectation){.least = 2e-3 * supply, .most = 3.0 * p->sensors.pressure_full_scale_pa, .guess = pressures}, words);
-    check(h, r, U, U + 5, &(struct expectation){.least = 0.0, .most = 1.001, .guess = valves}, words);
+    double move_max = fmax(4.0 * p->tests.amplitude_m, 0.5 * p->actuator.stroke_m), turn_max = 4.0 * p->tests.amplitude_rad;
+    const struct expectation length = {.least = p->limits.length_min_m / 2.0, .most = p->limits.length_max_m * 2.0, .guess = lengths};
+    const struct expectation move = {.swing = true, .least = 0.0, .most = move_max, .guess = lengths};
+    const struct expectation turn = {.swing = true, .least = 0.0, .most = turn_max, .guess = angles};
+    const struct expectation pressure = pressure_of(p);
+    check(h, r, LENGTH, LENGTH + 5, &length, words);
+    check(h, r, REF, REF + 2, &move, words);
+    check(h, r, REF + 3, REF + 5, &turn, words);
+    check(h, r, P1, P1 + 11, &pressure, words);
+    check(h, r, U, U + 5, &valve, words);
 }
 
 static void check_axis(const struct csv_head *h, const struct csv_range *r, const struct params *p, char words[CSV_LIST_SIZE]) {
     enum { POSITION = CSV_POSITION_COLUMN, REF, FORCE, P1, P2, U };
-    double supply = p->hydraulics.supply_pa, stroke = p->actuator.stroke_m;
     double w = 2.0 * PI * p->tests.frequency_hz, inertia_n = p->axis.mass_kg * w * w * size_of(r, POSITION, true);
-    check(h, r, POSITION, REF, &(struct expectation){.swing = true, .least = 0.0, .most = 0.5 * stroke, .guess = lengths}, words);
-    check(h, r, FORCE, FORCE, &(struct expectation){.swing = true, .least = 0.1 * fmin(inertia_n, 1e3), .most = (double)INFINITY, .guess = forces}, words);
-    check(h, r, P1, P2, &(struct expectation){.least = 2e-3 * supply, .most = 3.0 * p->sensors.pressure_full_scale_pa, .guess = pressures}, words);
-    check(h, r, U, U, &(struct expectation){.least = 0.0, .most = 1.001, .guess = valves}, words);
+    double force_min_n = 0.1 * fmin(inertia_n, 1e3);
+    const struct expectation move = {.swing = true, .least = 0.0, .most = 0.5 * p->actuator.stroke_m, .guess = lengths};
+    const struct expectation force = {.swing = true, .least = force_min_n, .most = (double)INFINITY, .guess = forces};
+    const struct expectation pressure = pressure_of(p);
+    check(h, r, POSITION, REF, &move, words);
+    check(h, r, FORCE, FORCE, &force, words);
+    check(h, r, P1, P2, &pressure, words);
+    check(h, r, U, U, &valve, words);
 }
 
 void csv_doubts(const struct csv_head *head, const struct csv_range *range, const struct params *params, char words[CSV_LIST_SIZE]) {

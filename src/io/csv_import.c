@@ -42,7 +42,8 @@ static int merge_mechanism(struct import *im, int file) {
     if (file == 0 && h->mechanism == MECHANISM_AXIS) im->params.mechanism = h->mechanism;
     if (h->mechanism == im->params.mechanism) return STATUS_OK;
     if (file == 0)
-        return error_set(im->error, STATUS_USAGE, "%.200s:%d: no column position_m: the configuration's mechanism is axis", h->path, h->columns_line);
+        return error_set(im->error, STATUS_USAGE, "%.200s:%d: no column position_m: the configuration's mechanism is axis", h->path,
+                         h->columns_line);
     return error_set(im->error, STATUS_USAGE, "%.200s:%d: %s, unlike %.60s: import them apart", h->path, h->columns_line,
                      h->mechanism == MECHANISM_AXIS ? "one axis" : "a platform", strrchr(im->head[0].path, '/') + 1);
 }
