@@ -6,8 +6,8 @@
 #include "lin.h"
 
 const char *const verdict_names[] = {"pass", "fail", "not_evaluated"};
-const char verdict_scope[] = "amplitudes reached, unwanted motion, overruns, excluded samples, readings that live, steady mean forces, symmetry and positive definiteness of method "
-                             "A; not the error against the nominal matrix";
+const char verdict_scope[] = "amplitudes reached, unwanted motion, overruns, excluded samples, readings that live, steady mean forces, "
+                             "symmetry and positive definiteness of method A; not the error against the nominal matrix";
 
 void verdict_add(struct verdict *v, enum verdict_status status, const char *format, ...) {
     va_list args;
@@ -86,8 +86,8 @@ struct verdict ident_verdict(const struct params *params, const struct identific
     if (!(overruns_pct <= limit->overruns_pct))
         verdict_add(&v, VERDICT_FAIL, "%.2f %% of the cycles overran, limit %g %%", overruns_pct, limit->overruns_pct);
     if (!(params->loop.period_s <= limit->period_s))
-        verdict_add(&v, VERDICT_FAIL, "a cycle of %g ms puts the command's staircase into the matrix, limit %g ms", params->loop.period_s * 1e3,
-                    limit->period_s * 1e3);
+        verdict_add(&v, VERDICT_FAIL, "a cycle of %g ms puts the command's staircase into the matrix, limit %g ms",
+                    params->loop.period_s * 1e3, limit->period_s * 1e3);
     if (id->method_a.evaluated) check_matrix(&v, limit, &id->method_a);
     else verdict_add(&v, VERDICT_NOT_EVALUATED, "matrix: needs complete tests of all six axes");
     return v;

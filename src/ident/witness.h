@@ -1,5 +1,5 @@
-/* What a test's readings say about themselves, leg by leg. A plausible reading may still be a wrong one, and the matrix fitted to it would be
- * wrong without a word. Two things hold on a sound machine whatever its inertia is:
+/* What a test's readings say about themselves, leg by leg. A plausible reading may still be a wrong one, and the matrix fitted to it would
+ * be wrong without a word. Two things hold on a sound machine whatever its inertia is:
  *
  *   - no reading stands still for a whole period of the motion (else: a dead transducer, or a leg held by friction);
  *   - the fundamentals of a leg's length and force are the same in every period, its mean force in every period and test: the motion is

@@ -1,5 +1,6 @@
 /* Dense linear algebra of small fixed sizes by Eigen, behind extern "C": no exception leaves, no heap (Eigen's own requests for it are
- * compiled to assertion failures). Matrices are row-major and may not overlap the result. Callers look at rank and condition. Any thread. */
+ * compiled to assertion failures). Matrices are row-major and may not overlap the result. Callers look at rank and condition. Any
+ * thread. */
 #ifndef HEXID_LIN_H
 #define HEXID_LIN_H
 
@@ -28,7 +29,7 @@ struct lin_report lin_solve_spd(int n, int m, const double *a, const double *b, 
 /* Inverse of a general n x n matrix; the pseudo-inverse when it is singular. */
 struct lin_report lin_inverse(int n, const double *a, double *inverse) LIN_NOEXCEPT;
 
-/* Eigenvalues of a symmetric n x n matrix, ascending; only the lower triangle is read. 0, or -1 if they do not converge or A is not finite. */
+/* Eigenvalues of a symmetric n x n matrix, ascending; only the lower triangle is read. 0, or -1: not converged, or A is not finite. */
 int lin_eigenvalues(int n, const double *a, double *eigenvalues) LIN_NOEXCEPT;
 
 /* The min(m, n) singular values of an m x n matrix, descending. 0, or -1 as above. */

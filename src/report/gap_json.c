@@ -29,8 +29,9 @@ static json_t *effect(const struct gap_effect *e) {
 }
 
 static json_t *place(const struct gap_place *p) {
-    return json_pack("{ss sf ss si si ss so}", "test", dof_names[p->dof], "frequency_hz", p->frequency_hz, "channel", gap_channel_names[p->channel], "leg", p->leg + 1, "harmonic",
-                     p->harmonic, "feature", p->feature, "share", number(p->share));
+    return json_pack("{ss sf ss si si ss so}", "test", dof_names[p->dof], "frequency_hz", p->frequency_hz, "channel",
+                     gap_channel_names[p->channel], "leg", p->leg + 1, "harmonic", p->harmonic, "feature", p->feature, "share",
+                     number(p->share));
 }
 
 static json_t *size(const struct gap_size *s) {
@@ -100,11 +101,11 @@ char *gap_json(const struct gap_result *r, const char *model) {
     for (int i = 0; i < r->places; i++) json_array_append_new(where, place(&r->where[i]));
     json_t *path = json_string(model);
     if (!path) path = json_string("model.yaml"); /* the directory's name is no UTF-8, and JSON is nothing else */
-    json_t *root = json_pack("{ss ss ss so so so so so so ss so so so so so ss so}", "schema", "hexid.gap/1", "verdict", gap_verdict_names[r->verdict],
-                             "reason", r->reason, "effects", effects, "ambiguous_with", rivals, "rejected", rejected(r), "where", where, "gap",
-                             sizes(r), "unexplained_fraction", number(r->unexplained_fraction), "next_experiment", r->next_experiment, "base",
-                             base(r), "Mt", matrices(r), "line", line(&r->line), "controller_difference",
-                             number(r->controller_difference), "seconds", number(r->seconds), "replay",
+    json_t *root = json_pack("{ss ss ss so so so so so so ss so so so so so ss so}", "schema", "hexid.gap/1", "verdict",
+                             gap_verdict_names[r->verdict], "reason", r->reason, "effects", effects, "ambiguous_with", rivals, "rejected",
+                             rejected(r), "where", where, "gap", sizes(r), "unexplained_fraction", number(r->unexplained_fraction),
+                             "next_experiment", r->next_experiment, "base", base(r), "Mt", matrices(r), "line", line(&r->line),
+                             "controller_difference", number(r->controller_difference), "seconds", number(r->seconds), "replay",
                              r->simulated ? "closed-loop" : "motion", "model", path);
     char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     json_decref(root);

@@ -162,9 +162,10 @@ void section_waveforms(struct page *p) {
           "class=\"two\">\n", p->out);
     for (int i = 0; i < n; i++) {
         char caption[160], words[TEST_WORDS];
+        const struct spot *s = &chosen[i];
         snprintf(caption, sizeof caption, "Test %s, %s of leg %d: before, the model is off by %.1f %% of the channel's variation",
-                 test_words(p, chosen[i].test->test, chosen[i].test->dof, words), section_channel_words[chosen[i].channel], chosen[i].leg + 1, 100.0 * chosen[i].size);
-        draw(p, write_wave, &(struct picture){chosen[i].test, chosen[i].leg, has_after(p)}, chosen[i].channel, caption);
+                 test_words(p, s->test->test, s->test->dof, words), section_channel_words[s->channel], s->leg + 1, 100.0 * s->size);
+        draw(p, write_wave, &(struct picture){s->test, s->leg, has_after(p)}, s->channel, caption);
     }
     fputs("</div></section>\n", p->out);
     free(list);
@@ -186,8 +187,9 @@ void section_loops(struct page *p) {
     fputs("<section id=\"loops\"><h2>Loops over velocity</h2>\n<p>The area of a force loop is the energy lost in a cycle. In what the "
           "model leaves over, dry friction is a jump at zero velocity, viscous friction a slope, inertia and stiffness an open "
           "loop.</p>\n<div class=\"loops\">\n", p->out);
-    snprintf(caption, sizeof caption, "Test %s, leg %d: measured force, A1 P1 - A2 P2 where there are pressures, and the force that the model needs for the "
-                                      "measured motion; beside it what is left over", test_words(p, motion->test, motion->dof, words), place->leg + 1);
+    snprintf(caption, sizeof caption, "Test %s, leg %d: measured force, A1 P1 - A2 P2 where there are pressures, and the force that the "
+                                      "model needs for the measured motion; beside it what is left over",
+             test_words(p, motion->test, motion->dof, words), place->leg + 1);
     draw(p, write_force_loop, &(struct picture){motion, place->leg, has_after(p)}, GAP_FORCE, caption);
     snprintf(caption, sizeof caption, "Leg velocity over valve command, each with its own motion");
     if (simulated) draw(p, write_valve_loop, &(struct picture){simulated, place->leg, has_after(p)}, GAP_VALVE, caption);

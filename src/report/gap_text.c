@@ -64,8 +64,9 @@ static void print_sizes(FILE *out, const struct gap_result *r) {
     const struct gap_size *before = &r->held_out_before, *after = &r->held_out_after, *noise = &r->noise_floor;
     fprintf(out, "\n  held out   %10s %10s %10s\n", "before", "after", "noise");
     for (int ch = 0; ch < GAP_CHANNELS; ch++)
-        if (isfinite(noise->channel[ch])) fprintf(out, "  %-10s %10.4g %10.4g %10.4g %s\n", gap_channel_names[ch], before->channel[ch], after->channel[ch],
-                noise->channel[ch], gap_channel_units[ch]);
+        if (isfinite(noise->channel[ch]))
+            fprintf(out, "  %-10s %10.4g %10.4g %10.4g %s\n", gap_channel_names[ch], before->channel[ch], after->channel[ch],
+                    noise->channel[ch], gap_channel_units[ch]);
     if (isfinite(r->unexplained_fraction))
         fprintf(out, "  %-10s %10.4g %10.4g %10.4g of variation; unexplained %.1f %%\n", "overall", before->overall, after->overall,
                 noise->overall, 100.0 * r->unexplained_fraction);
@@ -79,8 +80,8 @@ void gap_text_print(FILE *out, const struct gap_result *r) {
     print_sizes(out, r);
     for (int i = 0; i < r->places && i < PLACES_SHOWN; i++) {
         const struct gap_place *w = &r->where[i];
-        fprintf(out, "  where: test %s at %.3g Hz, %s of leg %d, harmonic %d, %s: %.1f %%\n", dof_names[w->dof], w->frequency_hz, gap_channel_names[w->channel], w->leg + 1,
-                w->harmonic, w->feature, 100.0 * w->share);
+        fprintf(out, "  where: test %s at %.3g Hz, %s of leg %d, harmonic %d, %s: %.1f %%\n", dof_names[w->dof], w->frequency_hz,
+                gap_channel_names[w->channel], w->leg + 1, w->harmonic, w->feature, 100.0 * w->share);
     }
     fprintf(out, "  %.1f s\n", r->seconds);
 }

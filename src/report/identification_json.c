@@ -42,11 +42,11 @@ static json_t *test(const struct test_result *source) {
     struct test_result t = *source;
     double rms[2 * DOFS];
     for (int i = 0; i < DOFS; i++) rms[i] = t.pose_rms[i], rms[DOFS + i] = t.wrench_rms[i];
-    return json_pack("{ss so so so so so sI sI sb so so so so}", "dof", dof_names[t.dof], "frequency_hz", number(t.frequency_hz), "amplitude",
-                     number(t.amplitude), "achieved_amplitude", number(t.achieved_amplitude), "phase_deg", number(t.phase_deg),
-                     "unwanted_pct", vector(t.unwanted_pct, DOFS), "samples", (json_int_t)t.samples, "excluded", (json_int_t)t.excluded,
-                     "complete", t.complete, "residual_rms", vector(rms, 2 * DOFS), "pose", fundamental(t.pose), "wrench",
-                     fundamental(t.wrench), "wrench_std", vector(t.wrench_std, DOFS));
+    return json_pack("{ss so so so so so sI sI sb so so so so}", "dof", dof_names[t.dof], "frequency_hz", number(t.frequency_hz),
+                     "amplitude", number(t.amplitude), "achieved_amplitude", number(t.achieved_amplitude),
+                     "phase_deg", number(t.phase_deg), "unwanted_pct", vector(t.unwanted_pct, DOFS), "samples", (json_int_t)t.samples,
+                     "excluded", (json_int_t)t.excluded, "complete", t.complete, "residual_rms", vector(rms, 2 * DOFS),
+                     "pose", fundamental(t.pose), "wrench", fundamental(t.wrench), "wrench_std", vector(t.wrench_std, DOFS));
 }
 
 static json_t *method(const struct method_result *source, bool damping) {
@@ -79,13 +79,13 @@ char *identification_json(const struct identification *id, const struct verdict 
     json_t *tests = json_array();
     for (int i = 0; i < r.tests; i++) tests = append(tests, test(&r.test[i]));
     json_t *root = json_pack(
-        "{ss so s{so} so so so so s{so so so} s{sI sI sI so so so} s{ss ss so}}", "schema", "hexid.identification/1", "tests", tests, "nominal",
-        "Mt", matrix(r.nominal_mt), "method_a", method(&r.method_a, true), "modified_a", method(&r.modified_a, false), "method_b",
-        method(&r.method_b, false), "method_c", json_null(), "errors_pct", "method_a", errors(id, &r.method_a), "modified_a",
-        errors(id, &r.modified_a), "method_b", errors(id, &r.method_b), "loop", "cycles", (json_int_t)loop->cycles, "overruns",
-        (json_int_t)loop->overruns, "lost_records", (json_int_t)loop->lost, "period_s", number(loop->period_s), "wake_us",
-        quantiles(loop->wake_us, loop->timed), "exec_us", quantiles(loop->exec_us, loop->timed), "verdict", "scope", verdict_scope, "status",
-        verdict_names[verdict->status], "reasons", reasons(verdict));
+        "{ss so s{so} so so so so s{so so so} s{sI sI sI so so so} s{ss ss so}}", "schema", "hexid.identification/1", "tests", tests,
+        "nominal", "Mt", matrix(r.nominal_mt), "method_a", method(&r.method_a, true), "modified_a", method(&r.modified_a, false),
+        "method_b", method(&r.method_b, false), "method_c", json_null(), "errors_pct", "method_a", errors(id, &r.method_a),
+        "modified_a", errors(id, &r.modified_a), "method_b", errors(id, &r.method_b), "loop", "cycles", (json_int_t)loop->cycles,
+        "overruns", (json_int_t)loop->overruns, "lost_records", (json_int_t)loop->lost, "period_s", number(loop->period_s),
+        "wake_us", quantiles(loop->wake_us, loop->timed), "exec_us", quantiles(loop->exec_us, loop->timed), "verdict", "scope",
+        verdict_scope, "status", verdict_names[verdict->status], "reasons", reasons(verdict));
     char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     json_decref(root);
     return text;
