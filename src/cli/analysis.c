@@ -45,12 +45,16 @@ struct verdict analysis_verdict(struct analysis *a) {
     return v;
 }
 
+static void print_times(const char *what, const double us[4], FILE *out) {
+    fprintf(out, "          %-9s  p50 %.0f  p99 %.0f  p99.9 %.0f  max %.0f us\n", what, us[0], us[1], us[2], us[3]);
+}
+
 static void print_loop(const struct loop_statistics *s, FILE *out) {
     fprintf(out, "loop      %" PRId64 " cycles of %g ms, %" PRId64 " overruns, %" PRId64 " records lost\n", s->cycles, s->period_s * 1e3,
             s->overruns, s->lost);
     if (!s->timed) return;
-    fprintf(out, "          wake-up    p50 %.0f  p99 %.0f  p99.9 %.0f  max %.0f us\n", s->wake_us[0], s->wake_us[1], s->wake_us[2], s->wake_us[3]);
-    fprintf(out, "          execution  p50 %.0f  p99 %.0f  p99.9 %.0f  max %.0f us\n", s->exec_us[0], s->exec_us[1], s->exec_us[2], s->exec_us[3]);
+    print_times("wake-up", s->wake_us, out);
+    print_times("execution", s->exec_us, out);
 }
 
 void analysis_print(struct analysis *a, const struct verdict *verdict, FILE *out) {

@@ -47,6 +47,9 @@ void options_automatic(const struct options *o, bool simulated, struct params *p
 /* Prints "hexid: message" and returns the exit status. */
 int cli_fail(const struct error *error);
 
+/* Warns that a log could be read up to this byte only. */
+void cli_warn_cut(const char *path, int64_t offset);
+
 /* Before a long run: can cli_write_text() write there? Nothing is changed. NULL and "-" are. */
 int cli_check_writable(const char *path, struct error *error);
 

@@ -17,7 +17,8 @@ static int one_configuration(const struct options *o, struct error *error) {
     char path[PATH_MAX];
     snprintf(path, sizeof path, "%s/config.yaml", o->operand[0]);
     if ((!o->config && !o->setting_count) || access(path, F_OK)) return STATUS_OK;
-    return error_set(error, STATUS_USAGE, "import: %.300s is the run's configuration: change or remove it, or leave -c and --set out", path);
+    return error_set(error, STATUS_USAGE, "import: %.300s is the run's configuration: change or remove it, or leave -c and --set out",
+                     path);
 }
 
 int cmd_import(int argc, char **argv) {
@@ -46,11 +47,13 @@ int cmd_export(int argc, char **argv) {
     struct csv_report report;
     int status = options_parse(&o, argc, argv, "oF", 1, &error);
     if (!status) status = named(&o, "export", &error);
-    if (!status && o.format && strcmp(o.format, "csv")) status = error_set(&error, STATUS_USAGE, "--format %s: csv is what there is", o.format);
+    if (!status && o.format && strcmp(o.format, "csv"))
+        status = error_set(&error, STATUS_USAGE, "--format %s: csv is what there is", o.format);
     if (!status) status = csv_export(o.operand[0], o.output, &report, &error);
     if (status) return cli_fail(&error);
     printf("%s: %d tests, %lld rows, %lld cycles lost\n", o.output, report.files, (long long)report.rows, (long long)report.lost);
-    if (report.cut) fprintf(stderr, "hexid: warning: %s is cut off or damaged: read up to byte %lld\n", o.operand[0], (long long)report.cut_offset);
-    if (report.unreadable) fprintf(stderr, "hexid: warning: %lld messages on HEXID_STATE could not be read\n", (long long)report.unreadable);
+    if (report.cut) cli_warn_cut(o.operand[0], report.cut_offset);
+    if (report.unreadable)
+        fprintf(stderr, "hexid: warning: %lld messages on HEXID_STATE could not be read\n", (long long)report.unreadable);
     return EXIT_PASSED;
 }

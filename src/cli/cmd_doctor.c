@@ -48,8 +48,8 @@ static bool check_kinematics(const struct params *params) {
 static bool check_can(const struct params *params) {
     char detail[120];
     struct can_load l = can_load(params);
-    snprintf(detail, sizeof detail, "%.1f %% of the cycle: %d bits a cycle, %.1f of heartbeats; at most %.0f %%", 100 * l.share, l.cycle_bits,
-             l.heartbeat_bits, 100 * l.limit);
+    snprintf(detail, sizeof detail, "%.1f %% of the cycle: %d bits a cycle, %.1f of heartbeats; at most %.0f %%", 100 * l.share,
+             l.cycle_bits, l.heartbeat_bits, 100 * l.limit);
     return say(l.share <= l.limit, "CAN load", detail);
 }
 
@@ -57,8 +57,9 @@ static bool check_can(const struct params *params) {
 static bool check_modbus(const struct params *params) {
     char detail[120];
     struct modbus_load slow = modbus_load(115200.0), fast = modbus_load(1e6);
-    snprintf(detail, sizeof detail, "function 23: %d + %d bytes, on a serial line %.1f ms at 115200 baud, %.1f ms at 1 Mbaud; the cycle has %.1f ms",
-             slow.request_bytes, slow.response_bytes, slow.cycle_s * 1e3, fast.cycle_s * 1e3, 0.9 * params->loop.period_s * 1e3);
+    snprintf(detail, sizeof detail, "function 23: %d + %d bytes, on a serial line %.1f ms at 115200 baud, %.1f ms at 1 Mbaud; "
+             "the cycle has %.1f ms", slow.request_bytes, slow.response_bytes, slow.cycle_s * 1e3, fast.cycle_s * 1e3,
+             0.9 * params->loop.period_s * 1e3);
     return say(true, "Modbus", detail);
 }
 

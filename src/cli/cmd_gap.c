@@ -29,7 +29,8 @@ static int add(const char *path, struct recording *r, struct error *error) {
     if (status) return status;
     for (bool first = true; !status && log_next(log, &event); first = false)
         if (first && r->tests) status = begin(&event, r, error);
-        else if (!strcmp(event.channel, CHANNEL_STATE) && state_decode(event.data, event.size, &cycle)) status = recording_add(r, &cycle, error);
+        else if (!strcmp(event.channel, CHANNEL_STATE) && state_decode(event.data, event.size, &cycle))
+            status = recording_add(r, &cycle, error);
     log_release(log);
     return status;
 }
@@ -66,8 +67,8 @@ static int options(struct options *o, struct gap_options *g, int argc, char **ar
     return error_set(error, STATUS_USAGE, "--replay %s: choose closed-loop or motion", o->replay);
 }
 
-static int run(int argc, char **argv, struct params *params, struct recording *measured, struct recording *validate, struct gap_result *result,
-               struct error *error) {
+static int run(int argc, char **argv, struct params *params, struct recording *measured, struct recording *validate,
+               struct gap_result *result, struct error *error) {
     struct options o;
     struct gap_options g;
     int status = options(&o, &g, argc, argv, error);

@@ -19,7 +19,8 @@ static void feed(struct analysis *a, const struct log_event *event) {
     if (!strcmp(event->channel, CHANNEL_STATE) && state_decode(event->data, event->size, &cycle)) analysis_take(a, &cycle);
 }
 
-static int identify(const struct options *o, struct log_reader *log, struct params *params, struct analysis *analysis, struct error *error) {
+static int identify(const struct options *o, struct log_reader *log, struct params *params, struct analysis *analysis,
+                    struct error *error) {
     struct log_event event;
     int64_t offset;
     if (!log_next(log, &event)) return error_set(error, STATUS_IO, "%s: not a log: no event in it", o->operand[0]);
@@ -29,7 +30,7 @@ static int identify(const struct options *o, struct log_reader *log, struct para
     do feed(analysis, &event);
     while (log_next(log, &event));
     analysis_end(analysis);
-    if (log_cut(log, &offset)) fprintf(stderr, "hexid: warning: %s is cut off or damaged: read up to byte %lld\n", o->operand[0], (long long)offset);
+    if (log_cut(log, &offset)) cli_warn_cut(o->operand[0], offset);
     struct verdict verdict = analysis_verdict(analysis);
     analysis_print(analysis, &verdict, o->json && !strcmp(o->json, "-") ? stderr : stdout);
     status = analysis_write_json(analysis, &verdict, o->json, error);

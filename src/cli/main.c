@@ -10,16 +10,18 @@ static const struct subcommand {
 } subcommands[] = {
     {"run", "[-c FILE] [--hal URL] [--fast] [--rt require|try|off] [--seed N] [--log FILE] [--json FILE] [--set KEY=VALUE ...]\n"
             "           [--tests LIST] [--print-config]", "run the platform through its tests and identify it", cmd_run},
-    {"plant", "--bus URL [-c FILE] [--set KEY=VALUE ...] [--seed N] [--rt require|try|off]", 
-              "serve the simulated platform as the devices of a bus: can:IF, modbus:tcp://HOST:PORT or modbus:rtu:DEVICE?baud=N", cmd_plant},
+    {"plant", "--bus URL [-c FILE] [--set KEY=VALUE ...] [--seed N] [--rt require|try|off]",
+     "serve the simulated platform as the devices of a bus: can:IF, modbus:tcp://HOST:PORT or modbus:rtu:DEVICE?baud=N", cmd_plant},
     {"identify", "LOG [-c FILE] [--set KEY=VALUE ...] [--json FILE]", "identify from a recorded log", cmd_identify},
-    {"gap", "--measured LOG [--measured LOG2 ...] [--validate LOG] -c FILE -o DIR [--json FILE] [--replay closed-loop|motion] [--set KEY=VALUE ...]",
+    {"gap", "--measured LOG [--measured LOG2 ...] [--validate LOG] -c FILE -o DIR [--json FILE] [--replay closed-loop|motion] "
+            "[--set KEY=VALUE ...]",
      "find the physical effect that the model lacks, add it, and show how much of the difference is gone", cmd_gap},
     {"import", "CSVDIR -o LOG [-c FILE]", "make a log of CSV files", cmd_import},
     {"export", "LOG -o CSVDIR", "make CSV files of a log", cmd_export},
     {"command", "engage|start|stop|park|reset [-c FILE]", "tell a running hexid what to do, over LCM", cmd_command},
     {"monitor", "[-c FILE]", "watch a running hexid in the terminal, over LCM", cmd_monitor},
-    {"doctor", "[-c FILE] [--set KEY=VALUE ...] [--modbus-map]", "check configuration, real time, field buses and LCM on this machine", cmd_doctor},
+    {"doctor", "[-c FILE] [--set KEY=VALUE ...] [--modbus-map]",
+     "check configuration, real time, field buses and LCM on this machine", cmd_doctor},
     {"effects", "[NAME]", "list the effects that the simulated plant can have", cmd_effects},
 };
 
@@ -32,7 +34,8 @@ static void help(const struct subcommand *s) {
            "  --hal URL        the platform, `sim:` without it:\n");
     for (int i = 0; hal_table[i]; i++) printf("                     %s\n", hal_table[i]->usage);
     printf("  --fast           virtual time, as fast as this machine can: same code, same seed, same bytes\n"
-           "  --rt MODE        require: no run without SCHED_FIFO and locked memory (default on hardware); try: warn (default on sim:); off\n"
+           "  --rt MODE        require: no run without SCHED_FIFO and locked memory (default on hardware); "
+                            "try: warn (default on sim:); off\n"
            "  --seed N         of the simulated sensors' noise\n"
            "  --log FILE       LCM event log of every cycle\n"
            "  --json FILE      result, schema hexid.identification/1; - for standard output\n"
@@ -43,7 +46,8 @@ static void help(const struct subcommand *s) {
 
 static void usage(FILE *out) {
     fprintf(out, "hexid: controller and identifier of a hydraulic six-leg platform\n\n");
-    for (int i = 0; i < SUBCOMMANDS; i++) fprintf(out, "  hexid %-9s%s\n           %s\n", subcommands[i].name, subcommands[i].usage, subcommands[i].purpose);
+    for (const struct subcommand *s = subcommands; s < subcommands + SUBCOMMANDS; s++)
+        fprintf(out, "  hexid %-9s%s\n           %s\n", s->name, s->usage, s->purpose);
     fprintf(out, "\nexit status: 0 all checks passed, 1 a check failed or was not evaluated, 2 usage or configuration, 3 file or device,\n"
                  "             4 refused for safety\n");
 }

@@ -37,7 +37,8 @@ static int set_seed(struct options *o, const char *text, struct error *error) {
     char *end;
     errno = 0;
     o->seed = strtoull(text, &end, 10);
-    if (errno || *end || *text < '0' || *text > '9') return error_set(error, STATUS_USAGE, "--seed %s: not a number from 0 to 2^64-1", text);
+    if (errno || *end || *text < '0' || *text > '9')
+        return error_set(error, STATUS_USAGE, "--seed %s: not a number from 0 to 2^64-1", text);
     return STATUS_OK;
 }
 
@@ -130,6 +131,10 @@ void options_automatic(const struct options *o, bool simulated, struct params *p
     bool said = false;
     for (int i = 0; i < o->setting_count; i++) said = said || !strncmp(o->settings[i], key, sizeof key - 1);
     if (!simulated && !said) params->motion.automatic = false;
+}
+
+void cli_warn_cut(const char *path, int64_t offset) {
+    fprintf(stderr, "hexid: warning: %s is cut off or damaged: read up to byte %lld\n", path, (long long)offset);
 }
 
 int cli_fail(const struct error *error) {

@@ -53,9 +53,10 @@ void progress_result(struct progress *p, const struct test_result *t) {
     clear_line(p);
     fprintf(p->out, "  test %d/%d %-5s ", t->test + 1, p->params->tests.count, dof_names[t->dof]);
     if (isfinite(t->achieved_amplitude))
-        fprintf(p->out, "%.3f of %.3f %s, %.1f deg, unwanted %.1f %%, ", t->achieved_amplitude * 1e3, t->amplitude * 1e3, angle ? "mrad" : "mm",
-                t->phase_deg, unwanted);
-    fprintf(p->out, "%lld of %lld excluded%s\n", (long long)t->excluded, (long long)(t->samples + t->excluded), t->complete ? "" : ", not complete");
+        fprintf(p->out, "%.3f of %.3f %s, %.1f deg, unwanted %.1f %%, ", t->achieved_amplitude * 1e3, t->amplitude * 1e3,
+                angle ? "mrad" : "mm", t->phase_deg, unwanted);
+    fprintf(p->out, "%lld of %lld excluded%s\n", (long long)t->excluded, (long long)(t->samples + t->excluded),
+            t->complete ? "" : ", not complete");
     fflush(p->out);
 }
 
