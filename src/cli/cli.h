@@ -32,9 +32,10 @@ int options_parse(struct options *o, int argc, char **argv, const char *allowed,
 /* Configuration from -c (default config/tian2015.yaml where it exists, else built in) and --set. */
 int options_params(const struct options *o, struct params *params, struct error *error);
 
-/* Configuration of the run that a log is of, from its first event. -3 where that holds none. */
+/* Configuration of the run that the log at `path` is of, from its first event. -3 where that holds none: `otherwise`, the remedy or what
+ * is not known then, ends the message. */
 struct log_event;
-int cli_log_params(const char *path, const struct log_event *event, struct params *params, struct error *error);
+int cli_log_params(const char *path, const struct log_event *event, const char *otherwise, struct params *params, struct error *error);
 
 /* The same as options_params, and the bus that it names. */
 struct bus;

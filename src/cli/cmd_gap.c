@@ -12,11 +12,19 @@
 
 _Static_assert((int)LOGS_MAX <= (int)RECORDING_RUNS, "a run a log");
 
+/* What a recording has to say, of which log it says it. */
+static int of_log(const char *path, int status, struct error *error) {
+    if (!status) return STATUS_OK;
+    struct error reason = *error;
+    return error_set(error, status, "%.100s: %.280s", path, reason.text);
+}
+
 /* The tests of another log are those of the configuration in it: its frequency and amplitudes are not the model's. */
-static int begin(const struct log_event *event, struct recording *r, struct error *error) {
+static int begin(const char *path, const struct log_event *event, struct recording *r, struct error *error) {
     struct params *own = calloc(1, sizeof *own);
-    int status = own ? cli_log_params("which tests it has is not known", event, own, error) : error_set(error, STATUS_IO, "out of memory");
-    if (!status) status = recording_begin(r, &own->tests, error);
+    if (!own) return error_set(error, STATUS_IO, "%.250s: out of memory", path);
+    int status = cli_log_params(path, event, "which tests it has is not known", own, error);
+    if (!status) status = of_log(path, recording_begin(r, &own->tests, error), error);
     free(own);
     return status;
 }
@@ -28,9 +36,9 @@ static int add(const char *path, struct recording *r, struct error *error) {
     int status = log_open(&log, path, error);
     if (status) return status;
     for (bool first = true; !status && log_next(log, &event); first = false)
-        if (first && r->tests) status = begin(&event, r, error);
+        if (first && r->tests) status = begin(path, &event, r, error);
         else if (!strcmp(event.channel, CHANNEL_STATE) && state_decode(event.data, event.size, &cycle))
-            status = recording_add(r, &cycle, error);
+            status = of_log(path, recording_add(r, &cycle, error), error);
     log_release(log);
     return status;
 }
@@ -39,11 +47,9 @@ static int add(const char *path, struct recording *r, struct error *error) {
 static int load(int logs, const char *const *path, struct recording *r, struct error *error) {
     for (int i = 0; i < logs; i++) {
         int tests = r->tests, status = add(path[i], r, error);
-        if (!status && r->tests == tests) status = error_set(error, STATUS_USAGE, "no sinusoidal test in the log");
-        if (!status) status = recording_check(r, error);
-        if (!status) continue;
-        struct error reason = *error;
-        return error_set(error, reason.status, "%.100s: %.280s", path[i], reason.text);
+        if (!status && r->tests == tests) status = error_set(error, STATUS_USAGE, "%.250s: no sinusoidal test in the log", path[i]);
+        if (!status) status = of_log(path[i], recording_check(r, error), error);
+        if (status) return status;
     }
     return STATUS_OK;
 }

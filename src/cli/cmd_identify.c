@@ -9,8 +9,7 @@
 /* The configuration in the log's first event, changed by --set; or the file given by -c. */
 static int log_params(const struct options *o, const struct log_event *event, struct params *params, struct error *error) {
     if (o->config) return options_params(o, params, error);
-    int status = cli_log_params(o->operand[0], event, params, error);
-    if (status == STATUS_IO) return error_set(error, STATUS_IO, "%s: its first event is no configuration: give one with -c FILE", o->operand[0]);
+    int status = cli_log_params(o->operand[0], event, "give one with -c FILE", params, error);
     return status ? status : config_override(params, o->operand[0], o->settings, o->setting_count, error);
 }
 

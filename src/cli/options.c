@@ -111,11 +111,11 @@ int options_params(const struct options *o, struct params *params, struct error 
     return config_load(params, path, o->settings, o->setting_count, error);
 }
 
-int cli_log_params(const char *path, const struct log_event *event, struct params *params, struct error *error) {
+int cli_log_params(const char *path, const struct log_event *event, const char *otherwise, struct params *params, struct error *error) {
     const char *text;
     size_t size;
     if (strcmp(event->channel, CHANNEL_EVENT) || !event_decode_config(event->data, event->size, &text, &size))
-        return error_set(error, STATUS_IO, "%s: its first event is no configuration", path);
+        return error_set(error, STATUS_IO, "%.250s: its first event is no configuration: %s", path, otherwise);
     return config_parse(params, text, size, path, error);
 }
 

@@ -49,7 +49,10 @@ claim "an unknown subcommand: refused" ends 2 "$hexid" fly
 claim "no subcommand: usage" ends 2 "$hexid"
 claim "--help is no error" ends 0 "$hexid" --help
 claim "identify without a log: refused" refuses 2 "log" "$hexid" identify
-claim "more logs than gap takes: refused, with the number" refuses 2 "--measured 4" "$hexid" gap --measured={a,b,c,d,e} -c config/tian2015.yaml -o "$work/gap"
+gap() { refuses "$1" "$2" "$hexid" gap -c config/tian2015.yaml -o "$work/gap" "${@:3}"; }
+claim "more logs than gap takes: refused, with the number" gap 2 "--measured 4" --measured={a,b,c,d,e}
+named_once() { gap 3 "cannot read" --measured "$work/none.lcm" && [ "$(grep -o none.lcm "$work/error" | wc -l)" -eq 1 ]; }
+claim "a log that is not there: gap names it, once" named_once
 
 claim "a log in a directory that is not there: I/O error, naming it" refuses 3 "$work/none/run.lcm" quick --log "$work/none/run.lcm"
 claim "a log on a full disk: I/O error, naming it" refuses 3 "/dev/full" quick --log /dev/full

@@ -52,10 +52,11 @@ second() {
 claim "a second log has the frequency of its own configuration" second
 headless() {
     "$python" -c 'import lcm, sys
-log = lcm.EventLog(sys.argv[2], "w", overwrite=True)
-for event in list(lcm.EventLog(sys.argv[1]))[1:]: log.write_event(event.timestamp, event.channel, event.data)' "$work/second.lcm" "$work/headless.lcm"
-    refuses 3 "headless.lcm configuration" "${gap[@]}" -o "$work/h" --measured "$work/headless.lcm"
+whole, log = lcm.EventLog(sys.argv[1]), lcm.EventLog(sys.argv[2], "w", overwrite=True)
+for event in list(whole)[1:]: log.write_event(event.timestamp, event.channel, event.data)' "$work/second.lcm" "$work/headless.lcm"
+    refuses 3 "headless.lcm configuration tests" "${gap[@]}" -o "$work/h" --measured "$work/headless.lcm" &&
+        refuses 3 "headless.lcm configuration -c" "$hexid" identify "$work/headless.lcm"
 }
-claim "a second log without a configuration is refused" headless
+claim "a second log without a configuration is refused; identify says how to give one" headless
 other_frequency() { refuses 2 "move at 4 Hz" "${gap[@]}" -o "$work/f" --set tests.frequency_hz=5; }
 claim "a log of another frequency is refused, and nothing is written" eval 'other_frequency && [ ! -e "$work/f" ]'
