@@ -49,7 +49,8 @@ asan: ## the same tests under AddressSanitizer and UndefinedBehaviorSanitizer
 
 # Without address space randomisation where that is allowed: ThreadSanitizer refuses the layouts of newer kernels.
 tsan: ## the same tests under ThreadSanitizer
-	@$$(setarch -R true 2>/dev/null && echo setarch -R) $(MAKE) --no-print-directory BUILD=$(BUILD)/tsan VENV=$(VENV) SAN=-fsanitize=thread test
+	@$$(setarch -R true 2>/dev/null && echo setarch -R) $(MAKE) --no-print-directory BUILD=$(BUILD)/tsan VENV=$(VENV) \
+		SAN=-fsanitize=thread test
 
 # Not -fsanitize=function: its runtime is in the C++ driver's library, and C links here.
 fuzz: | deps-fuzz ## every fuzzer of tests/fuzz/ for a minute (FUZZ_S=60 seconds)
@@ -68,7 +69,8 @@ bench-paper: $(BUILD)/tests/bench/paper $(BUILD)/hexid ## Tian 2015 Tables 3, 4,
 	@$(BUILD)/tests/bench/paper $(BUILD)/hexid tests/data $(BUILD)/bench_paper
 
 spy: has-display $(BUILD)/spy/hexid.jar ## lcm-spy with hexid's message types (needs a display)
-	java -Djava.net.preferIPv4Stack=true -Xmx256m -cp /usr/share/java/lcm.jar:/usr/share/java/jchart2d.jar:$(abspath $(BUILD)/spy/hexid.jar) lcm.spy.Spy
+	java -Djava.net.preferIPv4Stack=true -Xmx256m \
+		-cp /usr/share/java/lcm.jar:/usr/share/java/jchart2d.jar:$(abspath $(BUILD)/spy/hexid.jar) lcm.spy.Spy
 
 has-display:
 	@[ -n "$$DISPLAY" ] || { echo "make spy: lcm-spy draws a window, and DISPLAY is not set" >&2; exit 1; }
@@ -82,7 +84,8 @@ help: ## this list
 # Packages. $(call install,...) is silent when nothing is missing, asks for nothing, and takes turns: one apt at a time.
 define install
 @command -v dpkg-query >/dev/null || exit 0; \
-missing=$$(printf '%s\n' $(1) | grep -vxFe "$$(dpkg-query -W -f='$${Package} $${db:Status-Status}\n' $(1) 2>/dev/null | sed -n 's/ installed$$//p')"); \
+installed=$$(dpkg-query -W -f='$${Package} $${db:Status-Status}\n' $(1) 2>/dev/null | sed -n 's/ installed$$//p'); \
+missing=$$(printf '%s\n' $(1) | grep -vxFe "$$installed"); \
 [ -n "$$missing" ] || exit 0; \
 as=; [ $$(id -u) -eq 0 ] || as='sudo -n'; \
 $$as true 2>/dev/null || { echo "hexid: packages are missing, and this is neither root nor sudo without a password. Please run:" >&2; \
@@ -170,6 +173,7 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)javac -cp /usr/share/java/lcm.jar -d $(@D) $(@D)/hexid/*.java
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
-.PHONY: all has-display run test test-long asan tsan fuzz fuzz-run bench bench-paper bench-gap spy clean help deps deps-run deps-test deps-fuzz deps-bench deps-spy
+.PHONY: all has-display run test test-long asan tsan fuzz fuzz-run bench bench-paper bench-gap spy clean help
+.PHONY: deps deps-run deps-test deps-fuzz deps-bench deps-spy
 .SECONDARY:
 -include $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d) $(FUZZERS:=.d)
