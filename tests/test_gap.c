@@ -102,8 +102,8 @@ static void residuals_of_the_right_model_vanish(void **state) {
     recording_free(&r);
 }
 
-/* Readings 2 % larger under a model whose sensors read 2 % more: the same disagreement, 2 % larger. It would else shrink with the scale, and
- * that passed for evidence. */
+/* Readings 2 % larger under a model whose sensors read 2 % more: the same disagreement, 2 % larger. It would else shrink with the scale,
+ * and that passed for evidence. */
 static void a_sensors_scale_does_not_shrink_the_residuals(void **state) {
     (void)state;
     static const double scale = 1.02;
@@ -124,9 +124,10 @@ static void a_sensors_scale_does_not_shrink_the_residuals(void **state) {
         residual_row row, larger;
         assert_true(residual_evaluate(&d.test[i], &params, PART_ALL, row) && residual_evaluate(&e.test[i], &scaled, PART_ALL, larger));
         for (int k = 0; k < LEGS; k++)
-            for (int q = 0; q < RESIDUALS; q++)
-                for (int a = 0; a < RESIDUAL_SIZE; a++)
-                    assert_close(larger[k][q][a], scale * row[k][q][a], q == RESIDUAL_FORCE ? 1e-6 : 1e-3); /* of 500 N, of 1 MPa: rounding */
+            for (int q = 0; q < RESIDUALS; q++) {
+                double rounding = q == RESIDUAL_FORCE ? 1e-6 : 1e-3; /* of 500 N, of 1 MPa */
+                for (int a = 0; a < RESIDUAL_SIZE; a++) assert_close(larger[k][q][a], scale * row[k][q][a], rounding);
+            }
     }
     residual_free(&d);
     residual_free(&e);

@@ -4,11 +4,13 @@
 #include "judge.h"
 
 enum { VALUES = 1800 };
-static const struct remainder noise = {.values = VALUES, .before = 5e4, .after = 0.6 * VALUES}, much = {.values = VALUES, .before = 5e4, .after = 4e4};
+static const struct remainder noise = {.values = VALUES, .before = 5e4, .after = 0.6 * VALUES};
+static const struct remainder much = {.values = VALUES, .before = 5e4, .after = 4e4};
 
 /* One effect, found in the equations and in closed loop, of a gap ten times the noise. */
 static struct gap_result found(const char *name) {
-    struct gap_result r = {.effects = 1, .simulated = true, .unexplained_fraction = 0.001, .effect[0] = {.effect = effect_find(name), .z = 200.0}};
+    struct gap_result r = {.effects = 1, .simulated = true, .unexplained_fraction = 0.001,
+                           .effect[0] = {.effect = effect_find(name), .z = 200.0}};
     r.noise_floor.overall = 0.1, r.held_out_before.overall = 1.0, r.held_out_after.overall = 0.1;
     for (int ch = 0; ch < GAP_CHANNELS; ch++) r.noise_floor.channel[ch] = 1.0, r.held_out_before.channel[ch] = 10.0;
     return r;

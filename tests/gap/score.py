@@ -6,8 +6,8 @@
     score.py report FILE...                           the confusion matrix and the figures of such lines
 
 Environment: HEXID, the program (build/hexid); DETECTABLE, the file of strengths at which z = 8 (build/gap_score/detectable.csv, written by
-tests/bench/signatures); CONFIG, the base model (config/tian2015.yaml); SUBSTEPS of the rig (16); KEEP, a directory where a case leaves its log
-and report.
+tests/bench/signatures); CONFIG, the base model (config/tian2015.yaml); SUBSTEPS of the rig (16); KEEP, a directory where a case leaves
+its log and report.
 
 The rig runs on the ODE engine with a step of 0.125 ms, with noisy sensors and every base parameter off within model.tolerance;
 `beyond` disturbs it further, in what the tolerance does not state. The diagnosis has the other engine, its own steps, and only the log."""
@@ -15,8 +15,8 @@ import argparse, csv, json, math, os, random, subprocess, sys, tempfile
 
 HEXID = os.environ.get("HEXID", "build/hexid")
 CONFIG = os.environ.get("CONFIG", "config/tian2015.yaml")
-FIELDS = ["truth", "size", "seed", "series", "shape", "verdict", "named", "ambiguous_with", "score", "z", "error", "where", "before", "after",
-          "floor", "ratio", "seconds", "remark"]
+FIELDS = ["truth", "size", "seed", "series", "shape", "verdict", "named", "ambiguous_with", "score", "z", "error", "where", "before",
+          "after", "floor", "ratio", "seconds", "remark"]
 SIZES = {"typical": 1.0, "strong": 3.0}   # of the catalogue's typical; "detectable": where the likelihood ratio is z = 8
 
 # Alike on the six tests by their physics: an ambiguous verdict with just the set is right (tests/bench/signatures shows which).
@@ -37,7 +37,8 @@ def base(r, series):
               "hydraulics.bulk_modulus_pa": 1e9 * off(.05), "hydraulics.leakage_m3_per_s_pa": 3e-11 * off(.05),
               "hydraulics.valve_flow_m3_per_s": 1.57e-3 * off(.05)}
     if series == "beyond":
-        values |= {"hydraulics.supply_pa": 1e7 * off(.02), "hydraulics.valve_damping": .8 * off(.2), "hydraulics.dead_volume_m3": 1e-4 * off(.3)}
+        values |= {"hydraulics.supply_pa": 1e7 * off(.02), "hydraulics.valve_damping": .8 * off(.2),
+                   "hydraulics.dead_volume_m3": 1e-4 * off(.3)}
         for key in ("a_x_m", "a_y_m", "a_z_m", "b_x_m", "b_y_m", "b_z_m"):
             values["effects.geometry_error." + key] = [r.uniform(-5e-4, 5e-4) for _ in range(6)]
     return values
@@ -137,7 +138,8 @@ def run_case(case, size, seed, series):
         if rig.returncode not in (0, 1): return row | {"remark": "the rig does not run: " + rig.stderr.strip()[-120:]}
         with open(work + "/rig.json") as f: tests = json.load(f)["tests"]
         if not any(t["complete"] for t in tests): return row | {"remark": "the rig ends in a fault before its first test is done"}
-        gap = subprocess.run([HEXID, "gap", "--measured", log, "-c", CONFIG, "-o", out, "--set", "lcm.url="], capture_output=True, text=True)
+        gap = subprocess.run([HEXID, "gap", "--measured", log, "-c", CONFIG, "-o", out, "--set", "lcm.url="],
+                             capture_output=True, text=True)
         if gap.returncode: return row | {"score": 0.0, "remark": "refused: " + gap.stderr.strip().split("\n")[-1][-160:]}
         with open(out + "/gap.json") as f: result = json.load(f)
     g = {k: (result["gap"][k]["overall"] or math.nan) for k in ("held_out_before", "held_out_after", "noise_floor")}
@@ -145,8 +147,9 @@ def run_case(case, size, seed, series):
     where = result["where"][0] if result["where"] else {}
     return row | {"verdict": result["verdict"], "named": " ".join(e["name"] for e in result["effects"]),
                   "ambiguous_with": " ".join(result["ambiguous_with"]), "score": judge(names, result), "z": "%.1f" % z[0] if z else "",
-                  "error": parameter_error(table, truth, result) if truth else "", "before": g["held_out_before"], "after": g["held_out_after"],
-                  "floor": g["noise_floor"], "ratio": g["held_out_after"] / g["noise_floor"], "seconds": result["seconds"],
+                  "error": parameter_error(table, truth, result) if truth else "", "before": g["held_out_before"],
+                  "after": g["held_out_after"], "floor": g["noise_floor"],
+                  "ratio": g["held_out_after"] / g["noise_floor"], "seconds": result["seconds"],
                   "where": "%s %s leg %s h%s" % tuple(where.get(k, "") for k in ("test", "channel", "leg", "harmonic"))}
 
 
@@ -179,6 +182,14 @@ def share(rows): return "%5.1f %% of %d" % (100 * sum(float(r["score"]) for r in
 def read(files): return [row for f in files for row in csv.DictReader(open(f), FIELDS) if row["truth"] != "truth"]
 
 
+def at(values, share): return values[int(share * len(values))]
+
+
+def otherwise(r):
+    said = " ".join((r["verdict"] + " " + r["named"] + " | " + r["ambiguous_with"] + r["remark"]).split())
+    return "%s %s s%s: %s" % (r["size"], r["shape"], r["seed"], said)
+
+
 def report(files):
     rows = read(files)
     ran = [r for r in rows if r["score"] != ""]
@@ -188,8 +199,7 @@ def report(files):
     for name in sorted({r["truth"] for r in ran}):
         of = [r for r in ran if r["truth"] == name]
         wrong = [r for r in of if float(r["score"]) < 1]
-        print("%-28s %5d %5.1f  %s" % (name, len(of), sum(float(r["score"]) for r in of),
-              "; ".join("%s %s s%s: %s" % (r["size"], r["shape"], r["seed"], " ".join((r["verdict"] + " " + r["named"] + " | " + r["ambiguous_with"] + r["remark"]).split())) for r in wrong)))
+        print("%-28s %5d %5.1f  %s" % (name, len(of), sum(float(r["score"]) for r in of), "; ".join(map(otherwise, wrong))))
     for series in ("tolerance", "beyond"):
         of = [r for r in seen if r["series"] == series]
         wrong = [r for r in of if r["verdict"] == "effect_named" and float(r["score"]) == 0]
@@ -200,10 +210,10 @@ def report(files):
     right = [r for r in seen if float(r["score"]) == 1 and r["verdict"] == "effect_named" and r["size"] != "detectable"]
     if right:
         ratio, error = sorted(float(r["ratio"]) for r in right), sorted(float(r["error"]) for r in right if r["error"])
-        print("held-out gap over the floor  median %.3f, 95 %% %.3f, most %.3f" % (ratio[len(ratio) // 2], ratio[int(.95 * len(ratio))], ratio[-1]))
-        print("parameter error              median %.3f, 90 %% %.3f, most %.3f" % (error[len(error) // 2], error[int(.9 * len(error))], error[-1]))
+        print("held-out gap over the floor  median %.3f, 95 %% %.3f, most %.3f" % (at(ratio, .5), at(ratio, .95), ratio[-1]))
+        print("parameter error              median %.3f, 90 %% %.3f, most %.3f" % (at(error, .5), at(error, .9), error[-1]))
     seconds = [float(r["seconds"]) for r in ran if r["seconds"]]
-    if seconds: print("time of the workflow         median %.1f s, most %.1f s" % (sorted(seconds)[len(seconds) // 2], max(seconds)))
+    if seconds: print("time of the workflow         median %.1f s, most %.1f s" % (at(sorted(seconds), .5), max(seconds)))
     for r in rows:
         if r["score"] == "": print("not a case: %s %s %s %s: %s" % (r["truth"], r["size"], r["seed"], r["shape"], r["remark"]))
 

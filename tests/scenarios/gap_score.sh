@@ -1,6 +1,6 @@
 #!/bin/bash
-# A small fixed draw of hidden cases against hexid gap (tests/gap/score.py draws, hides and judges; make bench-gap is the whole of it). More of
-# them, MORE_CASES=1, are a part of make test-long.
+# A small fixed draw of hidden cases against hexid gap (tests/gap/score.py draws, hides and judges; make bench-gap is the whole of it).
+# More of them, MORE_CASES=1, are a part of make test-long.
 . tests/scenarios/lib
 skip_under 'asan|tsan' "hidden effects" "minutes a case under sanitizers; tests/test_gap.c runs the same code"
 export HEXID=$hexid SUBSTEPS=8
