@@ -67,9 +67,10 @@ static void whiten_copy(const struct fit_data *d, const double *raw, double *whi
 
 /* here: the raw residual at the model. */
 static bool fit_columns_from(const struct fit_data *d, const struct params *model, const double *here, int variables,
-                             const struct variable *v, double *column) {
+                             const struct variable *v, const double *const *kept, double *column) {
     bool ok = true;
     for (int i = 0; i < variables && ok; i++) {
+        if (kept && kept[i]) continue;
         struct params moved = *model;
         double *c = column + (size_t)i * (size_t)d->values, value = variable_get(&v[i], model), step = v[i].step;
         if (value + step > v[i].max) step = -step;
@@ -84,7 +85,7 @@ static bool fit_columns_from(const struct fit_data *d, const struct params *mode
 
 bool fit_columns(const struct fit_data *d, const struct params *model, int variables, const struct variable *v, double *column) {
     double *here = malloc((size_t)d->values * sizeof *here);
-    bool ok = here && raw_residual(d, model, PART_ALL, here) && fit_columns_from(d, model, here, variables, v, column);
+    bool ok = here && raw_residual(d, model, PART_ALL, here) && fit_columns_from(d, model, here, variables, v, NULL, column);
     free(here);
     return ok;
 }
@@ -155,10 +156,19 @@ static double dot(int n, const double *a, const double *b) {
     return sum;
 }
 
-static void normal_equations(int n, int values, const double *residual, const double *const *column, double *h, double *g) {
+void fit_products(int n, int values, const double *column, double *product) {
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j <= i; j++)
+            product[i * n + j] = product[j * n + i] = dot(values, column + (size_t)i * (size_t)values, column + (size_t)j * (size_t)values);
+}
+
+/* h and g of the least squares; of the columns from `known` on the products are there already. */
+static void normal_equations(int n, int values, const double *residual, const double *const *column, int known, const double *product, double *h,
+                             double *g) {
     for (int i = 0; i < n; i++) {
         g[i] = dot(values, column[i], residual);
-        for (int j = 0; j <= i; j++) h[i * n + j] = h[j * n + i] = dot(values, column[i], column[j]);
+        for (int j = 0; j <= i; j++)
+            h[i * n + j] = h[j * n + i] = j < known ? dot(values, column[i], column[j]) : product[(i - known) * (n - known) + j - known];
     }
 }
 
@@ -177,11 +187,8 @@ static void deviations(int n, const double *h, const bool *is_free, double *std)
 
 static double square_of(double x) { return x * x; }
 
-bool fit_box(int n, int values, const double *residual, const double *const *column, const struct fit_pull *pull, const double *min,
-             const double *max, double *x, double *std) {
-    double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX];
+static bool solve_box(int n, double *h, double *g, const struct fit_pull *pull, const double *min, const double *max, double *x, double *std) {
     bool is_free[COLUMNS_MAX];
-    normal_equations(n, values, residual, column, h, g);
     for (int i = 0; i < n && pull; i++) h[i * n + i] += square_of(pull[i].pull), g[i] += square_of(pull[i].pull) * pull[i].off;
     for (int i = 0; i < n; i++)
         if (!(h[i * n + i] > 0.0)) h[i * n + i] = 1.0; /* a column of zeros moves nothing and stays */
@@ -190,18 +197,22 @@ bool fit_box(int n, int values, const double *residual, const double *const *col
     return true;
 }
 
+bool fit_box(int n, int values, const double *residual, const double *const *column, const struct fit_pull *pull, const double *min,
+             const double *max, double *x, double *std) {
+    double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX];
+    normal_equations(n, values, residual, column, n, NULL, h, g);
+    return solve_box(n, h, g, pull, min, max, x, std);
+}
+
 /* Sum of squares with the linear part at its best for this residual. */
-static double linear_square(int values, double *white, const struct linear_part *linear) {
-    if (!linear || !linear->n) return fit_square(values, white);
-    const double *column[COLUMNS_MAX];
-    for (int i = 0; i < linear->n; i++) column[i] = linear->column + (size_t)i * (size_t)values;
-    if (!fit_box(linear->n, values, white, column, NULL, linear->min, linear->max, linear->x, NULL)) return INFINITY;
-    double sum = 0.0;
-    for (int a = 0; a < values; a++) {
-        double r = white[a];
-        for (int i = 0; i < linear->n; i++) r += linear->x[i] * column[i][a];
-        sum += r * r;
-    }
+static double linear_square(int values, const double *white, const struct linear_part *linear) {
+    double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX], sum = fit_square(values, white);
+    int n = linear ? linear->n : 0;
+    if (!n) return sum;
+    memcpy(h, linear->product, (size_t)(n * n) * sizeof *h);
+    for (int i = 0; i < n; i++) g[i] = dot(values, linear->column + (size_t)i * (size_t)values, white);
+    if (!solve_box(n, h, g, NULL, linear->min, linear->max, linear->x, NULL)) return INFINITY;
+    for (int i = 0; i < n; i++) sum += linear->x[i] * (2.0 * g[i] + dot(n, linear->product + i * n, linear->x));
     return sum;
 }
 
@@ -229,49 +240,71 @@ static double pulled(const struct params *model, int variables, const struct var
     return sum;
 }
 
+/* A fit on its way: the model and its residuals. */
+struct descent {
+    const struct fit_data *d;
+    struct params *model;
+    int variables;
+    const struct variable *v;
+    const struct linear_part *linear;
+    enum residual_part parts;           /* that the variables move */
+    double square, *raw, *white;        /* at the model */
+};
+
+/* From the model along x as far as that pays; false where it does not: then the model stays, and the residuals are not its own. */
+static bool descend(struct descent *s, const double *x) {
+    double least = s->square + pulled(s->model, s->variables, s->v), scale = 1.0, linear[COLUMNS_MAX];
+    size_t size = s->linear ? (size_t)s->linear->n * sizeof *linear : 0;
+    if (size) memcpy(linear, s->linear->x, size);
+    for (int attempt = 0; attempt < 5; attempt++, scale *= 0.35) {
+        struct params moved = *s->model;
+        for (int i = 0; i < s->variables; i++) variable_set(&s->v[i], &moved, variable_get(&s->v[i], s->model) + scale * x[i]);
+        if (!raw_residual(s->d, &moved, s->parts, s->raw)) continue;
+        whiten_copy(s->d, s->raw, s->white);
+        double square = linear_square(s->d->values, s->white, s->linear);
+        if (!(square + pulled(&moved, s->variables, s->v) < least)) continue;
+        *s->model = moved;
+        s->square = square;
+        return true;
+    }
+    if (size) memcpy(s->linear->x, linear, size);
+    return false;
+}
+
 struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v,
-                            const struct linear_part *linear, int iterations) {
+                            const double *const *kept, const struct linear_part *linear, int iterations) {
     int extra = linear ? linear->n : 0, n = variables + extra, values = d->values;
     struct fit_result result = {0};
-    double *white = malloc((size_t)(variables + 2) * (size_t)values * sizeof *white), *raw = white + values, *columns = raw + values;
+    double *room = malloc((size_t)(variables + 2) * (size_t)values * sizeof *room), *columns = room + 2 * values;
+    struct descent s = {.d = d, .model = model, .variables = variables, .v = v, .linear = linear, .raw = room, .white = room + values};
     const double *column[COLUMNS_MAX];
-    double min[COLUMNS_MAX], max[COLUMNS_MAX], x[COLUMNS_MAX], std[COLUMNS_MAX];
+    double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX], min[COLUMNS_MAX], max[COLUMNS_MAX], x[COLUMNS_MAX], std[COLUMNS_MAX];
     struct fit_pull pull[COLUMNS_MAX];
-    enum residual_part parts = 0;
-    for (int i = 0; i < variables; i++) parts |= v[i].parts;
-    result.ok = white && raw_residual(d, model, PART_ALL, raw);
-    if (result.ok) whiten_copy(d, raw, white);
-    if (result.ok) result.square = linear_square(values, white, linear);
+    for (int i = 0; i < variables; i++) s.parts |= v[i].parts;
+    result.ok = room && raw_residual(d, model, PART_ALL, s.raw);
+    if (result.ok) whiten_copy(d, s.raw, s.white);
+    if (result.ok) s.square = linear_square(values, s.white, linear);
     for (int iteration = 0; result.ok && iteration < iterations; iteration++) {
-        if (!fit_columns_from(d, model, raw, variables, v, columns)) break;
+        if (!fit_columns_from(d, model, s.raw, variables, v, kept, columns)) break;
         for (int i = 0; i < n; i++) {
             column[i] = i < variables ? columns + (size_t)i * (size_t)values : linear->column + (size_t)(i - variables) * (size_t)values;
+            if (kept && i < variables && kept[i]) column[i] = kept[i];
             double value = i < variables ? variable_get(&v[i], model) : 0.0;
             min[i] = i < variables ? v[i].min - value : linear->min[i - variables];
             max[i] = i < variables ? v[i].max - value : linear->max[i - variables];
             pull[i] = i < variables ? (struct fit_pull){v[i].pull, value - v[i].neutral} : (struct fit_pull){0};
         }
-        if (!fit_box(n, values, white, column, pull, min, max, x, std)) break;
-        bool better = false;
-        double before = result.square, least = before + pulled(model, variables, v), scale = 1.0;
-        for (int attempt = 0; attempt < 5 && !better; attempt++, scale *= 0.35) {
-            struct params moved = *model;
-            for (int i = 0; i < variables; i++) variable_set(&v[i], &moved, variable_get(&v[i], model) + scale * x[i]);
-            if (!raw_residual(d, &moved, parts, raw)) continue;
-            whiten_copy(d, raw, white);
-            double square = linear_square(values, white, linear);
-            better = square + pulled(&moved, variables, v) < least;
-            if (better) *model = moved, result.square = square;
-        }
-        for (int i = 0; i < variables; i++) result.std[i] = std[i];
-        if (!raw_residual(d, model, parts, raw)) break; /* of the last attempt that was taken */
-        if (!better || before - result.square < ENOUGH * result.square) break;
+        normal_equations(n, values, s.white, column, variables, linear ? linear->product : NULL, h, g);
+        if (!solve_box(n, h, g, pull, min, max, x, std)) break;
+        memcpy(result.std, std, (size_t)variables * sizeof *std);
+        double before = s.square;
+        if (!descend(&s, x) || before - s.square < ENOUGH * s.square) break;
     }
-    if (result.ok && fit_residual(d, model, white)) result.square = linear_square(values, white, linear);
+    result.square = s.square;
     for (int i = 0; i < variables; i++) {
         double value = variable_get(&v[i], model), margin = 1e-6 * (v[i].max - v[i].min);
         result.bound[i] = value <= v[i].min + margin || value >= v[i].max - margin;
     }
-    free(white);
+    free(room);
     return result;
 }

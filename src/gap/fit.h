@@ -63,16 +63,21 @@ struct fit_result {
 struct linear_part {
     int n;
     const double *column;               /* [n][values] */
+    const double *product;              /* [n][n], from fit_products */
     const double *min, *max;
     double *x;                          /* result, from where the model is */
 };
+/* Products of columns with each other, [n][n]. */
+void fit_products(int n, int values, const double *column, double *product);
+
 /* Sum of white squares at a model with the linear part at its best: raw, from fit_raw at a model that differs only in `parts`. */
 double fit_start(const struct fit_data *d, const struct params *model, enum residual_part parts, const double *raw,
                  const struct linear_part *linear);
 bool fit_raw(const struct fit_data *d, const struct params *model, double *raw);
 
-/* Fits the variables from where the model is; the result is in the model. linear may be NULL. */
+/* Fits the variables from where the model is; the result is in the model. kept: columns that stay what they are, NULL for one that is
+ * computed at each iteration. kept and linear may be NULL. */
 struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v,
-                            const struct linear_part *linear, int iterations);
+                            const double *const *kept, const struct linear_part *linear, int iterations);
 
 #endif

@@ -62,7 +62,7 @@ static void list_candidates(const struct diagnosis *d, const struct trial *trial
 static bool comes_close(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
     double left = RIVAL_LEFT * excess(best->square, d->fit.evaluated);
     double margin = fmax(RIVAL_GAIN, fmin(fmax(RIVAL_SHARE * best->gain, left), 0.1 * best->gain));
-    return t->ok && t->polished && (t->gain >= best->gain - margin || t->held_gain >= best->held_gain - margin); /* the charge apart */
+    return t->ok && t->polished && trial_evidence(t) >= trial_evidence(best) - 2.0 * margin;
 }
 
 /* Each leg its own value fits a little better always: a rival only where it judges better, too. */
@@ -114,7 +114,7 @@ static bool beside_friction(const struct diagnosis *d) {
 
 static bool worth_adding(const struct diagnosis *d, const struct trial *t, double first_gain) {
     double left = excess(d->held_square, d->held_out.evaluated), share = beside_friction(d) ? FRICTION_SHARE : LATER_SHARE;
-    bool pays = t->gain > GAIN_EACH && t->held_gain > GAIN_EACH && t->gain + t->held_gain > GAIN_MIN;
+    bool pays = t->gain > GAIN_EACH && t->held_gain > GAIN_EACH && trial_evidence(t) > GAIN_MIN;
     return t->ok && !t->bound && pays && t->held_gain > share * first_gain && t->held_gain > REMAINDER_SHARE * left;
 }
 
@@ -355,7 +355,7 @@ static int compare_runs(const struct params *params, const struct recording *mea
     replay_compare(measured, after, CYCLES_EVEN, &used.after, &used.floor);
     keep_sizes(r, &used, &held);
     r->simulated = true;
-    r->line_simulated = fabs(find_line(after).hz / r->line.hz - 1.0) < LINE_TOLERANCE;
+    r->line_simulated = r->line.hz > 0.0 && fabs(find_line(after).hz / r->line.hz - 1.0) < LINE_TOLERANCE;
     r->matrices = replay_identify(params, measured, NULL, r->measured_mt) && replay_identify(params, before, NULL, r->before_mt) &&
                   replay_identify(params, after, NULL, r->after_mt);
     return STATUS_OK;

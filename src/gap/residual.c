@@ -41,6 +41,7 @@ static void tabulate(struct residual_test *t) {
         double t_s = t->first_s + i * t->step_s / (2 * t->substeps);
         spectrum_basis(s->omega * t_s, t->harmonics, t->node + (size_t)i * RESIDUAL_SIZE);
     }
+    for (int i = 0; i < CYCLE_STEPS; i++) spectrum_basis(2.0 * PI * i / CYCLE_STEPS, SPECTRUM_HARMONICS, t->phase + i * SPECTRUM_SIZE);
     for (int i = 0; i < t->samples; i++)
         for (int k = 0; k < LEGS; k++) {
             double value[3];
@@ -63,10 +64,11 @@ static int prepare(struct residual_test *t, const struct recording *recording, c
     t->fitted = (int)ceil(cycle - 1e-6);
     t->samples = (int)ceil(fmax(SETTLE_CYCLES * cycle, SETTLE_S / t->step_s)) + t->fitted;
     t->substeps = (int)ceil(t->step_s / SUBSTEP_S - 1e-6);
+    t->phase = malloc((size_t)CYCLE_STEPS * SPECTRUM_SIZE * sizeof(double));
     t->node = malloc((size_t)nodes_of(t) * RESIDUAL_SIZE * sizeof(double));
     t->valve = malloc((size_t)(LEGS * t->samples) * sizeof(double));
     t->projection = malloc((size_t)(RESIDUAL_SIZE * t->fitted) * sizeof(double));
-    if (!t->node || !t->valve || !t->projection) return error_set(error, STATUS_IO, "out of memory");
+    if (!t->phase || !t->node || !t->valve || !t->projection) return error_set(error, STATUS_IO, "out of memory");
     if (!project(t)) return error_set(error, STATUS_USAGE, "test %d: too few samples a cycle", test->test + 1);
     tabulate(t);
     return STATUS_OK;
@@ -86,6 +88,7 @@ int residual_prepare(struct residual_data *d, const struct recording *recording,
 
 void residual_free(struct residual_data *d) {
     for (int i = 0; i < d->tests; i++) {
+        free(d->test[i].phase);
         free(d->test[i].node);
         free(d->test[i].valve);
         free(d->test[i].projection);
@@ -153,6 +156,8 @@ static double at(const double *basis, int size, const double *row) {
     for (int a = 0; a < size; a++) sum += basis[a] * row[a];
     return sum;
 }
+
+static const double *basis_at(const struct residual_test *t, int step) { return t->phase + step % CYCLE_STEPS * SPECTRUM_SIZE; }
 
 /* Rows of the rates. */
 static void differentiate(const struct residual_test *t, const double *row, double *rate) {
@@ -262,44 +267,37 @@ static bool simulate_pressures(const struct residual_test *t, const struct param
     return ok;
 }
 
-static double value_at(const struct residual_test *t, const double *row, double t_s) {
-    double value[3];
-    spectrum_value(row, t->harmonics, t->spectrum.omega, t_s, value);
-    return value[0];
-}
-
-/* What is measured at each phase of the cycle, in the time of a cycle that starts at phase 0. */
+/* What is measured at each phase of the cycle. */
 static void tabulate_cycle(const struct residual_test *t, const struct cylinder_model *m, const struct rows *rows,
                            struct inverse_dynamics_input table[PHASES]) {
+    int size = 1 + 2 * t->harmonics;
     for (int k = 0; k < LEGS; k++) {
         double force_n[RESIDUAL_SIZE];
         push(m, t, rows, k, force_n);
         for (int i = 0; i < PHASES; i++) {
-            double t_s = 2.0 * PI * i / PHASES / t->spectrum.omega;
-            spectrum_value(rows->length[k], t->harmonics, t->spectrum.omega, t_s, table[i].leg[k]);
-            table[i].p1_pa[k] = value_at(t, rows->p1[k], t_s);
-            table[i].p2_pa[k] = value_at(t, rows->p2[k], t_s);
-            table[i].push_n[k] = value_at(t, force_n, t_s);
+            const double *basis = basis_at(t, i * (CYCLE_STEPS / PHASES));
+            spectrum_at(rows->length[k], t->harmonics, t->spectrum.omega, basis, table[i].leg[k]);
+            table[i].p1_pa[k] = at(basis, size, rows->p1[k]);
+            table[i].p2_pa[k] = at(basis, size, rows->p2[k]);
+            table[i].push_n[k] = at(basis, size, force_n);
         }
     }
 }
 
 /* Adds what a phase contributes to a row. */
 static void project_phase(const struct residual_test *t, int phase, double value, double *row) {
-    double basis[RESIDUAL_SIZE];
-    spectrum_basis(2.0 * PI * phase / PHASES, t->harmonics, basis);
+    const double *basis = basis_at(t, phase * (CYCLE_STEPS / PHASES));
     for (int a = 0; a < 1 + 2 * t->harmonics; a++) row[a] += (a ? 2.0 : 1.0) / PHASES * basis[a] * value;
 }
 
 /* What the leg's chambers and friction together give to its joint. */
-static double net_force(const struct residual_test *t, const struct cylinder_model *m, int leg, double t_s,
-                        double *length_m) {
-    double p1[3], p2[3], motion[3], w = t->spectrum.omega;
-    spectrum_value(t->spectrum.mean[CHANNEL_P1][leg], t->spectrum.harmonics, w, t_s, p1);
-    spectrum_value(t->spectrum.mean[CHANNEL_P2][leg], t->spectrum.harmonics, w, t_s, p2);
-    spectrum_value(t->spectrum.mean[CHANNEL_LENGTH][leg], t->spectrum.harmonics, w, t_s, motion);
+static double net_force(const struct residual_test *t, const struct cylinder_model *m, int leg, const double *basis, double *length_m) {
+    const struct spectrum *all = &t->spectrum;
+    int size = 1 + 2 * all->harmonics;
+    double motion[3];
+    spectrum_at(all->mean[CHANNEL_LENGTH][leg], all->harmonics, all->omega, basis, motion);
     *length_m = motion[0];
-    struct cylinder_state s = {.p1_pa = p1[0], .p2_pa = p2[0]};
+    struct cylinder_state s = {.p1_pa = at(basis, size, all->mean[CHANNEL_P1][leg]), .p2_pa = at(basis, size, all->mean[CHANNEL_P2][leg])};
     int direction = motion[1] < 0.0 ? -1 : 1;
     struct friction f = cylinder_friction(m, leg, &s, direction, fabs(motion[1]));
     return cylinder_hydraulic_force(m, &s) - direction * (f.dry + f.viscous);
@@ -307,13 +305,13 @@ static double net_force(const struct residual_test *t, const struct cylinder_mod
 
 /* From piston to joint: the play is crossed at the speed at which the leg's force meets the drag of the film (hydraulics.h). */
 static void take_play(const struct residual_test *t, const struct cylinder_model *m, struct rows *rows) {
-    enum { FINER = 8 };
-    double step_s = 2.0 * PI / t->spectrum.omega / PHASES / FINER;
+    enum { FINER = CYCLE_STEPS / PHASES };
+    double step_s = 2.0 * PI / t->spectrum.omega / CYCLE_STEPS;
     for (int k = 0; k < LEGS; k++) {
         double half_m = 0.5 * m->machine.clearance_m[k], play_m = 0.0, joint[RESIDUAL_SIZE] = {0};
-        for (int i = 0; i < 2 * PHASES * FINER && half_m > 0.0; i++) { /* the first cycle finds where the second one starts */
-            double length_m, force_n = net_force(t, m, k, i * step_s, &length_m);
-            if (i >= PHASES * FINER && i % FINER == 0) project_phase(t, i / FINER, -play_m, joint);
+        for (int i = 0; i < 2 * CYCLE_STEPS && half_m > 0.0; i++) { /* the first cycle finds where the second one starts */
+            double length_m, force_n = net_force(t, m, k, basis_at(t, i), &length_m);
+            if (i >= CYCLE_STEPS && i % FINER == 0) project_phase(t, i / FINER, -play_m, joint);
             play_m = fmin(fmax(play_m + step_s * force_n / hydraulics_film(m, k, length_m), -half_m), half_m);
         }
         for (int a = 0; a < RESIDUAL_SIZE; a++) rows->length[k][a] += joint[a];

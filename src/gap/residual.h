@@ -15,6 +15,7 @@
 #include "spectrum.h"
 
 enum residual_kind { RESIDUAL_FORCE, RESIDUAL_P1, RESIDUAL_P2, RESIDUALS };
+enum { CYCLE_STEPS = 1024 };
 enum { RESIDUAL_HARMONICS = 8, RESIDUAL_SIZE = 1 + 2 * RESIDUAL_HARMONICS };
 
 /* What has to be computed again. */
@@ -30,6 +31,7 @@ struct residual_test {
     double first_s, step_s;      /* test time of the first simulated sample; sampling */
     int samples, fitted;         /* simulated; the last so many are compared */
     int substeps;                /* a sample */
+    double *phase;               /* [CYCLE_STEPS][SPECTRUM_SIZE]: basis over a cycle */
     double *node;                /* [2 substeps samples + 1][RESIDUAL_SIZE]: basis at the ends and middles of the substeps */
     double *valve;               /* [samples][leg] */
     double *projection;          /* [1 + 2 harmonics][fitted]: samples to coefficients */

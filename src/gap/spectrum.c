@@ -22,9 +22,7 @@ void spectrum_basis(double phase, int harmonics, double *basis) {
     }
 }
 
-void spectrum_value(const double *row, int harmonics, double omega, double t_s, double value[3]) {
-    double basis[SPECTRUM_SIZE];
-    spectrum_basis(omega * t_s, harmonics, basis);
+void spectrum_at(const double *row, int harmonics, double omega, const double *basis, double value[3]) {
     value[0] = row[0], value[1] = value[2] = 0.0;
     for (int h = 1; h <= harmonics; h++) {
         double w = h * omega, s = row[2 * h - 1], c = row[2 * h];
@@ -33,6 +31,12 @@ void spectrum_value(const double *row, int harmonics, double omega, double t_s, 
         value[1] += w * (s * basis[2 * h] - c * basis[2 * h - 1]);
         value[2] -= w * w * y;
     }
+}
+
+void spectrum_value(const double *row, int harmonics, double omega, double t_s, double value[3]) {
+    double basis[SPECTRUM_SIZE];
+    spectrum_basis(omega * t_s, harmonics, basis);
+    spectrum_at(row, harmonics, omega, basis, value);
 }
 
 double spectrum_quantisation(double amplitude, double step, double noise, double samples) {
@@ -190,15 +194,22 @@ static void leave_rest(const struct spectrum *s, const struct recording_test *t,
     for (int i = 0; i < n; i++) rest[i] -= y + xy / xx * (i - x);
 }
 
-/* |sum rest exp(-i w t)|^2, by a rotating pointer. */
-static double power_at(int n, const double *rest, double radians) {
-    double c = cos(radians), s = sin(radians), re = 1.0, im = 0.0, sum_re = 0.0, sum_im = 0.0;
-    for (int i = 0; i < n; i++) {
-        sum_re += rest[i] * re, sum_im += rest[i] * im;
-        double next = re * c - im * s;
-        im = re * s + im * c, re = next;
+enum { AT_ONCE = 8 };
+
+/* |sum rest exp(-2 pi i b n / N)|^2 of so many bins from `first` on, by rotating pointers. */
+static void power_at(int n, const double *rest, int first, double power[AT_ONCE]) {
+    double c[AT_ONCE], s[AT_ONCE], re[AT_ONCE], im[AT_ONCE], sum_re[AT_ONCE] = {0}, sum_im[AT_ONCE] = {0};
+    for (int j = 0; j < AT_ONCE; j++) {
+        double radians = 2.0 * PI * (first + j) / n;
+        c[j] = cos(radians), s[j] = sin(radians), re[j] = 1.0, im[j] = 0.0;
     }
-    return sum_re * sum_re + sum_im * sum_im;
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < AT_ONCE; j++) {
+            sum_re[j] += rest[i] * re[j], sum_im[j] += rest[i] * im[j];
+            double next = re[j] * c[j] - im[j] * s[j];
+            im[j] = re[j] * s[j] + im[j] * c[j], re[j] = next;
+        }
+    for (int j = 0; j < AT_ONCE; j++) power[j] = sum_re[j] * sum_re[j] + sum_im[j] * sum_im[j];
 }
 
 /* Harmonics too high to be in the mean cycle are no lines: rounding errors have them. What is slower than the motion is drift. */
@@ -228,9 +239,10 @@ struct spectrum_line spectrum_find_line(const struct spectrum *s, const struct r
         thin(n, many, rest);
         for (int i = 0; i < n; i++) square += rest[i] * rest[i];
         legs += square > 0.0;
-        for (int b = LINE_BINS; b < bins && square > 0.0; b++) {
-            double p = power_at(n, rest, 2.0 * PI * b / n);
-            power[b] += p / square, absolute[b] += p;
+        for (int first = LINE_BINS; first < bins && square > 0.0; first += AT_ONCE) {
+            double p[AT_ONCE];
+            power_at(n, rest, first, p);
+            for (int b = first; b < bins && b < first + AT_ONCE; b++) power[b] += p[b - first] / square, absolute[b] += p[b - first];
         }
     }
     step_s = (t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s) / (all - 1) * many;

@@ -35,7 +35,8 @@ struct spectrum_line spectrum_find_line(const struct spectrum *s, const struct r
 /* [1, sin wt, cos wt, ...], 1 + 2 harmonics values. */
 void spectrum_basis(double phase, int harmonics, double *basis);
 
-/* Value of a coefficient row and its first two derivatives. */
+/* Value of a coefficient row and its first two derivatives; at the phase of a basis of at least so many harmonics. */
+void spectrum_at(const double *row, int harmonics, double omega, const double *basis, double value[3]);
 void spectrum_value(const double *row, int harmonics, double omega, double t_s, double value[3]);
 
 /* Standard deviation of one coefficient of a sinusoid of this amplitude in steps, in so many samples a cycle, that the spread between cycles
