@@ -18,7 +18,7 @@
 static const double GAIN_MIN = 36.0;       /* of white squares, on fitted and held-out cycles together: z = 6; */
 static const double GAIN_EACH = 4.0;       /* and of either alone: chance repeats in neither */
 static const double LATER_SHARE = 2e-5;    /* of the first gain: a later effect below that only mends the earlier one's shape */
-static const double FRICTION_SHARE = 3e-3; /* the same, beside a friction: what no law of friction gets right at reversals */
+static const double REVERSAL_SHARE = 3e-3; /* the same, beside an effect that acts at reversals */
 static const double UNCLEAR_SHARE = 0.05;  /* the same, of an effect that others come close to */
 static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes less is not what is there */
 static const double RIVAL_SHARE = 0.001;   /* of the gain: plausible model error, */
@@ -88,10 +88,15 @@ static void put_first(struct trial *trial, int place) {
     trial[0] = first;
 }
 
-/* Where an effect that is a limit of the best one explains as much, it is that. */
+/* Is it a limit of the other: of another effect, or all legs alike where each had its own value? */
+static bool simpler(const struct hypothesis *h, const struct hypothesis *than) {
+    return h->effect == than->effect ? h->shape == SHAPE_ALL && than->shape == SHAPE_EACH : hypothesis_contains(than->effect, h->effect);
+}
+
+/* Where a limit of the best one explains as much, it is that. */
 static void prefer_simple(const struct diagnosis *d, struct trial *trial, int trials) {
     for (int i = 1; i < trials; i++)
-        if (hypothesis_contains(trial[0].hypothesis->effect, trial[i].hypothesis->effect) && !trial[i].bound && comes_close(d, &trial[0], &trial[i])) {
+        if (simpler(trial[i].hypothesis, trial[0].hypothesis) && !trial[i].bound && comes_close(d, &trial[0], &trial[i])) {
             put_first(trial, i);
             return;
         }
@@ -105,15 +110,19 @@ static void prefer_inside(struct trial *trial, int trials) {
     put_first(trial, best);
 }
 
-/* Friction is there already: no law of it is exact at reversals, and what it leaves there looks like much. */
-static bool beside_friction(const struct diagnosis *d) {
-    bool friction = false;
-    for (int i = 0; i < d->added; i++) friction = friction || effect_table[d->addition[i].effect]->leg_friction;
-    return friction;
+/* Friction or hysteresis is there already: no law of them is exact at reversals, where noise decides, and what they leave there looks like
+ * much. */
+static bool beside_reversals(const struct diagnosis *d) {
+    bool turns = false;
+    for (int i = 0; i < d->added; i++) {
+        const struct effect *e = effect_table[d->addition[i].effect];
+        turns = turns || e->leg_friction || e->command;
+    }
+    return turns;
 }
 
 static bool worth_adding(const struct diagnosis *d, const struct trial *t, double first_gain) {
-    double left = excess(d->held_square, d->held_out.evaluated), share = beside_friction(d) ? FRICTION_SHARE : LATER_SHARE;
+    double left = excess(d->held_square, d->held_out.evaluated), share = beside_reversals(d) ? REVERSAL_SHARE : LATER_SHARE;
     bool pays = t->gain > GAIN_EACH && t->held_gain > GAIN_EACH && trial_evidence(t) > GAIN_MIN;
     return t->ok && !t->bound && pays && t->held_gain > share * first_gain && t->held_gain > REMAINDER_SHARE * left;
 }

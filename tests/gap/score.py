@@ -19,6 +19,17 @@ FIELDS = ["truth", "size", "seed", "series", "shape", "verdict", "named", "ambig
           "after", "floor", "ratio", "seconds", "remark"]
 SIZES = {"typical": 1.0, "strong": 3.0}   # of the catalogue's typical; "detectable": where the likelihood ratio is z = 8
 
+# The base's own values, and effects whose parameters add to one or scale one: with the base off there is one sum to be found, or one product.
+BASE = {"payload.mass_kg": 178.6, "payload.inertia_xx_kg_m2": 13.6, "payload.inertia_yy_kg_m2": 13.6, "payload.inertia_zz_kg_m2": 23.92,
+        "hydraulics.viscous_n_s_per_m": 2000, "hydraulics.bulk_modulus_pa": 1e9, "hydraulics.leakage_m3_per_s_pa": 3e-11,
+        "hydraulics.valve_flow_m3_per_s": 1.57e-3}
+TOLERANCE = {"payload": .01, "hydraulics": .05}
+SUMS = {"payload_mass.mass_kg": "payload.mass_kg", "payload_rotational_inertia.xx": "payload.inertia_xx_kg_m2",
+        "payload_rotational_inertia.yy": "payload.inertia_yy_kg_m2", "payload_rotational_inertia.zz": "payload.inertia_zz_kg_m2",
+        "cylinder_viscous_friction.extend_n_s_per_m": "hydraulics.viscous_n_s_per_m",
+        "cylinder_viscous_friction.retract_n_s_per_m": "hydraulics.viscous_n_s_per_m"}
+PRODUCTS = {"valve_flow_gain.scale": "hydraulics.valve_flow_m3_per_s", "internal_leakage.scale": "hydraulics.leakage_m3_per_s_pa"}
+
 # Alike on the six tests by their physics: an ambiguous verdict with just the set is right (tests/bench/signatures shows which).
 ALIKE = [{"payload_rotational_inertia", "external_stiffness"}, {"payload_mass", "external_stiffness"}, {"command_delay", "valve_lag"},
          {"actuator_inertia", "external_stiffness"}, {"position_sensor_scale", "position_sensor_offset"},
@@ -32,10 +43,7 @@ def effects():
 
 def base(r, series):
     def off(share): return 1.0 + r.uniform(-share, share)
-    values = {"payload.mass_kg": 178.6 * off(.01), "payload.inertia_xx_kg_m2": 13.6 * off(.01), "payload.inertia_yy_kg_m2": 13.6 * off(.01),
-              "payload.inertia_zz_kg_m2": 23.92 * off(.01), "hydraulics.viscous_n_s_per_m": 2000 * off(.05),
-              "hydraulics.bulk_modulus_pa": 1e9 * off(.05), "hydraulics.leakage_m3_per_s_pa": 3e-11 * off(.05),
-              "hydraulics.valve_flow_m3_per_s": 1.57e-3 * off(.05)}
+    values = {name: value * off(TOLERANCE[name.split(".")[0]]) for name, value in BASE.items()}
     if series == "beyond":
         values |= {"hydraulics.supply_pa": 1e7 * off(.02), "hydraulics.valve_damping": .8 * off(.2),
                    "hydraulics.dead_volume_m3": 1e-4 * off(.3)}
@@ -88,18 +96,29 @@ def setting(name, value):
     return "%s=%s" % (name, "[%s]" % ", ".join("%.9g" % x for x in value) if isinstance(value, list) else "%.9g" % value)
 
 
-def parameter_error(table, truth, result):
-    """Largest error of the truth's parameters, of their distance from what adds nothing."""
+def whole(settings, name, value):
+    """What stands in the rig where the model has the base as given and this parameter."""
+    short = name.removeprefix("effects.")
+    if isinstance(value, list) and min(value) != max(value): return value   # of one leg: the base has all legs alike
+    off = [(settings[table[short]], BASE[table[short]]) for table in (SUMS, PRODUCTS) if short in table]
+    if not off: return value
+    rig, given = off[0]
+    return value + rig - given if short in SUMS else value * rig / given
+
+
+def parameter_error(table, settings, truth, result):
+    """Largest error of the truth's parameters, of what it adds to the rig."""
     worst = 0.0
-    for name, value in truth.items():
+    for name, hidden in truth.items():
         _, effect, key = name.split(".")
         k = next(x for x in table[effect]["keys"] if x["name"] == key)
         found = next((e["parameters"][key] for e in result["effects"] if e["name"] == effect), None)
         if found is None: return ""
         if k["typical"] == k["neutral"]: continue
-        value, found = (v if isinstance(v, list) else [v] * 6 for v in (value, found))
-        whole = max(abs(v - k["neutral"]) for v in value)
-        if whole > 0: worst = max(worst, max(abs(f - v) for f, v in zip(found, value)) / whole)
+        full = whole(settings, name, hidden)
+        full, hidden, found = (v if isinstance(v, list) else [v] * 6 for v in (full, hidden, found))
+        size = max(abs(v - k["neutral"]) for v in hidden)
+        if size > 0: worst = max(worst, max(abs(f - v) for f, v in zip(found, full)) / size)
     return worst
 
 
@@ -147,7 +166,7 @@ def run_case(case, size, seed, series):
     where = result["where"][0] if result["where"] else {}
     return row | {"verdict": result["verdict"], "named": " ".join(e["name"] for e in result["effects"]),
                   "ambiguous_with": " ".join(result["ambiguous_with"]), "score": judge(names, result), "z": "%.1f" % z[0] if z else "",
-                  "error": parameter_error(table, truth, result) if truth else "", "before": g["held_out_before"],
+                  "error": parameter_error(table, settings, truth, result) if truth else "", "before": g["held_out_before"],
                   "after": g["held_out_after"], "floor": g["noise_floor"],
                   "ratio": g["held_out_after"] / g["noise_floor"], "seconds": result["seconds"],
                   "where": "%s %s leg %s h%s" % tuple(where.get(k, "") for k in ("test", "channel", "leg", "harmonic"))}
@@ -195,11 +214,13 @@ def report(files):
     ran = [r for r in rows if r["score"] != ""]
     single = [r for r in ran if r["truth"] not in ("none",) and "+" not in r["truth"] and not r["truth"].startswith("unknown_")]
     seen = [r for r in single if r["z"] and float(r["z"]) >= 6]
-    print("%-28s %5s %5s  %s" % ("hidden", "cases", "right", "named otherwise"))
+    print("%-28s %-26s %s" % ("hidden", "right of cases, by size", "named otherwise"))
     for name in sorted({r["truth"] for r in ran}):
         of = [r for r in ran if r["truth"] == name]
         wrong = [r for r in of if float(r["score"]) < 1]
-        print("%-28s %5d %5.1f  %s" % (name, len(of), sum(float(r["score"]) for r in of), "; ".join(map(otherwise, wrong))))
+        sizes = ["%s %g/%d" % (size, sum(float(r["score"]) for r in of if r["size"] == size), len([r for r in of if r["size"] == size]))
+                 for size in ("detectable", "typical", "strong") if any(r["size"] == size for r in of)]
+        print("%-28s %-40s %s" % (name, ", ".join(sizes), "; ".join(otherwise(r) for r in wrong)))
     for series in ("tolerance", "beyond"):
         of = [r for r in seen if r["series"] == series]
         wrong = [r for r in of if r["verdict"] == "effect_named" and float(r["score"]) == 0]

@@ -1,0 +1,62 @@
+/* Residuals in units of their noise. */
+#include "support.h"
+
+#include "whiten.h"
+
+enum { CYCLES = 10, SAMPLES = 125, UNSTEADY_LEG = 1, STEADY_LEG = 4 };
+static const double PRESSURE_NOISE_PA = 1e4;
+
+/* Six sinusoids with noise alone. */
+static void make_test(struct residual_test *t) {
+    *t = (struct residual_test){.legs = LEGS, .pressures = true, .chambers = true, .harmonics = RESIDUAL_HARMONICS, .fitted = SAMPLES};
+    t->spectrum = (struct spectrum){.omega = 25.0, .harmonics = SPECTRUM_HARMONICS, .cycles = CYCLES};
+    for (int k = 0; k < LEGS; k++) {
+        t->spectrum.mean[CHANNEL_LENGTH][k][1] = 4e-3;
+        for (int ch = CHANNEL_P1; ch <= CHANNEL_P2; ch++) {
+            t->spectrum.mean[ch][k][0] = 4e6, t->spectrum.mean[ch][k][1] = 1e5;
+            t->spectrum.noise[ch][k] = PRESSURE_NOISE_PA;
+            for (int a = 0; a < SPECTRUM_SIZE; a++) t->spectrum.std[ch][k][a] = PRESSURE_NOISE_PA * sqrt((a ? 2.0 : 1.0) / SAMPLES / CYCLES);
+        }
+    }
+}
+
+static double white_p2(const struct residual_test *t, int leg, double p2_pa) {
+    struct params params;
+    struct whitener w;
+    residual_row row = {{{0}}};
+    config_default(&params);
+    whitener_init(&w, t, &params, 1e-3);
+    row[leg][RESIDUAL_P2][0] = p2_pa;
+    whiten(&w, row);
+    return row[leg][RESIDUAL_P2][0];
+}
+
+/* The mean pressure of a chamber that empties and fills again, its valve shut, is what no steady state of any model has. */
+static void a_chamber_on_its_way_says_little(void **unused) {
+    (void)unused;
+    struct residual_test t;
+    double scatter_pa = 2e6;
+    make_test(&t);
+    t.spectrum.std[CHANNEL_P2][UNSTEADY_LEG][0] = scatter_pa / sqrt(CYCLES);
+    assert_true(fabs(white_p2(&t, STEADY_LEG, scatter_pa)) > 1000.0);
+    assert_below(fabs(white_p2(&t, UNSTEADY_LEG, scatter_pa)), 1.0);
+}
+
+/* Twice the spread that the samples' noise makes is what ten cycles may have by chance: it weighs as its own mean does, no less. */
+static void cycles_of_noise_are_steady(void **unused) {
+    (void)unused;
+    struct residual_test t;
+    double p2_pa = 1e4;
+    make_test(&t);
+    double steady = white_p2(&t, STEADY_LEG, p2_pa);
+    t.spectrum.std[CHANNEL_P2][UNSTEADY_LEG][0] *= 2.0;
+    assert_true(white_p2(&t, UNSTEADY_LEG, p2_pa) > 0.4 * steady);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_chamber_on_its_way_says_little),
+        cmocka_unit_test(cycles_of_noise_are_steady),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
