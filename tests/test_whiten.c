@@ -15,7 +15,8 @@ static void make_test(struct residual_test *t) {
         for (int ch = CHANNEL_P1; ch <= CHANNEL_P2; ch++) {
             t->spectrum.mean[ch][k][0] = 4e6, t->spectrum.mean[ch][k][1] = 1e5;
             t->spectrum.noise[ch][k] = PRESSURE_NOISE_PA;
-            for (int a = 0; a < SPECTRUM_SIZE; a++) t->spectrum.std[ch][k][a] = PRESSURE_NOISE_PA * sqrt((a ? 2.0 : 1.0) / SAMPLES / CYCLES);
+            for (int a = 0; a < SPECTRUM_SIZE; a++)
+                t->spectrum.std[ch][k][a] = PRESSURE_NOISE_PA * sqrt((a ? 2.0 : 1.0) / SAMPLES / CYCLES);
         }
     }
 }

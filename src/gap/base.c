@@ -45,8 +45,9 @@ static int joint_variables(const struct params *model, struct variable *v) {
     for (int key = 0; key < EFFECT_KEYS && effect_table[effect]->keys[key].name; key++)
         for (int leg = 0; leg < LEGS; leg++) {
             const double *place = values->value[key];
-            v[n++] = (struct variable){.name = effect_table[effect]->keys[key].name, .offset = (size_t)((const char *)place - (const char *)model),
-                                       .leg = leg, .legs = LEGS, .effect = effect, .key = key, .base = true,
+            v[n++] = (struct variable){.name = effect_table[effect]->keys[key].name,
+                                       .offset = (size_t)((const char *)place - (const char *)model), .leg = leg, .legs = LEGS,
+                                       .effect = effect, .key = key, .base = true,
                                        .min = place[leg] - JOINT_TOLERANCE_M, .max = place[leg] + JOINT_TOLERANCE_M,
                                        .step = 0.1 * JOINT_TOLERANCE_M, .parts = PART_FORCE};
         }
@@ -69,8 +70,8 @@ int base_variables(const struct params *model, struct variable v[FIT_VARIABLES])
         const struct base_entry *e = &entries[i];
         double value = at(model, e->offset), width = (e->stated ? at(model, e->stated) : e->tolerance) * fabs(value);
         if (!(width > 0.0) || !(e->mechanisms & 1 << model->mechanism)) continue; /* 0: exact by decree */
-        v[n++] = (struct variable){.name = e->name, .offset = e->offset, .leg = -1, .legs = 1, .effect = -1, .base = true, .min = value - width,
-                                   .max = value + width, .step = 0.1 * width, .parts = e->parts};
+        v[n++] = (struct variable){.name = e->name, .offset = e->offset, .leg = -1, .legs = 1, .effect = -1, .base = true,
+                                   .min = value - width, .max = value + width, .step = 0.1 * width, .parts = e->parts};
     }
     if (axis) v[n++] = offset_variable();
     return axis ? n : n + joint_variables(model, v + n);

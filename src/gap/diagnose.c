@@ -11,8 +11,8 @@
 static const double MODEL_ERROR = 1e-3;  /* of a channel's variation: integrators and what the harmonics leave out */
 static const double IDLE = 1e-6;         /* relative change of the squares */
 static const double CHARGE = 8.0;        /* of white squares, a parameter: ln of the number of values, about */
-static const double NEAR = 0.9;
-enum { POLISH_ITERATIONS = 5, FINALISTS = 6 };
+static const double NEAR = 0.9;          /* of the gain with the base moved linearly: polishing may turn the order */
+enum { POLISH_ITERATIONS = 5, FINALISTS = 5 };
 enum { TRIAL_ITERATIONS = 6, BASE_ITERATIONS = 6, THREADS_MAX = 16, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
 
 int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, struct error *error) {
@@ -25,10 +25,10 @@ int diagnosis_init(struct diagnosis *d, const struct params *given, const struct
     d->variables = base_variables(given, d->variable);
     for (int i = 0; effect_table[i]; i++) d->known[i] = given->effects[i].on;
     d->column = malloc((size_t)FIT_VARIABLES * (size_t)d->fit.values * sizeof *d->column);
-    d->product = malloc((size_t)FIT_VARIABLES * FIT_VARIABLES * sizeof *d->product);
+    d->gram = malloc((size_t)FIT_VARIABLES * FIT_VARIABLES * sizeof *d->gram);
     d->raw = malloc((size_t)d->fit.values * sizeof *d->raw);
     d->hypothesis = malloc(HYPOTHESES_MAX * sizeof *d->hypothesis);
-    if (!d->column || !d->product || !d->raw || !d->hypothesis) return error_set(error, STATUS_IO, "out of memory");
+    if (!d->column || !d->gram || !d->raw || !d->hypothesis) return error_set(error, STATUS_IO, "out of memory");
     if (!diagnosis_refit(d, BASE_ITERATIONS))
         return error_set(error, STATUS_USAGE, "the measured lengths are no motion of the machine in the configuration: check geometry");
     return STATUS_OK;
@@ -40,7 +40,7 @@ void diagnosis_free(struct diagnosis *d) {
     fit_data_free(&d->fit);
     fit_data_free(&d->held_out);
     free(d->column);
-    free(d->product);
+    free(d->gram);
     free(d->raw);
     free(d->hypothesis);
 }
@@ -54,8 +54,9 @@ static double held_square(const struct diagnosis *d, const struct params *model)
 
 bool diagnosis_refit(struct diagnosis *d, int iterations) {
     struct fit_result r = fit_model(&d->fit, &d->model, d->variables, d->variable, NULL, NULL, iterations);
-    if (!r.ok || !fit_columns(&d->fit, &d->model, d->variables, d->variable, d->column) || !fit_raw(&d->fit, &d->model, d->raw)) return false;
-    fit_products(d->variables, d->fit.values, d->column, d->product);
+    bool fitted = r.ok && fit_columns(&d->fit, &d->model, d->variables, d->variable, d->column) && fit_raw(&d->fit, &d->model, d->raw);
+    if (!fitted) return false;
+    fit_gram(d->variables, d->fit.values, d->column, d->gram);
     memcpy(d->std, r.std, sizeof d->std);
     d->square = r.square;
     d->held_square = held_square(d, &d->model);
@@ -116,7 +117,7 @@ static bool at_bound(const struct trial *t) {
 
 static void try_one(const struct diagnosis *d, const struct hypothesis *h, const struct trial *from, struct trial *t) {
     double min[FIT_VARIABLES], max[FIT_VARIABLES], x[FIT_VARIABLES], *own = NULL;
-    struct linear_part linear = {.n = d->variables, .column = d->column, .product = d->product, .min = min, .max = max, .x = x};
+    struct linear_part linear = {.n = d->variables, .column = d->column, .gram = d->gram, .min = min, .max = max, .x = x};
     struct params base;
     *t = (struct trial){.hypothesis = h};
     if (without_parallel(d, h, &base, min, max)) {
@@ -138,23 +139,24 @@ end:
     free(own);
 }
 
-/* What the linear part promised, made true: base and effect fitted together. What masses and joints do to the forces needed is the same
- * with the effect or without. */
+/* What the linear part promised, made true: base and effect fitted together. What masses and joints do to the forces hardly changes on the
+ * way. */
 static void polish(const struct diagnosis *d, struct trial *t) {
     struct variable v[FIT_VARIABLES];
-    const double *kept[FIT_VARIABLES] = {NULL};
+    bool once[FIT_VARIABLES] = {false};
     const struct hypothesis *h = t->hypothesis;
     int n = 0, base;
     for (int i = 0; i < d->variables; i++) {
         const struct variable *b = &d->variable[i];
         if (b->base && hypothesis_parallel(h, b)) continue;
-        if (b->base && b->parts == PART_FORCE) kept[n] = d->column + (size_t)i * (size_t)d->fit.values;
+        once[n] = b->base && b->parts == PART_FORCE;
         v[n++] = *b;
     }
     base = n;
     for (int i = 0; i < h->variables && n < FIT_VARIABLES; i++) v[n++] = h->variable[i];
-    struct fit_result r = fit_model(&d->fit, &t->model, n, v, kept, NULL, POLISH_ITERATIONS);
+    struct fit_result r = fit_model(&d->fit, &t->model, n, v, once, NULL, POLISH_ITERATIONS);
     t->ok = r.ok;
+    if (!t->ok) return;
     t->gain += t->square - r.square;
     t->square = r.square;
     t->held_square = held_square(d, &t->model);
@@ -239,27 +241,33 @@ static void *polish_next(void *argument) {
 /* Of what is fitted truly, the cycles held out judge as much as the fitted ones: many parameters cannot win there by their number. */
 static int by_evidence(const void *a, const void *b) {
     const struct trial *x = a, *y = b;
-    if (!x->polished || !y->polished) return x->polished != y->polished ? y->polished - x->polished : by_gain(a, b);
+    bool first = x->ok && x->polished, second = y->ok && y->polished;
+    if (!first || !second) return first != second ? second - first : by_gain(a, b);
     double p = trial_evidence(x), q = trial_evidence(y);
     return p < q ? 1 : p > q ? -1 : 0;
 }
 
-/* A worse shape of an effect that is polished anyway, and not so near that polishing may turn them. */
-static bool outdone(const struct trial *finalist, int finalists, const struct trial *t) {
-    bool worse = false;
-    for (int i = 0; i < finalists; i++)
-        worse = worse || (finalist[i].hypothesis->effect == t->hypothesis->effect && t->gain < NEAR * finalist[i].gain);
-    return worse;
+/* Is it to be polished: the next of so many effects in its best shape, or another shape that comes near that? */
+static bool is_finalist(const struct trial *finalist, int finalists, const struct trial *t) {
+    int effects = 0;
+    const struct trial *best = NULL; /* of the same effect */
+    for (int i = 0; i < finalists; i++) {
+        bool again = false;
+        for (int j = 0; j < i; j++) again = again || finalist[j].hypothesis->effect == finalist[i].hypothesis->effect;
+        effects += !again;
+        if (!best && finalist[i].hypothesis->effect == t->hypothesis->effect) best = &finalist[i];
+    }
+    return t->ok && (best ? t->gain > NEAR * best->gain : effects < FINALISTS);
 }
 
-/* Best first; the best few effects, each in its best shapes, come first, polished. */
+/* Best first; the best few effects come first, polished. */
 static void finish(struct crew *crew, struct trial *trial, int count, int threads) {
     struct trial *finalist = calloc((size_t)count + 1, sizeof *finalist);
     int finalists = 0, others = 0;
     qsort(trial, (size_t)count, sizeof *trial, by_gain);
     if (!finalist) return;
     for (int i = 0; i < count; i++) {
-        if (finalists < FINALISTS && trial[i].ok && !outdone(finalist, finalists, &trial[i])) finalist[finalists++] = trial[i];
+        if (is_finalist(finalist, finalists, &trial[i])) finalist[finalists++] = trial[i];
         else trial[others++] = trial[i];
     }
     memmove(trial + finalists, trial, (size_t)others * sizeof *trial);
@@ -348,12 +356,11 @@ bool diagnosis_drop(struct diagnosis *d, int addition, double most) {
     double square = d->square, held = d->held_square, std[FIT_VARIABLES];
     memcpy(std, d->std, sizeof std);
     d->model.effects[effect] = d->given->effects[effect];
+    d->known[effect] = false; /* a hypothesis again */
     memmove(d->addition + addition, d->addition + addition + 1, (size_t)(--d->added - addition) * sizeof *d->addition);
     bool fitted = list_variables(d) && diagnosis_refit(d, BASE_ITERATIONS);
-    if (fitted && d->square - square < most + CHARGE * dropped.variables && d->held_square - held < most) {
-        d->known[effect] = false;
-        return true;
-    }
+    if (fitted && d->square - square < most + CHARGE * dropped.variables && d->held_square - held < most) return true;
+    d->known[effect] = true;
     memmove(d->addition + addition + 1, d->addition + addition, (size_t)(d->added++ - addition) * sizeof *d->addition);
     d->addition[addition] = dropped;
     restore(d, &before, std);

@@ -1,4 +1,4 @@
-/* The search on equations: fits the base, tries every hypothesis beside it, adds the best while that pays on cycles it was not fitted to. */
+/* The search on equations: fits the base, tries every hypothesis beside it, adds the best while that pays on other cycles. */
 #ifndef HEXID_DIAGNOSE_H
 #define HEXID_DIAGNOSE_H
 
@@ -19,7 +19,7 @@ struct diagnosis {
     double std[FIT_VARIABLES];
     double square, held_square;          /* of the model so far */
     double *column;                      /* at the model, [variables][values] */
-    double *product;                     /* of the columns, [variables][variables] */
+    double *gram;                        /* of the columns, [variables][variables] */
     double *raw;                         /* residuals at the model, [values] */
     struct hypothesis *hypothesis;
     int hypotheses;
@@ -36,7 +36,7 @@ struct trial {
     bool polished;                       /* base and effect fitted together, not only the base moved linearly */
 };
 
-/* Of all cycles. */
+/* Of all cycles: what decides between trials. */
 static inline double trial_evidence(const struct trial *t) { return t->gain + t->held_gain; }
 
 int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, struct error *error);
@@ -46,7 +46,8 @@ void diagnosis_free(struct diagnosis *d);
 bool diagnosis_refit(struct diagnosis *d, int iterations);
 
 /* Tries hypotheses beside the model so far, `threads` at a time: every effect with all legs alike; then those that came closest in their
- * other shapes, for the legs with most to explain. The best ones are polished and come first, by their evidence. Returns the number of trials (HYPOTHESES_MAX at most). */
+ * other shapes, for the legs with most to explain. The best ones are polished and come first, by their evidence. Returns the number of
+ * trials (HYPOTHESES_MAX at most). */
 int diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads);
 
 /* The hypothesis joins the model; false where that cannot be fitted: all is as before. */

@@ -65,12 +65,12 @@ static void whiten_copy(const struct fit_data *d, const double *raw, double *whi
     whiten_all(d, white);
 }
 
-/* here: the raw residual at the model. */
+/* here: the raw residual at the model. same: columns that are there already, or NULL. */
 static bool fit_columns_from(const struct fit_data *d, const struct params *model, const double *here, int variables,
-                             const struct variable *v, const double *const *kept, double *column) {
+                             const struct variable *v, const bool *same, double *column) {
     bool ok = true;
     for (int i = 0; i < variables && ok; i++) {
-        if (kept && kept[i]) continue;
+        if (same && same[i]) continue;
         struct params moved = *model;
         double *c = column + (size_t)i * (size_t)d->values, value = variable_get(&v[i], model), step = v[i].step;
         if (value + step > v[i].max) step = -step;
@@ -156,19 +156,20 @@ static double dot(int n, const double *a, const double *b) {
     return sum;
 }
 
-void fit_products(int n, int values, const double *column, double *product) {
+void fit_gram(int n, int values, const double *column, double *gram) {
     for (int i = 0; i < n; i++)
         for (int j = 0; j <= i; j++)
-            product[i * n + j] = product[j * n + i] = dot(values, column + (size_t)i * (size_t)values, column + (size_t)j * (size_t)values);
+            gram[i * n + j] = gram[j * n + i] = dot(values, column + (size_t)i * (size_t)values, column + (size_t)j * (size_t)values);
 }
 
-/* h and g of the least squares; of the columns from `known` on the products are there already. */
-static void normal_equations(int n, int values, const double *residual, const double *const *column, int known, const double *product, double *h,
-                             double *g) {
+/* h and g of the least squares; the products of the columns from first_known on are there already. */
+static void normal_equations(int n, int values, const double *residual, const double *const *column, int first_known, const double *gram,
+                             double *h, double *g) {
     for (int i = 0; i < n; i++) {
         g[i] = dot(values, column[i], residual);
         for (int j = 0; j <= i; j++)
-            h[i * n + j] = h[j * n + i] = j < known ? dot(values, column[i], column[j]) : product[(i - known) * (n - known) + j - known];
+            h[i * n + j] = h[j * n + i] =
+                j < first_known ? dot(values, column[i], column[j]) : gram[(i - first_known) * (n - first_known) + j - first_known];
     }
 }
 
@@ -187,7 +188,8 @@ static void deviations(int n, const double *h, const bool *is_free, double *std)
 
 static double square_of(double x) { return x * x; }
 
-static bool solve_box(int n, double *h, double *g, const struct fit_pull *pull, const double *min, const double *max, double *x, double *std) {
+static bool solve_box(int n, double *h, double *g, const struct fit_pull *pull, const double *min, const double *max, double *x,
+                      double *std) {
     bool is_free[COLUMNS_MAX];
     for (int i = 0; i < n && pull; i++) h[i * n + i] += square_of(pull[i].pull), g[i] += square_of(pull[i].pull) * pull[i].off;
     for (int i = 0; i < n; i++)
@@ -209,10 +211,10 @@ static double linear_square(int values, const double *white, const struct linear
     double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX], sum = fit_square(values, white);
     int n = linear ? linear->n : 0;
     if (!n) return sum;
-    memcpy(h, linear->product, (size_t)(n * n) * sizeof *h);
+    memcpy(h, linear->gram, (size_t)(n * n) * sizeof *h);
     for (int i = 0; i < n; i++) g[i] = dot(values, linear->column + (size_t)i * (size_t)values, white);
     if (!solve_box(n, h, g, NULL, linear->min, linear->max, linear->x, NULL)) return INFINITY;
-    for (int i = 0; i < n; i++) sum += linear->x[i] * (2.0 * g[i] + dot(n, linear->product + i * n, linear->x));
+    for (int i = 0; i < n; i++) sum += linear->x[i] * (2.0 * g[i] + dot(n, linear->gram + i * n, linear->x));
     return sum;
 }
 
@@ -272,7 +274,7 @@ static bool descend(struct descent *s, const double *x) {
 }
 
 struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v,
-                            const double *const *kept, const struct linear_part *linear, int iterations) {
+                            const bool *once, const struct linear_part *linear, int iterations) {
     int extra = linear ? linear->n : 0, n = variables + extra, values = d->values;
     struct fit_result result = {0};
     double *room = malloc((size_t)(variables + 2) * (size_t)values * sizeof *room), *columns = room + 2 * values;
@@ -285,26 +287,21 @@ struct fit_result fit_model(const struct fit_data *d, struct params *model, int 
     if (result.ok) whiten_copy(d, s.raw, s.white);
     if (result.ok) s.square = linear_square(values, s.white, linear);
     for (int iteration = 0; result.ok && iteration < iterations; iteration++) {
-        if (!fit_columns_from(d, model, s.raw, variables, v, kept, columns)) break;
+        if (!fit_columns_from(d, model, s.raw, variables, v, iteration ? once : NULL, columns)) break;
         for (int i = 0; i < n; i++) {
             column[i] = i < variables ? columns + (size_t)i * (size_t)values : linear->column + (size_t)(i - variables) * (size_t)values;
-            if (kept && i < variables && kept[i]) column[i] = kept[i];
             double value = i < variables ? variable_get(&v[i], model) : 0.0;
             min[i] = i < variables ? v[i].min - value : linear->min[i - variables];
             max[i] = i < variables ? v[i].max - value : linear->max[i - variables];
             pull[i] = i < variables ? (struct fit_pull){v[i].pull, value - v[i].neutral} : (struct fit_pull){0};
         }
-        normal_equations(n, values, s.white, column, variables, linear ? linear->product : NULL, h, g);
+        normal_equations(n, values, s.white, column, variables, linear ? linear->gram : NULL, h, g);
         if (!solve_box(n, h, g, pull, min, max, x, std)) break;
         memcpy(result.std, std, (size_t)variables * sizeof *std);
         double before = s.square;
         if (!descend(&s, x) || before - s.square < ENOUGH * s.square) break;
     }
     result.square = s.square;
-    for (int i = 0; i < variables; i++) {
-        double value = variable_get(&v[i], model), margin = 1e-6 * (v[i].max - v[i].min);
-        result.bound[i] = value <= v[i].min + margin || value >= v[i].max - margin;
-    }
     free(room);
     return result;
 }

@@ -32,7 +32,8 @@ struct fit_data {
     int evaluated;                /* of them; the others are zero */
 };
 
-int fit_data_init(struct fit_data *d, const struct residual_data *residual, const struct params *model, double model_error, struct error *error);
+int fit_data_init(struct fit_data *d, const struct residual_data *residual, const struct params *model, double model_error,
+                  struct error *error);
 void fit_data_free(struct fit_data *d);
 
 /* White residuals, d->values of them. False: the model cannot make this motion. */
@@ -56,28 +57,27 @@ struct fit_result {
     bool ok;
     double square;                      /* at the end */
     double std[FIT_VARIABLES];
-    bool bound[FIT_VARIABLES];          /* stuck at its bound */
 };
 
 /* Variables that are fitted beside others, but linearly: the rest of the model while a hypothesis is tried. */
 struct linear_part {
     int n;
     const double *column;               /* [n][values] */
-    const double *product;              /* [n][n], from fit_products */
+    const double *gram;                 /* [n][n], from fit_gram */
     const double *min, *max;
     double *x;                          /* result, from where the model is */
 };
 /* Products of columns with each other, [n][n]. */
-void fit_products(int n, int values, const double *column, double *product);
+void fit_gram(int n, int values, const double *column, double *gram);
 
 /* Sum of white squares at a model with the linear part at its best: raw, from fit_raw at a model that differs only in `parts`. */
 double fit_start(const struct fit_data *d, const struct params *model, enum residual_part parts, const double *raw,
                  const struct linear_part *linear);
 bool fit_raw(const struct fit_data *d, const struct params *model, double *raw);
 
-/* Fits the variables from where the model is; the result is in the model. kept: columns that stay what they are, NULL for one that is
- * computed at each iteration. kept and linear may be NULL. */
+/* Fits the variables from where the model is; the result is in the model. once: variables whose columns are computed at the first
+ * iteration only. once and linear may be NULL. */
 struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v,
-                            const double *const *kept, const struct linear_part *linear, int iterations);
+                            const bool *once, const struct linear_part *linear, int iterations);
 
 #endif

@@ -21,9 +21,9 @@ static const double LATER_SHARE = 2e-5;    /* of the first gain: a later effect 
 static const double REVERSAL_SHARE = 3e-3; /* the same, beside an effect that acts at reversals */
 static const double UNCLEAR_SHARE = 0.05;  /* the same, of an effect that others come close to */
 static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes less is not what is there */
-static const double RIVAL_SHARE = 0.001;   /* of the gain: plausible model error, */
-static const double RIVAL_LEFT = 1.0;      /* as is what the best one leaves above the noise, */
-static const double RIVAL_GAIN = 25.0;     /* and noise: z = 5 */
+static const double RIVAL_SHARE = 0.001;   /* of the evidence: plausible model error, as is what the best one leaves above the noise; */
+static const double RIVAL_MOST = 0.1;      /* but no more than that, */
+static const double RIVAL_GAIN = 50.0;     /* nor less: z = 7, noise on fitted and held-out cycles */
 static const double CONTROLLER_DIFFERS = 0.02;
 static const double LINE_TOLERANCE = 0.1;   /* a loop that oscillates in the model, too, does so near the same frequency */
 static const double LINE_POWER = 12.0;      /* of white noise, mean of six legs: 1 +- 0.4; */
@@ -47,22 +47,27 @@ static double likelihood(const struct diagnosis *d, const struct trial *t) { ret
 
 /* Every effect once, in its best shape; trials are sorted. */
 static void list_candidates(const struct diagnosis *d, const struct trial *trial, int trials, struct gap_result *r) {
-    double least = trial[0].held_square, before = d->held_square - least; /* noise alone is not explained */
+    double least = HUGE_VAL; /* noise alone is not explained */
+    for (int i = 0; i < trials; i++)
+        if (trial[i].ok && trial[i].polished) least = fmin(least, trial[i].held_square);
+    double before = d->held_square - least;
     bool gap = before > 0.5 * GAIN_MIN;
     for (int i = 0; i < trials; i++) {
         bool seen = !trial[i].ok;
         for (int j = 0; j < r->candidates && !seen; j++) seen = r->candidate[j].effect == trial[i].hypothesis->effect;
         if (seen || r->candidates == EFFECTS_MAX) continue;
+        double share = gap ? 1.0 - (trial[i].held_square - least) / before : 0.0;
         r->candidate[r->candidates++] = (struct gap_candidate){.effect = trial[i].hypothesis->effect, .shape = trial[i].hypothesis->shape,
-            .gain = trial[i].gain, .z = likelihood(d, &trial[i]), .share_explained = gap ? 1.0 - (trial[i].held_square - least) / before : 0.0};
+                                                               .gain = trial[i].gain, .z = likelihood(d, &trial[i]),
+                                                               .share_explained = share};
     }
 }
 
 /* As close to the best as the model can be wrong. */
 static bool comes_close(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
-    double left = RIVAL_LEFT * excess(best->square, d->fit.evaluated);
-    double margin = fmax(RIVAL_GAIN, fmin(fmax(RIVAL_SHARE * best->gain, left), 0.1 * best->gain));
-    return t->ok && t->polished && trial_evidence(t) >= trial_evidence(best) - 2.0 * margin;
+    double left = excess(best->square, d->fit.evaluated) + excess(best->held_square, d->held_out.evaluated), evidence = trial_evidence(best);
+    double margin = fmax(RIVAL_GAIN, fmin(fmax(RIVAL_SHARE * evidence, left), RIVAL_MOST * evidence));
+    return t->ok && t->polished && trial_evidence(t) >= evidence - margin;
 }
 
 /* Each leg its own value fits a little better always: a rival only where it judges better, too. */
@@ -71,11 +76,11 @@ static bool overfits(const struct trial *t, const struct trial *best) {
 }
 
 static int list_rivals(const struct diagnosis *d, const struct trial *trial, int trials, int rival[GAP_RIVALS]) {
-    int rivals = 0;
+    int rivals = 0, best = trial[0].hypothesis->effect;
     for (int i = 1; i < trials; i++) {
         if (!comes_close(d, &trial[0], &trial[i])) continue;
         int effect = trial[i].hypothesis->effect;
-        bool seen = effect == trial[0].hypothesis->effect || hypothesis_contains(effect, trial[0].hypothesis->effect) || overfits(&trial[i], &trial[0]);
+        bool seen = effect == best || hypothesis_contains(effect, best) || overfits(&trial[i], &trial[0]);
         for (int j = 0; j < rivals; j++) seen = seen || rival[j] == effect;
         if (!seen && rivals < GAP_RIVALS) rival[rivals++] = effect;
     }
@@ -88,15 +93,19 @@ static void put_first(struct trial *trial, int place) {
     trial[0] = first;
 }
 
-/* Is it a limit of the other: of another effect, or all legs alike where each had its own value? */
-static bool simpler(const struct hypothesis *h, const struct hypothesis *than) {
-    return h->effect == than->effect ? h->shape == SHAPE_ALL && than->shape == SHAPE_EACH : hypothesis_contains(than->effect, h->effect);
+/* Is it a limit of the best one that explains as much: another effect, or all legs alike where each had its own value? A value for each leg
+ * has to pay as an effect has to. */
+static bool as_good(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
+    const struct hypothesis *h = t->hypothesis, *than = best->hypothesis;
+    if (t->bound || !t->ok || !t->polished) return false;
+    if (h->effect != than->effect) return hypothesis_contains(than->effect, h->effect) && comes_close(d, best, t);
+    return h->shape == SHAPE_ALL && than->shape == SHAPE_EACH && trial_evidence(t) >= trial_evidence(best) - GAIN_MIN;
 }
 
 /* Where a limit of the best one explains as much, it is that. */
 static void prefer_simple(const struct diagnosis *d, struct trial *trial, int trials) {
     for (int i = 1; i < trials; i++)
-        if (simpler(trial[i].hypothesis, trial[0].hypothesis) && !trial[i].bound && comes_close(d, &trial[0], &trial[i])) {
+        if (as_good(d, &trial[0], &trial[i])) {
             put_first(trial, i);
             return;
         }
@@ -116,7 +125,7 @@ static bool beside_reversals(const struct diagnosis *d) {
     bool turns = false;
     for (int i = 0; i < d->added; i++) {
         const struct effect *e = effect_table[d->addition[i].effect];
-        turns = turns || e->leg_friction || e->command;
+        turns = turns || e->leg_friction || e->joint_friction || e->command; /* the only command with a memory is a hysteresis */
     }
     return turns;
 }
@@ -252,7 +261,8 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
         prefer_simple(d, trial, trials);
         int rival[GAP_RIVALS] = {0}, rivals = list_rivals(d, trial, trials, rival);
         int effect = trial[0].hypothesis->effect;
-        bool trace = round && !again && rivals && trial[0].held_gain < UNCLEAR_SHARE * first_gain; /* that may be this or that is not named */
+        /* What is a trace, and may be this or that, is not named. */
+        bool trace = round && !again && rivals && trial[0].held_gain < UNCLEAR_SHARE * first_gain;
         if (trace || !worth_adding(d, &trial[0], first_gain)) {
             again = !r->ambiguous && round + 1 < ROUNDS_MAX && reconsider(d, doubt, r);
             if (again) continue;
@@ -284,8 +294,8 @@ static void read_base(const struct diagnosis *d, const struct params *given, str
         const struct variable *v = &d->variable[i];
         if (!v->base || v->leg >= 0) continue; /* joint positions: too many to read, none of them found */
         double value = variable_get(v, &d->model);
-        r->base[r->base_values++] = (struct gap_base_value){.name = v->name, .given = variable_get(v, given), .value = value, .std = d->std[i],
-                                                            .bound = value <= v->min || value >= v->max};
+        r->base[r->base_values++] = (struct gap_base_value){.name = v->name, .given = variable_get(v, given), .value = value,
+                                                            .std = d->std[i], .bound = value <= v->min || value >= v->max};
     }
 }
 
@@ -323,7 +333,8 @@ static void keep_sizes(struct gap_result *r, const struct sizes *used, const str
     r->held_out_before = held->before, r->held_out_after = held->after;
     double floor = held->floor.overall * held->floor.overall, before = held->before.overall * held->before.overall;
     double after = held->after.overall * held->after.overall;
-    r->unexplained_fraction = isnan(before + after + floor) ? (double)NAN : before > floor ? fmin(fmax((after - floor) / (before - floor), 0.0), 1.0) : 0.0;
+    r->unexplained_fraction = before > floor ? fmin(fmax((after - floor) / (before - floor), 0.0), 1.0) : 0.0;
+    if (isnan(before + after + floor)) r->unexplained_fraction = (double)NAN;
 }
 
 /* The model with the effects found does not get through the tests that the rig got through. */
@@ -398,7 +409,8 @@ static int check_replay(const struct params *params, const struct recording *mea
     const struct recording_measured *m = &measured->measured;
     if (o->replay == GAP_MOTION) return STATUS_OK;
     if (params->mechanism == MECHANISM_AXIS)
-        return error_set(error, STATUS_USAGE, "mechanism: axis: what drove it is not known, so it cannot be run again in closed loop; use --replay motion");
+        return error_set(error, STATUS_USAGE, "mechanism: axis: what drove it is not known, so it cannot be run again in closed loop; "
+                                              "use --replay motion");
     if (m->reference && m->valve && m->pressures) return STATUS_OK;
     return error_set(error, STATUS_USAGE, "the log has no %s, so the loop cannot be closed again; use --replay motion",
                      !m->reference ? "reference" : !m->valve ? "valve commands" : "pressures");

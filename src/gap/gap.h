@@ -24,7 +24,7 @@ struct gap_effect {
     struct effect_values values;
     double std[EFFECT_KEYS][LEGS];
     bool bound[EFFECT_KEYS][LEGS];        /* stuck at the end of its range: not found, only reached for */
-    double share_explained;               /* of the squared gap above the floor, held-out cycles: alone; or what was gone when it joined the others */
+    double share_explained;               /* of the squared gap above the floor, held-out cycles: alone, or what was gone when it joined */
     double z;                             /* square root of the likelihood's gain on all cycles when it was added */
     char evidence[GAP_TEXT];
 };
@@ -51,7 +51,8 @@ struct gap_size {
     double overall, channel[GAP_CHANNELS], normalised[GAP_CHANNELS];
 };
 
-/* A line off the harmonics of the motion: a pump, a neighbour, a loop that oscillates by itself. No effect of the catalogue is looked for there. */
+/* A line off the harmonics of the motion, where no effect of the catalogue is looked for: a pump, a neighbour, a loop that oscillates by
+ * itself. */
 struct gap_line {
     double hz, rms;                       /* 0 Hz: none */
     enum gap_channel channel;

@@ -15,7 +15,8 @@ static bool differ(const struct machine *a, const struct machine *b, size_t from
 /* One axis has a mass, a weight and a friction; joints, pose and inertias are a platform's. */
 static bool moves_force(const struct params *model, const struct effect *e, const struct machine *a, const struct machine *b) {
     if (model->mechanism == MECHANISM_AXIS)
-        return e->leg_friction || differ(a, b, FROM(payload_kg), FROM(payload_inertia_kg_m2)) || differ(a, b, FROM(gravity_mps2), FROM(down));
+        return e->leg_friction || differ(a, b, FROM(payload_kg), FROM(payload_inertia_kg_m2)) ||
+               differ(a, b, FROM(gravity_mps2), FROM(down));
     return e->leg_friction || e->joint_friction || e->wrench || differ(a, b, FROM(payload_kg), FROM(supply_pa));
 }
 
@@ -43,7 +44,9 @@ static double difference_step(const struct effect_key *k) {
 }
 
 /* Ten times the typical size costs one white square: nothing beside data that see the effect at all. */
-static double pull(const struct effect_key *k) { return k->reciprocal || k->typical == k->neutral ? 0.0 : 0.1 / fabs(k->typical - k->neutral); }
+static double pull(const struct effect_key *k) {
+    return k->reciprocal || k->typical == k->neutral ? 0.0 : 0.1 / fabs(k->typical - k->neutral);
+}
 
 static void add_variable(struct hypothesis *h, int key, int leg, enum residual_part parts) {
     const struct effect *e = effect_table[h->effect];
@@ -71,7 +74,8 @@ enum residual_part hypothesis_parts(const struct hypothesis *h) {
     return parts;
 }
 
-int hypotheses_list(const struct params *model, const bool known[EFFECTS_MAX], enum residual_part evaluated, struct hypothesis h[HYPOTHESES_MAX]) {
+int hypotheses_list(const struct params *model, const bool known[EFFECTS_MAX], enum residual_part evaluated,
+                    struct hypothesis h[HYPOTHESES_MAX]) {
     int n = 0;
     for (int effect = 0; effect_table[effect]; effect++) {
         if (known[effect]) continue;
@@ -80,7 +84,8 @@ int hypotheses_list(const struct params *model, const bool known[EFFECTS_MAX], e
         build(&h[n++], effect, SHAPE_ALL, parts);
         if (params_legs(model) == 1) continue;
         bool per_leg = false;
-        for (int key = 0; key < EFFECT_KEYS && effect_table[effect]->keys[key].name; key++) per_leg = per_leg || effect_table[effect]->keys[key].per_leg;
+        const struct effect_key *keys = effect_table[effect]->keys;
+        for (int key = 0; key < EFFECT_KEYS && keys[key].name; key++) per_leg = per_leg || keys[key].per_leg;
         for (int leg = 0; leg < LEGS && per_leg; leg++) build(&h[n++], effect, leg, parts);
         if (per_leg) build(&h[n++], effect, SHAPE_EACH, parts);
     }
@@ -93,7 +98,8 @@ bool hypothesis_start(const struct hypothesis *h, int place, struct params *mode
     struct effect_values values;
     if (place >= 2 * (int)(sizeof strengths / sizeof *strengths)) return false;
     double strength = strengths[place / 2];
-    if (!model->effects[h->effect].on) effect_at(effect_table[h->effect], 0.0, &model->effects[h->effect]); /* on: the base has some of it */
+    bool base_has_some = model->effects[h->effect].on;
+    if (!base_has_some) effect_at(effect_table[h->effect], 0.0, &model->effects[h->effect]);
     effect_at(effect_table[h->effect], place % 2 ? -strength : strength, &values);
     bool moved = false;
     for (int i = 0; i < h->variables; i++) {

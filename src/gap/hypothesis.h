@@ -14,11 +14,13 @@ struct hypothesis {
 };
 
 /* All of them for this model but those of known effects and those that what is evaluated cannot show. Returns their number. */
-int hypotheses_list(const struct params *model, const bool known[EFFECTS_MAX], enum residual_part evaluated, struct hypothesis h[HYPOTHESES_MAX]);
+int hypotheses_list(const struct params *model, const bool known[EFFECTS_MAX], enum residual_part evaluated,
+                    struct hypothesis h[HYPOTHESES_MAX]);
 
 enum residual_part hypothesis_parts(const struct hypothesis *h);
 
-/* A start value for every variable: `place` of HYPOTHESIS_STARTS, weak, typical and strong, both signs where there are two. False: no such. */
+/* A start value for every variable: `place` of HYPOTHESIS_STARTS, weak, typical and strong, both signs where there are two.
+ * False: no such. */
 enum { HYPOTHESIS_STARTS = 6 };
 bool hypothesis_start(const struct hypothesis *h, int place, struct params *model);
 

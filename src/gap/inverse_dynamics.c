@@ -95,15 +95,18 @@ static double leg_friction(const struct inverse_dynamics *d, int leg, const stru
     struct cylinder_state s = {.p1_pa = in->p1_pa[leg], .p2_pa = in->p2_pa[leg]};
     const double *motion = in->leg[leg];
     double sign = inverse_dynamics_direction(motion[1], motion[2], d->window_s), speed = fabs(motion[1]);
-    struct friction extend = cylinder_friction(&d->cylinder, leg, &s, 1, speed), retract = cylinder_friction(&d->cylinder, leg, &s, -1, speed);
+    struct friction extend = cylinder_friction(&d->cylinder, leg, &s, 1, speed);
+    struct friction retract = cylinder_friction(&d->cylinder, leg, &s, -1, speed);
     double viscous = motion[1] > 0.0 ? extend.viscous : -retract.viscous;
     double sliding = 0.5 * (1.0 + sign) * extend.dry - 0.5 * (1.0 - sign) * retract.dry;
-    double held = fmin(fmax(balance_n - viscous, -retract.dry), extend.dry), share = fmin(fmax(speed / slow_mps(d, leg, motion[2]) - 1.0, 0.0), 1.0);
+    double held = fmin(fmax(balance_n - viscous, -retract.dry), extend.dry);
+    double share = fmin(fmax(speed / slow_mps(d, leg, motion[2]) - 1.0, 0.0), 1.0);
     return viscous + share * sliding + (1.0 - share) * held;
 }
 
 /* The moments that joint friction takes, as a wrench on the platform. */
-static void push_joints(const struct inverse_dynamics *d, const struct rigid_legs *legs, const double acceleration[DOFS], double load[DOFS]) {
+static void push_joints(const struct inverse_dynamics *d, const struct rigid_legs *legs, const double acceleration[DOFS],
+                        double load[DOFS]) {
     struct joint_axes axes;
     joint_axes(&d->rigid, &d->state, legs, &axes);
     for (int k = 0; k < JOINT_AXES; k++) {

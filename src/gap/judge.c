@@ -56,7 +56,8 @@ static bool unknown(struct gap_result *r, const struct remainder *m) {
     } else if (imitated(r, m)) {
         SAY(r, "no one or two effects of the catalogue explain the gap; it takes %d to imitate it", r->effects);
     } else if (r->replay_fault[0]) {
-        SAY(r, "%s comes nearest, but the model with it does not get through the tests: %.160s", name_of(r->effect[0].effect), r->replay_fault);
+        SAY(r, "%s comes nearest, but the model with it does not get through the tests: %.160s", name_of(r->effect[0].effect),
+            r->replay_fault);
     } else if (r->effects && refuted(r)) {
         SAY(r, "%s comes nearest, but the model with it leaves %.0f %% of the gap in simulation", name_of(r->effect[0].effect),
             100.0 * r->unexplained_fraction);

@@ -35,7 +35,8 @@ static int tests_before(const struct recording *r) {
 static struct recording_test *place(struct recording *r, const struct cycle *c) {
     struct recording_test *t = r->tests ? &r->test[r->tests - 1] : NULL;
     int run = r->runs - 1, test = tests_before(r) + c->test;
-    bool same = t && t->run == run && t->test == test && t->dof == c->dof && (!t->count || c->test_time_s > t->sample[t->count - 1].test_time_s);
+    bool same = t && t->run == run && t->test == test && t->dof == c->dof &&
+                (!t->count || c->test_time_s > t->sample[t->count - 1].test_time_s);
     if (same) return t;
     if (r->tests == RECORDING_TESTS) return NULL;
     const struct test_params *p = &r->run[run];
@@ -114,6 +115,12 @@ double recording_step_s(const struct recording_test *t) {
         step_s = sum / steps;
     }
     return step_s;
+}
+
+const struct recording_test *recording_find(const struct recording *r, int run, enum dof dof) {
+    for (int i = 0; i < r->tests; i++)
+        if (r->test[i].run == run && r->test[i].dof == dof) return &r->test[i];
+    return NULL;
 }
 
 double recording_clock(const struct recording *r, double *std) {

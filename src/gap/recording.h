@@ -65,6 +65,9 @@ int recording_check(struct recording *r, struct error *error);
 /* Sampling of a test's evaluated part, lost samples apart. */
 double recording_step_s(const struct recording_test *t);
 
+/* The test of this axis in this run, or NULL. */
+const struct recording_test *recording_find(const struct recording *r, int run, enum dof dof);
+
 /* Recorder's clock over the controller's, over all evaluated parts, and the standard deviation of that. NaN without two clocks. */
 double recording_clock(const struct recording *r, double *std);
 

@@ -13,6 +13,8 @@ enum { CYCLES_NEEDED = 6 }; /* three to fit and three to judge */
 static const double NEUTRAL_TOLERANCE_M = 0.05;
 static const double SENSOR_SCALE = 0.06; /* of what a chamber holds: more than a sensor is off in scale */
 
+#define REFUSE(...) error_set(error, STATUS_USAGE, __VA_ARGS__)
+
 /* What was checked before is not checked again, nor may it outweigh a plug in the wrong socket. */
 static int first_of_run(const struct recording *r) {
     int first = 0;
@@ -55,10 +57,10 @@ static int check_channel(const struct recording_test *t, const double *first, co
     int clipped = 0, n = t->end - t->first;
     for (int i = 0; i < n; i++) clipped += first[(size_t)i * STRIDE] >= top;
     if (!(deviation(t, first) > 0.0))
-        return error_set(error, STATUS_USAGE, "test %s: %s of leg %d does not change: a dead sensor, or a column of zeros",
+        return REFUSE("test %s: %s of leg %d does not change: a dead sensor, or a column of zeros",
                          dof_names[t->dof], name, leg + 1);
     if (clipped > n / 50)
-        return error_set(error, STATUS_USAGE, "test %s: %s of leg %d is clipped in %d %% of the samples", dof_names[t->dof], name, leg + 1,
+        return REFUSE("test %s: %s of leg %d is clipped in %d %% of the samples", dof_names[t->dof], name, leg + 1,
                          100 * clipped / n);
     return STATUS_OK;
 }
@@ -93,7 +95,7 @@ static int check_frequency(const struct recording_test *t, struct error *error) 
         if (sum > most) most = sum, at_hz = f;
     }
     if (most > 2.0 * here)
-        return error_set(error, STATUS_USAGE, "test %s: the legs move at %.3g Hz, but tests.frequency_hz is %.3g", dof_names[t->dof], at_hz,
+        return REFUSE("test %s: the legs move at %.3g Hz, but tests.frequency_hz is %.3g", dof_names[t->dof], at_hz,
                          t->frequency_hz);
     return STATUS_OK;
 }
@@ -147,12 +149,12 @@ static int check_legs(const struct recording *r, const struct kinematics *k, str
             double other = m.product[a][b] / sqrt(m.measured[a] * m.asked[b]);
             if (other > best + 0.2) best = other, like = b;
         }
-        if (own < -0.5) return error_set(error, STATUS_USAGE, "the length of leg %d moves against its reference: its sign is wrong", a + 1);
+        if (own < -0.5) return REFUSE("the length of leg %d moves against its reference: its sign is wrong", a + 1);
         if (like != a && best > 0.8)
-            return error_set(error, STATUS_USAGE, "the length of leg %d moves as leg %d should: two legs are exchanged", a + 1, like + 1);
+            return REFUSE("the length of leg %d moves as leg %d should: two legs are exchanged", a + 1, like + 1);
         double scale = m.product[a][a] / m.asked[a];
         if (!(scale > 0.5 && scale < 2.0))
-            return error_set(error, STATUS_USAGE, "leg %d moves %.3g times as far as the reference asks for: other units, or another machine",
+            return REFUSE("leg %d moves %.3g times as far as the reference asks for: other units, or another machine",
                              a + 1, scale);
     }
     return STATUS_OK;
@@ -165,7 +167,7 @@ static int check_machine(const struct recording_test *t, const struct kinematics
             if (t->sample[i].good) mean += t->sample[i].length_m[leg], n += 1.0;
         mean /= n;
         if (fabs(mean - k->neutral_length_m) > NEUTRAL_TOLERANCE_M)
-            return error_set(error, STATUS_USAGE, "test %s: leg %d is %.4g m long at its middle, the model's %.4g: other units, or another machine",
+            return REFUSE("test %s: leg %d is %.4g m long at its middle, the model's %.4g: other units, or another machine",
                              dof_names[t->dof], leg + 1, mean, k->neutral_length_m);
     }
     return STATUS_OK;
@@ -184,7 +186,8 @@ static int check_pressures(const struct recording *r, struct error *error) {
     struct cylinder_areas areas = cylinder_areas(&p->actuator);
     const struct recording_test *t = &r->test[first_of_run(r)];
     double most_n = LEGS * (areas.a1_m2 + areas.a2_m2) * p->hydraulics.supply_pa, chambers = 0.0;
-    double direct[LEGS] = {0}, exchanged = 0.0, sum = 0.0, weight = (p->payload.mass_kg + LEGS * p->actuator.upper_mass_kg) * p->payload.gravity_mps2;
+    double direct[LEGS] = {0}, exchanged = 0.0, sum = 0.0;
+    double weight = (p->payload.mass_kg + LEGS * p->actuator.upper_mass_kg) * p->payload.gravity_mps2;
     int n = 0;
     for (int i = t->first; i < t->end; i++) n += t->sample[i].good;
     for (int i = t->first; i < t->end; i++)
@@ -197,11 +200,11 @@ static int check_pressures(const struct recording *r, struct error *error) {
     for (int k = 0; k < LEGS; k++) {
         double others = (sum - direct[k]) / (LEGS - 1);
         if (bears(LEGS * others, weight) && fabs(direct[k] - others) > 2.0 * weight)
-            return error_set(error, STATUS_USAGE, "the mean force of leg %d is %.3g N, the others' %.3g: p1 and p2 exchanged there, or a sign wrong",
+            return REFUSE("the mean force of leg %d is %.3g N, the others' %.3g: p1 and p2 exchanged there, or a sign wrong",
                              k + 1, direct[k], others);
     }
     if (!bears(sum, weight) && !within_sensors(sum, weight, chambers, most_n))
-        return error_set(error, STATUS_USAGE, "the legs hold %.3g N in all, a machine of this weight needs about %.3g: %s", sum, 1.2 * weight,
+        return REFUSE("the legs hold %.3g N in all, a machine of this weight needs about %.3g: %s", sum, 1.2 * weight,
                          bears(exchanged, weight) ? "p1 and p2 are exchanged" : "other units, or another machine");
     return STATUS_OK;
 }
@@ -214,7 +217,7 @@ static int check_stroke(const struct params *p, const struct recording_test *t, 
         low = fmin(low, t->sample[i].length_m[0]), high = fmax(high, t->sample[i].length_m[0]);
     }
     if (low >= middle - half && high <= middle + half) return STATUS_OK;
-    return error_set(error, STATUS_USAGE, "the position runs from %.4g to %.4g m, outside a stroke of %g m about %g m (actuator.stroke_m, "
+    return REFUSE("the position runs from %.4g to %.4g m, outside a stroke of %g m about %g m (actuator.stroke_m, "
                      "axis.middle_m): other units, or another zero", low, high, p->actuator.stroke_m, middle);
 }
 
@@ -264,10 +267,10 @@ static int check_axis(const struct recording *r, struct error *error) {
     struct drive d = drive_of(r, false), other = drive_of(r, true);
     bool exchanged = r->measured.pressures && drives(&other, mass_kg);
     if (!drives(&d, mass_kg))
-        return error_set(error, STATUS_USAGE, "the force works against the motion, as if the mass were %.3g kg: %s", d.mass_kg,
+        return REFUSE("the force works against the motion, as if the mass were %.3g kg: %s", d.mass_kg,
                          exchanged ? "p1 and p2 are exchanged, or the position's sign is wrong" : "the sign of force or position is wrong");
     if (d.mass_kg > 10.0 * mass_kg || d.most_kg < 0.3 * mass_kg)
-        return error_set(error, STATUS_USAGE, "force and motion would go together if the mass were %.3g kg; the model has %.3g (axis.mass_kg): "
+        return REFUSE("force and motion would go together if the mass were %.3g kg; the model has %.3g (axis.mass_kg): "
                          "other units, or another machine", d.mass_kg > mass_kg ? d.mass_kg : d.most_kg, mass_kg);
     return STATUS_OK;
 }
@@ -284,7 +287,9 @@ static void add_likeness(const double *does, int leg, const double *should, int 
     }
 }
 
-static double likeness(const struct leg_likeness *l, int leg, int other) { return l->product[leg][other] / sqrt(l->does[leg] * l->should[other]); }
+static double likeness(const struct leg_likeness *l, int leg, int other) {
+    return l->product[leg][other] / sqrt(l->does[leg] * l->should[other]);
+}
 
 static bool exchanged(const struct leg_likeness *l, int a, int b) {
     double margin = fmin(likeness(l, a, b) - likeness(l, a, a), likeness(l, b, a) - likeness(l, b, b));
@@ -296,11 +301,11 @@ static int check_likeness(const struct leg_likeness *l, int legs, int most, cons
     for (int a = 0; a < legs; a++)
         for (int b = 0; b < a; b++)
             if (exchanged(l, a, b))
-                return error_set(error, STATUS_USAGE, "%s of leg %d goes as leg %d's should, by %s: two legs are exchanged", what, b + 1, a + 1, as);
+                return REFUSE("%s of leg %d goes as leg %d's should, by %s: two legs are exchanged", what, b + 1, a + 1, as);
     int against = 0;
     for (int a = 0; a < legs; a++) against += likeness(l, a, a) < -0.5;
     for (int a = 0; a < legs && against <= most; a++)
-        if (likeness(l, a, a) < -0.5) return error_set(error, STATUS_USAGE, "%s of leg %d goes against %s: its sign is wrong", what, a + 1, as);
+        if (likeness(l, a, a) < -0.5) return REFUSE("%s of leg %d goes against %s: its sign is wrong", what, a + 1, as);
     return STATUS_OK;
 }
 
@@ -313,7 +318,7 @@ static int check_drives(const struct recording *r, struct error *error) {
         const struct residual_test *t = &data.test[i];
         double needed[LEGS][RESIDUAL_SIZE];
         if (!residual_required(t, r->params, needed))
-            status = error_set(error, STATUS_USAGE, "test %s: no pose of this machine has these lengths: other units, or another machine",
+            status = REFUSE("test %s: no pose of this machine has these lengths: other units, or another machine",
                                dof_names[r->test[i].dof]);
         for (int a = 0; a < legs && !status; a++)
             for (int b = 0; b < legs; b++) {
@@ -323,7 +328,8 @@ static int check_drives(const struct recording *r, struct error *error) {
             }
     }
     residual_free(&data);
-    if (!status) status = check_likeness(&force, legs, legs / 2, r->measured.pressures ? "the force A1 P1 - A2 P2" : "the force", "its motion", error);
+    const char *what = r->measured.pressures ? "the force A1 P1 - A2 P2" : "the force";
+    if (!status) status = check_likeness(&force, legs, legs / 2, what, "its motion", error);
     if (!status && r->measured.valve) status = check_likeness(&valve, legs, legs, "the valve command", "its speed", error);
     return status;
 }
@@ -333,11 +339,11 @@ int recording_check(struct recording *r, struct error *error) {
     bool axis = r->params->mechanism == MECHANISM_AXIS;
     int status = kinematics_init(&k, r->params, error);
     if (status) return status;
-    if (!r->tests) return error_set(error, STATUS_USAGE, "no sinusoidal test in the log");
+    if (!r->tests) return REFUSE("no sinusoidal test in the log");
     if (!r->measured.force)
-        return error_set(error, STATUS_USAGE, "neither pressures nor forces in the log: there is nothing to hold against the motion");
+        return REFUSE("neither pressures nor forces in the log: there is nothing to hold against the motion");
     if (r->runs > 1 && memcmp(&r->measured, &r->measured_before, sizeof r->measured))
-        return error_set(error, STATUS_USAGE, "it has not the same channels as the log before: pressures, valve commands or reference");
+        return REFUSE("it has not the same channels as the log before: pressures, valve commands or reference");
     recording_settle(r);
     for (int i = first_of_run(r); i < r->tests; i++) {
         const struct recording_test *t = &r->test[i];
@@ -345,10 +351,10 @@ int recording_check(struct recording *r, struct error *error) {
         int good = 0;
         for (int j = t->first; j >= 0 && j < t->end; j++) good += t->sample[j].good;
         if (seconds > 0.0 && 2 * good < t->end - t->first)
-            return error_set(error, STATUS_USAGE, "test %s: more than half of its samples are flagged, or have a value that is no number",
+            return REFUSE("test %s: more than half of its samples are flagged, or have a value that is no number",
                              dof_names[t->dof]);
         if (seconds * t->frequency_hz < CYCLES_NEEDED - 0.1)
-            return error_set(error, STATUS_USAGE, "test %s: %.3g s evaluated, too short: at least %d cycles of %g Hz are needed",
+            return REFUSE("test %s: %.3g s evaluated, too short: at least %d cycles of %g Hz are needed",
                              dof_names[t->dof], seconds, CYCLES_NEEDED, t->frequency_hz);
         status = check_channels(r, t, error);
         if (!status) status = axis ? check_stroke(r->params, t, error) : check_machine(t, &k, error);

@@ -179,26 +179,27 @@ static void compare_test(const struct spectrum *m, const struct spectrum *s, str
     for (int k = 0; k < LEGS; k++)
         for (int ch = 0; ch < CHANNELS; ch++) {
             for (int a = 0; a < size; a++) difference[a] = m->mean[ch][k][a] - s->mean[ch][k][a];
-            add(sums, channel[ch], size, m->mean[ch][k], difference, m->noise[ch][k], left_in_mean(m, size, ch, k) + left_in_mean(s, size, ch, k));
+            add(sums, channel[ch], size, m->mean[ch][k], difference, m->noise[ch][k],
+                left_in_mean(m, size, ch, k) + left_in_mean(s, size, ch, k));
         }
 }
 
 void replay_compare(const struct recording *measured, const struct recording *simulated, enum cycles which, struct gap_size *difference,
                     struct gap_size *noise) {
     struct sums sums = {0};
-    for (int i = 0; i < measured->tests; i++)
-        for (int j = 0; j < simulated->tests; j++) {
-            struct spectrum m, s;
-            if (measured->test[i].run != simulated->test[j].run || measured->test[i].dof != simulated->test[j].dof) continue;
-            if (spectrum_measure(&m, &measured->test[i], which) && spectrum_measure(&s, &simulated->test[j], CYCLES_ALL))
-                compare_test(&m, &s, &sums);
-        }
+    for (int i = 0; i < measured->tests; i++) {
+        const struct recording_test *t = recording_find(simulated, measured->test[i].run, measured->test[i].dof);
+        struct spectrum m, s;
+        if (t && spectrum_measure(&m, &measured->test[i], which) && spectrum_measure(&s, t, CYCLES_ALL)) compare_test(&m, &s, &sums);
+    }
     *difference = size_of(&sums, sums.difference);
     *noise = size_of(&sums, sums.noise);
 }
 
 void replay_motion(const struct params *model, const struct recording *measured, enum cycles which, struct gap_size *difference,
                    struct gap_size *noise) {
+    static const int channel[RESIDUALS] = {[RESIDUAL_FORCE] = CHANNEL_FORCE, [RESIDUAL_P1] = CHANNEL_P1, [RESIDUAL_P2] = CHANNEL_P2};
+    static const int gap_channel[RESIDUALS] = {[RESIDUAL_FORCE] = GAP_FORCE, [RESIDUAL_P1] = GAP_P1, [RESIDUAL_P2] = GAP_P2};
     struct residual_data data;
     struct error error;
     struct sums sums = {0};
@@ -209,11 +210,10 @@ void replay_motion(const struct params *model, const struct recording *measured,
         residual_row row;
         if (!residual_evaluate(&data.test[i], model, PART_ALL, row)) continue;
         for (int k = 0; k < data.test[i].legs; k++) {
-            add(&sums, GAP_FORCE, size, s->mean[CHANNEL_FORCE][k], row[k][RESIDUAL_FORCE], s->noise[CHANNEL_FORCE][k],
-                left_in_mean(s, size, CHANNEL_FORCE, k));
-            if (!data.test[i].chambers) continue;
-            add(&sums, GAP_P1, size, s->mean[CHANNEL_P1][k], row[k][RESIDUAL_P1], s->noise[CHANNEL_P1][k], left_in_mean(s, size, CHANNEL_P1, k));
-            add(&sums, GAP_P2, size, s->mean[CHANNEL_P2][k], row[k][RESIDUAL_P2], s->noise[CHANNEL_P2][k], left_in_mean(s, size, CHANNEL_P2, k));
+            for (int kind = 0; kind < (data.test[i].chambers ? RESIDUALS : 1); kind++) {
+                int ch = channel[kind];
+                add(&sums, gap_channel[kind], size, s->mean[ch][k], row[k][kind], s->noise[ch][k], left_in_mean(s, size, ch, k));
+            }
         }
     }
     residual_free(&data);

@@ -41,7 +41,7 @@ static void tabulate(struct residual_test *t) {
         double t_s = t->first_s + i * t->step_s / (2 * t->substeps);
         spectrum_basis(s->omega * t_s, t->harmonics, t->node + (size_t)i * RESIDUAL_SIZE);
     }
-    for (int i = 0; i < CYCLE_STEPS; i++) spectrum_basis(2.0 * PI * i / CYCLE_STEPS, SPECTRUM_HARMONICS, t->phase + i * SPECTRUM_SIZE);
+    for (int i = 0; i < CYCLE_STEPS; i++) spectrum_basis(2.0 * PI * i / CYCLE_STEPS, SPECTRUM_HARMONICS, t->cycle + i * SPECTRUM_SIZE);
     for (int i = 0; i < t->samples; i++)
         for (int k = 0; k < LEGS; k++) {
             double value[3];
@@ -50,7 +50,8 @@ static void tabulate(struct residual_test *t) {
         }
 }
 
-static int prepare(struct residual_test *t, const struct recording *recording, const struct recording_test *test, enum cycles which, struct error *error) {
+static int prepare(struct residual_test *t, const struct recording *recording, const struct recording_test *test, enum cycles which,
+                   struct error *error) {
     if (!spectrum_measure(&t->spectrum, test, which))
         return error_set(error, STATUS_USAGE, "test %d: fewer than two whole cycles of %g Hz without a bad sample", test->test + 1,
                          test->frequency_hz);
@@ -64,11 +65,11 @@ static int prepare(struct residual_test *t, const struct recording *recording, c
     t->fitted = (int)ceil(cycle - 1e-6);
     t->samples = (int)ceil(fmax(SETTLE_CYCLES * cycle, SETTLE_S / t->step_s)) + t->fitted;
     t->substeps = (int)ceil(t->step_s / SUBSTEP_S - 1e-6);
-    t->phase = malloc((size_t)CYCLE_STEPS * SPECTRUM_SIZE * sizeof(double));
+    t->cycle = malloc((size_t)CYCLE_STEPS * SPECTRUM_SIZE * sizeof(double));
     t->node = malloc((size_t)nodes_of(t) * RESIDUAL_SIZE * sizeof(double));
     t->valve = malloc((size_t)(LEGS * t->samples) * sizeof(double));
     t->projection = malloc((size_t)(RESIDUAL_SIZE * t->fitted) * sizeof(double));
-    if (!t->phase || !t->node || !t->valve || !t->projection) return error_set(error, STATUS_IO, "out of memory");
+    if (!t->cycle || !t->node || !t->valve || !t->projection) return error_set(error, STATUS_IO, "out of memory");
     if (!project(t)) return error_set(error, STATUS_USAGE, "test %d: too few samples a cycle", test->test + 1);
     tabulate(t);
     return STATUS_OK;
@@ -88,7 +89,7 @@ int residual_prepare(struct residual_data *d, const struct recording *recording,
 
 void residual_free(struct residual_data *d) {
     for (int i = 0; i < d->tests; i++) {
-        free(d->test[i].phase);
+        free(d->test[i].cycle);
         free(d->test[i].node);
         free(d->test[i].valve);
         free(d->test[i].projection);
@@ -103,7 +104,8 @@ struct rows {
 };
 
 /* What moves the legs: chambers' pressures, or what the force sensor says. */
-static void push(const struct cylinder_model *m, const struct residual_test *t, const struct rows *rows, int leg, double force_n[RESIDUAL_SIZE]) {
+static void push(const struct cylinder_model *m, const struct residual_test *t, const struct rows *rows, int leg,
+                 double force_n[RESIDUAL_SIZE]) {
     for (int a = 0; a < RESIDUAL_SIZE; a++)
         force_n[a] = t->pressures ? m->a1_m2 * rows->p1[leg][a] - m->a2_m2 * rows->p2[leg][a] : t->spectrum.mean[CHANNEL_FORCE][leg][a];
     if (m->machine.params->mechanism == MECHANISM_AXIS) force_n[0] -= m->machine.params->axis.force_offset_n;
@@ -157,7 +159,9 @@ static double at(const double *basis, int size, const double *row) {
     return sum;
 }
 
-static const double *basis_at(const struct residual_test *t, int step) { return t->phase + step % CYCLE_STEPS * SPECTRUM_SIZE; }
+_Static_assert(CYCLE_STEPS % PHASES == 0, "phases are steps of the cycle");
+
+static const double *basis_at(const struct residual_test *t, int step) { return t->cycle + step % CYCLE_STEPS * SPECTRUM_SIZE; }
 
 /* Rows of the rates. */
 static void differentiate(const struct residual_test *t, const double *row, double *rate) {
@@ -253,7 +257,8 @@ static void add_sample(const struct run *r, int place, struct pressure_rows *p) 
     }
 }
 
-static bool simulate_pressures(const struct residual_test *t, const struct params *model, const struct rows *rows, struct pressure_rows *p) {
+static bool simulate_pressures(const struct residual_test *t, const struct params *model, const struct rows *rows,
+                               struct pressure_rows *p) {
     struct run *r = malloc(sizeof *r);
     bool ok = r && begin_run(r, t, model, rows);
     memset(p, 0, sizeof *p);
@@ -318,7 +323,8 @@ static void take_play(const struct residual_test *t, const struct cylinder_model
     }
 }
 
-static bool required(const struct residual_test *t, const struct params *model, const struct rows *rows, double force_n[LEGS][RESIDUAL_SIZE]) {
+static bool required(const struct residual_test *t, const struct params *model, const struct rows *rows,
+                     double force_n[LEGS][RESIDUAL_SIZE]) {
     struct inverse_dynamics inverse;
     struct inverse_dynamics_input table[PHASES];
     double force[LEGS];

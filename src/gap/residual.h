@@ -31,7 +31,7 @@ struct residual_test {
     double first_s, step_s;      /* test time of the first simulated sample; sampling */
     int samples, fitted;         /* simulated; the last so many are compared */
     int substeps;                /* a sample */
-    double *phase;               /* [CYCLE_STEPS][SPECTRUM_SIZE]: basis over a cycle */
+    double *cycle;               /* [CYCLE_STEPS][SPECTRUM_SIZE]: basis over a cycle */
     double *node;                /* [2 substeps samples + 1][RESIDUAL_SIZE]: basis at the ends and middles of the substeps */
     double *valve;               /* [samples][leg] */
     double *projection;          /* [1 + 2 harmonics][fitted]: samples to coefficients */

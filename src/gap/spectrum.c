@@ -196,7 +196,7 @@ static void leave_rest(const struct spectrum *s, const struct recording_test *t,
 
 enum { AT_ONCE = 8 };
 
-/* |sum rest exp(-2 pi i b n / N)|^2 of so many bins from `first` on, by rotating pointers. */
+/* |sum rest[i] exp(-2 pi j b i / n)|^2 of so many bins b from `first` on, by rotating pointers. */
 static void power_at(int n, const double *rest, int first, double power[AT_ONCE]) {
     double c[AT_ONCE], s[AT_ONCE], re[AT_ONCE], im[AT_ONCE], sum_re[AT_ONCE] = {0}, sum_im[AT_ONCE] = {0};
     for (int j = 0; j < AT_ONCE; j++) {
@@ -228,7 +228,8 @@ static void thin(int n, int many, double *value) {
 }
 
 struct spectrum_line spectrum_find_line(const struct spectrum *s, const struct recording_test *t, enum channel channel) {
-    int all = t->end - t->first, many = (int)fmax(LINE_STEP_S / recording_step_s(t), 1.0), n = (int)fmin(all / many, LINE_SAMPLES), bins = n / 2;
+    int all = t->end - t->first, many = (int)fmax(LINE_STEP_S / recording_step_s(t), 1.0), n = (int)fmin(all / many, LINE_SAMPLES);
+    int bins = n / 2;
     struct spectrum_line line = {0};
     double *rest = malloc((size_t)all * sizeof *rest), *power = calloc((size_t)bins + 1, sizeof *power), step_s;
     double *absolute = calloc((size_t)bins + 1, sizeof *absolute);

@@ -59,6 +59,13 @@ enum side { BEFORE, AFTER };
 
 static double *side_row(struct wave *w, enum side side) { return side == BEFORE ? w->before : w->after; }
 
+static struct wave_test *add_test(struct waves *w, const struct recording_test *test, const struct spectrum *measured) {
+    struct wave_test *t = &w->test[w->tests++];
+    *t = (struct wave_test){.run = test->run, .test = test->test, .dof = test->dof};
+    put_measured(t, measured);
+    return t;
+}
+
 static int prepare(struct waves *w, const struct recording *measured, struct error *error) {
     *w = (struct waves){.legs = params_legs(measured->params), .test = calloc((size_t)measured->tests + 1, sizeof *w->test)};
     return w->test ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
@@ -67,16 +74,16 @@ static int prepare(struct waves *w, const struct recording *measured, struct err
 static int simulate(struct waves *w, const struct params *model, const struct recording *measured, enum side side, struct error *error) {
     struct recording simulated;
     int status = replay_closed_loop(model, measured, &simulated, error);
-    for (int i = 0; i < w->tests && !status; i++)
-        for (int j = 0; j < simulated.tests; j++) {
-            struct spectrum s;
-            channel_rows row;
-            if (simulated.test[j].run != w->test[i].run || simulated.test[j].dof != w->test[i].dof || !spectrum_measure(&s, &simulated.test[j], CYCLES_ALL)) continue;
-            for (int leg = 0; leg < LEGS; leg++) {
-                rows(&s, leg, row);
-                for (int ch = 0; ch < GAP_CHANNELS; ch++) memcpy(side_row(&w->test[i].wave[ch][leg], side), row[ch], sizeof *row);
-            }
+    for (int i = 0; i < w->tests && !status; i++) {
+        const struct recording_test *t = recording_find(&simulated, w->test[i].run, w->test[i].dof);
+        struct spectrum s;
+        channel_rows row;
+        if (!t || !spectrum_measure(&s, t, CYCLES_ALL)) continue;
+        for (int leg = 0; leg < LEGS; leg++) {
+            rows(&s, leg, row);
+            for (int ch = 0; ch < GAP_CHANNELS; ch++) memcpy(side_row(&w->test[i].wave[ch][leg], side), row[ch], sizeof *row);
         }
+    }
     recording_free(&simulated);
     return status;
 }
@@ -85,9 +92,7 @@ int waves_closed_loop(struct waves *w, const struct gap_result *result, const st
     int status = prepare(w, measured, error);
     for (int i = 0; i < measured->tests && !status; i++) {
         struct spectrum s;
-        if (!spectrum_measure(&s, &measured->test[i], CYCLES_ALL)) continue;
-        w->test[w->tests] = (struct wave_test){.run = measured->test[i].run, .test = measured->test[i].test, .dof = measured->test[i].dof};
-        put_measured(&w->test[w->tests++], &s);
+        if (spectrum_measure(&s, &measured->test[i], CYCLES_ALL)) add_test(w, &measured->test[i], &s);
     }
     if (!status) status = simulate(w, &result->base_model, measured, BEFORE, error);
     if (!status) status = simulate(w, &result->fitted, measured, AFTER, error);
@@ -113,11 +118,9 @@ int waves_motion(struct waves *w, const struct gap_result *result, const struct 
     if (status) return status;
     status = residual_prepare(&data, measured, CYCLES_ALL, error);
     for (int i = 0; i < data.tests && !status; i++) {
-        struct wave_test *t = &w->test[w->tests];
-        *t = (struct wave_test){.run = measured->test[i].run, .test = measured->test[i].test, .dof = measured->test[i].dof};
-        put_measured(t, &data.test[i].spectrum);
+        struct wave_test *t = add_test(w, &measured->test[i], &data.test[i].spectrum);
         bool made = put_residual(t, &data.test[i], &result->base_model, BEFORE) && put_residual(t, &data.test[i], &result->fitted, AFTER);
-        if (made) w->tests++;
+        if (!made) w->tests--;
     }
     residual_free(&data);
     w->evaluated[GAP_FORCE] = w->tests > 0;

@@ -9,7 +9,7 @@
 
 /* Mean pressures are less sure: the noise of the commands, averaged away here, is rectified where the spool passes zero. */
 static const double STATIC_ERROR = 3.0;
-static const double UNSTEADY = 10.0; /* cycles that scatter by so many times what the samples' noise explains: chambers not in a steady state */
+static const double UNSTEADY = 10.0; /* times the samples' noise: cycles that scatter by more than that are no steady state */
 static const double FORCE_SENSOR_ERROR = 5e-3; /* of its reading: class 0.5, and a drive knows its motor's constant no better */
 
 /* Leg-space mass at neutral, J'^-1 M J^-1 = inverse of (J M^-1 J'): what force an acceleration of each leg needs. */
@@ -84,11 +84,10 @@ static double stiffness(const struct hydraulics_params *h, double area_m2, doubl
     return h->bulk_modulus_pa * area_m2 / volume * rate_radps / hypot(rate_radps, corner);
 }
 
-/* How far a coefficient of a pressure goes from cycle to cycle, where that is no noise: a chamber whose valve stays shut keeps what oil it
- * has for seconds, and no steady state says what that is. */
-static double wander(const struct spectrum *s, enum channel channel, int leg, int a, int samples) {
-    double scatter = s->std[channel][leg][a] * sqrt(s->cycles), noise = s->noise[channel][leg] * sqrt((a ? 2.0 : 1.0) / samples);
-    return scatter > UNSTEADY * noise ? scatter : 0.0;
+/* Square of how far a mean pressure goes from cycle to cycle beyond its noise: a chamber whose valve stays shut keeps what oil it has for
+ * seconds, and no steady state says what that is. */
+static double wander(const struct spectrum *s, enum channel channel, int leg, int samples) {
+    return fmax(square(s->std[channel][leg][0]) * s->cycles - square(UNSTEADY * s->noise[channel][leg]) / samples, 0.0);
 }
 
 void whitener_init(struct whitener *w, const struct residual_test *t, const struct params *model, double model_error) {
@@ -116,7 +115,8 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
                 {1.0, 0.0, stiffness(&model->hydraulics, cylinder.a1_m2, model->actuator.stroke_m, rate)},
                 {0.0, 1.0, -stiffness(&model->hydraulics, cylinder.a2_m2, model->actuator.stroke_m, rate)}};
             double p1 = variation(s->mean[CHANNEL_P1][k], size), p2 = variation(s->mean[CHANNEL_P2][k], size);
-            double unsteady[RESIDUALS] = {0.0, wander(s, CHANNEL_P1, k, a, t->fitted), wander(s, CHANNEL_P2, k, a, t->fitted)};
+            double unsteady[RESIDUALS] = {0.0};
+            if (a == 0) unsteady[RESIDUAL_P1] = wander(s, CHANNEL_P1, k, t->fitted), unsteady[RESIDUAL_P2] = wander(s, CHANNEL_P2, k, t->fitted);
             double whole[RESIDUALS] = {hypot(cylinder.a1_m2 * p1, cylinder.a2_m2 * p2), p1, p2};
             if (!t->pressures) {
                 whole[RESIDUAL_FORCE] = variation(s->mean[CHANNEL_FORCE][k], size) * FORCE_SENSOR_ERROR / model_error;
@@ -125,7 +125,8 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
             for (int i = 0; i < RESIDUALS; i++) {
                 for (int j = 0; j <= i; j++) {
                     double sure = model_error * (a == 0 && i != RESIDUAL_FORCE ? STATIC_ERROR : 1.0);
-                    c[i][j] = i == j ? square(sure * whole[i]) + square(unsteady[i]) + (i == 0 ? others : 0.0) + 1e-12 * square(whole[i]) : 0.0;
+                    double own = square(sure * whole[i]) + unsteady[i] + (i == 0 ? others : 0.0) + 1e-12 * square(whole[i]);
+                    c[i][j] = i == j ? own : 0.0;
                     for (int n = 0; n < 3; n++) c[i][j] += from[i][n] * from[j][n] * var[n];
                 }
             }

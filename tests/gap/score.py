@@ -6,10 +6,10 @@
     score.py report FILE...                           the confusion matrix and the figures of such lines
 
 Environment: HEXID, the program (build/hexid); DETECTABLE, the file of strengths at which z = 8 (build/gap_score/detectable.csv, written by
-tests/bench/signatures); CONFIG, the base model (config/tian2015.yaml); SUBSTEPS of the rig (16); KEEP, a directory where a case leaves
+tests/bench/signatures); CONFIG, the base model (config/tian2015.yaml); SUBSTEPS of the rig (12); KEEP, a directory where a case leaves
 its log and report.
 
-The rig runs on the ODE engine with a step of 0.125 ms, with noisy sensors and every base parameter off within model.tolerance;
+The rig runs on the ODE engine with a step of 0.167 ms, with noisy sensors and every base parameter off within model.tolerance;
 `beyond` disturbs it further, in what the tolerance does not state. The diagnosis has the other engine, its own steps, and only the log."""
 import argparse, csv, json, math, os, random, subprocess, sys, tempfile
 
@@ -19,7 +19,7 @@ FIELDS = ["truth", "size", "seed", "series", "shape", "verdict", "named", "ambig
           "after", "floor", "ratio", "seconds", "remark"]
 SIZES = {"typical": 1.0, "strong": 3.0}   # of the catalogue's typical; "detectable": where the likelihood ratio is z = 8
 
-# The base's own values, and effects whose parameters add to one or scale one: with the base off there is one sum to be found, or one product.
+# The base's own values, and effects whose parameters add to one or scale one: with the base off one sum is to be found, or one product.
 BASE = {"payload.mass_kg": 178.6, "payload.inertia_xx_kg_m2": 13.6, "payload.inertia_yy_kg_m2": 13.6, "payload.inertia_zz_kg_m2": 23.92,
         "hydraulics.viscous_n_s_per_m": 2000, "hydraulics.bulk_modulus_pa": 1e9, "hydraulics.leakage_m3_per_s_pa": 3e-11,
         "hydraulics.valve_flow_m3_per_s": 1.57e-3}
@@ -146,7 +146,7 @@ def run_case(case, size, seed, series):
             truth |= values
         elif name.startswith("unknown_"): settings |= unlisted(r, name)
     settings |= truth
-    settings |= {"sim.substeps": int(os.environ.get("SUBSTEPS", 16))}
+    settings |= {"sim.substeps": int(os.environ.get("SUBSTEPS", 12)), "motion.engage_s": 1.6, "motion.park_s": 1.6}
     row = dict.fromkeys(FIELDS, "") | {"truth": case, "size": size, "seed": seed, "series": series, "shape": " ".join(shapes)}
     with tempfile.TemporaryDirectory() as work:
         work = os.environ.get("KEEP", work)
