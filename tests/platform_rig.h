@@ -55,14 +55,12 @@ static inline void check_always(struct rig *rig) {
     }
 }
 
-static inline void rig_request(struct rig *rig, struct request request, spoiler *spoil, int which) {
+/* One cycle on this sample. */
+static inline void rig_step(struct rig *rig, const struct hal_sample *sample, struct request request) {
     static const double centred[LEGS] = {0};
-    struct hal_sample sample = {.time_ns = rig->cycles * PERIOD_NS, .device_seq = (uint64_t)rig->cycles + 1};
     double valve[LEGS];
-    plant_measure(rig->plant, &sample);
-    if (spoil) spoil(&sample, which);
     rig->before = rig->now;
-    platform_step(&rig->platform, &sample, request, &rig->now);
+    platform_step(&rig->platform, sample, request, &rig->now);
     check_always(rig);
     memcpy(valve, rig->now.out.enable ? rig->now.out.valve : centred, sizeof valve);
     if (rig->cut_leg >= 0) valve[rig->cut_leg] = 0.0;
@@ -70,15 +68,20 @@ static inline void rig_request(struct rig *rig, struct request request, spoiler 
     rig->cycles++;
 }
 
+static inline void rig_request(struct rig *rig, struct request request, spoiler *spoil, int which) {
+    struct hal_sample sample = {.time_ns = rig->cycles * PERIOD_NS, .device_seq = (uint64_t)rig->cycles + 1};
+    plant_measure(rig->plant, &sample);
+    if (spoil) spoil(&sample, which);
+    rig_step(rig, &sample, request);
+}
+
 static inline void rig_spoilt(struct rig *rig, spoiler *spoil, int which) {
     rig_request(rig, (struct request){.id = rig->id}, spoil, which);
 }
 
-/* One cycle on a sample of the test's own. */
+/* On a sample of the test's own, nothing asked for. */
 static inline void rig_given(struct rig *rig, const struct hal_sample *sample) {
-    platform_step(&rig->platform, sample, (struct request){.id = rig->id}, &rig->now);
-    plant_step(rig->plant, rig->now.out.valve);
-    rig->cycles++;
+    rig_step(rig, sample, (struct request){.id = rig->id});
 }
 
 /* One cycle; a command other than none is a new request. */
@@ -105,6 +108,7 @@ static inline void rig_bring(struct rig *rig, enum state state, int cycles) {
         [STATE_SETTLED] = COMMAND_ENGAGE, [STATE_READY] = COMMAND_START, [STATE_FAULT] = COMMAND_RESET};
     for (int n = 0; rig->now.state != state; n++) {
         enum command command = next[rig->now.state];
+        if (rig->platform.automatic) command = COMMAND_NONE;
         if (rig->now.state == STATE_READY && state == STATE_PARKING) command = COMMAND_PARK;
         rig_cycle(rig, command);
         assert_true(n < 5000);

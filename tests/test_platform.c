@@ -278,11 +278,7 @@ static void garbage_from_the_sensors_never_reaches_the_valves(void **unused) {
             memcpy((char *)&sample + at, &word, sizeof word);
         }
         struct request request = {.id = (uint32_t)n, .command = (enum command)(n % 50 == 0 ? random_below(&seed, COMMANDS) : 0)};
-        rig.before = rig.now;
-        platform_step(&rig.platform, &sample, request, &rig.now);
-        check_always(&rig);
-        plant_step(rig.plant, rig.now.out.valve);
-        rig.cycles++;
+        rig_step(&rig, &sample, request);
     }
     plant_destroy(rig.plant);
 }

@@ -106,9 +106,7 @@ static void a_length_that_stands_still_trips_before_its_leg_has_gone_far(void **
                 plant_get_truth(rig.plant, &truth);
                 sample.length_m[leg] = frozen;
                 astray = fmax(astray, fabs(truth.length_m[leg] - rig.platform.leg_ref_m[leg]));
-                platform_step(&rig.platform, &sample, (struct request){.id = rig.id}, &rig.now);
-                plant_step(rig.plant, rig.now.out.valve);
-                rig.cycles++;
+                rig_given(&rig, &sample);
             }
             assert_int_equal(rig.now.first_fault, FAULT_STANDSTILL);
             assert_true(rig.platform.still_high_m[leg] - rig.platform.still_low_m[leg] > params.limits.standstill_m);
@@ -133,11 +131,10 @@ static void a_length_that_stands_still_in_a_test_trips_within_a_period(void **un
             double frozen = rig.now.in.length_m[leg];
             int cycles = 0;
             for (; rig.now.state == STATE_TESTING; cycles++) {
-                struct hal_sample sample = {.time_ns = rig.cycles++ * PERIOD_NS};
+                struct hal_sample sample = {.time_ns = rig.cycles * PERIOD_NS};
                 plant_measure(rig.plant, &sample);
                 sample.length_m[leg] = frozen;
-                platform_step(&rig.platform, &sample, (struct request){.id = rig.id}, &rig.now);
-                plant_step(rig.plant, rig.now.out.valve);
+                rig_given(&rig, &sample);
             }
             assert_int_equal(rig.now.first_fault, FAULT_STANDSTILL);
             assert_in_range(cycles, 1, period + params.limits.bad_cycles);

@@ -127,7 +127,7 @@ static void a_device_that_hangs_behind_fresh_time_stamps_is_found_out(void **unu
     int cycles = 0;
     for (; !rig.now.faults; cycles++) {
         hung.time_ns += PERIOD_NS;
-        platform_step(&rig.platform, &hung, (struct request){.id = rig.id}, &rig.now);
+        rig_given(&rig, &hung);
         assert_true(rig.now.in.flags & SAMPLE_STALE);
     }
     assert_int_equal(rig.now.first_fault, FAULT_SENSOR_AGE);
@@ -145,7 +145,7 @@ static void a_device_without_a_count_is_believed_by_its_clock(void **unused) {
     sample.device_seq = 0;
     for (int n = 0; n < 50; n++) {
         sample.time_ns += PERIOD_NS;
-        platform_step(&rig.platform, &sample, (struct request){.id = rig.id}, &rig.now);
+        rig_given(&rig, &sample);
         assert_int_equal(rig.now.in.flags, 0);
         assert_int_equal(rig.now.faults, 0);
     }
@@ -162,7 +162,7 @@ static void a_loop_that_was_away_for_long_does_not_go_on(void **unused) {
         rig_bring(&rig, STATE_READY, 0);
         struct hal_sample sample = rig.now.in;
         sample.flags = SAMPLE_OVERRUN, sample.device_seq += 1, sample.time_ns += (away + 1) * (int64_t)PERIOD_NS;
-        platform_step(&rig.platform, &sample, (struct request){.id = rig.id}, &rig.now);
+        rig_given(&rig, &sample);
         assert_int_equal(rig.now.first_fault, away >= rig.params.loop.overrun_limit ? FAULT_OVERRUN : 0);
         plant_destroy(rig.plant);
         /* the same with a sample that was latched before */
@@ -170,7 +170,7 @@ static void a_loop_that_was_away_for_long_does_not_go_on(void **unused) {
         rig_bring(&rig, STATE_READY, 0);
         sample = rig.now.in;
         sample.flags = SAMPLE_OVERRUN, sample.device_seq += 1, sample.age_ns = (away + 1) * (int64_t)PERIOD_NS;
-        platform_step(&rig.platform, &sample, (struct request){.id = rig.id}, &rig.now);
+        rig_given(&rig, &sample);
         assert_int_equal(rig.now.faults != 0 && !rig.now.out.enable, away >= rig.params.loop.overrun_limit);
         plant_destroy(rig.plant);
     }
