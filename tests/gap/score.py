@@ -97,7 +97,7 @@ def setting(name, value):
 
 
 def whole(settings, name, value):
-    """What stands in the rig where the model has the base as given and this parameter."""
+    """What the parameter has to be in a model with the base as given, to have the rig's sum or product of both."""
     short = name.removeprefix("effects.")
     if isinstance(value, list) and min(value) != max(value): return value   # of one leg: the base has all legs alike
     off = [(settings[table[short]], BASE[table[short]]) for table in (SUMS, PRODUCTS) if short in table]
@@ -107,7 +107,7 @@ def whole(settings, name, value):
 
 
 def parameter_error(table, settings, truth, result):
-    """Largest error of the truth's parameters, of what it adds to the rig."""
+    """Largest error of the truth's parameters beside what the rig has in all, in units of what was hidden."""
     worst = 0.0
     for name, hidden in truth.items():
         _, effect, key = name.split(".")
@@ -214,7 +214,7 @@ def report(files):
     ran = [r for r in rows if r["score"] != ""]
     single = [r for r in ran if r["truth"] not in ("none",) and "+" not in r["truth"] and not r["truth"].startswith("unknown_")]
     seen = [r for r in single if r["z"] and float(r["z"]) >= 6]
-    print("%-28s %-26s %s" % ("hidden", "right of cases, by size", "named otherwise"))
+    print("%-28s %-40s %s" % ("hidden", "right of cases, by size", "named otherwise"))
     for name in sorted({r["truth"] for r in ran}):
         of = [r for r in ran if r["truth"] == name]
         wrong = [r for r in of if float(r["score"]) < 1]
@@ -230,9 +230,10 @@ def report(files):
     print("unknown                     ", share([r for r in ran if r["truth"].startswith("unknown_")]))
     right = [r for r in seen if float(r["score"]) == 1 and r["verdict"] == "effect_named" and r["size"] != "detectable"]
     if right:
-        ratio, error = sorted(float(r["ratio"]) for r in right), sorted(float(r["error"]) for r in right if r["error"])
+        ratio, error = sorted(float(r["ratio"]) for r in right), sorted(float(r["error"]) for r in right if r["error"] and r["size"] == "typical")
         print("held-out gap over the floor  median %.3f, 95 %% %.3f, most %.3f" % (at(ratio, .5), at(ratio, .95), ratio[-1]))
-        print("parameter error              median %.3f, 90 %% %.3f, most %.3f" % (at(error, .5), at(error, .9), error[-1]))
+        print("parameter error, typical     median %.3f, 90 %% %.3f, most %.3f; %d of %d within 0.1"
+              % (at(error, .5), at(error, .9), error[-1], sum(e <= .1 for e in error), len(error)))
     seconds = [float(r["seconds"]) for r in ran if r["seconds"]]
     if seconds: print("time of the workflow         median %.1f s, most %.1f s" % (at(sorted(seconds), .5), max(seconds)))
     for r in rows:
