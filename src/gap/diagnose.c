@@ -325,6 +325,17 @@ static bool list_variables(struct diagnosis *d) {
     return true;
 }
 
+bool diagnosis_estimate(struct diagnosis *d) {
+    for (int i = 0; i < d->variables; i++) {
+        struct variable *v = &d->variable[i];
+        bool joint = v->base && v->effect >= 0;
+        if (!joint) continue;
+        v->neutral = 0.5 * (v->min + v->max);
+        v->pull = sqrt(12.0) / (v->max - v->min);
+    }
+    return diagnosis_refit(d, BASE_ITERATIONS);
+}
+
 /* Back to a model that was fitted already. */
 static void restore(struct diagnosis *d, const struct params *model, const double std[FIT_VARIABLES]) {
     d->model = *model;

@@ -47,7 +47,7 @@ static double likelihood(const struct diagnosis *d, const struct trial *t) { ret
 
 /* Every effect once, in its best shape; trials are sorted. */
 static void list_candidates(const struct diagnosis *d, const struct trial *trial, int trials, struct gap_result *r) {
-    double least = HUGE_VAL; /* noise alone is not explained */
+    double least = d->held_out.evaluated; /* noise alone is not explained */
     for (int i = 0; i < trials; i++)
         if (trial[i].ok && trial[i].polished) least = fmin(least, trial[i].held_square);
     double before = d->held_square - least;
@@ -283,6 +283,7 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
         drop_superfluous(d, r);
     }
     free(trial);
+    if (r->effects) diagnosis_estimate(d);
     read_effects(d, r);
     share_out(d, first_held, r);
     if (!r->ambiguous) qsort(r->effect, (size_t)r->effects, sizeof *r->effect, by_z); /* else the last one is the one in doubt */
