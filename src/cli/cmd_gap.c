@@ -1,6 +1,7 @@
 /* hexid gap: logs in, diagnosis, files out. */
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "cli.h"
@@ -43,9 +44,19 @@ static int add(const char *path, struct recording *r, struct error *error) {
     return status;
 }
 
+/* The same data twice would count twice. */
+static bool given_before(int logs, const char *const *path) {
+    struct stat now, before;
+    bool same = false;
+    for (int i = 0; i < logs && !stat(path[logs], &now); i++)
+        same = same || (!stat(path[i], &before) && before.st_dev == now.st_dev && before.st_ino == now.st_ino);
+    return same;
+}
+
 /* All logs of one machine. */
 static int load(int logs, const char *const *path, struct recording *r, struct error *error) {
     for (int i = 0; i < logs; i++) {
+        if (given_before(i, path)) return error_set(error, STATUS_USAGE, "--measured %.250s: given twice", path[i]);
         int tests = r->tests, status = add(path[i], r, error);
         if (!status && r->tests == tests) status = error_set(error, STATUS_USAGE, "%.250s: no sinusoidal test in the log", path[i]);
         if (!status) status = of_log(path[i], recording_check(r, error), error);
@@ -83,13 +94,16 @@ static int run(int argc, char **argv, struct params *params, struct recording *m
     recording_init(validate, params);
     if (!status) status = load(o.measured_count, o.measured, measured, error);
     if (!status && o.validate) status = load(1, &o.validate, validate, error);
+    if (!status) status = gap_files_prepare(o.output, error);
     if (!status) status = gap_solve(params, measured, o.validate ? validate : NULL, &g, result, error);
     if (status) return status;
     progress(NULL, "drawing the report", 0.95);
     status = gap_files_write(&o, result, measured, error);
     progress(NULL, "reported", 1.0);
     gap_files_publish(params, result);
-    gap_text_print(o.json && !strcmp(o.json, "-") ? stderr : stdout, result);
+    FILE *out = o.json && !strcmp(o.json, "-") ? stderr : stdout;
+    gap_text_print(out, result);
+    fprintf(out, "  report    %s/report.html\n  model     %s/model.yaml\n", o.output, o.output);
     return status;
 }
 

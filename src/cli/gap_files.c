@@ -50,12 +50,24 @@ static int write_report(const struct options *o, const struct gap_result *r, con
     return status;
 }
 
+int gap_files_prepare(const char *directory, struct error *error) {
+    if (mkdir(directory, 0777) && errno != EEXIST) return error_set(error, STATUS_IO, "%.300s: cannot be made: %s", directory, strerror(errno));
+    if (access(directory, W_OK | X_OK)) return error_set(error, STATUS_IO, "%.300s: cannot be written: %s", directory, strerror(errno));
+    return STATUS_OK;
+}
+
+/* The configuration, headed by what it is. */
+static char *model_text(const struct gap_result *r) {
+    char *config = config_text(&r->model), *text = NULL;
+    if (config && asprintf(&text, "# hexid gap, %s: %s\n%s", gap_verdict_names[r->verdict], r->reason, config) < 0) text = NULL;
+    free(config);
+    return text;
+}
+
 int gap_files_write(const struct options *o, const struct gap_result *r, const struct recording *measured, struct error *error) {
     char path[PATH_SIZE];
     snprintf(path, sizeof path, "%s/model.yaml", o->output);
-    if (mkdir(o->output, 0777) && errno != EEXIST)
-        return error_set(error, STATUS_IO, "%.300s: cannot be made: %s", o->output, strerror(errno));
-    char *model = config_text(&r->model), *json = gap_json(r, path);
+    char *model = model_text(r), *json = gap_json(r, path);
     int status = write_whole(o->output, "model.yaml", model, error);
     if (!status) status = write_whole(o->output, "gap.json", json, error);
     if (!status && o->json) status = cli_write_text(o->json, json, error);

@@ -6,6 +6,9 @@
 #include "recording.h"
 #include "gap.h"
 
+/* The directory for them, made if need be: before minutes are spent on what cannot be kept. */
+int gap_files_prepare(const char *directory, struct error *error);
+
 /* model.yaml, gap.json, then report.html, in o->output; gap.json in o->json too. -3 when one was not written; what was written stays.
  * Pictures that could not be drawn are missing in the page and are an error, too. */
 int gap_files_write(const struct options *o, const struct gap_result *result, const struct recording *measured, struct error *error);

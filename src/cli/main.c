@@ -29,6 +29,16 @@ enum { SUBCOMMANDS = sizeof subcommands / sizeof *subcommands };
 
 static void help(const struct subcommand *s) {
     printf("hexid %s %s\n%s\n", s->name, s->usage, s->purpose);
+    if (s->run == cmd_gap)
+        printf("\n  --measured LOG   of the rig; several logs of one machine are fitted together\n"
+               "  -c FILE          the model: configuration, its effects taken as given\n"
+               "  -o DIR           model.yaml (the model with what was found), gap.json, report.html\n"
+               "  --validate LOG   before and after are judged on this log, which no fit has seen, instead of on held-out cycles\n"
+               "  --replay MODE    closed-loop: the proof is a simulation of the loop; motion: the equations under the measured motion\n"
+               "                   alone, for one axis and for logs without references or valve commands\n"
+               "  --json FILE      gap.json, schema hexid.gap/1, there too; - for standard output\n"
+               "  --set KEY=VALUE  one key of the configuration\n"
+               "\nexit status 0 whatever the verdict is: it stands in gap.json\n");
     if (s->run != cmd_run) return;
     printf("\n  -c FILE          configuration; config/tian2015.yaml without it (--print-config shows every key)\n"
            "  --hal URL        the platform, `sim:` without it:\n");

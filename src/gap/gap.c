@@ -417,6 +417,12 @@ static int check_replay(const struct params *params, const struct recording *mea
                      !m->reference ? "reference" : !m->valve ? "valve commands" : "pressures");
 }
 
+double gap_short(const struct gap_result *r, const struct gap_candidate *candidate) {
+    double most = 0.0;
+    for (int i = 0; i < r->candidates; i++) most = fmax(most, r->candidate[i].z);
+    return sqrt(fmax(most * most - candidate->z * candidate->z, 0.0));
+}
+
 int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,
               const struct gap_options *options, struct gap_result *r, struct error *error) {
     double start_s = now_s(), first_excess = 0.0;

@@ -109,6 +109,9 @@ struct gap_options {
     void *context;
 };
 
+/* z by which a candidate falls short of the likeliest. */
+double gap_short(const struct gap_result *result, const struct gap_candidate *candidate);
+
 /* measured is checked already (recording_check); validate may be NULL. 0, or a negative status. */
 int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,
               const struct gap_options *options, struct gap_result *result, struct error *error);

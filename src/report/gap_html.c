@@ -177,7 +177,9 @@ static void sure_card(FILE *out, const struct gap_result *r) {
         section_effect_words(out, next->effect, next->shape);
         fputs(" (<code>", out);
         html_text(out, "%s", effect_table[next->effect]->name);
-        fprintf(out, "</code>): %.1f&nbsp;%%, z&nbsp;=&nbsp;%.0f.</p>\n", 100.0 * fmax(next->share_explained, 0.0), next->z);
+        fprintf(out, "</code>): %.1f&nbsp;%%, z&nbsp;=&nbsp;%.0f", 100.0 * fmax(next->share_explained, 0.0), next->z);
+        if (r->effects) fprintf(out, "; that falls short by <b>z&nbsp;=&nbsp;%.0f</b>", gap_short(r, next));
+        fputs(".</p>\n", out);
     }
     fputs("</div>\n", out);
 }

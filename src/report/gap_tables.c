@@ -120,7 +120,7 @@ void table_hypotheses(FILE *out, const struct gap_result *r) {
     fprintf(out, "<section id=\"hypotheses\"><h2>Hypotheses, best first</h2>\n"
                  "<p>Each of %d effects of the catalogue, alone, beside the model's own parameters. The share is that of the squared "
                  "gap on cycles that were not fitted to, z the square root of the likelihood gain on all; what stays below z = 6 is not "
-                 "named. In the order of the gain on the fitted cycles, charged for each parameter.</p>\n"
+                 "named. In the order of the gain, charged for each parameter.</p>\n"
                  "<table class=\"ranking\"><tr><th class=\"n\">#</th><th>effect</th><th colspan=\"2\">share explained</th>"
                  "<th class=\"n\">z</th><th></th></tr>\n",
             r->candidates);

@@ -7,11 +7,18 @@
 
 enum { COLUMNS = 80, RUNNERS_UP = 3, PLACES_SHOWN = 5, LEGS_A_LINE = 2 };
 
+/* Of a word; what stands in backquotes is one, to be copied whole. */
+static int word_length(const char *text) {
+    const char *quote = *text == '`' ? strchr(text + 1, '`') : NULL;
+    size_t quoted = quote ? (size_t)(quote - text) : 0;
+    return (int)(quoted + strcspn(text + quoted, " "));
+}
+
 /* Words after a label, broken between them, further lines indented. */
 static void print_words(FILE *out, const char *label, const char *text) {
     int column = fprintf(out, "%s", label);
     while (*(text += strspn(text, " "))) {
-        int length = (int)strcspn(text, " ");
+        int length = word_length(text);
         if (column + 1 + length > COLUMNS) column = fprintf(out, "\n    ") - 1;
         column += fprintf(out, " %.*s", length, text);
         text += length;
@@ -53,7 +60,8 @@ static void print_findings(FILE *out, const struct gap_result *r) {
     for (int i = 0; i < r->ambiguous; i++) fprintf(out, "  cannot be told from %s\n", effect_table[r->ambiguous_with[i]]->name);
     for (int i = 0, shown = 0; i < r->candidates && shown < RUNNERS_UP; i++) {
         if (named(r, r->candidate[i].effect)) continue;
-        fprintf(out, "  runner-up %s: %.1f %%\n", effect_table[r->candidate[i].effect]->name, 100.0 * r->candidate[i].share_explained);
+        fprintf(out, "  runner-up %s: %.1f %%, short by z = %.0f\n", effect_table[r->candidate[i].effect]->name,
+                100.0 * r->candidate[i].share_explained, gap_short(r, &r->candidate[i]));
         shown++;
     }
     if (r->offset_rival) fprintf(out, "  cannot be told from constant_force_offset\n");
@@ -67,9 +75,10 @@ static void print_sizes(FILE *out, const struct gap_result *r) {
         if (isfinite(noise->channel[ch]))
             fprintf(out, "  %-10s %10.4g %10.4g %10.4g %s\n", gap_channel_names[ch], before->channel[ch], after->channel[ch],
                     noise->channel[ch], gap_channel_units[ch]);
-    if (isfinite(r->unexplained_fraction))
-        fprintf(out, "  %-10s %10.4g %10.4g %10.4g of variation; unexplained %.1f %%\n", "overall", before->overall, after->overall,
-                noise->overall, 100.0 * r->unexplained_fraction);
+    if (!isfinite(r->unexplained_fraction)) return;
+    fprintf(out, "  %-10s %10.4g %10.4g %10.4g of variation", "overall", before->overall, after->overall, noise->overall);
+    if (r->verdict != GAP_NO_GAP) fprintf(out, "; unexplained %.1f %%", 100.0 * r->unexplained_fraction);
+    fputc('\n', out);
 }
 
 void gap_text_print(FILE *out, const struct gap_result *r) {
@@ -78,7 +87,7 @@ void gap_text_print(FILE *out, const struct gap_result *r) {
     print_words(out, label, r->reason);
     print_findings(out, r);
     print_sizes(out, r);
-    for (int i = 0; i < r->places && i < PLACES_SHOWN; i++) {
+    for (int i = 0; i < r->places && i < PLACES_SHOWN && r->verdict != GAP_NO_GAP; i++) {
         const struct gap_place *w = &r->where[i];
         fprintf(out, "  where: test %s at %.3g Hz, %s of leg %d, harmonic %d, %s: %.1f %%\n", dof_names[w->dof], w->frequency_hz,
                 gap_channel_names[w->channel], w->leg + 1, w->harmonic, w->feature, 100.0 * w->share);
