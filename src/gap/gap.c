@@ -40,6 +40,8 @@ static void progress(const struct gap_options *o, const char *step, double share
     if (o->progress) o->progress(o->context, step, share);
 }
 
+static double square_of(double x) { return x * x; }
+
 static double excess(double square, int values) { return fmax(square - values, 0.0); }
 
 /* Square root of the likelihood's gain, on all cycles. */
@@ -130,10 +132,21 @@ static bool beside_reversals(const struct diagnosis *d) {
     return turns;
 }
 
+/* A play of the command that its noise shakes through is none: what looks like it is that noise where the spool passes zero. */
+static bool dithered(const struct diagnosis *d, const struct trial *t) {
+    int effect = t->hypothesis->effect;
+    double most = 0.0, noise = 0.0;
+    if (!effect_table[effect]->command) return false;
+    for (int k = 0; k < LEGS; k++) most = fmax(most, t->model.effects[effect].value[0][k]);
+    for (int i = 0; i < d->even.tests; i++)
+        for (int k = 0; k < LEGS; k++) noise += square_of(d->even.test[i].spectrum.noise[CHANNEL_VALVE][k]) / (LEGS * d->even.tests);
+    return most < sqrt(noise);
+}
+
 static bool worth_adding(const struct diagnosis *d, const struct trial *t, double first_gain) {
     double left = excess(d->held_square, d->held_out.evaluated), share = beside_reversals(d) ? REVERSAL_SHARE : LATER_SHARE;
     bool pays = t->gain > GAIN_EACH && t->held_gain > GAIN_EACH && trial_evidence(t) > GAIN_MIN;
-    return t->ok && !t->bound && pays && t->held_gain > share * first_gain && t->held_gain > REMAINDER_SHARE * left;
+    return t->ok && !t->bound && pays && !dithered(d, t) && t->held_gain > share * first_gain && t->held_gain > REMAINDER_SHARE * left;
 }
 
 /* Takes an addition out where that costs no more than so much. */

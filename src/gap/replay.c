@@ -170,8 +170,12 @@ static struct gap_size size_of(const struct sums *sums, const double *square_sum
     return size;
 }
 
-/* Mean square that noise leaves in a mean cycle. */
-static double left_in_mean(const struct spectrum *s, int size, int channel, int leg) { return mean_square(size, s->std[channel][leg]); }
+/* Mean square that noise leaves in a mean cycle. The constant may be anywhere its cycles are: chambers whose valve stays shut are in no
+ * steady state, and no two runs of one machine are in the same. */
+static double left_in_mean(const struct spectrum *s, int size, int channel, int leg) {
+    const double *std = s->std[channel][leg];
+    return mean_square(size, std) + (s->cycles - 1) * square(std[0]);
+}
 
 static void compare_test(const struct spectrum *m, const struct spectrum *s, struct sums *sums) {
     static const int channel[CHANNELS] = {[CHANNEL_LENGTH] = GAP_LENGTH, [CHANNEL_P1] = GAP_P1, [CHANNEL_P2] = GAP_P2,

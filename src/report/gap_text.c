@@ -58,7 +58,7 @@ static bool named(const struct gap_result *r, int effect) {
 static void print_findings(FILE *out, const struct gap_result *r) {
     for (int i = 0; i < r->effects; i++) print_effect(out, &r->effect[i], i == 0);
     for (int i = 0; i < r->ambiguous; i++) fprintf(out, "  cannot be told from %s\n", effect_table[r->ambiguous_with[i]]->name);
-    for (int i = 0, shown = 0; i < r->candidates && shown < RUNNERS_UP; i++) {
+    for (int i = 0, shown = 0; i < r->candidates && shown < RUNNERS_UP && r->verdict != GAP_NO_GAP; i++) {
         if (named(r, r->candidate[i].effect)) continue;
         fprintf(out, "  runner-up %s: %.1f %%, short by z = %.0f\n", effect_table[r->candidate[i].effect]->name,
                 100.0 * r->candidate[i].share_explained, gap_short(r, &r->candidate[i]));

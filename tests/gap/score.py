@@ -146,7 +146,7 @@ def run_case(case, size, seed, series):
             truth |= values
         elif name.startswith("unknown_"): settings |= unlisted(r, name)
     settings |= truth
-    settings |= {"sim.substeps": int(os.environ.get("SUBSTEPS", 12)), "motion.engage_s": 1.6, "motion.park_s": 1.6}
+    settings |= {"sim.substeps": int(os.environ.get("SUBSTEPS", 12))}
     row = dict.fromkeys(FIELDS, "") | {"truth": case, "size": size, "seed": seed, "series": series, "shape": " ".join(shapes)}
     with tempfile.TemporaryDirectory() as work:
         work = os.environ.get("KEEP", work)
