@@ -94,7 +94,7 @@ static int run(int argc, char **argv, struct params *params, struct recording *m
     recording_init(validate, params);
     if (!status) status = load(o.measured_count, o.measured, measured, error);
     if (!status && o.validate) status = load(1, &o.validate, validate, error);
-    if (!status) status = gap_files_prepare(o.output, error);
+    if (!status) status = gap_files_check(o.output, error);
     if (!status) status = gap_solve(params, measured, o.validate ? validate : NULL, &g, result, error);
     if (status) return status;
     progress(NULL, "drawing the report", 0.95);

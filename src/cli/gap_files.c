@@ -1,6 +1,7 @@
 #include "gap_files.h"
 
 #include <errno.h>
+#include <libgen.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -50,10 +51,12 @@ static int write_report(const struct options *o, const struct gap_result *r, con
     return status;
 }
 
-int gap_files_prepare(const char *directory, struct error *error) {
-    if (mkdir(directory, 0777) && errno != EEXIST) return error_set(error, STATUS_IO, "%.300s: cannot be made: %s", directory, strerror(errno));
-    if (access(directory, W_OK | X_OK)) return error_set(error, STATUS_IO, "%.300s: cannot be written: %s", directory, strerror(errno));
-    return STATUS_OK;
+int gap_files_check(const char *directory, struct error *error) {
+    char path[PATH_SIZE];
+    bool there = !access(directory, F_OK);
+    snprintf(path, sizeof path, "%s", directory);
+    if (!access(there ? directory : dirname(path), W_OK | X_OK)) return STATUS_OK;
+    return error_set(error, STATUS_IO, "%.300s: cannot be %s: %s", directory, there ? "written" : "made", strerror(errno));
 }
 
 /* The configuration, headed by what it is. */
@@ -67,6 +70,8 @@ static char *model_text(const struct gap_result *r) {
 int gap_files_write(const struct options *o, const struct gap_result *r, const struct recording *measured, struct error *error) {
     char path[PATH_SIZE];
     snprintf(path, sizeof path, "%s/model.yaml", o->output);
+    if (mkdir(o->output, 0777) && errno != EEXIST)
+        return error_set(error, STATUS_IO, "%.300s: cannot be made: %s", o->output, strerror(errno));
     char *model = model_text(r), *json = gap_json(r, path);
     int status = write_whole(o->output, "model.yaml", model, error);
     if (!status) status = write_whole(o->output, "gap.json", json, error);

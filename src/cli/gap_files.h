@@ -6,8 +6,8 @@
 #include "recording.h"
 #include "gap.h"
 
-/* The directory for them, made if need be: before minutes are spent on what cannot be kept. */
-int gap_files_prepare(const char *directory, struct error *error);
+/* Can they be written there? Asked before time is spent on what cannot be kept; nothing is made yet. */
+int gap_files_check(const char *directory, struct error *error);
 
 /* model.yaml, gap.json, then report.html, in o->output; gap.json in o->json too. -3 when one was not written; what was written stays.
  * Pictures that could not be drawn are missing in the page and are an error, too. */
