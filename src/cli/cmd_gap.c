@@ -56,7 +56,7 @@ static bool given_before(int logs, const char *const *path) {
 /* All logs of one machine. */
 static int load(int logs, const char *const *path, struct recording *r, struct error *error) {
     for (int i = 0; i < logs; i++) {
-        if (given_before(i, path)) return error_set(error, STATUS_USAGE, "--measured %.250s: given twice", path[i]);
+        if (given_before(i, path)) return error_set(error, STATUS_USAGE, "--measured %.250s: given twice; name each log once", path[i]);
         int tests = r->tests, status = add(path[i], r, error);
         if (!status && r->tests == tests) status = error_set(error, STATUS_USAGE, "%.250s: no sinusoidal test in the log", path[i]);
         if (!status) status = of_log(path[i], recording_check(r, error), error);

@@ -54,8 +54,8 @@ static int write_report(const struct options *o, const struct gap_result *r, con
 int gap_files_check(const char *directory, struct error *error) {
     char path[PATH_SIZE];
     bool there = !access(directory, F_OK);
-    snprintf(path, sizeof path, "%s", directory);
-    if (!access(there ? directory : dirname(path), W_OK | X_OK)) return STATUS_OK;
+    snprintf(path, sizeof path, there ? "%s/." : "%s", directory); /* a file has no "." */
+    if (!access(there ? path : dirname(path), W_OK | X_OK)) return STATUS_OK;
     return error_set(error, STATUS_IO, "%.300s: cannot be %s: %s", directory, there ? "written" : "made", strerror(errno));
 }
 

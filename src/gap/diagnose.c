@@ -68,8 +68,7 @@ bool diagnosis_refit(struct diagnosis *d, int iterations) {
 static bool best_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, const struct trial *from,
                        const double *raw, struct linear_part *linear, struct params *best) {
     double least = HUGE_VAL;
-    enum residual_part parts = 0;
-    for (int i = 0; i < h->variables; i++) parts |= h->variable[i].parts;
+    enum residual_part parts = hypothesis_parts(h);
     *best = *base;
     if (h->shape == SHAPE_EACH && from) {
         best->effects[h->effect] = from->model.effects[h->effect];
@@ -247,27 +246,24 @@ static int by_evidence(const void *a, const void *b) {
     return p < q ? 1 : p > q ? -1 : 0;
 }
 
-/* Is it to be polished: the next of so many effects in its best shape, or another shape that comes near that? */
-static bool is_finalist(const struct trial *finalist, int finalists, const struct trial *t) {
-    int effects = 0;
-    const struct trial *best = NULL; /* of the same effect */
-    for (int i = 0; i < finalists; i++) {
-        bool again = false;
-        for (int j = 0; j < i; j++) again = again || finalist[j].hypothesis->effect == finalist[i].hypothesis->effect;
-        effects += !again;
-        if (!best && finalist[i].hypothesis->effect == t->hypothesis->effect) best = &finalist[i];
-    }
-    return t->ok && (best ? t->gain > NEAR * best->gain : effects < FINALISTS);
+/* The first of an effect's trials: its best shape. NULL: none yet. */
+static const struct trial *best_shape(const struct trial *finalist, int finalists, int effect) {
+    for (int i = 0; i < finalists; i++)
+        if (finalist[i].hypothesis->effect == effect) return &finalist[i];
+    return NULL;
 }
 
-/* Best first; the best few effects come first, polished. */
+/* Best first; the best few effects, each in its best shape and those that come near it, come first, polished. */
 static void finish(struct crew *crew, struct trial *trial, int count, int threads) {
     struct trial *finalist = calloc((size_t)count + 1, sizeof *finalist);
-    int finalists = 0, others = 0;
+    int effects = 0, finalists = 0, others = 0;
     qsort(trial, (size_t)count, sizeof *trial, by_gain);
     if (!finalist) return;
     for (int i = 0; i < count; i++) {
-        if (is_finalist(finalist, finalists, &trial[i])) finalist[finalists++] = trial[i];
+        const struct trial *best = best_shape(finalist, finalists, trial[i].hypothesis->effect);
+        bool chosen = trial[i].ok && (best ? trial[i].gain > NEAR * best->gain : effects < FINALISTS);
+        effects += chosen && !best;
+        if (chosen) finalist[finalists++] = trial[i];
         else trial[others++] = trial[i];
     }
     memmove(trial + finalists, trial, (size_t)others * sizeof *trial);
@@ -325,7 +321,7 @@ static bool list_variables(struct diagnosis *d) {
     return true;
 }
 
-bool diagnosis_estimate(struct diagnosis *d) {
+void diagnosis_estimate(struct diagnosis *d) {
     for (int i = 0; i < d->variables; i++) {
         struct variable *v = &d->variable[i];
         bool joint = v->base && v->effect >= 0;
@@ -333,7 +329,7 @@ bool diagnosis_estimate(struct diagnosis *d) {
         v->neutral = 0.5 * (v->min + v->max);
         v->pull = sqrt(12.0) / (v->max - v->min);
     }
-    return diagnosis_refit(d, BASE_ITERATIONS);
+    diagnosis_refit(d, BASE_ITERATIONS);
 }
 
 /* Back to a model that was fitted already. */

@@ -53,7 +53,7 @@ int diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads);
 
 /* The values to report. Names are found with every joint free in its box; then what joints and effects could explain alike is the effects':
  * joints are drawn to where they should be, as strongly as places anywhere in the box scatter about it. */
-bool diagnosis_estimate(struct diagnosis *d);
+void diagnosis_estimate(struct diagnosis *d);
 
 /* The hypothesis joins the model; false where that cannot be fitted: all is as before. */
 bool diagnosis_add(struct diagnosis *d, const struct trial *t);

@@ -40,8 +40,6 @@ static void progress(const struct gap_options *o, const char *step, double share
     if (o->progress) o->progress(o->context, step, share);
 }
 
-static double square_of(double x) { return x * x; }
-
 static double excess(double square, int values) { return fmax(square - values, 0.0); }
 
 /* Square root of the likelihood's gain, on all cycles. */
@@ -135,12 +133,13 @@ static bool beside_reversals(const struct diagnosis *d) {
 /* A play of the command that its noise shakes through is none: what looks like it is that noise where the spool passes zero. */
 static bool dithered(const struct diagnosis *d, const struct trial *t) {
     int effect = t->hypothesis->effect;
-    double most = 0.0, noise = 0.0;
+    double most = 0.0, square = 0.0;
+    int legs = params_legs(d->given);
     if (!effect_table[effect]->command) return false;
-    for (int k = 0; k < LEGS; k++) most = fmax(most, t->model.effects[effect].value[0][k]);
+    for (int k = 0; k < legs; k++) most = fmax(most, t->model.effects[effect].value[0][k]);
     for (int i = 0; i < d->even.tests; i++)
-        for (int k = 0; k < LEGS; k++) noise += square_of(d->even.test[i].spectrum.noise[CHANNEL_VALVE][k]) / (LEGS * d->even.tests);
-    return most < sqrt(noise);
+        for (int k = 0; k < legs; k++) square += pow(d->even.test[i].spectrum.noise[CHANNEL_VALVE][k], 2.0);
+    return most < sqrt(square / (legs * d->even.tests));
 }
 
 static bool worth_adding(const struct diagnosis *d, const struct trial *t, double first_gain) {

@@ -58,10 +58,10 @@ static int check_channel(const struct recording_test *t, const double *first, co
     for (int i = 0; i < n; i++) clipped += first[(size_t)i * STRIDE] >= top;
     if (!(deviation(t, first) > 0.0))
         return REFUSE("test %s: %s of leg %d does not change: a dead sensor, or a column of zeros",
-                         dof_names[t->dof], name, leg + 1);
+                      dof_names[t->dof], name, leg + 1);
     if (clipped > n / 50)
         return REFUSE("test %s: %s of leg %d is clipped in %d %% of the samples", dof_names[t->dof], name, leg + 1,
-                         100 * clipped / n);
+                      100 * clipped / n);
     return STATUS_OK;
 }
 
@@ -96,7 +96,7 @@ static int check_frequency(const struct recording_test *t, struct error *error) 
     }
     if (most > 2.0 * here)
         return REFUSE("test %s: the legs move at %.3g Hz, but tests.frequency_hz is %.3g", dof_names[t->dof], at_hz,
-                         t->frequency_hz);
+                      t->frequency_hz);
     return STATUS_OK;
 }
 
@@ -155,7 +155,7 @@ static int check_legs(const struct recording *r, const struct kinematics *k, str
         double scale = m.product[a][a] / m.asked[a];
         if (!(scale > 0.5 && scale < 2.0))
             return REFUSE("leg %d moves %.3g times as far as the reference asks for: other units, or another machine",
-                             a + 1, scale);
+                          a + 1, scale);
     }
     return STATUS_OK;
 }
@@ -168,7 +168,7 @@ static int check_machine(const struct recording_test *t, const struct kinematics
         mean /= n;
         if (fabs(mean - k->neutral_length_m) > NEUTRAL_TOLERANCE_M)
             return REFUSE("test %s: leg %d is %.4g m long at its middle, the model's %.4g: other units, or another machine",
-                             dof_names[t->dof], leg + 1, mean, k->neutral_length_m);
+                          dof_names[t->dof], leg + 1, mean, k->neutral_length_m);
     }
     return STATUS_OK;
 }
@@ -201,11 +201,11 @@ static int check_pressures(const struct recording *r, struct error *error) {
         double others = (sum - direct[k]) / (LEGS - 1);
         if (bears(LEGS * others, weight) && fabs(direct[k] - others) > 2.0 * weight)
             return REFUSE("the mean force of leg %d is %.3g N, the others' %.3g: p1 and p2 exchanged there, or a sign wrong",
-                             k + 1, direct[k], others);
+                          k + 1, direct[k], others);
     }
     if (!bears(sum, weight) && !within_sensors(sum, weight, chambers, most_n))
         return REFUSE("the legs hold %.3g N in all, a machine of this weight needs about %.3g: %s", sum, 1.2 * weight,
-                         bears(exchanged, weight) ? "p1 and p2 are exchanged" : "other units, or another machine");
+                      bears(exchanged, weight) ? "p1 and p2 are exchanged" : "other units, or another machine");
     return STATUS_OK;
 }
 
@@ -218,7 +218,7 @@ static int check_stroke(const struct params *p, const struct recording_test *t, 
     }
     if (low >= middle - half && high <= middle + half) return STATUS_OK;
     return REFUSE("the position runs from %.4g to %.4g m, outside a stroke of %g m about %g m (actuator.stroke_m, "
-                     "axis.middle_m): other units, or another zero", low, high, p->actuator.stroke_m, middle);
+                  "axis.middle_m): other units, or another zero", low, high, p->actuator.stroke_m, middle);
 }
 
 /* Force against motion over the evaluated parts: mean power, and the mass that the force in step with the acceleration would move. */
@@ -268,10 +268,10 @@ static int check_axis(const struct recording *r, struct error *error) {
     bool exchanged = r->measured.pressures && drives(&other, mass_kg);
     if (!drives(&d, mass_kg))
         return REFUSE("the force works against the motion, as if the mass were %.3g kg: %s", d.mass_kg,
-                         exchanged ? "p1 and p2 are exchanged, or the position's sign is wrong" : "the sign of force or position is wrong");
+                      exchanged ? "p1 and p2 are exchanged, or the position's sign is wrong" : "the sign of force or position is wrong");
     if (d.mass_kg > 10.0 * mass_kg || d.most_kg < 0.3 * mass_kg)
         return REFUSE("force and motion would go together if the mass were %.3g kg; the model has %.3g (axis.mass_kg): "
-                         "other units, or another machine", d.mass_kg > mass_kg ? d.mass_kg : d.most_kg, mass_kg);
+                      "other units, or another machine", d.mass_kg > mass_kg ? d.mass_kg : d.most_kg, mass_kg);
     return STATUS_OK;
 }
 
@@ -319,7 +319,7 @@ static int check_drives(const struct recording *r, struct error *error) {
         double needed[LEGS][RESIDUAL_SIZE];
         if (!residual_required(t, r->params, needed))
             status = REFUSE("test %s: no pose of this machine has these lengths: other units, or another machine",
-                               dof_names[r->test[i].dof]);
+                            dof_names[r->test[i].dof]);
         for (int a = 0; a < legs && !status; a++)
             for (int b = 0; b < legs; b++) {
                 const double *length = t->spectrum.mean[CHANNEL_LENGTH][b], rate[3] = {0.0, -length[2], length[1]};
@@ -352,10 +352,10 @@ int recording_check(struct recording *r, struct error *error) {
         for (int j = t->first; j >= 0 && j < t->end; j++) good += t->sample[j].good;
         if (seconds > 0.0 && 2 * good < t->end - t->first)
             return REFUSE("test %s: more than half of its samples are flagged, or have a value that is no number",
-                             dof_names[t->dof]);
+                          dof_names[t->dof]);
         if (seconds * t->frequency_hz < CYCLES_NEEDED - 0.1)
             return REFUSE("test %s: %.3g s evaluated, too short: at least %d cycles of %g Hz are needed",
-                             dof_names[t->dof], seconds, CYCLES_NEEDED, t->frequency_hz);
+                          dof_names[t->dof], seconds, CYCLES_NEEDED, t->frequency_hz);
         status = check_channels(r, t, error);
         if (!status) status = axis ? check_stroke(r->params, t, error) : check_machine(t, &k, error);
         if (!status) status = check_frequency(t, error);

@@ -45,6 +45,9 @@ print("%.0f MB" % megabytes)
 sys.exit(megabytes > 500)' "${gap[@]}" -o "$work/m" --replay motion
 }
 if ! ldd "$hexid" | grep -q 'lib[at]san'; then claim "it needs less than 500 MB" lean; fi
+claim "a log given twice is refused" refuses 2 "coulomb.lcm twice" "${gap[@]}" --measured "$work/coulomb.lcm" -o "$work/twice"
+claim "where nothing can be written is said before the search" refuses 3 "$work/none/out" "${gap[@]}" -o "$work/none/out"
+claim "so is that a file is no directory" refuses 3 "coulomb.lcm directory" "${gap[@]}" -o "$work/coulomb.lcm"
 second() {
     rig second --tests z --set tests.frequency_hz=2 "${coulomb[@]}"
     "${gap[@]}" -o "$work/s" --measured "$work/second.lcm" --replay motion 2>/dev/null && says "$work/s/gap.json" cylinder_coulomb_friction
