@@ -7,8 +7,9 @@
 #include "vec.h"
 
 static const double POSE_TOLERANCE_M = 1e-12;
-static const double SLOW_MPS = 2e-3; /* a leg that sticks gives so much, as its chambers do */
-static const double SURE = 3.0;      /* standard deviations of a leg's speed */
+static const double SLOW_MPS = 2e-3;  /* a leg that sticks gives so much, as its chambers do */
+static const double SURE = 3.0;       /* standard deviations of a leg's speed */
+static const double OVERSHOOT = 1.18; /* of a force that jumps from one side to the other, in the harmonics evaluated (Gibbs) */
 enum { POSE_ITERATIONS = 12 };
 
 void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *params, double window_s, double resolution_s) {
@@ -90,7 +91,8 @@ static double slow_mps(const struct inverse_dynamics *d, int leg, double acceler
 }
 
 /* balance_n: hydraulic force left for friction. Dry friction has its full size only where the leg surely slides, from twice the slow speed
- * on; where it may be held friction is what the balance asks for, as far as it reaches: a leg that sticks holds against any load. */
+ * on; where it may be held friction is what the balance asks for, as far as it reaches: a leg that sticks holds against any load. A limit
+ * without the overshoot would be met from one side only, and friction come out too large. */
 static double leg_friction(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in, double balance_n) {
     struct cylinder_state s = {.p1_pa = in->p1_pa[leg], .p2_pa = in->p2_pa[leg]};
     const double *motion = in->leg[leg];
@@ -99,7 +101,7 @@ static double leg_friction(const struct inverse_dynamics *d, int leg, const stru
     struct friction retract = cylinder_friction(&d->cylinder, leg, &s, -1, speed);
     double viscous = motion[1] > 0.0 ? extend.viscous : -retract.viscous;
     double sliding = 0.5 * (1.0 + sign) * extend.dry - 0.5 * (1.0 - sign) * retract.dry;
-    double held = fmin(fmax(balance_n - viscous, -retract.dry), extend.dry);
+    double held = fmin(fmax(balance_n - viscous, -OVERSHOOT * retract.dry), OVERSHOOT * extend.dry);
     double share = fmin(fmax(speed / slow_mps(d, leg, motion[2]) - 1.0, 0.0), 1.0);
     return viscous + share * sliding + (1.0 - share) * held;
 }
