@@ -214,6 +214,7 @@ static void other_programs_files_are_read(void **unused) {
     assert_true(c->in.length_m[1] == 1.83 && isnan(c->in.length_m[0]) && isnan(c->in.p1_pa[2]));
     assert_true(isnan(c->ref[0]) && isnan(c->out.valve[5]));
     assert_int_equal(c->in.flags, 0);
+    assert_int_equal(report.empty, 1000);
     assert_string_equal(report.missing, "1_x.csv: ref_x_m..ref_psi_rad l1_m l3_m l4_m l5_m l6_m p1_1_pa p1_2_pa p1_4_pa p1_5_pa p1_6_pa "
                                         "p2_1_pa..p2_6_pa u1..u6");
     assert_string_equal(report.ignored, "1_x.csv: operator temperature");

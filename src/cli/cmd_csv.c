@@ -35,6 +35,7 @@ int cmd_import(int argc, char **argv) {
     free(base);
     if (status) return cli_fail(&error);
     printf("%s: %d tests, %lld rows, %lld cycles without a row\n", o.output, report.files, (long long)report.rows, (long long)report.lost);
+    if (report.empty) printf("%lld cells have no number: what needs them is not evaluated\n", (long long)report.empty);
     if (report.missing[0]) printf("missing columns, what needs them is not evaluated: %s\n", report.missing);
     if (report.doubtful[0]) fprintf(stderr, "hexid: warning: units? %s\n", report.doubtful);
     if (report.ignored[0]) printf("not understood and left out: %s\n", report.ignored);
@@ -49,10 +50,12 @@ int cmd_export(int argc, char **argv) {
     if (!status) status = named(&o, "export", &error);
     if (!status && o.format && strcmp(o.format, "csv"))
         status = error_set(&error, STATUS_USAGE, "--format %s: csv is what there is", o.format);
-    if (!status) status = csv_export(o.operand[0], o.output, &report, &error);
+    if (!status) {
+        status = csv_export(o.operand[0], o.output, &report, &error);
+        if (report.cut) cli_warn_cut(o.operand[0], report.cut_offset);
+    }
     if (status) return cli_fail(&error);
     printf("%s: %d tests, %lld rows, %lld cycles lost\n", o.output, report.files, (long long)report.rows, (long long)report.lost);
-    if (report.cut) cli_warn_cut(o.operand[0], report.cut_offset);
     if (report.unreadable)
         fprintf(stderr, "hexid: warning: %lld messages on HEXID_STATE could not be read\n", (long long)report.unreadable);
     return EXIT_PASSED;

@@ -32,10 +32,13 @@
 #include "status.h"
 #include "types.h"
 
+enum { CSV_FILES_MAX = 100 }; /* of a directory */
+
 struct csv_report {
     int files;             /* one a test */
     int64_t rows;
     int64_t lost;          /* cycles of the tests that have no row */
+    int64_t empty;         /* import: cells without a number: NaN in the log */
     int64_t unreadable;    /* export: messages on HEXID_STATE that are none */
     bool cut;              /* export: the log is cut off or damaged, read up to cut_offset */
     int64_t cut_offset;

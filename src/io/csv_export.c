@@ -13,7 +13,7 @@
 enum { PATH_SIZE = 4096, NUMBER_SIZE = 32 };
 
 struct export {
-    const char *directory;
+    const char *log_path, *directory;
     struct params params;
     bool configured;       /* params are the log's */
     FILE *file;            /* of the test under way, NULL: none */
@@ -92,6 +92,9 @@ static int end_test(struct export *e) {
 static int begin_test(struct export *e, const struct cycle *c) {
     int status = end_test(e);
     if (status) return status;
+    if (e->report->files == CSV_FILES_MAX)
+        return error_set(e->error, STATUS_IO, "%.250s: more than %d tests: its cycles are not in the order of their time", e->log_path,
+                         CSV_FILES_MAX);
     snprintf(e->path, sizeof e->path, "%.3000s/%d_%s.csv", e->directory, ++e->report->files, csv_dof_name(c->dof));
     e->file = create(e);
     if (!e->file) return unwritable(e);
@@ -153,7 +156,7 @@ static int export_events(struct export *e, struct log_reader *log, const char *l
 
 int csv_export(const char *log_path, const char *directory, struct csv_report *report, struct error *error) {
     struct log_reader *log;
-    struct export e = {.directory = directory, .report = report, .error = error};
+    struct export e = {.log_path = log_path, .directory = directory, .report = report, .error = error};
     *report = (struct csv_report){0};
     config_default(&e.params);
     int status = log_open(&log, log_path, error);

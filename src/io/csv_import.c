@@ -11,7 +11,7 @@
 #include "messages.h"
 #include "units.h"
 
-enum { FILES_MAX = 100, EVENT_SIZE = 1 << 18 };
+enum { EVENT_SIZE = 1 << 18 };
 
 static const double rate_tolerance = 0.01;  /* of the mean step of t_s against rate_hz */
 static const double lost_share = 0.1;       /* more rows missing than this: rate_hz is wrong, not the recording */
@@ -21,8 +21,8 @@ struct import {
     const char *directory;
     struct params params;
     int files;
-    struct csv_head head[FILES_MAX];
-    int test[FILES_MAX];   /* place in the list of tests */
+    struct csv_head head[CSV_FILES_MAX];
+    int test[CSV_FILES_MAX];   /* place in the list of tests */
     double evaluated_s;    /* the shortest evaluated part of a file that does not say */
     struct log_writer *log;/* NULL: the files are being checked */
     uint64_t seq;
@@ -212,6 +212,7 @@ static int read_file(struct import *im, int file) {
     status = read_rows(im, file, reader, &s);
     if (!status && !im->log) status = evaluate(im, reader, &s);
     if (!status && !im->log) note_doubts(im, &im->head[file], &s.range);
+    if (im->log) im->report->empty += reader->empty;
     if (im->log) im->report->rows += s.rows, im->report->lost += s.periods + 1 - s.rows;
     im->start_ns += ns_from_seconds(s.last_s - s.first_s + period_s(im));
     csv_close(reader);
@@ -247,7 +248,7 @@ static int read_heads(struct import *im) {
     int count = csv_list(im->directory, &files), status = STATUS_OK;
     if (count < 0) return error_set(im->error, STATUS_IO, "%.250s: cannot be read: %s", im->directory, strerror(errno));
     if (count == 0) status = error_set(im->error, STATUS_USAGE, "%.250s: has no CSV file", im->directory);
-    if (count > FILES_MAX) status = error_set(im->error, STATUS_USAGE, "%.250s: more than %d CSV files", im->directory, FILES_MAX);
+    if (count > CSV_FILES_MAX) status = error_set(im->error, STATUS_USAGE, "%.250s: more than %d CSV files", im->directory, CSV_FILES_MAX);
     for (int i = 0; !status && i < count; i++) status = read_head(im, files[i]->d_name);
     csv_list_free(files, count);
     return status;
@@ -261,6 +262,8 @@ static int base_params(struct import *im, const char *base) {
         fclose(file);
         return config_load(&im->params, path, NULL, 0, im->error);
     }
+    if (errno == ENOTDIR)
+        return error_set(im->error, STATUS_USAGE, "%.250s: no directory: import takes the one that has the files of a run", im->directory);
     if (errno != ENOENT) return error_set(im->error, STATUS_IO, "%.250s: cannot be read: %s", path, strerror(errno));
     if (base) return config_parse(&im->params, base, strlen(base), "base configuration", im->error);
     config_default(&im->params);

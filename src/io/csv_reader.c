@@ -199,7 +199,9 @@ static int read_head(struct csv_reader *r, struct error *error) {
     if (got) status = read_columns(r, line, error);
     bool axis = r->head.mechanism == MECHANISM_AXIS;
     if (!has_dof && axis) r->head.dof = DOF_X;
-    else if (!has_dof) return refuse(r, error, "no line \"# dof: x\" (or y, z, phi, theta, psi, none) before the names of the columns");
+    else if (!has_dof)
+        return refuse(r, error, "no line \"# dof: x\" (or y, z, phi, theta, psi, none) before the names of the columns, and no "
+                                "column position_m of an axis");
     if (!status && axis && r->head.dof > DOF_X) return refuse(r, error, "dof: %s: an axis has none but x", csv_dof_name(r->head.dof));
     return status;
 }
@@ -267,6 +269,7 @@ int csv_read_row(struct csv_reader *r, struct cycle *cycle, struct error *error)
         double number;
         char *end = column ? read_number(cell, &number) : cell + strcspn(cell, ",");
         if (!end || (column && !store(cycle, column, number * r->unit[i]))) return refuse_cell(r, r->column[i], cell, error);
+        r->empty += column && isnan(number);
         if ((*end == '\0') != (i == r->cells - 1)) return refuse_count(r, i + 1, end, error);
         cell = end + 1;
     }

@@ -27,6 +27,7 @@ struct csv_reader {
     int cells;                     /* in a row */
     int column[CSV_CELLS_MAX];     /* of each cell, -1: not known */
     double unit[CSV_CELLS_MAX];    /* SI units in the column's own */
+    int64_t empty;                 /* cells so far that have no number */
     char text[CSV_LINE_SIZE];
 };
 
