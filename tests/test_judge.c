@@ -48,6 +48,35 @@ static void what_remains_refutes_it(void **state) {
     assert_verdict(&no_run, &noise, GAP_UNKNOWN_EFFECT, "does not get through the tests: the simulated run ended in a fault (stroke)");
 }
 
+static void what_is_left_far_above_the_noise_refutes_it_in_motion_too(void **state) {
+    (void)state;
+    struct gap_result r = found("valve_flow_gain"), nothing = {0};
+    r.simulated = false, r.unexplained_fraction = 0.9; /* of a small gap: that is noise */
+    assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "valve_flow_gain");
+    r.held_out_after.overall = 0.21;
+    assert_verdict(&r, &noise, GAP_UNKNOWN_EFFECT, "2.1 times the noise");
+    nothing.simulated = nothing.validated = true;
+    nothing.noise_floor.overall = 0.1, nothing.held_out_before.overall = nothing.held_out_after.overall = 0.19;
+    assert_verdict(&nothing, &noise, GAP_NO_GAP, "noise");
+    nothing.held_out_after.overall = 0.21;
+    assert_verdict(&nothing, &noise, GAP_UNKNOWN_EFFECT, "--validate is 2.1 times the noise");
+}
+
+static void what_is_given_is_of_another_size(void **state) {
+    (void)state;
+    struct gap_result r = found("valve_lag");
+    struct remainder left = {.values = VALUES, .before = 5e3, .after = VALUES + 5e3};
+    r.effect[0].given.on = true;
+    assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "the model has valve_lag of another size");
+    r.effects = 3;
+    r.effect[1] = (struct gap_effect){.effect = effect_find("base_tilt"), .z = 9.0};
+    r.effect[2] = (struct gap_effect){.effect = effect_find("payload_mass"), .z = 8.0};
+    assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "the model lacks base_tilt and payload_mass and has valve_lag of another size");
+    assert_verdict(&r, &left, GAP_UNKNOWN_EFFECT, "remainder");
+    left.trifle = 6e3; /* beside the effects given it is none */
+    assert_verdict(&r, &left, GAP_EFFECT_NAMED, "valve_lag");
+}
+
 /* A tenth of the gap in its channel decides: sqrt(10^2 - 1^2) of it is there. */
 static void a_line_refutes_what_is_no_larger_than_it(void **state) {
     (void)state;
@@ -78,6 +107,8 @@ int main(void) {
         cmocka_unit_test(what_explains_the_gap_is_named),
         cmocka_unit_test(rivals_make_it_ambiguous_and_name_the_experiment),
         cmocka_unit_test(what_remains_refutes_it),
+        cmocka_unit_test(what_is_left_far_above_the_noise_refutes_it_in_motion_too),
+        cmocka_unit_test(what_is_given_is_of_another_size),
         cmocka_unit_test(a_line_refutes_what_is_no_larger_than_it),
         cmocka_unit_test(three_that_are_needed_are_none_of_them),
     };

@@ -78,6 +78,17 @@ static void dead_pressure(struct recording_sample *s) { s->p2_pa[5] = 0.0; }
 static void clip(struct recording_sample *s) {
     for (int k = 0; k < LEGS; k++) s->p2_pa[k] = fmin(2.5 * s->p2_pa[k], 16e6);
 }
+static void clip_softly(struct recording_sample *s) { s->p1_pa[2] = fmin(s->p1_pa[2], 3.35e6); }
+static void stop_short(struct recording_sample *s) { s->length_m[0] = fmax(s->length_m[0], 1.8305); }
+static void percent(struct recording_sample *s) {
+    for (int k = 0; k < LEGS; k++) s->valve[k] *= 100.0;
+}
+static void pump_up(struct recording_sample *s) {
+    for (int k = 0; k < LEGS; k++) s->p1_pa[k] += 7e6 * 0.0020 / 0.0045, s->p2_pa[k] += 7e6;
+}
+static void one_absurd(struct recording_sample *s) {
+    if (fabs(s->test_time_s - 2.0) < 1e-6) s->p1_pa[0] = 1e300;
+}
 static void mostly_nothing(struct recording_sample *s) {
     if (fmod(s->test_time_s, 0.01) > 0.003) s->p1_pa[0] = NAN;
 }
@@ -105,6 +116,11 @@ static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
         {zero_valve, true, "valve command of leg 4 does not change"},
         {dead_pressure, true, "p2 of leg 6 does not change"},
         {clip, true, "clipped"},
+        {clip_softly, true, "p1 of leg 3 is clipped"},
+        {stop_short, true, "length of leg 1 is clipped"},
+        {percent, true, "percent"},
+        {pump_up, true, "another supply"},
+        {one_absurd, true, "1e+300"},
         {mostly_nothing, true, "half of its samples"},
     };
     for (size_t n = 0; n < sizeof lies / sizeof *lies; n++) {

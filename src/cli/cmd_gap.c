@@ -20,12 +20,18 @@ static int of_log(const char *path, int status, struct error *error) {
     return error_set(error, status, "%.100s: %.280s", path, reason.text);
 }
 
-/* The tests of another log are those of the configuration in it: its frequency and amplitudes are not the model's. */
+/* The log's own configuration: it tells a platform from an axis, and another log's tests, whose frequency and amplitudes are not the model's.
+ * The first log may have none, or one that is no longer understood. */
 static int begin(const char *path, const struct log_event *event, struct recording *r, struct error *error) {
+    static const char *const machine[] = {[MECHANISM_STEWART] = "six legs", [MECHANISM_AXIS] = "one axis"};
     struct params *own = calloc(1, sizeof *own);
     if (!own) return error_set(error, STATUS_IO, "%.250s: out of memory", path);
     int status = cli_log_params(path, event, "which tests it has is not known", own, error);
-    if (!status) status = of_log(path, recording_begin(r, &own->tests, error), error);
+    if (!status && own->mechanism != r->params->mechanism)
+        status = error_set(error, STATUS_USAGE, "%.250s: is of %s, the configuration of -c of %s (mechanism)", path,
+                           machine[own->mechanism], machine[r->params->mechanism]);
+    else if (!r->tests) status = STATUS_OK;
+    else if (!status) status = of_log(path, recording_begin(r, &own->tests, error), error);
     free(own);
     return status;
 }
@@ -34,12 +40,15 @@ static int add(const char *path, struct recording *r, struct error *error) {
     struct log_reader *log;
     struct log_event event;
     struct cycle cycle;
+    int64_t offset;
     int status = log_open(&log, path, error);
     if (status) return status;
-    for (bool first = true; !status && log_next(log, &event); first = false)
-        if (first && r->tests) status = begin(path, &event, r, error);
-        else if (!strcmp(event.channel, CHANNEL_STATE) && state_decode(event.data, event.size, &cycle))
+    for (bool first = true; !status && log_next(log, &event); first = false) {
+        if (first) status = begin(path, &event, r, error);
+        if (!status && !strcmp(event.channel, CHANNEL_STATE) && state_decode(event.data, event.size, &cycle))
             status = of_log(path, recording_add(r, &cycle, error), error);
+    }
+    if (!status && log_cut(log, &offset)) cli_warn_cut(path, offset);
     log_release(log);
     return status;
 }
@@ -94,16 +103,16 @@ static int run(int argc, char **argv, struct params *params, struct recording *m
     recording_init(validate, params);
     if (!status) status = load(o.measured_count, o.measured, measured, error);
     if (!status && o.validate) status = load(1, &o.validate, validate, error);
-    if (!status) status = gap_files_check(o.output, error);
+    if (!status) status = gap_files_check(&o, error);
     if (!status) status = gap_solve(params, measured, o.validate ? validate : NULL, &g, result, error);
     if (status) return status;
     progress(NULL, "drawing the report", 0.95);
     status = gap_files_write(&o, result, measured, error);
-    progress(NULL, "reported", 1.0);
+    progress(NULL, status ? "not reported" : "reported", 1.0);
     gap_files_publish(params, result);
     FILE *out = o.json && !strcmp(o.json, "-") ? stderr : stdout;
     gap_text_print(out, result);
-    fprintf(out, "  report    %s/report.html\n  model     %s/model.yaml\n", o.output, o.output);
+    if (!status) fprintf(out, "  report    %s/report.html\n  model     %s/model.yaml\n", o.output, o.output);
     return status;
 }
 

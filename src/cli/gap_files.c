@@ -51,12 +51,20 @@ static int write_report(const struct options *o, const struct gap_result *r, con
     return status;
 }
 
-int gap_files_check(const char *directory, struct error *error) {
+/* In the directory that is made for the others. */
+static bool is_inside(const char *path, const char *directory) {
+    size_t length = strlen(directory);
+    return !strncmp(path, directory, length) && path[length] == '/';
+}
+
+int gap_files_check(const struct options *o, struct error *error) {
     char path[PATH_SIZE];
-    bool there = !access(directory, F_OK);
-    snprintf(path, sizeof path, there ? "%s/." : "%s", directory); /* a file has no "." */
-    if (!access(there ? path : dirname(path), W_OK | X_OK)) return STATUS_OK;
-    return error_set(error, STATUS_IO, "%.300s: cannot be %s: %s", directory, there ? "written" : "made", strerror(errno));
+    if (!*o->output) return error_set(error, STATUS_USAGE, "-o: an empty name; name a directory");
+    bool there = !access(o->output, F_OK);
+    snprintf(path, sizeof path, there ? "%s/." : "%s", o->output); /* a file has no "." */
+    if (access(there ? path : dirname(path), W_OK | X_OK))
+        return error_set(error, STATUS_IO, "%.300s: cannot be %s: %s", o->output, there ? "written" : "made", strerror(errno));
+    return !o->json || (!there && is_inside(o->json, o->output)) ? STATUS_OK : cli_check_writable(o->json, error);
 }
 
 /* The configuration, headed by what it is. */
@@ -75,8 +83,10 @@ int gap_files_write(const struct options *o, const struct gap_result *r, const s
     char *model = model_text(r), *json = gap_json(r, path);
     int status = write_whole(o->output, "model.yaml", model, error);
     if (!status) status = write_whole(o->output, "gap.json", json, error);
-    if (!status && o->json) status = cli_write_text(o->json, json, error);
     if (!status) status = write_report(o, r, measured, path, error);
+    struct error second;
+    int copied = o->json && json ? cli_write_text(o->json, json, status ? &second : error) : STATUS_OK;
+    if (!status) status = copied;
     free(model);
     free(json);
     return status;

@@ -6,6 +6,8 @@
 #include "kinematics.h"
 #include "pid.h"
 
+static const double RATE_TOLERANCE = 0.01;
+
 struct moments {
     int n;
     double sum, square;
@@ -47,12 +49,18 @@ static void compare(const struct params *p, const struct kinematics *k, const st
     for (int leg = 0; leg < LEGS; leg++) *difference += variance_sum(&off[leg]), *whole += variance_sum(&all[leg]);
 }
 
+double controller_other_rate(const struct params *params, const struct recording *recording) {
+    double step_s = recording_step_s(&recording->test[0]);
+    bool same = fabs(step_s / params->loop.period_s - 1.0) < RATE_TOLERANCE;
+    return same || params->mechanism == MECHANISM_AXIS || !recording->measured.valve ? 0.0 : step_s;
+}
+
 double controller_difference(const struct params *params, const struct recording *recording) {
     struct kinematics k;
     struct error error;
     double difference = 0.0, whole = 0.0;
     bool known = params->mechanism == MECHANISM_STEWART && recording->measured.valve && recording->measured.pressures &&
-                 recording->measured.reference;
+                 recording->measured.reference && controller_other_rate(params, recording) == 0.0;
     if (!known || kinematics_init(&k, params, &error)) return NAN;
     for (int i = 0; i < recording->tests; i++) compare(params, &k, &recording->test[i], &difference, &whole);
     return sqrt(difference / whole);

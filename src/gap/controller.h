@@ -6,7 +6,11 @@
 #include "recording.h"
 
 /* Rms over all tests of the difference of the commands, its constant per test and leg taken off (the integrator's start is not known), as a
- * share of the rms of the recorded commands' variation. NaN on one axis, and where references, commands or pressures are missing. */
+ * share of the rms of the recorded commands' variation. NaN on one axis, where references, commands or pressures are missing, and where
+ * the log has another rate than the controller. */
 double controller_difference(const struct params *params, const struct recording *recording);
+
+/* The time between samples of commands, where that is not the controller's cycle; else 0. */
+double controller_other_rate(const struct params *params, const struct recording *recording);
 
 #endif

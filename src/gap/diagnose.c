@@ -23,7 +23,6 @@ int diagnosis_init(struct diagnosis *d, const struct params *given, const struct
     if (!status) status = fit_data_init(&d->held_out, &d->odd, given, MODEL_ERROR, error);
     if (status) return status;
     d->variables = base_variables(given, d->variable);
-    for (int i = 0; effect_table[i]; i++) d->known[i] = given->effects[i].on;
     d->column = malloc((size_t)FIT_VARIABLES * (size_t)d->fit.values * sizeof *d->column);
     d->gram = malloc((size_t)FIT_VARIABLES * FIT_VARIABLES * sizeof *d->gram);
     d->raw = malloc((size_t)d->fit.values * sizeof *d->raw);
@@ -45,7 +44,7 @@ void diagnosis_free(struct diagnosis *d) {
     free(d->hypothesis);
 }
 
-static double held_square(const struct diagnosis *d, const struct params *model) {
+double diagnosis_held_square(const struct diagnosis *d, const struct params *model) {
     double *white = malloc((size_t)d->held_out.values * sizeof *white), square = INFINITY;
     if (white && fit_residual(&d->held_out, model, white)) square = fit_square(d->held_out.values, white);
     free(white);
@@ -59,22 +58,26 @@ bool diagnosis_refit(struct diagnosis *d, int iterations) {
     fit_gram(d->variables, d->fit.values, d->column, d->gram);
     memcpy(d->std, r.std, sizeof d->std);
     d->square = r.square;
-    d->held_square = held_square(d, &d->model);
-    d->hypotheses = hypotheses_list(&d->model, d->known, d->even.parts, d->hypothesis);
+    d->held_square = diagnosis_held_square(d, &d->model);
+    d->hypotheses = hypotheses_list(&d->model, d->found, d->even.parts, d->hypothesis);
     return true;
 }
 
-/* The start from which the rest of the model, moved linearly, comes closest. from: the same effect, all legs alike, fitted; or NULL. */
+/* The start from which the rest of the model, moved linearly, comes closest; of an effect that is given its own values are one. from: the
+ * same effect, all legs alike, fitted; or NULL. */
 static bool best_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, const struct trial *from,
                        const double *raw, struct linear_part *linear, struct params *best) {
     double least = HUGE_VAL;
     enum residual_part parts = hypothesis_parts(h);
+    bool given = d->given->effects[h->effect].on;
     *best = *base;
-    if (h->shape == SHAPE_EACH && from) {
+    if (h->shape == SHAPE_EACH && from && !given) {
         best->effects[h->effect] = from->model.effects[h->effect];
         return true;
     }
     double without = fit_start(&d->fit, base, parts, raw, linear);
+    for (int i = 0; i < h->variables && given; i++) variable_set(&h->variable[i], best, variable_get(&h->variable[i], best));
+    if (given) least = fit_start(&d->fit, best, parts, raw, linear);
     for (int place = 0; place < HYPOTHESIS_STARTS; place++) {
         struct params model = *base;
         if (!hypothesis_start(h, place, &model)) continue;
@@ -130,7 +133,7 @@ static void try_one(const struct diagnosis *d, const struct hypothesis *h, const
     t->ok = true;
     t->square = r.square;
     t->gain = d->square - r.square - CHARGE * h->variables - (h->shape >= 0 ? 2.0 * log(LEGS) : 0.0);
-    t->held_square = held_square(d, &t->model);
+    t->held_square = diagnosis_held_square(d, &t->model);
     t->held_gain = d->held_square - t->held_square;
     memcpy(t->std, r.std, (size_t)h->variables * sizeof *t->std);
     t->bound = at_bound(t);
@@ -158,7 +161,7 @@ static void polish(const struct diagnosis *d, struct trial *t) {
     if (!t->ok) return;
     t->gain += t->square - r.square;
     t->square = r.square;
-    t->held_square = held_square(d, &t->model);
+    t->held_square = diagnosis_held_square(d, &t->model);
     t->held_gain = d->held_square - t->held_square;
     t->polished = true;
     t->bound = at_bound(t);
@@ -322,12 +325,12 @@ static bool list_variables(struct diagnosis *d) {
 }
 
 void diagnosis_estimate(struct diagnosis *d) {
+    double noise = sqrt(fmin(d->square / d->fit.evaluated, 1.0)); /* of what it was taken for */
     for (int i = 0; i < d->variables; i++) {
         struct variable *v = &d->variable[i];
-        bool joint = v->base && v->effect >= 0;
-        if (!joint) continue;
+        if (!v->base) continue;
         v->neutral = 0.5 * (v->min + v->max);
-        v->pull = sqrt(12.0) / (v->max - v->min);
+        v->pull = noise * sqrt(12.0) / (v->max - v->min);
     }
     diagnosis_refit(d, BASE_ITERATIONS);
 }
@@ -348,10 +351,10 @@ bool diagnosis_add(struct diagnosis *d, const struct trial *t) {
     if (d->added == GAP_EFFECTS) return false;
     d->addition[d->added++] = *t->hypothesis;
     d->model = t->model;
-    d->known[effect] = true;
+    d->found[effect] = true;
     if (list_variables(d) && diagnosis_refit(d, BASE_ITERATIONS)) return true;
     d->added--;
-    d->known[effect] = false;
+    d->found[effect] = false;
     restore(d, &before, std);
     return false;
 }
@@ -363,11 +366,11 @@ bool diagnosis_drop(struct diagnosis *d, int addition, double most) {
     double square = d->square, held = d->held_square, std[FIT_VARIABLES];
     memcpy(std, d->std, sizeof std);
     d->model.effects[effect] = d->given->effects[effect];
-    d->known[effect] = false; /* a hypothesis again */
+    d->found[effect] = false; /* a hypothesis again */
     memmove(d->addition + addition, d->addition + addition + 1, (size_t)(--d->added - addition) * sizeof *d->addition);
     bool fitted = list_variables(d) && diagnosis_refit(d, BASE_ITERATIONS);
     if (fitted && d->square - square < most + CHARGE * dropped.variables && d->held_square - held < most) return true;
-    d->known[effect] = true;
+    d->found[effect] = true;
     memmove(d->addition + addition + 1, d->addition + addition, (size_t)(d->added++ - addition) * sizeof *d->addition);
     d->addition[addition] = dropped;
     restore(d, &before, std);

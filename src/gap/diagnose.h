@@ -12,7 +12,7 @@ struct diagnosis {
     struct residual_data even, odd;
     struct fit_data fit, held_out;
     struct params model;                 /* fitted so far */
-    bool known[EFFECTS_MAX];             /* given on, or found */
+    bool found[EFFECTS_MAX];             /* added; what is given may have other values than that */
     int added;
     struct hypothesis addition[GAP_EFFECTS];
     int variables;                       /* base first, then those of the effects added */
@@ -43,6 +43,9 @@ static inline double trial_evidence(const struct trial *t) { return t->gain + t-
 int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, struct error *error);
 void diagnosis_free(struct diagnosis *d);
 
+/* Sum of white squares on the cycles held out; infinite where the motion is none of the model. */
+double diagnosis_held_square(const struct diagnosis *d, const struct params *model);
+
 /* Fits every variable of the model; column and squares are those of the result. */
 bool diagnosis_refit(struct diagnosis *d, int iterations);
 
@@ -51,8 +54,9 @@ bool diagnosis_refit(struct diagnosis *d, int iterations);
  * trials (HYPOTHESES_MAX at most). */
 int diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads);
 
-/* The values to report. Names are found with every joint free in its box; then what joints and effects could explain alike is the effects':
- * joints are drawn to where they should be, as strongly as places anywhere in the box scatter about it. */
+/* The values to report. Names are found with the base free in its box; then what base and effects could explain alike is the effects': the
+ * base is drawn to what is stated, as strongly as values anywhere in the box scatter about it; the noise is what the residuals say, where that
+ * is less than it was taken for. */
 void diagnosis_estimate(struct diagnosis *d);
 
 /* The hypothesis joins the model; false where that cannot be fitted: all is as before. */

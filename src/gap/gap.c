@@ -10,6 +10,7 @@
 #include "controller.h"
 #include "diagnose.h"
 #include "judge.h"
+#include "machine.h"
 #include "places.h"
 #include "replay.h"
 #include "spectrum.h"
@@ -26,6 +27,7 @@ static const double RIVAL_MOST = 0.1;      /* but no more than that, */
 static const double RIVAL_GAIN = 50.0;     /* nor less: z = 7, noise on fitted and held-out cycles */
 static const double CONTROLLER_DIFFERS = 0.02;
 static const double LINE_TOLERANCE = 0.1;   /* a loop that oscillates in the model, too, does so near the same frequency */
+static const double LINE_EXCITED = 0.5;     /* of the power: a resonance that other noise excites has some of it */
 static const double LINE_POWER = 12.0;      /* of white noise, mean of six legs: 1 +- 0.4; */
 static const double LINE_POWER_ONE = 30.0;  /* of one leg the strongest of 20 000 bins has 10 */
 static const double CLOCK_TOLERANCE = 1e-4; /* two crystals */
@@ -75,10 +77,22 @@ static bool overfits(const struct trial *t, const struct trial *best) {
     return t->hypothesis->shape == SHAPE_EACH && best->hypothesis->shape != SHAPE_EACH && t->held_gain < best->held_gain;
 }
 
+/* A play of the command that its noise shakes through is none: what looks like it is that noise where the spool passes zero. */
+static bool dithered(const struct diagnosis *d, const struct trial *t) {
+    int effect = t->hypothesis->effect;
+    double most = 0.0, square = 0.0;
+    int legs = params_legs(d->given);
+    if (!effect_table[effect]->command) return false;
+    for (int k = 0; k < legs; k++) most = fmax(most, t->model.effects[effect].value[0][k]);
+    for (int i = 0; i < d->even.tests; i++)
+        for (int k = 0; k < legs; k++) square += pow(d->even.test[i].spectrum.noise[CHANNEL_VALVE][k], 2.0);
+    return most < sqrt(square / (legs * d->even.tests));
+}
+
 static int list_rivals(const struct diagnosis *d, const struct trial *trial, int trials, int rival[GAP_RIVALS]) {
     int rivals = 0, best = trial[0].hypothesis->effect;
     for (int i = 1; i < trials; i++) {
-        if (!comes_close(d, &trial[0], &trial[i])) continue;
+        if (!comes_close(d, &trial[0], &trial[i]) || dithered(d, &trial[i])) continue;
         int effect = trial[i].hypothesis->effect;
         bool seen = effect == best || hypothesis_contains(effect, best) || overfits(&trial[i], &trial[0]);
         for (int j = 0; j < rivals; j++) seen = seen || rival[j] == effect;
@@ -123,27 +137,18 @@ static void prefer_inside(struct trial *trial, int trials) {
  * much. */
 static bool beside_reversals(const struct diagnosis *d) {
     bool turns = false;
-    for (int i = 0; i < d->added; i++) {
-        const struct effect *e = effect_table[d->addition[i].effect];
-        turns = turns || e->leg_friction || e->joint_friction || e->command; /* the only command with a memory is a hysteresis */
+    for (int i = 0; effect_table[i]; i++) {
+        const struct effect *e = effect_table[i];
+        bool there = d->given->effects[i].on || d->found[i];
+        turns = turns || (there && (e->leg_friction || e->joint_friction || e->command)); /* the command's only memory is a hysteresis */
     }
     return turns;
 }
 
-/* A play of the command that its noise shakes through is none: what looks like it is that noise where the spool passes zero. */
-static bool dithered(const struct diagnosis *d, const struct trial *t) {
-    int effect = t->hypothesis->effect;
-    double most = 0.0, square = 0.0;
-    int legs = params_legs(d->given);
-    if (!effect_table[effect]->command) return false;
-    for (int k = 0; k < legs; k++) most = fmax(most, t->model.effects[effect].value[0][k]);
-    for (int i = 0; i < d->even.tests; i++)
-        for (int k = 0; k < legs; k++) square += pow(d->even.test[i].spectrum.noise[CHANNEL_VALVE][k], 2.0);
-    return most < sqrt(square / (legs * d->even.tests));
-}
+static double later_share(const struct diagnosis *d) { return beside_reversals(d) ? REVERSAL_SHARE : LATER_SHARE; }
 
 static bool worth_adding(const struct diagnosis *d, const struct trial *t, double first_gain) {
-    double left = excess(d->held_square, d->held_out.evaluated), share = beside_reversals(d) ? REVERSAL_SHARE : LATER_SHARE;
+    double left = excess(d->held_square, d->held_out.evaluated), share = later_share(d);
     bool pays = t->gain > GAIN_EACH && t->held_gain > GAIN_EACH && trial_evidence(t) > GAIN_MIN;
     return t->ok && !t->bound && pays && !dithered(d, t) && t->held_gain > share * first_gain && t->held_gain > REMAINDER_SHARE * left;
 }
@@ -203,14 +208,14 @@ static void describe(struct gap_effect *e, double z, double before, double after
     e->z = z;
 }
 
-/* The strongest line of all tests and channels. */
-static struct gap_line find_line(const struct recording *recording) {
+/* The strongest line of all tests and channels, of so large a share of the power that makes a line. */
+static struct gap_line find_line(const struct recording *recording, double share) {
     struct gap_line found = {0};
     static const struct {
         enum channel channel;
         enum gap_channel name;
     } channels[] = {{CHANNEL_P1, GAP_P1}, {CHANNEL_P2, GAP_P2}, {CHANNEL_LENGTH, GAP_LENGTH}};
-    double most = params_legs(recording->params) > 1 ? LINE_POWER : LINE_POWER_ONE;
+    double most = share * (params_legs(recording->params) > 1 ? LINE_POWER : LINE_POWER_ONE);
     for (int i = 0; i < recording->tests; i++) {
         struct spectrum s;
         if (!spectrum_measure(&s, &recording->test[i], CYCLES_ALL)) continue;
@@ -227,14 +232,17 @@ static struct gap_line find_line(const struct recording *recording) {
 /* Two clocks need no search: their ratio is seen. Crystals agree to CLOCK_TOLERANCE. */
 static void find_skew(struct diagnosis *d, const struct recording *recording, struct gap_result *r) {
     int effect = effect_find("clock_skew");
-    double std, ratio = recording_clock(recording, &std);
-    if (!(fabs(ratio - 1.0) > CLOCK_TOLERANCE + 6.0 * std) || d->known[effect]) return;
+    struct machine given;
+    machine_init(&given, d->given);
+    double std, ratio = recording_clock(recording, &std), off = fabs(ratio - given.clock_ratio);
+    if (!(off > CLOCK_TOLERANCE + 6.0 * std)) return;
     struct gap_effect *e = &r->effect[r->effects++];
-    *e = (struct gap_effect){.effect = effect, .shape = SHAPE_ALL, .share_explained = 1.0, .z = fabs(ratio - 1.0) / fmax(std, 1e-9)};
+    *e = (struct gap_effect){.effect = effect, .shape = SHAPE_ALL, .given = d->given->effects[effect], .share_explained = 1.0,
+                             .z = off / fmax(std, 1e-9)};
     effect_at(effect_table[effect], 0.0, &e->values);
     for (int leg = 0; leg < LEGS; leg++) e->values.value[0][leg] = ratio, e->std[0][leg] = std;
     d->model.effects[effect] = e->values;
-    d->known[effect] = true;
+    d->found[effect] = true;
     snprintf(e->evidence, sizeof e->evidence, "%s; stamps and test time drift apart by %.3g ms/s", effect_table[effect]->signature,
              1e3 * (ratio - 1.0));
 }
@@ -258,11 +266,24 @@ static void share_out(const struct diagnosis *d, double first_held, struct gap_r
     }
 }
 
+/* What the effects given explain, as if they had been found. */
+static double given_gain(const struct diagnosis *d) {
+    struct params without = d->model;
+    bool any = false;
+    for (int i = 0; effect_table[i]; i++) {
+        if (!d->given->effects[i].on) continue;
+        without.effects[i].on = false;
+        any = true;
+    }
+    double gain = any ? diagnosis_held_square(d, &without) - d->held_square : 0.0;
+    return isfinite(gain) ? gain : 0.0;
+}
+
 static int search(struct diagnosis *d, const struct gap_options *o, struct gap_result *r, struct error *error) {
     struct trial *trial = calloc(HYPOTHESES_MAX, sizeof *trial);
     if (!trial) return error_set(error, STATUS_IO, "out of memory");
     enum doubt doubt[EFFECTS_MAX] = {NO_DOUBT};
-    double first_gain = 0.0, first_held = d->held_square;
+    double first_gain = given_gain(d), first_held = d->held_square;
     bool again = false; /* one is out, to be judged again */
     for (int round = 0; r->effects < GAP_EFFECTS && round < ROUNDS_MAX; round++) {
         progress(o, round ? "another effect" : "screening", 0.7 * round / ROUNDS_MAX);
@@ -281,10 +302,10 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
             break;
         }
         again = false;
-        if (round == 0) first_gain = trial[0].held_gain;
+        if (round == 0) first_gain = fmax(first_gain, trial[0].held_gain);
         double before = d->held_square, z = likelihood(d, &trial[0]);
         struct gap_effect *e = &r->effect[r->effects];
-        *e = (struct gap_effect){.effect = effect, .shape = trial[0].hypothesis->shape};
+        *e = (struct gap_effect){.effect = effect, .shape = trial[0].hypothesis->shape, .given = d->given->effects[effect]};
         if (!diagnosis_add(d, &trial[0])) break;
         r->effects++;
         memcpy(r->ambiguous_with, rival, sizeof rival);
@@ -388,7 +409,7 @@ static int compare_runs(const struct params *params, const struct recording *mea
     replay_compare(measured, after, CYCLES_EVEN, &used.after, &used.floor);
     keep_sizes(r, &used, &held);
     r->simulated = true;
-    r->line_simulated = r->line.hz > 0.0 && fabs(find_line(after).hz / r->line.hz - 1.0) < LINE_TOLERANCE;
+    r->line_simulated = r->line.hz > 0.0 && fabs(find_line(after, LINE_EXCITED).hz / r->line.hz - 1.0) < LINE_TOLERANCE;
     r->matrices = replay_identify(params, measured, NULL, r->measured_mt) && replay_identify(params, before, NULL, r->before_mt) &&
                   replay_identify(params, after, NULL, r->after_mt);
     return STATUS_OK;
@@ -425,7 +446,7 @@ static int check_replay(const struct params *params, const struct recording *mea
         return error_set(error, STATUS_USAGE, "mechanism: axis: what drove it is not known, so it cannot be run again in closed loop; "
                                               "use --replay motion");
     if (m->reference && m->valve && m->pressures) return STATUS_OK;
-    return error_set(error, STATUS_USAGE, "the log has no %s, so the loop cannot be closed again; use --replay motion",
+    return error_set(error, STATUS_USAGE, "the log has no %s of all legs, so the loop cannot be closed again; use --replay motion",
                      !m->reference ? "reference" : !m->valve ? "valve commands" : "pressures");
 }
 
@@ -437,24 +458,27 @@ double gap_short(const struct gap_result *r, const struct gap_candidate *candida
 
 int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,
               const struct gap_options *options, struct gap_result *r, struct error *error) {
-    double start_s = now_s(), first_excess = 0.0;
+    double start_s = now_s();
+    struct remainder remainder = {0};
     int possible = check_replay(params, measured, options, error);
     if (possible) return possible;
     struct diagnosis *d = calloc(1, sizeof *d);
     if (!d) return error_set(error, STATUS_IO, "out of memory");
-    *r = (struct gap_result){.replay = options->replay};
+    *r = (struct gap_result){.replay = options->replay, .validated = validate != NULL};
     r->controller_difference = controller_difference(params, measured);
+    r->sampled_s = controller_other_rate(params, measured);
     r->controller_known = isfinite(r->controller_difference);
     r->controller_differs = r->controller_difference > CONTROLLER_DIFFERS;
     progress(options, "fitting the base", 0.0);
     int status = diagnosis_init(d, params, measured, error);
     if (!status) {
-        first_excess = excess(d->held_square, d->held_out.evaluated);
+        remainder = (struct remainder){.values = d->held_out.evaluated, .before = excess(d->held_square, d->held_out.evaluated),
+                                       .trifle = later_share(d) * given_gain(d)};
         r->base_model = d->model;
         r->white_before = d->held_square / d->held_out.evaluated;
         r->places = places_find(d, measured, &d->model, r->where);
         find_skew(d, measured, r);
-        r->line = find_line(measured);
+        r->line = find_line(measured, 1.0);
         status = search(d, options, r, error);
         r->white_after = d->held_square / d->held_out.evaluated;
         read_base(d, params, r);
@@ -469,7 +493,8 @@ int gap_solve(const struct params *params, const struct recording *measured, con
             status = closed_loop(params, measured, validate, options, r, error);
     }
     if (!status) {
-        judge(r, &(struct remainder){.values = d->held_out.evaluated, .before = first_excess, .after = d->held_square});
+        remainder.after = d->held_square;
+        judge(r, &remainder);
         if (r->verdict == GAP_UNKNOWN_EFFECT) give_up(params, r);
     }
     for (int i = 0; i < r->effects && !status && !r->repaired; i++) {

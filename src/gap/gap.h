@@ -22,6 +22,7 @@ struct gap_effect {
     int effect;                           /* its place in effect_table */
     int shape;                            /* -1 all legs alike, -2 each its own, or the one leg 0..5 */
     struct effect_values values;
+    struct effect_values given;           /* what the configuration has of it; on: it is there, of another size */
     double std[EFFECT_KEYS][LEGS];
     bool bound[EFFECT_KEYS][LEGS];        /* stuck at the end of its range: not found, only reached for */
     double share_explained;               /* of the squared gap above the floor, held-out cycles: alone, or what was gone when it joined */
@@ -80,6 +81,7 @@ struct gap_result {
     struct gap_place where[GAP_PLACES];
     struct gap_size before, after, noise_floor, held_out_before, held_out_after;
     bool simulated;                       /* the sizes are of a replay; else of the equations alone */
+    bool validated;                       /* those held out are of another log */
     char replay_fault[GAP_TEXT];          /* why the model with the effects does not get through the tests; empty: it does */
     double unexplained_fraction;          /* held out; NaN where nothing can be compared */
     char next_experiment[GAP_TEXT];
@@ -88,6 +90,7 @@ struct gap_result {
     struct gap_line line;
     bool line_simulated;                  /* the model with the effects found has it, too */
     bool controller_known, controller_differs;
+    double sampled_s;                     /* between the log's samples, where the controller's cycle is another; else 0 */
     double controller_difference;         /* rms of the command that the configured controller would not have given, of its variation */
     double white_before, white_after;     /* mean white square, held-out cycles: 1 is noise */
     bool matrices;

@@ -23,11 +23,12 @@ static bool moves_force(const struct params *model, const struct effect *e, cons
 /* What has to be computed again under an effect: by what it changes in the machine, and by its laws. */
 static enum residual_part effect_parts(const struct params *model, int effect) {
     const struct effect *e = effect_table[effect];
-    struct params with = *model;
+    struct params with = *model, without = *model;
     struct machine base, machine;
     enum residual_part parts = 0;
+    without.effects[effect].on = false;
     effect_at(e, 1.0, &with.effects[effect]);
-    machine_init(&base, model);
+    machine_init(&base, &without);
     machine_init(&machine, &with);
     if (moves_force(model, e, &base, &machine)) parts |= PART_FORCE;
     if (e->opening || e->command || differ(&base, &machine, FROM(supply_pa), FROM(length))) parts |= PART_PRESSURE;
@@ -74,11 +75,11 @@ enum residual_part hypothesis_parts(const struct hypothesis *h) {
     return parts;
 }
 
-int hypotheses_list(const struct params *model, const bool known[EFFECTS_MAX], enum residual_part evaluated,
+int hypotheses_list(const struct params *model, const bool found[EFFECTS_MAX], enum residual_part evaluated,
                     struct hypothesis h[HYPOTHESES_MAX]) {
     int n = 0;
     for (int effect = 0; effect_table[effect]; effect++) {
-        if (known[effect]) continue;
+        if (found[effect]) continue;
         enum residual_part parts = effect_parts(model, effect) & evaluated;
         if (!parts) continue; /* of time alone: recording_clock sees it without a fit */
         build(&h[n++], effect, SHAPE_ALL, parts);

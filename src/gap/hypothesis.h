@@ -13,8 +13,8 @@ struct hypothesis {
     struct variable variable[HYPOTHESIS_VARIABLES];
 };
 
-/* All of them for this model but those of known effects and those that what is evaluated cannot show. Returns their number. */
-int hypotheses_list(const struct params *model, const bool known[EFFECTS_MAX], enum residual_part evaluated,
+/* All of them for this model but those of effects found and those that what is evaluated cannot show. Returns their number. */
+int hypotheses_list(const struct params *model, const bool found[EFFECTS_MAX], enum residual_part evaluated,
                     struct hypothesis h[HYPOTHESES_MAX]);
 
 enum residual_part hypothesis_parts(const struct hypothesis *h);

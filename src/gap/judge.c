@@ -10,6 +10,7 @@ static const double SQUARE_MAX = 1.5;      /* mean white square: more is no nois
 static const double SCATTER = 6.0;         /* and more than a few values scatter by, in standard deviations */
 static const double OFFSET_SIGMAS = 6.0, OFFSET_SHARE = 0.05; /* friction unlike in the two directions */
 static const double SHARE_MAX = 0.3;       /* of the excess that may stay unexplained, in the equations and in the simulation */
+static const double FLOORS_MAX = 2.0;      /* that may be left, in the measured motion too, where shares of a small gap say little */
 static const double VISIBLE = 0.03;        /* of the squared noise: a smaller gap in the simulation proves nothing */
 static const double LINE_SHARE = 0.1;       /* of the gap in its channel: a weaker line says nothing against what explains that */
 static const double THIRD_SHARE = 0.05;    /* of the excess: what takes three effects of that weight is none of them */
@@ -26,13 +27,16 @@ static void append(struct gap_result *r, const char *text) {
 
 static bool remains(const struct remainder *m) {
     double scatter = m->values + SCATTER * sqrt(2.0 * m->values);
-    return m->after > fmax(SQUARE_MAX * m->values, scatter) && m->after - m->values > SHARE_MAX * m->before;
+    return m->after > fmax(SQUARE_MAX * m->values, scatter) && m->after - m->values > fmax(SHARE_MAX * m->before, m->trifle);
 }
 
-/* The equations are content, but the model with the effects still does not move as the rig did. */
+static double square(double x) { return x * x; }
+
+/* The equations are content, but the model with the effects still does not move as the rig did, or not as the rig of the other log. */
 static bool refuted(const struct gap_result *r) {
-    double floor = r->noise_floor.overall * r->noise_floor.overall, before = r->held_out_before.overall * r->held_out_before.overall;
-    return r->simulated && before - floor > VISIBLE * floor && r->unexplained_fraction > SHARE_MAX;
+    double floor = square(r->noise_floor.overall), before = square(r->held_out_before.overall), after = square(r->held_out_after.overall);
+    bool visible = r->effects && r->simulated && before - floor > VISIBLE * floor;
+    return after > square(FLOORS_MAX) * floor || (visible && r->unexplained_fraction > SHARE_MAX);
 }
 
 /* A line that the model with the effects has not, and that is no trifle beside what they explain. */
@@ -58,9 +62,15 @@ static bool unknown(struct gap_result *r, const struct remainder *m) {
     } else if (r->replay_fault[0]) {
         SAY(r, "%s comes nearest, but the model with it does not get through the tests: %.160s", name_of(r->effect[0].effect),
             r->replay_fault);
-    } else if (r->effects && refuted(r)) {
-        SAY(r, "%s comes nearest, but the model with it leaves %.0f %% of the gap in simulation", name_of(r->effect[0].effect),
-            100.0 * r->unexplained_fraction);
+    } else if (refuted(r)) {
+        const char *where = r->simulated ? "simulation" : "the measured motion";
+        double floors = r->held_out_after.overall / r->noise_floor.overall;
+        if (r->effects)
+            SAY(r, "%s comes nearest, but the model with it leaves %.0f %% of the gap in %s, %.1f times the noise",
+                name_of(r->effect[0].effect), 100.0 * r->unexplained_fraction, where, floors);
+        else
+            SAY(r, "the equations find nothing missing, but the gap in %s%s is %.1f times the noise", where,
+                r->validated ? " against the log of --validate" : "", floors);
     } else {
         return false;
     }
@@ -81,6 +91,21 @@ static bool offset_rival(const struct gap_result *r) {
     return rival;
 }
 
+/* The effects that the configuration has, or those that it has not, with words about them; false: there are none. */
+static bool list(struct gap_result *r, bool given, const char *before, const char *after) {
+    int left = 0;
+    for (int i = 0; i < r->effects; i++) left += r->effect[i].given.on == given;
+    if (!left) return false;
+    for (int i = 0; i < r->effects; i++) {
+        if (r->effect[i].given.on != given) continue;
+        append(r, before);
+        append(r, name_of(r->effect[i].effect));
+        before = --left == 1 ? " and " : ", ";
+    }
+    append(r, after);
+    return true;
+}
+
 static void name(struct gap_result *r) {
     int last = r->effect[r->effects - 1].effect;
     if (r->ambiguous) {
@@ -97,11 +122,9 @@ static void name(struct gap_result *r) {
         return;
     }
     r->verdict = GAP_EFFECT_NAMED;
-    SAY(r, "the model lacks %s", name_of(r->effect[0].effect));
-    for (int i = 1; i < r->effects; i++) {
-        append(r, i == r->effects - 1 ? " and " : ", ");
-        append(r, name_of(r->effect[i].effect));
-    }
+    SAY(r, "the model");
+    bool lacks = list(r, false, " lacks ", "");
+    list(r, true, lacks ? " and has " : " has ", " of another size");
 }
 
 void judge(struct gap_result *r, const struct remainder *remainder) {
@@ -115,8 +138,11 @@ void judge(struct gap_result *r, const struct remainder *remainder) {
         r->verdict = GAP_NO_GAP;
         SAY(r, "what is left between model and measurement is noise");
     }
-    if (!r->controller_differs) return;
     size_t used = strlen(r->reason);
+    if (r->sampled_s > 0.0)
+        snprintf(r->reason + used, sizeof r->reason - used, "; the log has a sample each %.3g ms, the controller's cycle (loop.period_s) "
+                 "is %.3g ms: what it commanded between is not known", 1e3 * r->sampled_s, 1e3 * r->model.loop.period_s);
+    if (!r->controller_differs) return;
     snprintf(r->reason + used, sizeof r->reason - used, "; the recorded commands are not the configured controller's (%.0f %% differ)",
              100.0 * r->controller_difference);
 }

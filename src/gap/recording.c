@@ -64,7 +64,7 @@ static void take_forces(struct recording *r, const struct cycle *c, struct recor
 int recording_add(struct recording *r, const struct cycle *c, struct error *error) {
     if (c->dof == DOF_NONE || (c->phase != PHASE_RAMP_IN && c->phase != PHASE_EVALUATE)) return STATUS_OK;
     struct recording_test *t = place(r, c);
-    if (!t) return error_set(error, STATUS_USAGE, "more than %d tests", RECORDING_TESTS);
+    if (!t) return error_set(error, STATUS_USAGE, "more than %d tests, or cycles that are not in the order of their time", RECORDING_TESTS);
     if (t->count == t->capacity) {
         int capacity = t->capacity ? 2 * t->capacity : 4096;
         struct recording_sample *more = realloc(t->sample, (size_t)capacity * sizeof *more);

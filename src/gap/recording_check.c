@@ -12,6 +12,10 @@ enum { CYCLES_NEEDED = 6 }; /* three to fit and three to judge */
 
 static const double NEUTRAL_TOLERANCE_M = 0.05;
 static const double SENSOR_SCALE = 0.06; /* of what a chamber holds: more than a sensor is off in scale */
+static const double CLIPPED = 0.12;      /* of the samples, at the very largest or smallest value, */
+static const double CLIPPED_TIMES = 2.0; /* and more than so many times what a sinusoid has there in steps as coarse as the reading's */
+static const double SUPPLY_MOST = 1.02;  /* of the supply, in a chamber, but for moments */
+static const double ABSURD = 1e12;       /* in any unit */
 
 #define REFUSE(...) error_set(error, STATUS_USAGE, __VA_ARGS__)
 
@@ -52,29 +56,71 @@ static double deviation(const struct recording_test *t, const double *first) {
     return sqrt(fmax(square - sum * sum / n, 0.0) / n);
 }
 
-/* A channel of one leg: dead, or at the end of its range for a good part of the time. */
-static int check_channel(const struct recording_test *t, const double *first, const char *name, int leg, double top, struct error *error) {
+/* What a channel can read: the end of its range, and its steps where they are known. */
+struct scale {
+    double top, step;
+};
+
+/* The samples at the largest value, or with sign -1 at the smallest, where they are more than a sinusoid has there. An end at zero is
+ * physics: no pressure is below that of the tank. */
+static int plateau(const struct recording_test *t, const double *first, double sign, double step) {
+    double top = -HUGE_VAL, next = -HUGE_VAL, bottom = HUGE_VAL;
+    int there = 0, n = 0;
+    for (int i = t->first; i < t->end; i++) {
+        double value = sign * first[(size_t)(i - t->first) * STRIDE];
+        if (!t->sample[i].good) continue;
+        if (value > top) next = top, top = value, there = 0;
+        else if (value < top) next = fmax(next, value);
+        there += value == top, n++;
+        bottom = fmin(bottom, value);
+    }
+    double share = acos(fmax(1.0 - 2.0 * fmax(top - next, step) / (top - bottom), -1.0)) / PI;
+    return top != 0.0 && there > fmax(CLIPPED, CLIPPED_TIMES * share) * n ? there : 0;
+}
+
+/* A channel of one leg: no number of this world, dead, or at the end of its range for a good part of the time. */
+static int check_channel(const struct recording_test *t, const double *first, const char *name, int leg, struct scale scale,
+                         struct error *error) {
     int clipped = 0, n = t->end - t->first;
-    for (int i = 0; i < n; i++) clipped += first[(size_t)i * STRIDE] >= top;
+    for (int i = 0; i < n; i++) {
+        double value = first[(size_t)i * STRIDE];
+        if (t->sample[t->first + i].good && fabs(value) > ABSURD)
+            return REFUSE("test %s: %s of leg %d reads %.3g: no sensor says that", dof_names[t->dof], name, leg + 1, value);
+        clipped += value >= scale.top;
+    }
     if (!(deviation(t, first) > 0.0))
         return REFUSE("test %s: %s of leg %d does not change: a dead sensor, or a column of zeros",
                       dof_names[t->dof], name, leg + 1);
+    if (clipped <= n / 50) clipped = plateau(t, first, 1.0, scale.step) + plateau(t, first, -1.0, scale.step);
     if (clipped > n / 50)
         return REFUSE("test %s: %s of leg %d is clipped in %d %% of the samples", dof_names[t->dof], name, leg + 1,
                       100 * clipped / n);
     return STATUS_OK;
 }
 
+/* Commands are shares of the full opening, where they may well be. */
+static int check_command(const struct recording_test *t, int leg, struct error *error) {
+    double most = 0.0;
+    for (int i = t->first; i < t->end; i++)
+        if (t->sample[i].good) most = fmax(most, fabs(t->sample[i].valve[leg]));
+    if (!(deviation(t, &t->sample[t->first].valve[leg]) > 0.0))
+        return REFUSE("test %s: the valve command of leg %d does not change: a column of zeros?", dof_names[t->dof], leg + 1);
+    if (most <= 1.0) return STATUS_OK;
+    return REFUSE("test %s: the valve command of leg %d reaches %.3g, and 1 is full opening: volts, or percent?", dof_names[t->dof],
+                  leg + 1, most);
+}
+
 static int check_channels(const struct recording *r, const struct recording_test *t, struct error *error) {
     const struct recording_sample *s = &t->sample[t->first];
     const struct recording_measured *m = &r->measured;
-    double top = r->params->sensors.pressure_full_scale_pa * 0.999;
+    struct scale length = {HUGE_VAL, r->params->sensors.position_resolution_m}, force = {HUGE_VAL, 0.0};
+    struct scale pressure = {r->params->sensors.pressure_full_scale_pa * 0.999, 0.0};
     for (int k = 0; k < params_legs(r->params); k++) {
-        int status = check_channel(t, &s->length_m[k], "length", k, HUGE_VAL, error);
-        if (!status && m->pressures) status = check_channel(t, &s->p1_pa[k], "p1", k, top, error);
-        if (!status && m->pressures) status = check_channel(t, &s->p2_pa[k], "p2", k, top, error);
-        if (!status && !m->pressures) status = check_channel(t, &s->force_n[k], "force", k, HUGE_VAL, error);
-        if (!status && m->valve) status = check_channel(t, &s->valve[k], "valve command", k, HUGE_VAL, error);
+        int status = check_channel(t, &s->length_m[k], "length", k, length, error);
+        if (!status && m->pressures) status = check_channel(t, &s->p1_pa[k], "p1", k, pressure, error);
+        if (!status && m->pressures) status = check_channel(t, &s->p2_pa[k], "p2", k, pressure, error);
+        if (!status && !m->pressures) status = check_channel(t, &s->force_n[k], "force", k, force, error);
+        if (!status && m->valve) status = check_command(t, k, error);
         if (status) return status;
     }
     return STATUS_OK;
@@ -186,18 +232,23 @@ static int check_pressures(const struct recording *r, struct error *error) {
     struct cylinder_areas areas = cylinder_areas(&p->actuator);
     const struct recording_test *t = &r->test[first_of_run(r)];
     double most_n = LEGS * (areas.a1_m2 + areas.a2_m2) * p->hydraulics.supply_pa, chambers = 0.0;
-    double direct[LEGS] = {0}, exchanged = 0.0, sum = 0.0;
+    double direct[LEGS] = {0}, exchanged = 0.0, sum = 0.0, above_pa = SUPPLY_MOST * p->hydraulics.supply_pa;
+    int above[LEGS] = {0};
     double weight = (p->payload.mass_kg + LEGS * p->actuator.upper_mass_kg) * p->payload.gravity_mps2;
     int n = 0;
     for (int i = t->first; i < t->end; i++) n += t->sample[i].good;
     for (int i = t->first; i < t->end; i++)
         for (int k = 0; k < LEGS && t->sample[i].good; k++) {
+            above[k] += fmax(t->sample[i].p1_pa[k], t->sample[i].p2_pa[k]) > above_pa;
             direct[k] += leg_force(&areas, t->sample[i].p1_pa[k], t->sample[i].p2_pa[k]) / n;
             chambers += (areas.a1_m2 * t->sample[i].p1_pa[k] + areas.a2_m2 * t->sample[i].p2_pa[k]) / n;
             exchanged += leg_force(&areas, t->sample[i].p2_pa[k], t->sample[i].p1_pa[k]) / n;
         }
     for (int k = 0; k < LEGS; k++) sum += direct[k];
     for (int k = 0; k < LEGS; k++) {
+        if (above[k] > n / 50)
+            return REFUSE("a chamber of leg %d has more than hydraulics.supply_pa, %.3g Pa, in %d %% of the samples: another supply, or "
+                          "other units", k + 1, p->hydraulics.supply_pa, 100 * above[k] / n);
         double others = (sum - direct[k]) / (LEGS - 1);
         if (bears(LEGS * others, weight) && fabs(direct[k] - others) > 2.0 * weight)
             return REFUSE("the mean force of leg %d is %.3g N, the others' %.3g: p1 and p2 exchanged there, or a sign wrong",

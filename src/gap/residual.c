@@ -53,8 +53,8 @@ static void tabulate(struct residual_test *t) {
 static int prepare(struct residual_test *t, const struct recording *recording, const struct recording_test *test, enum cycles which,
                    struct error *error) {
     if (!spectrum_measure(&t->spectrum, test, which))
-        return error_set(error, STATUS_USAGE, "test %d: fewer than two whole cycles of %g Hz without a bad sample", test->test + 1,
-                         test->frequency_hz);
+        return error_set(error, STATUS_USAGE, "test %s: fewer than two whole cycles of %g Hz: the others miss more than a tenth of their "
+                                              "samples, lost, flagged or no number", dof_names[test->dof], test->frequency_hz);
     t->legs = params_legs(recording->params);
     t->pressures = recording->measured.pressures;
     t->chambers = recording->measured.pressures && recording->measured.valve;

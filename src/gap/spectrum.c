@@ -63,15 +63,16 @@ static const double *channel_of(const struct recording_sample *s, int channel) {
     return all[channel];
 }
 
-/* Coefficients of one cycle, samples first .. end-1, by least squares. */
-static bool fit_cycle(const struct spectrum *s, const struct recording_test *t, int first, int end,
+/* Coefficients of one cycle, samples first .. end-1, by least squares; a bad sample is as one that is lost. False: too few are left. */
+static bool fit_cycle(const struct spectrum *s, const struct recording_test *t, int first, int end, double least,
                       double row[CHANNELS][LEGS][SPECTRUM_SIZE]) {
     double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0}, basis[SPECTRUM_SIZE];
-    int size = 1 + 2 * s->harmonics;
+    int size = 1 + 2 * s->harmonics, good = 0;
     memset(row, 0, CHANNELS * sizeof row[0]);
     for (int i = first; i < end; i++) {
         const struct recording_sample *sample = &t->sample[i];
-        if (!sample->good) return false;
+        if (!sample->good) continue;
+        good++;
         spectrum_basis(s->omega * sample->test_time_s, s->harmonics, basis);
         for (int a = 0; a < size; a++)
             for (int b = 0; b <= a; b++) product[a][b] += basis[a] * basis[b];
@@ -81,7 +82,7 @@ static bool fit_cycle(const struct spectrum *s, const struct recording_test *t, 
                 for (int a = 0; a < size; a++) row[ch][k][a] += basis[a] * y;
             }
     }
-    if (!dense_factor(size, SPECTRUM_SIZE, product[0])) return false;
+    if (good <= least || !dense_factor(size, SPECTRUM_SIZE, product[0])) return false;
     for (int ch = 0; ch < CHANNELS; ch++)
         for (int k = 0; k < LEGS; k++) dense_solve(size, SPECTRUM_SIZE, product[0], row[ch][k]);
     return true;
@@ -109,11 +110,14 @@ static void remove_sawtooth(double slope, double start_phase, int harmonics, dou
     }
 }
 
-/* What the samples of a cycle differ by from the mean cycle, its own constant taken off. */
-static void add_noise(const struct spectrum *s, const struct recording_test *t, int first, int end,
+/* What the good samples of a cycle differ by from the mean cycle, its own constant taken off. Returns their number. */
+static int add_noise(const struct spectrum *s, const struct recording_test *t, int first, int end,
                       double row[CHANNELS][LEGS][SPECTRUM_SIZE], double square[CHANNELS][LEGS]) {
     double basis[SPECTRUM_SIZE];
+    int good = 0;
     for (int i = first; i < end; i++) {
+        if (!t->sample[i].good) continue;
+        good++;
         spectrum_basis(s->omega * t->sample[i].test_time_s, s->harmonics, basis);
         for (int ch = 0; ch < CHANNELS; ch++)
             for (int k = 0; k < LEGS; k++) {
@@ -122,6 +126,7 @@ static void add_noise(const struct spectrum *s, const struct recording_test *t, 
                 square[ch][k] += rest * rest;
             }
     }
+    return good;
 }
 
 typedef double cycle_row[CHANNELS][LEGS][SPECTRUM_SIZE];
@@ -144,10 +149,7 @@ static void summarise(struct spectrum *s, const struct recording_test *t, const 
             }
             remove_sawtooth(slope, s->omega * t->sample[span[0].first].test_time_s, s->harmonics, s->mean[ch][k]);
         }
-    for (int i = 0; i < s->cycles; i++) {
-        add_noise(s, t, span[i].first, span[i].end, row[i], square);
-        samples += span[i].end - span[i].first;
-    }
+    for (int i = 0; i < s->cycles; i++) samples += add_noise(s, t, span[i].first, span[i].end, row[i], square);
     for (int ch = 0; ch < CHANNELS; ch++)
         for (int k = 0; k < LEGS; k++) s->noise[ch][k] = sqrt(square[ch][k] / samples);
 }
@@ -169,8 +171,8 @@ bool spectrum_measure(struct spectrum *s, const struct recording_test *t, enum c
         while (i < t->end && t->sample[i].test_time_s < until_s) i++;
         c.end = i;
         bool whole = i < t->end || until_s - t->sample[i - 1].test_time_s <= 1.5 * step_s;
-        whole = whole && c.end - c.first > MOST * period_s / step_s;
-        if (!whole || !(which & (cycle % 2 ? CYCLES_ODD : CYCLES_EVEN)) || !fit_cycle(s, t, c.first, c.end, row[s->cycles])) continue;
+        whole = whole && which & (cycle % 2 ? CYCLES_ODD : CYCLES_EVEN);
+        if (!whole || !fit_cycle(s, t, c.first, c.end, MOST * period_s / step_s, row[s->cycles])) continue;
         place[s->cycles] = cycle;
         span[s->cycles++] = c;
     }

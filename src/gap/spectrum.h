@@ -22,7 +22,7 @@ struct spectrum {
     double noise[CHANNELS][LEGS];               /* rms of the samples about the mean cycle, drift taken out */
 };
 
-/* False: fewer than two whole cycles without a bad sample. */
+/* False: fewer than two cycles that have nine tenths of their samples, and those good. */
 bool spectrum_measure(struct spectrum *s, const struct recording_test *test, enum cycles which);
 
 /* The strongest line off the harmonics in one channel: what is periodic, but not in step with the motion. */

@@ -70,6 +70,13 @@ static const char *const kickers[GAP_VERDICTS] = {
     [GAP_AMBIGUOUS] = "Missing in the model, and these data cannot tell which", [GAP_UNKNOWN_EFFECT] = "Something is missing in the model",
 };
 
+/* The model has all of them, but of another size. */
+static bool all_given(const struct gap_result *r) {
+    bool all = r->effects > 0;
+    for (int i = 0; i < r->effects; i++) all = all && r->effect[i].given.on;
+    return all;
+}
+
 static const char *joint(const struct gap_result *r, int place) {
     bool either = place == r->effects - 1 && r->ambiguous > 0;
     if (!place) return either && r->effects > 1 ? "either " : "";
@@ -95,9 +102,10 @@ static void headline(FILE *out, const struct gap_result *r) {
     size_t size = 0;
     FILE *stream = open_memstream(&words, &size);
     if (!stream) return;
+    const char *kicker = r->verdict == GAP_EFFECT_NAMED && all_given(r) ? "Of another size than in the model" : kickers[r->verdict];
     headline_words(stream, r);
     if (!fclose(stream))
-        fprintf(out, "<p class=\"kicker\">%s</p>\n<h1%s>%c%s</h1>\n", kickers[r->verdict], size > LONG_HEADLINE ? " class=\"long\"" : "",
+        fprintf(out, "<p class=\"kicker\">%s</p>\n<h1%s>%c%s</h1>\n", kicker, size > LONG_HEADLINE ? " class=\"long\"" : "",
                 toupper((unsigned char)words[0]), words + 1);
     free(words);
 }
@@ -121,7 +129,7 @@ static void place_line(FILE *out, const struct gap_place *w) {
 }
 
 static void missing_card(FILE *out, const struct gap_result *r) {
-    fputs("<div><h2>What is missing</h2>\n", out);
+    fprintf(out, "<div><h2>%s</h2>\n", all_given(r) ? "What is of another size" : "What is missing");
     for (int i = 0; i < r->effects; i++) effect_card(out, &r->effect[i]);
     for (int i = 0; i < r->ambiguous; i++) {
         fputs("<p>or <code>", out);

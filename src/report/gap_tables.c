@@ -22,6 +22,11 @@ static void number_cell(FILE *out, double value, const char *format) {
 static void parameter_cell(FILE *out, const struct gap_effect *e, int key, int leg, const char *unit) {
     fputs("<td class=\"n\">", out);
     html_quantity(out, e->values.value[key][leg], e->std[key][leg], unit);
+    if (e->given.on) {
+        fputs(" <span class=\"small\">given ", out);
+        html_quantity(out, e->given.value[key][leg], 0.0, "-");
+        fputs("</span>", out);
+    }
     fputs(e->bound[key][leg] ? " <span class=\"notice\">at its bound</span></td>" : "</td>", out);
 }
 

@@ -87,7 +87,7 @@ int main(int argc, char **argv) {
     FILE *file = argc > 1 ? fopen(argv[1], "w") : NULL;
     if (argc > 1 && !file) fail("the file cannot be written");
     if (file) fputs("effect,strength\n", file);
-    int count = hypotheses_list(&d.model, d.known, d.even.parts, hypothesis);
+    int count = hypotheses_list(&d.model, d.found, d.even.parts, hypothesis);
     size_t values = (size_t)d.fit.values;
     double *vector = room(values), *rest = room(values), *place = room(HYPOTHESIS_VARIABLES * values);
     printf("%-28s %8s  %s\n", "effect, typical", "z", "z that is left beside the nearest others");

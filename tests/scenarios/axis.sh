@@ -40,6 +40,6 @@ other_units() {
 claim "millimetres under a name that says metres are named, then refused" other_units
 claim "another frequency is refused" refuses 2 "move at 2 Hz" \
     "$hexid" gap --measured "$work/friction.lcm" -c config/axis.yaml --set tests.frequency_hz=3 --replay motion -o "$work/none"
-claim "a platform's model is refused for it" refuses 2 "$work/friction.lcm" \
+claim "a platform's model is refused for it" refuses 2 "friction.lcm: is of one axis, the configuration of -c of six legs" \
     "$hexid" gap --measured "$work/friction.lcm" -c config/tian2015.yaml -o "$work/none"
 claim "nothing was written for what was refused" eval '[ ! -e "$work/none" ]'

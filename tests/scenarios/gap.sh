@@ -26,6 +26,12 @@ claim "a second log judges instead of held-out cycles" validated
 motion() { "${gap[@]}" -o "$work/m" --replay motion >/dev/null 2>&1 && says "$work/m/gap.json" cylinder_coulomb_friction; }
 claim "the measured motion alone is enough" motion
 
+worn() {
+    "${gap[@]}" -o "$work/w" "${coulomb[@]/=50/=20}" --replay motion 2>/dev/null | tee "$work/said" && says "$work/w/gap.json" cylinder_coulomb_friction &&
+        grep -q 'has cylinder_coulomb_friction of another size' <(tr -s '\n ' ' ' <"$work/said") && grep -q '(given 20) N' "$work/said"
+}
+claim "an effect that the configuration has, of another size, is named as that" worn
+
 # stopped BY: the signal arrives while hypotheses are tried.
 stopped() {
     "${gap[@]}" -o "$work/$1" >/dev/null 2>"$work/progress" &
@@ -47,6 +53,7 @@ sys.exit(megabytes > 500)' "${gap[@]}" -o "$work/m" --replay motion
 if ! ldd "$hexid" | grep -q 'lib[at]san'; then claim "it needs less than 500 MB" lean; fi
 claim "a log given twice is refused" refuses 2 "coulomb.lcm twice" "${gap[@]}" --measured "$work/coulomb.lcm" -o "$work/twice"
 claim "where nothing can be written is said before the search" refuses 3 "$work/none/out" "${gap[@]}" -o "$work/none/out"
+claim "so is that the second gap.json cannot" refuses 3 "$work/none/out.json" "${gap[@]}" -o "$work/out" --json "$work/none/out.json"
 claim "so is that a file is no directory" refuses 3 "coulomb.lcm directory" "${gap[@]}" -o "$work/coulomb.lcm"
 second() {
     rig second --tests z --set tests.frequency_hz=2 "${coulomb[@]}"
