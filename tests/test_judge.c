@@ -53,9 +53,11 @@ static void what_is_left_far_above_the_noise_refutes_it_in_motion_too(void **sta
     struct gap_result r = found("valve_flow_gain"), nothing = {0};
     r.simulated = false, r.unexplained_fraction = 0.9; /* of a small gap: that is noise */
     assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "valve_flow_gain");
-    r.held_out_after.overall = 0.21;
+    r.held_out_after.overall = 0.21, r.unexplained_fraction = 0.02; /* of a large one: the model's own error */
+    assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "valve_flow_gain");
+    r.unexplained_fraction = 0.2;
     assert_verdict(&r, &noise, GAP_UNKNOWN_EFFECT, "2.1 times the noise");
-    nothing.simulated = nothing.validated = true;
+    nothing.simulated = nothing.validated = true, nothing.unexplained_fraction = 1.0;
     nothing.noise_floor.overall = 0.1, nothing.held_out_before.overall = nothing.held_out_after.overall = 0.19;
     assert_verdict(&nothing, &noise, GAP_NO_GAP, "noise");
     nothing.held_out_after.overall = 0.21;
@@ -75,6 +77,8 @@ static void what_is_given_is_of_another_size(void **state) {
     assert_verdict(&r, &left, GAP_UNKNOWN_EFFECT, "remainder");
     left.trifle = 6e3; /* beside the effects given it is none */
     assert_verdict(&r, &left, GAP_EFFECT_NAMED, "valve_lag");
+    r.effects = 0;
+    assert_verdict(&r, &left, GAP_NO_GAP, "no more than the effects in the configuration leave");
 }
 
 /* A tenth of the gap in its channel decides: sqrt(10^2 - 1^2) of it is there. */

@@ -51,10 +51,11 @@ static int write_report(const struct options *o, const struct gap_result *r, con
     return status;
 }
 
-/* In the directory that is made for the others. */
+/* In the directory that is made for the others, and in none that would have to be made in it. */
 static bool is_inside(const char *path, const char *directory) {
     size_t length = strlen(directory);
-    return !strncmp(path, directory, length) && path[length] == '/';
+    while (length > 1 && directory[length - 1] == '/') length--;
+    return !strncmp(path, directory, length) && path[length] == '/' && !strchr(path + length + 1, '/');
 }
 
 int gap_files_check(const struct options *o, struct error *error) {

@@ -9,7 +9,7 @@
 /* Can they be written there? Asked before time is spent on what cannot be kept; nothing is made yet. */
 int gap_files_check(const struct options *o, struct error *error);
 
-/* model.yaml, gap.json, then report.html, in o->output; gap.json in o->json too. -3 when one was not written; the others are there.
+/* model.yaml, gap.json, then report.html, in o->output; gap.json in o->json too. -3 when one was not written; those before it are there.
  * Pictures that could not be drawn are missing in the page and are an error, too. */
 int gap_files_write(const struct options *o, const struct gap_result *result, const struct recording *measured, struct error *error);
 

@@ -50,9 +50,13 @@ static void compare(const struct params *p, const struct kinematics *k, const st
 }
 
 double controller_other_rate(const struct params *params, const struct recording *recording) {
-    double step_s = recording_step_s(&recording->test[0]);
-    bool same = fabs(step_s / params->loop.period_s - 1.0) < RATE_TOLERANCE;
-    return same || params->mechanism == MECHANISM_AXIS || !recording->measured.valve ? 0.0 : step_s;
+    double other_s = 0.0;
+    bool controlled = params->mechanism == MECHANISM_STEWART && recording->measured.valve;
+    for (int i = 0; i < recording->tests && controlled; i++) {
+        double step_s = recording_step_s(&recording->test[i]);
+        if (fabs(step_s / params->loop.period_s - 1.0) > RATE_TOLERANCE) other_s = step_s;
+    }
+    return other_s;
 }
 
 double controller_difference(const struct params *params, const struct recording *recording) {

@@ -15,6 +15,32 @@ static const double NEAR = 0.9;          /* of the gain with the base moved line
 enum { POLISH_ITERATIONS = 5, FINALISTS = 5 };
 enum { TRIAL_ITERATIONS = 6, BASE_ITERATIONS = 6, THREADS_MAX = 16, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
 
+static double held_square(const struct diagnosis *d, const struct params *model) {
+    double *white = malloc((size_t)d->held_out.values * sizeof *white), square = INFINITY;
+    if (white && fit_residual(&d->held_out, model, white)) square = fit_square(d->held_out.values, white);
+    free(white);
+    return square;
+}
+
+bool diagnosis_turns(int effect) {
+    const struct effect *e = effect_table[effect];
+    return e->leg_friction || e->joint_friction || e->command;
+}
+
+/* What the effects given explain, or those that act at reversals, as if they had been found: the base is fitted without them. */
+static double given_gain(const struct diagnosis *d, bool reversals) {
+    struct params without = d->model;
+    bool any = false;
+    for (int i = 0; effect_table[i]; i++) {
+        if (!d->given->effects[i].on || (reversals && !diagnosis_turns(i))) continue;
+        without.effects[i].on = false;
+        any = true;
+    }
+    bool fitted = any && fit_model(&d->fit, &without, d->variables, d->variable, NULL, NULL, BASE_ITERATIONS).ok;
+    double gain = fitted ? held_square(d, &without) - d->held_square : 0.0;
+    return isfinite(gain) ? gain : 0.0;
+}
+
 int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, struct error *error) {
     *d = (struct diagnosis){.given = given, .model = *given};
     int status = residual_prepare(&d->even, recording, CYCLES_EVEN, error);
@@ -30,6 +56,8 @@ int diagnosis_init(struct diagnosis *d, const struct params *given, const struct
     if (!d->column || !d->gram || !d->raw || !d->hypothesis) return error_set(error, STATUS_IO, "out of memory");
     if (!diagnosis_refit(d, BASE_ITERATIONS))
         return error_set(error, STATUS_USAGE, "the measured lengths are no motion of the machine in the configuration: check geometry");
+    d->given_gain = given_gain(d, false);
+    d->given_reversals = given_gain(d, true);
     return STATUS_OK;
 }
 
@@ -44,13 +72,6 @@ void diagnosis_free(struct diagnosis *d) {
     free(d->hypothesis);
 }
 
-double diagnosis_held_square(const struct diagnosis *d, const struct params *model) {
-    double *white = malloc((size_t)d->held_out.values * sizeof *white), square = INFINITY;
-    if (white && fit_residual(&d->held_out, model, white)) square = fit_square(d->held_out.values, white);
-    free(white);
-    return square;
-}
-
 bool diagnosis_refit(struct diagnosis *d, int iterations) {
     struct fit_result r = fit_model(&d->fit, &d->model, d->variables, d->variable, NULL, NULL, iterations);
     bool fitted = r.ok && fit_columns(&d->fit, &d->model, d->variables, d->variable, d->column) && fit_raw(&d->fit, &d->model, d->raw);
@@ -58,7 +79,7 @@ bool diagnosis_refit(struct diagnosis *d, int iterations) {
     fit_gram(d->variables, d->fit.values, d->column, d->gram);
     memcpy(d->std, r.std, sizeof d->std);
     d->square = r.square;
-    d->held_square = diagnosis_held_square(d, &d->model);
+    d->held_square = held_square(d, &d->model);
     d->hypotheses = hypotheses_list(&d->model, d->found, d->even.parts, d->hypothesis);
     return true;
 }
@@ -133,7 +154,7 @@ static void try_one(const struct diagnosis *d, const struct hypothesis *h, const
     t->ok = true;
     t->square = r.square;
     t->gain = d->square - r.square - CHARGE * h->variables - (h->shape >= 0 ? 2.0 * log(LEGS) : 0.0);
-    t->held_square = diagnosis_held_square(d, &t->model);
+    t->held_square = held_square(d, &t->model);
     t->held_gain = d->held_square - t->held_square;
     memcpy(t->std, r.std, (size_t)h->variables * sizeof *t->std);
     t->bound = at_bound(t);
@@ -161,7 +182,7 @@ static void polish(const struct diagnosis *d, struct trial *t) {
     if (!t->ok) return;
     t->gain += t->square - r.square;
     t->square = r.square;
-    t->held_square = diagnosis_held_square(d, &t->model);
+    t->held_square = held_square(d, &t->model);
     t->held_gain = d->held_square - t->held_square;
     t->polished = true;
     t->bound = at_bound(t);

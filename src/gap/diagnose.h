@@ -19,6 +19,7 @@ struct diagnosis {
     struct variable variable[FIT_VARIABLES];
     double std[FIT_VARIABLES];
     double square, held_square;          /* of the model so far */
+    double given_gain, given_reversals;  /* of the cycles held out: what the effects given explain; and those that act at reversals */
     double *column;                      /* at the model, [variables][values] */
     double *gram;                        /* of the columns, [variables][variables] */
     double *raw;                         /* residuals at the model, [values] */
@@ -43,8 +44,8 @@ static inline double trial_evidence(const struct trial *t) { return t->gain + t-
 int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, struct error *error);
 void diagnosis_free(struct diagnosis *d);
 
-/* Sum of white squares on the cycles held out; infinite where the motion is none of the model. */
-double diagnosis_held_square(const struct diagnosis *d, const struct params *model);
+/* Friction, or a command with a memory, that is a hysteresis. */
+bool diagnosis_turns(int effect);
 
 /* Fits every variable of the model; column and squares are those of the result. */
 bool diagnosis_refit(struct diagnosis *d, int iterations);

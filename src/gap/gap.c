@@ -9,6 +9,7 @@
 #include "base.h"
 #include "controller.h"
 #include "diagnose.h"
+#include "inverse_dynamics.h"
 #include "judge.h"
 #include "machine.h"
 #include "places.h"
@@ -19,7 +20,7 @@
 static const double GAIN_MIN = 36.0;       /* of white squares, on fitted and held-out cycles together: z = 6; */
 static const double GAIN_EACH = 4.0;       /* and of either alone: chance repeats in neither */
 static const double LATER_SHARE = 2e-5;    /* of the first gain: a later effect below that only mends the earlier one's shape */
-static const double REVERSAL_SHARE = 3e-3; /* the same, beside an effect that acts at reversals */
+static const double REVERSAL_SHARE = 3e-3; /* of the gain of friction or hysteresis: no law is exact at reversals, where noise decides */
 static const double UNCLEAR_SHARE = 0.05;  /* the same, of an effect that others come close to */
 static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes less is not what is there */
 static const double RIVAL_SHARE = 0.001;   /* of the evidence: plausible model error, as is what the best one leaves above the noise; */
@@ -89,10 +90,31 @@ static bool dithered(const struct diagnosis *d, const struct trial *t) {
     return most < sqrt(square / (legs * d->even.tests));
 }
 
+static double dry_friction(const struct params *model, double speed_mps) {
+    struct cylinder_model m;
+    struct cylinder_state s = {.p1_pa = 0.5 * model->hydraulics.supply_pa, .p2_pa = 0.5 * model->hydraulics.supply_pa};
+    double sum = 0.0;
+    cylinder_model_init(&m, model);
+    for (int k = 0; k < params_legs(model); k++) sum += cylinder_friction(&m, k, &s, 1, speed_mps).dry;
+    return sum;
+}
+
+/* A friction most of which is gone where a leg surely slides is none that can be seen: a leg that may be held takes up what noise there is. */
+static bool held_only(const struct diagnosis *d, const struct trial *t) {
+    double sliding_mps = 2.0 * INVERSE_DYNAMICS_SLOW_MPS;
+    if (!effect_table[t->hypothesis->effect]->leg_friction) return false;
+    double held = dry_friction(&t->model, 0.0) - dry_friction(&d->model, 0.0);
+    double slides = dry_friction(&t->model, sliding_mps) - dry_friction(&d->model, sliding_mps);
+    return fabs(slides) < 0.5 * fabs(held);
+}
+
+/* What looks like it may be noise, however much of that it takes away. */
+static bool unseen(const struct diagnosis *d, const struct trial *t) { return t->bound || dithered(d, t) || held_only(d, t); }
+
 static int list_rivals(const struct diagnosis *d, const struct trial *trial, int trials, int rival[GAP_RIVALS]) {
     int rivals = 0, best = trial[0].hypothesis->effect;
     for (int i = 1; i < trials; i++) {
-        if (!comes_close(d, &trial[0], &trial[i]) || dithered(d, &trial[i])) continue;
+        if (!comes_close(d, &trial[0], &trial[i]) || dithered(d, &trial[i]) || held_only(d, &trial[i])) continue;
         int effect = trial[i].hypothesis->effect;
         bool seen = effect == best || hypothesis_contains(effect, best) || overfits(&trial[i], &trial[0]);
         for (int j = 0; j < rivals; j++) seen = seen || rival[j] == effect;
@@ -125,32 +147,27 @@ static void prefer_simple(const struct diagnosis *d, struct trial *trial, int tr
         }
 }
 
-/* What is stuck at the end of its range is not what is there: the best that is not comes first, the order of the others stays. */
-static void prefer_inside(struct trial *trial, int trials) {
-    int best = 0;
-    while (best < trials - 1 && (trial[best].bound || !trial[best].polished)) best++;
-    if (trial[best].bound || !trial[best].polished) return;
-    put_first(trial, best);
-}
-
-/* Friction or hysteresis is there already: no law of them is exact at reversals, where noise decides, and what they leave there looks like
- * much. */
-static bool beside_reversals(const struct diagnosis *d) {
-    bool turns = false;
-    for (int i = 0; effect_table[i]; i++) {
-        const struct effect *e = effect_table[i];
-        bool there = d->given->effects[i].on || d->found[i];
-        turns = turns || (there && (e->leg_friction || e->joint_friction || e->command)); /* the command's only memory is a hysteresis */
+/* What is stuck at the end of its range, or noise, is not what is there: the best that is not comes first, the order of the others stays. */
+static void prefer_seen(const struct diagnosis *d, struct trial *trial, int trials) {
+    for (int i = 0; i < trials && trial[i].ok && trial[i].polished; i++) {
+        if (unseen(d, &trial[i])) continue;
+        put_first(trial, i);
+        return;
     }
-    return turns;
 }
 
-static double later_share(const struct diagnosis *d) { return beside_reversals(d) ? REVERSAL_SHARE : LATER_SHARE; }
+/* What was found first, or given, and what of that acts at reversals, explain: of the cycles held out. Whatever their law leaves there looks
+ * like much beside noise: less than a share of it is no effect of its own. */
+struct scales {
+    double first, reversals;
+};
 
-static bool worth_adding(const struct diagnosis *d, const struct trial *t, double first_gain) {
-    double left = excess(d->held_square, d->held_out.evaluated), share = later_share(d);
+static double trifle(const struct scales *s) { return fmax(LATER_SHARE * s->first, REVERSAL_SHARE * s->reversals); }
+
+static bool worth_adding(const struct diagnosis *d, const struct trial *t, const struct scales *scales) {
+    double left = excess(d->held_square, d->held_out.evaluated);
     bool pays = t->gain > GAIN_EACH && t->held_gain > GAIN_EACH && trial_evidence(t) > GAIN_MIN;
-    return t->ok && !t->bound && pays && !dithered(d, t) && t->held_gain > share * first_gain && t->held_gain > REMAINDER_SHARE * left;
+    return t->ok && !unseen(d, t) && pays && t->held_gain > trifle(scales) && t->held_gain > REMAINDER_SHARE * left;
 }
 
 /* Takes an addition out where that costs no more than so much. */
@@ -266,43 +283,32 @@ static void share_out(const struct diagnosis *d, double first_held, struct gap_r
     }
 }
 
-/* What the effects given explain, as if they had been found. */
-static double given_gain(const struct diagnosis *d) {
-    struct params without = d->model;
-    bool any = false;
-    for (int i = 0; effect_table[i]; i++) {
-        if (!d->given->effects[i].on) continue;
-        without.effects[i].on = false;
-        any = true;
-    }
-    double gain = any ? diagnosis_held_square(d, &without) - d->held_square : 0.0;
-    return isfinite(gain) ? gain : 0.0;
-}
-
 static int search(struct diagnosis *d, const struct gap_options *o, struct gap_result *r, struct error *error) {
     struct trial *trial = calloc(HYPOTHESES_MAX, sizeof *trial);
     if (!trial) return error_set(error, STATUS_IO, "out of memory");
     enum doubt doubt[EFFECTS_MAX] = {NO_DOUBT};
-    double first_gain = given_gain(d), first_held = d->held_square;
+    struct scales scales = {d->given_gain, d->given_reversals};
+    double first_held = d->held_square;
     bool again = false; /* one is out, to be judged again */
     for (int round = 0; r->effects < GAP_EFFECTS && round < ROUNDS_MAX; round++) {
         progress(o, round ? "another effect" : "screening", 0.7 * round / ROUNDS_MAX);
         int trials = diagnosis_try(d, trial, o->threads);
         if (!trials) break;
         if (round == 0) list_candidates(d, trial, trials, r);
-        prefer_inside(trial, trials);
+        prefer_seen(d, trial, trials);
         prefer_simple(d, trial, trials);
         int rival[GAP_RIVALS] = {0}, rivals = list_rivals(d, trial, trials, rival);
         int effect = trial[0].hypothesis->effect;
         /* What is a trace, and may be this or that, is not named. */
-        bool trace = round && !again && rivals && trial[0].held_gain < UNCLEAR_SHARE * first_gain;
-        if (trace || !worth_adding(d, &trial[0], first_gain)) {
+        bool trace = round && !again && rivals && trial[0].held_gain < UNCLEAR_SHARE * scales.first;
+        if (trace || !worth_adding(d, &trial[0], &scales)) {
             again = !r->ambiguous && round + 1 < ROUNDS_MAX && reconsider(d, doubt, r);
             if (again) continue;
             break;
         }
         again = false;
-        if (round == 0) first_gain = fmax(first_gain, trial[0].held_gain);
+        if (round == 0) scales.first = fmax(scales.first, trial[0].held_gain);
+        if (diagnosis_turns(effect)) scales.reversals = fmax(scales.reversals, trial[0].held_gain);
         double before = d->held_square, z = likelihood(d, &trial[0]);
         struct gap_effect *e = &r->effect[r->effects];
         *e = (struct gap_effect){.effect = effect, .shape = trial[0].hypothesis->shape, .given = d->given->effects[effect]};
@@ -450,6 +456,12 @@ static int check_replay(const struct params *params, const struct recording *mea
                      !m->reference ? "reference" : !m->valve ? "valve commands" : "pressures");
 }
 
+bool gap_given_alike(const struct gap_effect *effect, int key) {
+    bool alike = true;
+    for (int leg = 1; leg < LEGS; leg++) alike = alike && effect->given.value[key][leg] == effect->given.value[key][0];
+    return alike;
+}
+
 double gap_short(const struct gap_result *r, const struct gap_candidate *candidate) {
     double most = 0.0;
     for (int i = 0; i < r->candidates; i++) most = fmax(most, r->candidate[i].z);
@@ -473,7 +485,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
     int status = diagnosis_init(d, params, measured, error);
     if (!status) {
         remainder = (struct remainder){.values = d->held_out.evaluated, .before = excess(d->held_square, d->held_out.evaluated),
-                                       .trifle = later_share(d) * given_gain(d)};
+                                       .trifle = trifle(&(struct scales){d->given_gain, d->given_reversals})};
         r->base_model = d->model;
         r->white_before = d->held_square / d->held_out.evaluated;
         r->places = places_find(d, measured, &d->model, r->where);

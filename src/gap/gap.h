@@ -6,7 +6,7 @@
 
 #include "recording.h"
 
-enum { GAP_EFFECTS = 4, GAP_PLACES = 12, GAP_BASE = 64, GAP_TEXT = 320, GAP_RIVALS = 8 };
+enum { GAP_EFFECTS = 4, GAP_PLACES = 12, GAP_BASE = 64, GAP_TEXT = 512, GAP_RIVALS = 8 };
 
 enum gap_verdict { GAP_EFFECT_NAMED, GAP_NO_GAP, GAP_AMBIGUOUS, GAP_UNKNOWN_EFFECT, GAP_VERDICTS };
 extern const char *const gap_verdict_names[GAP_VERDICTS]; /* effect_named, no_gap, ambiguous, unknown_effect */
@@ -111,6 +111,9 @@ struct gap_options {
     void (*progress)(void *context, const char *step, double share); /* NULL: none; any thread */
     void *context;
 };
+
+/* All legs have the same value in the configuration. */
+bool gap_given_alike(const struct gap_effect *effect, int key);
 
 /* z by which a candidate falls short of the likeliest. */
 double gap_short(const struct gap_result *result, const struct gap_candidate *candidate);

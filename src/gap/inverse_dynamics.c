@@ -7,7 +7,6 @@
 #include "vec.h"
 
 static const double POSE_TOLERANCE_M = 1e-12;
-static const double SLOW_MPS = 2e-3;  /* a leg that sticks gives so much, as its chambers do */
 static const double SURE = 3.0;       /* standard deviations of a leg's speed */
 static const double OVERSHOOT = 1.18; /* of a force that jumps from one side to the other, in the harmonics evaluated (Gibbs) */
 enum { POSE_ITERATIONS = 12 };
@@ -87,7 +86,7 @@ double inverse_dynamics_direction(double value, double rate, double window_s) {
 
 /* Below this speed a leg may be held: as near to a reversal as the harmonics resolve time, and noise resolves speed. */
 static double slow_mps(const struct inverse_dynamics *d, int leg, double acceleration) {
-    return fmax(fmax(fabs(acceleration) * d->resolution_s, SURE * d->speed_std_mps[leg]), SLOW_MPS);
+    return fmax(fmax(fabs(acceleration) * d->resolution_s, SURE * d->speed_std_mps[leg]), INVERSE_DYNAMICS_SLOW_MPS);
 }
 
 /* balance_n: hydraulic force left for friction. Dry friction has its full size only where the leg surely slides, from twice the slow speed

@@ -8,6 +8,9 @@
 
 enum { PHASES = 128 }; /* of a cycle */
 
+/* A leg that sticks gives so much, as its chambers do: below this speed it may be held, and surely slides from twice this on. */
+#define INVERSE_DYNAMICS_SLOW_MPS 2e-3
+
 struct inverse_dynamics {
     const struct params *params;
     struct rigid_model rigid;

@@ -10,7 +10,9 @@ static const double SQUARE_MAX = 1.5;      /* mean white square: more is no nois
 static const double SCATTER = 6.0;         /* and more than a few values scatter by, in standard deviations */
 static const double OFFSET_SIGMAS = 6.0, OFFSET_SHARE = 0.05; /* friction unlike in the two directions */
 static const double SHARE_MAX = 0.3;       /* of the excess that may stay unexplained, in the equations and in the simulation */
-static const double FLOORS_MAX = 2.0;      /* that may be left, in the measured motion too, where shares of a small gap say little */
+static const double FLOORS_MAX = 2.0;      /* noise floors that may be left, in the measured motion too, */
+static const double LEFT_MAX = 0.02;       /* or so much of the variation, where there is hardly any noise; */
+static const double LEFT_SHARE = 0.1;      /* a smaller share of the gap is the model's own error */
 static const double VISIBLE = 0.03;        /* of the squared noise: a smaller gap in the simulation proves nothing */
 static const double LINE_SHARE = 0.1;       /* of the gap in its channel: a weaker line says nothing against what explains that */
 static const double THIRD_SHARE = 0.05;    /* of the excess: what takes three effects of that weight is none of them */
@@ -36,7 +38,8 @@ static double square(double x) { return x * x; }
 static bool refuted(const struct gap_result *r) {
     double floor = square(r->noise_floor.overall), before = square(r->held_out_before.overall), after = square(r->held_out_after.overall);
     bool visible = r->effects && r->simulated && before - floor > VISIBLE * floor;
-    return after > square(FLOORS_MAX) * floor || (visible && r->unexplained_fraction > SHARE_MAX);
+    bool left = after > fmax(square(FLOORS_MAX) * floor, square(LEFT_MAX)) && r->unexplained_fraction > LEFT_SHARE;
+    return left || (visible && r->unexplained_fraction > SHARE_MAX);
 }
 
 /* A line that the model with the effects has not, and that is no trifle beside what they explain. */
@@ -127,8 +130,8 @@ static void name(struct gap_result *r) {
     list(r, true, lacks ? " and has " : " has ", " of another size");
 }
 
-void judge(struct gap_result *r, const struct remainder *remainder) {
-    if (unknown(r, remainder)) {
+void judge(struct gap_result *r, const struct remainder *m) {
+    if (unknown(r, m)) {
         r->verdict = GAP_UNKNOWN_EFFECT;
     } else if (r->effects) {
         ADVISE(r, "%s", "");
@@ -136,7 +139,11 @@ void judge(struct gap_result *r, const struct remainder *remainder) {
     } else {
         ADVISE(r, "%s", "");
         r->verdict = GAP_NO_GAP;
-        SAY(r, "what is left between model and measurement is noise");
+        if (m->after > SQUARE_MAX * m->values)
+            SAY(r, "what is left is noise, and no more than the effects in the configuration leave by themselves (mean white square %.1f)",
+                m->after / m->values);
+        else
+            SAY(r, "what is left between model and measurement is noise");
     }
     size_t used = strlen(r->reason);
     if (r->sampled_s > 0.0)

@@ -12,6 +12,6 @@ struct remainder {
 };
 
 /* From a result that is complete but for these: fills verdict, reason and next_experiment. */
-void judge(struct gap_result *r, const struct remainder *remainder);
+void judge(struct gap_result *r, const struct remainder *m);
 
 #endif

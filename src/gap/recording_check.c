@@ -14,7 +14,8 @@ static const double NEUTRAL_TOLERANCE_M = 0.05;
 static const double SENSOR_SCALE = 0.06; /* of what a chamber holds: more than a sensor is off in scale */
 static const double CLIPPED = 0.12;      /* of the samples, at the very largest or smallest value, */
 static const double CLIPPED_TIMES = 2.0; /* and more than so many times what a sinusoid has there in steps as coarse as the reading's */
-static const double SUPPLY_MOST = 1.02;  /* of the supply, in a chamber, but for moments */
+static const double ABRUPT = 0.3;        /* of the largest step between samples: a leg that friction holds comes to rest */
+static const double SUPPLY_MOST = 1.04;  /* of the supply, in a chamber, but for moments */
 static const double ABSURD = 1e12;       /* in any unit */
 
 #define REFUSE(...) error_set(error, STATUS_USAGE, __VA_ARGS__)
@@ -56,26 +57,30 @@ static double deviation(const struct recording_test *t, const double *first) {
     return sqrt(fmax(square - sum * sum / n, 0.0) / n);
 }
 
-/* What a channel can read: the end of its range, and its steps where they are known. */
+/* What a channel can read: the end of its range, and its steps where they are known. smooth: it cannot jump. */
 struct scale {
     double top, step;
+    bool smooth;
 };
 
-/* The samples at the largest value, or with sign -1 at the smallest, where they are more than a sinusoid has there. An end at zero is
- * physics: no pressure is below that of the tank. */
-static int plateau(const struct recording_test *t, const double *first, double sign, double step) {
-    double top = -HUGE_VAL, next = -HUGE_VAL, bottom = HUGE_VAL;
-    int there = 0, n = 0;
+/* The samples at the largest value, or with sign -1 at the smallest, where they are more than a sinusoid has there, and of a smooth one come
+ * to it at speed. */
+static int plateau(const struct recording_test *t, const double *first, double sign, const struct scale *scale) {
+    double top = -HUGE_VAL, next = -HUGE_VAL, bottom = HUGE_VAL, before = NAN, entering = 0.0, fastest = 0.0;
+    int there = 0, n = 0, entries = 0;
     for (int i = t->first; i < t->end; i++) {
         double value = sign * first[(size_t)(i - t->first) * STRIDE];
         if (!t->sample[i].good) continue;
-        if (value > top) next = top, top = value, there = 0;
+        if (value > top) next = top, top = value, there = entries = 0, entering = 0.0;
         else if (value < top) next = fmax(next, value);
+        if (value == top && before < top) entering += top - before, entries++;
+        fastest = fmax(fastest, fabs(value - before));
         there += value == top, n++;
-        bottom = fmin(bottom, value);
+        bottom = fmin(bottom, value), before = value;
     }
-    double share = acos(fmax(1.0 - 2.0 * fmax(top - next, step) / (top - bottom), -1.0)) / PI;
-    return top != 0.0 && there > fmax(CLIPPED, CLIPPED_TIMES * share) * n ? there : 0;
+    double share = acos(fmax(1.0 - 2.0 * fmax(top - next, scale->step) / (top - bottom), -1.0)) / PI;
+    bool abrupt = !scale->smooth || entering > ABRUPT * fastest * entries;
+    return abrupt && there > fmax(CLIPPED, CLIPPED_TIMES * share) * n ? there : 0;
 }
 
 /* A channel of one leg: no number of this world, dead, or at the end of its range for a good part of the time. */
@@ -91,7 +96,8 @@ static int check_channel(const struct recording_test *t, const double *first, co
     if (!(deviation(t, first) > 0.0))
         return REFUSE("test %s: %s of leg %d does not change: a dead sensor, or a column of zeros",
                       dof_names[t->dof], name, leg + 1);
-    if (clipped <= n / 50) clipped = plateau(t, first, 1.0, scale.step) + plateau(t, first, -1.0, scale.step);
+    if (clipped <= n / 50) clipped = plateau(t, first, 1.0, &scale);
+    if (clipped <= n / 50 && scale.smooth) clipped = plateau(t, first, -1.0, &scale); /* a low end is physics: the tank's pressure */
     if (clipped > n / 50)
         return REFUSE("test %s: %s of leg %d is clipped in %d %% of the samples", dof_names[t->dof], name, leg + 1,
                       100 * clipped / n);
@@ -113,8 +119,8 @@ static int check_command(const struct recording_test *t, int leg, struct error *
 static int check_channels(const struct recording *r, const struct recording_test *t, struct error *error) {
     const struct recording_sample *s = &t->sample[t->first];
     const struct recording_measured *m = &r->measured;
-    struct scale length = {HUGE_VAL, r->params->sensors.position_resolution_m}, force = {HUGE_VAL, 0.0};
-    struct scale pressure = {r->params->sensors.pressure_full_scale_pa * 0.999, 0.0};
+    struct scale length = {HUGE_VAL, r->params->sensors.position_resolution_m, true}, force = {HUGE_VAL, 0.0, false};
+    struct scale pressure = {r->params->sensors.pressure_full_scale_pa * 0.999, 0.0, false};
     for (int k = 0; k < params_legs(r->params); k++) {
         int status = check_channel(t, &s->length_m[k], "length", k, length, error);
         if (!status && m->pressures) status = check_channel(t, &s->p1_pa[k], "p1", k, pressure, error);

@@ -10,7 +10,7 @@
 enum { SAMPLES_PER_HARMONIC = 3, LINE_BINS = 3 /* nearer to a harmonic it is none */,
        LINE_SAMPLES = 4096 /* eight seconds tell a line; the search grows with their square */ };
 static const double LINE_STEP_S = 2e-3; /* lines are looked for up to 250 Hz */
-static const double MOST = 0.9; /* of a cycle's samples must be there */
+static const double MOST = 0.9; /* of a cycle's samples must be there, and no piece missing, but single ones, in which the highest harmonic turns */
 
 void spectrum_basis(double phase, int harmonics, double *basis) {
     double s1 = sin(phase), c1 = cos(phase), s = 0.0, c = 1.0;
@@ -64,14 +64,17 @@ static const double *channel_of(const struct recording_sample *s, int channel) {
 }
 
 /* Coefficients of one cycle, samples first .. end-1, by least squares; a bad sample is as one that is lost. False: too few are left. */
-static bool fit_cycle(const struct spectrum *s, const struct recording_test *t, int first, int end, double least,
+static bool fit_cycle(const struct spectrum *s, const struct recording_test *t, int first, int end, double step_s,
                       double row[CHANNELS][LEGS][SPECTRUM_SIZE]) {
     double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0}, basis[SPECTRUM_SIZE];
     int size = 1 + 2 * s->harmonics, good = 0;
+    double last_s = NAN, longest_s = 0.0;
     memset(row, 0, CHANNELS * sizeof row[0]);
     for (int i = first; i < end; i++) {
         const struct recording_sample *sample = &t->sample[i];
         if (!sample->good) continue;
+        longest_s = fmax(longest_s, sample->test_time_s - last_s);
+        last_s = sample->test_time_s;
         good++;
         spectrum_basis(s->omega * sample->test_time_s, s->harmonics, basis);
         for (int a = 0; a < size; a++)
@@ -82,7 +85,8 @@ static bool fit_cycle(const struct spectrum *s, const struct recording_test *t, 
                 for (int a = 0; a < size; a++) row[ch][k][a] += basis[a] * y;
             }
     }
-    if (good <= least || !dense_factor(size, SPECTRUM_SIZE, product[0])) return false;
+    bool enough = good > MOST * 2.0 * PI / s->omega / step_s && longest_s < fmax(PI / s->omega / s->harmonics, 2.5 * step_s);
+    if (!enough || !dense_factor(size, SPECTRUM_SIZE, product[0])) return false;
     for (int ch = 0; ch < CHANNELS; ch++)
         for (int k = 0; k < LEGS; k++) dense_solve(size, SPECTRUM_SIZE, product[0], row[ch][k]);
     return true;
@@ -172,7 +176,7 @@ bool spectrum_measure(struct spectrum *s, const struct recording_test *t, enum c
         c.end = i;
         bool whole = i < t->end || until_s - t->sample[i - 1].test_time_s <= 1.5 * step_s;
         whole = whole && which & (cycle % 2 ? CYCLES_ODD : CYCLES_EVEN);
-        if (!whole || !fit_cycle(s, t, c.first, c.end, MOST * period_s / step_s, row[s->cycles])) continue;
+        if (!whole || !fit_cycle(s, t, c.first, c.end, step_s, row[s->cycles])) continue;
         place[s->cycles] = cycle;
         span[s->cycles++] = c;
     }

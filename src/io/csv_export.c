@@ -93,7 +93,7 @@ static int begin_test(struct export *e, const struct cycle *c) {
     int status = end_test(e);
     if (status) return status;
     if (e->report->files == CSV_FILES_MAX)
-        return error_set(e->error, STATUS_IO, "%.250s: more than %d tests: its cycles are not in the order of their time", e->log_path,
+        return error_set(e->error, STATUS_IO, "%.250s: more than %d tests, or cycles that are not in the order of their time", e->log_path,
                          CSV_FILES_MAX);
     snprintf(e->path, sizeof e->path, "%.3000s/%d_%s.csv", e->directory, ++e->report->files, csv_dof_name(c->dof));
     e->file = create(e);

@@ -70,11 +70,13 @@ static const char *const kickers[GAP_VERDICTS] = {
     [GAP_AMBIGUOUS] = "Missing in the model, and these data cannot tell which", [GAP_UNKNOWN_EFFECT] = "Something is missing in the model",
 };
 
-/* The model has all of them, but of another size. */
-static bool all_given(const struct gap_result *r) {
-    bool all = r->effects > 0;
-    for (int i = 0; i < r->effects; i++) all = all && r->effect[i].given.on;
-    return all;
+/* Of the effects found the model has none, some or all, but of another size. */
+enum given { NONE_GIVEN, SOME_GIVEN, ALL_GIVEN }; /* of those in doubt, which one is not known */
+
+static enum given given(const struct gap_result *r) {
+    int there = 0;
+    for (int i = 0; i < r->effects; i++) there += r->effect[i].given.on;
+    return !there ? NONE_GIVEN : there < r->effects || r->ambiguous ? SOME_GIVEN : ALL_GIVEN;
 }
 
 static const char *joint(const struct gap_result *r, int place) {
@@ -102,7 +104,9 @@ static void headline(FILE *out, const struct gap_result *r) {
     size_t size = 0;
     FILE *stream = open_memstream(&words, &size);
     if (!stream) return;
-    const char *kicker = r->verdict == GAP_EFFECT_NAMED && all_given(r) ? "Of another size than in the model" : kickers[r->verdict];
+    static const char *const sizes[] = {NULL, "Missing in the model, or of another size than there", "Of another size than in the model"};
+    const char *kicker = r->verdict == GAP_EFFECT_NAMED && given(r) ? sizes[given(r)] : kickers[r->verdict];
+    if (r->verdict == GAP_AMBIGUOUS && given(r)) kicker = "Missing in the model, or of another size, and these data cannot tell which";
     headline_words(stream, r);
     if (!fclose(stream))
         fprintf(out, "<p class=\"kicker\">%s</p>\n<h1%s>%c%s</h1>\n", kicker, size > LONG_HEADLINE ? " class=\"long\"" : "",
@@ -129,7 +133,8 @@ static void place_line(FILE *out, const struct gap_place *w) {
 }
 
 static void missing_card(FILE *out, const struct gap_result *r) {
-    fprintf(out, "<div><h2>%s</h2>\n", all_given(r) ? "What is of another size" : "What is missing");
+    static const char *const titles[] = {"What is missing", "What is missing or of another size", "What is of another size"};
+    fprintf(out, "<div><h2>%s</h2>\n", titles[given(r)]);
     for (int i = 0; i < r->effects; i++) effect_card(out, &r->effect[i]);
     for (int i = 0; i < r->ambiguous; i++) {
         fputs("<p>or <code>", out);
@@ -230,6 +235,10 @@ static void notices(FILE *out, const struct gap_result *r) {
                      "configured controller gives for the recorded lengths and pressures. No effect of the machine explains that: set "
                      "<code>control</code> in the configuration to the rig's. The figures here are of the equations under the measured "
                      "motion, which need no controller.</p>\n", 100.0 * r->controller_difference);
+    else if (r->sampled_s > 0.0)
+        fprintf(out, "<p class=\"notice\"><b>Another rate.</b> The log has a sample each %.3g&nbsp;ms, the controller's cycle "
+                     "(<code>loop.period_s</code>) is %.3g&nbsp;ms: what it commanded between is not known, nor is whether it is the "
+                     "configured one.</p>\n", 1e3 * r->sampled_s, 1e3 * r->model.loop.period_s);
     else if (!r->controller_known)
         fputs("<p class=\"notice\">The log has no reference: whether its commands are the configured controller's is not "
               "evaluated.</p>\n", out);
@@ -246,7 +255,7 @@ static void next_steps(FILE *out, const struct gap_report *report) {
     fputs("<p class=\"next\"><b>Use it:</b> <code>", out);
     bool axis = report->result->model.mechanism == MECHANISM_AXIS; /* which hexid does not drive */
     html_text(out, axis ? "hexid gap --replay motion -c %s --measured ..." : "hexid run -c %s", report->model_file);
-    fprintf(out, "</code>, the configuration given plus %s effect%s%s.</p>\n", r->effects > 1 ? "these" : "this", r->effects > 1 ? "s" : "",
+    fprintf(out, "</code>, the configuration given with %s effect%s%s.</p>\n", r->effects > 1 ? "these" : "this", r->effects > 1 ? "s" : "",
             r->ambiguous ? " (the first of those that cannot be told apart)" : "");
 }
 

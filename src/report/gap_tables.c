@@ -24,7 +24,8 @@ static void parameter_cell(FILE *out, const struct gap_effect *e, int key, int l
     html_quantity(out, e->values.value[key][leg], e->std[key][leg], unit);
     if (e->given.on) {
         fputs(" <span class=\"small\">given ", out);
-        html_quantity(out, e->given.value[key][leg], 0.0, "-");
+        if (e->shape != SHAPE_ALL || gap_given_alike(e, key)) html_quantity(out, e->given.value[key][leg], 0.0, "-");
+        else fputs("leg by leg", out);
         fputs("</span>", out);
     }
     fputs(e->bound[key][leg] ? " <span class=\"notice\">at its bound</span></td>" : "</td>", out);
