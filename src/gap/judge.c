@@ -139,7 +139,7 @@ void judge(struct gap_result *r, const struct remainder *m) {
     } else {
         ADVISE(r, "%s", "");
         r->verdict = GAP_NO_GAP;
-        if (m->after > SQUARE_MAX * m->values)
+        if (m->trifle > 0.0 && m->after > SQUARE_MAX * m->values)
             SAY(r, "what is left is noise, and no more than the effects in the configuration leave by themselves (mean white square %.1f)",
                 m->after / m->values);
         else
