@@ -264,7 +264,7 @@ static void a_second_run_has_tests_of_its_own(void **unused) {
     assert_true(last->frequency_hz == second.frequency_hz && last->amplitude == second.amplitude_m);
     if (recording_check(&r, &error)) fail_msg("%s", error.text); /* the legs move at the run's frequency, not at the model's */
     double first_mt[DOFS][DOFS], both_mt[DOFS][DOFS];
-    assert_true(replay_identify(&params, &clean, NULL, first_mt) && replay_identify(&params, &r, NULL, both_mt));
+    assert_true(replay_identify(&params, &clean, first_mt) && replay_identify(&params, &r, both_mt));
     for (int i = 0; i < DOFS; i++) /* of the first run alone */
         for (int j = 0; j < DOFS; j++) assert_close(both_mt[i][j], first_mt[i][j], 1e-9 * fabs(first_mt[i][i]));
     recording_free(&r);

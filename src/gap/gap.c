@@ -416,8 +416,8 @@ static int compare_runs(const struct params *params, const struct recording *mea
     keep_sizes(r, &used, &held);
     r->simulated = true;
     r->line_simulated = r->line.hz > 0.0 && fabs(find_line(after, LINE_EXCITED).hz / r->line.hz - 1.0) < LINE_TOLERANCE;
-    r->matrices = replay_identify(params, measured, NULL, r->measured_mt) && replay_identify(params, before, NULL, r->before_mt) &&
-                  replay_identify(params, after, NULL, r->after_mt);
+    r->matrices = replay_identify(params, measured, r->measured_mt) && replay_identify(params, before, r->before_mt) &&
+                  replay_identify(params, after, r->after_mt);
     return STATUS_OK;
 }
 
@@ -509,10 +509,12 @@ int gap_solve(const struct params *params, const struct recording *measured, con
         judge(r, &remainder);
         if (r->verdict == GAP_UNKNOWN_EFFECT) give_up(params, r);
     }
-    for (int i = 0; i < r->effects && !status && !r->repaired; i++) {
+    bool friction = false;
+    for (int i = 0; i < r->effects && !status && params->mechanism == MECHANISM_STEWART; i++) {
         const struct effect *e = effect_table[r->effect[i].effect];
-        if (e->leg_friction || e->joint_friction) r->repaired = replay_identify(params, measured, &r->fitted, r->repaired_mt);
+        friction = friction || e->leg_friction || e->joint_friction;
     }
+    if (friction) r->repaired = replay_repair(params, &r->fitted, measured, r->repaired_mt);
     diagnosis_free(d);
     free(d);
     r->seconds = now_s() - start_s;

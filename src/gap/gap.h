@@ -95,8 +95,8 @@ struct gap_result {
     double white_before, white_after;     /* mean white square, held-out cycles: 1 is noise */
     bool matrices;
     double measured_mt[DOFS][DOFS], before_mt[DOFS][DOFS], after_mt[DOFS][DOFS];
-    bool repaired;                        /* friction was found, and taken off the measured forces: */
-    double repaired_mt[DOFS][DOFS];       /* what the measurement gives then */
+    bool repaired;                        /* friction was found: */
+    double repaired_mt[DOFS][DOFS];       /* the measured matrix without what that does to it, in simulation */
     struct params base_model;             /* base re-estimated, no effect added */
     struct params model;                  /* the configuration given, plus the effects found (base as given) */
     struct params fitted;                 /* base re-estimated and effects: what `after` was simulated with */

@@ -83,18 +83,7 @@ static struct params frictionless(const struct params *model) {
     return p;
 }
 
-/* Force that friction adds to each leg in a test, as coefficient rows. */
-static bool friction_rows(const struct residual_test *t, const struct params *model, double row[LEGS][RESIDUAL_SIZE]) {
-    struct params without = frictionless(model);
-    double base[LEGS][RESIDUAL_SIZE];
-    if (!residual_required(t, model, row) || !residual_required(t, &without, base)) return false;
-    for (int k = 0; k < LEGS; k++)
-        for (int a = 0; a < RESIDUAL_SIZE; a++) row[k][a] -= base[k][a];
-    return true;
-}
-
-static void feed(struct ident *id, const struct recording_test *t, double area_m2, const struct residual_test *cycle,
-                 double (*friction)[RESIDUAL_SIZE]) {
+static void feed(struct ident *id, const struct recording_test *t) {
     for (int j = t->first; j >= 0 && j < t->end; j++) {
         const struct recording_sample *s = &t->sample[j];
         struct cycle c = {.test = t->test, .dof = t->dof, .phase = PHASE_EVALUATE, .test_time_s = s->test_time_s};
@@ -102,32 +91,38 @@ static void feed(struct ident *id, const struct recording_test *t, double area_m
         memcpy(c.in.length_m, s->length_m, sizeof s->length_m);
         memcpy(c.in.p1_pa, s->p1_pa, sizeof s->p1_pa);
         memcpy(c.in.p2_pa, s->p2_pa, sizeof s->p2_pa);
-        for (int k = 0; k < LEGS && friction; k++) {
-            double force_n[3];
-            spectrum_value(friction[k], cycle->harmonics, cycle->spectrum.omega, s->test_time_s, force_n);
-            c.in.p1_pa[k] -= force_n[0] / area_m2;
-        }
         ident_feed(id, &c);
     }
 }
 
-bool replay_identify(const struct params *params, const struct recording *recording, const struct params *friction, double mt[DOFS][DOFS]) {
+bool replay_identify(const struct params *params, const struct recording *recording, double mt[DOFS][DOFS]) {
     struct error error;
-    struct residual_data data = {0};
     struct ident *id = malloc(sizeof *id);
-    double area_m2 = cylinder_areas(&params->actuator).a1_m2;
     bool ok = id && ident_init(id, params, &error) == STATUS_OK;
-    if (friction) ok = ok && residual_prepare(&data, recording, CYCLES_ALL, &error) == STATUS_OK;
-    for (int i = 0; i < recording->tests && ok; i++) {
-        double row[LEGS][RESIDUAL_SIZE];
-        if (recording->test[i].run) continue; /* the six tests are the first run's */
-        ok = !friction || friction_rows(&data.test[i], friction, row);
-        if (ok) feed(id, &recording->test[i], area_m2, friction ? &data.test[i] : NULL, friction ? row : NULL);
-    }
+    for (int i = 0; i < recording->tests && ok; i++)
+        if (!recording->test[i].run) feed(id, &recording->test[i]); /* the six tests are the first run's */
     ok = ok && (ident_end(id), ident_solve(id));
     if (ok) memcpy(mt, id->result.method_a.mt, sizeof id->result.method_a.mt);
-    if (friction) residual_free(&data);
     free(id);
+    return ok;
+}
+
+/* Of the model's own run, with sensors that are exact. */
+static bool identify_model(const struct params *params, struct params model, const struct recording *like, double mt[DOFS][DOFS]) {
+    struct recording run;
+    struct error error;
+    model.sensors.enabled = false;
+    bool ok = replay_closed_loop(&model, like, &run, &error) == STATUS_OK && replay_identify(params, &run, mt);
+    recording_free(&run);
+    return ok;
+}
+
+bool replay_repair(const struct params *params, const struct params *model, const struct recording *measured, double mt[DOFS][DOFS]) {
+    double with[DOFS][DOFS], without[DOFS][DOFS];
+    bool ok = replay_identify(params, measured, mt) && identify_model(params, *model, measured, with) &&
+              identify_model(params, frictionless(model), measured, without);
+    for (int i = 0; i < DOFS && ok; i++)
+        for (int j = 0; j < DOFS; j++) mt[i][j] -= with[i][j] - without[i][j];
     return ok;
 }
 

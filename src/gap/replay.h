@@ -10,10 +10,12 @@
  * the caller's to free, also after an error. -2 when the model's run ends in a fault, -3 without memory. */
 int replay_closed_loop(const struct params *model, const struct recording *like, struct recording *out, struct error *error);
 
-/* The inertia matrix identified from a recording (method A). friction: a model whose friction effects are taken off the measured forces
- * first, the part beyond the base's viscous friction; NULL: none. Of the first run alone.
- * False without six complete tests. */
-bool replay_identify(const struct params *params, const struct recording *recording, const struct params *friction, double mt[DOFS][DOFS]);
+/* The inertia matrix identified from a recording (method A), of its first run alone. False without six complete tests. */
+bool replay_identify(const struct params *params, const struct recording *recording, double mt[DOFS][DOFS]);
+
+/* The same, and what the model's friction effects do to it taken off: the difference of two runs of the model, with them and without. False
+ * also where a run does not come to its end. */
+bool replay_repair(const struct params *params, const struct params *model, const struct recording *measured, double mt[DOFS][DOFS]);
 
 /* Differences of two recordings of the same tests, over the cycles given of the measured one, and the measured one's noise. */
 void replay_compare(const struct recording *measured, const struct recording *simulated, enum cycles which, struct gap_size *difference,

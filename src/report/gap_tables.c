@@ -232,9 +232,9 @@ static void repaired_table(FILE *out, const struct gap_result *r) {
     double nominal[DOFS][DOFS];
     if (kinematics_init(&k, &r->model, &error)) return;
     nominal_matrix(&r->model, &k, neutral, nominal);
-    fputs("<h3>With the friction found taken off the measured forces</h3>\n"
-          "<p>Dry friction spoils the identification; known, it can be subtracted. Beside the matrix that the configuration implies:</p>\n",
-          out);
+    fputs("<h3>Without the friction found</h3>\n"
+          "<p>Dry friction spoils the identification. What it does to the matrix of the model, run with it and without, is taken off the "
+          "measured one. Beside the matrix that the configuration implies:</p>\n", out);
     matrix_table(out, names, (const double(*)[DOFS])nominal, r->measured_mt, r->repaired_mt);
 }
 
