@@ -4,6 +4,7 @@
 
 #include <stdlib.h>
 
+#include "controller.h"
 #include "force.h"
 #include "gap.h"
 #include "gap_rig.h"
@@ -133,6 +134,16 @@ static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
         if (status != STATUS_USAGE || !strstr(error.text, lies[n].says))
             fail_msg("%d: \"%s\" does not say \"%s\"", (int)n, error.text, lies[n].says);
     }
+}
+
+static void another_rate_than_the_controllers_is_seen(void **unused) {
+    (void)unused;
+    static struct params slower;
+    slower = params;
+    slower.loop.period_s = 2.0 * params.loop.period_s;
+    assert_true(controller_other_rate(&params, &clean) == 0.0);
+    assert_close(controller_other_rate(&slower, &clean), params.loop.period_s, 1e-9);
+    assert_true(isfinite(controller_difference(&params, &clean)) && isnan(controller_difference(&slower, &clean)));
 }
 
 static void another_machine_is_refused(void **unused) {
@@ -282,6 +293,7 @@ static void more_runs_than_there_is_room_for_are_refused(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(recordings_that_lie_are_refused_for_what_they_are),
+        cmocka_unit_test(another_rate_than_the_controllers_is_seen),
         cmocka_unit_test(another_machine_is_refused),
         cmocka_unit_test(what_is_as_it_should_be_is_accepted),
         cmocka_unit_test(stamps_that_stand_still_are_no_clock),

@@ -35,7 +35,9 @@ int cmd_import(int argc, char **argv) {
     free(base);
     if (status) return cli_fail(&error);
     printf("%s: %d tests, %lld rows, %lld cycles without a row\n", o.output, report.files, (long long)report.rows, (long long)report.lost);
-    if (report.empty) printf("%lld cells have no number: rows that lack a length, a pressure, a force or a command count as lost\n", (long long)report.empty);
+    if (report.empty)
+        printf("%lld cells have no number: rows that lack a length, a pressure, a force or a command count as lost\n",
+               (long long)report.empty);
     if (report.missing[0]) printf("missing columns, what needs them is not evaluated: %s\n", report.missing);
     if (report.doubtful[0]) fprintf(stderr, "hexid: warning: units? %s\n", report.doubtful);
     if (report.ignored[0]) printf("not understood and left out: %s\n", report.ignored);

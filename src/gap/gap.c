@@ -109,12 +109,14 @@ static bool held_only(const struct diagnosis *d, const struct trial *t) {
 }
 
 /* What looks like it may be noise, however much of that it takes away. */
-static bool unseen(const struct diagnosis *d, const struct trial *t) { return t->bound || dithered(d, t) || held_only(d, t); }
+static bool noise_alone(const struct diagnosis *d, const struct trial *t) { return dithered(d, t) || held_only(d, t); }
+
+static bool unseen(const struct diagnosis *d, const struct trial *t) { return t->bound || noise_alone(d, t); }
 
 static int list_rivals(const struct diagnosis *d, const struct trial *trial, int trials, int rival[GAP_RIVALS]) {
     int rivals = 0, best = trial[0].hypothesis->effect;
     for (int i = 1; i < trials; i++) {
-        if (!comes_close(d, &trial[0], &trial[i]) || dithered(d, &trial[i]) || held_only(d, &trial[i])) continue;
+        if (!comes_close(d, &trial[0], &trial[i]) || noise_alone(d, &trial[i])) continue;
         int effect = trial[i].hypothesis->effect;
         bool seen = effect == best || hypothesis_contains(effect, best) || overfits(&trial[i], &trial[0]);
         for (int j = 0; j < rivals; j++) seen = seen || rival[j] == effect;

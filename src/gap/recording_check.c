@@ -83,6 +83,11 @@ static int plateau(const struct recording_test *t, const double *first, double s
     return abrupt && there > fmax(CLIPPED, CLIPPED_TIMES * share) * n ? there : 0;
 }
 
+static int check_alive(const struct recording_test *t, const double *first, const char *name, int leg, struct error *error) {
+    if (deviation(t, first) > 0.0) return STATUS_OK;
+    return REFUSE("test %s: %s of leg %d does not change: a dead sensor, or a column of zeros", dof_names[t->dof], name, leg + 1);
+}
+
 /* A channel of one leg: no number of this world, dead, or at the end of its range for a good part of the time. */
 static int check_channel(const struct recording_test *t, const double *first, const char *name, int leg, struct scale scale,
                          struct error *error) {
@@ -90,12 +95,11 @@ static int check_channel(const struct recording_test *t, const double *first, co
     for (int i = 0; i < n; i++) {
         double value = first[(size_t)i * STRIDE];
         if (t->sample[t->first + i].good && fabs(value) > ABSURD)
-            return REFUSE("test %s: %s of leg %d reads %.3g: no sensor says that", dof_names[t->dof], name, leg + 1, value);
+            return REFUSE("test %s: %s of leg %d reads %.3g: no sensor says that; leave such samples out", dof_names[t->dof], name, leg + 1, value);
         clipped += value >= scale.top;
     }
-    if (!(deviation(t, first) > 0.0))
-        return REFUSE("test %s: %s of leg %d does not change: a dead sensor, or a column of zeros",
-                      dof_names[t->dof], name, leg + 1);
+    int status = check_alive(t, first, name, leg, error);
+    if (status) return status;
     if (clipped <= n / 50) clipped = plateau(t, first, 1.0, &scale);
     if (clipped <= n / 50 && scale.smooth) clipped = plateau(t, first, -1.0, &scale); /* a low end is physics: the tank's pressure */
     if (clipped > n / 50)
@@ -109,9 +113,7 @@ static int check_command(const struct recording_test *t, int leg, struct error *
     double most = 0.0;
     for (int i = t->first; i < t->end; i++)
         if (t->sample[i].good) most = fmax(most, fabs(t->sample[i].valve[leg]));
-    if (!(deviation(t, &t->sample[t->first].valve[leg]) > 0.0))
-        return REFUSE("test %s: the valve command of leg %d does not change: a column of zeros?", dof_names[t->dof], leg + 1);
-    if (most <= 1.0) return STATUS_OK;
+    if (most <= 1.0) return check_alive(t, &t->sample[t->first].valve[leg], "valve command", leg, error);
     return REFUSE("test %s: the valve command of leg %d reaches %.3g, and 1 is full opening: volts, or percent?", dof_names[t->dof],
                   leg + 1, most);
 }

@@ -54,7 +54,7 @@ static int prepare(struct residual_test *t, const struct recording *recording, c
                    struct error *error) {
     if (!spectrum_measure(&t->spectrum, test, which))
         return error_set(error, STATUS_USAGE, "test %s: fewer than two whole cycles of %g Hz: the others miss more than a tenth of their "
-                                              "samples, lost, flagged or no number", dof_names[test->dof], test->frequency_hz);
+                                              "samples, or a piece at once: lost, flagged or no number", dof_names[test->dof], test->frequency_hz);
     t->legs = params_legs(recording->params);
     t->pressures = recording->measured.pressures;
     t->chambers = recording->measured.pressures && recording->measured.valve;

@@ -10,7 +10,7 @@
 enum { SAMPLES_PER_HARMONIC = 3, LINE_BINS = 3 /* nearer to a harmonic it is none */,
        LINE_SAMPLES = 4096 /* eight seconds tell a line; the search grows with their square */ };
 static const double LINE_STEP_S = 2e-3; /* lines are looked for up to 250 Hz */
-static const double MOST = 0.9; /* of a cycle's samples must be there, and no piece missing, but single ones, in which the highest harmonic turns */
+static const double MOST = 0.9; /* of a cycle's samples must be there, and no piece missing, but single ones, in which a harmonic turns */
 
 void spectrum_basis(double phase, int harmonics, double *basis) {
     double s1 = sin(phase), c1 = cos(phase), s = 0.0, c = 1.0;

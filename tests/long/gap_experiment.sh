@@ -36,5 +36,5 @@ repaired() {
     "$python" tests/scenarios/gap.py repaired "$work/out/gap.json" "$work/out/ident.json" "$1" "$2"
 }
 claim "100 N of dry friction named and taken off: the matrix is within 2 % of the nominal one" repaired 2 2 --set sensors.enabled=false
-# 5: twice what noise scatters a machine's coupling by that has no friction; measured up to 3.0, with the friction in it 50.
+# 5: twice what noise scatters a machine's coupling by that has no friction; measured up to 4.4, with the friction in it 50.
 claim "with noisy sensors within 2 % on the diagonal, and 5 % instead of 50 in the coupling" repaired 2 5

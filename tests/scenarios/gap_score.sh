@@ -17,6 +17,7 @@ if [ -z "${MORE_CASES:-}" ]; then
     claim "a base on springs is no effect of the catalogue, and said to be none" right unknown_base_spring typical 11 tolerance
 else
     claim "nothing but what no tolerance states: no gap" right none typical 2 beyond
+    claim "a leg that may be held takes up noise: that is no friction" right none typical 706 tolerance
     claim "friction in the joints is named" right passive_joint_friction typical 3 tolerance
     claim "a heavier payload is named" right payload_mass typical 2 tolerance
     claim "a slow pressure sensor is named" right pressure_sensor_lag typical 1 tolerance
