@@ -17,8 +17,6 @@ struct can_device {
     struct can_socket socket;
     struct can_node node[CAN_NODES];
     struct can_queue out;
-    struct hal_sample latched;
-    int64_t sync_ns; /* when */
 };
 
 /* A full queue drops, as a node's controller does: what is late is of no use. */
@@ -35,29 +33,28 @@ static struct can_tpdo reading(const struct params *p, const struct hal_sample *
 
 /* Readings of this instant first and on their way; then the machine lives through the period that begins, with the commands in force. */
 static void synchronise(struct can_device *d, int64_t now_ns) {
+    struct hal_sample latched = {0};
     double valve[LEGS];
-    bool twice = 4 * (now_ns - d->sync_ns) < ns_from_seconds(d->params->loop.period_s); /* the same SYNC again: no time has gone by */
-    if (!twice) device_latch(d->device, &d->latched);
+    device_latch(d->device, now_ns, &latched);
     for (int i = 0; i < CAN_NODES; i++) {
-        struct can_tpdo t = reading(d->params, &d->latched, i);
+        struct can_tpdo t = reading(d->params, &latched, i);
         can_node_sync(&d->node[i], &t, &d->out);
     }
     flush(d);
-    if (twice) return;
-    d->sync_ns = now_ns;
     for (int i = 0; i < LEGS; i++) {
         double command = channel_si(&d->params->valve_channel, i, can_node_valve(&d->node[i]));
         valve[i] = command >= -1.0 && command <= 1.0 ? command : 0.0; /* NAN: no command */
     }
-    device_live(d->device, 1, valve, now_ns);
+    device_live(d->device, valve, now_ns);
 }
 
+/* Each at the time when it came, by the kernel's stamp: this process may have been held up. */
 static void receive(struct can_device *d) {
+    int64_t to_monotonic_ns = device_now_ns() - can_realtime_ns(), realtime_ns;
     struct can_frame f;
-    int64_t realtime_ns;
     bool own;
     while (can_socket_receive(&d->socket, &f, &realtime_ns, &own) == 1) {
-        int64_t now_ns = device_now_ns();
+        int64_t now_ns = realtime_ns + to_monotonic_ns;
         if (f.can_id == COB_SYNC) synchronise(d, now_ns);
         else
             for (int i = 0; i < CAN_NODES; i++) can_node_receive(&d->node[i], &f, now_ns, &d->out);

@@ -13,7 +13,8 @@ struct device {
     double valve[LEGS];
     double watchdog_s;
     int64_t commanded_ns; /* last device_live(), 0: none yet */
-    int64_t lived_ns;     /* how far the machine has lived by the clock */
+    int64_t lived_ns;     /* up to when the machine has lived */
+    struct hal_sample latched;
 };
 
 int64_t device_now_ns(void) {
@@ -21,6 +22,8 @@ int64_t device_now_ns(void) {
     clock_gettime(CLOCK_MONOTONIC, &t);
     return t.tv_sec * NS_PER_S + t.tv_nsec;
 }
+
+static int64_t period_ns(const struct device *d) { return ns_from_seconds(d->params->loop.period_s); }
 
 struct device *device_create(const struct params *params, uint64_t seed, struct error *error) {
     struct device *d = calloc(1, sizeof *d);
@@ -44,22 +47,42 @@ void device_destroy(struct device *d) {
 
 void device_set_watchdog(struct device *d, double watchdog_s) { d->watchdog_s = watchdog_s; }
 
-void device_latch(struct device *d, struct hal_sample *sample) { plant_measure(d->plant, sample); }
+static void live_period(struct device *d) {
+    /* SAFETY: nobody commands, the valves are centred. */
+    if (d->lived_ns - d->commanded_ns > ns_from_seconds(d->watchdog_s)) memset(d->valve, 0, sizeof d->valve);
+    plant_step(d->plant, d->valve);
+    d->lived_ns += period_ns(d);
+}
 
-void device_live(struct device *d, int periods, const double valve[LEGS], int64_t now_ns) {
+/* Up to the period nearest to this time. */
+static void live_on(struct device *d, int64_t until_ns) {
+    /* This process was stopped or has just started, or the clock was set: nothing is caught up. */
+    if (llabs(until_ns - d->lived_ns) > NS_PER_S) d->lived_ns = until_ns - period_ns(d);
+    while (2 * (until_ns - d->lived_ns) >= period_ns(d)) live_period(d);
+}
+
+/* The period that begins now has been lived already: the same request once more. */
+static bool ahead(const struct device *d, int64_t now_ns) { return 2 * (d->lived_ns - now_ns) > period_ns(d); }
+
+void device_latch(struct device *d, int64_t now_ns, struct hal_sample *sample) {
+    live_on(d, now_ns);
+    if (!ahead(d, now_ns)) plant_measure(d->plant, &d->latched);
+    *sample = d->latched;
+}
+
+void device_live(struct device *d, const double valve[LEGS], int64_t now_ns) {
+    static const int64_t share = 16; /* of what is early or late by which the grid follows */
+    live_on(d, now_ns);
     memcpy(d->valve, valve, sizeof d->valve);
-    d->commanded_ns = d->lived_ns = now_ns;
-    for (int i = 0; i < periods; i++) plant_step(d->plant, d->valve);
+    d->commanded_ns = now_ns;
+    if (ahead(d, now_ns)) return;
+    d->lived_ns += (now_ns - d->lived_ns) / share;
+    live_period(d);
 }
 
 bool device_tick(struct device *d, int64_t now_ns) {
-    int64_t period_ns = ns_from_seconds(d->params->loop.period_s);
-    bool silent = !d->commanded_ns || now_ns - d->commanded_ns > ns_from_seconds(d->watchdog_s);
-    if (silent) memset(d->valve, 0, sizeof d->valve);
-    if (now_ns - d->commanded_ns <= 2 * period_ns) return silent;
-    if (now_ns - d->lived_ns > NS_PER_S) d->lived_ns = now_ns - period_ns; /* stopped or just started: nothing is caught up */
-    for (; now_ns - d->lived_ns >= period_ns; d->lived_ns += period_ns) plant_step(d->plant, d->valve);
-    return silent;
+    live_on(d, now_ns - period_ns(d)); /* a period later than it could: a request may have come and not been read yet */
+    return now_ns - d->commanded_ns > ns_from_seconds(d->watchdog_s);
 }
 
 int device_serve(const char *url, const struct params *params, struct device *d, const _Atomic bool *stop, struct error *error) {

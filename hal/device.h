@@ -1,7 +1,9 @@
 /* The device side that `hexid plant` serves on either bus: the simulated machine behind sensors, valves and a watchdog.
  *
- * Time: the simulated machine lives one period of the loop with every latch, so that the figures do not carry the host's jitter; when no
- * latch has come for two periods it lives on by the clock. A command acts from the latch at which it is applied to the next one. */
+ * Time: the simulated machine lives by the clock, in whole periods of the loop, on a grid that follows the latches: what comes up to half a
+ * period early or late meets the same instant, so that the figures do not carry the host's jitter; a latch that is left out does not hold
+ * the machine up, and one that comes twice reads the same. Between two latches the command of the first is in force. All times are
+ * CLOCK_MONOTONIC, of when a request came. */
 #ifndef HEXID_DEVICE_H
 #define HEXID_DEVICE_H
 
@@ -17,13 +19,13 @@ struct device *device_create(const struct params *params, uint64_t seed, struct 
 void device_destroy(struct device *d);
 
 /* Lengths and pressures of this instant, all at once; fills the arrays of the sample. */
-void device_latch(struct device *d, struct hal_sample *sample);
+void device_latch(struct device *d, int64_t now_ns, struct hal_sample *sample);
 
-/* Lives `periods` periods of the loop with these commands, which stay in force. */
-void device_live(struct device *d, int periods, const double valve[LEGS], int64_t now_ns);
+/* These commands are in force from now on; lives the period that begins, so that the next latch finds its readings ready. */
+void device_live(struct device *d, const double valve[LEGS], int64_t now_ns);
 
-/* SAFETY: call at least every millisecond. Without a device_live() for two periods it lives on by the clock, with the valves of the last;
- * without one for params->device.watchdog_s with the valves at their centre, and returns true as long as that is so. */
+/* SAFETY: call at least every millisecond. Without a device_live() the machine lives on with the valves of the last, and with the valves at
+ * their centre when there was none for params->device.watchdog_s; true as long as that is so. */
 bool device_tick(struct device *d, int64_t now_ns);
 
 /* In place of params->device.watchdog_s, where the daemon sets it over the bus. */

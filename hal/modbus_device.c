@@ -30,10 +30,10 @@ struct modbus_device {
 };
 
 /* Readings of this instant into the registers. */
-static void latch(struct modbus_device *d) {
+static void latch(struct modbus_device *d, int64_t now_ns) {
     struct hal_sample s = {0};
     uint16_t *registers = d->map->tab_registers;
-    device_latch(d->device, &s);
+    device_latch(d->device, now_ns, &s);
     struct modbus_reading r = {.number = registers[MODBUS_COMMAND], .sample = (uint16_t)(registers[MODBUS_SAMPLE] + 1),
                                .status = d->silent ? MODBUS_SILENT : 0};
     memcpy(r.length_m, s.length_m, sizeof r.length_m);
@@ -43,13 +43,13 @@ static void latch(struct modbus_device *d) {
 }
 
 /* A command with a new number comes into force, and the machine lives through the period that begins. */
-static void obey(struct modbus_device *d) {
+static void obey(struct modbus_device *d, int64_t now_ns) {
     const uint16_t *registers = d->map->tab_registers;
     double valve[LEGS];
     if (registers[MODBUS_COMMAND] == d->number) return;
     d->number = registers[MODBUS_COMMAND];
     modbus_get_command(d->params, registers + MODBUS_WRITE_FROM, valve);
-    device_live(d->device, 1, valve, device_now_ns());
+    device_live(d->device, valve, now_ns);
 }
 
 /* What is for the device to say cannot be written. */
@@ -66,16 +66,17 @@ static bool serve(struct modbus_device *d) {
     uint8_t request[MODBUS_MAX_ADU_LENGTH];
     uint16_t before[MODBUS_END];
     int size = modbus_receive(d->modbus, request);
+    int64_t now_ns = device_now_ns();
     if (size == 0) return true; /* not for this unit */
     if (size < 0) {
         modbus_flush(d->modbus);
         return d->serial;
     }
-    if (request[modbus_get_header_length(d->modbus)] == FUNCTION_23 || d->silent) latch(d);
+    if (request[modbus_get_header_length(d->modbus)] == FUNCTION_23 || d->silent) latch(d, now_ns);
     memcpy(before, d->map->tab_registers, sizeof before);
     bool answered = modbus_reply(d->modbus, request, size, d->map) >= 0;
     keep_own(d, before);
-    obey(d);
+    obey(d, now_ns);
     return answered || d->serial;
 }
 
@@ -144,7 +145,7 @@ static int start(struct modbus_device *d, const char *address, struct error *err
     if (!d->map) return error_set(error, STATUS_IO, "plant: out of memory");
     keep_own(d, d->map->tab_registers);
     d->silent = true;
-    latch(d);
+    latch(d, device_now_ns());
     fflush(stdout);
     return STATUS_OK;
 }

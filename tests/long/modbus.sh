@@ -4,7 +4,6 @@
 . tests/scenarios/realtime_lib
 exact=(--set lcm.url= --set sensors.enabled=false)
 
-# 12 samples of 2500 excluded after stalls move that test's axis by 0.3 points, for the platform swings on when the samples are good again.
 "$hexid" run --fast "${exact[@]}" --json "$work/sim.json" >/dev/null
 full() { # measured: 0.02, 0.05 and 0.2
     run_against modbus:tcp://127.0.0.1:0 "${exact[@]}" && as_in_simulation "$work/run.json" 0.15 0.15 0.4
