@@ -58,7 +58,8 @@ static void commands_move_the_legs_and_the_centre_holds_them(void **state) {
     for (int i = 0; i < 100; i++) device_live(d, centre, now_ns), now_ns += period_ns;
     double held = leg(d, now_ns);
     for (int i = 0; i < 50; i++) device_live(d, centre, now_ns), now_ns += period_ns;
-    assert_close(leg(d, now_ns), held, 1e-3); /* oil is trapped: what leaks across the piston shifts pressures; the rest is the swing dying out */
+    /* Oil is trapped: what leaks across the piston shifts pressures; the rest is the swing dying out. */
+    assert_close(leg(d, now_ns), held, 1e-3);
     device_destroy(d);
 }
 
