@@ -17,6 +17,7 @@ struct can_device {
     struct can_socket socket;
     struct can_node node[CAN_NODES];
     struct can_queue out;
+    int64_t came_ns; /* the last frame */
 };
 
 /* A full queue drops, as a node's controller does: what is late is of no use. */
@@ -31,6 +32,13 @@ static struct can_tpdo reading(const struct params *p, const struct hal_sample *
                              .p2 = (int16_t)channel_raw(&p->p2_channel, leg, s->p2_pa[leg], INT16_MAX)};
 }
 
+static void valves(const struct can_device *d, double valve[LEGS]) {
+    for (int i = 0; i < LEGS; i++) {
+        double command = channel_si(&d->params->valve_channel, i, can_node_valve(&d->node[i]));
+        valve[i] = command >= -1.0 && command <= 1.0 ? command : 0.0; /* NAN: no command */
+    }
+}
+
 /* Readings of this instant first and on their way; then the machine lives through the period that begins, with the commands in force. */
 static void synchronise(struct can_device *d, int64_t now_ns) {
     struct hal_sample latched = {0};
@@ -41,20 +49,25 @@ static void synchronise(struct can_device *d, int64_t now_ns) {
         can_node_sync(&d->node[i], &t, &d->out);
     }
     flush(d);
-    for (int i = 0; i < LEGS; i++) {
-        double command = channel_si(&d->params->valve_channel, i, can_node_valve(&d->node[i]));
-        valve[i] = command >= -1.0 && command <= 1.0 ? command : 0.0; /* NAN: no command */
-    }
+    valves(d, valve);
     device_live(d->device, valve, now_ns);
 }
 
-/* Each at the time when it came, by the kernel's stamp: this process may have been held up. */
+/* When a frame came, by the kernel's stamp: this process may have been held up. SAFETY: watchdogs count from it, so that it is neither in the
+ * future nor before the last one's, whatever was done to the clock of the stamps. */
+static int64_t came(struct can_device *d, int64_t realtime_ns) {
+    int64_t now_ns = device_now_ns(), came_ns = now_ns - (can_realtime_ns() - realtime_ns);
+    if (came_ns > now_ns) came_ns = now_ns;
+    if (came_ns > d->came_ns) d->came_ns = came_ns;
+    return d->came_ns;
+}
+
 static void receive(struct can_device *d) {
-    int64_t to_monotonic_ns = device_now_ns() - can_realtime_ns(), realtime_ns;
     struct can_frame f;
+    int64_t realtime_ns;
     bool own;
     while (can_socket_receive(&d->socket, &f, &realtime_ns, &own) == 1) {
-        int64_t now_ns = realtime_ns + to_monotonic_ns;
+        int64_t now_ns = came(d, realtime_ns);
         if (f.can_id == COB_SYNC) synchronise(d, now_ns);
         else
             for (int i = 0; i < CAN_NODES; i++) can_node_receive(&d->node[i], &f, now_ns, &d->out);
@@ -62,10 +75,13 @@ static void receive(struct can_device *d) {
     }
 }
 
-static void tick(struct can_device *d) {
-    int64_t now_ns = device_now_ns();
+/* Everything that came before now_ns has been received. */
+static void tick(struct can_device *d, int64_t now_ns) {
+    double valve[LEGS];
     for (int i = 0; i < CAN_NODES; i++) can_node_tick(&d->node[i], now_ns, &d->out);
     flush(d);
+    valves(d, valve);
+    device_valves(d->device, valve); /* SAFETY: a node that centres its valve does not wait for a SYNC */
     device_tick(d->device, now_ns);
 }
 
@@ -82,10 +98,10 @@ static int can_serve(const char *interface, const struct params *params, struct 
     fflush(stdout);
     while (!atomic_load_explicit(stop, memory_order_relaxed)) {
         struct pollfd p = {.fd = d.socket.fd, .events = POLLIN};
-        int ready = poll(&p, 1, 1);
-        if (ready < 0 && errno != EINTR) break;
-        if (ready > 0) receive(&d);
-        tick(&d);
+        if (poll(&p, 1, 1) < 0 && errno != EINTR) break;
+        int64_t now_ns = device_now_ns();
+        receive(&d);
+        tick(&d, now_ns);
     }
     can_socket_close(&d.socket);
     return STATUS_OK;

@@ -7,13 +7,15 @@
 #include "plant.h"
 #include "units.h"
 
+enum { CATCH_UP_NS = NS_PER_S / 10 };
+
 struct device {
     const struct params *params;
     struct plant *plant;
     double valve[LEGS];
     double watchdog_s;
-    int64_t commanded_ns; /* last device_live(), 0: none yet */
-    int64_t lived_ns;     /* up to when the machine has lived */
+    int64_t centre_ns;  /* when the watchdog centres the valves */
+    int64_t lived_ns;   /* up to when the machine has lived */
     struct hal_sample latched;
 };
 
@@ -49,40 +51,42 @@ void device_set_watchdog(struct device *d, double watchdog_s) { d->watchdog_s = 
 
 static void live_period(struct device *d) {
     /* SAFETY: nobody commands, the valves are centred. */
-    if (d->lived_ns - d->commanded_ns > ns_from_seconds(d->watchdog_s)) memset(d->valve, 0, sizeof d->valve);
+    if (d->lived_ns > d->centre_ns) memset(d->valve, 0, sizeof d->valve);
     plant_step(d->plant, d->valve);
     d->lived_ns += period_ns(d);
 }
 
-/* Up to the period nearest to this time. */
-static void live_on(struct device *d, int64_t until_ns) {
-    /* This process was stopped or has just started, or the clock was set: nothing is caught up. */
-    if (llabs(until_ns - d->lived_ns) > NS_PER_S) d->lived_ns = until_ns - period_ns(d);
-    while (2 * (until_ns - d->lived_ns) >= period_ns(d)) live_period(d);
+/* Up to the period nearest to now. */
+static void live_on(struct device *d, int64_t now_ns) {
+    if (now_ns - d->lived_ns > CATCH_UP_NS) d->lived_ns = now_ns - period_ns(d); /* stopped or just started: nothing is caught up */
+    while (2 * (now_ns - d->lived_ns) >= period_ns(d)) live_period(d);
 }
 
-/* The period that begins now has been lived already: the same request once more. */
 static bool ahead(const struct device *d, int64_t now_ns) { return 2 * (d->lived_ns - now_ns) > period_ns(d); }
 
-void device_latch(struct device *d, int64_t now_ns, struct hal_sample *sample) {
+bool device_latch(struct device *d, int64_t now_ns, struct hal_sample *sample) {
     live_on(d, now_ns);
-    if (!ahead(d, now_ns)) plant_measure(d->plant, &d->latched);
+    bool again = ahead(d, now_ns);
+    if (!again) plant_measure(d->plant, &d->latched);
     *sample = d->latched;
+    return !again;
 }
+
+void device_valves(struct device *d, const double valve[LEGS]) { memcpy(d->valve, valve, sizeof d->valve); }
 
 void device_live(struct device *d, const double valve[LEGS], int64_t now_ns) {
     static const int64_t share = 16; /* of what is early or late by which the grid follows */
     live_on(d, now_ns);
-    memcpy(d->valve, valve, sizeof d->valve);
-    d->commanded_ns = now_ns;
+    device_valves(d, valve);
+    d->centre_ns = now_ns + ns_from_seconds(d->watchdog_s);
     if (ahead(d, now_ns)) return;
     d->lived_ns += (now_ns - d->lived_ns) / share;
     live_period(d);
 }
 
 bool device_tick(struct device *d, int64_t now_ns) {
-    live_on(d, now_ns - period_ns(d)); /* a period later than it could: a request may have come and not been read yet */
-    return now_ns - d->commanded_ns > ns_from_seconds(d->watchdog_s);
+    live_on(d, now_ns);
+    return now_ns > d->centre_ns;
 }
 
 int device_serve(const char *url, const struct params *params, struct device *d, const _Atomic bool *stop, struct error *error) {

@@ -1,9 +1,8 @@
 /* The device side that `hexid plant` serves on either bus: the simulated machine behind sensors, valves and a watchdog.
  *
- * Time: the simulated machine lives by the clock, in whole periods of the loop, on a grid that follows the latches: what comes up to half a
- * period early or late meets the same instant, so that the figures do not carry the host's jitter; a latch that is left out does not hold
- * the machine up, and one that comes twice reads the same. Between two latches the command of the first is in force. All times are
- * CLOCK_MONOTONIC, of when a request came. */
+ * Time: the simulated machine lives by the clock, in whole periods of the loop, on a grid that follows the commands: what comes less than
+ * half a period early or late meets the same instant, so that the figures do not carry the host's jitter; one that is left out does not
+ * hold the machine up, and one that comes twice takes no time. All times are CLOCK_MONOTONIC and must not decrease. */
 #ifndef HEXID_DEVICE_H
 #define HEXID_DEVICE_H
 
@@ -18,17 +17,22 @@ struct device;
 struct device *device_create(const struct params *params, uint64_t seed, struct error *error);
 void device_destroy(struct device *d);
 
-/* Lengths and pressures of this instant, all at once; fills the arrays of the sample. */
-void device_latch(struct device *d, int64_t now_ns, struct hal_sample *sample);
+/* Lengths and pressures of the period nearest to now, all at once; fills the arrays of the sample. False: that has been read and its commands
+ * given, by the same request or by a late one right before this; the same readings again. */
+bool device_latch(struct device *d, int64_t now_ns, struct hal_sample *sample);
 
-/* These commands are in force from now on; lives the period that begins, so that the next latch finds its readings ready. */
+/* A command, in force from the period nearest to now on; lives that period, so that the next latch finds its readings ready. Where
+ * device_latch() was false: from the next one on. */
 void device_live(struct device *d, const double valve[LEGS], int64_t now_ns);
 
-/* SAFETY: call at least every millisecond. Without a device_live() the machine lives on with the valves of the last, and with the valves at
- * their centre when there was none for params->device.watchdog_s; true as long as that is so. */
+/* The valves as they stand, where nobody commanded: a node has centred its own. */
+void device_valves(struct device *d, const double valve[LEGS]);
+
+/* SAFETY: call at least every millisecond. Without a device_live() the machine lives on with the valves of the last; when there was none for
+ * params->device.watchdog_s, with the valves at their centre; true as long as that is so. */
 bool device_tick(struct device *d, int64_t now_ns);
 
-/* In place of params->device.watchdog_s, where the daemon sets it over the bus. */
+/* In place of params->device.watchdog_s, where the daemon sets it over the bus; counts from the next command on. */
 void device_set_watchdog(struct device *d, double watchdog_s);
 
 /* CLOCK_MONOTONIC. */

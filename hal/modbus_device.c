@@ -33,8 +33,8 @@ struct modbus_device {
 static void latch(struct modbus_device *d, int64_t now_ns) {
     struct hal_sample s = {0};
     uint16_t *registers = d->map->tab_registers;
-    device_latch(d->device, now_ns, &s);
-    struct modbus_reading r = {.number = registers[MODBUS_COMMAND], .sample = (uint16_t)(registers[MODBUS_SAMPLE] + 1),
+    bool fresh = device_latch(d->device, now_ns, &s);
+    struct modbus_reading r = {.number = registers[MODBUS_COMMAND], .sample = (uint16_t)(registers[MODBUS_SAMPLE] + fresh),
                                .status = d->silent ? MODBUS_SILENT : 0};
     memcpy(r.length_m, s.length_m, sizeof r.length_m);
     memcpy(r.p1_pa, s.p1_pa, sizeof r.p1_pa);

@@ -8,7 +8,7 @@ const struct modbus_register modbus_map[] = {
     {MODBUS_WATCHDOG_MS, 1, "u16", "ms", "read, write", "without a new command for so long the device centres its valves"},
     {MODBUS_VALVE, LEGS, "i16", "1/32767", "read, write", "valve command of legs 1..6, full opening is 32767"},
     {MODBUS_COMMAND, 1, "u16", "-", "read, write", "number of the command: another one than before makes it new"},
-    {MODBUS_SAMPLE, 1, "u16", "-", "read", "counts what function 23 has latched"},
+    {MODBUS_SAMPLE, 1, "u16", "-", "read", "counts what function 23 has latched: the same again where nothing new was there"},
     {MODBUS_STATUS, 1, "bits", "-", "read", "1: the watchdog has centred the valves"},
     {MODBUS_LENGTH, 2 * LEGS, "i32", "um", "read", "leg length of legs 1..6, joint to joint"},
     {MODBUS_P1, LEGS, "i16", "kPa", "read", "pressure on the rodless side, gauge, of legs 1..6"},

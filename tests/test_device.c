@@ -1,4 +1,4 @@
-/* The device side's core: one instant a latch, a period of life a command, and the watchdog. Time is an argument: nothing sleeps. */
+/* The device side's core: one instant a latch, life by the clock, and the watchdog. Time is an argument: nothing sleeps. */
 #include "support.h"
 
 #include "device.h"
@@ -32,18 +32,24 @@ static int64_t extend(struct device *d) {
 
 static void a_request_that_comes_twice_reads_the_same_and_takes_no_time(void **state) {
     struct params p;
-    struct device *d = make(&p);
+    struct device *d = make(&p), *once = make(&p);
+    struct hal_sample first = {0}, again = {0};
     (void)state;
+    p.sensors.enabled = true; /* noise is drawn once */
     int64_t now_ns = extend(d);
-    double length = leg(d, now_ns);
-    assert_true(leg(d, now_ns) == length); /* sensors are exact here: no noise drawn */
-    device_live(d, out_of_rest, now_ns);
-    assert_true(leg(d, now_ns + period_ns / 5) == length);
-    device_live(d, out_of_rest, now_ns + period_ns / 5);
-    struct device *once = make(&p);
     extend(once);
+    assert_true(device_latch(d, now_ns, &first));
+    device_live(d, out_of_rest, now_ns);
+    assert_false(device_latch(d, now_ns + period_ns / 5, &again));
+    assert_memory_equal(&first, &again, sizeof first);
+    device_live(d, centre, now_ns + period_ns / 5);
+    assert_true(device_latch(d, now_ns + period_ns, &again));
+    p.sensors.enabled = false;
     device_live(once, out_of_rest, now_ns);
-    assert_true(leg(d, now_ns + period_ns) == leg(once, now_ns + period_ns));
+    double moved = leg(once, now_ns + period_ns);
+    assert_true(leg(d, now_ns + period_ns) == moved);
+    /* The command of the second is in force from the next period on. */
+    assert_true(leg(d, now_ns + 3 * period_ns) < leg(once, now_ns + 3 * period_ns));
     device_destroy(once);
     device_destroy(d);
 }
@@ -63,7 +69,7 @@ static void commands_move_the_legs_and_the_centre_holds_them(void **state) {
     device_destroy(d);
 }
 
-/* Up to half a period, either way: the readings are those of requests in time. */
+/* Less than half a period, either way: the readings are those of requests in time. */
 static void the_hosts_jitter_is_not_in_the_readings(void **state) {
     struct params p;
     struct device *d = make(&p), *in_time = make(&p);
@@ -75,6 +81,22 @@ static void the_hosts_jitter_is_not_in_the_readings(void **state) {
         dice = dice * 1103515245u + 12345u;
         int64_t came_ns = due_ns + (int64_t)(dice >> 16 & 1023) * period_ns * 8 / 10240 - period_ns * 4 / 10;
         for (int64_t ns = due_ns - period_ns / 2; ns < came_ns; ns += NS_PER_S / 1000) device_tick(d, ns);
+        assert_true(leg(d, came_ns) == leg(in_time, due_ns));
+        device_live(d, i % 2 ? out_of_rest : centre, came_ns);
+        device_live(in_time, i % 2 ? out_of_rest : centre, due_ns);
+    }
+    device_destroy(in_time);
+    device_destroy(d);
+}
+
+/* A daemon whose clock is 0.5 % slow: the grid goes with it, one period a request. */
+static void the_grid_follows_the_daemon(void **state) {
+    struct params p;
+    struct device *d = make(&p), *in_time = make(&p);
+    (void)state;
+    int64_t due_ns = extend(d), came_ns = due_ns;
+    extend(in_time);
+    for (int i = 0; i < 2000; i++, due_ns += period_ns, came_ns += period_ns + period_ns / 200) {
         assert_true(leg(d, came_ns) == leg(in_time, due_ns));
         device_live(d, i % 2 ? out_of_rest : centre, came_ns);
         device_live(in_time, i % 2 ? out_of_rest : centre, due_ns);
@@ -107,7 +129,7 @@ static void ticks_do_nothing_while_the_bus_lives(void **state) {
     int64_t now_ns = extend(d);
     extend(unticked);
     assert_false(device_tick(d, now_ns));
-    assert_false(device_tick(d, now_ns + period_ns));
+    assert_false(device_tick(d, now_ns + period_ns / 2 - 1));
     assert_true(leg(d, now_ns) == leg(unticked, now_ns));
     device_destroy(unticked);
     device_destroy(d);
@@ -137,7 +159,7 @@ static void the_watchdog_holds_in_time_caught_up(void **state) {
     struct params p;
     struct device *d = make(&p), *ticked = make(&p);
     (void)state;
-    int64_t now_ns = extend(d), later_ns = now_ns + NS_PER_S / 2;
+    int64_t now_ns = extend(d), later_ns = now_ns + 4 * ns_from_seconds(p.device.watchdog_s);
     extend(ticked);
     while (now_ns < later_ns) device_tick(ticked, now_ns += NS_PER_S / 1000);
     assert_true(leg(d, later_ns) == leg(ticked, later_ns));
@@ -145,12 +167,53 @@ static void the_watchdog_holds_in_time_caught_up(void **state) {
     device_destroy(d);
 }
 
+/* An hour at once would be 1.8 million periods; it is one, with the valves at their centre. */
 static void a_stopped_process_does_not_catch_up(void **state) {
+    struct params p;
+    struct device *d = make(&p), *one = make(&p);
+    (void)state;
+    int64_t now_ns = extend(d), later_ns = now_ns + 3600 * NS_PER_S;
+    extend(one);
+    assert_true(device_tick(d, later_ns));
+    device_live(one, centre, now_ns);
+    assert_true(leg(d, later_ns) == leg(one, now_ns + period_ns));
+    device_destroy(one);
+    device_destroy(d);
+}
+
+/* What has fired stays so until somebody commands. */
+static void a_longer_watchdog_counts_from_the_next_command_on(void **state) {
     struct params p;
     struct device *d = make(&p);
     (void)state;
+    int64_t now_ns = extend(d) - period_ns + ns_from_seconds(p.device.watchdog_s) + 1;
+    assert_true(device_tick(d, now_ns));
+    device_set_watchdog(d, 2.0);
+    assert_true(device_tick(d, now_ns + 1));
+    device_live(d, centre, now_ns += period_ns);
+    assert_false(device_tick(d, now_ns + NS_PER_S));
+    device_destroy(d);
+}
+
+static void a_valve_that_a_node_centres_does_not_wait_for_a_command(void **state) {
+    struct params p;
+    struct device *d = make(&p), *commanded = make(&p);
+    (void)state;
     int64_t now_ns = extend(d);
-    assert_true(device_tick(d, now_ns + 3600 * NS_PER_S)); /* an hour at once would be 1.8 million periods */
+    extend(commanded);
+    device_valves(d, centre);
+    device_tick(d, now_ns + period_ns);
+    device_live(commanded, centre, now_ns);
+    assert_true(leg(d, now_ns + period_ns) == leg(commanded, now_ns + period_ns));
+    device_destroy(commanded);
+    device_destroy(d);
+}
+
+static void before_the_first_command_the_watchdog_holds(void **state) {
+    struct params p;
+    struct device *d = make(&p);
+    (void)state;
+    assert_true(device_tick(d, 1)); /* a machine that has just been switched on */
     device_destroy(d);
 }
 
@@ -171,11 +234,15 @@ int main(void) {
         cmocka_unit_test(a_request_that_comes_twice_reads_the_same_and_takes_no_time),
         cmocka_unit_test(commands_move_the_legs_and_the_centre_holds_them),
         cmocka_unit_test(the_hosts_jitter_is_not_in_the_readings),
+        cmocka_unit_test(the_grid_follows_the_daemon),
         cmocka_unit_test(requests_left_out_do_not_hold_the_machine_up),
         cmocka_unit_test(ticks_do_nothing_while_the_bus_lives),
         cmocka_unit_test(a_silent_bus_lets_the_machine_live_on_and_then_stops_it),
         cmocka_unit_test(the_watchdog_holds_in_time_caught_up),
         cmocka_unit_test(a_stopped_process_does_not_catch_up),
+        cmocka_unit_test(a_longer_watchdog_counts_from_the_next_command_on),
+        cmocka_unit_test(a_valve_that_a_node_centres_does_not_wait_for_a_command),
+        cmocka_unit_test(before_the_first_command_the_watchdog_holds),
         cmocka_unit_test(an_unknown_bus_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

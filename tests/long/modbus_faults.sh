@@ -63,7 +63,7 @@ END
     wait $run
     [ $? -eq 137 ] || echo "the run ended before it was killed"
     wait $asks
-    bus_stop && after_kill "watchdog of the device" $((($(tail -n 1 "$work/asked") - killed_us) / 2000)) "$killed_us"
+    bus_stop && after_kill "watchdog of the device, after the kill" $((($(tail -n 1 "$work/asked") - killed_us) / 2000)) "$killed_us"
 }
 
 clean() { run_against modbus:tcp://127.0.0.1:0 "${quick_settings[@]}"; }

@@ -10,7 +10,7 @@ samples that the identification leaves out (where it is expected, a fault that f
 at the end of the run; `nothing`: it does no harm.
 STALLS, of stalls.py: when the machine under the test stood still; a fault found right after that proves nothing.
 Always: valves centred with a fault and in every state that does not drive, commands within -1..1, no cycle missing in the log, and an
-identification that is refused or differs from the clean run's by no more than three standard deviations of the sensors' noise."""
+identification that is refused or differs from the clean run's by no more than UNHARMED."""
 import json, math, random, sys
 
 FAULTS = ("sensor_age", "sensor_invalid", "stroke", "leg_rate", "following_error", "force", "kinematics", "overrun", "io", "standstill")

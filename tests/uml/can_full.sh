@@ -19,7 +19,7 @@ bus_stop() {
     plant_stop
 }
 
-# What befalls the bus. Starting tc, ip or cansend takes this kernel some 50 ms, 25 cycles; the fault begins at their end at the latest.
+# What befalls the bus. Starting tc, ip or cansend takes this kernel some 20 to 140 ms; the fault begins at their end at the latest.
 befall() { from=@${EPOCHREALTIME/./}; $1; }
 tool() { "$@"; tool_us=$((${EPOCHREALTIME/./} - ${from#@})); }
 wire() { tool tc qdisc add dev vcan0 root netem "$@"; }
