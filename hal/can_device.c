@@ -53,8 +53,8 @@ static void synchronise(struct can_device *d, int64_t now_ns) {
     device_live(d->device, valve, now_ns);
 }
 
-/* When a frame came, by the kernel's stamp: this process may have been held up. SAFETY: watchdogs count from it, so that it is neither in the
- * future nor before the last one's, whatever was done to the clock of the stamps. */
+/* When a frame came, by the kernel's stamp: this process may have been held up. SAFETY: watchdogs count from it, so that it is neither in
+ * the future nor before the last one's, whatever was done to the clock of the stamps. */
 static int64_t came(struct can_device *d, int64_t realtime_ns) {
     int64_t now_ns = device_now_ns(), came_ns = now_ns - (can_realtime_ns() - realtime_ns);
     if (came_ns > now_ns) came_ns = now_ns;

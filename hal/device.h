@@ -17,8 +17,8 @@ struct device;
 struct device *device_create(const struct params *params, uint64_t seed, struct error *error);
 void device_destroy(struct device *d);
 
-/* Lengths and pressures of the period nearest to now, all at once; fills the arrays of the sample. False: that has been read and its commands
- * given, by the same request or by a late one right before this; the same readings again. */
+/* Lengths and pressures of the period nearest to now, all at once; fills the arrays of the sample. False: that has been read and its
+ * commands given, by the same request or by a late one right before this; the same readings again. */
 bool device_latch(struct device *d, int64_t now_ns, struct hal_sample *sample);
 
 /* A command, in force from the period nearest to now on; lives that period, so that the next latch finds its readings ready. Where
@@ -28,8 +28,8 @@ void device_live(struct device *d, const double valve[LEGS], int64_t now_ns);
 /* The valves as they stand, where nobody commanded: a node has centred its own. */
 void device_valves(struct device *d, const double valve[LEGS]);
 
-/* SAFETY: call at least every millisecond. Without a device_live() the machine lives on with the valves of the last; when there was none for
- * params->device.watchdog_s, with the valves at their centre; true as long as that is so. */
+/* SAFETY: call at least every millisecond. Without a device_live() the machine lives on with the valves of the last; when there was none
+ * for params->device.watchdog_s, with the valves at their centre; true as long as that is so. */
 bool device_tick(struct device *d, int64_t now_ns);
 
 /* In place of params->device.watchdog_s, where the daemon sets it over the bus; counts from the next command on. */
