@@ -19,7 +19,8 @@
 /* Set by machines with nothing hidden: of some forty effects tried the luckiest gains 5 to 10 on held-out cycles (make bench-gap). */
 static const double GAIN_MIN = 36.0;       /* of white squares, on fitted and held-out cycles together: z = 6; */
 static const double GAIN_EACH = 4.0;       /* and of either alone: chance repeats in neither */
-static const double LATER_SHARE = 2e-5;    /* of the first gain: a later effect below that only mends the earlier one's shape */
+static const double LATER_SHARE = 2e-6;    /* of the first gain: a later effect below that only mends the earlier one's shape (3e-7); */
+static const double WAVES_SHARE = 2e-5;    /* of the gain of pipes, which the rig's waves and the model's follow in steps of their own (7e-6) */
 static const double REVERSAL_SHARE = 3e-3; /* of the gain of friction or hysteresis: no law is exact at reversals, where noise decides */
 static const double UNCLEAR_SHARE = 0.05;  /* the same, of an effect that others come close to */
 static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes less is not what is there */
@@ -158,13 +159,27 @@ static void prefer_seen(const struct diagnosis *d, struct trial *trial, int tria
     }
 }
 
-/* What was found first, or given, and what of that acts at reversals, explain: of the cycles held out. Whatever their law leaves there looks
- * like much beside noise: less than a share of it is no effect of its own. */
+/* What was found first, or given, explains, what pipes do, and what acts at reversals: of the cycles held out. Whatever their law leaves
+ * there looks like much beside noise: less than a share of it is no effect of its own. */
 struct scales {
-    double first, reversals;
+    double first, waves, reversals;
 };
 
-static double trifle(const struct scales *s) { return fmax(LATER_SHARE * s->first, REVERSAL_SHARE * s->reversals); }
+static bool has_pipes(const struct params *model) {
+    struct cylinder_model m;
+    bool pipes = false;
+    cylinder_model_init(&m, model);
+    for (int k = 0; k < params_legs(model); k++) pipes = pipes || m.leg[k].line_volume_m3 > 0.0;
+    return pipes;
+}
+
+static struct scales given_scales(const struct diagnosis *d) {
+    return (struct scales){d->given_gain, has_pipes(d->given) ? d->given_gain : 0.0, d->given_reversals};
+}
+
+static double trifle(const struct scales *s) {
+    return fmax(LATER_SHARE * s->first, fmax(WAVES_SHARE * s->waves, REVERSAL_SHARE * s->reversals));
+}
 
 static bool worth_adding(const struct diagnosis *d, const struct trial *t, const struct scales *scales) {
     double left = excess(d->held_square, d->held_out.evaluated);
@@ -289,7 +304,7 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
     struct trial *trial = calloc(HYPOTHESES_MAX, sizeof *trial);
     if (!trial) return error_set(error, STATUS_IO, "out of memory");
     enum doubt doubt[EFFECTS_MAX] = {NO_DOUBT};
-    struct scales scales = {d->given_gain, d->given_reversals};
+    struct scales scales = given_scales(d);
     double first_held = d->held_square;
     bool again = false; /* one is out, to be judged again */
     for (int round = 0; r->effects < GAP_EFFECTS && round < ROUNDS_MAX; round++) {
@@ -310,6 +325,7 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
         }
         again = false;
         if (round == 0) scales.first = fmax(scales.first, trial[0].held_gain);
+        if (has_pipes(&trial[0].model) && !has_pipes(&d->model)) scales.waves = fmax(scales.waves, trial[0].held_gain);
         if (diagnosis_turns(effect)) scales.reversals = fmax(scales.reversals, trial[0].held_gain);
         double before = d->held_square, z = likelihood(d, &trial[0]);
         struct gap_effect *e = &r->effect[r->effects];
@@ -486,8 +502,9 @@ int gap_solve(const struct params *params, const struct recording *measured, con
     progress(options, "fitting the base", 0.0);
     int status = diagnosis_init(d, params, measured, error);
     if (!status) {
+        struct scales given = given_scales(d);
         remainder = (struct remainder){.values = d->held_out.evaluated, .before = excess(d->held_square, d->held_out.evaluated),
-                                       .trifle = trifle(&(struct scales){d->given_gain, d->given_reversals})};
+                                       .trifle = trifle(&given)};
         r->base_model = d->model;
         r->white_before = d->held_square / d->held_out.evaluated;
         r->places = places_find(d, measured, &d->model, r->where);

@@ -25,5 +25,6 @@ else
     claim "joints that lie elsewhere in every leg are no tilt" right geometry_error typical 300 tolerance
     claim "valves that stay shut leave chambers without a steady state, and are named" right valve_dead_band strong 300 tolerance
     claim "two effects at once are both named" right valve_null_bias+cylinder_coulomb_friction typical 1 tolerance
+    claim "so is one leg's friction beside five times the leakage" right cylinder_stribeck_friction+internal_leakage typical 703 tolerance
     claim "a lag beside another mass centre is no delay" right valve_lag+payload_center_of_mass typical 206 tolerance
 fi
