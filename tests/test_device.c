@@ -69,6 +69,13 @@ static void commands_move_the_legs_and_the_centre_holds_them(void **state) {
     device_destroy(d);
 }
 
+/* The readings are those of a request in time. */
+static void request_both(struct device *d, int64_t came_ns, struct device *in_time, int64_t due_ns, const double valve[LEGS]) {
+    assert_true(leg(d, came_ns) == leg(in_time, due_ns));
+    device_live(d, valve, came_ns);
+    device_live(in_time, valve, due_ns);
+}
+
 /* Less than half a period, either way: the readings are those of requests in time. */
 static void the_hosts_jitter_is_not_in_the_readings(void **state) {
     struct params p;
@@ -81,9 +88,7 @@ static void the_hosts_jitter_is_not_in_the_readings(void **state) {
         dice = dice * 1103515245u + 12345u;
         int64_t came_ns = due_ns + (int64_t)(dice >> 16 & 1023) * period_ns * 8 / 10240 - period_ns * 4 / 10;
         for (int64_t ns = due_ns - period_ns / 2; ns < came_ns; ns += NS_PER_S / 1000) device_tick(d, ns);
-        assert_true(leg(d, came_ns) == leg(in_time, due_ns));
-        device_live(d, i % 2 ? out_of_rest : centre, came_ns);
-        device_live(in_time, i % 2 ? out_of_rest : centre, due_ns);
+        request_both(d, came_ns, in_time, due_ns, i % 2 ? out_of_rest : centre);
     }
     device_destroy(in_time);
     device_destroy(d);
@@ -97,9 +102,7 @@ static void the_grid_follows_the_daemon(void **state) {
     int64_t due_ns = extend(d), came_ns = due_ns;
     extend(in_time);
     for (int i = 0; i < 2000; i++, due_ns += period_ns, came_ns += period_ns + period_ns / 200) {
-        assert_true(leg(d, came_ns) == leg(in_time, due_ns));
-        device_live(d, i % 2 ? out_of_rest : centre, came_ns);
-        device_live(in_time, i % 2 ? out_of_rest : centre, due_ns);
+        request_both(d, came_ns, in_time, due_ns, i % 2 ? out_of_rest : centre);
     }
     device_destroy(in_time);
     device_destroy(d);
