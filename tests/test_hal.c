@@ -360,7 +360,7 @@ static struct outcome run_with(const char *faults, double begin_s) {
     snprintf(url, sizeof url, "fault:%s;sim:", faults);
     assert_int_equal(hal_open(&hal, url, &params, 7, &error), STATUS_OK);
     assert_int_equal(ring_init(&records, sizeof c, 4), 0);
-    assert_int_equal(loop_init(&loop, &params, hal, &records, true, &error), STATUS_OK);
+    assert_int_equal(loop_init(&loop, &params, hal, &records, CLOCK_VIRTUAL, &error), STATUS_OK);
     for (int n = 0; n < 2000; n++) {
         if (n == 50) mailbox_post(&loop.requests, COMMAND_ENGAGE);
         if (n == 1250) mailbox_post(&loop.requests, COMMAND_START);

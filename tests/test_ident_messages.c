@@ -8,7 +8,7 @@
 #include <cmocka.h>
 
 #include "hexid_identification_t.h"
-#include "hexid_loop_stats_t.h"
+#include "hexid_loop_stats_2_t.h"
 #include "hexid_test_result_t.h"
 #include "ident_messages.h"
 
@@ -48,19 +48,21 @@ static void a_test_result_keeps_every_number(void **unused) {
 
 static void loop_statistics_keep_every_number(void **unused) {
     (void)unused;
-    struct loop_statistics s = {.cycles = 5000, .overruns = 3, .lost = 2, .timed = true};
-    hexid_loop_stats_t m;
-    fill(&s.period_s, 1), fill(s.wake_us, 4), fill(s.exec_us, 4);
+    struct loop_statistics s = {.cycles = 5000, .overruns = 3, .lost = 2, .timed = true, .stalls = 14};
+    hexid_loop_stats_2_t m;
+    fill(&s.period_s, 1), fill(s.wake_us, 4), fill(s.exec_us, 4), fill(&s.pace, 1), fill(&s.longest_stall_s, 1);
     int size = loop_stats_encode(&s, 99, buffer, CAPACITY);
-    assert_int_equal(hexid_loop_stats_t_decode(buffer, 0, size, &m), size);
+    assert_int_equal(hexid_loop_stats_2_t_decode(buffer, 0, size, &m), size);
     assert_true(m.time_ns == 99 && m.cycles == 5000 && m.overruns == 3 && m.lost_records == 2 && m.period_s == s.period_s && m.timed == 1);
     assert_true(m.wake_p50_us == s.wake_us[0] && m.wake_p99_us == s.wake_us[1]);
     assert_true(m.wake_p999_us == s.wake_us[2] && m.wake_max_us == s.wake_us[3]);
     assert_true(m.exec_p50_us == s.exec_us[0] && m.exec_p99_us == s.exec_us[1]);
     assert_true(m.exec_p999_us == s.exec_us[2] && m.exec_max_us == s.exec_us[3]);
+    assert_true(m.pace_ratio == s.pace && m.stalls == 14 && m.longest_stall_s == s.longest_stall_s);
     s.timed = false; /* a virtual clock stands still within a cycle: its zeros are no measurement */
-    hexid_loop_stats_t_decode(buffer, 0, loop_stats_encode(&s, 99, buffer, CAPACITY), &m);
-    assert_true(m.timed == 0 && isnan(m.wake_p50_us) && isnan(m.wake_max_us) && isnan(m.exec_p50_us) && isnan(m.exec_max_us));
+    hexid_loop_stats_2_t_decode(buffer, 0, loop_stats_encode(&s, 99, buffer, CAPACITY), &m);
+    assert_true(m.timed == 0 && isnan(m.wake_p50_us) && isnan(m.wake_max_us) && isnan(m.exec_p50_us) && isnan(m.exec_max_us) &&
+                isnan(m.pace_ratio));
 }
 
 #define assert_matrix(got, expected) assert_memory_equal(got, expected, sizeof(double[DOFS][DOFS]))

@@ -95,7 +95,8 @@ struct bench {
 };
 
 /* `url` NULL: the fake back-end, parked. */
-static void bench_init(struct bench *b, const struct params *params, const char *url, uint64_t seed, bool virtual_time, uint64_t capacity) {
+static void bench_init(struct bench *b, const struct params *params, const char *url, uint64_t seed, enum clock_kind clock,
+                       uint64_t capacity) {
     struct error error = {0};
     memset(b, 0, sizeof *b);
     b->params = *params;
@@ -103,7 +104,7 @@ static void bench_init(struct bench *b, const struct params *params, const char 
     b->hal = &b->fake.hal;
     if (url) assert_int_equal(hal_open(&b->hal, url, &b->params, seed, &error), STATUS_OK);
     assert_int_equal(ring_init(&b->records, sizeof(struct cycle), capacity), 0);
-    assert_int_equal(loop_init(&b->loop, &b->params, b->hal, &b->records, virtual_time, &error), STATUS_OK);
+    assert_int_equal(loop_init(&b->loop, &b->params, b->hal, &b->records, clock, &error), STATUS_OK);
     ik_lengths(&b->loop.platform.kinematics, (double[DOFS]){[DOF_Z] = params->motion.park_z_m}, b->fake.length_m);
 }
 
@@ -134,7 +135,7 @@ static void cycles_stand_on_the_grid_of_the_period(void **unused) {
     (void)unused;
     struct params params = by_hand();
     struct bench b;
-    bench_init(&b, &params, NULL, 1, false, 16);
+    bench_init(&b, &params, NULL, 1, CLOCK_REAL, 16);
     int64_t zero_ns = monotonic_ns;
     for (int n = 0; n < 1000; n++) {
         late_ns = n % 7 * 100000; /* never a whole period */
@@ -159,7 +160,7 @@ static void missed_deadlines_are_skipped_and_flagged_not_caught_up(void **unused
     for (unsigned k = 0; k < sizeof late / sizeof *late; k++) {
         struct bench b;
         int64_t missed = late[k] / PERIOD_NS;
-        bench_init(&b, &params, NULL, 1, false, 16);
+        bench_init(&b, &params, NULL, 1, CLOCK_REAL, 16);
         int64_t zero_ns = monotonic_ns;
         for (int n = 0; n < 5; n++) bench_cycle(&b);
         late_ns = late[k];
@@ -184,7 +185,7 @@ static void overrun_limit_late_cycles_in_a_row_are_a_fault(void **unused) {
     (void)unused;
     struct params params = by_hand();
     struct bench b;
-    bench_init(&b, &params, NULL, 1, false, 16);
+    bench_init(&b, &params, NULL, 1, CLOCK_REAL, 16);
     bench_until(&b, STATE_READY);
     for (int n = 1; n < params.loop.overrun_limit; n++) late_ns = PERIOD_NS, bench_cycle(&b);
     assert_int_equal(b.last.state, STATE_READY);
@@ -199,7 +200,7 @@ static void virtual_time_has_no_wall_clock_in_it(void **unused) {
     (void)unused;
     struct params params = by_hand();
     struct bench b;
-    bench_init(&b, &params, NULL, 1, true, 16);
+    bench_init(&b, &params, NULL, 1, CLOCK_VIRTUAL, 16);
     int64_t before_ns = monotonic_ns;
     for (int n = 0; n < 1000; n++) {
         bench_cycle(&b);
@@ -210,6 +211,60 @@ static void virtual_time_has_no_wall_clock_in_it(void **unused) {
     bench_end(&b);
 }
 
+/* Bit for bit, but for the padding and for what the host's clock says. */
+#define SAME(member) (memcmp(&a->member, &b->member, sizeof a->member) == 0)
+static bool same_record(const struct cycle *a, const struct cycle *b) {
+    return SAME(seq) && SAME(in.time_ns) && SAME(in.age_ns) && SAME(in.device_seq) && SAME(in.flags) && SAME(in.length_m) &&
+           SAME(in.p1_pa) && SAME(in.p2_pa) && SAME(out.valve) && SAME(out.enable) && SAME(ref) && SAME(pose) && SAME(force_n) &&
+           SAME(state) && SAME(faults) && SAME(first_fault) && SAME(test) && SAME(dof) && SAME(phase) && SAME(test_time_s);
+}
+
+static void paced_time_is_virtual_time_whatever_the_host_does(void **unused) {
+    (void)unused;
+    struct params params = by_hand();
+    struct bench virtual_time, paced;
+    int stalls = 0;
+    params.motion.automatic = true;
+    params.sim.engine = ENGINE_CLOSED_FORM;
+    bench_init(&virtual_time, &params, "sim:", 42, CLOCK_VIRTUAL, 4);
+    bench_init(&paced, &params, "sim:", 42, CLOCK_PACED, 4);
+    for (int n = 0; n < 4000; n++) {
+        bench_cycle(&virtual_time);
+        late_ns = n % 37 ? n % 5 * 300000 : n % 11 * PERIOD_NS + 1234;
+        int64_t host_late_ns = late_ns;
+        bench_cycle(&paced);
+        assert_true(same_record(&virtual_time.last, &paced.last));
+        assert_true(paced.last.wake_late_ns >= host_late_ns);
+        stalls += paced.last.wake_late_ns >= PERIOD_NS;
+    }
+    assert_true(stalls > 50);
+    assert_int_equal(paced.last.faults, 0);
+    assert_int_equal(paced.loop.overruns, 0);
+    bench_end(&virtual_time), bench_end(&paced);
+}
+
+static void paced_time_follows_the_hosts_and_stretches_by_the_periods_that_a_stall_took(void **unused) {
+    (void)unused;
+    struct params params = by_hand();
+    struct bench b;
+    bench_init(&b, &params, NULL, 1, CLOCK_PACED, 16);
+    int64_t grid_ns = monotonic_ns;
+    for (int n = 0; n < 1000; n++, grid_ns += PERIOD_NS) {
+        int64_t late = n % 10 == 7 ? n * 12345 : n % 7 * 100000;
+        late_ns = late;
+        int64_t before_ns = monotonic_ns;
+        bench_cycle(&b);
+        assert_int_equal(told_ns, grid_ns);
+        assert_true(n == 0 || told_ns > before_ns); /* never a burst */
+        assert_int_equal(b.last.wake_late_ns, late);
+        grid_ns += late / PERIOD_NS * PERIOD_NS;
+        assert_int_equal(b.fake.now_ns, (int64_t)n * PERIOD_NS);
+        assert_int_equal(clock_now(&b.loop.clock), (int64_t)n * PERIOD_NS);
+        assert_int_equal(b.last.in.flags, 0);
+    }
+    bench_end(&b);
+}
+
 /* ---- records ---- */
 
 static void a_full_ring_costs_a_record_and_not_the_deadline(void **unused) {
@@ -217,7 +272,7 @@ static void a_full_ring_costs_a_record_and_not_the_deadline(void **unused) {
     struct params params = by_hand();
     struct bench b;
     struct cycle c;
-    bench_init(&b, &params, NULL, 1, false, 4);
+    bench_init(&b, &params, NULL, 1, CLOCK_REAL, 4);
     for (int n = 0; n < 10; n++) loop_cycle(&b.loop);
     assert_int_equal(atomic_load(&b.loop.lost), 6);
     assert_int_equal(b.fake.reads, 10);
@@ -227,14 +282,13 @@ static void a_full_ring_costs_a_record_and_not_the_deadline(void **unused) {
     bench_end(&b);
 }
 
-static void on_virtual_time_the_loop_waits_for_room(void **unused) {
-    (void)unused;
+static void the_loop_waits_for_room(enum clock_kind clock) {
     struct params params = by_hand();
     struct bench b;
     struct error error;
     uint64_t expected = 0;
     struct cycle c;
-    bench_init(&b, &params, NULL, 1, true, 4);
+    bench_init(&b, &params, NULL, 1, clock, 4);
     assert_int_equal(loop_start(&b.loop, REALTIME_OFF, &error), STATUS_OK);
     while (expected < 5000) {
         if (!ring_pop(&b.records, &c)) {
@@ -254,28 +308,24 @@ static void on_virtual_time_the_loop_waits_for_room(void **unused) {
     bench_end(&b);
 }
 
+static void on_virtual_and_paced_time_the_loop_waits_for_room(void **unused) {
+    (void)unused;
+    the_loop_waits_for_room(CLOCK_VIRTUAL);
+    the_loop_waits_for_room(CLOCK_PACED);
+}
+
 static void an_abort_does_not_wait_for_a_reader_that_is_gone(void **unused) {
     (void)unused;
     struct params params = by_hand();
     struct bench b;
     struct error error;
-    bench_init(&b, &params, NULL, 1, true, 4);
+    bench_init(&b, &params, NULL, 1, CLOCK_VIRTUAL, 4);
     assert_int_equal(loop_start(&b.loop, REALTIME_OFF, &error), STATUS_OK);
     while (ring_count(&b.records) < 4) sched_yield();
     atomic_store(&b.loop.abort, true);
     loop_join(&b.loop); /* hangs where it waits */
     assert_true(atomic_load(&b.loop.ended));
     bench_end(&b);
-}
-
-#define SAME(member) (memcmp(&a->member, &b->member, sizeof a->member) == 0)
-
-/* Bit for bit, but for the padding. */
-static bool same_record(const struct cycle *a, const struct cycle *b) {
-    return SAME(seq) && SAME(in.time_ns) && SAME(in.age_ns) && SAME(in.device_seq) && SAME(in.flags) && SAME(in.length_m) &&
-           SAME(in.p1_pa) && SAME(in.p2_pa) && SAME(out.valve) && SAME(out.enable) && SAME(ref) && SAME(pose) && SAME(force_n) &&
-           SAME(state) && SAME(faults) && SAME(first_fault) && SAME(test) && SAME(dof) && SAME(phase) && SAME(test_time_s) &&
-           SAME(wake_late_ns) && SAME(exec_ns);
 }
 
 static void one_seed_gives_the_same_records_bit_for_bit(void **unused) {
@@ -288,9 +338,9 @@ static void one_seed_gives_the_same_records_bit_for_bit(void **unused) {
         bool differs = false;
         params.motion.automatic = true;
         params.sim.engine = engines[e];
-        bench_init(&one, &params, "sim:", 42, true, 4);
-        bench_init(&same, &params, "sim:", 42, true, 4);
-        bench_init(&other, &params, "sim:", 43, true, 4);
+        bench_init(&one, &params, "sim:", 42, CLOCK_VIRTUAL, 4);
+        bench_init(&same, &params, "sim:", 42, CLOCK_VIRTUAL, 4);
+        bench_init(&other, &params, "sim:", 43, CLOCK_VIRTUAL, 4);
         for (int n = 0; n < cycles[e]; n++) {
             bench_cycle(&one), bench_cycle(&same), bench_cycle(&other);
             assert_true(same_record(&one.last, &same.last));
@@ -310,7 +360,7 @@ static void an_automatic_run_ends_by_itself_put_down(void **unused) {
     struct error error;
     int tested = 0;
     params.motion.automatic = true;
-    bench_init(&b, &params, "sim:", 1, true, RING);
+    bench_init(&b, &params, "sim:", 1, CLOCK_VIRTUAL, RING);
     assert_int_equal(loop_start(&b.loop, REALTIME_OFF, &error), STATUS_OK);
     loop_join(&b.loop);
     assert_true(ring_count(&b.records) < RING);
@@ -327,7 +377,7 @@ static void quit_puts_the_platform_down_first_whatever_else_is_asked(void **unus
     struct params params = by_hand();
     for (int k = 0; k < 4; k++) {
         struct bench b;
-        bench_init(&b, &params, NULL, 1, true, 4);
+        bench_init(&b, &params, NULL, 1, CLOCK_VIRTUAL, 4);
         if (from[k] == STATE_PARKING) {
             bench_until(&b, STATE_READY);
             mailbox_post(&b.loop.requests, COMMAND_PARK);
@@ -352,11 +402,11 @@ static void quit_ends_at_once_where_nothing_is_driven(void **unused) {
     (void)unused;
     struct params params = by_hand();
     struct bench b;
-    bench_init(&b, &params, NULL, 1, true, 4);
+    bench_init(&b, &params, NULL, 1, CLOCK_VIRTUAL, 4);
     atomic_store(&b.loop.quit, true);
     assert_false(bench_cycle(&b));
     bench_end(&b);
-    bench_init(&b, &params, NULL, 1, true, 4);
+    bench_init(&b, &params, NULL, 1, CLOCK_VIRTUAL, 4);
     bench_until(&b, STATE_READY);
     b.fake.read_fails = true;
     while (b.last.state != STATE_FAULT) assert_true(bench_cycle(&b));
@@ -371,7 +421,7 @@ static void abort_ends_at_once_with_the_valves_centred(void **unused) {
     struct bench b;
     struct error error;
     struct cycle c;
-    bench_init(&b, &params, NULL, 1, true, RING);
+    bench_init(&b, &params, NULL, 1, CLOCK_VIRTUAL, RING);
     bench_until(&b, STATE_ENGAGING);
     for (int n = 0; n < 300; n++) bench_cycle(&b);
     assert_true(b.fake.valve[0] != 0.0);
@@ -382,7 +432,7 @@ static void abort_ends_at_once_with_the_valves_centred(void **unused) {
     assert_memory_equal(b.fake.valve, (double[LEGS]){0}, sizeof b.fake.valve);
     assert_true(atomic_load(&b.loop.ended));
     bench_end(&b);
-    bench_init(&b, &params, NULL, 1, true, 4);
+    bench_init(&b, &params, NULL, 1, CLOCK_VIRTUAL, 4);
     bench_until(&b, STATE_READY);
     atomic_store(&b.loop.abort, true);
     assert_false(bench_cycle(&b)); /* not one cycle more */
@@ -398,11 +448,11 @@ static void real_time_that_is_refused_runs_nothing_when_required(void **unused) 
         struct params params = by_hand();
         struct error error = {0};
         params.loop.cpu = CPU_SETSIZE - 1;
-        bench_init(&b, &params, NULL, 1, true, 4);
+        bench_init(&b, &params, NULL, 1, CLOCK_VIRTUAL, 4);
         if (loop_start(&b.loop, REALTIME_REQUIRE, &error) != STATUS_UNSAFE || !error.text[0]) _exit(1);
         if (b.fake.reads || b.fake.writes || !b.fake.safes) _exit(2);
         bench_end(&b);
-        bench_init(&b, &params, NULL, 1, true, 4);
+        bench_init(&b, &params, NULL, 1, CLOCK_VIRTUAL, 4);
         atomic_store(&b.loop.quit, true);
         if (loop_start(&b.loop, REALTIME_TRY, &error)) _exit(3);
         loop_join(&b.loop);
@@ -420,7 +470,7 @@ static void safe_is_called_in_every_cycle_that_does_not_drive_and_write_in_every
     (void)unused;
     struct params params = by_hand();
     struct bench b;
-    bench_init(&b, &params, NULL, 1, true, 4);
+    bench_init(&b, &params, NULL, 1, CLOCK_VIRTUAL, 4);
     for (int n = 0; n < 8000; n++) {
         int safes = b.fake.safes, writes = b.fake.writes;
         static const enum command round[] = {COMMAND_ENGAGE, COMMAND_START, COMMAND_PARK, COMMAND_RESET};
@@ -441,7 +491,7 @@ static void a_command_that_cannot_be_written_centres_the_valves_and_faults(void 
     (void)unused;
     struct params params = by_hand();
     struct bench b;
-    bench_init(&b, &params, NULL, 1, true, 4);
+    bench_init(&b, &params, NULL, 1, CLOCK_VIRTUAL, 4);
     bench_until(&b, STATE_READY);
     b.fake.write_fails = true;
     for (int n = 0; n < params.limits.bad_cycles; n++) {
@@ -455,7 +505,7 @@ static void a_command_that_cannot_be_written_centres_the_valves_and_faults(void 
     assert_int_equal(b.last.first_fault, FAULT_IO);
     bench_end(&b);
 
-    bench_init(&b, &params, NULL, 1, true, 4);
+    bench_init(&b, &params, NULL, 1, CLOCK_VIRTUAL, 4);
     bench_until(&b, STATE_READY);
     b.fake.write_fails = true;
     bench_cycle(&b);
@@ -472,7 +522,7 @@ static void a_device_that_cannot_be_read_faults_in_bad_cycles(void **unused) {
     (void)unused;
     struct params params = by_hand();
     struct bench b;
-    bench_init(&b, &params, NULL, 1, true, 4);
+    bench_init(&b, &params, NULL, 1, CLOCK_VIRTUAL, 4);
     bench_until(&b, STATE_READY);
     b.fake.read_fails = true;
     for (int n = 1; n < params.limits.bad_cycles; n++) bench_cycle(&b);
@@ -489,8 +539,10 @@ int main(void) {
         cmocka_unit_test(missed_deadlines_are_skipped_and_flagged_not_caught_up),
         cmocka_unit_test(overrun_limit_late_cycles_in_a_row_are_a_fault),
         cmocka_unit_test(virtual_time_has_no_wall_clock_in_it),
+        cmocka_unit_test(paced_time_is_virtual_time_whatever_the_host_does),
+        cmocka_unit_test(paced_time_follows_the_hosts_and_stretches_by_the_periods_that_a_stall_took),
         cmocka_unit_test(a_full_ring_costs_a_record_and_not_the_deadline),
-        cmocka_unit_test(on_virtual_time_the_loop_waits_for_room),
+        cmocka_unit_test(on_virtual_and_paced_time_the_loop_waits_for_room),
         cmocka_unit_test(an_abort_does_not_wait_for_a_reader_that_is_gone),
         cmocka_unit_test(one_seed_gives_the_same_records_bit_for_bit),
         cmocka_unit_test(an_automatic_run_ends_by_itself_put_down),

@@ -117,7 +117,7 @@ static void forbid_system_calls(void) {
 struct run {
     enum engine_kind engine;
     bool effects;            /* all of them that are off by default, on */
-    bool virtual_time;
+    enum clock_kind clock;
     int cycles;
     const char *url;
     void (*sin)(void);       /* done in the middle of the run as if by the loop */
@@ -136,7 +136,7 @@ static struct params params_of(const struct run *run) {
     params.motion.engage_s = params.motion.park_s = 2.0;
     params.motion.hold_s = 0.1;
     if (run->effects) switch_effects_on(&params);
-    if (!run->virtual_time) params.loop.period_s = 5e-4, params.sim.substeps = 2, params.loop.overrun_limit = 100000;
+    if (run->clock == CLOCK_REAL) params.loop.period_s = 5e-4, params.sim.substeps = 2, params.loop.overrun_limit = 100000;
     return params;
 }
 
@@ -149,7 +149,7 @@ static void run_cycles(const struct run *run, bool system_calls_too) {
     struct error error;
     struct cycle c;
     if (hal_open(&hal, run->url, &params, 1, &error) || ring_init(&records, sizeof c, 4)) _exit(BROKEN);
-    if (loop_init(&loop, &params, hal, &records, run->virtual_time, &error)) _exit(BROKEN);
+    if (loop_init(&loop, &params, hal, &records, run->clock, &error)) _exit(BROKEN);
     if (system_calls_too) forbid_system_calls();
     bool driven = false;
     for (int n = 0; n < run->cycles; n++) {
@@ -174,13 +174,14 @@ static int outcome(const struct run *run, bool system_calls_too) {
 }
 
 static const struct run runs[] = {
-    {ENGINE_ODE, false, true, 400, "sim:", NULL},
-    {ENGINE_ODE, true, true, 400, "sim:", NULL},
-    {ENGINE_ODE, true, false, 80, "sim:", NULL},
-    {ENGINE_CLOSED_FORM, false, true, 5000, "sim:", NULL}, /* the whole automatic run */
-    {ENGINE_CLOSED_FORM, true, true, 2000, "sim:", NULL},
-    {ENGINE_CLOSED_FORM, false, false, 100, "sim:", NULL},
-    {ENGINE_CLOSED_FORM, false, true, 2000, "fault:nan@0.5+0.004/2,drop@1+0.006,stale@2+1;sim:", NULL}, /* faults and after */
+    {ENGINE_ODE, false, CLOCK_VIRTUAL, 400, "sim:", NULL},
+    {ENGINE_ODE, true, CLOCK_VIRTUAL, 400, "sim:", NULL},
+    {ENGINE_ODE, true, CLOCK_REAL, 80, "sim:", NULL},
+    {ENGINE_CLOSED_FORM, false, CLOCK_VIRTUAL, 5000, "sim:", NULL}, /* the whole automatic run */
+    {ENGINE_CLOSED_FORM, true, CLOCK_VIRTUAL, 2000, "sim:", NULL},
+    {ENGINE_CLOSED_FORM, false, CLOCK_REAL, 100, "sim:", NULL},
+    {ENGINE_CLOSED_FORM, false, CLOCK_PACED, 100, "sim:", NULL},
+    {ENGINE_CLOSED_FORM, false, CLOCK_VIRTUAL, 2000, "fault:nan@0.5+0.004/2,drop@1+0.006,stale@2+1;sim:", NULL}, /* faults and after */
 };
 
 static void assert_ends_well(bool system_calls_too) {
@@ -219,7 +220,7 @@ static void sin_log(void) { (void)!write(STDERR_FILENO, "", 0); }
 static void sin_identity(void) { (void)syscall(SYS_getpid); }
 
 static int outcome_of_sin(void (*sin)(void), bool system_calls_too) {
-    const struct run run = {ENGINE_CLOSED_FORM, false, true, 20, "sim:", sin};
+    const struct run run = {ENGINE_CLOSED_FORM, false, CLOCK_VIRTUAL, 20, "sim:", sin};
     return outcome(&run, system_calls_too);
 }
 

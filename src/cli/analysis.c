@@ -18,6 +18,7 @@ bool analysis_take(struct analysis *a, const struct cycle *c) {
     a->last = *c;
     a->cycles++;
     a->overruns += (c->in.flags & SAMPLE_OVERRUN) != 0;
+    if (c->wake_late_ns >= ns_from_seconds(a->params->loop.period_s)) a->stalls++, a->behind_ns += c->wake_late_ns;
     histogram_add(&a->wake, c->wake_late_ns);
     histogram_add(&a->exec, c->exec_ns);
     return ident_feed(&a->ident, c);
@@ -28,7 +29,11 @@ bool analysis_end(struct analysis *a) { return ident_end(&a->ident); }
 struct loop_statistics analysis_statistics(const struct analysis *a) {
     static const double quantile[] = {0.5, 0.99, 0.999};
     struct loop_statistics s = {.cycles = a->cycles, .overruns = a->overruns, .lost = a->lost, .period_s = a->params->loop.period_s,
-                                .timed = a->exec.max_ns > 0}; /* a virtual clock stands still within a cycle */
+                                .timed = a->exec.max_ns > 0, /* a virtual clock stands still within a cycle */
+                                .stalls = a->stalls};
+    double own_s = (double)a->cycles * s.period_s;
+    s.pace = own_s > 0.0 ? own_s / (own_s + seconds_from_ns(a->behind_ns)) : 1.0;
+    s.longest_stall_s = a->stalls ? seconds_from_ns(a->wake.max_ns) : 0.0;
     for (int i = 0; i < 3; i++) {
         s.wake_us[i] = us_from_ns(histogram_quantile(&a->wake, quantile[i]));
         s.exec_us[i] = us_from_ns(histogram_quantile(&a->exec, quantile[i]));
@@ -53,6 +58,9 @@ static void print_loop(const struct loop_statistics *s, FILE *out) {
     fprintf(out, "loop      %" PRId64 " cycles of %g ms, %" PRId64 " overruns, %" PRId64 " records lost\n", s->cycles, s->period_s * 1e3,
             s->overruns, s->lost);
     if (!s->timed) return;
+    fprintf(out, "          %.2f x real time, %" PRId64 " stall%s of this host", s->pace, s->stalls, s->stalls == 1 ? "" : "s");
+    if (s->stalls) fprintf(out, ", the longest %.0f ms", s->longest_stall_s * 1e3);
+    fprintf(out, "\n");
     print_times("wake-up", s->wake_us, out);
     print_times("execution", s->exec_us, out);
 }

@@ -42,6 +42,18 @@ static void say_who_moves_it(const struct session *s) {
             "tests without being told\n", s->options.hal, s->params.lcm.commands ? "" : ", which need lcm.commands: true");
 }
 
+static enum realtime_mode realtime_of(const struct session *s) {
+    if (s->options.fast) return REALTIME_OFF;
+    if (s->options.rt_given) return s->options.rt;
+    return s->hal->ops->simulated ? REALTIME_TRY : REALTIME_REQUIRE;
+}
+
+/* SAFETY: behind hardware time is real: a deadline missed is missed by the machine, too. */
+static enum clock_kind clock_of(const struct session *s) {
+    if (s->options.fast) return CLOCK_VIRTUAL;
+    return s->hal->ops->simulated && realtime_of(s) != REALTIME_REQUIRE ? CLOCK_PACED : CLOCK_REAL;
+}
+
 static int open_all(struct session *s, struct error *error) {
     int status = hal_open(&s->hal, s->options.hal, &s->params, s->options.seed, error);
     if (status) return status;
@@ -55,7 +67,7 @@ static int open_all(struct session *s, struct error *error) {
     s->config = config_text(&s->params);
     if (!s->config) return error_set(error, STATUS_IO, "out of memory");
     open_bus(s);
-    return loop_init(&s->loop, &s->params, s->hal, &s->ring, s->options.fast, error);
+    return loop_init(&s->loop, &s->params, s->hal, &s->ring, clock_of(s), error);
 }
 
 static void close_all(struct session *s) {
@@ -131,15 +143,13 @@ static int report(struct session *s, struct error *error) {
 
 static int run(struct session *s, struct error *error) {
     sigset_t signals;
-    enum realtime_mode mode = s->options.fast ? REALTIME_OFF : s->options.rt_given ? s->options.rt
-                              : s->hal->ops->simulated ? REALTIME_TRY : REALTIME_REQUIRE;
     block_signals(&signals);
     progress_init(&s->progress, &s->params, s->options.json && !strcmp(s->options.json, "-") ? stderr : stdout, s->options.fast);
     s->recorder = (struct recorder){.params = &s->params, .loop = &s->loop, .records = &s->ring, .log = s->log, .bus = s->bus,
                                     .progress = &s->progress, .virtual_time = s->options.fast};
     int status = recorder_start(&s->recorder, s->config, error);
     if (status) return status;
-    status = loop_start(&s->loop, mode, error);
+    status = loop_start(&s->loop, realtime_of(s), error);
     if (status) {
         recorder_join(&s->recorder);
         return status;

@@ -3,7 +3,7 @@
 #include <math.h>
 
 #include "hexid_identification_t.h"
-#include "hexid_loop_stats_t.h"
+#include "hexid_loop_stats_2_t.h"
 #include "hexid_test_result_t.h"
 
 static char *text(const char *constant) { return (char *)(uintptr_t)constant; } /* liblcm only reads it */
@@ -57,11 +57,13 @@ int loop_stats_encode(const struct loop_statistics *s, int64_t time_ns, unsigned
         wake_us[i] = s->timed ? s->wake_us[i] : (double)NAN;
         exec_us[i] = s->timed ? s->exec_us[i] : (double)NAN;
     }
-    hexid_loop_stats_t m = {
+    hexid_loop_stats_2_t m = {
         .time_ns = time_ns, .cycles = s->cycles, .overruns = s->overruns, .lost_records = s->lost,
         .period_s = s->period_s, .timed = s->timed,
         .wake_p50_us = wake_us[0], .wake_p99_us = wake_us[1], .wake_p999_us = wake_us[2], .wake_max_us = wake_us[3],
         .exec_p50_us = exec_us[0], .exec_p99_us = exec_us[1], .exec_p999_us = exec_us[2], .exec_max_us = exec_us[3],
+        .pace_ratio = s->timed ? s->pace : (double)NAN, .stalls = s->stalls,
+        .longest_stall_s = s->timed ? s->longest_stall_s : (double)NAN,
     };
-    return hexid_loop_stats_t_encode(buffer, 0, capacity, &m);
+    return hexid_loop_stats_2_t_encode(buffer, 0, capacity, &m);
 }

@@ -79,12 +79,14 @@ char *identification_json(const struct identification *id, const struct verdict 
     json_t *tests = json_array();
     for (int i = 0; i < r.tests; i++) tests = append(tests, test(&r.test[i]));
     json_t *root = json_pack(
-        "{ss so s{so} so so so so s{so so so} s{sI sI sI so so so} s{ss ss so}}", "schema", "hexid.identification/1", "tests", tests,
+        "{ss so s{so} so so so so s{so so so} s{sI sI sI so so so so so so} s{ss ss so}}", "schema", "hexid.identification/1", "tests", tests,
         "nominal", "Mt", matrix(r.nominal_mt), "method_a", method(&r.method_a, true), "modified_a", method(&r.modified_a, false),
         "method_b", method(&r.method_b, false), "method_c", json_null(), "errors_pct", "method_a", errors(id, &r.method_a),
         "modified_a", errors(id, &r.modified_a), "method_b", errors(id, &r.method_b), "loop", "cycles", (json_int_t)loop->cycles,
         "overruns", (json_int_t)loop->overruns, "lost_records", (json_int_t)loop->lost, "period_s", number(loop->period_s),
-        "wake_us", quantiles(loop->wake_us, loop->timed), "exec_us", quantiles(loop->exec_us, loop->timed), "verdict", "scope",
+        "wake_us", quantiles(loop->wake_us, loop->timed), "exec_us", quantiles(loop->exec_us, loop->timed), "pace",
+        loop->timed ? number(loop->pace) : json_null(), "stalls", loop->timed ? json_integer(loop->stalls) : json_null(),
+        "longest_stall_s", loop->timed ? number(loop->longest_stall_s) : json_null(), "verdict", "scope",
         verdict_scope, "status", verdict_names[verdict->status], "reasons", reasons(verdict));
     char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     json_decref(root);

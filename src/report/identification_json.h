@@ -11,6 +11,9 @@ struct loop_statistics {
     double period_s;
     bool timed;                     /* false on a virtual clock: the times below mean nothing */
     double wake_us[4], exec_us[4];  /* p50, p99, p99.9, max */
+    double pace;                    /* the loop's own time over the host's, 1 where it kept up */
+    int64_t stalls;                 /* wake-ups a period or more late */
+    double longest_stall_s;
 };
 
 /* To be freed by the caller; NULL without memory. */

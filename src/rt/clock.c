@@ -1,9 +1,12 @@
 #include "clock.h"
 
 #include <errno.h>
+#include <sched.h>
 #include <time.h>
 
 #include "units.h"
+
+static const int64_t yield_ns = NS_PER_S / 1000; /* paced; a real-time thread must sleep to let others run */
 
 static int64_t read_ns(clockid_t id) {
     struct timespec t;
@@ -11,19 +14,44 @@ static int64_t read_ns(clockid_t id) {
     return t.tv_sec * NS_PER_S + t.tv_nsec;
 }
 
-void clock_start(struct clock *c, bool virtual_time) {
-    *c = (struct clock){.virtual_time = virtual_time};
-    if (virtual_time) return;
-    c->start_ns = read_ns(CLOCK_MONOTONIC);
+static void sleep_until(int64_t monotonic_ns) {
+    struct timespec t = {.tv_sec = monotonic_ns / NS_PER_S, .tv_nsec = monotonic_ns % NS_PER_S};
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, NULL) == EINTR) continue;
+}
+
+static void set(struct clock *c, int64_t now_ns) {
+    atomic_store_explicit(&c->now_ns, now_ns, memory_order_relaxed);
+}
+
+void clock_start(struct clock *c, enum clock_kind kind) {
+    *c = (struct clock){.kind = kind};
+    if (kind == CLOCK_VIRTUAL) return;
+    c->start_ns = c->woke_ns = read_ns(CLOCK_MONOTONIC);
     c->system_us = read_ns(CLOCK_REALTIME) / NS_PER_US;
 }
 
-int64_t clock_now(const struct clock *c) { return c->virtual_time ? c->now_ns : read_ns(CLOCK_MONOTONIC) - c->start_ns; }
+int64_t clock_now(const struct clock *c) {
+    if (c->kind != CLOCK_REAL) return atomic_load_explicit(&c->now_ns, memory_order_relaxed);
+    return read_ns(CLOCK_MONOTONIC) - c->start_ns;
+}
 
-int64_t clock_wait(struct clock *c, int64_t until_ns) {
-    int64_t absolute_ns = c->start_ns + until_ns;
-    struct timespec t = {.tv_sec = absolute_ns / NS_PER_S, .tv_nsec = absolute_ns % NS_PER_S};
-    if (c->virtual_time) return c->now_ns = until_ns;
-    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, NULL) == EINTR) continue;
-    return clock_now(c);
+int64_t clock_wait(struct clock *c, int64_t until_ns, int64_t *late_ns) {
+    *late_ns = 0;
+    set(c, until_ns);
+    if (c->kind == CLOCK_VIRTUAL) return until_ns;
+    sleep_until(c->start_ns + until_ns);
+    c->woke_ns = read_ns(CLOCK_MONOTONIC);
+    *late_ns = c->woke_ns - c->start_ns - until_ns;
+    return c->kind == CLOCK_REAL ? until_ns + *late_ns : until_ns;
+}
+
+void clock_stretch(struct clock *c, int64_t by_ns) { c->start_ns += by_ns; }
+
+int64_t clock_since_wake(const struct clock *c) {
+    return c->kind == CLOCK_VIRTUAL ? 0 : read_ns(CLOCK_MONOTONIC) - c->woke_ns;
+}
+
+void clock_yield(const struct clock *c) {
+    if (c->kind == CLOCK_VIRTUAL) sched_yield();
+    else sleep_until(read_ns(CLOCK_MONOTONIC) + yield_ns);
 }

@@ -1,8 +1,6 @@
 #include "loop.h"
 
-#include <sched.h>
 #include <string.h>
-#include <time.h>
 
 #include "units.h"
 
@@ -13,9 +11,13 @@ static bool finished(const struct loop *l) {
     return (over || atomic_load_explicit(&l->quit, memory_order_relaxed)) && !supervisor_drives(l->platform.supervisor.state);
 }
 
-/* Skips what was missed; returns whether anything was. */
-static bool overrun(struct loop *l, int64_t now_ns) {
-    int64_t period_ns = ns_from_seconds(l->params->loop.period_s), missed = (now_ns - l->deadline_ns) / period_ns;
+/* What becomes of the deadlines missed; true where the machine did without their commands. */
+static bool overrun(struct loop *l, int64_t late_ns) {
+    int64_t period_ns = ns_from_seconds(l->params->loop.period_s), missed = late_ns / period_ns;
+    if (l->clock.kind == CLOCK_PACED) {
+        clock_stretch(&l->clock, missed * period_ns);
+        return false;
+    }
     l->deadline_ns += missed * period_ns;
     l->overruns += missed;
     return missed > 0;
@@ -30,11 +32,11 @@ static struct request asked(const struct loop *l) {
 
 static void hand_over(struct loop *l, const struct cycle *c) {
     while (!ring_push(l->records, c)) {
-        if (!l->clock.virtual_time || atomic_load_explicit(&l->abort, memory_order_relaxed)) {
+        if (l->clock.kind == CLOCK_REAL || atomic_load_explicit(&l->abort, memory_order_relaxed)) {
             atomic_fetch_add_explicit(&l->lost, 1, memory_order_relaxed);
             return;
         }
-        sched_yield();
+        clock_yield(&l->clock);
     }
 }
 
@@ -42,8 +44,8 @@ bool loop_cycle(struct loop *l) {
     struct hal_sample sample = {0};
     struct cycle c;
 
-    int64_t now_ns = clock_wait(&l->clock, l->deadline_ns), late_ns = now_ns - l->deadline_ns;
-    bool overran = overrun(l, now_ns);
+    int64_t late_ns, now_ns = clock_wait(&l->clock, l->deadline_ns, &late_ns);
+    bool overran = overrun(l, late_ns);
     if (l->hal->ops->read(l->hal, now_ns, &sample) || l->unwritten) sample.flags |= SAMPLE_IO;
     if (overran) sample.flags |= SAMPLE_OVERRUN;
 
@@ -53,7 +55,7 @@ bool loop_cycle(struct loop *l) {
     l->unwritten = c.out.enable && l->hal->ops->write(l->hal, &c.out) != 0;
     if (!c.out.enable || l->unwritten) l->hal->ops->safe(l->hal);
     c.wake_late_ns = late_ns;
-    c.exec_ns = clock_now(&l->clock) - now_ns;
+    c.exec_ns = clock_since_wake(&l->clock);
     hand_over(l, &c);
     l->deadline_ns += ns_from_seconds(l->params->loop.period_s);
     return !finished(l);
@@ -63,7 +65,7 @@ static void *loop_thread(void *argument) {
     struct loop *l = argument;
     l->realtime = realtime_enter(&l->params->loop, l->mode, &l->realtime_error);
     bool refused = l->realtime && l->mode == REALTIME_REQUIRE;
-    clock_start(&l->clock, l->clock.virtual_time);
+    clock_start(&l->clock, l->clock.kind);
     sem_post(&l->started);
     if (!refused)
         while (loop_cycle(l)) continue;
@@ -72,12 +74,13 @@ static void *loop_thread(void *argument) {
     return NULL;
 }
 
-int loop_init(struct loop *l, const struct params *params, struct hal *hal, struct ring *records, bool virtual_time, struct error *error) {
+int loop_init(struct loop *l, const struct params *params, struct hal *hal, struct ring *records, enum clock_kind clock,
+              struct error *error) {
     memset(l, 0, sizeof *l);
     l->params = params;
     l->hal = hal;
     l->records = records;
-    clock_start(&l->clock, virtual_time);
+    clock_start(&l->clock, clock);
     sem_init(&l->started, 0, 0);
     return platform_init(&l->platform, params, error);
 }

@@ -1,12 +1,15 @@
 /* The loop: every period, wake at an absolute deadline, read, decide, write, hand the record over. loop_cycle() and platform_step() are
  * the daemon.
  *
- * Overruns: a cycle that begins a whole period or more after its deadline has overrun. What was missed is skipped, never caught up in a
- * burst: the next deadline is the next one of the original grid, the late cycle's sample carries SAMPLE_OVERRUN (so the identifier leaves
- * it out), and loop.overrun_limit deadlines missed in a row are a fault. The reference counts cycles, so it never jumps.
+ * Overruns: a cycle that begins a whole period or more after its deadline. On the real clock what was
+ * missed is skipped, never caught up in a burst: the next deadline is the next one of the original grid,
+ * the late cycle's sample carries SAMPLE_OVERRUN (so the identifier leaves it out), and
+ * loop.overrun_limit deadlines missed in a row are a fault. On the paced clock it is a stall of the host
+ * and nothing of the machine's: time stretches by the periods missed. The reference counts cycles, so it
+ * never jumps.
  *
- * The record ring: on CLOCK_MONOTONIC a full ring loses the record (counted, and seen as a gap in seq), never the deadline; on a virtual
- * clock the loop waits for room, so that nothing is ever lost there but by an abort. */
+ * The record ring: on the real clock a full ring loses the record (counted, and seen as a gap in seq),
+ * never the deadline; on the others the loop waits for room, so that only an abort loses records. */
 #ifndef HEXID_LOOP_H
 #define HEXID_LOOP_H
 
@@ -32,7 +35,7 @@ struct loop {
     struct clock clock;
     struct platform platform;
     int64_t deadline_ns;
-    int64_t overruns;                /* deadlines missed */
+    int64_t overruns;                /* deadlines missed on the real clock */
     bool unwritten;                  /* the last command could not be written */
     enum realtime_mode mode;
     pthread_t thread;
@@ -42,7 +45,8 @@ struct loop {
 };
 
 /* Main thread. The hal, the ring and params must outlive the loop. */
-int loop_init(struct loop *l, const struct params *params, struct hal *hal, struct ring *records, bool virtual_time, struct error *error);
+int loop_init(struct loop *l, const struct params *params, struct hal *hal, struct ring *records, enum clock_kind clock,
+              struct error *error);
 
 /* Starts the loop thread. STATUS_UNSAFE when mode is REALTIME_REQUIRE and real time was refused: nothing runs then. With REALTIME_TRY a
  * refusal is in l->realtime and l->realtime_error. */
