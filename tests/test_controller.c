@@ -412,6 +412,24 @@ static void counters_do_not_overflow_in_months(void **unused) {
     assert_int_equal(s.good, 0);
 }
 
+static void every_fault_has_a_cause_and_a_remedy(void **unused) {
+    (void)unused;
+    char cause[FAILURE_TEXT_SIZE], remedy[FAILURE_TEXT_SIZE];
+    for (int i = 0; failure_table[i].fault; i++) {
+        const struct failure *f = &failure_table[i];
+        assert_int_equal(f->fault, 1u << i);
+        assert_true(f->what && f->detected && f->within && f->platform && f->cause && f->remedy);
+        failure_explain(f->fault, 12, 0.0242, false, cause, remedy);
+        assert_non_null(strstr(cause, f->cause));
+        assert_non_null(strstr(remedy, f->remedy));
+        assert_non_null(strstr(remedy, "reset"));
+        assert_true(strlen(cause) < FAILURE_TEXT_SIZE - 1 && strlen(remedy) < FAILURE_TEXT_SIZE - 1); /* none is cut */
+        if (f->fault == FAULT_OVERRUN) assert_non_null(strstr(cause, "12 deadlines missed in a row, the longest by 24 ms"));
+        failure_explain(f->fault, 1, 0.004, true, cause, remedy);
+        assert_non_null(strstr(remedy, "start the run again")); /* an automatic run has ended */
+    }
+}
+
 static void every_fault_state_and_command_has_a_name(void **unused) {
     (void)unused;
     static const char *const names[] = {"sensor_age", "sensor_invalid", "stroke",  "leg_rate", "following_error",
@@ -444,6 +462,7 @@ int main(void) {
         cmocka_unit_test(faults_stay_and_the_first_is_the_headline),
         cmocka_unit_test(counters_do_not_overflow_in_months),
         cmocka_unit_test(every_fault_state_and_command_has_a_name),
+        cmocka_unit_test(every_fault_has_a_cause_and_a_remedy),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

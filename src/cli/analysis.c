@@ -13,10 +13,17 @@ int analysis_init(struct analysis *a, const struct params *params, struct error 
     return ident_init(&a->ident, params, error);
 }
 
+static void count_missed(struct analysis *a, const struct cycle *c) {
+    bool overran = c->in.flags & SAMPLE_OVERRUN;
+    a->missed = overran ? a->missed + c->wake_late_ns / ns_from_seconds(a->params->loop.period_s) : 0;
+    a->longest_ns = !overran ? 0 : c->wake_late_ns > a->longest_ns ? c->wake_late_ns : a->longest_ns;
+}
+
 bool analysis_take(struct analysis *a, const struct cycle *c) {
     if (a->cycles && c->seq > a->last.seq) a->lost += (int64_t)(c->seq - a->last.seq - 1);
     a->last = *c;
     a->cycles++;
+    count_missed(a, c);
     a->overruns += (c->in.flags & SAMPLE_OVERRUN) != 0;
     if (c->wake_late_ns >= ns_from_seconds(a->params->loop.period_s)) a->stalls++, a->behind_ns += c->wake_late_ns;
     histogram_add(&a->wake, c->wake_late_ns);

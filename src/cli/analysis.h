@@ -14,6 +14,7 @@ struct analysis {
     struct histogram wake, exec;
     struct cycle last;
     int64_t cycles, overruns, lost; /* lost: gaps in seq */
+    int64_t missed, longest_ns;     /* deadlines missed in a row up to the last cycle, and the longest delay among them */
     int64_t stalls, behind_ns;      /* wake-ups a period or more late, and the sum of what they were late */
 };
 

@@ -19,7 +19,7 @@ struct options {
     int setting_count;
     char tests[64];              /* --tests as a setting */
     uint64_t seed;
-    bool fast, print_config, modbus_map;
+    bool fast, print_config, modbus_map, failures;
     bool rt_given;
     enum realtime_mode rt;
     const char *operand[OPERANDS_MAX];

@@ -5,6 +5,7 @@
 #include "bus.h"
 #include "can_frames.h"
 #include "cli.h"
+#include "failure.h"
 #include "kinematics.h"
 #include "modbus_map.h"
 
@@ -67,7 +68,11 @@ int cmd_doctor(int argc, char **argv) {
     struct options o;
     struct params params;
     struct error error;
-    if (options_parse(&o, argc, argv, "cSm", 0, &error) || options_params(&o, &params, &error)) return cli_fail(&error);
+    if (options_parse(&o, argc, argv, "cSmx", 0, &error) || options_params(&o, &params, &error)) return cli_fail(&error);
+    if (o.failures) {
+        failure_print(stdout);
+        return EXIT_PASSED;
+    }
     if (o.modbus_map) {
         modbus_map_print(stdout);
         return EXIT_PASSED;

@@ -38,11 +38,12 @@ void progress_state(struct progress *p, const struct cycle *c) {
     fflush(p->out);
 }
 
-void progress_fault(struct progress *p, const struct cycle *c) {
+void progress_fault(struct progress *p, const struct cycle *c, const char *cause, const char *remedy) {
     char text[FAULT_TEXT_SIZE];
     fault_describe(c->first_fault, c->faults, text);
     clear_line(p);
-    fprintf(p->out, "  FAULT %s at %.3f s: valves centred\n", text, (double)c->in.time_ns * 1e-9);
+    fprintf(p->out, "  FAULT %s at %.3f s: valves centred\n        %s\n        to do: %s\n", text, (double)c->in.time_ns * 1e-9, cause,
+            remedy);
     fflush(p->out);
 }
 

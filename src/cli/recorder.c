@@ -6,6 +6,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "failure.h"
 #include "ident_messages.h"
 #include "messages.h"
 #include "units.h"
@@ -40,6 +41,17 @@ static void statistics(struct recorder *r) {
     keep_and_send(r, CHANNEL_LOOP_STATS, buffer, loop_stats_encode(&s, r->analysis.last.in.time_ns, buffer, sizeof buffer));
 }
 
+static void fault(struct recorder *r) {
+    const struct analysis *a = &r->analysis;
+    char name[FAULT_TEXT_SIZE], cause[FAILURE_TEXT_SIZE], remedy[FAILURE_TEXT_SIZE];
+    fault_describe(a->last.first_fault, a->last.faults, name);
+    failure_explain(a->last.first_fault, a->missed, seconds_from_ns(a->longest_ns), r->params->motion.automatic, cause, remedy);
+    event(r, "fault", name);
+    event(r, "cause", cause);
+    event(r, "remedy", remedy);
+    progress_fault(r->progress, &a->last, cause, remedy);
+}
+
 /* What is new since the last cycle, in words. */
 static void changes(struct recorder *r, const struct cycle *before, int64_t lost) {
     const struct cycle *c = &r->analysis.last;
@@ -55,11 +67,7 @@ static void changes(struct recorder *r, const struct cycle *before, int64_t lost
         event(r, "state", state_names[c->state]);
         progress_state(r->progress, c);
     }
-    if (c->first_fault && !before->first_fault) {
-        fault_describe(c->first_fault, c->faults, text);
-        event(r, "fault", text);
-        progress_fault(r->progress, c);
-    }
+    if (c->first_fault && !before->first_fault) fault(r);
     if (c->test >= 0 && (c->test != before->test || before->phase == PHASE_NONE)) {
         snprintf(text, sizeof text, "%d %s", c->test + 1, dof_names[c->dof]);
         event(r, "test", text);

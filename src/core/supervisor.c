@@ -1,27 +1,6 @@
 #include "supervisor.h"
 
 #include <limits.h>
-#include <stdio.h>
-
-static const char *const fault_names[] = {"sensor_age", "sensor_invalid", "stroke", "leg_rate", "following_error", "force", "kinematics",
-                                          "overrun", "io", "standstill"};
-
-const char *fault_name(uint32_t faults) {
-    for (unsigned i = 0; i < sizeof fault_names / sizeof *fault_names; i++)
-        if (faults & 1u << i) return fault_names[i];
-    return "none";
-}
-
-void fault_describe(uint32_t first_fault, uint32_t faults, char text[FAULT_TEXT_SIZE]) {
-    bool several = (faults >> FAULT_LEG_SHIFT & ((faults >> FAULT_LEG_SHIFT) - 1u)) != 0;
-    int used = snprintf(text, FAULT_TEXT_SIZE, "%s", fault_name(first_fault));
-    const char *before = several ? ", legs" : ", leg";
-    for (int i = 0; i < LEGS; i++) {
-        if (!(faults & fault_leg(i))) continue;
-        used += snprintf(text + used, (size_t)(FAULT_TEXT_SIZE - used), "%s %d", before, i + 1);
-        before = "";
-    }
-}
 
 /* What is not in the table does nothing. SAFETY: every state has a row for a fault; there is no way from
  * fault to a driven state but reset, good sensors and engage. */

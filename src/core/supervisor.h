@@ -6,6 +6,7 @@
 #ifndef HEXID_SUPERVISOR_H
 #define HEXID_SUPERVISOR_H
 
+#include "failure.h"
 #include "params.h"
 
 enum trigger {
@@ -28,13 +29,6 @@ struct supervisor {
     int good;                     /* good samples in a row */
     uint32_t request_id;          /* last one acted upon */
 };
-
-/* Name of the lowest bit set, "none" for 0. */
-const char *fault_name(uint32_t faults);
-
-/* What an operator is told: name of the first fault, and the legs it was seen at: "following_error, leg 3", "kinematics". */
-enum { FAULT_TEXT_SIZE = 64 };
-void fault_describe(uint32_t first_fault, uint32_t faults, char text[FAULT_TEXT_SIZE]);
 
 /* The state after a trigger; the same state when the table has no row for it. */
 enum state supervisor_next(enum state state, enum trigger trigger);

@@ -25,7 +25,7 @@ bool state_decode(const void *data, int size, struct cycle *cycle);
 struct event {
     int64_t time_ns;
     uint64_t seq;
-    const char *kind;  /* "config", "state", "fault", "test", "note", "lost" */
+    const char *kind;  /* lcmtypes/README.md lists them */
     const char *text;
 };
 

@@ -1,0 +1,88 @@
+#include "failure.h"
+
+#include <assert.h>
+#include <inttypes.h>
+
+#define CENTRED "valves centred, latched"
+
+const struct failure failure_table[] = {
+    {FAULT_SENSOR_AGE, "sensor_age", "samples lost, late or stale; the device hangs",
+     "age above `limits.sensor_age_s`, by time stamp or by the device's own count", "5 + 5 cycles", CENTRED,
+     "a link that drops or delays readings, or a device that hangs", "check link and device"},
+    {FAULT_SENSOR_INVALID, "sensor_invalid", "a reading is not a number, a pressure is out of range, a node is not in operation",
+     "plausibility; the back-end's own diagnosis", "5 cycles", CENTRED,
+     "a sensor or its wiring; a node that was reset or reports an error", "mend the sensor"},
+    {FAULT_STROKE, "stroke", "a length is out of range", "`limits.length_min_m`, `limits.length_max_m`", "5 cycles", CENTRED,
+     "a leg at the end of its stroke, or a length transducer that lies", "compare the reading with the leg itself"},
+    {FAULT_LEG_RATE, "leg_rate", "a length jumps", "rate of change above `limits.leg_rate_mps`", "5 cycles", CENTRED,
+     "a length transducer or its wiring; lengths of two legs exchanged", "mend the sensor"},
+    {FAULT_FOLLOWING, "following_error", "a leg does not follow: valve stuck, supply gone, lengths exchanged",
+     "more than `limits.following_m` off", "10 mm, and 5 cycles",
+     CENTRED "; a spool that is stuck open no command can centre", "a valve that sticks, no supply pressure, or wiring",
+     "cut the pressure, then look at valve, supply and wiring"},
+    {FAULT_FORCE, "force", "a leg's force is too large; P1 and P2 exchanged", "`limits.force_n`", "5 cycles above it", CENTRED,
+     "an obstacle, a pressure sensor that lies, or P1 and P2 exchanged", "look for an obstacle; mend the sensor"},
+    {FAULT_KINEMATICS, "kinematics", "lengths that fit no pose", "forward kinematics", "5 cycles", CENTRED,
+     "a length transducer that lies, or a geometry that is another machine's", "compare lengths and configuration with the machine"},
+    {FAULT_OVERRUN, "overrun", "the loop is late, stopped or starved",
+     "`loop.overrun_limit` deadlines missed in a row (real time only: the simulated platform's time stretches instead)",
+     "its first cycle then", CENTRED, "a busy or virtual host, or no real-time permission",
+     "free the host, `hexid doctor` says what it lacks; on `sim:`, `--rt try` lets time stretch"},
+    {FAULT_IO, "io", "the back-end cannot read or write", "the back-end", "5, 6 cycles", CENTRED "; `safe` is called every cycle",
+     "the link to the machine is down, or a node is lost", "mend the link; `hexid doctor` looks at it"},
+    {FAULT_STANDSTILL, "standstill", "a length is frozen", "unchanged while its reference moves by `limits.standstill_m`",
+     "2 mm of motion, and 5 cycles", CENTRED, "a dead transducer or valve, or no supply pressure", "mend the sensor; check the supply"},
+    {0, "samples excluded; above 1 % the verdict fails", "single samples lost, repeated, out of order", "flags, device count", "1 cycle",
+     "goes on; command held for what is not believed", "a link under load", "none"},
+    {0, "no messages", "the daemon is killed", "the device's watchdog", "the device's time", "the device centres its valves",
+     "somebody, or a lack of memory", "start hexid"},
+    {0, "file and reason", "the log cannot be written", "the recorder", "the write", "parked, ends with status 3",
+     "a full or missing disk", "make room, or name another file"},
+    {0, "verdict fail, with the leg", "a pressure is wrong but plausible, or drifts slowly", "witnesses (below)", "the end of the test",
+     "goes on: control does not lean on pressures", "a sensor that drifts", "mend the sensor, test again"},
+    {0},
+};
+
+const struct failure *failure_of(uint32_t faults) {
+    for (const struct failure *f = failure_table; f->name; f++)
+        if (faults & f->fault) return f;
+    return NULL;
+}
+
+const char *fault_name(uint32_t faults) {
+    const struct failure *f = failure_of(faults);
+    return f ? f->name : "none";
+}
+
+void fault_describe(uint32_t first_fault, uint32_t faults, char text[FAULT_TEXT_SIZE]) {
+    bool several = (faults >> FAULT_LEG_SHIFT & ((faults >> FAULT_LEG_SHIFT) - 1u)) != 0;
+    int used = snprintf(text, FAULT_TEXT_SIZE, "%s", fault_name(first_fault));
+    const char *before = several ? ", legs" : ", leg";
+    for (int i = 0; i < LEGS; i++) {
+        if (!(faults & fault_leg(i))) continue;
+        used += snprintf(text + used, (size_t)(FAULT_TEXT_SIZE - used), "%s %d", before, i + 1);
+        before = "";
+    }
+}
+
+void failure_explain(uint32_t first_fault, int64_t missed, double longest_s, bool automatic, char cause[FAILURE_TEXT_SIZE],
+                     char remedy[FAILURE_TEXT_SIZE]) {
+    const struct failure *f = failure_of(first_fault);
+    assert(f);
+    if (f->fault == FAULT_OVERRUN)
+        snprintf(cause, FAILURE_TEXT_SIZE, "%" PRId64 " deadline%s missed in a row, the longest by %.0f ms; most likely %s", missed,
+                 missed == 1 ? "" : "s", longest_s * 1e3, f->cause);
+    else snprintf(cause, FAILURE_TEXT_SIZE, "%s; most likely %s", f->what, f->cause);
+    snprintf(remedy, FAILURE_TEXT_SIZE, "%s; then %s", f->remedy,
+             automatic ? "start the run again" : "`hexid command reset`, `hexid command engage`");
+}
+
+void failure_print(FILE *out) {
+    fprintf(out, "| failure | detected by | within | the platform | the operator sees | likely cause | to do |\n"
+                 "| --- | --- | --- | --- | --- | --- | --- |\n");
+    for (const struct failure *f = failure_table; f->name; f++) {
+        const char *quote = f->fault ? "`" : "", *again = f->fault ? ", then `reset`, `engage`" : "";
+        fprintf(out, "| %s | %s | %s | %s | %s%s%s | %s | %s%s |\n", f->what, f->detected, f->within, f->platform, quote, f->name,
+                quote, f->cause, f->remedy, again);
+    }
+}
