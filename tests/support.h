@@ -67,8 +67,17 @@ static inline double distance(const double *a, const double *b, int count) {
     return largest;
 }
 
+/* Ends the test as skipped; tests/run prints the reason at its end. */
+#define skip_because(reason)                     \
+    do {                                         \
+        print_message("# skipped: %s\n", reason); \
+        skip();                                  \
+    } while (0)
+
 /* Sanitizers bring their own allocator, locks and system calls, and take ten times the time: minutes of search are made once there, not for
  * every claim about it. */
+#define MINUTES_UNDER_SANITIZERS "minutes under a sanitizer, which sees the same code in shorter tests"
+#define OWN_ALLOCATOR "sanitizers have an allocator, locks and system calls of their own"
 #ifdef __SANITIZE_THREAD__
 #define SANITIZED_THREADS 1
 #else

@@ -246,7 +246,7 @@ enum { RIGS = sizeof rigs / sizeof *rigs, MECHANICAL = 5 };
 
 static void what_a_cylinder_hides_is_named_and_nothing_else(void **unused) {
     (void)unused;
-    if (SANITIZED) skip();
+    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     try_all(RIGS, false, 2);
 }
 

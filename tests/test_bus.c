@@ -15,6 +15,7 @@
 #include "bus.h"
 #include "hexid_command_t.h"
 #include "messages.h"
+#include "support.h"
 
 struct received {
     int messages, size;
@@ -143,7 +144,7 @@ static void without_a_route_the_remedy_is_named(void **unused) {
     (void)unused;
     struct bus *b;
     struct error error;
-    if (!isolated) skip();
+    if (!isolated) skip_because("this system allows no network namespace");
     assert_int_equal(open_quietly(&b, multicast, &error), STATUS_IO);
     assert_non_null(strstr(error.text, "`ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo`"));
 }
@@ -169,7 +170,7 @@ static void the_stream_stays_on_this_host_unless_the_url_says_otherwise(void **u
         const char *url;
         int ttl;
     } cases[] = {{multicast, 0}, {"udpm://239.255.76.67:7667", 0}, {"udpm://", 0}, {"udpm://239.255.76.67:7667?ttl=2", 2}};
-    if (!isolated) skip();
+    if (!isolated) skip_because("this system allows no network namespace");
     for (int i = 0; i < 4; i++) {
         struct bus *b;
         struct error error;
@@ -200,7 +201,7 @@ static void two_hundred_messages_wait_for_a_slow_reader(void **unused) {
     struct bus *b;
     struct received r = {0};
     struct error error;
-    if (!isolated) skip();
+    if (!isolated) skip_because("this system allows no network namespace");
     assert_int_equal(system("ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo"), 0); /* the remedy */
     assert_int_equal(open_quietly(&b, multicast, &error), 0);
     assert_int_equal(bus_subscribe_raw(b, CHANNEL_EVENT, take, &r), 0);

@@ -145,7 +145,7 @@ static void solve(const struct params *machine, struct gap_result *result) {
 
 static void a_machine_like_the_model_has_no_gap(void **state) {
     (void)state;
-    if (SANITIZED) skip();
+    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     struct params machine = params;
     static struct gap_result result;
     machine.payload.mass_kg *= 1.008; /* inside the tolerance: no finding */
@@ -160,7 +160,7 @@ static void a_machine_like_the_model_has_no_gap(void **state) {
 /* Value, shrink and noise floor as gap.md asks for: 10 %, and 1.2 times the floor on held-out cycles. */
 static void hidden_coulomb_friction_is_named_and_the_gap_closes(void **state) {
     (void)state;
-    if (SANITIZED_THREADS) skip(); /* minutes; tests/test_axis.c searches with the same threads */
+    if (SANITIZED_THREADS) skip_because(MINUTES_UNDER_SANITIZERS); /* tests/test_axis.c searches with the same threads */
     struct params machine = params;
     static struct gap_result result;
     int effect = effect_find("cylinder_coulomb_friction");
@@ -185,7 +185,7 @@ static void hidden_coulomb_friction_is_named_and_the_gap_closes(void **state) {
 
 static void one_leg_with_friction_is_named_as_one_leg(void **state) {
     (void)state;
-    if (SANITIZED) skip();
+    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     struct params machine = params;
     static struct gap_result result;
     int effect = effect_find("cylinder_coulomb_friction");
@@ -200,7 +200,7 @@ static void one_leg_with_friction_is_named_as_one_leg(void **state) {
 
 static void another_controller_is_no_effect(void **state) {
     (void)state;
-    if (SANITIZED) skip();
+    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     struct params machine = params;
     static struct gap_result result;
     machine.control.kff = 1.5;

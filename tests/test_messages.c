@@ -143,7 +143,7 @@ static void values_that_no_cycle_can_have_are_refused(void **unused) {
 #if SANITIZED
 static void a_state_takes_no_heap(void **unused) { /* sanitizers have an allocator of their own */
     (void)unused;
-    skip();
+    skip_because(OWN_ALLOCATOR);
 }
 #else
 static int allocations;

@@ -258,7 +258,7 @@ static void the_thread_is_real_time_only_when_the_loop_is(void **unused) {
     (void)unused;
     assert_int_equal(priority_below(0), 0);
     int found = priority_below(10);
-    if (found < 0) skip(); /* this user has no SCHED_FIFO */
+    if (found < 0) skip_because("this user has no SCHED_FIFO");
     assert_int_equal(found, 9);
 }
 

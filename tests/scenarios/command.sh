@@ -2,7 +2,7 @@
 # Commands over LCM, in real time: the platform engages, tests and parks when told to, and by default only stops when told to.
 . tests/scenarios/lib
 own_network "commands over LCM are obeyed"
-. tests/scenarios/realtime_lib
+. tests/scenarios/bus_lib
 
 # The real-time run reports to a pipe, on 3, `hexid monitor` to another, on 4. Sanitizers and busy machines miss deadlines here.
 run= monitor=

@@ -1,7 +1,7 @@
-# Run by tests/uml/can: vcan0 and vcan1 are up, and nobody else is on them.
+# Run by tests/uml/run: vcan0 and vcan1 are up, and nobody else is on them.
 . tests/scenarios/lib
 stall_priorities=99 # here every process that is started stops the ordinary ones
-. tests/scenarios/realtime_lib
+. tests/scenarios/bus_lib
 . tests/uml/can_lib.sh
 
 quick_bus=("${quick_settings[@]}" --set sensors.enabled=false --set motion.automatic=true)
@@ -104,6 +104,19 @@ claim "and its log is whole" log_is_whole
 fair_claim "an interface that goes down in a test: the run ends in a fault" faults 'test 2/6' ip link set vcan0 down
 ip link set vcan0 up
 fair_claim "a node that is reset in a test: the run ends in a fault" faults 'test 2/6' cansend vcan0 000#8103
+
+# A host that stalls for 40 ms: behind hardware a deadline missed is missed by the machine, whose watchdog centres the valves meanwhile.
+stall() { kill -STOP $run; pause 0.04; kill -CONT $run; }
+stalled() {
+    local status
+    dump || return
+    faults 'test 1/6' stall && grep -Eq 'FAULT (overrun|sensor_age|io)' "$work/faults" &&
+        [ "$(grep -c ' 08[1-6]#5082' "$work/dump")" -ge 6 ]
+    status=$?
+    dump_stop
+    return $status
+}
+fair_claim "a daemon that stalls for 40 ms in a test: a fault, and before it the nodes have centred their valves" stalled
 
 # Frames lost and doubled on the wire itself, where the kernel lets us (a vcan that echoes, netem).
 disturbed() {

@@ -1,7 +1,7 @@
-# Run by tests/uml/can: vcan0 is up, and nobody else is on it. Whole runs, and the fault campaign on the bus; all in real time.
+# Run by tests/uml/run: vcan0 is up, and nobody else is on it. Whole runs, and the fault campaign on the bus.
 . tests/scenarios/lib
 stall_priorities=99 # here every process that is started stops the ordinary ones
-. tests/scenarios/realtime_lib
+. tests/scenarios/bus_lib
 . tests/scenarios/campaign_lib
 . tests/uml/can_lib.sh
 

@@ -1,4 +1,4 @@
-# Sourced, after tests/scenarios/realtime_lib, by what tests/uml/can runs.
+# Sourced, after tests/scenarios/bus_lib, by what tests/uml/run runs.
 
 # dump: what is on the bus, in $work/dump until dump_stop.
 dump() {

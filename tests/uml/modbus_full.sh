@@ -1,7 +1,6 @@
-#!/bin/bash
-# Whole runs over Modbus TCP and over a serial line, in real time: three minutes.
+# Run by tests/uml/run. Whole runs over Modbus TCP and over a serial line.
 . tests/scenarios/lib
-. tests/scenarios/realtime_lib
+. tests/scenarios/bus_lib
 exact=(--set lcm.url= --set sensors.enabled=false)
 
 "$hexid" run --fast "${exact[@]}" --json "$work/sim.json" >/dev/null

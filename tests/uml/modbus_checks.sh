@@ -1,0 +1,70 @@
+# Run by tests/uml/run.
+. tests/scenarios/lib
+. tests/scenarios/bus_lib
+S=("${quick_settings[@]}" --set sensors.enabled=false)
+
+# nobody COMMAND...: with a port after it on which nobody listens, and nobody else can.
+nobody() {
+    "$python" -c 'import socket, subprocess, sys
+s = socket.socket()
+s.bind(("127.0.0.1", 0))
+sys.exit(subprocess.call(sys.argv[1:-1] + [sys.argv[-1] + str(s.getsockname()[1])]))' "$@"
+}
+claim "an address that is none: refused, with the right form" refuses 2 "modbus:tcp://HOST:PORT" "$hexid" run --hal modbus:tcp:localhost
+claim "a host that refuses: named" refuses 3 "127.0.0.1 refused" nobody "$hexid" run --hal modbus:tcp://127.0.0.1:
+claim "a host that does not exist: named" refuses 3 "no.such.host.invalid" "$hexid" run --hal modbus:tcp://no.such.host.invalid:502
+claim "a serial device that is missing: named" refuses 3 "/dev/ttyNONE serial device" \
+    "$hexid" run --hal 'modbus:rtu:/dev/ttyNONE?baud=4000000'
+claim "a file that is no serial device: named" refuses 3 "/dev/null" "$hexid" run --hal 'modbus:rtu:/dev/null?baud=4000000'
+claim "a line too slow for the cycle: refused with the arithmetic" refuses 2 "27 59 8.1 115200 loop.period_s" \
+    "$hexid" run --hal 'modbus:rtu:/dev/null?baud=115200'
+claim "the map is printed" eval '"$hexid" doctor --modbus-map | grep -q "0x0022..0x002d"'
+
+peer() {
+    local status
+    plant_start modbus:tcp://127.0.0.1:0 "${S[@]}" || return
+    "$python" tests/peers/modbus_client.py "${url##*:}" >"$work/peer" 2>&1
+    status=$?
+    cat "$work/peer"
+    plant_stop && return $status
+}
+fair_claim "pymodbus reads and moves the plant" peer
+grep '^ok' "$work/peer" # its claims are its own
+
+foreign() { # another maker's device: the daemon reads it, and sees that it does not move
+    local server status
+    : >"$work/port"
+    "$python" tests/peers/modbus_server.py >"$work/port" &
+    server=$!
+    until_in '^[0-9]' "$work/port" $server || return
+    "$hexid" run --hal "modbus:tcp://127.0.0.1:$(<"$work/port")" --set lcm.url= --set motion.automatic=true >"$work/run" 2>&1
+    status=$?
+    kill $server
+    wait $server
+    cat "$work/run"
+    echo "exit status $status"
+    [ $status -eq 1 ] && grep -q settled "$work/run" && grep -q standstill "$work/run"
+}
+fair_claim "a pymodbus server in the plant's place: read, and found to stand still" foreign
+
+identified() { run_against modbus:tcp://127.0.0.1:0 "${S[@]}" && as_in_simulation "$work/run.json" 0.7 1.2 4; } # what the sensors may cost
+quick --set sensors.enabled=false --json "$work/sim.json" >/dev/null
+still_ms=1 fair_claim "six tests over Modbus TCP at 2 ms, daemon and plant two processes: passed, and method A agrees with the simulation" \
+    identified # measured: 0.1, 0.1 and 0.3
+
+# A host that stalls for 40 ms: behind hardware a deadline missed is missed by the machine. The device's watchdog is what pymodbus saw above.
+stalled() {
+    local line
+    plant_start modbus:tcp://127.0.0.1:0 "${S[@]}" || return
+    mkfifo "$work/lines"
+    "$hexid" run --hal "$url" "${S[@]}" --set motion.automatic=true >"$work/lines" 2>&1 &
+    run=$!
+    while read -r line; do
+        echo "$line"
+        if [[ $line == *'test 1/6'* ]]; then kill -STOP $run; pause 0.04; kill -CONT $run; fi
+    done <"$work/lines" >"$work/said"
+    wait $run
+    cat "$work/said"
+    plant_stop && grep -Eq 'FAULT (overrun|sensor_age|io)' "$work/said"
+}
+fair_claim "a daemon that stalls for 40 ms in a test: a fault" stalled
