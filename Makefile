@@ -25,7 +25,14 @@ TESTS   := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/test_*.c))
 BENCHES := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/bench/*.c))
 FUZZERS := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/fuzz/fuzz_*.c))
 REPLAYS := $(subst /fuzz/fuzz_,/fuzz/replay_,$(FUZZERS))
-SCRIPTS := $(wildcard tests/scenarios/*.sh)
+# The longest are started first, so that all cores are busy to the end.
+LONGEST := gap gap_score can figures
+SCRIPTS := $(LONGEST:%=tests/scenarios/%.sh) $(filter-out $(LONGEST:%=tests/scenarios/%.sh),$(wildcard tests/scenarios/*.sh))
+# What a sanitizer is for: AddressSanitizer sees every program; the scenarios left out run the same code for their numbers.
+# ThreadSanitizer sees what has threads.
+OF_NUMBERS  := $(addprefix tests/scenarios/,can.sh faults.sh figures.sh gap_score.sh modbus.sh signals.sh)
+WITH_THREADS := $(addprefix tests/scenarios/,command.sh interrupt.sh lcm.sh paced.sh same_seed.sh)
+THREADED    := $(addprefix tests/test_,axis bus can_link loop modbus_line)
 
 # One job a core, unless the command line says otherwise.
 ifeq ($(MAKELEVEL),0)
@@ -48,13 +55,14 @@ test-long: $(BUILD)/hexid $(VENV)/ready ## what takes minutes: whole runs and fa
 test-rt: $(BUILD)/hexid $(VENV)/ready | deps-bench ## what is claimed about the wall clock: the field buses at a real 2 ms, latencies beside cyclictest; on a quiet machine
 	@BUILD=$(BUILD) VENV=$(VENV) CLOCK=real JOBS=1 tests/run $(addprefix tests/scenarios/,can.sh modbus.sh signals.sh) $(wildcard tests/rt/*.sh)
 
-asan: ## the same tests under AddressSanitizer and UndefinedBehaviorSanitizer
-	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan VENV=$(VENV) SAN="-fsanitize=address,undefined -fno-sanitize-recover=all" test
+asan: ## the same programs under AddressSanitizer and UndefinedBehaviorSanitizer
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan VENV=$(VENV) BENCHES= SCRIPTS="$(filter-out $(OF_NUMBERS),$(SCRIPTS))" \
+		SAN="-fsanitize=address,undefined -fno-sanitize-recover=all" test
 
 # Without address space randomisation where that is allowed: ThreadSanitizer refuses the layouts of newer kernels.
-tsan: ## the same tests under ThreadSanitizer
+tsan: ## what has threads, under ThreadSanitizer
 	@$$(setarch -R true 2>/dev/null && echo setarch -R) $(MAKE) --no-print-directory BUILD=$(BUILD)/tsan VENV=$(VENV) \
-		SAN=-fsanitize=thread test
+		BENCHES= REPLAYS= SCRIPTS="$(WITH_THREADS)" TESTS="$(THREADED:%=$(BUILD)/tsan/%)" SAN=-fsanitize=thread test
 
 # Not -fsanitize=function: its runtime is in the C++ driver's library, and C links here.
 fuzz: | deps-fuzz ## every fuzzer of tests/fuzz/ for a minute (FUZZ_S=60 seconds)

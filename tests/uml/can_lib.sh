@@ -1,9 +1,9 @@
 # Sourced, after tests/scenarios/bus_lib, by what tests/uml/run runs.
 
-# dump: what is on the bus, in $work/dump until dump_stop.
+# dump [,ID:MASK...]: what is on the bus, all or these frames (7ff among them), in $work/dump until dump_stop.
 dump() {
     : >"$work/dump" # or the dump before would be taken for this one
-    stdbuf -oL candump -L -r 16777216 vcan0 >"$work/dump" & # 13 500 frames a second, and nobody is less urgent than candump
+    stdbuf -oL candump -L -r 16777216 "vcan0${1:-}" >"$work/dump" & # 13 500 frames a second, and nobody is less urgent than candump
     dumper=$!
     until [ -s "$work/dump" ]; do kill -0 $dumper && cansend vcan0 7ff# || return; done # candump listens when it has seen this
 }
