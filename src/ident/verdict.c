@@ -48,12 +48,13 @@ static void check_test(struct verdict *v, const struct params *params, const str
                     w->force_n, limit->force_wander_n);
 }
 
-/* At neutral a leg's load is the same in every test. */
+/* At neutral a leg's load is the same in every complete test; the mean of a part of one is no load. */
 static void check_load(struct verdict *v, const struct check_params *limit, const struct identification *id) {
     for (int leg = 0; leg < LEGS; leg++) {
         double low_n = INFINITY, high_n = -INFINITY;
         for (int i = 0; i < id->tests; i++) {
-            low_n = fmin(low_n, id->test[i].witness.mean_n[leg]); /* without a sample it is NaN, which loses */
+            if (!id->test[i].complete) continue;
+            low_n = fmin(low_n, id->test[i].witness.mean_n[leg]);
             high_n = fmax(high_n, id->test[i].witness.mean_n[leg]);
         }
         if (high_n - low_n > limit->force_wander_n)
