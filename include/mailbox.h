@@ -11,10 +11,12 @@ struct mailbox {
     _Atomic uint64_t word; /* id in the upper half, command in the lower */
 };
 
-static inline void mailbox_post(struct mailbox *m, enum command command) {
+/* Returns the request's id. */
+static inline uint32_t mailbox_post(struct mailbox *m, enum command command) {
     uint64_t old = atomic_load_explicit(&m->word, memory_order_relaxed), next;
     do next = (((old >> 32) + 1) << 32) | (uint32_t)command;
     while (!atomic_compare_exchange_weak_explicit(&m->word, &old, next, memory_order_release, memory_order_relaxed));
+    return (uint32_t)(next >> 32);
 }
 
 static inline struct request mailbox_read(const struct mailbox *m) {

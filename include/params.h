@@ -137,6 +137,7 @@ struct lcm_params {
     char url[LCM_URL_SIZE];       /* "" none; udpm ttl 0 stays on the host */
     int state_every;              /* one HEXID_STATE on the wire for so many cycles */
     bool commands;                /* SAFETY: accept commands that move; stop and park are always accepted */
+    double lease_s;               /* SAFETY: who engaged or started by command must be heard so often, or the platform is parked; 0: need not */
 };
 
 /* One kind of channel between the field and hexid, leg by leg:

@@ -62,6 +62,7 @@ enum { FAULT_LEG_SHIFT = 16 };
 static inline uint32_t fault_leg(int leg) { return 1u << (FAULT_LEG_SHIFT + leg); }
 
 enum command { COMMAND_NONE, COMMAND_ENGAGE, COMMAND_START, COMMAND_STOP, COMMAND_PARK, COMMAND_RESET, COMMANDS };
+static inline bool command_stops(enum command command) { return command == COMMAND_STOP || command == COMMAND_PARK; }
 extern const char *const command_names[COMMANDS];
 
 /* World to loop, through a mailbox; acted on once, when id changes. */

@@ -3,11 +3,14 @@
 
 #include <stdlib.h>
 
+#include "hexid_answer_t.h"
 #include "hexid_command_t.h"
 #include "hexid_event_t.h"
 #include "hexid_gap_t.h"
 #include "hexid_identification_t.h"
+#include "hexid_loop_stats_2_t.h"
 #include "hexid_loop_stats_t.h"
+#include "hexid_request_t.h"
 #include "hexid_state_t.h"
 #include "hexid_test_result_t.h"
 #include "messages.h"
@@ -230,36 +233,70 @@ static void a_damaged_event_is_refused(void **unused) {
     assert_false(event_good(bad, size));
 }
 
-static void commands_are_the_words_of_the_controller(void **unused) {
+static void requests_come_back(void **unused) {
     (void)unused;
-    for (int i = COMMAND_ENGAGE; i < COMMANDS; i++) {
-        unsigned char buffer[COMMAND_MESSAGE_MAX];
-        enum command back = COMMAND_NONE;
-        hexid_command_t m = {.time_ns = 3, .command = (char *)(uintptr_t)command_names[i]};
-        int size = hexid_command_t_encode(buffer, 0, sizeof buffer, &m);
-        assert_true(command_decode(buffer, size, &back));
-        assert_int_equal(back, i);
-        unsigned char own[COMMAND_MESSAGE_MAX];
-        assert_int_equal(command_encode(3, (enum command)i, own), size);
-        assert_memory_equal(own, buffer, (size_t)size);
+    unsigned char buffer[COMMAND_MESSAGE_MAX];
+    for (int i = COMMAND_ENGAGE; i <= COMMANDS; i++) {
+        struct operator_request r = {.id = -5 - i, .token = INT64_MAX - i, .command = i < COMMANDS ? (enum command)i : COMMAND_NONE,
+                                     .renew = i == COMMANDS}, back = {0};
+        assert_true(request_decode(buffer, request_encode(&r, buffer), &back));
+        assert_true(back.id == r.id && back.token == r.token && back.command == r.command && back.renew == r.renew);
     }
 }
 
-static void what_is_no_command_is_refused(void **unused) {
+/* What other programs have sent since the first version: no id, no token. */
+static void a_command_without_id_and_token_is_understood_as_one(void **unused) {
     (void)unused;
-    static const char *const words[] = {"", "none", "Engage", "engage ", "stopp", "sto", "reset\n"};
-    unsigned char buffer[COMMAND_MESSAGE_MAX + 1] = {0};
-    enum command command = COMMAND_NONE;
-    for (size_t i = 0; i < sizeof words / sizeof *words; i++) {
-        hexid_command_t m = {.command = (char *)(uintptr_t)words[i]};
-        assert_false(command_decode(buffer, hexid_command_t_encode(buffer, 0, sizeof buffer, &m), &command));
+    for (int i = COMMAND_ENGAGE; i < COMMANDS; i++) {
+        unsigned char buffer[COMMAND_MESSAGE_MAX];
+        struct operator_request back = {.id = 9, .token = 9};
+        hexid_command_t m = {.time_ns = 3, .command = (char *)(uintptr_t)command_names[i]};
+        assert_true(request_decode(buffer, hexid_command_t_encode(buffer, 0, sizeof buffer, &m), &back));
+        assert_true(back.id == 0 && back.token == 0 && back.command == (enum command)i && !back.renew);
     }
-    int size = command_encode(0, COMMAND_START, buffer);
-    for (int cut = 0; cut < size; cut++) assert_false(command_decode(buffer, cut, &command));
-    assert_false(command_decode(buffer, size + 1, &command));
+}
+
+static void what_is_no_request_is_refused(void **unused) {
+    (void)unused;
+    static const char *const words[] = {"", "none", "Engage", "engage ", "stopp", "sto", "reset\n", "Renew"};
+    unsigned char buffer[COMMAND_MESSAGE_MAX + 1] = {0};
+    struct operator_request r = {.command = COMMAND_NONE};
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++) {
+        hexid_command_t old = {.command = (char *)(uintptr_t)words[i]};
+        hexid_request_t m = {.id = 1, .command = (char *)(uintptr_t)words[i]};
+        assert_false(request_decode(buffer, hexid_command_t_encode(buffer, 0, sizeof buffer, &old), &r));
+        assert_false(request_decode(buffer, hexid_request_t_encode(buffer, 0, sizeof buffer, &m), &r));
+    }
+    int size = request_encode(&(struct operator_request){.id = 1, .command = COMMAND_START}, buffer);
+    for (int cut = 0; cut < size; cut++) assert_false(request_decode(buffer, cut, &r));
+    assert_false(request_decode(buffer, size + 1, &r));
+    for (int i = 24; i < 28; i++) { /* the word's length: negative, huge */
+        buffer[i] ^= 0x80;
+        assert_false(request_decode(buffer, size, &r));
+        buffer[i] ^= 0x80;
+    }
     buffer[0] ^= 1;
-    assert_false(command_decode(buffer, size, &command));
-    assert_int_equal(command, COMMAND_NONE);
+    assert_false(request_decode(buffer, size, &r));
+    assert_int_equal(r.command, COMMAND_NONE);
+}
+
+static void answers_come_back_or_are_refused(void **unused) {
+    (void)unused;
+    unsigned char buffer[ANSWER_MESSAGE_MAX + 1] = {0};
+    struct answer a = {.id = 7, .token = -7, .lease_s = 2.5, .outcome = OUTCOME_REFUSED, .state = STATE_FAULT, .text = "because"}, back;
+    int size = answer_encode(&a, buffer);
+    assert_true(answer_decode(buffer, size, &back));
+    assert_true(back.id == 7 && back.token == -7 && back.lease_s == 2.5 && back.outcome == OUTCOME_REFUSED && back.state == STATE_FAULT);
+    assert_string_equal(back.text, "because");
+    for (int cut = 0; cut < size; cut++) assert_false(answer_decode(buffer, cut, &back));
+    assert_false(answer_decode(buffer, size + 1, &back));
+    a.lease_s = (double)NAN;
+    assert_false(answer_decode(buffer, answer_encode(&a, buffer), &back));
+    char long_text[ANSWER_MESSAGE_MAX];
+    memset(long_text, 'x', sizeof long_text);
+    long_text[sizeof long_text - 1] = '\0';
+    a.text = long_text;
+    assert_int_equal(answer_encode(&a, buffer), -1);
 }
 
 /* A changed type makes old logs unreadable: add a type, do not edit one. */
@@ -272,6 +309,9 @@ static void types_are_frozen(void **unused) {
     assert_int_equal(__hexid_event_t_get_hash(), 0xc675cdb82b97a028);
     assert_int_equal(__hexid_gap_t_get_hash(), 0x48254367c49769b7);
     assert_int_equal(__hexid_command_t_get_hash(), 0xbb4b50819e0d4308);
+    assert_int_equal(__hexid_loop_stats_2_t_get_hash(), 0xfff8ccbf9bf6b948);
+    assert_int_equal(__hexid_request_t_get_hash(), 0x4fd2e7e204d3f86a);
+    assert_int_equal(__hexid_answer_t_get_hash(), 0x330d2c348ce6684a);
 }
 
 int main(void) {
@@ -284,8 +324,10 @@ int main(void) {
         cmocka_unit_test(an_event_comes_back_or_does_not_fit),
         cmocka_unit_test(a_configuration_is_found_in_its_event_only),
         cmocka_unit_test(a_damaged_event_is_refused),
-        cmocka_unit_test(commands_are_the_words_of_the_controller),
-        cmocka_unit_test(what_is_no_command_is_refused),
+        cmocka_unit_test(requests_come_back),
+        cmocka_unit_test(a_command_without_id_and_token_is_understood_as_one),
+        cmocka_unit_test(what_is_no_request_is_refused),
+        cmocka_unit_test(answers_come_back_or_are_refused),
         cmocka_unit_test(types_are_frozen),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,6 +1,10 @@
-/* `hexid command`: tells a running hexid what to do over LCM, and says what came of it. */
+/* `hexid command`: asks a running hexid over LCM, and says what became of it. Who sets a platform in motion stays and renews the lease
+ * (operator.h) until it is put down again, or tests are over; ended by a signal, it parks the platform. */
 #include <errno.h>
+#include <signal.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/random.h>
 #include <time.h>
 
 #include "bus.h"
@@ -9,24 +13,15 @@
 #include "supervisor.h"
 #include "units.h"
 
-enum { ANSWER_MS = 1000 };
+enum { ANSWER_MS = 1000, RENEWALS = 4 /* in the time of a lease */ };
 
-/* hexid answers with an event of the kind "command" whose text begins with the command's name. */
-struct answer {
-    const char *command;
-    bool given, refused;
+struct client {
+    struct bus *bus;
+    const char *url;
 };
 
-static void heard(void *context, const char *channel, const void *data, int size) {
-    struct answer *a = context;
-    struct event e;
-    size_t length = strlen(a->command);
-    (void)channel;
-    if (!event_decode(data, size, &e) || strcmp(e.kind, "command") || strncmp(e.text, a->command, length)) return;
-    a->given = true;
-    a->refused = e.text[length] != '\0';
-    fprintf(a->refused ? stderr : stdout, "hexid: command %s\n", a->refused ? e.text : "received");
-}
+static volatile sig_atomic_t interrupted; /* a signal handler can reach nothing else */
+static void on_signal(int number) { interrupted = number; }
 
 static int64_t now_ms(void) {
     struct timespec t;
@@ -34,36 +29,99 @@ static int64_t now_ms(void) {
     return t.tv_sec * 1000LL + t.tv_nsec / 1000000;
 }
 
-static int tell(struct bus *bus, enum command command, const char *url, struct error *error) {
+static int send_request(struct client *c, const struct operator_request *r, struct error *error) {
     unsigned char buffer[COMMAND_MESSAGE_MAX];
-    struct answer answer = {.command = command_names[command]};
-    struct timespec now;
-    if (bus_subscribe_raw(bus, CHANNEL_EVENT, heard, &answer)) return error_set(error, STATUS_IO, "command: cannot subscribe to answers");
-    clock_gettime(CLOCK_REALTIME, &now);
-    int size = command_encode(now.tv_sec * NS_PER_S + now.tv_nsec, command, buffer);
-    if (bus_publish(bus, CHANNEL_COMMAND, buffer, size))
-        return error_set(error, STATUS_IO, "command %s: not sent: %s", answer.command, strerror(errno));
-    for (int64_t end_ms = now_ms() + ANSWER_MS, left_ms = ANSWER_MS; !answer.given && left_ms > 0; left_ms = end_ms - now_ms())
-        if (bus_handle(bus, (int)left_ms) < 0) return error_set(error, STATUS_IO, "command %s: sent, but LCM is broken", answer.command);
-    if (answer.refused) return STATUS_UNSAFE; /* the answer said why */
-    return answer.given ? STATUS_OK : error_set(error, STATUS_IO, "command %s: nobody answered within %d ms: no hexid runs on %s",
-                                                answer.command, ANSWER_MS, url);
+    if (!bus_publish(c->bus, CHANNEL_COMMAND, buffer, request_encode(r, buffer))) return STATUS_OK;
+    return error_set(error, STATUS_IO, "command: not sent: %s", strerror(errno));
+}
+
+/* The answer to this id; 1, 0 when none came in time, or STATUS_IO. a->text lives until the next one. */
+static int wait_for_answer(struct client *c, int64_t id, int patience_ms, struct answer *a) {
+    struct bus_message m;
+    for (int64_t end_ms = now_ms() + patience_ms, left_ms = patience_ms; left_ms > 0; left_ms = end_ms - now_ms()) {
+        if (bus_wait(c->bus, (int)left_ms) < 0) return STATUS_IO;
+        for (int got; (got = bus_receive(c->bus, &m));) {
+            if (got < 0) return STATUS_IO;
+            if (!strcmp(m.channel, CHANNEL_ANSWER) && answer_decode(m.data, m.size, a) && a->id == id) return 1;
+        }
+    }
+    return 0;
+}
+
+/* One request and its answer; a token that it is answered with is brought back. Datagrams get lost: asked three times. */
+static int ask(struct client *c, struct operator_request r, struct answer *a, struct error *error) {
+    const char *word = r.renew ? "renew" : command_names[r.command];
+    if (getrandom(&r.id, sizeof r.id, 0) != (ssize_t)sizeof r.id || r.id == 0) r.id = now_ms();
+    for (int tries = 0; tries < 3; tries++) {
+        int status = send_request(c, &r, error);
+        int got = status ? 0 : wait_for_answer(c, r.id, ANSWER_MS / 3, a);
+        if (status) return status;
+        if (got < 0) return error_set(error, STATUS_IO, "command %s: sent, but LCM is broken", word);
+        if (got && a->outcome != OUTCOME_TOKEN) return STATUS_OK;
+        if (got) r.token = a->token;
+    }
+    return error_set(error, STATUS_IO, "command %s: nobody answered within %d ms: no hexid runs on %s", word, ANSWER_MS, c->url);
+}
+
+static int park(struct client *c, struct error *error) {
+    struct answer a;
+    int status = ask(c, (struct operator_request){.command = COMMAND_PARK}, &a, error);
+    if (!status) fprintf(stderr, "hexid: interrupted: park %s\n", a.outcome == OUTCOME_DONE ? "done" : a.text);
+    return status ? status : -EXIT_CHECK_FAILED;
+}
+
+/* Until what the command began is over: put down again after engage, tests done after start. */
+static int hold_lease(struct client *c, enum command command, const struct answer *granted, struct error *error) {
+    struct answer a = *granted;
+    int period_ms = (int)(granted->lease_s * 1000.0 / RENEWALS);
+    printf("hexid: renewing the lease of %g s until the platform is %s; Ctrl-C parks it\n", granted->lease_s,
+           command == COMMAND_ENGAGE ? "put down" : "ready again");
+    fflush(stdout);
+    for (;;) {
+        struct timespec pause = {.tv_sec = period_ms / 1000, .tv_nsec = period_ms % 1000 * 1000000L};
+        if (!interrupted) nanosleep(&pause, NULL);
+        if (interrupted) return park(c, error);
+        int status = ask(c, (struct operator_request){.token = granted->token, .renew = true}, &a, error);
+        if (status) return status;
+        bool over = command == COMMAND_ENGAGE ? !supervisor_drives(a.state) : a.state != STATE_TESTING;
+        if (over || a.outcome != OUTCOME_DONE) break;
+    }
+    printf("hexid: now %s\n", state_names[a.state]);
+    return a.state == STATE_FAULT ? -EXIT_CHECK_FAILED : STATUS_OK;
+}
+
+static int tell(struct client *c, enum command command, struct error *error) {
+    struct answer a;
+    int status = ask(c, (struct operator_request){.command = command}, &a, error);
+    if (status) return status;
+    if (a.outcome == OUTCOME_REFUSED) {
+        fprintf(stderr, "hexid: %s refused, state %s: %s\n", command_names[command], state_names[a.state], a.text);
+        return STATUS_UNSAFE;
+    }
+    printf("hexid: %s done, now %s%s%s\n", command_names[command], state_names[a.state], *a.text ? ": " : "", a.text);
+    return a.lease_s > 0.0 ? hold_lease(c, command, &a, error) : STATUS_OK;
 }
 
 int cmd_command(int argc, char **argv) {
+    const struct sigaction action = {.sa_handler = on_signal};
     struct options o;
     struct error error = {0};
     struct params params;
-    struct bus *bus;
+    struct client c = {0};
     enum command command = COMMANDS;
     int status = options_parse(&o, argc, argv, "cS", 1, &error);
     for (int i = COMMAND_ENGAGE; !status && o.operands && i < COMMANDS; i++)
         if (!strcmp(o.operand[0], command_names[i])) command = (enum command)i;
     if (!status && command == COMMANDS) status = error_set(&error, STATUS_USAGE, "command: one of engage, start, stop, park, reset");
-    if (!status) status = options_bus(&o, &params, &bus, &error);
+    if (!status) status = options_bus(&o, &params, &c.bus, &error);
     if (!status) {
-        status = tell(bus, command, params.lcm.url, &error);
-        bus_close(bus);
+        sigaction(SIGINT, &action, NULL);
+        sigaction(SIGTERM, &action, NULL);
+        sigaction(SIGHUP, &action, NULL);
+        c.url = params.lcm.url;
+        status = bus_listen(c.bus, CHANNEL_ANSWER, BUS_ANYONE, &error);
+        if (!status) status = tell(&c, command, &error);
+        bus_close(c.bus);
     }
     return status < 0 && error.status ? cli_fail(&error) : -status;
 }

@@ -84,8 +84,7 @@ static void gap_result(const void *data, int size) {
     hexid_gap_t_decode_cleanup(&g);
 }
 
-static void show(void *context, const char *channel, const void *data, int size) {
-    struct monitor *m = context;
+static void show(struct monitor *m, const char *channel, const void *data, int size) {
     struct cycle c;
     struct event e;
     m->heard = true;
@@ -115,12 +114,14 @@ int cmd_monitor(int argc, char **argv) {
     struct monitor m = {.terminal = isatty(STDOUT_FILENO) != 0};
     int status = options_parse(&o, argc, argv, "cS", 0, &error);
     if (!status) status = options_bus(&o, &params, &bus, &error);
-    if (!status && (status = bus_subscribe_raw(bus, "HEXID_.*", show, &m)))
-        error_set(&error, STATUS_IO, "monitor: cannot subscribe");
+    if (!status) status = bus_listen(bus, "HEXID_", BUS_ANYONE, &error);
     bool told = false;
-    while (!status && (status = bus_handle(bus, SILENCE_MS)) >= 0) {
-        if (!status && !m.heard && !told) told = fprintf(stderr, "hexid: nothing yet: waiting for a hexid on %s\n", params.lcm.url) > 0;
-        status = 0;
+    while (!status) {
+        struct bus_message message;
+        int waited = bus_wait(bus, SILENCE_MS);
+        while (waited > 0 && (waited = bus_receive(bus, &message)) == 1) show(&m, message.channel, message.data, message.size);
+        if (waited < 0) status = error_set(&error, STATUS_IO, "monitor: LCM is broken");
+        else if (!m.heard && !told) told = fprintf(stderr, "hexid: nothing yet: waiting for a hexid on %s\n", params.lcm.url) > 0;
     }
     return cli_fail(&error);
 }

@@ -1,17 +1,26 @@
 #include <errno.h>
+#include <poll.h>
+#include <pthread.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
 
 #include "bus.h"
 #include "cli.h"
 #include "config.h"
+#include "crash.h"
+#include "host_lock.h"
 #include "log.h"
 #include "messages.h"
+#include "operator.h"
 #include "recorder.h"
 #include "units.h"
 
 enum { RING_CAPACITY = 8192 }; /* cycles: 16 s at 2 ms, against a stalled disk */
+enum { STOP_PATH_BELOW_LOOP = 2 }; /* SCHED_FIFO: behind loop and field bus, ahead of all else */
+static const double recorder_behind_s = 2.0; /* then it is taken for hung; putting the platform down fits into the rest of the ring */
 
 struct session {
     struct options options;
@@ -23,16 +32,25 @@ struct session {
     struct progress progress;
     struct log_writer *log;
     struct bus *bus;
+    struct operator operator;
     char *config;
-    int signals; /* received */
+    int lock, signal_file; /* descriptors */
+    int signals;           /* received */
+    bool listens, recorder_hangs, stuck;
 };
 
 static void warn(const struct error *error) { fprintf(stderr, "hexid: warning: %s\n", error->text); }
 
-/* LCM is how others watch; without it the run goes on, and says so. */
-static void open_bus(struct session *s) {
-    struct error error;
-    if (s->params.lcm.url[0] && bus_open(&s->bus, s->params.lcm.url, &error)) warn(&error);
+/* LCM is how others watch; without a route for it the run goes on, and says so. */
+static int open_bus(struct session *s, struct error *error) {
+    int status = s->params.lcm.url[0] ? bus_open(&s->bus, s->params.lcm.url, error) : STATUS_OK;
+    if (status == STATUS_USAGE) return status;
+    if (!status && s->bus && !s->options.fast) {
+        status = bus_listen(s->bus, CHANNEL_COMMAND, BUS_THIS_HOST, error);
+        s->listens = !status;
+    }
+    if (status) warn(error);
+    return STATUS_OK;
 }
 
 /* What an operator would wonder about: nothing moves, and why. */
@@ -54,8 +72,19 @@ static enum clock_kind clock_of(const struct session *s) {
     return s->hal->ops->simulated && realtime_of(s) != REALTIME_REQUIRE ? CLOCK_PACED : CLOCK_REAL;
 }
 
+/* The machine's own URL: behind the faults that are put in front of it. */
+static int lock_machine(struct session *s, struct error *error) {
+    const char *last = strrchr(s->options.hal, ';'), *url = last ? last + 1 : s->options.hal;
+    const struct hal_ops *ops = hal_find(url);
+    if (!ops || ops->simulated) return STATUS_OK;
+    s->lock = host_lock(url, error);
+    return s->lock < 0 ? s->lock : STATUS_OK;
+}
+
 static int open_all(struct session *s, struct error *error) {
-    int status = hal_open(&s->hal, s->options.hal, &s->params, s->options.seed, error);
+    int status = lock_machine(s, error);
+    if (status) return status;
+    status = hal_open(&s->hal, s->options.hal, &s->params, s->options.seed, error);
     if (status) return status;
     options_automatic(&s->options, s->hal->ops->simulated, &s->params);
     say_who_moves_it(s);
@@ -66,64 +95,84 @@ static int open_all(struct session *s, struct error *error) {
     if (ring_init(&s->ring, sizeof(struct cycle), RING_CAPACITY)) return error_set(error, STATUS_IO, "out of memory");
     s->config = config_text(&s->params);
     if (!s->config) return error_set(error, STATUS_IO, "out of memory");
-    open_bus(s);
+    if ((status = open_bus(s, error))) return status;
     return loop_init(&s->loop, &s->params, s->hal, &s->ring, clock_of(s), error);
 }
 
-static void close_all(struct session *s) {
-    struct error ignored;
-    if (s->bus) bus_close(s->bus);
-    if (s->log) log_close(s->log, &ignored);
-    ring_free(&s->ring);
-    if (s->hal) s->hal->ops->close(s->hal);
-    free(s->config);
+/* SAFETY: what would end or stop the process that holds the platform up is a request to put it down: it
+ * comes to the main thread as a message. A terminal, pipe or file limit that goes against it is no reason
+ * to end. Threads inherit the mask. */
+static int block_signals(struct error *error) {
+    static const int ignored[] = {SIGPIPE, SIGXFSZ, SIGTTIN, SIGTTOU};
+    static const int stops[] = {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGUSR1, SIGUSR2, SIGALRM, SIGVTALRM, SIGPROF, SIGIO, SIGPWR,
+                                SIGSTKFLT, SIGTSTP, SIGXCPU};
+    sigset_t set;
+    for (size_t i = 0; i < sizeof ignored / sizeof *ignored; i++) signal(ignored[i], SIG_IGN);
+    sigemptyset(&set);
+    for (size_t i = 0; i < sizeof stops / sizeof *stops; i++) sigaddset(&set, stops[i]);
+    for (int number = SIGRTMIN; number <= SIGRTMAX; number++) sigaddset(&set, number);
+    pthread_sigmask(SIG_BLOCK, &set, NULL);
+    int file = signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC);
+    return file >= 0 ? file : error_set(error, STATUS_IO, "no descriptor for signals: %s", strerror(errno));
 }
 
-/* SAFETY: a terminal or a pipe that goes away must not end the process that holds the platform up. */
-static void block_signals(sigset_t *set) {
-    signal(SIGPIPE, SIG_IGN);
-    sigemptyset(set);
-    sigaddset(set, SIGINT);
-    sigaddset(set, SIGTERM);
-    sigaddset(set, SIGHUP);
-    pthread_sigmask(SIG_BLOCK, set, NULL);
-}
-
-/* SAFETY: the first signal puts the platform down and ends the run; the second centres the valves at once. */
+/* SAFETY: the first signal puts the platform down and ends the run; the second centres the valves at
+ * once. Acted upon first, said afterwards. */
 static void signalled(struct session *s) {
     if (s->signals++) {
-        progress_say(&s->progress, "hexid: interrupted again: valves centred\n");
         atomic_store(&s->loop.abort, true);
+        progress_say(&s->progress, "hexid: interrupted again: valves centred\n");
         return;
     }
-    progress_say(&s->progress, "hexid: interrupted: parking (once more to centre the valves at once)\n");
-    mailbox_post(&s->loop.requests, COMMAND_PARK);
     atomic_store(&s->loop.quit, true);
+    mailbox_post(&s->loop.requests, COMMAND_PARK);
+    progress_say(&s->progress, "hexid: interrupted: parking (once more to centre the valves at once)\n");
 }
 
-static void refuse(struct session *s, enum command command) {
-    unsigned char buffer[256];
-    char text[160];
-    snprintf(text, sizeof text, "%s refused: set lcm.commands to true to accept commands that move", command_names[command]);
-    int size = event_encode(clock_now(&s->loop.clock), 0, "command", text, buffer, sizeof buffer);
-    bus_publish(s->bus, CHANNEL_EVENT, buffer, size);
-    progress_say(&s->progress, "hexid: command %s\n", text);
-}
-
-/* SAFETY: whoever reaches the bus may put the platform down; only the configuration lets it be moved from there. */
-static void command_received(void *context, enum command command) {
+static void say(void *context, const char *text) {
     struct session *s = context;
-    bool stops = command == COMMAND_STOP || command == COMMAND_PARK;
-    if (stops || s->params.lcm.commands) mailbox_post(&s->loop.requests, command); /* the recorder answers */
-    else refuse(s, command);
+    progress_say(&s->progress, "hexid: %s\n", text);
 }
 
-static void wait_for_end(struct session *s, const sigset_t *signals) {
-    const struct timespec pause = {.tv_nsec = s->options.fast ? 2000000 : 20000000};
-    bool listens = s->bus && !s->options.fast && !bus_subscribe_commands(s->bus, command_received, s);
+static int64_t monotonic_ns(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return t.tv_sec * NS_PER_S + t.tv_nsec;
+}
+
+static void take_signals(struct session *s) {
+    struct signalfd_siginfo signal;
+    while (read(s->signal_file, &signal, sizeof signal) == (ssize_t)sizeof signal) signalled(s);
+}
+
+/* A flood takes turns with the signals. */
+static void take_messages(struct session *s) {
+    enum { AT_ONCE = 64 };
+    struct bus_message message;
+    for (int i = 0; i < AT_ONCE && bus_receive(s->bus, &message) == 1; i++) operator_take(&s->operator, &message, monotonic_ns());
+}
+
+/* SAFETY: a log that takes nothing more, without an error (a pipe whose reader sleeps, a disk that hangs),
+ * is not driven on beside: the platform is put down before records are lost. */
+static void watch_recorder(struct session *s) {
+    double behind_s = (double)ring_count(&s->ring) * s->params.loop.period_s;
+    if (s->options.fast || s->recorder_hangs || behind_s < recorder_behind_s) return;
+    s->recorder_hangs = true;
+    atomic_store(&s->loop.quit, true);
+    mailbox_post(&s->loop.requests, COMMAND_PARK);
+    progress_say(&s->progress, "hexid: %s takes no more: parking\n", s->options.log ? s->options.log : "the recorder");
+}
+
+/* SAFETY: between a signal or a message and the loop's mailbox stands nothing that can block. */
+static void wait_for_end(struct session *s) {
+    struct pollfd p[] = {{.fd = s->signal_file, .events = POLLIN}, {.fd = s->listens ? bus_fd(s->bus) : -1, .events = POLLIN}};
+    operator_init(&s->operator, &s->params, &s->loop, s->bus, say, s);
     while (!atomic_load_explicit(&s->loop.ended, memory_order_acquire)) {
-        if (sigtimedwait(signals, NULL, &pause) > 0) signalled(s);
-        if (listens) bus_handle(s->bus, 0);
+        poll(p, 2, s->options.fast || s->operator.waiting_request ? 2 : 20);
+        take_signals(s);
+        if (s->listens) take_messages(s);
+        operator_tick(&s->operator, monotonic_ns());
+        watch_recorder(s);
     }
 }
 
@@ -137,14 +186,32 @@ static int report(struct session *s, struct error *error) {
     if (s->hal->ops->describe) s->hal->ops->describe(s->hal, trouble, sizeof trouble);
     if (*trouble) fprintf(s->progress.out, "device    %s: %s\n", s->options.hal, trouble);
     fprintf(s->progress.out, "log       %s\n", s->options.log ? s->options.log : "none kept (--log FILE keeps one)");
+    outlet_flush(&s->progress.steps);
     int status = analysis_write_json(a, &verdict, s->options.json, error);
     return status ? status : verdict.status == VERDICT_PASS ? EXIT_PASSED : EXIT_CHECK_FAILED;
 }
 
+/* What the recorder has taken goes into the log and the result; one that hangs is left behind. */
+static int finish(struct session *s, struct error *error) {
+    struct error closing = {0};
+    s->stuck = !recorder_join(&s->recorder);
+    if (s->stuck)
+        return error_set(error, STATUS_IO, "%s: takes no more: %llu records of the end are not in it",
+                         s->options.log ? s->options.log : "the recorder", (unsigned long long)ring_count(&s->ring));
+    if (s->log && log_close(s->log, &closing) && !s->recorder.error.status) s->recorder.error = closing;
+    s->log = NULL;
+    int reported = report(s, error);
+    if (!s->recorder.error.status) return reported;
+    *error = s->recorder.error;
+    return error->status;
+}
+
 static int run(struct session *s, struct error *error) {
-    sigset_t signals;
-    block_signals(&signals);
-    progress_init(&s->progress, &s->params, s->options.json && !strcmp(s->options.json, "-") ? stderr : stdout, s->options.fast);
+    bool results_on_stdout = s->options.json && !strcmp(s->options.json, "-");
+    if ((s->signal_file = block_signals(error)) < 0) return s->signal_file;
+    if (progress_open(&s->progress, &s->params, results_on_stdout ? STDERR_FILENO : STDOUT_FILENO, s->options.fast))
+        return error_set(error, STATUS_IO, "no pipe to the terminal: %s", strerror(errno));
+    crash_guard(s->hal, &s->loop.abort);
     s->recorder = (struct recorder){.params = &s->params, .loop = &s->loop, .records = &s->ring, .log = s->log, .bus = s->bus,
                                     .progress = &s->progress, .virtual_time = s->options.fast};
     int status = recorder_start(&s->recorder, s->config, error);
@@ -154,19 +221,26 @@ static int run(struct session *s, struct error *error) {
         recorder_join(&s->recorder);
         return status;
     }
-    if (s->loop.realtime) warn(&s->loop.realtime_error);
-    wait_for_end(s, &signals);
+    if (s->loop.realtime) progress_say(&s->progress, "hexid: warning: %s\n", s->loop.realtime_error.text);
+    else if (realtime_of(s) != REALTIME_OFF) realtime_follow(&s->params.loop, STOP_PATH_BELOW_LOOP);
+    wait_for_end(s);
     loop_join(&s->loop);
-    recorder_join(&s->recorder);
-    struct error closing = {0};
-    if (s->log && log_close(s->log, &closing) && !s->recorder.error.status) s->recorder.error = closing;
-    s->log = NULL;
-    int reported = report(s, error);
-    if (s->recorder.error.status) {
-        *error = s->recorder.error;
-        return error->status;
-    }
-    return reported;
+    return finish(s, error);
+}
+
+/* SAFETY: whatever hangs, the back-end is closed and the process ends. */
+static int close_all(struct session *s, int status, const struct error *error) {
+    struct error ignored;
+    bool quiet = !s->progress.out || progress_close(&s->progress);
+    if (s->hal) s->hal->ops->close(s->hal);
+    if (status < 0) status = cli_fail(error);
+    if (!quiet || s->stuck) _exit(status); /* threads that wait for a terminal or a disk still use what would be freed */
+    if (s->bus) bus_close(s->bus);
+    if (s->log) log_close(s->log, &ignored);
+    ring_free(&s->ring);
+    free(s->config);
+    free(s);
+    return status;
 }
 
 int cmd_run(int argc, char **argv) {
@@ -184,7 +258,5 @@ int cmd_run(int argc, char **argv) {
         status = open_all(s, &error);
         if (!status) status = run(s, &error);
     }
-    close_all(s);
-    free(s);
-    return status < 0 ? cli_fail(&error) : status;
+    return close_all(s, status, &error);
 }

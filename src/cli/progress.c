@@ -9,10 +9,20 @@
 
 enum { BAR = 32 };
 
-void progress_init(struct progress *p, const struct params *params, FILE *out, bool virtual_time) {
+int progress_open(struct progress *p, const struct params *params, int to, bool virtual_time) {
     double redraw_s = virtual_time ? 2.0 : 0.1;
-    *p = (struct progress){.params = params, .out = out, .terminal = isatty(fileno(out)) != 0};
+    *p = (struct progress){.params = params, .terminal = isatty(to) != 0};
     p->redraw_cycles = llround(redraw_s / params->loop.period_s);
+    if (outlet_open(&p->steps, to)) return -1;
+    p->out = p->steps.out;
+    if (!outlet_open(&p->words, STDERR_FILENO)) return 0;
+    outlet_close(&p->steps);
+    return -1;
+}
+
+bool progress_close(struct progress *p) {
+    bool steps = outlet_close(&p->steps), words = outlet_close(&p->words);
+    return steps && words;
 }
 
 static void clear_line(struct progress *p) {
@@ -22,10 +32,11 @@ static void clear_line(struct progress *p) {
 void progress_say(struct progress *p, const char *format, ...) {
     va_list args;
     clear_line(p);
-    fflush(p->out);
+    outlet_flush(&p->steps);
     va_start(args, format);
-    vfprintf(stderr, format, args);
+    vfprintf(p->words.out, format, args);
     va_end(args);
+    outlet_flush(&p->words);
 }
 
 void progress_end(struct progress *p) { clear_line(p); }
@@ -35,7 +46,7 @@ void progress_state(struct progress *p, const struct cycle *c) {
     if (c->state == STATE_TESTING || c->state == STATE_FAULT) return; /* results and the fault speak for themselves */
     clear_line(p);
     fprintf(p->out, "  %s\n", state_names[c->state]);
-    fflush(p->out);
+    outlet_flush(&p->steps);
 }
 
 void progress_fault(struct progress *p, const struct cycle *c, const char *cause, const char *remedy) {
@@ -44,7 +55,7 @@ void progress_fault(struct progress *p, const struct cycle *c, const char *cause
     clear_line(p);
     fprintf(p->out, "  FAULT %s at %.3f s: valves centred\n        %s\n        to do: %s\n", text, (double)c->in.time_ns * 1e-9, cause,
             remedy);
-    fflush(p->out);
+    outlet_flush(&p->steps);
 }
 
 void progress_result(struct progress *p, const struct test_result *t) {
@@ -58,7 +69,7 @@ void progress_result(struct progress *p, const struct test_result *t) {
                 angle ? "mrad" : "mm", t->phase_deg, unwanted);
     fprintf(p->out, "%lld of %lld excluded%s\n", (long long)t->excluded, (long long)(t->samples + t->excluded),
             t->complete ? "" : ", not complete");
-    fflush(p->out);
+    outlet_flush(&p->steps);
 }
 
 /* Share of the state's or the test's time that has gone by. */
@@ -83,5 +94,5 @@ void progress_tick(struct progress *p, const struct cycle *c) {
     if (c->test >= 0) fprintf(p->out, "  test %d/%d  %-5s  ", c->test + 1, p->params->tests.count, dof_names[c->dof]);
     else fprintf(p->out, "  %-18s", state_names[c->state]);
     fprintf(p->out, "[%.*s%.*s] %s", marks, full, BAR - marks, empty, phases[c->phase]);
-    fflush(p->out);
+    outlet_flush(&p->steps);
 }

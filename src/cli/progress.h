@@ -5,17 +5,24 @@
 #include <stdio.h>
 
 #include "ident.h"
+#include "outlet.h"
 #include "params.h"
 
 struct progress {
     const struct params *params;
-    FILE *out;
+    struct outlet steps;    /* standard output */
+    struct outlet words;    /* standard error */
+    FILE *out;              /* that of steps */
     bool terminal;
     int64_t redraw_cycles;  /* cycles between two drawings of the live line */
     int64_t state_cycles;   /* in the state at hand */
 };
 
-void progress_init(struct progress *p, const struct params *params, FILE *out, bool virtual_time);
+/* to: standard output, or standard error where that is for the results. -1: no pipe or thread. Nothing
+ * here holds its caller up, whatever the terminal does (outlet.h). */
+int progress_open(struct progress *p, const struct params *params, int to, bool virtual_time);
+/* Waits for the terminal as outlet_close() does. */
+bool progress_close(struct progress *p);
 void progress_state(struct progress *p, const struct cycle *c);
 /* cause and remedy: failure_explain(). */
 void progress_fault(struct progress *p, const struct cycle *c, const char *cause, const char *remedy);

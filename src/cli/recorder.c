@@ -137,4 +137,12 @@ int recorder_start(struct recorder *r, const char *config, struct error *error) 
     return refused ? error_set(error, STATUS_IO, "cannot start the recorder thread: %s", strerror(refused)) : STATUS_OK;
 }
 
-void recorder_join(struct recorder *r) { pthread_join(r->thread, NULL); }
+bool recorder_join(struct recorder *r) {
+    for (uint64_t before = ring_count(r->records) + 1, now; (now = ring_count(r->records)) < before; before = now) {
+        struct timespec until;
+        clock_gettime(CLOCK_REALTIME, &until);
+        until.tv_sec += RECORDER_PATIENCE_S;
+        if (!pthread_timedjoin_np(r->thread, NULL, &until)) return true;
+    }
+    return false;
+}

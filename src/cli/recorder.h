@@ -29,7 +29,9 @@ struct recorder {
  * park request when the log cannot be written. */
 int recorder_start(struct recorder *r, const char *config, struct error *error);
 
-/* Waits for the last record. */
-void recorder_join(struct recorder *r);
+/* Waits for the last record, as long as records are taken; given up after RECORDER_PATIENCE_S without:
+ * false, and the recorder is in use by its thread until the process ends. */
+enum { RECORDER_PATIENCE_S = 3 };
+bool recorder_join(struct recorder *r);
 
 #endif

@@ -123,7 +123,7 @@ static enum trigger commanded(struct platform *p, struct request request) {
     };
     if (request.id == p->supervisor.request_id || (unsigned)request.command >= COMMANDS) return TRIGGER_NONE;
     p->supervisor.request_id = request.id;
-    if (request.command == COMMAND_STOP || request.command == COMMAND_PARK) p->automatic = false;
+    if (command_stops(request.command)) p->automatic = false;
     return of_command[request.command];
 }
 
@@ -181,10 +181,13 @@ static void enter(struct platform *p, enum state from, enum state to) {
     }
 }
 
-static void apply(struct platform *p, enum trigger trigger) {
+/* False: it does nothing in this state. */
+static bool apply(struct platform *p, enum trigger trigger) {
     enum state from = p->supervisor.state, to = supervisor_next(from, trigger);
+    bool stops = from == STATE_TESTING && trigger == TRIGGER_STOP;
     if (to != from) enter(p, from, to);
-    else if (from == STATE_TESTING && trigger == TRIGGER_STOP) p->stopping = true, reference_stop(&p->reference);
+    else if (stops) p->stopping = true, reference_stop(&p->reference);
+    return to != from || stops;
 }
 
 /* A move or a test has ended: what comes next in this state. */
@@ -233,7 +236,8 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
     struct reference_sample ref = {0};
 
     uint32_t stale = count_says(p, in), suspect = observe(p, in);
-    apply(p, commanded(p, request));
+    enum trigger asked = commanded(p, request);
+    if (asked != TRIGGER_NONE) p->request_taken = apply(p, asked);
     apply(p, automatic(p));
     /* SAFETY: the sensors have the last word: no request of the same cycle can undo a fault before it is seen. */
     if (supervisor_judge(s, suspect, patience(p, suspect))) apply(p, TRIGGER_FAULT);

@@ -34,6 +34,7 @@ struct platform {
     int test;                    /* under way, or the next */
     int64_t ready_ticks;         /* cycles in STATE_READY */
     bool stopping;               /* the test under way was told to end */
+    bool request_taken;          /* the last request did something */
     bool automatic;              /* engage, test and park without being told; over when put down, and with a stop, a park or a fault */
     int64_t seq;
 };

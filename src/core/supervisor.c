@@ -34,6 +34,22 @@ enum state supervisor_next(enum state state, enum trigger trigger) {
     return state;
 }
 
+const char *supervisor_advice(enum state state, enum command command) {
+    static const char *const first[STATES] = {
+        [STATE_INIT] = "the sensors are not believed yet: wait for `settled`, or see `hexid monitor` for what they say",
+        [STATE_SETTLED] = "the platform is put down: `hexid command engage` first",
+        [STATE_ENGAGING] = "the platform is rising: wait for `ready`",
+        [STATE_READY] = "the platform is held at neutral: `start` or `park`",
+        [STATE_TESTING] = "tests are under way: `stop` or `park` first",
+        [STATE_PARKING] = "the platform is being put down: wait for `settled`",
+        [STATE_FAULT] = "a fault is latched: mend its cause, then `hexid command reset`",
+    };
+    if (command == COMMAND_RESET && state != STATE_FAULT) return "there is no fault to reset";
+    if (command_stops(command) && !supervisor_drives(state)) return "nothing moves: the valves are centred";
+    if (command == COMMAND_ENGAGE && state == STATE_READY) return "the platform is engaged already: `start` or `park`";
+    return first[state];
+}
+
 bool supervisor_drives(enum state state) {
     return state == STATE_ENGAGING || state == STATE_READY || state == STATE_TESTING || state == STATE_PARKING;
 }

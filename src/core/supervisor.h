@@ -33,6 +33,9 @@ struct supervisor {
 /* The state after a trigger; the same state when the table has no row for it. */
 enum state supervisor_next(enum state state, enum trigger trigger);
 
+/* Why a command does nothing in this state, and what to do first; for the operator. */
+const char *supervisor_advice(enum state state, enum command command);
+
 /* Valves are driven in this state. */
 bool supervisor_drives(enum state state);
 

@@ -2,99 +2,207 @@
 
 #include <arpa/inet.h>
 #include <errno.h>
-#include <lcm/lcm.h>
-#include <stdlib.h>
+#include <ifaddrs.h>
+#include <linux/filter.h>
+#include <net/if.h>
+#include <poll.h>
+#include <stdatomic.h>
+#include <stddef.h>
+#include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
+#include <sys/uio.h>
 #include <unistd.h>
 
-#include "messages.h"
+#define MAGIC 0x4c433032u /* "LC02": a short message; "LC03" would be a fragment of a long one */
 
-enum { QUEUE_CAPACITY = 1000 }; /* messages; liblcm's 30 lose some whenever the reader stalls */
+enum { HEADER = 8, DATAGRAM_MAX = 65507, HOST_ADDRESSES_MAX = 32, UDP_HEADER = 8, RECEIVE_BUFFER = 1 << 21 };
 
 struct bus {
-    lcm_t *lcm;
-    bus_callback *callback;
-    void *context;
-    bus_command_callback *command_callback;
-    void *command_context;
+    struct sockaddr_in group;
+    int out, in;                /* sockets; in: -1 until bus_listen() */
+    _Atomic uint32_t number;    /* of the next message */
+    enum bus_source source;
+    struct in_addr host[HOST_ADDRESSES_MAX];
+    int hosts;
+    unsigned char datagram[DATAGRAM_MAX];
 };
 
-static int refuse(const char *url, struct error *error) {
-    if (strncmp(url, "udpm:", 5) == 0)
-        return error_set(error, STATUS_IO, "LCM cannot use %.128s: most likely there is no route for multicast; "
-                         "`ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo` makes one on this host", url);
-    return error_set(error, STATUS_IO, "LCM cannot use \"%.128s\"; give one like udpm://239.255.76.67:7667?ttl=0 (lcm.url)", url);
+/* ---- the URL ---- */
+
+static int refuse_url(const char *url, struct error *error) {
+    return error_set(error, STATUS_USAGE, "lcm.url \"%.128s\": give one like udpm://239.255.76.67:7667?ttl=0", url);
 }
 
-/* liblcm without a route prints a page of its own: asked first, it need not. URLs that are not of this form are for liblcm to judge. */
-static bool no_route(const char *url) {
-    char host[16];
-    struct sockaddr_in group = {.sin_family = AF_INET};
-    unsigned short port;
-    if (sscanf(url, "udpm://%15[0-9.]:%hu", host, &port) != 2 || inet_pton(AF_INET, host, &group.sin_addr) != 1) return false;
-    group.sin_port = htons(port);
-    int probe = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-    bool unreachable = probe >= 0 && connect(probe, (const struct sockaddr *)&group, sizeof group) && errno == ENETUNREACH;
-    if (probe >= 0) close(probe);
-    return unreachable;
+static int refuse_network(const char *url, struct error *error) {
+    return error_set(error, STATUS_IO, "LCM cannot use %.128s: %s; most likely there is no route for multicast: "
+                     "`ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo` makes one on this host", url, strerror(errno));
+}
+
+static bool number(const char **text, int least, int most, int *value) {
+    char *end;
+    long x = strtol(*text, &end, 10);
+    bool good = end != *text && **text >= '0' && **text <= '9' && x >= least && x <= most;
+    *text = end;
+    *value = (int)x;
+    return good;
+}
+
+/* [HOST[:PORT]][?ttl=N] */
+static bool parse_address(const char *text, struct sockaddr_in *group, int *ttl) {
+    char host[16] = "239.255.76.67";
+    size_t length = strcspn(text, ":?");
+    int port = 7667;
+    *ttl = 0; /* SAFETY: stays on this host unless told otherwise */
+    if (length >= sizeof host) return false;
+    if (length) snprintf(host, sizeof host, "%.*s", (int)length, text);
+    text += length;
+    if (*text == ':' && (text++, !number(&text, 1, 65535, &port))) return false;
+    if (!strncmp(text, "?ttl=", 5) && (text += 5, !number(&text, 0, 255, ttl))) return false;
+    *group = (struct sockaddr_in){.sin_family = AF_INET, .sin_port = htons((uint16_t)port)};
+    return !*text && inet_pton(AF_INET, host, &group->sin_addr) == 1 && IN_MULTICAST(ntohl(group->sin_addr.s_addr));
+}
+
+/* ---- sending ---- */
+
+static bool open_sender(struct bus *b, int ttl) {
+    unsigned char hops = (unsigned char)ttl, loop = 1;
+    b->out = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    return b->out >= 0 && !setsockopt(b->out, IPPROTO_IP, IP_MULTICAST_TTL, &hops, sizeof hops) &&
+           !setsockopt(b->out, IPPROTO_IP, IP_MULTICAST_LOOP, &loop, sizeof loop) &&
+           !connect(b->out, (const struct sockaddr *)&b->group, sizeof b->group);
 }
 
 int bus_open(struct bus **bus, const char *url, struct error *error) {
+    static const char scheme[] = "udpm://";
     struct bus *b = calloc(1, sizeof *b);
+    int ttl;
     *bus = NULL;
     if (!b) return error_set(error, STATUS_IO, "out of memory");
-    b->lcm = url[0] && !no_route(url) ? lcm_create(url) : NULL; /* liblcm would take an empty one for its default */
-    if (!b->lcm) {
-        free(b);
-        return refuse(url, error);
-    }
-    *bus = b;
-    return STATUS_OK;
+    b->in = b->out = -1;
+    int status = STATUS_OK;
+    if (strncmp(url, scheme, sizeof scheme - 1) || !parse_address(url + sizeof scheme - 1, &b->group, &ttl)) status = refuse_url(url, error);
+    else if (!open_sender(b, ttl)) status = refuse_network(url, error);
+    if (status) bus_close(b);
+    else *bus = b;
+    return status;
 }
 
 void bus_close(struct bus *b) {
-    lcm_destroy(b->lcm);
+    if (b->out >= 0) close(b->out);
+    if (b->in >= 0) close(b->in);
     free(b);
 }
 
 int bus_publish(struct bus *b, const char *channel, const void *data, int size) {
-    return size >= 0 && lcm_publish(b->lcm, channel, data, (unsigned)size) == 0 ? 0 : -1;
+    size_t length = strlen(channel) + 1;
+    if (size < 0 || size > BUS_DATA_MAX || length > BUS_CHANNEL_SIZE) return -1;
+    uint32_t header[] = {htonl(MAGIC), htonl(atomic_fetch_add_explicit(&b->number, 1, memory_order_relaxed))};
+    struct iovec part[] = {{header, sizeof header}, {(void *)(uintptr_t)channel, length}, {(void *)(uintptr_t)data, (size_t)size}};
+    struct msghdr message = {.msg_iov = part, .msg_iovlen = 3};
+    return sendmsg(b->out, &message, MSG_DONTWAIT | MSG_NOSIGNAL) >= 0 ? 0 : -1;
 }
 
-static int subscribe(struct bus *b, const char *channel, lcm_msg_handler_t handler) {
-    lcm_subscription_t *s = lcm_subscribe(b->lcm, channel, handler, b);
-    return s && lcm_subscription_set_queue_capacity(s, QUEUE_CAPACITY) == 0 ? STATUS_OK : STATUS_IO;
+/* ---- receiving ---- */
+
+bool bus_parse(const unsigned char *datagram, int size, struct bus_message *m) {
+    static const unsigned char magic[] = {'L', 'C', '0', '2'};
+    if (size < HEADER || memcmp(datagram, magic, sizeof magic) != 0) return false;
+    const unsigned char *channel = datagram + HEADER;
+    size_t left = (size_t)(size - HEADER), room = left < BUS_CHANNEL_SIZE ? left : BUS_CHANNEL_SIZE;
+    const unsigned char *end = memchr(channel, '\0', room);
+    if (!end) return false;
+    memcpy(m->channel, channel, (size_t)(end - channel) + 1);
+    m->data = end + 1;
+    m->size = (int)(datagram + size - m->data);
+    return true;
 }
 
-static void received(const lcm_recv_buf_t *message, const char *channel, void *user) {
-    struct bus *b = user;
-    b->callback(b->context, channel, message->data, (int)message->data_size);
+/* What does not begin as a message of these channels is dropped by the kernel: a flood of it takes no
+ * room from what is waited for. The filter counts from the UDP header. */
+static bool drop_others(int fd, const char *prefix) {
+    enum { FIXED = 2, PER_BYTE = 2, END = 2, PREFIX_MAX = 20 };
+    struct sock_filter code[FIXED + PER_BYTE * PREFIX_MAX + END];
+    int length = (int)strlen(prefix), size = FIXED + PER_BYTE * length + END, n = 0;
+    if (length > PREFIX_MAX) return false;
+    code[n++] = (struct sock_filter)BPF_STMT(BPF_LD | BPF_W | BPF_ABS, UDP_HEADER);
+    code[n] = (struct sock_filter)BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, MAGIC, 0, (uint8_t)(size - n - 2)), n++;
+    for (int i = 0; i < length; i++) {
+        code[n++] = (struct sock_filter)BPF_STMT(BPF_LD | BPF_B | BPF_ABS, (uint32_t)(UDP_HEADER + HEADER + i));
+        code[n] = (struct sock_filter)BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, (uint32_t)prefix[i], 0, (uint8_t)(size - n - 2)), n++;
+    }
+    code[n++] = (struct sock_filter)BPF_STMT(BPF_RET | BPF_K, UINT32_MAX);
+    code[n++] = (struct sock_filter)BPF_STMT(BPF_RET | BPF_K, 0);
+    struct sock_fprog program = {.len = (unsigned short)n, .filter = code};
+    return !setsockopt(fd, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program);
 }
 
-static void command_received(const lcm_recv_buf_t *message, const char *channel, void *user) {
-    struct bus *b = user;
-    enum command command;
-    (void)channel;
-    if (command_decode(message->data, (int)message->data_size, &command)) b->command_callback(b->command_context, command);
+/* Bound to the group, so that what was sent to this host's own address does not arrive. */
+static bool open_receiver(struct bus *b, const char *prefix) {
+    int yes = 1, no = 0, room = RECEIVE_BUFFER;
+    struct ip_mreqn membership = {.imr_multiaddr = b->group.sin_addr};
+    b->in = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    if (b->in < 0) return false;
+    setsockopt(b->in, SOL_SOCKET, SO_RCVBUF, &room, sizeof room); /* as much of it as the system allows */
+    return !setsockopt(b->in, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes) &&
+           !setsockopt(b->in, IPPROTO_IP, IP_MULTICAST_ALL, &no, sizeof no) && drop_others(b->in, prefix) &&
+           !bind(b->in, (const struct sockaddr *)&b->group, sizeof b->group) &&
+           !setsockopt(b->in, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership);
 }
 
-int bus_subscribe_raw(struct bus *b, const char *channel_regex, bus_callback *callback, void *context) {
-    b->callback = callback;
-    b->context = context;
-    return subscribe(b, channel_regex, received);
+static void find_host_addresses(struct bus *b) {
+    struct ifaddrs *all;
+    if (getifaddrs(&all)) return;
+    for (struct ifaddrs *a = all; a && b->hosts < HOST_ADDRESSES_MAX; a = a->ifa_next)
+        if (a->ifa_addr && a->ifa_addr->sa_family == AF_INET) {
+            struct sockaddr_in address;
+            memcpy(&address, a->ifa_addr, sizeof address);
+            b->host[b->hosts++] = address.sin_addr;
+        }
+    freeifaddrs(all);
 }
 
-int bus_subscribe_commands(struct bus *b, bus_command_callback *callback, void *context) {
-    b->command_callback = callback;
-    b->command_context = context;
-    return subscribe(b, CHANNEL_COMMAND, command_received);
+int bus_listen(struct bus *b, const char *prefix, enum bus_source source, struct error *error) {
+    char group[INET_ADDRSTRLEN];
+    b->source = source;
+    find_host_addresses(b);
+    if (open_receiver(b, prefix)) return STATUS_OK;
+    inet_ntop(AF_INET, &b->group.sin_addr, group, sizeof group);
+    error_set(error, STATUS_IO, "LCM cannot receive from %s:%d: %s", group, ntohs(b->group.sin_port), strerror(errno));
+    if (b->in >= 0) close(b->in);
+    b->in = -1;
+    return error->status;
 }
 
-int bus_handle(struct bus *b, int timeout_ms) {
-    if (lcm_get_fileno(b->lcm) < 0) return STATUS_IO; /* liblcm would select on it */
-    int handled = lcm_handle_timeout(b->lcm, timeout_ms);
-    if (handled >= 0) return handled;
-    return errno == EINTR ? 0 : STATUS_IO;
+int bus_fd(const struct bus *b) { return b->in; }
+
+/* The kernel takes 127.0.0.0/8 from no network; 0.0.0.0, a sender on a loopback route, from one only for
+ * the groups 224.0.0.0/24; and none of this host's own addresses. */
+static bool from_this_host(const struct bus *b, const struct sockaddr_in *sender) {
+    uint32_t address = ntohl(sender->sin_addr.s_addr), group = ntohl(b->group.sin_addr.s_addr);
+    if (address >> 24 == IN_LOOPBACKNET || (address == INADDR_ANY && group >> 8 != INADDR_UNSPEC_GROUP >> 8)) return true;
+    for (int i = 0; i < b->hosts; i++)
+        if (b->host[i].s_addr == sender->sin_addr.s_addr) return true;
+    return false;
+}
+
+int bus_receive(struct bus *b, struct bus_message *message) {
+    for (;;) {
+        struct sockaddr_in sender;
+        socklen_t length = sizeof sender;
+        ssize_t size = recvfrom(b->in, b->datagram, sizeof b->datagram, MSG_DONTWAIT, (struct sockaddr *)&sender, &length);
+        if (size < 0 && errno == EINTR) continue;
+        if (size < 0) return errno == EAGAIN || errno == EWOULDBLOCK ? 0 : STATUS_IO;
+        if (length != sizeof sender || (b->source == BUS_THIS_HOST && !from_this_host(b, &sender))) continue;
+        if (bus_parse(b->datagram, (int)size, message)) return 1;
+    }
+}
+
+int bus_wait(struct bus *b, int timeout_ms) {
+    struct pollfd p = {.fd = b->in, .events = POLLIN};
+    int ready = poll(&p, 1, timeout_ms);
+    if (ready < 0) return errno == EINTR ? 0 : STATUS_IO;
+    return ready;
 }

@@ -1,32 +1,56 @@
-/* The stream to and from other programs: raw messages over LCM. Channels and types: lcmtypes/README.md.
- * Publishing takes a mutex and a blocking system call, and receiving has a thread of liblcm's own: ordinary threads only, never the loop's.
- * One thread may publish while another handles. */
+/* The stream to and from other programs: LCM messages over UDP multicast (lcmtypes/README.md: channels
+ * and types). Ordinary threads only, never the loop's; nothing here blocks but bus_wait().
+ *
+ * The protocol's short messages are spoken here and not by liblcm: a header of eight bytes, the
+ * channel's name, the data. liblcm's receiver (1.3.1) puts fragments together at offsets that the
+ * datagrams state, so that one datagram of 66 bytes from anybody ends the process; it can be told
+ * neither from whom nor what to receive, and it tests itself for up to ten seconds. Here a datagram is
+ * bounded and checked by bus_parse(), fragments are dropped (all of hexid's messages are short), what
+ * is not for the group never arrives, and the kernel drops channels that were not asked for. */
 #ifndef HEXID_BUS_H
 #define HEXID_BUS_H
 
+#include <stdbool.h>
+
 #include "status.h"
-#include "types.h"
 
 struct bus;
 
-/* "udpm://239.255.76.67:7667?ttl=0", or "memq://" within one program. -3 with the remedy when there is no multicast route. */
+enum { BUS_CHANNEL_SIZE = 64, BUS_DATA_MAX = 65000 };
+
+struct bus_message {
+    char channel[BUS_CHANNEL_SIZE];
+    const unsigned char *data; /* valid until the next bus_receive() */
+    int size;
+};
+
+/* From whom messages are taken. */
+enum bus_source { BUS_ANYONE, BUS_THIS_HOST };
+
+/* "udpm://239.255.76.67:7667?ttl=0"; a part that is left out is as here. STATUS_USAGE: no such URL;
+ * STATUS_IO with the remedy: no multicast route. Nothing is received before bus_listen(). */
 int bus_open(struct bus **bus, const char *url, struct error *error);
 void bus_close(struct bus *bus);
 
-/* 0, or -1 when the system did not take it: the stream is for watching, and who publishes goes on. A channel has at most 63 characters. */
+/* 0, or -1 when the system did not take it at once: the stream is for watching, and who publishes goes
+ * on. Several threads may publish. */
 int bus_publish(struct bus *bus, const char *channel, const void *data, int size);
 
-typedef void bus_callback(void *context, const char *channel, const void *data, int size);
-typedef void bus_command_callback(void *context, enum command command);
+/* Receives the channels whose names begin with the prefix from now on. SAFETY: a datagram that was not
+ * sent to the group, or with BUS_THIS_HOST comes from an address that is not this host's, is dropped. */
+int bus_listen(struct bus *bus, const char *prefix, enum bus_source source, struct error *error);
 
-/* Each message of a channel that the regular expression matches as a whole; data are gone when the callback returns. One context and
- * callback at a time: a later call replaces those of an earlier one. 0 or -3. */
-int bus_subscribe_raw(struct bus *bus, const char *channel_regex, bus_callback *callback, void *context);
+/* For poll(); -1 before bus_listen(). */
+int bus_fd(const struct bus *bus);
 
-/* Each command that is one: what else arrives on HEXID_COMMAND is dropped. Whether it may move anything is for the receiver to decide. */
-int bus_subscribe_commands(struct bus *bus, bus_command_callback *callback, void *context);
+/* The next message that has come: 1; 0: none; STATUS_IO: the socket is broken. */
+int bus_receive(struct bus *bus, struct bus_message *message);
 
-/* Calls back, in this thread, for one message; waits for it at most timeout_ms. 1 a message, 0 none, -3 the bus is broken. */
-int bus_handle(struct bus *bus, int timeout_ms);
+/* Waits for one, at most so long: 1, 0 or STATUS_IO. */
+int bus_wait(struct bus *bus, int timeout_ms);
+
+/* A datagram of the protocol: false for anything that is no whole short message. Pure; the message's
+ * data point into the datagram. */
+bool bus_parse(const unsigned char *datagram, int size, struct bus_message *message);
 
 #endif

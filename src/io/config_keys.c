@@ -150,6 +150,7 @@ static const struct config_key keys[] = {
     WORD(lcm, url, CONFIG_TEXT, "udpm://239.255.76.67:7667?ttl=0", "provider; empty: none; ttl=0 stays on the host", NULL),
     KEY(lcm, state_every, "10", 1.0, 1e6, "-", "one HEXID_STATE on the wire for so many cycles"),
     KEY(lcm, commands, "false", 0.0, 1.0, "-", "accept commands that move; stop and park are always accepted"),
+    KEY(lcm, lease_s, "5", 0.0, 60.0, "s", "an operator who engaged by command is heard so often, or the platform is parked; 0: not watched"),
 
     CHANNEL(length_channel, "m", "0", "1e6", "0", "1", "0.01", "30"),
     CHANNEL(p1_channel, "Pa", "0", "1000", "0", "1e6", "-2e5", "32e6"),

@@ -15,6 +15,7 @@
 #define CHANNEL_EVENT "HEXID_EVENT"
 #define CHANNEL_GAP "HEXID_GAP"
 #define CHANNEL_COMMAND "HEXID_COMMAND"
+#define CHANNEL_ANSWER "HEXID_ANSWER"
 
 enum { STATE_MESSAGE_MAX = 600, COMMAND_MESSAGE_MAX = 64 };
 
@@ -38,10 +39,35 @@ bool event_decode(const void *data, int size, struct event *event);
 /* The text of an event of the kind "config", pointing into data; false for any other. */
 bool event_decode_config(const void *data, int size, const char **text, size_t *length);
 
-/* Returns the size. time_ns: the sender's clock, for the record. */
-int command_encode(int64_t time_ns, enum command command, unsigned char buffer[COMMAND_MESSAGE_MAX]);
+/* A command of an operator, on CHANNEL_COMMAND: request_t, or command_t, which has neither id nor token. `renew` prolongs a lease. */
+struct operator_request {
+    int64_t id;          /* the sender's, comes back in the answer; 0: no answer is waited for */
+    int64_t token;       /* from an answer; 0: none yet */
+    enum command command;/* COMMAND_NONE where it renews */
+    bool renew;
+};
 
-/* False for anything but engage, start, stop, park and reset. */
-bool command_decode(const void *data, int size, enum command *command);
+/* Returns the size. */
+int request_encode(const struct operator_request *request, unsigned char buffer[COMMAND_MESSAGE_MAX]);
+
+/* False for anything but engage, start, stop, park, reset and renew in either type. */
+bool request_decode(const void *data, int size, struct operator_request *request);
+
+/* What became of it, on CHANNEL_ANSWER. */
+enum outcome { OUTCOME_DONE, OUTCOME_REFUSED, OUTCOME_TOKEN, OUTCOMES };
+struct answer {
+    int64_t id, token;   /* OUTCOME_TOKEN: ask again with this one; of what moves: the lease's */
+    double lease_s;      /* the machine is parked when the lease is not renewed for so long; 0: it needs no lease */
+    enum outcome outcome;
+    enum state state;
+    const char *text;    /* why, and what to do first */
+};
+
+/* Returns the size, -1 when it does not fit. */
+enum { ANSWER_MESSAGE_MAX = 512 };
+int answer_encode(const struct answer *answer, unsigned char buffer[ANSWER_MESSAGE_MAX]);
+
+/* text points into data. */
+bool answer_decode(const void *data, int size, struct answer *answer);
 
 #endif

@@ -40,6 +40,17 @@ static void hand_over(struct loop *l, const struct cycle *c) {
     }
 }
 
+static void tell_acted(struct loop *l) {
+    const struct platform *p = &l->platform;
+    uint64_t word = (uint64_t)p->supervisor.request_id << 32 | (uint64_t)p->supervisor.state << 1 | p->request_taken;
+    atomic_store_explicit(&l->acted, word, memory_order_release);
+}
+
+struct loop_acted loop_acted(const struct loop *l) {
+    uint64_t word = atomic_load_explicit(&l->acted, memory_order_acquire);
+    return (struct loop_acted){.request_id = (uint32_t)(word >> 32), .taken = word & 1, .state = (enum state)(word >> 1 & 0xff)};
+}
+
 bool loop_cycle(struct loop *l) {
     struct hal_sample sample = {0};
     struct cycle c;
@@ -56,6 +67,7 @@ bool loop_cycle(struct loop *l) {
     if (!c.out.enable || l->unwritten) l->hal->ops->safe(l->hal);
     c.wake_late_ns = late_ns;
     c.exec_ns = clock_since_wake(&l->clock);
+    tell_acted(l);
     hand_over(l, &c);
     l->deadline_ns += ns_from_seconds(l->params->loop.period_s);
     return !finished(l);

@@ -32,6 +32,7 @@ struct loop {
     _Atomic bool abort;              /* any thread -> loop: valves to centre and end now */
     _Atomic bool ended;              /* loop -> world: the last record is in the ring */
     _Atomic uint64_t lost;           /* loop -> world: records that found the ring full */
+    _Atomic uint64_t acted;          /* loop -> world: loop_acted() */
     struct clock clock;
     struct platform platform;
     int64_t deadline_ns;
@@ -52,6 +53,14 @@ int loop_init(struct loop *l, const struct params *params, struct hal *hal, stru
  * refusal is in l->realtime and l->realtime_error. */
 int loop_start(struct loop *l, enum realtime_mode mode, struct error *error);
 void loop_join(struct loop *l);
+
+/* What became of requests, as of the last cycle. Any thread. */
+struct loop_acted {
+    uint32_t request_id;             /* the last one that was looked at */
+    bool taken;                      /* it did something in the state it met */
+    enum state state;                /* now */
+};
+struct loop_acted loop_acted(const struct loop *l);
 
 /* One cycle; false after the last. RT: no heap, no lock, no system call but the sleep (and the clock's). */
 bool loop_cycle(struct loop *l);

@@ -52,3 +52,8 @@ int realtime_enter(const struct loop_params *params, enum realtime_mode mode, st
     int policy = fifo(params->priority, error);
     return policy ? policy : affinity ? affinity : memory;
 }
+
+void realtime_follow(const struct loop_params *params, int below) {
+    struct error ignored;
+    fifo(params->priority > below ? params->priority - below : 1, &ignored);
+}

@@ -12,4 +12,7 @@ enum realtime_mode { REALTIME_OFF, REALTIME_TRY, REALTIME_REQUIRE };
  * only in a log. */
 int realtime_enter(const struct loop_params *params, enum realtime_mode mode, struct error *error);
 
+/* SCHED_FIFO for the calling thread, so much below the loop's; where that is refused it goes on as it is. */
+void realtime_follow(const struct loop_params *params, int below);
+
 #endif

@@ -1,19 +1,34 @@
-/* libFuzzer: any bytes as a message of LCM: commands, events, states. What is accepted must be something a cycle or a command can be, and
+/* libFuzzer: any bytes as a datagram, and as a message of LCM: requests, answers, events, states. What is accepted must be something a cycle or a command can be, and
  * a state must come out of it as it went in. */
 #include <assert.h>
 #include <stddef.h>
 #include <string.h>
 
+#include "bus.h"
 #include "messages.h"
 #include "supervisor.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-static void command(const uint8_t *data, int size) {
-    enum command command = COMMAND_NONE;
-    bool good = command_decode(data, size, &command);
-    assert(good == (command >= COMMAND_ENGAGE && command <= COMMAND_RESET));
-    if (good) assert(!strcmp((const char *)data + size - strlen(command_names[command]) - 1, command_names[command]));
+static void request(const uint8_t *data, int size) {
+    struct operator_request r = {0};
+    bool good = request_decode(data, size, &r);
+    assert(good == (r.renew || (r.command >= COMMAND_ENGAGE && r.command <= COMMAND_RESET)));
+    const char *word = r.renew ? "renew" : command_names[r.command];
+    if (good) assert(!strcmp((const char *)data + size - strlen(word) - 1, word));
+}
+
+static void answer(const uint8_t *data, int size) {
+    struct answer a = {0};
+    if (!answer_decode(data, size, &a)) return;
+    assert(a.outcome < OUTCOMES && a.state < STATES && a.lease_s >= 0.0 && strlen(a.text) < (size_t)size);
+}
+
+/* As a datagram: what is taken lies within it. */
+static void datagram(const uint8_t *data, int size) {
+    struct bus_message m;
+    if (!bus_parse(data, size, &m)) return;
+    assert(strlen(m.channel) < BUS_CHANNEL_SIZE && m.size >= 0 && m.data + m.size == data + size && m.data > data);
 }
 
 static void event(const uint8_t *data, int size) {
@@ -33,7 +48,9 @@ static void state(const uint8_t *data, int size) {
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
-    command(data, (int)size);
+    datagram(data, (int)size);
+    request(data, (int)size);
+    answer(data, (int)size);
     event(data, (int)size);
     state(data, (int)size);
     return 0;

@@ -1,0 +1,63 @@
+#include "outlet.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdatomic.h>
+#include <stdio_ext.h>
+#include <time.h>
+#include <unistd.h>
+
+enum { WHOLE = 4096 /* PIPE_BUF: written whole or not at all */, ROOM = 1 << 20, GIVE_UP_S = 1 };
+
+static void *copy(void *argument) {
+    struct outlet *o = argument;
+    char text[WHOLE];
+    ssize_t size;
+    while ((size = read(o->from, text, sizeof text)) > 0 || (size < 0 && errno == EINTR))
+        for (ssize_t done = 0; done < size;) {
+            ssize_t written = write(o->to, text + done, (size_t)(size - done));
+            if (written < 0 && errno != EINTR) break; /* nobody reads it any more */
+            if (written > 0) done += written;
+            atomic_fetch_add_explicit(&o->copied, 1, memory_order_relaxed);
+        }
+    return NULL;
+}
+
+int outlet_open(struct outlet *o, int to) {
+    int end[2];
+    *o = (struct outlet){.to = to};
+    if (pipe2(end, O_CLOEXEC)) return -1;
+    fcntl(end[1], F_SETFL, O_NONBLOCK);
+    fcntl(end[1], F_SETPIPE_SZ, ROOM); /* or as much as there is */
+    o->from = end[0];
+    o->out = fdopen(end[1], "w");
+    if (o->out && !setvbuf(o->out, NULL, _IOFBF, WHOLE) && !pthread_create(&o->thread, NULL, copy, o)) return 0;
+    close(end[0]);
+    if (o->out) fclose(o->out);
+    else close(end[1]);
+    return -1;
+}
+
+void outlet_flush(struct outlet *o) {
+    if (!fflush(o->out)) return;
+    __fpurge(o->out);
+    clearerr(o->out);
+    atomic_fetch_add_explicit(&o->dropped, 1, memory_order_relaxed);
+}
+
+bool outlet_close(struct outlet *o) {
+    long before;
+    outlet_flush(o);
+    fclose(o->out);
+    do {
+        struct timespec until;
+        before = atomic_load(&o->copied);
+        clock_gettime(CLOCK_REALTIME, &until);
+        until.tv_sec += GIVE_UP_S;
+        if (!pthread_timedjoin_np(o->thread, NULL, &until)) {
+            close(o->from);
+            return true;
+        }
+    } while (atomic_load(&o->copied) != before);
+    return false;
+}

@@ -1,0 +1,28 @@
+#include "crash.h"
+
+#include <signal.h>
+#include <stdatomic.h>
+#include <time.h>
+
+#include "units.h"
+
+static struct hal *guarded; /* a signal handler can reach nothing else */
+static _Atomic bool *told;
+
+static void on_crash(int number) {
+    const struct timespec send = {.tv_nsec = NS_PER_S / 100};
+    atomic_store_explicit(told, true, memory_order_relaxed);
+    guarded->ops->safe(guarded);
+    nanosleep(&send, NULL);
+    guarded->ops->safe(guarded); /* the loop may have written one more command */
+    nanosleep(&send, NULL);
+    raise(number); /* SA_RESETHAND: as if there were no handler */
+}
+
+void crash_guard(struct hal *hal, _Atomic bool *abort) {
+    static const int errors[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTRAP, SIGSYS};
+    struct sigaction action = {.sa_handler = on_crash, .sa_flags = (int)SA_RESETHAND | SA_NODEFER};
+    guarded = hal;
+    told = abort;
+    for (size_t i = 0; i < sizeof errors / sizeof *errors; i++) sigaction(errors[i], &action, NULL);
+}
