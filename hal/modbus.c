@@ -159,9 +159,11 @@ static int greet(struct modbus_hal *m, struct error *error) {
 }
 
 static int connect_link(struct modbus_hal *m, struct error *error) {
-    int status = modbus_link_open(&m->link, &m->address, m->params->modbus.unit, timeout_s(m->params), error);
+    static const double greet_timeout_s = 1.0; /* nothing moves yet, and a device with many clients may take its time */
+    int status = modbus_link_open(&m->link, &m->address, m->params->modbus.unit, greet_timeout_s, error);
     if (status) return status;
     status = greet(m, error);
+    modbus_link_set_timeout(m->link, timeout_s(m->params));
     if (!status) return STATUS_OK;
     modbus_link_close(m->link);
     m->link = NULL;

@@ -1,10 +1,14 @@
 /* The device side of Modbus, for `hexid plant`: modbus_server.h on TCP or on a serial line.
  *
- * SAFETY: no client delays the master or the watchdog. Nothing is waited for but the time until the next turn; parts of requests wait in a
- * buffer of their connection. Who has the machine is attended at once; all others together, with whoever wants to connect, once a
- * millisecond, REQUESTS_A_TURN requests each. When there is no room, the one that has been idle for longest makes room, never the master:
- * the guide's pool of non-priority connections (Messaging on TCP/IP V1.0b, 4.2.1). Who reads no answers is cut off. */
+ * SAFETY: no client delays the master or the watchdog. Nothing is waited for but the time until the
+ * next turn; parts of requests wait in a buffer of their connection. Who has the machine is
+ * attended at once; all others, with whoever wants to connect, once a millisecond, in rotation, for
+ * OTHERS_A_TURN requests and WELCOMES_A_TURN connections. When there is no room, the one that has
+ * been idle for longest makes room, never the master: the guide's pool of non-priority connections
+ * (Messaging on TCP/IP V1.0b, 4.2.1). So a new master has some milliseconds to claim the machine
+ * in, however many others connect. Who reads no answers is cut off. */
 #include <errno.h>
+#include <fcntl.h>
 #include <modbus/modbus.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -21,9 +25,11 @@
 #include "units.h"
 
 enum {
-    CLIENTS = 8,
+    CLIENTS = 64,
     BACKLOG = 64,
-    REQUESTS_A_TURN = 4,
+    REQUESTS_A_TURN = 4,       /* of one client */
+    OTHERS_A_TURN = 32,        /* of all that are not the master: a third of a millisecond */
+    WELCOMES_A_TURN = 16,
     TURN_NS = NS_PER_S / 1000,
     SILENCE_NS = 20 * TURN_NS, /* on a serial line; the standard's 3.5 characters are less than adapters and schedulers let pass unseen */
     SEND_BUFFER = 4096,        /* bytes; answers that nobody reads are few */
@@ -45,7 +51,8 @@ struct modbus_device {
     int listener;                /* -1: a serial line, client[0] */
     struct client client[CLIENTS];
     uint64_t connections;        /* that there ever were */
-    int64_t turn_ns;             /* when the others are attended next */
+    int64_t turn_ns;             /* when the others are attended next, */
+    unsigned turns;              /* and how often they were */
 };
 
 static bool is_serial(const struct modbus_device *d) { return d->listener < 0; }
@@ -65,8 +72,9 @@ static enum adu_result take(const struct modbus_device *d, const struct client *
                         : adu_take_tcp(c->bytes, c->filled, adu);
 }
 
-/* On TCP the host's address says which device is meant, and 255 or 0 that nothing more is; another unit would be behind a gateway, which
- * this is not. On a serial line what is for others is not answered. */
+/* On TCP the host's address says which device is meant, and 255 or 0 that nothing more is; another
+ * unit would be behind a gateway, which this is not. On a serial line what is for others is not
+ * answered. */
 static bool is_meant(const struct modbus_device *d, uint8_t unit) {
     bool other = is_serial(d) ? unit != UNIT_BROADCAST : unit != ADU_UNIT_TCP && unit != 0;
     return unit == d->params->modbus.unit || !other;
@@ -83,7 +91,8 @@ static size_t answer(struct modbus_device *d, struct client *c, const struct adu
     return broadcast ? 0 : size;
 }
 
-/* False: the answer is not taken. SAFETY: not waited for, or a client that reads none would hold the watchdog. */
+/* False: the answer is not taken. SAFETY: not waited for, or a client that reads none would hold
+ * the watchdog. */
 static bool reply(struct modbus_device *d, struct client *c, const struct adu *adu, int64_t now_ns) {
     uint8_t pdu[ADU_PDU_MAX], bytes[ADU_MAX];
     size_t pdu_size = answer(d, c, adu, now_ns, pdu);
@@ -106,10 +115,11 @@ static bool receive(struct modbus_device *d, struct client *c, int64_t now_ns) {
     return true;
 }
 
-/* The requests that are whole. False: the connection is of no more use. */
-static bool serve(struct modbus_device *d, struct client *c) {
+/* The requests that are whole, as far as the budget goes. False: the connection is of no more
+ * use. */
+static bool serve(struct modbus_device *d, struct client *c, int *budget) {
     struct adu adu;
-    for (int i = 0; i < REQUESTS_A_TURN; i++) {
+    for (int i = 0; i < REQUESTS_A_TURN && *budget > 0; i++, --*budget) {
         int64_t now_ns = device_now_ns();
         enum adu_result result = take(d, c, now_ns, &adu);
         if (result == ADU_MORE) return true;
@@ -121,9 +131,9 @@ static bool serve(struct modbus_device *d, struct client *c) {
 }
 
 /* False: the serial line is gone. */
-static bool attend(struct modbus_device *d, struct client *c, int events) {
+static bool attend(struct modbus_device *d, struct client *c, int events, int *budget) {
     if (is_serial(d) && events && !(events & POLLIN)) return false;
-    if ((!events || receive(d, c, device_now_ns())) && serve(d, c)) return true;
+    if ((!events || receive(d, c, device_now_ns())) && serve(d, c, budget)) return true;
     if (!is_serial(d)) drop(c);
     return !is_serial(d);
 }
@@ -147,11 +157,12 @@ static struct client *make_room(struct modbus_device *d) {
     return idle;
 }
 
-static void welcome(struct modbus_device *d) {
+/* False: there is nobody. */
+static bool welcome(struct modbus_device *d) {
     struct sockaddr_storage from = {0};
     socklen_t size = sizeof from;
     int on = 1, buffer = SEND_BUFFER, fd = accept4(d->listener, (struct sockaddr *)&from, &size, SOCK_CLOEXEC | SOCK_NONBLOCK);
-    if (fd < 0) return;
+    if (fd < 0) return false;
     setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     setsockopt(fd, SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
     struct client *c = make_room(d);
@@ -159,32 +170,53 @@ static void welcome(struct modbus_device *d) {
     c->peer = (struct modbus_peer){.connection = ++d->connections, .ipv4 = ipv4_of(&from)};
     c->active_ns = device_now_ns();
     c->filled = 0;
+    return true;
 }
 
-/* The master at once, the others when it is their turn. False: the serial line is gone. */
-static bool turn(struct modbus_device *d) {
-    struct pollfd p[CLIENTS + 1];
+/* What a turn waits for. */
+struct wait {
+    struct pollfd poll[CLIENTS + 1]; /* the clients; the listener */
+    bool filled[CLIENTS];            /* whole requests are there from the turn before */
+};
+
+/* The master's at any time, the others' when it is their turn. */
+static void wait_for(const struct modbus_device *d, struct wait *w, bool others, int64_t now_ns) {
     struct adu adu;
-    int64_t now_ns = device_now_ns();
-    bool others = now_ns >= d->turn_ns, waiting[CLIENTS], alive = true;
     int timeout_ms = 1;
     for (int i = 0; i < CLIENTS; i++) {
         const struct client *c = &d->client[i];
-        bool attended = others || is_serial(d) || is_master(d, c);
-        p[i] = (struct pollfd){.fd = attended ? c->fd : -1, .events = POLLIN};
-        waiting[i] = attended && c->fd >= 0 && take(d, c, now_ns, &adu) != ADU_MORE;
-        if (waiting[i]) timeout_ms = 0;
+        bool attended = c->fd >= 0 && (others || is_serial(d) || is_master(d, c));
+        w->poll[i] = (struct pollfd){.fd = attended ? c->fd : -1, .events = POLLIN};
+        w->filled[i] = attended && take(d, c, now_ns, &adu) != ADU_MORE;
+        if (w->filled[i]) timeout_ms = 0;
     }
-    p[CLIENTS] = (struct pollfd){.fd = others ? d->listener : -1, .events = POLLIN};
-    if (poll(p, CLIENTS + 1, timeout_ms) < 0) memset(p, 0, sizeof p);
-    for (int masters = 1; masters >= 0; masters--)
-        for (int i = 0; i < CLIENTS && alive; i++) {
-            if (p[i].fd < 0 || !(p[i].revents || waiting[i]) || is_master(d, &d->client[i]) != masters) continue;
-            alive = attend(d, &d->client[i], p[i].revents);
-            p[i].revents = 0, waiting[i] = false;
-            if (!masters) d->turn_ns = now_ns + TURN_NS;
-        }
-    if (p[CLIENTS].revents) welcome(d), d->turn_ns = now_ns + TURN_NS;
+    w->poll[CLIENTS] = (struct pollfd){.fd = others ? d->listener : -1, .events = POLLIN};
+    if (poll(w->poll, CLIENTS + 1, timeout_ms) >= 0) return;
+    for (int i = 0; i <= CLIENTS; i++) w->poll[i].revents = 0;
+}
+
+/* False: the serial line is gone. */
+static bool attend_all(struct modbus_device *d, struct wait *w, bool masters, int budget) {
+    for (unsigned n = 0; n < CLIENTS; n++) {
+        unsigned i = (d->turns + n) % CLIENTS;
+        bool due = w->poll[i].revents || w->filled[i];
+        if (!due || is_master(d, &d->client[i]) != masters) continue;
+        if (!attend(d, &d->client[i], w->poll[i].revents, &budget)) return false;
+        w->poll[i].revents = 0, w->filled[i] = false;
+    }
+    return true;
+}
+
+/* False: the serial line is gone. */
+static bool turn(struct modbus_device *d) {
+    struct wait w;
+    int64_t now_ns = device_now_ns();
+    bool others = now_ns >= d->turn_ns;
+    wait_for(d, &w, others, now_ns);
+    bool alive = attend_all(d, &w, true, REQUESTS_A_TURN) && attend_all(d, &w, false, OTHERS_A_TURN);
+    if (others) d->turn_ns = now_ns + TURN_NS, d->turns++;
+    for (int i = 0; i < WELCOMES_A_TURN && w.poll[CLIENTS].revents; i++)
+        if (!welcome(d)) break;
     modbus_server_tick(&d->server, device_now_ns());
     return alive;
 }
@@ -195,7 +227,9 @@ static int listen_tcp(struct modbus_device *d, const struct modbus_address_parts
     d->modbus = modbus_new_tcp_pi(a->name, a->port);
     if (!d->modbus) return error_set(error, STATUS_IO, "plant: out of memory");
     d->listener = modbus_tcp_pi_listen(d->modbus, BACKLOG);
-    if (d->listener < 0 || getsockname(d->listener, (struct sockaddr *)&bound, &size)) return modbus_line_refused(a, errno, error);
+    bool bad = d->listener < 0 || getsockname(d->listener, (struct sockaddr *)&bound, &size);
+    /* SAFETY: or accept() would wait for a client that has gone before it was welcomed. */
+    if (bad || fcntl(d->listener, F_SETFL, O_NONBLOCK)) return modbus_line_refused(a, errno, error);
     int port = ntohs(bound.ss_family == AF_INET6 ? ((struct sockaddr_in6 *)&bound)->sin6_port : ((struct sockaddr_in *)&bound)->sin_port);
     printf("plant: ready on modbus:tcp://%s:%d\n", a->name, port);
     return STATUS_OK;

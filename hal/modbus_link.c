@@ -97,10 +97,15 @@ int modbus_link_open(struct modbus_link **link, const struct modbus_address_part
         modbus_free(m);
         return modbus_line_refused(p, reason, error);
     }
-    modbus_set_response_timeout(m, (uint32_t)timeout_s, (uint32_t)((timeout_s - (double)(uint32_t)timeout_s) * 1e6));
     modbus_set_byte_timeout(m, 0, 0);
     *link = (struct modbus_link *)m;
+    modbus_link_set_timeout(*link, timeout_s);
     return STATUS_OK;
+}
+
+void modbus_link_set_timeout(struct modbus_link *link, double timeout_s) {
+    uint32_t whole_s = (uint32_t)timeout_s;
+    modbus_set_response_timeout(context(link), whole_s, (uint32_t)((timeout_s - (double)whole_s) * 1e6));
 }
 
 void modbus_link_close(struct modbus_link *link) {

@@ -32,6 +32,8 @@ struct modbus_link;
  * modbus_line_refused(). unit: 1..247. timeout_s: for each whole answer. */
 int modbus_link_open(struct modbus_link **link, const struct modbus_address_parts *parts, int unit, double timeout_s, struct error *error);
 void modbus_link_close(struct modbus_link *link);
+/* Another time-out, from the next request on. */
+void modbus_link_set_timeout(struct modbus_link *link, double timeout_s);
 
 /* Each: 0, or -1 and errno. What was there before the request, late or broken, is thrown away. */
 int modbus_link_read(struct modbus_link *link, int address, int count, uint16_t *to);
