@@ -6,7 +6,11 @@
  *
  * SAFETY: only the newest command is ever sent, one that waits longer than limits.sensor_age_s for the line never, and none from before a
  * connection was made again; when nothing is sent, the device's own watchdog centres the valves. The thread makes a lost connection again;
- * whether the platform may move again is the supervisor's and the operator's decision. */
+ * whether the platform may move again is the supervisor's and the operator's decision.
+ *
+ * SAFETY: one master (modbus_server.h). Before it says anything else to the device, a connection claims it, and is refused when another
+ * master has it. What others try to write the device counts; that the count has changed, or that the device has another master by now, is
+ * SAMPLE_FOREIGN. */
 #include <errno.h>
 #include <math.h>
 #include <pthread.h>
@@ -16,6 +20,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/random.h>
 #include <time.h>
 
 #include "backends.h"
@@ -47,16 +52,20 @@ struct modbus_hal {
     sem_t due;
     _Atomic bool stop, connected;
     _Atomic int trouble;       /* errno of the first failure until all has been well for a second; 0 none */
+    _Atomic unsigned foreign;  /* counts what other masters did */
     _Atomic int loop_priority; /* SCHED_FIFO's, 0: the loop has another policy */
     /* the thread's */
     pthread_t thread;
     struct modbus_link *link;
-    uint16_t number;
+    uint32_t token;
+    uint16_t number, foreign_writes; /* MODBUS_FOREIGN, as it was last read */
+    bool begun;                      /* the loop has commanded */
     double latch_after_s; /* sending begins .. device latches; below 0: the middle of the round trip */
     int64_t good_ns;      /* when all had been well since a second after the last failure */
     /* the loop's */
     struct latched newest;
     uint64_t device_seq;
+    unsigned foreign_seen;
 };
 
 static int64_t monotonic_ns(void) {
@@ -67,26 +76,76 @@ static int64_t monotonic_ns(void) {
 
 static double timeout_s(const struct params *p) { return p->limits.sensor_age_s; } /* older readings are of no use */
 
+static void failed(struct modbus_hal *m, int reason) {
+    int none = 0;
+    atomic_compare_exchange_strong(&m->trouble, &none, reason);
+    m->good_ns = monotonic_ns() + NS_PER_S;
+}
+
+/* Tells the loop. reason: EBUSY, or that of the exception. */
+static void meet_foreign(struct modbus_hal *m, int reason) {
+    atomic_fetch_add(&m->foreign, 1);
+    failed(m, reason);
+}
+
 /* SAFETY: the answer begins with the command's number, as the device has it by then. Another number is the answer to another request, come
- * late on a line where nothing else tells, or from a device that has not taken the command: its readings would be older than they look. */
+ * late on a line where nothing else tells, or from a device that has not taken the command: its readings would be older than they look.
+ * Another master, busy or refused, is the loop's to know at once. */
 static int exchange(struct modbus_hal *m, const double valve[LEGS], struct latched *l) {
     uint16_t written[MODBUS_WRITTEN], read[MODBUS_READ];
-    modbus_put_command(m->params, ++m->number, valve, written);
+    modbus_put_command(m->params, m->token, ++m->number, valve, written);
     int64_t begun_ns = monotonic_ns();
-    if (modbus_link_exchange(m->link, MODBUS_WRITE_FROM, MODBUS_WRITTEN, written, MODBUS_READ_FROM, MODBUS_READ, read)) return -1;
+    if (modbus_link_exchange(m->link, MODBUS_WRITE_FROM, MODBUS_WRITTEN, written, MODBUS_READ_FROM, MODBUS_READ, read)) {
+        int reason = errno;
+        if (modbus_link_busy(reason)) meet_foreign(m, reason);
+        errno = reason;
+        return -1;
+    }
     int64_t ended_ns = monotonic_ns();
     l->time_ns = m->latch_after_s < 0.0 ? begun_ns + (ended_ns - begun_ns) / 2 : begun_ns + ns_from_seconds(m->latch_after_s);
     if (l->time_ns > ended_ns) l->time_ns = ended_ns;
     modbus_get_reading(m->params, read, &l->reading);
+    if (l->reading.foreign != m->foreign_writes) meet_foreign(m, EBUSY);
+    m->foreign_writes = l->reading.foreign;
     if (l->reading.number == m->number) return 0;
     errno = EBADMSG;
     return -1;
 }
 
-/* Who answers, and in the same language? Then its watchdog. */
+/* SAFETY: whoever has the machine is neither disturbed nor asked to give it up. */
+static int refuse_owned(struct modbus_hal *m, struct error *error) {
+    uint16_t owner[2] = {0};
+    char who[24] = "";
+    meet_foreign(m, EBUSY);
+    if (!modbus_link_read(m->link, MODBUS_OWNER, 2, owner) && (owner[0] || owner[1]))
+        snprintf(who, sizeof who, ", %d.%d.%d.%d,", owner[0] >> 8, owner[0] & 255, owner[1] >> 8, owner[1] & 255);
+    return error_set(error, STATUS_UNSAFE, "modbus:%s: another master%s commands this machine: end it first; the machine is free when it "
+                     "has been silent for the device's watchdog", m->address.name, who);
+}
+
+/* SAFETY: the watchdog is read back: who claims the machine relies on being stopped. */
+static int claim(struct modbus_hal *m, struct error *error) {
+    uint16_t claimed[MODBUS_CLAIMED], own_ms = 0, set_ms = 0, watchdog_ms = (uint16_t)lround(m->params->device.watchdog_s * 1e3);
+    modbus_put_claim(watchdog_ms, m->token, claimed);
+    if (modbus_link_write(m->link, MODBUS_WATCHDOG_MS, MODBUS_CLAIMED, claimed)) {
+        int reason = errno;
+        if (modbus_link_busy(reason)) return refuse_owned(m, error);
+        if (modbus_link_value(reason) && !modbus_link_read(m->link, MODBUS_WATCHDOG_MAX_MS, 1, &own_ms))
+            return error_set(error, STATUS_UNSAFE, "modbus:%s: device.watchdog_s %g is not taken: this device takes %d to %d ms",
+                             m->address.name, m->params->device.watchdog_s, MODBUS_WATCHDOG_MIN_MS, own_ms);
+        return error_set(error, STATUS_IO, "modbus:%s: the machine cannot be claimed: %s", m->address.name, modbus_link_reason(reason));
+    }
+    if (modbus_link_read(m->link, MODBUS_WATCHDOG_MS, 1, &set_ms))
+        return error_set(error, STATUS_IO, "modbus:%s: the watchdog cannot be read back: %s", m->address.name, modbus_link_reason(errno));
+    if (set_ms != watchdog_ms)
+        return error_set(error, STATUS_UNSAFE, "modbus:%s: the watchdog was set to %d ms and is %d ms: a device that does not keep it must "
+                         "not be run", m->address.name, watchdog_ms, set_ms);
+    return STATUS_OK;
+}
+
+/* Who answers, and in the same language? Then the machine is claimed. */
 static int greet(struct modbus_hal *m, struct error *error) {
     uint16_t who[2];
-    uint16_t watchdog_ms = (uint16_t)lround(m->params->device.watchdog_s * 1e3);
     if (modbus_link_read(m->link, MODBUS_IDENTITY, 2, who))
         return error_set(error, STATUS_IO, "modbus:%s: no answer to the first question: %s; check unit (modbus.unit), baud rate and wiring",
                          m->address.name, modbus_link_reason(errno));
@@ -94,25 +153,21 @@ static int greet(struct modbus_hal *m, struct error *error) {
         return error_set(error, STATUS_IO, "modbus:%s: registers 0 and 1 hold 0x%04x and %u, not 0x%04x and %d: another device, or "
                          "another map (`hexid doctor --modbus-map`)", m->address.name, who[0], who[1], MODBUS_IS_HEXID,
                          MODBUS_MAP_VERSION);
-    if (modbus_link_write(m->link, MODBUS_WATCHDOG_MS, watchdog_ms))
-        return error_set(error, STATUS_IO, "modbus:%s: the watchdog cannot be set: %s", m->address.name, modbus_link_reason(errno));
-    return STATUS_OK;
+    if (modbus_link_read(m->link, MODBUS_FOREIGN, 1, &m->foreign_writes))
+        return error_set(error, STATUS_IO, "modbus:%s: register %d: %s", m->address.name, MODBUS_FOREIGN, modbus_link_reason(errno));
+    return claim(m, error);
 }
 
 static int connect_link(struct modbus_hal *m, struct error *error) {
-    int status = modbus_link_open(&m->link, &m->address, m->params->modbus.unit, timeout_s(m->params), error);
+    static const double greet_timeout_s = 1.0; /* nothing moves yet, and a device with many clients may take its time */
+    int status = modbus_link_open(&m->link, &m->address, m->params->modbus.unit, greet_timeout_s, error);
     if (status) return status;
     status = greet(m, error);
+    modbus_link_set_timeout(m->link, timeout_s(m->params));
     if (!status) return STATUS_OK;
     modbus_link_close(m->link);
     m->link = NULL;
     return status;
-}
-
-static void failed(struct modbus_hal *m, int reason) {
-    int none = 0;
-    atomic_compare_exchange_strong(&m->trouble, &none, reason);
-    m->good_ns = monotonic_ns() + NS_PER_S;
 }
 
 /* SAFETY: the newest command only; NULL when there is none, or it has waited for too long. */
@@ -122,8 +177,17 @@ static const double *due_command(struct modbus_hal *m) {
     return monotonic_ns() - c->posted_ns <= ns_from_seconds(timeout_s(m->params)) ? c->valve : NULL;
 }
 
-static void talk(struct modbus_hal *m, int *silent) {
+/* SAFETY: until the loop begins the machine is kept, at its centre, or another master could have it meanwhile; from then on the silence of
+ * the loop is the device's watchdog's to see. */
+static const double *command_to_send(struct modbus_hal *m) {
+    static const double centre[LEGS] = {0};
     const double *valve = due_command(m);
+    m->begun |= valve != NULL;
+    return m->begun ? valve : centre;
+}
+
+static void talk(struct modbus_hal *m, int *silent) {
+    const double *valve = command_to_send(m);
     if (!valve) return;
     if (!exchange(m, valve, &m->sample[m->newest_sample.back])) {
         latest_publish(&m->newest_sample);
@@ -133,7 +197,8 @@ static void talk(struct modbus_hal *m, int *silent) {
     }
     int reason = errno;
     failed(m, reason);
-    bool lost = modbus_link_gone(reason) || ++*silent * timeout_s(m->params) > 0.5; /* a server gone without a word */
+    /* SAFETY: a machine that has another master is claimed again, in good time, but not written to. */
+    bool lost = modbus_link_gone(reason) || modbus_link_busy(reason) || ++*silent * timeout_s(m->params) > 0.5; /* a server gone without a word */
     if (!lost) return;
     atomic_store_explicit(&m->connected, false, memory_order_release);
     modbus_link_close(m->link);
@@ -161,8 +226,9 @@ static void *modbus_thread(void *argument) {
     struct error error;
     int64_t backoff_ms = BACKOFF_FIRST_MS, again_ns = 0;
     int silent = 0, followed = 0;
+    int64_t kept_ms = llround(m->params->device.watchdog_s * 1e3 / 4);
     while (!atomic_load_explicit(&m->stop, memory_order_acquire)) {
-        wait_for_command(m, 100);
+        wait_for_command(m, m->begun || kept_ms > 100 ? 100 : kept_ms);
         follow_loop(m, &followed);
         if (m->link) {
             talk(m, &silent);
@@ -211,6 +277,8 @@ static int bring_up(struct modbus_hal *m, const char *address, struct error *err
     static const double centre[LEGS] = {0};
     int status = modbus_parse(address, &m->address, error);
     if (!status) status = refuse_slow(m, error);
+    while (!m->token)
+        if (getrandom(&m->token, sizeof m->token, 0) < 0) return error_set(error, STATUS_IO, "modbus: no random number: %s", strerror(errno));
     if (!status) status = connect_link(m, error);
     if (status) return status;
     m->latch_after_s = m->address.serial ? modbus_load(m->address.baud).request_s : -1.0;
@@ -271,6 +339,9 @@ static int modbus_read(struct hal *hal, int64_t now_ns, struct hal_sample *s) {
     /* SAFETY: latched half a period off the grid: the command before it was held too long or too short. */
     if (any && !first && 2 * llabs(m->newest.time_ns - before_ns - period_ns) > period_ns) s->flags |= SAMPLE_LATE;
     if (2 * s->age_ns > 5 * period_ns) s->flags |= SAMPLE_LATE;
+    unsigned foreign = atomic_load(&m->foreign);
+    if (foreign != m->foreign_seen) s->flags |= SAMPLE_FOREIGN;
+    m->foreign_seen = foreign;
     hand_out(m, s);
     return atomic_load_explicit(&m->connected, memory_order_acquire) ? 0 : -1;
 }

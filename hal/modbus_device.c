@@ -1,11 +1,17 @@
-/* The device side of Modbus, for `hexid plant`: one device with modbus_map.h's registers, for up to four TCP clients or one serial line.
+/* The device side of Modbus, for `hexid plant`: modbus_server.h on TCP or on a serial line.
  *
- * SAFETY: whatever arrives, a malformed request gets an exception or nothing; a peer that stops in the middle of one for
- * WHOLE_REQUEST_MS, or reads no answers, is cut off: by so much at most the watchdog is late. It is device_tick()'s: without a new
- * command for MODBUS_WATCHDOG_MS the valves are centred. */
+ * SAFETY: no client delays the master or the watchdog. Nothing is waited for but the time until the
+ * next turn; parts of requests wait in a buffer of their connection. Who has the machine is
+ * attended at once; all others, with whoever wants to connect, once a millisecond, in rotation, for
+ * OTHERS_A_TURN requests and WELCOMES_A_TURN connections. When there is no room, the one that has
+ * been idle for longest makes room, never the master: the guide's pool of non-priority connections
+ * (Messaging on TCP/IP V1.0b, 4.2.1). So a new master has some milliseconds to claim the machine
+ * in, however many others connect. Who reads no answers is cut off. */
 #include <errno.h>
+#include <fcntl.h>
 #include <modbus/modbus.h>
 #include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <poll.h>
 #include <stdio.h>
 #include <string.h>
@@ -13,100 +19,206 @@
 #include <unistd.h>
 
 #include "backends.h"
-#include "device.h"
+#include "modbus_adu.h"
 #include "modbus_link.h"
-#include "modbus_map.h"
+#include "modbus_server.h"
+#include "units.h"
 
-enum { CLIENTS = 4, FUNCTION_23 = 0x17, WHOLE_REQUEST_MS = 20 };
+enum {
+    CLIENTS = 64,
+    BACKLOG = 64,
+    REQUESTS_A_TURN = 4,       /* of one client */
+    OTHERS_A_TURN = 32,        /* of all that are not the master: a third of a millisecond */
+    WELCOMES_A_TURN = 16,
+    TURN_NS = NS_PER_S / 1000,
+    SILENCE_NS = 20 * TURN_NS, /* on a serial line; the standard's 3.5 characters are less than adapters and schedulers let pass unseen */
+    SEND_BUFFER = 4096,        /* bytes; answers that nobody reads are few */
+    UNIT_BROADCAST = 0,        /* on a serial line */
+};
+
+struct client {
+    int fd;                  /* -1: none */
+    struct modbus_peer peer;
+    int64_t active_ns;       /* TCP: when it came, or was last answered; serial: the last byte */
+    size_t filled;
+    uint8_t bytes[2 * ADU_MAX];
+};
 
 struct modbus_device {
     const struct params *params;
-    struct device *device;
-    modbus_t *modbus;
-    modbus_mapping_t *map;
-    int listener, client[CLIENTS]; /* -1: none. A serial line is client[0] */
-    bool serial, silent;
-    uint16_t number;               /* of the last command */
+    struct modbus_server server;
+    modbus_t *modbus;            /* listens, or has the line open */
+    int listener;                /* -1: a serial line, client[0] */
+    struct client client[CLIENTS];
+    uint64_t connections;        /* that there ever were */
+    int64_t turn_ns;             /* when the others are attended next, */
+    unsigned turns;              /* and how often they were */
 };
 
-/* Readings of this instant into the registers. */
-static void latch(struct modbus_device *d, int64_t now_ns) {
-    struct hal_sample s = {0};
-    uint16_t *registers = d->map->tab_registers;
-    bool fresh = device_latch(d->device, now_ns, &s);
-    struct modbus_reading r = {.number = registers[MODBUS_COMMAND], .sample = (uint16_t)(registers[MODBUS_SAMPLE] + fresh),
-                               .status = d->silent ? MODBUS_SILENT : 0};
-    memcpy(r.length_m, s.length_m, sizeof r.length_m);
-    memcpy(r.p1_pa, s.p1_pa, sizeof r.p1_pa);
-    memcpy(r.p2_pa, s.p2_pa, sizeof r.p2_pa);
-    modbus_put_reading(d->params, &r, registers + MODBUS_READ_FROM);
+static bool is_serial(const struct modbus_device *d) { return d->listener < 0; }
+
+static bool is_master(const struct modbus_device *d, const struct client *c) {
+    return c->fd >= 0 && modbus_server_owned_by(&d->server, c->peer.connection);
 }
 
-/* A command with a new number comes into force, and the machine lives through the period that begins. */
-static void obey(struct modbus_device *d, int64_t now_ns) {
-    const uint16_t *registers = d->map->tab_registers;
-    double valve[LEGS];
-    if (registers[MODBUS_COMMAND] == d->number) return;
-    d->number = registers[MODBUS_COMMAND];
-    modbus_get_command(d->params, registers + MODBUS_WRITE_FROM, valve);
-    device_live(d->device, valve, now_ns);
+static void drop(struct client *c) {
+    close(c->fd);
+    c->fd = -1;
 }
 
-/* What is for the device to say cannot be written. */
-static void keep_own(struct modbus_device *d, const uint16_t before[MODBUS_END]) {
-    uint16_t *registers = d->map->tab_registers;
-    memcpy(registers + MODBUS_SAMPLE, before + MODBUS_SAMPLE, (MODBUS_END - MODBUS_SAMPLE) * sizeof *before);
-    registers[MODBUS_IDENTITY] = MODBUS_IS_HEXID;
-    registers[MODBUS_VERSION] = MODBUS_MAP_VERSION;
-    if (registers[MODBUS_WATCHDOG_MS]) device_set_watchdog(d->device, registers[MODBUS_WATCHDOG_MS] * 1e-3);
+static enum adu_result take(const struct modbus_device *d, const struct client *c, int64_t now_ns, struct adu *adu) {
+    if (c->filled == 0) return ADU_MORE;
+    return is_serial(d) ? adu_take_rtu(c->bytes, c->filled, now_ns - c->active_ns >= SILENCE_NS, adu)
+                        : adu_take_tcp(c->bytes, c->filled, adu);
 }
 
-/* One request. False: the client is gone or broken. */
-static bool serve(struct modbus_device *d) {
-    uint8_t request[MODBUS_MAX_ADU_LENGTH];
-    uint16_t before[MODBUS_END];
-    int size = modbus_receive(d->modbus, request);
-    int64_t now_ns = device_now_ns();
-    if (size == 0) return true; /* not for this unit */
-    if (size < 0) {
-        modbus_flush(d->modbus);
-        return d->serial;
+/* On TCP the host's address says which device is meant, and 255 or 0 that nothing more is; another
+ * unit would be behind a gateway, which this is not. On a serial line what is for others is not
+ * answered. */
+static bool is_meant(const struct modbus_device *d, uint8_t unit) {
+    bool other = is_serial(d) ? unit != UNIT_BROADCAST : unit != ADU_UNIT_TCP && unit != 0;
+    return unit == d->params->modbus.unit || !other;
+}
+
+static bool is_write(uint8_t function) { return function == FUNCTION_WRITE_ONE || function == FUNCTION_WRITE; }
+
+/* The PDU of the answer; 0: none. */
+static size_t answer(struct modbus_device *d, struct client *c, const struct adu *adu, int64_t now_ns, uint8_t pdu[ADU_PDU_MAX]) {
+    bool broadcast = is_serial(d) && adu->unit == UNIT_BROADCAST;
+    if (!is_meant(d, adu->unit)) return is_serial(d) ? 0 : modbus_server_refuse(adu->pdu[0], EXCEPTION_TARGET, pdu);
+    if (broadcast && !is_write(adu->pdu[0])) return 0;
+    size_t size = modbus_server_answer(&d->server, &c->peer, adu->pdu, adu->pdu_size, now_ns, pdu);
+    return broadcast ? 0 : size;
+}
+
+/* False: the answer is not taken. SAFETY: not waited for, or a client that reads none would hold
+ * the watchdog. */
+static bool reply(struct modbus_device *d, struct client *c, const struct adu *adu, int64_t now_ns) {
+    uint8_t pdu[ADU_PDU_MAX], bytes[ADU_MAX];
+    size_t pdu_size = answer(d, c, adu, now_ns, pdu);
+    if (!pdu_size) return true;
+    if (!(pdu[0] & FUNCTION_FAILED)) c->active_ns = now_ns;
+    size_t size = (is_serial(d) ? adu_put_rtu : adu_put_tcp)(adu, pdu, pdu_size, bytes);
+    ssize_t sent = is_serial(d) ? write(c->fd, bytes, size) : send(c->fd, bytes, size, MSG_NOSIGNAL);
+    return sent == (ssize_t)size || is_serial(d);
+}
+
+/* What has come, as far as there is room. False: gone. */
+static bool receive(struct modbus_device *d, struct client *c, int64_t now_ns) {
+    size_t room = sizeof c->bytes - c->filled;
+    if (room == 0) return true;
+    ssize_t got = read(c->fd, c->bytes + c->filled, room);
+    if (got < 0) return errno == EAGAIN || errno == EINTR;
+    if (got == 0) return is_serial(d);
+    c->filled += (size_t)got;
+    if (is_serial(d)) c->active_ns = now_ns;
+    return true;
+}
+
+/* The requests that are whole, as far as the budget goes. False: the connection is of no more
+ * use. */
+static bool serve(struct modbus_device *d, struct client *c, int *budget) {
+    struct adu adu;
+    for (int i = 0; i < REQUESTS_A_TURN && *budget > 0; i++, --*budget) {
+        int64_t now_ns = device_now_ns();
+        enum adu_result result = take(d, c, now_ns, &adu);
+        if (result == ADU_MORE) return true;
+        if (result == ADU_BROKEN || (result == ADU_REQUEST && !reply(d, c, &adu, now_ns))) return false;
+        c->filled -= adu.used;
+        memmove(c->bytes, c->bytes + adu.used, c->filled);
     }
-    if (request[modbus_get_header_length(d->modbus)] == FUNCTION_23 || d->silent) latch(d, now_ns);
-    memcpy(before, d->map->tab_registers, sizeof before);
-    bool answered = modbus_reply(d->modbus, request, size, d->map) >= 0;
-    keep_own(d, before);
-    obey(d, now_ns);
-    return answered || d->serial;
-}
-
-static void welcome(struct modbus_device *d) {
-    /* SAFETY: not blocking, or a client that reads no answers would hold the watchdog. */
-    int fd = accept4(d->listener, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
-    for (int i = 0; fd >= 0 && i < CLIENTS; i++)
-        if (d->client[i] < 0) {
-            d->client[i] = fd;
-            return;
-        }
-    if (fd >= 0) close(fd);
+    return true;
 }
 
 /* False: the serial line is gone. */
-static bool attend(struct modbus_device *d) {
-    struct pollfd p[1 + CLIENTS] = {{.fd = d->listener, .events = POLLIN}};
-    for (int i = 0; i < CLIENTS; i++) p[1 + i] = (struct pollfd){.fd = d->client[i], .events = POLLIN};
-    if (poll(p, 1 + CLIENTS, 1) > 0) {
-        for (int i = 0; i < CLIENTS; i++) {
-            if (!p[1 + i].revents) continue;
-            if (d->serial && !(p[1 + i].revents & POLLIN)) return false;
-            modbus_set_socket(d->modbus, d->client[i]);
-            if (serve(d)) continue;
-            if (!d->serial) close(d->client[i]), d->client[i] = -1;
-        }
-        if (p[0].revents) welcome(d);
+static bool attend(struct modbus_device *d, struct client *c, int events, int *budget) {
+    if (is_serial(d) && events && !(events & POLLIN)) return false;
+    if ((!events || receive(d, c, device_now_ns())) && serve(d, c, budget)) return true;
+    if (!is_serial(d)) drop(c);
+    return !is_serial(d);
+}
+
+static uint32_t ipv4_of(const struct sockaddr_storage *a) {
+    const struct sockaddr_in6 *six = (const struct sockaddr_in6 *)a;
+    uint32_t address = 0;
+    if (a->ss_family == AF_INET) address = ((const struct sockaddr_in *)a)->sin_addr.s_addr;
+    else if (IN6_IS_ADDR_V4MAPPED(&six->sin6_addr)) memcpy(&address, six->sin6_addr.s6_addr + 12, sizeof address);
+    return ntohl(address);
+}
+
+/* A free place, or that of the one that has been idle for longest. */
+static struct client *make_room(struct modbus_device *d) {
+    struct client *idle = NULL;
+    for (struct client *c = d->client; c < d->client + CLIENTS; c++) {
+        if (c->fd < 0) return c;
+        if (!is_master(d, c) && (!idle || c->active_ns < idle->active_ns)) idle = c;
     }
-    d->silent = device_tick(d->device, device_now_ns());
+    drop(idle);
+    return idle;
+}
+
+/* False: there is nobody. */
+static bool welcome(struct modbus_device *d) {
+    struct sockaddr_storage from = {0};
+    socklen_t size = sizeof from;
+    int on = 1, buffer = SEND_BUFFER, fd = accept4(d->listener, (struct sockaddr *)&from, &size, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    if (fd < 0) return false;
+    setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+    setsockopt(fd, SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
+    struct client *c = make_room(d);
+    c->fd = fd;
+    c->peer = (struct modbus_peer){.connection = ++d->connections, .ipv4 = ipv4_of(&from)};
+    c->active_ns = device_now_ns();
+    c->filled = 0;
     return true;
+}
+
+/* What a turn waits for. */
+struct wait {
+    struct pollfd poll[CLIENTS + 1]; /* the clients; the listener */
+    bool filled[CLIENTS];            /* whole requests are there from the turn before */
+};
+
+/* The master's at any time, the others' when it is their turn. */
+static void wait_for(const struct modbus_device *d, struct wait *w, bool others, int64_t now_ns) {
+    struct adu adu;
+    int timeout_ms = 1;
+    for (int i = 0; i < CLIENTS; i++) {
+        const struct client *c = &d->client[i];
+        bool attended = c->fd >= 0 && (others || is_serial(d) || is_master(d, c));
+        w->poll[i] = (struct pollfd){.fd = attended ? c->fd : -1, .events = POLLIN};
+        w->filled[i] = attended && take(d, c, now_ns, &adu) != ADU_MORE;
+        if (w->filled[i]) timeout_ms = 0;
+    }
+    w->poll[CLIENTS] = (struct pollfd){.fd = others ? d->listener : -1, .events = POLLIN};
+    if (poll(w->poll, CLIENTS + 1, timeout_ms) >= 0) return;
+    for (int i = 0; i <= CLIENTS; i++) w->poll[i].revents = 0;
+}
+
+/* False: the serial line is gone. */
+static bool attend_all(struct modbus_device *d, struct wait *w, bool masters, int budget) {
+    for (unsigned n = 0; n < CLIENTS; n++) {
+        unsigned i = (d->turns + n) % CLIENTS;
+        bool due = w->poll[i].revents || w->filled[i];
+        if (!due || is_master(d, &d->client[i]) != masters) continue;
+        if (!attend(d, &d->client[i], w->poll[i].revents, &budget)) return false;
+        w->poll[i].revents = 0, w->filled[i] = false;
+    }
+    return true;
+}
+
+/* False: the serial line is gone. */
+static bool turn(struct modbus_device *d) {
+    struct wait w;
+    int64_t now_ns = device_now_ns();
+    bool others = now_ns >= d->turn_ns;
+    wait_for(d, &w, others, now_ns);
+    bool alive = attend_all(d, &w, true, REQUESTS_A_TURN) && attend_all(d, &w, false, OTHERS_A_TURN);
+    if (others) d->turn_ns = now_ns + TURN_NS, d->turns++;
+    for (int i = 0; i < WELCOMES_A_TURN && w.poll[CLIENTS].revents; i++)
+        if (!welcome(d)) break;
+    modbus_server_tick(&d->server, device_now_ns());
+    return alive;
 }
 
 static int listen_tcp(struct modbus_device *d, const struct modbus_address_parts *a, struct error *error) {
@@ -114,20 +226,20 @@ static int listen_tcp(struct modbus_device *d, const struct modbus_address_parts
     socklen_t size = sizeof bound;
     d->modbus = modbus_new_tcp_pi(a->name, a->port);
     if (!d->modbus) return error_set(error, STATUS_IO, "plant: out of memory");
-    d->listener = modbus_tcp_pi_listen(d->modbus, CLIENTS);
-    if (d->listener < 0 || getsockname(d->listener, (struct sockaddr *)&bound, &size))
-        return modbus_line_refused(a, errno, error);
+    d->listener = modbus_tcp_pi_listen(d->modbus, BACKLOG);
+    bool bad = d->listener < 0 || getsockname(d->listener, (struct sockaddr *)&bound, &size);
+    /* SAFETY: or accept() would wait for a client that has gone before it was welcomed. */
+    if (bad || fcntl(d->listener, F_SETFL, O_NONBLOCK)) return modbus_line_refused(a, errno, error);
     int port = ntohs(bound.ss_family == AF_INET6 ? ((struct sockaddr_in6 *)&bound)->sin6_port : ((struct sockaddr_in *)&bound)->sin_port);
     printf("plant: ready on modbus:tcp://%s:%d\n", a->name, port);
     return STATUS_OK;
 }
 
 static int open_serial(struct modbus_device *d, const struct modbus_address_parts *a, struct error *error) {
-    d->serial = true;
     d->modbus = modbus_new_rtu(a->name, a->baud, 'N', 8, 1);
     if (!d->modbus) return error_set(error, STATUS_IO, "plant: out of memory");
     if (modbus_connect(d->modbus)) return modbus_line_refused(a, errno, error);
-    d->client[0] = modbus_get_socket(d->modbus);
+    d->client[0].fd = modbus_get_socket(d->modbus); /* libmodbus opens it non-blocking */
     printf("plant: ready on modbus:rtu:%s\n", a->name);
     return STATUS_OK;
 }
@@ -136,31 +248,22 @@ static int start(struct modbus_device *d, const char *address, struct error *err
     struct modbus_address_parts a;
     int status = modbus_parse(address, &a, error);
     if (!status) status = a.serial ? open_serial(d, &a, error) : listen_tcp(d, &a, error);
-    if (status) return status;
-    modbus_set_slave(d->modbus, d->params->modbus.unit);
-    modbus_set_indication_timeout(d->modbus, 0, WHOLE_REQUEST_MS * 1000);
-    modbus_set_byte_timeout(d->modbus, 0, 0); /* or each byte would start the time anew, and the watchdog would wait */
-    modbus_set_response_timeout(d->modbus, 0, 1); /* libmodbus sleeps for it before it sends some exceptions */
-    d->map = modbus_mapping_new(0, 0, MODBUS_END, 0);
-    if (!d->map) return error_set(error, STATUS_IO, "plant: out of memory");
-    keep_own(d, d->map->tab_registers);
-    d->silent = true;
-    latch(d, device_now_ns());
     fflush(stdout);
-    return STATUS_OK;
+    return status;
 }
 
 static int modbus_serve(const char *address, const struct params *params, struct device *device, const _Atomic bool *stop,
                         struct error *error) {
-    struct modbus_device d = {.params = params, .device = device, .listener = -1, .client = {-1, -1, -1, -1}};
+    struct modbus_device d = {.params = params, .listener = -1};
+    for (int i = 0; i < CLIENTS; i++) d.client[i].fd = -1;
+    modbus_server_init(&d.server, params, device, device_now_ns());
     int status = start(&d, address, error);
     while (!status && !atomic_load_explicit(stop, memory_order_relaxed))
-        if (!attend(&d)) status = error_set(error, STATUS_IO, "plant: modbus:%s: the line is gone; start again when it is back", address);
-    for (int i = 0; i < CLIENTS && !d.serial; i++)
-        if (d.client[i] >= 0) close(d.client[i]);
-    if (d.listener >= 0) close(d.listener);
-    if (d.serial && d.modbus) modbus_close(d.modbus);
-    if (d.map) modbus_mapping_free(d.map);
+        if (!turn(&d)) status = error_set(error, STATUS_IO, "plant: modbus:%s: the line is gone; start again when it is back", address);
+    for (int i = 0; i < CLIENTS && !is_serial(&d); i++)
+        if (d.client[i].fd >= 0) drop(&d.client[i]);
+    if (is_serial(&d) && d.modbus) modbus_close(d.modbus);
+    if (!is_serial(&d)) close(d.listener);
     if (d.modbus) modbus_free(d.modbus);
     return status;
 }

@@ -97,10 +97,15 @@ int modbus_link_open(struct modbus_link **link, const struct modbus_address_part
         modbus_free(m);
         return modbus_line_refused(p, reason, error);
     }
-    modbus_set_response_timeout(m, (uint32_t)timeout_s, (uint32_t)((timeout_s - (double)(uint32_t)timeout_s) * 1e6));
     modbus_set_byte_timeout(m, 0, 0);
     *link = (struct modbus_link *)m;
+    modbus_link_set_timeout(*link, timeout_s);
     return STATUS_OK;
+}
+
+void modbus_link_set_timeout(struct modbus_link *link, double timeout_s) {
+    uint32_t whole_s = (uint32_t)timeout_s;
+    modbus_set_response_timeout(context(link), whole_s, (uint32_t)((timeout_s - (double)whole_s) * 1e6));
 }
 
 void modbus_link_close(struct modbus_link *link) {
@@ -119,8 +124,8 @@ int modbus_link_read(struct modbus_link *link, int address, int count, uint16_t 
     return modbus_read_registers(cleared(link), address, count, to) == count ? 0 : -1;
 }
 
-int modbus_link_write(struct modbus_link *link, int address, uint16_t value) {
-    return modbus_write_registers(cleared(link), address, 1, &value) == 1 ? 0 : -1;
+int modbus_link_write(struct modbus_link *link, int address, int count, const uint16_t *from) {
+    return modbus_write_registers(cleared(link), address, count, from) == count ? 0 : -1;
 }
 
 int modbus_link_exchange(struct modbus_link *link, int write_address, int writes, const uint16_t *from, int read_address, int reads,
@@ -130,4 +135,12 @@ int modbus_link_exchange(struct modbus_link *link, int write_address, int writes
 
 bool modbus_link_gone(int error) { return error != ETIMEDOUT && error != EBADMSG && error < MODBUS_ENOBASE; }
 
-const char *modbus_link_reason(int error) { return error == EBADMSG ? "an answer to another request" : modbus_strerror(error); }
+bool modbus_link_busy(int error) { return error == EMBXSBUSY; }
+
+bool modbus_link_value(int error) { return error == EMBXILVAL; }
+
+const char *modbus_link_reason(int error) {
+    if (modbus_link_busy(error)) return "another master commands this machine";
+    if (error == EBUSY) return "another master tried to command this machine";
+    return error == EBADMSG ? "an answer to another request" : modbus_strerror(error);
+}

@@ -32,17 +32,23 @@ struct modbus_link;
  * modbus_line_refused(). unit: 1..247. timeout_s: for each whole answer. */
 int modbus_link_open(struct modbus_link **link, const struct modbus_address_parts *parts, int unit, double timeout_s, struct error *error);
 void modbus_link_close(struct modbus_link *link);
+/* Another time-out, from the next request on. */
+void modbus_link_set_timeout(struct modbus_link *link, double timeout_s);
 
 /* Each: 0, or -1 and errno. What was there before the request, late or broken, is thrown away. */
 int modbus_link_read(struct modbus_link *link, int address, int count, uint16_t *to);
-int modbus_link_write(struct modbus_link *link, int address, uint16_t value);
+int modbus_link_write(struct modbus_link *link, int address, int count, const uint16_t *from);
 int modbus_link_exchange(struct modbus_link *link, int write_address, int writes, const uint16_t *from, int read_address, int reads,
                          uint16_t *to);
 
 /* After a failure: the connection is gone, and only a new one helps. */
 bool modbus_link_gone(int error);
 
-/* In words. EBADMSG is the caller's, for an answer to another request. */
+/* After a failure: the device has another master (exception 6); it does not take a value (exception 3). */
+bool modbus_link_busy(int error);
+bool modbus_link_value(int error);
+
+/* In words. EBADMSG is the caller's, for an answer to another request, and EBUSY for another master. */
 const char *modbus_link_reason(int error);
 
 #endif

@@ -4,15 +4,19 @@
 
 const struct modbus_register modbus_map[] = {
     {MODBUS_IDENTITY, 1, "u16", "-", "read", "0x4845"},
-    {MODBUS_VERSION, 1, "u16", "-", "read", "of this map: 1"},
-    {MODBUS_WATCHDOG_MS, 1, "u16", "ms", "read, write", "without a new command for so long the device centres its valves"},
+    {MODBUS_VERSION, 1, "u16", "-", "read", "of this map: 2"},
+    {MODBUS_OWNER, 2, "u32", "-", "read", "IPv4 address of the master, 0: none yet, or another kind of address"},
+    {MODBUS_WATCHDOG_MAX_MS, 1, "u16", "ms", "read", "the device's own watchdog: in force after its start and for a new master"},
+    {MODBUS_WATCHDOG_MS, 1, "u16", "ms", "read, write", "without a new command for so long the device centres its valves; 2 to its own"},
+    {MODBUS_TOKEN, 2, "u32", "-", "write", "whose the machine is: not 0; reads as 0"},
     {MODBUS_VALVE, LEGS, "i16", "1/32767", "read, write", "valve command of legs 1..6, full opening is 32767"},
     {MODBUS_COMMAND, 1, "u16", "-", "read, write", "number of the command: another one than before makes it new"},
     {MODBUS_SAMPLE, 1, "u16", "-", "read", "counts what function 23 has latched: the same again where nothing new was there"},
-    {MODBUS_STATUS, 1, "bits", "-", "read", "1: the watchdog has centred the valves"},
+    {MODBUS_STATUS, 1, "bits", "-", "read", "1: the watchdog has centred the valves; 2: a master has the machine"},
     {MODBUS_LENGTH, 2 * LEGS, "i32", "um", "read", "leg length of legs 1..6, joint to joint"},
     {MODBUS_P1, LEGS, "i16", "kPa", "read", "pressure on the rodless side, gauge, of legs 1..6"},
     {MODBUS_P2, LEGS, "i16", "kPa", "read", "the same on the rod side"},
+    {MODBUS_FOREIGN, 1, "u16", "-", "read", "counts writes refused because they were not the master's"},
     {0},
 };
 
@@ -24,16 +28,31 @@ void modbus_map_print(FILE *out) {
     fprintf(out, "\nA cycle: function 23 writes 0x%04x..0x%04x, then reads 0x%04x..0x%04x. Units are those of the default scale "
             "(sections *_channel).\n", (unsigned)MODBUS_WRITE_FROM, (unsigned)(MODBUS_WRITE_FROM + MODBUS_WRITTEN - 1),
             (unsigned)MODBUS_READ_FROM, (unsigned)(MODBUS_END - 1));
+    fprintf(out, "One master: before, it claims the machine by writing 0x%04x..0x%04x, the token a random number. Exception 6: another one "
+            "has it, until\nit has been silent for the watchdog's time. From then on only that connection writes, on a serial line only "
+            "with that token; what\nothers write moves nothing, gets exception 6 and is counted. A watchdog becomes longer only while the "
+            "valves are centred by it.\nExceptions: 1 function other than 3, 6, 16, 23; 2 register not there, or not to be written; 3 "
+            "quantity, byte count, watchdog, token 0;\n11 (TCP) unit other than modbus.unit, 255, 0.\n",
+            (unsigned)MODBUS_WATCHDOG_MS, (unsigned)(MODBUS_VALVE - 1));
 }
 
-void modbus_put_command(const struct params *p, uint16_t number, const double valve[LEGS], uint16_t written[MODBUS_WRITTEN]) {
+void modbus_put_claim(uint16_t watchdog_ms, uint32_t token, uint16_t claimed[MODBUS_CLAIMED]) {
+    claimed[0] = watchdog_ms;
+    claimed[MODBUS_TOKEN - MODBUS_WATCHDOG_MS] = (uint16_t)(token >> 16);
+    claimed[MODBUS_TOKEN - MODBUS_WATCHDOG_MS + 1] = (uint16_t)token;
+}
+
+void modbus_put_command(const struct params *p, uint32_t token, uint16_t number, const double valve[LEGS],
+                        uint16_t written[MODBUS_WRITTEN]) {
+    uint16_t *valves = written + MODBUS_VALVE - MODBUS_WRITE_FROM;
+    written[0] = (uint16_t)(token >> 16), written[1] = (uint16_t)token;
     written[MODBUS_COMMAND - MODBUS_WRITE_FROM] = number;
-    for (int i = 0; i < LEGS; i++) written[i] = (uint16_t)channel_raw(&p->valve_channel, i, valve[i], INT16_MAX);
+    for (int i = 0; i < LEGS; i++) valves[i] = (uint16_t)channel_raw(&p->valve_channel, i, valve[i], INT16_MAX);
 }
 
 void modbus_get_command(const struct params *p, const uint16_t written[MODBUS_WRITTEN], double valve[LEGS]) {
     for (int i = 0; i < LEGS; i++) {
-        double command = channel_si(&p->valve_channel, i, channel_from_16((int16_t)written[i]));
+        double command = channel_si(&p->valve_channel, i, channel_from_16((int16_t)written[MODBUS_VALVE - MODBUS_WRITE_FROM + i]));
         valve[i] = command >= -1.0 && command <= 1.0 ? command : 0.0;
     }
 }
@@ -44,6 +63,7 @@ void modbus_put_reading(const struct params *p, const struct modbus_reading *r, 
     read[0] = r->number;
     read[1] = r->sample;
     read[2] = r->status;
+    read[MODBUS_FOREIGN - MODBUS_READ_FROM] = r->foreign;
     for (int i = 0; i < LEGS; i++) {
         uint32_t raw = (uint32_t)channel_raw(&p->length_channel, i, r->length_m[i], INT32_MAX);
         length[2 * i] = (uint16_t)(raw >> 16);
@@ -59,6 +79,7 @@ void modbus_get_reading(const struct params *p, const uint16_t read[MODBUS_READ]
     r->number = read[0];
     r->sample = read[1];
     r->status = read[2];
+    r->foreign = read[MODBUS_FOREIGN - MODBUS_READ_FROM];
     for (int i = 0; i < LEGS; i++) {
         uint32_t raw = (uint32_t)length[2 * i] << 16 | length[2 * i + 1];
         r->length_m[i] = channel_si(&p->length_channel, i, channel_from_32((int32_t)raw));

@@ -75,7 +75,8 @@ static void what_came_before_the_evaluated_part_changes_no_bit(void **unused) {
 /* Flagged samples carry nonsense here: a single one that is used would show. */
 static void excluded_samples_are_counted_and_never_used(void **unused) {
     (void)unused;
-    static const uint32_t flags[] = {SAMPLE_STALE, SAMPLE_LATE, SAMPLE_DROPPED, SAMPLE_INVALID, SAMPLE_OVERRUN, SAMPLE_IO};
+    static const uint32_t flags[] = {SAMPLE_STALE, SAMPLE_LATE, SAMPLE_DROPPED, SAMPLE_INVALID, SAMPLE_OVERRUN, SAMPLE_IO,
+                                     SAMPLE_FOREIGN};
     struct rig *r = rig_create(5, 1);
     struct ident *id = ident_create(r);
     uint64_t state = 9;
@@ -84,11 +85,11 @@ static void excluded_samples_are_counted_and_never_used(void **unused) {
         for (int i = 0; i < r->samples; i++) {
             struct cycle *c = &r->cycle[d][i];
             int what = random_below(&state, 30);
-            if (what < 6) c->in.flags = flags[what], c->in.length_m[what] += 0.001, c->in.p1_pa[what] *= 2;
-            if (what == 6) c->in.length_m[d] = (double)NAN;
-            if (what == 7) c->in.p2_pa[d] = (double)INFINITY;
-            if (what == 8) c->in.length_m[d] = 9; /* no pose has it: forward kinematics does not converge */
-            excluded += what <= 8;
+            if (what < 7) c->in.flags = flags[what], c->in.length_m[what % LEGS] += 0.001, c->in.p1_pa[what % LEGS] *= 2;
+            if (what == 7) c->in.length_m[d] = (double)NAN;
+            if (what == 8) c->in.p2_pa[d] = (double)INFINITY;
+            if (what == 9) c->in.length_m[d] = 9; /* no pose has it: forward kinematics does not converge */
+            excluded += what <= 9;
             ident_feed(id, c);
         }
         ident_end(id);

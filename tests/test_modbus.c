@@ -16,7 +16,7 @@ static struct params default_params(void) {
 static void readings_come_back_to_the_resolution_of_their_registers(void **unused) {
     (void)unused;
     struct params p = default_params();
-    struct modbus_reading r = {.number = 512, .sample = 65535, .status = MODBUS_SILENT}, back;
+    struct modbus_reading r = {.number = 512, .sample = 65535, .status = MODBUS_SILENT, .foreign = 4711}, back;
     uint16_t registers[MODBUS_READ];
     for (int i = 0; i < LEGS; i++) {
         r.length_m[i] = 1.431 + 0.1234567 * i;
@@ -28,6 +28,7 @@ static void readings_come_back_to_the_resolution_of_their_registers(void **unuse
     assert_int_equal(back.number, 512);
     assert_int_equal(back.sample, 65535);
     assert_int_equal(back.status, MODBUS_SILENT);
+    assert_int_equal(back.foreign, 4711);
     for (int i = 0; i < LEGS; i++) {
         assert_close(back.length_m[i], r.length_m[i], 0.5001e-6);
         assert_close(back.p1_pa[i], r.p1_pa[i], 500.001);
@@ -72,8 +73,10 @@ static void commands_come_back_and_what_is_none_is_the_centre(void **unused) {
     const double sent[LEGS] = {0.0, 1.0, -1.0, 0.123456, (double)NAN, 7.0};
     uint16_t written[MODBUS_WRITTEN];
     double valve[LEGS];
-    modbus_put_command(&p, 9, sent, written);
+    modbus_put_command(&p, 0x12345678, 9, sent, written);
     modbus_get_command(&p, written, valve);
+    assert_int_equal(written[MODBUS_TOKEN - MODBUS_WRITE_FROM], 0x1234);
+    assert_int_equal(written[MODBUS_TOKEN + 1 - MODBUS_WRITE_FROM], 0x5678);
     assert_int_equal(written[MODBUS_COMMAND - MODBUS_WRITE_FROM], 9);
     for (int i = 0; i < 4; i++) assert_close(valve[i], sent[i], 0.5 / 32767);
     assert_true(valve[4] == 0.0);
@@ -95,14 +98,14 @@ static void registers_of_the_map_follow_each_other_and_are_those_of_the_transact
     assert_int_equal(read, MODBUS_READ);
 }
 
-/* 27 + 59 bytes of 10 bits at 115200 baud are 7.47 ms, and the silences 7 bytes more. */
+/* 31 + 61 bytes of 10 bits at 115200 baud are 7.99 ms, and the silences 7 bytes more. */
 static void a_cycle_on_a_serial_line_takes_its_bits(void **unused) {
     (void)unused;
     struct modbus_load l = modbus_load(115200.0);
-    assert_int_equal(l.request_bytes, 27);
-    assert_int_equal(l.response_bytes, 59);
-    assert_close(l.request_s + l.response_s, 86 * 10 / 115200.0, 1e-12);
-    assert_close(l.cycle_s, 93 * 10 / 115200.0, 1e-12);
+    assert_int_equal(l.request_bytes, 31);
+    assert_int_equal(l.response_bytes, 61);
+    assert_close(l.request_s + l.response_s, 92 * 10 / 115200.0, 1e-12);
+    assert_close(l.cycle_s, 99 * 10 / 115200.0, 1e-12);
 }
 
 static void addresses_are_taken_apart(void **unused) {

@@ -22,7 +22,8 @@
 #include "modbus_link.h"
 #include "modbus_map.h"
 
-enum { MBAP = 7, FUNCTION_READ = 3, FUNCTION_WRITE = 16, FUNCTION_EXCHANGE = 23, FRAME = 260, VALUES = MBAP + 10 };
+enum { MBAP = 7, FUNCTION_READ = 3, FUNCTION_WRITE = 16, FUNCTION_EXCHANGE = 23, FRAME = 260, VALUES = MBAP + 10,
+       FAILED = 0x80, BUSY = 6, OWNER = 0x0a000007 };
 
 /* A device, one connection after the other. Answers at once until `held`: then it asks (`asked`) and waits (`go`) at every function 23. */
 struct fake {
@@ -31,7 +32,11 @@ struct fake {
     _Atomic bool held, hang_up; /* hang_up: instead of the next answer */
     sem_t asked, go;
     _Atomic int valve, first;   /* of leg 1 in the last function 23, and in the first of this connection */
-    _Atomic int greeted;        /* watchdogs set */
+    _Atomic int greeted;        /* claims */
+    _Atomic int cycles;         /* functions 23 */
+    _Atomic int foreign;        /* what it says that others wrote */
+    _Atomic bool owned, usurped; /* another master has it: at the claim, in a cycle */
+    int watchdog_ms, longer_ms; /* as it was set, and by how much more it is */
     uint16_t sample;
     int behind;                 /* its answers are to a command so many before */
     long byte_ns;               /* between the bytes of an answer to function 23; 0: at once */
@@ -48,27 +53,43 @@ static bool receive_all(int fd, uint8_t *to, size_t size) {
 
 /* The values of an answer from out on. */
 static void fill(struct fake *f, const uint8_t *request, uint8_t *out) {
-    if (request[MBAP] == FUNCTION_READ) {
-        put(out, MODBUS_IS_HEXID);
-        put(out + 2, MODBUS_MAP_VERSION);
-    } else {
+    int address = get(request + MBAP + 1);
+    if (request[MBAP] == FUNCTION_EXCHANGE) {
         put(out, get(request + VALUES + 2 * (MODBUS_COMMAND - MODBUS_WRITE_FROM)) - f->behind);
         put(out + 2, ++f->sample);
-    }
+        put(out + 2 * (MODBUS_FOREIGN - MODBUS_READ_FROM), f->foreign);
+    } else if (address == MODBUS_IDENTITY) {
+        put(out, MODBUS_IS_HEXID);
+        put(out + 2, MODBUS_MAP_VERSION);
+    } else if (address == MODBUS_OWNER) {
+        put(out, OWNER >> 16);
+        put(out + 2, OWNER & 0xffff);
+    } else
+        put(out, address == MODBUS_WATCHDOG_MS ? f->watchdog_ms + f->longer_ms : f->foreign);
+}
+
+/* Exception 6 to who is not its master. */
+static bool refused(const struct fake *f, const uint8_t *request) {
+    return (request[MBAP] == FUNCTION_WRITE && f->owned) || (request[MBAP] == FUNCTION_EXCHANGE && f->usurped);
 }
 
 static void answer(struct fake *f, int fd, const uint8_t *request) {
     uint8_t out[FRAME] = {0};
     size_t size = MBAP + 5; /* function 16: address and count come back */
     memcpy(out, request, MBAP + 5);
-    if (request[MBAP] != FUNCTION_WRITE) {
+    if (refused(f, request)) {
+        out[MBAP] |= FAILED, out[MBAP + 1] = BUSY;
+        size = MBAP + 2;
+    } else if (request[MBAP] != FUNCTION_WRITE) {
         size_t values = request[MBAP + 4];
         size = MBAP + 2 + 2 * values;
         memset(out + MBAP + 1, 0, size - MBAP - 1);
         out[MBAP + 1] = (uint8_t)(2 * values);
         fill(f, request, out + MBAP + 2);
-    } else
+    } else {
+        f->watchdog_ms = get(request + MBAP + 6);
         f->greeted++;
+    }
     put(out + 4, (int)size - 6);
     size_t piece = f->byte_ns && request[MBAP] == FUNCTION_EXCHANGE ? 1 : size;
     for (size_t i = 0; i < size; i += piece) {
@@ -83,7 +104,8 @@ static void serve(struct fake *f, int fd) {
     bool first = true;
     while (receive_all(fd, request, 6) && receive_all(fd, request + 6, request[5])) {
         if (request[MBAP] == FUNCTION_EXCHANGE) {
-            f->valve = (int16_t)get(request + VALUES);
+            f->valve = (int16_t)get(request + VALUES + 2 * (MODBUS_VALVE - MODBUS_WRITE_FROM));
+            f->cycles++;
             if (first) f->first = (int)f->valve;
             first = false;
             if (f->held) sem_post(&f->asked), sem_wait(&f->go);
@@ -130,14 +152,16 @@ struct session {
     struct params params;
     struct hal *hal;
     struct error error;
+    double watchdog_s, sensor_age_s; /* 0: the longest */
 };
 
 static int session_open(struct session *s) {
     char url[64];
     fake_start(&s->device);
     config_default(&s->params);
-    s->params.limits.sensor_age_s = 1.0; /* the longest that the configuration allows: no command of these tests is too old */
-    s->params.device.watchdog_s = 10.0;
+    /* The longest that the configuration allows: no command of these tests is too old. */
+    s->params.limits.sensor_age_s = s->sensor_age_s > 0.0 ? s->sensor_age_s : 1.0;
+    s->params.device.watchdog_s = s->watchdog_s > 0.0 ? s->watchdog_s : 10.0;
     snprintf(url, sizeof url, "modbus:tcp://127.0.0.1:%d", s->device.port);
     return hal_open(&s->hal, url, &s->params, 1, &s->error);
 }
@@ -211,6 +235,124 @@ static void an_answer_to_another_command_is_refused(void **unused) {
     assert_non_null(strstr(s.error.text, "an answer to another request"));
 }
 
+/* It says who has it, and it has written nothing but the claim. */
+static void a_machine_with_another_master_is_refused(void **unused) {
+    (void)unused;
+    struct session s = {.device.owned = true};
+    int status = session_open(&s);
+    session_end(&s);
+    assert_int_equal(status, STATUS_UNSAFE);
+    assert_non_null(strstr(s.error.text, "another master, 10.0.0.7, commands this machine: end it first"));
+    assert_int_equal(s.device.cycles, 0);
+}
+
+/* SAFETY: one that keeps another time than it was told cannot be relied on to stop the machine. */
+static void a_watchdog_that_reads_back_as_another_one_is_refused(void **unused) {
+    (void)unused;
+    struct session s = {.device.longer_ms = 1};
+    int status = session_open(&s);
+    session_end(&s);
+    assert_int_equal(status, STATUS_UNSAFE);
+    assert_non_null(strstr(s.error.text, "set to 10000 ms and is 10001 ms"));
+    assert_int_equal(s.device.cycles, 0);
+}
+
+/* Cycles of the loop until a sample is new; returns the flags of all of them. */
+static uint32_t cycle_flags(struct session *s) {
+    struct hal_sample sample = {.flags = SAMPLE_STALE};
+    uint32_t flags = 0;
+    int before = s->device.cycles;
+    s->hal->ops->safe(s->hal);
+    while (s->device.cycles == before) sched_yield();
+    while (sample.flags & SAMPLE_STALE) {
+        s->hal->ops->read(s->hal, 1, &sample);
+        flags |= sample.flags;
+        sched_yield();
+    }
+    return flags;
+}
+
+/* Once each: what was there before is not this master's affair. */
+static void what_others_wrote_is_told_with_the_next_sample(void **unused) {
+    (void)unused;
+    struct session s = {.device.foreign = 65535};
+    char text[100];
+    session_begin(&s);
+    uint32_t alone = cycle_flags(&s) | cycle_flags(&s), after = 0;
+    s.device.foreign = 0; /* one more: the count is of 16 bits */
+    while (!(cycle_flags(&s) & SAMPLE_FOREIGN)) continue;
+    for (int i = 0; i < 5; i++) after |= cycle_flags(&s);
+    s.hal->ops->describe(s.hal, text, sizeof text);
+    session_end(&s);
+    assert_false(alone & SAMPLE_FOREIGN);
+    assert_false(after & SAMPLE_FOREIGN);
+    assert_string_equal(text, "another master tried to command this machine");
+}
+
+/* By the refusal itself; that the next claim would be granted again is no comfort. */
+static void a_command_refused_for_another_master_is_told(void **unused) {
+    (void)unused;
+    struct session s = {0};
+    struct hal_sample sample = {0};
+    session_begin(&s);
+    s.device.usurped = true;
+    while (!(sample.flags & SAMPLE_FOREIGN)) {
+        s.hal->ops->safe(s.hal);
+        s.hal->ops->read(s.hal, 1, &sample);
+        sched_yield();
+    }
+    session_end(&s);
+}
+
+/* It was away for so long that another one has the machine: it writes no more, not even once. */
+static void a_machine_that_has_another_master_by_now_is_told(void **unused) {
+    (void)unused;
+    struct session s = {.sensor_age_s = 0.05}; /* ten time-outs in a row are a lost connection, one refusal is */
+    struct hal_sample sample = {0};
+    char text[100];
+    session_begin(&s);
+    s.device.owned = s.device.usurped = true;
+    while (!(sample.flags & SAMPLE_FOREIGN)) {
+        s.hal->ops->safe(s.hal);
+        s.hal->ops->read(s.hal, 1, &sample);
+        sched_yield();
+    }
+    s.hal->ops->describe(s.hal, text, sizeof text);
+    int written = s.device.cycles;
+    while (!s.hal->ops->read(s.hal, 1, &sample)) sched_yield();
+    for (int i = 0; i < 1000; i++) s.hal->ops->safe(s.hal), sched_yield();
+    int written_later = s.device.cycles;
+    session_end(&s);
+    assert_string_equal(text, "another master commands this machine");
+    assert_true(written_later <= written + 1); /* one may have been under way */
+}
+
+/* The loop takes its time to begin, longer than the watchdog: the machine is not to be had meanwhile. */
+static void the_machine_is_kept_until_the_loop_begins(void **unused) {
+    (void)unused;
+    struct session s = {.watchdog_s = 0.02};
+    session_begin(&s);
+    while (s.device.cycles < 5) sched_yield();
+    int valve = s.device.valve;
+    session_end(&s);
+    assert_int_equal(valve, 0);
+}
+
+/* SAFETY: the device's watchdog is for a loop that has stopped, and nobody feeds it in its place. */
+static void the_machine_is_not_kept_for_a_loop_that_has_stopped(void **unused) {
+    (void)unused;
+    static const struct timespec many_watchdogs = {.tv_nsec = 200000000};
+    struct session s = {.watchdog_s = 0.02};
+    session_begin(&s);
+    cycle_flags(&s);
+    cycle_flags(&s); /* what was begun before the first is over */
+    int cycles = s.device.cycles;
+    nanosleep(&many_watchdogs, NULL);
+    int later = s.device.cycles;
+    session_end(&s);
+    assert_int_equal(later, cycles);
+}
+
 /* Ends: what is waited for at the end has a time-out too. */
 static void close_ends_though_the_device_is_silent(void **unused) {
     (void)unused;
@@ -262,7 +404,7 @@ static void the_thread_is_real_time_only_when_the_loop_is(void **unused) {
     assert_int_equal(found, 9);
 }
 
-/* 68 bytes 50 ms apart take 3.4 s, each within 0.1 s of the one before: a time-out that begins anew with every byte would take that. */
+/* 70 bytes 50 ms apart take 3.5 s, each within 0.1 s of the one before: a time-out that begins anew with every byte would take that. */
 static void an_answer_that_trickles_is_given_up(void **unused) {
     (void)unused;
     struct fake f = {.byte_ns = 50000000};
@@ -361,6 +503,13 @@ int main(void) {
         cmocka_unit_test(a_command_that_safe_has_replaced_is_never_sent),
         cmocka_unit_test(a_command_from_before_a_new_connection_is_never_sent),
         cmocka_unit_test(an_answer_to_another_command_is_refused),
+        cmocka_unit_test(a_machine_with_another_master_is_refused),
+        cmocka_unit_test(a_watchdog_that_reads_back_as_another_one_is_refused),
+        cmocka_unit_test(what_others_wrote_is_told_with_the_next_sample),
+        cmocka_unit_test(a_command_refused_for_another_master_is_told),
+        cmocka_unit_test(a_machine_that_has_another_master_by_now_is_told),
+        cmocka_unit_test(the_machine_is_kept_until_the_loop_begins),
+        cmocka_unit_test(the_machine_is_not_kept_for_a_loop_that_has_stopped),
         cmocka_unit_test(close_ends_though_the_device_is_silent),
         cmocka_unit_test(the_thread_is_real_time_only_when_the_loop_is),
         cmocka_unit_test(an_answer_that_trickles_is_given_up),

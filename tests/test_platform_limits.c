@@ -38,6 +38,33 @@ static void each_limit_trips_in_bad_cycles_and_holds_until_reset(void **unused) 
     plant_destroy(rig.plant);
 }
 
+static void flagged_foreign(struct hal_sample *s, int cycle) { (void)cycle, s->flags |= SAMPLE_FOREIGN; }
+static void flagged_foreign_and_not_read(struct hal_sample *s, int cycle) {
+    (void)cycle;
+    *s = (struct hal_sample){.flags = SAMPLE_FOREIGN | SAMPLE_IO};
+}
+
+/* In every state, of a machine at rest too, and however patient the limits are. */
+static void another_master_trips_at_the_first_sample_that_says_so(void **unused) {
+    (void)unused;
+    static const enum state states[] = {STATE_INIT, STATE_SETTLED, STATE_ENGAGING, STATE_READY, STATE_TESTING, STATE_PARKING};
+    static spoiler *const spoil[] = {flagged_foreign, flagged_foreign_and_not_read};
+    struct params params = by_hand();
+    params.limits.bad_cycles = 20;
+    for (unsigned i = 0; i < sizeof states / sizeof *states; i++)
+        for (unsigned k = 0; k < 2; k++) {
+            struct rig rig;
+            rig_init(&rig, &params);
+            if (states[i] != STATE_INIT) rig_bring(&rig, states[i], 20);
+            spoil_cycles(&rig, spoil[k], 1);
+            assert_int_equal(rig.now.state, STATE_FAULT);
+            assert_true(rig.now.faults & FAULT_MASTER);
+            if (k == 0) assert_int_equal(rig.now.first_fault, FAULT_MASTER);
+            assert_false(rig.now.out.enable);
+            plant_destroy(rig.plant);
+        }
+}
+
 static void fewer_bad_samples_are_ridden_out_with_the_command_held(void **unused) {
     (void)unused;
     struct params params = by_hand();
@@ -261,6 +288,7 @@ static void a_stale_sample_trips_once_it_is_too_old(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_limit_trips_in_bad_cycles_and_holds_until_reset),
+        cmocka_unit_test(another_master_trips_at_the_first_sample_that_says_so),
         cmocka_unit_test(fewer_bad_samples_are_ridden_out_with_the_command_held),
         cmocka_unit_test(a_leg_that_does_not_follow_trips),
         cmocka_unit_test(a_length_that_stands_still_trips_before_its_leg_has_gone_far),

@@ -32,6 +32,8 @@ const struct failure failure_table[] = {
      "the link to the machine is down, or a node is lost", "mend the link; `hexid doctor` looks at it"},
     {FAULT_STANDSTILL, "standstill", "a length is frozen", "unchanged while its reference moves by `limits.standstill_m`",
      "2 mm of motion, and 5 cycles", CENTRED, "a dead transducer or valve, or no supply pressure", "mend the sensor; check the supply"},
+    {FAULT_MASTER, "second_master", "another master commands this machine, or has tried to", "the device, or what is seen on the bus",
+     "1 cycle", CENTRED, "a second hexid, or another program that writes to the device", "end the other master"},
     {0, "samples excluded; above 1 % the verdict fails", "single samples lost, repeated, out of order", "flags, device count", "1 cycle",
      "goes on; command held for what is not believed", "a link under load", "none"},
     {0, "no messages", "the daemon is killed", "the device's watchdog", "the device's time", "the device centres its valves",

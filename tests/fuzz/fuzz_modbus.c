@@ -1,15 +1,19 @@
 /* What a Modbus device may answer: bytes through libmodbus and the register map to a reading. The first two bytes, the transaction's
- * number, are put right, or nearly all inputs would end there. */
+ * number, are put right, or nearly all inputs would end there. And what a client may ask: the same bytes as a stream, on TCP and on a serial
+ * line, through the framing to the device's registers. */
 #include <assert.h>
 #include <math.h>
 #include <modbus/modbus.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include "config.h"
+#include "modbus_adu.h"
 #include "modbus_link.h"
 #include "modbus_map.h"
+#include "modbus_server.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -28,6 +32,67 @@ static void look(const struct params *p, const struct modbus_reading *r) {
     }
 }
 
+/* Whoever writes what: who has not claimed moves nothing, and the watchdog stays within its bounds. */
+static void ask(struct modbus_server *s, const struct modbus_peer *from, const struct adu *a, int64_t now_ns, bool serial) {
+    uint8_t pdu[ADU_PDU_MAX], bytes[ADU_MAX], *exact = malloc(a->pdu_size); /* so that a look beyond the end is seen */
+    uint16_t before[MODBUS_END];
+    memcpy(before, s->registers, sizeof before);
+    memcpy(exact, a->pdu, a->pdu_size);
+    bool master = modbus_server_owned_by(s, from->connection);
+    size_t size = modbus_server_answer(s, from, exact, a->pdu_size, now_ns, pdu);
+    free(exact);
+    assert(size >= 2 && size <= ADU_PDU_MAX);
+    assert((serial ? adu_put_rtu : adu_put_tcp)(a, pdu, size, bytes) <= ADU_MAX);
+    assert(s->registers[MODBUS_WATCHDOG_MS] >= MODBUS_WATCHDOG_MIN_MS);
+    assert(s->registers[MODBUS_WATCHDOG_MS] <= s->registers[MODBUS_WATCHDOG_MAX_MS]);
+    if (!master) assert(s->registers[MODBUS_COMMAND] == before[MODBUS_COMMAND]);
+    if (size == 2 && pdu[0] & FUNCTION_FAILED)
+        assert(!memcmp(s->registers + MODBUS_WATCHDOG_MS, before + MODBUS_WATCHDOG_MS, 2 * (MODBUS_SAMPLE - MODBUS_WATCHDOG_MS)));
+}
+
+/* The bytes come in pieces whose sizes are the bytes'. */
+static void stream(struct modbus_server *s, const uint8_t *data, size_t size, bool serial) {
+    static const uint8_t claim[] = {FUNCTION_WRITE, 0, MODBUS_WATCHDOG_MS, 0, 3, 6, 0, 10, 0, 0, 0, 1};
+    const struct modbus_peer peer[2] = {{.connection = !serial}, {.connection = serial ? 0 : 2}};
+    uint8_t bytes[2 * ADU_MAX], answer[ADU_PDU_MAX];
+    size_t filled = 0;
+    int64_t now_ns = 1000000000;
+    if (size && data[0] & 1) modbus_server_answer(s, &peer[0], claim, sizeof claim, now_ns, answer);
+    for (size_t at = 0; at < size;) {
+        size_t piece = 1 + data[at];
+        if (piece > size - at) piece = size - at;
+        if (piece > sizeof bytes - filled) piece = sizeof bytes - filled;
+        memcpy(bytes + filled, data + at, piece);
+        filled += piece, at += piece;
+        struct adu a;
+        enum adu_result result = ADU_DISCARD;
+        while (filled && result != ADU_MORE) {
+            result = serial ? adu_take_rtu(bytes, filled, filled % 2, &a) : adu_take_tcp(bytes, filled, &a);
+            if (result == ADU_BROKEN) return;
+            if (result == ADU_MORE) assert(filled < ADU_MAX);
+            else {
+                assert(a.used > 0 && a.used <= filled);
+                if (result == ADU_REQUEST) ask(s, &peer[filled % 2], &a, now_ns += 1000000, serial);
+                filled -= a.used;
+                memmove(bytes, bytes + a.used, filled);
+            }
+        }
+    }
+}
+
+/* A machine for all inputs; the registers begin anew. */
+static void requests(struct params *params, const uint8_t *data, size_t size) {
+    static struct device *device;
+    struct error error;
+    struct modbus_server server;
+    params->sim.engine = ENGINE_CLOSED_FORM;
+    if (!device) device = device_create(params, 1, &error);
+    for (int serial = 0; serial <= 1; serial++) {
+        modbus_server_init(&server, params, device, 1000000000);
+        stream(&server, data, size, serial);
+    }
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     static struct params params;
     static const uint16_t written[MODBUS_WRITTEN] = {1};
@@ -36,6 +101,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     struct modbus_reading reading;
     int ends[2];
     if (params.loop.period_s <= 0.0) config_default(&params);
+    requests(&params, data, size);
     if (size > sizeof answer - 2 || socketpair(AF_UNIX, SOCK_STREAM, 0, ends)) return 0;
     memcpy(answer + 2, data, size);
     modbus_t *m = modbus_new_tcp("127.0.0.1", 502);

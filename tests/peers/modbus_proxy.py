@@ -64,6 +64,7 @@ def carry(client, server):
             client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
             return
         if mode == "hang":
+            time.sleep(0.02)  # select() does not wait for what is not read
             continue
         for sock in ready:
             data = frame(sock)

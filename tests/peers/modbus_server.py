@@ -3,7 +3,7 @@ import asyncio
 from pymodbus.datastore import ModbusSequentialDataBlock, ModbusServerContext, ModbusSlaveContext
 from pymodbus.server import ModbusTcpServer
 
-COMMAND, SAMPLE, LENGTH, END = 0x001F, 0x0020, 0x0022, 0x003A
+COMMAND, SAMPLE, LENGTH, END = 0x001F, 0x0020, 0x0022, 0x003B
 
 
 class Machine(ModbusSequentialDataBlock):
@@ -17,7 +17,7 @@ class Machine(ModbusSequentialDataBlock):
 
 async def main():
     registers = [0] * END
-    registers[0:2] = [0x4845, 1]
+    registers[0:2] = [0x4845, 2]
     for leg in range(6):
         registers[LENGTH + 2 * leg:LENGTH + 2 * leg + 2] = divmod(1431000, 1 << 16)
     machine = Machine(0, registers)

@@ -16,9 +16,30 @@ claim "a host that does not exist: named" refuses 3 "no.such.host.invalid" "$hex
 claim "a serial device that is missing: named" refuses 3 "/dev/ttyNONE serial device" \
     "$hexid" run --hal 'modbus:rtu:/dev/ttyNONE?baud=4000000'
 claim "a file that is no serial device: named" refuses 3 "/dev/null" "$hexid" run --hal 'modbus:rtu:/dev/null?baud=4000000'
-claim "a line too slow for the cycle: refused with the arithmetic" refuses 2 "27 59 8.1 115200 loop.period_s" \
+claim "a line too slow for the cycle: refused with the arithmetic" refuses 2 "31 61 8.6 115200 loop.period_s" \
     "$hexid" run --hal 'modbus:rtu:/dev/null?baud=115200'
 claim "the map is printed" eval '"$hexid" doctor --modbus-map | grep -q "0x0022..0x002d"'
+
+# What the standards say, line by line; with a watchdog so long that on a real clock, too, nothing hangs on it.
+conforms() {
+    local status
+    plant_start modbus:tcp://127.0.0.1:0 "${S[@]}" --set device.watchdog_s=10 || return
+    "$python" tests/peers/modbus_conformance.py tcp "${url##*:}" >"$work/checks" 2>&1
+    status=$?
+    cat "$work/checks"
+    plant_stop && return $status
+}
+claim "on TCP the device keeps to the standards" conforms
+grep '^ok' "$work/checks" # each with its clause
+conforms_serially() {
+    "$python" tests/peers/modbus_conformance.py rtu "$hexid" plant --bus 'modbus:rtu:LINE?baud=115200' "${S[@]}" --set device.watchdog_s=10 \
+        >"$work/checks" 2>&1
+    local status=$?
+    cat "$work/checks"
+    return $status
+}
+claim "on a serial line the device keeps to the standards" conforms_serially
+grep '^ok' "$work/checks"
 
 peer() {
     local status
@@ -51,6 +72,47 @@ identified() { run_against modbus:tcp://127.0.0.1:0 "${S[@]}" && as_in_simulatio
 quick --set sensors.enabled=false --json "$work/sim.json" >/dev/null
 still_ms=1 fair_claim "six tests over Modbus TCP at 2 ms, daemon and plant two processes: passed, and method A agrees with the simulation" \
     identified # measured: 0.1, 0.1 and 0.3
+
+# Somebody writes the valves: not taken, and the run is told.
+rival() {
+    plant_start modbus:tcp://127.0.0.1:0 "${S[@]}" || return
+    "$hexid" run --hal "$url" "${S[@]}" --set motion.automatic=true >"$work/run" 2>&1 &
+    run=$!
+    until_in '^ *ready' "$work/run" $run
+    "$python" - "${url##*:}" <<'END'
+import socket, sys
+rival = socket.create_connection(("127.0.0.1", int(sys.argv[1])), timeout=30)
+rival.sendall(b"\0\1\0\0\0\x15\1\x10\0\x19\0\7\x0e" + b"\x7f\xff" * 7)
+print("refused" if rival.recv(260)[7:] == b"\x90\6" else "taken", flush=True)
+END
+    wait $run
+    echo "exit status $?"
+    cat "$work/run"
+    plant_stop && grep -q second_master "$work/run" && grep -q "another master tried to command this machine" "$work/run"
+}
+fair_claim "another client's write of the valves is refused, and is a fault at the master: second_master" rival
+
+# Five kinds of greedy clients, and a second daemon.
+mkfifo "$work/greed"
+undisturbed() {
+    local status=0 greedy
+    plant_start modbus:tcp://127.0.0.1:0 "${S[@]}" || return
+    exec 6<>"$work/greed"
+    : >"$work/greedy"
+    "$python" tests/peers/modbus_greedy.py "${url##*:}" <"$work/greed" >"$work/greedy" 2>&1 6>&- &
+    greedy=$!
+    until_in ready "$work/greedy" $greedy || status=1
+    "$hexid" run --hal "$url" "${S[@]}" --set motion.automatic=true --json "$work/run.json" >"$work/run" 2>&1 6>&- &
+    run=$!
+    until_in '^ *ready' "$work/run" $run || status=1
+    refuses 4 "another master 127.0.0.1 end it first" "$hexid" run --hal "$url" "${S[@]}" || status=1
+    wait $run || status=1
+    exec 6>&-
+    wait $greedy || status=1
+    cat "$work/run" "$work/greedy"
+    plant_stop && return $status
+}
+still_ms=1 fair_claim "neither greedy clients nor a second hexid, which is refused, disturb a run" undisturbed
 
 # A host that stalls for 40 ms: behind hardware a deadline missed is missed by the machine. The device's watchdog is what pymodbus saw above.
 stalled() {

@@ -74,7 +74,7 @@ answers lost 100 %|loss 100|sensor_age/io|25
 answers delayed 3 ms|delay 3|flagged|10
 answers delayed 20 ms|delay 20|sensor_age/io|25
 answers twice 20 %|twice 20|nothing/flagged|0
-bit flips in 10 % of the answers|flip 10|flagged/leg_rate/stroke/sensor_invalid/force/following_error|0
+bit flips in 10 % of the answers|flip 10|flagged/leg_rate/stroke/sensor_invalid/force/following_error/second_master|0
 wrong transaction numbers|number|sensor_age/io|25
 exceptions|exception|sensor_age/io|25
 half answers|half|sensor_age/io|25

@@ -1,0 +1,95 @@
+#include "modbus_adu.h"
+
+#include <string.h>
+
+enum {
+    MBAP = 7, MBAP_PROTOCOL = 2, MBAP_LENGTH = 4, MBAP_UNIT = 6, /* the header of TCP; the length counts from the unit on */
+    RTU_HEAD = 1, RTU_TAIL = 2,
+};
+
+static unsigned get_16(const uint8_t *from) { return (unsigned)from[0] << 8 | from[1]; }
+
+static void put_16(uint8_t *to, unsigned value) { to[0] = (uint8_t)(value >> 8), to[1] = (uint8_t)value; }
+
+/* Of the PDU, up to and with the byte count where it has one; 0: the function is not known, its
+ * length neither. */
+static size_t fixed_size(uint8_t function) {
+    switch (function) {
+    case FUNCTION_READ:
+    case FUNCTION_WRITE_ONE: return 5;
+    case FUNCTION_WRITE: return 6;
+    case FUNCTION_EXCHANGE: return 10;
+    default: return 0;
+    }
+}
+
+static bool counts_bytes(uint8_t function) { return function == FUNCTION_WRITE || function == FUNCTION_EXCHANGE; }
+
+/* The byte count and the quantity before it agree. */
+static bool counts_agree(const uint8_t *pdu, size_t fixed) { return pdu[fixed - 1] == 2 * get_16(pdu + fixed - 3); }
+
+static bool has_size_of_function(const uint8_t *pdu, size_t size) {
+    size_t fixed = fixed_size(pdu[0]);
+    if (!counts_bytes(pdu[0])) return !fixed || size == fixed;
+    return size >= fixed && (!counts_agree(pdu, fixed) || size == fixed + pdu[fixed - 1]);
+}
+
+enum adu_result adu_take_tcp(const uint8_t *bytes, size_t size, struct adu *adu) {
+    if (size < MBAP_UNIT) return ADU_MORE;
+    size_t length = get_16(bytes + MBAP_LENGTH);
+    if (length < 2 || length > 1 + ADU_PDU_MAX) return ADU_BROKEN;
+    if (size < MBAP_UNIT + length) return ADU_MORE;
+    *adu = (struct adu){.transaction = (uint16_t)get_16(bytes), .unit = bytes[MBAP_UNIT], .pdu = bytes + MBAP, .pdu_size = length - 1,
+                        .used = MBAP_UNIT + length};
+    return get_16(bytes + MBAP_PROTOCOL) == 0 && has_size_of_function(adu->pdu, adu->pdu_size) ? ADU_REQUEST : ADU_DISCARD;
+}
+
+static uint16_t crc(const uint8_t *bytes, size_t size) {
+    uint16_t c = 0xffff;
+    for (size_t i = 0; i < size; i++) {
+        c ^= bytes[i];
+        for (int k = 0; k < 8; k++) c = (uint16_t)(c & 1 ? c >> 1 ^ 0xa001 : c >> 1);
+    }
+    return c;
+}
+
+static bool checked(const uint8_t *bytes, size_t size) {
+    uint16_t c = crc(bytes, size - RTU_TAIL);
+    return bytes[size - 2] == (uint8_t)c && bytes[size - 1] == (uint8_t)(c >> 8);
+}
+
+/* Of the whole frame, as its function has it; 0: not known, or not yet. */
+static size_t rtu_size(const uint8_t *bytes, size_t size) {
+    size_t fixed = size > RTU_HEAD ? fixed_size(bytes[RTU_HEAD]) : 0;
+    if (!fixed || size < RTU_HEAD + fixed) return 0;
+    return RTU_HEAD + fixed + (counts_bytes(bytes[RTU_HEAD]) ? bytes[RTU_HEAD + fixed - 1] : 0) + RTU_TAIL;
+}
+
+enum adu_result adu_take_rtu(const uint8_t *bytes, size_t size, bool silent, struct adu *adu) {
+    enum { FRAME_MIN = RTU_HEAD + 1 + RTU_TAIL, FRAME_MAX = RTU_HEAD + ADU_PDU_MAX + RTU_TAIL };
+    size_t frame = rtu_size(bytes, size);
+    bool whole = frame && frame <= FRAME_MAX && size >= frame && checked(bytes, frame);
+    if (!whole && !silent && size < ADU_MAX) return ADU_MORE;
+    if (!whole) frame = size;
+    *adu = (struct adu){.used = frame};
+    if (frame < FRAME_MIN || frame > FRAME_MAX || !checked(bytes, frame)) return ADU_DISCARD;
+    adu->unit = bytes[0], adu->pdu = bytes + RTU_HEAD, adu->pdu_size = frame - RTU_HEAD - RTU_TAIL;
+    return has_size_of_function(adu->pdu, adu->pdu_size) ? ADU_REQUEST : ADU_DISCARD;
+}
+
+size_t adu_put_tcp(const struct adu *request, const uint8_t *pdu, size_t pdu_size, uint8_t bytes[ADU_MAX]) {
+    put_16(bytes, request->transaction);
+    put_16(bytes + MBAP_PROTOCOL, 0);
+    put_16(bytes + MBAP_LENGTH, (unsigned)pdu_size + 1);
+    bytes[MBAP_UNIT] = request->unit;
+    memcpy(bytes + MBAP, pdu, pdu_size);
+    return MBAP + pdu_size;
+}
+
+size_t adu_put_rtu(const struct adu *request, const uint8_t *pdu, size_t pdu_size, uint8_t bytes[ADU_MAX]) {
+    bytes[0] = request->unit;
+    memcpy(bytes + RTU_HEAD, pdu, pdu_size);
+    uint16_t c = crc(bytes, RTU_HEAD + pdu_size);
+    bytes[RTU_HEAD + pdu_size] = (uint8_t)c, bytes[RTU_HEAD + pdu_size + 1] = (uint8_t)(c >> 8);
+    return RTU_HEAD + pdu_size + RTU_TAIL;
+}
