@@ -78,7 +78,7 @@ static void to_nodes(struct world *w, struct can_queue *q) {
         if (sync) can_master_receive(&w->master, f, w->now_ns);
         for (int i = 0; i < CAN_NODES; i++) {
             if (w->wire.dead_node == i + 1) continue;
-            if (sync) can_node_sync(&w->node[i], &w->reading[i], &replies);
+            if (sync) can_node_sync(&w->node[i], f, &w->reading[i], &replies);
             else can_node_receive(&w->node[i], f, w->now_ns, &replies);
         }
         to_master(w, &replies);
@@ -121,7 +121,7 @@ static void power_on(struct world *w) {
     w->now_ns = NS_PER_S;
     for (int i = 0; i < CAN_NODES; i++) {
         w->reading[i] = (struct can_tpdo){.position = 1831000 + i, .p1 = (int16_t)(5000 + i), .p2 = (int16_t)(4000 - i)};
-        can_node_reset(&w->node[i], i + 1, w->now_ns, &q);
+        can_node_init(&w->node[i], i + 1, w->now_ns, &q);
     }
     to_master(w, &q);
 }
@@ -369,12 +369,12 @@ static void without_commands_a_node_centres_its_valve_and_takes_no_late_one(void
     for (int i = 0; i < CAN_NODES; i++) {
         assert_int_equal(can_node_valve(&w.node[i]), 0);
         assert_int_equal(w.node[i].state, CAN_PREOPERATIONAL);
-        assert_int_equal(w.node[i].emcy, EMCY_RPDO_TIMEOUT);
+        assert_int_equal(w.node[i].errors, 1u << CAN_ERROR_RPDO_TIMEOUT);
     }
     struct can_frame late = can_frame_rpdo(0, (int16_t[]){20000, 20000, 20000});
     struct can_queue q = {0};
     can_node_receive(&w.node[0], &late, w.now_ns, &q);
-    can_node_sync(&w.node[0], &w.reading[0], &q);
+    can_node_sync(&w.node[0], &(struct can_frame){.can_id = COB_SYNC}, &w.reading[0], &q);
     assert_int_equal(can_node_valve(&w.node[0]), 0);
     assert_false(can_master_ready(&w.master));
 }
@@ -428,7 +428,7 @@ static void a_node_that_was_reset_is_set_up_again_and_meanwhile_nothing_is_valid
     (void)state;
     bring_up(&w);
     cycle(&w, some);
-    can_node_reset(&w.node[4], 5, w.now_ns, &q);
+    can_node_init(&w.node[4], 5, w.now_ns, &q);
     to_master(&w, &q);
     assert_false(can_master_ready(&w.master));
     assert_true(cycle(&w, centre).flags & SAMPLE_INVALID);
@@ -445,7 +445,7 @@ static void a_lost_node_that_keeps_silent_is_asked_and_set_up_again(void **state
     (void)state;
     bring_up(&w);
     w.wire.dead_node = 3;
-    can_node_reset(&w.node[2], 3, w.now_ns, &unheard);
+    can_node_init(&w.node[2], 3, w.now_ns, &unheard);
     cycles(&w, 500, centre);
     assert_int_equal(w.master.peer[2].phase, CAN_LOST);
     w.wire.dead_node = 0;
@@ -536,7 +536,7 @@ static void sdo_cannot_move_a_valve_nor_break_the_mapping(void **state) {
     assert_int_equal(write_object(&w.node[0], 0x1600, 1, 4, MAP_DUMMY), SDO_DENIED); /* the PDO is on */
     assert_int_equal(write_object(&w.node[0], 0x1400, 5, 4, 20), SDO_SIZE);
     assert_int_equal(write_object(&w.node[0], 0x1000, 0, 4, 1), SDO_READ_ONLY);
-    assert_int_equal(write_object(&w.node[0], 0x2000, 0, 4, 1), SDO_NO_OBJECT);
+    assert_int_equal(write_object(&w.node[0], 0x2f00, 0, 4, 1), SDO_NO_OBJECT);
     assert_int_equal(write_object(&w.node[0], 0x1018, 9, 4, 1), SDO_NO_SUB);
     assert_int_equal(can_node_valve(&w.node[0]), 0);
 }

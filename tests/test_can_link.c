@@ -129,7 +129,8 @@ static int start(void **state) {
     config_default(&w->params);
     w->params.sensors.enabled = false;
     w->params.sim.engine = ENGINE_CLOSED_FORM;
-    w->params.device.watchdog_s = w->params.can.heartbeat_s = 10.0;
+    w->params.device.watchdog_s = 1.0; /* the most that a node takes */
+    w->params.can.heartbeat_s = 5.0;
     assert_int_equal(socketpair(AF_UNIX, SOCK_SEQPACKET, 0, w->daemon), 0);
     assert_int_equal(socketpair(AF_UNIX, SOCK_SEQPACKET, 0, w->plant), 0);
     pthread_mutex_init(&w->bus, NULL);

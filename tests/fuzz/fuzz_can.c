@@ -17,7 +17,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     char text[200];
     if (params.can.bitrate_bps == 0.0) config_default(&params);
     can_master_init(&master, &params);
-    can_node_reset(&node, 3, 1, &q);
+    can_node_init(&node, 3, 1, &q);
     int64_t now_ns = 1;
     for (; size >= 12; data += 12, size -= 12) {
         struct can_frame f = {.can_id = (canid_t)((data[1] | data[2] << 8) & 0x7ff), .len = data[3] % 9};
@@ -27,7 +27,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         q.count = 0;
         can_master_receive(&master, &f, now_ns);
         can_node_receive(&node, &f, now_ns, &q);
-        can_node_sync(&node, &(struct can_tpdo){.position = (int32_t)now_ns}, &q);
+        can_node_sync(&node, &(struct can_frame){.can_id = COB_SYNC}, &(struct can_tpdo){.position = (int32_t)now_ns}, &q);
         can_node_tick(&node, now_ns, &q);
         for (int i = 0; i < q.count; i++) can_master_receive(&master, &q.frame[i], now_ns);
         q.count = 0;
