@@ -21,6 +21,7 @@ enum {
     SAMPLE_INVALID = 1u << 3, /* a value is not finite or outside its sensor's range */
     SAMPLE_OVERRUN = 1u << 4, /* the loop missed a deadline before this cycle: its command was held too long */
     SAMPLE_IO = 1u << 5,      /* the hardware abstraction layer could not read, or not write the command before */
+    SAMPLE_FOREIGN = 1u << 6, /* somebody else commanded the machine since the last one */
 };
 
 /* What the hardware abstraction layer delivers: lengths and pressures latched together at one instant, time_ns. */
@@ -55,6 +56,7 @@ enum {
     FAULT_OVERRUN = 1u << 7,
     FAULT_IO = 1u << 8, /* the hardware abstraction layer reports that it cannot read or write */
     FAULT_STANDSTILL = 1u << 9, /* a length does not change while its reference does: dead transducer, valve or supply */
+    FAULT_MASTER = 1u << 10,    /* somebody else commands the machine */
 };
 
 /* Beside the faults: which legs they were seen at, bits 16..21; none where no leg can be told. Never in first_fault. */

@@ -400,6 +400,9 @@ static void faults_stay_and_the_first_is_the_headline(void **unused) {
     assert_string_equal(fault_name(s.first_fault), "none");
     supervisor_judge(&s, FAULT_FOLLOWING | FAULT_LEG_RATE, 1);
     assert_string_equal(fault_name(s.first_fault), "leg_rate"); /* one headline, not two */
+    supervisor_clear(&s);
+    supervisor_judge(&s, FAULT_MASTER | FAULT_SENSOR_INVALID | FAULT_STROKE | fault_leg(2), 1);
+    assert_string_equal(fault_name(s.first_fault), "second_master"); /* the cause of the others */
 }
 
 static void counters_do_not_overflow_in_months(void **unused) {
@@ -433,9 +436,10 @@ static void every_fault_has_a_cause_and_a_remedy(void **unused) {
 static void every_fault_state_and_command_has_a_name(void **unused) {
     (void)unused;
     static const char *const names[] = {"sensor_age", "sensor_invalid", "stroke",  "leg_rate", "following_error",
-                                        "force",      "kinematics",     "overrun", "io",       "standstill"};
-    for (unsigned i = 0; i < 10; i++) assert_string_equal(fault_name(1u << i), names[i]);
-    assert_int_equal(FAULT_STANDSTILL, 1u << 9);
+                                        "force",      "kinematics",     "overrun", "io",       "standstill",
+                                        "second_master"};
+    for (unsigned i = 0; i < 11; i++) assert_string_equal(fault_name(1u << i), names[i]);
+    assert_int_equal(FAULT_MASTER, 1u << 10);
     for (int i = 0; i < STATES; i++) assert_non_null(state_names[i]);
     for (int i = 0; i < COMMANDS; i++) assert_non_null(command_names[i]);
     assert_string_equal(state_names[STATE_FAULT], "fault");

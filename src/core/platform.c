@@ -59,8 +59,9 @@ static uint32_t leg_doubts(const struct platform *p, const struct hal_sample *in
 /* SAFETY: whatever a sensor can say, this decides whether the controller believes it. Returns FAULT_... bits, and those of the legs where
  * they were seen; 0 for a good sample. */
 static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
-    if (in->flags & SAMPLE_IO) return FAULT_IO;
-    uint32_t suspect = too_old(p, in) ? FAULT_SENSOR_AGE : 0;
+    uint32_t suspect = in->flags & SAMPLE_FOREIGN ? FAULT_MASTER : 0;
+    if (in->flags & SAMPLE_IO) return suspect | FAULT_IO;
+    if (too_old(p, in)) suspect |= FAULT_SENSOR_AGE;
     if (in->flags & SAMPLE_INVALID) suspect |= FAULT_SENSOR_INVALID;
     if (p->overruns >= p->params->loop.overrun_limit) suspect |= FAULT_OVERRUN;
     /* Cycles, or more where deadlines were missed. */
@@ -110,8 +111,9 @@ static uint32_t observe(struct platform *p, const struct hal_sample *in) {
     return 0;
 }
 
-/* Bad samples to ride out. Overruns come counted. */
+/* Bad samples to ride out. Overruns come counted. SAFETY: two that command one machine are not ridden out, in no state. */
 static int patience(const struct platform *p, uint32_t suspect) {
+    if (suspect & FAULT_MASTER) return 1;
     if (p->supervisor.state == STATE_INIT) return INIT_PATIENCE;
     return suspect & FAULT_OVERRUN ? 1 : p->params->limits.bad_cycles;
 }

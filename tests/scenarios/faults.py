@@ -13,7 +13,8 @@ Always: valves centred with a fault and in every state that does not drive, comm
 identification that is refused or differs from the clean run's by no more than UNHARMED."""
 import json, math, random, sys
 
-FAULTS = ("sensor_age", "sensor_invalid", "stroke", "leg_rate", "following_error", "force", "kinematics", "overrun", "io", "standstill")
+FAULTS = ("sensor_age", "sensor_invalid", "stroke", "leg_rate", "following_error", "force", "kinematics", "overrun", "io", "standstill",
+          "second_master")
 DRIVEN = (2, 3, 4, 5)  # engaging, ready, testing, parking
 UNHARMED = {"m": 2.1, "I": 3.6, "M": 12.0}  # %, by the entry's first letter: 3 x the rms over 30 seeds that figures.py demands
 
