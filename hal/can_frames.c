@@ -107,6 +107,15 @@ int can_frame_node(const struct can_frame *frame, unsigned function) {
     return (int)(frame->can_id & COB_NODE);
 }
 
+const char *can_frame_of_master(const struct can_frame *f) {
+    int rpdo = can_frame_node(f, COB_RPDO), sdo = can_frame_node(f, COB_SDO);
+    if (f->can_id == COB_NMT) return "NMT command";
+    if (f->can_id == COB_SYNC) return "SYNC";
+    if (rpdo >= 1 && rpdo <= CAN_NODES) return "RPDO";
+    if (sdo >= 1 && sdo <= CAN_NODES) return "SDO request";
+    return can_frame_node(f, COB_HEARTBEAT) == CAN_MASTER ? "heartbeat of a master" : NULL;
+}
+
 bool can_parse_tpdo(const struct can_frame *frame, struct can_tpdo *tpdo) {
     if (frame->len != 8) return false;
     *tpdo = (struct can_tpdo){.position = (int32_t)can_get(frame->data, 4), .p1 = (int16_t)can_get(frame->data + 4, 2),

@@ -83,6 +83,9 @@ struct can_frame can_frame_sdo_reply(int node, const struct can_sdo *sdo);
 /* Node 1..127 of a frame of this function (COB_TPDO, ...), 0 when it is another, remote, extended or an error frame. */
 int can_frame_node(const struct can_frame *frame, unsigned function);
 
+/* What only a master sends to these nodes, in a word ("SYNC", "SDO request"); NULL for any other frame. */
+const char *can_frame_of_master(const struct can_frame *frame);
+
 /* False when the frame is not what it should be (length, command specifier). The COB-ID has been looked at before. */
 bool can_parse_tpdo(const struct can_frame *frame, struct can_tpdo *tpdo);
 bool can_parse_emcy(const struct can_frame *frame, uint16_t *code, uint8_t *error_register);

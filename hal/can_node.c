@@ -212,6 +212,14 @@ void can_node_sync(struct can_node *n, const struct can_frame *sync, const struc
 
 static bool expired(int64_t heard_ns, int64_t now_ns, uint32_t limit_ms) { return now_ns - heard_ns > (int64_t)limit_ms * NS_PER_MS; }
 
+/* SAFETY: an owner that is not heard is lost, also one that never was: what it started does not run on as nobody's. */
+static void watch_owner(struct can_node *n, int64_t now_ns, struct can_queue *out) {
+    if (!n->owner.token || !expired(n->owner.heard_ns, now_ns, n->owner.limit_ms)) return;
+    n->owner = (struct can_owner){0};
+    can_node_set(n, 0x2000, 3, 0);
+    fail(n, CAN_ERROR_HEARTBEAT, out);
+}
+
 static void watch(struct can_node *n, int64_t now_ns, struct can_queue *out) {
     for (int i = 0; i < CAN_CONSUMERS; i++) {
         struct can_consumer c = consumer(n, i);
@@ -229,9 +237,7 @@ void can_node_tick(struct can_node *n, int64_t now_ns, struct can_queue *out) {
         n->heartbeat_due_ns = now_ns + (int64_t)period_ms * NS_PER_MS;
     }
     watch(n, now_ns, out);
-    if (!n->owner.token || !expired(n->owner.heard_ns, now_ns, n->owner.limit_ms)) return;
-    n->owner = (struct can_owner){0};
-    can_node_set(n, 0x2000, 3, 0);
+    watch_owner(n, now_ns, out);
 }
 
 int16_t can_node_valve(const struct can_node *n) { return n->state == CAN_OPERATIONAL && watched(n) ? n->valve : 0; }

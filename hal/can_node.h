@@ -8,8 +8,8 @@
  * the heartbeat off leaves the valve at its centre. In operational no SDO writes anything but 0x1003:0.
  *
  * Owner: a master claims a node in pre-operational by writing a token of its own, not 0, to 0x2000:1; as long as its heartbeat (0x1016:1)
- * comes, another token is refused (0x08000022). It ends with the heartbeat's time, with power, or with the same token in 0x2000:2; not
- * with an NMT reset, which anybody can send. */
+ * comes, another token is refused (0x08000022). It ends when that is late, which is EMCY 0x8130 even where it never came, with power, or
+ * with the same token in 0x2000:2; not with an NMT reset, which anybody can send. */
 #ifndef HEXID_CAN_NODE_H
 #define HEXID_CAN_NODE_H
 

@@ -655,6 +655,19 @@ static void an_nmt_reset_does_not_disown_and_power_does(void **state) {
     assert_int_equal(download(&b, 0x2000, 1, 4, OTHER), 0);
 }
 
+static void a_node_whose_owner_never_speaks_leaves_operational(void **state) {
+    struct bench b;
+    (void)state;
+    power_on(&b);
+    assert_int_equal(download(&b, 0x2000, 1, 4, TOKEN), 0);
+    nmt(&b, NMT_START);
+    pass(&b, 150, sync_node, 1);
+    assert_int_equal(b.node.state, CAN_OPERATIONAL);
+    pass(&b, 1, NULL, 1);
+    assert_int_equal(b.node.state, CAN_PREOPERATIONAL);
+    assert_int_equal(emergencies(&b, EMCY_HEARTBEAT), 1);
+}
+
 static void an_owner_that_leaves_is_no_error(void **state) {
     struct bench b;
     (void)state;
@@ -698,6 +711,7 @@ int main(void) {
         cmocka_unit_test(the_mapping_is_changed_in_the_standards_order_only),
         cmocka_unit_test(only_its_owner_has_a_node_for_as_long_as_it_lives),
         cmocka_unit_test(an_nmt_reset_does_not_disown_and_power_does),
+        cmocka_unit_test(a_node_whose_owner_never_speaks_leaves_operational),
         cmocka_unit_test(an_owner_that_leaves_is_no_error),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
