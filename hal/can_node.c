@@ -206,7 +206,11 @@ void can_node_sync(struct can_node *n, const struct can_frame *sync, const struc
     if (n->state != CAN_OPERATIONAL) return;
     if (missing) complain(n, CAN_ERROR_SENSOR, out);
     else can_node_clear(n, 1u << CAN_ERROR_SENSOR, out);
-    if (tpdo_due(n, latched)) can_queue_push(out, can_frame_tpdo(n->id, latched));
+    if (tpdo_due(n, latched)) {
+        struct can_frame tpdo = can_frame_tpdo(n->id, latched);
+        tpdo.can_id = can_node_get(n, 0x1800, 1);
+        can_queue_push(out, tpdo);
+    }
     if (can_node_get(n, 0x1400, 2) <= TYPE_SYNC_MAX) put_into_force(n);
 }
 

@@ -570,6 +570,7 @@ static void a_pdo_is_switched_off_before_its_identifier_changes(void **state) {
         heartbeat(&b);
         say(&b, frame(k ? COB_RPDO + NODE : 0x301, 2, "0010"));
         sync_node(&b);
+        assert_int_equal(b.out.frame[0].can_id, k ? 0x301 : COB_TPDO + NODE);
         assert_int_equal(can_node_valve(&b.node), 0x1000);
     }
 }
