@@ -136,10 +136,7 @@ static bool as_it_must_be(const struct step *asked, const struct can_sdo *reply)
 /* The answer to the request of this step: on to the next. What answers something else is left to the time-out. */
 static void sdo_reply(struct can_master *m, struct can_peer *p, int node, const struct can_sdo *reply, int64_t time_ns) {
     struct step asked;
-    if (p->phase == CAN_LOST) {
-        set_up(p);
-        return;
-    }
+    if (p->phase == CAN_LOST) set_up(p);
     if (p->phase != CAN_SETUP || p->tries == 0 || !setup_step(m, node, p->step, &asked)) return;
     if (reply->index != asked.index || reply->sub != asked.sub) return;
     bool claim = asked.index == 0x2000, ownerless = claim && reply->kind == SDO_ABORT && reply->value == SDO_NO_OBJECT;

@@ -480,6 +480,21 @@ static void an_emergency_invalidates_the_sample_until_it_is_over(void **state) {
     assert_int_equal(cycle(&w, centre).flags, 0);
 }
 
+static void one_error_that_is_over_is_not_all_of_them(void **state) {
+    struct world w;
+    (void)state;
+    bring_up(&w);
+    const struct can_frame both[] = {can_frame_emcy(2, EMCY_SENSOR, 0x81), can_frame_emcy(2, EMCY_RPDO_SHORT, 0x91),
+                                     can_frame_emcy(2, EMCY_NONE, 0x81)};
+    for (int i = 0; i < 3; i++) {
+        can_master_receive(&w.master, &both[i], false, w.now_ns);
+        assert_true(cycle(&w, centre).flags & SAMPLE_INVALID);
+    }
+    const struct can_frame over = can_frame_emcy(2, EMCY_NONE, 0);
+    can_master_receive(&w.master, &over, false, w.now_ns);
+    assert_int_equal(cycle(&w, centre).flags, 0);
+}
+
 static void bus_off_lets_no_command_through_until_the_bus_is_restarted(void **state) {
     struct world w;
     struct can_frame off = {.can_id = CAN_ERR_FLAG | CAN_ERR_BUSOFF, .len = 8};
@@ -758,6 +773,7 @@ int main(void) {
         cmocka_unit_test(a_node_that_was_reset_is_set_up_again_and_meanwhile_nothing_is_valid),
         cmocka_unit_test(a_lost_node_that_keeps_silent_is_asked_and_set_up_again),
         cmocka_unit_test(an_emergency_invalidates_the_sample_until_it_is_over),
+        cmocka_unit_test(one_error_that_is_over_is_not_all_of_them),
         cmocka_unit_test(bus_off_lets_no_command_through_until_the_bus_is_restarted),
         cmocka_unit_test(error_passive_is_told_but_moves_on),
         cmocka_unit_test(a_sync_that_the_bus_does_not_carry_yields_no_new_sample),

@@ -170,6 +170,9 @@ static void a_node_that_a_stranger_starts_keeps_its_valve_centred_until_it_hears
         pass(&b, PERIOD_MS, NULL, 1);
     }
     assert_int_equal(b.node.state, CAN_OPERATIONAL); /* CiA 301: heartbeats are watched from the first on */
+    assert_int_equal(value_of(&b, 0x6301, 1), 0);
+    heartbeat(&b);
+    assert_int_equal(can_node_valve(&b.node), 0); /* what was commanded before does not count */
     drive(&b);
     assert_int_equal(can_node_valve(&b.node), 0x1000);
     int ms = 0;
