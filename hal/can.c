@@ -81,8 +81,8 @@ static void leave(struct can *c) {
 }
 
 static int refuse_second(const struct can_frame *heard, const char *interface, struct error *error) {
-    return error_set(error, STATUS_UNSAFE, "can:%s: another master is on %s: %s (0x%03x) heard; stop that one first, two cannot command one "
-                     "machine", interface, interface, can_frame_of_master(heard), (unsigned)heard->can_id);
+    return error_set(error, STATUS_UNSAFE, "can:%s: another master is on %s: %s (0x%03x) heard; stop that one first, two cannot "
+                     "command one machine", interface, interface, can_frame_of_master(heard), (unsigned)heard->can_id);
 }
 
 /* SAFETY: three heartbeats of silence, before anything is sent. A hexid that runs sends SYNC every cycle. */
@@ -108,8 +108,8 @@ static int judge(const struct can *c, bool sent, const char *interface, struct e
     struct can_condition condition = can_master_condition(m);
     can_condition_describe(condition, m->params, text, sizeof text);
     if (condition.refusal && sent)
-        return error_set(error, STATUS_UNSAFE, "can:%s: %s; connect the nodes of config/hexid_node.eds, give the keys of others, or stop the "
-                         "other master", interface, text);
+        return error_set(error, STATUS_UNSAFE, "can:%s: %s; connect the nodes of config/hexid_node.eds, give the keys of others, or "
+                         "stop the other master", interface, text);
     return error_set(error, STATUS_IO, "can:%s: %s; check power, node ids 1 to 6, bit rate and termination "
                      "(`candump %s` shows what is there)", interface, sent ? text : "nothing can be sent", interface);
 }

@@ -45,6 +45,11 @@ struct can_refusal {
     uint32_t value;            /* abort code, or what stands in the object */
 };
 
+/* Another master's token stands there. */
+static inline bool can_refused_by_owner(const struct can_refusal *r) {
+    return r->kind == CAN_ABORTED && r->index == 0x2000 && r->value == SDO_DENIED;
+}
+
 struct can_peer {
     enum can_phase phase;
     int step, tries;           /* of the set-up */
@@ -111,7 +116,7 @@ void can_master_leave(const struct can_master *m, struct can_queue *out);
 /* The sample of the last window; time_ns on the clock of the frames; age_ns is the caller's. */
 void can_master_sample(struct can_master *m, struct hal_sample *sample);
 
-/* What is wrong now, in two words that fit atomics: all 0 when nothing is. */
+/* What is wrong now, in two words that fit atomics: all 0 when nothing is. can_condition.c. */
 struct can_condition {
     uint64_t state;   /* bus, phases, EMCY, frame of another master; bit 63 is the caller's */
     uint64_t refusal; /* of the first node that has one */

@@ -565,7 +565,8 @@ static void a_pdo_is_switched_off_before_its_identifier_changes(void **state) {
         assert_int_equal(download(&b, index, 1, 4, 0), SDO_VALUE);
         assert_int_equal(download(&b, index, 1, 4, is), 0); /* as it is */
         assert_int_equal(download(&b, index, 1, 4, off | is), 0);
-        static const uint32_t refused[] = {0x000, 0x07f, 0x080, COB_EMCY + NODE, 0x101, 0x180, 0x5ff, 0x601, 0x6ff, 0x77f, 0x800, 0x40000201};
+        static const uint32_t refused[] = {0x000, 0x07f, 0x080, COB_EMCY + NODE, 0x101, 0x180,
+                                           0x5ff, 0x601, 0x6ff, 0x77f,           0x800, 0x40000201};
         for (unsigned i = 0; i < sizeof refused / sizeof *refused; i++) assert_int_equal(download(&b, index, 1, 4, refused[i]), SDO_VALUE);
         assert_int_equal(download(&b, index, 1, 4, (k ? COB_RPDO : COB_TPDO) + NODE), SDO_VALUE); /* the other's */
         assert_int_equal(download(&b, index, 1, 4, 0x301), 0);
