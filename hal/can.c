@@ -6,11 +6,15 @@
  *
  * SAFETY: what the kernel's transmit queue holds cannot be recalled. So no more than three cycles' frames are ever given to it: when three
  * SYNCs have not come back from the bus, nothing more is sent, and write() fails. Should the bus carry them at last, they meet nodes whose
- * watchdog has centred the valve and which take no command in pre-operational. */
+ * watchdog has centred the valve and which take no command in pre-operational.
+ *
+ * SAFETY: one master. Before it sends anything, bring-up listens: what only a master sends ends it, and the one that runs is not disturbed.
+ * From then on such a frame that is not the echo of an own one is a fault at once (can_master.h). */
 #include <poll.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <sys/random.h>
 #include <time.h>
 
 #include "backends.h"
@@ -18,7 +22,7 @@
 #include "can_socket.h"
 #include "units.h"
 
-enum { BRING_UP_MS = 3000, DRAIN_MAX = 256, UNECHOED_MAX = 3 };
+enum { BRING_UP_MS = 3000, LISTEN_MAX_MS = 500, DRAIN_MAX = 256, UNECHOED_MAX = 3, NS_PER_MS = 1000000 };
 #define JAMMED (1ull << 63)
 static const double jam_s = 0.1; /* then the frames are taken for lost (interface reset) and one cycle's are tried again */
 
@@ -28,7 +32,7 @@ struct can {
     struct can_master master;
     int64_t sent_ns; /* last SYNC, CLOCK_MONOTONIC */
     bool jammed;
-    _Atomic uint64_t trouble; /* loop -> any thread: the first condition that was not good since the last start or good second */
+    _Atomic uint64_t trouble, refusal; /* loop -> any thread: the first condition that was not good since the last start or good second */
     int64_t good_ns;          /* since when all is well */
 };
 
@@ -53,7 +57,7 @@ static int drain(struct can *c) {
     for (int i = 0; i < DRAIN_MAX; i++) {
         int got = can_socket_receive(&c->socket, &f, &realtime_ns, &own);
         if (got <= 0) return got;
-        if (f.can_id != COB_SYNC || own) can_master_receive(&c->master, &f, realtime_ns + to_monotonic_ns);
+        can_master_receive(&c->master, &f, own, realtime_ns + to_monotonic_ns);
     }
     return 0;
 }
@@ -64,20 +68,64 @@ static int housekeep(struct can *c, bool alive) {
     return flush(c, &q);
 }
 
-static int bring_up(struct can *c, const char *interface, struct error *error) {
-    struct can_frame reset = can_frame_nmt(NMT_RESET_COMMUNICATION, 0);
-    int64_t deadline_ns = monotonic_ns() + BRING_UP_MS * 1000LL * NS_PER_US;
+/* Waits for frames, some milliseconds at most. */
+static void wait_for_frames(const struct can *c) {
+    struct pollfd p = {.fd = c->socket.fd, .events = POLLIN};
+    poll(&p, 1, 5);
+}
+
+static void leave(struct can *c) {
+    struct can_queue q = {0};
+    can_master_leave(&c->master, &q);
+    flush(c, &q);
+}
+
+static int refuse_second(const struct can_frame *heard, const char *interface, struct error *error) {
+    return error_set(error, STATUS_UNSAFE, "can:%s: another master is on %s: %s (0x%03x) heard; stop that one first, two cannot "
+                     "command one machine", interface, interface, can_frame_of_master(heard), (unsigned)heard->can_id);
+}
+
+/* SAFETY: three heartbeats of silence, before anything is sent. A hexid that runs sends SYNC every cycle. */
+static int listen(struct can *c, const char *interface, struct error *error) {
+    int64_t three_ns = 3 * ns_from_seconds(c->master.params->can.heartbeat_s), most_ns = (int64_t)LISTEN_MAX_MS * NS_PER_MS;
+    int64_t end_ns = monotonic_ns() + (three_ns < most_ns ? three_ns : most_ns), realtime_ns;
+    do {
+        struct can_frame f;
+        bool own;
+        wait_for_frames(c);
+        while (can_socket_receive(&c->socket, &f, &realtime_ns, &own) == 1)
+            if (!own && can_frame_of_master(&f)) return refuse_second(&f, interface, error);
+    } while (monotonic_ns() < end_ns);
+    return STATUS_OK;
+}
+
+/* What came of the bring-up: ready, or the reason and the remedy. */
+static int judge(const struct can *c, bool sent, const char *interface, struct error *error) {
+    const struct can_master *m = &c->master;
     char text[200];
-    bool sent = !can_socket_send(&c->socket, &reset);
-    while (sent && !can_master_ready(&c->master) && monotonic_ns() < deadline_ns) {
-        struct pollfd p = {.fd = c->socket.fd, .events = POLLIN};
-        poll(&p, 1, 5);
-        if (drain(c) || housekeep(c, false)) break;
-    }
-    if (can_master_ready(&c->master)) return STATUS_OK;
-    can_condition_describe(can_master_condition(&c->master), text, sizeof text);
+    if (m->foreign) return refuse_second(&(struct can_frame){.can_id = m->foreign & CAN_SFF_MASK}, interface, error);
+    if (can_master_ready(m)) return STATUS_OK;
+    struct can_condition condition = can_master_condition(m);
+    can_condition_describe(condition, m->params, text, sizeof text);
+    if (condition.refusal && sent)
+        return error_set(error, STATUS_UNSAFE, "can:%s: %s; connect the nodes of config/hexid_node.eds, give the keys of others, or "
+                         "stop the other master", interface, text);
     return error_set(error, STATUS_IO, "can:%s: %s; check power, node ids 1 to 6, bit rate and termination "
                      "(`candump %s` shows what is there)", interface, sent ? text : "nothing can be sent", interface);
+}
+
+static int bring_up(struct can *c, const char *interface, struct error *error) {
+    struct can_frame reset = can_frame_nmt(NMT_RESET_COMMUNICATION, 0);
+    const struct can_master *m = &c->master;
+    int64_t deadline_ns = monotonic_ns() + (int64_t)BRING_UP_MS * NS_PER_MS;
+    bool sent = !can_socket_send(&c->socket, &reset);
+    while (sent && !can_master_ready(m) && !can_master_misfit(m) && !m->foreign && monotonic_ns() < deadline_ns) {
+        wait_for_frames(c);
+        if (drain(c) || housekeep(c, can_master_claimed(m))) break;
+    }
+    int status = judge(c, sent, interface, error);
+    if (status && sent) leave(c);
+    return status;
 }
 
 static int refuse_load(const struct params *params, const char *interface, struct error *error) {
@@ -88,18 +136,38 @@ static int refuse_load(const struct params *params, const char *interface, struc
                      100 * l.share, params->loop.period_s, params->can.bitrate_bps, 100 * l.limit);
 }
 
+static int refuse_watchdog(const struct params *params, const char *interface, struct error *error) {
+    double watchdog_s = params->device.watchdog_s;
+    if (watchdog_s * 1e3 <= CAN_WATCHDOG_MAX_MS) return STATUS_OK;
+    return error_set(error, STATUS_USAGE, "can:%s: device.watchdog_s %g is more than the nodes take, %g s", interface, watchdog_s,
+                     CAN_WATCHDOG_MAX_MS / 1e3);
+}
+
+/* Not 0: that is nobody's. */
+static uint32_t session_token(void) {
+    uint32_t token = 0;
+    if (getrandom(&token, sizeof token, 0) != sizeof token) token = (uint32_t)monotonic_ns();
+    return token ? token : 1;
+}
+
 static int can_open(struct hal **hal, const char *interface, const struct params *params, uint64_t seed, struct error *error) {
-    static const struct can_accept accept[] = {{COB_SYNC, CAN_SFF_MASK}, {COB_EMCY, COB_FUNCTION}, {COB_TPDO, COB_FUNCTION},
-                                               {COB_SDO_REPLY, COB_FUNCTION}, {COB_HEARTBEAT, COB_FUNCTION}};
+    static const struct can_accept accept[] = {
+        {COB_NMT, CAN_SFF_MASK},  {COB_EMCY, COB_FUNCTION}, {COB_TPDO, COB_FUNCTION},     {COB_RPDO, COB_FUNCTION},
+        {COB_SDO, COB_FUNCTION},  {COB_SDO_REPLY, COB_FUNCTION}, {COB_HEARTBEAT, COB_FUNCTION}}; /* SYNC is EMCY's node 0 */
     (void)seed;
     int status = refuse_load(params, interface, error);
+    if (!status) status = refuse_watchdog(params, interface, error);
     if (status) return status;
     struct can *c = calloc(1, sizeof *c);
     if (!c) return error_set(error, STATUS_IO, "can: out of memory");
     c->hal.ops = &hal_can;
-    can_master_init(&c->master, params);
+    can_master_init(&c->master, params, session_token());
     status = can_socket_open(&c->socket, interface, accept, sizeof accept / sizeof *accept, true, true, error);
-    if (!status && (status = bring_up(c, interface, error))) can_socket_close(&c->socket);
+    if (!status) {
+        status = listen(c, interface, error);
+        if (!status) status = bring_up(c, interface, error);
+        if (status) can_socket_close(&c->socket);
+    }
     if (status) free(c);
     else *hal = &c->hal;
     return status;
@@ -107,10 +175,13 @@ static int can_open(struct hal **hal, const char *interface, const struct params
 
 /* Keeps what came first until all has been well for a second: that is the cause, what follows it is not. */
 static void note_trouble(struct can *c, int64_t now_ns) {
-    uint64_t condition = can_master_condition(&c->master) | (c->jammed ? JAMMED : 0);
+    struct can_condition condition = can_master_condition(&c->master);
+    uint64_t state = condition.state | (c->jammed ? JAMMED : 0);
     uint64_t noted = atomic_load_explicit(&c->trouble, memory_order_relaxed);
-    if (condition) c->good_ns = now_ns;
-    if (condition ? !noted : noted && now_ns - c->good_ns > NS_PER_S) atomic_store_explicit(&c->trouble, condition, memory_order_relaxed);
+    if (state) c->good_ns = now_ns;
+    if (!(state ? !noted : noted && now_ns - c->good_ns > NS_PER_S)) return;
+    atomic_store_explicit(&c->refusal, condition.refusal, memory_order_relaxed);
+    atomic_store_explicit(&c->trouble, state, memory_order_release);
 }
 
 static int can_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) {
@@ -147,16 +218,17 @@ static void can_safe(struct hal *hal) {
 }
 
 static void can_describe(const struct hal *hal, char *text, size_t size) {
-    uint64_t trouble = atomic_load_explicit(&((const struct can *)hal)->trouble, memory_order_relaxed);
-    can_condition_describe(trouble & ~JAMMED, text, size);
+    const struct can *c = (const struct can *)hal;
+    uint64_t trouble = atomic_load_explicit(&c->trouble, memory_order_acquire);
+    struct can_condition condition = {trouble & ~JAMMED, atomic_load_explicit(&c->refusal, memory_order_relaxed)};
+    can_condition_describe(condition, c->master.params, text, size);
     if (trouble & JAMMED && !*text) snprintf(text, size, "the bus does not carry what is sent");
 }
 
 /* SAFETY: out of operational the nodes centre their valves, whatever frame is still under way. */
 static void can_close(struct hal *hal) {
     struct can *c = (struct can *)hal;
-    struct can_frame leave = can_frame_nmt(NMT_PREOPERATIONAL, 0);
-    can_socket_send(&c->socket, &leave);
+    leave(c);
     can_socket_close(&c->socket);
     free(c);
 }

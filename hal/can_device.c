@@ -40,13 +40,13 @@ static void valves(const struct can_device *d, double valve[LEGS]) {
 }
 
 /* Readings of this instant first and on their way; then the machine lives through the period that begins, with the commands in force. */
-static void synchronise(struct can_device *d, int64_t now_ns) {
+static void synchronise(struct can_device *d, const struct can_frame *sync, int64_t now_ns) {
     struct hal_sample latched = {0};
     double valve[LEGS];
     device_latch(d->device, now_ns, &latched);
     for (int i = 0; i < CAN_NODES; i++) {
         struct can_tpdo t = reading(d->params, &latched, i);
-        can_node_sync(&d->node[i], &t, &d->out);
+        if (can_node_synced_by(&d->node[i], sync)) can_node_sync(&d->node[i], sync, &t, &d->out);
     }
     flush(d);
     valves(d, valve);
@@ -62,15 +62,21 @@ static int64_t came(struct can_device *d, int64_t realtime_ns) {
     return d->came_ns;
 }
 
+static bool synced_by(const struct can_device *d, const struct can_frame *f) {
+    for (int i = 0; i < CAN_NODES; i++)
+        if (can_node_synced_by(&d->node[i], f)) return true;
+    return false;
+}
+
 static void receive(struct can_device *d) {
     struct can_frame f;
     int64_t realtime_ns;
     bool own;
     while (can_socket_receive(&d->socket, &f, &realtime_ns, &own) == 1) {
         int64_t now_ns = came(d, realtime_ns);
-        if (f.can_id == COB_SYNC) synchronise(d, now_ns);
-        else
-            for (int i = 0; i < CAN_NODES; i++) can_node_receive(&d->node[i], &f, now_ns, &d->out);
+        if (synced_by(d, &f)) synchronise(d, &f, now_ns);
+        for (int i = 0; i < CAN_NODES; i++)
+            if (!can_node_synced_by(&d->node[i], &f)) can_node_receive(&d->node[i], &f, now_ns, &d->out);
         flush(d);
     }
 }
@@ -87,12 +93,11 @@ static void tick(struct can_device *d, int64_t now_ns) {
 
 static int can_serve(const char *interface, const struct params *params, struct device *device, const _Atomic bool *stop,
                      struct error *error) {
-    static const struct can_accept accept[] = {{COB_NMT, CAN_SFF_MASK}, {COB_SYNC, CAN_SFF_MASK}, {COB_RPDO, COB_FUNCTION},
-                                               {COB_SDO, COB_FUNCTION}, {COB_HEARTBEAT, COB_FUNCTION}};
+    static const struct can_accept accept[] = {{0, 0}}; /* SYNC and RPDOs can be given any identifier */
     struct can_device d = {.params = params, .device = device};
     int status = can_socket_open(&d.socket, interface, accept, sizeof accept / sizeof *accept, false, false, error);
     if (status) return status;
-    for (int i = 0; i < CAN_NODES; i++) can_node_reset(&d.node[i], i + 1, device_now_ns(), &d.out);
+    for (int i = 0; i < CAN_NODES; i++) can_node_init(&d.node[i], i + 1, device_now_ns(), &d.out);
     flush(&d);
     printf("plant: ready on can:%s\n", interface);
     fflush(stdout);

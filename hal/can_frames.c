@@ -52,19 +52,19 @@ struct can_frame can_frame_rpdo(int group, const int16_t valve[CAN_GROUP_NODES])
     return f;
 }
 
-/* Command specifiers of CiA 301, 7.2.4.3: e = 1, s = 1, n = 4 - size in bits 2 and 3. */
-enum { CS_DOWNLOAD = 0x23, CS_DOWNLOADED = 0x60, CS_UPLOAD = 0x40, CS_UPLOADED = 0x43, CS_ABORT = 0x80, CS_UNUSED = 0x0c };
+/* Command specifiers of CiA 301, 7.2.4.3: e = 1, s = 1, n = 4 - size in bits 2 and 3; without s the size is not indicated, and n is 0. */
+enum { CS_DOWNLOAD = 0x23, CS_DOWNLOADED = 0x60, CS_UPLOAD = 0x40, CS_UPLOADED = 0x43, CS_ABORT = 0x80, CS_UNUSED = 0x0c, CS_SIZE = 0x01 };
 
 static struct can_frame sdo_make(unsigned cob, int specifier, const struct can_sdo *sdo, bool value) {
     struct can_frame f = frame_make(cob, 8);
     f.data[0] = (uint8_t)specifier;
     can_put(f.data + 1, 2, sdo->index);
     f.data[3] = sdo->sub;
-    if (value) can_put(f.data + 4, sdo->kind == SDO_ABORT ? 4 : sdo->size, sdo->value);
+    if (value) can_put(f.data + 4, sdo->kind == SDO_ABORT || !sdo->size ? 4 : sdo->size, sdo->value);
     return f;
 }
 
-static int with_size(int specifier, int size) { return specifier | (4 - size) << 2; }
+static int with_size(int specifier, int size) { return size ? specifier | (4 - size) << 2 : specifier & ~CS_SIZE; }
 
 struct can_frame can_frame_sdo(int node, const struct can_sdo *sdo) {
     unsigned cob = COB_SDO + (unsigned)node;
@@ -84,9 +84,36 @@ struct can_frame can_frame_sdo_reply(int node, const struct can_sdo *sdo) {
     }
 }
 
+const char *can_abort_text(uint32_t code) {
+    static const struct {
+        uint32_t code;
+        const char *text;
+    } texts[] = {
+        {SDO_COMMAND, "command not known"},          {SDO_WRITE_ONLY, "write only"},
+        {SDO_READ_ONLY, "read only"},                {SDO_NO_OBJECT, "no such object"},
+        {SDO_NOT_MAPPABLE, "cannot be mapped"},      {SDO_MAPPING_LENGTH, "too much for a PDO"},
+        {SDO_INCOMPATIBLE, "incompatible"},          {SDO_SIZE, "length does not match"},
+        {SDO_NO_SUB, "no such sub-index"},           {SDO_VALUE, "value out of range"},
+        {SDO_TOO_HIGH, "value too high"},            {SDO_TOO_LOW, "value too low"},
+        {SDO_DENIED, "not in this state"},           {SDO_NO_DATA, "no data"},
+    };
+    for (unsigned i = 0; i < sizeof texts / sizeof *texts; i++)
+        if (texts[i].code == code) return texts[i].text;
+    return "";
+}
+
 int can_frame_node(const struct can_frame *frame, unsigned function) {
     if (frame->can_id & ~(canid_t)CAN_SFF_MASK || (frame->can_id & COB_FUNCTION) != function) return 0;
     return (int)(frame->can_id & COB_NODE);
+}
+
+const char *can_frame_of_master(const struct can_frame *f) {
+    int rpdo = can_frame_node(f, COB_RPDO), sdo = can_frame_node(f, COB_SDO);
+    if (f->can_id == COB_NMT) return "NMT command";
+    if (f->can_id == COB_SYNC) return "SYNC";
+    if (rpdo >= 1 && rpdo <= CAN_NODES) return "RPDO";
+    if (sdo >= 1 && sdo <= CAN_NODES) return "SDO request";
+    return can_frame_node(f, COB_HEARTBEAT) == CAN_MASTER ? "heartbeat of a master" : NULL;
 }
 
 bool can_parse_tpdo(const struct can_frame *frame, struct can_tpdo *tpdo) {
@@ -119,10 +146,10 @@ static bool parse_sdo(const struct can_frame *frame, int transfer, int bare, str
         sdo->value = can_get(frame->data + 4, 4);
         return true;
     }
-    bool carries = (specifier & ~CS_UNUSED) == transfer;
+    bool sized = (specifier & ~CS_UNUSED) == transfer, carries = sized || specifier == (transfer & ~CS_SIZE);
     if (!carries && specifier != bare) return false;
-    sdo->size = carries ? 4 - ((specifier & CS_UNUSED) >> 2) : 0;
-    if (carries) sdo->value = can_get(frame->data + 4, sdo->size);
+    if (sized) sdo->size = 4 - ((specifier & CS_UNUSED) >> 2);
+    if (carries) sdo->value = can_get(frame->data + 4, sized ? sdo->size : 4);
     bool upload = transfer == CS_UPLOADED ? carries : !carries;
     sdo->kind = upload ? SDO_UPLOAD : SDO_DOWNLOAD;
     return true;

@@ -8,7 +8,7 @@
  *   201          RPDO A     valve commands i16 of nodes 1, 2, 3; +-32767 is full opening           daemon
  *   204          RPDO B     the same of nodes 4, 5, 6                                              daemon
  *   580 + node   SDO reply                                                                         node
- *   600 + node   SDO        expedited only                                                         daemon
+ *   600 + node   SDO        expedited only; segments and blocks are answered with an abort         daemon
  *   700 + node   heartbeat  state; 0 is boot-up                                                    node, and daemon (node 127)
  *
  * Node n moves leg n, 1..6. One RPDO serves three nodes: each maps its own 16 bit to its valve (0x6300:1) and the other two to CiA 301's
@@ -26,6 +26,9 @@
 
 enum { CAN_NODES = LEGS, CAN_MASTER = 127, CAN_GROUPS = 2, CAN_GROUP_NODES = 3 };
 
+/* Identity of our own nodes: 0x1000 (CiA 408), 0x1018:1 (no vendor id of CiA's) and 0x1018:2, "HXID". */
+enum { CAN_DEVICE_TYPE = 0x198, CAN_VENDOR_ID = 0, CAN_PRODUCT_CODE = 0x48584944 };
+
 enum { /* COB-IDs */
     COB_NMT = 0x000, COB_SYNC = 0x080, COB_EMCY = 0x080, COB_TPDO = 0x180, COB_RPDO = 0x200, COB_SDO_REPLY = 0x580, COB_SDO = 0x600,
     COB_HEARTBEAT = 0x700,
@@ -39,7 +42,8 @@ enum can_nmt { NMT_START = 1, NMT_STOP = 2, NMT_PREOPERATIONAL = 128, NMT_RESET_
 
 enum can_state { CAN_BOOTUP = 0, CAN_STOPPED = 4, CAN_OPERATIONAL = 5, CAN_PREOPERATIONAL = 127 };
 
-enum { EMCY_NONE = 0, EMCY_SENSOR = 0x5000, EMCY_HEARTBEAT = 0x8130, EMCY_RPDO_TIMEOUT = 0x8250 };
+enum { EMCY_NONE = 0, EMCY_SENSOR = 0x5000, EMCY_HEARTBEAT = 0x8130, EMCY_RPDO_SHORT = 0x8210, EMCY_RPDO_LONG = 0x8220,
+       EMCY_SYNC_LENGTH = 0x8240, EMCY_RPDO_TIMEOUT = 0x8250 };
 
 struct can_tpdo {
     int32_t position;
@@ -52,12 +56,18 @@ struct can_sdo {
     enum can_sdo_kind kind;
     uint16_t index;
     uint8_t sub;
-    int size;       /* bytes of value: downloads and replies to uploads */
+    int size;       /* bytes of value: downloads and replies to uploads; 0 with a value: not indicated */
     uint32_t value; /* or the abort code */
 };
 
-enum { SDO_NO_OBJECT = 0x06020000, SDO_NO_SUB = 0x06090011, SDO_READ_ONLY = 0x06010002, SDO_SIZE = 0x06070010, SDO_COMMAND = 0x05040001,
-       SDO_DENIED = 0x08000022 };
+/* Abort codes: CiA 301, 7.2.4.3.17. */
+enum { SDO_COMMAND = 0x05040001, SDO_WRITE_ONLY = 0x06010001, SDO_READ_ONLY = 0x06010002, SDO_NO_OBJECT = 0x06020000,
+       SDO_NOT_MAPPABLE = 0x06040041, SDO_MAPPING_LENGTH = 0x06040042, SDO_INCOMPATIBLE = 0x06040043, SDO_SIZE = 0x06070010,
+       SDO_NO_SUB = 0x06090011, SDO_VALUE = 0x06090030, SDO_TOO_HIGH = 0x06090031, SDO_TOO_LOW = 0x06090032, SDO_DENIED = 0x08000022,
+       SDO_NO_DATA = 0x08000024 };
+
+/* "value out of range" and the like; "" for a code that is not among the above. */
+const char *can_abort_text(uint32_t code);
 
 struct can_frame can_frame_nmt(enum can_nmt command, int node);
 struct can_frame can_frame_sync(void);
@@ -72,6 +82,9 @@ struct can_frame can_frame_sdo_reply(int node, const struct can_sdo *sdo);
 
 /* Node 1..127 of a frame of this function (COB_TPDO, ...), 0 when it is another, remote, extended or an error frame. */
 int can_frame_node(const struct can_frame *frame, unsigned function);
+
+/* What only a master sends to these nodes, in a word ("SYNC", "SDO request"); NULL for any other frame. */
+const char *can_frame_of_master(const struct can_frame *frame);
 
 /* False when the frame is not what it should be (length, command specifier). The COB-ID has been looked at before. */
 bool can_parse_tpdo(const struct can_frame *frame, struct can_tpdo *tpdo);

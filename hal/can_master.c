@@ -2,7 +2,6 @@
 
 #include <linux/can/error.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -14,38 +13,83 @@ enum { REPLY_MS = 50, START_MS = 200, ASK_MS = 500, TRIES = 3, MISSED_HEARTBEATS
 
 static uint32_t ms(double seconds) { return (uint32_t)lround(seconds * 1000.0); }
 
-/* Step of the set-up of node 1..6; false past the last. An upload's value is what must come back: a node whose TPDO is mapped otherwise
- * would be misread without a word. */
-static bool setup_step(const struct params *p, int node, int step, struct can_sdo *sdo) {
+/* One request of the set-up. An upload's value is what must come back: a node that is another device, has another mapping or has not kept
+ * what was written is not driven. */
+struct step {
+    enum can_sdo_kind kind;
+    uint16_t index;
+    uint8_t sub;
+    int size;
+    uint32_t value;
+    bool any; /* whatever comes back will do */
+};
+
+static struct step identity(uint16_t index, uint8_t sub, double configured) {
+    bool any = configured < 0;
+    return (struct step){SDO_UPLOAD, index, sub, 4, any ? 0 : (uint32_t)llround(configured), any};
+}
+
+static uint32_t map_entry(int node, int place) { return can_place(node) == place ? MAP_VALVE : MAP_DUMMY; }
+
+/* Step of the set-up of node 1..6; false past the last. */
+static bool setup_step(const struct can_master *m, int node, int number, struct step *step) {
+    const struct params *p = m->params;
     unsigned rpdo = can_rpdo_cob(can_group(node)), tpdo = COB_TPDO + (unsigned)node;
-    uint32_t heartbeat = ms(p->can.heartbeat_s), place = (uint32_t)can_place(node);
-    const struct can_sdo steps[] = {
-        {SDO_UPLOAD, 0x1a00, 1, 4, MAP_POSITION},
-        {SDO_UPLOAD, 0x1a00, 2, 4, MAP_P1},
-        {SDO_UPLOAD, 0x1a00, 3, 4, MAP_P2},
-        {SDO_DOWNLOAD, 0x1400, 1, 4, PDO_OFF | rpdo},
-        {SDO_DOWNLOAD, 0x1600, 0, 1, 0},
-        {SDO_DOWNLOAD, 0x1600, 1, 4, place == 0 ? MAP_VALVE : MAP_DUMMY},
-        {SDO_DOWNLOAD, 0x1600, 2, 4, place == 1 ? MAP_VALVE : MAP_DUMMY},
-        {SDO_DOWNLOAD, 0x1600, 3, 4, place == 2 ? MAP_VALVE : MAP_DUMMY},
-        {SDO_DOWNLOAD, 0x1600, 0, 1, CAN_GROUP_NODES},
-        {SDO_DOWNLOAD, 0x1400, 2, 1, 1}, /* in force with the next SYNC */
-        {SDO_DOWNLOAD, 0x1400, 5, 2, ms(p->device.watchdog_s)},
-        {SDO_DOWNLOAD, 0x1400, 1, 4, rpdo},
-        {SDO_DOWNLOAD, 0x1800, 1, 4, PDO_OFF | tpdo},
-        {SDO_DOWNLOAD, 0x1800, 2, 1, 1}, /* with every SYNC */
-        {SDO_DOWNLOAD, 0x1800, 1, 4, tpdo},
-        {SDO_DOWNLOAD, 0x1016, 1, 4, (uint32_t)CAN_MASTER << 16 | MISSED_HEARTBEATS * heartbeat},
-        {SDO_DOWNLOAD, 0x1017, 0, 2, heartbeat},
+    uint32_t beat_ms = ms(p->can.heartbeat_s), watchdog_ms = ms(p->device.watchdog_s);
+    uint32_t consumer = (uint32_t)CAN_MASTER << 16 | MISSED_HEARTBEATS * beat_ms;
+    const struct step steps[] = {
+        identity(0x1000, 0, p->can.device_type),
+        identity(0x1018, 1, p->can.vendor_id),
+        identity(0x1018, 2, p->can.product_code),
+        {SDO_DOWNLOAD, 0x2000, 1, 4, m->token, false},
+        {SDO_DOWNLOAD, 0x1016, 1, 4, consumer, false},
+        {SDO_DOWNLOAD, 0x1017, 0, 2, beat_ms, false},
+        {SDO_DOWNLOAD, 0x1005, 0, 4, COB_SYNC, false},
+        {SDO_DOWNLOAD, 0x1400, 1, 4, PDO_OFF | rpdo, false},
+        {SDO_DOWNLOAD, 0x1600, 0, 1, 0, false},
+        {SDO_DOWNLOAD, 0x1600, 1, 4, map_entry(node, 0), false},
+        {SDO_DOWNLOAD, 0x1600, 2, 4, map_entry(node, 1), false},
+        {SDO_DOWNLOAD, 0x1600, 3, 4, map_entry(node, 2), false},
+        {SDO_DOWNLOAD, 0x1600, 0, 1, CAN_GROUP_NODES, false},
+        {SDO_DOWNLOAD, 0x1400, 2, 1, 1, false}, /* in force with the next SYNC */
+        {SDO_DOWNLOAD, 0x1400, 5, 2, watchdog_ms, false},
+        {SDO_DOWNLOAD, 0x1400, 1, 4, rpdo, false},
+        {SDO_DOWNLOAD, 0x1800, 1, 4, PDO_OFF | tpdo, false},
+        {SDO_DOWNLOAD, 0x1800, 2, 1, 1, false}, /* with every SYNC */
+        {SDO_DOWNLOAD, 0x1800, 1, 4, tpdo, false},
+        /* SAFETY: a watchdog that was written is not yet one that is there. */
+        {SDO_UPLOAD, 0x1016, 1, 4, consumer, false},
+        {SDO_UPLOAD, 0x1017, 0, 2, beat_ms, false},
+        {SDO_UPLOAD, 0x1029, 1, 1, 0, false}, /* a communication error leads to pre-operational */
+        {SDO_UPLOAD, 0x1005, 0, 4, COB_SYNC, false},
+        {SDO_UPLOAD, 0x1400, 1, 4, rpdo, false},
+        {SDO_UPLOAD, 0x1400, 2, 1, 1, false},
+        {SDO_UPLOAD, 0x1400, 5, 2, watchdog_ms, false},
+        {SDO_UPLOAD, 0x1600, 0, 1, CAN_GROUP_NODES, false},
+        {SDO_UPLOAD, 0x1600, 1, 4, map_entry(node, 0), false},
+        {SDO_UPLOAD, 0x1600, 2, 4, map_entry(node, 1), false},
+        {SDO_UPLOAD, 0x1600, 3, 4, map_entry(node, 2), false},
+        {SDO_UPLOAD, 0x1800, 1, 4, tpdo, false},
+        {SDO_UPLOAD, 0x1800, 2, 1, 1, false},
+        {SDO_UPLOAD, 0x1a00, 0, 1, 3, false},
+        {SDO_UPLOAD, 0x1a00, 1, 4, MAP_POSITION, false},
+        {SDO_UPLOAD, 0x1a00, 2, 4, MAP_P1, false},
+        {SDO_UPLOAD, 0x1a00, 3, 4, MAP_P2, false},
+        {SDO_DOWNLOAD, 0x2000, 1, 4, m->token, false}, /* still ours */
     };
-    if (step >= (int)(sizeof steps / sizeof *steps)) return false;
-    *sdo = steps[step];
+    if (number >= (int)(sizeof steps / sizeof *steps)) return false;
+    *step = steps[number];
     return true;
 }
 
-void can_master_init(struct can_master *m, const struct params *params) {
+static struct can_frame request_of(const struct step *s, int node) {
+    return can_frame_sdo(node, &(struct can_sdo){s->kind, s->index, s->sub, s->size, s->value});
+}
+
+void can_master_init(struct can_master *m, const struct params *params, uint32_t token) {
     memset(m, 0, sizeof *m);
     m->params = params;
+    m->token = token;
 }
 
 static void set_up(struct can_peer *p) {
@@ -53,6 +97,8 @@ static void set_up(struct can_peer *p) {
     p->step = p->tries = 0;
     p->deadline_ns = 0;
     p->emcy = EMCY_NONE;
+    p->halted = p->claimed = false;
+    p->refusal = (struct can_refusal){0};
 }
 
 static void heartbeat(struct can_master *m, struct can_peer *p, enum can_state state) {
@@ -72,16 +118,36 @@ static void emergency(struct can_peer *p, const struct can_frame *f) {
     uint8_t error_register;
     if (!can_parse_emcy(f, &code, &error_register)) return;
     if (code == EMCY_HEARTBEAT || code == EMCY_RPDO_TIMEOUT) set_up(p);
-    p->emcy = code;
+    if (code || !error_register) p->emcy = code; /* one is over, another stands: it stays */
 }
 
-/* The answer to the request of this step: on to the next. Any other answer is left to the time-out. */
-static void sdo_reply(struct can_master *m, struct can_peer *p, int node, const struct can_sdo *reply) {
-    struct can_sdo asked;
+static void refuse(struct can_peer *p, enum can_refusal_kind kind, const struct can_sdo *reply, int64_t time_ns) {
+    p->phase = CAN_REFUSED;
+    p->refusal = (struct can_refusal){kind, reply->index, reply->sub, reply->value};
+    p->deadline_ns = time_ns + (int64_t)ASK_MS * NS_PER_MS;
+}
+
+static bool as_it_must_be(const struct step *asked, const struct can_sdo *reply) {
+    return asked->any || ((reply->size == asked->size || reply->size == 0) && reply->value == asked->value);
+}
+
+/* The answer to the request of this step: on to the next. What answers something else is left to the time-out. */
+static void sdo_reply(struct can_master *m, struct can_peer *p, int node, const struct can_sdo *reply, int64_t time_ns) {
+    struct step asked;
     if (p->phase == CAN_LOST) set_up(p);
-    if (p->phase != CAN_SETUP || !setup_step(m->params, node, p->step, &asked)) return;
-    if (reply->kind != asked.kind || reply->index != asked.index || reply->sub != asked.sub) return;
-    if (asked.kind == SDO_UPLOAD && (reply->size != asked.size || reply->value != asked.value)) return;
+    if (p->phase != CAN_SETUP || p->tries == 0 || !setup_step(m, node, p->step, &asked)) return;
+    if (reply->index != asked.index || reply->sub != asked.sub) return;
+    bool claim = asked.index == 0x2000, ownerless = claim && reply->kind == SDO_ABORT && reply->value == SDO_NO_OBJECT;
+    if (reply->kind == SDO_ABORT && !ownerless) {
+        refuse(p, CAN_ABORTED, reply, time_ns);
+        return;
+    }
+    if (reply->kind != asked.kind && !ownerless) return;
+    if (asked.kind == SDO_UPLOAD && !as_it_must_be(&asked, reply)) {
+        refuse(p, CAN_OTHERWISE, reply, time_ns);
+        return;
+    }
+    p->claimed |= claim;
     p->step++;
     p->tries = 0;
     p->deadline_ns = 0;
@@ -135,14 +201,15 @@ static void tpdo(struct can_master *m, struct can_peer *p, const struct can_fram
     p->tpdo = value;
 }
 
-void can_master_receive(struct can_master *m, const struct can_frame *f, int64_t time_ns) {
+void can_master_receive(struct can_master *m, const struct can_frame *f, bool own, int64_t time_ns) {
     static const unsigned functions[] = {COB_TPDO, COB_HEARTBEAT, COB_EMCY, COB_SDO_REPLY};
     if (f->can_id & CAN_ERR_FLAG) {
         error_frame(m, f);
         return;
     }
-    if (f->can_id == COB_SYNC) {
-        echo(m, time_ns);
+    if (can_frame_of_master(f)) {
+        if (!own && !m->foreign) m->foreign = f->can_id | FOREIGN_HEARD; /* SAFETY: somebody else commands this machine */
+        if (own && f->can_id == COB_SYNC) echo(m, time_ns);
         return;
     }
     for (unsigned i = 0; i < sizeof functions / sizeof *functions; i++) {
@@ -155,20 +222,26 @@ void can_master_receive(struct can_master *m, const struct can_frame *f, int64_t
         if (functions[i] == COB_TPDO) tpdo(m, p, f);
         else if (functions[i] == COB_HEARTBEAT && can_parse_heartbeat(f, &state)) heartbeat(m, p, state);
         else if (functions[i] == COB_EMCY) emergency(p, f);
-        else if (functions[i] == COB_SDO_REPLY && can_parse_sdo_reply(f, &reply)) sdo_reply(m, p, node, &reply);
+        else if (functions[i] == COB_SDO_REPLY && can_parse_sdo_reply(f, &reply)) sdo_reply(m, p, node, &reply, time_ns);
     }
 }
 
-/* Sends the step's request, or again after the time-out; past the last step the node is started. */
+/* Sends the step's request, or again after the time-out; past the last step the node is started. SAFETY: first of all it is brought where
+ * it can be set up, and its valve is at the centre, whatever it was doing. */
 static void drive_setup(struct can_master *m, struct can_peer *p, int node, int64_t now_ns, struct can_queue *out) {
-    struct can_sdo request;
+    struct step step;
     if (now_ns < p->deadline_ns) return;
+    if (!p->halted) {
+        can_queue_push(out, can_frame_nmt(NMT_PREOPERATIONAL, node));
+        p->halted = true;
+        return; /* one frame a node and cycle: a controller's queue holds ten */
+    }
     if (p->tries++ >= TRIES) {
         p->phase = CAN_LOST;
         return;
     }
-    if (setup_step(m->params, node, p->step, &request)) {
-        can_queue_push(out, can_frame_sdo(node, &request));
+    if (setup_step(m, node, p->step, &step)) {
+        can_queue_push(out, request_of(&step, node));
         p->deadline_ns = now_ns + (int64_t)REPLY_MS * NS_PER_MS;
         return;
     }
@@ -179,14 +252,15 @@ static void drive_setup(struct can_master *m, struct can_peer *p, int node, int6
 
 /* A node that has booted unheard says nothing by itself: its heartbeat is off until it is set up. Whatever it answers will do. */
 static void ask(struct can_master *m, struct can_peer *p, int node, int64_t now_ns, struct can_queue *out) {
-    struct can_sdo request;
-    if (now_ns < p->deadline_ns || !setup_step(m->params, node, 0, &request)) return;
-    can_queue_push(out, can_frame_sdo(node, &request));
+    struct step step;
+    if (now_ns < p->deadline_ns || !setup_step(m, node, 0, &step)) return;
+    can_queue_push(out, request_of(&step, node));
     p->deadline_ns = now_ns + (int64_t)ASK_MS * NS_PER_MS;
 }
 
 static void supervise(struct can_master *m, struct can_peer *p, int node, int64_t now_ns, struct can_queue *out) {
     int64_t silence_ns = MISSED_HEARTBEATS * ns_from_seconds(m->params->can.heartbeat_s);
+    if (p->phase == CAN_REFUSED && now_ns >= p->deadline_ns) set_up(p);
     if (p->phase == CAN_LOST) ask(m, p, node, now_ns, out);
     else if (p->phase == CAN_SETUP) drive_setup(m, p, node, now_ns, out);
     else if (p->phase == CAN_STARTING && now_ns >= p->deadline_ns) set_up(p);
@@ -204,6 +278,24 @@ bool can_master_ready(const struct can_master *m) {
     for (int i = 0; i < CAN_NODES; i++)
         if (m->peer[i].phase != CAN_RUNNING) return false;
     return m->bus != CAN_BUS_OFF;
+}
+
+bool can_master_claimed(const struct can_master *m) {
+    for (int i = 0; i < CAN_NODES; i++)
+        if (!m->peer[i].claimed) return false;
+    return true;
+}
+
+bool can_master_misfit(const struct can_master *m) {
+    for (int i = 0; i < CAN_NODES; i++)
+        if (m->peer[i].phase == CAN_REFUSED && !can_refused_by_owner(&m->peer[i].refusal)) return true;
+    return false;
+}
+
+void can_master_leave(const struct can_master *m, struct can_queue *out) {
+    can_queue_push(out, can_frame_nmt(NMT_PREOPERATIONAL, 0));
+    for (int i = 0; i < CAN_NODES; i++)
+        if (m->peer[i].claimed) can_queue_push(out, can_frame_sdo(i + 1, &(struct can_sdo){SDO_DOWNLOAD, 0x2000, 2, 4, m->token}));
 }
 
 void can_master_command(struct can_master *m, const double valve[LEGS], struct can_queue *out) {
@@ -258,43 +350,7 @@ void can_master_sample(struct can_master *m, struct hal_sample *s) {
     if (2 * llabs(m->latched_gap_ns - period_ns) > period_ns) s->flags |= SAMPLE_LATE;
     if (!m->latched_sync || m->bus == CAN_BUS_OFF) s->flags |= SAMPLE_INVALID;
     convert(m, s);
+    if (m->foreign) s->flags |= SAMPLE_FOREIGN;
+    m->foreign = 0;
     m->delivered = true;
-}
-
-enum { CONDITION_NODES = 2, CONDITION_NODE_BITS = 3, CONDITION_EMCY = CONDITION_NODES + CAN_NODES * CONDITION_NODE_BITS };
-
-uint64_t can_master_condition(const struct can_master *m) {
-    uint64_t word = (uint64_t)m->bus;
-    for (int i = CAN_NODES - 1; i >= 0; i--) {
-        const struct can_peer *p = &m->peer[i];
-        word |= (uint64_t)(CAN_RUNNING - p->phase) << (CONDITION_NODES + i * CONDITION_NODE_BITS);
-        if (!p->emcy) continue;
-        word |= 4ull << (CONDITION_NODES + i * CONDITION_NODE_BITS);
-        word = (word & ~(0xffffull << CONDITION_EMCY)) | (uint64_t)p->emcy << CONDITION_EMCY;
-    }
-    return word;
-}
-
-/* "node 3 lost, EMCY 0x8250" at text, after a comma; returns its length. */
-static size_t describe_node(const char *who, unsigned node, unsigned code, char *text, size_t size) {
-    static const char *const phases[] = {[CAN_LOST] = " lost", [CAN_SETUP] = " being set up", [CAN_STARTING] = " starting",
-                                         [CAN_RUNNING] = ""};
-    char emcy[20] = "";
-    if (node & 4) snprintf(emcy, sizeof emcy, code ? " EMCY 0x%04x" : " EMCY", code);
-    return (size_t)snprintf(text, size, ", %s%s%s", who, phases[CAN_RUNNING - (node & 3)], emcy);
-}
-
-void can_condition_describe(uint64_t word, char *text, size_t size) {
-    static const char *const buses[] = {[CAN_BUS_GOOD] = "", [CAN_BUS_PASSIVE] = ", bus error-passive", [CAN_BUS_OFF] = ", bus-off"};
-    const unsigned all = 0111111; /* the same in every node's bits */
-    unsigned code = word >> CONDITION_EMCY & 0xffff, nodes = word >> CONDITION_NODES & 0777777;
-    size_t used = (size_t)snprintf(text, size, "%s", buses[(word & 3) % 3]);
-    if (nodes && nodes == (nodes & 7) * all) used += describe_node("all nodes", nodes & 7, code, text + used, size - used), nodes = 0;
-    for (int i = 1; nodes && used < size; i++, nodes >>= CONDITION_NODE_BITS) {
-        char who[20];
-        snprintf(who, sizeof who, "node %d", i);
-        if (nodes & 7) used += describe_node(who, nodes & 7, code, text + used, size - used);
-        if (nodes & 4) code = 0; /* it is the first such node's */
-    }
-    if (used) memmove(text, text + 2, strlen(text + 2) + 1); /* the comma in front */
 }

@@ -2,6 +2,13 @@
  *
  * A node:  lost --boot-up, heartbeat or SDO reply--> set-up --last SDO reply--> starting --heartbeat "operational"--> running
  *          any --nothing heard for three heartbeats, boot-up, heartbeat in another state, no SDO reply after three tries--> lost or set-up
+ *          set-up --an abort, or a value that is not what it must be--> refused --half a second--> set-up
+ *
+ * Set-up, in pre-operational: who it is, a claim of it for this master (0x2000:1), watchdogs, PDOs; then all that was written is read back.
+ * SAFETY: a node that answers otherwise is not started.
+ *
+ * SAFETY: one master. CAN frames carry no sender, but those of our own come back marked: any other that only a master sends makes the next
+ * sample SAMPLE_FOREIGN.
  *
  * A lost node is asked twice a second, and set up again by itself whenever it comes back; whether the platform may move again is the
  * supervisor's and the operator's decision, because every sample from a bus with a node that is not running is invalid.
@@ -21,7 +28,7 @@
 
 #include "can_node.h"
 
-enum can_phase { CAN_LOST, CAN_SETUP, CAN_STARTING, CAN_RUNNING };
+enum can_phase { CAN_LOST, CAN_REFUSED, CAN_SETUP, CAN_STARTING, CAN_RUNNING };
 
 /* State of the bus as the controller reports it in error frames. */
 enum can_bus { CAN_BUS_GOOD, CAN_BUS_PASSIVE, CAN_BUS_OFF };
@@ -29,20 +36,41 @@ enum can_bus { CAN_BUS_GOOD, CAN_BUS_PASSIVE, CAN_BUS_OFF };
 /* A cycle without SYNC: not asked for, still to come, or been. */
 enum can_pause { CAN_NO_PAUSE, CAN_PAUSE_DUE, CAN_PAUSED };
 
+/* What a node answered in its set-up in place of what it should. */
+enum can_refusal_kind { CAN_ACCEPTED, CAN_ABORTED, CAN_OTHERWISE };
+struct can_refusal {
+    enum can_refusal_kind kind;
+    uint16_t index;
+    uint8_t sub;
+    uint32_t value;            /* abort code, or what stands in the object */
+};
+
+/* Another master's token stands there. */
+static inline bool can_refused_by_owner(const struct can_refusal *r) {
+    return r->kind == CAN_ABORTED && r->index == 0x2000 && r->value == SDO_DENIED;
+}
+
 struct can_peer {
     enum can_phase phase;
     int step, tries;           /* of the set-up */
     int64_t deadline_ns;       /* of the reply that is waited for */
+    bool halted;               /* told to leave operational: it can be set up */
+    bool claimed;              /* it is ours, or cannot be owned */
+    struct can_refusal refusal;/* while refused */
     int64_t heard_ns;          /* last frame */
     uint16_t emcy;             /* standing error */
     struct can_tpdo tpdo;
     bool fresh;                /* came in this window */
 };
 
+#define FOREIGN_HEARD 0x800u
+
 struct can_master {
     const struct params *params;
+    uint32_t token;            /* of this master */
     struct can_peer peer[CAN_NODES];
     enum can_bus bus;
+    unsigned foreign;          /* identifier of the first frame of another master since the last sample, with FOREIGN_HEARD */
     int64_t heartbeat_due_ns;
     uint64_t syncs;            /* carried by the bus */
     int unechoed;              /* sent since the last one that was carried */
@@ -59,10 +87,12 @@ struct can_master {
     uint64_t lost, twice, stray, errors, boots;
 };
 
-void can_master_init(struct can_master *m, const struct params *params);
+/* The token is this session's, not 0 and nobody else's. */
+void can_master_init(struct can_master *m, const struct params *params, uint32_t token);
 
-/* A frame from the bus, SYNC's echo and error frames included, with the time it was received on any clock that goes on steadily. */
-void can_master_receive(struct can_master *m, const struct can_frame *frame, int64_t time_ns);
+/* A frame from the bus, own ones (their echoes) and error frames included, with the time it was received on any clock that goes on
+ * steadily. */
+void can_master_receive(struct can_master *m, const struct can_frame *frame, bool own, int64_t time_ns);
 
 /* Time-outs; heartbeat when `alive`, SDO requests and NMT of the set-up. Every cycle, after the frames that have come. */
 void can_master_poll(struct can_master *m, int64_t now_ns, bool alive, struct can_queue *out);
@@ -70,17 +100,31 @@ void can_master_poll(struct can_master *m, int64_t now_ns, bool alive, struct ca
 /* All nodes are running and the bus carries frames: a command can be written. */
 bool can_master_ready(const struct can_master *m);
 
+/* All nodes are claimed: from now on the heartbeat keeps them so. SAFETY: not before, or it would keep another master's claims alive. */
+bool can_master_claimed(const struct can_master *m);
+
+/* A node is not what is configured, or does not take its set-up: more time would change nothing. */
+bool can_master_misfit(const struct can_master *m);
+
 /* Commands of six legs, then SYNC: the sample's window opens with its echo. Nothing in a cycle that waits for a TPDO, but for the first
  * command to the centre. */
 void can_master_command(struct can_master *m, const double valve[LEGS], struct can_queue *out);
 
+/* The end: all nodes out of operational, and released. */
+void can_master_leave(const struct can_master *m, struct can_queue *out);
+
 /* The sample of the last window; time_ns on the clock of the frames; age_ns is the caller's. */
 void can_master_sample(struct can_master *m, struct hal_sample *sample);
 
-/* What is wrong now, in one word that fits an atomic: 0 nothing. */
-uint64_t can_master_condition(const struct can_master *m);
+/* What is wrong now, in two words that fit atomics: all 0 when nothing is. can_condition.c. */
+struct can_condition {
+    uint64_t state;   /* bus, phases, EMCY, frame of another master; bit 63 is the caller's */
+    uint64_t refusal; /* of the first node that has one */
+};
+struct can_condition can_master_condition(const struct can_master *m);
 
-/* That in words: "node 3 lost, node 5 EMCY 0x8250", "" when nothing is wrong. */
-void can_condition_describe(uint64_t word, char *text, size_t size);
+/* That in words: "node 3 lost, node 5 EMCY 0x8250", "node 3 refused 0x1400:5: abort 0x06090031, value too high"; "" when nothing is
+ * wrong. */
+void can_condition_describe(struct can_condition condition, const struct params *params, char *text, size_t size);
 
 #endif

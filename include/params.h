@@ -157,6 +157,7 @@ struct device_params {            /* of the devices at the field end, set by the
 struct can_params {
     double bitrate_bps;
     double heartbeat_s;           /* sent by every node and by the daemon; three in a row missing: lost */
+    double device_type, vendor_id, product_code; /* what the nodes must say of themselves (0x1000, 0x1018:1, :2), rounded; -1: anything */
 };
 
 struct modbus_params {

@@ -9,7 +9,7 @@
 #include "channel.h"
 #include "units.h"
 
-enum { CYCLES_TO_RUN = 200, LATE_NODE = 2, LATE_MAX = 8 };
+enum { TOKEN = 0x600dcafe, CYCLES_TO_RUN = 200, LATE_NODE = 2, LATE_MAX = 8 };
 
 /* What the bus does to frames: the test's hand on the wire. */
 struct wire {
@@ -17,6 +17,8 @@ struct wire {
     int late_by;          /* cycles, for the TPDOs of LATE_NODE */
     bool lose_rpdo, lose_heartbeat, lose_echo;
     int dead_node;        /* neither hears nor speaks */
+    int lying_node;       /* answers this where it is asked for that object, 0 none */
+    struct can_sdo lie;
 };
 
 struct late {
@@ -49,20 +51,29 @@ static bool put_off(struct world *w, const struct can_frame *f) {
 static void hand_in(struct world *w) {
     int kept = 0;
     for (int i = 0; i < w->late_count; i++) {
-        if (w->late[i].due_ns <= w->now_ns) can_master_receive(&w->master, &w->late[i].frame, w->now_ns);
+        if (w->late[i].due_ns <= w->now_ns) can_master_receive(&w->master, &w->late[i].frame, false, w->now_ns);
         else w->late[kept++] = w->late[i];
     }
     w->late_count = kept;
 }
 
+static void lie(const struct world *w, struct can_frame *f) {
+    struct can_sdo reply;
+    const struct can_sdo *l = &w->wire.lie;
+    if (!w->wire.lying_node || can_frame_node(f, COB_SDO_REPLY) != w->wire.lying_node || !can_parse_sdo_reply(f, &reply)) return;
+    if (reply.index == l->index && reply.sub == l->sub && (reply.kind == l->kind || l->kind == SDO_ABORT))
+        *f = can_frame_sdo_reply(w->wire.lying_node, l);
+}
+
 static void to_master(struct world *w, struct can_queue *q) {
     for (int i = 0; i < q->count; i++) {
-        const struct can_frame *f = &q->frame[i];
+        struct can_frame *f = &q->frame[i];
+        lie(w, f);
         int tpdo = can_frame_node(f, COB_TPDO);
         if (w->wire.dead_node && (f->can_id & COB_NODE) == (unsigned)w->wire.dead_node) continue;
         if (tpdo && tpdo == w->wire.lose_tpdo_of) continue;
         if (put_off(w, f)) continue;
-        can_master_receive(&w->master, f, w->now_ns);
+        can_master_receive(&w->master, f, false, w->now_ns);
     }
     q->count = 0;
 }
@@ -75,10 +86,10 @@ static void to_nodes(struct world *w, struct can_queue *q) {
         if (w->wire.lose_heartbeat && can_frame_node(f, COB_HEARTBEAT)) continue;
         bool sync = f->can_id == COB_SYNC;
         if (sync && w->wire.lose_echo) continue;
-        if (sync) can_master_receive(&w->master, f, w->now_ns);
+        can_master_receive(&w->master, f, true, w->now_ns);
         for (int i = 0; i < CAN_NODES; i++) {
             if (w->wire.dead_node == i + 1) continue;
-            if (sync) can_node_sync(&w->node[i], &w->reading[i], &replies);
+            if (sync) can_node_sync(&w->node[i], f, &w->reading[i], &replies);
             else can_node_receive(&w->node[i], f, w->now_ns, &replies);
         }
         to_master(w, &replies);
@@ -117,11 +128,11 @@ static void power_on(struct world *w) {
     struct can_queue q = {0};
     memset(w, 0, sizeof *w);
     config_default(&w->params);
-    can_master_init(&w->master, &w->params);
+    can_master_init(&w->master, &w->params, TOKEN);
     w->now_ns = NS_PER_S;
     for (int i = 0; i < CAN_NODES; i++) {
         w->reading[i] = (struct can_tpdo){.position = 1831000 + i, .p1 = (int16_t)(5000 + i), .p2 = (int16_t)(4000 - i)};
-        can_node_reset(&w->node[i], i + 1, w->now_ns, &q);
+        can_node_init(&w->node[i], i + 1, w->now_ns, &q);
     }
     to_master(w, &q);
 }
@@ -175,7 +186,7 @@ static void no_frame_upsets_nodes_or_master(void **state) {
         struct hal_sample s;
         if (random_below(&seed, 50) == 0) f.can_id |= CAN_ERR_FLAG;
         for (int k = 0; k < 8; k++) f.data[k] = (uint8_t)random_below(&seed, 256);
-        can_master_receive(&w.master, &f, w.now_ns);
+        can_master_receive(&w.master, &f, random_below(&seed, 2), w.now_ns);
         can_node_receive(&w.node[i % CAN_NODES], &f, w.now_ns, &q);
         can_node_tick(&w.node[i % CAN_NODES], w.now_ns, &q);
         can_master_sample(&w.master, &s);
@@ -369,12 +380,12 @@ static void without_commands_a_node_centres_its_valve_and_takes_no_late_one(void
     for (int i = 0; i < CAN_NODES; i++) {
         assert_int_equal(can_node_valve(&w.node[i]), 0);
         assert_int_equal(w.node[i].state, CAN_PREOPERATIONAL);
-        assert_int_equal(w.node[i].emcy, EMCY_RPDO_TIMEOUT);
+        assert_int_equal(w.node[i].errors, 1u << CAN_ERROR_RPDO_TIMEOUT);
     }
     struct can_frame late = can_frame_rpdo(0, (int16_t[]){20000, 20000, 20000});
     struct can_queue q = {0};
     can_node_receive(&w.node[0], &late, w.now_ns, &q);
-    can_node_sync(&w.node[0], &w.reading[0], &q);
+    can_node_sync(&w.node[0], &(struct can_frame){.can_id = COB_SYNC}, &w.reading[0], &q);
     assert_int_equal(can_node_valve(&w.node[0]), 0);
     assert_false(can_master_ready(&w.master));
 }
@@ -418,7 +429,7 @@ static void a_lost_node_invalidates_samples_and_commands(void **state) {
     assert_true(s.flags & SAMPLE_INVALID);
     assert_false(can_master_ready(&w.master));
     char text[200];
-    can_condition_describe(can_master_condition(&w.master), text, sizeof text);
+    can_condition_describe(can_master_condition(&w.master), &w.params, text, sizeof text);
     assert_non_null(strstr(text, "node 3 lost"));
 }
 
@@ -428,7 +439,7 @@ static void a_node_that_was_reset_is_set_up_again_and_meanwhile_nothing_is_valid
     (void)state;
     bring_up(&w);
     cycle(&w, some);
-    can_node_reset(&w.node[4], 5, w.now_ns, &q);
+    can_node_init(&w.node[4], 5, w.now_ns, &q);
     to_master(&w, &q);
     assert_false(can_master_ready(&w.master));
     assert_true(cycle(&w, centre).flags & SAMPLE_INVALID);
@@ -445,7 +456,7 @@ static void a_lost_node_that_keeps_silent_is_asked_and_set_up_again(void **state
     (void)state;
     bring_up(&w);
     w.wire.dead_node = 3;
-    can_node_reset(&w.node[2], 3, w.now_ns, &unheard);
+    can_node_init(&w.node[2], 3, w.now_ns, &unheard);
     cycles(&w, 500, centre);
     assert_int_equal(w.master.peer[2].phase, CAN_LOST);
     w.wire.dead_node = 0;
@@ -469,6 +480,21 @@ static void an_emergency_invalidates_the_sample_until_it_is_over(void **state) {
     assert_int_equal(cycle(&w, centre).flags, 0);
 }
 
+static void one_error_that_is_over_is_not_all_of_them(void **state) {
+    struct world w;
+    (void)state;
+    bring_up(&w);
+    const struct can_frame both[] = {can_frame_emcy(2, EMCY_SENSOR, 0x81), can_frame_emcy(2, EMCY_RPDO_SHORT, 0x91),
+                                     can_frame_emcy(2, EMCY_NONE, 0x81)};
+    for (int i = 0; i < 3; i++) {
+        can_master_receive(&w.master, &both[i], false, w.now_ns);
+        assert_true(cycle(&w, centre).flags & SAMPLE_INVALID);
+    }
+    const struct can_frame over = can_frame_emcy(2, EMCY_NONE, 0);
+    can_master_receive(&w.master, &over, false, w.now_ns);
+    assert_int_equal(cycle(&w, centre).flags, 0);
+}
+
 static void bus_off_lets_no_command_through_until_the_bus_is_restarted(void **state) {
     struct world w;
     struct can_frame off = {.can_id = CAN_ERR_FLAG | CAN_ERR_BUSOFF, .len = 8};
@@ -476,11 +502,11 @@ static void bus_off_lets_no_command_through_until_the_bus_is_restarted(void **st
     struct hal_sample s;
     (void)state;
     bring_up(&w);
-    can_master_receive(&w.master, &off, w.now_ns);
+    can_master_receive(&w.master, &off, false, w.now_ns);
     assert_false(can_master_ready(&w.master));
     can_master_sample(&w.master, &s);
     assert_true(s.flags & SAMPLE_INVALID);
-    can_master_receive(&w.master, &restarted, w.now_ns);
+    can_master_receive(&w.master, &restarted, false, w.now_ns);
     assert_true(can_master_ready(&w.master));
 }
 
@@ -490,9 +516,9 @@ static void error_passive_is_told_but_moves_on(void **state) {
     char text[200];
     (void)state;
     bring_up(&w);
-    can_master_receive(&w.master, &passive, w.now_ns);
+    can_master_receive(&w.master, &passive, false, w.now_ns);
     assert_true(can_master_ready(&w.master));
-    can_condition_describe(can_master_condition(&w.master), text, sizeof text);
+    can_condition_describe(can_master_condition(&w.master), &w.params, text, sizeof text);
     assert_non_null(strstr(text, "error-passive"));
 }
 
@@ -517,6 +543,190 @@ static void a_node_with_another_mapping_is_not_started(void **state) {
     assert_int_not_equal(w.node[2].state, CAN_OPERATIONAL);
 }
 
+static const char *condition(const struct world *w, char text[200]) {
+    can_condition_describe(can_master_condition(&w->master), &w->params, text, 200);
+    return text;
+}
+
+/* Every object that the set-up asks for, found by what it asks. */
+static void a_node_that_answers_otherwise_is_not_started_whatever_it_is(void **state) {
+    static const uint32_t asked[] = {0x100000, 0x101801, 0x101802, 0x101601, 0x101700, 0x102901, 0x100500, 0x140001, 0x140002, 0x140005,
+                                     0x160000, 0x160001, 0x160002, 0x160003, 0x180001, 0x180002, 0x1a0000, 0x1a0001, 0x1a0002, 0x1a0003};
+    (void)state;
+    for (unsigned i = 0; i < sizeof asked / sizeof *asked; i++) {
+        struct world w;
+        char text[200], object[32];
+        uint16_t index = (uint16_t)(asked[i] >> 8);
+        uint8_t sub = (uint8_t)asked[i];
+        power_on(&w);
+        w.wire.lying_node = 4;
+        w.wire.lie = (struct can_sdo){SDO_UPLOAD, index, sub, can_objects[can_object_find(index, sub)].size, 77};
+        cycles(&w, CYCLES_TO_RUN, centre);
+        assert_false(can_master_ready(&w.master));
+        assert_int_equal(w.node[3].state, CAN_PREOPERATIONAL);
+        assert_int_equal(w.node[4].state, CAN_OPERATIONAL);
+        assert_true(can_master_misfit(&w.master));
+        snprintf(object, sizeof object, "0x%04x:%u", index, sub);
+        if (!strstr(condition(&w, text), "node 4") || !strstr(text, object) || !strstr(text, "0x4d")) fail_msg("%s: %s", object, text);
+        w.wire.lying_node = 0; /* another one was put in its place */
+        cycles(&w, 2 * CYCLES_TO_RUN, centre);
+        assert_true(can_master_ready(&w.master));
+    }
+}
+
+static void a_node_of_another_vendor_runs_when_it_is_configured(void **state) {
+    static const uint32_t objects[] = {0x100000, 0x101801, 0x101802};
+    (void)state;
+    for (int k = 0; k < 3; k++)
+        for (int any = 0; any < 2; any++) {
+            struct world w;
+            power_on(&w);
+            double *keys[] = {&w.params.can.device_type, &w.params.can.vendor_id, &w.params.can.product_code};
+            *keys[k] = any ? -1.0 : 4294967295.0;
+            w.wire.lying_node = 1;
+            w.wire.lie = (struct can_sdo){SDO_UPLOAD, (uint16_t)(objects[k] >> 8), (uint8_t)objects[k], any ? 4 : 0, 0xffffffff};
+            for (int i = 1; i < CAN_NODES; i++) w.node[i].value[can_object_find(w.wire.lie.index, w.wire.lie.sub)] = 0xffffffff;
+            cycles(&w, CYCLES_TO_RUN, centre);
+            assert_true(can_master_ready(&w.master));
+        }
+}
+
+static void an_abort_is_told_as_what_it_is(void **state) {
+    struct world w;
+    char text[200];
+    (void)state;
+    power_on(&w);
+    w.wire.lying_node = 3;
+    w.wire.lie = (struct can_sdo){SDO_ABORT, 0x1400, 5, 0, SDO_VALUE};
+    cycles(&w, CYCLES_TO_RUN, centre);
+    assert_string_equal(condition(&w, text), "node 3 refused 0x1400:5: abort 0x06090030, value out of range");
+    w.wire.lie = (struct can_sdo){SDO_ABORT, 0x1017, 0, 0, 0x08000000};
+    cycles(&w, 2 * CYCLES_TO_RUN, centre);
+    assert_string_equal(condition(&w, text), "node 3 refused 0x1017:0: abort 0x08000000");
+    assert_int_equal(w.node[2].state, CAN_PREOPERATIONAL);
+}
+
+static void a_node_without_ownership_is_driven_all_the_same(void **state) {
+    struct world w;
+    (void)state;
+    power_on(&w);
+    w.wire.lying_node = 2;
+    w.wire.lie = (struct can_sdo){SDO_ABORT, 0x2000, 1, 0, SDO_NO_OBJECT};
+    cycles(&w, CYCLES_TO_RUN, centre);
+    assert_true(can_master_ready(&w.master));
+}
+
+/* It still runs as far as it knows: watchdogs cannot be set there. */
+static void a_lost_node_that_is_still_operational_is_halted_and_set_up(void **state) {
+    struct world w;
+    (void)state;
+    for (int stopped = 0; stopped < 2; stopped++) {
+        bring_up(&w);
+        w.master.peer[2].phase = CAN_LOST;
+        if (stopped) w.node[2].state = CAN_STOPPED;
+        cycles(&w, 2 * CYCLES_TO_RUN, centre);
+        assert_true(can_master_ready(&w.master));
+        assert_int_equal(w.node[2].state, CAN_OPERATIONAL);
+    }
+}
+
+/* One master. */
+
+static void another_masters_first_frame_flags_the_next_sample(void **state) {
+    const struct can_sdo read = {SDO_UPLOAD, 0x1000, 0, 0, 0};
+    const struct can_frame theirs[] = {can_frame_sync(), can_frame_nmt(NMT_RESET_NODE, 3), can_frame_nmt(NMT_START, 0),
+                                       can_frame_rpdo(0, (int16_t[]){0, 0, 0}), can_frame_rpdo(1, (int16_t[]){0, 0, 0}),
+                                       can_frame_sdo(6, &read), can_frame_heartbeat(CAN_MASTER, CAN_OPERATIONAL), {.can_id = 0x202},
+                                       {.can_id = COB_SYNC, .len = 1}};
+    const struct can_frame harmless[] = {can_frame_sdo(7, &read), can_frame_heartbeat(9, CAN_OPERATIONAL), {.can_id = 0x100, .len = 6},
+                                         {.can_id = 0x207, .len = 6}, {.can_id = 0x7ff}, {.can_id = COB_SYNC | CAN_EFF_FLAG}};
+    struct world w;
+    char text[200];
+    (void)state;
+    bring_up(&w);
+    for (unsigned i = 0; i < sizeof theirs / sizeof *theirs; i++) {
+        assert_int_equal(cycle(&w, centre).flags, 0);
+        uint64_t syncs = w.master.syncs;
+        can_master_receive(&w.master, &theirs[i], false, w.now_ns);
+        assert_int_equal(w.master.syncs, syncs); /* opens no window */
+        assert_non_null(strstr(condition(&w, text), "another master: "));
+        assert_true(cycle(&w, centre).flags & SAMPLE_FOREIGN);
+        assert_false(cycle(&w, centre).flags & SAMPLE_FOREIGN); /* said once; the fault stays */
+        can_master_receive(&w.master, &theirs[i], true, w.now_ns); /* its own */
+        assert_false(cycle(&w, centre).flags & SAMPLE_FOREIGN);
+        cycles(&w, 5, centre); /* one SYNC too many has passed */
+    }
+    for (unsigned i = 0; i < sizeof harmless / sizeof *harmless; i++) {
+        can_master_receive(&w.master, &harmless[i], false, w.now_ns);
+        assert_int_equal(cycle(&w, centre).flags, 0);
+    }
+}
+
+static void a_node_of_another_master_is_left_alone_until_that_one_is_gone(void **state) {
+    struct world w;
+    char text[200];
+    struct can_queue q = {0};
+    const struct can_sdo theirs = {SDO_DOWNLOAD, 0x2000, 1, 4, TOKEN + 1};
+    const struct can_frame claim = can_frame_sdo(5, &theirs), beat = can_frame_heartbeat(CAN_MASTER, CAN_OPERATIONAL);
+    (void)state;
+    power_on(&w);
+    can_node_receive(&w.node[4], &claim, w.now_ns, &q);
+    w.wire.lose_heartbeat = true; /* ours; or it would keep the other one's claim alive */
+    for (int i = 0; i < 2 * CYCLES_TO_RUN; i++) {
+        can_node_receive(&w.node[4], &beat, w.now_ns, &q);
+        cycle(&w, centre);
+        q.count = 0;
+        assert_false(can_master_claimed(&w.master));
+        assert_false(can_master_misfit(&w.master));
+        assert_int_equal(w.node[4].state, CAN_PREOPERATIONAL);
+    }
+    assert_non_null(strstr(condition(&w, text), "node 5 owned by another master"));
+    assert_int_equal(w.node[4].value[can_object_find(0x1017, 0)], 0); /* nothing was written */
+    cycles(&w, CYCLES_TO_RUN, centre);
+    w.wire.lose_heartbeat = false;
+    cycles(&w, 2 * CYCLES_TO_RUN, centre);
+    assert_true(can_master_ready(&w.master));
+    assert_true(can_master_claimed(&w.master));
+    assert_int_equal(w.node[4].owner.token, TOKEN);
+}
+
+static void a_master_that_leaves_centres_the_valves_and_gives_the_nodes_free(void **state) {
+    struct world w;
+    struct can_queue q = {0};
+    (void)state;
+    bring_up(&w);
+    cycle(&w, some);
+    can_master_leave(&w.master, &q);
+    assert_int_equal(q.count, 1 + CAN_NODES);
+    to_nodes(&w, &q);
+    for (int i = 0; i < CAN_NODES; i++) {
+        assert_int_equal(w.node[i].state, CAN_PREOPERATIONAL);
+        assert_int_equal(can_node_valve(&w.node[i]), 0);
+        assert_int_equal(w.node[i].owner.token, 0);
+    }
+    can_master_init(&w.master, &w.params, TOKEN + 1);
+    cycles(&w, CYCLES_TO_RUN, centre);
+    assert_true(can_master_ready(&w.master));
+}
+
+/* A controller's transmit queue holds ten frames by default. */
+static void no_cycle_sends_more_than_ten_frames(void **state) {
+    struct world w;
+    (void)state;
+    power_on(&w);
+    for (int i = 0; i < 2 * CYCLES_TO_RUN; i++) {
+        struct can_queue q = {0};
+        if (i == CYCLES_TO_RUN)
+            for (int k = 0; k < CAN_NODES; k++) can_node_init(&w.node[k], k + 1, w.now_ns, &q);
+        to_master(&w, &q);
+        w.now_ns += ns_from_seconds(w.params.loop.period_s);
+        can_master_poll(&w.master, w.now_ns, true, &q);
+        can_master_command(&w.master, some, &q);
+        assert_true(q.count <= 10);
+        to_nodes(&w, &q);
+    }
+}
+
 static uint32_t write_object(struct can_node *n, uint16_t index, uint8_t sub, int size, uint32_t value) {
     const struct can_sdo request = {SDO_DOWNLOAD, index, sub, size, value};
     struct can_frame f = can_frame_sdo(n->id, &request);
@@ -536,7 +746,7 @@ static void sdo_cannot_move_a_valve_nor_break_the_mapping(void **state) {
     assert_int_equal(write_object(&w.node[0], 0x1600, 1, 4, MAP_DUMMY), SDO_DENIED); /* the PDO is on */
     assert_int_equal(write_object(&w.node[0], 0x1400, 5, 4, 20), SDO_SIZE);
     assert_int_equal(write_object(&w.node[0], 0x1000, 0, 4, 1), SDO_READ_ONLY);
-    assert_int_equal(write_object(&w.node[0], 0x2000, 0, 4, 1), SDO_NO_OBJECT);
+    assert_int_equal(write_object(&w.node[0], 0x2f00, 0, 4, 1), SDO_NO_OBJECT);
     assert_int_equal(write_object(&w.node[0], 0x1018, 9, 4, 1), SDO_NO_SUB);
     assert_int_equal(can_node_valve(&w.node[0]), 0);
 }
@@ -563,10 +773,20 @@ int main(void) {
         cmocka_unit_test(a_node_that_was_reset_is_set_up_again_and_meanwhile_nothing_is_valid),
         cmocka_unit_test(a_lost_node_that_keeps_silent_is_asked_and_set_up_again),
         cmocka_unit_test(an_emergency_invalidates_the_sample_until_it_is_over),
+        cmocka_unit_test(one_error_that_is_over_is_not_all_of_them),
         cmocka_unit_test(bus_off_lets_no_command_through_until_the_bus_is_restarted),
         cmocka_unit_test(error_passive_is_told_but_moves_on),
         cmocka_unit_test(a_sync_that_the_bus_does_not_carry_yields_no_new_sample),
         cmocka_unit_test(a_node_with_another_mapping_is_not_started),
+        cmocka_unit_test(a_node_that_answers_otherwise_is_not_started_whatever_it_is),
+        cmocka_unit_test(a_node_of_another_vendor_runs_when_it_is_configured),
+        cmocka_unit_test(an_abort_is_told_as_what_it_is),
+        cmocka_unit_test(a_node_without_ownership_is_driven_all_the_same),
+        cmocka_unit_test(a_lost_node_that_is_still_operational_is_halted_and_set_up),
+        cmocka_unit_test(another_masters_first_frame_flags_the_next_sample),
+        cmocka_unit_test(a_node_of_another_master_is_left_alone_until_that_one_is_gone),
+        cmocka_unit_test(a_master_that_leaves_centres_the_valves_and_gives_the_nodes_free),
+        cmocka_unit_test(no_cycle_sends_more_than_ten_frames),
         cmocka_unit_test(sdo_cannot_move_a_valve_nor_break_the_mapping),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -39,6 +39,8 @@ static unsigned data_type(const struct can_object *o) {
 static bool alone(const struct can_object *o) { return o->sub == 0 && can_object_find(o->index, 1) < 0; }
 
 static void eds_has_every_object_as_the_node_serves_it(void **state) {
+    static const char *const access[] = {
+        [CAN_CONST] = "const", [CAN_RO] = "ro", [CAN_RW] = "rw", [CAN_WO] = "wo", [CAN_RWW] = "rww"};
     const char *eds = text_of("config/hexid_node.eds");
     (void)state;
     for (int i = 0; i < CAN_OBJECTS; i++) {
@@ -47,7 +49,10 @@ static void eds_has_every_object_as_the_node_serves_it(void **state) {
         snprintf(section, sizeof section, alone(o) ? "%04X" : "%04Xsub%X", o->index, o->sub);
         assert_string_equal(entry(eds, section, "ParameterName"), o->name);
         assert_int_equal(strtoul(entry(eds, section, "DataType"), NULL, 16), data_type(o));
-        assert_int_equal(entry(eds, section, "AccessType")[0] == 'r' && entry(eds, section, "AccessType")[1] == 'w', o->writable);
+        assert_string_equal(entry(eds, section, "AccessType"), access[o->access]);
+        assert_int_equal(strtoul(entry(eds, section, "PDOMapping"), NULL, 0), o->is_signed);
+        assert_int_equal(strtoul(entry(eds, section, "LowLimit"), NULL, 0), o->low);
+        assert_int_equal(strtoul(entry(eds, section, "HighLimit"), NULL, 0), o->high);
         const char *value = entry(eds, section, "DefaultValue");
         bool plus_node = !strncmp(value, "$NODEID+", 8);
         assert_int_equal(plus_node, o->plus_node);
@@ -66,6 +71,33 @@ static void eds_has_nothing_that_the_node_does_not_serve(void **state) {
         if (close != ']' || alone(&can_objects[can_object_find((uint16_t)index, 0)])) objects++;
     }
     assert_int_equal(objects, CAN_OBJECTS);
+}
+
+/* The lists of objects, and each record's number of sub-objects. */
+static void eds_lists_every_index_once(void **state) {
+    static const char *const lists[] = {"MandatoryObjects", "OptionalObjects", "ManufacturerObjects"};
+    const char *eds = text_of("config/hexid_node.eds");
+    int listed = 0, indices = 0;
+    (void)state;
+    for (unsigned k = 0; k < 3; k++) {
+        int count = atoi(entry(eds, lists[k], "SupportedObjects"));
+        for (int i = 1; i <= count; i++, listed++) {
+            char number[12];
+            snprintf(number, sizeof number, "%d", i);
+            assert_true(can_object_find((uint16_t)strtoul(entry(eds, lists[k], number), NULL, 0), 0) >= 0);
+        }
+    }
+    for (int i = 0; i < CAN_OBJECTS; i++) {
+        const struct can_object *o = &can_objects[i];
+        char section[8];
+        int subs = 0;
+        if (o->sub) continue;
+        indices++;
+        for (int k = i; k < CAN_OBJECTS && can_objects[k].index == o->index; k++) subs++;
+        snprintf(section, sizeof section, "%04X", o->index);
+        if (!alone(o)) assert_int_equal(atoi(entry(eds, section, "SubNumber")), subs);
+    }
+    assert_int_equal(listed, indices);
 }
 
 struct signal {
@@ -145,6 +177,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(eds_has_every_object_as_the_node_serves_it),
         cmocka_unit_test(eds_has_nothing_that_the_node_does_not_serve),
+        cmocka_unit_test(eds_lists_every_index_once),
         cmocka_unit_test(dbc_decodes_what_the_codec_encodes),
         cmocka_unit_test(dbc_decodes_heartbeats_emergencies_and_nmt),
     };

@@ -21,11 +21,13 @@
 int __wrap_can_socket_open(struct can_socket *s, const char *interface, const struct can_accept *accept, int count, bool own, bool errors,
                            struct error *error);
 
+static bool marking; /* own frames would come back marked: what comes is another's */
+
 /* Linked in place of can_socket_open (Makefile): the interface's name is the number of a socket. */
 int __wrap_can_socket_open(struct can_socket *s, const char *interface, const struct can_accept *accept, int count, bool own, bool errors,
                            struct error *error) {
     (void)accept, (void)count, (void)own, (void)errors, (void)error;
-    *s = (struct can_socket){.fd = dup(atoi(interface)), .confirms = false};
+    *s = (struct can_socket){.fd = dup(atoi(interface)), .confirms = marking};
     return s->fd >= 0 ? STATUS_OK : STATUS_IO;
 }
 
@@ -129,7 +131,8 @@ static int start(void **state) {
     config_default(&w->params);
     w->params.sensors.enabled = false;
     w->params.sim.engine = ENGINE_CLOSED_FORM;
-    w->params.device.watchdog_s = w->params.can.heartbeat_s = 10.0;
+    w->params.device.watchdog_s = 1.0; /* the most that a node takes */
+    w->params.can.heartbeat_s = 5.0;
     assert_int_equal(socketpair(AF_UNIX, SOCK_SEQPACKET, 0, w->daemon), 0);
     assert_int_equal(socketpair(AF_UNIX, SOCK_SEQPACKET, 0, w->plant), 0);
     pthread_mutex_init(&w->bus, NULL);
@@ -176,7 +179,8 @@ static int write_all(struct world *w, double valve) {
 static bool answered(struct world *w) {
     struct timespec until;
     clock_gettime(CLOCK_REALTIME, &until);
-    until.tv_sec++;
+    until.tv_nsec += NS_PER_S / 2; /* before the nodes' watchdog */
+    if (until.tv_nsec >= NS_PER_S) until.tv_sec++, until.tv_nsec -= NS_PER_S;
     return sem_timedwait(&w->answered, &until) == 0;
 }
 
@@ -324,6 +328,43 @@ static void error_passive_is_told_and_commands_go_on(void **state) {
     assert_string_equal(trouble(w, text), "bus error-passive");
 }
 
+/* Whatever of another master is heard, hexid does not start, and the other one sees nothing of it. */
+static void another_master_on_the_bus_is_not_disturbed_by_a_start(void **state) {
+    const struct can_frame theirs[] = {can_frame_sync(), can_frame_rpdo(1, (int16_t[]){0, 0, 0}), can_frame_nmt(NMT_START, 0),
+                                       can_frame_heartbeat(CAN_MASTER, CAN_OPERATIONAL)};
+    static const char *const words[] = {"SYNC (0x080)", "RPDO (0x204)", "NMT command (0x000)", "heartbeat of a master (0x77f)"};
+    (void)state;
+    marking = true;
+    for (unsigned i = 0; i < sizeof theirs / sizeof *theirs; i++) {
+        struct params params;
+        struct error error = {0};
+        struct hal *hal;
+        struct can_frame sent;
+        int bus[2];
+        char name[12];
+        config_default(&params);
+        assert_int_equal(socketpair(AF_UNIX, SOCK_SEQPACKET, 0, bus), 0);
+        snprintf(name, sizeof name, "%d", bus[THEIRS]);
+        give(bus[OURS], &theirs[i]);
+        assert_int_equal(hal_can.open(&hal, name, &params, 1, &error), STATUS_UNSAFE);
+        assert_non_null(strstr(error.text, words[i]));
+        assert_false(take(bus[OURS], &sent));
+        close(bus[OURS]), close(bus[THEIRS]);
+    }
+    marking = false;
+}
+
+static void a_watchdog_longer_than_a_node_takes_is_refused(void **state) {
+    struct params params;
+    struct error error = {0};
+    struct hal *hal;
+    (void)state;
+    config_default(&params);
+    params.device.watchdog_s = 1.001;
+    assert_int_equal(hal_can.open(&hal, "0", &params, 1, &error), STATUS_USAGE);
+    assert_non_null(strstr(error.text, "device.watchdog_s 1.001"));
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(commands_through_the_whole_back_end_move_the_legs_behind_the_whole_device, start, end),
@@ -332,6 +373,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(a_full_transmit_queue_fails_the_write_and_is_got_over, start, end),
         cmocka_unit_test_setup_teardown(bus_off_invalidates_samples_and_refuses_commands_until_the_bus_carries_again, start, end),
         cmocka_unit_test_setup_teardown(error_passive_is_told_and_commands_go_on, start, end),
+        cmocka_unit_test(another_master_on_the_bus_is_not_disturbed_by_a_start),
+        cmocka_unit_test(a_watchdog_longer_than_a_node_takes_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -400,6 +400,9 @@ static void faults_stay_and_the_first_is_the_headline(void **unused) {
     assert_string_equal(fault_name(s.first_fault), "none");
     supervisor_judge(&s, FAULT_FOLLOWING | FAULT_LEG_RATE, 1);
     assert_string_equal(fault_name(s.first_fault), "leg_rate"); /* one headline, not two */
+    supervisor_clear(&s);
+    supervisor_judge(&s, FAULT_MASTER | FAULT_SENSOR_INVALID | FAULT_STROKE | fault_leg(2), 1);
+    assert_string_equal(fault_name(s.first_fault), "second_master"); /* the cause of the others */
 }
 
 static void counters_do_not_overflow_in_months(void **unused) {

@@ -206,6 +206,30 @@ static void lengths_that_fit_no_pose_trip(void **unused) {
     plant_destroy(rig.plant);
 }
 
+static void commanded_by_another(struct hal_sample *s, int cycle) { (void)cycle, s->flags |= SAMPLE_FOREIGN; }
+static void commanded_by_another_unread(struct hal_sample *s, int cycle) {
+    (void)cycle, *s = (struct hal_sample){.flags = SAMPLE_FOREIGN | SAMPLE_IO};
+}
+
+/* In whatever state, and whatever else is wrong with that sample. */
+static void a_second_master_is_a_fault_at_its_first_frame(void **unused) {
+    static const enum state states[] = {STATE_INIT, STATE_SETTLED, STATE_ENGAGING, STATE_READY, STATE_TESTING, STATE_PARKING};
+    (void)unused;
+    struct params params = by_hand();
+    for (unsigned h = 0; h < sizeof states / sizeof *states; h++)
+        for (int unread = 0; unread < 2; unread++) {
+            struct rig rig;
+            rig_init(&rig, &params);
+            if (states[h] == STATE_INIT) rig_run(&rig, 5);
+            else rig_bring(&rig, states[h], 5);
+            assert_int_equal(rig.now.state, states[h]);
+            rig_spoilt(&rig, unread ? commanded_by_another_unread : commanded_by_another, 0);
+            assert_int_equal(rig.now.first_fault, FAULT_MASTER);
+            assert_stays_still_until_reset(&rig);
+            plant_destroy(rig.plant);
+        }
+}
+
 static void overran(struct hal_sample *s, int cycle) { (void)cycle, s->flags |= SAMPLE_OVERRUN; }
 
 static void overrun_limit_in_a_row_trips_and_one_less_does_not(void **unused) {
@@ -295,6 +319,7 @@ int main(void) {
         cmocka_unit_test(a_length_that_stands_still_in_a_test_trips_within_a_period),
         cmocka_unit_test(a_leg_with_much_dry_friction_does_not_stand_still_for_long_enough_to_trip),
         cmocka_unit_test(lengths_that_fit_no_pose_trip),
+        cmocka_unit_test(a_second_master_is_a_fault_at_its_first_frame),
         cmocka_unit_test(overrun_limit_in_a_row_trips_and_one_less_does_not),
         cmocka_unit_test(a_missed_deadline_is_no_leg_rate_fault),
         cmocka_unit_test(late_but_young_enough_samples_are_used),

@@ -59,9 +59,9 @@ static uint32_t leg_doubts(const struct platform *p, const struct hal_sample *in
 /* SAFETY: whatever a sensor can say, this decides whether the controller believes it. Returns FAULT_... bits, and those of the legs where
  * they were seen; 0 for a good sample. */
 static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
-    uint32_t master = in->flags & SAMPLE_FOREIGN ? FAULT_MASTER : 0;
-    if (in->flags & SAMPLE_IO) return FAULT_IO | master;
-    uint32_t suspect = master | (too_old(p, in) ? FAULT_SENSOR_AGE : 0);
+    uint32_t suspect = in->flags & SAMPLE_FOREIGN ? FAULT_MASTER : 0;
+    if (in->flags & SAMPLE_IO) return suspect | FAULT_IO;
+    if (too_old(p, in)) suspect |= FAULT_SENSOR_AGE;
     if (in->flags & SAMPLE_INVALID) suspect |= FAULT_SENSOR_INVALID;
     if (p->overruns >= p->params->loop.overrun_limit) suspect |= FAULT_OVERRUN;
     /* Cycles, or more where deadlines were missed. */

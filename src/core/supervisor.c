@@ -65,7 +65,8 @@ bool supervisor_judge(struct supervisor *s, uint32_t suspect, int limit) {
     else s->bad -= s->bad > 0;
     s->good = suspect ? 0 : s->good + (s->good < INT_MAX);
     if (s->bad < limit) return false;
-    if (!s->first_fault) s->first_fault = suspect & (~suspect + 1u); /* legs stand above all faults */
+    /* The lowest bit: legs stand above all faults. What another master does to the machine is not the machine's. */
+    if (!s->first_fault) s->first_fault = suspect & FAULT_MASTER ? FAULT_MASTER : suspect & (~suspect + 1u);
     s->faults |= suspect;
     return suspect != 0;
 }

@@ -161,6 +161,9 @@ static const struct config_key keys[] = {
 
     KEY(can, bitrate_bps, "1e6", 1e4, 1e6, "bit/s", "of the bus: what the load is computed with"),
     KEY(can, heartbeat_s, "0.05", 0.005, 5.0, "s", "sent by every node and the daemon; three missing: lost"),
+    KEY(can, device_type, "408", -1.0, 4294967295.0, "-", "of every node (object 0x1000); -1: not checked"),
+    KEY(can, vendor_id, "0", -1.0, 4294967295.0, "-", "of every node (0x1018:1); -1: not checked"),
+    KEY(can, product_code, "1213745476", -1.0, 4294967295.0, "-", "of every node (0x1018:2), hexid's is \"HXID\"; -1: not checked"),
 
     KEY(modbus, unit, "1", 1.0, 247.0, "-", "unit (slave) address of the device"),
 };

@@ -60,8 +60,15 @@ answers = []
 node.tpdo[1].add_callback(lambda pdo: answers.append(tuple(v.raw for v in pdo)))
 
 
+heard = 0.0
+
+
 def cycle(valve=None):
-    """One RPDO and SYNC; returns position, P1, P2 of the TPDO that answers."""
+    """The master's heartbeat when it is due, one RPDO and SYNC; returns position, P1, P2 of the TPDO that answers."""
+    global heard
+    if time.monotonic() - heard > 0.03:
+        heard = time.monotonic()
+        network.send_message(0x77F, [5])
     if valve is not None:
         node.rpdo[1][0].raw = int(valve * 32767)
         node.rpdo[1].transmit()

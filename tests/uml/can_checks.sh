@@ -86,17 +86,28 @@ claim "a bus without nodes: refused, naming them" refuses 3 "can:vcan1 all nodes
 claim "a bus too slow for the cycle: refused with the arithmetic" refuses 2 "1095 bits can.bitrate_bps" \
     "$hexid" run --hal can:vcan0 --set can.bitrate_bps=250e3
 
-# Its claims are its own.
+# peer SCRIPT: its claims are its own.
 peer() {
     local status
     plant_start can:vcan0 "${quick_bus[@]}" --set device.watchdog_s=10 || return # the nodes' own are what is seen
-    "$python" tests/peers/canopen_master.py vcan0 2 >"$work/peer" 2>&1
+    "$python" "tests/peers/$1" vcan0 2 >"$work/peer" 2>&1
     status=$?
     cat "$work/peer"
     plant_stop && return $status
 }
-fair_claim "python canopen drives a node by the EDS: set-up, readings, motion, watchdogs" peer
+fair_claim "python canopen drives a node by the EDS: set-up, readings, motion, watchdogs" peer canopen_master.py
 grep '^ok' "$work/peer"
+fair_claim "the nodes conform to CiA 301, clause by clause" peer canopen_conformance.py
+grep '^ok' "$work/peer"
+
+# Nodes that are not what is configured.
+stranger() {
+    plant_start can:vcan0 "${quick_bus[@]}" || return
+    refuses 4 "can:vcan0 0x1018:2 0x48584944 0x1 can.product_code" run_can --set can.product_code=1
+    local status=$?
+    plant_stop && return $status
+}
+claim "nodes of another product: refused, naming object, values and key" stranger
 
 still_ms=1 fair_claim "six tests through the kernel's CAN, daemon and plant two processes: passed, and method A agrees with simulation" \
     identified
@@ -120,6 +131,15 @@ stalled() {
 }
 fair_claim "a daemon that stalls for 40 ms in a test: a fault, and before it the nodes have centred their valves" stalled
 
+# Another master. A second hexid sees the first and sends nothing: the first one's figures are as without it.
+second() { refuses 4 "can:vcan0 another master heard" "$hexid" run --hal can:vcan0 "${quick_bus[@]}"; }
+alone() { during 'test 1/6' second && like_simulation "$work/broken.json"; }
+still_ms=1 fair_claim "a second hexid does not start, and the first one's tests pass as without it" alone
+second_master() { faults "test 1/" cansend vcan0 "$1" && grep -q 'FAULT second_master' "$work/faults"; }
+for frame in 080# 201#000000000000 77F#05 603#4000100000000000 000#0105; do
+    fair_claim "a frame of another master, $frame: a fault" second_master $frame
+done
+
 # Frames lost and doubled on the wire itself, where the kernel lets us (a vcan that echoes, netem).
 disturbed() {
     local status
@@ -128,7 +148,19 @@ disturbed() {
     tc qdisc del dev vcan0 root
     return $status
 }
-unharmed() { disturbed "$1" && like_simulation "$work/broken.json"; }
+# The nodes' readings only: a master's frame that comes twice is another master's, once.
+readings_twice() {
+    tc -batch - <<<"qdisc add dev vcan0 root handle 1: prio
+qdisc add dev vcan0 parent 1:3 netem duplicate 20%
+filter add dev vcan0 parent 1: protocol can basic match canid(sff 0x180:0x780) flowid 1:3"
+}
+unharmed() {
+    local status
+    during 'test 1/6' readings_twice
+    status=$?
+    tc qdisc del dev vcan0 root
+    ((status == 0)) && like_simulation "$work/broken.json"
+}
 refused() {
     disturbed "$1" >"$work/refused"
     local status=$?
@@ -137,7 +169,7 @@ refused() {
     [ $status -eq 1 ] && grep -q 'verdict *fail' "$work/refused"
 }
 if grep -qs Y /sys/module/vcan/parameters/echo; then
-    still_ms=1 fair_claim "frames doubled on the wire: identification unharmed" unharmed "duplicate 20%"
+    still_ms=1 fair_claim "readings doubled on the wire: identification unharmed" unharmed
     fair_claim "one frame in a hundred lost: identification refused, not wrong" refused "loss 1%"
     fair_claim "one frame in ten lost: refused" refused "loss 10%"
     fair_claim "all frames lost: refused" refused "loss 100%"

@@ -23,6 +23,12 @@ bus_stop() {
 befall() { from=@${EPOCHREALTIME/./}; $1; }
 tool() { "$@"; tool_us=$((${EPOCHREALTIME/./} - ${from#@})); }
 wire() { tool tc qdisc add dev vcan0 root netem "$@"; }
+twice() { # frames of these identifiers only
+    tool tc -batch - <<<"qdisc add dev vcan0 root handle 1: prio
+qdisc add dev vcan0 parent 1:3 netem duplicate 20%
+filter add dev vcan0 parent 1: protocol can basic match canid(sff 0x$1) flowid 1:3"
+}
+second() { "$hexid" run --hal can:vcan0 "${settings[@]}" 2>/dev/null; [ $? -eq 4 ] || echo "silently wrong: a second master runs"; }
 silence() { # frames of this identifier only
     tool tc -batch - <<<"qdisc add dev vcan0 root handle 1: prio
 qdisc add dev vcan0 parent 1:3 netem loss 100%
@@ -55,12 +61,18 @@ frame loss 1 %|wire loss 1%|flagged|275
 frame loss 10 %|wire loss 10%|flagged|35
 frame loss 100 %|wire loss 100%|sensor_age/io|15
 delay 5 ms|wire delay 5ms|flagged|15
-duplicates 20 %|wire duplicate 20%|nothing/flagged|0
+readings twice 20 %|twice 180:0x780|nothing/flagged|0
+commands twice 20 %|twice 200:0x780|second_master|35
 reordering|wire delay 1ms reorder 50% 50%|flagged|15
 bit flips in 10 % of the frames|wire corrupt 10%|flagged|35
 bus-off reported|frame 20000040#0000000000000000|flagged/sensor_invalid|15
 error-passive reported|frame 20000004#0020000000000000|nothing/flagged/verdict|0
-node 3 reset|frame 000#8103|sensor_invalid/io|15
+node 3 reset by another master|frame 000#8103|second_master|15
+SYNC of another master|frame 080#|second_master|15
+command of another master|frame 204#000000000000|second_master|15
+SDO of another master|frame 603#4000100000000000|second_master|15
+heartbeat of another master|frame 77F#05|second_master|15
+another hexid started|second|nothing|0
 EMCY of node 3|frame 083#0050810000000000|sensor_invalid|15
 plant stopped|stop_plant|sensor_age|15
 plant rebooted in a test|reboot|sensor_age/sensor_invalid/io|15

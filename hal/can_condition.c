@@ -1,0 +1,96 @@
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "can_master.h"
+
+/* Of can_condition.state, from bit 0: bus 2, nodes 6 x 4 (phase 3, whether an EMCY stands), its code 16, frame of another master 12. */
+enum { CONDITION_NODES = 2, CONDITION_NODE_BITS = 4, CONDITION_EMCY = CONDITION_NODES + CAN_NODES * CONDITION_NODE_BITS,
+       CONDITION_FOREIGN = CONDITION_EMCY + 16 };
+/* Of can_condition.refusal: value 32, sub-index 8, index 16, node 3, kind 2. */
+enum { REFUSAL_SUB = 32, REFUSAL_INDEX = 40, REFUSAL_NODE = 56, REFUSAL_KIND = 59 };
+
+static uint64_t pack(int node, const struct can_refusal *r) {
+    return (uint64_t)r->kind << REFUSAL_KIND | (uint64_t)node << REFUSAL_NODE | (uint64_t)r->index << REFUSAL_INDEX |
+           (uint64_t)r->sub << REFUSAL_SUB | r->value;
+}
+
+struct can_condition can_master_condition(const struct can_master *m) {
+    struct can_condition c = {.state = (uint64_t)m->bus | (uint64_t)m->foreign << CONDITION_FOREIGN};
+    for (int i = CAN_NODES - 1; i >= 0; i--) {
+        const struct can_peer *p = &m->peer[i];
+        int at = CONDITION_NODES + i * CONDITION_NODE_BITS;
+        c.state |= (uint64_t)(CAN_RUNNING - p->phase) << at;
+        if (p->phase == CAN_REFUSED) c.refusal = pack(i + 1, &p->refusal);
+        if (!p->emcy) continue;
+        c.state |= 8ull << at;
+        c.state = (c.state & ~(0xffffull << CONDITION_EMCY)) | (uint64_t)p->emcy << CONDITION_EMCY;
+    }
+    return c;
+}
+
+__attribute__((format(printf, 3, 4))) static void append(char *text, size_t size, const char *format, ...) {
+    size_t used = strlen(text);
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text + used, size - used, format, args);
+    va_end(args);
+}
+
+/* Configured identity of an object: the key's name and its value; NULL when the object is none. */
+static const char *identity_key(const struct params *p, uint16_t index, uint8_t sub, double *configured) {
+    *configured = index == 0x1000 ? p->can.device_type : sub == 1 ? p->can.vendor_id : p->can.product_code;
+    if (index == 0x1000) return "device_type";
+    return index != 0x1018 ? NULL : sub == 1 ? "vendor_id" : "product_code";
+}
+
+static void describe_refusal(uint64_t word, const struct params *params, char *text, size_t size) {
+    const struct can_refusal r = {.kind = (enum can_refusal_kind)(word >> REFUSAL_KIND), .index = (uint16_t)(word >> REFUSAL_INDEX),
+                                  .sub = (uint8_t)(word >> REFUSAL_SUB), .value = (uint32_t)word};
+    double configured;
+    const char *key = identity_key(params, r.index, r.sub, &configured), *why = can_abort_text(r.value);
+    const char *comma = *why ? ", " : "";
+    if (can_refused_by_owner(&r)) append(text, size, " owned by another master");
+    else if (r.kind == CAN_ABORTED) append(text, size, " refused 0x%04x:%u: abort 0x%08x%s%s", r.index, r.sub, r.value, comma, why);
+    else if (!key) append(text, size, " has 0x%x in 0x%04x:%u, which is not what it must be", r.value, r.index, r.sub);
+    else append(text, size, ": another device, 0x%04x:%u is 0x%x, not 0x%x (can.%s)", r.index, r.sub, r.value,
+                (uint32_t)llround(configured), key);
+}
+
+/* ", node 3 lost EMCY 0x8250" at the end of the text. */
+static void describe_node(const char *who, unsigned node, unsigned code, uint64_t refusal, const struct params *params, char *text,
+                          size_t size) {
+    static const char *const phases[] = {[CAN_LOST] = " lost", [CAN_REFUSED] = " refused its set-up", [CAN_SETUP] = " being set up",
+                                         [CAN_STARTING] = " starting", [CAN_RUNNING] = ""};
+    unsigned phase = CAN_RUNNING - (node & 7) % (CAN_RUNNING + 1);
+    append(text, size, ", %s", who);
+    if (phase == CAN_REFUSED && refusal) describe_refusal(refusal, params, text, size);
+    else append(text, size, "%s", phases[phase]);
+    if (node & 8) append(text, size, code ? " EMCY 0x%04x" : " EMCY", code);
+}
+
+void can_condition_describe(struct can_condition c, const struct params *params, char *text, size_t size) {
+    static const char *const buses[] = {[CAN_BUS_GOOD] = "", [CAN_BUS_PASSIVE] = ", bus error-passive", [CAN_BUS_OFF] = ", bus-off"};
+    const unsigned all = 0x111111; /* the same in every node's bits */
+    unsigned code = c.state >> CONDITION_EMCY & 0xffff, nodes = c.state >> CONDITION_NODES & 0xffffff;
+    unsigned foreign = c.state >> CONDITION_FOREIGN & 0xfff;
+    int refusing = c.refusal >> REFUSAL_NODE & 7;
+    *text = '\0';
+    if (foreign) {
+        const char *what = can_frame_of_master(&(struct can_frame){.can_id = foreign & CAN_SFF_MASK});
+        append(text, size, ", another master: %s (0x%03x)", what ? what : "frame", foreign & CAN_SFF_MASK);
+    }
+    append(text, size, "%s", buses[(c.state & 3) % 3]);
+    if (nodes && nodes == (nodes & 15) * all) {
+        describe_node("all nodes", nodes & 15, code, c.refusal, params, text, size);
+        nodes = 0;
+    }
+    for (int i = 1; nodes; i++, nodes >>= CONDITION_NODE_BITS) {
+        char who[20];
+        snprintf(who, sizeof who, "node %d", i);
+        if (nodes & 15) describe_node(who, nodes & 15, code, i == refusing ? c.refusal : 0, params, text, size);
+        if (nodes & 8) code = 0; /* it is the first such node's */
+    }
+    if (*text) memmove(text, text + 2, strlen(text + 2) + 1); /* the comma in front */
+}

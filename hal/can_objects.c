@@ -1,0 +1,124 @@
+#include "can_objects.h"
+
+#define CONST(index, sub, size, value, name) {index, sub, size, CAN_CONST, false, false, value, 0, 0, name}
+#define OF_NODE(index, sub, size, value, name) {index, sub, size, CAN_RO, false, true, value, 0, 0, name}
+#define STATUS(index, sub, size, name) {index, sub, size, CAN_RO, false, false, 0, 0, 0, name}
+#define COB_ID(index, sub, value, name) {index, sub, 4, CAN_RW, false, true, value, 0, 0, name}
+#define SETTING(index, sub, size, value, name) {index, sub, size, CAN_RW, false, false, value, 0, 0, name}
+#define IN_RANGE(index, sub, size, value, low, high, name) {index, sub, size, CAN_RW, false, false, value, low, high, name}
+#define SECRET(index, sub, name) {index, sub, 4, CAN_WO, false, false, 0, 0, 0, name}
+#define READING(index, sub, size, name) {index, sub, size, CAN_RO, true, false, 0, 0, 0, name}
+
+/* Sorted by index and sub. */
+const struct can_object can_objects[CAN_OBJECTS] = {
+    CONST(0x1000, 0, 4, CAN_DEVICE_TYPE, "Device type"),
+    STATUS(0x1001, 0, 1, "Error register"),
+    SETTING(0x1003, 0, 1, 0, "Number of errors"),
+    STATUS(0x1003, 1, 4, "Standard error field 1"),
+    STATUS(0x1003, 2, 4, "Standard error field 2"),
+    STATUS(0x1003, 3, 4, "Standard error field 3"),
+    STATUS(0x1003, 4, 4, "Standard error field 4"),
+    STATUS(0x1003, 5, 4, "Standard error field 5"),
+    STATUS(0x1003, 6, 4, "Standard error field 6"),
+    STATUS(0x1003, 7, 4, "Standard error field 7"),
+    STATUS(0x1003, 8, 4, "Standard error field 8"),
+    SETTING(0x1005, 0, 4, COB_SYNC, "COB-ID SYNC"),
+    OF_NODE(0x1014, 0, 4, COB_EMCY, "COB-ID EMCY"),
+    CONST(0x1016, 0, 1, CAN_CONSUMERS, "Highest sub-index supported"),
+    SETTING(0x1016, 1, 4, (uint32_t)CAN_MASTER << 16 | 150, "Consumer heartbeat time 1"),
+    SETTING(0x1016, 2, 4, 0, "Consumer heartbeat time 2"),
+    SETTING(0x1017, 0, 2, 0, "Producer heartbeat time"),
+    CONST(0x1018, 0, 1, 4, "Highest sub-index supported"),
+    CONST(0x1018, 1, 4, CAN_VENDOR_ID, "Vendor-ID"),
+    CONST(0x1018, 2, 4, CAN_PRODUCT_CODE, "Product code"),
+    CONST(0x1018, 3, 4, 0x00020000, "Revision number"),
+    OF_NODE(0x1018, 4, 4, 0, "Serial number"),
+    SETTING(0x1019, 0, 1, 0, "Synchronous counter overflow value"),
+    CONST(0x1029, 0, 1, 1, "Highest sub-index supported"),
+    SETTING(0x1029, 1, 1, 0, "Communication error"),
+    CONST(0x1200, 0, 1, 2, "Highest sub-index supported"),
+    OF_NODE(0x1200, 1, 4, COB_SDO, "COB-ID client to server"),
+    OF_NODE(0x1200, 2, 4, COB_SDO_REPLY, "COB-ID server to client"),
+    CONST(0x1400, 0, 1, 5, "Highest sub-index supported"),
+    COB_ID(0x1400, 1, COB_RPDO, "COB-ID used by RPDO"),
+    SETTING(0x1400, 2, 1, 1, "Transmission type"),
+    IN_RANGE(0x1400, 5, 2, 20, 1, CAN_WATCHDOG_MAX_MS, "Event timer"),
+    SETTING(0x1600, 0, 1, 1, "Number of mapped objects"),
+    SETTING(0x1600, 1, 4, MAP_VALVE, "Mapped object 1"),
+    SETTING(0x1600, 2, 4, MAP_DUMMY, "Mapped object 2"),
+    SETTING(0x1600, 3, 4, MAP_DUMMY, "Mapped object 3"),
+    CONST(0x1800, 0, 1, 2, "Highest sub-index supported"),
+    COB_ID(0x1800, 1, COB_TPDO, "COB-ID used by TPDO"),
+    SETTING(0x1800, 2, 1, 1, "Transmission type"),
+    CONST(0x1a00, 0, 1, 3, "Number of mapped objects"),
+    CONST(0x1a00, 1, 4, MAP_POSITION, "Mapped object 1"),
+    CONST(0x1a00, 2, 4, MAP_P1, "Mapped object 2"),
+    CONST(0x1a00, 3, 4, MAP_P2, "Mapped object 3"),
+    CONST(0x2000, 0, 1, 3, "Highest sub-index supported"),
+    SECRET(0x2000, 1, "Claim"),
+    SECRET(0x2000, 2, "Release"),
+    STATUS(0x2000, 3, 1, "Owned"),
+    CONST(0x6020, 0, 1, 1, "Highest sub-index supported"),
+    READING(0x6020, 1, 4, "Position value"),
+    CONST(0x6300, 0, 1, 1, "Highest sub-index supported"),
+    {0x6300, 1, 2, CAN_RWW, true, false, 0, 0, 0, "vpoc_set_point"},
+    CONST(0x6301, 0, 1, 1, "Highest sub-index supported"),
+    READING(0x6301, 1, 2, "vpoc_actual_value"),
+    CONST(0x7130, 0, 1, 2, "Highest sub-index supported"),
+    READING(0x7130, 1, 2, "AI input PV P1"),
+    READING(0x7130, 2, 2, "AI input PV P2"),
+};
+
+int can_object_find(uint16_t index, uint8_t sub) {
+    for (int i = 0; i < CAN_OBJECTS; i++)
+        if (can_objects[i].index == index && can_objects[i].sub == sub) return i;
+    return -1;
+}
+
+bool can_cob_restricted(uint32_t cob) {
+    return cob <= 0x07f || (cob >= 0x101 && cob <= 0x180) || (cob >= 0x581 && cob <= 0x5ff) || (cob >= 0x601 && cob <= 0x67f) ||
+           (cob >= 0x6e0 && cob <= 0x6ff) || cob >= 0x701;
+}
+
+/* COB-ID of SYNC or of a PDO: 11 bits; bit 31 switches a PDO off and is without meaning for a SYNC that is only received. */
+static uint32_t refuse_cob(uint32_t value) {
+    bool reserved = (value & 0x7ffff800) != 0, off = value >> 31;
+    return reserved || (!off && can_cob_restricted(value & CAN_SFF_MASK)) ? SDO_VALUE : 0;
+}
+
+static uint32_t refuse_value(const struct can_object *o, uint32_t value) {
+    switch ((uint32_t)o->index << 8 | o->sub) {
+    case 0x100300: return value == 0 ? 0 : SDO_VALUE;
+    case 0x100500: return can_cob_restricted(value & CAN_SFF_MASK) ? SDO_VALUE : refuse_cob(value);
+    case 0x101601:
+    case 0x101602: return value >> 24 ? SDO_VALUE : 0;
+    case 0x101900: return value == 1 || value > 240 ? SDO_VALUE : 0;
+    case 0x102901: return value == 0 || value == 2 ? 0 : SDO_VALUE; /* SAFETY: 1, stay operational, is not for a machine */
+    case 0x140001:
+    case 0x180001: return refuse_cob(value);
+    case 0x140002: return value > 240 && value < 254 ? SDO_VALUE : 0; /* reserved */
+    case 0x160000: return value > CAN_GROUP_NODES ? SDO_MAPPING_LENGTH : 0;
+    case 0x160001:
+    case 0x160002:
+    case 0x160003: return can_mapping_refuses(value);
+    case 0x180002: return value > 240 ? SDO_VALUE : 0; /* readings are latched by SYNC and nothing else */
+    default: return 0;
+    }
+}
+
+uint32_t can_object_refuses(const struct can_object *o, int size, uint32_t value) {
+    if (o->access == CAN_CONST || o->access == CAN_RO) return SDO_READ_ONLY;
+    if (size && size != o->size) return SDO_SIZE;
+    if (o->high && value > o->high) return SDO_TOO_HIGH;
+    if (value < o->low) return SDO_TOO_LOW;
+    return refuse_value(o, value);
+}
+
+uint32_t can_mapping_refuses(uint32_t entry) {
+    uint16_t index = (uint16_t)(entry >> 16);
+    uint8_t sub = (uint8_t)(entry >> 8);
+    if (entry == MAP_VALVE || entry == MAP_DUMMY) return 0;
+    if (index >> 8 == 0 && index) return SDO_NOT_MAPPABLE; /* other data types are no dummies here */
+    if (can_object_find(index, sub) >= 0) return SDO_NOT_MAPPABLE;
+    return can_object_find(index, 0) < 0 ? SDO_NO_OBJECT : SDO_NO_SUB;
+}
