@@ -30,7 +30,7 @@ LONGEST := gap gap_score can figures
 SCRIPTS := $(LONGEST:%=tests/scenarios/%.sh) $(filter-out $(LONGEST:%=tests/scenarios/%.sh),$(wildcard tests/scenarios/*.sh))
 # What a sanitizer is for: AddressSanitizer sees every program; the scenarios left out run the same code for their numbers.
 # ThreadSanitizer sees what has threads.
-OF_NUMBERS  := $(addprefix tests/scenarios/,can.sh faults.sh figures.sh gap_score.sh modbus.sh signals.sh)
+OF_NUMBERS  := $(addprefix tests/scenarios/,can.sh faults.sh figures.sh gap_score.sh modbus.sh signals.sh stop.sh)
 WITH_THREADS := $(addprefix tests/scenarios/,command.sh interrupt.sh lcm.sh paced.sh same_seed.sh)
 THREADED    := $(addprefix tests/test_,axis bus can_link loop modbus_line)
 
@@ -53,7 +53,7 @@ test-long: $(BUILD)/hexid $(VENV)/ready ## what takes minutes: whole runs and fa
 	@BUILD=$(BUILD) VENV=$(VENV) NOT_RUN="what is claimed about the wall clock: make test-rt" tests/run $(wildcard tests/long/*.sh)
 
 test-rt: $(BUILD)/hexid $(VENV)/ready | deps-bench ## what is claimed about the wall clock: the field buses at a real 2 ms, latencies beside cyclictest; on a quiet machine
-	@BUILD=$(BUILD) VENV=$(VENV) CLOCK=real JOBS=1 tests/run $(addprefix tests/scenarios/,can.sh modbus.sh signals.sh) $(wildcard tests/rt/*.sh)
+	@BUILD=$(BUILD) VENV=$(VENV) CLOCK=real JOBS=1 tests/run $(addprefix tests/scenarios/,can.sh modbus.sh signals.sh stop.sh) $(wildcard tests/rt/*.sh)
 
 asan: ## the same programs under AddressSanitizer and UndefinedBehaviorSanitizer
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan VENV=$(VENV) BENCHES= SCRIPTS="$(filter-out $(OF_NUMBERS),$(SCRIPTS))" \

@@ -16,6 +16,7 @@
 #include <pthread.h>
 #include <sched.h>
 #include <semaphore.h>
+#include <signal.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -248,6 +249,16 @@ static void *modbus_thread(void *argument) {
     return NULL;
 }
 
+/* SAFETY: no signal is this thread's: what is to end the process goes to whoever parks the platform first. */
+static int start_thread(struct modbus_hal *m) {
+    sigset_t all, before;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
+    int refused = pthread_create(&m->thread, NULL, modbus_thread, m);
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+    return refused;
+}
+
 /* The arithmetic of a line that is too slow, and of limits that a slow cycle needs wider. */
 static int refuse_slow(const struct modbus_hal *m, struct error *error) {
     const struct params *p = m->params;
@@ -287,7 +298,7 @@ static int bring_up(struct modbus_hal *m, const char *address, struct error *err
                          "`hexid doctor --modbus-map`", m->address.name, modbus_link_reason(errno));
     latest_publish(&m->newest_sample);
     atomic_store(&m->connected, true);
-    int refused = pthread_create(&m->thread, NULL, modbus_thread, m);
+    int refused = start_thread(m);
     return refused ? error_set(error, STATUS_IO, "modbus: cannot start its thread: %s", strerror(refused)) : STATUS_OK;
 }
 

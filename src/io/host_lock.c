@@ -10,9 +10,10 @@
 
 /* One lock a URL: what a file name cannot hold is replaced. */
 static void lock_path(const char *url, char path[NAME_MAX]) {
-    int length = snprintf(path, NAME_MAX, "/run/lock/hexid-%s", url);
+    const char *folder = access("/run/lock", F_OK) ? "/tmp/" : "/run/lock/";
+    int length = snprintf(path, NAME_MAX, "%shexid-%s", folder, url);
     if (length >= NAME_MAX) length = NAME_MAX - 1;
-    for (int i = (int)strlen("/run/lock/"); i < length; i++)
+    for (int i = (int)strlen(folder); i < length; i++)
         if (!((path[i] >= 'a' && path[i] <= 'z') || (path[i] >= 'A' && path[i] <= 'Z') || (path[i] >= '0' && path[i] <= '9') ||
               path[i] == '.' || path[i] == '-'))
             path[i] = '_';

@@ -105,7 +105,7 @@ undisturbed() {
     "$hexid" run --hal "$url" "${S[@]}" --set motion.automatic=true --json "$work/run.json" >"$work/run" 2>&1 6>&- &
     run=$!
     until_in '^ *ready' "$work/run" $run || status=1
-    refuses 4 "another master 127.0.0.1 end it first" "$hexid" run --hal "$url" "${S[@]}" || status=1
+    refuses 4 "another master 127.0.0.1 end it first" as_from_elsewhere "$hexid" run --hal "$url" "${S[@]}" || status=1
     wait $run || status=1
     exec 6>&-
     wait $greedy || status=1

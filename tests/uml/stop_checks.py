@@ -1,0 +1,304 @@
+"""stop_checks.py HEXID DIRECTORY: attacks a running hexid from all sides, then stops it, and reads in its log how long that took. Prints one
+TAP line a claim. In a network of its own with CAN, and with the log's types on PYTHONPATH."""
+import contextlib, fcntl, os, random, signal, socket, struct, subprocess, sys, threading, time
+
+import hexid, lcm
+
+HEXID, WORK = sys.argv[1:]
+URL = "udpm://239.255.76.67:7667?ttl=0"
+GROUP = ("239.255.76.67", 7667)
+SIGNAL_MS, MESSAGE_MS = 100, 20  # from the signal, from the message's arrival, to the first cycle that parks
+QUICK = [word for key in """sim.engine=closed_form motion.engage_s=1.6 motion.park_s=1.6 motion.hold_s=0.1 tests.settle_s=0.2 tests.ramp_s=0.3
+    tests.duration_s=30 tests.ramp_out_s=0.2 sensors.enabled=false""".split() for word in ("--set", key)]
+SETTLED, TESTING, PARKING, FAULT = 1, 4, 5, 6
+
+
+def claim(text):
+    def run(check):
+        try:
+            said = check()
+            print(f"ok - {text}" + (f": {said}" if said else ""), flush=True)
+        except Exception as error:  # whatever it is, it is this claim's
+            print(f"not ok - {text}\n#   {type(error).__name__}: {error}", flush=True)
+    return run
+
+
+def demand(holds, *words):
+    if not holds:
+        raise AssertionError(" ".join(map(str, words)))
+
+
+class Run:
+    """A hexid on the simulated platform, or on what `hal` says, in its first test."""
+
+    def __init__(self, *options, hal="sim:", log="run.lcm", wait=True, out=None):
+        self.log = os.path.join(WORK, log)
+        self.output = open(os.path.join(WORK, "output"), "w+b")
+        command = [HEXID, "run", "--hal", hal, *QUICK, "--set", "lcm.url=" + URL, "--set", "motion.automatic=true", "--log", self.log, *options]
+        self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=out or self.output, stderr=out or self.output)
+        if wait:
+            self.until(TESTING)
+
+    def states(self, log=None):
+        """(time of the day in us, state, message) of every cycle that is in the log by now."""
+        events = [e for e in lcm.EventLog(log or self.log, "r") if e.channel == "HEXID_STATE"]
+        return [(e.timestamp, m.state, m) for e in events for m in (hexid.state_t.decode(e.data),)]
+
+    def until(self, state, patience_s=60):
+        listener = lcm.LCM(URL)
+        seen = []
+        listener.subscribe("HEXID_STATE", lambda _, data: seen.append(hexid.state_t.decode(data).state))
+        end = time.monotonic() + patience_s
+        while state not in seen:
+            demand(self.process.poll() is None, "ended", self.process.returncode, self.said())
+            demand(time.monotonic() < end, "not in state", state)
+            listener.handle_timeout(100)
+
+    def said(self):
+        return open(self.output.name, errors="replace").read()
+
+    def ended(self, status=1, patience_s=60):
+        got = self.process.wait(patience_s)
+        demand(got == status, "exit status", got, "not", status, self.said())
+
+    def parked_after_ms(self, since_us):
+        """From then to the first cycle that parks, by its sample, which may be from a cycle before; the platform was put down, and no cycle is missing but those counted."""
+        states = self.states()
+        later = [at for at, state, _ in states if state == PARKING]
+        demand(later, "never parked")
+        demand(states[-1][1] == SETTLED and not states[-1][2].enable, "not put down:", states[-1][1])
+        steps = {b[2].seq - a[2].seq for a, b in zip(states, states[1:])}
+        demand(steps == {1}, "cycles are missing in the log:", steps)
+        demand(not any(m.sample_flags & 16 for _, _, m in states), "deadlines were missed")
+        return (later[0] - since_us) / 1e3
+
+
+def now_us():
+    return time.time_ns() // 1000
+
+
+def stopped_by(run, number, limit_ms=SIGNAL_MS):
+    since = now_us()
+    run.process.send_signal(number)
+    run.ended()
+    took_ms = run.parked_after_ms(since)
+    demand(-2 <= took_ms <= limit_ms, "parked after", took_ms, "ms")
+    return took_ms
+
+
+def park_message():
+    request = hexid.request_t()
+    request.id, request.token, request.command = random.getrandbits(62) + 1, 0, "park"
+    return b"LC02\0\0\0\0HEXID_COMMAND\0" + request.encode()
+
+
+def sender():
+    out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    out.connect(GROUP)
+    return out
+
+
+def parked_by_message(run, limit_ms=MESSAGE_MS):
+    since = now_us()
+    sender().send(park_message())
+    run.ended()
+    took_ms = run.parked_after_ms(since)
+    demand(-2 <= took_ms <= limit_ms, "parked after", took_ms, "ms")
+    return f"{took_ms:.0f} ms"
+
+
+def full_pipe():
+    """The write end of a pipe that takes no more, as a terminal does whose other end hangs."""
+    reader, writer = os.pipe()
+    fcntl.fcntl(writer, fcntl.F_SETFL, os.O_NONBLOCK)
+    with contextlib.suppress(BlockingIOError):
+        while True:
+            os.write(writer, b"x" * 4096)
+    with contextlib.suppress(BlockingIOError):
+        while True:
+            os.write(writer, b"x")
+    fcntl.fcntl(writer, fcntl.F_SETFL, 0)
+    return reader, writer
+
+
+@claim("a terminal that hangs holds no signal up")
+def _():
+    reader, writer = full_pipe()
+    took = stopped_by(Run(out=writer), signal.SIGTERM)
+    os.close(reader), os.close(writer)
+    return f"{took:.0f} ms"
+
+
+@claim("nor a message")
+def _():
+    reader, writer = full_pipe()
+    took = parked_by_message(Run(out=writer))
+    os.close(reader), os.close(writer)
+    return took
+
+
+@claim("a log whose reader sleeps: parked before a record is lost, and ended with status 3")
+def _():
+    fifo = os.path.join(WORK, "fifo.lcm")
+    os.mkfifo(fifo)
+    reader = os.open(fifo, os.O_RDONLY | os.O_NONBLOCK)
+    run = Run(log="fifo.lcm", wait=False)
+    run.ended(3)
+    demand("takes no more: parking" in run.said() and "records of the end are not in it" in run.said(), run.said())
+    kept = os.path.join(WORK, "kept.lcm")
+    with open(kept, "wb") as out, contextlib.suppress(BlockingIOError):
+        while piece := os.read(reader, 1 << 16):
+            out.write(piece)
+    os.close(reader)
+
+
+STOPS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGUSR1, signal.SIGUSR2, signal.SIGALRM, signal.SIGVTALRM,
+         signal.SIGPROF, signal.SIGIO, signal.SIGPWR, signal.SIGSTKFLT, signal.SIGTSTP, signal.SIGXCPU, signal.SIGRTMIN, signal.SIGRTMAX]
+HARMLESS = [signal.SIGPIPE, signal.SIGXFSZ, signal.SIGTTIN, signal.SIGTTOU, signal.SIGURG, signal.SIGWINCH, signal.SIGCHLD, signal.SIGCONT]
+
+
+@claim("every signal that would end or stop a process parks the platform instead")
+def _():
+    worst = max(stopped_by(Run(), number) for number in STOPS)
+    return f"{len(STOPS)} signals, {worst:.0f} ms at most"
+
+
+@claim("the others do nothing")
+def _():
+    run = Run()
+    for number in HARMLESS:
+        run.process.send_signal(number)
+        time.sleep(0.05)
+    demand(run.process.poll() is None, "ended")
+    return f"{stopped_by(run, signal.SIGINT):.0f} ms"
+
+
+@claim("a second signal centres the valves at once")
+def _():
+    run = Run()
+    run.process.send_signal(signal.SIGINT)
+    time.sleep(0.2)
+    since = now_us()
+    run.process.send_signal(signal.SIGINT)
+    run.ended()
+    last_us = run.states()[-1][0]
+    demand(last_us - since <= SIGNAL_MS * 1000, "the last cycle came", (last_us - since) / 1e3, "ms later")
+
+
+def crafted(dice, n):
+    """Nearly messages: fragments, wrong lengths, names without end, right names with wrong contents."""
+    name = dice.choice([b"HEXID_COMMAND", b"HEXID_STATE", b"HEXID_" + bytes(dice.choices(range(256), k=60)), b"", b"A" * 300])
+    offset = dice.choice([0, 0xFFFFFFF0, 0x7FFFFFFF, 1 << 20])
+    good = park_message()[22:]
+    return dice.choice([
+        b"LC03" + struct.pack(">IIIHH", n, dice.choice([1, 66, 0xFFFFFFFF]), offset, dice.choice([0, 1, 65535]), 2) + name + b"\0x",
+        b"LC02" + struct.pack(">I", n) + name,
+        b"LC02" + struct.pack(">I", n) + b"HEXID_COMMAND\0" + good[:dice.randrange(len(good))],
+        b"LC02" + struct.pack(">I", n) + b"HEXID_COMMAND\0" + good[:24] + struct.pack(">i", dice.choice([-1, 0, 1 << 30])) + b"park\0",
+        b"LC02" + struct.pack(">I", n) + b"HEXID_COMMAND\0" + bytes(dice.choices(range(256), k=dice.randrange(2000))),
+        b"LC02" * dice.randrange(1, 4),
+    ])
+
+
+@claim("10,000 random and 1,000 crafted datagrams do nothing, and park acts")
+def _():
+    run, dice, out = Run("--set", "lcm.commands=true"), random.Random(1), sender()
+    unicast = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    for n in range(11000):
+        data = crafted(dice, n) if n % 11 == 0 else bytes(dice.choices(range(256), k=dice.randrange(200)))
+        out.send(data)
+        unicast.sendto(data, ("127.0.0.1", GROUP[1]))
+        if n % 10 == 0:
+            time.sleep(0.001)
+    demand(run.process.poll() is None, "ended", run.process.returncode)
+    demand(all(state != PARKING for _, state, _ in run.states()), "parked by garbage")
+    return parked_by_message(run)
+
+
+def flood(messages, per_ms, stop):
+    out, n = sender(), 0
+    while not stop.is_set():
+        for _ in range(per_ms):
+            n += 1
+            with contextlib.suppress(OSError):
+                out.send(messages[n % len(messages)])
+        time.sleep(0.001)
+
+
+@claim("10,000 messages a second on all channels, requests among them: park acts")
+def _():
+    run, stop = Run("--set", "lcm.commands=true"), threading.Event()
+    request = hexid.request_t()
+    request.id, request.command = 77, "engage"
+    messages = [b"LC02\0\0\0\0HEXID_COMMAND\0" + request.encode()]
+    messages += [b"LC02\0\0\0\0" + name + b"\0" + bytes(400) for name in (b"HEXID_STATE", b"HEXID_EVENT", b"HEXID_COMMAND", b"OTHER")]
+    thread = threading.Thread(target=flood, args=(messages, 10, stop))
+    thread.start()
+    time.sleep(1)
+    since = now_us()
+    sender().send(park_message())
+    time.sleep(0.2)
+    stop.set()
+    thread.join()
+    run.ended()
+    took_ms = run.parked_after_ms(since)
+    demand(-2 <= took_ms <= MESSAGE_MS, "parked after", took_ms, "ms")
+    return f"{took_ms:.0f} ms"
+
+
+@contextlib.contextmanager
+def plant(bus):
+    settings = [word for key in ("sim.engine=closed_form", "sensors.enabled=false") for word in ("--set", key)]
+    process = subprocess.Popen([HEXID, "plant", "--bus", bus, *settings], stdout=subprocess.PIPE, text=True)
+    line = process.stdout.readline()
+    demand("ready on" in line, line)
+    try:
+        yield line.split("ready on ")[1].strip()
+    finally:
+        process.send_signal(signal.SIGTERM)
+        process.wait(10)
+
+
+@claim("a second master on this host is refused, by name, and the first goes on")
+def _():
+    with plant("modbus:tcp://127.0.0.1:0") as url:
+        run = Run(hal=url)
+        second = subprocess.run([HEXID, "run", "--hal", url, "--set", "lcm.url="], capture_output=True, text=True)
+        demand(second.returncode == 4 and "drives this machine" in second.stderr and str(run.process.pid) in second.stderr,
+               second.returncode, second.stderr)
+        return f"{stopped_by(run, signal.SIGINT):.0f} ms"
+
+
+ERRORS = [signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL, signal.SIGABRT, signal.SIGTRAP, signal.SIGSYS]
+
+
+def last_commands(dump, since_us):
+    """Valve commands on the bus since then: any that is not the centre, and when the last of those came, in ms."""
+    last = 0.0
+    for line in open(dump):
+        at, _, frame = line.split()
+        us = float(at.strip("()")) * 1e6
+        if frame.startswith(("201#", "204#")) and set(frame[4:]) != {"0"} and us > since_us:
+            last = max(last, (us - since_us) / 1e3)
+    return last
+
+
+@claim("a crash centres the valves before the process ends, and before any watchdog must")
+def _():
+    worst = 0.0
+    for number in ERRORS:
+        dump = os.path.join(WORK, "dump")
+        with plant("can:vcan0") as url, open(dump, "w") as out:
+            candump = subprocess.Popen(["stdbuf", "-oL", "candump", "-L", "vcan0,200:7f8,080:7f8"], stdout=out)
+            run = Run(hal=url)
+            since = now_us()
+            run.process.send_signal(number)
+            demand(run.process.wait(10) == -number, "exit status", run.process.returncode)
+            time.sleep(0.1)
+            candump.send_signal(signal.SIGTERM)
+            candump.wait()
+        zeros = [line for line in open(dump) if " 201#000000000000" in line and float(line.split()[0].strip("()")) * 1e6 >= since]
+        demand(zeros, "signal", number, "sent no centre")
+        worst = max(worst, last_commands(dump, since))
+    demand(worst <= 5, "valves were driven for", worst, "ms")
+    return f"{len(ERRORS)} signals, driven on for {worst:.1f} ms at most"
