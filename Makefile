@@ -10,9 +10,13 @@ Q       := $(if $(V),,@)
 WARN    := -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wdouble-promotion -Wstrict-prototypes -Wmissing-prototypes -Wvla -Werror
 WARNXX  := -Wall -Wextra -Wshadow -Werror
 INCLUDE := -Iinclude -Isim -Ihal $(addprefix -I,$(wildcard src/*)) -I$(BUILD)/lcmtypes
+# Against mistakes in the program's own memory; a sanitizer has its own, and without optimisation there is no _FORTIFY_SOURCE.
+OPTIMISED := $(filter-out -O0 -Og,$(filter -O%,$(OPT)))
+HARDEN  := $(if $(SAN),,$(if $(OPTIMISED),-D_FORTIFY_SOURCE=3 -fstack-protector-strong -fstack-clash-protection -fcf-protection -fPIE))
+HARD_LD := $(if $(HARDEN),-pie -z relro -z now -z noexecstack)
 # No contraction: the same results from every optimisation level and every call site.
-CFLAGS   = -std=c17 -D_GNU_SOURCE $(OPT) -ffp-contract=off $(WARN) $(SAN) $(INCLUDE) -MMD -MP
-CXXFLAGS = -std=c++17 $(OPT) -ffp-contract=off $(WARNXX) -fno-exceptions -fno-rtti $(SAN) $(INCLUDE) -isystem /usr/include/eigen3 -MMD -MP
+CFLAGS   = -std=c17 -D_GNU_SOURCE $(OPT) -ffp-contract=off $(WARN) $(HARDEN) $(SAN) $(INCLUDE) -MMD -MP
+CXXFLAGS = -std=c++17 $(OPT) -ffp-contract=off $(WARNXX) $(HARDEN) -fno-exceptions -fno-rtti $(SAN) $(INCLUDE) -isystem /usr/include/eigen3 -MMD -MP
 LDLIBS  := -llcm -lyaml -ljansson -lode -lmodbus -lm -lpthread -lstdc++
 
 LCM     := $(wildcard lcmtypes/*.lcm)
@@ -122,7 +126,7 @@ deps-spy: has-display deps-run
 # Building.
 $(BUILD)/hexid: $(BUILD)/src/cli/main.o $(BUILD)/libhexid.a
 	@echo link $@
-	$(Q)$(CC) $(SAN) -o $@ $^ $(LDLIBS)
+	$(Q)$(CC) $(SAN) $(HARD_LD) -o $@ $^ $(LDLIBS)
 
 $(BUILD)/libhexid.a: $(LIB_OBJ)
 	@rm -f $@
@@ -163,7 +167,7 @@ $(BUILD)/effect_table.o: $(BUILD)/effect_table.c
 
 # Generated code does not meet our warnings.
 $(BUILD)/lcmtypes/%.o: $(BUILD)/lcmtypes/%.c
-	$(Q)$(CC) -std=gnu17 $(OPT) $(SAN) -w -I$(BUILD)/lcmtypes -c -o $@ $<
+	$(Q)$(CC) -std=gnu17 $(OPT) $(HARDEN) $(SAN) -w -I$(BUILD)/lcmtypes -c -o $@ $<
 
 $(BUILD)/lcmtypes/%.c: lcmtypes/%.lcm | deps-run
 	@mkdir -p $(@D)
