@@ -93,6 +93,7 @@ struct limit_params {             /* SAFETY: beyond any of these the supervisor 
     double sensor_age_s;
     double pressure_min_pa, pressure_max_pa; /* plausible sensor range */
     int bad_cycles;               /* leaky bucket: so many bad cycles more than good ones */
+    double blind_time_s;          /* the most that blind_time() may come to */
 };
 
 struct test_params {

@@ -63,21 +63,55 @@ static void a_real_machine_moves_by_itself_only_when_the_command_line_says_so(vo
     }
 }
 
-static void nothing_is_run_without_ramps_or_blind_for_long(void **unused) {
+static void nothing_is_run_without_ramps(void **unused) {
     (void)unused;
     static const struct {
-        double ramp_s, ramp_out_s, period_s;
-        int bad_cycles;
+        double ramp_s, ramp_out_s;
         bool good;
-    } cases[] = {{0.05, 0.05, 0.002, 50, true}, {0.049, 0.5, 0.002, 5, false}, {1.0, 0.0, 0.002, 5, false}, {1.0, 0.5, 0.002, 51, false},
-                 {1.0, 0.5, 0.01, 10, true}, {1.0, 0.5, 0.01, 11, false}, {(double)NAN, 0.5, 0.002, 5, false}};
+    } cases[] = {{0.05, 0.05, true}, {0.049, 0.5, false}, {1.0, 0.0, false}, {(double)NAN, 0.5, false}};
     for (unsigned i = 0; i < sizeof cases / sizeof *cases; i++) {
         struct params params;
         struct error error;
         config_default(&params);
         params.tests.ramp_s = cases[i].ramp_s, params.tests.ramp_out_s = cases[i].ramp_out_s;
-        params.loop.period_s = cases[i].period_s, params.limits.bad_cycles = cases[i].bad_cycles;
         assert_int_equal(config_check_motion(&params, &error), cases[i].good ? STATUS_OK : STATUS_USAGE);
+    }
+}
+
+/* On either side of 0.1 s, each key by itself and a slow loop; the message has the keys to turn and the time. */
+static void nothing_is_run_that_could_move_blindly_for_long(void **unused) {
+    (void)unused;
+    static const char slow[] = "loop.period_s=0.01", steps[] = "sim.substeps=40";
+    static const struct {
+        const char *settings[7], *said[3]; /* nothing said: good */
+    } cases[] = {
+        {{"limits.sensor_age_s=0.044"}, {NULL}},
+        {{"limits.sensor_age_s=0.045"}, {"0.102 s", "limits.sensor_age_s", "limits.bad_cycles"}},
+        {{"limits.sensor_age_s=1"}, {"2.01 s", "limits.sensor_age_s", "limits.blind_time_s 0.1"}},
+        {{"limits.bad_cycles=37"}, {NULL}},
+        {{"limits.bad_cycles=38"}, {"0.101 s", "limits.bad_cycles", "loop.period_s"}},
+        {{"loop.overrun_limit=44"}, {NULL}},
+        {{"loop.overrun_limit=45"}, {"0.102 s", "loop.overrun_limit", "loop.period_s"}},
+        {{"loop.overrun_limit=100000"}, {"200 s", "loop.overrun_limit", "limits.blind_time_s"}},
+        {{"device.watchdog_s=0.085"}, {NULL}},
+        {{"device.watchdog_s=0.086"}, {"0.101 s", "device.watchdog_s", "limits.bad_cycles"}},
+        {{"device.watchdog_s=10"}, {"10 s", "device.watchdog_s", "limits.blind_time_s"}},
+        {{"device.watchdog_s=9.9", "limits.blind_time_s=10"}, {NULL}},
+        {{"device.watchdog_s=9.99", "limits.blind_time_s=10"}, {"10 s", "device.watchdog_s", "limits.blind_time_s 10"}},
+        {{"limits.blind_time_s=0.03"}, {"0.035 s", "device.watchdog_s", "limits.blind_time_s 0.03"}},
+        {{slow, steps}, {"0.12 s", "loop.overrun_limit", "loop.period_s"}},
+        {{slow, steps, "limits.sensor_age_s=0.03", "limits.bad_cycles=2", "loop.overrun_limit=5", "device.watchdog_s=0.05"}, {NULL}},
+    };
+    for (unsigned i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct params params;
+        struct error error = {0};
+        int count = 0;
+        while (count < 7 && cases[i].settings[count]) count++;
+        if (config_load(&params, NULL, cases[i].settings, count, &error)) fail_msg("%s", error.text);
+        int status = config_check_motion(&params, &error);
+        if (status != (cases[i].said[0] ? STATUS_USAGE : STATUS_OK)) fail_msg("case %u: %d %s", i, status, error.text);
+        for (int k = 0; k < 3 && cases[i].said[k]; k++)
+            if (!strstr(error.text, cases[i].said[k])) fail_msg("case %u: no %s: %s", i, cases[i].said[k], error.text);
     }
 }
 
@@ -279,7 +313,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_stop_in_any_state_leads_to_rest),
         cmocka_unit_test(a_real_machine_moves_by_itself_only_when_the_command_line_says_so),
-        cmocka_unit_test(nothing_is_run_without_ramps_or_blind_for_long),
+        cmocka_unit_test(nothing_is_run_without_ramps),
+        cmocka_unit_test(nothing_is_run_that_could_move_blindly_for_long),
         cmocka_unit_test(a_fault_names_its_leg),
         cmocka_unit_test(the_longest_fault_fits_its_text),
         cmocka_unit_test(a_device_that_hangs_behind_fresh_time_stamps_is_found_out),

@@ -2,6 +2,7 @@
 #include <sys/utsname.h>
 #include <time.h>
 
+#include "blind_time.h"
 #include "bus.h"
 #include "can_frames.h"
 #include "cli.h"
@@ -46,6 +47,13 @@ static bool check_kinematics(const struct params *params) {
     return say(good, "kinematics", error.text);
 }
 
+static bool check_blind_time(const struct params *params) {
+    char detail[200];
+    struct blind_time blind = blind_time(params);
+    snprintf(detail, sizeof detail, "%.3f s of %g, with %s: %s", blind.s, params->limits.blind_time_s, blind.when, blind.sum);
+    return say(blind.allowed, "blind time", detail);
+}
+
 static bool check_can(const struct params *params) {
     char detail[120];
     struct can_load l = can_load(params);
@@ -81,6 +89,7 @@ int cmd_doctor(int argc, char **argv) {
     good &= check_kinematics(&params);
     good &= check_kernel();
     good &= check_bus(&params);
+    good &= check_blind_time(&params);
     good &= check_can(&params);
     good &= check_modbus(&params);
     good &= check_realtime(&params);

@@ -15,7 +15,7 @@ void config_default(struct params *params);
 int config_load(struct params *params, const char *path, const char *const *settings, int count, struct error *error);
 
 /* What moves a machine must be asked for more than what is only evaluated: a log may come from anywhere, but nothing is driven without
- * ramps, or with bad samples ridden out for longer than 0.1 s. 0 or -2. */
+ * ramps, or where the machine could move without a controller for longer than limits.blind_time_s (blind_time.h). 0 or -2. */
 int config_check_motion(const struct params *params, struct error *error);
 
 /* The same from YAML text in memory; `name` stands for the file in messages. For configurations kept in logs. */

@@ -3,11 +3,12 @@
 
 #include <math.h>
 
+#include "blind_time.h"
 #include "units.h"
 
 static const double substep_max_s = 0.25e-3; /* above, the first-order engine moves the answer: method.md section 4 */
 
-static const double ramp_min_s = 0.05, blind_max_s = 0.1;
+static const double ramp_min_s = 0.05;
 
 struct checker {
     const char *name;
@@ -129,14 +130,15 @@ static void check_sim(struct checker *c, const struct params *p) {
 
 int config_check_motion(const struct params *p, struct error *error) {
     struct checker c = {.name = "not run", .error = error};
-    double blind_s = p->limits.bad_cycles * p->loop.period_s;
+    struct blind_time blind = blind_time(p);
     require(&c, p->mechanism == MECHANISM_STEWART,
             "mechanism: axis: hexid moves six legs; what one axis did is read by hexid import and gap");
     require(&c, p->tests.ramp_s >= ramp_min_s && p->tests.ramp_out_s >= ramp_min_s,
             "tests.ramp_s %g and ramp_out_s %g must be at least %g s: less is a blow to the machine", p->tests.ramp_s, p->tests.ramp_out_s,
             ramp_min_s);
-    require(&c, blind_s <= blind_max_s, "limits.bad_cycles %d of loop.period_s %g hold a command blindly for %g s; at most %g s are safe",
-            p->limits.bad_cycles, p->loop.period_s, blind_s, blind_max_s);
+    require(&c, blind.allowed,
+            "with %s the machine moves for %.3g s without a controller (%s), more than limits.blind_time_s %g: lower these keys, or, for "
+            "tests without a machine, raise that one", blind.when, blind.s, blind.sum, p->limits.blind_time_s);
     return c.status;
 }
 

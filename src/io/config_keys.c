@@ -116,6 +116,8 @@ static const struct config_key keys[] = {
     KEY(limits, pressure_min_pa, "-2e5", -1e7, 1e8, "Pa", "lowest plausible reading"),
     KEY(limits, pressure_max_pa, "16.5e6", 1e4, 1e9, "Pa", "highest plausible reading"),
     KEY(limits, bad_cycles, "5", 1.0, 1000.0, "-", "so many bad cycles more than good ones"),
+    KEY(limits, blind_time_s, "0.1", 0.01, 10.0, "s",
+        "longest time that the machine may move without a living controller; more than 0.1 is for tests without a machine"),
 
     WORD(tests, order, CONFIG_AXES, "[x, y, z, phi, theta, psi]", "axes to test, in turn", dof_names),
     KEY(tests, frequency_hz, "4", 0.01, 100.0, "Hz", "below the lowest open-loop rigid eigenfrequency"),

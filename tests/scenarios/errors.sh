@@ -39,6 +39,10 @@ claim "a rod thicker than its piston: refused, naming both" refuses 2 "rod_diame
 claim "legs that cannot reach: refused, naming stroke and height" refuses 2 "stroke_m height_m" quick --set geometry.height_m=0.3
 claim "an impossible payload: refused, naming its inertia" refuses 2 "inertia_xx_kg_m2" quick --set payload.inertia_zz_kg_m2=60
 
+claim "a watchdog that leaves the machine blind for long: refused, with the key, the time and the remedy" \
+    refuses 2 "device.watchdog_s 5.02 limits.blind_time_s" quick --set device.watchdog_s=5
+blind_time() { "$hexid" doctor --set loop.overrun_limit=40 | grep 'ok *blind time *0.092 s of 0.1, with a loop that is late: .*loop.overrun_limit'; }
+claim "doctor prints the blind time, and what it comes from" blind_time
 claim "an unknown option: refused, naming it" refuses 2 "--fats" quick --fats
 claim "an option without its value: refused, naming it" refuses 2 "--log" quick --log
 claim "an argument too many: refused, naming it" refuses 2 "extra" quick extra
