@@ -343,10 +343,10 @@ static void a_wrong_setting_is_reported_with_its_text(void **state) {
 
 static void a_file_that_cannot_be_read_is_named(void **state) {
     (void)state;
-    static const char *const cases[][2] = {{"tests/data/absent.yaml", "tests/data/absent.yaml: cannot be opened: No such file"},
+    static const char *const cases[][2] = {{"tests/data/absent.yaml", "tests/data/absent.yaml: cannot be read: No such file"},
                                            {"tests", "tests: cannot be read: Is a directory"},
-                                           {"/dev/null", "/dev/null:1: holds no configuration"},
-                                           {"/dev/zero", "/dev/zero: larger than"}};
+                                           {"/dev/null", "/dev/null: cannot be read: a device"},
+                                           {"/dev/zero", "/dev/zero: cannot be read: a device"}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct params p;
         struct error error = {0};

@@ -7,6 +7,7 @@
 #include <yaml.h>
 
 #include "config_keys.h"
+#include "input.h"
 
 enum { FILE_MAX = 1 << 20, NAMES_MAX = 512 };
 
@@ -196,8 +197,10 @@ static int read_text(struct params *params, const char *text, size_t size, const
 }
 
 static int read_file(struct params *params, const char *path, struct error *error) {
-    FILE *file = fopen(path, "rb");
-    if (!file) return fail(error, path, 0, "cannot be opened: %s", strerror(errno));
+    const char *reason;
+    int descriptor = input_open(path, &reason);
+    FILE *file = descriptor < 0 ? NULL : fdopen(descriptor, "rb");
+    if (!file) return fail(error, path, 0, "cannot be read: %s", descriptor < 0 ? reason : "out of memory");
     char *text = malloc(FILE_MAX + 1);
     size_t size = text ? fread(text, 1, FILE_MAX + 1, file) : 0;
     int status = !text          ? fail(error, path, 0, "out of memory")

@@ -2,6 +2,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "config.h"
 #include "csv.h"
@@ -257,11 +258,7 @@ static int read_heads(struct import *im) {
 static int base_params(struct import *im, const char *base) {
     char path[CSV_PATH_SIZE + 16];
     snprintf(path, sizeof path, "%.*s/config.yaml", CSV_PATH_SIZE, im->directory);
-    FILE *file = fopen(path, "r");
-    if (file) {
-        fclose(file);
-        return config_load(&im->params, path, NULL, 0, im->error);
-    }
+    if (access(path, F_OK) == 0) return config_load(&im->params, path, NULL, 0, im->error);
     if (errno == ENOTDIR)
         return error_set(im->error, STATUS_USAGE, "%.250s: no directory: import takes the one that has the files of a run", im->directory);
     if (errno != ENOENT) return error_set(im->error, STATUS_IO, "%.250s: cannot be read: %s", path, strerror(errno));

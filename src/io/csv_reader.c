@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "input.h"
+
 __attribute__((format(printf, 3, 4))) static int refuse(const struct csv_reader *r, struct error *error, const char *format, ...) {
     char reason[200];
     va_list args;
@@ -213,8 +215,10 @@ int csv_open(struct csv_reader **reader, const char *path, struct error *error) 
     snprintf(r->head.path, sizeof r->head.path, "%s", path);
     for (int key = 0; key < CSV_KEYS; key++) r->head.value[key] = (double)NAN;
     r->head.dof = DOF_NONE;
-    r->file = fopen(path, "r");
-    int status = r->file ? read_head(r, error) : error_set(error, STATUS_IO, "%.250s: cannot be read: %s", path, strerror(errno));
+    const char *reason = "out of memory";
+    int descriptor = input_open(path, &reason);
+    r->file = descriptor < 0 ? NULL : fdopen(descriptor, "r");
+    int status = r->file ? read_head(r, error) : error_set(error, STATUS_IO, "%.250s: cannot be read: %s", path, reason);
     if (status == STATUS_OK) *reader = r;
     else csv_close(r);
     return status;

@@ -7,6 +7,8 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "input.h"
+
 enum { HEADER_SIZE = 28, CHANNEL_MAX = 999, BUFFER_SIZE = 1 << 18, EVENT_MAX = 64 << 20 }; /* CHANNEL_MAX: as liblcm reads */
 static const uint32_t sync_word = 0xEDA1DA01;
 
@@ -111,10 +113,12 @@ int log_open(struct log_reader **reader, const char *path, struct error *error) 
         return error_set(error, STATUS_IO, "%.250s: out of memory", path);
     }
     r->capacity = BUFFER_SIZE;
-    r->file = open(path, O_RDONLY | O_CLOEXEC);
-    errno = r->file < 0 ? errno : 0;
+    const char *reason;
+    r->file = input_open(path, &reason);
+    errno = 0;
     const unsigned char *first = r->file < 0 ? NULL : need(r, sizeof sync_word);
-    if (errno) error_set(error, STATUS_IO, "%.250s: cannot read the log: %s", path, strerror(errno));
+    if (r->file < 0) error_set(error, STATUS_IO, "%.250s: cannot read the log: %s", path, reason);
+    else if (errno) error_set(error, STATUS_IO, "%.250s: cannot read the log: %s", path, strerror(errno));
     else if (first && read_u32(first) != sync_word)
         error_set(error, STATUS_IO, "%.250s: not an LCM event log; hexid run --log writes one, hexid import makes one of CSV files", path);
     else {

@@ -63,4 +63,35 @@ claim "a log on a full disk: I/O error, naming it" refuses 3 "/dev/full" quick -
 claim "results on a full disk: I/O error, naming it" refuses 3 "/dev/full" quick --json /dev/full
 claim "a log that is not there: I/O error, naming it" refuses 3 "$work/none.lcm" "$hexid" identify "$work/none.lcm"
 claim "a file that is no log: I/O error, naming it" refuses 3 "Makefile" "$hexid" identify Makefile
-claim "an empty log: I/O error, naming it" refuses 3 "/dev/null" "$hexid" identify /dev/null
+: >"$work/empty.lcm"
+claim "an empty log: I/O error, naming it" refuses 3 "$work/empty.lcm" "$hexid" identify "$work/empty.lcm"
+
+# What may never end is refused at once.
+mkfifo "$work/fifo.lcm" "$work/fifo.yaml"
+mkdir "$work/pipes" "$work/configured" "$work/linked"
+mkfifo "$work/pipes/1_x.csv" "$work/configured/config.yaml"
+ln -s /dev/zero "$work/linked/1_x.csv"
+at_once() { refuses "$1" "$2" timeout 10 "${@:3}"; }
+import() { at_once "$1" "$2" "$hexid" import "$work/$3" -o "$work/never.lcm"; }
+claim "a FIFO for a log: refused, naming it and the remedy" at_once 3 "fifo.lcm FIFO file" "$hexid" identify "$work/fifo.lcm"
+claim "export: the same" at_once 3 "fifo.lcm FIFO file" "$hexid" export "$work/fifo.lcm" -o "$work/never"
+claim "gap: the same" at_once 3 "fifo.lcm FIFO file" "$hexid" gap -c config/tian2015.yaml -o "$work/gap" --measured "$work/fifo.lcm"
+claim "a device for a log: refused" at_once 3 "/dev/zero device" "$hexid" identify /dev/zero
+claim "a directory for a log: refused" at_once 3 "$work directory" "$hexid" identify "$work"
+claim "a FIFO for a configuration: refused" at_once 2 "fifo.yaml FIFO" "$hexid" run -c "$work/fifo.yaml"
+claim "a terminal for a configuration: refused" at_once 2 "/dev/ptmx device" "$hexid" run -c /dev/ptmx
+claim "a FIFO among the files to import: refused, naming it" import 3 "pipes/1_x.csv FIFO" pipes
+claim "one as their configuration: refused, naming it" import 2 "configured/config.yaml FIFO" configured
+claim "a link to a device among them: refused" import 3 "linked/1_x.csv device" linked
+
+# What is written may be read by another program at once.
+piped() {
+    local log status
+    cat "$work/fifo.lcm" >"$work/piped.lcm" & log=$!
+    ends 0 quick --log "$work/fifo.lcm" >/dev/null
+    status=$?
+    ((status == 0)) || kill $log
+    wait $log
+    ((status == 0)) && ends 0 "$hexid" identify "$work/piped.lcm" >/dev/null
+}
+claim "a FIFO takes the log of a run" piped
