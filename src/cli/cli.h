@@ -3,6 +3,8 @@
 #ifndef HEXID_CLI_H
 #define HEXID_CLI_H
 
+#include <stdio.h>
+
 #include "params.h"
 #include "realtime.h"
 #include "status.h"
@@ -44,6 +46,9 @@ int options_bus(const struct options *o, struct params *params, struct bus **bus
 /* SAFETY: a machine that is not simulated moves by itself only where this command line says so (--set motion.automatic=true); a file that
  * says so may be a copy of the simulation's. Otherwise takes it out of params: the platform waits for `hexid command engage`. */
 void options_automatic(const struct options *o, bool simulated, struct params *params);
+
+/* Prints a line; what is in it may come from anywhere and is made printable (printable.h). At most 4000 bytes. */
+__attribute__((format(printf, 2, 3))) void cli_say(FILE *out, const char *format, ...);
 
 /* Prints "hexid: message" and returns the exit status. */
 int cli_fail(const struct error *error);

@@ -34,13 +34,14 @@ int cmd_import(int argc, char **argv) {
     if (!status) status = csv_import(o.operand[0], o.output, base, &report, &error);
     free(base);
     if (status) return cli_fail(&error);
-    printf("%s: %d tests, %lld rows, %lld cycles without a row\n", o.output, report.files, (long long)report.rows, (long long)report.lost);
+    cli_say(stdout, "%s: %d tests, %lld rows, %lld cycles without a row", o.output, report.files, (long long)report.rows,
+            (long long)report.lost);
     if (report.empty)
-        printf("%lld cells have no number: rows that lack a length, a pressure, a force or a command count as lost\n",
-               (long long)report.empty);
-    if (report.missing[0]) printf("missing columns, what needs them is not evaluated: %s\n", report.missing);
-    if (report.doubtful[0]) fprintf(stderr, "hexid: warning: units? %s\n", report.doubtful);
-    if (report.ignored[0]) printf("not understood and left out: %s\n", report.ignored);
+        cli_say(stdout, "%lld cells have no number: rows that lack a length, a pressure, a force or a command count as lost",
+                (long long)report.empty);
+    if (report.missing[0]) cli_say(stdout, "missing columns, what needs them is not evaluated: %s", report.missing);
+    if (report.doubtful[0]) cli_say(stderr, "hexid: warning: units? %s", report.doubtful);
+    if (report.ignored[0]) cli_say(stdout, "not understood and left out: %s", report.ignored);
     return EXIT_PASSED;
 }
 
@@ -57,8 +58,9 @@ int cmd_export(int argc, char **argv) {
         if (report.cut) cli_warn_cut(o.operand[0], report.cut_offset);
     }
     if (status) return cli_fail(&error);
-    printf("%s: %d tests, %lld rows, %lld cycles lost\n", o.output, report.files, (long long)report.rows, (long long)report.lost);
+    cli_say(stdout, "%s: %d tests, %lld rows, %lld cycles lost", o.output, report.files, (long long)report.rows,
+            (long long)report.lost);
     if (report.unreadable)
-        fprintf(stderr, "hexid: warning: %lld messages on HEXID_STATE could not be read\n", (long long)report.unreadable);
+        cli_say(stderr, "hexid: warning: %lld messages on HEXID_STATE could not be read", (long long)report.unreadable);
     return EXIT_PASSED;
 }

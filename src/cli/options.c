@@ -10,6 +10,7 @@
 #include "config.h"
 #include "log.h"
 #include "messages.h"
+#include "printable.h"
 
 static const char default_config[] = "config/tian2015.yaml";
 
@@ -135,12 +136,22 @@ void options_automatic(const struct options *o, bool simulated, struct params *p
     if (!simulated && !said) params->motion.automatic = false;
 }
 
+void cli_say(FILE *out, const char *format, ...) {
+    char text[4000], printable[sizeof text];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    text_printable(text, printable, sizeof printable);
+    fprintf(out, "%s\n", printable);
+}
+
 void cli_warn_cut(const char *path, int64_t offset) {
-    fprintf(stderr, "hexid: warning: %s is cut off or damaged: read up to byte %lld\n", path, (long long)offset);
+    cli_say(stderr, "hexid: warning: %s is cut off or damaged: read up to byte %lld", path, (long long)offset);
 }
 
 int cli_fail(const struct error *error) {
-    fprintf(stderr, "hexid: %s\n", error->text);
+    cli_say(stderr, "hexid: %s", error->text);
     return -(int)error->status;
 }
 

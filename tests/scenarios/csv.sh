@@ -41,4 +41,20 @@ claim "without pressures it is read, what is missing is named, and nothing is pa
 claim "a rate that is not that of the rows is refused" wrong_rate
 claim "an export into a directory with CSV files is refused" refuses 3 "$work/csv" "$hexid" export "$work/run.lcm" -o "$work/csv"
 claim "a directory without CSV files is refused" refuses 2 "$work has no CSV" "$hexid" import "$work" -o "$work/none.lcm"
+# Names that a terminal would obey: of a file, of a column, of a key, and of a bad value.
+escape=$'\033[2J\a\302\233'
+hostile() {
+    mkdir -p "$work/hostile"
+    { echo "# dof: x"; echo "# ${escape}: 1"; echo "# rate_hz: 1000"; echo "t_s,l1_m,${escape}"; for n in 0 1 2 3 4 5 6 7 8 9; do echo "0.00$n,1.8,1"; done; } \
+        >"$work/hostile/1_${escape}.csv"
+    "$hexid" import "$work/hostile" -o "$work/hostile.lcm" >"$work/said" 2>&1
+    { echo "# dof: ${escape}"; echo "t_s"; } >"$work/hostile/1_${escape}.csv"
+    "$hexid" import "$work/hostile" -o "$work/hostile.lcm" >>"$work/said" 2>&1
+    "$hexid" identify "$work/$escape.lcm" >>"$work/said" 2>&1
+    "$hexid" gap -c "$work/$escape.yaml" -o "$work/gap" --measured "$work/$escape.lcm" >>"$work/said" 2>&1
+    "$hexid" export "$work/$escape.lcm" -o "$work/csv2" >>"$work/said" 2>&1
+    cat -v "$work/said"
+    [ "$(grep -c '?\[2J' "$work/said")" -ge 4 ] && ! LC_ALL=C grep -q $'[\001-\010\013-\037\177\233]' "$work/said"
+}
+claim "names that a terminal would obey are printed as text" hostile
 claim "a log on a full disk is an I/O error" refuses 3 "/dev/full" "$hexid" import "$work/csv" -o /dev/full
