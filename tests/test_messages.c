@@ -299,6 +299,80 @@ static void answers_come_back_or_are_refused(void **unused) {
     assert_int_equal(answer_encode(&a, buffer), -1);
 }
 
+/* In blocks of exactly the message's size. */
+static bool test_result_good(const unsigned char *message, int size, struct test_summary *r) {
+    unsigned char *exact = malloc(size ? (size_t)size : 1);
+    memcpy(exact, message, (size_t)size);
+    bool good = test_result_decode(exact, size, r);
+    free(exact);
+    return good;
+}
+
+static bool gap_good(const unsigned char *message, int size, struct gap_summary *r) {
+    unsigned char *exact = malloc(size ? (size_t)size : 1);
+    memcpy(exact, message, (size_t)size);
+    bool good = gap_decode(exact, size, r);
+    free(exact);
+    return good;
+}
+
+static int test_result_message(unsigned char *buffer, int capacity) {
+    hexid_test_result_t m = {.time_ns = 1, .test = 2, .dof = 3, .dof_name = (char *)(uintptr_t)"theta", .complete = 1,
+                             .frequency_hz = 4, .amplitude_m_or_rad = 0.006, .achieved_m_or_rad = 0.0058, .phase_deg = -0.5,
+                             .samples = 2500, .excluded = 7};
+    return hexid_test_result_t_encode(buffer, 0, capacity, &m);
+}
+
+static int gap_message(unsigned char *buffer, int capacity) {
+    char *words[] = {(char *)(uintptr_t)"one", (char *)(uintptr_t)"", (char *)(uintptr_t)"three"};
+    double numbers[] = {1, 2, 3};
+    int8_t legs[] = {0, 1, 2};
+    hexid_gap_t m = {.verdict = (char *)(uintptr_t)"ambiguous", .reason = (char *)(uintptr_t)"because", .next_experiment = words[1],
+                     .effect_count = 2, .effects = words, .share_explained = numbers, .z = numbers, .parameter_count = 3,
+                     .parameters = words, .parameter_legs = legs, .parameter_units = words, .values_si = numbers,
+                     .values_std_si = numbers, .ambiguous_count = 1, .ambiguous_with = words, .simulated = 1, .noise_floor_ratio = 0.1,
+                     .held_out_before_ratio = 0.5, .held_out_after_ratio = 0.2};
+    return hexid_gap_t_encode(buffer, 0, capacity, &m);
+}
+
+static void results_are_read_as_the_generated_code_writes_them(void **unused) {
+    (void)unused;
+    unsigned char buffer[1000];
+    struct test_summary t;
+    struct gap_summary g;
+    assert_true(test_result_decode(buffer, test_result_message(buffer, sizeof buffer), &t));
+    assert_string_equal(t.dof_name, "theta");
+    assert_true(t.amplitude_m_or_rad == 0.006 && t.achieved_m_or_rad == 0.0058 && t.phase_deg == -0.5);
+    assert_true(t.samples == 2500 && t.excluded == 7);
+    assert_true(gap_decode(buffer, gap_message(buffer, sizeof buffer), &g));
+    assert_string_equal(g.verdict, "ambiguous");
+    assert_string_equal(g.reason, "because");
+    assert_true(g.noise_floor_ratio == 0.1 && g.held_out_before_ratio == 0.5 && g.held_out_after_ratio == 0.2);
+}
+
+/* Every length and count is among the words that are overwritten here. */
+static void a_damaged_result_is_refused(void **unused) {
+    (void)unused;
+    static const int32_t lengths[] = {-1, -2, 0, 1000, 0x10000000, INT32_MAX, INT32_MIN};
+    unsigned char test[1000] = {0}, gap[1000] = {0}, bad[1000];
+    struct test_summary t;
+    struct gap_summary g;
+    int test_size = test_result_message(test, sizeof test), gap_size = gap_message(gap, sizeof gap), refused = 0;
+    for (int cut = 0; cut < test_size; cut++) assert_false(test_result_good(test, cut, &t));
+    for (int cut = 0; cut < gap_size; cut++) assert_false(gap_good(gap, cut, &g));
+    assert_false(test_result_good(test, test_size + 1, &t) || gap_good(gap, gap_size + 1, &g));
+    for (int at = 0; at + 4 <= gap_size; at++)
+        for (size_t i = 0; i < sizeof lengths / sizeof *lengths; i++)
+            for (int which = 0; which < 2; which++) {
+                int size = which ? gap_size : test_size;
+                if (at + 4 > size) continue;
+                memcpy(bad, which ? gap : test, sizeof bad);
+                for (int byte = 0; byte < 4; byte++) bad[at + byte] = (unsigned char)((uint32_t)lengths[i] >> (24 - 8 * byte));
+                refused += which ? !gap_good(bad, size, &g) : !test_result_good(bad, size, &t);
+            }
+    assert_true(refused > 13 * 7); /* the lengths and counts alone */
+}
+
 /* A changed type makes old logs unreadable: add a type, do not edit one. */
 static void types_are_frozen(void **unused) {
     (void)unused;
@@ -328,6 +402,8 @@ int main(void) {
         cmocka_unit_test(a_command_without_id_and_token_is_understood_as_one),
         cmocka_unit_test(what_is_no_request_is_refused),
         cmocka_unit_test(answers_come_back_or_are_refused),
+        cmocka_unit_test(results_are_read_as_the_generated_code_writes_them),
+        cmocka_unit_test(a_damaged_result_is_refused),
         cmocka_unit_test(types_are_frozen),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -9,8 +9,6 @@
 #include "bus.h"
 #include "cli.h"
 #include "force.h"
-#include "hexid_gap_t.h"
-#include "hexid_test_result_t.h"
 #include "ident.h"
 #include "messages.h"
 #include "supervisor.h"
@@ -69,19 +67,17 @@ static void draw(struct monitor *m, const struct cycle *c) {
 }
 
 static void test_result(const void *data, int size) {
-    hexid_test_result_t t;
-    if (hexid_test_result_t_decode(data, 0, size, &t) != size) return;
-    printf("             result %s: amplitude %.4g of %.4g, phase %.1f deg, %lld samples, %lld excluded\n", t.dof_name, t.achieved_m_or_rad,
-           t.amplitude_m_or_rad, t.phase_deg, (long long)t.samples, (long long)t.excluded);
-    hexid_test_result_t_decode_cleanup(&t);
+    struct test_summary t;
+    if (!test_result_decode(data, size, &t)) return;
+    cli_say(stdout, "             result %s: amplitude %.4g of %.4g, phase %.1f deg, %lld samples, %lld excluded", t.dof_name,
+            t.achieved_m_or_rad, t.amplitude_m_or_rad, t.phase_deg, (long long)t.samples, (long long)t.excluded);
 }
 
 static void gap_result(const void *data, int size) {
-    hexid_gap_t g;
-    if (hexid_gap_t_decode(data, 0, size, &g) != size) return;
-    printf("             gap %s: %s; %.3g -> %.3g of the variation, noise %.3g\n", g.verdict, g.reason, g.held_out_before_ratio,
-           g.held_out_after_ratio, g.noise_floor_ratio);
-    hexid_gap_t_decode_cleanup(&g);
+    struct gap_summary g;
+    if (!gap_decode(data, size, &g)) return;
+    cli_say(stdout, "             gap %s: %s; %.3g -> %.3g of the variation, noise %.3g", g.verdict, g.reason, g.held_out_before_ratio,
+            g.held_out_after_ratio, g.noise_floor_ratio);
 }
 
 static void show(struct monitor *m, const char *channel, const void *data, int size) {
@@ -92,7 +88,7 @@ static void show(struct monitor *m, const char *channel, const void *data, int s
         draw(m, &c);
     } else if (!strcmp(channel, CHANNEL_EVENT) && event_decode(data, size, &e)) {
         erase(m);
-        printf("%9.3f s  %s: %s\n", seconds_from_ns(e.time_ns), e.kind, e.text);
+        cli_say(stdout, "%9.3f s  %s: %s", seconds_from_ns(e.time_ns), e.kind, e.text);
     } else if (!strcmp(channel, CHANNEL_TEST_RESULT)) {
         erase(m);
         test_result(data, size);

@@ -5,8 +5,10 @@
 #include "hexid_answer_t.h"
 #include "hexid_command_t.h"
 #include "hexid_event_t.h"
+#include "hexid_gap_t.h"
 #include "hexid_request_t.h"
 #include "hexid_state_t.h"
+#include "hexid_test_result_t.h"
 
 int state_encode(const struct cycle *c, unsigned char buffer[STATE_MESSAGE_MAX]) {
     hexid_state_t m = {
@@ -109,6 +111,33 @@ static const char *take_string(struct wire *w) {
     return (const char *)bytes;
 }
 
+static double take_double(struct wire *w) {
+    uint64_t bits = (uint64_t)take_int(w, sizeof bits);
+    double value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+/* Of elements that follow, each of a byte at least; 0 once the message is no good. */
+static int take_count(struct wire *w) {
+    int count = (int32_t)take_int(w, 4);
+    w->good = w->good && count >= 0 && count <= w->left;
+    return w->good ? count : 0;
+}
+
+static void skip_strings(struct wire *w, int count) {
+    for (int i = 0; w->good && i < count; i++) take_string(w);
+}
+
+static void skip_doubles(struct wire *w, int count) {
+    for (int i = 0; w->good && i < count; i++) take(w, sizeof(double));
+}
+
+static void take_boolean(struct wire *w) {
+    int64_t value = take_int(w, 1);
+    w->good = w->good && (value == 0 || value == 1);
+}
+
 static struct wire open_wire(const void *data, int size, int64_t type) {
     struct wire w = {.next = data, .left = size, .good = true};
     w.good = take_int(&w, 8) == type && w.good;
@@ -159,13 +188,6 @@ bool request_decode(const void *data, int size, struct operator_request *request
     return true;
 }
 
-static double take_double(struct wire *w) {
-    int64_t bits = take_int(w, 8);
-    double value;
-    memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
 bool answer_decode(const void *data, int size, struct answer *answer) {
     struct wire w = open_wire(data, size, __hexid_answer_t_get_hash());
     struct answer a = {.id = take_int(&w, 8)};
@@ -178,4 +200,57 @@ bool answer_decode(const void *data, int size, struct answer *answer) {
     a.state = (enum state)state;
     *answer = a;
     return true;
+}
+
+bool test_result_decode(const void *data, int size, struct test_summary *summary) {
+    struct wire w = open_wire(data, size, __hexid_test_result_t_get_hash());
+    struct test_summary r = {0};
+    take(&w, 8 + 1 + 1); /* time, test, dof */
+    r.dof_name = take_string(&w);
+    take_boolean(&w); /* complete */
+    take_double(&w);  /* frequency */
+    r.amplitude_m_or_rad = take_double(&w);
+    r.achieved_m_or_rad = take_double(&w);
+    r.phase_deg = take_double(&w);
+    skip_doubles(&w, DOFS); /* unwanted */
+    r.samples = take_int(&w, 8);
+    r.excluded = take_int(&w, 8);
+    skip_doubles(&w, 8 * DOFS); /* of pose and wrench: sine, cosine, standard deviation, rms */
+    if (w.good && w.left == 0) *summary = r;
+    return w.good && w.left == 0;
+}
+
+static void skip_effects(struct wire *w) {
+    int count = take_count(w);
+    skip_strings(w, count);
+    skip_doubles(w, 2 * count); /* share explained, z */
+}
+
+static void skip_parameters(struct wire *w) {
+    int count = take_count(w);
+    skip_strings(w, count);
+    take(w, count); /* legs */
+    skip_strings(w, count); /* units */
+    skip_doubles(w, 2 * count); /* values, their standard deviations */
+}
+
+bool gap_decode(const void *data, int size, struct gap_summary *summary) {
+    enum { CHANNELS = 5 };
+    struct wire w = open_wire(data, size, __hexid_gap_t_get_hash());
+    struct gap_summary r = {0};
+    take(&w, 8); /* time */
+    r.verdict = take_string(&w);
+    r.reason = take_string(&w);
+    take_string(&w); /* next experiment */
+    skip_effects(&w);
+    skip_parameters(&w);
+    skip_strings(&w, take_count(&w)); /* ambiguous with */
+    take_boolean(&w); /* simulated */
+    skip_doubles(&w, 3); /* unexplained, before, after */
+    r.noise_floor_ratio = take_double(&w);
+    r.held_out_before_ratio = take_double(&w);
+    r.held_out_after_ratio = take_double(&w);
+    skip_doubles(&w, 3 * CHANNELS);
+    if (w.good && w.left == 0) *summary = r;
+    return w.good && w.left == 0;
 }

@@ -39,6 +39,21 @@ bool event_decode(const void *data, int size, struct event *event);
 /* The text of an event of the kind "config", pointing into data; false for any other. */
 bool event_decode_config(const void *data, int size, const char **text, size_t *length);
 
+/* What a monitor shows of a result of one test; dof_name points into data. */
+struct test_summary {
+    const char *dof_name;
+    double amplitude_m_or_rad, achieved_m_or_rad, phase_deg;
+    int64_t samples, excluded;
+};
+bool test_result_decode(const void *data, int size, struct test_summary *summary);
+
+/* What a monitor shows of a result of hexid gap; the strings point into data. */
+struct gap_summary {
+    const char *verdict, *reason;
+    double held_out_before_ratio, held_out_after_ratio, noise_floor_ratio;
+};
+bool gap_decode(const void *data, int size, struct gap_summary *summary);
+
 /* A command of an operator, on CHANNEL_COMMAND: request_t, or command_t, which has neither id nor token. `renew` prolongs a lease. */
 struct operator_request {
     int64_t id;          /* the sender's, comes back in the answer; 0: no answer is waited for */

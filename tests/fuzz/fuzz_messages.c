@@ -1,11 +1,12 @@
-/* libFuzzer: any bytes as a datagram, and as a message of LCM: requests, answers, events, states. What is accepted must be something a cycle or a command can be, and
- * a state must come out of it as it went in. */
+/* libFuzzer: any bytes as a datagram, as text, and as a message of LCM: requests, answers, events, states, results. What is
+ * accepted must be something a cycle or a command can be, and a state must come out of it as it went in. */
 #include <assert.h>
 #include <stddef.h>
 #include <string.h>
 
 #include "bus.h"
 #include "messages.h"
+#include "printable.h"
 #include "supervisor.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
@@ -47,10 +48,36 @@ static void state(const uint8_t *data, int size) {
     assert(state_encode(&c, again) == size && !memcmp(again, data, (size_t)size));
 }
 
+static bool within(const char *text, const uint8_t *data, int size) {
+    const uint8_t *p = (const uint8_t *)text;
+    return p > data && p < data + size && memchr(p, '\0', (size_t)(data + size - p));
+}
+
+static void results(const uint8_t *data, int size) {
+    struct test_summary t;
+    struct gap_summary g;
+    if (test_result_decode(data, size, &t)) assert(within(t.dof_name, data, size));
+    if (gap_decode(data, size, &g)) assert(within(g.verdict, data, size) && within(g.reason, data, size));
+}
+
+/* Any text, made printable, is at most as long, has no control characters, and is printable as it is. */
+static void printable(const uint8_t *data, size_t size) {
+    char text[200], out[sizeof text], again[sizeof text];
+    size_t length = size < sizeof text ? size : sizeof text - 1;
+    memcpy(text, data, length);
+    text[length] = '\0';
+    size_t printed = text_printable(text, out, sizeof out);
+    assert(printed <= strlen(text) && strlen(out) == printed);
+    for (size_t i = 0; i < printed; i++) assert((unsigned char)out[i] >= 0x20 && out[i] != 0x7f);
+    assert(text_printable(out, again, sizeof again) == printed && !strcmp(out, again));
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     datagram(data, (int)size);
     request(data, (int)size);
     answer(data, (int)size);
+    printable(data, size);
+    results(data, (int)size);
     event(data, (int)size);
     state(data, (int)size);
     return 0;
