@@ -17,7 +17,7 @@ HARD_LD := $(if $(HARDEN),-pie -z relro -z now -z noexecstack)
 # No contraction: the same results from every optimisation level and every call site.
 CFLAGS   = -std=c17 -D_GNU_SOURCE $(OPT) -ffp-contract=off $(WARN) $(HARDEN) $(SAN) $(INCLUDE) -MMD -MP
 CXXFLAGS = -std=c++17 $(OPT) -ffp-contract=off $(WARNXX) $(HARDEN) -fno-exceptions -fno-rtti $(SAN) $(INCLUDE) -isystem /usr/include/eigen3 -MMD -MP
-LDLIBS  := -llcm -lyaml -ljansson -lode -lmodbus -lm -lpthread -lstdc++
+LDLIBS  := -llcm -lyaml -ljansson -lode -lmodbus -lseccomp -lm -lpthread -lstdc++
 
 LCM     := $(wildcard lcmtypes/*.lcm)
 LCM_C   := $(LCM:lcmtypes/%.lcm=$(BUILD)/lcmtypes/%.c)
@@ -113,9 +113,9 @@ endef
 
 deps: deps-run deps-test ## install what is missing of the Debian packages for run and test
 deps-run:
-	$(call install,g++ gcc gnuplot-nox libeigen3-dev libjansson-dev liblcm-bin liblcm-dev libmodbus-dev libode-dev libyaml-dev)
+	$(call install,g++ gcc gnuplot-nox libeigen3-dev libjansson-dev liblcm-bin liblcm-dev libmodbus-dev libode-dev libseccomp-dev libyaml-dev)
 deps-test: deps-run
-	$(call install,can-utils chromium iproute2 kmod libcmocka-dev libseccomp-dev python3-venv user-mode-linux util-linux)
+	$(call install,can-utils chromium iproute2 kmod libcmocka-dev python3-venv user-mode-linux util-linux)
 deps-fuzz: deps-run
 	$(call install,clang libclang-rt-14-dev)
 deps-bench: deps-test
@@ -133,7 +133,7 @@ $(BUILD)/libhexid.a: $(LIB_OBJ)
 	$(Q)$(AR) rcs $@ $^
 
 $(BUILD)/tests/bench/bench: LDLIBS += -Wl,--wrap=dWorldStep
-$(BUILD)/tests/test_%: LDLIBS += -lcmocka -lseccomp
+$(BUILD)/tests/test_%: LDLIBS += -lcmocka
 $(BUILD)/tests/test_can_link: LDLIBS += -Wl,--wrap=can_socket_open
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/libhexid.a
 	@echo link $@

@@ -23,7 +23,7 @@ struct fault;
 
 struct wrapper {
     struct hal hal;
-    struct hal_ops ops; /* hal_fault, but as simulated as the inner one */
+    struct hal_ops ops; /* hal_fault, but simulated and reconnecting as the inner one is */
     struct hal *inner;
     int64_t period_ns, now_ns;
     struct hal_sample history[HISTORY]; /* healthy ones; the newest at (reads - 1) % HISTORY */
@@ -287,7 +287,7 @@ static int fault_open(struct hal **hal, const char *address, const struct params
     for (int i = 0; i < w->count; i++) w->fault[i].random = seed + (uint64_t)i;
     w->period_ns = ns_from_seconds(params->loop.period_s);
     w->ops = hal_fault;
-    w->ops.simulated = w->inner->ops->simulated;
+    w->ops.simulated = w->inner->ops->simulated, w->ops.reconnects = w->inner->ops->reconnects;
     w->hal.ops = &w->ops;
     *hal = &w->hal;
     return STATUS_OK;

@@ -25,6 +25,7 @@
 #include <time.h>
 
 #include "backends.h"
+#include "confine.h"
 #include "latest.h"
 #include "modbus_link.h"
 #include "modbus_map.h"
@@ -220,6 +221,7 @@ static void follow_loop(const struct modbus_hal *m, int *followed) {
     struct sched_param priority = {.sched_priority = loop > 1 ? loop - 1 : 1};
     pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority);
     *followed = loop;
+    if (m->params->security.confine) confine_thread(); /* what it needed for that it needs no more */
 }
 
 static void *modbus_thread(void *argument) {
@@ -396,6 +398,7 @@ static void modbus_close(struct hal *hal) {
 const struct hal_ops hal_modbus = {
     .scheme = "modbus",
     .usage = "modbus:tcp://HOST:PORT     one Modbus device with all legs; or modbus:rtu:DEVICE?baud=N",
+    .reconnects = true,
     .open = modbus_open,
     .read = modbus_read,
     .write = modbus_write,

@@ -17,6 +17,7 @@ struct hal_ops {
     const char *scheme;  /* the URL's part before ':' */
     const char *usage;   /* one line for --help: the URL's form and what it reaches */
     bool simulated;      /* no machine behind it: --rt try is the default, and --fast is allowed */
+    bool reconnects;     /* makes a lost connection again by itself, which takes new sockets or files */
     int (*open)(struct hal **hal, const char *address, const struct params *params, uint64_t seed, struct error *error);
     /* The sample of this cycle, latched at or before now_ns (the loop's clock). 0, or -1: nothing can be read (FAULT_IO). */
     int (*read)(struct hal *hal, int64_t now_ns, struct hal_sample *sample);

@@ -132,6 +132,10 @@ struct loop_params {
     int overrun_limit;            /* so many deadlines missed in a row are a fault */
 };
 
+struct security_params {
+    bool confine;                 /* the running daemon may ask little of the system (src/rt/confine.h) */
+};
+
 enum { LCM_URL_SIZE = 128 };
 
 struct lcm_params {
@@ -181,6 +185,7 @@ struct params {
     struct check_params checks;
     struct model_params model;
     struct loop_params loop;
+    struct security_params security;
     struct lcm_params lcm;
     struct channel_params length_channel, p1_channel, p2_channel, valve_channel;
     struct device_params device;

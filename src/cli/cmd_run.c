@@ -10,6 +10,7 @@
 #include "bus.h"
 #include "cli.h"
 #include "config.h"
+#include "confine.h"
 #include "crash.h"
 #include "host_lock.h"
 #include "log.h"
@@ -206,6 +207,15 @@ static int finish(struct session *s, struct error *error) {
     return error->status;
 }
 
+/* SAFETY: what could not be confined is put down and ends: nobody has said that it may run so. */
+static int confine_all(struct session *s, struct error *error) {
+    const struct confinement all = {.result = &s->options.json, .reconnects = s->hal->ops->reconnects};
+    int status = s->params.security.confine ? confine(&all, error) : STATUS_OK;
+    if (!s->params.security.confine) progress_say(&s->progress, "hexid: warning: security.confine is off: the daemon keeps all its rights\n");
+    if (status) atomic_store(&s->loop.quit, true);
+    return status;
+}
+
 static int run(struct session *s, struct error *error) {
     bool results_on_stdout = s->options.json && !strcmp(s->options.json, "-");
     if ((s->signal_file = block_signals(error)) < 0) return s->signal_file;
@@ -223,9 +233,13 @@ static int run(struct session *s, struct error *error) {
     }
     if (s->loop.realtime) progress_say(&s->progress, "hexid: warning: %s\n", s->loop.realtime_error.text);
     else if (realtime_of(s) != REALTIME_OFF) realtime_follow(&s->params.loop, STOP_PATH_BELOW_LOOP);
+    struct error refused = {0};
+    confine_all(s, &refused);
     wait_for_end(s);
     loop_join(&s->loop);
-    return finish(s, error);
+    status = finish(s, error);
+    if (refused.status) *error = refused;
+    return refused.status ? (int)refused.status : status;
 }
 
 /* SAFETY: whatever hangs, the back-end is closed and the process ends. */

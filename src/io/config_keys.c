@@ -149,6 +149,8 @@ static const struct config_key keys[] = {
     KEY(loop, cpu, "-1", -1.0, 1023.0, "-", "to pin the loop to; -1: none"),
     KEY(loop, overrun_limit, "10", 1.0, 100000.0, "-", "so many deadlines missed in a row are a fault"),
 
+    KEY(security, confine, "true", 0.0, 1.0, "-", "once all is open: no programs, no files, no rights but what the loop needs"),
+
     WORD(lcm, url, CONFIG_TEXT, "udpm://239.255.76.67:7667?ttl=0", "provider; empty: none; ttl=0 stays on the host", NULL),
     KEY(lcm, state_every, "10", 1.0, 1e6, "-", "one HEXID_STATE on the wire for so many cycles"),
     KEY(lcm, commands, "false", 0.0, 1.0, "-", "accept commands that move; stop and park are always accepted"),
@@ -187,6 +189,7 @@ static const char *const sections[][2] = {
     {"model", "The model against which hexid gap measures"},
     {"model.tolerance", "How far the model's parameters may be off, relative, without that being a finding"},
     {"loop", "Real-time loop"},
+    {"security", "What the running daemon may ask of the system"},
     {"lcm", "Messages"},
     {"length_channel", "Leg length on the field bus: raw value <-> SI"},
     {"p1_channel", "Rodless-side pressure on the field bus: raw value <-> SI"},

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "confine.h"
 #include "units.h"
 
 /* Nothing more to do: told to end, or the automatic run is over; and never while the platform is held up by the valves. */
@@ -77,6 +78,7 @@ static void *loop_thread(void *argument) {
     struct loop *l = argument;
     l->realtime = realtime_enter(&l->params->loop, l->mode, &l->realtime_error);
     bool refused = l->realtime && l->mode == REALTIME_REQUIRE;
+    if (l->params->security.confine) confine_thread();
     clock_start(&l->clock, l->clock.kind);
     sem_post(&l->started);
     if (!refused)

@@ -1,0 +1,150 @@
+#include "confine.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <linux/capability.h>
+#include <sched.h>
+#include <seccomp.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <string.h>
+#include <sys/ioctl.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#if defined __SANITIZE_ADDRESS__ || defined __SANITIZE_THREAD__
+#define SANITIZED true
+#else
+#define SANITIZED false
+#endif
+
+#define COUNT(array) (sizeof(array) / sizeof *(array))
+enum { PAGE = 4096, LOWEST = 0x10000, PLACES = 64 }; /* LOWEST: vm.mmap_min_addr as distributions have it */
+
+void confine_thread(void) {
+    struct __user_cap_header_struct header = {.version = _LINUX_CAPABILITY_VERSION_3};
+    struct __user_cap_data_struct none[_LINUX_CAPABILITY_U32S_3] = {0};
+    if (SANITIZED) return;
+    syscall(SYS_capset, &header, none); /* to give up is always allowed; the ambient ones go with the permitted */
+}
+
+/* Below all other memory, so that one comparison keeps every call that changes memory away from it. */
+static char *intern(const char *path) {
+    for (uintptr_t at = LOWEST; at < LOWEST + PLACES * PAGE && strlen(path) < PAGE; at += PAGE) {
+        char *page = mmap((void *)at, PAGE, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED_NOREPLACE, -1, 0);
+        if (page == MAP_FAILED) continue;
+        strcpy(page, path);
+        return mprotect(page, PAGE, PROT_READ) ? NULL : page;
+    }
+    return NULL;
+}
+
+static int allow(scmp_filter_ctx filter, const int *calls, size_t count) {
+    int failed = 0;
+    for (size_t i = 0; i < count && !failed; i++) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, calls[i], 0);
+    return failed;
+}
+
+static int allow_always(scmp_filter_ctx filter) {
+    static const int calls[] = {
+        /* what is open */
+        SCMP_SYS(read), SCMP_SYS(readv), SCMP_SYS(write), SCMP_SYS(writev), SCMP_SYS(pwrite64), SCMP_SYS(lseek), SCMP_SYS(fstat),
+        SCMP_SYS(newfstatat), SCMP_SYS(close), SCMP_SYS(fsync), SCMP_SYS(fdatasync), SCMP_SYS(fcntl), SCMP_SYS(recvmsg),
+        SCMP_SYS(recvmmsg), SCMP_SYS(recvfrom), SCMP_SYS(sendmsg), SCMP_SYS(sendmmsg), SCMP_SYS(sendto), SCMP_SYS(shutdown),
+        SCMP_SYS(getsockopt), SCMP_SYS(getsockname), SCMP_SYS(getpeername),
+        /* to wait, and the time */
+        SCMP_SYS(poll), SCMP_SYS(ppoll), SCMP_SYS(select), SCMP_SYS(pselect6), SCMP_SYS(futex), SCMP_SYS(nanosleep),
+        SCMP_SYS(clock_nanosleep), SCMP_SYS(clock_gettime), SCMP_SYS(clock_getres), SCMP_SYS(gettimeofday), SCMP_SYS(time),
+        SCMP_SYS(restart_syscall), SCMP_SYS(sched_yield), SCMP_SYS(sched_getparam), SCMP_SYS(sched_getscheduler),
+        SCMP_SYS(sched_getaffinity),
+        /* signals */
+        SCMP_SYS(rt_sigaction), SCMP_SYS(rt_sigprocmask), SCMP_SYS(rt_sigreturn), SCMP_SYS(rt_sigtimedwait), SCMP_SYS(sigaltstack),
+        /* SAFETY: a thread that is just starting; glibc ends the process where these fail */
+        SCMP_SYS(rseq), SCMP_SYS(set_robust_list),
+        /* this process */
+        SCMP_SYS(getpid), SCMP_SYS(gettid), SCMP_SYS(getrandom), SCMP_SYS(brk), SCMP_SYS(capset), SCMP_SYS(exit), SCMP_SYS(exit_group),
+    };
+    return allow(filter, calls, COUNT(calls));
+}
+
+/* Of a terminal or a serial line: settings, sizes and queues; nothing that puts characters into it. */
+static int allow_ioctl(scmp_filter_ctx filter) {
+    static const unsigned requests[] = {TCGETS, TCSETS, TCSETSW, TCSETSF, TCSBRK, TCFLSH, TIOCOUTQ, TIOCGWINSZ, FIONREAD};
+    int failed = 0;
+    for (size_t i = 0; i < COUNT(requests) && !failed; i++)
+        failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(ioctl), 1, SCMP_A1(SCMP_CMP_EQ, requests[i]));
+    return failed;
+}
+
+/* Never executable, never in another's place, and not the page of the path, which lies lowest. */
+static int allow_memory(scmp_filter_ctx filter, const char *path) {
+    const scmp_datum_t first = path ? (uintptr_t)path + PAGE : 0;
+    const struct scmp_arg_cmp above = SCMP_A0(SCMP_CMP_GE, first), data = SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0);
+    int failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(mmap), 2, data,
+                                  SCMP_A3(SCMP_CMP_MASKED_EQ, MAP_FIXED | MAP_FIXED_NOREPLACE, 0));
+    if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(mprotect), 2, above, data);
+    if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(munmap), 1, above);
+    if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(madvise), 1, above);
+    if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(mremap), 2, above,
+                                           SCMP_A3(SCMP_CMP_MASKED_EQ, MREMAP_FIXED, 0));
+    return failed;
+}
+
+/* As fopen(path, "w") opens it. */
+static int allow_result(scmp_filter_ctx filter, const char *path) {
+    if (!path) return 0;
+    return seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(openat), 3, SCMP_A0(SCMP_CMP_MASKED_EQ, UINT32_MAX, (uint32_t)AT_FDCWD),
+                            SCMP_A1(SCMP_CMP_EQ, (uintptr_t)path), SCMP_A2(SCMP_CMP_EQ, O_WRONLY | O_CREAT | O_TRUNC));
+}
+
+static int allow_reconnecting(scmp_filter_ctx filter) {
+    static const int calls[] = {SCMP_SYS(connect), SCMP_SYS(setsockopt), SCMP_SYS(sched_setscheduler)};
+    static const int families[] = {AF_INET, AF_INET6};
+    const scmp_datum_t how = O_ACCMODE | O_CREAT | O_TRUNC | O_EXCL | O_NOCTTY | O_NONBLOCK | O_TMPFILE;
+    int failed = allow(filter, calls, COUNT(calls));
+    for (size_t i = 0; i < COUNT(families) && !failed; i++)
+        failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(socket), 1, SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)families[i]));
+    if (!failed)
+        failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(openat), 1,
+                                  SCMP_A2(SCMP_CMP_MASKED_EQ, O_ACCMODE | O_CREAT | O_TRUNC | O_TMPFILE, O_RDONLY));
+    if (!failed) /* as libmodbus opens a serial device */
+        failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(openat), 1,
+                                  SCMP_A2(SCMP_CMP_MASKED_EQ, how, O_RDWR | O_NOCTTY | O_NONBLOCK | O_EXCL));
+    return failed;
+}
+
+static int build(scmp_filter_ctx filter, const struct confinement *c, const char *path) {
+    int failed = seccomp_attr_set(filter, SCMP_FLTATR_CTL_TSYNC, 1);
+    if (!failed) failed = seccomp_attr_set(filter, SCMP_FLTATR_ACT_BADARCH, SCMP_ACT_ERRNO(EPERM));
+    if (!failed) seccomp_attr_set(filter, SCMP_FLTATR_CTL_SSB, 1), seccomp_attr_set(filter, SCMP_FLTATR_CTL_OPTIMIZE, 2); /* speed only */
+    if (!failed) failed = allow_always(filter);
+    if (!failed) failed = allow_ioctl(filter);
+    if (!failed) failed = allow_memory(filter, path);
+    if (!failed) failed = allow_result(filter, path);
+    if (!failed && c->reconnects) failed = allow_reconnecting(filter);
+    if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(tgkill), 1, SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)getpid()));
+    return failed ? failed : seccomp_load(filter);
+}
+
+static int refused(struct error *error, const char *what, int reason) {
+    return error_set(error, STATUS_UNSAFE, "the daemon cannot be confined: %s: %s; --set security.confine=false runs it without", what,
+                     strerror(reason));
+}
+
+int confine(const struct confinement *c, struct error *error) {
+    if (SANITIZED) return STATUS_OK;
+    bool file = c->result && *c->result && strcmp(*c->result, "-") != 0;
+    const char *path = file ? intern(*c->result) : NULL;
+    if (file && !path) return refused(error, "no memory for the path of the result", ENOMEM);
+    if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0)) return refused(error, "no_new_privs", errno);
+    scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ERRNO(EPERM));
+    int failed = filter ? build(filter, c, path) : -ENOMEM;
+    if (filter) seccomp_release(filter);
+    if (failed) return refused(error, "seccomp", -failed);
+    if (file) *c->result = path;
+    confine_thread();
+    return STATUS_OK;
+}

@@ -1,0 +1,213 @@
+/* What a confined process may do, and what it may not: each in a child, which lives on to tell. */
+#include "support.h"
+
+#include <arpa/inet.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <linux/capability.h>
+#include <pthread.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/ioctl.h>
+#include <sys/mman.h>
+#include <sys/mount.h>
+#include <sys/prctl.h>
+#include <sys/ptrace.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <sys/uio.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "confine.h"
+
+static char directory[] = "/tmp/confine.XXXXXX", result[64], other[64];
+
+/* In a child that is confined; true when what it did was. */
+static bool in_child(bool (*does)(const char *path), bool reconnects) {
+    pid_t child = fork();
+    assert_true(child >= 0);
+    if (child == 0) {
+        const char *path = result;
+        struct error error;
+        if (confine(&(struct confinement){.result = &path, .reconnects = reconnects}, &error)) _exit(2);
+        _exit(!does(path));
+    }
+    int status;
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_true(WIFEXITED(status)); /* never killed */
+    assert_true(WEXITSTATUS(status) != 2);
+    return WEXITSTATUS(status) == 0;
+}
+
+static bool denied(long returned) { return returned == -1 && errno == EPERM; }
+
+static void *nothing(void *argument) { return argument; }
+
+static bool no_program(const char *path) {
+    char *none[] = {NULL};
+    (void)path;
+    return denied(execve("/bin/true", none, none)) && denied(syscall(SYS_execveat, -1, "/bin/true", none, none, 0)) &&
+           denied(syscall(SYS_fork)) && denied(syscall(SYS_vfork)) && denied(syscall(SYS_clone, SIGCHLD, 0, 0, 0, 0));
+}
+
+static bool no_thread(const char *path) {
+    pthread_t thread;
+    (void)path;
+    return pthread_create(&thread, NULL, nothing, NULL) == EPERM;
+}
+
+static bool no_other_file(const char *path) {
+    char copy[64];
+    strcpy(copy, path);
+    return denied(open(other, O_WRONLY | O_CREAT | O_TRUNC, 0666)) && denied(open(other, O_RDWR)) && denied(open("/etc/shadow", O_RDONLY)) &&
+           denied(open(copy, O_WRONLY | O_CREAT | O_TRUNC, 0666)) && denied(open(path, O_RDWR | O_CREAT, 0666)) &&
+           denied(unlink(other)) && denied(rename(other, result)) && denied(mkdir(other, 0777)) && denied(chmod(other, 0777)) &&
+           denied(syscall(SYS_openat2, AT_FDCWD, path, NULL, 0)) && denied(syscall(SYS_creat, other, 0666));
+}
+
+static bool no_other_path(const char *path) {
+    char *page = (char *)(uintptr_t)path;
+    struct iovec here = {.iov_base = other, .iov_len = sizeof other}, there = {.iov_base = page, .iov_len = sizeof other};
+    return denied(mprotect(page, 4096, PROT_READ | PROT_WRITE)) && denied(munmap(page, 4096)) &&
+           denied(mprotect(page - 4096, 8192, PROT_READ | PROT_WRITE)) && denied(madvise(page, 4096, MADV_DONTNEED)) &&
+           mmap(page, 4096, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1, 0) == MAP_FAILED && errno == EPERM &&
+           mremap(page, 4096, 8192, MREMAP_MAYMOVE) == MAP_FAILED && errno == EPERM &&
+           denied(process_vm_writev(getpid(), &here, 1, &there, 1, 0)) && denied(open("/proc/self/mem", O_RDWR));
+}
+
+static bool no_code(const char *path) {
+    (void)path;
+    void *data = mmap(NULL, 4096, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    bool ordinary = data != MAP_FAILED && !mprotect(data, 4096, PROT_READ);
+    return ordinary && denied(mprotect(data, 4096, PROT_READ | PROT_EXEC)) &&
+           mmap(NULL, 4096, PROT_READ | PROT_EXEC, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) == MAP_FAILED && errno == EPERM;
+}
+
+static bool no_socket(const char *path) {
+    (void)path;
+    return denied(socket(AF_INET, SOCK_STREAM, 0)) && denied(socket(AF_INET, SOCK_DGRAM, 0)) && denied(socket(AF_UNIX, SOCK_STREAM, 0)) &&
+           denied(socket(AF_PACKET, SOCK_RAW, 0)) && denied(socket(AF_NETLINK, SOCK_RAW, 0));
+}
+
+static bool no_other_process(const char *path) {
+    (void)path;
+    return denied(ptrace(PTRACE_ATTACH, getppid(), 0, 0)) && denied(ptrace(PTRACE_TRACEME, 0, 0, 0)) && denied(kill(getppid(), 0)) &&
+           denied(syscall(SYS_tgkill, getppid(), getppid(), 0)) && denied(syscall(SYS_pidfd_open, getppid(), 0));
+}
+
+static bool no_rights(const char *path) {
+    struct sched_param priority = {.sched_priority = 10};
+    struct __user_cap_header_struct header = {.version = _LINUX_CAPABILITY_VERSION_3};
+    struct __user_cap_data_struct all[2] = {{~0u, ~0u, 0}, {~0u, ~0u, 0}};
+    int character = 'x';
+    (void)path;
+    return denied(setuid(0)) && denied(mount("none", "/mnt", "tmpfs", 0, NULL)) && denied(syscall(SYS_init_module, NULL, 0, "")) &&
+           denied(syscall(SYS_bpf, 0, NULL, 0)) && denied(syscall(SYS_unshare, 0)) && denied(syscall(SYS_capset, &header, all)) &&
+           denied(sched_setscheduler(0, SCHED_FIFO, &priority)) && denied(ioctl(0, TIOCSTI, &character)) &&
+           denied(prctl(PR_SET_DUMPABLE, 1, 0, 0, 0)) && denied(syscall(SYS_io_uring_setup, 1, NULL));
+}
+
+static bool the_result_is_written(const char *path) {
+    FILE *file = fopen(path, "w");
+    return file && fputs("result", file) >= 0 && !fclose(file);
+}
+
+static bool what_is_open_works(const char *path) {
+    struct timespec t = {.tv_nsec = 1000};
+    void *block = malloc(1 << 20);
+    (void)path;
+    free(block);
+    return block && clock_nanosleep(CLOCK_MONOTONIC, 0, &t, NULL) == 0 && !raise(0) && dprintf(STDERR_FILENO, "%s", "") == 0;
+}
+
+static bool a_connection_is_made_again(const char *path) {
+    struct sockaddr_in nobody = {.sin_family = AF_INET, .sin_addr.s_addr = htonl(INADDR_LOOPBACK), .sin_port = htons(9)};
+    int tcp = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0), reached = connect(tcp, (struct sockaddr *)&nobody, sizeof nobody);
+    bool tried = tcp >= 0 && (reached == 0 || errno != EPERM), read = open("/etc/hosts", O_RDONLY | O_CLOEXEC) >= 0;
+    (void)path;
+    return tried && read && denied(bind(tcp, (struct sockaddr *)&nobody, sizeof nobody)) && denied(listen(tcp, 1)) &&
+           denied(socket(AF_UNIX, SOCK_STREAM, 0)) && denied(socket(AF_PACKET, SOCK_RAW, 0)) &&
+           denied(open(other, O_WRONLY | O_CREAT | O_TRUNC, 0666)) && denied(open("/tmp", O_TMPFILE | O_RDWR, 0666));
+}
+
+#define SKIP_SANITIZED() if (SANITIZED) skip_because("sanitizer builds are not confined")
+
+static void what_is_denied_fails_and_kills_nobody(void **unused) {
+    (void)unused;
+    SKIP_SANITIZED();
+    static bool (*const all[])(const char *) = {no_program, no_thread, no_other_file, no_other_path, no_code, no_socket, no_other_process,
+                                                no_rights};
+    for (unsigned i = 0; i < sizeof all / sizeof *all; i++)
+        if (!in_child(all[i], false)) fail_msg("%u of the list", i);
+    static bool (*const reconnecting[])(const char *) = {no_program, no_thread, no_other_path, no_code, no_other_process};
+    for (unsigned i = 0; i < sizeof reconnecting / sizeof *reconnecting; i++)
+        if (!in_child(reconnecting[i], true)) fail_msg("reconnecting: %u of the list", i);
+}
+
+static void what_the_daemon_needs_works(void **unused) {
+    (void)unused;
+    SKIP_SANITIZED();
+    char text[8] = "";
+    assert_true(in_child(what_is_open_works, false));
+    assert_true(in_child(a_connection_is_made_again, true));
+    assert_true(in_child(the_result_is_written, false));
+    FILE *file = fopen(result, "r");
+    assert_non_null(file);
+    assert_int_equal(fread(text, 1, sizeof text, file), 6);
+    fclose(file);
+}
+
+/* TSYNC: a thread that runs already; it tells through a pipe. */
+static int to_thread[2], from_thread[2];
+static void *tries(void *argument) {
+    char byte = 0;
+    if (read(to_thread[0], &byte, 1) == 1) byte = (char)denied(socket(AF_INET, SOCK_STREAM, 0));
+    if (write(from_thread[1], &byte, 1) != 1) _exit(3);
+    return argument;
+}
+
+static void threads_that_run_are_confined_too(void **unused) {
+    (void)unused;
+    SKIP_SANITIZED();
+    pid_t child = fork();
+    if (child == 0) {
+        pthread_t thread;
+        struct error error;
+        char byte = 0;
+        bool ready = !pipe(to_thread) && !pipe(from_thread) && !pthread_create(&thread, NULL, tries, NULL);
+        bool confined = ready && !confine(&(struct confinement){0}, &error);
+        bool told = confined && write(to_thread[1], &byte, 1) == 1 && read(from_thread[0], &byte, 1) == 1;
+        _exit(!(told && byte == 1));
+    }
+    int status;
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+}
+
+static int make_directory(void **unused) {
+    (void)unused;
+    if (!mkdtemp(directory)) return -1;
+    snprintf(result, sizeof result, "%s/result", directory);
+    snprintf(other, sizeof other, "%s/other", directory);
+    return 0;
+}
+
+static int remove_directory(void **unused) {
+    (void)unused;
+    unlink(result);
+    unlink(other);
+    return rmdir(directory);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_is_denied_fails_and_kills_nobody),
+        cmocka_unit_test(what_the_daemon_needs_works),
+        cmocka_unit_test(threads_that_run_are_confined_too),
+    };
+    return cmocka_run_group_tests(tests, make_directory, remove_directory);
+}
