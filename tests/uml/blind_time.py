@@ -65,6 +65,7 @@ class Modbus:
 
 def moment(number):
     """The two times for one daemon."""
+    time.sleep(0.3)  # until the device has forgotten the one before
     what = (signal.SIGKILL, signal.SIGSTOP)[number % 2]
     run = subprocess.Popen([hexid, "run", "--hal", bus, *options], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     said = []
