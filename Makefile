@@ -36,7 +36,7 @@ SCRIPTS := $(LONGEST:%=tests/scenarios/%.sh) $(filter-out $(LONGEST:%=tests/scen
 # ThreadSanitizer sees what has threads.
 OF_NUMBERS  := $(addprefix tests/scenarios/,can.sh faults.sh figures.sh gap_score.sh modbus.sh signals.sh stop.sh)
 WITH_THREADS := $(addprefix tests/scenarios/,command.sh lcm.sh paced.sh same_seed.sh)
-THREADED    := $(addprefix tests/test_,axis bus can_link loop modbus_line)
+THREADED    := $(addprefix tests/test_,axis bus can_link confine loop modbus_line)
 
 # One job a core, unless the command line says otherwise.
 ifeq ($(MAKELEVEL),0)

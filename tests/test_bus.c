@@ -37,7 +37,7 @@ static struct bus *open_bus(const char *prefix, enum bus_source source) {
 /* The next message, -1 when none comes. */
 static int next(struct bus *b, struct bus_message *m) {
     for (int got; (got = bus_receive(b, m)) || bus_wait(b, 200) == 1;)
-        if (got) return m->size;
+        if (got == 1) return m->size;
     return -1;
 }
 

@@ -297,7 +297,7 @@ static void the_loop_waits_for_room(enum clock_kind clock) {
         }
         assert_int_equal(c.seq, expected++);
     }
-    atomic_store(&b.loop.quit, true);
+    loop_quit(&b.loop);
     while (!atomic_load(&b.loop.ended) || ring_count(&b.records)) {
         if (ring_pop(&b.records, &c)) assert_int_equal(c.seq, expected++);
         else sched_yield();
@@ -384,7 +384,7 @@ static void quit_puts_the_platform_down_first_whatever_else_is_asked(void **unus
         } else bench_until(&b, from[k]);
         for (int n = 0; n < 20; n++) bench_cycle(&b);
         assert_int_equal(b.last.state, from[k]);
-        atomic_store(&b.loop.quit, true);
+        loop_quit(&b.loop);
         for (int n = 0;; n++) {
             bool more = bench_cycle(&b);
             assert_true(b.last.state == STATE_PARKING || b.last.state == STATE_SETTLED);
@@ -403,14 +403,14 @@ static void quit_ends_at_once_where_nothing_is_driven(void **unused) {
     struct params params = by_hand();
     struct bench b;
     bench_init(&b, &params, NULL, 1, CLOCK_VIRTUAL, 4);
-    atomic_store(&b.loop.quit, true);
+    loop_quit(&b.loop);
     assert_false(bench_cycle(&b));
     bench_end(&b);
     bench_init(&b, &params, NULL, 1, CLOCK_VIRTUAL, 4);
     bench_until(&b, STATE_READY);
     b.fake.read_fails = true;
     while (b.last.state != STATE_FAULT) assert_true(bench_cycle(&b));
-    atomic_store(&b.loop.quit, true);
+    loop_quit(&b.loop);
     assert_false(bench_cycle(&b));
     bench_end(&b);
 }
@@ -453,7 +453,7 @@ static void real_time_that_is_refused_runs_nothing_when_required(void **unused) 
         if (b.fake.reads || b.fake.writes || !b.fake.safes) _exit(2);
         bench_end(&b);
         bench_init(&b, &params, NULL, 1, CLOCK_VIRTUAL, 4);
-        atomic_store(&b.loop.quit, true);
+        loop_quit(&b.loop);
         if (loop_start(&b.loop, REALTIME_TRY, &error)) _exit(3);
         loop_join(&b.loop);
         if (!b.loop.realtime || !b.loop.realtime_error.text[0] || b.fake.reads != 1) _exit(4); /* ran, and says what it did not get */

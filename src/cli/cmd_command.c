@@ -42,7 +42,7 @@ static int wait_for_answer(struct client *c, int64_t id, int patience_ms, struct
         if (bus_wait(c->bus, (int)left_ms) < 0) return STATUS_IO;
         for (int got; (got = bus_receive(c->bus, &m));) {
             if (got < 0) return STATUS_IO;
-            if (!strcmp(m.channel, CHANNEL_ANSWER) && answer_decode(m.data, m.size, a) && a->id == id) return 1;
+            if (got == 1 && !strcmp(m.channel, CHANNEL_ANSWER) && answer_decode(m.data, m.size, a) && a->id == id) return 1;
         }
     }
     return 0;
@@ -60,7 +60,8 @@ static int ask(struct client *c, struct operator_request r, struct answer *a, st
         if (got && a->outcome != OUTCOME_TOKEN) return STATUS_OK;
         if (got) r.token = a->token;
     }
-    return error_set(error, STATUS_IO, "command %s: nobody answered within %d ms: no hexid runs on %s", word, ANSWER_MS, c->url);
+    return error_set(error, STATUS_IO, "command %s: nobody answered within %d ms: no hexid of this host listens on %s, or it does not "
+                     "say what became of it (`hexid monitor` shows the state)", word, ANSWER_MS, c->url);
 }
 
 static int park(struct client *c, struct error *error) {
@@ -73,7 +74,7 @@ static int park(struct client *c, struct error *error) {
 /* Until what the command began is over: put down again after engage, tests done after start. */
 static int hold_lease(struct client *c, enum command command, const struct answer *granted, struct error *error) {
     struct answer a = *granted;
-    int period_ms = (int)(granted->lease_s * 1000.0 / RENEWALS);
+    int period_ms = (int)(granted->lease_s * 1000.0 / RENEWALS) + 1;
     printf("hexid: renewing the lease of %g s until the platform is %s; Ctrl-C parks it\n", granted->lease_s,
            command == COMMAND_ENGAGE ? "put down" : "ready again");
     fflush(stdout);
@@ -83,8 +84,9 @@ static int hold_lease(struct client *c, enum command command, const struct answe
         if (interrupted) return park(c, error);
         int status = ask(c, (struct operator_request){.token = granted->token, .renew = true}, &a, error);
         if (status) return status;
-        bool over = command == COMMAND_ENGAGE ? !supervisor_drives(a.state) : a.state != STATE_TESTING;
-        if (over || a.outcome != OUTCOME_DONE) break;
+        if (command == COMMAND_ENGAGE ? !supervisor_drives(a.state) : a.state != STATE_TESTING) break;
+        if (a.outcome != OUTCOME_DONE) return error_set(error, STATUS_UNSAFE, "the lease is lost, the platform is %s: %s",
+                                                        state_names[a.state], a.text);
     }
     printf("hexid: now %s\n", state_names[a.state]);
     return a.state == STATE_FAULT ? -EXIT_CHECK_FAILED : STATUS_OK;

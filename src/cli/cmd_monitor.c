@@ -115,7 +115,8 @@ int cmd_monitor(int argc, char **argv) {
     while (!status) {
         struct bus_message message;
         int waited = bus_wait(bus, SILENCE_MS);
-        while (waited > 0 && (waited = bus_receive(bus, &message)) == 1) show(&m, message.channel, message.data, message.size);
+        while (waited > 0 && (waited = bus_receive(bus, &message)) > 0)
+            if (waited == 1) show(&m, message.channel, message.data, message.size);
         if (waited < 0) status = error_set(&error, STATUS_IO, "monitor: LCM is broken");
         else if (!m.heard && !told) told = fprintf(stderr, "hexid: nothing yet: waiting for a hexid on %s\n", params.lcm.url) > 0;
     }

@@ -21,7 +21,7 @@
 
 enum { RING_CAPACITY = 8192 }; /* cycles: 16 s at 2 ms, against a stalled disk */
 enum { STOP_PATH_BELOW_LOOP = 2 }; /* SCHED_FIFO: behind loop and field bus, ahead of all else */
-static const double recorder_behind_s = 2.0; /* then it is taken for hung; putting the platform down fits into the rest of the ring */
+enum { RECORDER_BEHIND = RING_CAPACITY / 8 }; /* 2 s: it hangs; putting the platform down fits into the rest of the ring */
 
 struct session {
     struct options options;
@@ -36,7 +36,7 @@ struct session {
     struct operator operator;
     char *config;
     int lock, signal_file; /* descriptors */
-    int signals;           /* received */
+    int64_t signalled_ns;  /* CLOCK_MONOTONIC of the first signal, 0: none */
     bool listens, recorder_hangs, stuck;
 };
 
@@ -117,17 +117,26 @@ static int block_signals(struct error *error) {
     return file >= 0 ? file : error_set(error, STATUS_IO, "no descriptor for signals: %s", strerror(errno));
 }
 
-/* SAFETY: the first signal puts the platform down and ends the run; the second centres the valves at
- * once. Acted upon first, said afterwards. */
-static void signalled(struct session *s) {
-    if (s->signals++) {
-        atomic_store(&s->loop.abort, true);
+static int64_t monotonic_ns(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return t.tv_sec * NS_PER_S + t.tv_nsec;
+}
+
+/* SAFETY: the first signal puts the platform down and ends the run; a person's second one centres the
+ * valves at once. A terminal that is lost and timeout(1) send theirs twice within milliseconds: those are
+ * one. Acted upon first, said afterwards. */
+static void signalled(struct session *s, int number) {
+    static const int64_t twice_ns = 3 * NS_PER_S / 10;
+    int64_t now_ns = monotonic_ns();
+    bool by_hand = number == SIGINT || number == SIGTERM || number == SIGQUIT;
+    if (!s->signalled_ns) {
+        loop_quit(&s->loop);
+        s->signalled_ns = now_ns;
+        progress_say(&s->progress, "hexid: interrupted: parking (once more to centre the valves at once)\n");
+    } else if (by_hand && now_ns - s->signalled_ns >= twice_ns && !atomic_exchange(&s->loop.abort, true)) {
         progress_say(&s->progress, "hexid: interrupted again: valves centred\n");
-        return;
     }
-    atomic_store(&s->loop.quit, true);
-    mailbox_post(&s->loop.requests, COMMAND_PARK);
-    progress_say(&s->progress, "hexid: interrupted: parking (once more to centre the valves at once)\n");
 }
 
 static void say(void *context, const char *text) {
@@ -135,33 +144,35 @@ static void say(void *context, const char *text) {
     progress_say(&s->progress, "hexid: %s\n", text);
 }
 
-static int64_t monotonic_ns(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return t.tv_sec * NS_PER_S + t.tv_nsec;
-}
-
 static void take_signals(struct session *s) {
     struct signalfd_siginfo signal;
-    while (read(s->signal_file, &signal, sizeof signal) == (ssize_t)sizeof signal) signalled(s);
+    while (read(s->signal_file, &signal, sizeof signal) == (ssize_t)sizeof signal) signalled(s, (int)signal.ssi_signo);
+}
+
+static void release_signals(struct session *s) {
+    sigset_t all;
+    take_signals(s);
+    sigfillset(&all);
+    pthread_sigmask(SIG_UNBLOCK, &all, NULL);
 }
 
 /* A flood takes turns with the signals. */
 static void take_messages(struct session *s) {
     enum { AT_ONCE = 64 };
     struct bus_message message;
-    for (int i = 0; i < AT_ONCE && bus_receive(s->bus, &message) == 1; i++) operator_take(&s->operator, &message, monotonic_ns());
+    int got = 1;
+    for (int i = 0; i < AT_ONCE && (got = bus_receive(s->bus, &message)) > 0; i++)
+        if (got == 1) operator_take(&s->operator, &message, monotonic_ns());
 }
 
 /* SAFETY: a log that takes nothing more, without an error (a pipe whose reader sleeps, a disk that hangs),
  * is not driven on beside: the platform is put down before records are lost. */
 static void watch_recorder(struct session *s) {
-    double behind_s = (double)ring_count(&s->ring) * s->params.loop.period_s;
-    if (s->options.fast || s->recorder_hangs || behind_s < recorder_behind_s) return;
+    if (s->options.fast || s->recorder_hangs || ring_count(&s->ring) < RECORDER_BEHIND) return;
     s->recorder_hangs = true;
-    atomic_store(&s->loop.quit, true);
-    mailbox_post(&s->loop.requests, COMMAND_PARK);
-    progress_say(&s->progress, "hexid: %s takes no more: parking\n", s->options.log ? s->options.log : "the recorder");
+    loop_quit(&s->loop);
+    if (s->options.log) progress_say(&s->progress, "hexid: %s takes no more: parking; look at its disk or reader\n", s->options.log);
+    else progress_say(&s->progress, "hexid: the recorder is not given the processor: parking; free this host\n");
 }
 
 /* SAFETY: between a signal or a message and the loop's mailbox stands nothing that can block. */
@@ -181,7 +192,7 @@ static int report(struct session *s, struct error *error) {
     struct analysis *a = &s->recorder.analysis;
     struct verdict verdict = analysis_verdict(a);
     progress_end(&s->progress);
-    if (s->signals) verdict_add(&verdict, VERDICT_NOT_EVALUATED, "interrupted");
+    if (s->signalled_ns) verdict_add(&verdict, VERDICT_NOT_EVALUATED, "interrupted");
     analysis_print(a, &verdict, s->progress.out);
     char trouble[200] = "";
     if (s->hal->ops->describe) s->hal->ops->describe(s->hal, trouble, sizeof trouble);
@@ -212,7 +223,7 @@ static int confine_all(struct session *s, struct error *error) {
     const struct confinement all = {.result = &s->options.json, .reconnects = s->hal->ops->reconnects};
     int status = s->params.security.confine ? confine(&all, error) : STATUS_OK;
     if (!s->params.security.confine) progress_say(&s->progress, "hexid: warning: security.confine is off: the daemon keeps all its rights\n");
-    if (status) atomic_store(&s->loop.quit, true);
+    if (status) loop_quit(&s->loop);
     return status;
 }
 
@@ -228,15 +239,16 @@ static int run(struct session *s, struct error *error) {
     if (status) return status;
     status = loop_start(&s->loop, realtime_of(s), error);
     if (status) {
-        recorder_join(&s->recorder);
+        s->stuck = !recorder_join(&s->recorder);
         return status;
     }
     if (s->loop.realtime) progress_say(&s->progress, "hexid: warning: %s\n", s->loop.realtime_error.text);
-    else if (realtime_of(s) != REALTIME_OFF) realtime_follow(&s->params.loop, STOP_PATH_BELOW_LOOP);
+    if (realtime_of(s) != REALTIME_OFF) realtime_follow(&s->params.loop, STOP_PATH_BELOW_LOOP);
     struct error refused = {0};
     confine_all(s, &refused);
     wait_for_end(s);
     loop_join(&s->loop);
+    release_signals(s); /* nothing is driven any more: what hangs from here on may be ended */
     status = finish(s, error);
     if (refused.status) *error = refused;
     return refused.status ? (int)refused.status : status;

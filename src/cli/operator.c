@@ -37,16 +37,26 @@ static void refuse(struct operator *o, const struct operator_request *r, const c
     o->say(o->context, text);
 }
 
-static void post(struct operator *o, const struct operator_request *r, int64_t now_ns) {
-    o->waiting_request = mailbox_post(&o->loop->requests, r->command);
-    o->waiting = *r;
+/* A stop that the loop has not yet seen: the mailbox holds one request, and a later one would take its place. */
+static bool stop_under_way(const struct operator *o) {
+    return o->waiting_request && command_stops(o->waiting.command) &&
+           (int32_t)(loop_acted(o->loop).request_id - o->waiting_request) < 0;
+}
+
+static void post(struct operator *o, const struct operator_request *request, int64_t now_ns) {
+    struct operator_request r = *request, before = o->waiting;
+    bool displaces = o->waiting_request != 0;
+    if (stop_under_way(o) && before.command == COMMAND_PARK) r.command = COMMAND_PARK; /* SAFETY: a stop does not undo it */
+    o->waiting_request = mailbox_post(&o->loop->requests, r.command);
+    o->waiting = r;
     o->waiting_ns = now_ns;
+    if (displaces) answer(o, before.id, OUTCOME_REFUSED, 0, "another command came at the same time: ask again");
 }
 
 static void renew(struct operator *o, const struct operator_request *r, int64_t now_ns) {
-    bool holds = o->lease && r->token == o->lease;
+    bool holds = o->lease && !o->expired && r->token == o->lease;
     if (holds) o->lease_ns = now_ns;
-    answer(o, r->id, holds ? OUTCOME_DONE : OUTCOME_REFUSED, holds ? o->lease : 0, holds ? "" : "no lease of that token is running");
+    answer(o, r->id, holds ? OUTCOME_DONE : OUTCOME_REFUSED, holds ? o->lease : 0, holds ? "" : "the lease has run out, or is another's: ask `engage` anew");
 }
 
 /* SAFETY: whoever reaches the bus may put the platform down; only the configuration, and an answer that
@@ -55,6 +65,8 @@ static void move(struct operator *o, const struct operator_request *r, int64_t n
     bool fresh = o->token && r->token == o->token && now_ns - o->token_ns <= token_valid_ns;
     if (!o->params->lcm.commands) {
         refuse(o, r, "set lcm.commands to true to accept commands that move");
+    } else if (stop_under_way(o)) {
+        refuse(o, r, "a stop came just before");
     } else if (!r->id) {
         refuse(o, r, "a command that moves needs an id and a token (request_t); `hexid command` brings them");
     } else if (!fresh) {
@@ -77,6 +89,7 @@ void operator_take(struct operator *o, const struct bus_message *message, int64_
 static void grant_lease(struct operator *o, int64_t now_ns) {
     if (!(o->params->lcm.lease_s > 0.0)) return;
     if (!o->lease) o->lease = random_token(now_ns), o->driven = false;
+    o->expired = false;
     o->lease_ns = now_ns;
 }
 
@@ -86,9 +99,9 @@ static void answer_waiting(struct operator *o, int64_t now_ns) {
     if (!o->waiting_request) return;
     if ((int32_t)(acted.request_id - o->waiting_request) < 0) {
         if (now_ns - o->waiting_ns < ANSWER_PATIENCE_NS) return;
-        refuse(o, r, "the loop does not answer");
+        refuse(o, r, "the loop does not answer: see whether hexid is given the processor");
     } else if (acted.request_id != o->waiting_request) {
-        refuse(o, r, "another command came in between");
+        refuse(o, r, "another command came in between: ask again");
     } else if (!acted.taken && command_stops(r->command)) {
         answer(o, r->id, OUTCOME_DONE, 0, supervisor_advice(acted.state, r->command)); /* it is as was asked for */
     } else if (!acted.taken) {
@@ -104,14 +117,15 @@ static void answer_waiting(struct operator *o, int64_t now_ns) {
 /* SAFETY: an operator who went away does not leave a machine in motion. */
 static void watch_lease(struct operator *o, int64_t now_ns) {
     if (!o->lease) return;
-    bool drives = supervisor_drives(loop_acted(o->loop).state);
+    enum state state = loop_acted(o->loop).state;
+    bool drives = supervisor_drives(state);
     o->driven |= drives;
     if (!drives && (o->driven || now_ns - o->lease_ns > settle_ns)) {
         o->lease = 0;
-    } else if (drives && now_ns - o->lease_ns > ns_from_seconds(o->params->lcm.lease_s)) {
-        mailbox_post(&o->loop->requests, COMMAND_PARK);
-        o->lease = 0;
-        o->say(o->context, "the operator's lease has run out (lcm.lease_s): parking");
+    } else if (drives && state != STATE_PARKING && now_ns - o->lease_ns > ns_from_seconds(o->params->lcm.lease_s)) {
+        mailbox_post(&o->loop->requests, COMMAND_PARK); /* again, until it is seen */
+        if (!o->expired) o->say(o->context, "the operator's lease has run out (lcm.lease_s): parking");
+        o->expired = true;
     }
 }
 

@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <poll.h>
 #include <stdatomic.h>
 #include <stdio_ext.h>
 #include <time.h>
@@ -16,8 +17,10 @@ static void *copy(void *argument) {
     while ((size = read(o->from, text, sizeof text)) > 0 || (size < 0 && errno == EINTR))
         for (ssize_t done = 0; done < size;) {
             ssize_t written = write(o->to, text + done, (size_t)(size - done));
-            if (written < 0 && errno != EINTR) break; /* nobody reads it any more */
-            if (written > 0) done += written;
+            if (written < 0 && errno == EAGAIN) poll(&(struct pollfd){.fd = o->to, .events = POLLOUT}, 1, -1);
+            else if (written < 0 && errno != EINTR) break; /* nobody reads it any more */
+            if (written <= 0) continue;
+            done += written;
             atomic_fetch_add_explicit(&o->copied, 1, memory_order_relaxed);
         }
     return NULL;
@@ -42,7 +45,6 @@ void outlet_flush(struct outlet *o) {
     if (!fflush(o->out)) return;
     __fpurge(o->out);
     clearerr(o->out);
-    atomic_fetch_add_explicit(&o->dropped, 1, memory_order_relaxed);
 }
 
 bool outlet_close(struct outlet *o) {

@@ -1,6 +1,6 @@
 /* A way to a terminal, pipe or file that never holds the writer up: lines go into a pipe, and a thread
  * of its own copies them to where they belong. SAFETY: a terminal that stalls (a hung ssh) or a reader
- * that sleeps must not keep anybody from stopping the machine; what does not fit is dropped and counted. */
+ * that sleeps must not keep anybody from stopping the machine; what does not fit is dropped. */
 #ifndef HEXID_OUTLET_H
 #define HEXID_OUTLET_H
 
@@ -12,8 +12,7 @@ struct outlet {
     FILE *out;               /* write here, then outlet_flush(); any thread */
     int from, to;            /* the pipe's other end; where it is copied to */
     pthread_t thread;
-    _Atomic long dropped;    /* flushes whose text did not fit */
-    _Atomic long copied;     /* bytes */
+    _Atomic long copied;     /* times that something was written there */
 };
 
 /* Ordinary threads. 0, or -1: no pipe or no thread. */

@@ -14,10 +14,12 @@ int progress_open(struct progress *p, const struct params *params, int to, bool 
     *p = (struct progress){.params = params, .terminal = isatty(to) != 0};
     p->redraw_cycles = llround(redraw_s / params->loop.period_s);
     if (outlet_open(&p->steps, to)) return -1;
+    if (outlet_open(&p->words, STDERR_FILENO)) {
+        outlet_close(&p->steps);
+        return -1;
+    }
     p->out = p->steps.out;
-    if (!outlet_open(&p->words, STDERR_FILENO)) return 0;
-    outlet_close(&p->steps);
-    return -1;
+    return 0;
 }
 
 bool progress_close(struct progress *p) {
@@ -31,8 +33,7 @@ static void clear_line(struct progress *p) {
 
 void progress_say(struct progress *p, const char *format, ...) {
     va_list args;
-    clear_line(p);
-    outlet_flush(&p->steps);
+    if (p->terminal) fputs("\r\033[K", p->words.out); /* not by p->out: who holds its lock may be kept waiting */
     va_start(args, format);
     vfprintf(p->words.out, format, args);
     va_end(args);

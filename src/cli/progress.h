@@ -27,7 +27,7 @@ void progress_state(struct progress *p, const struct cycle *c);
 /* cause and remedy: failure_explain(). */
 void progress_fault(struct progress *p, const struct cycle *c, const char *cause, const char *remedy);
 void progress_result(struct progress *p, const struct test_result *t);
-/* From any thread: a line on standard error, clear of the live line. */
+/* Main thread only, which waits for no other: a line on standard error, clear of the live line. */
 __attribute__((format(printf, 2, 3))) void progress_say(struct progress *p, const char *format, ...);
 /* Takes the live line off: what follows is no progress. */
 void progress_end(struct progress *p);

@@ -14,10 +14,7 @@
 enum { MESSAGE_MAX = 16384, CONFIG_MAX = 1 << 18, POLL_NS = 2000000 };
 
 /* SAFETY: a run that cannot be recorded is put down: neither abandoned nor run on blind. */
-static void log_failed(struct recorder *r) {
-    mailbox_post(&r->loop->requests, COMMAND_PARK);
-    atomic_store(&r->loop->quit, true);
-}
+static void log_failed(struct recorder *r) { loop_quit(r->loop); }
 
 static void keep(struct recorder *r, const char *channel, const void *data, int size) {
     int64_t utime_us = r->loop->clock.system_us + r->analysis.last.in.time_ns / NS_PER_US;

@@ -189,15 +189,12 @@ static bool from_this_host(const struct bus *b, const struct sockaddr_in *sender
 }
 
 int bus_receive(struct bus *b, struct bus_message *message) {
-    for (;;) {
-        struct sockaddr_in sender;
-        socklen_t length = sizeof sender;
-        ssize_t size = recvfrom(b->in, b->datagram, sizeof b->datagram, MSG_DONTWAIT, (struct sockaddr *)&sender, &length);
-        if (size < 0 && errno == EINTR) continue;
-        if (size < 0) return errno == EAGAIN || errno == EWOULDBLOCK ? 0 : STATUS_IO;
-        if (length != sizeof sender || (b->source == BUS_THIS_HOST && !from_this_host(b, &sender))) continue;
-        if (bus_parse(b->datagram, (int)size, message)) return 1;
-    }
+    struct sockaddr_in sender;
+    socklen_t length = sizeof sender;
+    ssize_t size = recvfrom(b->in, b->datagram, sizeof b->datagram, MSG_DONTWAIT, (struct sockaddr *)&sender, &length);
+    if (size < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR ? 0 : STATUS_IO;
+    if (length != sizeof sender || (b->source == BUS_THIS_HOST && !from_this_host(b, &sender))) return BUS_DROPPED;
+    return bus_parse(b->datagram, (int)size, message) ? 1 : BUS_DROPPED;
 }
 
 int bus_wait(struct bus *b, int timeout_ms) {

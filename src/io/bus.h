@@ -43,7 +43,9 @@ int bus_listen(struct bus *bus, const char *prefix, enum bus_source source, stru
 /* For poll(); -1 before bus_listen(). */
 int bus_fd(const struct bus *bus);
 
-/* The next message that has come: 1; 0: none; STATUS_IO: the socket is broken. */
+/* The next datagram that has come: 1 a message; BUS_DROPPED: it was none, or from elsewhere; 0: none has
+ * come; STATUS_IO: the socket is broken. */
+enum { BUS_DROPPED = 2 };
 int bus_receive(struct bus *bus, struct bus_message *message);
 
 /* Waits for one, at most so long: 1, 0 or STATUS_IO. */

@@ -195,7 +195,7 @@ bool answer_decode(const void *data, int size, struct answer *answer) {
     a.lease_s = take_double(&w);
     int outcome = place_of(take_string(&w), outcome_words, OUTCOMES), state = place_of(take_string(&w), state_names, STATES);
     a.text = take_string(&w);
-    if (!w.good || w.left || outcome < 0 || state < 0 || !(a.lease_s >= 0.0)) return false;
+    if (!w.good || w.left || outcome < 0 || state < 0 || !(a.lease_s >= 0.0 && a.lease_s <= 3600.0)) return false;
     a.outcome = (enum outcome)outcome;
     a.state = (enum state)state;
     *answer = a;

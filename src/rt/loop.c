@@ -24,11 +24,16 @@ static bool overrun(struct loop *l, int64_t late_ns) {
     return missed > 0;
 }
 
-/* SAFETY: told to end, nothing else that was asked for counts: the platform is put down. The id is new once. */
+/* SAFETY: told to end, nothing else that is asked for counts: the platform is put down. */
 static struct request asked(const struct loop *l) {
     struct request request = mailbox_read(&l->requests);
-    if (!atomic_load_explicit(&l->quit, memory_order_relaxed)) return request;
-    return (struct request){.id = request.id + 1, .command = COMMAND_PARK};
+    if (atomic_load_explicit(&l->quit, memory_order_acquire)) request.command = COMMAND_PARK;
+    return request;
+}
+
+void loop_quit(struct loop *l) {
+    atomic_store_explicit(&l->quit, true, memory_order_release);
+    mailbox_post(&l->requests, COMMAND_PARK);
 }
 
 static void hand_over(struct loop *l, const struct cycle *c) {
@@ -102,6 +107,7 @@ int loop_init(struct loop *l, const struct params *params, struct hal *hal, stru
 int loop_start(struct loop *l, enum realtime_mode mode, struct error *error) {
     l->mode = mode;
     int refused = pthread_create(&l->thread, NULL, loop_thread, l);
+    if (refused) atomic_store_explicit(&l->ended, true, memory_order_release);
     if (refused) return error_set(error, STATUS_IO, "cannot start the loop thread: %s", strerror(refused));
     while (sem_wait(&l->started)) continue;
     if (!l->realtime || mode != REALTIME_REQUIRE) return STATUS_OK;

@@ -28,7 +28,7 @@ struct loop {
     struct hal *hal;
     struct ring *records;            /* struct cycle, to the recorder */
     struct mailbox requests;         /* any thread -> loop */
-    _Atomic bool quit;               /* any thread -> loop: park, whatever else is requested, and end as soon as nothing is driven */
+    _Atomic bool quit;               /* any thread -> loop, by loop_quit() */
     _Atomic bool abort;              /* any thread -> loop: valves to centre and end now */
     _Atomic bool ended;              /* loop -> world: the last record is in the ring */
     _Atomic uint64_t lost;           /* loop -> world: records that found the ring full */
@@ -61,6 +61,10 @@ struct loop_acted {
     enum state state;                /* now */
 };
 struct loop_acted loop_acted(const struct loop *l);
+
+/* SAFETY: park, whatever else is asked for from now on, and end as soon as nothing is driven. Any thread,
+ * also a signal handler; more than once does no harm. */
+void loop_quit(struct loop *l);
 
 /* One cycle; false after the last. RT: no heap, no lock, no system call but the sleep (and the clock's). */
 bool loop_cycle(struct loop *l);

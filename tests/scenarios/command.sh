@@ -3,7 +3,7 @@
 # away leaves it parked; what nobody asked for just now does nothing.
 . tests/scenarios/lib
 own_network "commands over LCM are obeyed"
-CLOCK=virtual # nothing here is claimed about the wall clock
+CLOCK=virtual # the simulated platform's is: no claim is tried again, and the leases are long beside any stall
 . tests/scenarios/bus_lib
 lcm-gen -p --ppath "$work" lcmtypes/*.lcm
 

@@ -21,4 +21,4 @@ quick "${settings[@]}" --log "$work/fast.lcm" --json "$work/fast.json" >/dev/nul
 stalled_run >"$work/paced"
 same() { PYTHONPATH=$work "$python" tests/scenarios/paced.py "$work"/{fast,paced}.lcm "$work"/{fast,paced}.json; }
 claim "a run beside the wall clock gives what virtual time gives, to the last bit" same
-claim "and says how far it was behind" grep -q 'x real time, [1-9][0-9]* stall.* of this host, the longest [2-9][0-9][0-9] ms' "$work/paced"
+claim "and says how far it was behind" grep -q 'x real time, [1-9][0-9]* stall.* of this host, the longest [0-9]*[2-9][0-9][0-9] ms' "$work/paced"

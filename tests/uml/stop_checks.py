@@ -177,12 +177,27 @@ def _():
 def _():
     run = Run()
     run.process.send_signal(signal.SIGINT)
-    time.sleep(0.2)
+    time.sleep(0.5)
     since = now_us()
     run.process.send_signal(signal.SIGINT)
     run.ended()
     last_us = run.states()[-1][0]
     demand(last_us - since <= SIGNAL_MS * 1000, "the last cycle came", (last_us - since) / 1e3, "ms later")
+
+
+@claim("signals that come twice at once, as from a terminal that is lost, are one: parked")
+def _():
+    for number in (signal.SIGHUP, signal.SIGTERM):
+        run = Run()
+        since = now_us()
+        for _ in range(3):
+            run.process.send_signal(number)
+            time.sleep(0.01)
+        if number == signal.SIGHUP:
+            time.sleep(0.5)
+            run.process.send_signal(number)
+        run.ended()
+        demand(run.parked_after_ms(since) <= SIGNAL_MS, "parked after", run.parked_after_ms(since), "ms")
 
 
 def crafted(dice, n):
