@@ -373,6 +373,30 @@ static void a_damaged_result_is_refused(void **unused) {
     assert_true(refused > 13 * 7); /* the lengths and counts alone */
 }
 
+/* Of lists that are empty: nothing after the count would give it away. */
+static void a_negative_count_and_no_boolean_are_refused(void **unused) {
+    (void)unused;
+    char *empty = (char *)(uintptr_t)"";
+    double numbers[] = {0.0}; /* liblcm copies none of them, but takes no NULL */
+    int8_t legs[] = {0};
+    hexid_gap_t m = {.verdict = empty, .reason = empty, .next_experiment = empty, .share_explained = numbers, .z = numbers,
+                     .parameter_legs = legs, .values_si = numbers, .values_std_si = numbers};
+    unsigned char buffer[1000];
+    struct gap_summary g;
+    enum { COUNTS = 3, FIRST = 8 + 8 + 3 * 5 }; /* behind type, time and three strings */
+    int size = hexid_gap_t_encode(buffer, 0, sizeof buffer, &m);
+    assert_true(gap_good(buffer, size, &g));
+    for (int i = 0; i < COUNTS; i++) {
+        unsigned char *count = buffer + FIRST + 4 * i;
+        memset(count, 0xff, 4);
+        assert_false(gap_good(buffer, size, &g));
+        memset(count, 0, 4);
+    }
+    assert_true(gap_good(buffer, size, &g));
+    buffer[FIRST + 4 * COUNTS] = 2; /* neither true nor false */
+    assert_false(gap_good(buffer, size, &g));
+}
+
 /* A changed type makes old logs unreadable: add a type, do not edit one. */
 static void types_are_frozen(void **unused) {
     (void)unused;
@@ -404,6 +428,7 @@ int main(void) {
         cmocka_unit_test(answers_come_back_or_are_refused),
         cmocka_unit_test(results_are_read_as_the_generated_code_writes_them),
         cmocka_unit_test(a_damaged_result_is_refused),
+        cmocka_unit_test(a_negative_count_and_no_boolean_are_refused),
         cmocka_unit_test(types_are_frozen),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -96,6 +96,8 @@ static void nothing_is_run_that_could_move_blindly_for_long(void **unused) {
         {{"device.watchdog_s=0.085"}, {NULL}},
         {{"device.watchdog_s=0.086"}, {"0.101 s", "device.watchdog_s", "limits.bad_cycles"}},
         {{"device.watchdog_s=10"}, {"10 s", "device.watchdog_s", "limits.blind_time_s"}},
+        {{"device.watchdog_s=0.068", "limits.sensor_age_s=0.03", "limits.bad_cycles=1"}, {NULL}},
+        {{"device.watchdog_s=0.07", "limits.sensor_age_s=0.03", "limits.bad_cycles=1"}, {"0.101 s", "killed", "device.watchdog_s + 1 ms)"}},
         {{"device.watchdog_s=9.9", "limits.blind_time_s=10"}, {NULL}},
         {{"device.watchdog_s=9.99", "limits.blind_time_s=10"}, {"10 s", "device.watchdog_s", "limits.blind_time_s 10"}},
         {{"limits.blind_time_s=0.03"}, {"0.035 s", "device.watchdog_s", "limits.blind_time_s 0.03"}},
