@@ -65,7 +65,7 @@ static void print_loop(const struct loop_statistics *s, FILE *out) {
     fprintf(out, "loop      %" PRId64 " cycles of %g ms, %" PRId64 " overruns, %" PRId64 " records lost\n", s->cycles, s->period_s * 1e3,
             s->overruns, s->lost);
     if (!s->timed) return;
-    fprintf(out, "          %.2f x real time, %" PRId64 " stall%s of this host", s->pace, s->stalls, s->stalls == 1 ? "" : "s");
+    fprintf(out, "          %.3f x real time, %" PRId64 " stall%s of this host", s->pace, s->stalls, s->stalls == 1 ? "" : "s");
     if (s->stalls) fprintf(out, ", the longest %.0f ms", s->longest_stall_s * 1e3);
     fprintf(out, "\n");
     print_times("wake-up", s->wake_us, out);
