@@ -68,6 +68,10 @@ static void a_move_does_not_take_the_place_of_a_stop(void **unused) {
         ask(stops[i], 0, 2);
         ask(COMMAND_START, token, 3);
         assert_int_equal(asked(), stops[i]);
+        operator_tick(&operator, 2 * NS_PER_S); /* the loop stalls, for however long */
+        ask(COMMAND_START, 0, 2 * NS_PER_S);
+        ask(COMMAND_START, operator.token, 2 * NS_PER_S + 1);
+        assert_int_equal(asked(), stops[i]);
         loop_acts(STATE_PARKING, true);
         operator_tick(&operator, 4);
     }

@@ -56,10 +56,11 @@ static void post(struct operator *o, const struct operator_request *request, int
 static void renew(struct operator *o, const struct operator_request *r, int64_t now_ns) {
     bool holds = o->lease && !o->expired && r->token == o->lease;
     if (holds) o->lease_ns = now_ns;
-    answer(o, r->id, holds ? OUTCOME_DONE : OUTCOME_REFUSED, holds ? o->lease : 0, holds ? "" : "the lease has run out, or is another's: ask `engage` anew");
+    answer(o, r->id, holds ? OUTCOME_DONE : OUTCOME_REFUSED, holds ? o->lease : 0,
+           holds ? "" : "the lease has run out, or is another's: ask `engage` anew");
 }
 
-/* SAFETY: whoever reaches the bus may put the platform down; only the configuration, and an answer that
+/* SAFETY: whoever on this host reaches the bus may put the platform down; only the configuration, and an answer that
  * was given to this operator just now, let it be moved from there. */
 static void move(struct operator *o, const struct operator_request *r, int64_t now_ns) {
     bool fresh = o->token && r->token == o->token && now_ns - o->token_ns <= token_valid_ns;
@@ -81,7 +82,7 @@ static void move(struct operator *o, const struct operator_request *r, int64_t n
 void operator_take(struct operator *o, const struct bus_message *message, int64_t now_ns) {
     struct operator_request r;
     if (strcmp(message->channel, CHANNEL_COMMAND) || !request_decode(message->data, message->size, &r)) return;
-    if (command_stops(r.command)) post(o, &r, now_ns); /* SAFETY: first of all, and from anybody */
+    if (command_stops(r.command)) post(o, &r, now_ns); /* SAFETY: first of all, and from anybody on this host */
     else if (r.renew) renew(o, &r, now_ns);
     else move(o, &r, now_ns);
 }
@@ -98,7 +99,7 @@ static void answer_waiting(struct operator *o, int64_t now_ns) {
     const struct operator_request *r = &o->waiting;
     if (!o->waiting_request) return;
     if ((int32_t)(acted.request_id - o->waiting_request) < 0) {
-        if (now_ns - o->waiting_ns < ANSWER_PATIENCE_NS) return;
+        if (command_stops(r->command) || now_ns - o->waiting_ns < ANSWER_PATIENCE_NS) return; /* SAFETY: a stop waits for a loop that stalls */
         refuse(o, r, "the loop does not answer: see whether hexid is given the processor");
     } else if (acted.request_id != o->waiting_request) {
         refuse(o, r, "another command came in between: ask again");
