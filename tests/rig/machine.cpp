@@ -1,0 +1,533 @@
+#include "machine.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+using Eigen::Dynamic;
+using Row = Eigen::Matrix<double, 1, kMax>;
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kOilDensity = 870, kOilViscosity = 4e-5; /* gap.md: kg/m^3, m^2/s */
+constexpr double kSupplyLag = 0.010;                      /* gap.md: s */
+constexpr double kLaminarDrop =
+    2e4; /* Pa: below it an orifice's flow turns smoothly from root to line */
+constexpr double kVapour = -1.0e5; /* Pa gauge: oil does not hold tension */
+constexpr double kPlayStiffness = 1e8,
+                 kPlayDamping = 2e4; /* steel on steel at the end of a joint's play */
+constexpr double kHeldSpeed = 1e-6;  /* m/s, rad/s: slower than this and held means at rest */
+constexpr double kCrossing = 1e-11;  /* m/s, rad/s: slower than this is no reversal */
+constexpr double kLocated = 1e-4; /* of a step's change of speed: a reversal is located to this */
+constexpr double kForceShare =
+    1e-6; /* of the capacity: to this a holding force is solved; what it leaves is projected */
+
+static double orifice(double drop)
+{
+    const double size = std::abs(drop), z = size / kLaminarDrop;
+    const double root =
+        z >= 1 ? std::sqrt(size) : std::sqrt(kLaminarDrop) * z * (1.25 - 0.25 * z * z);
+    return drop < 0 ? -root : root;
+}
+
+static double dead_band(double spool, double overlap)
+{
+    return spool > overlap ? spool - overlap : spool < -overlap ? spool + overlap : 0;
+}
+
+struct Flow {
+    double a, b, from_supply, to_tank; /* into port A, into port B */
+};
+
+static Flow valve_flow(const LegParameters &leg, double spool, double pa, double pb, double supply,
+                       double tank)
+{
+    const double x = dead_band(spool, leg.overlap);
+    Flow f;
+    if (x > 0) {
+        f.a = leg.gain_a * x * orifice(supply - pa);
+        f.b = -leg.gain_b * x * orifice(pb - tank);
+        f.from_supply = f.a;
+        f.to_tank = -f.b;
+    } else {
+        f.a = leg.gain_a * x * orifice(pa - tank);
+        f.b = -leg.gain_b * x * orifice(supply - pb);
+        f.from_supply = f.b;
+        f.to_tank = -f.a;
+    }
+    return f;
+}
+
+/* At rest in the pose: leg forces from statics, pressures and spools so that no flow is left over.
+ */
+Machine::Machine(const MachineParameters &given, const Vec6 &pose)
+    : p(given), bodies(given.bodies), n(bodies.size())
+{
+    y.setZero();
+    y.segment<6>(kQ) << pose[0], pose[1], pose[2], pose[5], pose[4], pose[3];
+    base_load.setZero();
+
+    const Coords still = Coords::Zero();
+    Coords q = y.segment<kMax>(kQ);
+    bodies.evaluate(q, still, now);
+    for (int i = 0; i < kLegs; i++)
+        q[kRod + i] = y[kQ + kRod + i] =
+            now.length[i] + (p.leg[i].play > 0 ? p.leg[i].play / 2 : 0);
+    bodies.evaluate(q, still, now);
+
+    Coords load = now.bias;
+    load.head<6>() += p.stiffness.cwiseProduct(pose)({0, 1, 2, 5, 4, 3});
+    base_load = load.segment<3>(kBase);
+    const Vec6 force = now.length_row.leftCols<6>().transpose().fullPivLu().solve(load.head<6>());
+
+    for (int i = 0; i < kLegs; i++) {
+        const LegParameters &l = p.leg[i];
+        const double f = force[i] + (l.play > 0 ? now.bias[kRod + i] : 0);
+        double *s = &y[kLeg + kPerLeg * i];
+        const double ratio2 = std::pow(l.gain_b / l.gain_a,
+                                       2); /* continuity: A leaves at the rate at which B enters */
+        double p2 = (l.area1 * (p.tank + ratio2 * p.supply) - f) / (l.area1 * ratio2 + l.area2);
+        double p1 = p.tank + ratio2 * (p.supply - p2), sign = -1;
+        if (p1 > p2) {
+            p2 = (l.area1 * (p.supply + ratio2 * p.tank) - f) / (l.area1 * ratio2 + l.area2);
+            p1 = p.supply - ratio2 * (p2 - p.tank);
+            sign = 1;
+        }
+        const double flow = l.leakage * std::abs(p2 - p1);
+        const double drop = sign < 0 ? p1 - p.tank : p.supply - p1;
+        const double spool = sign * (flow / (l.gain_a * orifice(drop)) + l.overlap);
+        s[kP1] = s[kLine1] = p1;
+        s[kP2] = s[kLine2] = p2;
+        s[kSpool] = spool;
+        s[kFlow1] = sign * flow;
+        s[kFlow2] = -sign * flow;
+        y[kSupplyFlow] += flow;
+        rest_valve[i] = spool - l.null_bias;
+        held_command[i] = rest_valve[i];
+        spool_target[i] = spool;
+
+        if (l.coulomb_extend > 0 || l.coulomb_retract > 0 || l.stribeck > 0 || l.load_mu > 0)
+            friction.push_back({true, i});
+        if (l.joint_coulomb > 0)
+            for (int k : {2 * i, 2 * i + 1, 12 + 2 * i, 12 + 2 * i + 1})
+                friction.push_back({false, k});
+
+        /* A pipe's own frequency, oil at both of its ends, and the contact in a joint's play limit
+         * the step. */
+        if (l.pipe_length > 0) {
+            const double section = kPi / 4 * l.pipe_diameter * l.pipe_diameter;
+            const double inertance = kOilDensity * l.pipe_length / section;
+            const double volume2 = l.dead2 + l.area2 * (l.half_stroke - now.rod[i] + l.neutral);
+            const double omega =
+                std::sqrt(l.bulk / inertance * (1 / (section * l.pipe_length) + 1 / volume2));
+            p.step = std::min(p.step, 0.5 / omega);
+        }
+        if (l.play > 0)
+            p.step = std::min(p.step, 0.5 / std::sqrt(kPlayStiffness / p.bodies.upper_kg[i]));
+    }
+}
+
+Vec6 Machine::resting_valve() const
+{
+    return rest_valve;
+}
+
+void Machine::command(int leg, double valve)
+{
+    pending[leg].emplace_back(t + p.leg[leg].command_delay, std::clamp(valve, -1.0, 1.0));
+}
+
+void Machine::read(Vec6 &rod, Vec6 &p1, Vec6 &p2) const
+{
+    for (int i = 0; i < kLegs; i++) {
+        const double *s = &y[kLeg + kPerLeg * i];
+        const bool pipe = p.leg[i].pipe_length > 0;
+        rod[i] = now.rod[i];
+        p1[i] = s[pipe ? kLine1 : kP1];
+        p2[i] = s[pipe ? kLine2 : kP2];
+    }
+}
+
+double Machine::potential(const State &s) const
+{
+    const Vec6 e = s.segment<6>(kQ), k = p.stiffness({0, 1, 2, 5, 4, 3});
+    const Vec3 base = s.segment<3>(kQ + kBase);
+    return 0.5 * e.dot(k.cwiseProduct(e)) + 0.5 * p.base_stiffness * base.squaredNorm() -
+           base_load.dot(base);
+}
+
+/* Pt + R Q, with Q the return flow at that very pressure: a decreasing function, so Newton's method
+ * is safe. */
+double Machine::tank_pressure(const State &s, double supply) const
+{
+    double tank = p.tank;
+    if (p.tank_resistance <= 0)
+        return tank;
+    auto miss = [&](double at) {
+        double flow = 0;
+        for (int i = 0; i < kLegs; i++) {
+            const double *l = &s[kLeg + kPerLeg * i];
+            const bool pipe = p.leg[i].pipe_length > 0;
+            flow += valve_flow(p.leg[i], l[kSpool], l[pipe ? kLine1 : kP1], l[pipe ? kLine2 : kP2],
+                               supply, at)
+                        .to_tank;
+        }
+        return at - p.tank - p.tank_resistance * flow;
+    };
+    for (int k = 0; k < 12; k++) {
+        const double f = miss(tank), slope = (miss(tank + 100) - f) / 100;
+        tank -= f / slope;
+        if (std::abs(f / slope) < 0.1)
+            break;
+    }
+    return tank;
+}
+
+double Machine::capacity(const Friction &f, const State &s, int direction, double speed) const
+{
+    if (!f.cylinder)
+        return p.leg[(f.index % 12) / 2].joint_coulomb;
+    const LegParameters &l = p.leg[f.index];
+    const double *leg = &s[kLeg + kPerLeg * f.index];
+    const double z = speed / l.stribeck_velocity;
+    const double load = l.load_mu * (l.area1 - l.area2) * 0.5 * (leg[kP1] + leg[kP2]);
+    return (direction > 0 ? l.coulomb_extend : l.coulomb_retract) + l.stribeck * std::exp(-z * z) +
+           std::max(load, 0.0);
+}
+
+Row Machine::row(const Friction &f) const
+{
+    if (f.cylinder)
+        return now.rod_row.row(f.index);
+    return now.joint_row.row(f.index);
+}
+
+double Machine::speed(const Friction &f) const
+{
+    return f.cylinder ? now.rod_rate[f.index] : row(f).head(n).dot(y.segment(kV, n));
+}
+
+void Machine::derivative(double at, const State &s, State &ds)
+{
+    const Coords q = s.segment<kMax>(kQ), v = s.segment<kMax>(kV);
+    bodies.evaluate(q, v, now);
+    ds.setZero();
+    ds.segment(kQ, n) = v.head(n);
+
+    const double supply = p.supply - p.supply_resistance * s[kSupplyFlow] +
+                          p.ripple * std::sin(2 * kPi * p.ripple_hz * at);
+    const double tank = tank_pressure(s, supply);
+    double drawn = 0;
+    Coords Q = Coords::Zero(); /* all forces but weight, inertia and springs */
+    for (int i = 0; i < kLegs; i++) {
+        const LegParameters &l = p.leg[i];
+        const double *o = &s[kLeg + kPerLeg * i];
+        double *d = &ds[kLeg + kPerLeg * i];
+        const bool pipe = l.pipe_length > 0;
+        const double stroke = now.rod[i] - l.neutral, rate = now.rod_rate[i];
+
+        /* Spool: second order; its speed and its travel are limited. */
+        const double w = l.valve_omega;
+        d[kSpool] = o[kSpoolRate];
+        d[kSpoolRate] =
+            w * w * (spool_target[i] - o[kSpool]) - 2 * l.valve_damping * w * o[kSpoolRate];
+        if (l.rate_limit > 0) {
+            d[kSpool] = std::clamp(d[kSpool], -l.rate_limit, l.rate_limit);
+            if (std::abs(o[kSpoolRate]) >= l.rate_limit && o[kSpoolRate] * d[kSpoolRate] > 0)
+                d[kSpoolRate] = 0;
+        }
+
+        /* Orifices, line, chambers. */
+        const Flow flow =
+            valve_flow(l, o[kSpool], o[pipe ? kLine1 : kP1], o[pipe ? kLine2 : kP2], supply, tank);
+        drawn += flow.from_supply;
+        double q1 = flow.a, q2 = flow.b;
+        if (pipe) {
+            const double section = kPi / 4 * l.pipe_diameter * l.pipe_diameter,
+                         volume = section * l.pipe_length;
+            const double inertance = kOilDensity * l.pipe_length / section;
+            const double resistance = 128 * kOilDensity * kOilViscosity * l.pipe_length /
+                                      (kPi * std::pow(l.pipe_diameter, 4));
+            q1 = o[kFlow1];
+            q2 = o[kFlow2];
+            d[kLine1] = l.bulk / volume * (flow.a - q1);
+            d[kLine2] = l.bulk / volume * (flow.b - q2);
+            d[kFlow1] = (o[kLine1] - o[kP1] - resistance * q1) / inertance;
+            d[kFlow2] = (o[kLine2] - o[kP2] - resistance * q2) / inertance;
+        }
+        const double leak = l.leakage * (o[kP2] - o[kP1]);
+        d[kP1] =
+            l.bulk / (l.dead1 + l.area1 * (l.half_stroke + stroke)) * (q1 - l.area1 * rate + leak);
+        d[kP2] =
+            l.bulk / (l.dead2 + l.area2 * (l.half_stroke - stroke)) * (q2 + l.area2 * rate - leak);
+        for (int k : {kP1, kP2, kLine1, kLine2})
+            if (o[k] < kVapour && d[k] < 0)
+                d[k] = 0;
+
+        /* Forces on the rod: oil, viscous friction, end stops. */
+        double force = l.area1 * o[kP1] - l.area2 * o[kP2] -
+                       (rate > 0 ? l.viscous_extend : l.viscous_retract) * rate;
+        const double over = std::abs(stroke) - l.half_stroke;
+        if (over > 0) {
+            const double side = stroke > 0 ? 1 : -1;
+            force -= side * std::max(p.stop_stiffness * over + p.stop_damping * side * rate, 0.0);
+        }
+        Q.head(n) += now.rod_row.row(i).head(n).transpose() * force;
+
+        if (l.play > 0) {
+            const double gap = now.length[i] - now.rod[i], gap_rate = now.length_rate[i] - rate;
+            const double side = gap > 0 ? 1 : -1, deep = std::abs(gap) - l.play / 2;
+            const double push =
+                deep > 0 ? std::max(kPlayStiffness * deep + kPlayDamping * side * gap_rate, 0.0)
+                         : 0;
+            Q.head(n) +=
+                (now.rod_row.row(i) - now.length_row.row(i)).head(n).transpose() * side * push;
+        }
+        if (l.joint_viscous > 0)
+            for (int k : {2 * i, 2 * i + 1, 12 + 2 * i, 12 + 2 * i + 1}) {
+                const auto r = now.joint_row.row(k).head(n);
+                Q.head(n) -= r.transpose() * (l.joint_viscous * r.dot(v.head(n)));
+            }
+    }
+    ds[kSupplyFlow] = (drawn - s[kSupplyFlow]) / kSupplyLag;
+    if (n > 6)
+        Q.segment<3>(kBase) -= p.base_damping * v.segment<3>(kBase);
+
+    state_of_forces = &s;
+    Coords accel = Coords::Zero(), spring = Coords::Zero();
+    spring.head<6>() = -p.stiffness({0, 1, 2, 5, 4, 3}).cwiseProduct(q.head<6>());
+    if (n > 6)
+        spring.segment<3>(kBase) = base_load - p.base_stiffness * q.segment<3>(kBase);
+    mass.compute(now.M.topLeftCorner(n, n));
+    Coords total = Q + spring;
+    total.head(n) -= now.bias.head(n);
+    for (Friction &f : friction)
+        if (f.mode != Friction::held) {
+            const Row r = row(f);
+            f.force = -f.mode * capacity(f, s, f.mode, f.cylinder ? now.rod_rate[f.index] : 0);
+            total.head(n) += r.head(n).transpose() * f.force;
+        }
+    solve_friction(total, accel);
+    ds.segment(kV, n) = accel.head(n);
+
+    double power = Q.head(n).dot(v.head(n));
+    for (const Friction &f : friction)
+        power += f.force * row(f).head(n).dot(v.head(n));
+    ds[kWork] = power;
+}
+
+/*
+ * Elements at rest: each takes the force, within its capacity, that keeps it at rest; only where
+ * that is not enough it is accelerated. A box-constrained complementarity problem, by projected
+ * Gauss-Seidel from the last solution. The accelerations are unique even where more elements hold
+ * than there are degrees of freedom.
+ */
+void Machine::solve_friction(const Coords &total, Coords &accel)
+{
+    accel.head(n) = mass.solve(total.head(n));
+    int count = 0;
+    Friction *held[30];
+    for (Friction &f : friction)
+        if (f.mode == Friction::held)
+            held[count++] = &f;
+    if (count == 0)
+        return;
+
+    Eigen::Matrix<double, Dynamic, Dynamic, 0, kMax, 30> R(n, count), X(n, count);
+    double low[30], high[30], bias[30], inverse_mass[30];
+    for (int k = 0; k < count; k++) {
+        R.col(k) = row(*held[k]).head(n).transpose();
+        low[k] = -capacity(*held[k], *state_of_forces, 1, 0);
+        high[k] = capacity(*held[k], *state_of_forces, -1, 0);
+        bias[k] = held[k]->cylinder ? now.rod_bias[held[k]->index] : now.joint_bias[held[k]->index];
+    }
+    X = mass.solve(R);
+    for (int k = 0; k < count; k++) {
+        held[k]->force = std::clamp(held[k]->force, low[k], high[k]);
+        accel.head(n) += X.col(k) * held[k]->force;
+        inverse_mass[k] = R.col(k).dot(X.col(k));
+    }
+    for (int sweep = 0; sweep < 500; sweep++) {
+        double change = 0;
+        for (int k = 0; k < count; k++) {
+            const double *r = &R(0, k), *x = &X(0, k);
+            double miss = bias[k];
+            for (int j = 0; j < n; j++)
+                miss += r[j] * accel[j];
+            const double force =
+                std::clamp(held[k]->force - miss / inverse_mass[k], low[k], high[k]);
+            const double by = force - held[k]->force;
+            for (int j = 0; j < n; j++)
+                accel[j] += x[j] * by;
+            held[k]->force = force;
+            change = std::max(change, std::abs(by) / (high[k] - low[k]));
+        }
+        if (change < kForceShare)
+            break;
+    }
+}
+
+Machine::State Machine::runge_kutta(double h)
+{
+    State k2, k3, k4;
+    derivative(t + h / 2, y + h / 2 * k1, k2);
+    derivative(t + h / 2, y + h / 2 * k2, k3);
+    derivative(t + h, y + h * k3, k4);
+    return y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+}
+
+void Machine::accept(const State &s, double h)
+{
+    y = s;
+    t += h;
+    steps++;
+    for (int i = 0; i < kLegs; i++) {
+        double *l = &y[kLeg + kPerLeg * i];
+        if (std::abs(l[kSpool]) >= 1) { /* at its mechanical end */
+            l[kSpool] = std::clamp(l[kSpool], -1.0, 1.0);
+            if (l[kSpool] * l[kSpoolRate] > 0)
+                l[kSpoolRate] = 0;
+        }
+    }
+    derivative(t, y, k1);
+    k1_known = true;
+}
+
+/* After a step: elements at rest that are pushed beyond their capacity slip from now on; the others
+ * stay at rest. */
+void Machine::release_or_hold()
+{
+    Eigen::Matrix<double, Dynamic, Dynamic, 0, kMax, 30> R(n, 30), X;
+    int count = 0;
+    for (Friction &f : friction) {
+        if (f.mode != Friction::held)
+            continue;
+        const double v = speed(f);
+        const double low = -capacity(f, y, 1, 0), high = capacity(f, y, -1, 0),
+                     tiny = 1e-9 * (high - low);
+        const bool slips = (f.force <= low + tiny && v > 0) || (f.force >= high - tiny && v < 0);
+        if (std::abs(v) > kHeldSpeed) {
+            f.mode = v > 0 ? Friction::extending : Friction::retracting;
+            k1_known = false;
+        } else if (!slips)
+            R.col(count++) = row(f).head(n).transpose();
+    }
+    if (count == 0)
+        return;
+
+    R.conservativeResize(n, count);
+    X = mass.solve(R);
+    Coords v = y.segment<kMax>(kV);
+    for (int sweep = 0; sweep < 50; sweep++) {
+        double most = 0;
+        for (int k = 0; k < count; k++) {
+            const double miss = R.col(k).dot(v.head(n));
+            v.head(n) -= X.col(k) * (miss / R.col(k).dot(X.col(k)));
+            most = std::max(most, std::abs(miss));
+        }
+        if (most < 1e-15)
+            break;
+    }
+    y.segment<kMax>(kV) = v;
+    if (k1_known)
+        k1.segment(kQ, n) = v.head(n);
+}
+
+/* One step of at most h. Where a slipping element comes to rest the step ends there, and it is
+ * tried as held. */
+void Machine::step(double h)
+{
+    const double end = t + h;
+    for (int pass = 0; pass < 60 && end - t > 1e-12; pass++) {
+        if (!k1_known)
+            derivative(t, y, k1);
+        k1_known = true;
+        const State before = y, slope = k1;
+        const double start = t;
+        double take = end - t;
+        std::vector<double> v0;
+        for (const Friction &f : friction)
+            v0.push_back(speed(f));
+
+        /* Reversals: find the earliest by regula falsi (Illinois) on the length of the step. */
+        double lo = 0, hi = take, at_lo = 0, at_hi = 0, tolerance = 0;
+        int crossing = -1;
+        for (int k = 0; k < 60; k++) {
+            accept(runge_kutta(take), take);
+            int first = -1;
+            double earliest = 2;
+            for (size_t j = 0; j < friction.size(); j++) {
+                const double v1 = speed(friction[j]);
+                if (friction[j].mode == Friction::held || v1 * friction[j].mode >= -kCrossing)
+                    continue;
+                const double part = v0[j] * friction[j].mode <= 0 ? 0 : v0[j] / (v0[j] - v1);
+                if (part < earliest) {
+                    earliest = part;
+                    first = static_cast<int>(j);
+                }
+            }
+            if (first < 0 && crossing < 0)
+                break;
+            if (first >= 0 && first != crossing) { /* a new one, earlier than any known */
+                crossing = first;
+                lo = 0;
+                at_lo = v0[first] * friction[first].mode;
+                hi = take;
+                at_hi = speed(friction[first]) * friction[first].mode;
+                tolerance = kLocated * std::abs(at_lo - at_hi) + kCrossing;
+            } else {
+                const double v = speed(friction[crossing]) * friction[crossing].mode;
+                if (std::abs(v) <= tolerance || hi - lo < 1e-10)
+                    break;
+                if (v < 0) {
+                    hi = take;
+                    at_hi = v;
+                    at_lo /= 2;
+                } else {
+                    lo = take;
+                    at_lo = v;
+                    at_hi /= 2;
+                }
+            }
+            take = at_lo <= 0 ? 0 : std::clamp(lo + (hi - lo) * at_lo / (at_lo - at_hi), lo, hi);
+            y = before;
+            t = start;
+            k1 = slope;
+            if (take < 1e-10) { /* it rests at the start of the step already */
+                k1_known = false;
+                break;
+            }
+        }
+        if (crossing >= 0) {
+            Friction &f = friction[crossing];
+            f.force = -f.mode * capacity(f, y, f.mode, 0);
+            f.mode = Friction::held;
+            k1_known = false;
+            events++;
+        }
+        if (!k1_known)
+            derivative(t, y, k1);
+        release_or_hold();
+    }
+}
+
+void Machine::advance(double until)
+{
+    while (until - t > 1e-12) {
+        double next = until;
+        for (int i = 0; i < kLegs; i++) {
+            auto &queue = pending[i];
+            const LegParameters &l = p.leg[i];
+            while (!queue.empty() && queue.front().first <= t + 1e-12) {
+                held_command[i] =
+                    std::clamp(held_command[i], queue.front().second - l.hysteresis / 2,
+                               queue.front().second + l.hysteresis / 2);
+                spool_target[i] = std::clamp(held_command[i] + l.null_bias, -1.0, 1.0);
+                queue.pop_front();
+                k1_known = false;
+            }
+            if (!queue.empty())
+                next = std::min(next, queue.front().first);
+        }
+        const double left = next - t;
+        step(left / std::ceil(left / p.step - 1e-9));
+    }
+}

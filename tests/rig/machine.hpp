@@ -1,0 +1,112 @@
+/*
+ * The machine: rigid bodies, oil, valves, friction; continuous in time, driven by valve commands.
+ * Equations of method.md sections 1-3 and 5 and of gap.md's catalogue; README.md says what was
+ * decided where these are silent.
+ */
+#pragma once
+#include "bodies.hpp"
+
+#include <deque>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+/* What is one number a leg, base and hidden effects together. SI. */
+struct LegParameters {
+    double area1, area2;         /* rodless side, rod side */
+    double neutral, half_stroke; /* joint to joint, m */
+    double dead1, dead2, bulk, leakage;
+    double gain_a, gain_b; /* valve flow at full opening per sqrt(Pa) */
+    double valve_omega, valve_damping, rate_limit /* 1/s, 0: none */, null_bias, overlap,
+        hysteresis;
+    double viscous_extend, viscous_retract;
+    double coulomb_extend, coulomb_retract, stribeck, stribeck_velocity, load_mu;
+    double joint_coulomb, joint_viscous; /* N m, N m s; each of four axes a leg */
+    double play;                         /* m, from stop to stop */
+    double pipe_length, pipe_diameter;
+    double command_delay; /* s */
+};
+
+struct MachineParameters {
+    BodyParameters bodies;
+    LegParameters leg[kLegs];
+    double supply, tank, supply_resistance, tank_resistance; /* Pa, Pa s/m^3 */
+    double ripple, ripple_hz;
+    double stop_stiffness, stop_damping;
+    Vec6 stiffness;                      /* x y z phi theta psi, N/m and N m/rad */
+    double base_stiffness, base_damping; /* N/m, N s/m, each of three directions */
+    double step;                         /* longest step, s */
+};
+
+/* One element of dry friction: a cylinder or one axis of a universal joint. */
+struct Friction {
+    enum Mode { retracting = -1, held = 0, extending = 1 };
+    bool cylinder;
+    int index; /* leg, or row of joint_row */
+    int mode = held;
+    double force = 0; /* while held; along the motion, so negative resists extending */
+};
+
+class Machine
+{
+public:
+    /* Flat state, for the integrator. The legs' part: 8 numbers a leg. */
+    enum { kP1, kP2, kSpool, kSpoolRate, kLine1, kLine2, kFlow1, kFlow2, kPerLeg };
+    enum {
+        kQ = 0,
+        kV = kMax,
+        kLeg = 2 * kMax,
+        kSupplyFlow = kLeg + kPerLeg * kLegs,
+        kWork,
+        kState
+    };
+    using State = Eigen::Matrix<double, kState, 1>;
+
+    Machine(const MachineParameters &p, const Vec6 &pose);
+    void command(int leg, double valve); /* takes effect after the leg's delay */
+    void advance(double until_s);
+
+    double time() const { return t; }
+    double pose(int i) const { return y[kQ + (i < 3 ? i : 8 - i)]; } /* x y z phi theta psi */
+    void read(Vec6 &rod, Vec6 &p1, Vec6 &p2) const;                  /* what sensors see */
+    double rate(int leg) const { return now.rod_rate[leg]; }
+    double energy()
+    {
+        return bodies.energy(y.segment<kMax>(kQ), y.segment<kMax>(kV)) + potential(y);
+    }
+    double work() const { return y[kWork]; } /* of all forces that energy() leaves out */
+    const BodyState &body_state() const { return now; }
+    Vec6 resting_valve() const; /* command that held the legs at the start */
+
+    State y;
+    BodyState now;
+    long events = 0, steps = 0;
+
+private:
+    void derivative(double at, const State &s, State &ds);
+    void solve_friction(const Coords &free_force, Coords &accel);
+    double capacity(const Friction &f, const State &s, int direction, double speed) const;
+    double speed(const Friction &f) const;
+    Eigen::Matrix<double, 1, kMax> row(const Friction &f) const;
+    State runge_kutta(double h);
+    void step(double h);
+    void accept(const State &s, double h);
+    void release_or_hold();
+    double potential(const State &s) const;
+    double tank_pressure(const State &s, double supply) const;
+
+    MachineParameters p;
+    Bodies bodies;
+    int n;
+    double t = 0;
+    State k1;
+    bool k1_known = false;
+    double spool_target[kLegs] = {}, held_command[kLegs] = {};
+    std::deque<std::pair<double, double>> pending[kLegs];
+    std::vector<Friction> friction;
+    const State *state_of_forces = nullptr;
+    Eigen::LLT<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMax, kMax>> mass;
+    Vec6 rest_valve;
+    Vec3 base_load;
+};

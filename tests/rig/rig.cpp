@@ -1,0 +1,826 @@
+#include "rig.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <sstream>
+#include <stdexcept>
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kPeriod = 0.002;      /* s: the paper's sampling */
+constexpr double kNullBias = 0.005;    /* of full opening: largest null bias drawn */
+constexpr double kJointError = 0.5e-3; /* m */
+constexpr double kJitterShare =
+    1.0 / 500; /* samples that arrive one period late, in the series beyond tolerance */
+constexpr double kBaseDamping = 0.03; /* of critical, base plate on its spring */
+
+static const char *const kAxes[6] = {"x", "y", "z", "phi", "theta", "psi"};
+
+/* gap.md's catalogue, and two effects that it lacks: each key with the value that switches it off.
+ * position_sensor_scale.zero_m is counted from the neutral length. */
+// clang-format off
+static const std::map<std::string, double> kEffects = {
+    {"cylinder_coulomb_friction.force_extend_n", 0},
+    {"cylinder_coulomb_friction.force_retract_n", 0}, {"cylinder_stribeck_friction.excess_n", 0},
+    {"cylinder_stribeck_friction.velocity_mps", 0.01},
+    {"cylinder_viscous_friction.extend_n_s_per_m", 0},
+    {"cylinder_viscous_friction.retract_n_s_per_m", 0}, {"load_dependent_friction.mu", 0},
+    {"passive_joint_friction.coulomb_nm", 0}, {"passive_joint_friction.viscous_nm_s", 0},
+    {"payload_mass.mass_kg", 0}, {"payload_center_of_mass.x_m", 0},
+    {"payload_center_of_mass.y_m", 0}, {"payload_center_of_mass.z_m", 0},
+    {"payload_rotational_inertia.xx", 0}, {"payload_rotational_inertia.yy", 0},
+    {"payload_rotational_inertia.zz", 0}, {"actuator_inertia.upper_mass_kg", 0},
+    {"actuator_inertia.lower_mass_kg", 0}, {"actuator_inertia.transverse_kg_m2", 0},
+    {"external_stiffness.x", 0}, {"external_stiffness.y", 0}, {"external_stiffness.z", 0},
+    {"external_stiffness.phi", 0}, {"external_stiffness.theta", 0}, {"external_stiffness.psi", 0},
+    {"joint_backlash.clearance_m", 0}, {"geometry_error.a_x_m", 0}, {"geometry_error.a_y_m", 0},
+    {"geometry_error.a_z_m", 0}, {"geometry_error.b_x_m", 0}, {"geometry_error.b_y_m", 0},
+    {"geometry_error.b_z_m", 0}, {"base_tilt.phi_rad", 0}, {"base_tilt.theta_rad", 0},
+    {"valve_dead_band.overlap", 0}, {"valve_hysteresis.width", 0}, {"valve_lag.frequency_hz", 0},
+    {"valve_rate_limit.per_s", 0}, {"valve_flow_gain.scale", 1}, {"valve_null_bias.offset", 0},
+    {"port_area_ratio.ratio", 1}, {"internal_leakage.scale", 1},
+    {"entrained_air.bulk_modulus_pa", 0}, {"supply_pressure_sag.resistance_pa_s_per_m3", 0},
+    {"tank_back_pressure.resistance_pa_s_per_m3", 0}, {"pipeline_dynamics.length_m", 0},
+    {"pipeline_dynamics.diameter_m", 0.012}, {"pressure_sensor_scale.p1", 1},
+    {"pressure_sensor_scale.p2", 1}, {"pressure_sensor_offset.p1", 0},
+    {"pressure_sensor_offset.p2", 0}, {"position_sensor_scale.scale", 1},
+    {"position_sensor_scale.zero_m", 0}, {"position_sensor_offset.offset_m", 0},
+    {"pressure_sensor_lag.cutoff_hz", 0}, {"position_sensor_delay.delay_s", 0},
+    {"command_delay.delay_s", 0}, {"clock_skew.ratio", 1}, {"base_spring.frequency_hz", 0},
+    {"base_spring.mass_kg", 1000}, {"pump_ripple.pressure_pa", 0},
+    {"pump_ripple.frequency_hz", 216},
+}; // clang-format on
+
+double Random::uniform(double low, double high)
+{
+    uint64_t z = (state += 0x9E3779B97F4A7C15ull); /* splitmix64 */
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ull;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBull;
+    return low + (high - low) * static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
+}
+
+static std::vector<std::string> split(const std::string &text, char at)
+{
+    std::vector<std::string> parts;
+    std::istringstream in(text);
+    for (std::string part; std::getline(in, part, at);)
+        parts.push_back(part);
+    return parts;
+}
+
+static double number(const std::string &text)
+{
+    size_t end = 0;
+    const double value = text.empty() ? NAN : std::stod(text, &end);
+    if (end != text.size() || !std::isfinite(value))
+        throw std::runtime_error("not a number: '" + text + "'");
+    return value;
+}
+
+double effect(const Setup &setup, const std::string &key, int leg)
+{
+    const auto found = setup.effects.find(key);
+    return found != setup.effects.end() ? found->second[leg] : kEffects.at(key);
+}
+
+void set_effect(Effects &effects, const std::string &assignment)
+{
+    const size_t at = assignment.find('=');
+    const std::string key = assignment.substr(0, at);
+    if (at == std::string::npos || !kEffects.count(key))
+        throw std::runtime_error("no such effect: '" + key + "'");
+    const auto parts = split(assignment.substr(at + 1), ',');
+    if (parts.size() != 1 && parts.size() != kLegs)
+        throw std::runtime_error(key + ": one number, or six");
+    Vec6 &values = effects[key];
+    for (int i = 0; i < kLegs; i++)
+        values[i] = number(parts[parts.size() == 1 ? 0 : i]);
+}
+
+/* Sections and numbers of a YAML file; what is not a number is passed over. */
+Settings load_settings(const std::string &file)
+{
+    std::ifstream in(file);
+    if (!in)
+        throw std::runtime_error("cannot read " + file);
+    Settings settings;
+    std::vector<std::pair<size_t, std::string>> sections;
+    for (std::string line; std::getline(in, line);) {
+        line = line.substr(0, line.find('#'));
+        const size_t indent = line.find_first_not_of(' '), colon = line.find(':');
+        if (indent == std::string::npos || colon == std::string::npos)
+            continue;
+        while (!sections.empty() && sections.back().first >= indent)
+            sections.pop_back();
+        std::string key;
+        for (const auto &section : sections)
+            key += section.second + ".";
+        const std::string name = line.substr(indent, colon - indent);
+        std::istringstream rest(line.substr(colon + 1));
+        std::string value;
+        if (!(rest >> value))
+            sections.emplace_back(indent, name);
+        else if (value == "true" || value == "false")
+            settings[key + name] = value == "true";
+        else
+            try {
+                settings[key + name] = number(value);
+            } catch (const std::exception &) {
+            }
+    }
+    return settings;
+}
+
+Points upper_joints(const Settings &s)
+{
+    Points a;
+    for (int i = 0; i < kLegs; i++) {
+        const double angle =
+            2 * kPi / 3 * (i / 2) + (i % 2 ? 1 : -1) * s.at("geometry.upper_half_angle_rad");
+        const double r = s.at("geometry.upper_radius_m");
+        a.col(i) << r * std::cos(angle), r * std::sin(angle), s.at("payload.center_height_m");
+    }
+    return a;
+}
+
+Points lower_joints(const Settings &s)
+{
+    const double beta = s.at("geometry.lower_half_angle_rad"), r = s.at("geometry.lower_radius_m");
+    const double angle[kLegs] = {-kPi / 3 + beta, kPi / 3 - beta, kPi / 3 + beta,
+                                 kPi - beta,      kPi + beta,     5 * kPi / 3 - beta};
+    Points b;
+    for (int i = 0; i < kLegs; i++)
+        b.col(i) << r * std::cos(angle[i]), r * std::sin(angle[i]),
+            s.at("payload.center_height_m") + s.at("geometry.height_m");
+    return b;
+}
+
+Vec6 leg_lengths(const Points &a, const Points &b, const Vec6 &pose)
+{
+    const Eigen::Matrix3d T =
+        (Eigen::AngleAxisd(pose[5], Vec3::UnitZ()) * Eigen::AngleAxisd(pose[4], Vec3::UnitY()) *
+         Eigen::AngleAxisd(pose[3], Vec3::UnitX()))
+            .toRotationMatrix();
+    return ((T * a - b).colwise() + Vec3(pose.head<3>())).colwise().norm().transpose();
+}
+
+/* Uniform inside the stated tolerance, each leg its own; beyond it as gap.md's second series says.
+ */
+Base draw_base(const Setup &setup)
+{
+    Base base;
+    for (Vec6 *v : {&base.viscous, &base.bulk, &base.leakage, &base.gain, &base.dead1, &base.dead2,
+                    &base.damping})
+        v->setOnes();
+    base.null_bias.setZero();
+    base.a.setZero();
+    base.b.setZero();
+    const bool beyond = setup.beyond_seed >= 0;
+    if (!beyond && setup.tolerance_seed < 0)
+        return base;
+
+    Random random(static_cast<uint64_t>(beyond ? setup.beyond_seed : setup.tolerance_seed));
+    const Settings &s = setup.settings;
+    auto about = [&](double one, double share) { return one + random.uniform(-share, share); };
+    const double mass = s.at("model.tolerance.mass");
+    base.payload = about(1, mass);
+    base.upper = about(1, mass);
+    base.lower = about(1, mass);
+    for (int i = 0; i < kLegs; i++) {
+        base.viscous[i] = about(1, s.at("model.tolerance.viscous"));
+        base.bulk[i] = about(1, s.at("model.tolerance.bulk_modulus"));
+        base.leakage[i] = about(1, s.at("model.tolerance.leakage"));
+        base.gain[i] = about(1, s.at("model.tolerance.valve_gain"));
+        base.dead1[i] = about(1, beyond ? 0.30 : 0.05);
+        base.dead2[i] = about(1, beyond ? 0.30 : 0.05);
+        base.null_bias[i] = about(0, kNullBias);
+    }
+    if (!beyond)
+        return base;
+    base.supply = about(1, 0.02);
+    for (int i = 0; i < kLegs; i++) {
+        base.damping[i] = about(1, 0.20);
+        for (int k = 0; k < 3; k++) {
+            base.a(k, i) = about(0, kJointError);
+            base.b(k, i) = about(0, kJointError);
+        }
+    }
+    base.jitter = true;
+    return base;
+}
+
+MachineParameters make_parameters(const Setup &setup, const Base &base)
+{
+    const Settings &s = setup.settings;
+    auto fx = [&](const char *key, int leg = 0) { return effect(setup, key, leg); };
+    MachineParameters p{};
+
+    BodyParameters &b = p.bodies;
+    b.payload_kg = s.at("payload.mass_kg") * base.payload + fx("payload_mass.mass_kg");
+    b.payload_center << fx("payload_center_of_mass.x_m"), fx("payload_center_of_mass.y_m"),
+        fx("payload_center_of_mass.z_m");
+    b.payload_inertia << s.at("payload.inertia_xx_kg_m2") * base.payload +
+                             fx("payload_rotational_inertia.xx"),
+        s.at("payload.inertia_yy_kg_m2") * base.payload + fx("payload_rotational_inertia.yy"),
+        s.at("payload.inertia_zz_kg_m2") * base.payload + fx("payload_rotational_inertia.zz");
+    b.upper_center = s.at("actuator.upper_center_m");
+    b.lower_center = s.at("actuator.lower_center_m");
+    b.a = upper_joints(s) + base.a;
+    b.b = lower_joints(s) + base.b;
+    const double phi = fx("base_tilt.phi_rad"), theta = fx("base_tilt.theta_rad");
+    b.gravity =
+        s.at("payload.gravity_mps2") *
+        Vec3(-std::sin(theta), std::sin(phi) * std::cos(theta), std::cos(phi) * std::cos(theta));
+
+    const double hz = fx("base_spring.frequency_hz"), plate = fx("base_spring.mass_kg");
+    b.base_moves = hz > 0;
+    b.base_kg = plate;
+    p.base_stiffness = plate * std::pow(2 * kPi * hz, 2);
+    p.base_damping = 2 * kBaseDamping * plate * 2 * kPi * hz;
+
+    p.supply = s.at("hydraulics.supply_pa") * base.supply;
+    p.tank = s.at("hydraulics.tank_pa");
+    p.supply_resistance = fx("supply_pressure_sag.resistance_pa_s_per_m3");
+    p.tank_resistance = fx("tank_back_pressure.resistance_pa_s_per_m3");
+    p.ripple = fx("pump_ripple.pressure_pa");
+    p.ripple_hz = fx("pump_ripple.frequency_hz");
+    p.stop_stiffness = s.at("hydraulics.stop_stiffness_n_per_m");
+    p.stop_damping = s.at("hydraulics.stop_damping_n_s_per_m");
+    p.step = setup.step_s;
+    for (int k = 0; k < 6; k++)
+        p.stiffness[k] = effect(setup, std::string("external_stiffness.") + kAxes[k]);
+
+    const double piston = s.at("actuator.piston_diameter_m"), rod = s.at("actuator.rod_diameter_m");
+    const Vec6 neutral = leg_lengths(upper_joints(s), lower_joints(s), Vec6::Zero());
+    for (int i = 0; i < kLegs; i++) {
+        b.a.col(i) += Vec3(fx("geometry_error.a_x_m", i), fx("geometry_error.a_y_m", i),
+                           fx("geometry_error.a_z_m", i));
+        b.b.col(i) += Vec3(fx("geometry_error.b_x_m", i), fx("geometry_error.b_y_m", i),
+                           fx("geometry_error.b_z_m", i));
+        b.upper_kg[i] =
+            s.at("actuator.upper_mass_kg") * base.upper + fx("actuator_inertia.upper_mass_kg", i);
+        b.lower_kg[i] =
+            s.at("actuator.lower_mass_kg") * base.lower + fx("actuator_inertia.lower_mass_kg", i);
+        b.upper_inertia[i] = s.at("actuator.upper_inertia_kg_m2") * base.upper;
+        b.lower_inertia[i] = s.at("actuator.lower_inertia_kg_m2") * base.lower +
+                             fx("actuator_inertia.transverse_kg_m2", i);
+
+        LegParameters &l = p.leg[i];
+        l.area1 = kPi / 4 * piston * piston;
+        l.area2 = kPi / 4 * (piston * piston - rod * rod);
+        l.neutral = neutral[i];
+        l.half_stroke = s.at("actuator.stroke_m") / 2;
+        l.dead1 = s.at("hydraulics.dead_volume_m3") * base.dead1[i];
+        l.dead2 = s.at("hydraulics.dead_volume_m3") * base.dead2[i];
+        const double air = fx("entrained_air.bulk_modulus_pa", i);
+        l.bulk = air > 0 ? air : s.at("hydraulics.bulk_modulus_pa") * base.bulk[i];
+        l.leakage = s.at("hydraulics.leakage_m3_per_s_pa") * base.leakage[i] *
+                    fx("internal_leakage.scale", i);
+        l.gain_a = s.at("hydraulics.valve_flow_m3_per_s") /
+                   std::sqrt(s.at("hydraulics.valve_drop_pa")) * base.gain[i] *
+                   fx("valve_flow_gain.scale", i);
+        l.gain_b = l.gain_a * fx("port_area_ratio.ratio", i);
+        const double lag = fx("valve_lag.frequency_hz", i);
+        l.valve_omega = 2 * kPi * (lag > 0 ? lag : s.at("hydraulics.valve_frequency_hz"));
+        l.valve_damping = s.at("hydraulics.valve_damping") * base.damping[i];
+        l.rate_limit = fx("valve_rate_limit.per_s", i);
+        l.null_bias = base.null_bias[i] + fx("valve_null_bias.offset", i);
+        l.overlap = fx("valve_dead_band.overlap", i);
+        l.hysteresis = fx("valve_hysteresis.width", i);
+        const double viscous = s.at("hydraulics.viscous_n_s_per_m") * base.viscous[i];
+        l.viscous_extend = viscous + fx("cylinder_viscous_friction.extend_n_s_per_m", i);
+        l.viscous_retract = viscous + fx("cylinder_viscous_friction.retract_n_s_per_m", i);
+        l.coulomb_extend = fx("cylinder_coulomb_friction.force_extend_n", i);
+        l.coulomb_retract = fx("cylinder_coulomb_friction.force_retract_n", i);
+        l.stribeck = fx("cylinder_stribeck_friction.excess_n", i);
+        l.stribeck_velocity = std::max(fx("cylinder_stribeck_friction.velocity_mps", i), 1e-6);
+        l.load_mu = fx("load_dependent_friction.mu", i);
+        l.joint_coulomb = fx("passive_joint_friction.coulomb_nm", i);
+        l.joint_viscous = fx("passive_joint_friction.viscous_nm_s", i);
+        l.play = fx("joint_backlash.clearance_m", i);
+        b.has_play[i] = l.play > 0;
+        b.play = b.play || l.play > 0;
+        l.pipe_length = fx("pipeline_dynamics.length_m", i);
+        l.pipe_diameter = fx("pipeline_dynamics.diameter_m", i);
+        l.command_delay = fx("command_delay.delay_s", i);
+    }
+    return p;
+}
+
+/* method.md section 5, one for each leg. */
+struct Controller {
+    double integral = 0, derivative = 0, error = 0, force_slow = 0, reference = 0;
+
+    void start(double reference_m, double force_n, double resting_valve)
+    {
+        integral = resting_valve;
+        reference = reference_m;
+        force_slow = force_n;
+    }
+
+    double step(const Settings &s, double reference_m, double length_m, double force_n)
+    {
+        const double dt = kPeriod, tf = s.at("control.tf"), tp = s.at("control.tp");
+        const double limit = s.at("control.integral_limit"), full = s.at("control.output_limit");
+        const double e = reference_m - length_m;
+        integral = std::clamp(integral + s.at("control.ki") * e * dt, -limit, limit);
+        derivative += dt / (tf + dt) * ((e - error) / dt - derivative);
+        force_slow += dt / (tp + dt) * (force_n - force_slow);
+        const double u = s.at("control.kp") * e + integral + s.at("control.kd") * derivative +
+                         s.at("control.kff") * (reference_m - reference) / dt -
+                         s.at("control.kpf") * (force_n - force_slow);
+        error = e;
+        reference = reference_m;
+        return std::clamp(u, -full, full);
+    }
+};
+
+/* From what the machine is to what the acquisition card says, with the sensors' own effects on the
+ * way. */
+class Sensors
+{
+public:
+    Sensors(const Setup &setup_given, const Machine &machine, bool jitter_given)
+        : setup(setup_given), random(setup_given.noise_seed), jitter(jitter_given),
+          enabled(setup_given.settings.at("sensors.enabled") != 0),
+          neutral(
+              leg_lengths(upper_joints(setup.settings), lower_joints(setup.settings), Vec6::Zero()))
+    {
+        const Settings &s = setup.settings;
+        resolution = s.at("sensors.position_resolution_m");
+        noise_v = s.at("sensors.pressure_noise_v") / 2;
+        range_v = s.at("sensors.adc_range_v");
+        volt = s.at("sensors.pressure_full_scale_pa") / range_v;
+        steps = std::pow(2, s.at("sensors.adc_bits") - 1);
+        machine.read(last.rod, lag1, lag2);
+        last.t = machine.time();
+        history.push_back(last);
+        machine.read(last.rod, last.p1, last.p2);
+        for (int i = 0; i < kLegs; i++) {
+            delay[i] = effect(setup, "position_sensor_delay.delay_s", i);
+            cutoff[i] = 2 * kPi * effect(setup, "pressure_sensor_lag.cutoff_hz", i);
+        }
+    }
+
+    bool continuous() const { return delay.maxCoeff() > 0 || cutoff.maxCoeff() > 0; }
+
+    /* Follows the machine between samples: lags of the sensors, exact for an input that is linear
+     * in time. */
+    void follow(const Machine &machine)
+    {
+        Moment now;
+        machine.read(now.rod, now.p1, now.p2);
+        now.t = machine.time();
+        const double dt = now.t - last.t;
+        for (int i = 0; i < kLegs; i++) {
+            lag1[i] = lagged(lag1[i], last.p1[i], now.p1[i], cutoff[i] * dt);
+            lag2[i] = lagged(lag2[i], last.p2[i], now.p2[i], cutoff[i] * dt);
+        }
+        last = now;
+        history.push_back(now);
+        while (history.size() > 2 && history[1].t <= now.t - delay.maxCoeff())
+            history.pop_front();
+    }
+
+    void sample(const Machine &machine, Sample &out)
+    {
+        Vec6 rod, p1, p2;
+        machine.read(rod, p1, p2);
+        for (int i = 0; i < kLegs; i++) {
+            if (delay[i] > 0)
+                rod[i] = past(i, machine.time() - delay[i]);
+            const double zero = neutral[i] + effect(setup, "position_sensor_scale.zero_m", i);
+            rod[i] = zero + effect(setup, "position_sensor_scale.scale", i) * (rod[i] - zero) +
+                     effect(setup, "position_sensor_offset.offset_m", i);
+            out.length[i] = enabled ? resolution * std::round(rod[i] / resolution) : rod[i];
+            out.p1[i] =
+                card((cutoff[i] > 0 ? lag1 : p1)[i] * effect(setup, "pressure_sensor_scale.p1", i) +
+                     effect(setup, "pressure_sensor_offset.p1", i));
+        }
+        for (int i = 0; i < kLegs; i++)
+            out.p2[i] =
+                card((cutoff[i] > 0 ? lag2 : p2)[i] * effect(setup, "pressure_sensor_scale.p2", i) +
+                     effect(setup, "pressure_sensor_offset.p2", i));
+
+        const Sample fresh = out;
+        if (jitter && !previous.empty() && random.uniform(0, 1) < kJitterShare) {
+            out.length = previous[0].length;
+            out.p1 = previous[0].p1;
+            out.p2 = previous[0].p2;
+        }
+        previous.assign(1, fresh);
+    }
+
+private:
+    struct Moment {
+        double t;
+        Vec6 rod, p1, p2;
+    };
+
+    static double lagged(double y, double u0, double u1, double x)
+    {
+        if (x <= 0)
+            return u1;
+        const double e = std::exp(-x), ramp = (u1 - u0) / x;
+        return u1 - ramp + (y - u0 + ramp) * e;
+    }
+
+    double past(int leg, double t) const
+    {
+        size_t k = 1;
+        while (k + 1 < history.size() && history[k].t < t)
+            k++;
+        if (history.size() < 2)
+            return history[0].rod[leg];
+        const Moment &a = history[k - 1], &b = history[k];
+        const double part = std::clamp((t - a.t) / (b.t - a.t), 0.0, 1.0);
+        return a.rod[leg] + part * (b.rod[leg] - a.rod[leg]);
+    }
+
+    double card(double pressure)
+    {
+        if (!enabled)
+            return pressure;
+        const double level =
+            (pressure / volt + random.uniform(-noise_v, noise_v)) / range_v * steps;
+        return std::clamp(std::round(level), -steps, steps - 1) / steps * range_v * volt;
+    }
+
+    const Setup &setup;
+    Random random;
+    bool jitter, enabled;
+    Vec6 neutral, delay, cutoff, lag1, lag2;
+    double resolution, noise_v, range_v, volt, steps;
+    Moment last;
+    std::deque<Moment> history;
+    std::vector<Sample> previous;
+};
+
+static double smooth(double q)
+{
+    q = std::clamp(q, 0.0, 1.0);
+    return q * q * (3 - 2 * q);
+}
+
+std::vector<Recording> simulate(const Setup &setup, const std::vector<Motion> &motions)
+{
+    const Settings &s = setup.settings;
+    const Base base = draw_base(setup);
+    Vec6 parked = Vec6::Zero();
+    if (setup.engage)
+        parked[2] = s.at("motion.park_z_m");
+    Machine machine(make_parameters(setup, base), parked);
+    Sensors sensors(setup, machine, base.jitter);
+    const Points a = upper_joints(s), b = lower_joints(s);
+    const double area1 = kPi / 4 * std::pow(s.at("actuator.piston_diameter_m"), 2);
+    const double area2 = area1 - kPi / 4 * std::pow(s.at("actuator.rod_diameter_m"), 2);
+    const double skew = effect(setup, "clock_skew.ratio");
+    Controller controller[kLegs];
+    long cycle = 0;
+
+    auto run = [&](double length_s, const std::function<Vec6(double)> &reference,
+                   Recording *recording) {
+        const long cycles = std::lround(length_s / kPeriod);
+        for (long k = 0; k < cycles; k++, cycle++) {
+            Sample sample;
+            sample.t = skew * static_cast<double>(k) * kPeriod;
+            sample.reference = reference(static_cast<double>(k) * kPeriod);
+            sensors.sample(machine, sample);
+            const Vec6 want = leg_lengths(a, b, sample.reference);
+            for (int i = 0; i < kLegs; i++) {
+                const double force = area1 * sample.p1[i] - area2 * sample.p2[i];
+                if (cycle == 0)
+                    controller[i].start(want[i], force, machine.resting_valve()[i]);
+                sample.valve[i] = controller[i].step(s, want[i], sample.length[i], force);
+                machine.command(i, sample.valve[i]);
+            }
+            if (recording)
+                recording->push_back(sample);
+            const int slices = sensors.continuous() ? 8 : 1;
+            for (int j = 1; j <= slices; j++) {
+                machine.advance((static_cast<double>(cycle) + static_cast<double>(j) / slices) *
+                                kPeriod);
+                if (slices > 1)
+                    sensors.follow(machine);
+            }
+            if (!machine.y.allFinite())
+                throw std::runtime_error("the simulation diverged");
+        }
+    };
+
+    auto neutral = [](double) -> Vec6 { return Vec6::Zero(); };
+    if (setup.engage) {
+        run(1, [&](double) { return parked; }, nullptr);
+        const double rise = s.at("motion.engage_s");
+        run(rise, [&](double t) -> Vec6 { return parked * (1 - smooth(t / rise)); }, nullptr);
+        run(s.at("motion.hold_s"), neutral, nullptr);
+    }
+    std::vector<Recording> recordings(motions.size());
+    for (size_t k = 0; k < motions.size(); k++) {
+        run(setup.settle_s >= 0 ? setup.settle_s : s.at("tests.settle_s"), neutral, nullptr);
+        run(motions[k].length_s, motions[k].reference, &recordings[k]);
+    }
+    return recordings;
+}
+
+static int axis_index(const std::string &name)
+{
+    for (int i = 0; i < 6; i++)
+        if (name == kAxes[i])
+            return i;
+    throw std::runtime_error("no such axis: '" + name + "'");
+}
+
+/* A wave on one axis, ramped in and out as the tests are. */
+static Motion wave(const Settings &s, const std::string &axis, double duration,
+                   std::function<double(double)> value)
+{
+    Motion m;
+    m.ramp_s = s.at("tests.ramp_s");
+    m.duration_s = duration;
+    m.ramp_out_s = s.at("tests.ramp_out_s");
+    m.length_s = m.ramp_s + m.duration_s + m.ramp_out_s;
+    const int index = axis_index(axis);
+    const double in = m.ramp_s, out = m.ramp_out_s, out_from = in + duration;
+    m.reference = [=](double t) {
+        Vec6 r = Vec6::Zero();
+        r[index] = value(t) * (in > 0 ? smooth(t / in) : 1) *
+                   (out > 0 ? 1 - smooth((t - out_from) / out) : 1);
+        return r;
+    };
+    return m;
+}
+
+Motion sine(const Settings &s, const std::string &axis, double frequency, double amplitude)
+{
+    const double w = 2 * kPi * frequency;
+    Motion m = wave(s, axis, s.at("tests.duration_s"),
+                    [=](double t) { return amplitude * std::sin(w * t); });
+    m.dof = axis;
+    m.frequency = frequency;
+    m.amplitude = amplitude;
+    return m;
+}
+
+/* 20 s, twelve lines an axis: 72 frequencies from 0.3 to 9 Hz, dealt to the axes in turn, none a
+ * multiple of another. */
+static Motion multisine(double scale, uint64_t seed)
+{
+    constexpr int kLines = 12;
+    Random random(seed + 7919);
+    auto frequency = std::make_shared<std::array<std::array<double, kLines>, 6>>();
+    auto phase = std::make_shared<std::array<std::array<double, kLines>, 6>>();
+    for (int k = 0; k < 6 * kLines; k++) {
+        const double share = (k + random.uniform(0.1, 0.9)) / (6 * kLines);
+        (*frequency)[k % 6][k / 6] = 0.3 * std::pow(9 / 0.3, share);
+        (*phase)[k % 6][k / 6] = random.uniform(0, 2 * kPi);
+    }
+    Motion m;
+    m.length_s = 20;
+    m.reference = [=](double t) {
+        Vec6 r = Vec6::Zero();
+        for (int axis = 0; axis < 6; axis++)
+            for (int k = 0; k < kLines; k++) {
+                const double f = (*frequency)[axis][k], size = scale * (axis < 3 ? 0.0035 : 0.0045);
+                r[axis] += size / (1 + std::pow(f / 2.5, 2)) *
+                           std::sin(2 * kPi * f * t + (*phase)[axis][k]);
+            }
+        return Vec6(r * smooth(t / 1) * (1 - smooth((t - 19.5) / 0.5)));
+    };
+    return m;
+}
+
+/* sines | sine:AXIS:HZ:AMPLITUDE | multisine[:SCALE] | triangle:AXIS:HZ:AMPLITUDE |
+   chirp:AXIS:HZ:HZ:AMPLITUDE | steps:AXIS:AMPLITUDE:HOLD_S */
+std::vector<Motion> make_motions(const Settings &s, const std::vector<std::string> &specs,
+                                 uint64_t seed)
+{
+    std::vector<Motion> motions;
+    const double duration = s.at("tests.duration_s");
+    for (const std::string &spec : specs) {
+        const auto part = split(spec, ':');
+        auto value = [&](size_t k) { return number(k < part.size() ? part[k] : ""); };
+        const std::string axis = part.size() > 1 ? part[1] : "";
+        if (part[0] == "sines") {
+            for (int k = 0; k < 6; k++)
+                motions.push_back(sine(s, kAxes[k], s.at("tests.frequency_hz"),
+                                       s.at(k < 3 ? "tests.amplitude_m" : "tests.amplitude_rad")));
+        } else if (part[0] == "sine") {
+            motions.push_back(sine(s, axis, value(2), value(3)));
+        } else if (part[0] == "multisine") {
+            motions.push_back(multisine(part.size() > 1 ? value(1) : 1, seed + motions.size()));
+        } else if (part[0] == "triangle") {
+            const double f = value(2), a = value(3);
+            motions.push_back(wave(s, axis, duration, [=](double t) {
+                return a * 2 / kPi * std::asin(std::sin(2 * kPi * f * t));
+            }));
+        } else if (part[0] == "chirp") {
+            const double f0 = value(2), f1 = value(3), a = value(4), length = duration + 1.5;
+            motions.push_back(wave(s, axis, duration, [=](double t) {
+                return a * std::sin(2 * kPi * (f0 * t + (f1 - f0) * t * t / (2 * length)));
+            }));
+        } else if (part[0] == "steps") {
+            const double a = value(2), hold = value(3);
+            motions.push_back(wave(
+                s, axis, duration,
+                [=](double t) { /* 0, +a, 0, -a; each move takes 0.1 s */
+                                const double level[4] = {0, a, 0, -a}, at = t / hold;
+                                const int k = static_cast<int>(at);
+                                const double from = level[(k + 3) % 4] * (k > 0), to = level[k % 4];
+                                return from + (to - from) * smooth((at - k) * hold / 0.1);
+                }));
+        } else
+            throw std::runtime_error("no such motion: '" + spec + "'");
+    }
+    return motions;
+}
+
+static void write_csv(const std::string &file, const Motion &m, const Recording &recording)
+{
+    FILE *out = std::fopen(file.c_str(), "w");
+    if (!out)
+        throw std::runtime_error("cannot write " + file);
+    std::fprintf(out, "# dof: %s\n", m.dof.c_str());
+    if (m.frequency > 0)
+        std::fprintf(out, "# frequency_hz: %g\n# amplitude: %g\n", m.frequency, m.amplitude);
+    std::fprintf(out, "# rate_hz: %g\n", 1 / kPeriod);
+    if (m.frequency > 0)
+        std::fprintf(out, "# ramp_s: %g\n# duration_s: %g\n# ramp_out_s: %g\n", m.ramp_s,
+                     m.duration_s, m.ramp_out_s);
+    std::fprintf(out, "t_s,ref_x_m,ref_y_m,ref_z_m,ref_phi_rad,ref_theta_rad,ref_psi_rad");
+    for (const char *format : {",l%d_m", ",p1_%d_pa", ",p2_%d_pa", ",u%d"})
+        for (int i = 1; i <= kLegs; i++)
+            std::fprintf(out, format, i);
+    for (const Sample &s : recording) {
+        std::fprintf(out, "\n%.9g", s.t);
+        for (const Vec6 *v : {&s.reference, &s.length, &s.p1, &s.p2, &s.valve})
+            for (int i = 0; i < kLegs; i++)
+                std::fprintf(out, ",%.9g", (*v)[i]);
+    }
+    std::fprintf(out, "\n");
+    if (std::fclose(out) != 0)
+        throw std::runtime_error("cannot write " + file);
+}
+
+static std::string list(const Vec6 &v)
+{
+    std::ostringstream out;
+    out.precision(12);
+    for (int i = 0; i < kLegs; i++)
+        out << (i ? ", " : "[") << v[i];
+    return out.str() + "]";
+}
+
+static void write_truth(const std::string &file, const Setup &setup)
+{
+    const Base base = draw_base(setup);
+    const MachineParameters p = make_parameters(setup, base);
+    std::ofstream out(file);
+    out.precision(12);
+    out << "{\n \"hidden\": [";
+    std::string last;
+    for (const auto &[key, values] : setup.effects) {
+        const std::string name = key.substr(0, key.find('.'));
+        if (name != last)
+            out << (last.empty() ? "" : ", ") << '"' << name << '"';
+        last = name;
+    }
+    out << "],\n \"parameters\": {";
+    const char *comma = "\n";
+    for (const auto &[key, values] : setup.effects) {
+        out << comma << "  \"" << key << "\": " << list(values);
+        comma = ",\n";
+    }
+    out << "\n },\n \"series\": \""
+        << (setup.beyond_seed >= 0      ? "beyond"
+            : setup.tolerance_seed >= 0 ? "tolerance"
+                                        : "nominal")
+        << "\",\n \"base\": {\n";
+    const struct {
+        const char *name;
+        const Vec6 &relative;
+    } each[] = {{"viscous", base.viscous},      {"bulk_modulus", base.bulk},
+                {"leakage", base.leakage},      {"valve_gain", base.gain},
+                {"dead_volume_1", base.dead1},  {"dead_volume_2", base.dead2},
+                {"valve_damping", base.damping}};
+    for (const auto &e : each)
+        out << "  \"" << e.name << " relative to nominal, legs 1..6\": " << list(e.relative)
+            << ",\n";
+    out << "  \"null_bias of full opening, legs 1..6\": " << list(base.null_bias) << ",\n";
+    for (int k = 0; k < 3; k++)
+        out << "  \"joint error a_" << kAxes[k] << "_m\": " << list(base.a.row(k).transpose())
+            << ",\n"
+            << "  \"joint error b_" << kAxes[k] << "_m\": " << list(base.b.row(k).transpose())
+            << ",\n";
+    const double nominal = setup.settings.at("payload.mass_kg");
+    out << "  \"supply_pa\": " << p.supply << ",\n  \"payload_mass_kg\": " << nominal * base.payload
+        << ",\n  \"upper_mass_kg\": " << setup.settings.at("actuator.upper_mass_kg") * base.upper
+        << ",\n  \"lower_mass_kg\": " << setup.settings.at("actuator.lower_mass_kg") * base.lower
+        << ",\n  \"timing_jitter\": " << (base.jitter ? "true" : "false") << "\n }\n}\n";
+    if (!out)
+        throw std::runtime_error("cannot write " + file);
+}
+
+static const char kUsage[] = "usage: rig -o DIR [--config FILE] [--motion SPEC ...] [--effect "
+                             "NAME.KEY=V[,V2..V6] ...] [--set KEY=VALUE ...]\n"
+                             "           [--tolerance SEED | --beyond SEED] [--noise SEED] "
+                             "[--settle S] [--step S] [--engage]\n"
+                             "       rig --self-test [--config FILE]     rig --list-effects\n"
+                             "SPEC: sines (default), sine:AXIS:HZ:AMPL, multisine[:SCALE], "
+                             "triangle:AXIS:HZ:AMPL, chirp:AXIS:HZ:HZ:AMPL,\n"
+                             "      steps:AXIS:AMPL:HOLD_S. AXIS: x y z phi theta psi. One file a "
+                             "test; truth.json goes beside DIR.\n";
+
+static int main_with(int argc, char **argv)
+{
+    Setup setup;
+    std::string directory, config = "config/tian2015.yaml";
+    std::vector<std::string> specs, sets;
+    bool test = false;
+    for (int k = 1; k < argc; k++) {
+        const std::string option = argv[k];
+        auto value = [&]() -> std::string {
+            if (++k >= argc)
+                throw std::runtime_error(option + " wants a value");
+            return argv[k];
+        };
+        auto seed = [&] {
+            const double n = number(value());
+            if (!(n >= 0 && n == std::floor(n) && n < 1e15))
+                throw std::runtime_error(option + ": a whole number from 0 up");
+            return static_cast<int64_t>(n);
+        };
+        if (option == "-o")
+            directory = value();
+        else if (option == "--config" || option == "-c")
+            config = value();
+        else if (option == "--motion")
+            specs.push_back(value());
+        else if (option == "--effect")
+            set_effect(setup.effects, value());
+        else if (option == "--set")
+            sets.push_back(value());
+        else if (option == "--tolerance")
+            setup.tolerance_seed = seed();
+        else if (option == "--beyond")
+            setup.beyond_seed = seed();
+        else if (option == "--noise")
+            setup.noise_seed = static_cast<uint64_t>(seed());
+        else if (option == "--settle")
+            setup.settle_s = number(value());
+        else if (option == "--step")
+            setup.step_s = number(value());
+        else if (option == "--engage")
+            setup.engage = true;
+        else if (option == "--self-test")
+            test = true;
+        else if (option == "--list-effects") {
+            for (const auto &[key, off] : kEffects)
+                std::printf("%s (off: %g)\n", key.c_str(), off);
+            return 0;
+        } else {
+            std::fputs(kUsage, stderr);
+            return 2;
+        }
+    }
+    setup.settings = load_settings(config);
+    for (const std::string &set : sets) {
+        const size_t at = set.find('=');
+        if (at == std::string::npos || !setup.settings.count(set.substr(0, at)))
+            throw std::runtime_error("no such key: '" + set + "'");
+        const std::string v = set.substr(at + 1);
+        setup.settings[set.substr(0, at)] = v == "true" ? 1 : v == "false" ? 0 : number(v);
+    }
+    if (test)
+        return self_test(setup.settings);
+    if (directory.empty()) {
+        std::fputs(kUsage, stderr);
+        return 2;
+    }
+
+    const std::filesystem::path path =
+        std::filesystem::absolute(directory + "/").lexically_normal().parent_path();
+    std::filesystem::create_directories(path);
+    if (specs.empty())
+        specs.push_back("sines");
+    const auto motions = make_motions(setup.settings, specs, setup.noise_seed);
+    const auto recordings = simulate(setup, motions);
+    for (size_t k = 0; k < motions.size(); k++)
+        write_csv((path / (std::to_string(k) + ".csv")).string(), motions[k], recordings[k]);
+    write_truth((path.parent_path() / "truth.json").string(), setup);
+    return 0;
+}
+
+int main(int argc, char **argv)
+{
+    try {
+        return main_with(argc, argv);
+    } catch (const std::exception &error) {
+        std::fprintf(stderr, "rig: %s\n", error.what());
+        return 2;
+    }
+}

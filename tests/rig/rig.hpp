@@ -1,0 +1,70 @@
+/*
+ * The rig round the machine: settings, hidden effects, drawn base parameters, sensors, controller,
+ * motions.
+ */
+#pragma once
+#include "machine.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+using Settings = std::map<std::string, double>; /* the configuration's numbers, by "section.key" */
+using Effects = std::map<std::string, Vec6>;    /* hidden, by "name.key", a value a leg */
+
+/* Uniform numbers, the same on every platform. */
+struct Random {
+    explicit Random(uint64_t seed) : state(seed * 0x9E3779B97F4A7C15ull + 0x632BE59BD9B4E019ull) {}
+    double uniform(double low, double high);
+    uint64_t state;
+};
+
+struct Setup {
+    Settings settings;
+    Effects effects;
+    int64_t tolerance_seed = -1,
+            beyond_seed = -1; /* negative: the configuration's parameters exactly */
+    uint64_t noise_seed = 1;
+    double step_s = 0.25e-3, settle_s = -1; /* settle_s < 0: the configuration's */
+    bool engage = false;                    /* start parked and rise; else start at neutral */
+};
+
+/* Base parameters as drawn, relative to the configuration's unless a unit says otherwise. */
+struct Base {
+    double payload = 1, upper = 1, lower = 1, supply = 1;
+    Vec6 viscous, bulk, leakage, gain, dead1, dead2, null_bias, damping;
+    Points a, b; /* joints' errors, m */
+    bool jitter = false;
+};
+
+struct Motion {
+    std::string dof = "none";
+    double frequency = 0, amplitude = 0; /* hints for the file, for sines only */
+    double ramp_s = 0, duration_s = 0, ramp_out_s = 0, length_s = 0;
+    std::function<Vec6(double)> reference; /* x y z phi theta psi at a time from 0 to length_s */
+};
+
+struct Sample {
+    double t;
+    Vec6 reference, length, p1, p2, valve;
+};
+using Recording = std::vector<Sample>;
+
+double effect(const Setup &setup, const std::string &key, int leg = 0);
+void set_effect(Effects &effects,
+                const std::string &assignment); /* "name.key=v" or "name.key=v1,...,v6" */
+Settings load_settings(const std::string &file);
+
+Base draw_base(const Setup &setup);
+MachineParameters make_parameters(const Setup &setup, const Base &base);
+Points upper_joints(const Settings &s);
+Points lower_joints(const Settings &s);
+Vec6 leg_lengths(const Points &a, const Points &b, const Vec6 &pose);
+
+Motion sine(const Settings &s, const std::string &axis, double frequency, double amplitude);
+std::vector<Motion> make_motions(const Settings &s, const std::vector<std::string> &specs,
+                                 uint64_t seed);
+std::vector<Recording> simulate(const Setup &setup, const std::vector<Motion> &motions);
+int self_test(const Settings &settings);

@@ -1,0 +1,495 @@
+/*
+ * What must hold of the rig, by identities that do not use the code under test: formulas of
+ * method.md, finite differences of lengths and of potential energy, energy, smaller steps.
+ * Deterministic; about a minute.
+ */
+#include "rig.hpp"
+
+#include <cmath>
+#include <complex>
+#include <cstdio>
+
+using Complex = std::complex<double>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+constexpr double kPi = 3.14159265358979323846;
+static int failures;
+
+static void claim(bool holds, const char *name, const std::string &figures)
+{
+    std::printf("%-6s %-52s %s\n", holds ? "ok" : "FAILED", name, figures.c_str());
+    failures += !holds;
+}
+
+template <class... Numbers> static std::string print(const char *format, Numbers... numbers)
+{
+    char text[200];
+    std::snprintf(text, sizeof text, format, numbers...);
+    return text;
+}
+
+static Eigen::Matrix3d rotation(const Vec6 &pose)
+{
+    return (Eigen::AngleAxisd(pose[5], Vec3::UnitZ()) * Eigen::AngleAxisd(pose[4], Vec3::UnitY()) *
+            Eigen::AngleAxisd(pose[3], Vec3::UnitX()))
+        .toRotationMatrix();
+}
+
+static Setup plain(const Settings &settings, const std::vector<std::string> &effects = {})
+{
+    Setup setup;
+    setup.settings = settings;
+    setup.settings["sensors.enabled"] = 0;
+    for (const std::string &effect : effects)
+        set_effect(setup.effects, effect);
+    return setup;
+}
+
+static MachineParameters parameters(const Settings &s, const std::vector<std::string> &effects = {},
+                                    double step = 0.25e-3)
+{
+    Setup setup = plain(s, effects);
+    setup.step_s = step;
+    return make_parameters(setup, draw_base(setup));
+}
+
+/* method.md (A1)-(A6), in the platform's twist. */
+static Matrix6 inertia_by_formula(const MachineParameters &p, const Vec6 &pose)
+{
+    const Eigen::Matrix3d T = rotation(pose);
+    const BodyParameters &b = p.bodies;
+    Matrix6 M = Matrix6::Zero();
+    M.topLeftCorner<3, 3>().diagonal().setConstant(b.payload_kg);
+    M.bottomRightCorner<3, 3>() = T * b.payload_inertia.asDiagonal() * T.transpose();
+    for (int i = 0; i < kLegs; i++) {
+        const Vec3 arm = T * b.a.col(i), l = pose.head<3>() + arm - b.b.col(i), n = l.normalized();
+        const double L = l.norm(), ma = b.upper_kg[i];
+        const double g = ma * std::pow(L - b.upper_center, 2) +
+                         b.lower_kg[i] * std::pow(b.lower_center, 2) + b.upper_inertia[i] +
+                         b.lower_inertia[i];
+        const Eigen::Matrix3d along = n * n.transpose();
+        const Eigen::Matrix3d leg =
+            ma * along + g / (L * L) * (Eigen::Matrix3d::Identity() - along);
+        Eigen::Matrix<double, 3, 6> Ja;
+        Ja << Eigen::Matrix3d::Identity(),
+            (Eigen::Matrix3d() << 0, arm.z(), -arm.y(), -arm.z(), 0, arm.x(), arm.y(), -arm.x(), 0)
+                .finished();
+        M += Ja.transpose() * leg * Ja;
+    }
+    return M;
+}
+
+static void inertia_matrix_is_that_of_method_md(const Settings &s)
+{
+    const MachineParameters p = parameters(s);
+    double worst = 0;
+    Matrix6 neutral;
+    for (int k = 0; k < 2; k++) {
+        Vec6 pose = Vec6::Zero();
+        if (k == 1)
+            pose << 0.05, -0.03, 0.08, 0.1, -0.07, 0.12;
+        Machine machine(p, pose);
+        /* rates of (c, psi, theta, phi) from the twist: E^-1, by differences of the rotation matrix
+         */
+        Matrix6 E = Matrix6::Identity();
+        const int angle[3] = {5, 4, 3};
+        for (int j = 0; j < 3; j++) {
+            const double d = 1e-6;
+            Vec6 up = pose, down = pose;
+            up[angle[j]] += d;
+            down[angle[j]] -= d;
+            const Eigen::Matrix3d S =
+                (rotation(up) - rotation(down)) / (2 * d) * rotation(pose).transpose();
+            E.block<3, 1>(3, 3 + j) << S(2, 1), S(0, 2), S(1, 0);
+        }
+        const Matrix6 inverse = E.inverse();
+        const Matrix6 M =
+            inverse.transpose() * machine.body_state().M.topLeftCorner<6, 6>() * inverse;
+        const Matrix6 F = inertia_by_formula(p, pose);
+        worst = std::max(worst, (M - F).norm() / F.norm());
+        if (k == 0)
+            neutral = M;
+    }
+    claim(worst < 1e-9, "inertia matrix is (A1), neutral and off neutral",
+          print("relative difference %.1e", worst));
+    const double d[5] = {neutral(0, 0) - 272.009, neutral(2, 2) - 272.392, neutral(3, 3) - 30.688,
+                         neutral(5, 5) - 53.221, neutral(0, 4) - 14.915};
+    double most = 0;
+    for (double x : d)
+        most = std::max(most, std::abs(x));
+    claim(most < 6e-4 && std::abs(neutral(1, 3) + 14.915) < 6e-4,
+          "inertia at neutral has method.md's numbers",
+          print("mx %.3f mz %.3f Ixx %.3f Izz %.3f Mt15 %.3f", neutral(0, 0), neutral(2, 2),
+                neutral(3, 3), neutral(5, 5), neutral(0, 4)));
+}
+
+static void resting_legs_carry_the_weight(const Settings &s)
+{
+    const MachineParameters p = parameters(s);
+    const BodyParameters &b = p.bodies;
+    Vec6 pose;
+    pose << 0.05, -0.03, 0.08, 0.1, -0.07, 0.12;
+    auto potential = [&](const Vec6 &at) {
+        const Points a = (rotation(at) * b.a).colwise() + Vec3(at.head<3>());
+        double sum = b.payload_kg * at[2];
+        for (int i = 0; i < kLegs; i++) {
+            const Vec3 n = (a.col(i) - b.b.col(i)).normalized();
+            sum += b.upper_kg[i] * (a.col(i) - b.upper_center * n).z() +
+                   b.lower_kg[i] * (b.b.col(i) + b.lower_center * n).z();
+        }
+        return -b.gravity.z() * sum;
+    };
+    Matrix6 J;
+    Vec6 weight;
+    for (int k = 0; k < 6; k++) {
+        Vec6 up = pose, down = pose;
+        up[k] += 1e-6;
+        down[k] -= 1e-6;
+        J.col(k) = (leg_lengths(b.a, b.b, up) - leg_lengths(b.a, b.b, down)) / 2e-6;
+        weight[k] = (potential(up) - potential(down)) / 2e-6;
+    }
+    const Vec6 force = J.transpose().fullPivLu().solve(weight);
+    Machine machine(p, pose);
+    Vec6 rod, p1, p2;
+    machine.read(rod, p1, p2);
+    const Vec6 oil = p.leg[0].area1 * p1 - p.leg[0].area2 * p2;
+    const double first = (oil - force).norm() / force.norm();
+    for (int i = 0; i < kLegs; i++)
+        machine.command(i, machine.resting_valve()[i]);
+    machine.advance(1);
+    const double moved = (machine.y.segment<3>(0) - pose.head<3>()).norm();
+    claim(first < 1e-7 && moved < 1e-9, "resting legs push with J^-T w, and stay",
+          print("relative difference %.1e; 1 s later moved %.1e m", first, moved));
+}
+
+/* Valves shaken each at its own frequency; returns the lengths at the end. */
+static Vec6 shake(Machine &machine, double until)
+{
+    for (int k = 0; k * 0.002 < until - 1e-9; k++) {
+        for (int i = 0; i < kLegs; i++)
+            machine.command(i, machine.resting_valve()[i] +
+                                   0.1 * std::sin(2 * kPi * (3 + 0.7 * i) * 0.002 * k));
+        machine.advance(0.002 * (k + 1));
+    }
+    Vec6 rod, p1, p2;
+    machine.read(rod, p1, p2);
+    return rod;
+}
+
+static const std::vector<std::string> kCoulomb = {"cylinder_coulomb_friction.force_extend_n=100",
+                                                  "cylinder_coulomb_friction.force_retract_n=80"};
+
+static void energy_is_balanced(const Settings &s)
+{
+    const struct {
+        const char *name;
+        std::vector<std::string> effects;
+        double limit; /* J */
+    } cases[] = {{"energy is balanced: clean", {}, 1e-6},
+                 {"energy is balanced: friction of cylinders and joints",
+                  {kCoulomb[0], kCoulomb[1], "passive_joint_friction.coulomb_nm=3",
+                   "passive_joint_friction.viscous_nm_s=5"},
+                  1e-4},
+                 {"energy is balanced: moving base, springs, pipes",
+                  {"base_spring.frequency_hz=12", "external_stiffness.z=20000",
+                   "pipeline_dynamics.length_m=1"},
+                  1e-5},
+                 {"energy is balanced: centre of mass off, tilted base",
+                  {"payload_center_of_mass.x_m=0.03", "base_tilt.phi_rad=0.05",
+                   "geometry_error.b_x_m=0.01,0,0,0,0,0"},
+                  1e-6}};
+    for (const auto &c : cases) {
+        Machine machine(parameters(s, c.effects), Vec6::Zero());
+        const double before = machine.energy();
+        shake(machine, 1);
+        const double change = machine.energy() - before, miss = std::abs(change - machine.work());
+        claim(miss < c.limit, c.name, print("gained %.3f J, off by %.1e J", change, miss));
+    }
+}
+
+static void steps_are_short_enough(const Settings &s)
+{
+    for (int k = 0; k < 2; k++) {
+        const auto effects = k ? kCoulomb : std::vector<std::string>();
+        auto end = [&](double step) {
+            Machine machine(parameters(s, effects, step), Vec6::Zero());
+            return shake(machine, 1);
+        };
+        const Vec6 exact = end(0.03125e-3);
+        const double coarse = (end(0.5e-3) - exact).norm(), used = (end(0.25e-3) - exact).norm();
+        claim(used < 2e-8,
+              k ? "0.25 ms is short enough: Coulomb friction" : "0.25 ms is short enough: clean",
+              print("length after 1 s off by %.1e m; at 0.5 ms %.1e m", used, coarse));
+    }
+    Machine rigid(parameters(s), Vec6::Zero());
+    Machine heavy(parameters(s, {"base_spring.frequency_hz=100", "base_spring.mass_kg=1e8"}),
+                  Vec6::Zero());
+    const double apart = (shake(rigid, 1) - shake(heavy, 1)).norm();
+    claim(apart < 1e-7, "a base plate of 1e8 kg is a rigid base",
+          print("lengths %.1e m apart", apart));
+    Machine tight(parameters(s, {"joint_backlash.clearance_m=1e-9"}), Vec6::Zero());
+    Machine again(parameters(s), Vec6::Zero());
+    const double play = (shake(again, 1) - shake(tight, 1)).norm();
+    claim(play < 5e-5, "a play of 1 nm is none, but for its contact's 5 um",
+          print("lengths %.1e m apart", play));
+}
+
+/* 30 kPa more in each chamber 1 is 94 N: a leg that holds 150 N does not move while the valve lets
+ * it off. */
+static void friction_holds(const Settings &s)
+{
+    double moved[2], crept = 0;
+    for (int k = 0; k < 2; k++) {
+        std::vector<std::string> effects;
+        if (k == 0)
+            effects = {"cylinder_coulomb_friction.force_extend_n=150",
+                       "cylinder_coulomb_friction.force_retract_n=150"};
+        Machine machine(parameters(s, effects), Vec6::Zero());
+        Vec6 first, last, p1, p2;
+        machine.read(first, p1, p2);
+        for (int i = 0; i < kLegs; i++)
+            machine.y[Machine::kLeg + Machine::kPerLeg * i + Machine::kP1] += 30e3;
+        machine.advance(0.2);
+        machine.read(last, p1, p2);
+        moved[k] = (last - first).cwiseAbs().maxCoeff();
+        if (k == 0) {
+            machine.advance(10);
+            machine.read(last, p1, p2);
+            crept = (last - first).cwiseAbs().maxCoeff();
+        }
+    }
+    claim(crept < 1e-9 && moved[1] > 1e-6, "a leg loaded below its friction does not creep",
+          print("%.1e m in 10 s; without friction %.1e m in 0.2 s", crept, moved[1]));
+}
+
+/* Fundamentals and means of the tests z, theta, x: what an effect is judged by. */
+struct Response {
+    Complex X[3], G[3], U; /* motion and force on the tested axis; valve of leg 3, test z */
+    double u_mean, G_mean[6], F_mean, t_end;
+    Eigen::MatrixXd all; /* everything recorded, columns scaled alike */
+};
+
+static Response respond(const Settings &settings, const std::vector<std::string> &effects)
+{
+    Setup setup = plain(settings, effects);
+    setup.settle_s = 1;
+    setup.settings["tests.duration_s"] = 2;
+    const Settings &s = setup.settings;
+    const auto recordings = simulate(
+        setup, {sine(s, "z", 4, 0.004), sine(s, "theta", 4, 0.006), sine(s, "x", 4, 0.004)});
+    const MachineParameters p = parameters(s);
+    Matrix6 J;
+    for (int i = 0; i < kLegs; i++) {
+        const Vec3 n = (p.bodies.a.col(i) - p.bodies.b.col(i)).normalized(),
+                   arm = p.bodies.a.col(i);
+        J.row(i) << n.transpose(), arm.cross(n).transpose();
+    }
+    const int axis[3] = {2, 4, 0};
+    Response r{};
+    r.all.resize(3 * static_cast<long>(recordings[0].size()), 24);
+    long row = 0;
+    for (int k = 0; k < 3; k++) {
+        for (size_t j = 0; j < recordings[k].size(); j++) {
+            const Sample &x = recordings[k][j];
+            const Vec6 F = p.leg[0].area1 * x.p1 - p.leg[0].area2 * x.p2;
+            r.all.row(row++) << x.length.transpose() / 1e-3, x.p1.transpose() / 1e6,
+                x.p2.transpose() / 1e6, x.valve.transpose() / 0.1;
+            if (j < 500 || j >= 1500)
+                continue;
+            const Complex turn =
+                std::exp(Complex(0, -2 * kPi * 4 * 0.002 * static_cast<double>(j))) * 2.0 / 1000.0;
+            const Vec6 X = J.partialPivLu().solve(x.length), G = J.transpose() * F;
+            r.X[k] += X[axis[k]] * turn;
+            r.G[k] += G[axis[k]] * turn;
+            if (k == 0) {
+                r.U += x.valve[2] * turn;
+                r.u_mean += x.valve[2] / 1000;
+                r.F_mean += F[2] / 1000;
+                for (int m = 0; m < 6; m++)
+                    r.G_mean[m] += G[m] / 1000;
+            }
+        }
+        r.t_end = recordings[k].back().t;
+    }
+    return r;
+}
+
+static void each_effect_does_what_it_says(const Settings &s)
+{
+    const double w = 2 * kPi * 4, g = 9.80665;
+    const Complex j(0, 1);
+    const Response clean = respond(s, {});
+    auto Z = [](const Response &r, int k) { return r.G[k] / r.X[k]; };
+    auto dZ = [&](const Response &r, int k) { return Z(r, k) - Z(clean, k); };
+    auto turned = [](Complex after, Complex before) { return std::arg(after / before); };
+    const MachineParameters p = parameters(s);
+    const double nz = (p.bodies.a - p.bodies.b).col(2).normalized().z(),
+                 L = (p.bodies.a - p.bodies.b).col(2).norm();
+    const double shape = 6 * nz * nz; /* sum of squares of the legs' z components */
+    auto leg_speed = [&](const Response &r) { return w * std::abs(r.X[0]) * std::abs(nz); };
+
+    /* name.key=value; what is measured over what is expected, 1 where it is exact; how exact the
+     * expectation is */
+    using Measure = std::function<double(const Response &)>;
+    struct Case {
+        std::vector<std::string> effects;
+        Measure ratio;
+        double share;
+    };
+    auto moves = Measure(); /* only that the recording changes */
+    const std::vector<Case> cases = {
+        {{"cylinder_coulomb_friction.force_extend_n=100",
+          "cylinder_coulomb_friction.force_retract_n=100"},
+         [&](const Response &r) {
+             return std::imag(dZ(r, 0)) / w / (shape * 4 / kPi * 100 / leg_speed(r));
+         },
+         0.05},
+        {{"cylinder_stribeck_friction.excess_n=100",
+          "cylinder_stribeck_friction.velocity_mps=0.02"},
+         [&](const Response &r) {
+             double sum = 0;
+             for (int k = 0; k < 1000; k++) {
+                 const double v = std::sin(2 * kPi * (k + 0.5) / 1000);
+                 sum +=
+                     2 * 100 * std::exp(-std::pow(v * leg_speed(r) / 0.02, 2)) * std::abs(v) / 1000;
+             }
+             return std::imag(dZ(r, 0)) / w / (shape * sum / leg_speed(r));
+         },
+         0.1},
+        {{"cylinder_viscous_friction.extend_n_s_per_m=500",
+          "cylinder_viscous_friction.retract_n_s_per_m=500"},
+         [&](const Response &r) { return std::imag(dZ(r, 0)) / w / (shape * 500); },
+         0.03},
+        {{"load_dependent_friction.mu=0.02"},
+         [&](const Response &r) {
+             return std::imag(dZ(r, 0)) / w /
+                    (shape * 4 / kPi * 0.02 * 1.59e-3 * 4.5e6 / leg_speed(r));
+         },
+         0.25},
+        {{"passive_joint_friction.coulomb_nm=10"}, moves, 0},
+        {{"passive_joint_friction.viscous_nm_s=50"}, moves, 0},
+        {{"payload_mass.mass_kg=5"},
+         [&](const Response &r) { return (r.G_mean[2] - clean.G_mean[2]) / (-5 * g); },
+         0.02},
+        {{"payload_mass.mass_kg=10"},
+         [&](const Response &r) { return std::real(dZ(r, 0)) / (-w * w * 10); },
+         0.05},
+        {{"payload_center_of_mass.x_m=0.02"},
+         [&](const Response &r) {
+             return std::abs(r.G_mean[4] - clean.G_mean[4]) / (178.6 * g * 0.02);
+         },
+         0.02},
+        {{"payload_center_of_mass.z_m=0.02"}, moves, 0},
+        {{"payload_rotational_inertia.yy=3"},
+         [&](const Response &r) { return std::real(dZ(r, 1)) / (-w * w * 3); },
+         0.1},
+        {{"actuator_inertia.upper_mass_kg=3"},
+         [&](const Response &r) {
+             const double across = std::pow((L - 0.7) / L, 2) * (1 - nz * nz);
+             return std::real(dZ(r, 0)) / (-w * w * 18 * (nz * nz + across));
+         },
+         0.05},
+        {{"actuator_inertia.lower_mass_kg=10"},
+         [&](const Response &r) { /* its weight: a moment about the lower joint */
+                                  return (r.G_mean[2] - clean.G_mean[2]) /
+                                         (-60 * g * 0.71 / L * (1 - nz * nz));
+         },
+         0.05},
+        {{"actuator_inertia.transverse_kg_m2=2"},
+         [&](const Response &r) {
+             return std::real(dZ(r, 0)) / (-w * w * 12 / (L * L) * (1 - nz * nz));
+         },
+         0.1},
+        {{"external_stiffness.z=100000"},
+         [&](const Response &r) { return std::real(dZ(r, 0)) / 1e5; },
+         0.03},
+        {{"external_stiffness.theta=10000"},
+         [&](const Response &r) { return std::real(dZ(r, 1)) / 1e4; },
+         0.1},
+        {{"joint_backlash.clearance_m=0.0005"}, moves, 0},
+        {{"geometry_error.a_x_m=0.005,0,0,0,0,0"}, moves, 0},
+        {{"geometry_error.b_z_m=0.005,0,0,0,0,0"}, moves, 0},
+        {{"base_tilt.theta_rad=0.02"},
+         [&](const Response &r) {
+             return std::abs(r.G_mean[0] - clean.G_mean[0]) / (0.02 * g * 370);
+         },
+         0.15},
+        {{"valve_dead_band.overlap=0.02"},
+         [&](const Response &r) { /* the spool's swing about its mean crosses zero at an angle of
+                                     asin(0.075/0.17) */
+                                  const double more =
+                                      std::abs(r.U / r.X[0] * clean.X[0]) - std::abs(clean.U);
+                                  return more / (4 / kPi * 0.02 * 0.9);
+         },
+         0.15},
+        {{"valve_hysteresis.width=0.04"}, moves, 0},
+        {{"valve_lag.frequency_hz=30"},
+         [&](const Response &r) {
+             return turned(r.U / r.X[0], clean.U / clean.X[0]) / (1.6 * 4 * (1.0 / 30 - 1.0 / 100));
+         },
+         0.1},
+        {{"valve_rate_limit.per_s=3"}, moves, 0},
+        {{"valve_flow_gain.scale=1.1"},
+         [&](const Response &r) {
+             return std::abs(clean.U / clean.X[0]) / std::abs(r.U / r.X[0]) / 1.1;
+         },
+         0.02},
+        {{"valve_null_bias.offset=0.02"},
+         [&](const Response &r) { return (clean.u_mean - r.u_mean) / 0.02; },
+         0.05},
+        {{"port_area_ratio.ratio=0.49"}, moves, 0},
+        {{"internal_leakage.scale=2"},
+         [&](const Response &r) { return r.u_mean / clean.u_mean / 2; },
+         0.2},
+        {{"entrained_air.bulk_modulus_pa=3e8"}, moves, 0},
+        {{"supply_pressure_sag.resistance_pa_s_per_m3=5e8"}, moves, 0},
+        {{"tank_back_pressure.resistance_pa_s_per_m3=5e8"}, moves, 0},
+        {{"pipeline_dynamics.length_m=3"}, moves, 0},
+        {{"pressure_sensor_scale.p1=1.03"}, moves, 0},
+        {{"pressure_sensor_offset.p1=100000"},
+         [&](const Response &r) { return (r.F_mean - clean.F_mean) / (p.leg[0].area1 * 1e5); },
+         0.01},
+        {{"position_sensor_scale.scale=1.02"},
+         [&](const Response &r) { return std::abs(Z(clean, 1) / Z(r, 1)) / 1.02; },
+         0.01},
+        {{"position_sensor_offset.offset_m=0.002,0,0,0,0,0"}, moves, 0},
+        {{"pressure_sensor_lag.cutoff_hz=40"},
+         [&](const Response &r) { return turned(Z(r, 1), Z(clean, 1)) / -std::atan(0.1); },
+         0.05},
+        {{"position_sensor_delay.delay_s=0.003"},
+         [&](const Response &r) { return turned(Z(r, 1), Z(clean, 1)) / (w * 0.003); },
+         0.05},
+        {{"command_delay.delay_s=0.003"},
+         [&](const Response &r) {
+             return turned(r.U / r.X[0], clean.U / clean.X[0]) / (w * 0.003);
+         },
+         0.1},
+        {{"clock_skew.ratio=1.01"},
+         [&](const Response &r) { return r.t_end / clean.t_end / 1.01; },
+         1e-9},
+        {{"base_spring.frequency_hz=12"}, moves, 0},
+        {{"pump_ripple.pressure_pa=200000"}, moves, 0},
+    };
+    const double variation = (clean.all.rowwise() - clean.all.colwise().mean()).norm();
+    for (const Case &c : cases) {
+        const Response r = respond(s, c.effects);
+        const double change = (r.all - clean.all).norm() / variation;
+        const double ratio = c.ratio ? c.ratio(r) : 1;
+        const bool changes = change > 3e-4 || c.effects[0].rfind("clock_skew", 0) == 0;
+        claim(changes && std::abs(ratio - 1) <= c.share, c.effects[0].c_str(),
+              print("changes %.4f of the variation", change) +
+                  (c.ratio ? print("; %.3f of what its law says", ratio) : ""));
+    }
+}
+
+int self_test(const Settings &settings)
+{
+    inertia_matrix_is_that_of_method_md(settings);
+    resting_legs_carry_the_weight(settings);
+    energy_is_balanced(settings);
+    steps_are_short_enough(settings);
+    friction_holds(settings);
+    each_effect_does_what_it_says(settings);
+    std::printf("%d failed\n", failures);
+    return failures ? 1 : 0;
+}
