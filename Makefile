@@ -53,7 +53,7 @@ test: $(TESTS) $(REPLAYS) $(BENCHES) $(BUILD)/hexid $(VENV)/ready ## run all tes
 	@BUILD=$(BUILD) VENV=$(VENV) NOT_RUN="what takes minutes: make test-long; what is claimed about the wall clock: make test-rt" \
 		tests/run $(SCRIPTS) $(TESTS)
 
-test-long: $(BUILD)/hexid $(VENV)/ready ## what takes minutes: whole runs and faults on the field buses, more hidden cases
+test-long: $(BUILD)/hexid $(BUILD)/tests/rig/rig $(VENV)/ready ## what takes minutes: whole runs and faults on the field buses, more hidden cases, the rig by other means
 	@BUILD=$(BUILD) VENV=$(VENV) NOT_RUN="what is claimed about the wall clock: make test-rt" tests/run $(wildcard tests/long/*.sh)
 
 test-rt: $(BUILD)/hexid $(VENV)/ready | deps-bench ## what is claimed about the wall clock: the field buses at a real 2 ms, latencies beside cyclictest; on a quiet machine
@@ -77,6 +77,11 @@ fuzz-run: $(FUZZERS)
 
 bench: $(BENCHES) $(BUILD)/hexid | deps-bench ## time and instructions of every part of the cycle -> build/bench.csv
 	@tests/bench/bench.sh $(BUILD)
+
+rig: $(BUILD)/tests/rig/rig ## the machine by other means, tests/rig/: a minute or two of Pinocchio's headers
+
+check-rig: $(BUILD)/tests/rig/rig $(BUILD)/hexid ## the rig's own checks, then hexid's identification on a recording of it
+	@BUILD=$(BUILD) tests/rig/check.sh
 
 bench-gap: $(BUILD)/hexid $(BUILD)/tests/bench/signatures | deps-test ## hidden effects against hexid gap, hundreds of cases: hours; SEEDS=1 FIRST=1 -> build/gap_score/score.csv
 	@tests/gap/bench.sh $(BUILD)
@@ -182,6 +187,22 @@ $(VENV)/ready: tests/peers/requirements.txt | deps-test
 	$(Q)$(VENV)/bin/pip install --quiet --disable-pip-version-check -r $<
 	@touch $@
 
+# A rig by other means. RIG is the scorecard's. Of Pinocchio headers only; its variant has more types than Boost.MPL's preprocessed headers allow for.
+RIG_BUILD := $(BUILD)/tests/rig
+$(RIG_BUILD)/venv/ready: tests/rig/requirements.txt | deps-test
+	@rm -rf $(@D)
+	@echo venv $(@D)
+	$(Q)python3 -m venv $(@D)
+	$(Q)$(@D)/bin/pip install --quiet --disable-pip-version-check --no-deps -r $<
+	@touch $@
+$(RIG_BUILD)/%.o: tests/rig/%.cpp $(wildcard tests/rig/*.hpp) $(RIG_BUILD)/venv/ready
+	@echo c++ $<
+	$(Q)$(CXX) -std=c++17 -O2 -DNDEBUG -Wall -Wextra -Wshadow -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS \
+		$(addprefix -isystem ,$(wildcard $(RIG_BUILD)/venv/lib/python3*/site-packages/cmeel.prefix/include) /usr/include/eigen3) -c $< -o $@
+$(RIG_BUILD)/rig: $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard tests/rig/*.cpp))
+	@echo link $@
+	$(Q)$(CXX) -o $@ $^
+
 $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	@rm -rf $(@D) && mkdir -p $(@D)
 	@echo jar $@
@@ -189,7 +210,7 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)javac -cp /usr/share/java/lcm.jar -d $(@D) $(@D)/hexid/*.java
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
-.PHONY: all has-display run test test-long test-rt asan tsan fuzz fuzz-run bench bench-paper bench-gap spy clean help
+.PHONY: all has-display run test test-long test-rt asan tsan fuzz fuzz-run bench bench-paper bench-gap rig check-rig spy clean help
 .PHONY: deps deps-run deps-test deps-fuzz deps-bench deps-spy
 .SECONDARY:
 -include $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d) $(FUZZERS:=.d)

@@ -1,6 +1,7 @@
-/* can: six CANopen axis nodes on SocketCAN (can_frames.h: the frames, can_master.h: nodes and samples, can_socket.h: the socket).
+/* can: CANopen nodes, six axes and an I/O module, on SocketCAN (can_frames.h: the frames, can_master.h: nodes and samples, can_socket.h:
+ * the socket).
  *
- * Cycle k reads what the nodes latched at the SYNC of cycle k-1, and ends with two RPDOs and SYNC k, which puts that command into force and
+ * Cycle k reads what the nodes latched at the SYNC of cycle k-1, and ends with its RPDOs and SYNC k, which puts that command into force and
  * latches the next sample: a command acts exactly one cycle after the sample that it was computed from. The sample's time is the instant
  * at which the bus carried its SYNC. A cycle in which a TPDO is missing may end with nothing (can_master.h).
  *
@@ -108,10 +109,10 @@ static int judge(const struct can *c, bool sent, const char *interface, struct e
     struct can_condition condition = can_master_condition(m);
     can_condition_describe(condition, m->params, text, sizeof text);
     if (condition.refusal && sent)
-        return error_set(error, STATUS_UNSAFE, "can:%s: %s; connect the nodes of config/hexid_node.eds, give the keys of others, or "
-                         "stop the other master", interface, text);
-    return error_set(error, STATUS_IO, "can:%s: %s; check power, node ids 1 to 6, bit rate and termination "
-                     "(`candump %s` shows what is there)", interface, sent ? text : "nothing can be sent", interface);
+        return error_set(error, STATUS_UNSAFE, "can:%s: %s; connect the nodes of config/hexid_node.eds and hexid_io.eds, give the keys of "
+                         "others, or stop the other master", interface, text);
+    return error_set(error, STATUS_IO, "can:%s: %s; check power, node ids 1 to %d, bit rate and termination "
+                     "(`candump %s` shows what is there)", interface, sent ? text : "nothing can be sent", m->nodes, interface);
 }
 
 static int bring_up(struct can *c, const char *interface, struct error *error) {
@@ -199,23 +200,22 @@ static int can_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) 
     return dead ? -1 : 0;
 }
 
-static int command(struct can *c, const double valve[LEGS]) {
+/* The command, or NULL: the valves to the centre and nothing else. */
+static int command(struct can *c, const struct hal_command *wanted) {
     struct can_queue q = {0};
     if (c->jammed) return -1;
-    can_master_command(&c->master, valve, &q);
+    if (wanted) can_master_command(&c->master, wanted, &q);
+    else can_master_safe(&c->master, &q);
     if (q.count) c->sent_ns = monotonic_ns();
     return flush(c, &q);
 }
 
-static int can_write(struct hal *hal, const struct hal_command *out) {
+static int can_write(struct hal *hal, const struct hal_command *wanted) {
     struct can *c = (struct can *)hal;
-    return can_master_ready(&c->master) ? command(c, out->valve) : -1;
+    return can_master_ready(&c->master) ? command(c, wanted) : -1;
 }
 
-static void can_safe(struct hal *hal) {
-    static const double centre[LEGS] = {0};
-    command((struct can *)hal, centre);
-}
+static void can_safe(struct hal *hal) { command((struct can *)hal, NULL); }
 
 static void can_describe(const struct hal *hal, char *text, size_t size) {
     const struct can *c = (const struct can *)hal;
@@ -235,7 +235,7 @@ static void can_close(struct hal *hal) {
 
 const struct hal_ops hal_can = {
     .scheme = "can",
-    .usage = "can:IF                     six CANopen axis nodes on SocketCAN interface IF (can:can0)",
+    .usage = "can:IF                     six CANopen axis nodes and an I/O module on SocketCAN interface IF (can:can0)",
     .open = can_open,
     .read = can_read,
     .write = can_write,

@@ -5,9 +5,11 @@
 
 #include "can_master.h"
 
-/* Of can_condition.state, from bit 0: bus 2, nodes 6 x 4 (phase 3, whether an EMCY stands), its code 16, frame of another master 12. */
+/* The 64 bits of can_condition.state, from bit 0: bus 2, nodes 7 x 4 (phase 3, whether an EMCY stands), its code 16, frame of another
+ * master 12, free 5, the caller's 1. */
 enum { CONDITION_NODES = 2, CONDITION_NODE_BITS = 4, CONDITION_EMCY = CONDITION_NODES + CAN_NODES * CONDITION_NODE_BITS,
-       CONDITION_FOREIGN = CONDITION_EMCY + 16 };
+       CONDITION_FOREIGN = CONDITION_EMCY + 16, CONDITION_END = CONDITION_FOREIGN + 12 };
+_Static_assert((int)CONDITION_END <= 63, "there is no room for so many nodes");
 /* Of can_condition.refusal: value 32, sub-index 8, index 16, node 3, kind 2. */
 enum { REFUSAL_SUB = 32, REFUSAL_INDEX = 40, REFUSAL_NODE = 56, REFUSAL_KIND = 59 };
 
@@ -18,7 +20,7 @@ static uint64_t pack(int node, const struct can_refusal *r) {
 
 struct can_condition can_master_condition(const struct can_master *m) {
     struct can_condition c = {.state = (uint64_t)m->bus | (uint64_t)m->foreign << CONDITION_FOREIGN};
-    for (int i = CAN_NODES - 1; i >= 0; i--) {
+    for (int i = m->nodes - 1; i >= 0; i--) {
         const struct can_peer *p = &m->peer[i];
         int at = CONDITION_NODES + i * CONDITION_NODE_BITS;
         c.state |= (uint64_t)(CAN_RUNNING - p->phase) << at;
@@ -38,19 +40,11 @@ __attribute__((format(printf, 3, 4))) static void append(char *text, size_t size
     va_end(args);
 }
 
-/* Configured identity of an object: the key's name and its value; NULL when the object is none. */
-static const char *identity_key(const struct params *p, uint16_t index, uint8_t sub, double *configured) {
-    *configured = index == 0x1000 ? p->can.device_type : sub == 1 ? p->can.vendor_id : p->can.product_code;
-    if (index == 0x1000) return "device_type";
-    return index != 0x1018 ? NULL : sub == 1 ? "vendor_id" : "product_code";
-}
-
 static void describe_refusal(uint64_t word, const struct params *params, char *text, size_t size) {
     const struct can_refusal r = {.kind = (enum can_refusal_kind)(word >> REFUSAL_KIND), .index = (uint16_t)(word >> REFUSAL_INDEX),
                                   .sub = (uint8_t)(word >> REFUSAL_SUB), .value = (uint32_t)word};
-    double configured;
-    const char *key = identity_key(params, r.index, r.sub, &configured), *why = can_abort_text(r.value);
-    const char *comma = *why ? ", " : "";
+    const char *key, *why = can_abort_text(r.value), *comma = *why ? ", " : "";
+    double configured = can_identity(params, word >> REFUSAL_NODE & 7, r.index, r.sub, &key);
     if (can_refused_by_owner(&r)) append(text, size, " owned by another master");
     else if (r.kind == CAN_ABORTED) append(text, size, " refused 0x%04x:%u: abort 0x%08x%s%s", r.index, r.sub, r.value, comma, why);
     else if (!key) append(text, size, " has 0x%x in 0x%04x:%u, which is not what it must be", r.value, r.index, r.sub);
@@ -72,8 +66,8 @@ static void describe_node(const char *who, unsigned node, unsigned code, uint64_
 
 void can_condition_describe(struct can_condition c, const struct params *params, char *text, size_t size) {
     static const char *const buses[] = {[CAN_BUS_GOOD] = "", [CAN_BUS_PASSIVE] = ", bus error-passive", [CAN_BUS_OFF] = ", bus-off"};
-    const unsigned all = 0x111111; /* the same in every node's bits */
-    unsigned code = c.state >> CONDITION_EMCY & 0xffff, nodes = c.state >> CONDITION_NODES & 0xffffff;
+    const unsigned all = 0x1111111 >> CONDITION_NODE_BITS * (CAN_NODES - can_nodes(params)); /* the same in every node's bits */
+    unsigned code = c.state >> CONDITION_EMCY & 0xffff, nodes = c.state >> CONDITION_NODES & 0xfffffff;
     unsigned foreign = c.state >> CONDITION_FOREIGN & 0xfff;
     int refusing = c.refusal >> REFUSAL_NODE & 7;
     *text = '\0';

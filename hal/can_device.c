@@ -1,4 +1,4 @@
-/* The device side of can: six CANopen nodes (can_node.h) on one socket, with the simulated machine behind them. */
+/* The device side of can: seven CANopen nodes (can_node.h) on one socket, with the simulated machine behind them. */
 #include <errno.h>
 #include <poll.h>
 #include <stdio.h>
@@ -26,7 +26,9 @@ static void flush(struct can_device *d) {
     d->out.count = 0;
 }
 
-static struct can_tpdo reading(const struct params *p, const struct hal_sample *s, int leg) {
+static struct can_tpdo reading(const struct params *p, const struct hal_sample *s, int node) {
+    int leg = node - 1;
+    if (node == CAN_IO) return (struct can_tpdo){.inputs = (uint8_t)s->inputs};
     return (struct can_tpdo){.position = channel_raw(&p->length_channel, leg, s->length_m[leg], INT32_MAX),
                              .p1 = (int16_t)channel_raw(&p->p1_channel, leg, s->p1_pa[leg], INT16_MAX),
                              .p2 = (int16_t)channel_raw(&p->p2_channel, leg, s->p2_pa[leg], INT16_MAX)};
@@ -34,7 +36,7 @@ static struct can_tpdo reading(const struct params *p, const struct hal_sample *
 
 static void valves(const struct can_device *d, double valve[LEGS]) {
     for (int i = 0; i < LEGS; i++) {
-        double command = channel_si(&d->params->valve_channel, i, can_node_valve(&d->node[i]));
+        double command = channel_si(&d->params->valve_channel, i, can_node_output(&d->node[i]));
         valve[i] = command >= -1.0 && command <= 1.0 ? command : 0.0; /* NAN: no command */
     }
 }
@@ -42,15 +44,17 @@ static void valves(const struct can_device *d, double valve[LEGS]) {
 /* Readings of this instant first and on their way; then the machine lives through the period that begins, with the commands in force. */
 static void synchronise(struct can_device *d, const struct can_frame *sync, int64_t now_ns) {
     struct hal_sample latched = {0};
-    double valve[LEGS];
+    struct hal_command command = {.enable = true};
     device_latch(d->device, now_ns, &latched);
     for (int i = 0; i < CAN_NODES; i++) {
-        struct can_tpdo t = reading(d->params, &latched, i);
+        struct can_tpdo t = reading(d->params, &latched, i + 1);
         if (can_node_synced_by(&d->node[i], sync)) can_node_sync(&d->node[i], sync, &t, &d->out);
     }
     flush(d);
-    valves(d, valve);
-    device_live(d->device, valve, now_ns);
+    valves(d, command.valve);
+    /* SAFETY: 0 unless commanded and watched, like a valve. */
+    command.supply = can_node_output(&d->node[CAN_IO - 1]) & OUTPUT_SUPPLY;
+    device_live(d->device, &command, now_ns);
 }
 
 /* When a frame came, by the kernel's stamp: this process may have been held up. SAFETY: watchdogs count from it, so that it is neither in
@@ -114,6 +118,6 @@ static int can_serve(const char *interface, const struct params *params, struct 
 
 const struct device_bus device_can = {
     .scheme = "can",
-    .usage = "can:IF                     six CANopen axis nodes on SocketCAN interface IF",
+    .usage = "can:IF                     six CANopen axis nodes and an I/O module on SocketCAN interface IF",
     .serve = can_serve,
 };

@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "interlock.h"
+
 static struct can_frame frame_make(unsigned cob, int length) {
     return (struct can_frame){.can_id = cob, .len = (uint8_t)length};
 }
@@ -38,8 +40,14 @@ struct can_frame can_frame_emcy(int node, uint16_t code, uint8_t error_register)
     return f;
 }
 
+static int tpdo_length(int node) { return node == CAN_IO ? 1 : 8; }
+
 struct can_frame can_frame_tpdo(int node, const struct can_tpdo *tpdo) {
-    struct can_frame f = frame_make(COB_TPDO + (unsigned)node, 8);
+    struct can_frame f = frame_make(COB_TPDO + (unsigned)node, tpdo_length(node));
+    if (node == CAN_IO) {
+        f.data[0] = tpdo->inputs;
+        return f;
+    }
     can_put(f.data, 4, (uint32_t)tpdo->position);
     can_put(f.data + 4, 2, (uint16_t)tpdo->p1);
     can_put(f.data + 6, 2, (uint16_t)tpdo->p2);
@@ -49,6 +57,12 @@ struct can_frame can_frame_tpdo(int node, const struct can_tpdo *tpdo) {
 struct can_frame can_frame_rpdo(int group, const int16_t valve[CAN_GROUP_NODES]) {
     struct can_frame f = frame_make(can_rpdo_cob(group), 2 * CAN_GROUP_NODES);
     for (int i = 0; i < CAN_GROUP_NODES; i++) can_put(f.data + 2 * i, 2, (uint16_t)valve[i]);
+    return f;
+}
+
+struct can_frame can_frame_outputs(uint8_t outputs) {
+    struct can_frame f = frame_make(can_rpdo_cob(can_group(CAN_IO)), 1);
+    f.data[0] = outputs;
     return f;
 }
 
@@ -117,9 +131,11 @@ const char *can_frame_of_master(const struct can_frame *f) {
 }
 
 bool can_parse_tpdo(const struct can_frame *frame, struct can_tpdo *tpdo) {
-    if (frame->len != 8) return false;
-    *tpdo = (struct can_tpdo){.position = (int32_t)can_get(frame->data, 4), .p1 = (int16_t)can_get(frame->data + 4, 2),
-                              .p2 = (int16_t)can_get(frame->data + 6, 2)};
+    int node = can_frame_node(frame, COB_TPDO);
+    if (frame->len != tpdo_length(node)) return false;
+    if (node == CAN_IO) *tpdo = (struct can_tpdo){.inputs = frame->data[0]};
+    else *tpdo = (struct can_tpdo){.position = (int32_t)can_get(frame->data, 4), .p1 = (int16_t)can_get(frame->data + 4, 2),
+                                   .p2 = (int16_t)can_get(frame->data + 6, 2)};
     return true;
 }
 
@@ -164,11 +180,15 @@ int can_frame_bits(int data_bytes) {
     return 47 + 8 * data_bytes + (stuffed - 1) / 4;
 }
 
+int can_nodes(const struct params *params) { return interlock_any(&params->interlocks) ? CAN_NODES : LEGS; }
+
 struct can_load can_load(const struct params *params) {
     double cycle = params->loop.period_s * params->can.bitrate_bps;
     struct can_load l = {.limit = 0.8};
-    l.cycle_bits = can_frame_bits(0) + CAN_NODES * can_frame_bits(8) + CAN_GROUPS * can_frame_bits(2 * CAN_GROUP_NODES);
-    l.heartbeat_bits = (CAN_NODES + 1) * can_frame_bits(1) * params->loop.period_s / params->can.heartbeat_s;
+    int nodes = can_nodes(params), outputs_bits = nodes >= CAN_IO ? can_frame_bits(1) : 0;
+    l.cycle_bits = can_frame_bits(0) + CAN_GROUPS * can_frame_bits(2 * CAN_GROUP_NODES) + outputs_bits;
+    for (int node = 1; node <= nodes; node++) l.cycle_bits += can_frame_bits(tpdo_length(node));
+    l.heartbeat_bits = (nodes + 1) * can_frame_bits(1) * params->loop.period_s / params->can.heartbeat_s;
     l.share = (l.cycle_bits + l.heartbeat_bits) / cycle;
     return l;
 }

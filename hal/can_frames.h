@@ -1,18 +1,22 @@
-/* CAN frames <-> values: the CANopen subset (CiA 301, predefined connection set) of the six axis nodes. Pure, no socket, RT.
+/* CAN frames <-> values: the CANopen subset (CiA 301, predefined connection set) of the six axis nodes and the I/O module.
+ * Pure, no socket, RT.
  *
  *   COB-ID       frame      bytes (little-endian)                                                  from
  *   000          NMT        command, node (0: all)                                                 daemon
- *   080          SYNC       none: latch lengths and pressures, apply the valve commands            daemon
+ *   080          SYNC       none: latch readings and inputs, apply the commands                    daemon
  *   080 + node   EMCY       code u16, error register u8, 5 of the maker                            node
- *   180 + node   TPDO1      position i32 [um], P1 i16 [kPa], P2 i16 [kPa], latched by SYNC         node
+ *   180 + node   TPDO1      position i32 [um], P1 i16 [kPa], P2 i16 [kPa], latched by SYNC         axis node
+ *   187          TPDO1      inputs u8, INPUT_... (types.h), latched by SYNC                        node 7
  *   201          RPDO A     valve commands i16 of nodes 1, 2, 3; +-32767 is full opening           daemon
  *   204          RPDO B     the same of nodes 4, 5, 6                                              daemon
+ *   207          RPDO C     outputs u8 of node 7, OUTPUT_...                                       daemon
  *   580 + node   SDO reply                                                                         node
  *   600 + node   SDO        expedited only; segments and blocks are answered with an abort         daemon
  *   700 + node   heartbeat  state; 0 is boot-up                                                    node, and daemon (node 127)
  *
- * Node n moves leg n, 1..6. One RPDO serves three nodes: each maps its own 16 bit to its valve (0x6300:1) and the other two to CiA 301's
- * dummy entry for INTEGER16, 0x0003. The raw units above are the default scale; channels in the configuration change it. Pressures are
+ * Node n moves leg n, 1..6; node 7 is an I/O module after CiA 401, and expected only where an input or output is wired (interlocks). One
+ * RPDO serves three axis nodes: each maps its own 16 bit to its valve (0x6300:1) and the other two to CiA 301's dummy entry for
+ * INTEGER16, 0x0003. The raw units above are the default scale; channels in the configuration change it. Pressures are
  * signed: a gauge pressure can be below zero. The most negative value means that the node has no reading (or, in an RPDO, that there is
  * no command). */
 #ifndef HEXID_CAN_FRAMES_H
@@ -24,10 +28,15 @@
 
 #include "params.h"
 
-enum { CAN_NODES = LEGS, CAN_MASTER = 127, CAN_GROUPS = 2, CAN_GROUP_NODES = 3 };
+enum { CAN_IO = LEGS + 1, CAN_NODES = CAN_IO, CAN_MASTER = 127, CAN_GROUPS = 2, CAN_GROUP_NODES = 3 };
 
-/* Identity of our own nodes: 0x1000 (CiA 408), 0x1018:1 (no vendor id of CiA's) and 0x1018:2, "HXID". */
-enum { CAN_DEVICE_TYPE = 0x198, CAN_VENDOR_ID = 0, CAN_PRODUCT_CODE = 0x48584944 };
+/* Identity of our own nodes: 0x1000 (CiA 408; CiA 401 with digital inputs and outputs), 0x1018:1 (no vendor id of CiA's) and 0x1018:2,
+ * "HXID" and "HXIO". */
+enum { CAN_DEVICE_TYPE = 0x198, CAN_IO_DEVICE_TYPE = 0x30191, CAN_VENDOR_ID = 0, CAN_PRODUCT_CODE = 0x48584944,
+       CAN_IO_PRODUCT_CODE = 0x4858494f };
+
+/* Outputs of node 7. */
+enum { OUTPUT_SUPPLY = 1u << 0 };
 
 enum { /* COB-IDs */
     COB_NMT = 0x000, COB_SYNC = 0x080, COB_EMCY = 0x080, COB_TPDO = 0x180, COB_RPDO = 0x200, COB_SDO_REPLY = 0x580, COB_SDO = 0x600,
@@ -36,7 +45,8 @@ enum { /* COB-IDs */
 };
 
 /* Mapping entries: index, sub-index, bits. */
-enum { MAP_DUMMY = 0x00030010, MAP_POSITION = 0x60200120, MAP_VALVE = 0x63000110, MAP_P1 = 0x71300110, MAP_P2 = 0x71300210 };
+enum { MAP_DUMMY = 0x00030010, MAP_INPUTS = 0x60000108, MAP_POSITION = 0x60200120, MAP_OUTPUTS = 0x62000108, MAP_VALVE = 0x63000110,
+       MAP_P1 = 0x71300110, MAP_P2 = 0x71300210 };
 
 enum can_nmt { NMT_START = 1, NMT_STOP = 2, NMT_PREOPERATIONAL = 128, NMT_RESET_NODE = 129, NMT_RESET_COMMUNICATION = 130 };
 
@@ -45,9 +55,11 @@ enum can_state { CAN_BOOTUP = 0, CAN_STOPPED = 4, CAN_OPERATIONAL = 5, CAN_PREOP
 enum { EMCY_NONE = 0, EMCY_SENSOR = 0x5000, EMCY_HEARTBEAT = 0x8130, EMCY_RPDO_SHORT = 0x8210, EMCY_RPDO_LONG = 0x8220,
        EMCY_SYNC_LENGTH = 0x8240, EMCY_RPDO_TIMEOUT = 0x8250 };
 
+/* Of an axis node, or of node 7. */
 struct can_tpdo {
     int32_t position;
     int16_t p1, p2;
+    uint8_t inputs;
 };
 
 /* Expedited transfer: one object of 1, 2 or 4 bytes, or an abort. */
@@ -76,6 +88,7 @@ struct can_frame can_frame_emcy(int node, uint16_t code, uint8_t error_register)
 struct can_frame can_frame_tpdo(int node, const struct can_tpdo *tpdo);
 /* Commands of the group's three nodes, group 0 or 1. */
 struct can_frame can_frame_rpdo(int group, const int16_t valve[CAN_GROUP_NODES]);
+struct can_frame can_frame_outputs(uint8_t outputs);
 /* Request to a node, and its reply. */
 struct can_frame can_frame_sdo(int node, const struct can_sdo *sdo);
 struct can_frame can_frame_sdo_reply(int node, const struct can_sdo *sdo);
@@ -97,7 +110,7 @@ bool can_parse_sdo_reply(const struct can_frame *frame, struct can_sdo *sdo);
 uint32_t can_get(const uint8_t *data, int size);
 void can_put(uint8_t *data, int size, uint32_t value);
 
-/* Group (0, 1) of a node, its place in it (0..2), and the group's COB-ID. */
+/* Group of a node (0, 1; node 7 is alone in 2), its place in it (0..2), and the group's COB-ID. */
 static inline int can_group(int node) { return (node - 1) / CAN_GROUP_NODES; }
 static inline int can_place(int node) { return (node - 1) % CAN_GROUP_NODES; }
 static inline unsigned can_rpdo_cob(int group) { return COB_RPDO + 1u + (unsigned)(CAN_GROUP_NODES * group); }
@@ -105,10 +118,13 @@ static inline unsigned can_rpdo_cob(int group) { return COB_RPDO + 1u + (unsigne
 /* Longest possible frame of 11-bit identifier with so many data bytes: stuff bits at their worst and the gap to the next frame. */
 int can_frame_bits(int data_bytes);
 
+/* Nodes that are expected: six, and node 7 where an input or output is wired. */
+int can_nodes(const struct params *params);
+
 /* What the frames of a cycle take of the bus. */
 struct can_load {
-    int cycle_bits;       /* SYNC, six TPDOs, two RPDOs */
-    double heartbeat_bits;/* of seven heartbeats, mean a cycle */
+    int cycle_bits;       /* SYNC, TPDOs and RPDOs of all nodes */
+    double heartbeat_bits;/* the nodes' and the daemon's, mean a cycle */
     double share;         /* of the cycle, 1: all of it */
     double limit;         /* what fits: the rest is for the loop's own time and one frame that nobody planned */
 };

@@ -9,13 +9,18 @@
 #include "units.h"
 
 enum { REPLY_MS = 50, START_MS = 200, ASK_MS = 500, TRIES = 3, MISSED_HEARTBEATS = 3, NS_PER_MS = 1000000 };
+enum { REQUESTS = 5 }; /* a cycle; with heartbeat, three RPDOs and SYNC they are ten, what a controller's queue holds */
 #define PDO_OFF 0x80000000u
 
 static uint32_t ms(double seconds) { return (uint32_t)lround(seconds * 1000.0); }
 
+/* Which nodes a step is for. */
+enum { AXIS = 1, IO = 2, EVERY = AXIS | IO };
+
 /* One request of the set-up. An upload's value is what must come back: a node that is another device, has another mapping or has not kept
  * what was written is not driven. */
 struct step {
+    unsigned of;
     enum can_sdo_kind kind;
     uint16_t index;
     uint8_t sub;
@@ -24,62 +29,96 @@ struct step {
     bool any; /* whatever comes back will do */
 };
 
-static struct step identity(uint16_t index, uint8_t sub, double configured) {
+double can_identity(const struct params *params, int node, uint16_t index, uint8_t sub, const char **key) {
+    const struct can_params *c = &params->can;
+    const struct {
+        uint16_t index;
+        uint8_t sub;
+        const char *key[2];
+        double value[2];
+    } objects[] = {
+        {0x1000, 0, {"device_type", "io_device_type"}, {c->device_type, c->io_device_type}},
+        {0x1018, 1, {"vendor_id", "io_vendor_id"}, {c->vendor_id, c->io_vendor_id}},
+        {0x1018, 2, {"product_code", "io_product_code"}, {c->product_code, c->io_product_code}},
+    };
+    int kind = node == CAN_IO;
+    *key = NULL;
+    for (unsigned i = 0; i < sizeof objects / sizeof *objects; i++) {
+        if (objects[i].index != index || objects[i].sub != sub) continue;
+        *key = objects[i].key[kind];
+        return objects[i].value[kind];
+    }
+    return -1.0;
+}
+
+static struct step identity(const struct can_master *m, int node, uint16_t index, uint8_t sub) {
+    const char *key;
+    double configured = can_identity(m->params, node, index, sub, &key);
     bool any = configured < 0;
-    return (struct step){SDO_UPLOAD, index, sub, 4, any ? 0 : (uint32_t)llround(configured), any};
+    return (struct step){EVERY, SDO_UPLOAD, index, sub, 4, any ? 0 : (uint32_t)llround(configured), any};
 }
 
 static uint32_t map_entry(int node, int place) { return can_place(node) == place ? MAP_VALVE : MAP_DUMMY; }
 
-/* Step of the set-up of node 1..6; false past the last. */
+/* Step of the set-up of a node; false past the last. */
 static bool setup_step(const struct can_master *m, int node, int number, struct step *step) {
     const struct params *p = m->params;
     unsigned rpdo = can_rpdo_cob(can_group(node)), tpdo = COB_TPDO + (unsigned)node;
     uint32_t beat_ms = ms(p->can.heartbeat_s), watchdog_ms = ms(p->device.watchdog_s);
     uint32_t consumer = (uint32_t)CAN_MASTER << 16 | MISSED_HEARTBEATS * beat_ms;
     const struct step steps[] = {
-        identity(0x1000, 0, p->can.device_type),
-        identity(0x1018, 1, p->can.vendor_id),
-        identity(0x1018, 2, p->can.product_code),
-        {SDO_DOWNLOAD, 0x2000, 1, 4, m->token, false},
-        {SDO_DOWNLOAD, 0x1016, 1, 4, consumer, false},
-        {SDO_DOWNLOAD, 0x1017, 0, 2, beat_ms, false},
-        {SDO_DOWNLOAD, 0x1005, 0, 4, COB_SYNC, false},
-        {SDO_DOWNLOAD, 0x1400, 1, 4, PDO_OFF | rpdo, false},
-        {SDO_DOWNLOAD, 0x1600, 0, 1, 0, false},
-        {SDO_DOWNLOAD, 0x1600, 1, 4, map_entry(node, 0), false},
-        {SDO_DOWNLOAD, 0x1600, 2, 4, map_entry(node, 1), false},
-        {SDO_DOWNLOAD, 0x1600, 3, 4, map_entry(node, 2), false},
-        {SDO_DOWNLOAD, 0x1600, 0, 1, CAN_GROUP_NODES, false},
-        {SDO_DOWNLOAD, 0x1400, 2, 1, 1, false}, /* in force with the next SYNC */
-        {SDO_DOWNLOAD, 0x1400, 5, 2, watchdog_ms, false},
-        {SDO_DOWNLOAD, 0x1400, 1, 4, rpdo, false},
-        {SDO_DOWNLOAD, 0x1800, 1, 4, PDO_OFF | tpdo, false},
-        {SDO_DOWNLOAD, 0x1800, 2, 1, 1, false}, /* with every SYNC */
-        {SDO_DOWNLOAD, 0x1800, 1, 4, tpdo, false},
+        identity(m, node, 0x1000, 0),
+        identity(m, node, 0x1018, 1),
+        identity(m, node, 0x1018, 2),
+        {EVERY, SDO_DOWNLOAD, 0x2000, 1, 4, m->token, false},
+        {EVERY, SDO_DOWNLOAD, 0x1016, 1, 4, consumer, false},
+        {EVERY, SDO_DOWNLOAD, 0x1017, 0, 2, beat_ms, false},
+        {EVERY, SDO_DOWNLOAD, 0x1005, 0, 4, COB_SYNC, false},
+        {EVERY, SDO_DOWNLOAD, 0x1400, 1, 4, PDO_OFF | rpdo, false},
+        {AXIS, SDO_DOWNLOAD, 0x1600, 0, 1, 0, false},
+        {AXIS, SDO_DOWNLOAD, 0x1600, 1, 4, map_entry(node, 0), false},
+        {AXIS, SDO_DOWNLOAD, 0x1600, 2, 4, map_entry(node, 1), false},
+        {AXIS, SDO_DOWNLOAD, 0x1600, 3, 4, map_entry(node, 2), false},
+        {AXIS, SDO_DOWNLOAD, 0x1600, 0, 1, CAN_GROUP_NODES, false},
+        {EVERY, SDO_DOWNLOAD, 0x1400, 2, 1, 1, false}, /* in force with the next SYNC */
+        {EVERY, SDO_DOWNLOAD, 0x1400, 5, 2, watchdog_ms, false},
+        {EVERY, SDO_DOWNLOAD, 0x1400, 1, 4, rpdo, false},
+        {EVERY, SDO_DOWNLOAD, 0x1800, 1, 4, PDO_OFF | tpdo, false},
+        {EVERY, SDO_DOWNLOAD, 0x1800, 2, 1, 1, false}, /* with every SYNC */
+        {EVERY, SDO_DOWNLOAD, 0x1800, 1, 4, tpdo, false},
         /* SAFETY: a watchdog that was written is not yet one that is there. */
-        {SDO_UPLOAD, 0x1016, 1, 4, consumer, false},
-        {SDO_UPLOAD, 0x1017, 0, 2, beat_ms, false},
-        {SDO_UPLOAD, 0x1029, 1, 1, 0, false}, /* a communication error leads to pre-operational */
-        {SDO_UPLOAD, 0x1005, 0, 4, COB_SYNC, false},
-        {SDO_UPLOAD, 0x1400, 1, 4, rpdo, false},
-        {SDO_UPLOAD, 0x1400, 2, 1, 1, false},
-        {SDO_UPLOAD, 0x1400, 5, 2, watchdog_ms, false},
-        {SDO_UPLOAD, 0x1600, 0, 1, CAN_GROUP_NODES, false},
-        {SDO_UPLOAD, 0x1600, 1, 4, map_entry(node, 0), false},
-        {SDO_UPLOAD, 0x1600, 2, 4, map_entry(node, 1), false},
-        {SDO_UPLOAD, 0x1600, 3, 4, map_entry(node, 2), false},
-        {SDO_UPLOAD, 0x1800, 1, 4, tpdo, false},
-        {SDO_UPLOAD, 0x1800, 2, 1, 1, false},
-        {SDO_UPLOAD, 0x1a00, 0, 1, 3, false},
-        {SDO_UPLOAD, 0x1a00, 1, 4, MAP_POSITION, false},
-        {SDO_UPLOAD, 0x1a00, 2, 4, MAP_P1, false},
-        {SDO_UPLOAD, 0x1a00, 3, 4, MAP_P2, false},
-        {SDO_DOWNLOAD, 0x2000, 1, 4, m->token, false}, /* still ours */
+        {EVERY, SDO_UPLOAD, 0x1016, 1, 4, consumer, false},
+        {EVERY, SDO_UPLOAD, 0x1017, 0, 2, beat_ms, false},
+        {EVERY, SDO_UPLOAD, 0x1029, 1, 1, 0, false}, /* a communication error leads to pre-operational */
+        {EVERY, SDO_UPLOAD, 0x1005, 0, 4, COB_SYNC, false},
+        {EVERY, SDO_UPLOAD, 0x1400, 1, 4, rpdo, false},
+        {EVERY, SDO_UPLOAD, 0x1400, 2, 1, 1, false},
+        {EVERY, SDO_UPLOAD, 0x1400, 5, 2, watchdog_ms, false},
+        {AXIS, SDO_UPLOAD, 0x1600, 0, 1, CAN_GROUP_NODES, false},
+        {AXIS, SDO_UPLOAD, 0x1600, 1, 4, map_entry(node, 0), false},
+        {AXIS, SDO_UPLOAD, 0x1600, 2, 4, map_entry(node, 1), false},
+        {AXIS, SDO_UPLOAD, 0x1600, 3, 4, map_entry(node, 2), false},
+        {EVERY, SDO_UPLOAD, 0x1800, 1, 4, tpdo, false},
+        {EVERY, SDO_UPLOAD, 0x1800, 2, 1, 1, false},
+        {AXIS, SDO_UPLOAD, 0x1a00, 0, 1, 3, false},
+        {AXIS, SDO_UPLOAD, 0x1a00, 1, 4, MAP_POSITION, false},
+        {AXIS, SDO_UPLOAD, 0x1a00, 2, 4, MAP_P1, false},
+        {AXIS, SDO_UPLOAD, 0x1a00, 3, 4, MAP_P2, false},
+        {IO, SDO_UPLOAD, 0x1600, 0, 1, 1, false},
+        {IO, SDO_UPLOAD, 0x1600, 1, 4, MAP_OUTPUTS, false},
+        {IO, SDO_UPLOAD, 0x1a00, 0, 1, 1, false},
+        {IO, SDO_UPLOAD, 0x1a00, 1, 4, MAP_INPUTS, false},
+        {IO, SDO_UPLOAD, 0x6206, 1, 1, 0xff, false}, /* SAFETY: a communication error sets the outputs, */
+        {IO, SDO_UPLOAD, 0x6207, 1, 1, 0, false},    /* to 0 */
+        {EVERY, SDO_DOWNLOAD, 0x2000, 1, 4, m->token, false}, /* still ours */
     };
-    if (number >= (int)(sizeof steps / sizeof *steps)) return false;
-    *step = steps[number];
-    return true;
+    unsigned kind = node == CAN_IO ? IO : AXIS;
+    for (unsigned i = 0; i < sizeof steps / sizeof *steps; i++) {
+        if (!(steps[i].of & kind) || number-- > 0) continue;
+        *step = steps[i];
+        return true;
+    }
+    return false;
 }
 
 static struct can_frame request_of(const struct step *s, int node) {
@@ -89,6 +128,7 @@ static struct can_frame request_of(const struct step *s, int node) {
 void can_master_init(struct can_master *m, const struct params *params, uint32_t token) {
     memset(m, 0, sizeof *m);
     m->params = params;
+    m->nodes = can_nodes(params);
     m->token = token;
 }
 
@@ -101,9 +141,18 @@ static void set_up(struct can_peer *p) {
     p->refusal = (struct can_refusal){0};
 }
 
+/* SAFETY: what it said before says nothing of now. */
+static void forget(struct can_peer *p) { p->fresh = p->known = false; }
+
+static void lose(struct can_peer *p) {
+    p->phase = CAN_LOST;
+    forget(p);
+}
+
 static void heartbeat(struct can_master *m, struct can_peer *p, enum can_state state) {
     if (state == CAN_BOOTUP) {
         m->boots++;
+        forget(p);
         set_up(p);
     } else if (p->phase == CAN_LOST || (p->phase == CAN_RUNNING && state != CAN_OPERATIONAL)) {
         set_up(p);
@@ -118,11 +167,13 @@ static void emergency(struct can_peer *p, const struct can_frame *f) {
     uint8_t error_register;
     if (!can_parse_emcy(f, &code, &error_register)) return;
     if (code == EMCY_HEARTBEAT || code == EMCY_RPDO_TIMEOUT) set_up(p);
+    if (code == EMCY_SENSOR && p->emcy) return;  /* SAFETY: what can be no more than a reading hides no other error */
     if (code || !error_register) p->emcy = code; /* one is over, another stands: it stays */
 }
 
 static void refuse(struct can_peer *p, enum can_refusal_kind kind, const struct can_sdo *reply, int64_t time_ns) {
     p->phase = CAN_REFUSED;
+    forget(p);
     p->refusal = (struct can_refusal){kind, reply->index, reply->sub, reply->value};
     p->deadline_ns = time_ns + (int64_t)ASK_MS * NS_PER_MS;
 }
@@ -162,7 +213,7 @@ static void error_frame(struct can_master *m, const struct can_frame *f) {
 }
 
 static bool whole(const struct can_master *m) {
-    for (int i = 0; i < CAN_NODES; i++)
+    for (int i = 0; i < m->nodes; i++)
         if (!m->peer[i].fresh) return false;
     return true;
 }
@@ -187,7 +238,7 @@ static void echo(struct can_master *m, int64_t time_ns) {
     m->gap_ns = time_ns - m->sync_ns;
     m->sync_ns = time_ns;
     if (m->bus == CAN_BUS_OFF) m->bus = CAN_BUS_GOOD;
-    for (int i = 0; i < CAN_NODES; i++) m->peer[i].fresh = false;
+    for (int i = 0; i < m->nodes; i++) m->peer[i].fresh = false;
 }
 
 static void tpdo(struct can_master *m, struct can_peer *p, const struct can_frame *f) {
@@ -214,7 +265,7 @@ void can_master_receive(struct can_master *m, const struct can_frame *f, bool ow
     }
     for (unsigned i = 0; i < sizeof functions / sizeof *functions; i++) {
         int node = can_frame_node(f, functions[i]);
-        if (node < 1 || node > CAN_NODES) continue;
+        if (node < 1 || node > m->nodes) continue;
         struct can_peer *p = &m->peer[node - 1];
         enum can_state state;
         struct can_sdo reply;
@@ -230,14 +281,14 @@ void can_master_receive(struct can_master *m, const struct can_frame *f, bool ow
  * it can be set up, and its valve is at the centre, whatever it was doing. */
 static void drive_setup(struct can_master *m, struct can_peer *p, int node, int64_t now_ns, struct can_queue *out) {
     struct step step;
-    if (now_ns < p->deadline_ns) return;
+    if (now_ns < p->deadline_ns || out->count >= REQUESTS) return;
     if (!p->halted) {
         can_queue_push(out, can_frame_nmt(NMT_PREOPERATIONAL, node));
         p->halted = true;
-        return; /* one frame a node and cycle: a controller's queue holds ten */
+        return; /* one frame a node and cycle */
     }
     if (p->tries++ >= TRIES) {
-        p->phase = CAN_LOST;
+        lose(p);
         return;
     }
     if (setup_step(m, node, p->step, &step)) {
@@ -253,7 +304,7 @@ static void drive_setup(struct can_master *m, struct can_peer *p, int node, int6
 /* A node that has booted unheard says nothing by itself: its heartbeat is off until it is set up. Whatever it answers will do. */
 static void ask(struct can_master *m, struct can_peer *p, int node, int64_t now_ns, struct can_queue *out) {
     struct step step;
-    if (now_ns < p->deadline_ns || !setup_step(m, node, 0, &step)) return;
+    if (now_ns < p->deadline_ns || out->count >= REQUESTS || !setup_step(m, node, 0, &step)) return;
     can_queue_push(out, request_of(&step, node));
     p->deadline_ns = now_ns + (int64_t)ASK_MS * NS_PER_MS;
 }
@@ -264,55 +315,72 @@ static void supervise(struct can_master *m, struct can_peer *p, int node, int64_
     if (p->phase == CAN_LOST) ask(m, p, node, now_ns, out);
     else if (p->phase == CAN_SETUP) drive_setup(m, p, node, now_ns, out);
     else if (p->phase == CAN_STARTING && now_ns >= p->deadline_ns) set_up(p);
-    else if (p->phase == CAN_RUNNING && now_ns - p->heard_ns > silence_ns) p->phase = CAN_LOST;
+    else if (p->phase == CAN_RUNNING && now_ns - p->heard_ns > silence_ns) lose(p);
 }
 
 void can_master_poll(struct can_master *m, int64_t now_ns, bool alive, struct can_queue *out) {
-    for (int i = 0; i < CAN_NODES; i++) supervise(m, &m->peer[i], i + 1, now_ns, out);
+    for (int i = 0; i < m->nodes; i++) supervise(m, &m->peer[i], i + 1, now_ns, out);
     if (!alive || now_ns < m->heartbeat_due_ns) return;
     can_queue_push(out, can_frame_heartbeat(CAN_MASTER, CAN_OPERATIONAL));
     m->heartbeat_due_ns = now_ns + ns_from_seconds(m->params->can.heartbeat_s);
 }
 
 bool can_master_ready(const struct can_master *m) {
-    for (int i = 0; i < CAN_NODES; i++)
+    for (int i = 0; i < m->nodes; i++)
         if (m->peer[i].phase != CAN_RUNNING) return false;
     return m->bus != CAN_BUS_OFF;
 }
 
 bool can_master_claimed(const struct can_master *m) {
-    for (int i = 0; i < CAN_NODES; i++)
+    for (int i = 0; i < m->nodes; i++)
         if (!m->peer[i].claimed) return false;
     return true;
 }
 
 bool can_master_misfit(const struct can_master *m) {
-    for (int i = 0; i < CAN_NODES; i++)
+    for (int i = 0; i < m->nodes; i++)
         if (m->peer[i].phase == CAN_REFUSED && !can_refused_by_owner(&m->peer[i].refusal)) return true;
     return false;
 }
 
 void can_master_leave(const struct can_master *m, struct can_queue *out) {
     can_queue_push(out, can_frame_nmt(NMT_PREOPERATIONAL, 0));
-    for (int i = 0; i < CAN_NODES; i++)
+    for (int i = 0; i < m->nodes; i++)
         if (m->peer[i].claimed) can_queue_push(out, can_frame_sdo(i + 1, &(struct can_sdo){SDO_DOWNLOAD, 0x2000, 2, 4, m->token}));
 }
 
-void can_master_command(struct can_master *m, const double valve[LEGS], struct can_queue *out) {
-    int16_t raw[CAN_NODES];
-    bool centre = true;
-    for (int i = 0; i < LEGS; i++) centre &= valve[i] == 0.0;
+static const double centre[LEGS] = {0};
+
+static void give(struct can_master *m, const double valve[LEGS], struct can_queue *out) {
+    int16_t raw[LEGS];
+    bool centres = true;
+    for (int i = 0; i < LEGS; i++) centres &= valve[i] == 0.0;
     /* SAFETY: the command that centres the valves waits for nothing; then the pause is due in the cycle after it. */
-    if (m->pause == CAN_PAUSE_DUE && !(centre && !m->centred)) {
+    if (m->pause == CAN_PAUSE_DUE && !(centres && !m->centred)) {
         m->pause = CAN_PAUSED;
         m->punctual = whole(m);
         return;
     }
-    m->centred = centre;
+    m->centred = centres;
+    m->level ^= m->due;
+    m->due = false;
     for (int i = 0; i < LEGS; i++) raw[i] = (int16_t)channel_raw(&m->params->valve_channel, i, valve[i], INT16_MAX);
     for (int group = 0; group < CAN_GROUPS; group++) can_queue_push(out, can_frame_rpdo(group, raw + CAN_GROUP_NODES * group));
-    can_queue_push(out, can_frame_sync()); /* last: it puts the two into force */
+    if (m->nodes >= CAN_IO) can_queue_push(out, can_frame_outputs(m->level ? OUTPUT_SUPPLY : 0));
+    can_queue_push(out, can_frame_sync()); /* last: it puts them into force */
     m->unechoed++;
+}
+
+void can_master_command(struct can_master *m, const struct hal_command *command, struct can_queue *out) {
+    m->due |= command->supply != m->given;
+    m->given = command->supply;
+    give(m, command->enable ? command->valve : centre, out);
+}
+
+/* SAFETY: no change is made up for: the supply goes. */
+void can_master_safe(struct can_master *m, struct can_queue *out) {
+    m->due = false;
+    give(m, centre, out);
 }
 
 /* Takes the window's sample over when it is whole. */
@@ -320,7 +388,7 @@ static void latch(struct can_master *m) {
     if (m->syncs == m->latched_sync) return;
     if (!whole(m)) miss(m);
     if (!whole(m) || m->pause == CAN_PAUSE_DUE) return;
-    for (int i = 0; i < CAN_NODES; i++) m->latched[i] = m->peer[i].tpdo;
+    for (int i = 0; i < m->nodes; i++) m->latched[i] = m->peer[i].tpdo, m->peer[i].known = true;
     m->latched_sync = m->syncs;
     m->latched_ns = m->sync_ns;
     m->latched_gap_ns = m->gap_ns;
@@ -329,14 +397,23 @@ static void latch(struct can_master *m) {
 
 static void convert(const struct can_master *m, struct hal_sample *s) {
     const struct params *p = m->params;
+    bool missing[CAN_NODES] = {false};
     for (int i = 0; i < LEGS; i++) {
         const struct can_tpdo *t = &m->latched[i];
         s->length_m[i] = channel_si(&p->length_channel, i, channel_from_32(t->position));
         s->p1_pa[i] = channel_si(&p->p1_channel, i, channel_from_16(t->p1));
         s->p2_pa[i] = channel_si(&p->p2_channel, i, channel_from_16(t->p2));
-        if (isnan(s->length_m[i]) || isnan(s->p1_pa[i]) || isnan(s->p2_pa[i])) s->flags |= SAMPLE_INVALID;
-        if (m->peer[i].phase != CAN_RUNNING || m->peer[i].emcy) s->flags |= SAMPLE_INVALID;
+        missing[i] = isnan(s->length_m[i]) || isnan(s->p1_pa[i]) || isnan(s->p2_pa[i]);
     }
+    for (int i = 0; i < m->nodes; i++) {
+        uint16_t emcy = m->peer[i].emcy;
+        bool told = emcy == EMCY_SENSOR && missing[i]; /* by the reading itself */
+        if (m->peer[i].phase != CAN_RUNNING || (emcy && !told)) s->flags |= SAMPLE_INVALID;
+    }
+    /* SAFETY: nothing is closed that is not known. */
+    const struct can_peer *io = &m->peer[CAN_IO - 1];
+    uint32_t newest = io->fresh ? io->tpdo.inputs : INPUTS_ALL; /* SAFETY: what opens does not wait for the sample to be whole */
+    if (io->known) s->inputs = m->latched[CAN_IO - 1].inputs & newest & INPUTS_ALL;
 }
 
 void can_master_sample(struct can_master *m, struct hal_sample *s) {

@@ -24,8 +24,15 @@ void can_queue_push(struct can_queue *q, struct can_frame frame) {
     else q->dropped++;
 }
 
-uint32_t can_node_get(const struct can_node *n, uint16_t index, uint8_t sub) { return n->value[can_object_find(index, sub)]; }
-void can_node_set(struct can_node *n, uint16_t index, uint8_t sub, uint32_t value) { n->value[can_object_find(index, sub)] = value; }
+static int place(const struct can_node *n, uint16_t index, uint8_t sub) { return can_object_find(n->dictionary, index, sub); }
+uint32_t can_node_get(const struct can_node *n, uint16_t index, uint8_t sub) { return n->value[place(n, index, sub)]; }
+void can_node_set(struct can_node *n, uint16_t index, uint8_t sub, uint32_t value) { n->value[place(n, index, sub)] = value; }
+
+/* Place of the object that an RPDO writes. */
+static int commanded(const struct can_node *n) {
+    uint32_t entry = n->dictionary->command;
+    return place(n, can_entry_index(entry), can_entry_sub(entry));
+}
 
 struct can_consumer can_consumer_of(uint32_t value) {
     uint32_t node = value >> 16 & 0xff, limit_ms = value & 0xffff;
@@ -45,12 +52,13 @@ static bool watched(const struct can_node *n) {
     return any;
 }
 
-/* The valve to its centre, and no command that came before counts. */
+/* The output to 0, and no command that came before counts. */
 static void centre(struct can_node *n) {
-    n->valve = 0;
+    n->output = 0;
+    n->received = 0;
     n->commanded = false;
-    can_node_set(n, 0x6300, 1, 0);
-    can_node_set(n, 0x6301, 1, 0);
+    n->value[commanded(n)] = 0;
+    can_node_set(n, n->dictionary->actual, 1, 0);
 }
 
 static void enter(struct can_node *n, enum can_state state) {
@@ -72,7 +80,7 @@ static void announce(struct can_node *n, uint16_t code, struct can_queue *out) {
 
 /* The newest error is 0x1003:1. */
 static void remember(struct can_node *n, uint16_t code) {
-    uint32_t count = can_node_get(n, 0x1003, 0), *history = &n->value[can_object_find(0x1003, 1)];
+    uint32_t count = can_node_get(n, 0x1003, 0), *history = &n->value[place(n, 0x1003, 1)];
     memmove(history + 1, history, (CAN_HISTORY - 1) * sizeof *history);
     history[0] = code;
     can_node_set(n, 0x1003, 0, count < CAN_HISTORY ? count + 1 : CAN_HISTORY);
@@ -92,7 +100,7 @@ void can_node_clear(struct can_node *n, uint32_t which, struct can_queue *out) {
     announce(n, EMCY_NONE, out);
 }
 
-/* SAFETY: on a communication error the valve is centred and stays so until the daemon has set the node up again. */
+/* SAFETY: on a communication error the output is 0 and stays so until the daemon has set the node up again. */
 static void fail(struct can_node *n, enum can_error error, struct can_queue *out) {
     complain(n, error, out);
     if (n->state == CAN_OPERATIONAL) enter(n, can_node_get(n, 0x1029, 1) == BEHAVIOUR_STOPPED ? CAN_STOPPED : CAN_PREOPERATIONAL);
@@ -100,8 +108,9 @@ static void fail(struct can_node *n, enum can_error error, struct can_queue *out
 
 /* The owner stays: anybody can send a reset. */
 static void reset(struct can_node *n, int64_t now_ns, struct can_queue *out) {
-    *n = (struct can_node){.id = n->id, .state = CAN_PREOPERATIONAL, .heartbeat_due_ns = now_ns, .owner = n->owner};
-    for (int i = 0; i < CAN_OBJECTS; i++) n->value[i] = can_objects[i].value + (can_objects[i].plus_node ? (uint32_t)n->id : 0);
+    const struct can_dictionary *d = can_dictionary_of(n->id);
+    *n = (struct can_node){.id = n->id, .dictionary = d, .state = CAN_PREOPERATIONAL, .heartbeat_due_ns = now_ns, .owner = n->owner};
+    for (int i = 0; i < d->count; i++) n->value[i] = d->object[i].value + (d->object[i].plus_node ? (uint32_t)n->id : 0);
     can_node_set(n, 0x2000, 3, n->owner.token != 0);
     can_queue_push(out, can_frame_heartbeat(n->id, CAN_BOOTUP));
 }
@@ -126,16 +135,22 @@ static void nmt(struct can_node *n, enum can_nmt command, int64_t now_ns, struct
 }
 
 static void put_into_force(struct can_node *n) {
-    int16_t command = (int16_t)can_node_get(n, 0x6300, 1);
-    n->valve = n->commanded && command != INT16_MIN && watched(n) ? command : 0;
+    int at = commanded(n);
+    bool lacks = can_object_lacks(&n->dictionary->object[at], n->received);
+    n->output = n->commanded && !lacks && watched(n) ? (int16_t)n->received : 0;
     n->in_force_ns = n->rpdo_ns;
-    can_node_set(n, 0x6301, 1, (uint16_t)n->valve);
+    n->value[at] = n->received;
+    can_node_set(n, n->dictionary->actual, 1, (uint16_t)n->output);
 }
 
-/* Walks the mapping: each entry has 16 bit and is the valve or a dummy (can_mapping_refuses). */
+static uint32_t entry_of(const struct can_node *n, uint16_t mapping, uint32_t i) { return can_node_get(n, mapping, (uint8_t)(i + 1)); }
+
+/* Walks the mapping: an entry is the command or a dummy (can_mapping_refuses). */
 static void rpdo(struct can_node *n, const struct can_frame *f, int64_t now_ns, struct can_queue *out) {
     const uint32_t lengths = 1u << CAN_ERROR_RPDO_SHORT | 1u << CAN_ERROR_RPDO_LONG;
-    uint32_t entries = can_node_get(n, 0x1600, 0), bytes = 2 * entries;
+    uint32_t entries = can_node_get(n, 0x1600, 0);
+    int bytes = 0;
+    for (uint32_t i = 0; i < entries; i++) bytes += can_entry_bytes(entry_of(n, 0x1600, i));
     /* SAFETY: a short RPDO is neither a command nor a sign of life. */
     if (f->len < bytes) {
         complain(n, CAN_ERROR_RPDO_SHORT, out);
@@ -143,9 +158,13 @@ static void rpdo(struct can_node *n, const struct can_frame *f, int64_t now_ns, 
     }
     if (f->len > bytes) complain(n, CAN_ERROR_RPDO_LONG, out);
     else can_node_clear(n, lengths, out);
+    const uint8_t *data = f->data;
     for (uint32_t i = 0; i < entries; i++) {
-        if (can_node_get(n, 0x1600, (uint8_t)(i + 1)) != MAP_VALVE) continue;
-        can_node_set(n, 0x6300, 1, can_get(f->data + 2 * i, 2));
+        uint32_t entry = entry_of(n, 0x1600, i);
+        const uint8_t *at = data;
+        data += can_entry_bytes(entry);
+        if (entry != n->dictionary->command) continue;
+        n->received = can_get(at, can_entry_bytes(entry));
         n->rpdo_ns = now_ns;
         if (!n->commanded) n->in_force_ns = now_ns;
         n->commanded = true;
@@ -181,9 +200,9 @@ bool can_node_synced_by(const struct can_node *n, const struct can_frame *f) {
 }
 
 /* Transmission type 0: when a reading has changed; 1 to 240: with every so many SYNCs. */
-static bool tpdo_due(struct can_node *n, const struct can_tpdo *t) {
+static bool tpdo_due(struct can_node *n, const struct can_frame *t) {
     uint32_t type = can_node_get(n, 0x1800, 2);
-    bool changed = !n->has_sent || t->position != n->sent.position || t->p1 != n->sent.p1 || t->p2 != n->sent.p2;
+    bool changed = !n->has_sent || memcmp(t->data, n->sent.data, t->len) != 0;
     if (can_node_get(n, 0x1800, 1) >> 31) return false;
     if (++n->syncs < type || (type == 0 && !changed)) return false;
     n->syncs = 0;
@@ -192,22 +211,33 @@ static bool tpdo_due(struct can_node *n, const struct can_tpdo *t) {
     return true;
 }
 
+/* The TPDO's bytes into the objects that it maps; true where a reading is missing. */
+static bool take_readings(struct can_node *n, const struct can_frame *t) {
+    const uint8_t *data = t->data;
+    bool missing = false;
+    for (uint32_t i = 0; i < can_node_get(n, 0x1a00, 0); i++) {
+        uint32_t entry = entry_of(n, 0x1a00, i);
+        int at = place(n, can_entry_index(entry), can_entry_sub(entry));
+        n->value[at] = can_get(data, can_entry_bytes(entry));
+        missing |= can_object_lacks(&n->dictionary->object[at], n->value[at]);
+        data += can_entry_bytes(entry);
+    }
+    return missing;
+}
+
 void can_node_sync(struct can_node *n, const struct can_frame *sync, const struct can_tpdo *latched, struct can_queue *out) {
-    bool missing = latched->position == INT32_MIN || latched->p1 == INT16_MIN || latched->p2 == INT16_MIN;
+    struct can_frame tpdo = can_frame_tpdo(n->id, latched);
     if (n->state == CAN_STOPPED) return;
     if (sync->len != (can_node_get(n, 0x1019, 0) != 0)) {
         complain(n, CAN_ERROR_SYNC_LENGTH, out);
         return;
     }
     can_node_clear(n, 1u << CAN_ERROR_SYNC_LENGTH, out);
-    can_node_set(n, 0x6020, 1, (uint32_t)latched->position);
-    can_node_set(n, 0x7130, 1, (uint16_t)latched->p1);
-    can_node_set(n, 0x7130, 2, (uint16_t)latched->p2);
+    bool missing = take_readings(n, &tpdo);
     if (n->state != CAN_OPERATIONAL) return;
     if (missing) complain(n, CAN_ERROR_SENSOR, out);
     else can_node_clear(n, 1u << CAN_ERROR_SENSOR, out);
-    if (tpdo_due(n, latched)) {
-        struct can_frame tpdo = can_frame_tpdo(n->id, latched);
+    if (tpdo_due(n, &tpdo)) {
         tpdo.can_id = can_node_get(n, 0x1800, 1);
         can_queue_push(out, tpdo);
     }
@@ -244,4 +274,4 @@ void can_node_tick(struct can_node *n, int64_t now_ns, struct can_queue *out) {
     watch_owner(n, now_ns, out);
 }
 
-int16_t can_node_valve(const struct can_node *n) { return n->state == CAN_OPERATIONAL && watched(n) ? n->valve : 0; }
+int16_t can_node_output(const struct can_node *n) { return n->state == CAN_OPERATIONAL && watched(n) ? n->output : 0; }

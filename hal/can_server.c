@@ -45,8 +45,8 @@ static uint32_t refuse_owner(const struct can_node *n, uint8_t sub, uint32_t tok
 
 /* Abort code, 0 when the node takes the value now. */
 static uint32_t refuse_now(const struct can_node *n, const struct can_object *o, uint32_t value) {
-    /* SAFETY: in operational nothing can weaken a watchdog or redirect a command. */
-    if (n->state == CAN_OPERATIONAL && o->index != 0x1003) return SDO_DENIED;
+    /* SAFETY: in operational nothing can weaken a watchdog or redirect a command; and an output moves by RPDO only, under the watchdogs. */
+    if ((n->state == CAN_OPERATIONAL && o->index != 0x1003) || o->access == CAN_RWW) return SDO_DENIED;
     switch (o->index) {
     case 0x1005: return taken(n, o->index, value & CAN_SFF_MASK) ? SDO_VALUE : 0;
     case 0x1016: return refuse_consumer(n, o->sub, value);
@@ -54,7 +54,6 @@ static uint32_t refuse_now(const struct can_node *n, const struct can_object *o,
     case 0x1800: return o->sub == 1 ? refuse_pdo(n, o->index, value) : 0;
     case 0x1600: return refuse_mapping(n, o->sub);
     case 0x2000: return refuse_owner(n, o->sub, value);
-    case 0x6300: return SDO_DENIED; /* SAFETY: a valve moves by RPDO only, under the watchdogs */
     default: return 0;
     }
 }
@@ -102,7 +101,7 @@ static uint32_t fitted(const struct can_object *o, const struct can_sdo *request
 
 static uint32_t download(struct can_node *n, const struct can_object *o, const struct can_sdo *request, int64_t now_ns,
                          struct can_queue *out) {
-    uint32_t value = fitted(o, request), abort = can_object_refuses(o, request->size, value);
+    uint32_t value = fitted(o, request), abort = can_object_refuses(n->dictionary, o, request->size, value);
     if (!abort) abort = refuse_now(n, o, value);
     if (!abort) store(n, o, value, now_ns, out);
     return abort;
@@ -117,10 +116,11 @@ static uint32_t upload(const struct can_node *n, const struct can_object *o, str
 }
 
 static uint32_t serve(struct can_node *n, const struct can_sdo *request, struct can_sdo *reply, int64_t now_ns, struct can_queue *out) {
-    int place = can_object_find(request->index, request->sub);
-    if (place < 0) return can_object_find(request->index, 0) < 0 ? SDO_NO_OBJECT : SDO_NO_SUB;
-    if (request->kind == SDO_UPLOAD) return upload(n, &can_objects[place], reply);
-    return download(n, &can_objects[place], request, now_ns, out);
+    const struct can_dictionary *d = n->dictionary;
+    int place = can_object_find(d, request->index, request->sub);
+    if (place < 0) return can_object_find(d, request->index, 0) < 0 ? SDO_NO_OBJECT : SDO_NO_SUB;
+    if (request->kind == SDO_UPLOAD) return upload(n, &d->object[place], reply);
+    return download(n, &d->object[place], request, now_ns, out);
 }
 
 void can_server_receive(struct can_node *n, const struct can_frame *f, int64_t now_ns, struct can_queue *out) {

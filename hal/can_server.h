@@ -1,4 +1,4 @@
-/* SDO server of an axis node: expedited transfers of CiA 301, 7.2.4. Segments and blocks are answered with an abort, because no object is
+/* SDO server of a node: expedited transfers of CiA 301, 7.2.4. Segments and blocks are answered with an abort, because no object is
  * longer than 4 bytes. Pure. */
 #ifndef HEXID_CAN_SERVER_H
 #define HEXID_CAN_SERVER_H

@@ -36,7 +36,10 @@ struct device *device_create(const struct params *params, uint64_t seed, struct 
     d->params = params;
     d->watchdog_s = params->device.watchdog_s;
     d->plant = plant_create(params, seed, error);
-    if (d->plant) return d;
+    if (d->plant) {
+        if (params->interlocks.supply) plant_add_power_unit(d->plant, params->device.watchdog_s);
+        return d;
+    }
     free(d);
     return NULL;
 }
@@ -74,10 +77,11 @@ bool device_latch(struct device *d, int64_t now_ns, struct hal_sample *sample) {
 
 void device_valves(struct device *d, const double valve[LEGS]) { memcpy(d->valve, valve, sizeof d->valve); }
 
-void device_live(struct device *d, const double valve[LEGS], int64_t now_ns) {
+void device_live(struct device *d, const struct hal_command *command, int64_t now_ns) {
     static const int64_t share = 16; /* of what is early or late by which the grid follows */
     live_on(d, now_ns);
-    device_valves(d, valve);
+    device_valves(d, command->valve);
+    plant_charge_pump(d->plant, command->supply);
     d->centre_ns = now_ns + ns_from_seconds(d->watchdog_s);
     if (ahead(d, now_ns)) return;
     d->lived_ns += (now_ns - d->lived_ns) / share;

@@ -17,13 +17,14 @@ struct device;
 struct device *device_create(const struct params *params, uint64_t seed, struct error *error);
 void device_destroy(struct device *d);
 
-/* Lengths and pressures of the period nearest to now, all at once; fills the arrays of the sample. False: that has been read and its
- * commands given, by the same request or by a late one right before this; the same readings again. */
+/* Lengths, pressures and inputs of the period nearest to now, all at once; fills arrays and inputs of
+ * the sample. False: that has been read and its commands given, by the same request or by a late one
+ * right before this; the same readings again. */
 bool device_latch(struct device *d, int64_t now_ns, struct hal_sample *sample);
 
-/* A command, in force from the period nearest to now on; lives that period, so that the next latch finds its readings ready. Where
- * device_latch() was false: from the next one on. */
-void device_live(struct device *d, const double valve[LEGS], int64_t now_ns);
+/* A command, charge pump and valves, in force from the period nearest to now on; lives that period, so
+ * that the next latch finds its readings ready. Where device_latch() was false: from the next one on. */
+void device_live(struct device *d, const struct hal_command *command, int64_t now_ns);
 
 /* The valves as they stand, where nobody commanded: a node has centred its own. */
 void device_valves(struct device *d, const double valve[LEGS]);

@@ -6,8 +6,10 @@
  * samples   stale; late=s (its time stamp); delay=s; lag=s (a delay it does not own up to); loss=%; repeat and reorder (every other
  *           sample, time stamps fresh); hang (the same sample for ever, time stamps fresh); drop (cannot be read)
  * lengths   freeze; length=m (offset); drift=m/s; noise=m (uniform, either sign); flip=% of the samples (a bit of the 1 um count); swap
- * pressures pressure=Pa (offset of P1); pressure_drift=Pa/s (the same); pressure_freeze; pressure_swap (P1 with P2); mix (two legs')
+ * pressures pressure=Pa (offset of P1); pressure_drift=Pa/s (the same); pressure_freeze; pressure_swap (P1 with P2); mix (two legs');
+ *           pressure_nan
  * both      nan
+ * inputs    emergency_stop, enable, door (opens); supply (the charge pump does not get through, so the machine loses its pressure)
  * valves    deaf (no command can be written, but centring); stuck (stays where it is, also when centred); valve=-1..1 (the same, there)
  */
 #include <math.h>
@@ -121,10 +123,16 @@ static void pressure_freeze(struct wrapper *w, struct fault *f, struct hal_sampl
         if (hits(f, i)) s->p1_pa[i] = f->before.p1_pa[i], s->p2_pa[i] = f->before.p2_pa[i];
 }
 
-static void not_a_number(struct wrapper *w, struct fault *f, struct hal_sample *s) {
+static void pressure_not_a_number(struct wrapper *w, struct fault *f, struct hal_sample *s) {
     (void)w;
     for (int i = 0; i < LEGS; i++)
-        if (hits(f, i)) s->length_m[i] = s->p1_pa[i] = s->p2_pa[i] = (double)NAN;
+        if (hits(f, i)) s->p1_pa[i] = s->p2_pa[i] = (double)NAN;
+}
+
+static void not_a_number(struct wrapper *w, struct fault *f, struct hal_sample *s) {
+    pressure_not_a_number(w, f, s);
+    for (int i = 0; i < LEGS; i++)
+        if (hits(f, i)) s->length_m[i] = (double)NAN;
 }
 
 static void add(const struct fault *f, double reading[LEGS], double offset) {
@@ -178,21 +186,25 @@ static void mix(struct wrapper *w, struct fault *f, struct hal_sample *s) {
 }
 
 /* A spool that no command moves, not even the one to centre. */
-static void stuck(const struct fault *f, double valve[LEGS]) {
+static void stuck(const struct fault *f, struct hal_command *command) {
     for (int i = 0; i < LEGS; i++)
-        if (hits(f, i)) valve[i] = f->stuck[i];
+        if (hits(f, i)) command->valve[i] = f->stuck[i];
 }
 
-static void forced(const struct fault *f, double valve[LEGS]) {
+static void forced(const struct fault *f, struct hal_command *command) {
     for (int i = 0; i < LEGS; i++)
-        if (hits(f, i)) valve[i] = fmax(-1.0, fmin(1.0, f->value));
+        if (hits(f, i)) command->valve[i] = fmax(-1.0, fmin(1.0, f->value));
 }
+
+/* Always the same level. */
+static void unpowered(const struct fault *f, struct hal_command *command) { (void)f, command->supply = false; }
 
 static const struct kind {
     const char *name;
     bool takes_leg, wants_value, read_fails, write_fails;
+    uint32_t opens; /* INPUT_... */
     void (*spoil)(struct wrapper *w, struct fault *f, struct hal_sample *s);
-    void (*drive)(const struct fault *f, double valve[LEGS]);
+    void (*drive)(const struct fault *f, struct hal_command *command);
 } kinds[] = {
     {.name = "stale", .spoil = stale},
     {.name = "late", .wants_value = true, .spoil = late},
@@ -213,8 +225,13 @@ static const struct kind {
     {.name = "pressure_drift", .takes_leg = true, .wants_value = true, .spoil = pressure_drift},
     {.name = "pressure_freeze", .takes_leg = true, .spoil = pressure_freeze},
     {.name = "pressure_swap", .takes_leg = true, .spoil = pressure_swap},
+    {.name = "pressure_nan", .takes_leg = true, .spoil = pressure_not_a_number},
     {.name = "mix", .takes_leg = true, .spoil = mix},
     {.name = "nan", .takes_leg = true, .spoil = not_a_number},
+    {.name = "emergency_stop", .opens = INPUT_EMERGENCY_STOP},
+    {.name = "enable", .opens = INPUT_ENABLE},
+    {.name = "door", .opens = INPUT_DOOR},
+    {.name = "supply", .drive = unpowered},
     {.name = "deaf", .write_fails = true},
     {.name = "stuck", .takes_leg = true, .drive = stuck},
     {.name = "valve", .takes_leg = true, .wants_value = true, .drive = forced},
@@ -256,7 +273,7 @@ static bool fault_parse(const char **text, struct fault *f) {
 }
 
 static int refuse(const char *start, struct error *error) {
-    char names[260] = "";
+    char names[300] = "";
     for (int i = 0; i < KINDS; i++) {
         size_t used = strlen(names);
         snprintf(names + used, sizeof names - used, "%s%s%s", i ? ", " : "", kinds[i].name, kinds[i].wants_value ? "=" : "");
@@ -307,6 +324,7 @@ static int fault_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample
         }
         if (!active(w, f)) continue;
         if (f->kind->spoil) f->kind->spoil(w, f, sample);
+        sample->inputs &= ~f->kind->opens;
         if (f->kind->read_fails) status = -1;
     }
     return status;
@@ -318,7 +336,7 @@ static bool drive(const struct wrapper *w, struct hal_command *command) {
     for (int i = 0; i < w->count; i++) {
         const struct fault *f = &w->fault[i];
         if (!f->kind->drive || !active(w, f)) continue;
-        f->kind->drive(f, command->valve);
+        f->kind->drive(f, command);
         any = true;
     }
     return any;
@@ -336,7 +354,7 @@ static int fault_write(struct hal *hal, const struct hal_command *command) {
 
 static void fault_safe(struct hal *hal) {
     struct wrapper *w = (struct wrapper *)hal;
-    struct hal_command centred = {.enable = true};
+    struct hal_command centred = {.enable = true, .supply = w->written.supply};
     w->inner->ops->safe(w->inner);
     w->written = centred;
     if (drive(w, &centred)) w->inner->ops->write(w->inner, &centred);
@@ -357,8 +375,8 @@ static void fault_describe(const struct hal *hal, char *text, size_t size) {
 const struct hal_ops hal_fault = {
     .scheme = "fault",
     .usage = "fault:FAULT[,...];URL      another back-end, broken on purpose: KIND@FROM+LENGTH[/LEG][=VALUE], KIND one of\n"
-             "                       stale late delay lag loss repeat reorder hang drop nan deaf stuck valve\n"
-             "                       freeze length drift noise flip swap pressure pressure_drift pressure_freeze pressure_swap mix",
+             "                       stale late delay lag loss repeat reorder hang drop nan deaf stuck valve emergency_stop enable door supply\n"
+             "                       freeze length drift noise flip swap pressure pressure_drift pressure_freeze pressure_swap pressure_nan mix",
     .open = fault_open,
     .read = fault_read,
     .write = fault_write,

@@ -26,6 +26,7 @@
 
 #include "backends.h"
 #include "confine.h"
+#include "crash.h"
 #include "latest.h"
 #include "modbus_link.h"
 #include "modbus_map.h"
@@ -36,6 +37,8 @@ enum { BACKOFF_FIRST_MS = 50, BACKOFF_LAST_MS = 1000 };
 struct command_record {
     int64_t posted_ns;
     double valve[LEGS];
+    unsigned changes;     /* of the supply output, so far */
+    bool keeps_supply;    /* SAFETY: as it is, whatever change is still to come */
 };
 
 struct latched {
@@ -49,7 +52,7 @@ struct modbus_hal {
     struct modbus_address_parts address;
     /* between loop and thread */
     struct latest newest_command, newest_sample;
-    struct command_record command[LATEST_SLOTS];
+    struct command_record record[LATEST_SLOTS];
     struct latched sample[LATEST_SLOTS];
     sem_t due;
     _Atomic bool stop, connected;
@@ -62,13 +65,18 @@ struct modbus_hal {
     uint32_t token;
     uint16_t number, foreign_writes; /* MODBUS_FOREIGN, as it was last read */
     bool begun;                      /* the loop has commanded */
+    bool put_out;                    /* the supply output, */
+    unsigned changes_seen;           /* and the changes in it */
     double latch_after_s; /* sending begins .. device latches; below 0: the middle of the round trip */
     int64_t good_ns;      /* when all had been well since a second after the last failure */
     /* the loop's */
     struct latched newest;
     uint64_t device_seq;
-    unsigned foreign_seen;
+    unsigned foreign_seen, changes;
+    bool supply;          /* as it was last told */
 };
+
+static const struct command_record centred = {.keeps_supply = true};
 
 static int64_t monotonic_ns(void) {
     struct timespec t;
@@ -90,12 +98,23 @@ static void meet_foreign(struct modbus_hal *m, int reason) {
     failed(m, reason);
 }
 
+/* A transaction may carry the commands of two cycles: two changes of the supply output are then one, not none. */
+static struct hal_command due_output(struct modbus_hal *m, const struct command_record *c) {
+    struct hal_command command = {.supply = m->put_out};
+    memcpy(command.valve, c->valve, sizeof command.valve);
+    if (!c->keeps_supply) command.supply ^= c->changes != m->changes_seen;
+    m->changes_seen = c->changes;
+    m->put_out = command.supply;
+    return command;
+}
+
 /* SAFETY: the answer begins with the command's number, as the device has it by then. Another number is the answer to another request, come
  * late on a line where nothing else tells, or from a device that has not taken the command: its readings would be older than they look.
  * Another master, busy or refused, is the loop's to know at once. */
-static int exchange(struct modbus_hal *m, const double valve[LEGS], struct latched *l) {
+static int exchange(struct modbus_hal *m, const struct command_record *record, struct latched *l) {
+    const struct hal_command command = due_output(m, record);
     uint16_t written[MODBUS_WRITTEN], read[MODBUS_READ];
-    modbus_put_command(m->params, m->token, ++m->number, valve, written);
+    modbus_put_command(m->params, m->token, ++m->number, &command, written);
     int64_t begun_ns = monotonic_ns();
     if (modbus_link_exchange(m->link, MODBUS_WRITE_FROM, MODBUS_WRITTEN, written, MODBUS_READ_FROM, MODBUS_READ, read)) {
         int reason = errno;
@@ -173,25 +192,24 @@ static int connect_link(struct modbus_hal *m, struct error *error) {
 }
 
 /* SAFETY: the newest command only; NULL when there is none, or it has waited for too long. */
-static const double *due_command(struct modbus_hal *m) {
+static const struct command_record *due_command(struct modbus_hal *m) {
     if (!latest_take(&m->newest_command)) return NULL;
-    const struct command_record *c = &m->command[m->newest_command.front];
-    return monotonic_ns() - c->posted_ns <= ns_from_seconds(timeout_s(m->params)) ? c->valve : NULL;
+    const struct command_record *c = &m->record[m->newest_command.front];
+    return monotonic_ns() - c->posted_ns <= ns_from_seconds(timeout_s(m->params)) ? c : NULL;
 }
 
 /* SAFETY: until the loop begins the machine is kept, at its centre, or another master could have it meanwhile; from then on the silence of
  * the loop is the device's watchdog's to see. */
-static const double *command_to_send(struct modbus_hal *m) {
-    static const double centre[LEGS] = {0};
-    const double *valve = due_command(m);
-    m->begun |= valve != NULL;
-    return m->begun ? valve : centre;
+static const struct command_record *command_to_send(struct modbus_hal *m) {
+    const struct command_record *command = due_command(m);
+    m->begun |= command != NULL;
+    return m->begun ? command : &centred;
 }
 
 static void talk(struct modbus_hal *m, int *silent) {
-    const double *valve = command_to_send(m);
-    if (!valve) return;
-    if (!exchange(m, valve, &m->sample[m->newest_sample.back])) {
+    const struct command_record *command = command_to_send(m);
+    if (!command) return;
+    if (!exchange(m, command, &m->sample[m->newest_sample.back])) {
         latest_publish(&m->newest_sample);
         *silent = 0;
         if (monotonic_ns() > m->good_ns) atomic_store(&m->trouble, 0);
@@ -227,6 +245,7 @@ static void follow_loop(const struct modbus_hal *m, int *followed) {
 static void *modbus_thread(void *argument) {
     struct modbus_hal *m = argument;
     struct error error;
+    crash_stack();
     int64_t backoff_ms = BACKOFF_FIRST_MS, again_ns = 0;
     int silent = 0, followed = 0;
     int64_t kept_ms = llround(m->params->device.watchdog_s * 1e3 / 4);
@@ -287,7 +306,6 @@ static void release(struct modbus_hal *m) {
 }
 
 static int bring_up(struct modbus_hal *m, const char *address, struct error *error) {
-    static const double centre[LEGS] = {0};
     int status = modbus_parse(address, &m->address, error);
     if (!status) status = refuse_slow(m, error);
     while (!m->token)
@@ -295,7 +313,7 @@ static int bring_up(struct modbus_hal *m, const char *address, struct error *err
     if (!status) status = connect_link(m, error);
     if (status) return status;
     m->latch_after_s = m->address.serial ? modbus_load(m->address.baud).request_s : -1.0;
-    if (exchange(m, centre, &m->sample[m->newest_sample.back]))
+    if (exchange(m, &centred, &m->sample[m->newest_sample.back]))
         return error_set(error, STATUS_IO, "modbus:%s: function 23 is not answered: %s; the device must serve the map of "
                          "`hexid doctor --modbus-map`", m->address.name, modbus_link_reason(errno));
     latest_publish(&m->newest_sample);
@@ -323,8 +341,8 @@ static void hand_out(const struct modbus_hal *m, struct hal_sample *s) {
     const struct modbus_reading *r = &m->newest.reading;
     for (int i = 0; i < LEGS; i++) {
         s->length_m[i] = r->length_m[i], s->p1_pa[i] = r->p1_pa[i], s->p2_pa[i] = r->p2_pa[i];
-        if (isnan(r->length_m[i]) || isnan(r->p1_pa[i]) || isnan(r->p2_pa[i])) s->flags |= SAMPLE_INVALID;
     }
+    s->inputs = r->inputs;
 }
 
 /* Once, in the loop's thread. */
@@ -359,10 +377,12 @@ static int modbus_read(struct hal *hal, int64_t now_ns, struct hal_sample *s) {
     return atomic_load_explicit(&m->connected, memory_order_acquire) ? 0 : -1;
 }
 
-static void post(struct modbus_hal *m, const double valve[LEGS]) {
-    struct command_record *c = &m->command[m->newest_command.back];
+static void post(struct modbus_hal *m, const double valve[LEGS], bool keeps_supply) {
+    struct command_record *c = &m->record[m->newest_command.back];
     c->posted_ns = monotonic_ns();
     memcpy(c->valve, valve, sizeof c->valve);
+    c->changes = m->changes;
+    c->keeps_supply = keeps_supply;
     latest_publish(&m->newest_command);
     sem_post(&m->due);
 }
@@ -370,13 +390,14 @@ static void post(struct modbus_hal *m, const double valve[LEGS]) {
 static int modbus_write(struct hal *hal, const struct hal_command *command) {
     struct modbus_hal *m = (struct modbus_hal *)hal;
     if (!atomic_load_explicit(&m->connected, memory_order_acquire)) return -1;
-    post(m, command->valve);
+    m->changes += command->supply != m->supply;
+    m->supply = command->supply;
+    post(m, command->valve, false);
     return 0;
 }
 
 static void modbus_safe(struct hal *hal) {
-    static const double centre[LEGS] = {0};
-    post((struct modbus_hal *)hal, centre);
+    post((struct modbus_hal *)hal, centred.valve, true);
 }
 
 static void modbus_describe(const struct hal *hal, char *text, size_t size) {
@@ -385,13 +406,12 @@ static void modbus_describe(const struct hal *hal, char *text, size_t size) {
 }
 
 static void modbus_close(struct hal *hal) {
-    static const double centre[LEGS] = {0};
     struct modbus_hal *m = (struct modbus_hal *)hal;
     struct latched ignored;
     atomic_store_explicit(&m->stop, true, memory_order_release);
     sem_post(&m->due);
     pthread_join(m->thread, NULL);
-    if (m->link) exchange(m, centre, &ignored); /* SAFETY: whatever was under way, the last word is the centre */
+    if (m->link) exchange(m, &centred, &ignored); /* SAFETY: whatever was under way, the last word is the centre */
     release(m);
 }
 

@@ -4,12 +4,13 @@
 
 const struct modbus_register modbus_map[] = {
     {MODBUS_IDENTITY, 1, "u16", "-", "read", "0x4845"},
-    {MODBUS_VERSION, 1, "u16", "-", "read", "of this map: 2"},
+    {MODBUS_VERSION, 1, "u16", "-", "read", "of this map: 3"},
     {MODBUS_OWNER, 2, "u32", "-", "read", "IPv4 address of the master, 0: none yet, or another kind of address"},
     {MODBUS_WATCHDOG_MAX_MS, 1, "u16", "ms", "read", "the device's own watchdog: in force after its start and for a new master"},
     {MODBUS_WATCHDOG_MS, 1, "u16", "ms", "read, write", "without a new command for so long the device centres its valves; 2 to its own"},
     {MODBUS_TOKEN, 2, "u32", "-", "write", "whose the machine is: not 0; reads as 0"},
     {MODBUS_VALVE, LEGS, "i16", "1/32767", "read, write", "valve command of legs 1..6, full opening is 32767"},
+    {MODBUS_SUPPLY, 1, "bit", "-", "read, write", "to be put out as it is: a relay of the machine keeps the supply on while it changes"},
     {MODBUS_COMMAND, 1, "u16", "-", "read, write", "number of the command: another one than before makes it new"},
     {MODBUS_SAMPLE, 1, "u16", "-", "read", "counts what function 23 has latched: the same again where nothing new was there"},
     {MODBUS_STATUS, 1, "bits", "-", "read", "1: the watchdog has centred the valves; 2: a master has the machine"},
@@ -17,6 +18,7 @@ const struct modbus_register modbus_map[] = {
     {MODBUS_P1, LEGS, "i16", "kPa", "read", "pressure on the rodless side, gauge, of legs 1..6"},
     {MODBUS_P2, LEGS, "i16", "kPa", "read", "the same on the rod side"},
     {MODBUS_FOREIGN, 1, "u16", "-", "read", "counts writes refused because they were not the master's"},
+    {MODBUS_INPUTS, 1, "bits", "-", "read", "1: emergency stop's chain closed; 2: enable switch held; 4: door closed; 8: supply has pressure"},
     {0},
 };
 
@@ -42,18 +44,20 @@ void modbus_put_claim(uint16_t watchdog_ms, uint32_t token, uint16_t claimed[MOD
     claimed[MODBUS_TOKEN - MODBUS_WATCHDOG_MS + 1] = (uint16_t)token;
 }
 
-void modbus_put_command(const struct params *p, uint32_t token, uint16_t number, const double valve[LEGS],
+void modbus_put_command(const struct params *p, uint32_t token, uint16_t number, const struct hal_command *command,
                         uint16_t written[MODBUS_WRITTEN]) {
     uint16_t *valves = written + MODBUS_VALVE - MODBUS_WRITE_FROM;
     written[0] = (uint16_t)(token >> 16), written[1] = (uint16_t)token;
     written[MODBUS_COMMAND - MODBUS_WRITE_FROM] = number;
-    for (int i = 0; i < LEGS; i++) valves[i] = (uint16_t)channel_raw(&p->valve_channel, i, valve[i], INT16_MAX);
+    written[MODBUS_SUPPLY - MODBUS_WRITE_FROM] = command->supply;
+    for (int i = 0; i < LEGS; i++) valves[i] = (uint16_t)channel_raw(&p->valve_channel, i, command->valve[i], INT16_MAX);
 }
 
-void modbus_get_command(const struct params *p, const uint16_t written[MODBUS_WRITTEN], double valve[LEGS]) {
+void modbus_get_command(const struct params *p, const uint16_t written[MODBUS_WRITTEN], struct hal_command *command) {
+    command->supply = written[MODBUS_SUPPLY - MODBUS_WRITE_FROM] & 1;
     for (int i = 0; i < LEGS; i++) {
-        double command = channel_si(&p->valve_channel, i, channel_from_16((int16_t)written[MODBUS_VALVE - MODBUS_WRITE_FROM + i]));
-        valve[i] = command >= -1.0 && command <= 1.0 ? command : 0.0;
+        double valve = channel_si(&p->valve_channel, i, channel_from_16((int16_t)written[MODBUS_VALVE - MODBUS_WRITE_FROM + i]));
+        command->valve[i] = valve >= -1.0 && valve <= 1.0 ? valve : 0.0;
     }
 }
 
@@ -64,6 +68,7 @@ void modbus_put_reading(const struct params *p, const struct modbus_reading *r, 
     read[1] = r->sample;
     read[2] = r->status;
     read[MODBUS_FOREIGN - MODBUS_READ_FROM] = r->foreign;
+    read[MODBUS_INPUTS - MODBUS_READ_FROM] = r->inputs;
     for (int i = 0; i < LEGS; i++) {
         uint32_t raw = (uint32_t)channel_raw(&p->length_channel, i, r->length_m[i], INT32_MAX);
         length[2 * i] = (uint16_t)(raw >> 16);
@@ -80,6 +85,7 @@ void modbus_get_reading(const struct params *p, const uint16_t read[MODBUS_READ]
     r->sample = read[1];
     r->status = read[2];
     r->foreign = read[MODBUS_FOREIGN - MODBUS_READ_FROM];
+    r->inputs = read[MODBUS_INPUTS - MODBUS_READ_FROM] & INPUTS_ALL;
     for (int i = 0; i < LEGS; i++) {
         uint32_t raw = (uint32_t)length[2 * i] << 16 | length[2 * i + 1];
         r->length_m[i] = channel_si(&p->length_channel, i, channel_from_32((int32_t)raw));

@@ -13,13 +13,13 @@
 
 enum modbus_address { /* holding registers, from 0 */
     MODBUS_IDENTITY = 0x0000, MODBUS_VERSION, MODBUS_OWNER, MODBUS_WATCHDOG_MAX_MS = MODBUS_OWNER + 2,
-    MODBUS_COMMAND = 0x001f, MODBUS_VALVE = MODBUS_COMMAND - LEGS, MODBUS_TOKEN = MODBUS_VALVE - 2, MODBUS_WATCHDOG_MS = MODBUS_TOKEN - 1,
+    MODBUS_COMMAND = 0x001f, MODBUS_SUPPLY = MODBUS_COMMAND - 1, MODBUS_VALVE = MODBUS_SUPPLY - LEGS, MODBUS_TOKEN = MODBUS_VALVE - 2, MODBUS_WATCHDOG_MS = MODBUS_TOKEN - 1,
     MODBUS_SAMPLE = 0x0020, MODBUS_STATUS, MODBUS_LENGTH, MODBUS_P1 = MODBUS_LENGTH + 2 * LEGS, MODBUS_P2 = MODBUS_P1 + LEGS,
-    MODBUS_FOREIGN = MODBUS_P2 + LEGS, MODBUS_END,
+    MODBUS_FOREIGN = MODBUS_P2 + LEGS, MODBUS_INPUTS, MODBUS_END,
     MODBUS_WRITE_FROM = MODBUS_TOKEN, MODBUS_READ_FROM = MODBUS_COMMAND, /* in a cycle */
 };
 enum {
-    MODBUS_IS_HEXID = 0x4845, MODBUS_MAP_VERSION = 2,
+    MODBUS_IS_HEXID = 0x4845, MODBUS_MAP_VERSION = 3,
     MODBUS_CLAIMED = MODBUS_VALVE - MODBUS_WATCHDOG_MS, /* registers that claim the machine: watchdog and token */
     MODBUS_WRITTEN = MODBUS_COMMAND + 1 - MODBUS_WRITE_FROM, MODBUS_READ = MODBUS_END - MODBUS_READ_FROM, /* registers, in a cycle */
     MODBUS_SILENT = 1u << 0,                    /* status: the watchdog has centred the valves */
@@ -39,15 +39,16 @@ void modbus_map_print(FILE *out);
 /* To the registers that claim the machine. token: not 0. */
 void modbus_put_claim(uint16_t watchdog_ms, uint32_t token, uint16_t claimed[MODBUS_CLAIMED]);
 
-/* Token of the claim, command number and valves -1..1 (NAN: none) to the registers written. */
-void modbus_put_command(const struct params *p, uint32_t token, uint16_t number, const double valve[LEGS],
+/* Token of the claim, command number, supply and valves -1..1 (NAN: none) to the registers written. */
+void modbus_put_command(const struct params *p, uint32_t token, uint16_t number, const struct hal_command *command,
                         uint16_t written[MODBUS_WRITTEN]);
-/* Valves in force; what is no command is the centre. */
-void modbus_get_command(const struct params *p, const uint16_t written[MODBUS_WRITTEN], double valve[LEGS]);
+/* Valves and supply in force; what is no command is the centre. */
+void modbus_get_command(const struct params *p, const uint16_t written[MODBUS_WRITTEN], struct hal_command *command);
 
 struct modbus_reading {
     uint16_t number, sample, status;                 /* of the command in force; counts latches; MODBUS_SILENT, MODBUS_OWNED */
     uint16_t foreign;                                /* counts writes of others than the master */
+    uint16_t inputs;                                 /* INPUT_... */
     double length_m[LEGS], p1_pa[LEGS], p2_pa[LEGS]; /* NAN: none, or not plausible */
 };
 void modbus_put_reading(const struct params *p, const struct modbus_reading *r, uint16_t read[MODBUS_READ]);

@@ -51,7 +51,8 @@ static void latch(struct modbus_server *s, int64_t now_ns) {
     struct modbus_reading r = {.number = registers[MODBUS_COMMAND],
                                .sample = (uint16_t)(registers[MODBUS_SAMPLE] + fresh),
                                .status = (uint16_t)((s->silent ? MODBUS_SILENT : 0u) | (owned ? MODBUS_OWNED : 0u)),
-                               .foreign = registers[MODBUS_FOREIGN]};
+                               .foreign = registers[MODBUS_FOREIGN],
+                               .inputs = (uint16_t)sample.inputs};
     memcpy(r.length_m, sample.length_m, sizeof r.length_m);
     memcpy(r.p1_pa, sample.p1_pa, sizeof r.p1_pa);
     memcpy(r.p2_pa, sample.p2_pa, sizeof r.p2_pa);
@@ -61,11 +62,11 @@ static void latch(struct modbus_server *s, int64_t now_ns) {
 /* A command with a new number comes into force, and the machine lives through the period that
  * begins. */
 static void obey(struct modbus_server *s, int64_t now_ns) {
-    double valve[LEGS];
+    struct hal_command command = {.enable = true};
     if (s->registers[MODBUS_COMMAND] == s->number) return;
     s->number = s->registers[MODBUS_COMMAND];
-    modbus_get_command(s->params, s->registers + MODBUS_WRITE_FROM, valve);
-    device_live(s->device, valve, now_ns);
+    modbus_get_command(s->params, s->registers + MODBUS_WRITE_FROM, &command);
+    device_live(s->device, &command, now_ns);
 }
 
 /* SAFETY: what the machine was told by the one before is not for the next one to go on with, nor is

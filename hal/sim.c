@@ -12,7 +12,7 @@ struct sim {
     uint64_t seq;
     int64_t first_ns;      /* first reading */
     double clock_ratio;
-    double valve[LEGS];
+    struct hal_command command;
 };
 
 static int sim_open(struct hal **hal, const char *address, const struct params *params, uint64_t seed, struct error *error) {
@@ -25,6 +25,7 @@ static int sim_open(struct hal **hal, const char *address, const struct params *
         free(s);
         return error->status;
     }
+    if (params->interlocks.supply) plant_add_power_unit(s->plant, params->device.watchdog_s);
     s->clock_ratio = plant_clock_ratio(s->plant);
     *hal = &s->hal;
     return STATUS_OK;
@@ -32,7 +33,8 @@ static int sim_open(struct hal **hal, const char *address, const struct params *
 
 static int sim_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) {
     struct sim *s = (struct sim *)hal;
-    if (s->seq++) plant_step(s->plant, s->valve);
+    plant_charge_pump(s->plant, s->command.supply);
+    if (s->seq++) plant_step(s->plant, s->command.valve);
     else s->first_ns = now_ns;
     plant_measure(s->plant, sample);
     sample->time_ns = s->clock_ratio == 1.0 ? now_ns : s->first_ns + (int64_t)(s->clock_ratio * (double)(now_ns - s->first_ns));
@@ -41,13 +43,13 @@ static int sim_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) 
 }
 
 static int sim_write(struct hal *hal, const struct hal_command *command) {
-    memcpy(((struct sim *)hal)->valve, command->valve, sizeof command->valve);
+    ((struct sim *)hal)->command = *command;
     return 0;
 }
 
 static void sim_safe(struct hal *hal) {
     struct sim *s = (struct sim *)hal;
-    for (int i = 0; i < LEGS; i++) s->valve[i] = 0.0;
+    for (int i = 0; i < LEGS; i++) s->command.valve[i] = 0.0;
 }
 
 static void sim_close(struct hal *hal) {

@@ -23,7 +23,8 @@ struct hal_ops {
     int (*read)(struct hal *hal, int64_t now_ns, struct hal_sample *sample);
     /* The command of this cycle. 0, or -1: nothing can be written (FAULT_IO). */
     int (*write)(struct hal *hal, const struct hal_command *command);
-    /* SAFETY: valves to centre, now, whatever else is broken; called on every fault and at the end. Signal-safe. */
+    /* SAFETY: valves to centre, now, whatever else is broken, and the supply output as it is; called on every fault and at the end.
+     * Signal-safe. */
     void (*safe)(struct hal *hal);
     void (*close)(struct hal *hal);
     /* Optional, any thread: what has gone wrong first on the way to the machine, in words for the operator; "" when all is well. */

@@ -40,13 +40,13 @@ struct actuator_params {          /* one leg, Tian 2015 Tables 1 and 2; inertias
 
 struct hydraulics_params {
     double supply_pa, tank_pa;
-    double valve_flow_m3_per_s;   /* per port at full opening and valve_drop_pa */
+    double valve_flow_m3_per_s[LEGS]; /* per port at full opening and valve_drop_pa */
     double valve_drop_pa;
     double valve_frequency_hz, valve_damping;
-    double bulk_modulus_pa;
-    double dead_volume_m3;        /* each side */
-    double leakage_m3_per_s_pa;   /* across the piston */
-    double viscous_n_s_per_m;     /* base model; effect cylinder_viscous_friction adds to it */
+    double bulk_modulus_pa[LEGS];
+    double dead_volume_m3[LEGS];      /* each side */
+    double leakage_m3_per_s_pa[LEGS]; /* across the piston */
+    double viscous_n_s_per_m[LEGS];   /* base model; effect cylinder_viscous_friction adds to it */
     double stop_stiffness_n_per_m, stop_damping_n_s_per_m; /* end stops of the stroke */
 };
 
@@ -94,6 +94,12 @@ struct limit_params {             /* SAFETY: beyond any of these the supervisor 
     double pressure_min_pa, pressure_max_pa; /* plausible sensor range */
     int bad_cycles;               /* leaky bucket: so many bad cycles more than good ones */
     double blind_time_s;          /* the most that blind_time() may come to */
+};
+
+struct interlock_params {         /* SAFETY: which of the machine's inputs and outputs are wired; what is not is not watched */
+    bool emergency_stop, enable, door, pressure;
+    bool supply;                  /* the output that keeps the supply on */
+    double pressure_s;            /* until `pressure` closes, at most; without that input: the wait */
 };
 
 struct test_params {
@@ -162,7 +168,9 @@ struct device_params {            /* of the devices at the field end, set by the
 struct can_params {
     double bitrate_bps;
     double heartbeat_s;           /* sent by every node and by the daemon; three in a row missing: lost */
-    double device_type, vendor_id, product_code; /* what the nodes must say of themselves (0x1000, 0x1018:1, :2), rounded; -1: anything */
+    /* What the nodes must say of themselves (0x1000, 0x1018:1, :2), rounded; -1: anything. */
+    double device_type, vendor_id, product_code;          /* axis nodes */
+    double io_device_type, io_vendor_id, io_product_code; /* node 7, inputs and outputs */
 };
 
 struct modbus_params {
@@ -181,6 +189,7 @@ struct params {
     struct control_params control;
     struct motion_params motion;
     struct limit_params limits;
+    struct interlock_params interlocks;
     struct test_params tests;
     struct check_params checks;
     struct model_params model;

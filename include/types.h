@@ -22,6 +22,18 @@ enum {
     SAMPLE_OVERRUN = 1u << 4, /* the loop missed a deadline before this cycle: its command was held too long */
     SAMPLE_IO = 1u << 5,      /* the hardware abstraction layer could not read, or not write the command before */
     SAMPLE_FOREIGN = 1u << 6, /* another master commands this machine */
+    SAMPLE_OPEN = 1u << 7,    /* an interlock that is needed is open */
+    SAMPLE_UNWRITTEN = 1u << 8, /* beside SAMPLE_IO: the sample was read, the command before was not written */
+};
+
+/* SAFETY: what the machine says of itself, one bit each; 0 where it is open, and where nothing is known. */
+enum {
+    INPUT_EMERGENCY_STOP = 1u << 0, /* its chain is closed */
+    INPUT_ENABLE = 1u << 1,         /* the enable switch is held */
+    INPUT_DOOR = 1u << 2,           /* closed */
+    INPUT_SUPPLY = 1u << 3,       /* the supply is there */
+    INPUTS = 4, INPUTS_ALL = (1u << INPUTS) - 1,
+    INPUT_LINGERS = 1u << INPUTS,   /* no input: beside open ones, that the supply has pressure although it is off */
 };
 
 /* What the hardware abstraction layer delivers: lengths and pressures latched together at one instant, time_ns. */
@@ -30,6 +42,7 @@ struct hal_sample {
     int64_t age_ns;         /* from latching to the read */
     uint64_t device_seq;    /* the device's own count, 0 where it has none: a gap is a lost sample, a repeat or a step back a stale one */
     uint32_t flags;         /* SAMPLE_... */
+    uint32_t inputs;        /* INPUT_... */
     double length_m[LEGS];  /* joint to joint */
     double p1_pa[LEGS];     /* rodless side, gauge */
     double p2_pa[LEGS];     /* rod side, gauge */
@@ -39,9 +52,10 @@ struct hal_sample {
 struct hal_command {
     double valve[LEGS];
     bool enable; /* false: valves centred whatever `valve` says */
+    bool supply; /* SAFETY: the charge pump's level, which changes every cycle; the machine's own relay keeps the supply on only so */
 };
 
-enum state { STATE_INIT, STATE_SETTLED, STATE_ENGAGING, STATE_READY, STATE_TESTING, STATE_PARKING, STATE_FAULT, STATES };
+enum state { STATE_INIT, STATE_SETTLED, STATE_ENGAGING, STATE_READY, STATE_TESTING, STATE_PARKING, STATE_FAULT, STATE_PRESSURISING, STATES };
 extern const char *const state_names[STATES];
 
 /* Latched until reset; the first one is the headline. */
@@ -57,10 +71,15 @@ enum {
     FAULT_IO = 1u << 8, /* the hardware abstraction layer reports that it cannot read or write */
     FAULT_STANDSTILL = 1u << 9, /* a length does not change while its reference does: dead transducer, valve or supply */
     FAULT_MASTER = 1u << 10,    /* another master commands this machine, or has tried to */
+    FAULT_EMERGENCY_STOP = 1u << 11, /* an input is open: the chain, */
+    FAULT_ENABLE = 1u << 12,         /* the enable switch, */
+    FAULT_DOOR = 1u << 13,           /* the door, */
+    FAULT_SUPPLY = 1u << 14,         /* the pressure switch of the supply */
+    FAULT_PRESSURE_SENSOR = 1u << 15,  /* a chamber's pressure is no reading: the platform is parked, control does without */
 };
 
 /* Beside the faults: which legs they were seen at, bits 16..21; none where no leg can be told. Never in first_fault. */
-enum { FAULT_LEG_SHIFT = 16 };
+enum { FAULT_LEG_SHIFT = 16, FAULT_ANY = (1u << FAULT_LEG_SHIFT) - 1 };
 static inline uint32_t fault_leg(int leg) { return 1u << (FAULT_LEG_SHIFT + leg); }
 
 enum command { COMMAND_NONE, COMMAND_ENGAGE, COMMAND_START, COMMAND_STOP, COMMAND_PARK, COMMAND_RESET, COMMANDS };

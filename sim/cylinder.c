@@ -15,7 +15,7 @@ static const double SHORTEST_LINE_M = 0.2;
 
 static void valve_init(struct cylinder_model *m, int leg, const struct hydraulics_params *h) {
     const struct machine *machine = &m->machine;
-    double omega = 2.0 * PI * machine->valve_frequency_hz[leg], gain = h->valve_flow_m3_per_s / sqrt(h->valve_drop_pa);
+    double omega = 2.0 * PI * machine->valve_frequency_hz[leg], gain = h->valve_flow_m3_per_s[leg] / sqrt(h->valve_drop_pa);
     m->leg[leg] = (struct cylinder_leg){
         .valve_gain = {gain * machine->flow_scale[leg], gain * machine->flow_scale[leg] * machine->port_ratio[leg]},
         .valve_omega_squared = omega * omega,
@@ -25,6 +25,7 @@ static void valve_init(struct cylinder_model *m, int leg, const struct hydraulic
         .rate_limited = isfinite(machine->valve_rate_per_s[leg]),
         .bulk_modulus_pa = machine->bulk_modulus_pa[leg],
         .leakage_m3_per_s_pa = machine->leakage_m3_per_s_pa[leg],
+        .dead_volume_m3 = h->dead_volume_m3[leg],
     };
 }
 
@@ -40,16 +41,14 @@ static void line_init(struct cylinder_model *m, int leg) {
 
 void cylinder_model_init(struct cylinder_model *m, const struct params *params) {
     const struct actuator_params *a = &params->actuator;
-    struct sim_geometry geometry;
-    sim_geometry_init(&geometry, params);
-    double middle_m = params->mechanism == MECHANISM_AXIS ? params->axis.middle_m : geometry.neutral_length_m;
     *m = (struct cylinder_model){
+        .supply_share = 1.0,
         .a1_m2 = PI / 4.0 * a->piston_diameter_m * a->piston_diameter_m,
         .a2_m2 = PI / 4.0 * (a->piston_diameter_m * a->piston_diameter_m - a->rod_diameter_m * a->rod_diameter_m),
-        .length_min_m = middle_m - 0.5 * a->stroke_m,
-        .length_max_m = middle_m + 0.5 * a->stroke_m,
     };
     machine_init(&m->machine, params);
+    m->length_min_m = m->machine.neutral_length_m - 0.5 * a->stroke_m;
+    m->length_max_m = m->machine.neutral_length_m + 0.5 * a->stroke_m;
     for (int leg = 0; leg < LEGS; leg++) {
         valve_init(m, leg, &params->hydraulics);
         line_init(m, leg);
@@ -60,7 +59,7 @@ void cylinder_model_init(struct cylinder_model *m, const struct params *params) 
 }
 
 struct mains cylinder_mains(const struct cylinder_model *m) {
-    return (struct mains){.supply_pa = m->machine.supply_pa, .tank_pa = m->machine.tank_pa};
+    return (struct mains){.supply_pa = fmax(m->supply_share * m->machine.supply_pa, m->machine.tank_pa), .tank_pa = m->machine.tank_pa};
 }
 
 /* sign(drop) sqrt|drop|, laminar below the limit. */
@@ -106,7 +105,7 @@ static inline struct ports ports_of(const struct cylinder_leg *c, const struct m
 /* beta / V of the chambers. */
 static inline void chambers(const struct cylinder_model *m, const struct cylinder_leg *c, double length_m, double stiffness[PORTS]) {
     double stroke_m = length_m - m->length_min_m, full_m = m->length_max_m - m->length_min_m;
-    double dead_m3 = m->machine.params->hydraulics.dead_volume_m3, bulk_pa = c->bulk_modulus_pa;
+    double dead_m3 = c->dead_volume_m3, bulk_pa = c->bulk_modulus_pa;
     stroke_m = stroke_m < 0.0 ? 0.0 : stroke_m > full_m ? full_m : stroke_m;
     stiffness[PORT_A] = bulk_pa / (dead_m3 + m->a1_m2 * stroke_m);
     stiffness[PORT_B] = bulk_pa / (dead_m3 + m->a2_m2 * (full_m - stroke_m));
@@ -217,7 +216,7 @@ double cylinder_stop_force(const struct cylinder_model *m, double length_m, doub
 struct friction cylinder_friction(const struct cylinder_model *m, int leg, const struct cylinder_state *s, int direction,
                                   double speed_mps) {
     const struct active *laws = &m->machine.leg_friction;
-    struct friction sum = {.viscous = m->machine.params->hydraulics.viscous_n_s_per_m * speed_mps};
+    struct friction sum = {.viscous = m->machine.params->hydraulics.viscous_n_s_per_m[leg] * speed_mps};
     if (laws->count == 0) return sum;
     struct leg_motion motion = {.direction = direction, .speed_mps = speed_mps, .p1_pa = s->p1_pa, .p2_pa = s->p2_pa,
                                 .a1_m2 = m->a1_m2, .a2_m2 = m->a2_m2};

@@ -34,6 +34,8 @@ struct engine_ops {
     void (*substep)(struct engine *e, double dt_s, const double valve[LEGS], struct hydraulics_state *hydraulics);
     /* One substep of the bodies alone with these forces along the legs (plant_step_forced); joints have no play then. */
     void (*forced)(struct engine *e, double dt_s, const double force_n[LEGS]);
+    /* So much of the supply pressure is there from now on, 0..1. */
+    void (*supply)(struct engine *e, double share);
     /* Fills pose, twist, length, rate, friction, stuck and the energies. */
     void (*truth)(const struct engine *e, const struct hydraulics_state *hydraulics, struct plant_truth *truth);
 };

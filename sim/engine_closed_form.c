@@ -232,6 +232,8 @@ static void closed_form_forced(struct engine *base, double dt_s, const double fo
     step(e, dt_s, &(struct drive){.force_n = force_n});
 }
 
+static void closed_form_supply(struct engine *base, double share) { ((struct closed_form *)base)->cylinder.supply_share = share; }
+
 static void closed_form_truth(const struct engine *base, const struct hydraulics_state *hydraulics, struct plant_truth *truth) {
     static const double nothing[LEGS];
     const struct closed_form *e = (const struct closed_form *)base;
@@ -257,5 +259,6 @@ const struct engine_ops engine_closed_form = {
     .place = closed_form_place,
     .substep = closed_form_substep,
     .forced = closed_form_forced,
+    .supply = closed_form_supply,
     .truth = closed_form_truth,
 };

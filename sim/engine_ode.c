@@ -263,6 +263,8 @@ static void truth(const struct engine *base, const struct hydraulics_state *s, s
     truth->potential_j = ode_machine_potential(&e->machine);
 }
 
+static void supply(struct engine *base, double share) { ((struct engine_ode *)base)->model.supply_share = share; }
+
 static struct engine *create(const struct params *params, struct error *error) {
     static const double neutral[DOFS] = {0};
     struct engine_ode *e = calloc(1, sizeof *e);
@@ -286,4 +288,5 @@ static void destroy(struct engine *base) {
 }
 
 const struct engine_ops engine_ode = {
-    .name = "ode", .create = create, .destroy = destroy, .place = place, .substep = substep, .forced = forced, .truth = truth};
+    .name = "ode", .create = create, .destroy = destroy, .place = place, .substep = substep, .forced = forced, .supply = supply,
+    .truth = truth};

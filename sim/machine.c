@@ -16,16 +16,18 @@ static void base_bodies(struct machine *m, const struct params *params) {
     m->payload_inertia_kg_m2[2] = p->inertia_zz_kg_m2;
     m->gravity_mps2 = axis ? params->axis.gravity_mps2 : p->gravity_mps2;
     m->down[2] = 1.0;
+    m->neutral_length_m = axis ? params->axis.middle_m : g.neutral_length_m;
     memcpy(m->upper_joint_m, g.upper, sizeof g.upper);
     memcpy(m->lower_joint_m, g.lower, sizeof g.lower);
+    for (int leg = 0; leg < LEGS; leg++) m->upper_kg[leg] = params->actuator.upper_mass_kg, m->lower_kg[leg] = params->actuator.lower_mass_kg;
 }
 
 static void base_hydraulics(struct machine *m, const struct hydraulics_params *h) {
     m->supply_pa = h->supply_pa;
     m->tank_pa = h->tank_pa;
     for (int leg = 0; leg < LEGS; leg++) {
-        m->bulk_modulus_pa[leg] = h->bulk_modulus_pa;
-        m->leakage_m3_per_s_pa[leg] = h->leakage_m3_per_s_pa;
+        m->bulk_modulus_pa[leg] = h->bulk_modulus_pa[leg];
+        m->leakage_m3_per_s_pa[leg] = h->leakage_m3_per_s_pa[leg];
         m->valve_frequency_hz[leg] = h->valve_frequency_hz;
         m->valve_rate_per_s[leg] = (double)INFINITY;
         m->flow_scale[leg] = m->port_ratio[leg] = 1.0;
@@ -63,13 +65,12 @@ void machine_init(struct machine *m, const struct params *params) {
 }
 
 int machine_check(const struct machine *m, struct error *error) {
-    const struct actuator_params *a = &m->params->actuator;
     bool payload = m->payload_kg > 0.0;
     for (int i = 0; i < 3; i++) payload = payload && m->payload_inertia_kg_m2[i] > 0.0;
     if (!payload) return error_set(error, STATUS_USAGE, "effects leave no mass or no inertia of the payload: make them smaller");
     for (int k = 0; k < LEGS; k++)
-        if (m->axial_kg[k] != 0.0 && !(a->upper_mass_kg + m->axial_kg[k] > 0.0))
-            return error_set(error, STATUS_USAGE, "effects leave no axial mass of leg %d: make them smaller", k + 1);
+        if (m->upper_kg[k] < 0.0 || m->lower_kg[k] < 0.0 || m->params->actuator.lower_inertia_kg_m2 + m->transverse_kg_m2[k] < 0.0)
+            return error_set(error, STATUS_USAGE, "effects leave less than no mass or inertia of leg %d: make them smaller", k + 1);
     return 0;
 }
 

@@ -25,12 +25,14 @@ struct active {
 struct machine {
     const struct params *params;
 
-    /* Rigid bodies. Added inertias are apparent ones, without weight: axial Ldot^2/2 + transverse Omega^2/2. */
+    /* Rigid bodies. */
     double payload_kg, payload_inertia_kg_m2[3];    /* about its mass centre, along the axes of {M} */
     double payload_center_m[3];                     /* mass centre in {M} */
     double gravity_mps2, down[3];                   /* unit vector in {B} */
     double upper_joint_m[LEGS][3], lower_joint_m[LEGS][3]; /* in {M} and {B} */
-    double axial_kg[LEGS], transverse_kg_m2[LEGS];  /* added to each leg */
+    double upper_kg[LEGS], lower_kg[LEGS];          /* of each leg: ma, mb */
+    double transverse_kg_m2[LEGS];                  /* added to ib */
+    double neutral_length_m;                        /* of a leg; on one axis the middle of the stroke */
     double clearance_m[LEGS];                       /* of the joint at the leg's end, along the leg */
 
     /* Hydraulics. */

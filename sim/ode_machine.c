@@ -81,8 +81,8 @@ static void place_leg(struct ode_machine *m, int leg) {
     first_axis(first_lower, m->geometry.lower_angle[leg]);
     dSubtractVectors3(along, a, m->machine.lower_joint_m[leg]);
     dNormalize3(along);
-    place_part(m->body[CYLINDER + leg], m->machine.lower_joint_m[leg], m->cylinder_center_m[leg], along, first_lower);
-    place_part(m->body[ROD + leg], a, -m->rod_center_m[leg], along, first_upper);
+    place_part(m->body[CYLINDER + leg], m->machine.lower_joint_m[leg], m->params->actuator.lower_center_m, along, first_lower);
+    place_part(m->body[ROD + leg], a, -m->params->actuator.upper_center_m, along, first_upper);
 }
 
 void ode_machine_place(struct ode_machine *m, const double pose[DOFS]) {
@@ -115,31 +115,16 @@ void ode_machine_axis(const struct ode_machine *m, int leg, dVector3 axis) {
 double ode_machine_length(const struct ode_machine *m, int leg, const dVector3 axis) {
     dVector3 apart;
     dSubtractVectors3(apart, dBodyGetPosition(m->body[ROD + leg]), dBodyGetPosition(m->body[CYLINDER + leg]));
-    return m->cylinder_center_m[leg] + dCalcVectorDot3(apart, axis) + m->rod_center_m[leg];
-}
-
-/* Where a part's real mass centre is. */
-static void real_center(const struct ode_machine *m, int body, double distance, const dVector3 axis, dVector3 point) {
-    for (int i = 0; i < 3; i++) point[i] = dBodyGetPosition(m->body[body])[i] + distance * axis[i];
-}
-
-static void real_centers(const struct ode_machine *m, int leg, dVector3 cylinder, dVector3 rod) {
-    const struct actuator_params *a = &m->params->actuator;
-    dVector3 axis;
-    ode_machine_axis(m, leg, axis);
-    real_center(m, CYLINDER + leg, a->lower_center_m - m->cylinder_center_m[leg], axis, cylinder);
-    real_center(m, ROD + leg, m->rod_center_m[leg] - a->upper_center_m, axis, rod);
+    return m->params->actuator.lower_center_m + dCalcVectorDot3(apart, axis) + m->params->actuator.upper_center_m;
 }
 
 /* Sum of mass times depth. */
 static double moment_of_mass(const struct ode_machine *m) {
-    const struct actuator_params *actuator = &m->params->actuator;
     const double *down = m->machine.down;
     double sum = m->machine.payload_kg * dCalcVectorDot3(dBodyGetPosition(m->body[PLATFORM]), down);
     for (int leg = 0; leg < LEGS; leg++) {
-        dVector3 cylinder, rod;
-        real_centers(m, leg, cylinder, rod);
-        sum += actuator->lower_mass_kg * dCalcVectorDot3(cylinder, down) + actuator->upper_mass_kg * dCalcVectorDot3(rod, down);
+        sum += m->machine.lower_kg[leg] * dCalcVectorDot3(dBodyGetPosition(m->body[CYLINDER + leg]), down) +
+               m->machine.upper_kg[leg] * dCalcVectorDot3(dBodyGetPosition(m->body[ROD + leg]), down);
     }
     return sum;
 }
@@ -158,12 +143,6 @@ void ode_machine_twist(const struct velocity *platform, const struct ode_machine
     }
 }
 
-static void hang(const struct ode_machine *m, int body, double mass_kg, const dVector3 point) {
-    double weight_n = mass_kg * m->machine.gravity_mps2;
-    const double *down = m->machine.down;
-    dBodyAddForceAtPos(m->body[body], weight_n * down[0], weight_n * down[1], weight_n * down[2], point[0], point[1], point[2]);
-}
-
 void ode_machine_pull(struct ode_machine *m, const double pull[3]) {
     m->machine.gravity_mps2 = sqrt(pull[0] * pull[0] + pull[1] * pull[1] + pull[2] * pull[2]);
     for (int i = 0; i < 3; i++) m->machine.down[i] = m->machine.gravity_mps2 > 0.0 ? pull[i] / m->machine.gravity_mps2 : 0.0;
@@ -171,14 +150,6 @@ void ode_machine_pull(struct ode_machine *m, const double pull[3]) {
 }
 
 void ode_machine_load(struct ode_machine *m) {
-    const struct actuator_params *a = &m->params->actuator;
-    for (int leg = 0; leg < LEGS; leg++) {
-        dVector3 cylinder, rod;
-        if (!m->apparent[leg]) continue;
-        real_centers(m, leg, cylinder, rod);
-        hang(m, CYLINDER + leg, a->lower_mass_kg, cylinder);
-        hang(m, ROD + leg, a->upper_mass_kg, rod);
-    }
     if (m->machine.wrench.count == 0) return;
     double pose[DOFS], wrench[DOFS] = {0};
     ode_machine_pose(m, pose);
@@ -210,24 +181,9 @@ static void make_body(struct ode_machine *m, int body, double mass_kg, double xx
 
 static void make_leg(struct ode_machine *m, int leg) {
     const struct actuator_params *a = &m->params->actuator;
-    double axial_kg = m->machine.axial_kg[leg], transverse = m->machine.transverse_kg_m2[leg];
-    double rod_kg = a->upper_mass_kg, cylinder_inertia = a->lower_inertia_kg_m2;
-    m->rod_center_m[leg] = a->upper_center_m;
-    m->cylinder_center_m[leg] = a->lower_center_m;
-    m->apparent[leg] = axial_kg != 0.0 || transverse != 0.0;
-    if (m->apparent[leg]) {
-        double apart_m = m->geometry.neutral_length_m - a->upper_center_m;
-        rod_kg += axial_kg;
-        m->rod_center_m[leg] += axial_kg / rod_kg * apart_m;
-        m->cylinder_center_m[leg] = 0.0; /* it turns about that joint: its mass there and the rod's two masses count as inertia */
-        cylinder_inertia += a->lower_mass_kg * a->lower_center_m * a->lower_center_m + transverse +
-                            a->upper_mass_kg * axial_kg / rod_kg * apart_m * apart_m;
-    }
-    make_body(m, CYLINDER + leg, a->lower_mass_kg, cylinder_inertia, cylinder_inertia, AXIAL_INERTIA_KG_M2);
-    make_body(m, ROD + leg, rod_kg, a->upper_inertia_kg_m2, a->upper_inertia_kg_m2, AXIAL_INERTIA_KG_M2);
-    if (!m->apparent[leg]) return;
-    dBodySetGravityMode(m->body[CYLINDER + leg], 0);
-    dBodySetGravityMode(m->body[ROD + leg], 0);
+    double inertia = a->lower_inertia_kg_m2 + m->machine.transverse_kg_m2[leg];
+    make_body(m, CYLINDER + leg, m->machine.lower_kg[leg], inertia, inertia, AXIAL_INERTIA_KG_M2);
+    make_body(m, ROD + leg, m->machine.upper_kg[leg], a->upper_inertia_kg_m2, a->upper_inertia_kg_m2, AXIAL_INERTIA_KG_M2);
 }
 
 static void make_bodies(struct ode_machine *m) {

@@ -26,8 +26,6 @@ struct ode_machine {
     const struct params *params;
     struct machine machine;
     struct sim_geometry geometry;              /* angles of the joints' axes */
-    double rod_center_m[LEGS], cylinder_center_m[LEGS]; /* mass centres from the upper and from the lower joint */
-    bool apparent[LEGS];                       /* a leg with apparent inertia: its real weight is put on by ode_machine_load */
     dWorldID world;
     dBodyID body[BODIES];
     dJointID piston[LEGS];
@@ -57,7 +55,7 @@ void ode_machine_twist(const struct velocity *platform, const struct ode_machine
 /* What pulls at all bodies instead of gravity, m/s^2 in {B}. */
 void ode_machine_pull(struct ode_machine *m, const double pull[3]);
 
-/* Puts on what ODE does not know: weights of legs with apparent inertia, and the effects' wrench. Before every step. */
+/* Puts on what ODE does not know: the effects' wrench. Before every step. */
 void ode_machine_load(struct ode_machine *m);
 
 /* Of all bodies, J; zero at neutral. */

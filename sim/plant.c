@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "engine.h"
+#include "power_unit.h"
 #include "rigid.h"
 #include "sensors.h"
 #include "valve_line.h"
@@ -19,6 +20,8 @@ struct plant {
     struct sensors sensors;
     struct valve_line valve_line;
     struct hydraulics_state state;
+    struct power_unit power_unit;
+    bool has_power_unit, charge_pump;
     uint64_t cycles;          /* time is exact, no sum of roundings */
     double forced_s;          /* time spent in plant_step_forced */
 };
@@ -159,10 +162,24 @@ static void follow(struct plant *plant) {
     sensors_follow(&plant->sensors, substep_s(plant), &exact);
 }
 
+void plant_add_power_unit(struct plant *plant, double hold_s) {
+    power_unit_init(&plant->power_unit, hold_s);
+    plant->has_power_unit = true;
+    plant->engine->ops->supply(plant->engine, 0.0);
+}
+
+void plant_charge_pump(struct plant *plant, bool level) { plant->charge_pump = level; }
+
+static void power(struct plant *plant) {
+    power_unit_step(&plant->power_unit, plant->charge_pump, plant->params->loop.period_s);
+    plant->engine->ops->supply(plant->engine, plant->power_unit.share);
+}
+
 void plant_step(struct plant *plant, const double valve[LEGS]) {
     double dt_s = substep_s(plant), clamped[LEGS];
     for (int k = 0; k < LEGS; k++) clamped[k] = command(valve[k]);
     valve_line_send(&plant->valve_line, clamped);
+    if (plant->has_power_unit) power(plant);
     for (int i = 0; i < plant->params->sim.substeps; i++) {
         double arrived[LEGS];
         valve_line_receive(&plant->valve_line, i, arrived);
@@ -184,6 +201,8 @@ void plant_measure(struct plant *plant, struct hal_sample *sample) {
     memcpy(sample->length_m, reading.length_m, sizeof sample->length_m);
     memcpy(sample->p1_pa, reading.p1_pa, sizeof sample->p1_pa);
     memcpy(sample->p2_pa, reading.p2_pa, sizeof sample->p2_pa);
+    bool pressure = !plant->has_power_unit || plant->power_unit.pressure;
+    sample->inputs = pressure ? INPUTS_ALL : INPUTS_ALL & ~(uint32_t)INPUT_SUPPLY;
 }
 
 double plant_clock_ratio(const struct plant *plant) { return plant->cylinder.machine.clock_ratio; }

@@ -35,6 +35,13 @@ void plant_destroy(struct plant *plant);
 /* At rest in the pose given, with the chamber pressures that balance it (half the supply in the rodless side where possible). */
 void plant_place(struct plant *plant, const double pose[DOFS]);
 
+/* From now on the supply is a power unit's (power_unit.h), which loses it when the level of its charge pump does not change for hold_s.
+ * Before, and without this, it is always on. */
+void plant_add_power_unit(struct plant *plant, double hold_s);
+
+/* The level in the cycles to come. */
+void plant_charge_pump(struct plant *plant, bool level);
+
 /* One cycle with the commands given, each -1..1 (clamped). NaN centres the valve, as its amplifier does without a signal. */
 void plant_step(struct plant *plant, const double valve[LEGS]);
 
@@ -42,7 +49,7 @@ void plant_step(struct plant *plant, const double valve[LEGS]);
  * friction, gravity and end stops stay): for tests of the engines against each other and of the energy balance. */
 void plant_step_forced(struct plant *plant, double dt_s, const double force_n[LEGS]);
 
-/* What the sensors say now; fills the arrays of the sample, not its time, age, sequence or flags. */
+/* What the sensors say now; fills arrays and inputs of the sample, not its time, age, sequence or flags. */
 void plant_measure(struct plant *plant, struct hal_sample *sample);
 
 /* The recorder's time over the controller's: time stamps of samples run at this rate of the loop's clock. */

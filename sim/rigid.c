@@ -12,13 +12,7 @@ static void tangent(double angle, double axis[3]) {
 
 void rigid_model_init(struct rigid_model *m, const struct params *params) {
     const struct actuator_params *a = &params->actuator;
-    *m = (struct rigid_model){
-        .upper_mass = a->upper_mass_kg,
-        .upper_moment = a->upper_mass_kg * a->upper_center_m,
-        .lower_moment = a->lower_mass_kg * a->lower_center_m,
-        .upper_center = a->upper_center_m,
-    };
-    double fixed = a->lower_mass_kg * a->lower_center_m * a->lower_center_m + a->upper_inertia_kg_m2 + a->lower_inertia_kg_m2;
+    *m = (struct rigid_model){.upper_center = a->upper_center_m};
     machine_init(&m->machine, params);
     sim_geometry_init(&m->geometry, params);
     m->mass = m->machine.payload_kg;
@@ -30,9 +24,11 @@ void rigid_model_init(struct rigid_model *m, const struct params *params) {
             m->upper[i][leg] = m->machine.upper_joint_m[leg][i];
             m->lower[i][leg] = m->machine.lower_joint_m[leg][i];
         }
-        m->fixed_inertia[leg] = fixed + m->machine.transverse_kg_m2[leg];
-        m->axial_extra[leg] = m->machine.axial_kg[leg];
-        m->axial_mass[leg] = a->upper_mass_kg + m->axial_extra[leg];
+        m->upper_mass[leg] = m->machine.upper_kg[leg];
+        m->upper_moment[leg] = m->upper_mass[leg] * a->upper_center_m;
+        m->lower_moment[leg] = m->machine.lower_kg[leg] * a->lower_center_m;
+        m->fixed_inertia[leg] = m->lower_moment[leg] * a->lower_center_m + a->upper_inertia_kg_m2 + a->lower_inertia_kg_m2 +
+                                m->machine.transverse_kg_m2[leg];
         tangent(m->geometry.upper_angle[leg], m->upper_axis[leg]);
         tangent(m->geometry.lower_angle[leg], m->lower_axis[leg]);
     }
@@ -144,8 +140,8 @@ static void add_sideways(const struct rigid_model *m, const struct rigid_legs *l
     for (int i = 0; i < 3; i++) load[i] += m->mass * g[i];
     for (int k = 0; k < LEGS; k++) {
         const double n[3] = {legs->n[0][k], legs->n[1][k], legs->n[2][k]}, rho[3] = {legs->rho[0][k], legs->rho[1][k], legs->rho[2][k]};
-        double sway = (m->lower_moment - m->upper_moment) / legs->length[k], pull[3], moment[3];
-        for (int i = 0; i < 3; i++) pull[i] = m->upper_mass * g[i] + sway * (g[i] - n[i] * dot3(n, g));
+        double sway = (m->lower_moment[k] - m->upper_moment[k]) / legs->length[k], pull[3], moment[3];
+        for (int i = 0; i < 3; i++) pull[i] = m->upper_mass[k] * g[i] + sway * (g[i] - n[i] * dot3(n, g));
         cross3(rho, pull, moment);
         for (int i = 0; i < 3; i++) load[i] += pull[i], load[3 + i] += moment[i];
     }
@@ -163,18 +159,18 @@ static void leg_loads(const struct rigid_model *m, const struct rigid_legs *legs
         double nx = legs->n[0][k], ny = legs->n[1][k], nz = legs->n[2][k];
         double ax = legs->across[0][k], ay = legs->across[1][k], az = legs->across[2][k];
         double cx = legs->centripetal[0][k], cy = legs->centripetal[1][k], cz = legs->centripetal[2][k];
-        double f = (m->upper_mass * inner * inner + m->fixed_inertia[k]) * inverse * inverse;
-        double slope = 2.0 * inverse * (m->upper_mass * inner * inverse - f); /* f' */
+        double f = (m->upper_mass[k] * inner * inner + m->fixed_inertia[k]) * inverse * inverse;
+        double slope = 2.0 * inverse * (m->upper_mass[k] * inner * inverse - f); /* f' */
         double turn = slope * legs->rate[k];
-        double sway = (m->lower_moment - m->upper_moment) * inverse * m->gravity;
-        double along = (m->axial_mass[k] - f) * (nx * cx + ny * cy + nz * cz) +
-                       (m->upper_moment * inverse + m->axial_extra[k]) * inverse * (ax * ax + ay * ay + az * az) + sway * nz;
+        double sway = (m->lower_moment[k] - m->upper_moment[k]) * inverse * m->gravity;
+        double along = (m->upper_mass[k] - f) * (nx * cx + ny * cy + nz * cz) +
+                       m->upper_moment[k] * inverse * inverse * (ax * ax + ay * ay + az * az) + sway * nz;
         double px = -f * cx - turn * ax - along * nx;
         double py = -f * cy - turn * ay - along * ny;
-        double pz = -f * cz - turn * az - along * nz + m->upper_mass * m->gravity + sway;
+        double pz = -f * cz - turn * az - along * nz + m->upper_mass[k] * m->gravity + sway;
         double rx = legs->rho[0][k], ry = legs->rho[1][k], rz = legs->rho[2][k];
         load->f[k] = f;
-        load->axial[k] = m->axial_mass[k] - f;
+        load->axial[k] = m->upper_mass[k] - f;
         load->pull[0][k] = px, load->pull[1][k] = py, load->pull[2][k] = pz;
         load->moment[0][k] = ry * pz - rz * py, load->moment[1][k] = rz * px - rx * pz, load->moment[2][k] = rx * py - ry * px;
     }
@@ -255,9 +251,9 @@ void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, doub
         const double n[3] = {legs.n[0][k], legs.n[1][k], legs.n[2][k]};
         const double across[3] = {legs.across[0][k], legs.across[1][k], legs.across[2][k]};
         double inner = legs.length[k] - m->upper_center, turn_squared = dot3(across, across) / (legs.length[k] * legs.length[k]);
-        kinetic += m->axial_mass[k] * legs.rate[k] * legs.rate[k] + m->upper_mass * inner * inner * turn_squared +
+        kinetic += m->upper_mass[k] * legs.rate[k] * legs.rate[k] + m->upper_mass[k] * inner * inner * turn_squared +
                    m->fixed_inertia[k] * turn_squared;
-        depth += (m->upper_mass * inner + m->lower_moment) * dot3(n, down); /* from the lower joint, which stays */
+        depth += (m->upper_mass[k] * inner + m->lower_moment[k]) * dot3(n, down); /* from the lower joint, which stays */
     }
     *kinetic_j = 0.5 * kinetic;
     *potential_j = -m->machine.gravity_mps2 * depth - m->neutral_potential;

@@ -33,10 +33,9 @@ struct rigid_model {
     double upper_axis[LEGS][3], lower_axis[LEGS][3]; /* first axes of the universal joints, in {M} and {B} */
     double mass, inertia[3], gravity;              /* gravity along z */
     bool offset;                                   /* the payload's mass centre is not the origin of {M} */
-    double upper_mass, upper_moment, lower_moment; /* ma, ma ra, mb rb */
     double upper_center;                           /* ra */
-    double fixed_inertia[LEGS];                    /* mb rb^2 + ia + ib, and what effects add */
-    double axial_mass[LEGS], axial_extra[LEGS];    /* ma and what effects add; that alone */
+    double upper_mass[LEGS], upper_moment[LEGS], lower_moment[LEGS]; /* ma, ma ra, mb rb */
+    double fixed_inertia[LEGS];                    /* mb rb^2 + ia + ib */
     double neutral_potential;
 };
 

@@ -1,4 +1,4 @@
-/* config/hexid_node.eds and config/hexid.dbc say what the program does: every object and every signal, both ways. */
+/* config/hexid_node.eds, config/hexid_io.eds and config/hexid.dbc say what the program does: every object and every signal, both ways. */
 #include "support.h"
 
 #include <stdio.h>
@@ -36,21 +36,28 @@ static unsigned data_type(const struct can_object *o) {
     return types[o->is_signed][o->size];
 }
 
-static bool alone(const struct can_object *o) { return o->sub == 0 && can_object_find(o->index, 1) < 0; }
+static const struct {
+    const char *path;
+    const struct can_dictionary *dictionary;
+} files[] = {{"config/hexid_node.eds", &can_axis}, {"config/hexid_io.eds", &can_io}};
+enum { FILES = 2 };
 
-static void eds_has_every_object_as_the_node_serves_it(void **state) {
+static bool alone(const struct can_dictionary *d, const struct can_object *o) { return o->sub == 0 && can_object_find(d, o->index, 1) < 0; }
+
+/* What the profiles let a PDO carry. */
+static bool mappable(const struct can_object *o) { return o->index >= 0x6000 && o->sub && o->access != CAN_CONST; }
+
+static void has_every_object(const char *eds, const struct can_dictionary *d) {
     static const char *const access[] = {
         [CAN_CONST] = "const", [CAN_RO] = "ro", [CAN_RW] = "rw", [CAN_WO] = "wo", [CAN_RWW] = "rww"};
-    const char *eds = text_of("config/hexid_node.eds");
-    (void)state;
-    for (int i = 0; i < CAN_OBJECTS; i++) {
-        const struct can_object *o = &can_objects[i];
+    for (int i = 0; i < d->count; i++) {
+        const struct can_object *o = &d->object[i];
         char section[40];
-        snprintf(section, sizeof section, alone(o) ? "%04X" : "%04Xsub%X", o->index, o->sub);
+        snprintf(section, sizeof section, alone(d, o) ? "%04X" : "%04Xsub%X", o->index, o->sub);
         assert_string_equal(entry(eds, section, "ParameterName"), o->name);
         assert_int_equal(strtoul(entry(eds, section, "DataType"), NULL, 16), data_type(o));
         assert_string_equal(entry(eds, section, "AccessType"), access[o->access]);
-        assert_int_equal(strtoul(entry(eds, section, "PDOMapping"), NULL, 0), o->is_signed);
+        assert_int_equal(strtoul(entry(eds, section, "PDOMapping"), NULL, 0), mappable(o));
         assert_int_equal(strtoul(entry(eds, section, "LowLimit"), NULL, 0), o->low);
         assert_int_equal(strtoul(entry(eds, section, "HighLimit"), NULL, 0), o->high);
         const char *value = entry(eds, section, "DefaultValue");
@@ -60,44 +67,56 @@ static void eds_has_every_object_as_the_node_serves_it(void **state) {
     }
 }
 
-static void eds_has_nothing_that_the_node_does_not_serve(void **state) {
-    (void)state;
+static void has_nothing_else(const char *eds, const struct can_dictionary *d) {
     int objects = 0;
-    for (const char *at = text_of("config/hexid_node.eds"); (at = strstr(at, "\n[")); at++) {
+    for (const char *at = eds; (at = strstr(at, "\n[")); at++) {
         unsigned index, sub = 0;
         char close;
         if (sscanf(at, "\n[%4x%c", &index, &close) != 2 || (close != ']' && sscanf(at, "\n[%4xsub%x]", &index, &sub) != 2)) continue;
-        assert_true(can_object_find((uint16_t)index, (uint8_t)sub) >= 0);
-        if (close != ']' || alone(&can_objects[can_object_find((uint16_t)index, 0)])) objects++;
+        assert_true(can_object_find(d, (uint16_t)index, (uint8_t)sub) >= 0);
+        if (close != ']' || alone(d, &d->object[can_object_find(d, (uint16_t)index, 0)])) objects++;
     }
-    assert_int_equal(objects, CAN_OBJECTS);
+    assert_int_equal(objects, d->count);
 }
 
 /* The lists of objects, and each record's number of sub-objects. */
-static void eds_lists_every_index_once(void **state) {
+static void lists_every_index_once(const char *eds, const struct can_dictionary *d) {
     static const char *const lists[] = {"MandatoryObjects", "OptionalObjects", "ManufacturerObjects"};
-    const char *eds = text_of("config/hexid_node.eds");
     int listed = 0, indices = 0;
-    (void)state;
     for (unsigned k = 0; k < 3; k++) {
         int count = atoi(entry(eds, lists[k], "SupportedObjects"));
         for (int i = 1; i <= count; i++, listed++) {
             char number[12];
             snprintf(number, sizeof number, "%d", i);
-            assert_true(can_object_find((uint16_t)strtoul(entry(eds, lists[k], number), NULL, 0), 0) >= 0);
+            assert_true(can_object_find(d, (uint16_t)strtoul(entry(eds, lists[k], number), NULL, 0), 0) >= 0);
         }
     }
-    for (int i = 0; i < CAN_OBJECTS; i++) {
-        const struct can_object *o = &can_objects[i];
+    for (int i = 0; i < d->count; i++) {
+        const struct can_object *o = &d->object[i];
         char section[8];
         int subs = 0;
         if (o->sub) continue;
         indices++;
-        for (int k = i; k < CAN_OBJECTS && can_objects[k].index == o->index; k++) subs++;
+        for (int k = i; k < d->count && d->object[k].index == o->index; k++) subs++;
         snprintf(section, sizeof section, "%04X", o->index);
-        if (!alone(o)) assert_int_equal(atoi(entry(eds, section, "SubNumber")), subs);
+        if (!alone(d, o)) assert_int_equal(atoi(entry(eds, section, "SubNumber")), subs);
     }
     assert_int_equal(listed, indices);
+}
+
+static void every_eds_has_every_object_as_the_node_serves_it(void **state) {
+    (void)state;
+    for (int i = 0; i < FILES; i++) has_every_object(text_of(files[i].path), files[i].dictionary);
+}
+
+static void no_eds_has_what_its_node_does_not_serve(void **state) {
+    (void)state;
+    for (int i = 0; i < FILES; i++) has_nothing_else(text_of(files[i].path), files[i].dictionary);
+}
+
+static void every_eds_lists_every_index_once(void **state) {
+    (void)state;
+    for (int i = 0; i < FILES; i++) lists_every_index_once(text_of(files[i].path), files[i].dictionary);
 }
 
 struct signal {
@@ -122,8 +141,8 @@ static struct signal signal_find(const char *dbc, const char *name) {
 static double decode(const struct signal *s, const struct can_frame *f) {
     assert_int_equal(f->can_id, s->cob);
     assert_int_equal(f->len, s->length);
-    assert_int_equal(s->start % 8, 0);
-    uint32_t raw = can_get(f->data + s->start / 8, (int)(s->bits + 7) / 8) & (uint32_t)((1ull << s->bits) - 1);
+    assert_true(s->start % 8 + s->bits <= 8 || s->start % 8 == 0);
+    uint32_t raw = can_get(f->data + s->start / 8, (int)(s->bits + 7) / 8) >> s->start % 8 & (uint32_t)((1ull << s->bits) - 1);
     if (s->sign == '-' && raw >> (s->bits - 1)) return ((double)raw - (double)(1ull << s->bits)) * s->factor;
     return raw * s->factor;
 }
@@ -154,6 +173,22 @@ static void dbc_decodes_what_the_codec_encodes(void **state) {
     }
 }
 
+static void dbc_decodes_inputs_and_outputs(void **state) {
+    static const char *const inputs[INPUTS] = {"emergency_stop", "enable", "door", "pressure"};
+    const char *dbc = text_of("config/hexid.dbc");
+    (void)state;
+    for (int i = 0; i < 256; i++) {
+        struct can_tpdo t = {.inputs = (uint8_t)i};
+        struct can_frame in = can_frame_tpdo(CAN_IO, &t), out = can_frame_outputs((uint8_t)i);
+        for (int k = 0; k < INPUTS; k++) {
+            struct signal s = signal_find(dbc, inputs[k]);
+            assert_true(decode(&s, &in) == (double)(i >> k & 1));
+        }
+        struct signal s = signal_find(dbc, "supply");
+        assert_true(decode(&s, &out) == (double)(i & OUTPUT_SUPPLY));
+    }
+}
+
 static void dbc_decodes_heartbeats_emergencies_and_nmt(void **state) {
     const char *dbc = text_of("config/hexid.dbc");
     char name[40];
@@ -175,10 +210,11 @@ static void dbc_decodes_heartbeats_emergencies_and_nmt(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(eds_has_every_object_as_the_node_serves_it),
-        cmocka_unit_test(eds_has_nothing_that_the_node_does_not_serve),
-        cmocka_unit_test(eds_lists_every_index_once),
+        cmocka_unit_test(every_eds_has_every_object_as_the_node_serves_it),
+        cmocka_unit_test(no_eds_has_what_its_node_does_not_serve),
+        cmocka_unit_test(every_eds_lists_every_index_once),
         cmocka_unit_test(dbc_decodes_what_the_codec_encodes),
+        cmocka_unit_test(dbc_decodes_inputs_and_outputs),
         cmocka_unit_test(dbc_decodes_heartbeats_emergencies_and_nmt),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -31,12 +31,7 @@ int __wrap_can_socket_open(struct can_socket *s, const char *interface, const st
     return s->fd >= 0 ? STATUS_OK : STATUS_IO;
 }
 
-enum { THEIRS, OURS, LATE_NODE = 3, LATE_MAX = 64 };
-
-struct late {
-    struct can_frame frame;
-    int64_t due_ns;
-};
+enum { THEIRS, OURS };
 
 struct world {
     struct params params;
@@ -46,66 +41,33 @@ struct world {
     pthread_t bus_thread, device_thread;
     pthread_mutex_t bus; /* held by the test: the bus stands still, */
     bool still;          /* and that it does */
-    sem_t answered;      /* six TPDOs since the last SYNC */
-    unsigned syncs;      /* carried */
+    sem_t answered;      /* all TPDOs since the last SYNC */
     int64_t written_ns;
-    _Atomic bool stamping;  /* a TPDO's P1 is the number of the SYNC it answers, */
-    _Atomic int64_t late_ns;/* and LATE_NODE's are on their way for so long */
-    struct late late[LATE_MAX];
-    int late_count;
-    _Atomic int64_t stalled_ns; /* when a thread of this test last found that the host had held it up */
+    bool supply;         /* the charge pump's level */
     _Atomic bool bus_stop, device_stop;
 };
 
 static bool take(int fd, struct can_frame *f) { return recv(fd, f, sizeof *f, MSG_DONTWAIT) == (ssize_t)sizeof *f; }
 static void give(int fd, const struct can_frame *f) { assert_int_equal(send(fd, f, sizeof *f, 0), sizeof *f); }
 
-/* A line that takes its time and keeps the order. */
-static void put_off(struct world *w, const struct can_frame *f) {
-    if (w->late_count == LATE_MAX) return;
-    w->late[w->late_count++] = (struct late){.frame = *f, .due_ns = device_now_ns() + atomic_load(&w->late_ns)};
-}
-
-static void hand_in(struct world *w) {
-    int due = 0;
-    while (due < w->late_count && w->late[due].due_ns <= device_now_ns()) give(w->daemon[OURS], &w->late[due++].frame);
-    w->late_count -= due;
-    memmove(w->late, w->late + due, (size_t)w->late_count * sizeof *w->late);
-}
-
 /* To the plant, and SYNC back to its sender first, as a controller does; everything of the plant's to the daemon. */
 static void carry(struct world *w, int *answers) {
     struct can_frame f;
     while (take(w->daemon[OURS], &f)) {
-        if (f.can_id == COB_SYNC) *answers = 0, w->syncs++, give(w->daemon[OURS], &f);
+        if (f.can_id == COB_SYNC) *answers = 0, give(w->daemon[OURS], &f);
         give(w->plant[OURS], &f);
     }
     while (take(w->plant[OURS], &f)) {
         int node = can_frame_node(&f, COB_TPDO);
-        if (node && atomic_load(&w->stamping)) can_put(f.data + 4, 2, w->syncs % 1000);
-        if (node == LATE_NODE && atomic_load(&w->late_ns)) put_off(w, &f);
-        else give(w->daemon[OURS], &f);
+        give(w->daemon[OURS], &f);
         if (node && ++*answers == CAN_NODES) sem_post(&w->answered);
     }
-    hand_in(w);
-}
-
-/* Readings that a host held up for more than two cycles may be of another instant: nothing on the bus tells. */
-static void note_stall(struct world *w, int64_t since_ns) {
-    int64_t now_ns = device_now_ns();
-    if (now_ns - since_ns > ns_from_seconds(w->params.loop.period_s)) atomic_store(&w->stalled_ns, now_ns);
-}
-static bool stalled_lately(const struct world *w) {
-    return device_now_ns() - atomic_load(&w->stalled_ns) < 20 * ns_from_seconds(w->params.loop.period_s);
 }
 
 static void *bus_run(void *argument) {
     struct world *w = argument;
     int answers = 0;
-    int64_t before_ns = device_now_ns();
     while (!atomic_load(&w->bus_stop)) {
-        note_stall(w, before_ns + NS_PER_S / 1000); /* poll's own */
-        before_ns = device_now_ns();
         struct pollfd p[] = {{.fd = w->daemon[OURS], .events = POLLIN}, {.fd = w->plant[OURS], .events = POLLIN}};
         poll(p, 2, 1);
         pthread_mutex_lock(&w->bus);
@@ -185,7 +147,9 @@ static struct hal_sample read_now(struct world *w, int status) {
 }
 
 static int write_all(struct world *w, double valve) {
-    return hal_can.write(w->hal, &(struct hal_command){.valve = {valve, valve, valve, valve, valve, valve}, .enable = true});
+    struct hal_command command = {.enable = true, .supply = w->supply = !w->supply};
+    for (int i = 0; i < LEGS; i++) command.valve[i] = valve;
+    return hal_can.write(w->hal, &command);
 }
 
 /* False when no answer comes: a cycle that waits for a TPDO asks for none. */
@@ -228,12 +192,21 @@ static void recovers(struct world *w) {
     for (int i = 0; cycle(w, 0.0).flags & (SAMPLE_INVALID | SAMPLE_STALE); i++) assert_true(i < 100);
 }
 
+/* Pumps, or lets it be, until the pressure switch says so. */
+static struct hal_sample pump(struct world *w, bool on) {
+    struct hal_sample s;
+    do {
+        s = cycle(w, 0.0);
+        w->supply ^= !on; /* write_all() changes it */
+    } while (!(s.inputs & INPUT_SUPPLY) == on);
+    return s;
+}
+
 /* Claims. */
 
 static void commands_through_the_whole_back_end_move_the_legs_behind_the_whole_device(void **state) {
     struct world *w = *state;
-    cycle(w, 0.0);
-    struct hal_sample before = cycle(w, 0.0), s = before;
+    struct hal_sample before = pump(w, true), s = before;
     for (int i = 0; i < 50; i++) {
         uint64_t seq = s.device_seq;
         s = cycle(w, 0.5);
@@ -243,35 +216,22 @@ static void commands_through_the_whole_back_end_move_the_legs_behind_the_whole_d
     for (int i = 0; i < LEGS; i++) assert_below(before.length_m[i] + 0.001, s.length_m[i]);
 }
 
-/* Cycles of the loop, on time or not: no answer is waited for. The samples that nothing is said against; all their legs are of one SYNC. */
-static int unflagged(struct world *w, int cycles) {
-    int count = 0;
-    for (int i = 0; i < cycles; i++) {
-        while (device_now_ns() - w->written_ns < ns_from_seconds(w->params.loop.period_s)) sched_yield();
-        note_stall(w, w->written_ns + ns_from_seconds(w->params.loop.period_s));
-        w->written_ns = device_now_ns();
-        struct hal_sample s = read_now(w, 0);
-        write_all(w, 0.1);
-        if (s.flags || stalled_lately(w)) continue;
-        count++;
-        for (int leg = 0; leg < LEGS; leg++) assert_true(s.p1_pa[leg] == s.p1_pa[0]);
-    }
-    return count;
-}
-
-static void a_leg_whose_readings_come_a_cycle_late_is_not_mixed_with_the_others(void **state) {
+static void the_supply_is_there_while_its_output_changes_and_the_inputs_say_so(void **state) {
     struct world *w = *state;
-    for (int i = 0; i < 5; i++) cycle(w, 0.1);
-    atomic_store(&w->stamping, true);
-    cycle(w, 0.1); /* its sample is from before the stamps */
-    for (int tries = 0; unflagged(w, 50) == 0; tries++) assert_true(tries < 100);
-    atomic_store(&w->late_ns, ns_from_seconds(w->params.loop.period_s));
-    unflagged(w, 500);
-    atomic_store(&w->late_ns, 0);
-    for (int tries = 0; unflagged(w, 50) == 0; tries++) assert_true(tries < 100);
+    assert_int_equal(cycle(w, 0.0).inputs, 0); /* nothing was latched before */
+    assert_int_equal(cycle(w, 0.0).inputs, INPUTS_ALL & ~INPUT_SUPPLY);
+    assert_int_equal(pump(w, true).inputs, INPUTS_ALL);
+    assert_int_equal(pump(w, false).inputs, INPUTS_ALL & ~INPUT_SUPPLY);
+    assert_int_equal(pump(w, true).inputs, INPUTS_ALL);
+    struct hal_sample s;
+    do { /* as the loop does on a fault */
+        s = read_now(w, 0);
+        hal_can.safe(w->hal);
+        answered(w);
+    } while (s.inputs & INPUT_SUPPLY);
+    assert_int_equal(s.inputs, INPUTS_ALL & ~INPUT_SUPPLY);
 }
 
-/* As the loop does it: what cannot be written is followed by the centre, and from then on by the centre only. */
 static void a_bus_that_stands_still_is_given_three_cycles_and_then_the_centre_only(void **state) {
     struct world *w = *state;
     struct can_frame queued[64];
@@ -292,7 +252,7 @@ static void a_bus_that_stands_still_is_given_three_cycles_and_then_the_centre_on
     int count = frames_in_queue(w, queued, 64);
     assert_true(count < 64);
     for (int i = 0; i < count; i++) {
-        bool rpdo = (queued[i].can_id & COB_FUNCTION) == COB_RPDO;
+        bool rpdo = (queued[i].can_id & COB_FUNCTION) == COB_RPDO && queued[i].can_id != COB_RPDO + CAN_IO;
         syncs += queued[i].can_id == COB_SYNC;
         for (int k = 0; rpdo && k < CAN_GROUP_NODES; k++) assert_true((can_get(queued[i].data + 2 * k, 2) == 0) == (syncs >= written));
     }
@@ -382,7 +342,7 @@ static void a_watchdog_longer_than_a_node_takes_is_refused(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(commands_through_the_whole_back_end_move_the_legs_behind_the_whole_device, start, end),
-        cmocka_unit_test_setup_teardown(a_leg_whose_readings_come_a_cycle_late_is_not_mixed_with_the_others, start, end),
+        cmocka_unit_test_setup_teardown(the_supply_is_there_while_its_output_changes_and_the_inputs_say_so, start, end),
         cmocka_unit_test_setup_teardown(a_bus_that_stands_still_is_given_three_cycles_and_then_the_centre_only, start, end),
         cmocka_unit_test_setup_teardown(a_full_transmit_queue_fails_the_write_and_is_got_over, start, end),
         cmocka_unit_test_setup_teardown(bus_off_invalidates_samples_and_refuses_commands_until_the_bus_carries_again, start, end),

@@ -19,11 +19,11 @@ static int defaults(void **unused) {
     return 0;
 }
 
-static double volume1(double length_m) { return params.hydraulics.dead_volume_m3 + model.a1_m2 * (length_m - model.length_min_m); }
-static double volume2(double length_m) { return params.hydraulics.dead_volume_m3 + model.a2_m2 * (model.length_max_m - length_m); }
+static double volume1(double length_m) { return params.hydraulics.dead_volume_m3[0] + model.a1_m2 * (length_m - model.length_min_m); }
+static double volume2(double length_m) { return params.hydraulics.dead_volume_m3[0] + model.a2_m2 * (model.length_max_m - length_m); }
 
 /* Flow into a chamber, from its pressure rate. */
-static double flow(double pressure_rate, double volume_m3) { return pressure_rate * volume_m3 / params.hydraulics.bulk_modulus_pa; }
+static double flow(double pressure_rate, double volume_m3) { return pressure_rate * volume_m3 / params.hydraulics.bulk_modulus_pa[0]; }
 
 static struct cylinder_state derivative(const struct cylinder_state *s, double length_m, double rate_mps, double valve) {
     struct mains mains = cylinder_mains(&model);
@@ -88,8 +88,8 @@ static void rated_drop_gives_rated_flow_either_way(void **unused) {
     for (int sign = -1; sign <= 1; sign += 2) {
         struct cylinder_state s = {.p1_pa = half, .p2_pa = half, .spool = sign};
         struct cylinder_state rate = derivative(&s, MID_M, 0.0, sign);
-        assert_close(flow(rate.p1_pa, volume1(MID_M)), sign * h->valve_flow_m3_per_s, 1e-15);
-        assert_close(flow(rate.p2_pa, volume2(MID_M)), -sign * h->valve_flow_m3_per_s, 1e-15);
+        assert_close(flow(rate.p1_pa, volume1(MID_M)), sign * h->valve_flow_m3_per_s[0], 1e-15);
+        assert_close(flow(rate.p2_pa, volume2(MID_M)), -sign * h->valve_flow_m3_per_s[0], 1e-15);
     }
 }
 
@@ -99,7 +99,7 @@ static void flow_follows_the_root_exactly_down_to_10_kpa(void **unused) {
     for (double drop = 1.0001e4; drop < 9e6; drop *= 1.7) {
         struct cylinder_state s = {.p1_pa = h->supply_pa - drop, .p2_pa = h->supply_pa - drop, .spool = 0.1};
         double q = flow(derivative(&s, MID_M, 0.0, 0.1).p1_pa, volume1(MID_M));
-        assert_close(q / (0.1 * h->valve_flow_m3_per_s * sqrt(drop / h->valve_drop_pa)), 1.0, 1e-9); /* rounding of supply - drop */
+        assert_close(q / (0.1 * h->valve_flow_m3_per_s[0] * sqrt(drop / h->valve_drop_pa)), 1.0, 1e-9); /* rounding of supply - drop */
     }
 }
 
@@ -135,7 +135,7 @@ static void leakage_takes_from_one_chamber_what_it_gives_the_other(void **unused
     (void)unused;
     struct cylinder_state s = {.p1_pa = 7e6, .p2_pa = 4e6};
     struct cylinder_state rate = derivative(&s, MID_M, 0.0, 0.0);
-    double leakage = params.hydraulics.leakage_m3_per_s_pa * 3e6;
+    double leakage = params.hydraulics.leakage_m3_per_s_pa[0] * 3e6;
     assert_close(flow(rate.p1_pa, volume1(MID_M)), -leakage, 1e-15);
     assert_close(flow(rate.p2_pa, volume2(MID_M)), leakage, 1e-15);
 }

@@ -7,6 +7,13 @@
 static const double out_of_rest[LEGS] = {0.5, 0.5, 0.5, 0.5, 0.5, 0.5}, centre[LEGS] = {0};
 static const int64_t start_ns = 1000 * NS_PER_S, period_ns = 2000000;
 
+/* The charge pump changes from period to period. */
+static void live(struct device *d, const double valve[LEGS], int64_t now_ns) {
+    struct hal_command command = {.enable = true, .supply = (now_ns + period_ns / 2) / period_ns % 2};
+    memcpy(command.valve, valve, sizeof command.valve);
+    device_live(d, &command, now_ns);
+}
+
 static struct device *make(struct params *p) {
     struct error error;
     config_default(p);
@@ -26,7 +33,7 @@ static double leg(struct device *d, int64_t now_ns) {
 /* Extends for half a second; returns when the next latch is due. */
 static int64_t extend(struct device *d) {
     int64_t now_ns = start_ns;
-    for (int i = 0; i < 250; i++) device_live(d, out_of_rest, now_ns), now_ns += period_ns;
+    for (int i = 0; i < 250; i++) live(d, out_of_rest, now_ns), now_ns += period_ns;
     return now_ns;
 }
 
@@ -39,13 +46,13 @@ static void a_request_that_comes_twice_reads_the_same_and_takes_no_time(void **s
     int64_t now_ns = extend(d);
     extend(once);
     assert_true(device_latch(d, now_ns, &first));
-    device_live(d, out_of_rest, now_ns);
+    live(d, out_of_rest, now_ns);
     assert_false(device_latch(d, now_ns + period_ns / 5, &again));
     assert_memory_equal(&first, &again, sizeof first);
-    device_live(d, centre, now_ns + period_ns / 5);
+    live(d, centre, now_ns + period_ns / 5);
     assert_true(device_latch(d, now_ns + period_ns, &again));
     p.sensors.enabled = false;
-    device_live(once, out_of_rest, now_ns);
+    live(once, out_of_rest, now_ns);
     double moved = leg(once, now_ns + period_ns);
     assert_true(leg(d, now_ns + period_ns) == moved);
     /* The command of the second is in force from the next period on. */
@@ -61,9 +68,9 @@ static void commands_move_the_legs_and_the_centre_holds_them(void **state) {
     double rest = leg(d, start_ns);
     int64_t now_ns = extend(d);
     assert_true(leg(d, now_ns) > rest + 0.05);
-    for (int i = 0; i < 100; i++) device_live(d, centre, now_ns), now_ns += period_ns;
+    for (int i = 0; i < 100; i++) live(d, centre, now_ns), now_ns += period_ns;
     double held = leg(d, now_ns);
-    for (int i = 0; i < 50; i++) device_live(d, centre, now_ns), now_ns += period_ns;
+    for (int i = 0; i < 50; i++) live(d, centre, now_ns), now_ns += period_ns;
     /* Oil is trapped: what leaks across the piston shifts pressures; the rest is the swing dying out. */
     assert_close(leg(d, now_ns), held, 1e-3);
     device_destroy(d);
@@ -72,8 +79,8 @@ static void commands_move_the_legs_and_the_centre_holds_them(void **state) {
 /* The readings are those of a request in time. */
 static void request_both(struct device *d, int64_t came_ns, struct device *in_time, int64_t due_ns, const double valve[LEGS]) {
     assert_true(leg(d, came_ns) == leg(in_time, due_ns));
-    device_live(d, valve, came_ns);
-    device_live(in_time, valve, due_ns);
+    live(d, valve, came_ns);
+    live(in_time, valve, due_ns);
 }
 
 /* Less than half a period, either way: the readings are those of requests in time. */
@@ -118,7 +125,7 @@ static void requests_left_out_do_not_hold_the_machine_up(void **state) {
             int64_t now_ns = extend(d), came_ns = now_ns + left_out * period_ns;
             extend(in_time);
             for (int64_t ns = now_ns; ticked && ns < came_ns; ns += NS_PER_S / 1000) device_tick(d, ns);
-            for (; now_ns < came_ns; now_ns += period_ns) device_live(in_time, out_of_rest, now_ns);
+            for (; now_ns < came_ns; now_ns += period_ns) live(in_time, out_of_rest, now_ns);
             assert_true(leg(d, came_ns) == leg(in_time, came_ns));
             device_destroy(in_time);
             device_destroy(d);
@@ -178,7 +185,7 @@ static void a_stopped_process_does_not_catch_up(void **state) {
     int64_t now_ns = extend(d), later_ns = now_ns + 3600 * NS_PER_S;
     extend(one);
     assert_true(device_tick(d, later_ns));
-    device_live(one, centre, now_ns);
+    live(one, centre, now_ns);
     assert_true(leg(d, later_ns) == leg(one, now_ns + period_ns));
     device_destroy(one);
     device_destroy(d);
@@ -193,7 +200,7 @@ static void a_longer_watchdog_counts_from_the_next_command_on(void **state) {
     assert_true(device_tick(d, now_ns));
     device_set_watchdog(d, 2.0);
     assert_true(device_tick(d, now_ns + 1));
-    device_live(d, centre, now_ns += period_ns);
+    live(d, centre, now_ns += period_ns);
     assert_false(device_tick(d, now_ns + NS_PER_S));
     device_destroy(d);
 }
@@ -206,7 +213,7 @@ static void a_valve_that_a_node_centres_does_not_wait_for_a_command(void **state
     extend(commanded);
     device_valves(d, centre);
     device_tick(d, now_ns + period_ns);
-    device_live(commanded, centre, now_ns);
+    live(commanded, centre, now_ns);
     assert_true(leg(d, now_ns + period_ns) == leg(commanded, now_ns + period_ns));
     device_destroy(commanded);
     device_destroy(d);

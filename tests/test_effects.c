@@ -6,6 +6,7 @@
 #include "cylinder.h"
 #include "effect.h"
 #include "plant.h"
+#include "rigid.h"
 #include "valve_line.h"
 
 static int key_count(const struct effect *e) {
@@ -187,7 +188,7 @@ static void coulomb_friction_knows_its_direction_and_no_speed(void **unused) {
     struct params params = with("cylinder_coulomb_friction", (const double[]){300.0, 100.0});
     struct cylinder_model m;
     struct cylinder_state s = {0};
-    params.hydraulics.viscous_n_s_per_m = 0.0;
+    params.hydraulics.viscous_n_s_per_m[0] = 0.0;
     cylinder_model_init(&m, &params);
     for (double speed = 0.0; speed < 1.0; speed += 0.3) {
         assert_true(cylinder_friction(&m, 0, &s, 1, speed).dry == 300.0 && cylinder_friction(&m, 0, &s, -1, speed).dry == 100.0);
@@ -201,7 +202,7 @@ static void viscous_friction_adds_to_the_base_by_direction(void **unused) {
     struct cylinder_model m;
     struct cylinder_state s = {0};
     cylinder_model_init(&m, &params);
-    double base = params.hydraulics.viscous_n_s_per_m;
+    double base = params.hydraulics.viscous_n_s_per_m[3];
     assert_close(cylinder_friction(&m, 3, &s, 1, 0.2).viscous, (base + 500.0) * 0.2, 1e-12);
     assert_close(cylinder_friction(&m, 3, &s, -1, 0.2).viscous, (base + 1500.0) * 0.2, 1e-12);
 }
@@ -214,6 +215,69 @@ static void joint_friction_has_both_parts(void **unused) {
     struct friction f = machine_joint_friction(&m, 2, 0.1);
     assert_close(f.dry, 5.0, 1e-15);
     assert_close(f.viscous, 2.0, 1e-15);
+}
+
+/* What a model says of the same pose and motion. */
+static void bodies(const struct params *params, double mass[DOFS][DOFS], double load[DOFS]) {
+    struct rigid_model m;
+    struct rigid_state s;
+    struct rigid_legs legs;
+    rigid_model_init(&m, params);
+    rigid_rest(&s, (const double[DOFS]){0.02, -0.03, 0.05, 0.06, -0.04, 0.1});
+    memcpy(s.twist, (const double[DOFS]){0.3, -0.2, 0.4, 0.5, -0.6, 0.7}, sizeof s.twist);
+    rigid_legs(&m, &s, &legs);
+    rigid_dynamics(&m, &s, &legs, mass, load);
+}
+
+static void heavier_actuators_move_and_weigh_as_the_configurations_would(void **unused) {
+    (void)unused;
+    struct params effect = with("actuator_inertia", (const double[]){4.0, 13.0, 1.5}), heavier;
+    double mass[2][DOFS][DOFS], load[2][DOFS];
+    config_default(&heavier);
+    heavier.actuator.upper_mass_kg += 4.0, heavier.actuator.lower_mass_kg += 13.0, heavier.actuator.lower_inertia_kg_m2 += 1.5;
+    bodies(&effect, mass[0], load[0]);
+    bodies(&heavier, mass[1], load[1]);
+    for (int i = 0; i < DOFS; i++) {
+        assert_close(load[0][i], load[1][i], 1e-9);
+        for (int j = 0; j <= i; j++) assert_close(mass[0][i][j], mass[1][i][j], 1e-9);
+    }
+}
+
+static void a_length_sensor_is_right_at_its_zero(void **unused) {
+    (void)unused;
+    struct params params = with("position_sensor_scale", (const double[]){1.05, 0.2});
+    struct machine m;
+    machine_init(&m, &params);
+    for (int k = 0; k < LEGS; k++) {
+        double zero_m = m.neutral_length_m + 0.2, scale = m.length[k].scale, offset = m.length[k].offset;
+        assert_close(scale * zero_m + offset, zero_m, 1e-12);
+        assert_close(scale * (zero_m + 0.1) + offset, zero_m + 0.105, 1e-12);
+    }
+}
+
+static void legs_differ_where_the_configuration_says_so(void **unused) {
+    (void)unused;
+    struct params params;
+    struct cylinder_model m;
+    struct cylinder_state s = {.p1_pa = 5e6, .p2_pa = 5e6, .spool = 0.5};
+    config_default(&params);
+    params.hydraulics.viscous_n_s_per_m[4] = 2500.0;
+    params.hydraulics.valve_flow_m3_per_s[4] *= 2.0;
+    params.hydraulics.bulk_modulus_pa[5] *= 0.5;
+    params.hydraulics.dead_volume_m3[2] *= 3.0;
+    params.hydraulics.leakage_m3_per_s_pa[1] = 0.0;
+    cylinder_model_init(&m, &params);
+    struct mains mains = cylinder_mains(&m);
+    double length_m = m.machine.neutral_length_m, rate[LEGS], leaking[LEGS];
+    for (int k = 0; k < LEGS; k++) rate[k] = cylinder_derivative(&m, k, &mains, &s, s.spool, length_m, 0.0, 0.5).p1_pa;
+    s = (struct cylinder_state){.p1_pa = 6e6, .p2_pa = 4e6};
+    for (int k = 0; k < LEGS; k++) leaking[k] = cylinder_derivative(&m, k, &mains, &s, 0.0, length_m, 0.0, 0.0).p1_pa;
+    assert_close(cylinder_friction(&m, 4, &s, 1, 0.1).viscous, 250.0, 1e-9);
+    assert_close(cylinder_friction(&m, 3, &s, 1, 0.1).viscous, 200.0, 1e-9);
+    assert_close(rate[4] / rate[0], 2.0, 1e-9);
+    assert_close(rate[5] / rate[0], 0.5, 1e-9);
+    assert_true(rate[2] < 0.95 * rate[0] && rate[3] == rate[0] && rate[1] == rate[0]);
+    assert_true(leaking[1] == 0.0 && leaking[0] < 0.0);
 }
 
 static void an_effect_that_is_off_does_nothing(void **unused) {
@@ -250,6 +314,9 @@ int main(void) {
         cmocka_unit_test(coulomb_friction_knows_its_direction_and_no_speed),
         cmocka_unit_test(viscous_friction_adds_to_the_base_by_direction),
         cmocka_unit_test(joint_friction_has_both_parts),
+        cmocka_unit_test(heavier_actuators_move_and_weigh_as_the_configurations_would),
+        cmocka_unit_test(a_length_sensor_is_right_at_its_zero),
+        cmocka_unit_test(legs_differ_where_the_configuration_says_so),
         cmocka_unit_test(an_effect_that_is_off_does_nothing),
         cmocka_unit_test(one_leg_alone_can_have_friction),
     };

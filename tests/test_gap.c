@@ -71,9 +71,9 @@ static void recordings_that_lie_are_refused_by_what_they_are(void **state) {
         assert_refused(&r, lies[n].says);
         for (int i = 0; i < r.tests; i++) free(r.test[i].sample), r.test[i].sample = kept[i];
     }
-    for (int i = 0; i < r.tests; i++) r.test[i].frequency_hz = 5.0;
+    for (int i = 0; i < r.tests; i++) r.test[i].frequency_hz = r.test[i].stated_hz = 5.0;
     assert_refused(&r, "move at 4 Hz");
-    for (int i = 0; i < r.tests; i++) r.test[i].frequency_hz = 4.0, r.test[i].end = r.test[i].first + 500;
+    for (int i = 0; i < r.tests; i++) r.test[i].frequency_hz = r.test[i].stated_hz = 4.0, r.test[i].end = r.test[i].first + 500;
     assert_refused(&r, "too short");
     recording_free(&r);
 }
@@ -149,12 +149,32 @@ static void a_machine_like_the_model_has_no_gap(void **state) {
     struct params machine = params;
     static struct gap_result result;
     machine.payload.mass_kg *= 1.008; /* inside the tolerance: no finding */
-    machine.hydraulics.bulk_modulus_pa *= 0.96;
-    machine.hydraulics.leakage_m3_per_s_pa *= 1.04;
+    for (int k = 0; k < LEGS; k++) { /* no two valves, seals or volumes of oil are alike */
+        machine.hydraulics.bulk_modulus_pa[k] *= 0.96 + 0.003 * k;
+        machine.hydraulics.leakage_m3_per_s_pa[k] *= k % 2 ? 1.04 : 0.97;
+        machine.hydraulics.viscous_n_s_per_m[k] *= k < 3 ? 0.96 : 1.04;
+        machine.hydraulics.valve_flow_m3_per_s[k] *= k % 3 ? 1.03 : 0.96;
+        machine.hydraulics.dead_volume_m3[k] *= k % 2 ? 0.95 : 1.05;
+    }
     solve(&machine, &result);
     assert_int_equal(result.verdict, GAP_NO_GAP);
     assert_int_equal(result.effects, 0);
     for (int i = 0; i < result.candidates; i++) assert_below(result.candidate[i].gain, 18.0); /* half of what a name needs */
+}
+
+/* The base has each leg's null, too, in the same place: what is found is the effect's. */
+static void a_null_bias_of_all_legs_is_reported_as_it_is(void **state) {
+    (void)state;
+    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
+    struct params machine = params;
+    static struct gap_result result;
+    int effect = effect_find("valve_null_bias");
+    machine.effects[effect].on = true;
+    for (int k = 0; k < LEGS; k++) machine.effects[effect].value[0][k] = 0.02;
+    solve(&machine, &result);
+    assert_int_equal(result.effects, 1);
+    assert_int_equal(result.effect[0].effect, effect);
+    for (int k = 0; k < LEGS; k++) assert_close(result.effect[0].values.value[0][k], 0.02, 0.002);
 }
 
 /* Value, shrink and noise floor as gap.md asks for: 10 %, and 1.2 times the floor on held-out cycles. */
@@ -167,7 +187,7 @@ static void hidden_coulomb_friction_is_named_and_the_gap_closes(void **state) {
     machine.effects[effect].on = true;
     for (int k = 0; k < LEGS; k++) machine.effects[effect].value[0][k] = machine.effects[effect].value[1][k] = 60.0;
     machine.payload.mass_kg *= 0.993;
-    machine.hydraulics.valve_flow_m3_per_s *= 1.03;
+    for (int k = 0; k < LEGS; k++) machine.hydraulics.valve_flow_m3_per_s[k] *= k % 2 ? 1.03 : 0.97;
     solve(&machine, &result);
     assert_int_equal(result.verdict, GAP_EFFECT_NAMED);
     assert_int_equal(result.effects, 1);
@@ -216,6 +236,7 @@ int main(void) {
         cmocka_unit_test(residuals_of_the_right_model_vanish),
         cmocka_unit_test(a_sensors_scale_does_not_shrink_the_residuals),
         cmocka_unit_test(a_machine_like_the_model_has_no_gap),
+        cmocka_unit_test(a_null_bias_of_all_legs_is_reported_as_it_is),
         cmocka_unit_test(hidden_coulomb_friction_is_named_and_the_gap_closes),
         cmocka_unit_test(one_leg_with_friction_is_named_as_one_leg),
         cmocka_unit_test(another_controller_is_no_effect),

@@ -48,7 +48,7 @@ static void fill_result(struct gap_result *r) {
                                          .share = 0.1};
     size_of(&r->before, 0.3), size_of(&r->after, 0.11), size_of(&r->noise_floor, 0.1);
     size_of(&r->held_out_before, 0.31), size_of(&r->held_out_after, 0.12);
-    r->base[0] = (struct gap_base_value){"hydraulics.supply_pa", 1e7, 1.01e7, 2e4, false};
+    r->base[0] = (struct gap_base_value){"hydraulics.supply_pa", -1, 1e7, 1.01e7, 2e4, false};
     for (int i = 0; i < DOFS; i++)
         for (int j = 0; j < DOFS; j++) {
             r->measured_mt[i][j] = 10.0 * i + j + 1.0;

@@ -80,10 +80,10 @@ static int claim(struct rig *r, const struct modbus_peer *from, uint32_t token, 
 
 /* A cycle, as the daemon has it. */
 static int command(struct rig *r, const struct modbus_peer *from, uint32_t token, uint16_t number, double opening) {
-    const double valve[LEGS] = {opening, opening, opening, opening, opening, opening};
+    const struct hal_command sent = {.valve = {opening, opening, opening, opening, opening, opening}, .supply = number % 2};
     uint16_t written[MODBUS_WRITTEN];
     uint8_t request[10 + 2 * MODBUS_WRITTEN] = {FUNCTION_EXCHANGE};
-    modbus_put_command(&r->params, token, number, valve, written);
+    modbus_put_command(&r->params, token, number, &sent, written);
     put(request + 1, MODBUS_READ_FROM), put(request + 3, MODBUS_READ);
     put(request + 5, MODBUS_WRITE_FROM), put(request + 7, MODBUS_WRITTEN);
     request[9] = 2 * MODBUS_WRITTEN;

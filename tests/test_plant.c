@@ -80,7 +80,7 @@ static void placed_it_rests_on_its_pressures(void **unused) {
     (void)unused;
     struct params params = defaults();
     uint64_t seed = 1;
-    params.hydraulics.leakage_m3_per_s_pa = 0.0;
+    memset(params.hydraulics.leakage_m3_per_s_pa, 0, sizeof params.hydraulics.leakage_m3_per_s_pa);
     struct plant *plant = create(&params, 1);
     for (int n = 0; n < 20; n++) {
         double pose[DOFS];
@@ -146,7 +146,7 @@ static void at_rest_the_valve_feeds_the_leakage(void **unused) {
     cylinder_model_init(&m, &params);
     for (int k = 0; k < LEGS; k++) {
         double p1 = (goal.hydraulic_n[k] + m.a2_m2 * h->supply_pa) / (m.a1_m2 + m.a2_m2), p2 = h->supply_pa - p1;
-        double spool = -h->leakage_m3_per_s_pa * (p2 - p1) / (h->valve_flow_m3_per_s * sqrt(p1 / h->valve_drop_pa));
+        double spool = -h->leakage_m3_per_s_pa[k] * (p2 - p1) / (h->valve_flow_m3_per_s[k] * sqrt(p1 / h->valve_drop_pa));
         assert_close(now.length_m[k], goal.length_m[k], 1e-6);
         assert_close(now.p1_pa[k], p1, 1e-4 * p1);
         assert_close(now.spool[k], spool, 1e-4 * fabs(spool));

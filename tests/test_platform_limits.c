@@ -29,9 +29,10 @@ static void each_limit_trips_in_bad_cycles_and_holds_until_reset(void **unused) 
             if (rig.now.state != held[h])
                 fail_msg("%s in %s: tripped early (%s)", bad[b].what, state_names[held[h]], fault_name(rig.now.first_fault));
             rig_spoilt(&rig, bad[b].spoil, params.limits.bad_cycles - 1);
-            if (rig.now.state != STATE_FAULT) fail_msg("%s in %s: not tripped", bad[b].what, state_names[held[h]]);
+            if (!rig.now.faults) fail_msg("%s in %s: not tripped", bad[b].what, state_names[held[h]]);
             if (rig.now.first_fault != bad[b].headline)
                 fail_msg("%s: headline %s, not %s", bad[b].what, fault_name(rig.now.first_fault), fault_name(bad[b].headline));
+            rig_trip(&rig, bad[b].spoil);
             assert_stays_still_until_reset(&rig);
         }
     rig_bring(&rig, STATE_READY, 0); /* none the worse for it */
@@ -77,7 +78,7 @@ static void fewer_bad_samples_are_ridden_out_with_the_command_held(void **unused
                 struct hal_command kept = rig.now.out;
                 for (int n = 0; n < length; n++) {
                     rig_spoilt(&rig, bad[b].spoil, n);
-                    assert_memory_equal(kept.valve, rig.now.out.valve, sizeof kept.valve);
+                    if (!parks(bad[b].headline)) assert_memory_equal(kept.valve, rig.now.out.valve, sizeof kept.valve);
                     assert_true(rig.now.out.enable);
                     assert_true(rig.now.in.flags & (SAMPLE_INVALID | SAMPLE_IO)); /* the identifier leaves it out */
                 }
@@ -249,7 +250,8 @@ static void overrun_limit_in_a_row_trips_and_one_less_does_not(void **unused) {
     plant_destroy(rig.plant);
 }
 
-/* 50 ms without the loop, at the fastest the platform goes: the leg did not break its rate limit, the loop was away. */
+/* 16 ms without the loop, at the fastest the platform goes: the leg did not break its rate limit, the loop was away; and not for so long that
+ * the relay of the supply has opened. */
 static void a_missed_deadline_is_no_leg_rate_fault(void **unused) {
     (void)unused;
     struct params params = by_hand();
@@ -257,13 +259,13 @@ static void a_missed_deadline_is_no_leg_rate_fault(void **unused) {
     params.loop.overrun_limit = 100, params.limits.following_m = 0.05; /* or these would speak first */
     rig_init(&rig, &params);
     rig_bring(&rig, STATE_ENGAGING, 500); /* the middle of the move */
-    for (int n = 0; n < 25; n++) plant_step(rig.plant, rig.now.out.valve);
+    for (int n = 0; n < 8; n++) plant_step(rig.plant, rig.now.out.valve);
     struct hal_sample sample = {.flags = SAMPLE_OVERRUN};
     plant_measure(rig.plant, &sample);
     double moved = fabs(sample.length_m[0] - rig.platform.length_m[0]);
     assert_true(moved > 2 * params.limits.leg_rate_mps * params.loop.period_s); /* it is a jump for one period */
     for (int n = 0; n < 20; n++) {
-        sample.time_ns = (rig.cycles + 25) * PERIOD_NS;
+        sample.time_ns = (rig.cycles + 8) * PERIOD_NS;
         if (n > 0) sample.flags = 0, plant_measure(rig.plant, &sample);
         rig_given(&rig, &sample);
         assert_int_equal(rig.now.state, STATE_ENGAGING);

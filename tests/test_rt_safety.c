@@ -176,11 +176,11 @@ static int outcome(const struct run *run, bool system_calls_too) {
 static const struct run runs[] = {
     {ENGINE_ODE, false, CLOCK_VIRTUAL, 400, "sim:", NULL},
     {ENGINE_ODE, true, CLOCK_VIRTUAL, 400, "sim:", NULL},
-    {ENGINE_ODE, true, CLOCK_REAL, 80, "sim:", NULL},
+    {ENGINE_ODE, true, CLOCK_REAL, 450, "sim:", NULL},
     {ENGINE_CLOSED_FORM, false, CLOCK_VIRTUAL, 5000, "sim:", NULL}, /* the whole automatic run */
     {ENGINE_CLOSED_FORM, true, CLOCK_VIRTUAL, 2000, "sim:", NULL},
-    {ENGINE_CLOSED_FORM, false, CLOCK_REAL, 100, "sim:", NULL},
-    {ENGINE_CLOSED_FORM, false, CLOCK_PACED, 100, "sim:", NULL},
+    {ENGINE_CLOSED_FORM, false, CLOCK_REAL, 450, "sim:", NULL},
+    {ENGINE_CLOSED_FORM, false, CLOCK_PACED, 200, "sim:", NULL},
     {ENGINE_CLOSED_FORM, false, CLOCK_VIRTUAL, 2000, "fault:nan@0.5+0.004/2,drop@1+0.006,stale@2+1;sim:", NULL}, /* faults and after */
 };
 

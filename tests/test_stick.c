@@ -191,7 +191,7 @@ static void a_stuck_leg_carries_the_difference_of_pressure_and_load(void **unuse
     double hold[LEGS], start[LEGS];
     set_effect(&params, "cylinder_coulomb_friction", 0, 500.0);
     set_effect(&params, "cylinder_coulomb_friction", 1, 500.0);
-    params.hydraulics.leakage_m3_per_s_pa = 0.0; /* pressures stay */
+    memset(params.hydraulics.leakage_m3_per_s_pa, 0, sizeof params.hydraulics.leakage_m3_per_s_pa); /* pressures stay */
     struct plant *plant = plant_at(&params, (const double[DOFS]){0});
     holding_forces(&params, (const double[DOFS]){0}, hold);
     memcpy(start, truth_of(plant).length_m, sizeof start);

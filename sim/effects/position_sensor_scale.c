@@ -1,16 +1,21 @@
 #include "machine.h"
 
-enum { SCALE };
+enum { SCALE, ZERO };
 
 static void machine(const struct effect_values *v, struct machine *m) {
-    for (int leg = 0; leg < LEGS; leg++) m->length[leg].scale *= v->value[SCALE][leg];
+    for (int leg = 0; leg < LEGS; leg++) {
+        double scale = v->value[SCALE][leg];
+        m->length[leg].scale *= scale;
+        m->length[leg].offset += (1.0 - scale) * (m->neutral_length_m + v->value[ZERO][leg]);
+    }
 }
 
 const struct effect position_sensor_scale = {
     .name = "position_sensor_scale",
     .plain = "a scale error of the length sensors",
-    .law = "reading = scale times the joint-to-joint length",
+    .law = "reading = length + (scale - 1) (length - neutral length - zero): true where the leg is longer than at neutral by zero",
     .signature = "leg length: static and moving alike; forces as of another motion",
-    .keys = {[SCALE] = {.name = "scale", .unit = "-", .min = 0.9, .max = 1.1, .neutral = 1.0, .typical = 1.005, .per_leg = true}},
+    .keys = {[SCALE] = {.name = "scale", .unit = "-", .min = 0.8, .max = 1.2, .neutral = 1.0, .typical = 1.03, .per_leg = true},
+             [ZERO] = {.name = "zero_m", .unit = "m", .min = -5.0, .max = 5.0, .typical = -0.2, .per_leg = true}},
     .machine = machine,
 };

@@ -25,7 +25,9 @@ bool analysis_take(struct analysis *a, const struct cycle *c) {
     a->cycles++;
     count_missed(a, c);
     a->overruns += (c->in.flags & SAMPLE_OVERRUN) != 0;
-    if (c->wake_late_ns >= ns_from_seconds(a->params->loop.period_s)) a->stalls++, a->behind_ns += c->wake_late_ns;
+    int64_t period_ns = ns_from_seconds(a->params->loop.period_s), missed = c->wake_late_ns / period_ns;
+    a->stalls += missed > 0;
+    a->behind_ns += missed * period_ns;
     histogram_add(&a->wake, c->wake_late_ns);
     histogram_add(&a->exec, c->exec_ns);
     return ident_feed(&a->ident, c);

@@ -15,7 +15,7 @@ struct analysis {
     struct cycle last;
     int64_t cycles, overruns, lost; /* lost: gaps in seq */
     int64_t missed, longest_ns;     /* deadlines missed in a row up to the last cycle, and the longest delay among them */
-    int64_t stalls, behind_ns;      /* wake-ups a period or more late, and the sum of what they were late */
+    int64_t stalls, behind_ns;      /* wake-ups a period or more late, and the sum of the whole periods they were late: what a paced clock stretches */
 };
 
 int analysis_init(struct analysis *a, const struct params *params, struct error *error);

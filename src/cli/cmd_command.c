@@ -84,7 +84,7 @@ static int hold_lease(struct client *c, enum command command, const struct answe
         if (interrupted) return park(c, error);
         int status = ask(c, (struct operator_request){.token = granted->token, .renew = true}, &a, error);
         if (status) return status;
-        if (command == COMMAND_ENGAGE ? !supervisor_drives(a.state) : a.state != STATE_TESTING) break;
+        if (command == COMMAND_ENGAGE ? !supervisor_powers(a.state) : a.state != STATE_TESTING) break;
         if (a.outcome != OUTCOME_DONE) return error_set(error, STATUS_UNSAFE, "the lease is lost, the platform is %s: %s",
                                                         state_names[a.state], a.text);
     }

@@ -7,6 +7,7 @@
 #include "can_frames.h"
 #include "cli.h"
 #include "failure.h"
+#include "interlock.h"
 #include "kinematics.h"
 #include "modbus_map.h"
 
@@ -54,6 +55,12 @@ static bool check_blind_time(const struct params *params) {
     return say(blind.allowed, "blind time", detail);
 }
 
+static bool check_interlocks(const struct params *params) {
+    char detail[200];
+    interlock_describe(&params->interlocks, detail, sizeof detail);
+    return say(true, "interlocks", detail);
+}
+
 static bool check_can(const struct params *params) {
     char detail[120];
     struct can_load l = can_load(params);
@@ -90,6 +97,7 @@ int cmd_doctor(int argc, char **argv) {
     good &= check_kernel();
     good &= check_bus(&params);
     good &= check_blind_time(&params);
+    good &= check_interlocks(&params);
     good &= check_can(&params);
     good &= check_modbus(&params);
     good &= check_realtime(&params);

@@ -41,7 +41,7 @@ static void headline(const struct cycle *c) {
     static const char *const phases[] = {"", "settle", "ramp in", "evaluate", "ramp out"};
     char fault[FAULT_TEXT_SIZE];
     fault_describe(c->first_fault, c->faults, fault);
-    printf("%9.3f s  %-8s  %-5s %-8s  fault %s\n", seconds_from_ns(c->in.time_ns), state_names[c->state],
+    printf("%9.3f s  %-12s  %-5s %-8s  fault %s\n", seconds_from_ns(c->in.time_ns), state_names[c->state],
            c->dof < 0 ? "" : dof_names[c->dof], phases[c->phase], fault);
 }
 

@@ -13,6 +13,7 @@
 #include "confine.h"
 #include "crash.h"
 #include "host_lock.h"
+#include "interlock.h"
 #include "log.h"
 #include "messages.h"
 #include "operator.h"
@@ -218,6 +219,12 @@ static int finish(struct session *s, struct error *error) {
     return error->status;
 }
 
+/* SAFETY: what is not wired is somebody's decision, and is said. */
+static void warn_of_missing_inputs(struct session *s) {
+    char wiring[200];
+    if (!interlock_describe(&s->params.interlocks, wiring, sizeof wiring)) progress_say(&s->progress, "hexid: interlocks: %s\n", wiring);
+}
+
 /* SAFETY: what could not be confined is put down and ends: nobody has said that it may run so. */
 static int confine_all(struct session *s, struct error *error) {
     const struct confinement all = {.result = &s->options.json, .reconnects = s->hal->ops->reconnects};
@@ -234,7 +241,8 @@ static int run(struct session *s, struct error *error) {
         return error_set(error, STATUS_IO, "no pipe to the terminal: %s", strerror(errno));
     crash_guard(s->hal, &s->loop.abort);
     s->recorder = (struct recorder){.params = &s->params, .loop = &s->loop, .records = &s->ring, .log = s->log, .bus = s->bus,
-                                    .progress = &s->progress, .virtual_time = s->options.fast};
+                                    .progress = &s->progress};
+    warn_of_missing_inputs(s);
     int status = recorder_start(&s->recorder, s->config, error);
     if (status) return status;
     status = loop_start(&s->loop, realtime_of(s), error);

@@ -89,7 +89,7 @@ void operator_take(struct operator *o, const struct bus_message *message, int64_
 
 static void grant_lease(struct operator *o, int64_t now_ns) {
     if (!(o->params->lcm.lease_s > 0.0)) return;
-    if (!o->lease) o->lease = random_token(now_ns), o->driven = false;
+    if (!o->lease) o->lease = random_token(now_ns), o->powered = false;
     o->expired = false;
     o->lease_ns = now_ns;
 }
@@ -104,9 +104,9 @@ static void answer_waiting(struct operator *o, int64_t now_ns) {
     } else if (acted.request_id != o->waiting_request) {
         refuse(o, r, "another command came in between: ask again");
     } else if (!acted.taken && command_stops(r->command)) {
-        answer(o, r->id, OUTCOME_DONE, 0, supervisor_advice(acted.state, r->command)); /* it is as was asked for */
+        answer(o, r->id, OUTCOME_DONE, 0, supervisor_advice(acted.state, acted.wrong, r->command)); /* it is as was asked for */
     } else if (!acted.taken) {
-        refuse(o, r, supervisor_advice(acted.state, r->command));
+        refuse(o, r, supervisor_advice(acted.state, acted.wrong, r->command));
     } else {
         bool leased = r->command == COMMAND_ENGAGE || r->command == COMMAND_START;
         if (leased) grant_lease(o, now_ns);
@@ -119,11 +119,11 @@ static void answer_waiting(struct operator *o, int64_t now_ns) {
 static void watch_lease(struct operator *o, int64_t now_ns) {
     if (!o->lease) return;
     enum state state = loop_acted(o->loop).state;
-    bool drives = supervisor_drives(state);
-    o->driven |= drives;
-    if (!drives && (o->driven || now_ns - o->lease_ns > settle_ns)) {
+    bool powers = supervisor_powers(state);
+    o->powered |= powers;
+    if (!powers && (o->powered || now_ns - o->lease_ns > settle_ns)) {
         o->lease = 0;
-    } else if (drives && state != STATE_PARKING && now_ns - o->lease_ns > ns_from_seconds(o->params->lcm.lease_s)) {
+    } else if (powers && state != STATE_PARKING && now_ns - o->lease_ns > ns_from_seconds(o->params->lcm.lease_s)) {
         mailbox_post(&o->loop->requests, COMMAND_PARK); /* again, until it is seen */
         if (!o->expired) o->say(o->context, "the operator's lease has run out (lcm.lease_s): parking");
         o->expired = true;

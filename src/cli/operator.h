@@ -7,7 +7,7 @@
  *     token, the second brings it back: a replayed log, a message of another session and one that lay
  *     about somewhere have none, and no clocks are compared;
  *   - under a lease: engage and start are answered with another token, and when that has not come back in
- *     a `renew` for lcm.lease_s while valves are driven, the platform is parked.
+ *     a `renew` for lcm.lease_s while the supply is on, the platform is parked.
  * Every request with an id is answered with what became of it in the loop, once that is known. */
 #ifndef HEXID_OPERATOR_H
 #define HEXID_OPERATOR_H
@@ -25,7 +25,7 @@ struct operator {
     void *context;
     int64_t token, token_ns;     /* 0: none given; when it was given, CLOCK_MONOTONIC */
     int64_t lease, lease_ns;     /* 0: nobody holds one; when it was last renewed */
-    bool driven, expired;        /* valves were driven since the lease was given; it ran out, and that was said */
+    bool powered, expired;       /* the supply was on since the lease was given; it ran out, and that was said */
     struct operator_request waiting; /* its answer waits for the loop */
     uint32_t waiting_request;    /* its id in the mailbox, 0: nothing waits */
     int64_t waiting_ns;

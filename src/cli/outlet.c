@@ -8,9 +8,12 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "crash.h"
+
 enum { WHOLE = 4096 /* PIPE_BUF: written whole or not at all */, ROOM = 1 << 20, GIVE_UP_S = 1 };
 
 static void *copy(void *argument) {
+    crash_stack();
     struct outlet *o = argument;
     char text[WHOLE];
     ssize_t size;

@@ -50,12 +50,18 @@ void progress_state(struct progress *p, const struct cycle *c) {
     outlet_flush(&p->steps);
 }
 
+void progress_interlock(struct progress *p, const char *why) {
+    clear_line(p);
+    fprintf(p->out, "  cannot engage: %s\n", why);
+    outlet_flush(&p->steps);
+}
+
 void progress_fault(struct progress *p, const struct cycle *c, const char *cause, const char *remedy) {
     char text[FAULT_TEXT_SIZE];
     fault_describe(c->first_fault, c->faults, text);
     clear_line(p);
-    fprintf(p->out, "  FAULT %s at %.3f s: valves centred\n        %s\n        to do: %s\n", text, (double)c->in.time_ns * 1e-9, cause,
-            remedy);
+    fprintf(p->out, "  FAULT %s at %.3f s: %s\n        %s\n        to do: %s\n", text, (double)c->in.time_ns * 1e-9,
+            failure_of(c->first_fault)->platform, cause, remedy);
     outlet_flush(&p->steps);
 }
 

@@ -24,6 +24,8 @@ int progress_open(struct progress *p, const struct params *params, int to, bool 
 /* Waits for the terminal as outlet_close() does. */
 bool progress_close(struct progress *p);
 void progress_state(struct progress *p, const struct cycle *c);
+/* What stands in the way of `engage`. */
+void progress_interlock(struct progress *p, const char *why);
 /* cause and remedy: failure_explain(). */
 void progress_fault(struct progress *p, const struct cycle *c, const char *cause, const char *remedy);
 void progress_result(struct progress *p, const struct test_result *t);

@@ -1,12 +1,13 @@
 #include "recorder.h"
 
-#include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
+#include "crash.h"
 #include "failure.h"
+#include "interlock.h"
 #include "ident_messages.h"
 #include "messages.h"
 #include "units.h"
@@ -17,7 +18,9 @@ enum { MESSAGE_MAX = 16384, CONFIG_MAX = 1 << 18, POLL_NS = 2000000 };
 static void log_failed(struct recorder *r) { loop_quit(r->loop); }
 
 static void keep(struct recorder *r, const char *channel, const void *data, int size) {
-    int64_t utime_us = r->loop->clock.system_us + r->analysis.last.in.time_ns / NS_PER_US;
+    const struct clock *clock = &r->loop->clock;
+    int64_t stretched_ns = clock->kind == CLOCK_PACED ? r->analysis.behind_ns : 0; /* the log's clock is the wall's, cycles lost or not */
+    int64_t utime_us = clock->system_us + (r->analysis.last.in.time_ns + stretched_ns) / NS_PER_US;
     if (r->log && size >= 0 && !r->error.status && log_write(r->log, utime_us, channel, data, size, &r->error)) log_failed(r);
 }
 
@@ -49,6 +52,18 @@ static void fault(struct recorder *r) {
     progress_fault(r->progress, &a->last, cause, remedy);
 }
 
+/* What stands in the way of `engage`; where the inputs are not known, it is as it was. Pressure has a second to go after the supply. */
+static void interlocks(struct recorder *r, const struct cycle *c) {
+    r->settled_cycles = c->state == STATE_SETTLED ? r->settled_cycles + 1 : 0;
+    if (!r->settled_cycles || c->in.flags & (SAMPLE_IO | SAMPLE_INVALID)) return;
+    uint32_t wrong = interlock_wrong(&r->params->interlocks, false, c->in.inputs);
+    if (r->settled_cycles < r->statistics_cycles) wrong &= ~(uint32_t)INPUT_LINGERS;
+    if (wrong == r->interlocks_wrong) return;
+    r->interlocks_wrong = wrong;
+    event(r, "interlock", wrong ? interlock_why(wrong) : "all closed");
+    if (wrong) progress_interlock(r->progress, interlock_why(wrong));
+}
+
 /* What is new since the last cycle, in words. */
 static void changes(struct recorder *r, const struct cycle *before, int64_t lost) {
     const struct cycle *c = &r->analysis.last;
@@ -64,7 +79,8 @@ static void changes(struct recorder *r, const struct cycle *before, int64_t lost
         event(r, "state", state_names[c->state]);
         progress_state(r->progress, c);
     }
-    if (c->first_fault && !before->first_fault) fault(r);
+    interlocks(r, c);
+    if (c->first_fault && c->first_fault != before->first_fault) fault(r);
     if (c->test >= 0 && (c->test != before->test || before->phase == PHASE_NONE)) {
         snprintf(text, sizeof text, "%d %s", c->test + 1, dof_names[c->dof]);
         event(r, "test", text);
@@ -102,11 +118,11 @@ static void take(struct recorder *r, const struct cycle *c) {
 static void *recorder_thread(void *argument) {
     struct recorder *r = argument;
     struct cycle c;
+    crash_stack();
     for (;;) {
         bool ended = atomic_load_explicit(&r->loop->ended, memory_order_acquire); /* read before the ring, so that nothing is missed */
         if (ring_pop(r->records, &c)) take(r, &c);
         else if (ended) break;
-        else if (r->virtual_time) sched_yield();
         else nanosleep(&(struct timespec){.tv_nsec = POLL_NS}, NULL);
     }
     if (analysis_end(&r->analysis)) result(r);

@@ -17,10 +17,11 @@ struct recorder {
     struct log_writer *log;          /* NULL: none is kept */
     struct bus *bus;                 /* NULL: nothing is sent */
     struct progress *progress;
-    bool virtual_time;               /* yields instead of sleeping when there is nothing to do */
     struct analysis analysis;
     uint32_t request_id;             /* the last one told of */
     int64_t statistics_cycles;       /* between two HEXID_LOOP_STATS */
+    int64_t settled_cycles;          /* in a row */
+    uint32_t interlocks_wrong;       /* as it was last told (interlock.h) */
     struct error error;              /* first failure to write the log; status 0 while all is well */
     pthread_t thread;
 };

@@ -3,49 +3,73 @@
 #include <assert.h>
 #include <inttypes.h>
 
-#define CENTRED "valves centred, latched"
+#define OFF "supply off, valves centred, latched"
+#define STOPS REACTION_STOP, OFF
+#define PARKS REACTION_PARK, "put down slowly, then supply off, latched"
 
 const struct failure failure_table[] = {
+    {FAULT_MASTER, "second_master", "another master commands this machine, or has tried to",
+     "the device's own count of it (Modbus); a frame on CAN that only a master sends and that is not hexid's own", "its first attempt",
+     REACTION_STOP, OFF "; on CAN both masters, where the other is a hexid",
+     "a second hexid, or another program or tool that writes to the machine", "end the other one"},
+    {FAULT_EMERGENCY_STOP, "emergency_stop", "somebody pressed an emergency stop, or its chain is broken", "the input", "1 cycle", STOPS,
+     "an emergency stop that was pressed; a broken wire; the node of the inputs lost or restarted",
+     "see that nobody is in danger, release it; look at the link"},
+    {FAULT_ENABLE, "enable_switch", "the enable switch is let go while the platform is driven", "the input", "1 cycle", STOPS,
+     "somebody let it go; a broken wire", "hold it again"},
+    {FAULT_DOOR, "door", "a door is opened while the platform is driven", "the input", "1 cycle", STOPS,
+     "somebody who enters; a broken wire", "see that nobody is inside, close it"},
+    {FAULT_SUPPLY, "supply", "the supply loses its pressure while the platform is driven, or gets none",
+     "the input; after `engage`: not within `interlocks.pressure_s`", "5 cycles", STOPS,
+     "a pump that is off, a dump valve that is open, the relay that the supply output keeps closed", "look at the power unit"},
     {FAULT_SENSOR_AGE, "sensor_age", "samples lost, late or stale; the device hangs",
-     "age above `limits.sensor_age_s`, by time stamp or by the device's own count", "5 + 5 cycles", CENTRED,
+     "age above `limits.sensor_age_s`, by time stamp or by the device's own count", "5 + 5 cycles", STOPS,
      "a link that drops or delays readings, or a device that hangs", "check link and device"},
-    {FAULT_SENSOR_INVALID, "sensor_invalid", "a reading is not a number, a pressure is out of range, a node is not in operation",
-     "plausibility; the back-end's own diagnosis", "5 cycles", CENTRED,
+    {FAULT_SENSOR_INVALID, "sensor_invalid", "a length is not a number, a node is not in operation",
+     "plausibility; the back-end's own diagnosis", "5 cycles", STOPS,
      "a sensor or its wiring; a node that was reset or reports an error", "mend the sensor"},
-    {FAULT_STROKE, "stroke", "a length is out of range", "`limits.length_min_m`, `limits.length_max_m`", "5 cycles", CENTRED,
+    {FAULT_STROKE, "stroke", "a length is out of range", "`limits.length_min_m`, `limits.length_max_m`", "5 cycles", STOPS,
      "a leg at the end of its stroke, or a length transducer that lies", "compare the reading with the leg itself"},
-    {FAULT_LEG_RATE, "leg_rate", "a length jumps", "rate of change above `limits.leg_rate_mps`", "5 cycles", CENTRED,
+    {FAULT_LEG_RATE, "leg_rate", "a length jumps", "rate of change above `limits.leg_rate_mps`", "5 cycles", STOPS,
      "a length transducer or its wiring; lengths of two legs exchanged", "mend the sensor"},
     {FAULT_FOLLOWING, "following_error", "a leg does not follow: valve stuck, supply gone, lengths exchanged",
-     "more than `limits.following_m` off", "10 mm, and 5 cycles",
-     CENTRED "; a spool that is stuck open no command can centre", "a valve that sticks, no supply pressure, or wiring",
-     "cut the pressure, then look at valve, supply and wiring"},
-    {FAULT_FORCE, "force", "a leg's force is too large; P1 and P2 exchanged", "`limits.force_n`", "5 cycles above it", CENTRED,
+     "more than `limits.following_m` off", "10 mm, and 5 cycles", REACTION_STOP,
+     "supply off, which alone stops a spool that is stuck; valves centred, latched", "a valve that sticks, no supply pressure, or wiring",
+     "look at valve, supply and wiring"},
+    {FAULT_FORCE, "force", "a leg's force is too large; P1 and P2 exchanged", "`limits.force_n`", "5 cycles above it", STOPS,
      "an obstacle, a pressure sensor that lies, or P1 and P2 exchanged", "look for an obstacle; mend the sensor"},
-    {FAULT_KINEMATICS, "kinematics", "lengths that fit no pose", "forward kinematics", "5 cycles", CENTRED,
+    {FAULT_KINEMATICS, "kinematics", "lengths that fit no pose", "forward kinematics", "5 cycles", STOPS,
      "a length transducer that lies, or a geometry that is another machine's", "compare lengths and configuration with the machine"},
     {FAULT_OVERRUN, "overrun", "the loop is late, stopped or starved",
      "`loop.overrun_limit` deadlines missed in a row (real time only: the simulated platform's time stretches instead)",
-     "its first cycle then", CENTRED, "a busy or virtual host, or no real-time permission",
+     "its first cycle then", STOPS, "a busy or virtual host, or no real-time permission",
      "free the host, `hexid doctor` says what it lacks; on `sim:`, `--rt try` lets time stretch"},
-    {FAULT_IO, "io", "the back-end cannot read or write", "the back-end", "5, 6 cycles", CENTRED "; `safe` is called every cycle",
+    {FAULT_IO, "io", "the back-end cannot read or write", "the back-end", "5, 6 cycles", REACTION_STOP, OFF "; `safe` is called every cycle",
      "the link to the machine is down, or a node is lost", "mend the link; `hexid doctor` looks at it"},
     {FAULT_STANDSTILL, "standstill", "a length is frozen", "unchanged while its reference moves by `limits.standstill_m`",
-     "2 mm of motion, and 5 cycles", CENTRED, "a dead transducer or valve, or no supply pressure", "mend the sensor; check the supply"},
-    {FAULT_MASTER, "second_master", "another master commands this machine, or has tried to",
-     "the device's own count of it (Modbus); a frame on CAN that only a master sends and that is not hexid's own", "its first attempt",
-     CENTRED "; on CAN both masters, where the other is a hexid", "a second hexid, or another program or tool that writes to the machine",
-     "end the other one"},
+     "2 mm of motion, and 5 cycles", STOPS, "a dead transducer or valve, or no supply pressure", "mend the sensor; check the supply"},
+    {FAULT_PRESSURE_SENSOR, "pressure_sensor", "a chamber's pressure is not a number, or out of range",
+     "`limits.pressure_min_pa`, `limits.pressure_max_pa`; the channel's own range", "5 cycles", PARKS,
+     "a pressure sensor or its wiring", "mend the sensor"},
     {0, "samples excluded; above 1 % the verdict fails", "single samples lost, repeated, out of order", "flags, device count", "1 cycle",
-     "goes on; command held for what is not believed", "a link under load", "none"},
-    {0, "no messages", "the daemon is killed", "the device's watchdog", "the device's time", "the device centres its valves",
-     "somebody, or a lack of memory", "start hexid"},
-    {0, "file and reason", "the log cannot be written", "the recorder", "the write", "parked, ends with status 3",
+     REACTION_NONE, "goes on; command held for what is not believed", "a link under load", "none"},
+    {0, "no messages", "the daemon is killed", "the device's watchdog, and the relay of the supply output", "the device's time",
+     REACTION_NONE, "the device centres its valves, the supply goes off", "somebody, or a lack of memory", "start hexid"},
+    {0, "parking", "the operator's program is gone", "`lcm.lease_s`", "that time", REACTION_PARK, "put down slowly",
+     "a program that ended, a network that is down", "engage again"},
+    {0, "file and reason", "the log cannot be written", "the recorder", "the write", REACTION_PARK, "put down slowly, ends with status 3",
      "a full or missing disk", "make room, or name another file"},
     {0, "verdict fail, with the leg", "a pressure is wrong but plausible, or drifts slowly", "witnesses (below)", "the end of the test",
-     "goes on: control does not lean on pressures", "a sensor that drifts", "mend the sensor, test again"},
+     REACTION_NONE, "goes on: control does not lean on pressures", "a sensor that drifts", "mend the sensor, test again"},
     {0},
 };
+
+uint32_t failure_mask(enum reaction reaction) {
+    uint32_t faults = 0;
+    for (const struct failure *f = failure_table; f->name; f++)
+        if (f->reaction == reaction) faults |= f->fault;
+    return faults;
+}
 
 const struct failure *failure_of(uint32_t faults) {
     for (const struct failure *f = failure_table; f->name; f++)

@@ -8,25 +8,33 @@
 
 #include "types.h"
 
+/* What the platform does on its own. SAFETY: what control can do without parks the platform slowly; what it cannot do without, and
+ * what says that somebody may be in danger, centres the valves and takes the supply off at once. */
+enum reaction { REACTION_NONE, REACTION_PARK, REACTION_STOP };
+
 struct failure {
     uint32_t fault;       /* FAULT_..., 0: a failure that is no fault of the supervisor's */
     const char *name;     /* what the operator sees: the fault's name, or in words */
     const char *what;
     const char *detected; /* by what */
     const char *within;
+    enum reaction reaction;
     const char *platform; /* what it does then */
     const char *cause;    /* the likely ones */
     const char *remedy;   /* what to do, before the platform may move again */
 };
 
-/* Ended by a row without a name; first the faults, in the order of their bits. */
+/* Ended by a row without a name; first the faults: what else is seen in the same cycle as one follows from it, and stands below. */
 extern const struct failure failure_table[];
 
-/* The row of the lowest fault that is set; NULL where none is. */
+/* The first row of these faults; NULL where there is none. */
 const struct failure *failure_of(uint32_t faults);
 
-/* Name of the lowest bit set, "none" for 0. */
+/* Its name, "none" for 0. */
 const char *fault_name(uint32_t faults);
+
+/* The faults with this reaction. */
+uint32_t failure_mask(enum reaction reaction);
 
 /* What an operator is told: name of the first fault, and the legs it was seen at: "following_error,
  * leg 3", "kinematics". */

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "interlock.h"
 #include "units.h"
 
 enum {
@@ -19,6 +20,10 @@ int platform_init(struct platform *p, const struct params *params, struct error 
     p->pose[DOF_Z] = params->motion.park_z_m;
     reference_hold(&p->reference, p->pose);
     return kinematics_init(&p->kinematics, params, error);
+}
+
+uint32_t platform_wrong(const struct platform *p) {
+    return interlock_wrong(&p->params->interlocks, supervisor_powers(p->supervisor.state), p->inputs);
 }
 
 static bool inside(double x, double lo, double hi) { return x >= lo && x <= hi; } /* false for NaN */
@@ -46,21 +51,32 @@ static uint32_t leg_doubts(const struct platform *p, const struct hal_sample *in
     uint32_t suspect = 0;
     if (!isfinite(length_m)) suspect |= FAULT_SENSOR_INVALID;
     if (!inside(p1_pa, l->pressure_min_pa, l->pressure_max_pa) || !inside(p2_pa, l->pressure_min_pa, l->pressure_max_pa))
-        suspect |= FAULT_SENSOR_INVALID;
+        suspect |= FAULT_PRESSURE_SENSOR;
     if (!inside(length_m, l->length_min_m, l->length_max_m)) suspect |= FAULT_STROKE;
     if (p->good_seq >= 0 && !(fabs(length_m - p->length_m[i]) <= l->leg_rate_mps * elapsed_s)) suspect |= FAULT_LEG_RATE;
-    if (!(fabs(leg_force(&p->areas, p1_pa, p2_pa)) <= l->force_n)) suspect |= FAULT_FORCE;
-    if (!supervisor_drives(p->supervisor.state)) return suspect;
+    if (fabs(leg_force(&p->areas, p1_pa, p2_pa)) > l->force_n) suspect |= FAULT_FORCE; /* not of NaN: that is no force */
+    /* SAFETY: with the supply on and nothing driven yet, a spool that is stuck moves its leg. */
+    if (!supervisor_powers(p->supervisor.state)) return suspect;
     if (!(fabs(p->leg_ref_m[i] - length_m) <= l->following_m)) suspect |= FAULT_FOLLOWING;
+    if (!supervisor_drives(p->supervisor.state)) return suspect;
     if (!(p->still_high_m[i] - p->still_low_m[i] <= l->standstill_m)) suspect |= FAULT_STANDSTILL;
     return suspect;
+}
+
+/* SAFETY: an open interlock is a fault where it can hurt somebody, and refuses `engage` where nothing is driven. */
+static uint32_t interlock_doubts(const struct platform *p) {
+    enum state state = p->supervisor.state;
+    if (!supervisor_powers(state)) return 0;
+    return interlock_faults(platform_wrong(p) & ~(state == STATE_PRESSURISING ? INPUT_SUPPLY : 0u));
 }
 
 /* SAFETY: whatever a sensor can say, this decides whether the controller believes it. Returns FAULT_... bits, and those of the legs where
  * they were seen; 0 for a good sample. */
 static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
     uint32_t suspect = in->flags & SAMPLE_FOREIGN ? FAULT_MASTER : 0;
+    if (in->flags & SAMPLE_UNWRITTEN) suspect |= interlock_doubts(p);
     if (in->flags & SAMPLE_IO) return suspect | FAULT_IO;
+    suspect |= interlock_doubts(p);
     if (too_old(p, in)) suspect |= FAULT_SENSOR_AGE;
     if (in->flags & SAMPLE_INVALID) suspect |= FAULT_SENSOR_INVALID;
     if (p->overruns >= p->params->loop.overrun_limit) suspect |= FAULT_OVERRUN;
@@ -94,26 +110,34 @@ static void count_overruns(struct platform *p, const struct hal_sample *in) {
     p->last_ns = read_ns;
 }
 
-/* Takes the sample over when it is good: pose and leg forces. Returns what is doubtful about it. */
+/* A leg whose pressures are doubtful keeps its force: the high-pass in control then brings its share to zero. */
+static void observe_forces(struct platform *p, const struct hal_sample *in, uint32_t suspect) {
+    for (int i = 0; i < LEGS; i++)
+        if (!(suspect & fault_leg(i))) p->force_n[i] = leg_force(&p->areas, in->p1_pa[i], in->p2_pa[i]);
+}
+
+/* Takes the sample over when control can do with it: pose and leg forces. Returns what is doubtful about it. */
 static uint32_t observe(struct platform *p, const struct hal_sample *in) {
     count_overruns(p, in);
     watch_standstill(p, in);
+    if (!(in->flags & SAMPLE_IO) || in->flags & SAMPLE_UNWRITTEN) p->inputs = in->inputs;
     uint32_t suspect = doubts(p, in);
-    if (suspect) return suspect;
+    if (suspect & failure_mask(REACTION_STOP)) return suspect;
     double pose[DOFS];
     memcpy(pose, p->pose, sizeof pose);
-    if (!fk_solve(&p->kinematics, in->length_m, pose).converged) return FAULT_KINEMATICS;
+    if (!fk_solve(&p->kinematics, in->length_m, pose).converged) return suspect | FAULT_KINEMATICS;
     memcpy(p->pose, pose, sizeof pose);
     memcpy(p->length_m, in->length_m, sizeof p->length_m);
-    for (int i = 0; i < LEGS; i++) p->force_n[i] = leg_force(&p->areas, in->p1_pa[i], in->p2_pa[i]);
+    observe_forces(p, in, suspect);
     p->good_seq = p->seq;
     p->good_ns = in->time_ns;
-    return 0;
+    return suspect;
 }
 
-/* Bad samples to ride out. Overruns come counted. SAFETY: where two masters command, neither knows where the platform goes next. */
+/* Bad samples to ride out. Overruns come counted. SAFETY: where two masters command, neither knows where the platform goes next; and who
+ * presses, lets go or opens something means it. */
 static int patience(const struct platform *p, uint32_t suspect) {
-    if (suspect & FAULT_MASTER) return 1;
+    if (suspect & (FAULT_MASTER | FAULT_EMERGENCY_STOP | FAULT_ENABLE | FAULT_DOOR)) return 1;
     if (p->supervisor.state == STATE_INIT) return INIT_PATIENCE;
     return suspect & FAULT_OVERRUN ? 1 : p->params->limits.bad_cycles;
 }
@@ -129,12 +153,16 @@ static enum trigger commanded(struct platform *p, struct request request) {
     return of_command[request.command];
 }
 
+static double in_state_s(const struct platform *p) { return (double)p->ticks * p->params->loop.period_s; }
+
 /* What `motion.automatic` does without being told: engage, test, park. */
-static enum trigger automatic(const struct platform *p) {
+static enum trigger automatic(struct platform *p) {
     bool left = p->test < p->params->tests.count;
+    /* SAFETY: who closes the last interlock does not start the machine. */
+    if (p->supervisor.state == STATE_SETTLED && platform_wrong(p)) p->automatic = false;
     if (!p->automatic) return TRIGGER_NONE;
     if (p->supervisor.state == STATE_SETTLED) return left ? TRIGGER_ENGAGE : TRIGGER_NONE;
-    bool held = (double)p->ready_ticks * p->params->loop.period_s >= p->params->motion.hold_s;
+    bool held = in_state_s(p) >= p->params->motion.hold_s;
     if (p->supervisor.state != STATE_READY || !held) return TRIGGER_NONE;
     return left ? TRIGGER_START : TRIGGER_PARK;
 }
@@ -162,14 +190,16 @@ static void test_begin(struct platform *p) {
 /* What is done once, on the way into a state. */
 static void enter(struct platform *p, enum state from, enum state to) {
     p->supervisor.state = to;
+    p->ticks = 0;
     switch (to) {
     case STATE_INIT: supervisor_clear(&p->supervisor); break;
     case STATE_SETTLED:
         p->automatic = p->automatic && from == STATE_INIT;
-        p->supervisor.bad = 0; /* the patience of init does not count against what is ridden out here */
+        p->supervisor.bad = p->supervisor.doubtful = 0; /* the patience of init does not count against what is ridden out here */
         break;
     case STATE_ENGAGING: engage(p); break;
-    case STATE_READY: p->ready_ticks = 0; break;
+    case STATE_PRESSURISING: memcpy(p->leg_ref_m, p->length_m, sizeof p->leg_ref_m); break;
+    case STATE_READY: break;
     case STATE_TESTING:
         if (p->test >= p->params->tests.count) p->test = 0;
         p->stopping = false;
@@ -186,6 +216,8 @@ static void enter(struct platform *p, enum state from, enum state to) {
 /* False: it does nothing in this state. */
 static bool apply(struct platform *p, enum trigger trigger) {
     enum state from = p->supervisor.state, to = supervisor_next(from, trigger);
+    /* SAFETY: no supply where somebody may be in danger. */
+    if (trigger == TRIGGER_ENGAGE && platform_wrong(p)) to = from;
     bool stops = from == STATE_TESTING && trigger == TRIGGER_STOP;
     if (to != from) enter(p, from, to);
     else if (stops) p->stopping = true, reference_stop(&p->reference);
@@ -229,8 +261,29 @@ static void control(struct platform *p, bool good) {
 
 /* SAFETY: not driving: valves centred. The reference stays with the platform. */
 static void rest(struct platform *p) {
-    p->command = (struct hal_command){.enable = false};
+    p->command = (struct hal_command){.enable = false, .supply = p->command.supply};
     memcpy(p->ref, p->pose, sizeof p->ref);
+}
+
+/* SAFETY: what a dead daemon cannot go on with, and a fault does not. */
+static void power(struct platform *p) {
+    if (supervisor_powers(p->supervisor.state)) p->command.supply = !p->command.supply;
+}
+
+/* What was latched ends the drive: at once, or by putting the platform down first. */
+static void react(struct platform *p, enum reaction reaction) {
+    if (reaction == REACTION_STOP) apply(p, TRIGGER_FAULT);
+    else if (p->supervisor.faults) apply(p, TRIGGER_PARK);
+}
+
+/* Until there is pressure, by a good sample; where no input tells, for the time that it may take. Returns what is doubtful about the wait. */
+static uint32_t await_pressure(struct platform *p, bool good) {
+    const struct interlock_params *i = &p->params->interlocks;
+    bool over = in_state_s(p) >= i->pressure_s;
+    if (p->supervisor.state != STATE_PRESSURISING) return 0;
+    bool there = i->pressure ? p->inputs & INPUT_SUPPLY : over || !i->supply;
+    if (there && good) apply(p, TRIGGER_PRESSURE);
+    return over && !there ? FAULT_SUPPLY : 0;
 }
 
 void platform_step(struct platform *p, const struct hal_sample *in, struct request request, struct cycle *out) {
@@ -239,26 +292,30 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
 
     uint32_t stale = count_says(p, in), suspect = observe(p, in);
     enum trigger asked = commanded(p, request);
-    if (asked != TRIGGER_NONE) p->request_taken = apply(p, asked);
-    apply(p, automatic(p));
+    /* SAFETY: nothing begins on a sample that is doubtful, its inputs among them. */
+    if (asked != TRIGGER_NONE) p->request_taken = !(suspect && asked == TRIGGER_ENGAGE) && apply(p, asked);
+    if (!suspect) apply(p, automatic(p));
+    suspect |= await_pressure(p, !suspect);
     /* SAFETY: the sensors have the last word: no request of the same cycle can undo a fault before it is seen. */
-    if (supervisor_judge(s, suspect, patience(p, suspect))) apply(p, TRIGGER_FAULT);
+    react(p, supervisor_judge(s, suspect, patience(p, suspect)));
     if (s->good >= GOOD_SAMPLES) apply(p, TRIGGER_SENSORS_GOOD);
-    if (s->state == STATE_READY) p->ready_ticks++;
+    p->ticks++;
 
     int test = s->state == STATE_TESTING || s->state == STATE_PARKING ? p->test : -1;
     enum dof dof = p->reference.dof;
     if (supervisor_drives(s->state)) {
         enum reference_mode mode = p->reference.mode;
         ref = refer(p);
-        control(p, !suspect);
+        control(p, !(suspect & failure_mask(REACTION_STOP)));
         if (ref.done && mode != REFERENCE_HOLD) ended(p, mode);
     }
+    if (s->faults && !supervisor_drives(s->state)) apply(p, TRIGGER_FAULT);
     if (!supervisor_drives(s->state)) rest(p);
+    power(p);
 
     *out = (struct cycle){.seq = (uint64_t)p->seq, .in = *in, .out = p->command, .state = s->state, .faults = s->faults,
                           .first_fault = s->first_fault, .test = -1, .dof = DOF_NONE};
-    out->in.flags |= stale;
+    out->in.flags |= stale | (platform_wrong(p) ? SAMPLE_OPEN : 0);
     if (suspect) out->in.flags |= SAMPLE_INVALID; /* what the controller did not believe the identifier must not use */
     if (ref.phase != PHASE_NONE) out->test = test, out->dof = dof, out->phase = ref.phase, out->test_time_s = ref.test_time_s;
     memcpy(out->ref, p->ref, sizeof out->ref);

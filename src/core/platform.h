@@ -19,7 +19,7 @@ struct platform {
     struct pid pid[LEGS];
     /* the last good sample */
     double pose[DOFS];           /* forward kinematics starts here */
-    double length_m[LEGS], force_n[LEGS];
+    double length_m[LEGS], force_n[LEGS]; /* force: of the last pressures believed */
     double still_m[LEGS];        /* the reading before, */
     double still_low_m[LEGS], still_high_m[LEGS]; /* and where the leg's reference has been since it last changed */
     int64_t good_seq, good_ns;   /* its cycle, -1: none yet; and its instant */
@@ -30,9 +30,10 @@ struct platform {
     /* the last reference and command */
     double ref[DOFS], ref_rate[DOFS], leg_ref_m[LEGS];
     struct hal_command command;  /* held while samples are bad */
+    uint32_t inputs;             /* INPUT_..., as they were last read */
     /* the list of tests */
     int test;                    /* under way, or the next */
-    int64_t ready_ticks;         /* cycles in STATE_READY */
+    int64_t ticks;               /* cycles in this state */
     bool stopping;               /* the test under way was told to end */
     bool request_taken;          /* the last request did something */
     bool automatic;              /* engage, test and park without being told; over when put down, and with a stop, a park or a fault */
@@ -41,7 +42,11 @@ struct platform {
 
 int platform_init(struct platform *p, const struct params *params, struct error *error);
 
-/* SAFETY: returns with out->out.enable false and all valves 0 in every state that does not hold the platform, and on every fault. */
+/* What is wrong with the inputs in this state: INPUT_... (interlock_wrong). */
+uint32_t platform_wrong(const struct platform *p);
+
+/* SAFETY: returns with out->out.enable false and all valves 0 in every state that does not hold the platform, and on every fault; the level
+ * of the supply output changes in every cycle of a state that needs the supply, and in no other. */
 void platform_step(struct platform *p, const struct hal_sample *in, struct request request, struct cycle *out);
 
 #endif

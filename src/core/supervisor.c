@@ -2,6 +2,8 @@
 
 #include <limits.h>
 
+#include "interlock.h"
+
 /* What is not in the table does nothing. SAFETY: every state has a row for a fault; there is no way from
  * fault to a driven state but reset, good sensors and engage. */
 static const struct transition {
@@ -10,7 +12,10 @@ static const struct transition {
     enum state to;
 } transitions[] = {
     {STATE_INIT, TRIGGER_SENSORS_GOOD, STATE_SETTLED},
-    {STATE_SETTLED, TRIGGER_ENGAGE, STATE_ENGAGING},
+    {STATE_SETTLED, TRIGGER_ENGAGE, STATE_PRESSURISING},
+    {STATE_PRESSURISING, TRIGGER_PRESSURE, STATE_ENGAGING},
+    {STATE_PRESSURISING, TRIGGER_STOP, STATE_SETTLED},
+    {STATE_PRESSURISING, TRIGGER_PARK, STATE_SETTLED},
     {STATE_ENGAGING, TRIGGER_ARRIVED, STATE_READY},
     {STATE_ENGAGING, TRIGGER_STOP, STATE_PARKING},
     {STATE_ENGAGING, TRIGGER_PARK, STATE_PARKING},
@@ -21,6 +26,7 @@ static const struct transition {
     {STATE_PARKING, TRIGGER_ARRIVED, STATE_SETTLED},
     {STATE_INIT, TRIGGER_FAULT, STATE_FAULT},
     {STATE_SETTLED, TRIGGER_FAULT, STATE_FAULT},
+    {STATE_PRESSURISING, TRIGGER_FAULT, STATE_FAULT},
     {STATE_ENGAGING, TRIGGER_FAULT, STATE_FAULT},
     {STATE_READY, TRIGGER_FAULT, STATE_FAULT},
     {STATE_TESTING, TRIGGER_FAULT, STATE_FAULT},
@@ -34,19 +40,21 @@ enum state supervisor_next(enum state state, enum trigger trigger) {
     return state;
 }
 
-const char *supervisor_advice(enum state state, enum command command) {
+const char *supervisor_advice(enum state state, uint32_t wrong, enum command command) {
     static const char *const first[STATES] = {
         [STATE_INIT] = "the sensors are not believed yet: wait for `settled`, or see `hexid monitor` for what they say",
         [STATE_SETTLED] = "the platform is put down: `hexid command engage` first",
+        [STATE_PRESSURISING] = "the supply is being put on: wait for `ready`",
         [STATE_ENGAGING] = "the platform is rising: wait for `ready`",
         [STATE_READY] = "the platform is held at neutral: `start` or `park`",
         [STATE_TESTING] = "tests are under way: `stop` or `park` first",
-        [STATE_PARKING] = "the platform is being put down: wait for `settled`",
+        [STATE_PARKING] = "the platform is being put down: wait until it stands",
         [STATE_FAULT] = "a fault is latched: mend its cause, then `hexid command reset`",
     };
-    if (command == COMMAND_RESET && state != STATE_FAULT) return "there is no fault to reset";
+    if (command == COMMAND_RESET && state != STATE_FAULT && state != STATE_PARKING) return "there is no fault to reset";
     if (command_stops(command) && !supervisor_drives(state)) return "nothing moves: the valves are centred";
     if (command == COMMAND_ENGAGE && state == STATE_READY) return "the platform is engaged already: `start` or `park`";
+    if (command == COMMAND_ENGAGE && state == STATE_SETTLED) return wrong ? interlock_why(wrong) : "the last sample was doubtful: ask again";
     return first[state];
 }
 
@@ -54,19 +62,27 @@ bool supervisor_drives(enum state state) {
     return state == STATE_ENGAGING || state == STATE_READY || state == STATE_TESTING || state == STATE_PARKING;
 }
 
+bool supervisor_powers(enum state state) { return supervisor_drives(state) || state == STATE_PRESSURISING; }
+
 void supervisor_clear(struct supervisor *s) {
     s->faults = s->first_fault = 0;
-    s->good = s->bad = 0;
+    s->good = s->bad = s->doubtful = 0;
 }
 
 /* SAFETY: a single bad sample is ridden out with the command held; `limit` bad ones more than good ones latch what was wrong. */
-bool supervisor_judge(struct supervisor *s, uint32_t suspect, int limit) {
-    if (suspect) s->bad += s->bad < limit;
-    else s->bad -= s->bad > 0;
+static bool full(int *bucket, uint32_t suspect, int limit) {
+    if (suspect) *bucket += *bucket < limit;
+    else *bucket -= *bucket > 0;
+    return suspect && *bucket >= limit;
+}
+
+enum reaction supervisor_judge(struct supervisor *s, uint32_t suspect, int limit) {
+    uint32_t parks = suspect & failure_mask(REACTION_PARK), stops = suspect & failure_mask(REACTION_STOP);
+    bool stop = full(&s->bad, stops, limit), park = full(&s->doubtful, parks, limit);
     s->good = suspect ? 0 : s->good + (s->good < INT_MAX);
-    if (s->bad < limit) return false;
-    /* The lowest bit: legs stand above all faults. What another master does to the machine is not the machine's. */
-    if (!s->first_fault) s->first_fault = suspect & FAULT_MASTER ? FAULT_MASTER : suspect & (~suspect + 1u);
-    s->faults |= suspect;
-    return suspect != 0;
+    if (!stop && !park) return REACTION_NONE;
+    /* The first is the headline; but what stops the platform while it is put down for something else is told. */
+    if (!s->first_fault || (stop && s->first_fault & failure_mask(REACTION_PARK))) s->first_fault = failure_of(stop ? stops : parks)->fault;
+    s->faults |= (stop ? stops : 0) | (park ? parks : 0) | (suspect & ~(uint32_t)FAULT_ANY);
+    return stop ? REACTION_STOP : REACTION_PARK;
 }

@@ -1,8 +1,9 @@
 /* The supervisor: a table of states, triggers and next states, and the bucket that turns bad samples into a latched fault. Pure, RT.
  *
- *   init -> settled -> engaging -> ready -> testing -> ready -> parking -> settled;   any -> fault -> (reset) init
+ *   init -> settled -> pressurising -> engaging -> ready -> testing -> ready -> parking -> settled;   any -> fault -> (reset) init
  *
- * init: valves centred, waiting for plausible sensors. settled: put down, valves centred. ready: held at neutral. */
+ * init: valves centred, waiting for plausible sensors. settled: put down, valves centred, supply off. pressurising: the supply is put
+ * on, valves centred. ready: held at neutral. */
 #ifndef HEXID_SUPERVISOR_H
 #define HEXID_SUPERVISOR_H
 
@@ -13,6 +14,7 @@ enum trigger {
     TRIGGER_NONE,
     TRIGGER_SENSORS_GOOD, /* plausible samples for long enough */
     TRIGGER_ENGAGE,
+    TRIGGER_PRESSURE,     /* the supply is there */
     TRIGGER_ARRIVED,      /* a move's end is reached */
     TRIGGER_START,
     TRIGGER_TESTS_DONE,   /* the last one, or a stop after its ramp-out */
@@ -25,7 +27,8 @@ enum trigger {
 struct supervisor {
     enum state state;
     uint32_t faults, first_fault; /* latched */
-    int bad;                      /* leaky bucket of bad samples */
+    int bad;                      /* leaky bucket of samples that control cannot do with, */
+    int doubtful;                 /* and of those that it can */
     int good;                     /* good samples in a row */
     uint32_t request_id;          /* last one acted upon */
 };
@@ -33,16 +36,20 @@ struct supervisor {
 /* The state after a trigger; the same state when the table has no row for it. */
 enum state supervisor_next(enum state state, enum trigger trigger);
 
-/* Why a command does nothing in this state, and what to do first; for the operator. */
-const char *supervisor_advice(enum state state, enum command command);
+/* Why a command does nothing in this state, with this wrong with the inputs (interlock.h), and what to do first; for the operator. */
+const char *supervisor_advice(enum state state, uint32_t wrong, enum command command);
 
 /* Valves are driven in this state. */
 bool supervisor_drives(enum state state);
 
+/* The supply is on in this state. */
+bool supervisor_powers(enum state state);
+
 /* Forgets faults and doubts: a reset. */
 void supervisor_clear(struct supervisor *s);
 
-/* Counts a sample with these doubts (FAULT_... and fault_leg() bits, 0 for a good one). True when they became, or are, a latched fault. */
-bool supervisor_judge(struct supervisor *s, uint32_t suspect, int limit);
+/* Counts a sample with these doubts (FAULT_... and fault_leg() bits, 0 for a good one): what is to be done about what became, or is, a
+ * latched fault. */
+enum reaction supervisor_judge(struct supervisor *s, uint32_t suspect, int limit);
 
 #endif

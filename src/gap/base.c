@@ -9,12 +9,14 @@ struct base_entry {
     int mechanisms;
     const char *name;
     size_t offset;
+    int legs;         /* 1: of the machine; LEGS: each leg its own, for no two valves, seals or volumes are alike */
     size_t stated;    /* place of its tolerance in struct params; 0: not stated */
     double tolerance; /* relative, where none is stated */
     enum residual_part parts;
 };
 
-#define PLACE(member) #member, offsetof(struct params, member)
+#define PLACE(member) #member, offsetof(struct params, member), 1
+#define EACH(member) #member, offsetof(struct params, member), LEGS
 #define STATED(member) offsetof(struct params, model.tolerance.member), 0.0
 #define UNSTATED(tolerance) 0, tolerance
 
@@ -26,35 +28,52 @@ static const struct base_entry entries[] = {
     {PLATFORM, PLACE(actuator.upper_mass_kg), STATED(mass), PART_FORCE},
     {PLATFORM, PLACE(actuator.lower_mass_kg), STATED(mass), PART_FORCE},
     {AXIS, PLACE(axis.mass_kg), STATED(mass), PART_FORCE},
-    {ANY, PLACE(hydraulics.viscous_n_s_per_m), STATED(viscous), PART_FORCE},
-    {ANY, PLACE(hydraulics.bulk_modulus_pa), STATED(bulk_modulus), PART_PRESSURE},
-    {ANY, PLACE(hydraulics.leakage_m3_per_s_pa), STATED(leakage), PART_PRESSURE},
-    {ANY, PLACE(hydraulics.valve_flow_m3_per_s), STATED(valve_gain), PART_PRESSURE},
+    {ANY, EACH(hydraulics.viscous_n_s_per_m), STATED(viscous), PART_FORCE},
+    {ANY, EACH(hydraulics.bulk_modulus_pa), STATED(bulk_modulus), PART_PRESSURE},
+    {ANY, EACH(hydraulics.leakage_m3_per_s_pa), STATED(leakage), PART_PRESSURE},
+    {ANY, EACH(hydraulics.valve_flow_m3_per_s), STATED(valve_gain), PART_PRESSURE},
     {ANY, PLACE(hydraulics.supply_pa), UNSTATED(0.02), PART_PRESSURE},
     {ANY, PLACE(hydraulics.valve_damping), UNSTATED(0.20), PART_PRESSURE},
-    {ANY, PLACE(hydraulics.dead_volume_m3), UNSTATED(0.30), PART_PRESSURE},
+    {ANY, EACH(hydraulics.dead_volume_m3), UNSTATED(0.30), PART_PRESSURE},
 };
 
 /* Where the joints are, as far as a drawing and a fitter can be off. */
 static const double JOINT_TOLERANCE_M = 0.5e-3;
+static const double NULL_TOLERANCE = 0.005; /* of full opening: what a valve's maker adjusts its null to */
 static const double OFFSET_MOST_N = 1e6;
 
-static int joint_variables(const struct params *model, struct variable *v) {
-    int n = 0, effect = effect_find("geometry_error");
+/* What an effect's keys are, of each leg, as far as any machine is off there. */
+static int effect_variables(const struct params *model, const char *name, double tolerance, enum residual_part parts, bool own,
+                            struct variable *v) {
+    int n = 0, effect = effect_find(name);
     const struct effect_values *values = &model->effects[effect];
     for (int key = 0; key < EFFECT_KEYS && effect_table[effect]->keys[key].name; key++)
-        for (int leg = 0; leg < LEGS; leg++) {
+        for (int leg = 0; leg < params_legs(model); leg++) {
             const double *place = values->value[key];
             v[n++] = (struct variable){.name = effect_table[effect]->keys[key].name,
-                                       .offset = (size_t)((const char *)place - (const char *)model), .leg = leg, .legs = LEGS,
+                                       .offset = (size_t)((const char *)place - (const char *)model), .leg = leg, .legs = LEGS, .own = own,
                                        .effect = effect, .key = key, .base = true,
-                                       .min = place[leg] - JOINT_TOLERANCE_M, .max = place[leg] + JOINT_TOLERANCE_M,
-                                       .step = 0.1 * JOINT_TOLERANCE_M, .parts = PART_FORCE};
+                                       .min = place[leg] - tolerance, .max = place[leg] + tolerance,
+                                       .step = 0.1 * tolerance, .parts = parts};
         }
     return n;
 }
 
-static double at(const struct params *p, size_t offset) { return *(const double *)(const void *)((const char *)p + offset); }
+static const double *at(const struct params *p, size_t offset) { return (const double *)(const void *)((const char *)p + offset); }
+
+/* One of the machine's, or one of each leg's. */
+static int entry_variables(const struct params *model, const struct base_entry *e, struct variable *v) {
+    int n = 0, legs = e->legs == 1 ? 1 : params_legs(model);
+    double tolerance = e->stated ? *at(model, e->stated) : e->tolerance;
+    for (int leg = 0; leg < legs; leg++) {
+        double value = at(model, e->offset)[leg], width = tolerance * fabs(value);
+        if (!(width > 0.0)) continue; /* exact by decree */
+        v[n++] = (struct variable){.name = e->name, .offset = e->offset, .leg = legs == 1 ? -1 : leg, .legs = legs,
+                                   .own = legs > 1, .effect = -1, .base = true, .min = value - width, .max = value + width,
+                                   .step = 0.1 * width, .parts = e->parts};
+    }
+    return n;
+}
 
 /* On one axis a constant force is the sensor's zero, the weight's inclination, a hose: whatever it is, no effect of the catalogue. */
 static struct variable offset_variable(void) {
@@ -66,13 +85,9 @@ static struct variable offset_variable(void) {
 int base_variables(const struct params *model, struct variable v[FIT_VARIABLES]) {
     int n = 0;
     bool axis = model->mechanism == MECHANISM_AXIS;
-    for (size_t i = 0; i < sizeof entries / sizeof *entries; i++) {
-        const struct base_entry *e = &entries[i];
-        double value = at(model, e->offset), width = (e->stated ? at(model, e->stated) : e->tolerance) * fabs(value);
-        if (!(width > 0.0) || !(e->mechanisms & 1 << model->mechanism)) continue; /* 0: exact by decree */
-        v[n++] = (struct variable){.name = e->name, .offset = e->offset, .leg = -1, .legs = 1, .effect = -1, .base = true,
-                                   .min = value - width, .max = value + width, .step = 0.1 * width, .parts = e->parts};
-    }
+    for (size_t i = 0; i < sizeof entries / sizeof *entries; i++)
+        if (entries[i].mechanisms & 1 << model->mechanism) n += entry_variables(model, &entries[i], v + n);
+    n += effect_variables(model, "valve_null_bias", NULL_TOLERANCE, PART_PRESSURE, true, v + n);
     if (axis) v[n++] = offset_variable();
-    return axis ? n : n + joint_variables(model, v + n);
+    return axis ? n : n + effect_variables(model, "geometry_error", JOINT_TOLERANCE_M, PART_FORCE, false, v + n);
 }

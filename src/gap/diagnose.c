@@ -111,14 +111,19 @@ static bool best_start(const struct diagnosis *d, const struct hypothesis *h, co
     return least < HUGE_VAL;
 }
 
-/* The model so far without what is parallel to the hypothesis: that stands at its given value. Fills the box of the others. */
-static bool without_parallel(const struct diagnosis *d, const struct hypothesis *h, struct params *base, double *min, double *max) {
+/* The model so far without what is parallel to the hypothesis: that stands at its given value. Fills the box of the others, and what draws
+ * them. */
+static bool without_parallel(const struct diagnosis *d, const struct hypothesis *h, struct params *base, double *min, double *max,
+                             struct fit_pull *pull) {
     bool changed = false;
     *base = d->model;
     for (int i = 0; i < d->variables; i++) {
-        const struct variable *v = &d->variable[i];
-        bool parallel = v->base && hypothesis_parallel(h, v);
+        struct variable v_drawn = d->variable[i], *v = &v_drawn;
+        enum parallel how = v->base ? hypothesis_parallel(h, v) : PARALLEL_NOT;
+        bool parallel = how == PARALLEL_SAME;
         double value = variable_get(v, parallel ? d->given : &d->model);
+        if (how == PARALLEL_DRAWN) variable_draw(v);
+        pull[i] = v->base ? (struct fit_pull){v->pull, value - v->neutral} : (struct fit_pull){0};
         if (parallel) variable_set(v, base, value);
         min[i] = parallel ? 0.0 : v->min - value, max[i] = parallel ? 0.0 : v->max - value;
         changed = changed || parallel;
@@ -140,17 +145,22 @@ static bool at_bound(const struct trial *t) {
 
 static void try_one(const struct diagnosis *d, const struct hypothesis *h, const struct trial *from, struct trial *t) {
     double min[FIT_VARIABLES], max[FIT_VARIABLES], x[FIT_VARIABLES], *own = NULL;
-    struct linear_part linear = {.n = d->variables, .column = d->column, .gram = d->gram, .min = min, .max = max, .x = x};
+    struct fit_pull pull[FIT_VARIABLES];
+    struct linear_part linear = {.n = d->variables, .column = d->column, .gram = d->gram, .min = min, .max = max, .pull = pull, .x = x};
     struct params base;
     *t = (struct trial){.hypothesis = h};
-    if (without_parallel(d, h, &base, min, max)) {
+    if (without_parallel(d, h, &base, min, max, pull)) {
         own = malloc((size_t)d->fit.values * sizeof *own);
         if (!own || !fit_raw(&d->fit, &base, own)) goto end;
     }
     if (!best_start(d, h, &base, from, own ? own : d->raw, &linear, &t->model)) goto end;
     struct fit_result r = fit_model(&d->fit, &t->model, h->variables, h->variable, NULL, &linear, TRIAL_ITERATIONS);
     if (!r.ok) goto end;
-    for (int i = 0; i < d->variables; i++) variable_set(&d->variable[i], &t->model, variable_get(&d->variable[i], &base) + x[i]);
+    for (int i = 0; i < d->variables; i++) {
+        const struct variable *v = &d->variable[i];
+        if (v->base && hypothesis_parallel(h, v) == PARALLEL_SAME) continue; /* as given, or the hypothesis's own number */
+        variable_set(v, &t->model, variable_get(v, &base) + x[i]);
+    }
     t->ok = true;
     t->square = r.square;
     t->gain = d->square - r.square - CHARGE * h->variables - (h->shape >= 0 ? 2.0 * log(LEGS) : 0.0);
@@ -171,9 +181,12 @@ static void polish(const struct diagnosis *d, struct trial *t) {
     int n = 0, base;
     for (int i = 0; i < d->variables; i++) {
         const struct variable *b = &d->variable[i];
-        if (b->base && hypothesis_parallel(h, b)) continue;
+        enum parallel how = b->base ? hypothesis_parallel(h, b) : PARALLEL_NOT;
+        if (how == PARALLEL_SAME) continue;
         once[n] = b->base && b->parts == PART_FORCE;
-        v[n++] = *b;
+        v[n] = *b;
+        if (how == PARALLEL_DRAWN) variable_draw(&v[n]);
+        n++;
     }
     base = n;
     for (int i = 0; i < h->variables && n < FIT_VARIABLES; i++) v[n++] = h->variable[i];
@@ -332,9 +345,13 @@ static bool list_variables(struct diagnosis *d) {
     int count = base_variables(d->given, base);
     d->variables = 0;
     for (int i = 0; i < count; i++) {
-        bool parallel = false;
-        for (int j = 0; j < d->added; j++) parallel = parallel || hypothesis_parallel(&d->addition[j], &base[i]);
-        if (!parallel) d->variable[d->variables++] = base[i];
+        enum parallel how = PARALLEL_NOT;
+        for (int j = 0; j < d->added; j++) {
+            enum parallel one = hypothesis_parallel(&d->addition[j], &base[i]);
+            how = one > how ? one : how;
+        }
+        if (how == PARALLEL_DRAWN) variable_draw(&base[i]);
+        if (how != PARALLEL_SAME) d->variable[d->variables++] = base[i];
     }
     for (int j = 0; j < d->added; j++) {
         const struct hypothesis *h = &d->addition[j];
@@ -350,8 +367,8 @@ void diagnosis_estimate(struct diagnosis *d) {
     for (int i = 0; i < d->variables; i++) {
         struct variable *v = &d->variable[i];
         if (!v->base) continue;
-        v->neutral = 0.5 * (v->min + v->max);
-        v->pull = noise * sqrt(12.0) / (v->max - v->min);
+        variable_draw(v);
+        v->pull *= noise;
     }
     diagnosis_refit(d, BASE_ITERATIONS);
 }

@@ -65,22 +65,48 @@ static void whiten_copy(const struct fit_data *d, const double *raw, double *whi
     whiten_all(d, white);
 }
 
+static double step_of(const struct variable *v, double value) { return value + v->step > v->max ? -v->step : v->step; }
+
+/* So many variables from v on that are one number of each leg, which no other leg feels: they are moved at once. */
+static int of_own_legs(bool apart, int variables, const struct variable *v) {
+    int n = 1;
+    while (apart && n < variables && v->own && v[n].own && v[n].offset == v->offset && v[n].leg > v[n - 1].leg) n++;
+    return n;
+}
+
+/* Rows of the other legs: they do not move. */
+static void clear_other_legs(const struct fit_data *d, int leg, double *column) {
+    residual_row *row = (residual_row *)column;
+    for (int i = 0; i < d->residual->tests; i++)
+        for (int k = 0; k < LEGS; k++)
+            if (k != leg) memset(row[i][k], 0, sizeof row[i][k]);
+}
+
 /* here: the raw residual at the model. same: columns that are there already, or NULL. */
 static bool fit_columns_from(const struct fit_data *d, const struct params *model, const double *here, int variables,
                              const struct variable *v, const bool *same, double *column) {
-    bool ok = true;
-    for (int i = 0; i < variables && ok; i++) {
-        if (same && same[i]) continue;
+    size_t values = (size_t)d->values;
+    bool apart = residual_legs_apart(model);
+    for (int i = 0, n; i < variables; i += n) {
         struct params moved = *model;
-        double *c = column + (size_t)i * (size_t)d->values, value = variable_get(&v[i], model), step = v[i].step;
-        if (value + step > v[i].max) step = -step;
-        variable_set(&v[i], &moved, value + step);
-        memcpy(c, here, (size_t)d->values * sizeof *c);
-        ok = raw_residual(d, &moved, v[i].parts, c);
-        for (int a = 0; a < d->values; a++) c[a] = (c[a] - here[a]) / step;
-        whiten_all(d, c);
+        double *c = column + (size_t)i * values;
+        n = of_own_legs(apart, variables - i, v + i);
+        if (same && same[i]) continue;
+        for (int j = i; j < i + n; j++) {
+            double value = variable_get(&v[j], model);
+            variable_set(&v[j], &moved, value + step_of(&v[j], value));
+        }
+        memcpy(c, here, values * sizeof *c);
+        if (!raw_residual(d, &moved, v[i].parts, c)) return false;
+        for (size_t a = 0; a < values; a++) c[a] -= here[a];
+        for (int j = n - 1; j >= 0; j--) {
+            double *own = c + (size_t)j * values, step = step_of(&v[i + j], variable_get(&v[i + j], model));
+            for (size_t a = 0; a < values; a++) own[a] = c[a] / step;
+            if (apart && v[i + j].own) clear_other_legs(d, v[i + j].leg, own);
+            whiten_all(d, own);
+        }
     }
-    return ok;
+    return true;
 }
 
 bool fit_columns(const struct fit_data *d, const struct params *model, int variables, const struct variable *v, double *column) {
@@ -150,6 +176,8 @@ static bool box_solve(int n, const double *h, const double *g, const double *min
     return true;
 }
 
+static double square_of(double x) { return x * x; }
+
 static double dot(int n, const double *a, const double *b) {
     double sum = 0.0;
     for (int i = 0; i < n; i++) sum += a[i] * b[i];
@@ -186,8 +214,6 @@ static void deviations(int n, const double *h, const bool *is_free, double *std)
     for (int i = 0; i < m; i++) std[place[i]] = sqrt(diagonal[i]);
 }
 
-static double square_of(double x) { return x * x; }
-
 static bool solve_box(int n, double *h, double *g, const struct fit_pull *pull, const double *min, const double *max, double *x,
                       double *std) {
     bool is_free[COLUMNS_MAX];
@@ -208,13 +234,14 @@ bool fit_box(int n, int values, const double *residual, const double *const *col
 
 /* Sum of squares with the linear part at its best for this residual. */
 static double linear_square(int values, const double *white, const struct linear_part *linear) {
-    double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX], sum = fit_square(values, white);
+    double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX], slope[COLUMNS_MAX], sum = fit_square(values, white);
     int n = linear ? linear->n : 0;
     if (!n) return sum;
     memcpy(h, linear->gram, (size_t)(n * n) * sizeof *h);
-    for (int i = 0; i < n; i++) g[i] = dot(values, linear->column + (size_t)i * (size_t)values, white);
-    if (!solve_box(n, h, g, NULL, linear->min, linear->max, linear->x, NULL)) return INFINITY;
-    for (int i = 0; i < n; i++) sum += linear->x[i] * (2.0 * g[i] + dot(n, linear->gram + i * n, linear->x));
+    for (int i = 0; i < n; i++) g[i] = slope[i] = dot(values, linear->column + (size_t)i * (size_t)values, white);
+    if (!solve_box(n, h, g, linear->pull, linear->min, linear->max, linear->x, NULL)) return INFINITY;
+    for (int i = 0; i < n; i++) sum += linear->x[i] * (2.0 * slope[i] + dot(n, linear->gram + i * n, linear->x));
+    for (int i = 0; i < n; i++) sum += square_of(linear->pull[i].pull * (linear->x[i] + linear->pull[i].off));
     return sum;
 }
 
@@ -293,7 +320,7 @@ struct fit_result fit_model(const struct fit_data *d, struct params *model, int 
             double value = i < variables ? variable_get(&v[i], model) : 0.0;
             min[i] = i < variables ? v[i].min - value : linear->min[i - variables];
             max[i] = i < variables ? v[i].max - value : linear->max[i - variables];
-            pull[i] = i < variables ? (struct fit_pull){v[i].pull, value - v[i].neutral} : (struct fit_pull){0};
+            pull[i] = i < variables ? (struct fit_pull){v[i].pull, value - v[i].neutral} : linear->pull[i - variables];
         }
         normal_equations(n, values, s.white, column, variables, linear ? linear->gram : NULL, h, g);
         if (!solve_box(n, h, g, pull, min, max, x, std)) break;

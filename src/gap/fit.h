@@ -5,13 +5,14 @@
 
 #include "whiten.h"
 
-enum { FIT_VARIABLES = 128 };
+enum { FIT_VARIABLES = 160 };
 
 /* One number of the model. All legs alike where leg is -1. */
 struct variable {
     const char *name;        /* "hydraulics.bulk_modulus_pa" */
     size_t offset;           /* in struct params; of leg 0 where there are six */
     int leg, legs;           /* leg -1: all; legs 1: no list */
+    bool own;                /* moves the residuals of its own leg alone, where legs are apart (residual.h) */
     int effect, key;         /* switched on with it; -1: none */
     bool base;               /* of the base model: never a finding */
     double min, max;         /* the box */
@@ -65,6 +66,7 @@ struct linear_part {
     const double *column;               /* [n][values] */
     const double *gram;                 /* [n][n], from fit_gram */
     const double *min, *max;
+    const struct fit_pull *pull;
     double *x;                          /* result, from where the model is */
 };
 /* Products of columns with each other, [n][n]. */

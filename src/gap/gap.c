@@ -350,9 +350,9 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
 static void read_base(const struct diagnosis *d, const struct params *given, struct gap_result *r) {
     for (int i = 0; i < d->variables && r->base_values < GAP_BASE; i++) {
         const struct variable *v = &d->variable[i];
-        if (!v->base || v->leg >= 0) continue; /* joint positions: too many to read, none of them found */
+        if (!v->base || v->effect >= 0) continue; /* joint positions and nulls: too many to read, none of them found */
         double value = variable_get(v, &d->model);
-        r->base[r->base_values++] = (struct gap_base_value){.name = v->name, .given = variable_get(v, given), .value = value,
+        r->base[r->base_values++] = (struct gap_base_value){.name = v->name, .leg = v->leg, .given = variable_get(v, given), .value = value,
                                                             .std = d->std[i], .bound = value <= v->min || value >= v->max};
     }
 }
@@ -486,6 +486,13 @@ double gap_short(const struct gap_result *r, const struct gap_candidate *candida
     return sqrt(fmax(most * most - candidate->z * candidate->z, 0.0));
 }
 
+/* Every test at its run's frequency: else no run of the model is like it. */
+static bool can_be_driven(const struct recording *r) {
+    bool can = true;
+    for (int i = 0; i < r->tests; i++) can = can && fabs(r->test[i].frequency_hz / r->run[r->test[i].run].frequency_hz - 1.0) < CLOCK_TOLERANCE;
+    return can;
+}
+
 int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,
               const struct gap_options *options, struct gap_result *r, struct error *error) {
     double start_s = now_s();
@@ -497,6 +504,9 @@ int gap_solve(const struct params *params, const struct recording *measured, con
     *r = (struct gap_result){.replay = options->replay, .validated = validate != NULL};
     r->controller_difference = controller_difference(params, measured);
     r->sampled_s = controller_other_rate(params, measured);
+    for (int i = measured->tests - 1; i >= 0; i--)
+        if (measured->test[i].frequency_hz != measured->test[i].stated_hz)
+            r->stated_hz = measured->test[i].stated_hz, r->moved_hz = measured->test[i].frequency_hz;
     r->controller_known = isfinite(r->controller_difference);
     r->controller_differs = r->controller_difference > CONTROLLER_DIFFERS;
     progress(options, "fitting the base", 0.0);
@@ -520,7 +530,8 @@ int gap_solve(const struct params *params, const struct recording *measured, con
         motion_sizes(r, measured, CYCLES_EVEN, &used);
         motion_sizes(r, validate ? validate : measured, validate ? CYCLES_ALL : CYCLES_ODD, &held);
         keep_sizes(r, &used, &held);
-        if (options->simulate && options->replay == GAP_CLOSED_LOOP && !r->controller_differs)
+        bool simulate = options->simulate && can_be_driven(measured) && (!validate || can_be_driven(validate));
+        if (simulate && options->replay == GAP_CLOSED_LOOP && !r->controller_differs)
             status = closed_loop(params, measured, validate, options, r, error);
     }
     if (!status) {

@@ -63,6 +63,7 @@ struct gap_line {
 
 struct gap_base_value {
     const char *name;
+    int leg; /* 0..5; -1: of the machine */
     double given, value, std;
     bool bound;
 };
@@ -90,6 +91,7 @@ struct gap_result {
     struct gap_line line;
     bool line_simulated;                  /* the model with the effects found has it, too */
     bool controller_known, controller_differs;
+    double stated_hz, moved_hz;           /* of the first test whose legs move at another frequency than stated; else 0 */
     double sampled_s;                     /* between the log's samples, where the controller's cycle is another; else 0 */
     double controller_difference;         /* rms of the command that the configured controller would not have given, of its variation */
     double white_before, white_after;     /* mean white square, held-out cycles: 1 is noise */

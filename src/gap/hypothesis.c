@@ -21,7 +21,12 @@ static bool moves_force(const struct params *model, const struct effect *e, cons
 }
 
 /* What has to be computed again under an effect: by what it changes in the machine, and by its laws. */
-static enum residual_part effect_parts(const struct params *model, int effect) {
+struct reach {
+    enum residual_part parts;
+    bool own; /* a leg's value moves the residuals of no other leg: neither the bodies nor the pose depend on it */
+};
+
+static struct reach effect_reach(const struct params *model, int effect) {
     const struct effect *e = effect_table[effect];
     struct params with = *model, without = *model;
     struct machine base, machine;
@@ -35,7 +40,8 @@ static enum residual_part effect_parts(const struct params *model, int effect) {
     if (differ(&base, &machine, FROM(command_delay_s), FROM(clock_ratio))) parts |= PART_PRESSURE;
     if (differ(&base, &machine, FROM(line_length_m), FROM(line_diameter_m)) || differ(&base, &machine, FROM(length), FROM(command_delay_s)))
         parts |= PART_ALL;
-    return parts;
+    bool bodies = e->joint_friction || e->wrench || differ(&base, &machine, FROM(payload_kg), FROM(supply_pa));
+    return (struct reach){parts, !bodies && !differ(&base, &machine, FROM(length), FROM(p1))};
 }
 
 /* Of the difference quotient: far above rounding, far below what bends a law. */
@@ -49,24 +55,24 @@ static double pull(const struct effect_key *k) {
     return k->reciprocal || k->typical == k->neutral ? 0.0 : 0.1 / fabs(k->typical - k->neutral);
 }
 
-static void add_variable(struct hypothesis *h, int key, int leg, enum residual_part parts) {
+static void add_variable(struct hypothesis *h, int key, int leg, struct reach reach) {
     const struct effect *e = effect_table[h->effect];
     const struct effect_key *k = &e->keys[key];
     h->variable[h->variables++] = (struct variable){
         .name = k->name,
         .offset = offsetof(struct params, effects) + (size_t)h->effect * sizeof(struct effect_values) +
                   offsetof(struct effect_values, value) + (size_t)key * LEGS * sizeof(double),
-        .leg = leg, .legs = LEGS, .effect = h->effect, .key = key,
-        .min = k->min, .max = k->max, .neutral = k->neutral, .pull = pull(k), .step = difference_step(k), .parts = parts,
+        .leg = leg, .legs = LEGS, .own = leg >= 0 && reach.own, .effect = h->effect, .key = key,
+        .min = k->min, .max = k->max, .neutral = k->neutral, .pull = pull(k), .step = difference_step(k), .parts = reach.parts,
     };
 }
 
-static void build(struct hypothesis *h, int effect, int shape, enum residual_part parts) {
+static void build(struct hypothesis *h, int effect, int shape, struct reach reach) {
     *h = (struct hypothesis){.effect = effect, .shape = shape};
     const struct effect_key *keys = effect_table[effect]->keys;
     for (int key = 0; key < EFFECT_KEYS && keys[key].name; key++)
         for (int leg = 0; leg < (shape == SHAPE_EACH ? LEGS : 1); leg++)
-            add_variable(h, key, shape == SHAPE_EACH && keys[key].per_leg ? leg : shape == SHAPE_EACH ? -1 : shape, parts);
+            add_variable(h, key, shape == SHAPE_EACH && keys[key].per_leg ? leg : shape == SHAPE_EACH ? -1 : shape, reach);
 }
 
 enum residual_part hypothesis_parts(const struct hypothesis *h) {
@@ -80,15 +86,16 @@ int hypotheses_list(const struct params *model, const bool found[EFFECTS_MAX], e
     int n = 0;
     for (int effect = 0; effect_table[effect]; effect++) {
         if (found[effect]) continue;
-        enum residual_part parts = effect_parts(model, effect) & evaluated;
-        if (!parts) continue; /* of time alone: recording_clock sees it without a fit */
-        build(&h[n++], effect, SHAPE_ALL, parts);
+        struct reach reach = effect_reach(model, effect);
+        reach.parts &= evaluated;
+        if (!reach.parts) continue; /* of time alone: recording_clock sees it without a fit */
+        build(&h[n++], effect, SHAPE_ALL, reach);
         if (params_legs(model) == 1) continue;
         bool per_leg = false;
         const struct effect_key *keys = effect_table[effect]->keys;
         for (int key = 0; key < EFFECT_KEYS && keys[key].name; key++) per_leg = per_leg || keys[key].per_leg;
-        for (int leg = 0; leg < LEGS && per_leg; leg++) build(&h[n++], effect, leg, parts);
-        if (per_leg) build(&h[n++], effect, SHAPE_EACH, parts);
+        for (int leg = 0; leg < LEGS && per_leg; leg++) build(&h[n++], effect, leg, reach);
+        if (per_leg) build(&h[n++], effect, SHAPE_EACH, reach);
     }
     return n;
 }
@@ -112,7 +119,12 @@ bool hypothesis_start(const struct hypothesis *h, int place, struct params *mode
     return moved;
 }
 
-bool hypothesis_parallel(const struct hypothesis *h, const struct variable *base) {
+void variable_draw(struct variable *base) {
+    base->neutral = 0.5 * (base->min + base->max);
+    base->pull = sqrt(12.0) / (base->max - base->min);
+}
+
+static bool alike(const struct hypothesis *h, const struct variable *base) {
     static const struct {
         const char *effect, *base;
     } pairs[] = {
@@ -133,11 +145,17 @@ bool hypothesis_parallel(const struct hypothesis *h, const struct variable *base
         {"supply_pressure_sag", "hydraulics.supply_pa"},
     };
     const char *name = effect_table[h->effect]->name;
-    if (base->effect == h->effect) return h->shape < 0 || base->leg < 0 || base->leg == h->shape;
-    if (h->shape >= 0) return false; /* one leg: the base has all legs alike */
     for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++)
         if (!strcmp(pairs[i].effect, name) && !strcmp(pairs[i].base, base->name)) return true;
-    return false;
+    return base->effect == h->effect;
+}
+
+enum parallel hypothesis_parallel(const struct hypothesis *h, const struct variable *base) {
+    if (!alike(h, base)) return PARALLEL_NOT;
+    if (base->leg < 0) return h->shape < 0 ? PARALLEL_SAME : PARALLEL_NOT; /* one leg: the base has all legs alike */
+    if (h->shape >= 0 && h->shape != base->leg) return PARALLEL_NOT;
+    bool beside = h->shape == SHAPE_ALL && base->legs > 1 && base->effect != h->effect; /* another number, of legs that differ */
+    return beside ? PARALLEL_DRAWN : PARALLEL_SAME;
 }
 
 bool hypothesis_contains(int effect, int other) {
@@ -148,6 +166,7 @@ bool hypothesis_contains(int effect, int other) {
         {"pipeline_dynamics", "entrained_air"},                      /* a short wide line is a volume of oil */
         {"geometry_error", "payload_center_of_mass"},                /* all joints of the platform shifted alike */
         {"geometry_error", "base_tilt"},                             /* all joints turned alike */
+        {"position_sensor_scale", "position_sensor_offset"},         /* a zero far away */
     };
     for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++)
         if (!strcmp(pairs[i].effect, effect_table[effect]->name) && !strcmp(pairs[i].other, effect_table[other]->name)) return true;

@@ -24,8 +24,13 @@ enum residual_part hypothesis_parts(const struct hypothesis *h);
 enum { HYPOTHESIS_STARTS = 6 };
 bool hypothesis_start(const struct hypothesis *h, int place, struct params *model);
 
-/* The base variable is the same thing as this effect, or so nearly that the two cannot be fitted beside each other. */
-bool hypothesis_parallel(const struct hypothesis *h, const struct variable *base);
+/* Can a variable of the base be fitted beside this effect? The same thing, or nearly so: no, it stays as it is given. Each leg's own where
+ * the effect has all legs alike: yes, drawn to what is given, for what they have in common is the effect's. */
+enum parallel { PARALLEL_NOT, PARALLEL_DRAWN, PARALLEL_SAME };
+enum parallel hypothesis_parallel(const struct hypothesis *h, const struct variable *base);
+
+/* The base's variable beside the effect, drawn as strongly as values anywhere in its box scatter. */
+void variable_draw(struct variable *base);
 
 /* The first effect has the second one as a limit of its parameters: where both explain the same, it is the second. */
 bool hypothesis_contains(int effect, int other);

@@ -41,7 +41,7 @@ static struct recording_test *place(struct recording *r, const struct cycle *c) 
     if (r->tests == RECORDING_TESTS) return NULL;
     const struct test_params *p = &r->run[run];
     t = &r->test[r->tests++];
-    *t = (struct recording_test){.run = run, .test = test, .dof = c->dof, .frequency_hz = p->frequency_hz,
+    *t = (struct recording_test){.run = run, .test = test, .dof = c->dof, .frequency_hz = p->frequency_hz, .stated_hz = p->frequency_hz,
                                  .amplitude = c->dof < DOF_PHI ? p->amplitude_m : p->amplitude_rad, .first = -1};
     return t;
 }
@@ -82,7 +82,7 @@ int recording_add(struct recording *r, const struct cycle *c, struct error *erro
     take_forces(r, c, s);
     r->measured.valve = r->measured.valve || finite_all(legs, s->valve);
     r->measured.reference = r->measured.reference || finite_all(refs, s->ref);
-    s->good = !c->in.flags && finite_all(legs, s->length_m) && finite_all(legs, s->force_n);
+    s->good = !c->in.flags && isfinite(s->test_time_s) && finite_all(legs, s->length_m) && finite_all(legs, s->force_n);
     if (c->phase == PHASE_EVALUATE) {
         if (t->first < 0) t->first = t->count - 1;
         t->end = t->count;

@@ -22,7 +22,8 @@ struct recording_test {
     int run;             /* of the recording, from 0 */
     int test;            /* place in the list of tests, counted through all runs */
     enum dof dof;
-    double frequency_hz, amplitude;
+    double frequency_hz; /* as stated; after recording_check() as the legs move, where that is another */
+    double stated_hz, amplitude;
     int count, capacity;
     struct recording_sample *sample;
     int first, end;      /* the evaluated part: first <= i < end */

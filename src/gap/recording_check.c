@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "force.h"
+#include "frequency.h"
 #include "kinematics.h"
 #include "residual.h"
 #include "units.h"
@@ -17,6 +18,8 @@ static const double CLIPPED_TIMES = 2.0; /* and more than so many times what a s
 static const double ABRUPT = 0.3;        /* of the largest step between samples: a leg that friction holds comes to rest */
 static const double SUPPLY_MOST = 1.04;  /* of the supply, in a chamber, but for moments */
 static const double ABSURD = 1e12;       /* in any unit */
+static const double FREQUENCY_SAME = 5e-5;  /* of it: two crystals */
+static const double FREQUENCY_OTHER = 0.1;  /* no clock is so wrong: it is another test */
 
 #define REFUSE(...) error_set(error, STATUS_USAGE, __VA_ARGS__)
 
@@ -25,21 +28,6 @@ static int first_of_run(const struct recording *r) {
     int first = 0;
     while (first < r->tests - 1 && r->test[first].run < r->runs - 1) first++;
     return first;
-}
-
-/* Amplitude of a sinusoid in a sequence of samples, over the evaluated part. */
-static double lock_in_amplitude(const struct recording_test *t, double frequency_hz, const double *first, size_t stride) {
-    double mean = 0.0, s = 0.0, c = 0.0;
-    int n = t->end - t->first, good = 0;
-    for (int i = 0; i < n; i++)
-        if (t->sample[t->first + i].good) mean += first[(size_t)i * stride], good++;
-    mean /= good;
-    for (int i = 0; i < n; i++) {
-        if (!t->sample[t->first + i].good) continue;
-        double phase = 2.0 * PI * frequency_hz * t->sample[t->first + i].test_time_s, x = first[(size_t)i * stride] - mean;
-        s += x * sin(phase), c += x * cos(phase);
-    }
-    return 2.0 * hypot(s, c) / good;
 }
 
 static const size_t STRIDE = sizeof(struct recording_sample) / sizeof(double);
@@ -134,23 +122,14 @@ static int check_channels(const struct recording *r, const struct recording_test
     return STATUS_OK;
 }
 
-/* How far the legs move at a frequency, all together. */
-static double swing_at(const struct recording_test *t, double frequency_hz) {
-    double sum = 0.0;
-    for (int k = 0; k < LEGS; k++) sum += lock_in_amplitude(t, frequency_hz, &t->sample[t->first].length_m[k], STRIDE);
-    return sum;
-}
-
-/* The model's frequency is one at which the legs move about as far as at any other. */
-static int check_frequency(const struct recording_test *t, struct error *error) {
-    double here = swing_at(t, t->frequency_hz), most = 0.0, at_hz = t->frequency_hz;
-    for (double f = 0.25; f <= 40.0; f += 0.25) {
-        double sum = swing_at(t, f);
-        if (sum > most) most = sum, at_hz = f;
-    }
-    if (most > 2.0 * here)
-        return REFUSE("test %s: the legs move at %.3g Hz, but tests.frequency_hz is %.3g", dof_names[t->dof], at_hz,
-                      t->frequency_hz);
+/* What is stated is a hint: a test is taken at the frequency at which the legs move. Far from it they move in another test. */
+static int check_frequency(struct recording_test *t, int legs, struct error *error) {
+    double fitted_hz = frequency_fit(t, legs, t->frequency_hz), off = fabs(fitted_hz / t->stated_hz - 1.0);
+    if (!isfinite(fitted_hz))
+        return REFUSE("test %s: the legs repeat no motion in it, but tests.frequency_hz is %.5g", dof_names[t->dof], t->stated_hz);
+    if (off > FREQUENCY_OTHER)
+        return REFUSE("test %s: the legs move at %.5g Hz, but tests.frequency_hz is %.5g", dof_names[t->dof], fitted_hz, t->stated_hz);
+    if (off > FREQUENCY_SAME) t->frequency_hz = fitted_hz;
     return STATUS_OK;
 }
 
@@ -393,6 +372,14 @@ static int check_drives(const struct recording *r, struct error *error) {
     return status;
 }
 
+/* A run is driven again at the frequency at which its tests moved. */
+static void run_at(struct recording *r, int first) {
+    double sum_hz = 0.0;
+    for (int i = first; i < r->tests; i++) sum_hz += r->test[i].frequency_hz;
+    double mean_hz = sum_hz / (r->tests - first);
+    if (fabs(mean_hz / r->run[r->runs - 1].frequency_hz - 1.0) > FREQUENCY_SAME) r->run[r->runs - 1].frequency_hz = mean_hz;
+}
+
 int recording_check(struct recording *r, struct error *error) {
     struct kinematics k;
     bool axis = r->params->mechanism == MECHANISM_AXIS;
@@ -405,7 +392,7 @@ int recording_check(struct recording *r, struct error *error) {
         return REFUSE("it has not the same channels as the log before: pressures, valve commands or reference");
     recording_settle(r);
     for (int i = first_of_run(r); i < r->tests; i++) {
-        const struct recording_test *t = &r->test[i];
+        struct recording_test *t = &r->test[i];
         double seconds = t->first < 0 ? 0.0 : t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s;
         int good = 0;
         for (int j = t->first; j >= 0 && j < t->end; j++) good += t->sample[j].good;
@@ -416,10 +403,11 @@ int recording_check(struct recording *r, struct error *error) {
             return REFUSE("test %s: %.3g s evaluated, too short: at least %d cycles of %g Hz are needed",
                           dof_names[t->dof], seconds, CYCLES_NEEDED, t->frequency_hz);
         status = check_channels(r, t, error);
+        if (!status) status = check_frequency(t, params_legs(r->params), error);
         if (!status) status = axis ? check_stroke(r->params, t, error) : check_machine(t, &k, error);
-        if (!status) status = check_frequency(t, error);
         if (status) return status;
     }
+    run_at(r, first_of_run(r));
     status = axis ? check_axis(r, error) : check_legs(r, &k, error);
     if (!status && !axis && r->measured.pressures) status = check_pressures(r, error);
     return status ? status : check_drives(r, error);

@@ -24,6 +24,7 @@ static struct params replay_params(const struct params *model, const struct reco
     p.motion.automatic = true;
     p.limits.following_m *= WIDER, p.limits.standstill_m *= WIDER, p.limits.force_n *= WIDER;
     p.sim.engine = ENGINE_CLOSED_FORM;
+    p.interlocks = (struct interlock_params){0}; /* its supply is always on */
     return p;
 }
 
@@ -44,8 +45,8 @@ static int drive(struct plant *plant, struct platform *platform, const struct pa
         platform_step(platform, &sample, (struct request){0}, &c);
         int status = recording_add(out, &c, error);
         if (status) return status;
-        if (c.state == STATE_PARKING) return STATUS_OK;
         if (c.faults) return error_set(error, STATUS_USAGE, "the simulated run ended in a fault (%s)", fault_name(c.first_fault));
+        if (c.state == STATE_PARKING) return STATUS_OK;
         plant_step(plant, c.out.enable ? c.out.valve : (const double[LEGS]){0});
     }
     return error_set(error, STATUS_USAGE, "the simulated run did not come to its end");
@@ -98,7 +99,9 @@ static void feed(struct ident *id, const struct recording_test *t) {
 bool replay_identify(const struct params *params, const struct recording *recording, double mt[DOFS][DOFS]) {
     struct error error;
     struct ident *id = malloc(sizeof *id);
-    bool ok = id && ident_init(id, params, &error) == STATUS_OK;
+    struct params driven = *params;
+    driven.tests = recording->run[0]; /* at the frequency at which the legs moved */
+    bool ok = id && ident_init(id, &driven, &error) == STATUS_OK;
     for (int i = 0; i < recording->tests && ok; i++)
         if (!recording->test[i].run) feed(id, &recording->test[i]); /* the six tests are the first run's */
     ok = ok && (ident_end(id), ident_solve(id));

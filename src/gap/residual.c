@@ -356,6 +356,14 @@ static bool has_lines(const struct cylinder_model *m) {
     return lines;
 }
 
+bool residual_legs_apart(const struct params *model) {
+    struct machine m;
+    machine_init(&m, model);
+    bool apart = !(m.supply_resistance_pa_s_per_m3 > 0.0 || m.tank_resistance_pa_s_per_m3 > 0.0);
+    for (int k = 0; k < LEGS; k++) apart = apart && !(m.clearance_m[k] > 0.0);
+    return apart;
+}
+
 /* Rows that are never evaluated. */
 static void clear_others(const struct residual_test *t, residual_row row) {
     for (int k = 0; k < LEGS; k++)

@@ -51,6 +51,9 @@ void residual_free(struct residual_data *d);
  * or there can be no such machine. */
 bool residual_evaluate(const struct residual_test *t, const struct params *model, enum residual_part parts, residual_row row);
 
+/* No leg's own constants move another leg's residuals: they neither share lines to the power unit nor move the pose by play. */
+bool residual_legs_apart(const struct params *model);
+
 /* Inverse dynamics alone: the hydraulic force each leg needs for the measured motion (friction included). */
 bool residual_required(const struct residual_test *t, const struct params *model, double force_n[LEGS][RESIDUAL_SIZE]);
 

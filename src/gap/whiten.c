@@ -78,10 +78,11 @@ static void invert3(double c[RESIDUALS][RESIDUALS]) {
 }
 
 /* Pressure per length at a harmonic: a stiff volume with a leak. */
-static double stiffness(const struct hydraulics_params *h, double area_m2, double stroke_m, double rate_radps) {
-    double volume = h->dead_volume_m3 + 0.5 * area_m2 * stroke_m, corner = 2.0 * h->bulk_modulus_pa * h->leakage_m3_per_s_pa / volume;
+static double stiffness(const struct hydraulics_params *h, int leg, double area_m2, double stroke_m, double rate_radps) {
+    double bulk = h->bulk_modulus_pa[leg], volume = h->dead_volume_m3[leg] + 0.5 * area_m2 * stroke_m;
+    double corner = 2.0 * bulk * h->leakage_m3_per_s_pa[leg] / volume;
     if (!(rate_radps > 0.0)) return 0.0; /* also without a leak */
-    return h->bulk_modulus_pa * area_m2 / volume * rate_radps / hypot(rate_radps, corner);
+    return bulk * area_m2 / volume * rate_radps / hypot(rate_radps, corner);
 }
 
 /* Square of how far a mean pressure goes from cycle to cycle beyond its noise: a chamber whose valve stays shut keeps what oil it has for
@@ -112,8 +113,8 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
             var[2] = length_var[k] + square(s->std[CHANNEL_LENGTH][k][a]);
             double from[RESIDUALS][3] = {
                 {cylinder.a1_m2, -cylinder.a2_m2, lambda[k][k] * rate * rate},
-                {1.0, 0.0, stiffness(&model->hydraulics, cylinder.a1_m2, model->actuator.stroke_m, rate)},
-                {0.0, 1.0, -stiffness(&model->hydraulics, cylinder.a2_m2, model->actuator.stroke_m, rate)}};
+                {1.0, 0.0, stiffness(&model->hydraulics, k, cylinder.a1_m2, model->actuator.stroke_m, rate)},
+                {0.0, 1.0, -stiffness(&model->hydraulics, k, cylinder.a2_m2, model->actuator.stroke_m, rate)}};
             double p1 = variation(s->mean[CHANNEL_P1][k], size), p2 = variation(s->mean[CHANNEL_P2][k], size);
             double unsteady[RESIDUALS] = {0.0};
             if (a == 0) unsteady[RESIDUAL_P1] = wander(s, CHANNEL_P1, k, t->fitted), unsteady[RESIDUAL_P2] = wander(s, CHANNEL_P2, k, t->fitted);

@@ -103,12 +103,12 @@ static int64_t take_int(struct wire *w, int size) {
     return (int64_t)value;
 }
 
-/* Length with the closing zero, then the bytes. */
+/* Length with the closing zero, then the bytes; NULL once the message is no good. */
 static const char *take_string(struct wire *w) {
     int length = (int32_t)take_int(w, 4);
     const unsigned char *bytes = take(w, length);
     w->good = bytes && length > 0 && memchr(bytes, '\0', (size_t)length) == bytes + length - 1;
-    return (const char *)bytes;
+    return w->good ? (const char *)bytes : NULL;
 }
 
 static double take_double(struct wire *w) {

@@ -61,12 +61,20 @@ static json_t *rejected(const struct gap_result *r) {
     return array;
 }
 
+/* An object a value; where each leg has its own a list of six, null where a leg's is no matter of the base. */
 static json_t *base(const struct gap_result *r) {
     json_t *object = json_object();
     for (int i = 0; i < r->base_values; i++) {
         const struct gap_base_value *b = &r->base[i];
-        json_object_set_new(object, b->name, json_pack("{so so so sb}", "given", number(b->given), "value", number(b->value), "std",
-                                                       number(b->std), "at_bound", b->bound));
+        json_t *value = json_pack("{so so so sb}", "given", number(b->given), "value", number(b->value), "std", number(b->std),
+                                  "at_bound", b->bound);
+        json_t *legs = b->leg < 0 ? value : json_object_get(object, b->name);
+        if (!legs) {
+            legs = json_array();
+            for (int leg = 0; leg < LEGS; leg++) json_array_append_new(legs, json_null());
+        }
+        if (b->leg < 0) json_object_set_new(object, b->name, value);
+        else json_array_set_new(legs, (size_t)b->leg, value), json_object_set(object, b->name, legs);
     }
     return object;
 }

@@ -192,6 +192,7 @@ void table_base(FILE *out, const struct gap_result *r) {
         const struct gap_base_value *b = &r->base[i];
         fputs("<tr><td><code>", out);
         html_text(out, "%s", b->name);
+        if (b->leg >= 0) fprintf(out, "</code> leg %d<code>", b->leg + 1);
         fputs("</code></td><td class=\"n\">", out);
         html_quantity(out, b->given, 0.0, "-");
         fputs("</td><td class=\"n\">", out);

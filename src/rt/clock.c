@@ -1,12 +1,11 @@
 #include "clock.h"
 
 #include <errno.h>
-#include <sched.h>
 #include <time.h>
 
 #include "units.h"
 
-static const int64_t yield_ns = NS_PER_S / 1000; /* paced; a real-time thread must sleep to let others run */
+static const int64_t yield_ns = NS_PER_S / 1000; /* sleeping: a real-time thread that spins starves others, any other takes their time */
 
 static int64_t read_ns(clockid_t id) {
     struct timespec t;
@@ -51,7 +50,4 @@ int64_t clock_since_wake(const struct clock *c) {
     return c->kind == CLOCK_VIRTUAL ? 0 : read_ns(CLOCK_MONOTONIC) - c->woke_ns;
 }
 
-void clock_yield(const struct clock *c) {
-    if (c->kind == CLOCK_VIRTUAL) sched_yield();
-    else sleep_until(read_ns(CLOCK_MONOTONIC) + yield_ns);
-}
+void clock_yield(void) { sleep_until(read_ns(CLOCK_MONOTONIC) + yield_ns); }

@@ -36,6 +36,6 @@ void clock_stretch(struct clock *c, int64_t by_ns);
 int64_t clock_since_wake(const struct clock *c);
 
 /* Lets other threads run; for loops that wait for one on a paced or virtual clock. */
-void clock_yield(const struct clock *c);
+void clock_yield(void);
 
 #endif

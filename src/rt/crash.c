@@ -19,9 +19,17 @@ static void on_crash(int number) {
     raise(number); /* SA_RESETHAND: as if there were no handler */
 }
 
+void crash_stack(void) {
+    static _Thread_local unsigned char stack[1 << 15];
+    stack_t there;
+    if (!sigaltstack(NULL, &there) && !(there.ss_flags & SS_DISABLE)) return; /* a sanitizer's, which it takes back itself */
+    sigaltstack(&(stack_t){.ss_sp = stack, .ss_size = sizeof stack}, NULL);
+}
+
 void crash_guard(struct hal *hal, _Atomic bool *abort) {
     static const int errors[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTRAP, SIGSYS};
-    struct sigaction action = {.sa_handler = on_crash, .sa_flags = (int)SA_RESETHAND | SA_NODEFER};
+    struct sigaction action = {.sa_handler = on_crash, .sa_flags = (int)SA_RESETHAND | SA_NODEFER | SA_ONSTACK};
+    crash_stack();
     guarded = hal;
     told = abort;
     for (size_t i = 0; i < sizeof errors / sizeof *errors; i++) sigaction(errors[i], &action, NULL);

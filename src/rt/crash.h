@@ -9,4 +9,7 @@
 /* Main thread, before the loop starts; hal and abort must outlive the process's threads. `abort` is set. */
 void crash_guard(struct hal *hal, _Atomic bool *abort);
 
+/* Any thread, first of all: its handler has a stack of its own, so that a stack that overflows is a crash like others. */
+void crash_stack(void);
+
 #endif

@@ -3,13 +3,14 @@
 #include <string.h>
 
 #include "confine.h"
+#include "crash.h"
 #include "units.h"
 
 /* Nothing more to do: told to end, or the automatic run is over; and never while the platform is held up by the valves. */
 static bool finished(const struct loop *l) {
     if (atomic_load_explicit(&l->abort, memory_order_relaxed)) return true;
     bool over = l->params->motion.automatic && !l->platform.automatic;
-    return (over || atomic_load_explicit(&l->quit, memory_order_relaxed)) && !supervisor_drives(l->platform.supervisor.state);
+    return (over || atomic_load_explicit(&l->quit, memory_order_relaxed)) && !supervisor_powers(l->platform.supervisor.state);
 }
 
 /* What becomes of the deadlines missed; true where the machine did without their commands. */
@@ -42,19 +43,21 @@ static void hand_over(struct loop *l, const struct cycle *c) {
             atomic_fetch_add_explicit(&l->lost, 1, memory_order_relaxed);
             return;
         }
-        clock_yield(&l->clock);
+        clock_yield();
     }
 }
 
 static void tell_acted(struct loop *l) {
     const struct platform *p = &l->platform;
-    uint64_t word = (uint64_t)p->supervisor.request_id << 32 | (uint64_t)p->supervisor.state << 1 | p->request_taken;
+    uint64_t word = (uint64_t)p->supervisor.request_id << 32 | (uint64_t)platform_wrong(p) << 16 |
+                    (uint64_t)p->supervisor.state << 1 | p->request_taken;
     atomic_store_explicit(&l->acted, word, memory_order_release);
 }
 
 struct loop_acted loop_acted(const struct loop *l) {
     uint64_t word = atomic_load_explicit(&l->acted, memory_order_acquire);
-    return (struct loop_acted){.request_id = (uint32_t)(word >> 32), .taken = word & 1, .state = (enum state)(word >> 1 & 0xff)};
+    return (struct loop_acted){.request_id = (uint32_t)(word >> 32), .taken = word & 1, .state = (enum state)(word >> 1 & 0xff),
+                               .wrong = (uint32_t)(word >> 16) & (INPUTS_ALL | INPUT_LINGERS)};
 }
 
 bool loop_cycle(struct loop *l) {
@@ -63,14 +66,16 @@ bool loop_cycle(struct loop *l) {
 
     int64_t late_ns, now_ns = clock_wait(&l->clock, l->deadline_ns, &late_ns);
     bool overran = overrun(l, late_ns);
-    if (l->hal->ops->read(l->hal, now_ns, &sample) || l->unwritten) sample.flags |= SAMPLE_IO;
+    if (l->hal->ops->read(l->hal, now_ns, &sample)) sample.flags |= SAMPLE_IO;
+    else if (l->unwritten) sample.flags |= SAMPLE_IO | SAMPLE_UNWRITTEN;
     if (overran) sample.flags |= SAMPLE_OVERRUN;
 
     platform_step(&l->platform, &sample, asked(l), &c);
 
-    /* SAFETY: not driving, or a command that cannot be written: centre the valves by the back-end's shortest way, every cycle. */
-    l->unwritten = c.out.enable && l->hal->ops->write(l->hal, &c.out) != 0;
-    if (!c.out.enable || l->unwritten) l->hal->ops->safe(l->hal);
+    /* SAFETY: without the supply, or a command that cannot be written: centre the valves by the back-end's shortest way, every cycle. */
+    bool powered = supervisor_powers(c.state);
+    l->unwritten = powered && l->hal->ops->write(l->hal, &c.out) != 0;
+    if (!powered || l->unwritten) l->hal->ops->safe(l->hal);
     c.wake_late_ns = late_ns;
     c.exec_ns = clock_since_wake(&l->clock);
     tell_acted(l);
@@ -81,6 +86,7 @@ bool loop_cycle(struct loop *l) {
 
 static void *loop_thread(void *argument) {
     struct loop *l = argument;
+    crash_stack();
     l->realtime = realtime_enter(&l->params->loop, l->mode, &l->realtime_error);
     bool refused = l->realtime && l->mode == REALTIME_REQUIRE;
     if (l->params->security.confine) confine_thread();

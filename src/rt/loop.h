@@ -58,7 +58,8 @@ void loop_join(struct loop *l);
 struct loop_acted {
     uint32_t request_id;             /* the last one that was looked at */
     bool taken;                      /* it did something in the state it met */
-    enum state state;                /* now */
+    enum state state;                /* now, */
+    uint32_t wrong;                  /* and what is wrong with the inputs: INPUT_... */
 };
 struct loop_acted loop_acted(const struct loop *l);
 

@@ -5,7 +5,7 @@
     score.py case NAME[+NAME] SIZE SEED SERIES        runs one case; one line of CSV
     score.py report FILE...                           the confusion matrix and the figures of such lines
 
-Environment: HEXID, the program (build/hexid); DETECTABLE, the file of strengths at which z = 8 (build/gap_score/detectable.csv, written by
+Environment: HEXID, the program (build/hexid); RIG, another rig than hexid's own plant (build/tests/rig/rig, tests/rig/README.md); DETECTABLE, the file of strengths at which z = 8 (build/gap_score/detectable.csv, written by
 tests/bench/signatures); CONFIG, the base model (config/tian2015.yaml); SUBSTEPS of the rig (12); KEEP, a directory where a case leaves
 its log and report.
 
@@ -15,16 +15,19 @@ import argparse, csv, json, math, os, random, subprocess, sys, tempfile
 
 HEXID = os.environ.get("HEXID", "build/hexid")
 CONFIG = os.environ.get("CONFIG", "config/tian2015.yaml")
+RIG = os.environ.get("RIG", "")
 FIELDS = ["truth", "size", "seed", "series", "shape", "verdict", "named", "ambiguous_with", "score", "z", "error", "where", "before",
           "after", "floor", "ratio", "seconds", "remark"]
 SIZES = {"typical": 1.0, "strong": 3.0}   # of the catalogue's typical; "detectable": where the likelihood ratio is z = 8
 
 # The base's own values, and effects whose parameters add to one or scale one: with the base off one sum is to be found, or one product.
 BASE = {"payload.mass_kg": 178.6, "payload.inertia_xx_kg_m2": 13.6, "payload.inertia_yy_kg_m2": 13.6, "payload.inertia_zz_kg_m2": 23.92,
-        "hydraulics.viscous_n_s_per_m": 2000, "hydraulics.bulk_modulus_pa": 1e9, "hydraulics.leakage_m3_per_s_pa": 3e-11,
-        "hydraulics.valve_flow_m3_per_s": 1.57e-3}
-TOLERANCE = {"payload": .01, "hydraulics": .05}
+        "actuator.upper_mass_kg": 15.65, "actuator.lower_mass_kg": 52.48}
+EACH = {"hydraulics.viscous_n_s_per_m": 2000, "hydraulics.bulk_modulus_pa": 1e9, "hydraulics.leakage_m3_per_s_pa": 3e-11,
+        "hydraulics.valve_flow_m3_per_s": 1.57e-3, "hydraulics.dead_volume_m3": 1e-4}   # no two legs are alike
+MASS, LEG, NULL = .01, .05, .005
 SUMS = {"payload_mass.mass_kg": "payload.mass_kg", "payload_rotational_inertia.xx": "payload.inertia_xx_kg_m2",
+        "actuator_inertia.upper_mass_kg": "actuator.upper_mass_kg", "actuator_inertia.lower_mass_kg": "actuator.lower_mass_kg",
         "payload_rotational_inertia.yy": "payload.inertia_yy_kg_m2", "payload_rotational_inertia.zz": "payload.inertia_zz_kg_m2",
         "cylinder_viscous_friction.extend_n_s_per_m": "hydraulics.viscous_n_s_per_m",
         "cylinder_viscous_friction.retract_n_s_per_m": "hydraulics.viscous_n_s_per_m"}
@@ -43,10 +46,12 @@ def effects():
 
 def base(r, series):
     def off(share): return 1.0 + r.uniform(-share, share)
-    values = {name: value * off(TOLERANCE[name.split(".")[0]]) for name, value in BASE.items()}
+    values = {name: value * off(MASS) for name, value in BASE.items()}
+    values |= {name: [value * off(LEG) for _ in range(6)] for name, value in EACH.items()}
+    values["effects.valve_null_bias.offset"] = [r.uniform(-NULL, NULL) for _ in range(6)]
     if series == "beyond":
         values |= {"hydraulics.supply_pa": 1e7 * off(.02), "hydraulics.valve_damping": .8 * off(.2),
-                   "hydraulics.dead_volume_m3": 1e-4 * off(.3)}
+                   "hydraulics.dead_volume_m3": [1e-4 * off(.3) for _ in range(6)]}
         for key in ("a_x_m", "a_y_m", "a_z_m", "b_x_m", "b_y_m", "b_z_m"):
             values["effects.geometry_error." + key] = [r.uniform(-5e-4, 5e-4) for _ in range(6)]
     return values
@@ -96,14 +101,19 @@ def setting(name, value):
     return "%s=%s" % (name, "[%s]" % ", ".join("%.9g" % x for x in value) if isinstance(value, list) else "%.9g" % value)
 
 
-def whole(settings, name, value):
-    """What the parameter has to be in a model with the base as given, to have the rig's sum or product of both."""
+def six(value): return value if isinstance(value, list) else [value] * 6
+
+
+def whole(settings, name, value, found, neutral):
+    """What the parameter has to be in a model with the base as given, to have the rig's sum or product of both: in a leg that has the
+    effect; where all are found alike, in the mean of the legs."""
     short = name.removeprefix("effects.")
-    if isinstance(value, list) and min(value) != max(value): return value   # of one leg: the base has all legs alike
-    off = [(settings[table[short]], BASE[table[short]]) for table in (SUMS, PRODUCTS) if short in table]
+    value, alike = six(value), min(six(found)) == max(six(found))
+    off = [(six(settings[table[short]]), (BASE | EACH)[table[short]]) for table in (SUMS, PRODUCTS) if short in table]
     if not off: return value
     rig, given = off[0]
-    return value + rig - given if short in SUMS else value * rig / given
+    full = [v if v == neutral else v + b - given if short in SUMS else v * b / given for v, b in zip(value, rig)]
+    return [sum(full) / 6] * 6 if alike else full
 
 
 def parameter_error(table, settings, truth, result):
@@ -115,8 +125,7 @@ def parameter_error(table, settings, truth, result):
         found = next((e["parameters"][key] for e in result["effects"] if e["name"] == effect), None)
         if found is None: return ""
         if k["typical"] == k["neutral"]: continue
-        full = whole(settings, name, hidden)
-        full, hidden, found = (v if isinstance(v, list) else [v] * 6 for v in (full, hidden, found))
+        full, hidden, found = whole(settings, name, hidden, found, k["neutral"]), six(hidden), six(found)
         size = max(abs(v - k["neutral"]) for v in hidden)
         if size > 0: worst = max(worst, max(abs(f - v) for f, v in zip(found, full)) / size)
     return worst
@@ -135,28 +144,65 @@ def judge(names, result):
     return 0.0
 
 
+def own_rig(r, series, seed, work, log, hidden, table):
+    """hexid's own plant, by the other engine. What it has besides what is hidden; and why there is no log, or nothing."""
+    settings = base(r, series)
+    for name in hidden: settings |= unlisted(r, name) if name.startswith("unknown_") else hidden[name]
+    settings |= {"sim.substeps": int(os.environ.get("SUBSTEPS", 12))}
+    options = [x for s in [setting(*i) for i in settings.items()] + ["sim.engine=ode", "lcm.url="] for x in ("--set", s)]
+    rig = subprocess.run([HEXID, "run", "-c", CONFIG, "--hal", "sim:", "--fast", "--seed", str(1000 + int(seed)), "--log", log,
+                          "--json", work + "/rig.json"] + options, capture_output=True, text=True)
+    if rig.returncode not in (0, 1): return settings, "the rig does not run: " + rig.stderr.strip()[-120:]
+    with open(work + "/rig.json") as f: tests = json.load(f)["tests"]
+    return settings, "" if any(t["complete"] for t in tests) else "the rig ends in a fault before its first test is done"
+
+
+def other_rig(r, series, seed, work, log, hidden, table):
+    """A rig by other means (RIG), through its CSV."""
+    options = []
+    for name in hidden:
+        if name == "unknown_base_spring": values = {"base_spring.frequency_hz": r.uniform(5, 8), "base_spring.mass_kg": r.uniform(800, 1500)}
+        elif name == "unknown_pump_ripple": values = {"pump_ripple.pressure_pa": r.uniform(2e5, 8e5),
+                                                      "pump_ripple.frequency_hz": 4 * r.randrange(8, 55) + r.uniform(1, 3)}
+        else: values = {key.removeprefix("effects."): off_legs(table, key, value) for key, value in hidden[name].items()}
+        for key, value in values.items(): options += ["--effect", "%s=%s" % (key, ",".join("%.9g" % x for x in six(value)))]
+    command = [RIG, "-c", CONFIG, "-o", work + "/measured", "--" + series, str(seed), "--noise", str(seed)] + options
+    rig = subprocess.run(command, capture_output=True, text=True)
+    if rig.returncode == 0: rig = subprocess.run([HEXID, "import", work + "/measured", "-o", log], capture_output=True, text=True)
+    if rig.returncode: return {}, "the rig does not run: " + (rig.stderr.strip() or "status %d" % rig.returncode)[-120:]
+    with open(work + "/truth.json") as f: base = json.load(f)["base"]
+    share = base["payload_mass_kg"] / BASE["payload.mass_kg"]
+    settings = {name: BASE[name] * share for name in BASE if name.startswith("payload.")}
+    settings |= {"actuator.upper_mass_kg": base["upper_mass_kg"], "actuator.lower_mass_kg": base["lower_mass_kg"]}
+    of = {"viscous": "viscous_n_s_per_m", "leakage": "leakage_m3_per_s_pa", "valve_gain": "valve_flow_m3_per_s"}
+    for name, key in of.items():
+        settings["hydraulics." + key] = [EACH["hydraulics." + key] * x for x in base[name + " relative to nominal, legs 1..6"]]
+    return settings, ""
+
+
+def off_legs(table, name, value):
+    """Where the law is a limit, the rig's 0 is none."""
+    _, effect, key = name.split(".")
+    k = next(x for x in table[effect]["keys"] if x["name"] == key)
+    return [0 if x == k["neutral"] and k["reciprocal"] else x for x in six(value)]
+
+
 def run_case(case, size, seed, series):
     r = random.Random("%s %s %s %s" % (case, size, seed, series))
     table, names = effects(), case.split("+")
-    settings, truth, shapes = base(r, series), {}, []
+    hidden, shapes = {}, []
     for name in names:
         if name in table:
-            values, shape = hide(r, table[name], size)
+            hidden[name], shape = hide(r, table[name], size)
             shapes.append(shape)
-            truth |= values
-        elif name.startswith("unknown_"): settings |= unlisted(r, name)
-    settings |= truth
-    settings |= {"sim.substeps": int(os.environ.get("SUBSTEPS", 12))}
+        elif name.startswith("unknown_"): hidden[name] = {}
+    truth = {key: value for values in hidden.values() for key, value in values.items()}
     row = dict.fromkeys(FIELDS, "") | {"truth": case, "size": size, "seed": seed, "series": series, "shape": " ".join(shapes)}
     with tempfile.TemporaryDirectory() as work:
         work = os.environ.get("KEEP", work)
         log, out = work + "/rig.lcm", work + "/out"
-        options = [x for s in [setting(*i) for i in settings.items()] + ["sim.engine=ode", "lcm.url="] for x in ("--set", s)]
-        rig = subprocess.run([HEXID, "run", "-c", CONFIG, "--hal", "sim:", "--fast", "--seed", str(1000 + int(seed)), "--log", log,
-                              "--json", work + "/rig.json"] + options, capture_output=True, text=True)
-        if rig.returncode not in (0, 1): return row | {"remark": "the rig does not run: " + rig.stderr.strip()[-120:]}
-        with open(work + "/rig.json") as f: tests = json.load(f)["tests"]
-        if not any(t["complete"] for t in tests): return row | {"remark": "the rig ends in a fault before its first test is done"}
+        settings, remark = (other_rig if RIG else own_rig)(r, series, seed, work, log, hidden, table)
+        if remark: return row | {"remark": remark}
         gap = subprocess.run([HEXID, "gap", "--measured", log, "-c", CONFIG, "-o", out, "--set", "lcm.url="],
                              capture_output=True, text=True)
         if gap.returncode: return row | {"score": 0.0, "remark": "refused: " + gap.stderr.strip().split("\n")[-1][-160:]}
@@ -260,4 +306,4 @@ def main():
     else: report(a.files)
 
 
-main()
+if __name__ == "__main__": main()

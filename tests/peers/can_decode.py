@@ -14,6 +14,7 @@ DBC = os.path.join(os.path.dirname(__file__), "..", "..", "config", "hexid.dbc")
 SENSORS = [f"{kind}_{leg}" for leg in range(1, 7) for kind in ("length", "p1", "p2")]
 COLUMNS = [name for leg in range(1, 7) for name in (f"l{leg}_m", f"p1_{leg}_pa", f"p2_{leg}_pa")]
 VALVES = [f"valve_{leg}" for leg in range(1, 7)]
+IO = ["emergency_stop", "enable", "door", "pressure", "supply"]
 
 database = cantools.database.load_file(DBC)
 messages = {m.frame_id: m for m in database.messages}
@@ -31,8 +32,9 @@ def cycles(path):
     values = {}
     for identifier, data in frames(path):
         if identifier == 0x80:
-            if all(name in values for name in SENSORS + VALVES):
-                yield tuple(round(values[s] * (1e6 if s.startswith("length") else 1e-3)) for s in SENSORS), [values[v] for v in VALVES]
+            if all(name in values for name in SENSORS + VALVES + IO):
+                yield (tuple(round(values[s] * (1e6 if s.startswith("length") else 1e-3)) for s in SENSORS), [values[v] for v in VALVES],
+                       [values[i] for i in IO])
             values = {}
         elif identifier in messages:
             values.update(messages[identifier].decode(data, decode_choices=False))
@@ -51,7 +53,7 @@ def rows(directory):
 
 bus = list(cycles(sys.argv[1]))
 places = {}
-for place, (sensors, _) in enumerate(bus):
+for place, (sensors, _, _) in enumerate(bus):
     places.setdefault(sensors, []).append(place)
 total = found = commands = 0
 for sensors, valves in rows(sys.argv[2]):
@@ -64,4 +66,7 @@ good = total > 1000 and found == total
 print(("ok" if good else "not ok") + " - cantools decodes a candump to the logged lengths and pressures")
 mostly = commands >= 0.99 * total  # a sample that came twice was answered by one of two commands
 print(("ok" if mostly else "not ok") + " - and to the logged valve commands, in the same cycle")
-sys.exit(not (good and mostly))
+driven = [(before[2][4], io) for before, (_, valves, io) in zip(bus, bus[1:]) if any(valves)]
+pumped = len(driven) > 1000 and all(supply != io[4] and io[:4] == [1, 1, 1, 1] for supply, io in driven)
+print(("ok" if pumped else "not ok") + " - where a valve is driven, all inputs are closed, and the supply output changes in every cycle")
+sys.exit(not (good and mostly and pumped))

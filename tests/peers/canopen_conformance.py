@@ -1,4 +1,5 @@
-"""CiA 301 (4.2.0), clause by clause, against the plant's nodes: raw frames, and the objects of config/hexid_node.eds. TAP.
+"""CiA 301 (4.2.0), clause by clause, against the plant's nodes: raw frames, and the objects of config/hexid_node.eds; for node 7
+config/hexid_io.eds, and what CiA 401 says of digital inputs and outputs. TAP.
 
     canopen_conformance.py INTERFACE NODE
 
@@ -13,8 +14,11 @@ import time
 import can
 import canopen
 
-EDS = os.path.join(os.path.dirname(__file__), "..", "..", "config", "hexid_node.eds")
 interface, NODE = sys.argv[1], int(sys.argv[2])
+IO = NODE == 7
+EDS = os.path.join(os.path.dirname(__file__), "..", "..", "config", "hexid_io.eds" if IO else "hexid_node.eds")
+WIDE = 1 if IO else 2  # bytes of a command
+COMMAND_OBJECT, IN_FORCE = ((0x6200, 1), (0x6200, 1)) if IO else ((0x6300, 1), (0x6301, 1))
 MASTER, OFF = 0x7F, 0x80000000
 VALVE, DUMMY = 0x63000110, 0x00030010
 COMMAND, WRITE_ONLY, READ_ONLY, NO_OBJECT, NO_SUB = 0x05040001, 0x06010001, 0x06010002, 0x06020000, 0x06090011
@@ -29,7 +33,8 @@ def claim(clause, text, good):
     global failures, checks
     checks += 1
     failures += not good
-    print(("ok" if good else "not ok") + f" - CiA 301, {clause}: {text}", flush=True)
+    standard = "" if clause.startswith("CiA") else "CiA 301, "
+    print(("ok" if good else "not ok") + f" - node {NODE}: {standard}{clause}: {text}", flush=True)
 
 
 def send(cob, data=b""):
@@ -111,14 +116,13 @@ def emergencies(got):
     return [struct.unpack("<HB", m.data[:3]) for m in got if m.arbitration_id == 0x80 + NODE]
 
 
-def operational(valve_watched=True):
+def operational():
     """Slow watchdogs, so that no check runs into one that it does not mean; then started."""
     reset()
     write(0x1016, 1, MASTER << 16 | 60000, 4)
     write(0x1400, 5, 1000, 2)
     nmt(1)
-    if valve_watched:
-        heartbeat()
+    heartbeat()
     settle()
 
 
@@ -225,10 +229,11 @@ claim("7.3.2.2", "no TPDO in pre-operational", answer(0x180 + NODE, 0.1) is None
 operational()
 send(0x80)
 reply = answer(0x180 + NODE)
-claim("7.2.2.5", "SYNC is answered by the TPDO of 8 bytes that is mapped", reply is not None and len(reply) == 8)
-values = struct.unpack("<ihh", reply)
+mapped = [read(0x1A00, i + 1) for i in range(read(0x1A00))]
+length = sum(entry & 0xFF for entry in mapped) // 8
+claim("7.2.2.5", f"SYNC is answered by the TPDO of {length} bytes that is mapped", reply is not None and len(reply) == length)
 claim("7.5.2 (1A00h)", "the TPDO is what SDO reads of the mapped objects",
-      values == struct.unpack("<ihh", struct.pack("<IHH", read(0x6020, 1), read(0x7130, 1), read(0x7130, 2))))
+      reply == b"".join(read(entry >> 16, entry >> 8 & 0xFF).to_bytes((entry & 0xFF) // 8, "little") for entry in mapped))
 send(0x80, [1])
 got = frames(0.1)
 claim("7.2.5 (1019h)", "SYNC with a counter that is not configured: no PDO, EMCY 0x8240",
@@ -288,28 +293,33 @@ claim("7.5.2 (1800h)", "and acts", answer(0x385) is not None)
 operational()
 
 
-def valve(data, cob=0x200 + NODE, sync=True):
+def data(value):
+    return value.to_bytes(WIDE, "little")
+
+
+def output(data, cob=0x200 + NODE, sync=True):
+    """What is in force after this RPDO, and after SYNC."""
     send(cob, data)
     if sync:
         send(0x80)
         answer(0x180 + NODE)
-    return read(0x6301, 1)
+    return read(*IN_FORCE)
 
 
 claim("7.2.2.5", "a synchronous RPDO acts with the SYNC after it",
-      valve(b"\x10\x00", sync=False) == 0 and valve(b"\x10\x00") == 0x10)
+      output(data(0x10), sync=False) == 0 and output(data(0x10)) == 0x10)
 settle()
-send(0x200 + NODE, b"\x20")
+send(0x200 + NODE, data(0x20)[:-1])
 got = frames(0.1)
 send(0x80)
 answer(0x180 + NODE)
 claim("7.2.7.1 (8210h)", "a short RPDO is an EMCY 0x8210 and is not processed",
-      emergencies(got) == [(0x8210, 0x11)] and read(0x6301, 1) == 0x10)
+      emergencies(got) == [(0x8210, 0x11)] and read(*IN_FORCE) == 0x10)
 settle()
-send(0x200 + NODE, b"\x20\x00\x00\x00")
+send(0x200 + NODE, data(0x20) + b"\0\0")
 got = emergencies(frames(0.1))
 claim("7.2.7.1 (8220h)", "of a long one the first bytes are processed, with EMCY 0x8220",
-      (0x8220, 0x11) in got and valve(b"\x21\x00") == 0x21)
+      (0x8220, 0x11) in got and output(data(0x21)) == 0x21)
 claim("7.5.2 (1003h)", "the error history has the newest first",
       (read(0x1003), read(0x1003, 1), read(0x1003, 2)) == (2, 0x8220, 0x8210))
 claim("7.5.2 (1003h)", "past its end there is no data: 0x08000024", read(0x1003, 3) == -NO_DATA)
@@ -318,13 +328,13 @@ claim("7.5.2 (1003h)", "it takes nothing but 0",
 claim("SAFETY", "in operational nothing else is written",
       {write(i, s, v, n)
        for i, s, v, n in ((0x1400, 5, 20, 2), (0x1400, 1, OFF, 4), (0x1016, 1, 0, 4), (0x1017, 0, 0, 2), (0x1005, 0, 0x90, 4),
-                          (0x1600, 0, 0, 1), (0x1800, 1, OFF, 4), (0x2000, 1, 1, 4), (0x6300, 1, 1, 2), (0x1029, 1, 2, 1))} == {STATE})
+                          (0x1800, 1, OFF, 4), (0x2000, 1, 1, 4), (*COMMAND_OBJECT, 1, WIDE), (0x1029, 1, 2, 1))} == {STATE})
 settle()
-valve(b"\x30\x00")
+output(data(0x30))
 got = frames(3, lambda m: m.arbitration_id == 0x80 + NODE)
 claim("7.5.2 (1400h:5)", "without RPDOs for the event timer: EMCY 0x8250", emergencies(got) == [(0x8250, 0x11)])
-claim("7.5.2 (1029h)", "and pre-operational, with the valve at its centre",
-      write(0x1017, 0, 20, 2) == 0 and 0x7F in (state(), state()) and read(0x6301, 1) == 0)
+claim("7.5.2 (1029h)", "and pre-operational, with the output at 0",
+      write(0x1017, 0, 20, 2) == 0 and 0x7F in (state(), state()) and read(*IN_FORCE) == 0)
 claim("7.5.2 (1001h)", "the error register has generic and communication", read(0x1001) == 0x11)
 settle()
 nmt(1)
@@ -336,7 +346,7 @@ claim("7.5.2 (1029h)", "the error behaviour is 0 or 2",
 write(0x1017, 0, 20, 2)
 nmt(1)
 heartbeat()
-send(0x200 + NODE, b"\x10\x00")
+send(0x200 + NODE, data(0x10))
 got = frames(3, lambda m: m.arbitration_id == 0x700 + NODE and m.data[0] == 4)
 claim("7.5.2 (1029h)", "2: to stopped", got and got[-1].data[0] == 4 and (0x8250, 0x11) in emergencies(got))
 reset()
@@ -348,28 +358,52 @@ claim("7.5.2 (1400h)", "type 255 is taken", write(0x1400, 2, 255, 1) == 0)
 write(0x1400, 5, 1000, 2)
 nmt(1)
 heartbeat()
-claim("7.5.2 (1400h)", "and the RPDO acts at once", valve(b"\x44\x00", sync=False) == 0x44)
+claim("7.5.2 (1400h)", "and the RPDO acts at once", output(data(0x44), sync=False) == 0x44)
 reset()
-claim("7.5.2 (1600h)", "the mapping is not changed while the PDO is on", write(0x1600, 0, 0, 1) == STATE)
-claim("7.5.2 (1400h)", "nor its identifier", write(0x1400, 1, 0x301, 4) == STATE)
+if not IO:
+    claim("7.5.2 (1600h)", "the mapping is not changed while the PDO is on", write(0x1600, 0, 0, 1) == STATE)
+claim("7.5.2 (1400h)", "an identifier is not changed while the PDO is on", write(0x1400, 1, 0x301, 4) == STATE)
 claim("7.5.2 (1400h)", "bit 31 switches it off", write(0x1400, 1, OFF | 0x200 + NODE, 4) == 0)
 claim("7.3.5", "no restricted identifier for an RPDO, NMT's least of all",
       {write(0x1400, 1, cob, 4) for cob in (0, 0x07F, 0x180, 0x5FF, 0x67F, 0x6FF, 0x77F)} == {VALUE})
-claim("7.5.2 (1600h)", "entries are not changed while they count", write(0x1600, 1, VALVE, 4) == STATE)
-claim("7.5.2 (1600h)", "0 entries", write(0x1600, 0, 0, 1) == 0)
-claim("7.5.2 (1400h)", "an RPDO without entries is not switched on", write(0x1400, 1, 0x200 + NODE, 4) == STATE)
-claim("7.5.2 (1600h)", "what cannot be mapped: 0x06040041",
-      {write(0x1600, 1, v, 4) for v in (0x10170010, 0x60200120, 0x63000108, 0x00050008)} == {NOT_MAPPABLE})
-claim("7.5.2 (1600h)", "what is not there: 0x06020000, 0x06090011",
-      (write(0x1600, 1, 0x5FFF0010, 4), write(0x1600, 1, 0x63000910, 4)) == (NO_OBJECT, NO_SUB))
-claim("7.5.2 (1600h)", "dummy, then the valve", (write(0x1600, 1, DUMMY, 4), write(0x1600, 2, VALVE, 4)) == (0, 0))
-claim("7.5.2 (1600h)", "more entries than there are: 0x06040042", write(0x1600, 0, 4, 1) == TOO_LONG)
-claim("7.5.2 (1600h)", "two, and the PDO on with another identifier",
-      (write(0x1600, 0, 2, 1), write(0x1400, 1, 0x301, 4)) == (0, 0))
-write(0x1400, 5, 1000, 2)
-nmt(1)
-heartbeat()
-claim("7.4.7", "the dummy takes its two bytes, the valve the next", valve(b"\x11\x11\x22\x02", 0x301) == 0x222)
+if not IO:
+    claim("7.5.2 (1600h)", "entries are not changed while they count", write(0x1600, 1, VALVE, 4) == STATE)
+    claim("7.5.2 (1600h)", "0 entries", write(0x1600, 0, 0, 1) == 0)
+    claim("7.5.2 (1400h)", "an RPDO without entries is not switched on", write(0x1400, 1, 0x200 + NODE, 4) == STATE)
+    claim("7.5.2 (1600h)", "what cannot be mapped: 0x06040041",
+          {write(0x1600, 1, v, 4) for v in (0x10170010, 0x60200120, 0x63000108, 0x00050008)} == {NOT_MAPPABLE})
+    claim("7.5.2 (1600h)", "what is not there: 0x06020000, 0x06090011",
+          (write(0x1600, 1, 0x5FFF0010, 4), write(0x1600, 1, 0x63000910, 4)) == (NO_OBJECT, NO_SUB))
+    claim("7.5.2 (1600h)", "dummy, then the valve", (write(0x1600, 1, DUMMY, 4), write(0x1600, 2, VALVE, 4)) == (0, 0))
+    claim("7.5.2 (1600h)", "more entries than there are: 0x06040042", write(0x1600, 0, 4, 1) == TOO_LONG)
+    claim("7.5.2 (1600h)", "two, and the PDO on with another identifier",
+          (write(0x1600, 0, 2, 1), write(0x1400, 1, 0x301, 4)) == (0, 0))
+    write(0x1400, 5, 1000, 2)
+    nmt(1)
+    heartbeat()
+    claim("7.4.7", "the dummy takes its two bytes, the valve the next", output(b"\x11\x11\x22\x02", 0x301) == 0x222)
+
+# CiA 401: one group of eight inputs, one of eight outputs.
+if IO:
+    reset()
+    claim("CiA 401, 1000h", "profile 401, digital inputs and digital outputs, nothing else", read(0x1000) == 0x00030191)
+    claim("CiA 401, RPDO 1", "by default carries the first eight outputs", (read(0x1600), read(0x1600, 1)) == (1, 0x62000108))
+    claim("CiA 401, TPDO 1", "by default carries the first eight inputs", (read(0x1A00), read(0x1A00, 1)) == (1, 0x60000108))
+    claim("7.5.2 (1600h)", "the mapping is fixed: 0x06010002",
+          {write(0x1600, 0, 0, 1), write(0x1600, 1, 0x62000108, 4), write(0x1A00, 0, 0, 1)} == {READ_ONLY})
+    claim("CiA 401, 6000h", "inputs are read only, and say how the machine is: emergency stop, enable switch and door closed",
+          (read(0x6000), read(0x6000, 1), write(0x6000, 1, 0, 1)) == (1, 0, READ_ONLY) and (send(0x80), read(0x6000, 1))[1] & 7 == 7)
+    claim("CiA 401, 6206h, 6207h", "SAFETY: on an error every output takes its error value, 0; neither can be changed",
+          (read(0x6206, 1), read(0x6207, 1)) == (0xFF, 0) and
+          {write(0x6206, 1, 0, 1), write(0x6207, 1, 1, 1)} == {READ_ONLY})
+    claim("SAFETY", "no SDO sets an output", write(0x6200, 1, 1, 1) == STATE and read(0x6200, 1) == 0)
+    operational()
+    claim("CiA 401, 6200h", "all eight outputs are as commanded", [output(data(v)) for v in (0xFF, 0x01, 0x80, 0)] == [0xFF, 1, 0x80, 0])
+    output(data(1))
+    nmt(2)
+    nmt(1)
+    settle()
+    claim("CiA 401, 6206h", "stopped and started again, an output waits for a new command", read(0x6200, 1) == 0)
 
 # Heartbeat consumer.
 reset()
@@ -392,18 +426,18 @@ write(0x1017, 0, 20, 2)
 write(0x1016, 1, 100 << 16 | 100, 4)
 write(0x1400, 5, 1000, 2)
 nmt(1)
-claim("SAFETY", "without the heartbeat the valve stays centred", valve(b"\x10\x00") == 0)
+claim("SAFETY", "without the heartbeat the output stays 0", output(data(0x10)) == 0)
 heartbeat(100)
-claim("SAFETY", "with it the valve opens", valve(b"\x10\x00") == 0x10)
+claim("SAFETY", "with it the output is set", output(data(0x10)) == 0x10)
 settle()
 got = frames(2, lambda m: m.arbitration_id == 0x80 + NODE)
-claim("7.5.2 (1029h)", "its loss in operational: EMCY, pre-operational, centred",
-      emergencies(got) in ([(0x8130, 0x11)],) and 0x7F in (state(), state()) and read(0x6301, 1) == 0)
+claim("7.5.2 (1029h)", "its loss in operational: EMCY, pre-operational, output 0",
+      emergencies(got) in ([(0x8130, 0x11)],) and 0x7F in (state(), state()) and read(*IN_FORCE) == 0)
 reset()
 write(0x1016, 1, 0, 4)
 nmt(1)
 heartbeat()
-claim("SAFETY", "switched off, the valve does not open at all", valve(b"\x10\x00") == 0)
+claim("SAFETY", "switched off, the output is not set at all", output(data(0x10)) == 0)
 
 # Manufacturer's objects: one owner.
 reset()

@@ -1,4 +1,4 @@
-"""Another maker's CANopen master (python canopen, with config/hexid_node.eds) at the plant's nodes. TAP.
+"""Another maker's CANopen master (python canopen, with config/hexid_node.eds and hexid_io.eds) at the plant's nodes. TAP.
 
     canopen_master.py INTERFACE NODE
 """
@@ -8,7 +8,7 @@ import time
 
 import canopen
 
-EDS = os.path.join(os.path.dirname(__file__), "..", "..", "config", "hexid_node.eds")
+CONFIG = os.path.join(os.path.dirname(__file__), "..", "..", "config")
 interface, number = sys.argv[1], int(sys.argv[2])
 failures = 0
 
@@ -28,7 +28,8 @@ def within(seconds, condition):
 
 network = canopen.Network()
 network.connect(channel=interface, interface="socketcan")
-node = network.add_node(number, EDS)
+node = network.add_node(number, os.path.join(CONFIG, "hexid_node.eds"))
+io = network.add_node(7, os.path.join(CONFIG, "hexid_io.eds"))
 emergencies = []
 node.emcy.add_callback(lambda error: emergencies.append(error.code))
 
@@ -56,6 +57,15 @@ node.nmt.state = "OPERATIONAL"
 claim("NMT starts the node: its heartbeat says operational", within(1, lambda: node.nmt.state == "OPERATIONAL"))
 
 
+io.tpdo.read()
+io.rpdo.read()
+claim("the I/O module maps its byte of inputs and its byte of outputs, as the EDS says",
+      [[v.index for v in pdo[1]] for pdo in (io.tpdo, io.rpdo)] == [[0x6000], [0x6200]])
+io.nmt.state = "OPERATIONAL"
+inputs = []
+io.tpdo[1].add_callback(lambda pdo: inputs.append(pdo[0].raw))
+
+
 answers = []
 node.tpdo[1].add_callback(lambda pdo: answers.append(tuple(v.raw for v in pdo)))
 
@@ -64,7 +74,8 @@ heard = 0.0
 
 
 def cycle(valve=None):
-    """The master's heartbeat when it is due, one RPDO and SYNC; returns position, P1, P2 of the TPDO that answers."""
+    """The master's heartbeat when it is due, RPDOs and SYNC; returns position, P1, P2 of the TPDO that answers. With a valve command the
+    charge pump runs, too."""
     global heard
     if time.monotonic() - heard > 0.03:
         heard = time.monotonic()
@@ -72,6 +83,8 @@ def cycle(valve=None):
     if valve is not None:
         node.rpdo[1][0].raw = int(valve * 32767)
         node.rpdo[1].transmit()
+        io.rpdo[1][0].raw ^= 1
+        io.rpdo[1].transmit()
     del answers[:]
     network.sync.transmit()
     return answers[0] if within(1, lambda: answers) else None
@@ -80,13 +93,19 @@ def cycle(valve=None):
 at_rest = cycle()
 claim("SYNC is answered by a TPDO as the EDS maps it: a leg of 1.43 m, tank pressure",
       at_rest is not None and abs(at_rest[0] - 1431000) < 2000 and max(abs(at_rest[1]), abs(at_rest[2])) < 100)
+claim("all inputs are closed but the supply's pressure", inputs[-1] == 0b0111)
 for _ in range(300):
     time.sleep(1e-3)  # the machine lives by the clock
+    at_rest = cycle(0.0)
+claim("while the supply output changes, the machine has pressure", inputs[-1] == 0b1111)
+for _ in range(300):
+    time.sleep(1e-3)
     last = cycle(0.5)
 claim("RPDO and SYNC move the leg: %+.1f mm in 300 cycles" % ((last[0] - at_rest[0]) * 1e-3), last[0] - at_rest[0] > 10000)
 claim("commands that stop are an emergency 0x8250", within(1, lambda: 0x8250 in emergencies))
 claim("and the node leaves operational", within(1, lambda: node.nmt.state == "PRE-OPERATIONAL"))
 claim("with its valve at the centre", node.sdo[0x6301][1].raw == 0)
+claim("and the supply's output off", io.sdo[0x6200][1].raw == 0)
 time.sleep(0.5)
 network.sync.transmit()
 time.sleep(0.05)

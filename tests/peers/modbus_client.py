@@ -2,7 +2,7 @@
 import socket, sys, time
 from pymodbus.client import ModbusTcpClient
 
-IDENTITY, WATCHDOG, TOKEN, COMMAND, SAMPLE, STATUS, LENGTH, END = 0x0000, 0x0016, 0x0017, 0x001F, 0x0020, 0x0021, 0x0022, 0x003B
+IDENTITY, WATCHDOG, TOKEN, COMMAND, SAMPLE, STATUS, LENGTH, END = 0x0000, 0x0015, 0x0016, 0x001F, 0x0020, 0x0021, 0x0022, 0x003C
 MINE = [0x1234, 0x5678]
 client = ModbusTcpClient("127.0.0.1", port=int(sys.argv[1]))
 failures = 0
@@ -21,14 +21,14 @@ def signed(registers):
 def exchange(number, valve):
     raw = [int(32767 * v) & 0xFFFF for v in valve]
     answer = client.readwrite_registers(read_address=COMMAND, read_count=END - COMMAND, write_address=TOKEN,
-                                        values=MINE + raw + [number], slave=1).registers
+                                        values=MINE + raw + [number & 1, number], slave=1).registers
     numbers.append(answer[0])
     return answer[1:]
 
 
 numbers = []  # of commands, as the answers have them
 client.connect()
-claim("pymodbus: the device says what it is", client.read_holding_registers(IDENTITY, 2, slave=1).registers == [0x4845, 2])
+claim("pymodbus: the device says what it is", client.read_holding_registers(IDENTITY, 2, slave=1).registers == [0x4845, 3])
 claim("pymodbus: the machine is claimed", not client.write_registers(WATCHDOG, [20] + MINE, slave=1).isError())
 first = signed(exchange(1, [0] * 6)[2:14])
 claim("pymodbus: at rest, all legs alike: %s um" % first, max(first) - min(first) < 2 and 1.42e6 < first[0] < 1.44e6)

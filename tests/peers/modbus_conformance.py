@@ -11,8 +11,8 @@ import os, random, select, socket, struct, subprocess, sys, time, tty
 from pymodbus.client import ModbusTcpClient
 
 PATIENCE_S = 30
-END = 0x3B  # registers 0..0x3a are there
-IDENTITY, WATCHDOG_MAX, WATCHDOG, TOKEN, VALVE, COMMAND, SAMPLE, STATUS, FOREIGN = 0, 4, 0x16, 0x17, 0x19, 0x1F, 0x20, 0x21, 0x3A
+END = 0x3C  # registers 0..0x3a are there
+IDENTITY, WATCHDOG_MAX, WATCHDOG, TOKEN, VALVE, COMMAND, SAMPLE, STATUS, FOREIGN = 0, 4, 0x15, 0x16, 0x18, 0x1F, 0x20, 0x21, 0x3A
 failures = 0
 
 
@@ -42,7 +42,7 @@ def exchange(read_address, reads, address, values, count=None, size=None):
 
 
 def cycle(token, number, valve=0):
-    return exchange(COMMAND, END - COMMAND, TOKEN, token + [valve & 0xFFFF] * 6 + [number])
+    return exchange(COMMAND, END - COMMAND, TOKEN, token + [valve & 0xFFFF] * 6 + [number & 1, number])
 
 
 def exception(function, code):
@@ -289,7 +289,7 @@ def tcp(port):
     check("App 4.5: 1000 requests drawn at random, each answered or refused with an exception there is", answered)
     client = ModbusTcpClient("127.0.0.1", port=port, timeout=PATIENCE_S)
     client.connect()
-    check("pymodbus agrees: functions 3, 6, 16, 23 and an exception", client.read_holding_registers(0, 2, slave=1).registers == [0x4845, 2] and
+    check("pymodbus agrees: functions 3, 6, 16, 23 and an exception", client.read_holding_registers(0, 2, slave=1).registers == [0x4845, 3] and
           client.write_registers(WATCHDOG, [own_ms, 1, 2], slave=1).address == WATCHDOG and
           client.write_register(WATCHDOG, own_ms, slave=1).value == own_ms and
           client.readwrite_registers(read_address=COMMAND, read_count=1, write_address=COMMAND, values=[77], slave=1).registers == [77] and

@@ -6,9 +6,11 @@ chrt -f 80 true 2>/dev/null || { echo "ok - latency # SKIP this user has no SCHE
 quiet=(--set motion.engage_s=3 --set motion.park_s=3 --set motion.hold_s=0 --set tests.settle_s=0.2 --set tests.ramp_s=0.2
     --set tests.ramp_out_s=0.2 --set tests.duration_s=0.5 --set lcm.url=)
 run() { "$hexid" run --hal sim: --rt require "${quiet[@]}" --json "$work/loop.json" >"$work/run"; }
-cyclictest --quiet --mlockall --policy=fifo --priority=80 --interval=2000 --threads=1 --duration=14 --histogram=50000 >"$work/cyclic"
+cyclictest --quiet --mlockall --policy=fifo --priority=80 --interval=2000 --threads=1 --duration=60 --histogram=50000 >"$work/cyclic" &
+cyclic=$!
 run
 status=$?
+kill -INT $cyclic && wait $cyclic
 compare() {
     "$python" - "$work/cyclic" "$work/loop.json" <<'END'
 import json, sys
@@ -30,4 +32,10 @@ END
 claim "the loop's wake-up p99 is within three times cyclictest's and 50 us" compare
 sed 's/^/# /' "$work/claim.out"
 kept() { cat "$work/run"; echo "exit status $status"; [ $status -eq 0 ]; }
-claim "a real 2 ms is kept with --rt require, on a machine that does not stand still for 20 ms" kept
+text="a real 2 ms is kept with --rt require, on a machine that does not stand still for 5 ms"
+still_us=$(sed -n 's/^# Max Latencies: *0*//p' "$work/cyclic")
+if ((status && still_us >= 5000)); then
+    echo "ok - $text # SKIP cyclictest beside it was held up for $still_us us"
+else
+    claim "$text" kept
+fi

@@ -6,8 +6,8 @@
 lcm-gen -p --ppath "$work" lcmtypes/*.lcm
 jobs=$(nproc)
 
-# fault NAME|FAULT|FROM_S|EXPECTED|WITHIN: one run, judged into $work/rows/NAME. Engaged from 0.1 s, ready at 1.7 s; z is tested from 5.2 to
-# 6.9 s.
+# fault NAME|FAULT|FROM_S|EXPECTED|WITHIN: one run, judged into $work/rows/NAME. Engaged from 0.1 s, ready at 1.86 s; z is tested from 5.36 to
+# 7.06 s.
 fault() {
     local name kind from expected within file
     IFS='|' read -r name kind from expected within <<<"$1"
@@ -41,46 +41,52 @@ listed() {
 frame loss 0.1 %|loss@0.5+100=0.1|0.5|flagged|2000
 frame loss 1 %|loss@0.5+100=1|0.5|flagged|1000
 frame loss 10 %|loss@0.5+100=10|0.5|flagged|100
-frame loss 100 %|loss@5.75+100=100|5.75|sensor_age|10
-delay 4 ms|delay@5.75+100=0.004|5.75|flagged|1
-delay 20 ms|delay@5.75+100=0.02|5.75|sensor_age|5
+frame loss 100 %|loss@5.91+100=100|5.91|sensor_age|10
+delay 4 ms|delay@5.91+100=0.004|5.91|flagged|1
+delay 20 ms|delay@5.91+100=0.02|5.91|sensor_age|5
 delay 4 ms, not told|lag@0.5+100=0.004|0.5|verdict|0
-delay 20 ms, not told|lag@5.75+100=0.02|5.75|verdict|0
-time stamps 20 ms late|late@5.75+100=0.02|5.75|sensor_age|5
+delay 20 ms, not told|lag@5.91+100=0.02|5.91|verdict|0
+time stamps 20 ms late|late@5.91+100=0.02|5.91|sensor_age|5
 duplicates, fresh time stamps|repeat@0.5+100|0.5|flagged|2
 reordering, fresh time stamps|reorder@0.5+100|0.5|flagged|2
-stale samples|stale@5.75+100|5.75|sensor_age|10
-device hangs, fresh time stamps|hang@5.75+100|5.75|sensor_age|10
+stale samples|stale@5.91+100|5.91|sensor_age|10
+device hangs, fresh time stamps|hang@5.91+100|5.91|sensor_age|10
 bit flips, 0.1 % of the lengths|flip@0.5+100=0.1|0.5|flagged|1000
 bit flips, 10 % of the lengths|flip@0.5+100=10|0.5|leg_rate/stroke/following_error|250
-read error|drop@5.75+100|5.75|io|5
-write error|deaf@5.75+100|5.75|io|6
-read error, 8 ms|drop@5.75+0.008|5.75|flagged|1
-length frozen, fast leg|freeze@5.75+100/3|5.75|standstill|40
-length frozen, slow leg, one test|freeze@7.4+1.2/1|7.4|verdict|0
-length frozen at standstill|freeze@1.7+100/3|1.7|standstill|2500
-all lengths frozen|freeze@5.75+100|5.75|standstill|40
-not a number|nan@5.75+100/2|5.75|sensor_invalid|5
-length out of range, high|length@5.75+100/3=1|5.75|stroke|5
-length out of range, low|length@5.75+100/3=-1|5.75|stroke|5
-length jumps 10 mm|length@5.75+100/3=0.01|5.75|leg_rate|5
-length jumps 1 mm|length@5.75+100/3=0.001|5.75|nothing/verdict/flagged|0
-length drifts 10 mm/s|drift@1.8+100/3=0.01|1.8|verdict/following_error|0
-length drifts 0.1 mm/s|drift@1.8+100/3=0.0001|1.8|nothing|0
-length noise 10 mm|noise@5.75+100/3=0.01|5.75|leg_rate/following_error|20
-lengths of legs 2 and 3 swapped|swap@5.75+100/2|5.75|following_error/leg_rate|300
-lengths swapped from the start|swap@0.05+100/2|0.05|following_error/leg_rate|300
-pressure out of range, high|pressure@5.75+100/3=2e7|5.75|sensor_invalid|5
-pressure out of range, low|pressure@5.75+100/3=-1e7|5.75|sensor_invalid|5
-pressure jumps 8 MPa|pressure@5.75+100/3=8e6|5.75|force|5
-pressure jumps 0.1 MPa|pressure@5.9+100/3=1e5|5.9|verdict|0
+read error|drop@5.91+100|5.91|io|5
+write error|deaf@5.91+100|5.91|io|6
+read error, 8 ms|drop@5.91+0.008|5.91|flagged|1
+length frozen, fast leg|freeze@5.91+100/3|5.91|standstill|40
+length frozen, slow leg, one test|freeze@7.56+1.2/1|7.56|verdict|0
+length frozen at standstill|freeze@1.86+100/3|1.86|standstill|2500
+all lengths frozen|freeze@5.91+100|5.91|standstill|40
+not a number|nan@5.91+100/2|5.91|sensor_invalid|5
+length out of range, high|length@5.91+100/3=1|5.91|stroke|5
+length out of range, low|length@5.91+100/3=-1|5.91|stroke|5
+length jumps 10 mm|length@5.91+100/3=0.01|5.91|leg_rate|5
+length jumps 1 mm|length@5.91+100/3=0.001|5.91|nothing/verdict/flagged|0
+length drifts 10 mm/s|drift@1.96+100/3=0.01|1.96|verdict/following_error|0
+length drifts 0.1 mm/s|drift@1.96+100/3=0.0001|1.96|nothing|0
+length noise 10 mm|noise@5.91+100/3=0.01|5.91|leg_rate/following_error|20
+lengths of legs 2 and 3 swapped|swap@5.91+100/2|5.91|following_error/leg_rate|300
+lengths swapped from the start|swap@0.05+100/2|0.05|following_error/leg_rate|400
+pressure out of range, high|pressure@5.91+100/3=2e7|5.91|force|5
+pressure out of range, low|pressure@5.91+100/3=-1e7|5.91|force|5
+pressures of a leg lost|pressure_nan@5.91+100/3|5.91|pressure_sensor|5
+all pressures lost|pressure_nan@5.91+100|5.91|pressure_sensor|5
+emergency stop|emergency_stop@5.91+100|5.91|emergency_stop|1
+enable switch let go, 2 ms|enable@5.91+0.002|5.91|enable_switch|1
+door opened|door@5.91+100|5.91|door|1
+supply lost: its relay opens|supply@5.91+100|5.91|supply|40
+pressure jumps 8 MPa|pressure@5.91+100/3=8e6|5.91|force|5
+pressure jumps 0.1 MPa|pressure@6.06+100/3=1e5|6.06|verdict|0
 pressure drifts 0.1 MPa/s|pressure_drift@0.05+100/3=1e5|0.05|verdict|0
-pressures frozen|pressure_freeze@5.75+100/3|5.75|verdict|0
-P1 and P2 of a leg swapped|pressure_swap@5.75+100/3|5.75|force|50
+pressures frozen|pressure_freeze@5.91+100/3|5.91|verdict|0
+P1 and P2 of a leg swapped|pressure_swap@5.91+100/3|5.91|force|50
 pressures of legs 2 and 3 swapped|mix@0.05+100/2|0.05|verdict|0
-valve stuck in motion|stuck@5.75+100/3|5.75|following_error|150
+valve stuck in motion|stuck@5.91+100/3|5.91|following_error|150
 valve stuck at rest|stuck@1.75+100/3|1.75|following_error|700
-valve fully open|valve@5.75+100/3=1|5.75|leg_rate/following_error|20
+valve fully open|valve@5.91+100/3=1|5.91|leg_rate/following_error|20
 END
 }
 

@@ -22,12 +22,17 @@ def named(path, names):
     assert after <= 1.2 * floor
 
 
-def repaired(path, identification, diagonal, coupling):
-    mt, nominal = load(path)["Mt"]["repaired"], load(identification)["nominal"]["Mt"]
+def repaired(path, identification, percent, deviations):
+    """Each entry within so many percent of the nominal one, and so many of the standard deviations that the identification states."""
+    mt, ident = load(path)["Mt"]["repaired"], load(identification)
+    nominal, std = ident["nominal"]["Mt"], ident["method_a"]["std"]
     error = {f"{i + 1}{j + 1}": 100 * (mt[i][j] / nominal[i][j] - 1)
              for i, j in [(k, k) for k in range(6)] + [(0, 4), (1, 3), (3, 1), (4, 0)]}
     print(" ".join(f"{k} {e:+.2f}" for k, e in error.items()), "%")
-    assert all(abs(e) <= float(diagonal if k[0] == k[1] else coupling) for k, e in error.items())
+    for k, e in error.items():
+        i, j = int(k[0]) - 1, int(k[1]) - 1
+        bound = float(percent) + float(deviations) * abs(100 * std[i][j] / nominal[i][j])
+        assert abs(e) <= bound, f"{k} {e:+.2f} %, bound {bound:.2f} %"
 
 
 if sys.argv[1] == "repaired": repaired(*sys.argv[2:])

@@ -14,7 +14,9 @@ samples() {
 cut_everywhere() {
     local before=0 now cut
     for part in $(seq 1 40); do
-        cut=$((size * part / 41 + part)) # never between two events
+        cut=$((size * part / 41 + part))
+        # Between two events nothing is cut: an event begins with this word.
+        [ "$(od -An -tx1 -j $cut -N 4 "$work/whole.lcm" | tr -d ' ')" = eda1da01 ] && cut=$((cut + 5))
         head -c $cut "$work/whole.lcm" >"$work/cut.lcm"
         now=$(samples "$work/cut.lcm")
         echo "cut at byte $cut of $size: $now samples; $(cat "$work/error")"

@@ -1,4 +1,5 @@
-"""paced.py FAST_LOG PACED_LOG FAST_JSON PACED_JSON: the same but for what the host's clock says. Needs the log's types on PYTHONPATH."""
+"""paced.py FAST_LOG PACED_LOG FAST_JSON PACED_JSON: the same but for what the host's clock says; and the stamps of the paced log are that
+clock's: they are stretched as the result says. Needs the log's types on PYTHONPATH."""
 import json, sys
 
 import hexid, lcm
@@ -31,4 +32,9 @@ if differ:
 (fast_result, none), (paced_result, host) = result(sys.argv[3]), result(sys.argv[4])
 print("the host:", host)
 measured = all(value is None for value in none.values()) and 0 < host["pace"] < 1 and host["stalls"] > 0
-sys.exit(bool(differ) or len(fast) != len(paced) or fast_result != paced_result or not measured)
+stamps = [event.timestamp for event in lcm.EventLog(sys.argv[2], "r") if event.channel == "HEXID_STATE"]
+took_s, own_s = (stamps[-1] - stamps[0]) / 1e6, (len(stamps) - 1) * 0.002
+longest_s = max(b - a for a, b in zip(stamps, stamps[1:])) / 1e6
+print(f"the log: {own_s:.3f} s of its own time in {took_s:.3f} s, the longest step {longest_s:.3f} s")
+stamped = abs(took_s - own_s / host["pace"]) < 0.005 and abs(longest_s - host["longest_stall_s"]) < 0.005
+sys.exit(bool(differ) or len(fast) != len(paced) or fast_result != paced_result or not measured or not stamped)

@@ -20,5 +20,5 @@ stalled_run() { # by 0.3 s, while it rises
 quick "${settings[@]}" --log "$work/fast.lcm" --json "$work/fast.json" >/dev/null
 stalled_run >"$work/paced"
 same() { PYTHONPATH=$work "$python" tests/scenarios/paced.py "$work"/{fast,paced}.lcm "$work"/{fast,paced}.json; }
-claim "a run beside the wall clock gives what virtual time gives, to the last bit" same
+claim "a run beside the wall clock gives what virtual time gives, to the last bit; its stamps are the wall clock's" same
 claim "and says how far it was behind" grep -q 'x real time, [1-9][0-9]* stall.* of this host, the longest [0-9]*[2-9][0-9][0-9] ms' "$work/paced"

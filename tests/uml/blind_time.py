@@ -15,7 +15,7 @@ import time
 
 hexid, bus, moments, seed, limit_s, *options = sys.argv[1:]
 SO_TIMESTAMPNS = 35
-RPDO, EMCY, RPDO_TIMEOUT = (0x201, 0x204), range(0x081, 0x087), 0x8250
+RPDO, EMCY, RPDO_TIMEOUT = (0x201, 0x204, 0x207), range(0x081, 0x088), 0x8250
 
 
 class Can:
@@ -30,9 +30,9 @@ class Can:
         self.socket.settimeout(30)
 
     def centred(self):
-        """When the last command was on the bus, and when the last of six nodes said that its valve is centred; s."""
+        """When the last command was on the bus, and when the last of seven nodes said that its valve is centred, its output off; s."""
         command, nodes = None, {}
-        while len(nodes) < 6:
+        while len(nodes) < len(EMCY):
             frame, ancillary, _, _ = self.socket.recvmsg(16, 64)
             s, ns = struct.unpack("qq", ancillary[0][2])
             (identifier,) = struct.unpack_from("=I", frame)

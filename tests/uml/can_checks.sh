@@ -60,7 +60,7 @@ log_is_whole() { "$hexid" export "$work/broken.lcm" -o "$work/broken$RANDOM"; }
 
 killed_daemon() {
     local run cycles status
-    plant_start can:vcan0 "${quick_bus[@]}" && dump ,080:7f8,200:7f8,7ff:7ff || return
+    plant_start can:vcan0 "${quick_bus[@]}" && dump ,080:7f8,200:7f8,580:7f8,7ff:7ff || return
     : >"$work/run"
     "$hexid" run --hal can:vcan0 "${quick_bus[@]}" >"$work/run" 2>&1 &
     run=$!
@@ -70,6 +70,8 @@ killed_daemon() {
     [ $? -eq 137 ] && cycles=$(emergencies)
     status=$?
     echo "valves centred ${cycles:-no} cycles after the last command"
+    cansend vcan0 607#4000620100000000 # SAFETY: what the relay gets
+    until_in ' 587#4F00620100' "$work/dump" $plant || { echo "the supply output is not off"; status=1; }
     dump_stop
     plant_stop && return $status
 }
@@ -83,21 +85,23 @@ ip link set vcan1 up
 claim "no permission for CAN sockets: refused, naming the interface and the remedy" refuses 3 "can:vcan1 permission root AF_CAN" \
     "$python" tests/peers/no_can.py "$hexid" run --hal can:vcan1
 claim "a bus without nodes: refused, naming them" refuses 3 "can:vcan1 all nodes lost" "$hexid" run --hal can:vcan1
-claim "a bus too slow for the cycle: refused with the arithmetic" refuses 2 "1095 bits can.bitrate_bps" \
+claim "a bus too slow for the cycle: refused with the arithmetic" refuses 2 "1225 bits can.bitrate_bps" \
     "$hexid" run --hal can:vcan0 --set can.bitrate_bps=250e3
 
-# peer SCRIPT: its claims are its own.
+# peer SCRIPT NODE: its claims are its own.
 peer() {
     local status
     plant_start can:vcan0 "${quick_bus[@]}" --set device.watchdog_s=10 || return # the nodes' own are what is seen
-    "$python" "tests/peers/$1" vcan0 2 >"$work/peer" 2>&1
+    "$python" "tests/peers/$1" vcan0 "$2" >"$work/peer" 2>&1
     status=$?
     cat "$work/peer"
     plant_stop && return $status
 }
-fair_claim "python canopen drives a node by the EDS: set-up, readings, motion, watchdogs" peer canopen_master.py
+fair_claim "python canopen drives a node by the EDS: set-up, readings, motion, watchdogs" peer canopen_master.py 2
 grep '^ok' "$work/peer"
-fair_claim "the nodes conform to CiA 301, clause by clause" peer canopen_conformance.py
+fair_claim "an axis node conforms to CiA 301, clause by clause" peer canopen_conformance.py 2
+grep '^ok' "$work/peer"
+fair_claim "the I/O module conforms to CiA 301 and 401, clause by clause" peer canopen_conformance.py 7
 grep '^ok' "$work/peer"
 
 # Nodes that are not what is configured.
@@ -108,6 +112,25 @@ stranger() {
     plant_stop && return $status
 }
 claim "nodes of another product: refused, naming object, values and key" stranger
+strange_io() {
+    plant_start can:vcan0 "${quick_bus[@]}" || return
+    refuses 4 "can:vcan0 node 7 0x1018:2 0x4858494f 0x1 can.io_product_code" run_can --set can.io_product_code=1
+    local status=$?
+    plant_stop && return $status
+}
+claim "an I/O module of another product: the same" strange_io
+# The plant's relay then stays open, so the run ends where it engages: without pressure no leg follows.
+not_wired() {
+    local input status unwired=()
+    for input in emergency_stop enable door pressure supply; do unwired+=(--set interlocks.$input=false); done
+    plant_start can:vcan0 "${quick_bus[@]}" && dump ,207:7ff,607:7ff,7ff:7ff || return
+    run_can "${unwired[@]}" >"$work/run" 2>&1
+    status=$?
+    cat "$work/run" "$work/dump"
+    dump_stop
+    plant_stop && ((status == 1)) && grep -q engaging "$work/run" && ! grep -q ' [26]07#' "$work/dump"
+}
+fair_claim "where no input and no output is wired, six nodes are enough, and no frame goes to node 7" not_wired
 
 still_ms=1 fair_claim "six tests through the kernel's CAN, daemon and plant two processes: passed, and method A agrees with simulation" \
     identified
@@ -131,12 +154,52 @@ stalled() {
 }
 fair_claim "a daemon that stalls for 40 ms in a test: a fault, and before it the nodes have centred their valves" stalled
 
+# Interlocks.
+opened() { # FAULT NAME
+    local status
+    plant_start can:vcan0 "${quick_bus[@]}" || return
+    "$hexid" run --hal "fault:$1@3+100;can:vcan0" "${quick_bus[@]}" >"$work/faults" 2>&1
+    status=$?
+    cat "$work/faults"
+    plant_stop && ((status == 1)) && grep -q "FAULT $2" "$work/faults"
+}
+fair_claim "an emergency stop in a test: a fault" opened emergency_stop emergency_stop
+fair_claim "a door that opens in a test: a fault" opened door door
+fair_claim "a charge pump that does not get through: the machine has no pressure, a fault" opened supply supply
+
+# Another maker's I/O module: the plant's own is on another bus, and what it says does not get through. What it is told does, so that the
+# machine has its supply.
+other_io() {
+    local io run status said
+    plant_start can:vcan1 "${quick_bus[@]}" && cangw -A -s vcan0 -d vcan1 -e && cangw -A -s vcan1 -d vcan0 -e -f 007~07F || return
+    : >"$work/io"
+    "$python" tests/peers/canopen_io.py vcan0 >"$work/io" 2>&1 &
+    io=$!
+    until_in ready "$work/io" $io || { cat "$work/io"; return 1; }
+    : >"$work/run"
+    "$hexid" run --hal can:vcan0 "${quick_bus[@]}" >"$work/run" 2>&1 &
+    run=$!
+    until_in 'test 1/6' "$work/run" $run && kill -USR1 $io
+    wait $run
+    said=$?
+    kill $io
+    wait $io
+    status=$?
+    cat "$work/run" "$work/io"
+    cangw -F
+    plant_stop && ((status == 0 && said == 1)) && grep -q 'FAULT emergency_stop' "$work/run"
+}
+if cangw -F >/dev/null 2>&1; then
+    fair_claim "python canopen as the I/O module opens the emergency stop: within two cycles the valves are centred and the supply is off" \
+        other_io
+fi
+
 # Another master. A second hexid sees the first and sends nothing: the first one's figures are as without it.
 second() { refuses 4 "can:vcan0 another master heard" as_from_elsewhere "$hexid" run --hal can:vcan0 "${quick_bus[@]}"; }
 alone() { during 'test 1/6' second && like_simulation "$work/broken.json"; }
 still_ms=1 fair_claim "a second hexid does not start, and the first one's tests pass as without it" alone
 second_master() { faults "test 1/" cansend vcan0 "$1" && grep -q 'FAULT second_master' "$work/faults"; }
-for frame in 080# 201#000000000000 77F#05 603#4000100000000000 000#0105; do
+for frame in 080# 201#000000000000 207#01 77F#05 603#4000100000000000 000#0105; do
     fair_claim "a frame of another master, $frame: a fault" second_master $frame
 done
 
@@ -174,4 +237,4 @@ if grep -qs Y /sys/module/vcan/parameters/echo; then
     fair_claim "one frame in ten lost: refused" refused "loss 10%"
     fair_claim "all frames lost: refused" refused "loss 100%"
 fi
-fair_claim "a daemon killed in a test: six emergencies, valves at the centre" killed_daemon
+fair_claim "a daemon killed in a test: seven emergencies, valves at the centre, supply output off" killed_daemon

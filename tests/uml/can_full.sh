@@ -50,7 +50,7 @@ killed() {
     wait $run
     cycles=$(emergencies) || echo "$cycles"
     dump_stop
-    bus_stop && after_kill "EMCY 0x8250 of 6 nodes" "$cycles" "$killed_us"
+    bus_stop && after_kill "EMCY 0x8250 of 7 nodes" "$cycles" "$killed_us"
 }
 
 "$hexid" run --hal sim: --fast "${exact[@]}" --json "$work/sim.json" >/dev/null
@@ -75,7 +75,7 @@ heartbeat of another master|frame 77F#05|second_master|15
 another hexid started|second|nothing|0
 EMCY of node 3|frame 083#0050810000000000|sensor_invalid|15
 plant stopped|stop_plant|sensor_age|15
-plant rebooted in a test|reboot|sensor_age/sensor_invalid/io|15
+plant rebooted in a test|reboot|emergency_stop/sensor_age/sensor_invalid/io|15
 daemon stopped for 1 s|stop_daemon|overrun/sensor_age/io|10
 interface down|down|io|15
 daemon's heartbeat lost|silence 77F|sensor_invalid/io|95

@@ -12,12 +12,12 @@ dump_stop() {
     wait $dumper
 }
 
-# The watchdogs of all six nodes have sent EMCY 0x8250; the cycles from the last command to the last of them.
+# The watchdogs of all seven nodes have sent EMCY 0x8250; the cycles from the last command to the last of them.
 emergencies() {
     local node
-    for node in 1 2 3 4 5 6; do
+    for node in 1 2 3 4 5 6 7; do
         until_in " 08$node#5082" "$work/dump" $plant || { echo "node $node sent no EMCY 0x8250"; return 1; }
     done
-    awk '{ at = substr($1, 2, length($1) - 2) } / 20[14]#/ { command = at } / 08[1-6]#5082/ { centred = at; n++ }
-        END { print (centred - command) / 2e-3; exit n != 6 }' "$work/dump"
+    awk '{ at = substr($1, 2, length($1) - 2) } / 20[147]#/ { command = at } / 08[1-7]#5082/ { centred = at; n++ }
+        END { print (centred - command) / 2e-3; exit n != 7 }' "$work/dump"
 }

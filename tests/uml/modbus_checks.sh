@@ -16,7 +16,7 @@ claim "a host that does not exist: named" refuses 3 "no.such.host.invalid" "$hex
 claim "a serial device that is missing: named" refuses 3 "/dev/ttyNONE serial device" \
     "$hexid" run --hal 'modbus:rtu:/dev/ttyNONE?baud=4000000'
 claim "a file that is no serial device: named" refuses 3 "/dev/null" "$hexid" run --hal 'modbus:rtu:/dev/null?baud=4000000'
-claim "a line too slow for the cycle: refused with the arithmetic" refuses 2 "31 61 8.6 115200 loop.period_s" \
+claim "a line too slow for the cycle: refused with the arithmetic" refuses 2 "33 63 8.9 115200 loop.period_s" \
     "$hexid" run --hal 'modbus:rtu:/dev/null?baud=115200'
 claim "the map is printed" eval '"$hexid" doctor --modbus-map | grep -q "0x0022..0x002d"'
 
@@ -105,7 +105,8 @@ undisturbed() {
     "$hexid" run --hal "$url" "${S[@]}" --set motion.automatic=true --json "$work/run.json" >"$work/run" 2>&1 6>&- &
     run=$!
     until_in '^ *ready' "$work/run" $run || status=1
-    refuses 4 "another master 127.0.0.1 end it first" as_from_elsewhere "$hexid" run --hal "$url" "${S[@]}" || status=1
+    refuses 4 "another master 127.0.0.1 end it first" as_from_elsewhere \
+        "$hexid" run --hal "$url" "${S[@]}" --set motion.automatic=true || status=1
     wait $run || status=1
     exec 6>&-
     wait $greedy || status=1

@@ -77,6 +77,6 @@ ridden_out() { # --rt try
     kill -CONT $run
     cat <&3 >"$work/said"
     cat "$work/said"
-    ! grep -q FAULT "$work/said" && look 'print(last.seq, last.faults); sys.exit(last.faults or any(c.sample_flags for c in cycles))'
+    ! grep -q FAULT "$work/said" && look 'print(last.seq, last.faults); sys.exit(last.faults or any(c.sample_flags & ~128 for c in cycles))' # 128: no pressure yet
 }
 fair_claim "--rt try: the simulated platform's time stretches, and nothing is faulted or excluded" ridden_out

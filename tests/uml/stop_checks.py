@@ -13,13 +13,31 @@ QUICK = [word for key in """sim.engine=closed_form motion.engage_s=1.6 motion.pa
 SETTLED, TESTING, PARKING, FAULT = 1, 4, 5, 6
 
 
-def claim(text):
+def stalled_ms(since_us):
+    """The longest that the machine stood still since then: on the real clock a witness writes it down (tests/scenarios/stalls_lib)."""
+    time.sleep(0.01)
+    with contextlib.suppress(FileNotFoundError), open(os.path.join(WORK, "stalls")) as witness:
+        return max((int(ms) for at, ms in (line.split() for line in witness if line[0].isdigit()) if int(at) >= since_us), default=0)
+    return 0
+
+
+def claim(text, tries=3):
     def run(check):
-        try:
-            said = check()
-            print(f"ok - {text}" + (f": {said}" if said else ""), flush=True)
-        except Exception as error:  # whatever it is, it is this claim's
-            print(f"not ok - {text}\n#   {type(error).__name__}: {error}", flush=True)
+        for _ in range(tries):
+            since = now_us()
+            try:
+                said = check()
+                print(f"ok - {text}" + (f": {said}" if said else ""), flush=True)
+                return
+            except Exception as error:  # whatever it is, it is this claim's, unless the machine stood still
+                failure, stall = f"#   {type(error).__name__}: {error}", stalled_ms(since)
+                if stall < 5:
+                    break
+            print(f"# again, the machine stood still for {stall} ms: {failure}", flush=True)
+        if stall < 5:
+            print(f"not ok - {text}\n{failure}", flush=True)
+        else:
+            print(f"ok - {text} # SKIP the machine stood still for {stall} ms, in the last of {tries} tries", flush=True)
     return run
 
 
@@ -259,6 +277,61 @@ def _():
     took_ms = run.parked_after_ms(since)
     demand(-2 <= took_ms <= MESSAGE_MS, "parked after", took_ms, "ms")
     return f"{took_ms:.0f} ms"
+
+
+class Operator:
+    """Somebody on this host who speaks the protocol."""
+
+    def __init__(self):
+        self.bus, self.answers = lcm.LCM(URL), []
+        answers = self.bus.subscribe("HEXID_ANSWER", lambda _, data: self.answers.append(hexid.answer_t.decode(data)))
+        answers.set_queue_capacity(0)  # of a thousand that nobody waits for none is left out, nor the next one
+
+    def send(self, command, token, number=None):
+        request = hexid.request_t()
+        request.id, request.token, request.command = number or random.getrandbits(62) + 1, token, command
+        self.bus.publish("HEXID_COMMAND", request.encode())
+        return request.id
+
+    def ask(self, command, token, number=None):
+        while self.bus.handle_timeout(20):  # older ones
+            pass
+        self.answers.clear()
+        number, end = self.send(command, token, number), time.monotonic() + 5
+        while time.monotonic() < end:
+            self.bus.handle_timeout(50)
+            for answer in self.answers:
+                if answer.id == number:
+                    self.answers.clear()
+                    return answer
+        raise AssertionError(f"no answer to {command}")
+
+
+@claim("well-formed requests with tokens that are guessed, stale or spent set nothing in motion")
+def _():
+    run, operator, dice = Run("--set", "lcm.commands=true", "--set", "motion.automatic=false", wait=False), Operator(), random.Random(7)
+    run.until(SETTLED)
+    for n in range(1000):
+        operator.send(dice.choice(["engage", "start", "reset", "renew"]), dice.choice([0, 1, -1, 2**63 - 1, dice.getrandbits(63)]))
+        if n % 10 == 0:
+            time.sleep(0.005)
+    stale = operator.ask("engage", 0)
+    demand(stale.outcome == "token" and stale.token, "no token:", stale.outcome)
+    time.sleep(1.5)
+    demand(operator.ask("engage", stale.token).outcome == "token", "a stale token was taken")
+    demand({state for _, state, _ in run.states()} <= {0, SETTLED}, "moved without a token")
+    token = operator.ask("engage", 0).token
+    number = operator.send("engage", token)
+    run.until(3)
+    operator.ask("park", 0)
+    run.until(SETTLED)
+    before = len(run.states())
+    operator.send("engage", token, number)  # once more, to the last bit
+    operator.send("engage", token)
+    time.sleep(0.5)
+    demand({state for _, state, _ in run.states()[before + 10:]} <= {SETTLED}, "a spent token was taken")
+    run.process.send_signal(signal.SIGINT)
+    run.ended()
 
 
 @contextlib.contextmanager
