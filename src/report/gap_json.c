@@ -68,13 +68,17 @@ static json_t *base(const struct gap_result *r) {
         const struct gap_base_value *b = &r->base[i];
         json_t *value = json_pack("{so so so sb}", "given", number(b->given), "value", number(b->value), "std", number(b->std),
                                   "at_bound", b->bound);
-        json_t *legs = b->leg < 0 ? value : json_object_get(object, b->name);
-        if (!legs) {
-            legs = json_array();
-            for (int leg = 0; leg < LEGS; leg++) json_array_append_new(legs, json_null());
+        if (b->leg < 0) {
+            json_object_set_new(object, b->name, value);
+            continue;
         }
-        if (b->leg < 0) json_object_set_new(object, b->name, value);
-        else json_array_set_new(legs, (size_t)b->leg, value), json_object_set(object, b->name, legs);
+        json_t *own = json_object_get(object, b->name);
+        if (!own) {
+            own = json_array();
+            for (int leg = 0; leg < LEGS; leg++) json_array_append_new(own, json_null());
+            json_object_set_new(object, b->name, own);
+        }
+        json_array_set_new(own, (size_t)b->leg, value);
     }
     return object;
 }
