@@ -55,7 +55,12 @@ static inline void put(const char *name, const char *text) { put_bytes(name, tex
 static struct csv_report report;
 static struct error error;
 
-static inline int import(void) { return csv_import(in, log_a, NULL, &report, &error); }
+/* `in` unless another directory is named. */
+static inline int import_of(const char *directory, const char *log_path, const char *base) {
+    return csv_import(&(struct csv_source){.directory = directory, .base = base}, log_path, &report, &error);
+}
+
+static inline int import(void) { return import_of(in, log_a, NULL); }
 
 static inline void assert_imports(void) {
     if (import()) fail_msg("%s", error.text);
@@ -159,7 +164,7 @@ static inline struct params short_tests(double period_s) {
 }
 
 /* rows of t_s from `from` on, by 2 ms, and one column. */
-static const char *file_of(const char *head, double from_s, int rows) {
+static inline const char *file_of(const char *head, double from_s, int rows) {
     static char text[BUFFER];
     int used = sprintf(text, "%st_s,u1\n", head);
     for (int i = 0; i < rows; i++) used += sprintf(text + used, "%.12g,%d\n", from_s + 0.002 * i, i);

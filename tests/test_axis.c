@@ -139,7 +139,7 @@ static void load(struct recording *r) {
     struct log_event event;
     struct cycle cycle;
     char *base = config_text(&params);
-    if (csv_import(directory, log_path, base, &report, &error)) fail_msg("%s", error.text);
+    if (csv_import(&(struct csv_source){.directory = directory, .base = base}, log_path, &report, &error)) fail_msg("%s", error.text);
     free(base);
     recording_init(r, &params);
     assert_int_equal(log_open(&log, log_path, &error), 0);

@@ -33,7 +33,7 @@ static void log_to_csv_to_log_keeps_what_identification_reads(void **unused) {
         if (csv_export(log_a, out, &report, &error)) fail_msg("%s", error.text);
         assert_int_equal(report.files, 7);
         assert_true(report.lost > 0 && !report.cut && report.unreadable == 0);
-        if (csv_import(out, log_b, NULL, &report, &error)) fail_msg("%s", error.text);
+        if (import_of(out, log_b, NULL)) fail_msg("%s", error.text);
         struct recording *a = load(log_a), *b = load(log_b);
         assert_true(a->count > 1000 && report.rows == a->count && report.files == 7);
         assert_int_equal(b->count, a->count);
@@ -117,7 +117,7 @@ static void numbers_are_read_as_strtod_reads_them(void **unused) {
     put("1.csv", text);
     char path[2 * PATHS];
     snprintf(path, sizeof path, "%s/1.csv", in);
-    assert_int_equal(csv_open(&r, path, &error), 0);
+    assert_int_equal(csv_open(&r, path, NULL, &error), 0);
     for (int i = 0; i < ROWS; i++) {
         assert_int_equal(csv_read_row(r, &c, &error), 1);
         assert_memory_equal(&c.out.valve[0], &expected[i], sizeof expected[i]);
@@ -186,10 +186,10 @@ static void the_configuration_beside_the_files_is_used(void **unused) {
     (void)unused;
     empty(NULL);
     put("1_x.csv", file_of("# dof: x\n", 0, 2000));
-    if (csv_import(in, log_a, "payload: {mass_kg: 200}\n", &report, &error)) fail_msg("%s", error.text);
+    if (import_of(in, log_a, "payload: {mass_kg: 200}\n")) fail_msg("%s", error.text);
     assert_true(load(log_a)->params.payload.mass_kg == 200.0);
     put("config.yaml", "payload:\n  mass_kg: 150\n");
-    if (csv_import(in, log_a, "payload: {mass_kg: 200}\n", &report, &error)) fail_msg("%s", error.text);
+    if (import_of(in, log_a, "payload: {mass_kg: 200}\n")) fail_msg("%s", error.text);
     assert_true(load(log_a)->params.payload.mass_kg == 150.0);
     put("config.yaml", "payload:\n  mass: 150\n");
     assert_int_equal(import(), STATUS_USAGE);
@@ -316,7 +316,7 @@ static void one_axis_goes_to_csv_and_back(void **unused) {
     assert_true(c->dof == DOF_X && c->in.length_m[0] == 27 * 1e-3 && isnan(c->in.length_m[1]) && isnan(c->in.p1_pa[0]));
     assert_float_equal(c->force_n[0], 777.0, 1e-9);
     assert_int_equal(csv_export(log_a, out, &report, &error), 0);
-    if (csv_import(out, log_b, NULL, &report, &error)) fail_msg("%s", error.text);
+    if (import_of(out, log_b, NULL)) fail_msg("%s", error.text);
     assert_int_equal(load(log_b)->count, 1000);
     assert_float_equal(load(log_b)->cycle[777].force_n[0], 777.0, 1e-9);
     snprintf(path, sizeof path, "%s/1_x.csv", out);

@@ -158,12 +158,12 @@ static void directories_and_logs_that_cannot_be_are_named(void **unused) {
     empty(NULL);
     assert_int_equal(import(), STATUS_USAGE);
     assert_says("/in|no CSV file");
-    assert_int_equal(csv_import("/nowhere", log_a, NULL, &report, &error), STATUS_IO);
+    assert_int_equal(import_of("/nowhere", log_a, NULL), STATUS_IO);
     assert_says("/nowhere|No such file");
     put("1_x.csv", file_of("# dof: x\n", 0, 2000));
-    assert_int_equal(csv_import(in, "/dev/full", NULL, &report, &error), STATUS_IO);
+    assert_int_equal(import_of(in, "/dev/full", NULL), STATUS_IO);
     assert_says("/dev/full|No space left");
-    assert_int_equal(csv_import(in, "/nowhere/a.lcm", NULL, &report, &error), STATUS_IO);
+    assert_int_equal(import_of(in, "/nowhere/a.lcm", NULL), STATUS_IO);
     assert_says("/nowhere/a.lcm|No such file");
     assert_imports();
     assert_int_equal(csv_export(log_a, in, &report, &error), STATUS_IO);
@@ -195,7 +195,7 @@ static void a_cut_log_is_exported_up_to_the_cut(void **unused) {
     assert_int_equal(truncate(log_a, whole.st_size / 2), 0);
     assert_int_equal(csv_export(log_a, out, &report, &error), 0);
     assert_true(report.cut && report.cut_offset <= whole.st_size / 2 && report.files >= 3 && report.files < 7);
-    if (csv_import(out, log_b, NULL, &report, &error)) fail_msg("%s", error.text);
+    if (import_of(out, log_b, NULL)) fail_msg("%s", error.text);
     assert_int_equal(load(log_b)->count, load(log_a)->count);
 }
 

@@ -6,6 +6,7 @@
 #include "cli.h"
 #include "config.h"
 #include "csv.h"
+#include "csv_map.h"
 
 static int named(const struct options *o, const char *command, struct error *error) {
     if (o->operands && o->output) return STATUS_OK;
@@ -26,12 +27,15 @@ int cmd_import(int argc, char **argv) {
     struct error error;
     struct csv_report report;
     struct params params;
-    int status = options_parse(&o, argc, argv, "coS", 1, &error);
+    struct csv_map map;
+    int status = options_parse(&o, argc, argv, "coSa", 1, &error);
     if (!status) status = named(&o, "import", &error);
+    if (!status && o.map) status = csv_map_parse(&map, o.map, &error);
     if (!status) status = one_configuration(&o, &error);
     if (!status) status = options_params(&o, &params, &error);
     char *base = status ? NULL : config_text(&params);
-    if (!status) status = csv_import(o.operand[0], o.output, base, &report, &error);
+    struct csv_source source = {.directory = o.operand[0], .base = base, .map = o.map ? &map : NULL};
+    if (!status) status = csv_import(&source, o.output, &report, &error);
     free(base);
     if (status) return cli_fail(&error);
     cli_say(stdout, "%s: %d tests, %lld rows, %lld cycles without a row", o.output, report.files, (long long)report.rows,

@@ -16,7 +16,8 @@ static const struct subcommand {
     {"gap", "--measured LOG [--measured LOG2 ...] [--validate LOG] -c FILE -o DIR [--json FILE] [--replay closed-loop|motion] "
             "[--set KEY=VALUE ...]",
      "find the physical effect that the model lacks, add it, and show how much of the difference is gone", cmd_gap},
-    {"import", "CSVDIR -o LOG [-c FILE]", "make a log of CSV files", cmd_import},
+    {"import", "CSVDIR -o LOG [-c FILE] [--set KEY=VALUE ...] [--map OURS=THEIRS[:UNIT],...]",
+     "make a log of CSV files; --map position=Weg:mm,t=Zeit:s where their columns have other names", cmd_import},
     {"export", "LOG -o CSVDIR", "make CSV files of a log", cmd_export},
     {"command", "engage|start|stop|park|reset [-c FILE]", "tell a running hexid what to do, over LCM", cmd_command},
     {"monitor", "[-c FILE]", "watch a running hexid in the terminal, over LCM", cmd_monitor},

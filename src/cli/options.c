@@ -21,7 +21,8 @@ static const struct option long_options[] = {
     {"print-config", no_argument, NULL, 'p'}, {"output", required_argument, NULL, 'o'},
     {"format", required_argument, NULL, 'F'}, {"bus", required_argument, NULL, 'b'}, {"modbus-map", no_argument, NULL, 'm'},
     {"failures", no_argument, NULL, 'x'},
-    {"measured", required_argument, NULL, 'M'}, {"validate", required_argument, NULL, 'v'}, {"replay", required_argument, NULL, 'R'}, {0},
+    {"measured", required_argument, NULL, 'M'}, {"validate", required_argument, NULL, 'v'}, {"replay", required_argument, NULL, 'R'},
+    {"map", required_argument, NULL, 'a'},    {0},
 };
 
 static int set_rt(struct options *o, const char *text, struct error *error) {
@@ -76,6 +77,7 @@ static int take(struct options *o, int option, const char *value, struct error *
     case 'F': o->format = value; return STATUS_OK;
     case 'v': o->validate = value; return STATUS_OK;
     case 'R': o->replay = value; return STATUS_OK;
+    case 'a': o->map = value; return STATUS_OK;
     case 'p': o->print_config = true; return STATUS_OK;
     case 'r': return set_rt(o, value, error);
     case 's': return set_seed(o, value, error);

@@ -51,10 +51,18 @@ struct csv_report {
  * is refused, and no file overwritten. -3 with the file's name. */
 int csv_export(const char *log_path, const char *directory, struct csv_report *report, struct error *error);
 
-/* A log of the CSV files in DIRECTORY. Configuration: DIRECTORY/config.yaml where there is one, else `base` (YAML text; NULL: the built-in
- * one); what the files' heads say (frequency, amplitude, times, rate) replaces its values, and its list of tests unless that has all their
+struct csv_map;
+
+/* A directory of CSV files, and how it is read. */
+struct csv_source {
+    const char *directory;
+    const char *base;     /* configuration, YAML text; NULL: the built-in one */
+    struct csv_map *map;  /* columns by the user's own names (csv_map.h); NULL: none */
+};
+
+/* A log of the CSV files in a directory. Configuration: DIRECTORY/config.yaml where there is one, else the base; what the files' heads say (frequency, amplitude, times, rate) replaces its values, and its list of tests unless that has all their
  * axes. Every file is checked to its last row before the log is begun. -2 with file, line and column for what the files say, -3 for
  * what cannot be read or written. */
-int csv_import(const char *directory, const char *log_path, const char *base, struct csv_report *report, struct error *error);
+int csv_import(const struct csv_source *source, const char *log_path, struct csv_report *report, struct error *error);
 
 #endif

@@ -41,7 +41,7 @@ bool csv_column_of(int column, enum mechanism_kind mechanism) {
     return common || (column >= CSV_POSITION_COLUMN) == (mechanism == MECHANISM_AXIS);
 }
 
-/* Units of a name's end, by the SI unit that stands for them in csv_columns. */
+/* Units of a name's end, by the SI unit that stands for them in csv_columns; of what has none there, "". */
 static const struct {
     const char *name, *si;
     double factor;
@@ -49,8 +49,9 @@ static const struct {
     {"s", "s", 1.0},     {"ms", "s", 1e-3},      {"us", "s", 1e-6},                    {"m", "m", 1.0},    {"cm", "m", 1e-2},
     {"mm", "m", 1e-3},   {"um", "m", 1e-6},      {"rad", "rad", 1.0},                  {"mrad", "rad", 1e-3}, {"deg", "rad", PI / 180.0},
     {"pa", "pa", 1.0},   {"kpa", "pa", 1e3},     {"mpa", "pa", 1e6},                   {"bar", "pa", 1e5}, {"psi", "pa", 6894.757293168},
-    {"n", "n", 1.0},     {"kn", "n", 1e3},
+    {"n", "n", 1.0},     {"kn", "n", 1e3},       {"%", "", 0.01},
 };
+enum { UNITS = sizeof units / sizeof *units };
 
 /* Lower case, and "name [unit]" or "name (unit)" as "name_unit". */
 static void plain_name(const char *name, char plain[CSV_NAME_SIZE]) {
@@ -76,13 +77,61 @@ int csv_column_find(const char *name, double *unit) {
     char *end = strrchr(plain, '_');
     *unit = 1.0;
     int column = find_plain(plain);
-    for (size_t i = 0; i < sizeof units / sizeof *units && end && column < 0; i++) {
+    for (int i = 0; i < UNITS && end && column < 0; i++) {
         if (strcmp(end + 1, units[i].name) != 0) continue;
         *unit = units[i].factor;
         snprintf(si, sizeof si, "%.*s_%s", (int)(end - plain), plain, units[i].si);
         column = find_plain(si);
     }
     return column;
+}
+
+/* "m" of position_m; "" of what has no unit. */
+static const char *si_of(int column) {
+    const char *end = strrchr(csv_columns[column].name, '_');
+    for (int i = 0; i < UNITS && end; i++)
+        if (!strcmp(end + 1, units[i].si)) return units[i].si;
+    return "";
+}
+
+int csv_column_named(const char *name) {
+    char plain[CSV_NAME_SIZE];
+    plain_name(name, plain);
+    for (int i = 0; i < CSV_COLUMNS; i++) {
+        const char *own = csv_columns[i].name, *si = si_of(i);
+        size_t stem = strlen(own) - (*si ? strlen(si) + 1 : 0);
+        if (!strcmp(plain, own) || (strlen(plain) == stem && !strncmp(plain, own, stem))) return i;
+    }
+    return -1;
+}
+
+bool csv_unit_find(const char *unit, int column, double *factor) {
+    char plain[CSV_NAME_SIZE];
+    plain_name(unit, plain);
+    for (int i = 0; i < UNITS; i++) {
+        if (strcmp(plain, units[i].name) || strcmp(si_of(column), units[i].si) || csv_columns[column].kind != CSV_REAL) continue;
+        *factor = units[i].factor;
+        return true;
+    }
+    return false;
+}
+
+double csv_unit_of(const char *name, int column) {
+    double factor = 1.0;
+    const char *end = strpbrk(name, "[(");
+    for (const char *more = end; more; more = strpbrk(more + 1, "[(")) end = more;
+    if (!end) end = strrchr(name, '_');
+    return end && csv_unit_find(end + 1, column, &factor) ? factor : 1.0;
+}
+
+void csv_units_list(int column, char words[CSV_UNITS_SIZE]) {
+    words[0] = '\0';
+    for (int i = 0; i < UNITS; i++) {
+        size_t used = strlen(words);
+        if (csv_columns[column].kind != CSV_REAL || strcmp(units[i].si, si_of(column))) continue;
+        snprintf(words + used, CSV_UNITS_SIZE - used, "%s%s", used ? ", " : "", units[i].name);
+    }
+    if (!words[0]) strcpy(words, "none");
 }
 
 const char *const csv_keys[CSV_KEYS] = {"frequency_hz", "amplitude", "rate_hz", "settle_s", "ramp_s", "duration_s", "ramp_out_s"};

@@ -26,6 +26,19 @@ bool csv_column_of(int column, enum mechanism_kind mechanism);
  * what its values are multiplied by. */
 int csv_column_find(const char *name, double *unit);
 
+/* The column of this name in SI units, or of this name without its unit ("position", "p1_3"); -1: none. */
+int csv_column_named(const char *name);
+
+/* Is this a unit of the column's values? What they are multiplied by. */
+bool csv_unit_find(const char *unit, int column, double *factor);
+
+/* The unit at a foreign name's end, "Weg [mm]" or "Weg_mm": what a column's values are multiplied by; 1 where there is none. */
+double csv_unit_of(const char *name, int column);
+
+/* "m, cm, mm, um": what csv_unit_find() takes. */
+enum { CSV_UNITS_SIZE = 80 };
+void csv_units_list(int column, char words[CSV_UNITS_SIZE]);
+
 /* Keys with a number, besides dof. */
 enum csv_key { CSV_FREQUENCY, CSV_AMPLITUDE, CSV_RATE, CSV_SETTLE, CSV_RAMP, CSV_DURATION, CSV_RAMP_OUT, CSV_KEYS };
 

@@ -19,7 +19,7 @@ static const double lost_share = 0.1;       /* more rows missing than this: rate
 static const double gap_max_s = 3600.0;     /* as tests.duration_s */
 
 struct import {
-    const char *directory;
+    const struct csv_source *source;
     struct params params;
     int files;
     struct csv_head head[CSV_FILES_MAX];
@@ -208,7 +208,7 @@ static void note_doubts(struct import *im, const struct csv_head *h, const struc
 static int read_file(struct import *im, int file) {
     struct csv_reader *reader;
     struct span s = {0};
-    int status = csv_open(&reader, im->head[file].path, im->error);
+    int status = csv_open(&reader, im->head[file].path, im->source->map, im->error);
     if (status) return status;
     status = read_rows(im, file, reader, &s);
     if (!status && !im->log) status = evaluate(im, reader, &s);
@@ -232,9 +232,9 @@ static int read_head(struct import *im, const char *name) {
     char path[CSV_PATH_SIZE];
     struct csv_reader *reader;
     struct csv_head *h = &im->head[im->files];
-    if (snprintf(path, sizeof path, "%s/%s", im->directory, name) >= (int)sizeof path)
-        return error_set(im->error, STATUS_USAGE, "%.250s: too long a path", im->directory);
-    int status = csv_open(&reader, path, im->error);
+    if (snprintf(path, sizeof path, "%s/%s", im->source->directory, name) >= (int)sizeof path)
+        return error_set(im->error, STATUS_USAGE, "%.250s: too long a path", im->source->directory);
+    int status = csv_open(&reader, path, im->source->map, im->error);
     if (status) return status;
     *h = reader->head;
     csv_close(reader);
@@ -246,22 +246,31 @@ static int read_head(struct import *im, const char *name) {
 
 static int read_heads(struct import *im) {
     struct dirent **files;
-    int count = csv_list(im->directory, &files), status = STATUS_OK;
-    if (count < 0) return error_set(im->error, STATUS_IO, "%.250s: cannot be read: %s", im->directory, strerror(errno));
-    if (count == 0) status = error_set(im->error, STATUS_USAGE, "%.250s: has no CSV file", im->directory);
-    if (count > CSV_FILES_MAX) status = error_set(im->error, STATUS_USAGE, "%.250s: more than %d CSV files", im->directory, CSV_FILES_MAX);
+    int count = csv_list(im->source->directory, &files), status = STATUS_OK;
+    if (count < 0) return error_set(im->error, STATUS_IO, "%.250s: cannot be read: %s", im->source->directory, strerror(errno));
+    if (count == 0) status = error_set(im->error, STATUS_USAGE, "%.250s: has no CSV file", im->source->directory);
+    if (count > CSV_FILES_MAX) status = error_set(im->error, STATUS_USAGE, "%.250s: more than %d CSV files", im->source->directory, CSV_FILES_MAX);
     for (int i = 0; !status && i < count; i++) status = read_head(im, files[i]->d_name);
     csv_list_free(files, count);
     return status;
 }
 
-static int base_params(struct import *im, const char *base) {
+/* A name of --map that is in no file is a slip of the pen. */
+static int check_map(const struct import *im) {
+    const struct csv_alias *unseen = csv_map_unseen(im->source->map);
+    if (!unseen) return STATUS_OK;
+    return error_set(im->error, STATUS_USAGE, "--map %s=%.80s: no file has a column of that name; left over are: %.200s",
+                     csv_columns[unseen->column].name, unseen->name, im->report->ignored[0] ? im->report->ignored : "none");
+}
+
+static int base_params(struct import *im) {
     char path[CSV_PATH_SIZE + 16];
-    snprintf(path, sizeof path, "%.*s/config.yaml", CSV_PATH_SIZE, im->directory);
+    snprintf(path, sizeof path, "%.*s/config.yaml", CSV_PATH_SIZE, im->source->directory);
     if (access(path, F_OK) == 0) return config_load(&im->params, path, NULL, 0, im->error);
     if (errno == ENOTDIR)
-        return error_set(im->error, STATUS_USAGE, "%.250s: no directory: import takes the one that has the files of a run", im->directory);
+        return error_set(im->error, STATUS_USAGE, "%.250s: no directory: import takes the one that has the files of a run", im->source->directory);
     if (errno != ENOENT) return error_set(im->error, STATUS_IO, "%.250s: cannot be read: %s", path, strerror(errno));
+    const char *base = im->source->base;
     if (base) return config_parse(&im->params, base, strlen(base), "base configuration", im->error);
     config_default(&im->params);
     return STATUS_OK;
@@ -290,7 +299,7 @@ static int write_log(struct import *im, const char *log_path, const char *config
 static int check_and_write(struct import *im, const char *log_path) {
     struct params checked;
     char name[CSV_PATH_SIZE + 64], *config = config_text(&im->params);
-    snprintf(name, sizeof name, "%s (configuration with the values of its files)", im->directory);
+    snprintf(name, sizeof name, "%s (configuration with the values of its files)", im->source->directory);
     int status = config ? config_parse(&checked, config, strlen(config), name, im->error)
                         : error_set(im->error, STATUS_IO, "out of memory");
     im->start_ns = 0;
@@ -300,9 +309,10 @@ static int check_and_write(struct import *im, const char *log_path) {
     return status;
 }
 
-static int import(struct import *im, const char *log_path, const char *base) {
-    int status = base_params(im, base);
+static int import(struct import *im, const char *log_path) {
+    int status = base_params(im);
     if (!status) status = read_heads(im);
+    if (!status) status = check_map(im);
     if (!status) status = merge_heads(im);
     if (status) return status;
     place_tests(im);
@@ -313,14 +323,14 @@ static int import(struct import *im, const char *log_path, const char *base) {
     return check_and_write(im, log_path);
 }
 
-int csv_import(const char *directory, const char *log_path, const char *base, struct csv_report *report, struct error *error) {
+int csv_import(const struct csv_source *source, const char *log_path, struct csv_report *report, struct error *error) {
     struct import *im = calloc(1, sizeof *im);
     *report = (struct csv_report){0};
     if (!im) return error_set(error, STATUS_IO, "out of memory");
-    im->directory = directory;
+    im->source = source;
     im->report = report;
     im->error = error;
-    int status = import(im, log_path, base);
+    int status = import(im, log_path);
     free(im);
     return status;
 }

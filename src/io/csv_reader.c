@@ -141,10 +141,11 @@ static char separator_of(const char *line) {
 static int read_column(struct csv_reader *r, const char *name, struct error *error) {
     double unit = 1.0;
     if (r->cells == CSV_CELLS_MAX) return refuse(r, error, "more than %d columns", CSV_CELLS_MAX);
-    int column = csv_column_find(name, &unit);
-    r->unit[r->cells] = unit;
+    const struct csv_alias *alias = csv_map_find(r->map, name);
+    int column = alias ? alias->column : csv_column_find(name, &unit);
+    r->unit[r->cells] = alias ? alias->unit : unit;
     if (column < 0) list(r->head.ignored, *name ? name : "(no name)");
-    else if (r->head.has[column]) return csv_refuse(r, column, error, "stands there twice");
+    else if (r->head.has[column]) return csv_refuse(r, column, error, "stands there twice%s", r->map ? ", by --map or by its own name" : "");
     else r->head.has[column] = true;
     r->column[r->cells++] = column;
     return STATUS_OK;
@@ -176,7 +177,7 @@ static int read_columns(struct csv_reader *r, char *line, struct error *error) {
         int status = read_column(r, trim(cell), error);
         if (status) return status;
     }
-    if (!r->head.has[CSV_T]) return refuse(r, error, "no column t_s: the line after the head names the columns, t_s among them");
+    if (!r->head.has[CSV_T]) return refuse(r, error, "no column t_s: the line after the head names the columns, t_s among them; names of your own take --map t=NAME:s");
     if (r->head.has[CSV_POSITION_COLUMN]) r->head.mechanism = MECHANISM_AXIS;
     if (r->head.mechanism == MECHANISM_AXIS && !r->head.has[CSV_POSITION_COLUMN])
         return refuse(r, error, "no column position_m: without it an axis has nothing that can be evaluated");
@@ -198,23 +199,24 @@ static int read_head(struct csv_reader *r, struct error *error) {
         if ((status = read_key(r, line + 1, &has_dof, error))) return status;
     if (got < 0) return got;
     if (!got && has_dof) return refuse(r, error, "the file ends before the names of the columns");
-    if (got) status = read_columns(r, line, error);
+    if (got && (status = read_columns(r, line, error))) return status;
     bool axis = r->head.mechanism == MECHANISM_AXIS;
     if (!has_dof && axis) r->head.dof = DOF_X;
     else if (!has_dof)
         return refuse(r, error, "no line \"# dof: x\" (or y, z, phi, theta, psi, none) before the names of the columns, and no "
                                 "column position_m of an axis");
-    if (!status && axis && r->head.dof > DOF_X) return refuse(r, error, "dof: %s: an axis has none but x", csv_dof_name(r->head.dof));
-    return status;
+    if (axis && r->head.dof > DOF_X) return refuse(r, error, "dof: %s: an axis has none but x", csv_dof_name(r->head.dof));
+    return STATUS_OK;
 }
 
-int csv_open(struct csv_reader **reader, const char *path, struct error *error) {
+int csv_open(struct csv_reader **reader, const char *path, struct csv_map *map, struct error *error) {
     struct csv_reader *r = calloc(1, sizeof *r);
     *reader = NULL;
     if (!r) return error_set(error, STATUS_IO, "out of memory");
     snprintf(r->head.path, sizeof r->head.path, "%s", path);
     for (int key = 0; key < CSV_KEYS; key++) r->head.value[key] = (double)NAN;
     r->head.dof = DOF_NONE;
+    r->map = map;
     const char *reason = "out of memory";
     int descriptor = input_open(path, &reason);
     r->file = descriptor < 0 ? NULL : fdopen(descriptor, "r");

@@ -3,6 +3,7 @@
 #define HEXID_CSV_READER_H
 
 #include "csv_format.h"
+#include "csv_map.h"
 #include "status.h"
 
 enum { CSV_PATH_SIZE = 1024, CSV_LINE_SIZE = 8192, CSV_CELLS_MAX = 128, CSV_LIST_SIZE = 240 };
@@ -28,11 +29,12 @@ struct csv_reader {
     int column[CSV_CELLS_MAX];     /* of each cell, -1: not known */
     double unit[CSV_CELLS_MAX];    /* SI units in the column's own */
     int64_t empty;                 /* cells so far that have no number */
+    struct csv_map *map;           /* names of the user's own; NULL: none */
     char text[CSV_LINE_SIZE];
 };
 
-/* Opens it and reads the head. */
-int csv_open(struct csv_reader **reader, const char *path, struct error *error);
+/* Opens it and reads the head; notes in the map which of its names are there. */
+int csv_open(struct csv_reader **reader, const char *path, struct csv_map *map, struct error *error);
 
 /* 1 a row, 0 the end, or negative. Fills the cycle's columns; what else a cycle has is NaN or none. */
 int csv_read_row(struct csv_reader *reader, struct cycle *cycle, struct error *error);
