@@ -1,0 +1,58 @@
+#include "noise.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+enum { BLOCKS = 2048, BLOCK_LEAST = 32 };
+
+static const double FOURTH = 70.0;      /* squares of 1 -4 6 -4 1: variance of a fourth difference of white noise */
+static const double ROUNDING = 1e-12;   /* of a value: no step, but its last bits */
+static const double MULTIPLE = 0.05;    /* so near a whole number of steps, */
+static const double MULTIPLES = 0.95;   /* and so many of the differences */
+static const double STEPS_MOST = 1e6;   /* beyond, every difference is a multiple */
+
+static int ascending(const void *a, const void *b) {
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Median over blocks of the mean square of fourth differences. */
+static double white(int count, const double *x, size_t stride) {
+    double block[BLOCKS], sum = 0.0;
+    int size = count / BLOCKS + 1 > BLOCK_LEAST ? count / BLOCKS + 1 : BLOCK_LEAST, blocks = 0, n = 0;
+    for (int i = 4; i < count; i++) {
+        const double *p = x + (size_t)(i - 4) * stride;
+        double d = p[0] - 4.0 * p[stride] + 6.0 * p[2 * stride] - 4.0 * p[3 * stride] + p[4 * stride];
+        if (isfinite(d)) sum += d * d, n++;
+        if ((n < size && i < count - 1) || n == 0 || blocks == BLOCKS) continue;
+        block[blocks++] = sum / n;
+        sum = 0.0, n = 0;
+    }
+    if (!blocks) return (double)NAN;
+    qsort(block, (size_t)blocks, sizeof *block, ascending);
+    return sqrt(block[blocks / 2] / FOURTH);
+}
+
+/* The smallest difference that is none of rounding, where all others are multiples of it. */
+static double step_of(int count, const double *x, size_t stride) {
+    double step = HUGE_VAL;
+    int differences = 0, multiples = 0;
+    for (int pass = 0; pass < 2; pass++) {
+        double before = (double)NAN;
+        for (int i = 0; i < count; i++) {
+            double value = x[(size_t)i * stride], d = fabs(value - before);
+            if (!isfinite(value)) continue;
+            before = value;
+            if (!(d > ROUNDING * fabs(value))) continue;
+            if (!pass) step = fmin(step, d);
+            else differences++, multiples += fabs(d / step - round(d / step)) < MULTIPLE && d < STEPS_MOST * step;
+        }
+    }
+    return differences && multiples >= MULTIPLES * differences ? step : 0.0;
+}
+
+struct noise noise_measure(int count, const double *x, size_t stride) {
+    struct noise n = {.rms = white(count, x, stride), .step = step_of(count, x, stride)};
+    n.rms = fmax(n.rms, n.step / sqrt(12.0)); /* fmax passes over NaN: a reading that never changes has neither */
+    return n;
+}

@@ -1,0 +1,382 @@
+#include "pieces.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "frequency.h"
+#include "noise.h"
+#include "sampling.h"
+#include "units.h"
+
+const char *const piece_names[PIECE_KINDS] = {"rest", "steady", "moving"};
+
+/* Lengths are searched on an even grid: means of neighbouring samples. */
+static const double GRID_HZ = 400.0;     /* ten points in a cycle of the fastest motion */
+static const double FASTEST_HZ = 40.0;   /* no platform is moved faster */
+static const double POINTS_LEAST = 5.0;  /* in a cycle */
+enum { GRID_MOST = 1 << 22, SAMPLES_LEAST = 10 };
+
+/* Rest. */
+static const double REST_S = 0.5;        /* shorter ones are turning points */
+static const double NOISE_BAND = 5.0;    /* times its rms: white noise does not leave it in an hour */
+static const double REST_SHARE = 3e-3;   /* of the leg's whole range: what a loop at rest wanders, too */
+
+/* Steady motion. */
+static const double CYCLES_LEAST = 4.0;
+static const double SAME = 0.05;         /* of the motion's rms: so much may a cycle differ from the one before, rms, beside the noise */
+static const double SEARCHED = 0.2;      /* the same while the period is not known well: 2 pi times what it is off */
+static const double SEARCHED_RATIO = 1.04; /* a sine that is so much off in period differs by SEARCHED, and more than that */
+static const double LAG_RATIO = 1.005;   /* from period to period tried */
+static const double MOTION = 0.25;       /* of the motion's square at most may be no repetition, whatever the noise */
+static const double SWEEP = 3e-3;        /* period of the first half over that of the second: a sweep that is cut off at SAME has 8e-3 */
+static const double SWELL = 0.1;         /* the same of the amplitude */
+static const double COMPARED = 0.25;     /* of a cycle's points at least are measured in it and in the next */
+static const double LONGER = 1.1;        /* times: a longer period is worth it; a multiple of the true one is not */
+enum { WINDOW_POINTS = 64 };             /* of a cycle are compared, the rest lies between them */
+enum { DEPTH = 64 };                     /* of pieces within what is left by others */
+
+struct grid {
+    int count, legs;
+    double start_s, step_s;    /* of point 0; between points */
+    double *x[LEGS];           /* means about the leg's first value */
+    double noise[LEGS];        /* rms of a point */
+    unsigned char *measured;   /* points with a sample of their own, others lie on a line between neighbours; as many more: scratch */
+    unsigned char *kind;       /* enum piece_kind of each point */
+    double *frequency;         /* of each point of a steady piece */
+    double *low, *high;        /* scratch, as is sums */
+    struct sums *sums;
+};
+
+/* Over the points before one: squared differences from the value a period later and their number, the value and its square. */
+struct sums {
+    double difference, compared, x, square;
+};
+
+static void grid_free(struct grid *g) {
+    for (int k = 0; k < LEGS; k++) free(g->x[k]);
+    free(g->measured), free(g->kind), free(g->frequency), free(g->sums), free(g->low), free(g->high);
+}
+
+static bool grid_alloc(struct grid *g) {
+    size_t n = (size_t)g->count + 1;
+    bool there = (g->measured = calloc(2, n)) && (g->kind = calloc(n, 1)) && (g->frequency = calloc(n, sizeof(double))) &&
+                 (g->sums = calloc(n, sizeof *g->sums)) && (g->low = calloc(n, sizeof(double))) && (g->high = calloc(n, sizeof(double)));
+    for (int k = 0; k < g->legs; k++) there = (g->x[k] = calloc(n, sizeof(double))) && there;
+    return there;
+}
+
+/* The line through the mean of point `from` and that of `to`, at the points whose instant lies in between. */
+static void lay_line(struct grid *g, int leg, const double at[2], const double value[2], int *next) {
+    double slope = at[1] > at[0] ? (value[1] - value[0]) / (at[1] - at[0]) : 0.0;
+    for (; *next < g->count && g->start_s + *next * g->step_s <= at[1]; ++*next)
+        g->x[leg][*next] = value[0] + slope * (g->start_s + *next * g->step_s - at[0]);
+}
+
+static int point_of(const struct grid *g, double t_s) {
+    double point = (t_s - g->start_s) / g->step_s + 0.5;
+    return point < 0.0 ? 0 : point >= g->count ? g->count - 1 : (int)point;
+}
+
+/* Means of the samples nearest to each point, at their mean instant, carried to the point's. */
+static void grid_fill(struct grid *g, const struct recording_test *t, int leg) {
+    double zero = (double)NAN, at[2] = {0}, value[2] = {0}, sum_t = 0.0, sum_x = 0.0;
+    int point = -1, n = 0, next = 0;
+    bool begun = false;
+    for (int i = 0; i <= t->count; i++) {
+        const struct recording_sample *s = i < t->count ? &t->sample[i] : NULL;
+        if (s && !s->good) continue;
+        int of = s ? point_of(g, s->test_time_s) : -1;
+        if (n && of != point) {
+            at[1] = sum_t / n, value[1] = sum_x / n;
+            if (!begun) at[0] = g->start_s, value[0] = value[1];
+            lay_line(g, leg, at, value, &next);
+            at[0] = at[1], value[0] = value[1], begun = true;
+            g->measured[point] = 1;
+            sum_t = sum_x = 0.0, n = 0;
+        }
+        if (!s) break;
+        if (isnan(zero)) zero = s->length_m[leg];
+        sum_t += s->test_time_s, sum_x += s->length_m[leg] - zero, n++, point = of;
+    }
+    for (; next < g->count; next++) g->x[leg][next] = value[0];
+}
+
+static int grid_make(struct grid *g, const struct recording_test *t, int legs, struct error *error) {
+    double sample_s = sampling_measure(t).step_s, span_s = t->sample[t->count - 1].test_time_s - t->sample[0].test_time_s;
+    int together = (int)fmax(1.0, fmin(floor(1.0 / (GRID_HZ * sample_s) + 1e-6), 1e6));
+    *g = (struct grid){.legs = legs, .step_s = fmax(together * sample_s, span_s / (GRID_MOST - 2))};
+    g->start_s = t->sample[0].test_time_s + 0.5 * (g->step_s - sample_s); /* the mean instant of the first samples */
+    g->count = (int)((span_s + sample_s) / g->step_s) + 1;
+    if (!grid_alloc(g)) return error_set(error, STATUS_IO, "out of memory for the lengths of a test");
+    for (int k = 0; k < legs; k++) {
+        grid_fill(g, t, k);
+        struct noise n = noise_measure(t->count, t->sample->length_m + k, sizeof *t->sample / sizeof(double));
+        g->noise[k] = isnan(n.rms) ? 0.0 : fmax(n.rms / sqrt(together), n.step / sqrt(12.0)); /* at rest its steps do not average out */
+    }
+    return STATUS_OK;
+}
+
+/* Least and greatest of the next `window` points from each on. */
+static void extremes(struct grid *g, const double *x, int window) {
+    memcpy(g->low, x, (size_t)g->count * sizeof *x), memcpy(g->high, x, (size_t)g->count * sizeof *x);
+    for (int covered = 1, shift; covered < window; covered += shift) {
+        shift = covered < window - covered ? covered : window - covered;
+        for (int i = 0; i + shift < g->count; i++)
+            g->low[i] = fmin(g->low[i], g->low[i + shift]), g->high[i] = fmax(g->high[i], g->high[i + shift]);
+    }
+}
+
+/* All points of each window in which every leg stays within its band. */
+static void find_rests(struct grid *g) {
+    int window = (int)ceil(REST_S / g->step_s) + 1;
+    memset(g->kind, PIECE_MOVING, (size_t)g->count);
+    if (window < 3) window = 3;
+    unsigned char *leaves = g->measured + g->count + 1; /* some leg its band, in the window from a point on */
+    memset(leaves, 0, (size_t)g->count);
+    for (int k = 0; k < g->legs; k++) {
+        extremes(g, g->x[k], g->count);
+        double band = 2.0 * fmax(NOISE_BAND * g->noise[k], REST_SHARE * (g->high[0] - g->low[0]));
+        extremes(g, g->x[k], window);
+        for (int i = 0; i < g->count; i++) leaves[i] |= !(g->high[i] - g->low[i] <= band);
+    }
+    for (int i = 0, until = 0; i < g->count; i++) {
+        if (i + window <= g->count && !leaves[i]) until = i + window;
+        if (i < until) g->kind[i] = PIECE_REST;
+    }
+}
+
+/* Points first..end-1, and the leg that moves most there. */
+struct stretch {
+    int first, end;
+    const double *x;
+    double noise;
+};
+
+static double variance(const double *x, int first, int end) {
+    double sum = 0.0, square = 0.0, n = end - first;
+    for (int i = first; i < end; i++) sum += x[i] - x[first], square += (x[i] - x[first]) * (x[i] - x[first]);
+    return fmax(square - sum * sum / n, 0.0) / n;
+}
+
+static struct stretch stretch_of(const struct grid *g, int first, int end) {
+    struct stretch s = {.first = first, .end = end};
+    double most = -1.0;
+    for (int k = 0; k < g->legs; k++) {
+        double v = variance(g->x[k], first, end);
+        if (v > most) most = v, s.x = g->x[k], s.noise = g->noise[k];
+    }
+    return s;
+}
+
+/* x a fraction of a point behind point i, by the cubic through four. */
+struct lag {
+    int whole;
+    double weight[4];
+};
+
+static struct lag lag_of(double points) {
+    int whole = (int)points;
+    double f = points - whole;
+    return (struct lag){whole, {-f * (f - 1.0) * (f - 2.0) / 6.0, (f + 1.0) * (f - 1.0) * (f - 2.0) / 2.0,
+                                -(f + 1.0) * f * (f - 2.0) / 2.0, (f + 1.0) * f * (f - 1.0) / 6.0}};
+}
+
+static const double LAG_MARGIN = 2.0; /* points that the cubic needs beyond */
+
+/* By how much the value a lag later differs; 0 and false where one of the two was not measured. */
+static bool differs(const struct grid *g, const struct stretch *s, int i, const struct lag *lag, double *d) {
+    const double *x = s->x + i + lag->whole, *w = lag->weight;
+    bool measured = g->measured[i] && g->measured[i + lag->whole + (w[2] > w[1])];
+    *d = measured ? w[0] * x[-1] + w[1] * x[0] + w[2] * x[1] + w[3] * x[2] - s->x[i] : 0.0;
+    return measured;
+}
+
+/* Mean square of that over points first..end-1. */
+static double misfit(const struct grid *g, const struct stretch *s, int first, int end, double period) {
+    struct lag lag = lag_of(period);
+    double sum = 0.0, d;
+    int n = 0, last = end - (int)ceil(period + LAG_MARGIN);
+    for (int i = first; i < last; i++)
+        if (differs(g, s, i, &lag, &d)) sum += d * d, n++;
+    return n ? sum / n : HUGE_VAL;
+}
+
+/* The period, in points, at which the stretch repeats best, near one found with SEARCHED: golden section. */
+static double refine(const struct grid *g, const struct stretch *s, int first, int end, double period) {
+    static const double golden = 0.6180339887498949;
+    double low = period / SEARCHED_RATIO, high = period * SEARCHED_RATIO;
+    double a = high - golden * (high - low), b = low + golden * (high - low);
+    double at_a = misfit(g, s, first, end, a), at_b = misfit(g, s, first, end, b);
+    while (high - low > 1e-6 * period) {
+        if (at_a < at_b) high = b, b = a, at_b = at_a, a = high - golden * (high - low), at_a = misfit(g, s, first, end, a);
+        else low = a, a = b, at_a = at_b, b = low + golden * (high - low), at_b = misfit(g, s, first, end, b);
+    }
+    return 0.5 * (low + high);
+}
+
+/* A run of cycles that are alike. */
+struct run {
+    int first, end;
+    double period; /* points */
+};
+
+/* One cycle from a point on is like the next. */
+static bool alike(const struct sums *from, int cycle, double share, double noise) {
+    double n = from[cycle].compared - from->compared, points = 2.0 * cycle;
+    double e = (from[cycle].difference - from->difference) / n, mean = (from[2 * cycle].x - from->x) / points;
+    double motion = fmax((from[2 * cycle].square - from->square) / points - mean * mean, 0.0);
+    return n > COMPARED * cycle && e <= fmin(share * share * motion + 4.0 * noise * noise, MOTION * motion);
+}
+
+static void sum_up(const struct grid *g, const struct stretch *s, double period, int stride, int points) {
+    struct lag lag = lag_of(period);
+    struct sums *sum = g->sums;
+    double d;
+    sum[0] = (struct sums){0};
+    for (int i = 0; i < points; i++) {
+        int at = s->first + i * stride;
+        double x = s->x[at] - s->x[s->first];
+        bool compared = at < s->end - period - LAG_MARGIN && differs(g, s, at, &lag, &d);
+        sum[i + 1] = sum[i];
+        sum[i + 1].x += x, sum[i + 1].square += x * x;
+        if (compared) sum[i + 1].difference += d * d, sum[i + 1].compared += 1.0;
+    }
+}
+
+static int run_points(const struct run *r) { return r->end - r->first; }
+
+/* The longest run of this period in the stretch; of no points when there is none of CYCLES_LEAST. */
+static struct run longest_run(const struct grid *g, const struct stretch *s, double period, double share) {
+    int stride = (int)fmax(1.0, period / WINDOW_POINTS), cycle = (int)lround(period / stride);
+    int points = (s->end - s->first) / stride, begin = -1;
+    struct run best = {.period = period};
+    sum_up(g, s, period, stride, points);
+    for (int i = 0; i + 2 * cycle <= points; i++) {
+        if (!alike(g->sums + i, cycle, share, s->noise)) {
+            begin = -1;
+            continue;
+        }
+        if (begin < 0) begin = i;
+        if ((i - begin + 2 * cycle) * stride > run_points(&best))
+            best.first = s->first + begin * stride, best.end = s->first + (i + 2 * cycle) * stride;
+    }
+    if (run_points(&best) < CYCLES_LEAST * period - stride) best.end = best.first;
+    return best;
+}
+
+/* Neither its period nor its amplitude changes from the first half to the second. */
+static bool holds(const struct grid *g, const struct stretch *s, const struct run *r) {
+    int middle = (r->first + r->end) / 2, cycles = (int)(floor(0.5 * run_points(r) / r->period) * r->period);
+    double first = variance(s->x, r->first, r->first + cycles), second = variance(s->x, r->end - cycles, r->end);
+    double early = refine(g, s, r->first, middle, r->period), late = refine(g, s, middle, r->end, r->period);
+    double unsure = NOISE_BAND * s->noise / (2.0 * PI * sqrt(0.5 * first * run_points(r)));
+    return fabs(late / early - 1.0) < SWEEP + unsure && fabs(sqrt(second / first) - 1.0) < SWELL + unsure;
+}
+
+/* The longest run of any period. False: there is none, or it is part of a sweep. */
+static bool steady_run(const struct grid *g, const struct stretch *s, struct run *best) {
+    double shortest = fmax(POINTS_LEAST, 1.0 / (FASTEST_HZ * g->step_s));
+    *best = (struct run){0};
+    for (double period = shortest; period * CYCLES_LEAST <= s->end - s->first; period *= LAG_RATIO) {
+        struct run r = longest_run(g, s, period, SEARCHED);
+        if (run_points(&r) > LONGER * run_points(best)) *best = r;
+    }
+    if (!run_points(best)) return false;
+    *best = longest_run(g, s, refine(g, s, best->first, best->end, best->period), SAME);
+    if (!run_points(best)) return false;
+    best->period = refine(g, s, best->first, best->end, best->period);
+    return holds(g, s, best);
+}
+
+/* The longest first, then before and behind it. */
+static void find_steady(struct grid *g, int first, int end, int depth) {
+    struct stretch s = stretch_of(g, first, end);
+    struct run r;
+    if (!depth || end - first < CYCLES_LEAST * POINTS_LEAST || !steady_run(g, &s, &r)) return;
+    for (int i = r.first; i < r.end; i++) g->kind[i] = PIECE_STEADY, g->frequency[i] = 1.0 / (r.period * g->step_s);
+    find_steady(g, first, r.first, depth - 1);
+    find_steady(g, r.end, end, depth - 1);
+}
+
+/* First point behind `first` that is of another piece. */
+static int end_of(const struct grid *g, int first) {
+    int end = first + 1;
+    while (end < g->count && g->kind[end] == g->kind[first] && g->frequency[end] == g->frequency[first]) end++;
+    return end;
+}
+
+/* What moves beside a steady piece for less than half a cycle belongs to it. */
+static void join_slivers(struct grid *g) {
+    for (int first = 0, end; first < g->count; first = end) {
+        end = end_of(g, first);
+        double before = first ? g->frequency[first - 1] : 0.0, behind = end < g->count ? g->frequency[end] : 0.0;
+        double joined = before > 0.0 ? before : behind;
+        if (g->kind[first] != PIECE_MOVING || !(joined * (end - first) * g->step_s < 0.5)) continue;
+        for (int i = first; i < end && joined > 0.0; i++) g->kind[i] = PIECE_STEADY, g->frequency[i] = joined;
+    }
+}
+
+/* The motion's own, by all legs, where that is the frequency of its repetition. */
+static double exact_hz(const struct recording_test *t, int legs, const struct piece *p) {
+    struct recording_test part = *t;
+    part.first = p->first, part.end = p->end;
+    double hz = frequency_fit(&part, legs, p->frequency_hz);
+    return fabs(hz / p->frequency_hz - 1.0) < SWEEP ? hz : p->frequency_hz;
+}
+
+static int list_pieces(struct pieces *p, const struct grid *g, const struct recording_test *t, struct error *error) {
+    int capacity = 0, before = -1;
+    for (int i = 0; i < t->count; i++) {
+        int point = g->count ? point_of(g, t->sample[i].test_time_s) : 0;
+        enum piece_kind kind = g->count ? (enum piece_kind)g->kind[point] : PIECE_MOVING;
+        double hz = kind == PIECE_STEADY ? g->frequency[point] : (double)NAN;
+        bool same = before >= 0 && p->piece[before].kind == kind && (kind != PIECE_STEADY || p->piece[before].frequency_hz == hz);
+        if (same) {
+            p->piece[before].end = i + 1;
+            continue;
+        }
+        if (p->count == capacity) {
+            capacity = capacity ? 2 * capacity : 16;
+            struct piece *more = realloc(p->piece, (size_t)capacity * sizeof *more);
+            if (!more) return error_set(error, STATUS_IO, "out of memory for the pieces of a test");
+            p->piece = more;
+        }
+        p->piece[before = p->count++] = (struct piece){i, i + 1, kind, hz};
+    }
+    return STATUS_OK;
+}
+
+int pieces_find(struct pieces *p, const struct recording_test *t, int legs, struct error *error) {
+    struct grid g = {0};
+    int good = 0, status = STATUS_OK;
+    *p = (struct pieces){0};
+    for (int i = 0; i < t->count; i++) good += t->sample[i].good;
+    if (good >= SAMPLES_LEAST) status = grid_make(&g, t, legs, error);
+    if (!status && g.count) {
+        find_rests(&g);
+        for (int first = 0, end; first < g.count; first = end) {
+            end = end_of(&g, first);
+            if (g.kind[first] == PIECE_MOVING) find_steady(&g, first, end, DEPTH);
+        }
+        join_slivers(&g);
+    }
+    if (!status) status = list_pieces(p, &g, t, error);
+    grid_free(&g);
+    for (int i = 0; i < p->count && !status; i++)
+        if (p->piece[i].kind == PIECE_STEADY) p->piece[i].frequency_hz = exact_hz(t, legs, &p->piece[i]);
+    if (status) pieces_free(p);
+    return status;
+}
+
+void pieces_free(struct pieces *p) {
+    free(p->piece);
+    *p = (struct pieces){0};
+}
+
+const struct piece *pieces_longest(const struct pieces *p, enum piece_kind kind) {
+    const struct piece *longest = NULL;
+    for (const struct piece *q = p->piece; q < p->piece + p->count; q++)
+        if (q->kind == kind && (!longest || q->end - q->first > longest->end - longest->first)) longest = q;
+    return longest;
+}
