@@ -1,42 +1,23 @@
-#include <limits.h>
-#include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "cli.h"
-#include "config.h"
-#include "csv.h"
-#include "csv_map.h"
+#include "csv_input.h"
 
 static int named(const struct options *o, const char *command, struct error *error) {
     if (o->operands && o->output) return STATUS_OK;
     return error_set(error, STATUS_USAGE, "%s: name what to read and, with -o, what to write; see `hexid %s --help`", command, command);
 }
 
-/* The directory's own configuration would win silently. */
-static int one_configuration(const struct options *o, struct error *error) {
-    char path[PATH_MAX];
-    snprintf(path, sizeof path, "%s/config.yaml", o->operand[0]);
-    if ((!o->config && !o->setting_count) || access(path, F_OK)) return STATUS_OK;
-    return error_set(error, STATUS_USAGE, "import: %.300s is the run's configuration: change or remove it, or leave -c and --set out",
-                     path);
-}
-
 int cmd_import(int argc, char **argv) {
     struct options o;
     struct error error;
     struct csv_report report;
-    struct params params;
-    struct csv_map map;
+    struct csv_input input = {0};
     int status = options_parse(&o, argc, argv, "coSa", 1, &error);
     if (!status) status = named(&o, "import", &error);
-    if (!status && o.map) status = csv_map_parse(&map, o.map, &error);
-    if (!status) status = one_configuration(&o, &error);
-    if (!status) status = options_params(&o, &params, &error);
-    char *base = status ? NULL : config_text(&params);
-    struct csv_source source = {.directory = o.operand[0], .base = base, .map = o.map ? &map : NULL};
-    if (!status) status = csv_import(&source, o.output, &report, &error);
-    free(base);
+    if (!status) status = csv_input_begin(&input, &o, o.operand[0], &error);
+    if (!status) status = csv_import(&input.source, o.output, &report, &error);
+    csv_input_end(&input);
     if (status) return cli_fail(&error);
     cli_say(stdout, "%s: %d tests, %lld rows, %lld cycles without a row", o.output, report.files, (long long)report.rows,
             (long long)report.lost);

@@ -52,37 +52,47 @@ static bool finite_all(int count, const double *x) {
     return isfinite(sum);
 }
 
-static void take_forces(struct recording *r, const struct cycle *c, struct recording_sample *s) {
-    struct cylinder_areas areas = cylinder_areas(&r->params->actuator);
-    int legs = params_legs(r->params);
-    bool pressures = finite_all(legs, s->p1_pa) && finite_all(legs, s->p2_pa);
-    for (int k = 0; k < legs; k++) s->force_n[k] = pressures ? leg_force(&areas, s->p1_pa[k], s->p2_pa[k]) : c->force_n[k];
-    r->measured.pressures = r->measured.pressures || pressures;
-    r->measured.force = r->measured.force || finite_all(legs, s->force_n);
+struct recording_sample recording_sample_of(const struct params *params, const struct cycle *c) {
+    struct cylinder_areas areas = cylinder_areas(&params->actuator);
+    int legs = params_legs(params), refs = legs < LEGS ? 1 : DOFS;
+    struct recording_sample s = {.test_time_s = c->test_time_s, .clock_s = 1e-9 * (double)c->in.time_ns};
+    memcpy(s.length_m, c->in.length_m, (size_t)legs * sizeof(double));
+    memcpy(s.p1_pa, c->in.p1_pa, (size_t)legs * sizeof(double));
+    memcpy(s.p2_pa, c->in.p2_pa, (size_t)legs * sizeof(double));
+    memcpy(s.valve, c->out.valve, (size_t)legs * sizeof(double));
+    memcpy(s.ref, c->ref, (size_t)refs * sizeof(double));
+    bool pressures = finite_all(legs, s.p1_pa) && finite_all(legs, s.p2_pa);
+    for (int k = 0; k < legs; k++) s.force_n[k] = pressures ? leg_force(&areas, s.p1_pa[k], s.p2_pa[k]) : c->force_n[k];
+    s.good = !c->in.flags && isfinite(s.test_time_s) && finite_all(legs, s.length_m) && finite_all(legs, s.force_n);
+    return s;
+}
+
+int recording_append(struct recording_test *t, const struct recording_sample *s, struct error *error) {
+    if (t->count == t->capacity) {
+        int capacity = t->capacity ? 2 * t->capacity : 4096;
+        struct recording_sample *more = t->capacity < 1 << 29 ? realloc(t->sample, (size_t)capacity * sizeof *more) : NULL;
+        if (!more) return error_set(error, STATUS_IO, "out of memory for the log's samples");
+        t->sample = more, t->capacity = capacity;
+    }
+    t->sample[t->count++] = *s;
+    return STATUS_OK;
+}
+
+static void note_measured(struct recording_measured *m, const struct recording_sample *s, int legs) {
+    m->pressures = m->pressures || (finite_all(legs, s->p1_pa) && finite_all(legs, s->p2_pa));
+    m->force = m->force || finite_all(legs, s->force_n);
+    m->valve = m->valve || finite_all(legs, s->valve);
+    m->reference = m->reference || finite_all(legs < LEGS ? 1 : DOFS, s->ref);
 }
 
 int recording_add(struct recording *r, const struct cycle *c, struct error *error) {
     if (c->dof == DOF_NONE || (c->phase != PHASE_RAMP_IN && c->phase != PHASE_EVALUATE)) return STATUS_OK;
     struct recording_test *t = place(r, c);
     if (!t) return error_set(error, STATUS_USAGE, "more than %d tests, or cycles that are not in the order of their time", RECORDING_TESTS);
-    if (t->count == t->capacity) {
-        int capacity = t->capacity ? 2 * t->capacity : 4096;
-        struct recording_sample *more = realloc(t->sample, (size_t)capacity * sizeof *more);
-        if (!more) return error_set(error, STATUS_IO, "out of memory for the log's samples");
-        t->sample = more, t->capacity = capacity;
-    }
-    struct recording_sample *s = &t->sample[t->count++];
-    int legs = params_legs(r->params), refs = legs < LEGS ? 1 : DOFS;
-    *s = (struct recording_sample){.test_time_s = c->test_time_s, .clock_s = 1e-9 * (double)c->in.time_ns};
-    memcpy(s->length_m, c->in.length_m, (size_t)legs * sizeof(double));
-    memcpy(s->p1_pa, c->in.p1_pa, (size_t)legs * sizeof(double));
-    memcpy(s->p2_pa, c->in.p2_pa, (size_t)legs * sizeof(double));
-    memcpy(s->valve, c->out.valve, (size_t)legs * sizeof(double));
-    memcpy(s->ref, c->ref, (size_t)refs * sizeof(double));
-    take_forces(r, c, s);
-    r->measured.valve = r->measured.valve || finite_all(legs, s->valve);
-    r->measured.reference = r->measured.reference || finite_all(refs, s->ref);
-    s->good = !c->in.flags && isfinite(s->test_time_s) && finite_all(legs, s->length_m) && finite_all(legs, s->force_n);
+    struct recording_sample s = recording_sample_of(r->params, c);
+    int status = recording_append(t, &s, error);
+    if (status) return status;
+    note_measured(&r->measured, &s, params_legs(r->params));
     if (c->phase == PHASE_EVALUATE) {
         if (t->first < 0) t->first = t->count - 1;
         t->end = t->count;

@@ -55,6 +55,12 @@ int recording_begin(struct recording *r, const struct test_params *tests, struct
 /* Takes the cycles of ramp-in and evaluation of every test, in order. -3 without memory. */
 int recording_add(struct recording *r, const struct cycle *cycle, struct error *error);
 
+/* A cycle's values as a sample; good: no flag, and time, lengths and forces are numbers. */
+struct recording_sample recording_sample_of(const struct params *params, const struct cycle *cycle);
+
+/* One more sample of a test, in the order of time. -3 without memory. */
+int recording_append(struct recording_test *test, const struct recording_sample *sample, struct error *error);
+
 /* After the last cycle: samples are good where all is finite that the log has; what it has not is zero. */
 void recording_settle(struct recording *r);
 
@@ -62,6 +68,16 @@ void recording_settle(struct recording *r);
  * another frequency than the run's, lengths that no pose of this machine has, a leg's sign or two legs exchanged, forces against all
  * reason. */
 int recording_check(struct recording *r, struct error *error);
+
+/* What a channel can read: the end of its range, and its steps where they are known. smooth: it cannot jump. */
+struct recording_scale {
+    double top, step;
+    bool smooth;
+};
+
+/* Good samples of a test's evaluated part that are at the end of what their channel reads, where those are too many to be the motion's own;
+ * else 0. first: the channel's value in the first of them. */
+int recording_clipped(const struct recording_test *t, const double *first, const struct recording_scale *scale);
 
 /* Sampling of a test's evaluated part, lost samples apart. */
 double recording_step_s(const struct recording_test *t);

@@ -45,15 +45,9 @@ static double deviation(const struct recording_test *t, const double *first) {
     return sqrt(fmax(square - sum * sum / n, 0.0) / n);
 }
 
-/* What a channel can read: the end of its range, and its steps where they are known. smooth: it cannot jump. */
-struct scale {
-    double top, step;
-    bool smooth;
-};
-
 /* The samples at the largest value, or with sign -1 at the smallest, where they are more than a sinusoid has there, and of a smooth one come
  * to it at speed. */
-static int plateau(const struct recording_test *t, const double *first, double sign, const struct scale *scale) {
+static int plateau(const struct recording_test *t, const double *first, double sign, const struct recording_scale *scale) {
     double top = -HUGE_VAL, next = -HUGE_VAL, bottom = HUGE_VAL, before = NAN, entering = 0.0, fastest = 0.0;
     int there = 0, n = 0, entries = 0;
     for (int i = t->first; i < t->end; i++) {
@@ -71,26 +65,32 @@ static int plateau(const struct recording_test *t, const double *first, double s
     return abrupt && there > fmax(CLIPPED, CLIPPED_TIMES * share) * n ? there : 0;
 }
 
+int recording_clipped(const struct recording_test *t, const double *first, const struct recording_scale *scale) {
+    int clipped = 0, few = (t->end - t->first) / 50;
+    for (int i = t->first; i < t->end; i++) clipped += first[(size_t)(i - t->first) * STRIDE] >= scale->top;
+    if (clipped <= few) clipped = plateau(t, first, 1.0, scale);
+    if (clipped <= few && scale->smooth) clipped = plateau(t, first, -1.0, scale); /* a low end is physics: the tank's pressure */
+    return clipped > few ? clipped : 0;
+}
+
 static int check_alive(const struct recording_test *t, const double *first, const char *name, int leg, struct error *error) {
     if (deviation(t, first) > 0.0) return STATUS_OK;
     return REFUSE("test %s: %s of leg %d does not change: a dead sensor, or a column of zeros", dof_names[t->dof], name, leg + 1);
 }
 
 /* A channel of one leg: no number of this world, dead, or at the end of its range for a good part of the time. */
-static int check_channel(const struct recording_test *t, const double *first, const char *name, int leg, struct scale scale,
+static int check_channel(const struct recording_test *t, const double *first, const char *name, int leg, struct recording_scale scale,
                          struct error *error) {
-    int clipped = 0, n = t->end - t->first;
+    int n = t->end - t->first;
     for (int i = 0; i < n; i++) {
         double value = first[(size_t)i * STRIDE];
         if (t->sample[t->first + i].good && fabs(value) > ABSURD)
             return REFUSE("test %s: %s of leg %d reads %.3g: no sensor says that; leave such samples out", dof_names[t->dof], name, leg + 1, value);
-        clipped += value >= scale.top;
     }
     int status = check_alive(t, first, name, leg, error);
     if (status) return status;
-    if (clipped <= n / 50) clipped = plateau(t, first, 1.0, &scale);
-    if (clipped <= n / 50 && scale.smooth) clipped = plateau(t, first, -1.0, &scale); /* a low end is physics: the tank's pressure */
-    if (clipped > n / 50)
+    int clipped = recording_clipped(t, first, &scale);
+    if (clipped)
         return REFUSE("test %s: %s of leg %d is clipped in %d %% of the samples", dof_names[t->dof], name, leg + 1,
                       100 * clipped / n);
     return STATUS_OK;
@@ -109,8 +109,8 @@ static int check_command(const struct recording_test *t, int leg, struct error *
 static int check_channels(const struct recording *r, const struct recording_test *t, struct error *error) {
     const struct recording_sample *s = &t->sample[t->first];
     const struct recording_measured *m = &r->measured;
-    struct scale length = {HUGE_VAL, r->params->sensors.position_resolution_m, true}, force = {HUGE_VAL, 0.0, false};
-    struct scale pressure = {r->params->sensors.pressure_full_scale_pa * 0.999, 0.0, false};
+    struct recording_scale length = {HUGE_VAL, r->params->sensors.position_resolution_m, true}, force = {HUGE_VAL, 0.0, false};
+    struct recording_scale pressure = {r->params->sensors.pressure_full_scale_pa * 0.999, 0.0, false};
     for (int k = 0; k < params_legs(r->params); k++) {
         int status = check_channel(t, &s->length_m[k], "length", k, length, error);
         if (!status && m->pressures) status = check_channel(t, &s->p1_pa[k], "p1", k, pressure, error);

@@ -34,8 +34,15 @@
 
 enum { CSV_FILES_MAX = 100 }; /* of a directory */
 
+struct csv_file {
+    char name[256];
+    int64_t rows;
+};
+
 struct csv_report {
     int files;             /* one a test */
+    int found;             /* import: in the directory */
+    struct csv_file file[CSV_FILES_MAX]; /* import: in the order of the log */
     int64_t rows;
     int64_t lost;          /* cycles of the tests that have no row */
     int64_t empty;         /* import: cells without a number: NaN in the log */
@@ -58,6 +65,7 @@ struct csv_source {
     const char *directory;
     const char *base;     /* configuration, YAML text; NULL: the built-in one */
     struct csv_map *map;  /* columns by the user's own names (csv_map.h); NULL: none */
+    int only;             /* this one of its files alone, from 1, which need not have all names of the map; 0: all */
 };
 
 /* A log of the CSV files in a directory. Configuration: DIRECTORY/config.yaml where there is one, else the base; what the files' heads say (frequency, amplitude, times, rate) replaces its values, and its list of tests unless that has all their

@@ -214,6 +214,7 @@ static int read_file(struct import *im, int file) {
     if (!status && !im->log) status = evaluate(im, reader, &s);
     if (!status && !im->log) note_doubts(im, &im->head[file], &s.range);
     if (im->log) im->report->empty += reader->empty;
+    if (im->log) im->report->file[file].rows = s.rows;
     if (im->log) im->report->rows += s.rows, im->report->lost += s.periods + 1 - s.rows;
     im->start_ns += ns_from_seconds(s.last_s - s.first_s + period_s(im));
     csv_close(reader);
@@ -240,6 +241,7 @@ static int read_head(struct import *im, const char *name) {
     csv_close(reader);
     note(im->report->missing, sizeof im->report->missing, h, h->missing);
     note(im->report->ignored, sizeof im->report->ignored, h, h->ignored);
+    snprintf(im->report->file[im->files].name, sizeof im->report->file->name, "%s", name);
     im->report->files = ++im->files;
     return STATUS_OK;
 }
@@ -250,7 +252,9 @@ static int read_heads(struct import *im) {
     if (count < 0) return error_set(im->error, STATUS_IO, "%.250s: cannot be read: %s", im->source->directory, strerror(errno));
     if (count == 0) status = error_set(im->error, STATUS_USAGE, "%.250s: has no CSV file", im->source->directory);
     if (count > CSV_FILES_MAX) status = error_set(im->error, STATUS_USAGE, "%.250s: more than %d CSV files", im->source->directory, CSV_FILES_MAX);
-    for (int i = 0; !status && i < count; i++) status = read_head(im, files[i]->d_name);
+    im->report->found = count;
+    for (int i = 0; !status && i < count; i++)
+        if (!im->source->only || i == im->source->only - 1) status = read_head(im, files[i]->d_name);
     csv_list_free(files, count);
     return status;
 }
@@ -258,7 +262,7 @@ static int read_heads(struct import *im) {
 /* A name of --map that is in no file is a slip of the pen. */
 static int check_map(const struct import *im) {
     const struct csv_alias *unseen = csv_map_unseen(im->source->map);
-    if (!unseen) return STATUS_OK;
+    if (!unseen || im->source->only) return STATUS_OK;
     return error_set(im->error, STATUS_USAGE, "--map %s=%.80s: no file has a column of that name; left over are: %.200s",
                      csv_columns[unseen->column].name, unseen->name, im->report->ignored[0] ? im->report->ignored : "none");
 }

@@ -4,27 +4,9 @@
 #include <string.h>
 
 #include "hypothesis.h"
+#include "words.h"
 
-enum { COLUMNS = 80, RUNNERS_UP = 3, PLACES_SHOWN = 5, LEGS_A_LINE = 2 };
-
-/* Of a word; what stands in backquotes is one, to be copied whole. */
-static int word_length(const char *text) {
-    const char *quote = *text == '`' ? strchr(text + 1, '`') : NULL;
-    size_t quoted = quote ? (size_t)(quote - text) : 0;
-    return (int)(quoted + strcspn(text + quoted, " "));
-}
-
-/* Words after a label, broken between them, further lines indented. */
-static void print_words(FILE *out, const char *label, const char *text) {
-    int column = fprintf(out, "%s", label);
-    while (*(text += strspn(text, " "))) {
-        int length = word_length(text);
-        if (column + 1 + length > COLUMNS) column = fprintf(out, "\n    ") - 1;
-        column += fprintf(out, " %.*s", length, text);
-        text += length;
-    }
-    fputc('\n', out);
-}
+enum { RUNNERS_UP = 3, PLACES_SHOWN = 5, LEGS_A_LINE = 2 };
 
 static void print_parameter(FILE *out, const struct gap_effect *e, int key) {
     const struct effect_key *k = &effect_table[e->effect]->keys[key];
@@ -67,7 +49,7 @@ static void print_findings(FILE *out, const struct gap_result *r) {
         shown++;
     }
     if (r->offset_rival) fprintf(out, "  cannot be told from constant_force_offset\n");
-    if (r->next_experiment[0]) print_words(out, "  next experiment:", r->next_experiment);
+    if (r->next_experiment[0]) words_print(out, "  next experiment:", r->next_experiment);
 }
 
 static void print_sizes(FILE *out, const struct gap_result *r) {
@@ -86,7 +68,7 @@ static void print_sizes(FILE *out, const struct gap_result *r) {
 void gap_text_print(FILE *out, const struct gap_result *r) {
     char label[32];
     snprintf(label, sizeof label, "\n%s:", gap_verdict_names[r->verdict]);
-    print_words(out, label, r->reason);
+    words_print(out, label, r->reason);
     print_findings(out, r);
     print_sizes(out, r);
     for (int i = 0; i < r->places && i < PLACES_SHOWN && r->verdict != GAP_NO_GAP; i++) {

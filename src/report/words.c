@@ -1,0 +1,21 @@
+#include "words.h"
+
+#include <string.h>
+
+/* Of a word; what stands in backquotes is one, to be copied whole. */
+static int word_length(const char *text) {
+    const char *quote = *text == '`' ? strchr(text + 1, '`') : NULL;
+    size_t quoted = quote ? (size_t)(quote - text) : 0;
+    return (int)(quoted + strcspn(text + quoted, " "));
+}
+
+void words_print(FILE *out, const char *label, const char *text) {
+    int column = fprintf(out, "%s", label);
+    while (*(text += strspn(text, " "))) {
+        int length = word_length(text);
+        if (column + 1 + length > WORDS_COLUMNS) column = fprintf(out, "\n    ") - 1;
+        column += fprintf(out, " %.*s", length, text);
+        text += length;
+    }
+    fputc('\n', out);
+}
