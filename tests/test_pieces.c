@@ -113,6 +113,7 @@ static void a_test_with_ramps_and_rests(void **unused) {
 }
 
 static double from_the_start(double t_s) { return 5e-3 * sin(TURN * 2.5 * t_s); }
+static double hunting(double t_s) { return from_the_start(t_s) + 4e-4 * sin(TURN * 0.87 * t_s) + 2e-4 * sin(TURN * 89.0 * t_s); }
 static double slow(double t_s) { return 5e-3 * sin(TURN * 0.21 * t_s); }
 static double fast(double t_s) { return 1e-3 * sin(TURN * 22.0 * t_s); }
 static double triangle_of(double hz, double t_s) { return 4.0 * fabs(hz * t_s - floor(hz * t_s + 0.5)) - 1.0; }
@@ -129,6 +130,7 @@ static void whatever_repeats_is_steady_from_end_to_end(void **unused) {
     coarse.noise_m = 1e-5, coarse.step_m = 2e-5;
     EXPECT(from_the_start, &good, {'S', 2.5, 20, 0.01});
     EXPECT(from_the_start, &coarse, {'S', 2.5, 20, 0.01});
+    EXPECT(hunting, &good, {'S', 2.5, 20, 0.01});
     EXPECT(slow, &good, {'S', 0.21, 20, 0.01});
     EXPECT(slow, &coarse, {'S', 0.21, 20, 0.01});
     EXPECT(fast, &good, {'S', 22.0, 20, 0.01});
@@ -141,12 +143,14 @@ static double stepped_sine(double t_s) {
     return t_s < 6.0 ? 5e-3 * sin(TURN * 1.0 * t_s) : t_s < 12.0 ? 3e-3 * sin(TURN * 3.0 * t_s) : 1e-3 * sin(TURN * 7.5 * t_s);
 }
 static double two_amplitudes(double t_s) { return (t_s < 8.0 ? 2e-3 : 4e-3) * sin(TURN * 2.0 * t_s); }
+static double stumble(double t_s) { return from_the_start(t_s) + (fabs(t_s - 9.0) < 0.05 ? 2e-3 : 0.0); }
 static double pauses(double t_s) { return (t_s < 6.0 || t_s >= 9.0 ? 4e-3 : 0.0) * sin(TURN * 2.0 * t_s); }
 
 static void sines_in_succession_are_told_apart(void **unused) {
     (void)unused;
     EXPECT(stepped_sine, &good, {'S', 1.0, 6.0, 0.2}, {'S', 3.0, 12.0, 0.1}, {'S', 7.5, 0, 0});
     EXPECT(pauses, &good, {'S', 2.0, 6.0, 0.05}, {'R', 0, 9.0, 0.05}, {'S', 2.0, 0, 0});
+    EXPECT(stumble, &good, {'S', 2.5, 20, 0.01}); /* for a quarter of a cycle */
     EXPECT(two_amplitudes, &good, {'S', 2.0, 8.0, 0.3}, {'S', 2.0, 0, 0});
 }
 

@@ -12,6 +12,8 @@ static const struct subcommand {
             "           [--tests LIST] [--print-config]", "run the platform through its tests and identify it", cmd_run},
     {"plant", "--bus URL [-c FILE] [--set KEY=VALUE ...] [--seed N] [--rt require|try|off]",
      "serve the simulated platform as the devices of a bus: can:IF, modbus:tcp://HOST:PORT or modbus:rtu:DEVICE?baud=N", cmd_plant},
+    {"check", "DIR|LOG [LOG ...] [-c FILE] [--set KEY=VALUE ...] [--map OURS=THEIRS[:UNIT],...] [-o PAGE.html] [--json FILE]",
+     "look at a recording: sampling, pieces in time, channels, and whether gap and identify would take it", cmd_check},
     {"identify", "LOG [-c FILE] [--set KEY=VALUE ...] [--json FILE]", "identify from a recorded log", cmd_identify},
     {"gap", "--measured LOG [--measured LOG2 ...] [--validate LOG] -c FILE -o DIR [--json FILE] [--replay closed-loop|motion] "
             "[--set KEY=VALUE ...]",

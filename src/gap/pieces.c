@@ -26,14 +26,17 @@ static const double REST_SHARE = 3e-3;   /* of the leg's whole range: what a loo
 static const double CYCLES_LEAST = 4.0;
 static const double SAME = 0.05;         /* of the motion's rms: so much may a cycle differ from the one before, rms, beside the noise */
 static const double SEARCHED = 0.2;      /* the same while the period is not known well: 2 pi times what it is off */
+static const double RESTLESS = 1.5;      /* times what the cycles differ by on the whole, squared: a loop that hunts beside its motion */
 static const double SEARCHED_RATIO = 1.04; /* a sine that is so much off in period differs by SEARCHED, and more than that */
 static const double LAG_RATIO = 1.005;   /* from period to period tried */
 static const double MOTION = 0.25;       /* of the motion's square at most may be no repetition, whatever the noise */
 static const double SWEEP = 3e-3;        /* period of the first half over that of the second: a sweep that is cut off at SAME has 8e-3 */
 static const double SWELL = 0.1;         /* the same of the amplitude */
 static const double COMPARED = 0.25;     /* of a cycle's points at least are measured in it and in the next */
+static const double UNSURE = 2.0;        /* standard deviations of what a half's cycles say, by what they differ */
 static const double LONGER = 1.1;        /* times: a longer period is worth it; a multiple of the true one is not */
 enum { WINDOW_POINTS = 64 };             /* of a cycle are compared, the rest lies between them */
+enum { PARTS = 5 };                      /* of a period are tried */
 enum { DEPTH = 64 };                     /* of pieces within what is left by others */
 
 struct grid {
@@ -221,6 +224,17 @@ struct run {
     double period; /* points */
 };
 
+/* Where a part of the period does as well, a glitch has hidden that. */
+static double shortest_period(const struct grid *g, const struct stretch *s, const struct run *r, double period, double shortest) {
+    double most = RESTLESS * misfit(g, s, r->first, r->end, period) + 4.0 * s->noise * s->noise;
+    for (int part = PARTS; part > 1; part--) {
+        if (period / part < shortest) continue;
+        double shorter = refine(g, s, r->first, r->end, period / part);
+        if (misfit(g, s, r->first, r->end, shorter) < most) return shorter;
+    }
+    return period;
+}
+
 /* One cycle from a point on is like the next. */
 static bool alike(const struct sums *from, int cycle, double share, double noise) {
     double n = from[cycle].compared - from->compared, points = 2.0 * cycle;
@@ -270,8 +284,9 @@ static bool holds(const struct grid *g, const struct stretch *s, const struct ru
     int middle = (r->first + r->end) / 2, cycles = (int)(floor(0.5 * run_points(r) / r->period) * r->period);
     double first = variance(s->x, r->first, r->first + cycles), second = variance(s->x, r->end - cycles, r->end);
     double early = refine(g, s, r->first, middle, r->period), late = refine(g, s, middle, r->end, r->period);
-    double unsure = NOISE_BAND * s->noise / (2.0 * PI * sqrt(0.5 * first * run_points(r)));
-    return fabs(late / early - 1.0) < SWEEP + unsure && fabs(sqrt(second / first) - 1.0) < SWELL + unsure;
+    double restless = fmax(misfit(g, s, r->first, middle, early), misfit(g, s, middle, r->end, late)) / fmin(first, second);
+    double unsure = UNSURE * sqrt(2.0 * restless * r->period / run_points(r)); /* of an amplitude; of a phase, in radians */
+    return fabs(late / early - 1.0) < SWEEP + unsure / (2.0 * PI) && fabs(sqrt(second / first) - 1.0) < SWELL + unsure;
 }
 
 /* The longest run of any period. False: there is none, or it is part of a sweep. */
@@ -283,7 +298,9 @@ static bool steady_run(const struct grid *g, const struct stretch *s, struct run
         if (run_points(&r) > LONGER * run_points(best)) *best = r;
     }
     if (!run_points(best)) return false;
-    *best = longest_run(g, s, refine(g, s, best->first, best->end, best->period), SAME);
+    double period = shortest_period(g, s, best, refine(g, s, best->first, best->end, best->period), shortest);
+    double whole = misfit(g, s, best->first, best->end, period) / variance(s->x, best->first, best->end);
+    *best = longest_run(g, s, period, fmin(fmax(SAME, sqrt(RESTLESS * whole)), SEARCHED));
     if (!run_points(best)) return false;
     best->period = refine(g, s, best->first, best->end, best->period);
     return holds(g, s, best);
@@ -322,7 +339,40 @@ static double exact_hz(const struct recording_test *t, int legs, const struct pi
     struct recording_test part = *t;
     part.first = p->first, part.end = p->end;
     double hz = frequency_fit(&part, legs, p->frequency_hz);
-    return fabs(hz / p->frequency_hz - 1.0) < SWEEP ? hz : p->frequency_hz;
+    return fabs(hz / p->frequency_hz - 1.0) < SEARCHED_RATIO - 1.0 ? hz : p->frequency_hz;
+}
+
+/* Of all legs, rms. */
+static double motion_of(const struct recording_test *t, int legs, const struct piece *p) {
+    double all = 0.0;
+    for (int k = 0; k < legs; k++) {
+        double sum = 0.0, square = 0.0, n = 0.0, zero = (double)NAN;
+        for (int i = p->first; i < p->end; i++) {
+            if (!t->sample[i].good) continue;
+            if (isnan(zero)) zero = t->sample[i].length_m[k];
+            double x = t->sample[i].length_m[k] - zero;
+            sum += x, square += x * x, n += 1.0;
+        }
+        all += fmax(square - sum * sum / n, 0.0) / n;
+    }
+    return sqrt(all);
+}
+
+/* A stumble parts no motion that goes on as before. */
+static bool goes_on(const struct recording_test *t, int legs, const struct piece *a, const struct piece *b) {
+    if (a->kind != PIECE_STEADY || b->kind != PIECE_STEADY || !(fabs(b->frequency_hz / a->frequency_hz - 1.0) < SWEEP)) return false;
+    return fabs(motion_of(t, legs, b) / motion_of(t, legs, a) - 1.0) < SWELL;
+}
+
+static void finish_pieces(struct pieces *p, const struct recording_test *t, int legs) {
+    int kept = 0;
+    for (int i = 0; i < p->count; i++) {
+        struct piece *q = &p->piece[i], *before = kept ? &p->piece[kept - 1] : NULL;
+        if (q->kind == PIECE_STEADY) q->frequency_hz = exact_hz(t, legs, q);
+        if (!before || !goes_on(t, legs, before, q)) p->piece[kept++] = *q;
+        else before->end = q->end, before->frequency_hz = exact_hz(t, legs, before);
+    }
+    p->count = kept;
 }
 
 static int list_pieces(struct pieces *p, const struct grid *g, const struct recording_test *t, struct error *error) {
@@ -363,8 +413,7 @@ int pieces_find(struct pieces *p, const struct recording_test *t, int legs, stru
     }
     if (!status) status = list_pieces(p, &g, t, error);
     grid_free(&g);
-    for (int i = 0; i < p->count && !status; i++)
-        if (p->piece[i].kind == PIECE_STEADY) p->piece[i].frequency_hz = exact_hz(t, legs, &p->piece[i]);
+    if (!status) finish_pieces(p, t, legs);
     if (status) pieces_free(p);
     return status;
 }

@@ -8,7 +8,7 @@
 
 enum piece_kind {
     PIECE_REST,   /* for half a second at least all legs stay within their noise, or within 0.3 % of how far they go */
-    PIECE_STEADY, /* four cycles at least that are alike but for noise and 5 %, of one frequency and one amplitude */
+    PIECE_STEADY, /* four cycles at least, alike but for noise and 5 % (20 % where all differ so), of one frequency and amplitude */
     PIECE_MOVING, /* all else */
     PIECE_KINDS
 };

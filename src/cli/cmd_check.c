@@ -1,0 +1,265 @@
+/* hexid check: what is in a recording, before anything is asked of it. */
+#include <limits.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "analysis.h"
+#include "check_report.h"
+#include "cli.h"
+#include "config.h"
+#include "csv_input.h"
+#include "gap_logs.h"
+#include "log.h"
+#include "messages.h"
+
+enum { TESTS_MAX = CSV_FILES_MAX, PATH_SIZE = 64 };
+
+/* One log, or what a directory became. */
+struct input {
+    const char *name;            /* as given */
+    char copy[PATH_SIZE];        /* of a directory: a log without a name, gone when the process is; else "" */
+    struct csv_report csv;
+};
+
+struct check {
+    struct options o;
+    int inputs;
+    struct input *input;         /* a directory that is refused as a whole has one for each of its files */
+    struct params params;        /* of the input at hand */
+    struct params first;         /* of the first one */
+    struct survey survey[TESTS_MAX];
+    bool more;                   /* tests than TESTS_MAX */
+    struct error refused;        /* a directory, as a whole */
+    struct check_report report;
+    struct error *error;
+};
+
+static const char *path_of(const struct input *in) { return in->copy[0] ? in->copy : in->name; }
+
+/* "run.lcm: reason" is about a path that nobody gave. */
+static void without_path(const struct input *in, struct error *error) {
+    size_t length = strlen(path_of(in));
+    if (in->copy[0] && !strncmp(error->text, in->copy, length) && error->text[length] == ':')
+        memmove(error->text, error->text + length + 2, strlen(error->text + length + 1));
+}
+
+static void join(char *list, size_t size, const char *more) {
+    size_t used = strlen(list);
+    if (*more) snprintf(list + used, size - used, "%s%s", used ? "; " : "", more);
+}
+
+static struct input *new_input(struct check *c, const char *name) {
+    struct input *more = realloc(c->input, (size_t)(c->inputs + 1) * sizeof *more);
+    if (!more) return NULL;
+    c->input = more;
+    more[c->inputs] = (struct input){.name = name};
+    return &more[c->inputs++];
+}
+
+/* Makes a log of a directory, or of one file in it, without a name: nothing is left behind, whatever happens. */
+static int import(struct check *c, const struct csv_source *source, int *found) {
+    struct input *in = new_input(c, source->directory);
+    const char *directory = getenv("TMPDIR");
+    char path[PATH_MAX];
+    snprintf(path, sizeof path, "%.4000s/hexid-check-XXXXXX", directory && *directory ? directory : "/tmp");
+    int file = in ? mkstemp(path) : -1;
+    if (file < 0) return error_set(c->error, STATUS_IO, "%.300s: cannot be made, for the log of a directory", path);
+    unlink(path);
+    snprintf(in->copy, sizeof in->copy, "/proc/self/fd/%d", file);
+    int status = csv_import(source, in->copy, &in->csv, c->error);
+    *found = in->csv.found;
+    if (status) {
+        c->inputs--;
+        close(file);
+        return status;
+    }
+    join(c->report.missing, sizeof c->report.missing, in->csv.missing);
+    join(c->report.ignored, sizeof c->report.ignored, in->csv.ignored);
+    join(c->report.doubtful, sizeof c->report.doubtful, in->csv.doubtful);
+    return STATUS_OK;
+}
+
+/* A directory that is refused as a whole is read file by file: what is wrong with one, or between two, hides no other. */
+static int import_files(struct check *c, struct csv_source source, int files) {
+    int unused, before = c->inputs;
+    c->refused = *c->error;
+    for (source.only = 1; source.only <= files; source.only++)
+        if (import(c, &source, &unused)) cli_say(stderr, "hexid: %s", c->error->text);
+    if (c->inputs > before && !csv_map_unseen(source.map)) return STATUS_OK;
+    *c->error = c->refused;
+    return c->refused.status;
+}
+
+static int import_directory(struct check *c, const char *name) {
+    struct csv_input input;
+    int found, status = csv_input_begin(&input, &c->o, name, c->error);
+    if (status) return status;
+    status = import(c, &input.source, &found);
+    if (status == STATUS_USAGE && c->o.operands == 1 && found > 1) status = import_files(c, input.source, found);
+    csv_input_end(&input);
+    return status;
+}
+
+static int take_input(struct check *c, const char *name) {
+    struct stat s;
+    if (!stat(name, &s) && S_ISDIR(s.st_mode)) return import_directory(c, name);
+    if (c->o.map) return error_set(c->error, STATUS_USAGE, "--map is for a directory of CSV files, and %.250s is none", name);
+    return new_input(c, name) ? STATUS_OK : error_set(c->error, STATUS_IO, "out of memory");
+}
+
+/* The log's own configuration, changed by --set; or -c. What a directory became has it all. */
+static int read_params(struct check *c, const struct input *in, const struct log_event *event) {
+    if (c->o.config && !in->copy[0]) return options_params(&c->o, &c->params, c->error);
+    int status = cli_log_params(in->name, event, "give one with -c FILE", &c->params, c->error);
+    if (status || in->copy[0]) return status;
+    return config_override(&c->params, in->name, c->o.settings, c->o.setting_count, c->error);
+}
+
+/* Which survey a cycle belongs to: of a directory the file's, else that of its test. */
+struct place {
+    int file;
+    int64_t rows;      /* of the file, so far */
+    int test;
+    struct survey *survey;
+};
+
+static int begin_survey(struct check *c, const struct input *in, const struct cycle *cycle, struct place *p) {
+    char name[SURVEY_NAME];
+    const char *slash = strrchr(in->name, '/'), *axis = cycle->dof == DOF_NONE ? "none" : dof_names[cycle->dof];
+    int status = p->survey ? survey_end(p->survey, &c->params, c->error) : STATUS_OK;
+    p->survey = NULL;
+    c->more = c->more || c->report.surveys == TESTS_MAX;
+    if (status || c->more) return status;
+    if (in->copy[0]) snprintf(name, sizeof name, "%s", in->csv.file[p->file].name);
+    else if (c->o.operands == 1) snprintf(name, sizeof name, "%s", axis);
+    else snprintf(name, sizeof name, "%s %.200s", axis, slash ? slash + 1 : in->name);
+    p->survey = &c->survey[c->report.surveys++];
+    survey_init(p->survey, &c->params, cycle->dof, name);
+    return STATUS_OK;
+}
+
+static int add_cycle(struct check *c, const struct input *in, const struct cycle *cycle, struct place *p) {
+    const struct recording_test *t = p->survey ? &p->survey->test : NULL;
+    bool other = !t || cycle->test != p->test || cycle->dof != t->dof;
+    if (cycle->test < 0) return STATUS_OK;
+    if (in->copy[0]) {
+        bool last = p->rows == in->csv.file[p->file].rows;
+        if (last) p->file++, p->rows = 0;
+        other = !t || last;
+        p->rows++;
+    }
+    int status = other ? begin_survey(c, in, cycle, p) : STATUS_OK;
+    p->test = cycle->test;
+    return status || !p->survey ? status : survey_add(p->survey, &c->params, cycle, c->error);
+}
+
+static int read_cycles(struct check *c, const struct input *in, struct log_reader *log, struct analysis *analysis) {
+    struct log_event event;
+    struct cycle cycle;
+    struct place place = {0};
+    int64_t offset;
+    if (!log_next(log, &event)) return error_set(c->error, STATUS_IO, "%s: not a log: no event in it", in->name);
+    int status = read_params(c, in, &event);
+    bool identifies = !status && !analysis_init(analysis, &c->params, &c->report.identify);
+    if (!status && in == c->input) c->first = c->params;
+    do {
+        if (status || strcmp(event.channel, CHANNEL_STATE) || !state_decode(event.data, event.size, &cycle)) continue;
+        status = add_cycle(c, in, &cycle, &place);
+        if (identifies) analysis_take(analysis, &cycle);
+    } while (!status && log_next(log, &event));
+    if (!status && place.survey) status = survey_end(place.survey, &c->params, c->error);
+    if (identifies) analysis_end(analysis);
+    if (log_cut(log, &offset)) cli_warn_cut(in->name, offset);
+    if (status || !identifies || c->report.identify.status) return status;
+    struct verdict v = analysis_verdict(analysis);
+    if (v.status != VERDICT_PASS) error_set(&c->report.identify, STATUS_USAGE, "%s", v.reasons ? v.reason[0] : verdict_names[v.status]);
+    return status;
+}
+
+static int survey_input(struct check *c, const struct input *in) {
+    struct log_reader *log;
+    struct analysis *analysis = calloc(1, sizeof *analysis);
+    int status = analysis ? log_open(&log, path_of(in), c->error) : error_set(c->error, STATUS_IO, "out of memory");
+    if (!status) {
+        status = read_cycles(c, in, log, analysis);
+        log_release(log);
+    }
+    free(analysis);
+    return status;
+}
+
+/* As hexid gap loads them. */
+static void ask_gap(struct check *c) {
+    const char *paths[LOGS_MAX];
+    struct recording *recording = calloc(1, sizeof *recording);
+    if (!recording) {
+        error_set(&c->report.gap, STATUS_IO, "out of memory");
+        return;
+    }
+    recording_init(recording, &c->first);
+    for (int i = 0; i < c->inputs && i < LOGS_MAX; i++) paths[i] = path_of(&c->input[i]);
+    if (gap_logs_load(c->inputs, paths, recording, &c->report.gap) == STATUS_OK) c->report.gap.status = STATUS_OK;
+    for (int i = 0; i < c->inputs; i++) without_path(&c->input[i], &c->report.gap);
+    recording_free(recording);
+    free(recording);
+}
+
+static int write_page(const struct check *c, struct error *error) {
+    char *page = NULL;
+    struct error writing;
+    int status = check_html(&c->report, &page, error);
+    if (page && cli_write_text(c->o.output, page, &writing)) *error = writing, status = writing.status;
+    free(page);
+    return status;
+}
+
+static int write_json(const struct check *c, struct error *error) {
+    char *json = check_json(&c->report);
+    int status = json ? cli_write_text(c->o.json, json, error) : error_set(error, STATUS_IO, "out of memory");
+    free(json);
+    return status;
+}
+
+static int report(struct check *c) {
+    struct check_report *r = &c->report;
+    if (c->refused.status) r->gap = r->identify = c->refused;
+    else ask_gap(c);
+    check_text_print(c->o.json && !strcmp(c->o.json, "-") ? stderr : stdout, r);
+    if (c->more) cli_say(stderr, "hexid: warning: more than %d tests: the others are not shown", TESTS_MAX);
+    int status = c->o.json ? write_json(c, c->error) : STATUS_OK, drawn = c->o.output ? write_page(c, status ? &r->gap : c->error) : STATUS_OK;
+    return status ? status : drawn;
+}
+
+static int check(struct check *c, int argc, char **argv) {
+    struct options *o = &c->o;
+    int status = options_parse(o, argc, argv, "coSja", OPERANDS_MAX, c->error);
+    if (!status && !o->operands)
+        status = error_set(c->error, STATUS_USAGE, "check: name a log or a directory of CSV files; see `hexid check --help`");
+    if (!status && o->output) status = cli_check_writable(o->output, c->error);
+    if (!status) status = cli_check_writable(o->json, c->error);
+    for (int i = 0; i < o->operands && !status; i++) status = take_input(c, o->operand[i]);
+    for (int i = 0; i < c->inputs && !status; i++) status = survey_input(c, &c->input[i]);
+    if (!status && !c->report.surveys)
+        status = error_set(c->error, STATUS_USAGE, "%.250s: no test in the log: nothing was recorded but what lies between tests", o->operand[0]);
+    return status ? status : report(c);
+}
+
+int cmd_check(int argc, char **argv) {
+    struct error error = {0};
+    struct check *c = calloc(1, sizeof *c);
+    int status = error_set(&error, STATUS_IO, "out of memory");
+    if (c) {
+        c->error = &error;
+        c->report.survey = c->survey;
+        c->report.source = c->o.operand;
+        status = check(c, argc, argv);
+        c->report.sources = c->o.operands;
+    }
+    int taken = c && !c->report.gap.status ? EXIT_PASSED : EXIT_CHECK_FAILED;
+    for (int i = 0; c && i < c->report.surveys; i++) survey_free(&c->survey[i]);
+    if (c) free(c->input);
+    free(c);
+    return status ? cli_fail(&error) : taken;
+}

@@ -1,0 +1,76 @@
+#include <jansson.h>
+#include <math.h>
+#include <string.h>
+
+#include "check_report.h"
+#include "printable.h"
+
+static json_t *number(double x) { return isfinite(x) ? json_real(x) : json_null(); }
+
+static json_t *text(const char *words) {
+    char printable[1024];
+    text_printable(words, printable, sizeof printable);
+    return json_string(printable);
+}
+
+/* Legs by their number for people. */
+static json_t *legs(unsigned bits) {
+    json_t *array = json_array();
+    for (int i = 0; i < LEGS; i++)
+        if (bits >> i & 1u) json_array_append_new(array, json_integer(i + 1));
+    return array;
+}
+
+static json_t *channel(const struct survey_channel *c) {
+    return json_pack("{si so so so so so so so}", "of", c->of, "there", legs(c->there), "dead", legs(c->dead), "clipped", legs(c->clipped),
+                     "least", number(c->low), "greatest", number(c->high), "noise_rms", number(c->noise), "step",
+                     c->step > 0.0 ? json_real(c->step) : json_null());
+}
+
+static json_t *channels(const struct survey *s) {
+    static const char *const units[SURVEY_KINDS] = {"m", "m, rad", "Pa", "Pa", "N", "-"};
+    json_t *object = json_object();
+    for (int kind = 0; kind < SURVEY_KINDS; kind++) {
+        json_t *c = channel(&s->channel[kind]);
+        if (s->channel[kind].of) json_object_set_new(c, "unit", json_string(units[kind])), json_object_set(object, survey_names[kind], c);
+        json_decref(c);
+    }
+    return object;
+}
+
+static json_t *pieces(const struct survey *s) {
+    json_t *array = json_array();
+    for (const struct piece *p = s->pieces.piece; p < s->pieces.piece + s->pieces.count; p++)
+        json_array_append_new(array, json_pack("{ss si si so so so}", "kind", piece_names[p->kind], "first", p->first, "end", p->end, "from_s",
+                                               number(s->test.sample[p->first].test_time_s), "until_s",
+                                               number(s->test.sample[p->end - 1].test_time_s), "frequency_hz", number(p->frequency_hz)));
+    return array;
+}
+
+static json_t *test(const struct survey *s) {
+    const struct sampling *a = &s->sampling;
+    return json_pack("{so ss ss so so so so ss si so so so sI so si si si so so}", "name", text(s->name), "axis",
+                     s->test.dof == DOF_NONE ? "none" : dof_names[s->test.dof], "mechanism",
+                     s->mechanism == MECHANISM_AXIS ? "axis" : "stewart", "stated_hz", number(s->stated_hz), "stated_amplitude",
+                     number(s->stated_amplitude), "measured_hz", number(s->measured_hz), "amplitude", number(s->amplitude),
+                     "amplitude_unit", s->test.dof >= DOF_PHI ? "rad" : "m", "rows", s->test.count, "seconds", number(survey_seconds(s)),
+                     "rate_hz", number(1.0 / a->step_s), "jitter_s", number(a->jitter_s), "lost", (json_int_t)a->lost, "longest_gap_s", number(a->gap_s),
+                     "flagged", s->flagged, "not_a_number", s->not_a_number, "unplaced", s->unplaced, "pieces", pieces(s), "channels",
+                     channels(s));
+}
+
+static json_t *answer(const struct error *e) {
+    return json_pack("{sb so}", "taken", !e->status, "reason", e->status ? text(e->text) : json_null());
+}
+
+char *check_json(const struct check_report *r) {
+    json_t *tests = json_array(), *sources = json_array();
+    for (int i = 0; i < r->surveys; i++) json_array_append_new(tests, test(&r->survey[i]));
+    for (int i = 0; i < r->sources; i++) json_array_append_new(sources, text(r->source[i]));
+    json_t *root = json_pack("{ss so so so so so so so}", "schema", "hexid.check/1", "sources", sources, "tests", tests, "missing",
+                             text(r->missing), "doubtful", text(r->doubtful), "ignored", text(r->ignored), "identify", answer(&r->identify),
+                             "gap", answer(&r->gap));
+    char *dump = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
+    json_decref(root);
+    return dump;
+}

@@ -1,0 +1,38 @@
+/* What hexid check found, for people, programs and browsers. */
+#ifndef HEXID_CHECK_REPORT_H
+#define HEXID_CHECK_REPORT_H
+
+#include <stdio.h>
+
+#include "survey.h"
+
+struct check_report {
+    int surveys;
+    struct survey *survey;
+    const char *const *source;   /* what was read: logs and directories */
+    int sources;
+    char missing[600], ignored[600], doubtful[600]; /* columns of CSV, as csv_report has them */
+    struct error gap, identify;  /* status 0: would take it; else the refusal */
+};
+
+/* How a kind is shown: SI value times scale, in unit. */
+struct check_unit {
+    double scale;
+    const char *unit, *label;    /* label: of a picture's axis */
+};
+extern const struct check_unit check_units[SURVEY_KINDS];
+
+/* "mm" or "mrad": of a test's amplitude, times 1e3. */
+const char *check_amplitude_unit(const struct survey *s);
+
+/* Tables in 80 columns. What comes from outside is made printable. */
+void check_text_print(FILE *out, const struct check_report *report);
+
+/* hexid.check/1, to be freed; NULL without memory. What is not known is null. */
+char *check_json(const struct check_report *report);
+
+/* One page without scripts or other files; *page is to be freed. -3 without memory (*page NULL), or where pictures could not be drawn
+ * (*page is there, without them). */
+int check_html(const struct check_report *report, char **page, struct error *error);
+
+#endif

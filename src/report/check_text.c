@@ -1,0 +1,155 @@
+#include <math.h>
+#include <string.h>
+
+#include "check_report.h"
+#include "printable.h"
+#include "words.h"
+
+enum { NAME_COLUMNS = 16, PIECES_SHOWN = 12, LINE = 2400 };
+
+const struct check_unit check_units[SURVEY_KINDS] = {
+    [SURVEY_LENGTH] = {1e3, "mm", "length [mm]"},        [SURVEY_REFERENCE] = {1e3, "mm, mrad", "reference [mm, mrad]"},
+    [SURVEY_P1] = {1e-5, "bar", "p1 [bar]"},             [SURVEY_P2] = {1e-5, "bar", "p2 [bar]"},
+    [SURVEY_FORCE] = {1.0, "N", "force [N]"},            [SURVEY_COMMAND] = {1e2, "%", "command [%]"},
+};
+
+const char *check_amplitude_unit(const struct survey *s) { return s->test.dof >= DOF_PHI ? "mrad" : "mm"; }
+
+/* In so many columns, cut where it is longer. */
+static void print_name(FILE *out, const char *name) {
+    char text[SURVEY_NAME];
+    size_t length = text_printable(name, text, sizeof text), shown = 0, columns = 0;
+    for (; shown < length && (columns < NAME_COLUMNS || (text[shown] & 0xc0) == 0x80); shown++) columns += (text[shown] & 0xc0) != 0x80;
+    fprintf(out, "  %.*s%*s", (int)shown, text, (int)(NAME_COLUMNS - columns), "");
+}
+
+/* A number in a column, "-" where it is not known. */
+static void print_number(FILE *out, int columns, int digits, double value) {
+    char text[40];
+    if (isfinite(value)) snprintf(text, sizeof text, "%.*g", digits, value);
+    else strcpy(text, "-");
+    fprintf(out, "%*s", columns, text);
+}
+
+static void print_tests(FILE *out, const struct check_report *r) {
+    fprintf(out, "  %-*s%-6s%11s%13s%13s%12s\n", NAME_COLUMNS, "test", "axis", "stated Hz", "measured Hz", "amplitude", "seconds");
+    for (const struct survey *s = r->survey; s < r->survey + r->surveys; s++) {
+        print_name(out, s->name);
+        fprintf(out, "%-6s", s->test.dof == DOF_NONE ? "none" : dof_names[s->test.dof]);
+        print_number(out, 11, 5, s->stated_hz);
+        print_number(out, 13, 6, s->measured_hz);
+        print_number(out, 8, 4, 1e3 * s->amplitude);
+        fprintf(out, " %-4s", check_amplitude_unit(s));
+        print_number(out, 12, 5, survey_seconds(s));
+        fputc('\n', out);
+    }
+}
+
+static void print_sampling(FILE *out, const struct check_report *r) {
+    fprintf(out, "\n  %-*s%9s%10s%11s%7s%10s%7s%8s\n", NAME_COLUMNS, "test", "rows", "rate Hz", "jitter ms", "lost", "gap ms", "flags", "no num.");
+    for (const struct survey *s = r->survey; s < r->survey + r->surveys; s++) {
+        print_name(out, s->name);
+        fprintf(out, "%9d", s->test.count);
+        print_number(out, 10, 6, 1.0 / s->sampling.step_s);
+        print_number(out, 11, 2, round(1e6 * s->sampling.jitter_s) * 1e-3);
+        print_number(out, 7, 6, (double)s->sampling.lost);
+        print_number(out, 10, 4, 1e3 * s->sampling.gap_s);
+        fprintf(out, "%7d%8d\n", s->flagged, s->not_a_number);
+        if (s->unplaced) fprintf(out, "    %d more rows have no time, or one that does not increase: left out\n", s->unplaced);
+    }
+}
+
+static double piece_seconds(const struct survey *s, const struct piece *p) { return (p->end - p->first) * s->sampling.step_s; }
+
+static void print_pieces(FILE *out, const struct survey *s) {
+    char text[LINE] = "", name[SURVEY_NAME], label[SURVEY_NAME + 4];
+    size_t used = 0;
+    for (int i = 0; i < s->pieces.count && i < PIECES_SHOWN; i++) {
+        const struct piece *p = &s->pieces.piece[i];
+        used += (size_t)snprintf(text + used, LINE - used, "%s%s %.3g s", used ? ", " : "", piece_names[p->kind], piece_seconds(s, p));
+        if (p->kind == PIECE_STEADY) used += (size_t)snprintf(text + used, LINE - used, " at %.6g Hz", p->frequency_hz);
+    }
+    if (s->pieces.count > PIECES_SHOWN)
+        snprintf(text + used, LINE - used, ", and %d more pieces, %.4g s", s->pieces.count - PIECES_SHOWN,
+                 survey_seconds(s) - (s->test.sample[s->pieces.piece[PIECES_SHOWN].first].test_time_s - s->test.sample[0].test_time_s));
+    text_printable(s->name, name, sizeof name);
+    snprintf(label, sizeof label, "  %s:", name);
+    words_print(out, label, text);
+}
+
+/* Of all tests: the widest range, the most noise, the finest step. */
+static struct survey_channel all_of(const struct check_report *r, enum survey_kind kind) {
+    struct survey_channel all = r->survey[0].channel[kind];
+    for (int i = 1; i < r->surveys; i++) {
+        const struct survey_channel *c = &r->survey[i].channel[kind];
+        all.of = c->of > all.of ? c->of : all.of;
+        all.there |= c->there;
+        all.low = fmin(all.low, c->low), all.high = fmax(all.high, c->high), all.noise = fmax(all.noise, c->noise);
+        if (c->step > 0.0) all.step = all.step > 0.0 ? fmin(all.step, c->step) : c->step;
+    }
+    return all;
+}
+
+static void print_channels(FILE *out, const struct check_report *r) {
+    fprintf(out, "\n  %-*s%-8s%12s%12s%12s%10s\n", NAME_COLUMNS - 4, "channel", "there", "least", "greatest", "noise rms", "step");
+    for (int kind = 0; kind < SURVEY_KINDS; kind++) {
+        struct survey_channel c = all_of(r, (enum survey_kind)kind);
+        const struct check_unit *u = &check_units[kind];
+        if (!c.of) continue;
+        int there = __builtin_popcount(c.there);
+        fprintf(out, "  %-*s", NAME_COLUMNS - 4, survey_names[kind]);
+        if (!there) fputs("none", out);
+        else {
+            fprintf(out, "%d of %d  ", there, c.of);
+            print_number(out, 12, 6, u->scale * c.low), print_number(out, 12, 6, u->scale * c.high);
+            print_number(out, 12, 3, u->scale * c.noise), print_number(out, 10, 3, c.step > 0.0 ? u->scale * c.step : (double)NAN);
+            fprintf(out, " %s", u->unit);
+        }
+        fputc('\n', out);
+    }
+}
+
+/* "p1 of leg 2 never changes (1_x.csv)" */
+static void print_faults(FILE *out, const struct survey *s) {
+    char text[LINE], name[SURVEY_NAME], label[SURVEY_NAME];
+    for (int kind = 0; kind < SURVEY_KINDS; kind++)
+        for (int i = 0; i < s->channel[kind].of; i++) {
+            bool dead = s->channel[kind].dead >> i & 1u, clipped = s->channel[kind].clipped >> i & 1u;
+            if (!dead && !clipped) continue;
+            char leg[20] = "";
+            if (s->mechanism == MECHANISM_STEWART) snprintf(leg, sizeof leg, " of leg %d", i + 1);
+            snprintf(text, sizeof text, "%s%s %s", survey_names[kind], leg,
+                     dead ? "never changes: dead, or not connected" : "is clipped: it stays at the end of what it reads");
+            snprintf(name, sizeof name, "  ! %.200s:", s->name);
+            text_printable(name, label, sizeof label);
+            words_print(out, label, text);
+        }
+}
+
+static void print_list(FILE *out, const char *label, const char *words) {
+    char text[LINE];
+    text_printable(words, text, sizeof text);
+    if (*text) words_print(out, label, text);
+}
+
+static void print_answer(FILE *out, const char *label, const struct error *e) {
+    char text[LINE];
+    snprintf(text, sizeof text, "no: %s", e->text);
+    print_list(out, label, e->status ? text : "yes");
+}
+
+void check_text_print(FILE *out, const struct check_report *r) {
+    fputc('\n', out);
+    print_tests(out, r);
+    print_sampling(out, r);
+    fputs("\n", out);
+    for (int i = 0; i < r->surveys; i++) print_pieces(out, &r->survey[i]);
+    print_channels(out, r);
+    fputs("\n", out);
+    for (int i = 0; i < r->surveys; i++) print_faults(out, &r->survey[i]);
+    print_list(out, "  missing columns:", r->missing);
+    print_list(out, "  ! another unit?", r->doubtful);
+    print_list(out, "  not understood and left out:", r->ignored);
+    print_answer(out, "  hexid identify takes it:", &r->identify);
+    print_answer(out, "  hexid gap takes it:", &r->gap);
+}
