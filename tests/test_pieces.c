@@ -197,6 +197,13 @@ static void steps_are_rests_and_moves(void **unused) {
     expect("steps", steps, &s, e, 15);
 }
 
+static double jump(double t_s) { return t_s < 8.0 ? 0.0 : 5e-3; }
+
+static void a_jump_between_two_samples_parts_two_rests(void **unused) {
+    (void)unused;
+    EXPECT(jump, &good, {'R', 0, 8.0, 0.02}, {'M', 0, 8.0, 0.02}, {'R', 0, 0, 0});
+}
+
 static double nothing(double t_s) { return 0.0 * t_s; }
 
 static void a_machine_that_stands_still_rests(void **unused) {
@@ -253,6 +260,7 @@ int main(void) {
         cmocka_unit_test(sines_in_succession_are_told_apart),
         cmocka_unit_test(what_does_not_repeat_is_not_steady),
         cmocka_unit_test(steps_are_rests_and_moves),
+        cmocka_unit_test(a_jump_between_two_samples_parts_two_rests),
         cmocka_unit_test(a_machine_that_stands_still_rests),
         cmocka_unit_test(too_little_is_one_piece),
         cmocka_unit_test(noise_and_steps_of_a_sensor_are_seen),

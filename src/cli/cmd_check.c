@@ -224,6 +224,7 @@ static int write_json(const struct check *c, struct error *error) {
 
 static int report(struct check *c) {
     struct check_report *r = &c->report;
+    r->source = c->o.operand, r->sources = c->o.operands;
     if (c->refused.status) r->gap = r->identify = c->refused;
     else ask_gap(c);
     check_text_print(c->o.json && !strcmp(c->o.json, "-") ? stderr : stdout, r);
@@ -253,9 +254,7 @@ int cmd_check(int argc, char **argv) {
     if (c) {
         c->error = &error;
         c->report.survey = c->survey;
-        c->report.source = c->o.operand;
         status = check(c, argc, argv);
-        c->report.sources = c->o.operands;
     }
     int taken = c && !c->report.gap.status ? EXIT_PASSED : EXIT_CHECK_FAILED;
     for (int i = 0; c && i < c->report.surveys; i++) survey_free(&c->survey[i]);

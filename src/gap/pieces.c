@@ -144,8 +144,10 @@ static void find_rests(struct grid *g) {
         for (int i = 0; i < g->count; i++) leaves[i] |= !(g->high[i] - g->low[i] <= band);
     }
     for (int i = 0, until = 0; i < g->count; i++) {
-        if (i + window <= g->count && !leaves[i]) until = i + window;
-        if (i < until) g->kind[i] = PIECE_REST;
+        bool stays = i + window <= g->count && !leaves[i];
+        bool jumps = stays && i == until && i > 0; /* from one place to another, between two samples */
+        if (stays) until = i + window;
+        if (i < until && !jumps) g->kind[i] = PIECE_REST;
     }
 }
 

@@ -1,2 +1,129 @@
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "check_pictures.h"
 #include "check_report.h"
-int check_html(const struct check_report *report, char **page, struct error *error) { (void)report; *page = NULL; return error_set(error, STATUS_IO, "not yet"); }
+#include "html.h"
+#include "page.h"
+
+static void head_cells(FILE *out, const char *const *names) {
+    fputs("<tr>", out);
+    for (; *names; names++) fprintf(out, "<th%s>%s</th>", **names == '*' ? "" : " class=\"n\"", *names + (**names == '*'));
+    fputs("</tr>\n", out);
+}
+
+static void cell(FILE *out, double value, int digits, const char *unit) {
+    fputs("<td class=\"n\">", out);
+    if (isfinite(value)) html_text(out, "%.*g %s", digits, value, unit);
+    else fputs("–", out);
+    fputs("</td>", out);
+}
+
+static void section_tests(FILE *out, const struct check_report *r) {
+    static const char *const names[] = {"*test", "*axis", "stated", "measured", "amplitude", "recorded", "rows", "rate", "jitter", "lost",
+                                        "longest gap", "flagged", "without a number", NULL};
+    fputs("<h2>Tests</h2>\n<div class=\"wide\"><table>\n", out);
+    head_cells(out, names);
+    for (const struct survey *s = r->survey; s < r->survey + r->surveys; s++) {
+        fputs("<tr><td>", out);
+        html_text(out, "%s", s->name);
+        fprintf(out, "</td><td>%s</td>", s->test.dof == DOF_NONE ? "none" : dof_names[s->test.dof]);
+        cell(out, s->stated_hz, 5, "Hz"), cell(out, s->measured_hz, 6, "Hz");
+        cell(out, 1e3 * s->amplitude, 4, check_amplitude_unit(s)), cell(out, survey_seconds(s), 5, "s");
+        cell(out, s->test.count, 9, ""), cell(out, 1.0 / s->sampling.step_s, 6, "Hz"), cell(out, check_jitter_ms(s), 2, "ms");
+        cell(out, (double)s->sampling.lost, 9, ""), cell(out, 1e3 * s->sampling.gap_s, 4, "ms");
+        cell(out, s->flagged, 9, ""), cell(out, s->not_a_number, 9, "");
+        fputs("</tr>\n", out);
+    }
+    fputs("</table></div>\n", out);
+}
+
+/* "1, 2, 5" */
+static void legs(FILE *out, unsigned bits) {
+    const char *before = "";
+    for (int i = 0; i < LEGS; i++)
+        if (bits >> i & 1u) fprintf(out, "%s%d", before, i + 1), before = ", ";
+    if (!bits) fputs("–", out);
+}
+
+static void section_channels(FILE *out, const struct survey *s) {
+    static const char *const names[] = {"*channel", "there", "least", "greatest", "noise, rms", "sensor step", "never changes", "clipped", NULL};
+    fputs("<div class=\"wide\"><table>\n", out);
+    head_cells(out, names);
+    for (int kind = 0; kind < SURVEY_KINDS; kind++) {
+        const struct survey_channel *c = &s->channel[kind];
+        double scale = check_units[kind].scale;
+        const char *unit = check_unit_of(s, (enum survey_kind)kind);
+        if (!c->of) continue;
+        fprintf(out, "<tr><td>%s</td><td class=\"n\">%d of %d</td>", survey_names[kind], __builtin_popcount(c->there), c->of);
+        cell(out, scale * c->low, 6, unit), cell(out, scale * c->high, 6, unit), cell(out, scale * c->noise, 3, unit);
+        cell(out, c->step > 0.0 ? scale * c->step : (double)NAN, 3, unit);
+        fputs("<td class=\"n\">", out), legs(out, c->dead), fputs("</td><td class=\"n\">", out), legs(out, c->clipped);
+        fputs("</td></tr>\n", out);
+    }
+    fputs("</table></div>\n", out);
+}
+
+static void section_test(FILE *out, const struct survey *s, struct error *picture) {
+    static const char caption[] = "As measured, over the time of the test. Grey ground: at rest; blue: steady motion, by the lengths "
+                                  "alone. Where there are more samples than pixels a curve is the band between their least and greatest.";
+    char *script = NULL;
+    size_t size = 0;
+    FILE *stream = s->test.count && !picture->status ? open_memstream(&script, &size) : NULL;
+    if (stream) {
+        check_picture(stream, s);
+        if (fclose(stream)) error_set(picture, STATUS_IO, "out of memory");
+    }
+    fputs("<section><h2>", out);
+    html_text(out, "%s", s->name);
+    fputs("</h2>\n", out);
+    page_figure(out, script, size, caption, picture);
+    section_channels(out, s);
+    fputs("</section>\n", out);
+    free(script);
+}
+
+static void answer(FILE *out, const char *command, const struct error *e) {
+    html_text(out, "%s", command);
+    html_text(out, e->status ? " would refuse it: %s" : " would take it.", e->text);
+}
+
+static void words(FILE *out, const char *label, const char *text) {
+    if (!*text) return;
+    fputs("<p class=\"notice\">", out);
+    html_text(out, "%s: %s", label, text);
+    fputs("</p>\n", out);
+}
+
+static void write_all(FILE *out, const struct check_report *r, struct error *picture) {
+    page_begin(out, "hexid check");
+    fputs("<header><span>hexid check: <code>", out);
+    for (int i = 0; i < r->sources; i++) html_text(out, "%s%s", i ? " " : "", r->source[i]);
+    fprintf(out, "</code></span><span>%d test%s</span></header>\n<p class=\"kicker\">What was recorded</p>\n<h1 class=\"long\">", r->surveys,
+            r->surveys == 1 ? "" : "s");
+    answer(out, "hexid gap", &r->gap);
+    fputs("</h1>\n<p class=\"lead\">", out);
+    answer(out, "hexid identify", &r->identify);
+    fputs("</p>\n", out);
+    words(out, "another unit?", r->doubtful), words(out, "missing columns", r->missing), words(out, "not understood and left out", r->ignored);
+    section_tests(out, r);
+    for (int i = 0; i < r->surveys; i++) section_test(out, &r->survey[i], picture);
+    if (picture->status) words(out, "pictures", picture->text);
+    fputs("</body>\n</html>\n", out);
+}
+
+int check_html(const struct check_report *r, char **page, struct error *error) {
+    struct error picture = {0};
+    size_t size = 0;
+    *page = NULL;
+    FILE *out = open_memstream(page, &size);
+    if (out) write_all(out, r, &picture);
+    if (!out || fclose(out)) {
+        free(*page);
+        *page = NULL;
+        return error_set(error, STATUS_IO, "out of memory");
+    }
+    if (picture.status) *error = picture;
+    return picture.status;
+}

@@ -22,8 +22,14 @@ struct check_unit {
 };
 extern const struct check_unit check_units[SURVEY_KINDS];
 
+/* Of a kind's values: an axis refers to no angle. */
+const char *check_unit_of(const struct survey *s, enum survey_kind kind);
+
 /* "mm" or "mrad": of a test's amplitude, times 1e3. */
 const char *check_amplitude_unit(const struct survey *s);
+
+/* In ms, to the microsecond. */
+double check_jitter_ms(const struct survey *s);
 
 /* Tables in 80 columns. What comes from outside is made printable. */
 void check_text_print(FILE *out, const struct check_report *report);

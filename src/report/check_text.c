@@ -13,7 +13,13 @@ const struct check_unit check_units[SURVEY_KINDS] = {
     [SURVEY_FORCE] = {1.0, "N", "force [N]"},            [SURVEY_COMMAND] = {1e2, "%", "command [%]"},
 };
 
+const char *check_unit_of(const struct survey *s, enum survey_kind kind) {
+    return check_units[s->mechanism == MECHANISM_AXIS && kind == SURVEY_REFERENCE ? SURVEY_LENGTH : kind].unit;
+}
+
 const char *check_amplitude_unit(const struct survey *s) { return s->test.dof >= DOF_PHI ? "mrad" : "mm"; }
+
+double check_jitter_ms(const struct survey *s) { return 1e-3 * round(1e6 * s->sampling.jitter_s); }
 
 /* In so many columns, cut where it is longer. */
 static void print_name(FILE *out, const char *name) {
@@ -51,7 +57,7 @@ static void print_sampling(FILE *out, const struct check_report *r) {
         print_name(out, s->name);
         fprintf(out, "%9d", s->test.count);
         print_number(out, 10, 6, 1.0 / s->sampling.step_s);
-        print_number(out, 11, 2, round(1e6 * s->sampling.jitter_s) * 1e-3);
+        print_number(out, 11, 2, check_jitter_ms(s));
         print_number(out, 7, 6, (double)s->sampling.lost);
         print_number(out, 10, 4, 1e3 * s->sampling.gap_s);
         fprintf(out, "%7d%8d\n", s->flagged, s->not_a_number);
@@ -103,7 +109,7 @@ static void print_channels(FILE *out, const struct check_report *r) {
             fprintf(out, "%d of %d  ", there, c.of);
             print_number(out, 12, 6, u->scale * c.low), print_number(out, 12, 6, u->scale * c.high);
             print_number(out, 12, 3, u->scale * c.noise), print_number(out, 10, 3, c.step > 0.0 ? u->scale * c.step : (double)NAN);
-            fprintf(out, " %s", u->unit);
+            fprintf(out, " %s", check_unit_of(r->survey, (enum survey_kind)kind));
         }
         fputc('\n', out);
     }
@@ -134,8 +140,8 @@ static void print_list(FILE *out, const char *label, const char *words) {
 
 static void print_answer(FILE *out, const char *label, const struct error *e) {
     char text[LINE];
-    snprintf(text, sizeof text, "no: %s", e->text);
-    print_list(out, label, e->status ? text : "yes");
+    snprintf(text, sizeof text, "would refuse it: %s", e->text);
+    print_list(out, label, e->status ? text : "would take it");
 }
 
 void check_text_print(FILE *out, const struct check_report *r) {
@@ -150,6 +156,6 @@ void check_text_print(FILE *out, const struct check_report *r) {
     print_list(out, "  missing columns:", r->missing);
     print_list(out, "  ! another unit?", r->doubtful);
     print_list(out, "  not understood and left out:", r->ignored);
-    print_answer(out, "  hexid identify takes it:", &r->identify);
-    print_answer(out, "  hexid gap takes it:", &r->gap);
+    print_answer(out, "  hexid identify", &r->identify);
+    print_answer(out, "  hexid gap", &r->gap);
 }

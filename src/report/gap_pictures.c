@@ -14,24 +14,10 @@ const struct picture_unit picture_units[GAP_CHANNELS] = {
 
 static const char *const labels[GAP_CHANNELS] = {"length - mean", "force", "P1", "P2", "valve command"};
 
-static const char style[] =
-    "set encoding utf8\n"
-    "set border 3 lc rgb '#777777'\n"
-    "set tics nomirror out scale 0.5 tc rgb '#444444'\n"
-    "set grid lc rgb '#e8e8e8' lt 1 lw 0.6\n"
-    "set key outside top center horizontal samplen 2.5 spacing 1 tc rgb '#444444'\n"
-    "set style line 1 lc rgb '#1a1a1a' lw 2.4\n"
-    "set style line 2 lc rgb '#8a8a8a' lw 2.2 dt (6,4)\n"
-    "set style line 3 lc rgb '" PICTURE_ACCENT "' lw 1.8\n";
-
 /* A step for about four tics between -size and size. */
 static double tic_step(double size) {
     double power = pow(10.0, floor(log10(size / 2.0))), lead = size / 2.0 / power;
     return power * (lead < 1.5 ? 1.0 : lead < 3.5 ? 2.0 : lead < 7.5 ? 5.0 : 10.0);
-}
-
-static void begin(FILE *script, int width, int height) {
-    fprintf(script, "set terminal svg noenhanced size %d,%d font 'sans-serif,12' background '#ffffff'\n%s", width, height, style);
 }
 
 static double value_at(const double row[SPECTRUM_SIZE], const struct wave_test *t, double t_s) {
@@ -76,7 +62,7 @@ static void plot(FILE *script, const struct picture *p, const char *measured, co
 void picture_wave(FILE *script, const struct picture *p, enum gap_channel channel) {
     const struct picture_unit *u = &picture_units[channel];
     double noise = u->difference_scale * p->test->wave[channel][p->leg].noise;
-    begin(script, 540, 350);
+    plot_begin(script, 540, 350);
     double largest = wave_data(script, p, channel);
     fprintf(script, "set multiplot\n"
                     "set lmargin at screen 0.13\n"
@@ -114,7 +100,7 @@ static void force_data(FILE *script, const struct picture *p) {
 }
 
 void picture_force_loop(FILE *script, const struct picture *p) {
-    begin(script, 744, 320);
+    plot_begin(script, 744, 320);
     force_data(script, p);
     fputs("set multiplot layout 1,2\n"
           "set xlabel 'leg velocity [mm/s]' offset 0,0.5\n"
@@ -140,7 +126,7 @@ static void valve_data(FILE *script, const struct picture *p) {
 }
 
 void picture_valve_loop(FILE *script, const struct picture *p) {
-    begin(script, 372, 320);
+    plot_begin(script, 372, 320);
     valve_data(script, p);
     fputs("set xlabel 'valve command [%]' offset 0,0.5\n"
           "set ylabel 'leg velocity [mm/s]' offset 1\n", script);

@@ -5,9 +5,8 @@
 
 #include <stdio.h>
 
+#include "plot.h"
 #include "waves.h"
-
-#define PICTURE_ACCENT "#0072b2"
 
 struct picture {
     const struct wave_test *test;

@@ -7,7 +7,7 @@
 #include "gap_pictures.h"
 #include "html.h"
 #include "hypothesis.h"
-#include "plot.h"
+#include "page.h"
 
 const char *const section_channel_words[GAP_CHANNELS] = {"leg length", "leg force", "pressure P1", "pressure P2", "valve command"};
 static const char *const axis_words[DOFS] = {"x", "y", "z", "φ", "θ", "ψ"};
@@ -51,24 +51,16 @@ static void write_valve_loop(FILE *script, const struct picture *picture, enum g
     picture_valve_loop(script, picture);
 }
 
-/* A picture that cannot be drawn is a line in the page; after the first one no other is tried. */
 static void draw(struct page *p, script_writer *writer, const struct picture *picture, enum gap_channel channel, const char *caption) {
-    char *script = NULL, *svg = NULL;
-    size_t script_size = 0, size = 0;
-    FILE *stream = p->picture.status ? NULL : open_memstream(&script, &script_size);
-    fputs("<figure>", p->out);
+    char *script = NULL;
+    size_t size = 0;
+    FILE *stream = p->picture.status ? NULL : open_memstream(&script, &size);
     if (stream) {
         writer(stream, picture, channel);
         if (fclose(stream)) error_set(&p->picture, STATUS_IO, "out of memory");
-        else plot_draw(script, script_size, &svg, &size, &p->picture);
     }
-    if (svg) html_svg(p->out, svg, size, caption);
-    else fputs("<p class=\"notice\">picture not drawn</p>", p->out);
-    fputs("<figcaption>", p->out);
-    html_text(p->out, "%s", caption);
-    fputs("</figcaption></figure>\n", p->out);
+    page_figure(p->out, script, size, caption, &p->picture);
     free(script);
-    free(svg);
 }
 
 /* One channel of one leg in one test. */

@@ -13,6 +13,20 @@
 
 static const char remedy[] = "pictures need gnuplot (apt-get install gnuplot-nox)";
 
+static const char style[] =
+    "set encoding utf8\n"
+    "set border 3 lc rgb '#777777'\n"
+    "set tics nomirror out scale 0.5 tc rgb '#444444'\n"
+    "set grid lc rgb '#e8e8e8' lt 1 lw 0.6\n"
+    "set key outside top center horizontal samplen 2.5 spacing 1 tc rgb '#444444'\n"
+    "set style line 1 lc rgb '#1a1a1a' lw 2.4\n"
+    "set style line 2 lc rgb '#8a8a8a' lw 2.2 dt (6,4)\n"
+    "set style line 3 lc rgb '" PICTURE_ACCENT "' lw 1.8\n";
+
+void plot_begin(FILE *script, int width, int height) {
+    fprintf(script, "set terminal svg noenhanced size %d,%d font 'sans-serif,12' background '#ffffff'\n%s", width, height, style);
+}
+
 /* Files in memory for all three streams: no pipe can fill, nothing is left behind. */
 struct child_files {
     int in, out, err;

@@ -3,8 +3,14 @@
 #define HEXID_PLOT_H
 
 #include <stddef.h>
+#include <stdio.h>
 
 #include "status.h"
+
+#define PICTURE_ACCENT "#0072b2"
+
+/* A script's first lines: an SVG of so many pixels in the style of all pictures; line styles 1 measured, 2 before, 3 after. */
+void plot_begin(FILE *script, int width, int height);
 
 /* The script draws to standard output. *svg is to be freed by the caller. 0; or -3 with the reason: gnuplot is not there, failed (its own
  * words), or drew nothing. */

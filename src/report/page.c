@@ -1,0 +1,80 @@
+#include "page.h"
+
+#include <stdlib.h>
+
+#include "html.h"
+#include "plot.h"
+
+static const char style[] =
+    "<style>\n"
+    ":root{--ink:#1a1a1a;--soft:#5c5c5c;--line:#dcdcdc;--accent:" PICTURE_ACCENT "}\n"
+    "*{box-sizing:border-box}\n"
+    "body{margin:0 auto;max-width:1180px;padding:18px 32px 64px;"
+    "font:15px/1.45 system-ui,'Segoe UI','Helvetica Neue',Arial,'Liberation Sans',sans-serif;color:var(--ink);background:#fff}\n"
+    "header{display:flex;justify-content:space-between;gap:24px;font-size:13px;color:var(--soft);"
+    "border-bottom:1px solid var(--line);padding-bottom:8px}\n"
+    ".kicker{margin:18px 0 0;color:var(--accent);font-size:15px;font-weight:600}\n"
+    "h1{margin:2px 0 4px;font-size:32px;line-height:1.18;font-weight:600;letter-spacing:-.01em}\n"
+    "h1.long{font-size:25px}\n"
+    "h2{margin:44px 0 6px;font-size:21px;font-weight:600;border-top:1px solid var(--line);padding-top:18px}\n"
+    "h3{margin:16px 0 6px;font-size:15px;font-weight:600}\n"
+    "p{margin:6px 0;max-width:52em}\n"
+    "sup{font-size:75%;line-height:0}\n"
+    "code{font:13px ui-monospace,'DejaVu Sans Mono','Liberation Mono',monospace;color:#333}\n"
+    ".lead{color:var(--soft);margin-top:0}\n"
+    ".cards{display:grid;grid-template-columns:minmax(0,1.15fr) minmax(0,1fr) minmax(0,1.15fr);gap:36px;margin-top:16px}\n"
+    ".cards h2{margin:0 0 8px;font-size:15px;border-top:2px solid var(--ink);padding-top:8px}\n"
+    ".big{font-size:34px;line-height:1.1;font-weight:600;color:var(--accent);margin:0 0 2px}\n"
+    ".small,figcaption{font-size:13px;color:var(--soft)}\n"
+    ".notice{background:#fff3d6;padding:2px 6px}\n"
+    "p.notice{padding:8px 12px}\n"
+    ".next{border-left:3px solid var(--accent);padding:4px 0 4px 14px;margin-top:18px}\n"
+    ".two{display:grid;grid-template-columns:1fr 1fr;gap:16px 32px}\n"
+    ".loops{display:grid;grid-template-columns:2fr 1fr;gap:0 8px}\n"
+    ".wide{overflow-x:auto}\n"
+    "figure{margin:8px 0}\n"
+    "img{max-width:100%;height:auto;display:block}\n"
+    "table{border-collapse:collapse;font-size:14px;font-variant-numeric:tabular-nums}\n"
+    "th,td{text-align:left;padding:3px 12px 3px 0;border-bottom:1px solid var(--line);font-weight:400;vertical-align:top}\n"
+    "th{color:var(--soft)}\n"
+    ".n{text-align:right;white-space:nowrap}\n"
+    "table.map{border-collapse:separate;border-spacing:1px;font-size:12px}\n"
+    "table.map td{width:32px;min-width:28px;height:24px;padding:0;text-align:center;vertical-align:middle;border:0}\n"
+    "table.map th{border:0;padding:2px 6px 2px 0;text-align:center;vertical-align:middle}\n"
+    "table.map td:nth-child(6n+2){border-left:3px solid #fff}\n"
+    "table.map th.side{text-align:left;font-weight:600;color:var(--ink);padding-top:8px}\n"
+    "table.map .none{background:repeating-linear-gradient(135deg,#fff 0 5px,#eee 5px 6px)}\n"
+    "td.bar{width:240px;vertical-align:middle}\n"
+    ".bar i{display:block;height:12px;background:#a9a9a9}\n"
+    ".found .bar i{background:var(--accent)}\n"
+    ".found td{font-weight:600}\n"
+    ".sizes{display:grid;grid-template-columns:auto 1fr auto;gap:3px 10px;align-items:center;font-size:13px;margin:4px 0 10px}\n"
+    ".sizes i{display:block;height:12px}\n"
+    ".sizes b{grid-column:1/4;font-weight:600;margin-top:2px}\n"
+    "@media print{body{max-width:none;padding:0}section{break-inside:avoid}}\n"
+    "@media(max-width:800px){.cards,.two,.loops{grid-template-columns:1fr}body{padding:12px}}\n"
+    "</style>\n";
+
+void page_begin(FILE *out, const char *title) {
+    fputs("<!DOCTYPE html>\n"
+          "<html lang=\"en\">\n"
+          "<head>\n"
+          "<meta charset=\"utf-8\">\n"
+          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+          "<title>", out);
+    html_text(out, "%s", title);
+    fprintf(out, "</title>\n%s</head>\n<body>\n", style);
+}
+
+void page_figure(FILE *out, const char *script, size_t script_size, const char *caption, struct error *picture) {
+    char *svg = NULL;
+    size_t size = 0;
+    if (script && !picture->status) plot_draw(script, script_size, &svg, &size, picture);
+    fputs("<figure>", out);
+    if (svg) html_svg(out, svg, size, caption);
+    else fputs("<p class=\"notice\">picture not drawn</p>", out);
+    fputs("<figcaption>", out);
+    html_text(out, "%s", caption);
+    fputs("</figcaption></figure>\n", out);
+    free(svg);
+}
