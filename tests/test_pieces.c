@@ -197,6 +197,21 @@ static void steps_are_rests_and_moves(void **unused) {
     expect("steps", steps, &s, e, 15);
 }
 
+/* Half a second of a steady motion is lost. */
+static void a_hole_is_no_rest(void **unused) {
+    (void)unused;
+    struct recording_test t = measure(from_the_start, &good);
+    struct pieces p;
+    int kept = 0;
+    for (int i = 0; i < t.count; i++)
+        if (fabs(t.sample[i].test_time_s - 9.0) > 0.25 && fabs(t.sample[i].test_time_s - 14.0) > 1.0) t.sample[kept++] = t.sample[i];
+    t.count = kept;
+    assert_int_equal(pieces_find(&p, &t, TEST_LEGS, &error), 0);
+    if (p.count != 1 || p.piece[0].kind != PIECE_STEADY || !(fabs(p.piece[0].frequency_hz / 2.5 - 1.0) < 1e-4)) fail_msg("%s", show(&t, &p));
+    pieces_free(&p);
+    free(t.sample);
+}
+
 static double jump(double t_s) { return t_s < 8.0 ? 0.0 : 5e-3; }
 
 static void a_jump_between_two_samples_parts_two_rests(void **unused) {
@@ -260,6 +275,7 @@ int main(void) {
         cmocka_unit_test(sines_in_succession_are_told_apart),
         cmocka_unit_test(what_does_not_repeat_is_not_steady),
         cmocka_unit_test(steps_are_rests_and_moves),
+        cmocka_unit_test(a_hole_is_no_rest),
         cmocka_unit_test(a_jump_between_two_samples_parts_two_rests),
         cmocka_unit_test(a_machine_that_stands_still_rests),
         cmocka_unit_test(too_little_is_one_piece),

@@ -229,7 +229,9 @@ static int report(struct check *c) {
     else ask_gap(c);
     check_text_print(c->o.json && !strcmp(c->o.json, "-") ? stderr : stdout, r);
     if (c->more) cli_say(stderr, "hexid: warning: more than %d tests: the others are not shown", TESTS_MAX);
-    int status = c->o.json ? write_json(c, c->error) : STATUS_OK, drawn = c->o.output ? write_page(c, status ? &r->gap : c->error) : STATUS_OK;
+    struct error unsaid;
+    int status = c->o.json ? write_json(c, c->error) : STATUS_OK;
+    int drawn = c->o.output ? write_page(c, status ? &unsaid : c->error) : STATUS_OK;
     return status ? status : drawn;
 }
 

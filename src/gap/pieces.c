@@ -32,11 +32,11 @@ static const double LAG_RATIO = 1.005;   /* from period to period tried */
 static const double MOTION = 0.25;       /* of the motion's square at most may be no repetition, whatever the noise */
 static const double SWEEP = 3e-3;        /* period of the first half over that of the second: a sweep that is cut off at SAME has 8e-3 */
 static const double SWELL = 0.1;         /* the same of the amplitude */
-static const double COMPARED = 0.25;     /* of a cycle's points at least are measured in it and in the next */
+static const double COMPARED = 0.25;     /* of a cycle's points at least are measured in it and in the next; of a rest's, too */
 static const double UNSURE = 2.0;        /* standard deviations of what a half's cycles say, by what they differ */
 static const double LONGER = 1.1;        /* times: a longer period is worth it; a multiple of the true one is not */
 enum { WINDOW_POINTS = 64 };             /* of a cycle are compared, the rest lies between them */
-enum { PARTS = 5 };                      /* of a period are tried */
+enum { PARTS = 32 };                     /* of a period are tried */
 enum { DEPTH = 64 };                     /* of pieces within what is left by others */
 
 struct grid {
@@ -143,11 +143,15 @@ static void find_rests(struct grid *g) {
         extremes(g, g->x[k], window);
         for (int i = 0; i < g->count; i++) leaves[i] |= !(g->high[i] - g->low[i] <= band);
     }
+    int seen = 0; /* points of the window from i on that were measured: a hole is no rest */
+    for (int i = 0; i < window - 1 && i < g->count; i++) seen += g->measured[i];
     for (int i = 0, until = 0; i < g->count; i++) {
-        bool stays = i + window <= g->count && !leaves[i];
+        seen += g->measured[i + window - 1 < g->count ? i + window - 1 : g->count];
+        bool stays = i + window <= g->count && !leaves[i] && seen >= COMPARED * window;
         bool jumps = stays && i == until && i > 0; /* from one place to another, between two samples */
         if (stays) until = i + window;
         if (i < until && !jumps) g->kind[i] = PIECE_REST;
+        seen -= g->measured[i];
     }
 }
 
@@ -158,17 +162,21 @@ struct stretch {
     double noise;
 };
 
-static double variance(const double *x, int first, int end) {
-    double sum = 0.0, square = 0.0, n = end - first;
-    for (int i = first; i < end; i++) sum += x[i] - x[first], square += (x[i] - x[first]) * (x[i] - x[first]);
-    return fmax(square - sum * sum / n, 0.0) / n;
+/* Of what was measured. */
+static double variance(const struct grid *g, const double *x, int first, int end) {
+    double sum = 0.0, square = 0.0, n = 0.0;
+    for (int i = first; i < end; i++) {
+        if (!g->measured[i]) continue;
+        sum += x[i] - x[first], square += (x[i] - x[first]) * (x[i] - x[first]), n += 1.0;
+    }
+    return n > 0.0 ? fmax(square - sum * sum / n, 0.0) / n : 0.0;
 }
 
 static struct stretch stretch_of(const struct grid *g, int first, int end) {
     struct stretch s = {.first = first, .end = end};
     double most = -1.0;
     for (int k = 0; k < g->legs; k++) {
-        double v = variance(g->x[k], first, end);
+        double v = variance(g, g->x[k], first, end);
         if (v > most) most = v, s.x = g->x[k], s.noise = g->noise[k];
     }
     return s;
@@ -226,14 +234,12 @@ struct run {
     double period; /* points */
 };
 
-/* Where a part of the period does as well, a glitch has hidden that. */
+/* Where a part of the period does as well, a hole or a stumble has hidden that. */
 static double shortest_period(const struct grid *g, const struct stretch *s, const struct run *r, double period, double shortest) {
     double most = RESTLESS * misfit(g, s, r->first, r->end, period) + 4.0 * s->noise * s->noise;
-    for (int part = PARTS; part > 1; part--) {
-        if (period / part < shortest) continue;
-        double shorter = refine(g, s, r->first, r->end, period / part);
-        if (misfit(g, s, r->first, r->end, shorter) < most) return shorter;
-    }
+    for (int part = PARTS; part > 1; part--)
+        if (period / part >= shortest && misfit(g, s, r->first, r->end, period / part) < most)
+            return refine(g, s, r->first, r->end, period / part);
     return period;
 }
 
@@ -284,7 +290,7 @@ static struct run longest_run(const struct grid *g, const struct stretch *s, dou
 /* Neither its period nor its amplitude changes from the first half to the second. */
 static bool holds(const struct grid *g, const struct stretch *s, const struct run *r) {
     int middle = (r->first + r->end) / 2, cycles = (int)(floor(0.5 * run_points(r) / r->period) * r->period);
-    double first = variance(s->x, r->first, r->first + cycles), second = variance(s->x, r->end - cycles, r->end);
+    double first = variance(g, s->x, r->first, r->first + cycles), second = variance(g, s->x, r->end - cycles, r->end);
     double early = refine(g, s, r->first, middle, r->period), late = refine(g, s, middle, r->end, r->period);
     double restless = fmax(misfit(g, s, r->first, middle, early), misfit(g, s, middle, r->end, late)) / fmin(first, second);
     double unsure = UNSURE * sqrt(2.0 * restless * r->period / run_points(r)); /* of an amplitude; of a phase, in radians */
@@ -301,7 +307,7 @@ static bool steady_run(const struct grid *g, const struct stretch *s, struct run
     }
     if (!run_points(best)) return false;
     double period = shortest_period(g, s, best, refine(g, s, best->first, best->end, best->period), shortest);
-    double whole = misfit(g, s, best->first, best->end, period) / variance(s->x, best->first, best->end);
+    double whole = misfit(g, s, best->first, best->end, period) / variance(g, s->x, best->first, best->end);
     *best = longest_run(g, s, period, fmin(fmax(SAME, sqrt(RESTLESS * whole)), SEARCHED));
     if (!run_points(best)) return false;
     best->period = refine(g, s, best->first, best->end, best->period);
@@ -325,13 +331,15 @@ static int end_of(const struct grid *g, int first) {
     return end;
 }
 
-/* What moves beside a steady piece for less than half a cycle belongs to it. */
+/* What was measured of a motion beside a steady piece for less than half a cycle belongs to that. */
 static void join_slivers(struct grid *g) {
     for (int first = 0, end; first < g->count; first = end) {
         end = end_of(g, first);
+        int measured = 0;
+        for (int i = first; i < end; i++) measured += g->measured[i];
         double before = first ? g->frequency[first - 1] : 0.0, behind = end < g->count ? g->frequency[end] : 0.0;
         double joined = before > 0.0 ? before : behind;
-        if (g->kind[first] != PIECE_MOVING || !(joined * (end - first) * g->step_s < 0.5)) continue;
+        if (g->kind[first] != PIECE_MOVING || !(joined * measured * g->step_s < 0.5)) continue;
         for (int i = first; i < end && joined > 0.0; i++) g->kind[i] = PIECE_STEADY, g->frequency[i] = joined;
     }
 }

@@ -28,7 +28,7 @@ static json_t *channel(const struct survey_channel *c) {
 }
 
 static json_t *channels(const struct survey *s) {
-    static const char *const units[SURVEY_KINDS] = {"m", "m, rad", "Pa", "Pa", "N", "-"};
+    const char *const units[SURVEY_KINDS] = {"m", s->mechanism == MECHANISM_AXIS ? "m" : "m, rad", "Pa", "Pa", "N", "-"};
     json_t *object = json_object();
     for (int kind = 0; kind < SURVEY_KINDS; kind++) {
         json_t *c = channel(&s->channel[kind]);

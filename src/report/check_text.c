@@ -65,7 +65,9 @@ static void print_sampling(FILE *out, const struct check_report *r) {
     }
 }
 
-static double piece_seconds(const struct survey *s, const struct piece *p) { return (p->end - p->first) * s->sampling.step_s; }
+static double piece_seconds(const struct survey *s, const struct piece *p) {
+    return s->test.sample[p->end - 1].test_time_s - s->test.sample[p->first].test_time_s + s->sampling.step_s;
+}
 
 static void print_pieces(FILE *out, const struct survey *s) {
     char text[LINE] = "", name[SURVEY_NAME], label[SURVEY_NAME + 4];
@@ -76,7 +78,7 @@ static void print_pieces(FILE *out, const struct survey *s) {
         if (p->kind == PIECE_STEADY) used += (size_t)snprintf(text + used, LINE - used, " at %.6g Hz", p->frequency_hz);
     }
     if (s->pieces.count > PIECES_SHOWN)
-        snprintf(text + used, LINE - used, ", and %d more pieces, %.4g s", s->pieces.count - PIECES_SHOWN,
+        snprintf(text + used, LINE - used, ", and %d more, %.4g s in all", s->pieces.count - PIECES_SHOWN,
                  survey_seconds(s) - (s->test.sample[s->pieces.piece[PIECES_SHOWN].first].test_time_s - s->test.sample[0].test_time_s));
     text_printable(s->name, name, sizeof name);
     snprintf(label, sizeof label, "  %s:", name);

@@ -1,0 +1,110 @@
+#!/bin/bash
+# hexid check says what is in a recording, whoever made it, and whether gap and identify would take it; it refuses only what cannot be read.
+. tests/scenarios/lib
+skip_under tsan "hexid check" "one thread"
+
+quick --set tests.settle_s=1 --set tests.duration_s=2 --log "$work/run.lcm" >/dev/null 2>&1
+"$hexid" export "$work/run.lcm" -o "$work/csv" >/dev/null
+check() { "$hexid" check "$@" >"$work/text"; }
+says() { for words in "$@"; do grep -qE -- "$words" "$work/text" || { echo "missing: $words"; cat "$work/text"; return 1; }; done; }
+# fact JSON EXPRESSION: of Python, about d, the JSON, and t, its first test.
+fact() { "$python" -c 'import json, sys
+d = json.load(open(sys.argv[1])); t = d["tests"][0]
+print(json.dumps(d)[:2000])
+sys.exit(not eval(sys.argv[2]))' "$@"; }
+
+of_a_log() {
+    ends 0 check "$work/run.lcm" --json "$work/a.json" && says '^  x .* 4 +[34]\.[0-9]+ ' 'psi: rest .* moving .* steady .* at [34]\.' 'hexid gap would take it' &&
+        ! grep -E '.{81}' "$work/text" && fact "$work/a.json" 'd["schema"] == "hexid.check/1" and len(d["tests"]) == 6 and d["gap"]["taken"]' &&
+        fact "$work/a.json" 't["rows"] > 1500 and abs(t["rate_hz"] - 500) < 0.01 and t["lost"] == 0 and abs(t["measured_hz"] - 4) < 0.01' &&
+        fact "$work/a.json" '[p["kind"] for p in d["tests"][5]["pieces"]][:3] == ["rest", "moving", "steady"]' &&
+        fact "$work/a.json" 'abs(t["channels"]["length"]["step"] - 5e-5) < 1e-9 and t["channels"]["p1"]["there"] == [1, 2, 3, 4, 5, 6]'
+}
+claim "of a log: rate, frequency, pieces, channels, sensor step; gap would take it" of_a_log
+
+of_its_csv() {
+    ends 0 check "$work/csv" --json "$work/b.json" && says '^  1_x.csv' && "$python" -c 'import json, sys
+a, b = (json.load(open(f))["tests"] for f in sys.argv[1:])
+for x, y in zip(a, b, strict=True):
+    for key in ("axis", "rows", "measured_hz", "amplitude", "channels"): assert x[key] == y[key], (key, x[key], y[key])' \
+        "$work/a.json" "$work/b.json"
+}
+claim "a directory of CSV shows what its log shows, without an import" of_its_csv
+nothing_left() { TMPDIR=$work/tmp; mkdir "$TMPDIR"; TMPDIR=$TMPDIR "$hexid" check "$work/csv" >/dev/null; [ -z "$(ls -A "$work/tmp")" ]; }
+claim "and leaves nothing behind" nothing_left
+
+page() {
+    ends 0 check "$work/run.lcm" -o "$work/page.html" && ! grep -qE '<script|(src|href)="[^d]' "$work/page.html" &&
+        [ "$(grep -o '<img alt=' "$work/page.html" | wc -l)" -eq 6 ] &&
+        chromium --headless --no-sandbox --disable-gpu --disable-dev-shm-usage --user-data-dir="$work/chromium" --window-size=1240,1300 \
+            --screenshot="$work/page.png" "file://$work/page.html" >/dev/null 2>&1 && [ "$(stat -c %s "$work/page.png")" -gt 100000 ]
+}
+claim "its page has a picture for each test, stands alone, and a browser draws it" page
+no_gnuplot() { PATH=/nowhere "$hexid" check "$work/run.lcm" -o "$work/plain.html" >/dev/null 2>"$work/error"; }
+without_gnuplot() { ends 3 no_gnuplot && grep -q gnuplot-nox "$work/error" && grep -q 'picture not drawn' "$work/plain.html"; }
+claim "without gnuplot the page is written without pictures, and the status says so" without_gnuplot
+
+# A rig of somebody else's: own names, decimal commas, half a second lost, rest, 3 Hz, rest.
+mkdir "$work/rig"
+"$python" - "$work/rig/Versuch 1.csv" <<'END'
+import math, random, sys
+random.seed(1)
+with open(sys.argv[1], "w") as f:
+    f.write("Zeit;Kolben Länge (mm);Kraft;Öl [°C]\n")
+    for i in range(14000):
+        t = i / 1000
+        if 9.0 < t < 9.5: continue
+        x = 5 * math.sin(2 * math.pi * 3 * (t - 2)) if 2 < t < 12 else 0
+        f.write(f"{t:.3f};{round((x + random.gauss(0, 0.01)) / 0.02) * 0.02:.2f};{-0.4 * x + random.gauss(0, 0.01):.4f};40\n".replace(".", ","))
+END
+map='t=Zeit,position=Kolben Länge (mm),force=Kraft:kN'
+rig() { check "$work/rig" -c config/axis.yaml --set loop.period_s=0.001 "$@"; }
+of_a_foreign_rig() {
+    rig --map "$map" --json "$work/c.json"
+    says 'rest 2' 'steady .* at 3' 'not understood and left out:.*Öl' &&
+        fact "$work/c.json" '[p["kind"] for p in t["pieces"]] == ["rest", "steady", "rest"] and t["lost"] == 499 and t["longest_gap_s"] == 0.5' &&
+        fact "$work/c.json" 'abs(t["measured_hz"] - 3) < 1e-3 and t["mechanism"] == "axis" and abs(t["amplitude"] - 5e-3) < 1e-4' &&
+        fact "$work/c.json" 'abs(t["channels"]["length"]["step"] - 2e-5) < 1e-9 and abs(t["channels"]["force"]["greatest"] - 2e3) < 100'
+}
+claim "of a foreign rig's columns by --map: pieces, loss, frequency in truth, sensor step" of_a_foreign_rig
+claim "gap's very refusal is said: the frequency is not the configuration's" eval 'ends 1 rig --map "$map" && says "hexid gap would refuse it: test x: the" "legs move at"'
+claim "a name that no file has is refused with those left over" refuses 2 "Krafft force_n Kraft" rig --map "${map/Kraft/Krafft}"
+claim "a unit that the column cannot have is refused" refuses 2 "position_m bar mm" rig --map "t=Zeit,position=Kolben Länge (mm):bar"
+claim "--map of a log is refused" refuses 2 "--map run.lcm" "$hexid" check "$work/run.lcm" --map "$map"
+
+free_motion() {
+    mkdir -p "$work/free"
+    sed 's/^# dof: .*/# dof: none/' "$work/csv/1_x.csv" >"$work/free/1.csv"
+    ends 1 check "$work/free" --json "$work/d.json" && says '^  1.csv +none' 'steady' 'gap would refuse it: no sinusoidal test' &&
+        fact "$work/d.json" 't["axis"] == "none" and t["stated_hz"] is None and t["rows"] > 1500 and abs(t["measured_hz"] - 4) < 0.01'
+}
+claim "a recording of any motion, dof: none, is shown" free_motion
+apart() {
+    cp -r "$work/csv" "$work/apart" && sed -i 's/^# frequency_hz: .*/# frequency_hz: 5/' "$work/apart/2_y.csv" && rm "$work/apart/config.yaml" &&
+        echo "nothing" >"$work/apart/9.csv"
+    ends 1 check "$work/apart" 2>"$work/error" && says '^  1_x.csv' '^  2_y.csv .* 5 +[34]\.' '^  6_psi.csv' 'hexid gap would refuse it' && grep -q 9.csv "$work/error"
+}
+claim "files that import refuses together are shown one by one" apart
+
+dead() {
+    mkdir -p "$work/dead"
+    awk -F, -v OFS=, '/^#/ || /^t_s/ { print; next } { $16 = 3e6; if ($20 > 7e6) $20 = 7e6; n++ } n % 50 { print }' "$work/csv/1_x.csv" >"$work/dead/1_x.csv"
+    check "$work/dead" --json "$work/e.json"
+    says 'p1 of leg 3 never changes' && fact "$work/e.json" 't["channels"]["p1"]["dead"] == [3]' && fact "$work/e.json" 't["lost"] > 20'
+}
+claim "a dead channel and lost rows are found" dead
+
+escape=$'\033[2J\a\302\233'
+hostile() {
+    mkdir -p "$work/hostile" "$work/empty" "$work/void"
+    : >"$work/void/1.csv"
+    : >"$work/void.lcm"
+    { echo "# dof: none"; echo "# rate_hz: 1000"; echo "t_s,l1_m,${escape}"; for n in 0 1 2 3 4 5 6 7 8 9; do echo "0.00$n,nan,1"; done; } >"$work/hostile/1_${escape}.csv"
+    { ends 1 "$hexid" check "$work/hostile" --json "$work/f.json" -o "$work/f.html" && ends 2 "$hexid" check "$work/empty" && ends 2 "$hexid" check "$work/void" &&
+        ends 3 "$hexid" check "$work/void.lcm" && ends 3 "$hexid" check "$work/none.lcm" && ends 3 "$hexid" check README.md && ends 2 "$hexid" check &&
+        ends 3 "$hexid" check "$work/run.lcm" --json /nowhere/a.json; } >"$work/said" 2>&1 || { cat -v "$work/said"; return 1; }
+    cat -v "$work/said"
+    fact "$work/f.json" 't["not_a_number"] == 0 and t["channels"]["length"]["there"] == []' && ! LC_ALL=C grep -q $'[\001-\010\013-\037\177\233]' "$work/said" &&
+        ! LC_ALL=C grep -q $'[\001-\010\013-\037\177]' "$work/f.html"
+}
+claim "empty files, no numbers, no logs and names that a terminal would obey do no harm" hostile
