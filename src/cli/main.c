@@ -42,6 +42,14 @@ static void help(const struct subcommand *s) {
                "  --json FILE      gap.json, schema hexid.gap/1, there too; - for standard output\n"
                "  --set KEY=VALUE  one key of the configuration\n"
                "\nexit status 0 whatever the verdict is: it stands in gap.json\n");
+    if (s->run == cmd_check)
+        printf("\n  DIR|LOG          a log, several of one machine, or a directory of CSV files as `hexid import` reads it\n"
+               "  -c FILE          configuration; without it the log's own, for CSV config/tian2015.yaml\n"
+               "  --set KEY=VALUE  one key of the configuration\n"
+               "  --map LIST       columns of CSV by their own names: position=Weg:mm,t=Zeit:s\n"
+               "  -o PAGE.html     the signals over time, one file for any browser\n"
+               "  --json FILE      the same facts, schema hexid.check/1; - for standard output\n"
+               "\nexit status 0 when hexid gap would take it, 1 when not: the last line has its refusal\n");
     if (s->run != cmd_run) return;
     printf("\n  -c FILE          configuration; config/tian2015.yaml without it (--print-config shows every key)\n"
            "  --hal URL        the platform, `sim:` without it:\n");

@@ -17,8 +17,9 @@
  *                                                     the first two, and with pressures the force is not used
  *
  * Other programs' files: cells may be quoted, and parted by semicolons or tabs (numbers may have decimal commas then); lines that begin
- * with # between rows are passed over. A name may end in another unit, "p1_3_bar" or "t [ms]": m cm mm um, s ms us, rad mrad deg,
- * Pa kPa MPa bar psi, N kN. Values that cannot be what their names say are reported as doubtful, and hexid gap refuses them.
+ * with # between rows are passed over. A name may end in another unit, "p1_3_bar" or "t [ms]": m cm mm um, s ms us, rad mrad deg, Pa kPa
+ * MPa bar psi, N kN; names of the user's own are told apart by a map (csv_map.h). Values that cannot be what their names say are
+ * reported as doubtful, and hexid gap refuses them.
  *
  * Columns may stand in any order; only t_s must be there. A missing column and an empty cell are NaN in the log: what needs them is not
  * evaluated. `flags` (SAMPLE_..., decimal) and `phase` (enum phase) are ours: without them no sample is flagged, and the phase follows
