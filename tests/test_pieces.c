@@ -109,7 +109,8 @@ static void a_test_with_ramps_and_rests(void **unused) {
         {.rate_hz = 333.3, .duration_s = 20, .noise_m = 2e-5, .step_m = 1e-6},
     };
     for (size_t i = 0; i < sizeof sensors / sizeof *sensors; i++)
-        EXPECT(test_cycle, &sensors[i], {'R', 0, 3.0, 0.25}, {'M', 0, 3.75, 0.3}, {'S', 4.0, 14.2, 0.3}, {'M', 0, 15.0, 0.3}, {'R', 0, 0, 0});
+        EXPECT(test_cycle, &sensors[i], {'R', 0, 3.0, 0.25}, {'M', 0, 3.75, 0.3}, {'S', 4.0, 14.2, 0.3}, {'M', 0, 15.0, 0.3},
+               {'R', 0, 0, 0});
 }
 
 static double from_the_start(double t_s) { return 5e-3 * sin(TURN * 2.5 * t_s); }
@@ -207,7 +208,8 @@ static void a_hole_is_no_rest(void **unused) {
         if (fabs(t.sample[i].test_time_s - 9.0) > 0.25 && fabs(t.sample[i].test_time_s - 14.0) > 1.0) t.sample[kept++] = t.sample[i];
     t.count = kept;
     assert_int_equal(pieces_find(&p, &t, TEST_LEGS, &error), 0);
-    if (p.count != 1 || p.piece[0].kind != PIECE_STEADY || !(fabs(p.piece[0].frequency_hz / 2.5 - 1.0) < 1e-4)) fail_msg("%s", show(&t, &p));
+    if (p.count != 1 || p.piece[0].kind != PIECE_STEADY || !(fabs(p.piece[0].frequency_hz / 2.5 - 1.0) < 1e-4))
+        fail_msg("%s", show(&t, &p));
     pieces_free(&p);
     free(t.sample);
 }
@@ -246,7 +248,10 @@ static void too_little_is_one_piece(void **unused) {
     assert_int_equal(pieces_find(&p, &t, TEST_LEGS, &error), 0);
     assert_true(p.count == 1 && p.piece[0].kind == PIECE_MOVING);
     pieces_free(&p);
-    for (int i = 0; i < 9000; i++) t.sample[i].good = true, t.sample[i].length_m[0] = i % 2 ? 1e300 : -1e300, t.sample[i].test_time_s = i < 9 ? i : 1e15 * i;
+    for (int i = 0; i < 9000; i++) {
+        struct recording_sample *s = &t.sample[i];
+        s->good = true, s->length_m[0] = i % 2 ? 1e300 : -1e300, s->test_time_s = i < 9 ? i : 1e15 * i;
+    }
     assert_int_equal(pieces_find(&p, &t, TEST_LEGS, &error), 0);
     assert_true(p.count >= 1 && p.piece[p.count - 1].end == 9000);
     pieces_free(&p);

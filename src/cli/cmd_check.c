@@ -245,7 +245,8 @@ static int check(struct check *c, int argc, char **argv) {
     for (int i = 0; i < o->operands && !status; i++) status = take_input(c, o->operand[i]);
     for (int i = 0; i < c->inputs && !status; i++) status = survey_input(c, &c->input[i]);
     if (!status && !c->report.surveys)
-        status = error_set(c->error, STATUS_USAGE, "%.250s: no test in the log: nothing was recorded but what lies between tests", o->operand[0]);
+        status = error_set(c->error, STATUS_USAGE, "%.250s: no test in the log: nothing was recorded but what lies between tests",
+                           o->operand[0]);
     return status ? status : report(c);
 }
 

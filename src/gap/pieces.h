@@ -26,8 +26,8 @@ struct pieces {
     struct piece *piece;
 };
 
-/* Of all samples of the test, not the evaluated part alone; what is not good counts as lost. Times increase. Fewer than ten good samples: one
- * piece, moving. -3 without memory. */
+/* Of all samples of the test, not the evaluated part alone; what is not good counts as lost. Times increase. Fewer than ten good samples:
+ * one piece, moving. -3 without memory. */
 int pieces_find(struct pieces *p, const struct recording_test *test, int legs, struct error *error);
 void pieces_free(struct pieces *p);
 

@@ -26,7 +26,8 @@ struct survey {
     enum mechanism_kind mechanism;
     double stated_hz, stated_amplitude; /* NaN: no axis is tested */
     double measured_hz;         /* of the longest steady piece; NaN: none */
-    double amplitude;           /* half the swing there, else in all: m or rad on the tested axis; where none is, m of the leg that moves most */
+    double amplitude;           /* half the swing there, else in all: m or rad on the tested axis; without one, m of the leg that moves
+                                   most */
     int flagged;                /* samples with a flag */
     int not_a_number;           /* samples without a number where the channel has some */
     int unplaced;               /* without a time, or one that does not increase: left out */

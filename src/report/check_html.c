@@ -48,7 +48,8 @@ static void legs(FILE *out, unsigned bits) {
 }
 
 static void section_channels(FILE *out, const struct survey *s) {
-    static const char *const names[] = {"*channel", "there", "least", "greatest", "noise, rms", "sensor step", "never changes", "clipped", NULL};
+    static const char *const names[] = {"*channel", "there", "least", "greatest", "noise, rms", "sensor step", "never changes", "clipped",
+                                        NULL};
     fputs("<div class=\"wide\"><table>\n", out);
     head_cells(out, names);
     for (int kind = 0; kind < SURVEY_KINDS; kind++) {
@@ -100,13 +101,14 @@ static void write_all(FILE *out, const struct check_report *r, struct error *pic
     page_begin(out, "hexid check");
     fputs("<header><span>hexid check: <code>", out);
     for (int i = 0; i < r->sources; i++) html_text(out, "%s%s", i ? " " : "", r->source[i]);
-    fprintf(out, "</code></span><span>%d test%s</span></header>\n<p class=\"kicker\">What was recorded</p>\n<h1 class=\"long\">", r->surveys,
-            r->surveys == 1 ? "" : "s");
+    fprintf(out, "</code></span><span>%d test%s</span></header>\n", r->surveys, r->surveys == 1 ? "" : "s");
+    fputs("<p class=\"kicker\">What was recorded</p>\n<h1 class=\"long\">", out);
     answer(out, "hexid gap", &r->gap);
     fputs("</h1>\n<p class=\"lead\">", out);
     answer(out, "hexid identify", &r->identify);
     fputs("</p>\n", out);
-    words(out, "another unit?", r->doubtful), words(out, "missing columns", r->missing), words(out, "not understood and left out", r->ignored);
+    words(out, "another unit?", r->doubtful), words(out, "missing columns", r->missing);
+    words(out, "not understood and left out", r->ignored);
     section_tests(out, r);
     for (int i = 0; i < r->surveys; i++) section_test(out, &r->survey[i], picture);
     if (picture->status) words(out, "pictures", picture->text);

@@ -52,7 +52,8 @@ static void print_tests(FILE *out, const struct check_report *r) {
 }
 
 static void print_sampling(FILE *out, const struct check_report *r) {
-    fprintf(out, "\n  %-*s%9s%10s%11s%7s%10s%7s%8s\n", NAME_COLUMNS, "test", "rows", "rate Hz", "jitter ms", "lost", "gap ms", "flags", "no num.");
+    fprintf(out, "\n  %-*s%9s%10s%11s%7s%10s%7s%8s\n", NAME_COLUMNS, "test", "rows", "rate Hz", "jitter ms",
+            "lost", "gap ms", "flags", "no num.");
     for (const struct survey *s = r->survey; s < r->survey + r->surveys; s++) {
         print_name(out, s->name);
         fprintf(out, "%9d", s->test.count);
