@@ -42,6 +42,7 @@ static void line_init(struct cylinder_model *m, int leg) {
 void cylinder_model_init(struct cylinder_model *m, const struct params *params) {
     const struct actuator_params *a = &params->actuator;
     *m = (struct cylinder_model){
+        .legs = params_legs(params),
         .supply_share = 1.0,
         .a1_m2 = PI / 4.0 * a->piston_diameter_m * a->piston_diameter_m,
         .a2_m2 = PI / 4.0 * (a->piston_diameter_m * a->piston_diameter_m - a->rod_diameter_m * a->rod_diameter_m),

@@ -15,7 +15,7 @@ static bool differ(const struct machine *a, const struct machine *b, size_t from
 /* One axis has a mass, a weight and a friction; joints, pose and inertias are a platform's. */
 static bool moves_force(const struct params *model, const struct effect *e, const struct machine *a, const struct machine *b) {
     if (model->mechanism == MECHANISM_AXIS)
-        return e->leg_friction || differ(a, b, FROM(payload_kg), FROM(payload_inertia_kg_m2)) ||
+        return e->leg_friction || e->wrench || differ(a, b, FROM(payload_kg), FROM(payload_inertia_kg_m2)) ||
                differ(a, b, FROM(gravity_mps2), FROM(down));
     return e->leg_friction || e->joint_friction || e->wrench || differ(a, b, FROM(payload_kg), FROM(supply_pa));
 }
@@ -67,10 +67,11 @@ static void add_variable(struct hypothesis *h, int key, int leg, struct reach re
     };
 }
 
-static void build(struct hypothesis *h, int effect, int shape, struct reach reach) {
+/* One axis is x, of what acts on the pose. */
+static void build(struct hypothesis *h, int effect, int shape, bool axis, struct reach reach) {
     *h = (struct hypothesis){.effect = effect, .shape = shape};
     const struct effect_key *keys = effect_table[effect]->keys;
-    for (int key = 0; key < EFFECT_KEYS && keys[key].name; key++)
+    for (int key = 0; key < (axis && effect_table[effect]->wrench ? 1 : EFFECT_KEYS) && keys[key].name; key++)
         for (int leg = 0; leg < (shape == SHAPE_EACH ? LEGS : 1); leg++)
             add_variable(h, key, shape == SHAPE_EACH && keys[key].per_leg ? leg : shape == SHAPE_EACH ? -1 : shape, reach);
 }
@@ -89,13 +90,13 @@ int hypotheses_list(const struct params *model, const bool found[EFFECTS_MAX], e
         struct reach reach = effect_reach(model, effect);
         reach.parts &= evaluated;
         if (!reach.parts) continue; /* of time alone: recording_clock sees it without a fit */
-        build(&h[n++], effect, SHAPE_ALL, reach);
+        build(&h[n++], effect, SHAPE_ALL, model->mechanism == MECHANISM_AXIS, reach);
         if (params_legs(model) == 1) continue;
         bool per_leg = false;
         const struct effect_key *keys = effect_table[effect]->keys;
         for (int key = 0; key < EFFECT_KEYS && keys[key].name; key++) per_leg = per_leg || keys[key].per_leg;
-        for (int leg = 0; leg < LEGS && per_leg; leg++) build(&h[n++], effect, leg, reach);
-        if (per_leg) build(&h[n++], effect, SHAPE_EACH, reach);
+        for (int leg = 0; leg < LEGS && per_leg; leg++) build(&h[n++], effect, leg, model->mechanism == MECHANISM_AXIS, reach);
+        if (per_leg) build(&h[n++], effect, SHAPE_EACH, model->mechanism == MECHANISM_AXIS, reach);
     }
     return n;
 }

@@ -118,11 +118,13 @@ static void push_joints(const struct inverse_dynamics *d, const struct rigid_leg
     }
 }
 
-/* One axis: mass, weight and friction. */
+/* One axis: mass, weight, springs along it and friction. */
 static void axis_step(const struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]) {
     const struct machine *m = &d->cylinder.machine;
     memset(force_n, 0, LEGS * sizeof *force_n);
-    force_n[0] = m->payload_kg * (in->leg[0][2] + m->gravity_mps2);
+    double pose[DOFS] = {in->leg[0][0] - d->params->axis.middle_m}, wrench[DOFS] = {0};
+    machine_wrench(m, pose, wrench);
+    force_n[0] = m->payload_kg * (in->leg[0][2] + m->gravity_mps2) - wrench[0];
     force_n[0] += leg_friction(d, 0, in, in->push_n[0] - force_n[0]);
 }
 
