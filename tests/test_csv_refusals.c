@@ -4,12 +4,16 @@
 static void files_that_disagree_are_refused(void **unused) {
     (void)unused;
     empty(NULL);
-    put("1_x.csv", file_of("# dof: x\n# amplitude: 0.004\n# frequency_hz: 4\n", 0, 2000));
+    put("1_x.csv", file_of("# dof: x\n# amplitude: 0.004\n# frequency_hz: 4\n# ramp_s: 1\n", 0, 2000));
     put("2_phi.csv", file_of("# dof: phi\n# amplitude: 0.006\n# frequency_hz: 4\n", 0, 2000));
     assert_imports(); /* metres and radians are two things */
-    put("10_y.csv", file_of("# dof: y\n# amplitude: 0.005\n", 0, 2000));
+    assert_false(report.several);
+    put("10_y.csv", file_of("# dof: y\n# amplitude: 0.005\n# frequency_hz: 5\n", 0, 2000));
+    assert_imports(); /* each test its own, which is said */
+    assert_true(report.several);
+    put("11_z.csv", file_of("# dof: z\n# ramp_s: 2\n", 0, 2000));
     assert_int_equal(import(), STATUS_USAGE);
-    assert_says("10_y.csv:2|amplitude: 0.005|1_x.csv has 0.004");
+    assert_says("11_z.csv:2|ramp_s: 2|1_x.csv has 1");
 }
 
 static void rows_that_are_missing_are_counted(void **unused) {

@@ -21,6 +21,8 @@ int cmd_import(int argc, char **argv) {
     if (status) return cli_fail(&error);
     cli_say(stdout, "%s: %d tests, %lld rows, %lld cycles without a row", o.output, report.files, (long long)report.rows,
             (long long)report.lost);
+    if (report.several)
+        cli_say(stdout, "files of several frequencies: hexid gap takes each test at the one at which it moves, hexid identify needs one for all");
     if (report.empty)
         cli_say(stdout, "%lld cells have no number: rows that lack a length, a pressure, a force or a command count as lost",
                 (long long)report.empty);

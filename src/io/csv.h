@@ -1,8 +1,8 @@
 /* CSV, one directory a run, one file a test: for data from elsewhere and for people. Between a directory and a log; main thread.
  *
  *     # dof: x                 x y z phi theta psi, or none: recorded, but no sinusoidal test. The one key that must be there.
- *     # frequency_hz: 4        what is missing is taken from the configuration; all files must agree
- *     # amplitude: 0.004       m or rad
+ *     # frequency_hz: 4        what is missing is taken from the configuration; frequency and amplitude may be each file's own,
+ *     # amplitude: 0.004       m or rad; in all else all files must agree
  *     # rate_hz: 500           checked against t_s to 1 %
  *     # settle_s: 3            before t_s = 0, where the ramp-in starts
  *     # ramp_s: 1
@@ -48,6 +48,7 @@ struct csv_report {
     int64_t lost;          /* cycles of the tests that have no row */
     int64_t empty;         /* import: cells without a number: NaN in the log */
     int64_t unreadable;    /* export: messages on HEXID_STATE that are none */
+    bool several;          /* import: files of several frequencies */
     bool cut;              /* export: the log is cut off or damaged, read up to cut_offset */
     int64_t cut_offset;
     char missing[600];     /* import: columns, "1_x.csv: u1..u6; 2_y.csv: ...": NaN in the log */

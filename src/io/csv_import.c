@@ -49,13 +49,19 @@ static int merge_mechanism(struct import *im, int file) {
                      h->mechanism == MECHANISM_AXIS ? "one axis" : "a platform", strrchr(im->head[0].path, '/') + 1);
 }
 
-/* All files that give a value for this place in the configuration must give the same. */
+/* All files that give a value for this place in the configuration must give the same; frequency and amplitude may be each test's own: hexid gap
+ * measures them, and the configuration says those of the first file. */
 static int merge(struct import *im, int file, enum csv_key key) {
     const struct csv_head *h = &im->head[file];
     double *place = csv_place(&im->params, key, h->dof);
+    bool own = key == CSV_FREQUENCY || key == CSV_AMPLITUDE;
     for (int i = 0; i < file; i++) {
         const struct csv_head *other = &im->head[i];
         if (!gives(other, key) || csv_place(&im->params, key, other->dof) != place || other->value[key] == h->value[key]) continue;
+        if (own) {
+            im->report->several |= key == CSV_FREQUENCY;
+            return STATUS_OK;
+        }
         return error_set(im->error, STATUS_USAGE, "%.200s:%d: %s: %g, but %.60s has %g: the files of a run share it; import them apart",
                          h->path, h->line[key], csv_keys[key], h->value[key], strrchr(other->path, '/') + 1, other->value[key]);
     }
