@@ -72,7 +72,8 @@ static void recordings_that_lie_are_refused_by_what_they_are(void **state) {
         for (int i = 0; i < r.tests; i++) free(r.test[i].sample), r.test[i].sample = kept[i];
     }
     for (int i = 0; i < r.tests; i++) r.test[i].frequency_hz = r.test[i].stated_hz = 5.0;
-    assert_refused(&r, "move at 4 Hz");
+    assert_int_equal(recording_check(&r, &error), STATUS_OK);
+    for (int i = 0; i < r.tests; i++) assert_close(r.test[i].frequency_hz, 4.0, 1e-4);
     for (int i = 0; i < r.tests; i++) r.test[i].frequency_hz = r.test[i].stated_hz = 4.0, r.test[i].end = r.test[i].first + 500;
     assert_refused(&r, "too short");
     recording_free(&r);

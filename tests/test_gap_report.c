@@ -15,6 +15,7 @@
 #include "plot.h"
 #include "replay.h"
 #include "residual.h"
+#include "units.h"
 
 static struct params params;
 static struct recording measured;      /* of the model itself: three tests */
@@ -87,8 +88,8 @@ static void a_rig_that_is_the_model_shows_no_difference(void **unused) {
             for (int leg = 0; leg < LEGS; leg++) {
                 const struct wave *w = &closed_loop.test[i].wave[ch][leg];
                 assert_true(closed_loop.evaluated[ch] && w->noise > 0.0 && closed_loop.variation[ch] > 0.0);
-                assert_true(waves_distance(w->measured, w->before) == 0.0); /* the same seed: the same bits */
-                assert_true(waves_distance(w->measured, w->after) == 0.0);
+                assert_true(waves_distance(&closed_loop.test[i], w->measured, w->before) == 0.0); /* the same seed: the same bits */
+                assert_true(waves_distance(&closed_loop.test[i], w->measured, w->after) == 0.0);
             }
 }
 
@@ -111,7 +112,8 @@ static void motion_leaves_over_what_the_equations_do(void **unused) {
 static void a_distance_is_the_rms_over_a_cycle(void **unused) {
     (void)unused;
     double a[SPECTRUM_SIZE] = {3.0, [5] = 4.0}, b[SPECTRUM_SIZE] = {1.0, [6] = -2.0}; /* constant 2, sine 4, cosine 2 */
-    assert_close(waves_distance(a, b), sqrt(4.0 + 8.0 + 2.0), 1e-12);
+    const struct wave_test t = {.omega = 25.0, .from_s = 0.3, .span_s = 2.0 * PI / 25.0};
+    assert_close(waves_distance(&t, a, b), sqrt(4.0 + 8.0 + 2.0), 1e-12);
 }
 
 /* --- page */
@@ -232,7 +234,7 @@ static void every_verdict_has_its_first_screen(void **unused) {
     page = page_of(&r, &closed_loop, "run.lcm", STATUS_OK);
     assert_well_formed(page);
     assert_says(page, "An effect that is not in the catalogue");
-    assert_says(page, "test z, force of leg 3, harmonic 2");
+    assert_says(page, "force of leg 3, harmonic 2");
     assert_int_equal(count(page, "Use it"), 0);
     free(page);
 

@@ -199,20 +199,16 @@ static void any_frequency_that_the_configuration_states_is_accepted(void **unuse
 }
 
 /* Nothing that a file says about the motion is believed before it is measured. */
-static void a_stated_frequency_that_is_off_is_corrected_or_refused_with_the_right_one(void **unused) {
+static void a_stated_frequency_that_is_off_is_corrected(void **unused) {
     (void)unused;
     static const double off[] = {1e-3, -0.01, 0.05, -0.09, 0.3, -0.5};
     for (size_t n = 0; n < sizeof off / sizeof *off; n++) {
         struct error error = {0};
         struct recording r = copy();
-        char says[40];
         for (int i = 0; i < r.tests; i++)
             for (int j = 0; j < r.test[i].count; j++) r.test[i].sample[j].test_time_s /= 1.0 + off[n];
-        int status = recording_check(&r, &error);
-        snprintf(says, sizeof says, "move at %.3g", 4.0 * (1.0 + off[n]));
-        if (fabs(off[n]) > 0.1) assert_true(status == STATUS_USAGE && strstr(error.text, says));
-        else if (status) fail_msg("%s", error.text);
-        for (int i = 0; i < r.tests && !status; i++) assert_close(r.test[i].frequency_hz, 4.0 * (1.0 + off[n]), 1e-4);
+        if (recording_check(&r, &error)) fail_msg("%s", error.text);
+        for (int i = 0; i < r.tests; i++) assert_close(r.test[i].frequency_hz, 4.0 * (1.0 + off[n]), 1e-4);
         recording_free(&r);
     }
 }
@@ -226,8 +222,8 @@ static void a_bad_first_sample_hides_no_frequency(void **unused) {
         for (int k = 0; k < LEGS; k++) r.test[i].sample[r.test[i].first].length_m[k] = (double)NAN;
         r.test[i].sample[r.test[i].first].good = false;
     }
-    assert_int_equal(recording_check(&r, &error), STATUS_USAGE);
-    if (!strstr(error.text, "move at 5.")) fail_msg("%s", error.text);
+    if (recording_check(&r, &error)) fail_msg("%s", error.text);
+    for (int i = 0; i < r.tests; i++) assert_close(r.test[i].frequency_hz, 5.2, 1e-4);
     recording_free(&r);
 }
 
@@ -328,7 +324,7 @@ int main(void) {
         cmocka_unit_test(recordings_that_lie_are_refused_for_what_they_are),
         cmocka_unit_test(another_rate_than_the_controllers_is_seen),
         cmocka_unit_test(another_machine_is_refused),
-        cmocka_unit_test(a_stated_frequency_that_is_off_is_corrected_or_refused_with_the_right_one),
+        cmocka_unit_test(a_stated_frequency_that_is_off_is_corrected),
         cmocka_unit_test(a_bad_first_sample_hides_no_frequency),
         cmocka_unit_test(what_is_as_it_should_be_is_accepted),
         cmocka_unit_test(stamps_that_stand_still_are_no_clock),

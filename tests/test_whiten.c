@@ -1,6 +1,8 @@
 /* Residuals in units of their noise. */
 #include "support.h"
 
+#include "inverse_dynamics.h"
+#include "units.h"
 #include "whiten.h"
 
 enum { CYCLES = 10, SAMPLES = 125, UNSTEADY_LEG = 1, STEADY_LEG = 4 };
@@ -8,15 +10,19 @@ static const double PRESSURE_NOISE_PA = 1e4;
 
 /* Six sinusoids with noise alone. */
 static void make_test(struct residual_test *t) {
-    *t = (struct residual_test){.legs = LEGS, .pressures = true, .chambers = true, .harmonics = RESIDUAL_HARMONICS, .fitted = SAMPLES};
+    static double cycle[CYCLE_STEPS * SPECTRUM_SIZE];
+    *t = (struct residual_test){.legs = LEGS, .pressures = true, .chambers = true, .harmonics = RESIDUAL_HARMONICS, .fitted = SAMPLES,
+                                .size = RESIDUAL_SIZE, .phases = PHASES, .cycle = cycle};
+    for (int i = 0; i < CYCLE_STEPS; i++) spectrum_basis(2.0 * PI * i / CYCLE_STEPS, SPECTRUM_HARMONICS, cycle + i * SPECTRUM_SIZE);
+    for (int a = 0; a < RESIDUAL_SIZE; a++) t->rate[a] = (a + 1) / 2 * 25.0, t->weight[a] = a ? 0.5 : 1.0, t->curve[a] = t->rate[a] * t->rate[a];
     t->spectrum = (struct spectrum){.omega = 25.0, .harmonics = SPECTRUM_HARMONICS, .cycles = CYCLES};
     for (int k = 0; k < LEGS; k++) {
         t->spectrum.mean[CHANNEL_LENGTH][k][1] = 4e-3;
         for (int ch = CHANNEL_P1; ch <= CHANNEL_P2; ch++) {
             t->spectrum.mean[ch][k][0] = 4e6, t->spectrum.mean[ch][k][1] = 1e5;
             t->spectrum.noise[ch][k] = PRESSURE_NOISE_PA;
-            for (int a = 0; a < SPECTRUM_SIZE; a++)
-                t->spectrum.std[ch][k][a] = PRESSURE_NOISE_PA * sqrt((a ? 2.0 : 1.0) / SAMPLES / CYCLES);
+            for (int a = 0; a < RESIDUAL_SIZE; a++)
+                t->std[ch][k][a] = t->spectrum.std[ch][k][a] = PRESSURE_NOISE_PA * sqrt((a ? 2.0 : 1.0) / SAMPLES / CYCLES);
         }
     }
 }
@@ -38,7 +44,7 @@ static void a_chamber_on_its_way_says_little(void **unused) {
     struct residual_test t;
     double scatter_pa = 2e6;
     make_test(&t);
-    t.spectrum.std[CHANNEL_P2][UNSTEADY_LEG][0] = scatter_pa / sqrt(CYCLES);
+    t.std[CHANNEL_P2][UNSTEADY_LEG][0] = t.spectrum.std[CHANNEL_P2][UNSTEADY_LEG][0] = scatter_pa / sqrt(CYCLES);
     assert_true(fabs(white_p2(&t, STEADY_LEG, scatter_pa)) > 1000.0); /* noise of 300 Pa, three times the model error of 70 Pa */
     assert_close(fabs(white_p2(&t, UNSTEADY_LEG, scatter_pa)), 1.0, 0.01); /* so far does it go by itself */
 }
@@ -51,7 +57,7 @@ static void cycles_of_noise_are_steady(void **unused) {
     double p2_pa = 1e4;
     make_test(&t);
     double steady = white_p2(&t, STEADY_LEG, p2_pa);
-    t.spectrum.std[CHANNEL_P2][UNSTEADY_LEG][0] *= 2.0;
+    t.std[CHANNEL_P2][UNSTEADY_LEG][0] *= 2.0, t.spectrum.std[CHANNEL_P2][UNSTEADY_LEG][0] *= 2.0;
     double weight = white_p2(&t, UNSTEADY_LEG, p2_pa) / steady;
     assert_true(weight > 0.5 && weight < 1.0);
 }

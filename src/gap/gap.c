@@ -237,7 +237,7 @@ static void read_effects(const struct diagnosis *d, struct gap_result *r) {
 }
 
 static void describe(struct gap_effect *e, double z, double before, double after) {
-    snprintf(e->evidence, sizeof e->evidence, "%s; sum of white squares on held-out cycles %.0f before, %.0f after",
+    snprintf(e->evidence, sizeof e->evidence, "%s; sum of white squares on held-out data %.0f before, %.0f after",
              effect_table[e->effect]->signature, before, after);
     e->z = z;
 }
@@ -469,6 +469,10 @@ static int check_replay(const struct params *params, const struct recording *mea
     if (params->mechanism == MECHANISM_AXIS)
         return error_set(error, STATUS_USAGE, "mechanism: axis: what drove it is not known, so it cannot be run again in closed loop; "
                                               "use --replay motion");
+    for (int i = 0; i < measured->tests; i++)
+        if (measured->test[i].piece_s > 0.0)
+            return error_set(error, STATUS_USAGE, "a test of it is no steady sinusoid, so it cannot be run again in closed loop; use "
+                                                  "--replay motion");
     if (m->reference && m->valve && m->pressures) return STATUS_OK;
     return error_set(error, STATUS_USAGE, "the log has no %s of all legs, so the loop cannot be closed again; use --replay motion",
                      !m->reference ? "reference" : !m->valve ? "valve commands" : "pressures");
@@ -484,6 +488,15 @@ double gap_short(const struct gap_result *r, const struct gap_candidate *candida
     double most = 0.0;
     for (int i = 0; i < r->candidates; i++) most = fmax(most, r->candidate[i].z);
     return sqrt(fmax(most * most - candidate->z * candidate->z, 0.0));
+}
+
+const char *gap_place_words(const struct gap_place *p, char words[GAP_WORDS]) {
+    if (!(p->piece_s > 0.0))
+        snprintf(words, GAP_WORDS, "test %s at %.3g Hz, %s of leg %d, harmonic %d", dof_names[p->dof], p->frequency_hz,
+                 gap_channel_names[p->channel], p->leg + 1, p->harmonic);
+    else
+        snprintf(words, GAP_WORDS, "at %.4g s near %.2g Hz, %s of leg %d", p->at_s, p->frequency_hz, gap_channel_names[p->channel], p->leg + 1);
+    return words;
 }
 
 /* Every test at its run's frequency: else no run of the model is like it. */
@@ -505,7 +518,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
     r->controller_difference = controller_difference(params, measured);
     r->sampled_s = controller_other_rate(params, measured);
     for (int i = measured->tests - 1; i >= 0; i--)
-        if (measured->test[i].frequency_hz != measured->test[i].stated_hz)
+        if (!(measured->test[i].piece_s > 0.0) && measured->test[i].frequency_hz != measured->test[i].stated_hz)
             r->stated_hz = measured->test[i].stated_hz, r->moved_hz = measured->test[i].frequency_hz;
     r->controller_known = isfinite(r->controller_difference);
     r->controller_differs = r->controller_difference > CONTROLLER_DIFFERS;
@@ -544,7 +557,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
         const struct effect *e = effect_table[r->effect[i].effect];
         friction = friction || e->leg_friction || e->joint_friction;
     }
-    if (friction) r->repaired = replay_repair(params, &r->fitted, measured, r->repaired_mt);
+    if (friction && can_be_driven(measured)) r->repaired = replay_repair(params, &r->fitted, measured, r->repaired_mt);
     diagnosis_free(d);
     free(d);
     r->seconds = now_s() - start_s;

@@ -6,7 +6,7 @@
 
 #include "recording.h"
 
-enum { GAP_EFFECTS = 4, GAP_PLACES = 12, GAP_BASE = 64, GAP_TEXT = 512, GAP_RIVALS = 8 };
+enum { GAP_EFFECTS = 4, GAP_PLACES = 12, GAP_BASE = 64, GAP_TEXT = 512, GAP_RIVALS = 8, GAP_WORDS = 80 };
 
 enum gap_verdict { GAP_EFFECT_NAMED, GAP_NO_GAP, GAP_AMBIGUOUS, GAP_UNKNOWN_EFFECT, GAP_VERDICTS };
 extern const char *const gap_verdict_names[GAP_VERDICTS]; /* effect_named, no_gap, ambiguous, unknown_effect */
@@ -41,7 +41,8 @@ struct gap_candidate {
 struct gap_place {
     int test, leg, harmonic;
     enum dof dof;
-    double frequency_hz;
+    double frequency_hz;                  /* of the motion; harmonic: of that */
+    double at_s, piece_s;                 /* any motion: the piece's start and length; 0: a steady sinusoid */
     enum gap_channel channel;
     const char *feature; /* static, velocity_reversal, spool_reversal, one_direction, peak_speed, peak_acceleration */
     double share;        /* of the squared white gap */
@@ -119,6 +120,9 @@ bool gap_given_alike(const struct gap_effect *effect, int key);
 
 /* z by which a candidate falls short of the likeliest. */
 double gap_short(const struct gap_result *result, const struct gap_candidate *candidate);
+
+/* "test x at 4 Hz, force of leg 2, harmonic 3", or "at 3.21 s near 5.4 Hz, force of leg 2". */
+const char *gap_place_words(const struct gap_place *place, char words[GAP_WORDS]);
 
 /* measured is checked already (recording_check); validate may be NULL. 0, or a negative status. */
 int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,

@@ -4,9 +4,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "inverse_dynamics.h"
 #include "units.h"
 
-enum { FEATURES = 6, POINTS = 128 };
+enum { FEATURES = 6 };
 
 static const char *const feature_names[FEATURES] = {"static", "peak_speed", "peak_acceleration", "velocity_reversal", "spool_reversal",
                                                     "one_direction"};
@@ -16,16 +17,21 @@ static double sign(double x) { return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : 0.0; }
 /* What the residual of a leg looks like most: the share of its square that a template of the motion takes. */
 static const char *feature(const struct residual_test *t, int leg, const double *residual) {
     const struct spectrum *s = &t->spectrum;
-    double product[FEATURES] = {0}, square[FEATURES] = {0}, mean = residual[0], best = -1.0;
+    double product[FEATURES] = {0}, square[FEATURES] = {0}, mean = 0.0, value[PHASES], best = -1.0;
     int found = 0;
-    for (int i = 0; i < POINTS; i++) {
-        double t_s = 2.0 * PI * i / POINTS / s->omega, motion[3], valve[3], r[3];
-        spectrum_value(s->mean[CHANNEL_LENGTH][leg], t->harmonics, s->omega, t_s, motion);
-        spectrum_value(s->mean[CHANNEL_VALVE][leg], s->harmonics, s->omega, t_s, valve);
-        spectrum_value(residual, t->harmonics, s->omega, t_s, r);
+    for (int i = 0; i < t->phases; i++) {
+        value[i] = 0.0;
+        for (int a = 0; a < t->size; a++) value[i] += t->shape[i][a] * residual[a];
+        mean += value[i] / t->phases;
+    }
+    for (int i = 0; i < t->phases; i++) {
+        const double *basis = t->cycle + i * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE;
+        double motion[3], valve[3];
+        spectrum_at(s->mean[CHANNEL_LENGTH][leg], t->harmonics, s->omega, basis, motion);
+        spectrum_at(s->mean[CHANNEL_VALVE][leg], s->harmonics, s->omega, basis, valve);
         double shape[FEATURES] = {1.0, motion[1], motion[2], sign(motion[1]), sign(valve[0]), fabs(motion[1])};
         for (int f = 0; f < FEATURES; f++) {
-            product[f] += shape[f] * (f == 0 ? mean : r[0] - mean);
+            product[f] += shape[f] * (f == 0 ? mean : value[i] - mean);
             square[f] += shape[f] * shape[f];
         }
     }
@@ -47,24 +53,27 @@ static int by_share(const void *a, const void *b) {
 
 int places_find(const struct diagnosis *d, const struct recording *recording, const struct params *model,
                 struct gap_place place[GAP_PLACES]) {
-    int tests = d->odd.tests, all = tests * LEGS * RESIDUALS * (1 + RESIDUAL_HARMONICS), n = 0;
+    int tests = d->odd.tests, all = tests * LEGS * RESIDUALS * RESIDUAL_SIZE, n = 0;
     struct gap_place *list = calloc((size_t)all, sizeof *list);
     double whole = 0.0;
     for (int i = 0; i < tests && list; i++) {
+        const struct residual_test *t = &d->odd.test[i];
+        const struct recording_test *of = &recording->test[t->of];
         residual_row raw, white;
-        if (!residual_evaluate(&d->odd.test[i], model, PART_ALL, raw)) continue;
+        if (!residual_evaluate(t, model, PART_ALL, raw)) continue;
         memcpy(white, raw, sizeof white);
         whiten(&d->held_out.whitener[i], white);
         for (int k = 0; k < LEGS; k++)
             for (int q = 0; q < RESIDUALS; q++)
-                for (int h = 0; h <= d->odd.test[i].harmonics; h++) {
-                    double share = 0.0;
-                    for (int a = h ? 2 * h - 1 : 0; a <= 2 * h; a++) share += white[k][q][a] * white[k][q][a];
+                for (int a = 0, next = 0; a < t->size; a = next) {
+                    double share = 0.0; /* of all that has one rate: sine and cosine */
+                    for (next = a; next < t->size && t->rate[next] == t->rate[a]; next++) share += white[k][q][next] * white[k][q][next];
                     if (!(share > 0.0)) continue; /* not evaluated */
-                    list[n++] = (struct gap_place){.test = recording->test[i].test, .dof = recording->test[i].dof,
-                                                   .frequency_hz = recording->test[i].frequency_hz, .leg = k, .harmonic = h,
-                                                   .channel = channel_of(q), .share = share,
-                                                   .feature = feature(&d->odd.test[i], k, raw[k][q])};
+                    bool steady = t->spectrum.cycles;
+                    list[n++] = (struct gap_place){.test = of->test, .dof = of->dof, .at_s = of->start_s, .piece_s = of->piece_s,
+                                                   .frequency_hz = steady ? of->frequency_hz : t->rate[a] / (2.0 * PI), .leg = k,
+                                                   .harmonic = steady ? (a + 1) / 2 : 1, .channel = channel_of(q), .share = share,
+                                                   .feature = feature(t, k, raw[k][q])};
                     whole += share;
                 }
     }

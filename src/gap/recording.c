@@ -19,7 +19,8 @@ int recording_begin(struct recording *r, const struct test_params *tests, struct
 }
 
 void recording_free(struct recording *r) {
-    for (int i = 0; i < r->tests; i++) free(r->test[i].sample);
+    for (int i = 0; i < r->tests; i++)
+        if (!r->test[i].borrowed) free(r->test[i].sample);
     r->tests = 0;
 }
 
@@ -86,14 +87,15 @@ static void note_measured(struct recording_measured *m, const struct recording_s
 }
 
 int recording_add(struct recording *r, const struct cycle *c, struct error *error) {
-    if (c->dof == DOF_NONE || (c->phase != PHASE_RAMP_IN && c->phase != PHASE_EVALUATE)) return STATUS_OK;
+    bool any = c->dof == DOF_NONE && c->test >= 0; /* a recording of any motion, imported */
+    if (!any && (c->dof == DOF_NONE || (c->phase != PHASE_RAMP_IN && c->phase != PHASE_EVALUATE))) return STATUS_OK;
     struct recording_test *t = place(r, c);
     if (!t) return error_set(error, STATUS_USAGE, "more than %d tests, or cycles that are not in the order of their time", RECORDING_TESTS);
     struct recording_sample s = recording_sample_of(r->params, c);
     int status = recording_append(t, &s, error);
     if (status) return status;
     note_measured(&r->measured, &s, params_legs(r->params));
-    if (c->phase == PHASE_EVALUATE) {
+    if (any || c->phase == PHASE_EVALUATE) {
         if (t->first < 0) t->first = t->count - 1;
         t->end = t->count;
     }

@@ -6,7 +6,7 @@
 #include "params.h"
 #include "status.h"
 
-enum { RECORDING_TESTS = 24, RECORDING_RUNS = 4 };
+enum { RECORDING_TESTS = 96, RECORDING_RUNS = 4 };
 
 struct recording_sample {
     double test_time_s;  /* the controller's clock, from the start of the test */
@@ -24,8 +24,11 @@ struct recording_test {
     enum dof dof;
     double frequency_hz; /* as stated; after recording_check() as the legs move, where that is another */
     double stated_hz, amplitude;
+    double piece_s, start_s; /* any motion: this piece of it, from start_s on; 0: a steady sinusoid */
+    int piece;           /* its place, from 0 */
     int count, capacity;
     struct recording_sample *sample;
+    bool borrowed;       /* the samples are another piece's */
     int first, end;      /* the evaluated part: first <= i < end */
 };
 

@@ -5,7 +5,9 @@
 
 #include "force.h"
 #include "frequency.h"
+#include "inverse_dynamics.h"
 #include "kinematics.h"
+#include "motion.h"
 #include "residual.h"
 #include "units.h"
 
@@ -17,11 +19,13 @@ static const double CLIPPED = 0.12;      /* of the samples, at the very largest 
 static const double CLIPPED_TIMES = 2.0; /* and more than so many times what a sinusoid has there in steps as coarse as the reading's */
 static const double ABRUPT = 0.3;        /* of the largest step between samples: a leg that friction holds comes to rest */
 static const double SUPPLY_MOST = 1.04;  /* of the supply, in a chamber, but for moments */
+static const double WITHOUT_LOSS = 0.2, WITH_LOSS = 0.05; /* mean power, of the product of force and speed: phases are off by so much */
 static const double ABSURD = 1e12;       /* in any unit */
 static const double FREQUENCY_SAME = 5e-5;  /* of it: two crystals */
-static const double FREQUENCY_OTHER = 0.1;  /* no clock is so wrong: it is another test */
 
 #define REFUSE(...) error_set(error, STATUS_USAGE, __VA_ARGS__)
+
+static const char *test_name(const struct recording_test *t) { return t->dof == DOF_NONE ? "none" : dof_names[t->dof]; }
 
 /* What was checked before is not checked again, nor may it outweigh a plug in the wrong socket. */
 static int first_of_run(const struct recording *r) {
@@ -75,7 +79,7 @@ int recording_clipped(const struct recording_test *t, const double *first, const
 
 static int check_alive(const struct recording_test *t, const double *first, const char *name, int leg, struct error *error) {
     if (deviation(t, first) > 0.0) return STATUS_OK;
-    return REFUSE("test %s: %s of leg %d does not change: a dead sensor, or a column of zeros", dof_names[t->dof], name, leg + 1);
+    return REFUSE("test %s: %s of leg %d does not change: a dead sensor, or a column of zeros", test_name(t), name, leg + 1);
 }
 
 /* A channel of one leg: no number of this world, dead, or at the end of its range for a good part of the time. */
@@ -85,13 +89,13 @@ static int check_channel(const struct recording_test *t, const double *first, co
     for (int i = 0; i < n; i++) {
         double value = first[(size_t)i * STRIDE];
         if (t->sample[t->first + i].good && fabs(value) > ABSURD)
-            return REFUSE("test %s: %s of leg %d reads %.3g: no sensor says that; leave such samples out", dof_names[t->dof], name, leg + 1, value);
+            return REFUSE("test %s: %s of leg %d reads %.3g: no sensor says that; leave such samples out", test_name(t), name, leg + 1, value);
     }
     int status = check_alive(t, first, name, leg, error);
     if (status) return status;
     int clipped = recording_clipped(t, first, &scale);
     if (clipped)
-        return REFUSE("test %s: %s of leg %d is clipped in %d %% of the samples", dof_names[t->dof], name, leg + 1,
+        return REFUSE("test %s: %s of leg %d is clipped in %d %% of the samples", test_name(t), name, leg + 1,
                       100 * clipped / n);
     return STATUS_OK;
 }
@@ -102,7 +106,7 @@ static int check_command(const struct recording_test *t, int leg, struct error *
     for (int i = t->first; i < t->end; i++)
         if (t->sample[i].good) most = fmax(most, fabs(t->sample[i].valve[leg]));
     if (most <= 1.0) return check_alive(t, &t->sample[t->first].valve[leg], "valve command", leg, error);
-    return REFUSE("test %s: the valve command of leg %d reaches %.3g, and 1 is full opening: volts, or percent?", dof_names[t->dof],
+    return REFUSE("test %s: the valve command of leg %d reaches %.3g, and 1 is full opening: volts, or percent?", test_name(t),
                   leg + 1, most);
 }
 
@@ -122,14 +126,15 @@ static int check_channels(const struct recording *r, const struct recording_test
     return STATUS_OK;
 }
 
-/* What is stated is a hint: a test is taken at the frequency at which the legs move. Far from it they move in another test. */
-static int check_frequency(struct recording_test *t, int legs, struct error *error) {
-    double fitted_hz = frequency_fit(t, legs, t->frequency_hz), off = fabs(fitted_hz / t->stated_hz - 1.0);
-    if (!isfinite(fitted_hz))
-        return REFUSE("test %s: the legs repeat no motion in it, but tests.frequency_hz is %.5g", dof_names[t->dof], t->stated_hz);
-    if (off > FREQUENCY_OTHER)
-        return REFUSE("test %s: the legs move at %.5g Hz, but tests.frequency_hz is %.5g", dof_names[t->dof], fitted_hz, t->stated_hz);
+/* What is stated is a hint: a steady sinusoid is taken at the frequency at which the legs move, what is none as any motion. */
+static int check_frequency(struct recording_test *t, int legs, bool *any, struct error *error) {
+    double fitted_hz = t->dof == DOF_NONE ? (double)NAN : frequency_fit(t, legs, t->frequency_hz), off = fabs(fitted_hz / t->stated_hz - 1.0);
+    *any = !motion_steady(t, legs, fitted_hz);
+    if (*any) return STATUS_OK;
     if (off > FREQUENCY_SAME) t->frequency_hz = fitted_hz;
+    if ((t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s) * t->frequency_hz < CYCLES_NEEDED - 0.1)
+        return REFUSE("test %s: %.3g s evaluated, too short: at least %d cycles of %g Hz are needed", test_name(t),
+                      t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s, CYCLES_NEEDED, t->frequency_hz);
     return STATUS_OK;
 }
 
@@ -153,7 +158,7 @@ static void guess_reference(const struct recording_test *t, const struct kinemat
 }
 
 static void add_test(const struct recording *r, const struct recording_test *t, const struct kinematics *k, struct leg_moments *m) {
-    double mean[LEGS] = {0}, asked[LEGS], wave[2] = {0}, w = 2.0 * PI * t->frequency_hz, n = 0.0;
+    double mean[LEGS] = {0}, sum[LEGS] = {0}, asked[LEGS], wave[2] = {0}, w = 2.0 * PI * t->frequency_hz, n = 0.0;
     for (int i = t->first; i < t->end; i++) n += t->sample[i].good;
     for (int i = t->first; i < t->end; i++)
         for (int leg = 0; leg < LEGS && t->sample[i].good; leg++) mean[leg] += t->sample[i].length_m[leg] / n;
@@ -161,19 +166,22 @@ static void add_test(const struct recording *r, const struct recording_test *t, 
     for (int i = t->first; i < t->end; i++) {
         double pose[DOFS] = {0}, phase = w * t->sample[i].test_time_s;
         if (!t->sample[i].good) continue;
-        pose[t->dof] = wave[0] * sin(phase) + wave[1] * cos(phase);
+        if (!r->measured.reference) pose[t->dof] = wave[0] * sin(phase) + wave[1] * cos(phase);
         ik_lengths(k, r->measured.reference ? t->sample[i].ref : pose, asked);
         for (int a = 0; a < LEGS; a++) {
             double x = t->sample[i].length_m[a] - mean[a], y = asked[a] - k->neutral_length_m;
+            sum[a] += y / n;
             m->measured[a] += x * x, m->asked[a] += y * y;
             for (int b = 0; b < LEGS; b++) m->product[a][b] += x * (asked[b] - k->neutral_length_m);
         }
     }
+    for (int a = 0; a < LEGS; a++) m->asked[a] -= n * sum[a] * sum[a]; /* about its mean, as what was measured: a piece may be anywhere */
 }
 
 static int check_legs(const struct recording *r, const struct kinematics *k, struct error *error) {
     struct leg_moments m = {0};
-    for (int i = first_of_run(r); i < r->tests; i++) add_test(r, &r->test[i], k, &m);
+    for (int i = first_of_run(r); i < r->tests; i++)
+        if (r->measured.reference || !(r->test[i].piece_s > 0.0)) add_test(r, &r->test[i], k, &m);
     for (int a = 0; a < LEGS; a++) {
         double own = m.product[a][a] / sqrt(m.measured[a] * m.asked[a]), best = own;
         int like = a;
@@ -201,8 +209,18 @@ static int check_machine(const struct recording_test *t, const struct kinematics
         mean /= n;
         if (fabs(mean - k->neutral_length_m) > NEUTRAL_TOLERANCE_M)
             return REFUSE("test %s: leg %d is %.4g m long at its middle, the model's %.4g: other units, or another machine",
-                          dof_names[t->dof], leg + 1, mean, k->neutral_length_m);
+                          test_name(t), leg + 1, mean, k->neutral_length_m);
     }
+    return STATUS_OK;
+}
+
+/* Any motion may be anywhere between the end stops. */
+static int check_reach(const struct params *p, const struct recording_test *t, const struct kinematics *k, struct error *error) {
+    for (int leg = 0; leg < LEGS; leg++)
+        for (int i = t->first; i < t->end; i++)
+            if (t->sample[i].good && fabs(t->sample[i].length_m[leg] - k->neutral_length_m) > 0.5 * p->actuator.stroke_m + NEUTRAL_TOLERANCE_M)
+                return REFUSE("test %s: leg %d is %.4g m long, the model's %.4g in the middle of a stroke of %g: other units, or another machine",
+                              test_name(t), leg + 1, t->sample[i].length_m[leg], k->neutral_length_m, p->actuator.stroke_m);
     return STATUS_OK;
 }
 
@@ -217,14 +235,16 @@ static bool within_sensors(double force_n, double weight_n, double chambers_n, d
 static int check_pressures(const struct recording *r, struct error *error) {
     const struct params *p = r->params;
     struct cylinder_areas areas = cylinder_areas(&p->actuator);
-    const struct recording_test *t = &r->test[first_of_run(r)];
+    const struct recording_test *t = &r->test[first_of_run(r)], *last = &r->test[r->tests - 1];
+    bool pieces = t->piece_s > 0.0; /* of one record; else the first test tells */
+    int from = t->first, until = pieces && last->sample == t->sample ? last->end : t->end;
     double most_n = LEGS * (areas.a1_m2 + areas.a2_m2) * p->hydraulics.supply_pa, chambers = 0.0;
     double direct[LEGS] = {0}, exchanged = 0.0, sum = 0.0, above_pa = SUPPLY_MOST * p->hydraulics.supply_pa;
     int above[LEGS] = {0};
     double weight = (p->payload.mass_kg + LEGS * p->actuator.upper_mass_kg) * p->payload.gravity_mps2;
     int n = 0;
-    for (int i = t->first; i < t->end; i++) n += t->sample[i].good;
-    for (int i = t->first; i < t->end; i++)
+    for (int i = from; i < until; i++) n += t->sample[i].good;
+    for (int i = from; i < until; i++)
         for (int k = 0; k < LEGS && t->sample[i].good; k++) {
             above[k] += fmax(t->sample[i].p1_pa[k], t->sample[i].p2_pa[k]) > above_pa;
             direct[k] += leg_force(&areas, t->sample[i].p1_pa[k], t->sample[i].p2_pa[k]) / n;
@@ -266,48 +286,51 @@ struct drive {
     double most_kg;       /* that so much force would move at all */
 };
 
-static double axis_force(const struct recording *r, const struct recording_sample *s, bool exchanged) {
+/* Of the fundamental; of a piece of any motion, of all that is in its band. */
+static void add_drive(const struct recording *r, const struct residual_test *t, bool exchanged, double sum[5]) {
     struct cylinder_areas areas = cylinder_areas(&r->params->actuator);
-    return exchanged ? leg_force(&areas, s->p2_pa[0], s->p1_pa[0]) : s->force_n[0];
-}
-
-/* Of the fundamental. */
-static void add_drive(const struct recording *r, const struct recording_test *t, bool exchanged, double sum[5]) {
-    double w = 2.0 * PI * t->frequency_hz, x[3] = {0}, f[3] = {0}, n = 0.0;
+    const struct spectrum *s = &t->spectrum;
+    int harmonics = s->cycles ? 1 : t->harmonics;
+    double force[SPECTRUM_SIZE], f_mean = 0.0;
+    for (int a = 0; a < SPECTRUM_SIZE; a++)
+        force[a] = exchanged ? leg_force(&areas, s->mean[CHANNEL_P2][0][a], s->mean[CHANNEL_P1][0][a]) : s->mean[CHANNEL_FORCE][0][a];
     for (int pass = 0; pass < 2; pass++)
-        for (int i = t->first; i < t->end; i++) {
-            const struct recording_sample *s = &t->sample[i];
-            if (!s->good) continue;
-            double basis[3] = {1.0, sin(w * s->test_time_s), cos(w * s->test_time_s)};
-            double position = s->length_m[0] - x[0] / n, force = axis_force(r, s, exchanged) - f[0] / n;
-            if (!pass) n += 1.0, x[0] += s->length_m[0], f[0] += axis_force(r, s, exchanged);
-            for (int a = 1; a < 3 && pass; a++) x[a] += 2.0 * basis[a] * position / n, f[a] += 2.0 * basis[a] * force / n;
+        for (int i = 0; i < t->phases; i++) {
+            const double *basis = t->cycle + i * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE;
+            double x[3], f[3];
+            spectrum_at(s->mean[CHANNEL_LENGTH][0], harmonics, s->omega, basis, x);
+            spectrum_at(force, harmonics, s->omega, basis, f);
+            if (!pass) {
+                f_mean += f[0] / t->phases;
+                continue;
+            }
+            f[0] -= f_mean;
+            sum[0] += f[0] * x[1], sum[1] += f[0] * x[2], sum[2] += x[2] * x[2], sum[3] += f[0] * f[0], sum[4] += x[1] * x[1];
         }
-    double v[2] = {-w * x[2], w * x[1]}, acceleration[2] = {-w * w * x[1], -w * w * x[2]};
-    for (int q = 0; q < 2; q++) {
-        sum[0] += f[q + 1] * v[q], sum[1] += f[q + 1] * acceleration[q];
-        sum[2] += acceleration[q] * acceleration[q], sum[3] += f[q + 1] * f[q + 1], sum[4] += v[q] * v[q];
-    }
 }
 
-static struct drive drive_of(const struct recording *r, bool exchanged) {
+static struct drive drive_of(const struct recording *r, const struct residual_data *data, bool exchanged) {
     double sum[5] = {0};
-    for (int i = first_of_run(r); i < r->tests; i++) add_drive(r, &r->test[i], exchanged, sum);
+    for (int i = 0; i < data->tests; i++)
+        if (data->test[i].of >= first_of_run(r)) add_drive(r, &data->test[i], exchanged, sum);
     return (struct drive){.power = sum[0], .effort = sqrt(sum[3] * sum[4]), .mass_kg = sum[1] / sum[2],
                           .most_kg = sqrt(sum[3] / sum[2])};
 }
 
-/* Whatever the friction, the force drives the motion, and a mass is positive. */
-static bool drives(const struct drive *d, double mass_kg) { return d->power > -0.2 * d->effort && d->mass_kg > -0.5 * mass_kg; }
+/* Whatever the friction, the force drives the motion: the sign is told by energy. A spring makes the mass look negative, but gives back what it
+ * takes; then what is lost must be seen. */
+static bool drives(const struct drive *d, double mass_kg) {
+    return d->power > (d->mass_kg > -0.5 * mass_kg ? -WITHOUT_LOSS : WITH_LOSS) * d->effort;
+}
 
-static int check_axis(const struct recording *r, struct error *error) {
+static int check_axis(const struct recording *r, const struct residual_data *data, struct error *error) {
     double mass_kg = r->params->axis.mass_kg;
-    struct drive d = drive_of(r, false), other = drive_of(r, true);
-    bool exchanged = r->measured.pressures && drives(&other, mass_kg);
+    struct drive d = drive_of(r, data, false), other = drive_of(r, data, true);
+    bool exchanged = r->measured.pressures && drives(&other, mass_kg), steady = data->test[data->tests - 1].spectrum.cycles;
     if (!drives(&d, mass_kg))
         return REFUSE("the force works against the motion, as if the mass were %.3g kg: %s", d.mass_kg,
                       exchanged ? "p1 and p2 are exchanged, or the position's sign is wrong" : "the sign of force or position is wrong");
-    if (d.mass_kg > 10.0 * mass_kg || d.most_kg < 0.3 * mass_kg)
+    if (steady && (d.mass_kg > 10.0 * mass_kg || d.most_kg < 0.3 * mass_kg))
         return REFUSE("force and motion would go together if the mass were %.3g kg; the model has %.3g (axis.mass_kg): "
                       "other units, or another machine", d.mass_kg > mass_kg ? d.mass_kg : d.most_kg, mass_kg);
     return STATUS_OK;
@@ -318,8 +341,8 @@ struct leg_likeness {
     double product[LEGS][LEGS], does[LEGS], should[LEGS];
 };
 
-static void add_likeness(const double *does, int leg, const double *should, int other, struct leg_likeness *l) {
-    for (int a = 1; a <= 2; a++) {
+static void add_likeness(int first, int end, const double *does, int leg, const double *should, int other, struct leg_likeness *l) {
+    for (int a = first; a < end; a++) {
         l->product[leg][other] += does[a] * should[a];
         if (other == leg) l->does[leg] += does[a] * does[a], l->should[leg] += should[a] * should[a];
     }
@@ -347,25 +370,36 @@ static int check_likeness(const struct leg_likeness *l, int legs, int most, cons
     return STATUS_OK;
 }
 
+/* Takes a constant out of a row: a weight is in all of them alike. */
+static void vary(const struct residual_test *t, double row[RESIDUAL_SIZE]) {
+    double along = 0.0, square = 0.0;
+    for (int a = 0; a < t->size; a++) along += row[a] * t->coupling[a][0], square += t->coupling[a][0] * t->coupling[a][0];
+    for (int a = 0; a < t->size; a++) row[a] -= along / square * t->coupling[a][0];
+}
+
 /* Forces against those that the motion needs, valve commands against the speed that they make. */
-static int check_drives(const struct recording *r, struct error *error) {
+static int check_drives(const struct recording *r, const struct residual_data *data, struct error *error) {
     struct leg_likeness force = {0}, valve = {0};
-    struct residual_data data;
-    int legs = params_legs(r->params), status = residual_prepare(&data, r, CYCLES_ALL, error);
-    for (int i = first_of_run(r); i < data.tests && !status; i++) {
-        const struct residual_test *t = &data.test[i];
-        double needed[LEGS][RESIDUAL_SIZE];
+    int legs = params_legs(r->params), status = STATUS_OK;
+    for (int i = 0; i < data->tests && !status; i++) {
+        const struct residual_test *t = &data->test[i];
+        double needed[LEGS][RESIDUAL_SIZE], rate[RESIDUAL_SIZE], does[RESIDUAL_SIZE];
+        int first = t->spectrum.cycles ? 1 : 0, end = t->spectrum.cycles ? 3 : t->size;
+        if (t->of < first_of_run(r)) continue;
         if (!residual_required(t, r->params, needed))
             status = REFUSE("test %s: no pose of this machine has these lengths: other units, or another machine",
-                            dof_names[r->test[i].dof]);
-        for (int a = 0; a < legs && !status; a++)
-            for (int b = 0; b < legs; b++) {
-                const double *length = t->spectrum.mean[CHANNEL_LENGTH][b], rate[3] = {0.0, -length[2], length[1]};
-                add_likeness(t->spectrum.mean[CHANNEL_FORCE][a], a, needed[b], b, &force);
-                add_likeness(t->spectrum.mean[CHANNEL_VALVE][a], a, rate, b, &valve);
+                            test_name(&r->test[t->of]));
+        for (int b = 0; b < legs && !status; b++) {
+            residual_rate(t, b, rate);
+            vary(t, needed[b]);
+            for (int a = 0; a < legs; a++) {
+                memcpy(does, t->row[CHANNEL_FORCE][a], sizeof does);
+                vary(t, does);
+                add_likeness(first, end, does, a, needed[b], b, &force);
+                add_likeness(first, end, t->row[CHANNEL_VALVE][a], a, rate, b, &valve);
             }
+        }
     }
-    residual_free(&data);
     const char *what = r->measured.pressures ? "the force A1 P1 - A2 P2" : "the force";
     if (!status) status = check_likeness(&force, legs, legs / 2, what, "its motion", error);
     if (!status && r->measured.valve) status = check_likeness(&valve, legs, legs, "the valve command", "its speed", error);
@@ -376,7 +410,7 @@ static int check_drives(const struct recording *r, struct error *error) {
 static void run_at(struct recording *r, int first) {
     double sum_hz = 0.0;
     for (int i = first; i < r->tests; i++) sum_hz += r->test[i].frequency_hz;
-    double mean_hz = sum_hz / (r->tests - first);
+    double mean_hz = sum_hz / (r->tests - first); /* NaN where one is of any motion */
     if (fabs(mean_hz / r->run[r->runs - 1].frequency_hz - 1.0) > FREQUENCY_SAME) r->run[r->runs - 1].frequency_hz = mean_hz;
 }
 
@@ -395,20 +429,28 @@ int recording_check(struct recording *r, struct error *error) {
         struct recording_test *t = &r->test[i];
         double seconds = t->first < 0 ? 0.0 : t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s;
         int good = 0;
+        bool any = false;
         for (int j = t->first; j >= 0 && j < t->end; j++) good += t->sample[j].good;
         if (seconds > 0.0 && 2 * good < t->end - t->first)
             return REFUSE("test %s: more than half of its samples are flagged, or have a value that is no number",
-                          dof_names[t->dof]);
-        if (seconds * t->frequency_hz < CYCLES_NEEDED - 0.1)
-            return REFUSE("test %s: %.3g s evaluated, too short: at least %d cycles of %g Hz are needed",
-                          dof_names[t->dof], seconds, CYCLES_NEEDED, t->frequency_hz);
+                          test_name(t));
+        if (!(seconds > 0.0)) return REFUSE("test %s: nothing in it is to be evaluated", test_name(t));
         status = check_channels(r, t, error);
-        if (!status) status = check_frequency(t, params_legs(r->params), error);
-        if (!status) status = axis ? check_stroke(r->params, t, error) : check_machine(t, &k, error);
+        if (!status) status = check_frequency(t, params_legs(r->params), &any, error);
+        if (!status) status = axis ? check_stroke(r->params, t, error) : any ? check_reach(r->params, t, &k, error) : check_machine(t, &k, error);
+        if (!status && any) {
+            int tests = r->tests;
+            status = motion_cut(r, i, error);
+            i += r->tests - tests;
+        }
         if (status) return status;
     }
     run_at(r, first_of_run(r));
-    status = axis ? check_axis(r, error) : check_legs(r, &k, error);
+    struct residual_data data;
+    status = residual_prepare(&data, r, CYCLES_ALL, error);
+    if (!status) status = axis ? check_axis(r, &data, error) : check_legs(r, &k, error);
     if (!status && !axis && r->measured.pressures) status = check_pressures(r, error);
-    return status ? status : check_drives(r, error);
+    if (!status) status = check_drives(r, &data, error);
+    residual_free(&data);
+    return status;
 }

@@ -9,8 +9,10 @@
 #include "platform.h"
 #include "residual.h"
 #include "units.h"
+#include "whiten.h"
 
 static const int64_t SLACK_CYCLES = 1000;
+static const double NOISE_ALONE = 1e-6; /* the model's error, which counts for nothing here */
 static const double WIDER = 4.0; /* limits: a model that comes nearer to one than the rig shows it in the gap */
 
 /* The tests of a run, in its order, and nothing that a controller on a desk has to fear. */
@@ -200,6 +202,21 @@ void replay_compare(const struct recording *measured, const struct recording *si
     *noise = size_of(&sums, sums.noise);
 }
 
+/* The same of the equations' row, in which the noise of the motion is, too. */
+static void add_rows(struct sums *sums, int gap_channel, const struct residual_test *t, int channel, int leg, int kind, const double *row,
+                     const struct whitener *w) {
+    double noise = square(t->spectrum.noise[channel][leg]), left = 0.0, left_over = 0.0;
+    for (int a = 0; a < t->size; a++) {
+        left += t->weight[a] * w->noise[leg][a][kind];
+        left_over += t->weight[a] * square(row[a]);
+    }
+    if (t->spectrum.cycles) left += (t->spectrum.cycles - 1) * square(t->std[channel][leg][0]);
+    sums->difference[gap_channel] += left_over + noise;
+    sums->noise[gap_channel] += noise + left;
+    sums->variation[gap_channel] += residual_variation(t, channel, leg);
+    sums->rows[gap_channel]++;
+}
+
 void replay_motion(const struct params *model, const struct recording *measured, enum cycles which, struct gap_size *difference,
                    struct gap_size *noise) {
     static const int channel[RESIDUALS] = {[RESIDUAL_FORCE] = CHANNEL_FORCE, [RESIDUAL_P1] = CHANNEL_P1, [RESIDUAL_P2] = CHANNEL_P2};
@@ -208,19 +225,18 @@ void replay_motion(const struct params *model, const struct recording *measured,
     struct error error;
     struct sums sums = {0};
     int status = residual_prepare(&data, measured, which, &error);
-    for (int i = 0; i < data.tests && !status; i++) {
-        const struct spectrum *s = &data.test[i].spectrum;
-        int size = 1 + 2 * data.test[i].harmonics;
+    struct whitener *w = malloc(sizeof *w);
+    for (int i = 0; i < data.tests && !status && w; i++) {
+        const struct residual_test *t = &data.test[i];
         residual_row row;
-        if (!residual_evaluate(&data.test[i], model, PART_ALL, row)) continue;
-        for (int k = 0; k < data.test[i].legs; k++) {
-            for (int kind = 0; kind < (data.test[i].chambers ? RESIDUALS : 1); kind++) {
-                int ch = channel[kind];
-                add(&sums, gap_channel[kind], size, s->mean[ch][k], row[k][kind], s->noise[ch][k], left_in_mean(s, size, ch, k));
-            }
-        }
+        whitener_init(w, t, model, NOISE_ALONE);
+        if (!residual_evaluate(t, model, PART_ALL, row)) continue;
+        for (int k = 0; k < t->legs; k++)
+            for (int kind = 0; kind < (t->chambers ? RESIDUALS : 1); kind++)
+                add_rows(&sums, gap_channel[kind], t, channel[kind], k, kind, row[k][kind], w);
     }
     residual_free(&data);
+    free(w);
     *difference = size_of(&sums, sums.difference);
     *noise = size_of(&sums, sums.noise);
 }

@@ -7,9 +7,10 @@
 #include "dense.h"
 #include "units.h"
 
-enum { SAMPLES_PER_HARMONIC = 3, LINE_BINS = 3 /* nearer to a harmonic it is none */,
+enum { SAMPLES_PER_HARMONIC = 3, SPEED_POINTS = 64, LINE_BINS = 3 /* nearer to a harmonic it is none */,
        LINE_SAMPLES = 4096 /* eight seconds tell a line; the search grows with their square */ };
 static const double LINE_STEP_S = 2e-3; /* lines are looked for up to 250 Hz */
+static const double RIDGE = 1e-9; /* of the samples: more than rounding, less than any signal */
 static const double MOST = 0.9; /* of a cycle's samples must be there, and no piece missing, but single ones, in which a harmonic turns */
 
 void spectrum_basis(double phase, int harmonics, double *basis) {
@@ -49,6 +50,7 @@ double spectrum_quantisation(double amplitude, double step, double noise, double
 }
 
 double spectrum_speed_std(const struct spectrum *s, int leg, int harmonics, double step_m, double samples) {
+    if (!s->cycles) return s->speed_gain * s->noise[CHANNEL_LENGTH][leg];
     const double *row = s->mean[CHANNEL_LENGTH][leg], *std = s->std[CHANNEL_LENGTH][leg];
     double rounding = spectrum_quantisation(hypot(row[1], row[2]), step_m, s->noise[CHANNEL_LENGTH][leg], samples), sum = 0.0;
     for (int a = 1; a < 1 + 2 * harmonics; a++) {
@@ -63,17 +65,17 @@ static const double *channel_of(const struct recording_sample *s, int channel) {
     return all[channel];
 }
 
-/* Coefficients of one cycle, samples first .. end-1, by least squares; a bad sample is as one that is lost. False: too few are left. */
-static bool fit_cycle(const struct spectrum *s, const struct recording_test *t, int first, int end, double step_s,
-                      double row[CHANNELS][LEGS][SPECTRUM_SIZE]) {
-    double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0}, basis[SPECTRUM_SIZE];
+/* The good samples of first .. end-1: products of the basis, and its products with the channels. What is between them: the longest time. */
+static int add_samples(const struct spectrum *s, const struct recording_test *t, int first, int end,
+                       double product[SPECTRUM_SIZE][SPECTRUM_SIZE], double row[CHANNELS][LEGS][SPECTRUM_SIZE], double *longest_s) {
+    double basis[SPECTRUM_SIZE], last_s = NAN;
     int size = 1 + 2 * s->harmonics, good = 0;
-    double last_s = NAN, longest_s = 0.0;
+    *longest_s = 0.0;
     memset(row, 0, CHANNELS * sizeof row[0]);
     for (int i = first; i < end; i++) {
         const struct recording_sample *sample = &t->sample[i];
         if (!sample->good) continue;
-        longest_s = fmax(longest_s, sample->test_time_s - last_s);
+        *longest_s = fmax(*longest_s, sample->test_time_s - last_s);
         last_s = sample->test_time_s;
         good++;
         spectrum_basis(s->omega * sample->test_time_s, s->harmonics, basis);
@@ -85,6 +87,14 @@ static bool fit_cycle(const struct spectrum *s, const struct recording_test *t, 
                 for (int a = 0; a < size; a++) row[ch][k][a] += basis[a] * y;
             }
     }
+    return good;
+}
+
+/* Coefficients of one cycle, samples first .. end-1, by least squares; a bad sample is as one that is lost. False: too few are left. */
+static bool fit_cycle(const struct spectrum *s, const struct recording_test *t, int first, int end, double step_s,
+                      double row[CHANNELS][LEGS][SPECTRUM_SIZE]) {
+    double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0}, longest_s;
+    int size = 1 + 2 * s->harmonics, good = add_samples(s, t, first, end, product, row, &longest_s);
     bool enough = good > MOST * 2.0 * PI / s->omega / step_s && longest_s < fmax(PI / s->omega / s->harmonics, 2.5 * step_s);
     if (!enough || !dense_factor(size, SPECTRUM_SIZE, product[0])) return false;
     for (int ch = 0; ch < CHANNELS; ch++)
@@ -160,7 +170,7 @@ static void summarise(struct spectrum *s, const struct recording_test *t, const 
 
 bool spectrum_measure(struct spectrum *s, const struct recording_test *t, enum cycles which) {
     memset(s, 0, sizeof *s);
-    if (t->first < 0 || t->end - t->first < 8) return false;
+    if (t->first < 0 || t->end - t->first < 8 || t->piece_s > 0.0) return false;
     double start_s = t->sample[t->first].test_time_s, step_s = recording_step_s(t);
     double period_s = 1.0 / t->frequency_hz;
     s->omega = 2.0 * PI * t->frequency_hz;
@@ -184,6 +194,61 @@ bool spectrum_measure(struct spectrum *s, const struct recording_test *t, enum c
     if (enough) summarise(s, t, span, row, place);
     free(row);
     return enough;
+}
+
+/* rms of the speed that unit noise of the samples makes, over the piece. */
+static double speed_gain(const struct spectrum *s, const struct recording_test *t, int first, int end,
+                         double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
+    double basis[SPECTRUM_SIZE], rate[SPECTRUM_SIZE] = {0}, sum = 0.0;
+    int n = 0, size = 1 + 2 * s->harmonics;
+    int margin = (end - first) / 4; /* at its ends it is less sure, and nobody asks */
+    for (int i = first + margin; i < end - margin; i += (end - first) / SPEED_POINTS + 1, n++) {
+        spectrum_basis(s->omega * t->sample[i].test_time_s, s->harmonics, basis);
+        for (int h = 1; h <= s->harmonics; h++)
+            rate[2 * h - 1] = h * s->omega * basis[2 * h], rate[2 * h] = -h * s->omega * basis[2 * h - 1];
+        for (int a = 0; a < size; a++)
+            for (int b = 0; b < size; b++) sum += rate[a] * inverse[a][b] * rate[b];
+    }
+    return sqrt(sum / n);
+}
+
+double spectrum_gap(const struct recording_test *t, double from_s, double until_s) {
+    double last_s = from_s, longest_s = 0.0;
+    for (int i = 0; i < t->count && t->sample[i].test_time_s <= until_s; i++) {
+        if (!t->sample[i].good || t->sample[i].test_time_s < from_s) continue;
+        longest_s = fmax(longest_s, t->sample[i].test_time_s - last_s);
+        last_s = t->sample[i].test_time_s;
+    }
+    return fmax(longest_s, until_s - last_s);
+}
+
+bool spectrum_cut(struct spectrum *s, const struct recording_test *t, double from_s, double until_s, double omega,
+                  double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
+    double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0}, square[CHANNELS][LEGS] = {0}, longest_s;
+    int first = 0, end, size = SPECTRUM_SIZE;
+    while (first < t->count && t->sample[first].test_time_s < from_s) first++;
+    for (end = first; end < t->count && t->sample[end].test_time_s <= until_s;) end++;
+    *s = (struct spectrum){.omega = omega, .harmonics = SPECTRUM_HARMONICS};
+    int good = add_samples(s, t, first, end, product, s->mean, &longest_s);
+    double step_s = (until_s - from_s) / (end - first);
+    if (good <= 2 * size || spectrum_gap(t, from_s, until_s) > fmax(PI / omega / s->harmonics, 2.5 * step_s)) return false;
+    for (int a = 0; a < size; a++) product[a][a] += RIDGE * good; /* what lies beyond the ends, and nobody asks for */
+    if (!dense_factor(size, SPECTRUM_SIZE, product[0])) return false;
+    for (int a = 0; a < size; a++) {
+        memset(inverse[a], 0, sizeof inverse[a]);
+        inverse[a][a] = 1.0;
+        dense_solve(size, SPECTRUM_SIZE, product[0], inverse[a]);
+    }
+    for (int ch = 0; ch < CHANNELS; ch++)
+        for (int k = 0; k < LEGS; k++) dense_solve(size, SPECTRUM_SIZE, product[0], s->mean[ch][k]);
+    add_noise(s, t, first, end, s->mean, square);
+    for (int ch = 0; ch < CHANNELS; ch++)
+        for (int k = 0; k < LEGS; k++) {
+            s->noise[ch][k] = sqrt(square[ch][k] / (good - size));
+            for (int a = 0; a < size; a++) s->std[ch][k][a] = s->noise[ch][k] * sqrt(fmax(inverse[a][a], 0.0));
+        }
+    s->speed_gain = speed_gain(s, t, first, end, inverse);
+    return true;
 }
 
 /* What is left of the samples when the mean cycle, the constant and the trend are taken off. */

@@ -16,7 +16,8 @@ enum cycles { CYCLES_EVEN = 1, CYCLES_ODD = 2, CYCLES_ALL = 3 };
 struct spectrum {
     double omega;
     int harmonics;               /* fewer than SPECTRUM_HARMONICS where the sampling is slow */
-    int cycles;                  /* averaged */
+    int cycles;                  /* averaged; 0: of a piece */
+    double speed_gain;           /* of a piece: standard deviation of a leg's speed for that of a sample, 1/s */
     double mean[CHANNELS][LEGS][SPECTRUM_SIZE];
     double std[CHANNELS][LEGS][SPECTRUM_SIZE];  /* of the mean */
     double noise[CHANNELS][LEGS];               /* rms of the samples about the mean cycle, drift taken out */
@@ -24,6 +25,15 @@ struct spectrum {
 
 /* False: fewer than two cycles that have nine tenths of their samples, and those good. */
 bool spectrum_measure(struct spectrum *s, const struct recording_test *test, enum cycles which);
+
+/* Of any motion, the samples with from_s <= t <= until_s: Fourier coefficients of a period longer than that, by least squares, so that the
+ * ends need not fit each other. std is that of a coefficient; inverse: of the normal equations, whose square root times the samples' noise it
+ * is. False: too few good samples, or a piece of them missing. */
+bool spectrum_cut(struct spectrum *s, const struct recording_test *test, double from_s, double until_s, double omega,
+                  double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]);
+
+/* The longest time without a good sample, ends counted. */
+double spectrum_gap(const struct recording_test *test, double from_s, double until_s);
 
 /* The strongest line off the harmonics in one channel: what is periodic, but not in step with the motion. */
 struct spectrum_line {
@@ -44,7 +54,7 @@ void spectrum_value(const double *row, int harmonics, double omega, double t_s, 
  * cycles is the same in every cycle: samples that fall in step with the motion. */
 double spectrum_quantisation(double amplitude, double step, double noise, double samples);
 
-/* Standard deviation of a leg's speed in the mean cycle of so many harmonics, position sensors of this resolution. */
+/* Standard deviation of a leg's speed in the mean cycle of so many harmonics, position sensors of this resolution; of a piece, of all. */
 double spectrum_speed_std(const struct spectrum *s, int leg, int harmonics, double step_m, double samples);
 
 #endif

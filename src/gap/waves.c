@@ -9,10 +9,29 @@
 
 typedef double channel_rows[GAP_CHANNELS][SPECTRUM_SIZE];
 
-double waves_distance(const double a[SPECTRUM_SIZE], const double b[SPECTRUM_SIZE]) {
-    double square = pow(a[0] - b[0], 2.0);
-    for (int i = 1; i < SPECTRUM_SIZE; i++) square += 0.5 * pow(a[i] - b[i], 2.0);
+enum { POINTS = 128 }; /* four of the highest harmonic */
+
+double waves_distance(const struct wave_test *t, const double a[SPECTRUM_SIZE], const double b[SPECTRUM_SIZE]) {
+    double difference[SPECTRUM_SIZE], square = 0.0;
+    for (int i = 0; i < SPECTRUM_SIZE; i++) difference[i] = a[i] - b[i];
+    for (int i = 0; i < POINTS; i++) {
+        double value[3];
+        spectrum_value(difference, SPECTRUM_HARMONICS, t->omega, t->from_s + i * t->span_s / POINTS, value);
+        square += value[0] * value[0] / POINTS;
+    }
     return sqrt(square);
+}
+
+/* Square of what varies. */
+static double variation(const struct wave_test *t, const double row[SPECTRUM_SIZE]) {
+    const double zero[SPECTRUM_SIZE] = {0};
+    double sum = 0.0;
+    for (int i = 0; i < POINTS; i++) {
+        double value[3];
+        spectrum_value(row, SPECTRUM_HARMONICS, t->omega, t->from_s + i * t->span_s / POINTS, value);
+        sum += value[0] / POINTS;
+    }
+    return pow(waves_distance(t, row, zero), 2.0) - sum * sum;
 }
 
 /* Mean cycles of all channels of a leg. */
@@ -46,10 +65,7 @@ static void find_variation(struct waves *w) {
     for (int ch = 0; ch < GAP_CHANNELS; ch++) {
         double square = 0.0;
         for (int i = 0; i < w->tests; i++)
-            for (int leg = 0; leg < w->legs; leg++) {
-                const double *row = w->test[i].wave[ch][leg].measured, mean[SPECTRUM_SIZE] = {row[0]};
-                square += pow(waves_distance(row, mean), 2.0);
-            }
+            for (int leg = 0; leg < w->legs; leg++) square += variation(&w->test[i], w->test[i].wave[ch][leg].measured);
         w->variation[ch] = sqrt(square / (w->tests * w->legs));
     }
 }
@@ -61,7 +77,9 @@ static double *side_row(struct wave *w, enum side side) { return side == BEFORE 
 
 static struct wave_test *add_test(struct waves *w, const struct recording_test *test, const struct spectrum *measured) {
     struct wave_test *t = &w->test[w->tests++];
-    *t = (struct wave_test){.run = test->run, .test = test->test, .dof = test->dof};
+    bool steady = !(test->piece_s > 0.0);
+    *t = (struct wave_test){.run = test->run, .test = test->test, .dof = test->dof, .at_s = test->start_s, .piece_s = test->piece_s,
+                            .from_s = steady ? 0.0 : test->start_s, .span_s = steady ? 1.0 / test->frequency_hz : test->piece_s};
     put_measured(t, measured);
     return t;
 }
@@ -108,7 +126,11 @@ static bool put_residual(struct wave_test *t, const struct residual_test *residu
     if (!residual_evaluate(residual, model, PART_ALL, row)) return false;
     for (int leg = 0; leg < LEGS; leg++)
         for (int kind = 0; kind < RESIDUALS; kind++)
-            for (int i = 0; i < 1 + 2 * residual->harmonics; i++) side_row(&t->wave[channel[kind]][leg], side)[i] -= row[leg][kind][i];
+            for (int i = 0; i < residual->phases; i++) {
+                double value = 0.0, *series = side_row(&t->wave[channel[kind]][leg], side);
+                for (int a = 0; a < residual->size; a++) value += residual->shape[i][a] * row[leg][kind][a];
+                for (int b = 0; b < 1 + 2 * residual->harmonics; b++) series[b] -= residual->series[i][b] * value;
+            }
     return true;
 }
 
@@ -118,7 +140,7 @@ int waves_motion(struct waves *w, const struct gap_result *result, const struct 
     if (status) return status;
     status = residual_prepare(&data, measured, CYCLES_ALL, error);
     for (int i = 0; i < data.tests && !status; i++) {
-        struct wave_test *t = add_test(w, &measured->test[i], &data.test[i].spectrum);
+        struct wave_test *t = add_test(w, &measured->test[data.test[i].of], &data.test[i].spectrum);
         bool made = put_residual(t, &data.test[i], &result->base_model, BEFORE) && put_residual(t, &data.test[i], &result->fitted, AFTER);
         if (!made) w->tests--;
     }

@@ -1,4 +1,4 @@
-/* Mean cycles for pictures: what was measured, and what the model gives before and after the effects. Ordinary threads; heap. */
+/* Mean cycles, and pieces of any motion, for pictures: what was measured, and what the model gives before and after the effects. Ordinary threads; heap. */
 #ifndef HEXID_WAVES_H
 #define HEXID_WAVES_H
 
@@ -15,6 +15,8 @@ struct wave_test {
     int run, test;
     enum dof dof;
     double omega;
+    double at_s, piece_s;       /* any motion: the piece's start and length; 0: a steady sinusoid */
+    double from_s, span_s;      /* what the rows are good for: a cycle, or the piece */
     struct wave wave[GAP_CHANNELS][LEGS];
 };
 
@@ -33,7 +35,7 @@ int waves_motion(struct waves *w, const struct gap_result *result, const struct 
 
 void waves_free(struct waves *w);
 
-/* Rms over a cycle of the difference of two rows. */
-double waves_distance(const double a[SPECTRUM_SIZE], const double b[SPECTRUM_SIZE]);
+/* Rms over the cycle or the piece of the difference of two rows. */
+double waves_distance(const struct wave_test *t, const double a[SPECTRUM_SIZE], const double b[SPECTRUM_SIZE]);
 
 #endif

@@ -46,16 +46,7 @@ static void leg_mass(const struct params *model, double lambda[LEGS][LEGS]) {
     }
 }
 
-static double amplitude(const double *row) { return hypot(row[1], row[2]); }
-
 static double square(double x) { return x * x; }
-
-/* rms of what varies. */
-static double variation(const double *row, int size) {
-    double sum = 0.0;
-    for (int a = 1; a < size; a++) sum += 0.5 * row[a] * row[a];
-    return sqrt(sum);
-}
 
 /* In place: lower triangle of C to the inverse of its Cholesky factor. */
 static void invert3(double c[RESIDUALS][RESIDUALS]) {
@@ -91,49 +82,56 @@ static double wander(const struct spectrum *s, enum channel channel, int leg, in
     return fmax(square(s->std[channel][leg][0]) * s->cycles - square(UNSTEADY * s->noise[channel][leg]) / samples, 0.0);
 }
 
+/* Of a length: rounding in step with a sinusoid; in any other motion it is noise as any. */
+static double in_step(const struct spectrum *s, int leg, double step_m, int samples) {
+    const double *row = s->mean[CHANNEL_LENGTH][leg];
+    return s->cycles ? square(spectrum_quantisation(hypot(row[1], row[2]), step_m, s->noise[CHANNEL_LENGTH][leg], samples)) : 0.0;
+}
+
 void whitener_init(struct whitener *w, const struct residual_test *t, const struct params *model, double model_error) {
     const struct spectrum *s = &t->spectrum;
     struct cylinder_model cylinder;
     double lambda[LEGS][LEGS], length_var[LEGS];
     double step_m = model->sensors.enabled ? model->sensors.position_resolution_m : 0.0;
-    int size = 1 + 2 * t->harmonics;
     cylinder_model_init(&cylinder, model);
     memset(w, 0, sizeof *w);
-    w->values = t->legs * (t->chambers ? RESIDUALS : 1) * size;
+    w->values = t->legs * (t->chambers ? RESIDUALS : 1) * t->size;
     leg_mass(model, lambda);
-    for (int k = 0; k < LEGS; k++) length_var[k] =
-        square(spectrum_quantisation(amplitude(s->mean[CHANNEL_LENGTH][k]), step_m, s->noise[CHANNEL_LENGTH][k], t->fitted));
-    for (int k = 0; k < t->legs; k++)
-        for (int a = 0; a < size; a++) {
-            double rate = (a + 1) / 2 * s->omega, var[3], others = 0.0, (*c)[RESIDUALS] = w->inverse[k][a];
+    for (int k = 0; k < LEGS; k++) length_var[k] = in_step(s, k, step_m, t->fitted);
+    for (int k = 0; k < t->legs; k++) {
+        double p1 = sqrt(residual_variation(t, CHANNEL_P1, k)), p2 = sqrt(residual_variation(t, CHANNEL_P2, k));
+        double force = sqrt(residual_variation(t, CHANNEL_FORCE, k));
+        for (int a = 0; a < t->size; a++) {
+            double rate = t->rate[a], var[3], others = 0.0, (*c)[RESIDUALS] = w->inverse[k][a];
             for (int j = 0; j < t->legs; j++)
-                if (j != k) others += square(lambda[k][j] * rate * rate) * (length_var[j] + square(s->std[CHANNEL_LENGTH][j][a]));
-            var[0] = square(s->std[CHANNEL_P1][k][a]);
-            var[1] = square(s->std[CHANNEL_P2][k][a]);
-            var[2] = length_var[k] + square(s->std[CHANNEL_LENGTH][k][a]);
+                if (j != k) others += square(lambda[k][j] * t->curve[a]) * (length_var[j] + square(t->std[CHANNEL_LENGTH][j][a]));
+            var[0] = square(t->std[CHANNEL_P1][k][a]);
+            var[1] = square(t->std[CHANNEL_P2][k][a]);
+            var[2] = length_var[k] + square(t->std[CHANNEL_LENGTH][k][a]);
             double from[RESIDUALS][3] = {
-                {cylinder.a1_m2, -cylinder.a2_m2, lambda[k][k] * rate * rate},
+                {cylinder.a1_m2, -cylinder.a2_m2, lambda[k][k] * t->curve[a]},
                 {1.0, 0.0, stiffness(&model->hydraulics, k, cylinder.a1_m2, model->actuator.stroke_m, rate)},
                 {0.0, 1.0, -stiffness(&model->hydraulics, k, cylinder.a2_m2, model->actuator.stroke_m, rate)}};
-            double p1 = variation(s->mean[CHANNEL_P1][k], size), p2 = variation(s->mean[CHANNEL_P2][k], size);
-            double unsteady[RESIDUALS] = {0.0};
+            double unsteady[RESIDUALS] = {0.0}, unsure = s->cycles ? a ? 1.0 : STATIC_ERROR : fmax(STATIC_ERROR / (2 * a + 1), 1.0);
             if (a == 0) unsteady[RESIDUAL_P1] = wander(s, CHANNEL_P1, k, t->fitted), unsteady[RESIDUAL_P2] = wander(s, CHANNEL_P2, k, t->fitted);
             double whole[RESIDUALS] = {hypot(cylinder.a1_m2 * p1, cylinder.a2_m2 * p2), p1, p2};
             if (!t->pressures) {
-                whole[RESIDUAL_FORCE] = variation(s->mean[CHANNEL_FORCE][k], size) * FORCE_SENSOR_ERROR / model_error;
-                others += square(s->std[CHANNEL_FORCE][k][a]);
+                whole[RESIDUAL_FORCE] = force * FORCE_SENSOR_ERROR / model_error;
+                others += square(t->std[CHANNEL_FORCE][k][a]);
             }
             for (int i = 0; i < RESIDUALS; i++) {
                 for (int j = 0; j <= i; j++) {
-                    double sure = model_error * (a == 0 && i != RESIDUAL_FORCE ? STATIC_ERROR : 1.0);
-                    double own = square(sure * whole[i]) + unsteady[i] + (i == 0 ? others : 0.0) + 1e-12 * square(whole[i]);
-                    c[i][j] = i == j ? own : 0.0;
-                    for (int n = 0; n < 3; n++) c[i][j] += from[i][n] * from[j][n] * var[n];
+                    double sure = model_error * (i != RESIDUAL_FORCE ? unsure : 1.0);
+                    double noise = i == j ? unsteady[i] + (i == 0 ? others : 0.0) : 0.0;
+                    for (int n = 0; n < 3; n++) noise += from[i][n] * from[j][n] * var[n];
+                    c[i][j] = noise + (i == j ? square(sure * whole[i]) + 1e-12 * square(whole[i]) : 0.0);
+                    if (i == j) w->noise[k][a][i] = noise;
                 }
             }
             if (t->chambers) invert3(c);
             else memset(c[1], 0, (RESIDUALS - 1) * sizeof c[1]), c[0][0] = 1.0 / sqrt(c[0][0]);
         }
+    }
 }
 
 void whiten(const struct whitener *w, residual_row row) {

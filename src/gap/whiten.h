@@ -9,6 +9,7 @@
 /* Inverse of the covariance's Cholesky factor, lower triangle, for each leg and coefficient. */
 struct whitener {
     double inverse[LEGS][RESIDUAL_SIZE][RESIDUALS][RESIDUALS]; /* zero for what is not evaluated */
+    double noise[LEGS][RESIDUAL_SIZE][RESIDUALS];              /* variance that the sensors' noise gives, in the units of the readings */
     int values;                                                /* evaluated */
 };
 

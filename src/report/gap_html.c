@@ -77,9 +77,9 @@ static void effect_card(FILE *out, const struct gap_effect *e) {
 }
 
 static void place_line(FILE *out, const struct gap_place *w) {
+    char words[GAP_WORDS];
     fputs("<li>", out);
-    html_text(out, "test %s, %s of leg %d, harmonic %d, %s: %.1f %%", dof_names[w->dof], gap_channel_names[w->channel], w->leg + 1,
-              w->harmonic, section_feature_words(w->feature), 100.0 * w->share);
+    html_text(out, "%s, %s: %.1f %%", gap_place_words(w, words), section_feature_words(w->feature), 100.0 * w->share);
     fputs("</li>\n", out);
 }
 
@@ -133,7 +133,7 @@ static void sure_card(FILE *out, const struct gap_result *r) {
     fputs("</code></p>\n", out);
     for (int i = 0; i < r->effects; i++) evidence(out, &r->effect[i], i == 0);
     if (!r->effects)
-        fprintf(out, "<p>What is left on held-out cycles, squared and weighed by its noise: <b>%.2f</b> on average; noise alone stays "
+        fprintf(out, "<p>What is left on held-out data, squared and weighed by its noise: <b>%.2f</b> on average; noise alone stays "
                      "near or below 1.</p>\n",
                 r->white_after);
     if (next) {
@@ -174,9 +174,9 @@ static void shrink_card(FILE *out, const struct gap_report *report) {
     else
         fprintf(out, "<p class=\"big\">%.2f ×</p><p class=\"small\">the noise floor, on data held out; nothing was added</p>\n",
                 r->held_out_before.overall / r->noise_floor.overall);
-    size_group(out, report->validate_file ? "data held out: the other log" : "data held out: odd cycles", r, r->held_out_before.overall,
+    size_group(out, report->validate_file ? "data held out: the other log" : "data held out: every other cycle or piece", r, r->held_out_before.overall,
                r->held_out_after.overall, full);
-    size_group(out, "data used: even cycles", r, r->before.overall, r->after.overall, full);
+    size_group(out, "data used: the others", r, r->before.overall, r->after.overall, full);
     fputs("<p class=\"small\">rms difference, % of the measured variation, over all channels</p></div>\n", out);
 }
 
@@ -191,7 +191,7 @@ static void notices(FILE *out, const struct gap_result *r) {
                      "(<code>loop.period_s</code>) is %.3g&nbsp;ms: what it commanded between is not known, nor is whether it is the "
                      "configured one.</p>\n", 1e3 * r->sampled_s, 1e3 * r->model.loop.period_s);
     else if (!r->controller_known)
-        fputs("<p class=\"notice\">The log has no reference: whether its commands are the configured controller's is not "
+        fputs("<p class=\"notice\">The log has no reference of a steady test: whether its commands are the configured controller's is not "
               "evaluated.</p>\n", out);
 }
 

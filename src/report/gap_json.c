@@ -30,9 +30,9 @@ static json_t *effect(const struct gap_effect *e) {
 }
 
 static json_t *place(const struct gap_place *p) {
-    return json_pack("{ss sf ss si si ss so}", "test", dof_names[p->dof], "frequency_hz", p->frequency_hz, "channel",
-                     gap_channel_names[p->channel], "leg", p->leg + 1, "harmonic", p->harmonic, "feature", p->feature, "share",
-                     number(p->share));
+    return json_pack("{ss? so sf ss si si ss so}", "test", p->dof == DOF_NONE ? NULL : dof_names[p->dof], "at_s", p->piece_s > 0.0 ? json_real(p->at_s) : json_null(), "frequency_hz",
+                     p->frequency_hz, "channel", gap_channel_names[p->channel], "leg", p->leg + 1, "harmonic", p->harmonic, "feature",
+                     p->feature, "share", number(p->share));
 }
 
 static json_t *size(const struct gap_size *s) {

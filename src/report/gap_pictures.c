@@ -20,6 +20,8 @@ static double tic_step(double size) {
     return power * (lead < 1.5 ? 1.0 : lead < 3.5 ? 2.0 : lead < 7.5 ? 5.0 : 10.0);
 }
 
+static double time_at(const struct wave_test *t, int point) { return t->from_s + point * t->span_s / POINTS; }
+
 static double value_at(const double row[SPECTRUM_SIZE], const struct wave_test *t, double t_s) {
     double value[3];
     spectrum_value(row, SPECTRUM_HARMONICS, t->omega, t_s, value);
@@ -29,18 +31,25 @@ static double value_at(const double row[SPECTRUM_SIZE], const struct wave_test *
 /* Of the harmonics that the equations use: a higher one is mostly noise once differentiated. */
 static double rate_at(const double row[SPECTRUM_SIZE], const struct wave_test *t, double t_s) {
     double value[3];
-    spectrum_value(row, RESIDUAL_HARMONICS, t->omega, t_s, value);
+    spectrum_value(row, t->piece_s > 0.0 ? SPECTRUM_HARMONICS : RESIDUAL_HARMONICS, t->omega, t_s, value);
     return value[1];
+}
+
+/* Mean over what is drawn. */
+static double middle(const struct wave_test *t, const double row[SPECTRUM_SIZE]) {
+    double sum = 0.0;
+    for (int i = 0; i < POINTS; i++) sum += value_at(row, t, time_at(t, i)) / POINTS;
+    return sum;
 }
 
 /* Columns: ms, measured, before, after, measured less before, measured less after. Returns the largest difference shown. */
 static double wave_data(FILE *script, const struct picture *p, enum gap_channel channel) {
     const struct wave *w = &p->test->wave[channel][p->leg];
     const struct picture_unit *u = &picture_units[channel];
-    double origin = channel == GAP_LENGTH ? w->measured[0] : 0.0, largest = u->difference_scale * w->noise;
+    double origin = channel == GAP_LENGTH ? middle(p->test, w->measured) : 0.0, largest = u->difference_scale * w->noise;
     fputs("$data << EOD\n", script);
     for (int i = 0; i <= POINTS; i++) {
-        double t_s = 2.0 * PI * i / POINTS / p->test->omega;
+        double t_s = time_at(p->test, i);
         double m = value_at(w->measured, p->test, t_s), b = value_at(w->before, p->test, t_s), a = value_at(w->after, p->test, t_s);
         fprintf(script, "%g %g %g %g %g %g\n", 1e3 * t_s, u->scale * (m - origin), u->scale * (b - origin), u->scale * (a - origin),
                 u->difference_scale * (m - b), u->difference_scale * (m - a));
@@ -67,22 +76,22 @@ void picture_wave(FILE *script, const struct picture *p, enum gap_channel channe
     fprintf(script, "set multiplot\n"
                     "set lmargin at screen 0.13\n"
                     "set rmargin at screen 0.98\n"
-                    "set xrange [0:%g]\n"
+                    "set xrange [%g:%g]\n"
                     "set tmargin at screen 0.91\n"
                     "set bmargin at screen 0.48\n"
                     "set format x ''\n"
-                    "set ylabel '%s [%s]' offset 1\n", 2e3 * PI / p->test->omega, labels[channel], u->unit);
+                    "set ylabel '%s [%s]' offset 1\n", 1e3 * p->test->from_s, 1e3 * (p->test->from_s + p->test->span_s), labels[channel], u->unit);
     plot(script, p, "1:2", "1:3", "1:4");
     fprintf(script, "unset key\n"
                     "set tmargin at screen 0.43\n"
                     "set bmargin at screen 0.16\n"
                     "set format x '%%g'\n"
-                    "set xlabel 'time in the cycle [ms]' offset 0,0.5\n"
+                    "set xlabel '%s [ms]' offset 0,0.5\n"
                     "set ylabel 'difference [%s]' offset 1\n"
                     "set ytics %g\n"
                     "set yrange [%g:%g]\n"
                     "set object rectangle from graph 0, first %g to graph 1, first %g fc rgb '#ececec' fs noborder behind\n",
-            u->difference_unit, tic_step(largest), -1.05 * largest, 1.05 * largest, -noise, noise);
+            p->test->piece_s > 0.0 ? "time" : "time in the cycle", u->difference_unit, tic_step(largest), -1.05 * largest, 1.05 * largest, -noise, noise);
     plot(script, p, NULL, "1:5", "1:6");
 }
 
@@ -91,7 +100,7 @@ static void force_data(FILE *script, const struct picture *p) {
     const struct wave *force = &p->test->wave[GAP_FORCE][p->leg], *length = &p->test->wave[GAP_LENGTH][p->leg];
     fputs("$data << EOD\n", script);
     for (int i = 0; i <= POINTS; i++) {
-        double t_s = 2.0 * PI * i / POINTS / p->test->omega;
+        double t_s = time_at(p->test, i);
         double m = value_at(force->measured, p->test, t_s), b = value_at(force->before, p->test, t_s);
         double a = value_at(force->after, p->test, t_s);
         fprintf(script, "%g %g %g %g %g %g\n", 1e3 * rate_at(length->measured, p->test, t_s), m, b, a, m - b, m - a);
@@ -117,7 +126,7 @@ static void valve_data(FILE *script, const struct picture *p) {
     const double *rows[][2] = {{valve->measured, length->measured}, {valve->before, length->before}, {valve->after, length->after}};
     fputs("$data << EOD\n", script);
     for (int i = 0; i <= POINTS; i++) {
-        double t_s = 2.0 * PI * i / POINTS / p->test->omega;
+        double t_s = time_at(p->test, i);
         for (int side = 0; side < 3; side++)
             fprintf(script, "%g %g ", 1e2 * value_at(rows[side][0], p->test, t_s), 1e3 * rate_at(rows[side][1], p->test, t_s));
         fputc('\n', script);

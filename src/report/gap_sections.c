@@ -73,7 +73,7 @@ struct spot {
 
 static double spot_size(const struct waves *w, const struct wave_test *t, int channel, int leg, bool after) {
     const struct wave *v = &t->wave[channel][leg];
-    return waves_distance(v->measured, after ? v->after : v->before) / w->variation[channel];
+    return waves_distance(t, v->measured, after ? v->after : v->before) / w->variation[channel];
 }
 
 static int by_size(const void *a, const void *b) {
@@ -95,9 +95,13 @@ static struct spot *spots(const struct waves *w, int *count) {
     return spot;
 }
 
-/* "x"; of several runs "x at 4 Hz". */
-static const char *test_words(const struct page *p, int test, enum dof dof, char words[TEST_WORDS]) {
+/* "x"; of several runs "x at 4 Hz"; of any motion "at 3.21 s". */
+static const char *test_words(const struct page *p, int test, enum dof dof, double at_s, double piece_s, char words[TEST_WORDS]) {
     const struct recording *r = p->report->measured;
+    if (piece_s > 0.0) {
+        snprintf(words, TEST_WORDS, "at %.4g s", at_s);
+        return words;
+    }
     snprintf(words, TEST_WORDS, "%s", axis_words[dof]);
     for (int i = 0; i < r->tests && r->runs > 1; i++)
         if (r->test[i].test == test) snprintf(words, TEST_WORDS, "%s at %.3g Hz", axis_words[dof], r->test[i].frequency_hz);
@@ -106,9 +110,9 @@ static const char *test_words(const struct page *p, int test, enum dof dof, char
 
 static bool has_after(const struct page *p) { return p->report->result->effects > 0; }
 
-static const struct wave_test *find_test(const struct waves *w, int test) {
+static const struct wave_test *find_test(const struct waves *w, const struct gap_place *place) {
     for (int i = 0; i < w->tests; i++)
-        if (w->test[i].test == test) return &w->test[i];
+        if (w->test[i].test == place->test && w->test[i].at_s == place->at_s) return &w->test[i];
     return NULL;
 }
 
@@ -121,7 +125,7 @@ static struct spot *list_spots(const struct page *p, int *count) {
     *count = 0;
     for (int i = 0; i < r->places && list; i++) {
         const struct gap_place *place = &r->where[i];
-        const struct wave_test *t = find_test(w, place->test);
+        const struct wave_test *t = find_test(w, place);
         if (!t || !w->evaluated[place->channel]) continue;
         double size = spot_size(w, t, place->channel, place->leg, false);
         list[(*count)++] = (struct spot){t, place->channel, place->leg, size};
@@ -147,7 +151,7 @@ void section_waveforms(struct page *p) {
     int count;
     struct spot *list = list_spots(p, &count), chosen[PICTURES];
     int n = list ? choose(p, list, count, chosen) : 0;
-    fputs("<section id=\"waveforms\"><h2>Where they disagree most: mean cycles</h2>\n<p>Measured, and the model driven ", p->out);
+    fputs("<section id=\"waveforms\"><h2>Where they disagree most</h2>\n<p>Measured, and the model driven ", p->out);
     fputs(p->report->result->simulated ? "as the rig was (same reference, same controller)" : "by the measured motion and commands",
           p->out);
     fputs(". Below each: measured less model; the grey band is the noise of a single sample, ±1 standard deviation.</p>\n<div "
@@ -156,7 +160,7 @@ void section_waveforms(struct page *p) {
         char caption[160], words[TEST_WORDS];
         const struct spot *s = &chosen[i];
         snprintf(caption, sizeof caption, "Test %s, %s of leg %d: before, the model is off by %.1f %% of the channel's variation",
-                 test_words(p, s->test->test, s->test->dof, words), section_channel_words[s->channel], s->leg + 1, 100.0 * s->size);
+                 test_words(p, s->test->test, s->test->dof, s->test->at_s, s->test->piece_s, words), section_channel_words[s->channel], s->leg + 1, 100.0 * s->size);
         draw(p, write_wave, &(struct picture){s->test, s->leg, has_after(p)}, s->channel, caption);
     }
     fputs("</div></section>\n", p->out);
@@ -172,8 +176,8 @@ static const struct gap_place *loop_place(const struct gap_result *r) {
 
 void section_loops(struct page *p) {
     const struct gap_place *place = loop_place(p->report->result);
-    const struct wave_test *motion = place ? find_test(p->report->motion, place->test) : NULL;
-    const struct wave_test *simulated = place && p->report->result->simulated ? find_test(p->report->waves, place->test) : NULL;
+    const struct wave_test *motion = place ? find_test(p->report->motion, place) : NULL;
+    const struct wave_test *simulated = place && p->report->result->simulated ? find_test(p->report->waves, place) : NULL;
     char caption[200], words[TEST_WORDS];
     if (!motion) return;
     fputs("<section id=\"loops\"><h2>Loops over velocity</h2>\n<p>The area of a force loop is the energy lost in a cycle. In what the "
@@ -181,7 +185,7 @@ void section_loops(struct page *p) {
           "loop.</p>\n<div class=\"loops\">\n", p->out);
     snprintf(caption, sizeof caption, "Test %s, leg %d: measured force, A1 P1 - A2 P2 where there are pressures, and the force that the "
                                       "model needs for the measured motion; beside it what is left over",
-             test_words(p, motion->test, motion->dof, words), place->leg + 1);
+             test_words(p, motion->test, motion->dof, motion->at_s, motion->piece_s, words), place->leg + 1);
     draw(p, write_force_loop, &(struct picture){motion, place->leg, has_after(p)}, GAP_FORCE, caption);
     snprintf(caption, sizeof caption, "Leg velocity over valve command, each with its own motion");
     if (simulated) draw(p, write_valve_loop, &(struct picture){simulated, place->leg, has_after(p)}, GAP_VALVE, caption);
@@ -223,7 +227,7 @@ static void map_rows(const struct page *p, bool after, double full) {
     char words[TEST_WORDS];
     fprintf(p->out, "<tr><th class=\"side\" colspan=\"%d\">%s</th></tr>\n", 1 + GAP_CHANNELS * w->legs, after ? "after" : "before");
     for (int i = 0; i < w->tests; i++) {
-        fprintf(p->out, "<tr><th>%s</th>", test_words(p, w->test[i].test, w->test[i].dof, words));
+        fprintf(p->out, "<tr><th>%s</th>", test_words(p, w->test[i].test, w->test[i].dof, w->test[i].at_s, w->test[i].piece_s, words));
         for (int ch = 0; ch < GAP_CHANNELS; ch++) {
             for (int leg = 0; leg < w->legs; leg++)
                 if (w->evaluated[ch]) map_cell(p->out, spot_size(w, &w->test[i], ch, leg, after), full);
@@ -241,7 +245,7 @@ static void list_places(const struct page *p) {
     for (int i = 0; i < r->places; i++) {
         const struct gap_place *w = &r->where[i];
         char words[TEST_WORDS];
-        fprintf(p->out, "<tr><td>%s</td><td>%s</td><td>%d</td><td>%d%s</td><td>", test_words(p, w->test, w->dof, words),
+        fprintf(p->out, "<tr><td>%s</td><td>%s</td><td>%d</td><td>%d%s</td><td>", test_words(p, w->test, w->dof, w->at_s, w->piece_s, words),
                 section_channel_words[w->channel], w->leg + 1, w->harmonic, w->harmonic ? "" : " (constant)");
         html_text(p->out, "%s", section_feature_words(w->feature));
         fprintf(p->out, "</td><td class=\"n\">%.1f %%</td></tr>\n", 100.0 * w->share);
@@ -252,7 +256,7 @@ static void list_places(const struct page *p) {
 void section_map(struct page *p) {
     const struct waves *w = p->report->waves;
     double full = full_colour(p);
-    fputs("<section id=\"map\"><h2>Disagreement map</h2>\n<p>Rms difference between the mean cycles of model and measurement, in % of "
+    fputs("<section id=\"map\"><h2>Disagreement map</h2>\n<p>Rms difference between model and measurement, of mean cycles or of pieces of any motion, in % of "
           "the channel's measured variation; one row a test", p->out);
     fputs(w->legs == LEGS ? ", six legs a channel." : ".", p->out);
     if (!w->evaluated[GAP_LENGTH]) fputs(" Length and valve command are inputs of a replay by motion: not evaluated.", p->out);

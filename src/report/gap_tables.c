@@ -169,9 +169,9 @@ static void size_table(FILE *out, const struct gap_result *r, bool normalised) {
 void table_numbers(FILE *out, const struct gap_report *report) {
     fputs("<section id=\"numbers\"><h2>The gap by channel</h2>\n<p>Rms difference of samples: that of the mean cycles and the noise of "
           "the samples about them together, so that a perfect model ends at the noise floor. All with the model's own parameters "
-          "fitted. Data used: the even cycles. Data held out: ", out);
+          "fitted. Data used: the even cycles or pieces. Data held out: ", out);
     if (report->validate_file) html_text(out, "the log %s.", report->validate_file);
-    else fputs("the odd cycles, which no fit has seen.", out);
+    else fputs("the odd ones, which no fit has seen.", out);
     fputs(report->result->simulated ? "" : " Not simulated in closed loop: the equations under the measured motion, which take length "
                                            "and valve command as given.", out);
     fputs("</p>\n<div class=\"two\"><div><h3>SI units</h3>\n", out);

@@ -73,8 +73,8 @@ void gap_text_print(FILE *out, const struct gap_result *r) {
     print_sizes(out, r);
     for (int i = 0; i < r->places && i < PLACES_SHOWN && r->verdict != GAP_NO_GAP; i++) {
         const struct gap_place *w = &r->where[i];
-        fprintf(out, "  where: test %s at %.3g Hz, %s of leg %d, harmonic %d, %s: %.1f %%\n", dof_names[w->dof], w->frequency_hz,
-                gap_channel_names[w->channel], w->leg + 1, w->harmonic, w->feature, 100.0 * w->share);
+        char words[GAP_WORDS];
+        fprintf(out, "  where: %s, %s: %.1f %%\n", gap_place_words(w, words), w->feature, 100.0 * w->share);
     }
     fprintf(out, "  %.1f s\n", r->seconds);
 }

@@ -74,5 +74,3 @@ for event in list(whole)[1:]: log.write_event(event.timestamp, event.channel, ev
         refuses 3 "headless.lcm configuration -c" "$hexid" identify "$work/headless.lcm"
 }
 claim "a second log without a configuration is refused; identify says how to give one" headless
-other_frequency() { refuses 2 "move at 4 Hz" "${gap[@]}" -o "$work/f" --set tests.frequency_hz=5; }
-claim "a log of another frequency is refused, and nothing is written" eval 'other_frequency && [ ! -e "$work/f" ]'

@@ -1,0 +1,206 @@
+#include "motion.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "dense.h"
+#include "residual.h"
+#include "units.h"
+
+static const double STEADY = 0.995;       /* of the motion's square: a triangle has 0.986 at its fundamental, */
+static const double STATED = 0.97;        /* as a sinusoid that friction and a weak loop distort may have */
+static const double SAME = 0.1;           /* of the frequency stated: a clock or a typing error, not another test */
+static const double BAND_LEAST_HZ = 2.75, BAND_MOST_HZ = 40.0; /* pieces of 3 s and of 0.2 s, longer only to have all of a long record */
+static const double BAND_OF_RATE = 1.0 / 6.0;
+static const double BAND_OF_MOTION = 8.0; /* times a mean frequency: as many harmonics as of a sinusoid */
+static const double STANDS_OUT = 10.0;    /* times the floor: of 500 bins of noise in twelve segments the strongest has 3 */
+static const double REST = 1e-3;          /* of the mean square speed of all pieces: a piece at rest */
+static const double STEPS = 3.0;          /* of the position sensor, in the shortest time of the band: rounding slower than that is no noise */
+static const double THIN_HZ = 200.0;
+static const double MISSING = 0.1;        /* of a piece's samples */
+enum { PER_CYCLE = 16, PIECES = 48, PIECES_NEEDED = 6, SEGMENT = 1024, SEGMENTS = 12, BINS_LEAST = 16 };
+
+static double first_good(const struct recording_test *t, int leg) {
+    int i = t->first;
+    while (i < t->end - 1 && !t->sample[i].good) i++;
+    return t->sample[i].length_m[leg];
+}
+
+/* Squares of a leg's motion and of what a sinusoid leaves of it, both of means over a part of the cycle: noise is faster. */
+static void add_remainder(const struct recording_test *t, int leg, double hz, double *square, double *rest) {
+    double h[9], g[3], s1 = 0.0, s2 = 0.0, zero = first_good(t, leg);
+    int n = 0;
+    for (int pass = 0; pass < 2; pass++) {
+        double x = 0.0, time_s = 0.0, until_s = -HUGE_VAL;
+        int many = 0;
+        if (!pass) memset(h, 0, sizeof h), memset(g, 0, sizeof g);
+        for (int i = t->first; i < t->end; i++) {
+            const struct recording_sample *s = &t->sample[i];
+            if (!s->good) continue;
+            if (s->test_time_s > until_s) {
+                double phase = 2.0 * PI * hz * time_s / fmax(many, 1), row[3] = {1.0, sin(phase), cos(phase)}, mean = x / fmax(many, 1);
+                for (int a = 0; a < 3 && !pass && many; a++) {
+                    g[a] += row[a] * mean;
+                    for (int b = 0; b <= a; b++) h[3 * a + b] += row[a] * row[b];
+                }
+                if (pass && many) s1 += mean, s2 += mean * mean, n++, *rest += pow(mean - g[0] - g[1] * row[1] - g[2] * row[2], 2.0);
+                x = time_s = 0.0, many = 0, until_s = s->test_time_s + 1.0 / hz / PER_CYCLE;
+            }
+            x += s->length_m[leg] - zero, time_s += s->test_time_s, many++;
+        }
+        if (!pass && !dense_factor(3, 3, h)) return;
+        if (!pass) dense_solve(3, 3, h, g);
+    }
+    if (n) *square += s2 - s1 * s1 / n;
+}
+
+bool motion_steady(const struct recording_test *t, int legs, double frequency_hz) {
+    bool stated = fabs(frequency_hz / t->stated_hz - 1.0) < SAME;
+    double square = 0.0, rest = 0.0;
+    for (int k = 0; k < legs && isfinite(frequency_hz); k++) add_remainder(t, k, frequency_hz, &square, &rest);
+    return rest < (1.0 - (stated ? STATED : STEADY)) * square;
+}
+
+/* The leg that moves most. */
+static int mover(const struct recording_test *t, int legs) {
+    double most = -1.0;
+    int leg = 0;
+    for (int k = 0; k < legs; k++) {
+        double sum = 0.0, square = 0.0, zero = first_good(t, k);
+        int n = 0;
+        for (int i = t->first; i < t->end; i++) {
+            if (!t->sample[i].good) continue;
+            double x = t->sample[i].length_m[k] - zero;
+            sum += x, square += x * x, n++;
+        }
+        if (square - sum * sum / n > most) most = square - sum * sum / n, leg = k;
+    }
+    return leg;
+}
+
+/* Adds |sum rest[i] exp(-2 pi j b i / n)|^2 to power[b], b below n / 2. */
+static void add_power(int n, const double *rest, double *power) {
+    for (int b = 1; b < n / 2; b++) {
+        double radians = 2.0 * PI * b / n, c = cos(radians), s = sin(radians), re = 1.0, im = 0.0, sum_re = 0.0, sum_im = 0.0;
+        for (int i = 0; i < n; i++) {
+            sum_re += rest[i] * re, sum_im += rest[i] * im;
+            double next = re * c - im * s;
+            im = re * s + im * c, re = next;
+        }
+        power[b] += sum_re * sum_re + sum_im * sum_im;
+    }
+}
+
+static int ascending(const void *a, const void *b) { return *(const double *)a < *(const double *)b ? -1 : *(const double *)a > *(const double *)b; }
+
+/* Mean periodogram of the length, samples thinned, Hann windows. Returns the bins, 0 without memory. */
+static int periodogram(const struct recording_test *t, int leg, double step_s, double power[SEGMENT / 2], double *bin_hz) {
+    int many = (int)fmax(1.0 / THIN_HZ / step_s, 1.0), all = (t->end - t->first) / many, n = all < SEGMENT ? all : SEGMENT;
+    double *x = malloc((size_t)all * sizeof *x), rest[SEGMENT], held = first_good(t, leg);
+    if (!x) return 0;
+    for (int i = 0; i < all; i++) {
+        x[i] = 0.0;
+        for (int j = 0; j < many; j++) {
+            const struct recording_sample *s = &t->sample[t->first + i * many + j];
+            if (s->good) held = s->length_m[leg];
+            x[i] += held / many;
+        }
+    }
+    for (int segment = 0; segment < SEGMENTS; segment++) {
+        int from = (int)((double)(all - n) * segment / (SEGMENTS - 1));
+        double mean = 0.0;
+        for (int i = 0; i < n; i++) mean += x[from + i] / n;
+        for (int i = 0; i < n; i++) rest[i] = (x[from + i] - mean) * 0.5 * (1.0 - cos(2.0 * PI * (i + 0.5) / n));
+        add_power(n, rest, power);
+    }
+    free(x);
+    *bin_hz = 1.0 / (n * many * step_s);
+    return n / 2;
+}
+
+/* The band to evaluate: harmonics of the speed's mean frequency, as far as all of the record can be taken, or of the motion's where it cannot. */
+static double band_hz(const struct recording_test *t, int legs, double step_s, double span_s) {
+    double power[SEGMENT / 2] = {0}, sorted[SEGMENT / 2], bin_hz = 0.0, square = 0.0, rate = 0.0, curve = 0.0;
+    int bins = periodogram(t, mover(t, legs), step_s, power, &bin_hz);
+    if (bins < BINS_LEAST) return NAN;
+    memcpy(sorted, power + bins / 2, (size_t)(bins - bins / 2) * sizeof *sorted);
+    qsort(sorted, (size_t)(bins - bins / 2), sizeof *sorted, ascending);
+    double floor = sorted[(bins - bins / 2) / 2];
+    for (int b = 1; b < bins; b++) {
+        if (!(power[b] > STANDS_OUT * floor)) continue;
+        double excess = power[b] - floor, w = b * bin_hz;
+        square += excess, rate += excess * w * w, curve += excess * w * w * w * w;
+    }
+    if (!(square > 0.0)) return NAN;
+    double motion_hz = BAND_OF_MOTION * sqrt(rate / square), all_hz = RESIDUAL_BAND * PIECES / span_s;
+    double most = fmin(fmin(BAND_OF_RATE / step_s, BAND_MOST_HZ), fmax(motion_hz, all_hz));
+    return fmin(fmax(BAND_OF_MOTION * sqrt(curve / rate), BAND_LEAST_HZ), most);
+}
+
+struct piece {
+    double start_s, speed; /* mean square of the legs' speed, m^2/s^2 */
+    int first, end;
+};
+
+/* The samples of a piece with its margins; false: too many are missing. */
+static bool take_piece(const struct recording_test *t, int legs, double piece_s, double from_s, double until_s, double step_s,
+                       struct piece *p) {
+    int n = (int)((until_s - from_s) / step_s), good = 0, steps = 0, coarse = (int)fmax(0.02 / step_s, 1.0);
+    double sum = 0.0;
+    int i = t->first;
+    while (i < t->end && t->sample[i].test_time_s < from_s) i++;
+    p->first = i;
+    for (int last = -1; i < t->end && t->sample[i].test_time_s <= until_s; i++) {
+        good += t->sample[i].good;
+        if ((i - p->first) % coarse || !t->sample[i].good) continue;
+        for (int k = 0; k < legs && last >= 0; k++) {
+            double v = (t->sample[i].length_m[k] - t->sample[last].length_m[k]) / (t->sample[i].test_time_s - t->sample[last].test_time_s);
+            sum += v * v, steps++;
+        }
+        last = i;
+    }
+    p->end = i;
+    p->speed = steps ? sum / steps : 0.0;
+    return good > (1.0 - MISSING) * n && spectrum_gap(t, from_s, until_s) < residual_gap_s(piece_s, step_s);
+}
+
+int motion_cut(struct recording *r, int test, struct error *error) {
+    struct recording_test whole = r->test[test];
+    struct piece piece[PIECES];
+    int legs = params_legs(r->params), taken = 0, kept = 0;
+    double step_s = recording_step_s(&whole), begin_s = whole.sample[whole.first].test_time_s, mean = 0.0;
+    double span_s = whole.sample[whole.end - 1].test_time_s - begin_s, hz = band_hz(&whole, legs, step_s, span_s);
+    double piece_s = RESIDUAL_BAND / hz, before_s = residual_margin_s(piece_s) + RESIDUAL_SETTLE_S + step_s;
+    int all = isfinite(hz) ? (int)((span_s - before_s - residual_margin_s(piece_s)) / piece_s) : 0;
+    int most = (RECORDING_TESTS - test) / (r->tests - test); /* room for those that follow */
+    most = most < PIECES ? most : PIECES;
+    for (int i = 0; i < all && i < most; i++) {
+        int place = all > most ? (int)((double)all * i / most) : i;
+        struct piece p = {.start_s = begin_s + before_s + place * piece_s};
+        if (!take_piece(&whole, legs, piece_s, p.start_s - before_s, p.start_s + piece_s + residual_margin_s(piece_s), step_s, &p)) continue;
+        piece[taken++] = p;
+    }
+    for (int i = 0; i < taken; i++) mean += piece[i].speed / taken;
+    double step_m = r->params->sensors.enabled ? r->params->sensors.position_resolution_m : 0.0;
+    double least = fmax(REST * mean, pow(STEPS * step_m * hz, 2.0));
+    for (int i = 0; i < taken; i++)
+        if (piece[i].speed > least) piece[kept++] = piece[i];
+    if (!isfinite(hz)) return error_set(error, STATUS_USAGE, "%.3g s in which nothing is seen to move", span_s);
+    if (most < PIECES_NEEDED)
+        return error_set(error, STATUS_USAGE, "too many recordings at once: there is room for %d tests and pieces of any motion", RECORDING_TESTS);
+    if (kept < PIECES_NEEDED)
+        return error_set(error, STATUS_USAGE, "%.3g s of motion that is no steady sinusoid, too short: it takes %d pieces of %.3g s without "
+                         "gaps in which something moves, and there are %d", span_s, PIECES_NEEDED, piece_s, kept);
+    memmove(r->test + test + kept, r->test + test + 1, (size_t)(r->tests - test - 1) * sizeof *r->test);
+    r->tests += kept - 1;
+    for (int i = 0; i < kept; i++) {
+        struct recording_test *t = &r->test[test + i];
+        *t = whole;
+        t->piece_s = piece_s, t->start_s = piece[i].start_s, t->piece = i;
+        t->first = piece[i].first, t->end = piece[i].end;
+        t->borrowed = i > 0;
+        t->frequency_hz = t->stated_hz = NAN;
+    }
+    return STATUS_OK;
+}

@@ -1,0 +1,145 @@
+/* Any motion: what is a steady sinusoid, and the pieces of what is none. */
+#include "support.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "config.h"
+#include "motion.h"
+#include "residual.h"
+#include "units.h"
+
+static const double STEP_S = 1e-3, AMPLITUDE_M = 5e-3;
+static struct params params;
+
+static int set_up(void **unused) {
+    (void)unused;
+    struct error error;
+    return config_load(&params, "config/axis.yaml", NULL, 0, &error);
+}
+
+typedef double path(double t_s);
+
+static double sine(double t_s) { return sin(2.0 * PI * t_s); }
+static double distorted(double t_s) { return sine(t_s) + 0.12 * sin(6.0 * PI * t_s); }
+static double triangle(double t_s) { return 2.0 / PI * asin(sin(2.0 * PI * t_s)); }
+static double rests(double t_s) { return fmod(t_s, 10.0) < 5.0 ? sine(t_s) : 0.0; }
+static double sweep(double t_s) { return sin(2.0 * PI * (0.3 * t_s + 0.05 * t_s * t_s)); }
+static double still(double t_s) { return 0.0 * t_s; }
+
+/* So many seconds along a path, with a force and a sensor's noise. */
+static void record(struct recording *r, path *along, double seconds, double stated_hz) {
+    uint64_t state = 3;
+    struct error error;
+    recording_init(r, &params);
+    r->run[0].frequency_hz = stated_hz;
+    for (int i = 0; i * STEP_S < seconds; i++) {
+        struct cycle c = {.seq = (uint64_t)i, .test = 0, .dof = DOF_X, .phase = PHASE_EVALUATE, .test_time_s = i * STEP_S};
+        for (int k = 0; k < LEGS; k++) c.in.length_m[k] = c.in.p1_pa[k] = c.in.p2_pa[k] = c.out.valve[k] = c.force_n[k] = (double)NAN;
+        c.in.length_m[0] = AMPLITUDE_M * along(i * STEP_S) + 2e-6 * random_unit(&state);
+        c.force_n[0] = 100.0 * along(i * STEP_S);
+        assert_int_equal(recording_add(r, &c, &error), STATUS_OK);
+    }
+    recording_settle(r);
+}
+
+static bool steady(path *along, double stated_hz, double hz) {
+    struct recording r;
+    record(&r, along, 12.0, stated_hz);
+    bool is = motion_steady(&r.test[0], 1, hz);
+    recording_free(&r);
+    return is;
+}
+
+static void a_sinusoid_is_told_from_other_motions(void **unused) {
+    (void)unused;
+    assert_true(steady(sine, 1.0, 1.0));
+    assert_true(steady(sine, 3.0, 1.0)); /* whatever was stated */
+    assert_false(steady(triangle, 3.0, 1.0));
+    assert_false(steady(rests, 1.0, 1.0));
+    assert_false(steady(sweep, 1.0, 1.0));
+    assert_false(steady(still, 1.0, 1.0));
+    assert_false(steady(sine, 1.0, (double)NAN));
+    assert_true(steady(distorted, 1.0, 1.0)); /* as stated, a weak loop's; else another motion */
+    assert_false(steady(distorted, 3.0, 1.0));
+}
+
+/* One after the other, inside the record, none of them at rest, each with its margins. */
+static void pieces_cover_what_moves(void **unused) {
+    (void)unused;
+    struct recording r;
+    struct error error;
+    record(&r, rests, 30.0, 1.0);
+    if (motion_cut(&r, 0, &error)) fail_msg("%s", error.text);
+    assert_in_range(r.tests, 6, 48);
+    double moving_s = 0.0;
+    for (int i = 0; i < r.tests; i++) {
+        const struct recording_test *t = &r.test[i];
+        double margin_s = residual_margin_s(t->piece_s);
+        assert_true(t->piece_s > 0.0 && t->piece == i && t->borrowed == (i > 0) && t->sample == r.test[0].sample);
+        assert_true(t->sample[t->first].test_time_s <= t->start_s - margin_s && t->start_s + t->piece_s + margin_s <= t->sample[t->end - 1].test_time_s + STEP_S);
+        if (i) assert_true(t->start_s >= r.test[i - 1].start_s + 0.999 * t->piece_s);
+        bool rest = fmod(t->start_s, 10.0) > 5.0 + margin_s && fmod(t->start_s + t->piece_s, 10.0) > 5.0;
+        assert_false(rest && fmod(t->start_s + t->piece_s + margin_s, 10.0) > 5.0);
+        moving_s += t->piece_s;
+    }
+    assert_true(moving_s > 10.0);
+    recording_free(&r);
+}
+
+static void what_is_too_short_or_still_is_refused(void **unused) {
+    (void)unused;
+    struct recording r;
+    struct error error;
+    record(&r, sweep, 1.0, 1.0);
+    assert_int_equal(motion_cut(&r, 0, &error), STATUS_USAGE);
+    assert_non_null(strstr(error.text, "too short"));
+    assert_int_equal(r.tests, 1);
+    recording_free(&r);
+    record(&r, sweep, 20.0, 1.0);
+    for (int i = 0; i < r.test[0].count; i++) r.test[0].sample[i].good = i % 3 == 0; /* two of three are lost */
+    assert_int_equal(motion_cut(&r, 0, &error), STATUS_USAGE);
+    recording_free(&r);
+}
+
+/* The row of a piece is the signal's: a known acceleration comes back from noisy lengths, within what its deviation says. */
+static void a_piece_knows_its_acceleration(void **unused) {
+    (void)unused;
+    struct recording r;
+    struct residual_data d;
+    struct error error;
+    double needed[LEGS][RESIDUAL_SIZE], square = 0.0, off = 0.0;
+    record(&r, sweep, 20.0, 1.0);
+    if (motion_cut(&r, 0, &error)) fail_msg("%s", error.text);
+    for (int i = 0; i < r.test[0].count; i++) { /* the force that a mass without friction needs */
+        double t = i * STEP_S, phase = 2.0 * PI * (0.3 * t + 0.05 * t * t), w = 2.0 * PI * (0.3 + 0.1 * t);
+        r.test[0].sample[i].force_n[0] = params.axis.mass_kg * AMPLITUDE_M * (0.2 * PI * cos(phase) - w * w * sin(phase));
+    }
+    struct params bare = params;
+    for (int k = 0; k < LEGS; k++) bare.hydraulics.viscous_n_s_per_m[k] = 0.0;
+    if (residual_prepare(&d, &r, CYCLES_ALL, &error)) fail_msg("%s", error.text);
+    assert_int_equal(d.tests, r.tests);
+    for (int i = 0; i < d.tests; i++) {
+        assert_true(residual_required(&d.test[i], &bare, needed));
+        for (int a = 0; a < d.test[i].size; a++) {
+            square += pow(d.test[i].row[CHANNEL_FORCE][0][a], 2.0);
+            off += pow(d.test[i].row[CHANNEL_FORCE][0][a] - needed[0][a], 2.0);
+        }
+    }
+    assert_below(sqrt(off / square), 0.02);
+    residual_free(&d);
+    assert_int_equal(residual_prepare(&d, &r, CYCLES_EVEN, &error), STATUS_OK);
+    assert_int_equal(d.tests, (r.tests + 1) / 2); /* every other piece */
+    residual_free(&d);
+    recording_free(&r);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_sinusoid_is_told_from_other_motions),
+        cmocka_unit_test(pieces_cover_what_moves),
+        cmocka_unit_test(what_is_too_short_or_still_is_refused),
+        cmocka_unit_test(a_piece_knows_its_acceleration),
+    };
+    return cmocka_run_group_tests(tests, set_up, NULL);
+}
