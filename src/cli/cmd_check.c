@@ -65,6 +65,7 @@ static int import(struct check *c, const struct csv_source *source, int *found) 
     char path[PATH_MAX];
     snprintf(path, sizeof path, "%.4000s/hexid-check-XXXXXX", directory && *directory ? directory : "/tmp");
     int file = in ? mkstemp(path) : -1;
+    if (file < 0 && in) c->inputs--;
     if (file < 0) return error_set(c->error, STATUS_IO, "%.300s: cannot be made, for the log of a directory", path);
     unlink(path);
     snprintf(in->copy, sizeof in->copy, "/proc/self/fd/%d", file);
