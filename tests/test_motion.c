@@ -9,7 +9,8 @@
 #include "residual.h"
 #include "units.h"
 
-static const double STEP_S = 1e-3, AMPLITUDE_M = 5e-3;
+static const double AMPLITUDE_M = 5e-3;
+static double step_s = 1e-3;
 static struct params params;
 
 static int set_up(void **unused) {
@@ -33,11 +34,11 @@ static void record(struct recording *r, path *along, double seconds, double stat
     struct error error;
     recording_init(r, &params);
     r->run[0].frequency_hz = stated_hz;
-    for (int i = 0; i * STEP_S < seconds; i++) {
-        struct cycle c = {.seq = (uint64_t)i, .test = 0, .dof = DOF_X, .phase = PHASE_EVALUATE, .test_time_s = i * STEP_S};
+    for (int i = 0; i * step_s < seconds; i++) {
+        struct cycle c = {.seq = (uint64_t)i, .test = 0, .dof = DOF_X, .phase = PHASE_EVALUATE, .test_time_s = i * step_s};
         for (int k = 0; k < LEGS; k++) c.in.length_m[k] = c.in.p1_pa[k] = c.in.p2_pa[k] = c.out.valve[k] = c.force_n[k] = (double)NAN;
-        c.in.length_m[0] = AMPLITUDE_M * along(i * STEP_S) + 2e-6 * random_unit(&state);
-        c.force_n[0] = 100.0 * along(i * STEP_S);
+        c.in.length_m[0] = AMPLITUDE_M * along(i * step_s) + 2e-6 * random_unit(&state);
+        c.force_n[0] = 100.0 * along(i * step_s);
         assert_int_equal(recording_add(r, &c, &error), STATUS_OK);
     }
     recording_settle(r);
@@ -77,7 +78,7 @@ static void pieces_cover_what_moves(void **unused) {
         const struct recording_test *t = &r.test[i];
         double margin_s = residual_margin_s(t->piece_s);
         assert_true(t->piece_s > 0.0 && t->piece == i && t->borrowed == (i > 0) && t->sample == r.test[0].sample);
-        assert_true(t->sample[t->first].test_time_s <= t->start_s - margin_s && t->start_s + t->piece_s + margin_s <= t->sample[t->end - 1].test_time_s + STEP_S);
+        assert_true(t->sample[t->first].test_time_s <= t->start_s - margin_s && t->start_s + t->piece_s + margin_s <= t->sample[t->end - 1].test_time_s + step_s);
         if (i) assert_true(t->start_s >= r.test[i - 1].start_s + 0.999 * t->piece_s);
         bool rest = fmod(t->start_s, 10.0) > 5.0 + margin_s && fmod(t->start_s + t->piece_s, 10.0) > 5.0;
         assert_false(rest && fmod(t->start_s + t->piece_s + margin_s, 10.0) > 5.0);
@@ -102,6 +103,23 @@ static void what_is_too_short_or_still_is_refused(void **unused) {
     recording_free(&r);
 }
 
+/* A short record sampled slowly: the band is limited by the samples, which are enough for the series of every piece. */
+static void a_slow_rate_limits_the_band(void **unused) {
+    (void)unused;
+    struct recording r;
+    struct residual_data d;
+    struct error error;
+    step_s = 0.01;
+    record(&r, sweep, 8.0, 1.0);
+    step_s = 1e-3;
+    for (int i = 0; i < r.test[0].count; i += 23) r.test[0].sample[i].good = false; /* now and then one is lost */
+    if (motion_cut(&r, 0, &error)) fail_msg("%s", error.text);
+    if (residual_prepare(&d, &r, CYCLES_ALL, &error)) fail_msg("%s", error.text);
+    assert_int_equal(d.tests, r.tests);
+    residual_free(&d);
+    recording_free(&r);
+}
+
 /* The row of a piece is the signal's: a known acceleration comes back from noisy lengths, within what its deviation says. */
 static void a_piece_knows_its_acceleration(void **unused) {
     (void)unused;
@@ -112,7 +130,7 @@ static void a_piece_knows_its_acceleration(void **unused) {
     record(&r, sweep, 20.0, 1.0);
     if (motion_cut(&r, 0, &error)) fail_msg("%s", error.text);
     for (int i = 0; i < r.test[0].count; i++) { /* the force that a mass without friction needs */
-        double t = i * STEP_S, phase = 2.0 * PI * (0.3 * t + 0.05 * t * t), w = 2.0 * PI * (0.3 + 0.1 * t);
+        double t = i * step_s, phase = 2.0 * PI * (0.3 * t + 0.05 * t * t), w = 2.0 * PI * (0.3 + 0.1 * t);
         r.test[0].sample[i].force_n[0] = params.axis.mass_kg * AMPLITUDE_M * (0.2 * PI * cos(phase) - w * w * sin(phase));
     }
     struct params bare = params;
@@ -139,6 +157,7 @@ int main(void) {
         cmocka_unit_test(a_sinusoid_is_told_from_other_motions),
         cmocka_unit_test(pieces_cover_what_moves),
         cmocka_unit_test(what_is_too_short_or_still_is_refused),
+        cmocka_unit_test(a_slow_rate_limits_the_band),
         cmocka_unit_test(a_piece_knows_its_acceleration),
     };
     return cmocka_run_group_tests(tests, set_up, NULL);

@@ -85,18 +85,19 @@ enum residual_part hypothesis_parts(const struct hypothesis *h) {
 int hypotheses_list(const struct params *model, const bool found[EFFECTS_MAX], enum residual_part evaluated,
                     struct hypothesis h[HYPOTHESES_MAX]) {
     int n = 0;
+    bool axis = model->mechanism == MECHANISM_AXIS;
     for (int effect = 0; effect_table[effect]; effect++) {
         if (found[effect]) continue;
         struct reach reach = effect_reach(model, effect);
         reach.parts &= evaluated;
         if (!reach.parts) continue; /* of time alone: recording_clock sees it without a fit */
-        build(&h[n++], effect, SHAPE_ALL, model->mechanism == MECHANISM_AXIS, reach);
+        build(&h[n++], effect, SHAPE_ALL, axis, reach);
         if (params_legs(model) == 1) continue;
         bool per_leg = false;
         const struct effect_key *keys = effect_table[effect]->keys;
         for (int key = 0; key < EFFECT_KEYS && keys[key].name; key++) per_leg = per_leg || keys[key].per_leg;
-        for (int leg = 0; leg < LEGS && per_leg; leg++) build(&h[n++], effect, leg, model->mechanism == MECHANISM_AXIS, reach);
-        if (per_leg) build(&h[n++], effect, SHAPE_EACH, model->mechanism == MECHANISM_AXIS, reach);
+        for (int leg = 0; leg < LEGS && per_leg; leg++) build(&h[n++], effect, leg, axis, reach);
+        if (per_leg) build(&h[n++], effect, SHAPE_EACH, axis, reach);
     }
     return n;
 }

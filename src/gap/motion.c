@@ -13,7 +13,7 @@ static const double STATED = 0.5;         /* as a test has that friction, a weak
 static const double CYCLE = 0.5;          /* has so much of the mean cycle's amplitude: no rests */
 static const double SAME = 0.1;           /* of the frequency stated: a clock or a typing error, not another test */
 static const double BAND_LEAST_HZ = 2.75, BAND_MOST_HZ = 40.0; /* pieces of 3 s and of 0.2 s, longer only to have all of a long record */
-static const double BAND_OF_RATE = 1.0 / 6.0;
+static const double BAND_OF_RATE = 1.0 / 8.0; /* then a piece has twice the samples that its series has coefficients, some lost (spectrum_cut) */
 static const double BAND_OF_MOTION = 8.0; /* times a mean frequency: as many harmonics as of a sinusoid */
 static const double STANDS_OUT = 10.0;    /* times the floor: of 500 bins of noise in twelve segments the strongest has 3 */
 static const double REST = 1e-3;          /* of the mean square speed of all pieces: a piece at rest */
