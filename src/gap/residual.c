@@ -4,284 +4,27 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "dense.h"
 #include "hydraulics.h"
 #include "inverse_dynamics.h"
 #include "units.h"
 #include "valve_line.h"
-
-static const double SETTLE_CYCLES = 1.5; /* then a spool at its rate limit has forgotten the start, too */
-static const double SUBSTEP_S = 0.5e-3;   /* RK4: 1e-4 of a 100 Hz spool's lag */
-
-/* Of a piece: the windows of neighbours overlap by so much of it on either side; the series' period is so many times what it is fitted to. */
-static const double OVERLAP = 0.15, STRETCH = 1.2;
-enum { COUPLING_POINTS = 2048 };
-
-/* Samples to coefficients, by least squares: exact also where a cycle is no whole number of samples. */
-static bool project_cycle(struct residual_test *t) {
-    double product[RESIDUAL_SIZE][RESIDUAL_SIZE] = {0}, basis[RESIDUAL_SIZE];
-    for (int pass = 0; pass < 2; pass++) {
-        for (int i = 0; i < t->fitted; i++) {
-            double t_s = t->first_s + (t->samples - t->fitted + i) * t->step_s;
-            spectrum_basis(t->spectrum.omega * t_s, t->harmonics, basis);
-            if (pass) dense_solve(t->size, RESIDUAL_SIZE, product[0], basis);
-            for (int a = 0; a < t->size; a++) {
-                if (pass) t->projection[a * t->fitted + i] = basis[a];
-                else for (int b = 0; b <= a; b++) product[a][b] += basis[a] * basis[b];
-            }
-        }
-        if (!pass && !dense_factor(t->size, RESIDUAL_SIZE, product[0])) return false;
-    }
-    return true;
-}
-
-static int motion_size(const struct residual_test *t) { return 1 + 2 * t->harmonics; }
-
-static int nodes_of(const struct residual_test *t) { return 2 * t->substeps * t->samples + 1; }
-
-static void tabulate(struct residual_test *t, double first_phase) {
-    const struct spectrum *s = &t->spectrum;
-    for (int i = 0; i < nodes_of(t) && t->chambers; i++) {
-        double t_s = t->first_s + i * t->step_s / (2 * t->substeps);
-        spectrum_basis(s->omega * t_s, t->harmonics, t->node + (size_t)i * (size_t)motion_size(t));
-    }
-    for (int i = 0; i < CYCLE_STEPS; i++)
-        spectrum_basis(first_phase + 2.0 * PI * i / CYCLE_STEPS, SPECTRUM_HARMONICS, t->cycle + i * SPECTRUM_SIZE);
-}
-
-static int allocate(struct residual_test *t, struct error *error) {
-    t->coupling = calloc(RESIDUAL_SIZE, sizeof *t->coupling);
-    t->cycle = malloc((size_t)CYCLE_STEPS * SPECTRUM_SIZE * sizeof(double));
-    t->shape = calloc(PHASES, sizeof *t->shape);
-    t->project = calloc(PHASES, sizeof *t->project);
-    t->series = calloc(PHASES, sizeof *t->series);
-    t->node = malloc((t->chambers ? (size_t)nodes_of(t) * (size_t)motion_size(t) : 1) * sizeof(double));
-    t->valve = malloc((size_t)(LEGS * t->samples) * sizeof(double));
-    t->projection = malloc((size_t)(RESIDUAL_SIZE * t->fitted) * sizeof(double));
-    bool all = t->coupling && t->cycle && t->shape && t->project && t->series && t->node && t->valve && t->projection;
-    return all ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
-}
-
-/* A steady sinusoid: the harmonics of its mean cycle, once the start is forgotten. */
-static int prepare_cycle(struct residual_test *t, const struct recording_test *test, enum cycles which, struct error *error) {
-    const struct spectrum *s = &t->spectrum;
-    if (!spectrum_measure(&t->spectrum, test, which))
-        return error_set(error, STATUS_USAGE, "test %s: fewer than two whole cycles of %g Hz: the others miss more than a tenth of their "
-                                              "samples, or a piece at once: lost, flagged or no number", dof_names[test->dof], test->frequency_hz);
-    t->harmonics = s->harmonics < RESIDUAL_HARMONICS ? s->harmonics : RESIDUAL_HARMONICS;
-    t->size = motion_size(t);
-    t->first_s = test->sample[test->first].test_time_s;
-    double cycle = 1.0 / test->frequency_hz / t->step_s;
-    t->fitted = (int)ceil(cycle - 1e-6);
-    t->samples = (int)ceil(fmax(SETTLE_CYCLES * cycle, RESIDUAL_SETTLE_S / t->step_s)) + t->fitted;
-    t->phases = PHASES;
-    int status = allocate(t, error);
-    if (status) return status;
-    if (!project_cycle(t)) return error_set(error, STATUS_USAGE, "test %d: too few samples a cycle", test->test + 1);
-    tabulate(t, 0.0);
-    for (int a = 0; a < t->size; a++) {
-        t->rate[a] = (a + 1) / 2 * s->omega;
-        t->curve[a] = t->rate[a] * t->rate[a];
-        t->weight[a] = a ? 0.5 : 1.0;
-        t->coupling[a][a] = 1.0;
-        for (int ch = 0; ch < CHANNELS; ch++)
-            for (int k = 0; k < LEGS; k++) t->row[ch][k][a] = s->mean[ch][k][a], t->std[ch][k][a] = s->std[ch][k][a];
-        for (int i = 0; i < PHASES; i++) {
-            t->shape[i][a] = t->cycle[i * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE + a];
-            t->project[i][a] = t->series[i][a] = t->shape[i][a] / PHASES / t->weight[a];
-        }
-    }
-    for (int i = 0; i < t->samples; i++)
-        for (int k = 0; k < LEGS; k++) {
-            double value[3];
-            spectrum_value(s->mean[CHANNEL_VALVE][k], s->harmonics, s->omega, t->first_s + i * t->step_s, value);
-            t->valve[i * LEGS + k] = value[0];
-        }
-    return STATUS_OK;
-}
-
-/* From 0 to 1 while x goes from -1 to 1, smoothly, with squares of both sides that add up to 1. */
-static double rise(double x) { return x <= -1.0 ? 0.0 : x >= 1.0 ? 1.0 : sin(0.25 * PI * (1.0 + sin(0.5 * PI * x))); }
-
-/* Local cosines of the piece from start_s on. */
-static void local_cosines(double t_s, double start_s, double piece_s, double value[RESIDUAL_SIZE]) {
-    double x = (t_s - start_s) / piece_s, window = rise(x / OVERLAP) * rise((1.0 - x) / OVERLAP);
-    for (int a = 0; a < RESIDUAL_SIZE; a++) value[a] = window * cos(PI * (a + 0.5) * x);
-}
-
-/* The sampling instant next to a time: commands change there and nowhere else. */
-static double sampled_s(const struct recording_test *test, double t_s) {
-    int i = test->first;
-    while (i + 1 < test->end && test->sample[i + 1].test_time_s <= t_s) i++;
-    double before_s = test->sample[i].test_time_s, after_s = test->sample[i + 1 < test->end ? i + 1 : i].test_time_s;
-    return t_s - before_s < after_s - t_s ? before_s : after_s;
-}
-
-/* Commands are held from sample to sample. */
-static void hold_commands(struct residual_test *t, const struct recording_test *test) {
-    double held[LEGS] = {0};
-    int j = 0;
-    while (j < test->count && !test->sample[j].good) j++;
-    if (j < test->count) memcpy(held, test->sample[j].valve, sizeof held);
-    for (int i = 0; i < t->samples; i++) {
-        for (; j < test->count && test->sample[j].test_time_s <= t->first_s + (i + 0.5) * t->step_s; j++)
-            if (test->sample[j].good) memcpy(held, test->sample[j].valve, sizeof held);
-        memcpy(t->valve + (size_t)i * LEGS, held, sizeof held);
-    }
-}
-
-/* The samples simulated go to the row as those measured do, by way of the series; the run-up to the piece is left out of both. */
-static void project_samples(struct residual_test *t, int settling, double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
-    double basis[SPECTRUM_SIZE], weight[RESIDUAL_SIZE][SPECTRUM_SIZE] = {{0}};
-    for (int a = 0; a < t->size; a++)
-        for (int b = 0; b < SPECTRUM_SIZE; b++)
-            for (int c = 0; c < SPECTRUM_SIZE; c++) weight[a][b] += t->coupling[a][c] * inverse[c][b];
-    memset(t->coupling, 0, RESIDUAL_SIZE * sizeof *t->coupling);
-    for (int i = 0; i < t->fitted; i++) {
-        spectrum_basis(t->spectrum.omega * (t->first_s + (settling + i) * t->step_s), SPECTRUM_HARMONICS, basis);
-        for (int a = 0; a < t->size; a++) {
-            double value = 0.0;
-            for (int b = 0; b < SPECTRUM_SIZE; b++) value += weight[a][b] * basis[b];
-            t->projection[a * t->fitted + i] = value;
-            for (int b = 0; b < SPECTRUM_SIZE; b++) t->coupling[a][b] += value * basis[b];
-        }
-    }
-}
-
-/* What was measured as a row, and how sure it is. */
-static void take_rows(struct residual_test *t, double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
-    for (int a = 0; a < t->size; a++) {
-        double variance = 0.0, curve = 0.0;
-        for (int b = 0; b < SPECTRUM_SIZE; b++)
-            for (int c = 0; c < SPECTRUM_SIZE; c++) {
-                double both = t->coupling[a][b] * inverse[b][c] * t->coupling[a][c], rate = t->spectrum.omega * ((b + 1) / 2) * ((c + 1) / 2);
-                variance += both, curve += both * rate * rate * t->spectrum.omega * t->spectrum.omega;
-            }
-        t->curve[a] = sqrt(fmax(curve, 0.0) / fmax(variance, 1e-300));
-        for (int ch = 0; ch < CHANNELS; ch++)
-            for (int k = 0; k < LEGS; k++) {
-                t->std[ch][k][a] = t->spectrum.noise[ch][k] * sqrt(fmax(variance, 0.0));
-                for (int b = 0; b < SPECTRUM_SIZE; b++) t->row[ch][k][a] += t->coupling[a][b] * t->spectrum.mean[ch][k][b];
-            }
-    }
-}
-
-/* Values at the phases of a piece to the series, by least squares, and by that to the row. */
-static bool fit_series(struct residual_test *t) {
-    double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0};
-    for (int i = 0; i < t->phases; i++) {
-        memcpy(t->series[i], t->cycle + i * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE, sizeof t->series[i]);
-        for (int a = 0; a < SPECTRUM_SIZE; a++)
-            for (int b = 0; b <= a; b++) product[a][b] += t->series[i][a] * t->series[i][b];
-    }
-    for (int a = 0; a < SPECTRUM_SIZE; a++) product[a][a] += 1e-6 * t->phases;
-    if (!dense_factor(SPECTRUM_SIZE, SPECTRUM_SIZE, product[0])) return false;
-    for (int i = 0; i < t->phases; i++) dense_solve(SPECTRUM_SIZE, SPECTRUM_SIZE, product[0], t->series[i]);
-    for (int i = 0; i < t->phases; i++)
-        for (int a = 0; a < t->size; a++)
-            for (int b = 0; b < SPECTRUM_SIZE; b++) t->project[i][a] += t->coupling[a][b] * t->series[i][b];
-    return true;
-}
-
-/* Any motion: local cosines of a piece, whose chambers are simulated from a little before. */
-static int prepare_piece(struct residual_test *t, const struct recording_test *test, struct error *error) {
-    double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE], value[RESIDUAL_SIZE], basis[SPECTRUM_SIZE];
-    double piece_s = test->piece_s, begin_s = test->start_s - OVERLAP * piece_s, span_s = (1.0 + 2.0 * OVERLAP) * piece_s;
-    int settling = t->chambers ? (int)ceil(RESIDUAL_SETTLE_S / t->step_s) : 0;
-    t->first_s = sampled_s(test, begin_s - settling * t->step_s);
-    t->fitted = (int)(span_s / t->step_s) + 1;
-    t->samples = settling + t->fitted;
-    t->harmonics = SPECTRUM_HARMONICS;
-    t->size = RESIDUAL_SIZE;
-    double period_s = STRETCH * (begin_s + span_s - t->first_s), omega = 2.0 * PI / period_s;
-    t->phases = (int)(PHASES * span_s / period_s);
-    int status = allocate(t, error);
-    if (status) return status;
-    if (!spectrum_cut(&t->spectrum, test, t->first_s, begin_s + span_s, omega, inverse))
-        return error_set(error, STATUS_USAGE, "at %.4g s: too many samples of a piece of %.3g s are lost, flagged or no number", test->start_s,
-                         piece_s);
-    tabulate(t, omega * begin_s);
-    hold_commands(t, test);
-    for (int a = 0; a < t->size; a++) t->rate[a] = PI * (a + 0.5) / piece_s, t->weight[a] = 0.5;
-    for (int i = 0; i < t->phases; i++) local_cosines(begin_s + i * period_s / PHASES, test->start_s, piece_s, t->shape[i]);
-    for (int i = 0; i < COUPLING_POINTS; i++) {
-        double t_s = begin_s + (i + 0.5) * span_s / COUPLING_POINTS;
-        local_cosines(t_s, test->start_s, piece_s, value);
-        spectrum_basis(omega * t_s, SPECTRUM_HARMONICS, basis);
-        for (int a = 0; a < t->size; a++)
-            for (int b = 0; b < SPECTRUM_SIZE; b++) t->coupling[a][b] += 2.0 / piece_s * span_s / COUPLING_POINTS * value[a] * basis[b];
-    }
-    project_samples(t, settling, inverse);
-    take_rows(t, inverse);
-    return fit_series(t) ? STATUS_OK : error_set(error, STATUS_USAGE, "at %.4g s: too short a piece", test->start_s);
-}
-
-static int prepare(struct residual_test *t, const struct recording *recording, int of, enum cycles which, struct error *error) {
-    const struct recording_test *test = &recording->test[of];
-    t->of = of;
-    t->legs = params_legs(recording->params);
-    t->pressures = recording->measured.pressures;
-    t->chambers = recording->measured.pressures && recording->measured.valve;
-    t->step_s = recording_step_s(test);
-    t->substeps = (int)ceil(t->step_s / SUBSTEP_S - 1e-6);
-    return test->piece_s > 0.0 ? prepare_piece(t, test, error) : prepare_cycle(t, test, which, error);
-}
-
-/* Every other piece is kept from the fits, as every other cycle is. */
-static bool wanted(const struct recording_test *test, enum cycles which) {
-    return !(test->piece_s > 0.0) || which & (test->piece % 2 ? CYCLES_ODD : CYCLES_EVEN);
-}
-
-double residual_margin_s(double piece_s) { return OVERLAP * piece_s; }
-
-double residual_gap_s(double piece_s, double step_s) {
-    return fmax(STRETCH * (1.0 + 2.0 * OVERLAP) * piece_s / (2 * SPECTRUM_HARMONICS), 2.5 * step_s);
-}
-
-int residual_prepare(struct residual_data *d, const struct recording *recording, enum cycles which, struct error *error) {
-    *d = (struct residual_data){.test = calloc((size_t)recording->tests + 1, sizeof *d->test)};
-    if (!d->test) return error_set(error, STATUS_IO, "out of memory");
-    for (int i = 0; i < recording->tests; i++) {
-        if (!wanted(&recording->test[i], which)) continue;
-        int status = prepare(&d->test[d->tests++], recording, i, which, error);
-        if (status) return status;
-        d->parts = d->test[0].chambers ? PART_ALL : PART_FORCE;
-    }
-    return STATUS_OK;
-}
-
-void residual_free(struct residual_data *d) {
-    for (int i = 0; i < d->tests; i++) {
-        free(d->test[i].coupling);
-        free(d->test[i].cycle);
-        free(d->test[i].shape);
-        free(d->test[i].project);
-        free(d->test[i].series);
-        free(d->test[i].node);
-        free(d->test[i].valve);
-        free(d->test[i].projection);
-    }
-    free(d->test);
-    *d = (struct residual_data){0};
-}
 
 /* Fourier coefficients of a test's lengths and pressures. */
 struct series {
     double length[LEGS][SPECTRUM_SIZE], p1[LEGS][SPECTRUM_SIZE], p2[LEGS][SPECTRUM_SIZE];
 };
 
-/* Of a series. */
+/* The row of a series. */
 static void to_row(const struct residual_test *t, const double *series, double row[RESIDUAL_SIZE]) {
     memset(row, 0, RESIDUAL_SIZE * sizeof *row);
-    for (int a = 0; a < t->size; a++) {
-        for (int b = 0; b < motion_size(t); b++) row[a] += t->coupling[a][b] * series[b];
-    }
+    for (int a = 0; a < t->size; a++)
+        for (int b = 0; b < residual_motion_size(t); b++) row[a] += t->coupling[a][b] * series[b];
 }
 
 /* What moves the legs: chambers' pressures, or what the force sensor says. */
 static void push(const struct cylinder_model *m, const struct residual_test *t, const struct series *rows, int leg,
                  double force_n[SPECTRUM_SIZE]) {
-    for (int a = 0; a < motion_size(t); a++)
+    for (int a = 0; a < residual_motion_size(t); a++)
         force_n[a] = t->pressures ? m->a1_m2 * rows->p1[leg][a] - m->a2_m2 * rows->p2[leg][a] : t->spectrum.mean[CHANNEL_FORCE][leg][a];
     if (m->machine.params->mechanism == MECHANISM_AXIS) force_n[0] -= m->machine.params->axis.force_offset_n;
 }
@@ -362,7 +105,7 @@ struct pressure_rows {
 };
 
 static void look(const struct run *r, const struct series *rows, int node, struct node *to) {
-    int size = motion_size(r->t);
+    int size = residual_motion_size(r->t);
     const double *basis = r->t->node + (size_t)node * (size_t)size;
     for (int k = 0; k < LEGS; k++) {
         to->length_m[k] = at(basis, size, rows->length[k]);
@@ -383,8 +126,8 @@ static bool begin_run(struct run *r, const struct residual_test *t, const struct
     memset(&r->state, 0, sizeof r->state);
     for (int k = 0; k < LEGS; k++) {
         differentiate(t, rows->length[k], r->rate[k]);
-        p1[k] = at(t->node, motion_size(t), rows->p1[k]);
-        p2[k] = at(t->node, motion_size(t), rows->p2[k]);
+        p1[k] = at(t->node, residual_motion_size(t), rows->p1[k]);
+        p2[k] = at(t->node, residual_motion_size(t), rows->p2[k]);
         r->state.cylinder[k] = (struct cylinder_state){.p1_pa = p1[k], .p2_pa = p2[k], .spool = t->valve[k]};
         force_n[k] = cylinder_hydraulic_force(&r->cylinder, &r->state.cylinder[k]);
     }
@@ -444,7 +187,7 @@ static bool simulate_pressures(const struct residual_test *t, const struct param
 /* What is measured at each phase, pressures in the chambers: so far below the gauges. */
 static void tabulate_cycle(const struct residual_test *t, const struct cylinder_model *m, const struct series *rows,
                            const struct pressure_rows *p, struct inverse_dynamics_input table[PHASES]) {
-    int size = motion_size(t);
+    int size = residual_motion_size(t);
     for (int k = 0; k < LEGS; k++) {
         double force_n[SPECTRUM_SIZE];
         push(m, t, rows, k, force_n);
@@ -488,7 +231,7 @@ static void take_play(const struct residual_test *t, const struct cylinder_model
         struct series joint = *rows;
         for (int i = -before; i < steps && half_m > 0.0; i++) {
             double length_m, force_n = net_force(t, m, k, basis_at(t, i < 0 ? i + steps : i), &length_m);
-            for (int a = 0; a < motion_size(t) && i >= 0 && i % FINER == 0; a++)
+            for (int a = 0; a < residual_motion_size(t) && i >= 0 && i % FINER == 0; a++)
                 joint.length[k][a] -= t->series[i / FINER][a] * play_m;
             play_m = fmin(fmax(play_m + step_s * force_n / hydraulics_film(m, k, length_m), -half_m), half_m);
         }

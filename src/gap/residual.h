@@ -55,6 +55,9 @@ struct residual_test {
     double *projection;          /* [size][fitted]: samples to a row */
 };
 
+/* Coefficients of the motion's series. */
+static inline int residual_motion_size(const struct residual_test *t) { return 1 + 2 * t->harmonics; }
+
 struct residual_data {
     int tests;
     enum residual_part parts;    /* that can be evaluated; the rows of others are zero */
