@@ -55,10 +55,22 @@ static void a_rate_that_lies_is_refused(void **unused) {
         assert_int_equal(status, STATUS_USAGE);
         assert_says(cases[i].says);
     }
+    empty(NULL);
+    put("1_x.csv", file_of("# dof: x\n# rate_hz: 504\n", 0, 2000));
+    assert_imports();
+    assert_true(report.stated_hz == 504.0 && fabs(report.rate_hz - 500.0) < 0.01); /* taken, and said */
+    assert_true(fabs(load(log_a)->params.loop.period_s - 0.002) < 1e-7);
+}
+
+/* A file that says nothing of its rate has times: they are what counts, whatever the configuration says. */
+static void a_rate_that_no_file_states_is_that_of_the_times(void **unused) {
+    (void)unused;
+    empty(NULL);
     put("config.yaml", "loop: {period_s: 0.001}\n");
     put("1_x.csv", file_of("# dof: x\n", 0, 2000));
-    assert_int_equal(import(), STATUS_USAGE);
-    assert_says("1_x.csv:2|no rate_hz|1000 Hz|500 Hz");
+    assert_imports();
+    assert_true(report.stated_hz == 0.0 && fabs(report.rate_hz - 500.0) < 0.01 && report.lost == 0);
+    assert_true(fabs(load(log_a)->params.loop.period_s - 0.002) < 1e-7);
 }
 
 static void what_is_wrong_is_named_with_file_line_and_column(void **unused) {
@@ -208,6 +220,7 @@ int main(void) {
         cmocka_unit_test(files_that_disagree_are_refused),
         cmocka_unit_test(rows_that_are_missing_are_counted),
         cmocka_unit_test(a_rate_that_lies_is_refused),
+        cmocka_unit_test(a_rate_that_no_file_states_is_that_of_the_times),
         cmocka_unit_test(what_is_wrong_is_named_with_file_line_and_column),
         cmocka_unit_test(lines_without_an_end_are_refused),
         cmocka_unit_test(damaged_files_are_survived),

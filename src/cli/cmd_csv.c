@@ -21,6 +21,8 @@ int cmd_import(int argc, char **argv) {
     if (status) return cli_fail(&error);
     cli_say(stdout, "%s: %d tests, %lld rows, %lld cycles without a row", o.output, report.files, (long long)report.rows,
             (long long)report.lost);
+    if (report.stated_hz > 0.0)
+        cli_say(stderr, "hexid: warning: rate_hz: %g is not what t_s has, %.6g Hz: that is taken", report.stated_hz, report.rate_hz);
     if (report.several)
         cli_say(stdout, "files of several frequencies: hexid gap takes each test at the one at which it moves, hexid identify needs one for all");
     if (report.empty)

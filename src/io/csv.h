@@ -49,6 +49,8 @@ struct csv_report {
     int64_t empty;         /* import: cells without a number: NaN in the log */
     int64_t unreadable;    /* export: messages on HEXID_STATE that are none */
     bool several;          /* import: files of several frequencies */
+    double rate_hz;        /* import: by the first file's times, where that is another than the configuration's or the head's; else 0 */
+    double stated_hz;      /* import: the head's, of which that differs; 0: it has none */
     bool cut;              /* export: the log is cut off or damaged, read up to cut_offset */
     int64_t cut_offset;
     char missing[600];     /* import: columns, "1_x.csv: u1..u6; 2_y.csv: ...": NaN in the log */
@@ -70,8 +72,8 @@ struct csv_source {
     int only;             /* this one of its files alone, from 1, which need not have all names of the map; 0: all */
 };
 
-/* A log of the CSV files in a directory. Configuration: DIRECTORY/config.yaml where there is one, else the base; what the files' heads say (frequency, amplitude, times, rate) replaces its values, and its list of tests unless that has all their
- * axes. Every file is checked to its last row before the log is begun. -2 with file, line and column for what the files say, -3 for
+/* A log of the CSV files in a directory. Configuration: DIRECTORY/config.yaml where there is one, else the base; what the files' heads say
+ * (frequency, amplitude, times, rate) and their times' own rate replace its values, and the tests its list unless that has all their axes. Every file is checked to its last row before the log is begun. -2 with file, line and column for what the files say, -3 for
  * what cannot be read or written. */
 int csv_import(const struct csv_source *source, const char *log_path, struct csv_report *report, struct error *error);
 

@@ -12,9 +12,10 @@
 #include "messages.h"
 #include "units.h"
 
-enum { EVENT_SIZE = 1 << 18 };
+enum { EVENT_SIZE = 1 << 18, STEPS = 4096, STEPS_LEAST = 16 };
 
 static const double rate_tolerance = 0.01;  /* of the mean step of t_s against rate_hz */
+static const double rate_same = 1e-3;       /* so near, the rate that is stated is kept */
 static const double lost_share = 0.1;       /* more rows missing than this: rate_hz is wrong, not the recording */
 static const double gap_max_s = 3600.0;     /* as tests.duration_s */
 
@@ -76,6 +77,38 @@ static void set_rate(struct params *p, double rate_hz) {
     p->loop.period_s = 1.0 / rate_hz;
     p->sim.substeps = (int)ceil(p->sim.substeps * p->loop.period_s / before_s - 1e-9);
     p->limits.sensor_age_s = fmax(p->limits.sensor_age_s, p->loop.period_s);
+}
+
+static int ascending(const void *a, const void *b) { return *(const double *)a < *(const double *)b ? -1 : *(const double *)a > *(const double *)b; }
+
+/* Mean step from row to row where a file begins, by its own times, holes apart. NaN: too few, or what the reading proper will refuse. */
+static double measured_step(const struct import *im, int file) {
+    struct csv_reader *reader;
+    struct error unsaid;
+    struct cycle c;
+    double step_s[STEPS], last_s = (double)NAN, sum = 0.0;
+    int n = 0, whole = 0;
+    if (csv_open(&reader, im->head[file].path, im->source->map, &unsaid)) return (double)NAN;
+    while (n < STEPS && csv_read_row(reader, &c, &unsaid) > 0) {
+        if (c.test_time_s > last_s) step_s[n++] = c.test_time_s - last_s;
+        last_s = c.test_time_s;
+    }
+    csv_close(reader);
+    if (n < STEPS_LEAST) return (double)NAN;
+    qsort(step_s, (size_t)n, sizeof *step_s, ascending);
+    while (whole < n && step_s[whole] < 1.5 * step_s[n / 2]) sum += step_s[whole++];
+    return sum / whole;
+}
+
+/* The times rule: of a rate that the file states they may differ a little, and that is reported; more is refused when all of it is read. What
+ * looks like another unit of time is refused, too. */
+static void take_rate(struct import *im) {
+    double step_s = measured_step(im, 0), off = period_s(im) / step_s - 1.0;
+    bool stated = gives(&im->head[0], CSV_RATE);
+    if (!(fabs(off) > rate_same) || (stated && fabs(off) > rate_tolerance) || csv_time_unit(step_s / period_s(im))) return;
+    if (stated) im->report->stated_hz = im->head[0].value[CSV_RATE];
+    set_rate(&im->params, 1.0 / step_s);
+    im->report->rate_hz = 1.0 / step_s;
 }
 
 static int merge_heads(struct import *im) {
@@ -325,6 +358,7 @@ static int import(struct import *im, const char *log_path) {
     if (!status) status = check_map(im);
     if (!status) status = merge_heads(im);
     if (status) return status;
+    take_rate(im);
     place_tests(im);
     im->evaluated_s = (double)INFINITY;
     status = read_files(im);
