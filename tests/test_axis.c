@@ -243,7 +243,8 @@ static void assert_named(const struct rig *rig, const struct gap_result *g) {
                                              : rig->payload_kg > 0.0 && among(g, "position_sensor_scale");
     if (rig->motion == TRIANGLE) alike = alike || among(g, "cylinder_viscous_friction") || among(g, "cylinder_coulomb_friction"); /* one speed */
     assert_true(g->verdict == GAP_EFFECT_NAMED || (g->verdict == GAP_AMBIGUOUS && g->ambiguous == 1 && alike));
-    assert_below(g->held_out_after.overall, 1.2 * g->noise_floor.overall);
+    double law = rig->motion == SINE ? 0.0 : 0.1 * g->held_out_before.overall; /* the rig sticks, the law slides: in the band, the noise is less */
+    assert_below(g->held_out_after.overall, fmax(1.2 * g->noise_floor.overall, law));
     assert_full_value(rig, g->effect[0].values.value[0][0]);
 }
 

@@ -202,17 +202,20 @@ void replay_compare(const struct recording *measured, const struct recording *si
     *noise = size_of(&sums, sums.noise);
 }
 
-/* The same of the equations' row, in which the noise of the motion is, too. */
+/* The same of the equations' row, in which the noise of the motion is, too. Of a piece that is all: beyond its band nothing was asked. */
 static void add_rows(struct sums *sums, int gap_channel, const struct residual_test *t, int channel, int leg, int kind, const double *row,
                      const struct whitener *w) {
-    double noise = square(t->spectrum.noise[channel][leg]), left = 0.0, left_over = 0.0;
+    double left = 0.0, left_over = 0.0;
     for (int a = 0; a < t->size; a++) {
         left += t->weight[a] * w->noise[leg][a][kind];
         left_over += t->weight[a] * square(row[a]);
     }
-    if (t->spectrum.cycles) left += (t->spectrum.cycles - 1) * square(t->std[channel][leg][0]);
-    sums->difference[gap_channel] += left_over + noise;
-    sums->noise[gap_channel] += noise + left;
+    if (t->spectrum.cycles) {
+        double noise = square(t->spectrum.noise[channel][leg]);
+        left += (t->spectrum.cycles - 1) * square(t->std[channel][leg][0]) + noise, left_over += noise;
+    }
+    sums->difference[gap_channel] += left_over;
+    sums->noise[gap_channel] += left;
     sums->variation[gap_channel] += residual_variation(t, channel, leg);
     sums->rows[gap_channel]++;
 }
