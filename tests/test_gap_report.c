@@ -31,6 +31,7 @@ static void fill_effect(struct gap_effect *e, const char *name, int shape) {
     *e = (struct gap_effect){.effect = effect_find(name), .shape = shape, .share_explained = 0.93, .z = 17.0,
                              .evidence = "jump at <reversal>"};
     assert_true(e->effect >= 0);
+    while (e->keys < EFFECT_KEYS && effect_table[e->effect]->keys[e->keys].name) e->keys++;
     for (int key = 0; key < EFFECT_KEYS; key++)
         for (int leg = 0; leg < LEGS; leg++) e->values.value[key][leg] = 50.0 + 10.0 * key + leg, e->std[key][leg] = 1.5;
 }
@@ -228,6 +229,12 @@ static void every_verdict_has_its_first_screen(void **unused) {
     assert_says(page, "these data cannot tell which");
     assert_says(page, "or <code>cylinder_stribeck_friction</code>");
     assert_says(page, "<b>Next experiment:</b> repeat z at 0.2 Hz.");
+    free(page);
+
+    r.effects = 2; /* the surest is in doubt, the other is not */
+    page = page_of(&r, &closed_loop, "run.lcm", STATUS_OK);
+    assert_says(page, "ither dry (Coulomb) friction in the cylinders (leg 4 only), or ");
+    assert_says(page, ", and friction in the universal joints");
     free(page);
 
     r.ambiguous = r.effects = 0, r.verdict = GAP_UNKNOWN_EFFECT;

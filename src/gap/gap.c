@@ -215,6 +215,15 @@ static bool reconsider(struct diagnosis *d, enum doubt doubt[EFFECTS_MAX], struc
     return false;
 }
 
+static int keys_of(const struct hypothesis *h) {
+    int keys = 0;
+    for (int i = 0; i < h->variables; i++) keys = h->variable[i].key < keys ? keys : h->variable[i].key + 1;
+    return keys;
+}
+
+/* Of deviations, which say what noise leaves open: a law that leaves more than noise is no surer than what it leaves. */
+static double left_over(const struct diagnosis *d) { return sqrt(fmax(d->held_square / d->held_out.evaluated, 1.0)); }
+
 /* Values and deviations of the effects added, from the fitted variables. */
 static void read_effects(const struct diagnosis *d, struct gap_result *r) {
     for (int i = 0; i < r->effects; i++)
@@ -230,7 +239,7 @@ static void read_effects(const struct diagnosis *d, struct gap_result *r) {
                     r->effect[i].values.value[v->key][leg] = d->given->effects[v->effect].value[v->key][leg];
                     continue;
                 }
-                r->effect[i].std[v->key][leg] = d->std[j];
+                r->effect[i].std[v->key][leg] = left_over(d) * d->std[j];
                 r->effect[i].bound[v->key][leg] = value == v->min || value == v->max;
             }
         }
@@ -271,7 +280,7 @@ static void find_skew(struct diagnosis *d, const struct recording *recording, st
     double std, ratio = recording_clock(recording, &std), off = fabs(ratio - given.clock_ratio);
     if (!(off > CLOCK_TOLERANCE + 6.0 * std)) return;
     struct gap_effect *e = &r->effect[r->effects++];
-    *e = (struct gap_effect){.effect = effect, .shape = SHAPE_ALL, .given = d->given->effects[effect], .share_explained = 1.0,
+    *e = (struct gap_effect){.effect = effect, .shape = SHAPE_ALL, .keys = 1, .given = d->given->effects[effect], .share_explained = 1.0,
                              .z = off / fmax(std, 1e-9)};
     effect_at(effect_table[effect], 0.0, &e->values);
     for (int leg = 0; leg < LEGS; leg++) e->values.value[0][leg] = ratio, e->std[0][leg] = std;
@@ -285,6 +294,14 @@ static void find_skew(struct diagnosis *d, const struct recording *recording, st
 static int by_z(const void *a, const void *b) {
     const struct gap_effect *x = a, *y = b;
     return x->z < y->z ? 1 : x->z > y->z ? -1 : 0;
+}
+
+/* The one in doubt is the one added last. */
+static void sort_effects(struct gap_result *r) {
+    int doubted = r->effects ? r->effect[r->effects - 1].effect : 0;
+    qsort(r->effect, (size_t)r->effects, sizeof *r->effect, by_z);
+    for (int i = 0; i < r->effects; i++)
+        if (r->effect[i].effect == doubted) r->in_doubt = i;
 }
 
 /* What each effect explains: the larger of what it did alone, in the first round, and of what was gone when it joined the others. */
@@ -329,7 +346,8 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
         if (diagnosis_turns(effect)) scales.reversals = fmax(scales.reversals, trial[0].held_gain);
         double before = d->held_square, z = likelihood(d, &trial[0]);
         struct gap_effect *e = &r->effect[r->effects];
-        *e = (struct gap_effect){.effect = effect, .shape = trial[0].hypothesis->shape, .given = d->given->effects[effect]};
+        *e = (struct gap_effect){.effect = effect, .shape = trial[0].hypothesis->shape, .given = d->given->effects[effect],
+                                 .keys = keys_of(trial[0].hypothesis)};
         if (!diagnosis_add(d, &trial[0])) break;
         r->effects++;
         memcpy(r->ambiguous_with, rival, sizeof rival);
@@ -343,7 +361,7 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
     if (r->effects) diagnosis_estimate(d);
     read_effects(d, r);
     share_out(d, first_held, r);
-    if (!r->ambiguous) qsort(r->effect, (size_t)r->effects, sizeof *r->effect, by_z); /* else the last one is the one in doubt */
+    sort_effects(r);
     return STATUS_OK;
 }
 
@@ -353,7 +371,7 @@ static void read_base(const struct diagnosis *d, const struct params *given, str
         if (!v->base || v->effect >= 0) continue; /* joint positions and nulls: too many to read, none of them found */
         double value = variable_get(v, &d->model);
         r->base[r->base_values++] = (struct gap_base_value){.name = v->name, .leg = v->leg, .given = variable_get(v, given), .value = value,
-                                                            .std = d->std[i], .bound = value <= v->min || value >= v->max};
+                                                            .std = left_over(d) * d->std[i], .bound = value <= v->min || value >= v->max};
     }
 }
 

@@ -21,9 +21,10 @@ enum gap_replay { GAP_CLOSED_LOOP, GAP_MOTION };
 struct gap_effect {
     int effect;                           /* its place in effect_table */
     int shape;                            /* -1 all legs alike, -2 each its own, or the one leg 0..5 */
+    int keys;                             /* its first ones: on one axis, what acts on a pose has x alone */
     struct effect_values values;
     struct effect_values given;           /* what the configuration has of it; on: it is there, of another size */
-    double std[EFFECT_KEYS][LEGS];
+    double std[EFFECT_KEYS][LEGS];        /* as large as what is left of the gap demands, where that is more than noise */
     bool bound[EFFECT_KEYS][LEGS];        /* stuck at the end of its range: not found, only reached for */
     double share_explained;               /* of the squared gap above the floor, held-out cycles: alone, or what was gone when it joined */
     double z;                             /* square root of the likelihood's gain on all cycles when it was added */
@@ -73,8 +74,9 @@ struct gap_result {
     enum gap_verdict verdict;
     char reason[GAP_TEXT];                /* one sentence for people */
     int effects;
-    struct gap_effect effect[GAP_EFFECTS];
-    int ambiguous;                        /* the named effect's rivals, by place in effect_table */
+    struct gap_effect effect[GAP_EFFECTS];/* the surest first */
+    int ambiguous;                        /* rivals of effect[in_doubt], by place in effect_table */
+    int in_doubt;
     int ambiguous_with[GAP_RIVALS];
     bool offset_rival;                    /* so is a constant force, which is no effect of the catalogue (one axis) */
     int candidates;                       /* all effects tried, best first */

@@ -108,11 +108,11 @@ static bool list(struct gap_result *r, bool given, const char *before, const cha
 }
 
 static void name(struct gap_result *r) {
-    int last = r->effect[r->effects - 1].effect;
     if (r->ambiguous) {
+        const char *doubted = name_of(r->effect[r->in_doubt].effect);
         r->verdict = GAP_AMBIGUOUS;
-        SAY(r, "these data cannot tell %s from %s", name_of(last), name_of(r->ambiguous_with[0]));
-        ADVISE(r, "%s", experiment_between(name_of(last), name_of(r->ambiguous_with[0])));
+        SAY(r, "these data cannot tell %s from %s", doubted, name_of(r->ambiguous_with[0]));
+        ADVISE(r, "%s", experiment_between(doubted, name_of(r->ambiguous_with[0])));
         return;
     }
     r->offset_rival = offset_rival(r);

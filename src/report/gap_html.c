@@ -31,17 +31,16 @@ static enum given given(const struct gap_result *r) {
 }
 
 static const char *joint(const struct gap_result *r, int place) {
-    bool either = place == r->effects - 1 && r->ambiguous > 0;
-    if (!place) return either && r->effects > 1 ? "either " : "";
-    return place < r->effects - 1 ? ", " : either ? ", and either " : " and ";
+    return !place ? "" : place < r->effects - 1 ? ", " : r->ambiguous ? ", and " : " and ";
 }
 
 static void effects_words(FILE *out, const struct gap_result *r) {
     for (int i = 0; i < r->effects; i++) {
-        fputs(joint(r, i), out);
+        bool doubted = r->ambiguous && i == r->in_doubt;
+        fprintf(out, "%s%s", joint(r, i), doubted && r->effects > 1 ? "either " : "");
         section_effect_words(out, r->effect[i].effect, r->effect[i].shape);
+        for (int j = 0; doubted && j < r->ambiguous; j++) html_text(out, ", or %s", effect_table[r->ambiguous_with[j]]->plain);
     }
-    for (int i = 0; i < r->ambiguous; i++) html_text(out, ", or %s", effect_table[r->ambiguous_with[i]]->plain);
 }
 
 static void headline_words(FILE *out, const struct gap_result *r) {
@@ -86,11 +85,13 @@ static void place_line(FILE *out, const struct gap_place *w) {
 static void missing_card(FILE *out, const struct gap_result *r) {
     static const char *const titles[] = {"What is missing", "What is missing or of another size", "What is of another size"};
     fprintf(out, "<div><h2>%s</h2>\n", titles[given(r)]);
-    for (int i = 0; i < r->effects; i++) effect_card(out, &r->effect[i]);
-    for (int i = 0; i < r->ambiguous; i++) {
-        fputs("<p>or <code>", out);
-        html_text(out, "%s", effect_table[r->ambiguous_with[i]]->name);
-        fputs("</code></p>\n", out);
+    for (int i = 0; i < r->effects; i++) {
+        effect_card(out, &r->effect[i]);
+        for (int j = 0; j < r->ambiguous && i == r->in_doubt; j++) {
+            fputs("<p>or <code>", out);
+            html_text(out, "%s", effect_table[r->ambiguous_with[j]]->name);
+            fputs("</code></p>\n", out);
+        }
     }
     if (r->verdict == GAP_NO_GAP)
         fprintf(out, "<p>Nothing that can be told from noise. All %d effects of the catalogue were tried beside the model's own "
@@ -216,8 +217,14 @@ static void first_screen(FILE *out, const struct gap_report *report) {
     for (int i = 0; i < report->measured->runs; i++) html_text(out, "%s%s", i ? " and " : "", report->measured_file[i]);
     fputs("</code> against <code>", out);
     html_text(out, "%s", report->config_file);
-    fprintf(out, "</code></span><span>%d test%s, %s</span></header>\n", report->measured->tests, report->measured->tests == 1 ? "" : "s",
-            r->simulated ? "simulated in closed loop" : "equations under the measured motion");
+    int tests = 0, pieces = 0;
+    for (int i = 0; i < report->measured->tests; i++)
+        if (report->measured->test[i].piece_s > 0.0) pieces++;
+        else tests++;
+    fputs("</code></span><span>", out);
+    if (tests) fprintf(out, "%d test%s, ", tests, tests == 1 ? "" : "s");
+    if (pieces) fprintf(out, "%d piece%s of any motion, ", pieces, pieces == 1 ? "" : "s");
+    fprintf(out, "%s</span></header>\n", r->simulated ? "simulated in closed loop" : "equations under the measured motion");
     headline(out, r);
     notices(out, r);
     fputs("<div class=\"cards\">\n", out);

@@ -20,7 +20,7 @@ static json_t *legs(const double x[LEGS]) {
 static json_t *effect(const struct gap_effect *e) {
     const struct effect *effect = effect_table[e->effect];
     json_t *parameters = json_object(), *std = json_object(), *given = e->given.on ? json_object() : json_null();
-    for (int key = 0; key < EFFECT_KEYS && effect->keys[key].name; key++) {
+    for (int key = 0; key < e->keys; key++) {
         json_object_set_new(parameters, effect->keys[key].name, legs(e->values.value[key]));
         json_object_set_new(std, effect->keys[key].name, legs(e->std[key]));
         if (e->given.on) json_object_set_new(given, effect->keys[key].name, legs(e->given.value[key]));

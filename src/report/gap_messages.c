@@ -38,7 +38,7 @@ static void list_all(struct lists *l, const struct gap_result *r) {
         l->effects[i] = text(effect_table[e->effect]->name);
         l->share[i] = e->share_explained;
         l->z[i] = e->z;
-        for (int key = 0; key < EFFECT_KEYS && effect_table[e->effect]->keys[key].name; key++)
+        for (int key = 0; key < e->keys; key++)
             for (int leg = first; leg < end; leg++) add_parameter(l, e, key, leg);
     }
     for (int i = 0; i < r->ambiguous; i++) l->rivals[i] = text(effect_table[r->ambiguous_with[i]]->name);

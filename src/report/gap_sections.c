@@ -18,7 +18,7 @@ enum { PICTURES = 6, TEST_WORDS = 32 };
 
 const char *section_feature_words(const char *feature) {
     static const char *const words[][2] = {
-        {"static", "at rest: the constant part"}, {"velocity_reversal", "where the velocity reverses"},
+        {"static", "the constant part"}, {"velocity_reversal", "where the velocity reverses"},
         {"spool_reversal", "where the spool passes zero"}, {"one_direction", "in one direction of motion only"},
         {"peak_speed", "where the speed is highest"}, {"peak_acceleration", "where the acceleration is highest"},
     };
@@ -240,13 +240,15 @@ static void map_rows(const struct page *p, bool after, double full) {
 static void list_places(const struct page *p) {
     const struct gap_result *r = p->report->result;
     fputs("<h3>Largest places of the gap in the equations, before</h3>\n"
-          "<table><tr><th>test</th><th>channel</th><th>leg</th><th>harmonic</th><th>feature of the motion</th><th class=\"n\">share of "
+          "<table><tr><th>test</th><th>channel</th><th>leg</th><th>frequency</th><th>feature of the motion</th><th class=\"n\">share of "
           "the squared gap</th></tr>\n", p->out);
     for (int i = 0; i < r->places; i++) {
         const struct gap_place *w = &r->where[i];
         char words[TEST_WORDS];
-        fprintf(p->out, "<tr><td>%s</td><td>%s</td><td>%d</td><td>%d%s</td><td>", test_words(p, w->test, w->dof, w->at_s, w->piece_s, words),
-                section_channel_words[w->channel], w->leg + 1, w->harmonic, w->harmonic ? "" : " (constant)");
+        fprintf(p->out, "<tr><td>%s</td><td>%s</td><td>%d</td><td>", test_words(p, w->test, w->dof, w->at_s, w->piece_s, words),
+                section_channel_words[w->channel], w->leg + 1);
+        if (w->piece_s > 0.0) fprintf(p->out, "near %.2g Hz</td><td>", w->frequency_hz);
+        else fprintf(p->out, "harmonic %d%s</td><td>", w->harmonic, w->harmonic ? "" : " (constant)");
         html_text(p->out, "%s", section_feature_words(w->feature));
         fprintf(p->out, "</td><td class=\"n\">%.1f %%</td></tr>\n", 100.0 * w->share);
     }

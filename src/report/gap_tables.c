@@ -50,7 +50,7 @@ static void key_cell(FILE *out, const struct effect_key *key) {
 void table_parameters(FILE *out, const struct gap_effect *e) {
     const struct effect_key *keys = effect_table[e->effect]->keys;
     fputs("<table class=\"parameters\">", out);
-    for (int key = 0; key < EFFECT_KEYS && keys[key].name; key++) {
+    for (int key = 0; key < e->keys; key++) {
         key_cell(out, &keys[key]);
         if (e->shape == SHAPE_EACH) spread_cell(out, e->values.value[key], keys[key].unit);
         else parameter_cell(out, e, key, e->shape >= 0 ? e->shape : 0, keys[key].unit);
@@ -61,7 +61,7 @@ void table_parameters(FILE *out, const struct gap_effect *e) {
 
 static void leg_rows(FILE *out, const struct gap_effect *e) {
     const struct effect_key *keys = effect_table[e->effect]->keys;
-    for (int key = 0; key < EFFECT_KEYS && keys[key].name; key++) {
+    for (int key = 0; key < e->keys; key++) {
         key_cell(out, &keys[key]);
         fputs("<td>", out);
         html_text(out, "%s", keys[key].unit);

@@ -27,7 +27,7 @@ static void print_effect(FILE *out, const struct gap_effect *e, bool alone) {
     if (e->shape >= 0) fprintf(out, " of leg %d", e->shape + 1);
     if (alone) fprintf(out, " explains %.1f %% of it", 100.0 * e->share_explained);
     fprintf(out, " (z %.0f)\n", e->z);
-    for (int key = 0; key < EFFECT_KEYS && effect->keys[key].name; key++) print_parameter(out, e, key);
+    for (int key = 0; key < e->keys; key++) print_parameter(out, e, key);
 }
 
 /* Named, a rival of the named one, or with it as a limit: no runner-up. */
@@ -40,8 +40,11 @@ static bool named(const struct gap_result *r, int effect) {
 }
 
 static void print_findings(FILE *out, const struct gap_result *r) {
-    for (int i = 0; i < r->effects; i++) print_effect(out, &r->effect[i], i == 0);
-    for (int i = 0; i < r->ambiguous; i++) fprintf(out, "  cannot be told from %s\n", effect_table[r->ambiguous_with[i]]->name);
+    for (int i = 0; i < r->effects; i++) {
+        print_effect(out, &r->effect[i], i == 0);
+        for (int j = 0; j < r->ambiguous && i == r->in_doubt; j++)
+            fprintf(out, "  cannot be told from %s\n", effect_table[r->ambiguous_with[j]]->name);
+    }
     for (int i = 0, shown = 0; i < r->candidates && shown < RUNNERS_UP && r->verdict != GAP_NO_GAP; i++) {
         if (named(r, r->candidate[i].effect)) continue;
         fprintf(out, "  runner-up %s: %.1f %%, short by z = %.0f\n", effect_table[r->candidate[i].effect]->name,
