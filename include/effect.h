@@ -1,13 +1,15 @@
 /* Effects of the plant: what a real machine has and the base model has not. One file each in sim/effects/, named as the effect; make
  * collects them into effect_table, so that a new effect is a new file and nothing else. The simulator applies them with either engine, the
- * gap workflow diagnoses with them: the physics of an effect is written once. All hooks are pure functions of what they are given, any
- * thread, RT. Every effect is off until one of its keys is set. */
+ * gap workflow diagnoses with them: the physics of an effect is written once, and so is what it has in common with others. All hooks are pure
+ * functions of what they are given, any thread, RT. Every effect is off until one of its keys is set. */
 #ifndef HEXID_EFFECT_H
 #define HEXID_EFFECT_H
 
+#include <stddef.h>
+
 #include "types.h"
 
-enum { EFFECT_KEYS = 6, EFFECTS_MAX = 48 };
+enum { EFFECT_KEYS = 6, EFFECT_TIES = 6, EFFECTS_MAX = 48 };
 
 struct machine; /* sim/machine.h */
 
@@ -41,12 +43,36 @@ struct friction {
     double viscous; /* the same */
 };
 
+/* A parameter of the base model by its place in struct params, which is never 0: PARAMETER(payload.mass_kg). Of six legs: the first one's.
+ * Takes params.h. */
+#define PARAMETER(member) offsetof(struct params, member)
+
+/* The experiment that tells an effect from another one, or from a parameter of the base. */
+struct effect_experiment {
+    const struct effect *from; /* NULL: a parameter */
+    size_t from_parameter;     /* 0: an effect */
+    const char *record;        /* what to measure; options of `hexid run` in backquotes: the new log goes to `hexid gap` with the same --set */
+    const char *record_axis;   /* the same for one axis, which hexid does not drive; NULL: in the same words */
+    const char *shows;         /* why that tells: "a delay's phase grows with frequency" */
+};
+
 struct effect {
     const char *name;
     const char *plain;      /* what people call it: "air in the oil" */
     const char *law;        /* one line, with the formula */
     const char *signature;  /* where it shows: channel, harmonic, feature */
     struct effect_key keys[EFFECT_KEYS]; /* ended by a NULL name */
+
+    /* What it has in common with others; lists that zeros end. Another effect is named by its object, declared in the file: the linker
+     * knows whether there is one. */
+
+    /* Parameters of the base that do the same, or nearly so: none is fitted beside the effect (src/gap/hypothesis.h). */
+    size_t parallel_to[EFFECT_TIES];
+    /* Effects that are a limit of this one's parameters: where both explain the same, it is the other. */
+    const struct effect *contains[EFFECT_TIES];
+    /* A pair stands in one of its two files, that of the effect written later (of two written together, the first by name): a new effect
+     * changes no other's file. A pair without an experiment of its own gets a general advice (src/gap/experiment.h). */
+    struct effect_experiment told_apart[EFFECT_TIES];
 
     /* What the effect does; any of these may be NULL. Values are of an effect that is on. */
 

@@ -10,6 +10,8 @@ static void machine(const struct effect_values *v, struct machine *m) {
     }
 }
 
+extern const struct effect external_stiffness, payload_mass, payload_rotational_inertia;
+
 const struct effect actuator_inertia = {
     .name = "actuator_inertia",
     .plain = "another mass of the actuators",
@@ -18,5 +20,13 @@ const struct effect actuator_inertia = {
     .keys = {[UPPER] = {.name = "upper_mass_kg", .unit = "kg", .min = -1e3, .max = 1e4, .typical = 4.0, .per_leg = true},
              [LOWER] = {.name = "lower_mass_kg", .unit = "kg", .min = -1e3, .max = 1e4, .typical = 13.0, .per_leg = true},
              [TRANSVERSE] = {.name = "transverse_kg_m2", .unit = "kg m^2", .min = -1e3, .max = 1e4, .typical = 1.0, .per_leg = true}},
+    .parallel_to = {PARAMETER(actuator.upper_mass_kg), PARAMETER(actuator.lower_mass_kg)},
+    .told_apart = {{.from = &external_stiffness,
+                    .record = "`--set tests.frequency_hz=2 --set tests.amplitude_m=0.016 --set tests.amplitude_rad=0.024`",
+                    .shows = "the force of an inertia falls with the square of the frequency, a spring's stays"},
+                   {.from = &payload_mass, .record = "repeat z with the payload taken off",
+                    .shows = "what stays belongs to the actuators"},
+                   {.from = &payload_rotational_inertia, .record = "repeat phi, theta, psi with the payload taken off",
+                    .shows = "what stays belongs to the actuators"}},
     .machine = machine,
 };

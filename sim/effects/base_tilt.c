@@ -12,6 +12,8 @@ static void machine(const struct effect_values *v, struct machine *m) {
     m->down[2] = cos(theta) * cos(phi);
 }
 
+extern const struct effect payload_center_of_mass;
+
 const struct effect base_tilt = {
     .name = "base_tilt",
     .plain = "a tilt of the base",
@@ -19,5 +21,7 @@ const struct effect base_tilt = {
     .signature = "leg forces: static only, in the pattern of a horizontal force; the moving parts hardly change",
     .keys = {[PHI] = {.name = "phi_rad", .unit = "rad", .min = -0.5, .max = 0.5, .typical = 0.01},
              [THETA] = {.name = "theta_rad", .unit = "rad", .min = -0.5, .max = 0.5, .typical = -0.01}},
+    .told_apart = {{.from = &payload_center_of_mass, .record = "turn the payload by half a turn",
+                    .shows = "the tilt's static forces stay"}},
     .machine = machine,
 };

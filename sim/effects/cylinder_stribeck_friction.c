@@ -9,6 +9,8 @@ static void leg_friction(const struct effect_values *v, int leg, const struct le
     add->dry += v->value[EXCESS][leg] * exp(-share * share);
 }
 
+extern const struct effect cylinder_coulomb_friction;
+
 const struct effect cylinder_stribeck_friction = {
     .name = "cylinder_stribeck_friction",
     .plain = "friction in the cylinders that is higher at low speed (Stribeck)",
@@ -18,5 +20,6 @@ const struct effect cylinder_stribeck_friction = {
     .keys = {[EXCESS] = {.name = "excess_n", .unit = "N", .min = 0.0, .max = 2e4, .typical = 100.0, .per_leg = true},
              [VELOCITY] = {.name = "velocity_mps", .unit = "m/s", .min = 1e-4, .max = 1.0, .neutral = 0.02,
                            .typical = 0.02, .per_leg = true}},
+    .contains = {&cylinder_coulomb_friction}, /* a high speed */
     .leg_friction = leg_friction,
 };

@@ -1,4 +1,4 @@
-#include "effect.h"
+#include "params.h"
 
 enum { EXTEND, RETRACT };
 
@@ -13,5 +13,6 @@ const struct effect cylinder_viscous_friction = {
     .signature = "leg force: fundamental in phase with velocity; with one direction stronger also the mean and the second harmonic",
     .keys = {[EXTEND] = {.name = "extend_n_s_per_m", .unit = "N s/m", .min = 0.0, .max = 1e5, .typical = 1e3, .per_leg = true},
              [RETRACT] = {.name = "retract_n_s_per_m", .unit = "N s/m", .min = 0.0, .max = 1e5, .typical = 1e3, .per_leg = true}},
+    .parallel_to = {PARAMETER(hydraulics.viscous_n_s_per_m)},
     .leg_friction = leg_friction,
 };

@@ -7,6 +7,8 @@ static void machine(const struct effect_values *v, struct machine *m) {
         if (v->value[BULK][leg] < m->bulk_modulus_pa[leg]) m->bulk_modulus_pa[leg] = v->value[BULK][leg];
 }
 
+extern const struct effect internal_leakage;
+
 const struct effect entrained_air = {
     .name = "entrained_air",
     .plain = "air in the oil",
@@ -14,5 +16,9 @@ const struct effect entrained_air = {
     .signature = "valve command against pressures: a flow in phase with the pressures' rates; spool reversals are passed more slowly",
     .keys = {[BULK] = {.name = "bulk_modulus_pa", .unit = "Pa", .min = 1e7, .max = 3e9, .neutral = 3e9,
                        .typical = 6e8, .per_leg = true, .reciprocal = true}},
+    .parallel_to = {PARAMETER(hydraulics.bulk_modulus_pa)},
+    .told_apart = {{.from = &internal_leakage, .record = "`--set tests.frequency_hz=2`",
+                    .record_axis = "a test at half the frequency",
+                    .shows = "leakage shows in the mean pressures, air in the phase"}},
     .machine = machine,
 };

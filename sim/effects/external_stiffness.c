@@ -15,6 +15,8 @@ static void wrench(const struct effect_values *v, const double pose[DOFS], doubl
     wrench[PSI] += force[PSI];
 }
 
+extern const struct effect payload_mass, payload_rotational_inertia;
+
 const struct effect external_stiffness = {
     .name = "external_stiffness",
     .plain = "stiffness of hoses and cables",
@@ -26,5 +28,11 @@ const struct effect external_stiffness = {
              [PHI] = {.name = "phi", .unit = "N m/rad", .min = 0.0, .max = 1e6, .typical = 4e3},
              [THETA] = {.name = "theta", .unit = "N m/rad", .min = 0.0, .max = 1e6, .typical = 4e3},
              [PSI] = {.name = "psi", .unit = "N m/rad", .min = 0.0, .max = 1e6, .typical = 4e3}},
+    .told_apart = {{.from = &payload_mass, .record = "`--tests x,y,z --set tests.frequency_hz=2 --set tests.amplitude_m=0.016`",
+                    .record_axis = "a test at half the frequency",
+                    .shows = "the force of a mass falls with the square of the frequency, a spring's stays"},
+                   {.from = &payload_rotational_inertia,
+                    .record = "`--tests phi,theta,psi --set tests.frequency_hz=2 --set tests.amplitude_rad=0.024`",
+                    .shows = "the force of an inertia falls with the square of the frequency, a spring's stays"}},
     .wrench = wrench,
 };

@@ -10,6 +10,8 @@ static void machine(const struct effect_values *v, struct machine *m) {
         }
 }
 
+extern const struct effect base_tilt, payload_center_of_mass;
+
 const struct effect geometry_error = {
     .name = "geometry_error",
     .plain = "joints that are not where the configuration has them",
@@ -22,5 +24,7 @@ const struct effect geometry_error = {
              [B_X] = {.name = "b_x_m", .unit = "m", .min = -0.1, .max = 0.1, .typical = -4e-3, .per_leg = true},
              [B_Y] = {.name = "b_y_m", .unit = "m", .min = -0.1, .max = 0.1, .typical = 4e-3, .per_leg = true},
              [B_Z] = {.name = "b_z_m", .unit = "m", .min = -0.1, .max = 0.1, .typical = 4e-3, .per_leg = true}},
+    .contains = {&base_tilt,               /* all joints turned alike */
+                 &payload_center_of_mass}, /* all joints of the platform shifted alike */
     .machine = machine,
 };

@@ -9,6 +9,8 @@ static void machine(const struct effect_values *v, struct machine *m) {
     }
 }
 
+extern const struct effect entrained_air;
+
 const struct effect pipeline_dynamics = {
     .name = "pipeline_dynamics",
     .plain = "the oil in the lines between valves and cylinders",
@@ -18,5 +20,6 @@ const struct effect pipeline_dynamics = {
     .keys = {[LENGTH] = {.name = "length_m", .unit = "m", .min = 0.0, .max = 50.0, .typical = 3.0, .per_leg = true},
              [DIAMETER] = {.name = "diameter_m", .unit = "m", .min = 0.01, .max = 0.1, .neutral = 0.02,
                            .typical = 0.02, .per_leg = true}},
+    .contains = {&entrained_air}, /* a short wide line is a volume of oil */
     .machine = machine,
 };

@@ -10,6 +10,8 @@ static void machine(const struct effect_values *v, struct machine *m) {
     }
 }
 
+extern const struct effect position_sensor_offset;
+
 const struct effect position_sensor_scale = {
     .name = "position_sensor_scale",
     .plain = "a scale error of the length sensors",
@@ -17,5 +19,6 @@ const struct effect position_sensor_scale = {
     .signature = "leg length: static and moving alike; forces as of another motion",
     .keys = {[SCALE] = {.name = "scale", .unit = "-", .min = 0.8, .max = 1.2, .neutral = 1.0, .typical = 1.03, .per_leg = true},
              [ZERO] = {.name = "zero_m", .unit = "m", .min = -5.0, .max = 5.0, .typical = -0.2, .per_leg = true}},
+    .contains = {&position_sensor_offset}, /* a zero far away */
     .machine = machine,
 };

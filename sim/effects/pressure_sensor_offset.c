@@ -9,6 +9,8 @@ static void machine(const struct effect_values *v, struct machine *m) {
     }
 }
 
+extern const struct effect pressure_sensor_scale;
+
 const struct effect pressure_sensor_offset = {
     .name = "pressure_sensor_offset",
     .plain = "an offset of the pressure sensors",
@@ -16,5 +18,7 @@ const struct effect pressure_sensor_offset = {
     .signature = "force: static only",
     .keys = {[P1] = {.name = "p1", .unit = "Pa", .min = -1e7, .max = 1e7, .typical = 1e5, .per_leg = true},
              [P2] = {.name = "p2", .unit = "Pa", .min = -1e7, .max = 1e7, .typical = 1e5, .per_leg = true}},
+    .told_apart = {{.from = &pressure_sensor_scale, .record = "repeat z with another payload",
+                    .record_axis = "a test with another load", .shows = "a scale grows with the pressure, an offset does not"}},
     .machine = machine,
 };

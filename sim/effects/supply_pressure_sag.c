@@ -13,5 +13,6 @@ const struct effect supply_pressure_sag = {
     .signature = "pressures and valve commands of all legs at once: twice the frequency where the legs go up and down together, "
                  "static where they do not",
     .keys = {[RESISTANCE] = {.name = "resistance_pa_s_per_m3", .unit = "Pa s/m^3", .min = 0.0, .max = 1e11, .typical = 1e9}},
+    .parallel_to = {PARAMETER(hydraulics.supply_pa)},
     .machine = machine,
 };

@@ -12,5 +12,6 @@ const struct effect valve_flow_gain = {
     .law = "flow of both ports times scale",
     .signature = "valve command: the fundamental in phase with velocity; the pressures hardly change",
     .keys = {[SCALE] = {.name = "scale", .unit = "-", .min = 0.1, .max = 5.0, .neutral = 1.0, .typical = 0.9, .per_leg = true}},
+    .parallel_to = {PARAMETER(hydraulics.valve_flow_m3_per_s)},
     .machine = machine,
 };

@@ -15,5 +15,6 @@ const struct effect valve_lag = {
                  "Hz or a step tells",
     .keys = {[FREQUENCY] = {.name = "frequency_hz", .unit = "Hz", .min = 1.0, .max = 500.0, .neutral = 500.0,
                             .typical = 50.0, .per_leg = true, .reciprocal = true}},
+    .parallel_to = {PARAMETER(hydraulics.valve_damping)},
     .machine = machine,
 };

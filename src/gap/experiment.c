@@ -1,58 +1,42 @@
 #include "experiment.h"
 
-#include <stdbool.h>
-#include <string.h>
+#include <stdio.h>
 
-#define SLOW "--tests phi,theta,psi --set tests.frequency_hz=2 --set tests.amplitude_rad=0.024"
-#define SLOW_X "--tests x,y,z --set tests.frequency_hz=2 --set tests.amplitude_m=0.016"
-#define FAST "--tests z --set tests.frequency_hz=20 --set tests.amplitude_m=0.001"
-#define CRAWL "--tests z --set tests.frequency_hz=0.5 --set tests.duration_s=20"
-#define LARGE "--set tests.amplitude_m=0.012 --set tests.amplitude_rad=0.018 --set tests.frequency_hz=2"
-#define HALF "--set tests.amplitude_m=0.002 --set tests.amplitude_rad=0.003"
-
-static const struct {
-    const char *a, *b, *experiment;
-} pairs[] = {
-    {"payload_rotational_inertia", "external_stiffness",
-     "`" SLOW "`: the force of an inertia falls with the square of the frequency, a spring's stays"},
-    {"actuator_inertia", "external_stiffness",
-     "`--set tests.frequency_hz=2 --set tests.amplitude_m=0.016 --set tests.amplitude_rad=0.024`: the force of an inertia falls with the "
-     "square of the frequency, a spring's stays"},
-    {"payload_mass", "external_stiffness", "`" SLOW_X "`: the force of a mass falls with the square of the frequency, a spring's stays"},
-    {"payload_mass", "actuator_inertia", "repeat z with the payload taken off: what stays belongs to the actuators"},
-    {"payload_mass", "pressure_sensor_scale",
-     "repeat z with the payload taken off: a scale's force shrinks with the load, a missing mass is gone"},
-    {"payload_mass", "payload_center_of_mass", "tilt the platform by 0.1 rad and hold: the static forces tell mass from its place"},
-    {"actuator_inertia", "payload_rotational_inertia",
-     "repeat phi, theta, psi with the payload taken off: what stays belongs to the actuators"},
-    {"command_delay", "valve_lag", "`" FAST "`: a delay's phase grows with frequency, a lag also loses amplitude"},
-    {"command_delay", "position_sensor_delay", "`" FAST "`: the sensor's delay shifts length against pressure, the command's does not"},
-    {"cylinder_coulomb_friction", "cylinder_stribeck_friction",
-     "`" CRAWL "`: below 10 mm/s Stribeck friction rises, Coulomb friction stays"},
-    {"cylinder_coulomb_friction", "load_dependent_friction",
-     "repeat z with another payload: load-dependent friction changes with the pressures"},
-    {"cylinder_coulomb_friction", "passive_joint_friction", "`--tests psi`: the joints turn there while the legs hardly move"},
-    {"pressure_sensor_scale", "pressure_sensor_offset",
-     "repeat z with another payload: a scale grows with the pressure, an offset does not"},
-    {"position_sensor_scale", "position_sensor_offset",
-     "`" LARGE "`: a scale grows with the motion, an offset does not"},
-    {"port_area_ratio", "supply_pressure_sag", "`" HALF "`: sag falls with the square of the flow"},
-    {"internal_leakage", "entrained_air", "`--set tests.frequency_hz=2`: leakage shows in the mean pressures, air in the phase"},
-    {"valve_dead_band", "valve_hysteresis", "`" HALF "`: a dead band is passed at spool zero, hysteresis at every turn of the command"},
-    {"payload_mass", "position_sensor_scale", "hold a rule against the stroke: the position sensor's scale shows at rest"},
-    {"cylinder_coulomb_friction", "constant_force_offset",
-     "let go of the load and read the force at rest, coming from both sides: an offset stays, friction changes its sign"},
-    {"base_tilt", "payload_center_of_mass", "turn the payload by half a turn: the tilt's static forces stay"},
+static const struct effect_experiment general = {
+    .record = "`--set tests.frequency_hz=2` and `--set tests.amplitude_m=0.002 --set tests.amplitude_rad=0.003`",
+    .record_axis = "a test at half the frequency, and one at half the amplitude",
+    .shows = "effects scale differently with speed and stroke",
 };
 
-static bool is_pair(unsigned i, const char *a, const char *b) { return !strcmp(pairs[i].a, a) && !strcmp(pairs[i].b, b); }
+static const struct effect_experiment *find(const struct effect *effect, const struct effect *from, size_t from_parameter) {
+    for (int i = 0; i < EFFECT_TIES && effect->told_apart[i].record; i++) {
+        const struct effect_experiment *e = &effect->told_apart[i];
+        if (e->from == from && e->from_parameter == from_parameter) return e;
+    }
+    return NULL;
+}
 
-const char *experiment_between(const char *a, const char *b) {
-    for (unsigned i = 0; i < sizeof pairs / sizeof *pairs; i++)
-        if (is_pair(i, a, b) || is_pair(i, b, a)) return pairs[i].experiment;
-    return "`--set tests.frequency_hz=2` and `" HALF "`: effects scale differently with speed and stroke";
+static void say(enum mechanism_kind mechanism, const struct effect_experiment *e, char text[GAP_TEXT]) {
+    if (!e) e = &general;
+    bool own = mechanism == MECHANISM_AXIS && e->record_axis;
+    snprintf(text, GAP_TEXT, "%s: %s", own ? e->record_axis : e->record, e->shows);
+}
+
+void experiment_between(enum mechanism_kind mechanism, const struct effect *a, const struct effect *b, char text[GAP_TEXT]) {
+    const struct effect_experiment *e = find(a, b, 0);
+    say(mechanism, e ? e : find(b, a, 0), text);
+}
+
+void experiment_from_parameter(enum mechanism_kind mechanism, const struct effect *effect, size_t parameter, char text[GAP_TEXT]) {
+    say(mechanism, find(effect, NULL, parameter), text);
 }
 
 const char *experiment_unknown(void) {
     return "repeat the test where the gap is largest at half the frequency and at half the amplitude, and look how the gap scales";
+}
+
+const char *experiment_line(enum mechanism_kind mechanism) {
+    return mechanism == MECHANISM_AXIS
+               ? "hold the axis still: a pump's line stays, with the pump's speed; a loop's goes when its controller's gain is lowered"
+               : "hold the platform still: a pump's line stays, with the pump's speed; a loop's goes when control.kp is lowered";
 }

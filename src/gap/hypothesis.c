@@ -127,28 +127,9 @@ void variable_draw(struct variable *base) {
 }
 
 static bool alike(const struct hypothesis *h, const struct variable *base) {
-    static const struct {
-        const char *effect, *base;
-    } pairs[] = {
-        {"cylinder_viscous_friction", "hydraulics.viscous_n_s_per_m"},
-        {"payload_mass", "payload.mass_kg"},
-        {"payload_mass", "axis.mass_kg"},
-        {"cylinder_coulomb_friction", "axis.force_offset_n"}, /* one direction stronger */
-        {"payload_rotational_inertia", "payload.inertia_xx_kg_m2"},
-        {"payload_rotational_inertia", "payload.inertia_yy_kg_m2"},
-        {"payload_rotational_inertia", "payload.inertia_zz_kg_m2"},
-        {"actuator_inertia", "actuator.upper_mass_kg"},
-        {"actuator_inertia", "actuator.lower_mass_kg"},
-        {"valve_lag", "hydraulics.valve_damping"},
-        {"command_delay", "hydraulics.valve_damping"},
-        {"valve_flow_gain", "hydraulics.valve_flow_m3_per_s"},
-        {"internal_leakage", "hydraulics.leakage_m3_per_s_pa"},
-        {"entrained_air", "hydraulics.bulk_modulus_pa"},
-        {"supply_pressure_sag", "hydraulics.supply_pa"},
-    };
-    const char *name = effect_table[h->effect]->name;
-    for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++)
-        if (!strcmp(pairs[i].effect, name) && !strcmp(pairs[i].base, base->name)) return true;
+    const size_t *parallel = effect_table[h->effect]->parallel_to;
+    for (int i = 0; i < EFFECT_TIES && parallel[i]; i++)
+        if (parallel[i] == base->offset) return true;
     return base->effect == h->effect;
 }
 
@@ -161,16 +142,8 @@ enum parallel hypothesis_parallel(const struct hypothesis *h, const struct varia
 }
 
 bool hypothesis_contains(int effect, int other) {
-    static const struct {
-        const char *effect, *other;
-    } pairs[] = {
-        {"cylinder_stribeck_friction", "cylinder_coulomb_friction"}, /* a high speed */
-        {"pipeline_dynamics", "entrained_air"},                      /* a short wide line is a volume of oil */
-        {"geometry_error", "payload_center_of_mass"},                /* all joints of the platform shifted alike */
-        {"geometry_error", "base_tilt"},                             /* all joints turned alike */
-        {"position_sensor_scale", "position_sensor_offset"},         /* a zero far away */
-    };
-    for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++)
-        if (!strcmp(pairs[i].effect, effect_table[effect]->name) && !strcmp(pairs[i].other, effect_table[other]->name)) return true;
+    const struct effect *const *contains = effect_table[effect]->contains;
+    for (int i = 0; i < EFFECT_TIES && contains[i]; i++)
+        if (contains[i] == effect_table[other]) return true;
     return false;
 }

@@ -60,7 +60,7 @@ static bool unknown(struct gap_result *r, const struct remainder *m) {
         SAY(r, "a deterministic remainder that no effect of the catalogue explains (mean white square %.1f)", m->after / m->values);
     } else if (line_remains(r)) {
         SAY(r, "a line at %.4g Hz, no harmonic of the motion: a pump, or a loop that oscillates by itself", r->line.hz);
-        ADVISE(r, "hold the platform still: a pump's line stays, with the pump's speed; a loop's goes when control.kp is lowered");
+        ADVISE(r, "%s", experiment_line(r->model.mechanism));
     } else if (imitated(r, m)) {
         SAY(r, "no one or two effects of the catalogue explain the gap; it takes %d to imitate it", r->effects);
     } else if (refuted(r)) {
@@ -78,16 +78,19 @@ static bool unknown(struct gap_result *r, const struct remainder *m) {
     return true;
 }
 
+extern const struct effect cylinder_coulomb_friction;
+
 /* On one axis, friction that is stronger in one direction is symmetric friction beside a constant force. */
 static bool offset_rival(const struct gap_result *r) {
     const struct params *p = &r->model;
+    if (p->mechanism != MECHANISM_AXIS) return false;
     double weight_n = 2.0 * p->model.tolerance.mass * fabs(p->axis.mass_kg * p->axis.gravity_mps2);
     bool rival = false;
-    for (int i = 0; i < r->effects && p->mechanism == MECHANISM_AXIS; i++) {
+    for (int i = 0; i < r->effects; i++) {
         const struct gap_effect *e = &r->effect[i];
         double extend = e->values.value[0][0], retract = e->values.value[1][0], std = hypot(e->std[0][0], e->std[1][0]);
         double noticed_n = fmax(OFFSET_SIGMAS * std, OFFSET_SHARE * (extend + retract)) + weight_n;
-        rival = rival || (e->effect == effect_find("cylinder_coulomb_friction") && fabs(extend - retract) > noticed_n);
+        rival = rival || (effect_table[e->effect] == &cylinder_coulomb_friction && fabs(extend - retract) > noticed_n);
     }
     return rival;
 }
@@ -108,18 +111,19 @@ static bool list(struct gap_result *r, bool given, const char *before, const cha
 }
 
 static void name(struct gap_result *r) {
+    enum mechanism_kind mechanism = r->model.mechanism;
+    int doubted = r->effect[r->in_doubt].effect, rival = r->ambiguous_with[0];
     if (r->ambiguous) {
-        const char *doubted = name_of(r->effect[r->in_doubt].effect);
         r->verdict = GAP_AMBIGUOUS;
-        SAY(r, "these data cannot tell %s from %s", doubted, name_of(r->ambiguous_with[0]));
-        ADVISE(r, "%s", experiment_between(doubted, name_of(r->ambiguous_with[0])));
+        SAY(r, "these data cannot tell %s from %s", name_of(doubted), name_of(rival));
+        experiment_between(mechanism, effect_table[doubted], effect_table[rival], r->next_experiment);
         return;
     }
     r->offset_rival = offset_rival(r);
     if (r->offset_rival) {
         r->verdict = GAP_AMBIGUOUS;
         SAY(r, "these data cannot tell cylinder_coulomb_friction stronger in one direction from symmetric friction and a constant force");
-        ADVISE(r, "%s", experiment_between("cylinder_coulomb_friction", "constant_force_offset"));
+        experiment_from_parameter(mechanism, &cylinder_coulomb_friction, PARAMETER(axis.force_offset_n), r->next_experiment);
         return;
     }
     r->verdict = GAP_EFFECT_NAMED;

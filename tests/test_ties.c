@@ -1,0 +1,156 @@
+/* What effects say of each other and of the base, each in its own file: that it is there, once, and what hexid and the reader can use. */
+#include "support.h"
+
+#include <stdio.h>
+
+#include "base.h"
+#include "experiment.h"
+#include "hypothesis.h"
+
+static struct params platform, axis;
+
+static int setup(void **state) {
+    (void)state;
+    config_default(&platform);
+    axis = platform;
+    axis.mechanism = MECHANISM_AXIS;
+    return 0;
+}
+
+static bool in_table(const struct effect *effect) {
+    bool found = false;
+    for (int i = 0; effect_table[i]; i++) found = found || effect_table[i] == effect;
+    return found;
+}
+
+static bool in_base(const struct params *model, size_t parameter) {
+    struct variable v[FIT_VARIABLES];
+    bool found = false;
+    for (int i = 0, n = base_variables(model, v); i < n; i++) found = found || v[i].offset == parameter;
+    return found;
+}
+
+static bool is_parameter(size_t parameter) { return in_base(&platform, parameter) || in_base(&axis, parameter); }
+
+static void what_an_effect_is_parallel_to_can_be_fitted(void **state) {
+    (void)state;
+    for (int i = 0; effect_table[i]; i++)
+        for (int k = 0; k < EFFECT_TIES && effect_table[i]->parallel_to[k]; k++)
+            if (!is_parameter(effect_table[i]->parallel_to[k])) fail_msg("%s: parallel_to[%d] is not in the base", effect_table[i]->name, k);
+}
+
+static void what_an_effect_contains_is_another_one_that_does_not_contain_it(void **state) {
+    (void)state;
+    for (int i = 0; effect_table[i]; i++) {
+        for (int k = 0; k < EFFECT_TIES && effect_table[i]->contains[k]; k++) assert_true(in_table(effect_table[i]->contains[k]));
+        for (int j = 0; effect_table[j]; j++) assert_false(hypothesis_contains(i, j) && hypothesis_contains(j, i));
+    }
+}
+
+static void what_an_effect_is_told_apart_from_is_there(void **state) {
+    (void)state;
+    for (int i = 0; effect_table[i]; i++)
+        for (int k = 0; k < EFFECT_TIES && effect_table[i]->told_apart[k].record; k++) {
+            const struct effect_experiment *e = &effect_table[i]->told_apart[k];
+            bool effect = e->from && in_table(e->from) && e->from != effect_table[i] && !e->from_parameter;
+            bool parameter = !e->from && is_parameter(e->from_parameter);
+            if (!effect && !parameter) fail_msg("%s: told_apart[%d] is from nothing there is", effect_table[i]->name, k);
+            assert_true(e->record[0] && e->shows && e->shows[0] && (!e->record_axis || e->record_axis[0]));
+        }
+}
+
+static int stands(const struct effect *in, const struct effect *from) {
+    int count = 0;
+    for (int k = 0; k < EFFECT_TIES && in->told_apart[k].record; k++) count += in->told_apart[k].from == from;
+    return count;
+}
+
+static void no_pair_stands_twice(void **state) {
+    (void)state;
+    for (int i = 0; effect_table[i]; i++)
+        for (int j = 0; j < i; j++)
+            if (stands(effect_table[i], effect_table[j]) + stands(effect_table[j], effect_table[i]) > 1)
+                fail_msg("%s and %s are told apart twice", effect_table[i]->name, effect_table[j]->name);
+}
+
+static const char *between(enum mechanism_kind mechanism, int i, int j) {
+    static char text[GAP_TEXT];
+    experiment_between(mechanism, effect_table[i], effect_table[j], text);
+    return text;
+}
+
+/* The options in backquotes, as `hexid run` takes them. */
+static void assert_runs(const char *text) {
+    char options[GAP_TEXT], setting[GAP_TEXT];
+    const char *open = strchr(text, '`'), *settings[1] = {setting};
+    for (; open; open = strchr(open, '`')) {
+        const char *close = strchr(++open, '`');
+        assert_non_null(close);
+        snprintf(options, sizeof options, "%.*s", (int)(close - open), open);
+        open = close + 1;
+        for (char *rest = options, *option; (option = strtok_r(NULL, " ", &rest));) {
+            char *value = strtok_r(NULL, " ", &rest);
+            struct params params = platform;
+            struct error error;
+            if (!value || (strcmp(option, "--set") != 0 && strcmp(option, "--tests") != 0)) fail_msg("what is %s in %s?", option, text);
+            snprintf(setting, sizeof setting, "%s%s", strcmp(option, "--tests") ? "" : "tests.order=", value);
+            if (config_override(&params, text, settings, 1, &error)) fail_msg("%s", error.text);
+        }
+    }
+}
+
+static void options_of_an_experiment_are_those_of_a_run(void **state) {
+    (void)state;
+    for (int i = 0; effect_table[i]; i++)
+        for (int j = 0; effect_table[j]; j++)
+            if (i != j) assert_runs(between(MECHANISM_STEWART, i, j));
+}
+
+/* hexid does not drive it, and it has one direction. */
+static void assert_of_one_axis(const char *text) {
+    static const char *const foreign[] = {"`", "--", "control.", "platform", " x ", " y ", " z ", "phi", "theta", "psi", "payload"};
+    for (size_t k = 0; k < sizeof foreign / sizeof *foreign; k++)
+        if (strstr(text, foreign[k])) fail_msg("\"%s\" is not for one axis: %s", text, foreign[k]);
+}
+
+static void an_experiment_with_one_axis_is_one_that_it_can_make(void **state) {
+    (void)state;
+    static struct hypothesis h[HYPOTHESES_MAX];
+    static const bool none[EFFECTS_MAX];
+    char text[GAP_TEXT];
+    int count = hypotheses_list(&axis, none, PART_ALL, h);
+    assert_true(count > 10);
+    for (int i = 0; i < count; i++)
+        for (int j = 0; j < i; j++) assert_of_one_axis(between(MECHANISM_AXIS, h[i].effect, h[j].effect));
+    for (int i = 0; i < count; i++) {
+        experiment_from_parameter(MECHANISM_AXIS, effect_table[h[i].effect], PARAMETER(axis.force_offset_n), text);
+        assert_of_one_axis(text);
+    }
+    assert_of_one_axis(experiment_line(MECHANISM_AXIS));
+    assert_of_one_axis(experiment_unknown());
+}
+
+static void an_experiment_is_the_pairs_own_in_any_order_or_the_general_one(void **state) {
+    (void)state;
+    char other[GAP_TEXT];
+    int lag = effect_find("valve_lag"), delay = effect_find("command_delay"), tilt = effect_find("base_tilt");
+    assert_string_equal(between(MECHANISM_STEWART, lag, delay), "`--tests z --set tests.frequency_hz=20 --set tests.amplitude_m=0.001`: "
+                                                                "a delay's phase grows with frequency, a lag also loses amplitude");
+    snprintf(other, sizeof other, "%s", between(MECHANISM_STEWART, delay, lag));
+    assert_string_equal(between(MECHANISM_STEWART, lag, delay), other);
+    assert_non_null(strstr(between(MECHANISM_AXIS, lag, delay), "five times the frequency"));
+    assert_non_null(strstr(between(MECHANISM_STEWART, lag, tilt), "effects scale differently"));
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_an_effect_is_parallel_to_can_be_fitted),
+        cmocka_unit_test(what_an_effect_contains_is_another_one_that_does_not_contain_it),
+        cmocka_unit_test(what_an_effect_is_told_apart_from_is_there),
+        cmocka_unit_test(no_pair_stands_twice),
+        cmocka_unit_test(options_of_an_experiment_are_those_of_a_run),
+        cmocka_unit_test(an_experiment_with_one_axis_is_one_that_it_can_make),
+        cmocka_unit_test(an_experiment_is_the_pairs_own_in_any_order_or_the_general_one),
+    };
+    return cmocka_run_group_tests(tests, setup, NULL);
+}
