@@ -15,22 +15,22 @@ static const double SHORTEST_LINE_M = 0.2;
 
 static void valve_init(struct cylinder_model *m, int leg, const struct hydraulics_params *h) {
     const struct machine *machine = &m->machine;
-    double omega = 2.0 * PI * machine->valve_frequency_hz[leg], gain = h->valve_flow_m3_per_s[leg] / sqrt(h->valve_drop_pa);
+    double omega = 2.0 * PI * machine->valve.frequency_hz[leg], gain = h->valve_flow_m3_per_s[leg] / sqrt(h->valve_drop_pa);
     m->leg[leg] = (struct cylinder_leg){
-        .valve_gain = {gain * machine->flow_scale[leg], gain * machine->flow_scale[leg] * machine->port_ratio[leg]},
+        .valve_gain = {gain * machine->valve.flow_scale[leg], gain * machine->valve.flow_scale[leg] * machine->valve.port_ratio[leg]},
         .valve_omega_squared = omega * omega,
         .valve_damping_rate = 2.0 * h->valve_damping * omega,
-        .valve_bias = machine->valve_bias[leg],
-        .valve_rate_per_s = machine->valve_rate_per_s[leg],
-        .rate_limited = isfinite(machine->valve_rate_per_s[leg]),
-        .bulk_modulus_pa = machine->bulk_modulus_pa[leg],
-        .leakage_m3_per_s_pa = machine->leakage_m3_per_s_pa[leg],
+        .valve_bias = machine->valve.bias[leg],
+        .valve_rate_per_s = machine->valve.rate_per_s[leg],
+        .rate_limited = isfinite(machine->valve.rate_per_s[leg]),
+        .bulk_modulus_pa = machine->oil.bulk_modulus_pa[leg],
+        .leakage_m3_per_s_pa = machine->oil.leakage_m3_per_s_pa[leg],
         .dead_volume_m3 = h->dead_volume_m3[leg],
     };
 }
 
 static void line_init(struct cylinder_model *m, int leg) {
-    double length_m = m->machine.line_length_m[leg], bore_m = m->machine.line_diameter_m[leg];
+    double length_m = m->machine.line.length_m[leg], bore_m = m->machine.line.diameter_m[leg];
     if (!(length_m > 0.0)) return;
     double area_m2 = PI / 4.0 * bore_m * bore_m;
     length_m = length_m > SHORTEST_LINE_M ? length_m : SHORTEST_LINE_M;
@@ -48,19 +48,20 @@ void cylinder_model_init(struct cylinder_model *m, const struct params *params) 
         .a2_m2 = PI / 4.0 * (a->piston_diameter_m * a->piston_diameter_m - a->rod_diameter_m * a->rod_diameter_m),
     };
     machine_init(&m->machine, params);
-    m->length_min_m = m->machine.neutral_length_m - 0.5 * a->stroke_m;
-    m->length_max_m = m->machine.neutral_length_m + 0.5 * a->stroke_m;
+    m->length_min_m = m->machine.bodies.neutral_length_m - 0.5 * a->stroke_m;
+    m->length_max_m = m->machine.bodies.neutral_length_m + 0.5 * a->stroke_m;
     for (int leg = 0; leg < LEGS; leg++) {
         valve_init(m, leg, &params->hydraulics);
         line_init(m, leg);
-        m->extended = m->extended || m->leg[leg].line_volume_m3 > 0.0 || m->machine.clearance_m[leg] > 0.0;
+        m->extended = m->extended || m->leg[leg].line_volume_m3 > 0.0 || m->machine.bodies.clearance_m[leg] > 0.0;
     }
     m->extended = m->extended || m->machine.opening.count > 0;
-    m->extended = m->extended || m->machine.supply_resistance_pa_s_per_m3 > 0.0 || m->machine.tank_resistance_pa_s_per_m3 > 0.0;
+    m->extended = m->extended || m->machine.supply.resistance_pa_s_per_m3 > 0.0 || m->machine.supply.tank_resistance_pa_s_per_m3 > 0.0;
 }
 
 struct mains cylinder_mains(const struct cylinder_model *m) {
-    return (struct mains){.supply_pa = fmax(m->supply_share * m->machine.supply_pa, m->machine.tank_pa), .tank_pa = m->machine.tank_pa};
+    double tank_pa = m->machine.supply.tank_pa;
+    return (struct mains){.supply_pa = fmax(m->supply_share * m->machine.supply.pressure_pa, tank_pa), .tank_pa = tank_pa};
 }
 
 /* sign(drop) sqrt|drop|, laminar below the limit. */
@@ -81,10 +82,10 @@ static inline double port_flow(double conductance, double stiffness, double sour
 /* Pressure rate of a volume of oil. */
 static inline double pressure_rate(const struct machine *m, double pressure_pa, double stiffness, double inflow_m3_per_s) {
     double rate = stiffness * inflow_m3_per_s;
-    if (pressure_pa >= m->tank_pa) return rate;
-    double left = (pressure_pa - VACUUM_PA) / (m->tank_pa - VACUUM_PA);
+    if (pressure_pa >= m->supply.tank_pa) return rate;
+    double left = (pressure_pa - VACUUM_PA) / (m->supply.tank_pa - VACUUM_PA);
     left = left > SOFTEST ? left : SOFTEST;
-    return left * left * rate + (m->tank_pa - pressure_pa) / MAKE_UP_TIME_S;
+    return left * left * rate + (m->supply.tank_pa - pressure_pa) / MAKE_UP_TIME_S;
 }
 
 /* How a leg's two ports are joined to the mains now. */
@@ -229,7 +230,7 @@ struct friction cylinder_friction(const struct cylinder_model *m, int leg, const
 
 /* Asks the effects themselves, under pressure: some hold only then. */
 bool cylinder_can_stick(const struct cylinder_model *m) {
-    struct cylinder_state loaded = {.p1_pa = m->machine.supply_pa, .p2_pa = m->machine.supply_pa};
+    struct cylinder_state loaded = {.p1_pa = m->machine.supply.pressure_pa, .p2_pa = m->machine.supply.pressure_pa};
     for (int leg = 0; leg < LEGS; leg++)
         if (cylinder_friction(m, leg, &loaded, 1, 0.0).dry > 0.0 || cylinder_friction(m, leg, &loaded, -1, 0.0).dry > 0.0) return true;
     return false;

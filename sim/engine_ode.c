@@ -189,9 +189,9 @@ static void yield(struct engine_ode *e, double dt_s) {
         for (int i = 0; i < 3; i++) momentum[i] += mass.mass * v.linear[i];
     }
     surroundings_step(s, dt_s, mass_kg, momentum);
-    for (int i = 0; i < 3; i++) pull[i] = e->model.machine.gravity_mps2 * e->model.machine.down[i] - s->acceleration_mps2[i];
+    for (int i = 0; i < 3; i++) pull[i] = e->model.machine.bodies.gravity_mps2 * e->model.machine.bodies.down[i] - s->acceleration_mps2[i];
     ode_machine_pull(&e->machine, pull);
-    e->model.machine.supply_pa = surroundings_supply(s);
+    e->model.machine.supply.pressure_pa = surroundings_supply(s);
 }
 
 static void substep(struct engine *base, double dt_s, const double valve[LEGS], struct hydraulics_state *s) {

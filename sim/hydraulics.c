@@ -13,7 +13,7 @@ void hydraulics_rest(const struct cylinder_model *m, const double force_n[LEGS],
     for (int k = 0; k < LEGS; k++) {
         s->line[k][PORT_A] = (struct line_state){.pressure_pa = s->cylinder[k].p1_pa};
         s->line[k][PORT_B] = (struct line_state){.pressure_pa = s->cylinder[k].p2_pa};
-        s->play_m[k] = copysign(0.5 * m->machine.clearance_m[k], force_n[k]);
+        s->play_m[k] = copysign(0.5 * m->machine.bodies.clearance_m[k], force_n[k]);
     }
     s->supply_m3_per_s = 0.0;
 }
@@ -24,7 +24,7 @@ double hydraulics_film(const struct cylinder_model *m, int leg, double length_m)
 
 struct leg_push hydraulics_push(const struct cylinder_model *m, int leg, const struct hydraulics_state *s, double length_m,
                                 double rate_mps) {
-    double half_m = 0.5 * m->machine.clearance_m[leg], play_m = s->play_m[leg];
+    double half_m = 0.5 * m->machine.bodies.clearance_m[leg], play_m = s->play_m[leg];
     struct leg_push push = {.piston_mps = rate_mps, .least_n = -(double)INFINITY, .most_n = (double)INFINITY};
     if (!(half_m > 0.0)) return push;
     double film = hydraulics_film(m, leg, length_m + play_m);
@@ -62,7 +62,7 @@ static void flows(const struct cylinder_model *m, const struct hydraulics_state 
 /* The back pressure that drives its own flow through the return line: the flow falls with the pressure, so there is one (Illinois rule). */
 static void balance_tank(const struct cylinder_model *m, const struct hydraulics_state *s, const double length_m[LEGS],
                          struct mains *mains) {
-    double resistance = m->machine.tank_resistance_pa_s_per_m3, base_pa = mains->tank_pa, supply, flow;
+    double resistance = m->machine.supply.tank_resistance_pa_s_per_m3, base_pa = mains->tank_pa, supply, flow;
     if (!(resistance > 0.0)) return;
     flows(m, s, length_m, mains, &supply, &flow);
     double low = base_pa, low_error = -resistance * flow, high = base_pa - low_error, high_error;
@@ -91,7 +91,7 @@ static struct mains mains_now(const struct cylinder_model *m, const struct hydra
                               double *supply_rate) {
     struct mains mains = cylinder_mains(m);
     double supply, tank;
-    mains.supply_pa -= m->machine.supply_resistance_pa_s_per_m3 * s->supply_m3_per_s;
+    mains.supply_pa -= m->machine.supply.resistance_pa_s_per_m3 * s->supply_m3_per_s;
     balance_tank(m, s, length_m, &mains);
     flows(m, s, length_m, &mains, &supply, &tank);
     *supply_rate = (supply - s->supply_m3_per_s) / SUPPLY_LAG_S;
@@ -129,7 +129,7 @@ void hydraulics_derivative(const struct cylinder_model *m, const struct hydrauli
 
 /* A step ends beyond the flank: the piston was there, and could not go on. */
 static void stop_at_flank(const struct cylinder_model *m, int leg, double length_m, struct hydraulics_state *s) {
-    double half_m = 0.5 * m->machine.clearance_m[leg], beyond_m = fabs(s->play_m[leg]) - half_m;
+    double half_m = 0.5 * m->machine.bodies.clearance_m[leg], beyond_m = fabs(s->play_m[leg]) - half_m;
     if (!(beyond_m > 0.0)) return;
     double back_m = copysign(beyond_m, -s->play_m[leg]);
     cylinder_displace(m, leg, &s->cylinder[leg], length_m + s->play_m[leg], back_m);

@@ -10,34 +10,37 @@ static void base_bodies(struct machine *m, const struct params *params) {
     struct sim_geometry g;
     sim_geometry_init(&g, params);
     bool axis = params->mechanism == MECHANISM_AXIS;
-    m->payload_kg = axis ? params->axis.mass_kg : p->mass_kg;
-    m->payload_inertia_kg_m2[0] = p->inertia_xx_kg_m2;
-    m->payload_inertia_kg_m2[1] = p->inertia_yy_kg_m2;
-    m->payload_inertia_kg_m2[2] = p->inertia_zz_kg_m2;
-    m->gravity_mps2 = axis ? params->axis.gravity_mps2 : p->gravity_mps2;
-    m->down[2] = 1.0;
-    m->neutral_length_m = axis ? params->axis.middle_m : g.neutral_length_m;
-    memcpy(m->upper_joint_m, g.upper, sizeof g.upper);
-    memcpy(m->lower_joint_m, g.lower, sizeof g.lower);
-    for (int leg = 0; leg < LEGS; leg++) m->upper_kg[leg] = params->actuator.upper_mass_kg, m->lower_kg[leg] = params->actuator.lower_mass_kg;
+    m->bodies.payload_kg = axis ? params->axis.mass_kg : p->mass_kg;
+    m->bodies.payload_inertia_kg_m2[0] = p->inertia_xx_kg_m2;
+    m->bodies.payload_inertia_kg_m2[1] = p->inertia_yy_kg_m2;
+    m->bodies.payload_inertia_kg_m2[2] = p->inertia_zz_kg_m2;
+    m->bodies.gravity_mps2 = axis ? params->axis.gravity_mps2 : p->gravity_mps2;
+    m->bodies.down[2] = 1.0;
+    m->bodies.neutral_length_m = axis ? params->axis.middle_m : g.neutral_length_m;
+    memcpy(m->bodies.upper_joint_m, g.upper, sizeof g.upper);
+    memcpy(m->bodies.lower_joint_m, g.lower, sizeof g.lower);
+    for (int leg = 0; leg < LEGS; leg++) {
+        m->bodies.upper_kg[leg] = params->actuator.upper_mass_kg;
+        m->bodies.lower_kg[leg] = params->actuator.lower_mass_kg;
+    }
 }
 
 static void base_hydraulics(struct machine *m, const struct hydraulics_params *h) {
-    m->supply_pa = h->supply_pa;
-    m->tank_pa = h->tank_pa;
+    m->supply.pressure_pa = h->supply_pa;
+    m->supply.tank_pa = h->tank_pa;
     for (int leg = 0; leg < LEGS; leg++) {
-        m->bulk_modulus_pa[leg] = h->bulk_modulus_pa[leg];
-        m->leakage_m3_per_s_pa[leg] = h->leakage_m3_per_s_pa[leg];
-        m->valve_frequency_hz[leg] = h->valve_frequency_hz;
-        m->valve_rate_per_s[leg] = (double)INFINITY;
-        m->flow_scale[leg] = m->port_ratio[leg] = 1.0;
+        m->oil.bulk_modulus_pa[leg] = h->bulk_modulus_pa[leg];
+        m->oil.leakage_m3_per_s_pa[leg] = h->leakage_m3_per_s_pa[leg];
+        m->valve.frequency_hz[leg] = h->valve_frequency_hz;
+        m->valve.rate_per_s[leg] = (double)INFINITY;
+        m->valve.flow_scale[leg] = m->valve.port_ratio[leg] = 1.0;
     }
 }
 
 static void base_sensors(struct machine *m) {
     const struct sensor_path exact = {.scale = 1.0};
-    for (int leg = 0; leg < LEGS; leg++) m->length[leg] = m->p1[leg] = m->p2[leg] = exact;
-    m->clock_ratio = 1.0;
+    for (int leg = 0; leg < LEGS; leg++) m->sensors.length[leg] = m->sensors.p1[leg] = m->sensors.p2[leg] = exact;
+    m->timing.clock_ratio = 1.0;
 }
 
 static void add(struct active *list, const struct effect *effect, const struct effect_values *values) {
@@ -65,11 +68,12 @@ void machine_init(struct machine *m, const struct params *params) {
 }
 
 int machine_check(const struct machine *m, struct error *error) {
-    bool payload = m->payload_kg > 0.0;
-    for (int i = 0; i < 3; i++) payload = payload && m->payload_inertia_kg_m2[i] > 0.0;
+    bool payload = m->bodies.payload_kg > 0.0;
+    for (int i = 0; i < 3; i++) payload = payload && m->bodies.payload_inertia_kg_m2[i] > 0.0;
     if (!payload) return error_set(error, STATUS_USAGE, "effects leave no mass or no inertia of the payload: make them smaller");
     for (int k = 0; k < LEGS; k++)
-        if (m->upper_kg[k] < 0.0 || m->lower_kg[k] < 0.0 || m->params->actuator.lower_inertia_kg_m2 + m->transverse_kg_m2[k] < 0.0)
+        if (m->bodies.upper_kg[k] < 0.0 || m->bodies.lower_kg[k] < 0.0 ||
+            m->params->actuator.lower_inertia_kg_m2 + m->bodies.transverse_kg_m2[k] < 0.0)
             return error_set(error, STATUS_USAGE, "effects leave less than no mass or inertia of leg %d: make them smaller", k + 1);
     return 0;
 }

@@ -22,33 +22,43 @@ struct active {
     } of[EFFECTS_MAX];
 };
 
+/* Constants in groups, so that a change can be looked for in one of them; the order of members has no meaning. */
 struct machine {
     const struct params *params;
 
-    /* Rigid bodies. */
-    double payload_kg, payload_inertia_kg_m2[3];    /* about its mass centre, along the axes of {M} */
-    double payload_center_m[3];                     /* mass centre in {M} */
-    double gravity_mps2, down[3];                   /* unit vector in {B} */
-    double upper_joint_m[LEGS][3], lower_joint_m[LEGS][3]; /* in {M} and {B} */
-    double upper_kg[LEGS], lower_kg[LEGS];          /* of each leg: ma, mb */
-    double transverse_kg_m2[LEGS];                  /* added to ib */
-    double neutral_length_m;                        /* of a leg; on one axis the middle of the stroke */
-    double clearance_m[LEGS];                       /* of the joint at the leg's end, along the leg */
-
-    /* Hydraulics. */
-    double supply_pa, tank_pa;
-    double supply_resistance_pa_s_per_m3, tank_resistance_pa_s_per_m3; /* of the lines that all valves share */
-    double bulk_modulus_pa[LEGS], leakage_m3_per_s_pa[LEGS];
-    double valve_frequency_hz[LEGS];
-    double valve_rate_per_s[LEGS];                  /* greatest speed of the spool, of full opening */
-    double valve_bias[LEGS];                        /* spool position at zero command */
-    double flow_scale[LEGS], port_ratio[LEGS];      /* of both ports; port B over port A */
-    double line_length_m[LEGS], line_diameter_m[LEGS]; /* between each port and its chamber; length 0: none */
-
-    /* Sensors and time. */
-    struct sensor_path length[LEGS], p1[LEGS], p2[LEGS];
-    double command_delay_s[LEGS];
-    double clock_ratio;                             /* recorder's time over the controller's */
+    struct {
+        double payload_kg, payload_inertia_kg_m2[3];    /* about its mass centre, along the axes of {M} */
+        double payload_center_m[3];                     /* mass centre in {M} */
+        double gravity_mps2, down[3];                   /* unit vector in {B} */
+        double upper_joint_m[LEGS][3], lower_joint_m[LEGS][3]; /* in {M} and {B} */
+        double upper_kg[LEGS], lower_kg[LEGS];          /* of each leg: ma, mb */
+        double transverse_kg_m2[LEGS];                  /* added to ib */
+        double neutral_length_m;                        /* of a leg; on one axis the middle of the stroke */
+        double clearance_m[LEGS];                       /* of the joint at the leg's end, along the leg */
+    } bodies;
+    struct {                                            /* what all valves share */
+        double pressure_pa, tank_pa;
+        double resistance_pa_s_per_m3, tank_resistance_pa_s_per_m3; /* of the lines */
+    } supply;
+    struct {
+        double bulk_modulus_pa[LEGS], leakage_m3_per_s_pa[LEGS];
+    } oil;
+    struct {
+        double frequency_hz[LEGS];
+        double rate_per_s[LEGS];                        /* greatest speed of the spool, of full opening */
+        double bias[LEGS];                              /* spool position at zero command */
+        double flow_scale[LEGS], port_ratio[LEGS];      /* of both ports; port B over port A */
+    } valve;
+    struct {                                            /* between each port and its chamber */
+        double length_m[LEGS], diameter_m[LEGS];        /* length 0: none */
+    } line;
+    struct {
+        struct sensor_path length[LEGS], p1[LEGS], p2[LEGS];
+    } sensors;
+    struct {
+        double command_delay_s[LEGS];
+        double clock_ratio;                             /* recorder's time over the controller's */
+    } timing;
 
     /* Laws. */
     struct active leg_friction, joint_friction, wrench, opening, command;

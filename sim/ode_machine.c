@@ -46,7 +46,7 @@ static void rotate_platform(dBodyID platform, const double pose[DOFS]) {
 
 /* From the origin of {M} to the payload's mass centre, in {B}. */
 static void payload_center(const struct ode_machine *m, dVector3 center) {
-    const double *c = m->machine.payload_center_m;
+    const double *c = m->machine.bodies.payload_center_m;
     dBodyVectorToWorld(m->body[PLATFORM], c[0], c[1], c[2], center);
 }
 
@@ -58,7 +58,7 @@ static void first_axis(dVector3 axis, double angle) {
 }
 
 static void upper_joint(const struct ode_machine *m, int leg, dVector3 point, dVector3 first) {
-    const double *a = m->machine.upper_joint_m[leg], *center = m->machine.payload_center_m;
+    const double *a = m->machine.bodies.upper_joint_m[leg], *center = m->machine.bodies.payload_center_m;
     dVector3 inside;
     first_axis(inside, m->geometry.upper_angle[leg]);
     dBodyGetRelPointPos(m->body[PLATFORM], a[0] - center[0], a[1] - center[1], a[2] - center[2], point);
@@ -79,9 +79,9 @@ static void place_leg(struct ode_machine *m, int leg) {
     dVector3 a, along, first_lower, first_upper;
     upper_joint(m, leg, a, first_upper);
     first_axis(first_lower, m->geometry.lower_angle[leg]);
-    dSubtractVectors3(along, a, m->machine.lower_joint_m[leg]);
+    dSubtractVectors3(along, a, m->machine.bodies.lower_joint_m[leg]);
     dNormalize3(along);
-    place_part(m->body[CYLINDER + leg], m->machine.lower_joint_m[leg], m->params->actuator.lower_center_m, along, first_lower);
+    place_part(m->body[CYLINDER + leg], m->machine.bodies.lower_joint_m[leg], m->params->actuator.lower_center_m, along, first_lower);
     place_part(m->body[ROD + leg], a, -m->params->actuator.upper_center_m, along, first_upper);
 }
 
@@ -120,17 +120,17 @@ double ode_machine_length(const struct ode_machine *m, int leg, const dVector3 a
 
 /* Sum of mass times depth. */
 static double moment_of_mass(const struct ode_machine *m) {
-    const double *down = m->machine.down;
-    double sum = m->machine.payload_kg * dCalcVectorDot3(dBodyGetPosition(m->body[PLATFORM]), down);
+    const double *down = m->machine.bodies.down;
+    double sum = m->machine.bodies.payload_kg * dCalcVectorDot3(dBodyGetPosition(m->body[PLATFORM]), down);
     for (int leg = 0; leg < LEGS; leg++) {
-        sum += m->machine.lower_kg[leg] * dCalcVectorDot3(dBodyGetPosition(m->body[CYLINDER + leg]), down) +
-               m->machine.upper_kg[leg] * dCalcVectorDot3(dBodyGetPosition(m->body[ROD + leg]), down);
+        sum += m->machine.bodies.lower_kg[leg] * dCalcVectorDot3(dBodyGetPosition(m->body[CYLINDER + leg]), down) +
+               m->machine.bodies.upper_kg[leg] * dCalcVectorDot3(dBodyGetPosition(m->body[ROD + leg]), down);
     }
     return sum;
 }
 
 double ode_machine_potential(const struct ode_machine *m) {
-    return m->machine.gravity_mps2 * (m->neutral_moment_kg_m - moment_of_mass(m));
+    return m->machine.bodies.gravity_mps2 * (m->neutral_moment_kg_m - moment_of_mass(m));
 }
 
 void ode_machine_twist(const struct velocity *platform, const struct ode_machine *m, double twist[DOFS]) {
@@ -144,8 +144,9 @@ void ode_machine_twist(const struct velocity *platform, const struct ode_machine
 }
 
 void ode_machine_pull(struct ode_machine *m, const double pull[3]) {
-    m->machine.gravity_mps2 = sqrt(pull[0] * pull[0] + pull[1] * pull[1] + pull[2] * pull[2]);
-    for (int i = 0; i < 3; i++) m->machine.down[i] = m->machine.gravity_mps2 > 0.0 ? pull[i] / m->machine.gravity_mps2 : 0.0;
+    double gravity = sqrt(pull[0] * pull[0] + pull[1] * pull[1] + pull[2] * pull[2]);
+    m->machine.bodies.gravity_mps2 = gravity;
+    for (int i = 0; i < 3; i++) m->machine.bodies.down[i] = gravity > 0.0 ? pull[i] / gravity : 0.0;
     dWorldSetGravity(m->world, pull[0], pull[1], pull[2]);
 }
 
@@ -181,14 +182,14 @@ static void make_body(struct ode_machine *m, int body, double mass_kg, double xx
 
 static void make_leg(struct ode_machine *m, int leg) {
     const struct actuator_params *a = &m->params->actuator;
-    double inertia = a->lower_inertia_kg_m2 + m->machine.transverse_kg_m2[leg];
-    make_body(m, CYLINDER + leg, m->machine.lower_kg[leg], inertia, inertia, AXIAL_INERTIA_KG_M2);
-    make_body(m, ROD + leg, m->machine.upper_kg[leg], a->upper_inertia_kg_m2, a->upper_inertia_kg_m2, AXIAL_INERTIA_KG_M2);
+    double inertia = a->lower_inertia_kg_m2 + m->machine.bodies.transverse_kg_m2[leg];
+    make_body(m, CYLINDER + leg, m->machine.bodies.lower_kg[leg], inertia, inertia, AXIAL_INERTIA_KG_M2);
+    make_body(m, ROD + leg, m->machine.bodies.upper_kg[leg], a->upper_inertia_kg_m2, a->upper_inertia_kg_m2, AXIAL_INERTIA_KG_M2);
 }
 
 static void make_bodies(struct ode_machine *m) {
-    const double *inertia = m->machine.payload_inertia_kg_m2;
-    make_body(m, PLATFORM, m->machine.payload_kg, inertia[0], inertia[1], inertia[2]);
+    const double *inertia = m->machine.bodies.payload_inertia_kg_m2;
+    make_body(m, PLATFORM, m->machine.bodies.payload_kg, inertia[0], inertia[1], inertia[2]);
     for (int leg = 0; leg < LEGS; leg++) make_leg(m, leg);
 }
 
@@ -231,7 +232,7 @@ static void make_joints(struct ode_machine *m, int leg, bool rub) {
     dBodyVectorToWorld(cylinder, 1, 0, 0, second_lower);
     dBodyVectorToWorld(rod, 1, 0, 0, second_upper);
     ode_machine_axis(m, leg, along);
-    make_universal(m, cylinder, NULL, m->machine.lower_joint_m[leg], second_lower, first_lower);
+    make_universal(m, cylinder, NULL, m->machine.bodies.lower_joint_m[leg], second_lower, first_lower);
     make_universal(m, platform, rod, a, first_upper, second_upper);
     m->piston[leg] = make_piston(m, cylinder, rod, along, &m->feedback[leg]);
     if (!rub) return;
@@ -246,7 +247,7 @@ int ode_machine_init(struct ode_machine *m, const struct params *params) {
     if (ode_open() < 0) return -1;
     sim_geometry_init(&m->geometry, params);
     machine_init(&m->machine, params);
-    const double *down = m->machine.down, gravity = m->machine.gravity_mps2;
+    const double *down = m->machine.bodies.down, gravity = m->machine.bodies.gravity_mps2;
     m->world = dWorldCreate();
     dWorldSetGravity(m->world, gravity * down[0], gravity * down[1], gravity * down[2]);
     dWorldSetERP(m->world, JOINT_ERP);

@@ -205,7 +205,7 @@ void plant_measure(struct plant *plant, struct hal_sample *sample) {
     sample->inputs = pressure ? INPUTS_ALL : INPUTS_ALL & ~(uint32_t)INPUT_SUPPLY;
 }
 
-double plant_clock_ratio(const struct plant *plant) { return plant->cylinder.machine.clock_ratio; }
+double plant_clock_ratio(const struct plant *plant) { return plant->cylinder.machine.timing.clock_ratio; }
 
 void plant_get_truth(const struct plant *plant, struct plant_truth *truth) {
     plant->engine->ops->truth(plant->engine, &plant->state, truth);

@@ -15,20 +15,20 @@ void rigid_model_init(struct rigid_model *m, const struct params *params) {
     *m = (struct rigid_model){.upper_center = a->upper_center_m};
     machine_init(&m->machine, params);
     sim_geometry_init(&m->geometry, params);
-    m->mass = m->machine.payload_kg;
-    m->gravity = m->machine.gravity_mps2 * m->machine.down[2];
-    memcpy(m->inertia, m->machine.payload_inertia_kg_m2, sizeof m->inertia);
-    for (int i = 0; i < 3; i++) m->offset = m->offset || m->machine.payload_center_m[i] != 0.0;
+    m->mass = m->machine.bodies.payload_kg;
+    m->gravity = m->machine.bodies.gravity_mps2 * m->machine.bodies.down[2];
+    memcpy(m->inertia, m->machine.bodies.payload_inertia_kg_m2, sizeof m->inertia);
+    for (int i = 0; i < 3; i++) m->offset = m->offset || m->machine.bodies.payload_center_m[i] != 0.0;
     for (int leg = 0; leg < LEGS; leg++) {
         for (int i = 0; i < 3; i++) {
-            m->upper[i][leg] = m->machine.upper_joint_m[leg][i];
-            m->lower[i][leg] = m->machine.lower_joint_m[leg][i];
+            m->upper[i][leg] = m->machine.bodies.upper_joint_m[leg][i];
+            m->lower[i][leg] = m->machine.bodies.lower_joint_m[leg][i];
         }
-        m->upper_mass[leg] = m->machine.upper_kg[leg];
+        m->upper_mass[leg] = m->machine.bodies.upper_kg[leg];
         m->upper_moment[leg] = m->upper_mass[leg] * a->upper_center_m;
-        m->lower_moment[leg] = m->machine.lower_kg[leg] * a->lower_center_m;
+        m->lower_moment[leg] = m->machine.bodies.lower_kg[leg] * a->lower_center_m;
         m->fixed_inertia[leg] = m->lower_moment[leg] * a->lower_center_m + a->upper_inertia_kg_m2 + a->lower_inertia_kg_m2 +
-                                m->machine.transverse_kg_m2[leg];
+                                m->machine.bodies.transverse_kg_m2[leg];
         tangent(m->geometry.upper_angle[leg], m->upper_axis[leg]);
         tangent(m->geometry.lower_angle[leg], m->lower_axis[leg]);
     }
@@ -119,10 +119,10 @@ static void add_offset(const struct rigid_model *m, const struct rigid_state *s,
                        double load[DOFS]) {
     const double *w = s->twist + 3;
     double r[3], swing[3], pull[3], moment[3];
-    for (int i = 0; i < 3; i++) r[i] = dot3(legs->rotation[i], m->machine.payload_center_m);
+    for (int i = 0; i < 3; i++) r[i] = dot3(legs->rotation[i], m->machine.bodies.payload_center_m);
     cross3(w, r, swing);
     cross3(w, swing, swing);
-    for (int i = 0; i < 3; i++) pull[i] = m->mass * (m->machine.gravity_mps2 * m->machine.down[i] - swing[i]);
+    for (int i = 0; i < 3; i++) pull[i] = m->mass * (m->machine.bodies.gravity_mps2 * m->machine.bodies.down[i] - swing[i]);
     cross3(r, pull, moment);
     for (int i = 0; i < 3; i++) {
         load[i] -= m->mass * swing[i];
@@ -136,7 +136,8 @@ static void add_offset(const struct rigid_model *m, const struct rigid_state *s,
 
 /* Weights of payload and legs along x and y, where the base is tilted; moments about the origin of {M}. */
 static void add_sideways(const struct rigid_model *m, const struct rigid_legs *legs, double load[DOFS]) {
-    const double g[3] = {m->machine.gravity_mps2 * m->machine.down[0], m->machine.gravity_mps2 * m->machine.down[1], 0.0};
+    const double *down = m->machine.bodies.down, gravity = m->machine.bodies.gravity_mps2;
+    const double g[3] = {gravity * down[0], gravity * down[1], 0.0};
     for (int i = 0; i < 3; i++) load[i] += m->mass * g[i];
     for (int k = 0; k < LEGS; k++) {
         const double n[3] = {legs->n[0][k], legs->n[1][k], legs->n[2][k]}, rho[3] = {legs->rho[0][k], legs->rho[1][k], legs->rho[2][k]};
@@ -208,7 +209,7 @@ void rigid_dynamics(const struct rigid_model *m, const struct rigid_state *s, co
     struct leg_load leg;
     payload_dynamics(m, s, legs, mass, load);
     if (m->offset) add_offset(m, s, legs, mass, load);
-    if (m->machine.down[2] != 1.0) add_sideways(m, legs, load);
+    if (m->machine.bodies.down[2] != 1.0) add_sideways(m, legs, load);
     if (m->machine.wrench.count) {
         double pose[DOFS];
         rigid_pose(s, pose);
@@ -235,10 +236,10 @@ void rigid_push(const struct rigid_legs *legs, const double force_n[LEGS], doubl
 /* Kinetic energy body by body, not from the mass matrix: a test holds the two together. */
 void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, double *kinetic_j, double *potential_j) {
     struct rigid_legs legs;
-    const double *down = m->machine.down;
+    const double *down = m->machine.bodies.down;
     double center[3], v[3];
     rigid_legs(m, s, &legs);
-    for (int i = 0; i < 3; i++) center[i] = dot3(legs.rotation[i], m->machine.payload_center_m);
+    for (int i = 0; i < 3; i++) center[i] = dot3(legs.rotation[i], m->machine.bodies.payload_center_m);
     cross3(s->twist + 3, center, v);
     for (int i = 0; i < 3; i++) v[i] += s->twist[i], center[i] += s->position[i];
     double kinetic = m->mass * dot3(v, v), depth = m->mass * dot3(center, down);
@@ -256,7 +257,7 @@ void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, doub
         depth += (m->upper_mass[k] * inner + m->lower_moment[k]) * dot3(n, down); /* from the lower joint, which stays */
     }
     *kinetic_j = 0.5 * kinetic;
-    *potential_j = -m->machine.gravity_mps2 * depth - m->neutral_potential;
+    *potential_j = -m->machine.bodies.gravity_mps2 * depth - m->neutral_potential;
 }
 
 /* J' f = -load by way of J J' f = -J load: six legs that hold the platform at all are far from singular. */

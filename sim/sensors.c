@@ -10,7 +10,7 @@ static double *values(struct exact *e) { return (double *)e; }
 static const double *const_values(const struct exact *e) { return (const double *)e; }
 
 static const struct sensor_path *path(const struct sensors *s, int i) {
-    const struct sensor_path *const kind[KINDS] = {s->machine->length, s->machine->p1, s->machine->p2};
+    const struct sensor_path *const kind[KINDS] = {s->machine->sensors.length, s->machine->sensors.p1, s->machine->sensors.p2};
     return &kind[i / LEGS][i % LEGS];
 }
 

@@ -6,7 +6,7 @@
 
 int valve_line_init(struct valve_line *l, const struct machine *machine) {
     double longest_s = 0.0;
-    for (int k = 0; k < LEGS; k++) longest_s = fmax(longest_s, machine->command_delay_s[k]);
+    for (int k = 0; k < LEGS; k++) longest_s = fmax(longest_s, machine->timing.command_delay_s[k]);
     *l = (struct valve_line){.machine = machine, .kept = (int)ceil(longest_s / machine->params->loop.period_s) + 2};
     l->sent = calloc((size_t)l->kept, sizeof *l->sent);
     return l->sent ? 0 : -1;
@@ -26,7 +26,7 @@ void valve_line_send(struct valve_line *l, const double valve[LEGS]) {
 
 /* Mean over the substep of what was sent a delay ago. */
 static double arriving(const struct valve_line *l, int leg, int substep) {
-    double delay_s = l->machine->command_delay_s[leg];
+    double delay_s = l->machine->timing.command_delay_s[leg];
     if (!(delay_s > 0.0)) return l->sent[l->newest][leg];
     const struct params *p = l->machine->params;
     double start = substep - delay_s / p->loop.period_s * p->sim.substeps; /* in substeps, from the newest command's */

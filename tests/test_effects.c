@@ -81,6 +81,24 @@ static void neutral_values_add_nothing(void **unused) {
     }
 }
 
+/* Groups of the machine's constants, which are all numbers. */
+#define GROUP(member) {#member, offsetof(struct machine, member), sizeof ((struct machine *)0)->member}
+static const struct {
+    const char *name;
+    size_t place, size;
+} groups[] = {GROUP(bodies), GROUP(supply), GROUP(oil), GROUP(valve), GROUP(line), GROUP(sensors), GROUP(timing)};
+
+static const double *numbers(const struct machine *m, size_t place) { return (const double *)(const void *)((const char *)m + place); }
+
+static void the_machine_is_its_constants_and_its_laws(void **unused) {
+    (void)unused;
+    const struct machine *m = NULL;
+    size_t size = sizeof m->params + sizeof m->leg_friction + sizeof m->joint_friction + sizeof m->wrench + sizeof m->opening +
+                  sizeof m->command;
+    for (size_t g = 0; g < sizeof groups / sizeof *groups; g++) size += groups[g].size;
+    assert_int_equal(size, sizeof *m); /* so no group is forgotten above */
+}
+
 /* All constants of the machine, its laws for a pose and a spool, and what its valves get. */
 static void neutral_values_leave_the_machine_as_it_is(void **unused) {
     (void)unused;
@@ -104,11 +122,13 @@ static void neutral_values_leave_the_machine_as_it_is(void **unused) {
         assert_memory_equal(received, valve, sizeof valve);
         valve_line_free(&line);
         /* A line's diameter means nothing without its length. */
-        memcpy(machine.line_diameter_m, base.line_diameter_m, sizeof base.line_diameter_m);
-        const double *is = &machine.payload_kg, *was = &base.payload_kg; /* all constants are numbers, up to the laws */
-        size_t constants = (offsetof(struct machine, leg_friction) - offsetof(struct machine, payload_kg)) / sizeof *is;
-        for (size_t c = 0; c < constants; c++)
-            if (!(is[c] == was[c])) fail_msg("%s: constant %zu is %g instead of %g", effect_table[i]->name, c, is[c], was[c]);
+        memcpy(machine.line.diameter_m, base.line.diameter_m, sizeof base.line.diameter_m);
+        for (size_t g = 0; g < sizeof groups / sizeof *groups; g++) {
+            const double *is = numbers(&machine, groups[g].place), *was = numbers(&base, groups[g].place);
+            for (size_t c = 0; c < groups[g].size / sizeof *is; c++)
+                if (!(is[c] == was[c]))
+                    fail_msg("%s: %s, number %zu is %g instead of %g", effect_table[i]->name, groups[g].name, c, is[c], was[c]);
+        }
     }
 }
 
@@ -249,7 +269,7 @@ static void a_length_sensor_is_right_at_its_zero(void **unused) {
     struct machine m;
     machine_init(&m, &params);
     for (int k = 0; k < LEGS; k++) {
-        double zero_m = m.neutral_length_m + 0.2, scale = m.length[k].scale, offset = m.length[k].offset;
+        double zero_m = m.bodies.neutral_length_m + 0.2, scale = m.sensors.length[k].scale, offset = m.sensors.length[k].offset;
         assert_close(scale * zero_m + offset, zero_m, 1e-12);
         assert_close(scale * (zero_m + 0.1) + offset, zero_m + 0.105, 1e-12);
     }
@@ -268,7 +288,7 @@ static void legs_differ_where_the_configuration_says_so(void **unused) {
     params.hydraulics.leakage_m3_per_s_pa[1] = 0.0;
     cylinder_model_init(&m, &params);
     struct mains mains = cylinder_mains(&m);
-    double length_m = m.machine.neutral_length_m, rate[LEGS], leaking[LEGS];
+    double length_m = m.machine.bodies.neutral_length_m, rate[LEGS], leaking[LEGS];
     for (int k = 0; k < LEGS; k++) rate[k] = cylinder_derivative(&m, k, &mains, &s, s.spool, length_m, 0.0, 0.5).p1_pa;
     s = (struct cylinder_state){.p1_pa = 6e6, .p2_pa = 4e6};
     for (int k = 0; k < LEGS; k++) leaking[k] = cylinder_derivative(&m, k, &mains, &s, 0.0, length_m, 0.0, 0.0).p1_pa;
@@ -308,6 +328,7 @@ int main(void) {
         cmocka_unit_test(every_effect_says_what_it_is),
         cmocka_unit_test(every_effect_file_is_in_the_table),
         cmocka_unit_test(neutral_values_add_nothing),
+        cmocka_unit_test(the_machine_is_its_constants_and_its_laws),
         cmocka_unit_test(neutral_values_leave_the_machine_as_it_is),
         cmocka_unit_test(both_engines_have_every_effect),
         cmocka_unit_test(friction_resists_and_its_viscous_part_vanishes_at_rest),

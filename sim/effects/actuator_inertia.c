@@ -4,9 +4,9 @@ enum { UPPER, LOWER, TRANSVERSE };
 
 static void machine(const struct effect_values *v, struct machine *m) {
     for (int leg = 0; leg < LEGS; leg++) {
-        m->upper_kg[leg] += v->value[UPPER][leg];
-        m->lower_kg[leg] += v->value[LOWER][leg];
-        m->transverse_kg_m2[leg] += v->value[TRANSVERSE][leg];
+        m->bodies.upper_kg[leg] += v->value[UPPER][leg];
+        m->bodies.lower_kg[leg] += v->value[LOWER][leg];
+        m->bodies.transverse_kg_m2[leg] += v->value[TRANSVERSE][leg];
     }
 }
 

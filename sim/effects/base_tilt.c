@@ -7,9 +7,9 @@ enum { PHI, THETA };
 /* The base is level after Ry(theta) Rx(phi); the vertical turned back into it. */
 static void machine(const struct effect_values *v, struct machine *m) {
     double phi = v->value[PHI][0], theta = v->value[THETA][0];
-    m->down[0] = -sin(theta);
-    m->down[1] = cos(theta) * sin(phi);
-    m->down[2] = cos(theta) * cos(phi);
+    m->bodies.down[0] = -sin(theta);
+    m->bodies.down[1] = cos(theta) * sin(phi);
+    m->bodies.down[2] = cos(theta) * cos(phi);
 }
 
 extern const struct effect payload_center_of_mass;

@@ -3,7 +3,7 @@
 enum { RATIO };
 
 static void machine(const struct effect_values *v, struct machine *m) {
-    m->clock_ratio *= v->value[RATIO][0];
+    m->timing.clock_ratio *= v->value[RATIO][0];
 }
 
 const struct effect clock_skew = {

@@ -3,7 +3,7 @@
 enum { DELAY };
 
 static void machine(const struct effect_values *v, struct machine *m) {
-    for (int leg = 0; leg < LEGS; leg++) m->command_delay_s[leg] += v->value[DELAY][leg];
+    for (int leg = 0; leg < LEGS; leg++) m->timing.command_delay_s[leg] += v->value[DELAY][leg];
 }
 
 extern const struct effect position_sensor_delay, valve_lag;

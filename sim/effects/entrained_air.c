@@ -4,7 +4,7 @@ enum { BULK };
 
 static void machine(const struct effect_values *v, struct machine *m) {
     for (int leg = 0; leg < LEGS; leg++)
-        if (v->value[BULK][leg] < m->bulk_modulus_pa[leg]) m->bulk_modulus_pa[leg] = v->value[BULK][leg];
+        if (v->value[BULK][leg] < m->oil.bulk_modulus_pa[leg]) m->oil.bulk_modulus_pa[leg] = v->value[BULK][leg];
 }
 
 extern const struct effect internal_leakage;

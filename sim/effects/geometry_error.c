@@ -5,8 +5,8 @@ enum { A_X, A_Y, A_Z, B_X, B_Y, B_Z };
 static void machine(const struct effect_values *v, struct machine *m) {
     for (int leg = 0; leg < LEGS; leg++)
         for (int i = 0; i < 3; i++) {
-            m->upper_joint_m[leg][i] += v->value[A_X + i][leg];
-            m->lower_joint_m[leg][i] += v->value[B_X + i][leg];
+            m->bodies.upper_joint_m[leg][i] += v->value[A_X + i][leg];
+            m->bodies.lower_joint_m[leg][i] += v->value[B_X + i][leg];
         }
 }
 

@@ -3,7 +3,7 @@
 enum { SCALE };
 
 static void machine(const struct effect_values *v, struct machine *m) {
-    for (int leg = 0; leg < LEGS; leg++) m->leakage_m3_per_s_pa[leg] *= v->value[SCALE][leg];
+    for (int leg = 0; leg < LEGS; leg++) m->oil.leakage_m3_per_s_pa[leg] *= v->value[SCALE][leg];
 }
 
 const struct effect internal_leakage = {

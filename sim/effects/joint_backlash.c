@@ -3,7 +3,7 @@
 enum { CLEARANCE };
 
 static void machine(const struct effect_values *v, struct machine *m) {
-    for (int leg = 0; leg < LEGS; leg++) m->clearance_m[leg] += v->value[CLEARANCE][leg];
+    for (int leg = 0; leg < LEGS; leg++) m->bodies.clearance_m[leg] += v->value[CLEARANCE][leg];
 }
 
 const struct effect joint_backlash = {

@@ -3,7 +3,7 @@
 enum { X, Y, Z };
 
 static void machine(const struct effect_values *v, struct machine *m) {
-    for (int i = X; i <= Z; i++) m->payload_center_m[i] += v->value[i][0];
+    for (int i = X; i <= Z; i++) m->bodies.payload_center_m[i] += v->value[i][0];
 }
 
 extern const struct effect payload_mass;

@@ -3,7 +3,7 @@
 enum { MASS };
 
 static void machine(const struct effect_values *v, struct machine *m) {
-    m->payload_kg += v->value[MASS][0];
+    m->bodies.payload_kg += v->value[MASS][0];
 }
 
 extern const struct effect position_sensor_scale, pressure_sensor_scale;

@@ -3,7 +3,7 @@
 enum { XX, YY, ZZ };
 
 static void machine(const struct effect_values *v, struct machine *m) {
-    for (int i = XX; i <= ZZ; i++) m->payload_inertia_kg_m2[i] += v->value[i][0];
+    for (int i = XX; i <= ZZ; i++) m->bodies.payload_inertia_kg_m2[i] += v->value[i][0];
 }
 
 const struct effect payload_rotational_inertia = {

@@ -4,8 +4,8 @@ enum { LENGTH, DIAMETER };
 
 static void machine(const struct effect_values *v, struct machine *m) {
     for (int leg = 0; leg < LEGS; leg++) {
-        m->line_length_m[leg] = v->value[LENGTH][leg];
-        m->line_diameter_m[leg] = v->value[DIAMETER][leg];
+        m->line.length_m[leg] = v->value[LENGTH][leg];
+        m->line.diameter_m[leg] = v->value[DIAMETER][leg];
     }
 }
 

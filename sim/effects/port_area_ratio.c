@@ -3,7 +3,7 @@
 enum { RATIO };
 
 static void machine(const struct effect_values *v, struct machine *m) {
-    for (int leg = 0; leg < LEGS; leg++) m->port_ratio[leg] *= v->value[RATIO][leg];
+    for (int leg = 0; leg < LEGS; leg++) m->valve.port_ratio[leg] *= v->value[RATIO][leg];
 }
 
 extern const struct effect supply_pressure_sag;

@@ -3,7 +3,7 @@
 enum { DELAY };
 
 static void machine(const struct effect_values *v, struct machine *m) {
-    for (int leg = 0; leg < LEGS; leg++) m->length[leg].delay_s += v->value[DELAY][leg];
+    for (int leg = 0; leg < LEGS; leg++) m->sensors.length[leg].delay_s += v->value[DELAY][leg];
 }
 
 const struct effect position_sensor_delay = {

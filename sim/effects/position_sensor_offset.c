@@ -3,7 +3,7 @@
 enum { OFFSET };
 
 static void machine(const struct effect_values *v, struct machine *m) {
-    for (int leg = 0; leg < LEGS; leg++) m->length[leg].offset += v->value[OFFSET][leg];
+    for (int leg = 0; leg < LEGS; leg++) m->sensors.length[leg].offset += v->value[OFFSET][leg];
 }
 
 extern const struct effect position_sensor_scale;

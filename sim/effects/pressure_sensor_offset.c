@@ -4,8 +4,8 @@ enum { P1, P2 };
 
 static void machine(const struct effect_values *v, struct machine *m) {
     for (int leg = 0; leg < LEGS; leg++) {
-        m->p1[leg].offset += v->value[P1][leg];
-        m->p2[leg].offset += v->value[P2][leg];
+        m->sensors.p1[leg].offset += v->value[P1][leg];
+        m->sensors.p2[leg].offset += v->value[P2][leg];
     }
 }
 

@@ -3,7 +3,7 @@
 enum { RESISTANCE };
 
 static void machine(const struct effect_values *v, struct machine *m) {
-    m->tank_resistance_pa_s_per_m3 += v->value[RESISTANCE][0];
+    m->supply.tank_resistance_pa_s_per_m3 += v->value[RESISTANCE][0];
 }
 
 const struct effect tank_back_pressure = {

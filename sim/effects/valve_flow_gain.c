@@ -3,7 +3,7 @@
 enum { SCALE };
 
 static void machine(const struct effect_values *v, struct machine *m) {
-    for (int leg = 0; leg < LEGS; leg++) m->flow_scale[leg] *= v->value[SCALE][leg];
+    for (int leg = 0; leg < LEGS; leg++) m->valve.flow_scale[leg] *= v->value[SCALE][leg];
 }
 
 const struct effect valve_flow_gain = {

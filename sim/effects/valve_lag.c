@@ -4,7 +4,7 @@ enum { FREQUENCY };
 
 static void machine(const struct effect_values *v, struct machine *m) {
     for (int leg = 0; leg < LEGS; leg++)
-        if (v->value[FREQUENCY][leg] < m->valve_frequency_hz[leg]) m->valve_frequency_hz[leg] = v->value[FREQUENCY][leg];
+        if (v->value[FREQUENCY][leg] < m->valve.frequency_hz[leg]) m->valve.frequency_hz[leg] = v->value[FREQUENCY][leg];
 }
 
 const struct effect valve_lag = {

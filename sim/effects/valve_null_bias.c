@@ -3,7 +3,7 @@
 enum { OFFSET };
 
 static void machine(const struct effect_values *v, struct machine *m) {
-    for (int leg = 0; leg < LEGS; leg++) m->valve_bias[leg] += v->value[OFFSET][leg];
+    for (int leg = 0; leg < LEGS; leg++) m->valve.bias[leg] += v->value[OFFSET][leg];
 }
 
 const struct effect valve_null_bias = {

@@ -8,7 +8,7 @@ static const double NONE_PER_S = 1e4; /* the neutral value stands for no limit a
 
 static void machine(const struct effect_values *v, struct machine *m) {
     for (int leg = 0; leg < LEGS; leg++)
-        if (v->value[RATE][leg] < fmin(NONE_PER_S, m->valve_rate_per_s[leg])) m->valve_rate_per_s[leg] = v->value[RATE][leg];
+        if (v->value[RATE][leg] < fmin(NONE_PER_S, m->valve.rate_per_s[leg])) m->valve.rate_per_s[leg] = v->value[RATE][leg];
 }
 
 const struct effect valve_rate_limit = {

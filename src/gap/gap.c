@@ -277,7 +277,7 @@ static void find_skew(struct diagnosis *d, const struct recording *recording, st
     int effect = effect_find("clock_skew");
     struct machine given;
     machine_init(&given, d->given);
-    double std, ratio = recording_clock(recording, &std), off = fabs(ratio - given.clock_ratio);
+    double std, ratio = recording_clock(recording, &std), off = fabs(ratio - given.timing.clock_ratio);
     if (!(off > CLOCK_TOLERANCE + 6.0 * std)) return;
     struct gap_effect *e = &r->effect[r->effects++];
     *e = (struct gap_effect){.effect = effect, .shape = SHAPE_ALL, .keys = 1, .given = d->given->effects[effect], .share_explained = 1.0,

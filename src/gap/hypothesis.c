@@ -6,18 +6,18 @@
 
 #include "machine.h"
 
-static bool differ(const struct machine *a, const struct machine *b, size_t from, size_t to) {
-    return memcmp((const char *)a + from, (const char *)b + from, to - from) != 0;
-}
-
-#define FROM(member) offsetof(struct machine, member)
+/* A group of constants, or one of them. */
+#define DIFFER(member) (memcmp(&a->member, &b->member, sizeof a->member) != 0)
 
 /* One axis has a mass, a weight and a friction; joints, pose and inertias are a platform's. */
 static bool moves_force(const struct params *model, const struct effect *e, const struct machine *a, const struct machine *b) {
     if (model->mechanism == MECHANISM_AXIS)
-        return e->leg_friction || e->wrench || differ(a, b, FROM(payload_kg), FROM(payload_inertia_kg_m2)) ||
-               differ(a, b, FROM(gravity_mps2), FROM(down));
-    return e->leg_friction || e->joint_friction || e->wrench || differ(a, b, FROM(payload_kg), FROM(supply_pa));
+        return e->leg_friction || e->wrench || DIFFER(bodies.payload_kg) || DIFFER(bodies.gravity_mps2);
+    return e->leg_friction || e->joint_friction || e->wrench || DIFFER(bodies);
+}
+
+static bool moves_pressure(const struct effect *e, const struct machine *a, const struct machine *b) {
+    return e->opening || e->command || DIFFER(supply) || DIFFER(oil) || DIFFER(valve) || DIFFER(line) || DIFFER(timing.command_delay_s);
 }
 
 /* What has to be computed again under an effect: by what it changes in the machine, and by its laws. */
@@ -30,18 +30,16 @@ static struct reach effect_reach(const struct params *model, int effect) {
     const struct effect *e = effect_table[effect];
     struct params with = *model, without = *model;
     struct machine base, machine;
+    const struct machine *a = &base, *b = &machine;
     enum residual_part parts = 0;
     without.effects[effect].on = false;
     effect_at(e, 1.0, &with.effects[effect]);
     machine_init(&base, &without);
     machine_init(&machine, &with);
-    if (moves_force(model, e, &base, &machine)) parts |= PART_FORCE;
-    if (e->opening || e->command || differ(&base, &machine, FROM(supply_pa), FROM(length))) parts |= PART_PRESSURE;
-    if (differ(&base, &machine, FROM(command_delay_s), FROM(clock_ratio))) parts |= PART_PRESSURE;
-    if (differ(&base, &machine, FROM(line_length_m), FROM(line_diameter_m)) || differ(&base, &machine, FROM(length), FROM(command_delay_s)))
-        parts |= PART_ALL;
-    bool bodies = e->joint_friction || e->wrench || differ(&base, &machine, FROM(payload_kg), FROM(supply_pa));
-    return (struct reach){parts, !bodies && !differ(&base, &machine, FROM(length), FROM(p1))};
+    if (moves_force(model, e, a, b)) parts |= PART_FORCE;
+    if (moves_pressure(e, a, b)) parts |= PART_PRESSURE;
+    if (DIFFER(line) || DIFFER(sensors)) parts |= PART_ALL;
+    return (struct reach){parts, !(e->joint_friction || e->wrench || DIFFER(bodies) || DIFFER(sensors.length))};
 }
 
 /* Of the difference quotient: far above rounding, far below what bends a law. */

@@ -124,7 +124,7 @@ static void axis_step(const struct inverse_dynamics *d, const struct inverse_dyn
     memset(force_n, 0, LEGS * sizeof *force_n);
     double pose[DOFS] = {in->leg[0][0] - d->params->axis.middle_m}, wrench[DOFS] = {0};
     machine_wrench(m, pose, wrench);
-    force_n[0] = m->payload_kg * (in->leg[0][2] + m->gravity_mps2) - wrench[0];
+    force_n[0] = m->bodies.payload_kg * (in->leg[0][2] + m->bodies.gravity_mps2) - wrench[0];
     force_n[0] += leg_friction(d, 0, in, in->push_n[0] - force_n[0]);
 }
 

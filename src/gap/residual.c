@@ -49,18 +49,18 @@ static void read_back(const struct sensor_path *path, const struct residual_test
 
 /* The same for A1 P1 - A2 P2: as the noise of both readings is in it; lag and delay are those of P1. */
 static void read_force_back(const struct cylinder_model *m, const struct residual_test *t, int leg, double *row) {
-    struct sensor_path both = m->machine.p1[leg];
+    struct sensor_path both = m->machine.sensors.p1[leg];
     double a1 = m->a1_m2, a2 = m->a2_m2;
-    both.scale = hypot(a1, a2) / hypot(a1 / m->machine.p1[leg].scale, a2 / m->machine.p2[leg].scale);
+    both.scale = hypot(a1, a2) / hypot(a1 / m->machine.sensors.p1[leg].scale, a2 / m->machine.sensors.p2[leg].scale);
     read_back(&both, t, row);
 }
 
 static void undo_all(const struct machine *m, const struct residual_test *t, struct series *rows) {
     const struct spectrum *s = &t->spectrum;
     for (int k = 0; k < LEGS; k++) {
-        undo(&m->length[k], t, s->mean[CHANNEL_LENGTH][k], rows->length[k]);
-        undo(&m->p1[k], t, s->mean[CHANNEL_P1][k], rows->p1[k]);
-        undo(&m->p2[k], t, s->mean[CHANNEL_P2][k], rows->p2[k]);
+        undo(&m->sensors.length[k], t, s->mean[CHANNEL_LENGTH][k], rows->length[k]);
+        undo(&m->sensors.p1[k], t, s->mean[CHANNEL_P1][k], rows->p1[k]);
+        undo(&m->sensors.p2[k], t, s->mean[CHANNEL_P2][k], rows->p2[k]);
     }
 }
 
@@ -120,7 +120,7 @@ static bool begin_run(struct run *r, const struct residual_test *t, const struct
     r->timing.loop.period_s = t->step_s;
     r->timing.sim.substeps = t->substeps;
     cylinder_model_init(&r->cylinder, &r->timing);
-    memset(r->cylinder.machine.clearance_m, 0, sizeof r->cylinder.machine.clearance_m); /* the piston's motion is measured */
+    memset(r->cylinder.machine.bodies.clearance_m, 0, sizeof r->cylinder.machine.bodies.clearance_m); /* the piston's motion is measured */
     if (valve_line_init(&r->line, &r->cylinder.machine)) return false;
     valve_line_rest(&r->line);
     memset(&r->state, 0, sizeof r->state);
@@ -226,7 +226,7 @@ static void take_play(const struct residual_test *t, const struct cylinder_model
     enum { FINER = CYCLE_STEPS / PHASES };
     double step_s = 2.0 * PI / t->spectrum.omega / CYCLE_STEPS;
     for (int k = 0; k < LEGS; k++) {
-        double half_m = 0.5 * m->machine.clearance_m[k], play_m = 0.0;
+        double half_m = 0.5 * m->machine.bodies.clearance_m[k], play_m = 0.0;
         int steps = FINER * t->phases, before = t->spectrum.cycles ? steps : 0; /* a first cycle finds where the second one starts */
         struct series joint = *rows;
         for (int i = -before; i < steps && half_m > 0.0; i++) {
@@ -293,8 +293,8 @@ static bool has_lines(const struct cylinder_model *m) {
 bool residual_legs_apart(const struct params *model) {
     struct machine m;
     machine_init(&m, model);
-    bool apart = !(m.supply_resistance_pa_s_per_m3 > 0.0 || m.tank_resistance_pa_s_per_m3 > 0.0);
-    for (int k = 0; k < LEGS; k++) apart = apart && !(m.clearance_m[k] > 0.0);
+    bool apart = !(m.supply.resistance_pa_s_per_m3 > 0.0 || m.supply.tank_resistance_pa_s_per_m3 > 0.0);
+    for (int k = 0; k < LEGS; k++) apart = apart && !(m.bodies.clearance_m[k] > 0.0);
     return apart;
 }
 
@@ -325,8 +325,8 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
             to_row(t, rows.p2[k], row[k][RESIDUAL_P2]);
             for (int a = 0; a < t->size; a++)
                 row[k][RESIDUAL_P1][a] -= p.port[PORT_A][k][a], row[k][RESIDUAL_P2][a] -= p.port[PORT_B][k][a];
-            read_back(&cylinder.machine.p1[k], t, row[k][RESIDUAL_P1]);
-            read_back(&cylinder.machine.p2[k], t, row[k][RESIDUAL_P2]);
+            read_back(&cylinder.machine.sensors.p1[k], t, row[k][RESIDUAL_P1]);
+            read_back(&cylinder.machine.sensors.p2[k], t, row[k][RESIDUAL_P2]);
         }
     }
     if (!(parts & PART_FORCE)) return true;
