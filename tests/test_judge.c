@@ -38,6 +38,23 @@ static void rivals_make_it_ambiguous_and_name_the_experiment(void **state) {
     assert_non_null(strstr(r.next_experiment, "tests.frequency_hz=20"));
 }
 
+static void one_axis_gets_experiments_that_it_can_make(void **state) {
+    (void)state;
+    struct gap_result r = found("valve_lag"), line = {0}, offset = found("cylinder_coulomb_friction");
+    r.model.mechanism = line.model.mechanism = offset.model.mechanism = MECHANISM_AXIS;
+    r.ambiguous = 1, r.ambiguous_with[0] = effect_find("command_delay");
+    assert_verdict(&r, &noise, GAP_AMBIGUOUS, "cannot tell valve_lag from command_delay");
+    assert_null(strstr(r.next_experiment, "--"));
+    line.line = (struct gap_line){.hz = 5.6, .rms = 1.0, .channel = GAP_FORCE};
+    assert_verdict(&line, &noise, GAP_UNKNOWN_EFFECT, "a line at 5.6 Hz");
+    assert_null(strstr(line.next_experiment, "platform"));
+    offset.effect[0].values.value[0][0] = 120.0, offset.effect[0].values.value[1][0] = 40.0;
+    assert_verdict(&offset, &noise, GAP_AMBIGUOUS, "a constant force");
+    assert_non_null(strstr(offset.next_experiment, "let go of the load"));
+    offset.model.mechanism = MECHANISM_STEWART; /* whose weight and geometry tell */
+    assert_verdict(&offset, &noise, GAP_EFFECT_NAMED, "cylinder_coulomb_friction");
+}
+
 static void what_remains_refutes_it(void **state) {
     (void)state;
     struct gap_result in_equations = found("valve_lag"), in_simulation = found("valve_lag"), no_run = found("geometry_error");
@@ -112,6 +129,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_explains_the_gap_is_named),
         cmocka_unit_test(rivals_make_it_ambiguous_and_name_the_experiment),
+        cmocka_unit_test(one_axis_gets_experiments_that_it_can_make),
         cmocka_unit_test(what_remains_refutes_it),
         cmocka_unit_test(what_is_left_far_above_the_noise_refutes_it_in_motion_too),
         cmocka_unit_test(what_is_given_is_of_another_size),

@@ -42,15 +42,18 @@ static const double JOINT_TOLERANCE_M = 0.5e-3;
 static const double NULL_TOLERANCE = 0.005; /* of full opening: what a valve's maker adjusts its null to */
 static const double OFFSET_MOST_N = 1e6;
 
+/* Effects that any machine has a little of. */
+extern const struct effect geometry_error, valve_null_bias;
+
 /* What an effect's keys are, of each leg, as far as any machine is off there. */
-static int effect_variables(const struct params *model, const char *name, double tolerance, enum residual_part parts, bool own,
+static int effect_variables(const struct params *model, const struct effect *of, double tolerance, enum residual_part parts, bool own,
                             struct variable *v) {
-    int n = 0, effect = effect_find(name);
+    int n = 0, effect = effect_find(of->name);
     const struct effect_values *values = &model->effects[effect];
-    for (int key = 0; key < EFFECT_KEYS && effect_table[effect]->keys[key].name; key++)
+    for (int key = 0; key < EFFECT_KEYS && of->keys[key].name; key++)
         for (int leg = 0; leg < params_legs(model); leg++) {
             const double *place = values->value[key];
-            v[n++] = (struct variable){.name = effect_table[effect]->keys[key].name,
+            v[n++] = (struct variable){.name = of->keys[key].name,
                                        .offset = (size_t)((const char *)place - (const char *)model), .leg = leg, .legs = LEGS, .own = own,
                                        .effect = effect, .key = key, .base = true,
                                        .min = place[leg] - tolerance, .max = place[leg] + tolerance,
@@ -87,7 +90,7 @@ int base_variables(const struct params *model, struct variable v[FIT_VARIABLES])
     bool axis = model->mechanism == MECHANISM_AXIS;
     for (size_t i = 0; i < sizeof entries / sizeof *entries; i++)
         if (entries[i].mechanisms & 1 << model->mechanism) n += entry_variables(model, &entries[i], v + n);
-    n += effect_variables(model, "valve_null_bias", NULL_TOLERANCE, PART_PRESSURE, true, v + n);
+    n += effect_variables(model, &valve_null_bias, NULL_TOLERANCE, PART_PRESSURE, true, v + n);
     if (axis) v[n++] = offset_variable();
-    return axis ? n : n + effect_variables(model, "geometry_error", JOINT_TOLERANCE_M, PART_FORCE, false, v + n);
+    return axis ? n : n + effect_variables(model, &geometry_error, JOINT_TOLERANCE_M, PART_FORCE, false, v + n);
 }
