@@ -226,7 +226,7 @@ static int evaluate(struct import *im, const struct csv_reader *reader, const st
     if (h->dof == DOF_NONE || !isnan(h->value[CSV_DURATION]) || h->has[CSV_PHASE_COLUMN]) return STATUS_OK;
     if (evaluated_s < period_s(im))
         return error_set(im->error, STATUS_USAGE, "%.250s:%d: nothing to evaluate: the last t_s is %g, and ramp_s is %g", h->path,
-                         reader->line, s->last_s, im->params.tests.ramp_s);
+                         reader->in.line, s->last_s, im->params.tests.ramp_s);
     im->evaluated_s = fmin(im->evaluated_s, evaluated_s);
     return STATUS_OK;
 }

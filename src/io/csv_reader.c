@@ -1,20 +1,8 @@
 #include "csv_reader.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include "input.h"
-
-__attribute__((format(printf, 3, 4))) static int refuse(const struct csv_reader *r, struct error *error, const char *format, ...) {
-    char reason[200];
-    va_list args;
-    va_start(args, format);
-    vsnprintf(reason, sizeof reason, format, args);
-    va_end(args);
-    return error_set(error, STATUS_USAGE, "%.180s:%d: %s", r->head.path, r->line, reason);
-}
 
 int csv_refuse(const struct csv_reader *r, int column, struct error *error, const char *format, ...) {
     char reason[160];
@@ -22,41 +10,7 @@ int csv_refuse(const struct csv_reader *r, int column, struct error *error, cons
     va_start(args, format);
     vsnprintf(reason, sizeof reason, format, args);
     va_end(args);
-    return refuse(r, error, "%s: %s", csv_columns[column].name, reason);
-}
-
-static char *trim(char *text) {
-    text += strspn(text, " \t");
-    for (size_t n = strlen(text); n > 0 && strchr(" \t\r\n", text[n - 1]); n--) text[n - 1] = '\0';
-    return text;
-}
-
-/* In place: commas between cells, points in numbers, no quotes. False: a quote is not closed. */
-static bool normalise(char *text, char separator) {
-    char *to = text;
-    bool quoted = false;
-    for (; *text; text++) {
-        if (*text == '"') quoted = !quoted;
-        else if (*text == separator && !quoted) *to++ = ',';
-        else *to++ = *text == ',' ? '.' : *text;
-    }
-    *to = '\0';
-    return !quoted;
-}
-
-/* The next line that is not blank, without its end: 1, 0 at the end of the file. */
-static int read_line(struct csv_reader *r, char **line, struct error *error) {
-    static const char mark[] = "\xef\xbb\xbf"; /* which some programs put before UTF-8 */
-    while (fgets(r->text, sizeof r->text, r->file)) {
-        r->line++;
-        if (!strchr(r->text, '\n') && !feof(r->file))
-            return refuse(r, error, "a line of more than %d bytes, or a zero byte: this is no CSV text", CSV_LINE_SIZE - 2);
-        if (r->separator && r->text[0] == '#') continue;
-        if (r->separator && !normalise(r->text, r->separator)) return refuse(r, error, "a quote is not closed");
-        *line = trim(r->text + (r->line == 1 && strncmp(r->text, mark, 3) == 0 ? 3 : 0));
-        if (**line) return 1;
-    }
-    return ferror(r->file) ? error_set(error, STATUS_IO, "%.250s: cannot be read: %s", r->head.path, strerror(errno)) : 0;
+    return csv_text_refuse(&r->in, error, "%s: %s", csv_columns[column].name, reason);
 }
 
 /* One more word of a list; what does not fit any more is left out. */
@@ -65,42 +19,16 @@ static void list(char text[CSV_LIST_SIZE], const char *word) {
     if (used + strlen(word) + 2 < CSV_LIST_SIZE) sprintf(text + used, "%s%s", used ? " " : "", word);
 }
 
-/* Digits with a point, up to 15 of them: both are exact in binary, so one division rounds right. NULL: it takes strtod. */
-static char *read_plain(char *text, double *number) {
-    static const double power[] = {1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
-    char *first = text + (*text == '-'), *p = first, *point = NULL;
-    int64_t digits = 0;
-    for (; p < first + 16 && ((*p >= '0' && *p <= '9') || (*p == '.' && !point)); p++) {
-        if (*p == '.') point = p;
-        else digits = 10 * digits + (*p - '0');
-    }
-    if ((*p != ',' && *p != '\0') || p - first - (point != NULL) < 1 || p - first - (point != NULL) > 15) return NULL;
-    *number = (double)digits / power[point ? p - point - 1 : 0];
-    if (first > text) *number = -*number;
-    return p;
-}
-
-/* A number that ends at a comma or at the end of the text; NaN for an empty cell. NULL when it is none, else where it ends. */
-static char *read_number(char *text, double *number) {
-    char *end = read_plain(text, number);
-    if (end) return end;
-    text += strspn(text, " \t");
-    *number = strtod(text, &end);
-    if (end == text) *number = (double)NAN;
-    end += strspn(end, " \t");
-    return *end == ',' || *end == '\0' ? end : NULL;
-}
-
 static int read_value(struct csv_reader *r, int key, char *text, struct error *error) {
     struct csv_head *h = &r->head;
     bool time = key == CSV_SETTLE || key == CSV_RAMP || key == CSV_RAMP_OUT; /* may be none */
     double value, least = key == CSV_RATE ? 10.0 : time ? 0.0 : 1e-9, most = key == CSV_RATE ? 1e4 : 3600.0; /* loop.period_s, tests.* */
-    char *end = read_number(text, &value);
-    if (!isnan(h->value[key])) return refuse(r, error, "%s: given twice", csv_keys[key]);
+    char *end = csv_text_number(text, &value);
+    if (!isnan(h->value[key])) return csv_text_refuse(&r->in, error, "%s: given twice", csv_keys[key]);
     if (!end || *end || !(value >= least && value <= most))
-        return refuse(r, error, "%s: %.40s: it takes a number from %g to %g", csv_keys[key], text, least, most);
+        return csv_text_refuse(&r->in, error, "%s: %.40s: it takes a number from %g to %g", csv_keys[key], text, least, most);
     h->value[key] = value;
-    h->line[key] = r->line;
+    h->line[key] = r->in.line;
     return STATUS_OK;
 }
 
@@ -108,11 +36,11 @@ static int read_key(struct csv_reader *r, char *comment, bool *has_dof, struct e
     char *colon = strchr(comment, ':');
     if (!colon) return STATUS_OK;
     *colon = '\0';
-    char *name = trim(comment), *text = trim(colon + 1);
+    char *name = csv_text_trim(comment), *text = csv_text_trim(colon + 1);
     if (strcmp(name, "mechanism") == 0) {
         r->head.mechanism = strcmp(text, "axis") == 0 ? MECHANISM_AXIS : MECHANISM_STEWART;
         bool known = r->head.mechanism == MECHANISM_AXIS || strcmp(text, "stewart") == 0;
-        return known ? STATUS_OK : refuse(r, error, "mechanism: %.40s: it takes stewart or axis", text);
+        return known ? STATUS_OK : csv_text_refuse(&r->in, error, "mechanism: %.40s: it takes stewart or axis", text);
     }
     for (int key = 0; key < CSV_KEYS; key++)
         if (strcmp(name, csv_keys[key]) == 0) return read_value(r, key, text, error);
@@ -120,27 +48,14 @@ static int read_key(struct csv_reader *r, char *comment, bool *has_dof, struct e
         list(r->head.ignored, name);
         return STATUS_OK;
     }
-    if (*has_dof) return refuse(r, error, "dof: given twice");
+    if (*has_dof) return csv_text_refuse(&r->in, error, "dof: given twice");
     *has_dof = true;
-    return csv_dof_find(text, &r->head.dof) ? STATUS_OK : refuse(r, error, "dof: %.40s: it takes x, y, z, phi, theta, psi or none", text);
-}
-
-/* Outside quotes. */
-static char separator_of(const char *line) {
-    static const char separators[] = ",;\t";
-    for (const char *s = separators; *s; s++) {
-        bool quoted = false;
-        for (const char *p = line; *p; p++) {
-            quoted = quoted != (*p == '"');
-            if (*p == *s && !quoted) return *s;
-        }
-    }
-    return ',';
+    return csv_dof_find(text, &r->head.dof) ? STATUS_OK : csv_text_refuse(&r->in, error, "dof: %.40s: it takes x, y, z, phi, theta, psi or none", text);
 }
 
 static int read_column(struct csv_reader *r, const char *name, struct error *error) {
     double unit = 1.0;
-    if (r->cells == CSV_CELLS_MAX) return refuse(r, error, "more than %d columns", CSV_CELLS_MAX);
+    if (r->cells == CSV_CELLS_MAX) return csv_text_refuse(&r->in, error, "more than %d columns", CSV_CELLS_MAX);
     const struct csv_alias *alias = csv_map_find(r->map, name);
     int column = alias ? alias->column : csv_column_find(name, &unit);
     r->unit[r->cells] = alias ? alias->unit : unit;
@@ -169,18 +84,18 @@ static void list_missing(struct csv_head *h) {
 }
 
 static int read_columns(struct csv_reader *r, char *line, struct error *error) {
-    r->head.columns_line = r->line;
-    r->separator = separator_of(line);
-    if (!normalise(line, r->separator)) return refuse(r, error, "a quote is not closed");
+    r->head.columns_line = r->in.line;
+    int separated = csv_text_columns(&r->in, line, error);
+    if (separated) return separated;
     while (line) {
         char *cell = strsep(&line, ",");
-        int status = read_column(r, trim(cell), error);
+        int status = read_column(r, csv_text_trim(cell), error);
         if (status) return status;
     }
-    if (!r->head.has[CSV_T]) return refuse(r, error, "no column t_s: the line after the head names the columns, t_s among them; names of your own take --map t=NAME:s");
+    if (!r->head.has[CSV_T]) return csv_text_refuse(&r->in, error, "no column t_s: the line after the head names the columns, t_s among them; names of your own take --map t=NAME:s");
     if (r->head.has[CSV_POSITION_COLUMN]) r->head.mechanism = MECHANISM_AXIS;
     if (r->head.mechanism == MECHANISM_AXIS && !r->head.has[CSV_POSITION_COLUMN])
-        return refuse(r, error, "no column position_m: without it an axis has nothing that can be evaluated");
+        return csv_text_refuse(&r->in, error, "no column position_m: without it an axis has nothing that can be evaluated");
     for (int i = 0; i < r->cells; i++) {
         if (r->column[i] < 0 || csv_column_of(r->column[i], r->head.mechanism)) continue;
         list(r->head.ignored, csv_columns[r->column[i]].name);
@@ -195,17 +110,17 @@ static int read_head(struct csv_reader *r, struct error *error) {
     char *line;
     bool has_dof = false;
     int got, status = STATUS_OK;
-    while ((got = read_line(r, &line, error)) > 0 && line[0] == '#')
+    while ((got = csv_text_line(&r->in, &line, error)) > 0 && line[0] == '#')
         if ((status = read_key(r, line + 1, &has_dof, error))) return status;
     if (got < 0) return got;
-    if (!got && has_dof) return refuse(r, error, "the file ends before the names of the columns");
+    if (!got && has_dof) return csv_text_refuse(&r->in, error, "the file ends before the names of the columns");
     if (got && (status = read_columns(r, line, error))) return status;
     bool axis = r->head.mechanism == MECHANISM_AXIS;
     if (!has_dof && axis) r->head.dof = DOF_X;
     else if (!has_dof)
-        return refuse(r, error, "no line \"# dof: x\" (or y, z, phi, theta, psi, none) before the names of the columns, and no "
+        return csv_text_refuse(&r->in, error, "no line \"# dof: x\" (or y, z, phi, theta, psi, none) before the names of the columns, and no "
                                 "column position_m of an axis");
-    if (axis && r->head.dof > DOF_X) return refuse(r, error, "dof: %s: an axis has none but x", csv_dof_name(r->head.dof));
+    if (axis && r->head.dof > DOF_X) return csv_text_refuse(&r->in, error, "dof: %s: an axis has none but x", csv_dof_name(r->head.dof));
     return STATUS_OK;
 }
 
@@ -217,17 +132,15 @@ int csv_open(struct csv_reader **reader, const char *path, struct csv_map *map, 
     for (int key = 0; key < CSV_KEYS; key++) r->head.value[key] = (double)NAN;
     r->head.dof = DOF_NONE;
     r->map = map;
-    const char *reason = "out of memory";
-    int descriptor = input_open(path, &reason);
-    r->file = descriptor < 0 ? NULL : fdopen(descriptor, "r");
-    int status = r->file ? read_head(r, error) : error_set(error, STATUS_IO, "%.250s: cannot be read: %s", path, reason);
+    int status = csv_text_open(&r->in, path, error);
+    if (!status) status = read_head(r, error);
     if (status == STATUS_OK) *reader = r;
     else csv_close(r);
     return status;
 }
 
 void csv_close(struct csv_reader *r) {
-    if (r->file) fclose(r->file);
+    csv_text_close(&r->in);
     free(r);
 }
 
@@ -262,18 +175,18 @@ static int refuse_cell(const struct csv_reader *r, int column, const char *cell,
 /* rest: behind the last cell that was read. */
 static int refuse_count(const struct csv_reader *r, int cells, const char *rest, struct error *error) {
     for (; *rest; rest++) cells += *rest == ',';
-    return refuse(r, error, "%d cells, but line %d names %d columns", cells, r->head.columns_line, r->cells);
+    return csv_text_refuse(&r->in, error, "%d cells, but line %d names %d columns", cells, r->head.columns_line, r->cells);
 }
 
 int csv_read_row(struct csv_reader *r, struct cycle *cycle, struct error *error) {
     char *cell;
-    int got = read_line(r, &cell, error);
+    int got = csv_text_line(&r->in, &cell, error);
     if (got <= 0) return got;
     *cycle = blank();
     for (int i = 0; i < r->cells; i++) {
         const struct csv_column *column = r->column[i] >= 0 ? &csv_columns[r->column[i]] : NULL;
         double number;
-        char *end = column ? read_number(cell, &number) : cell + strcspn(cell, ",");
+        char *end = column ? csv_text_number(cell, &number) : cell + strcspn(cell, ",");
         if (!end || (column && !store(cycle, column, number * r->unit[i]))) return refuse_cell(r, r->column[i], cell, error);
         r->empty += column && isnan(number);
         if ((*end == '\0') != (i == r->cells - 1)) return refuse_count(r, i + 1, end, error);

@@ -4,9 +4,10 @@
 
 #include "csv_format.h"
 #include "csv_map.h"
+#include "csv_text.h"
 #include "status.h"
 
-enum { CSV_PATH_SIZE = 1024, CSV_LINE_SIZE = 8192, CSV_CELLS_MAX = 128, CSV_LIST_SIZE = 240 };
+enum { CSV_CELLS_MAX = 128, CSV_LIST_SIZE = 240 };
 
 struct csv_head {
     char path[CSV_PATH_SIZE];
@@ -22,15 +23,12 @@ struct csv_head {
 
 struct csv_reader {
     struct csv_head head;
-    FILE *file;
-    int line;                      /* the one read last, from 1 */
-    char separator;                /* of cells: ',', or ';' or a tab, and then numbers may have decimal commas; 0: not known yet */
+    struct csv_text in;
     int cells;                     /* in a row */
     int column[CSV_CELLS_MAX];     /* of each cell, -1: not known */
     double unit[CSV_CELLS_MAX];    /* SI units in the column's own */
     int64_t empty;                 /* cells so far that have no number */
     struct csv_map *map;           /* names of the user's own; NULL: none */
-    char text[CSV_LINE_SIZE];
 };
 
 /* Opens it and reads the head; notes in the map which of its names are there. */

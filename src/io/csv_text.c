@@ -1,0 +1,108 @@
+#include "csv_text.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "input.h"
+
+int csv_text_refuse(const struct csv_text *t, struct error *error, const char *format, ...) {
+    char reason[200];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(reason, sizeof reason, format, args);
+    va_end(args);
+    return error_set(error, STATUS_USAGE, "%.180s:%d: %s", t->path, t->line, reason);
+}
+
+char *csv_text_trim(char *text) {
+    text += strspn(text, " \t");
+    for (size_t n = strlen(text); n > 0 && strchr(" \t\r\n", text[n - 1]); n--) text[n - 1] = '\0';
+    return text;
+}
+
+/* In place: commas between cells, points in numbers, no quotes. False: a quote is not closed. */
+static bool normalise(char *text, char separator) {
+    char *to = text;
+    bool quoted = false;
+    for (; *text; text++) {
+        if (*text == '"') quoted = !quoted;
+        else if (*text == separator && !quoted) *to++ = ',';
+        else *to++ = *text == ',' ? '.' : *text;
+    }
+    *to = '\0';
+    return !quoted;
+}
+
+int csv_text_line(struct csv_text *t, char **line, struct error *error) {
+    static const char mark[] = "\xef\xbb\xbf"; /* which some programs put before UTF-8 */
+    while (fgets(t->text, sizeof t->text, t->file)) {
+        t->line++;
+        if (!strchr(t->text, '\n') && !feof(t->file))
+            return csv_text_refuse(t, error, "a line of more than %d bytes, or a zero byte: this is no CSV text", CSV_LINE_SIZE - 2);
+        if (t->separator && t->text[0] == '#') continue;
+        if (t->separator && !normalise(t->text, t->separator)) return csv_text_refuse(t, error, "a quote is not closed");
+        *line = csv_text_trim(t->text + (t->line == 1 && strncmp(t->text, mark, 3) == 0 ? 3 : 0));
+        if (**line) return 1;
+    }
+    return ferror(t->file) ? error_set(error, STATUS_IO, "%.250s: cannot be read: %s", t->path, strerror(errno)) : 0;
+}
+
+/* Outside quotes. */
+static char separator_of(const char *line) {
+    static const char separators[] = ",;\t";
+    for (const char *s = separators; *s; s++) {
+        bool quoted = false;
+        for (const char *p = line; *p; p++) {
+            quoted = quoted != (*p == '"');
+            if (*p == *s && !quoted) return *s;
+        }
+    }
+    return ',';
+}
+
+int csv_text_columns(struct csv_text *t, char *line, struct error *error) {
+    t->separator = separator_of(line);
+    return normalise(line, t->separator) ? STATUS_OK : csv_text_refuse(t, error, "a quote is not closed");
+}
+
+/* Digits with a point, up to 15 of them: both are exact in binary, so one division rounds right. NULL: it takes strtod. */
+static char *read_plain(char *text, double *number) {
+    static const double power[] = {1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
+    char *first = text + (*text == '-'), *p = first, *point = NULL;
+    int64_t digits = 0;
+    for (; p < first + 16 && ((*p >= '0' && *p <= '9') || (*p == '.' && !point)); p++) {
+        if (*p == '.') point = p;
+        else digits = 10 * digits + (*p - '0');
+    }
+    if ((*p != ',' && *p != '\0') || p - first - (point != NULL) < 1 || p - first - (point != NULL) > 15) return NULL;
+    *number = (double)digits / power[point ? p - point - 1 : 0];
+    if (first > text) *number = -*number;
+    return p;
+}
+
+char *csv_text_number(char *text, double *number) {
+    char *end = read_plain(text, number);
+    if (end) return end;
+    text += strspn(text, " \t");
+    *number = strtod(text, &end);
+    if (end == text) *number = (double)NAN;
+    end += strspn(end, " \t");
+    return *end == ',' || *end == '\0' ? end : NULL;
+}
+
+int csv_text_open(struct csv_text *t, const char *path, struct error *error) {
+    const char *reason = "out of memory";
+    snprintf(t->path, sizeof t->path, "%s", path);
+    t->line = 0, t->separator = '\0';
+    int descriptor = input_open(path, &reason);
+    t->file = descriptor < 0 ? NULL : fdopen(descriptor, "r");
+    return t->file ? STATUS_OK : error_set(error, STATUS_IO, "%.250s: cannot be read: %s", path, reason);
+}
+
+void csv_text_close(struct csv_text *t) {
+    if (t->file) fclose(t->file);
+}
