@@ -6,6 +6,8 @@
 #include "effect.h"
 #include "types.h"
 
+enum { PARAMS_TEXT_SIZE = 256 };  /* of every text */
+
 enum mechanism_kind { MECHANISM_STEWART, MECHANISM_AXIS };
 
 struct geometry_params {          /* Tian 2015 Table 1 */
@@ -105,8 +107,16 @@ struct interlock_params {         /* SAFETY: which of the machine's inputs and o
 struct test_params {
     enum dof order[DOFS];         /* axes to test, in turn */
     int count;
-    double frequency_hz;
-    double amplitude_m, amplitude_rad;
+    union {
+        double hz[DOFS];          /* frequency, of each axis its own */
+        double frequency_hz;      /* x's: for src/gap/survey.c, until it takes the axis's own */
+    };
+    union {
+        double amplitude[DOFS];   /* m; rad */
+        struct {
+            double amplitude_m, y_m, z_m, amplitude_rad, theta_rad, psi_rad; /* likewise */
+        };
+    };
     double settle_s, ramp_s, duration_s, ramp_out_s; /* duration_s: the evaluated part */
     int harmonics;                /* regressed with the fundamental */
 };
@@ -142,10 +152,8 @@ struct security_params {
     bool confine;                 /* the running daemon may ask little of the system (src/rt/confine.h) */
 };
 
-enum { LCM_URL_SIZE = 128 };
-
 struct lcm_params {
-    char url[LCM_URL_SIZE];       /* "" none; udpm ttl 0 stays on the host */
+    char url[PARAMS_TEXT_SIZE];   /* "" none; udpm ttl 0 stays on the host */
     int state_every;              /* one HEXID_STATE on the wire for so many cycles */
     bool commands;                /* SAFETY: accept commands that move; stop and park are always accepted */
     double lease_s;               /* SAFETY: who engaged or started by command must be heard so often, or the platform is parked; 0: need not */

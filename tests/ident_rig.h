@@ -28,11 +28,9 @@ static inline double random_normal(uint64_t *state) {
     return radius * cos(PI * random_unit(state));
 }
 
-static inline double omega(const struct rig *r) { return 2 * PI * r->params.tests.frequency_hz; }
+static inline double omega(const struct rig *r, int d) { return 2 * PI * r->params.tests.hz[d]; }
 
-static inline double amplitude(const struct rig *r, int dof) {
-    return dof < 3 ? r->params.tests.amplitude_m : r->params.tests.amplitude_rad;
-}
+static inline double amplitude(const struct rig *r, int dof) { return r->params.tests.amplitude[dof]; }
 
 /* Own axis near the command with a phase lag, the others a few percent of theirs; weaker harmonics. */
 static inline void rig_motions(struct rig *r, uint64_t *state) {
@@ -69,7 +67,7 @@ static inline void rig_motion(const struct rig *r, int d, double t_s, double pos
         pose[0][i] = amplitude(r, i) * (0.1 + 0.02 * (t_s - 1));
         pose[1][i] = pose[2][i] = 0; /* the drift's rate is no part of the fundamental */
         for (int k = 0; k < HARMONICS; k++) {
-            double w = (k + 1) * omega(r), s = sin(w * t_s), c = cos(w * t_s);
+            double w = (k + 1) * omega(r, d), s = sin(w * t_s), c = cos(w * t_s);
             const double *a = r->pose[d][i][k];
             pose[0][i] += a[0] * s + a[1] * c;
             pose[1][i] += w * (a[0] * c - a[1] * s);
@@ -97,6 +95,17 @@ static inline void sample_from(const struct rig *r, const double pose[DOFS], con
     }
 }
 
+static inline void rig_record(struct rig *r) {
+    for (int d = 0; d < DOFS; d++)
+        for (int i = 0; i < r->samples; i++) {
+            double motion[3][DOFS], wrench[DOFS], t = r->params.tests.ramp_s + (double)i / RATE_HZ;
+            r->cycle[d][i] = (struct cycle){.test = d, .dof = (enum dof)d, .phase = PHASE_EVALUATE, .test_time_s = t};
+            rig_motion(r, d, t, motion);
+            rig_wrench(r, t, motion, wrench);
+            sample_from(r, motion[0], wrench, &r->cycle[d][i].in);
+        }
+}
+
 static inline struct rig *rig_create(uint64_t seed, double duration_s) {
     static struct rig rig;
     struct rig *r = &rig;
@@ -110,14 +119,7 @@ static inline struct rig *rig_create(uint64_t seed, double duration_s) {
     rig_matrices(r, &seed);
     r->samples = (int)lround(duration_s * RATE_HZ);
     assert_true(r->samples <= SAMPLES_MAX);
-    for (int d = 0; d < DOFS; d++)
-        for (int i = 0; i < r->samples; i++) {
-            double motion[3][DOFS], wrench[DOFS], t = r->params.tests.ramp_s + (double)i / RATE_HZ;
-            r->cycle[d][i] = (struct cycle){.test = d, .dof = (enum dof)d, .phase = PHASE_EVALUATE, .test_time_s = t};
-            rig_motion(r, d, t, motion);
-            rig_wrench(r, t, motion, wrench);
-            sample_from(r, motion[0], wrench, &r->cycle[d][i].in);
-        }
+    rig_record(r);
     return r;
 }
 

@@ -41,7 +41,7 @@ static uint64_t random_next(uint64_t *state) {
 static double random_unit(uint64_t *state) { return (double)(random_next(state) >> 11) * 0x1p-53; }
 
 static bool is_number(const struct config_key *key) {
-    return key->kind == CONFIG_REAL || key->kind == CONFIG_INTEGER || key->kind == CONFIG_LEGS || key->kind == CONFIG_LEGS_ALIKE;
+    return key->kind == CONFIG_REAL || key->kind == CONFIG_INTEGER || key->kind == CONFIG_REALS || key->kind == CONFIG_REALS_ALIKE;
 }
 
 static bool set_text(const struct config_key *key, const char *text, struct params *params) {
@@ -184,7 +184,7 @@ static void randomize(struct params *p, uint64_t *seed) {
         if (key.effect < 0) continue;
         p->effects[key.effect].on = true;
         for (int leg = 0; leg < LEGS; leg++)
-            place[leg] = key.kind == CONFIG_LEGS || leg == 0 ? key.min + (key.max - key.min) * random_unit(seed) : place[0];
+            place[leg] = key.kind == CONFIG_REALS || leg == 0 ? key.min + (key.max - key.min) * random_unit(seed) : place[0];
     }
 }
 
@@ -196,6 +196,7 @@ static void text_turns_back_into_the_same_bits(void **state) {
         struct error error = {0};
         config_default(&p);
         if (round > 0) randomize(&p, &seed);
+        for (int d = 0; d < DOFS && round > 0; d++) p.tests.hz[d] -= 1e-3 * d, p.tests.amplitude[d] *= 1.0 - 1e-3 * d;
         if (round > 1) p.tests.order[0] = DOF_PSI, p.tests.order[5] = DOF_X;
         if (round > 2) strcpy(p.lcm.url, "file:///tmp/\"odd\" name\\#1: x");
         if (round > 2) memset(p.lcm.url + strlen(p.lcm.url), 0, sizeof p.lcm.url - strlen(p.lcm.url));
@@ -214,7 +215,24 @@ static void settings_override_the_file_and_the_last_one_wins(void **state) {
     struct params p;
     struct error error = {0};
     assert_int_equal(config_load(&p, shipped, settings, 3, &error), 0);
-    assert_true(p.control.kp == 31 && p.tests.frequency_hz == 5);
+    assert_true(p.control.kp == 31 && p.tests.hz[DOF_PSI] == 5);
+}
+
+/* What is alike is written as one number, as it always was. */
+static void an_axis_has_a_frequency_and_an_amplitude_of_its_own(void **state) {
+    (void)state;
+    const char *const settings[] = {"tests.frequency_hz=[1, 2, 3, 4, 5, 6]", "tests.amplitude_m=1e-3,2e-3,3e-3", "tests.amplitude_rad=4e-3"};
+    static const double hz[DOFS] = {1, 2, 3, 4, 5, 6}, amplitude[DOFS] = {1e-3, 2e-3, 3e-3, 4e-3, 4e-3, 4e-3};
+    struct params p;
+    struct error error = {0};
+    assert_int_equal(config_load(&p, shipped, settings, 3, &error), 0);
+    assert_memory_equal(p.tests.hz, hz, sizeof hz);
+    assert_memory_equal(p.tests.amplitude, amplitude, sizeof amplitude);
+    char *text = config_text(&p);
+    assert_non_null(strstr(text, "frequency_hz: [1, 2, 3, 4, 5, 6]"));
+    assert_non_null(strstr(text, "amplitude_m: [0.001, 0.002, 0.003]"));
+    assert_non_null(strstr(text, "amplitude_rad: 0.004 "));
+    free(text);
 }
 
 static void an_effect_is_off_until_one_of_its_keys_is_set(void **state) {
@@ -251,9 +269,9 @@ static void a_list_gives_each_leg_its_value_where_the_effect_allows_it(void **st
         struct params p;
         config_default(&p);
         assert_false(set_text(&key, five, &p));
-        assert_int_equal(set_text(&key, six, &p), key.kind == CONFIG_LEGS);
+        assert_int_equal(set_text(&key, six, &p), key.kind == CONFIG_REALS);
         const double *value = (const double *)((const char *)&p + key.offset);
-        for (int leg = 1; leg < LEGS && key.kind == CONFIG_LEGS; leg++) assert_true(value[leg] > value[leg - 1]);
+        for (int leg = 1; leg < LEGS && key.kind == CONFIG_REALS; leg++) assert_true(value[leg] > value[leg - 1]);
     }
 }
 
@@ -329,6 +347,8 @@ static void a_wrong_setting_is_reported_with_its_text(void **state) {
         {"control=3", "--set control=3: control holds keys; write --set control.KEY=VALUE"},
         {"=3", "--set =3: unknown key"},
         {"", "--set : no value"},
+        {"tests.frequency_hz=4,4,4,4,4", "a list of 5; it takes one value for all, or 6"},
+        {"tests.amplitude_m=1e-3,1e-3,1e-3,1e-3", "a list of 4; it takes one value for all, or 3"},
         {"tests.order=x,,y", "--set tests.order=x,,y: \"\" is none of"},
         {"tests.order=x,y,z,x,y,z,x", "at most 6 values"},
         {"loop.period_s=1e999", "--set loop.period_s=1e999: 1e999 is outside"},
@@ -384,6 +404,8 @@ static void keys_that_contradict_each_other_are_named(void **state) {
         {{"tests.frequency_hz=45", "tests.duration_s=0.046", "limits.leg_rate_mps=2"}, {"tests.duration_s", "tests.harmonics"}},
         {{"tests.amplitude_m=0.41", "tests.frequency_hz=0.1", "tests.duration_s=30"}, {"tests.amplitude_m", "actuator.stroke_m"}},
         {{"tests.amplitude_rad=0.05"}, {"amplitude_rad", "limits.leg_rate_mps"}},
+        {{"tests.amplitude_rad=0.001,0.05,0.001"}, {"amplitude_rad of theta, 0.05", "limits.leg_rate_mps"}},
+        {{"tests.frequency_hz=4,4,4,4,0.3,4"}, {"tests.duration_s", "(theta): at least 6.66667 s"}},
         {{"sim.substeps=7"}, {"sim.substeps", "at least 8"}},
         {{"sim.smooth_friction_mps=0.0002"}, {"sim.smooth_friction_mps", "closed_form"}},
         {{"loop.period_s=0.004"}, {"sim.substeps", "at least 16"}},
@@ -495,6 +517,7 @@ int main(void) {
         cmocka_unit_test(numbers_are_read_in_any_decimal_notation),
         cmocka_unit_test(text_turns_back_into_the_same_bits),
         cmocka_unit_test(settings_override_the_file_and_the_last_one_wins),
+        cmocka_unit_test(an_axis_has_a_frequency_and_an_amplitude_of_its_own),
         cmocka_unit_test(an_effect_is_off_until_one_of_its_keys_is_set),
         cmocka_unit_test(a_list_gives_each_leg_its_value_where_the_effect_allows_it),
         cmocka_unit_test(a_mistake_is_reported_with_file_line_and_key),

@@ -159,10 +159,14 @@ static void heads_replace_the_configuration(void **unused) {
     (void)unused;
     empty(NULL);
     put("1_psi.csv", file_of("# dof: psi\n# frequency_hz: 2.5\n# amplitude: 0.01\n# ramp_s: 0.5\n# settle_s: 0\n", 0.0, 1500));
-    put("2_y.csv", file_of("# dof: y\n# frequency_hz: 2.5\n# amplitude: 0.003\n", 0.0, 1400));
+    put("2_y.csv", file_of("# dof: y\n# frequency_hz: 5\n# amplitude: 0.003\n", 0.0, 1400));
+    put("3_z.csv", file_of("# dof: z\n# amplitude: 0.002\n", 0.0, 1400));
     assert_imports();
     const struct test_params *t = &load(log_a)->params.tests;
-    assert_true(t->frequency_hz == 2.5 && t->amplitude_rad == 0.01 && t->amplitude_m == 0.003 && t->ramp_s == 0.5 && t->settle_s == 0.0);
+    static const double hz[DOFS] = {2.5, 5, 2.5, 2.5, 2.5, 2.5}, amplitude[DOFS] = {0.003, 0.003, 0.002, 0.01, 0.01, 0.01};
+    assert_memory_equal(t->hz, hz, sizeof hz); /* each axis its own, or that of the first file */
+    assert_memory_equal(t->amplitude, amplitude, sizeof amplitude);
+    assert_true(t->ramp_s == 0.5 && t->settle_s == 0.0);
     assert_float_equal(t->duration_s, 2.3, 1e-9); /* all that follows the ramp, of the shorter file: 1400 * 2 ms - 0.5 s */
     assert_true(t->count == 6 && t->order[5] == DOF_PSI);
     assert_true(load(log_a)->cycle[0].test == 5 && load(log_a)->cycle[1500].test == 1);

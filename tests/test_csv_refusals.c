@@ -9,7 +9,10 @@ static void files_that_disagree_are_refused(void **unused) {
     assert_imports(); /* metres and radians are two things */
     assert_false(report.several);
     put("10_y.csv", file_of("# dof: y\n# amplitude: 0.005\n# frequency_hz: 5\n", 0, 2000));
-    assert_imports(); /* each test its own, which is said */
+    assert_imports(); /* each axis its own, */
+    assert_false(report.several);
+    put("10_x.csv", file_of("# dof: x\n# amplitude: 0.005\n# frequency_hz: 5\n", 0, 2000));
+    assert_imports(); /* and of one axis each test, which is said */
     assert_true(report.several);
     put("11_z.csv", file_of("# dof: z\n# ramp_s: 2\n", 0, 2000));
     assert_int_equal(import(), STATUS_USAGE);

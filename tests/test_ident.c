@@ -10,9 +10,25 @@ static void method_a_recovers_inertia_and_damping_of_a_known_machine(void **unus
     const struct method_result *a = &id->result.method_a;
     /* Forward kinematics stops at 1e-13 m of 4 mm, 2.5e-11, not averaged: times the largest entries, 10 N s/mm through w = 25. */
     assert_below(distance(&a->mt[0][0], &r->mt[0][0], DOFS * DOFS), 1e-9 * 272);
-    assert_below(distance(&a->bt[0][0], &r->bt[0][0], DOFS * DOFS), 1e-9 * 272 * omega(r));
+    assert_below(distance(&a->bt[0][0], &r->bt[0][0], DOFS * DOFS), 1e-9 * 272 * omega(r, 0));
     for (int i = 0; i < DOFS; i++) assert_true(a->bt[i][i] > 0); /* the sign of Q */
     assert_true(a->condition_number > 1 && a->condition_number < 1.5);
+}
+
+static void each_axis_has_a_frequency_of_its_own(void **unused) {
+    (void)unused;
+    struct rig *r = rig_create(1, 5);
+    for (int d = 0; d < DOFS; d++) r->params.tests.hz[d] = 2.0 + 0.7 * d, r->params.tests.amplitude[d] *= 1.0 - 0.1 * d;
+    rig_record(r); /* amplitudes of the motion as they were */
+    struct ident *id = ident_create(r);
+    feed_all(id, r);
+    assert_true(ident_solve(id));
+    assert_below(distance(&id->result.method_a.mt[0][0], &r->mt[0][0], DOFS * DOFS), 4e-9 * 272); /* (4 / 2 Hz)^2 */
+    for (int d = 0; d < DOFS; d++) {
+        const struct test_result *t = &id->result.test[d];
+        assert_true(t->frequency_hz == 2.0 + 0.7 * d && t->amplitude == r->params.tests.amplitude[d]);
+        assert_close(t->achieved_amplitude, hypot(r->pose[d][d][0][0], r->pose[d][d][0][1]), 1e-9 * t->amplitude);
+    }
 }
 
 static void fundamentals_are_those_of_the_motion(void **unused) {
@@ -32,7 +48,7 @@ static void fundamentals_are_those_of_the_motion(void **unused) {
         }
         assert_close(t->achieved_amplitude, hypot(own[0], own[1]), 1e-12);
         assert_close(t->phase_deg, deg_from_rad(atan2(own[1], own[0])), 1e-7);
-        assert_true(t->amplitude == amplitude(r, d) && t->frequency_hz == 4);
+        assert_true(t->amplitude == amplitude(r, d) && t->frequency_hz == r->params.tests.hz[d]);
     }
 }
 
@@ -207,6 +223,7 @@ static void cycles_of_no_axis_are_ignored(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(method_a_recovers_inertia_and_damping_of_a_known_machine),
+        cmocka_unit_test(each_axis_has_a_frequency_of_its_own),
         cmocka_unit_test(fundamentals_are_those_of_the_motion),
         cmocka_unit_test(order_of_the_tests_changes_no_bit),
         cmocka_unit_test(what_came_before_the_evaluated_part_changes_no_bit),

@@ -33,7 +33,7 @@ static void record(struct recording *r, path *along, double seconds, double stat
     uint64_t state = 3;
     struct error error;
     recording_init(r, &params);
-    r->run[0].frequency_hz = stated_hz;
+    r->run[0].hz[DOF_X] = stated_hz;
     for (int i = 0; i * step_s < seconds; i++) {
         struct cycle c = {.seq = (uint64_t)i, .test = 0, .dof = DOF_X, .phase = PHASE_EVALUATE, .test_time_s = i * step_s};
         for (int k = 0; k < LEGS; k++) c.in.length_m[k] = c.in.p1_pa[k] = c.in.p2_pa[k] = c.out.valve[k] = c.force_n[k] = (double)NAN;

@@ -149,7 +149,7 @@ static void a_length_that_stands_still_in_a_test_trips_within_a_period(void **un
     (void)unused;
     struct params params = by_hand();
     int ramped = (int)((params.tests.settle_s + params.tests.ramp_s) / params.loop.period_s);
-    int period = (int)(1.0 / params.tests.frequency_hz / params.loop.period_s);
+    int period = (int)(1.0 / params.tests.hz[DOF_PSI] / params.loop.period_s);
     params.tests.order[0] = DOF_PSI;
     for (int leg = 0; leg < LEGS; leg++)
         for (int at = 0; at < period; at += period / 5) {

@@ -291,7 +291,7 @@ static void a_second_run_has_tests_of_its_own(void **unused) {
     struct error error;
     struct recording like, r;
     struct test_params second = params.tests;
-    second.frequency_hz = 0.5 * params.tests.frequency_hz, second.amplitude_m = 2.0 * params.tests.amplitude_m;
+    second.hz[DOF_Z] *= 0.5, second.amplitude[DOF_Z] *= 2.0;
     recording_init(&like, &params);
     assert_int_equal(recording_begin(&like, &second, &error), STATUS_OK);
     for (int i = 0; i < DOFS; i++) like.test[like.tests++] = (struct recording_test){.test = i, .dof = (enum dof)i, .first = -1};
@@ -301,7 +301,7 @@ static void a_second_run_has_tests_of_its_own(void **unused) {
     assert_int_equal(r.runs, 2);
     assert_int_equal(r.tests, DOFS + 1);
     assert_true(last->run == 1 && last->test == DOFS && last->dof == DOF_Z);
-    assert_true(last->frequency_hz == second.frequency_hz && last->amplitude == second.amplitude_m);
+    assert_true(last->frequency_hz == second.hz[DOF_Z] && last->amplitude == second.amplitude[DOF_Z]);
     if (recording_check(&r, &error)) fail_msg("%s", error.text); /* the legs move at the run's frequency, not at the model's */
     double first_mt[DOFS][DOFS], both_mt[DOFS][DOFS];
     assert_true(replay_identify(&params, &clean, first_mt) && replay_identify(&params, &r, both_mt));

@@ -14,7 +14,7 @@ struct run {
     int64_t cycles, overruns;
 };
 
-static double amplitude(const struct params *p, int dof) { return dof < DOF_PHI ? p->tests.amplitude_m : p->tests.amplitude_rad; }
+static double amplitude(const struct params *p, int dof) { return p->tests.amplitude[dof]; }
 
 /* Nothing wrong with it: six perfect tests, a plain inertia matrix. */
 static struct run *good_run(void) {
@@ -24,7 +24,7 @@ static struct run *good_run(void) {
     config_default(&r->params);
     for (int d = 0; d < DOFS; d++) {
         double size = amplitude(&r->params, d);
-        r->id.test[d] = (struct test_result){.test = d, .dof = (enum dof)d, .frequency_hz = r->params.tests.frequency_hz, .amplitude = size,
+        r->id.test[d] = (struct test_result){.test = d, .dof = (enum dof)d, .frequency_hz = r->params.tests.hz[d], .amplitude = size,
                                              .achieved_amplitude = size, .samples = SAMPLES, .complete = true};
         r->id.method_a.mt[d][d] = d < DOF_PHI ? 272 : 30;
     }

@@ -53,10 +53,9 @@ static void move_step(struct reference *r, double dt_s, struct reference_sample 
 
 static void test_step(struct reference *r, const struct test_params *t, double dt_s, struct reference_sample *s) {
     int64_t ramp = ticks_of(t->ramp_s, dt_s), end = r->ramp_out_tick + ticks_of(t->ramp_out_s, dt_s);
-    double amplitude = r->dof < DOF_PHI ? t->amplitude_m : t->amplitude_rad;
     double envelope = smooth(r->ticks, ramp) * (1.0 - smooth(r->ticks - r->ramp_out_tick, end - r->ramp_out_tick));
     s->test_time_s = (double)r->ticks * dt_s;
-    s->pose[r->dof] = amplitude * envelope * sin(2.0 * PI * t->frequency_hz * s->test_time_s);
+    s->pose[r->dof] = t->amplitude[r->dof] * envelope * sin(2.0 * PI * t->hz[r->dof] * s->test_time_s);
     s->phase = r->ticks >= r->ramp_out_tick ? PHASE_RAMP_OUT : r->ticks < 0 ? PHASE_SETTLE :
                r->ticks < ramp ? PHASE_RAMP_IN : PHASE_EVALUATE;
     s->done = r->ticks >= end || (r->ticks < 0 && s->phase == PHASE_RAMP_OUT);

@@ -2,7 +2,7 @@
  *
  * Test time starts at the ramp-in:  [-settle, 0) hold neutral, [0, ramp) ramp-in, [ramp, ramp+duration) evaluated, then ramp-out and one
  * last cycle at neutral;
- * ref[dof] = amplitude envelope(t) sin(2 pi f t). All instants are whole cycles. */
+ * ref[dof] = amplitude envelope(t) sin(2 pi f t), amplitude and f the axis's own. All instants are whole cycles. */
 #ifndef HEXID_REFERENCE_H
 #define HEXID_REFERENCE_H
 

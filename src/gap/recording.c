@@ -42,8 +42,10 @@ static struct recording_test *place(struct recording *r, const struct cycle *c) 
     if (r->tests == RECORDING_TESTS) return NULL;
     const struct test_params *p = &r->run[run];
     t = &r->test[r->tests++];
-    *t = (struct recording_test){.run = run, .test = test, .dof = c->dof, .frequency_hz = p->frequency_hz, .stated_hz = p->frequency_hz,
-                                 .amplitude = c->dof < DOF_PHI ? p->amplitude_m : p->amplitude_rad, .first = -1};
+    *t = (struct recording_test){.run = run, .test = test, .dof = c->dof, .first = -1};
+    bool axis = c->dof != DOF_NONE; /* any other motion has neither */
+    t->frequency_hz = t->stated_hz = axis ? p->hz[c->dof] : (double)NAN;
+    t->amplitude = axis ? p->amplitude[c->dof] : (double)NAN;
     return t;
 }
 

@@ -406,12 +406,14 @@ static int check_drives(const struct recording *r, const struct residual_data *d
     return status;
 }
 
-/* A run is driven again at the frequency at which its tests moved. */
+/* A run is driven again at the frequencies at which its tests moved. */
 static void run_at(struct recording *r, int first) {
-    double sum_hz = 0.0;
-    for (int i = first; i < r->tests; i++) sum_hz += r->test[i].frequency_hz;
-    double mean_hz = sum_hz / (r->tests - first); /* NaN where one is of any motion */
-    if (fabs(mean_hz / r->run[r->runs - 1].frequency_hz - 1.0) > FREQUENCY_SAME) r->run[r->runs - 1].frequency_hz = mean_hz;
+    double *hz = r->run[r->runs - 1].hz;
+    for (int i = first; i < r->tests; i++) {
+        const struct recording_test *t = &r->test[i];
+        bool other = t->dof != DOF_NONE && fabs(t->frequency_hz / hz[t->dof] - 1.0) > FREQUENCY_SAME; /* not of NaN: any motion */
+        if (other) hz[t->dof] = t->frequency_hz;
+    }
 }
 
 int recording_check(struct recording *r, struct error *error) {

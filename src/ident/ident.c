@@ -30,16 +30,15 @@ int ident_init(struct ident *id, const struct params *params, struct error *erro
     return status;
 }
 
-static double commanded_amplitude(const struct test_params *t, int dof) { return dof < DOF_PHI ? t->amplitude_m : t->amplitude_rad; }
-
 static void open_test(struct ident *id, const struct cycle *c) {
     id->running = c->test;
     id->dof = c->dof;
     id->seen = id->excluded = 0;
     id->first_s = c->test_time_s;
     memset(id->pose, 0, sizeof id->pose);
-    witness_reset(&id->witness, id->params->tests.frequency_hz, id->params->loop.period_s);
-    harmonics_reset(&id->fit, 2.0 * PI * id->params->tests.frequency_hz, id->params->tests.harmonics, CHANNELS);
+    double hz = id->params->tests.hz[c->dof];
+    witness_reset(&id->witness, hz, id->params->loop.period_s);
+    harmonics_reset(&id->fit, 2.0 * PI * hz, id->params->tests.harmonics, CHANNELS);
 }
 
 /* Pose and wrench of one sample; false when it has none. */
@@ -77,7 +76,7 @@ static void summarize(const struct test_params *p, struct test_result *t) {
     t->achieved_amplitude = hypot(own[0], own[1]);
     t->phase_deg = deg_from_rad(atan2(own[1], own[0]));
     for (int i = 0; i < DOFS; i++) {
-        double share = hypot(t->pose[i][0], t->pose[i][1]) / commanded_amplitude(p, i);
+        double share = hypot(t->pose[i][0], t->pose[i][1]) / p->amplitude[i];
         t->unwanted_pct[i] = i == (int)t->dof ? 0.0 : 100.0 * share;
     }
 }
@@ -88,8 +87,8 @@ static void close_test(struct ident *id) {
     struct harmonics_fit fit;
     bool solved = harmonics_solve(&id->fit, &fit);
     double span_s = (id->last_s - id->first_s) * (double)id->seen / (double)(id->seen - 1); /* a sample stands for one period */
-    *t = (struct test_result){.test = id->running, .dof = id->dof, .frequency_hz = p->frequency_hz,
-                              .amplitude = commanded_amplitude(p, id->dof), .samples = id->fit.samples, .excluded = id->excluded,
+    *t = (struct test_result){.test = id->running, .dof = id->dof, .frequency_hz = p->hz[id->dof],
+                              .amplitude = p->amplitude[id->dof], .samples = id->fit.samples, .excluded = id->excluded,
                               .witness = witness_says(&id->witness),
                               .complete = solved && span_s >= complete_share * p->duration_s};
     for (int i = 0; i < DOFS; i++) {

@@ -85,34 +85,47 @@ static void check_limits(struct checker *c, const struct params *p) {
             p->loop.period_s);
 }
 
-static void check_reach(struct checker *c, const struct params *p) {
-    const struct test_params *t = &p->tests;
+static void check_reach(struct checker *c, const struct params *p, enum dof axis) {
     const struct limit_params *l = &p->limits;
-    double neutral = leg_length(&p->geometry, p->geometry.height_m);
-    double swing = t->amplitude_rad * hypot(p->geometry.upper_radius_m, p->payload.center_height_m); /* of an upper joint */
-    double reach = fmax(t->amplitude_m, swing), speed = 2 * PI * t->frequency_hz * reach;
+    bool turns = axis >= DOF_PHI;
+    const char *key = turns ? "amplitude_rad" : "amplitude_m", *name = dof_names[axis];
+    double amplitude = p->tests.amplitude[axis], hz = p->tests.hz[axis], neutral = leg_length(&p->geometry, p->geometry.height_m);
+    double arm = hypot(p->geometry.upper_radius_m, p->payload.center_height_m); /* of an upper joint */
+    double reach = turns ? amplitude * arm : amplitude, speed = 2 * PI * hz * reach;
     double room = fmin(p->actuator.stroke_m / 2, fmin(l->length_max_m - neutral, neutral - l->length_min_m));
 
     require(c, reach < room,
-            "tests.amplitude_m %g or amplitude_rad %g (%.3g m at a joint) leaves the legs' room round neutral, %.3g m by "
-            "actuator.stroke_m, limits.length_min_m and length_max_m", t->amplitude_m, t->amplitude_rad, swing, room);
+            "tests.%s of %s, %g (%.3g m at a joint), leaves the legs' room round neutral, %.3g m by actuator.stroke_m, "
+            "limits.length_min_m and length_max_m", key, name, amplitude, reach, room);
     require(c, speed < l->leg_rate_mps,
-            "tests.amplitude_m %g or amplitude_rad %g at tests.frequency_hz %g takes %.3g m/s, above limits.leg_rate_mps %g; lower one",
-            t->amplitude_m, t->amplitude_rad, t->frequency_hz, speed, l->leg_rate_mps);
+            "tests.%s of %s, %g, at its tests.frequency_hz %g takes %.3g m/s, above limits.leg_rate_mps %g; lower one", key, name,
+            amplitude, hz, speed, l->leg_rate_mps);
 }
 
+static void check_frequency(struct checker *c, const struct params *p, enum dof axis) {
+    const struct test_params *t = &p->tests;
+    const char *name = dof_names[axis];
+    double hz = t->hz[axis], rate_hz = 1 / p->loop.period_s;
+
+    require(c, hz <= rate_hz / 4, "tests.frequency_hz of %s, %g, must be at most a quarter of the loop's %g Hz (loop.period_s)", name, hz,
+            rate_hz);
+    require(c, t->harmonics * hz < rate_hz / 2,
+            "tests.harmonics %d of tests.frequency_hz %g (%s) must stay below half the loop's %g Hz: give fewer harmonics", t->harmonics,
+            hz, name, rate_hz);
+    require(c, t->duration_s * hz >= 2, "tests.duration_s %g must hold two periods of tests.frequency_hz %g (%s): at least %g s",
+            t->duration_s, hz, name, 2 / hz);
+}
+
+/* Of the axes that are tested, each for itself. */
 static void check_tests(struct checker *c, const struct params *p) {
     const struct test_params *t = &p->tests;
     double rate_hz = 1 / p->loop.period_s, samples = t->duration_s * rate_hz;
     int regressors = 2 + 2 * t->harmonics;
 
-    require(c, t->frequency_hz <= rate_hz / 4, "tests.frequency_hz %g must be at most a quarter of the loop's %g Hz (loop.period_s)",
-            t->frequency_hz, rate_hz);
-    require(c, t->harmonics * t->frequency_hz < rate_hz / 2,
-            "tests.harmonics %d of tests.frequency_hz %g must stay below half the loop's %g Hz: give fewer harmonics", t->harmonics,
-            t->frequency_hz, rate_hz);
-    require(c, t->duration_s * t->frequency_hz >= 2, "tests.duration_s %g must hold two periods of tests.frequency_hz %g: at least %g s",
-            t->duration_s, t->frequency_hz, 2 / t->frequency_hz);
+    for (int i = 0; i < t->count; i++) {
+        check_frequency(c, p, t->order[i]);
+        if (p->mechanism == MECHANISM_STEWART) check_reach(c, p, t->order[i]); /* else nothing is driven */
+    }
     require(c, samples >= 2 * regressors, "tests.duration_s %g holds %.0f samples; tests.harmonics %d needs %d: at least %g s",
             t->duration_s, samples, t->harmonics, 2 * regressors, 2 * regressors / rate_hz);
 }
@@ -158,7 +171,6 @@ int config_check(const struct params *params, const char *name, struct error *er
     if (legs) check_legs(&c, params);
     if (legs) check_limits(&c, params);
     check_tests(&c, params);
-    if (legs) check_reach(&c, params);
     if (legs) check_sim(&c, params);
     check_channel(&c, "length_channel", &params->length_channel);
     check_channel(&c, "p1_channel", &params->p1_channel);

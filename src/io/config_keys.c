@@ -9,12 +9,14 @@
 /* The kind follows from the member's type: a row cannot disagree with the struct. */
 #define KIND(place) _Generic(((struct params *)0)->place, double: CONFIG_REAL, int: CONFIG_INTEGER, bool: CONFIG_BOOLEAN)
 #define KEY(section, member, value, min, max, unit, meaning) \
-    {#section "." #member, KIND(section.member), offsetof(struct params, section.member), min, max, value, unit, meaning, NULL, -1}
+    {#section "." #member, KIND(section.member), offsetof(struct params, section.member), min, max, value, unit, meaning, NULL, -1, 1}
 #define TOLERANCE(member, value, meaning) KEY(model.tolerance, member, value, 0.0, 0.5, "-", meaning)
 #define WORD(section, member, kind, value, meaning, names) \
-    {#section "." #member, kind, offsetof(struct params, section.member), 0, 0, value, "-", meaning, names, -1}
+    {#section "." #member, kind, offsetof(struct params, section.member), 0, 0, value, "-", meaning, names, -1, 1}
 #define LEG_KEY(section, member, value, min, max, unit, meaning) \
-    {#section "." #member, CONFIG_LEGS, offsetof(struct params, section.member), min, max, value, unit, meaning, NULL, -1}
+    {#section "." #member, CONFIG_REALS, offsetof(struct params, section.member), min, max, value, unit, meaning, NULL, -1, LEGS}
+#define AXES_KEY(name, member, count, value, min, max, unit, meaning) \
+    {"tests." name, CONFIG_REALS, offsetof(struct params, tests.member), min, max, value, unit, meaning, NULL, -1, count}
 #define RAW_LIMIT 2147483647.0
 #define SI_LIMIT 1e9
 #define CHANNEL(section, unit, raw_min_, raw_max_, si_min_, si_max_, low_, high_)                                              \
@@ -32,7 +34,7 @@ static const char *const engine_names[] = {[ENGINE_ODE] = "ode", [ENGINE_CLOSED_
 /* Ranges are what such a machine can have at all, not what is wise: wide enough for a desk-top hexapod and a flight simulator. */
 static const struct config_key keys[] = {
     {"mechanism", CONFIG_CHOICE, offsetof(struct params, mechanism), 0, 0, "stewart", "-",
-     "six-leg platform, or one cylinder or electric axis (import and gap only)", mechanism_names, -1},
+     "six-leg platform, or one cylinder or electric axis (import and gap only)", mechanism_names, -1, 1},
 
     KEY(geometry, upper_radius_m, "0.56", 0.02, 20.0, "m", "Ra: radius of the upper joints"),
     KEY(geometry, lower_radius_m, "1.20", 0.02, 20.0, "m", "Rb: radius of the lower joints"),
@@ -127,9 +129,10 @@ static const struct config_key keys[] = {
     KEY(interlocks, pressure_s, "5", 0.1, 60.0, "s", "pressure comes within this; without that input: the wait for it"),
 
     WORD(tests, order, CONFIG_AXES, "[x, y, z, phi, theta, psi]", "axes to test, in turn", dof_names),
-    KEY(tests, frequency_hz, "4", 0.01, 100.0, "Hz", "below the lowest open-loop rigid eigenfrequency"),
-    KEY(tests, amplitude_m, "0.004", 1e-6, 1.0, "m", "of x, y, z"),
-    KEY(tests, amplitude_rad, "0.006", 1e-6, 0.5, "rad", "of phi, theta, psi"),
+    AXES_KEY("frequency_hz", hz[DOF_X], DOFS, "4", 0.01, 100.0, "Hz",
+             "below the lowest open-loop rigid eigenfrequency; one for all, or of x, y, z, phi, theta, psi"),
+    AXES_KEY("amplitude_m", amplitude[DOF_X], 3, "0.004", 1e-6, 1.0, "m", "one for all, or of x, y, z"),
+    AXES_KEY("amplitude_rad", amplitude[DOF_PHI], 3, "0.006", 1e-6, 0.5, "rad", "one for all, or of phi, theta, psi"),
     KEY(tests, settle_s, "3", 0.0, 600.0, "s", "at rest before the ramp-in"),
     KEY(tests, ramp_s, "1", 0.0, 600.0, "s", "ramp-in"),
     KEY(tests, duration_s, "5", 0.01, 3600.0, "s", "evaluated part"),
@@ -214,7 +217,7 @@ static const char *const sections[][2] = {
 
 static void effect_key_make(int effect, int k, struct config_key *key) {
     const struct effect_key *e = &effect_table[effect]->keys[k];
-    *key = (struct config_key){.kind = e->per_leg ? CONFIG_LEGS : CONFIG_LEGS_ALIKE,
+    *key = (struct config_key){.kind = e->per_leg ? CONFIG_REALS : CONFIG_REALS_ALIKE, .count = LEGS,
                                .offset = offsetof(struct params, effects) + (size_t)effect * sizeof(struct effect_values) +
                                          offsetof(struct effect_values, value) + (size_t)k * sizeof(double[LEGS]),
                                .min = e->min, .max = e->max, .unit = e->unit, .meaning = effect_table[effect]->law, .effect = effect};

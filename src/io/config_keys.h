@@ -9,7 +9,7 @@
 #include "params.h"
 #include "status.h"
 
-enum { CONFIG_PATH_SIZE = 80, CONFIG_ITEM_SIZE = LCM_URL_SIZE, CONFIG_REASON_SIZE = 240, CONFIG_TEXT_SIZE = 2 * CONFIG_ITEM_SIZE + 8 };
+enum { CONFIG_PATH_SIZE = 80, CONFIG_ITEM_SIZE = PARAMS_TEXT_SIZE, CONFIG_REASON_SIZE = 240, CONFIG_TEXT_SIZE = 2 * CONFIG_ITEM_SIZE + 8 };
 
 enum config_kind {
     CONFIG_REAL,
@@ -18,8 +18,8 @@ enum config_kind {
     CONFIG_CHOICE,    /* one of `names` */
     CONFIG_TEXT,      /* printable ASCII */
     CONFIG_AXES,      /* list of axes, each at most once */
-    CONFIG_LEGS,      /* real: one for all legs, or a list of six */
-    CONFIG_LEGS_ALIKE /* real: one for all legs */
+    CONFIG_REALS,     /* `count` of them, of legs or axes: one for all, or a list */
+    CONFIG_REALS_ALIKE/* `count` of them: one for all */
 };
 
 struct config_key {
@@ -32,6 +32,7 @@ struct config_key {
     const char *meaning;
     const char *const *names;    /* of a choice, ended by NULL */
     int effect;                  /* its place in effect_table, -1: not an effect's */
+    int count;                   /* of values, at most LEGS */
 };
 
 /* All keys in the order of the file, those of effects last: false past the end. */

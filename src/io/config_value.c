@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static bool takes_list(enum config_kind kind) { return kind == CONFIG_AXES || kind == CONFIG_LEGS; }
+static bool takes_list(enum config_kind kind) { return kind == CONFIG_AXES || kind == CONFIG_REALS; }
 
 bool config_value_add(struct config_value *value, const char *text, size_t length) {
     if (value->count == LEGS || length >= CONFIG_ITEM_SIZE || memchr(text, '\0', length)) return false;
@@ -122,12 +122,13 @@ static bool set_axes(const struct config_key *key, const struct config_value *va
     return true;
 }
 
-static bool set_legs(const struct config_key *key, const struct config_value *value, double place[LEGS], char reason[CONFIG_REASON_SIZE]) {
+static bool set_reals(const struct config_key *key, const struct config_value *value, double *place, char reason[CONFIG_REASON_SIZE]) {
     double number[LEGS];
-    if (value->list && value->count != LEGS) return refuse(reason, "a list of %d; it takes one value for all legs, or six", value->count);
-    for (int i = 0; i < LEGS; i++)
+    if (value->list && value->count != key->count)
+        return refuse(reason, "a list of %d; it takes one value for all, or %d", value->count, key->count);
+    for (int i = 0; i < key->count; i++)
         if (!parse_in_range(key, value->item[value->list ? i : 0], &number[i], reason)) return false;
-    memcpy(place, number, sizeof number);
+    memcpy(place, number, (size_t)key->count * sizeof *number);
     return true;
 }
 
@@ -144,10 +145,10 @@ bool config_value_set(const struct config_key *key, const struct config_value *v
     case CONFIG_CHOICE: return set_choice(key, text, place, reason);
     case CONFIG_TEXT: return set_text(text, place, reason);
     case CONFIG_AXES: return set_axes(key, value, &params->tests, reason);
-    case CONFIG_LEGS:
-    case CONFIG_LEGS_ALIKE: break;
+    case CONFIG_REALS:
+    case CONFIG_REALS_ALIKE: break;
     }
-    if (!set_legs(key, value, place, reason)) return false;
+    if (!set_reals(key, value, place, reason)) return false;
     if (key->effect >= 0) params->effects[key->effect].on = true;
     return true;
 }
@@ -166,15 +167,15 @@ static int format_number(double number, char *text, size_t size) {
     return snprintf(text, size, "%.*s%s%s", (int)mantissa, plain, point ? "" : ".0", plain + mantissa);
 }
 
-static void format_legs(const double number[LEGS], char text[CONFIG_TEXT_SIZE]) {
+static void format_reals(int count, const double *number, char text[CONFIG_TEXT_SIZE]) {
     bool alike = true;
-    for (int i = 1; i < LEGS; i++) alike = alike && memcmp(&number[i], &number[0], sizeof number[0]) == 0;
+    for (int i = 1; i < count; i++) alike = alike && memcmp(&number[i], &number[0], sizeof number[0]) == 0;
     if (alike) {
         format_number(number[0], text, CONFIG_TEXT_SIZE);
         return;
     }
     size_t used = 0;
-    for (int i = 0; i < LEGS; i++) {
+    for (int i = 0; i < count; i++) {
         used += (size_t)snprintf(text + used, CONFIG_TEXT_SIZE - used, i ? ", " : "[");
         used += (size_t)format_number(number[i], text + used, CONFIG_TEXT_SIZE - used);
     }
@@ -207,8 +208,8 @@ void config_value_format(const struct config_key *key, const struct params *para
     case CONFIG_CHOICE: snprintf(text, CONFIG_TEXT_SIZE, "%s", key->names[*(const enum engine_kind *)place]); break;
     case CONFIG_TEXT: format_quoted(place, text); break;
     case CONFIG_AXES: format_axes(key, &params->tests, text); break;
-    case CONFIG_LEGS:
-    case CONFIG_LEGS_ALIKE: format_legs(place, text); break;
+    case CONFIG_REALS:
+    case CONFIG_REALS_ALIKE: format_reals(key->count, place, text); break;
     }
 }
 

@@ -48,7 +48,7 @@ struct csv_report {
     int64_t lost;          /* cycles of the tests that have no row */
     int64_t empty;         /* import: cells without a number: NaN in the log */
     int64_t unreadable;    /* export: messages on HEXID_STATE that are none */
-    bool several;          /* import: files of several frequencies */
+    bool several;          /* import: an axis has files of several frequencies */
     double rate_hz;        /* import: by the first file's times, where that is another than the configuration's or the head's; else 0 */
     double stated_hz;      /* import: the head's, of which that differs; 0: it has none */
     bool cut;              /* export: the log is cut off or damaged, read up to cut_offset */

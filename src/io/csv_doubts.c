@@ -68,7 +68,9 @@ static void check(const struct csv_head *h, const struct csv_range *r, int first
 
 static void check_legs(const struct csv_head *h, const struct csv_range *r, const struct params *p, char words[CSV_LIST_SIZE]) {
     enum { REF = 1, LENGTH = 7, P1 = 13, U = 25 };
-    double move_max = fmax(4.0 * p->tests.amplitude_m, 0.5 * p->actuator.stroke_m), turn_max = h->dof == DOF_NONE ? TURN_MAX_RAD : 4.0 * p->tests.amplitude_rad;
+    const double *a = p->tests.amplitude;
+    double move_max = fmax(4.0 * fmax(a[DOF_X], fmax(a[DOF_Y], a[DOF_Z])), 0.5 * p->actuator.stroke_m);
+    double turn_max = h->dof == DOF_NONE ? TURN_MAX_RAD : 4.0 * fmax(a[DOF_PHI], fmax(a[DOF_THETA], a[DOF_PSI]));
     const struct expectation length = {.least = p->limits.length_min_m / 2.0, .most = p->limits.length_max_m * 2.0, .guess = lengths};
     const struct expectation move = {.swing = true, .least = 0.0, .most = move_max, .guess = lengths};
     const struct expectation turn = {.swing = true, .least = 0.0, .most = turn_max, .guess = angles};
@@ -82,7 +84,7 @@ static void check_legs(const struct csv_head *h, const struct csv_range *r, cons
 
 static void check_axis(const struct csv_head *h, const struct csv_range *r, const struct params *p, char words[CSV_LIST_SIZE]) {
     enum { POSITION = CSV_POSITION_COLUMN, REF, FORCE, P1, P2, U };
-    double w = 2.0 * PI * p->tests.frequency_hz, inertia_n = p->axis.mass_kg * w * w * size_of(r, POSITION, true);
+    double w = 2.0 * PI * p->tests.hz[DOF_X], inertia_n = p->axis.mass_kg * w * w * size_of(r, POSITION, true);
     double force_min_n = 0.1 * fmin(inertia_n, 1e3);
     const struct expectation move = {.swing = true, .least = 0.0, .most = 0.5 * p->actuator.stroke_m, .guess = lengths};
     const struct expectation force = {.swing = true, .least = force_min_n, .most = (double)INFINITY, .guess = forces};

@@ -148,8 +148,8 @@ bool csv_dof_find(const char *name, enum dof *dof) {
 double *csv_place(struct params *params, enum csv_key key, enum dof dof) {
     struct test_params *t = &params->tests;
     switch (key) {
-    case CSV_FREQUENCY: return &t->frequency_hz;
-    case CSV_AMPLITUDE: return dof < DOF_PHI ? &t->amplitude_m : &t->amplitude_rad;
+    case CSV_FREQUENCY: return &t->hz[dof];
+    case CSV_AMPLITUDE: return &t->amplitude[dof];
     case CSV_SETTLE: return &t->settle_s;
     case CSV_RAMP: return &t->ramp_s;
     case CSV_DURATION: return &t->duration_s;

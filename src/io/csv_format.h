@@ -44,7 +44,8 @@ enum csv_key { CSV_FREQUENCY, CSV_AMPLITUDE, CSV_RATE, CSV_SETTLE, CSV_RAMP, CSV
 
 extern const char *const csv_keys[CSV_KEYS];
 
-/* Where the configuration keeps a key's value; NULL for the rate, which it keeps as a period. The amplitude's depends on the axis. */
+/* Where the configuration keeps a key's value; NULL for the rate, which it keeps as a period. Frequency and
+ * amplitude are the axis's own; there must be one. */
 double *csv_place(struct params *params, enum csv_key key, enum dof dof);
 
 /* "x" ... "psi", "none". */

@@ -50,14 +50,18 @@ static int merge_mechanism(struct import *im, int file) {
                      h->mechanism == MECHANISM_AXIS ? "one axis" : "a platform", strrchr(im->head[0].path, '/') + 1);
 }
 
+/* Axes for which one file's value stands as long as they have no file with one of their own. */
+static bool shares(enum csv_key key, enum dof a, enum dof b) { return key == CSV_FREQUENCY || (a < DOF_PHI) == (b < DOF_PHI); }
+
 /* All files that give a value for this place in the configuration must give the same; frequency and amplitude may be each test's own: hexid gap
- * measures them, and the configuration says those of the first file. */
+ * measures them, and the configuration says those of the axis's first file. */
 static int merge(struct import *im, int file, enum csv_key key) {
     const struct csv_head *h = &im->head[file];
     double *place = csv_place(&im->params, key, h->dof);
-    bool own = key == CSV_FREQUENCY || key == CSV_AMPLITUDE;
+    bool own = key == CSV_FREQUENCY || key == CSV_AMPLITUDE, first = own;
     for (int i = 0; i < file; i++) {
         const struct csv_head *other = &im->head[i];
+        if (gives(other, key) && shares(key, h->dof, other->dof)) first = false;
         if (!gives(other, key) || csv_place(&im->params, key, other->dof) != place || other->value[key] == h->value[key]) continue;
         if (own) {
             im->report->several |= key == CSV_FREQUENCY;
@@ -66,6 +70,8 @@ static int merge(struct import *im, int file, enum csv_key key) {
         return error_set(im->error, STATUS_USAGE, "%.200s:%d: %s: %g, but %.60s has %g: the files of a run share it; import them apart",
                          h->path, h->line[key], csv_keys[key], h->value[key], strrchr(other->path, '/') + 1, other->value[key]);
     }
+    for (int dof = DOF_X; dof < DOFS && first; dof++)
+        if (shares(key, h->dof, (enum dof)dof)) *csv_place(&im->params, key, (enum dof)dof) = h->value[key];
     if (place) *place = h->value[key];
     return STATUS_OK;
 }

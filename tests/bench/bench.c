@@ -179,12 +179,12 @@ static void measured_ident(struct work *w) {
 static void prepare_solve(struct work *w) {
     prepare_ident(w);
     struct identification *r = &w->ident.result;
-    double omega = 2.0 * PI * w->params.tests.frequency_hz;
+    double omega = 2.0 * PI * w->params.tests.hz[DOF_X];
     nominal_matrix(&w->params, &w->kinematics, (const double[DOFS]){0}, r->nominal_mt);
     r->tests = DOFS;
     for (int d = 0; d < DOFS; d++) {
-        double a = d < DOF_PHI ? w->params.tests.amplitude_m : w->params.tests.amplitude_rad;
-        r->test[d] = (struct test_result){.test = d, .dof = (enum dof)d, .frequency_hz = w->params.tests.frequency_hz, .amplitude = a,
+        double a = w->params.tests.amplitude[d];
+        r->test[d] = (struct test_result){.test = d, .dof = (enum dof)d, .frequency_hz = w->params.tests.hz[d], .amplitude = a,
                                           .achieved_amplitude = a, .samples = TEST_CYCLES, .complete = true};
         r->test[d].pose[d][0] = a;
         for (int k = 0; k < DOFS; k++) r->test[d].wrench[k][0] = -omega * omega * a * r->nominal_mt[k][d];
