@@ -119,7 +119,17 @@ struct test_params {
     };
     double settle_s, ramp_s, duration_s, ramp_out_s; /* duration_s: the evaluated part */
     int harmonics;                /* regressed with the fundamental */
+    bool multisine;               /* all axes of `order` at once, in one test */
+    char trajectory[PARAMS_TEXT_SIZE]; /* file of poses over time, which takes the sinusoids' place; "": none */
+    int repeat;                   /* passes of it */
 };
+
+/* One axis after another, each a sinusoid: what an inertia matrix can be identified from. Else the run is one test of no axis. */
+static inline bool tests_single(const struct test_params *t) { return !t->multisine && !t->trajectory[0]; }
+static inline int tests_count(const struct test_params *t) { return tests_single(t) ? t->count : 1; }
+static inline const char *tests_name(const struct test_params *t, enum dof dof) {
+    return dof != DOF_NONE ? dof_names[dof] : t->trajectory[0] ? "trajectory" : t->multisine ? "multisine" : "none";
+}
 
 struct check_params {             /* percent; beyond any of these the run's verdict is fail */
     double amplitude_pct;         /* achieved against commanded */

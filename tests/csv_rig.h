@@ -139,7 +139,7 @@ static inline void write_log(const char *path, const struct params *params) {
         struct reference_sample s;
         struct cycle c = {.test = -1, .dof = DOF_NONE, .state = STATE_READY};
         log_write(w, 0, CHANNEL_STATE, buffer, state_encode(&c, buffer), &error);
-        reference_test(&r, order[test], &params->tests, params->loop.period_s);
+        reference_test(&r, order[test], NULL, &params->tests, params->loop.period_s);
         for (int i = 0; (s = reference_step(&r, &params->tests, params->loop.period_s), !s.done); i++, seq++) {
             if (test == 2 && i == 400) reference_stop(&r);
             if (i > 10 && i % 97 == 0) continue; /* lost */

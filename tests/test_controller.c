@@ -185,7 +185,7 @@ static void the_reference_of_a_test_is_its_formula_at_whole_cycles(void **unused
         int count[PHASE_RAMP_OUT + 1] = {0};
         struct watch w = {0};
         t.settle_s = 0.3, t.ramp_s = 0.5, t.duration_s = 0.75, t.ramp_out_s = 0.25;
-        reference_test(&r, (enum dof)dof, &t, dt_s);
+        reference_test(&r, (enum dof)dof, NULL, &t, dt_s);
         for (int tick = -150;; tick++) {
             struct reference_sample s = reference_step(&r, &t, dt_s);
             double time = tick * dt_s, q = fmin(fmax(time / 0.5, 0.0), 1.0), p = fmin(fmax((time - 1.25) / 0.25, 0.0), 1.0);
@@ -217,7 +217,7 @@ static void durations_that_are_no_whole_cycles_are_rounded_to_one(void **unused)
     struct reference r;
     int count[PHASE_RAMP_OUT + 1] = {0};
     t.settle_s = 0.0109, t.ramp_s = 0.0111, t.duration_s = 0.5000001, t.ramp_out_s = 0.1;
-    reference_test(&r, DOF_X, &t, dt_s);
+    reference_test(&r, DOF_X, NULL, &t, dt_s);
     for (bool done = false; !done;) {
         struct reference_sample s = reference_step(&r, &t, dt_s);
         count[s.phase]++;
@@ -239,7 +239,7 @@ static void a_test_stopped_at_any_instant_ramps_out_smoothly(void **unused) {
         struct reference r;
         struct watch w = {0};
         int left = 0;
-        reference_test(&r, DOF_Z, &t, dt_s);
+        reference_test(&r, DOF_Z, NULL, &t, dt_s);
         for (int n = 0;; n++) {
             if (n == stop) reference_stop(&r), left = out + 1;
             if (n == stop + 10) reference_stop(&r); /* told twice: nothing starts anew */

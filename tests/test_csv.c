@@ -142,7 +142,7 @@ static void phases_follow_from_time(void **unused) {
         empty(NULL);
         used = sprintf(text, "# dof: z\n# rate_hz: %.12g\n# ramp_s: %.17g\n# duration_s: 1\nt_s,u1\n", 1.0 / p.loop.period_s,
                        p.tests.ramp_s);
-        reference_test(&r, DOF_Z, &p.tests, p.loop.period_s);
+        reference_test(&r, DOF_Z, NULL, &p.tests, p.loop.period_s);
         while (s = reference_step(&r, &p.tests, p.loop.period_s), !s.done) {
             expected[count++] = s.phase;
             used += sprintf(text + used, "%.17g,0\n", s.test_time_s);

@@ -30,6 +30,7 @@ bool analysis_take(struct analysis *a, const struct cycle *c) {
     a->behind_ns += missed * period_ns;
     histogram_add(&a->wake, c->wake_late_ns);
     histogram_add(&a->exec, c->exec_ns);
+    motion_take(&a->motion, a->params, c);
     return ident_feed(&a->ident, c);
 }
 
@@ -55,8 +56,15 @@ struct loop_statistics analysis_statistics(const struct analysis *a) {
 struct verdict analysis_verdict(struct analysis *a) {
     ident_solve(&a->ident);
     struct verdict v = ident_verdict(a->params, &a->ident.result, a->cycles, a->overruns);
+    if (!tests_single(&a->params->tests)) motion_judge(&a->motion, a->params, &v);
     if (a->last.first_fault) verdict_add(&v, VERDICT_FAIL, "fault %s", fault_name(a->last.first_fault));
     return v;
+}
+
+int analysis_identifies(const struct analysis *a, const char *path, struct error *error) {
+    if (a->ident.result.tests || !a->motion.cycles) return STATUS_OK;
+    return error_set(error, STATUS_USAGE, "%.250s: it has no sinusoidal tests, one axis after another, and nothing else identifies a matrix; "
+                     "`hexid gap` and `hexid check` take any motion", path);
 }
 
 static void print_times(const char *what, const double us[4], FILE *out) {
@@ -76,7 +84,8 @@ static void print_loop(const struct loop_statistics *s, FILE *out) {
 
 void analysis_print(struct analysis *a, const struct verdict *verdict, FILE *out) {
     struct loop_statistics s = analysis_statistics(a);
-    identification_table_print(out, &a->ident.result);
+    if (tests_single(&a->params->tests)) identification_table_print(out, &a->ident.result);
+    else fprintf(out, "\n");
     print_loop(&s, out);
     verdict_print(verdict, out);
 }

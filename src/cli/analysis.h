@@ -6,11 +6,13 @@
 #include "histogram.h"
 #include "ident.h"
 #include "identification_json.h"
+#include "motion_result.h"
 #include "verdict.h"
 
 struct analysis {
     const struct params *params;
     struct ident ident;
+    struct motion_result motion;
     struct histogram wake, exec;
     struct cycle last;
     int64_t cycles, overruns, lost; /* lost: gaps in seq */
@@ -30,6 +32,9 @@ struct loop_statistics analysis_statistics(const struct analysis *a);
 
 /* Solves what can be solved and judges it. */
 struct verdict analysis_verdict(struct analysis *a);
+
+/* 0 where there is a test of an axis, or nothing at all; -2 for a recording of other motions alone: what identifies takes no other. */
+int analysis_identifies(const struct analysis *a, const char *path, struct error *error);
 
 /* Table, loop and verdict for people. */
 void analysis_print(struct analysis *a, const struct verdict *verdict, FILE *out);

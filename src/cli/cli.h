@@ -19,7 +19,7 @@ struct options {
     int measured_count;
     const char *settings[SETTINGS_MAX];
     int setting_count;
-    char tests[64];              /* --tests as a setting */
+    char tests[64], trajectory[PARAMS_TEXT_SIZE + 32], repeat[64]; /* --tests, --trajectory and --repeat as settings */
     uint64_t seed;
     bool fast, print_config, modbus_map, failures;
     bool rt_given;

@@ -177,6 +177,7 @@ static int read_cycles(struct check *c, const struct input *in, struct log_reade
     if (identifies) analysis_end(analysis);
     if (log_cut(log, &offset)) cli_warn_cut(in->name, offset);
     if (status || !identifies || c->report.identify.status) return status;
+    if (analysis_identifies(analysis, in->name, &c->report.identify)) return STATUS_OK;
     struct verdict v = analysis_verdict(analysis);
     if (v.status != VERDICT_PASS) error_set(&c->report.identify, STATUS_USAGE, "%s", v.reasons ? v.reason[0] : verdict_names[v.status]);
     return status;

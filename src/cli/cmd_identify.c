@@ -30,6 +30,7 @@ static int identify(const struct options *o, struct log_reader *log, struct para
     while (log_next(log, &event));
     analysis_end(analysis);
     if (log_cut(log, &offset)) cli_warn_cut(o->operand[0], offset);
+    if ((status = analysis_identifies(analysis, o->operand[0], error))) return status;
     struct verdict verdict = analysis_verdict(analysis);
     analysis_print(analysis, &verdict, o->json && !strcmp(o->json, "-") ? stderr : stdout);
     status = analysis_write_json(analysis, &verdict, o->json, error);

@@ -42,7 +42,7 @@ static void headline(const struct cycle *c) {
     char fault[FAULT_TEXT_SIZE];
     fault_describe(c->first_fault, c->faults, fault);
     printf("%9.3f s  %-12s  %-5s %-8s  fault %s\n", seconds_from_ns(c->in.time_ns), state_names[c->state],
-           c->dof < 0 ? "" : dof_names[c->dof], phases[c->phase], fault);
+           c->dof >= 0 ? dof_names[c->dof] : c->test >= 0 ? "any" : "", phases[c->phase], fault);
 }
 
 static void pose(const struct cycle *c) {

@@ -18,6 +18,7 @@
 #include "messages.h"
 #include "operator.h"
 #include "recorder.h"
+#include "trajectory_file.h"
 #include "units.h"
 
 enum { RING_CAPACITY = 8192 }; /* cycles: 16 s at 2 ms, against a stalled disk */
@@ -27,6 +28,7 @@ enum { RECORDER_BEHIND = RING_CAPACITY / 8 }; /* 2 s: it hangs; putting the plat
 struct session {
     struct options options;
     struct params params;
+    struct trajectory trajectory; /* knots NULL: none */
     struct hal *hal;
     struct ring ring;
     struct loop loop;
@@ -83,6 +85,17 @@ static int lock_machine(struct session *s, struct error *error) {
     return s->lock < 0 ? s->lock : STATUS_OK;
 }
 
+static const struct trajectory *driven(const struct session *s) { return s->trajectory.knot ? &s->trajectory : NULL; }
+
+/* SAFETY: what the run will ask for is known and checked to its end before anything is opened. A trajectory is the evaluated part. */
+static int check_motion(struct session *s, struct error *error) {
+    struct test_params *t = &s->params.tests;
+    int status = t->trajectory[0] ? trajectory_load(&s->trajectory, t->trajectory, t->repeat, error) : STATUS_OK;
+    if (status) return status;
+    if (t->trajectory[0]) t->duration_s = trajectory_s(&s->trajectory);
+    return config_check_motion(&s->params, error);
+}
+
 static int open_all(struct session *s, struct error *error) {
     int status = lock_machine(s, error);
     if (status) return status;
@@ -98,7 +111,9 @@ static int open_all(struct session *s, struct error *error) {
     s->config = config_text(&s->params);
     if (!s->config) return error_set(error, STATUS_IO, "out of memory");
     if ((status = open_bus(s, error))) return status;
-    return loop_init(&s->loop, &s->params, s->hal, &s->ring, clock_of(s), error);
+    status = loop_init(&s->loop, &s->params, s->hal, &s->ring, clock_of(s), error);
+    s->loop.platform.trajectory = driven(s);
+    return status;
 }
 
 /* SAFETY: what would end or stop the process that holds the platform up is a request to put it down: it
@@ -272,6 +287,7 @@ static int close_all(struct session *s, int status, const struct error *error) {
     if (s->bus) bus_close(s->bus);
     if (s->log) log_close(s->log, &ignored);
     ring_free(&s->ring);
+    trajectory_free(&s->trajectory);
     free(s->config);
     free(s);
     return status;
@@ -281,9 +297,9 @@ int cmd_run(int argc, char **argv) {
     struct session *s = calloc(1, sizeof *s);
     struct error error = {0};
     if (!s) return -STATUS_IO;
-    int status = options_parse(&s->options, argc, argv, "cHfrsljStp", 0, &error);
+    int status = options_parse(&s->options, argc, argv, "cHfrsljStTnp", 0, &error);
     if (!status) status = options_params(&s->options, &s->params, &error);
-    if (!status && !s->options.print_config) status = config_check_motion(&s->params, &error);
+    if (!status && !s->options.print_config) status = check_motion(s, &error);
     if (!status && s->options.print_config) {
         char *text = config_text(&s->params);
         status = text ? cli_write_text("-", text, &error) : error_set(&error, STATUS_IO, "out of memory");

@@ -9,7 +9,7 @@ static const struct subcommand {
     int (*run)(int argc, char **argv);
 } subcommands[] = {
     {"run", "[-c FILE] [--hal URL] [--fast] [--rt require|try|off] [--seed N] [--log FILE] [--json FILE] [--set KEY=VALUE ...]\n"
-            "           [--tests LIST] [--print-config]", "run the platform through its tests and identify it", cmd_run},
+            "           [--tests LIST] [--trajectory FILE [--repeat N]] [--print-config]", "run the platform through its tests and identify it", cmd_run},
     {"plant", "--bus URL [-c FILE] [--set KEY=VALUE ...] [--seed N] [--rt require|try|off]",
      "serve the simulated platform as the devices of a bus: can:IF, modbus:tcp://HOST:PORT or modbus:rtu:DEVICE?baud=N", cmd_plant},
     {"check", "DIR|LOG [LOG ...] [-c FILE] [--set KEY=VALUE ...] [--map OURS=THEIRS[:UNIT],...] [-o PAGE.html] [--json FILE]",
@@ -62,6 +62,9 @@ static void help(const struct subcommand *s) {
            "  --json FILE      result, schema hexid.identification/1; - for standard output\n"
            "  --set KEY=VALUE  one configuration key, e.g. tests.frequency_hz=5\n"
            "  --tests LIST     axes to test, e.g. x,theta\n"
+           "  --trajectory FILE\n"
+           "                   drive these poses instead: CSV with time_s and any of x_m, y_m, z_m, phi_rad, theta_rad, psi_rad\n"
+           "  --repeat N       passes of the trajectory\n"
            "  --print-config   show the effective configuration and end\n");
 }
 

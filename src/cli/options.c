@@ -22,7 +22,8 @@ static const struct option long_options[] = {
     {"format", required_argument, NULL, 'F'}, {"bus", required_argument, NULL, 'b'}, {"modbus-map", no_argument, NULL, 'm'},
     {"failures", no_argument, NULL, 'x'},
     {"measured", required_argument, NULL, 'M'}, {"validate", required_argument, NULL, 'v'}, {"replay", required_argument, NULL, 'R'},
-    {"map", required_argument, NULL, 'a'},    {0},
+    {"map", required_argument, NULL, 'a'},    {"trajectory", required_argument, NULL, 'T'}, {"repeat", required_argument, NULL, 'n'},
+    {0},
 };
 
 static int set_rt(struct options *o, const char *text, struct error *error) {
@@ -63,6 +64,19 @@ static int set_tests(struct options *o, const char *list, struct error *error) {
     return add_setting(o, o->tests, error);
 }
 
+static int set_trajectory(struct options *o, const char *path, struct error *error) {
+    if (!*path) return error_set(error, STATUS_USAGE, "--trajectory: an empty name; name a CSV file");
+    if (strlen(path) >= PARAMS_TEXT_SIZE)
+        return error_set(error, STATUS_USAGE, "--trajectory %.80s...: a path of %d characters and more; name it from nearer by", path, PARAMS_TEXT_SIZE);
+    snprintf(o->trajectory, sizeof o->trajectory, "tests.trajectory=%s", path);
+    return add_setting(o, o->trajectory, error);
+}
+
+static int set_repeat(struct options *o, const char *passes, struct error *error) {
+    snprintf(o->repeat, sizeof o->repeat, "tests.repeat=%.40s", passes);
+    return add_setting(o, o->repeat, error);
+}
+
 static int take(struct options *o, int option, const char *value, struct error *error) {
     switch (option) {
     case 'c': o->config = value; return STATUS_OK;
@@ -81,6 +95,8 @@ static int take(struct options *o, int option, const char *value, struct error *
     case 'p': o->print_config = true; return STATUS_OK;
     case 'r': return set_rt(o, value, error);
     case 's': return set_seed(o, value, error);
+    case 'T': return set_trajectory(o, value, error);
+    case 'n': return set_repeat(o, value, error);
     case 'S': return add_setting(o, value, error);
     case 'M': return add_measured(o, value, error);
     default: return set_tests(o, value, error);

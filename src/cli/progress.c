@@ -70,12 +70,20 @@ void progress_result(struct progress *p, const struct test_result *t) {
     for (int i = 0; i < DOFS; i++) unwanted = fmax(unwanted, t->unwanted_pct[i]);
     bool angle = t->dof >= DOF_PHI;
     clear_line(p);
-    fprintf(p->out, "  test %d/%d %-5s ", t->test + 1, p->params->tests.count, dof_names[t->dof]);
+    fprintf(p->out, "  test %d/%d %-5s ", t->test + 1, tests_count(&p->params->tests), dof_names[t->dof]);
     if (isfinite(t->achieved_amplitude))
         fprintf(p->out, "%.3f of %.3f %s, %.1f deg, unwanted %.1f %%, ", t->achieved_amplitude * 1e3, t->amplitude * 1e3,
                 angle ? "mrad" : "mm", t->phase_deg, unwanted);
     fprintf(p->out, "%lld of %lld excluded%s\n", (long long)t->excluded, (long long)(t->samples + t->excluded),
             t->complete ? "" : ", not complete");
+    outlet_flush(&p->steps);
+}
+
+void progress_motion(struct progress *p, const struct motion_result *m) {
+    clear_line(p);
+    fprintf(p->out, "  test 1/1 %s  ", tests_name(&p->params->tests, DOF_NONE));
+    if (m->samples) fprintf(p->out, "off by at most %.3f mm, %.3f mrad, ", m->off_m * 1e3, m->off_rad * 1e3);
+    fprintf(p->out, "%lld of %lld excluded%s\n", (long long)m->excluded, (long long)(m->samples + m->excluded), m->complete ? "" : ", not complete");
     outlet_flush(&p->steps);
 }
 
@@ -98,7 +106,7 @@ void progress_tick(struct progress *p, const struct cycle *c) {
     if (p->state_cycles++ % p->redraw_cycles || !p->terminal) return;
     int marks = (int)(BAR * fmin(fmax(done(p, c), 0.0), 1.0));
     clear_line(p);
-    if (c->test >= 0) fprintf(p->out, "  test %d/%d  %-5s  ", c->test + 1, p->params->tests.count, dof_names[c->dof]);
+    if (c->test >= 0) fprintf(p->out, "  test %d/%d  %-5s  ", c->test + 1, tests_count(&p->params->tests), tests_name(&p->params->tests, c->dof));
     else fprintf(p->out, "  %-18s", state_names[c->state]);
     fprintf(p->out, "[%.*s%.*s] %s", marks, full, BAR - marks, empty, phases[c->phase]);
     outlet_flush(&p->steps);

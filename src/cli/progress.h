@@ -5,6 +5,7 @@
 #include <stdio.h>
 
 #include "ident.h"
+#include "motion_result.h"
 #include "outlet.h"
 #include "params.h"
 
@@ -29,6 +30,7 @@ void progress_interlock(struct progress *p, const char *why);
 /* cause and remedy: failure_explain(). */
 void progress_fault(struct progress *p, const struct cycle *c, const char *cause, const char *remedy);
 void progress_result(struct progress *p, const struct test_result *t);
+void progress_motion(struct progress *p, const struct motion_result *m);
 /* Main thread only, which waits for no other: a line on standard error, clear of the live line. */
 __attribute__((format(printf, 2, 3))) void progress_say(struct progress *p, const char *format, ...);
 /* Takes the live line off: what follows is no progress. */

@@ -75,6 +75,7 @@ static void changes(struct recorder *r, const struct cycle *before, int64_t lost
     struct request request = mailbox_read(&r->loop->requests);
     if (request.id != r->request_id) event(r, "command", command_names[request.command]);
     r->request_id = request.id;
+    if (before->test >= 0 && before->dof == DOF_NONE && c->test < 0) progress_motion(r->progress, &r->analysis.motion);
     if (r->analysis.cycles == 1 || c->state != before->state) {
         event(r, "state", state_names[c->state]);
         progress_state(r->progress, c);
@@ -82,7 +83,7 @@ static void changes(struct recorder *r, const struct cycle *before, int64_t lost
     interlocks(r, c);
     if (c->first_fault && c->first_fault != before->first_fault) fault(r);
     if (c->test >= 0 && (c->test != before->test || before->phase == PHASE_NONE)) {
-        snprintf(text, sizeof text, "%d %s", c->test + 1, dof_names[c->dof]);
+        snprintf(text, sizeof text, "%d %s", c->test + 1, tests_name(&r->params->tests, c->dof));
         event(r, "test", text);
     }
 }

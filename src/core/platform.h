@@ -12,6 +12,7 @@
 
 struct platform {
     const struct params *params;
+    const struct trajectory *trajectory; /* what is driven instead of sinusoids, NULL: none; set between platform_init() and the first step */
     struct kinematics kinematics;
     struct cylinder_areas areas;
     struct supervisor supervisor;

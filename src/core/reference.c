@@ -31,9 +31,10 @@ void reference_move(struct reference *r, const double from[DOFS], const double r
     *r = move;
 }
 
-void reference_test(struct reference *r, enum dof dof, const struct test_params *t, double dt_s) {
+void reference_test(struct reference *r, enum dof dof, const struct trajectory *trajectory, const struct test_params *t, double dt_s) {
     *r = (struct reference){.mode = REFERENCE_TEST, .dof = dof, .ticks = -ticks_of(t->settle_s, dt_s)};
-    r->ramp_out_tick = ticks_of(t->ramp_s, dt_s) + ticks_of(t->duration_s, dt_s);
+    r->trajectory = dof == DOF_NONE ? trajectory : NULL;
+    r->ramp_out_tick = ticks_of(t->ramp_s, dt_s) + ticks_of(r->trajectory ? trajectory_s(trajectory) : t->duration_s, dt_s);
 }
 
 void reference_stop(struct reference *r) {
@@ -51,11 +52,24 @@ static void move_step(struct reference *r, double dt_s, struct reference_sample 
     reference_hold(r, r->to);
 }
 
+static double sinusoid(const struct test_params *t, enum dof dof, double time_s) {
+    return t->amplitude[dof] * sin(2.0 * PI * t->hz[dof] * time_s);
+}
+
+/* What a test does, without its envelope. */
+static void motion(const struct reference *r, const struct test_params *t, double time_s, double begin_s, double pose[DOFS]) {
+    if (r->trajectory) trajectory_at(r->trajectory, time_s - begin_s, pose);
+    for (int i = 0; i < t->count && r->dof == DOF_NONE && !r->trajectory; i++)
+        pose[t->order[i]] = sinusoid(t, t->order[i], time_s);
+    if (r->dof != DOF_NONE) pose[r->dof] = sinusoid(t, r->dof, time_s);
+}
+
 static void test_step(struct reference *r, const struct test_params *t, double dt_s, struct reference_sample *s) {
     int64_t ramp = ticks_of(t->ramp_s, dt_s), end = r->ramp_out_tick + ticks_of(t->ramp_out_s, dt_s);
     double envelope = smooth(r->ticks, ramp) * (1.0 - smooth(r->ticks - r->ramp_out_tick, end - r->ramp_out_tick));
     s->test_time_s = (double)r->ticks * dt_s;
-    s->pose[r->dof] = t->amplitude[r->dof] * envelope * sin(2.0 * PI * t->hz[r->dof] * s->test_time_s);
+    motion(r, t, s->test_time_s, (double)ramp * dt_s, s->pose);
+    for (int i = 0; i < DOFS; i++) s->pose[i] *= envelope;
     s->phase = r->ticks >= r->ramp_out_tick ? PHASE_RAMP_OUT : r->ticks < 0 ? PHASE_SETTLE :
                r->ticks < ramp ? PHASE_RAMP_IN : PHASE_EVALUATE;
     s->done = r->ticks >= end || (r->ticks < 0 && s->phase == PHASE_RAMP_OUT);

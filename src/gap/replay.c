@@ -20,6 +20,7 @@ static struct params replay_params(const struct params *model, const struct reco
     struct params p = *model;
     p.tests = like->run[run];
     p.tests.count = 0;
+    p.tests.multisine = false, p.tests.trajectory[0] = '\0';
     for (int i = 0; i < like->tests && p.tests.count < DOFS; i++)
         if (like->test[i].run == run) p.tests.order[p.tests.count++] = like->test[i].dof;
     for (int i = p.tests.count; i < DOFS; i++) p.tests.order[i] = DOF_NONE;

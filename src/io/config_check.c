@@ -122,6 +122,9 @@ static void check_tests(struct checker *c, const struct params *p) {
     double rate_hz = 1 / p->loop.period_s, samples = t->duration_s * rate_hz;
     int regressors = 2 + 2 * t->harmonics;
 
+    require(c, !t->multisine || !t->trajectory[0], "tests.multisine and tests.trajectory %.60s: one of them; a trajectory has its own axes",
+            t->trajectory);
+    if (t->trajectory[0]) return;
     for (int i = 0; i < t->count; i++) {
         check_frequency(c, p, t->order[i]);
         if (p->mechanism == MECHANISM_STEWART) check_reach(c, p, t->order[i]); /* else nothing is driven */

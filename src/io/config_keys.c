@@ -137,6 +137,9 @@ static const struct config_key keys[] = {
     KEY(tests, ramp_s, "1", 0.0, 600.0, "s", "ramp-in"),
     KEY(tests, duration_s, "5", 0.01, 3600.0, "s", "evaluated part"),
     KEY(tests, ramp_out_s, "0.5", 0.0, 600.0, "s", "ramp-out"),
+    KEY(tests, multisine, "false", 0.0, 1.0, "-", "all axes of tests.order at once, in one test: nothing is identified"),
+    WORD(tests, trajectory, CONFIG_TEXT, "", "CSV file of poses over time, driven instead of sinusoids; empty: none", NULL),
+    KEY(tests, repeat, "1", 1.0, 100000.0, "-", "passes of the trajectory"),
     KEY(tests, harmonics, "5", 1.0, 6.0, "-", "regressed, the fundamental included"),
 
     KEY(checks, amplitude_pct, "10", 0.01, 100.0, "%", "achieved against commanded amplitude"),
@@ -198,7 +201,7 @@ static const char *const sections[][2] = {
     {"motion", "Engaging and parking"},
     {"limits", "SAFETY: beyond any of these the platform is stopped (README, What can fail)"},
     {"interlocks", "SAFETY: which inputs and outputs the machine has; what is not wired is not watched"},
-    {"tests", "Six sinusoidal tests"},
+    {"tests", "Six sinusoidal tests, or another motion"},
     {"checks", "Beyond any of these the verdict is fail"},
     {"model", "The model against which hexid gap measures"},
     {"model.tolerance", "How far the model's parameters may be off, relative, each leg for itself, without that being a finding"},
