@@ -16,6 +16,7 @@
 #include "interlock.h"
 #include "log.h"
 #include "messages.h"
+#include "motion_check.h"
 #include "operator.h"
 #include "recorder.h"
 #include "trajectory_file.h"
@@ -93,7 +94,8 @@ static int check_motion(struct session *s, struct error *error) {
     int status = t->trajectory[0] ? trajectory_load(&s->trajectory, t->trajectory, t->repeat, error) : STATUS_OK;
     if (status) return status;
     if (t->trajectory[0]) t->duration_s = trajectory_s(&s->trajectory);
-    return config_check_motion(&s->params, error);
+    status = config_check_motion(&s->params, error);
+    return status ? status : motion_check(&s->params, driven(s), error);
 }
 
 static int open_all(struct session *s, struct error *error) {

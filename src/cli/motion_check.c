@@ -1,0 +1,200 @@
+#include "motion_check.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "force.h"
+#include "inverse_dynamics.h"
+#include "kinematics.h"
+#include "reference.h"
+
+static const double stop_every_s = 0.1;
+enum { STOPS_MAX = 1000 };              /* of a test: a long one's are farther apart */
+enum { SCALES = 7 };                    /* halvings of what is not known of the scale: a hundredth */
+
+/* Where the walk is. */
+struct instant {
+    enum dof dof;                       /* of the test */
+    double time_s;                      /* of the test, */
+    bool stopped;                       /* stopped in it at stop_s */
+    double stop_s;
+};
+
+/* What is beyond a limit. */
+struct excess {
+    const char *what, *unit;            /* "length", "m" */
+    double value, least, rest, most;    /* rest: the value at neutral, from which both limits count */
+    const char *below, *above;          /* the keys of either limit */
+    int leg;
+    double share;                       /* of the limit: above 1 */
+    struct instant at;
+};
+
+struct walk {
+    const struct params *params;
+    const struct trajectory *trajectory;
+    struct kinematics kinematics;
+    struct cylinder_areas areas;
+    struct inverse_dynamics dynamics;
+    double scale;                       /* of the poses */
+    double length_m[3][LEGS];           /* of the last three cycles */
+    struct instant at;
+    bool to_the_end;                    /* also where something is beyond its limit: which is farthest? */
+    struct excess worst;
+};
+
+/* False ends the walk: the value is beyond, as what is not a number is. */
+static bool within(struct walk *w, int leg, struct excess e) {
+    if (e.value >= e.least && e.value <= e.most) return true;
+    e.share = (e.value - e.rest) / ((e.value < e.rest ? e.least : e.most) - e.rest);
+    if (!(e.share > 0.0)) e.share = (double)INFINITY;
+    e.leg = leg, e.at = w->at;
+    if (e.share > w->worst.share) w->worst = e;
+    return w->to_the_end;
+}
+
+static bool check_length(struct walk *w, int leg) {
+    const struct limit_params *l = &w->params->limits;
+    double half = w->params->actuator.stroke_m / 2, neutral_m = w->kinematics.neutral_length_m, in_m = neutral_m - half, out_m = neutral_m + half;
+    return within(w, leg, (struct excess){.what = "length", .unit = "m", .value = w->length_m[1][leg],
+                                          .least = fmax(l->length_min_m, in_m), .rest = neutral_m, .most = fmin(l->length_max_m, out_m),
+                                          .below = l->length_min_m > in_m ? "limits.length_min_m" : "actuator.stroke_m",
+                                          .above = l->length_max_m < out_m ? "limits.length_max_m" : "actuator.stroke_m"});
+}
+
+static bool check_rate(struct walk *w, int leg, double rate_mps) {
+    double most = w->params->limits.leg_rate_mps;
+    return within(w, leg, (struct excess){.what = "rate", .unit = "m/s", .value = rate_mps, .least = -most, .most = most,
+                                          .below = "limits.leg_rate_mps", .above = "limits.leg_rate_mps"});
+}
+
+/* Force and flow; positive forces push the leg out. */
+static bool check_drive(struct walk *w, int leg, double rate_mps, double force_n) {
+    static const char flow[] = "flow, by hydraulics.valve_flow_m3_per_s and supply_pa";
+    const struct hydraulics_params *h = &w->params->hydraulics;
+    double a1 = w->areas.a1_m2, a2 = w->areas.a2_m2, cubes = a1 * a1 * a1 + a2 * a2 * a2;
+    double push_n = a1 * h->supply_pa - a2 * h->tank_pa, pull_n = a2 * h->supply_pa - a1 * h->tank_pa, most_n = w->params->limits.force_n;
+    double opened = w->params->control.output_limit * h->valve_flow_m3_per_s[leg] / sqrt(h->valve_drop_pa);
+    struct excess force = {.what = "force", .unit = "N", .value = force_n, .least = -fmin(pull_n, most_n), .most = fmin(push_n, most_n),
+                           .below = most_n < pull_n ? "limits.force_n" : "hydraulics.supply_pa",
+                           .above = most_n < push_n ? "limits.force_n" : "hydraulics.supply_pa"};
+    if (!(force_n >= force.least && force_n <= force.most)) return within(w, leg, force); /* it has no flow, then */
+    return within(w, leg, (struct excess){.what = "rate", .unit = "m/s", .value = rate_mps,
+                                          .least = -opened * sqrt((pull_n + force_n) / cubes),
+                                          .most = opened * sqrt((push_n - force_n) / cubes),
+                                          .below = flow, .above = flow});
+}
+
+/* The cycle before the last one, by differences. */
+static bool check_cycle(struct walk *w) {
+    double dt_s = w->params->loop.period_s, force_n[LEGS];
+    struct inverse_dynamics_input in = {0};
+    for (int k = 0; k < LEGS; k++) {
+        double before_m = w->length_m[0][k], now_m = w->length_m[1][k], next_m = w->length_m[2][k];
+        in.leg[k][0] = now_m, in.leg[k][1] = (next_m - before_m) / (2 * dt_s);
+        in.leg[k][2] = (next_m - 2 * now_m + before_m) / (dt_s * dt_s);
+        if (!check_length(w, k) || !check_rate(w, k, in.leg[k][1])) return false;
+    }
+    if (!inverse_dynamics_step(&w->dynamics, &in, force_n))
+        return within(w, 0, (struct excess){.what = "pose", .unit = "", .value = (double)NAN, .above = "no pose has these legs"});
+    for (int k = 0; k < LEGS; k++)
+        if (!check_drive(w, k, in.leg[k][1], force_n[k])) return false;
+    return true;
+}
+
+static bool take(struct walk *w, const struct reference_sample *s) {
+    double pose[DOFS];
+    for (int i = 0; i < DOFS; i++) pose[i] = w->scale * s->pose[i];
+    memmove(w->length_m[0], w->length_m[1], 2 * sizeof w->length_m[0]);
+    ik_lengths(&w->kinematics, pose, w->length_m[2]);
+    w->at.time_s = s->test_time_s;
+    return check_cycle(w);
+}
+
+/* From where it is to its end. */
+static bool walk_on(struct walk *w, struct reference *r) {
+    const struct params *p = w->params;
+    for (bool done = false; !done;) {
+        struct reference_sample s = reference_step(r, &p->tests, p->loop.period_s);
+        if (!take(w, &s)) return false;
+        done = s.done;
+    }
+    return true;
+}
+
+static bool walk_stopped(struct walk *from, const struct reference *r) {
+    struct walk w = *from;
+    struct reference stopped = *r;
+    w.at.stopped = true, w.at.stop_s = (double)r->ticks * w.params->loop.period_s;
+    reference_stop(&stopped);
+    bool ok = walk_on(&w, &stopped);
+    from->worst = w.worst;
+    return ok;
+}
+
+/* One test: to its end, and stopped again and again. It begins at rest at neutral. */
+static bool walk_test(struct walk *w, enum dof dof) {
+    const struct params *p = w->params;
+    struct reference r;
+    reference_test(&r, dof, w->trajectory, &p->tests, p->loop.period_s);
+    double moving_s = (double)r.ramp_out_tick * p->loop.period_s;
+    int64_t every = llround(fmax(stop_every_s, moving_s / STOPS_MAX) / p->loop.period_s);
+    r.ticks = -2; /* it settled before */
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < LEGS; k++) w->length_m[i][k] = w->kinematics.neutral_length_m;
+    w->at = (struct instant){.dof = dof};
+    for (bool done = false; !done;) {
+        bool stops = r.ticks > 0 && r.ticks < r.ramp_out_tick && r.ticks % (every > 0 ? every : 1) == 0;
+        if (stops && !walk_stopped(w, &r)) return false;
+        struct reference_sample s = reference_step(&r, &p->tests, p->loop.period_s);
+        if (!take(w, &s)) return false;
+        done = s.done;
+    }
+    return true;
+}
+
+static bool walk_all(struct walk *w, double scale) {
+    const struct test_params *t = &w->params->tests;
+    bool single = tests_single(t);
+    w->scale = scale;
+    inverse_dynamics_init(&w->dynamics, w->params, w->params->loop.period_s, 0.0);
+    for (int i = 0; i < tests_count(t); i++)
+        if (!walk_test(w, single ? t->order[i] : DOF_NONE)) return false;
+    return true;
+}
+
+/* The largest hundredth of the motion that is within all limits; 0: none. */
+static double find_scale(struct walk *w) {
+    int low = 0, high = 100;
+    for (int i = 0; i < SCALES && high - low > 1; i++) {
+        int middle = (low + high) / 2;
+        if (walk_all(w, middle / 100.0)) low = middle;
+        else high = middle;
+    }
+    return low / 100.0;
+}
+
+static int refuse(struct walk *w, struct error *error) {
+    w->to_the_end = true;
+    walk_all(w, 1.0);
+    w->to_the_end = false;
+    struct excess e = w->worst;
+    const struct test_params *t = &w->params->tests;
+    bool single = tests_single(t);
+    char stopped[48] = "", remedy[120];
+    double scale = find_scale(w), from_s = w->trajectory ? t->ramp_s : 0.0; /* a trajectory's own time */
+    bool below = e.value < e.least;
+    if (e.at.stopped) snprintf(stopped, sizeof stopped, " (stopped at %.3f s)", e.at.stop_s - from_s);
+    if (scale > 0.0) snprintf(remedy, sizeof remedy, "scale %s by %.2f, or make it slower", single ? "its amplitude" : w->trajectory ? "the poses" : "all amplitudes", scale);
+    else snprintf(remedy, sizeof remedy, "no smaller motion would do: the machine cannot do it at rest");
+    return error_set(error, STATUS_USAGE, "not run: test %s at %.3f s%s: leg %d has %s %.5g %s, limit %.5g (%s): %s",
+                     tests_name(t, e.at.dof), e.at.time_s - from_s, stopped, e.leg + 1, e.what, e.value, e.unit, below ? e.least : e.most,
+                     below ? e.below : e.above, remedy);
+}
+
+int motion_check(const struct params *params, const struct trajectory *trajectory, struct error *error) {
+    struct walk w = {.params = params, .trajectory = trajectory, .areas = cylinder_areas(&params->actuator)};
+    int status = kinematics_init(&w.kinematics, params, error);
+    if (status) return status;
+    return walk_all(&w, 1.0) ? STATUS_OK : refuse(&w, error);
+}
