@@ -158,6 +158,7 @@ static void whatever_else_is_refused_with_line_and_remedy(void **unused) {
         {"time_s,x_m\nnan,0\n", ":2: time_s: every row needs its time", 1},
         {"time_s,x_m\n0,0\n-inf,0\n", ":3: time_s: every row needs its time", 1},
         {"time_s,x_m\n0,0\n0,0\n", ":3: time_s: 0 after 0: time must increase", 1},
+        {"time_s,x_m\n0,0\n1e-308,10\n1,0\n", ":3: time_s: 1e-308 after 0: time must increase from row to row, by 1e-06 s", 1},
         {"time_s,x_m\n1,0\n2,0\n1.5,0\n", ":4: time_s: 1.5 after 2: time must increase", 1},
         {"time_s,x_m\n0,0\n3601,0\n", ":3: 3601 s, 1 times: a run's motion is at most 3600 s", 1},
         {"time_s,x_m\n0,0\n1,0\n40,0\n", ":4: 40 s, 100 times", 100},

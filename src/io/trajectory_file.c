@@ -10,6 +10,7 @@
 enum { COLUMNS = 1 + DOFS, CELLS_MAX = COLUMNS, KNOTS_MIN = 3, KNOTS_MAX = 500000 };
 
 static const double longest_s = 3600.0, shortest_s = 0.01; /* tests.duration_s, which it becomes */
+static const double step_least_s = 1e-6;                   /* less is no time for a machine, and no number for a spline */
 static const double farthest_m = 10.0;                     /* beyond, and beyond half a turn, the file has other units */
 static const double closed_within = 1e-6;                  /* m or rad: rounding of the file's last digit */
 
@@ -90,9 +91,9 @@ static int place(struct file *f, const struct trajectory *t, struct trajectory_k
     if (!t->knots) f->begin_s = k->time_s;
     k->time_s -= f->begin_s;
     double before_s = t->knots ? t->knot[t->knots - 1].time_s : -1.0;
-    if (!(k->time_s > before_s))
-        return csv_text_refuse(&f->text, f->error, "time_s: %.10g after %.10g: time must increase from row to row", k->time_s + f->begin_s,
-                               before_s + f->begin_s);
+    if (!(k->time_s - before_s >= step_least_s))
+        return csv_text_refuse(&f->text, f->error, "time_s: %.10g after %.10g: time must increase from row to row, by %g s at least",
+                               k->time_s + f->begin_s, before_s + f->begin_s, step_least_s);
     if (k->time_s * t->passes <= longest_s) return STATUS_OK;
     return csv_text_refuse(&f->text, f->error, "%.6g s, %d times: a run's motion is at most %g s long; cut it, or repeat it less",
                            k->time_s, t->passes, longest_s);
