@@ -107,16 +107,8 @@ struct interlock_params {         /* SAFETY: which of the machine's inputs and o
 struct test_params {
     enum dof order[DOFS];         /* axes to test, in turn */
     int count;
-    union {
-        double hz[DOFS];          /* frequency, of each axis its own */
-        double frequency_hz;      /* x's: for src/gap/survey.c, until it takes the axis's own */
-    };
-    union {
-        double amplitude[DOFS];   /* m; rad */
-        struct {
-            double amplitude_m, y_m, z_m, amplitude_rad, theta_rad, psi_rad; /* likewise */
-        };
-    };
+    double hz[DOFS];              /* frequency, of each axis its own */
+    double amplitude[DOFS];       /* m; rad */
     double settle_s, ramp_s, duration_s, ramp_out_s; /* duration_s: the evaluated part */
     int harmonics;                /* regressed with the fundamental */
     bool multisine;               /* all axes of `order` at once, in one test */

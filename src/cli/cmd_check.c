@@ -138,9 +138,6 @@ static int begin_survey(struct check *c, const struct input *in, const struct cy
     else snprintf(name, sizeof name, "%s %.200s", axis, slash ? slash + 1 : in->name);
     p->survey = &c->survey[c->report.surveys++];
     survey_init(p->survey, &c->params, cycle->dof, name);
-    if (cycle->dof == DOF_NONE) return STATUS_OK;
-    p->survey->stated_hz = p->survey->test.stated_hz = c->params.tests.hz[cycle->dof];
-    p->survey->stated_amplitude = c->params.tests.amplitude[cycle->dof];
     return STATUS_OK;
 }
 

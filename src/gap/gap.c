@@ -517,10 +517,13 @@ const char *gap_place_words(const struct gap_place *p, char words[GAP_WORDS]) {
     return words;
 }
 
-/* Every test at its run's frequency: else no run of the model is like it. */
+/* Every test is one that its run's configuration asks for: else no run of the model is like it. */
 static bool can_be_driven(const struct recording *r) {
     bool can = true;
-    for (int i = 0; i < r->tests; i++) can = can && fabs(r->test[i].frequency_hz / r->run[r->test[i].run].frequency_hz - 1.0) < CLOCK_TOLERANCE;
+    for (int i = 0; i < r->tests; i++) {
+        const struct recording_test *t = &r->test[i];
+        can = can && t->dof != DOF_NONE && fabs(t->frequency_hz / r->run[t->run].hz[t->dof] - 1.0) < CLOCK_TOLERANCE;
+    }
     return can;
 }
 

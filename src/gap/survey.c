@@ -33,10 +33,10 @@ double survey_seconds(const struct survey *s) {
 }
 
 void survey_init(struct survey *s, const struct params *params, enum dof dof, const char *name) {
-    bool axis = params->mechanism == MECHANISM_AXIS, tested = dof != DOF_NONE;
-    *s = (struct survey){.test = {.dof = dof, .first = -1, .stated_hz = params->tests.frequency_hz}, .mechanism = params->mechanism};
-    s->stated_hz = tested ? params->tests.frequency_hz : (double)NAN;
-    s->stated_amplitude = !tested ? (double)NAN : dof < DOF_PHI ? params->tests.amplitude_m : params->tests.amplitude_rad;
+    bool axis = params->mechanism == MECHANISM_AXIS;
+    *s = (struct survey){.test = {.dof = dof, .first = -1, .stated_hz = (double)NAN}, .mechanism = params->mechanism};
+    s->stated_hz = s->stated_amplitude = (double)NAN;
+    if (dof != DOF_NONE) s->stated_hz = s->test.stated_hz = params->tests.hz[dof], s->stated_amplitude = params->tests.amplitude[dof];
     for (int kind = 0; kind < SURVEY_KINDS; kind++)
         s->channel[kind] = (struct survey_channel){.of = !axis ? LEGS : 1, .low = (double)NAN, .high = (double)NAN, .noise = (double)NAN};
     if (!axis) s->channel[SURVEY_FORCE].of = 0;
