@@ -123,9 +123,9 @@ static int load(struct trajectory *t, const char *text, int passes) {
 static void files_of_other_programs_are_taken(void **unused) {
     (void)unused;
     static const char *const texts[] = {
-        "time_s,theta_rad,x_m\n10,0,0\n11,0.02,0.01\n13,0,0\n",
-        "# of a spreadsheet\r\n\r\n\"x_m\";\"time_s\";\"theta_rad\"\r\n0;10;0\r\n0,01;11;0,02\r\n0;13,0;0\r\n",
-        "\xef\xbb\xbftime_s\tx_m\ttheta_rad\n1e1\t0\t0\n# half way\n1.1e1\t1e-2\t2e-2\n13\t0\t-0\n",
+        "t_s,theta_rad,x_m\n10,0,0\n11,0.02,0.01\n13,0,0\n",
+        "# of a spreadsheet\r\n\r\n\"x_m\";\"t_s\";\"theta_rad\"\r\n0;10;0\r\n0,01;11;0,02\r\n0;13,0;0\r\n",
+        "\xef\xbb\xbft_s\tx_m\ttheta_rad\n1e1\t0\t0\n# half way\n1.1e1\t1e-2\t2e-2\n13\t0\t-0\n",
     };
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         struct trajectory t;
@@ -145,31 +145,31 @@ static void whatever_else_is_refused_with_line_and_remedy(void **unused) {
     } cases[] = {
         {"", ":0: an empty file", 1},
         {"# nothing\n", ":1: an empty file", 1},
-        {"time_s,x_mm\n0,1\n", ":1: \"x_mm\" is no column of a trajectory: they are time_s, x_m", 1},
-        {"time_s,x_m,x_m\n", ":1: x_m stands there twice", 1},
-        {"x_m\n1\n", ":1: no column time_s", 1},
-        {"time_s\n1\n", ":1: no column of an axis", 1},
-        {"time_s,x_m\n0,0\n1,nan\n", ":3: x_m: nan: every row has a number", 1},
-        {"time_s,x_m\n0,0\n1,\n", ":3: x_m: nan", 1},
-        {"time_s,x_m\n0,0\n1,inf\n", ":3: x_m: inf", 1},
-        {"time_s,x_m\n0,0\n1,1e300\n", ":3: x_m: 1e+300: every row has a number within 10 either way, in metres", 1},
-        {"time_s,phi_rad\n0,0\n1,5\n", ":3: phi_rad: 5: every row has a number within 3.142", 1},
-        {"time_s,x_m\n0,0\n1,one\n", ":3: x_m: one is no number", 1},
-        {"time_s,x_m\nnan,0\n", ":2: time_s: every row needs its time", 1},
-        {"time_s,x_m\n0,0\n-inf,0\n", ":3: time_s: every row needs its time", 1},
-        {"time_s,x_m\n0,0\n0,0\n", ":3: time_s: 0 after 0: time must increase", 1},
-        {"time_s,x_m\n0,0\n1e-308,10\n1,0\n", ":3: time_s: 1e-308 after 0: time must increase from row to row, by 1e-06 s", 1},
-        {"time_s,x_m\n1,0\n2,0\n1.5,0\n", ":4: time_s: 1.5 after 2: time must increase", 1},
-        {"time_s,x_m\n0,0\n3601,0\n", ":3: 3601 s, 1 times: a run's motion is at most 3600 s", 1},
-        {"time_s,x_m\n0,0\n1,0\n40,0\n", ":4: 40 s, 100 times", 100},
-        {"time_s,x_m\n0,0\n1,0\n1e308,0\n", ":4: 1e+308 s", 1},
-        {"time_s,x_m\n-1e308,0\n1e308,0\n", ":3: ", 1},
-        {"time_s,x_m\n0,0\n1,0,0\n", ":3: more or fewer cells than the 2", 1},
-        {"time_s,x_m\n0,0\n1\n", ":3: more or fewer cells than the 2", 1},
-        {"time_s,x_m\n0,0\n1,0\n", ":3: 2 rows: a trajectory has at least 3", 1},
-        {"time_s,x_m\n0,0\n1e-5,0\n2e-5,0\n", ":4: 2e-05 s: too short", 1},
-        {"time_s,x_m\n0,0\n1,0.01\n2,0.001\n", ":4: x_m: ends at 0.001, began at 0: what is repeated must end where it began", 2},
-        {"time_s,x_m\n0,\"0\n", ":2: a quote is not closed", 1},
+        {"t_s,x_mm\n0,1\n", ":1: \"x_mm\" is no column of a trajectory: they are t_s, x_m", 1},
+        {"t_s,x_m,x_m\n", ":1: x_m stands there twice", 1},
+        {"x_m\n1\n", ":1: no column t_s", 1},
+        {"t_s\n1\n", ":1: no column of an axis", 1},
+        {"t_s,x_m\n0,0\n1,nan\n", ":3: x_m: nan: every row has a number", 1},
+        {"t_s,x_m\n0,0\n1,\n", ":3: x_m: nan", 1},
+        {"t_s,x_m\n0,0\n1,inf\n", ":3: x_m: inf", 1},
+        {"t_s,x_m\n0,0\n1,1e300\n", ":3: x_m: 1e+300: every row has a number within 10 either way, in metres", 1},
+        {"t_s,phi_rad\n0,0\n1,5\n", ":3: phi_rad: 5: every row has a number within 3.142", 1},
+        {"t_s,x_m\n0,0\n1,one\n", ":3: x_m: one is no number", 1},
+        {"t_s,x_m\nnan,0\n", ":2: t_s: every row needs its time", 1},
+        {"t_s,x_m\n0,0\n-inf,0\n", ":3: t_s: every row needs its time", 1},
+        {"t_s,x_m\n0,0\n0,0\n", ":3: t_s: 0 after 0: time must increase", 1},
+        {"t_s,x_m\n0,0\n1e-308,10\n1,0\n", ":3: t_s: 1e-308 after 0: time must increase from row to row, by 1e-06 s", 1},
+        {"t_s,x_m\n1,0\n2,0\n1.5,0\n", ":4: t_s: 1.5 after 2: time must increase", 1},
+        {"t_s,x_m\n0,0\n3601,0\n", ":3: 3601 s, 1 times: a run's motion is at most 3600 s", 1},
+        {"t_s,x_m\n0,0\n1,0\n40,0\n", ":4: 40 s, 100 times", 100},
+        {"t_s,x_m\n0,0\n1,0\n1e308,0\n", ":4: 1e+308 s", 1},
+        {"t_s,x_m\n-1e308,0\n1e308,0\n", ":3: ", 1},
+        {"t_s,x_m\n0,0\n1,0,0\n", ":3: more or fewer cells than the 2", 1},
+        {"t_s,x_m\n0,0\n1\n", ":3: more or fewer cells than the 2", 1},
+        {"t_s,x_m\n0,0\n1,0\n", ":3: 2 rows: a trajectory has at least 3", 1},
+        {"t_s,x_m\n0,0\n1e-5,0\n2e-5,0\n", ":4: 2e-05 s: too short", 1},
+        {"t_s,x_m\n0,0\n1,0.01\n2,0.001\n", ":4: x_m: ends at 0.001, began at 0: what is repeated must end where it began", 2},
+        {"t_s,x_m\n0,\"0\n", ":2: a quote is not closed", 1},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         struct trajectory t;
@@ -186,7 +186,7 @@ static void whatever_else_is_refused_with_line_and_remedy(void **unused) {
 /* Bytes of a good file changed at random: refused, or poses that are numbers at every instant. */
 static void no_file_makes_a_pose_that_is_no_number(void **unused) {
     (void)unused;
-    static const char good[] = "time_s,x_m,psi_rad\n0,0,0\n0.5,0.01,0.02\n1.5,-0.01,1e-2\n2,0,0\n", letters[] = "0123456789.,-+eE;\t\n\"#naifx_\0";
+    static const char good[] = "t_s,x_m,psi_rad\n0,0,0\n0.5,0.01,0.02\n1.5,-0.01,1e-2\n2,0,0\n", letters[] = "0123456789.,-+eE;\t\n\"#naifx_\0";
     uint64_t seed = 9;
     int taken = 0;
     for (int run = 0; run < 3000; run++) {

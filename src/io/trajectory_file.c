@@ -14,7 +14,7 @@ static const double step_least_s = 1e-6;                   /* less is no time fo
 static const double farthest_m = 10.0;                     /* beyond, and beyond half a turn, the file has other units */
 static const double closed_within = 1e-6;                  /* m or rad: rounding of the file's last digit */
 
-static const char *const names[COLUMNS] = {"time_s", "x_m", "y_m", "z_m", "phi_rad", "theta_rad", "psi_rad"};
+static const char *const names[COLUMNS] = {"t_s", "x_m", "y_m", "z_m", "phi_rad", "theta_rad", "psi_rad"};
 
 struct file {
     struct csv_text text;
@@ -36,15 +36,15 @@ static int read_columns(struct file *f, char *line) {
         const char *name = csv_text_trim(strsep(&line, ","));
         int column = find_column(name);
         if (column < 0)
-            return csv_text_refuse(&f->text, f->error, "\"%.40s\" is no column of a trajectory: they are time_s, x_m, y_m, z_m, phi_rad, "
+            return csv_text_refuse(&f->text, f->error, "\"%.40s\" is no column of a trajectory: they are t_s, x_m, y_m, z_m, phi_rad, "
                                    "theta_rad, psi_rad", name);
         if (has[column]) return csv_text_refuse(&f->text, f->error, "%s stands there twice", names[column]);
         has[column] = true;
         f->column[f->cells++] = column;
     }
     if (!status && (!has[0] || f->cells < 2))
-        return csv_text_refuse(&f->text, f->error, "no column %s: a trajectory has time_s and at least one axis, such as x_m",
-                               has[0] ? "of an axis" : "time_s");
+        return csv_text_refuse(&f->text, f->error, "no column %s: a trajectory has t_s and at least one axis, such as x_m",
+                               has[0] ? "of an axis" : "t_s");
     return status;
 }
 
@@ -55,14 +55,14 @@ static int read_head(struct file *f) {
     while (got > 0 && line[0] == '#');
     if (got < 0) return got;
     return got ? read_columns(f, line)
-               : csv_text_refuse(&f->text, f->error, "an empty file: the first line names the columns, time_s,x_m,...");
+               : csv_text_refuse(&f->text, f->error, "an empty file: the first line names the columns, t_s,x_m,...");
 }
 
 static int take_value(struct file *f, int column, double number, struct trajectory_knot *k) {
     double most = column <= 3 ? farthest_m : PI;
     if (column == 0) {
         k->time_s = number;
-        return isfinite(number) ? STATUS_OK : csv_text_refuse(&f->text, f->error, "time_s: every row needs its time, a number");
+        return isfinite(number) ? STATUS_OK : csv_text_refuse(&f->text, f->error, "t_s: every row needs its time, a number");
     }
     k->pose[column - 1] = number;
     if (fabs(number) <= most) return STATUS_OK; /* not of NaN */
@@ -92,7 +92,7 @@ static int place(struct file *f, const struct trajectory *t, struct trajectory_k
     k->time_s -= f->begin_s;
     double before_s = t->knots ? t->knot[t->knots - 1].time_s : -1.0;
     if (!(k->time_s - before_s >= step_least_s))
-        return csv_text_refuse(&f->text, f->error, "time_s: %.10g after %.10g: time must increase from row to row, by %g s at least",
+        return csv_text_refuse(&f->text, f->error, "t_s: %.10g after %.10g: time must increase from row to row, by %g s at least",
                                k->time_s + f->begin_s, before_s + f->begin_s, step_least_s);
     if (k->time_s * t->passes <= longest_s) return STATUS_OK;
     return csv_text_refuse(&f->text, f->error, "%.6g s, %d times: a run's motion is at most %g s long; cut it, or repeat it less",

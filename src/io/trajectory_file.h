@@ -1,6 +1,6 @@
 /* A trajectory from a CSV file: a line with the names of the columns, then a row a pose, at times that increase, evenly or not.
  *
- *     time_s,x_m,y_m,z_m,phi_rad,theta_rad,psi_rad      any of the axes, in any order; what is not there stays at neutral
+ *     t_s,x_m,y_m,z_m,phi_rad,theta_rad,psi_rad      any of the axes, in any order; what is not there stays at neutral
  *
  * Whatever is in the file is refused with file, line and remedy unless it is that. Main thread. */
 #ifndef HEXID_TRAJECTORY_FILE_H

@@ -14,7 +14,7 @@ import math, sys
 rows = [(0.01 * i, math.pi * 0.02 * i) for i in range(201)]
 for name, x, theta in ("small", 0.004, 0.004), ("large", 0.2, 0.0):
     with open(f"{sys.argv[1]}/{name}.csv", "w") as f:
-        print("time_s,x_m,theta_rad", file=f)
+        print("t_s,x_m,theta_rad", file=f)
         for t, a in rows: print(f"{t:.2f},{x * math.sin(a):.9f},{theta * math.sin(a):.9f}", file=f)
 EOF
 
@@ -81,14 +81,14 @@ claim "a multisine beside a trajectory: refused, naming both" refused "tests.mul
 head -n 150 "$work/small.csv" >"$work/open.csv"
 claim "a trajectory that does not close: not repeated, with line and remedy" \
     refused "open.csv:150: x_m ends began" --trajectory "$work/open.csv" --repeat 2
-printf 'time_s,x_mm\n0,0\n' >"$work/mm.csv"
+printf 't_s,x_mm\n0,0\n' >"$work/mm.csv"
 claim "a column of its own: refused, with the line and the columns there are" refused "mm.csv:1: x_mm x_m theta_rad" --trajectory "$work/mm.csv"
-printf 'time_s,x_m\n0,0\n1,nan\n' >"$work/nan.csv"
+printf 't_s,x_m\n0,0\n1,nan\n' >"$work/nan.csv"
 claim "no number: refused, with the line" refused "nan.csv:3: x_m" --trajectory "$work/nan.csv"
-printf 'time_s,x_m\n0,0\n1,0\n1,0\n' >"$work/still.csv"
+printf 't_s,x_m\n0,0\n1,0\n1,0\n' >"$work/still.csv"
 claim "time that stands still: refused, with the line" refused "still.csv:4: time_s increase" --trajectory "$work/still.csv"
 : >"$work/nothing.csv"
-claim "an empty file: refused, with what it should have" refused "nothing.csv:0: empty time_s" --trajectory "$work/nothing.csv"
+claim "an empty file: refused, with what it should have" refused "nothing.csv:0: empty t_s" --trajectory "$work/nothing.csv"
 claim "a binary file: refused" refused "hexid:1:" --trajectory "$hexid"
 claim "a file that is not there: I/O error, naming it" refuses 3 "none.csv" quick --trajectory "$work/none.csv"
 mkfifo "$work/fifo.csv"
