@@ -65,6 +65,22 @@ static void a_rate_that_lies_is_refused(void **unused) {
     assert_true(fabs(load(log_a)->params.loop.period_s - 0.002) < 1e-7);
 }
 
+/* A file is a directory of that file, but for another one's configuration. */
+static void one_file_is_enough(void **unused) {
+    (void)unused;
+    char path[2 * PATHS];
+    empty(NULL);
+    put("config.yaml", "loop: {period_s: 0.004}\n");
+    put("1_x.csv", file_of("# dof: x\n# rate_hz: 500\n", 0, 2000));
+    put("2_x.csv", "no CSV");
+    snprintf(path, sizeof path, "%s/1_x.csv", in);
+    if (import_of(path, log_a, NULL)) fail_msg("%s", error.text);
+    assert_true(report.files == 1 && report.rows == load(log_a)->count && !strcmp(report.file[0].name, "1_x.csv"));
+    snprintf(path, sizeof path, "%s/3_x.csv", in);
+    assert_int_equal(import_of(path, log_a, NULL), STATUS_IO);
+    assert_says("3_x.csv|No such file");
+}
+
 /* A file that says nothing of its rate has times: they are what counts, whatever the configuration says. */
 static void a_rate_that_no_file_states_is_that_of_the_times(void **unused) {
     (void)unused;
@@ -223,6 +239,7 @@ int main(void) {
         cmocka_unit_test(files_that_disagree_are_refused),
         cmocka_unit_test(rows_that_are_missing_are_counted),
         cmocka_unit_test(a_rate_that_lies_is_refused),
+        cmocka_unit_test(one_file_is_enough),
         cmocka_unit_test(a_rate_that_no_file_states_is_that_of_the_times),
         cmocka_unit_test(what_is_wrong_is_named_with_file_line_and_column),
         cmocka_unit_test(lines_without_an_end_are_refused),

@@ -2,6 +2,7 @@
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -105,8 +106,10 @@ static int import_directory(struct check *c, const char *name) {
 
 static int take_input(struct check *c, const char *name) {
     struct stat s;
-    if (!stat(name, &s) && S_ISDIR(s.st_mode)) return import_directory(c, name);
-    if (c->o.map) return error_set(c->error, STATUS_USAGE, "--map is for a directory of CSV files, and %.250s is none", name);
+    const char *dot = strrchr(name, '.');
+    bool csv = dot && !strcasecmp(dot, ".csv");
+    if (!stat(name, &s) && (S_ISDIR(s.st_mode) || csv)) return import_directory(c, name);
+    if (c->o.map) return error_set(c->error, STATUS_USAGE, "--map is for CSV files, and %.250s is none", name);
     return new_input(c, name) ? STATUS_OK : error_set(c->error, STATUS_IO, "out of memory");
 }
 

@@ -12,14 +12,14 @@ static const struct subcommand {
             "           [--tests LIST] [--trajectory FILE [--repeat N]] [--print-config]", "run the platform through its tests and identify it", cmd_run},
     {"plant", "--bus URL [-c FILE] [--set KEY=VALUE ...] [--seed N] [--rt require|try|off]",
      "serve the simulated platform as the devices of a bus: can:IF, modbus:tcp://HOST:PORT or modbus:rtu:DEVICE?baud=N", cmd_plant},
-    {"check", "DIR|LOG [LOG ...] [-c FILE] [--set KEY=VALUE ...] [--map OURS=THEIRS[:UNIT],...] [-o PAGE.html] [--json FILE]",
+    {"check", "DIR|CSV|LOG [LOG ...] [-c FILE] [--set KEY=VALUE ...] [--map OURS=THEIRS[:UNIT],...] [-o PAGE.html] [--json FILE]",
      "look at a recording: sampling, pieces in time, channels, and whether gap and identify would take it", cmd_check},
     {"identify", "LOG [-c FILE] [--set KEY=VALUE ...] [--json FILE]", "identify from a recorded log", cmd_identify},
     {"gap", "--measured LOG [--measured LOG2 ...] [--validate LOG] -c FILE -o DIR [--json FILE] [--replay closed-loop|motion] "
             "[--set KEY=VALUE ...]",
      "find the physical effect that the model lacks, add it, and show how much of the difference is gone", cmd_gap},
-    {"import", "CSVDIR -o LOG [-c FILE] [--set KEY=VALUE ...] [--map OURS=THEIRS[:UNIT],...]",
-     "make a log of CSV files; --map position=Weg:mm,t=Zeit:s where their columns have other names", cmd_import},
+    {"import", "DIR|CSV -o LOG [-c FILE] [--set KEY=VALUE ...] [--map OURS=THEIRS[:UNIT],...]",
+     "make a log of the CSV files of a run, or of one; --map position=Weg:mm,t=Zeit:s where their columns have other names", cmd_import},
     {"export", "LOG -o CSVDIR", "make CSV files of a log", cmd_export},
     {"command", "engage|start|stop|park|reset [-c FILE]", "tell a running hexid what to do, over LCM", cmd_command},
     {"monitor", "[-c FILE]", "watch a running hexid in the terminal, over LCM", cmd_monitor},
@@ -43,7 +43,7 @@ static void help(const struct subcommand *s) {
                "  --set KEY=VALUE  one key of the configuration\n"
                "\nexit status 0 whatever the verdict is: it stands in gap.json\n");
     if (s->run == cmd_check)
-        printf("\n  DIR|LOG          a log, several of one machine, or a directory of CSV files as `hexid import` reads it\n"
+        printf("\n  DIR|CSV|LOG      a log, several of one machine, or CSV files as `hexid import` reads them\n"
                "  -c FILE          configuration; without it the log's own, for CSV config/tian2015.yaml\n"
                "  --set KEY=VALUE  one key of the configuration\n"
                "  --map LIST       columns of CSV by their own names: position=Weg:mm,t=Zeit:s\n"

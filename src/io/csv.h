@@ -66,7 +66,7 @@ struct csv_map;
 
 /* A directory of CSV files, and how it is read. */
 struct csv_source {
-    const char *directory;
+    const char *directory; /* or one file, whose configuration is the base */
     const char *base;     /* configuration, YAML text; NULL: the built-in one */
     struct csv_map *map;  /* columns by the user's own names (csv_map.h); NULL: none */
     int only;             /* this one of its files alone, from 1, which need not have all names of the map; 0: all */

@@ -274,11 +274,11 @@ static int read_files(struct import *im) {
     return status;
 }
 
-static int read_head(struct import *im, const char *name) {
+static int read_head(struct import *im, const char *directory, const char *name) {
     char path[CSV_PATH_SIZE];
     struct csv_reader *reader;
     struct csv_head *h = &im->head[im->files];
-    if (snprintf(path, sizeof path, "%s/%s", im->source->directory, name) >= (int)sizeof path)
+    if (snprintf(path, sizeof path, "%s/%s", directory, name) >= (int)sizeof path)
         return error_set(im->error, STATUS_USAGE, "%.250s: too long a path", im->source->directory);
     int status = csv_open(&reader, path, im->source->map, im->error);
     if (status) return status;
@@ -291,15 +291,26 @@ static int read_head(struct import *im, const char *name) {
     return STATUS_OK;
 }
 
+/* One file alone, whatever its name. */
+static int read_file_head(struct import *im) {
+    char directory[CSV_PATH_SIZE];
+    const char *slash = strrchr(im->source->directory, '/');
+    int before = slash ? (int)(slash - im->source->directory) : 1;
+    snprintf(directory, sizeof directory, "%.*s", before, slash ? im->source->directory : ".");
+    im->report->found = 1;
+    return read_head(im, directory, slash ? slash + 1 : im->source->directory);
+}
+
 static int read_heads(struct import *im) {
     struct dirent **files;
     int count = csv_list(im->source->directory, &files), status = STATUS_OK;
+    if (count < 0 && errno == ENOTDIR) return read_file_head(im);
     if (count < 0) return error_set(im->error, STATUS_IO, "%.250s: cannot be read: %s", im->source->directory, strerror(errno));
     if (count == 0) status = error_set(im->error, STATUS_USAGE, "%.250s: has no CSV file", im->source->directory);
     if (count > CSV_FILES_MAX) status = error_set(im->error, STATUS_USAGE, "%.250s: more than %d CSV files", im->source->directory, CSV_FILES_MAX);
     im->report->found = count;
     for (int i = 0; !status && i < count; i++)
-        if (!im->source->only || i == im->source->only - 1) status = read_head(im, files[i]->d_name);
+        if (!im->source->only || i == im->source->only - 1) status = read_head(im, im->source->directory, files[i]->d_name);
     csv_list_free(files, count);
     return status;
 }
@@ -316,9 +327,7 @@ static int base_params(struct import *im) {
     char path[CSV_PATH_SIZE + 16];
     snprintf(path, sizeof path, "%.*s/config.yaml", CSV_PATH_SIZE, im->source->directory);
     if (access(path, F_OK) == 0) return config_load(&im->params, path, NULL, 0, im->error);
-    if (errno == ENOTDIR)
-        return error_set(im->error, STATUS_USAGE, "%.250s: no directory: import takes the one that has the files of a run", im->source->directory);
-    if (errno != ENOENT) return error_set(im->error, STATUS_IO, "%.250s: cannot be read: %s", path, strerror(errno));
+    if (errno != ENOENT && errno != ENOTDIR) return error_set(im->error, STATUS_IO, "%.250s: cannot be read: %s", path, strerror(errno));
     const char *base = im->source->base;
     if (base) return config_parse(&im->params, base, strlen(base), "base configuration", im->error);
     config_default(&im->params);
