@@ -193,8 +193,8 @@ static int check_legs(const struct recording *r, const struct kinematics *k, str
         if (own < -0.5) return REFUSE("the length of leg %d moves against its reference: its sign is wrong", a + 1);
         if (like != a && best > 0.8)
             return REFUSE("the length of leg %d moves as leg %d should: two legs are exchanged", a + 1, like + 1);
-        double scale = m.product[a][a] / m.asked[a];
-        if (!(scale > 0.5 && scale < 2.0))
+        double scale = sqrt(m.measured[a] / m.asked[a]);
+        if (!(scale > 0.2 && scale < 2.0)) /* a loop that cannot follow moves less */
             return REFUSE("leg %d moves %.3g times as far as the reference asks for: other units, or another machine",
                           a + 1, scale);
     }
