@@ -86,7 +86,7 @@ claim "a column of its own: refused, with the line and the columns there are" re
 printf 't_s,x_m\n0,0\n1,nan\n' >"$work/nan.csv"
 claim "no number: refused, with the line" refused "nan.csv:3: x_m" --trajectory "$work/nan.csv"
 printf 't_s,x_m\n0,0\n1,0\n1,0\n' >"$work/still.csv"
-claim "time that stands still: refused, with the line" refused "still.csv:4: time_s increase" --trajectory "$work/still.csv"
+claim "time that stands still: refused, with the line" refused "still.csv:4: t_s increase" --trajectory "$work/still.csv"
 : >"$work/nothing.csv"
 claim "an empty file: refused, with what it should have" refused "nothing.csv:0: empty t_s" --trajectory "$work/nothing.csv"
 claim "a binary file: refused" refused "hexid:1:" --trajectory "$hexid"
