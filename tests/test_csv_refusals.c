@@ -65,6 +65,38 @@ static void a_rate_that_lies_is_refused(void **unused) {
     assert_true(fabs(load(log_a)->params.loop.period_s - 0.002) < 1e-7);
 }
 
+/* Times of a logger that rounds them to milliseconds: at 992 Hz now and then a step of 2 ms, at 454.5 Hz of 2 and 3. */
+static const char *rounded(const char *head, double rate_hz) {
+    static char text[BUFFER];
+    int used = sprintf(text, "%st_s,u1\n", head);
+    for (int i = 0; i < 2000; i++) used += sprintf(text + used, "%.3f,0\n", i / rate_hz);
+    return text;
+}
+
+static void times_that_are_rounded_do_not_move_the_rate(void **unused) {
+    (void)unused;
+    empty(NULL);
+    put("1_x.csv", rounded("# dof: x\n# rate_hz: 992\n", 992.0));
+    assert_imports();
+    assert_true(report.stated_hz == 0.0 && fabs(load(log_a)->params.loop.period_s * 992.0 - 1.0) < 1e-6);
+    put("1_x.csv", rounded("# dof: x\n", 454.5));
+    assert_imports();
+    assert_true(report.lost == 0 && fabs(report.rate_hz - 454.5) < 0.1);
+}
+
+static void another_unit_of_time_is_no_rate(void **unused) {
+    (void)unused;
+    empty(NULL);
+    for (int ms = 1; ms <= 10; ms *= 10) { /* 1 kHz and 100 Hz */
+        put("1_x.csv", rounded("# dof: x\n", 1.0 / ms));
+        assert_int_equal(import(), STATUS_USAGE);
+        assert_says("1_x.csv:2|no rate_hz|milliseconds");
+    }
+    put("1_x.csv", rounded("# dof: x\n", 1e-3));
+    assert_int_equal(import(), STATUS_USAGE);
+    assert_says("1_x.csv:2|microseconds");
+}
+
 /* A file is a directory of that file, but for another one's configuration. */
 static void one_file_is_enough(void **unused) {
     (void)unused;
@@ -239,6 +271,8 @@ int main(void) {
         cmocka_unit_test(files_that_disagree_are_refused),
         cmocka_unit_test(rows_that_are_missing_are_counted),
         cmocka_unit_test(a_rate_that_lies_is_refused),
+        cmocka_unit_test(times_that_are_rounded_do_not_move_the_rate),
+        cmocka_unit_test(another_unit_of_time_is_no_rate),
         cmocka_unit_test(one_file_is_enough),
         cmocka_unit_test(a_rate_that_no_file_states_is_that_of_the_times),
         cmocka_unit_test(what_is_wrong_is_named_with_file_line_and_column),

@@ -63,7 +63,7 @@ static void help(const struct subcommand *s) {
            "  --set KEY=VALUE  one configuration key, e.g. tests.frequency_hz=5\n"
            "  --tests LIST     axes to test, e.g. x,theta\n"
            "  --trajectory FILE\n"
-           "                   drive these poses instead: CSV with time_s and any of x_m, y_m, z_m, phi_rad, theta_rad, psi_rad\n"
+           "                   drive these poses instead: CSV with t_s and any of x_m, y_m, z_m, phi_rad, theta_rad, psi_rad\n"
            "  --repeat N       passes of the trajectory\n"
            "  --print-config   show the effective configuration and end\n");
 }

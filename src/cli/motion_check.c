@@ -8,8 +8,7 @@
 #include "kinematics.h"
 #include "reference.h"
 
-static const double stop_every_s = 0.1;
-enum { STOPS_MAX = 1000 };              /* of a test: a long one's are farther apart */
+static const double stop_every = 0.1;   /* of the ramp-out: its steepest part is hit to within a hundredth */
 enum { SCALES = 7 };                    /* halvings of what is not known of the scale: a hundredth */
 
 /* Where the walk is. */
@@ -137,8 +136,7 @@ static bool walk_test(struct walk *w, enum dof dof) {
     const struct params *p = w->params;
     struct reference r;
     reference_test(&r, dof, w->trajectory, &p->tests, p->loop.period_s);
-    double moving_s = (double)r.ramp_out_tick * p->loop.period_s;
-    int64_t every = llround(fmax(stop_every_s, moving_s / STOPS_MAX) / p->loop.period_s);
+    int64_t every = llround(stop_every * p->tests.ramp_out_s / p->loop.period_s);
     r.ticks = -2; /* it settled before */
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < LEGS; k++) w->length_m[i][k] = w->kinematics.neutral_length_m;

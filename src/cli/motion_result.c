@@ -4,6 +4,8 @@
 
 void motion_take(struct motion_result *m, const struct params *params, const struct cycle *c) {
     if (c->test < 0 || c->dof != DOF_NONE) return;
+    if (c->test_time_s < m->test_time_s) *m = (struct motion_result){0}; /* another one begins */
+    m->test_time_s = c->test_time_s;
     m->cycles++;
     if (c->phase != PHASE_EVALUATE) return;
     double end_s = params->tests.ramp_s + params->tests.duration_s;

@@ -124,6 +124,7 @@ static void check_tests(struct checker *c, const struct params *p) {
 
     require(c, !t->multisine || !t->trajectory[0], "tests.multisine and tests.trajectory %.60s: one of them; a trajectory has its own axes",
             t->trajectory);
+    require(c, t->trajectory[0] || t->repeat == 1, "tests.repeat %d is of a trajectory, and tests.trajectory names none", t->repeat);
     if (t->trajectory[0]) return;
     for (int i = 0; i < t->count; i++) {
         check_frequency(c, p, t->order[i]);

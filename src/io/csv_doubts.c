@@ -101,8 +101,10 @@ void csv_doubts(const struct csv_head *head, const struct csv_range *range, cons
     else check_legs(head, range, params, words);
 }
 
-const char *csv_time_unit(double ratio) {
-    if (fabs(ratio / 1e3 - 1.0) < 0.05) return "t_s looks like milliseconds, t_ms";
-    if (fabs(ratio / 1e6 - 1.0) < 0.05) return "t_s looks like microseconds, t_us";
+const char *csv_time_unit(double step_s, double stated_s) {
+    double ratio = step_s / stated_s;
+    bool stated = isfinite(ratio);
+    if (stated ? fabs(ratio / 1e3 - 1.0) < 0.05 : step_s > 0.1 && step_s <= 100.0) return "t_s looks like milliseconds, t_ms";
+    if (stated ? fabs(ratio / 1e6 - 1.0) < 0.05 : step_s > 100.0) return "t_s looks like microseconds, t_us";
     return NULL;
 }

@@ -16,7 +16,7 @@ void csv_range_take(struct csv_range *range, const struct cycle *cycle);
 /* "l1_m is up to 1840: mm?", one a kind; "" without doubt. */
 void csv_doubts(const struct csv_head *head, const struct csv_range *range, const struct params *params, char words[CSV_LIST_SIZE]);
 
-/* "it looks like milliseconds", where a step so many times too long is just that; else NULL. */
-const char *csv_time_unit(double ratio);
+/* "t_s looks like milliseconds", where the steps are a thousand times what is stated; NaN: nothing is, and no loop has such; else NULL. */
+const char *csv_time_unit(double step_s, double stated_s);
 
 #endif

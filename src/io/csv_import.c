@@ -15,7 +15,9 @@
 enum { EVENT_SIZE = 1 << 18, STEPS = 4096, STEPS_LEAST = 16 };
 
 static const double rate_tolerance = 0.01;  /* of the mean step of t_s against rate_hz */
-static const double rate_same = 1e-3;       /* so near, the rate that is stated is kept */
+static const double rate_same = 1e-3;       /* so near, a rate is the same */
+static const double HOLE = 1.75;            /* mean steps: a row is missing */
+static const double step_least_s = 1e-4, step_most_s = 0.1; /* as loop.period_s */
 static const double lost_share = 0.1;       /* more rows missing than this: rate_hz is wrong, not the recording */
 static const double gap_max_s = 3600.0;     /* as tests.duration_s */
 
@@ -87,34 +89,45 @@ static void set_rate(struct params *p, double rate_hz) {
 
 static int ascending(const void *a, const void *b) { return *(const double *)a < *(const double *)b ? -1 : *(const double *)a > *(const double *)b; }
 
-/* Mean step from row to row where a file begins, by its own times, holes apart. NaN: too few, or what the reading proper will refuse. */
-static double measured_step(const struct import *im, int file) {
+/* Steps from row to row where a file begins, by its own times: the mean of all, and of those that are no holes. 0: too few rows, or what the
+ * reading proper will refuse. */
+struct steps {
+    double all_s, whole_s;
+};
+
+static struct steps measured_steps(const struct import *im, int file) {
     struct csv_reader *reader;
     struct error unsaid;
     struct cycle c;
-    double step_s[STEPS], last_s = (double)NAN, sum = 0.0;
-    int n = 0, whole = 0;
-    if (csv_open(&reader, im->head[file].path, im->source->map, &unsaid)) return (double)NAN;
+    double step_s[STEPS], last_s = (double)NAN, sum = 0.0, whole_sum;
+    int n = 0, whole;
+    if (csv_open(&reader, im->head[file].path, im->source->map, &unsaid)) return (struct steps){0};
     while (n < STEPS && csv_read_row(reader, &c, &unsaid) > 0) {
-        if (c.test_time_s > last_s) step_s[n++] = c.test_time_s - last_s;
+        if (c.test_time_s > last_s) sum += step_s[n++] = c.test_time_s - last_s;
         last_s = c.test_time_s;
     }
     csv_close(reader);
-    if (n < STEPS_LEAST) return (double)NAN;
+    if (n < STEPS_LEAST) return (struct steps){0};
     qsort(step_s, (size_t)n, sizeof *step_s, ascending);
-    while (whole < n && step_s[whole] < 1.5 * step_s[n / 2]) sum += step_s[whole++];
-    return sum / whole;
+    struct steps s = {sum / n, step_s[n / 2]};
+    for (int pass = 0; pass < 3; pass++) { /* times that are rounded have steps of 2 and 3 ms, say: 1.5 medians */
+        for (whole = 0, whole_sum = 0.0; whole < n && step_s[whole] < HOLE * s.whole_s;) whole_sum += step_s[whole++];
+        s.whole_s = whole_sum / whole;
+    }
+    return s;
 }
 
-/* The times rule: of a rate that the file states they may differ a little, and that is reported; more is refused when all of it is read. What
- * looks like another unit of time is refused, too. */
+/* The times rule, of a rate that nobody stated, and of one that is a little off: nearer than what is lost leaves open. More is refused when
+ * all of the file is read, and so is what no loop runs at: another unit of time. */
 static void take_rate(struct import *im) {
-    double step_s = measured_step(im, 0), off = period_s(im) / step_s - 1.0;
-    bool stated = gives(&im->head[0], CSV_RATE);
-    if (!(fabs(off) > rate_same) || (stated && fabs(off) > rate_tolerance) || csv_time_unit(step_s / period_s(im))) return;
+    struct steps s = measured_steps(im, 0);
+    double now_s = period_s(im), off = now_s / s.whole_s - 1.0;
+    bool stated = gives(&im->head[0], CSV_RATE), between = now_s > s.whole_s * (1.0 - rate_same) && now_s < s.all_s * (1.0 + rate_same);
+    bool keep = stated ? between || fabs(off) > rate_tolerance : fabs(off) <= rate_same;
+    if (keep || !(s.whole_s >= step_least_s && s.whole_s <= step_most_s)) return;
     if (stated) im->report->stated_hz = im->head[0].value[CSV_RATE];
-    set_rate(&im->params, 1.0 / step_s);
-    im->report->rate_hz = 1.0 / step_s;
+    set_rate(&im->params, 1.0 / s.whole_s);
+    im->report->rate_hz = 1.0 / s.whole_s;
 }
 
 static int merge_heads(struct import *im) {
@@ -163,9 +176,11 @@ static enum phase phase_at(const struct params *p, double t_s) {
 
 static int rate_lies(struct import *im, const struct csv_head *h, double step_s) {
     bool given = !isnan(h->value[CSV_RATE]);
-    const char *unit = csv_time_unit(step_s / period_s(im));
+    const char *unit = csv_time_unit(step_s, given ? period_s(im) : (double)NAN);
+    const char *whose = given ? "rate_hz: " : im->report->rate_hz > 0.0 ? "no rate_hz, and the first file's "
+                                                                       : "no rate_hz, and the configuration's ";
     return error_set(im->error, STATUS_USAGE, "%.200s:%d: %s%g Hz is not what t_s has: steps of %.6g s, %.6g Hz; %s%s",
-                     h->path, given ? h->line[CSV_RATE] : h->columns_line, given ? "rate_hz: " : "no rate_hz, and the configuration's ",
+                     h->path, given ? h->line[CSV_RATE] : h->columns_line, whose,
                      1.0 / period_s(im), step_s, 1.0 / step_s, unit ? unit : "give the true rate_hz", unit ? ": name the column so" : "");
 }
 

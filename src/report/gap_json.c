@@ -112,10 +112,11 @@ char *gap_json(const struct gap_result *r, const char *model) {
     for (int i = 0; i < r->ambiguous; i++) json_array_append_new(rivals, json_string(effect_table[r->ambiguous_with[i]]->name));
     if (r->offset_rival) json_array_append_new(rivals, json_string("constant_force_offset"));
     for (int i = 0; i < r->places; i++) json_array_append_new(where, place(&r->where[i]));
+    json_t *doubted = r->ambiguous ? json_string(effect_table[r->effect[r->in_doubt].effect]->name) : json_null();
     json_t *path = json_string(model);
     if (!path) path = json_string("model.yaml"); /* the directory's name is no UTF-8, and JSON is nothing else */
-    json_t *root = json_pack("{ss ss ss so so so so so so ss so so so so so ss so}", "schema", "hexid.gap/1", "verdict",
-                             gap_verdict_names[r->verdict], "reason", r->reason, "effects", effects, "ambiguous_with", rivals, "rejected",
+    json_t *root = json_pack("{ss ss ss so so so so so so so ss so so so so so ss so}", "schema", "hexid.gap/1", "verdict",
+                             gap_verdict_names[r->verdict], "reason", r->reason, "effects", effects, "in_doubt", doubted, "ambiguous_with", rivals, "rejected",
                              rejected(r), "where", where, "gap", sizes(r), "unexplained_fraction", number(r->unexplained_fraction),
                              "next_experiment", r->next_experiment, "base", base(r), "Mt", matrices(r), "line", line(&r->line),
                              "controller_difference", number(r->controller_difference), "seconds", number(r->seconds), "replay",

@@ -93,6 +93,8 @@ claim "a binary file: refused" refused "hexid:1:" --trajectory "$hexid"
 claim "a file that is not there: I/O error, naming it" refuses 3 "none.csv" quick --trajectory "$work/none.csv"
 mkfifo "$work/fifo.csv"
 claim "a FIFO: refused at once" refuses 3 "fifo.csv FIFO" timeout 10 "${quick[@]}" --trajectory "$work/fifo.csv"
+claim "passes of nothing: refused" refused "tests.repeat 3 trajectory" --repeat 3
+claim "axes beside a trajectory: refused" refused "tests trajectory" "${driven[@]}" --tests x
 claim "passes that are no number: refused" refused "tests.repeat" --trajectory "$work/small.csv" --repeat some
 
 claim "farther and faster than the legs: refused with leg, instant, value, limit and scale" \
