@@ -50,8 +50,11 @@ static bool line_remains(const struct gap_result *r) {
     return r->line.hz > 0.0 && !r->line_simulated && !trifle;
 }
 
+/* The third by its weight; the one in doubt, which was found last, where there is one: nobody can say what it is. */
 static bool imitated(const struct gap_result *r, const struct remainder *m) {
-    return r->effects > 2 && 0.5 * r->effect[2].z * r->effect[2].z > THIRD_SHARE * m->before;
+    if (r->effects < 3) return false;
+    double z = r->effect[r->ambiguous ? r->in_doubt : 2].z;
+    return 0.5 * z * z > THIRD_SHARE * m->before;
 }
 
 static bool unknown(struct gap_result *r, const struct remainder *m) {
