@@ -136,7 +136,7 @@ def judge(names, result):
     if names == ["none"]: return 1.0 if verdict == "no_gap" else 0.0
     if names[0].startswith("unknown_"): return 1.0 if verdict == "unknown_effect" else 0.0
     if len(names) == 2:
-        alike = not rivals or any(set(rivals) | {named[-1]} <= a for a in ALIKE)
+        alike = not rivals or any(set(rivals) | {result["in_doubt"]} <= a for a in ALIKE)
         return 1.0 if alike and set(names) <= set(named + rivals) else 0.0
     if verdict == "effect_named": return 1.0 if named[:1] == names else 0.0
     if verdict == "ambiguous" and names[0] in named + rivals:

@@ -16,7 +16,7 @@ separated() {
     rig first --seed 4 "${machine[@]}" --set "effects.$1=$2"
     gap --measured "$work/first.lcm" || return
     [ "$(field "['verdict']")" = ambiguous ] || return
-    options="$(field "['effects'][-1]['name']") $(field "['ambiguous_with']")"
+    options="$(field "['in_doubt']") $(field "['ambiguous_with']")"
     [[ $options == *"$name"* && $options == *"$rival"* ]] || return
     read -ra options < <(field "['next_experiment']" | cut -d'`' -f2)
     rig second --seed 5 "${machine[@]}" --set "effects.$1=$2" "${options[@]}" # fewer than six tests: no matrix, exit status 1
