@@ -84,6 +84,22 @@ static void times_that_are_rounded_do_not_move_the_rate(void **unused) {
     assert_true(report.lost == 0 && fabs(report.rate_hz - 454.5) < 0.1);
 }
 
+/* A logger that writes when it comes to it, steps of 10 to 18 ms, and a hole of a second. */
+static void times_that_jitter_have_a_rate(void **unused) {
+    (void)unused;
+    static char text[BUFFER];
+    int used = sprintf(text, "# dof: x\nt_s,u1\n");
+    double t_s = 0.0;
+    for (int i = 0; i < 2000; i++) {
+        used += sprintf(text + used, "%.3f,0\n", t_s);
+        t_s += i == 1000 ? 1.0 : i % 50 == 0 ? 0.018 : i % 3 ? 0.010 : 0.011;
+    }
+    empty(NULL);
+    put("1_x.csv", text);
+    assert_imports();
+    assert_true(fabs(report.rate_hz - 97.0) < 1.0 && report.lost > 90 && report.lost < 150);
+}
+
 static void another_unit_of_time_is_no_rate(void **unused) {
     (void)unused;
     empty(NULL);
@@ -272,6 +288,7 @@ int main(void) {
         cmocka_unit_test(rows_that_are_missing_are_counted),
         cmocka_unit_test(a_rate_that_lies_is_refused),
         cmocka_unit_test(times_that_are_rounded_do_not_move_the_rate),
+        cmocka_unit_test(times_that_jitter_have_a_rate),
         cmocka_unit_test(another_unit_of_time_is_no_rate),
         cmocka_unit_test(one_file_is_enough),
         cmocka_unit_test(a_rate_that_no_file_states_is_that_of_the_times),

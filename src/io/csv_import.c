@@ -12,11 +12,11 @@
 #include "messages.h"
 #include "units.h"
 
-enum { EVENT_SIZE = 1 << 18, STEPS = 4096, STEPS_LEAST = 16 };
+enum { EVENT_SIZE = 1 << 18, STEPS = 4096, STEPS_LEAST = 16, PASSES = 6 };
 
 static const double rate_tolerance = 0.01;  /* of the mean step of t_s against rate_hz */
 static const double rate_same = 1e-3;       /* so near, a rate is the same */
-static const double HOLE = 1.75;            /* mean steps: a row is missing */
+static const double HOLE = 1.5;             /* mean steps: a row is missing, as advance() counts */
 static const double step_least_s = 1e-4, step_most_s = 0.1; /* as loop.period_s */
 static const double lost_share = 0.1;       /* more rows missing than this: rate_hz is wrong, not the recording */
 static const double gap_max_s = 3600.0;     /* as tests.duration_s */
@@ -109,8 +109,8 @@ static struct steps measured_steps(const struct import *im, int file) {
     csv_close(reader);
     if (n < STEPS_LEAST) return (struct steps){0};
     qsort(step_s, (size_t)n, sizeof *step_s, ascending);
-    struct steps s = {sum / n, step_s[n / 2]};
-    for (int pass = 0; pass < 3; pass++) { /* times that are rounded have steps of 2 and 3 ms, say: 1.5 medians */
+    struct steps s = {sum / n, sum / n}; /* and not the median: times that are rounded have steps of 2 and 3 ms */
+    for (int pass = 0; pass < PASSES; pass++) {
         for (whole = 0, whole_sum = 0.0; whole < n && step_s[whole] < HOLE * s.whole_s;) whole_sum += step_s[whole++];
         s.whole_s = whole_sum / whole;
     }
