@@ -32,6 +32,7 @@ struct excess {
 struct walk {
     const struct params *params;
     const struct trajectory *trajectory;
+    struct test_params tests;           /* of the test, without what repeats */
     struct kinematics kinematics;
     struct cylinder_areas areas;
     struct inverse_dynamics dynamics;
@@ -112,9 +113,8 @@ static bool take(struct walk *w, const struct reference_sample *s) {
 
 /* From where it is to its end. */
 static bool walk_on(struct walk *w, struct reference *r) {
-    const struct params *p = w->params;
     for (bool done = false; !done;) {
-        struct reference_sample s = reference_step(r, &p->tests, p->loop.period_s);
+        struct reference_sample s = reference_step(r, &w->tests, w->params->loop.period_s);
         if (!take(w, &s)) return false;
         done = s.done;
     }
@@ -133,10 +133,14 @@ static bool walk_stopped(struct walk *from, const struct reference *r) {
 
 /* One test: to its end, and stopped again and again. It begins at rest at neutral. */
 static bool walk_test(struct walk *w, enum dof dof) {
-    const struct params *p = w->params;
+    double dt_s = w->params->loop.period_s;
     struct reference r;
-    reference_test(&r, dof, w->trajectory, &p->tests, p->loop.period_s);
-    int64_t every = llround(stop_every * p->tests.ramp_out_s / p->loop.period_s);
+    struct trajectory passes;
+    w->tests = w->params->tests;
+    if (dof != DOF_NONE) w->tests.duration_s = fmin(w->tests.duration_s, 1.0 / w->tests.hz[dof]); /* from there on it repeats */
+    if (w->trajectory) passes = *w->trajectory, passes.passes = passes.passes > 1 ? 2 : 1;
+    reference_test(&r, dof, w->trajectory ? &passes : NULL, &w->tests, dt_s);
+    int64_t every = llround(stop_every * w->tests.ramp_out_s / dt_s);
     r.ticks = -2; /* it settled before */
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < LEGS; k++) w->length_m[i][k] = w->kinematics.neutral_length_m;
@@ -144,7 +148,7 @@ static bool walk_test(struct walk *w, enum dof dof) {
     for (bool done = false; !done;) {
         bool stops = r.ticks > 0 && r.ticks < r.ramp_out_tick && r.ticks % (every > 0 ? every : 1) == 0;
         if (stops && !walk_stopped(w, &r)) return false;
-        struct reference_sample s = reference_step(&r, &p->tests, p->loop.period_s);
+        struct reference_sample s = reference_step(&r, &w->tests, dt_s);
         if (!take(w, &s)) return false;
         done = s.done;
     }
