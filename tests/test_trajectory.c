@@ -294,6 +294,7 @@ static void a_multisine_is_the_sum_of_its_axes(void **unused) {
     struct reference all, one[DOFS];
     for (int d = 0; d < DOFS; d++) t.hz[d] = 1.0 + 0.7 * d, t.amplitude[d] *= 1.0 + 0.1 * d;
     t.order[0] = DOF_PSI, t.order[1] = DOF_Z, t.count = 2;
+    t.multisine = true;
     reference_test(&all, DOF_NONE, NULL, &t, dt_s);
     for (int d = 0; d < DOFS; d++) reference_test(&one[d], (enum dof)d, NULL, &t, dt_s);
     for (bool done = false; !done;) {
@@ -311,6 +312,7 @@ static void a_multisine_is_the_sum_of_its_axes(void **unused) {
 static struct params gently(void) {
     struct params params = brisk();
     params.tests.ramp_s = params.tests.ramp_out_s = 0.5;
+    strcpy(params.tests.trajectory, "wave.csv");
     return params;
 }
 
@@ -343,6 +345,23 @@ static void the_platform_follows_it_as_one_test_of_no_axis(void **unused) {
     assert_int_equal(evaluated, 4000);
     assert_int_equal(rig.now.state, STATE_SETTLED);
     assert_int_equal(rig.now.faults, 0);
+    plant_destroy(rig.plant);
+}
+
+static void without_the_trajectory_it_asks_for_it_stays_at_neutral(void **unused) {
+    (void)unused;
+    struct params params = gently();
+    struct rig rig;
+    int tested = 0;
+    rig_init(&rig, &params);
+    for (int n = 0; n < 20000 && (n == 0 || rig.platform.automatic); n++) {
+        rig_cycle(&rig, COMMAND_NONE);
+        if (rig.now.phase == PHASE_NONE) continue;
+        tested++;
+        assert_true(distance(rig.now.ref, (double[DOFS]){0}, DOFS) == 0.0);
+    }
+    assert_in_range(tested, 100, 20000);
+    assert_int_equal(rig.now.state, STATE_SETTLED);
     plant_destroy(rig.plant);
 }
 
@@ -392,7 +411,6 @@ static void what_the_machine_can_do_is_let_through(void **unused) {
     params.tests.multisine = true;
     if (motion_check(&params, NULL, &error)) fail_msg("%s", error.text);
     params = gently();
-    strcpy(params.tests.trajectory, "wave.csv");
     struct trajectory t = gentle(2);
     if (motion_check(&params, &t, &error)) fail_msg("%s", error.text);
 }
@@ -482,6 +500,7 @@ int main(void) {
         cmocka_unit_test(stopped_at_any_instant_it_ramps_out_smoothly),
         cmocka_unit_test(a_multisine_is_the_sum_of_its_axes),
         cmocka_unit_test(the_platform_follows_it_as_one_test_of_no_axis),
+        cmocka_unit_test(without_the_trajectory_it_asks_for_it_stays_at_neutral),
         cmocka_unit_test(stop_and_park_in_the_middle_act_as_in_any_test),
         cmocka_unit_test(what_the_machine_can_do_is_let_through),
         cmocka_unit_test(each_limit_refuses_by_its_name),

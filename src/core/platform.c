@@ -155,14 +155,9 @@ static enum trigger commanded(struct platform *p, struct request request) {
 
 static double in_state_s(const struct platform *p) { return (double)p->ticks * p->params->loop.period_s; }
 
-/* A trajectory, or all axes at once, is one test of no axis. */
-static bool single(const struct platform *p) { return !p->trajectory && !p->params->tests.multisine; }
-
-static int tests(const struct platform *p) { return single(p) ? p->params->tests.count : 1; }
-
 /* What `motion.automatic` does without being told: engage, test, park. */
 static enum trigger automatic(struct platform *p) {
-    bool left = p->test < tests(p);
+    bool left = p->test < tests_count(&p->params->tests);
     /* SAFETY: who closes the last interlock does not start the machine. */
     if (p->supervisor.state == STATE_SETTLED && platform_wrong(p)) p->automatic = false;
     if (!p->automatic) return TRIGGER_NONE;
@@ -189,8 +184,8 @@ static void engage(struct platform *p) {
 }
 
 static void test_begin(struct platform *p) {
-    enum dof dof = single(p) ? p->params->tests.order[p->test] : DOF_NONE;
-    reference_test(&p->reference, dof, p->trajectory, &p->params->tests, p->params->loop.period_s);
+    const struct test_params *t = &p->params->tests;
+    reference_test(&p->reference, tests_single(t) ? t->order[p->test] : DOF_NONE, p->trajectory, t, p->params->loop.period_s);
 }
 
 /* What is done once, on the way into a state. */
@@ -207,7 +202,7 @@ static void enter(struct platform *p, enum state from, enum state to) {
     case STATE_PRESSURISING: memcpy(p->leg_ref_m, p->length_m, sizeof p->leg_ref_m); break;
     case STATE_READY: break;
     case STATE_TESTING:
-        if (p->test >= tests(p)) p->test = 0;
+        if (p->test >= tests_count(&p->params->tests)) p->test = 0;
         p->stopping = false;
         test_begin(p);
         break;
@@ -234,7 +229,7 @@ static bool apply(struct platform *p, enum trigger trigger) {
 static void ended(struct platform *p, enum reference_mode was) {
     switch (p->supervisor.state) {
     case STATE_TESTING:
-        if (p->stopping || ++p->test >= tests(p)) apply(p, TRIGGER_TESTS_DONE);
+        if (p->stopping || ++p->test >= tests_count(&p->params->tests)) apply(p, TRIGGER_TESTS_DONE);
         else test_begin(p);
         break;
     case STATE_PARKING:

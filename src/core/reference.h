@@ -22,7 +22,7 @@ struct reference {
     double rate_from[DOFS];      /* of a move at its start: it begins without a step in rate, */
     double duration_s;           /* of a move */
     enum dof dof;                /* tested axis, DOF_NONE: not one alone */
-    const struct trajectory *trajectory; /* of a test, NULL: sinusoids */
+    const struct trajectory *trajectory; /* of a test, NULL: none */
     int64_t ramp_out_tick;       /* of a test */
 };
 
@@ -39,7 +39,7 @@ void reference_hold(struct reference *r, const double pose[DOFS]);
  * (or the move, if shorter): over a long move it would carry the platform far beyond its stroke. It overshoots by 4/27 s of its rate. */
 void reference_move(struct reference *r, const double from[DOFS], const double rate_from[DOFS], const double to[DOFS], double duration_s);
 
-/* dof: the axis whose sinusoid it is; DOF_NONE: the trajectory, which must outlive the test, or without one the multisine. */
+/* dof: the axis whose sinusoid it is; DOF_NONE: the trajectory, which must outlive the test, or if t->multisine that; else neutral is held. */
 void reference_test(struct reference *r, enum dof dof, const struct trajectory *trajectory, const struct test_params *t, double dt_s);
 
 /* Ends a test early: its ramp-out begins now, while the motion under it goes on. Anything else is left as it is. */
