@@ -75,7 +75,7 @@ static void fill_method(struct method_result *m) {
 static void an_identification_keeps_every_number_and_reason(void **unused) {
     (void)unused;
     static struct identification id;
-    struct verdict v = {.status = VERDICT_PASS};
+    struct verdict v = {.status = VERDICT_PASS, .scope = "what it is about"};
     hexid_identification_t m;
     fill(&id.nominal_mt[0][0], 36);
     fill_method(&id.method_a), fill_method(&id.modified_a), fill_method(&id.method_b);
@@ -90,7 +90,7 @@ static void an_identification_keeps_every_number_and_reason(void **unused) {
     assert_matrix(m.method_b_mt_si, id.method_b.mt), assert_matrix(m.method_b_mt_std_si, id.method_b.mt_std);
     assert_true(m.method_a_condition == id.method_a.condition_number && m.method_b_condition == id.method_b.condition_number);
     assert_string_equal(m.verdict, "fail");
-    assert_string_equal(m.scope, verdict_scope);
+    assert_string_equal(m.scope, v.scope);
     assert_int_equal(m.reason_count, VERDICT_REASONS);
     for (int i = 0; i < VERDICT_REASONS; i++) assert_string_equal(m.reasons[i], v.reason[i]);
     hexid_identification_t_decode_cleanup(&m);
@@ -100,7 +100,7 @@ static void an_identification_keeps_every_number_and_reason(void **unused) {
 static void what_was_not_evaluated_is_nan(void **unused) {
     (void)unused;
     static struct identification id;
-    struct verdict v = {.status = VERDICT_NOT_EVALUATED};
+    struct verdict v = {.status = VERDICT_NOT_EVALUATED, .scope = "what it is about"};
     hexid_identification_t m;
     int size = identification_encode(&id, &v, 0, buffer, CAPACITY);
     assert_int_equal(hexid_identification_t_decode(buffer, 0, size, &m), size);

@@ -6,8 +6,9 @@
 #include "lin.h"
 
 const char *const verdict_names[] = {"pass", "fail", "not_evaluated"};
-const char verdict_scope[] = "amplitudes reached, unwanted motion, overruns, excluded samples, readings that live, steady mean forces, "
-                             "symmetry and positive definiteness of method A; not the error against the nominal matrix";
+static const char of_sinusoids[] = "amplitudes reached, unwanted motion, overruns, excluded samples, readings that live, steady mean forces, "
+                                   "symmetry and positive definiteness of method A; not the error against the nominal matrix";
+static const char of_a_motion[] = "overruns, excluded samples, come to its end; not how far the platform was from the reference: nothing is identified";
 
 void verdict_add(struct verdict *v, enum verdict_status status, const char *format, ...) {
     va_list args;
@@ -78,9 +79,9 @@ static void check_matrix(struct verdict *v, const struct check_params *limit, co
 }
 
 struct verdict ident_verdict(const struct params *params, const struct identification *id, int64_t cycles, int64_t overruns) {
-    struct verdict v = {.status = VERDICT_PASS};
-    const struct check_params *limit = &params->checks;
     bool single = tests_single(&params->tests); /* else there is nothing to identify, and that is no failure */
+    struct verdict v = {.status = VERDICT_PASS, .scope = single ? of_sinusoids : of_a_motion};
+    const struct check_params *limit = &params->checks;
     for (int i = 0; i < id->tests; i++) check_test(&v, params, &id->test[i]);
     check_load(&v, limit, id);
     if (single && id->tests < params->tests.count)

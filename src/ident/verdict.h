@@ -12,12 +12,12 @@ enum { VERDICT_REASONS = 24, VERDICT_TEXT = 120 };
 
 struct verdict {
     enum verdict_status status;
+    const char *scope; /* what it is about, and what it is not */
     int reasons;
     char reason[VERDICT_REASONS][VERDICT_TEXT]; /* what failed or could not be evaluated, with value and limit */
 };
 
 extern const char *const verdict_names[]; /* pass, fail, not_evaluated */
-extern const char verdict_scope[];        /* what the verdict is about, and what it is not */
 
 /* Cycles and overruns of the whole run. A failed check outweighs one that could not be evaluated. */
 struct verdict ident_verdict(const struct params *params, const struct identification *id, int64_t cycles, int64_t overruns);

@@ -36,7 +36,7 @@ int identification_encode(const struct identification *id, const struct verdict 
     hexid_identification_t m = {
         .time_ns = time_ns, .method_a_condition = a->evaluated ? a->condition_number : (double)NAN,
         .method_b_condition = b->evaluated ? b->condition_number : (double)NAN, .verdict = text(verdict_names[verdict->status]),
-        .scope = text(verdict_scope), .reason_count = verdict->reasons, .reasons = reasons,
+        .scope = text(verdict->scope), .reason_count = verdict->reasons, .reasons = reasons,
     };
     for (int i = 0; i < verdict->reasons; i++) reasons[i] = text(verdict->reason[i]);
     matrix(m.nominal_mt_si, id->nominal_mt, true);

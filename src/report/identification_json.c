@@ -88,7 +88,7 @@ char *identification_json(const struct identification *id, const struct verdict 
         "wake_us", quantiles(loop->wake_us, loop->timed), "exec_us", quantiles(loop->exec_us, loop->timed), "pace",
         loop->timed ? number(loop->pace) : json_null(), "stalls", loop->timed ? json_integer(loop->stalls) : json_null(),
         "longest_stall_s", loop->timed ? number(loop->longest_stall_s) : json_null(), "verdict", "scope",
-        verdict_scope, "status", verdict_names[verdict->status], "reasons", reasons(verdict));
+        verdict->scope, "status", verdict_names[verdict->status], "reasons", reasons(verdict));
     char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     json_decref(root);
     return text;

@@ -47,7 +47,8 @@ of_any_motion() {
 }
 at_once() {
     ends 0 run "${multisine[@]}" --log "$work/all.lcm" --json "$work/all.json" && says 'test 1/1 multisine +off by at most' 'verdict +pass' &&
-        ! grep -q matrix "$work/out" && "$python" -c 'import json, sys; assert json.load(open(sys.argv[1]))["tests"] == []' "$work/all.json"
+        ! grep -q matrix "$work/out" && "$python" -c 'import json, sys; report = json.load(open(sys.argv[1]))
+assert report["tests"] == [] and "nothing is identified" in report["verdict"]["scope"]' "$work/all.json"
 }
 claim "a multisine: all axes in one test, nothing to identify and no failure" at_once
 claim "check and gap take its log, identify refuses it with what it needs" of_any_motion "$work/all.lcm"
