@@ -57,7 +57,7 @@ static struct error error;
 
 /* `in` unless another directory is named. */
 static inline int import_of(const char *directory, const char *log_path, const char *base) {
-    return csv_import(&(struct csv_source){.directory = directory, .base = base}, log_path, &report, &error);
+    return csv_import(&(struct csv_source){.path = directory, .base = base}, log_path, &report, &error);
 }
 
 static inline int import(void) { return import_of(in, log_a, NULL); }

@@ -11,7 +11,7 @@ static void parse(const char *text) {
 
 static int import_by(const char *text) {
     parse(text);
-    return csv_import(&(struct csv_source){.directory = in, .map = &map}, log_a, &report, &error);
+    return csv_import(&(struct csv_source){.path = in, .map = &map}, log_a, &report, &error);
 }
 
 static void own_names_and_their_stems_are_known(void **unused) {

@@ -26,7 +26,7 @@ loop: {{period_s: {period}}}
 
 def hexid(*arguments):
     run = subprocess.run([HEXID, *map(str, arguments)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    if run.returncode > 1:  # 1: a verdict other than "no gap" on data that could be judged
+    if run.returncode:
         sys.exit(run.stderr)
 
 

@@ -61,7 +61,7 @@ static struct input *new_input(struct check *c, const char *name) {
 
 /* Makes a log of a directory, or of one file in it, without a name: nothing is left behind, whatever happens. */
 static int import(struct check *c, const struct csv_source *source, int *found) {
-    struct input *in = new_input(c, source->directory);
+    struct input *in = new_input(c, source->path);
     const char *directory = getenv("TMPDIR");
     char path[PATH_MAX];
     snprintf(path, sizeof path, "%.4000s/hexid-check-XXXXXX", directory && *directory ? directory : "/tmp");

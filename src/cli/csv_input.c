@@ -17,7 +17,7 @@ static int one_configuration(const struct options *o, const char *directory, str
 
 int csv_input_begin(struct csv_input *input, const struct options *o, const char *directory, struct error *error) {
     struct params params;
-    *input = (struct csv_input){.source = {.directory = directory}};
+    *input = (struct csv_input){.source = {.path = directory}};
     int status = o->map ? csv_map_parse(&input->map, o->map, error) : STATUS_OK;
     if (!status) status = one_configuration(o, directory, error);
     if (!status) status = options_params(o, &params, error);

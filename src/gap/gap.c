@@ -517,12 +517,14 @@ const char *gap_place_words(const struct gap_place *p, char words[GAP_WORDS]) {
     return words;
 }
 
-/* Every test is one that its run's configuration asks for: else no run of the model is like it. */
+/* Every test is one that its run's configuration asks for, and of its axis the only one, since it can state one amplitude: else no run of
+ * the model is like it. */
 static bool can_be_driven(const struct recording *r) {
     bool can = true;
     for (int i = 0; i < r->tests; i++) {
         const struct recording_test *t = &r->test[i];
-        can = can && t->dof != DOF_NONE && fabs(t->frequency_hz / r->run[t->run].hz[t->dof] - 1.0) < CLOCK_TOLERANCE;
+        can = can && t->dof != DOF_NONE && recording_find(r, t->run, t->dof) == t &&
+              fabs(t->frequency_hz / r->run[t->run].hz[t->dof] - 1.0) < CLOCK_TOLERANCE;
     }
     return can;
 }

@@ -85,7 +85,7 @@ int recording_clipped(const struct recording_test *t, const double *first, const
 /* Sampling of a test's evaluated part, lost samples apart. */
 double recording_step_s(const struct recording_test *t);
 
-/* The test of this axis in this run, or NULL. */
+/* The first test of this axis in this run, or NULL. */
 const struct recording_test *recording_find(const struct recording *r, int run, enum dof dof);
 
 /* Recorder's clock over the controller's, over all evaluated parts, and the standard deviation of that. NaN without two clocks. */

@@ -66,15 +66,16 @@ struct csv_map;
 
 /* A directory of CSV files, and how it is read. */
 struct csv_source {
-    const char *directory; /* or one file, whose configuration is the base */
-    const char *base;     /* configuration, YAML text; NULL: the built-in one */
-    struct csv_map *map;  /* columns by the user's own names (csv_map.h); NULL: none */
-    int only;             /* this one of its files alone, from 1, which need not have all names of the map; 0: all */
+    const char *path;      /* of the directory, or of one file, whose configuration is the base */
+    const char *base;      /* configuration, YAML text; NULL: the built-in one */
+    struct csv_map *map;   /* columns by the user's own names (csv_map.h); NULL: none */
+    int only;              /* this one of its files alone, from 1, which need not have all names of the map; 0: all */
 };
 
 /* A log of the CSV files in a directory. Configuration: DIRECTORY/config.yaml where there is one, else the base; what the files' heads say
- * (frequency, amplitude, times, rate) and their times' own rate replace its values, and the tests its list unless that has all their axes. Every file is checked to its last row before the log is begun. -2 with file, line and column for what the files say, -3 for
- * what cannot be read or written. */
+ * (frequency, amplitude, times, rate) and their times' own rate replace its values, and the tests its list unless that has all their axes.
+ * Every file is checked to its last row before the log is begun. -2 with file, line and column for what the files say, -3 for what cannot
+ * be read or written. */
 int csv_import(const struct csv_source *source, const char *log_path, struct csv_report *report, struct error *error);
 
 #endif

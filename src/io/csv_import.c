@@ -294,7 +294,7 @@ static int read_head(struct import *im, const char *directory, const char *name)
     struct csv_reader *reader;
     struct csv_head *h = &im->head[im->files];
     if (snprintf(path, sizeof path, "%s/%s", directory, name) >= (int)sizeof path)
-        return error_set(im->error, STATUS_USAGE, "%.250s: too long a path", im->source->directory);
+        return error_set(im->error, STATUS_USAGE, "%.250s: too long a path", im->source->path);
     int status = csv_open(&reader, path, im->source->map, im->error);
     if (status) return status;
     *h = reader->head;
@@ -309,23 +309,23 @@ static int read_head(struct import *im, const char *directory, const char *name)
 /* One file alone, whatever its name. */
 static int read_file_head(struct import *im) {
     char directory[CSV_PATH_SIZE];
-    const char *slash = strrchr(im->source->directory, '/');
-    int before = slash ? (int)(slash - im->source->directory) : 1;
-    snprintf(directory, sizeof directory, "%.*s", before, slash ? im->source->directory : ".");
+    const char *slash = strrchr(im->source->path, '/');
+    int before = slash ? (int)(slash - im->source->path) : 1;
+    snprintf(directory, sizeof directory, "%.*s", before, slash ? im->source->path : ".");
     im->report->found = 1;
-    return read_head(im, directory, slash ? slash + 1 : im->source->directory);
+    return read_head(im, directory, slash ? slash + 1 : im->source->path);
 }
 
 static int read_heads(struct import *im) {
     struct dirent **files;
-    int count = csv_list(im->source->directory, &files), status = STATUS_OK;
+    int count = csv_list(im->source->path, &files), status = STATUS_OK;
     if (count < 0 && errno == ENOTDIR) return read_file_head(im);
-    if (count < 0) return error_set(im->error, STATUS_IO, "%.250s: cannot be read: %s", im->source->directory, strerror(errno));
-    if (count == 0) status = error_set(im->error, STATUS_USAGE, "%.250s: has no CSV file", im->source->directory);
-    if (count > CSV_FILES_MAX) status = error_set(im->error, STATUS_USAGE, "%.250s: more than %d CSV files", im->source->directory, CSV_FILES_MAX);
+    if (count < 0) return error_set(im->error, STATUS_IO, "%.250s: cannot be read: %s", im->source->path, strerror(errno));
+    if (count == 0) status = error_set(im->error, STATUS_USAGE, "%.250s: has no CSV file", im->source->path);
+    if (count > CSV_FILES_MAX) status = error_set(im->error, STATUS_USAGE, "%.250s: more than %d CSV files", im->source->path, CSV_FILES_MAX);
     im->report->found = count;
     for (int i = 0; !status && i < count; i++)
-        if (!im->source->only || i == im->source->only - 1) status = read_head(im, im->source->directory, files[i]->d_name);
+        if (!im->source->only || i == im->source->only - 1) status = read_head(im, im->source->path, files[i]->d_name);
     csv_list_free(files, count);
     return status;
 }
@@ -340,7 +340,7 @@ static int check_map(const struct import *im) {
 
 static int base_params(struct import *im) {
     char path[CSV_PATH_SIZE + 16];
-    snprintf(path, sizeof path, "%.*s/config.yaml", CSV_PATH_SIZE, im->source->directory);
+    snprintf(path, sizeof path, "%.*s/config.yaml", CSV_PATH_SIZE, im->source->path);
     if (access(path, F_OK) == 0) return config_load(&im->params, path, NULL, 0, im->error);
     if (errno != ENOENT && errno != ENOTDIR) return error_set(im->error, STATUS_IO, "%.250s: cannot be read: %s", path, strerror(errno));
     const char *base = im->source->base;
@@ -372,7 +372,7 @@ static int write_log(struct import *im, const char *log_path, const char *config
 static int check_and_write(struct import *im, const char *log_path) {
     struct params checked;
     char name[CSV_PATH_SIZE + 64], *config = config_text(&im->params);
-    snprintf(name, sizeof name, "%s (configuration with the values of its files)", im->source->directory);
+    snprintf(name, sizeof name, "%s (configuration with the values of its files)", im->source->path);
     int status = config ? config_parse(&checked, config, strlen(config), name, im->error)
                         : error_set(im->error, STATUS_IO, "out of memory");
     im->start_ns = 0;

@@ -30,7 +30,8 @@ static json_t *effect(const struct gap_effect *e) {
 }
 
 static json_t *place(const struct gap_place *p) {
-    return json_pack("{ss? so sf ss si si ss so}", "test", p->dof == DOF_NONE ? NULL : dof_names[p->dof], "at_s", p->piece_s > 0.0 ? json_real(p->at_s) : json_null(), "frequency_hz",
+    json_t *at_s = p->piece_s > 0.0 ? json_real(p->at_s) : json_null();
+    return json_pack("{ss? so sf ss si si ss so}", "test", p->dof == DOF_NONE ? NULL : dof_names[p->dof], "at_s", at_s, "frequency_hz",
                      p->frequency_hz, "channel", gap_channel_names[p->channel], "leg", p->leg + 1, "harmonic", p->harmonic, "feature",
                      p->feature, "share", number(p->share));
 }
@@ -116,8 +117,8 @@ char *gap_json(const struct gap_result *r, const char *model) {
     json_t *path = json_string(model);
     if (!path) path = json_string("model.yaml"); /* the directory's name is no UTF-8, and JSON is nothing else */
     json_t *root = json_pack("{ss ss ss so so so so so so so ss so so so so so ss so}", "schema", "hexid.gap/1", "verdict",
-                             gap_verdict_names[r->verdict], "reason", r->reason, "effects", effects, "in_doubt", doubted, "ambiguous_with", rivals, "rejected",
-                             rejected(r), "where", where, "gap", sizes(r), "unexplained_fraction", number(r->unexplained_fraction),
+                             gap_verdict_names[r->verdict], "reason", r->reason, "effects", effects, "in_doubt", doubted,
+                             "ambiguous_with", rivals, "rejected", rejected(r), "where", where, "gap", sizes(r), "unexplained_fraction", number(r->unexplained_fraction),
                              "next_experiment", r->next_experiment, "base", base(r), "Mt", matrices(r), "line", line(&r->line),
                              "controller_difference", number(r->controller_difference), "seconds", number(r->seconds), "replay",
                              r->simulated ? "closed-loop" : "motion", "model", path);

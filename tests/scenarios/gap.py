@@ -19,6 +19,7 @@ def named(path, names):
         assert key in result, key
     assert result["verdict"] == ("effect_named" if wanted else "no_gap"), result["reason"]
     assert found == wanted
+    assert [e["z"] for e in result["effects"]] == sorted((e["z"] for e in result["effects"]), reverse=True), "the surest first"
     assert after <= 1.2 * floor
 
 
