@@ -3,7 +3,17 @@
 #include <math.h>
 #include <string.h>
 
+enum { TOGETHER = 8 };
 static const double SINGULAR = 1e-14; /* of the diagonal, what rounding leaves of a dependent column */
+
+/* Element j of so many rows: sums that do not wait for each other. */
+static inline void column(int j, int row, int rows, double *a, const double *aj) {
+    double s[TOGETHER];
+    for (int i = 0; i < rows; i++) s[i] = a[i * row + j];
+    for (int k = 0; k < j; k++)
+        for (int i = 0; i < rows; i++) s[i] -= a[i * row + k] * aj[k];
+    for (int i = 0; i < rows; i++) a[i * row + j] = s[i] / aj[j];
+}
 
 bool dense_factor(int n, int row, double *a) {
     for (int j = 0; j < n; j++) {
@@ -11,11 +21,9 @@ bool dense_factor(int n, int row, double *a) {
         for (int k = 0; k < j; k++) d -= aj[k] * aj[k];
         if (!(d > SINGULAR * whole)) return false;
         aj[j] = sqrt(d);
-        for (int i = j + 1; i < n; i++) {
-            double *ai = a + i * row, s = ai[j];
-            for (int k = 0; k < j; k++) s -= ai[k] * aj[k];
-            ai[j] = s / aj[j];
-        }
+        int i = j + 1;
+        for (; i + TOGETHER <= n; i += TOGETHER) column(j, row, TOGETHER, a + i * row, aj);
+        for (; i < n; i++) column(j, row, 1, a + i * row, aj);
     }
     return true;
 }

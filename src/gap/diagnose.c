@@ -144,7 +144,7 @@ static bool at_bound(const struct trial *t) {
 }
 
 static void try_one(const struct diagnosis *d, const struct hypothesis *h, const struct trial *from, struct trial *t) {
-    double min[FIT_VARIABLES], max[FIT_VARIABLES], x[FIT_VARIABLES], *own = NULL;
+    double min[FIT_VARIABLES], max[FIT_VARIABLES], x[FIT_VARIABLES] = {0}, *own = NULL;
     struct fit_pull pull[FIT_VARIABLES];
     struct linear_part linear = {.n = d->variables, .column = d->column, .gram = d->gram, .min = min, .max = max, .pull = pull, .x = x};
     struct params base;

@@ -143,9 +143,10 @@ static bool solve_free(int n, const double *h, const double *g, const bool *is_f
     return true;
 }
 
-/* Active set on h x + g = 0: from the feasible x as far towards the free solution as the box allows. */
+/* Active set on h x + g = 0: from x, or the nearest to it in the box, as far towards the free solution as the box allows; what is at a
+ * bound stays there until it is drawn away. So near the solution it takes few sweeps. */
 static bool box_solve(int n, const double *h, const double *g, const double *min, const double *max, double *x, bool *is_free) {
-    for (int i = 0; i < n; i++) is_free[i] = max[i] > min[i], x[i] = fmin(fmax(0.0, min[i]), max[i]);
+    for (int i = 0; i < n; i++) x[i] = fmin(fmax(x[i], min[i]), max[i]), is_free[i] = x[i] > min[i] && x[i] < max[i];
     for (int sweep = 0; sweep < ACTIVE_SWEEPS; sweep++) {
         double to[COLUMNS_MAX], share = 1.0, worst = 0.0;
         int blocked = -1, released = -1;
@@ -229,6 +230,7 @@ bool fit_box(int n, int values, const double *residual, const double *const *col
              const double *max, double *x, double *std) {
     double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX];
     normal_equations(n, values, residual, column, n, NULL, h, g);
+    memset(x, 0, (size_t)n * sizeof *x);
     return solve_box(n, h, g, pull, min, max, x, std);
 }
 
@@ -320,6 +322,7 @@ struct fit_result fit_model(const struct fit_data *d, struct params *model, int 
             double value = i < variables ? variable_get(&v[i], model) : 0.0;
             min[i] = i < variables ? v[i].min - value : linear->min[i - variables];
             max[i] = i < variables ? v[i].max - value : linear->max[i - variables];
+            x[i] = i < variables ? 0.0 : linear->x[i - variables];
             pull[i] = i < variables ? (struct fit_pull){v[i].pull, value - v[i].neutral} : linear->pull[i - variables];
         }
         normal_equations(n, values, s.white, column, variables, linear ? linear->gram : NULL, h, g);

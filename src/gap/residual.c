@@ -57,7 +57,7 @@ static void read_force_back(const struct cylinder_model *m, const struct residua
 
 static void undo_all(const struct machine *m, const struct residual_test *t, struct series *rows) {
     const struct spectrum *s = &t->spectrum;
-    for (int k = 0; k < LEGS; k++) {
+    for (int k = 0; k < t->legs; k++) {
         undo(&m->sensors.length[k], t, s->mean[CHANNEL_LENGTH][k], rows->length[k]);
         undo(&m->sensors.p1[k], t, s->mean[CHANNEL_P1][k], rows->p1[k]);
         undo(&m->sensors.p2[k], t, s->mean[CHANNEL_P2][k], rows->p2[k]);
@@ -96,7 +96,7 @@ struct run {
     struct valve_line line;
     struct hydraulics_state state;
     struct node node[3];
-    double rate[LEGS][SPECTRUM_SIZE];
+    struct node series[SPECTRUM_SIZE]; /* coefficients of the legs side by side: their sums run at once */
 };
 
 /* Pressures at the gauges, and how far they are above the chambers'. */
@@ -104,17 +104,30 @@ struct pressure_rows {
     double port[PORTS][LEGS][RESIDUAL_SIZE], drop[PORTS][LEGS][RESIDUAL_SIZE];
 };
 
-static void look(const struct run *r, const struct series *rows, int node, struct node *to) {
+static void look(const struct run *r, int node, struct node *to) {
     int size = residual_motion_size(r->t);
     const double *basis = r->t->node + (size_t)node * (size_t)size;
-    for (int k = 0; k < LEGS; k++) {
-        to->length_m[k] = at(basis, size, rows->length[k]);
-        to->rate_mps[k] = at(basis, size, r->rate[k]);
+    struct node sum = {0};
+    for (int a = 0; a < size; a++)
+        for (int k = 0; k < LEGS; k++) {
+            sum.length_m[k] += basis[a] * r->series[a].length_m[k];
+            sum.rate_mps[k] += basis[a] * r->series[a].rate_mps[k];
+        }
+    *to = sum;
+}
+
+static void begin_motion(struct run *r, const struct series *rows) {
+    memset(r->series, 0, sizeof r->series);
+    for (int k = 0; k < r->t->legs; k++) {
+        double rate[SPECTRUM_SIZE];
+        differentiate(r->t, rows->length[k], rate);
+        for (int a = 0; a < residual_motion_size(r->t); a++) r->series[a].length_m[k] = rows->length[k][a], r->series[a].rate_mps[k] = rate[a];
     }
+    look(r, 0, &r->node[0]);
 }
 
 static bool begin_run(struct run *r, const struct residual_test *t, const struct params *model, const struct series *rows) {
-    double force_n[LEGS], p1[LEGS], p2[LEGS];
+    double force_n[LEGS] = {0}, p1[LEGS], p2[LEGS];
     r->t = t;
     r->timing = *model;
     r->timing.loop.period_s = t->step_s;
@@ -124,20 +137,19 @@ static bool begin_run(struct run *r, const struct residual_test *t, const struct
     if (valve_line_init(&r->line, &r->cylinder.machine)) return false;
     valve_line_rest(&r->line);
     memset(&r->state, 0, sizeof r->state);
-    for (int k = 0; k < LEGS; k++) {
-        differentiate(t, rows->length[k], r->rate[k]);
+    for (int k = 0; k < t->legs; k++) {
         p1[k] = at(t->node, residual_motion_size(t), rows->p1[k]);
         p2[k] = at(t->node, residual_motion_size(t), rows->p2[k]);
         r->state.cylinder[k] = (struct cylinder_state){.p1_pa = p1[k], .p2_pa = p2[k], .spool = t->valve[k]};
         force_n[k] = cylinder_hydraulic_force(&r->cylinder, &r->state.cylinder[k]);
     }
     hydraulics_rest(&r->cylinder, force_n, &r->state);
-    look(r, rows, 0, &r->node[0]);
+    begin_motion(r, rows);
     return true;
 }
 
 /* To the next sample. */
-static void run_on(struct run *r, const struct series *rows, int sample) {
+static void run_on(struct run *r, int sample) {
     const struct residual_test *t = r->t;
     double valve[LEGS];
     struct hydraulics_input in[3];
@@ -146,15 +158,15 @@ static void run_on(struct run *r, const struct series *rows, int sample) {
     for (int j = 0; j < t->substeps; j++) {
         int node = 2 * (sample * t->substeps + j);
         valve_line_receive(&r->line, j, valve);
-        look(r, rows, node + 1, &r->node[1]);
-        look(r, rows, node + 2, &r->node[2]);
+        look(r, node + 1, &r->node[1]);
+        look(r, node + 2, &r->node[2]);
         hydraulics_step(&r->cylinder, t->step_s / t->substeps, in, &r->state);
         r->node[0] = r->node[2];
     }
 }
 
 static void add_sample(const struct run *r, int place, struct pressure_rows *p) {
-    for (int k = 0; k < LEGS; k++) {
+    for (int k = 0; k < r->t->legs; k++) {
         const struct cylinder_state *s = &r->state.cylinder[k];
         bool line = r->cylinder.leg[k].line_volume_m3 > 0.0;
         double chamber[PORTS] = {s->p1_pa, s->p2_pa};
@@ -177,7 +189,7 @@ static bool simulate_pressures(const struct residual_test *t, const struct param
     for (int i = 0; i < t->samples && ok; i++) {
         int place = i - (t->samples - t->fitted);
         if (place >= 0) add_sample(r, place, p);
-        run_on(r, rows, i);
+        run_on(r, i);
     }
     if (ok) valve_line_free(&r->line);
     free(r);
@@ -188,7 +200,8 @@ static bool simulate_pressures(const struct residual_test *t, const struct param
 static void tabulate_cycle(const struct residual_test *t, const struct cylinder_model *m, const struct series *rows,
                            const struct pressure_rows *p, struct inverse_dynamics_input table[PHASES]) {
     int size = residual_motion_size(t);
-    for (int k = 0; k < LEGS; k++) {
+    memset(table, 0, (size_t)t->phases * sizeof *table);
+    for (int k = 0; k < t->legs; k++) {
         double force_n[SPECTRUM_SIZE];
         push(m, t, rows, k, force_n);
         for (int i = 0; i < t->phases; i++) {
@@ -225,7 +238,7 @@ static double net_force(const struct residual_test *t, const struct cylinder_mod
 static void take_play(const struct residual_test *t, const struct cylinder_model *m, struct series *rows) {
     enum { FINER = CYCLE_STEPS / PHASES };
     double step_s = 2.0 * PI / t->spectrum.omega / CYCLE_STEPS;
-    for (int k = 0; k < LEGS; k++) {
+    for (int k = 0; k < t->legs; k++) {
         double half_m = 0.5 * m->machine.bodies.clearance_m[k], play_m = 0.0;
         int steps = FINER * t->phases, before = t->spectrum.cycles ? steps : 0; /* a first cycle finds where the second one starts */
         struct series joint = *rows;
@@ -247,12 +260,12 @@ static bool required(const struct residual_test *t, const struct params *model, 
     double period_s = 2.0 * PI / t->spectrum.omega, step_m = model->sensors.enabled ? model->sensors.position_resolution_m : 0.0;
     bool axis = model->mechanism == MECHANISM_AXIS; /* its strokes are long: to leave the reversals out would cost more than they hide */
     inverse_dynamics_init(&inverse, model, period_s / PHASES, axis || !t->spectrum.cycles ? 0.0 : period_s / (4 * t->harmonics));
-    for (int k = 0; k < LEGS && !axis; k++) inverse.speed_std_mps[k] = spectrum_speed_std(&t->spectrum, k, t->harmonics, step_m, t->fitted);
+    for (int k = 0; k < t->legs && !axis; k++) inverse.speed_std_mps[k] = spectrum_speed_std(&t->spectrum, k, t->harmonics, step_m, t->fitted);
     tabulate_cycle(t, &inverse.cylinder, rows, p, table);
     memset(force_n, 0, LEGS * sizeof force_n[0]);
     for (int i = 0; i < t->phases; i++) {
         if (!inverse_dynamics_step(&inverse, &table[i], force)) return false;
-        for (int k = 0; k < LEGS; k++) project_phase(t, i, force[k], force_n[k]);
+        for (int k = 0; k < t->legs; k++) project_phase(t, i, force[k], force_n[k]);
     }
     return true;
 }
