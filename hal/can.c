@@ -23,7 +23,8 @@
 #include "can_socket.h"
 #include "units.h"
 
-enum { BRING_UP_MS = 3000, LISTEN_MAX_MS = 500, DRAIN_MAX = 256, UNECHOED_MAX = 3, NS_PER_MS = 1000000 };
+enum { BRING_UP_MS = 3000, LISTEN_MAX_MS = 500, DRAIN_MAX = 4 /* batches */, UNECHOED_MAX = 3, NS_PER_MS = 1000000 };
+_Static_assert((int)CAN_QUEUE <= (int)CAN_BATCH, "a queue is sent at once");
 #define JAMMED (1ull << 63)
 static const double jam_s = 0.1; /* then the frames are taken for lost (interface reset) and one cycle's are tried again */
 
@@ -45,20 +46,17 @@ static int64_t monotonic_ns(void) {
 
 /* Sends all or fails at the first that the kernel does not take. */
 static int flush(struct can *c, struct can_queue *q) {
-    for (int i = 0; i < q->count; i++)
-        if (can_socket_send(&c->socket, &q->frame[i])) return -1;
-    return 0;
+    return can_socket_send(&c->socket, q->frame, q->count) == q->count ? 0 : -1;
 }
 
 /* Everything that has come, on CLOCK_MONOTONIC: the kernel stamps on CLOCK_REALTIME, which may jump. Bounded, whoever babbles. */
 static int drain(struct can *c) {
-    int64_t to_monotonic_ns = monotonic_ns() - can_realtime_ns(), realtime_ns;
-    struct can_frame f;
-    bool own;
-    for (int i = 0; i < DRAIN_MAX; i++) {
-        int got = can_socket_receive(&c->socket, &f, &realtime_ns, &own);
-        if (got <= 0) return got;
-        can_master_receive(&c->master, &f, own, realtime_ns + to_monotonic_ns);
+    int64_t to_monotonic_ns = monotonic_ns() - can_realtime_ns();
+    struct can_arrival come[CAN_BATCH];
+    for (int batch = 0, got = CAN_BATCH; batch < DRAIN_MAX && got == CAN_BATCH; batch++) {
+        got = can_socket_receive(&c->socket, come);
+        if (got < 0) return -1;
+        for (int i = 0; i < got; i++) can_master_receive(&c->master, &come[i].frame, come[i].own, come[i].realtime_ns + to_monotonic_ns);
     }
     return 0;
 }
@@ -89,13 +87,13 @@ static int refuse_second(const struct can_frame *heard, const char *interface, s
 /* SAFETY: three heartbeats of silence, before anything is sent. A hexid that runs sends SYNC every cycle. */
 static int listen(struct can *c, const char *interface, struct error *error) {
     int64_t three_ns = 3 * ns_from_seconds(c->master.params->can.heartbeat_s), most_ns = (int64_t)LISTEN_MAX_MS * NS_PER_MS;
-    int64_t end_ns = monotonic_ns() + (three_ns < most_ns ? three_ns : most_ns), realtime_ns;
+    int64_t end_ns = monotonic_ns() + (three_ns < most_ns ? three_ns : most_ns);
     do {
-        struct can_frame f;
-        bool own;
+        struct can_arrival come[CAN_BATCH];
         wait_for_frames(c);
-        while (can_socket_receive(&c->socket, &f, &realtime_ns, &own) == 1)
-            if (!own && can_frame_of_master(&f)) return refuse_second(&f, interface, error);
+        int got = can_socket_receive(&c->socket, come);
+        for (int i = 0; i < got; i++)
+            if (!come[i].own && can_frame_of_master(&come[i].frame)) return refuse_second(&come[i].frame, interface, error);
     } while (monotonic_ns() < end_ns);
     return STATUS_OK;
 }
@@ -119,7 +117,7 @@ static int bring_up(struct can *c, const char *interface, struct error *error) {
     struct can_frame reset = can_frame_nmt(NMT_RESET_COMMUNICATION, 0);
     const struct can_master *m = &c->master;
     int64_t deadline_ns = monotonic_ns() + (int64_t)BRING_UP_MS * NS_PER_MS;
-    bool sent = !can_socket_send(&c->socket, &reset);
+    bool sent = can_socket_send(&c->socket, &reset, 1) == 1;
     while (sent && !can_master_ready(m) && !can_master_misfit(m) && !m->foreign && monotonic_ns() < deadline_ns) {
         wait_for_frames(c);
         if (drain(c) || housekeep(c, can_master_claimed(m))) break;

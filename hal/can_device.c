@@ -22,7 +22,7 @@ struct can_device {
 
 /* A full queue drops, as a node's controller does: what is late is of no use. */
 static void flush(struct can_device *d) {
-    for (int i = 0; i < d->out.count; i++) can_socket_send(&d->socket, &d->out.frame[i]);
+    for (int i = 0; i < d->out.count; i++) i += can_socket_send(&d->socket, d->out.frame + i, d->out.count - i);
     d->out.count = 0;
 }
 
@@ -59,8 +59,8 @@ static void synchronise(struct can_device *d, const struct can_frame *sync, int6
 
 /* When a frame came, by the kernel's stamp: this process may have been held up. SAFETY: watchdogs count from it, so that it is neither in
  * the future nor before the last one's, whatever was done to the clock of the stamps. */
-static int64_t came(struct can_device *d, int64_t realtime_ns) {
-    int64_t now_ns = device_now_ns(), came_ns = now_ns - (can_realtime_ns() - realtime_ns);
+static int64_t came(struct can_device *d, int64_t now_ns, int64_t age_ns) {
+    int64_t came_ns = now_ns - age_ns;
     if (came_ns > now_ns) came_ns = now_ns;
     if (came_ns > d->came_ns) d->came_ns = came_ns;
     return d->came_ns;
@@ -72,16 +72,19 @@ static bool synced_by(const struct can_device *d, const struct can_frame *f) {
     return false;
 }
 
+static void take(struct can_device *d, const struct can_frame *f, int64_t came_ns) {
+    if (synced_by(d, f)) synchronise(d, f, came_ns);
+    for (int i = 0; i < CAN_NODES; i++)
+        if (!can_node_synced_by(&d->node[i], f)) can_node_receive(&d->node[i], f, came_ns, &d->out);
+    flush(d);
+}
+
 static void receive(struct can_device *d) {
-    struct can_frame f;
-    int64_t realtime_ns;
-    bool own;
-    while (can_socket_receive(&d->socket, &f, &realtime_ns, &own) == 1) {
-        int64_t now_ns = came(d, realtime_ns);
-        if (synced_by(d, &f)) synchronise(d, &f, now_ns);
-        for (int i = 0; i < CAN_NODES; i++)
-            if (!can_node_synced_by(&d->node[i], &f)) can_node_receive(&d->node[i], &f, now_ns, &d->out);
-        flush(d);
+    struct can_arrival come[CAN_BATCH];
+    for (int got = CAN_BATCH; got == CAN_BATCH;) {
+        got = can_socket_receive(&d->socket, come);
+        int64_t now_ns = device_now_ns(), realtime_ns = can_realtime_ns();
+        for (int i = 0; i < got; i++) take(d, &come[i].frame, came(d, now_ns, realtime_ns - come[i].realtime_ns));
     }
 }
 

@@ -80,8 +80,17 @@ void can_socket_close(struct can_socket *s) {
     s->fd = -1;
 }
 
-int can_socket_send(const struct can_socket *s, const struct can_frame *frame) {
-    return send(s->fd, frame, sizeof *frame, MSG_DONTWAIT) == (ssize_t)sizeof *frame ? 0 : -1;
+/* One call of the kernel for all: a cycle has eight frames each way. */
+int can_socket_send(const struct can_socket *s, const struct can_frame *frame, int count) {
+    struct iovec data[CAN_BATCH];
+    struct mmsghdr message[CAN_BATCH];
+    if (count > CAN_BATCH) count = CAN_BATCH;
+    for (int i = 0; i < count; i++) {
+        data[i] = (struct iovec){.iov_base = (void *)(uintptr_t)&frame[i], .iov_len = sizeof frame[i]};
+        message[i] = (struct mmsghdr){.msg_hdr = {.msg_iov = &data[i], .msg_iovlen = 1}};
+    }
+    int sent = count > 0 ? sendmmsg(s->fd, message, (unsigned)count, MSG_DONTWAIT) : 0;
+    return sent > 0 ? sent : 0;
 }
 
 static int64_t timestamp(struct msghdr *message) {
@@ -94,19 +103,20 @@ static int64_t timestamp(struct msghdr *message) {
     return can_realtime_ns();
 }
 
-int can_socket_receive(const struct can_socket *s, struct can_frame *frame, int64_t *realtime_ns, bool *own) {
-    union {
-        struct cmsghdr align;
-        char bytes[CMSG_SPACE(sizeof(struct timespec)) + CMSG_SPACE(sizeof(int))];
-    } control;
-    struct iovec data = {.iov_base = frame, .iov_len = sizeof *frame};
-    for (;;) {
-        struct msghdr message = {.msg_iov = &data, .msg_iovlen = 1, .msg_control = &control, .msg_controllen = sizeof control};
-        ssize_t size = recvmsg(s->fd, &message, MSG_DONTWAIT);
-        if (size < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR ? 0 : -1;
-        if (size != (ssize_t)sizeof *frame || frame->len > CAN_MAX_DLEN) continue;
-        *realtime_ns = timestamp(&message);
-        *own = !s->confirms || message.msg_flags & MSG_CONFIRM;
-        return 1;
+int can_socket_receive(const struct can_socket *s, struct can_arrival arrival[CAN_BATCH]) {
+    _Alignas(struct cmsghdr) char control[CAN_BATCH][CMSG_SPACE(sizeof(struct timespec)) + CMSG_SPACE(sizeof(int))];
+    struct iovec data[CAN_BATCH];
+    struct mmsghdr message[CAN_BATCH];
+    for (int i = 0; i < CAN_BATCH; i++) {
+        data[i] = (struct iovec){.iov_base = &arrival[i].frame, .iov_len = sizeof arrival[i].frame};
+        message[i] = (struct mmsghdr){.msg_hdr = {.msg_iov = &data[i], .msg_iovlen = 1, .msg_control = control[i], .msg_controllen = sizeof control[i]}};
     }
+    int received = recvmmsg(s->fd, message, CAN_BATCH, MSG_DONTWAIT, NULL), good = 0;
+    if (received < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR ? 0 : -1;
+    for (int i = 0; i < received; i++) {
+        if (message[i].msg_len != sizeof(struct can_frame) || arrival[i].frame.len > CAN_MAX_DLEN) continue;
+        bool own = !s->confirms || message[i].msg_hdr.msg_flags & MSG_CONFIRM;
+        arrival[good++] = (struct can_arrival){.frame = arrival[i].frame, .realtime_ns = timestamp(&message[i].msg_hdr), .own = own};
+    }
+    return good;
 }

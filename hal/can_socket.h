@@ -24,11 +24,20 @@ int can_socket_open(struct can_socket *s, const char *interface, const struct ca
                     struct error *error);
 void can_socket_close(struct can_socket *s);
 
-/* RT. 0, or -1: queue full, bus-off, interface gone. */
-int can_socket_send(const struct can_socket *s, const struct can_frame *frame);
+enum { CAN_BATCH = 64 };
 
-/* RT. 1 and a frame with its time on CLOCK_REALTIME and whether it is the echo of an own one; 0: none left; -1: interface down or gone. */
-int can_socket_receive(const struct can_socket *s, struct can_frame *frame, int64_t *realtime_ns, bool *own);
+/* What has come, and when. */
+struct can_arrival {
+    struct can_frame frame;
+    int64_t realtime_ns;    /* CLOCK_REALTIME */
+    bool own;               /* the echo of a frame sent here */
+};
+
+/* RT. How many of them are on their way, all or those before the first that is refused: queue full, bus-off, interface gone. */
+int can_socket_send(const struct can_socket *s, const struct can_frame *frame, int count);
+
+/* RT. How many have come, in their order, fewer than CAN_BATCH when none are left; -1: interface down or gone. */
+int can_socket_receive(const struct can_socket *s, struct can_arrival arrival[CAN_BATCH]);
 
 int64_t can_realtime_ns(void);
 
