@@ -33,7 +33,7 @@ befall() {
 }
 order() {
     echo "$1" >&5
-    until_in '^[0-9]\{16\}' "$work/proxy" $proxy && from=@$(tail -n 1 "$work/proxy")
+    until_in '^[0-9]{16}' "$work/proxy" $proxy && from=@$(tail -n 1 "$work/proxy")
 }
 stop_daemon() { kill -STOP $run; sleep 1; kill -CONT $run; }
 stop_plant() { kill -STOP $plant; }
