@@ -176,7 +176,7 @@ static void load(struct recording *r) {
     struct log_event event;
     struct cycle cycle;
     char *base = config_text(&params);
-    if (csv_import(&(struct csv_source){.directory = directory, .base = base}, log_path, &report, &error)) fail_msg("%s", error.text);
+    if (csv_import(&(struct csv_source){.path = directory, .base = base}, log_path, &report, &error)) fail_msg("%s", error.text);
     free(base);
     recording_init(r, &params);
     assert_int_equal(log_open(&log, log_path, &error), 0);
@@ -245,6 +245,8 @@ static void assert_named(const struct rig *rig, const struct gap_result *g) {
     assert_true(g->verdict == GAP_EFFECT_NAMED || (g->verdict == GAP_AMBIGUOUS && g->ambiguous == 1 && alike));
     double law = rig->motion == SINE ? 0.0 : 0.1 * g->held_out_before.overall; /* the rig sticks, the law slides: in the band, the noise is less */
     assert_below(g->held_out_after.overall, fmax(1.2 * g->noise_floor.overall, law));
+    /* One speed either way: what is beyond the band, where nothing was asked, is no part of what is left. */
+    if (rig->motion == TRIANGLE && rig->coulomb_extend_n > 0.0) assert_below(g->held_out_after.overall, 0.02);
     assert_full_value(rig, g->effect[0].values.value[0][0]);
 }
 
@@ -303,12 +305,16 @@ static void try_in(enum motion motion, int i, bool electric, int seed) {
     assert_named(&one, &g);
 }
 
-/* The same of any motion, whatever it is, at several rates; what chambers tell takes ten times as long. */
+/* The same of any motion, whatever it is, at several rates: half of the cases, unless all are asked for (make test-long). What chambers tell
+ * takes ten times as long. */
 static void what_is_hidden_is_named_in_any_motion(void **unused) {
     (void)unused;
+    bool all = getenv("MORE_CASES");
     for (int motion = TRIANGLE; motion < MOTIONS; motion++)
-        for (int i = 0; i < (SANITIZED ? 2 : MECHANICAL); i++) try_in((enum motion)motion, i, true, motion);
-    if (!SANITIZED) try_in(RESTS, LEAKS, false, 1), try_in(MULTISINE, DEAD_BAND, false, 1);
+        for (int i = 0; i < (SANITIZED ? 2 : MECHANICAL); i++)
+            if (all || (motion + i) % 2) try_in((enum motion)motion, i, true, motion);
+    if (all) try_in(RESTS, LEAKS, false, 1);
+    if (!SANITIZED) try_in(MULTISINE, DEAD_BAND, false, 1);
 }
 
 /* Inherently alike at one axis. */

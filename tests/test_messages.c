@@ -149,7 +149,7 @@ static void a_state_takes_no_heap(void **unused) { /* sanitizers have an allocat
     skip_because(OWN_ALLOCATOR);
 }
 #else
-static int allocations;
+static volatile int allocations; /* which the compiler would think no malloc() touches */
 void *__libc_malloc(size_t size);
 void *__libc_calloc(size_t count, size_t size);
 void *malloc(size_t size) { return allocations++, __libc_malloc(size); }

@@ -21,8 +21,10 @@ status = subprocess.run(sys.argv[2:], stderr=subprocess.DEVNULL).returncode
 print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss // 1024, file=open(sys.argv[1], "w"))
 sys.exit(status)' "$work/megabytes" "$@"
 }
-named() { memory "${gap[@]}" -o "$work/out" && says "$work/out/gap.json" cylinder_coulomb_friction; }
-claim "Coulomb friction is named, and the gap closes to 1.2 times the noise on held-out cycles" named
+named() {
+    memory "${gap[@]}" -o "$work/out" && says "$work/out/gap.json" cylinder_coulomb_friction && grep -q '"Mt": {' "$work/out/gap.json"
+}
+claim "Coulomb friction is named, the gap closes to 1.2 times the noise on held-out cycles, six tests have their matrices" named
 accepted() {
     "$hexid" run -c "$work/out/model.yaml" --print-config >"$work/printed" && grep -Eq 'force_extend_n: (4[5-9]|5[0-5])' "$work/printed"
 }
