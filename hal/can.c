@@ -91,9 +91,11 @@ static int listen(struct can *c, const char *interface, struct error *error) {
     do {
         struct can_arrival come[CAN_BATCH];
         wait_for_frames(c);
-        int got = can_socket_receive(&c->socket, come);
-        for (int i = 0; i < got; i++)
-            if (!come[i].own && can_frame_of_master(&come[i].frame)) return refuse_second(&come[i].frame, interface, error);
+        for (int got = CAN_BATCH; got == CAN_BATCH;) {
+            got = can_socket_receive(&c->socket, come);
+            for (int i = 0; i < got; i++)
+                if (!come[i].own && can_frame_of_master(&come[i].frame)) return refuse_second(&come[i].frame, interface, error);
+        }
     } while (monotonic_ns() < end_ns);
     return STATUS_OK;
 }

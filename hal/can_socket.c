@@ -80,7 +80,7 @@ void can_socket_close(struct can_socket *s) {
     s->fd = -1;
 }
 
-/* One call of the kernel for all: a cycle has eight frames each way. */
+/* One call of the kernel for all frames of a cycle. */
 int can_socket_send(const struct can_socket *s, const struct can_frame *frame, int count) {
     struct iovec data[CAN_BATCH];
     struct mmsghdr message[CAN_BATCH];

@@ -36,7 +36,8 @@ struct can_arrival {
 /* RT. How many of them are on their way, all or those before the first that is refused: queue full, bus-off, interface gone. */
 int can_socket_send(const struct can_socket *s, const struct can_frame *frame, int count);
 
-/* RT. How many have come, in their order, fewer than CAN_BATCH when none are left; -1: interface down or gone. */
+/* RT. How many have come, in their order, fewer than CAN_BATCH when none are left (or one of them was no classic frame, which CAN_RAW never
+ * gives); -1: interface down or gone. */
 int can_socket_receive(const struct can_socket *s, struct can_arrival arrival[CAN_BATCH]);
 
 int64_t can_realtime_ns(void);

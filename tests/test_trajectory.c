@@ -465,6 +465,56 @@ static void a_stop_in_the_middle_is_checked_too(void **unused) {
     if (motion_check(&params, &t, &error)) fail_msg("%s", error.text);
 }
 
+/* The fastest that any leg goes between two cycles, however the test is stopped: at every tick of it. */
+static double fastest(const struct params *params, const struct trajectory *t, enum dof dof) {
+    struct kinematics k;
+    struct reference r;
+    double most = 0.0;
+    assert_int_equal(kinematics_init(&k, params, &error), 0);
+    reference_test(&r, dof, t, &params->tests, dt_s);
+    for (r.ticks = 0; r.ticks < r.ramp_out_tick; r.ticks++) {
+        struct reference stopped = r;
+        double length_m[3][LEGS];
+        reference_stop(&stopped);
+        stopped.ticks -= 2;
+        for (int n = 0; stopped.mode == REFERENCE_TEST; n++) {
+            struct reference_sample s = reference_step(&stopped, &params->tests, dt_s);
+            memmove(length_m[0], length_m[1], 2 * sizeof length_m[0]);
+            ik_lengths(&k, s.pose, length_m[2]);
+            for (int leg = 0; leg < LEGS && n > 1; leg++) most = fmax(most, fabs(length_m[2][leg] - length_m[0][leg]) / (2.0 * dt_s));
+        }
+    }
+    return most;
+}
+
+/* Let through at the limit, refused 2 % beyond it: of what repeats, not all is walked. */
+static void assert_limited_at(struct params *params, const struct trajectory *t, enum dof dof) {
+    double most = fastest(params, t, dof);
+    params->limits.leg_rate_mps = 1.001 * most;
+    if (motion_check(params, t, &error)) fail_msg("%s", error.text);
+    params->limits.leg_rate_mps = 0.98 * most;
+    assert_refused(params, t, "rate|(limits.leg_rate_mps)");
+}
+
+static void what_repeats_is_checked_as_if_all_of_it_were(void **unused) {
+    (void)unused;
+    struct params params = gently();
+    struct trajectory t = {.knots = 11, .passes = 30, .knot = knots};
+    for (int i = 0; i < 11; i++) /* passes that are far shorter than the ramp-out, to and fro about a place far out */
+        knots[i] = (struct trajectory_knot){.time_s = 0.01 * i, .pose = {[DOF_Z] = 0.05 + 0.5e-3 * cos(0.2 * PI * i)}};
+    knots[10].pose[DOF_Z] = knots[0].pose[DOF_Z];
+    assert_true(trajectory_bend(&t));
+    params.tests.ramp_s = params.tests.ramp_out_s = 2.0;
+    assert_limited_at(&params, &t, DOF_NONE);
+    for (int i = 0; i < 2; i++) { /* periods of a few cycles, whose phases no single one has; the end in the middle of one */
+        params = brisk();
+        params.tests.order[0] = DOF_Z, params.tests.count = 1;
+        params.tests.ramp_s = 0.374, params.tests.ramp_out_s = 0.5;
+        params.tests.hz[DOF_Z] = i ? 2.05 : 62.0, params.tests.amplitude[DOF_Z] = i ? 0.01 : 2e-5;
+        assert_limited_at(&params, NULL, DOF_Z);
+    }
+}
+
 static void no_number_gets_through(void **unused) {
     (void)unused;
     struct params params = gently();
@@ -506,6 +556,7 @@ int main(void) {
         cmocka_unit_test(each_limit_refuses_by_its_name),
         cmocka_unit_test(the_scale_it_gives_is_the_largest_that_does),
         cmocka_unit_test(a_stop_in_the_middle_is_checked_too),
+        cmocka_unit_test(what_repeats_is_checked_as_if_all_of_it_were),
         cmocka_unit_test(no_number_gets_through),
     };
     return cmocka_run_group_tests(tests, make_path, remove_path);

@@ -9,6 +9,7 @@
 #include "reference.h"
 
 static const double stop_every = 0.1;   /* of the ramp-out: its steepest part is hit to within a hundredth */
+enum { PERIOD_TICKS = 64 };             /* of at least so many, each period has cycles near all its phases */
 enum { SCALES = 7 };                    /* halvings of what is not known of the scale: a hundredth */
 
 /* Where the walk is. */
@@ -32,7 +33,6 @@ struct excess {
 struct walk {
     const struct params *params;
     const struct trajectory *trajectory;
-    struct test_params tests;           /* of the test, without what repeats */
     struct kinematics kinematics;
     struct cylinder_areas areas;
     struct inverse_dynamics dynamics;
@@ -113,8 +113,9 @@ static bool take(struct walk *w, const struct reference_sample *s) {
 
 /* From where it is to its end. */
 static bool walk_on(struct walk *w, struct reference *r) {
+    const struct params *p = w->params;
     for (bool done = false; !done;) {
-        struct reference_sample s = reference_step(r, &w->tests, w->params->loop.period_s);
+        struct reference_sample s = reference_step(r, &p->tests, p->loop.period_s);
         if (!take(w, &s)) return false;
         done = s.done;
     }
@@ -131,24 +132,34 @@ static bool walk_stopped(struct walk *from, const struct reference *r) {
     return ok;
 }
 
+/* After which the motion repeats; infinite: it does not. */
+static double period_s(const struct walk *w, enum dof dof) {
+    if (dof != DOF_NONE) return 1.0 / w->params->tests.hz[dof];
+    return w->trajectory ? trajectory_s(w->trajectory) / w->trajectory->passes : (double)INFINITY;
+}
+
+/* What repeats is stopped in the ramp-in and one period; and before its end, where a trajectory's ramp-out runs past its last pass. */
+static bool stops_here(const struct walk *w, const struct reference *r) {
+    const struct test_params *t = &w->params->tests;
+    double dt_s = w->params->loop.period_s, period = period_s(w, r->dof) / dt_s, ramp = t->ramp_s / dt_s, ramp_out = t->ramp_out_s / dt_s;
+    int64_t every = llround(stop_every * ramp_out);
+    if (r->ticks <= 0 || r->ticks >= r->ramp_out_tick || r->ticks % (every > 0 ? every : 1)) return false;
+    double since = (double)r->ticks - ramp, left = (double)(r->ramp_out_tick - r->ticks);
+    return period < PERIOD_TICKS || since <= period || (w->trajectory && left <= ramp_out + period);
+}
+
 /* One test: to its end, and stopped again and again. It begins at rest at neutral. */
 static bool walk_test(struct walk *w, enum dof dof) {
-    double dt_s = w->params->loop.period_s;
+    const struct params *p = w->params;
     struct reference r;
-    struct trajectory passes;
-    w->tests = w->params->tests;
-    if (dof != DOF_NONE) w->tests.duration_s = fmin(w->tests.duration_s, 1.0 / w->tests.hz[dof]); /* from there on it repeats */
-    if (w->trajectory) passes = *w->trajectory, passes.passes = passes.passes > 1 ? 2 : 1;
-    reference_test(&r, dof, w->trajectory ? &passes : NULL, &w->tests, dt_s);
-    int64_t every = llround(stop_every * w->tests.ramp_out_s / dt_s);
+    reference_test(&r, dof, w->trajectory, &p->tests, p->loop.period_s);
     r.ticks = -2; /* it settled before */
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < LEGS; k++) w->length_m[i][k] = w->kinematics.neutral_length_m;
     w->at = (struct instant){.dof = dof};
     for (bool done = false; !done;) {
-        bool stops = r.ticks > 0 && r.ticks < r.ramp_out_tick && r.ticks % (every > 0 ? every : 1) == 0;
-        if (stops && !walk_stopped(w, &r)) return false;
-        struct reference_sample s = reference_step(&r, &w->tests, dt_s);
+        if (stops_here(w, &r) && !walk_stopped(w, &r)) return false;
+        struct reference_sample s = reference_step(&r, &p->tests, p->loop.period_s);
         if (!take(w, &s)) return false;
         done = s.done;
     }

@@ -1,5 +1,6 @@
 /* SAFETY: a run's whole motion, as the loop will ask for it cycle by cycle, against what the machine can do, before anything moves: every
- * test with its ramps, and stops in it, a tenth of tests.ramp_out_s apart. Of each leg:
+ * test with its ramps, and stops in it, a tenth of tests.ramp_out_s apart (of what repeats in 64 cycles and more in the ramp-in and the first
+ * period, of a trajectory also near its end). Of each leg:
  *
  *     length   within limits.length_min_m .. length_max_m and actuator.stroke_m
  *     rate     limits.leg_rate_mps; and what the valve lets through at full opening (control.output_limit): of extending and retracting

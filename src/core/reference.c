@@ -59,7 +59,7 @@ static double sinusoid(const struct test_params *t, enum dof dof, double time_s)
 /* What a test does, without its envelope. SAFETY: what is neither one axis's, nor a multisine, nor has a trajectory stays at neutral. */
 static void motion(const struct reference *r, const struct test_params *t, double time_s, double begin_s, double pose[DOFS]) {
     if (r->trajectory) trajectory_at(r->trajectory, time_s - begin_s, pose);
-    for (int i = 0; i < t->count && r->dof == DOF_NONE && t->multisine; i++)
+    for (int i = 0; i < t->count && r->dof == DOF_NONE && !r->trajectory && t->multisine; i++)
         pose[t->order[i]] = sinusoid(t, t->order[i], time_s);
     if (r->dof != DOF_NONE) pose[r->dof] = sinusoid(t, r->dof, time_s);
 }

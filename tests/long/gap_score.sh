@@ -2,7 +2,6 @@
 # A fixed draw of hidden cases against hexid gap (tests/gap/score.py draws, hides and judges; make bench-gap is the whole of it). make test
 # has what is hidden in tests/test_gap.c, tests/test_axis.c and gap.sh.
 . tests/scenarios/lib
-skip_under 'asan|tsan' "hidden effects" "minutes a case under sanitizers; tests/test_gap.c runs the same code"
 export HEXID=$hexid SUBSTEPS=8
 
 # right CASE SIZE SEED SERIES: is what was hidden found?

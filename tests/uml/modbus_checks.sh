@@ -110,6 +110,7 @@ undisturbed() {
     refuses 4 "another master 127.0.0.1 end it first" as_from_elsewhere \
         "$hexid" run --hal "$url" "${S[@]}" --set motion.automatic=true || status=1
     wait $run
+    [ $? -eq 1 ] || status=1 # not evaluated
     exec 6>&-
     wait $greedy || status=1
     cat "$work/run" "$work/greedy"
