@@ -127,7 +127,7 @@ static bool what_is_open_works(const char *path) {
 static bool a_connection_is_made_again(const char *path) {
     struct sockaddr_in nobody = {.sin_family = AF_INET, .sin_addr.s_addr = htonl(INADDR_LOOPBACK), .sin_port = htons(9)};
     int tcp = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0), reached = connect(tcp, (struct sockaddr *)&nobody, sizeof nobody);
-    bool tried = tcp >= 0 && (reached == 0 || errno != EPERM), read = open("/etc/hosts", O_RDONLY | O_CLOEXEC) >= 0;
+    bool tried = tcp >= 0 && (reached == 0 || errno != EPERM), read = open("/etc/passwd", O_RDONLY | O_CLOEXEC) >= 0;
     (void)path;
     return tried && read && denied(bind(tcp, (struct sockaddr *)&nobody, sizeof nobody)) && denied(listen(tcp, 1)) &&
            denied(socket(AF_UNIX, SOCK_STREAM, 0)) && denied(socket(AF_PACKET, SOCK_RAW, 0)) &&
