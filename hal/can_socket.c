@@ -109,7 +109,8 @@ int can_socket_receive(const struct can_socket *s, struct can_arrival arrival[CA
     struct mmsghdr message[CAN_BATCH];
     for (int i = 0; i < CAN_BATCH; i++) {
         data[i] = (struct iovec){.iov_base = &arrival[i].frame, .iov_len = sizeof arrival[i].frame};
-        message[i] = (struct mmsghdr){.msg_hdr = {.msg_iov = &data[i], .msg_iovlen = 1, .msg_control = control[i], .msg_controllen = sizeof control[i]}};
+        message[i] = (struct mmsghdr){.msg_hdr = {.msg_iov = &data[i], .msg_iovlen = 1,
+                                                    .msg_control = control[i], .msg_controllen = sizeof control[i]}};
     }
     int received = recvmmsg(s->fd, message, CAN_BATCH, MSG_DONTWAIT, NULL), good = 0;
     if (received < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR ? 0 : -1;
