@@ -67,6 +67,24 @@ static void signature(int effect, double strength, double *vector) {
     free(here);
 }
 
+/* Its z beside the base. */
+static double z_at(const struct hypothesis *h, double strength, double *vector) {
+    struct span base = base_span(h);
+    signature(h->effect, strength, vector);
+    return leave(&base, vector);
+}
+
+/* The strength at which z = 8: the base takes up what fits into its tolerance, so z does not grow in proportion. */
+static double detectable(const struct hypothesis *h, double *vector) {
+    double low = 1e-3, high = 4.0;
+    for (int i = 0; i < 14; i++) {
+        double middle = sqrt(low * high);
+        if (z_at(h, middle, vector) < 8.0) low = middle;
+        else high = middle;
+    }
+    return high;
+}
+
 /* The rival, each key for itself, as it acts at its typical size. */
 static void add_rival(const struct hypothesis *h, double *place, struct span *s) {
     struct params at = d.model;
@@ -93,9 +111,8 @@ int main(int argc, char **argv) {
     printf("%-28s %8s  %s\n", "effect, typical", "z", "z that is left beside the nearest others");
     for (int i = 0; i < count; i++) {
         if (hypothesis[i].shape != SHAPE_ALL) continue;
-        signature(hypothesis[i].effect, 1.0, vector);
         struct span base = base_span(&hypothesis[i]);
-        double z = leave(&base, vector), left[2] = {INFINITY, INFINITY};
+        double z = z_at(&hypothesis[i], 1.0, vector), left[2] = {INFINITY, INFINITY};
         const char *nearest[2] = {"", ""};
         for (int j = 0; j < count; j++) {
             if (hypothesis[j].shape != SHAPE_ALL || j == i) continue;
@@ -108,7 +125,8 @@ int main(int argc, char **argv) {
             if (rank < 2) left[rank] = l, nearest[rank] = effect_table[hypothesis[j].effect]->name;
         }
         printf("%-28s %8.1f  %.1f %s, %.1f %s\n", effect_table[hypothesis[i].effect]->name, z, left[0], nearest[0], left[1], nearest[1]);
-        if (file) fprintf(file, "%s,%.3g\n", effect_table[hypothesis[i].effect]->name, 8.0 / z);
+        if (file) fprintf(file, "%s,%.3g\n", effect_table[hypothesis[i].effect]->name,
+                          detectable(&hypothesis[i], rest));
     }
     if (file && fclose(file)) fail("the file cannot be written");
     diagnosis_free(&d);

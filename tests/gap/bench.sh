@@ -16,4 +16,5 @@ export DETECTABLE=$out/detectable.csv
 } >"$out/cases"
 echo "$(wc -l <"$out/cases") cases -> $out/score.csv"
 xargs -a "$out/cases" -P "$(nproc)" -L 1 $score case >"$out/score.csv"
-$score report "$out/score.csv"
+$score report "$out/score.csv" -o "$out/report.html"
+echo "$out/report.html"

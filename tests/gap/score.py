@@ -3,21 +3,22 @@
 
     score.py cases [--seeds N] [--series tolerance|beyond] [--kinds single,none,two,unknown] [--effects A,B]   one case a line
     score.py case NAME[+NAME] SIZE SEED SERIES        runs one case; one line of CSV
-    score.py report FILE...                           the confusion matrix and the figures of such lines
+    score.py report FILE... [-o report.html]          the confusion matrix and the figures of such lines
 
 Environment: HEXID, the program (build/hexid); RIG, another rig than hexid's own plant (build/tests/rig/rig, tests/rig/README.md); DETECTABLE, the file of strengths at which z = 8 (build/gap_score/detectable.csv, written by
-tests/bench/signatures); CONFIG, the base model (config/tian2015.yaml); SUBSTEPS of the rig (12); KEEP, a directory where a case leaves
-its log and report.
+tests/bench/signatures); CONFIG, the base model (config/tian2015.yaml); SUBSTEPS of the rig (12); RECORDINGS, a directory where rigs'
+recordings stay, to be scored again without the rig; KEEP, a directory where a case leaves its log and report.
 
 The rig runs on the ODE engine with a step of 0.167 ms, with noisy sensors and every base parameter off within model.tolerance;
 `beyond` disturbs it further, in what the tolerance does not state. The diagnosis has the other engine, its own steps, and only the log."""
-import argparse, csv, json, math, os, random, subprocess, sys, tempfile
+import argparse, csv, json, math, os, random, shutil, subprocess, sys, tempfile
+
+import score_report
 
 HEXID = os.environ.get("HEXID", "build/hexid")
 CONFIG = os.environ.get("CONFIG", "config/tian2015.yaml")
 RIG = os.environ.get("RIG", "")
-FIELDS = ["truth", "size", "seed", "series", "shape", "verdict", "named", "ambiguous_with", "score", "z", "error", "where", "before",
-          "after", "floor", "ratio", "seconds", "remark"]
+FIELDS = score_report.FIELDS
 SIZES = {"typical": 1.0, "strong": 3.0}   # of the catalogue's typical; "detectable": where the likelihood ratio is z = 8
 
 # The base's own values, and effects whose parameters add to one or scale one: with the base off one sum is to be found, or one product.
@@ -25,12 +26,14 @@ BASE = {"payload.mass_kg": 178.6, "payload.inertia_xx_kg_m2": 13.6, "payload.ine
         "actuator.upper_mass_kg": 15.65, "actuator.lower_mass_kg": 52.48}
 EACH = {"hydraulics.viscous_n_s_per_m": 2000, "hydraulics.bulk_modulus_pa": 1e9, "hydraulics.leakage_m3_per_s_pa": 3e-11,
         "hydraulics.valve_flow_m3_per_s": 1.57e-3, "hydraulics.dead_volume_m3": 1e-4}   # no two legs are alike
+NEUTRAL = {"null_bias": 0}
 MASS, LEG, NULL = .01, .05, .005
 SUMS = {"payload_mass.mass_kg": "payload.mass_kg", "payload_rotational_inertia.xx": "payload.inertia_xx_kg_m2",
         "actuator_inertia.upper_mass_kg": "actuator.upper_mass_kg", "actuator_inertia.lower_mass_kg": "actuator.lower_mass_kg",
         "payload_rotational_inertia.yy": "payload.inertia_yy_kg_m2", "payload_rotational_inertia.zz": "payload.inertia_zz_kg_m2",
         "cylinder_viscous_friction.extend_n_s_per_m": "hydraulics.viscous_n_s_per_m",
-        "cylinder_viscous_friction.retract_n_s_per_m": "hydraulics.viscous_n_s_per_m"}
+        "cylinder_viscous_friction.retract_n_s_per_m": "hydraulics.viscous_n_s_per_m",
+        "valve_null_bias.offset": "null_bias"}   # of the rig by other means, which has both
 PRODUCTS = {"valve_flow_gain.scale": "hydraulics.valve_flow_m3_per_s", "internal_leakage.scale": "hydraulics.leakage_m3_per_s_pa"}
 
 # Alike on the six tests by their physics: an ambiguous verdict with just the set is right (tests/bench/signatures shows which).
@@ -109,26 +112,36 @@ def whole(settings, name, value, found, neutral):
     effect; where all are found alike, in the mean of the legs."""
     short = name.removeprefix("effects.")
     value, alike = six(value), min(six(found)) == max(six(found))
-    off = [(six(settings[table[short]]), (BASE | EACH)[table[short]]) for table in (SUMS, PRODUCTS) if short in table]
+    off = [(six(settings[table[short]]), (BASE | EACH | NEUTRAL)[table[short]]) for table in (SUMS, PRODUCTS)
+           if table.get(short) in settings]
     if not off: return value
     rig, given = off[0]
     full = [v if v == neutral else v + b - given if short in SUMS else v * b / given for v, b in zip(value, rig)]
     return [sum(full) / 6] * 6 if alike else full
 
 
-def parameter_error(table, settings, truth, result):
-    """Largest error of the truth's parameters beside what the rig has in all, in units of what was hidden."""
-    worst = 0.0
+def parameters(table, settings, truth, result):
+    """The truth's parameters beside what the rig has in all: the largest error in units of what was hidden; is each within 5 % of the
+    rig's full value or two standard deviations; how many are within two, and of how many; the largest in deviations."""
+    worst, right, covered, count, sigmas = 0.0, True, 0, 0, 0.0
     for name, hidden in truth.items():
         _, effect, key = name.split(".")
-        k = next(x for x in table[effect]["keys"] if x["name"] == key)
-        found = next((e["parameters"][key] for e in result["effects"] if e["name"] == effect), None)
-        if found is None: return ""
+        k, short = next(x for x in table[effect]["keys"] if x["name"] == key), effect + "." + key
+        e = next((e for e in result["effects"] if e["name"] == effect), None)
+        if e is None: return {}
         if k["typical"] == k["neutral"]: continue
-        full, hidden, found = whole(settings, name, hidden, found, k["neutral"]), six(hidden), six(found)
-        size = max(abs(v - k["neutral"]) for v in hidden)
-        if size > 0: worst = max(worst, max(abs(f - v) for f, v in zip(found, full)) / size)
-    return worst
+        found, std = six(e["parameters"][key]), six(e["std"][key])
+        full, given = whole(settings, name, hidden, e["parameters"][key], k["neutral"]), (BASE | EACH | NEUTRAL)[SUMS[short]] if short in SUMS else 0
+        size = max(abs(v - k["neutral"]) for v in six(hidden))
+        for f, x, sd in zip(found, full, std):
+            worst = max(worst, abs(f - x) / size) if size > 0 else worst
+            right = right and abs(f - x) <= max(.05 * abs(x + given), 2 * sd)
+            if sd > 0: sigmas = max(sigmas, abs(f - x) / sd)
+        pairs = list(zip(found, full, std))
+        if min(found) == max(found): pairs = pairs[:1]   # one number of the model
+        pairs = [p for p in pairs if p[2] > 0]
+        covered, count = covered + sum(abs(f - x) <= 2 * sd for f, x, sd in pairs), count + len(pairs)
+    return {"error": worst, "right": int(right), "covered": covered, "values": count, "sigmas": sigmas}
 
 
 def judge(names, result):
@@ -177,7 +190,23 @@ def other_rig(r, series, seed, work, log, hidden, table):
     of = {"viscous": "viscous_n_s_per_m", "leakage": "leakage_m3_per_s_pa", "valve_gain": "valve_flow_m3_per_s"}
     for name, key in of.items():
         settings["hydraulics." + key] = [EACH["hydraulics." + key] * x for x in base[name + " relative to nominal, legs 1..6"]]
+    settings["null_bias"] = base["null_bias of full opening, legs 1..6"]
     return settings, ""
+
+
+def recorded(r, case, size, series, seed, work, log, hidden, table):
+    """The rig's log, made or kept."""
+    kept = os.environ.get("RECORDINGS")
+    name = kept and "%s/%s.%s.%s.%s" % (kept, case, size, series, seed)
+    if kept and os.path.exists(name + ".json"):
+        shutil.copy(name + ".lcm", log)
+        with open(name + ".json") as f: return json.load(f), ""
+    settings, remark = (other_rig if RIG else own_rig)(r, series, seed, work, log, hidden, table)
+    if kept and not remark:
+        os.makedirs(kept, exist_ok=True)
+        shutil.copy(log, name + ".lcm")
+        with open(name + ".json", "w") as f: json.dump(settings, f)
+    return settings, remark
 
 
 def off_legs(table, name, value):
@@ -201,7 +230,7 @@ def run_case(case, size, seed, series):
     with tempfile.TemporaryDirectory() as work:
         work = os.environ.get("KEEP", work)
         log, out = work + "/rig.lcm", work + "/out"
-        settings, remark = (other_rig if RIG else own_rig)(r, series, seed, work, log, hidden, table)
+        settings, remark = recorded(r, case, size, series, seed, work, log, hidden, table)
         if remark: return row | {"remark": remark}
         gap = subprocess.run([HEXID, "gap", "--measured", log, "-c", CONFIG, "-o", out, "--set", "lcm.url="],
                              capture_output=True, text=True)
@@ -212,7 +241,7 @@ def run_case(case, size, seed, series):
     where = result["where"][0] if result["where"] else {}
     return row | {"verdict": result["verdict"], "named": " ".join(e["name"] for e in result["effects"]),
                   "ambiguous_with": " ".join(result["ambiguous_with"]), "score": judge(names, result), "z": "%.1f" % z[0] if z else "",
-                  "error": parameter_error(table, settings, truth, result) if truth else "", "before": g["held_out_before"],
+                  **parameters(table, settings, truth, result), "before": g["held_out_before"],
                   "after": g["held_out_after"], "floor": g["noise_floor"],
                   "ratio": g["held_out_after"] / g["noise_floor"], "seconds": result["seconds"],
                   "where": "%s %s leg %s h%s" % tuple(where.get(k, "") for k in ("test", "channel", "leg", "harmonic"))}
@@ -241,51 +270,6 @@ def write_rows(rows, out):
     for row in rows: w.writerow({k: "%.4g" % v if isinstance(v, float) else v for k, v in row.items()})
 
 
-def share(rows): return "%5.1f %% of %d" % (100 * sum(float(r["score"]) for r in rows) / len(rows), len(rows)) if rows else "-"
-
-
-def read(files): return [row for f in files for row in csv.DictReader(open(f), FIELDS) if row["truth"] != "truth"]
-
-
-def at(values, share): return values[int(share * len(values))]
-
-
-def otherwise(r):
-    said = " ".join((r["verdict"] + " " + r["named"] + " | " + r["ambiguous_with"] + r["remark"]).split())
-    return "%s %s s%s: %s" % (r["size"], r["shape"], r["seed"], said)
-
-
-def report(files):
-    rows = read(files)
-    ran = [r for r in rows if r["score"] != ""]
-    single = [r for r in ran if r["truth"] not in ("none",) and "+" not in r["truth"] and not r["truth"].startswith("unknown_")]
-    seen = [r for r in single if r["z"] and float(r["z"]) >= 6]
-    print("%-28s %-40s %s" % ("hidden", "right of cases, by size", "named otherwise"))
-    for name in sorted({r["truth"] for r in ran}):
-        of = [r for r in ran if r["truth"] == name]
-        wrong = [r for r in of if float(r["score"]) < 1]
-        sizes = ["%s %g/%d" % (size, sum(float(r["score"]) for r in of if r["size"] == size), len([r for r in of if r["size"] == size]))
-                 for size in ("detectable", "typical", "strong") if any(r["size"] == size for r in of)]
-        print("%-28s %-40s %s" % (name, ", ".join(sizes), "; ".join(otherwise(r) for r in wrong)))
-    for series in ("tolerance", "beyond"):
-        of = [r for r in seen if r["series"] == series]
-        wrong = [r for r in of if r["verdict"] == "effect_named" and float(r["score"]) == 0]
-        print("single, detectable, %-10s %s right first; wrong names %d" % (series, share(of), len(wrong)))
-    print("none named                  ", share([r for r in ran if r["truth"] == "none"]))
-    print("both of two named           ", share([r for r in ran if "+" in r["truth"]]))
-    print("unknown                     ", share([r for r in ran if r["truth"].startswith("unknown_")]))
-    right = [r for r in seen if float(r["score"]) == 1 and r["verdict"] == "effect_named" and r["size"] != "detectable"]
-    if right:
-        ratio, error = sorted(float(r["ratio"]) for r in right), sorted(float(r["error"]) for r in right if r["error"] and r["size"] == "typical")
-        print("held-out gap over the floor  median %.3f, 95 %% %.3f, most %.3f" % (at(ratio, .5), at(ratio, .95), ratio[-1]))
-        print("parameter error, typical     median %.3f, 90 %% %.3f, most %.3f; %d of %d within 0.1"
-              % (at(error, .5), at(error, .9), error[-1], sum(e <= .1 for e in error), len(error)))
-    seconds = [float(r["seconds"]) for r in ran if r["seconds"]]
-    if seconds: print("time of the workflow         median %.1f s, most %.1f s" % (at(sorted(seconds), .5), max(seconds)))
-    for r in rows:
-        if r["score"] == "": print("not a case: %s %s %s %s: %s" % (r["truth"], r["size"], r["seed"], r["shape"], r["remark"]))
-
-
 def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     sub = p.add_subparsers(dest="what", required=True)
@@ -300,10 +284,11 @@ def main():
     c.add_argument("name"), c.add_argument("size"), c.add_argument("seed"), c.add_argument("series")
     c = sub.add_parser("report")
     c.add_argument("files", nargs="+")
+    c.add_argument("-o", dest="page", help="the same as a page")
     a = p.parse_args()
     if a.what == "cases": cases(a)
     elif a.what == "case": write_rows([run_case(a.name, a.size, a.seed, a.series)], sys.stdout)
-    else: report(a.files)
+    else: score_report.report(a.files, a.page)
 
 
 if __name__ == "__main__": main()

@@ -1,0 +1,150 @@
+"""The scorecard of score.py's lines: as text, and as a page of its own (nothing loaded from elsewhere)."""
+import csv, html
+
+FIELDS = ["truth", "size", "seed", "series", "shape", "verdict", "named", "ambiguous_with", "score", "z", "error", "right", "covered",
+          "values", "sigmas", "where", "before", "after", "floor", "ratio", "seconds", "remark"]
+SIZES = ("detectable", "typical", "strong")
+DETECTABLE_Z = 6   # of the likelihood, after the base is fitted
+
+
+def read(files): return [row for f in files for row in csv.DictReader(open(f), FIELDS) if row["truth"] != "truth"]
+
+
+def score(rows): return sum(float(r["score"]) for r in rows)
+
+
+def share(rows): return "%5.1f %% of %d" % (100 * score(rows) / len(rows), len(rows)) if rows else "-"
+
+
+def at(values, share): return values[int(share * len(values))]
+
+
+def unknown(r): return r["truth"].startswith("unknown_")
+
+
+def single(r): return r["truth"] != "none" and "+" not in r["truth"] and not unknown(r)
+
+
+def detectable(r): return single(r) and r["z"] and float(r["z"]) >= DETECTABLE_Z
+
+
+def wrong_name(r): return r["verdict"] == "effect_named" and float(r["score"]) == 0 and not unknown(r)
+
+
+def said(r): return " ".join((r["verdict"] + " " + r["named"] + (" | " + r["ambiguous_with"] if r["ambiguous_with"] else "") + r["remark"]).split())
+
+
+def otherwise(r): return "%s %s s%s%s: %s" % (r["size"], r["shape"], r["seed"], "" if r["series"] == "tolerance" else " " + r["series"], said(r))
+
+
+def figures(ran):
+    """What the scorecard is for: a name and a figure each."""
+    for series in ("tolerance", "beyond"):
+        of = [r for r in ran if r["series"] == series]
+        if not of: continue
+        seen, none = [r for r in of if detectable(r)], [r for r in of if r["truth"] == "none"]
+        yield "base %s: single effects, detectable, right first" % series, "%s; wrong names %d" % (share(seen), len(list(filter(wrong_name, seen))))
+        for size in SIZES:
+            if any(r["size"] == size for r in seen): yield "    " + size, share([r for r in seen if r["size"] == size])
+        yield "    not detectable (z < %d)" % DETECTABLE_Z, "%d, of these %d with a wrong name" % (
+            len([r for r in of if single(r) and not detectable(r)]), len([r for r in of if single(r) and not detectable(r) and wrong_name(r)]))
+        yield "    nothing hidden: no gap", "%s; unknown_effect %d, named %d" % (
+            share(none), sum(r["verdict"] == "unknown_effect" for r in none), sum(r["verdict"] in ("effect_named", "ambiguous") for r in none))
+        yield "    two effects, both named", share([r for r in of if "+" in r["truth"]])
+        yield "    not in the catalogue: unknown_effect", share([r for r in of if unknown(r)])
+    right = [r for r in ran if r["right"] and float(r["score"]) == 1 and r["verdict"] == "effect_named" and single(r)]
+    if right:
+        ratio = sorted(float(r["ratio"]) for r in right)
+        yield "held-out gap over the noise floor", "median %.3f, 95 %% %.3f, most %.3f" % (at(ratio, .5), at(ratio, .95), ratio[-1])
+    typical = [r for r in right if r["size"] == "typical"]
+    if typical:
+        error = sorted(float(r["error"]) for r in typical)
+        yield "parameters, typical: within 5 % or two deviations", "%d of %d cases" % (sum(r["right"] == "1" for r in typical), len(typical))
+        yield "    error over what was hidden", "median %.3f, 90 %% %.3f, most %.3f" % (at(error, .5), at(error, .9), error[-1])
+    values = sum(int(r["values"]) for r in right)
+    if values: yield "truth within two stated deviations", "%.1f %% of %d values" % (100 * sum(int(r["covered"]) for r in right) / values, values)
+    seconds = sorted(float(r["seconds"]) for r in ran if r["seconds"])
+    if seconds: yield "time of the workflow", "median %.1f s, most %.1f s" % (at(seconds, .5), seconds[-1])
+
+
+def of_effect(ran, name):
+    """Right of cases by size, and the smallest size at which all were named right."""
+    rows = [r for r in ran if r["truth"] == name]
+    by_size = [(size, [r for r in rows if r["size"] == size]) for size in SIZES]
+    by_size = [(size, of) for size, of in by_size if of]
+    smallest = next((size for k, (size, _) in enumerate(by_size) if all(score(of) == len(of) for _, of in by_size[k:])), "-")
+    return ", ".join("%s %g/%d" % (size, score(of), len(of)) for size, of in by_size), smallest
+
+
+def report(files, page=None):
+    rows = read(files)
+    ran, not_run = [r for r in rows if r["score"] != ""], [r for r in rows if r["score"] == ""]
+    print("%-28s %-40s %s" % ("hidden", "right of cases, by size", "named otherwise"))
+    for name in sorted({r["truth"] for r in ran}):
+        wrong = [r for r in ran if r["truth"] == name and float(r["score"]) < 1]
+        print("%-28s %-40s %s" % (name, of_effect(ran, name)[0], "; ".join(map(otherwise, wrong))))
+    for name, figure in figures(ran): print("%-56s %s" % (name, figure))
+    for r in not_run: print("not a case: %s %s %s %s: %s" % (r["truth"], r["size"], r["seed"], r["shape"], r["remark"]))
+    if page:
+        with open(page, "w") as out: out.write(as_page(ran, not_run))
+
+
+STYLE = """body{font:14px/1.45 system-ui,sans-serif;margin:2em auto;max-width:1500px;padding:0 1em;color:#222}
+h1{font-size:22px} h2{font-size:17px;margin-top:2em} table{border-collapse:collapse} td,th{padding:2px 8px;text-align:left;vertical-align:top}
+tr+tr td{border-top:1px solid #e4e4e4} .m td,.m th{padding:1px 3px;text-align:center;border:1px solid #eee;min-width:16px}
+.m th:first-child{text-align:right;font-weight:400;white-space:nowrap} .m thead th{font-weight:400;vertical-align:bottom;height:190px}
+.m thead th span{writing-mode:vertical-rl;transform:rotate(180deg);white-space:nowrap}
+.ok{background:#cfe8cf} .half{background:#fbeec1} .no{background:#f3c6c1}"""
+
+
+def verdict_of(r): return r["named"].split()[0] if r["verdict"] == "effect_named" and r["named"] else r["verdict"] or "refused"
+
+
+def matrix(ran):
+    """Hidden one to a row, what came first to a column; green is right, yellow half."""
+    truths = sorted({r["truth"] for r in ran if "+" not in r["truth"]})
+    columns = [t for t in truths if single({"truth": t})] + ["ambiguous", "unknown_effect", "no_gap", "refused"]
+    columns += sorted({verdict_of(r) for r in ran if "+" not in r["truth"]} - set(columns))
+    head = "".join("<th><span>%s</span></th>" % html.escape(c) for c in columns)
+    lines = ["<table class=m><thead><tr><th></th>%s</tr></thead>" % head]
+    for truth in truths:
+        cells = ""
+        for c in columns:
+            of = [r for r in ran if r["truth"] == truth and verdict_of(r) == c]
+            right = score(of) / len(of) if of else 0
+            mark = "" if not of else "ok" if right == 1 else "half" if right > 0 else "no"
+            cells += "<td class='%s'>%s</td>" % (mark, len(of) or "")
+        lines.append("<tr><th>%s</th>%s</tr>" % (html.escape(truth), cells))
+    return "\n".join(lines) + "</table>"
+
+
+def table(head, rows):
+    line = lambda tag, cells: "<tr>" + "".join("<%s>%s</%s>" % (tag, html.escape(c), tag) for c in cells) + "</tr>"
+    return "<table>" + line("th", head) + "\n".join(line("td", r) for r in rows) + "</table>"
+
+
+def values_of(ran, name):
+    """Median error over what was hidden of a typical one, and the share of values within two deviations."""
+    right = [r for r in ran if r["truth"] == name and r["right"] and float(r["score"]) == 1]
+    error = sorted(float(r["error"]) for r in right if r["size"] == "typical")
+    count = sum(int(r["values"]) for r in right)
+    covered = "%d of %d" % (sum(int(r["covered"]) for r in right), count) if count else "-"
+    return "%.1f %%" % (100 * at(error, .5)) if error else "-", covered
+
+
+def as_page(ran, not_run):
+    effects = sorted({r["truth"] for r in ran if single(r)})
+    misses = [r for r in ran if float(r["score"]) < 1 and (detectable(r) or not single(r))]
+    by_effect = [(name, *of_effect(ran, name), *values_of(ran, name)) for name in effects]
+    parts = ["<!doctype html><meta charset=utf-8><title>hexid gap: hidden effects</title><style>%s</style>" % STYLE,
+             "<h1>Hidden effects against hexid gap: %d cases</h1>" % len(ran),
+             table(("figure", ""), list(figures(ran))),
+             "<h2>Confusion: hidden (rows), named first (columns)</h2>", matrix(ran),
+             "<h2>Each effect</h2>",
+             table(("effect", "right of cases, by size", "named reliably from", "median parameter error, typical", "within two deviations"), by_effect),
+             "<h2>Misses: what is detectable, two effects, none, unknown</h2>",
+             table(("hidden", "size, legs, seed", "said", "z", "worst place"),
+                   [(r["truth"], otherwise(r).split(":")[0], said(r), r["z"], r["where"]) for r in misses]) if misses else "<p>none</p>"]
+    if not_run:
+        parts += ["<h2>Not a case</h2>", table(("hidden", "size, seed", "why"), [(r["truth"], r["size"] + " s" + r["seed"], r["remark"]) for r in not_run])]
+    return "\n".join(parts) + "\n"
