@@ -10,6 +10,7 @@
 #include "gap.h"
 #include "log.h"
 #include "messages.h"
+#include "recording_check.h"
 
 /* What drives it: a steady sinusoid, as the file says, or any motion, of which it says nothing. */
 enum motion { SINE, TRIANGLE, CHIRP, STEPS, POINT_TO_POINT, MULTISINE, RESTS, MOTIONS };

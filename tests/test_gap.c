@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "gap.h"
+#include "recording_check.h"
 #include "gap_rig.h"
 #include "residual.h"
 

@@ -7,6 +7,7 @@
 #include "controller.h"
 #include "force.h"
 #include "gap.h"
+#include "recording_check.h"
 #include "gap_rig.h"
 #include "residual.h"
 

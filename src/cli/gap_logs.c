@@ -7,6 +7,7 @@
 #include "cli.h"
 #include "log.h"
 #include "messages.h"
+#include "recording_check.h"
 
 _Static_assert((int)LOGS_MAX <= (int)RECORDING_RUNS, "a run a log");
 

@@ -1,8 +1,9 @@
-#include "recording.h"
+#include "recording_check.h"
 
 #include <math.h>
 #include <string.h>
 
+#include "clipping.h"
 #include "force.h"
 #include "frequency.h"
 #include "inverse_dynamics.h"
@@ -15,9 +16,6 @@ enum { CYCLES_NEEDED = 6 }; /* three to fit and three to judge */
 
 static const double NEUTRAL_TOLERANCE_M = 0.05;
 static const double SENSOR_SCALE = 0.06; /* of what a chamber holds: more than a sensor is off in scale */
-static const double CLIPPED = 0.12;      /* of the samples, at the very largest or smallest value, */
-static const double CLIPPED_TIMES = 2.0; /* and more than so many times what a sinusoid has there in steps as coarse as the reading's */
-static const double ABRUPT = 0.3;        /* of the largest step between samples: a leg that friction holds comes to rest */
 static const double SUPPLY_MOST = 1.04;  /* of the supply, in a chamber, but for moments */
 static const double WITHOUT_LOSS = 0.2, WITH_LOSS = 0.05; /* mean power, of the product of force and speed: phases are off by so much */
 static const double ABSURD = 1e12;       /* in any unit */
@@ -47,34 +45,6 @@ static double deviation(const struct recording_test *t, const double *first) {
         sum += value - zero, square += (value - zero) * (value - zero);
     }
     return sqrt(fmax(square - sum * sum / n, 0.0) / n);
-}
-
-/* The samples at the largest value, or with sign -1 at the smallest, where they are more than a sinusoid has there, and of a smooth one come
- * to it at speed. */
-static int plateau(const struct recording_test *t, const double *first, double sign, const struct recording_scale *scale) {
-    double top = -HUGE_VAL, next = -HUGE_VAL, bottom = HUGE_VAL, before = NAN, entering = 0.0, fastest = 0.0;
-    int there = 0, n = 0, entries = 0;
-    for (int i = t->first; i < t->end; i++) {
-        double value = sign * first[(size_t)(i - t->first) * STRIDE];
-        if (!t->sample[i].good) continue;
-        if (value > top) next = top, top = value, there = entries = 0, entering = 0.0;
-        else if (value < top) next = fmax(next, value);
-        if (value == top && before < top) entering += top - before, entries++;
-        fastest = fmax(fastest, fabs(value - before));
-        there += value == top, n++;
-        bottom = fmin(bottom, value), before = value;
-    }
-    double share = acos(fmax(1.0 - 2.0 * fmax(top - next, scale->step) / (top - bottom), -1.0)) / PI;
-    bool abrupt = !scale->smooth || entering > ABRUPT * fastest * entries;
-    return abrupt && there > fmax(CLIPPED, CLIPPED_TIMES * share) * n ? there : 0;
-}
-
-int recording_clipped(const struct recording_test *t, const double *first, const struct recording_scale *scale) {
-    int clipped = 0, few = (t->end - t->first) / 50;
-    for (int i = t->first; i < t->end; i++) clipped += first[(size_t)(i - t->first) * STRIDE] >= scale->top;
-    if (clipped <= few) clipped = plateau(t, first, 1.0, scale);
-    if (clipped <= few && scale->smooth) clipped = plateau(t, first, -1.0, scale); /* a low end is physics: the tank's pressure */
-    return clipped > few ? clipped : 0;
 }
 
 static int check_alive(const struct recording_test *t, const double *first, const char *name, int leg, struct error *error) {

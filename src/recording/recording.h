@@ -1,5 +1,4 @@
-/* What was measured: the tests of a log as plain arrays, and whether they can be what the configuration says they are. A recording that
- * cannot be is refused, with what is wrong with it: no physical effect is to explain a sensor's plug in the wrong socket. No real time. */
+/* What was measured: the tests of a log as plain arrays. No real time; heap. */
 #ifndef HEXID_RECORDING_H
 #define HEXID_RECORDING_H
 
@@ -66,21 +65,6 @@ int recording_append(struct recording_test *test, const struct recording_sample 
 
 /* After the last cycle: samples are good where all is finite that the log has; what it has not is zero. */
 void recording_settle(struct recording *r);
-
-/* Settles, then 0; or -2 with what is wrong: no test, too short, all zero, a sensor that stands still or is clipped,
- * another frequency than the run's, lengths that no pose of this machine has, a leg's sign or two legs exchanged, forces against all
- * reason. */
-int recording_check(struct recording *r, struct error *error);
-
-/* What a channel can read: the end of its range, and its steps where they are known. smooth: it cannot jump. */
-struct recording_scale {
-    double top, step;
-    bool smooth;
-};
-
-/* Good samples of a test's evaluated part that are at the end of what their channel reads, where those are too many to be the motion's own;
- * else 0. first: the channel's value in the first of them. */
-int recording_clipped(const struct recording_test *t, const double *first, const struct recording_scale *scale);
 
 /* Sampling of a test's evaluated part, lost samples apart. */
 double recording_step_s(const struct recording_test *t);

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "clipping.h"
 #include "kinematics.h"
 #include "noise.h"
 
