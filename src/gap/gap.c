@@ -413,39 +413,39 @@ static void keep_sizes(struct gap_result *r, const struct sizes *used, const str
     if (isnan(before + after + floor)) r->unexplained_fraction = (double)NAN;
 }
 
-/* The model with the effects found does not get through the tests that the rig got through. */
-static int note_fault(struct gap_result *r, const struct error *error) {
-    snprintf(r->replay_fault, sizeof r->replay_fault, "%.300s", error->text);
-    return STATUS_OK;
-}
-
-/* The model run like another recording, against that. */
-static int replay_sizes(const struct params *model, const struct recording *other, struct gap_size *size, struct gap_size *floor,
-                        struct error *error) {
-    struct recording run;
-    int status = replay_closed_loop(model, other, &run, error);
-    if (!status) replay_compare(other, &run, CYCLES_ALL, size, floor);
-    recording_free(&run);
-    return status;
+/* Both models run like a recording. The one with the effects found need not get through the tests that the rig got through. */
+static int run_both(struct gap_result *r, const struct recording *like, struct replay both[2], struct error *error) {
+    replay_both(&r->base_model, r->effects ? &r->fitted : NULL, like, both);
+    const struct replay *failed = both[0].status ? &both[0] : &both[1];
+    if (failed == &both[1] && failed->status == STATUS_USAGE && r->effects) {
+        snprintf(r->replay_fault, sizeof r->replay_fault, "%.300s", failed->error.text);
+        return STATUS_OK;
+    }
+    *error = failed->error;
+    return failed->status;
 }
 
 /* Judged on another log's own tests, which need not be those of the first; without one on the cycles held out. */
-static int held_sizes(const struct recording *measured, const struct recording *validate, const struct recording *before,
-                      const struct recording *after, struct gap_result *r, struct sizes *held, struct error *error) {
-    if (!validate) {
-        replay_compare(measured, before, CYCLES_ODD, &held->before, &held->floor);
-        replay_compare(measured, after, CYCLES_ODD, &held->after, &held->floor);
-        return STATUS_OK;
+static int held_sizes(const struct recording *measured, const struct recording *validate, const struct replay *both, struct gap_result *r,
+                      struct sizes *held, struct error *error) {
+    const struct recording *with = validate ? validate : measured;
+    enum cycles which = validate ? CYCLES_ALL : CYCLES_ODD;
+    struct replay other[2];
+    int status = validate ? run_both(r, validate, other, error) : STATUS_OK;
+    if (validate) both = other;
+    if (!status && !r->replay_fault[0]) {
+        replay_compare(with, &both[0].run, which, &held->before, &held->floor);
+        replay_compare(with, replay_after(both), which, &held->after, &held->floor);
     }
-    int status = replay_sizes(&r->base_model, validate, &held->before, &held->floor, error);
-    if (!status) status = replay_sizes(&r->fitted, validate, &held->after, &held->floor, error);
-    return status == STATUS_USAGE && r->effects && held->before.overall > 0.0 ? note_fault(r, error) : status;
+    if (validate) replay_free(other);
+    return status;
 }
 
 static int compare_runs(const struct params *params, const struct recording *measured, const struct recording *validate,
-                        const struct recording *before, const struct recording *after, struct gap_result *r, struct error *error) {
+                        const struct replay both[2], struct gap_result *r, struct error *error) {
+    const struct recording *before = &both[0].run, *after = replay_after(both);
     struct sizes used, held = {0};
-    int status = held_sizes(measured, validate, before, after, r, &held, error);
+    int status = held_sizes(measured, validate, both, r, &held, error);
     if (status || r->replay_fault[0]) return status;
     replay_compare(measured, before, CYCLES_EVEN, &used.before, &used.floor);
     replay_compare(measured, after, CYCLES_EVEN, &used.after, &used.floor);
@@ -459,18 +459,11 @@ static int compare_runs(const struct params *params, const struct recording *mea
 
 static int closed_loop(const struct params *params, const struct recording *measured, const struct recording *validate,
                        const struct gap_options *o, struct gap_result *r, struct error *error) {
-    struct recording before, after;
-    recording_init(&after, params);
-    progress(o, "simulating before", 0.7);
-    int status = replay_closed_loop(&r->base_model, measured, &before, error);
-    if (!status) {
-        progress(o, "simulating after", 0.85);
-        status = replay_closed_loop(&r->fitted, measured, &after, error);
-        if (status == STATUS_USAGE && r->effects) status = note_fault(r, error);
-    }
-    if (!status && !r->replay_fault[0]) status = compare_runs(params, measured, validate, &before, &after, r, error);
-    recording_free(&before);
-    recording_free(&after);
+    struct replay both[2];
+    progress(o, "simulating", 0.7);
+    int status = run_both(r, measured, both, error);
+    if (!status && !r->replay_fault[0]) status = compare_runs(params, measured, validate, both, r, error);
+    replay_free(both);
     return status;
 }
 

@@ -1,6 +1,7 @@
 #include "replay.h"
 
 #include <math.h>
+#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -79,6 +80,27 @@ int replay_closed_loop(const struct params *model, const struct recording *like,
     return status;
 }
 
+static void *replay_one(void *argument) {
+    struct replay *r = argument;
+    r->status = replay_closed_loop(r->model, r->like, &r->run, &r->error);
+    return NULL;
+}
+
+void replay_both(const struct params *before, const struct params *after, const struct recording *like, struct replay both[2]) {
+    pthread_t other;
+    both[0] = (struct replay){.model = before, .like = like};
+    both[1] = (struct replay){.model = after, .like = like};
+    bool started = after && pthread_create(&other, NULL, replay_one, &both[1]) == 0;
+    replay_one(&both[0]);
+    if (started) pthread_join(other, NULL);
+    else if (after) replay_one(&both[1]);
+}
+
+void replay_free(struct replay both[2]) {
+    recording_free(&both[0].run);
+    recording_free(&both[1].run);
+}
+
 /* The model without the effects that are friction. */
 static struct params frictionless(const struct params *model) {
     struct params p = *model;
@@ -113,22 +135,19 @@ bool replay_identify(const struct params *params, const struct recording *record
     return ok;
 }
 
-/* Of the model's own run, with sensors that are exact. */
-static bool identify_model(const struct params *params, struct params model, const struct recording *like, double mt[DOFS][DOFS]) {
-    struct recording run;
-    struct error error;
-    model.sensors.enabled = false;
-    bool ok = replay_closed_loop(&model, like, &run, &error) == STATUS_OK && replay_identify(params, &run, mt);
-    recording_free(&run);
-    return ok;
-}
-
+/* Of the model's own runs, with sensors that are exact. */
 bool replay_repair(const struct params *params, const struct params *model, const struct recording *measured, double mt[DOFS][DOFS]) {
     double with[DOFS][DOFS], without[DOFS][DOFS];
-    bool ok = replay_identify(params, measured, mt) && identify_model(params, *model, measured, with) &&
-              identify_model(params, frictionless(model), measured, without);
+    struct params exact = *model, smooth;
+    exact.sensors.enabled = false;
+    smooth = frictionless(&exact);
+    struct replay both[2];
+    replay_both(&exact, &smooth, measured, both);
+    bool ok = !both[0].status && !both[1].status && replay_identify(params, measured, mt) &&
+              replay_identify(params, &both[0].run, with) && replay_identify(params, &both[1].run, without);
     for (int i = 0; i < DOFS && ok; i++)
         for (int j = 0; j < DOFS; j++) mt[i][j] -= with[i][j] - without[i][j];
+    replay_free(both);
     return ok;
 }
 

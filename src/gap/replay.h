@@ -10,6 +10,22 @@
  * the caller's to free, also after an error. -2 when the model's run ends in a fault, -3 without memory. */
 int replay_closed_loop(const struct params *model, const struct recording *like, struct recording *out, struct error *error);
 
+/* One of two runs of the same tests. */
+struct replay {
+    const struct params *model; /* NULL: the other's, and no run of its own */
+    const struct recording *like;
+    struct recording run;
+    int status;                 /* as of replay_closed_loop */
+    struct error error;
+};
+
+/* Two models at once, a thread each; after may be NULL. To be freed in any case. */
+void replay_both(const struct params *before, const struct params *after, const struct recording *like, struct replay both[2]);
+void replay_free(struct replay both[2]);
+
+/* The second model's run. */
+static inline const struct recording *replay_after(const struct replay both[2]) { return both[1].model ? &both[1].run : &both[0].run; }
+
 /* The inertia matrix identified from a recording (method A), of its first run alone. False without six complete tests. */
 bool replay_identify(const struct params *params, const struct recording *recording, double mt[DOFS][DOFS]);
 

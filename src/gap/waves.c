@@ -89,11 +89,9 @@ static int prepare(struct waves *w, const struct recording *measured, struct err
     return w->test ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
 }
 
-static int simulate(struct waves *w, const struct params *model, const struct recording *measured, enum side side, struct error *error) {
-    struct recording simulated;
-    int status = replay_closed_loop(model, measured, &simulated, error);
-    for (int i = 0; i < w->tests && !status; i++) {
-        const struct recording_test *t = recording_find(&simulated, w->test[i].run, w->test[i].dof);
+static void put_run(struct waves *w, const struct recording *simulated, enum side side) {
+    for (int i = 0; i < w->tests; i++) {
+        const struct recording_test *t = recording_find(simulated, w->test[i].run, w->test[i].dof);
         struct spectrum s;
         channel_rows row;
         if (!t || !spectrum_measure(&s, t, CYCLES_ALL)) continue;
@@ -102,8 +100,6 @@ static int simulate(struct waves *w, const struct params *model, const struct re
             for (int ch = 0; ch < GAP_CHANNELS; ch++) memcpy(side_row(&w->test[i].wave[ch][leg], side), row[ch], sizeof *row);
         }
     }
-    recording_free(&simulated);
-    return status;
 }
 
 int waves_closed_loop(struct waves *w, const struct gap_result *result, const struct recording *measured, struct error *error) {
@@ -112,8 +108,15 @@ int waves_closed_loop(struct waves *w, const struct gap_result *result, const st
         struct spectrum s;
         if (spectrum_measure(&s, &measured->test[i], CYCLES_ALL)) add_test(w, &measured->test[i], &s);
     }
-    if (!status) status = simulate(w, &result->base_model, measured, BEFORE, error);
-    if (!status) status = simulate(w, &result->fitted, measured, AFTER, error);
+    if (status) return status;
+    struct replay both[2];
+    replay_both(&result->base_model, result->effects ? &result->fitted : NULL, measured, both);
+    for (int side = BEFORE; side <= AFTER && !status; side++) {
+        status = both[side].status;
+        if (status) *error = both[side].error;
+    }
+    if (!status) put_run(w, &both[0].run, BEFORE), put_run(w, replay_after(both), AFTER);
+    replay_free(both);
     for (int ch = 0; ch < GAP_CHANNELS; ch++) w->evaluated[ch] = true;
     find_variation(w);
     return status;
