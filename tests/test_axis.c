@@ -204,13 +204,13 @@ static void describe(const struct rig *rig, uint64_t seed, const struct gap_resu
     printf("# %-8s %s, %4.0f Hz, %s, seed %d: %s", rig->electric ? "electric" : "cylinder", motion_names[rig->motion], rig->rate_hz,
            rig->hides ? rig->hides : "nothing", (int)seed, gap_verdict_names[g->verdict]);
     for (int i = 0; i < g->effects; i++) {
-        printf(" %s", effect_table[g->effect[i].effect]->name);
+        printf(" %s z %.1f", effect_table[g->effect[i].effect]->name, g->effect[i].z);
         for (int key = 0; key < EFFECT_KEYS && effect_table[g->effect[i].effect]->keys[key].name; key++)
             printf(" %.4g+-%.2g", g->effect[i].values.value[key][0], g->effect[i].std[key][0]);
     }
     for (int i = 0; i < g->ambiguous; i++) printf(" | %s", effect_table[g->ambiguous_with[i]]->name);
-    printf("%s; held out %.4f -> %.4f, noise %.4f; %.1f s\n", g->offset_rival ? " | constant force" : "", g->held_out_before.overall,
-           g->held_out_after.overall, g->noise_floor.overall, g->seconds);
+    printf("%s; held out %.4f -> %.4f, noise %.4f; white %.2f -> %.2f; %.1f s\n", g->offset_rival ? " | constant force" : "", g->held_out_before.overall,
+           g->held_out_after.overall, g->noise_floor.overall, g->white_before, g->white_after, g->seconds);
     fflush(stdout);
 }
 

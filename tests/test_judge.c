@@ -94,7 +94,7 @@ static void what_is_given_is_of_another_size(void **state) {
     r.effect[2] = (struct gap_effect){.effect = effect_find("payload_mass"), .z = 8.0};
     assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "the model lacks base_tilt and payload_mass and has valve_lag of another size");
     assert_verdict(&r, &left, GAP_UNKNOWN_EFFECT, "remainder");
-    left.trifle = 6e3; /* beside the effects given it is none */
+    left.law_error = 6e3; /* so much the laws of those given may be off */
     assert_verdict(&r, &left, GAP_EFFECT_NAMED, "valve_lag");
     r.effects = 0;
     assert_verdict(&r, &left, GAP_NO_GAP, "no more than the effects in the configuration leave");

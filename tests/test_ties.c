@@ -47,6 +47,12 @@ static void what_an_effect_contains_is_another_one_that_does_not_contain_it(void
     }
 }
 
+static void what_a_law_is_not_exact_by_is_stated(void **state) {
+    (void)state;
+    for (int i = 0; effect_table[i]; i++)
+        if (!(effect_table[i]->law_error > 0.0 && effect_table[i]->law_error <= 0.1)) fail_msg("%s: law_error", effect_table[i]->name);
+}
+
 static void what_an_effect_is_told_apart_from_is_there(void **state) {
     (void)state;
     for (int i = 0; effect_table[i]; i++)
@@ -146,6 +152,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_an_effect_is_parallel_to_can_be_fitted),
         cmocka_unit_test(what_an_effect_contains_is_another_one_that_does_not_contain_it),
+        cmocka_unit_test(what_a_law_is_not_exact_by_is_stated),
         cmocka_unit_test(what_an_effect_is_told_apart_from_is_there),
         cmocka_unit_test(no_pair_stands_twice),
         cmocka_unit_test(options_of_an_experiment_are_those_of_a_run),

@@ -17,6 +17,7 @@ const struct effect actuator_inertia = {
     .plain = "another mass of the actuators",
     .law = "ma + upper, mb + lower with their weight; g(L) = ma (L - ra)^2 + mb rb^2 + ia + ib + transverse",
     .signature = "leg forces: at rest and in phase with the acceleration on all axes",
+    .law_error = 1e-3,
     .keys = {[UPPER] = {.name = "upper_mass_kg", .unit = "kg", .min = -1e3, .max = 1e4, .typical = 4.0, .per_leg = true},
              [LOWER] = {.name = "lower_mass_kg", .unit = "kg", .min = -1e3, .max = 1e4, .typical = 13.0, .per_leg = true},
              [TRANSVERSE] = {.name = "transverse_kg_m2", .unit = "kg m^2", .min = -1e3, .max = 1e4, .typical = 1.0, .per_leg = true}},

@@ -19,6 +19,7 @@ const struct effect base_tilt = {
     .plain = "a tilt of the base",
     .law = "the base stands at Ry(theta) Rx(phi) to the vertical: gravity along (-sin theta, cos theta sin phi, cos theta cos phi) of {B}",
     .signature = "leg forces: static only, in the pattern of a horizontal force; the moving parts hardly change",
+    .law_error = 1e-3,
     .keys = {[PHI] = {.name = "phi_rad", .unit = "rad", .min = -0.5, .max = 0.5, .typical = 0.01},
              [THETA] = {.name = "theta_rad", .unit = "rad", .min = -0.5, .max = 0.5, .typical = -0.01}},
     .told_apart = {{.from = &payload_center_of_mass, .record = "turn the payload by half a turn",

@@ -13,6 +13,7 @@ const struct effect cylinder_coulomb_friction = {
     .plain = "dry (Coulomb) friction in the cylinders",
     .law = "F = -F_extend for Ldot > 0, +F_retract for Ldot < 0; at rest holds up to that force",
     .signature = "leg force: odd harmonics in phase with velocity, jump at velocity reversal; with one direction stronger also the mean",
+    .law_error = 0.05,
     .keys = {[EXTEND] = {.name = "force_extend_n", .unit = "N", .min = 0.0, .max = 2e4, .typical = 100.0, .per_leg = true},
              [RETRACT] = {.name = "force_retract_n", .unit = "N", .min = 0.0, .max = 2e4, .typical = 100.0, .per_leg = true}},
     .parallel_to = {PARAMETER(axis.force_offset_n)}, /* one direction stronger */

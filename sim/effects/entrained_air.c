@@ -14,6 +14,7 @@ const struct effect entrained_air = {
     .plain = "air in the oil",
     .law = "bulk modulus = min(hydraulics.bulk_modulus_pa, bulk modulus)",
     .signature = "valve command against pressures: a flow in phase with the pressures' rates; spool reversals are passed more slowly",
+    .law_error = 1e-3,
     .keys = {[BULK] = {.name = "bulk_modulus_pa", .unit = "Pa", .min = 1e7, .max = 3e9, .neutral = 3e9,
                        .typical = 6e8, .per_leg = true, .reciprocal = true}},
     .parallel_to = {PARAMETER(hydraulics.bulk_modulus_pa)},

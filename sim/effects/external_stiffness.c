@@ -22,6 +22,7 @@ const struct effect external_stiffness = {
     .plain = "stiffness of hoses and cables",
     .law = "hoses and cables: springs -k_i pose_i on the six coordinates of the pose, zero at neutral",
     .signature = "leg forces: in phase with the displacement; at one frequency as an inertia of -k/w^2, a second frequency tells",
+    .law_error = 1e-3,
     .keys = {[X] = {.name = "x", .unit = "N/m", .min = 0.0, .max = 1e7, .typical = 2e4},
              [Y] = {.name = "y", .unit = "N/m", .min = 0.0, .max = 1e7, .typical = 2e4},
              [Z] = {.name = "z", .unit = "N/m", .min = 0.0, .max = 1e7, .typical = 4e3},

@@ -18,6 +18,7 @@ const struct effect geometry_error = {
     .law = "joints lie at a_i + (a_x, a_y, a_z) on the platform and at b_i + (b_x, b_y, b_z) on the base",
     .signature = "leg forces: all axes coupled a little, static loads unlike; lengths and poses as measured stay consistent with "
                  "themselves",
+    .law_error = 1e-3,
     .keys = {[A_X] = {.name = "a_x_m", .unit = "m", .min = -0.1, .max = 0.1, .typical = 4e-3, .per_leg = true},
              [A_Y] = {.name = "a_y_m", .unit = "m", .min = -0.1, .max = 0.1, .typical = -4e-3, .per_leg = true},
              [A_Z] = {.name = "a_z_m", .unit = "m", .min = -0.1, .max = 0.1, .typical = 4e-3, .per_leg = true},

@@ -12,6 +12,7 @@ const struct effect joint_backlash = {
     .law = "free play along the leg at its end: the measured length is the joints' distance + clearance/2 sign(force on the joint)",
     .signature = "leg length and force: a step of the length and a pause of the force where the leg's force changes sign; "
                  "nothing in a leg that only pushes",
+    .law_error = 0.05,
     .keys = {[CLEARANCE] = {.name = "clearance_m", .unit = "m", .min = 0.0, .max = 5e-3, .typical = 5e-4, .per_leg = true}},
     .machine = machine,
 };

@@ -13,6 +13,7 @@ const struct effect load_dependent_friction = {
     .plain = "friction in the cylinders that grows with pressure",
     .law = "F = -mu (A1 - A2) (P1 + P2)/2 sign(Ldot); at rest holds up to that force",
     .signature = "leg force: as Coulomb friction, but it grows with the pressures: another static load tells the two apart",
+    .law_error = 0.05,
     .keys = {[MU] = {.name = "mu", .unit = "-", .min = 0.0, .max = 0.5, .typical = 0.01, .per_leg = true}},
     .leg_friction = leg_friction,
 };

@@ -13,6 +13,7 @@ const struct effect payload_center_of_mass = {
     .plain = "another mass centre of the payload",
     .law = "the payload's mass centre lies at (x, y, z) of {M} instead of at its origin",
     .signature = "leg forces: unlike static loads (x, y); translations and rotations coupled, in phase with the acceleration",
+    .law_error = 1e-3,
     .keys = {[X] = {.name = "x_m", .unit = "m", .min = -1.0, .max = 1.0, .typical = 0.01},
              [Y] = {.name = "y_m", .unit = "m", .min = -1.0, .max = 1.0, .typical = -0.01},
              [Z] = {.name = "z_m", .unit = "m", .min = -1.0, .max = 1.0, .typical = 0.01}},

@@ -13,6 +13,7 @@ const struct effect payload_mass = {
     .plain = "another mass of the payload",
     .law = "m = payload.mass_kg + mass, at the payload's mass centre",
     .signature = "leg forces: static, and in phase with the acceleration of the translations",
+    .law_error = 1e-3,
     .keys = {[MASS] = {.name = "mass_kg", .unit = "kg", .min = -1e4, .max = 1e5, .typical = 15.0}},
     .parallel_to = {PARAMETER(payload.mass_kg), PARAMETER(axis.mass_kg)},
     .told_apart = {{.from = &position_sensor_scale, .record = "hold a rule against the stroke",

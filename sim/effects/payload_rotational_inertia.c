@@ -11,6 +11,7 @@ const struct effect payload_rotational_inertia = {
     .plain = "another rotational inertia of the payload",
     .law = "Ic = payload.inertia + diag(xx, yy, zz), about the payload's mass centre",
     .signature = "leg forces: in phase with the acceleration of the rotations, nothing at rest",
+    .law_error = 1e-3,
     .keys = {[XX] = {.name = "xx", .unit = "kg m^2", .min = -1e4, .max = 1e5, .typical = 6.0},
              [YY] = {.name = "yy", .unit = "kg m^2", .min = -1e4, .max = 1e5, .typical = 6.0},
              [ZZ] = {.name = "zz", .unit = "kg m^2", .min = -1e4, .max = 1e5, .typical = 10.0}},

@@ -13,6 +13,7 @@ const struct effect position_sensor_offset = {
     .plain = "an offset of the length sensors",
     .law = "reading = length + offset",
     .signature = "leg length: static; one leg's alone turns the platform, static forces change with it",
+    .law_error = 1e-3,
     .keys = {[OFFSET] = {.name = "offset_m", .unit = "m", .min = -0.1, .max = 0.1, .typical = 5e-3, .per_leg = true}},
     .told_apart = {{.from = &position_sensor_scale,
                     .record = "`--set tests.amplitude_m=0.012 --set tests.amplitude_rad=0.018 --set tests.frequency_hz=2`",

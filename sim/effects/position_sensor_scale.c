@@ -17,6 +17,7 @@ const struct effect position_sensor_scale = {
     .plain = "a scale error of the length sensors",
     .law = "reading = length + (scale - 1) (length - neutral length - zero): true where the leg is longer than at neutral by zero",
     .signature = "leg length: static and moving alike; forces as of another motion",
+    .law_error = 1e-3,
     .keys = {[SCALE] = {.name = "scale", .unit = "-", .min = 0.8, .max = 1.2, .neutral = 1.0, .typical = 1.03, .per_leg = true},
              [ZERO] = {.name = "zero_m", .unit = "m", .min = -5.0, .max = 5.0, .typical = -0.2, .per_leg = true}},
     .contains = {&position_sensor_offset}, /* a zero far away */

@@ -16,6 +16,7 @@ const struct effect pressure_sensor_offset = {
     .plain = "an offset of the pressure sensors",
     .law = "readings = P1 + p1, P2 + p2",
     .signature = "force: static only",
+    .law_error = 1e-3,
     .keys = {[P1] = {.name = "p1", .unit = "Pa", .min = -1e7, .max = 1e7, .typical = 1e5, .per_leg = true},
              [P2] = {.name = "p2", .unit = "Pa", .min = -1e7, .max = 1e7, .typical = 1e5, .per_leg = true}},
     .told_apart = {{.from = &pressure_sensor_scale, .record = "repeat z with another payload",

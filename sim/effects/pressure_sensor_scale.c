@@ -14,6 +14,7 @@ const struct effect pressure_sensor_scale = {
     .plain = "a scale error of the pressure sensors",
     .law = "readings = P1 times p1, P2 times p2",
     .signature = "force in phase with itself, static and moving alike; near an offset, a second static load tells",
+    .law_error = 1e-3,
     .keys = {[P1] = {.name = "p1", .unit = "-", .min = 0.5, .max = 2.0, .neutral = 1.0, .typical = 1.02, .per_leg = true},
              [P2] = {.name = "p2", .unit = "-", .min = 0.5, .max = 2.0, .neutral = 1.0, .typical = 0.99, .per_leg = true}},
     .machine = machine,

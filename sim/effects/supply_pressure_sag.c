@@ -12,6 +12,7 @@ const struct effect supply_pressure_sag = {
     .law = "supply = Ps - R Q, Q the flow of all six valves from the supply, lagged by 10 ms",
     .signature = "pressures and valve commands of all legs at once: twice the frequency where the legs go up and down together, "
                  "static where they do not",
+    .law_error = 1e-3,
     .keys = {[RESISTANCE] = {.name = "resistance_pa_s_per_m3", .unit = "Pa s/m^3", .min = 0.0, .max = 1e11, .typical = 1e9}},
     .parallel_to = {PARAMETER(hydraulics.supply_pa)},
     .machine = machine,

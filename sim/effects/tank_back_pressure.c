@@ -11,6 +11,7 @@ const struct effect tank_back_pressure = {
     .plain = "a back pressure of the tank line",
     .law = "tank = Pt + R Q, Q the flow of all six valves to the tank",
     .signature = "pressures of the draining chambers of all legs: up with the legs' speed, second harmonic",
+    .law_error = 1e-3,
     .keys = {[RESISTANCE] = {.name = "resistance_pa_s_per_m3", .unit = "Pa s/m^3", .min = 0.0, .max = 1e11, .typical = 5e8}},
     .machine = machine,
 };

@@ -11,6 +11,7 @@ const struct effect valve_flow_gain = {
     .plain = "another flow gain of the valves",
     .law = "flow of both ports times scale",
     .signature = "valve command: the fundamental in phase with velocity; the pressures hardly change",
+    .law_error = 1e-3,
     .keys = {[SCALE] = {.name = "scale", .unit = "-", .min = 0.1, .max = 5.0, .neutral = 1.0, .typical = 0.9, .per_leg = true}},
     .parallel_to = {PARAMETER(hydraulics.valve_flow_m3_per_s)},
     .machine = machine,

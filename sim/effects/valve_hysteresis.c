@@ -14,6 +14,7 @@ const struct effect valve_hysteresis = {
     .law = "the servo follows the command with a play of width: it stands until the command is width/2 away from it",
     .signature = "valve command against flow: a step at every reversal of the command, odd harmonics that lag behind it, "
                  "whatever the frequency",
+    .law_error = 0.05,
     .keys = {[WIDTH] = {.name = "width", .unit = "-", .min = 0.0, .max = 0.5, .typical = 0.01, .per_leg = true}},
     .command = command,
 };

@@ -11,6 +11,7 @@ const struct effect valve_null_bias = {
     .plain = "a null offset of the valves",
     .law = "the spool goes to u + offset",
     .signature = "valve command: static, nothing else",
+    .law_error = 1e-3,
     .keys = {[OFFSET] = {.name = "offset", .unit = "-", .min = -0.5, .max = 0.5, .typical = 0.01, .per_leg = true}},
     .machine = machine,
 };

@@ -8,7 +8,6 @@
 
 #include "base.h"
 
-static const double MODEL_ERROR = 1e-3;  /* of a channel's variation: integrators and what the harmonics leave out */
 static const double IDLE = 1e-6;         /* relative change of the squares */
 static const double CHARGE = 8.0;        /* of white squares, a parameter: ln of the number of values, about */
 static const double NEAR = 0.9;          /* of the gain with the base moved linearly: polishing may turn the order */
@@ -22,31 +21,19 @@ static double held_square(const struct diagnosis *d, const struct params *model)
     return square;
 }
 
-bool diagnosis_turns(int effect) {
-    const struct effect *e = effect_table[effect];
-    return e->leg_friction || e->joint_friction || e->command;
-}
-
-/* What the effects given explain, or those that act at reversals, as if they had been found: the base is fitted without them. */
-static double given_gain(const struct diagnosis *d, bool reversals) {
-    struct params without = d->model;
-    bool any = false;
-    for (int i = 0; effect_table[i]; i++) {
-        if (!d->given->effects[i].on || (reversals && !diagnosis_turns(i))) continue;
-        without.effects[i].on = false;
-        any = true;
-    }
-    bool fitted = any && fit_model(&d->fit, &without, d->variables, d->variable, NULL, NULL, BASE_ITERATIONS).ok;
-    double gain = fitted ? held_square(d, &without) - d->held_square : 0.0;
-    return isfinite(gain) ? gain : 0.0;
+double diagnosis_law_error(const struct diagnosis *d) {
+    double sum = 0.0;
+    for (int i = 0; effect_table[i]; i++)
+        if (d->given->effects[i].on || d->found[i]) sum += pow(effect_table[i]->law_error, 2.0) * fit_contribution(&d->held_out, &d->model, i);
+    return sum;
 }
 
 int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, struct error *error) {
     *d = (struct diagnosis){.given = given, .model = *given};
     int status = residual_prepare(&d->even, recording, CYCLES_EVEN, error);
     if (!status) status = residual_prepare(&d->odd, recording, CYCLES_ODD, error);
-    if (!status) status = fit_data_init(&d->fit, &d->even, given, MODEL_ERROR, error);
-    if (!status) status = fit_data_init(&d->held_out, &d->odd, given, MODEL_ERROR, error);
+    if (!status) status = fit_data_init(&d->fit, &d->even, given, error);
+    if (!status) status = fit_data_init(&d->held_out, &d->odd, given, error);
     if (status) return status;
     d->variables = base_variables(given, d->variable);
     d->column = malloc((size_t)FIT_VARIABLES * (size_t)d->fit.values * sizeof *d->column);
@@ -56,8 +43,6 @@ int diagnosis_init(struct diagnosis *d, const struct params *given, const struct
     if (!d->column || !d->gram || !d->raw || !d->hypothesis) return error_set(error, STATUS_IO, "out of memory");
     if (!diagnosis_refit(d, BASE_ITERATIONS))
         return error_set(error, STATUS_USAGE, "the measured lengths are no motion of the machine in the configuration: check geometry");
-    d->given_gain = given_gain(d, false);
-    d->given_reversals = given_gain(d, true);
     return STATUS_OK;
 }
 

@@ -19,7 +19,6 @@ struct diagnosis {
     struct variable variable[FIT_VARIABLES];
     double std[FIT_VARIABLES];
     double square, held_square;          /* of the model so far */
-    double given_gain, given_reversals;  /* of the cycles held out: what the effects given explain; and those that act at reversals */
     double *column;                      /* at the model, [variables][values] */
     double *gram;                        /* of the columns, [variables][variables] */
     double *raw;                         /* residuals at the model, [values] */
@@ -44,8 +43,10 @@ static inline double trial_evidence(const struct trial *t) { return t->gain + t-
 int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, struct error *error);
 void diagnosis_free(struct diagnosis *d);
 
-/* Friction, or a command with a memory, that is a hysteresis. */
-bool diagnosis_turns(int effect);
+/* Sum of white squares, of the cycles held out, by which the laws of the effects there are, given or found, may be off: of each its
+ * law_error's share (effect.h) of what it contributes. A law that is off is so everywhere alike: noise does not hide it, however long it is
+ * averaged, and what explains no more than that explains nothing. */
+double diagnosis_law_error(const struct diagnosis *d);
 
 /* Fits every variable of the model; column and squares are those of the result. */
 bool diagnosis_refit(struct diagnosis *d, int iterations);

@@ -8,6 +8,7 @@
 
 enum { COLUMNS_MAX = 2 * FIT_VARIABLES, ACTIVE_SWEEPS = 200 };
 
+static const double BASE_ERROR = 1e-3; /* of a channel's variation: integrators and what the harmonics leave out */
 static const double ENOUGH = 1e-4; /* relative change of the sum of squares at which a fit ends */
 
 void variable_set(const struct variable *v, struct params *params, double value) {
@@ -22,13 +23,12 @@ double variable_get(const struct variable *v, const struct params *params) {
     return place[v->leg < 0 ? 0 : v->leg];
 }
 
-int fit_data_init(struct fit_data *d, const struct residual_data *residual, const struct params *model, double model_error,
-                  struct error *error) {
+int fit_data_init(struct fit_data *d, const struct residual_data *residual, const struct params *model, struct error *error) {
     *d = (struct fit_data){.residual = residual, .values = residual->tests * (int)(sizeof(residual_row) / sizeof(double))};
     d->whitener = malloc((size_t)residual->tests * sizeof *d->whitener);
     if (!d->whitener) return error_set(error, STATUS_IO, "out of memory");
     for (int i = 0; i < residual->tests; i++) {
-        whitener_init(&d->whitener[i], &residual->test[i], model, model_error);
+        whitener_init(&d->whitener[i], &residual->test[i], model, BASE_ERROR);
         d->evaluated += d->whitener[i].values;
     }
     return STATUS_OK;
@@ -58,6 +58,18 @@ double fit_square(int n, const double *white) {
     double sum = 0.0;
     for (int i = 0; i < n; i++) sum += white[i] * white[i];
     return sum;
+}
+
+double fit_contribution(const struct fit_data *d, const struct params *model, int effect) {
+    double *with = malloc(2 * (size_t)d->values * sizeof *with), *without = with + d->values, square = 0.0;
+    struct params rest = *model;
+    rest.effects[effect].on = false;
+    if (with && fit_residual(d, model, with) && fit_residual(d, &rest, without)) {
+        for (int i = 0; i < d->values; i++) with[i] -= without[i];
+        square = fit_square(d->values, with);
+    }
+    free(with);
+    return square;
 }
 
 static void whiten_copy(const struct fit_data *d, const double *raw, double *white) {

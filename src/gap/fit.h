@@ -33,13 +33,15 @@ struct fit_data {
     int evaluated;                /* of them; the others are zero */
 };
 
-int fit_data_init(struct fit_data *d, const struct residual_data *residual, const struct params *model, double model_error,
-                  struct error *error);
+int fit_data_init(struct fit_data *d, const struct residual_data *residual, const struct params *model, struct error *error);
 void fit_data_free(struct fit_data *d);
 
 /* White residuals, d->values of them. False: the model cannot make this motion. */
 bool fit_residual(const struct fit_data *d, const struct params *model, double *white);
 double fit_square(int n, const double *white); /* sum of squares */
+
+/* Sum of white squares of what an effect of the model contributes; 0 where the model cannot do without it. */
+double fit_contribution(const struct fit_data *d, const struct params *model, int effect);
 
 /* Columns of d white / d variable at the model, [variable][values]. */
 bool fit_columns(const struct fit_data *d, const struct params *model, int variables, const struct variable *v, double *column);

@@ -19,14 +19,10 @@
 /* Set by machines with nothing hidden: of some forty effects tried the luckiest gains 5 to 10 on held-out cycles (make bench-gap). */
 static const double GAIN_MIN = 36.0;       /* of white squares, on fitted and held-out cycles together: z = 6; */
 static const double GAIN_EACH = 4.0;       /* and of either alone: chance repeats in neither */
-static const double LATER_SHARE = 2e-6;    /* of the first gain: a later effect below that only mends the earlier one's shape (3e-7); */
-static const double WAVES_SHARE = 2e-5;    /* of the gain of pipes, which the rig's waves and the model's follow in steps of their own (7e-6) */
-static const double REVERSAL_SHARE = 3e-3; /* of the gain of friction or hysteresis: no law is exact at reversals, where noise decides */
 static const double UNCLEAR_SHARE = 0.05;  /* the same, of an effect that others come close to */
 static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes less is not what is there */
-static const double RIVAL_SHARE = 0.001;   /* of the evidence: plausible model error, as is what the best one leaves above the noise; */
-static const double RIVAL_MOST = 0.1;      /* but no more than that, */
-static const double RIVAL_GAIN = 50.0;     /* nor less: z = 7, noise on fitted and held-out cycles */
+static const double RIVAL_GAIN = 50.0;     /* z = 7, noise on fitted and held-out cycles; or what its law may be off, */
+static const double RIVAL_MOST = 0.1;      /* or what it leaves above the noise, but no more than that of its gain */
 static const double CONTROLLER_DIFFERS = 0.02;
 static const double LINE_TOLERANCE = 0.1;   /* a loop that oscillates in the model, too, does so near the same frequency */
 static const double LINE_EXCITED = 0.5;     /* of the power: a resonance that other noise excites has some of it */
@@ -67,10 +63,13 @@ static void list_candidates(const struct diagnosis *d, const struct trial *trial
     }
 }
 
+/* Sum of white squares, all cycles, by which a trial's law may be off. */
+static double law_error(const struct trial *t) { return pow(effect_table[t->hypothesis->effect]->law_error, 2.0) * trial_evidence(t); }
+
 /* As close to the best as the model can be wrong. */
 static bool comes_close(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
     double left = excess(best->square, d->fit.evaluated) + excess(best->held_square, d->held_out.evaluated), evidence = trial_evidence(best);
-    double margin = fmax(RIVAL_GAIN, fmin(fmax(RIVAL_SHARE * evidence, left), RIVAL_MOST * evidence));
+    double margin = fmax(fmax(RIVAL_GAIN, law_error(best)), fmin(left, RIVAL_MOST * evidence));
     return t->ok && t->polished && trial_evidence(t) >= evidence - margin;
 }
 
@@ -138,7 +137,7 @@ static bool as_good(const struct diagnosis *d, const struct trial *best, const s
     const struct hypothesis *h = t->hypothesis, *than = best->hypothesis;
     if (t->bound || !t->ok || !t->polished) return false;
     if (h->effect != than->effect) return hypothesis_contains(than->effect, h->effect) && comes_close(d, best, t);
-    return h->shape == SHAPE_ALL && than->shape == SHAPE_EACH && trial_evidence(t) >= trial_evidence(best) - GAIN_MIN;
+    return h->shape == SHAPE_ALL && than->shape == SHAPE_EACH && trial_evidence(t) >= trial_evidence(best) - fmax(GAIN_MIN, law_error(best));
 }
 
 /* Where a limit of the best one explains as much, it is that. */
@@ -159,32 +158,10 @@ static void prefer_seen(const struct diagnosis *d, struct trial *trial, int tria
     }
 }
 
-/* What was found first, or given, explains, what pipes do, and what acts at reversals: of the cycles held out. Whatever their law leaves
- * there looks like much beside noise: less than a share of it is no effect of its own. */
-struct scales {
-    double first, waves, reversals;
-};
-
-static bool has_pipes(const struct params *model) {
-    struct cylinder_model m;
-    bool pipes = false;
-    cylinder_model_init(&m, model);
-    for (int k = 0; k < params_legs(model); k++) pipes = pipes || m.leg[k].line_volume_m3 > 0.0;
-    return pipes;
-}
-
-static struct scales given_scales(const struct diagnosis *d) {
-    return (struct scales){d->given_gain, has_pipes(d->given) ? d->given_gain : 0.0, d->given_reversals};
-}
-
-static double trifle(const struct scales *s) {
-    return fmax(LATER_SHARE * s->first, fmax(WAVES_SHARE * s->waves, REVERSAL_SHARE * s->reversals));
-}
-
-static bool worth_adding(const struct diagnosis *d, const struct trial *t, const struct scales *scales) {
+static bool worth_adding(const struct diagnosis *d, const struct trial *t, double laws) {
     double left = excess(d->held_square, d->held_out.evaluated);
     bool pays = t->gain > GAIN_EACH && t->held_gain > GAIN_EACH && trial_evidence(t) > GAIN_MIN;
-    return t->ok && !unseen(d, t) && pays && t->held_gain > trifle(scales) && t->held_gain > REMAINDER_SHARE * left;
+    return t->ok && !unseen(d, t) && pays && t->held_gain > laws && t->held_gain > REMAINDER_SHARE * left;
 }
 
 /* Takes an addition out where that costs no more than so much. */
@@ -221,8 +198,14 @@ static int keys_of(const struct hypothesis *h) {
     return keys;
 }
 
-/* Of deviations, which say what noise leaves open: a law that leaves more than noise is no surer than what it leaves. */
+/* Of deviations, which say what noise leaves open: what leaves more than noise is no surer than what it leaves. */
 static double left_over(const struct diagnosis *d) { return sqrt(fmax(d->held_square / d->held_out.evaluated, 1.0)); }
+
+/* A law is no surer of its parameters than it is exact. */
+static double law_std(const struct variable *v, double value) {
+    const struct effect *e = effect_table[v->effect];
+    return e->keys[v->key].reciprocal ? e->law_error * fabs(value) : e->law_error * fabs(value - v->neutral);
+}
 
 /* Values and deviations of the effects added, from the fitted variables. */
 static void read_effects(const struct diagnosis *d, struct gap_result *r) {
@@ -239,7 +222,7 @@ static void read_effects(const struct diagnosis *d, struct gap_result *r) {
                     r->effect[i].values.value[v->key][leg] = d->given->effects[v->effect].value[v->key][leg];
                     continue;
                 }
-                r->effect[i].std[v->key][leg] = left_over(d) * d->std[j];
+                r->effect[i].std[v->key][leg] = hypot(left_over(d) * d->std[j], law_std(v, value));
                 r->effect[i].bound[v->key][leg] = value == v->min || value == v->max;
             }
         }
@@ -321,8 +304,7 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
     struct trial *trial = calloc(HYPOTHESES_MAX, sizeof *trial);
     if (!trial) return error_set(error, STATUS_IO, "out of memory");
     enum doubt doubt[EFFECTS_MAX] = {NO_DOUBT};
-    struct scales scales = given_scales(d);
-    double first_held = d->held_square;
+    double first = 0.0, first_held = d->held_square;
     bool again = false; /* one is out, to be judged again */
     for (int round = 0; r->effects < GAP_EFFECTS && round < ROUNDS_MAX; round++) {
         progress(o, round ? "another effect" : "screening", 0.7 * round / ROUNDS_MAX);
@@ -334,16 +316,14 @@ static int search(struct diagnosis *d, const struct gap_options *o, struct gap_r
         int rival[GAP_RIVALS] = {0}, rivals = list_rivals(d, trial, trials, rival);
         int effect = trial[0].hypothesis->effect;
         /* What is a trace, and may be this or that, is not named. */
-        bool trace = round && !again && rivals && trial[0].held_gain < UNCLEAR_SHARE * scales.first;
-        if (trace || !worth_adding(d, &trial[0], &scales)) {
+        bool trace = round && !again && rivals && trial[0].held_gain < UNCLEAR_SHARE * first;
+        if (trace || !worth_adding(d, &trial[0], diagnosis_law_error(d))) {
             again = !r->ambiguous && round + 1 < ROUNDS_MAX && reconsider(d, doubt, r);
             if (again) continue;
             break;
         }
         again = false;
-        if (round == 0) scales.first = fmax(scales.first, trial[0].held_gain);
-        if (has_pipes(&trial[0].model) && !has_pipes(&d->model)) scales.waves = fmax(scales.waves, trial[0].held_gain);
-        if (diagnosis_turns(effect)) scales.reversals = fmax(scales.reversals, trial[0].held_gain);
+        if (round == 0) first = trial[0].held_gain;
         double before = d->held_square, z = likelihood(d, &trial[0]);
         struct gap_effect *e = &r->effect[r->effects];
         *e = (struct gap_effect){.effect = effect, .shape = trial[0].hypothesis->shape, .given = d->given->effects[effect],
@@ -541,9 +521,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
     progress(options, "fitting the base", 0.0);
     int status = diagnosis_init(d, params, measured, error);
     if (!status) {
-        struct scales given = given_scales(d);
-        remainder = (struct remainder){.values = d->held_out.evaluated, .before = excess(d->held_square, d->held_out.evaluated),
-                                       .trifle = trifle(&given)};
+        remainder = (struct remainder){.values = d->held_out.evaluated, .before = excess(d->held_square, d->held_out.evaluated)};
         r->base_model = d->model;
         r->white_before = d->held_square / d->held_out.evaluated;
         r->places = places_find(d, measured, &d->model, r->where);
@@ -564,7 +542,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
             status = closed_loop(params, measured, validate, options, r, error);
     }
     if (!status) {
-        remainder.after = d->held_square;
+        remainder.after = d->held_square, remainder.law_error = diagnosis_law_error(d);
         judge(r, &remainder);
         if (r->verdict == GAP_UNKNOWN_EFFECT) give_up(params, r);
     }

@@ -29,7 +29,7 @@ static void append(struct gap_result *r, const char *text) {
 
 static bool remains(const struct remainder *m) {
     double scatter = m->values + SCATTER * sqrt(2.0 * m->values);
-    return m->after > fmax(SQUARE_MAX * m->values, scatter) && m->after - m->values > fmax(SHARE_MAX * m->before, m->trifle);
+    return m->after > fmax(SQUARE_MAX * m->values, scatter) && m->after - m->values > fmax(SHARE_MAX * m->before, m->law_error);
 }
 
 static double square(double x) { return x * x; }
@@ -144,7 +144,7 @@ void judge(struct gap_result *r, const struct remainder *m) {
     } else {
         ADVISE(r, "%s", "");
         r->verdict = GAP_NO_GAP;
-        if (m->trifle > 0.0 && m->after > SQUARE_MAX * m->values)
+        if (m->law_error > 0.0 && m->after > SQUARE_MAX * m->values)
             SAY(r, "what is left is noise, and no more than the effects in the configuration leave by themselves (mean white square %.1f)",
                 m->after / m->values);
         else

@@ -116,10 +116,12 @@ char *gap_json(const struct gap_result *r, const char *model) {
     json_t *doubted = r->ambiguous ? json_string(effect_table[r->effect[r->in_doubt].effect]->name) : json_null();
     json_t *path = json_string(model);
     if (!path) path = json_string("model.yaml"); /* the directory's name is no UTF-8, and JSON is nothing else */
-    json_t *root = json_pack("{ss ss ss so so so so so so so ss so so so so so ss so}", "schema", "hexid.gap/1", "verdict",
+    json_t *white = json_pack("{so so}", "before", number(r->white_before), "after", number(r->white_after));
+    json_t *root = json_pack("{ss ss ss so so so so so so so so ss so so so so so ss so}", "schema", "hexid.gap/1", "verdict",
                              gap_verdict_names[r->verdict], "reason", r->reason, "effects", effects, "in_doubt", doubted,
-                             "ambiguous_with", rivals, "rejected", rejected(r), "where", where, "gap", sizes(r),
-                             "unexplained_fraction", number(r->unexplained_fraction), "next_experiment", r->next_experiment, "base", base(r), "Mt", matrices(r), "line", line(&r->line),
+                             "ambiguous_with", rivals, "rejected", rejected(r), "where", where, "gap", sizes(r), "mean_white_square", white,
+                             "unexplained_fraction", number(r->unexplained_fraction), "next_experiment", r->next_experiment, "base",
+                             base(r), "Mt", matrices(r), "line", line(&r->line),
                              "controller_difference", number(r->controller_difference), "seconds", number(r->seconds), "replay",
                              r->simulated ? "closed-loop" : "motion", "model", path);
     char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;

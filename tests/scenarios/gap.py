@@ -15,7 +15,7 @@ def named(path, names):
     after, floor = gap["held_out_after"]["overall"], gap["noise_floor"]["overall"]
     print(result["verdict"], sorted(found), f"held out {gap['held_out_before']['overall']:.4f} -> {after:.4f}, noise {floor:.4f}")
     assert result["schema"] == "hexid.gap/1"
-    for key in "ambiguous_with rejected where unexplained_fraction next_experiment base model".split():
+    for key in "ambiguous_with rejected where mean_white_square unexplained_fraction next_experiment base model".split():
         assert key in result, key
     assert result["verdict"] == ("effect_named" if wanted else "no_gap"), result["reason"]
     assert found == wanted
