@@ -36,7 +36,7 @@ enum { PORT_A, PORT_B, PORTS };
 
 struct cylinder_model {        /* constants derived once from params and effects */
     struct machine machine;
-    int legs;                      /* that the mechanism has */
+    int first, legs;               /* first <= leg < legs: those that the mechanism has, or the one that is asked for */
     double a1_m2, a2_m2;
     double length_min_m, length_max_m; /* end stops */
     struct cylinder_leg {

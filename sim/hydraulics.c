@@ -49,7 +49,7 @@ struct leg_push hydraulics_push(const struct cylinder_model *m, int leg, const s
 static void flows(const struct cylinder_model *m, const struct hydraulics_state *s, const double length_m[LEGS], const struct mains *mains,
                   double *supply_m3_per_s, double *tank_m3_per_s) {
     *supply_m3_per_s = *tank_m3_per_s = 0.0;
-    for (int k = 0; k < m->legs; k++) {
+    for (int k = m->first; k < m->legs; k++) {
         double supply, tank;
         bool line = m->leg[k].line_volume_m3 > 0.0;
         double opening = machine_opening(&m->machine, k, s->cylinder[k].spool);
@@ -101,7 +101,7 @@ static struct mains mains_now(const struct cylinder_model *m, const struct hydra
 static void extended(const struct cylinder_model *m, const struct hydraulics_state *s, const struct hydraulics_input *in,
                      struct hydraulics_state *rate) {
     struct mains mains = mains_now(m, s, in->length_m, &rate->supply_m3_per_s);
-    for (int k = 0; k < m->legs; k++) {
+    for (int k = m->first; k < m->legs; k++) {
         double length_m = in->length_m[k] + s->play_m[k];
         double opening = machine_opening(&m->machine, k, s->cylinder[k].spool);
         double piston_mps = hydraulics_push(m, k, s, in->length_m[k], in->rate_mps[k]).piston_mps;
@@ -122,7 +122,7 @@ void hydraulics_derivative(const struct cylinder_model *m, const struct hydrauli
         return;
     }
     struct mains mains = cylinder_mains(m);
-    for (int k = 0; k < m->legs; k++)
+    for (int k = m->first; k < m->legs; k++)
         rate->cylinder[k] = cylinder_derivative(m, k, &mains, &s->cylinder[k], s->cylinder[k].spool, in->length_m[k], in->rate_mps[k],
                                                 in->valve[k]);
 }
@@ -137,7 +137,7 @@ static void stop_at_flank(const struct cylinder_model *m, int leg, double length
 }
 
 void hydraulics_limit(const struct cylinder_model *m, const double length_m[LEGS], struct hydraulics_state *s) {
-    for (int k = 0; k < m->legs; k++) {
+    for (int k = m->first; k < m->legs; k++) {
         if (m->extended) stop_at_flank(m, k, length_m[k], s);
         cylinder_limit(m, k, &s->cylinder[k]);
     }
@@ -149,28 +149,32 @@ union values {
 };
 enum { ALL = sizeof(struct hydraulics_state) / sizeof(double), PLAIN = sizeof(struct cylinder_state) / sizeof(double) /* a leg */ };
 
-static void add(int count, double h, const union values *rate, union values *s) {
-    for (int i = 0; i < count; i++) s->value[i] += h * rate->value[i];
+struct span {
+    int first, end;
+};
+
+static void add(struct span span, double h, const union values *rate, union values *s) {
+    for (int i = span.first; i < span.end; i++) s->value[i] += h * rate->value[i];
 }
 
 void hydraulics_step(const struct cylinder_model *m, double dt_s, const struct hydraulics_input in[3], struct hydraulics_state *s) {
-    int count = m->extended ? ALL : PLAIN * m->legs;
+    struct span span = m->extended ? (struct span){0, ALL} : (struct span){PLAIN * m->first, PLAIN * m->legs};
     union values start, at, k[4];
-    if (m->extended && m->legs < LEGS) memset(k, 0, sizeof k); /* the legs that are not there */
+    if (m->extended && m->legs - m->first < LEGS) memset(k, 0, sizeof k); /* the legs that are not there */
     start.state = at.state = *s;
     hydraulics_derivative(m, &at.state, &in[0], &k[0].state);
-    add(count, 0.5 * dt_s, &k[0], &at);
+    add(span, 0.5 * dt_s, &k[0], &at);
     hydraulics_derivative(m, &at.state, &in[1], &k[1].state);
     at = start;
-    add(count, 0.5 * dt_s, &k[1], &at);
+    add(span, 0.5 * dt_s, &k[1], &at);
     hydraulics_derivative(m, &at.state, &in[1], &k[2].state);
     at = start;
-    add(count, dt_s, &k[2], &at);
+    add(span, dt_s, &k[2], &at);
     hydraulics_derivative(m, &at.state, &in[2], &k[3].state);
-    add(count, dt_s / 6.0, &k[0], &start);
-    add(count, dt_s / 3.0, &k[1], &start);
-    add(count, dt_s / 3.0, &k[2], &start);
-    add(count, dt_s / 6.0, &k[3], &start);
+    add(span, dt_s / 6.0, &k[0], &start);
+    add(span, dt_s / 3.0, &k[1], &start);
+    add(span, dt_s / 3.0, &k[2], &start);
+    add(span, dt_s / 6.0, &k[3], &start);
     *s = start.state;
     hydraulics_limit(m, in[2].length_m, s);
 }

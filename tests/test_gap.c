@@ -93,7 +93,7 @@ static void residuals_of_the_right_model_vanish(void **state) {
     assert_int_equal(residual_prepare(&d, &r, CYCLES_ALL, &error), STATUS_OK);
     for (int i = 0; i < d.tests; i++) {
         residual_row row;
-        assert_true(residual_evaluate(&d.test[i], &exact, PART_ALL, row));
+        assert_true(residual_evaluate(&d.test[i], &exact, PART_ALL, ALL_LEGS, row));
         for (int k = 0; k < LEGS; k++)
             for (int a = 0; a < RESIDUAL_SIZE; a++) {
                 assert_below(fabs(row[k][RESIDUAL_FORCE][a]), 1.0);  /* of some 500 N */
@@ -125,7 +125,7 @@ static void a_sensors_scale_does_not_shrink_the_residuals(void **state) {
     assert_int_equal(residual_prepare(&e, &r, CYCLES_ALL, &error), STATUS_OK);
     for (int i = 0; i < d.tests; i++) {
         residual_row row, larger;
-        assert_true(residual_evaluate(&d.test[i], &params, PART_ALL, row) && residual_evaluate(&e.test[i], &scaled, PART_ALL, larger));
+        assert_true(residual_evaluate(&d.test[i], &params, PART_ALL, ALL_LEGS, row) && residual_evaluate(&e.test[i], &scaled, PART_ALL, ALL_LEGS, larger));
         for (int k = 0; k < LEGS; k++)
             for (int q = 0; q < RESIDUALS; q++) {
                 double rounding = q == RESIDUAL_FORCE ? 1e-6 : 1e-3; /* of 500 N, of 1 MPa */

@@ -100,7 +100,7 @@ static void motion_leaves_over_what_the_equations_do(void **unused) {
     struct error error;
     residual_row row;
     assert_int_equal(residual_prepare(&d, &measured, CYCLES_ALL, &error), STATUS_OK);
-    assert_true(residual_evaluate(&d.test[1], &params, PART_ALL, row));
+    assert_true(residual_evaluate(&d.test[1], &params, PART_ALL, ALL_LEGS, row));
     for (int leg = 0; leg < LEGS; leg++) {
         const struct wave *w = &motion.test[1].wave[GAP_FORCE][leg];
         for (int i = 0; i < RESIDUAL_SIZE; i++)

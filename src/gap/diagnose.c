@@ -10,9 +10,12 @@
 
 static const double IDLE = 1e-6;         /* relative change of the squares */
 static const double CHARGE = 8.0;        /* of white squares, a parameter: ln of the number of values, about */
+static const double WORTH = 0.1;         /* of the best one's gain at the first step, and */
+static const double WORTH_LEAST = 4.0;   /* so much: a trial is fitted on */
+static const double BEND = 0.1;          /* of a signature: a law that bends less is taken for one in proportion */
 static const double NEAR = 0.9;          /* of the gain with the base moved linearly: polishing may turn the order */
 enum { POLISH_ITERATIONS = 5, FINALISTS = 5 };
-enum { TRIAL_ITERATIONS = 6, BASE_ITERATIONS = 6, THREADS_MAX = 16, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
+enum { SCREEN_ITERATIONS = 1, TRIAL_ITERATIONS = 6, BASE_ITERATIONS = 6, THREADS_MAX = 16, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
 
 static double held_square(const struct diagnosis *d, const struct params *model) {
     double *white = malloc((size_t)d->held_out.values * sizeof *white), square = INFINITY;
@@ -69,29 +72,37 @@ bool diagnosis_refit(struct diagnosis *d, int iterations) {
     return true;
 }
 
-/* The start from which the rest of the model, moved linearly, comes closest; of an effect that is given its own values are one. from: the
- * same effect, all legs alike, fitted; or NULL. */
+/* White residuals without, at the weak and at the typical strength: in proportion? */
+static bool in_proportion(int values, const double *without, const double *weak, const double *typical) {
+    double bend = 0.0, square = 0.0;
+    for (int i = 0; i < values; i++) {
+        double change = typical[i] - without[i], straight = HYPOTHESIS_TYPICAL_OF_WEAK * (weak[i] - without[i]);
+        bend += (change - straight) * (change - straight), square += change * change;
+    }
+    return bend < BEND * BEND * square;
+}
+
+/* The start from which the rest of the model, moved linearly, comes closest; of an effect that is given its own values are one. A law that is
+ * in proportion has but one way from anywhere. from: the same effect, all legs alike, fitted; or NULL. room: for three residuals. */
 static bool best_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, const struct trial *from,
-                       const double *raw, struct linear_part *linear, struct params *best) {
-    double least = HUGE_VAL;
-    enum residual_part parts = hypothesis_parts(h);
+                       const struct linear_part *linear, double *room, struct params *best) {
+    double least = HUGE_VAL, *none = room, *weak = none + d->fit.values, *strong = weak + d->fit.values;
     bool given = d->given->effects[h->effect].on;
     *best = *base;
     if (h->shape == SHAPE_EACH && from && !given) {
         best->effects[h->effect] = from->model.effects[h->effect];
         return true;
     }
-    double without = fit_start(&d->fit, base, parts, raw, linear);
+    double without = fit_start(&d->fit, base, 0, NULL, linear, none);
     for (int i = 0; i < h->variables && given; i++) variable_set(&h->variable[i], best, variable_get(&h->variable[i], best));
-    if (given) least = fit_start(&d->fit, best, parts, raw, linear);
+    if (given) least = fit_start(&d->fit, best, h->variables, h->variable, linear, weak);
     for (int place = 0; place < HYPOTHESIS_STARTS; place++) {
         struct params model = *base;
         if (!hypothesis_start(h, place, &model)) continue;
-        double square = fit_start(&d->fit, &model, parts, raw, linear);
+        double square = fit_start(&d->fit, &model, h->variables, h->variable, linear, place == HYPOTHESIS_WEAK ? weak : strong);
         bool idle = fabs(square - without) < IDLE * without; /* a limit that is not reached: no way leads out of there */
-        if (idle || !(square < least)) continue;
-        least = square;
-        *best = model;
+        if (!idle && square < least) least = square, *best = model;
+        if (place == HYPOTHESIS_TYPICAL && in_proportion(d->fit.values, none, weak, strong)) break;
     }
     return least < HUGE_VAL;
 }
@@ -128,28 +139,38 @@ static bool at_bound(const struct trial *t) {
     return bound;
 }
 
-static void try_one(const struct diagnosis *d, const struct hypothesis *h, const struct trial *from, struct trial *t) {
-    double min[FIT_VARIABLES], max[FIT_VARIABLES], x[FIT_VARIABLES] = {0}, *own = NULL;
-    struct fit_pull pull[FIT_VARIABLES];
-    struct linear_part linear = {.n = d->variables, .column = d->column, .gram = d->gram, .min = min, .max = max, .pull = pull, .x = x};
-    struct params base;
-    *t = (struct trial){.hypothesis = h};
-    if (without_parallel(d, h, &base, min, max, pull)) {
-        own = malloc((size_t)d->fit.values * sizeof *own);
-        if (!own || !fit_raw(&d->fit, &base, own)) goto end;
-    }
-    if (!best_start(d, h, &base, from, own ? own : d->raw, &linear, &t->model)) goto end;
-    struct fit_result r = fit_model(&d->fit, &t->model, h->variables, h->variable, NULL, &linear, TRIAL_ITERATIONS);
-    if (!r.ok) goto end;
+/* The variables of the model so far, moved by x from where they were; but for those that stand as given, or are the hypothesis's own number. */
+static void move_others(const struct diagnosis *d, const struct hypothesis *h, const struct params *from, const double *x, struct params *model) {
     for (int i = 0; i < d->variables; i++) {
         const struct variable *v = &d->variable[i];
-        if (v->base && hypothesis_parallel(h, v) == PARALLEL_SAME) continue; /* as given, or the hypothesis's own number */
-        variable_set(v, &t->model, variable_get(v, &base) + x[i]);
+        if (v->base && hypothesis_parallel(h, v) == PARALLEL_SAME) continue;
+        variable_set(v, model, variable_get(v, from) + x[i]);
     }
+}
+
+/* From the best start; where it was tried already, on from there. */
+static void try_one(const struct diagnosis *d, const struct hypothesis *h, const struct trial *from, int iterations, struct trial *t) {
+    double min[FIT_VARIABLES], max[FIT_VARIABLES], x[FIT_VARIABLES] = {0};
+    double *own = malloc(4 * (size_t)d->fit.values * sizeof *own);
+    struct fit_pull pull[FIT_VARIABLES];
+    struct linear_part linear = {.n = d->variables, .raw = d->raw, .column = d->column, .gram = d->gram, .min = min, .max = max, .pull = pull, .x = x};
+    struct params base;
+    bool again = t->ok;
+    t->ok = false;
+    if (!own) return;
+    if (without_parallel(d, h, &base, min, max, pull)) {
+        linear.raw = own;
+        if (!fit_raw(&d->fit, &base, own)) goto end;
+    }
+    if (again) move_others(d, h, &base, x, &t->model);
+    else if (!best_start(d, h, &base, from, &linear, own + d->fit.values, &t->model)) goto end;
+    struct fit_result r = fit_model(&d->fit, &t->model, h->variables, h->variable, NULL, &linear, iterations);
+    if (!r.ok) goto end;
+    move_others(d, h, &base, x, &t->model);
     t->ok = true;
     t->square = r.square;
     t->gain = d->square - r.square - CHARGE * h->variables - (h->shape >= 0 ? 2.0 * log(LEGS) : 0.0);
-    t->held_square = held_square(d, &t->model);
+    t->held_square = again ? held_square(d, &t->model) : d->held_square - (d->square - t->square);
     t->held_gain = d->held_square - t->held_square;
     memcpy(t->std, r.std, (size_t)h->variables * sizeof *t->std);
     t->bound = at_bound(t);
@@ -193,6 +214,7 @@ struct crew {
     const struct crew *before;      /* whose trials are starts, or NULL */
     struct trial *trial;
     int count;
+    double worth;                   /* gain at the first step of those that are fitted on */
     _Atomic int next;
 };
 
@@ -203,10 +225,20 @@ static const struct trial *alike(const struct crew *before, const struct hypothe
     return NULL;
 }
 
-static void *work(void *argument) {
+static void *screen(void *argument) {
+    struct crew *crew = argument;
+    for (int i; (i = atomic_fetch_add(&crew->next, 1)) < crew->count;) {
+        crew->trial[i] = (struct trial){.hypothesis = crew->hypothesis[i]};
+        try_one(crew->d, crew->hypothesis[i], alike(crew->before, crew->hypothesis[i]), SCREEN_ITERATIONS, &crew->trial[i]);
+    }
+    return NULL;
+}
+
+static void *fit_on(void *argument) {
     struct crew *crew = argument;
     for (int i; (i = atomic_fetch_add(&crew->next, 1)) < crew->count;)
-        try_one(crew->d, crew->hypothesis[i], alike(crew->before, crew->hypothesis[i]), &crew->trial[i]);
+        if (crew->trial[i].ok && crew->trial[i].gain > crew->worth)
+            try_one(crew->d, crew->hypothesis[i], NULL, TRIAL_ITERATIONS - SCREEN_ITERATIONS, &crew->trial[i]);
     return NULL;
 }
 
@@ -217,6 +249,18 @@ static void run_crew(struct crew *crew, void *(*work_on)(void *), int threads) {
     while (started < threads - 1 && started < THREADS_MAX && pthread_create(&thread[started], NULL, work_on, crew) == 0) started++;
     work_on(crew);
     for (int i = 0; i < started; i++) pthread_join(thread[i], NULL);
+}
+
+/* One step of each; only what comes near the best one then is fitted to its end. */
+static void try_all(struct crew *crew, int threads) {
+    double best = 0.0;
+    run_crew(crew, screen, threads);
+    for (int i = 0; crew->before && i < crew->before->count; i++)
+        if (crew->before->trial[i].ok) best = fmax(best, crew->before->trial[i].gain);
+    for (int i = 0; i < crew->count; i++)
+        if (crew->trial[i].ok) best = fmax(best, crew->trial[i].gain);
+    crew->worth = fmax(WORTH * best, WORTH_LEAST);
+    run_crew(crew, fit_on, threads);
 }
 
 /* The legs with most to explain, most first. */
@@ -305,7 +349,7 @@ int diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads) {
         for (int i = 0; i < d->hypotheses; i++)
             if (d->hypothesis[i].shape == SHAPE_ALL) first->hypothesis[first->count++] = &d->hypothesis[i];
         first->trial = trial;
-        run_crew(first, work, threads);
+        try_all(first, threads);
         rank_legs(d, leg);
         for (int i = 0; i < d->hypotheses; i++) {
             const struct hypothesis *h = &d->hypothesis[i];
@@ -315,7 +359,7 @@ int diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads) {
         }
         second->trial = trial + first->count;
         second->before = first;
-        run_crew(second, work, threads);
+        try_all(second, threads);
         count = first->count + second->count;
         finish(second, trial, count, threads);
     }

@@ -11,6 +11,8 @@ enum { COLUMNS_MAX = 2 * FIT_VARIABLES, ACTIVE_SWEEPS = 200 };
 static const double BASE_ERROR = 1e-3; /* of a channel's variation: integrators and what the harmonics leave out */
 static const double ENOUGH = 1e-4; /* relative change of the sum of squares at which a fit ends */
 
+static double square_of(double x) { return x * x; }
+
 void variable_set(const struct variable *v, struct params *params, double value) {
     double *place = (double *)(void *)((char *)params + v->offset);
     for (int i = 0; i < v->legs; i++)
@@ -34,12 +36,11 @@ int fit_data_init(struct fit_data *d, const struct residual_data *residual, cons
     return STATUS_OK;
 }
 
-void fit_data_free(struct fit_data *d) { free(d->whitener); }
 
-static bool raw_residual(const struct fit_data *d, const struct params *model, enum residual_part parts, double *raw) {
+static bool raw_residual(const struct fit_data *d, const struct params *model, enum residual_part parts, int leg, double *raw) {
     residual_row *row = (residual_row *)raw;
     for (int i = 0; i < d->residual->tests; i++)
-        if (!residual_evaluate(&d->residual->test[i], model, parts, row[i])) return false;
+        if (!residual_evaluate(&d->residual->test[i], model, parts, leg, row[i])) return false;
     return true;
 }
 
@@ -48,8 +49,10 @@ static void whiten_all(const struct fit_data *d, double *raw) {
     for (int i = 0; i < d->residual->tests; i++) whiten(&d->whitener[i], row[i]);
 }
 
+void fit_data_free(struct fit_data *d) { free(d->whitener); }
+
 bool fit_residual(const struct fit_data *d, const struct params *model, double *white) {
-    if (!raw_residual(d, model, PART_ALL, white)) return false;
+    if (!raw_residual(d, model, PART_ALL, ALL_LEGS, white)) return false;
     whiten_all(d, white);
     return true;
 }
@@ -94,6 +97,13 @@ static void clear_other_legs(const struct fit_data *d, int leg, double *column) 
             if (k != leg) memset(row[i][k], 0, sizeof row[i][k]);
 }
 
+/* The one leg whose residuals they move, or ALL_LEGS. */
+static int only_leg(bool apart, int variables, const struct variable *v) {
+    bool one = apart && variables > 0;
+    for (int i = 0; i < variables; i++) one = one && v[i].own && v[i].leg == v[0].leg;
+    return one ? v[0].leg : ALL_LEGS;
+}
+
 /* here: the raw residual at the model. same: columns that are there already, or NULL. */
 static bool fit_columns_from(const struct fit_data *d, const struct params *model, const double *here, int variables,
                              const struct variable *v, const bool *same, double *column) {
@@ -109,7 +119,7 @@ static bool fit_columns_from(const struct fit_data *d, const struct params *mode
             variable_set(&v[j], &moved, value + step_of(&v[j], value));
         }
         memcpy(c, here, values * sizeof *c);
-        if (!raw_residual(d, &moved, v[i].parts, c)) return false;
+        if (!raw_residual(d, &moved, v[i].parts, n > 1 ? ALL_LEGS : only_leg(apart, 1, &v[i]), c)) return false;
         for (size_t a = 0; a < values; a++) c[a] -= here[a];
         for (int j = n - 1; j >= 0; j--) {
             double *own = c + (size_t)j * values, step = step_of(&v[i + j], variable_get(&v[i + j], model));
@@ -123,7 +133,7 @@ static bool fit_columns_from(const struct fit_data *d, const struct params *mode
 
 bool fit_columns(const struct fit_data *d, const struct params *model, int variables, const struct variable *v, double *column) {
     double *here = malloc((size_t)d->values * sizeof *here);
-    bool ok = here && raw_residual(d, model, PART_ALL, here) && fit_columns_from(d, model, here, variables, v, NULL, column);
+    bool ok = here && raw_residual(d, model, PART_ALL, ALL_LEGS, here) && fit_columns_from(d, model, here, variables, v, NULL, column);
     free(here);
     return ok;
 }
@@ -188,8 +198,6 @@ static bool box_solve(int n, const double *h, const double *g, const double *min
     }
     return true;
 }
-
-static double square_of(double x) { return x * x; }
 
 static double dot(int n, const double *a, const double *b) {
     double sum = 0.0;
@@ -259,21 +267,22 @@ static double linear_square(int values, const double *white, const struct linear
     return sum;
 }
 
-double fit_start(const struct fit_data *d, const struct params *model, enum residual_part parts, const double *raw,
-                 const struct linear_part *linear) {
-    double *white = malloc((size_t)d->values * sizeof *white), square = INFINITY;
-    if (white) {
-        memcpy(white, raw, (size_t)d->values * sizeof *white);
-        if (raw_residual(d, model, parts, white)) {
-            whiten_all(d, white);
-            square = linear_square(d->values, white, linear);
-        }
-    }
-    free(white);
-    return square;
+static enum residual_part parts_of(int variables, const struct variable *v) {
+    enum residual_part parts = 0;
+    for (int i = 0; i < variables; i++) parts |= v[i].parts;
+    return parts;
 }
 
-bool fit_raw(const struct fit_data *d, const struct params *model, double *raw) { return raw_residual(d, model, PART_ALL, raw); }
+double fit_start(const struct fit_data *d, const struct params *model, int variables, const struct variable *v,
+                 const struct linear_part *linear, double *white) {
+    int leg = only_leg(residual_legs_apart(model), variables, v);
+    memcpy(white, linear->raw, (size_t)d->values * sizeof *white);
+    if (variables && !raw_residual(d, model, parts_of(variables, v), leg, white)) return INFINITY;
+    whiten_all(d, white);
+    return linear_square(d->values, white, linear);
+}
+
+bool fit_raw(const struct fit_data *d, const struct params *model, double *raw) { return raw_residual(d, model, PART_ALL, ALL_LEGS, raw); }
 
 /* What pulls at the variables, in white squares. */
 static double pulled(const struct params *model, int variables, const struct variable *v) {
@@ -290,7 +299,8 @@ struct descent {
     int variables;
     const struct variable *v;
     const struct linear_part *linear;
-    enum residual_part parts;           /* that the variables move */
+    enum residual_part parts;           /* that the variables move, */
+    int leg;                            /* of this one, or all */
     double square, *raw, *white;        /* at the model */
 };
 
@@ -302,7 +312,7 @@ static bool descend(struct descent *s, const double *x) {
     for (int attempt = 0; attempt < 5; attempt++, scale *= 0.35) {
         struct params moved = *s->model;
         for (int i = 0; i < s->variables; i++) variable_set(&s->v[i], &moved, variable_get(&s->v[i], s->model) + scale * x[i]);
-        if (!raw_residual(s->d, &moved, s->parts, s->raw)) continue;
+        if (!raw_residual(s->d, &moved, s->parts, s->leg, s->raw)) continue;
         whiten_copy(s->d, s->raw, s->white);
         double square = linear_square(s->d->values, s->white, s->linear);
         if (!(square + pulled(&moved, s->variables, s->v) < least)) continue;
@@ -323,8 +333,10 @@ struct fit_result fit_model(const struct fit_data *d, struct params *model, int 
     const double *column[COLUMNS_MAX];
     double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX], min[COLUMNS_MAX], max[COLUMNS_MAX], x[COLUMNS_MAX], std[COLUMNS_MAX];
     struct fit_pull pull[COLUMNS_MAX];
-    for (int i = 0; i < variables; i++) s.parts |= v[i].parts;
-    result.ok = room && raw_residual(d, model, PART_ALL, s.raw);
+    s.parts = parts_of(variables, v);
+    s.leg = only_leg(residual_legs_apart(model), variables, v);
+    if (room && linear) memcpy(s.raw, linear->raw, (size_t)values * sizeof *room);
+    result.ok = room && raw_residual(d, model, linear ? s.parts : PART_ALL, linear ? s.leg : ALL_LEGS, s.raw);
     if (result.ok) whiten_copy(d, s.raw, s.white);
     if (result.ok) s.square = linear_square(values, s.white, linear);
     for (int iteration = 0; result.ok && iteration < iterations; iteration++) {

@@ -65,6 +65,7 @@ struct fit_result {
 /* Variables that are fitted beside others, but linearly: the rest of the model while a hypothesis is tried. */
 struct linear_part {
     int n;
+    const double *raw;                  /* residuals of the model without the others, from fit_raw: these differ in the others alone */
     const double *column;               /* [n][values] */
     const double *gram;                 /* [n][n], from fit_gram */
     const double *min, *max;
@@ -74,9 +75,9 @@ struct linear_part {
 /* Products of columns with each other, [n][n]. */
 void fit_gram(int n, int values, const double *column, double *gram);
 
-/* Sum of white squares at a model with the linear part at its best: raw, from fit_raw at a model that differs only in `parts`. */
-double fit_start(const struct fit_data *d, const struct params *model, enum residual_part parts, const double *raw,
-                 const struct linear_part *linear);
+/* Sum of white squares at a model with the linear part at its best; infinite where it cannot make this motion. white: its residuals. */
+double fit_start(const struct fit_data *d, const struct params *model, int variables, const struct variable *v,
+                 const struct linear_part *linear, double *white);
 bool fit_raw(const struct fit_data *d, const struct params *model, double *raw);
 
 /* Fits the variables from where the model is; the result is in the model. once: variables whose columns are computed at the first

@@ -101,14 +101,12 @@ int hypotheses_list(const struct params *model, const bool found[EFFECTS_MAX], e
 }
 
 bool hypothesis_start(const struct hypothesis *h, int place, struct params *model) {
-    static const double strengths[] = {0.1, 1.0, 10.0};
+    static const double strengths[HYPOTHESIS_STARTS] = {[HYPOTHESIS_WEAK] = 0.1, [HYPOTHESIS_TYPICAL] = 1.0, -0.1, -1.0, 10.0, -10.0};
     const struct effect_key *keys = effect_table[h->effect]->keys;
     struct effect_values values;
-    if (place >= 2 * (int)(sizeof strengths / sizeof *strengths)) return false;
-    double strength = strengths[place / 2];
     bool base_has_some = model->effects[h->effect].on;
     if (!base_has_some) effect_at(effect_table[h->effect], 0.0, &model->effects[h->effect]);
-    effect_at(effect_table[h->effect], place % 2 ? -strength : strength, &values);
+    effect_at(effect_table[h->effect], strengths[place], &values);
     bool moved = false;
     for (int i = 0; i < h->variables; i++) {
         const struct variable *v = &h->variable[i];

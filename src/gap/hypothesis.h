@@ -19,9 +19,10 @@ int hypotheses_list(const struct params *model, const bool found[EFFECTS_MAX], e
 
 enum residual_part hypothesis_parts(const struct hypothesis *h);
 
-/* A start value for every variable: `place` of HYPOTHESIS_STARTS, weak, typical and strong, both signs where there are two.
- * False: no such. */
-enum { HYPOTHESIS_STARTS = 6 };
+/* A start value for every variable: `place` of HYPOTHESIS_STARTS, weak, typical, ten times as strong as weak, and strong, both signs where
+ * there are two. False: no such. */
+enum { HYPOTHESIS_WEAK, HYPOTHESIS_TYPICAL, HYPOTHESIS_STARTS = 6 };
+#define HYPOTHESIS_TYPICAL_OF_WEAK 10.0
 bool hypothesis_start(const struct hypothesis *h, int place, struct params *model);
 
 /* Can a variable of the base be fitted beside this effect? The same thing, or nearly so: no, it stays as it is given. Each leg's own where

@@ -60,7 +60,7 @@ int places_find(const struct diagnosis *d, const struct recording *recording, co
         const struct residual_test *t = &d->odd.test[i];
         const struct recording_test *of = &recording->test[t->of];
         residual_row raw, white;
-        if (!residual_evaluate(t, model, PART_ALL, raw)) continue;
+        if (!residual_evaluate(t, model, PART_ALL, ALL_LEGS, raw)) continue;
         memcpy(white, raw, sizeof white);
         whiten(&d->held_out.whitener[i], white);
         for (int k = 0; k < LEGS; k++)

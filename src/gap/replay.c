@@ -253,7 +253,7 @@ void replay_motion(const struct params *model, const struct recording *measured,
         const struct residual_test *t = &data.test[i];
         residual_row row;
         whitener_init(w, t, model, NOISE_ALONE);
-        if (!residual_evaluate(t, model, PART_ALL, row)) continue;
+        if (!residual_evaluate(t, model, PART_ALL, ALL_LEGS, row)) continue;
         for (int k = 0; k < t->legs; k++)
             for (int kind = 0; kind < (t->chambers ? RESIDUALS : 1); kind++)
                 add_rows(&sums, gap_channel[kind], t, channel[kind], k, kind, row[k][kind], w);

@@ -126,13 +126,14 @@ static void begin_motion(struct run *r, const struct series *rows) {
     look(r, 0, &r->node[0]);
 }
 
-static bool begin_run(struct run *r, const struct residual_test *t, const struct params *model, const struct series *rows) {
+static bool begin_run(struct run *r, const struct residual_test *t, const struct params *model, int leg, const struct series *rows) {
     double force_n[LEGS] = {0}, p1[LEGS], p2[LEGS];
     r->t = t;
     r->timing = *model;
     r->timing.loop.period_s = t->step_s;
     r->timing.sim.substeps = t->substeps;
     cylinder_model_init(&r->cylinder, &r->timing);
+    if (leg != ALL_LEGS) r->cylinder.first = leg, r->cylinder.legs = leg + 1;
     memset(r->cylinder.machine.bodies.clearance_m, 0, sizeof r->cylinder.machine.bodies.clearance_m); /* the piston's motion is measured */
     if (valve_line_init(&r->line, &r->cylinder.machine)) return false;
     valve_line_rest(&r->line);
@@ -166,7 +167,7 @@ static void run_on(struct run *r, int sample) {
 }
 
 static void add_sample(const struct run *r, int place, struct pressure_rows *p) {
-    for (int k = 0; k < r->t->legs; k++) {
+    for (int k = r->cylinder.first; k < r->cylinder.legs; k++) {
         const struct cylinder_state *s = &r->state.cylinder[k];
         bool line = r->cylinder.leg[k].line_volume_m3 > 0.0;
         double chamber[PORTS] = {s->p1_pa, s->p2_pa};
@@ -181,10 +182,10 @@ static void add_sample(const struct run *r, int place, struct pressure_rows *p) 
     }
 }
 
-static bool simulate_pressures(const struct residual_test *t, const struct params *model, const struct series *rows,
+static bool simulate_pressures(const struct residual_test *t, const struct params *model, int leg, const struct series *rows,
                                struct pressure_rows *p) {
     struct run *r = malloc(sizeof *r);
-    bool ok = r && begin_run(r, t, model, rows);
+    bool ok = r && begin_run(r, t, model, leg, rows);
     memset(p, 0, sizeof *p);
     for (int i = 0; i < t->samples && ok; i++) {
         int place = i - (t->samples - t->fitted);
@@ -318,7 +319,7 @@ static void clear_others(const struct residual_test *t, residual_row row) {
             if (k >= t->legs || (q != RESIDUAL_FORCE && !t->chambers)) memset(row[k][q], 0, sizeof row[k][q]);
 }
 
-bool residual_evaluate(const struct residual_test *t, const struct params *model, enum residual_part parts, residual_row row) {
+bool residual_evaluate(const struct residual_test *t, const struct params *model, enum residual_part parts, int leg, residual_row row) {
     struct cylinder_model cylinder;
     struct series rows;
     struct pressure_rows p;
@@ -327,13 +328,14 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
     cylinder_model_init(&cylinder, model);
     if (machine_check(&cylinder.machine, &impossible)) return false;
     undo_all(&cylinder.machine, t, &rows);
-    if (has_lines(&cylinder)) parts = PART_ALL; /* the gauge is not at the chamber */
+    if (has_lines(&cylinder)) parts = PART_ALL, leg = ALL_LEGS; /* the gauge is not at the chamber */
     if (!t->chambers) parts &= PART_FORCE;
     bool lines = has_lines(&cylinder) && parts & PART_PRESSURE;
     clear_others(t, row);
     if (parts & PART_PRESSURE) {
-        if (!simulate_pressures(t, model, &rows, &p)) return false;
+        if (!simulate_pressures(t, model, leg, &rows, &p)) return false;
         for (int k = 0; k < t->legs; k++) {
+            if (leg != ALL_LEGS && leg != k) continue;
             to_row(t, rows.p1[k], row[k][RESIDUAL_P1]);
             to_row(t, rows.p2[k], row[k][RESIDUAL_P2]);
             for (int a = 0; a < t->size; a++)

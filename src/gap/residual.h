@@ -68,9 +68,11 @@ struct residual_data {
 int residual_prepare(struct residual_data *d, const struct recording *recording, enum cycles which, struct error *error);
 void residual_free(struct residual_data *d);
 
-/* Rows of a test under a model; kinds outside `parts` are left as they are. False where the motion is no motion of this model,
- * or there can be no such machine. */
-bool residual_evaluate(const struct residual_test *t, const struct params *model, enum residual_part parts, residual_row row);
+enum { ALL_LEGS = -1 };
+
+/* Rows of a test under a model; kinds outside `parts` are left as they are. With one leg, those of its pressures alone are computed: of a
+ * model whose legs are apart. False where the motion is no motion of this model, or there can be no such machine. */
+bool residual_evaluate(const struct residual_test *t, const struct params *model, enum residual_part parts, int leg, residual_row row);
 
 /* No leg's own constants move another leg's residuals: they neither share lines to the power unit nor move the pose by play. */
 bool residual_legs_apart(const struct params *model);

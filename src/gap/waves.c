@@ -126,7 +126,7 @@ int waves_closed_loop(struct waves *w, const struct gap_result *result, const st
 static bool put_residual(struct wave_test *t, const struct residual_test *residual, const struct params *model, enum side side) {
     static const enum gap_channel channel[RESIDUALS] = {[RESIDUAL_FORCE] = GAP_FORCE, [RESIDUAL_P1] = GAP_P1, [RESIDUAL_P2] = GAP_P2};
     residual_row row;
-    if (!residual_evaluate(residual, model, PART_ALL, row)) return false;
+    if (!residual_evaluate(residual, model, PART_ALL, ALL_LEGS, row)) return false;
     for (int leg = 0; leg < LEGS; leg++)
         for (int kind = 0; kind < RESIDUALS; kind++)
             for (int i = 0; i < residual->phases; i++) {
