@@ -9,9 +9,9 @@ static const struct remainder much = {.values = VALUES, .before = 5e4, .after = 
 
 /* One effect, found in the equations and in closed loop, of a gap ten times the noise. */
 static struct gap_result found(const char *name) {
-    struct gap_result r = {.effects = 1, .simulated = true, .unexplained_fraction = 0.001,
+    struct gap_result r = {.effects = 1, .simulated = true,
                            .effect[0] = {.effect = effect_find(name), .z = 200.0}};
-    r.noise_floor.overall = 0.1, r.held_out_before.overall = 1.0, r.held_out_after.overall = 0.1;
+    r.noise_floor.varying = 0.1, r.held_out_before.varying = 1.0, r.held_out_after.varying = 0.1;
     for (int ch = 0; ch < GAP_CHANNELS; ch++) r.noise_floor.channel[ch] = 1.0, r.held_out_before.channel[ch] = 10.0;
     return r;
 }
@@ -59,9 +59,11 @@ static void what_remains_refutes_it(void **state) {
     (void)state;
     struct gap_result in_equations = found("valve_lag"), in_simulation = found("valve_lag"), no_run = found("geometry_error");
     assert_verdict(&in_equations, &much, GAP_UNKNOWN_EFFECT, "remainder");
-    in_simulation.unexplained_fraction = 0.6; /* of a small gap: that is noise */
+    in_simulation.held_out_before.varying = 0.107, in_simulation.held_out_after.varying = 0.105; /* of a small gap: that is noise */
     assert_verdict(&in_simulation, &noise, GAP_EFFECT_NAMED, "valve_lag");
-    in_simulation.held_out_after.overall = 0.115;
+    in_simulation.held_out_after.overall = 9.0, in_simulation.unexplained_fraction = 0.9; /* what constants leave is said */
+    assert_verdict(&in_simulation, &noise, GAP_EFFECT_NAMED, "what simulation leaves is constant");
+    in_simulation.held_out_before.varying = 0.124, in_simulation.held_out_after.varying = 0.115;
     assert_verdict(&in_simulation, &noise, GAP_UNKNOWN_EFFECT, "leaves 60 %");
     snprintf(no_run.replay_fault, sizeof no_run.replay_fault, "the simulated run ended in a fault (stroke)"); /* it contradicts nothing */
     assert_verdict(&no_run, &noise, GAP_EFFECT_NAMED, "geometry_error; not shown by simulation: the simulated run ended in a fault (stroke)");
@@ -70,16 +72,17 @@ static void what_remains_refutes_it(void **state) {
 static void what_is_left_far_above_the_noise_refutes_it_in_motion_too(void **state) {
     (void)state;
     struct gap_result r = found("valve_flow_gain"), nothing = {0};
-    r.simulated = false, r.unexplained_fraction = 0.9; /* of a small gap: that is noise */
+    r.simulated = false, r.held_out_before.varying = 0.12, r.held_out_after.varying = 0.119; /* of a small gap: that is noise */
     assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "valve_flow_gain");
-    r.held_out_after.overall = 0.21, r.unexplained_fraction = 0.02; /* of a large one: the model's own error */
+    r.held_out_before.varying = 1.0, r.held_out_after.varying = 0.21; /* of a large one: the model's own error */
+    r.held_out_after.overall = 9.0; /* constants refute nothing */
     assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "valve_flow_gain");
-    r.unexplained_fraction = 0.2;
+    r.held_out_before.varying = 0.4;
     assert_verdict(&r, &noise, GAP_UNKNOWN_EFFECT, "2.1 times the noise");
-    nothing.simulated = nothing.validated = true, nothing.unexplained_fraction = 1.0;
-    nothing.noise_floor.overall = 0.1, nothing.held_out_before.overall = nothing.held_out_after.overall = 0.19;
+    nothing.simulated = nothing.validated = true;
+    nothing.noise_floor.varying = 0.1, nothing.held_out_before.varying = nothing.held_out_after.varying = 0.19;
     assert_verdict(&nothing, &noise, GAP_NO_GAP, "noise");
-    nothing.held_out_after.overall = 0.21;
+    nothing.held_out_before.varying = nothing.held_out_after.varying = 0.21;
     assert_verdict(&nothing, &noise, GAP_UNKNOWN_EFFECT, "--validate is 2.1 times the noise");
 }
 

@@ -49,9 +49,10 @@ struct gap_place {
     double share;        /* of the squared white gap */
 };
 
-/* A difference: root mean square over channels of (rms / rms of the measured variation), and each channel's in SI units and normalised. */
+/* A difference: root mean square over channels of (rms / rms of the measured variation), and each channel's in SI units and normalised.
+ * varying: overall, but of what varies alone: what is constant depends on where a run began, as long as a valve stays shut. */
 struct gap_size {
-    double overall, channel[GAP_CHANNELS], normalised[GAP_CHANNELS];
+    double overall, varying, channel[GAP_CHANNELS], normalised[GAP_CHANNELS];
 };
 
 /* A line off the harmonics of the motion, where no effect of the catalogue is looked for: a pump, a neighbour, a loop that oscillates by

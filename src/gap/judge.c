@@ -34,13 +34,26 @@ static bool remains(const struct remainder *m) {
 
 static double square(double x) { return x * x; }
 
+/* Share of what varies of the gap that is left, held out. */
+static double left_share(const struct gap_result *r) {
+    double floor = square(r->noise_floor.varying), gap = square(r->held_out_before.varying) - floor;
+    return gap > 0.0 ? fmin((square(r->held_out_after.varying) - floor) / gap, 1.0) : 0.0;
+}
+
 /* The equations are content, but the model with the effects still does not move as the rig did, or not as the rig of the other log: by more
- * than noise, beyond doubt. What is left at the noise contradicts nothing, however large a share of a small gap it is. */
+ * than noise, beyond doubt. What is left at the noise contradicts nothing, however large a share of a small gap it is; nor does a constant,
+ * which the equations hold against the measured motion. */
 static bool refuted(const struct gap_result *r) {
-    double floor = square(r->noise_floor.overall), after = square(r->held_out_after.overall);
-    bool much = after > fmax(square(FLOORS_MAX) * floor, square(LEFT_MAX)) && r->unexplained_fraction > LEFT_SHARE;
-    bool visible = r->effects && r->simulated && after - floor > VISIBLE * floor && r->unexplained_fraction > SHARE_MAX;
+    double floor = square(r->noise_floor.varying), after = square(r->held_out_after.varying);
+    bool much = after > fmax(square(FLOORS_MAX) * floor, square(LEFT_MAX)) && left_share(r) > LEFT_SHARE;
+    bool visible = r->effects && r->simulated && after - floor > VISIBLE * floor && left_share(r) > SHARE_MAX;
     return much || visible;
+}
+
+/* What is left in simulation is constant, most of it. */
+static bool leaves_constants(const struct gap_result *r) {
+    double floor = square(r->noise_floor.overall), left = square(r->held_out_after.overall) - floor;
+    return r->simulated && left > VISIBLE * floor && r->unexplained_fraction > SHARE_MAX;
 }
 
 /* A line that the model with the effects has not, and that is no trifle beside what they explain. */
@@ -68,10 +81,10 @@ static bool unknown(struct gap_result *r, const struct remainder *m) {
         SAY(r, "no one or two effects of the catalogue explain the gap; it takes %d to imitate it", r->effects);
     } else if (refuted(r)) {
         const char *where = r->simulated ? "simulation" : "the measured motion";
-        double floors = r->held_out_after.overall / r->noise_floor.overall;
+        double floors = r->held_out_after.varying / r->noise_floor.varying;
         if (r->effects)
             SAY(r, "%s comes nearest, but the model with it leaves %.0f %% of the gap in %s, %.1f times the noise",
-                name_of(r->effect[0].effect), 100.0 * r->unexplained_fraction, where, floors);
+                name_of(r->effect[0].effect), 100.0 * left_share(r), where, floors);
         else
             SAY(r, "the equations find nothing missing, but the gap in %s%s is %.1f times the noise", where,
                 r->validated ? " against the log of --validate" : "", floors);
@@ -155,6 +168,8 @@ void judge(struct gap_result *r, const struct remainder *m) {
         snprintf(text, sizeof text, "; not shown by simulation: %.160s", r->replay_fault);
         append(r, text);
     }
+    if (r->verdict == GAP_EFFECT_NAMED && leaves_constants(r))
+        append(r, "; what simulation leaves is constant: where a run begins decides that, as long as a valve stays shut");
     if (r->moved_hz > 0.0) {
         snprintf(text, sizeof text, "; the legs move at %.5g Hz, where %.5g was stated", r->moved_hz, r->stated_hz);
         append(r, text);

@@ -151,8 +151,14 @@ bool replay_repair(const struct params *params, const struct params *model, cons
     return ok;
 }
 
+/* Mean squares, and how much of them is of constants. */
+struct part {
+    double whole[GAP_CHANNELS], constant[GAP_CHANNELS];
+};
+
 struct sums {
-    double difference[GAP_CHANNELS], noise[GAP_CHANNELS], variation[GAP_CHANNELS];
+    struct part difference, noise;
+    double variation[GAP_CHANNELS];
     int rows[GAP_CHANNELS];
 };
 
@@ -165,49 +171,54 @@ static double mean_square(int size, const double *row) {
     return sum;
 }
 
-/* One leg's channel: mean squares of the difference of two mean cycles, of the variation, and of the noise: of the samples, and what that
- * leaves in the mean cycles of both. */
-static void add(struct sums *sums, int channel, int size, const double *measured, const double *difference, double noise, double left) {
-    double whole = mean_square(size, measured) - square(measured[0]);
-    sums->difference[channel] += mean_square(size, difference) + square(noise);
-    sums->noise[channel] += square(noise) + left;
-    sums->variation[channel] += whole;
-    sums->rows[channel]++;
+static void add(struct part *part, int channel, double whole, double constant) {
+    part->whole[channel] += whole;
+    part->constant[channel] += constant;
 }
 
-static struct gap_size size_of(const struct sums *sums, const double *square_sum) {
+static struct gap_size size_of(const struct sums *sums, const struct part *part) {
     struct gap_size size = {0};
     int channels = 0;
     for (int ch = 0; ch < GAP_CHANNELS; ch++) {
         size.channel[ch] = size.normalised[ch] = NAN;
         if (!sums->rows[ch]) continue;
-        size.channel[ch] = sqrt(square_sum[ch] / sums->rows[ch]);
-        size.normalised[ch] = sqrt(square_sum[ch] / sums->variation[ch]);
-        size.overall += square(size.normalised[ch]);
+        size.channel[ch] = sqrt(part->whole[ch] / sums->rows[ch]);
+        size.normalised[ch] = sqrt(part->whole[ch] / sums->variation[ch]);
+        size.overall += part->whole[ch] / sums->variation[ch];
+        size.varying += (part->whole[ch] - part->constant[ch]) / sums->variation[ch];
         channels++;
     }
     size.overall = sqrt(size.overall / channels);
+    size.varying = sqrt(size.varying / channels);
     return size;
 }
 
-/* Mean square that noise leaves in a mean cycle. The constant may be anywhere its cycles are: chambers whose valve stays shut are in no
- * steady state, and no two runs of one machine are in the same. */
-static double left_in_mean(const struct spectrum *s, int size, int channel, int leg) {
-    const double *std = s->std[channel][leg];
-    return mean_square(size, std) + (s->cycles - 1) * square(std[0]);
+/* Mean square of a constant. It may be anywhere its cycles are: chambers whose valve stays shut are in no steady state, and no two runs of
+ * one machine are in the same. */
+static double constant_left(const struct spectrum *s, int channel, int leg) { return s->cycles * square(s->std[channel][leg][0]); }
+
+/* Mean square that noise leaves in the rest of a mean cycle. */
+static double varying_left(const struct spectrum *s, int size, int channel, int leg) {
+    return mean_square(size, s->std[channel][leg]) - square(s->std[channel][leg][0]);
+}
+
+/* One leg's channel: of the difference of two mean cycles and of the noise: of the samples, and what that leaves in both mean cycles. */
+static void compare_rows(const struct spectrum *m, const struct spectrum *s, int ch, int leg, int gap_channel, struct sums *sums) {
+    int size = 1 + 2 * (m->harmonics < s->harmonics ? m->harmonics : s->harmonics);
+    const double *measured = m->mean[ch][leg];
+    double difference[SPECTRUM_SIZE] = {0}, noise = square(m->noise[ch][leg]), constant = constant_left(m, ch, leg) + constant_left(s, ch, leg);
+    for (int a = 0; a < size; a++) difference[a] = measured[a] - s->mean[ch][leg][a];
+    add(&sums->difference, gap_channel, mean_square(size, difference) + noise, square(difference[0]));
+    add(&sums->noise, gap_channel, noise + varying_left(m, size, ch, leg) + varying_left(s, size, ch, leg) + constant, constant);
+    sums->variation[gap_channel] += mean_square(size, measured) - square(measured[0]);
+    sums->rows[gap_channel]++;
 }
 
 static void compare_test(const struct spectrum *m, const struct spectrum *s, struct sums *sums) {
     static const int channel[CHANNELS] = {[CHANNEL_LENGTH] = GAP_LENGTH, [CHANNEL_P1] = GAP_P1, [CHANNEL_P2] = GAP_P2,
                                           [CHANNEL_VALVE] = GAP_VALVE, [CHANNEL_FORCE] = GAP_FORCE};
-    int size = 1 + 2 * (m->harmonics < s->harmonics ? m->harmonics : s->harmonics);
-    double difference[SPECTRUM_SIZE];
     for (int k = 0; k < LEGS; k++)
-        for (int ch = 0; ch < CHANNELS; ch++) {
-            for (int a = 0; a < size; a++) difference[a] = m->mean[ch][k][a] - s->mean[ch][k][a];
-            add(sums, channel[ch], size, m->mean[ch][k], difference, m->noise[ch][k],
-                left_in_mean(m, size, ch, k) + left_in_mean(s, size, ch, k));
-        }
+        for (int ch = 0; ch < CHANNELS; ch++) compare_rows(m, s, ch, k, channel[ch], sums);
 }
 
 void replay_compare(const struct recording *measured, const struct recording *simulated, enum cycles which, struct gap_size *difference,
@@ -218,24 +229,25 @@ void replay_compare(const struct recording *measured, const struct recording *si
         struct spectrum m, s;
         if (t && spectrum_measure(&m, &measured->test[i], which) && spectrum_measure(&s, t, CYCLES_ALL)) compare_test(&m, &s, &sums);
     }
-    *difference = size_of(&sums, sums.difference);
-    *noise = size_of(&sums, sums.noise);
+    *difference = size_of(&sums, &sums.difference);
+    *noise = size_of(&sums, &sums.noise);
 }
 
 /* The same of the equations' row, in which the noise of the motion is, too. Of a piece that is all: beyond its band nothing was asked. */
 static void add_rows(struct sums *sums, int gap_channel, const struct residual_test *t, int channel, int leg, int kind, const double *row,
                      const struct whitener *w) {
-    double left = 0.0, left_over = 0.0;
+    double left = 0.0, left_over = 0.0, constant = 0.0, constant_over = 0.0;
     for (int a = 0; a < t->size; a++) {
         left += t->weight[a] * w->noise[leg][a][kind];
         left_over += t->weight[a] * square(row[a]);
     }
     if (t->spectrum.cycles) {
-        double noise = square(t->spectrum.noise[channel][leg]);
-        left += (t->spectrum.cycles - 1) * square(t->std[channel][leg][0]) + noise, left_over += noise;
+        double noise = square(t->spectrum.noise[channel][leg]), wander = (t->spectrum.cycles - 1) * square(t->std[channel][leg][0]);
+        left += wander + noise, left_over += noise;
+        constant = wander + w->noise[leg][0][kind], constant_over = square(row[0]);
     }
-    sums->difference[gap_channel] += left_over;
-    sums->noise[gap_channel] += left;
+    add(&sums->difference, gap_channel, left_over, constant_over);
+    add(&sums->noise, gap_channel, left, constant);
     sums->variation[gap_channel] += residual_variation(t, channel, leg);
     sums->rows[gap_channel]++;
 }
@@ -260,6 +272,6 @@ void replay_motion(const struct params *model, const struct recording *measured,
     }
     residual_free(&data);
     free(w);
-    *difference = size_of(&sums, sums.difference);
-    *noise = size_of(&sums, sums.noise);
+    *difference = size_of(&sums, &sums.difference);
+    *noise = size_of(&sums, &sums.noise);
 }

@@ -37,7 +37,7 @@ static json_t *place(const struct gap_place *p) {
 }
 
 static json_t *size(const struct gap_size *s) {
-    json_t *object = json_pack("{so}", "overall", number(s->overall));
+    json_t *object = json_pack("{so so}", "overall", number(s->overall), "varying", number(s->varying));
     for (int ch = 0; ch < GAP_CHANNELS; ch++)
         json_object_set_new(object, gap_channel_names[ch],
                             json_pack("{so so ss}", "rms", number(s->channel[ch]), "normalised", number(s->normalised[ch]), "unit",
