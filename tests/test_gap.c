@@ -137,6 +137,32 @@ static void a_sensors_scale_does_not_shrink_the_residuals(void **state) {
     recording_free(&r);
 }
 
+/* What one leg's own value changes, computed in that leg alone and in all. */
+static void one_leg_alone_is_as_among_the_others(void **state) {
+    (void)state;
+    static const char *const effects[] = {"internal_leakage", "valve_dead_band", "pipeline_dynamics"};
+    struct recording r;
+    struct residual_data d;
+    struct error error;
+    rig(&r, &params, 1);
+    assert_int_equal(residual_prepare(&d, &r, CYCLES_ALL, &error), STATUS_OK);
+    for (size_t i = 0; i < sizeof effects / sizeof *effects; i++)
+        for (int leg = 0; leg < LEGS; leg++) {
+            struct params with = params;
+            residual_row all, one;
+            int effect = effect_find(effects[i]);
+            effect_at(effect_table[effect], 0.0, &with.effects[effect]);
+            with.effects[effect].value[0][leg] = effect_table[effect]->keys[0].typical;
+            assert_true(residual_evaluate(&d.test[0], &params, PART_ALL, ALL_LEGS, one));
+            assert_true(residual_evaluate(&d.test[0], &with, PART_ALL, ALL_LEGS, all));
+            assert_memory_not_equal(one, all, sizeof one);
+            assert_true(residual_evaluate(&d.test[0], &with, PART_ALL, leg, one));
+            assert_memory_equal(one, all, sizeof one);
+        }
+    residual_free(&d);
+    recording_free(&r);
+}
+
 static void solve(const struct params *machine, int axes, struct gap_result *result) {
     struct recording r;
     struct error error;
@@ -238,6 +264,7 @@ int main(void) {
         cmocka_unit_test(recordings_that_lie_are_refused_by_what_they_are),
         cmocka_unit_test(residuals_of_the_right_model_vanish),
         cmocka_unit_test(a_sensors_scale_does_not_shrink_the_residuals),
+        cmocka_unit_test(one_leg_alone_is_as_among_the_others),
         cmocka_unit_test(a_machine_like_the_model_has_no_gap),
         cmocka_unit_test(a_null_bias_of_all_legs_is_reported_as_it_is),
         cmocka_unit_test(hidden_coulomb_friction_is_named_and_the_gap_closes),

@@ -188,8 +188,8 @@ static void the_page_names_effects_numbers_and_pictures(void **unused) {
     assert_says(page, "Missing in the model");
     assert_says(page, "<h1 class=\"long\">Dry (Coulomb) friction in the cylinders (leg 4 only) and friction in the universal joints "
                       "(each leg its own)</h1>");
-    assert_says(page, "53.0 ± 1.5 N");      /* leg 4 of force_extend_n */
-    assert_says(page, "55.0 ± 1.5");        /* leg 6 of coulomb_nm */
+    assert_says(page, "53.0 ± 3.0 N");      /* leg 4 of force_extend_n: 1.5, and 5 % of its law */
+    assert_says(page, "55.0 ± 3.1");        /* leg 6 of coulomb_nm */
     assert_says(page, "97 %");              /* of the gap gone */
     assert_says(page, "<code>hydraulics.supply_pa</code>");
     assert_says(page, "<th>mx</th><td>kg</td><td class=\"n\">1.000</td><td class=\"n\">9.000</td><td class=\"n\">+800.00 %</td>");
@@ -281,7 +281,7 @@ static void without_gnuplot_the_page_is_whole_but_for_pictures(void **unused) {
     assert_int_equal(count(page, "<img "), 0);
     assert_int_equal(count(page, "picture not drawn"), 8);
     assert_says(page, "apt-get install gnuplot-nox");
-    assert_says(page, "53.0 ± 1.5 N");
+    assert_says(page, "53.0 ± 3.0 N");
     free(page);
 }
 
@@ -362,7 +362,7 @@ static void the_message_keeps_every_number(void **unused) {
     assert_int_equal(m.parameter_count, 2 + 2 * LEGS); /* two keys of one leg, two of each */
     assert_string_equal(m.parameters[1], "cylinder_coulomb_friction.force_retract_n");
     assert_string_equal(m.parameter_units[1], "N");
-    assert_true(m.parameter_legs[1] == 4 && m.values_si[1] == 63.0 && m.values_std_si[1] == 1.5);
+    assert_true(m.parameter_legs[1] == 4 && m.values_si[1] == 63.0 && m.values_std_si[1] == hypot(1.5, 0.05 * 63.0));
     assert_true(m.parameter_legs[7] == 6 && m.values_si[7] == 55.0);
     assert_true(m.share_explained[0] == 0.93 && m.z[1] == 17.0 && m.unexplained_fraction == 0.03);
     assert_true(m.before_ratio == 0.3 && m.after_ratio == 0.11 && m.noise_floor_ratio == 0.1 && m.held_out_before_ratio == 0.31 &&

@@ -11,7 +11,8 @@ static const struct remainder much = {.values = VALUES, .before = 5e4, .after = 
 static struct gap_result found(const char *name) {
     struct gap_result r = {.effects = 1, .simulated = true,
                            .effect[0] = {.effect = effect_find(name), .z = 200.0}};
-    r.noise_floor.varying = 0.1, r.held_out_before.varying = 1.0, r.held_out_after.varying = 0.1;
+    r.noise_floor.overall = r.noise_floor.varying = 0.1, r.held_out_before.overall = r.held_out_before.varying = 1.0;
+    r.held_out_after.overall = r.held_out_after.varying = 0.1;
     for (int ch = 0; ch < GAP_CHANNELS; ch++) r.noise_floor.channel[ch] = 1.0, r.held_out_before.channel[ch] = 10.0;
     return r;
 }
@@ -63,6 +64,8 @@ static void what_remains_refutes_it(void **state) {
     assert_verdict(&in_simulation, &noise, GAP_EFFECT_NAMED, "valve_lag");
     in_simulation.held_out_after.overall = 9.0, in_simulation.unexplained_fraction = 0.9; /* what constants leave is said */
     assert_verdict(&in_simulation, &noise, GAP_EFFECT_NAMED, "what simulation leaves is constant");
+    in_simulation.held_out_after.varying = 0.2; /* of no gap before: the effect made it */
+    assert_verdict(&in_simulation, &noise, GAP_UNKNOWN_EFFECT, "leaves 100 %");
     in_simulation.held_out_before.varying = 0.124, in_simulation.held_out_after.varying = 0.115;
     assert_verdict(&in_simulation, &noise, GAP_UNKNOWN_EFFECT, "leaves 60 %");
     snprintf(no_run.replay_fault, sizeof no_run.replay_fault, "the simulated run ended in a fault (stroke)"); /* it contradicts nothing */
@@ -72,17 +75,16 @@ static void what_remains_refutes_it(void **state) {
 static void what_is_left_far_above_the_noise_refutes_it_in_motion_too(void **state) {
     (void)state;
     struct gap_result r = found("valve_flow_gain"), nothing = {0};
-    r.simulated = false, r.held_out_before.varying = 0.12, r.held_out_after.varying = 0.119; /* of a small gap: that is noise */
+    r.simulated = false, r.held_out_before.overall = 0.12, r.held_out_after.overall = 0.119; /* of a small gap: that is noise */
     assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "valve_flow_gain");
-    r.held_out_before.varying = 1.0, r.held_out_after.varying = 0.21; /* of a large one: the model's own error */
-    r.held_out_after.overall = 9.0; /* constants refute nothing */
+    r.held_out_before.overall = 2.0, r.held_out_after.overall = 0.21; /* of a large one: the model's own error */
     assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "valve_flow_gain");
-    r.held_out_before.varying = 0.4;
+    r.held_out_before.overall = 0.4;
     assert_verdict(&r, &noise, GAP_UNKNOWN_EFFECT, "2.1 times the noise");
     nothing.simulated = nothing.validated = true;
-    nothing.noise_floor.varying = 0.1, nothing.held_out_before.varying = nothing.held_out_after.varying = 0.19;
+    nothing.noise_floor.overall = 0.1, nothing.held_out_before.overall = nothing.held_out_after.overall = 0.19;
     assert_verdict(&nothing, &noise, GAP_NO_GAP, "noise");
-    nothing.held_out_before.varying = nothing.held_out_after.varying = 0.21;
+    nothing.held_out_before.overall = nothing.held_out_after.overall = 0.21;
     assert_verdict(&nothing, &noise, GAP_UNKNOWN_EFFECT, "--validate is 2.1 times the noise");
 }
 

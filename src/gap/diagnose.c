@@ -72,21 +72,35 @@ bool diagnosis_refit(struct diagnosis *d, int iterations) {
     return true;
 }
 
+enum start { WEAK, TYPICAL, STARTS = 6 };
+static const double start_strength[STARTS] = {[WEAK] = 0.1, [TYPICAL] = 1.0, -0.1, -1.0, 10.0, -10.0}; /* of the typical effect */
+
 /* White residuals without, at the weak and at the typical strength: in proportion? */
 static bool in_proportion(int values, const double *without, const double *weak, const double *typical) {
     double bend = 0.0, square = 0.0;
     for (int i = 0; i < values; i++) {
-        double change = typical[i] - without[i], straight = HYPOTHESIS_TYPICAL_OF_WEAK * (weak[i] - without[i]);
+        double change = typical[i] - without[i], straight = start_strength[TYPICAL] / start_strength[WEAK] * (weak[i] - without[i]);
         bend += (change - straight) * (change - straight), square += change * change;
     }
     return bend < BEND * BEND * square;
 }
 
+/* A model at this strength of the effect; its white residuals. It becomes the best where the rest of the model, moved linearly, comes closest. */
+static void try_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, double strength, double without,
+                      const struct linear_part *linear, double *white, double *least, struct params *best) {
+    struct params model = *base;
+    if (!hypothesis_at(h, strength, &model)) return;
+    double square = fit_start(&d->fit, &model, h->variables, h->variable, linear, white);
+    bool idle = fabs(square - without) < IDLE * without; /* a limit that is not reached: no way leads out of there */
+    if (!idle && square < *least) *least = square, *best = model;
+}
+
 /* The start from which the rest of the model, moved linearly, comes closest; of an effect that is given its own values are one. A law that is
- * in proportion has but one way from anywhere. from: the same effect, all legs alike, fitted; or NULL. room: for three residuals. */
+ * in proportion has its best strength at once. from: the same effect, all legs alike, fitted; or NULL. room: for three residuals. */
 static bool best_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, const struct trial *from,
                        const struct linear_part *linear, double *room, struct params *best) {
-    double least = HUGE_VAL, *none = room, *weak = none + d->fit.values, *strong = weak + d->fit.values;
+    int values = d->fit.values;
+    double least = HUGE_VAL, *none = room, *weak = none + values, *white = weak + values;
     bool given = d->given->effects[h->effect].on;
     *best = *base;
     if (h->shape == SHAPE_EACH && from && !given) {
@@ -96,13 +110,14 @@ static bool best_start(const struct diagnosis *d, const struct hypothesis *h, co
     double without = fit_start(&d->fit, base, 0, NULL, linear, none);
     for (int i = 0; i < h->variables && given; i++) variable_set(&h->variable[i], best, variable_get(&h->variable[i], best));
     if (given) least = fit_start(&d->fit, best, h->variables, h->variable, linear, weak);
-    for (int place = 0; place < HYPOTHESIS_STARTS; place++) {
-        struct params model = *base;
-        if (!hypothesis_start(h, place, &model)) continue;
-        double square = fit_start(&d->fit, &model, h->variables, h->variable, linear, place == HYPOTHESIS_WEAK ? weak : strong);
-        bool idle = fabs(square - without) < IDLE * without; /* a limit that is not reached: no way leads out of there */
-        if (!idle && square < least) least = square, *best = model;
-        if (place == HYPOTHESIS_TYPICAL && in_proportion(d->fit.values, none, weak, strong)) break;
+    memcpy(weak, none, (size_t)values * sizeof *weak);
+    for (int i = 0; i < STARTS; i++) {
+        memcpy(white, none, (size_t)values * sizeof *white);
+        try_start(d, h, base, start_strength[i], without, linear, i == WEAK ? weak : white, &least, best);
+        if (i != TYPICAL || !in_proportion(values, none, weak, white)) continue;
+        for (int a = 0; a < values; a++) white[a] -= none[a];
+        try_start(d, h, base, fit_share(&d->fit, none, white, linear), without, linear, weak, &least, best);
+        break;
     }
     return least < HUGE_VAL;
 }
@@ -170,7 +185,8 @@ static void try_one(const struct diagnosis *d, const struct hypothesis *h, const
     t->ok = true;
     t->square = r.square;
     t->gain = d->square - r.square - CHARGE * h->variables - (h->shape >= 0 ? 2.0 * log(LEGS) : 0.0);
-    t->held_square = again ? held_square(d, &t->model) : d->held_square - (d->square - t->square);
+    bool seen = again || t->gain > WORTH_LEAST; /* else it is noise, and as much on the cycles held out */
+    t->held_square = seen ? held_square(d, &t->model) : d->held_square - (d->square - t->square);
     t->held_gain = d->held_square - t->held_square;
     memcpy(t->std, r.std, (size_t)h->variables * sizeof *t->std);
     t->bound = at_bound(t);

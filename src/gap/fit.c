@@ -36,6 +36,7 @@ int fit_data_init(struct fit_data *d, const struct residual_data *residual, cons
     return STATUS_OK;
 }
 
+void fit_data_free(struct fit_data *d) { free(d->whitener); }
 
 static bool raw_residual(const struct fit_data *d, const struct params *model, enum residual_part parts, int leg, double *raw) {
     residual_row *row = (residual_row *)raw;
@@ -48,8 +49,6 @@ static void whiten_all(const struct fit_data *d, double *raw) {
     residual_row *row = (residual_row *)raw;
     for (int i = 0; i < d->residual->tests; i++) whiten(&d->whitener[i], row[i]);
 }
-
-void fit_data_free(struct fit_data *d) { free(d->whitener); }
 
 bool fit_residual(const struct fit_data *d, const struct params *model, double *white) {
     if (!raw_residual(d, model, PART_ALL, ALL_LEGS, white)) return false;
@@ -280,6 +279,20 @@ double fit_start(const struct fit_data *d, const struct params *model, int varia
     if (variables && !raw_residual(d, model, parts_of(variables, v), leg, white)) return INFINITY;
     whiten_all(d, white);
     return linear_square(d->values, white, linear);
+}
+
+double fit_share(const struct fit_data *d, const double *white, const double *change, const struct linear_part *linear) {
+    double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX], min[COLUMNS_MAX], max[COLUMNS_MAX], x[COLUMNS_MAX] = {0};
+    const double *column[COLUMNS_MAX] = {change};
+    struct fit_pull pull[COLUMNS_MAX] = {{0}};
+    int n = 1 + linear->n;
+    min[0] = -HUGE_VAL, max[0] = HUGE_VAL;
+    for (int i = 1; i < n; i++) {
+        column[i] = linear->column + (size_t)(i - 1) * (size_t)d->values;
+        min[i] = linear->min[i - 1], max[i] = linear->max[i - 1], pull[i] = linear->pull[i - 1];
+    }
+    normal_equations(n, d->values, white, column, 1, linear->gram, h, g);
+    return solve_box(n, h, g, pull, min, max, x, NULL) ? x[0] : 0.0;
 }
 
 bool fit_raw(const struct fit_data *d, const struct params *model, double *raw) { return raw_residual(d, model, PART_ALL, ALL_LEGS, raw); }

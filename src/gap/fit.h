@@ -78,6 +78,9 @@ void fit_gram(int n, int values, const double *column, double *gram);
 /* Sum of white squares at a model with the linear part at its best; infinite where it cannot make this motion. white: its residuals. */
 double fit_start(const struct fit_data *d, const struct params *model, int variables, const struct variable *v,
                  const struct linear_part *linear, double *white);
+
+/* How much of a change brings white residuals closest to zero, the linear part moved along; 0 where nothing tells. */
+double fit_share(const struct fit_data *d, const double *white, const double *change, const struct linear_part *linear);
 bool fit_raw(const struct fit_data *d, const struct params *model, double *raw);
 
 /* Fits the variables from where the model is; the result is in the model. once: variables whose columns are computed at the first

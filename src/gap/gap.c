@@ -19,9 +19,9 @@
 /* Set by machines with nothing hidden: of some forty effects tried the luckiest gains 5 to 10 on held-out cycles (make bench-gap). */
 static const double GAIN_MIN = 36.0;       /* of white squares, on fitted and held-out cycles together: z = 6; */
 static const double GAIN_EACH = 4.0;       /* and of either alone: chance repeats in neither */
-static const double UNCLEAR_SHARE = 0.05;  /* the same, of an effect that others come close to */
+static const double UNCLEAR_SHARE = 0.05;  /* of the first one's gain: a later effect that others come close to, with less, is none to be named */
 static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes less is not what is there */
-static const double RIVAL_GAIN = 50.0;     /* z = 7, noise on fitted and held-out cycles; or what its law may be off, */
+static const double RIVAL_GAIN = 16.0;     /* odds of 3000 to one, z = 4; or what its law may be off, */
 static const double RIVAL_MOST = 0.1;      /* or what it leaves above the noise, but no more than that of its gain */
 static const double CONTROLLER_DIFFERS = 0.02;
 static const double LINE_TOLERANCE = 0.1;   /* a loop that oscillates in the model, too, does so near the same frequency */
@@ -161,7 +161,7 @@ static void prefer_seen(const struct diagnosis *d, struct trial *trial, int tria
 static bool worth_adding(const struct diagnosis *d, const struct trial *t, double laws) {
     double left = excess(d->held_square, d->held_out.evaluated);
     bool pays = t->gain > GAIN_EACH && t->held_gain > GAIN_EACH && trial_evidence(t) > GAIN_MIN;
-    return t->ok && !unseen(d, t) && pays && t->held_gain > laws && t->held_gain > REMAINDER_SHARE * left;
+    return t->ok && t->polished && !unseen(d, t) && pays && t->held_gain > laws && t->held_gain > REMAINDER_SHARE * left;
 }
 
 /* Takes an addition out where that costs no more than so much. */
@@ -201,12 +201,6 @@ static int keys_of(const struct hypothesis *h) {
 /* Of deviations, which say what noise leaves open: what leaves more than noise is no surer than what it leaves. */
 static double left_over(const struct diagnosis *d) { return sqrt(fmax(d->held_square / d->held_out.evaluated, 1.0)); }
 
-/* A law is no surer of its parameters than it is exact. */
-static double law_std(const struct variable *v, double value) {
-    const struct effect *e = effect_table[v->effect];
-    return e->keys[v->key].reciprocal ? e->law_error * fabs(value) : e->law_error * fabs(value - v->neutral);
-}
-
 /* Values and deviations of the effects added, from the fitted variables. */
 static void read_effects(const struct diagnosis *d, struct gap_result *r) {
     for (int i = 0; i < r->effects; i++)
@@ -222,7 +216,7 @@ static void read_effects(const struct diagnosis *d, struct gap_result *r) {
                     r->effect[i].values.value[v->key][leg] = d->given->effects[v->effect].value[v->key][leg];
                     continue;
                 }
-                r->effect[i].std[v->key][leg] = hypot(left_over(d) * d->std[j], law_std(v, value));
+                r->effect[i].std[v->key][leg] = left_over(d) * d->std[j];
                 r->effect[i].bound[v->key][leg] = value == v->min || value == v->max;
             }
         }
@@ -473,6 +467,13 @@ bool gap_given_alike(const struct gap_effect *effect, int key) {
     bool alike = true;
     for (int leg = 1; leg < LEGS; leg++) alike = alike && effect->given.value[key][leg] == effect->given.value[key][0];
     return alike;
+}
+
+double gap_deviation(const struct gap_effect *e, int key, int leg) {
+    const struct effect_key *k = &effect_table[e->effect]->keys[key];
+    bool shapes = k->reciprocal || k->typical == k->neutral; /* it is no strength that is 0 at its neutral value */
+    double law = effect_table[e->effect]->law_error * (e->values.value[key][leg] - (shapes ? 0.0 : k->neutral));
+    return e->std[key][leg] > 0.0 ? hypot(e->std[key][leg], law) : 0.0;
 }
 
 double gap_short(const struct gap_result *r, const struct gap_candidate *candidate) {

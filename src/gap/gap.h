@@ -24,7 +24,7 @@ struct gap_effect {
     int keys;                             /* its first ones: on one axis, what acts on a pose has x alone */
     struct effect_values values;
     struct effect_values given;           /* what the configuration has of it; on: it is there, of another size */
-    double std[EFFECT_KEYS][LEGS];        /* as large as what is left of the gap demands, where that is more than noise */
+    double std[EFFECT_KEYS][LEGS];        /* of noise, and as large as what is left of the gap demands; 0: at its bound */
     bool bound[EFFECT_KEYS][LEGS];        /* stuck at the end of its range: not found, only reached for */
     double share_explained;               /* of the squared gap above the floor, held-out cycles: alone, or what was gone when it joined */
     double z;                             /* square root of the likelihood's gain on all cycles when it was added */
@@ -35,7 +35,7 @@ struct gap_effect {
 struct gap_candidate {
     int effect, shape;
     double gain;                          /* of the sum of white squares, fitted cycles, charged for its parameters */
-    double z;                             /* square root of the likelihood's gain on all cycles */
+    double z;                             /* square root of the likelihood's gain on all cycles, after one step where it is small by then */
     double share_explained;
 };
 
@@ -120,6 +120,9 @@ struct gap_options {
 
 /* All legs have the same value in the configuration. */
 bool gap_given_alike(const struct gap_effect *effect, int key);
+
+/* Standard deviation of a value: of noise, and of its law, which is no surer of its parameters than it is exact. 0: at its bound. */
+double gap_deviation(const struct gap_effect *effect, int key, int leg);
 
 /* z by which a candidate falls short of the likeliest. */
 double gap_short(const struct gap_result *result, const struct gap_candidate *candidate);

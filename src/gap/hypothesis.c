@@ -100,13 +100,12 @@ int hypotheses_list(const struct params *model, const bool found[EFFECTS_MAX], e
     return n;
 }
 
-bool hypothesis_start(const struct hypothesis *h, int place, struct params *model) {
-    static const double strengths[HYPOTHESIS_STARTS] = {[HYPOTHESIS_WEAK] = 0.1, [HYPOTHESIS_TYPICAL] = 1.0, -0.1, -1.0, 10.0, -10.0};
+bool hypothesis_at(const struct hypothesis *h, double strength, struct params *model) {
     const struct effect_key *keys = effect_table[h->effect]->keys;
     struct effect_values values;
     bool base_has_some = model->effects[h->effect].on;
     if (!base_has_some) effect_at(effect_table[h->effect], 0.0, &model->effects[h->effect]);
-    effect_at(effect_table[h->effect], strengths[place], &values);
+    effect_at(effect_table[h->effect], strength, &values);
     bool moved = false;
     for (int i = 0; i < h->variables; i++) {
         const struct variable *v = &h->variable[i];

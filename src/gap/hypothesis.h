@@ -19,11 +19,8 @@ int hypotheses_list(const struct params *model, const bool found[EFFECTS_MAX], e
 
 enum residual_part hypothesis_parts(const struct hypothesis *h);
 
-/* A start value for every variable: `place` of HYPOTHESIS_STARTS, weak, typical, ten times as strong as weak, and strong, both signs where
- * there are two. False: no such. */
-enum { HYPOTHESIS_WEAK, HYPOTHESIS_TYPICAL, HYPOTHESIS_STARTS = 6 };
-#define HYPOTHESIS_TYPICAL_OF_WEAK 10.0
-bool hypothesis_start(const struct hypothesis *h, int place, struct params *model);
+/* Every variable at this strength of its effect (effect_at). False: there is no such, as of the other sign of what has one. */
+bool hypothesis_at(const struct hypothesis *h, double strength, struct params *model);
 
 /* Can a variable of the base be fitted beside this effect? The same thing, or nearly so: no, it stays as it is given. Each leg's own where
  * the effect has all legs alike: yes, drawn to what is given, for what they have in common is the effect's. */

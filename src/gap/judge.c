@@ -34,26 +34,32 @@ static bool remains(const struct remainder *m) {
 
 static double square(double x) { return x * x; }
 
-/* Share of what varies of the gap that is left, held out. */
+/* What a simulation with effects is held to. Constants are not: a leg in a dead band stands where it came to stand, a chamber whose valve
+ * stays shut keeps what oil it has, and the equations hold both against the measured motion. */
+static double counts(const struct gap_result *r, const struct gap_size *size) {
+    return square(r->simulated && r->effects ? size->varying : size->overall);
+}
+
+/* Share of the gap that is left, held out. */
 static double left_share(const struct gap_result *r) {
-    double floor = square(r->noise_floor.varying), gap = square(r->held_out_before.varying) - floor;
-    return gap > 0.0 ? fmin((square(r->held_out_after.varying) - floor) / gap, 1.0) : 0.0;
+    double floor = counts(r, &r->noise_floor), gap = counts(r, &r->held_out_before) - floor, left = counts(r, &r->held_out_after) - floor;
+    return left > 0.0 ? left < gap ? left / gap : 1.0 : 0.0;
 }
 
 /* The equations are content, but the model with the effects still does not move as the rig did, or not as the rig of the other log: by more
- * than noise, beyond doubt. What is left at the noise contradicts nothing, however large a share of a small gap it is; nor does a constant,
- * which the equations hold against the measured motion. */
+ * than noise, beyond doubt. What is left at the noise contradicts nothing, however large a share of a small gap it is. */
 static bool refuted(const struct gap_result *r) {
-    double floor = square(r->noise_floor.varying), after = square(r->held_out_after.varying);
+    double floor = counts(r, &r->noise_floor), after = counts(r, &r->held_out_after);
     bool much = after > fmax(square(FLOORS_MAX) * floor, square(LEFT_MAX)) && left_share(r) > LEFT_SHARE;
     bool visible = r->effects && r->simulated && after - floor > VISIBLE * floor && left_share(r) > SHARE_MAX;
     return much || visible;
 }
 
-/* What is left in simulation is constant, most of it. */
+/* Most of what is left in simulation is constant. */
 static bool leaves_constants(const struct gap_result *r) {
-    double floor = square(r->noise_floor.overall), left = square(r->held_out_after.overall) - floor;
-    return r->simulated && left > VISIBLE * floor && r->unexplained_fraction > SHARE_MAX;
+    double left = square(r->held_out_after.overall) - square(r->noise_floor.overall);
+    double varies = square(r->held_out_after.varying) - square(r->noise_floor.varying);
+    return r->simulated && left > VISIBLE * square(r->noise_floor.overall) && varies < 0.5 * left;
 }
 
 /* A line that the model with the effects has not, and that is no trifle beside what they explain. */
@@ -81,7 +87,7 @@ static bool unknown(struct gap_result *r, const struct remainder *m) {
         SAY(r, "no one or two effects of the catalogue explain the gap; it takes %d to imitate it", r->effects);
     } else if (refuted(r)) {
         const char *where = r->simulated ? "simulation" : "the measured motion";
-        double floors = r->held_out_after.varying / r->noise_floor.varying;
+        double floors = sqrt(counts(r, &r->held_out_after) / counts(r, &r->noise_floor));
         if (r->effects)
             SAY(r, "%s comes nearest, but the model with it leaves %.0f %% of the gap in %s, %.1f times the noise",
                 name_of(r->effect[0].effect), 100.0 * left_share(r), where, floors);

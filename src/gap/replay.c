@@ -142,9 +142,10 @@ bool replay_repair(const struct params *params, const struct params *model, cons
     exact.sensors.enabled = false;
     smooth = frictionless(&exact);
     struct replay both[2];
+    if (!replay_identify(params, measured, mt)) return false;
     replay_both(&exact, &smooth, measured, both);
-    bool ok = !both[0].status && !both[1].status && replay_identify(params, measured, mt) &&
-              replay_identify(params, &both[0].run, with) && replay_identify(params, &both[1].run, without);
+    bool ok = !both[0].status && !both[1].status && replay_identify(params, &both[0].run, with) &&
+              replay_identify(params, &both[1].run, without);
     for (int i = 0; i < DOFS && ok; i++)
         for (int j = 0; j < DOFS; j++) mt[i][j] -= with[i][j] - without[i][j];
     replay_free(both);
@@ -185,7 +186,7 @@ static struct gap_size size_of(const struct sums *sums, const struct part *part)
         size.channel[ch] = sqrt(part->whole[ch] / sums->rows[ch]);
         size.normalised[ch] = sqrt(part->whole[ch] / sums->variation[ch]);
         size.overall += part->whole[ch] / sums->variation[ch];
-        size.varying += (part->whole[ch] - part->constant[ch]) / sums->variation[ch];
+        size.varying += fmax(part->whole[ch] - part->constant[ch], 0.0) / sums->variation[ch];
         channels++;
     }
     size.overall = sqrt(size.overall / channels);
@@ -236,18 +237,17 @@ void replay_compare(const struct recording *measured, const struct recording *si
 /* The same of the equations' row, in which the noise of the motion is, too. Of a piece that is all: beyond its band nothing was asked. */
 static void add_rows(struct sums *sums, int gap_channel, const struct residual_test *t, int channel, int leg, int kind, const double *row,
                      const struct whitener *w) {
-    double left = 0.0, left_over = 0.0, constant = 0.0, constant_over = 0.0;
+    double left = 0.0, left_over = 0.0;
     for (int a = 0; a < t->size; a++) {
         left += t->weight[a] * w->noise[leg][a][kind];
         left_over += t->weight[a] * square(row[a]);
     }
     if (t->spectrum.cycles) {
-        double noise = square(t->spectrum.noise[channel][leg]), wander = (t->spectrum.cycles - 1) * square(t->std[channel][leg][0]);
-        left += wander + noise, left_over += noise;
-        constant = wander + w->noise[leg][0][kind], constant_over = square(row[0]);
+        double noise = square(t->spectrum.noise[channel][leg]);
+        left += (t->spectrum.cycles - 1) * square(t->std[channel][leg][0]) + noise, left_over += noise;
     }
-    add(&sums->difference, gap_channel, left_over, constant_over);
-    add(&sums->noise, gap_channel, left, constant);
+    add(&sums->difference, gap_channel, left_over, 0.0); /* the motion is the measured one: no run began elsewhere */
+    add(&sums->noise, gap_channel, left, 0.0);
     sums->variation[gap_channel] += residual_variation(t, channel, leg);
     sums->rows[gap_channel]++;
 }

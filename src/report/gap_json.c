@@ -17,12 +17,18 @@ static json_t *legs(const double x[LEGS]) {
     return array;
 }
 
+static json_t *deviations(const struct gap_effect *e, int key) {
+    double std[LEGS];
+    for (int leg = 0; leg < LEGS; leg++) std[leg] = gap_deviation(e, key, leg);
+    return legs(std);
+}
+
 static json_t *effect(const struct gap_effect *e) {
     const struct effect *effect = effect_table[e->effect];
     json_t *parameters = json_object(), *std = json_object(), *given = e->given.on ? json_object() : json_null();
     for (int key = 0; key < e->keys; key++) {
         json_object_set_new(parameters, effect->keys[key].name, legs(e->values.value[key]));
-        json_object_set_new(std, effect->keys[key].name, legs(e->std[key]));
+        json_object_set_new(std, effect->keys[key].name, deviations(e, key));
         if (e->given.on) json_object_set_new(given, effect->keys[key].name, legs(e->given.value[key]));
     }
     return json_pack("{ss so so so so so ss}", "name", effect->name, "parameters", parameters, "std", std, "given", given, "share_explained",

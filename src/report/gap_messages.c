@@ -27,7 +27,7 @@ static void add_parameter(struct lists *l, const struct gap_effect *e, int key, 
     l->units[i] = text(effect->keys[key].unit);
     l->legs[i] = (int8_t)(e->shape == SHAPE_ALL ? 0 : leg + 1);
     l->value[i] = e->values.value[key][leg];
-    l->std[i] = e->std[key][leg];
+    l->std[i] = gap_deviation(e, key, leg);
 }
 
 static void list_all(struct lists *l, const struct gap_result *r) {

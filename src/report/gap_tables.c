@@ -21,7 +21,7 @@ static void number_cell(FILE *out, double value, const char *format) {
 
 static void parameter_cell(FILE *out, const struct gap_effect *e, int key, int leg, const char *unit) {
     fputs("<td class=\"n\">", out);
-    html_quantity(out, e->values.value[key][leg], e->std[key][leg], unit);
+    html_quantity(out, e->values.value[key][leg], gap_deviation(e, key, leg), unit);
     if (e->given.on) {
         fputs(" <span class=\"small\">given ", out);
         if (e->shape != SHAPE_ALL || gap_given_alike(e, key)) html_quantity(out, e->given.value[key][leg], 0.0, "-");

@@ -57,26 +57,27 @@ static struct span base_span(const struct hypothesis *h) {
     return s;
 }
 
-/* White change of the residual at this strength. */
-static void signature(int effect, double strength, double *vector) {
+/* White change of the residual at this strength. False: no machine has that. */
+static bool signature(int effect, double strength, double *vector) {
     struct params with = d.model;
     double *here = room((size_t)d.fit.values);
     effect_at(effect_table[effect], strength, &with.effects[effect]);
-    if (!fit_residual(&d.fit, &d.model, here) || !fit_residual(&d.fit, &with, vector)) fail("no motion of this machine");
-    for (int a = 0; a < d.fit.values; a++) vector[a] -= here[a];
+    bool possible = fit_residual(&d.fit, &d.model, here) && fit_residual(&d.fit, &with, vector);
+    for (int a = 0; a < d.fit.values && possible; a++) vector[a] -= here[a];
     free(here);
+    return possible;
 }
 
 /* Its z beside the base. */
 static double z_at(const struct hypothesis *h, double strength, double *vector) {
     struct span base = base_span(h);
-    signature(h->effect, strength, vector);
-    return leave(&base, vector);
+    return signature(h->effect, strength, vector) ? leave(&base, vector) : HUGE_VAL;
 }
 
 /* The strength at which z = 8: the base takes up what fits into its tolerance, so z does not grow in proportion. */
 static double detectable(const struct hypothesis *h, double *vector) {
-    double low = 1e-3, high = 4.0;
+    double low = 1e-3, high = 4.0, z = z_at(h, high, vector);
+    if (z < 8.0) return high * 8.0 / z;
     for (int i = 0; i < 14; i++) {
         double middle = sqrt(low * high);
         if (z_at(h, middle, vector) < 8.0) low = middle;
@@ -125,8 +126,7 @@ int main(int argc, char **argv) {
             if (rank < 2) left[rank] = l, nearest[rank] = effect_table[hypothesis[j].effect]->name;
         }
         printf("%-28s %8.1f  %.1f %s, %.1f %s\n", effect_table[hypothesis[i].effect]->name, z, left[0], nearest[0], left[1], nearest[1]);
-        if (file) fprintf(file, "%s,%.3g\n", effect_table[hypothesis[i].effect]->name,
-                          detectable(&hypothesis[i], rest));
+        if (file) fprintf(file, "%s,%.3g\n", effect_table[hypothesis[i].effect]->name, detectable(&hypothesis[i], rest));
     }
     if (file && fclose(file)) fail("the file cannot be written");
     diagnosis_free(&d);

@@ -194,19 +194,27 @@ def other_rig(r, series, seed, work, log, hidden, table):
     return settings, ""
 
 
-def recorded(r, case, size, series, seed, work, log, hidden, table):
-    """The rig's log, made or kept."""
+def recorded(case, size, series, seed, work, log, table):
+    """The rig's log, made or kept: what it has besides what is hidden, what is hidden, in which legs; and why there is no log."""
+    r, hidden, shapes = random.Random("%s %s %s %s" % (case, size, seed, series)), {}, []
+    rig = "rig" if RIG else "own%s" % os.environ.get("SUBSTEPS", 12)
     kept = os.environ.get("RECORDINGS")
-    name = kept and "%s/%s.%s.%s.%s" % (kept, case, size, series, seed)
+    name = kept and "/".join((kept, ".".join((rig, os.path.basename(CONFIG), case, size, series, str(seed)))))
     if kept and os.path.exists(name + ".json"):
         shutil.copy(name + ".lcm", log)
-        with open(name + ".json") as f: return json.load(f), ""
+        with open(name + ".json") as f: k = json.load(f)
+        return k["settings"], k["hidden"], k["shapes"], ""
+    for effect in case.split("+"):
+        if effect in table:
+            hidden[effect], shape = hide(r, table[effect], size)
+            shapes.append(shape)
+        elif effect.startswith("unknown_"): hidden[effect] = {}
     settings, remark = (other_rig if RIG else own_rig)(r, series, seed, work, log, hidden, table)
     if kept and not remark:
         os.makedirs(kept, exist_ok=True)
         shutil.copy(log, name + ".lcm")
-        with open(name + ".json", "w") as f: json.dump(settings, f)
-    return settings, remark
+        with open(name + ".json", "w") as f: json.dump({"settings": settings, "hidden": hidden, "shapes": shapes}, f)
+    return settings, hidden, shapes, remark
 
 
 def off_legs(table, name, value):
@@ -217,20 +225,14 @@ def off_legs(table, name, value):
 
 
 def run_case(case, size, seed, series):
-    r = random.Random("%s %s %s %s" % (case, size, seed, series))
     table, names = effects(), case.split("+")
-    hidden, shapes = {}, []
-    for name in names:
-        if name in table:
-            hidden[name], shape = hide(r, table[name], size)
-            shapes.append(shape)
-        elif name.startswith("unknown_"): hidden[name] = {}
-    truth = {key: value for values in hidden.values() for key, value in values.items()}
-    row = dict.fromkeys(FIELDS, "") | {"truth": case, "size": size, "seed": seed, "series": series, "shape": " ".join(shapes)}
+    row = dict.fromkeys(FIELDS, "") | {"truth": case, "size": size, "seed": seed, "series": series}
     with tempfile.TemporaryDirectory() as work:
         work = os.environ.get("KEEP", work)
         log, out = work + "/rig.lcm", work + "/out"
-        settings, remark = recorded(r, case, size, series, seed, work, log, hidden, table)
+        settings, hidden, shapes, remark = recorded(case, size, series, seed, work, log, table)
+        truth = {key: value for values in hidden.values() for key, value in values.items()}
+        row["shape"] = " ".join(shapes)
         if remark: return row | {"remark": remark}
         gap = subprocess.run([HEXID, "gap", "--measured", log, "-c", CONFIG, "-o", out, "--set", "lcm.url="],
                              capture_output=True, text=True)
@@ -241,7 +243,7 @@ def run_case(case, size, seed, series):
     where = result["where"][0] if result["where"] else {}
     return row | {"verdict": result["verdict"], "named": " ".join(e["name"] for e in result["effects"]),
                   "ambiguous_with": " ".join(result["ambiguous_with"]), "score": judge(names, result), "z": "%.1f" % z[0] if z else "",
-                  **parameters(table, settings, truth, result), "before": g["held_out_before"],
+                  **(parameters(table, settings, truth, result) if truth else {}), "before": g["held_out_before"],
                   "after": g["held_out_after"], "floor": g["noise_floor"],
                   "ratio": g["held_out_after"] / g["noise_floor"], "seconds": result["seconds"],
                   "where": "%s %s leg %s h%s" % tuple(where.get(k, "") for k in ("test", "channel", "leg", "harmonic"))}
