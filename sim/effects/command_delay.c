@@ -14,7 +14,7 @@ const struct effect command_delay = {
     .law = "the servo gets the valve command of delay ago",
     .signature = "valve command against flow: phase that grows with frequency; near valve_lag while small, a test above 12 Hz or "
                  "a step tells",
-    .law_error = 1e-3,
+    .law_error = 0.02,
     .keys = {[DELAY] = {.name = "delay_s", .unit = "s", .min = 0.0, .max = 0.1, .typical = 2e-3, .per_leg = true}},
     .parallel_to = {PARAMETER(hydraulics.valve_damping)},
     .told_apart = {{.from = &position_sensor_delay,

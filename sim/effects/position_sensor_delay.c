@@ -11,7 +11,7 @@ const struct effect position_sensor_delay = {
     .plain = "a delay of the length sensors",
     .law = "reading = length of delay ago",
     .signature = "leg length: phase that grows with frequency, against pressures and valve command alike",
-    .law_error = 1e-3,
+    .law_error = 0.01,
     .keys = {[DELAY] = {.name = "delay_s", .unit = "s", .min = 0.0, .max = 0.1, .typical = 2e-3, .per_leg = true}},
     .machine = machine,
 };

@@ -19,7 +19,7 @@ const struct effect pressure_sensor_lag = {
     .law = "readings follow both pressures in first order with this cut-off frequency; from 100 kHz on at once",
     .signature = "pressures: phase and amplitude that fall with frequency, jumps rounded; force against motion, and valve "
                  "command against pressure",
-    .law_error = 1e-3,
+    .law_error = 0.01,
     .keys = {[CUTOFF] = {.name = "cutoff_hz", .unit = "Hz", .min = 1.0, .max = 1e5, .neutral = 1e5,
                          .typical = 50.0, .per_leg = true, .reciprocal = true}},
     .machine = machine,
