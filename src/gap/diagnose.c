@@ -27,7 +27,8 @@ static double held_square(const struct diagnosis *d, const struct params *model)
 double diagnosis_law_error(const struct diagnosis *d) {
     double sum = 0.0;
     for (int i = 0; effect_table[i]; i++)
-        if (d->given->effects[i].on || d->found[i]) sum += pow(effect_table[i]->law_error, 2.0) * fit_contribution(&d->held_out, &d->model, i);
+        if (d->given->effects[i].on || d->found[i])
+            sum += pow(effect_table[i]->law_error, 2.0) * fit_contribution(&d->held_out, &d->model, i);
     return sum;
 }
 
@@ -85,7 +86,7 @@ static bool in_proportion(int values, const double *without, const double *weak,
     return bend < BEND * BEND * square;
 }
 
-/* A model at this strength of the effect; its white residuals. It becomes the best where the rest of the model, moved linearly, comes closest. */
+/* A model at this strength of the effect, and its white residuals. The best is the one with which the rest, moved linearly, comes closest. */
 static void try_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, double strength, double without,
                       const struct linear_part *linear, double *white, double *least, struct params *best) {
     struct params model = *base;
@@ -95,8 +96,8 @@ static void try_start(const struct diagnosis *d, const struct hypothesis *h, con
     if (!idle && square < *least) *least = square, *best = model;
 }
 
-/* The start from which the rest of the model, moved linearly, comes closest; of an effect that is given its own values are one. A law that is
- * in proportion has its best strength at once. from: the same effect, all legs alike, fitted; or NULL. room: for three residuals. */
+/* The start from which the rest of the model, moved linearly, comes closest; of an effect that is given its own values are one. A law in
+ * proportion has its best strength at once. from: the same effect, all legs alike, fitted; or NULL. room: for three residuals. */
 static bool best_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, const struct trial *from,
                        const struct linear_part *linear, double *room, struct params *best) {
     int values = d->fit.values;
@@ -154,8 +155,9 @@ static bool at_bound(const struct trial *t) {
     return bound;
 }
 
-/* The variables of the model so far, moved by x from where they were; but for those that stand as given, or are the hypothesis's own number. */
-static void move_others(const struct diagnosis *d, const struct hypothesis *h, const struct params *from, const double *x, struct params *model) {
+/* The variables of the model so far, moved by x; but for those that stand as given, or are the hypothesis's own number. */
+static void move_others(const struct diagnosis *d, const struct hypothesis *h, const struct params *from, const double *x,
+                        struct params *model) {
     for (int i = 0; i < d->variables; i++) {
         const struct variable *v = &d->variable[i];
         if (v->base && hypothesis_parallel(h, v) == PARALLEL_SAME) continue;
@@ -168,7 +170,8 @@ static void try_one(const struct diagnosis *d, const struct hypothesis *h, const
     double min[FIT_VARIABLES], max[FIT_VARIABLES], x[FIT_VARIABLES] = {0};
     double *own = malloc(4 * (size_t)d->fit.values * sizeof *own);
     struct fit_pull pull[FIT_VARIABLES];
-    struct linear_part linear = {.n = d->variables, .raw = d->raw, .column = d->column, .gram = d->gram, .min = min, .max = max, .pull = pull, .x = x};
+    struct linear_part linear = {.n = d->variables, .raw = d->raw, .column = d->column, .gram = d->gram,
+                                 .min = min, .max = max, .pull = pull, .x = x};
     struct params base;
     bool again = t->ok;
     t->ok = false;

@@ -118,6 +118,9 @@ struct gap_options {
     void *context;
 };
 
+/* Says so to who asked for it. */
+void gap_progress(const struct gap_options *options, const char *step, double share);
+
 /* All legs have the same value in the configuration. */
 bool gap_given_alike(const struct gap_effect *effect, int key);
 

@@ -1,5 +1,5 @@
-/* Can a recording be what the configuration says it is? What cannot is refused, with what is wrong with it: no physical effect is to explain a
- * sensor's plug in the wrong socket. No real time; heap. */
+/* Can a recording be what the configuration says it is? What cannot is refused, with what is wrong with it: no physical effect is to
+ * explain a sensor's plug in the wrong socket. No real time; heap. */
 #ifndef HEXID_RECORDING_CHECK_H
 #define HEXID_RECORDING_CHECK_H
 

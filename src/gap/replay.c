@@ -207,7 +207,8 @@ static double varying_left(const struct spectrum *s, int size, int channel, int 
 static void compare_rows(const struct spectrum *m, const struct spectrum *s, int ch, int leg, int gap_channel, struct sums *sums) {
     int size = 1 + 2 * (m->harmonics < s->harmonics ? m->harmonics : s->harmonics);
     const double *measured = m->mean[ch][leg];
-    double difference[SPECTRUM_SIZE] = {0}, noise = square(m->noise[ch][leg]), constant = constant_left(m, ch, leg) + constant_left(s, ch, leg);
+    double difference[SPECTRUM_SIZE] = {0}, noise = square(m->noise[ch][leg]);
+    double constant = constant_left(m, ch, leg) + constant_left(s, ch, leg);
     for (int a = 0; a < size; a++) difference[a] = measured[a] - s->mean[ch][leg][a];
     add(&sums->difference, gap_channel, mean_square(size, difference) + noise, square(difference[0]));
     add(&sums->noise, gap_channel, noise + varying_left(m, size, ch, leg) + varying_left(s, size, ch, leg) + constant, constant);

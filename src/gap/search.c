@@ -1,0 +1,311 @@
+#include "search.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "inverse_dynamics.h"
+#include "machine.h"
+
+/* Set by machines with nothing hidden: of some forty effects tried the luckiest gains 5 to 10 on held-out cycles (make bench-gap). */
+static const double GAIN_MIN = 36.0;       /* of white squares, on fitted and held-out cycles together: z = 6; */
+static const double GAIN_EACH = 4.0;       /* and of either alone: chance repeats in neither */
+static const double UNCLEAR_SHARE = 0.05;  /* of the first one's gain: less, where others come close to it, is nothing to be named */
+static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes less is not what is there */
+static const double RIVAL_GAIN = 16.0;     /* odds of 3000 to one, z = 4; or what its law may be off, */
+static const double RIVAL_MOST = 0.1;      /* or what it leaves above the noise, but no more than that of its gain */
+static const double CLOCK_TOLERANCE = 1e-4; /* two crystals */
+
+enum { ROUNDS_MAX = 2 * GAP_EFFECTS }; /* effects that a later one makes leave may come again: not for ever */
+
+static double excess(double square, int values) { return fmax(square - values, 0.0); }
+
+/* Square root of the likelihood's gain, on all cycles. */
+static double likelihood(const struct diagnosis *d, const struct trial *t) { return sqrt(fmax(d->square - t->square + t->held_gain, 0.0)); }
+
+/* Every effect once, in its best shape; trials are sorted. */
+static void list_candidates(const struct diagnosis *d, const struct trial *trial, int trials, struct gap_result *r) {
+    double least = d->held_out.evaluated; /* noise alone is not explained */
+    for (int i = 0; i < trials; i++)
+        if (trial[i].ok && trial[i].polished) least = fmin(least, trial[i].held_square);
+    double before = d->held_square - least;
+    bool gap = before > 0.5 * GAIN_MIN;
+    for (int i = 0; i < trials; i++) {
+        bool seen = !trial[i].ok;
+        for (int j = 0; j < r->candidates && !seen; j++) seen = r->candidate[j].effect == trial[i].hypothesis->effect;
+        if (seen || r->candidates == EFFECTS_MAX) continue;
+        double share = gap ? 1.0 - (trial[i].held_square - least) / before : 0.0;
+        r->candidate[r->candidates++] = (struct gap_candidate){.effect = trial[i].hypothesis->effect, .shape = trial[i].hypothesis->shape,
+                                                               .gain = trial[i].gain, .z = likelihood(d, &trial[i]),
+                                                               .share_explained = share};
+    }
+}
+
+/* Sum of white squares, all cycles, by which a trial's law may be off. */
+static double law_error(const struct trial *t) { return pow(effect_table[t->hypothesis->effect]->law_error, 2.0) * trial_evidence(t); }
+
+/* As close to the best as the model can be wrong. */
+static bool comes_close(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
+    double left = excess(best->square, d->fit.evaluated) + excess(best->held_square, d->held_out.evaluated), evidence = trial_evidence(best);
+    double margin = fmax(fmax(RIVAL_GAIN, law_error(best)), fmin(left, RIVAL_MOST * evidence));
+    return t->ok && t->polished && trial_evidence(t) >= evidence - margin;
+}
+
+/* Each leg its own value fits a little better always: a rival only where it judges better, too. */
+static bool overfits(const struct trial *t, const struct trial *best) {
+    return t->hypothesis->shape == SHAPE_EACH && best->hypothesis->shape != SHAPE_EACH && t->held_gain < best->held_gain;
+}
+
+/* A play of the command that its noise shakes through is none: what looks like it is that noise where the spool passes zero. */
+static bool dithered(const struct diagnosis *d, const struct trial *t) {
+    int effect = t->hypothesis->effect;
+    double most = 0.0, square = 0.0;
+    int legs = params_legs(d->given);
+    if (!effect_table[effect]->command) return false;
+    for (int k = 0; k < legs; k++) most = fmax(most, t->model.effects[effect].value[0][k]);
+    for (int i = 0; i < d->even.tests; i++)
+        for (int k = 0; k < legs; k++) square += pow(d->even.test[i].spectrum.noise[CHANNEL_VALVE][k], 2.0);
+    return most < sqrt(square / (legs * d->even.tests));
+}
+
+static double dry_friction(const struct params *model, double speed_mps) {
+    struct cylinder_model m;
+    struct cylinder_state s = {.p1_pa = 0.5 * model->hydraulics.supply_pa, .p2_pa = 0.5 * model->hydraulics.supply_pa};
+    double sum = 0.0;
+    cylinder_model_init(&m, model);
+    for (int k = 0; k < params_legs(model); k++) sum += cylinder_friction(&m, k, &s, 1, speed_mps).dry;
+    return sum;
+}
+
+/* A friction most of which is gone where a leg surely slides is none that can be seen: a leg that may be held takes up what noise there is. */
+static bool held_only(const struct diagnosis *d, const struct trial *t) {
+    double sliding_mps = 2.0 * INVERSE_DYNAMICS_SLOW_MPS;
+    if (!effect_table[t->hypothesis->effect]->leg_friction) return false;
+    double held = dry_friction(&t->model, 0.0) - dry_friction(&d->model, 0.0);
+    double slides = dry_friction(&t->model, sliding_mps) - dry_friction(&d->model, sliding_mps);
+    return fabs(slides) < 0.5 * fabs(held);
+}
+
+/* What looks like it may be noise, however much of that it takes away. */
+static bool noise_alone(const struct diagnosis *d, const struct trial *t) { return dithered(d, t) || held_only(d, t); }
+
+static bool unseen(const struct diagnosis *d, const struct trial *t) { return t->bound || noise_alone(d, t); }
+
+static int list_rivals(const struct diagnosis *d, const struct trial *trial, int trials, int rival[GAP_RIVALS]) {
+    int rivals = 0, best = trial[0].hypothesis->effect;
+    for (int i = 1; i < trials; i++) {
+        if (!comes_close(d, &trial[0], &trial[i]) || noise_alone(d, &trial[i])) continue;
+        int effect = trial[i].hypothesis->effect;
+        bool seen = effect == best || hypothesis_contains(effect, best) || overfits(&trial[i], &trial[0]);
+        for (int j = 0; j < rivals; j++) seen = seen || rival[j] == effect;
+        if (!seen && rivals < GAP_RIVALS) rival[rivals++] = effect;
+    }
+    return rivals;
+}
+
+static void put_first(struct trial *trial, int place) {
+    struct trial first = trial[place];
+    memmove(trial + 1, trial, (size_t)place * sizeof *trial);
+    trial[0] = first;
+}
+
+/* Is it a limit of the best one that explains as much: another effect, or all legs alike where each had its own value? A value for each leg
+ * has to pay as an effect has to. */
+static bool as_good(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
+    const struct hypothesis *h = t->hypothesis, *than = best->hypothesis;
+    if (t->bound || !t->ok || !t->polished) return false;
+    if (h->effect != than->effect) return hypothesis_contains(than->effect, h->effect) && comes_close(d, best, t);
+    return h->shape == SHAPE_ALL && than->shape == SHAPE_EACH && trial_evidence(t) >= trial_evidence(best) - fmax(GAIN_MIN, law_error(best));
+}
+
+/* Where a limit of the best one explains as much, it is that. */
+static void prefer_simple(const struct diagnosis *d, struct trial *trial, int trials) {
+    for (int i = 1; i < trials; i++)
+        if (as_good(d, &trial[0], &trial[i])) {
+            put_first(trial, i);
+            return;
+        }
+}
+
+/* What is stuck at the end of its range, or noise, is not what is there: the best that is not comes first, the order of the others stays. */
+static void prefer_seen(const struct diagnosis *d, struct trial *trial, int trials) {
+    for (int i = 0; i < trials && trial[i].ok && trial[i].polished; i++) {
+        if (unseen(d, &trial[i])) continue;
+        put_first(trial, i);
+        return;
+    }
+}
+
+static bool worth_adding(const struct diagnosis *d, const struct trial *t, double laws) {
+    double left = excess(d->held_square, d->held_out.evaluated);
+    bool pays = t->gain > GAIN_EACH && t->held_gain > GAIN_EACH && trial_evidence(t) > GAIN_MIN;
+    return t->ok && t->polished && !unseen(d, t) && pays && t->held_gain > laws && t->held_gain > REMAINDER_SHARE * left;
+}
+
+/* Takes an addition out where that costs no more than so much. */
+static bool drop(struct diagnosis *d, int addition, double most, struct gap_result *r) {
+    int effect = d->addition[addition].effect, place = 0;
+    if (!diagnosis_drop(d, addition, most)) return false;
+    while (r->effect[place].effect != effect) place++;
+    memmove(r->effect + place, r->effect + place + 1, (size_t)(--r->effects - place) * sizeof *r->effect);
+    return true;
+}
+
+/* Effects that a later one has made superfluous leave. */
+static void drop_superfluous(struct diagnosis *d, struct gap_result *r) {
+    for (int i = 0; i < d->added - 1;)
+        if (!drop(d, i, 0.5 * GAIN_MIN, r)) i++;
+}
+
+enum doubt { NO_DOUBT, UNCLEAR, RECONSIDERED };
+
+/* An effect that had rivals while a later one was still hidden leaves once, to be judged again beside that. */
+static bool reconsider(struct diagnosis *d, enum doubt doubt[EFFECTS_MAX], struct gap_result *r) {
+    for (int i = 0; i < d->added - 1; i++) {
+        int effect = d->addition[i].effect;
+        if (doubt[effect] != UNCLEAR || !drop(d, i, HUGE_VAL, r)) continue;
+        doubt[effect] = RECONSIDERED;
+        return true;
+    }
+    return false;
+}
+
+static int keys_of(const struct hypothesis *h) {
+    int keys = 0;
+    for (int i = 0; i < h->variables; i++) keys = h->variable[i].key < keys ? keys : h->variable[i].key + 1;
+    return keys;
+}
+
+/* Of deviations, which say what noise leaves open: what leaves more than noise is no surer than what it leaves. */
+static double left_over(const struct diagnosis *d) { return sqrt(fmax(d->held_square / d->held_out.evaluated, 1.0)); }
+
+/* Values and deviations of the effects added, from the fitted variables. */
+static void read_effects(const struct diagnosis *d, struct gap_result *r) {
+    for (int i = 0; i < r->effects; i++)
+        r->effect[i].values = d->model.effects[r->effect[i].effect];
+    for (int j = 0; j < d->variables; j++)
+        for (int i = 0; i < r->effects; i++) {
+            const struct variable *v = &d->variable[j];
+            if (v->effect != r->effect[i].effect) continue;
+            double value = variable_get(v, &d->model);
+            for (int leg = 0; leg < LEGS; leg++) {
+                if (v->leg >= 0 && v->leg != leg) continue;
+                if (v->base) { /* within its tolerance, and no finding */
+                    r->effect[i].values.value[v->key][leg] = d->given->effects[v->effect].value[v->key][leg];
+                    continue;
+                }
+                r->effect[i].std[v->key][leg] = left_over(d) * d->std[j];
+                r->effect[i].bound[v->key][leg] = value == v->min || value == v->max;
+            }
+        }
+}
+
+static void describe(struct gap_effect *e, double z, double before, double after) {
+    snprintf(e->evidence, sizeof e->evidence, "%s; sum of white squares on held-out data %.0f before, %.0f after",
+             effect_table[e->effect]->signature, before, after);
+    e->z = z;
+}
+
+/* Two clocks need no search: their ratio is seen. Crystals agree to CLOCK_TOLERANCE. */
+static void find_skew(struct diagnosis *d, const struct recording *recording, struct gap_result *r) {
+    int effect = effect_find("clock_skew");
+    struct machine given;
+    machine_init(&given, d->given);
+    double std, ratio = recording_clock(recording, &std), off = fabs(ratio - given.timing.clock_ratio);
+    if (!(off > CLOCK_TOLERANCE + 6.0 * std)) return;
+    struct gap_effect *e = &r->effect[r->effects++];
+    *e = (struct gap_effect){.effect = effect, .shape = SHAPE_ALL, .keys = 1, .given = d->given->effects[effect], .share_explained = 1.0,
+                             .z = off / fmax(std, 1e-9)};
+    effect_at(effect_table[effect], 0.0, &e->values);
+    for (int leg = 0; leg < LEGS; leg++) e->values.value[0][leg] = ratio, e->std[0][leg] = std;
+    d->model.effects[effect] = e->values;
+    d->found[effect] = true;
+    snprintf(e->evidence, sizeof e->evidence, "%s; stamps and test time drift apart by %.3g ms/s", effect_table[effect]->signature,
+             1e3 * (ratio - 1.0));
+}
+
+/* The surest first. */
+static int by_z(const void *a, const void *b) {
+    const struct gap_effect *x = a, *y = b;
+    return x->z < y->z ? 1 : x->z > y->z ? -1 : 0;
+}
+
+/* The one in doubt is the one added last. */
+static void sort_effects(struct gap_result *r) {
+    int doubted = r->effects ? r->effect[r->effects - 1].effect : 0;
+    qsort(r->effect, (size_t)r->effects, sizeof *r->effect, by_z);
+    for (int i = 0; i < r->effects; i++)
+        if (r->effect[i].effect == doubted) r->in_doubt = i;
+}
+
+/* What each effect explains: the larger of what it did alone, in the first round, and of what was gone when it joined the others. */
+static void share_out(const struct diagnosis *d, double first_held, struct gap_result *r) {
+    double whole = first_held - d->held_square;
+    for (int i = 0; i < r->effects; i++) {
+        struct gap_effect *e = &r->effect[i];
+        if (e->effect == effect_find("clock_skew")) continue; /* its share is known */
+        double share = whole > 0.0 ? fmax(e->share_explained / whole, 0.0) : 0.0;
+        for (int j = 0; j < r->candidates; j++)
+            if (r->candidate[j].effect == e->effect && r->candidate[j].gain > 0.0) share = fmax(share, r->candidate[j].share_explained);
+        e->share_explained = fmin(share, 1.0);
+    }
+}
+
+static void read_base(const struct diagnosis *d, struct gap_result *r) {
+    for (int i = 0; i < d->variables && r->base_values < GAP_BASE; i++) {
+        const struct variable *v = &d->variable[i];
+        if (!v->base || v->effect >= 0) continue; /* joint positions and nulls: too many to read, none of them found */
+        double value = variable_get(v, &d->model);
+        r->base[r->base_values++] = (struct gap_base_value){.name = v->name, .leg = v->leg, .given = variable_get(v, d->given), .value = value,
+                                                            .std = left_over(d) * d->std[i], .bound = value <= v->min || value >= v->max};
+    }
+}
+
+int search_effects(struct diagnosis *d, const struct recording *measured, const struct gap_options *o, struct gap_result *r,
+                   struct error *error) {
+    find_skew(d, measured, r);
+    struct trial *trial = calloc(HYPOTHESES_MAX, sizeof *trial);
+    if (!trial) return error_set(error, STATUS_IO, "out of memory");
+    enum doubt doubt[EFFECTS_MAX] = {NO_DOUBT};
+    double first = 0.0, first_held = d->held_square;
+    bool again = false; /* one is out, to be judged again */
+    for (int round = 0; r->effects < GAP_EFFECTS && round < ROUNDS_MAX; round++) {
+        gap_progress(o, round ? "another effect" : "screening", 0.7 * round / ROUNDS_MAX);
+        int trials = diagnosis_try(d, trial, o->threads);
+        if (!trials) break;
+        if (round == 0) list_candidates(d, trial, trials, r);
+        prefer_seen(d, trial, trials);
+        prefer_simple(d, trial, trials);
+        int rival[GAP_RIVALS] = {0}, rivals = list_rivals(d, trial, trials, rival);
+        int effect = trial[0].hypothesis->effect;
+        /* What is a trace, and may be this or that, is not named. */
+        bool trace = round && !again && rivals && trial[0].held_gain < UNCLEAR_SHARE * first;
+        if (trace || !worth_adding(d, &trial[0], diagnosis_law_error(d))) {
+            again = !r->ambiguous && round + 1 < ROUNDS_MAX && reconsider(d, doubt, r);
+            if (again) continue;
+            break;
+        }
+        again = false;
+        if (round == 0) first = trial[0].held_gain;
+        double before = d->held_square, z = likelihood(d, &trial[0]);
+        struct gap_effect *e = &r->effect[r->effects];
+        *e = (struct gap_effect){.effect = effect, .shape = trial[0].hypothesis->shape, .given = d->given->effects[effect],
+                                 .keys = keys_of(trial[0].hypothesis)};
+        if (!diagnosis_add(d, &trial[0])) break;
+        r->effects++;
+        memcpy(r->ambiguous_with, rival, sizeof rival);
+        r->ambiguous = rivals;
+        if (doubt[effect] != RECONSIDERED) doubt[effect] = rivals ? UNCLEAR : NO_DOUBT;
+        e->share_explained = before - d->held_square;
+        describe(e, z, before, d->held_square);
+        drop_superfluous(d, r);
+    }
+    free(trial);
+    if (r->effects) diagnosis_estimate(d);
+    read_base(d, r);
+    read_effects(d, r);
+    share_out(d, first_held, r);
+    sort_effects(r);
+    return STATUS_OK;
+}

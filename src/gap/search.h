@@ -1,0 +1,11 @@
+/* The search: effects join the model, the likeliest first, while that pays; those that are no longer needed leave. Ordinary threads; heap. */
+#ifndef HEXID_SEARCH_H
+#define HEXID_SEARCH_H
+
+#include "diagnose.h"
+
+/* Fills the result's effects, candidates, rivals and base. 0, or -3 without memory. */
+int search_effects(struct diagnosis *d, const struct recording *measured, const struct gap_options *options, struct gap_result *result,
+                   struct error *error);
+
+#endif
