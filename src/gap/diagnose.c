@@ -96,6 +96,8 @@ static void try_start(const struct diagnosis *d, const struct hypothesis *h, con
     if (!idle && square < *least) *least = square, *best = model;
 }
 
+double trial_rise(const struct trial *t) { return t->gain + CHARGE * t->hypothesis->variables; }
+
 /* The start from which the rest of the model, moved linearly, comes closest; of an effect that is given its own values are one. A law in
  * proportion has its best strength at once. from: the same effect, all legs alike, fitted; or NULL. room: for three residuals. */
 static bool best_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, const struct trial *from,
@@ -318,7 +320,7 @@ static int by_gain(const void *a, const void *b) {
 static void *polish_next(void *argument) {
     struct crew *crew = argument;
     for (int i; (i = atomic_fetch_add(&crew->next, 1)) < crew->count;)
-        if (crew->trial[i].ok && crew->trial[i].gain > 0.0) polish(crew->d, &crew->trial[i]);
+        if (crew->trial[i].ok && trial_rise(&crew->trial[i]) > 0.0) polish(crew->d, &crew->trial[i]);
     return NULL;
 }
 
@@ -344,9 +346,11 @@ static void finish(struct crew *crew, struct trial *trial, int count, int thread
     int effects = 0, finalists = 0, others = 0;
     qsort(trial, (size_t)count, sizeof *trial, by_gain);
     if (!finalist) return;
+    double rise = trial_rise(&trial[0]);
     for (int i = 0; i < count; i++) {
         const struct trial *best = best_shape(finalist, finalists, trial[i].hypothesis->effect);
-        bool chosen = trial[i].ok && (best ? trial[i].gain > NEAR * best->gain : effects < FINALISTS);
+        bool rises = trial[i].hypothesis->shape != SHAPE_EACH && trial_rise(&trial[i]) > NEAR * rise;
+        bool chosen = trial[i].ok && (best ? trial[i].gain > NEAR * best->gain : effects < FINALISTS || rises);
         effects += chosen && !best;
         if (chosen) finalist[finalists++] = trial[i];
         else trial[others++] = trial[i];

@@ -40,6 +40,9 @@ struct trial {
 /* Of all cycles: what decides between trials. */
 static inline double trial_evidence(const struct trial *t) { return t->gain + t->held_gain; }
 
+/* Gain of the fitted cycles as it is: what parameters win there by their number they lose on the others. */
+double trial_rise(const struct trial *t);
+
 int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, struct error *error);
 void diagnosis_free(struct diagnosis *d);
 

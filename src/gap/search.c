@@ -45,11 +45,18 @@ static void list_candidates(const struct diagnosis *d, const struct trial *trial
 /* Sum of white squares, all cycles, by which a trial's law may be off. */
 static double law_error(const struct trial *t) { return pow(effect_table[t->hypothesis->effect]->law_error, 2.0) * trial_evidence(t); }
 
-/* As close to the best as the model can be wrong. */
-static bool comes_close(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
-    double left = excess(best->square, d->fit.evaluated) + excess(best->held_square, d->held_out.evaluated), evidence = trial_evidence(best);
-    double margin = fmax(fmax(RIVAL_GAIN, law_error(best)), fmin(left, RIVAL_MOST * evidence));
-    return t->ok && t->polished && trial_evidence(t) >= evidence - margin;
+/* By so much the model can be wrong, in what speaks for the best one. */
+static double margin(const struct diagnosis *d, const struct trial *best) {
+    double left = excess(best->square, d->fit.evaluated) + excess(best->held_square, d->held_out.evaluated);
+    return fmax(fmax(RIVAL_GAIN, law_error(best)), fmin(left, RIVAL_MOST * trial_evidence(best)));
+}
+
+/* As close to the best. Between two effects, not one a limit of the other, parameters are not counted: a spring in six ways that has one of
+ * them is no worse for that. */
+static bool is_rival(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
+    bool each = best->hypothesis->shape == SHAPE_EACH || t->hypothesis->shape == SHAPE_EACH;
+    double ahead = each ? best->gain - t->gain : trial_rise(best) - trial_rise(t);
+    return t->ok && t->polished && ahead + best->held_gain - t->held_gain <= margin(d, best);
 }
 
 /* Each leg its own value fits a little better always: a rival only where it judges better, too. */
@@ -95,7 +102,7 @@ static bool unseen(const struct diagnosis *d, const struct trial *t) { return t-
 static int list_rivals(const struct diagnosis *d, const struct trial *trial, int trials, int rival[GAP_RIVALS]) {
     int rivals = 0, best = trial[0].hypothesis->effect;
     for (int i = 1; i < trials; i++) {
-        if (!comes_close(d, &trial[0], &trial[i]) || noise_alone(d, &trial[i])) continue;
+        if (!is_rival(d, &trial[0], &trial[i]) || noise_alone(d, &trial[i])) continue;
         int effect = trial[i].hypothesis->effect;
         bool seen = effect == best || hypothesis_contains(effect, best) || overfits(&trial[i], &trial[0]);
         for (int j = 0; j < rivals; j++) seen = seen || rival[j] == effect;
@@ -115,8 +122,9 @@ static void put_first(struct trial *trial, int place) {
 static bool as_good(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
     const struct hypothesis *h = t->hypothesis, *than = best->hypothesis;
     if (t->bound || !t->ok || !t->polished) return false;
-    if (h->effect != than->effect) return hypothesis_contains(than->effect, h->effect) && comes_close(d, best, t);
-    return h->shape == SHAPE_ALL && than->shape == SHAPE_EACH && trial_evidence(t) >= trial_evidence(best) - fmax(GAIN_MIN, law_error(best));
+    double behind = trial_evidence(best) - trial_evidence(t);
+    if (h->effect != than->effect) return hypothesis_contains(than->effect, h->effect) && behind <= margin(d, best);
+    return h->shape == SHAPE_ALL && than->shape == SHAPE_EACH && behind <= fmax(GAIN_MIN, law_error(best));
 }
 
 /* Where a limit of the best one explains as much, it is that. */

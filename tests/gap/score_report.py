@@ -94,17 +94,17 @@ h1{font-size:22px} h2{font-size:17px;margin-top:2em} table{border-collapse:colla
 tr+tr td{border-top:1px solid #e4e4e4} .m td,.m th{padding:1px 3px;text-align:center;border:1px solid #eee;min-width:16px}
 .m th:first-child{text-align:right;font-weight:400;white-space:nowrap} .m thead th{font-weight:400;vertical-align:bottom;height:190px}
 .m thead th span{writing-mode:vertical-rl;transform:rotate(180deg);white-space:nowrap}
-.ok{background:#cfe8cf} .half{background:#fbeec1} .no{background:#f3c6c1}"""
+.ok{background:#cfe8cf} .half{background:#fbeec1} .no{background:#f3c6c1} .weak{background:#e6e6e6}"""
 
 
 def verdict_of(r): return r["named"].split()[0] if r["verdict"] == "effect_named" and r["named"] else r["verdict"] or "refused"
 
 
 def matrix(ran):
-    """Hidden one to a row, what came first to a column; green is right, yellow half."""
-    truths = sorted({r["truth"] for r in ran if "+" not in r["truth"]})
-    columns = [t for t in truths if single({"truth": t})] + ["ambiguous", "unknown_effect", "no_gap", "refused"]
-    columns += sorted({verdict_of(r) for r in ran if "+" not in r["truth"]} - set(columns))
+    """Hidden one to a row, what came first to a column; green is right, yellow half, grey too weak to be seen."""
+    verdicts = ["ambiguous", "unknown_effect", "no_gap", "refused"]
+    truths, said = sorted({r["truth"] for r in ran if "+" not in r["truth"]}), {verdict_of(r) for r in ran if "+" not in r["truth"]}
+    columns = sorted({t for t in truths if single({"truth": t})} | said - set(verdicts)) + verdicts
     head = "".join("<th><span>%s</span></th>" % html.escape(c) for c in columns)
     lines = ["<table class=m><thead><tr><th></th>%s</tr></thead>" % head]
     for truth in truths:
@@ -112,14 +112,15 @@ def matrix(ran):
         for c in columns:
             of = [r for r in ran if r["truth"] == truth and verdict_of(r) == c]
             right = score(of) / len(of) if of else 0
-            mark = "" if not of else "ok" if right == 1 else "half" if right > 0 else "no"
+            weak = of and all(single(r) and not detectable(r) for r in of)
+            mark = "" if not of else "ok" if right == 1 else "weak" if weak else "half" if right > 0 else "no"
             cells += "<td class='%s'>%s</td>" % (mark, len(of) or "")
         lines.append("<tr><th>%s</th>%s</tr>" % (html.escape(truth), cells))
     return "\n".join(lines) + "</table>"
 
 
 def table(head, rows):
-    line = lambda tag, cells: "<tr>" + "".join("<%s>%s</%s>" % (tag, html.escape(c), tag) for c in cells) + "</tr>"
+    line = lambda tag, cells: "<tr>" + "".join("<%s>%s</%s>" % (tag, html.escape(c).replace("    ", "&emsp;"), tag) for c in cells) + "</tr>"
     return "<table>" + line("th", head) + "\n".join(line("td", r) for r in rows) + "</table>"
 
 
