@@ -10,12 +10,12 @@
 
 static const double IDLE = 1e-6;         /* relative change of the squares */
 static const double CHARGE = 8.0;        /* of white squares, a parameter: ln of the number of values, about */
-static const double WORTH = 0.1;         /* of the best one's gain at the first step, and */
+static const double WORTH = 0.1;         /* of the best one's gain after the first steps, and */
 static const double WORTH_LEAST = 4.0;   /* so much: a trial is fitted on */
 static const double BEND = 0.1;          /* of a signature: a law that bends less is taken for one in proportion */
 static const double NEAR = 0.9;          /* of the gain with the base moved linearly: polishing may turn the order */
 enum { POLISH_ITERATIONS = 5, FINALISTS = 5 };
-enum { SCREEN_ITERATIONS = 1, TRIAL_ITERATIONS = 6, BASE_ITERATIONS = 6, THREADS_MAX = 16, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
+enum { SCREEN_ITERATIONS = 1, SCREEN_BENT = 3, TRIAL_ITERATIONS = 6, BASE_ITERATIONS = 6, THREADS_MAX = 16, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
 
 static double held_square(const struct diagnosis *d, const struct params *model) {
     double *white = malloc((size_t)d->held_out.values * sizeof *white), square = INFINITY;
@@ -99,13 +99,15 @@ static void try_start(const struct diagnosis *d, const struct hypothesis *h, con
 double trial_rise(const struct trial *t) { return t->gain + CHARGE * t->hypothesis->variables; }
 
 /* The start from which the rest of the model, moved linearly, comes closest; of an effect that is given its own values are one. A law in
- * proportion has its best strength at once. from: the same effect, all legs alike, fitted; or NULL. room: for three residuals. */
+ * proportion has its best strength at once; else it is bent. from: the same effect, all legs alike, fitted; or NULL. room: for three
+ * residuals. */
 static bool best_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, const struct trial *from,
-                       const struct linear_part *linear, double *room, struct params *best) {
+                       const struct linear_part *linear, double *room, struct params *best, bool *bent) {
     int values = d->fit.values;
     double least = HUGE_VAL, *none = room, *weak = none + values, *white = weak + values;
     bool given = d->given->effects[h->effect].on;
     *best = *base;
+    *bent = false;
     if (h->shape == SHAPE_EACH && from && !given) {
         best->effects[h->effect] = from->model.effects[h->effect];
         return true;
@@ -120,8 +122,9 @@ static bool best_start(const struct diagnosis *d, const struct hypothesis *h, co
         if (i != TYPICAL || !in_proportion(values, none, weak, white)) continue;
         for (int a = 0; a < values; a++) white[a] -= none[a];
         try_start(d, h, base, fit_share(&d->fit, none, white, linear), without, linear, weak, &least, best);
-        break;
+        return least < HUGE_VAL;
     }
+    *bent = true;
     return least < HUGE_VAL;
 }
 
@@ -175,7 +178,7 @@ static void try_one(const struct diagnosis *d, const struct hypothesis *h, const
     struct linear_part linear = {.n = d->variables, .raw = d->raw, .column = d->column, .gram = d->gram,
                                  .min = min, .max = max, .pull = pull, .x = x};
     struct params base;
-    bool again = t->ok;
+    bool again = t->ok, bent = false;
     t->ok = false;
     if (!own) return;
     if (without_parallel(d, h, &base, min, max, pull)) {
@@ -183,8 +186,8 @@ static void try_one(const struct diagnosis *d, const struct hypothesis *h, const
         if (!fit_raw(&d->fit, &base, own)) goto end;
     }
     if (again) move_others(d, h, &base, x, &t->model);
-    else if (!best_start(d, h, &base, from, &linear, own + d->fit.values, &t->model)) goto end;
-    struct fit_result r = fit_model(&d->fit, &t->model, h->variables, h->variable, NULL, &linear, iterations);
+    else if (!best_start(d, h, &base, from, &linear, own + d->fit.values, &t->model, &bent)) goto end;
+    struct fit_result r = fit_model(&d->fit, &t->model, h->variables, h->variable, NULL, &linear, bent ? SCREEN_BENT : iterations);
     if (!r.ok) goto end;
     move_others(d, h, &base, x, &t->model);
     t->ok = true;
@@ -272,7 +275,7 @@ static void run_crew(struct crew *crew, void *(*work_on)(void *), int threads) {
     for (int i = 0; i < started; i++) pthread_join(thread[i], NULL);
 }
 
-/* One step of each; only what comes near the best one then is fitted to its end. */
+/* One step of each, more where a law is bent; only what comes near the best one then is fitted to its end. */
 static void try_all(struct crew *crew, int threads) {
     double best = 0.0;
     run_crew(crew, screen, threads);
