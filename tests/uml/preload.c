@@ -55,7 +55,8 @@ static void begin_virtual_time(void) {
     now_ns = ns_of(monotonic);
     realtime_minus_monotonic_ns = ns_of(realtime) - now_ns;
     real_timer_gettime(timer, &left);
-    real_timer_settime(timer, 0, &disarmed, NULL);
+    /* What has expired is a signal that waits for sigsuspend(); disarming its timer might take that back. */
+    if (ns_of(left.it_value)) real_timer_settime(timer, 0, &disarmed, NULL);
     expiry_ns = ns_of(left.it_value) ? now_ns + ns_of(left.it_value) : 0;
     begin_file = NULL;
     virtual_time = true;
