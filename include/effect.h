@@ -61,7 +61,7 @@ struct effect {
     const char *plain;      /* what people call it: "air in the oil" */
     const char *law;        /* one line, with the formula */
     const char *signature;  /* where it shows: channel, harmonic, feature */
-    double law_error;       /* of what it contributes: no machine has the law more exactly than that */
+    double law_error;       /* how far the law of a real machine may be from this one, as a share of what the effect contributes */
     struct effect_key keys[EFFECT_KEYS]; /* ended by a NULL name */
 
     /* What it has in common with others; lists that zeros end. Another effect is named by its object, declared in the file: the linker

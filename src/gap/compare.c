@@ -8,7 +8,6 @@
 
 static const double LINE_TOLERANCE = 0.1;   /* a loop that oscillates in the model, too, does so near the same frequency */
 static const double LINE_EXCITED = 0.5;     /* of the power: a resonance that other noise excites has some of it */
-static const double CLOCK_TOLERANCE = 1e-4; /* two crystals */
 
 /* A closed loop needs what closed it. */
 int compare_check(const struct params *params, const struct recording *measured, const struct gap_options *o, struct error *error) {
@@ -31,7 +30,7 @@ bool compare_can_be_driven(const struct recording *r) {
     for (int i = 0; i < r->tests; i++) {
         const struct recording_test *t = &r->test[i];
         can = can && t->dof != DOF_NONE && recording_find(r, t->run, t->dof) == t &&
-              fabs(t->frequency_hz / r->run[t->run].hz[t->dof] - 1.0) < CLOCK_TOLERANCE;
+              fabs(t->frequency_hz / r->run[t->run].hz[t->dof] - 1.0) < RECORDING_CLOCK_TOLERANCE;
     }
     return can;
 }

@@ -238,7 +238,7 @@ struct crew {
     const struct crew *before;      /* whose trials are starts, or NULL */
     struct trial *trial;
     int count;
-    double worth;                   /* gain at the first step of those that are fitted on */
+    double worth;                   /* gain after the first steps of those that are fitted on */
     _Atomic int next;
 };
 

@@ -35,7 +35,7 @@ struct gap_effect {
 struct gap_candidate {
     int effect, shape;
     double gain;                          /* of the sum of white squares, fitted cycles, charged for its parameters */
-    double z;                             /* square root of the likelihood's gain on all cycles, after one step where it is small by then */
+    double z;                             /* square root of the likelihood's gain on all cycles; after the first steps, where it is small by then */
     double share_explained;
 };
 

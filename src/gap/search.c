@@ -15,7 +15,6 @@ static const double UNCLEAR_SHARE = 0.05;  /* of the first one's gain: less, whe
 static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes less is not what is there */
 static const double RIVAL_GAIN = 16.0;     /* odds of 3000 to one, z = 4; or what its law may be off, */
 static const double RIVAL_MOST = 0.1;      /* or what it leaves above the noise, but no more than that of its gain */
-static const double CLOCK_TOLERANCE = 1e-4; /* two crystals */
 
 enum { ROUNDS_MAX = 2 * GAP_EFFECTS }; /* effects that a later one makes leave may come again: not for ever */
 
@@ -215,13 +214,13 @@ static void describe(struct gap_effect *e, double z, double before, double after
     e->z = z;
 }
 
-/* Two clocks need no search: their ratio is seen. Crystals agree to CLOCK_TOLERANCE. */
+/* Two clocks need no search: their ratio is seen. Crystals agree to RECORDING_CLOCK_TOLERANCE. */
 static void find_skew(struct diagnosis *d, const struct recording *recording, struct gap_result *r) {
     int effect = effect_find("clock_skew");
     struct machine given;
     machine_init(&given, d->given);
     double std, ratio = recording_clock(recording, &std), off = fabs(ratio - given.timing.clock_ratio);
-    if (!(off > CLOCK_TOLERANCE + 6.0 * std)) return;
+    if (!(off > RECORDING_CLOCK_TOLERANCE + 6.0 * std)) return;
     struct gap_effect *e = &r->effect[r->effects++];
     *e = (struct gap_effect){.effect = effect, .shape = SHAPE_ALL, .keys = 1, .given = d->given->effects[effect], .share_explained = 1.0,
                              .z = off / fmax(std, 1e-9)};

@@ -6,6 +6,7 @@
 #include "status.h"
 
 enum { RECORDING_TESTS = 96, RECORDING_RUNS = 4 };
+#define RECORDING_CLOCK_TOLERANCE 1e-4 /* relative, between the crystals of two clocks */
 
 struct recording_sample {
     double test_time_s;  /* the controller's clock, from the start of the test */
