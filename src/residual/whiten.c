@@ -12,8 +12,8 @@ static const double STATIC_ERROR = 3.0;
 static const double UNSTEADY = 10.0; /* times the samples' noise: cycles that scatter by more than that are no steady state */
 static const double FORCE_SENSOR_ERROR = 5e-3; /* of its reading: class 0.5, and a drive knows its motor's constant no better */
 
-/* Leg-space mass at neutral, J'^-1 M J^-1 = inverse of (J M^-1 J'): what force an acceleration of each leg needs. */
-static void leg_mass(const struct params *model, double lambda[LEGS][LEGS]) {
+/* The inverse of (J M^-1 J'). */
+void whiten_leg_mass(const struct params *model, double lambda[LEGS][LEGS]) {
     struct rigid_model rigid;
     struct rigid_state s;
     struct rigid_legs legs;
@@ -82,22 +82,22 @@ static double wander(const struct spectrum *s, enum channel channel, int leg, in
     return fmax(square(s->std[channel][leg][0]) * s->cycles - square(UNSTEADY * s->noise[channel][leg]) / samples, 0.0);
 }
 
-/* Of a length: rounding in step with a sinusoid; in any other motion it is noise as any. */
-static double in_step(const struct spectrum *s, int leg, double step_m, int samples) {
+double whiten_in_step(const struct residual_test *t, const struct params *model, int leg) {
+    const struct spectrum *s = &t->spectrum;
     const double *row = s->mean[CHANNEL_LENGTH][leg];
-    return s->cycles ? square(spectrum_quantisation(hypot(row[1], row[2]), step_m, s->noise[CHANNEL_LENGTH][leg], samples)) : 0.0;
+    double step_m = model->sensors.enabled ? model->sensors.position_resolution_m : 0.0;
+    return s->cycles ? square(spectrum_quantisation(hypot(row[1], row[2]), step_m, s->noise[CHANNEL_LENGTH][leg], t->fitted)) : 0.0;
 }
 
 void whitener_init(struct whitener *w, const struct residual_test *t, const struct params *model, double model_error) {
     const struct spectrum *s = &t->spectrum;
     struct cylinder_model cylinder;
     double lambda[LEGS][LEGS], length_var[LEGS];
-    double step_m = model->sensors.enabled ? model->sensors.position_resolution_m : 0.0;
     cylinder_model_init(&cylinder, model);
     memset(w, 0, sizeof *w);
     w->values = t->legs * (t->chambers ? RESIDUALS : 1) * t->size;
-    leg_mass(model, lambda);
-    for (int k = 0; k < LEGS; k++) length_var[k] = in_step(s, k, step_m, t->fitted);
+    whiten_leg_mass(model, lambda);
+    for (int k = 0; k < LEGS; k++) length_var[k] = whiten_in_step(t, model, k);
     for (int k = 0; k < t->legs; k++) {
         double p1 = sqrt(residual_variation(t, CHANNEL_P1, k)), p2 = sqrt(residual_variation(t, CHANNEL_P2, k));
         double force = sqrt(residual_variation(t, CHANNEL_FORCE, k));

@@ -16,6 +16,13 @@ struct whitener {
 /* model_error: share of each channel's variation that is not held against any model. */
 void whitener_init(struct whitener *w, const struct residual_test *t, const struct params *model, double model_error);
 
+/* Variance of a coefficient of a leg's length that rounding in step with a sinusoid makes, m^2; in any other motion rounding is noise as any, and
+ * this is 0. */
+double whiten_in_step(const struct residual_test *t, const struct params *model, int leg);
+
+/* Leg-space mass at neutral, J'^-1 M J^-1: what force an acceleration of each leg needs, kg. */
+void whiten_leg_mass(const struct params *model, double lambda[LEGS][LEGS]);
+
 /* row to white values, in place. */
 void whiten(const struct whitener *w, residual_row row);
 

@@ -27,6 +27,15 @@ void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *para
 /* The mean sign of a value over a window about an instant: share of the window in which it is positive, minus the share where negative. */
 double inverse_dynamics_direction(double value, double rate, double window_s);
 
+/* The pose, twist and acceleration of the platform whose legs move so: leg holds length, rate and acceleration of each. The pose and the twist
+ * are left in d->state; the acceleration is of the origin of {M} and angular, in {B}; row i of j is the leg's rate for a twist. False: no pose
+ * has these lengths. */
+bool inverse_dynamics_move(struct inverse_dynamics *d, const double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS],
+                           double acceleration[DOFS]);
+
+/* A wrench on the platform as forces along the legs, in place: J'^-1 F. False where the legs cannot. */
+bool inverse_dynamics_along_legs(double j[LEGS][DOFS], double wrench[DOFS]);
+
 /* What is measured at an instant. */
 struct inverse_dynamics_input {
     double leg[LEGS][3];                   /* length, rate, acceleration */

@@ -149,13 +149,26 @@ static bool begin_run(struct run *r, const struct residual_test *t, const struct
     return true;
 }
 
-/* To the next sample. */
-static void run_on(struct run *r, int sample) {
+static void add_forces(const struct run *r, double weight, double sum_n[LEGS]) {
+    for (int k = r->cylinder.first; k < r->cylinder.legs; k++)
+        sum_n[k] += weight * cylinder_hydraulic_force(&r->cylinder, &r->state.cylinder[k]);
+}
+
+/* Simpson's rule, or where the substeps are odd the trapezoidal one: weight of a substep's end in the mean of a cycle. */
+static double mean_weight(int substeps, int j) {
+    bool end = !j || j == substeps;
+    if (substeps % 2) return (end ? 0.5 : 1.0) / substeps;
+    return (end ? 1.0 : j % 2 ? 4.0 : 2.0) / (3.0 * substeps);
+}
+
+/* To the next sample. mean_n: of each leg's force on the way there; may be NULL. */
+static void run_on(struct run *r, int sample, double mean_n[LEGS]) {
     const struct residual_test *t = r->t;
     double valve[LEGS];
     struct hydraulics_input in[3];
     for (int i = 0; i < 3; i++) in[i] = (struct hydraulics_input){r->node[i].length_m, r->node[i].rate_mps, valve};
     valve_line_send(&r->line, t->valve + (size_t)sample * LEGS);
+    if (mean_n) add_forces(r, mean_weight(t->substeps, 0), mean_n);
     for (int j = 0; j < t->substeps; j++) {
         int node = 2 * (sample * t->substeps + j);
         valve_line_receive(&r->line, j, valve);
@@ -163,6 +176,7 @@ static void run_on(struct run *r, int sample) {
         look(r, node + 2, &r->node[2]);
         hydraulics_step(&r->cylinder, t->step_s / t->substeps, in, &r->state);
         r->node[0] = r->node[2];
+        if (mean_n) add_forces(r, mean_weight(t->substeps, j + 1), mean_n);
     }
 }
 
@@ -190,10 +204,41 @@ static bool simulate_pressures(const struct residual_test *t, const struct param
     for (int i = 0; i < t->samples && ok; i++) {
         int place = i - (t->samples - t->fitted);
         if (place >= 0) add_sample(r, place, p);
-        run_on(r, i);
+        run_on(r, i, NULL);
     }
     if (ok) valve_line_free(&r->line);
     free(r);
+    return ok;
+}
+
+/* Of a force that is smooth but for a ripple of the sampling's period, which all samples see at its same phase: by so much more the sample at
+ * force_n[1] is than the ripple's mean. */
+static double above_mean(const double force_n[3], const double mean_n[2]) {
+    return (force_n[0] + 4.0 * force_n[1] + force_n[2]) / 6.0 - 0.5 * (mean_n[0] + mean_n[1]);
+}
+
+bool residual_staircase(const struct residual_test *t, const struct params *model, double row[LEGS][RESIDUAL_SIZE]) {
+    struct run *r = malloc(sizeof *r);
+    double(*force_n)[LEGS] = calloc((size_t)t->samples + 1, sizeof *force_n), (*mean_n)[LEGS] = calloc((size_t)t->samples, sizeof *mean_n);
+    struct cylinder_model cylinder;
+    struct series rows;
+    cylinder_model_init(&cylinder, model);
+    undo_all(&cylinder.machine, t, &rows);
+    memset(row, 0, LEGS * sizeof row[0]);
+    bool ok = r && force_n && mean_n && t->chambers && begin_run(r, t, model, ALL_LEGS, &rows);
+    for (int i = 0; i < t->samples && ok; i++) {
+        add_forces(r, 1.0, force_n[i]);
+        run_on(r, i, mean_n[i]);
+    }
+    if (ok) add_forces(r, 1.0, force_n[t->samples]), valve_line_free(&r->line);
+    for (int i = t->samples - t->fitted; i < t->samples && ok && i > 0; i++)
+        for (int k = 0; k < t->legs; k++) {
+            double above_n = above_mean((double[]){force_n[i - 1][k], force_n[i][k], force_n[i + 1][k]}, (double[]){mean_n[i - 1][k], mean_n[i][k]});
+            for (int a = 0; a < t->size; a++) row[k][a] += t->projection[a * t->fitted + i - (t->samples - t->fitted)] * above_n;
+        }
+    free(r);
+    free(force_n);
+    free(mean_n);
     return ok;
 }
 

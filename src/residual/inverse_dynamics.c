@@ -128,24 +128,30 @@ static void axis_step(const struct inverse_dynamics *d, const struct inverse_dyn
     force_n[0] += leg_friction(d, 0, in, in->push_n[0] - force_n[0]);
 }
 
+bool inverse_dynamics_move(struct inverse_dynamics *d, const double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS],
+                           double acceleration[DOFS]) {
+    if (!find_pose(d, leg, legs, j)) return false;
+    for (int k = 0; k < LEGS; k++) d->state.twist[k] = leg[k][1];
+    if (!solve6(j, false, d->state.twist)) return false;
+    rigid_legs(&d->rigid, &d->state, legs);
+    for (int k = 0; k < LEGS; k++) {
+        acceleration[k] = leg[k][2];
+        for (int i = 0; i < 3; i++)
+            acceleration[k] -= legs->n[i][k] * legs->centripetal[i][k] + legs->across[i][k] * legs->across[i][k] / legs->length[k];
+    }
+    return solve6(j, false, acceleration);
+}
+
+bool inverse_dynamics_along_legs(double j[LEGS][DOFS], double wrench[DOFS]) { return solve6(j, true, wrench); }
+
 bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]) {
-    const double(*leg)[3] = in->leg;
     struct rigid_legs legs;
     double j[LEGS][DOFS], acceleration[DOFS], mass[DOFS][DOFS], load[DOFS];
     if (d->params->mechanism == MECHANISM_AXIS) {
         axis_step(d, in, force_n);
         return true;
     }
-    if (!find_pose(d, leg, &legs, j)) return false;
-    for (int k = 0; k < LEGS; k++) d->state.twist[k] = leg[k][1];
-    if (!solve6(j, false, d->state.twist)) return false;
-    rigid_legs(&d->rigid, &d->state, &legs);
-    for (int k = 0; k < LEGS; k++) {
-        acceleration[k] = leg[k][2];
-        for (int i = 0; i < 3; i++)
-            acceleration[k] -= legs.n[i][k] * legs.centripetal[i][k] + legs.across[i][k] * legs.across[i][k] / legs.length[k];
-    }
-    if (!solve6(j, false, acceleration)) return false;
+    if (!inverse_dynamics_move(d, in->leg, &legs, j, acceleration)) return false;
     rigid_dynamics(&d->rigid, &d->state, &legs, mass, load);
     if (d->joints) push_joints(d, &legs, acceleration, load);
     for (int i = 0; i < DOFS; i++) {
