@@ -164,12 +164,36 @@ static void json_keeps_every_number_bit_for_bit(void **unused) {
 static void json_names_its_schema_and_has_its_keys_and_no_others(void **unused) {
     (void)unused;
     static const char *const keys[] = {"schema",   "tests",    "nominal",    "method_a", "modified_a",
-                                       "method_b", "method_c", "errors_pct", "loop",     "verdict"};
+                                       "method_b", "method_c", "method_c_reason", "errors_pct", "loop", "verdict"};
     json_t *root = parsed(report_full(awkward));
     assert_string_equal(json_string_value(member(root, "schema")), "hexid.identification/1");
     for (size_t i = 0; i < sizeof keys / sizeof *keys; i++) member(root, keys[i]);
     assert_int_equal(json_object_size(root), sizeof keys / sizeof *keys);
+    assert_true(json_is_null(member(root, "method_c")) && json_is_null(member(root, "method_c_reason")));
+    json_decref(root);
+}
+
+static void json_has_method_c_with_its_friction_or_why_not(void **unused) {
+    (void)unused;
+    struct report *r = report_full(awkward);
+    struct method_c *c = &r->id.method_c;
+    fill_method(&c->matrix, awkward);
+    fill(c->viscous, LEGS, awkward), fill(&c->dry[0][0], 2 * LEGS, awkward), fill(&c->dry_std[0][0], 2 * LEGS, awkward);
+    c->matrix.mt[2][3] = NAN;
+    json_t *root = parsed(r), *m = member(root, "method_c"), *dry = member(m, "dry_friction_n");
+    assert_true(json_is_null(json_array_get(json_array_get(member(m, "Mt"), 2), 3)));
+    for (int k = 0; k < LEGS; k++) {
+        assert_number(json_array_get(member(m, "viscous_n_s_per_m"), (size_t)k), c->viscous[k]);
+        assert_number(json_array_get(member(dry, "extend"), (size_t)k), c->dry[k][0]);
+        assert_number(json_array_get(member(dry, "retract"), (size_t)k), c->dry[k][1]);
+        assert_number(json_array_get(member(dry, "retract_std"), (size_t)k), c->dry_std[k][1]);
+    }
+    json_decref(root);
+    c->matrix.evaluated = false;
+    error_set(&r->id.no_method_c, STATUS_USAGE, "some leg does not move");
+    root = parsed(r);
     assert_true(json_is_null(member(root, "method_c")));
+    assert_string_equal(json_string_value(member(root, "method_c_reason")), "some leg does not move");
     json_decref(root);
 }
 
@@ -293,7 +317,7 @@ static void print_table(const struct identification *id, char *text, size_t size
     memset(text, 0, size);
     FILE *out = fmemopen(text, size, "w");
     assert_non_null(out);
-    identification_table_print(out, id);
+    identification_table_print(out, id, true);
     fclose(out);
 }
 
@@ -358,6 +382,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(json_keeps_every_number_bit_for_bit),
         cmocka_unit_test(json_names_its_schema_and_has_its_keys_and_no_others),
+                                       cmocka_unit_test(json_has_method_c_with_its_friction_or_why_not),
         cmocka_unit_test(json_keeps_the_verdict_word_by_word),
         cmocka_unit_test(json_errors_are_against_the_nominal_entries),
         cmocka_unit_test(json_has_null_for_what_was_not_evaluated),

@@ -5,12 +5,22 @@
 
 #include "cli.h"
 #include "identification_table.h"
+#include "recording_check.h"
 #include "supervisor.h"
 #include "units.h"
 
 int analysis_init(struct analysis *a, const struct params *params, struct error *error) {
     *a = (struct analysis){.params = params};
+    recording_init(&a->recording, params);
     return ident_init(&a->ident, params, error);
+}
+
+void analysis_free(struct analysis *a) { recording_free(&a->recording); }
+
+static void record(struct analysis *a, const struct cycle *c) {
+    if (c->test != a->last.test) a->recorded = 0;
+    if (a->unrecorded.status || c->test < 0) return;
+    if (a->recorded++ < ANALYSIS_SAMPLES / tests_count(&a->params->tests)) recording_add(&a->recording, c, &a->unrecorded);
 }
 
 static void count_missed(struct analysis *a, const struct cycle *c) {
@@ -20,6 +30,7 @@ static void count_missed(struct analysis *a, const struct cycle *c) {
 }
 
 bool analysis_take(struct analysis *a, const struct cycle *c) {
+    record(a, c);
     if (a->cycles && c->seq > a->last.seq) a->lost += (int64_t)(c->seq - a->last.seq - 1);
     a->last = *c;
     a->cycles++;
@@ -35,6 +46,14 @@ bool analysis_take(struct analysis *a, const struct cycle *c) {
 }
 
 bool analysis_end(struct analysis *a) { return ident_end(&a->ident); }
+
+void analysis_identify(struct analysis *a) {
+    struct identification *r = &a->ident.result;
+    struct error *e = &r->no_method_c;
+    *e = a->unrecorded;
+    if (!e->status && !a->recording.tests) error_set(e, STATUS_USAGE, "no test in it");
+    if (!e->status && !recording_check(&a->recording, e)) method_c(&a->recording, &r->method_c, e);
+}
 
 struct loop_statistics analysis_statistics(const struct analysis *a) {
     static const double quantile[] = {0.5, 0.99, 0.999};
@@ -62,9 +81,9 @@ struct verdict analysis_verdict(struct analysis *a) {
 }
 
 int analysis_identifies(const struct analysis *a, const char *path, struct error *error) {
-    if (a->ident.result.tests || !a->motion.cycles) return STATUS_OK;
-    return error_set(error, STATUS_USAGE, "%.250s: it has no sinusoidal tests, one axis after another, and nothing else identifies a matrix; "
-                     "`hexid gap` and `hexid check` take any motion", path);
+    const struct identification *r = &a->ident.result;
+    if (r->tests || r->method_c.matrix.evaluated || !a->motion.cycles) return STATUS_OK;
+    return error_set(error, STATUS_USAGE, "%.250s: nothing to identify: %.200s", path, r->no_method_c.text);
 }
 
 static void print_times(const char *what, const double us[4], FILE *out) {
@@ -84,8 +103,7 @@ static void print_loop(const struct loop_statistics *s, FILE *out) {
 
 void analysis_print(struct analysis *a, const struct verdict *verdict, FILE *out) {
     struct loop_statistics s = analysis_statistics(a);
-    if (tests_single(&a->params->tests)) identification_table_print(out, &a->ident.result);
-    else fprintf(out, "\n");
+    identification_table_print(out, &a->ident.result, tests_single(&a->params->tests));
     print_loop(&s, out);
     verdict_print(verdict, out);
 }

@@ -17,10 +17,17 @@ struct analysis {
     struct cycle last;
     int64_t cycles, overruns, lost; /* lost: gaps in seq */
     int64_t missed, longest_ns;     /* deadlines missed in a row up to the last cycle, and the longest delay among them */
+    struct recording recording;     /* for method C; of each test so much of the beginning that all have no more than ANALYSIS_SAMPLES */
+    int recorded;                   /* samples of the test under way */
+    struct error unrecorded;        /* why there is no more */
     int64_t stalls, behind_ns;      /* wake-ups a period or more late, and the sum of the whole periods they were late: what a paced clock stretches */
 };
 
+enum { ANALYSIS_SAMPLES = 300000 }; /* six tests of 100 s, or one of 600 s, at 2 ms; 90 MB */
+
+/* To be released by analysis_free(), also when this failed. */
 int analysis_init(struct analysis *a, const struct params *params, struct error *error);
+void analysis_free(struct analysis *a);
 
 /* True when the cycle completed a test. */
 bool analysis_take(struct analysis *a, const struct cycle *c);
@@ -28,12 +35,15 @@ bool analysis_take(struct analysis *a, const struct cycle *c);
 /* The stream has ended. True when that closed a test under way. */
 bool analysis_end(struct analysis *a);
 
+/* Method C, of all that was recorded: once, after the stream has ended. */
+void analysis_identify(struct analysis *a);
+
 struct loop_statistics analysis_statistics(const struct analysis *a);
 
 /* Solves what can be solved and judges it. */
 struct verdict analysis_verdict(struct analysis *a);
 
-/* 0 where there is a test of an axis, or nothing at all; -2 for a recording of other motions alone: what identifies takes no other. */
+/* 0 where there is a test of an axis, a matrix, or nothing at all; -2 for a recording of other motions from which none comes, and why. */
 int analysis_identifies(const struct analysis *a, const char *path, struct error *error);
 
 /* Table, loop and verdict for people. */

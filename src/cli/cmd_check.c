@@ -177,6 +177,7 @@ static int read_cycles(struct check *c, const struct input *in, struct log_reade
     if (identifies) analysis_end(analysis);
     if (log_cut(log, &offset)) cli_warn_cut(in->name, offset);
     if (status || !identifies || c->report.identify.status) return status;
+    analysis_identify(analysis);
     if (analysis_identifies(analysis, in->name, &c->report.identify)) return STATUS_OK;
     struct verdict v = analysis_verdict(analysis);
     if (v.status != VERDICT_PASS) error_set(&c->report.identify, STATUS_USAGE, "%s", v.reasons ? v.reason[0] : verdict_names[v.status]);
@@ -189,6 +190,7 @@ static int survey_input(struct check *c, const struct input *in) {
     int status = analysis ? log_open(&log, path_of(in), c->error) : error_set(c->error, STATUS_IO, "out of memory");
     if (!status) {
         status = read_cycles(c, in, log, analysis);
+        analysis_free(analysis);
         log_release(log);
     }
     free(analysis);

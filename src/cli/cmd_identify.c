@@ -30,6 +30,7 @@ static int identify(const struct options *o, struct log_reader *log, struct para
     while (log_next(log, &event));
     analysis_end(analysis);
     if (log_cut(log, &offset)) cli_warn_cut(o->operand[0], offset);
+    analysis_identify(analysis);
     if ((status = analysis_identifies(analysis, o->operand[0], error))) return status;
     struct verdict verdict = analysis_verdict(analysis);
     analysis_print(analysis, &verdict, o->json && !strcmp(o->json, "-") ? stderr : stdout);
@@ -42,12 +43,13 @@ int cmd_identify(int argc, char **argv) {
     struct error error;
     struct log_reader *log;
     struct params params;
-    struct analysis analysis;
+    struct analysis analysis = {0};
     int status = options_parse(&o, argc, argv, "cSj", 1, &error);
     if (!status && !o.operands) status = error_set(&error, STATUS_USAGE, "identify: name a log; see `hexid identify --help`");
     if (!status) status = log_open(&log, o.operand[0], &error);
     if (!status) {
         status = identify(&o, log, &params, &analysis, &error);
+        analysis_free(&analysis);
         log_release(log);
     }
     return status < 0 ? cli_fail(&error) : status;

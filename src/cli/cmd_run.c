@@ -209,6 +209,7 @@ static void wait_for_end(struct session *s) {
 static int report(struct session *s, struct error *error) {
     struct analysis *a = &s->recorder.analysis;
     struct verdict verdict = analysis_verdict(a);
+    analysis_identify(a);
     progress_end(&s->progress);
     if (s->signalled_ns) verdict_add(&verdict, VERDICT_NOT_EVALUATED, "interrupted");
     analysis_print(a, &verdict, s->progress.out);
@@ -288,6 +289,7 @@ static int close_all(struct session *s, int status, const struct error *error) {
     if (!quiet || s->stuck) _exit(status); /* threads that wait for a terminal or a disk still use what would be freed */
     if (s->bus) bus_close(s->bus);
     if (s->log) log_close(s->log, &ignored);
+    analysis_free(&s->recorder.analysis);
     ring_free(&s->ring);
     trajectory_free(&s->trajectory);
     free(s->config);

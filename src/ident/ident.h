@@ -10,6 +10,7 @@
 #include "force.h"
 #include "harmonics.h"
 #include "kinematics.h"
+#include "method_c.h"
 #include "methods.h"
 #include "nominal.h"
 #include "params.h"
@@ -19,6 +20,8 @@ struct identification {
     struct test_result test[DOFS];/* one an axis, in the order in which they ended: a test of an axis replaces that axis' earlier one */
     double nominal_mt[DOFS][DOFS];/* at neutral */
     struct method_result method_a, modified_a, method_b;
+    struct method_c method_c;     /* of a whole recording, by those who have one (method_c.h) */
+    struct error no_method_c;     /* why it is not evaluated */
 };
 
 struct ident {

@@ -8,8 +8,8 @@
 const char *const verdict_names[] = {"pass", "fail", "not_evaluated"};
 static const char of_sinusoids[] = "amplitudes reached, unwanted motion, overruns, excluded samples, readings that live, steady mean forces, "
                                    "symmetry and positive definiteness of method A; not the error against the nominal matrix";
-static const char of_a_motion[] = "overruns, excluded samples, whether the motion came to its end; not how far the platform was from its reference; "
-                                  "nothing is identified";
+static const char of_a_motion[] = "overruns, excluded samples, whether the motion came to its end; not how far the platform was from its reference, "
+                                  "and not the matrix";
 
 void verdict_add(struct verdict *v, enum verdict_status status, const char *format, ...) {
     va_list args;

@@ -56,6 +56,22 @@ static json_t *method(const struct method_result *source, bool damping) {
     return damping ? set(set(object, "Bt", matrix(m.bt)), "Bt_std", matrix(m.bt_std)) : object;
 }
 
+/* Dry friction of six legs, one direction. */
+static json_t *strided(const double *x) {
+    double value[LEGS];
+    for (int k = 0; k < LEGS; k++) value[k] = x[2 * k];
+    return vector(value, LEGS);
+}
+
+static json_t *method_c_json(const struct method_c *source) {
+    struct method_c c = *source;
+    if (!c.matrix.evaluated) return json_null();
+    return json_pack("{so so so so s{so so so so} so}", "Mt", matrix(c.matrix.mt), "std", matrix(c.matrix.mt_std), "viscous_n_s_per_m",
+                     vector(c.viscous, LEGS), "viscous_std", vector(c.viscous_std, LEGS), "dry_friction_n", "extend", strided(c.dry[0]),
+                     "extend_std", strided(c.dry_std[0]), "retract", strided(c.dry[0] + 1), "retract_std", strided(c.dry_std[0] + 1),
+                     "scatter", number(c.scatter));
+}
+
 static json_t *errors(const struct identification *id, const struct method_result *m) {
     if (!m->evaluated) return json_null();
     json_t *object = json_object();
@@ -80,10 +96,11 @@ char *identification_json(const struct identification *id, const struct verdict 
     json_t *tests = json_array();
     for (int i = 0; i < r.tests; i++) tests = append(tests, test(&r.test[i]));
     json_t *root = json_pack(
-        "{ss so s{so} so so so so s{so so so} s{sI sI sI so so so so so so} s{ss ss so}}", "schema", "hexid.identification/1", "tests", tests,
+        "{ss so s{so} so so so so so s{so so so so} s{sI sI sI so so so so so so} s{ss ss so}}", "schema", "hexid.identification/1", "tests", tests,
         "nominal", "Mt", matrix(r.nominal_mt), "method_a", method(&r.method_a, true), "modified_a", method(&r.modified_a, false),
-        "method_b", method(&r.method_b, false), "method_c", json_null(), "errors_pct", "method_a", errors(id, &r.method_a),
-        "modified_a", errors(id, &r.modified_a), "method_b", errors(id, &r.method_b), "loop", "cycles", (json_int_t)loop->cycles,
+        "method_b", method(&r.method_b, false), "method_c", method_c_json(&r.method_c), "method_c_reason",
+        r.no_method_c.status ? json_string(r.no_method_c.text) : json_null(), "errors_pct", "method_a", errors(id, &r.method_a),
+        "modified_a", errors(id, &r.modified_a), "method_b", errors(id, &r.method_b), "method_c", errors(id, &r.method_c.matrix), "loop", "cycles", (json_int_t)loop->cycles,
         "overruns", (json_int_t)loop->overruns, "lost_records", (json_int_t)loop->lost, "period_s", number(loop->period_s),
         "wake_us", quantiles(loop->wake_us, loop->timed), "exec_us", quantiles(loop->exec_us, loop->timed), "pace",
         loop->timed ? number(loop->pace) : json_null(), "stalls", loop->timed ? json_integer(loop->stalls) : json_null(),

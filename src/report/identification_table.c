@@ -1,12 +1,48 @@
 #include "identification_table.h"
 
+#include <math.h>
+
 static void cell(FILE *out, const struct identification *id, const struct method_result *m, const struct ident_entry *e) {
     fprintf(out, "  %8.3f %+7.2f", m->mt[e->row][e->col], ident_error_pct(id, m, e));
 }
 
-void identification_table_print(FILE *out, const struct identification *id) {
+static void friction(FILE *out, const char *what, const double *value, const double *std, int stride, const char *unit) {
+    fprintf(out, "%-24s", what);
+    double most = 0.0;
+    for (int k = 0; k < LEGS; k++) fprintf(out, " %7.1f", value[k * stride]), most = fmax(most, std[k * stride]);
+    fprintf(out, " %s, std at most %.1f\n", unit, most);
+}
+
+static void print_method_c(FILE *out, const struct identification *id) {
+    const struct method_c *c = &id->method_c;
+    if (!c->matrix.evaluated) {
+        if (id->no_method_c.status) fprintf(out, "method C  not evaluated: %s\n\n", id->no_method_c.text);
+        return;
+    }
+    fprintf(out, "%-4s %-6s %8s  %16s %7s   dry friction apart from inertia\n", "", "unit", "nominal", "method C error %", "std C");
+    for (int i = 0; i < IDENT_ENTRIES; i++) {
+        const struct ident_entry *e = &ident_entries[i];
+        if (i >= IDENT_ENTRIES - 2) continue; /* symmetric: Mt42 is Mt24, Mt51 is Mt15 */
+        fprintf(out, "%-4s %-6s %8.3f", e->name, e->unit, id->nominal_mt[e->row][e->col]);
+        if (isnan(c->matrix.mt[e->row][e->col])) fprintf(out, "  not determined by these tests");
+        else cell(out, id, &c->matrix, e), fprintf(out, " %7.3f", c->matrix.mt_std[e->row][e->col]);
+        fprintf(out, "\n");
+    }
+    friction(out, "legs 1..6: viscous", c->viscous, c->viscous_std, 1, "N s/m");
+    friction(out, "dry, extending", c->dry[0], c->dry_std[0], 2, "N");
+    friction(out, "dry, retracting", c->dry[0] + 1, c->dry_std[0] + 1, 2, "N");
+    fprintf(out, "\n");
+}
+
+void identification_table_print(FILE *out, const struct identification *id, bool sinusoids) {
+    if (!sinusoids) {
+        fprintf(out, "\n");
+        print_method_c(out, id);
+        return;
+    }
     if (!id->method_a.evaluated) {
         fprintf(out, "\nmatrix    not evaluated: needs complete tests of all six axes\n");
+        print_method_c(out, id);
         return;
     }
     fprintf(out, "\n%-4s %-6s %8s  %16s  %16s  %16s %7s\n", "", "unit", "nominal", "method A error %", "modif. A error %",
@@ -21,4 +57,5 @@ void identification_table_print(FILE *out, const struct identification *id) {
     }
     fprintf(out, "\ndiagonal of Bt: %.1f %.1f %.1f N s/m, %.2f %.2f %.2f N m s\n\n", id->method_a.bt[0][0], id->method_a.bt[1][1],
             id->method_a.bt[2][2], id->method_a.bt[3][3], id->method_a.bt[4][4], id->method_a.bt[5][5]);
+    print_method_c(out, id);
 }

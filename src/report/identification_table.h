@@ -7,6 +7,6 @@
 #include "ident.h"
 
 /* Prints nothing but a line when the methods were not evaluated. */
-void identification_table_print(FILE *out, const struct identification *id);
+void identification_table_print(FILE *out, const struct identification *id, bool sinusoids);
 
 #endif

@@ -1,4 +1,4 @@
-/* `make bench-paper`: Tian 2015's tables beside hexid's own results under the same headings, as text and as CSV.
+/* `make bench-paper`: Tian 2015's tables beside hexid's own results under the same headings, and method C, as text and as CSV.
  *
  *     paper HEXID TABLES OUT [KEY=VALUE ...]
  *
@@ -15,8 +15,8 @@
 #include <unistd.h>
 
 enum { CASES = 11, STEP_N = 20, ENTRIES = 10, SETTINGS_MAX = 16 };
-enum { METHOD_A, MODIFIED_A, METHOD_B, METHODS };
-static const char *const method_names[METHODS] = {"method_a", "modified_a", "method_b"};
+enum { METHOD_A, MODIFIED_A, METHOD_B, METHOD_C, METHODS };
+static const char *const method_names[METHODS] = {"method_a", "modified_a", "method_b", "method_c"};
 
 /* Entries of the matrix that the paper prints, in its order. */
 struct entry {
@@ -151,10 +151,10 @@ static void print_methods(FILE *csv, const struct table *paper, const int value[
         double cell[2 + 4 * METHODS] = {paper->cell[i][paper->columns - 2], r->nominal[i]};
         int n = 2;
         for (int m = 0; m < METHODS; m++) {
-            if (value[m] < 0) continue;
-            cell[n++] = paper->cell[i][value[m]];
+            if (value[m] < 0 && m != METHOD_C) continue;
+            if (value[m] >= 0) cell[n++] = paper->cell[i][value[m]];
             cell[n++] = r->value[m][i];
-            cell[n++] = paper->cell[i][error[m]];
+            if (value[m] >= 0) cell[n++] = paper->cell[i][error[m]];
             cell[n++] = error_pct(r->value[m][i], r->nominal[i]);
         }
         print_row(csv, entries[i].name, cell, n);
@@ -184,6 +184,20 @@ static void print_sweep(const char *out, const char *tables, const struct result
     fclose(csv);
 }
 
+/* What the paper has nothing beside. */
+static void print_method_c(const char *out, const struct result r[CASES]) {
+    FILE *csv = begin(out, "method_c", "Method C: dry friction of each cylinder, N, against the error of each entry in %",
+                      "force_n,mx,my,mz,Ixx,Iyy,Izz,Mt15,Mt24,Mt42,Mt51");
+    for (int k = 0; k < CASES; k++) {
+        double cell[ENTRIES];
+        char name[16];
+        for (int i = 0; i < ENTRIES; i++) cell[i] = error_pct(r[k].value[METHOD_C][i], r[k].nominal[i]);
+        snprintf(name, sizeof name, "%d", k * STEP_N);
+        print_row(csv, name, cell, ENTRIES);
+    }
+    fclose(csv);
+}
+
 /* method.md section 4: what an independent simulation of the same machine gave. */
 static void print_expected(const char *out, const struct result *r) {
     static const char *const expected[ENTRIES] = {"0.55", "0.55", "1.0", "4.4", "6.9", "1.2", "2-46", "2-46", "2-46", "2-46"};
@@ -208,7 +222,7 @@ static void print_experiment(const char *out, const char *tables) {
                       "entry,nominal,method A,error %,modified A,error %,method B,error %");
     for (int i = 0; i < ENTRIES; i++) {
         double nominal = paper.cell[i][6], cell[7] = {nominal};
-        for (int m = 0; m < METHODS; m++) {
+        for (int m = 0; m < METHOD_C; m++) {
             cell[1 + 2 * m] = paper.cell[i][3 + m];
             cell[2 + 2 * m] = error_pct(paper.cell[i][3 + m], nominal);
         }
@@ -227,12 +241,13 @@ int main(int argc, char **argv) {
 
     struct table table3 = table_read(tables, "table3_linear_friction.csv"), table4 = table_read(tables, "table4_nonlinear_friction.csv");
     print_methods(begin(out, "table3", "Table 3: viscous friction only. p: paper, h: hexid; %: error against the own nominal",
-                        "entry,p nominal,h nominal,p A,h A,p A %,h A %,p B,h B,p B %,h B %"),
-                  &table3, (const int[]){3, -1, 5}, (const int[]){4, -1, 6}, &r[0]);
+                        "entry,p nominal,h nominal,p A,h A,p A %,h A %,p B,h B,p B %,h B %,h C,h C %"),
+                  &table3, (const int[]){3, -1, 5, -1}, (const int[]){4, -1, 6, -1}, &r[0]);
     print_methods(begin(out, "table4", "Table 4: 200 N of dry friction added; mod: modified method A",
-                        "entry,p nominal,h nominal,p A,h A,p A %,h A %,p mod,h mod,p mod %,h mod %,p B,h B,p B %,h B %"),
-                  &table4, (const int[]){3, 5, 7}, (const int[]){4, 6, 8}, &r[CASES - 1]);
+                        "entry,p nominal,h nominal,p A,h A,p A %,h A %,p mod,h mod,p mod %,h mod %,p B,h B,p B %,h B %,h C,h C %"),
+                  &table4, (const int[]){3, 5, 7, -1}, (const int[]){4, 6, 8, -1}, &r[CASES - 1]);
     print_sweep(out, tables, r);
+    print_method_c(out, r);
     print_expected(out, &r[5]);
     print_experiment(out, tables);
     printf("\nverdicts of hexid's own checks, 0..200 N:");

@@ -45,6 +45,13 @@ def nominal(limit, path):
     return all(abs(value) <= float(limit) for value in errors(path).values())
 
 
+def friction(limit, path):
+    """Method C of exact sensors: all ten entries."""
+    value = errors(path, "method_c")
+    print("  ".join(f"{name} {x:+.3f}" for name, x in value.items()))
+    return all(abs(x) <= float(limit) for x in value.values())
+
+
 def damping(limit, path):
     bt = load(path)["method_a"]["Bt"]
     print([bt[i][i] for i in range(6)])
@@ -71,6 +78,38 @@ def spread(*paths):
     rms = {name: math.sqrt(sum(run[name] ** 2 for run in runs) / len(runs)) for name in runs[0]}
     print(len(runs), "  ".join(f"{name} {value:.2f}" for name, value in rms.items()))
     return len(runs) == 30 and all(value <= SPREAD[name[0]] for name, value in rms.items())
+
+
+def rms(paths, method):
+    runs = [errors(path, method) for path in paths]
+    return {name: math.sqrt(sum(run[name] ** 2 for run in runs) / len(runs)) for name in runs[0]}
+
+
+def intervals(paths):
+    """Share of method C's 95 % intervals that hold the nominal entry, 21 a run."""
+    inside = count = 0
+    for run in map(load, paths):
+        c, nominal = run["method_c"], run["nominal"]["Mt"]
+        for i in range(6):
+            for j in range(i, 6):
+                inside, count = inside + (abs(c["Mt"][i][j] - nominal[i][j]) <= 1.96 * c["std"][i][j]), count + 1
+    print(f"95 % intervals: {100 * inside / count:.1f} % of {count} hold")
+    return 0.90 <= inside / count <= 0.99
+
+
+def spread_c(*paths):
+    """Method C's rms over seeds against method A's; of a coupling entry against that of both of A's, above and below the diagonal."""
+    a, c = rms(paths, "method_a"), rms(paths, "method_c")
+    for one, other in (("Mt15", "Mt51"), ("Mt24", "Mt42")): a[one] = a[other] = math.hypot(a[one], a[other]) / math.sqrt(2)
+    print("  ".join(f"{name} {c[name]:.2f} ({c[name] / a[name]:.2f})" for name in a))
+    return len(paths) == 30 and all(c[name] <= 1.2 * a[name] for name in a) and intervals(paths)
+
+
+def spread_dry(*paths):
+    """The same with dry friction, against fixed figures."""
+    c = rms(paths, "method_c")
+    print("  ".join(f"{name} {value:.2f}" for name, value in c.items()))
+    return len(paths) == 30 and all(value <= {"m": 1, "I": 1.5, "M": 5.5}[name[0]] for name, value in c.items()) and intervals(paths)
 
 
 def agree(one, other, *limits):

@@ -24,15 +24,21 @@ exact smooth --set sim.engine=closed_form --set sim.substeps=10 --set sim.smooth
 claim "100 N smoothed as F tanh(v / 0.2 mm/s): the independent simulation's figures within 0.11 points, coupling within 1" \
     judge independent_100n 0.11 1 "$work/smooth.json"
 judge print "$work/dry.json" # with true stick
+claim "method C, viscous friction alone: within 0.1 % on all ten entries" judge friction 0.1 "$work/closed_form.json"
+claim "method C, 100 N of dry friction that sticks: within 0.2 % where method A is 48 % off" judge friction 0.2 "$work/dry.json"
 for substeps in 8 16; do exact ode$substeps --set sim.engine=ode --set sim.substeps=$substeps; done
 claim "ODE, 0.25 ms: within 1.3 % of the nominal on every entry" judge nominal 1.3 "$work/ode8.json"
 claim "ODE, 0.125 ms: within 0.1 points of the independent simulation" judge independent 0.1 "$work/ode16.json"
 judge print "$work"/ode8.json "$work"/ode16.json
 
-sensors() {
+seeds() {
     seq 30 | xargs -P "$(nproc)" -I{} "$hexid" run --fast --set lcm.url= "${brief[@]}" --set sim.engine=closed_form --seed {} \
-        --json "$work/seed{}.json" >/dev/null || return
-    judge spread "$work"/seed*.json
+        --json "$work/$1{}.json" "${@:2}" >/dev/null
 }
+sensors() { seeds seed && judge spread "$work"/seed*.json; }
 skip_under 'asan|tsan' "with sensors, rms over 30 seeds" "the same numbers, ten times slower"
 claim "with sensors, rms over 30 seeds: masses 0.7 %, inertias 1.2 %, coupling 4 %" sensors
+claim "method C beside it: at most 1.2 times method A's rms on all ten entries, 90 to 99 % of its 95 % intervals hold" \
+    judge spread_c "$work"/seed*.json
+dry_sensors() { seeds dry $dry && judge spread_dry "$work"/dry[0-9]*.json; }
+claim "method C with 100 N of dry friction and sensors: masses 1 %, inertias 1.5 %, coupling 5.5 %, and its intervals hold" dry_sensors

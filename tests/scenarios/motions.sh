@@ -40,18 +40,19 @@ claim "export and import keep it" back
 claim "a list that is too short: refused" refuses 2 "tests.frequency_hz 5 6" quick --set tests.frequency_hz=1,2,3,4,5
 
 multisine=(--set tests.multisine=true --set tests.frequency_hz=1.1,1.7,2.3,3.1,3.7,4.3 --set tests.duration_s=12)
-# A log of any motion: check and gap take it, identify says what it would need.
+# A log of any motion: check, gap and identify take it.
 of_any_motion() {
-    "$hexid" check "$1" >"$work/out" && says '^  none +none ' 'hexid identify would refuse it' 'hexid gap would take it' &&
-        refuses 2 "$1 sinusoidal gap" "$hexid" identify "$1"
+    "$hexid" check "$1" >"$work/out" && says '^  none +none ' 'hexid identify would take it' 'hexid gap would take it' &&
+        ends 0 "$hexid" identify "$1" --json "$work/any.json" >"$work/out" && says "method C"
 }
 at_once() {
     ends 0 run "${multisine[@]}" --log "$work/all.lcm" --json "$work/all.json" && says 'test 1/1 multisine +off by at most' 'verdict +pass' &&
-        ! grep -q matrix "$work/out" && "$python" -c 'import json, sys; report = json.load(open(sys.argv[1]))
-assert report["tests"] == [] and "nothing is identified" in report["verdict"]["scope"]' "$work/all.json"
+        says 'method C' && "$python" -c 'import json, sys; report = json.load(open(sys.argv[1]))
+assert report["tests"] == [] and "not the matrix" in report["verdict"]["scope"] and report["method_a"] is None
+assert all(abs(e) < 8 for e in report["errors_pct"]["method_c"].values()), report["errors_pct"]["method_c"]' "$work/all.json"
 }
-claim "a multisine: all axes in one test, nothing to identify and no failure" at_once
-claim "check and gap take its log, identify refuses it with what it needs" of_any_motion "$work/all.lcm"
+claim "a multisine: all axes in one test, and method C has the whole matrix from it" at_once
+claim "check, gap and identify take its log" of_any_motion "$work/all.lcm"
 
 driven=(--trajectory "$work/small.csv" --repeat 3)
 driven() {
@@ -71,7 +72,7 @@ assert evaluated == 3000, evaluated
 EOF
 }
 claim "a trajectory: driven as the file has it, three times over" driven
-claim "check and gap take its log, identify refuses it with what it needs" of_any_motion "$work/driven.lcm"
+claim "check, gap and identify take its log" of_any_motion "$work/driven.lcm"
 same() { run "${driven[@]}" --log "$work/1.lcm" && run "${driven[@]}" --log "$work/2.lcm" && cmp "$work/1.lcm" "$work/2.lcm"; }
 claim "the same run twice: the same log, to the last byte" same
 moved() { [ ! -e "$work/moved.lcm" ] || { echo "a log was begun"; return 1; }; }

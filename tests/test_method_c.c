@@ -1,0 +1,171 @@
+/* Method C on recordings whose machine is known: motions in closed form, forces by inverse dynamics of another machine than the configured one,
+ * dry friction of each leg and direction its own. What is found may not depend on what was configured. */
+#include "support.h"
+
+#include "inverse_dynamics.h"
+#include "kinematics.h"
+#include "method_c.h"
+#include "nominal.h"
+#include "units.h"
+
+enum { RATE = 500, RAMP = RATE / 2, SAMPLES = RAMP + 5 * RATE };
+
+struct rig {
+    struct params configured, machine;
+    struct kinematics kinematics;
+    struct inverse_dynamics inverse;
+    double dry[LEGS][2], nominal[DOFS][DOFS];
+    double unwanted; /* motion of the other axes, of their amplitudes */
+    double noise_m, noise_pa;
+    uint64_t seed;
+};
+
+/* The machine's payload is a fifth lighter than the configuration says, and its inertias are others. */
+static void rig_init(struct rig *r, double dry_n) {
+    static const double neutral[DOFS] = {0};
+    struct error error;
+    memset(r, 0, sizeof *r);
+    r->seed = 5, r->unwanted = 0.05;
+    config_default(&r->configured);
+    r->configured.sensors.enabled = false;
+    r->machine = r->configured;
+    r->machine.payload.mass_kg *= 0.8;
+    r->machine.payload.inertia_xx_kg_m2 *= 1.3;
+    r->machine.payload.inertia_zz_kg_m2 *= 0.9;
+    for (int k = 0; k < LEGS; k++) {
+        r->machine.hydraulics.viscous_n_s_per_m[k] = 0.0;
+        for (int s = 0; s < 2; s++) r->dry[k][s] = dry_n * (1.0 + 0.5 * random_unit(&r->seed));
+    }
+    assert_int_equal(kinematics_init(&r->kinematics, &r->machine, &error), 0);
+    nominal_matrix(&r->machine, &r->kinematics, neutral, r->nominal);
+    inverse_dynamics_init(&r->inverse, &r->machine, 0.0, 0.0);
+}
+
+/* The tested axis, the others a little and out of phase, so that couplings and friction mix as they do on a machine. */
+static void pose_at(const struct rig *r, int dof, double t_s, double pose[DOFS]) {
+    for (int i = 0; i < DOFS; i++) {
+        double w = 2.0 * PI * r->configured.tests.hz[dof], share = i == dof ? 1.0 : r->unwanted;
+        pose[i] = share * r->configured.tests.amplitude[i] * sin(w * t_s - (i == dof ? 0.0 : 0.7 * (i + 1)));
+    }
+}
+
+static void legs_at(const struct rig *r, int dof, double t_s, double leg[LEGS][3]) {
+    static const double step_s = 1e-4;
+    double length[3][LEGS];
+    for (int j = 0; j < 3; j++) {
+        double pose[DOFS];
+        pose_at(r, dof, t_s + (j - 1) * step_s, pose);
+        ik_lengths(&r->kinematics, pose, length[j]);
+    }
+    for (int k = 0; k < LEGS; k++) {
+        leg[k][0] = length[1][k], leg[k][1] = (length[2][k] - length[0][k]) / (2.0 * step_s);
+        leg[k][2] = (length[2][k] - 2.0 * length[1][k] + length[0][k]) / (step_s * step_s);
+    }
+}
+
+static struct recording_sample sample_at(struct rig *r, int dof, double t_s) {
+    struct recording_sample s = {.test_time_s = t_s, .clock_s = t_s, .good = true};
+    struct inverse_dynamics_input in = {0};
+    double force_n[LEGS], bore = r->machine.actuator.piston_diameter_m, rod = r->machine.actuator.rod_diameter_m;
+    double a1 = 0.25 * PI * bore * bore, a2 = a1 - 0.25 * PI * rod * rod;
+    legs_at(r, dof, t_s, in.leg);
+    assert_true(inverse_dynamics_step(&r->inverse, &in, force_n));
+    for (int k = 0; k < LEGS; k++) {
+        double rate = in.leg[k][1];
+        force_n[k] += 2000.0 * rate + (rate > 0.0 ? r->dry[k][0] : -r->dry[k][1]);
+        s.length_m[k] = in.leg[k][0] + r->noise_m * random_unit(&r->seed);
+        s.p2_pa[k] = 3e6 + r->noise_pa * random_unit(&r->seed);
+        s.p1_pa[k] = (force_n[k] + a2 * 3e6) / a1 + r->noise_pa * random_unit(&r->seed);
+        s.force_n[k] = a1 * s.p1_pa[k] - a2 * s.p2_pa[k];
+    }
+    return s;
+}
+
+static struct recording *record(struct rig *r, int tests) {
+    static struct recording recording;
+    struct error error;
+    recording_init(&recording, &r->configured);
+    recording.measured = (struct recording_measured){.force = true, .pressures = true};
+    recording.tests = tests;
+    for (int d = 0; d < tests; d++) {
+        struct recording_test *t = &recording.test[d];
+        double hz = r->configured.tests.hz[d];
+        *t = (struct recording_test){.test = d, .dof = (enum dof)d, .frequency_hz = hz, .stated_hz = hz, .first = RAMP, .end = SAMPLES};
+        for (int i = 0; i < SAMPLES; i++) {
+            struct recording_sample s = sample_at(r, d, (double)i / RATE);
+            assert_int_equal(recording_append(t, &s, &error), 0);
+        }
+    }
+    return &recording;
+}
+
+static struct method_c found(struct rig *r, int tests) {
+    struct recording *recording = record(r, tests);
+    struct method_c m;
+    struct error error;
+    int status = method_c(recording, &m, &error);
+    recording_free(recording);
+    if (status) fail_msg("%s", error.text);
+    return m;
+}
+
+static void dry_friction_of_each_leg_leaves_the_matrix_as_it_is(void **unused) {
+    (void)unused;
+    struct rig r;
+    for (int friction = 0; friction < 2; friction++) {
+        rig_init(&r, friction ? 150.0 : 0.0);
+        struct method_c m = found(&r, DOFS);
+        for (int i = 0; i < DOFS; i++)
+            for (int j = 0; j < DOFS; j++)
+                assert_close(m.matrix.mt[i][j], r.nominal[i][j], 2e-3 * sqrt(r.nominal[i][i] * r.nominal[j][j]));
+        for (int k = 0; k < LEGS; k++) {
+            double constant = 0.5 * (m.dry[k][0] - m.dry[k][1]) - 0.5 * (r.dry[k][0] - r.dry[k][1]); /* the weight that was not configured */
+            assert_close(m.dry[k][0] - constant, r.dry[k][0], 2.0);
+            assert_close(m.dry[k][1] + constant, r.dry[k][1], 2.0);
+            assert_close(m.viscous[k], 2000.0, 40.0);
+        }
+    }
+}
+
+static void what_no_test_moves_is_no_number(void **unused) {
+    (void)unused;
+    struct rig r;
+    rig_init(&r, 100.0);
+    r.unwanted = 0.0, r.noise_m = 15e-6, r.noise_pa = 1e4;
+    struct method_c m = found(&r, 1);
+    assert_close(m.matrix.mt[0][0], r.nominal[0][0], 0.02 * r.nominal[0][0]);
+    assert_true(isnan(m.matrix.mt[DOF_PSI][DOF_PSI]) && isnan(m.matrix.mt_std[DOF_PSI][DOF_PSI]));
+    assert_true(isnan(m.matrix.mt[DOF_Z][DOF_Z]));
+}
+
+/* Squares of errors in units of the stated deviation, over machines that differ in noise and friction. */
+static void the_stated_deviation_is_that_of_the_errors(void **unused) {
+    (void)unused;
+    enum { SEEDS = 12 };
+    double square = 0.0, scatter = 0.0;
+    int entries = 0;
+    for (int seed = 0; seed < SEEDS; seed++) {
+        struct rig r;
+        rig_init(&r, seed % 2 ? 100.0 : 0.0);
+        r.seed = (uint64_t)seed + 77;
+        r.noise_m = 15e-6, r.noise_pa = 2e4;
+        struct method_c m = found(&r, DOFS);
+        scatter += m.scatter / SEEDS;
+        for (int i = 0; i < DOFS; i++)
+            for (int j = i; j < DOFS; j++) {
+                double z = (m.matrix.mt[i][j] - r.nominal[i][j]) / m.matrix.mt_std[i][j];
+                square += z * z, entries++;
+            }
+    }
+    print_message("errors of %d entries: %.2f deviations rms; rows scatter by %.2f of the noise\n", entries, sqrt(square / entries), scatter);
+    assert_below(square / entries, 1.5);
+    assert_below(0.4, square / entries);
+    assert_close(scatter, 1.0, 0.15);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(dry_friction_of_each_leg_leaves_the_matrix_as_it_is),
+                                       cmocka_unit_test(what_no_test_moves_is_no_number),
+                                       cmocka_unit_test(the_stated_deviation_is_that_of_the_errors)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
