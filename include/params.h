@@ -116,7 +116,7 @@ struct test_params {
     int repeat;                   /* passes of it */
 };
 
-/* One axis after another, each a sinusoid: what an inertia matrix can be identified from. Else the run is one test of no axis. */
+/* One axis after another, each a sinusoid: what methods A and B need. Else the run is one test of no axis. */
 static inline bool tests_single(const struct test_params *t) { return !t->multisine && !t->trajectory[0]; }
 static inline int tests_count(const struct test_params *t) { return tests_single(t) ? t->count : 1; }
 static inline const char *tests_name(const struct test_params *t, enum dof dof) {
@@ -134,9 +134,10 @@ struct check_params {             /* percent; beyond any of these the run's verd
     double symmetry_pct;          /* |Mt - Mt'| against sqrt of the diagonal's product */
 };
 
-struct tolerance_params {         /* relative: how far the model's parameters may be off without that being a finding (hexid gap) */
+struct tolerance_params {         /* relative but for the joints: how far the model's parameters may be off without that being a finding (hexid gap) */
     double mass;                  /* every mass and inertia */
     double viscous, bulk_modulus, leakage, valve_gain;
+    double joints_m;              /* each coordinate of each joint */
 };
 
 struct model_params {

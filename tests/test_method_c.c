@@ -163,9 +163,48 @@ static void the_stated_deviation_is_that_of_the_errors(void **unused) {
     assert_close(scatter, 1.0, 0.15);
 }
 
+/* Joints of the machine elsewhere than configured, by up to 1 mm in each coordinate. */
+static void move_joints(struct rig *r) {
+    static const double most_m = 1e-3, neutral[DOFS] = {0};
+    int place = effect_find("geometry_error");
+    r->configured.model.tolerance.joints_m = most_m;
+    r->machine.effects[place].on = true;
+    for (int k = 0; k < LEGS; k++)
+        for (int i = 0; i < 3; i++) {
+            double upper = most_m * random_unit(&r->seed), lower = most_m * random_unit(&r->seed);
+            r->kinematics.upper[k][i] += upper, r->kinematics.lower[k][i] += lower;
+            r->machine.effects[place].value[i][k] = upper, r->machine.effects[place].value[3 + i][k] = lower;
+        }
+    nominal_matrix(&r->machine, &r->kinematics, neutral, r->nominal);
+    inverse_dynamics_init(&r->inverse, &r->machine, 0.0, 0.0);
+}
+
+static void joints_within_their_tolerance_are_in_the_stated_deviation(void **unused) {
+    (void)unused;
+    enum { MACHINES = 12 };
+    double square = 0.0, worst = 0.0;
+    int entries = 0;
+    for (int machine = 0; machine < MACHINES; machine++) {
+        struct rig r;
+        rig_init(&r, 0.0);
+        r.seed = (uint64_t)machine + 5;
+        move_joints(&r);
+        struct method_c m = found(&r, DOFS);
+        for (int i = 0; i < DOFS; i++)
+            for (int j = i; j < DOFS; j++) {
+                double z = (m.matrix.mt[i][j] - r.nominal[i][j]) / m.matrix.mt_std[i][j];
+                square += z * z, worst = fmax(worst, fabs(z)), entries++;
+            }
+    }
+    print_message("joints off by up to 1 mm: errors of %d entries: %.2f deviations rms, %.1f at most\n", entries, sqrt(square / entries), worst);
+    assert_below(square / entries, 1.7);
+    assert_below(0.3, square / entries);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(dry_friction_of_each_leg_leaves_the_matrix_as_it_is),
                                        cmocka_unit_test(what_no_test_moves_is_no_number),
-                                       cmocka_unit_test(the_stated_deviation_is_that_of_the_errors)};
+                                       cmocka_unit_test(the_stated_deviation_is_that_of_the_errors),
+                                       cmocka_unit_test(joints_within_their_tolerance_are_in_the_stated_deviation)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

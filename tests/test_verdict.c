@@ -31,7 +31,7 @@ static struct run *good_run(void) {
     return r;
 }
 
-static struct verdict judge(const struct run *r) { return ident_verdict(&r->params, &r->id, r->cycles, r->overruns); }
+static struct verdict judge(const struct run *r) { return ident_verdict(&r->params, &r->id, tests_single(&r->params.tests), r->cycles, r->overruns); }
 
 static void assert_passes(const struct run *r) {
     struct verdict v = judge(r);

@@ -17,10 +17,42 @@ int analysis_init(struct analysis *a, const struct params *params, struct error 
 
 void analysis_free(struct analysis *a) { recording_free(&a->recording); }
 
+/* Of one axis after another; else another motion. A log from elsewhere has whatever it has, and the configuration does not say. */
+static bool sinusoids(const struct analysis *a) {
+    return tests_single(&a->params->tests) && (a->ident.result.tests || !a->motion.cycles);
+}
+
+/* Of tests of an axis each has its share of the room; any other motion takes what there is. */
+static bool room(const struct recording *r, enum dof dof) {
+    int kept = 0;
+    if (!r->tests) return true;
+    if (dof != DOF_NONE) return r->test[r->tests - 1].dof != dof || r->test[r->tests - 1].count < ANALYSIS_SAMPLES / DOFS;
+    for (int i = 0; i < r->tests; i++) kept += r->test[i].count;
+    return kept < ANALYSIS_SAMPLES;
+}
+
+/* As in ident.h, a test of an axis replaces that axis' earlier one, and another motion itself: the machine may have been changed in between. */
+static void replace(struct recording *r, const struct cycle *c) {
+    for (int i = r->tests - 1; i >= 0; i--)
+        if (r->test[i].dof == c->dof && (c->dof != DOF_NONE || r->test[i].test == c->test)) recording_remove(r, i);
+}
+
 static void record(struct analysis *a, const struct cycle *c) {
-    if (c->test != a->last.test) a->recorded = 0;
+    bool begins = c->test != a->last.test || c->dof != a->last.dof || c->test_time_s <= a->last.test_time_s;
     if (a->unrecorded.status || c->test < 0) return;
-    if (a->recorded++ < ANALYSIS_SAMPLES / tests_count(&a->params->tests)) recording_add(&a->recording, c, &a->unrecorded);
+    if (!a->cycles || begins) replace(&a->recording, c);
+    if (room(&a->recording, c->dof)) recording_add(&a->recording, c, &a->unrecorded);
+}
+
+/* What was broken off says nothing against the others. */
+static void drop_incomplete(struct analysis *a) {
+    const struct identification *id = &a->ident.result;
+    for (int i = a->recording.tests - 1; i >= 0; i--) {
+        enum dof dof = a->recording.test[i].dof;
+        bool complete = dof == DOF_NONE;
+        for (int k = 0; k < id->tests; k++) complete = complete || (id->test[k].dof == dof && id->test[k].complete);
+        if (!complete) recording_remove(&a->recording, i);
+    }
 }
 
 static void count_missed(struct analysis *a, const struct cycle *c) {
@@ -51,7 +83,8 @@ void analysis_identify(struct analysis *a) {
     struct identification *r = &a->ident.result;
     struct error *e = &r->no_method_c;
     *e = a->unrecorded;
-    if (!e->status && !a->recording.tests) error_set(e, STATUS_USAGE, "no test in it");
+    drop_incomplete(a);
+    if (!e->status && !a->recording.tests) error_set(e, STATUS_USAGE, "no complete test");
     if (!e->status && !recording_check(&a->recording, e)) method_c(&a->recording, &r->method_c, e);
 }
 
@@ -74,7 +107,7 @@ struct loop_statistics analysis_statistics(const struct analysis *a) {
 
 struct verdict analysis_verdict(struct analysis *a) {
     ident_solve(&a->ident);
-    struct verdict v = ident_verdict(a->params, &a->ident.result, a->cycles, a->overruns);
+    struct verdict v = ident_verdict(a->params, &a->ident.result, sinusoids(a), a->cycles, a->overruns);
     if (!tests_single(&a->params->tests)) motion_judge(&a->motion, a->params, &v);
     if (a->last.first_fault) verdict_add(&v, VERDICT_FAIL, "fault %s", fault_name(a->last.first_fault));
     return v;
@@ -103,7 +136,7 @@ static void print_loop(const struct loop_statistics *s, FILE *out) {
 
 void analysis_print(struct analysis *a, const struct verdict *verdict, FILE *out) {
     struct loop_statistics s = analysis_statistics(a);
-    identification_table_print(out, &a->ident.result, tests_single(&a->params->tests));
+    identification_table_print(out, &a->ident.result, sinusoids(a));
     print_loop(&s, out);
     verdict_print(verdict, out);
 }

@@ -17,13 +17,12 @@ struct analysis {
     struct cycle last;
     int64_t cycles, overruns, lost; /* lost: gaps in seq */
     int64_t missed, longest_ns;     /* deadlines missed in a row up to the last cycle, and the longest delay among them */
-    struct recording recording;     /* for method C; of each test so much of the beginning that all have no more than ANALYSIS_SAMPLES */
-    int recorded;                   /* samples of the test under way */
+    struct recording recording;     /* for method C: the beginning of each test, of an axis a sixth of ANALYSIS_SAMPLES at most */
     struct error unrecorded;        /* why there is no more */
     int64_t stalls, behind_ns;      /* wake-ups a period or more late, and the sum of the whole periods they were late: what a paced clock stretches */
 };
 
-enum { ANALYSIS_SAMPLES = 300000 }; /* six tests of 100 s, or one of 600 s, at 2 ms; 90 MB */
+enum { ANALYSIS_SAMPLES = 300000 }; /* six tests of 100 s, or one motion of 600 s, at 2 ms; up to 160 MB */
 
 /* To be released by analysis_free(), also when this failed. */
 int analysis_init(struct analysis *a, const struct params *params, struct error *error);

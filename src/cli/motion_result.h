@@ -1,5 +1,5 @@
-/* What a test of no axis came to, a trajectory or a multisine, the last one where there are several: nothing to identify. How far the platform
- * was from the reference is told, and not judged: no limit is stated for it. */
+/* What a test of no axis came to, a trajectory or a multisine, the last one where there are several. How far the platform was from the
+ * reference is told, and not judged: no limit is stated for it. */
 #ifndef HEXID_MOTION_RESULT_H
 #define HEXID_MOTION_RESULT_H
 

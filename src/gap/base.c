@@ -37,8 +37,6 @@ static const struct base_entry entries[] = {
     {ANY, EACH(hydraulics.dead_volume_m3), UNSTATED(0.30), PART_PRESSURE},
 };
 
-/* Where the joints are, as far as a drawing and a fitter can be off. */
-static const double JOINT_TOLERANCE_M = 0.5e-3;
 static const double NULL_TOLERANCE = 0.005; /* of full opening: what a valve's maker adjusts its null to */
 static const double OFFSET_MOST_N = 1e6;
 
@@ -92,5 +90,6 @@ int base_variables(const struct params *model, struct variable v[FIT_VARIABLES])
         if (entries[i].mechanisms & 1 << model->mechanism) n += entry_variables(model, &entries[i], v + n);
     n += effect_variables(model, &valve_null_bias, NULL_TOLERANCE, PART_PRESSURE, true, v + n);
     if (axis) v[n++] = offset_variable();
-    return axis ? n : n + effect_variables(model, &geometry_error, JOINT_TOLERANCE_M, PART_FORCE, false, v + n);
+    double joints_m = model->model.tolerance.joints_m;
+    return axis || !(joints_m > 0.0) ? n : n + effect_variables(model, &geometry_error, joints_m, PART_FORCE, false, v + n);
 }

@@ -13,7 +13,7 @@
 enum { SHAPES = 3 }; /* of dry friction that is not the same all the time: at two low speeds, and with the pressures */
 enum { ENTRIES = DOFS * (DOFS + 1) / 2, VISCOUS = ENTRIES, DRY = VISCOUS + LEGS, SHAPE = DRY + 2 * LEGS, UNKNOWNS = SHAPE + SHAPES * LEGS,
        COLUMNS = UNKNOWNS + 1 };
-enum { ROWS = LEGS * RESIDUAL_SIZE, PASSES = 3 };
+enum { ROWS = LEGS * RESIDUAL_SIZE, PASSES = 3, COORDINATES = 6 /* of a leg's two joints, the keys of geometry_error */ };
 
 static const double SURE = 3.0;        /* standard deviations of a leg's speed */
 static const double RESOLVED = 0.125;  /* of the period of a motion's highest harmonic: so near to a reversal nobody knows when it was */
@@ -39,15 +39,19 @@ struct normal {
 };
 
 struct work {
-    const struct params *params; /* without friction */
+    const struct params *params; /* bare_machine() */
     struct residual_data data;
     struct rows rows;
     struct normal normal;
     double (*staircase)[LEGS][RESIDUAL_SIZE];          /* of each test, N */
+    double (*gain)[UNKNOWNS][ROWS];                    /* of each test: covariance^-1 columns, of the last pass */
     double leg_mass[LEGS][LEGS], nominal[DOFS][DOFS];
-    double x[UNKNOWNS], variance[UNKNOWNS];
+    double x[UNKNOWNS], variance[UNKNOWNS];            /* of the sensors' noise */
+    double of_joints[UNKNOWNS];                        /* variance that the joints' tolerance makes */
     double dry_n[LEGS];                                /* dry friction as the pass before has it */
 };
+
+extern const struct effect geometry_error;
 
 static double square(double x) { return x * x; }
 
@@ -58,8 +62,8 @@ static void entry(int c, int *row, int *column) {
     *row = i, *column = i + c;
 }
 
-/* The configured machine with nothing that method C finds for itself. */
-static void without_friction(struct params *p) {
+/* The configured bodies, without friction, and without effects: a simulated machine's are in the log's configuration, and are to be found. */
+static void bare_machine(struct params *p) {
     for (int k = 0; k < LEGS; k++) p->hydraulics.viscous_n_s_per_m[k] = 0.0;
     for (int e = 0; e < EFFECTS_MAX; e++) p->effects[e].on = false;
 }
@@ -79,8 +83,8 @@ static double slowest_mps(const struct residual_test *t, const struct params *pa
     return fmax(fmax(fabs(acceleration) * resolution_s, noise_mps), STICK_MPS);
 }
 
-/* What weighs as it is inert: the payload's mass is the mean of three entries, each of its moments m c that of two. The wrench that holds so much
- * of an entry's unit. */
+/* Payload that an entry of Mt stands for weighs, too: its mass is the mean of three entries, each of its moments m c that of two. Adds the wrench that
+ * holds so much of it, for a unit of the entry. */
 static void add_weight(int row, int column, const double rotation[3][3], double gravity_mps2, double wrench[DOFS]) {
     static const struct {
         int row, column, axis; /* of the moment */
@@ -111,17 +115,16 @@ static bool values_at(struct work *w, struct inverse_dynamics *d, const struct r
     struct inverse_dynamics_input in = {0};
     struct rigid_legs legs;
     double j[LEGS][DOFS], acceleration[DOFS];
-    const struct inverse_dynamics_input *read = &in;
     legs_at(t, phase, in.leg);
-    if (!inverse_dynamics_step(d, read, value[UNKNOWNS]) || !inverse_dynamics_move(d, read->leg, &legs, j, acceleration)) return false;
-    const double(*read_rotation)[3] = (const double(*)[3])legs.rotation;
+    if (!inverse_dynamics_step(d, &in, value[UNKNOWNS])) return false;
+    if (!inverse_dynamics_move(d, (const double(*)[3])in.leg, &legs, j, acceleration)) return false;
     for (int c = 0; c < ENTRIES; c++) {
         int row, column;
         double wrench[DOFS] = {0};
         entry(c, &row, &column);
         wrench[row] += acceleration[column];
         if (row != column) wrench[column] += acceleration[row];
-        add_weight(row, column, read_rotation, w->params->payload.gravity_mps2, wrench);
+        add_weight(row, column, (const double(*)[3])legs.rotation, w->params->payload.gravity_mps2, wrench);
         if (!inverse_dynamics_along_legs(j, wrench)) return false;
         memcpy(value[c], wrench, sizeof wrench);
     }
@@ -139,24 +142,26 @@ static bool values_at(struct work *w, struct inverse_dynamics *d, const struct r
 
 /* What friction within a stay at rest can do: as much as if it were the same all through it, whatever its course. */
 static void hide(struct rows *r, const struct residual_test *t, int leg, bool stuck[PHASES][LEGS]) {
-    for (int i = 0; i < t->phases; i++) {
+    int n = t->phases;
+    bool cycle = t->spectrum.cycles > 0; /* closed: its end is its start */
+    for (int i = 0; i < n; i++) {
         int from = i, to = i;
         if (!stuck[i][leg]) continue;
-        while (from > 0 && stuck[from - 1][leg]) from--;
-        while (to < t->phases - 1 && stuck[to + 1][leg]) to++;
+        while (to - from < n - 1 && (cycle || from > 0) && stuck[(from - 1 + n) % n][leg]) from--;
+        while (to - from < n - 1 && (cycle || to < n - 1) && stuck[(to + 1) % n][leg]) to++;
         for (int a = 0; a < t->size; a++)
             for (int b = 0; b < t->size; b++) r->hidden[leg][a][b] += (to - from + 1) * t->project[i][a] * t->project[i][b];
     }
 }
 
-static bool fill_columns(struct work *w, int test) {
+static bool fill_columns(struct work *w, const struct params *machine, int test) {
     const struct residual_test *t = &w->data.test[test];
     struct rows *r = &w->rows;
     struct inverse_dynamics d;
     bool stuck[PHASES][LEGS];
     memset(r, 0, sizeof *r);
     r->count = LEGS * t->size;
-    inverse_dynamics_init(&d, w->params, 0.0, 0.0);
+    inverse_dynamics_init(&d, machine, 0.0, 0.0);
     for (int i = 0; i < t->phases; i++) {
         double value[COLUMNS][LEGS] = {{0}};
         if (!values_at(w, &d, t, i, value, stuck[i])) return false;
@@ -176,7 +181,8 @@ static void expect_friction(struct work *w, int pass) {
     for (int k = 0; k < LEGS; k++) {
         double most = 0.0, mean = 0.5 * fabs(w->x[DRY + 2 * k] + w->x[DRY + 2 * k + 1]); /* of both directions: free of a constant */
         for (int i = 0; i < w->data.tests; i++) most = fmax(most, residual_variation(&w->data.test[i], CHANNEL_FORCE, k));
-        w->dry_n[k] = pass ? mean : FIRST_SHARE * sqrt(most);
+        w->dry_n[k] = FIRST_SHARE * sqrt(most);
+        if (pass) w->dry_n[k] = fmin(w->dry_n[k], mean); /* a leg that hardly moves has any */
     }
 }
 
@@ -198,7 +204,7 @@ static void fill_covariance(struct work *w, const struct residual_test *t) {
     }
 }
 
-static bool accumulate(struct work *w) {
+static bool accumulate(struct work *w, int test) {
     struct rows *r = &w->rows;
     struct normal *n = &w->normal;
     double solved[ROWS];
@@ -206,6 +212,7 @@ static bool accumulate(struct work *w) {
     for (int c = 0; c < COLUMNS; c++) {
         memcpy(solved, r->column[c], sizeof solved);
         dense_solve(r->count, r->count, r->covariance, solved);
+        if (c < UNKNOWNS) memcpy(w->gain[test][c], solved, sizeof solved);
         for (int e = c; e < COLUMNS; e++) {
             double sum = 0.0;
             for (int i = 0; i < r->count; i++) sum += solved[i] * r->column[e][i];
@@ -218,31 +225,35 @@ static bool accumulate(struct work *w) {
     return true;
 }
 
-/* Solves for what is to be added to the configured machine. A weak pull, of the size of the matrix itself, keeps finite what the data leave open. */
+/* Solves for what is to be added to the configured machine. A weak prior, of the size of the matrix itself, keeps finite what the data leave open. */
 static bool solve(struct work *w) {
     struct normal *n = &w->normal;
     double scratch[UNKNOWNS];
     for (int c = 0; c < UNKNOWNS; c++) {
         int row, column;
-        double pull = 1e-12 * n->product[c * UNKNOWNS + c];
-        if (c >= SHAPE) pull = 1.0 / square(fmax(w->dry_n[(c - SHAPE) / SHAPES], LEAST_N));
-        if (c < ENTRIES) entry(c, &row, &column), pull = 1.0 / (w->nominal[row][row] * w->nominal[column][column]);
-        n->product[c * UNKNOWNS + c] += pull;
+        double prior = 1e-12 * n->product[c * UNKNOWNS + c];
+        if (c >= SHAPE) prior = 1.0 / square(fmax(w->dry_n[(c - SHAPE) / SHAPES], LEAST_N));
+        if (c < ENTRIES) entry(c, &row, &column), prior = 1.0 / (w->nominal[row][row] * w->nominal[column][column]);
+        n->product[c * UNKNOWNS + c] += prior;
         w->x[c] = n->with[c];
     }
     if (!dense_factor(UNKNOWNS, UNKNOWNS, n->product)) return false;
     dense_solve(UNKNOWNS, UNKNOWNS, n->product, w->x);
     dense_inverse_diagonal(UNKNOWNS, UNKNOWNS, n->product, w->variance, scratch);
-    return true;
+    bool finite = true;
+    for (int c = 0; c < UNKNOWNS; c++) finite = finite && isfinite(w->x[c]) && isfinite(w->variance[c]);
+    return finite;
 }
 
 /* Of the machine as it is configured: a part of a part of the force. */
 static int find_staircases(struct work *w, struct error *error) {
     w->staircase = calloc((size_t)w->data.tests + 1, sizeof *w->staircase);
-    if (!w->staircase) return error_set(error, STATUS_IO, "out of memory");
+    w->gain = calloc((size_t)w->data.tests + 1, sizeof *w->gain);
+    if (!w->staircase || !w->gain) return error_set(error, STATUS_IO, "out of memory");
+    bool ok = true;
     for (int i = 0; i < w->data.tests; i++)
-        if (w->data.test[i].chambers) residual_staircase(&w->data.test[i], w->params, w->staircase[i]);
-    return STATUS_OK;
+        ok = ok && (!w->data.test[i].chambers || residual_staircase(&w->data.test[i], w->params, w->staircase[i]));
+    return ok ? STATUS_OK : error_set(error, STATUS_USAGE, "method C: the configured chambers cannot follow the commands");
 }
 
 static int pass(struct work *w, int number, struct error *error) {
@@ -250,13 +261,49 @@ static int pass(struct work *w, int number, struct error *error) {
     expect_friction(w, number);
     for (int i = 0; i < w->data.tests; i++) {
         const struct residual_test *t = &w->data.test[i];
-        if (!fill_columns(w, i)) return error_set(error, STATUS_USAGE, "method C: no pose of this machine has these lengths");
+        if (!fill_columns(w, w->params, i)) return error_set(error, STATUS_USAGE, "method C: no pose of this machine has these lengths");
         fill_covariance(w, t);
-        if (!accumulate(w)) return error_set(error, STATUS_USAGE, "method C: readings without any noise, and none stated");
+        if (!accumulate(w, i)) return error_set(error, STATUS_USAGE, "method C: a force that is constant, or no number");
     }
-    if (!solve(w)) return error_set(error, STATUS_USAGE, "method C: some leg does not move");
+    if (!solve(w)) return error_set(error, STATUS_USAGE, "method C: some leg does not move both ways");
     return STATUS_OK;
 }
+
+/* Gradient of the fit's sum of squares at the estimate, for a machine whose joints are elsewhere. False: it cannot move so. */
+static bool add_gradient(struct work *w, const struct params *machine, double sign, double gradient[UNKNOWNS]) {
+    const struct rows *r = &w->rows;
+    for (int i = 0; i < w->data.tests; i++) {
+        if (!fill_columns(w, machine, i)) return false;
+        for (int row = 0; row < r->count; row++) {
+            double left = r->column[UNKNOWNS][row];
+            for (int c = 0; c < UNKNOWNS; c++) left -= r->column[c][row] * w->x[c];
+            for (int c = 0; c < UNKNOWNS; c++) gradient[c] += sign * w->gain[i][c][row] * left;
+        }
+    }
+    return true;
+}
+
+/* Joints that are off by their tolerance, uniform, one coordinate at a time: to first order. */
+static int spread_joints(struct work *w, const struct params *configured, struct error *error) {
+    struct params *machine = malloc(sizeof *machine);
+    double configured_too[UNKNOWNS] = {0};
+    int status = machine ? STATUS_OK : error_set(error, STATUS_IO, "out of memory"), effect = effect_find(geometry_error.name);
+    if (!status && !add_gradient(w, w->params, -1.0, configured_too)) status = error_set(error, STATUS_USAGE, "method C: no pose of this machine has these lengths");
+    for (int i = 0; i < COORDINATES * LEGS && !status && configured->model.tolerance.joints_m > 0.0; i++) {
+        double change[UNKNOWNS];
+        *machine = *w->params;
+        machine->effects[effect] = (struct effect_values){.on = true};
+        machine->effects[effect].value[i % COORDINATES][i / COORDINATES] = configured->model.tolerance.joints_m / sqrt(3.0);
+        memcpy(change, configured_too, sizeof change);
+        if (!add_gradient(w, machine, 1.0, change)) continue;
+        dense_solve(UNKNOWNS, UNKNOWNS, w->normal.product, change);
+        for (int c = 0; c < UNKNOWNS; c++) w->of_joints[c] += square(change[c]);
+    }
+    free(machine);
+    return status;
+}
+
+static double std_of(const struct work *w, int c, double scatter) { return sqrt(square(fmax(scatter, 1.0)) * w->variance[c] + w->of_joints[c]); }
 
 static void report(const struct work *w, struct method_c *m) {
     const struct normal *n = &w->normal;
@@ -264,18 +311,17 @@ static void report(const struct work *w, struct method_c *m) {
     for (int c = 0; c < UNKNOWNS; c++) rest -= w->x[c] * n->with[c];
     int free = n->rows - UNKNOWNS;
     m->scatter = free > 0 ? sqrt(fmax(rest, 0.0) / free) : (double)NAN;
-    double more = fmax(m->scatter, 1.0);
     for (int c = 0; c < ENTRIES; c++) {
         int i, j;
         entry(c, &i, &j);
-        double std = more * sqrt(w->variance[c]), most = UNDETERMINED * sqrt(w->nominal[i][i] * w->nominal[j][j]);
+        double std = std_of(w, c, m->scatter), most = UNDETERMINED * sqrt(w->nominal[i][i] * w->nominal[j][j]);
         bool known = std < most;
         m->matrix.mt[i][j] = m->matrix.mt[j][i] = known ? w->nominal[i][j] + w->x[c] : (double)NAN;
         m->matrix.mt_std[i][j] = m->matrix.mt_std[j][i] = known ? std : (double)NAN;
     }
     for (int k = 0; k < LEGS; k++) {
-        m->viscous[k] = w->x[VISCOUS + k], m->viscous_std[k] = more * sqrt(w->variance[VISCOUS + k]);
-        for (int s = 0; s < 2; s++) m->dry[k][s] = w->x[DRY + 2 * k + s], m->dry_std[k][s] = more * sqrt(w->variance[DRY + 2 * k + s]);
+        m->viscous[k] = w->x[VISCOUS + k], m->viscous_std[k] = std_of(w, VISCOUS + k, m->scatter);
+        for (int s = 0; s < 2; s++) m->dry[k][s] = w->x[DRY + 2 * k + s], m->dry_std[k][s] = std_of(w, DRY + 2 * k + s, m->scatter);
     }
     m->matrix.evaluated = true;
 }
@@ -289,7 +335,7 @@ int method_c(const struct recording *recording, struct method_c *result, struct 
     int status = w && params ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
     if (!status) {
         *params = *recording->params;
-        without_friction(params);
+        bare_machine(params);
         w->params = params;
         status = kinematics_init(&k, params, error);
     }
@@ -299,10 +345,11 @@ int method_c(const struct recording *recording, struct method_c *result, struct 
         status = residual_prepare(&w->data, recording, CYCLES_ALL, error);
         if (!status) status = find_staircases(w, error);
         for (int i = 0; i < PASSES && !status; i++) status = pass(w, i, error);
+        if (!status) status = spread_joints(w, recording->params, error);
         if (!status) report(w, result);
         residual_free(&w->data);
     }
-    if (w) free(w->staircase);
+    if (w) free(w->staircase), free(w->gain);
     free(params);
     free(w);
     return status;

@@ -79,22 +79,21 @@ static void check_matrix(struct verdict *v, const struct check_params *limit, co
         verdict_add(v, VERDICT_FAIL, "method A: Mt is not positive definite: no inertia matrix");
 }
 
-struct verdict ident_verdict(const struct params *params, const struct identification *id, int64_t cycles, int64_t overruns) {
-    bool single = tests_single(&params->tests); /* else there is nothing to identify, and that is no failure */
-    struct verdict v = {.status = VERDICT_PASS, .scope = single ? of_sinusoids : of_a_motion};
+struct verdict ident_verdict(const struct params *params, const struct identification *id, bool sinusoids, int64_t cycles, int64_t overruns) {
+    struct verdict v = {.status = VERDICT_PASS, .scope = sinusoids ? of_sinusoids : of_a_motion};
     const struct check_params *limit = &params->checks;
     for (int i = 0; i < id->tests; i++) check_test(&v, params, &id->test[i]);
     check_load(&v, limit, id);
-    if (single && id->tests < params->tests.count)
+    if (sinusoids && id->tests < params->tests.count)
         verdict_add(&v, VERDICT_NOT_EVALUATED, "%d of %d tests done", id->tests, params->tests.count);
     double overruns_pct = cycles > 0 ? 100.0 * (double)overruns / (double)cycles : 0.0;
     if (!(overruns_pct <= limit->overruns_pct))
         verdict_add(&v, VERDICT_FAIL, "%.2f %% of the cycles overran, limit %g %%", overruns_pct, limit->overruns_pct);
-    if (single && !(params->loop.period_s <= limit->period_s))
+    if (sinusoids && !(params->loop.period_s <= limit->period_s))
         verdict_add(&v, VERDICT_FAIL, "a cycle of %g ms puts the command's staircase into the matrix, limit %g ms",
                     params->loop.period_s * 1e3, limit->period_s * 1e3);
     if (id->method_a.evaluated) check_matrix(&v, limit, &id->method_a);
-    else if (single) verdict_add(&v, VERDICT_NOT_EVALUATED, "matrix: needs complete tests of all six axes");
+    else if (sinusoids) verdict_add(&v, VERDICT_NOT_EVALUATED, "matrix: needs complete tests of all six axes");
     return v;
 }
 

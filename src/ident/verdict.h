@@ -19,8 +19,8 @@ struct verdict {
 
 extern const char *const verdict_names[]; /* pass, fail, not_evaluated */
 
-/* Cycles and overruns of the whole run. A failed check outweighs one that could not be evaluated. */
-struct verdict ident_verdict(const struct params *params, const struct identification *id, int64_t cycles, int64_t overruns);
+/* sinusoids: of one axis after another; else another motion, from which the matrix is nobody's duty. Cycles and overruns of the whole run. A failed check outweighs one that could not be evaluated. */
+struct verdict ident_verdict(const struct params *params, const struct identification *id, bool sinusoids, int64_t cycles, int64_t overruns);
 
 /* One more reason. NOT_EVALUATED turns a pass into that; FAIL outweighs both. */
 __attribute__((format(printf, 3, 4))) void verdict_add(struct verdict *v, enum verdict_status status, const char *format, ...);

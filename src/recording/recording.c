@@ -104,6 +104,11 @@ int recording_add(struct recording *r, const struct cycle *c, struct error *erro
     return STATUS_OK;
 }
 
+void recording_remove(struct recording *r, int test) {
+    if (!r->test[test].borrowed) free(r->test[test].sample);
+    memmove(r->test + test, r->test + test + 1, (size_t)(--r->tests - test) * sizeof *r->test);
+}
+
 void recording_settle(struct recording *r) {
     const struct recording_measured *m = &r->measured;
     int legs = params_legs(r->params);

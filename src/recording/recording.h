@@ -58,6 +58,9 @@ int recording_begin(struct recording *r, const struct test_params *tests, struct
 /* Takes the cycles of ramp-in and evaluation of every test, in order. -3 without memory. */
 int recording_add(struct recording *r, const struct cycle *cycle, struct error *error);
 
+/* Takes a test out again. */
+void recording_remove(struct recording *r, int test);
+
 /* A cycle's values as a sample; good: no flag, and time, lengths and forces are numbers. */
 struct recording_sample recording_sample_of(const struct params *params, const struct cycle *cycle);
 

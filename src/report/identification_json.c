@@ -67,7 +67,7 @@ static json_t *method_c_json(const struct method_c *source) {
     struct method_c c = *source;
     if (!c.matrix.evaluated) return json_null();
     return json_pack("{so so so so s{so so so so} so}", "Mt", matrix(c.matrix.mt), "std", matrix(c.matrix.mt_std), "viscous_n_s_per_m",
-                     vector(c.viscous, LEGS), "viscous_std", vector(c.viscous_std, LEGS), "dry_friction_n", "extend", strided(c.dry[0]),
+                     vector(c.viscous, LEGS), "viscous_std_n_s_per_m", vector(c.viscous_std, LEGS), "dry_friction_n", "extend", strided(c.dry[0]),
                      "extend_std", strided(c.dry_std[0]), "retract", strided(c.dry[0] + 1), "retract_std", strided(c.dry_std[0] + 1),
                      "scatter", number(c.scatter));
 }

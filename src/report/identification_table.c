@@ -20,9 +20,8 @@ static void print_method_c(FILE *out, const struct identification *id) {
         return;
     }
     fprintf(out, "%-4s %-6s %8s  %16s %7s   dry friction apart from inertia\n", "", "unit", "nominal", "method C error %", "std C");
-    for (int i = 0; i < IDENT_ENTRIES; i++) {
+    for (int i = 0; i < IDENT_ENTRIES - 2; i++) { /* symmetric: Mt42 is Mt24, Mt51 is Mt15 */
         const struct ident_entry *e = &ident_entries[i];
-        if (i >= IDENT_ENTRIES - 2) continue; /* symmetric: Mt42 is Mt24, Mt51 is Mt15 */
         fprintf(out, "%-4s %-6s %8.3f", e->name, e->unit, id->nominal_mt[e->row][e->col]);
         if (isnan(c->matrix.mt[e->row][e->col])) fprintf(out, "  not determined by these tests");
         else cell(out, id, &c->matrix, e), fprintf(out, " %7.3f", c->matrix.mt_std[e->row][e->col]);

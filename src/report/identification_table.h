@@ -6,7 +6,7 @@
 
 #include "ident.h"
 
-/* Prints nothing but a line when the methods were not evaluated. */
+/* Methods A and B, or a line where they were not evaluated, unless the motion was none for them (not `sinusoids`); then method C, or why not. */
 void identification_table_print(FILE *out, const struct identification *id, bool sinusoids);
 
 #endif

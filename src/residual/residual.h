@@ -84,7 +84,8 @@ void residual_rate(const struct residual_test *t, int leg, double row[RESIDUAL_S
 double residual_variation(const struct residual_test *t, enum channel channel, int leg);
 
 /* Commands that are held from sample to sample make the force ripple, and who samples in step with them sees the ripple always at its same phase:
- * what of the measured force is that, by the model's chambers. False where they are not evaluated. */
+ * what of the measured force is that, by the model's chambers. Nothing where samples are 0.5 ms apart or less: a sixteenth of that at 2 ms. False
+ * where the chambers are not evaluated. */
 bool residual_staircase(const struct residual_test *t, const struct params *model, double force_n[LEGS][RESIDUAL_SIZE]);
 
 /* Inverse dynamics alone: the hydraulic force each leg needs for the measured motion (friction included). */

@@ -221,6 +221,7 @@ static int prepare(struct residual_test *t, const struct recording *recording, i
     t->chambers = recording->measured.pressures && recording->measured.valve;
     t->step_s = recording_step_s(test);
     t->substeps = (int)ceil(t->step_s / SUBSTEP_S - 1e-6);
+    if (t->substeps > 1) t->substeps += t->substeps % 2; /* for Simpson's rule (residual_staircase) */
     return test->piece_s > 0.0 ? prepare_piece(t, test, error) : prepare_cycle(t, test, which, error);
 }
 

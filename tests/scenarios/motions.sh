@@ -53,6 +53,14 @@ assert all(abs(e) < 8 for e in report["errors_pct"]["method_c"].values()), repor
 }
 claim "a multisine: all axes in one test, and method C has the whole matrix from it" at_once
 claim "check, gap and identify take its log" of_any_motion "$work/all.lcm"
+elsewhere() {
+    "$hexid" export "$work/all.lcm" -o "$work/all" >/dev/null && "$hexid" import "$work/all" -o "$work/all_back.lcm" >/dev/null &&
+        ends 0 "$hexid" identify "$work/all_back.lcm" --json "$work/all_back.json" >"$work/out" && says 'verdict +pass' &&
+        "$python" -c 'import json, sys
+a, b = (json.load(open(f))["method_c"]["Mt"] for f in sys.argv[1:])
+assert all(abs(x / y - 1) < 1e-6 for p, q in zip(a, b) for x, y in zip(p, q) if abs(y) > 1), (a, b)' "$work/all.json" "$work/all_back.json"
+}
+claim "its CSV, imported, has the same matrix" elsewhere
 
 driven=(--trajectory "$work/small.csv" --repeat 3)
 driven() {
