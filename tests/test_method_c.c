@@ -127,6 +127,28 @@ static void dry_friction_of_each_leg_leaves_the_matrix_as_it_is(void **unused) {
     }
 }
 
+/* What weighs off the origin turns the platform as it leans: a moment that is no inertia. */
+static void the_payload_is_found_with_its_centre(void **unused) {
+    (void)unused;
+    static const double centre[3] = {0.03, -0.02, 0.04};
+    struct rig r;
+    rig_init(&r, 80.0);
+    int place = effect_find("payload_center_of_mass");
+    r.machine.effects[place].on = true;
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < LEGS; k++) r.machine.effects[place].value[i][k] = centre[i];
+    inverse_dynamics_init(&r.inverse, &r.machine, 0.0, 0.0);
+    struct payload p = found(&r, DOFS).payload;
+    const struct payload_params *body = &r.machine.payload;
+    assert_true(p.evaluated && p.possible);
+    assert_close(p.value[PAYLOAD_MASS], body->mass_kg, 0.005 * body->mass_kg);
+    for (int i = 0; i < 3; i++) assert_close(p.value[PAYLOAD_CENTER + i], centre[i], 0.5e-3);
+    assert_close(p.value[PAYLOAD_INERTIA], body->inertia_xx_kg_m2, 0.01 * body->inertia_zz_kg_m2);
+    assert_close(p.value[PAYLOAD_INERTIA + 1], body->inertia_yy_kg_m2, 0.01 * body->inertia_zz_kg_m2);
+    assert_close(p.value[PAYLOAD_INERTIA + 2], body->inertia_zz_kg_m2, 0.01 * body->inertia_zz_kg_m2);
+    for (int i = 3; i < 6; i++) assert_close(p.value[PAYLOAD_INERTIA + i], 0.0, 0.01 * body->inertia_zz_kg_m2);
+}
+
 static void what_no_test_moves_is_no_number(void **unused) {
     (void)unused;
     struct rig r;
@@ -203,6 +225,7 @@ static void joints_within_their_tolerance_are_in_the_stated_deviation(void **unu
 
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(dry_friction_of_each_leg_leaves_the_matrix_as_it_is),
+                                       cmocka_unit_test(the_payload_is_found_with_its_centre),
                                        cmocka_unit_test(what_no_test_moves_is_no_number),
                                        cmocka_unit_test(the_stated_deviation_is_that_of_the_errors),
                                        cmocka_unit_test(joints_within_their_tolerance_are_in_the_stated_deviation)};

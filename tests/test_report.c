@@ -180,6 +180,8 @@ static void json_has_method_c_with_its_friction_or_why_not(void **unused) {
     fill_method(&c->matrix, awkward);
     fill(c->viscous, LEGS, awkward), fill(&c->dry[0][0], 2 * LEGS, awkward), fill(&c->dry_std[0][0], 2 * LEGS, awkward);
     c->matrix.mt[2][3] = NAN;
+    c->payload.evaluated = true;
+    fill(c->payload.value, PAYLOAD_VALUES, awkward), fill(c->payload.std, PAYLOAD_VALUES, awkward);
     json_t *root = parsed(r), *m = member(root, "method_c"), *dry = member(m, "dry_friction_n");
     assert_true(json_is_null(json_array_get(json_array_get(member(m, "Mt"), 2), 3)));
     for (int k = 0; k < LEGS; k++) {
@@ -188,6 +190,12 @@ static void json_has_method_c_with_its_friction_or_why_not(void **unused) {
         assert_number(json_array_get(member(dry, "retract"), (size_t)k), c->dry[k][1]);
         assert_number(json_array_get(member(dry, "retract_std"), (size_t)k), c->dry_std[k][1]);
     }
+    json_t *payload = member(m, "payload");
+    for (int i = 0; i < PAYLOAD_VALUES; i++) {
+        assert_member(member(payload, "value"), payload_names[i], c->payload.value[i]);
+        assert_member(member(payload, "std"), payload_names[i], c->payload.std[i]);
+    }
+    assert_false(json_boolean_value(member(payload, "possible")));
     json_decref(root);
     c->matrix.evaluated = false;
     error_set(&r->id.no_method_c, STATUS_USAGE, "some leg does not move");

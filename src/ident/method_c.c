@@ -11,7 +11,7 @@
 #include "whiten.h"
 
 enum { SHAPES = 3 }; /* of dry friction that is not the same all the time: at two low speeds, and with the pressures */
-enum { ENTRIES = DOFS * (DOFS + 1) / 2, VISCOUS = ENTRIES, DRY = VISCOUS + LEGS, SHAPE = DRY + 2 * LEGS, UNKNOWNS = SHAPE + SHAPES * LEGS,
+enum { ENTRIES = MATRIX_ENTRIES, VISCOUS = ENTRIES, DRY = VISCOUS + LEGS, SHAPE = DRY + 2 * LEGS, UNKNOWNS = SHAPE + SHAPES * LEGS,
        COLUMNS = UNKNOWNS + 1 };
 enum { ROWS = LEGS * RESIDUAL_SIZE, PASSES = 3, COORDINATES = 6 /* of a leg's two joints, the keys of geometry_error */ };
 
@@ -46,8 +46,7 @@ struct work {
     double (*staircase)[LEGS][RESIDUAL_SIZE];          /* of each test, N */
     double (*gain)[UNKNOWNS][ROWS];                    /* of each test: covariance^-1 columns, of the last pass */
     double leg_mass[LEGS][LEGS], nominal[DOFS][DOFS];
-    double x[UNKNOWNS], variance[UNKNOWNS];            /* of the sensors' noise */
-    double of_joints[UNKNOWNS];                        /* variance that the joints' tolerance makes */
+    double x[UNKNOWNS], covariance[UNKNOWNS][UNKNOWNS];
     double dry_n[LEGS];                                /* dry friction as the pass before has it */
 };
 
@@ -228,7 +227,6 @@ static bool accumulate(struct work *w, int test) {
 /* Solves for what is to be added to the configured machine. A weak prior, of the size of the matrix itself, keeps finite what the data leave open. */
 static bool solve(struct work *w) {
     struct normal *n = &w->normal;
-    double scratch[UNKNOWNS];
     for (int c = 0; c < UNKNOWNS; c++) {
         int row, column;
         double prior = 1e-12 * n->product[c * UNKNOWNS + c];
@@ -239,9 +237,8 @@ static bool solve(struct work *w) {
     }
     if (!dense_factor(UNKNOWNS, UNKNOWNS, n->product)) return false;
     dense_solve(UNKNOWNS, UNKNOWNS, n->product, w->x);
-    dense_inverse_diagonal(UNKNOWNS, UNKNOWNS, n->product, w->variance, scratch);
     bool finite = true;
-    for (int c = 0; c < UNKNOWNS; c++) finite = finite && isfinite(w->x[c]) && isfinite(w->variance[c]);
+    for (int c = 0; c < UNKNOWNS; c++) finite = finite && isfinite(w->x[c]);
     return finite;
 }
 
@@ -297,31 +294,57 @@ static int spread_joints(struct work *w, const struct params *configured, struct
         memcpy(change, configured_too, sizeof change);
         if (!add_gradient(w, machine, 1.0, change)) continue;
         dense_solve(UNKNOWNS, UNKNOWNS, w->normal.product, change);
-        for (int c = 0; c < UNKNOWNS; c++) w->of_joints[c] += square(change[c]);
+        for (int c = 0; c < UNKNOWNS; c++)
+            for (int e = 0; e < UNKNOWNS; e++) w->covariance[c][e] += change[c] * change[e];
     }
     free(machine);
     return status;
 }
 
-static double std_of(const struct work *w, int c, double scatter) { return sqrt(square(fmax(scatter, 1.0)) * w->variance[c] + w->of_joints[c]); }
-
-static void report(const struct work *w, struct method_c *m) {
-    const struct normal *n = &w->normal;
+/* What the rows scatter by, in units of the noise that they should have. */
+static double scatter_of(const struct normal *n, const double x[UNKNOWNS]) {
     double rest = n->square;
-    for (int c = 0; c < UNKNOWNS; c++) rest -= w->x[c] * n->with[c];
+    for (int c = 0; c < UNKNOWNS; c++) rest -= x[c] * n->with[c];
     int free = n->rows - UNKNOWNS;
-    m->scatter = free > 0 ? sqrt(fmax(rest, 0.0) / free) : (double)NAN;
+    return free > 0 ? sqrt(fmax(rest, 0.0) / free) : (double)NAN;
+}
+
+/* Of the sensors' noise, or of what the rows scatter by, where that is more. */
+static void spread_noise(struct work *w, double scatter) {
+    for (int c = 0; c < UNKNOWNS; c++) {
+        double *column = w->covariance[c];
+        memset(column, 0, sizeof w->covariance[c]);
+        column[c] = square(fmax(scatter, 1.0));
+        dense_solve(UNKNOWNS, UNKNOWNS, w->normal.product, column);
+    }
+}
+
+static void find_payload(const struct work *w, const struct params *configured, const struct kinematics *k, struct method_c *m) {
+    double value[ENTRIES], covariance[ENTRIES][ENTRIES];
     for (int c = 0; c < ENTRIES; c++) {
         int i, j;
         entry(c, &i, &j);
-        double std = std_of(w, c, m->scatter), most = UNDETERMINED * sqrt(w->nominal[i][i] * w->nominal[j][j]);
+        value[c] = w->nominal[i][j] + w->x[c];
+        memcpy(covariance[c], w->covariance[c], sizeof covariance[c]);
+    }
+    m->payload = payload_find(configured, k, value, covariance);
+}
+
+static void report(const struct work *w, struct method_c *m) {
+    for (int c = 0; c < ENTRIES; c++) {
+        int i, j;
+        entry(c, &i, &j);
+        double std = sqrt(w->covariance[c][c]), most = UNDETERMINED * sqrt(w->nominal[i][i] * w->nominal[j][j]);
         bool known = std < most;
         m->matrix.mt[i][j] = m->matrix.mt[j][i] = known ? w->nominal[i][j] + w->x[c] : (double)NAN;
         m->matrix.mt_std[i][j] = m->matrix.mt_std[j][i] = known ? std : (double)NAN;
     }
     for (int k = 0; k < LEGS; k++) {
-        m->viscous[k] = w->x[VISCOUS + k], m->viscous_std[k] = std_of(w, VISCOUS + k, m->scatter);
-        for (int s = 0; s < 2; s++) m->dry[k][s] = w->x[DRY + 2 * k + s], m->dry_std[k][s] = std_of(w, DRY + 2 * k + s, m->scatter);
+        m->viscous[k] = w->x[VISCOUS + k], m->viscous_std[k] = sqrt(w->covariance[VISCOUS + k][VISCOUS + k]);
+        for (int s = 0; s < 2; s++) {
+            int c = DRY + 2 * k + s;
+            m->dry[k][s] = w->x[c], m->dry_std[k][s] = sqrt(w->covariance[c][c]);
+        }
     }
     m->matrix.evaluated = true;
 }
@@ -345,8 +368,15 @@ int method_c(const struct recording *recording, struct method_c *result, struct 
         status = residual_prepare(&w->data, recording, CYCLES_ALL, error);
         if (!status) status = find_staircases(w, error);
         for (int i = 0; i < PASSES && !status; i++) status = pass(w, i, error);
-        if (!status) status = spread_joints(w, recording->params, error);
-        if (!status) report(w, result);
+        if (!status) {
+            result->scatter = scatter_of(&w->normal, w->x);
+            spread_noise(w, result->scatter);
+            status = spread_joints(w, recording->params, error);
+        }
+        if (!status) {
+            report(w, result);
+            find_payload(w, recording->params, &k, result);
+        }
         residual_free(&w->data);
     }
     if (w) free(w->staircase), free(w->gain);

@@ -27,12 +27,14 @@
 #define HEXID_METHOD_C_H
 
 #include "methods.h"
+#include "payload.h"
 #include "recording.h"
 
 struct method_c {
     struct method_result matrix;                 /* symmetric; an entry that these data do not determine is NaN; damping is below */
     double viscous[LEGS], viscous_std[LEGS];     /* N s/m */
     double dry[LEGS][2], dry_std[LEGS][2];       /* N, extending and retracting */
+    struct payload payload;
     double scatter;                              /* of the rows, in units of the noise they should have: about 1 where the model holds, less with dry friction */
 };
 

@@ -63,13 +63,25 @@ static json_t *strided(const double *x) {
     return vector(value, LEGS);
 }
 
+static json_t *payload_values(const double value[PAYLOAD_VALUES]) {
+    json_t *object = json_object();
+    for (int i = 0; i < PAYLOAD_VALUES; i++) object = set(object, payload_names[i], number(value[i]));
+    return object;
+}
+
+static json_t *payload_json(const struct payload *p) {
+    if (!p->evaluated) return json_null();
+    return json_pack("{so so sb so so}", "value", payload_values(p->value), "std", payload_values(p->std), "possible", p->possible, "nearest",
+                     payload_values(p->nearest), "misfit", number(p->misfit));
+}
+
 static json_t *method_c_json(const struct method_c *source) {
     struct method_c c = *source;
     if (!c.matrix.evaluated) return json_null();
-    return json_pack("{so so so so s{so so so so} so}", "Mt", matrix(c.matrix.mt), "std", matrix(c.matrix.mt_std), "viscous_n_s_per_m",
+    return json_pack("{so so so so s{so so so so} so so}", "Mt", matrix(c.matrix.mt), "std", matrix(c.matrix.mt_std), "viscous_n_s_per_m",
                      vector(c.viscous, LEGS), "viscous_std_n_s_per_m", vector(c.viscous_std, LEGS), "dry_friction_n", "extend", strided(c.dry[0]),
                      "extend_std", strided(c.dry_std[0]), "retract", strided(c.dry[0] + 1), "retract_std", strided(c.dry_std[0] + 1),
-                     "scatter", number(c.scatter));
+                     "scatter", number(c.scatter), "payload", payload_json(&c.payload));
 }
 
 static json_t *errors(const struct identification *id, const struct method_result *m) {

@@ -13,6 +13,33 @@ static void friction(FILE *out, const char *what, const double *value, const dou
     fprintf(out, " %s, std at most %.1f\n", unit, most);
 }
 
+static void group(FILE *out, const struct payload *p, int first, int count, double scale, const char *unit) {
+    double most = 0.0;
+    for (int i = first; i < first + count; i++) fprintf(out, " %.4g", p->value[i] * scale), most = fmax(most, p->std[i] * scale);
+    fprintf(out, " %s (std at most %.2g)", unit, most);
+}
+
+static void print_payload(FILE *out, const struct payload *p) {
+    fprintf(out, "payload, legs taken off: mass");
+    group(out, p, PAYLOAD_MASS, 1, 1.0, "kg");
+    fprintf(out, "; mass centre");
+    group(out, p, PAYLOAD_CENTER, 3, 1e3, "mm from where it is configured");
+    fprintf(out, ";\n  inertia about it, xx yy zz xy xz yz:");
+    group(out, p, PAYLOAD_INERTIA, 6, 1.0, "kg m^2");
+    fprintf(out, "%s\n", p->possible ? "" : "; no body has these: the nearest that one has are in the JSON");
+}
+
+static void print_matrix(FILE *out, const double m[DOFS][DOFS]) {
+    fprintf(out, "Mt by method C, kg, kg m, kg m^2 (-: not determined)\n");
+    for (int i = 0; i < DOFS; i++) {
+        fprintf(out, "  %-6s", dof_names[i]);
+        for (int j = 0; j < DOFS; j++)
+            if (isnan(m[i][j])) fprintf(out, "         -");
+            else fprintf(out, " %9.3f", m[i][j]);
+        fprintf(out, "\n");
+    }
+}
+
 static void print_method_c(FILE *out, const struct identification *id) {
     const struct method_c *c = &id->method_c;
     if (!c->matrix.evaluated) {
@@ -30,6 +57,8 @@ static void print_method_c(FILE *out, const struct identification *id) {
     friction(out, "legs 1..6: viscous", c->viscous, c->viscous_std, 1, "N s/m");
     friction(out, "dry, extending", c->dry[0], c->dry_std[0], 2, "N");
     friction(out, "dry, retracting", c->dry[0] + 1, c->dry_std[0] + 1, 2, "N");
+    if (c->payload.evaluated) print_payload(out, &c->payload);
+    print_matrix(out, c->matrix.mt);
     fprintf(out, "\n");
 }
 

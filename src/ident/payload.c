@@ -1,0 +1,217 @@
+#include "payload.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "dense.h"
+#include "nominal.h"
+
+const char *const payload_names[PAYLOAD_VALUES] = {"mass_kg", "center_x_m", "center_y_m", "center_z_m", "inertia_xx_kg_m2", "inertia_yy_kg_m2",
+                                                   "inertia_zz_kg_m2", "inertia_xy_kg_m2", "inertia_xz_kg_m2", "inertia_yz_kg_m2"};
+
+enum { BODY = 4, STEPS = 200 };
+static const double UNDETERMINED = 0.1; /* of the mass: no centre comes from less */
+
+/* Ten numbers in which the matrix is linear: m, h, Io in the order of payload_names. */
+typedef double linear[PAYLOAD_VALUES];
+
+static void matrix_of(const linear x, double m[DOFS][DOFS]) {
+    memset(m, 0, DOFS * sizeof m[0]);
+    const double *h = x + PAYLOAD_CENTER, *io = x + PAYLOAD_INERTIA;
+    for (int i = 0; i < 3; i++) m[i][i] = x[PAYLOAD_MASS], m[3 + i][3 + i] = io[i];
+    m[0][4] = h[2], m[0][5] = -h[1], m[1][3] = -h[2], m[1][5] = h[0], m[2][3] = h[1], m[2][4] = -h[0];
+    m[3][4] = io[3], m[3][5] = io[4], m[4][5] = io[5];
+}
+
+static void entries_of(double m[DOFS][DOFS], double entry[MATRIX_ENTRIES]) {
+    int n = 0;
+    for (int i = 0; i < DOFS; i++)
+        for (int j = i; j < DOFS; j++) entry[n++] = m[i][j];
+}
+
+static void legs_of(const struct params *params, const struct kinematics *k, double entry[MATRIX_ENTRIES]) {
+    static const double neutral[DOFS] = {0};
+    struct params bare = *params;
+    double m[DOFS][DOFS];
+    bare.payload.mass_kg = bare.payload.inertia_xx_kg_m2 = bare.payload.inertia_yy_kg_m2 = bare.payload.inertia_zz_kg_m2 = 0.0;
+    nominal_matrix(&bare, k, neutral, m);
+    entries_of(m, entry);
+}
+
+/* Adds what the legs' masses, uniform within their tolerance, do to the entries. */
+static void add_legs(const struct params *params, const struct kinematics *k, double covariance[MATRIX_ENTRIES][MATRIX_ENTRIES]) {
+    double legs[MATRIX_ENTRIES], heavier[MATRIX_ENTRIES], share = params->model.tolerance.mass / sqrt(3.0);
+    legs_of(params, k, legs);
+    for (int part = 0; part < 2; part++) {
+        struct params other = *params;
+        *(part ? &other.actuator.lower_mass_kg : &other.actuator.upper_mass_kg) *= 1.0 + share;
+        legs_of(&other, k, heavier);
+        for (int i = 0; i < MATRIX_ENTRIES; i++)
+            for (int j = 0; j < MATRIX_ENTRIES; j++) covariance[i][j] += (heavier[i] - legs[i]) * (heavier[j] - legs[j]);
+    }
+}
+
+/* Mass, centre and inertia about it. */
+static void for_people(const linear x, double value[PAYLOAD_VALUES]) {
+    static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
+    double m = x[PAYLOAD_MASS], c[3], square = 0.0;
+    for (int i = 0; i < 3; i++) c[i] = x[PAYLOAD_CENTER + i] / m, square += c[i] * c[i];
+    value[PAYLOAD_MASS] = m;
+    memcpy(value + PAYLOAD_CENTER, c, sizeof c);
+    for (int i = 0; i < 6; i++)
+        value[PAYLOAD_INERTIA + i] = x[PAYLOAD_INERTIA + i] - m * ((row[i] == column[i] ? square : 0.0) - c[row[i]] * c[column[i]]);
+}
+
+/* Integrals of x_i x_j, of x_i and of 1 over the body. */
+static void pseudo_inertia(const linear x, double j[BODY * BODY]) {
+    const double *io = x + PAYLOAD_INERTIA, half = 0.5 * (io[0] + io[1] + io[2]);
+    const double s[BODY][BODY] = {{half - io[0], -io[3], -io[4], x[1]},
+                                  {-io[3], half - io[1], -io[5], x[2]},
+                                  {-io[4], -io[5], half - io[2], x[3]},
+                                  {x[1], x[2], x[3], x[0]}};
+    memcpy(j, s, sizeof s);
+}
+
+/* L, lower triangle row by row, to the ten numbers of L L'. */
+static void from_factor(const double l[PAYLOAD_VALUES], linear x) {
+    double s[BODY][BODY] = {{0}}, f[BODY][BODY] = {{0}};
+    int n = 0;
+    for (int i = 0; i < BODY; i++)
+        for (int j = 0; j <= i; j++) f[i][j] = l[n++];
+    for (int i = 0; i < BODY; i++)
+        for (int j = 0; j < BODY; j++)
+            for (int k = 0; k < BODY; k++) s[i][j] += f[i][k] * f[j][k];
+    const double of[PAYLOAD_VALUES] = {s[3][3], s[0][3], s[1][3], s[2][3], s[1][1] + s[2][2], s[0][0] + s[2][2], s[0][0] + s[1][1],
+                                       -s[0][1], -s[0][2], -s[1][2]};
+    memcpy(x, of, sizeof of);
+}
+
+/* (x - best)' weight (x - best) */
+static double distance(const linear x, const linear best, double weight[PAYLOAD_VALUES][PAYLOAD_VALUES]) {
+    double sum = 0.0;
+    for (int i = 0; i < PAYLOAD_VALUES; i++)
+        for (int j = 0; j < PAYLOAD_VALUES; j++) sum += (x[i] - best[i]) * weight[i][j] * (x[j] - best[j]);
+    return sum;
+}
+
+/* Of a step of Levenberg and Marquardt on the factor. False: none that comes nearer. */
+static bool step_nearer(double l[PAYLOAD_VALUES], const linear best, double weight[PAYLOAD_VALUES][PAYLOAD_VALUES], double *damping) {
+    linear x, moved;
+    double jacobian[PAYLOAD_VALUES][PAYLOAD_VALUES], product[PAYLOAD_VALUES * PAYLOAD_VALUES], step[PAYLOAD_VALUES], next[PAYLOAD_VALUES];
+    from_factor(l, x);
+    for (int c = 0; c < PAYLOAD_VALUES; c++) {
+        double d = 1e-6 * (fabs(l[c]) + 1e-3);
+        memcpy(next, l, sizeof next);
+        next[c] += d;
+        from_factor(next, moved);
+        for (int i = 0; i < PAYLOAD_VALUES; i++) jacobian[i][c] = (moved[i] - x[i]) / d;
+    }
+    for (; *damping < 1e12; *damping *= 10.0) {
+        memset(product, 0, sizeof product), memset(step, 0, sizeof step);
+        for (int a = 0; a < PAYLOAD_VALUES; a++)
+            for (int i = 0; i < PAYLOAD_VALUES; i++)
+                for (int k = 0; k < PAYLOAD_VALUES; k++) {
+                    step[a] -= jacobian[i][a] * weight[i][k] * (x[k] - best[k]);
+                    for (int b = 0; b <= a; b++) product[a * PAYLOAD_VALUES + b] += jacobian[i][a] * weight[i][k] * jacobian[k][b];
+                }
+        for (int a = 0; a < PAYLOAD_VALUES; a++) product[a * (PAYLOAD_VALUES + 1)] *= 1.0 + *damping, product[a * (PAYLOAD_VALUES + 1)] += 1e-12;
+        if (!dense_factor(PAYLOAD_VALUES, PAYLOAD_VALUES, product)) continue;
+        dense_solve(PAYLOAD_VALUES, PAYLOAD_VALUES, product, step);
+        for (int c = 0; c < PAYLOAD_VALUES; c++) next[c] = l[c] + step[c];
+        from_factor(next, moved);
+        if (distance(moved, best, weight) >= distance(x, best, weight)) continue;
+        memcpy(l, next, sizeof next);
+        *damping *= 0.1;
+        return true;
+    }
+    return false;
+}
+
+/* From a round body of the same mass on. */
+static void find_nearest(const linear best, double weight[PAYLOAD_VALUES][PAYLOAD_VALUES], linear nearest) {
+    double size = sqrt(fmax(fabs(best[4]) + fabs(best[5]) + fabs(best[6]), 1e-6) / 6.0), mass = sqrt(fmax(best[PAYLOAD_MASS], 1e-6));
+    double l[PAYLOAD_VALUES] = {size, 0.0, size, 0.0, 0.0, size, 0.0, 0.0, 0.0, mass}, damping = 1e-3;
+    for (int i = 0; i < STEPS && step_nearer(l, best, weight, &damping); i++) {}
+    from_factor(l, nearest);
+}
+
+/* Least squares of the ten linear ones: what the payload's part of the matrix weighs by its covariance. */
+struct least_squares {
+    double base[PAYLOAD_VALUES][MATRIX_ENTRIES];
+    double weight[PAYLOAD_VALUES][PAYLOAD_VALUES], factor[PAYLOAD_VALUES * PAYLOAD_VALUES];
+    linear x;
+    double misfit;
+};
+
+/* covariance: its factor. False: not determined. */
+static bool solve(struct least_squares *s, const double part[MATRIX_ENTRIES], double covariance[MATRIX_ENTRIES][MATRIX_ENTRIES]) {
+    double solved[MATRIX_ENTRIES], rest[MATRIX_ENTRIES], square = 0.0;
+    memset(s, 0, sizeof *s);
+    for (int i = 0; i < PAYLOAD_VALUES; i++) {
+        linear unit = {0};
+        double m[DOFS][DOFS];
+        unit[i] = 1.0;
+        matrix_of(unit, m);
+        entries_of(m, s->base[i]);
+    }
+    for (int i = 0; i < PAYLOAD_VALUES; i++) {
+        memcpy(solved, s->base[i], sizeof solved);
+        dense_solve(MATRIX_ENTRIES, MATRIX_ENTRIES, covariance[0], solved);
+        for (int e = 0; e < MATRIX_ENTRIES; e++) {
+            s->x[i] += solved[e] * part[e];
+            for (int j = 0; j < PAYLOAD_VALUES; j++) s->weight[i][j] += solved[e] * s->base[j][e];
+        }
+    }
+    memcpy(s->factor, s->weight, sizeof s->factor);
+    if (!dense_factor(PAYLOAD_VALUES, PAYLOAD_VALUES, s->factor)) return false;
+    dense_solve(PAYLOAD_VALUES, PAYLOAD_VALUES, s->factor, s->x);
+    for (int e = 0; e < MATRIX_ENTRIES; e++) {
+        rest[e] = part[e];
+        for (int i = 0; i < PAYLOAD_VALUES; i++) rest[e] -= s->x[i] * s->base[i][e];
+    }
+    memcpy(solved, rest, sizeof solved);
+    dense_solve(MATRIX_ENTRIES, MATRIX_ENTRIES, covariance[0], solved);
+    for (int e = 0; e < MATRIX_ENTRIES; e++) square += solved[e] * rest[e];
+    s->misfit = sqrt(fmax(square, 0.0) / (MATRIX_ENTRIES - PAYLOAD_VALUES));
+    return true;
+}
+
+/* To first order, along ten directions in which the linear ones scatter independently: columns of the inverse of the transposed factor. */
+static void find_std(const struct least_squares *s, const double value[PAYLOAD_VALUES], double std[PAYLOAD_VALUES]) {
+    static const double part = 1e-3;
+    for (int i = 0; i < PAYLOAD_VALUES; i++) {
+        double direction[PAYLOAD_VALUES] = {0}, there[PAYLOAD_VALUES];
+        linear moved;
+        for (int row = PAYLOAD_VALUES - 1; row >= 0; row--) {
+            double sum = row == i;
+            for (int j = row + 1; j < PAYLOAD_VALUES; j++) sum -= s->factor[j * PAYLOAD_VALUES + row] * direction[j];
+            direction[row] = sum / s->factor[row * (PAYLOAD_VALUES + 1)];
+        }
+        for (int j = 0; j < PAYLOAD_VALUES; j++) moved[j] = s->x[j] + part * direction[j];
+        for_people(moved, there);
+        for (int j = 0; j < PAYLOAD_VALUES; j++) std[j] = hypot(std[j], (there[j] - value[j]) / part);
+    }
+}
+
+struct payload payload_find(const struct params *params, const struct kinematics *k, const double entry[MATRIX_ENTRIES],
+                            double covariance[MATRIX_ENTRIES][MATRIX_ENTRIES]) {
+    struct payload p = {0};
+    struct least_squares s;
+    double part[MATRIX_ENTRIES], factor[MATRIX_ENTRIES][MATRIX_ENTRIES], body[BODY * BODY];
+    memcpy(factor, covariance, sizeof factor);
+    add_legs(params, k, factor);
+    legs_of(params, k, part);
+    for (int i = 0; i < MATRIX_ENTRIES; i++) part[i] = entry[i] - part[i];
+    if (!dense_factor(MATRIX_ENTRIES, MATRIX_ENTRIES, factor[0]) || !solve(&s, part, factor)) return p;
+    linear nearest;
+    memcpy(nearest, s.x, sizeof nearest);
+    pseudo_inertia(s.x, body);
+    p.possible = s.x[PAYLOAD_MASS] > 0.0 && dense_factor(BODY, BODY, body);
+    if (!p.possible) find_nearest(s.x, s.weight, nearest);
+    for_people(s.x, p.value);
+    for_people(nearest, p.nearest);
+    find_std(&s, p.value, p.std);
+    p.misfit = s.misfit;
+    p.evaluated = isfinite(p.misfit) && p.std[PAYLOAD_MASS] < UNDETERMINED * fabs(p.value[PAYLOAD_MASS]);
+    return p;
+}

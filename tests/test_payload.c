@@ -1,0 +1,104 @@
+/* The payload's ten parameters from matrices that are known. */
+#include "support.h"
+
+#include "nominal.h"
+#include "payload.h"
+
+struct given {
+    struct params params;
+    struct kinematics kinematics;
+    double entry[MATRIX_ENTRIES], covariance[MATRIX_ENTRIES][MATRIX_ENTRIES];
+};
+
+/* The configured legs, and a body with these values; one part in a thousand of the matrix unsure. */
+static void machine_with(struct given *g, const double value[PAYLOAD_VALUES]) {
+    static const double neutral[DOFS] = {0};
+    static const int inertia[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
+    double mt[DOFS][DOFS], mass = value[PAYLOAD_MASS];
+    const double *c = value + PAYLOAD_CENTER;
+    struct error error;
+    memset(g, 0, sizeof *g);
+    config_default(&g->params);
+    g->params.model.tolerance.mass = 0.0;
+    assert_int_equal(kinematics_init(&g->kinematics, &g->params, &error), 0);
+    struct params legs = g->params;
+    legs.payload.mass_kg = legs.payload.inertia_xx_kg_m2 = legs.payload.inertia_yy_kg_m2 = legs.payload.inertia_zz_kg_m2 = 0.0;
+    nominal_matrix(&legs, &g->kinematics, neutral, mt);
+    const double skew[3][3] = {{0, -c[2], c[1]}, {c[2], 0, -c[0]}, {-c[1], c[0], 0}};
+    for (int i = 0; i < 3; i++) {
+        mt[i][i] += mass;
+        for (int j = 0; j < 3; j++) {
+            mt[i][3 + j] -= mass * skew[i][j];
+            mt[3 + i][3 + j] += value[PAYLOAD_INERTIA + inertia[i][j]];
+            for (int k = 0; k < 3; k++) mt[3 + i][3 + j] -= mass * skew[i][k] * skew[k][j];
+        }
+    }
+    for (int i = 0, n = 0; i < DOFS; i++)
+        for (int j = i; j < DOFS; j++, n++) {
+            g->entry[n] = mt[i][j];
+            g->covariance[n][n] = 1e-6 * mt[i][i] * mt[j][j];
+        }
+}
+
+static void a_body_off_the_centre_is_found_again(void **unused) {
+    (void)unused;
+    static const double body[PAYLOAD_VALUES] = {143, 0.02, -0.035, 0.05, 17, 12, 21, -1.5, 0.7, 2.1};
+    struct given g;
+    machine_with(&g, body);
+    struct payload p = payload_find(&g.params, &g.kinematics, g.entry, g.covariance);
+    assert_true(p.evaluated && p.possible);
+    for (int i = 0; i < PAYLOAD_VALUES; i++) {
+        assert_close(p.value[i], body[i], 1e-9 * (1.0 + fabs(body[i])));
+        assert_true(p.nearest[i] == p.value[i] && p.std[i] > 0.0);
+    }
+    assert_below(p.misfit, 1e-6);
+}
+
+static void the_stated_deviations_are_those_of_the_errors(void **unused) {
+    (void)unused;
+    enum { TRIALS = 400 };
+    static const double body[PAYLOAD_VALUES] = {143, 0.02, -0.035, 0.05, 17, 12, 21, -1.5, 0.7, 2.1};
+    uint64_t seed = 3;
+    double square[PAYLOAD_VALUES] = {0}, misfit = 0.0;
+    for (int trial = 0; trial < TRIALS; trial++) {
+        struct given g;
+        machine_with(&g, body);
+        for (int i = 0; i < MATRIX_ENTRIES; i++) g.entry[i] += sqrt(3.0 * g.covariance[i][i]) * random_unit(&seed);
+        struct payload p = payload_find(&g.params, &g.kinematics, g.entry, g.covariance);
+        for (int i = 0; i < PAYLOAD_VALUES; i++) square[i] += pow((p.value[i] - body[i]) / p.std[i], 2.0) / TRIALS;
+        misfit += p.misfit * p.misfit / TRIALS;
+    }
+    for (int i = 0; i < PAYLOAD_VALUES; i++) assert_close(square[i], 1.0, 0.25);
+    assert_close(misfit, 1.0, 0.15);
+}
+
+static void what_no_body_can_have_is_said_and_the_nearest_given(void **unused) {
+    (void)unused;
+    static const double impossible[PAYLOAD_VALUES] = {143, 0.0, 0.0, 0.0, 2, 2, 9, 0, 0, 0}; /* zz above xx + yy */
+    struct given g;
+    machine_with(&g, impossible);
+    struct payload p = payload_find(&g.params, &g.kinematics, g.entry, g.covariance);
+    const double *near = p.nearest + PAYLOAD_INERTIA;
+    assert_true(p.evaluated && !p.possible);
+    assert_close(p.value[PAYLOAD_INERTIA + 2], 9.0, 1e-6);
+    assert_true(near[0] > 0.0 && near[0] + near[1] >= near[2] * (1.0 - 1e-9));
+    assert_close(near[0] + near[1], near[2], 1e-3);  /* as flat as a body can be */
+    assert_below(near[2], 9.0);
+    assert_close(p.nearest[PAYLOAD_MASS], 143.0, 1.0);
+}
+
+static void a_mass_that_nothing_determines_is_no_result(void **unused) {
+    (void)unused;
+    static const double body[PAYLOAD_VALUES] = {143, 0.0, 0.0, 0.0, 17, 12, 21, 0, 0, 0};
+    struct given g;
+    machine_with(&g, body);
+    for (int i = 0; i < MATRIX_ENTRIES; i++) g.covariance[i][i] *= 1e6;
+    assert_false(payload_find(&g.params, &g.kinematics, g.entry, g.covariance).evaluated);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_body_off_the_centre_is_found_again), cmocka_unit_test(the_stated_deviations_are_those_of_the_errors),
+        cmocka_unit_test(what_no_body_can_have_is_said_and_the_nearest_given), cmocka_unit_test(a_mass_that_nothing_determines_is_no_result)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
