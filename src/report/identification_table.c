@@ -13,20 +13,21 @@ static void friction(FILE *out, const char *what, const double *value, const dou
     fprintf(out, " %s, std at most %.1f\n", unit, most);
 }
 
-static void group(FILE *out, const struct payload *p, int first, int count, double scale, const char *unit) {
+/* Some of the payload's numbers and the largest of their deviations. */
+static void group(FILE *out, const struct payload *p, int first, int count, double scale, int digits, const char *unit) {
     double most = 0.0;
-    for (int i = first; i < first + count; i++) fprintf(out, " %.4g", p->value[i] * scale), most = fmax(most, p->std[i] * scale);
-    fprintf(out, " %s (std at most %.2g)", unit, most);
+    for (int i = first; i < first + count; i++) fprintf(out, " %.*f", digits, p->value[i] * scale), most = fmax(most, p->std[i] * scale);
+    fprintf(out, " %s, std at most %.2g\n", unit, most);
 }
 
 static void print_payload(FILE *out, const struct payload *p) {
     fprintf(out, "payload, legs taken off: mass");
-    group(out, p, PAYLOAD_MASS, 1, 1.0, "kg");
-    fprintf(out, "; mass centre");
-    group(out, p, PAYLOAD_CENTER, 3, 1e3, "mm from where it is configured");
-    fprintf(out, ";\n  inertia about it, xx yy zz xy xz yz:");
-    group(out, p, PAYLOAD_INERTIA, 6, 1.0, "kg m^2");
-    fprintf(out, "%s\n", p->possible ? "" : "; no body has these: the nearest that one has are in the JSON");
+    group(out, p, PAYLOAD_MASS, 1, 1.0, 2, "kg");
+    fprintf(out, "  mass centre from where it is configured");
+    group(out, p, PAYLOAD_CENTER, 3, 1e3, 2, "mm");
+    fprintf(out, "  inertia about it, xx yy zz xy xz yz");
+    group(out, p, PAYLOAD_INERTIA, 6, 1.0, 3, "kg m^2");
+    if (!p->possible) fprintf(out, "  no body of positive density has these: the nearest that one has are in the JSON\n");
 }
 
 static void print_matrix(FILE *out, const double m[DOFS][DOFS]) {
