@@ -22,8 +22,8 @@ static const double LOW_MPS[2] = {0.01, 0.03}; /* Stribeck */
 static const double STUCK = 0.6;       /* of dry friction: where it is anything between both directions', about their mean (1 / sqrt(3)) */
 static const double LEAST_N = 1e-3;    /* of dry friction: none */
 static const double FIRST_SHARE = 0.5; /* of the force's variation: what dry friction may be before any was found */
-static const double MODEL_ERROR = 1e-4;/* of the force's variation: what no model meets */
-static const double UNDETERMINED = 0.2;/* of sqrt(M_ii M_jj) */
+static const double MODEL_ERROR = 1e-4; /* of the force's variation: what no model meets */
+static const double UNDETERMINED = 0.2; /* of sqrt(M_ii M_jj) */
 
 /* One test or piece: rows of all legs, the last column is what is to be explained. */
 struct rows {
@@ -51,6 +51,7 @@ struct work {
 };
 
 extern const struct effect geometry_error;
+static const char no_pose[] = "method C: no pose of this machine has these lengths";
 
 static double square(double x) { return x * x; }
 
@@ -82,8 +83,8 @@ static double slowest_mps(const struct residual_test *t, const struct params *pa
     return fmax(fmax(fabs(acceleration) * resolution_s, noise_mps), STICK_MPS);
 }
 
-/* Payload that an entry of Mt stands for weighs, too: its mass is the mean of three entries, each of its moments m c that of two. Adds the wrench that
- * holds so much of it, for a unit of the entry. */
+/* The payload's mass is the mean of three entries of Mt, each of its moments m c that of two. Adds the wrench that holds the weight of what one unit
+ * of an entry stands for. */
 static void add_weight(int row, int column, const double rotation[3][3], double gravity_mps2, double wrench[DOFS]) {
     static const struct {
         int row, column, axis; /* of the moment */
@@ -258,7 +259,7 @@ static int pass(struct work *w, int number, struct error *error) {
     expect_friction(w, number);
     for (int i = 0; i < w->data.tests; i++) {
         const struct residual_test *t = &w->data.test[i];
-        if (!fill_columns(w, w->params, i)) return error_set(error, STATUS_USAGE, "method C: no pose of this machine has these lengths");
+        if (!fill_columns(w, w->params, i)) return error_set(error, STATUS_USAGE, no_pose);
         fill_covariance(w, t);
         if (!accumulate(w, i)) return error_set(error, STATUS_USAGE, "method C: a force that is constant, or no number");
     }
@@ -285,7 +286,7 @@ static int spread_joints(struct work *w, const struct params *configured, struct
     struct params *machine = malloc(sizeof *machine);
     double configured_too[UNKNOWNS] = {0};
     int status = machine ? STATUS_OK : error_set(error, STATUS_IO, "out of memory"), effect = effect_find(geometry_error.name);
-    if (!status && !add_gradient(w, w->params, -1.0, configured_too)) status = error_set(error, STATUS_USAGE, "method C: no pose of this machine has these lengths");
+    if (!status && !add_gradient(w, w->params, -1.0, configured_too)) status = error_set(error, STATUS_USAGE, no_pose);
     for (int i = 0; i < COORDINATES * LEGS && !status && configured->model.tolerance.joints_m > 0.0; i++) {
         double change[UNKNOWNS];
         *machine = *w->params;

@@ -18,11 +18,11 @@ extern const char *const payload_names[PAYLOAD_VALUES]; /* "mass_kg", "center_x_
 
 struct payload {
     bool evaluated;                     /* false: some parameter is not determined */
-    double value[PAYLOAD_VALUES];       /* the centre from the configured one, in {M}; inertias about it, as in the matrix (xy negative for a product) */
+    double value[PAYLOAD_VALUES];       /* the centre from the configured one, in {M}; inertias about it, xy xz yz as entries of the tensor */
     double std[PAYLOAD_VALUES];
     bool possible;                      /* a body of positive density has these */
     double nearest[PAYLOAD_VALUES];     /* the nearest that one has; value, where possible */
-    double misfit;                      /* of the 11 entries' worth that one body cannot have: rms in deviations; about 1 */
+    double misfit;                      /* of the matrix from that of one body, rms in deviations: about 1 */
 };
 
 /* entry: of Mt; covariance: of the entries. */

@@ -19,7 +19,8 @@ struct verdict {
 
 extern const char *const verdict_names[]; /* pass, fail, not_evaluated */
 
-/* sinusoids: of one axis after another; else another motion, from which the matrix is nobody's duty. Cycles and overruns of the whole run. A failed check outweighs one that could not be evaluated. */
+/* sinusoids: of one axis after another; any other motion need not give a matrix. Cycles and overruns of the whole run. A failed check outweighs
+ * one that could not be evaluated. */
 struct verdict ident_verdict(const struct params *params, const struct identification *id, bool sinusoids, int64_t cycles, int64_t overruns);
 
 /* One more reason. NOT_EVALUATED turns a pass into that; FAIL outweighs both. */
