@@ -293,7 +293,8 @@ static int spread_joints(struct work *w, const struct params *configured, struct
         machine->effects[effect] = (struct effect_values){.on = true};
         machine->effects[effect].value[i % COORDINATES][i / COORDINATES] = configured->model.tolerance.joints_m / sqrt(3.0);
         memcpy(change, configured_too, sizeof change);
-        if (!add_gradient(w, machine, 1.0, change)) continue;
+        if (!add_gradient(w, machine, 1.0, change)) status = error_set(error, STATUS_USAGE, "method C: model.tolerance.joints_m: no pose of a machine "
+                                                                       "whose joints are off by so much has these lengths: make it smaller");
         dense_solve(UNKNOWNS, UNKNOWNS, w->normal.product, change);
         for (int c = 0; c < UNKNOWNS; c++)
             for (int e = 0; e < UNKNOWNS; e++) w->covariance[c][e] += change[c] * change[e];

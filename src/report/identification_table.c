@@ -47,7 +47,7 @@ static void print_method_c(FILE *out, const struct identification *id) {
         if (id->no_method_c.status) fprintf(out, "method C  not evaluated: %s\n\n", id->no_method_c.text);
         return;
     }
-    fprintf(out, "%-4s %-6s %8s  %16s %7s   dry friction apart from inertia\n", "", "unit", "nominal", "method C error %", "std C");
+    fprintf(out, "%-4s %-6s %8s  %16s %7s\n", "", "unit", "nominal", "method C error %", "std C");
     for (int i = 0; i < IDENT_ENTRIES - 2; i++) { /* symmetric: Mt42 is Mt24, Mt51 is Mt15 */
         const struct ident_entry *e = &ident_entries[i];
         fprintf(out, "%-4s %-6s %8.3f", e->name, e->unit, id->nominal_mt[e->row][e->col]);
