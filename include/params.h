@@ -10,18 +10,27 @@ enum { PARAMS_TEXT_SIZE = 256 };  /* of every text */
 
 enum mechanism_kind { MECHANISM_STEWART, MECHANISM_AXIS };
 
+/* The six joints of a body; not given: on a circle, by the numbers beside them. */
+struct joint_points {
+    bool given;
+    double m[LEGS][3];
+};
+
 struct geometry_params {          /* Tian 2015 Table 1 */
     double upper_radius_m;        /* Ra */
     double lower_radius_m;        /* Rb */
-    double height_m;              /* H: upper joint plane above the lower one at neutral */
+    double height_m;              /* H: the upper joint plane, z = 0 of the platform's drawing, above the lower one, z = 0 of the base's, at neutral */
     double upper_half_angle_rad;  /* alpha */
     double lower_half_angle_rad;  /* beta */
+    struct joint_points upper, lower; /* in the drawings of platform and base: x forward, y right, z down */
 };
 
 struct payload_params {           /* Tian 2015 Table 2 */
     double mass_kg;
-    double inertia_xx_kg_m2, inertia_yy_kg_m2, inertia_zz_kg_m2; /* about its mass centre */
+    double inertia_xx_kg_m2, inertia_yy_kg_m2, inertia_zz_kg_m2; /* about its mass centre: entries of the matrix */
+    double inertia_xy_kg_m2, inertia_xz_kg_m2, inertia_yz_kg_m2;
     double center_height_m;       /* h: mass centre above the upper joint plane */
+    double center_x_m, center_y_m;/* and in the platform's drawing */
     double gravity_mps2;
 };
 
@@ -32,12 +41,13 @@ struct axis_params {              /* one cylinder or electric axis with a mass: 
     double force_offset_n;        /* constant force that the reading has too much */
 };
 
-struct actuator_params {          /* one leg, Tian 2015 Tables 1 and 2; inertias about each part's own mass centre (method.md section 3) */
-    double piston_diameter_m, rod_diameter_m;
-    double stroke_m;              /* neutral at mid-stroke */
-    double upper_mass_kg, lower_mass_kg;             /* ma rod, mb cylinder */
-    double upper_inertia_kg_m2, lower_inertia_kg_m2; /* ia, ib: transverse */
-    double upper_center_m, lower_center_m;           /* ra from the upper, rb from the lower joint */
+struct actuator_params {          /* the legs, Tian 2015 Tables 1 and 2; inertias about each part's own mass centre (method.md section 3) */
+    double piston_diameter_m[LEGS], rod_diameter_m[LEGS];
+    double stroke_m[LEGS];
+    double mid_stroke_m[LEGS];    /* length in the middle of the stroke less that at neutral */
+    double upper_mass_kg[LEGS], lower_mass_kg[LEGS];             /* ma rod, mb cylinder */
+    double upper_inertia_kg_m2[LEGS], lower_inertia_kg_m2[LEGS]; /* ia, ib: transverse */
+    double upper_center_m[LEGS], lower_center_m[LEGS];           /* ra from the upper, rb from the lower joint */
 };
 
 struct hydraulics_params {
@@ -87,7 +97,7 @@ struct motion_params {
 };
 
 struct limit_params {             /* SAFETY: beyond any of these the supervisor centres the valves */
-    double length_min_m, length_max_m;
+    double length_min_m[LEGS], length_max_m[LEGS];
     double leg_rate_mps;
     double following_m;           /* |leg reference - leg length| while engaged */
     double standstill_m;          /* range of a leg's reference since its length last changed, while engaged */

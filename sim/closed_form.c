@@ -46,7 +46,7 @@ static void push_joints(const struct closed_form *e, const union system *s, stru
 /* A joint off its flanks gets the film's drag, and nothing of what the leg does. */
 static void push_through_play(const struct closed_form *e, const union system *s, struct instant *now, double axial[LEGS]) {
     for (int k = 0; k < LEGS; k++) {
-        double drive_n = cylinder_hydraulic_force(&e->cylinder, &s->hydraulics.cylinder[k]);
+        double drive_n = cylinder_hydraulic_force(&e->cylinder, k, &s->hydraulics.cylinder[k]);
         now->push[k] = hydraulics_push(&e->cylinder, k, &s->hydraulics, now->legs.length[k], now->legs.rate[k]);
         if (!now->push[k].loose) continue;
         now->friction_n[k] = now->push[k].force_n - drive_n;
@@ -59,9 +59,9 @@ void closed_form_look(const struct closed_form *e, const union system *s, const 
     rigid_legs(&e->rigid, &s->body, &now->legs);
     rigid_dynamics(&e->rigid, &s->body, &now->legs, now->mass.c, now->free);
     for (int k = 0; k < LEGS; k++) {
-        double drive_n = drive->valve ? cylinder_hydraulic_force(&e->cylinder, &s->hydraulics.cylinder[k]) : drive->force_n[k];
+        double drive_n = drive->valve ? cylinder_hydraulic_force(&e->cylinder, k, &s->hydraulics.cylinder[k]) : drive->force_n[k];
         now->friction_n[k] = leg_friction(e, s, drive, k, now->legs.rate[k]);
-        now->stop_n[k] = cylinder_stop_force(&e->cylinder, now->legs.length[k], now->legs.rate[k]);
+        now->stop_n[k] = cylinder_stop_force(&e->cylinder, k, now->legs.length[k], now->legs.rate[k]);
         axial[k] = drive_n + now->friction_n[k] + now->stop_n[k];
     }
     if (drive->valve && e->cylinder.extended) push_through_play(e, s, now, axial);

@@ -29,6 +29,16 @@ static void valve_init(struct cylinder_model *m, int leg, const struct hydraulic
     };
 }
 
+static void piston_init(struct cylinder_model *m, int leg, const struct actuator_params *a) {
+    struct cylinder_leg *c = &m->leg[leg];
+    double piston = a->piston_diameter_m[leg], rod = a->rod_diameter_m[leg];
+    double middle = m->machine.bodies.neutral_length_m[leg] + a->mid_stroke_m[leg];
+    c->a1_m2 = PI / 4.0 * piston * piston;
+    c->a2_m2 = PI / 4.0 * (piston * piston - rod * rod);
+    c->length_min_m = middle - 0.5 * a->stroke_m[leg];
+    c->length_max_m = middle + 0.5 * a->stroke_m[leg];
+}
+
 static void line_init(struct cylinder_model *m, int leg) {
     double length_m = m->machine.line.length_m[leg], bore_m = m->machine.line.diameter_m[leg];
     if (!(length_m > 0.0)) return;
@@ -40,18 +50,14 @@ static void line_init(struct cylinder_model *m, int leg) {
 }
 
 void cylinder_model_init(struct cylinder_model *m, const struct params *params) {
-    const struct actuator_params *a = &params->actuator;
     *m = (struct cylinder_model){
         .legs = params_legs(params),
         .supply_share = 1.0,
-        .a1_m2 = PI / 4.0 * a->piston_diameter_m * a->piston_diameter_m,
-        .a2_m2 = PI / 4.0 * (a->piston_diameter_m * a->piston_diameter_m - a->rod_diameter_m * a->rod_diameter_m),
     };
     machine_init(&m->machine, params);
-    m->length_min_m = m->machine.bodies.neutral_length_m - 0.5 * a->stroke_m;
-    m->length_max_m = m->machine.bodies.neutral_length_m + 0.5 * a->stroke_m;
     for (int leg = 0; leg < LEGS; leg++) {
         valve_init(m, leg, &params->hydraulics);
+        piston_init(m, leg, &params->actuator);
         line_init(m, leg);
         m->extended = m->extended || m->leg[leg].line_volume_m3 > 0.0 || m->machine.bodies.clearance_m[leg] > 0.0;
     }
@@ -105,12 +111,12 @@ static inline struct ports ports_of(const struct cylinder_leg *c, const struct m
 }
 
 /* beta / V of the chambers. */
-static inline void chambers(const struct cylinder_model *m, const struct cylinder_leg *c, double length_m, double stiffness[PORTS]) {
-    double stroke_m = length_m - m->length_min_m, full_m = m->length_max_m - m->length_min_m;
+static inline void chambers(const struct cylinder_leg *c, double length_m, double stiffness[PORTS]) {
+    double stroke_m = length_m - c->length_min_m, full_m = c->length_max_m - c->length_min_m;
     double dead_m3 = c->dead_volume_m3, bulk_pa = c->bulk_modulus_pa;
     stroke_m = stroke_m < 0.0 ? 0.0 : stroke_m > full_m ? full_m : stroke_m;
-    stiffness[PORT_A] = bulk_pa / (dead_m3 + m->a1_m2 * stroke_m);
-    stiffness[PORT_B] = bulk_pa / (dead_m3 + m->a2_m2 * (full_m - stroke_m));
+    stiffness[PORT_A] = bulk_pa / (dead_m3 + c->a1_m2 * stroke_m);
+    stiffness[PORT_B] = bulk_pa / (dead_m3 + c->a2_m2 * (full_m - stroke_m));
 }
 
 static inline double spool_speed(const struct cylinder_leg *c, double rate) {
@@ -124,8 +130,8 @@ static inline struct cylinder_state rates(const struct cylinder_model *m, const 
     const struct machine *machine = &m->machine;
     double leakage = c->leakage_m3_per_s_pa * (s->p1_pa - s->p2_pa), speed = spool_speed(c, s->spool_rate);
     return (struct cylinder_state){
-        .p1_pa = pressure_rate(machine, s->p1_pa, stiffness[PORT_A], flow1 - (m->a1_m2 * rate_mps + leakage)),
-        .p2_pa = pressure_rate(machine, s->p2_pa, stiffness[PORT_B], flow2 - (-m->a2_m2 * rate_mps - leakage)),
+        .p1_pa = pressure_rate(machine, s->p1_pa, stiffness[PORT_A], flow1 - (c->a1_m2 * rate_mps + leakage)),
+        .p2_pa = pressure_rate(machine, s->p2_pa, stiffness[PORT_B], flow2 - (-c->a2_m2 * rate_mps - leakage)),
         .spool = speed,
         .spool_rate = c->valve_omega_squared * (valve + c->valve_bias - s->spool) - c->valve_damping_rate * speed,
     };
@@ -137,7 +143,7 @@ struct cylinder_state cylinder_derivative(const struct cylinder_model *m, int le
     double stiffness[PORTS];
     const struct cylinder_leg *c = &m->leg[leg];
     struct ports p = ports_of(c, mains, opening);
-    chambers(m, c, length_m, stiffness);
+    chambers(c, length_m, stiffness);
     double flow1 = port_flow(p.conductance[PORT_A], stiffness[PORT_A], p.source_pa[PORT_A], s->p1_pa);
     double flow2 = port_flow(p.conductance[PORT_B], stiffness[PORT_B], p.source_pa[PORT_B], s->p2_pa);
     return rates(m, c, s, stiffness, flow1, flow2, rate_mps, valve);
@@ -153,7 +159,7 @@ struct cylinder_state cylinder_line_derivative(const struct cylinder_model *m, i
     const double chamber_pa[PORTS] = {s->p1_pa, s->p2_pa};
     double stiffness[PORTS], own = line_stiffness(c);
     struct ports p = ports_of(c, mains, opening);
-    chambers(m, c, length_m, stiffness);
+    chambers(c, length_m, stiffness);
     for (int i = 0; i < PORTS; i++) {
         double in = port_flow(p.conductance[i], own, p.source_pa[i], line[i].pressure_pa), through = line[i].flow_m3_per_s;
         line_rate[i].pressure_pa = pressure_rate(&m->machine, line[i].pressure_pa, own, in - through);
@@ -167,7 +173,7 @@ void cylinder_flows(const struct cylinder_model *m, int leg, const struct mains 
     double stiffness[PORTS], pressure_pa[PORTS] = {s->p1_pa, s->p2_pa}, flow[PORTS];
     const struct cylinder_leg *c = &m->leg[leg];
     struct ports p = ports_of(c, mains, opening);
-    chambers(m, c, length_m, stiffness);
+    chambers(c, length_m, stiffness);
     for (int i = 0; i < PORTS; i++) {
         if (line) stiffness[i] = line_stiffness(c), pressure_pa[i] = line[i].pressure_pa;
         flow[i] = port_flow(p.conductance[i], stiffness[i], p.source_pa[i], pressure_pa[i]);
@@ -187,20 +193,22 @@ void cylinder_limit(const struct cylinder_model *m, int leg, struct cylinder_sta
 }
 
 void cylinder_displace(const struct cylinder_model *m, int leg, struct cylinder_state *s, double length_m, double move_m) {
+    const struct cylinder_leg *c = &m->leg[leg];
     double stiffness[PORTS];
-    chambers(m, &m->leg[leg], length_m, stiffness);
-    s->p1_pa -= stiffness[PORT_A] * m->a1_m2 * move_m;
-    s->p2_pa += stiffness[PORT_B] * m->a2_m2 * move_m;
+    chambers(c, length_m, stiffness);
+    s->p1_pa -= stiffness[PORT_A] * c->a1_m2 * move_m;
+    s->p2_pa += stiffness[PORT_B] * c->a2_m2 * move_m;
 }
 
 double cylinder_stiffness(const struct cylinder_model *m, int leg, double length_m) {
+    const struct cylinder_leg *c = &m->leg[leg];
     double stiffness[PORTS];
-    chambers(m, &m->leg[leg], length_m, stiffness);
-    return m->a1_m2 * m->a1_m2 * stiffness[PORT_A] + m->a2_m2 * m->a2_m2 * stiffness[PORT_B];
+    chambers(c, length_m, stiffness);
+    return c->a1_m2 * c->a1_m2 * stiffness[PORT_A] + c->a2_m2 * c->a2_m2 * stiffness[PORT_B];
 }
 
-double cylinder_hydraulic_force(const struct cylinder_model *m, const struct cylinder_state *s) {
-    return m->a1_m2 * s->p1_pa - m->a2_m2 * s->p2_pa;
+double cylinder_hydraulic_force(const struct cylinder_model *m, int leg, const struct cylinder_state *s) {
+    return m->leg[leg].a1_m2 * s->p1_pa - m->leg[leg].a2_m2 * s->p2_pa;
 }
 
 /* A damper alone would pull on the way out: the stop only pushes. */
@@ -210,9 +218,10 @@ static double stop_push(const struct hydraulics_params *h, double depth_m, doubl
     return push > 0.0 ? push : 0.0;
 }
 
-double cylinder_stop_force(const struct cylinder_model *m, double length_m, double rate_mps) {
+double cylinder_stop_force(const struct cylinder_model *m, int leg, double length_m, double rate_mps) {
+    const struct cylinder_leg *c = &m->leg[leg];
     const struct hydraulics_params *h = &m->machine.params->hydraulics;
-    return stop_push(h, m->length_min_m - length_m, -rate_mps) - stop_push(h, length_m - m->length_max_m, rate_mps);
+    return stop_push(h, c->length_min_m - length_m, -rate_mps) - stop_push(h, length_m - c->length_max_m, rate_mps);
 }
 
 struct friction cylinder_friction(const struct cylinder_model *m, int leg, const struct cylinder_state *s, int direction,
@@ -221,7 +230,7 @@ struct friction cylinder_friction(const struct cylinder_model *m, int leg, const
     struct friction sum = {.viscous = m->machine.params->hydraulics.viscous_n_s_per_m[leg] * speed_mps};
     if (laws->count == 0) return sum;
     struct leg_motion motion = {.direction = direction, .speed_mps = speed_mps, .p1_pa = s->p1_pa, .p2_pa = s->p2_pa,
-                                .a1_m2 = m->a1_m2, .a2_m2 = m->a2_m2};
+                                .a1_m2 = m->leg[leg].a1_m2, .a2_m2 = m->leg[leg].a2_m2};
     for (int i = 0; i < laws->count; i++) laws->of[i].effect->leg_friction(laws->of[i].values, leg, &motion, &sum);
     double smooth_mps = m->machine.params->sim.smooth_friction_mps;
     if (smooth_mps > 0.0) sum = (struct friction){.viscous = sum.viscous + sum.dry * tanh(speed_mps / smooth_mps)};

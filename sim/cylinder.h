@@ -37,9 +37,9 @@ enum { PORT_A, PORT_B, PORTS };
 struct cylinder_model {        /* constants derived once from params and effects */
     struct machine machine;
     int first, legs;               /* first <= leg < legs: those that the mechanism has, or the one that is asked for */
-    double a1_m2, a2_m2;
-    double length_min_m, length_max_m; /* end stops */
     struct cylinder_leg {
+        double a1_m2, a2_m2;
+        double length_min_m, length_max_m; /* end stops */
         double valve_gain[PORTS];      /* valve_flow / sqrt(valve_drop) */
         double valve_omega_squared, valve_damping_rate; /* w^2, 2 zeta w */
         double valve_bias, valve_rate_per_s;
@@ -87,10 +87,10 @@ void cylinder_displace(const struct cylinder_model *m, int leg, struct cylinder_
 double cylinder_stiffness(const struct cylinder_model *m, int leg, double length_m);
 
 /* A1 P1 - A2 P2. */
-double cylinder_hydraulic_force(const struct cylinder_model *m, const struct cylinder_state *s);
+double cylinder_hydraulic_force(const struct cylinder_model *m, int leg, const struct cylinder_state *s);
 
 /* End stop: unilateral spring and damper, >= 0 at the lower one, <= 0 at the upper one, 0 between. */
-double cylinder_stop_force(const struct cylinder_model *m, double length_m, double rate_mps);
+double cylinder_stop_force(const struct cylinder_model *m, int leg, double length_m, double rate_mps);
 
 /* Sum of the base's viscous friction and of every effect's leg friction for motion in a direction. */
 struct friction cylinder_friction(const struct cylinder_model *m, int leg, const struct cylinder_state *s, int direction, double speed_mps);

@@ -30,7 +30,7 @@ static void leg_limits(const struct closed_form *e, const struct instant *now, i
     *most_n = cylinder_friction(&e->cylinder, k, s, -1, 0.0).dry;
     if (!e->cylinder.extended || e->forced) return;
     const struct leg_push *push = &now->push[k];
-    double drive_n = cylinder_hydraulic_force(&e->cylinder, s);
+    double drive_n = cylinder_hydraulic_force(&e->cylinder, k, s);
     if (push->loose) *least_n = *most_n = 0.0;
     else *least_n = fmax(*least_n, push->least_n - drive_n), *most_n = fmin(*most_n, push->most_n - drive_n);
 }

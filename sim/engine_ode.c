@@ -60,7 +60,7 @@ struct range {
 
 /* A joint with play passes on what the leg pushes with, never a pull at the flank it does not touch; loose it passes on the film's drag. */
 static void limit_by_play(const struct engine_ode *e, int i, const struct hydraulics_state *s, struct leg *leg, struct range *dry) {
-    double drive_n = cylinder_hydraulic_force(&e->model, &s->cylinder[i]);
+    double drive_n = cylinder_hydraulic_force(&e->model, i, &s->cylinder[i]);
     struct leg_push push = hydraulics_push(&e->model, i, s, leg->length_m, leg->rate_mps);
     double sliding_n = drive_n + leg->viscous_n;
     if (push.loose) {
@@ -84,7 +84,7 @@ static struct leg leg_now(const struct engine_ode *e, int i, const struct hydrau
     struct friction extend = cylinder_friction(&e->model, i, &s->cylinder[i], 1, leg.rate_mps > 0.0 ? leg.rate_mps : 0.0);
     struct friction retract = cylinder_friction(&e->model, i, &s->cylinder[i], -1, leg.rate_mps < 0.0 ? -leg.rate_mps : 0.0);
     struct range dry = {-extend.dry, retract.dry};
-    double stop_n = cylinder_stop_force(&e->model, leg.length_m, leg.rate_mps);
+    double stop_n = cylinder_stop_force(&e->model, i, leg.length_m, leg.rate_mps);
     leg.viscous_n = e->hydraulic ? retract.viscous - extend.viscous : 0.0;
     if (e->hydraulic && e->model.extended) limit_by_play(e, i, s, &leg, &dry);
     leg.passive_n = stop_n + 0.5 * (dry.most_n + dry.least_n) + leg.viscous_n;
@@ -199,7 +199,7 @@ static void substep(struct engine *base, double dt_s, const double valve[LEGS], 
     double force_n[LEGS];
     e->hydraulic = true;
     look_at_legs(e, s);
-    for (int i = 0; i < LEGS; i++) force_n[i] = cylinder_hydraulic_force(&e->model, &s->cylinder[i]);
+    for (int i = 0; i < LEGS; i++) force_n[i] = cylinder_hydraulic_force(&e->model, i, &s->cylinder[i]);
     step_bodies(e, dt_s, force_n);
     if (surroundings_yield(e->surroundings.params)) yield(e, dt_s);
     step_hydraulics(e, dt_s, valve, s);

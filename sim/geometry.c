@@ -1,27 +1,40 @@
 #include <math.h>
+#include <string.h>
 
 #include "engine.h"
 #include "units.h"
 
 /* Three pairs of legs, 120 degrees apart. A pair's upper joints lie alpha either side of its axis of symmetry, its lower joints spread to
  * within beta of the midway line to the next pair. */
-void sim_geometry_init(struct sim_geometry *g, const struct params *params) {
-    const struct geometry_params *p = &params->geometry;
-    double upper_z = params->payload.center_height_m; /* z is down: the joints lie below the mass centre */
+static void on_circles(struct sim_geometry *g, const struct geometry_params *p) {
     for (int leg = 0; leg < LEGS; leg++) {
         double axis = 2.0 * PI / 3.0 * (leg / 2), side = leg % 2 ? 1.0 : -1.0;
-        g->upper_angle[leg] = axis + side * p->upper_half_angle_rad;
-        g->lower_angle[leg] = axis + side * (PI / 3.0 - p->lower_half_angle_rad);
-        g->upper[leg][0] = p->upper_radius_m * cos(g->upper_angle[leg]);
-        g->upper[leg][1] = p->upper_radius_m * sin(g->upper_angle[leg]);
-        g->upper[leg][2] = upper_z;
-        g->lower[leg][0] = p->lower_radius_m * cos(g->lower_angle[leg]);
-        g->lower[leg][1] = p->lower_radius_m * sin(g->lower_angle[leg]);
-        g->lower[leg][2] = upper_z + p->height_m;
+        double upper = axis + side * p->upper_half_angle_rad, lower = axis + side * (PI / 3.0 - p->lower_half_angle_rad);
+        g->upper_angle[leg] = upper, g->lower_angle[leg] = lower;
+        g->upper[leg][0] = p->upper_radius_m * cos(upper), g->upper[leg][1] = p->upper_radius_m * sin(upper);
+        g->lower[leg][0] = p->lower_radius_m * cos(lower), g->lower[leg][1] = p->lower_radius_m * sin(lower);
     }
-    /* Law of cosines in plan, Pythagoras up. */
-    double spread = PI / 3.0 - p->lower_half_angle_rad - p->upper_half_angle_rad;
-    double plan_squared = p->upper_radius_m * p->upper_radius_m + p->lower_radius_m * p->lower_radius_m -
-                          2.0 * p->upper_radius_m * p->lower_radius_m * cos(spread);
-    g->neutral_length_m = sqrt(plan_squared + p->height_m * p->height_m);
+}
+
+static void as_given(const struct joint_points *given, double point[LEGS][3], double angle[LEGS]) {
+    if (!given->given) return;
+    memcpy(point, given->m, sizeof given->m);
+    for (int leg = 0; leg < LEGS; leg++) angle[leg] = atan2(point[leg][1], point[leg][0]);
+}
+
+void sim_geometry_init(struct sim_geometry *g, const struct params *params) {
+    const struct payload_params *p = &params->payload;
+    double height_m = params->geometry.height_m;
+    memset(g, 0, sizeof *g);
+    on_circles(g, &params->geometry);
+    as_given(&params->geometry.upper, g->upper, g->upper_angle);
+    as_given(&params->geometry.lower, g->lower, g->lower_angle);
+    for (int leg = 0; leg < LEGS; leg++) {
+        double *a = g->upper[leg], *b = g->lower[leg];
+        g->neutral_length_m[leg] = sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) +
+                                        (a[2] - b[2] - height_m) * (a[2] - b[2] - height_m));
+        /* From the drawings to the mass centre; z is down, the joints lie below it. */
+        a[0] -= p->center_x_m, a[1] -= p->center_y_m, a[2] += p->center_height_m;
+        b[0] -= p->center_x_m, b[1] -= p->center_y_m, b[2] += p->center_height_m + height_m;
+    }
 }

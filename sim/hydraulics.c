@@ -28,7 +28,7 @@ struct leg_push hydraulics_push(const struct cylinder_model *m, int leg, const s
     struct leg_push push = {.piston_mps = rate_mps, .least_n = -(double)INFINITY, .most_n = (double)INFINITY};
     if (!(half_m > 0.0)) return push;
     double film = hydraulics_film(m, leg, length_m + play_m);
-    double load_n = cylinder_hydraulic_force(m, &s->cylinder[leg]) + film * rate_mps; /* = friction + film at the piston's free speed */
+    double load_n = cylinder_hydraulic_force(m, leg, &s->cylinder[leg]) + film * rate_mps; /* = friction + film at the piston's free speed */
     int direction = load_n < 0.0 ? -1 : 1;
     double dry_n = cylinder_friction(m, leg, &s->cylinder[leg], direction, 0.0).dry;
     double viscous = cylinder_friction(m, leg, &s->cylinder[leg], direction, SLOW_MPS).viscous / SLOW_MPS;

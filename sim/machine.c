@@ -14,14 +14,17 @@ static void base_bodies(struct machine *m, const struct params *params) {
     m->bodies.payload_inertia_kg_m2[0] = p->inertia_xx_kg_m2;
     m->bodies.payload_inertia_kg_m2[1] = p->inertia_yy_kg_m2;
     m->bodies.payload_inertia_kg_m2[2] = p->inertia_zz_kg_m2;
+    m->bodies.payload_products_kg_m2[0] = p->inertia_xy_kg_m2;
+    m->bodies.payload_products_kg_m2[1] = p->inertia_xz_kg_m2;
+    m->bodies.payload_products_kg_m2[2] = p->inertia_yz_kg_m2;
     m->bodies.gravity_mps2 = axis ? params->axis.gravity_mps2 : p->gravity_mps2;
     m->bodies.down[2] = 1.0;
-    m->bodies.neutral_length_m = axis ? params->axis.middle_m : g.neutral_length_m;
     memcpy(m->bodies.upper_joint_m, g.upper, sizeof g.upper);
     memcpy(m->bodies.lower_joint_m, g.lower, sizeof g.lower);
     for (int leg = 0; leg < LEGS; leg++) {
-        m->bodies.upper_kg[leg] = params->actuator.upper_mass_kg;
-        m->bodies.lower_kg[leg] = params->actuator.lower_mass_kg;
+        m->bodies.neutral_length_m[leg] = axis ? params->axis.middle_m : g.neutral_length_m[leg];
+        m->bodies.upper_kg[leg] = params->actuator.upper_mass_kg[leg];
+        m->bodies.lower_kg[leg] = params->actuator.lower_mass_kg[leg];
     }
 }
 
@@ -73,7 +76,7 @@ int machine_check(const struct machine *m, struct error *error) {
     if (!payload) return error_set(error, STATUS_USAGE, "effects leave no mass or no inertia of the payload: make them smaller");
     for (int k = 0; k < LEGS; k++)
         if (m->bodies.upper_kg[k] < 0.0 || m->bodies.lower_kg[k] < 0.0 ||
-            m->params->actuator.lower_inertia_kg_m2 + m->bodies.transverse_kg_m2[k] < 0.0)
+            m->params->actuator.lower_inertia_kg_m2[k] + m->bodies.transverse_kg_m2[k] < 0.0)
             return error_set(error, STATUS_USAGE, "effects leave less than no mass or inertia of leg %d: make them smaller", k + 1);
     return 0;
 }

@@ -28,12 +28,13 @@ struct machine {
 
     struct {
         double payload_kg, payload_inertia_kg_m2[3];    /* about its mass centre, along the axes of {M} */
+        double payload_products_kg_m2[3];               /* entries xy, xz, yz of that matrix */
         double payload_center_m[3];                     /* mass centre in {M} */
         double gravity_mps2, down[3];                   /* unit vector in {B} */
         double upper_joint_m[LEGS][3], lower_joint_m[LEGS][3]; /* in {M} and {B} */
         double upper_kg[LEGS], lower_kg[LEGS];          /* of each leg: ma, mb */
         double transverse_kg_m2[LEGS];                  /* added to ib */
-        double neutral_length_m;                        /* of a leg; on one axis the middle of the stroke */
+        double neutral_length_m[LEGS];                  /* on one axis the middle of the stroke */
         double clearance_m[LEGS];                       /* of the joint at the leg's end, along the leg */
     } bodies;
     struct {                                            /* what all valves share */

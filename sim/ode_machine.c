@@ -81,8 +81,8 @@ static void place_leg(struct ode_machine *m, int leg) {
     first_axis(first_lower, m->geometry.lower_angle[leg]);
     dSubtractVectors3(along, a, m->machine.bodies.lower_joint_m[leg]);
     dNormalize3(along);
-    place_part(m->body[CYLINDER + leg], m->machine.bodies.lower_joint_m[leg], m->params->actuator.lower_center_m, along, first_lower);
-    place_part(m->body[ROD + leg], a, -m->params->actuator.upper_center_m, along, first_upper);
+    place_part(m->body[CYLINDER + leg], m->machine.bodies.lower_joint_m[leg], m->params->actuator.lower_center_m[leg], along, first_lower);
+    place_part(m->body[ROD + leg], a, -m->params->actuator.upper_center_m[leg], along, first_upper);
 }
 
 void ode_machine_place(struct ode_machine *m, const double pose[DOFS]) {
@@ -115,7 +115,7 @@ void ode_machine_axis(const struct ode_machine *m, int leg, dVector3 axis) {
 double ode_machine_length(const struct ode_machine *m, int leg, const dVector3 axis) {
     dVector3 apart;
     dSubtractVectors3(apart, dBodyGetPosition(m->body[ROD + leg]), dBodyGetPosition(m->body[CYLINDER + leg]));
-    return m->params->actuator.lower_center_m + dCalcVectorDot3(apart, axis) + m->params->actuator.upper_center_m;
+    return m->params->actuator.lower_center_m[leg] + dCalcVectorDot3(apart, axis) + m->params->actuator.upper_center_m[leg];
 }
 
 /* Sum of mass times depth. */
@@ -173,23 +173,22 @@ void ode_machine_set_velocity(struct ode_machine *m, int body, const struct velo
 
 /* ---- making ---- */
 
-static void make_body(struct ode_machine *m, int body, double mass_kg, double xx, double yy, double zz) {
+static void make_body(struct ode_machine *m, int body, double mass_kg, const double square[3], const double product[3]) {
     dMass mass;
-    dMassSetParameters(&mass, mass_kg, 0, 0, 0, xx, yy, zz, 0, 0, 0);
+    dMassSetParameters(&mass, mass_kg, 0, 0, 0, square[0], square[1], square[2], product[0], product[1], product[2]);
     m->body[body] = dBodyCreate(m->world);
     dBodySetMass(m->body[body], &mass);
 }
 
 static void make_leg(struct ode_machine *m, int leg) {
     const struct actuator_params *a = &m->params->actuator;
-    double inertia = a->lower_inertia_kg_m2 + m->machine.bodies.transverse_kg_m2[leg];
-    make_body(m, CYLINDER + leg, m->machine.bodies.lower_kg[leg], inertia, inertia, AXIAL_INERTIA_KG_M2);
-    make_body(m, ROD + leg, m->machine.bodies.upper_kg[leg], a->upper_inertia_kg_m2, a->upper_inertia_kg_m2, AXIAL_INERTIA_KG_M2);
+    double lower = a->lower_inertia_kg_m2[leg] + m->machine.bodies.transverse_kg_m2[leg], upper = a->upper_inertia_kg_m2[leg];
+    make_body(m, CYLINDER + leg, m->machine.bodies.lower_kg[leg], (double[3]){lower, lower, AXIAL_INERTIA_KG_M2}, (double[3]){0});
+    make_body(m, ROD + leg, m->machine.bodies.upper_kg[leg], (double[3]){upper, upper, AXIAL_INERTIA_KG_M2}, (double[3]){0});
 }
 
 static void make_bodies(struct ode_machine *m) {
-    const double *inertia = m->machine.bodies.payload_inertia_kg_m2;
-    make_body(m, PLATFORM, m->machine.bodies.payload_kg, inertia[0], inertia[1], inertia[2]);
+    make_body(m, PLATFORM, m->machine.bodies.payload_kg, m->machine.bodies.payload_inertia_kg_m2, m->machine.bodies.payload_products_kg_m2);
     for (int leg = 0; leg < LEGS; leg++) make_leg(m, leg);
 }
 

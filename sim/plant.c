@@ -37,7 +37,7 @@ static struct cylinder_state drained(const struct plant *plant) {
 static bool stop_loads(const struct plant *plant, const double pose[DOFS], double load_n[LEGS]) {
     struct cylinder_state tank = drained(plant);
     bool possible = rigid_holding_forces(&plant->rigid, pose, load_n);
-    for (int k = 0; k < LEGS; k++) load_n[k] -= cylinder_hydraulic_force(&plant->cylinder, &tank);
+    for (int k = 0; k < LEGS; k++) load_n[k] -= cylinder_hydraulic_force(&plant->cylinder, k, &tank);
     return possible;
 }
 
@@ -54,7 +54,7 @@ static bool settled_pose(const struct plant *plant, double pose[DOFS]) {
         if (!stop_loads(plant, pose, load)) return false;
         for (int k = 0; k < LEGS; k++) {
             rigid_row(&legs, k, row[k]);
-            add6(plant->cylinder.length_min_m - fmax(load[k], 0.0) / stiffness - legs.length[k], row[k], step);
+            add6(plant->cylinder.leg[k].length_min_m - fmax(load[k], 0.0) / stiffness - legs.length[k], row[k], step);
             for (int i = 0; i < DOFS; i++) add6(row[k][i], row[k], square.c[i]);
         }
         factor6(&square); /* step = (J'J)^-1 J' error */
@@ -132,11 +132,12 @@ void plant_destroy(struct plant *plant) {
 }
 
 /* Chamber pressures for a leg force: P1 at half the supply, moved as little as brings P2 between tank and supply. */
-static struct cylinder_state holding_state(const struct cylinder_model *m, double force_n) {
+static struct cylinder_state holding_state(const struct cylinder_model *m, int leg, double force_n) {
     struct mains mains = cylinder_mains(m);
+    double a1_m2 = m->leg[leg].a1_m2, a2_m2 = m->leg[leg].a2_m2;
     double p1 = 0.5 * mains.supply_pa;
-    double p2 = fmin(fmax((m->a1_m2 * p1 - force_n) / m->a2_m2, mains.tank_pa), mains.supply_pa);
-    return (struct cylinder_state){.p1_pa = (force_n + m->a2_m2 * p2) / m->a1_m2, .p2_pa = p2};
+    double p2 = fmin(fmax((a1_m2 * p1 - force_n) / a2_m2, mains.tank_pa), mains.supply_pa);
+    return (struct cylinder_state){.p1_pa = (force_n + a2_m2 * p2) / a1_m2, .p2_pa = p2};
 }
 
 void plant_place(struct plant *plant, const double pose[DOFS]) {
@@ -144,7 +145,7 @@ void plant_place(struct plant *plant, const double pose[DOFS]) {
     bool possible = rigid_holding_forces(&plant->rigid, pose, force);
     assert(possible);
     (void)possible;
-    for (int k = 0; k < LEGS; k++) plant->state.cylinder[k] = holding_state(&plant->cylinder, force[k]);
+    for (int k = 0; k < LEGS; k++) plant->state.cylinder[k] = holding_state(&plant->cylinder, k, force[k]);
     rest(plant, pose, force);
 }
 
@@ -214,6 +215,6 @@ void plant_get_truth(const struct plant *plant, struct plant_truth *truth) {
         truth->p1_pa[k] = plant->state.cylinder[k].p1_pa;
         truth->p2_pa[k] = plant->state.cylinder[k].p2_pa;
         truth->spool[k] = plant->state.cylinder[k].spool;
-        truth->hydraulic_n[k] = cylinder_hydraulic_force(&plant->cylinder, &plant->state.cylinder[k]);
+        truth->hydraulic_n[k] = cylinder_hydraulic_force(&plant->cylinder, k, &plant->state.cylinder[k]);
     }
 }

@@ -10,14 +10,20 @@ static void tangent(double angle, double axis[3]) {
     axis[0] = -sin(angle), axis[1] = cos(angle), axis[2] = 0.0;
 }
 
+static void inertia_of(const struct machine *m, double inertia[3][3]) {
+    const double *square = m->bodies.payload_inertia_kg_m2, *product = m->bodies.payload_products_kg_m2;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) inertia[i][j] = i == j ? square[i] : product[i + j - 1]; /* xy, xz, yz */
+}
+
 void rigid_model_init(struct rigid_model *m, const struct params *params) {
     const struct actuator_params *a = &params->actuator;
-    *m = (struct rigid_model){.upper_center = a->upper_center_m};
+    memset(m, 0, sizeof *m);
     machine_init(&m->machine, params);
     sim_geometry_init(&m->geometry, params);
     m->mass = m->machine.bodies.payload_kg;
     m->gravity = m->machine.bodies.gravity_mps2 * m->machine.bodies.down[2];
-    memcpy(m->inertia, m->machine.bodies.payload_inertia_kg_m2, sizeof m->inertia);
+    inertia_of(&m->machine, m->inertia);
     for (int i = 0; i < 3; i++) m->offset = m->offset || m->machine.bodies.payload_center_m[i] != 0.0;
     for (int leg = 0; leg < LEGS; leg++) {
         for (int i = 0; i < 3; i++) {
@@ -25,9 +31,10 @@ void rigid_model_init(struct rigid_model *m, const struct params *params) {
             m->lower[i][leg] = m->machine.bodies.lower_joint_m[leg][i];
         }
         m->upper_mass[leg] = m->machine.bodies.upper_kg[leg];
-        m->upper_moment[leg] = m->upper_mass[leg] * a->upper_center_m;
-        m->lower_moment[leg] = m->machine.bodies.lower_kg[leg] * a->lower_center_m;
-        m->fixed_inertia[leg] = m->lower_moment[leg] * a->lower_center_m + a->upper_inertia_kg_m2 + a->lower_inertia_kg_m2 +
+        m->upper_center[leg] = a->upper_center_m[leg];
+        m->upper_moment[leg] = m->upper_mass[leg] * a->upper_center_m[leg];
+        m->lower_moment[leg] = m->machine.bodies.lower_kg[leg] * a->lower_center_m[leg];
+        m->fixed_inertia[leg] = m->lower_moment[leg] * a->lower_center_m[leg] + a->upper_inertia_kg_m2[leg] + a->lower_inertia_kg_m2[leg] +
                                 m->machine.bodies.transverse_kg_m2[leg];
         tangent(m->geometry.upper_angle[leg], m->upper_axis[leg]);
         tangent(m->geometry.lower_angle[leg], m->lower_axis[leg]);
@@ -101,9 +108,11 @@ static void payload_dynamics(const struct rigid_model *m, const struct rigid_sta
     double momentum[3], moment[3];
     memset(mass, 0, DOFS * sizeof mass[0]);
     for (int i = 0; i < 3; i++) {
+        double row[3] = {0}; /* of T Ic */
+        for (int k = 0; k < 3; k++)
+            for (int n = 0; n < 3; n++) row[k] += legs->rotation[i][n] * m->inertia[n][k];
         mass[i][i] = m->mass;
-        for (int j = 0; j <= i; j++)
-            for (int k = 0; k < 3; k++) mass[3 + i][3 + j] += legs->rotation[i][k] * m->inertia[k] * legs->rotation[j][k];
+        for (int j = 0; j <= i; j++) mass[3 + i][3 + j] = dot3(row, legs->rotation[j]);
     }
     momentum[0] = mass[3][3] * w[0] + mass[4][3] * w[1] + mass[5][3] * w[2];
     momentum[1] = mass[4][3] * w[0] + mass[4][4] * w[1] + mass[5][4] * w[2];
@@ -156,7 +165,7 @@ struct leg_load {
 
 static void leg_loads(const struct rigid_model *m, const struct rigid_legs *legs, struct leg_load *load) {
     for (int k = 0; k < LEGS; k++) {
-        double inverse = 1.0 / legs->length[k], inner = legs->length[k] - m->upper_center;
+        double inverse = 1.0 / legs->length[k], inner = legs->length[k] - m->upper_center[k];
         double nx = legs->n[0][k], ny = legs->n[1][k], nz = legs->n[2][k];
         double ax = legs->across[0][k], ay = legs->across[1][k], az = legs->across[2][k];
         double cx = legs->centripetal[0][k], cy = legs->centripetal[1][k], cz = legs->centripetal[2][k];
@@ -243,15 +252,14 @@ void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, doub
     cross3(s->twist + 3, center, v);
     for (int i = 0; i < 3; i++) v[i] += s->twist[i], center[i] += s->position[i];
     double kinetic = m->mass * dot3(v, v), depth = m->mass * dot3(center, down);
-    for (int j = 0; j < 3; j++) {
-        const double *w = s->twist + 3;
-        double spin = legs.rotation[0][j] * w[0] + legs.rotation[1][j] * w[1] + legs.rotation[2][j] * w[2];
-        kinetic += m->inertia[j] * spin * spin;
-    }
+    double spin[3]; /* in {M} */
+    for (int j = 0; j < 3; j++)
+        spin[j] = legs.rotation[0][j] * s->twist[3] + legs.rotation[1][j] * s->twist[4] + legs.rotation[2][j] * s->twist[5];
+    for (int j = 0; j < 3; j++) kinetic += spin[j] * dot3(m->inertia[j], spin);
     for (int k = 0; k < LEGS; k++) {
         const double n[3] = {legs.n[0][k], legs.n[1][k], legs.n[2][k]};
         const double across[3] = {legs.across[0][k], legs.across[1][k], legs.across[2][k]};
-        double inner = legs.length[k] - m->upper_center, turn_squared = dot3(across, across) / (legs.length[k] * legs.length[k]);
+        double inner = legs.length[k] - m->upper_center[k], turn_squared = dot3(across, across) / (legs.length[k] * legs.length[k]);
         kinetic += m->upper_mass[k] * legs.rate[k] * legs.rate[k] + m->upper_mass[k] * inner * inner * turn_squared +
                    m->fixed_inertia[k] * turn_squared;
         depth += (m->upper_mass[k] * inner + m->lower_moment[k]) * dot3(n, down); /* from the lower joint, which stays */

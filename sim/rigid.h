@@ -31,9 +31,9 @@ struct rigid_model {
     struct sim_geometry geometry; /* angles of the joints' axes */
     double upper[3][LEGS], lower[3][LEGS]; /* geometry, an array per coordinate */
     double upper_axis[LEGS][3], lower_axis[LEGS][3]; /* first axes of the universal joints, in {M} and {B} */
-    double mass, inertia[3], gravity;              /* gravity along z */
+    double mass, inertia[3][3], gravity;           /* gravity along z */
     bool offset;                                   /* the payload's mass centre is not the origin of {M} */
-    double upper_center;                           /* ra */
+    double upper_center[LEGS];                     /* ra */
     double upper_mass[LEGS], upper_moment[LEGS], lower_moment[LEGS]; /* ma, ma ra, mb rb */
     double fixed_inertia[LEGS];                    /* mb rb^2 + ia + ib */
     double neutral_potential;

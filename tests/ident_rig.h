@@ -91,7 +91,7 @@ static inline void sample_from(const struct rig *r, const double pose[DOFS], con
     lin_solve_right(LEGS, 1, &j[0][0], wrench, force_n); /* f' J = F' */
     for (int leg = 0; leg < LEGS; leg++) {
         in->p2_pa[leg] = tank_pa;
-        in->p1_pa[leg] = (force_n[leg] + r->areas.a2_m2 * tank_pa) / r->areas.a1_m2;
+        in->p1_pa[leg] = (force_n[leg] + r->areas.a2_m2[leg] * tank_pa) / r->areas.a1_m2[leg];
     }
 }
 

@@ -32,6 +32,11 @@ static inline int random_below(uint64_t *state, int count) {
     } while (0)
 #define assert_close(a, b, tolerance) assert_below(fabs((a) - (b)), tolerance)
 
+/* The same of each leg. */
+static inline void all_legs(double of[LEGS], double value) {
+    for (int leg = 0; leg < LEGS; leg++) of[leg] = value;
+}
+
 /* The simulated platform with short tests and moves; nothing else differs from the default. */
 static inline struct params brisk(void) {
     struct params params;

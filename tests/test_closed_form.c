@@ -192,8 +192,8 @@ static void pose_survives_the_quaternion(void **unused) {
 static void without_legs_and_forces_the_platform_falls_freely(void **unused) {
     (void)unused;
     struct params params = defaults();
-    params.actuator.upper_mass_kg = params.actuator.lower_mass_kg = 0.0;
-    params.actuator.upper_inertia_kg_m2 = params.actuator.lower_inertia_kg_m2 = 0.0;
+    all_legs(params.actuator.upper_mass_kg, 0.0), all_legs(params.actuator.lower_mass_kg, 0.0);
+    all_legs(params.actuator.upper_inertia_kg_m2, 0.0), all_legs(params.actuator.lower_inertia_kg_m2, 0.0);
     struct plant *plant = plant_at(&params, (const double[DOFS]){0.01, 0.02, -0.1, 0.05, -0.03, 0.1});
     double z = truth_of(plant).pose[DOF_Z];
     for (int i = 0; i < 800; i++) plant_step_forced(plant, SUBSTEP_S, (const double[LEGS]){0});

@@ -108,13 +108,13 @@ static void geometry_and_inertia_are_the_papers_tables(void **state) {
     } rows[] = {
         {table1, "Ra", p.geometry.upper_radius_m},        {table1, "Rb", p.geometry.lower_radius_m},
         {table1, "H", p.geometry.height_m},               {table1, "alpha", p.geometry.upper_half_angle_rad},
-        {table1, "beta", p.geometry.lower_half_angle_rad}, {table1, "D", p.actuator.piston_diameter_m},
-        {table1, "d", p.actuator.rod_diameter_m},         {table2, "m", p.payload.mass_kg},
+        {table1, "beta", p.geometry.lower_half_angle_rad}, {table1, "D", p.actuator.piston_diameter_m[0]},
+        {table1, "d", p.actuator.rod_diameter_m[0]},         {table2, "m", p.payload.mass_kg},
         {table2, "Icxx", p.payload.inertia_xx_kg_m2},     {table2, "Icyy", p.payload.inertia_yy_kg_m2},
         {table2, "Iczz", p.payload.inertia_zz_kg_m2},     {table2, "h", p.payload.center_height_m},
-        {table2, "ia", p.actuator.upper_inertia_kg_m2},   {table2, "ib", p.actuator.lower_inertia_kg_m2},
-        {table2, "ma", p.actuator.upper_mass_kg},         {table2, "mb", p.actuator.lower_mass_kg},
-        {table2, "ra", p.actuator.upper_center_m},        {table2, "rb", p.actuator.lower_center_m},
+        {table2, "ia", p.actuator.upper_inertia_kg_m2[0]},   {table2, "ib", p.actuator.lower_inertia_kg_m2[0]},
+        {table2, "ma", p.actuator.upper_mass_kg[0]},         {table2, "mb", p.actuator.lower_mass_kg[0]},
+        {table2, "ra", p.actuator.upper_center_m[0]},        {table2, "rb", p.actuator.lower_center_m[0]},
     };
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
         if (!(table_value(rows[i].table, rows[i].symbol) == rows[i].value)) fail_msg("%s differs: %g", rows[i].symbol, rows[i].value);
@@ -275,6 +275,42 @@ static void a_list_gives_each_leg_its_value_where_the_effect_allows_it(void **st
     }
 }
 
+static const char points[] = "[[0.6, -0.1, 0], [0.6,0.1,0],[-0.2,0.5,1e-2],[-0.4,0.5,0],[-0.4,-0.5,0], [ -0.2 , -0.5 , 0 ] ]";
+
+static void joints_are_six_points_on_the_command_line_and_in_a_file(void **state) {
+    (void)state;
+    static const double second[3] = {0.6, 0.1, 0.0};
+    struct params set, read, again;
+    struct error error = {0};
+    char text[400];
+    snprintf(text, sizeof text, "geometry.upper_joints_m=%s", points);
+    if (load(&set, text, &error) != 0) fail_msg("%s", error.text);
+    snprintf(text, sizeof text, "geometry:\n  upper_joints_m: %s\n", points);
+    if (parse(&read, text, &error) != 0) fail_msg("%s", error.text);
+    assert_memory_equal(&set, &read, sizeof set);
+    assert_true(set.geometry.upper.given && !set.geometry.lower.given);
+    assert_memory_equal(set.geometry.upper.m[1], second, sizeof second);
+    assert_true(set.geometry.upper.m[2][2] == 0.01 && set.geometry.upper.m[5][1] == -0.5);
+    char *whole = config_text(&set);
+    assert_int_equal(config_parse(&again, whole, strlen(whole), "rig.yaml", &error), 0);
+    assert_memory_equal(&again, &set, sizeof set);
+    free(whole);
+    if (load(&set, "geometry.upper_joints_m=[]", &error) != 0) fail_msg("%s", error.text);
+    assert_false(set.geometry.upper.given);
+}
+
+static void a_leg_has_an_actuator_of_its_own(void **state) {
+    (void)state;
+    struct params p;
+    struct error error = {0};
+    if (load(&p, "actuator.piston_diameter_m=0.063,0.063,0.07,0.063,0.063,0.063", &error) != 0) fail_msg("%s", error.text);
+    assert_true(p.actuator.piston_diameter_m[2] == 0.07 && p.actuator.piston_diameter_m[3] == 0.063);
+    assert_int_equal(load(&p, "actuator.rod_diameter_m=0.045,0.045,0.045,0.045,0.064,0.045", &error), STATUS_USAGE);
+    assert_non_null(strstr(error.text, "leg 5"));
+    assert_int_equal(load(&p, "actuator.mid_stroke_m=0,0,0,0,0,0.5", &error), STATUS_USAGE);
+    assert_non_null(strstr(error.text, "leg 6"));
+}
+
 /* What hostile or mistaken text must say: file, line, key, and what would do. */
 static const struct {
     const char *text, *message[3];
@@ -284,6 +320,13 @@ static const struct {
     {"control:\n  kp: [1, 2]\n", {"rig.yaml:2: control.kp: a list", "single value"}},
     {"control:\n  kp: {a: 1}\n", {"rig.yaml:2: control.kp takes a value"}},
     {"control:\n  kp:\n", {"rig.yaml:2: control.kp: \"\" is not a number"}},
+    {"geometry:\n  upper_joints_m: [1, 2, 3]\n", {"rig.yaml:2: geometry.upper_joints_m takes points, [[x, y, z], ...]"}},
+    {"geometry:\n  upper_joints_m: [[1, 2], [3, 4, 5, 6]]\n", {"rig.yaml:2: geometry.upper_joints_m takes points"}},
+    {"geometry:\n  upper_joints_m: [[[1, 2, 3]]]\n", {"rig.yaml:2: geometry.upper_joints_m takes"}},
+    {"geometry:\n  upper_joints_m: [[1, 2, 3], 4]\n", {"rig.yaml:2: geometry.upper_joints_m takes points"}},
+    {"geometry:\n  upper_joints_m:\n    - [1, 2, 3]\n    - [1, 2, 4]\n", {"geometry.upper_joints_m: 6 numbers; it takes 6 points"}},
+    {"geometry:\n  upper_joints_m: 0.5\n", {"rig.yaml:2: geometry.upper_joints_m: 1 numbers; it takes 6 points"}},
+    {"geometry:\n  upper_joints_m: {a: 1}\n", {"rig.yaml:2: geometry.upper_joints_m takes a value"}},
     {"control:\n\n  kpp: 3\n", {"rig.yaml:3: unknown key control.kpp; did you mean control.kp?"}},
     {"contrl:\n  kp: 3\n", {"rig.yaml:1: unknown key contrl; did you mean control?"}},
     {"kp: 3\n", {"rig.yaml:1: unknown key kp; did you mean control.kp?"}},
@@ -520,6 +563,8 @@ int main(void) {
         cmocka_unit_test(an_axis_has_a_frequency_and_an_amplitude_of_its_own),
         cmocka_unit_test(an_effect_is_off_until_one_of_its_keys_is_set),
         cmocka_unit_test(a_list_gives_each_leg_its_value_where_the_effect_allows_it),
+        cmocka_unit_test(joints_are_six_points_on_the_command_line_and_in_a_file),
+        cmocka_unit_test(a_leg_has_an_actuator_of_its_own),
         cmocka_unit_test(a_mistake_is_reported_with_file_line_and_key),
         cmocka_unit_test(a_wrong_setting_is_reported_with_its_text),
         cmocka_unit_test(a_file_that_cannot_be_read_is_named),

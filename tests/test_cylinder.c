@@ -19,8 +19,8 @@ static int defaults(void **unused) {
     return 0;
 }
 
-static double volume1(double length_m) { return params.hydraulics.dead_volume_m3[0] + model.a1_m2 * (length_m - model.length_min_m); }
-static double volume2(double length_m) { return params.hydraulics.dead_volume_m3[0] + model.a2_m2 * (model.length_max_m - length_m); }
+static double volume1(double length_m) { return params.hydraulics.dead_volume_m3[0] + model.leg[0].a1_m2 * (length_m - model.leg[0].length_min_m); }
+static double volume2(double length_m) { return params.hydraulics.dead_volume_m3[0] + model.leg[0].a2_m2 * (model.leg[0].length_max_m - length_m); }
 
 /* Flow into a chamber, from its pressure rate. */
 static double flow(double pressure_rate, double volume_m3) { return pressure_rate * volume_m3 / params.hydraulics.bulk_modulus_pa[0]; }
@@ -55,10 +55,10 @@ static void every_neutral_leg_has_the_same_length(void **unused) {
     sim_geometry_init(&g, &params);
     for (int k = 0; k < LEGS; k++) {
         double x = g.upper[k][0] - g.lower[k][0], y = g.upper[k][1] - g.lower[k][1], z = g.upper[k][2] - g.lower[k][2];
-        assert_close(sqrt(x * x + y * y + z * z), g.neutral_length_m, 1e-14);
+        assert_close(sqrt(x * x + y * y + z * z), g.neutral_length_m[0], 1e-14);
         assert_true(z < 0.0); /* z is down: the platform is above */
     }
-    assert_close(g.neutral_length_m, MID_M, 5e-5); /* as printed in method.md section 1 */
+    assert_close(g.neutral_length_m[0], MID_M, 5e-5); /* as printed in method.md section 1 */
 }
 
 static void joints_lie_at_the_angles_of_the_paper(void **unused) {
@@ -76,8 +76,8 @@ static void neutral_is_at_mid_stroke(void **unused) {
     (void)unused;
     struct sim_geometry g;
     sim_geometry_init(&g, &params);
-    assert_close(0.5 * (model.length_min_m + model.length_max_m), g.neutral_length_m, 1e-14);
-    assert_close(model.length_max_m - model.length_min_m, params.actuator.stroke_m, 1e-14);
+    assert_close(0.5 * (model.leg[0].length_min_m + model.leg[0].length_max_m), g.neutral_length_m[0], 1e-14);
+    assert_close(model.leg[0].length_max_m - model.leg[0].length_min_m, params.actuator.stroke_m[0], 1e-14);
 }
 
 static void rated_drop_gives_rated_flow_either_way(void **unused) {
@@ -126,8 +126,8 @@ static void a_closed_chamber_keeps_its_oil(void **unused) {
         double length = MID_M + 0.4 * random_unit(&seed), speed = random_unit(&seed);
         struct cylinder_state s = {.p1_pa = 5e6, .p2_pa = 5e6};
         struct cylinder_state rate = derivative(&s, length, speed, 0.0);
-        assert_close(flow(rate.p1_pa, volume1(length)), -model.a1_m2 * speed, 1e-15);
-        assert_close(flow(rate.p2_pa, volume2(length)), model.a2_m2 * speed, 1e-15);
+        assert_close(flow(rate.p1_pa, volume1(length)), -model.leg[0].a1_m2 * speed, 1e-15);
+        assert_close(flow(rate.p2_pa, volume2(length)), model.leg[0].a2_m2 * speed, 1e-15);
     }
 }
 
@@ -200,7 +200,7 @@ static void a_small_chamber_fills_without_ringing_even_under_euler(void **unused
     struct cylinder_state s = {.p1_pa = 0.0, .p2_pa = 0.0, .spool = 1.0};
     double gap = supply;
     for (int i = 0; i < 400; i++) {
-        struct cylinder_state rate = derivative(&s, model.length_min_m, 0.0, 1.0);
+        struct cylinder_state rate = derivative(&s, model.leg[0].length_min_m, 0.0, 1.0);
         s.p1_pa += SUBSTEP_S * rate.p1_pa;
         s.p2_pa = s.p1_pa; /* no leakage */
         if (i > 4) assert_true(fabs(supply - s.p1_pa) <= gap); /* the first steps leap over */
@@ -214,22 +214,22 @@ static void end_stops_push_and_never_pull(void **unused) {
     uint64_t seed = 2;
     for (int n = 0; n < 10000; n++) {
         double depth = 1e-3 * random_unit(&seed), speed = random_unit(&seed);
-        double low = cylinder_stop_force(&model, model.length_min_m - depth, speed);
-        double high = cylinder_stop_force(&model, model.length_max_m + depth, speed);
+        double low = cylinder_stop_force(&model, 0, model.leg[0].length_min_m - depth, speed);
+        double high = cylinder_stop_force(&model, 0, model.leg[0].length_max_m + depth, speed);
         assert_true(low >= 0.0 && high <= 0.0);
         if (depth <= 0.0) assert_true(low == 0.0 && high == 0.0);
     }
     double stiffness = params.hydraulics.stop_stiffness_n_per_m;
-    assert_close(cylinder_stop_force(&model, model.length_min_m - 1e-3, 0.0), 1e-3 * stiffness, 1e-6);
-    assert_close(cylinder_stop_force(&model, model.length_max_m + 1e-3, 0.0), -1e-3 * stiffness, 1e-6);
+    assert_close(cylinder_stop_force(&model, 0, model.leg[0].length_min_m - 1e-3, 0.0), 1e-3 * stiffness, 1e-6);
+    assert_close(cylinder_stop_force(&model, 0, model.leg[0].length_max_m + 1e-3, 0.0), -1e-3 * stiffness, 1e-6);
 }
 
 static void force_is_that_of_the_two_areas(void **unused) {
     (void)unused;
-    double bore = params.actuator.piston_diameter_m, rod = params.actuator.rod_diameter_m;
+    double bore = params.actuator.piston_diameter_m[0], rod = params.actuator.rod_diameter_m[0];
     struct cylinder_state push = {.p1_pa = 1e6}, pull = {.p2_pa = 1e6};
-    assert_close(cylinder_hydraulic_force(&model, &push), PI / 4 * bore * bore * 1e6, 1e-9);
-    assert_close(cylinder_hydraulic_force(&model, &pull), -PI / 4 * (bore * bore - rod * rod) * 1e6, 1e-9);
+    assert_close(cylinder_hydraulic_force(&model, 0, &push), PI / 4 * bore * bore * 1e6, 1e-9);
+    assert_close(cylinder_hydraulic_force(&model, 0, &pull), -PI / 4 * (bore * bore - rod * rod) * 1e6, 1e-9);
 }
 
 int main(void) {

@@ -254,7 +254,8 @@ static void heavier_actuators_move_and_weigh_as_the_configurations_would(void **
     struct params effect = with("actuator_inertia", (const double[]){4.0, 13.0, 1.5}), heavier;
     double mass[2][DOFS][DOFS], load[2][DOFS];
     config_default(&heavier);
-    heavier.actuator.upper_mass_kg += 4.0, heavier.actuator.lower_mass_kg += 13.0, heavier.actuator.lower_inertia_kg_m2 += 1.5;
+    struct actuator_params *a = &heavier.actuator;
+    for (int k = 0; k < LEGS; k++) a->upper_mass_kg[k] += 4.0, a->lower_mass_kg[k] += 13.0, a->lower_inertia_kg_m2[k] += 1.5;
     bodies(&effect, mass[0], load[0]);
     bodies(&heavier, mass[1], load[1]);
     for (int i = 0; i < DOFS; i++) {
@@ -269,7 +270,7 @@ static void a_length_sensor_is_right_at_its_zero(void **unused) {
     struct machine m;
     machine_init(&m, &params);
     for (int k = 0; k < LEGS; k++) {
-        double zero_m = m.bodies.neutral_length_m + 0.2, scale = m.sensors.length[k].scale, offset = m.sensors.length[k].offset;
+        double zero_m = m.bodies.neutral_length_m[k] + 0.2, scale = m.sensors.length[k].scale, offset = m.sensors.length[k].offset;
         assert_close(scale * zero_m + offset, zero_m, 1e-12);
         assert_close(scale * (zero_m + 0.1) + offset, zero_m + 0.105, 1e-12);
     }
@@ -288,7 +289,7 @@ static void legs_differ_where_the_configuration_says_so(void **unused) {
     params.hydraulics.leakage_m3_per_s_pa[1] = 0.0;
     cylinder_model_init(&m, &params);
     struct mains mains = cylinder_mains(&m);
-    double length_m = m.machine.bodies.neutral_length_m, rate[LEGS], leaking[LEGS];
+    double length_m = m.machine.bodies.neutral_length_m[0], rate[LEGS], leaking[LEGS];
     for (int k = 0; k < LEGS; k++) rate[k] = cylinder_derivative(&m, k, &mains, &s, s.spool, length_m, 0.0, 0.5).p1_pa;
     s = (struct cylinder_state){.p1_pa = 6e6, .p2_pa = 4e6};
     for (int k = 0; k < LEGS; k++) leaking[k] = cylinder_derivative(&m, k, &mains, &s, 0.0, length_m, 0.0, 0.0).p1_pa;

@@ -72,7 +72,7 @@ static void a_fault_needs_a_back_end_behind_it_and_says_what_that_says(void **un
     refused("fault:drop@1+1;sim:x", STATUS_USAGE, "no address");
     refused("fault:drop@1+1;fault:drop@1;sim:", STATUS_USAGE, "KIND@FROM+LENGTH");
     struct params params = by_hand();
-    params.actuator.stroke_m = 3.6; /* the plant refuses: no pose so low */
+    all_legs(params.actuator.stroke_m, 3.6); /* the plant refuses: no pose so low */
     struct hal *hal = NULL;
     struct error error = {0};
     assert_true(hal_open(&hal, "fault:drop@1+1;sim:", &params, 1, &error) < 0);

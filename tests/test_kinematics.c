@@ -87,12 +87,12 @@ static void fk_finds_every_pose_of_the_stroke_from_the_parked_one(void **unused)
     recover(&k, parked, neutral);
     recover(&k, neutral, parked);
     while (reached < POSES) {
-        double pose[DOFS], length[LEGS], half = params.actuator.stroke_m / 2;
+        double pose[DOFS], length[LEGS], half = params.actuator.stroke_m[0] / 2;
         bool inside = true;
         random_pose(&seed, 0.1, 0.2, pose);
         pose[DOF_Z] = 0.45 * random_unit(&seed);
         ik_lengths(&k, pose, length);
-        for (int i = 0; i < LEGS; i++) inside = inside && fabs(length[i] - k.neutral_length_m) <= half;
+        for (int i = 0; i < LEGS; i++) inside = inside && fabs(length[i] - k.neutral_length_m[i]) <= half;
         if (!inside) continue;
         int iterations = recover(&k, parked, pose);
         if (iterations > most) most = iterations;
@@ -140,7 +140,7 @@ static void unreachable_lengths_do_not_converge(void **unused) {
     double length[LEGS], pose[DOFS] = {0};
     for (int i = 0; i < LEGS; i++) length[i] = 0.6; /* the joint circles are 0.64 m apart in plan */
     assert_false(fk_solve(&k, length, pose).converged);
-    for (int i = 0; i < LEGS; i++) length[i] = k.neutral_length_m + (i == 2 ? 1.5 : 0.0); /* more than an upper joint can swing */
+    for (int i = 0; i < LEGS; i++) length[i] = k.neutral_length_m[i] + (i == 2 ? 1.5 : 0.0); /* more than an upper joint can swing */
     assert_false(fk_solve(&k, length, pose).converged);
     assert_memory_equal(pose, neutral, sizeof pose);
 }
@@ -223,7 +223,7 @@ static void legs_are_1_8310_m_at_neutral(void **unused) {
     double length[LEGS];
     ik_lengths(&k, neutral, length);
     for (int i = 0; i < LEGS; i++) {
-        assert_close(length[i], k.neutral_length_m, 1e-15 * 4);
+        assert_close(length[i], k.neutral_length_m[i], 1e-15 * 4);
         assert_close(length[i], 1.8310, 0.5e-4); /* method.md's digits */
     }
 }
@@ -302,8 +302,8 @@ static void joints_are_where_the_plant_has_them(void **unused) {
     struct kinematics k = rig();
     struct sim_geometry g;
     sim_geometry_init(&g, &params);
-    assert_close(g.neutral_length_m, k.neutral_length_m, 1e-14);
     for (int i = 0; i < LEGS; i++) {
+        assert_close(g.neutral_length_m[i], k.neutral_length_m[i], 1e-14);
         assert_below(distance(g.upper[i], k.upper[i], 3), 1e-14);
         assert_below(distance(g.lower[i], k.lower[i], 3), 1e-14);
     }
@@ -357,7 +357,7 @@ static void refused(struct params params, const char *key) {
 static void geometry_that_cannot_exist_is_refused(void **unused) {
     (void)unused;
     struct params params = defaults();
-    params.actuator.stroke_m = 4.0; /* half of it is longer than the leg */
+    all_legs(params.actuator.stroke_m, 4.0); /* half of it is longer than the leg */
     refused(params, "actuator.stroke_m");
     params = defaults();
     params.geometry.height_m = (double)NAN;

@@ -66,7 +66,7 @@ static void legs_at(const struct rig *r, int dof, double t_s, double leg[LEGS][3
 static struct recording_sample sample_at(struct rig *r, int dof, double t_s) {
     struct recording_sample s = {.test_time_s = t_s, .clock_s = t_s, .good = true};
     struct inverse_dynamics_input in = {0};
-    double force_n[LEGS], bore = r->machine.actuator.piston_diameter_m, rod = r->machine.actuator.rod_diameter_m;
+    double force_n[LEGS], bore = r->machine.actuator.piston_diameter_m[0], rod = r->machine.actuator.rod_diameter_m[0];
     double a1 = 0.25 * PI * bore * bore, a2 = a1 - 0.25 * PI * rod * rod;
     legs_at(r, dof, t_s, in.leg);
     assert_true(inverse_dynamics_step(&r->inverse, &in, force_n));

@@ -84,17 +84,18 @@ static double kinetic_energy(const struct machine *m, const double pose[DOFS], c
             spin[r][c] = 0; /* T' Tdot: body rates, crossed */
             for (int i = 0; i < 3; i++) spin[r][c] += t[i][r] * (t1[i][c] - t0[i][c]) / (2 * step);
         }
-    energy += (p->inertia_xx_kg_m2 * pow(spin[2][1], 2) + p->inertia_yy_kg_m2 * pow(spin[0][2], 2) +
-               p->inertia_zz_kg_m2 * pow(spin[1][0], 2)) / 2;
+    double wx = spin[2][1], wy = spin[0][2], wz = spin[1][0];
+    energy += (p->inertia_xx_kg_m2 * wx * wx + p->inertia_yy_kg_m2 * wy * wy + p->inertia_zz_kg_m2 * wz * wz) / 2;
+    energy += p->inertia_xy_kg_m2 * wx * wy + p->inertia_xz_kg_m2 * wx * wz + p->inertia_yz_kg_m2 * wy * wz;
     for (int leg = 0; leg < LEGS; leg++) {
         double l0, l1, l, n0[3], n1[3], n[3], omega_square = 0;
         leg_at(&m->kinematics, leg, before, &l0, n0);
         leg_at(&m->kinematics, leg, after, &l1, n1);
         leg_at(&m->kinematics, leg, pose, &l, n);
         for (int r = 0; r < 3; r++) omega_square += pow((n1[r] - n0[r]) / (2 * step), 2);
-        double g = a->upper_mass_kg * pow(l - a->upper_center_m, 2) + a->lower_mass_kg * pow(a->lower_center_m, 2) +
-                   a->upper_inertia_kg_m2 + a->lower_inertia_kg_m2;
-        energy += a->upper_mass_kg * pow((l1 - l0) / (2 * step), 2) / 2 + g * omega_square / 2;
+        double g = a->upper_mass_kg[leg] * pow(l - a->upper_center_m[leg], 2) + a->lower_mass_kg[leg] * pow(a->lower_center_m[leg], 2) +
+                   a->upper_inertia_kg_m2[leg] + a->lower_inertia_kg_m2[leg];
+        energy += a->upper_mass_kg[leg] * pow((l1 - l0) / (2 * step), 2) / 2 + g * omega_square / 2;
     }
     return energy;
 }
@@ -110,11 +111,33 @@ static void twist_from_rate(const double pose[DOFS], const double rate[DOFS], do
     }
 }
 
+/* No symmetry to hide behind: joints anywhere near their circles, a payload that leans, no two legs alike. */
+static struct machine machine_at_random(uint64_t *state) {
+    struct machine m = machine_default();
+    struct error error;
+    struct geometry_params *g = &m.params.geometry;
+    struct payload_params *p = &m.params.payload;
+    struct actuator_params *a = &m.params.actuator;
+    g->upper.given = g->lower.given = true;
+    p->inertia_xy_kg_m2 = 1.0, p->inertia_xz_kg_m2 = -1.5, p->inertia_yz_kg_m2 = 0.7;
+    for (int leg = 0; leg < LEGS; leg++) {
+        double *of[] = {a->upper_mass_kg, a->lower_mass_kg, a->upper_inertia_kg_m2, a->lower_inertia_kg_m2, a->upper_center_m, a->lower_center_m};
+        for (int i = 0; i < 6; i++) of[i][leg] *= 1.0 + 0.3 * random_unit(state);
+        for (int r = 0; r < 3; r++) {
+            g->upper.m[leg][r] = m.kinematics.upper[leg][r] - (r == 2 ? p->center_height_m : 0.0) + 0.05 * random_unit(state);
+            g->lower.m[leg][r] = m.kinematics.lower[leg][r] - (r == 2 ? p->center_height_m + g->height_m : 0.0) + 0.05 * random_unit(state);
+        }
+    }
+    p->center_x_m = 0.1 * random_unit(state), p->center_y_m = 0.1 * random_unit(state);
+    assert_int_equal(kinematics_init(&m.kinematics, &m.params, &error), 0);
+    return m;
+}
+
 static void matrix_gives_the_kinetic_energy_of_all_bodies_in_any_pose(void **unused) {
     (void)unused;
-    struct machine m = machine_default();
     uint64_t state = 1;
     for (int run = 0; run < 100; run++) {
+        struct machine m = run < 50 ? machine_default() : machine_at_random(&state);
         double pose[DOFS], rate[DOFS], twist[DOFS], mt[DOFS][DOFS], energy = 0;
         random_pose(&state, pose);
         for (int i = 0; i < DOFS; i++) rate[i] = random_unit(&state);
@@ -146,7 +169,8 @@ static void without_legs_the_payload_alone_is_left(void **unused) {
     (void)unused;
     struct machine m = machine_default();
     struct actuator_params *a = &m.params.actuator;
-    a->upper_mass_kg = a->lower_mass_kg = a->upper_inertia_kg_m2 = a->lower_inertia_kg_m2 = 0;
+    all_legs(a->upper_mass_kg, 0.0), all_legs(a->lower_mass_kg, 0.0);
+    all_legs(a->upper_inertia_kg_m2, 0.0), all_legs(a->lower_inertia_kg_m2, 0.0);
     const double pose[DOFS] = {0.1, -0.2, 0.05, 0.2, -0.1, 0.3};
     double mt[DOFS][DOFS], t[3][3];
     const double inertia[3] = {m.params.payload.inertia_xx_kg_m2, m.params.payload.inertia_yy_kg_m2, m.params.payload.inertia_zz_kg_m2};

@@ -36,8 +36,8 @@ static void starts_at_rest_on_the_lower_stops_without_a_jump(void **unused) {
     struct plant *plant = create(&params, 1);
     struct plant_truth start = truth_of(plant);
     for (int k = 0; k < LEGS; k++) {
-        assert_true(start.length_m[k] < m.length_min_m);
-        assert_close(start.length_m[k], m.length_min_m, 1e-4);
+        assert_true(start.length_m[k] < m.leg[k].length_min_m);
+        assert_close(start.length_m[k], m.leg[k].length_min_m, 1e-4);
         assert_true(start.p1_pa[k] == params.hydraulics.tank_pa && start.p2_pa[k] == params.hydraulics.tank_pa);
         assert_true(start.friction_n[k] > 0.0); /* the stop's push */
     }
@@ -53,7 +53,7 @@ static void another_machine_settles_as_well(void **unused) {
     (void)unused;
     struct params params = defaults();
     params.geometry.upper_half_angle_rad = 0.5; /* another machine: nothing is tuned to the first */
-    params.actuator.stroke_m = 0.5;
+    all_legs(params.actuator.stroke_m, 0.5);
     params.hydraulics.tank_pa = 1e5;
     struct plant *plant = create(&params, 1);
     struct plant_truth start = truth_of(plant);
@@ -66,7 +66,7 @@ static void an_impossible_machine_is_refused_by_name(void **unused) {
     (void)unused;
     struct params params = defaults();
     struct error error = {0};
-    params.actuator.stroke_m = 3.2; /* shortest leg 0.23 m between joints 1.8 m apart */
+    all_legs(params.actuator.stroke_m, 3.2); /* shortest leg 0.23 m between joints 1.8 m apart */
     assert_null(plant_create(&params, 1, &error));
     assert_int_equal(error.status, STATUS_USAGE);
     assert_non_null(strstr(error.text, "actuator.stroke_m"));
@@ -145,7 +145,7 @@ static void at_rest_the_valve_feeds_the_leakage(void **unused) {
     struct cylinder_model m;
     cylinder_model_init(&m, &params);
     for (int k = 0; k < LEGS; k++) {
-        double p1 = (goal.hydraulic_n[k] + m.a2_m2 * h->supply_pa) / (m.a1_m2 + m.a2_m2), p2 = h->supply_pa - p1;
+        double p1 = (goal.hydraulic_n[k] + m.leg[k].a2_m2 * h->supply_pa) / (m.leg[k].a1_m2 + m.leg[k].a2_m2), p2 = h->supply_pa - p1;
         double spool = -h->leakage_m3_per_s_pa[k] * (p2 - p1) / (h->valve_flow_m3_per_s[k] * sqrt(p1 / h->valve_drop_pa));
         assert_close(now.length_m[k], goal.length_m[k], 1e-6);
         assert_close(now.p1_pa[k], p1, 1e-4 * p1);
@@ -176,7 +176,7 @@ static void hostile_commands_break_nothing(void **unused) {
             struct plant_truth now = truth_of(plant);
             for (int k = 0; k < LEGS; k++) {
                 /* 272 kg at 2 m/s take 7 mm of one stop of 2e7 N/m */
-                assert_true(now.length_m[k] > m.length_min_m - 0.01 && now.length_m[k] < m.length_max_m + 0.01);
+                assert_true(now.length_m[k] > m.leg[k].length_min_m - 0.01 && now.length_m[k] < m.leg[k].length_max_m + 0.01);
                 assert_true(now.p1_pa[k] >= VACUUM_PA && now.p2_pa[k] >= VACUUM_PA);
                 assert_true(now.p1_pa[k] < 1e8 && now.p2_pa[k] < 1e8);
                 assert_true(fabs(now.spool[k]) <= 1.0);

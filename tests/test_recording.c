@@ -45,7 +45,7 @@ static void alter(struct recording *r, change *what) {
         for (int j = 0; j < r->test[i].count; j++) {
             struct recording_sample *s = &r->test[i].sample[j];
             what(s);
-            for (int k = 0; k < LEGS; k++) s->force_n[k] = leg_force(&areas, s->p1_pa[k], s->p2_pa[k]);
+            for (int k = 0; k < LEGS; k++) s->force_n[k] = leg_force(&areas, k, s->p1_pa[k], s->p2_pa[k]);
         }
 }
 
@@ -156,14 +156,14 @@ static void another_machine_is_refused(void **unused) {
         other = params;
         if (i == 0) other.geometry.height_m = 1.75;
         if (i == 1) other.payload.mass_kg = 4000.0;
-        if (i == 2) other.actuator.piston_diameter_m = 0.2;
+        if (i == 2) all_legs(other.actuator.piston_diameter_m, 0.2);
         r.params = &other;
         for (int n = 0; i == 2 && n < r.tests; n++) /* the forces that this cylinder would make of these pressures */
             for (int j = 0; j < r.test[n].count; j++)
                 for (int k = 0; k < LEGS; k++) {
                     struct cylinder_areas areas = cylinder_areas(&other.actuator);
                     struct recording_sample *s = &r.test[n].sample[j];
-                    s->force_n[k] = leg_force(&areas, s->p1_pa[k], s->p2_pa[k]);
+                    s->force_n[k] = leg_force(&areas, k, s->p1_pa[k], s->p2_pa[k]);
                 }
         assert_int_equal(recording_check(&r, &error), STATUS_USAGE);
         if (!strstr(error.text, "machine")) fail_msg("%d: %s", i, error.text);

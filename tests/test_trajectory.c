@@ -418,7 +418,7 @@ static void what_the_machine_can_do_is_let_through(void **unused) {
 static void each_limit_refuses_by_its_name(void **unused) {
     (void)unused;
     struct params params = brisk();
-    params.limits.length_max_m = 1.8332; /* neutral 1.8307 m; 4 mm of z make 3.6 mm of a leg */
+    all_legs(params.limits.length_max_m, 1.8332); /* neutral 1.8307 m; 4 mm of z make 3.6 mm of a leg */
     assert_refused(&params, NULL, "test z|leg |length 1.83|limit 1.8332 (limits.length_max_m)");
     params = brisk();
     params.limits.leg_rate_mps = 0.08;

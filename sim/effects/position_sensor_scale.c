@@ -6,7 +6,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
     for (int leg = 0; leg < LEGS; leg++) {
         double scale = v->value[SCALE][leg];
         m->sensors.length[leg].scale *= scale;
-        m->sensors.length[leg].offset += (1.0 - scale) * (m->bodies.neutral_length_m + v->value[ZERO][leg]);
+        m->sensors.length[leg].offset += (1.0 - scale) * (m->bodies.neutral_length_m[leg] + v->value[ZERO][leg]);
     }
 }
 

@@ -10,6 +10,7 @@
 #include "interlock.h"
 #include "kinematics.h"
 #include "modbus_map.h"
+#include "workspace.h"
 
 static bool say(bool good, const char *what, const char *detail) {
     printf("  %-5s %-14s %s\n", good ? "ok" : "FAIL", what, detail);
@@ -40,12 +41,29 @@ static bool check_bus(const struct params *params) {
     return say(good, "LCM", error.text);
 }
 
+/* A singular pose within the strokes is no mistake: most such machines have some, far from where they are driven. */
+static bool check_workspace(const struct params *params, const struct kinematics *k) {
+    char detail[300];
+    struct workspace w = workspace_find(k, params);
+    bool all = w.reached == w.corners;
+    const double *p = all ? w.worst_pose : w.nearest_pose;
+    size_t used = (size_t)snprintf(detail, sizeof detail, "condition %.3g at neutral, at worst %.3g; ", w.neutral_condition, w.worst_condition);
+    if (all) used += (size_t)snprintf(detail + used, sizeof detail - used, "no singular pose within the strokes; worst");
+    else used += (size_t)snprintf(detail + used, sizeof detail - used, "%d of %d corners of the strokes lie beyond a singular pose, the nearest "
+                                  "after %.0f %% of the way,", w.corners - w.reached, w.corners, 100.0 * w.nearest);
+    snprintf(detail + used, sizeof detail - used, " at %.3f %.3f %.3f m %.3f %.3f %.3f rad", p[0], p[1], p[2], p[3], p[4], p[5]);
+    return say(true, "workspace", detail);
+}
+
 static bool check_kinematics(const struct params *params) {
     struct error error;
     struct kinematics k;
     bool good = !kinematics_init(&k, params, &error);
-    if (good) snprintf(error.text, sizeof error.text, "neutral leg length %.4f m", k.neutral_length_m);
-    return say(good, "kinematics", error.text);
+    size_t used = 0;
+    for (int i = 0; i < LEGS && good; i++)
+        used += (size_t)snprintf(error.text + used, sizeof error.text - used, "%s%.4f", i ? " " : "neutral lengths ", k.neutral_length_m[i]);
+    if (good) snprintf(error.text + used, sizeof error.text - used, " m");
+    return say(good, "kinematics", error.text) && check_workspace(params, &k);
 }
 
 static bool check_blind_time(const struct params *params) {

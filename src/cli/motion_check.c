@@ -55,11 +55,13 @@ static bool within(struct walk *w, int leg, struct excess e) {
 
 static bool check_length(struct walk *w, int leg) {
     const struct limit_params *l = &w->params->limits;
-    double half = w->params->actuator.stroke_m / 2, neutral_m = w->kinematics.neutral_length_m, in_m = neutral_m - half, out_m = neutral_m + half;
+    const struct actuator_params *a = &w->params->actuator;
+    double neutral_m = w->kinematics.neutral_length_m[leg], middle_m = neutral_m + a->mid_stroke_m[leg];
+    double in_m = middle_m - a->stroke_m[leg] / 2, out_m = middle_m + a->stroke_m[leg] / 2;
     return within(w, leg, (struct excess){.what = "length", .unit = "m", .value = w->length_m[1][leg],
-                                          .least = fmax(l->length_min_m, in_m), .rest = neutral_m, .most = fmin(l->length_max_m, out_m),
-                                          .below = l->length_min_m > in_m ? "limits.length_min_m" : "actuator.stroke_m",
-                                          .above = l->length_max_m < out_m ? "limits.length_max_m" : "actuator.stroke_m"});
+                                          .least = fmax(l->length_min_m[leg], in_m), .rest = neutral_m, .most = fmin(l->length_max_m[leg], out_m),
+                                          .below = l->length_min_m[leg] > in_m ? "limits.length_min_m" : "actuator.stroke_m",
+                                          .above = l->length_max_m[leg] < out_m ? "limits.length_max_m" : "actuator.stroke_m"});
 }
 
 static bool check_rate(struct walk *w, int leg, double rate_mps) {
@@ -72,7 +74,7 @@ static bool check_rate(struct walk *w, int leg, double rate_mps) {
 static bool check_drive(struct walk *w, int leg, double rate_mps, double force_n) {
     static const char flow[] = "flow, by hydraulics.valve_flow_m3_per_s and supply_pa";
     const struct hydraulics_params *h = &w->params->hydraulics;
-    double a1 = w->areas.a1_m2, a2 = w->areas.a2_m2, cubes = a1 * a1 * a1 + a2 * a2 * a2;
+    double a1 = w->areas.a1_m2[leg], a2 = w->areas.a2_m2[leg], cubes = a1 * a1 * a1 + a2 * a2 * a2;
     double push_n = a1 * h->supply_pa - a2 * h->tank_pa, pull_n = a2 * h->supply_pa - a1 * h->tank_pa, most_n = w->params->limits.force_n;
     double opened = w->params->control.output_limit * h->valve_flow_m3_per_s[leg] / sqrt(h->valve_drop_pa);
     struct excess force = {.what = "force", .unit = "N", .value = force_n, .least = -fmin(pull_n, most_n), .most = fmin(push_n, most_n),
@@ -155,7 +157,7 @@ static bool walk_test(struct walk *w, enum dof dof) {
     reference_test(&r, dof, w->trajectory, &p->tests, p->loop.period_s);
     r.ticks = -2; /* it settled before */
     for (int i = 0; i < 3; i++)
-        for (int k = 0; k < LEGS; k++) w->length_m[i][k] = w->kinematics.neutral_length_m;
+        for (int k = 0; k < LEGS; k++) w->length_m[i][k] = w->kinematics.neutral_length_m[k];
     w->at = (struct instant){.dof = dof};
     for (bool done = false; !done;) {
         if (stops_here(w, &r) && !walk_stopped(w, &r)) return false;

@@ -5,14 +5,14 @@
 #include "params.h"
 
 struct cylinder_areas {
-    double a1_m2; /* rodless side: pi D^2 / 4 */
-    double a2_m2; /* rod side: pi (D^2 - d^2) / 4 */
+    double a1_m2[LEGS]; /* rodless side: pi D^2 / 4 */
+    double a2_m2[LEGS]; /* rod side: pi (D^2 - d^2) / 4 */
 };
 
 struct cylinder_areas cylinder_areas(const struct actuator_params *actuator);
 
-static inline double leg_force(const struct cylinder_areas *a, double p1_pa, double p2_pa) {
-    return a->a1_m2 * p1_pa - a->a2_m2 * p2_pa;
+static inline double leg_force(const struct cylinder_areas *a, int leg, double p1_pa, double p2_pa) {
+    return a->a1_m2[leg] * p1_pa - a->a2_m2[leg] * p2_pa;
 }
 
 #endif

@@ -16,36 +16,62 @@
 static const double tolerance_m = 1e-13;
 static const double last_step_m = 1e-7; /* after a step this small Newton's error is its square over a leg length: below the tolerance */
 
-static void joint(double p[3], double radius, double angle, double z) {
-    p[0] = radius * cos(angle);
-    p[1] = radius * sin(angle);
-    p[2] = z;
+/* Joints in the drawing of their body: as given, or in pairs on a circle. */
+static void joints(const struct joint_points *given, double radius, const double angle[LEGS], double point[LEGS][3]) {
+    memset(point, 0, LEGS * sizeof point[0]);
+    for (int i = 0; i < LEGS && !given->given; i++) point[i][0] = radius * cos(angle[i]), point[i][1] = radius * sin(angle[i]);
+    if (given->given) memcpy(point, given->m, sizeof given->m);
 }
 
-int kinematics_init(struct kinematics *k, const struct params *params, struct error *error) {
+static double arm(double upper[LEGS][3]) {
+    double square = 0.0;
+    for (int r = 0; r < 3; r++) {
+        double middle = 0.0;
+        for (int i = 0; i < LEGS; i++) middle += upper[i][r] / LEGS;
+        for (int i = 0; i < LEGS; i++) square += (upper[i][r] - middle) * (upper[i][r] - middle);
+    }
+    return sqrt(square / LEGS);
+}
+
+/* The origin of {M} is the payload's mass centre, and so is that of {B}, where the platform is at neutral. */
+void kinematics_place(struct kinematics *k, const struct params *params) {
     const struct geometry_params *g = &params->geometry;
+    const struct payload_params *p = &params->payload;
+    const double center[3] = {p->center_x_m, p->center_y_m, -p->center_height_m};
     double alpha = g->upper_half_angle_rad, beta = g->lower_half_angle_rad, third = 2.0 * PI / 3.0;
     const double upper_angle[LEGS] = {-alpha, alpha, third - alpha, third + alpha, 2 * third - alpha, 2 * third + alpha};
     const double lower_angle[LEGS] = {beta - third / 2, third / 2 - beta, third / 2 + beta, 1.5 * third - beta, 1.5 * third + beta,
                                       2.5 * third - beta};
-    double h = params->payload.center_height_m, half_stroke = params->actuator.stroke_m / 2;
-
     memset(k, 0, sizeof *k);
-    k->upper_radius_m = g->upper_radius_m;
+    joints(&g->upper, g->upper_radius_m, upper_angle, k->upper);
+    joints(&g->lower, g->lower_radius_m, lower_angle, k->lower);
+    k->arm_m = arm(k->upper);
+    for (int i = 0; i < LEGS; i++)
+        for (int r = 0; r < 3; r++) {
+            k->upper[i][r] -= center[r];
+            k->lower[i][r] += (r == 2 ? g->height_m : 0.0) - center[r];
+        }
+    ik_lengths(k, (double[DOFS]){0}, k->neutral_length_m);
+}
+
+int kinematics_init(struct kinematics *k, const struct params *params, struct error *error) {
+    const struct actuator_params *a = &params->actuator;
+    kinematics_place(k, params);
     for (int i = 0; i < LEGS; i++) {
-        joint(k->upper[i], g->upper_radius_m, upper_angle[i], h);
-        joint(k->lower[i], g->lower_radius_m, lower_angle[i], h + g->height_m);
+        double length_m = k->neutral_length_m[i], half = a->stroke_m[i] / 2;
+        if (!(isfinite(length_m) && length_m + a->mid_stroke_m[i] > half))
+            return error_set(error, STATUS_USAGE, "leg %d: the neutral length %.3f m and actuator.mid_stroke_m %g are not above half of "
+                             "actuator.stroke_m (%.3f m): correct geometry.height_m, geometry.upper_radius_m and "
+                             "geometry.lower_radius_m (or upper_joints_m and lower_joints_m), or the stroke", i + 1, length_m, a->mid_stroke_m[i], half);
+        if (!(fabs(a->mid_stroke_m[i]) < half))
+            return error_set(error, STATUS_USAGE, "leg %d: actuator.mid_stroke_m %g is not within half of actuator.stroke_m (%.3f m): the stroke "
+                             "does not reach the neutral length %.3f m", i + 1, a->mid_stroke_m[i], half, length_m);
     }
-    double length[LEGS];
-    ik_lengths(k, (double[DOFS]){0}, length);
-    k->neutral_length_m = length[0];
-    if (!(length[0] > half_stroke && isfinite(length[0])))
-        return error_set(error, STATUS_USAGE, "the neutral leg length %.3f m is not above half of actuator.stroke_m (%.3f m): correct "
-                         "geometry.height_m, geometry.upper_radius_m, geometry.lower_radius_m or the stroke", length[0], half_stroke);
-    struct fk_result fk = fk_solve(k, length, (double[DOFS]){[DOF_Z] = 1e-4});
+    struct fk_result fk = fk_solve(k, k->neutral_length_m, (double[DOFS]){[DOF_Z] = 1e-4});
     if (!fk.converged || !(fk.pivot_ratio > 1e-3))
         return error_set(error, STATUS_USAGE, "the legs do not hold the platform at neutral (singular): correct geometry.upper_radius_m, "
-                         "geometry.lower_radius_m, geometry.upper_half_angle_rad or geometry.lower_half_angle_rad");
+                         "geometry.lower_radius_m, geometry.upper_half_angle_rad and geometry.lower_half_angle_rad, or upper_joints_m and "
+                         "lower_joints_m");
     return STATUS_OK;
 }
 
@@ -101,9 +127,9 @@ void wrench_from_forces(const struct kinematics *k, const double pose[DOFS], con
     }
 }
 
-/* Row i of m: d L_i / d pose, angles in units of 1/Ra, and in the last column the length error. Returns the largest error. */
+/* Row i of m: d L_i / d pose, angles in units of 1/arm_m, and in the last column the length error. Returns the largest error. */
 static double fk_equations(const struct kinematics *k, const double length_m[LEGS], const double pose[DOFS], double m[LEGS][DOFS + 1]) {
-    double t[3][3], q[3], moment[3], largest = 0.0, scale = 1.0 / k->upper_radius_m;
+    double t[3][3], q[3], moment[3], largest = 0.0, scale = 1.0 / k->arm_m;
     rotation_from_angles(pose[3], pose[4], pose[5], t);
     /* E = [Rz Ry ex, Rz ey, ez]: the first column is that of T; the second from cos and sin of psi, had from T's first column. */
     double ct = sqrt(t[0][0] * t[0][0] + t[1][0] * t[1][0]), cs = t[0][0] / ct, ss = t[1][0] / ct;
@@ -161,12 +187,12 @@ struct fk_result fk_solve(const struct kinematics *k, const double length_m[LEGS
         if (!(result.pivot_ratio > 0.0)) break;
         double step_m = 0.0;
         for (int r = 0; r < DOFS; r++) {
-            s[r] -= r < 3 ? m[r][DOFS] : m[r][DOFS] / k->upper_radius_m;
+            s[r] -= r < 3 ? m[r][DOFS] : m[r][DOFS] / k->arm_m;
             step_m = fmax(step_m, fabs(m[r][DOFS]));
         }
         result.iterations++;
         if (step_m <= last_step_m && result.residual_m <= last_step_m) {
-            result.residual_m = step_m * step_m / k->upper_radius_m;
+            result.residual_m = step_m * step_m / k->arm_m;
             result.converged = true;
             break;
         }

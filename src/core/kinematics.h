@@ -8,18 +8,21 @@
 struct kinematics {
     double upper[LEGS][3];       /* joints on the platform, in {M} */
     double lower[LEGS][3];       /* joints on the base, in {B} */
-    double neutral_length_m;     /* all six alike */
-    double upper_radius_m;
+    double neutral_length_m[LEGS];
+    double arm_m;                /* rms distance of the upper joints from their middle: what an angle moves */
 };
 
 struct fk_result {
     int iterations;       /* Newton steps taken */
     double residual_m;    /* largest length error of the pose returned; a bound when the last step was below 0.1 um */
-    double pivot_ratio;   /* smallest over largest pivot of J in elimination, angles in units of 1/Ra: 1 .. 0 (singular) */
+    double pivot_ratio;   /* smallest over largest pivot of J in elimination, angles in units of 1/arm_m: 1 .. 0 (singular) */
     bool converged;
 };
 
-/* Checks that the legs can reach the neutral pose within their stroke; -2 and the key to change otherwise. */
+/* Joints and neutral lengths of a configuration, whatever it is. */
+void kinematics_place(struct kinematics *k, const struct params *params);
+
+/* The same, and checks that the legs' strokes enclose the neutral pose and hold the platform there; -2 and the key to change otherwise. */
 int kinematics_init(struct kinematics *k, const struct params *params, struct error *error);
 
 void rotation_from_angles(double phi, double theta, double psi, double t[3][3]);

@@ -52,9 +52,9 @@ static uint32_t leg_doubts(const struct platform *p, const struct hal_sample *in
     if (!isfinite(length_m)) suspect |= FAULT_SENSOR_INVALID;
     if (!inside(p1_pa, l->pressure_min_pa, l->pressure_max_pa) || !inside(p2_pa, l->pressure_min_pa, l->pressure_max_pa))
         suspect |= FAULT_PRESSURE_SENSOR;
-    if (!inside(length_m, l->length_min_m, l->length_max_m)) suspect |= FAULT_STROKE;
+    if (!inside(length_m, l->length_min_m[i], l->length_max_m[i])) suspect |= FAULT_STROKE;
     if (p->good_seq >= 0 && !(fabs(length_m - p->length_m[i]) <= l->leg_rate_mps * elapsed_s)) suspect |= FAULT_LEG_RATE;
-    if (fabs(leg_force(&p->areas, p1_pa, p2_pa)) > l->force_n) suspect |= FAULT_FORCE; /* not of NaN: that is no force */
+    if (fabs(leg_force(&p->areas, i, p1_pa, p2_pa)) > l->force_n) suspect |= FAULT_FORCE; /* not of NaN: that is no force */
     /* SAFETY: with the supply on and nothing driven yet, a spool that is stuck moves its leg. */
     if (!supervisor_powers(p->supervisor.state)) return suspect;
     if (!(fabs(p->leg_ref_m[i] - length_m) <= l->following_m)) suspect |= FAULT_FOLLOWING;
@@ -113,7 +113,7 @@ static void count_overruns(struct platform *p, const struct hal_sample *in) {
 /* A leg whose pressures are doubtful keeps its force: the high-pass in control then brings its share to zero. */
 static void observe_forces(struct platform *p, const struct hal_sample *in, uint32_t suspect) {
     for (int i = 0; i < LEGS; i++)
-        if (!(suspect & fault_leg(i))) p->force_n[i] = leg_force(&p->areas, in->p1_pa[i], in->p2_pa[i]);
+        if (!(suspect & fault_leg(i))) p->force_n[i] = leg_force(&p->areas, i, in->p1_pa[i], in->p2_pa[i]);
 }
 
 /* Takes the sample over when control can do with it: pose and leg forces. Returns what is doubtful about it. */

@@ -9,14 +9,16 @@ struct base_entry {
     int mechanisms;
     const char *name;
     size_t offset;
-    int legs;         /* 1: of the machine; LEGS: each leg its own, for no two valves, seals or volumes are alike */
+    enum { MACHINE, EACH_LEG, LEGS_ALIKE } of; /* each leg's own: no two valves, seals or volumes are alike; parts of one drawing are, where the
+                                                   configuration has them so */
     size_t stated;    /* place of its tolerance in struct params; 0: not stated */
     double tolerance; /* relative, where none is stated */
     enum residual_part parts;
 };
 
-#define PLACE(member) #member, offsetof(struct params, member), 1
-#define EACH(member) #member, offsetof(struct params, member), LEGS
+#define PLACE(member) #member, offsetof(struct params, member), MACHINE
+#define EACH(member) #member, offsetof(struct params, member), EACH_LEG
+#define PARTS(member) #member, offsetof(struct params, member), LEGS_ALIKE
 #define STATED(member) offsetof(struct params, model.tolerance.member), 0.0
 #define UNSTATED(tolerance) 0, tolerance
 
@@ -25,8 +27,8 @@ static const struct base_entry entries[] = {
     {PLATFORM, PLACE(payload.inertia_xx_kg_m2), STATED(mass), PART_FORCE},
     {PLATFORM, PLACE(payload.inertia_yy_kg_m2), STATED(mass), PART_FORCE},
     {PLATFORM, PLACE(payload.inertia_zz_kg_m2), STATED(mass), PART_FORCE},
-    {PLATFORM, PLACE(actuator.upper_mass_kg), STATED(mass), PART_FORCE},
-    {PLATFORM, PLACE(actuator.lower_mass_kg), STATED(mass), PART_FORCE},
+    {PLATFORM, PARTS(actuator.upper_mass_kg), STATED(mass), PART_FORCE},
+    {PLATFORM, PARTS(actuator.lower_mass_kg), STATED(mass), PART_FORCE},
     {AXIS, PLACE(axis.mass_kg), STATED(mass), PART_FORCE},
     {ANY, EACH(hydraulics.viscous_n_s_per_m), STATED(viscous), PART_FORCE},
     {ANY, EACH(hydraulics.bulk_modulus_pa), STATED(bulk_modulus), PART_PRESSURE},
@@ -62,15 +64,22 @@ static int effect_variables(const struct params *model, const struct effect *of,
 
 static const double *at(const struct params *p, size_t offset) { return (const double *)(const void *)((const char *)p + offset); }
 
+static bool alike(const double *value, int numbers) {
+    for (int i = 1; i < numbers; i++)
+        if (value[i] != value[0]) return false;
+    return true;
+}
+
 /* One of the machine's, or one of each leg's. */
 static int entry_variables(const struct params *model, const struct base_entry *e, struct variable *v) {
-    int n = 0, legs = e->legs == 1 ? 1 : params_legs(model);
+    int n = 0, numbers = e->of == MACHINE ? 1 : params_legs(model);
+    bool one = numbers == 1 || (e->of == LEGS_ALIKE && alike(at(model, e->offset), numbers));
     double tolerance = e->stated ? *at(model, e->stated) : e->tolerance;
-    for (int leg = 0; leg < legs; leg++) {
+    for (int leg = 0; leg < (one ? 1 : numbers); leg++) {
         double value = at(model, e->offset)[leg], width = tolerance * fabs(value);
         if (!(width > 0.0)) continue; /* exact by decree */
-        v[n++] = (struct variable){.name = e->name, .offset = e->offset, .leg = legs == 1 ? -1 : leg, .legs = legs,
-                                   .own = legs > 1, .effect = -1, .base = true, .min = value - width, .max = value + width,
+        v[n++] = (struct variable){.name = e->name, .offset = e->offset, .leg = one ? -1 : leg, .legs = numbers,
+                                   .own = e->of == EACH_LEG && numbers > 1, .effect = -1, .base = true, .min = value - width, .max = value + width,
                                    .step = 0.1 * width, .parts = e->parts};
     }
     return n;

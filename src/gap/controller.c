@@ -31,7 +31,7 @@ static void compare(const struct params *p, const struct kinematics *k, const st
         double ref_m[LEGS];
         ik_lengths(k, s->ref, ref_m);
         for (int leg = 0; leg < LEGS; leg++) {
-            double force_n = leg_force(&areas, s->p1_pa[leg], s->p2_pa[leg]);
+            double force_n = leg_force(&areas, leg, s->p1_pa[leg], s->p2_pa[leg]);
             if (i == 0) {
                 pid_reset(&pid[leg], ref_m[leg], force_n);
                 pid[leg].integral = s->valve[leg] - p->control.kp * (ref_m[leg] - s->length_m[leg]);

@@ -44,7 +44,7 @@ static void open_test(struct ident *id, const struct cycle *c) {
 /* Pose and wrench of one sample; false when it has none. */
 static bool measure(struct ident *id, const struct cycle *c, double values[CHANNELS], double force_n[LEGS]) {
     if (!isfinite(c->test_time_s) || !fk_solve(&id->kinematics, c->in.length_m, id->pose).converged) return false;
-    for (int i = 0; i < LEGS; i++) force_n[i] = leg_force(&id->areas, c->in.p1_pa[i], c->in.p2_pa[i]);
+    for (int i = 0; i < LEGS; i++) force_n[i] = leg_force(&id->areas, i, c->in.p1_pa[i], c->in.p2_pa[i]);
     memcpy(values, id->pose, sizeof id->pose);
     wrench_from_forces(&id->kinematics, id->pose, force_n, values + DOFS);
     for (int i = 0; i < CHANNELS; i++)

@@ -11,18 +11,20 @@
  * With M_leg = ma n n' + b (I - n n') and Ja = [I, -q~]:  Ja' M_leg Ja = b Ja' Ja + (ma - b) j j',  Ja' Ja = [I, -q~; q~, q'q I - q q']. */
 
 static void add_payload(const struct payload_params *p, double t[3][3], double mt[DOFS][DOFS]) {
-    const double inertia[3] = {p->inertia_xx_kg_m2, p->inertia_yy_kg_m2, p->inertia_zz_kg_m2};
+    const double xy = p->inertia_xy_kg_m2, xz = p->inertia_xz_kg_m2, yz = p->inertia_yz_kg_m2;
+    const double inertia[3][3] = {{p->inertia_xx_kg_m2, xy, xz}, {xy, p->inertia_yy_kg_m2, yz}, {xz, yz, p->inertia_zz_kg_m2}};
     for (int r = 0; r < 3; r++) {
         mt[r][r] += p->mass_kg;
         for (int c = 0; c < 3; c++)
-            for (int i = 0; i < 3; i++) mt[3 + r][3 + c] += t[r][i] * inertia[i] * t[c][i];
+            for (int i = 0; i < 3; i++)
+                for (int j = 0; j < 3; j++) mt[3 + r][3 + c] += t[r][i] * inertia[i][j] * t[c][j];
     }
 }
 
-static double across_kg(const struct actuator_params *a, double length_m) {
-    double arm = length_m - a->upper_center_m;
-    double g = a->upper_mass_kg * arm * arm + a->lower_mass_kg * a->lower_center_m * a->lower_center_m + a->upper_inertia_kg_m2 +
-               a->lower_inertia_kg_m2;
+static double across_kg(const struct actuator_params *a, int leg, double length_m) {
+    double arm = length_m - a->upper_center_m[leg];
+    double g = a->upper_mass_kg[leg] * arm * arm + a->lower_mass_kg[leg] * a->lower_center_m[leg] * a->lower_center_m[leg] +
+               a->upper_inertia_kg_m2[leg] + a->lower_inertia_kg_m2[leg];
     return g / (length_m * length_m);
 }
 
@@ -48,7 +50,7 @@ void nominal_matrix(const struct params *params, const struct kinematics *k, con
     memset(mt, 0, DOFS * sizeof mt[0]);
     add_payload(&params->payload, t, mt);
     for (int i = 0; i < LEGS; i++) {
-        double q[3], across = across_kg(&params->actuator, length_m[i]), along = params->actuator.upper_mass_kg;
+        double q[3], across = across_kg(&params->actuator, i, length_m[i]), along = params->actuator.upper_mass_kg[i];
         for (int r = 0; r < 3; r++) q[r] = t[r][0] * k->upper[i][0] + t[r][1] * k->upper[i][1] + t[r][2] * k->upper[i][2];
         add_point_mass(across, q, mt);
         for (int r = 0; r < DOFS; r++)

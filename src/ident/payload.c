@@ -33,7 +33,7 @@ static void legs_of(const struct params *params, const struct kinematics *k, dou
     static const double neutral[DOFS] = {0};
     struct params bare = *params;
     double m[DOFS][DOFS];
-    bare.payload.mass_kg = bare.payload.inertia_xx_kg_m2 = bare.payload.inertia_yy_kg_m2 = bare.payload.inertia_zz_kg_m2 = 0.0;
+    bare.payload = (struct payload_params){0};
     nominal_matrix(&bare, k, neutral, m);
     entries_of(m, entry);
 }
@@ -44,7 +44,8 @@ static void add_legs(const struct params *params, const struct kinematics *k, do
     legs_of(params, k, legs);
     for (int part = 0; part < 2; part++) {
         struct params other = *params;
-        *(part ? &other.actuator.lower_mass_kg : &other.actuator.upper_mass_kg) *= 1.0 + share;
+        double *mass = part ? other.actuator.lower_mass_kg : other.actuator.upper_mass_kg;
+        for (int leg = 0; leg < LEGS; leg++) mass[leg] *= 1.0 + share;
         legs_of(&other, k, heavier);
         for (int i = 0; i < MATRIX_ENTRIES; i++)
             for (int j = 0; j < MATRIX_ENTRIES; j++) covariance[i][j] += (heavier[i] - legs[i]) * (heavier[j] - legs[j]);

@@ -98,22 +98,30 @@ static int read_section(struct reader *r, const char *path, size_t line) {
 static int add_scalar(struct reader *r, const struct config_key *key, const yaml_event_t *e, struct config_value *value) {
     size_t line = e->start_mark.line + 1;
     if (e->type != YAML_SCALAR_EVENT) return fail(r->error, r->name, line, "%s takes a value, not keys or a list of lists", key->path);
-    if (config_value_add(value, (const char *)e->data.scalar.value, e->data.scalar.length)) return STATUS_OK;
-    return fail(r->error, r->name, line, "%s: at most %d values, each shorter than %d characters", key->path, LEGS, CONFIG_ITEM_SIZE);
+    if (config_value_add(key, value, (const char *)e->data.scalar.value, e->data.scalar.length)) return STATUS_OK;
+    return fail(r->error, r->name, line, "%s: at most %d %s, each number shorter than %d characters", key->path, LEGS,
+                config_key_depth(key) == 2 ? "points of three coordinates" : "values", CONFIG_ITEM_SIZE);
 }
 
-/* One scalar, or a list of them. */
+/* One scalar, a list of them, or a list of points. */
 static int read_items(struct reader *r, const struct config_key *key, struct config_value *value) {
-    for (;;) {
+    int depth = 0;
+    do {
         yaml_event_t e;
         int status = next_event(r, &e);
         if (status != STATUS_OK) return status;
-        bool end = e.type == YAML_SEQUENCE_END_EVENT;
-        if (e.type == YAML_SEQUENCE_START_EVENT && !value->list) value->list = true;
-        else if (!end) status = add_scalar(r, key, &e, value);
+        size_t line = e.start_mark.line + 1;
+        bool begin = e.type == YAML_SEQUENCE_START_EVENT && depth < config_key_depth(key), end = e.type == YAML_SEQUENCE_END_EVENT;
+        bool point = depth == 2 || (begin && depth == 1) || (end && depth == 1); /* coordinates stand in points, points in their list */
+        if (depth > 0 && config_key_depth(key) == 2 && (!point || (end && depth == 2 && value->count % 3)))
+            status = fail(r->error, r->name, line, "%s takes points, [[x, y, z], ...], or [] for none", key->path);
+        else if (!begin && !end) status = add_scalar(r, key, &e, value);
+        value->list = value->list || begin;
+        depth += begin - end;
         yaml_event_delete(&e);
-        if (status != STATUS_OK || end || !value->list) return status;
-    }
+        if (status != STATUS_OK) return status;
+    } while (depth > 0);
+    return STATUS_OK;
 }
 
 static int read_value(struct reader *r, const struct config_key *key, size_t line) {
@@ -222,7 +230,8 @@ static int apply_setting(struct params *params, const char *setting, struct erro
     if (config_section_title(path)) return fail(error, name, 0, "%s holds keys; write --set %s.KEY=VALUE", path, path);
     if (!config_key_find(path, &key)) return fail_unknown(error, name, 0, path);
     if (!config_value_split(&key, setting + length + 1, &value))
-        return fail(error, name, 0, "at most %d values, each shorter than %d characters", LEGS, CONFIG_ITEM_SIZE);
+        return fail(error, name, 0, config_key_depth(&key) == 2 ? "points are written [[x, y, z], ...], at most %d of them, each number shorter than %d characters"
+                                                                : "at most %d values, each shorter than %d characters", LEGS, CONFIG_ITEM_SIZE);
     return config_value_set(&key, &value, params, reason) ? STATUS_OK : fail(error, name, 0, "%s", reason);
 }
 

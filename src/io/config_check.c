@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "blind_time.h"
+#include "kinematics.h"
 #include "units.h"
 
 static const double substep_max_s = 0.25e-3; /* above, the first-order engine moves the answer: method.md section 4 */
@@ -26,45 +27,59 @@ __attribute__((format(printf, 3, 4))) static void require(struct checker *c, boo
     c->status = error_set(c->error, STATUS_USAGE, "%.90s: %s", c->name, text);
 }
 
+/* There is a body with this inertia when the integrals of x^2, y^2, z^2 and of the products make a matrix that is not negative. */
 static void check_payload(struct checker *c, const struct payload_params *p) {
-    double xx = p->inertia_xx_kg_m2, yy = p->inertia_yy_kg_m2, zz = p->inertia_zz_kg_m2;
-    require(c, xx + yy >= zz && yy + zz >= xx && zz + xx >= yy,
+    double half = 0.5 * (p->inertia_xx_kg_m2 + p->inertia_yy_kg_m2 + p->inertia_zz_kg_m2);
+    double xx = half - p->inertia_xx_kg_m2, yy = half - p->inertia_yy_kg_m2, zz = half - p->inertia_zz_kg_m2;
+    double xy = p->inertia_xy_kg_m2, xz = p->inertia_xz_kg_m2, yz = p->inertia_yz_kg_m2, none = -1e-9 * half;
+    double determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz + yz * xz) - xz * (xy * yz + yy * xz);
+    require(c, xx >= none && yy >= none && zz >= none,
             "payload.inertia_xx_kg_m2 %g, inertia_yy_kg_m2 %g, inertia_zz_kg_m2 %g: no body has them; each is at most the others' sum",
-            xx, yy, zz);
+            p->inertia_xx_kg_m2, p->inertia_yy_kg_m2, p->inertia_zz_kg_m2);
+    require(c, xx * yy - xy * xy >= none * half && xx * zz - xz * xz >= none * half && yy * zz - yz * yz >= none * half &&
+            determinant >= none * half * half,
+            "payload.inertia_xy_kg_m2 %g, inertia_xz_kg_m2 %g, inertia_yz_kg_m2 %g: no body has them beside inertia_xx_kg_m2 %g, "
+            "inertia_yy_kg_m2 %g, inertia_zz_kg_m2 %g; they are too large", xy, xz, yz, p->inertia_xx_kg_m2, p->inertia_yy_kg_m2,
+            p->inertia_zz_kg_m2);
 }
 
-/* All legs are alike at neutral and at the parked pose: horizontal distance of their joints by the cosine law, height as given. */
-static double leg_length(const struct geometry_params *g, double height_m) {
-    double angle = PI / 3 - g->upper_half_angle_rad - g->lower_half_angle_rad, a = g->upper_radius_m, b = g->lower_radius_m;
-    return sqrt(a * a + b * b - 2 * a * b * cos(angle) + height_m * height_m);
+static void check_leg(struct checker *c, const struct params *p, int i, double neutral, double parked) {
+    const struct actuator_params *a = &p->actuator;
+    const struct limit_params *l = &p->limits;
+    double middle = neutral + a->mid_stroke_m[i], shortest = middle - a->stroke_m[i] / 2, drop = p->motion.park_z_m;
+
+    require(c, shortest >= a->stroke_m[i],
+            "actuator.stroke_m %g of leg %d does not fit: the geometry makes legs of %.4g m at mid-stroke, and a cylinder is at least its stroke "
+            "long when it is in; give a stroke up to %.4g m, or a larger geometry.height_m", a->stroke_m[i], i + 1, middle, middle / 1.5);
+    require(c, a->upper_center_m[i] <= shortest && a->lower_center_m[i] <= shortest,
+            "actuator.upper_center_m %g and lower_center_m %g of leg %d must lie within the shortest leg, %.4g m", a->upper_center_m[i],
+            a->lower_center_m[i], i + 1, shortest);
+    require(c, l->length_min_m[i] < neutral && neutral < l->length_max_m[i],
+            "limits.length_min_m %g and length_max_m %g must enclose the neutral leg length, %.4g m (leg %d)", l->length_min_m[i],
+            l->length_max_m[i], neutral, i + 1);
+    require(c, shortest < neutral && neutral < shortest + a->stroke_m[i],
+            "actuator.mid_stroke_m %g of leg %d: its stroke, %.4g to %.4g m, must enclose the neutral leg length, %.4g m", a->mid_stroke_m[i],
+            i + 1, shortest, shortest + a->stroke_m[i], neutral);
+    require(c, drop < p->geometry.height_m, "motion.park_z_m %g must be below geometry.height_m %g", drop, p->geometry.height_m);
+    require(c, parked >= shortest && parked > l->length_min_m[i],
+            "motion.park_z_m %g makes leg %d %.4g m long; the stroke ends at %.4g m and limits.length_min_m is %g: park higher (smaller z)",
+            drop, i + 1, parked, shortest, l->length_min_m[i]);
 }
 
 static void check_legs(struct checker *c, const struct params *p) {
-    const struct actuator_params *a = &p->actuator;
-    const struct limit_params *l = &p->limits;
-    double neutral = leg_length(&p->geometry, p->geometry.height_m), shortest = neutral - a->stroke_m / 2;
-    double drop = p->motion.park_z_m, parked = leg_length(&p->geometry, p->geometry.height_m - drop);
-
-    require(c, shortest >= a->stroke_m,
-            "actuator.stroke_m %g does not fit: the geometry makes legs of %.4g m at mid-stroke, and a cylinder is at least its stroke "
-            "long when it is in; give a stroke up to %.4g m, or a larger geometry.height_m", a->stroke_m, neutral, neutral / 1.5);
-    require(c, a->upper_center_m <= shortest && a->lower_center_m <= shortest,
-            "actuator.upper_center_m %g and lower_center_m %g must lie within the shortest leg, %.4g m", a->upper_center_m,
-            a->lower_center_m, shortest);
-    require(c, l->length_min_m < neutral && neutral < l->length_max_m,
-            "limits.length_min_m %g and length_max_m %g must enclose the neutral leg length, %.4g m", l->length_min_m,
-            l->length_max_m, neutral);
-    require(c, drop < p->geometry.height_m, "motion.park_z_m %g must be below geometry.height_m %g", drop, p->geometry.height_m);
-    require(c, parked >= shortest && parked > l->length_min_m,
-            "motion.park_z_m %g makes legs of %.4g m; the stroke ends at %.4g m and limits.length_min_m is %g: park higher (smaller z)",
-            drop, parked, shortest, l->length_min_m);
+    struct kinematics k;
+    double parked[LEGS];
+    kinematics_place(&k, p);
+    ik_lengths(&k, (double[DOFS]){[DOF_Z] = p->motion.park_z_m}, parked);
+    for (int i = 0; i < LEGS; i++) check_leg(c, p, i, k.neutral_length_m[i], parked[i]);
 }
 
 static void check_hydraulics(struct checker *c, const struct params *p) {
     const struct hydraulics_params *h = &p->hydraulics;
     const struct actuator_params *a = &p->actuator;
-    require(c, a->rod_diameter_m < a->piston_diameter_m, "actuator.rod_diameter_m %g must be below actuator.piston_diameter_m %g",
-            a->rod_diameter_m, a->piston_diameter_m);
+    for (int i = 0; i < LEGS; i++)
+        require(c, a->rod_diameter_m[i] < a->piston_diameter_m[i], "actuator.rod_diameter_m %g must be below actuator.piston_diameter_m %g (leg %d)",
+                a->rod_diameter_m[i], a->piston_diameter_m[i], i + 1);
     require(c, h->tank_pa < h->supply_pa, "hydraulics.tank_pa %g must be below hydraulics.supply_pa %g", h->tank_pa, h->supply_pa);
     require(c, h->supply_pa <= p->sensors.pressure_full_scale_pa, "sensors.pressure_full_scale_pa %g must reach hydraulics.supply_pa %g",
             p->sensors.pressure_full_scale_pa, h->supply_pa);
@@ -85,21 +100,32 @@ static void check_limits(struct checker *c, const struct params *p) {
             p->loop.period_s);
 }
 
+/* Of what moves every joint by at most so much: the nearest end of any leg's way. */
+static double room_m(const struct params *p, const struct kinematics *k) {
+    double room = (double)INFINITY;
+    for (int i = 0; i < LEGS; i++) {
+        double neutral = k->neutral_length_m[i], middle = neutral + p->actuator.mid_stroke_m[i], half = p->actuator.stroke_m[i] / 2;
+        room = fmin(room, fmin(middle + half, p->limits.length_max_m[i]) - neutral);
+        room = fmin(room, neutral - fmax(middle - half, p->limits.length_min_m[i]));
+    }
+    return room;
+}
+
 static void check_reach(struct checker *c, const struct params *p, enum dof axis) {
-    const struct limit_params *l = &p->limits;
     bool turns = axis >= DOF_PHI;
     const char *key = turns ? "amplitude_rad" : "amplitude_m", *name = dof_names[axis];
-    double amplitude = p->tests.amplitude[axis], hz = p->tests.hz[axis], neutral = leg_length(&p->geometry, p->geometry.height_m);
-    double arm = hypot(p->geometry.upper_radius_m, p->payload.center_height_m); /* of an upper joint */
-    double reach = turns ? amplitude * arm : amplitude, speed = 2 * PI * hz * reach;
-    double room = fmin(p->actuator.stroke_m / 2, fmin(l->length_max_m - neutral, neutral - l->length_min_m));
+    double amplitude = p->tests.amplitude[axis], hz = p->tests.hz[axis], arm = 0.0;
+    struct kinematics k;
+    kinematics_place(&k, p);
+    for (int i = 0; i < LEGS; i++) arm = fmax(arm, sqrt(pow(k.upper[i][0], 2) + pow(k.upper[i][1], 2) + pow(k.upper[i][2], 2)));
+    double reach = turns ? amplitude * arm : amplitude, speed = 2 * PI * hz * reach, room = room_m(p, &k);
 
     require(c, reach < room,
             "tests.%s of %s, %g (%.3g m at a joint), leaves the legs' room round neutral, %.3g m by actuator.stroke_m, "
             "limits.length_min_m and length_max_m", key, name, amplitude, reach, room);
-    require(c, speed < l->leg_rate_mps,
+    require(c, speed < p->limits.leg_rate_mps,
             "tests.%s of %s, %g, at its tests.frequency_hz %g takes %.3g m/s, above limits.leg_rate_mps %g; lower one", key, name,
-            amplitude, hz, speed, l->leg_rate_mps);
+            amplitude, hz, speed, p->limits.leg_rate_mps);
 }
 
 static void check_frequency(struct checker *c, const struct params *p, enum dof axis) {

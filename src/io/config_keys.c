@@ -15,6 +15,8 @@
     {#section "." #member, kind, offsetof(struct params, section.member), 0, 0, value, "-", meaning, names, -1, 1}
 #define LEG_KEY(section, member, value, min, max, unit, meaning) \
     {#section "." #member, CONFIG_REALS, offsetof(struct params, section.member), min, max, value, unit, meaning, NULL, -1, LEGS}
+#define JOINTS_KEY(member, meaning) \
+    {"geometry." #member "_joints_m", CONFIG_POINTS, offsetof(struct params, geometry.member), -30.0, 30.0, "[]", "m", meaning, NULL, -1, LEGS}
 #define AXES_KEY(name, member, count, value, min, max, unit, meaning) \
     {"tests." name, CONFIG_REALS, offsetof(struct params, tests.member), min, max, value, unit, meaning, NULL, -1, count}
 #define RAW_LIMIT 2147483647.0
@@ -38,15 +40,22 @@ static const struct config_key keys[] = {
 
     KEY(geometry, upper_radius_m, "0.56", 0.02, 20.0, "m", "Ra: radius of the upper joints"),
     KEY(geometry, lower_radius_m, "1.20", 0.02, 20.0, "m", "Rb: radius of the lower joints"),
-    KEY(geometry, height_m, "1.64", 0.05, 20.0, "m", "H: upper joint plane above the lower one at neutral"),
+    KEY(geometry, height_m, "1.64", 0.05, 20.0, "m", "H: upper joint plane (z = 0 of upper_joints_m) above the lower one at neutral"),
     KEY(geometry, upper_half_angle_rad, "0.2343", 0.001, 1.04, "rad", "alpha: half the angle of an upper joint pair"),
     KEY(geometry, lower_half_angle_rad, "0.1886", 0.001, 1.04, "rad", "beta: half the angle of a lower joint pair"),
+    JOINTS_KEY(upper, "[x, y, z] of each leg's upper joint, in the platform's drawing (x forward, y right, z down); []: Ra and alpha"),
+    JOINTS_KEY(lower, "the same of the lower joints, in the base's drawing; []: Rb and beta"),
 
     KEY(payload, mass_kg, "178.6", 0.1, 1e5, "kg", "m: platform and load"),
     KEY(payload, inertia_xx_kg_m2, "13.60", 1e-4, 1e6, "kg m^2", "about the mass centre"),
     KEY(payload, inertia_yy_kg_m2, "13.60", 1e-4, 1e6, "kg m^2", "about the mass centre"),
     KEY(payload, inertia_zz_kg_m2, "23.92", 1e-4, 1e6, "kg m^2", "about the mass centre"),
+    KEY(payload, inertia_xy_kg_m2, "0", -1e6, 1e6, "kg m^2", "entry of the inertia matrix: minus the integral of x y dm"),
+    KEY(payload, inertia_xz_kg_m2, "0", -1e6, 1e6, "kg m^2", "the same"),
+    KEY(payload, inertia_yz_kg_m2, "0", -1e6, 1e6, "kg m^2", "the same"),
     KEY(payload, center_height_m, "0.16", -5.0, 5.0, "m", "h: mass centre above the upper joint plane"),
+    KEY(payload, center_x_m, "0", -5.0, 5.0, "m", "mass centre forward of the origin of the platform's drawing"),
+    KEY(payload, center_y_m, "0", -5.0, 5.0, "m", "mass centre to the right of it"),
     KEY(payload, gravity_mps2, "9.80665", 0.0, 20.0, "m/s^2", "along +z, down"),
 
     KEY(axis, mass_kg, "100", 0.001, 1e6, "kg", "all that moves"),
@@ -54,15 +63,16 @@ static const struct config_key keys[] = {
     KEY(axis, middle_m, "0", -100.0, 100.0, "m", "reading of the position at mid-stroke"),
     KEY(axis, force_offset_n, "0", -1e7, 1e7, "N", "constant force that the reading has too much"),
 
-    KEY(actuator, piston_diameter_m, "0.063", 0.005, 1.0, "m", "D: piston"),
-    KEY(actuator, rod_diameter_m, "0.045", 0.001, 1.0, "m", "d: rod"),
-    KEY(actuator, stroke_m, "0.8", 0.01, 10.0, "m", "end stop to end stop; neutral at the middle"),
-    KEY(actuator, upper_mass_kg, "15.65", 0.0, 1e4, "kg", "ma: rod, the upper part"),
-    KEY(actuator, lower_mass_kg, "52.48", 0.0, 1e4, "kg", "mb: cylinder, the lower part"),
-    KEY(actuator, upper_inertia_kg_m2, "2.11", 0.0, 1e4, "kg m^2", "ia: transverse, about the upper part's own mass centre"),
-    KEY(actuator, lower_inertia_kg_m2, "3.58", 0.0, 1e4, "kg m^2", "ib: transverse, about the lower part's own mass centre"),
-    KEY(actuator, upper_center_m, "0.70", 0.0, 10.0, "m", "ra: upper part's mass centre from the upper joint"),
-    KEY(actuator, lower_center_m, "0.71", 0.0, 10.0, "m", "rb: lower part's mass centre from the lower joint"),
+    LEG_KEY(actuator, piston_diameter_m, "0.063", 0.005, 1.0, "m", "D: piston"),
+    LEG_KEY(actuator, rod_diameter_m, "0.045", 0.001, 1.0, "m", "d: rod"),
+    LEG_KEY(actuator, stroke_m, "0.8", 0.01, 10.0, "m", "end stop to end stop"),
+    LEG_KEY(actuator, mid_stroke_m, "0", -5.0, 5.0, "m", "length in the middle of the stroke less that at neutral"),
+    LEG_KEY(actuator, upper_mass_kg, "15.65", 0.0, 1e4, "kg", "ma: rod, the upper part"),
+    LEG_KEY(actuator, lower_mass_kg, "52.48", 0.0, 1e4, "kg", "mb: cylinder, the lower part"),
+    LEG_KEY(actuator, upper_inertia_kg_m2, "2.11", 0.0, 1e4, "kg m^2", "ia: transverse, about the upper part's own mass centre"),
+    LEG_KEY(actuator, lower_inertia_kg_m2, "3.58", 0.0, 1e4, "kg m^2", "ib: transverse, about the lower part's own mass centre"),
+    LEG_KEY(actuator, upper_center_m, "0.70", 0.0, 10.0, "m", "ra: upper part's mass centre from the upper joint"),
+    LEG_KEY(actuator, lower_center_m, "0.71", 0.0, 10.0, "m", "rb: lower part's mass centre from the lower joint"),
 
     KEY(hydraulics, supply_pa, "10e6", 1e5, 1e8, "Pa", "supply pressure, gauge"),
     KEY(hydraulics, tank_pa, "0", 0.0, 1e7, "Pa", "tank pressure, gauge"),
@@ -108,8 +118,8 @@ static const struct config_key keys[] = {
     KEY(motion, hold_s, "2", 0.0, 600.0, "s", "at neutral before the first test"),
     KEY(motion, automatic, "true", 0.0, 1.0, "-", "engage, test and park without commands"),
 
-    KEY(limits, length_min_m, "1.425", 0.01, 30.0, "m", "shortest leg"),
-    KEY(limits, length_max_m, "2.240", 0.01, 30.0, "m", "longest leg"),
+    LEG_KEY(limits, length_min_m, "1.425", 0.01, 30.0, "m", "shortest length of a leg"),
+    LEG_KEY(limits, length_max_m, "2.240", 0.01, 30.0, "m", "longest length of a leg"),
     KEY(limits, leg_rate_mps, "0.6", 0.001, 10.0, "m/s", "fastest leg"),
     KEY(limits, following_m, "0.01", 1e-4, 1.0, "m", "leg reference against leg length while engaged"),
     KEY(limits, standstill_m, "0.002", 1e-4, 1.0, "m", "range of the leg's reference since the length last changed"),
@@ -194,7 +204,7 @@ static const char *const sections[][2] = {
     {"geometry", "Joints: Tian 2015 Table 1"},
     {"payload", "Platform and load: Tian 2015 Table 2"},
     {"axis", "One axis with a mass, for mechanism axis: position, and force or pressures, no pose"},
-    {"actuator", "One leg: Tian 2015 Tables 1 and 2"},
+    {"actuator", "The legs, Tian 2015 Tables 1 and 2; of a leg: one number for all, or a list of six"},
     {"hydraulics", "Valve, fluid and cylinder of the simulated machine; of a leg: one number for all, or a list of six"},
     {"sensors", "Sensors of the simulated machine"},
     {"sim", "Simulation"},

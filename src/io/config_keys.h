@@ -9,7 +9,7 @@
 #include "params.h"
 #include "status.h"
 
-enum { CONFIG_PATH_SIZE = 80, CONFIG_ITEM_SIZE = PARAMS_TEXT_SIZE, CONFIG_REASON_SIZE = 240, CONFIG_TEXT_SIZE = 2 * CONFIG_ITEM_SIZE + 8 };
+enum { CONFIG_PATH_SIZE = 80, CONFIG_ITEMS = 3 * LEGS, CONFIG_ITEM_SIZE = PARAMS_TEXT_SIZE, CONFIG_REASON_SIZE = 240, CONFIG_TEXT_SIZE = 2 * CONFIG_ITEM_SIZE + 8 };
 
 enum config_kind {
     CONFIG_REAL,
@@ -19,7 +19,8 @@ enum config_kind {
     CONFIG_TEXT,      /* printable ASCII */
     CONFIG_AXES,      /* list of axes, each at most once */
     CONFIG_REALS,     /* `count` of them, of legs or axes: one for all, or a list */
-    CONFIG_REALS_ALIKE/* `count` of them: one for all */
+    CONFIG_REALS_ALIKE,/* `count` of them: one for all */
+    CONFIG_POINTS     /* `count` lists of x, y, z, or an empty list: none given */
 };
 
 struct config_key {
@@ -32,7 +33,7 @@ struct config_key {
     const char *meaning;
     const char *const *names;    /* of a choice, ended by NULL */
     int effect;                  /* its place in effect_table, -1: not an effect's */
-    int count;                   /* of values, at most LEGS */
+    int count;                   /* of values or points, at most LEGS */
 };
 
 /* All keys in the order of the file, those of effects last: false past the end. */
@@ -46,17 +47,20 @@ void config_key_nearest(const char *path, char nearest[CONFIG_PATH_SIZE]);
 /* One line about what holds keys: "control", "effects", "effects.valve_lag". NULL when there is no such section. */
 const char *config_section_title(const char *path);
 
-/* What stands in the file or after "=": one scalar, or a list. Unused bytes are zero. */
+/* What stands in the file or after "=": one scalar, a list, or a list of points, coordinate by coordinate. Unused bytes are zero. */
 struct config_value {
     bool list;
     int count;
-    char item[LEGS][CONFIG_ITEM_SIZE];
+    char item[CONFIG_ITEMS][CONFIG_ITEM_SIZE];
 };
 
-/* False: too many, too long, or with a zero byte. */
-bool config_value_add(struct config_value *value, const char *text, size_t length);
+/* Lists may be so deep: of points 2. */
+int config_key_depth(const struct config_key *key);
 
-/* A value as written after "=" or as a default: commas, with or without brackets, make a list where the key takes one. */
+/* False: more than the key can take, too long, or with a zero byte. */
+bool config_value_add(const struct config_key *key, struct config_value *value, const char *text, size_t length);
+
+/* A value as written after "=" or as a default: commas, with or without brackets, make a list where the key takes one; points need brackets. */
 bool config_value_split(const struct config_key *key, const char *text, struct config_value *value);
 
 /* Checks kind and range, then stores; an effect's key switches the effect on. False: `reason` says what is wrong and what would do. */

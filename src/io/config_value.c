@@ -6,28 +6,52 @@
 #include <stdlib.h>
 #include <string.h>
 
-static bool takes_list(enum config_kind kind) { return kind == CONFIG_AXES || kind == CONFIG_REALS; }
+static bool takes_list(enum config_kind kind) { return kind == CONFIG_AXES || kind == CONFIG_REALS || kind == CONFIG_POINTS; }
 
-bool config_value_add(struct config_value *value, const char *text, size_t length) {
-    if (value->count == LEGS || length >= CONFIG_ITEM_SIZE || memchr(text, '\0', length)) return false;
+int config_key_depth(const struct config_key *key) { return key->kind == CONFIG_POINTS ? 2 : 1; }
+
+bool config_value_add(const struct config_key *key, struct config_value *value, const char *text, size_t length) {
+    int most = key->kind == CONFIG_POINTS ? CONFIG_ITEMS : LEGS;
+    if (value->count == most || length >= CONFIG_ITEM_SIZE || memchr(text, '\0', length)) return false;
     memcpy(value->item[value->count++], text, length);
     return true;
 }
 
-static bool add_trimmed(struct config_value *value, const char *text, size_t length) {
+static bool add_trimmed(const struct config_key *key, struct config_value *value, const char *text, size_t length) {
     while (length > 0 && *text == ' ') text++, length--;
     while (length > 0 && text[length - 1] == ' ') length--;
-    return config_value_add(value, text, length);
+    return config_value_add(key, value, text, length);
+}
+
+/* [[x, y, z], [x, y, z], ...] or [] */
+static bool split_points(const struct config_key *key, const char *text, struct config_value *value) {
+    size_t length = strlen(text);
+    value->list = true;
+    if (length < 2 || text[0] != '[' || text[length - 1] != ']') return false;
+    const char *end = text + length - 1;
+    for (text += 1 + strspn(text + 1, " "); text < end; text += strspn(text, " ")) {
+        const char *close = memchr(text, ']', (size_t)(end - text));
+        if (*text != '[' || !close) return false;
+        for (int i = 0; i < 3; i++) {
+            length = i < 2 ? strcspn(text + 1, ",") : (size_t)(close - text - 1);
+            if (text + 1 + length > close || !add_trimmed(key, value, text + 1, length)) return false;
+            text += 1 + length;
+        }
+        text += 1 + strspn(text + 1, " ");
+        if (text < end && *text++ != ',') return false;
+    }
+    return true;
 }
 
 bool config_value_split(const struct config_key *key, const char *text, struct config_value *value) {
     size_t length = strlen(text);
     *value = (struct config_value){0};
-    if (!takes_list(key->kind)) return config_value_add(value, text, length);
+    if (key->kind == CONFIG_POINTS) return split_points(key, text, value);
+    if (!takes_list(key->kind)) return config_value_add(key, value, text, length);
     if (length >= 2 && text[0] == '[' && text[length - 1] == ']') text++, length -= 2;
     for (const char *end = text + length, *comma;; text = comma + 1) {
         comma = memchr(text, ',', (size_t)(end - text));
-        if (!add_trimmed(value, text, (size_t)((comma ? comma : end) - text))) return false;
+        if (!add_trimmed(key, value, text, (size_t)((comma ? comma : end) - text))) return false;
         if (!comma) return true;
         value->list = true;
     }
@@ -132,12 +156,23 @@ static bool set_reals(const struct config_key *key, const struct config_value *v
     return true;
 }
 
+static bool set_points(const struct config_key *key, const struct config_value *value, struct joint_points *place,
+                       char reason[CONFIG_REASON_SIZE]) {
+    struct joint_points points = {.given = value->count > 0};
+    if (!value->list || (points.given && value->count != 3 * key->count))
+        return refuse(reason, "%d numbers; it takes %d points, [[x, y, z], ...], or [] for none", value->count, key->count);
+    for (int i = 0; i < value->count; i++)
+        if (!parse_in_range(key, value->item[i], &points.m[i / 3][i % 3], reason)) return false;
+    memcpy(place, &points, sizeof points);
+    return true;
+}
+
 bool config_value_set(const struct config_key *key, const struct config_value *value, struct params *params,
                       char reason[CONFIG_REASON_SIZE]) {
     void *place = (char *)params + key->offset;
     const char *text = value->item[0];
     if (value->list && !takes_list(key->kind)) return refuse(reason, "a list; it takes a single value");
-    if (value->count == 0) return refuse(reason, "an empty list; it takes at least one value");
+    if (value->count == 0 && key->kind != CONFIG_POINTS) return refuse(reason, "an empty list; it takes at least one value");
     switch (key->kind) {
     case CONFIG_REAL: return set_real(key, text, place, reason);
     case CONFIG_INTEGER: return set_integer(key, text, place, reason);
@@ -145,6 +180,7 @@ bool config_value_set(const struct config_key *key, const struct config_value *v
     case CONFIG_CHOICE: return set_choice(key, text, place, reason);
     case CONFIG_TEXT: return set_text(text, place, reason);
     case CONFIG_AXES: return set_axes(key, value, &params->tests, reason);
+    case CONFIG_POINTS: return set_points(key, value, place, reason);
     case CONFIG_REALS:
     case CONFIG_REALS_ALIKE: break;
     }
@@ -182,6 +218,15 @@ static void format_reals(int count, const double *number, char text[CONFIG_TEXT_
     snprintf(text + used, CONFIG_TEXT_SIZE - used, "]");
 }
 
+static void format_points(int count, const struct joint_points *points, char text[CONFIG_TEXT_SIZE]) {
+    size_t used = (size_t)snprintf(text, CONFIG_TEXT_SIZE, "[");
+    for (int i = 0; i < (points->given ? 3 * count : 0); i++) {
+        used += (size_t)snprintf(text + used, CONFIG_TEXT_SIZE - used, "%s", i % 3 ? ", " : i ? "], [" : "[");
+        used += (size_t)format_number(points->m[i / 3][i % 3], text + used, CONFIG_TEXT_SIZE - used);
+    }
+    snprintf(text + used, CONFIG_TEXT_SIZE - used, points->given ? "]]" : "]");
+}
+
 static void format_quoted(const char *from, char text[CONFIG_TEXT_SIZE]) {
     *text++ = '"';
     for (; *from; from++) {
@@ -208,6 +253,7 @@ void config_value_format(const struct config_key *key, const struct params *para
     case CONFIG_CHOICE: snprintf(text, CONFIG_TEXT_SIZE, "%s", key->names[*(const enum engine_kind *)place]); break;
     case CONFIG_TEXT: format_quoted(place, text); break;
     case CONFIG_AXES: format_axes(key, &params->tests, text); break;
+    case CONFIG_POINTS: format_points(key->count, place, text); break;
     case CONFIG_REALS:
     case CONFIG_REALS_ALIKE: format_reals(key->count, place, text); break;
     }

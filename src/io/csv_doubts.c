@@ -66,12 +66,25 @@ static void check(const struct csv_head *h, const struct csv_range *r, int first
     if (at >= 0 && !(size >= e->least && size <= e->most)) doubt(csv_columns[at].name, size, e, words);
 }
 
+static double greatest(const double value[LEGS]) {
+    double most = value[0];
+    for (int i = 1; i < LEGS; i++) most = fmax(most, value[i]);
+    return most;
+}
+
+static double least(const double value[LEGS]) {
+    double low = value[0];
+    for (int i = 1; i < LEGS; i++) low = fmin(low, value[i]);
+    return low;
+}
+
 static void check_legs(const struct csv_head *h, const struct csv_range *r, const struct params *p, char words[CSV_LIST_SIZE]) {
     enum { REF = 1, LENGTH = 7, P1 = 13, U = 25 };
     const double *a = p->tests.amplitude;
-    double move_max = fmax(4.0 * fmax(a[DOF_X], fmax(a[DOF_Y], a[DOF_Z])), 0.5 * p->actuator.stroke_m);
+    double move_max = fmax(4.0 * fmax(a[DOF_X], fmax(a[DOF_Y], a[DOF_Z])), 0.5 * greatest(p->actuator.stroke_m));
     double turn_max = h->dof == DOF_NONE ? TURN_MAX_RAD : 4.0 * fmax(a[DOF_PHI], fmax(a[DOF_THETA], a[DOF_PSI]));
-    const struct expectation length = {.least = p->limits.length_min_m / 2.0, .most = p->limits.length_max_m * 2.0, .guess = lengths};
+    const struct expectation length = {.least = least(p->limits.length_min_m) / 2.0, .most = greatest(p->limits.length_max_m) * 2.0,
+                                       .guess = lengths};
     const struct expectation move = {.swing = true, .least = 0.0, .most = move_max, .guess = lengths};
     const struct expectation turn = {.swing = true, .least = 0.0, .most = turn_max, .guess = angles};
     const struct expectation pressure = pressure_of(p);
@@ -86,7 +99,7 @@ static void check_axis(const struct csv_head *h, const struct csv_range *r, cons
     enum { POSITION = CSV_POSITION_COLUMN, REF, FORCE, P1, P2, U };
     double w = 2.0 * PI * p->tests.hz[DOF_X], inertia_n = p->axis.mass_kg * w * w * size_of(r, POSITION, true);
     double force_min_n = 0.1 * fmin(inertia_n, 1e3);
-    const struct expectation move = {.swing = true, .least = 0.0, .most = 0.5 * p->actuator.stroke_m, .guess = lengths};
+    const struct expectation move = {.swing = true, .least = 0.0, .most = 0.5 * p->actuator.stroke_m[0], .guess = lengths};
     const struct expectation force = {.swing = true, .least = force_min_n, .most = (double)INFINITY, .guess = forces};
     const struct expectation pressure = pressure_of(p);
     check(h, r, POSITION, REF, &move, words);

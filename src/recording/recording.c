@@ -65,7 +65,7 @@ struct recording_sample recording_sample_of(const struct params *params, const s
     memcpy(s.valve, c->out.valve, (size_t)legs * sizeof(double));
     memcpy(s.ref, c->ref, (size_t)refs * sizeof(double));
     bool pressures = finite_all(legs, s.p1_pa) && finite_all(legs, s.p2_pa);
-    for (int k = 0; k < legs; k++) s.force_n[k] = pressures ? leg_force(&areas, s.p1_pa[k], s.p2_pa[k]) : c->force_n[k];
+    for (int k = 0; k < legs; k++) s.force_n[k] = pressures ? leg_force(&areas, k, s.p1_pa[k], s.p2_pa[k]) : c->force_n[k];
     s.good = !c->in.flags && isfinite(s.test_time_s) && finite_all(legs, s.length_m) && finite_all(legs, s.force_n);
     return s;
 }

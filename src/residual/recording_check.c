@@ -119,10 +119,10 @@ static void guess_reference(const struct recording_test *t, const struct kinemat
     double pose[DOFS] = {0}, moved[LEGS], w = 2.0 * PI * t->frequency_hz, square = 0.0;
     pose[t->dof] = small;
     ik_lengths(k, pose, moved);
-    for (int leg = 0; leg < LEGS; leg++) square += pow((moved[leg] - k->neutral_length_m) / small, 2.0) * 0.5 * (t->end - t->first);
+    for (int leg = 0; leg < LEGS; leg++) square += pow((moved[leg] - k->neutral_length_m[leg]) / small, 2.0) * 0.5 * (t->end - t->first);
     for (int i = t->first; i < t->end; i++)
         for (int leg = 0; leg < LEGS && t->sample[i].good; leg++) {
-            double x = (t->sample[i].length_m[leg] - mean[leg]) * (moved[leg] - k->neutral_length_m) / small / square;
+            double x = (t->sample[i].length_m[leg] - mean[leg]) * (moved[leg] - k->neutral_length_m[leg]) / small / square;
             wave[0] += x * sin(w * t->sample[i].test_time_s), wave[1] += x * cos(w * t->sample[i].test_time_s);
         }
 }
@@ -139,10 +139,10 @@ static void add_test(const struct recording *r, const struct recording_test *t, 
         if (!r->measured.reference) pose[t->dof] = wave[0] * sin(phase) + wave[1] * cos(phase);
         ik_lengths(k, r->measured.reference ? t->sample[i].ref : pose, asked);
         for (int a = 0; a < LEGS; a++) {
-            double x = t->sample[i].length_m[a] - mean[a], y = asked[a] - k->neutral_length_m;
+            double x = t->sample[i].length_m[a] - mean[a], y = asked[a] - k->neutral_length_m[a];
             sum[a] += y / n;
             m->measured[a] += x * x, m->asked[a] += y * y;
-            for (int b = 0; b < LEGS; b++) m->product[a][b] += x * (asked[b] - k->neutral_length_m);
+            for (int b = 0; b < LEGS; b++) m->product[a][b] += x * (asked[b] - k->neutral_length_m[b]);
         }
     }
     for (int a = 0; a < LEGS; a++) m->asked[a] -= n * sum[a] * sum[a]; /* about its mean, as what was measured: a piece may be anywhere */
@@ -177,20 +177,22 @@ static int check_machine(const struct recording_test *t, const struct kinematics
         for (int i = t->first; i < t->end; i++)
             if (t->sample[i].good) mean += t->sample[i].length_m[leg], n += 1.0;
         mean /= n;
-        if (fabs(mean - k->neutral_length_m) > NEUTRAL_TOLERANCE_M)
+        if (fabs(mean - k->neutral_length_m[leg]) > NEUTRAL_TOLERANCE_M)
             return REFUSE("test %s: leg %d is %.4g m long at its middle, the model's %.4g: other units, or another machine",
-                          test_name(t), leg + 1, mean, k->neutral_length_m);
+                          test_name(t), leg + 1, mean, k->neutral_length_m[leg]);
     }
     return STATUS_OK;
 }
 
 /* Any motion may be anywhere between the end stops. */
 static int check_reach(const struct params *p, const struct recording_test *t, const struct kinematics *k, struct error *error) {
-    for (int leg = 0; leg < LEGS; leg++)
+    for (int leg = 0; leg < LEGS; leg++) {
+        double stroke_m = p->actuator.stroke_m[leg], middle_m = k->neutral_length_m[leg] + p->actuator.mid_stroke_m[leg];
         for (int i = t->first; i < t->end; i++)
-            if (t->sample[i].good && fabs(t->sample[i].length_m[leg] - k->neutral_length_m) > 0.5 * p->actuator.stroke_m + NEUTRAL_TOLERANCE_M)
+            if (t->sample[i].good && fabs(t->sample[i].length_m[leg] - middle_m) > 0.5 * stroke_m + NEUTRAL_TOLERANCE_M)
                 return REFUSE("test %s: leg %d is %.4g m long, the model's %.4g in the middle of a stroke of %g: other units, or another machine",
-                              test_name(t), leg + 1, t->sample[i].length_m[leg], k->neutral_length_m, p->actuator.stroke_m);
+                              test_name(t), leg + 1, t->sample[i].length_m[leg], middle_m, stroke_m);
+    }
     return STATUS_OK;
 }
 
@@ -208,18 +210,21 @@ static int check_pressures(const struct recording *r, struct error *error) {
     const struct recording_test *t = &r->test[first_of_run(r)], *last = &r->test[r->tests - 1];
     bool pieces = t->piece_s > 0.0; /* of one record; else the first test tells */
     int from = t->first, until = pieces && last->sample == t->sample ? last->end : t->end;
-    double most_n = LEGS * (areas.a1_m2 + areas.a2_m2) * p->hydraulics.supply_pa, chambers = 0.0;
+    double most_n = 0.0, weight = p->payload.mass_kg * p->payload.gravity_mps2, chambers = 0.0;
     double direct[LEGS] = {0}, exchanged = 0.0, sum = 0.0, above_pa = SUPPLY_MOST * p->hydraulics.supply_pa;
     int above[LEGS] = {0};
-    double weight = (p->payload.mass_kg + LEGS * p->actuator.upper_mass_kg) * p->payload.gravity_mps2;
     int n = 0;
+    for (int k = 0; k < LEGS; k++) {
+        most_n += (areas.a1_m2[k] + areas.a2_m2[k]) * p->hydraulics.supply_pa;
+        weight += p->actuator.upper_mass_kg[k] * p->payload.gravity_mps2;
+    }
     for (int i = from; i < until; i++) n += t->sample[i].good;
     for (int i = from; i < until; i++)
         for (int k = 0; k < LEGS && t->sample[i].good; k++) {
             above[k] += fmax(t->sample[i].p1_pa[k], t->sample[i].p2_pa[k]) > above_pa;
-            direct[k] += leg_force(&areas, t->sample[i].p1_pa[k], t->sample[i].p2_pa[k]) / n;
-            chambers += (areas.a1_m2 * t->sample[i].p1_pa[k] + areas.a2_m2 * t->sample[i].p2_pa[k]) / n;
-            exchanged += leg_force(&areas, t->sample[i].p2_pa[k], t->sample[i].p1_pa[k]) / n;
+            direct[k] += leg_force(&areas, k, t->sample[i].p1_pa[k], t->sample[i].p2_pa[k]) / n;
+            chambers += (areas.a1_m2[k] * t->sample[i].p1_pa[k] + areas.a2_m2[k] * t->sample[i].p2_pa[k]) / n;
+            exchanged += leg_force(&areas, k, t->sample[i].p2_pa[k], t->sample[i].p1_pa[k]) / n;
         }
     for (int k = 0; k < LEGS; k++) sum += direct[k];
     for (int k = 0; k < LEGS; k++) {
@@ -239,14 +244,14 @@ static int check_pressures(const struct recording *r, struct error *error) {
 
 /* A machine of one axis, positions as reading. */
 static int check_stroke(const struct params *p, const struct recording_test *t, struct error *error) {
-    double low = HUGE_VAL, high = -HUGE_VAL, middle = p->axis.middle_m, half = 0.5 * p->actuator.stroke_m;
+    double low = HUGE_VAL, high = -HUGE_VAL, middle = p->axis.middle_m, half = 0.5 * p->actuator.stroke_m[0];
     for (int i = t->first; i < t->end; i++) {
         if (!t->sample[i].good) continue;
         low = fmin(low, t->sample[i].length_m[0]), high = fmax(high, t->sample[i].length_m[0]);
     }
     if (low >= middle - half && high <= middle + half) return STATUS_OK;
     return REFUSE("the position runs from %.4g to %.4g m, outside a stroke of %g m about %g m (actuator.stroke_m, "
-                  "axis.middle_m): other units, or another zero", low, high, p->actuator.stroke_m, middle);
+                  "axis.middle_m): other units, or another zero", low, high, p->actuator.stroke_m[0], middle);
 }
 
 /* Force against motion over the evaluated parts: mean power, and the mass that the force in step with the acceleration would move. */
@@ -263,7 +268,7 @@ static void add_drive(const struct recording *r, const struct residual_test *t, 
     int harmonics = s->cycles ? 1 : t->harmonics;
     double force[SPECTRUM_SIZE], f_mean = 0.0;
     for (int a = 0; a < SPECTRUM_SIZE; a++)
-        force[a] = exchanged ? leg_force(&areas, s->mean[CHANNEL_P2][0][a], s->mean[CHANNEL_P1][0][a]) : s->mean[CHANNEL_FORCE][0][a];
+        force[a] = exchanged ? leg_force(&areas, 0, s->mean[CHANNEL_P2][0][a], s->mean[CHANNEL_P1][0][a]) : s->mean[CHANNEL_FORCE][0][a];
     for (int pass = 0; pass < 2; pass++)
         for (int i = 0; i < t->phases; i++) {
             const double *basis = t->cycle + i * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE;

@@ -24,8 +24,9 @@ static void to_row(const struct residual_test *t, const double *series, double r
 /* What moves the legs: chambers' pressures, or what the force sensor says. */
 static void push(const struct cylinder_model *m, const struct residual_test *t, const struct series *rows, int leg,
                  double force_n[SPECTRUM_SIZE]) {
+    double a1 = m->leg[leg].a1_m2, a2 = m->leg[leg].a2_m2;
     for (int a = 0; a < residual_motion_size(t); a++)
-        force_n[a] = t->pressures ? m->a1_m2 * rows->p1[leg][a] - m->a2_m2 * rows->p2[leg][a] : t->spectrum.mean[CHANNEL_FORCE][leg][a];
+        force_n[a] = t->pressures ? a1 * rows->p1[leg][a] - a2 * rows->p2[leg][a] : t->spectrum.mean[CHANNEL_FORCE][leg][a];
     if (m->machine.params->mechanism == MECHANISM_AXIS) force_n[0] -= m->machine.params->axis.force_offset_n;
 }
 
@@ -50,7 +51,7 @@ static void read_back(const struct sensor_path *path, const struct residual_test
 /* The same for A1 P1 - A2 P2: as the noise of both readings is in it; lag and delay are those of P1. */
 static void read_force_back(const struct cylinder_model *m, const struct residual_test *t, int leg, double *row) {
     struct sensor_path both = m->machine.sensors.p1[leg];
-    double a1 = m->a1_m2, a2 = m->a2_m2;
+    double a1 = m->leg[leg].a1_m2, a2 = m->leg[leg].a2_m2;
     both.scale = hypot(a1, a2) / hypot(a1 / m->machine.sensors.p1[leg].scale, a2 / m->machine.sensors.p2[leg].scale);
     read_back(&both, t, row);
 }
@@ -142,7 +143,7 @@ static bool begin_run(struct run *r, const struct residual_test *t, const struct
         p1[k] = at(t->node, residual_motion_size(t), rows->p1[k]);
         p2[k] = at(t->node, residual_motion_size(t), rows->p2[k]);
         r->state.cylinder[k] = (struct cylinder_state){.p1_pa = p1[k], .p2_pa = p2[k], .spool = t->valve[k]};
-        force_n[k] = cylinder_hydraulic_force(&r->cylinder, &r->state.cylinder[k]);
+        force_n[k] = cylinder_hydraulic_force(&r->cylinder, k, &r->state.cylinder[k]);
     }
     hydraulics_rest(&r->cylinder, force_n, &r->state);
     begin_motion(r, rows);
@@ -151,7 +152,7 @@ static bool begin_run(struct run *r, const struct residual_test *t, const struct
 
 static void add_forces(const struct run *r, double weight, double sum_n[LEGS]) {
     for (int k = r->cylinder.first; k < r->cylinder.legs; k++)
-        sum_n[k] += weight * cylinder_hydraulic_force(&r->cylinder, &r->state.cylinder[k]);
+        sum_n[k] += weight * cylinder_hydraulic_force(&r->cylinder, k, &r->state.cylinder[k]);
 }
 
 /* Simpson's rule: weight of a substep's end in the mean of a cycle, of an even number of substeps. */
@@ -254,7 +255,7 @@ static void tabulate_cycle(const struct residual_test *t, const struct cylinder_
             spectrum_at(rows->length[k], t->harmonics, t->spectrum.omega, basis, table[i].leg[k]);
             table[i].p1_pa[k] = at(basis, size, rows->p1[k]) - drop[PORT_A];
             table[i].p2_pa[k] = at(basis, size, rows->p2[k]) - drop[PORT_B];
-            table[i].push_n[k] = at(basis, size, force_n) - m->a1_m2 * drop[PORT_A] + m->a2_m2 * drop[PORT_B];
+            table[i].push_n[k] = at(basis, size, force_n) - m->leg[k].a1_m2 * drop[PORT_A] + m->leg[k].a2_m2 * drop[PORT_B];
         }
     }
 }
@@ -274,7 +275,7 @@ static double net_force(const struct residual_test *t, const struct cylinder_mod
     struct cylinder_state s = {.p1_pa = at(basis, size, all->mean[CHANNEL_P1][leg]), .p2_pa = at(basis, size, all->mean[CHANNEL_P2][leg])};
     int direction = motion[1] < 0.0 ? -1 : 1;
     struct friction f = cylinder_friction(m, leg, &s, direction, fabs(motion[1]));
-    return cylinder_hydraulic_force(m, &s) - direction * (f.dry + f.viscous);
+    return cylinder_hydraulic_force(m, leg, &s) - direction * (f.dry + f.viscous);
 }
 
 /* From piston to joint: the play is crossed at the speed at which the leg's force meets the drag of the film (hydraulics.h). */
@@ -394,7 +395,7 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
         push(&cylinder, t, &rows, k, push_n);
         to_row(t, push_n, net);
         for (int a = 0; a < t->size; a++) {
-            if (lines) net[a] -= cylinder.a1_m2 * p.drop[PORT_A][k][a] - cylinder.a2_m2 * p.drop[PORT_B][k][a];
+            if (lines) net[a] -= cylinder.leg[k].a1_m2 * p.drop[PORT_A][k][a] - cylinder.leg[k].a2_m2 * p.drop[PORT_B][k][a];
             net[a] -= force[k][a];
         }
         if (t->pressures) read_force_back(&cylinder, t, k, net);

@@ -69,8 +69,8 @@ static void invert3(double c[RESIDUALS][RESIDUALS]) {
 }
 
 /* Pressure per length at a harmonic: a stiff volume with a leak. */
-static double stiffness(const struct hydraulics_params *h, int leg, double area_m2, double stroke_m, double rate_radps) {
-    double bulk = h->bulk_modulus_pa[leg], volume = h->dead_volume_m3[leg] + 0.5 * area_m2 * stroke_m;
+static double stiffness(const struct hydraulics_params *h, int leg, double area_m2, double depth_m, double rate_radps) {
+    double bulk = h->bulk_modulus_pa[leg], volume = h->dead_volume_m3[leg] + area_m2 * depth_m;
     double corner = 2.0 * bulk * h->leakage_m3_per_s_pa[leg] / volume;
     if (!(rate_radps > 0.0)) return 0.0; /* also without a leak */
     return bulk * area_m2 / volume * rate_radps / hypot(rate_radps, corner);
@@ -99,6 +99,8 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
     whiten_leg_mass(model, lambda);
     for (int k = 0; k < LEGS; k++) length_var[k] = whiten_in_step(t, model, k);
     for (int k = 0; k < t->legs; k++) {
+        const struct cylinder_leg *leg = &cylinder.leg[k];
+        double a1 = leg->a1_m2, a2 = leg->a2_m2, neutral = cylinder.machine.bodies.neutral_length_m[k];
         double p1 = sqrt(residual_variation(t, CHANNEL_P1, k)), p2 = sqrt(residual_variation(t, CHANNEL_P2, k));
         double force = sqrt(residual_variation(t, CHANNEL_FORCE, k));
         for (int a = 0; a < t->size; a++) {
@@ -109,12 +111,12 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
             var[1] = square(t->std[CHANNEL_P2][k][a]);
             var[2] = length_var[k] + square(t->std[CHANNEL_LENGTH][k][a]);
             double from[RESIDUALS][3] = {
-                {cylinder.a1_m2, -cylinder.a2_m2, lambda[k][k] * t->curve[a]},
-                {1.0, 0.0, stiffness(&model->hydraulics, k, cylinder.a1_m2, model->actuator.stroke_m, rate)},
-                {0.0, 1.0, -stiffness(&model->hydraulics, k, cylinder.a2_m2, model->actuator.stroke_m, rate)}};
+                {a1, -a2, lambda[k][k] * t->curve[a]},
+                {1.0, 0.0, stiffness(&model->hydraulics, k, a1, neutral - leg->length_min_m, rate)},
+                {0.0, 1.0, -stiffness(&model->hydraulics, k, a2, leg->length_max_m - neutral, rate)}};
             double unsteady[RESIDUALS] = {0.0}, unsure = s->cycles ? a ? 1.0 : STATIC_ERROR : fmax(STATIC_ERROR / (2 * a + 1), 1.0);
             if (a == 0) unsteady[RESIDUAL_P1] = wander(s, CHANNEL_P1, k, t->fitted), unsteady[RESIDUAL_P2] = wander(s, CHANNEL_P2, k, t->fitted);
-            double whole[RESIDUALS] = {hypot(cylinder.a1_m2 * p1, cylinder.a2_m2 * p2), p1, p2};
+            double whole[RESIDUALS] = {hypot(a1 * p1, a2 * p2), p1, p2};
             if (!t->pressures) {
                 whole[RESIDUAL_FORCE] = force * FORCE_SENSOR_ERROR / model_error;
                 others += square(t->std[CHANNEL_FORCE][k][a]);

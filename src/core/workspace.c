@@ -1,0 +1,87 @@
+#include "workspace.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "lin.h"
+
+enum { PLACES = 3, CORNERS = 729, SMOOTH = 3 };
+
+static const double LONGEST = 1.0 / 8.0, SHORTEST = 1.0 / 1024.0; /* steps on a way */
+
+static double condition(const struct kinematics *k, const double pose[DOFS]) {
+    double j[LEGS][DOFS], value[DOFS];
+    ik_jacobian(k, pose, j);
+    for (int i = 0; i < LEGS; i++)
+        for (int r = 3; r < DOFS; r++) j[i][r] /= k->arm_m;
+    if (lin_singular_values(LEGS, DOFS, j[0], value) || !(value[DOFS - 1] > 0.0)) return (double)INFINITY;
+    return value[0] / value[DOFS - 1];
+}
+
+/* The two ends of a leg's way, and neutral between them. */
+static void places(const struct kinematics *k, const struct params *p, double length_m[LEGS][PLACES]) {
+    for (int i = 0; i < LEGS; i++) {
+        double neutral = k->neutral_length_m[i], middle = neutral + p->actuator.mid_stroke_m[i], half = p->actuator.stroke_m[i] / 2;
+        length_m[i][0] = fmax(middle - half, p->limits.length_min_m[i]);
+        length_m[i][1] = neutral;
+        length_m[i][2] = fmin(middle + half, p->limits.length_max_m[i]);
+    }
+}
+
+/* A way from neutral: how far it went, and the worst that it met. */
+struct way {
+    double gone, condition;
+    double pose[DOFS], worst_pose[DOFS]; /* where it ended */
+};
+
+static void look(const struct kinematics *k, struct way *w) {
+    double here = condition(k, w->pose);
+    if (here <= w->condition) return;
+    w->condition = here;
+    memcpy(w->worst_pose, w->pose, sizeof w->worst_pose);
+}
+
+/* All legs in proportion. Too many Newton steps may lead to another way of assembling the machine: shorter ones then. */
+static struct way go(const struct kinematics *k, const double to_m[LEGS]) {
+    struct way w = {0};
+    double length_m[LEGS], step = LONGEST;
+    while (w.gone < 1.0 && step >= SHORTEST) {
+        double next = fmin(w.gone + step, 1.0), there[DOFS];
+        for (int i = 0; i < LEGS; i++) length_m[i] = k->neutral_length_m[i] + next * (to_m[i] - k->neutral_length_m[i]);
+        memcpy(there, w.pose, sizeof there);
+        struct fk_result fk = fk_solve(k, length_m, there);
+        if (!fk.converged || fk.iterations > SMOOTH) {
+            step *= 0.5;
+            continue;
+        }
+        memcpy(w.pose, there, sizeof w.pose);
+        w.gone = next;
+        look(k, &w);
+    }
+    return w;
+}
+
+static void add(struct workspace *all, const struct way *w) {
+    if (w->gone < all->nearest) {
+        all->nearest = w->gone;
+        memcpy(all->nearest_pose, w->pose, sizeof all->nearest_pose);
+    }
+    if (w->gone < 1.0) return;
+    all->reached++;
+    if (w->condition <= all->worst_condition) return;
+    all->worst_condition = w->condition;
+    memcpy(all->worst_pose, w->worst_pose, sizeof all->worst_pose);
+}
+
+struct workspace workspace_find(const struct kinematics *k, const struct params *params) {
+    static const double neutral[DOFS] = {0};
+    struct workspace all = {.corners = CORNERS, .nearest = 1.0, .neutral_condition = condition(k, neutral)};
+    double place[LEGS][PLACES], to_m[LEGS];
+    places(k, params, place);
+    for (int corner = 0; corner < CORNERS; corner++) {
+        for (int i = 0, rest = corner; i < LEGS; i++, rest /= PLACES) to_m[i] = place[i][rest % PLACES];
+        struct way way = go(k, to_m);
+        add(&all, &way);
+    }
+    return all;
+}
