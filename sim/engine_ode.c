@@ -238,12 +238,12 @@ static void place(struct engine *base, const double pose[DOFS]) {
 
 static double kinetic_energy(const struct engine_ode *e, int body) {
     struct velocity v = velocity_now(e, body);
-    dVector3 omega;
+    dVector3 omega, spin;
     dMass mass;
     dBodyGetMass(e->machine.body[body], &mass);
     dBodyVectorFromWorld(e->machine.body[body], v.angular[0], v.angular[1], v.angular[2], omega);
-    double turning = mass.I[0] * omega[0] * omega[0] + mass.I[5] * omega[1] * omega[1] + mass.I[10] * omega[2] * omega[2];
-    return 0.5 * (mass.mass * dCalcVectorDot3(v.linear, v.linear) + turning);
+    dMultiply0_331(spin, mass.I, omega);
+    return 0.5 * (mass.mass * dCalcVectorDot3(v.linear, v.linear) + dCalcVectorDot3(omega, spin));
 }
 
 static void truth(const struct engine *base, const struct hydraulics_state *s, struct plant_truth *truth) {

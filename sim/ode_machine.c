@@ -4,7 +4,7 @@
 #include <pthread.h>
 #include <string.h>
 
-static const double AXIAL_INERTIA_KG_M2 = 1e-5; /* of a part about the leg, which the closed form neglects: 2e-6 of Izz */
+static const double AXIAL_SHARE = 4e-6;         /* of a part's transverse inertia, about the leg: the closed form neglects it */
 static const double JOINT_ERP = 0.2;
 static const double JOINT_CFM = 1e-10;
 static const double PISTON_MOTOR_CFM = 1e-13;   /* m/s per N: a stuck leg under 10 kN creeps 10 nm in 10 s */
@@ -183,8 +183,8 @@ static void make_body(struct ode_machine *m, int body, double mass_kg, const dou
 static void make_leg(struct ode_machine *m, int leg) {
     const struct actuator_params *a = &m->params->actuator;
     double lower = a->lower_inertia_kg_m2[leg] + m->machine.bodies.transverse_kg_m2[leg], upper = a->upper_inertia_kg_m2[leg];
-    make_body(m, CYLINDER + leg, m->machine.bodies.lower_kg[leg], (double[3]){lower, lower, AXIAL_INERTIA_KG_M2}, (double[3]){0});
-    make_body(m, ROD + leg, m->machine.bodies.upper_kg[leg], (double[3]){upper, upper, AXIAL_INERTIA_KG_M2}, (double[3]){0});
+    make_body(m, CYLINDER + leg, m->machine.bodies.lower_kg[leg], (double[3]){lower, lower, AXIAL_SHARE * lower}, (double[3]){0});
+    make_body(m, ROD + leg, m->machine.bodies.upper_kg[leg], (double[3]){upper, upper, AXIAL_SHARE * upper}, (double[3]){0});
 }
 
 static void make_bodies(struct ode_machine *m) {
