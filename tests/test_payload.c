@@ -3,6 +3,7 @@
 
 #include "nominal.h"
 #include "payload.h"
+#include "rigid.h"
 
 struct given {
     struct params params;
@@ -96,9 +97,49 @@ static void a_mass_that_nothing_determines_is_no_result(void **unused) {
     assert_false(payload_find(&g.params, &g.kinematics, g.entry, g.covariance).evaluated);
 }
 
+/* Against the simulation's bodies, whose payload effects make another one; {M} stays where the configured centre is. */
+static void the_matrix_in_any_pose_is_that_of_the_simulated_bodies(void **unused) {
+    (void)unused;
+    static const char *const of_center[3] = {"x_m", "y_m", "z_m"};
+    struct params params, real;
+    struct kinematics k;
+    struct error error;
+    struct rigid_model m;
+    uint64_t seed = 5;
+    const double shift[3] = {0.03, -0.02, 0.05};
+    struct payload p = {.value = {208.6, shift[0], shift[1], shift[2], 15.6, 16.6, 27.92, 0.9, -1.1, 0.4}};
+    config_default(&params);
+    assert_int_equal(kinematics_init(&k, &params, &error), 0);
+    real = params;
+    real.payload.mass_kg = 208.6;
+    real.payload.inertia_xx_kg_m2 = 15.6, real.payload.inertia_yy_kg_m2 = 16.6, real.payload.inertia_zz_kg_m2 = 27.92;
+    real.payload.inertia_xy_kg_m2 = 0.9, real.payload.inertia_xz_kg_m2 = -1.1, real.payload.inertia_yz_kg_m2 = 0.4;
+    for (int i = 0; i < 3; i++) {
+        assert_string_equal(effect_table[effect_find("payload_center_of_mass")]->keys[i].name, of_center[i]);
+        set_effect(&real, "payload_center_of_mass", i, shift[i]);
+    }
+    rigid_model_init(&m, &real);
+    for (int n = 0; n < 20; n++) {
+        double pose[DOFS], mass[DOFS][DOFS], load[DOFS], mt[DOFS][DOFS];
+        struct rigid_state s;
+        struct rigid_legs legs;
+        for (int i = 0; i < DOFS; i++) pose[i] = 0.15 * random_unit(&seed);
+        rigid_rest(&s, pose);
+        rigid_legs(&m, &s, &legs);
+        rigid_dynamics(&m, &s, &legs, mass, load);
+        payload_matrix(&p, &params, &k, pose, mt);
+        for (int i = 0; i < DOFS; i++)
+            for (int j = 0; j <= i; j++) {
+                assert_close(mt[i][j], mass[i][j], 1e-12 * sqrt(mt[i][i] * mt[j][j]));
+                assert_close(mt[i][j], mt[j][i], 1e-12 * sqrt(mt[i][i] * mt[j][j]));
+            }
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_body_off_the_centre_is_found_again), cmocka_unit_test(the_stated_deviations_are_those_of_the_errors),
+        cmocka_unit_test(the_matrix_in_any_pose_is_that_of_the_simulated_bodies),
         cmocka_unit_test(what_no_body_can_have_is_said_and_the_nearest_given), cmocka_unit_test(a_mass_that_nothing_determines_is_no_result)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -29,12 +29,16 @@ static void entries_of(double m[DOFS][DOFS], double entry[MATRIX_ENTRIES]) {
         for (int j = i; j < DOFS; j++) entry[n++] = m[i][j];
 }
 
+static void legs_matrix(const struct params *params, const struct kinematics *k, const double pose[DOFS], double m[DOFS][DOFS]) {
+    struct params bare = *params;
+    bare.payload = (struct payload_params){0};
+    nominal_matrix(&bare, k, pose, m);
+}
+
 static void legs_of(const struct params *params, const struct kinematics *k, double entry[MATRIX_ENTRIES]) {
     static const double neutral[DOFS] = {0};
-    struct params bare = *params;
     double m[DOFS][DOFS];
-    bare.payload = (struct payload_params){0};
-    nominal_matrix(&bare, k, neutral, m);
+    legs_matrix(params, k, neutral, m);
     entries_of(m, entry);
 }
 
@@ -52,15 +56,29 @@ static void add_legs(const struct params *params, const struct kinematics *k, do
     }
 }
 
+/* Places of the inertias in the tensor. */
+static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
+
+/* m (c'c 1 - c c') */
+static double steiner(double mass, const double c[3], int i) {
+    double square = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
+    return mass * ((row[i] == column[i] ? square : 0.0) - c[row[i]] * c[column[i]]);
+}
+
 /* Mass, centre and inertia about it. */
 static void for_people(const linear x, double value[PAYLOAD_VALUES]) {
-    static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
-    double m = x[PAYLOAD_MASS], c[3], square = 0.0;
-    for (int i = 0; i < 3; i++) c[i] = x[PAYLOAD_CENTER + i] / m, square += c[i] * c[i];
+    double m = x[PAYLOAD_MASS], *c = value + PAYLOAD_CENTER;
     value[PAYLOAD_MASS] = m;
-    memcpy(value + PAYLOAD_CENTER, c, sizeof c);
-    for (int i = 0; i < 6; i++)
-        value[PAYLOAD_INERTIA + i] = x[PAYLOAD_INERTIA + i] - m * ((row[i] == column[i] ? square : 0.0) - c[row[i]] * c[column[i]]);
+    for (int i = 0; i < 3; i++) c[i] = x[PAYLOAD_CENTER + i] / m;
+    for (int i = 0; i < 6; i++) value[PAYLOAD_INERTIA + i] = x[PAYLOAD_INERTIA + i] - steiner(m, c, i);
+}
+
+static void from_people(const double value[PAYLOAD_VALUES], linear x) {
+    double m = value[PAYLOAD_MASS];
+    const double *c = value + PAYLOAD_CENTER;
+    x[PAYLOAD_MASS] = m;
+    for (int i = 0; i < 3; i++) x[PAYLOAD_CENTER + i] = m * c[i];
+    for (int i = 0; i < 6; i++) x[PAYLOAD_INERTIA + i] = value[PAYLOAD_INERTIA + i] + steiner(m, c, i);
 }
 
 /* Integrals of x_i x_j, of x_i and of 1 over the body. */
@@ -183,10 +201,10 @@ static void find_std(const struct least_squares *s, const double value[PAYLOAD_V
     for (int i = 0; i < PAYLOAD_VALUES; i++) {
         double direction[PAYLOAD_VALUES] = {0}, there[PAYLOAD_VALUES];
         linear moved;
-        for (int row = PAYLOAD_VALUES - 1; row >= 0; row--) {
-            double sum = row == i;
-            for (int j = row + 1; j < PAYLOAD_VALUES; j++) sum -= s->factor[j * PAYLOAD_VALUES + row] * direction[j];
-            direction[row] = sum / s->factor[row * (PAYLOAD_VALUES + 1)];
+        for (int r = PAYLOAD_VALUES - 1; r >= 0; r--) {
+            double sum = r == i;
+            for (int j = r + 1; j < PAYLOAD_VALUES; j++) sum -= s->factor[j * PAYLOAD_VALUES + r] * direction[j];
+            direction[r] = sum / s->factor[r * (PAYLOAD_VALUES + 1)];
         }
         for (int j = 0; j < PAYLOAD_VALUES; j++) moved[j] = s->x[j] + part * direction[j];
         for_people(moved, there);
@@ -215,4 +233,21 @@ struct payload payload_find(const struct params *params, const struct kinematics
     p.misfit = s.misfit;
     p.evaluated = isfinite(p.misfit) && p.std[PAYLOAD_MASS] < UNDETERMINED * fabs(p.value[PAYLOAD_MASS]);
     return p;
+}
+
+/* The payload's own matrix is that at neutral, turned: each 3x3 block B becomes T B T'. */
+void payload_matrix(const struct payload *p, const struct params *params, const struct kinematics *k, const double pose[DOFS],
+                    double mt[DOFS][DOFS]) {
+    double t[3][3], body[DOFS][DOFS];
+    linear x;
+    from_people(p->value, x);
+    matrix_of(x, body);
+    for (int i = 0; i < DOFS; i++)
+        for (int j = 0; j < i; j++) body[i][j] = body[j][i];
+    rotation_from_angles(pose[DOF_PHI], pose[DOF_THETA], pose[DOF_PSI], t);
+    legs_matrix(params, k, pose, mt);
+    for (int i = 0; i < DOFS; i++)
+        for (int j = 0; j < DOFS; j++)
+            for (int a = 0; a < 3; a++)
+                for (int b = 0; b < 3; b++) mt[i][j] += t[i % 3][a] * body[i / 3 * 3 + a][j / 3 * 3 + b] * t[j % 3][b];
 }

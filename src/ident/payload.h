@@ -29,4 +29,8 @@ struct payload {
 struct payload payload_find(const struct params *params, const struct kinematics *k, const double entry[MATRIX_ENTRIES],
                             double covariance[MATRIX_ENTRIES][MATRIX_ENTRIES]);
 
+/* The inertia matrix of legs as configured and this payload (`value`) in any pose, about the origin of {M}, in {B}. */
+void payload_matrix(const struct payload *p, const struct params *params, const struct kinematics *k, const double pose[DOFS],
+                    double mt[DOFS][DOFS]);
+
 #endif
