@@ -1,4 +1,4 @@
-/* The promises of the README's safety table that no other test holds: what stops, who may move the machine, what a fault says, and what
+/* The promises of docs/safety.md's table that no other test holds: what stops, who may move the machine, what a fault says, and what
  * comes after it. */
 #include "platform_rig.h"
 

@@ -210,7 +210,7 @@ static const char *const sections[][2] = {
     {"sim", "Simulation"},
     {"control", "Leg controller; valve from -1 to 1"},
     {"motion", "Engaging and parking"},
-    {"limits", "SAFETY: beyond any of these the platform is stopped (README, What can fail)"},
+    {"limits", "SAFETY: beyond any of these the platform is stopped (docs/safety.md, What can fail)"},
     {"interlocks", "SAFETY: which inputs and outputs the machine has; what is not wired is not watched"},
     {"tests", "Six sinusoidal tests, or another motion"},
     {"checks", "Beyond any of these the verdict is fail"},

@@ -1,7 +1,7 @@
 #!/bin/bash
 # The scorecard of hexid gap on this machine's cores: draws the cases, runs each, keeps a line of CSV a case, prints the figures.
 #     SEEDS=2 FIRST=1 tests/gap/bench.sh BUILD
-# Cases are independent of each other: README has the line that spreads them over other machines.
+# Cases are independent of each other: docs/validation.md has the line that spreads them over other machines.
 set -eu
 cd "$(dirname "$0")/../.."
 out=$(realpath -m "$1")/gap_score

@@ -4,18 +4,18 @@
 
 failures() {
     "$hexid" doctor --failures >"$work/failures" && [ "$(wc -l <"$work/failures")" -gt 10 ] &&
-        while IFS= read -r line; do grep -qxF -- "$line" README.md || { echo "not there: $line"; return 1; }; done <"$work/failures"
+        while IFS= read -r line; do grep -qxF -- "$line" docs/safety.md || { echo "not there: $line"; return 1; }; done <"$work/failures"
 }
-claim "the README's table of what can fail is the program's" failures
+claim "the table of what can fail in docs/safety.md is the program's" failures
 
 # The values are of one machine and its libraries: all but the digits is compared.
 shape() { sed -E 's/-?[0-9][0-9.e-]*/N/g; s/ +/ /g; s/^ //' "$@"; }
 checked() {
     quick --set tests.duration_s=2 --log "$work/a.lcm" >/dev/null 2>&1
     "$hexid" check "$work/a.lcm" | shape >"$work/check" &&
-        sed -n '/hexid check runs\/a.lcm -o runs\/a.html --json/,/would take it$/p; /hexid gap would take it$/p' README.md | grep '^      ' |
-        grep -vE '^ *(\.\.\.|x: )' | shape >"$work/readme"
-    [ "$(wc -l <"$work/readme")" -ge 8 ] &&
-        while IFS= read -r line; do grep -qxF -- "$line" "$work/check" || { echo "not there: $line"; cat "$work/check"; return 1; }; done <"$work/readme"
+        sed -n '/hexid check runs\/a.lcm -o runs\/a.html --json/,/would take it$/p; /hexid gap would take it$/p' docs/your-data.md | grep '^      ' |
+        grep -vE '^ *(\.\.\.|x: )' | shape >"$work/page"
+    [ "$(wc -l <"$work/page")" -ge 8 ] &&
+        while IFS= read -r line; do grep -qxF -- "$line" "$work/check" || { echo "not there: $line"; cat "$work/check"; return 1; }; done <"$work/page"
 }
-claim "the README's example of check is what the program prints" checked
+claim "the example of check in docs/your-data.md is what the program prints" checked

@@ -1,4 +1,4 @@
-"""Judges one run with a fault by its log and its JSON, for every back-end alike. Prints a row of the README's table; exit status 1 when
+"""Judges one run with a fault by its log and its JSON, for every back-end alike. Prints a row of the table in docs/validation.md; exit status 1 when
 something is not as it must be. Needs the log's types: lcm-gen -p --ppath DIR lcmtypes/*.lcm, and PYTHONPATH=DIR.
 
     faults.py NAME FROM_S EXPECTED WITHIN LOG JSON CLEAN_JSON [STALLS]
