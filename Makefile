@@ -92,6 +92,9 @@ bench-paper: $(BUILD)/tests/bench/paper $(BUILD)/hexid ## Tian 2015 Tables 3, 4,
 bench-coverage: $(BUILD)/hexid ## method C on 200 random machines: do its intervals hold? 3 minutes
 	@HEXID=$(BUILD)/hexid python3 tests/ident/coverage.py --machines 200
 
+docs: $(BUILD)/hexid ## docs/configuration.md, the reference of all keys, as the program prints it
+	sed -i '/^<!-- hexid doctor --keys -->$$/q' docs/configuration.md && $(BUILD)/hexid doctor --keys >>docs/configuration.md
+
 spy: has-display $(BUILD)/spy/hexid.jar ## lcm-spy with hexid's message types (needs a display)
 	java -Djava.net.preferIPv4Stack=true -Xmx256m \
 		-cp /usr/share/java/lcm.jar:/usr/share/java/jchart2d.jar:$(abspath $(BUILD)/spy/hexid.jar) lcm.spy.Spy
@@ -214,7 +217,7 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)javac -cp /usr/share/java/lcm.jar -d $(@D) $(@D)/hexid/*.java
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
-.PHONY: all has-display run test test-long test-rt asan tsan fuzz fuzz-run bench bench-paper bench-gap bench-coverage rig check-rig spy clean help
+.PHONY: all has-display run test test-long test-rt asan tsan fuzz fuzz-run bench bench-paper bench-gap bench-coverage rig check-rig docs spy clean help
 .PHONY: deps deps-run deps-test deps-fuzz deps-bench deps-spy
 .SECONDARY:
 -include $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d) $(FUZZERS:=.d)

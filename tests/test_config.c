@@ -542,8 +542,8 @@ static void the_listing_has_every_key_once(void **state) {
     fclose(out);
     struct config_key key;
     for (int i = 0; config_key_at(i, &key); i++) {
-        char start[CONFIG_PATH_SIZE + 2];
-        snprintf(start, sizeof start, "\n%s ", key.path);
+        char start[CONFIG_PATH_SIZE + 8];
+        snprintf(start, sizeof start, "\n| `%s` |", key.path);
         char *found = strstr(text, start);
         if (!found || strstr(found + 1, start)) fail_msg("%s", key.path);
     }

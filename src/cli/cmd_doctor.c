@@ -6,6 +6,7 @@
 #include "bus.h"
 #include "can_frames.h"
 #include "cli.h"
+#include "config.h"
 #include "failure.h"
 #include "interlock.h"
 #include "kinematics.h"
@@ -101,9 +102,13 @@ int cmd_doctor(int argc, char **argv) {
     struct options o;
     struct params params;
     struct error error;
-    if (options_parse(&o, argc, argv, "cSmx", 0, &error) || options_params(&o, &params, &error)) return cli_fail(&error);
+    if (options_parse(&o, argc, argv, "cSmxk", 0, &error) || options_params(&o, &params, &error)) return cli_fail(&error);
     if (o.failures) {
         failure_print(stdout);
+        return EXIT_PASSED;
+    }
+    if (o.keys) {
+        config_print_keys(stdout);
         return EXIT_PASSED;
     }
     if (o.modbus_map) {

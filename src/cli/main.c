@@ -23,8 +23,9 @@ static const struct subcommand {
     {"export", "LOG -o CSVDIR", "make CSV files of a log", cmd_export},
     {"command", "engage|start|stop|park|reset [-c FILE]", "tell a running hexid what to do, over LCM", cmd_command},
     {"monitor", "[-c FILE]", "watch a running hexid in the terminal, over LCM", cmd_monitor},
-    {"doctor", "[-c FILE] [--set KEY=VALUE ...] [--modbus-map] [--failures]",
-     "check configuration, real time, field buses and LCM on this machine; print the register map, or what can fail and what to do", cmd_doctor},
+    {"doctor", "[-c FILE] [--set KEY=VALUE ...] [--modbus-map] [--failures] [--keys]",
+     "check configuration, real time, field buses and LCM on this machine; print the register map, what can fail and what to do,\n"
+     "           or the reference of all configuration keys", cmd_doctor},
     {"effects", "[NAME]", "list the effects that the simulated plant can have", cmd_effects},
 };
 

@@ -20,7 +20,7 @@ static const struct option long_options[] = {
     {"json", required_argument, NULL, 'j'},   {"set", required_argument, NULL, 'S'},  {"tests", required_argument, NULL, 't'},
     {"print-config", no_argument, NULL, 'p'}, {"output", required_argument, NULL, 'o'},
     {"format", required_argument, NULL, 'F'}, {"bus", required_argument, NULL, 'b'}, {"modbus-map", no_argument, NULL, 'm'},
-    {"failures", no_argument, NULL, 'x'},
+    {"failures", no_argument, NULL, 'x'},     {"keys", no_argument, NULL, 'k'},
     {"measured", required_argument, NULL, 'M'}, {"validate", required_argument, NULL, 'v'}, {"replay", required_argument, NULL, 'R'},
     {"map", required_argument, NULL, 'a'},    {"trajectory", required_argument, NULL, 'T'}, {"repeat", required_argument, NULL, 'n'},
     {0},
@@ -87,6 +87,7 @@ static int take(struct options *o, int option, const char *value, struct error *
     case 'b': o->bus = value; return STATUS_OK;
     case 'm': o->modbus_map = true; return STATUS_OK;
     case 'x': o->failures = true; return STATUS_OK;
+    case 'k': o->keys = true; return STATUS_OK;
     case 'o': o->output = value; return STATUS_OK;
     case 'F': o->format = value; return STATUS_OK;
     case 'v': o->validate = value; return STATUS_OK;

@@ -297,12 +297,47 @@ char *config_text(const struct params *params) {
     return NULL;
 }
 
+/* In a cell of a table a bar would end it. */
+static void print_cell(FILE *out, const char *text) {
+    for (; *text; text++) fprintf(out, *text == '|' ? "\\%c" : "%c", *text);
+}
+
+static void print_table_head(FILE *out, const char *value) {
+    fprintf(out, "\n| key | %s | range | meaning |\n| --- | --- | --- | --- |\n", value);
+}
+
+static void print_effect_head(FILE *out, const struct effect *effect) {
+    fprintf(out, "\n### %s\n\nWhat it is: %s.\n\nLaw: %s.\n\nWhere it shows: %s.\n", effect->name, effect->plain, effect->law, effect->signature);
+    print_table_head(out, "adds nothing at");
+}
+
+static void print_section_head(FILE *out, const char *section) {
+    const char *title = config_section_title(section);
+    fprintf(out, "\n## %s\n", section);
+    if (title) fprintf(out, "\n%s.\n", title);
+}
+
+/* Length of what stands before the last dot; of all where there is none. */
+static size_t last_dot(const char *path) {
+    const char *dot = strrchr(path, '.');
+    return dot ? (size_t)(dot - path) : strlen(path);
+}
+
 void config_print_keys(FILE *out) {
     struct config_key key;
-    char range[CONFIG_TEXT_SIZE];
-    fprintf(out, "%-52s %-32s %-28s %s\n", "key", "default", "range", "meaning");
-    for (int i = 0; config_key_at(i, &key); i++) {
+    char range[CONFIG_TEXT_SIZE], section[CONFIG_PATH_SIZE], before[CONFIG_PATH_SIZE] = "";
+    for (int i = 0, effect = -1; config_key_at(i, &key); i++) {
+        size_t length = key.effect >= 0 ? strlen("effects") : last_dot(key.path);
+        snprintf(section, sizeof section, "%.*s", (int)length, key.path);
+        bool first = strcmp(section, before) != 0;
+        if (first) print_section_head(out, section);
+        if (first && key.effect < 0) print_table_head(out, "default");
+        if (key.effect != effect) print_effect_head(out, effect_table[key.effect]);
         config_range_format(&key, range);
-        fprintf(out, "%-52s %-32s %-28s %s\n", key.path, key.value, range, key.meaning);
+        fprintf(out, "| `%s` | %s | %s | ", key.path, key.value, range);
+        print_cell(out, key.effect < 0 ? key.meaning : key.kind == CONFIG_REALS ? "one number, or one a leg" : "one number");
+        fprintf(out, " |\n");
+        snprintf(before, sizeof before, "%s", section);
+        effect = key.effect;
     }
 }

@@ -27,7 +27,7 @@ int config_override(struct params *params, const char *name, const char *const *
 /* YAML text that config_parse turns back into the same params, bit for bit; effects only where on. To be freed by the caller. */
 char *config_text(const struct params *params);
 
-/* Every key with unit, range, default and meaning, a line each. */
+/* Every key with default, range, unit and meaning, and every effect with its law, in Markdown: docs/configuration.md from its first key on. */
 void config_print_keys(FILE *out);
 
 #endif

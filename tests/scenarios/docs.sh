@@ -8,6 +8,9 @@ failures() {
 }
 claim "the table of what can fail in docs/safety.md is the program's" failures
 
+reference() { diff <(sed '1,/^<!-- hexid doctor --keys -->$/d' docs/configuration.md) <("$hexid" doctor --keys); }
+claim "docs/configuration.md has the program's keys (otherwise: make docs)" reference
+
 # The values are of one machine and its libraries: all but the digits is compared.
 shape() { sed -E 's/-?[0-9][0-9.e-]*/N/g; s/ +/ /g; s/^ //' "$@"; }
 checked() {
