@@ -1,5 +1,5 @@
 /* The whole configuration as plain data, SI units, written once by src/io/config.c and constant afterwards. Every key of the YAML file is
- * one member here; ranges and descriptions stand in config.c's table, which is also what --print-config and the README print. */
+ * one member here; ranges and descriptions stand in config.c's table, which is also what --print-config and docs/configuration.md print. */
 #ifndef HEXID_PARAMS_H
 #define HEXID_PARAMS_H
 
@@ -41,7 +41,7 @@ struct axis_params {              /* one cylinder or electric axis with a mass: 
     double force_offset_n;        /* constant force that the reading has too much */
 };
 
-struct actuator_params {          /* the legs, Tian 2015 Tables 1 and 2; inertias about each part's own mass centre (method.md section 3) */
+struct actuator_params {          /* the legs, Tian 2015 Tables 1 and 2; inertias about each part's own mass centre (docs/method.md, 3) */
     double piston_diameter_m[LEGS], rod_diameter_m[LEGS];
     double stroke_m[LEGS];
     double mid_stroke_m[LEGS];    /* length in the middle of the stroke less that at neutral */

@@ -12,7 +12,7 @@
 #include "hydraulics.h"
 #include "plant.h"
 
-/* Joint positions from the geometry of params (method.md section 1), as drawn; sim's own derivation. Angles: of the joints in the drawing. */
+/* Joint positions from the geometry of params (docs/method.md section 1), as drawn; sim's own derivation. Angles: of the joints in the drawing. */
 struct sim_geometry {
     double upper[LEGS][3];       /* in {M} */
     double upper_angle[LEGS];

@@ -1,6 +1,6 @@
 /* The platform and its six legs in closed form: 6 degrees of freedom, 13 bodies. Pure, RT.
  *
- * From the Lagrangian of method.md section 3, with all velocity terms:
+ * From the Lagrangian of docs/method.md section 3, with all velocity terms:
  *
  *   T_leg = ma Ldot^2/2 + g(L) Omega^2/2,   g(L) = ma (L-ra)^2 + mb rb^2 + ia + ib,   Omega = |v_perp| / L
  *

@@ -1,4 +1,4 @@
-/* What the machine's sensors report (method.md section 5): what effects make of the exact value (machine.h's sensor_path: lag, delay,
+/* What the machine's sensors report (docs/method.md section 5): what effects make of the exact value (machine.h's sensor_path: lag, delay,
  * scale, offset), then lengths in steps of the encoder, pressures with noise through the converter.
  * Own seeded generator: the same seed gives the same noise, bit for bit, on every machine. RT after sensors_init. */
 #ifndef HEXID_SENSORS_H

@@ -27,7 +27,7 @@ static void equal_pressures_push_with_the_rod_area(void **unused) {
     struct cylinder_areas areas = cylinder_areas(&params.actuator);
     double d = params.actuator.rod_diameter_m[0], rod_m2 = PI * d * d / 4;
     assert_close(leg_force(&areas, 0, 5e6, 5e6), 5e6 * rod_m2, 1e-8); /* roundings of 15 kN */
-    assert_close(areas.a2_m2[0] / areas.a1_m2[0], 0.49, 0.005);          /* method.md section 5 */
+    assert_close(areas.a2_m2[0] / areas.a1_m2[0], 0.49, 0.005);          /* docs/method.md section 5 */
     assert_true(leg_force(&areas, 0, 1e6, 0.0) > 0.0 && leg_force(&areas, 0, 0.0, 1e6) < 0.0);
 }
 

@@ -58,7 +58,7 @@ static void every_neutral_leg_has_the_same_length(void **unused) {
         assert_close(sqrt(x * x + y * y + z * z), g.neutral_length_m[0], 1e-14);
         assert_true(z < 0.0); /* z is down: the platform is above */
     }
-    assert_close(g.neutral_length_m[0], MID_M, 5e-5); /* as printed in method.md section 1 */
+    assert_close(g.neutral_length_m[0], MID_M, 5e-5); /* as printed in docs/method.md section 1 */
 }
 
 static void joints_lie_at_the_angles_of_the_paper(void **unused) {

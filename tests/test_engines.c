@@ -165,7 +165,7 @@ static struct plant_truth driven(struct params params, enum engine_kind engine, 
     return truth;
 }
 
-/* A first-order coupling of bodies and oil moves the identified inertia by percents (method.md section 4): it would show here as a
+/* A first-order coupling of bodies and oil moves the identified inertia by percents (docs/method.md section 4): it would show here as a
  * ratio of 2 and as 1e-5 m. */
 static void half_the_substep_is_a_quarter_of_the_whole_plants_error(void **unused) {
     (void)unused;

@@ -206,7 +206,7 @@ static void a_null_bias_of_all_legs_is_reported_as_it_is(void **state) {
     for (int k = 0; k < LEGS; k++) assert_close(result.effect[0].values.value[0][k], 0.02, 0.002);
 }
 
-/* Value, shrink and noise floor as gap.md asks for: 10 %, and 1.2 times the floor on held-out cycles. */
+/* Value, shrink and noise floor as docs/gap.md asks for (How it is proved): 10 %, and 1.2 times the floor on held-out cycles. */
 static void hidden_coulomb_friction_is_named_and_the_gap_closes(void **state) {
     (void)state;
     if (SANITIZED_THREADS) skip_because(MINUTES_UNDER_SANITIZERS); /* tests/test_axis.c searches with the same threads */

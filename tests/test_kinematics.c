@@ -224,7 +224,7 @@ static void legs_are_1_8310_m_at_neutral(void **unused) {
     ik_lengths(&k, neutral, length);
     for (int i = 0; i < LEGS; i++) {
         assert_close(length[i], k.neutral_length_m[i], 1e-15 * 4);
-        assert_close(length[i], 1.8310, 0.5e-4); /* method.md's digits */
+        assert_close(length[i], 1.8310, 0.5e-4); /* digits of docs/method.md section 1 */
     }
 }
 

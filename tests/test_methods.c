@@ -44,7 +44,7 @@ static void pointers(const struct test_result result[DOFS], const struct test_re
 
 static void viscous_legs_have_the_damping_of_the_method(void **unused) {
     (void)unused;
-    static const double neutral[DOFS] = {0}, diagonal[DOFS] = {1186, 1186, 9630, 1323, 1323, 552}; /* method.md, b = 2000 N s/m */
+    static const double neutral[DOFS] = {0}, diagonal[DOFS] = {1186, 1186, 9630, 1323, 1323, 552}; /* docs/method.md, 4, b = 2000 N s/m */
     struct rig *r = rig_create(19, 1);
     struct test_result result[DOFS];
     const struct test_result *test[DOFS];

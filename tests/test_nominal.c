@@ -26,7 +26,7 @@ static const double neutral[DOFS] = {0};
 
 static void neutral_matrix_is_that_of_the_papers_tables(void **unused) {
     (void)unused;
-    /* method.md section 3: Tables 1 and 2 put into (A1)-(A6) by another program; three decimals. */
+    /* docs/method.md section 3: Tables 1 and 2 put into (A1)-(A6) by another program; three decimals. */
     const double expected[DOFS][DOFS] = {{272.009, 0, 0, 0, 14.915, 0}, {0, 272.009, 0, -14.915, 0, 0}, {0, 0, 272.392, 0, 0, 0},
                                          {0, -14.915, 0, 30.688, 0, 0}, {14.915, 0, 0, 0, 30.688, 0},   {0, 0, 0, 0, 0, 53.221}};
     struct machine m = machine_default();
@@ -38,7 +38,7 @@ static void neutral_matrix_is_that_of_the_papers_tables(void **unused) {
 static void a_payload_3_mm_higher_gives_the_papers_printed_matrix(void **unused) {
     (void)unused;
     struct machine m = machine_default();
-    m.params.payload.center_height_m = 0.1632; /* method.md: the printed h is rounded */
+    m.params.payload.center_height_m = 0.1632; /* docs/method.md section 3: the printed h is rounded */
     struct error error;
     assert_int_equal(kinematics_init(&m.kinematics, &m.params, &error), 0);
     double mt[DOFS][DOFS], nominal;

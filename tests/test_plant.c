@@ -125,7 +125,7 @@ static void positive_valves_extend_and_raise(void **unused) {
     plant_destroy(plant);
 }
 
-/* Steady rest: the valve makes up for the leakage, P1 = Ps - P2 (alike ports), A1 P1 - A2 P2 the load (method.md section 5: -0.075). */
+/* Steady rest: the valve makes up for the leakage, P1 = Ps - P2 (alike ports), A1 P1 - A2 P2 the load (docs/method.md, 5: -0.075). */
 static void at_rest_the_valve_feeds_the_leakage(void **unused) {
     (void)unused;
     struct params params = defaults();

@@ -104,7 +104,7 @@ static void slip_starts_at_the_capacity_of_each_direction(void **unused) {
     set_effect(&params, "cylinder_coulomb_friction", 0, 300.0);
     set_effect(&params, "cylinder_coulomb_friction", 1, 100.0);
     sim_geometry_init(&g, &params);
-    double per_newton = LEGS * params.geometry.height_m / g.neutral_length_m[0] / 272.392; /* mz of method.md */
+    double per_newton = LEGS * params.geometry.height_m / g.neutral_length_m[0] / 272.392; /* mz of docs/method.md section 3 */
     assert_below(fabs(rise(&params, 299.9)), 1e-12);
     assert_below(fabs(rise(&params, -99.9)), 1e-12);
     assert_close(rise(&params, 310.0), 10.0 * per_newton, 1e-4 * 10.0 * per_newton); /* the legs turn a little in 10 ms */

@@ -1,4 +1,4 @@
-/* Inverse and forward kinematics of the six-leg platform (method.md section 2; frames in types.h). Pure, RT, no heap. */
+/* Inverse and forward kinematics of the six-leg platform (docs/method.md section 2; frames in types.h). Pure, RT, no heap. */
 #ifndef HEXID_KINEMATICS_H
 #define HEXID_KINEMATICS_H
 

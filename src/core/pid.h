@@ -1,4 +1,4 @@
-/* The leg controller, exactly: sampled with period dt, command held until the next sample (method.md section 5).
+/* The leg controller, exactly: sampled with period dt, command held until the next sample (docs/method.md section 5).
  *
  *     e     = Lref - L
  *     I    += Ki e dt, clamped to +-integral_limit; not while the output is saturated and e would drive it further (anti-windup)

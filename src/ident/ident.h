@@ -1,4 +1,4 @@
-/* Identification of the inertia matrix from six single-axis sinusoidal tests (Tian 2015; method.md section 4).
+/* Identification of the inertia matrix from six single-axis sinusoidal tests (Tian 2015; docs/method.md section 4).
  *
  * Cycles go in one at a time, from the daemon or from a log: same code, same order, same bits. Memory is constant: each test is a
  * running least-squares fit, whose forward kinematics starts at the neutral pose with the test's first evaluated sample, so a log that

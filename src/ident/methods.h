@@ -1,4 +1,4 @@
-/* Inertia and damping matrices from the fundamental coefficients of six tests (Tian 2015 Eqs. 5-12, 16, B1-B3; method.md section 4).
+/* Inertia and damping matrices from the fundamental coefficients of six tests (Tian 2015 Eqs. 5-12, 16, B1-B3; docs/method.md section 4).
  *
  * x = a sin wt + b cos wt is kept as [a, b]; its derivative is w [-b, a] = w [a b] Q, Q = [0 1; -1 0]. Poses hold Euler angles, whose
  * rates equal the body rates only near neutral: at 0.006 rad the difference is 0.006 of the other angles' rates, which unwanted motion

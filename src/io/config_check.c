@@ -7,7 +7,7 @@
 #include "kinematics.h"
 #include "units.h"
 
-static const double substep_max_s = 0.25e-3; /* above, the first-order engine moves the answer: method.md section 4 */
+static const double substep_max_s = 0.25e-3; /* above, the first-order engine moves the answer: docs/method.md section 4 */
 
 static const double ramp_min_s = 0.05;
 

@@ -4,7 +4,7 @@
  *
  * Runs HEXID once a case (viscous friction only; 20..200 N of dry friction added), exact sensors, as many at a time as there are cores,
  * leaves each run's JSON in OUT, and compares. hexid's errors are against the nominal matrix of its configuration, the paper's against the
- * paper's: its inputs are rounded and its hydraulics and controller are not printed (method.md). Nothing here passes or fails. */
+ * paper's: its inputs are rounded and its hydraulics and controller are not printed (docs/method.md). Nothing here passes or fails. */
 #include <jansson.h>
 #include <math.h>
 #include <stdio.h>
@@ -198,7 +198,7 @@ static void print_method_c(const char *out, const struct result r[CASES]) {
     fclose(csv);
 }
 
-/* method.md section 4: what an independent simulation of the same machine gave. */
+/* docs/method.md section 4: what an independent simulation of the same machine gave. */
 static void print_expected(const char *out, const struct result *r) {
     static const char *const expected[ENTRIES] = {"0.55", "0.55", "1.0", "4.4", "6.9", "1.2", "2-46", "2-46", "2-46", "2-46"};
     char path[400];
@@ -206,7 +206,7 @@ static void print_expected(const char *out, const struct result *r) {
     FILE *csv = fopen(path, "w");
     if (!csv) die(path, "cannot be written");
     fprintf(csv, "entry,expected_pct,method_a_pct\n");
-    printf("\n100 N of dry friction, method A, error in %%: an independent simulation (method.md), hexid\n");
+    printf("\n100 N of dry friction, method A, error in %%: an independent simulation (docs/method.md), hexid\n");
     for (int i = 0; i < ENTRIES; i++) {
         double pct = error_pct(r->value[METHOD_A][i], r->nominal[i]);
         printf("%-8s %10s %10.2f\n", entries[i].name, expected[i], pct);

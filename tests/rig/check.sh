@@ -19,7 +19,7 @@ python3 - "$work/clean.json" << 'PY'
 import json, sys
 run = json.load(open(sys.argv[1]))
 nominal, found = run["nominal"]["Mt"], run["method_a"]["Mt"]
-# method.md section 4: with sensors 0.3 to 0.8 % rms on the diagonal, 2.8 % (6.6 % at worst) on the coupling
+# docs/method.md section 4: with sensors 0.3 to 0.8 % rms on the diagonal, 2.8 % (6.6 % at worst) on the coupling
 for row, col, limit in [(k, k, 3) for k in range(6)] + [(0, 4, 8), (1, 3, 8), (3, 1, 8), (4, 0, 8)]:
     error = 100 * (found[row][col] / nominal[row][col] - 1)
     print(f"Mt({row + 1},{col + 1}) {found[row][col]:9.3f}, nominal {nominal[row][col]:9.3f}: {error:+.2f} %")

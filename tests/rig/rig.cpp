@@ -20,7 +20,7 @@ constexpr double kBaseDamping = 0.03; /* of critical, base plate on its spring *
 
 static const char *const kAxes[6] = {"x", "y", "z", "phi", "theta", "psi"};
 
-/* gap.md's catalogue, and two effects that it lacks: each key with the value that switches it off.
+/* The catalogue in docs/gap.md, and two effects that it lacks: each key with the value that switches it off.
  * position_sensor_scale.zero_m is counted from the neutral length. */
 // clang-format off
 static const std::map<std::string, double> kEffects = {
@@ -168,7 +168,7 @@ Vec6 leg_lengths(const Points &a, const Points &b, const Vec6 &pose)
     return ((T * a - b).colwise() + Vec3(pose.head<3>())).colwise().norm().transpose();
 }
 
-/* Uniform inside the stated tolerance, each leg its own; beyond it as gap.md's second series says.
+/* Uniform inside the stated tolerance, each leg its own; beyond it as docs/gap.md's second series says (How it is proved).
  */
 Base draw_base(const Setup &setup)
 {
@@ -311,7 +311,7 @@ MachineParameters make_parameters(const Setup &setup, const Base &base)
     return p;
 }
 
-/* method.md section 5, one for each leg. */
+/* docs/method.md section 5, one for each leg. */
 struct Controller {
     double integral = 0, derivative = 0, error = 0, force_slow = 0, reference = 0;
 

@@ -1,6 +1,6 @@
 /*
  * What must hold of the rig, by identities that do not use the code under test: formulas of
- * method.md, finite differences of lengths and of potential energy, energy, smaller steps.
+ * docs/method.md, finite differences of lengths and of potential energy, energy, smaller steps.
  * Deterministic; about a minute.
  */
 #include "rig.hpp"
@@ -53,7 +53,7 @@ static MachineParameters parameters(const Settings &s, const std::vector<std::st
     return make_parameters(setup, draw_base(setup));
 }
 
-/* method.md (A1)-(A6), in the platform's twist. */
+/* docs/method.md section 3, (A1)-(A6), in the platform's twist. */
 static Matrix6 inertia_by_formula(const MachineParameters &p, const Vec6 &pose)
 {
     const Eigen::Matrix3d T = rotation(pose);
@@ -118,7 +118,7 @@ static void inertia_matrix_is_that_of_method_md(const Settings &s)
     for (double x : d)
         most = std::max(most, std::abs(x));
     claim(most < 6e-4 && std::abs(neutral(1, 3) + 14.915) < 6e-4,
-          "inertia at neutral has method.md's numbers",
+          "inertia at neutral has docs/method.md's numbers",
           print("mx %.3f mz %.3f Ixx %.3f Izz %.3f Mt15 %.3f", neutral(0, 0), neutral(2, 2),
                 neutral(3, 3), neutral(5, 5), neutral(0, 4)));
 }
