@@ -1,14 +1,17 @@
-"""A drive that moves 200 kg to and fro, as another program records it: axis.py FRICTION_N SEED [millimetres: where it says metres]"""
+"""A drive that moves 200 kg to and fro, as another program records it: axis.py FRICTION_N SEED [millimetres: where it says metres | own-names]"""
 import math
 import random
 import sys
 
-friction, seed, lie = float(sys.argv[1]), int(sys.argv[2]), len(sys.argv) > 3
+friction, seed, how = float(sys.argv[1]), int(sys.argv[2]), sys.argv[3:]
 random.seed(seed)
 mass, viscous = 200 * random.uniform(0.992, 1.008), 2000 * random.uniform(0.96, 1.04)
 w, amplitude = 2 * math.pi * 2, 0.02
 print("# mechanism: axis\n# rate_hz: 400\n# frequency_hz: 2")
-print("t [ms];%s;force (kN);motor temperature" % ("position_m" if lie else "position_mm"))
+if "own-names" in how:
+    print("Zeit;Weg [mm];Kraft;Motortemperatur")
+else:
+    print("t [ms];%s;force (kN);motor temperature" % ("position_m" if "millimetres" in how else "position_mm"))
 for i in range(400 * 12):
     if random.random() < 0.004:
         continue  # lost

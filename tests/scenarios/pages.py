@@ -1,0 +1,106 @@
+"""The documentation, README.md and all *.md, read as its readers do. From the repository root.
+
+    pages.py links            every link, anchor, file and page that a page or a source names is there; README.md is at most 150 lines
+    pages.py messages         every message in the first column of docs/troubleshooting.md's tables is in a source, dots for what is filled in
+    pages.py commands PAGE    the commands of a page: its blocks that begin with ```sh
+    pages.py shown PAGE       what it says they print: its blocks that begin with ```text, without the lines of dots
+
+A block that begins with "```sh by hand" is not run: its commands need a person, a machine, or minutes."""
+import pathlib
+import re
+import sys
+
+README_LINES = 150
+SOURCES = "Makefile src hal sim include config lcmtypes tests docs .ci".split()
+NAMED = re.compile(r"`((?:[\w.-]+/)+[\w.-]+\.(?:c|h|cpp|hpp|py|sh|md|yaml|dbc|eds|lcm|csv))\b")
+MADE = re.compile("(runs|build|stand|DIR)/|.*NAME")  # by the commands of a page, or by its reader
+OF_A_SOURCE = re.compile(r"\bdocs/([\w-]+)\.md(?:,? (?:section )?(\d)\b|, ([A-Z][a-z]+(?: [a-z]+)*))?")
+
+
+def outside_blocks(page):
+    """Lines with their numbers, those of fenced blocks left out."""
+    fenced = False
+    for number, line in enumerate(page.read_text().split("\n"), 1):
+        fence = line.startswith("```")
+        fenced ^= fence
+        if not fence and not fenced:
+            yield number, line
+
+
+def headings(page):
+    return [line.lstrip("#").strip() for _, line in outside_blocks(page) if re.match("#+ ", line)]
+
+
+def anchors(page):
+    """As GitHub makes them."""
+    seen = {}
+    for heading in headings(page):
+        anchor = re.sub(r"[^\w\- ]", "", re.sub(r"[`*]", "", heading).lower()).replace(" ", "-")
+        seen[anchor] = seen.get(anchor, -1) + 1
+        yield anchor if not seen[anchor] else f"{anchor}-{seen[anchor]}"
+
+
+def broken_links(page):
+    for number, line in outside_blocks(page):
+        for target in re.findall(r"\]\(([^)\s]+)\)", re.sub(r"`[^`]*`", "", line)):
+            if re.match(r"\w+:", target):
+                continue
+            path, _, anchor = target.partition("#")
+            file = page.parent / path if path else page
+            if not file.exists():
+                yield f"{page}:{number}: {target}: no such file"
+            elif anchor and anchor not in anchors(file):
+                yield f"{page}:{number}: {target}: no such heading"
+        for path in NAMED.findall(line):
+            if not MADE.match(path) and not pathlib.Path(path).exists() and not (page.parent / path).exists():
+                yield f"{page}:{number}: {path}: no such file"
+
+
+def broken_names(source):
+    """Pages that a source names, with the section's number or title: docs/method.md section 4; docs/safety.md, What can fail."""
+    for page, section, title in OF_A_SOURCE.findall(source.read_text(errors="replace")):
+        file = pathlib.Path("docs", page + ".md")
+        if not file.exists():
+            yield f"{source}: {file}: no such page"
+        elif section and not any(h.startswith(section + ". ") for h in headings(file)):
+            yield f"{source}: {file} section {section}: no such section"
+        elif title and not any(title.startswith(h) or h.startswith(title) for h in headings(file)):
+            yield f"{source}: {file}, {title}: no such heading"
+
+
+def links():
+    pages = [p for p in pathlib.Path(".").rglob("*.md") if p.parts[0] not in ("build", "runs")]
+    sources = [f for s in SOURCES for f in ([pathlib.Path(s)] if pathlib.Path(s).is_file() else pathlib.Path(s).rglob("*"))
+               if f.is_file() and "__pycache__" not in f.parts]
+    broken = [b for p in pages for b in broken_links(p)] + [b for s in sources for b in broken_names(s)]
+    listed = pathlib.Path("docs/README.md").read_text()
+    broken += [f"docs/README.md: does not list {p.name}" for p in pages
+               if p.parent == pathlib.Path("docs") and p.name != "README.md" and f"({p.name})" not in listed]
+    lines = len(pathlib.Path("README.md").read_text().splitlines())
+    if lines > README_LINES:
+        broken.append(f"README.md: {lines} lines, at most {README_LINES}")
+    print("\n".join(broken) or f"{len(pages)} pages, {len(sources)} sources")
+    return bool(broken)
+
+
+def messages():
+    sources = [p for pattern in ("Makefile", "src/*/*.c", "hal/*.c") for p in pathlib.Path(".").glob(pattern)]
+    text = re.sub(r'"\s*\n\s*"', "", "\n".join(p.read_text() for p in sources))  # literals over several lines are one
+    rows = [line for line in pathlib.Path("docs/troubleshooting.md").read_text().split("\n") if line.startswith("| `")]
+    parts = [part.strip() for row in rows for message in re.findall("`([^`]+)`", row.split(" | ")[0]) for part in message.split("...")]
+    unknown = [part for part in parts if part and part not in text]
+    print("\n".join(unknown) or f"{len(rows)} messages")
+    return bool(unknown) or len(rows) < 20
+
+
+def blocks(path, kind):
+    found = re.findall(rf"^```{kind}\n(.*?)^```$", pathlib.Path(path).read_text(), re.M | re.S)
+    print("".join(line + "\n" for block in found for line in block.splitlines() if line.strip() != "..."), end="")
+    return not found
+
+
+if __name__ == "__main__":
+    command, *rest = sys.argv[1:]
+    if command in ("links", "messages"):
+        sys.exit(links() if command == "links" else messages())
+    sys.exit(blocks(rest[0], {"commands": "sh", "shown": "text"}[command]))
