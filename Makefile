@@ -30,7 +30,7 @@ BENCHES := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/bench/*.c))
 FUZZERS := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/fuzz/fuzz_*.c))
 REPLAYS := $(subst /fuzz/fuzz_,/fuzz/replay_,$(FUZZERS))
 # The longest are started first, so that all cores are busy to the end.
-LONGEST := gap can figures
+LONGEST := gap can figures pages
 SCRIPTS := $(LONGEST:%=tests/scenarios/%.sh) $(filter-out $(LONGEST:%=tests/scenarios/%.sh),$(wildcard tests/scenarios/*.sh))
 # What a sanitizer is for: AddressSanitizer sees every program; the scenarios left out run the same code for their numbers.
 # ThreadSanitizer sees what has threads.
@@ -94,6 +94,9 @@ bench-coverage: $(BUILD)/hexid ## method C on 200 random machines: do its interv
 
 docs: $(BUILD)/hexid ## docs/configuration.md, the reference of all keys, as the program prints it
 	sed -i '/^<!-- hexid doctor --keys -->$$/q' docs/configuration.md && $(BUILD)/hexid doctor --keys >>docs/configuration.md
+
+pictures: $(BUILD)/hexid | deps-test ## docs/pictures/, out of a run and a report of it
+	@HEXID=$(BUILD)/hexid docs/pictures/draw.py
 
 spy: has-display $(BUILD)/spy/hexid.jar ## lcm-spy with hexid's message types (needs a display)
 	java -Djava.net.preferIPv4Stack=true -Xmx256m \
@@ -217,7 +220,7 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)javac -cp /usr/share/java/lcm.jar -d $(@D) $(@D)/hexid/*.java
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
-.PHONY: all has-display run test test-long test-rt asan tsan fuzz fuzz-run bench bench-paper bench-gap bench-coverage rig check-rig docs spy clean help
+.PHONY: all has-display run test test-long test-rt asan tsan fuzz fuzz-run bench bench-paper bench-gap bench-coverage rig check-rig docs pictures spy clean help
 .PHONY: deps deps-run deps-test deps-fuzz deps-bench deps-spy
 .SECONDARY:
 -include $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d) $(FUZZERS:=.d)
