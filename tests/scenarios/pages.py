@@ -1,6 +1,6 @@
 """The documentation, README.md and all *.md, read as its readers do. From the repository root.
 
-    pages.py links            every link, anchor, file and page that a page or a source names is there; README.md is at most 150 lines
+    pages.py links            every link, anchor, file and page that a page or a source names is there; README.md and the pictures are small
     pages.py messages         every message in the first column of docs/troubleshooting.md's tables is in a source, dots for what is filled in
     pages.py commands PAGE    the commands of a page: its blocks that begin with ```sh
     pages.py shown PAGE       what it says they print: its blocks that begin with ```text, without the lines of dots
@@ -11,6 +11,7 @@ import re
 import sys
 
 README_LINES = 150
+PICTURES_BYTES = 300_000  # together: the repository keeps them for ever
 SOURCES = "Makefile src hal sim include config lcmtypes tests docs .ci".split()
 NAMED = re.compile(r"`((?:[\w.-]+/)+[\w.-]+\.(?:c|h|cpp|hpp|py|sh|md|yaml|dbc|eds|lcm|csv))\b")
 MADE = re.compile("(runs|build|stand|DIR)/|.*NAME")  # by the commands of a page, or by its reader
@@ -79,6 +80,9 @@ def links():
     lines = len(pathlib.Path("README.md").read_text().splitlines())
     if lines > README_LINES:
         broken.append(f"README.md: {lines} lines, at most {README_LINES}")
+    drawn = sum(p.stat().st_size for p in pathlib.Path("docs/pictures").glob("*.*g"))
+    if drawn > PICTURES_BYTES:
+        broken.append(f"docs/pictures: {drawn} bytes, at most {PICTURES_BYTES}")
     print("\n".join(broken) or f"{len(pages)} pages, {len(sources)} sources")
     return bool(broken)
 
