@@ -2,6 +2,7 @@
  * dry friction of each leg and direction its own. What is found may not depend on what was configured. */
 #include "support.h"
 
+#include "agreement.h"
 #include "inverse_dynamics.h"
 #include "kinematics.h"
 #include "method_c.h"
@@ -99,14 +100,32 @@ static struct recording *record(struct rig *r, int tests) {
     return &recording;
 }
 
-static struct method_c found(struct rig *r, int tests) {
-    struct recording *recording = record(r, tests);
-    struct method_c m;
+/* One log: its equations and what comes of them. */
+struct log {
+    struct equations equations;
+    struct estimate estimate;
+    struct method_c result;
+};
+
+static void solve(const struct rig *r, struct log *log) {
     struct error error;
-    int status = method_c(recording, &m, &error);
+    if (method_c_solve(&log->equations, &r->configured, &log->estimate, &log->result, &error)) fail_msg("%s", error.text);
+}
+
+/* Of the tests from `first` on. */
+static void find(struct rig *r, int first, int tests, struct log *log) {
+    struct recording *recording = record(r, first + tests);
+    struct error error;
+    for (int i = 0; i < first; i++) recording_remove(recording, 0);
+    if (method_c_equations(recording, &log->equations, &error)) fail_msg("%s", error.text);
     recording_free(recording);
-    if (status) fail_msg("%s", error.text);
-    return m;
+    solve(r, log);
+}
+
+static struct method_c found(struct rig *r, int tests) {
+    static struct log log;
+    find(r, 0, tests, &log);
+    return log.result;
 }
 
 static void dry_friction_of_each_leg_leaves_the_matrix_as_it_is(void **unused) {
@@ -160,6 +179,24 @@ static void what_no_test_moves_is_no_number(void **unused) {
     assert_true(isnan(m.matrix.mt[DOF_Z][DOF_Z]));
 }
 
+/* In one test of one axis all legs move in step: dry friction is told from inertia by harmonics alone, which noise hides. */
+static void friction_that_no_test_tells_is_no_number(void **unused) {
+    (void)unused;
+    struct rig r;
+    rig_init(&r, 100.0);
+    r.unwanted = 0.0, r.noise_m = 15e-6, r.noise_pa = 1e5;
+    struct method_c one = found(&r, 1), all = found(&r, DOFS);
+    int open = 0;
+    for (int k = 0; k < LEGS; k++)
+        for (int s = 0; s < 2; s++) {
+            assert_true(isnan(one.dry[k][s]) == isnan(one.dry_std[k][s]) && !isnan(all.dry[k][s]));
+            open += isnan(one.dry[k][s]);
+        }
+    assert_true(open == 2 * LEGS);
+    assert_true(one.payload.evaluated && !one.payload.whole && isnan(one.payload.value[PAYLOAD_INERTIA + 2]) && all.payload.whole);
+    assert_true(one.matrix.condition_number > 100.0 * all.matrix.condition_number && all.matrix.condition_number >= 1.0);
+}
+
 /* Of the errors of all entries in units of their stated deviations. */
 static double mean_square(const struct method_c *m, const struct rig *r) {
     enum { ENTRIES = DOFS * (DOFS + 1) / 2 };
@@ -167,6 +204,105 @@ static double mean_square(const struct method_c *m, const struct rig *r) {
     for (int i = 0; i < DOFS; i++)
         for (int j = i; j < DOFS; j++) sum += pow((m->matrix.mt[i][j] - r->nominal[i][j]) / m->matrix.mt_std[i][j], 2.0);
     return sum / ENTRIES;
+}
+
+static double joints_variance(const struct estimate *e, int c) { return estimate_covariance(e, c, c) - e->noise[c][c]; }
+
+/* Four logs of one motion: a quarter of the noise's variance, and what joints within their tolerance do is no less. */
+static void repeats_shrink_the_noise_and_not_what_they_have_in_common(void **unused) {
+    (void)unused;
+    enum { LOGS = 4 };
+    static struct log log, sum;
+    struct rig r;
+    rig_init(&r, 100.0);
+    r.noise_m = 15e-6, r.noise_pa = 2e4;
+    sum.equations = (struct equations){0};
+    for (int i = 0; i < LOGS; i++) find(&r, 0, DOFS, &log), equations_add(&sum.equations, &log.equations);
+    solve(&r, &sum);
+    for (int c = 0; c < MATRIX_ENTRIES; c++) {
+        assert_close(sum.estimate.noise[c][c], log.estimate.noise[c][c] / LOGS, 0.15 * log.estimate.noise[c][c] / LOGS); /* scatters differ */
+        assert_close(joints_variance(&sum.estimate, c), joints_variance(&log.estimate, c), 0.15 * joints_variance(&log.estimate, c));
+    }
+    assert_below(mean_square(&sum.result, &r), 2.0);
+}
+
+static void what_one_log_leaves_open_another_gives(void **unused) {
+    (void)unused;
+    enum { LOGS = 3 };
+    static struct log log[LOGS], sum;
+    struct rig r;
+    rig_init(&r, 100.0);
+    r.unwanted = 0.0, r.noise_m = 15e-6, r.noise_pa = 2e4;
+    sum.equations = (struct equations){0};
+    for (int i = 0; i < LOGS; i++) {
+        find(&r, 2 * i, 2, &log[i]);
+        assert_true(isnan(mean_square(&log[i].result, &r)));
+        equations_add(&sum.equations, &log[i].equations);
+    }
+    solve(&r, &sum);
+    assert_below(mean_square(&sum.result, &r), 2.0); /* not of NaN */
+}
+
+static struct agreement agreement_of(const struct rig *r, int logs, const struct log *log) {
+    struct agreement_log of[AGREEMENT_LOGS];
+    struct agreement a;
+    struct error error;
+    for (int i = 0; i < logs; i++) of[i] = (struct agreement_log){&log[i].equations, &log[i].estimate, &log[i].result};
+    if (agreement_find(logs, of, &r->configured, &a, &error)) fail_msg("%s", error.text);
+    return a;
+}
+
+/* Nine trios: chi-square's mean is its degrees of freedom, to a fifth; its deviation would be 4 %, the rows' noise is less well known. */
+static void logs_that_differ_by_noise_agree(void **unused) {
+    (void)unused;
+    enum { LOGS = 3, TRIOS = 9 };
+    static struct log log[LOGS];
+    double ratio = 0.0;
+    struct rig r;
+    rig_init(&r, 100.0);
+    r.noise_m = 15e-6, r.noise_pa = 2e4;
+    for (int trio = 0; trio < TRIOS; trio++) {
+        for (int i = 0; i < LOGS; i++) find(&r, 0, DOFS, &log[i]);
+        struct agreement a = agreement_of(&r, LOGS, log);
+        assert_int_equal(a.degrees, (LOGS - 1) * AGREEMENT_VALUES);
+        assert_true(a.agree);
+        ratio += a.chi_square / a.degrees / TRIOS;
+    }
+    print_message("chi-square over its degrees of freedom, %d trios of logs: %.2f\n", TRIOS, ratio);
+    assert_close(ratio, 1.0, 0.2);
+}
+
+static void a_leg_that_rubs_in_one_log_is_named(void **unused) {
+    (void)unused;
+    enum { LOGS = 3, LEG = 2 };
+    static struct log log[LOGS];
+    struct rig r;
+    rig_init(&r, 100.0);
+    r.noise_m = 15e-6, r.noise_pa = 2e4;
+    for (int i = 0; i < LOGS; i++) {
+        r.dry[LEG][0] += i == 1 ? 40.0 : 0.0, r.dry[LEG][1] += i == 1 ? 40.0 : 0.0;
+        find(&r, 0, DOFS, &log[i]);
+        r.dry[LEG][0] -= i == 1 ? 40.0 : 0.0, r.dry[LEG][1] -= i == 1 ? 40.0 : 0.0;
+    }
+    struct agreement a = agreement_of(&r, LOGS, log);
+    bool used[AGREEMENT_LOGS][AGREEMENT_VALUES] = {{0}};
+    struct agreement_place worst;
+    assert_true(!a.agree && a.probability < 1e-9 && agreement_worst(&a, used, &worst));
+    assert_int_equal(worst.log, 1);
+    assert_int_equal((worst.value - UNKNOWN_DRY) / 2, LEG);
+    assert_true(a.deviation[1][worst.value] > 0.0);
+    for (int c = 0; c < MATRIX_ENTRIES; c++) assert_false(a.apart[1][c]);
+}
+
+/* Five per cent and one in a thousand, from tables. */
+static void chi_square_is_that_of_tables(void **unused) {
+    (void)unused;
+    assert_close(agreement_chi_square_above(3.841459, 1), 0.05, 1e-7);
+    assert_close(agreement_chi_square_above(5.991465, 2), 0.05, 1e-7);
+    assert_close(agreement_chi_square_above(16.26624, 3), 1e-3, 1e-8);
+    assert_close(agreement_chi_square_above(124.3421, 100), 0.05, 1e-7);
+    assert_true(agreement_chi_square_above(0.0, 5) == 1.0);
+    assert_below(agreement_chi_square_above(1e5, 39), 1e-300);
 }
 
 /* Over machines that differ in noise and friction. A machine's 21 errors are not independent: half to half as much again of 1. */
@@ -226,6 +362,12 @@ int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(dry_friction_of_each_leg_leaves_the_matrix_as_it_is),
                                        cmocka_unit_test(the_payload_is_found_with_its_centre),
                                        cmocka_unit_test(what_no_test_moves_is_no_number),
+                                       cmocka_unit_test(friction_that_no_test_tells_is_no_number),
+                                       cmocka_unit_test(repeats_shrink_the_noise_and_not_what_they_have_in_common),
+                                       cmocka_unit_test(what_one_log_leaves_open_another_gives),
+                                       cmocka_unit_test(logs_that_differ_by_noise_agree),
+                                       cmocka_unit_test(a_leg_that_rubs_in_one_log_is_named),
+                                       cmocka_unit_test(chi_square_is_that_of_tables),
                                        cmocka_unit_test(the_stated_deviation_is_that_of_the_errors),
                                        cmocka_unit_test(joints_within_their_tolerance_are_in_the_stated_deviation)};
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -18,6 +18,8 @@ struct analysis {
     int64_t cycles, overruns, lost; /* lost: gaps in seq */
     int64_t missed, longest_ns;     /* deadlines missed in a row up to the last cycle, and the longest delay among them */
     struct recording recording;     /* for method C: the beginning of each test, of an axis a sixth of ANALYSIS_SAMPLES at most */
+    struct equations equations;     /* method C's, of all that was recorded, and what comes of them */
+    struct estimate estimate;
     struct error unrecorded;        /* why there is no more */
     int64_t stalls, behind_ns;      /* wake-ups a period or more late, and the sum of the whole periods they were late: what a paced clock stretches */
 };
@@ -26,6 +28,8 @@ enum { ANALYSIS_SAMPLES = 300000 }; /* six tests of 100 s, or one motion of 600 
 
 /* To be released by analysis_free(), also when this failed. */
 int analysis_init(struct analysis *a, const struct params *params, struct error *error);
+
+/* Frees the recording; results stay. */
 void analysis_free(struct analysis *a);
 
 /* True when the cycle completed a test. */

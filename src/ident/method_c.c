@@ -10,20 +10,17 @@
 #include "units.h"
 #include "whiten.h"
 
-enum { SHAPES = 3 }; /* of dry friction that is not the same all the time: at two low speeds, and with the pressures */
-enum { ENTRIES = MATRIX_ENTRIES, VISCOUS = ENTRIES, DRY = VISCOUS + LEGS, SHAPE = DRY + 2 * LEGS, UNKNOWNS = SHAPE + SHAPES * LEGS,
-       COLUMNS = UNKNOWNS + 1 };
-enum { ROWS = LEGS * RESIDUAL_SIZE, PASSES = 3, COORDINATES = 6 /* of a leg's two joints, the keys of geometry_error */ };
+enum { ENTRIES = MATRIX_ENTRIES, VISCOUS = UNKNOWN_VISCOUS, DRY = UNKNOWN_DRY, SHAPE = UNKNOWN_SHAPE, SHAPES = UNKNOWN_SHAPES };
+enum { COLUMNS = UNKNOWNS + 1, ROWS = LEGS * RESIDUAL_SIZE, PASSES = 3 };
+enum { COORDINATES = JOINT_COORDINATES / LEGS /* of a leg's two joints, the keys of geometry_error */ };
 
 static const double SURE = 3.0;        /* standard deviations of a leg's speed */
 static const double RESOLVED = 0.125;  /* of the period of a motion's highest harmonic: so near to a reversal nobody knows when it was */
 static const double STICK_MPS = 2e-3;
 static const double LOW_MPS[2] = {0.01, 0.03}; /* Stribeck */
 static const double STUCK = 0.6;       /* of dry friction: where it is anything between both directions', about their mean (1 / sqrt(3)) */
-static const double LEAST_N = 1e-3;    /* of dry friction: none */
 static const double FIRST_SHARE = 0.5; /* of the force's variation: what dry friction may be before any was found */
 static const double MODEL_ERROR = 1e-4; /* of the force's variation: what no model meets */
-static const double UNDETERMINED = 0.2; /* of sqrt(M_ii M_jj) */
 
 /* One test or piece: rows of all legs, the last column is what is to be explained. */
 struct rows {
@@ -33,34 +30,23 @@ struct rows {
     double covariance[ROWS * ROWS];
 };
 
-struct normal {
-    double product[UNKNOWNS * UNKNOWNS], with[UNKNOWNS], square;
-    int rows;
-};
-
 struct work {
     const struct params *params; /* bare_machine() */
     struct residual_data data;
     struct rows rows;
-    struct normal normal;
+    struct equations *sum;  /* of the pass */
+    double square;          /* of what is to be explained, weighted */
+    int count;              /* of rows */
     double (*staircase)[LEGS][RESIDUAL_SIZE];          /* of each test, N */
     double (*gain)[UNKNOWNS][ROWS];                    /* of each test: covariance^-1 columns, of the last pass */
     double leg_mass[LEGS][LEGS], nominal[DOFS][DOFS];
-    double x[UNKNOWNS], covariance[UNKNOWNS][UNKNOWNS];
-    double dry_n[LEGS];                                /* dry friction as the pass before has it */
+    double x[UNKNOWNS];
 };
 
 extern const struct effect geometry_error;
 static const char no_pose[] = "method C: no pose of this machine has these lengths";
 
 static double square(double x) { return x * x; }
-
-/* Where column c of the unknowns stands in the matrix. */
-static void entry(int c, int *row, int *column) {
-    int i = 0;
-    while (c >= DOFS - i) c -= DOFS - i, i++;
-    *row = i, *column = i + c;
-}
 
 /* The configured bodies, without friction, and without effects: a simulated machine's are in the log's configuration, and are to be found. */
 static void bare_machine(struct params *p) {
@@ -121,7 +107,7 @@ static bool values_at(struct work *w, struct inverse_dynamics *d, const struct r
     for (int c = 0; c < ENTRIES; c++) {
         int row, column;
         double wrench[DOFS] = {0};
-        entry(c, &row, &column);
+        equations_entry(c, &row, &column);
         wrench[row] += acceleration[column];
         if (row != column) wrench[column] += acceleration[row];
         add_weight(row, column, (const double(*)[3])legs.rotation, w->params->payload.gravity_mps2, wrench);
@@ -181,8 +167,8 @@ static void expect_friction(struct work *w, int pass) {
     for (int k = 0; k < LEGS; k++) {
         double most = 0.0, mean = 0.5 * fabs(w->x[DRY + 2 * k] + w->x[DRY + 2 * k + 1]); /* of both directions: free of a constant */
         for (int i = 0; i < w->data.tests; i++) most = fmax(most, residual_variation(&w->data.test[i], CHANNEL_FORCE, k));
-        w->dry_n[k] = FIRST_SHARE * sqrt(most);
-        if (pass) w->dry_n[k] = fmin(w->dry_n[k], mean); /* a leg that hardly moves has any */
+        w->sum->dry_n[k] = FIRST_SHARE * sqrt(most);
+        if (pass) w->sum->dry_n[k] = fmin(w->sum->dry_n[k], mean); /* a leg that hardly moves has any */
     }
 }
 
@@ -192,7 +178,7 @@ static void fill_covariance(struct work *w, const struct residual_test *t) {
     for (int k = 0; k < LEGS; k++)
         for (int a = 0; a < t->size; a++) length[k][a] = whiten_in_step(t, w->params, k) + square(t->std[CHANNEL_LENGTH][k][a]);
     for (int i = 0; i < LEGS; i++) {
-        double friction = square(STUCK * w->dry_n[i]), floor = square(MODEL_ERROR) * residual_variation(t, CHANNEL_FORCE, i);
+        double friction = square(STUCK * w->sum->dry_n[i]), floor = square(MODEL_ERROR) * residual_variation(t, CHANNEL_FORCE, i);
         for (int a = 0; a < t->size; a++) {
             double *row = r->covariance + (size_t)((i * t->size + a) * r->count);
             for (int k = 0; k <= i; k++)
@@ -206,7 +192,6 @@ static void fill_covariance(struct work *w, const struct residual_test *t) {
 
 static bool accumulate(struct work *w, int test) {
     struct rows *r = &w->rows;
-    struct normal *n = &w->normal;
     double solved[ROWS];
     if (!dense_factor(r->count, r->count, r->covariance)) return false;
     for (int c = 0; c < COLUMNS; c++) {
@@ -216,31 +201,13 @@ static bool accumulate(struct work *w, int test) {
         for (int e = c; e < COLUMNS; e++) {
             double sum = 0.0;
             for (int i = 0; i < r->count; i++) sum += solved[i] * r->column[e][i];
-            if (e < UNKNOWNS) n->product[e * UNKNOWNS + c] += sum;
-            else if (c < UNKNOWNS) n->with[c] += sum;
-            else n->square += sum;
+            if (e < UNKNOWNS) w->sum->product[e][c] += sum;
+            else if (c < UNKNOWNS) w->sum->with[c] += sum;
+            else w->square += sum;
         }
     }
-    n->rows += r->count;
+    w->count += r->count;
     return true;
-}
-
-/* Solves for what is to be added to the configured machine. A weak prior, of the size of the matrix itself, keeps finite what the data leave open. */
-static bool solve(struct work *w) {
-    struct normal *n = &w->normal;
-    for (int c = 0; c < UNKNOWNS; c++) {
-        int row, column;
-        double prior = 1e-12 * n->product[c * UNKNOWNS + c];
-        if (c >= SHAPE) prior = 1.0 / square(fmax(w->dry_n[(c - SHAPE) / SHAPES], LEAST_N));
-        if (c < ENTRIES) entry(c, &row, &column), prior = 1.0 / (w->nominal[row][row] * w->nominal[column][column]);
-        n->product[c * UNKNOWNS + c] += prior;
-        w->x[c] = n->with[c];
-    }
-    if (!dense_factor(UNKNOWNS, UNKNOWNS, n->product)) return false;
-    dense_solve(UNKNOWNS, UNKNOWNS, n->product, w->x);
-    bool finite = true;
-    for (int c = 0; c < UNKNOWNS; c++) finite = finite && isfinite(w->x[c]);
-    return finite;
 }
 
 /* Of the machine as it is configured: a part of a part of the force. */
@@ -255,7 +222,8 @@ static int find_staircases(struct work *w, struct error *error) {
 }
 
 static int pass(struct work *w, int number, struct error *error) {
-    memset(&w->normal, 0, sizeof w->normal);
+    *w->sum = (struct equations){0};
+    w->square = 0.0, w->count = 0;
     expect_friction(w, number);
     for (int i = 0; i < w->data.tests; i++) {
         const struct residual_test *t = &w->data.test[i];
@@ -263,8 +231,8 @@ static int pass(struct work *w, int number, struct error *error) {
         fill_covariance(w, t);
         if (!accumulate(w, i)) return error_set(error, STATUS_USAGE, "method C: a force that is constant, or no number");
     }
-    if (!solve(w)) return error_set(error, STATUS_USAGE, "method C: some leg does not move both ways");
-    return STATUS_OK;
+    bool solved = equations_values(w->sum, w->nominal, w->x);
+    return solved ? STATUS_OK : error_set(error, STATUS_USAGE, "method C: some leg does not move both ways");
 }
 
 /* Gradient of the fit's sum of squares at the estimate, for a machine whose joints are elsewhere. False: it cannot move so. */
@@ -282,86 +250,64 @@ static bool add_gradient(struct work *w, const struct params *machine, double si
 }
 
 /* Joints that are off by their tolerance, uniform, one coordinate at a time: to first order. */
-static int spread_joints(struct work *w, const struct params *configured, struct error *error) {
+static int move_joints(struct work *w, const struct params *configured, struct error *error) {
     struct params *machine = malloc(sizeof *machine);
     double configured_too[UNKNOWNS] = {0};
     int status = machine ? STATUS_OK : error_set(error, STATUS_IO, "out of memory"), effect = effect_find(geometry_error.name);
     if (!status && !add_gradient(w, w->params, -1.0, configured_too)) status = error_set(error, STATUS_USAGE, no_pose);
-    for (int i = 0; i < COORDINATES * LEGS && !status && configured->model.tolerance.joints_m > 0.0; i++) {
-        double change[UNKNOWNS];
+    for (int i = 0; i < JOINT_COORDINATES && !status && configured->model.tolerance.joints_m > 0.0; i++) {
         *machine = *w->params;
         machine->effects[effect] = (struct effect_values){.on = true};
         machine->effects[effect].value[i % COORDINATES][i / COORDINATES] = configured->model.tolerance.joints_m / sqrt(3.0);
-        memcpy(change, configured_too, sizeof change);
-        if (!add_gradient(w, machine, 1.0, change)) status = error_set(error, STATUS_USAGE, "method C: model.tolerance.joints_m: no pose of a machine "
-                                                                       "whose joints are off by so much has these lengths: make it smaller");
-        dense_solve(UNKNOWNS, UNKNOWNS, w->normal.product, change);
-        for (int c = 0; c < UNKNOWNS; c++)
-            for (int e = 0; e < UNKNOWNS; e++) w->covariance[c][e] += change[c] * change[e];
+        memcpy(w->sum->joints[i], configured_too, sizeof configured_too);
+        if (!add_gradient(w, machine, 1.0, w->sum->joints[i]))
+            status = error_set(error, STATUS_USAGE, "method C: model.tolerance.joints_m: no pose of a machine whose joints are off by so much has "
+                               "these lengths: make it smaller");
     }
     free(machine);
     return status;
 }
 
-/* What the rows scatter by, in units of the noise that they should have. */
-static double scatter_of(const struct normal *n, const double x[UNKNOWNS]) {
-    double rest = n->square;
-    for (int c = 0; c < UNKNOWNS; c++) rest -= x[c] * n->with[c];
-    int free = n->rows - UNKNOWNS;
-    return free > 0 ? sqrt(fmax(rest, 0.0) / free) : (double)NAN;
-}
-
-/* Of the sensors' noise, or of what the rows scatter by, where that is more. */
-static void spread_noise(struct work *w, double scatter) {
+/* Rows that scatter by more than their noise weigh less. */
+static void weigh_scatter(struct equations *e) {
+    double weight = 1.0 / square(fmax(equations_scatter(e), 1.0));
     for (int c = 0; c < UNKNOWNS; c++) {
-        double *column = w->covariance[c];
-        memset(column, 0, sizeof w->covariance[c]);
-        column[c] = square(fmax(scatter, 1.0));
-        dense_solve(UNKNOWNS, UNKNOWNS, w->normal.product, column);
+        e->with[c] *= weight;
+        for (int d = 0; d <= c; d++) e->product[c][d] *= weight;
+        for (int j = 0; j < JOINT_COORDINATES; j++) e->joints[j][c] *= weight;
     }
 }
 
-static void find_payload(const struct work *w, const struct params *configured, const struct kinematics *k, struct method_c *m) {
-    double value[ENTRIES], covariance[ENTRIES][ENTRIES];
-    for (int c = 0; c < ENTRIES; c++) {
-        int i, j;
-        entry(c, &i, &j);
-        value[c] = w->nominal[i][j] + w->x[c];
-        memcpy(covariance[c], w->covariance[c], sizeof covariance[c]);
-    }
-    m->payload = payload_find(configured, k, value, covariance);
+static void find_rest(struct work *w) {
+    w->sum->rest = w->square, w->sum->free = w->count - UNKNOWNS;
+    for (int c = 0; c < UNKNOWNS; c++) w->sum->rest -= w->x[c] * w->sum->with[c];
 }
 
-static void report(const struct work *w, struct method_c *m) {
-    for (int c = 0; c < ENTRIES; c++) {
-        int i, j;
-        entry(c, &i, &j);
-        double std = sqrt(w->covariance[c][c]), most = UNDETERMINED * sqrt(w->nominal[i][i] * w->nominal[j][j]);
-        bool known = std < most;
-        m->matrix.mt[i][j] = m->matrix.mt[j][i] = known ? w->nominal[i][j] + w->x[c] : (double)NAN;
-        m->matrix.mt_std[i][j] = m->matrix.mt_std[j][i] = known ? std : (double)NAN;
-    }
-    for (int k = 0; k < LEGS; k++) {
-        m->viscous[k] = w->x[VISCOUS + k], m->viscous_std[k] = sqrt(w->covariance[VISCOUS + k][VISCOUS + k]);
-        for (int s = 0; s < 2; s++) {
-            int c = DRY + 2 * k + s;
-            m->dry[k][s] = w->x[c], m->dry_std[k][s] = sqrt(w->covariance[c][c]);
+static void find_scales(struct work *w) {
+    for (int i = 0; i < w->data.tests; i++) {
+        const struct residual_test *t = &w->data.test[i];
+        double rate[LEGS] = {0}, leg[LEGS][3];
+        for (int phase = 0; phase < t->phases; phase++) {
+            legs_at(t, phase, leg);
+            for (int k = 0; k < LEGS; k++) rate[k] += square(leg[k][1]) / t->phases;
+        }
+        for (int k = 0; k < LEGS; k++) {
+            w->sum->rate_mps = fmax(w->sum->rate_mps, sqrt(rate[k]));
+            w->sum->force_n = fmax(w->sum->force_n, sqrt(residual_variation(t, CHANNEL_FORCE, k)));
         }
     }
-    m->matrix.evaluated = true;
 }
 
-int method_c(const struct recording *recording, struct method_c *result, struct error *error) {
+int method_c_equations(const struct recording *recording, struct equations *e, struct error *error) {
     static const double neutral[DOFS] = {0};
     struct work *w = calloc(1, sizeof *w);
     struct params *params = malloc(sizeof *params);
     struct kinematics k;
-    *result = (struct method_c){0};
     int status = w && params ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
     if (!status) {
         *params = *recording->params;
         bare_machine(params);
-        w->params = params;
+        w->params = params, w->sum = e;
         status = kinematics_init(&k, params, error);
     }
     if (!status) {
@@ -370,15 +316,8 @@ int method_c(const struct recording *recording, struct method_c *result, struct 
         status = residual_prepare(&w->data, recording, CYCLES_ALL, error);
         if (!status) status = find_staircases(w, error);
         for (int i = 0; i < PASSES && !status; i++) status = pass(w, i, error);
-        if (!status) {
-            result->scatter = scatter_of(&w->normal, w->x);
-            spread_noise(w, result->scatter);
-            status = spread_joints(w, recording->params, error);
-        }
-        if (!status) {
-            report(w, result);
-            find_payload(w, recording->params, &k, result);
-        }
+        if (!status) status = move_joints(w, recording->params, error);
+        if (!status) find_rest(w), find_scales(w), weigh_scatter(e);
         residual_free(&w->data);
     }
     if (w) free(w->staircase), free(w->gain);

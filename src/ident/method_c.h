@@ -20,24 +20,34 @@
  * assumed there. It needs the friction's size, hence several passes.
  *
  * A standard deviation has two parts: the sensors' noise, enlarged where the rows scatter by more, and joints that are off by
- * model.tolerance.joints_m (uniform, each coordinate). An entry whose deviation is above a fifth of sqrt(M_ii M_jj) is not determined: NaN.
+ * model.tolerance.joints_m (uniform, each coordinate). An entry whose deviation is above a fifth of sqrt(M_ii M_jj) is not determined: NaN; so is
+ * friction whose deviation is above a tenth of what varies of the force of the leg where most does, viscous friction at the legs' speed.
  * Ordinary threads; heap. */
 #ifndef HEXID_METHOD_C_H
 #define HEXID_METHOD_C_H
 
+#include "equations.h"
 #include "methods.h"
 #include "payload.h"
 #include "recording.h"
 
 struct method_c {
-    struct method_result matrix;                 /* symmetric; an entry that these data do not determine is NaN; damping is below */
+    struct method_result matrix;                 /* symmetric; an entry that these data do not determine is NaN; damping is below. The condition
+                                                  * number is the normal matrix's, entries in units of sqrt(M_ii M_jj), friction eliminated */
     double viscous[LEGS], viscous_std[LEGS];     /* N s/m */
     double dry[LEGS][2], dry_std[LEGS][2];       /* N, extending and retracting */
     struct payload payload;
     double scatter;                              /* of the rows over their noise: about 1 where the model holds, less with dry friction */
 };
 
-/* Of a checked recording of a platform (recording_check). -2: no pose has these lengths, or nothing is determined; -3: memory. */
-int method_c(const struct recording *recording, struct method_c *result, struct error *error);
+/* Of a checked recording of a platform (recording_check). -2: no pose has these lengths, or a leg does not move; -3: memory. */
+int method_c_equations(const struct recording *recording, struct equations *equations, struct error *error);
+
+/* Of one recording's equations, or of several ones' of a machine added up. `result` has what is determined, `estimate` all of it. -2 as above. */
+int method_c_solve(const struct equations *equations, const struct params *configured, struct estimate *estimate, struct method_c *result,
+                   struct error *error);
+
+/* Entries, viscous and dry friction by their place in the equations, below UNKNOWN_SHAPE; NaN: not determined. */
+double method_c_value(const struct method_c *m, int unknown, double *std);
 
 #endif

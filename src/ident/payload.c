@@ -10,7 +10,8 @@ const char *const payload_names[PAYLOAD_VALUES] = {"mass_kg", "center_x_m", "cen
                                                    "inertia_zz_kg_m2", "inertia_xy_kg_m2", "inertia_xz_kg_m2", "inertia_yz_kg_m2"};
 
 enum { BODY = 4, STEPS = 200 };
-static const double UNDETERMINED = 0.1; /* of the mass: no centre comes from less */
+static const double UNDETERMINED_MASS = 0.1; /* of it: no centre comes from less */
+static const double UNDETERMINED = 0.2;      /* of the mean principal inertia, of its radius of gyration */
 
 /* Ten numbers in which the matrix is linear: m, h, Io in the order of payload_names. */
 typedef double linear[PAYLOAD_VALUES];
@@ -212,6 +213,20 @@ static void find_std(const struct least_squares *s, const double value[PAYLOAD_V
     }
 }
 
+/* What these data do not determine is no number. */
+static void leave_out(struct payload *p, const struct payload_params *configured) {
+    double inertia = (configured->inertia_xx_kg_m2 + configured->inertia_yy_kg_m2 + configured->inertia_zz_kg_m2) / 3.0;
+    double radius_m = sqrt(inertia / configured->mass_kg);
+    p->whole = p->evaluated;
+    for (int i = PAYLOAD_CENTER; i < PAYLOAD_VALUES; i++) {
+        if (p->std[i] < UNDETERMINED * (i < PAYLOAD_INERTIA ? radius_m : inertia)) continue;
+        p->value[i] = p->std[i] = NAN;
+        p->whole = false;
+    }
+    for (int i = 0; i < PAYLOAD_VALUES && !p->whole; i++) p->nearest[i] = NAN;
+    p->possible = p->possible && p->whole;
+}
+
 struct payload payload_find(const struct params *params, const struct kinematics *k, const double entry[MATRIX_ENTRIES],
                             double covariance[MATRIX_ENTRIES][MATRIX_ENTRIES]) {
     struct payload p = {0};
@@ -231,7 +246,8 @@ struct payload payload_find(const struct params *params, const struct kinematics
     for_people(nearest, p.nearest);
     find_std(&s, p.value, p.std);
     p.misfit = s.misfit;
-    p.evaluated = isfinite(p.misfit) && p.std[PAYLOAD_MASS] < UNDETERMINED * fabs(p.value[PAYLOAD_MASS]);
+    p.evaluated = isfinite(p.misfit) && p.std[PAYLOAD_MASS] < UNDETERMINED_MASS * fabs(p.value[PAYLOAD_MASS]);
+    leave_out(&p, &params->payload);
     return p;
 }
 

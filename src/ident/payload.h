@@ -17,7 +17,8 @@ enum { PAYLOAD_MASS, PAYLOAD_CENTER, PAYLOAD_INERTIA = PAYLOAD_CENTER + 3, PAYLO
 extern const char *const payload_names[PAYLOAD_VALUES]; /* "mass_kg", "center_x_m" .., "inertia_xx_kg_m2" yy zz xy xz yz */
 
 struct payload {
-    bool evaluated;                     /* false: some parameter is not determined */
+    bool evaluated;                     /* false: not even the mass is determined */
+    bool whole;                         /* all ten are; what is not is NaN, and then nothing is said of `possible` and `nearest` */
     double value[PAYLOAD_VALUES];       /* the centre from the configured one, in {M}; inertias about it, xy xz yz as entries of the tensor */
     double std[PAYLOAD_VALUES];
     bool possible;                      /* a body of positive density has these */

@@ -8,16 +8,28 @@ static void cell(FILE *out, const struct identification *id, const struct method
 
 static void friction(FILE *out, const char *what, const double *value, const double *std, int stride, const char *unit) {
     fprintf(out, "%-24s", what);
-    double most = 0.0;
-    for (int k = 0; k < LEGS; k++) fprintf(out, " %7.1f", value[k * stride]), most = fmax(most, std[k * stride]);
-    fprintf(out, " %s, std at most %.1f\n", unit, most);
+    double most = NAN; /* of those that are determined */
+    for (int k = 0; k < LEGS; k++) {
+        if (isnan(value[k * stride])) fprintf(out, "       -");
+        else fprintf(out, " %7.1f", value[k * stride]);
+        most = fmax(most, std[k * stride]);
+    }
+    fprintf(out, " %s", unit);
+    if (!isnan(most)) fprintf(out, ", std at most %.1f", most);
+    fprintf(out, "\n");
 }
 
 /* Some of the payload's numbers and the largest of their deviations. */
 static void group(FILE *out, const struct payload *p, int first, int count, double scale, int digits, const char *unit) {
-    double most = 0.0;
-    for (int i = first; i < first + count; i++) fprintf(out, " %.*f", digits, p->value[i] * scale), most = fmax(most, p->std[i] * scale);
-    fprintf(out, " %s, std at most %.2g\n", unit, most);
+    double most = NAN;
+    for (int i = first; i < first + count; i++) {
+        if (isnan(p->value[i])) fprintf(out, " -");
+        else fprintf(out, " %.*f", digits, p->value[i] * scale);
+        most = fmax(most, p->std[i] * scale);
+    }
+    fprintf(out, " %s", unit);
+    if (!isnan(most)) fprintf(out, ", std at most %.2g", most);
+    fprintf(out, "\n");
 }
 
 static void print_payload(FILE *out, const struct payload *p) {
@@ -27,7 +39,7 @@ static void print_payload(FILE *out, const struct payload *p) {
     group(out, p, PAYLOAD_CENTER, 3, 1e3, 2, "mm");
     fprintf(out, "  inertia about it, xx yy zz xy xz yz");
     group(out, p, PAYLOAD_INERTIA, 6, 1.0, 3, "kg m^2");
-    if (!p->possible) fprintf(out, "  no body of positive density has these: the nearest that one has are in the JSON\n");
+    if (p->whole && !p->possible) fprintf(out, "  no body of positive density has these: the nearest that one has are in the JSON\n");
 }
 
 static void print_matrix(FILE *out, const double m[DOFS][DOFS]) {

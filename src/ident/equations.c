@@ -1,0 +1,76 @@
+#include "equations.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "dense.h"
+
+static const double LEAST_N = 1e-3;  /* of dry friction: none */
+static const double OF_NO_WEIGHT = 1e-12; /* of an unknown's own product: a prior that only rounding sees */
+
+static double square(double x) { return x * x; }
+
+void equations_entry(int unknown, int *row, int *column) {
+    int i = 0;
+    while (unknown >= DOFS - i) unknown -= DOFS - i, i++;
+    *row = i, *column = i + unknown;
+}
+
+double equations_scatter(const struct equations *e) { return e->free > 0 ? sqrt(fmax(e->rest, 0.0) / e->free) : (double)NAN; }
+
+void equations_add(struct equations *sum, const struct equations *e) {
+    for (int c = 0; c < UNKNOWNS; c++) {
+        sum->with[c] += e->with[c];
+        for (int d = 0; d <= c; d++) sum->product[c][d] += e->product[c][d];
+        for (int j = 0; j < JOINT_COORDINATES; j++) sum->joints[j][c] += e->joints[j][c];
+    }
+    sum->rest += e->rest;
+    sum->free += e->free;
+    for (int k = 0; k < LEGS; k++) sum->dry_n[k] = fmax(sum->dry_n[k], e->dry_n[k]);
+    sum->force_n = fmax(sum->force_n, e->force_n);
+    sum->rate_mps = fmax(sum->rate_mps, e->rate_mps);
+}
+
+static bool factor_with_prior(const struct equations *e, double nominal[DOFS][DOFS], double factor[UNKNOWNS][UNKNOWNS]) {
+    memcpy(factor, e->product, sizeof e->product);
+    for (int c = 0; c < UNKNOWNS; c++) {
+        int row, column;
+        double prior = OF_NO_WEIGHT * factor[c][c];
+        if (c >= UNKNOWN_SHAPE) prior = 1.0 / square(fmax(e->dry_n[(c - UNKNOWN_SHAPE) / UNKNOWN_SHAPES], LEAST_N));
+        if (c < MATRIX_ENTRIES) equations_entry(c, &row, &column), prior = 1.0 / (nominal[row][row] * nominal[column][column]);
+        factor[c][c] += prior;
+    }
+    return dense_factor(UNKNOWNS, UNKNOWNS, factor[0]);
+}
+
+static bool values(const struct equations *e, double factor[UNKNOWNS][UNKNOWNS], double value[UNKNOWNS]) {
+    bool finite = true;
+    memcpy(value, e->with, sizeof e->with);
+    dense_solve(UNKNOWNS, UNKNOWNS, factor[0], value);
+    for (int c = 0; c < UNKNOWNS; c++) finite = finite && isfinite(value[c]);
+    return finite;
+}
+
+bool equations_values(const struct equations *e, double nominal[DOFS][DOFS], double value[UNKNOWNS]) {
+    double factor[UNKNOWNS][UNKNOWNS];
+    return factor_with_prior(e, nominal, factor) && values(e, factor, value);
+}
+
+bool equations_solve(const struct equations *e, double nominal[DOFS][DOFS], struct estimate *estimate) {
+    double factor[UNKNOWNS][UNKNOWNS];
+    if (!factor_with_prior(e, nominal, factor) || !values(e, factor, estimate->value)) return false;
+    for (int c = 0; c < UNKNOWNS; c++) {
+        memset(estimate->noise[c], 0, sizeof estimate->noise[c]);
+        estimate->noise[c][c] = 1.0;
+        dense_solve(UNKNOWNS, UNKNOWNS, factor[0], estimate->noise[c]);
+    }
+    memcpy(estimate->joints, e->joints, sizeof e->joints);
+    for (int j = 0; j < JOINT_COORDINATES; j++) dense_solve(UNKNOWNS, UNKNOWNS, factor[0], estimate->joints[j]);
+    return true;
+}
+
+double estimate_covariance(const struct estimate *e, int a, int b) {
+    double sum = e->noise[a][b];
+    for (int j = 0; j < JOINT_COORDINATES; j++) sum += e->joints[j][a] * e->joints[j][b];
+    return sum;
+}

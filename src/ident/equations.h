@@ -1,0 +1,53 @@
+/* Method C's normal equations: all that one log, or a part of a long one, says about the machine. They add up, so that several logs together are
+ * one estimate of all their rows, whatever each of them leaves open; and nothing of a log need be kept but these.
+ *
+ * Unknown is what is to be added to the configured machine: 21 entries of Mt, friction of each leg. Of the covariance of an estimate there are
+ * two parts. The noise is each log's own, and gets smaller with every further one. Joints that are not where they are configured are so in all
+ * logs of a machine: 36 coordinates, each a standard deviation off, move every log's right-hand side in a way of its own; the right-hand sides
+ * are added, and what the sum does to the estimate is no smaller for many logs of one motion than for one. Pure, no heap. */
+#ifndef HEXID_EQUATIONS_H
+#define HEXID_EQUATIONS_H
+
+#include <stdbool.h>
+
+#include "payload.h"
+
+enum { UNKNOWN_SHAPES = 3 }; /* of dry friction that is not the same all the time: at two low speeds, and with the pressures */
+enum { UNKNOWN_VISCOUS = MATRIX_ENTRIES, UNKNOWN_DRY = UNKNOWN_VISCOUS + LEGS, /* of each leg extending, retracting */
+       UNKNOWN_SHAPE = UNKNOWN_DRY + 2 * LEGS, UNKNOWNS = UNKNOWN_SHAPE + UNKNOWN_SHAPES * LEGS };
+enum { JOINT_COORDINATES = 6 * LEGS };
+
+struct equations {
+    double product[UNKNOWNS][UNKNOWNS]; /* X' W X, lower triangle; W in units of what the rows scatter by, where that is more than their noise */
+    double with[UNKNOWNS];              /* X' W y */
+    double joints[JOINT_COORDINATES][UNKNOWNS]; /* what is added to `with` by a coordinate that is one standard deviation off */
+    double rest;                        /* weighted sum of squares that is left, W as the noise alone has it, */
+    int free;                           /* and rows less unknowns */
+    double dry_n[LEGS];                 /* how large dry friction may be: the prior of its shapes */
+    double force_n, rate_mps;           /* root mean square of what varies of a leg's force and of its speed, where it is most: scales of friction */
+};
+
+/* The prior that keeps finite what the data leave open: for each entry sqrt(M_ii M_jj) of the configured machine. */
+struct estimate {
+    double value[UNKNOWNS];
+    double noise[UNKNOWNS][UNKNOWNS];           /* covariance */
+    double joints[JOINT_COORDINATES][UNKNOWNS]; /* what each coordinate, one standard deviation off, adds to `value` */
+};
+
+/* Where an entry of the unknowns stands in the matrix, row <= column. */
+void equations_entry(int unknown, int *row, int *column);
+
+/* What the rows scatter by, in units of the noise that they should have. NaN: no more rows than unknowns. */
+double equations_scatter(const struct equations *e);
+
+void equations_add(struct equations *sum, const struct equations *e);
+
+/* The values alone. False: some unknown is in no row, or a value is no number. */
+bool equations_values(const struct equations *e, double nominal[DOFS][DOFS], double value[UNKNOWNS]);
+
+bool equations_solve(const struct equations *e, double nominal[DOFS][DOFS], struct estimate *estimate);
+
+/* Of two unknowns, both parts. */
+double estimate_covariance(const struct estimate *e, int a, int b);
+
+#endif

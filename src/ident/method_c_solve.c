@@ -1,0 +1,89 @@
+#include "method_c.h"
+
+#include <math.h>
+
+#include "lin.h"
+#include "nominal.h"
+
+static const double UNDETERMINED = 0.2;          /* of sqrt(M_ii M_jj) */
+static const double UNDETERMINED_FRICTION = 0.1; /* of what varies of the force */
+
+/* Of the entries in units of sqrt(M_ii M_jj), friction eliminated: the normal matrix is the inverse of their noise's covariance. */
+static double condition_of(const struct estimate *e, double nominal[DOFS][DOFS]) {
+    double scaled[MATRIX_ENTRIES][MATRIX_ENTRIES], scale[MATRIX_ENTRIES], eigenvalue[MATRIX_ENTRIES];
+    for (int c = 0; c < MATRIX_ENTRIES; c++) {
+        int i, j;
+        equations_entry(c, &i, &j);
+        scale[c] = sqrt(nominal[i][i] * nominal[j][j]);
+        for (int d = 0; d <= c; d++) scaled[c][d] = e->noise[c][d] / (scale[c] * scale[d]);
+    }
+    return lin_eigenvalues(MATRIX_ENTRIES, scaled[0], eigenvalue) ? (double)NAN : eigenvalue[MATRIX_ENTRIES - 1] / eigenvalue[0];
+}
+
+static double known(double value, bool determined) { return determined ? value : (double)NAN; }
+
+static void report_matrix(const struct estimate *e, double nominal[DOFS][DOFS], struct method_result *m) {
+    for (int c = 0; c < MATRIX_ENTRIES; c++) {
+        int i, j;
+        equations_entry(c, &i, &j);
+        double std = sqrt(estimate_covariance(e, c, c));
+        bool determined = std < UNDETERMINED * sqrt(nominal[i][i] * nominal[j][j]);
+        m->mt[i][j] = m->mt[j][i] = known(nominal[i][j] + e->value[c], determined);
+        m->mt_std[i][j] = m->mt_std[j][i] = known(std, determined);
+    }
+    m->condition_number = condition_of(e, nominal);
+    m->evaluated = true;
+}
+
+/* A friction whose deviation is a good part of what varies of the force at all is none that was measured. */
+static void report_friction(const struct estimate *e, const struct equations *of, struct method_c *m) {
+    for (int c = UNKNOWN_VISCOUS; c < UNKNOWN_SHAPE; c++) {
+        bool viscous = c < UNKNOWN_DRY;
+        double std = sqrt(estimate_covariance(e, c, c));
+        bool determined = std * (viscous ? of->rate_mps : 1.0) < UNDETERMINED_FRICTION * of->force_n;
+        *(viscous ? &m->viscous[c - UNKNOWN_VISCOUS] : &m->dry[0][c - UNKNOWN_DRY]) = known(e->value[c], determined);
+        *(viscous ? &m->viscous_std[c - UNKNOWN_VISCOUS] : &m->dry_std[0][c - UNKNOWN_DRY]) = known(std, determined);
+    }
+}
+
+static struct payload payload_of(const struct estimate *e, double nominal[DOFS][DOFS], const struct params *configured, const struct kinematics *k) {
+    double value[MATRIX_ENTRIES], covariance[MATRIX_ENTRIES][MATRIX_ENTRIES];
+    for (int c = 0; c < MATRIX_ENTRIES; c++) {
+        int i, j;
+        equations_entry(c, &i, &j);
+        value[c] = nominal[i][j] + e->value[c];
+        for (int d = 0; d < MATRIX_ENTRIES; d++) covariance[c][d] = estimate_covariance(e, c, d);
+    }
+    return payload_find(configured, k, value, covariance);
+}
+
+int method_c_solve(const struct equations *e, const struct params *configured, struct estimate *estimate, struct method_c *result, struct error *error) {
+    static const double neutral[DOFS] = {0};
+    struct kinematics k;
+    double nominal[DOFS][DOFS];
+    *result = (struct method_c){0};
+    int status = kinematics_init(&k, configured, error);
+    if (status) return status;
+    nominal_matrix(configured, &k, neutral, nominal);
+    if (!equations_solve(e, nominal, estimate)) return error_set(error, STATUS_USAGE, "method C: some leg does not move both ways");
+    result->scatter = equations_scatter(e);
+    report_matrix(estimate, nominal, &result->matrix);
+    report_friction(estimate, e, result);
+    result->payload = payload_of(estimate, nominal, configured, &k);
+    return STATUS_OK;
+}
+
+double method_c_value(const struct method_c *m, int unknown, double *std) {
+    int i, j, viscous = unknown - UNKNOWN_VISCOUS, dry = unknown - UNKNOWN_DRY;
+    if (dry >= 0) {
+        *std = m->dry_std[dry / 2][dry % 2];
+        return m->dry[dry / 2][dry % 2];
+    }
+    if (viscous >= 0) {
+        *std = m->viscous_std[viscous];
+        return m->viscous[viscous];
+    }
+    equations_entry(unknown, &i, &j);
+    *std = m->matrix.mt_std[i][j];
+    return m->matrix.mt[i][j];
+}
