@@ -9,7 +9,7 @@
 #include "realtime.h"
 #include "status.h"
 
-enum { SETTINGS_MAX = 64, OPERANDS_MAX = 4, LOGS_MAX = 4 };
+enum { SETTINGS_MAX = 64, OPERANDS_MAX = 16, LOGS_MAX = 4 };
 
 enum { EXIT_PASSED = 0, EXIT_CHECK_FAILED = 1 }; /* the others are statuses with the sign turned */
 

@@ -244,7 +244,7 @@ static int report(struct check *c) {
 
 static int check(struct check *c, int argc, char **argv) {
     struct options *o = &c->o;
-    int status = options_parse(o, argc, argv, "coSja", OPERANDS_MAX, c->error);
+    int status = options_parse(o, argc, argv, "coSja", LOGS_MAX, c->error);
     if (!status && !o->operands)
         status = error_set(c->error, STATUS_USAGE, "check: name a log or a directory of CSV files; see `hexid check --help`");
     if (!status && o->output) status = cli_check_writable(o->output, c->error);

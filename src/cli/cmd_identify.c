@@ -1,16 +1,28 @@
+#include <stdlib.h>
 #include <string.h>
 
 #include "analysis.h"
 #include "cli.h"
+#include "combination.h"
 #include "config.h"
 #include "log.h"
+#include "log_set.h"
 #include "messages.h"
 
+_Static_assert((int)OPERANDS_MAX <= (int)AGREEMENT_LOGS, "each operand is a log");
+
+/* One log, its configuration and what is made of it. */
+struct identified {
+    struct params params;
+    struct analysis analysis;
+    struct verdict verdict;
+};
+
 /* The configuration in the log's first event, changed by --set; or the file given by -c. */
-static int log_params(const struct options *o, const struct log_event *event, struct params *params, struct error *error) {
+static int log_params(const struct options *o, const char *path, const struct log_event *event, struct params *params, struct error *error) {
     if (o->config) return options_params(o, params, error);
-    int status = cli_log_params(o->operand[0], event, "give one with -c FILE", params, error);
-    return status ? status : config_override(params, o->operand[0], o->settings, o->setting_count, error);
+    int status = cli_log_params(path, event, "give one with -c FILE", params, error);
+    return status ? status : config_override(params, path, o->settings, o->setting_count, error);
 }
 
 static void feed(struct analysis *a, const struct log_event *event) {
@@ -18,39 +30,105 @@ static void feed(struct analysis *a, const struct log_event *event) {
     if (!strcmp(event->channel, CHANNEL_STATE) && state_decode(event->data, event->size, &cycle)) analysis_take(a, &cycle);
 }
 
-static int identify(const struct options *o, struct log_reader *log, struct params *params, struct analysis *analysis,
-                    struct error *error) {
+static int read_log(const struct options *o, const char *path, struct log_reader *log, struct identified *i, struct error *error) {
     struct log_event event;
     int64_t offset;
-    if (!log_next(log, &event)) return error_set(error, STATUS_IO, "%s: not a log: no event in it", o->operand[0]);
-    int status = log_params(o, &event, params, error);
-    if (!status) status = analysis_init(analysis, params, error);
+    if (!log_next(log, &event)) return error_set(error, STATUS_IO, "%s: not a log: no event in it", path);
+    int status = log_params(o, path, &event, &i->params, error);
+    if (!status) status = analysis_init(&i->analysis, &i->params, error);
     if (status) return status;
-    do feed(analysis, &event);
+    do feed(&i->analysis, &event);
     while (log_next(log, &event));
-    analysis_end(analysis);
-    if (log_cut(log, &offset)) cli_warn_cut(o->operand[0], offset);
-    analysis_identify(analysis);
-    if ((status = analysis_identifies(analysis, o->operand[0], error))) return status;
-    struct verdict verdict = analysis_verdict(analysis);
-    analysis_print(analysis, &verdict, o->json && !strcmp(o->json, "-") ? stderr : stdout);
-    status = analysis_write_json(analysis, &verdict, o->json, error);
-    return status ? status : verdict.status == VERDICT_PASS ? EXIT_PASSED : EXIT_CHECK_FAILED;
+    analysis_end(&i->analysis);
+    if (log_cut(log, &offset)) cli_warn_cut(path, offset);
+    analysis_identify(&i->analysis);
+    return analysis_identifies(&i->analysis, path, error);
+}
+
+/* Of its samples nothing is kept. */
+static int identify(const struct options *o, const char *path, struct identified *i, struct error *error) {
+    struct log_reader *log;
+    int status = log_open(&log, path, error);
+    if (status) return status;
+    status = read_log(o, path, log, i, error);
+    if (!status) i->verdict = analysis_verdict(&i->analysis);
+    analysis_free(&i->analysis);
+    log_release(log);
+    return status;
+}
+
+static FILE *out_of(const struct options *o) { return o->json && !strcmp(o->json, "-") ? stderr : stdout; }
+
+static int exit_status(const struct verdict *v) { return v->status == VERDICT_PASS ? EXIT_PASSED : EXIT_CHECK_FAILED; }
+
+static int one_log(const struct options *o, struct identified *i, struct error *error) {
+    int status = identify(o, o->operand[0], i, error);
+    if (status) return status;
+    analysis_print(&i->analysis, &i->verdict, out_of(o));
+    status = analysis_write_json(&i->analysis, &i->verdict, o->json, error);
+    return status ? status : exit_status(&i->verdict);
+}
+
+/* Each log by itself; all are of one machine, and have a matrix. */
+static int each_log(const struct options *o, struct identified *i, struct error *error) {
+    int status = STATUS_OK;
+    for (int l = 0; l < o->operands && !status; l++) status = log_set_new(l, o->operand, error);
+    for (int l = 0; l < o->operands && !status; l++) {
+        const struct identification *r = &i[l].analysis.ident.result;
+        status = identify(o, o->operand[l], &i[l], error);
+        if (!status && l) status = log_set_same_machine(o->operand[l], &i[l].params, o->operand[0], &i[0].params, error);
+        if (!status && !r->method_c.matrix.evaluated)
+            status = error_set(error, STATUS_USAGE, "%.100s: cannot be combined with others: %.200s; leave it out", o->operand[l], r->no_method_c.text);
+    }
+    return status;
+}
+
+static int combine(struct combination *c, const struct identified *i, struct error *error) {
+    struct equations *sum = calloc(1, sizeof *sum);
+    struct estimate *all = calloc(1, sizeof *all);
+    struct agreement_log log[AGREEMENT_LOGS];
+    int status = sum && all ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
+    for (int l = 0; l < c->logs && !status; l++) {
+        equations_add(sum, &i[l].analysis.equations);
+        log[l] = (struct agreement_log){.equations = &i[l].analysis.equations, .estimate = &i[l].analysis.estimate,
+                                         .result = &i[l].analysis.ident.result.method_c};
+    }
+    if (!status) status = method_c_solve(sum, &i[0].params, all, &c->all, error);
+    if (!status) status = agreement_find(c->logs, log, &i[0].params, &c->agreement, error);
+    free(sum), free(all);
+    return status;
+}
+
+static int write_combination(const struct combination *c, const char *path, struct error *error) {
+    if (!path) return STATUS_OK;
+    char *json = combination_json(c);
+    int status = json ? cli_write_text(path, json, error) : error_set(error, STATUS_IO, "out of memory");
+    free(json);
+    return status;
+}
+
+static int several_logs(const struct options *o, struct identified *i, struct error *error) {
+    struct combination c = {.logs = o->operands};
+    int status = each_log(o, i, error);
+    for (int l = 0; l < c.logs && !status; l++)
+        c.log[l] = (struct combination_log){.path = o->operand[l], .id = &i[l].analysis.ident.result, .verdict = &i[l].verdict,
+                                            .loop = analysis_statistics(&i[l].analysis)};
+    if (!status) status = combine(&c, i, error);
+    if (status) return status;
+    c.verdict = combination_verdict(&c);
+    combination_table_print(out_of(o), &c);
+    status = write_combination(&c, o->json, error);
+    return status ? status : exit_status(&c.verdict);
 }
 
 int cmd_identify(int argc, char **argv) {
     struct options o;
     struct error error;
-    struct log_reader *log;
-    struct params params;
-    struct analysis analysis = {0};
-    int status = options_parse(&o, argc, argv, "cSj", 1, &error);
+    int status = options_parse(&o, argc, argv, "cSj", OPERANDS_MAX, &error);
     if (!status && !o.operands) status = error_set(&error, STATUS_USAGE, "identify: name a log; see `hexid identify --help`");
-    if (!status) status = log_open(&log, o.operand[0], &error);
-    if (!status) {
-        status = identify(&o, log, &params, &analysis, &error);
-        analysis_free(&analysis);
-        log_release(log);
-    }
+    struct identified *i = status ? NULL : calloc((size_t)o.operands, sizeof *i);
+    if (!status && !i) status = error_set(&error, STATUS_IO, "out of memory");
+    if (!status) status = o.operands > 1 ? several_logs(&o, i, &error) : one_log(&o, i, &error);
+    free(i);
     return status < 0 ? cli_fail(&error) : status;
 }

@@ -2,10 +2,10 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "cli.h"
 #include "log.h"
+#include "log_set.h"
 #include "messages.h"
 #include "recording_check.h"
 
@@ -51,19 +51,10 @@ static int add(const char *path, struct recording *r, struct error *error) {
     return status;
 }
 
-/* The same data twice would count twice. */
-static bool given_before(int logs, const char *const *path) {
-    struct stat now, before;
-    bool same = false;
-    for (int i = 0; i < logs && !stat(path[logs], &now); i++)
-        same = same || (!stat(path[i], &before) && before.st_dev == now.st_dev && before.st_ino == now.st_ino);
-    return same;
-}
-
 int gap_logs_load(int logs, const char *const *path, struct recording *r, struct error *error) {
     for (int i = 0; i < logs; i++) {
-        if (given_before(i, path)) return error_set(error, STATUS_USAGE, "--measured %.250s: given twice; name each log once", path[i]);
-        int tests = r->tests, status = add(path[i], r, error);
+        int tests = r->tests, status = log_set_new(i, path, error);
+        if (!status) status = add(path[i], r, error);
         if (!status && r->tests == tests) status = error_set(error, STATUS_USAGE, "%.250s: no sinusoidal test in the log", path[i]);
         if (!status) status = of_log(path[i], recording_check(r, error), error);
         if (status) return status;

@@ -27,6 +27,13 @@ int config_override(struct params *params, const char *name, const char *const *
 /* YAML text that config_parse turns back into the same params, bit for bit; effects only where on. To be freed by the caller. */
 char *config_text(const struct params *params);
 
+/* The first key within these sections ("payload"; the list ends with NULL) whose value is not the same in both, and both values as one would
+ * write them. False: there is none. */
+struct config_difference {
+    char key[80], a[64], b[64];
+};
+bool config_difference(const struct params *a, const struct params *b, const char *const *sections, struct config_difference *difference);
+
 /* Every key with default, range, unit and meaning, and every effect with its law, in Markdown: docs/configuration.md from its first key on. */
 void config_print_keys(FILE *out);
 

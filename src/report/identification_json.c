@@ -1,19 +1,16 @@
-#include "identification_json.h"
+#include "report_json.h"
 
-#include <jansson.h>
 #include <math.h>
 
-/* A number that JSON cannot hold is null. */
-static json_t *number(double x) { return isfinite(x) ? json_real(x) : json_null(); }
+json_t *report_number(double x) { return isfinite(x) ? json_real(x) : json_null(); }
 
-/* Takes both. NULL when either is or memory is short: what is built upon it is NULL too, never a part of the result. */
-static json_t *append(json_t *array, json_t *value) {
+json_t *report_append(json_t *array, json_t *value) {
     if (json_array_append_new(array, value) == 0) return array;
     json_decref(array);
     return NULL;
 }
 
-static json_t *set(json_t *object, const char *key, json_t *value) {
+json_t *report_set(json_t *object, const char *key, json_t *value) {
     if (json_object_set_new(object, key, value) == 0) return object;
     json_decref(object);
     return NULL;
@@ -21,13 +18,13 @@ static json_t *set(json_t *object, const char *key, json_t *value) {
 
 static json_t *vector(const double *x, int count) {
     json_t *array = json_array();
-    for (int i = 0; i < count; i++) array = append(array, number(x[i]));
+    for (int i = 0; i < count; i++) array = report_append(array, report_number(x[i]));
     return array;
 }
 
 static json_t *matrix(double m[DOFS][DOFS]) {
     json_t *array = json_array();
-    for (int i = 0; i < DOFS; i++) array = append(array, vector(m[i], DOFS));
+    for (int i = 0; i < DOFS; i++) array = report_append(array, vector(m[i], DOFS));
     return array;
 }
 
@@ -42,9 +39,9 @@ static json_t *test(const struct test_result *source) {
     struct test_result t = *source;
     double rms[2 * DOFS];
     for (int i = 0; i < DOFS; i++) rms[i] = t.pose_rms[i], rms[DOFS + i] = t.wrench_rms[i];
-    return json_pack("{ss so so so so so sI sI sb so so so so}", "dof", dof_names[t.dof], "frequency_hz", number(t.frequency_hz),
-                     "amplitude", number(t.amplitude), "achieved_amplitude", number(t.achieved_amplitude),
-                     "phase_deg", number(t.phase_deg), "unwanted_pct", vector(t.unwanted_pct, DOFS), "samples", (json_int_t)t.samples,
+    return json_pack("{ss so so so so so sI sI sb so so so so}", "dof", dof_names[t.dof], "frequency_hz", report_number(t.frequency_hz),
+                     "amplitude", report_number(t.amplitude), "achieved_amplitude", report_number(t.achieved_amplitude),
+                     "phase_deg", report_number(t.phase_deg), "unwanted_pct", vector(t.unwanted_pct, DOFS), "samples", (json_int_t)t.samples,
                      "excluded", (json_int_t)t.excluded, "complete", t.complete, "residual_rms", vector(rms, 2 * DOFS),
                      "pose", fundamental(t.pose), "wrench", fundamental(t.wrench), "wrench_std", vector(t.wrench_std, DOFS));
 }
@@ -52,8 +49,8 @@ static json_t *test(const struct test_result *source) {
 static json_t *method(const struct method_result *source, bool damping) {
     if (!source->evaluated) return json_null();
     struct method_result m = *source;
-    json_t *object = json_pack("{so so so}", "Mt", matrix(m.mt), "std", matrix(m.mt_std), "condition_number", number(m.condition_number));
-    return damping ? set(set(object, "Bt", matrix(m.bt)), "Bt_std", matrix(m.bt_std)) : object;
+    json_t *object = json_pack("{so so so}", "Mt", matrix(m.mt), "std", matrix(m.mt_std), "condition_number", report_number(m.condition_number));
+    return damping ? report_set(report_set(object, "Bt", matrix(m.bt)), "Bt_std", matrix(m.bt_std)) : object;
 }
 
 /* Dry friction of six legs, one direction. */
@@ -65,60 +62,70 @@ static json_t *strided(const double *x) {
 
 static json_t *payload_values(const double value[PAYLOAD_VALUES]) {
     json_t *object = json_object();
-    for (int i = 0; i < PAYLOAD_VALUES; i++) object = set(object, payload_names[i], number(value[i]));
+    for (int i = 0; i < PAYLOAD_VALUES; i++) object = report_set(object, payload_names[i], report_number(value[i]));
     return object;
 }
 
 static json_t *payload_json(const struct payload *p) {
     if (!p->evaluated) return json_null();
-    return json_pack("{so so sb so so}", "value", payload_values(p->value), "std", payload_values(p->std), "possible", p->possible, "nearest",
-                     payload_values(p->nearest), "misfit", number(p->misfit));
+    return json_pack("{so so so so so}", "value", payload_values(p->value), "std", payload_values(p->std), "possible", p->whole ? json_boolean(p->possible) : json_null(), "nearest",
+                     payload_values(p->nearest), "misfit", report_number(p->misfit));
 }
 
-static json_t *method_c_json(const struct method_c *source) {
+json_t *report_method_c(const struct method_c *source) {
     struct method_c c = *source;
     if (!c.matrix.evaluated) return json_null();
-    return json_pack("{so so so so s{so so so so} so so}", "Mt", matrix(c.matrix.mt), "std", matrix(c.matrix.mt_std), "viscous_n_s_per_m",
+    return json_pack("{so so so so s{so so so so} so so so}", "Mt", matrix(c.matrix.mt), "std", matrix(c.matrix.mt_std), "viscous_n_s_per_m",
                      vector(c.viscous, LEGS), "viscous_std_n_s_per_m", vector(c.viscous_std, LEGS), "dry_friction_n", "extend", strided(c.dry[0]),
                      "extend_std", strided(c.dry_std[0]), "retract", strided(c.dry[0] + 1), "retract_std", strided(c.dry_std[0] + 1),
-                     "scatter", number(c.scatter), "payload", payload_json(&c.payload));
+                     "scatter", report_number(c.scatter), "condition_number", report_number(c.matrix.condition_number), "payload", payload_json(&c.payload));
 }
 
 static json_t *errors(const struct identification *id, const struct method_result *m) {
     if (!m->evaluated) return json_null();
     json_t *object = json_object();
-    for (int i = 0; i < IDENT_ENTRIES; i++) object = set(object, ident_entries[i].name, number(ident_error_pct(id, m, &ident_entries[i])));
+    for (int i = 0; i < IDENT_ENTRIES; i++) object = report_set(object, ident_entries[i].name, report_number(ident_error_pct(id, m, &ident_entries[i])));
     return object;
 }
 
 static json_t *quantiles(const double us[4], bool timed) {
     if (!timed) return json_null();
-    return json_pack("{so so so so}", "p50", number(us[0]), "p99", number(us[1]), "p999", number(us[2]), "max", number(us[3]));
+    return json_pack("{so so so so}", "p50", report_number(us[0]), "p99", report_number(us[1]), "p999", report_number(us[2]), "max", report_number(us[3]));
 }
 
 static json_t *reasons(const struct verdict *v) {
     json_t *array = json_array();
-    for (int i = 0; i < v->reasons; i++) array = append(array, json_string(v->reason[i]));
+    for (int i = 0; i < v->reasons; i++) array = report_append(array, json_string(v->reason[i]));
     return array;
 }
 
-char *identification_json(const struct identification *id, const struct verdict *verdict, const struct loop_statistics *loop) {
+json_t *report_verdict(const struct verdict *v) {
+    return json_pack("{ss ss so}", "scope", v->scope, "status", verdict_names[v->status], "reasons", reasons(v));
+}
+
+json_t *report_identification(const struct identification *id, const struct verdict *verdict, const struct loop_statistics *loop) {
     struct identification r = *id;
-    json_object_seed(1); /* else jansson opens /dev/urandom, against keys of an enemy's choice; these are ours */
     json_t *tests = json_array();
-    for (int i = 0; i < r.tests; i++) tests = append(tests, test(&r.test[i]));
-    json_t *root = json_pack(
-        "{ss so s{so} so so so so so s{so so so so} s{sI sI sI so so so so so so} s{ss ss so}}", "schema", "hexid.identification/1", "tests", tests,
+    for (int i = 0; i < r.tests; i++) tests = report_append(tests, test(&r.test[i]));
+    return json_pack(
+        "{ss so s{so} so so so so so s{so so so so} s{sI sI sI so so so so so so} so}", "schema", "hexid.identification/1", "tests", tests,
         "nominal", "Mt", matrix(r.nominal_mt), "method_a", method(&r.method_a, true), "modified_a", method(&r.modified_a, false),
-        "method_b", method(&r.method_b, false), "method_c", method_c_json(&r.method_c), "method_c_reason",
+        "method_b", method(&r.method_b, false), "method_c", report_method_c(&r.method_c), "method_c_reason",
         r.no_method_c.status ? json_string(r.no_method_c.text) : json_null(), "errors_pct", "method_a", errors(id, &r.method_a),
         "modified_a", errors(id, &r.modified_a), "method_b", errors(id, &r.method_b), "method_c", errors(id, &r.method_c.matrix), "loop", "cycles", (json_int_t)loop->cycles,
-        "overruns", (json_int_t)loop->overruns, "lost_records", (json_int_t)loop->lost, "period_s", number(loop->period_s),
+        "overruns", (json_int_t)loop->overruns, "lost_records", (json_int_t)loop->lost, "period_s", report_number(loop->period_s),
         "wake_us", quantiles(loop->wake_us, loop->timed), "exec_us", quantiles(loop->exec_us, loop->timed), "pace",
-        loop->timed ? number(loop->pace) : json_null(), "stalls", loop->timed ? json_integer(loop->stalls) : json_null(),
-        "longest_stall_s", loop->timed ? number(loop->longest_stall_s) : json_null(), "verdict", "scope",
-        verdict->scope, "status", verdict_names[verdict->status], "reasons", reasons(verdict));
+        loop->timed ? report_number(loop->pace) : json_null(), "stalls", loop->timed ? json_integer(loop->stalls) : json_null(),
+        "longest_stall_s", loop->timed ? report_number(loop->longest_stall_s) : json_null(), "verdict", report_verdict(verdict));
+}
+
+char *report_text(json_t *root) {
     char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     json_decref(root);
     return text;
+}
+
+char *identification_json(const struct identification *id, const struct verdict *verdict, const struct loop_statistics *loop) {
+    json_object_seed(1); /* else jansson opens /dev/urandom, against keys of an enemy's choice; these are ours */
+    return report_text(report_identification(id, verdict, loop));
 }

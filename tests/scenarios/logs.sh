@@ -1,0 +1,65 @@
+#!/bin/bash
+# hexid identify takes several logs of one machine: repeats are combined, what disagrees is said, what is another machine is refused.
+. tests/scenarios/lib
+skip_under tsan "several logs" "one thread"
+
+identify() { "$hexid" identify "$@" >"$work/out" 2>&1; }
+says() { for words in "$@"; do grep -qE -- "$words" "$work/out" || { echo "missing: $words"; cat "$work/out"; return 1; }; done; }
+quick_settings+=(--set tests.duration_s=2) # six cycles at least
+quick=("$hexid" run --hal sim: --fast "${quick_settings[@]}")
+for seed in 1 2 3; do quick --seed $seed --log "$work/$seed.lcm" >/dev/null; done
+repeats=("$work"/{1,2,3}.lcm)
+
+agree() { ends 0 identify "${repeats[@]}" --json "$work/all.json" && says 'log 3 .*3.lcm: pass' '^Mt11 .*kg' '^dry leg 6 retracting' 'the logs agree' 'verdict +pass'; }
+claim "three repeats: each beside the others and all of them together; they agree" agree
+combined() {
+    "$hexid" identify "$work/2.lcm" --json "$work/2.json" >/dev/null && "$python" - "$work" <<'END'
+import json, sys
+all, one = (json.load(open(f"{sys.argv[1]}/{name}.json")) for name in ("all", "2"))
+second = dict(all["logs"][1])
+assert second.pop("log").endswith("2.lcm") and second == one, "a log's own result is not that of the log alone"
+stds = [log["method_c"]["std"] for log in all["logs"]]
+for i in range(6):
+    for j in range(6): assert all["combined"]["method_c"]["std"][i][j] < min(s[i][j] for s in stds), (i, j)
+assert all["agreement"]["agree"] and all["agreement"]["degrees"] == 78 and all["agreement"]["probability"] > 1e-3
+assert all["agreement"]["apart"] == [] and all["verdict"]["status"] == "pass"
+END
+}
+claim "in the JSON each log is what it is alone, and all together are surer than any" combined
+
+quick --seed 4 --log "$work/rubs.lcm" --set effects.cylinder_coulomb_friction.force_extend_n=0,0,60,0,0,0 \
+    --set effects.cylinder_coulomb_friction.force_retract_n=0,0,60,0,0,0 >/dev/null
+disagree() {
+    ends 1 identify "${repeats[@]}" "$work/rubs.lcm" --json "$work/rubs.json" && says 'the logs disagree' 'verdict +fail' \
+        'dry leg 3 (extending|retracting) of log 4 is \+[0-9.]+ standard deviations from the others' '^dry leg 3 .*\*' &&
+        "$python" -c 'import json, sys
+agreement = json.load(open(sys.argv[1]))["agreement"]
+assert not agreement["agree"] and any(a["log"] == 4 and a["value"].startswith("dry leg 3") for a in agreement["apart"]), agreement' "$work/rubs.json"
+}
+claim "a leg that rubs in one of them: named, with the log and by how much; exit status 1" disagree
+
+quick --seed 5 --set tests.multisine=true --set tests.frequency_hz=1.1,1.7,2.3,3.1,3.7,4.3 --set tests.duration_s=12 --log "$work/multisine.lcm" >/dev/null
+claim "another motion of the same machine is combined, too" ends 0 identify "$work/1.lcm" "$work/multisine.lcm"
+for axes in x,y z,phi theta,psi; do quick --tests $axes --log "$work/$axes.lcm" >/dev/null; done
+parts() {
+    ends 0 identify "$work"/{x\,y,z\,phi,theta\,psi}.lcm --json "$work/parts.json" && says 'verdict +pass' && "$python" -c 'import json, sys
+report = json.load(open(sys.argv[1]))
+assert all(any(x is None for row in log["method_c"]["Mt"] for x in row) for log in report["logs"])
+assert all(x is not None for row in report["combined"]["method_c"]["Mt"] for x in row)' "$work/parts.json"
+}
+claim "two axes in each of three logs, none with the whole matrix: together they have it" parts
+
+quick --seed 6 --set payload.mass_kg=150 --log "$work/lighter.lcm" >/dev/null
+claim "a log of another machine: refused, with both logs, the key, both values and the remedy" \
+    refuses 2 "lighter.lcm 1.lcm payload.mass_kg 150 178.6 -c" "$hexid" identify "$work/1.lcm" "$work/lighter.lcm"
+says_which() {
+    quick --print-config >"$work/rig.yaml"
+    identify "$work/1.lcm" "$work/lighter.lcm" -c "$work/rig.yaml"
+    says 'the logs disagree' 'Mt11 of log [12] is' # as they are not of one machine
+}
+claim "-c says which configuration both have" says_which
+claim "a log given twice: refused, naming it" refuses 2 "1.lcm twice" "$hexid" identify "$work/1.lcm" "$work/2.lcm" "$work/../${work##*/}/1.lcm"
+cp "$work/1.lcm" "$work/copy.lcm"
+claim "a copy of a log: refused, naming both" refuses 2 "copy.lcm 1.lcm twice" "$hexid" identify "$work/1.lcm" "$work/copy.lcm"
+claim "seventeen logs: refused" refuses 2 "17.lcm one argument too many" "$hexid" identify "$work"/{1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17}.lcm
+claim "one that is not there: I/O error, naming it" refuses 3 "none.lcm" "$hexid" identify "$work/1.lcm" "$work/none.lcm"
