@@ -206,7 +206,7 @@ static double mean_square(const struct method_c *m, const struct rig *r) {
     return sum / ENTRIES;
 }
 
-static double joints_variance(const struct estimate *e, int c) { return estimate_covariance(e, c, c) - e->noise[c][c]; }
+static double common_variance(const struct estimate *e, int c) { return estimate_covariance(e, c, c) - e->noise[c][c]; }
 
 /* Four logs of one motion: a quarter of the noise's variance, and what joints within their tolerance do is no less. */
 static void repeats_shrink_the_noise_and_not_what_they_have_in_common(void **unused) {
@@ -221,7 +221,7 @@ static void repeats_shrink_the_noise_and_not_what_they_have_in_common(void **unu
     solve(&r, &sum);
     for (int c = 0; c < MATRIX_ENTRIES; c++) {
         assert_close(sum.estimate.noise[c][c], log.estimate.noise[c][c] / LOGS, 0.15 * log.estimate.noise[c][c] / LOGS); /* scatters differ */
-        assert_close(joints_variance(&sum.estimate, c), joints_variance(&log.estimate, c), 0.15 * joints_variance(&log.estimate, c));
+        assert_close(common_variance(&sum.estimate, c), common_variance(&log.estimate, c), 0.15 * common_variance(&log.estimate, c));
     }
     assert_below(mean_square(&sum.result, &r), 2.0);
 }

@@ -85,7 +85,7 @@ void analysis_identify(struct analysis *a) {
     *e = a->unrecorded;
     drop_incomplete(a);
     if (!e->status && !a->recording.tests) error_set(e, STATUS_USAGE, "no complete test");
-    if (!e->status && !recording_check(&a->recording, e) && !method_c_equations(&a->recording, &a->equations, e))
+    if (!e->status && !recording_check(&a->recording, e) && !method_c_check(&a->recording, e) && !method_c_equations(&a->recording, &a->equations, e))
         method_c_solve(&a->equations, a->params, &a->estimate, &r->method_c, e);
 }
 

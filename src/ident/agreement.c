@@ -6,7 +6,7 @@
 
 #include "dense.h"
 
-enum { VALUES = AGREEMENT_VALUES, JOINED = VALUES + JOINT_COORDINATES };
+enum { VALUES = AGREEMENT_VALUES, JOINED = VALUES + COMMON };
 
 struct others {
     struct equations sum;
@@ -25,7 +25,7 @@ double agreement_chi_square_above(double x, int degrees) {
 
 static double deviation(const struct estimate *one, const struct estimate *other, int c) {
     double variance = one->noise[c][c] + other->noise[c][c];
-    for (int j = 0; j < JOINT_COORDINATES; j++) variance += pow(one->joints[j][c] - other->joints[j][c], 2.0);
+    for (int j = 0; j < COMMON; j++) variance += pow(one->common[j][c] - other->common[j][c], 2.0);
     return (one->value[c] - other->value[c]) / sqrt(variance);
 }
 
@@ -60,7 +60,7 @@ static int join(const struct agreement_log *log, const struct estimate *from, st
         for (int j = 0; j < count; j++) covariance[i * count + j] = log->estimate->noise[at[i]][at[j]];
         difference[i] = log->estimate->value[at[i]] - from->value[at[i]];
         column[at[i]][i] = 1.0;
-        for (int j = 0; j < JOINT_COORDINATES; j++) column[VALUES + j][i] = log->estimate->joints[j][at[i]];
+        for (int j = 0; j < COMMON; j++) column[VALUES + j][i] = log->estimate->common[j][at[i]];
     }
     if (!dense_factor(count, count, covariance)) return -1;
     for (int a = 0; a <= JOINED; a++) {

@@ -22,7 +22,7 @@ void equations_add(struct equations *sum, const struct equations *e) {
     for (int c = 0; c < UNKNOWNS; c++) {
         sum->with[c] += e->with[c];
         for (int d = 0; d <= c; d++) sum->product[c][d] += e->product[c][d];
-        for (int j = 0; j < JOINT_COORDINATES; j++) sum->joints[j][c] += e->joints[j][c];
+        for (int j = 0; j < COMMON; j++) sum->common[j][c] += e->common[j][c];
     }
     sum->rest += e->rest;
     sum->free += e->free;
@@ -64,13 +64,13 @@ bool equations_solve(const struct equations *e, double nominal[DOFS][DOFS], stru
         estimate->noise[c][c] = 1.0;
         dense_solve(UNKNOWNS, UNKNOWNS, factor[0], estimate->noise[c]);
     }
-    memcpy(estimate->joints, e->joints, sizeof e->joints);
-    for (int j = 0; j < JOINT_COORDINATES; j++) dense_solve(UNKNOWNS, UNKNOWNS, factor[0], estimate->joints[j]);
+    memcpy(estimate->common, e->common, sizeof e->common);
+    for (int j = 0; j < COMMON; j++) dense_solve(UNKNOWNS, UNKNOWNS, factor[0], estimate->common[j]);
     return true;
 }
 
 double estimate_covariance(const struct estimate *e, int a, int b) {
     double sum = e->noise[a][b];
-    for (int j = 0; j < JOINT_COORDINATES; j++) sum += e->joints[j][a] * e->joints[j][b];
+    for (int j = 0; j < COMMON; j++) sum += e->common[j][a] * e->common[j][b];
     return sum;
 }

@@ -2,9 +2,11 @@
  * one estimate of all their rows, whatever each of them leaves open; and nothing of a log need be kept but these.
  *
  * Unknown is what is to be added to the configured machine: 21 entries of Mt, friction of each leg. Of the covariance of an estimate there are
- * two parts. The noise is each log's own, and gets smaller with every further one. Joints that are not where they are configured are so in all
- * logs of a machine: 36 coordinates, each a standard deviation off, move every log's right-hand side in a way of its own; the right-hand sides
- * are added, and what the sum does to the estimate is no smaller for many logs of one motion than for one. Pure, no heap. */
+ * two parts. The noise is each log's own, and gets smaller with every further one. What logs of a machine have in common moves every log's
+ * right-hand side in a way of its own; the right-hand sides are added, and what the sum does to the estimate is no smaller for many logs of one
+ * motion than for one. That are joints which are not where they are configured, 36 coordinates, each a standard deviation off; and the noise of the
+ * accelerations, which belongs to both sides of the equations: an axis that does not move but in that noise seems to have no mass (attenuation,
+ * Fuller 1987 section 1.1), and how far that draws the entries is the 37th. Pure, no heap. */
 #ifndef HEXID_EQUATIONS_H
 #define HEXID_EQUATIONS_H
 
@@ -15,12 +17,12 @@
 enum { UNKNOWN_SHAPES = 3 }; /* of dry friction that is not the same all the time: at two low speeds, and with the pressures */
 enum { UNKNOWN_VISCOUS = MATRIX_ENTRIES, UNKNOWN_DRY = UNKNOWN_VISCOUS + LEGS, /* of each leg extending, retracting */
        UNKNOWN_SHAPE = UNKNOWN_DRY + 2 * LEGS, UNKNOWNS = UNKNOWN_SHAPE + UNKNOWN_SHAPES * LEGS };
-enum { JOINT_COORDINATES = 6 * LEGS };
+enum { JOINT_COORDINATES = 6 * LEGS, COMMON_ATTENUATION = JOINT_COORDINATES, COMMON };
 
 struct equations {
     double product[UNKNOWNS][UNKNOWNS]; /* X' W X, lower triangle; W in units of what the rows scatter by, where that is more than their noise */
     double with[UNKNOWNS];              /* X' W y */
-    double joints[JOINT_COORDINATES][UNKNOWNS]; /* what is added to `with` by a coordinate that is one standard deviation off */
+    double common[COMMON][UNKNOWNS];    /* what is added to `with` by a coordinate that is one standard deviation off, and by attenuation */
     double rest;                        /* weighted sum of squares that is left, W as the noise alone has it, */
     int free;                           /* and rows less unknowns */
     double dry_n[LEGS];                 /* how large dry friction may be: the prior of its shapes */
@@ -31,7 +33,7 @@ struct equations {
 struct estimate {
     double value[UNKNOWNS];
     double noise[UNKNOWNS][UNKNOWNS];           /* covariance */
-    double joints[JOINT_COORDINATES][UNKNOWNS]; /* what each coordinate, one standard deviation off, adds to `value` */
+    double common[COMMON][UNKNOWNS];            /* what each of them adds to `value` */
 };
 
 /* Where an entry of the unknowns stands in the matrix, row <= column. */

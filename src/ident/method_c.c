@@ -40,6 +40,7 @@ struct work {
     double (*staircase)[LEGS][RESIDUAL_SIZE];          /* of each test, N */
     double (*gain)[UNKNOWNS][ROWS];                    /* of each test: covariance^-1 columns, of the last pass */
     double leg_mass[LEGS][LEGS], nominal[DOFS][DOFS];
+    double along[DOFS][LEGS];                          /* of a unit wrench, at neutral */
     double x[UNKNOWNS];
 };
 
@@ -172,11 +173,15 @@ static void expect_friction(struct work *w, int pass) {
     }
 }
 
+static double length_variance(const struct work *w, const struct residual_test *t, int leg, int a) {
+    return whiten_in_step(t, w->params, leg) + square(t->std[CHANNEL_LENGTH][leg][a]);
+}
+
 static void fill_covariance(struct work *w, const struct residual_test *t) {
     struct rows *r = &w->rows;
     double length[LEGS][RESIDUAL_SIZE];
     for (int k = 0; k < LEGS; k++)
-        for (int a = 0; a < t->size; a++) length[k][a] = whiten_in_step(t, w->params, k) + square(t->std[CHANNEL_LENGTH][k][a]);
+        for (int a = 0; a < t->size; a++) length[k][a] = length_variance(w, t, k, a);
     for (int i = 0; i < LEGS; i++) {
         double friction = square(STUCK * w->sum->dry_n[i]), floor = square(MODEL_ERROR) * residual_variation(t, CHANNEL_FORCE, i);
         for (int a = 0; a < t->size; a++) {
@@ -210,6 +215,41 @@ static bool accumulate(struct work *w, int test) {
     return true;
 }
 
+/* The noise n of a leg's acceleration is in the entries' columns, T_c n, and with the configured mass in what is to be explained, -L n: the mean of
+ * its product. After accumulate(): the covariance is its factor. */
+static void add_attenuation(struct work *w, const struct residual_test *t) {
+    const struct rows *r = &w->rows;
+    for (int a = 0; a < t->size; a++)
+        for (int m = 0; m < LEGS; m++) {
+            double variance = square(t->curve[a]) * length_variance(w, t, m, a), solved[ROWS] = {0};
+            for (int k = 0; k < LEGS; k++) solved[k * t->size + a] = w->leg_mass[k][m];
+            dense_solve(r->count, r->count, r->covariance, solved);
+            for (int c = 0; c < ENTRIES; c++) {
+                int i, j;
+                equations_entry(c, &i, &j);
+                for (int k = 0; k < LEGS; k++) {
+                    double t_km = w->along[i][k] * w->along[j][m] + (i != j ? w->along[j][k] * w->along[i][m] : 0.0);
+                    w->sum->common[COMMON_ATTENUATION][c] -= variance * t_km * solved[k * t->size + a];
+                }
+            }
+        }
+}
+
+static bool find_along(struct work *w, const double neutral_length_m[LEGS]) {
+    struct inverse_dynamics d;
+    struct rigid_legs legs;
+    double leg[LEGS][3] = {{0}}, j[LEGS][DOFS], acceleration[DOFS];
+    for (int k = 0; k < LEGS; k++) leg[k][0] = neutral_length_m[k];
+    inverse_dynamics_init(&d, w->params, 0.0, 0.0);
+    bool ok = inverse_dynamics_move(&d, (const double(*)[3])leg, &legs, j, acceleration);
+    for (int i = 0; i < DOFS && ok; i++) {
+        memset(w->along[i], 0, sizeof w->along[i]);
+        w->along[i][i] = 1.0;
+        ok = inverse_dynamics_along_legs(j, w->along[i]);
+    }
+    return ok;
+}
+
 /* Of the machine as it is configured: a part of a part of the force. */
 static int find_staircases(struct work *w, struct error *error) {
     w->staircase = calloc((size_t)w->data.tests + 1, sizeof *w->staircase);
@@ -230,6 +270,7 @@ static int pass(struct work *w, int number, struct error *error) {
         if (!fill_columns(w, w->params, i)) return error_set(error, STATUS_USAGE, no_pose);
         fill_covariance(w, t);
         if (!accumulate(w, i)) return error_set(error, STATUS_USAGE, "method C: a force that is constant, or no number");
+        if (number == PASSES - 1) add_attenuation(w, t);
     }
     bool solved = equations_values(w->sum, w->nominal, w->x);
     return solved ? STATUS_OK : error_set(error, STATUS_USAGE, "method C: some leg does not move both ways");
@@ -259,8 +300,8 @@ static int move_joints(struct work *w, const struct params *configured, struct e
         *machine = *w->params;
         machine->effects[effect] = (struct effect_values){.on = true};
         machine->effects[effect].value[i % COORDINATES][i / COORDINATES] = configured->model.tolerance.joints_m / sqrt(3.0);
-        memcpy(w->sum->joints[i], configured_too, sizeof configured_too);
-        if (!add_gradient(w, machine, 1.0, w->sum->joints[i]))
+        memcpy(w->sum->common[i], configured_too, sizeof configured_too);
+        if (!add_gradient(w, machine, 1.0, w->sum->common[i]))
             status = error_set(error, STATUS_USAGE, "method C: model.tolerance.joints_m: no pose of a machine whose joints are off by so much has "
                                "these lengths: make it smaller");
     }
@@ -274,7 +315,7 @@ static void weigh_scatter(struct equations *e) {
     for (int c = 0; c < UNKNOWNS; c++) {
         e->with[c] *= weight;
         for (int d = 0; d <= c; d++) e->product[c][d] *= weight;
-        for (int j = 0; j < JOINT_COORDINATES; j++) e->joints[j][c] *= weight;
+        for (int j = 0; j < COMMON; j++) e->common[j][c] *= weight;
     }
 }
 
@@ -314,6 +355,7 @@ int method_c_equations(const struct recording *recording, struct equations *e, s
         nominal_matrix(params, &k, neutral, w->nominal);
         whiten_leg_mass(params, w->leg_mass);
         status = residual_prepare(&w->data, recording, CYCLES_ALL, error);
+        if (!status && !find_along(w, k.neutral_length_m)) status = error_set(error, STATUS_USAGE, no_pose);
         if (!status) status = find_staircases(w, error);
         for (int i = 0; i < PASSES && !status; i++) status = pass(w, i, error);
         if (!status) status = move_joints(w, recording->params, error);

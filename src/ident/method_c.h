@@ -19,8 +19,8 @@
  * a reversal, where a leg may stick, its friction is anything between -r and e: that variance is in the covariance, and no law of friction is
  * assumed there. It needs the friction's size, hence several passes.
  *
- * A standard deviation has two parts: the sensors' noise, enlarged where the rows scatter by more, and joints that are off by
- * model.tolerance.joints_m (uniform, each coordinate). An entry whose deviation is above a fifth of sqrt(M_ii M_jj) is not determined: NaN; so is
+ * A standard deviation has three parts: the sensors' noise, enlarged where the rows scatter by more; joints that are off by
+ * model.tolerance.joints_m (uniform, each coordinate); and how far the accelerations' noise draws the entries to zero (equations.h). An entry whose deviation is above a fifth of sqrt(M_ii M_jj) is not determined: NaN; so is
  * friction whose deviation is above a tenth of what varies of the force of the leg where most does, viscous friction at the legs' speed.
  * Ordinary threads; heap. */
 #ifndef HEXID_METHOD_C_H
@@ -43,7 +43,12 @@ struct method_c {
 /* Of a checked recording of a platform (recording_check). -2: no pose has these lengths, or a leg does not move; -3: memory. */
 int method_c_equations(const struct recording *recording, struct equations *equations, struct error *error);
 
-/* Of one recording's equations, or of several ones' of a machine added up. `result` has what is determined, `estimate` all of it. -2 as above. */
+/* Data that a checked recording may have (another question is asked of it), and method C may not: -2 where a valve's command is at its limit for a
+ * good part of a test, with the leg and the remedy. What the machine does then is the limit's doing, and is much the same whatever was asked. */
+int method_c_check(const struct recording *recording, struct error *error);
+
+/* Of one recording's equations, or of several ones' of a machine added up. `result` has what is determined, `estimate` all of it. -2
+ * as above, or no entry is determined. */
 int method_c_solve(const struct equations *equations, const struct params *configured, struct estimate *estimate, struct method_c *result,
                    struct error *error);
 

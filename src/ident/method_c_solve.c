@@ -35,6 +35,12 @@ static void report_matrix(const struct estimate *e, double nominal[DOFS][DOFS], 
     m->evaluated = true;
 }
 
+static bool any(const struct method_result *m) {
+    bool known = false;
+    for (int i = 0; i < DOFS * DOFS; i++) known = known || !isnan(m->mt[i / DOFS][i % DOFS]);
+    return known;
+}
+
 /* A friction whose deviation is a good part of what varies of the force at all is none that was measured. */
 static void report_friction(const struct estimate *e, const struct equations *of, struct method_c *m) {
     for (int c = UNKNOWN_VISCOUS; c < UNKNOWN_SHAPE; c++) {
@@ -66,8 +72,13 @@ int method_c_solve(const struct equations *e, const struct params *configured, s
     if (status) return status;
     nominal_matrix(configured, &k, neutral, nominal);
     if (!equations_solve(e, nominal, estimate)) return error_set(error, STATUS_USAGE, "method C: some leg does not move both ways");
-    result->scatter = equations_scatter(e);
     report_matrix(estimate, nominal, &result->matrix);
+    if (!any(&result->matrix)) {
+        result->matrix.evaluated = false;
+        return error_set(error, STATUS_USAGE, "method C: no entry of the matrix is determined: the motion is too small or too slow against the sensors' "
+                         "noise; move farther, faster or for longer");
+    }
+    result->scatter = equations_scatter(e);
     report_friction(estimate, e, result);
     result->payload = payload_of(estimate, nominal, configured, &k);
     return STATUS_OK;

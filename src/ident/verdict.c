@@ -88,7 +88,7 @@ struct verdict ident_verdict(const struct params *params, const struct identific
         verdict_add(&v, VERDICT_NOT_EVALUATED, "%d of %d tests done", id->tests, params->tests.count);
     double overruns_pct = cycles > 0 ? 100.0 * (double)overruns / (double)cycles : 0.0;
     if (!(overruns_pct <= limit->overruns_pct))
-        verdict_add(&v, VERDICT_FAIL, "%.2f %% of the cycles overran, limit %g %%", overruns_pct, limit->overruns_pct);
+        verdict_add(&v, VERDICT_FAIL, "%.2f %% of the cycles overran, limit %g %%: a core of its own (loop.cpu), or a longer loop.period_s", overruns_pct, limit->overruns_pct);
     if (sinusoids && !(params->loop.period_s <= limit->period_s))
         verdict_add(&v, VERDICT_FAIL, "a cycle of %g ms puts the command's staircase into the matrix, limit %g ms",
                     params->loop.period_s * 1e3, limit->period_s * 1e3);

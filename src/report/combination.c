@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "identification_table.h"
 #include "printable.h"
 
 enum { NAMED = 8 /* values that the verdict names */, COLUMN = 12 };
@@ -97,6 +98,7 @@ void combination_table_print(FILE *out, const struct combination *c) {
         fprintf(out, "log %-2d    %s: %s\n", l + 1, path, verdict_names[c->log[l].verdict->status]);
         for (int i = 0; i < c->log[l].verdict->reasons; i++) fprintf(out, "          %s\n", c->log[l].verdict->reason[i]);
     }
+    identification_determined_print(out, &c->all, c->log[0].id->nominal_mt);
     fprintf(out, "\n%-29s", "");
     for (int l = 0; l < c->logs; l++) fprintf(out, "%*s%-2d ", COLUMN - 3, "log ", l + 1);
     fprintf(out, "%*s %*s\n", COLUMN - 1, "all", COLUMN - 1, "std");

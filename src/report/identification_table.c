@@ -53,12 +53,48 @@ static void print_matrix(FILE *out, const double m[DOFS][DOFS]) {
     }
 }
 
+/* An entry shows in the motion of its row's axis or of its column's: of these, what moves too little for its own inertia. */
+static void note_missing(const struct method_c *c, int row, int column, bool missing[DOFS]) {
+    bool still[2] = {isnan(c->matrix.mt[row][row]), isnan(c->matrix.mt[column][column])}, none = !still[0] && !still[1];
+    missing[row] = missing[row] || still[0] || none;
+    missing[column] = missing[column] || still[1] || none;
+}
+
+void identification_determined_print(FILE *out, const struct method_c *c, const double nominal_mt[DOFS][DOFS]) {
+    double best_pct = NAN, worst_pct = NAN, std;
+    bool missing[DOFS] = {false};
+    int row, column, known = 0;
+    for (int i = 0; i < MATRIX_ENTRIES; i++) {
+        equations_entry(i, &row, &column);
+        if (isnan(method_c_value(c, i, &std))) {
+            note_missing(c, row, column, missing);
+            continue;
+        }
+        double pct = 100.0 * std / sqrt(nominal_mt[row][row] * nominal_mt[column][column]);
+        best_pct = fmin(best_pct, pct), worst_pct = fmax(worst_pct, pct);
+        known++;
+    }
+    fprintf(out, "data      determine %d of %d entries of Mt, std %.2g to %.2g %% of sqrt(Mii Mjj); condition number %.3g\n", known, MATRIX_ENTRIES,
+            best_pct, worst_pct, c->matrix.condition_number);
+    if (known == MATRIX_ENTRIES) return;
+    fprintf(out, "          not determined:");
+    for (int i = 0; i < MATRIX_ENTRIES; i++) {
+        equations_entry(i, &row, &column);
+        if (isnan(c->matrix.mt[row][column])) fprintf(out, " Mt%d%d", row + 1, column + 1);
+    }
+    fprintf(out, "\n          for these it takes motion, or more of it, of");
+    for (int i = 0; i < DOFS; i++)
+        if (missing[i]) fprintf(out, " %s", dof_names[i]);
+    fprintf(out, "\n");
+}
+
 static void print_method_c(FILE *out, const struct identification *id) {
     const struct method_c *c = &id->method_c;
     if (!c->matrix.evaluated) {
         if (id->no_method_c.status) fprintf(out, "method C  not evaluated: %s\n\n", id->no_method_c.text);
         return;
     }
+    identification_determined_print(out, c, id->nominal_mt);
     fprintf(out, "%-4s %-6s %8s  %16s %7s\n", "", "unit", "nominal", "method C error %", "std C");
     for (int i = 0; i < IDENT_ENTRIES - 2; i++) { /* symmetric: Mt42 is Mt24, Mt51 is Mt15 */
         const struct ident_entry *e = &ident_entries[i];

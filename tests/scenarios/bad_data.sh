@@ -1,0 +1,66 @@
+#!/bin/bash
+# What hexid identify says of recordings that are no good: the reason, and what to do.
+. tests/scenarios/lib
+skip_under tsan "bad data" "one thread"
+
+identify() { "$hexid" identify "$@" >"$work/out" 2>&1; }
+says() { for words in "$@"; do grep -qE -- "$words" "$work/out" || { echo "missing: $words"; cat "$work/out"; return 1; }; done; }
+long=(--set tests.duration_s=2)
+
+few() { quick --log "$work/few.lcm" >/dev/null; identify "$work/few.lcm"; says 'method C  not evaluated: test x: 0.998 s evaluated, too short: at least 6 cycles'; }
+claim "too few cycles: method C says so, and how many it takes" few
+
+# Only x is tested: what shows in the other axes' motion alone is no number, and neither are the legs' dry frictions, which one test does not tell apart.
+one_axis() {
+    quick --tests x "${long[@]}" --log "$work/x.lcm" >/dev/null
+    ends 1 identify "$work/x.lcm" --json "$work/x.json"
+    says 'data +determine 6 of 21 entries' 'not determined: Mt22 .*Mt66' 'takes motion.* of y z phi theta psi' '^dry, extending +-' '^Izz .*not determined' &&
+        "$python" -c 'import json, sys
+c = json.load(open(sys.argv[1]))["method_c"]
+assert c["Mt"][5][5] is None and c["std"][5][5] is None and c["Mt"][0][4] is not None
+assert c["dry_friction_n"]["extend"] == [None] * 6 and c["payload"]["value"]["inertia_zz_kg_m2"] is None, c' "$work/x.json"
+}
+claim "axes that no test moves: their entries are null and the motion that they need is named" one_axis
+whole() { quick "${long[@]}" --log "$work/six.lcm" >/dev/null && identify "$work/six.lcm" && says 'data +determine 21 of 21 entries' && ! grep -qE 'not determined( by|: Mt)' "$work/out"; }
+claim "six axes: all 21 entries are determined" whole
+
+# A motion of z alone: all six legs go as one. Noise of the other axes' accelerations must not pass for their motion: their masses would be too small.
+"$python" - "$work/z.csv" <<'END'
+import math, sys
+with open(sys.argv[1], "w") as f:
+    print("t_s,z_m", file=f)
+    for i in range(201): print(f"{0.01 * i:.2f},{0.004 * math.sin(0.08 * math.pi * i):.9f}", file=f)
+END
+rank() {
+    quick --trajectory "$work/z.csv" --repeat 3 --log "$work/z.lcm" >/dev/null
+    identify "$work/z.lcm"
+    says 'not determined: .*Mt11' 'takes motion.* of x y' && ! grep -q '^mx .*%' "$work/out" || { cat "$work/out"; return 1; }
+}
+claim "a motion of one axis, legs in step: rank is lacking, and what lacks it is no number" rank
+
+# altered NAME CODE: the six tests with every row of every file changed by Python, where x is the columns' values by name.
+altered() {
+    rm -rf "$work/csv" && "$hexid" export "$work/six.lcm" -o "$work/csv" >/dev/null && "$python" - "$work/csv" "$2" <<'END' &&
+import csv, glob, sys
+for name in glob.glob(sys.argv[1] + "/*.csv"):
+    head = [line for line in open(name) if line.startswith("#")]
+    rows = list(csv.DictReader(line for line in open(name) if not line.startswith("#")))
+    for n, x in enumerate(rows): exec(sys.argv[2])
+    with open(name, "w", newline="") as f:
+        f.writelines(head)
+        out = csv.DictWriter(f, rows[0].keys(), lineterminator="\n")
+        out.writeheader()
+        out.writerows(rows)
+END
+        "$hexid" import "$work/csv" -o "$work/$1.lcm" >"$work/import" 2>&1 || { cat "$work/import"; return 1; }
+    identify "$work/$1.lcm"
+}
+saturated() { altered saturated 'x["u3"] = max(-0.05, min(0.05, float(x["u3"])))' && identify "$work/saturated.lcm" --set control.output_limit=0.05; }
+claim "a command that is at its limit: refused with leg, limit, share and remedy" eval \
+    'saturated; says "not evaluated: test x: the valve of leg [1-6] is saturated: its command is at control.output_limit, 0.05, in [0-9]+ % of the samples; test with less"'
+claim "a pressure sensor at the end of its range: refused with sensor, leg and share" eval \
+    'altered clipped "x[\"p2_4_pa\"] = min(6.3e6, float(x[\"p2_4_pa\"]))"; says "not evaluated: test [a-z]+: p2 of leg 4 is clipped in [0-9]+ % of the samples"'
+claim "every twentieth sample flagged: the verdict fails, with share and limit" eval \
+    'altered flagged "x[\"flags\"] = int(n % 20 == 0)"; says "verdict +fail" "test x: [0-9.]+ % of the samples excluded, limit 1 %"'
+claim "most samples flagged: method C refuses them" eval \
+    'altered useless "x[\"flags\"] = int(n % 5 != 0)"; says "not evaluated: test x: more than half of its samples are flagged"'
