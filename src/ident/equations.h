@@ -14,7 +14,7 @@
 
 #include "payload.h"
 
-enum { UNKNOWN_SHAPES = 3 }; /* of dry friction that is not the same all the time: at two low speeds, and with the pressures */
+enum { UNKNOWN_SHAPES = 6 }; /* of dry friction that is not the same all the time: at two low speeds, with the pressures, and just after reversals */
 enum { UNKNOWN_VISCOUS = MATRIX_ENTRIES, UNKNOWN_DRY = UNKNOWN_VISCOUS + LEGS, /* of each leg extending, retracting */
        UNKNOWN_SHAPE = UNKNOWN_DRY + 2 * LEGS, UNKNOWNS = UNKNOWN_SHAPE + UNKNOWN_SHAPES * LEGS };
 enum { JOINT_COORDINATES = 6 * LEGS, COMMON_ATTENUATION = JOINT_COORDINATES, COMMON };

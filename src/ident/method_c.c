@@ -18,6 +18,7 @@ static const double SURE = 3.0;        /* standard deviations of a leg's speed *
 static const double RESOLVED = 0.125;  /* of the period of a motion's highest harmonic: so near to a reversal nobody knows when it was */
 static const double STICK_MPS = 2e-3;
 static const double LOW_MPS[2] = {0.01, 0.03}; /* Stribeck */
+static const double GIVE_M[3] = {20e-6, 60e-6, 180e-6}; /* what a seal gives before it slides (presliding, Dahl) */
 static const double STUCK = 0.6;       /* of dry friction: where it is anything between both directions', about their mean (1 / sqrt(3)) */
 static const double FIRST_SHARE = 0.5; /* of the force's variation: what dry friction may be before any was found */
 static const double MODEL_ERROR = 1e-4; /* of the force's variation: what no model meets */
@@ -85,8 +86,28 @@ static void add_weight(int row, int column, const double rotation[3][3], double 
     }
 }
 
-/* Dry friction that is higher at low speed, and that goes with the pressures (their mean apart). */
-static void fill_shapes(const struct residual_test *t, int phase, int leg, double rate_mps, double value[SHAPES][LEGS]) {
+/* How far each leg has come since it last turned round, at each phase; the way from there to the next phase by its speed and acceleration. Infinite
+ * before the first reversal of a motion that does not repeat. */
+static void find_gone(const struct residual_test *t, double gone_m[PHASES][LEGS]) {
+    bool cycle = t->spectrum.cycles > 0;
+    double before[LEGS][3], leg[LEGS][3], since_m[LEGS];
+    for (int k = 0; k < LEGS; k++) since_m[k] = (double)INFINITY;
+    legs_at(t, t->phases - 1, before);
+    for (int i = cycle ? -t->phases : 0; i < t->phases; i++) {
+        legs_at(t, (i + t->phases) % t->phases, leg);
+        for (int k = 0; k < LEGS; k++) {
+            bool turned = (i > 0 || cycle) && leg[k][1] * before[k][1] <= 0.0;
+            since_m[k] += fabs(leg[k][0] - before[k][0]);
+            if (turned) since_m[k] = leg[k][2] != 0.0 ? 0.5 * square(leg[k][1]) / fabs(leg[k][2]) : 0.0;
+            if (i >= 0) gone_m[i][k] = since_m[k];
+        }
+        memcpy(before, leg, sizeof before);
+    }
+}
+
+/* Dry friction that is higher at low speed, that goes with the pressures (their mean apart), and that is still on its way from one direction to
+ * the other: gone_m since it turned round. */
+static void fill_shapes(const struct residual_test *t, int phase, int leg, double rate_mps, double gone_m, double value[SHAPES][LEGS]) {
     const struct spectrum *s = &t->spectrum;
     const double *basis = t->cycle + phase * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE;
     double p1[3], p2[3], sign = (rate_mps > 0.0) - (rate_mps < 0.0), mean = s->mean[CHANNEL_P1][leg][0] + s->mean[CHANNEL_P2][leg][0];
@@ -94,11 +115,12 @@ static void fill_shapes(const struct residual_test *t, int phase, int leg, doubl
     spectrum_at(s->mean[CHANNEL_P2][leg], s->harmonics, s->omega, basis, p2);
     for (int i = 0; i < 2; i++) value[i][leg] = sign * exp(-square(rate_mps / LOW_MPS[i]));
     value[2][leg] = t->pressures && mean > 0.0 ? sign * ((p1[0] + p2[0]) / mean - 1.0) : 0.0;
+    for (int i = 0; i < 3; i++) value[3 + i][leg] = -2.0 * sign * exp(-gone_m / GIVE_M[i]);
 }
 
 /* Values of all unknowns along the legs at a phase. */
 static bool values_at(struct work *w, struct inverse_dynamics *d, const struct residual_test *t, int phase, double value[COLUMNS][LEGS],
-                      bool stuck[LEGS]) {
+                      const double gone_m[LEGS], bool stuck[LEGS]) {
     struct inverse_dynamics_input in = {0};
     struct rigid_legs legs;
     double j[LEGS][DOFS], acceleration[DOFS];
@@ -121,7 +143,7 @@ static bool values_at(struct work *w, struct inverse_dynamics *d, const struct r
         double slow_mps = slowest_mps(t, w->params, k, leg[2]), sign = fmin(fmax(leg[1] / slow_mps, -1.0), 1.0);
         value[DRY + 2 * k][k] = 0.5 * (1.0 + sign);
         value[DRY + 2 * k + 1][k] = -0.5 * (1.0 - sign);
-        fill_shapes(t, phase, k, leg[1], &value[SHAPE + SHAPES * k]);
+        fill_shapes(t, phase, k, leg[1], gone_m[k], &value[SHAPE + SHAPES * k]);
         stuck[k] = fabs(leg[1]) < slow_mps;
     }
     return true;
@@ -145,13 +167,15 @@ static bool fill_columns(struct work *w, const struct params *machine, int test)
     const struct residual_test *t = &w->data.test[test];
     struct rows *r = &w->rows;
     struct inverse_dynamics d;
+    double gone_m[PHASES][LEGS];
     bool stuck[PHASES][LEGS];
+    find_gone(t, gone_m);
     memset(r, 0, sizeof *r);
     r->count = LEGS * t->size;
     inverse_dynamics_init(&d, machine, 0.0, 0.0);
     for (int i = 0; i < t->phases; i++) {
         double value[COLUMNS][LEGS] = {{0}};
-        if (!values_at(w, &d, t, i, value, stuck[i])) return false;
+        if (!values_at(w, &d, t, i, value, gone_m[i], stuck[i])) return false;
         for (int c = 0; c < COLUMNS; c++)
             for (int k = 0; k < LEGS; k++)
                 for (int a = 0; a < t->size && value[c][k] != 0.0; a++) r->column[c][k * t->size + a] += t->project[i][a] * value[c][k];

@@ -11,8 +11,8 @@
  * of the entries' columns, so the stiffness that weight makes is not taken for inertia, as method A does. Effects in the configuration are left
  * out. What the held commands do to samples in step with them is taken off (residual_staircase).
  *
- * Dry friction that depends on speed (Stribeck, two shapes) or on the pressures is fitted beside it, with a prior about zero that is as wide as the
- * dry friction found.
+ * Dry friction that depends on speed (Stribeck, two shapes), on the pressures, or on how far the leg has come since it turned round (presliding: a
+ * seal gives some 20, 60 or 180 um before it slides) is fitted beside it, with a prior about zero that is as wide as the dry friction found.
  *
  * Both sides are rows of coefficients (residual.h): harmonics of a steady test, local cosines of any other motion. They are linear in the unknowns;
  * generalised least squares with the sensors' covariance, that of a length through the acceleration, is maximum likelihood to first order. Near
