@@ -42,9 +42,7 @@ Bodies::Bodies(const BodyParameters &p) : engine(new Engine)
     pin::JointIndex j =
         m.addJoint(ground, pin::JointModelTranslation(), pin::SE3::Identity(), "position");
     j = m.addJoint(j, pin::JointModelSphericalZYX(), pin::SE3::Identity(), "orientation");
-    const Vec3 &I = p.payload_inertia;
-    m.appendBodyToJoint(
-        j, pin::Inertia(p.payload_kg, p.payload_center, diagonal(I.x(), I.y(), I.z())));
+    m.appendBodyToJoint(j, pin::Inertia(p.payload_kg, p.payload_center, p.payload_inertia));
 
     for (int i = 0; i < kLegs; i++) {
         const std::string n = std::to_string(i + 1);
@@ -53,10 +51,10 @@ Bodies::Bodies(const BodyParameters &p) : engine(new Engine)
         e.frame[i] << x, z.cross(x), z;
         j = m.addJoint(ground, pin::JointModelUniversal(Vec3::UnitX(), Vec3::UnitY()),
                        pin::SE3(e.frame[i], p.b.col(i)), "joint" + n);
-        m.appendBodyToJoint(j, pin::Inertia(p.lower_kg[i], Vec3(0, 0, p.lower_center),
+        m.appendBodyToJoint(j, pin::Inertia(p.lower_kg[i], Vec3(0, 0, p.lower_center[i]),
                                             diagonal(p.lower_inertia[i], p.lower_inertia[i], 0)));
         j = m.addJoint(j, pin::JointModelPZ(), pin::SE3::Identity(), "rod" + n);
-        m.appendBodyToJoint(j, pin::Inertia(p.upper_kg[i], Vec3(0, 0, -p.upper_center),
+        m.appendBodyToJoint(j, pin::Inertia(p.upper_kg[i], Vec3(0, 0, -p.upper_center[i]),
                                             diagonal(p.upper_inertia[i], p.upper_inertia[i], 0)));
     }
     e.data = pin::Data(m);

@@ -23,12 +23,13 @@ using Points = Eigen::Matrix<double, 3, kLegs>;
 
 struct BodyParameters {
     double payload_kg;
-    Vec3 payload_center, payload_inertia; /* centre of mass in {M}, m; about it, kg m^2 */
-    Vec6 upper_kg, lower_kg, upper_inertia,
-        lower_inertia;                 /* transverse, about the part's own centre, kg m^2 */
-    double upper_center, lower_center; /* from the upper and from the lower joint, m */
-    Points a, b;                       /* joints, in {M} and in {B}, m */
-    Vec3 gravity;                      /* in {B}, m/s^2 */
+    Vec3 payload_center;                /* centre of mass in {M}, m */
+    Eigen::Matrix3d payload_inertia;    /* about it, kg m^2 */
+    Vec6 upper_kg, lower_kg;            /* rod, cylinder */
+    Vec6 upper_inertia, lower_inertia;  /* transverse, about the part's own centre, kg m^2 */
+    Vec6 upper_center, lower_center;    /* from the upper and from the lower joint, m */
+    Points a, b;                        /* joints, in {M} and in {B}, m */
+    Vec3 gravity;                       /* in {B}, m/s^2 */
     double base_kg = 0;                /* base plate, only if it moves */
     bool base_moves = false, play = false;
     std::array<bool, kLegs> has_play{};

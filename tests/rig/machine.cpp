@@ -115,7 +115,7 @@ Machine::Machine(const MachineParameters &given, const Vec6 &pose)
         if (l.pipe_length > 0) {
             const double section = kPi / 4 * l.pipe_diameter * l.pipe_diameter;
             const double inertance = kOilDensity * l.pipe_length / section;
-            const double volume2 = l.dead2 + l.area2 * (l.half_stroke - now.rod[i] + l.neutral);
+            const double volume2 = l.dead2 + l.area2 * (l.half_stroke - now.rod[i] + l.middle);
             const double omega =
                 std::sqrt(l.bulk / inertance * (1 / (section * l.pipe_length) + 1 / volume2));
             p.step = std::min(p.step, 0.5 / omega);
@@ -222,7 +222,7 @@ void Machine::derivative(double at, const State &s, State &ds)
         const double *o = &s[kLeg + kPerLeg * i];
         double *d = &ds[kLeg + kPerLeg * i];
         const bool pipe = l.pipe_length > 0;
-        const double stroke = now.rod[i] - l.neutral, rate = now.rod_rate[i];
+        const double stroke = now.rod[i] - l.middle, rate = now.rod_rate[i];
 
         /* Spool: second order; its speed and its travel are limited. */
         const double w = l.valve_omega;

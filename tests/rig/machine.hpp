@@ -15,7 +15,7 @@
 /* What is one number a leg, base and hidden effects together. SI. */
 struct LegParameters {
     double area1, area2;         /* rodless side, rod side */
-    double neutral, half_stroke; /* joint to joint, m */
+    double middle, half_stroke;  /* of the stroke, joint to joint, m */
     double dead1, dead2, bulk, leakage;
     double gain_a, gain_b; /* valve flow at full opening per sqrt(Pa) */
     double valve_omega, valve_damping, rate_limit /* 1/s, 0: none */, null_bias, overlap,

@@ -72,15 +72,6 @@ static std::vector<std::string> split(const std::string &text, char at)
     return parts;
 }
 
-static double number(const std::string &text)
-{
-    size_t end = 0;
-    const double value = text.empty() ? NAN : std::stod(text, &end);
-    if (end != text.size() || !std::isfinite(value))
-        throw std::runtime_error("not a number: '" + text + "'");
-    return value;
-}
-
 double effect(const Setup &setup, const std::string &key, int leg)
 {
     const auto found = setup.effects.find(key);
@@ -99,64 +90,6 @@ void set_effect(Effects &effects, const std::string &assignment)
     Vec6 &values = effects[key];
     for (int i = 0; i < kLegs; i++)
         values[i] = number(parts[parts.size() == 1 ? 0 : i]);
-}
-
-/* Sections and numbers of a YAML file; what is not a number is passed over. */
-Settings load_settings(const std::string &file)
-{
-    std::ifstream in(file);
-    if (!in)
-        throw std::runtime_error("cannot read " + file);
-    Settings settings;
-    std::vector<std::pair<size_t, std::string>> sections;
-    for (std::string line; std::getline(in, line);) {
-        line = line.substr(0, line.find('#'));
-        const size_t indent = line.find_first_not_of(' '), colon = line.find(':');
-        if (indent == std::string::npos || colon == std::string::npos)
-            continue;
-        while (!sections.empty() && sections.back().first >= indent)
-            sections.pop_back();
-        std::string key;
-        for (const auto &section : sections)
-            key += section.second + ".";
-        const std::string name = line.substr(indent, colon - indent);
-        std::istringstream rest(line.substr(colon + 1));
-        std::string value;
-        if (!(rest >> value))
-            sections.emplace_back(indent, name);
-        else if (value == "true" || value == "false")
-            settings[key + name] = value == "true";
-        else
-            try {
-                settings[key + name] = number(value);
-            } catch (const std::exception &) {
-            }
-    }
-    return settings;
-}
-
-Points upper_joints(const Settings &s)
-{
-    Points a;
-    for (int i = 0; i < kLegs; i++) {
-        const double angle =
-            2 * kPi / 3 * (i / 2) + (i % 2 ? 1 : -1) * s.at("geometry.upper_half_angle_rad");
-        const double r = s.at("geometry.upper_radius_m");
-        a.col(i) << r * std::cos(angle), r * std::sin(angle), s.at("payload.center_height_m");
-    }
-    return a;
-}
-
-Points lower_joints(const Settings &s)
-{
-    const double beta = s.at("geometry.lower_half_angle_rad"), r = s.at("geometry.lower_radius_m");
-    const double angle[kLegs] = {-kPi / 3 + beta, kPi / 3 - beta, kPi / 3 + beta,
-                                 kPi - beta,      kPi + beta,     5 * kPi / 3 - beta};
-    Points b;
-    for (int i = 0; i < kLegs; i++)
-        b.col(i) << r * std::cos(angle[i]), r * std::sin(angle[i]),
-            s.at("payload.center_height_m") + s.at("geometry.height_m");
-    return b;
 }
 
 Vec6 leg_lengths(const Points &a, const Points &b, const Vec6 &pose)
@@ -223,12 +156,20 @@ MachineParameters make_parameters(const Setup &setup, const Base &base)
     b.payload_kg = s.at("payload.mass_kg") * base.payload + fx("payload_mass.mass_kg");
     b.payload_center << fx("payload_center_of_mass.x_m"), fx("payload_center_of_mass.y_m"),
         fx("payload_center_of_mass.z_m");
-    b.payload_inertia << s.at("payload.inertia_xx_kg_m2") * base.payload +
-                             fx("payload_rotational_inertia.xx"),
-        s.at("payload.inertia_yy_kg_m2") * base.payload + fx("payload_rotational_inertia.yy"),
-        s.at("payload.inertia_zz_kg_m2") * base.payload + fx("payload_rotational_inertia.zz");
-    b.upper_center = s.at("actuator.upper_center_m");
-    b.lower_center = s.at("actuator.lower_center_m");
+    auto inertia = [&](const char *axes) {
+        return s.at(std::string("payload.inertia_") + axes + "_kg_m2") * base.payload;
+    };
+    b.payload_inertia << inertia("xx"), inertia("xy"), inertia("xz"), inertia("xy"), inertia("yy"),
+        inertia("yz"), inertia("xz"), inertia("yz"), inertia("zz");
+    b.payload_inertia.diagonal() +=
+        Vec3(fx("payload_rotational_inertia.xx"), fx("payload_rotational_inertia.yy"),
+             fx("payload_rotational_inertia.zz"));
+    b.upper_kg = s.legs("actuator.upper_mass_kg") * base.upper;
+    b.lower_kg = s.legs("actuator.lower_mass_kg") * base.lower;
+    b.upper_inertia = s.legs("actuator.upper_inertia_kg_m2") * base.upper;
+    b.lower_inertia = s.legs("actuator.lower_inertia_kg_m2") * base.lower;
+    b.upper_center = s.legs("actuator.upper_center_m");
+    b.lower_center = s.legs("actuator.lower_center_m");
     b.a = upper_joints(s) + base.a;
     b.b = lower_joints(s) + base.b;
     const double phi = fx("base_tilt.phi_rad"), theta = fx("base_tilt.theta_rad");
@@ -254,33 +195,31 @@ MachineParameters make_parameters(const Setup &setup, const Base &base)
     for (int k = 0; k < 6; k++)
         p.stiffness[k] = effect(setup, std::string("external_stiffness.") + kAxes[k]);
 
-    const double piston = s.at("actuator.piston_diameter_m"), rod = s.at("actuator.rod_diameter_m");
     const Vec6 neutral = leg_lengths(upper_joints(s), lower_joints(s), Vec6::Zero());
+    const Vec6 piston = s.legs("actuator.piston_diameter_m");
+    const Vec6 rod = s.legs("actuator.rod_diameter_m");
+    const Vec6 stroke = s.legs("actuator.stroke_m"), mid_stroke = s.legs("actuator.mid_stroke_m");
     for (int i = 0; i < kLegs; i++) {
         b.a.col(i) += Vec3(fx("geometry_error.a_x_m", i), fx("geometry_error.a_y_m", i),
                            fx("geometry_error.a_z_m", i));
         b.b.col(i) += Vec3(fx("geometry_error.b_x_m", i), fx("geometry_error.b_y_m", i),
                            fx("geometry_error.b_z_m", i));
-        b.upper_kg[i] =
-            s.at("actuator.upper_mass_kg") * base.upper + fx("actuator_inertia.upper_mass_kg", i);
-        b.lower_kg[i] =
-            s.at("actuator.lower_mass_kg") * base.lower + fx("actuator_inertia.lower_mass_kg", i);
-        b.upper_inertia[i] = s.at("actuator.upper_inertia_kg_m2") * base.upper;
-        b.lower_inertia[i] = s.at("actuator.lower_inertia_kg_m2") * base.lower +
-                             fx("actuator_inertia.transverse_kg_m2", i);
+        b.upper_kg[i] += fx("actuator_inertia.upper_mass_kg", i);
+        b.lower_kg[i] += fx("actuator_inertia.lower_mass_kg", i);
+        b.lower_inertia[i] += fx("actuator_inertia.transverse_kg_m2", i);
 
         LegParameters &l = p.leg[i];
-        l.area1 = kPi / 4 * piston * piston;
-        l.area2 = kPi / 4 * (piston * piston - rod * rod);
-        l.neutral = neutral[i];
-        l.half_stroke = s.at("actuator.stroke_m") / 2;
-        l.dead1 = s.at("hydraulics.dead_volume_m3") * base.dead1[i];
-        l.dead2 = s.at("hydraulics.dead_volume_m3") * base.dead2[i];
+        l.area1 = kPi / 4 * piston[i] * piston[i];
+        l.area2 = kPi / 4 * (piston[i] * piston[i] - rod[i] * rod[i]);
+        l.middle = neutral[i] + mid_stroke[i];
+        l.half_stroke = stroke[i] / 2;
+        l.dead1 = s.at("hydraulics.dead_volume_m3", i) * base.dead1[i];
+        l.dead2 = s.at("hydraulics.dead_volume_m3", i) * base.dead2[i];
         const double air = fx("entrained_air.bulk_modulus_pa", i);
-        l.bulk = air > 0 ? air : s.at("hydraulics.bulk_modulus_pa") * base.bulk[i];
-        l.leakage = s.at("hydraulics.leakage_m3_per_s_pa") * base.leakage[i] *
+        l.bulk = air > 0 ? air : s.at("hydraulics.bulk_modulus_pa", i) * base.bulk[i];
+        l.leakage = s.at("hydraulics.leakage_m3_per_s_pa", i) * base.leakage[i] *
                     fx("internal_leakage.scale", i);
-        l.gain_a = s.at("hydraulics.valve_flow_m3_per_s") /
+        l.gain_a = s.at("hydraulics.valve_flow_m3_per_s", i) /
                    std::sqrt(s.at("hydraulics.valve_drop_pa")) * base.gain[i] *
                    fx("valve_flow_gain.scale", i);
         l.gain_b = l.gain_a * fx("port_area_ratio.ratio", i);
@@ -291,7 +230,7 @@ MachineParameters make_parameters(const Setup &setup, const Base &base)
         l.null_bias = base.null_bias[i] + fx("valve_null_bias.offset", i);
         l.overlap = fx("valve_dead_band.overlap", i);
         l.hysteresis = fx("valve_hysteresis.width", i);
-        const double viscous = s.at("hydraulics.viscous_n_s_per_m") * base.viscous[i];
+        const double viscous = s.at("hydraulics.viscous_n_s_per_m", i) * base.viscous[i];
         l.viscous_extend = viscous + fx("cylinder_viscous_friction.extend_n_s_per_m", i);
         l.viscous_retract = viscous + fx("cylinder_viscous_friction.retract_n_s_per_m", i);
         l.coulomb_extend = fx("cylinder_coulomb_friction.force_extend_n", i);
@@ -396,7 +335,9 @@ public:
             const double zero = neutral[i] + effect(setup, "position_sensor_scale.zero_m", i);
             rod[i] = zero + effect(setup, "position_sensor_scale.scale", i) * (rod[i] - zero) +
                      effect(setup, "position_sensor_offset.offset_m", i);
-            out.length[i] = enabled ? resolution * std::round(rod[i] / resolution) : rod[i];
+            out.length[i] = enabled && resolution > 0
+                                ? resolution * std::round(rod[i] / resolution)
+                                : rod[i];
             out.p1[i] =
                 card((cutoff[i] > 0 ? lag1 : p1)[i] * effect(setup, "pressure_sensor_scale.p1", i) +
                      effect(setup, "pressure_sensor_offset.p1", i));
@@ -476,8 +417,8 @@ std::vector<Recording> simulate(const Setup &setup, const std::vector<Motion> &m
     Machine machine(make_parameters(setup, base), parked);
     Sensors sensors(setup, machine, base.jitter);
     const Points a = upper_joints(s), b = lower_joints(s);
-    const double area1 = kPi / 4 * std::pow(s.at("actuator.piston_diameter_m"), 2);
-    const double area2 = area1 - kPi / 4 * std::pow(s.at("actuator.rod_diameter_m"), 2);
+    const Vec6 area1 = kPi / 4 * s.legs("actuator.piston_diameter_m").cwiseAbs2();
+    const Vec6 area2 = area1 - kPi / 4 * s.legs("actuator.rod_diameter_m").cwiseAbs2();
     const double skew = effect(setup, "clock_skew.ratio");
     Controller controller[kLegs];
     long cycle = 0;
@@ -492,7 +433,7 @@ std::vector<Recording> simulate(const Setup &setup, const std::vector<Motion> &m
             sensors.sample(machine, sample);
             const Vec6 want = leg_lengths(a, b, sample.reference);
             for (int i = 0; i < kLegs; i++) {
-                const double force = area1 * sample.p1[i] - area2 * sample.p2[i];
+                const double force = area1[i] * sample.p1[i] - area2[i] * sample.p2[i];
                 if (cycle == 0)
                     controller[i].start(want[i], force, machine.resting_valve()[i]);
                 sample.valve[i] = controller[i].step(s, want[i], sample.length[i], force);
@@ -607,8 +548,9 @@ std::vector<Motion> make_motions(const Settings &s, const std::vector<std::strin
         const std::string axis = part.size() > 1 ? part[1] : "";
         if (part[0] == "sines") {
             for (int k = 0; k < 6; k++)
-                motions.push_back(sine(s, kAxes[k], s.at("tests.frequency_hz"),
-                                       s.at(k < 3 ? "tests.amplitude_m" : "tests.amplitude_rad")));
+                motions.push_back(
+                    sine(s, kAxes[k], s.at("tests.frequency_hz", k),
+                         s.at(k < 3 ? "tests.amplitude_m" : "tests.amplitude_rad", k % 3)));
         } else if (part[0] == "sine") {
             motions.push_back(sine(s, axis, value(2), value(3)));
         } else if (part[0] == "multisine") {
@@ -675,6 +617,17 @@ static std::string list(const Vec6 &v)
     return out.str() + "]";
 }
 
+/* A part's masses as drawn: one number where the configuration has one for all legs. */
+static std::string masses(const Settings &s, const std::string &key, double share)
+{
+    if (s.all(key).size() != 1)
+        return list(s.legs(key) * share);
+    std::ostringstream out;
+    out.precision(12);
+    out << s.at(key) * share;
+    return out.str();
+}
+
 static void write_truth(const std::string &file, const Setup &setup)
 {
     const Base base = draw_base(setup);
@@ -716,20 +669,40 @@ static void write_truth(const std::string &file, const Setup &setup)
             << ",\n"
             << "  \"joint error b_" << kAxes[k] << "_m\": " << list(base.b.row(k).transpose())
             << ",\n";
-    const double nominal = setup.settings.at("payload.mass_kg");
-    out << "  \"supply_pa\": " << p.supply << ",\n  \"payload_mass_kg\": " << nominal * base.payload
-        << ",\n  \"upper_mass_kg\": " << setup.settings.at("actuator.upper_mass_kg") * base.upper
-        << ",\n  \"lower_mass_kg\": " << setup.settings.at("actuator.lower_mass_kg") * base.lower
+    const Settings &s = setup.settings;
+    out << "  \"supply_pa\": " << p.supply
+        << ",\n  \"payload_mass_kg\": " << s.at("payload.mass_kg") * base.payload
+        << ",\n  \"upper_mass_kg\": " << masses(s, "actuator.upper_mass_kg", base.upper)
+        << ",\n  \"lower_mass_kg\": " << masses(s, "actuator.lower_mass_kg", base.lower)
         << ",\n  \"timing_jitter\": " << (base.jitter ? "true" : "false") << "\n }\n}\n";
     if (!out)
         throw std::runtime_error("cannot write " + file);
 }
 
+/* At neutral, of the platform's twist in {M}: x y z phi theta psi. */
+static void print_inertia_matrix(const Setup &setup)
+{
+    const Machine machine(make_parameters(setup, draw_base(setup)), Vec6::Zero());
+    const int order[6] = {0, 1, 2, 5, 4, 3}; /* at neutral the angles' rates are the twist's */
+    for (int i = 0; i < 6; i++)
+        for (int k = 0; k < 6; k++)
+            std::printf("%s%.17g%s", k ? ", " : i ? " [" : "[[",
+                        machine.body_state().M(order[i], order[k]),
+                        k < 5   ? ""
+                        : i < 5 ? "],\n"
+                                : "]]\n");
+}
+
+static const char kDefaults[] = "config/tian2015.yaml"; /* hexid's own */
 static const char kUsage[] = "usage: rig -o DIR [--config FILE] [--motion SPEC ...] [--effect "
                              "NAME.KEY=V[,V2..V6] ...] [--set KEY=VALUE ...]\n"
                              "           [--tolerance SEED | --beyond SEED] [--noise SEED] "
                              "[--settle S] [--step S] [--engage]\n"
+                             "       rig --inertia-matrix [--config FILE] [--effect ...] "
+                             "[--set ...] [--tolerance SEED | --beyond SEED]\n"
                              "       rig --self-test [--config FILE]     rig --list-effects\n"
+                             "FILE: its keys replace those of config/tian2015.yaml, which is read "
+                             "first.\n"
                              "SPEC: sines (default), sine:AXIS:HZ:AMPL, multisine[:SCALE], "
                              "triangle:AXIS:HZ:AMPL, chirp:AXIS:HZ:HZ:AMPL,\n"
                              "      steps:AXIS:AMPL:HOLD_S. AXIS: x y z phi theta psi. One file a "
@@ -738,9 +711,9 @@ static const char kUsage[] = "usage: rig -o DIR [--config FILE] [--motion SPEC .
 static int main_with(int argc, char **argv)
 {
     Setup setup;
-    std::string directory, config = "config/tian2015.yaml";
+    std::string directory, config;
     std::vector<std::string> specs, sets;
-    bool test = false;
+    bool test = false, matrix = false;
     for (int k = 1; k < argc; k++) {
         const std::string option = argv[k];
         auto value = [&]() -> std::string {
@@ -778,6 +751,8 @@ static int main_with(int argc, char **argv)
             setup.engage = true;
         else if (option == "--self-test")
             test = true;
+        else if (option == "--inertia-matrix")
+            matrix = true;
         else if (option == "--list-effects") {
             for (const auto &[key, off] : kEffects)
                 std::printf("%s (off: %g)\n", key.c_str(), off);
@@ -787,16 +762,17 @@ static int main_with(int argc, char **argv)
             return 2;
         }
     }
-    setup.settings = load_settings(config);
-    for (const std::string &set : sets) {
-        const size_t at = set.find('=');
-        if (at == std::string::npos || !setup.settings.count(set.substr(0, at)))
-            throw std::runtime_error("no such key: '" + set + "'");
-        const std::string v = set.substr(at + 1);
-        setup.settings[set.substr(0, at)] = v == "true" ? 1 : v == "false" ? 0 : number(v);
-    }
+    setup.settings.load(kDefaults);
+    if (!config.empty())
+        setup.settings.load(config);
+    for (const std::string &set : sets)
+        setup.settings.set(set);
     if (test)
         return self_test(setup.settings);
+    if (matrix) {
+        print_inertia_matrix(setup);
+        return 0;
+    }
     if (directory.empty()) {
         std::fputs(kUsage, stderr);
         return 2;

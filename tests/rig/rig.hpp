@@ -1,9 +1,10 @@
 /*
- * The rig round the machine: settings, hidden effects, drawn base parameters, sensors, controller,
+ * The rig round the machine: hidden effects, drawn base parameters, sensors, controller,
  * motions.
  */
 #pragma once
 #include "machine.hpp"
+#include "settings.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -11,8 +12,7 @@
 #include <string>
 #include <vector>
 
-using Settings = std::map<std::string, double>; /* the configuration's numbers, by "section.key" */
-using Effects = std::map<std::string, Vec6>;    /* hidden, by "name.key", a value a leg */
+using Effects = std::map<std::string, Vec6>; /* hidden, by "name.key", a value a leg */
 
 /* Uniform numbers, the same on every platform. */
 struct Random {
@@ -55,12 +55,9 @@ using Recording = std::vector<Sample>;
 double effect(const Setup &setup, const std::string &key, int leg = 0);
 void set_effect(Effects &effects,
                 const std::string &assignment); /* "name.key=v" or "name.key=v1,...,v6" */
-Settings load_settings(const std::string &file);
 
 Base draw_base(const Setup &setup);
 MachineParameters make_parameters(const Setup &setup, const Base &base);
-Points upper_joints(const Settings &s);
-Points lower_joints(const Settings &s);
 Vec6 leg_lengths(const Points &a, const Points &b, const Vec6 &pose);
 
 Motion sine(const Settings &s, const std::string &axis, double frequency, double amplitude);

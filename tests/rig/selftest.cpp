@@ -39,7 +39,7 @@ static Setup plain(const Settings &settings, const std::vector<std::string> &eff
 {
     Setup setup;
     setup.settings = settings;
-    setup.settings["sensors.enabled"] = 0;
+    setup.settings.set("sensors.enabled=false");
     for (const std::string &effect : effects)
         set_effect(setup.effects, effect);
     return setup;
@@ -53,6 +53,30 @@ static MachineParameters parameters(const Settings &s, const std::vector<std::st
     return make_parameters(setup, draw_base(setup));
 }
 
+/* The machine with joints as points, no two legs alike and a payload that is off its middle. */
+static Settings uneven(Settings s)
+{
+    for (const char *assignment :
+         {"geometry.upper_joints_m=[[0.55, -0.13, 0.01], [0.54, 0.14, 0], [-0.16, 0.54, -0.02],"
+          " [-0.39, 0.40, 0], [-0.38, -0.41, 0.03], [-0.17, -0.55, 0]]",
+          "geometry.lower_joints_m=[[0.78, -0.90, 0], [0.79, 0.92, 0.02], [0.41, 1.13, 0],"
+          " [-1.18, 0.23, -0.03], [-1.17, -0.21, 0], [0.40, -1.12, 0.01]]",
+          "payload.center_x_m=0.05", "payload.center_y_m=-0.03", "payload.inertia_xy_kg_m2=-1.1",
+          "payload.inertia_xz_kg_m2=1.7", "payload.inertia_yz_kg_m2=0.6",
+          "actuator.piston_diameter_m=[0.063, 0.060, 0.065, 0.063, 0.070, 0.063]",
+          "actuator.rod_diameter_m=[0.045, 0.040, 0.045, 0.050, 0.045, 0.045]",
+          "actuator.stroke_m=[0.8, 0.75, 0.8, 0.9, 0.8, 0.8]",
+          "actuator.mid_stroke_m=[0.01, 0, -0.02, 0, 0, 0.03]",
+          "actuator.upper_mass_kg=[15, 16, 17, 18, 14, 13]",
+          "actuator.lower_mass_kg=[52, 53, 50, 49, 55, 58]",
+          "actuator.upper_inertia_kg_m2=[2.1, 2.2, 2.3, 2.0, 1.9, 1.8]",
+          "actuator.lower_inertia_kg_m2=[3.5, 3.6, 3.7, 3.4, 3.3, 3.2]",
+          "actuator.upper_center_m=[0.70, 0.72, 0.68, 0.71, 0.69, 0.66]",
+          "actuator.lower_center_m=[0.71, 0.70, 0.73, 0.75, 0.68, 0.69]"})
+        s.set(assignment);
+    return s;
+}
+
 /* docs/method.md section 3, (A1)-(A6), in the platform's twist. */
 static Matrix6 inertia_by_formula(const MachineParameters &p, const Vec6 &pose)
 {
@@ -60,12 +84,12 @@ static Matrix6 inertia_by_formula(const MachineParameters &p, const Vec6 &pose)
     const BodyParameters &b = p.bodies;
     Matrix6 M = Matrix6::Zero();
     M.topLeftCorner<3, 3>().diagonal().setConstant(b.payload_kg);
-    M.bottomRightCorner<3, 3>() = T * b.payload_inertia.asDiagonal() * T.transpose();
+    M.bottomRightCorner<3, 3>() = T * b.payload_inertia * T.transpose();
     for (int i = 0; i < kLegs; i++) {
         const Vec3 arm = T * b.a.col(i), l = pose.head<3>() + arm - b.b.col(i), n = l.normalized();
         const double L = l.norm(), ma = b.upper_kg[i];
-        const double g = ma * std::pow(L - b.upper_center, 2) +
-                         b.lower_kg[i] * std::pow(b.lower_center, 2) + b.upper_inertia[i] +
+        const double g = ma * std::pow(L - b.upper_center[i], 2) +
+                         b.lower_kg[i] * std::pow(b.lower_center[i], 2) + b.upper_inertia[i] +
                          b.lower_inertia[i];
         const Eigen::Matrix3d along = n * n.transpose();
         const Eigen::Matrix3d leg =
@@ -79,39 +103,41 @@ static Matrix6 inertia_by_formula(const MachineParameters &p, const Vec6 &pose)
     return M;
 }
 
+/* In the platform's twist, from the bodies' generalised coordinates (c, psi, theta, phi). */
+static Matrix6 inertia_by_bodies(const MachineParameters &p, const Vec6 &pose)
+{
+    const Machine machine(p, pose);
+    /* rates of the coordinates from the twist: E^-1, by differences of the rotation matrix */
+    Matrix6 E = Matrix6::Identity();
+    const int angle[3] = {5, 4, 3};
+    for (int j = 0; j < 3; j++) {
+        const double d = 1e-6;
+        Vec6 up = pose, down = pose;
+        up[angle[j]] += d;
+        down[angle[j]] -= d;
+        const Eigen::Matrix3d S =
+            (rotation(up) - rotation(down)) / (2 * d) * rotation(pose).transpose();
+        E.block<3, 1>(3, 3 + j) << S(2, 1), S(0, 2), S(1, 0);
+    }
+    const Matrix6 inverse = E.inverse();
+    return inverse.transpose() * machine.body_state().M.topLeftCorner<6, 6>() * inverse;
+}
+
 static void inertia_matrix_is_that_of_method_md(const Settings &s)
 {
-    const MachineParameters p = parameters(s);
+    Vec6 moved;
+    moved << 0.05, -0.03, 0.08, 0.1, -0.07, 0.12;
     double worst = 0;
-    Matrix6 neutral;
-    for (int k = 0; k < 2; k++) {
-        Vec6 pose = Vec6::Zero();
-        if (k == 1)
-            pose << 0.05, -0.03, 0.08, 0.1, -0.07, 0.12;
-        Machine machine(p, pose);
-        /* rates of (c, psi, theta, phi) from the twist: E^-1, by differences of the rotation matrix
-         */
-        Matrix6 E = Matrix6::Identity();
-        const int angle[3] = {5, 4, 3};
-        for (int j = 0; j < 3; j++) {
-            const double d = 1e-6;
-            Vec6 up = pose, down = pose;
-            up[angle[j]] += d;
-            down[angle[j]] -= d;
-            const Eigen::Matrix3d S =
-                (rotation(up) - rotation(down)) / (2 * d) * rotation(pose).transpose();
-            E.block<3, 1>(3, 3 + j) << S(2, 1), S(0, 2), S(1, 0);
+    for (const Settings &settings : {s, uneven(s)})
+        for (const Vec6 &pose : {Vec6(Vec6::Zero()), moved}) {
+            const MachineParameters p = parameters(settings);
+            const Matrix6 F = inertia_by_formula(p, pose);
+            worst = std::max(worst, (inertia_by_bodies(p, pose) - F).norm() / F.norm());
         }
-        const Matrix6 inverse = E.inverse();
-        const Matrix6 M =
-            inverse.transpose() * machine.body_state().M.topLeftCorner<6, 6>() * inverse;
-        const Matrix6 F = inertia_by_formula(p, pose);
-        worst = std::max(worst, (M - F).norm() / F.norm());
-        if (k == 0)
-            neutral = M;
-    }
-    claim(worst < 1e-9, "inertia matrix is (A1), neutral and off neutral",
+    claim(worst < 1e-9, "inertia matrix is (A1), neutral and off it, legs alike or not",
           print("relative difference %.1e", worst));
+
+    const Matrix6 neutral = inertia_by_bodies(parameters(s), Vec6::Zero());
     const double d[5] = {neutral(0, 0) - 272.009, neutral(2, 2) - 272.392, neutral(3, 3) - 30.688,
                          neutral(5, 5) - 53.221, neutral(0, 4) - 14.915};
     double most = 0;
@@ -123,7 +149,7 @@ static void inertia_matrix_is_that_of_method_md(const Settings &s)
                 neutral(3, 3), neutral(5, 5), neutral(0, 4)));
 }
 
-static void resting_legs_carry_the_weight(const Settings &s)
+static void resting_legs_carry_the_weight(const Settings &s, const char *name)
 {
     const MachineParameters p = parameters(s);
     const BodyParameters &b = p.bodies;
@@ -134,8 +160,8 @@ static void resting_legs_carry_the_weight(const Settings &s)
         double sum = b.payload_kg * at[2];
         for (int i = 0; i < kLegs; i++) {
             const Vec3 n = (a.col(i) - b.b.col(i)).normalized();
-            sum += b.upper_kg[i] * (a.col(i) - b.upper_center * n).z() +
-                   b.lower_kg[i] * (b.b.col(i) + b.lower_center * n).z();
+            sum += b.upper_kg[i] * (a.col(i) - b.upper_center[i] * n).z() +
+                   b.lower_kg[i] * (b.b.col(i) + b.lower_center[i] * n).z();
         }
         return -b.gravity.z() * sum;
     };
@@ -152,13 +178,15 @@ static void resting_legs_carry_the_weight(const Settings &s)
     Machine machine(p, pose);
     Vec6 rod, p1, p2;
     machine.read(rod, p1, p2);
-    const Vec6 oil = p.leg[0].area1 * p1 - p.leg[0].area2 * p2;
+    Vec6 oil;
+    for (int i = 0; i < kLegs; i++)
+        oil[i] = p.leg[i].area1 * p1[i] - p.leg[i].area2 * p2[i];
     const double first = (oil - force).norm() / force.norm();
     for (int i = 0; i < kLegs; i++)
         machine.command(i, machine.resting_valve()[i]);
     machine.advance(1);
     const double moved = (machine.y.segment<3>(0) - pose.head<3>()).norm();
-    claim(first < 1e-7 && moved < 1e-9, "resting legs push with J^-T w, and stay",
+    claim(first < 1e-7 && moved < 1e-9, name,
           print("relative difference %.1e; 1 s later moved %.1e m", first, moved));
 }
 
@@ -185,7 +213,9 @@ static void energy_is_balanced(const Settings &s)
         const char *name;
         std::vector<std::string> effects;
         double limit; /* J */
+        bool legs_differ = false;
     } cases[] = {{"energy is balanced: clean", {}, 1e-6},
+                 {"energy is balanced: no two legs alike", {}, 1e-6, true},
                  {"energy is balanced: friction of cylinders and joints",
                   {kCoulomb[0], kCoulomb[1], "passive_joint_friction.coulomb_nm=3",
                    "passive_joint_friction.viscous_nm_s=5"},
@@ -199,7 +229,7 @@ static void energy_is_balanced(const Settings &s)
                    "geometry_error.b_x_m=0.01,0,0,0,0,0"},
                   1e-6}};
     for (const auto &c : cases) {
-        Machine machine(parameters(s, c.effects), Vec6::Zero());
+        Machine machine(parameters(c.legs_differ ? uneven(s) : s, c.effects), Vec6::Zero());
         const double before = machine.energy();
         shake(machine, 1);
         const double change = machine.energy() - before, miss = std::abs(change - machine.work());
@@ -273,7 +303,7 @@ static Response respond(const Settings &settings, const std::vector<std::string>
 {
     Setup setup = plain(settings, effects);
     setup.settle_s = 1;
-    setup.settings["tests.duration_s"] = 2;
+    setup.settings.set("tests.duration_s=2");
     const Settings &s = setup.settings;
     const auto recordings = simulate(
         setup, {sine(s, "z", 4, 0.004), sine(s, "theta", 4, 0.006), sine(s, "x", 4, 0.004)});
@@ -485,7 +515,8 @@ static void each_effect_does_what_it_says(const Settings &s)
 int self_test(const Settings &settings)
 {
     inertia_matrix_is_that_of_method_md(settings);
-    resting_legs_carry_the_weight(settings);
+    resting_legs_carry_the_weight(settings, "resting legs push with J^-T w, and stay");
+    resting_legs_carry_the_weight(uneven(settings), "so do legs of which none is like another");
     energy_is_balanced(settings);
     steps_are_short_enough(settings);
     friction_holds(settings);
