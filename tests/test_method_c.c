@@ -7,6 +7,7 @@
 #include "kinematics.h"
 #include "method_c.h"
 #include "nominal.h"
+#include "parts.h"
 #include "units.h"
 
 enum { RATE = 500, RAMP = RATE / 2, SAMPLES = RAMP + 5 * RATE };
@@ -304,6 +305,36 @@ static void a_leg_that_rubs_in_one_log_is_named(void **unused) {
     for (int c = 0; c < MATRIX_ENTRIES; c++) assert_false(a.apart[1][c]);
 }
 
+/* A hundred parts of a long motion, the third and the last of which are no good, and from the 65th on a leg rubs: all count, in groups of eight. */
+static void many_parts_are_joined_and_a_change_on_the_way_is_seen(void **unused) {
+    (void)unused;
+    enum { ALL = 100, LEG = 4 };
+    static struct log before, after, sum;
+    static struct parts parts;
+    struct agreement a;
+    struct error error, good = {0}, bad = {.status = STATUS_USAGE};
+    struct rig r;
+    rig_init(&r, 100.0);
+    r.noise_m = 15e-6, r.noise_pa = 2e4;
+    find(&r, 0, DOFS, &before);
+    for (int s = 0; s < 2; s++) r.dry[LEG][s] += 40.0;
+    find(&r, 0, DOFS, &after);
+    assert_int_equal(parts_init(&parts, &error), 0);
+    for (int i = 0; i < ALL; i++) parts_add(&parts, i < 64 ? &before.equations : &after.equations, i == 2 || i == ALL - 1 ? &bad : &good);
+    assert_int_equal(parts_sum(&parts, &r.configured, &sum.equations, &a, &error), 0);
+    assert_true(parts.all == ALL && parts.left_out == 2 && a.logs > 2 && a.logs <= PARTS && !a.agree);
+    for (int c = 0; c < UNKNOWNS; c++) {
+        double expected = 63.0 * before.equations.product[c][c] + 35.0 * after.equations.product[c][c];
+        assert_close(sum.equations.product[c][c], expected, 1e-9 * expected);
+    }
+    bool used[AGREEMENT_LOGS][AGREEMENT_VALUES] = {{0}};
+    struct agreement_place worst;
+    assert_true(agreement_worst(&a, used, &worst) && (worst.value - UNKNOWN_DRY) / 2 == LEG);
+    parts_clear(&parts);
+    assert_int_equal(parts.count, 0);
+    parts_free(&parts);
+}
+
 /* Five per cent and one in a thousand, from tables. */
 static void chi_square_is_that_of_tables(void **unused) {
     (void)unused;
@@ -395,6 +426,7 @@ int main(void) {
                                        cmocka_unit_test(what_one_log_leaves_open_another_gives),
                                        cmocka_unit_test(logs_that_differ_by_noise_agree),
                                        cmocka_unit_test(a_leg_that_rubs_in_one_log_is_named),
+                                       cmocka_unit_test(many_parts_are_joined_and_a_change_on_the_way_is_seen),
                                        cmocka_unit_test(chi_square_is_that_of_tables),
                                        cmocka_unit_test(the_stated_deviation_is_that_of_the_errors),
                                        cmocka_unit_test(joints_within_their_tolerance_are_in_the_stated_deviation)};

@@ -5,17 +5,20 @@
 
 #include "cli.h"
 #include "identification_table.h"
-#include "recording_check.h"
 #include "supervisor.h"
 #include "units.h"
 
 int analysis_init(struct analysis *a, const struct params *params, struct error *error) {
     *a = (struct analysis){.params = params};
     recording_init(&a->recording, params);
-    return ident_init(&a->ident, params, error);
+    int status = ident_init(&a->ident, params, error);
+    return status ? status : parts_init(&a->parts, error);
 }
 
-void analysis_free(struct analysis *a) { recording_free(&a->recording); }
+void analysis_free(struct analysis *a) {
+    recording_free(&a->recording);
+    parts_free(&a->parts);
+}
 
 /* Of one axis after another; else another motion. A log from elsewhere has whatever it has, and the configuration does not say. */
 static bool sinusoids(const struct analysis *a) {
@@ -32,15 +35,33 @@ static bool room(const struct recording *r, enum dof dof) {
 }
 
 /* As in ident.h, a test of an axis replaces that axis' earlier one, and another motion itself: the machine may have been changed in between. */
-static void replace(struct recording *r, const struct cycle *c) {
+static void replace(struct analysis *a, const struct cycle *c) {
+    struct recording *r = &a->recording;
     for (int i = r->tests - 1; i >= 0; i--)
         if (r->test[i].dof == c->dof && (c->dof != DOF_NONE || r->test[i].test == c->test)) recording_remove(r, i);
+    if (c->dof == DOF_NONE && c->test <= a->parts_test) parts_clear(&a->parts);
+}
+
+static bool part_is_full(const struct recording *r) {
+    const struct recording_test *t = r->tests ? &r->test[r->tests - 1] : NULL;
+    if (!t || t->dof != DOF_NONE || !t->count) return false;
+    return t->count >= ANALYSIS_SAMPLES || t->sample[t->count - 1].test_time_s - t->sample[0].test_time_s >= ANALYSIS_PART_S;
+}
+
+/* The motion under way goes, alone, to the estimator. */
+static void close_part(struct analysis *a) {
+    struct recording *r = &a->recording, part = *r;
+    part.test[0] = r->test[--r->tests];
+    part.tests = 1;
+    a->parts_test = part.test[0].test;
+    parts_close(&a->parts, &part);
 }
 
 static void record(struct analysis *a, const struct cycle *c) {
     bool begins = c->test != a->last.test || c->dof != a->last.dof || c->test_time_s <= a->last.test_time_s;
     if (a->unrecorded.status || c->test < 0) return;
-    if (!a->cycles || begins) replace(&a->recording, c);
+    if (!a->cycles || begins) replace(a, c);
+    if (part_is_full(&a->recording)) close_part(a);
     if (room(&a->recording, c->dof)) recording_add(&a->recording, c, &a->unrecorded);
 }
 
@@ -82,11 +103,14 @@ bool analysis_end(struct analysis *a) { return ident_end(&a->ident); }
 void analysis_identify(struct analysis *a) {
     struct identification *r = &a->ident.result;
     struct error *e = &r->no_method_c;
-    *e = a->unrecorded;
+    struct error rest = a->unrecorded;
     drop_incomplete(a);
-    if (!e->status && !a->recording.tests) error_set(e, STATUS_USAGE, "no complete test");
-    if (!e->status && !recording_check(&a->recording, e) && !method_c_check(&a->recording, e) && !method_c_equations(&a->recording, &a->equations, e))
-        method_c_solve(&a->equations, a->params, &a->estimate, &r->method_c, e);
+    parts_wait(&a->parts);
+    if (!rest.status && !a->recording.tests) error_set(&rest, STATUS_USAGE, "no complete test");
+    if (!rest.status) estimator_equations(&a->recording, &a->equations, &rest);
+    parts_add(&a->parts, &a->equations, &rest);
+    r->parts = a->parts.all > 1 ? a->parts.all : 0, r->parts_left_out = a->parts.left_out;
+    if (!parts_sum(&a->parts, a->params, &a->equations, &r->over_time, e)) method_c_solve(&a->equations, a->params, &a->estimate, &r->method_c, e);
 }
 
 struct loop_statistics analysis_statistics(const struct analysis *a) {

@@ -7,6 +7,7 @@
 #include "ident.h"
 #include "identification_json.h"
 #include "motion_result.h"
+#include "parts.h"
 #include "verdict.h"
 
 struct analysis {
@@ -17,14 +18,17 @@ struct analysis {
     struct cycle last;
     int64_t cycles, overruns, lost; /* lost: gaps in seq */
     int64_t missed, longest_ns;     /* deadlines missed in a row up to the last cycle, and the longest delay among them */
-    struct recording recording;     /* for method C: the beginning of each test, of an axis a sixth of ANALYSIS_SAMPLES at most */
+    struct recording recording;     /* for method C: the beginning of each test, of an axis a sixth of ANALYSIS_SAMPLES at most, */
+    struct parts parts;             /* and what went before of a motion that is longer than a part; */
+    int parts_test;                 /* its place in the list of tests */
     struct equations equations;     /* method C's, of all that was recorded, and what comes of them */
     struct estimate estimate;
     struct error unrecorded;        /* why there is no more */
     int64_t stalls, behind_ns;      /* wake-ups a period or more late, and the sum of the whole periods they were late: what a paced clock stretches */
 };
 
-enum { ANALYSIS_SAMPLES = 300000 }; /* six tests of 100 s, or one motion of 600 s, at 2 ms; up to 160 MB */
+enum { ANALYSIS_SAMPLES = 300000 }; /* six tests of 100 s at 2 ms; up to 160 MB */
+#define ANALYSIS_PART_S 180.0       /* of a motion: memory for so much; and a machine that changes on the way is seen */
 
 /* To be released by analysis_free(), also when this failed. */
 int analysis_init(struct analysis *a, const struct params *params, struct error *error);

@@ -1,6 +1,7 @@
 #include "equations.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "dense.h"
@@ -14,6 +15,19 @@ void equations_entry(int unknown, int *row, int *column) {
     int i = 0;
     while (unknown >= DOFS - i) unknown -= DOFS - i, i++;
     *row = i, *column = i + unknown;
+}
+
+void equations_name(int unknown, char name[EQUATIONS_NAME]) {
+    static const char *const way[] = {"extending", "retracting"};
+    int row, column, dry = unknown - UNKNOWN_DRY;
+    if (dry >= 0) {
+        snprintf(name, EQUATIONS_NAME, "dry leg %d %s", dry / 2 + 1, way[dry % 2]);
+    } else if (unknown >= UNKNOWN_VISCOUS) {
+        snprintf(name, EQUATIONS_NAME, "viscous leg %d", unknown - UNKNOWN_VISCOUS + 1);
+    } else {
+        equations_entry(unknown, &row, &column);
+        snprintf(name, EQUATIONS_NAME, "Mt%d%d", row + 1, column + 1);
+    }
 }
 
 double equations_scatter(const struct equations *e) { return e->free > 0 ? sqrt(fmax(e->rest, 0.0) / e->free) : (double)NAN; }

@@ -39,6 +39,10 @@ struct estimate {
 /* Where an entry of the unknowns stands in the matrix, row <= column. */
 void equations_entry(int unknown, int *row, int *column);
 
+/* "Mt15", "viscous leg 2", "dry leg 3 extending": of entries and frictions. */
+enum { EQUATIONS_NAME = 32 };
+void equations_name(int unknown, char name[EQUATIONS_NAME]);
+
 /* What the rows scatter by, in units of the noise that they should have. NaN: no more rows than unknowns. */
 double equations_scatter(const struct equations *e);
 

@@ -7,6 +7,7 @@
 #ifndef HEXID_IDENT_H
 #define HEXID_IDENT_H
 
+#include "agreement.h"
 #include "force.h"
 #include "harmonics.h"
 #include "kinematics.h"
@@ -22,6 +23,8 @@ struct identification {
     struct method_result method_a, modified_a, method_b;
     struct method_c method_c;     /* of a whole recording, by those who have one (method_c.h) */
     struct error no_method_c;     /* why it is not evaluated */
+    int parts, parts_left_out;    /* of a long motion, each by itself, and without a result; 0: it was in one piece */
+    struct agreement over_time;   /* between them; of many, neighbours are joined: `logs` of them */
 };
 
 struct ident {

@@ -123,10 +123,14 @@ static bool values_at(struct work *w, struct inverse_dynamics *d, const struct r
                       const double gone_m[LEGS], bool stuck[LEGS]) {
     struct inverse_dynamics_input in = {0};
     struct rigid_legs legs;
-    double j[LEGS][DOFS], acceleration[DOFS];
+    double j[LEGS][DOFS], acceleration[DOFS], along[DOFS][LEGS] = {{0}}; /* legs of a unit wrench */
     legs_at(t, phase, in.leg);
     if (!inverse_dynamics_step(d, &in, value[UNKNOWNS])) return false;
     if (!inverse_dynamics_move(d, (const double(*)[3])in.leg, &legs, j, acceleration)) return false;
+    for (int i = 0; i < DOFS; i++) {
+        along[i][i] = 1.0;
+        if (!inverse_dynamics_along_legs(j, along[i])) return false;
+    }
     for (int c = 0; c < ENTRIES; c++) {
         int row, column;
         double wrench[DOFS] = {0};
@@ -134,8 +138,8 @@ static bool values_at(struct work *w, struct inverse_dynamics *d, const struct r
         wrench[row] += acceleration[column];
         if (row != column) wrench[column] += acceleration[row];
         add_weight(row, column, (const double(*)[3])legs.rotation, w->params->payload.gravity_mps2, wrench);
-        if (!inverse_dynamics_along_legs(j, wrench)) return false;
-        memcpy(value[c], wrench, sizeof wrench);
+        for (int i = 0; i < DOFS; i++)
+            for (int k = 0; k < LEGS && wrench[i] != 0.0; k++) value[c][k] += wrench[i] * along[i][k];
     }
     for (int k = 0; k < LEGS; k++) {
         const double *leg = in.leg[k];
@@ -300,16 +304,33 @@ static int pass(struct work *w, int number, struct error *error) {
     return solved ? STATUS_OK : error_set(error, STATUS_USAGE, "method C: some leg does not move both ways");
 }
 
-/* Gradient of the fit's sum of squares at the estimate, for a machine whose joints are elsewhere. False: it cannot move so. */
-static bool add_gradient(struct work *w, const struct params *machine, double sign, double gradient[UNKNOWNS]) {
-    const struct rows *r = &w->rows;
-    for (int i = 0; i < w->data.tests; i++) {
-        if (!fill_columns(w, machine, i)) return false;
-        for (int row = 0; row < r->count; row++) {
-            double left = r->column[UNKNOWNS][row];
-            for (int c = 0; c < UNKNOWNS; c++) left -= r->column[c][row] * w->x[c];
-            for (int c = 0; c < UNKNOWNS; c++) gradient[c] += sign * w->gain[i][c][row] * left;
+/* What the estimate leaves of a test's rows, for a machine whose joints are elsewhere. False: it cannot move so. */
+static bool find_left(struct work *w, const struct params *machine, int test, double left[ROWS]) {
+    const struct residual_test *t = &w->data.test[test];
+    struct inverse_dynamics d;
+    bool stuck[LEGS];
+    for (int k = 0; k < LEGS; k++)
+        for (int a = 0; a < t->size; a++) left[k * t->size + a] = t->row[CHANNEL_FORCE][k][a] - w->staircase[test][k][a];
+    inverse_dynamics_init(&d, machine, 0.0, 0.0);
+    for (int i = 0; i < t->phases; i++) {
+        double value[COLUMNS][LEGS] = {{0}};
+        if (!values_at(w, &d, t, i, value, stuck)) return false;
+        for (int k = 0; k < LEGS; k++) {
+            double needed = value[UNKNOWNS][k];
+            for (int c = 0; c < UNKNOWNS; c++) needed += value[c][k] * w->x[c];
+            for (int a = 0; a < t->size; a++) left[k * t->size + a] -= t->project[i][a] * needed;
         }
+    }
+    return true;
+}
+
+/* Gradient of the fit's sum of squares at the estimate. False: as above. */
+static bool add_gradient(struct work *w, const struct params *machine, double sign, double gradient[UNKNOWNS]) {
+    double left[ROWS];
+    for (int i = 0; i < w->data.tests; i++) {
+        if (!find_left(w, machine, i, left)) return false;
+        for (int c = 0; c < UNKNOWNS; c++)
+            for (int row = 0; row < LEGS * w->data.test[i].size; row++) gradient[c] += sign * w->gain[i][c][row] * left[row];
     }
     return true;
 }

@@ -7,19 +7,6 @@
 
 enum { NAMED = 8 /* values that the verdict names */, COLUMN = 12 };
 
-void combination_name(int value, char name[COMBINATION_NAME]) {
-    static const char *const way[] = {"extending", "retracting"};
-    int row, column, dry = value - UNKNOWN_DRY;
-    if (dry >= 0) {
-        snprintf(name, COMBINATION_NAME, "dry leg %d %s", dry / 2 + 1, way[dry % 2]);
-    } else if (value >= UNKNOWN_VISCOUS) {
-        snprintf(name, COMBINATION_NAME, "viscous leg %d", value - UNKNOWN_VISCOUS + 1);
-    } else {
-        equations_entry(value, &row, &column);
-        snprintf(name, COMBINATION_NAME, "Mt%d%d", row + 1, column + 1);
-    }
-}
-
 const char *combination_unit(int value) {
     static const char *const of_entries[] = {"kg", "kg m", "kg m^2"};
     int row, column;
@@ -32,13 +19,13 @@ const char *combination_unit(int value) {
 static void judge_agreement(const struct agreement *a, struct verdict *v) {
     bool used[AGREEMENT_LOGS][AGREEMENT_VALUES] = {{0}};
     struct agreement_place place;
-    char name[COMBINATION_NAME];
+    char name[EQUATIONS_NAME];
     if (a->agree) return;
     verdict_add(v, VERDICT_FAIL, "the logs disagree: chi-square %.1f of %d degrees of freedom, by noise alone with probability %.1g",
                 a->chi_square, a->degrees, a->probability);
     for (int i = 0; i < NAMED && agreement_worst(a, used, &place); i++) {
         if (i && !a->apart[place.log][place.value]) return; /* as a whole only: the worst is named all the same */
-        combination_name(place.value, name);
+        equations_name(place.value, name);
         verdict_add(v, VERDICT_FAIL, "%s of log %d is %+.1f standard deviations from the others", name, place.log + 1,
                     a->deviation[place.log][place.value]);
     }
@@ -64,10 +51,10 @@ static void cell(FILE *out, double value, int digits, bool apart) {
 
 static void print_values(FILE *out, const struct combination *c) {
     for (int i = 0; i < AGREEMENT_VALUES; i++) {
-        char name[COMBINATION_NAME];
+        char name[EQUATIONS_NAME];
         int digits = i < UNKNOWN_VISCOUS ? 3 : 1;
         double std;
-        combination_name(i, name);
+        equations_name(i, name);
         fprintf(out, "%-22s %-6s", name, combination_unit(i));
         for (int l = 0; l < c->logs; l++) cell(out, method_c_value(&c->log[l].id->method_c, i, &std), digits, c->agreement.apart[l][i]);
         cell(out, method_c_value(&c->all, i, &std), digits, false);

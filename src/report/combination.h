@@ -32,9 +32,7 @@ void combination_table_print(FILE *out, const struct combination *c);
  * caller; NULL without memory. */
 char *combination_json(const struct combination *c);
 
-/* "Mt15", "viscous leg 2", "dry leg 3 extending"; and the unit. */
-enum { COMBINATION_NAME = 32 };
-void combination_name(int value, char name[COMBINATION_NAME]);
+/* Of entries and frictions by their place in the equations. */
 const char *combination_unit(int value);
 
 #endif

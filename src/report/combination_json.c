@@ -13,10 +13,10 @@ static json_t *log_json(const struct combination_log *log) {
 static json_t *deviations(const struct agreement *a) {
     json_t *object = json_object();
     for (int i = 0; i < AGREEMENT_VALUES; i++) {
-        char name[COMBINATION_NAME];
+        char name[EQUATIONS_NAME];
         json_t *array = json_array();
         for (int l = 0; l < a->logs; l++) array = report_append(array, report_number(a->deviation[l][i]));
-        combination_name(i, name);
+        equations_name(i, name);
         object = report_set(object, name, array);
     }
     return object;
@@ -26,8 +26,8 @@ static json_t *apart(const struct agreement *a) {
     json_t *array = json_array();
     for (int l = 0; l < a->logs; l++)
         for (int i = 0; i < AGREEMENT_VALUES; i++) {
-            char name[COMBINATION_NAME];
-            combination_name(i, name);
+            char name[EQUATIONS_NAME];
+            equations_name(i, name);
             if (a->apart[l][i])
                 array = report_append(array, json_pack("{si ss so}", "log", l + 1, "value", name, "deviations", report_number(a->deviation[l][i])));
         }
@@ -39,8 +39,7 @@ char *combination_json(const struct combination *c) {
     json_object_seed(1); /* as in identification_json() */
     json_t *logs = json_array();
     for (int l = 0; l < c->logs; l++) logs = report_append(logs, log_json(&c->log[l]));
-    return report_text(json_pack("{ss so s{so} s{sb so si so so so} so}", "schema", "hexid.identifications/1", "logs", logs, "combined", "method_c",
-                               report_method_c(&c->all), "agreement", "agree", a->agree, "chi_square", report_number(a->chi_square), "degrees", a->degrees,
-                               "probability", report_number(a->probability), "apart", apart(a), "deviations", deviations(a), "verdict",
-                               report_verdict(&c->verdict)));
+    json_t *agreement = report_set(report_set(report_agreement(a), "apart", apart(a)), "deviations", deviations(a));
+    return report_text(json_pack("{ss so s{so} so so}", "schema", "hexid.identifications/1", "logs", logs, "combined", "method_c", report_method_c(&c->all),
+                                 "agreement", agreement, "verdict", report_verdict(&c->verdict)));
 }

@@ -103,11 +103,23 @@ json_t *report_verdict(const struct verdict *v) {
     return json_pack("{ss ss so}", "scope", v->scope, "status", verdict_names[v->status], "reasons", reasons(v));
 }
 
+json_t *report_agreement(const struct agreement *a) {
+    return json_pack("{sb so si so}", "agree", a->agree, "chi_square", report_number(a->chi_square), "degrees", a->degrees, "probability",
+                     report_number(a->probability));
+}
+
+/* Only of a motion that was long enough for parts. */
+static json_t *with_parts(json_t *root, const struct identification *id) {
+    if (!id->parts) return root;
+    return report_set(root, "parts", json_pack("{si si si so}", "count", id->parts, "left_out", id->parts_left_out, "groups", id->over_time.logs,
+                                               "agreement", id->over_time.logs > 1 ? report_agreement(&id->over_time) : json_null()));
+}
+
 json_t *report_identification(const struct identification *id, const struct verdict *verdict, const struct loop_statistics *loop) {
     struct identification r = *id;
     json_t *tests = json_array();
     for (int i = 0; i < r.tests; i++) tests = report_append(tests, test(&r.test[i]));
-    return json_pack(
+    json_t *root = json_pack(
         "{ss so s{so} so so so so so s{so so so so} s{sI sI sI so so so so so so} so}", "schema", "hexid.identification/1", "tests", tests,
         "nominal", "Mt", matrix(r.nominal_mt), "method_a", method(&r.method_a, true), "modified_a", method(&r.modified_a, false),
         "method_b", method(&r.method_b, false), "method_c", report_method_c(&r.method_c), "method_c_reason",
@@ -117,6 +129,7 @@ json_t *report_identification(const struct identification *id, const struct verd
         "wake_us", quantiles(loop->wake_us, loop->timed), "exec_us", quantiles(loop->exec_us, loop->timed), "pace",
         loop->timed ? report_number(loop->pace) : json_null(), "stalls", loop->timed ? json_integer(loop->stalls) : json_null(),
         "longest_stall_s", loop->timed ? report_number(loop->longest_stall_s) : json_null(), "verdict", report_verdict(verdict));
+    return with_parts(root, id);
 }
 
 char *report_text(json_t *root) {

@@ -88,6 +88,26 @@ void identification_determined_print(FILE *out, const struct method_c *c, const 
     fprintf(out, "\n");
 }
 
+/* A long motion is evaluated in parts: a machine that changes on the way is said to. */
+static void print_parts(FILE *out, const struct identification *id) {
+    const struct agreement *a = &id->over_time;
+    bool used[AGREEMENT_LOGS][AGREEMENT_VALUES] = {{0}};
+    struct agreement_place worst;
+    char name[EQUATIONS_NAME];
+    if (!id->parts) return;
+    fprintf(out, "parts     %d of the motion, %d left out", id->parts, id->parts_left_out);
+    if (a->logs > 1) {
+        fprintf(out, "; %d groups %s over time: chi-square %.1f of %d degrees of freedom, probability %.2g", a->logs, a->agree ? "agree" : "DISAGREE",
+                a->chi_square, a->degrees, a->probability);
+        if (!a->agree && agreement_worst(a, used, &worst)) {
+            equations_name(worst.value, name);
+            fprintf(out, "\n          most: %s of group %d is %+.1f standard deviations from the others", name, worst.log + 1,
+                    a->deviation[worst.log][worst.value]);
+        }
+    }
+    fprintf(out, "\n");
+}
+
 static void print_method_c(FILE *out, const struct identification *id) {
     const struct method_c *c = &id->method_c;
     if (!c->matrix.evaluated) {
@@ -95,6 +115,7 @@ static void print_method_c(FILE *out, const struct identification *id) {
         return;
     }
     identification_determined_print(out, c, id->nominal_mt);
+    print_parts(out, id);
     fprintf(out, "%-4s %-6s %8s  %16s %7s\n", "", "unit", "nominal", "method C error %", "std C");
     for (int i = 0; i < IDENT_ENTRIES - 2; i++) { /* symmetric: Mt42 is Mt24, Mt51 is Mt15 */
         const struct ident_entry *e = &ident_entries[i];

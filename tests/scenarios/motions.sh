@@ -86,6 +86,16 @@ same() { run "${driven[@]}" --log "$work/1.lcm" && run "${driven[@]}" --log "$wo
 claim "the same run twice: the same log, to the last byte" same
 moved() { [ ! -e "$work/moved.lcm" ] || { echo "a log was begun"; return 1; }; }
 refused() { refuses 2 "$1" quick --log "$work/moved.lcm" "${@:2}" && moved; }
+# More than two parts (ANALYSIS_PART_S) of 180 s.
+long() {
+    ends 0 run --trajectory "$work/small.csv" --repeat 190 --log "$work/long.lcm" --json "$work/long.json" && says '^parts +3 of the motion, 0 left out; 3 groups agree' &&
+        ends 0 "$hexid" identify "$work/long.lcm" --json "$work/long_again.json" >/dev/null && cmp "$work/long.json" "$work/long_again.json" &&
+        rm "$work/long.lcm" && "$python" -c 'import json, sys
+long, short = (json.load(open(f)) for f in sys.argv[1:])
+assert long["parts"]["count"] == 3 and long["parts"]["agreement"]["agree"] and "parts" not in short
+assert long["method_c"]["std"][0][0] < 0.5 * short["method_c"]["std"][0][0], (long["method_c"]["std"][0], short["method_c"]["std"][0])' "$work/long.json" "$work/any.json"
+}
+claim "a motion of minutes is evaluated part by part, live as from the log, and is surer" long
 claim "without --trajectory there is none in the log's configuration" grep -q 'trajectory: "" ' <("$hexid" run --print-config)
 
 claim "a multisine beside a trajectory: refused, naming both" refused "tests.multisine tests.trajectory" "${driven[@]}" --set tests.multisine=true

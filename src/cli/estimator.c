@@ -1,0 +1,74 @@
+#include "estimator.h"
+
+#include <string.h>
+
+#include "crash.h"
+#include "method_c.h"
+#include "recording_check.h"
+
+int estimator_equations(struct recording *r, struct equations *equations, struct error *error) {
+    *error = (struct error){0};
+    int status = recording_check(r, error);
+    if (!status) status = method_c_check(r, error);
+    return status ? status : method_c_equations(r, equations, error);
+}
+
+static void *estimator_thread(void *argument) {
+    struct estimator *e = argument;
+    crash_stack();
+    pthread_mutex_lock(&e->mutex);
+    for (;;) {
+        while (e->state != ESTIMATOR_BUSY && !e->ends) pthread_cond_wait(&e->changed, &e->mutex);
+        if (e->state != ESTIMATOR_BUSY) break;
+        pthread_mutex_unlock(&e->mutex); /* what it works on is its own while it is busy */
+        estimator_equations(&e->recording, &e->equations, &e->error);
+        recording_free(&e->recording);
+        pthread_mutex_lock(&e->mutex);
+        e->state = ESTIMATOR_DONE;
+        pthread_cond_broadcast(&e->changed);
+    }
+    pthread_mutex_unlock(&e->mutex);
+    return NULL;
+}
+
+int estimator_start(struct estimator *e, struct error *error) {
+    pthread_mutex_init(&e->mutex, NULL);
+    pthread_cond_init(&e->changed, NULL);
+    e->state = ESTIMATOR_IDLE, e->ends = false;
+    int refused = pthread_create(&e->thread, NULL, estimator_thread, e);
+    e->started = !refused;
+    return refused ? error_set(error, STATUS_IO, "cannot start the estimator thread: %s", strerror(refused)) : STATUS_OK;
+}
+
+void estimator_stop(struct estimator *e) {
+    if (!e->started) return;
+    pthread_mutex_lock(&e->mutex);
+    e->ends = true;
+    pthread_cond_broadcast(&e->changed);
+    pthread_mutex_unlock(&e->mutex);
+    pthread_join(e->thread, NULL);
+    pthread_cond_destroy(&e->changed);
+    pthread_mutex_destroy(&e->mutex);
+    e->started = false;
+}
+
+void estimator_give(struct estimator *e, struct recording *recording) {
+    pthread_mutex_lock(&e->mutex);
+    e->recording = *recording;
+    e->state = ESTIMATOR_BUSY;
+    pthread_cond_broadcast(&e->changed);
+    pthread_mutex_unlock(&e->mutex);
+    recording->tests = 0;
+}
+
+bool estimator_take(struct estimator *e, bool wait, struct equations *equations, struct error *error) {
+    pthread_mutex_lock(&e->mutex);
+    while (wait && e->state == ESTIMATOR_BUSY) pthread_cond_wait(&e->changed, &e->mutex);
+    bool done = e->state == ESTIMATOR_DONE;
+    if (done) {
+        *equations = e->equations, *error = e->error;
+        e->state = ESTIMATOR_IDLE;
+    }
+    pthread_mutex_unlock(&e->mutex);
+    return done;
+}

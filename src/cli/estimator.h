@@ -1,0 +1,38 @@
+/* Method C beside whoever records: a thread that makes equations of one recording at a time, so that nothing waits while it does. What comes of a
+ * recording does not depend on when. The calls are for one thread. */
+#ifndef HEXID_ESTIMATOR_H
+#define HEXID_ESTIMATOR_H
+
+#include <pthread.h>
+
+#include "equations.h"
+#include "recording.h"
+
+struct estimator {
+    pthread_t thread;
+    pthread_mutex_t mutex;
+    pthread_cond_t changed;
+    bool started;
+    /* Under the mutex. */
+    enum { ESTIMATOR_IDLE, ESTIMATOR_BUSY, ESTIMATOR_DONE } state;
+    bool ends;
+    struct recording recording;   /* the thread's while it is busy */
+    struct equations equations;
+    struct error error;
+};
+
+int estimator_start(struct estimator *e, struct error *error);
+
+/* Waits for what is under way and drops it. Also of one that was never started. */
+void estimator_stop(struct estimator *e);
+
+/* Takes the recording over with its samples, and leaves an empty one. The estimator has nothing else to do. */
+void estimator_give(struct estimator *e, struct recording *recording);
+
+/* What came of it: the equations, or why there are none. False: nothing was given or, without `wait`, it is not ready. */
+bool estimator_take(struct estimator *e, bool wait, struct equations *equations, struct error *error);
+
+/* The same at once, by the caller: recording_check(), method_c_check(), method_c_equations(). */
+int estimator_equations(struct recording *recording, struct equations *equations, struct error *error);
+
+#endif
