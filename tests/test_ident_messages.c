@@ -8,6 +8,7 @@
 #include <cmocka.h>
 
 #include "hexid_identification_t.h"
+#include "hexid_method_c_t.h"
 #include "hexid_loop_stats_2_t.h"
 #include "hexid_test_result_t.h"
 #include "ident_messages.h"
@@ -117,9 +118,30 @@ static void what_was_not_evaluated_is_nan(void **unused) {
     hexid_identification_t_decode_cleanup(&m);
 }
 
+static void method_c_keeps_every_number(void **unused) {
+    (void)unused;
+    static struct method_c c;
+    hexid_method_c_t m;
+    fill(&c.matrix.mt[0][0], 36), fill(&c.matrix.mt_std[0][0], 36), fill(c.viscous, LEGS), fill(c.viscous_std, LEGS);
+    fill(&c.dry[0][0], 2 * LEGS), fill(&c.dry_std[0][0], 2 * LEGS), fill(&c.matrix.condition_number, 1), fill(&c.scatter, 1);
+    c.matrix.mt[1][2] = c.matrix.mt[2][1] = NAN;
+    int size = method_c_encode(&c, 4, 99, buffer, CAPACITY);
+    assert_int_equal(hexid_method_c_t_decode(buffer, 0, size, &m), size);
+    assert_true(m.time_ns == 99 && m.tests == 4 && m.determined == 20);
+    assert_matrix(m.mt_si, c.matrix.mt), assert_matrix(m.mt_std_si, c.matrix.mt_std);
+    assert_true(m.condition == c.matrix.condition_number && m.scatter == c.scatter);
+    for (int k = 0; k < LEGS; k++) {
+        assert_true(m.viscous_n_s_per_m[k] == c.viscous[k] && m.viscous_std_n_s_per_m[k] == c.viscous_std[k]);
+        assert_true(m.dry_extend_n[k] == c.dry[k][0] && m.dry_retract_n[k] == c.dry[k][1]);
+        assert_true(m.dry_extend_std_n[k] == c.dry_std[k][0] && m.dry_retract_std_n[k] == c.dry_std[k][1]);
+    }
+    assert_int_equal(method_c_encode(&c, 4, 99, buffer, size - 1), -1);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_test_result_keeps_every_number),
+        cmocka_unit_test(method_c_keeps_every_number),
         cmocka_unit_test(loop_statistics_keep_every_number),
         cmocka_unit_test(an_identification_keeps_every_number_and_reason),
         cmocka_unit_test(what_was_not_evaluated_is_nan),

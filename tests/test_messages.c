@@ -10,6 +10,7 @@
 #include "hexid_identification_t.h"
 #include "hexid_loop_stats_2_t.h"
 #include "hexid_loop_stats_t.h"
+#include "hexid_method_c_t.h"
 #include "hexid_request_t.h"
 #include "hexid_state_t.h"
 #include "hexid_test_result_t.h"
@@ -409,6 +410,7 @@ static void types_are_frozen(void **unused) {
     assert_int_equal(__hexid_command_t_get_hash(), 0xbb4b50819e0d4308);
     assert_int_equal(__hexid_loop_stats_2_t_get_hash(), 0xfff8ccbf9bf6b948);
     assert_int_equal(__hexid_request_t_get_hash(), 0x4fd2e7e204d3f86a);
+    assert_int_equal(__hexid_method_c_t_get_hash(), 0xa790a5427ca19015);
     assert_int_equal(__hexid_answer_t_get_hash(), 0x330d2c348ce6684a);
 }
 

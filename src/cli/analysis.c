@@ -2,6 +2,7 @@
 
 #include <inttypes.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "cli.h"
 #include "identification_table.h"
@@ -65,15 +66,34 @@ static void record(struct analysis *a, const struct cycle *c) {
     if (room(&a->recording, c->dof)) recording_add(&a->recording, c, &a->unrecorded);
 }
 
+/* A motion is whole at any time. */
+static bool complete(const struct identification *id, enum dof dof) {
+    bool is = dof == DOF_NONE;
+    for (int k = 0; k < id->tests; k++) is = is || (id->test[k].dof == dof && id->test[k].complete);
+    return is;
+}
+
 /* What was broken off says nothing against the others. */
 static void drop_incomplete(struct analysis *a) {
-    const struct identification *id = &a->ident.result;
-    for (int i = a->recording.tests - 1; i >= 0; i--) {
-        enum dof dof = a->recording.test[i].dof;
-        bool complete = dof == DOF_NONE;
-        for (int k = 0; k < id->tests; k++) complete = complete || (id->test[k].dof == dof && id->test[k].complete);
-        if (!complete) recording_remove(&a->recording, i);
+    for (int i = a->recording.tests - 1; i >= 0; i--)
+        if (!complete(&a->ident.result, a->recording.test[i].dof)) recording_remove(&a->recording, i);
+}
+
+int analysis_copy(const struct analysis *a, struct recording *copy, struct error *error) {
+    *copy = a->recording;
+    copy->tests = 0;
+    for (int i = 0; i < a->recording.tests; i++) {
+        const struct recording_test *t = &a->recording.test[i];
+        if (!complete(&a->ident.result, t->dof)) continue;
+        struct recording_test *to = &copy->test[copy->tests];
+        *to = *t;
+        to->capacity = t->count;
+        to->sample = malloc((size_t)t->count * sizeof *to->sample);
+        if (!to->sample) return error_set(error, STATUS_IO, "out of memory");
+        memcpy(to->sample, t->sample, (size_t)t->count * sizeof *to->sample);
+        copy->tests++;
     }
+    return STATUS_OK;
 }
 
 static void count_missed(struct analysis *a, const struct cycle *c) {

@@ -45,6 +45,10 @@ bool analysis_end(struct analysis *a);
 /* Method C, of all that was recorded: once, after the stream has ended. */
 void analysis_identify(struct analysis *a);
 
+/* A copy of what is recorded of complete tests and of motions, for an estimate on the way; parts that are closed apart. -3: memory; `copy` is to be
+ * freed all the same. */
+int analysis_copy(const struct analysis *a, struct recording *copy, struct error *error);
+
 struct loop_statistics analysis_statistics(const struct analysis *a);
 
 /* Solves what can be solved and judges it. */

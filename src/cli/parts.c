@@ -74,11 +74,11 @@ static int compare(const struct parts *p, const struct params *configured, struc
 
 int parts_sum(const struct parts *p, const struct params *configured, struct equations *sum, struct agreement *agreement, struct error *error) {
     *sum = (struct equations){0};
-    *agreement = (struct agreement){.logs = p->count};
+    if (agreement) *agreement = (struct agreement){.logs = p->count};
     if (!p->count) {
         *error = p->why;
         return error->status;
     }
     for (int i = 0; i < p->count; i++) equations_add(sum, &p->part[i]);
-    return p->count > 1 ? compare(p, configured, agreement, error) : STATUS_OK;
+    return agreement && p->count > 1 ? compare(p, configured, agreement, error) : STATUS_OK;
 }

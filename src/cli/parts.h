@@ -34,7 +34,8 @@ void parts_wait(struct parts *p);
 /* One more, whose equations the caller made. */
 void parts_add(struct parts *p, const struct equations *e, const struct error *error);
 
-/* The sum of all, and whether they agree (agreement->logs is 1 or 0 where there is nothing to compare). -2 where there is none. */
+/* The sum of all, and whether they agree (agreement->logs is 1 or 0 where there is nothing to compare; NULL: not asked).
+ * -2 where there is none. */
 int parts_sum(const struct parts *p, const struct params *configured, struct equations *sum, struct agreement *agreement, struct error *error);
 
 #endif

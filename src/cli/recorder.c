@@ -102,16 +102,58 @@ static void result(struct recorder *r) {
         keep_and_send(r, CHANNEL_IDENTIFICATION, buffer, identification_encode(id, &verdict, time_ns, buffer, sizeof buffer));
 }
 
+/* What the estimator has made of the tests so far; nothing where that determines nothing. */
+static void publish_estimate(struct recorder *r, bool wait) {
+    struct { struct equations rest, sum; struct estimate estimate; struct method_c result; struct error error; } *w;
+    unsigned char buffer[MESSAGE_MAX];
+    if (!(w = malloc(sizeof *w))) return;
+    if (estimator_take(&r->estimator, wait, &w->rest, &w->error)) {
+        parts_sum(&r->analysis.parts, r->params, &w->sum, NULL, &(struct error){0});
+        if (!w->error.status) equations_add(&w->sum, &w->rest);
+        if (!method_c_solve(&w->sum, r->params, &w->estimate, &w->result, &w->error))
+            keep_and_send(r, CHANNEL_METHOD_C, buffer, method_c_encode(&w->result, r->estimate_tests, r->estimate_ns, buffer, sizeof buffer));
+        r->estimate_tests = 0;
+    }
+    free(w);
+}
+
+/* After each test method C goes its own way, and the records theirs; of tests that end meanwhile the last counts. In virtual time it is waited for, so
+ * that a log is the same every time. */
+static void estimate(struct recorder *r, bool wait) {
+    struct recording copy;
+    struct error none;
+    if (r->estimate_tests) publish_estimate(r, wait);
+    if (!r->estimate_due || r->estimate_tests) return;
+    r->estimate_due = false;
+    r->estimate_ns = r->analysis.last.in.time_ns;
+    if (analysis_copy(&r->analysis, &copy, &none) || !copy.tests) {
+        recording_free(&copy);
+        return;
+    }
+    r->estimate_tests = copy.tests;
+    estimator_give(&r->estimator, &copy);
+    if (wait) publish_estimate(r, true);
+}
+
 static void take(struct recorder *r, const struct cycle *c) {
     unsigned char buffer[STATE_MESSAGE_MAX];
     struct cycle before = r->analysis.last;
     int64_t lost = r->analysis.lost;
+    atomic_store_explicit(&r->computes, true, memory_order_relaxed);
     bool completed = analysis_take(&r->analysis, c);
+    atomic_store_explicit(&r->computes, false, memory_order_relaxed);
     int size = state_encode(c, buffer);
     keep(r, CHANNEL_STATE, buffer, size);
     if (r->bus && c->seq % (uint64_t)r->params->lcm.state_every == 0) bus_publish(r->bus, CHANNEL_STATE, buffer, size);
     changes(r, &before, lost);
     if (completed) result(r);
+    if (r->bus && (completed || (before.test >= 0 && before.dof == DOF_NONE && c->test < 0))) r->estimate_due = true;
+    if (r->estimate_due || r->estimate_tests) {
+        bool wait = r->loop->clock.kind == CLOCK_VIRTUAL;
+        atomic_store_explicit(&r->computes, wait, memory_order_relaxed);
+        estimate(r, wait);
+        atomic_store_explicit(&r->computes, false, memory_order_relaxed);
+    }
     if (r->analysis.cycles % r->statistics_cycles == 0) statistics(r);
     progress_tick(r->progress, c);
 }
@@ -126,7 +168,12 @@ static void *recorder_thread(void *argument) {
         else if (ended) break;
         else nanosleep(&(struct timespec){.tv_nsec = POLL_NS}, NULL);
     }
-    if (analysis_end(&r->analysis)) result(r);
+    if (analysis_end(&r->analysis)) result(r), r->estimate_due = r->bus != NULL;
+    atomic_store_explicit(&r->computes, true, memory_order_relaxed);
+    estimate(r, true); /* the one under way, */
+    estimate(r, true); /* and the one that is due after it */
+    estimator_stop(&r->estimator);
+    atomic_store_explicit(&r->computes, false, memory_order_relaxed);
     statistics(r);
     return NULL;
 }
@@ -140,6 +187,7 @@ static void keep_configuration(struct recorder *r, const char *config) {
 
 int recorder_start(struct recorder *r, const char *config, struct error *error) {
     int status = analysis_init(&r->analysis, r->params, error);
+    if (!status && r->bus) status = estimator_start(&r->estimator, error);
     if (status) return status;
     r->statistics_cycles = ns_from_seconds(1.0) / ns_from_seconds(r->params->loop.period_s);
     keep_configuration(r, config);
@@ -152,7 +200,9 @@ int recorder_start(struct recorder *r, const char *config, struct error *error) 
 }
 
 bool recorder_join(struct recorder *r) {
-    for (uint64_t before = ring_count(r->records) + 1, now; (now = ring_count(r->records)) < before; before = now) {
+    bool computed = false;
+    for (uint64_t before = ring_count(r->records) + 1, now; (now = ring_count(r->records)) < before || computed; before = now) {
+        computed = atomic_load_explicit(&r->computes, memory_order_relaxed);
         struct timespec until;
         clock_gettime(CLOCK_REALTIME, &until);
         until.tv_sec += RECORDER_PATIENCE_S;

@@ -18,6 +18,11 @@ struct recorder {
     struct bus *bus;                 /* NULL: nothing is sent */
     struct progress *progress;
     struct analysis analysis;
+    struct estimator estimator;      /* method C of the tests so far, for the bus */
+    bool estimate_due;               /* a test has ended since the last was begun */
+    int64_t estimate_ns;             /* when it did, of the one under way; and how many tests that has */
+    int estimate_tests;
+    _Atomic bool computes;           /* in between records: that may take longer than RECORDER_PATIENCE_S */
     uint32_t request_id;             /* the last one told of */
     int64_t statistics_cycles;       /* between two HEXID_LOOP_STATS */
     int64_t settled_cycles;          /* in a row */
@@ -30,7 +35,7 @@ struct recorder {
  * park request when the log cannot be written. */
 int recorder_start(struct recorder *r, const char *config, struct error *error);
 
-/* Waits for the last record, as long as records are taken; given up after RECORDER_PATIENCE_S without:
+/* Waits for the last record, as long as records are taken or something is computed; given up after RECORDER_PATIENCE_S without:
  * false, and the recorder is in use by its thread until the process ends. */
 enum { RECORDER_PATIENCE_S = 3 };
 bool recorder_join(struct recorder *r);

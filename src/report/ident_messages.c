@@ -4,6 +4,7 @@
 
 #include "hexid_identification_t.h"
 #include "hexid_loop_stats_2_t.h"
+#include "hexid_method_c_t.h"
 #include "hexid_test_result_t.h"
 
 static char *text(const char *constant) { return (char *)(uintptr_t)constant; } /* liblcm only reads it */
@@ -49,6 +50,20 @@ int identification_encode(const struct identification *id, const struct verdict 
     matrix(m.method_b_mt_si, b->mt, b->evaluated);
     matrix(m.method_b_mt_std_si, b->mt_std, b->evaluated);
     return hexid_identification_t_encode(buffer, 0, capacity, &m);
+}
+
+int method_c_encode(const struct method_c *c, int tests, int64_t time_ns, unsigned char *buffer, int capacity) {
+    hexid_method_c_t m = {.time_ns = time_ns, .tests = (int8_t)tests, .condition = c->matrix.condition_number, .scatter = c->scatter};
+    double std;
+    for (int i = 0; i < MATRIX_ENTRIES; i++) m.determined += !isnan(method_c_value(c, i, &std));
+    matrix(m.mt_si, c->matrix.mt, true);
+    matrix(m.mt_std_si, c->matrix.mt_std, true);
+    for (int k = 0; k < LEGS; k++) {
+        m.viscous_n_s_per_m[k] = c->viscous[k], m.viscous_std_n_s_per_m[k] = c->viscous_std[k];
+        m.dry_extend_n[k] = c->dry[k][0], m.dry_extend_std_n[k] = c->dry_std[k][0];
+        m.dry_retract_n[k] = c->dry[k][1], m.dry_retract_std_n[k] = c->dry_std[k][1];
+    }
+    return hexid_method_c_t_encode(buffer, 0, capacity, &m);
 }
 
 int loop_stats_encode(const struct loop_statistics *s, int64_t time_ns, unsigned char *buffer, int capacity) {

@@ -21,7 +21,8 @@ comes() {
     done
 }
 # Beside the wall clock: lcm-logger keeps 30 messages, and loses what a faster run sends while it waits for the processor.
-"$hexid" run --hal sim: --rt off "${quick_settings[@]}" --set lcm.url="$url" --set lcm.state_every=100 --log "$work/run.lcm" >"$work/run" 2>&1
+"$hexid" run --hal sim: --rt off "${quick_settings[@]}" --set lcm.url="$url" --set lcm.state_every=100 --set tests.duration_s=2 --log "$work/run.lcm" \
+    --json "$work/run.json" >"$work/run" 2>&1
 quick --set lcm.url= --tests x --set tests.duration_s=2 --log "$work/x.lcm" >>"$work/run" 2>&1
 "$hexid" gap --measured "$work/x.lcm" -c config/tian2015.yaml --set lcm.url="$url" -o "$work/gap" >>"$work/run" 2>&1
 comes HEXID_GAP "$work/python" # the listener ends at once, whatever still waits in its socket
@@ -53,4 +54,28 @@ claim "LCM's Python library receives six test results" received HEXID_TEST_RESUL
 claim "and one identification" received HEXID_IDENTIFICATION 1
 claim "and what hexid gap found" received HEXID_GAP 1
 claim "lcm-logger records both, and no state of more than 600 bytes" logged logger.lcm
+# The last of them is of all six tests: the result's very numbers. Of tests that end while one is estimated the last counts: three at least.
+estimated() {
+    "$python" - "$work" <<'END'
+import json, sys
+lines = (json.loads(line) for line in open(f"{sys.argv[1]}/python"))
+estimates = [line["message"] for line in lines if line["channel"] == "HEXID_METHOD_C"]
+c = json.load(open(f"{sys.argv[1]}/run.json"))["method_c"]
+print([(e["tests"], e["determined"]) for e in estimates])
+assert 3 <= len(estimates) <= 6
+assert all(a["tests"] < b["tests"] and a["determined"] <= b["determined"] for a, b in zip(estimates, estimates[1:]))
+last = estimates[-1]
+assert last["tests"] == 6 and last["determined"] == 21
+assert last["mt_si"] == c["Mt"] and last["mt_std_si"] == c["std"] and last["dry_retract_n"] == c["dry_friction_n"]["retract"]
+assert last["viscous_n_s_per_m"] == c["viscous_n_s_per_m"] and last["condition"] == c["condition_number"]
+first = estimates[0]
+assert first["determined"] < 21 and "nan" in sum(first["mt_si"], [])
+END
+}
+claim "after each test method C's estimate so far, the last one the result to the last bit" estimated
+again() {
+    for log in 1 2; do quick --set tests.duration_s=2 --tests x,y --set lcm.url="$url" --log "$work/again$log.lcm" >/dev/null; done
+    cmp "$work/again1.lcm" "$work/again2.lcm" && grep -q HEXID_METHOD_C "$work/again1.lcm"
+}
+claim "in virtual time they stand in the log at the same place every time" again
 claim "hexid's own log, read by LCM's library, has them too" logged run.lcm
