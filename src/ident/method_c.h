@@ -20,8 +20,9 @@
  * assumed there. It needs the friction's size, hence several passes.
  *
  * A standard deviation has three parts: the sensors' noise, enlarged where the rows scatter by more; joints that are off by
- * model.tolerance.joints_m (uniform, each coordinate); and how far the accelerations' noise draws the entries to zero (equations.h). An entry whose deviation is above a fifth of sqrt(M_ii M_jj) is not determined: NaN; so is
- * friction whose deviation is above a tenth of what varies of the force of the leg where most does, viscous friction at the legs' speed.
+ * model.tolerance.joints_m (uniform, each coordinate); and how far the accelerations' noise draws the entries to zero (equations.h). An entry whose
+ * deviation is above a fifth of sqrt(M_ii M_jj) is not determined: NaN; so is friction whose deviation is above a tenth of what varies of the force
+ * of the leg where most does, viscous friction at the legs' speed.
  * Ordinary threads; heap. */
 #ifndef HEXID_METHOD_C_H
 #define HEXID_METHOD_C_H
