@@ -308,13 +308,15 @@ static int pass(struct work *w, int number, struct error *error) {
 static bool find_left(struct work *w, const struct params *machine, int test, double left[ROWS]) {
     const struct residual_test *t = &w->data.test[test];
     struct inverse_dynamics d;
+    double gone_m[PHASES][LEGS];
     bool stuck[LEGS];
+    find_gone(t, gone_m);
     for (int k = 0; k < LEGS; k++)
         for (int a = 0; a < t->size; a++) left[k * t->size + a] = t->row[CHANNEL_FORCE][k][a] - w->staircase[test][k][a];
     inverse_dynamics_init(&d, machine, 0.0, 0.0);
     for (int i = 0; i < t->phases; i++) {
         double value[COLUMNS][LEGS] = {{0}};
-        if (!values_at(w, &d, t, i, value, stuck)) return false;
+        if (!values_at(w, &d, t, i, value, gone_m[i], stuck)) return false;
         for (int k = 0; k < LEGS; k++) {
             double needed = value[UNKNOWNS][k];
             for (int c = 0; c < UNKNOWNS; c++) needed += value[c][k] * w->x[c];
