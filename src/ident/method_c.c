@@ -6,6 +6,7 @@
 
 #include "dense.h"
 #include "inverse_dynamics.h"
+#include "matrix_forces.h"
 #include "nominal.h"
 #include "units.h"
 #include "whiten.h"
@@ -32,7 +33,7 @@ struct rows {
 };
 
 struct work {
-    const struct params *params; /* bare_machine() */
+    const struct params *params; /* matrix_bare_machine() */
     struct residual_data data;
     struct rows rows;
     struct equations *sum;  /* of the pass */
@@ -50,12 +51,6 @@ static const char no_pose[] = "method C: no pose of this machine has these lengt
 
 static double square(double x) { return x * x; }
 
-/* The configured bodies, without friction, and without effects: a simulated machine's are in the log's configuration, and are to be found. */
-static void bare_machine(struct params *p) {
-    for (int k = 0; k < LEGS; k++) p->hydraulics.viscous_n_s_per_m[k] = 0.0;
-    for (int e = 0; e < EFFECTS_MAX; e++) p->effects[e].on = false;
-}
-
 /* What is measured of the motion at a phase. */
 static void legs_at(const struct residual_test *t, int phase, double leg[LEGS][3]) {
     const struct spectrum *s = &t->spectrum;
@@ -69,21 +64,6 @@ static double slowest_mps(const struct residual_test *t, const struct params *pa
     double resolution_s = RESOLVED * 2.0 * PI / (s->omega * s->harmonics);
     double noise_mps = SURE * spectrum_speed_std(s, leg, s->harmonics, step_m, t->fitted);
     return fmax(fmax(fabs(acceleration) * resolution_s, noise_mps), STICK_MPS);
-}
-
-/* The payload's mass is the mean of three entries of Mt, each of its moments m c that of two. Adds the wrench that holds the weight of what one unit
- * of an entry stands for. */
-static void add_weight(int row, int column, const double rotation[3][3], double gravity_mps2, double wrench[DOFS]) {
-    static const struct {
-        int row, column, axis; /* of the moment */
-        double share;
-    } moment[] = {{0, 4, 2, 0.5}, {1, 3, 2, -0.5}, {2, 3, 1, 0.5}, {0, 5, 1, -0.5}, {1, 5, 0, 0.5}, {2, 4, 0, -0.5}};
-    if (row == column && row < 3) wrench[2] -= gravity_mps2 / 3.0;
-    for (int i = 0; i < 6; i++) {
-        if (moment[i].row != row || moment[i].column != column) continue;
-        wrench[3] -= moment[i].share * gravity_mps2 * rotation[1][moment[i].axis];
-        wrench[4] += moment[i].share * gravity_mps2 * rotation[0][moment[i].axis];
-    }
 }
 
 /* How far each leg has come since it last turned round, at each phase; the way from there to the next phase by its speed and acceleration. Infinite
@@ -123,24 +103,11 @@ static bool values_at(struct work *w, struct inverse_dynamics *d, const struct r
                       const double gone_m[LEGS], bool stuck[LEGS]) {
     struct inverse_dynamics_input in = {0};
     struct rigid_legs legs;
-    double j[LEGS][DOFS], acceleration[DOFS], along[DOFS][LEGS] = {{0}}; /* legs of a unit wrench */
+    double j[LEGS][DOFS], acceleration[DOFS];
     legs_at(t, phase, in.leg);
     if (!inverse_dynamics_step(d, &in, value[UNKNOWNS])) return false;
     if (!inverse_dynamics_move(d, (const double(*)[3])in.leg, &legs, j, acceleration)) return false;
-    for (int i = 0; i < DOFS; i++) {
-        along[i][i] = 1.0;
-        if (!inverse_dynamics_along_legs(j, along[i])) return false;
-    }
-    for (int c = 0; c < ENTRIES; c++) {
-        int row, column;
-        double wrench[DOFS] = {0};
-        equations_entry(c, &row, &column);
-        wrench[row] += acceleration[column];
-        if (row != column) wrench[column] += acceleration[row];
-        add_weight(row, column, (const double(*)[3])legs.rotation, w->params->payload.gravity_mps2, wrench);
-        for (int i = 0; i < DOFS; i++)
-            for (int k = 0; k < LEGS && wrench[i] != 0.0; k++) value[c][k] += wrench[i] * along[i][k];
-    }
+    if (!matrix_forces(&legs, j, acceleration, w->params->payload.gravity_mps2, value)) return false;
     for (int k = 0; k < LEGS; k++) {
         const double *leg = in.leg[k];
         value[VISCOUS + k][k] = leg[1];
@@ -394,7 +361,7 @@ int method_c_equations(const struct recording *recording, struct equations *e, s
     int status = w && params ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
     if (!status) {
         *params = *recording->params;
-        bare_machine(params);
+        matrix_bare_machine(params);
         w->params = params, w->sum = e;
         status = kinematics_init(&k, params, error);
     }

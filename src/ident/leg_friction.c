@@ -1,0 +1,98 @@
+#include "leg_friction.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "matrix_forces.h"
+#include "nominal.h"
+
+static const double EDGE = 0.12; /* of the phases of a piece, on either side: there its neighbours have a share in the motion */
+
+struct work {
+    struct params machine;              /* matrix_bare_machine() */
+    double more[MATRIX_ENTRIES];        /* found less configured */
+    struct inverse_dynamics dynamics;
+};
+
+/* What is to be added to the configured entries. */
+static int begin(struct work *w, const struct recording *recording, const struct method_c *found, struct error *error) {
+    static const double neutral[DOFS] = {0};
+    double nominal[DOFS][DOFS];
+    struct kinematics k;
+    w->machine = *recording->params;
+    matrix_bare_machine(&w->machine);
+    int status = kinematics_init(&k, &w->machine, error);
+    if (status) return status;
+    nominal_matrix(&w->machine, &k, neutral, nominal);
+    for (int c = 0; c < MATRIX_ENTRIES; c++) {
+        int row, column;
+        equations_entry(c, &row, &column);
+        double value = found->matrix.mt[row][column];
+        w->more[c] = isfinite(value) ? value - nominal[row][column] : 0.0;
+    }
+    return STATUS_OK;
+}
+
+/* What the motion at a phase needs without friction; the legs' rates. */
+static bool needed(struct work *w, const struct residual_test *t, int phase, double force_n[LEGS], double rate_mps[LEGS]) {
+    const struct spectrum *s = &t->spectrum;
+    const double *basis = t->cycle + phase * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE;
+    struct inverse_dynamics_input in = {0};
+    struct rigid_legs legs;
+    double j[LEGS][DOFS], acceleration[DOFS], unit_n[MATRIX_ENTRIES][LEGS];
+    for (int k = 0; k < LEGS; k++) spectrum_at(s->mean[CHANNEL_LENGTH][k], s->harmonics, s->omega, basis, in.leg[k]);
+    if (!inverse_dynamics_step(&w->dynamics, &in, force_n)) return false;
+    if (!inverse_dynamics_move(&w->dynamics, (const double(*)[3])in.leg, &legs, j, acceleration)) return false;
+    if (!matrix_forces(&legs, j, acceleration, w->machine.payload.gravity_mps2, unit_n)) return false;
+    for (int k = 0; k < LEGS; k++) {
+        rate_mps[k] = in.leg[k][1];
+        for (int c = 0; c < MATRIX_ENTRIES; c++) force_n[k] += w->more[c] * unit_n[c][k];
+    }
+    return true;
+}
+
+/* The rows of method C's equation (residual.h) back over time, at the phases of the test. */
+static bool find_test(struct work *w, const struct residual_test *t, struct leg_friction_test *f) {
+    double row[LEGS][RESIDUAL_SIZE], rate_mps[PHASES][LEGS];
+    if (!t->chambers || !residual_staircase(t, &w->machine, row)) memset(row, 0, sizeof row);
+    for (int k = 0; k < LEGS; k++)
+        for (int a = 0; a < t->size; a++) row[k][a] = t->row[CHANNEL_FORCE][k][a] - row[k][a];
+    inverse_dynamics_init(&w->dynamics, &w->machine, 0.0, 0.0);
+    for (int i = 0; i < t->phases; i++) {
+        double force_n[LEGS];
+        if (!needed(w, t, i, force_n, rate_mps[i])) return false;
+        for (int k = 0; k < LEGS; k++)
+            for (int a = 0; a < t->size; a++) row[k][a] -= t->project[i][a] * force_n[k];
+    }
+    f->of = t->of;
+    f->cycle = t->spectrum.cycles > 0;
+    int edge = f->cycle ? 0 : (int)(EDGE * t->phases);
+    for (int i = edge; i < t->phases - edge; i++, f->points++)
+        for (int k = 0; k < LEGS; k++) {
+            f->rate_mps[k][f->points] = rate_mps[i][k];
+            for (int a = 0; a < t->size; a++) f->force_n[k][f->points] += t->shape[i][a] * row[k][a];
+        }
+    return true;
+}
+
+int leg_friction_find(struct leg_friction *f, const struct recording *recording, const struct method_c *found, struct error *error) {
+    struct work *w = malloc(sizeof *w);
+    struct residual_data data = {0};
+    *f = (struct leg_friction){0};
+    int status = w ? begin(w, recording, found, error) : error_set(error, STATUS_IO, "out of memory");
+    if (!status) status = residual_prepare(&data, recording, CYCLES_ALL, error);
+    if (!status) f->test = calloc((size_t)data.tests + 1, sizeof *f->test);
+    if (!status && !f->test) status = error_set(error, STATUS_IO, "out of memory");
+    for (int i = 0; i < data.tests && !status; i++)
+        if (!find_test(w, &data.test[i], &f->test[f->tests++]))
+            status = error_set(error, STATUS_USAGE, "no pose of this machine has these lengths");
+    residual_free(&data);
+    free(w);
+    return status;
+}
+
+void leg_friction_free(struct leg_friction *f) {
+    free(f->test);
+    *f = (struct leg_friction){0};
+}

@@ -1,0 +1,44 @@
+#include "matrix_forces.h"
+
+#include <string.h>
+
+void matrix_bare_machine(struct params *p) {
+    for (int k = 0; k < LEGS; k++) p->hydraulics.viscous_n_s_per_m[k] = 0.0;
+    for (int e = 0; e < EFFECTS_MAX; e++) p->effects[e].on = false;
+}
+
+/* The payload's mass is the mean of three entries of Mt, each of its moments m c that of two. Adds the wrench that holds the weight of what one unit
+ * of an entry stands for. */
+static void add_weight(int row, int column, const double rotation[3][3], double gravity_mps2, double wrench[DOFS]) {
+    static const struct {
+        int row, column, axis; /* of the moment */
+        double share;
+    } moment[] = {{0, 4, 2, 0.5}, {1, 3, 2, -0.5}, {2, 3, 1, 0.5}, {0, 5, 1, -0.5}, {1, 5, 0, 0.5}, {2, 4, 0, -0.5}};
+    if (row == column && row < 3) wrench[2] -= gravity_mps2 / 3.0;
+    for (int i = 0; i < 6; i++) {
+        if (moment[i].row != row || moment[i].column != column) continue;
+        wrench[3] -= moment[i].share * gravity_mps2 * rotation[1][moment[i].axis];
+        wrench[4] += moment[i].share * gravity_mps2 * rotation[0][moment[i].axis];
+    }
+}
+
+bool matrix_forces(const struct rigid_legs *legs, double j[LEGS][DOFS], const double acceleration[DOFS], double gravity_mps2,
+                   double force_n[][LEGS]) {
+    double along[DOFS][LEGS] = {{0}}; /* legs of a unit wrench */
+    for (int i = 0; i < DOFS; i++) {
+        along[i][i] = 1.0;
+        if (!inverse_dynamics_along_legs(j, along[i])) return false;
+    }
+    for (int c = 0; c < MATRIX_ENTRIES; c++) {
+        int row, column;
+        double wrench[DOFS] = {0};
+        equations_entry(c, &row, &column);
+        wrench[row] += acceleration[column];
+        if (row != column) wrench[column] += acceleration[row];
+        add_weight(row, column, legs->rotation, gravity_mps2, wrench);
+        memset(force_n[c], 0, sizeof force_n[c]);
+        for (int i = 0; i < DOFS; i++)
+            for (int k = 0; k < LEGS && wrench[i] != 0.0; k++) force_n[c][k] += wrench[i] * along[i][k];
+    }
+    return true;
+}
