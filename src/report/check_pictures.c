@@ -7,9 +7,6 @@
 
 enum { POINTS = 500, WIDTH = 1100, PANEL = 165, HEAD = 22, FOOT = 50, GROUNDS_MOST = 200 };
 
-/* Told apart by eyes of every kind (Okabe and Ito 2008). */
-static const char *const colours[LEGS] = {PICTURE_ACCENT, "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"};
-
 static bool is_axis(const struct survey *s) { return s->mechanism == MECHANISM_AXIS; }
 
 /* An axis shows its reference beside its position. */
@@ -104,7 +101,7 @@ static void plot_channels(FILE *script, const struct survey *s, enum survey_kind
         char name[16];
         if (!(c->there >> k & 1u)) continue;
         channel_name(name, s, kind, k);
-        fprintf(script, "%s $%s using 1:%d with lines lw 1.3 lc rgb '%s' title '%s'", before, survey_names[kind], k + 2, colours[k], name);
+        fprintf(script, "%s $%s using 1:%d with lines lw 1.3 lc rgb '%s' title '%s'", before, survey_names[kind], k + 2, plot_colours[k], name);
         before = ",";
     }
     if (is_axis(s) && kind == SURVEY_LENGTH && s->channel[SURVEY_REFERENCE].there)

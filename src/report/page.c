@@ -7,11 +7,13 @@
 
 static const char style[] =
     "<style>\n"
-    ":root{--ink:#1a1a1a;--soft:#5c5c5c;--line:#dcdcdc;--accent:" PICTURE_ACCENT "}\n"
+    ":root{color-scheme:light dark;--ink:#1a1a1a;--soft:#5c5c5c;--line:#dcdcdc;--paper:#fff;--mark:#fff3d6;--code:#333;--accent:" PICTURE_ACCENT "}\n"
+    "@media(prefers-color-scheme:dark){:root{--ink:#e8e8e8;--soft:#aaa;--line:#444;--paper:#1a1a1a;--mark:#4a3a10;--code:#ccc;--accent:#6db9ee}\n"
+    "img{filter:invert(.9) hue-rotate(180deg)}}\n" /* white becomes the page's ground, hues stay */
     "*{box-sizing:border-box}\n"
     "body{margin:0 auto;max-width:1180px;padding:18px 32px 64px;"
-    "font:15px/1.45 system-ui,'Segoe UI','Helvetica Neue',Arial,'Liberation Sans',sans-serif;color:var(--ink);background:#fff}\n"
-    "header{display:flex;justify-content:space-between;gap:24px;font-size:13px;color:var(--soft);"
+    "font:15px/1.45 system-ui,'Segoe UI','Helvetica Neue',Arial,'Liberation Sans',sans-serif;color:var(--ink);background:var(--paper)}\n"
+    "header{display:flex;flex-wrap:wrap;justify-content:space-between;gap:0 24px;font-size:13px;color:var(--soft);"
     "border-bottom:1px solid var(--line);padding-bottom:8px}\n"
     ".kicker{margin:18px 0 0;color:var(--accent);font-size:15px;font-weight:600}\n"
     "h1{margin:2px 0 4px;font-size:32px;line-height:1.18;font-weight:600;letter-spacing:-.01em}\n"
@@ -20,16 +22,17 @@ static const char style[] =
     "h3{margin:16px 0 6px;font-size:15px;font-weight:600}\n"
     "p{margin:6px 0;max-width:52em}\n"
     "sup{font-size:75%;line-height:0}\n"
-    "code{font:13px ui-monospace,'DejaVu Sans Mono','Liberation Mono',monospace;color:#333}\n"
+    "code,.anywhere{overflow-wrap:anywhere}\n"
+    "code{font:13px ui-monospace,'DejaVu Sans Mono','Liberation Mono',monospace;color:var(--code)}\n"
     ".lead{color:var(--soft);margin-top:0}\n"
     ".cards{display:grid;grid-template-columns:minmax(0,1.15fr) minmax(0,1fr) minmax(0,1.15fr);gap:36px;margin-top:16px}\n"
     ".cards h2{margin:0 0 8px;font-size:15px;border-top:2px solid var(--ink);padding-top:8px}\n"
     ".big{font-size:34px;line-height:1.1;font-weight:600;color:var(--accent);margin:0 0 2px}\n"
     ".small,figcaption{font-size:13px;color:var(--soft)}\n"
-    ".notice{background:#fff3d6;padding:2px 6px}\n"
+    ".notice{background:var(--mark);padding:2px 6px}\n"
     "p.notice{padding:8px 12px}\n"
     ".next{border-left:3px solid var(--accent);padding:4px 0 4px 14px;margin-top:18px}\n"
-    ".two{display:grid;grid-template-columns:1fr 1fr;gap:16px 32px}\n"
+    ".two{display:grid;grid-template-columns:repeat(2,minmax(0,1fr));gap:16px 32px}\n"
     ".loops{display:grid;grid-template-columns:2fr 1fr;gap:0 8px}\n"
     ".wide{overflow-x:auto}\n"
     "figure{margin:8px 0}\n"
@@ -39,20 +42,37 @@ static const char style[] =
     "th{color:var(--soft)}\n"
     ".n{text-align:right;white-space:nowrap}\n"
     "table.map{border-collapse:separate;border-spacing:1px;font-size:12px}\n"
-    "table.map td{width:32px;min-width:28px;height:24px;padding:0;text-align:center;vertical-align:middle;border:0}\n"
+    "table.map td{color:#1a1a1a;width:32px;min-width:28px;height:24px;padding:0;text-align:center;vertical-align:middle;border:0}\n"
     "table.map th{border:0;padding:2px 6px 2px 0;text-align:center;vertical-align:middle}\n"
-    "table.map td:nth-child(6n+2){border-left:3px solid #fff}\n"
+    "table.map td:nth-child(6n+2){border-left:3px solid var(--paper)}\n"
     "table.map th.side{text-align:left;font-weight:600;color:var(--ink);padding-top:8px}\n"
-    "table.map .none{background:repeating-linear-gradient(135deg,#fff 0 5px,#eee 5px 6px)}\n"
+    "table.map .none{background:repeating-linear-gradient(135deg,var(--paper) 0 5px,var(--line) 5px 6px)}\n"
     "td.bar{width:240px;vertical-align:middle}\n"
     ".bar i{display:block;height:12px;background:#a9a9a9}\n"
     ".found .bar i{background:var(--accent)}\n"
     ".found td{font-weight:600}\n"
     ".sizes{display:grid;grid-template-columns:auto 1fr auto;gap:3px 10px;align-items:center;font-size:13px;margin:4px 0 10px}\n"
     ".sizes i{display:block;height:12px}\n"
-    ".sizes b{grid-column:1/4;font-weight:600;margin-top:2px}\n"
+    ".sizes b{grid-column:1/4;font-weight:600;margin-top:2px}\n";
+
+static const char more_style[] = /* a string constant has its limit */
+    ".beside{display:grid;grid-template-columns:minmax(0,1fr) minmax(0,1fr);gap:8px 40px;align-items:start}\n"
+    ".third{display:grid;grid-template-columns:repeat(auto-fill,minmax(300px,1fr));gap:8px 24px}\n"
+    ".n small{display:block;color:var(--soft)}\n"
+    ".off{font-weight:600;color:var(--accent)}\n"
+    ".group{border-left:1px solid var(--line);padding-left:12px}\n"
+    "th.group:not(.n){text-align:center}\n"
+    ".off small{font-weight:400}\n"
+    ".facts th,.values td:first-child{white-space:nowrap}\n"
+    ".facts td{min-width:170px}\n"
+    "table.matrix{font-size:12.5px}\n"
+    "table.matrix td,table.matrix th{padding:2px 0 2px 8px}\n"
+    "table.matrix td:first-child,table.matrix th:first-child{padding-left:0}\n"
+    "details{margin:10px 0}\n"
+    "summary{cursor:pointer}\n"
+    "pre{overflow-x:auto;font:12px/1.4 ui-monospace,'DejaVu Sans Mono','Liberation Mono',monospace;overflow-wrap:normal}\n"
     "@media print{body{max-width:none;padding:0}section{break-inside:avoid}}\n"
-    "@media(max-width:800px){.cards,.two,.loops{grid-template-columns:1fr}body{padding:12px}}\n"
+    "@media(max-width:800px){.cards,.two,.loops,.beside{grid-template-columns:minmax(0,1fr)}body{padding:12px}}\n"
     "</style>\n";
 
 void page_begin(FILE *out, const char *title) {
@@ -63,7 +83,19 @@ void page_begin(FILE *out, const char *title) {
           "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
           "<title>", out);
     html_text(out, "%s", title);
-    fprintf(out, "</title>\n%s</head>\n<body>\n", style);
+    fprintf(out, "</title>\n%s%s</head>\n<body>\n", style, more_style);
+}
+
+void page_draw(FILE *out, page_script *write, const void *subject, const char *caption, struct error *picture) {
+    char *script = NULL;
+    size_t size = 0;
+    FILE *stream = picture->status ? NULL : open_memstream(&script, &size);
+    if (stream) {
+        write(stream, subject);
+        if (fclose(stream)) error_set(picture, STATUS_IO, "out of memory");
+    }
+    page_figure(out, script, size, caption, picture);
+    free(script);
 }
 
 void page_figure(FILE *out, const char *script, size_t script_size, const char *caption, struct error *picture) {

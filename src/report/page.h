@@ -14,4 +14,8 @@ void page_begin(FILE *out, const char *title);
  * that has one already, no other is tried. script NULL: none could be made. */
 void page_figure(FILE *out, const char *script, size_t script_size, const char *caption, struct error *picture);
 
+/* The same of the script that `write` makes of a subject. */
+typedef void page_script(FILE *script, const void *subject);
+void page_draw(FILE *out, page_script *write, const void *subject, const char *caption, struct error *picture);
+
 #endif

@@ -13,6 +13,8 @@
 
 static const char remedy[] = "pictures need gnuplot (apt-get install gnuplot-nox)";
 
+const char *const plot_colours[PLOT_COLOURS] = {PICTURE_ACCENT, "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"};
+
 static const char style[] =
     "set encoding utf8\n"
     "set border 3 lc rgb '#777777'\n"
@@ -84,6 +86,19 @@ static void complain(int status, int file, struct error *error) {
     free(said);
 }
 
+/* Groups with nothing in them, which gnuplot leaves at every change of style: a quarter of a picture. */
+static void drop_empty_groups(char *svg, size_t *size) {
+    char *to = svg;
+    for (const char *from = svg; *from;) {
+        const char *inside = !strncmp(from, "<g ", 3) ? strchr(from, '>') : NULL;
+        const char *end = inside ? inside + 1 + strspn(inside + 1, " \t\n") : NULL;
+        if (end && !strncmp(end, "</g>", 4)) from = end + 4 + strspn(end + 4, " \t\n");
+        else *to++ = *from++;
+    }
+    *to = '\0';
+    *size = (size_t)(to - svg);
+}
+
 int plot_draw(const char *script, size_t script_size, char **svg, size_t *size, struct error *error) {
     struct child_files f = {-1, -1, -1};
     *svg = NULL;
@@ -95,7 +110,7 @@ int plot_draw(const char *script, size_t script_size, char **svg, size_t *size, 
             complain(status, f.err, error);
             free(*svg);
             *svg = NULL;
-        }
+        } else drop_empty_groups(*svg, size);
     }
     files_close(&f);
     return *svg ? STATUS_OK : STATUS_IO;

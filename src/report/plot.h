@@ -9,6 +9,10 @@
 
 #define PICTURE_ACCENT "#0072b2"
 
+/* Told apart by eyes of every kind (Okabe and Ito 2008). */
+enum { PLOT_COLOURS = 6 };
+extern const char *const plot_colours[PLOT_COLOURS];
+
 /* A script's first lines: an SVG of so many pixels in the style of all pictures; line styles 1 measured, 2 before, 3 after. */
 void plot_begin(FILE *script, int width, int height);
 
