@@ -24,6 +24,7 @@ enum {
     SAMPLE_FOREIGN = 1u << 6, /* another master commands this machine */
     SAMPLE_OPEN = 1u << 7,    /* an interlock that is needed is open */
     SAMPLE_UNWRITTEN = 1u << 8, /* beside SAMPLE_IO: the sample was read, the command before was not written */
+    SAMPLE_FLAGS = 9,
 };
 
 /* SAFETY: what the machine says of itself, one bit each; 0 where it is open, and where nothing is known. */

@@ -21,8 +21,8 @@ void analysis_free(struct analysis *a) {
     parts_free(&a->parts);
 }
 
-/* Of one axis after another; else another motion. A log from elsewhere has whatever it has, and the configuration does not say. */
-static bool sinusoids(const struct analysis *a) {
+/* A log from elsewhere has whatever it has, and the configuration does not say. */
+bool analysis_sinusoids(const struct analysis *a) {
     return tests_single(&a->params->tests) && (a->ident.result.tests || !a->motion.cycles);
 }
 
@@ -102,12 +102,18 @@ static void count_missed(struct analysis *a, const struct cycle *c) {
     a->longest_ns = !overran ? 0 : c->wake_late_ns > a->longest_ns ? c->wake_late_ns : a->longest_ns;
 }
 
+static void count_flags(struct analysis *a, const struct cycle *c) {
+    if (c->test < 0 || c->phase != PHASE_EVALUATE) return;
+    for (int i = 0; i < SAMPLE_FLAGS; i++) a->flagged[i] += c->in.flags >> i & 1u;
+}
+
 bool analysis_take(struct analysis *a, const struct cycle *c) {
     record(a, c);
     if (a->cycles && c->seq > a->last.seq) a->lost += (int64_t)(c->seq - a->last.seq - 1);
     a->last = *c;
     a->cycles++;
     count_missed(a, c);
+    count_flags(a, c);
     a->overruns += (c->in.flags & SAMPLE_OVERRUN) != 0;
     int64_t period_ns = ns_from_seconds(a->params->loop.period_s), missed = c->wake_late_ns / period_ns;
     a->stalls += missed > 0;
@@ -152,7 +158,7 @@ struct loop_statistics analysis_statistics(const struct analysis *a) {
 
 struct verdict analysis_verdict(struct analysis *a) {
     ident_solve(&a->ident);
-    struct verdict v = ident_verdict(a->params, &a->ident.result, sinusoids(a), a->cycles, a->overruns);
+    struct verdict v = ident_verdict(a->params, &a->ident.result, analysis_sinusoids(a), a->cycles, a->overruns);
     if (!tests_single(&a->params->tests)) motion_judge(&a->motion, a->params, &v);
     if (a->last.first_fault) verdict_add(&v, VERDICT_FAIL, "fault %s", fault_name(a->last.first_fault));
     return v;
@@ -181,7 +187,7 @@ static void print_loop(const struct loop_statistics *s, FILE *out) {
 
 void analysis_print(struct analysis *a, const struct verdict *verdict, FILE *out) {
     struct loop_statistics s = analysis_statistics(a);
-    identification_table_print(out, &a->ident.result, sinusoids(a));
+    identification_table_print(out, &a->ident.result, analysis_sinusoids(a));
     print_loop(&s, out);
     verdict_print(verdict, out);
 }

@@ -17,6 +17,7 @@ struct analysis {
     struct histogram wake, exec;
     struct cycle last;
     int64_t cycles, overruns, lost; /* lost: gaps in seq */
+    int64_t flagged[SAMPLE_FLAGS];  /* cycles of evaluated parts with this flag */
     int64_t missed, longest_ns;     /* deadlines missed in a row up to the last cycle, and the longest delay among them */
     struct recording recording;     /* for method C: the beginning of each test, of an axis a sixth of ANALYSIS_SAMPLES at most, */
     struct parts parts;             /* and what went before of a motion that is longer than a part; */
@@ -53,6 +54,9 @@ struct loop_statistics analysis_statistics(const struct analysis *a);
 
 /* Solves what can be solved and judges it. */
 struct verdict analysis_verdict(struct analysis *a);
+
+/* One axis after another, each a sinusoid: what methods A and B need. Else another motion. */
+bool analysis_sinusoids(const struct analysis *a);
 
 /* 0 where there is a test of an axis, a matrix, or nothing at all; -2 for a recording of other motions from which none comes, and why. */
 int analysis_identifies(const struct analysis *a, const char *path, struct error *error);

@@ -1,59 +1,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "analysis.h"
 #include "cli.h"
 #include "combination.h"
-#include "config.h"
-#include "log.h"
+#include "log_analysis.h"
 #include "log_set.h"
-#include "messages.h"
 
 _Static_assert((int)OPERANDS_MAX <= (int)AGREEMENT_LOGS, "each operand is a log");
 
-/* One log, its configuration and what is made of it. */
-struct identified {
-    struct params params;
-    struct analysis analysis;
-    struct verdict verdict;
-};
-
-/* The configuration in the log's first event, changed by --set; or the file given by -c. */
-static int log_params(const struct options *o, const char *path, const struct log_event *event, struct params *params, struct error *error) {
-    if (o->config) return options_params(o, params, error);
-    int status = cli_log_params(path, event, "give one with -c FILE", params, error);
-    return status ? status : config_override(params, path, o->settings, o->setting_count, error);
-}
-
-static void feed(struct analysis *a, const struct log_event *event) {
-    struct cycle cycle;
-    if (!strcmp(event->channel, CHANNEL_STATE) && state_decode(event->data, event->size, &cycle)) analysis_take(a, &cycle);
-}
-
-static int read_log(const struct options *o, const char *path, struct log_reader *log, struct identified *i, struct error *error) {
-    struct log_event event;
-    int64_t offset;
-    if (!log_next(log, &event)) return error_set(error, STATUS_IO, "%s: not a log: no event in it", path);
-    int status = log_params(o, path, &event, &i->params, error);
-    if (!status) status = analysis_init(&i->analysis, &i->params, error);
-    if (status) return status;
-    do feed(&i->analysis, &event);
-    while (log_next(log, &event));
-    analysis_end(&i->analysis);
-    if (log_cut(log, &offset)) cli_warn_cut(path, offset);
-    analysis_identify(&i->analysis);
-    return analysis_identifies(&i->analysis, path, error);
-}
-
 /* Of its samples nothing is kept. */
-static int identify(const struct options *o, const char *path, struct identified *i, struct error *error) {
-    struct log_reader *log;
-    int status = log_open(&log, path, error);
-    if (status) return status;
-    status = read_log(o, path, log, i, error);
-    if (!status) i->verdict = analysis_verdict(&i->analysis);
-    analysis_free(&i->analysis);
-    log_release(log);
+static int identify(const struct options *o, const char *path, struct log_analysis *i, struct error *error) {
+    int status = log_analysis_read(i, o, path, error);
+    log_analysis_free(i);
     return status;
 }
 
@@ -61,7 +19,7 @@ static FILE *out_of(const struct options *o) { return o->json && !strcmp(o->json
 
 static int exit_status(const struct verdict *v) { return v->status == VERDICT_PASS ? EXIT_PASSED : EXIT_CHECK_FAILED; }
 
-static int one_log(const struct options *o, struct identified *i, struct error *error) {
+static int one_log(const struct options *o, struct log_analysis *i, struct error *error) {
     int status = identify(o, o->operand[0], i, error);
     if (status) return status;
     analysis_print(&i->analysis, &i->verdict, out_of(o));
@@ -70,7 +28,7 @@ static int one_log(const struct options *o, struct identified *i, struct error *
 }
 
 /* Each log by itself; all are of one machine, and have a matrix. */
-static int each_log(const struct options *o, struct identified *i, struct error *error) {
+static int each_log(const struct options *o, struct log_analysis *i, struct error *error) {
     int status = STATUS_OK;
     for (int l = 0; l < o->operands && !status; l++) status = log_set_new(l, o->operand, error);
     for (int l = 0; l < o->operands && !status; l++) {
@@ -83,7 +41,7 @@ static int each_log(const struct options *o, struct identified *i, struct error 
     return status;
 }
 
-static int combine(struct combination *c, const struct identified *i, struct error *error) {
+static int combine(struct combination *c, const struct log_analysis *i, struct error *error) {
     struct equations *sum = calloc(1, sizeof *sum);
     struct estimate *all = calloc(1, sizeof *all);
     struct agreement_log log[AGREEMENT_LOGS];
@@ -107,7 +65,7 @@ static int write_combination(const struct combination *c, const char *path, stru
     return status;
 }
 
-static int several_logs(const struct options *o, struct identified *i, struct error *error) {
+static int several_logs(const struct options *o, struct log_analysis *i, struct error *error) {
     struct combination c = {.logs = o->operands};
     int status = each_log(o, i, error);
     for (int l = 0; l < c.logs && !status; l++)
@@ -126,7 +84,7 @@ int cmd_identify(int argc, char **argv) {
     struct error error;
     int status = options_parse(&o, argc, argv, "cSj", OPERANDS_MAX, &error);
     if (!status && !o.operands) status = error_set(&error, STATUS_USAGE, "identify: name a log; see `hexid identify --help`");
-    struct identified *i = status ? NULL : calloc((size_t)o.operands, sizeof *i);
+    struct log_analysis *i = status ? NULL : calloc((size_t)o.operands, sizeof *i);
     if (!status && !i) status = error_set(&error, STATUS_IO, "out of memory");
     if (!status) status = o.operands > 1 ? several_logs(&o, i, &error) : one_log(&o, i, &error);
     free(i);

@@ -1,0 +1,48 @@
+#include "log_analysis.h"
+
+#include <string.h>
+
+#include "config.h"
+#include "log.h"
+#include "messages.h"
+
+/* The configuration in the log's first event, changed by --set; or the file given by -c. */
+static int read_params(const struct options *o, const char *path, const struct log_event *event, struct params *params, struct error *error) {
+    if (o->config) return options_params(o, params, error);
+    int status = cli_log_params(path, event, "give one with -c FILE", params, error);
+    return status ? status : config_override(params, path, o->settings, o->setting_count, error);
+}
+
+static void feed(struct analysis *a, const struct log_event *event) {
+    struct cycle cycle;
+    if (!strcmp(event->channel, CHANNEL_STATE) && state_decode(event->data, event->size, &cycle)) analysis_take(a, &cycle);
+}
+
+static int read_events(struct log_analysis *l, const struct options *o, const char *path, struct log_reader *log, struct error *error) {
+    struct log_event event;
+    if (!log_next(log, &event)) return error_set(error, STATUS_IO, "%s: not a log: no event in it", path);
+    l->began_us = event.utime_us;
+    int status = read_params(o, path, &event, &l->params, error);
+    if (!status) status = analysis_init(&l->analysis, &l->params, error);
+    if (status) return status;
+    do feed(&l->analysis, &event);
+    while (log_next(log, &event));
+    analysis_end(&l->analysis);
+    if (log_cut(log, &l->cut)) cli_warn_cut(path, l->cut);
+    else l->cut = -1;
+    analysis_identify(&l->analysis);
+    return analysis_identifies(&l->analysis, path, error);
+}
+
+int log_analysis_read(struct log_analysis *l, const struct options *o, const char *path, struct error *error) {
+    struct log_reader *log;
+    memset(l, 0, sizeof *l);
+    int status = log_open(&log, path, error);
+    if (status) return status;
+    status = read_events(l, o, path, log, error);
+    log_release(log);
+    if (!status) l->verdict = analysis_verdict(&l->analysis);
+    return status;
+}
+
+void log_analysis_free(struct log_analysis *l) { analysis_free(&l->analysis); }
