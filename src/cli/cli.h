@@ -65,6 +65,7 @@ int cli_write_text(const char *path, const char *text, struct error *error);
 int cmd_run(int argc, char **argv);
 int cmd_plant(int argc, char **argv);
 int cmd_identify(int argc, char **argv);
+int cmd_report(int argc, char **argv);
 int cmd_check(int argc, char **argv);
 int cmd_gap(int argc, char **argv);
 int cmd_import(int argc, char **argv);

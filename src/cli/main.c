@@ -16,6 +16,8 @@ static const struct subcommand {
      "look at a recording: sampling, pieces in time, channels, and whether gap and identify would take it", cmd_check},
     {"identify", "LOG [LOG ...] [-c FILE] [--set KEY=VALUE ...] [--json FILE]", "identify from a recorded log, or from several of one machine",
      cmd_identify},
+    {"report", "LOG [LOG ...] -o PAGE.html [-c FILE] [--set KEY=VALUE ...]",
+     "the identification as one page: matrix, payload, friction, tests in pictures, checks; up to six logs side by side", cmd_report},
     {"gap", "--measured LOG [--measured LOG2 ...] [--validate LOG] -c FILE -o DIR [--json FILE] [--replay closed-loop|motion] "
             "[--set KEY=VALUE ...]",
      "find the physical effect that the model lacks, add it, and show how much of the difference is gone", cmd_gap},
@@ -52,6 +54,12 @@ static void help(const struct subcommand *s) {
                "  -o PAGE.html     the signals over time, one file for any browser\n"
                "  --json FILE      the same facts, schema hexid.check/1; - for standard output\n"
                "\nexit status 0 when hexid gap would take it, 1 when not: the last line has its refusal\n");
+    if (s->run == cmd_report)
+        printf("\n  LOG              of one run; with several, each has its column beside the others, and nothing is pooled\n"
+               "  -o PAGE.html     one file for any browser, pictures inside; - for standard output\n"
+               "  -c FILE          configuration, of all logs; without it each log's own\n"
+               "  --set KEY=VALUE  one key of the configuration\n"
+               "\nexit status as that of hexid identify: 0 when all runs passed their checks, 1 when one did not; the page is written then, too\n");
     if (s->run != cmd_run) return;
     printf("\n  -c FILE          configuration; config/tian2015.yaml without it (--print-config shows every key)\n"
            "  --hal URL        the platform, `sim:` without it:\n");

@@ -123,6 +123,8 @@ int options_parse(struct options *o, int argc, char **argv, const char *allowed,
         int status = take(o, option, optarg, error);
         if (status) return status;
     }
+    if (optind < argc && operands > 1)
+        return error_set(error, STATUS_USAGE, "%s: one argument too many, `hexid %s` takes %d; see `hexid %s --help`", argv[optind], argv[0], operands, argv[0]);
     if (optind < argc) return error_set(error, STATUS_USAGE, "%s: one argument too many; see `hexid %s --help`", argv[optind], argv[0]);
     if (o->tests[0] && o->trajectory[0]) return error_set(error, STATUS_USAGE, "--tests and --trajectory: one of them; a trajectory has its own axes");
     return STATUS_OK;

@@ -22,6 +22,7 @@ printed() {
 }
 claim "the commands of the tutorial work" typed docs/tutorial.md tutorial
 claim "and print what it shows" printed docs/tutorial.md tutorial
+claim "the commands of docs/report.md work" typed docs/report.md report
 claim "so do those of README.md" typed README.md readme
 # The first of its listings is that of make run, which is the tutorial's first command by the wall clock.
 cat "$work/tutorial.out" >>"$work/readme.out"

@@ -1,0 +1,80 @@
+/* hexid report: the identification from logs as one page. */
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "cli.h"
+#include "config.h"
+#include "failure.h"
+#include "identification_report.h"
+#include "log_analysis.h"
+#include "log_set.h"
+
+_Static_assert((int)REPORT_LOGS <= (int)OPERANDS_MAX, "an operand a log");
+
+static struct identification_log summary(const struct log_analysis *l, const char *path, const char *config) {
+    const struct analysis *a = &l->analysis;
+    const struct motion_result *m = &a->motion;
+    return (struct identification_log){
+        .path = path, .began_us = l->began_us, .cut = l->cut, .params = &l->params, .config = config, .sinusoids = analysis_sinusoids(a),
+        .id = &a->ident.result, .verdict = &l->verdict, .loop = analysis_statistics(a), .recording = &a->recording,
+        .motion = {.there = m->cycles > 0, .name = tests_name(&l->params.tests, DOF_NONE), .samples = m->samples, .excluded = m->excluded,
+                   .off_m = m->off_m, .off_rad = m->off_rad, .complete = m->complete},
+        .flagged = a->flagged, .fault = a->last.first_fault ? fault_name(a->last.first_fault) : NULL,
+    };
+}
+
+static int write_page(const struct identification_report *r, const char *path, struct error *error) {
+    char *page = NULL;
+    struct error writing;
+    int status = identification_html(r, &page, error);
+    if (page && cli_write_text(path, page, &writing)) *error = writing, status = writing.status;
+    free(page);
+    return status;
+}
+
+/* A page in a log's place would be the end of that. */
+static int check_output(const struct options *o, struct error *error) {
+    struct stat page, log;
+    for (int i = 0; i < o->operands && !stat(o->output, &page); i++)
+        if (!stat(o->operand[i], &log) && page.st_dev == log.st_dev && page.st_ino == log.st_ino)
+            return error_set(error, STATUS_USAGE, "-o %.250s: is one of the logs; name another file", o->output);
+    return cli_check_writable(o->output, error);
+}
+
+/* Nothing is written before all logs have been read. */
+static int report(const struct options *o, struct log_analysis *analysis, struct error *error) {
+    struct identification_report r = {.logs = o->operands};
+    char *config[REPORT_LOGS] = {0};
+    int status = check_output(o, error), result = EXIT_PASSED;
+    for (int i = 0; i < r.logs && !status; i++) status = log_set_new(i, o->operand, error);
+    for (int i = 0; i < r.logs && !status; i++) {
+        status = log_analysis_read(&analysis[i], o, o->operand[i], error);
+        if (!status) config[i] = config_text(&analysis[i].params);
+        if (!status && !config[i]) status = error_set(error, STATUS_IO, "out of memory");
+        if (!status) r.log[i] = summary(&analysis[i], o->operand[i], config[i]);
+    }
+    FILE *out = !strcmp(o->output, "-") ? stderr : stdout;
+    if (!status) status = write_page(&r, o->output, error);
+    for (int i = 0; i < r.logs && !status; i++) {
+        cli_say(out, "%s: %s", o->operand[i], verdict_names[r.log[i].verdict->status]);
+        for (int j = 0; j < r.log[i].verdict->reasons; j++) cli_say(out, "  %s", r.log[i].verdict->reason[j]);
+        if (r.log[i].verdict->status != VERDICT_PASS) result = EXIT_CHECK_FAILED;
+    }
+    if (!status) cli_say(out, "page      %s", o->output);
+    for (int i = 0; i < r.logs; i++) free(config[i]);
+    return status ? status : result;
+}
+
+int cmd_report(int argc, char **argv) {
+    struct options o;
+    struct error error = {0};
+    struct log_analysis *analysis = calloc(REPORT_LOGS, sizeof *analysis);
+    int status = analysis ? options_parse(&o, argc, argv, "coS", REPORT_LOGS, &error) : error_set(&error, STATUS_IO, "out of memory");
+    if (!status && (!o.operands || !o.output))
+        status = error_set(&error, STATUS_USAGE, "`hexid report` needs a log and -o PAGE.html; see `hexid report --help`");
+    if (!status) status = report(&o, analysis, &error);
+    for (int i = 0; analysis && i < REPORT_LOGS; i++) log_analysis_free(&analysis[i]);
+    free(analysis);
+    return status < 0 ? cli_fail(&error) : status;
+}

@@ -1,0 +1,222 @@
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "html.h"
+#include "identification_pictures.h"
+#include "identification_sections.h"
+#include "identification_tables.h"
+#include "page.h"
+#include "version.h"
+
+static const int64_t DATED_US = 1000000000000000; /* September 2001: before it, a clock that began at 0 */
+
+static const char *file_name(const char *path) {
+    const char *slash = strrchr(path, '/');
+    return slash && slash[1] ? slash + 1 : path;
+}
+
+/* --- facts */
+
+static void fact_file(FILE *out, const struct identification_log *l) {
+    fputs("<code>", out);
+    html_text(out, "%s", l->path);
+    fputs("</code>", out);
+}
+
+static void fact_date(FILE *out, const struct identification_log *l) {
+    char text[40];
+    struct tm tm;
+    time_t seconds = (time_t)(l->began_us / 1000000);
+    bool dated = l->began_us >= DATED_US && gmtime_r(&seconds, &tm) && strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S UTC", &tm);
+    fputs(dated ? text : "no date: of a run in virtual time", out);
+}
+
+/* "63 mm", or "60 to 63 mm" where the legs differ. */
+static void range(FILE *out, const double value[LEGS], double scale, const char *unit) {
+    double least = value[0], most = value[0];
+    for (int i = 1; i < LEGS; i++) least = fmin(least, value[i]), most = fmax(most, value[i]);
+    if (least < most) html_text(out, "%g to %g %s", scale * least, scale * most, unit);
+    else html_text(out, "%g %s", scale * least, unit);
+}
+
+static void joints(FILE *out, const char *of, const struct joint_points *points, double radius_m) {
+    if (points->given) fprintf(out, ", joints of the %s as points", of);
+    else fprintf(out, ", joints of the %s on a circle of radius %g m", of, radius_m);
+}
+
+static void fact_machine(FILE *out, const struct identification_log *l) {
+    const struct geometry_params *g = &l->params->geometry;
+    const struct actuator_params *a = &l->params->actuator;
+    fputs("six legs", out);
+    joints(out, "platform", &g->upper, g->upper_radius_m), joints(out, "base", &g->lower, g->lower_radius_m);
+    fprintf(out, ", %g m apart; pistons ", g->height_m), range(out, a->piston_diameter_m, 1e3, "mm");
+    fputs(", rods ", out), range(out, a->rod_diameter_m, 1e3, "mm");
+    fputs(", stroke ", out), range(out, a->stroke_m, 1.0, "m");
+    fprintf(out, "; payload configured with %g kg", l->params->payload.mass_kg);
+}
+
+static void fact_motion(FILE *out, const struct identification_log *l) {
+    const struct identification *id = l->id;
+    if (l->motion.there) html_text(out, "%s, %lld samples", l->motion.name, (long long)l->motion.samples);
+    const char *before = l->motion.there ? "; sinusoids of " : "sinusoids of ";
+    for (int i = 0; i < id->tests; i++, before = " ") html_text(out, "%s%s", before, dof_names[id->test[i].dof]);
+    double low = INFINITY, high = 0.0;
+    for (int i = 0; i < id->tests; i++) low = fmin(low, id->test[i].frequency_hz), high = fmax(high, id->test[i].frequency_hz);
+    if (id->tests && low == high) html_text(out, " at %g Hz", low);
+    else if (id->tests) html_text(out, " at %g to %g Hz", low, high);
+    else if (!l->motion.there) fputs("no test", out);
+}
+
+static void fact_verdict(FILE *out, const struct identification_log *l) {
+    const struct verdict *v = l->verdict;
+    fprintf(out, "<b>%s</b>", verdict_names[v->status]);
+    for (int i = 0; i < v->reasons; i++) {
+        fputs("<br><span class=\"notice\">", out);
+        html_text(out, "%s", v->reason[i]);
+        fputs("</span>", out);
+    }
+}
+
+static void fact_methods(FILE *out, const struct identification_log *l) {
+    const struct identification *id = l->id;
+    if (id->method_a.evaluated) fputs("A, modified A, B", out);
+    else fputs(l->sinusoids ? "not A and B: they need complete tests of all six axes" : "not A and B: for one axis after another", out);
+    if (id->method_c.matrix.evaluated) fputs(id->method_a.evaluated ? ", C" : "; C", out);
+    else html_text(out, "; not C%s%s", id->no_method_c.status ? ": " : "", id->no_method_c.status ? id->no_method_c.text : "");
+}
+
+static void facts(FILE *out, const struct identification_report *r) {
+    static const struct {
+        const char *name;
+        void (*write)(FILE *out, const struct identification_log *log);
+    } fact[] = {{"log", fact_file}, {"recorded", fact_date}, {"machine", fact_machine}, {"motion", fact_motion}, {"methods", fact_methods},
+                {"verdict", fact_verdict}};
+    fputs("<div class=\"wide\"><table class=\"facts\">\n", out);
+    for (int i = 0; i < r->logs && r->logs > 1; i++) fprintf(out, "%s<th>log %d</th>", i ? "" : "<tr><th></th>", i + 1);
+    if (r->logs > 1) fputs("</tr>\n", out);
+    for (size_t f = 0; f < sizeof fact / sizeof *fact; f++) {
+        fprintf(out, "<tr><th>%s</th>", fact[f].name);
+        for (int i = 0; i < r->logs; i++) {
+            fputs("<td>", out);
+            fact[f].write(out, &r->log[i]);
+            fputs("</td>", out);
+        }
+        fputs("</tr>\n", out);
+    }
+    fputs("</table></div>\n", out);
+}
+
+/* --- first screen */
+
+static void headline(FILE *out, const struct identification_report *r) {
+    int passed = 0;
+    for (int i = 0; i < r->logs; i++) passed += r->log[i].verdict->status == VERDICT_PASS;
+    static const char *const words[] = {[VERDICT_PASS] = "The run passed its checks", [VERDICT_FAIL] = "The run failed its checks",
+                                        [VERDICT_NOT_EVALUATED] = "The run is not evaluated as a whole"};
+    fputs("<p class=\"kicker\">Inertia matrix at the neutral pose</p>\n<h1>", out);
+    if (r->logs == 1) fputs(words[r->log[0].verdict->status], out);
+    else fprintf(out, "%d of %d runs passed their checks", passed, r->logs);
+    fputs("</h1>\n<p class=\"lead\">A pass says that the tests were good, not that the machine is as configured: the difference from "
+          "the nominal matrix is reported, never judged.</p>\n", out);
+}
+
+static bool any_entries(const struct identification_report *r, bool *a) {
+    bool c = false;
+    *a = false;
+    for (int i = 0; i < r->logs; i++) *a = *a || r->log[i].id->method_a.evaluated, c = c || r->log[i].id->method_c.matrix.evaluated;
+    return *a || c;
+}
+
+static void entry_words(FILE *out, const struct identification_report *r, bool a) {
+    fputs("<p class=\"small\">With 95 % intervals, 1.96 standard deviations; below them the difference from nominal; <span "
+          "class=\"off\">blue</span> where the interval does not hold the nominal value. ", out);
+    if (a) fputs("Of method A (Tian 2015) the interval is the sensors' noise alone: what dry friction does to it is not in there. ", out);
+    fputs("Method C takes viscous and dry friction of each leg into the estimate; its matrix is symmetric (Mt42 is Mt24, Mt51 is Mt15). "
+          "– : not determined, or not evaluated.", out);
+    if (r->logs > 1)
+        fputs(" σ from log 1: the difference over the root of the sum of both squared standard deviations; by chance one in twenty is "
+              "above 2. Nothing is pooled.", out);
+    fputs("</p>\n", out);
+}
+
+static void entries(struct report_page *p) {
+    bool a, any = any_entries(p->report, &a), one = p->report->logs == 1;
+    static const char caption[] = "Difference from nominal, in % of the root of the two diagonal entries that belong to the entry, with "
+                                  "95 % intervals. Open: method A; filled: method C";
+    fputs(one ? "<section id=\"entries\"><div class=\"beside\"><div>\n" : "<section id=\"entries\">\n", p->out);
+    table_entries(p->out, p->report);
+    if (any) entry_words(p->out, p->report, a);
+    if (one) fputs("</div>\n", p->out);
+    if (any) page_draw(p->out, picture_entries, p->report, caption, &p->picture);
+    fputs(one ? "</div></section>\n" : "</section>\n", p->out);
+}
+
+static void payload(struct report_page *p) {
+    const struct identification_report *r = p->report;
+    fputs("<div id=\"payload\"><h2>Payload</h2>\n<p>What is left of method C's matrix when the legs as configured are taken off, as one "
+          "rigid body: the mass centre from where it is configured, the inertia about it (entries of the tensor).</p>\n", p->out);
+    if (!table_payload(p->out, r)) fputs("<p class=\"notice\">Not determined.</p>\n", p->out);
+    for (int i = 0; i < r->logs; i++) {
+        const struct payload *found = &r->log[i].id->method_c.payload;
+        if (!r->log[i].id->method_c.matrix.evaluated || !found->evaluated || !found->whole || found->possible) continue;
+        fputs("<p class=\"notice\">", p->out);
+        if (r->logs > 1) fprintf(p->out, "Log %d: ", i + 1);
+        fputs("No body of positive density has these parameters; <code>hexid identify --json</code> has the nearest that one has.</p>\n",
+              p->out);
+    }
+    fputs("</div>\n", p->out);
+}
+
+static void friction(struct report_page *p) {
+    fputs("<div id=\"friction\"><h2>Friction</h2>\n<p>Of each leg by method C, with 95 % intervals.</p>\n", p->out);
+    if (!table_friction(p->out, p->report)) fputs("<p class=\"notice\">Not evaluated.</p>\n", p->out);
+    fputs("</div>\n", p->out);
+}
+
+static void page_write(struct report_page *p) {
+    const struct identification_report *r = p->report;
+    page_begin(p->out, "hexid report");
+    fputs("<header><span>hexid report: <code>", p->out);
+    for (int i = 0; i < r->logs; i++) html_text(p->out, "%s%s", i ? " " : "", file_name(r->log[i].path));
+    fputs("</code></span><span>", p->out);
+    html_text(p->out, "evaluated by hexid %s", hexid_version);
+    fputs("</span></header>\n", p->out);
+    headline(p->out, r);
+    facts(p->out, r);
+    entries(p);
+    fputs(r->logs == 1 ? "<section class=\"beside\">\n" : "<section>\n", p->out);
+    payload(p);
+    friction(p);
+    fputs("</section>\n", p->out);
+    for (int i = 0; i < r->logs; i++) {
+        section_matrices(p, i);
+        section_tests(p, i);
+        section_friction(p, i);
+        section_checks(p, i);
+        section_configuration(p, i);
+    }
+    if (p->picture.status) {
+        fputs("<p class=\"notice\">", p->out);
+        html_text(p->out, "%s", p->picture.text);
+        fputs("</p>\n", p->out);
+    }
+    fputs("</body>\n</html>\n", p->out);
+}
+
+int identification_html(const struct identification_report *report, char **page, struct error *error) {
+    size_t size;
+    struct report_page p = {.report = report};
+    *page = NULL;
+    p.out = open_memstream(page, &size);
+    if (!p.out) return error_set(error, STATUS_IO, "the page: out of memory");
+    page_write(&p);
+    if (ferror(p.out) | fclose(p.out)) {
+        free(*page);
+        *page = NULL;
+        return error_set(error, STATUS_IO, "the page: out of memory");
+    }
+    *error = p.picture;
+    return p.picture.status;
+}

@@ -1,0 +1,299 @@
+#include "identification_sections.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <string.h>
+
+#include "html.h"
+#include "identification_pictures.h"
+#include "identification_tables.h"
+#include "page.h"
+
+static void title(const struct report_page *p, int log, const char *words) {
+    fputs("<section><h2>", p->out);
+    if (p->report->logs > 1) fprintf(p->out, "Log %d: ", log + 1);
+    fprintf(p->out, "%s</h2>\n", words);
+}
+
+static void notice(FILE *out, const char *text) {
+    fputs("<p class=\"notice\">", out);
+    html_text(out, "%s", text);
+    fputs("</p>\n", out);
+}
+
+/* --- matrices */
+
+void section_matrices(struct report_page *p, int log) {
+    const struct identification_log *l = &p->report->log[log];
+    const struct method_c *c = &l->id->method_c;
+    bool unknown = false;
+    title(p, log, "All entries of the matrix");
+    fputs("<p>Mt at the neutral pose, about the payload's mass centre; rows and columns x y z φ θ ψ; masses in kg, couplings in kg m, "
+          "inertias in kg m². Below each entry its standard deviation", p->out);
+    if (l->id->method_a.evaluated) fputs(": of A, modified A and B the sensors' noise alone; of C also where the joints are", p->out);
+    fputs(".</p>\n", p->out);
+    table_matrices(p->out, l->id);
+    for (int i = 0; i < DOFS; i++)
+        for (int j = 0; j < DOFS; j++) unknown = unknown || (c->matrix.evaluated && !isfinite(c->matrix.mt[i][j]));
+    if (unknown)
+        fputs("<p>– : not determined by this motion. The entry's standard deviation is above a fifth of the root of Mii Mjj: the motion "
+              "does not excite it, or not apart from others.</p>\n", p->out);
+    if (l->sinusoids && !l->id->method_a.evaluated)
+        fputs("<p class=\"notice\">Methods A and B: not evaluated: they need complete tests of all six axes.</p>\n", p->out);
+    if (!l->sinusoids) fputs("<p>Methods A and B need sinusoids of one axis after another; this motion is none for them.</p>\n", p->out);
+    if (!c->matrix.evaluated && l->id->no_method_c.status) {
+        fputs("<p class=\"notice\">Method C: not evaluated: ", p->out);
+        html_text(p->out, "%s", l->id->no_method_c.text);
+        fputs("</p>\n", p->out);
+    }
+    fputs("</section>\n", p->out);
+}
+
+/* --- tests */
+
+static void number_cell(FILE *out, const char *format, double value) {
+    fputs("<td class=\"n\">", out);
+    if (isfinite(value)) html_text(out, format, value);
+    else fputs("–", out);
+    fputs("</td>", out);
+}
+
+static int worst_axis(const struct test_result *t) {
+    int worst = 0;
+    for (int i = 1; i < DOFS; i++)
+        if (t->unwanted_pct[i] > t->unwanted_pct[worst]) worst = i;
+    return worst;
+}
+
+static void test_row(FILE *out, const struct test_result *t) {
+    const char *unit = t->dof < DOF_PHI ? "mm" : "mrad";
+    fprintf(out, "<tr><td>%s%s</td>", dof_names[t->dof], t->complete ? "" : " <span class=\"notice\">not complete</span>");
+    number_cell(out, "%.4g Hz", t->frequency_hz);
+    fputs("<td class=\"n\">", out);
+    html_text(out, "%.3f of %.3f %s", 1e3 * t->achieved_amplitude, 1e3 * t->amplitude, unit);
+    fputs("</td>", out);
+    number_cell(out, "%+.1f %%", 100.0 * (t->achieved_amplitude / t->amplitude - 1.0));
+    number_cell(out, "%.1f°", t->phase_deg);
+    fputs("<td class=\"n\">", out);
+    int worst = worst_axis(t);
+    html_text(out, "%.1f %% of %s", t->unwanted_pct[worst], dof_names[worst]);
+    fprintf(out, "</td><td class=\"n\">%" PRId64 "</td><td class=\"n\">%" PRId64 "</td>", t->samples, t->excluded);
+    number_cell(out, "%.4f", 1e3 * t->witness.length_m);
+    number_cell(out, "%.1f", t->witness.force_n);
+    fputs("</tr>\n", out);
+}
+
+static void test_table(FILE *out, const struct identification_log *l) {
+    const struct check_params *limit = &l->params->checks;
+    static const char *const head[] = {"frequency", "amplitude", "off", "phase", "unwanted", "samples", "excluded", "length wanders, mm",
+                                       "force wanders, N"};
+    fputs("<div class=\"wide\"><table>\n<tr><th>test</th>", out);
+    for (size_t i = 0; i < sizeof head / sizeof *head; i++) fprintf(out, "<th class=\"n\">%s</th>", head[i]);
+    fputs("</tr>\n", out);
+    for (int i = 0; i < l->id->tests; i++) test_row(out, &l->id->test[i]);
+    fprintf(out, "<tr><th>limit</th><th></th><th></th><th class=\"n\">%g %%</th><th></th><th class=\"n\">%g %%</th><th></th><th "
+            "class=\"n\">%g %%</th><th class=\"n\">%g</th><th class=\"n\">%g</th></tr>\n</table></div>\n", limit->amplitude_pct,
+            limit->unwanted_pct,
+            limit->excluded_pct, 1e3 * limit->length_wander_m, limit->force_wander_n);
+    fputs("<p class=\"small\">Amplitude and phase are of the fundamental of the measured motion, the phase against the reference's "
+          "sine. Unwanted: the largest motion of another axis, against its own commanded amplitude. Wanders: how far the fundamental of "
+          "a leg's length, and mean or fundamental of its force, are apart between periods, worst leg.</p>\n", out);
+}
+
+static void motion_words(FILE *out, const struct identification_motion *m) {
+    html_text(out, "%s: %lld of %lld samples excluded%s.", m->name, (long long)m->excluded, (long long)(m->samples + m->excluded),
+              m->complete ? "" : "; it did not come to its end");
+    if (m->samples && isfinite(m->off_m) && isfinite(m->off_rad))
+        html_text(out, " Farthest from the reference: %.3f mm, %.3f mrad.", 1e3 * m->off_m, 1e3 * m->off_rad);
+}
+
+static void test_figure(struct report_page *p, const struct identification_log *l, int test) {
+    const struct recording_test *t = &l->recording->test[test];
+    char caption[240];
+    if (t->borrowed || t->first < 0 || t->end < t->first + 2) return;
+    struct picture_test picture = picture_of_test(l, test);
+    const char *which = t->piece_s > 0.0 ? "from its middle" : "from the evaluated part's beginning";
+    snprintf(caption, sizeof caption, "%s %s: %.3g s %s. Above the pose by the measured lengths, dashed its reference; "
+             "below the leg forces%s.",
+             t->dof == DOF_NONE ? "Motion" : "Test", tests_name(&l->params->tests, t->dof), picture.seconds, which,
+             l->recording->measured.pressures ? " A1 P1 - A2 P2" : "");
+    page_draw(p->out, picture_test, &picture, caption, &p->picture);
+}
+
+void section_tests(struct report_page *p, int log) {
+    const struct identification_log *l = &p->report->log[log];
+    title(p, log, "Motion and leg forces");
+    if (l->id->tests) test_table(p->out, l);
+    else if (!l->motion.there) fputs("<p>No test in the log.</p>\n", p->out);
+    if (l->motion.there) {
+        fputs("<p>", p->out);
+        motion_words(p->out, &l->motion);
+        fputs("</p>\n", p->out);
+    }
+    fputs("<div class=\"two\">\n", p->out);
+    for (int i = 0; i < l->recording->tests; i++) test_figure(p, l, i);
+    fputs("</div></section>\n", p->out);
+}
+
+/* --- friction */
+
+/* "viscous 2000 ± 60 N s/m" */
+static void add_quantity(char *text, size_t size, const char *before, double value, double std, int decimals, const char *after) {
+    size_t used = strlen(text);
+    if (isfinite(value)) snprintf(text + used, size - used, "%s%.*f ± %.*f%s", before, decimals, value, decimals, REPORT_SURE * std, after);
+    else snprintf(text + used, size - used, "%s–%s", before, after);
+}
+
+static void friction_figures(struct report_page *p, const struct identification_log *l, const struct leg_friction *f) {
+    const struct method_c *c = &l->id->method_c;
+    fputs("<div class=\"third\">\n", p->out);
+    for (int leg = 0; leg < LEGS; leg++) {
+        const struct picture_friction picture = {.measured = f, .found = c, .leg = leg};
+        char caption[160];
+        snprintf(caption, sizeof caption, "Leg %d:", leg + 1);
+        add_quantity(caption, sizeof caption, " viscous ", c->viscous[leg], c->viscous_std[leg], 0, " N s/m");
+        add_quantity(caption, sizeof caption, ", dry ", c->dry[leg][0], c->dry_std[leg][0], 1, " N extending");
+        add_quantity(caption, sizeof caption, ", ", c->dry[leg][1], c->dry_std[leg][1], 1, " N retracting");
+        page_draw(p->out, picture_friction, &picture, caption, &p->picture);
+    }
+    fputs("</div>\n", p->out);
+}
+
+void section_friction(struct report_page *p, int log) {
+    const struct identification_log *l = &p->report->log[log];
+    struct leg_friction friction;
+    struct error error;
+    if (!l->id->method_c.matrix.evaluated) return;
+    title(p, log, "Friction of each leg");
+    fputs("<p>Grey, as measured: the leg's force less what inertia and weight need of it for this motion, with the matrix that method C "
+          "found. Blue, what method C found: a slope, the viscous friction, and a step at zero, the dry friction of each direction. A "
+          "constant error of the force moves both steps alike.</p>\n", p->out);
+    int status = leg_friction_find(&friction, l->recording, &l->id->method_c, &error);
+    if (status) notice(p->out, error.text);
+    else friction_figures(p, l, &friction);
+    if (!status && friction.tests && friction.test[0].cycle)
+        fprintf(p->out, "<p class=\"small\">Mean cycles of the tests, in the %d harmonics that method C evaluates: they cannot follow a "
+                "step, overshoot beside it, and a leg that sticks at a reversal is anywhere between the two lines.</p>\n",
+                RESIDUAL_HARMONICS);
+    else if (!status)
+        fputs("<p class=\"small\">Up to a dozen pieces all over the motion, the middle of each, in the band that method C evaluates: a "
+              "step is drawn out there, and a leg that sticks at a reversal is anywhere between the two lines.</p>\n", p->out);
+    leg_friction_free(&friction);
+    fputs("</section>\n", p->out);
+}
+
+/* --- checks */
+
+static const char *const flag_words[SAMPLE_FLAGS] = {
+    "stale: the device delivered nothing new", "late: latched longer ago than a cycle", "samples are missing before it",
+    "invalid: a value is no number, or outside its sensor's range",
+    "overrun: the loop missed a deadline before it, its command was held too long",
+    "not read, or the command before it not written", "another master commanded the machine", "an interlock was open",
+    "read, but the command before it was not written",
+};
+
+static void exclusions(FILE *out, const struct identification_log *l) {
+    bool any = false;
+    fputs("<h3>What was left out</h3>\n<p>Only the evaluated part of each test is used, without settling and ramps. In it a sample with "
+          "a flag, without a number, or whose lengths no pose has, is excluded.</p>\n<ul>\n", out);
+    for (int i = 0; i < SAMPLE_FLAGS; i++) {
+        if (!l->flagged[i]) continue;
+        fprintf(out, "<li>%" PRId64 " sample%s %s</li>\n", l->flagged[i], l->flagged[i] == 1 ? ":" : "s:", flag_words[i]);
+        any = true;
+    }
+    if (!any) fputs("<li>No sample had a flag.</li>\n", out);
+    for (int i = 0; i < l->id->tests; i++)
+        if (!l->id->test[i].complete)
+            fprintf(out, "<li>Test %s was not complete: no method uses it.</li>\n", dof_names[l->id->test[i].dof]);
+    if (l->loop.lost) fprintf(out, "<li>%" PRId64 " cycles are missing in the log.</li>\n", l->loop.lost);
+    if (l->cut >= 0) fprintf(out, "<li>The log is cut off or damaged: read up to byte %" PRId64 ".</li>\n", l->cut);
+    if (l->fault) {
+        fputs("<li>The run ended with the fault ", out);
+        html_text(out, "%s.", l->fault);
+        fputs("</li>\n", out);
+    }
+    fputs("</ul>\n", out);
+}
+
+/* The largest asymmetry of method A's matrix, as the verdict takes it; and its place. */
+static double asymmetry_pct(const struct method_result *a, int *row, int *column) {
+    double most = -1.0;
+    for (int i = 0; i < DOFS; i++)
+        for (int j = i + 1; j < DOFS; j++) {
+            double skew_pct = 100.0 * fabs(a->mt[i][j] - a->mt[j][i]) / sqrt(fabs(a->mt[i][i] * a->mt[j][j]));
+            if (skew_pct > most) most = skew_pct, *row = i + 1, *column = j + 1;
+        }
+    return most;
+}
+
+static void verdict_words(FILE *out, const struct identification_log *l) {
+    const struct check_params *limit = &l->params->checks;
+    fprintf(out, "<h3>Checks of the verdict</h3>\n<p>Verdict <b>%s</b>. It is about: ", verdict_names[l->verdict->status]);
+    html_text(out, "%s.", l->verdict->scope);
+    fputs("</p>\n<ul>\n", out);
+    for (int i = 0; i < l->verdict->reasons; i++) {
+        fputs("<li><span class=\"notice\">", out);
+        html_text(out, "%s", l->verdict->reason[i]);
+        fputs("</span></li>\n", out);
+    }
+    if (!l->verdict->reasons) fputs("<li>No check failed.</li>\n", out);
+    double overruns_pct = l->loop.cycles > 0 ? 100.0 * (double)l->loop.overruns / (double)l->loop.cycles : 0.0;
+    fprintf(out, "<li>%.3f %% of the cycles overran, limit %g %%.</li>\n", overruns_pct, limit->overruns_pct);
+    if (l->sinusoids) fprintf(out, "<li>A cycle of %g ms, limit %g ms.</li>\n", 1e3 * l->loop.period_s, 1e3 * limit->period_s);
+    if (l->id->method_a.evaluated) {
+        int row = 0, column = 0;
+        double pct = asymmetry_pct(&l->id->method_a, &row, &column);
+        fprintf(out, "<li>Method A: Mt(%d,%d) and Mt(%d,%d) differ by %.2f %% of the root of Mii Mjj, the most of all; "
+                "limit %g %%.</li>\n", row, column,
+                column, row, pct, limit->symmetry_pct);
+    }
+    if (l->id->method_c.matrix.evaluated)
+        fprintf(out, "<li>Method C scatters by %.2f times its noise (no check): about 1 where the model holds, less with dry friction; "
+                "where it is more, its intervals are as much wider.</li>\n", l->id->method_c.scatter);
+    fputs("</ul>\n", out);
+}
+
+static void time_row(FILE *out, const char *name, const double us[4]) {
+    fprintf(out, "<tr><td>%s</td>", name);
+    for (int i = 0; i < 4; i++) number_cell(out, "%.0f", us[i]);
+    fputs("</tr>\n", out);
+}
+
+static void loop_times(FILE *out, const struct loop_statistics *s) {
+    fprintf(out, "<h3>The loop</h3>\n<p>%" PRId64 " cycles of %g ms, %" PRId64 " overrun%s, %" PRId64 " record%s lost. ", s->cycles,
+            1e3 * s->period_s,
+            s->overruns, s->overruns == 1 ? "" : "s", s->lost, s->lost == 1 ? "" : "s");
+    if (!s->timed) {
+        fputs("The log has no times of the loop: it is of a run in virtual time, or was imported.</p>\n", out);
+        return;
+    }
+    fprintf(out, "%.3f times real time, %" PRId64 " stall%s of the host", s->pace, s->stalls, s->stalls == 1 ? "" : "s");
+    if (s->stalls) fprintf(out, ", the longest %.0f ms", 1e3 * s->longest_stall_s);
+    fputs(".</p>\n<div class=\"wide\"><table><tr><th>µs</th><th class=\"n\">p50</th><th class=\"n\">p99</th><th "
+          "class=\"n\">p99.9</th><th class=\"n\">max</th></tr>\n", out);
+    time_row(out, "wake-up after the deadline", s->wake_us);
+    time_row(out, "execution, to the command's write", s->exec_us);
+    fputs("</table></div>\n", out);
+}
+
+void section_checks(struct report_page *p, int log) {
+    title(p, log, "Checks");
+    verdict_words(p->out, &p->report->log[log]);
+    exclusions(p->out, &p->report->log[log]);
+    loop_times(p->out, &p->report->log[log].loop);
+    fputs("</section>\n", p->out);
+}
+
+/* --- configuration */
+
+void section_configuration(struct report_page *p, int log) {
+    title(p, log, "Configuration");
+    fputs("<details><summary>Everything that the evaluation was configured with</summary>\n<pre>", p->out);
+    for (const char *line = p->report->log[log].config; *line;) { /* html_text cuts what is long */
+        int length = (int)strcspn(line, "\n");
+        html_text(p->out, "%.*s", length, line);
+        fputc('\n', p->out);
+        line += length + (line[length] == '\n');
+    }
+    fputs("</pre></details></section>\n", p->out);
+}

@@ -1,0 +1,20 @@
+/* Sections of an identification report below its first screen, of one log each. */
+#ifndef HEXID_IDENTIFICATION_SECTIONS_H
+#define HEXID_IDENTIFICATION_SECTIONS_H
+
+#include "identification_report.h"
+
+/* A page under way. */
+struct report_page {
+    FILE *out;
+    const struct identification_report *report;
+    struct error picture;  /* why the first picture was not drawn; status 0: all were */
+};
+
+void section_matrices(struct report_page *p, int log);
+void section_tests(struct report_page *p, int log);         /* positions and forces */
+void section_friction(struct report_page *p, int log);      /* over the legs' rates */
+void section_checks(struct report_page *p, int log);        /* what was excluded, the verdict's limits, the loop's times */
+void section_configuration(struct report_page *p, int log);
+
+#endif

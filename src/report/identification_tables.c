@@ -1,0 +1,221 @@
+#include "identification_tables.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "html.h"
+
+enum { COLUMNS = 3 };
+
+struct quantity {
+    double value, std;
+};
+
+typedef struct quantity quantity_of(const struct identification_log *log, int row);
+
+/* Rows of quantities; columns of what was configured and what each method found, log beside log. */
+struct comparison {
+    const char *head;
+    int rows;
+    void (*label)(FILE *out, int row);
+    const char *configured_name;
+    quantity_of *configured;       /* NULL: none */
+    int methods;
+    struct {
+        const char *name;
+        quantity_of *found;
+    } method[COLUMNS];
+};
+
+void table_estimate(FILE *out, double value, double deviation) {
+    int decimals = deviation > 0.0 && isfinite(deviation) ? (int)fmin(fmax(1.0 - floor(log10(deviation)), 0.0), 9.0) : 3;
+    if (!isfinite(value)) fputs("–", out);
+    else if (deviation > 0.0 && isfinite(deviation)) html_text(out, "%.*f ± %.*f", decimals, value, decimals, deviation);
+    else html_text(out, "%.*f", decimals, value);
+}
+
+static bool any_found(const struct identification_report *r, const struct comparison *c, int method) {
+    for (int i = 0; i < r->logs; i++)
+        for (int row = 0; row < c->rows; row++)
+            if (isfinite(c->method[method].found(&r->log[i], row).value)) return true;
+    return false;
+}
+
+static bool same_configured(const struct identification_report *r, const struct comparison *c) {
+    for (int i = 1; i < r->logs; i++)
+        for (int row = 0; row < c->rows; row++)
+            if (c->configured(&r->log[i], row).value != c->configured(&r->log[0], row).value) return false;
+    return true;
+}
+
+/* "+0.13 %, 1.2 σ from log 1" */
+static void found_cell(FILE *out, const struct identification_report *r, const struct comparison *c, int method, int log, int row) {
+    struct quantity x = c->method[method].found(&r->log[log], row), first = c->method[method].found(&r->log[0], row);
+    struct quantity configured = c->configured ? c->configured(&r->log[log], row) : (struct quantity){(double)NAN, 0.0};
+    double off = x.value - configured.value, apart = (x.value - first.value) / hypot(x.std, first.std);
+    bool percent = fabs(off) < 10.0 * fabs(configured.value), compared = log > 0 && isfinite(apart);
+    fprintf(out, "<td class=\"n%s%s\">", log || r->logs == 1 ? "" : " group", fabs(off) > REPORT_SURE * x.std ? " off" : "");
+    table_estimate(out, x.value, REPORT_SURE * x.std);
+    if (percent || compared) fputs("<small>", out);
+    if (percent) fprintf(out, "%+.2f %%", 100.0 * off / configured.value);
+    if (compared) fprintf(out, "%s%.1f σ from log 1", percent ? ", " : "", fabs(apart));
+    fputs(percent || compared ? "</small></td>" : "</td>", out);
+}
+
+static void head_cells(FILE *out, const char *name, int columns) {
+    if (columns > 1) fprintf(out, "<th class=\"group\" colspan=\"%d\">%s</th>", columns, name);
+    else fprintf(out, "<th class=\"n\">%s</th>", name);
+}
+
+static void log_cells(FILE *out, int columns) {
+    for (int i = 0; i < columns; i++) fprintf(out, columns > 1 ? "<th class=\"n%s\">log %d</th>" : "<th></th>", i ? "" : " group", i + 1);
+}
+
+/* False, and nothing written, where no method found anything. */
+static bool compare(FILE *out, const struct identification_report *r, const struct comparison *c) {
+    bool found[COLUMNS] = {0}, any = false;
+    for (int m = 0; m < c->methods; m++) found[m] = any_found(r, c, m), any = any || found[m];
+    if (!any) return false;
+    int configured = !c->configured ? 0 : same_configured(r, c) ? 1 : r->logs;
+    fprintf(out, "<div class=\"wide\"><table class=\"values\">\n<tr><th>%s</th>", c->head);
+    if (configured) head_cells(out, c->configured_name, configured);
+    for (int m = 0; m < c->methods; m++)
+        if (found[m]) head_cells(out, c->method[m].name, r->logs);
+    if (r->logs > 1) fputs("</tr>\n<tr><th></th>", out), log_cells(out, configured);
+    for (int m = 0; m < c->methods && r->logs > 1; m++)
+        if (found[m]) log_cells(out, r->logs);
+    fputs("</tr>\n", out);
+    for (int row = 0; row < c->rows; row++) {
+        fputs("<tr><td>", out);
+        c->label(out, row);
+        fputs("</td>", out);
+        for (int i = 0; i < configured; i++) fprintf(out, "<td class=\"n\">%.3f</td>", c->configured(&r->log[i], row).value);
+        for (int m = 0; m < c->methods; m++)
+            for (int i = 0; i < r->logs && found[m]; i++) found_cell(out, r, c, m, i, row);
+        fputs("</tr>\n", out);
+    }
+    fputs("</table></div>\n", out);
+    return true;
+}
+
+/* --- entries of the matrix */
+
+static struct quantity entry_of(const struct method_result *m, int row) {
+    const struct ident_entry *e = &ident_entries[row];
+    if (!m->evaluated) return (struct quantity){(double)NAN, (double)NAN};
+    return (struct quantity){m->mt[e->row][e->col], m->mt_std[e->row][e->col]};
+}
+
+static struct quantity entry_nominal(const struct identification_log *log, int row) {
+    return (struct quantity){log->id->nominal_mt[ident_entries[row].row][ident_entries[row].col], 0.0};
+}
+static struct quantity entry_a(const struct identification_log *log, int row) { return entry_of(&log->id->method_a, row); }
+static struct quantity entry_c(const struct identification_log *log, int row) { return entry_of(&log->id->method_c.matrix, row); }
+
+static void unit_words(FILE *out, const char *unit) {
+    for (; *unit; unit++) fputs(*unit == '^' ? "" : *unit == '2' ? "²" : (char[]){*unit, 0}, out);
+}
+
+static void entry_label(FILE *out, int row) {
+    fprintf(out, "%s <span class=\"small\">", ident_entries[row].name);
+    unit_words(out, ident_entries[row].unit);
+    fputs("</span>", out);
+}
+
+void table_entries(FILE *out, const struct identification_report *r) {
+    static const struct comparison entries = {"entry", IDENT_ENTRIES, entry_label, "nominal", entry_nominal, 2,
+                                              {{"method A", entry_a}, {"method C", entry_c}}};
+    if (!compare(out, r, &entries)) fputs("<p class=\"notice\">No matrix was identified: see the reasons above.</p>\n", out);
+}
+
+/* --- payload */
+
+static double payload_scale(int row) { return row >= PAYLOAD_CENTER && row < PAYLOAD_INERTIA ? 1e3 : 1.0; }
+
+static struct quantity payload_configured(const struct identification_log *log, int row) {
+    const struct payload_params *p = &log->params->payload;
+    const double value[PAYLOAD_VALUES] = {[PAYLOAD_MASS] = p->mass_kg, [PAYLOAD_INERTIA] = p->inertia_xx_kg_m2, p->inertia_yy_kg_m2,
+                                          p->inertia_zz_kg_m2, p->inertia_xy_kg_m2, p->inertia_xz_kg_m2, p->inertia_yz_kg_m2};
+    return (struct quantity){value[row], 0.0};
+}
+
+static struct quantity payload_found(const struct identification_log *log, int row) {
+    const struct payload *p = &log->id->method_c.payload;
+    if (!log->id->method_c.matrix.evaluated || !p->evaluated) return (struct quantity){(double)NAN, (double)NAN};
+    return (struct quantity){payload_scale(row) * p->value[row], payload_scale(row) * p->std[row]};
+}
+
+static void payload_label(FILE *out, int row) {
+    static const char *const name[PAYLOAD_VALUES] = {"mass", "mass centre x", "mass centre y", "mass centre z", "inertia xx", "inertia yy",
+                                                     "inertia zz", "inertia xy", "inertia xz", "inertia yz"};
+    fprintf(out, "%s <span class=\"small\">%s</span>", name[row], row == PAYLOAD_MASS ? "kg" : row < PAYLOAD_INERTIA ? "mm" : "kg m²");
+}
+
+bool table_payload(FILE *out, const struct identification_report *r) {
+    static const struct comparison payload = {"payload", PAYLOAD_VALUES, payload_label, "configured", payload_configured, 1,
+                                              {{"method C", payload_found}}};
+    return compare(out, r, &payload);
+}
+
+/* --- friction */
+
+static struct quantity friction_of(const struct method_c *c, double value, double std) {
+    return c->matrix.evaluated ? (struct quantity){value, std} : (struct quantity){(double)NAN, (double)NAN};
+}
+static struct quantity viscous(const struct identification_log *log, int leg) {
+    const struct method_c *c = &log->id->method_c;
+    return friction_of(c, c->viscous[leg], c->viscous_std[leg]);
+}
+static struct quantity extending(const struct identification_log *log, int leg) {
+    const struct method_c *c = &log->id->method_c;
+    return friction_of(c, c->dry[leg][0], c->dry_std[leg][0]);
+}
+static struct quantity retracting(const struct identification_log *log, int leg) {
+    const struct method_c *c = &log->id->method_c;
+    return friction_of(c, c->dry[leg][1], c->dry_std[leg][1]);
+}
+
+static void leg_label(FILE *out, int row) { fprintf(out, "%d", row + 1); }
+
+bool table_friction(FILE *out, const struct identification_report *r) {
+    static const struct comparison friction = {"leg", LEGS, leg_label, NULL, NULL, 3,
+                                               {{"viscous, N s/m", viscous}, {"dry, extending, N", extending},
+                                                {"dry, retracting, N", retracting}}};
+    return compare(out, r, &friction);
+}
+
+/* --- matrices */
+
+static void matrix(FILE *out, const char *name, const double mt[DOFS][DOFS], const double std[DOFS][DOFS]) {
+    static const char *const axis[DOFS] = {"x", "y", "z", "φ", "θ", "ψ"};
+    fprintf(out, "<div><h3>%s</h3>\n<div class=\"wide\"><table class=\"matrix\">\n<tr><th></th>", name);
+    for (int j = 0; j < DOFS; j++) fprintf(out, "<th class=\"n\">%s</th>", axis[j]);
+    fputs("</tr>\n", out);
+    for (int i = 0; i < DOFS; i++) {
+        fprintf(out, "<tr><th>%s</th>", axis[i]);
+        for (int j = 0; j < DOFS; j++) {
+            if (isfinite(mt[i][j])) fprintf(out, "<td class=\"n\">%.3f", fabs(mt[i][j]) < 5e-4 ? 0.0 : mt[i][j]);
+            else fputs("<td class=\"n\">–", out);
+            if (std && isfinite(std[i][j])) fprintf(out, "<small>± %.3f</small>", std[i][j]);
+            fputs("</td>", out);
+        }
+        fputs("</tr>\n", out);
+    }
+    fputs("</table></div></div>\n", out);
+}
+
+static void method(FILE *out, const char *name, const struct method_result *source) {
+    struct method_result m = *source;
+    if (m.evaluated) matrix(out, name, (const double(*)[DOFS])m.mt, (const double(*)[DOFS])m.mt_std);
+}
+
+void table_matrices(FILE *out, const struct identification *source) {
+    struct identification id = *source;
+    fputs("<div class=\"third\">\n", out);
+    matrix(out, "Nominal", (const double(*)[DOFS])id.nominal_mt, NULL);
+    method(out, "Method A", &id.method_a);
+    method(out, "Modified A", &id.modified_a);
+    method(out, "Method B", &id.method_b);
+    method(out, "Method C", &id.method_c.matrix);
+    fputs("</div>\n", out);
+}

@@ -1,0 +1,3 @@
+#include "version.h"
+
+const char hexid_version[] = HEXID_VERSION;
