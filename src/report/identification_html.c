@@ -170,7 +170,7 @@ static void payload(struct report_page *p) {
 }
 
 static void friction(struct report_page *p) {
-    fputs("<div id=\"friction\"><h2>Friction</h2>\n<p>Of each leg by method C, with 95 % intervals.</p>\n", p->out);
+    fputs("<div id=\"friction\"><h2>Friction</h2>\n<p>Of each leg by method C, with 95 % intervals. – : not determined.</p>\n", p->out);
     if (!table_friction(p->out, p->report)) fputs("<p class=\"notice\">Not evaluated.</p>\n", p->out);
     fputs("</div>\n", p->out);
 }

@@ -76,6 +76,7 @@ static bool compare(FILE *out, const struct identification_report *r, const stru
     bool found[COLUMNS] = {0}, any = false;
     for (int m = 0; m < c->methods; m++) found[m] = any_found(r, c, m), any = any || found[m];
     if (!any) return false;
+    for (int m = 0; m < c->methods && !c->configured; m++) found[m] = true; /* of one method, whose kinds of friction these are */
     int configured = !c->configured ? 0 : same_configured(r, c) ? 1 : r->logs;
     fprintf(out, "<div class=\"wide\"><table class=\"values\">\n<tr><th>%s</th>", c->head);
     if (configured) head_cells(out, c->configured_name, configured);
