@@ -34,7 +34,7 @@ LONGEST := gap can figures pages
 SCRIPTS := $(LONGEST:%=tests/scenarios/%.sh) $(filter-out $(LONGEST:%=tests/scenarios/%.sh),$(wildcard tests/scenarios/*.sh))
 # What a sanitizer is for: AddressSanitizer sees every program; the scenarios left out run the same code for their numbers.
 # ThreadSanitizer sees what has threads.
-OF_NUMBERS  := $(addprefix tests/scenarios/,can.sh faults.sh figures.sh machines.sh modbus.sh signals.sh stop.sh)
+OF_NUMBERS  := $(addprefix tests/scenarios/,can.sh faults.sh figures.sh machines.sh modbus.sh signals.sh stop.sh table5.sh)
 WITH_THREADS := $(addprefix tests/scenarios/,command.sh lcm.sh paced.sh same_seed.sh)
 THREADED    := $(addprefix tests/test_,axis bus can_link confine loop modbus_line)
 
@@ -88,6 +88,9 @@ bench-gap: $(BUILD)/hexid $(BUILD)/tests/bench/signatures | deps-test ## hidden 
 
 bench-paper: $(BUILD)/tests/bench/paper $(BUILD)/hexid ## Tian 2015 Tables 3, 4, C1 and 5 beside hexid's own results -> build/bench_paper/
 	@$(BUILD)/tests/bench/paper $(BUILD)/hexid tests/data $(BUILD)/bench_paper
+
+bench-table5: $(BUILD)/hexid ## which effects make the simulated machine read Tian 2015 Table 5? docs/table5.md; 1900 runs, half an hour
+	@HEXID=$(BUILD)/hexid python3 tests/paper/table5.py search --cache $(BUILD)/table5
 
 bench-coverage: $(BUILD)/hexid ## method C on 200 random machines: do its intervals hold? 3 minutes
 	@HEXID=$(BUILD)/hexid python3 tests/ident/coverage.py --machines 200
@@ -228,7 +231,7 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)javac -cp /usr/share/java/lcm.jar -d $(@D) $(@D)/hexid/*.java
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
-.PHONY: .FORCE all has-display run test test-long test-rt asan tsan fuzz fuzz-run bench bench-paper bench-gap bench-coverage rig check-rig docs pictures spy clean help
+.PHONY: .FORCE all has-display run test test-long test-rt asan tsan fuzz fuzz-run bench bench-paper bench-gap bench-coverage bench-table5 rig check-rig docs pictures spy clean help
 .PHONY: deps deps-run deps-test deps-fuzz deps-bench deps-spy
 .SECONDARY:
 -include $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d) $(FUZZERS:=.d)
