@@ -34,7 +34,7 @@ LONGEST := gap can figures pages
 SCRIPTS := $(LONGEST:%=tests/scenarios/%.sh) $(filter-out $(LONGEST:%=tests/scenarios/%.sh),$(wildcard tests/scenarios/*.sh))
 # What a sanitizer is for: AddressSanitizer sees every program; the scenarios left out run the same code for their numbers.
 # ThreadSanitizer sees what has threads.
-OF_NUMBERS  := $(addprefix tests/scenarios/,can.sh faults.sh figures.sh machines.sh modbus.sh signals.sh stop.sh table5.sh)
+OF_NUMBERS  := $(addprefix tests/scenarios/,can.sh faults.sh figures.sh machines.sh modbus.sh signals.sh stop.sh survey.sh table5.sh)
 WITH_THREADS := $(addprefix tests/scenarios/,command.sh lcm.sh paced.sh same_seed.sh)
 THREADED    := $(addprefix tests/test_,axis bus can_link confine loop modbus_line)
 

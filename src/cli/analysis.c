@@ -192,10 +192,14 @@ void analysis_print(struct analysis *a, const struct verdict *verdict, FILE *out
     verdict_print(verdict, out);
 }
 
+char *analysis_json(const struct analysis *a, const struct verdict *verdict) {
+    struct loop_statistics s = analysis_statistics(a);
+    return identification_json(&a->ident.result, verdict, &s);
+}
+
 int analysis_write_json(struct analysis *a, const struct verdict *verdict, const char *path, struct error *error) {
     if (!path) return STATUS_OK;
-    struct loop_statistics s = analysis_statistics(a);
-    char *json = identification_json(&a->ident.result, verdict, &s);
+    char *json = analysis_json(a, verdict);
     int status = json ? cli_write_text(path, json, error) : error_set(error, STATUS_IO, "out of memory");
     free(json);
     return status;

@@ -64,6 +64,9 @@ int analysis_identifies(const struct analysis *a, const char *path, struct error
 /* Table, loop and verdict for people. */
 void analysis_print(struct analysis *a, const struct verdict *verdict, FILE *out);
 
+/* identification_json of it: to be freed by the caller; NULL without memory. */
+char *analysis_json(const struct analysis *a, const struct verdict *verdict);
+
 /* JSON to `path`, NULL for none. */
 int analysis_write_json(struct analysis *a, const struct verdict *verdict, const char *path, struct error *error);
 

@@ -19,17 +19,22 @@
 #include "motion_check.h"
 #include "operator.h"
 #include "recorder.h"
+#include "survey_report.h"
 #include "trajectory_file.h"
 #include "units.h"
 
 enum { RING_CAPACITY = 8192 }; /* cycles: 16 s at 2 ms, against a stalled disk */
 enum { STOP_PATH_BELOW_LOOP = 2 }; /* SCHED_FIFO: behind loop and field bus, ahead of all else */
+static const double STD_PCT = 0.5; /* that a survey proposes tests for */
 enum { RECORDER_BEHIND = RING_CAPACITY / 8 }; /* 2 s: it hangs; putting the platform down fits into the rest of the ring */
 
 struct session {
     struct options options;
     struct params params;
     struct trajectory trajectory; /* knots NULL: none */
+    struct multisine multisine;   /* of a survey, */
+    struct params asked;          /* and the parameters without it */
+    struct survey_report *survey; /* NULL: none */
     struct hal *hal;
     struct ring ring;
     struct loop loop;
@@ -88,9 +93,30 @@ static int lock_machine(struct session *s, struct error *error) {
 
 static const struct trajectory *driven(const struct session *s) { return s->trajectory.knot ? &s->trajectory : NULL; }
 
+/* A survey is a trajectory that comes from no file: so do the loop, the log and its readers take it. */
+static int check_survey(struct session *s, struct error *error) {
+    struct test_params *t = &s->params.tests;
+    if (t->trajectory[0]) return error_set(error, STATUS_USAGE, "--survey: tests.trajectory is set; a survey has its own motion");
+    s->asked = s->params;
+    s->survey = calloc(1, sizeof *s->survey);
+    if (!s->survey) return error_set(error, STATUS_IO, "out of memory");
+    int status = config_check_motion(&s->asked, error);
+    if (!status) status = multisine_init(&s->multisine, &s->params, error);
+    if (!status) status = multisine_trajectory(&s->multisine, &s->trajectory, error);
+    if (status) return status;
+    t->multisine = false;
+    t->repeat = MULTISINE_PASSES;
+    t->duration_s = trajectory_s(&s->trajectory);
+    snprintf(t->trajectory, sizeof t->trajectory, "survey");
+    struct error beyond;
+    if (!motion_check(&s->params, &s->trajectory, &beyond)) return STATUS_OK;
+    return error_set(error, STATUS_USAGE, "--survey: %.320s (a lower limits.leg_rate_mps makes it smaller)", beyond.text);
+}
+
 /* SAFETY: what the run will ask for is known and checked to its end before anything is opened. A trajectory is the evaluated part. */
 static int check_motion(struct session *s, struct error *error) {
     struct test_params *t = &s->params.tests;
+    if (s->options.survey) return check_survey(s, error);
     int status = t->trajectory[0] ? trajectory_load(&s->trajectory, t->trajectory, t->repeat, error) : STATUS_OK;
     if (status) return status;
     if (t->trajectory[0]) t->duration_s = trajectory_s(&s->trajectory);
@@ -206,19 +232,43 @@ static void wait_for_end(struct session *s) {
     }
 }
 
+static int write_result(struct session *s, const struct verdict *verdict, struct error *error) {
+    if (!s->options.json) return STATUS_OK;
+    char *json = analysis_json(&s->recorder.analysis, verdict);
+    if (s->survey) json = survey_report_json(s->survey, json);
+    int status = json ? cli_write_text(s->options.json, json, error) : error_set(error, STATUS_IO, "out of memory");
+    free(json);
+    return status;
+}
+
+static int report_survey(struct session *s, struct verdict *verdict, struct error *error) {
+    const struct analysis *a = &s->recorder.analysis;
+    struct error none = {0};
+    int status = survey_report_make(s->survey, &s->multisine, &a->recording, &a->ident.result.method_c, &s->asked,
+                                    s->options.std_pct > 0.0 ? s->options.std_pct : STD_PCT, &none);
+    if (status) verdict_add(verdict, VERDICT_NOT_EVALUATED, "%.110s", none.text);
+    else if (!s->survey->survey.determined) verdict_add(verdict, VERDICT_NOT_EVALUATED, "survey: no eigenfrequency is determined");
+    if (status) free(s->survey), s->survey = NULL;
+    if (status == STATUS_IO) *error = none;
+    return status == STATUS_IO ? status : STATUS_OK;
+}
+
 static int report(struct session *s, struct error *error) {
     struct analysis *a = &s->recorder.analysis;
     struct verdict verdict = analysis_verdict(a);
     analysis_identify(a);
     progress_end(&s->progress);
     if (s->signalled_ns) verdict_add(&verdict, VERDICT_NOT_EVALUATED, "interrupted");
+    int status = s->survey ? report_survey(s, &verdict, error) : STATUS_OK;
+    if (status) return status;
+    if (s->survey) survey_report_print(s->survey, s->progress.out);
     analysis_print(a, &verdict, s->progress.out);
     char trouble[200] = "";
     if (s->hal->ops->describe) s->hal->ops->describe(s->hal, trouble, sizeof trouble);
     if (*trouble) fprintf(s->progress.out, "device    %s: %s\n", s->options.hal, trouble);
     fprintf(s->progress.out, "log       %s\n", s->options.log ? s->options.log : "none kept (--log FILE keeps one)");
     outlet_flush(&s->progress.steps);
-    int status = analysis_write_json(a, &verdict, s->options.json, error);
+    status = write_result(s, &verdict, error);
     return status ? status : verdict.status == VERDICT_PASS ? EXIT_PASSED : EXIT_CHECK_FAILED;
 }
 
@@ -293,6 +343,7 @@ static int close_all(struct session *s, int status, const struct error *error) {
     ring_free(&s->ring);
     trajectory_free(&s->trajectory);
     free(s->config);
+    free(s->survey);
     free(s);
     return status;
 }
@@ -301,7 +352,7 @@ int cmd_run(int argc, char **argv) {
     struct session *s = calloc(1, sizeof *s);
     struct error error = {0};
     if (!s) return -STATUS_IO;
-    int status = options_parse(&s->options, argc, argv, "cHfrsljStTnp", 0, &error);
+    int status = options_parse(&s->options, argc, argv, "cHfrsljStTnpVd", 0, &error);
     if (!status) status = options_params(&s->options, &s->params, &error);
     if (!status && !s->options.print_config) status = check_motion(s, &error);
     if (!status && s->options.print_config) {

@@ -9,7 +9,7 @@ static const struct subcommand {
     int (*run)(int argc, char **argv);
 } subcommands[] = {
     {"run", "[-c FILE] [--hal URL] [--fast] [--rt require|try|off] [--seed N] [--log FILE] [--json FILE] [--set KEY=VALUE ...]\n"
-            "           [--tests LIST] [--trajectory FILE [--repeat N]] [--print-config]", "run the platform through its tests and identify it", cmd_run},
+            "           [--tests LIST] [--trajectory FILE [--repeat N]] [--survey [--std PCT]] [--print-config]", "run the platform through its tests and identify it", cmd_run},
     {"plant", "--bus URL [-c FILE] [--set KEY=VALUE ...] [--seed N] [--rt require|try|off]",
      "serve the simulated platform as the devices of a bus: can:IF, modbus:tcp://HOST:PORT or modbus:rtu:DEVICE?baud=N", cmd_plant},
     {"check", "DIR|CSV|LOG [LOG ...] [-c FILE] [--set KEY=VALUE ...] [--map OURS=THEIRS[:UNIT],...] [-o PAGE.html] [--json FILE]",
@@ -75,6 +75,9 @@ static void help(const struct subcommand *s) {
            "  --trajectory FILE\n"
            "                   drive these poses instead: CSV with t_s and any of x_m, y_m, z_m, phi_rad, theta_rad, psi_rad\n"
            "  --repeat N       passes of the trajectory\n"
+           "  --survey         drive a small multisine instead, and say: the lowest eigenfrequencies of oil columns and closed loop, whether the\n"
+           "                   configured tests are below them and above the sensors' floor, and which tests would do (docs/survey.md)\n"
+           "  --std PCT        for this standard deviation of Mt's worst entry, in per cent of sqrt(Mii Mjj); 0.5 without it\n"
            "  --print-config   show the effective configuration and end\n");
 }
 

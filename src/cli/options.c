@@ -13,6 +13,7 @@
 #include "printable.h"
 
 static const char default_config[] = "config/tian2015.yaml";
+static const double STD_LEAST_PCT = 0.01, STD_MOST_PCT = 10.0; /* above a fifth of it method C calls an entry not determined */
 
 static const struct option long_options[] = {
     {"config", required_argument, NULL, 'c'}, {"hal", required_argument, NULL, 'H'},  {"fast", no_argument, NULL, 'f'},
@@ -23,6 +24,7 @@ static const struct option long_options[] = {
     {"failures", no_argument, NULL, 'x'},     {"keys", no_argument, NULL, 'k'},
     {"measured", required_argument, NULL, 'M'}, {"validate", required_argument, NULL, 'v'}, {"replay", required_argument, NULL, 'R'},
     {"map", required_argument, NULL, 'a'},    {"trajectory", required_argument, NULL, 'T'}, {"repeat", required_argument, NULL, 'n'},
+    {"survey", no_argument, NULL, 'V'},       {"std", required_argument, NULL, 'd'},
     {0},
 };
 
@@ -77,6 +79,14 @@ static int set_repeat(struct options *o, const char *passes, struct error *error
     return add_setting(o, o->repeat, error);
 }
 
+static int set_std(struct options *o, const char *text, struct error *error) {
+    char *end;
+    o->std_pct = strtod(text, &end);
+    if (*end || end == text || !(o->std_pct >= STD_LEAST_PCT && o->std_pct <= STD_MOST_PCT))
+        return error_set(error, STATUS_USAGE, "--std %.40s: a number of per cent from %g to %g", text, STD_LEAST_PCT, STD_MOST_PCT);
+    return STATUS_OK;
+}
+
 static int take(struct options *o, int option, const char *value, struct error *error) {
     switch (option) {
     case 'c': o->config = value; return STATUS_OK;
@@ -94,6 +104,8 @@ static int take(struct options *o, int option, const char *value, struct error *
     case 'R': o->replay = value; return STATUS_OK;
     case 'a': o->map = value; return STATUS_OK;
     case 'p': o->print_config = true; return STATUS_OK;
+    case 'V': o->survey = true; return STATUS_OK;
+    case 'd': return set_std(o, value, error);
     case 'r': return set_rt(o, value, error);
     case 's': return set_seed(o, value, error);
     case 'T': return set_trajectory(o, value, error);
@@ -127,6 +139,8 @@ int options_parse(struct options *o, int argc, char **argv, const char *allowed,
         return error_set(error, STATUS_USAGE, "%s: one argument too many, `hexid %s` takes %d; see `hexid %s --help`", argv[optind], argv[0], operands, argv[0]);
     if (optind < argc) return error_set(error, STATUS_USAGE, "%s: one argument too many; see `hexid %s --help`", argv[optind], argv[0]);
     if (o->tests[0] && o->trajectory[0]) return error_set(error, STATUS_USAGE, "--tests and --trajectory: one of them; a trajectory has its own axes");
+    if (o->survey && o->trajectory[0]) return error_set(error, STATUS_USAGE, "--survey and --trajectory: one of them; a survey has its own motion");
+    if (o->std_pct > 0.0 && !o->survey) return error_set(error, STATUS_USAGE, "--std: the deviation that a test is proposed for; needs --survey");
     return STATUS_OK;
 }
 

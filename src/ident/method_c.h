@@ -53,6 +53,9 @@ int method_c_check(const struct recording *recording, struct error *error);
 int method_c_solve(const struct equations *equations, const struct params *configured, struct estimate *estimate, struct method_c *result,
                    struct error *error);
 
+/* Of one recording, checked: the two above. -3 also without memory. */
+int method_c(const struct recording *recording, struct method_c *result, struct error *error);
+
 /* Entries, viscous and dry friction by their place in the equations, below UNKNOWN_SHAPE; NaN: not determined. */
 double method_c_value(const struct method_c *m, int unknown, double *std);
 

@@ -1,6 +1,7 @@
 #include "method_c.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 #include "lin.h"
 #include "nominal.h"
@@ -97,4 +98,15 @@ double method_c_value(const struct method_c *m, int unknown, double *std) {
     equations_entry(unknown, &i, &j);
     *std = m->matrix.mt_std[i][j];
     return m->matrix.mt[i][j];
+}
+
+int method_c(const struct recording *recording, struct method_c *result, struct error *error) {
+    struct equations *equations = malloc(sizeof *equations);
+    struct estimate *estimate = malloc(sizeof *estimate);
+    int status = equations && estimate ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
+    if (!status) status = method_c_equations(recording, equations, error);
+    if (!status) status = method_c_solve(equations, recording->params, estimate, result, error);
+    free(equations);
+    free(estimate);
+    return status;
 }

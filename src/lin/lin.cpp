@@ -67,6 +67,29 @@ int lin_eigenvalues(int n, const double *a, double *eigenvalues) noexcept {
     return 0;
 }
 
+int lin_eigenvectors(int n, const double *a, const double *b, double *eigenvalues, double *vectors) noexcept {
+    assert(fits(n, n));
+    const Matrix left = Input(a, n, n), right = Input(b, n, n);
+    if (!left.allFinite() || !right.allFinite()) return -1;
+    if (Eigen::LLT<Matrix>(right).info() != Eigen::Success) return -1;
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> solver(left, right);
+    if (solver.info() != Eigen::Success) return -1;
+    Output(eigenvalues, n, 1) = solver.eigenvalues();
+    Output(vectors, n, n) = solver.eigenvectors().transpose();
+    return 0;
+}
+
+int lin_poles(int n, const double *a, double *real, double *imaginary) noexcept {
+    assert(fits(n, n));
+    const Matrix square = Input(a, n, n);
+    if (!square.allFinite()) return -1;
+    const Eigen::EigenSolver<Matrix> solver(square, false);
+    if (solver.info() != Eigen::Success) return -1;
+    Output(real, n, 1) = solver.eigenvalues().real();
+    Output(imaginary, n, 1) = solver.eigenvalues().imag();
+    return 0;
+}
+
 int lin_singular_values(int m, int n, const double *a, double *values) noexcept {
     assert(fits(m, n));
     Matrix square = Matrix::Zero(std::max(m, n), std::max(m, n)); /* rows or columns of zeros add zero singular values, at the end */

@@ -32,6 +32,13 @@ struct lin_report lin_inverse(int n, const double *a, double *inverse) LIN_NOEXC
 /* Eigenvalues of a symmetric n x n matrix, ascending; only the lower triangle is read. 0, or -1: not converged, or A is not finite. */
 int lin_eigenvalues(int n, const double *a, double *eigenvalues) LIN_NOEXCEPT;
 
+/* Eigenvalues, ascending, and eigenvectors of A x = value B x, A symmetric, B symmetric positive definite, n x n, lower triangles read; row i of
+ * `vectors` is the i-th eigenvector, x' B x = 1. 0, or -1: B is not positive definite, not converged, or not finite. */
+int lin_eigenvectors(int n, const double *a, const double *b, double *eigenvalues, double *vectors) LIN_NOEXCEPT;
+
+/* Eigenvalues of a general n x n matrix, in no order. 0, or -1 as above. */
+int lin_poles(int n, const double *a, double *real, double *imaginary) LIN_NOEXCEPT;
+
 /* The min(m, n) singular values of an m x n matrix, descending. 0, or -1 as above. */
 int lin_singular_values(int m, int n, const double *a, double *values) LIN_NOEXCEPT;
 

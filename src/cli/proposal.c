@@ -1,0 +1,231 @@
+#include "proposal.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "kinematics.h"
+#include "motion_check.h"
+#include "units.h"
+
+static const double OF_OIL = 1.0 / 3.0, OF_LOOP = 0.5, LOWEST_HZ = 1.0;
+static const double SPREAD = 0.65;         /* the lowest frequency of a multisine over its highest */
+static const double MARGIN = 0.5;          /* of rates and of limits.following_m */
+static const double OF_PEAK = 0.75;        /* of the survey's fastest leg: at other speeds the loop follows a little differently */
+static const double UNWANTED = 0.7;        /* of checks.unwanted_pct */
+static const double LONGER = 4.0;          /* times the shortest duration: the law of the durations */
+static const double NEAR = 1.1;            /* the floor: a longer test is no use */
+static const double SHORTEST_S = 5.0, LONGEST_S[] = {[PROPOSAL_SINES] = 95.0, [PROPOSAL_MULTISINE] = 30.0};
+                                           /* of an axis's test 100 s are kept for method C (analysis.h); of any motion it takes 48 short pieces */
+static const double SEARCH_S = 8.0;
+static const double CLOSE = 0.03, REACHED = 0.05;
+static const double HZ_STEP = 0.01, AMPLITUDE_STEP = 1e-5, SECONDS_STEP = 0.1;
+enum { SCALES = 20, CORRECTIONS = 3, DRAWS = 3, TRIALS = 16 };
+
+struct design {
+    const struct loop_survey *survey;
+    const struct params *params;
+    double leg_per_axis[DOFS];             /* largest |J| of a column: m per m, m per rad */
+    double jacobian[LEGS][DOFS];
+    double share[DOFS];                    /* of the rates, multisine */
+    struct params trial;
+    struct params exact;                   /* joints where they are configured: no excitation helps against their tolerance, which takes the time */
+};
+
+static double round_to(double step, double x) { return step * round(x / step); }
+static double floor_to(double step, double x) { return step * floor(x / step + 1e-9); }
+
+static double highest_hz(const struct loop_survey *s) {
+    double oil_hz = loop_survey_oil_hz(s), loop_hz = loop_survey_loop_hz(s);
+    return isnan(loop_hz) ? OF_OIL * oil_hz : fmin(OF_OIL * oil_hz, OF_LOOP * loop_hz);
+}
+
+/* Where the loop follows an axis. */
+static double sine_hz(const struct loop_survey *s, const struct params *params, enum dof dof, double highest) {
+    double enough = MARGIN * params->checks.amplitude_pct / 100.0, best_hz = highest, least = HUGE_VAL;
+    for (double hz = highest; hz >= LOWEST_HZ; hz -= 10.0 * HZ_STEP) {
+        double off = fabs(cabs(loop_survey_follow(s, dof, hz)) - 1.0);
+        if (off <= enough) return floor_to(HZ_STEP, hz);
+        if (off < least) least = off, best_hz = hz;
+    }
+    return floor_to(HZ_STEP, best_hz);
+}
+
+/* Amplitudes for legs that reach this rate: an axis alone, or by their shares all at once. */
+static void set_amplitudes(struct design *d, double rate_mps) {
+    struct test_params *t = &d->trial.tests;
+    double most = 0.0;
+    for (int leg = 0; leg < LEGS && t->multisine; leg++) {
+        double sum = 0.0;
+        for (int i = 0; i < DOFS; i++) sum += d->share[i] * fabs(d->jacobian[leg][i]) / d->leg_per_axis[i];
+        most = fmax(most, sum);
+    }
+    for (int i = 0; i < DOFS; i++)
+        t->amplitude[i] = (t->multisine ? d->share[i] / most : 1.0) * rate_mps / (2.0 * PI * t->hz[i] * d->leg_per_axis[i]);
+}
+
+/* What an axis moves besides, against that axis's own amplitude: within checks.unwanted_pct, with margin. */
+static void keep_apart(struct design *d) {
+    double *amplitude = d->trial.tests.amplitude, most = UNWANTED * d->params->checks.unwanted_pct / 100.0;
+    for (int pass = 0; pass < DOFS; pass++) /* one that is made smaller bears less from the others */
+        for (int driven = 0; driven < DOFS; driven++)
+            for (int i = 0; i < DOFS; i++) {
+                double moved = cabs(loop_survey_response(d->survey, (enum dof)driven, (enum dof)i, d->trial.tests.hz[driven]));
+                if (i != driven) amplitude[driven] = fmin(amplitude[driven], most * amplitude[i] / moved);
+            }
+}
+
+/* How far the loop falls behind, all peaks at once where the axes move at once. */
+static double following_m(const struct design *d) {
+    const struct test_params *t = &d->trial.tests;
+    double most = 0.0;
+    for (int leg = 0; leg < LEGS; leg++) {
+        double sum = 0.0;
+        for (int i = 0; i < DOFS; i++) {
+            double own = fabs(d->jacobian[leg][i]) * t->amplitude[i] * cabs(1.0 - loop_survey_follow(d->survey, (enum dof)i, t->hz[i]));
+            sum = t->multisine ? sum + own : fmax(sum, own);
+        }
+        most = fmax(most, sum);
+    }
+    return most;
+}
+
+static void scale_amplitudes(struct design *d, double by) {
+    for (int i = 0; i < DOFS; i++) d->trial.tests.amplitude[i] = floor_to(AMPLITUDE_STEP, by * d->trial.tests.amplitude[i]);
+}
+
+/* SAFETY: within every limit, with margin: never proposed otherwise. */
+static int limit(struct design *d, struct error *error) {
+    double behind_m = following_m(d), most_m = MARGIN * d->params->limits.following_m;
+    int status = STATUS_OK;
+    scale_amplitudes(d, behind_m > most_m ? most_m / behind_m : 1.0);
+    for (int i = 0; i < SCALES && (status = motion_check(&d->trial, NULL, error)); i++) scale_amplitudes(d, 0.85);
+    return status;
+}
+
+/* Amplitudes for this rate, in the search's duration. */
+static int try_rates(struct design *d, double rate_mps, struct excitation *e, struct error *error) {
+    d->trial.tests.duration_s = SEARCH_S;
+    set_amplitudes(d, rate_mps);
+    scale_amplitudes(d, 1.0);
+    return excitation_predict(d->survey, &d->exact, &d->trial.tests, 1, e, error);
+}
+
+static void exchange_frequencies(struct test_params *t, enum dof dof) {
+    int above = -1;
+    for (int i = 0; i < DOFS; i++)
+        if (t->hz[i] > t->hz[dof] && (above < 0 || t->hz[i] < t->hz[above])) above = i;
+    if (above < 0) return;
+    double hz = t->hz[above];
+    t->hz[above] = t->hz[dof], t->hz[dof] = hz;
+}
+
+/* Four moves: shares that make the axes' deviations more alike, as they are where the largest is least, by two strengths; or the next higher frequency
+ * for an axis of the worst entry. */
+static void move_on(struct design *d, const struct excitation *now, int move) {
+    static const double strength[2] = {0.5, 0.2};
+    if (move >= 2) exchange_frequencies(&d->trial.tests, move % 2 ? now->column : now->row);
+    for (int i = 0; i < DOFS && move < 2; i++) d->share[i] *= pow(now->axis_pct[i] / now->worst_pct, strength[move]);
+}
+
+static int search(struct design *d, double rate_mps, struct proposal *result, struct error *error) {
+    struct excitation best, now;
+    int status = try_rates(d, rate_mps, &best, error), failed = 0;
+    result->start_pct = best.worst_pct;
+    for (int i = 0; i < TRIALS && failed < 4 && !status; i++) {
+        struct design before = *d;
+        move_on(d, &best, failed);
+        status = try_rates(d, rate_mps, &now, error);
+        bool better = !status && now.worst_pct < best.worst_pct;
+        if (better) best = now, failed = 0;
+        else *d = before, failed++;
+    }
+    result->best_pct = best.worst_pct;
+    set_amplitudes(d, rate_mps);
+    return status;
+}
+
+static double longest_s(const struct test_params *t) { return LONGEST_S[t->multisine ? PROPOSAL_MULTISINE : PROPOSAL_SINES]; }
+
+/* The variance of the worst entry, %^2. */
+static double predict_for(struct design *d, double duration_s, struct excitation *e, int *status, struct error *error) {
+    d->trial.tests.duration_s = round_to(SECONDS_STEP, duration_s);
+    if (!*status) *status = excitation_predict(d->survey, d->params, &d->trial.tests, DRAWS, e, error);
+    return e->worst_pct * e->worst_pct;
+}
+
+/* Variance: noise, that falls with the duration, and what no duration helps against, from a short and a longer test. Then tried, and corrected. */
+static int find_duration(struct design *d, double wanted_pct, struct proposal *result, struct error *error) {
+    struct test_params *t = &d->trial.tests;
+    struct excitation *e = &result->predicted;
+    int status = STATUS_OK;
+    double wanted = wanted_pct * wanted_pct, found = predict_for(d, LONGER * SHORTEST_S, e, &status, error), longer = found;
+    double first = predict_for(d, SHORTEST_S, e, &status, error);
+    double noise = fmax(first - longer, 0.0) * SHORTEST_S / (1.0 - 1.0 / LONGER), rest = fmax(longer - noise / (LONGER * SHORTEST_S), 0.0);
+    double most_s = fmin(longest_s(t), noise / ((NEAR * NEAR - 1.0) * rest)); /* then it is near the floor */
+    double next_s = wanted > rest ? noise / (wanted - rest) : most_s;
+    found = first;
+    for (int i = 0; i < CORRECTIONS && !status; i++) {
+        if (next_s < SHORTEST_S && found < wanted) scale_amplitudes(d, sqrt(found / wanted));
+        found = predict_for(d, fmax(fmin(next_s, most_s), SHORTEST_S), e, &status, error);
+        bool at_most = t->duration_s > most_s - SECONDS_STEP && found > wanted;
+        if (at_most || fabs(sqrt(found / wanted) - 1.0) < CLOSE || !(wanted > rest) || !isfinite(found)) break;
+        next_s = t->duration_s * fmax(found - rest, 0.0) / (wanted - rest);
+    }
+    result->reached = e->worst_pct < (1.0 + REACHED) * wanted_pct;
+    return status;
+}
+
+static int begin(struct design *d, enum proposal_kind kind, const struct loop_survey *survey, const struct params *params, struct error *error) {
+    static const double neutral[DOFS] = {0};
+    struct kinematics k;
+    double highest = highest_hz(survey);
+    *d = (struct design){.survey = survey, .params = params, .trial = *params, .exact = *params};
+    d->exact.model.tolerance.joints_m = 0.0;
+    if (!survey->determined) return error_set(error, STATUS_USAGE, "the lowest eigenfrequency is not determined");
+    if (!(highest > LOWEST_HZ))
+        return error_set(error, STATUS_USAGE, "eigenfrequencies so low leave no test above the survey's lowest line, %g Hz", LOWEST_HZ);
+    int status = kinematics_init(&k, params, error);
+    ik_jacobian(&k, neutral, d->jacobian);
+    d->trial.tests.count = DOFS;
+    d->trial.tests.multisine = kind == PROPOSAL_MULTISINE;
+    for (int i = 0; i < DOFS; i++) {
+        double spaced = SPREAD + (1.0 - SPREAD) * i / (DOFS - 1);
+        d->trial.tests.order[i] = (enum dof)i;
+        d->share[i] = 1.0;
+        for (int leg = 0; leg < LEGS; leg++) d->leg_per_axis[i] = fmax(d->leg_per_axis[i], fabs(d->jacobian[leg][i]));
+        d->trial.tests.hz[i] = kind == PROPOSAL_MULTISINE ? floor_to(HZ_STEP, spaced * highest) : sine_hz(survey, params, (enum dof)i, highest);
+    }
+    return status;
+}
+
+int propose(enum proposal_kind kind, const struct loop_survey *survey, const struct params *params, double wanted_pct, struct proposal *result,
+            struct error *error) {
+    struct design *d = malloc(sizeof *d);
+    *result = (struct proposal){0};
+    if (!d) return error_set(error, STATUS_IO, "out of memory");
+    int status = begin(d, kind, survey, params, &result->none);
+    if (!status && kind == PROPOSAL_MULTISINE) status = search(d, MARGIN * multisine_rate_limit_mps(params), result, &result->none);
+    else if (!status) set_amplitudes(d, OF_PEAK * survey->multisine.peak_mps), keep_apart(d);
+    if (!status) status = limit(d, &result->none);
+    if (!status) status = find_duration(d, wanted_pct, result, &result->none);
+    result->tests = d->trial.tests;
+    free(d);
+    if (status == STATUS_IO) *error = result->none;
+    return status == STATUS_IO ? status : STATUS_OK;
+}
+
+static int list(char *text, int size, const char *key, const double *value, int count) {
+    int n = snprintf(text, (size_t)size, " --set tests.%s=", key);
+    for (int i = 0; i < count && n < size; i++) n += snprintf(text + n, (size_t)(size - n), "%s%.6g", i ? "," : "", value[i]);
+    return n < size ? n : size;
+}
+
+void proposal_options(const struct proposal *p, char *text, int size) {
+    const struct test_params *t = &p->tests;
+    int n = snprintf(text, (size_t)size, "--tests x,y,z,phi,theta,psi --set tests.multisine=%s", t->multisine ? "true" : "false");
+    n += list(text + n, size - n, "frequency_hz", t->hz, DOFS);
+    n += list(text + n, size - n, "amplitude_m", t->amplitude, DOF_PHI);
+    n += list(text + n, size - n, "amplitude_rad", t->amplitude + DOF_PHI, DOFS - DOF_PHI);
+    list(text + n, size - n, "duration_s", &t->duration_s, 1);
+}

@@ -1,0 +1,199 @@
+#include "survey_report.h"
+
+#include <jansson.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "force.h"
+#include "kinematics.h"
+#include "lin.h"
+#include "units.h"
+
+static const char *const kind_names[PROPOSALS] = {"six sines", "multisine"}, *const kind_keys[PROPOSALS] = {"sines", "multisine"};
+enum { OPTIONS_SIZE = 600, DRAWS = 3 };
+
+static double largest(const double *x) {
+    double most = 0.0;
+    for (int k = 0; k < LEGS; k++) most = fmax(most, x[k]);
+    return most;
+}
+
+/* Leg forces for an acceleration of 1 m/s^2 or rad/s^2 of an axis: J'^-1 Mt. The largest. */
+static double leg_force_per_acceleration(const struct loop_survey *s, double j[LEGS][DOFS], enum dof dof) {
+    double wrench[DOFS], force[LEGS], most = 0.0;
+    for (int i = 0; i < DOFS; i++) wrench[i] = s->inertia.matrix.mt[i][dof];
+    lin_solve_right(LEGS, 1, j[0], wrench, force);
+    for (int k = 0; k < LEGS; k++) most = fmax(most, fabs(force[k]));
+    return s->determined ? most : (double)NAN;
+}
+
+static struct test_judgement judge(const struct survey_report *r, double j[LEGS][DOFS], enum dof dof) {
+    static const double neutral[DOFS] = {0};
+    const struct loop_survey *s = &r->survey;
+    struct cylinder_areas area = cylinder_areas(&r->asked.actuator);
+    struct kinematics k;
+    struct error ignored;
+    double noise_n[LEGS], leg = 0.0, hz = r->asked.tests.hz[dof], amplitude = r->asked.tests.amplitude[dof];
+    double rounding_m = r->asked.sensors.enabled ? r->asked.sensors.position_resolution_m / sqrt(12.0) : 0.0;
+    if (!kinematics_init(&k, &r->asked, &ignored)) ik_jacobian(&k, neutral, j);
+    for (int i = 0; i < LEGS; i++) {
+        leg = fmax(leg, fabs(j[i][dof]));
+        noise_n[i] = hypot(area.a1_m2[i] * s->noise_pa[0][i], area.a2_m2[i] * s->noise_pa[1][i]);
+    }
+    struct test_judgement t = {.hz = hz, .amplitude = amplitude, .of_oil = hz / loop_survey_oil_hz(s), .of_loop = hz / loop_survey_loop_hz(s),
+                               .follow = cabs(loop_survey_follow(s, dof, hz)), .leg_m = leg * amplitude,
+                               .leg_n = leg_force_per_acceleration(s, j, dof) * amplitude * pow(2.0 * PI * hz, 2.0),
+                               .noise_m = fmax(largest(s->noise_m), rounding_m), .noise_n = largest(noise_n)};
+    t.below = t.of_oil < 1.0 && !(t.of_loop >= 1.0);
+    t.above_floor = t.leg_m > t.noise_m && t.leg_n > t.noise_n;
+    return t;
+}
+
+int survey_report_make(struct survey_report *r, const struct multisine *multisine, const struct recording *recording,
+                       const struct method_c *inertia, const struct params *asked, double wanted_pct, struct error *error) {
+    double j[LEGS][DOFS] = {{0}};
+    *r = (struct survey_report){.asked = *asked, .wanted_pct = wanted_pct};
+    int status = loop_survey(&r->survey, multisine, recording, inertia, error);
+    if (status) return status;
+    for (int i = 0; i < DOFS; i++) r->test[i] = judge(r, j, (enum dof)i);
+    if (!r->survey.determined) {
+        error_set(&r->no_prediction, STATUS_USAGE, "the inertia or a leg's stiffness is not determined");
+        for (int i = 0; i < PROPOSALS; i++) r->proposal[i].none = r->no_prediction;
+        return STATUS_OK;
+    }
+    status = excitation_predict(&r->survey, &r->asked, &r->asked.tests, DRAWS, &r->configured, &r->no_prediction);
+    for (int i = 0; i < PROPOSALS && status != STATUS_IO; i++)
+        status = propose((enum proposal_kind)i, &r->survey, &r->asked, wanted_pct, &r->proposal[i], &r->no_prediction);
+    if (status == STATUS_IO) *error = r->no_prediction;
+    return status == STATUS_IO ? status : STATUS_OK;
+}
+
+static void print_number(FILE *out, int width, int digits, double x) {
+    if (isnan(x)) fprintf(out, " %*s", width, "-");
+    else fprintf(out, " %*.*f", width, digits, x);
+}
+
+static void print_modes(const struct loop_survey *s, FILE *out) {
+    fprintf(out, "mode  mostly  oil columns Hz     std  closed loop Hz  damping ratio\n");
+    for (int i = 0; i < DOFS; i++) {
+        fprintf(out, "%-4d  %-6s", i + 1, s->determined ? dof_names[s->mode[i].dof] : "-");
+        print_number(out, 15, 2, s->mode[i].hz);
+        print_number(out, 7, 2, s->mode[i].hz_std);
+        print_number(out, 15, 2, s->loop[i].hz);
+        print_number(out, 14, 2, s->loop[i].damping);
+        fprintf(out, "\n");
+    }
+    if (!s->determined) fprintf(out, "no eigenfrequency: Mt or a leg's stiffness is not determined by these data (-)\n");
+    fprintf(out, "legs 1..6: stiffness   ");
+    for (int k = 0; k < LEGS; k++) print_number(out, 6, 2, s->leg[k].stiffness * 1e-6);
+    fprintf(out, " N/um\n           delay       ");
+    for (int k = 0; k < LEGS; k++) print_number(out, 6, 2, s->leg[k].delay_s * 1e3);
+    fprintf(out, " ms, sample to spool\n");
+}
+
+static const char *words_of(const struct test_judgement *t) {
+    if (isnan(t->of_oil)) return "not judged: no eigenfrequency";
+    if (!t->below) return "NOT BELOW the lowest eigenfrequency";
+    return t->above_floor ? "below them, above the floor" : "BELOW the sensors' floor";
+}
+
+static void print_tests(const struct survey_report *r, FILE *out) {
+    const struct test_judgement *any = &r->test[0];
+    fprintf(out, "\ntests as configured; the sensors' floor is %.3g um of a leg and %.3g N\n", any->noise_m * 1e6, any->noise_n);
+    fprintf(out, "axis   Hz    of oil  of loop  reached  leg um  leg N\n");
+    for (int i = 0; i < r->asked.tests.count; i++) {
+        enum dof dof = r->asked.tests.order[i];
+        const struct test_judgement *t = &r->test[dof];
+        fprintf(out, "%-6s %-5.3g", dof_names[dof], t->hz);
+        print_number(out, 6, 2, t->of_oil);
+        print_number(out, 8, 2, t->of_loop);
+        fprintf(out, " %8.2f %7.0f", t->follow, t->leg_m * 1e6);
+        print_number(out, 6, 0, t->leg_n);
+        fprintf(out, "  %s\n", words_of(t));
+    }
+    if (r->no_prediction.status) fprintf(out, "its deviation: not predicted: %s\n", r->no_prediction.text);
+    else if (isinf(r->configured.worst_pct)) fprintf(out, "some entry of Mt would not be determined\n");
+    else fprintf(out, "worst entry Mt(%d,%d): std %.2f %% of sqrt(Mii Mjj), predicted\n", r->configured.row + 1, r->configured.column + 1,
+                 r->configured.worst_pct);
+}
+
+static void print_proposal(const struct proposal *p, const char *name, double wanted_pct, FILE *out) {
+    char options[OPTIONS_SIZE];
+    if (p->none.status) {
+        fprintf(out, "%-9s none: %s\n", name, p->none.text);
+        return;
+    }
+    proposal_options(p, options, sizeof options);
+    fprintf(out, "%-9s std %.3g %% predicted, worst entry Mt(%d,%d), %g s%s evaluated\n", name, p->predicted.worst_pct, p->predicted.row + 1,
+            p->predicted.column + 1, p->tests.duration_s, p->tests.multisine ? "" : " an axis");
+    if (!p->reached) fprintf(out, "          NOT the %.3g %% wanted: no longer test comes nearer\n", wanted_pct);
+    if (p->tests.multisine) fprintf(out, "          excitation: worst entry %.3g %% with equal rates, %.3g %% as shared out\n", p->start_pct, p->best_pct);
+    fprintf(out, "          hexid run %s\n", options);
+}
+
+void survey_report_print(const struct survey_report *r, FILE *out) {
+    const struct multisine *m = &r->survey.multisine;
+    fprintf(out, "survey    %d lines from %g to %g Hz, legs at most %.3f m/s\n", m->lines, m->line[0].hz, m->line[m->lines - 1].hz, m->peak_mps);
+    print_modes(&r->survey, out);
+    print_tests(r, out);
+    fprintf(out, "\nfor a std of %g %% of sqrt(Mii Mjj) in the worst entry of Mt\n", r->wanted_pct);
+    for (int i = 0; i < PROPOSALS; i++) print_proposal(&r->proposal[i], kind_names[i], r->wanted_pct, out);
+    fprintf(out, "\n");
+}
+
+/* A number that JSON cannot hold is null. */
+static json_t *number(double x) { return isfinite(x) ? json_real(x) : json_null(); }
+
+static json_t *modes_json(const struct loop_survey *s) {
+    json_t *array = json_array();
+    for (int i = 0; i < DOFS; i++)
+        json_array_append_new(array, json_pack("{so so so so so}", "dof", s->determined ? json_string(dof_names[s->mode[i].dof]) : json_null(),
+                                               "oil_hz", number(s->mode[i].hz), "oil_std_hz", number(s->mode[i].hz_std), "loop_hz",
+                                               number(s->loop[i].hz), "loop_damping", number(s->loop[i].damping)));
+    return array;
+}
+
+static json_t *legs_json(const struct loop_survey *s) {
+    json_t *array = json_array();
+    for (int k = 0; k < LEGS; k++)
+        json_array_append_new(array, json_pack("{so so so so so so so}", "stiffness_n_per_m", number(s->leg[k].stiffness), "stiffness_std_n_per_m",
+                                               number(s->leg[k].stiffness_std), "delay_s", number(s->leg[k].delay_s), "misfit",
+                                               number(s->leg[k].misfit), "noise_m", number(s->noise_m[k]), "noise_p1_pa",
+                                               number(s->noise_pa[0][k]), "noise_p2_pa", number(s->noise_pa[1][k])));
+    return array;
+}
+
+static json_t *tests_json(const struct survey_report *r) {
+    json_t *object = json_object();
+    for (int i = 0; i < r->asked.tests.count; i++) {
+        const struct test_judgement *t = &r->test[r->asked.tests.order[i]];
+        json_object_set_new(object, dof_names[r->asked.tests.order[i]],
+                            json_pack("{so so so so so so so so sb sb}", "frequency_hz", number(t->hz), "of_oil", number(t->of_oil), "of_loop",
+                                      number(t->of_loop), "reached", number(t->follow), "leg_m", number(t->leg_m), "leg_n", number(t->leg_n),
+                                      "noise_m", number(t->noise_m), "noise_n", number(t->noise_n), "below", t->below, "above_floor", t->above_floor));
+    }
+    return object;
+}
+
+static json_t *proposal_json(const struct proposal *p) {
+    char options[OPTIONS_SIZE];
+    if (p->none.status) return json_pack("{ss}", "none", p->none.text);
+    proposal_options(p, options, sizeof options);
+    return json_pack("{ss so sb so so so}", "options", options, "predicted_pct", number(p->predicted.worst_pct), "reached", p->reached,
+                     "duration_s", number(p->tests.duration_s), "start_pct", p->tests.multisine ? number(p->start_pct) : json_null(), "best_pct",
+                     p->tests.multisine ? number(p->best_pct) : json_null());
+}
+
+char *survey_report_json(const struct survey_report *r, char *identification) {
+    json_t *root = identification ? json_loads(identification, 0, NULL) : NULL, *proposals = json_object();
+    free(identification);
+    for (int i = 0; i < PROPOSALS; i++) json_object_set_new(proposals, kind_keys[i], proposal_json(&r->proposal[i]));
+    json_t *survey = json_pack("{ss so so so so so so}", "schema", "hexid.survey/1", "modes", modes_json(&r->survey), "legs",
+                               legs_json(&r->survey), "tests", tests_json(r), "configured_pct",
+                               number(r->no_prediction.status ? (double)NAN : r->configured.worst_pct), "wanted_pct", number(r->wanted_pct),
+                               "proposals", proposals);
+    bool fits = root && survey && !json_object_set_new(root, "survey", survey);
+    char *text = fits ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
+    json_decref(root);
+    return text;
+}

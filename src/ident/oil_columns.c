@@ -1,0 +1,254 @@
+#include "oil_columns.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "dense.h"
+#include "force.h"
+#include "kinematics.h"
+#include "lin.h"
+#include "units.h"
+
+enum { PUSH, GAIN, OWN, OTHER, UNKNOWNS };
+enum { PASSES = 3, DELAYS = 24, REFINEMENTS = 16 };
+static const double DELAY_STEP_S = 0.5e-3; /* 12 ms in all: a valve of 20 Hz, or three cycles of 2 ms on a bus */
+static const double FLOW_ERROR = 0.02;     /* of the piston's flow: what the root law does not meet */
+static const double UNDETERMINED = 0.05, MISFIT_MOST = 2.0;
+static const double GOLDEN = 0.61803398874989485;
+
+/* One leg's lines. */
+struct leg_data {
+    const struct multisine_mean *mean;
+    const struct params *params;
+    int leg;
+    double complex length[MULTISINE_LINES], pressure[2][MULTISINE_LINES];
+    double *flow;           /* [samples] */
+    double *opening;        /* [samples] */
+};
+
+static double root(double drop_pa) { return sqrt(fmax(drop_pa, 0.0)); }
+
+/* q of a chamber. */
+static double flow_of(const struct hydraulics_params *h, int chamber, double opening, double pressure_pa) {
+    double filling = root(h->supply_pa - pressure_pa), emptying = root(pressure_pa - h->tank_pa);
+    double extends = fmax(opening, 0.0), retracts = fmin(opening, 0.0);
+    return chamber ? -extends * emptying - retracts * filling : extends * filling + retracts * emptying;
+}
+
+static double pressure_of(const struct recording_sample *s, int chamber, int leg) { return chamber ? s->p2_pa[leg] : s->p1_pa[leg]; }
+
+static void delay_command(struct leg_data *d, double delay_s) {
+    int n = d->mean->multisine->samples;
+    double ago = delay_s / d->mean->multisine->step_s, part = ago - floor(ago);
+    for (int i = 0; i < n; i++) {
+        int later = (i - (int)floor(ago) + n) % n, earlier = (later - 1 + n) % n;
+        d->opening[i] = (1.0 - part) * d->mean->sample[later].valve[d->leg] + part * d->mean->sample[earlier].valve[d->leg];
+    }
+}
+
+/* Of one component of an amplitude: noise that the mean of the passes makes smaller, and rounding, which may be the same in all of them. */
+static double amplitude_std(const struct multisine_mean *mean, double noise, double step) {
+    return hypot(noise / sqrt(mean->passes), step / sqrt(12.0)) * sqrt(2.0 / mean->multisine->samples);
+}
+
+/* Of a line's row, in Pa/s: both sensors' noise, and what the root law does not meet of the piston's flow. */
+static double row_std(const struct leg_data *d, int chamber, int line, double push, double complex rate) {
+    const struct sensor_params *s = &d->params->sensors;
+    double w = 2.0 * PI * d->mean->multisine->line[line].hz, step_m = s->enabled ? s->position_resolution_m : 0.0;
+    double pressure = w * amplitude_std(d->mean, d->mean->noise_pa[chamber][d->leg], 0.0);
+    double piston = w * push * amplitude_std(d->mean, d->mean->noise_m[d->leg], step_m);
+    return hypot(hypot(pressure, piston), FLOW_ERROR * push * cabs(rate));
+}
+
+/* Rows of a chamber at a line, as complex numbers: coefficients, then what they are to explain. */
+static void fill_row(const struct leg_data *d, int chamber, int line, double complex flow, double complex row[UNKNOWNS + 1]) {
+    double complex jw = CMPLX(0.0, 2.0 * PI * d->mean->multisine->line[line].hz), rate = jw * d->length[line];
+    row[PUSH] = chamber ? rate : -rate;
+    row[GAIN] = flow;
+    row[OWN] = -d->pressure[chamber][line];
+    row[OTHER] = d->pressure[!chamber][line];
+    row[UNKNOWNS] = jw * d->pressure[chamber][line];
+}
+
+struct fit {
+    double value[UNKNOWNS], std[UNKNOWNS], square; /* square: sum of the weighted rest's */
+};
+
+/* Columns are scaled to unit length first: they are of very different units. */
+static bool solve(int rows, double a[][UNKNOWNS + 1], struct fit *fit) {
+    double size[UNKNOWNS] = {0}, product[UNKNOWNS][UNKNOWNS] = {{0}}, x[UNKNOWNS] = {0};
+    for (int c = 0; c < UNKNOWNS; c++) {
+        for (int r = 0; r < rows; r++) size[c] += a[r][c] * a[r][c];
+        size[c] = sqrt(size[c]);
+    }
+    for (int r = 0; r < rows; r++)
+        for (int c = 0; c < UNKNOWNS; c++) {
+            x[c] += a[r][c] / size[c] * a[r][UNKNOWNS];
+            for (int e = 0; e < UNKNOWNS; e++) product[c][e] += a[r][c] / size[c] * a[r][e] / size[e];
+        }
+    if (!dense_factor(UNKNOWNS, UNKNOWNS, product[0])) return false;
+    dense_solve(UNKNOWNS, UNKNOWNS, product[0], x);
+    fit->square = 0.0;
+    for (int r = 0; r < rows; r++) {
+        double rest = a[r][UNKNOWNS];
+        for (int c = 0; c < UNKNOWNS; c++) rest -= a[r][c] / size[c] * x[c];
+        fit->square += rest * rest;
+    }
+    for (int c = 0; c < UNKNOWNS; c++) {
+        double unit[UNKNOWNS] = {0};
+        unit[c] = 1.0;
+        dense_solve(UNKNOWNS, UNKNOWNS, product[0], unit);
+        fit->value[c] = x[c] / size[c];
+        fit->std[c] = sqrt(unit[c]) / size[c] * sqrt(fmax(fit->square / (rows - UNKNOWNS), 1.0));
+    }
+    return isfinite(fit->square);
+}
+
+static bool fit_chamber(struct leg_data *d, int chamber, struct fit *fit) {
+    const struct multisine *m = d->mean->multisine;
+    double rows[2 * MULTISINE_LINES][UNKNOWNS + 1];
+    double complex row[UNKNOWNS + 1], flow[MULTISINE_LINES];
+    for (int i = 0; i < m->samples; i++)
+        d->flow[i] = flow_of(&d->params->hydraulics, chamber, d->opening[i], pressure_of(&d->mean->sample[i], chamber, d->leg));
+    for (int i = 0; i < m->lines; i++) flow[i] = multisine_amplitude(d->mean, i, d->flow);
+    *fit = (struct fit){0};
+    for (int pass = 0; pass < PASSES; pass++) {
+        for (int i = 0; i < m->lines; i++) {
+            fill_row(d, chamber, i, flow[i], row);
+            double std = row_std(d, chamber, i, fit->value[PUSH], row[PUSH]);
+            for (int c = 0; c <= UNKNOWNS; c++) rows[2 * i][c] = creal(row[c]) / std, rows[2 * i + 1][c] = cimag(row[c]) / std;
+        }
+        if (!solve(2 * m->lines, rows, fit)) return false;
+    }
+    return true;
+}
+
+static double fit_delayed(struct leg_data *d, double delay_s, struct fit fit[2]) {
+    delay_command(d, delay_s);
+    return fit_chamber(d, 0, &fit[0]) && fit_chamber(d, 1, &fit[1]) ? fit[0].square + fit[1].square : HUGE_VAL;
+}
+
+/* Both chambers have one spool. */
+static double find_delay(struct leg_data *d, struct fit fit[2]) {
+    double best_s = 0.0, least = HUGE_VAL;
+    for (int i = 0; i <= DELAYS; i++) {
+        double square = fit_delayed(d, i * DELAY_STEP_S, fit);
+        if (square < least) least = square, best_s = i * DELAY_STEP_S;
+    }
+    double low = fmax(best_s - DELAY_STEP_S, 0.0), high = best_s + DELAY_STEP_S;
+    for (int i = 0; i < REFINEMENTS; i++) {
+        double left = high - GOLDEN * (high - low), right = low + GOLDEN * (high - low);
+        if (fit_delayed(d, left, fit) < fit_delayed(d, right, fit)) high = right;
+        else low = left;
+    }
+    fit_delayed(d, 0.5 * (low + high), fit);
+    return isfinite(least) ? 0.5 * (low + high) : (double)NAN;
+}
+
+/* About the mean of command and pressures. */
+static void linearise(const struct leg_data *d, int chamber, struct oil_chamber *c) {
+    const struct hydraulics_params *h = &d->params->hydraulics;
+    double opening = 0.0, pressure_pa = 0.0, step = 1e-3, step_pa = 1e3;
+    int n = d->mean->multisine->samples;
+    for (int i = 0; i < n; i++) {
+        opening += d->mean->sample[i].valve[d->leg] / n;
+        pressure_pa += pressure_of(&d->mean->sample[i], chamber, d->leg) / n;
+    }
+    c->open = c->gain * (flow_of(h, chamber, opening + step, pressure_pa) - flow_of(h, chamber, opening - step, pressure_pa)) / (2.0 * step);
+    c->sag = c->own - c->gain * (flow_of(h, chamber, opening, pressure_pa + step_pa) - flow_of(h, chamber, opening, pressure_pa - step_pa)) /
+                      (2.0 * step_pa);
+}
+
+static void find_leg(struct leg_data *d, struct oil_leg *leg) {
+    struct cylinder_areas area = cylinder_areas(&d->params->actuator);
+    double a1 = area.a1_m2[d->leg], a2 = area.a2_m2[d->leg];
+    const struct multisine_mean *mean = d->mean;
+    int lines = mean->multisine->lines;
+    struct fit fit[2];
+    for (int i = 0; i < mean->multisine->samples; i++) d->flow[i] = mean->sample[i].length_m[d->leg];
+    for (int i = 0; i < lines; i++) d->length[i] = multisine_amplitude(mean, i, d->flow);
+    for (int c = 0; c < 2; c++) {
+        for (int i = 0; i < mean->multisine->samples; i++) d->flow[i] = pressure_of(&mean->sample[i], c, d->leg);
+        for (int i = 0; i < lines; i++) d->pressure[c][i] = multisine_amplitude(mean, i, d->flow);
+    }
+    leg->delay_s = find_delay(d, fit);
+    leg->misfit = sqrt((fit[0].square + fit[1].square) / (2.0 * (2 * lines - UNKNOWNS)));
+    for (int c = 0; c < 2; c++) {
+        struct oil_chamber *o = &leg->chamber[c];
+        *o = (struct oil_chamber){.push = fit[c].value[PUSH], .push_std = fit[c].std[PUSH], .gain = fit[c].value[GAIN],
+                                  .own = fit[c].value[OWN], .other = fit[c].value[OTHER]};
+        linearise(d, c, o);
+    }
+    leg->stiffness = a1 * leg->chamber[0].push + a2 * leg->chamber[1].push;
+    leg->stiffness_std = hypot(a1 * leg->chamber[0].push_std, a2 * leg->chamber[1].push_std);
+    bool known = leg->stiffness_std < UNDETERMINED * leg->stiffness && leg->delay_s < DELAYS * DELAY_STEP_S && leg->misfit < MISFIT_MOST;
+    if (!known) leg->stiffness = leg->stiffness_std = NAN;
+}
+
+int oil_columns_find(const struct multisine_mean *mean, const struct params *params, struct oil_leg leg[LEGS], struct error *error) {
+    struct leg_data *d = calloc(1, sizeof *d);
+    size_t samples = (size_t)mean->multisine->samples;
+    double *series = malloc(2 * samples * sizeof *series);
+    int status = d && series ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
+    for (int k = 0; k < LEGS && !status; k++) {
+        *d = (struct leg_data){.mean = mean, .params = params, .leg = k, .flow = series, .opening = series + samples};
+        find_leg(d, &leg[k]);
+    }
+    free(series);
+    free(d);
+    return status;
+}
+
+/* Its largest axis 1, and what the legs do in it. */
+static void describe(struct oil_mode *mode, const struct kinematics *k, double j[LEGS][DOFS]) {
+    double most = 0.0;
+    for (int i = 0; i < DOFS; i++) {
+        double size = fabs(mode->shape[i]) * (i < DOF_PHI ? 1.0 : k->arm_m);
+        if (size > most) most = size, mode->dof = (enum dof)i;
+    }
+    double unit = mode->shape[mode->dof];
+    for (int i = 0; i < DOFS; i++) mode->shape[i] /= unit;
+    for (int leg = 0; leg < LEGS; leg++) {
+        mode->motion[leg] = 0.0;
+        for (int i = 0; i < DOFS; i++) mode->motion[leg] += j[leg][i] * mode->shape[i];
+    }
+}
+
+/* First order: the square of the frequency is a quotient of two quadratic forms of the shape. */
+static void measure(struct oil_mode *mode, const struct oil_leg leg[LEGS], double mt[DOFS][DOFS], double mt_std[DOFS][DOFS]) {
+    double mass = 0.0, mass_variance = 0.0, spring = 0.0, spring_variance = 0.0, motion = 0.0;
+    for (int i = 0; i < DOFS; i++)
+        for (int c = 0; c <= i; c++) {
+            double share = (c < i ? 2.0 : 1.0) * mode->shape[i] * mode->shape[c];
+            mass += share * mt[i][c], mass_variance += pow(share * mt_std[i][c], 2.0);
+        }
+    for (int k = 0; k < LEGS; k++) {
+        double square = mode->motion[k] * mode->motion[k];
+        motion += square, spring += square * leg[k].stiffness, spring_variance += pow(square * leg[k].stiffness_std, 2.0);
+    }
+    mode->mass_kg = mass / motion;
+    mode->hz = sqrt(spring / mass) / (2.0 * PI);
+    mode->hz_std = 0.5 * mode->hz * hypot(sqrt(mass_variance) / mass, sqrt(spring_variance) / spring);
+}
+
+bool oil_columns_modes(const struct oil_leg leg[LEGS], const struct params *params, double mt[DOFS][DOFS], double mt_std[DOFS][DOFS],
+                       struct oil_mode mode[DOFS]) {
+    static const double neutral[DOFS] = {0};
+    struct kinematics k;
+    struct error ignored;
+    double j[LEGS][DOFS], spring[DOFS][DOFS] = {{0}}, value[DOFS], shape[DOFS][DOFS];
+    for (int i = 0; i < DOFS; i++) mode[i] = (struct oil_mode){.hz = (double)NAN, .hz_std = (double)NAN};
+    if (kinematics_init(&k, params, &ignored)) return false;
+    ik_jacobian(&k, neutral, j);
+    for (int l = 0; l < LEGS; l++)
+        for (int r = 0; r < DOFS; r++)
+            for (int c = 0; c < DOFS; c++) spring[r][c] += leg[l].stiffness * j[l][r] * j[l][c];
+    if (lin_eigenvectors(DOFS, spring[0], mt[0], value, shape[0])) return false;
+    for (int i = 0; i < DOFS; i++) {
+        memcpy(mode[i].shape, shape[i], sizeof shape[i]);
+        describe(&mode[i], &k, j);
+        measure(&mode[i], leg, mt, mt_std);
+    }
+    return true;
+}

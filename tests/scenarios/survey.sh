@@ -1,0 +1,54 @@
+#!/bin/bash
+# hexid run --survey: eigenfrequencies, whether the configured tests are below them and above the sensors' floor, and tests for a wanted standard
+# deviation, which reach it when they are run. The eigenfrequencies against the plant's linearisation: tests/test_loop_survey.c.
+. tests/scenarios/lib
+skip_under 'asan|tsan' "a survey" "minutes under a sanitizer"
+
+says() { for words in "$@"; do grep -qE -- "$words" "$work/out" || { echo "missing: $words"; cat "$work/out"; return 1; }; done; }
+moved() { [ ! -e "$work/moved.lcm" ] || { echo "a log was begun"; return 1; }; }
+refused() { refuses 2 "$1" quick --log "$work/moved.lcm" "${@:2}" && moved; }
+value() { "$python" -c 'import json, sys; print(eval(sys.argv[2], {"r": json.load(open(sys.argv[1])), "abs": abs}))' "$@"; }
+holds() { [ "$(value "$@")" = True ] || { echo "$2: not so"; cat "$work/out"; return 1; }; }
+
+claim "a deviation without a survey: refused" refused "--std --survey" --std 1
+claim "a deviation that is no number: refused" refused "--std some per cent" --survey --std some
+claim "a deviation of nothing: refused" refused "--std 0 per cent" --survey --std 0
+claim "a survey and a trajectory: refused" refused "--survey --trajectory" --survey --trajectory x.csv
+claim "a survey of one axis: refused" refused "mechanism: axis six legs" -c config/axis.yaml --survey
+claim "a loop that is too slow for the lines: refused, with the key" refused "--survey loop.period_s" --survey --set loop.period_s=0.01 --set sim.substeps=40 \
+    --set limits.sensor_age_s=0.05 --set limits.blind_time_s=0.3
+claim "a survey beyond the stroke: refused before it moves, with leg, value, limit and key" \
+    refused "--survey leg length limit limits.length_max_m limits.leg_rate_mps" --survey --set limits.length_max_m=1.833 --set tests.amplitude_m=0.0001 --set tests.amplitude_rad=0.0001
+
+surveyed() {
+    ends 0 quick --survey --std 1 --json "$work/s.json" --log "$work/s.lcm" >"$work/out" && says '^survey +36 lines' 'verdict +pass' &&
+        holds "$work/s.json" 'abs(r["survey"]["modes"][0]["oil_hz"] / 21.24 - 1) < 0.05 and abs(r["survey"]["modes"][0]["loop_hz"] / 10.43 - 1) < 0.05' &&
+        holds "$work/s.json" 'all(t["below"] and t["above_floor"] for t in r["survey"]["tests"].values())'
+}
+claim "a survey: oil columns and loop within 5 % of the linearised plant's, and the paper's tests are below them and above the floor" surveyed
+claim "its log is one of any motion: identify takes it" eval '"$hexid" identify "$work/s.lcm" >"$work/out" && says "method C"'
+
+# Its entry of the largest deviation, in per cent of sqrt(Mii Mjj), is what was wanted, within a fifth.
+worst='max(100 * r["method_c"]["std"][i][j] / (r["method_c"]["Mt"][i][i] * r["method_c"]["Mt"][j][j]) ** 0.5 for i in range(6) for j in range(6))'
+reaches() {
+    "$hexid" run --fast --set sim.engine=closed_form --set lcm.url= --seed 7 --json "$work/$1.json" \
+        $(value "$work/s.json" "r['survey']['proposals']['$1']['options']") >"$work/out" || { cat "$work/out"; return 1; }
+    echo "wanted 1 %, predicted $(value "$work/s.json" "r['survey']['proposals']['$1']['predicted_pct']"), reached $(value "$work/$1.json" "$worst")"
+    holds "$work/s.json" "r['survey']['proposals']['$1']['reached']" && holds "$work/$1.json" "abs($worst - 1) < 0.2"
+}
+claim "the six sines proposed for 1 %: verdict pass, and 1 % within a fifth" reaches sines
+claim "the multisine proposed for 1 %: verdict pass, and 1 % within a fifth" reaches multisine
+claim "sharing out the multisine's amplitudes and frequencies lowers its worst entry by a tenth at least" \
+    holds "$work/s.json" 'r["survey"]["proposals"]["multisine"]["best_pct"] < 0.9 * r["survey"]["proposals"]["multisine"]["start_pct"]'
+
+wrong_tests() {
+    ends 0 quick --survey --std 5 --set tests.frequency_hz=4,4,4,4,25,4 --set tests.amplitude_m=0.00001,0.004,0.004 --set tests.amplitude_rad=0.0002 \
+        >"$work/out" && says '^x .*BELOW the sensors. floor' '^y .*below them, above' '^theta +25 .*NOT BELOW the lowest eigenfrequency'
+}
+claim "a test above the eigenfrequencies and one below the sensors' floor: said" wrong_tests
+
+nothing() {
+    ends 1 quick --survey --set sensors.position_resolution_m=0.0008 --json "$work/n.json" >"$work/out" &&
+        says 'verdict +not_evaluated' 'no eigenfrequency' 'none: ' && holds "$work/n.json" 'r["survey"]["modes"][0]["oil_hz"] is None'
+}
+claim "sensors too coarse for it: no eigenfrequency is determined, no number, no proposal" nothing

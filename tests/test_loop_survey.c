@@ -1,0 +1,306 @@
+/* A survey of the simulated platform against the platform's own linearisation: the machine's equations differentiated by finite differences, with
+ * the controller in the loop, and the eigenvalues of that. */
+#include "platform_rig.h"
+
+#include <complex.h>
+#include <stdlib.h>
+
+#include "closed_form.h"
+#include "loop_survey.h"
+#include "pid.h"
+#include "recording_check.h"
+#include "trajectory_file.h"
+
+enum { BODY = 2 * DOFS, OPEN = BODY + 4 * LEGS, CLOSED = OPEN + 4 * LEGS, SUBSTEPS = 8 };
+
+/* The machine at its working point, and its controllers. */
+struct linear {
+    const struct params *params;
+    struct closed_form *machine;
+    struct pid pid[LEGS];
+    double valve[LEGS], neutral_m[LEGS];
+    double (*map)[CLOSED]; /* [size] from one instant to the next, dt_s later */
+    int size;
+    double dt_s;
+};
+
+static void cycle(struct linear *l) {
+    struct instant now;
+    rigid_legs(&l->machine->rigid, &l->machine->state.body, &now.legs);
+    for (int k = 0; k < LEGS; k++)
+        l->valve[k] = pid_step(&l->pid[k], &l->params->control, l->params->loop.period_s, l->neutral_m[k], now.legs.length[k],
+                               cylinder_hydraulic_force(&l->machine->cylinder, k, &l->machine->state.hydraulics.cylinder[k]));
+    const struct drive drive = {.valve = l->valve};
+    for (int i = 0; i < SUBSTEPS; i++)
+        closed_form_rk4(l->machine, &l->machine->state, l->params->loop.period_s / SUBSTEPS, &drive, &l->machine->state);
+}
+
+static void get(const struct linear *l, double *y) {
+    const union system *s = &l->machine->state;
+    rigid_pose(&s->body, y);
+    memcpy(y + DOFS, s->body.twist, sizeof s->body.twist);
+    for (int k = 0; k < LEGS; k++) {
+        const struct cylinder_state *c = &s->hydraulics.cylinder[k];
+        double *own = y + BODY + 4 * k, *control = y + OPEN + 4 * k;
+        own[0] = c->p1_pa, own[1] = c->p2_pa, own[2] = c->spool, own[3] = c->spool_rate;
+        if (l->size == CLOSED)
+            control[0] = l->pid[k].integral, control[1] = l->pid[k].derivative_mps, control[2] = l->pid[k].force_lp_n, control[3] = l->pid[k].error_m;
+    }
+}
+
+static void set(struct linear *l, const double *y) {
+    union system *s = &l->machine->state;
+    rigid_rest(&s->body, y);
+    memcpy(s->body.twist, y + DOFS, sizeof s->body.twist);
+    for (int k = 0; k < LEGS; k++) {
+        const double *own = y + BODY + 4 * k, *control = y + OPEN + 4 * k;
+        s->hydraulics.cylinder[k] = (struct cylinder_state){.p1_pa = own[0], .p2_pa = own[1], .spool = own[2], .spool_rate = own[3]};
+        if (l->size == CLOSED)
+            l->pid[k] = (struct pid){.integral = control[0], .derivative_mps = control[1], .force_lp_n = control[2], .error_m = control[3], .ref_m = l->neutral_m[k]};
+    }
+}
+
+static void advance(struct linear *l) {
+    const struct drive drive = {.valve = l->valve};
+    if (l->size == CLOSED) cycle(l);
+    else closed_form_rk4(l->machine, &l->machine->state, l->dt_s, &drive, &l->machine->state);
+}
+
+/* Central differences; steps that are small against the working point and large against rounding. */
+static void differentiate(struct linear *l, int size) {
+    static const double step[4] = {1e3, 1e3, 1e-5, 1e-3}, control_step[4] = {1e-4, 1e-6, 1.0, 1e-7};
+    double at[CLOSED], from[CLOSED], to[CLOSED], valve[LEGS];
+    l->size = size;
+    l->dt_s = l->params->loop.period_s / (size == CLOSED ? 1 : SUBSTEPS);
+    memcpy(valve, l->valve, sizeof valve);
+    get(l, at);
+    for (int c = 0; c < size; c++) {
+        double h = c < DOFS ? 1e-7 : c < BODY ? 1e-5 : c < OPEN ? step[(c - BODY) % 4] : control_step[(c - OPEN) % 4], y[CLOSED];
+        memcpy(y, at, sizeof y);
+        y[c] = at[c] + h, set(l, y), advance(l), get(l, to);
+        y[c] = at[c] - h, set(l, y), memcpy(l->valve, valve, sizeof valve), advance(l), get(l, from);
+        memcpy(l->valve, valve, sizeof valve);
+        for (int r = 0; r < size; r++) l->map[r][c] = (to[r] - from[r]) / (2.0 * h);
+    }
+    set(l, at);
+}
+
+/* Gauss with row pivots. */
+static void solve(int n, double complex a[CLOSED][CLOSED], double complex *b) {
+    for (int c = 0; c < n; c++) {
+        int pivot = c;
+        for (int r = c + 1; r < n; r++)
+            if (cabs(a[r][c]) > cabs(a[pivot][c])) pivot = r;
+        for (int i = 0; i < n; i++) {
+            double complex swap = a[c][i];
+            a[c][i] = a[pivot][i], a[pivot][i] = swap;
+        }
+        double complex swap = b[c];
+        b[c] = b[pivot], b[pivot] = swap;
+        for (int r = c + 1; r < n; r++) {
+            double complex factor = a[r][c] / a[c][c];
+            for (int i = c; i < n; i++) a[r][i] -= factor * a[c][i];
+            b[r] -= factor * b[c];
+        }
+    }
+    for (int c = n - 1; c >= 0; c--) {
+        for (int i = c + 1; i < n; i++) b[c] -= a[c][i] * b[i];
+        b[c] /= a[c][c];
+    }
+}
+
+/* A pole next to a guess, by inverse iteration. */
+static double complex pole_near(const struct linear *l, double complex guess) {
+    static double complex a[CLOSED][CLOSED];
+    double complex z = cexp(guess * l->dt_s), x[CLOSED], before[CLOSED], grown = 1.0;
+    for (int i = 0; i < l->size; i++) x[i] = 1.0 + 0.1 * i;
+    for (int n = 0; n < 60; n++) {
+        int most = 0;
+        for (int i = 0; i < l->size; i++)
+            if (cabs(x[i]) > cabs(x[most])) most = i;
+        double size = cabs(x[most]);
+        for (int i = 0; i < l->size; i++) before[i] = x[i] /= size;
+        for (int r = 0; r < l->size; r++)
+            for (int c = 0; c < l->size; c++) a[r][c] = l->map[r][c] - (r == c ? z : 0.0);
+        solve(l->size, a, x);
+        grown = x[most] / before[most];
+        if (n % 10 == 9) z += 1.0 / grown, grown = HUGE_VAL; /* nearer to it than to any other */
+    }
+    return clog(z) / l->dt_s;
+}
+
+/* A machine, surveyed as a run does it; `configured` need not be like it. */
+struct surveyed {
+    struct params params, configured;
+    double noise_pa; /* on top, of leg 3's pressures as they are recorded */
+    struct loop_survey survey;
+    struct linear linear;
+};
+
+static void work_out(struct surveyed *s) {
+    static const double neutral[DOFS] = {0};
+    static double map[CLOSED][CLOSED];
+    struct linear *l = &s->linear;
+    struct error error;
+    struct kinematics k;
+    assert_int_equal(kinematics_init(&k, &s->params, &error), 0);
+    *l = (struct linear){.params = &s->params, .machine = (struct closed_form *)engine_closed_form.create(&s->params, &error),
+                         .map = map};
+    memcpy(l->neutral_m, k.neutral_length_m, sizeof l->neutral_m);
+    assert_non_null(l->machine);
+    rigid_rest(&l->machine->state.body, neutral);
+    for (int leg = 0; leg < LEGS; leg++) {
+        l->machine->state.hydraulics.cylinder[leg] = (struct cylinder_state){.p1_pa = 3.4e6, .p2_pa = 6.6e6, .spool = -0.07};
+        pid_reset(&l->pid[leg], l->neutral_m[leg], 500.0);
+    }
+    for (int i = 0; i < 5000; i++) cycle(l); /* ten seconds: the integral's time constant is two */
+}
+
+static int survey(struct surveyed *s, struct error *error) {
+    static struct rig rig;
+    static struct recording recording;
+    struct multisine multisine;
+    struct trajectory trajectory;
+    struct method_c c;
+    struct cylinder_areas areas = cylinder_areas(&s->params.actuator);
+    uint64_t seed = 3;
+    assert_int_equal(multisine_init(&multisine, &s->configured, error), 0);
+    assert_int_equal(multisine_trajectory(&multisine, &trajectory, error), 0);
+    s->params.tests.duration_s = s->configured.tests.duration_s = trajectory_s(&trajectory);
+    snprintf(s->params.tests.trajectory, sizeof s->params.tests.trajectory, "survey");
+    rig_init(&rig, &s->params);
+    rig.platform.trajectory = &trajectory;
+    recording_init(&recording, &s->configured);
+    while (rig.now.state != STATE_PARKING) {
+        rig_cycle(&rig, COMMAND_NONE);
+        struct cycle recorded = rig.now;
+        recorded.in.p1_pa[2] += s->noise_pa * random_unit(&seed), recorded.in.p2_pa[2] += s->noise_pa * random_unit(&seed);
+        recorded.force_n[2] = leg_force(&areas, 2, recorded.in.p1_pa[2], recorded.in.p2_pa[2]);
+        assert_int_equal(recording_add(&recording, &recorded, error), 0);
+        assert_true(rig.now.state != STATE_FAULT && rig.cycles < 20000);
+    }
+    plant_destroy(rig.plant);
+    int status = recording_check(&recording, error);
+    if (!status) status = method_c(&recording, &c, error);
+    if (!status) status = loop_survey(&s->survey, &multisine, &recording, &c, error);
+    recording_free(&recording);
+    trajectory_free(&trajectory);
+    return status;
+}
+
+static struct surveyed *surveyed_default(void) {
+    static struct surveyed s;
+    struct error error;
+    if (s.survey.determined) return &s;
+    s.params = s.configured = brisk();
+    if (survey(&s, &error)) fail_msg("%s", error.text);
+    assert_true(s.survey.determined);
+    work_out(&s);
+    return &s;
+}
+
+/* Nothing of it as configured: heavier, softer oil, one leg with air in it and one with dead volume, more friction, slower valves. */
+static struct surveyed *surveyed_other(void) {
+    static struct surveyed s;
+    struct error error;
+    if (s.survey.determined) return &s;
+    s.params = s.configured = brisk();
+    s.params.payload.mass_kg = 260.0, s.params.payload.inertia_xx_kg_m2 = 22.0;
+    s.params.hydraulics.valve_frequency_hz = 70.0;
+    for (int k = 0; k < LEGS; k++) s.params.hydraulics.bulk_modulus_pa[k] = 0.8e9, s.params.hydraulics.viscous_n_s_per_m[k] = 3000.0;
+    s.params.hydraulics.bulk_modulus_pa[2] = 0.6e9, s.params.hydraulics.dead_volume_m3[4] = 2.5e-4;
+    if (survey(&s, &error)) fail_msg("%s", error.text);
+    assert_true(s.survey.determined);
+    work_out(&s);
+    return &s;
+}
+
+static void check_oil_columns(struct surveyed *s) {
+    differentiate(&s->linear, OPEN);
+    for (int i = 0; i < DOFS; i++) {
+        double hz = s->survey.mode[i].hz, plant_hz = HUGE_VAL;
+        for (double damping = 0.02; damping < 0.4; damping += 0.06) { /* neighbours are near: which one is found depends on the guess */
+            double pole_hz = cabs(pole_near(&s->linear, CMPLX(-damping, 1.0) * 2.0 * PI * hz)) / (2.0 * PI);
+            if (fabs(pole_hz - hz) < fabs(plant_hz - hz)) plant_hz = pole_hz;
+        }
+        print_message("oil column %d: %.2f +- %.2f Hz, plant %.2f Hz: %+.1f %%\n", i + 1, hz, s->survey.mode[i].hz_std, plant_hz, 100.0 * (hz / plant_hz - 1.0));
+        assert_close(hz / plant_hz, 1.0, 0.05);
+    }
+}
+
+static void the_oil_columns_are_within_5_pct_of_the_plants_linearisation(void **unused) {
+    (void)unused;
+    check_oil_columns(surveyed_default());
+}
+
+static void and_of_a_machine_that_is_not_as_configured(void **unused) {
+    (void)unused;
+    check_oil_columns(surveyed_other());
+}
+
+static bool oscillates(double complex s) { return fabs(cimag(s)) > 1.0 && -creal(s) < 0.95 * cabs(s); }
+
+/* Also: poles found from guesses all below it are no lower ones that oscillate. */
+static void check_loop(struct surveyed *s) {
+    double hz = loop_survey_loop_hz(&s->survey), least = HUGE_VAL;
+    differentiate(&s->linear, CLOSED);
+    for (double guess_hz = 0.25 * hz; guess_hz < 1.3 * hz; guess_hz *= 1.1)
+        for (double damping = 0.1; damping < 0.9; damping += 0.35) {
+            double complex pole = pole_near(&s->linear, CMPLX(-damping, sqrt(1.0 - damping * damping)) * 2.0 * PI * guess_hz);
+            if (oscillates(pole)) least = fmin(least, cabs(pole) / (2.0 * PI));
+        }
+    print_message("closed loop: lowest pair %.2f Hz, linearised %.2f Hz: %+.1f %%\n", hz, least, 100.0 * (hz / least - 1.0));
+    assert_close(hz / least, 1.0, 0.05);
+}
+
+static void the_loops_lowest_pole_pair_is_within_5_pct_of_the_linearised_loops(void **unused) {
+    (void)unused;
+    check_loop(surveyed_default());
+}
+
+static void and_with_another_machine_in_it(void **unused) {
+    (void)unused;
+    check_loop(surveyed_other());
+}
+
+static void what_the_pressures_do_not_show_is_no_number(void **unused) {
+    (void)unused;
+    static struct surveyed s;
+    struct error error;
+    s.params = s.configured = brisk();
+    s.noise_pa = 3e6; /* a hundred and fifty times the sensors' */
+    if (survey(&s, &error)) fail_msg("%s", error.text);
+    assert_true(isnan(s.survey.leg[2].stiffness) && isfinite(s.survey.leg[1].stiffness));
+    assert_true(!s.survey.determined && isnan(s.survey.mode[0].hz) && isnan(loop_survey_oil_hz(&s.survey)) && isnan(loop_survey_loop_hz(&s.survey)));
+}
+
+static void samples_lost_in_every_pass_are_said(void **unused) {
+    (void)unused;
+    struct params params = brisk();
+    struct multisine multisine;
+    struct multisine_mean mean;
+    struct recording_test test = {0};
+    struct error error;
+    assert_int_equal(multisine_init(&multisine, &params, &error), 0);
+    for (int i = 0; i < MULTISINE_PASSES * multisine.samples; i++) {
+        struct recording_sample sample = {.test_time_s = i * multisine.step_s, .good = i % multisine.samples != 700};
+        assert_int_equal(recording_append(&test, &sample, &error), 0);
+    }
+    assert_int_equal(multisine_average(&mean, &multisine, &test, 0.0, &error), STATUS_USAGE);
+    assert_non_null(strstr(error.text, "1.400 s"));
+    multisine_free(&mean);
+    test.sample[700 + 2 * multisine.samples].good = true; /* once is enough */
+    assert_int_equal(multisine_average(&mean, &multisine, &test, 0.0, &error), 0);
+    multisine_free(&mean);
+    free(test.sample);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(the_oil_columns_are_within_5_pct_of_the_plants_linearisation),
+                                       cmocka_unit_test(and_of_a_machine_that_is_not_as_configured),
+                                       cmocka_unit_test(the_loops_lowest_pole_pair_is_within_5_pct_of_the_linearised_loops),
+                                       cmocka_unit_test(and_with_another_machine_in_it),
+                                       cmocka_unit_test(what_the_pressures_do_not_show_is_no_number),
+                                       cmocka_unit_test(samples_lost_in_every_pass_are_said)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
