@@ -86,8 +86,11 @@ check-rig: $(BUILD)/tests/rig/rig $(BUILD)/hexid ## the rig's own checks, then h
 bench-gap: $(BUILD)/hexid $(BUILD)/tests/bench/signatures | deps-test ## hidden effects against hexid gap, hundreds of cases: hours; SEEDS=1 FIRST=1 -> build/gap_score/score.csv
 	@tests/gap/bench.sh $(BUILD)
 
-bench-paper: $(BUILD)/tests/bench/paper $(BUILD)/hexid ## Tian 2015 Tables 3, 4, C1 and 5 beside hexid's own results -> build/bench_paper/
-	@$(BUILD)/tests/bench/paper $(BUILD)/hexid tests/data $(BUILD)/bench_paper
+bench-paper: $(BUILD)/tests/bench/paper $(BUILD)/hexid | deps-test ## Tian 2015 Tables 3, 4, C1 and 5, hexid's own results and least squares -> build/bench_paper/
+	@$(BUILD)/tests/bench/paper $(BUILD)/hexid tests/data tests/ident/least_squares.py $(BUILD)/bench_paper
+
+bench-methods: $(BUILD)/hexid | deps-test ## methods A, B, C, least squares and wavelets on the same recordings with sensors: minutes
+	@HEXID=$(BUILD)/hexid tests/ident/compare.py
 
 bench-table5: $(BUILD)/hexid ## which effects make the simulated machine read Tian 2015 Table 5? docs/table5.md; 1900 runs, half an hour
 	@HEXID=$(BUILD)/hexid python3 tests/paper/table5.py search --cache $(BUILD)/table5
@@ -132,7 +135,7 @@ deps: deps-run deps-test ## install what is missing of the Debian packages for r
 deps-run:
 	$(call install,g++ gcc gnuplot-nox libeigen3-dev libjansson-dev liblcm-bin liblcm-dev libmodbus-dev libode-dev libseccomp-dev libyaml-dev)
 deps-test: deps-run
-	$(call install,can-utils chromium iproute2 kmod libcmocka-dev python3-venv user-mode-linux util-linux)
+	$(call install,can-utils chromium iproute2 kmod libcmocka-dev python3-numpy python3-venv user-mode-linux util-linux)
 deps-fuzz: deps-run
 	$(call install,clang libclang-rt-14-dev)
 deps-bench: deps-test
@@ -231,7 +234,7 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)javac -cp /usr/share/java/lcm.jar -d $(@D) $(@D)/hexid/*.java
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
-.PHONY: .FORCE all has-display run test test-long test-rt asan tsan fuzz fuzz-run bench bench-paper bench-gap bench-coverage bench-table5 rig check-rig docs pictures spy clean help
+.PHONY: .FORCE all has-display run test test-long test-rt asan tsan fuzz fuzz-run bench bench-paper bench-gap bench-coverage bench-methods bench-table5 rig check-rig docs pictures spy clean help
 .PHONY: deps deps-run deps-test deps-fuzz deps-bench deps-spy
 .SECONDARY:
 -include $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d) $(FUZZERS:=.d)

@@ -1,10 +1,12 @@
-/* `make bench-paper`: Tian 2015's tables beside hexid's own results under the same headings, and method C, as text and as CSV.
+/* `make bench-paper`: Tian 2015's tables beside hexid's own results under the same headings, method C, and what methods of others give,
+ * as text and as CSV.
  *
- *     paper HEXID TABLES OUT [KEY=VALUE ...]
+ *     paper HEXID TABLES LEAST_SQUARES OUT [KEY=VALUE ...]
  *
- * Runs HEXID once a case (viscous friction only; 20..200 N of dry friction added), exact sensors, as many at a time as there are cores,
- * leaves each run's JSON in OUT, and compares. hexid's errors are against the nominal matrix of its configuration, the paper's against the
- * paper's: its inputs are rounded and its hydraulics and controller are not printed (docs/method.md). Nothing here passes or fails. */
+ * Runs HEXID once a case (viscous friction only; 20..200 N of dry friction added), exact sensors, then LEAST_SQUARES
+ * (tests/ident/least_squares.py) on the same logs, as many at a time as there are cores; leaves the JSON of both in OUT, and compares.
+ * hexid's errors are against the nominal matrix of its configuration, the paper's against the paper's: its inputs are rounded and its
+ * hydraulics and controller are not printed (docs/method.md). Nothing here passes or fails. */
 #include <jansson.h>
 #include <math.h>
 #include <stdio.h>
@@ -15,8 +17,8 @@
 #include <unistd.h>
 
 enum { CASES = 11, STEP_N = 20, ENTRIES = 10, SETTINGS_MAX = 16 };
-enum { METHOD_A, MODIFIED_A, METHOD_B, METHOD_C, METHODS };
-static const char *const method_names[METHODS] = {"method_a", "modified_a", "method_b", "method_c"};
+enum { METHOD_A, MODIFIED_A, METHOD_B, METHOD_C, LEAST_SQUARES, WAVELET, METHODS };
+static const char *const method_names[METHODS] = {"method_a", "modified_a", "method_b", "method_c", "least_squares", "wavelet"};
 
 /* Entries of the matrix that the paper prints, in its order. */
 struct entry {
@@ -61,34 +63,50 @@ static struct table table_read(const char *directory, const char *name) {
     return t;
 }
 
-/* Case 0: viscous only; case k: k * STEP_N of dry friction in each cylinder. */
-static pid_t start(const char *hexid, const char *out, int index, char *const extra[]) {
-    pid_t child = fork();
-    if (child) return child;
-    char json[400], extend[80], retract[80];
-    snprintf(json, sizeof json, "%s/dry_friction_%03d_n.json", out, index * STEP_N);
+/* Starts the child that does a part of a case. Case 0: viscous only; case k: k * STEP_N of dry friction in each cylinder. */
+typedef void start_fn(const char *program, const char *out, int index, char *const extra[]);
+
+static void case_path(char path[400], const char *out, int index, const char *ending) {
+    snprintf(path, 400, "%s/dry_friction_%03d_n%s", out, index * STEP_N, ending);
+}
+
+static void start_hexid(const char *hexid, const char *out, int index, char *const extra[]) {
+    char json[400], log[400], extend[80], retract[80];
+    case_path(json, out, index, ".json");
+    case_path(log, out, index, ".lcm");
     snprintf(extend, sizeof extend, "effects.cylinder_coulomb_friction.force_extend_n=%d", index * STEP_N);
     snprintf(retract, sizeof retract, "effects.cylinder_coulomb_friction.force_retract_n=%d", index * STEP_N);
-    const char *argv[2 * SETTINGS_MAX + 16] = {hexid,  "run", "--hal",    "sim:",  "--fast", "--json",
-                                               json, "--set", "lcm.url=", "--set", "sensors.enabled=false"};
-    int n = 11;
+    const char *argv[2 * SETTINGS_MAX + 18] = {hexid, "run",   "--hal", "sim:",     "--fast", "--json",
+                                               json,  "--log", log,     "--set", "lcm.url=", "--set",  "sensors.enabled=false"};
+    int n = 13;
     if (index) {
         argv[n++] = "--set", argv[n++] = extend;
         argv[n++] = "--set", argv[n++] = retract;
     }
     for (int i = 0; extra[i] && i < SETTINGS_MAX; i++) argv[n++] = "--set", argv[n++] = extra[i];
-    if (!freopen("/dev/null", "w", stdout)) _exit(127);
     execv(hexid, (char *const *)(void *)argv);
-    _exit(127);
 }
 
-static void run_all(const char *hexid, const char *out, char *const extra[]) {
+static void start_least_squares(const char *least_squares, const char *out, int index, char *const extra[]) {
+    (void)extra;
+    char json[400], log[400];
+    case_path(json, out, index, ".least_squares.json");
+    case_path(log, out, index, ".lcm");
+    execl(least_squares, least_squares, log, "-o", json, (char *)NULL);
+}
+
+static void run_all(start_fn *start, const char *program, const char *out, char *const extra[]) {
     int at_a_time = (int)sysconf(_SC_NPROCESSORS_ONLN), started = 0, status;
     for (int ended = 0; ended < CASES; ended++) {
-        while (started < CASES && started - ended < at_a_time)
-            if (start(hexid, out, started++, extra) < 0) die(hexid, "cannot be started");
-        if (wait(&status) < 0 || !WIFEXITED(status) || WEXITSTATUS(status) > 1) die(hexid, "a run failed: see its message above");
-        fprintf(stderr, "bench-paper: %d of %d runs done\n", ended + 1, CASES);
+        for (; started < CASES && started - ended < at_a_time; started++) {
+            pid_t child = fork();
+            if (child < 0) die(program, "cannot be started");
+            if (child) continue;
+            if (freopen("/dev/null", "w", stdout)) start(program, out, started, extra);
+            _exit(127);
+        }
+        if (wait(&status) < 0 || !WIFEXITED(status) || WEXITSTATUS(status) > 1) die(program, "failed: see its message above");
+        fprintf(stderr, "bench-paper: %s: %d of %d done\n", program, ended + 1, CASES);
     }
 }
 
@@ -97,18 +115,26 @@ static double matrix_entry(const json_t *matrix, const struct entry *e) {
     return json_is_number(number) ? json_number_value(number) : (double)NAN;
 }
 
-static struct result result_read(const char *out, int index) {
-    struct result r;
+static json_t *read_json(const char *out, int index, const char *ending) {
     char path[400];
     json_error_t error;
-    snprintf(path, sizeof path, "%s/dry_friction_%03d_n.json", out, index * STEP_N);
+    case_path(path, out, index, ending);
     json_t *root = json_load_file(path, 0, &error);
     if (!root) die(path, error.text);
+    return root;
+}
+
+static struct result result_read(const char *out, int index) {
+    struct result r;
+    json_t *root = read_json(out, index, ".json"), *others = read_json(out, index, ".least_squares.json");
     for (int i = 0; i < ENTRIES; i++) {
         r.nominal[i] = matrix_entry(json_object_get(json_object_get(root, "nominal"), "Mt"), &entries[i]);
-        for (int m = 0; m < METHODS; m++)
-            r.value[m][i] = matrix_entry(json_object_get(json_object_get(root, method_names[m]), "Mt"), &entries[i]);
+        for (int m = 0; m < METHODS; m++) {
+            const json_t *method = json_object_get(m < LEAST_SQUARES ? root : others, method_names[m]);
+            r.value[m][i] = matrix_entry(json_object_get(method, "Mt"), &entries[i]);
+        }
     }
+    json_decref(others);
     const char *status = json_string_value(json_object_get(json_object_get(root, "verdict"), "status"));
     r.verdict = !status ? "none" : !strcmp(status, "pass") ? "pass" : !strcmp(status, "fail") ? "fail" : "not_evaluated";
     json_decref(root);
@@ -151,7 +177,7 @@ static void print_methods(FILE *csv, const struct table *paper, const int value[
         double cell[2 + 4 * METHODS] = {paper->cell[i][paper->columns - 2], r->nominal[i]};
         int n = 2;
         for (int m = 0; m < METHODS; m++) {
-            if (value[m] < 0 && m != METHOD_C) continue;
+            if (value[m] < 0 && m < METHOD_C) continue;
             if (value[m] >= 0) cell[n++] = paper->cell[i][value[m]];
             cell[n++] = r->value[m][i];
             if (value[m] >= 0) cell[n++] = paper->cell[i][error[m]];
@@ -184,14 +210,13 @@ static void print_sweep(const char *out, const char *tables, const struct result
     fclose(csv);
 }
 
-/* What the paper has nothing beside. */
-static void print_method_c(const char *out, const struct result r[CASES]) {
-    FILE *csv = begin(out, "method_c", "Method C: dry friction of each cylinder, N, against the error of each entry in %",
-                      "force_n,mx,my,mz,Ixx,Iyy,Izz,Mt15,Mt24,Mt42,Mt51");
+/* Of a method that the paper has nothing beside. */
+static void print_errors(const char *out, const char *title, int method, const struct result r[CASES]) {
+    FILE *csv = begin(out, method_names[method], title, "force_n,mx,my,mz,Ixx,Iyy,Izz,Mt15,Mt24,Mt42,Mt51");
     for (int k = 0; k < CASES; k++) {
         double cell[ENTRIES];
         char name[16];
-        for (int i = 0; i < ENTRIES; i++) cell[i] = error_pct(r[k].value[METHOD_C][i], r[k].nominal[i]);
+        for (int i = 0; i < ENTRIES; i++) cell[i] = error_pct(r[k].value[method][i], r[k].nominal[i]);
         snprintf(name, sizeof name, "%d", k * STEP_N);
         print_row(csv, name, cell, ENTRIES);
     }
@@ -232,22 +257,32 @@ static void print_experiment(const char *out, const char *tables) {
 }
 
 int main(int argc, char **argv) {
-    if (argc < 4 || argc > 4 + SETTINGS_MAX) die("usage", "paper HEXID TABLES OUT [KEY=VALUE ...]");
-    const char *tables = argv[2], *out = argv[3];
+    if (argc < 5 || argc > 5 + SETTINGS_MAX) die("usage", "paper HEXID TABLES LEAST_SQUARES OUT [KEY=VALUE ...]");
+    const char *tables = argv[2], *out = argv[4];
     struct result r[CASES];
     mkdir(out, 0777);
-    run_all(argv[1], out, argv + 4);
-    for (int i = 0; i < CASES; i++) r[i] = result_read(out, i);
+    setenv("HEXID", argv[1], 1);
+    run_all(start_hexid, argv[1], out, argv + 5);
+    run_all(start_least_squares, argv[3], out, argv + 5);
+    for (int i = 0; i < CASES; i++) {
+        char log[400];
+        case_path(log, out, i, ".lcm");
+        remove(log);
+        r[i] = result_read(out, i);
+    }
 
     struct table table3 = table_read(tables, "table3_linear_friction.csv"), table4 = table_read(tables, "table4_nonlinear_friction.csv");
-    print_methods(begin(out, "table3", "Table 3: viscous friction only. p: paper, h: hexid; %: error against the own nominal",
-                        "entry,p nominal,h nominal,p A,h A,p A %,h A %,p B,h B,p B %,h B %,h C,h C %"),
-                  &table3, (const int[]){3, -1, 5, -1}, (const int[]){4, -1, 6, -1}, &r[0]);
+    print_methods(begin(out, "table3", "Table 3: viscous friction only. p: paper, h: hexid, LS: least squares; %: against the own nominal",
+                        "entry,p nominal,h nominal,p A,h A,p A %,h A %,p B,h B,p B %,h B %,h C,h C %,LS,LS %,wavelet,wavelet %"),
+                  &table3, (const int[METHODS]){3, -1, 5, -1, -1, -1}, (const int[METHODS]){4, -1, 6, -1, -1, -1}, &r[0]);
     print_methods(begin(out, "table4", "Table 4: 200 N of dry friction added; mod: modified method A",
-                        "entry,p nominal,h nominal,p A,h A,p A %,h A %,p mod,h mod,p mod %,h mod %,p B,h B,p B %,h B %,h C,h C %"),
-                  &table4, (const int[]){3, 5, 7, -1}, (const int[]){4, 6, 8, -1}, &r[CASES - 1]);
+                        "entry,p nominal,h nominal,p A,h A,p A %,h A %,p mod,h mod,p mod %,h mod %,p B,h B,p B %,h B %,h C,h C %,LS,LS %,"
+                        "wavelet,wavelet %"),
+                  &table4, (const int[METHODS]){3, 5, 7, -1, -1, -1}, (const int[METHODS]){4, 6, 8, -1, -1, -1}, &r[CASES - 1]);
     print_sweep(out, tables, r);
-    print_method_c(out, r);
+    print_errors(out, "Method C: dry friction of each cylinder, N, against the error of each entry in %", METHOD_C, r);
+    print_errors(out, "The same of the conventional least squares (tests/ident/least_squares.py)", LEAST_SQUARES, r);
+    print_errors(out, "The same of wavelets between reversals", WAVELET, r);
     print_expected(out, &r[5]);
     print_experiment(out, tables);
     printf("\nverdicts of hexid's own checks, 0..200 N:");
