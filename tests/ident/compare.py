@@ -1,7 +1,7 @@
 #!/usr/bin/python3 -B
 """Methods A, B and C beside those of others (least_squares.py), on the same recordings of the simulated platform.
 
-    compare.py [--dry 0,100,200] [--seeds 10] [--choice NAME=VALUE ...] [KEY=VALUE ...]
+    compare.py [--dry 0,100,200] [--seeds 6] [--choice NAME=VALUE ...] [KEY=VALUE ...]
 
 Error of each entry in % of the nominal one: with exact sensors, then, with the paper's, rms over the seeds. Environment: HEXID."""
 import argparse, concurrent.futures, json, math, os, subprocess, tempfile
@@ -30,7 +30,7 @@ def run(dry_n, seed, choice, more):
 def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--dry", default="0,100,200")
-    p.add_argument("--seeds", type=int, default=10)
+    p.add_argument("--seeds", type=int, default=6)
     p.add_argument("--choice", action="append", default=[])
     p.add_argument("settings", nargs="*")
     a = p.parse_args()
