@@ -9,8 +9,9 @@
 #include "csv_format.h"
 #include "log.h"
 #include "messages.h"
+#include "number_text.h"
 
-enum { PATH_SIZE = 4096, NUMBER_SIZE = 32 };
+enum { PATH_SIZE = 4096 };
 
 struct export {
     const char *log_path, *directory;
@@ -41,16 +42,6 @@ static int make_directory(const char *directory, struct error *error) {
 
 static FILE *create(struct export *e) { return fopen(e->path, "wx"); }
 
-/* In the shortest form that reads back bit for bit. */
-static const char *format(double number, char text[NUMBER_SIZE]) {
-    if (isnan(number)) return "nan";
-    for (int digits = 15; digits <= 17; digits++) {
-        snprintf(text, NUMBER_SIZE, "%.*g", digits, number);
-        if (strtod(text, NULL) == number) break;
-    }
-    return text;
-}
-
 /* Always as long, so that it can be written again when the rate is known. */
 static void write_head(struct export *e) {
     char number[NUMBER_SIZE];
@@ -60,7 +51,7 @@ static void write_head(struct export *e) {
     fprintf(e->file, "# dof: %s\n# rate_hz: %-24.10g\n", csv_dof_name(e->last.dof), rate_hz);
     for (int key = 0; key < CSV_KEYS && e->configured && e->last.dof != DOF_NONE; key++) {
         const double *value = csv_place(&e->params, (enum csv_key)key, e->last.dof);
-        if (value) fprintf(e->file, "# %s: %s\n", csv_keys[key], format(*value, number));
+        if (value) fprintf(e->file, "# %s: %s\n", csv_keys[key], number_shortest(*value, number));
     }
 }
 
@@ -71,7 +62,7 @@ static void write_row(struct export *e, const struct cycle *c) {
         if (!csv_column_of(i, e->params.mechanism)) continue;
         if (i) fputc(',', e->file);
         switch (csv_columns[i].kind) {
-        case CSV_REAL: fputs(format(*(const double *)value, text), e->file); break;
+        case CSV_REAL: fputs(number_shortest(*(const double *)value, text), e->file); break;
         case CSV_FLAGS: fprintf(e->file, "%u", *(const uint32_t *)value); break;
         case CSV_PHASE: fprintf(e->file, "%d", *(const enum phase *)value); break;
         }

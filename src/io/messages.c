@@ -9,6 +9,7 @@
 #include "hexid_request_t.h"
 #include "hexid_state_t.h"
 #include "hexid_test_result_t.h"
+#include "wire.h"
 
 int state_encode(const struct cycle *c, unsigned char buffer[STATE_MESSAGE_MAX]) {
     hexid_state_t m = {
@@ -80,75 +81,19 @@ int answer_encode(const struct answer *a, unsigned char buffer[ANSWER_MESSAGE_MA
     return hexid_answer_t_encode(buffer, 0, ANSWER_MESSAGE_MAX, &m);
 }
 
-/* Messages with strings are read by hand: liblcm would allocate them, and would take a length it cannot fill. */
-struct wire {
-    const unsigned char *next;
-    int left;
-    bool good;
-};
-
-static const unsigned char *take(struct wire *w, int size) {
-    const unsigned char *taken = w->next;
-    w->good = w->good && size >= 0 && size <= w->left;
-    if (!w->good) return NULL;
-    w->next += size;
-    w->left -= size;
-    return taken;
-}
-
-static int64_t take_int(struct wire *w, int size) {
-    const unsigned char *bytes = take(w, size);
-    uint64_t value = 0;
-    for (int i = 0; bytes && i < size; i++) value = value << 8 | bytes[i];
-    return (int64_t)value;
-}
-
-/* Length with the closing zero, then the bytes; NULL once the message is no good. */
-static const char *take_string(struct wire *w) {
-    int length = (int32_t)take_int(w, 4);
-    const unsigned char *bytes = take(w, length);
-    w->good = bytes && length > 0 && memchr(bytes, '\0', (size_t)length) == bytes + length - 1;
-    return w->good ? (const char *)bytes : NULL;
-}
-
-static double take_double(struct wire *w) {
-    uint64_t bits = (uint64_t)take_int(w, sizeof bits);
-    double value;
-    memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
-/* Of elements that follow, each of a byte at least; 0 once the message is no good. */
-static int take_count(struct wire *w) {
-    int count = (int32_t)take_int(w, 4);
-    w->good = w->good && count >= 0 && count <= w->left;
-    return w->good ? count : 0;
-}
-
 static void skip_strings(struct wire *w, int count) {
-    for (int i = 0; w->good && i < count; i++) take_string(w);
+    for (int i = 0; w->good && i < count; i++) wire_string(w);
 }
 
 static void skip_doubles(struct wire *w, int count) {
-    for (int i = 0; w->good && i < count; i++) take(w, sizeof(double));
-}
-
-static void take_boolean(struct wire *w) {
-    int64_t value = take_int(w, 1);
-    w->good = w->good && (value == 0 || value == 1);
-}
-
-static struct wire open_wire(const void *data, int size, int64_t type) {
-    struct wire w = {.next = data, .left = size, .good = true};
-    w.good = take_int(&w, 8) == type && w.good;
-    return w;
+    for (int i = 0; w->good && i < count; i++) wire_take(w, sizeof(double));
 }
 
 bool event_decode(const void *data, int size, struct event *event) {
-    struct wire w = open_wire(data, size, __hexid_event_t_get_hash());
-    struct event e = {.time_ns = take_int(&w, 8), .seq = (uint64_t)take_int(&w, 8)};
-    e.kind = take_string(&w);
-    e.text = take_string(&w);
+    struct wire w = wire_open(data, size, __hexid_event_t_get_hash());
+    struct event e = {.time_ns = wire_int(&w, 8), .seq = (uint64_t)wire_int(&w, 8)};
+    e.kind = wire_string(&w);
+    e.text = wire_string(&w);
     if (w.good && w.left == 0) *event = e;
     return w.good && w.left == 0;
 }
@@ -170,15 +115,15 @@ static int place_of(const char *word, const char *const *list, int count) {
 
 bool request_decode(const void *data, int size, struct operator_request *request) {
     struct operator_request r = {0};
-    struct wire w = open_wire(data, size, __hexid_request_t_get_hash());
+    struct wire w = wire_open(data, size, __hexid_request_t_get_hash());
     if (w.good) {
-        r.id = take_int(&w, 8);
-        r.token = take_int(&w, 8);
+        r.id = wire_int(&w, 8);
+        r.token = wire_int(&w, 8);
     } else {
-        w = open_wire(data, size, __hexid_command_t_get_hash());
-        take_int(&w, 8); /* time */
+        w = wire_open(data, size, __hexid_command_t_get_hash());
+        wire_int(&w, 8); /* time */
     }
-    const char *word = take_string(&w);
+    const char *word = wire_string(&w);
     if (!w.good || w.left) return false;
     int place = place_of(word, command_names, COMMANDS);
     r.renew = !strcmp(word, renew_word);
@@ -189,12 +134,12 @@ bool request_decode(const void *data, int size, struct operator_request *request
 }
 
 bool answer_decode(const void *data, int size, struct answer *answer) {
-    struct wire w = open_wire(data, size, __hexid_answer_t_get_hash());
-    struct answer a = {.id = take_int(&w, 8)};
-    a.token = take_int(&w, 8);
-    a.lease_s = take_double(&w);
-    int outcome = place_of(take_string(&w), outcome_words, OUTCOMES), state = place_of(take_string(&w), state_names, STATES);
-    a.text = take_string(&w);
+    struct wire w = wire_open(data, size, __hexid_answer_t_get_hash());
+    struct answer a = {.id = wire_int(&w, 8)};
+    a.token = wire_int(&w, 8);
+    a.lease_s = wire_double(&w);
+    int outcome = place_of(wire_string(&w), outcome_words, OUTCOMES), state = place_of(wire_string(&w), state_names, STATES);
+    a.text = wire_string(&w);
     if (!w.good || w.left || outcome < 0 || state < 0 || !(a.lease_s >= 0.0 && a.lease_s <= 3600.0)) return false;
     a.outcome = (enum outcome)outcome;
     a.state = (enum state)state;
@@ -203,53 +148,53 @@ bool answer_decode(const void *data, int size, struct answer *answer) {
 }
 
 bool test_result_decode(const void *data, int size, struct test_summary *summary) {
-    struct wire w = open_wire(data, size, __hexid_test_result_t_get_hash());
+    struct wire w = wire_open(data, size, __hexid_test_result_t_get_hash());
     struct test_summary r = {0};
-    take(&w, 8 + 1 + 1); /* time, test, dof */
-    r.dof_name = take_string(&w);
-    take_boolean(&w); /* complete */
-    take_double(&w);  /* frequency */
-    r.amplitude_m_or_rad = take_double(&w);
-    r.achieved_m_or_rad = take_double(&w);
-    r.phase_deg = take_double(&w);
+    wire_take(&w, 8 + 1 + 1); /* time, test, dof */
+    r.dof_name = wire_string(&w);
+    wire_boolean(&w); /* complete */
+    wire_double(&w);  /* frequency */
+    r.amplitude_m_or_rad = wire_double(&w);
+    r.achieved_m_or_rad = wire_double(&w);
+    r.phase_deg = wire_double(&w);
     skip_doubles(&w, DOFS); /* unwanted */
-    r.samples = take_int(&w, 8);
-    r.excluded = take_int(&w, 8);
+    r.samples = wire_int(&w, 8);
+    r.excluded = wire_int(&w, 8);
     skip_doubles(&w, 8 * DOFS); /* of pose and wrench: sine, cosine, standard deviation, rms */
     if (w.good && w.left == 0) *summary = r;
     return w.good && w.left == 0;
 }
 
 static void skip_effects(struct wire *w) {
-    int count = take_count(w);
+    int count = wire_count(w);
     skip_strings(w, count);
     skip_doubles(w, 2 * count); /* share explained, z */
 }
 
 static void skip_parameters(struct wire *w) {
-    int count = take_count(w);
+    int count = wire_count(w);
     skip_strings(w, count);
-    take(w, count); /* legs */
+    wire_take(w, count); /* legs */
     skip_strings(w, count); /* units */
     skip_doubles(w, 2 * count); /* values, their standard deviations */
 }
 
 bool gap_decode(const void *data, int size, struct gap_summary *summary) {
     enum { CHANNELS = 5 };
-    struct wire w = open_wire(data, size, __hexid_gap_t_get_hash());
+    struct wire w = wire_open(data, size, __hexid_gap_t_get_hash());
     struct gap_summary r = {0};
-    take(&w, 8); /* time */
-    r.verdict = take_string(&w);
-    r.reason = take_string(&w);
-    take_string(&w); /* next experiment */
+    wire_take(&w, 8); /* time */
+    r.verdict = wire_string(&w);
+    r.reason = wire_string(&w);
+    wire_string(&w); /* next experiment */
     skip_effects(&w);
     skip_parameters(&w);
-    skip_strings(&w, take_count(&w)); /* ambiguous with */
-    take_boolean(&w); /* simulated */
+    skip_strings(&w, wire_count(&w)); /* ambiguous with */
+    wire_boolean(&w); /* simulated */
     skip_doubles(&w, 3); /* unexplained, before, after */
-    r.noise_floor_ratio = take_double(&w);
-    r.held_out_before_ratio = take_double(&w);
-    r.held_out_after_ratio = take_double(&w);
+    r.noise_floor_ratio = wire_double(&w);
+    r.held_out_before_ratio = wire_double(&w);
+    r.held_out_after_ratio = wire_double(&w);
     skip_doubles(&w, 3 * CHANNELS);
     if (w.good && w.left == 0) *summary = r;
     return w.good && w.left == 0;

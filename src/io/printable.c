@@ -1,11 +1,9 @@
 #include "printable.h"
 
 #include <stdbool.h>
-#include <stdint.h>
 #include <string.h>
 
-/* Bytes of the character at p and its code point; 0 bytes: no UTF-8 (RFC 3629: shortest form, no surrogates). */
-static size_t decode(const unsigned char *p, uint32_t *point) {
+size_t utf8_decode(const unsigned char *p, uint32_t *point) {
     static const uint32_t least[] = {0, 0, 0x80, 0x800, 0x10000};
     size_t bytes = p[0] < 0x80 ? 1 : (p[0] & 0xe0) == 0xc0 ? 2 : (p[0] & 0xf0) == 0xe0 ? 3 : (p[0] & 0xf8) == 0xf0 ? 4 : 0;
     *point = bytes == 1 ? p[0] : p[0] & (0x7fu >> bytes);
@@ -28,7 +26,7 @@ size_t text_printable(const char *text, char *out, size_t size) {
     size_t length = 0;
     while (*p) {
         uint32_t point;
-        size_t bytes = decode(p, &point);
+        size_t bytes = utf8_decode(p, &point);
         bool good = bytes && harmless(point);
         size_t needed = good ? bytes : 1;
         if (length + needed >= size) break;

@@ -3,6 +3,11 @@
 #define HEXID_PRINTABLE_H
 
 #include <stddef.h>
+#include <stdint.h>
+
+/* Bytes of the character that begins at p and its code point; 0 bytes: no UTF-8 (RFC 3629: shortest form, no surrogates). Reads no further
+ * than a zero byte. */
+size_t utf8_decode(const unsigned char *p, uint32_t *point);
 
 /* Copies text with '?' in place of each control character (C0, DEL, C1: what a terminal obeys), of each byte
  * that is no UTF-8, and of characters that turn the direction of what follows or break the line (U+200E and F,

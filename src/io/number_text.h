@@ -1,0 +1,10 @@
+/* Numbers as text. Any thread. */
+#ifndef HEXID_NUMBER_TEXT_H
+#define HEXID_NUMBER_TEXT_H
+
+enum { NUMBER_SIZE = 32 };
+
+/* In the shortest form that reads back bit for bit; "nan" for any NaN. Returns text. */
+const char *number_shortest(double number, char text[NUMBER_SIZE]);
+
+#endif
