@@ -1,4 +1,4 @@
-/* libFuzzer: any bytes as a log, read as `hexid identify` reads it. Nothing is invented: the events add up to no more than the file. */
+/* libFuzzer: any bytes as a log, read as `hexid identify` and `hexid export` read it. Nothing is invented: the events add up to no more than the file. */
 #include <assert.h>
 #include <stdio.h>
 #include <string.h>
@@ -8,13 +8,26 @@
 #include "config.h"
 #include "ident.h"
 #include "log.h"
+#include "message_fields.h"
 #include "messages.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
+/* All that can be asked of a message. */
+static void look(const struct message *m) {
+    for (int f = 0; m->type->field[f].name; f++)
+        for (int i = 0; i < m->value[f].count; i++) {
+            if (m->type->field[f].kind == FIELD_REAL) message_real(m, f, i);
+            else if (m->type->field[f].kind == FIELD_TEXT) assert(strlen(message_text(m, f, i)) < (size_t)m->size);
+            else message_integer(m, f, i);
+        }
+}
+
 static void take(struct ident *ident, const struct log_event *e) {
     struct cycle c;
     struct event event;
+    struct message message;
+    if (message_read(e->channel, e->data, e->size, &message)) look(&message);
     if (!strcmp(e->channel, CHANNEL_STATE) && state_decode(e->data, e->size, &c)) ident_feed(ident, &c);
     if (!strcmp(e->channel, CHANNEL_EVENT)) event_decode(e->data, e->size, &event);
 }
