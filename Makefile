@@ -17,7 +17,7 @@ HARD_LD := $(if $(HARDEN),-pie -z relro -z now -z noexecstack)
 # No contraction: the same results from every optimisation level and every call site.
 CFLAGS   = -std=c17 -D_GNU_SOURCE $(OPT) -ffp-contract=off $(WARN) $(HARDEN) $(SAN) $(INCLUDE) -MMD -MP
 CXXFLAGS = -std=c++17 $(OPT) -ffp-contract=off $(WARNXX) $(HARDEN) -fno-exceptions -fno-rtti $(SAN) $(INCLUDE) -isystem /usr/include/eigen3 -MMD -MP
-LDLIBS  := -llcm -lyaml -ljansson -lode -lmodbus -lseccomp -lm -lpthread -lstdc++
+LDLIBS  := -llcm -lyaml -ljansson -lode -lmodbus -lseccomp -lzstd -lz -lm -lpthread -lstdc++
 
 LCM     := $(wildcard lcmtypes/*.lcm)
 LCM_C   := $(LCM:lcmtypes/%.lcm=$(BUILD)/lcmtypes/%.c)
@@ -104,6 +104,8 @@ docs: $(BUILD)/hexid ## docs/configuration.md, the reference of all keys, as the
 pictures: $(BUILD)/hexid | deps-test ## docs/pictures/, out of a run and a report of it
 	@HEXID=$(BUILD)/hexid docs/pictures/draw.py
 
+python-types: $(BUILD)/python/hexid/__init__.py ## hexid's message types for Python -> build/python (docs/python.md)
+
 spy: has-display $(BUILD)/spy/hexid.jar ## lcm-spy with hexid's message types (needs a display)
 	java -Djava.net.preferIPv4Stack=true -Xmx256m \
 		-cp /usr/share/java/lcm.jar:/usr/share/java/jchart2d.jar:$(abspath $(BUILD)/spy/hexid.jar) lcm.spy.Spy
@@ -133,7 +135,8 @@ endef
 
 deps: deps-run deps-test ## install what is missing of the Debian packages for run and test
 deps-run:
-	$(call install,g++ gcc gnuplot-nox libeigen3-dev libjansson-dev liblcm-bin liblcm-dev libmodbus-dev libode-dev libseccomp-dev libyaml-dev)
+	$(call install,g++ gcc gnuplot-nox libeigen3-dev libjansson-dev liblcm-bin liblcm-dev libmatio-dev libmodbus-dev libode-dev libseccomp-dev \
+		libyaml-dev libzstd-dev zlib1g-dev)
 deps-test: deps-run
 	$(call install,can-utils chromium iproute2 kmod libcmocka-dev python3-numpy python3-venv user-mode-linux util-linux)
 deps-fuzz: deps-run
@@ -227,6 +230,11 @@ $(RIG_BUILD)/rig: $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard tests/rig/*.cpp))
 	@echo link $@
 	$(Q)$(CXX) -o $@ $^
 
+$(BUILD)/python/hexid/__init__.py: $(LCM) | deps-run
+	@rm -rf $(BUILD)/python
+	@echo lcm-gen $(BUILD)/python
+	$(Q)lcm-gen -p --ppath $(BUILD)/python $^
+
 $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	@rm -rf $(@D) && mkdir -p $(@D)
 	@echo jar $@
@@ -234,7 +242,7 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)javac -cp /usr/share/java/lcm.jar -d $(@D) $(@D)/hexid/*.java
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
-.PHONY: .FORCE all has-display run test test-long test-rt asan tsan fuzz fuzz-run bench bench-paper bench-gap bench-coverage bench-methods bench-table5 rig check-rig docs pictures spy clean help
+.PHONY: .FORCE all has-display run test test-long test-rt asan tsan fuzz fuzz-run bench bench-paper bench-gap bench-coverage bench-methods bench-table5 rig check-rig docs pictures python-types spy clean help
 .PHONY: deps deps-run deps-test deps-fuzz deps-bench deps-spy
 .SECONDARY:
 -include $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d) $(FUZZERS:=.d)

@@ -21,7 +21,7 @@ struct options {
     int setting_count;
     char tests[64], trajectory[PARAMS_TEXT_SIZE + 32], repeat[64]; /* --tests, --trajectory and --repeat as settings */
     uint64_t seed;
-    bool fast, print_config, modbus_map, failures, keys, survey;
+    bool fast, print_config, modbus_map, failures, keys, survey, all;
     double std_pct; /* wanted of a survey's proposals; 0: not given */
     bool rt_given;
     enum realtime_mode rt;

@@ -2,10 +2,15 @@
 
 #include "cli.h"
 #include "csv_input.h"
+#include "log_export.h"
 
 static int named(const struct options *o, const char *command, struct error *error) {
     if (o->operands && o->output) return STATUS_OK;
     return error_set(error, STATUS_USAGE, "%s: name what to read and, with -o, what to write; see `hexid %s --help`", command, command);
+}
+
+static void warn_unreadable(int64_t messages) {
+    if (messages) cli_say(stderr, "hexid: warning: %lld messages of hexid's channels could not be read", (long long)messages);
 }
 
 int cmd_import(int argc, char **argv) {
@@ -34,22 +39,42 @@ int cmd_import(int argc, char **argv) {
     return EXIT_PASSED;
 }
 
+/* The tests of a log as a directory that `hexid import` reads. */
+static int export_tests(const struct options *o, struct error *error) {
+    struct csv_report report;
+    int status = csv_export(o->operand[0], o->output, &report, error);
+    if (report.cut) cli_warn_cut(o->operand[0], report.cut_offset);
+    if (status) return status;
+    cli_say(stdout, "%s: %d tests, %lld rows, %lld cycles lost", o->output, report.files, (long long)report.rows, (long long)report.lost);
+    warn_unreadable(report.unreadable);
+    return STATUS_OK;
+}
+
+/* All of it as one file. */
+static int export_all(const struct options *o, const struct export_format *format, struct error *error) {
+    struct log_export_report report;
+    int status = log_export(o->operand[0], o->output, format, &report, error);
+    if (report.cut) cli_warn_cut(o->operand[0], report.cut_offset);
+    if (status) return status;
+    cli_say(stdout, "%s: %lld cycles, %lld cycles lost, %lld messages%s", o->output, (long long)report.cycles, (long long)report.lost,
+            (long long)report.messages, format == &export_table ? " left out: a table has cycles alone" : "");
+    warn_unreadable(report.unreadable);
+    return STATUS_OK;
+}
+
 int cmd_export(int argc, char **argv) {
+    static const struct export_format *const formats[] = {&export_table, &export_mat, &export_mcap};
     struct options o;
     struct error error;
-    struct csv_report report;
-    int status = options_parse(&o, argc, argv, "oF", 1, &error);
+    const struct export_format *format = NULL;
+    int status = options_parse(&o, argc, argv, "oFA", 1, &error);
     if (!status) status = named(&o, "export", &error);
-    if (!status && o.format && strcmp(o.format, "csv"))
-        status = error_set(&error, STATUS_USAGE, "--format %s: csv is what there is", o.format);
-    if (!status) {
-        status = csv_export(o.operand[0], o.output, &report, &error);
-        if (report.cut) cli_warn_cut(o.operand[0], report.cut_offset);
-    }
-    if (status) return cli_fail(&error);
-    cli_say(stdout, "%s: %d tests, %lld rows, %lld cycles lost", o.output, report.files, (long long)report.rows,
-            (long long)report.lost);
-    if (report.unreadable)
-        cli_say(stderr, "hexid: warning: %lld messages on HEXID_STATE could not be read", (long long)report.unreadable);
-    return EXIT_PASSED;
+    const char *name = !status && o.format ? o.format : export_table.name;
+    for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
+        if (!strcmp(name, formats[i]->name)) format = formats[i];
+    if (!status && !format) status = error_set(&error, STATUS_USAGE, "--format %.80s: choose csv, mat or mcap", name);
+    if (!status && o.all && format != &export_table)
+        status = error_set(&error, STATUS_USAGE, "--all: for csv; %s has everything anyway", name);
+    if (!status) status = format == &export_table && !o.all ? export_tests(&o, &error) : export_all(&o, format, &error);
+    return status ? cli_fail(&error) : EXIT_PASSED;
 }

@@ -23,7 +23,9 @@ static const struct subcommand {
      "find the physical effect that the model lacks, add it, and show how much of the difference is gone", cmd_gap},
     {"import", "DIR|CSV -o LOG [-c FILE] [--set KEY=VALUE ...] [--map OURS=THEIRS[:UNIT],...]",
      "make a log of the CSV files of a run, or of one; --map position=Weg:mm,t=Zeit:s where their columns have other names", cmd_import},
-    {"export", "LOG -o CSVDIR", "make CSV files of a log", cmd_export},
+    {"export", "LOG -o DIR | --all -o FILE | --format mat|mcap -o FILE",
+     "hand a log on: a directory of CSV files, one a test, as import reads it; or all of it, every cycle of every state, as one\n"
+     "           CSV table (--all), for MATLAB, Octave and scipy (mat), or for PlotJuggler and Foxglove (mcap)", cmd_export},
     {"command", "engage|start|stop|park|reset [-c FILE]", "tell a running hexid what to do, over LCM", cmd_command},
     {"monitor", "[-c FILE]", "watch a running hexid in the terminal, over LCM", cmd_monitor},
     {"doctor", "[-c FILE] [--set KEY=VALUE ...] [--modbus-map] [--failures] [--keys]",

@@ -25,6 +25,7 @@ static const struct option long_options[] = {
     {"measured", required_argument, NULL, 'M'}, {"validate", required_argument, NULL, 'v'}, {"replay", required_argument, NULL, 'R'},
     {"map", required_argument, NULL, 'a'},    {"trajectory", required_argument, NULL, 'T'}, {"repeat", required_argument, NULL, 'n'},
     {"survey", no_argument, NULL, 'V'},       {"std", required_argument, NULL, 'd'},
+    {"all", no_argument, NULL, 'A'},
     {0},
 };
 
@@ -100,6 +101,7 @@ static int take(struct options *o, int option, const char *value, struct error *
     case 'k': o->keys = true; return STATUS_OK;
     case 'o': o->output = value; return STATUS_OK;
     case 'F': o->format = value; return STATUS_OK;
+    case 'A': o->all = true; return STATUS_OK;
     case 'v': o->validate = value; return STATUS_OK;
     case 'R': o->replay = value; return STATUS_OK;
     case 'a': o->map = value; return STATUS_OK;

@@ -1,0 +1,44 @@
+/* A whole log for other programs: every cycle, and in the formats that can hold them the messages too. One pass over the log; nothing of it
+ * is trusted (log.h, messages.h, message_fields.h). Main thread. */
+#ifndef HEXID_LOG_EXPORT_H
+#define HEXID_LOG_EXPORT_H
+
+#include "message_fields.h"
+#include "status.h"
+#include "types.h"
+
+/* What a format does. `to` is its own state. cycle() and message() remember what fails, and failed() tells it: an errno. */
+struct export_format {
+    const char *name;
+    int (*open)(void **to, const char *path, struct error *error);
+    void (*cycle)(void *to, int64_t utime_us, double time_s, const struct cycle *c); /* time_s: since the log's first cycle */
+    void (*message)(void *to, int64_t utime_us, const struct message *m);
+    int (*failed)(const void *to);
+    int (*close)(void *to, struct error *error); /* frees; a file that is not whole is removed */
+};
+
+/* A row of CSV a cycle, the columns of cycle_columns.h behind time_s; no messages. Numbers read back bit for bit. */
+extern const struct export_format export_table;
+
+/* MCAP: topic /hexid/state, and /hexid/NAME for the types of message_fields.h, JSON with its schema (mcap.h); the time is the log's, utime.
+ * JSON has neither NaN nor infinity: such a field is left out, in an array it is null. */
+extern const struct export_format export_mcap;
+
+/* MATLAB's format 5, compressed: one struct `hexid` with time_s and each column of cycle_columns.h as a column vector (integers are int64),
+ * `units` with the unit of each, `config`, the configuration as text, and a struct array NAME for each type of message_fields.h that the log
+ * has, matrices 6 x 6. Texts are ASCII, '?' for what is not. Memory: 464 bytes a cycle, the messages, and the file. */
+extern const struct export_format export_mat;
+
+struct log_export_report {
+    int64_t cycles, lost;  /* lost: by the gaps of seq */
+    int64_t messages;
+    int64_t unreadable;    /* messages on hexid's channels that are none */
+    bool cut;              /* the log is cut off or damaged, read up to cut_offset */
+    int64_t cut_offset;
+};
+
+/* -3 with the path of what cannot be read or written, or when the log has no cycle. */
+int log_export(const char *log_path, const char *path, const struct export_format *format, struct log_export_report *report,
+               struct error *error);
+
+#endif
