@@ -6,7 +6,9 @@
 The names of the columns are told again here, so that an exchanged one is seen."""
 import csv
 import json
+import struct
 import sys
+import zlib
 
 import numpy as np
 
@@ -96,8 +98,18 @@ def mat(logged, times, messages, path):
     same_columns(logged, file)
 
 
+def checksums(path):
+    """Of the data and of the summary, which the readers do not look at. A footer has 29 bytes and 8 of magic behind it, a DataEnd 13."""
+    with open(path, "rb") as file:
+        data = file.read()
+    opcode, length, summary, _, crc = struct.unpack("<BQQQI", data[-37:-8])
+    assert (opcode, length) == (2, 20) and crc == zlib.crc32(data[summary:-12])
+    assert struct.unpack("<BQI", data[summary - 13:summary]) == (15, 4, zlib.crc32(data[:summary - 13]))
+
+
 def mcap(logged, times, messages, path):
     from mcap.reader import make_reader
+    checksums(path)
     rows, log_times, found = [], [], {}
     with open(path, "rb") as file:
         reader = make_reader(file, validate_crcs=True)

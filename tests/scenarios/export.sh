@@ -25,6 +25,10 @@ same_bytes() {
 }
 for format in table mat mcap; do claim "$format: the same log makes the same bytes" same_bytes $format; done
 
+# HDF5, curl and what they bring are for `hexid export --format mat` alone.
+without() { ldd "$hexid" >"$work/libraries" && grep -q liblcm "$work/libraries" && ! grep -E 'matio|hdf5|curl' "$work/libraries"; }
+claim "the process that moves a machine has no libmatio in it" without
+
 page() {
     mkdir -p "$work/page/build" "$work/page/runs" && ln -s "$work/made/python" "$work/page/build/python" && cp "$work/run.lcm" "$work/page/runs/a.lcm" || return 1
     sed -n '/^```python$/,/^```$/{/^```/d;p}' docs/python.md >"$work/page/page.py"
@@ -35,7 +39,7 @@ page() {
 }
 claim "the fifteen lines of docs/python.md go from a log to pandas" page
 
-# left FILE: nothing of it is there.
+# refused_and_gone FILE STATUS WORDS COMMAND...: and no FILE is left.
 refused_and_gone() {
     local file=$1
     shift
@@ -66,6 +70,21 @@ for format in table mat mcap; do
     claim "$format: a log that is cut: written up to there, and said" cut $format
     claim "$format: a log without a cycle: refused, and no file left" refused_and_gone "$(to $format)" 3 "empty.lcm no cycle" formatted $format "$work/empty.lcm" "$(to $format)"
 done
+
+# More events than a .mat takes.
+many() {
+    PYTHONPATH=$work/made/python "$python" - "$work/many.lcm" <<'PY'
+import sys, hexid, lcm
+log, event, state = lcm.EventLog(sys.argv[1], "w"), hexid.event_t(), hexid.state_t()
+event.kind, event.text = "state", "ready"
+log.write_event(0, "HEXID_STATE", state.encode())
+for n in range(100001):
+    log.write_event(n, "HEXID_EVENT", event.encode())
+PY
+    refused_and_gone "$(to mat)" 3 "never.mat 100000 csv mcap" formatted mat "$work/many.lcm" "$(to mat)" &&
+        formatted mcap "$work/many.lcm" "$work/many.mcap" | grep -q '100001 messages'
+}
+claim "a log that is too long for a .mat: refused, with what takes it" many
 
 # Bytes of a log changed at random, in its messages too: whatever comes out opens.
 hostile() {
