@@ -23,8 +23,10 @@
 #include <unistd.h>
 
 #include "confine.h"
+#include "notify.h"
 
 static char directory[] = "/tmp/confine.XXXXXX", result[64], other[64];
+static struct notify manager; /* opened before, as the daemon does */
 
 /* In a child that is confined; true when what it did was. */
 static bool in_child(bool (*does)(const char *path), bool reconnects) {
@@ -124,6 +126,14 @@ static bool what_is_open_works(const char *path) {
     return block && clock_nanosleep(CLOCK_MONOTONIC, 0, &t, NULL) == 0 && !raise(0) && dprintf(STDERR_FILENO, "%s", "") == 0;
 }
 
+static bool the_manager_is_told(const char *path) {
+    (void)path;
+    manager.every_ns = 1;
+    notify_send(&manager, "READY=1\n");
+    notify_alive(&manager);
+    return denied(socket(AF_UNIX, SOCK_DGRAM, 0));
+}
+
 static bool a_connection_is_made_again(const char *path) {
     struct sockaddr_in nobody = {.sin_family = AF_INET, .sin_addr.s_addr = htonl(INADDR_LOOPBACK), .sin_port = htons(9)};
     int tcp = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0), reached = connect(tcp, (struct sockaddr *)&nobody, sizeof nobody);
@@ -159,6 +169,25 @@ static void what_the_daemon_needs_works(void **unused) {
     assert_non_null(file);
     assert_int_equal(fread(text, 1, sizeof text, file), 6);
     fclose(file);
+}
+
+static void a_service_manager_is_told_through_the_socket_that_was_open(void **unused) {
+    (void)unused;
+    SKIP_SANITIZED();
+    struct sockaddr_un at = {.sun_family = AF_UNIX};
+    struct error error;
+    char text[16] = "";
+    snprintf(at.sun_path, sizeof at.sun_path, "%s", other);
+    int file = socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK, 0);
+    assert_int_equal(bind(file, (struct sockaddr *)&at, sizeof at), 0);
+    setenv("NOTIFY_SOCKET", other, 1);
+    assert_int_equal(notify_open(&manager, &error), STATUS_OK);
+    assert_true(in_child(the_manager_is_told, false));
+    assert_int_equal(recv(file, text, sizeof text - 1, 0), 8);
+    assert_string_equal(text, "READY=1\n");
+    assert_int_equal(recv(file, text, sizeof text - 1, 0), 10);
+    notify_close(&manager);
+    close(file);
 }
 
 /* TSYNC: a thread that runs already; it tells through a pipe. */
@@ -207,6 +236,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_is_denied_fails_and_kills_nobody),
         cmocka_unit_test(what_the_daemon_needs_works),
+        cmocka_unit_test(a_service_manager_is_told_through_the_socket_that_was_open),
         cmocka_unit_test(threads_that_run_are_confined_too),
     };
     return cmocka_run_group_tests(tests, make_directory, remove_directory);

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "config.h"
+#include "edit_distance.h"
 
 /* The kind follows from the member's type: a row cannot disagree with the struct. */
 #define KIND(place) _Generic(((struct params *)0)->place, double: CONFIG_REAL, int: CONFIG_INTEGER, bool: CONFIG_BOOLEAN)
@@ -275,25 +276,6 @@ static const char *last_part(const char *path) {
     return dot ? dot + 1 : path;
 }
 
-/* Levenshtein distance, one row. */
-static int edit_distance(const char *a, const char *b) {
-    int row[CONFIG_PATH_SIZE];
-    int width = (int)strlen(b);
-    for (int j = 0; j <= width; j++) row[j] = j;
-    for (int i = 1; *a; i++, a++) {
-        int diagonal = row[0];
-        row[0] = i;
-        for (int j = 1; j <= width; j++) {
-            int best = diagonal + (*a != b[j - 1]);
-            if (row[j] + 1 < best) best = row[j] + 1;
-            if (row[j - 1] + 1 < best) best = row[j - 1] + 1;
-            diagonal = row[j];
-            row[j] = best;
-        }
-    }
-    return row[width];
-}
-
 /* Takes the candidate when it is nearer than what was found so far. A path without a section is compared with the member alone. */
 static void consider(const char *path, const char *candidate, int *best, char nearest[CONFIG_PATH_SIZE]) {
     const char *compared = strchr(path, '.') ? candidate : last_part(candidate);
@@ -307,7 +289,7 @@ static void consider(const char *path, const char *candidate, int *best, char ne
 void config_key_nearest(const char *path, char nearest[CONFIG_PATH_SIZE]) {
     struct config_key key;
     char section[CONFIG_PATH_SIZE];
-    int best = (int)strlen(path) / 3 + 1; /* farther is a guess, not a help */
+    int best = edit_distance_too_far(path);
     nearest[0] = '\0';
     for (size_t i = 0; i < sizeof sections / sizeof sections[0]; i++) consider(path, sections[i][0], &best, nearest);
     for (int i = 0; config_key_at(i, &key); i++) {

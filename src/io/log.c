@@ -5,6 +5,7 @@
 #include <lcm/eventlog.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include "input.h"
@@ -42,6 +43,7 @@ int log_create(struct log_writer **writer, const char *path, struct error *error
         free(w);
         return status;
     }
+    flock(fileno(w->file->f), LOCK_SH | LOCK_NB); /* says that it is being written (log_directory.h); a pipe need not take it */
     *writer = w;
     return STATUS_OK;
 }
