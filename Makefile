@@ -1,4 +1,5 @@
 # hexid: `make help` lists the targets; V=1 shows the commands. Debian 12; what is missing of its packages is installed on the way.
+VERSION := 0.9.0
 BUILD   ?= build
 VENV    ?= $(BUILD)/venv
 CC      := gcc
@@ -53,7 +54,7 @@ test: $(TESTS) $(REPLAYS) $(BENCHES) $(BUILD)/hexid $(VENV)/ready ## run all tes
 	@BUILD=$(BUILD) VENV=$(VENV) NOT_RUN="what takes minutes: make test-long; what is claimed about the wall clock: make test-rt" \
 		tests/run $(SCRIPTS) $(TESTS)
 
-test-long: $(BUILD)/hexid $(BUILD)/tests/test_axis $(BUILD)/tests/rig/rig $(VENV)/ready ## what takes minutes: whole runs and faults on the field buses, the hidden cases of score.py, all motions of one axis, the rig by other means
+test-long: $(BUILD)/hexid $(BUILD)/tests/test_axis $(BUILD)/tests/rig/rig $(VENV)/ready | deps-deb ## what takes minutes: whole runs and faults on the field buses, the hidden cases of score.py, all motions of one axis, the rig by other means, the package in a fresh root
 	@BUILD=$(BUILD) VENV=$(VENV) NOT_RUN="what is claimed about the wall clock: make test-rt" tests/run $(wildcard tests/long/*.sh)
 
 test-rt: $(BUILD)/hexid $(VENV)/ready | deps-bench ## what is claimed about the wall clock: the field buses at a real 2 ms, latencies beside cyclictest; on a quiet machine
@@ -106,6 +107,35 @@ pictures: $(BUILD)/hexid | deps-test ## docs/pictures/, out of a run and a repor
 
 python-types: $(BUILD)/python/hexid/__init__.py ## hexid's message types for Python -> build/python (docs/python.md)
 
+# Installing. DESTDIR and prefix as everywhere; configuration goes to /etc for prefix /usr, where the program looks for it, else to prefix/etc.
+prefix     ?= /usr/local
+sysconfdir ?= $(if $(filter /usr,$(prefix)),/etc,$(prefix)/etc)
+unitdir    ?= $(if $(filter /usr,$(prefix)),/lib,$(prefix)/lib)/systemd/system
+DOC        := $(DESTDIR)$(prefix)/share/doc/hexid
+install: $(BUILD)/hexid $(BUILD)/man/done ## install under prefix (/usr/local), with DESTDIR before it
+	install -D -m 755 $(BUILD)/hexid $(DESTDIR)$(prefix)/bin/hexid
+	install -d $(DESTDIR)$(sysconfdir)/hexid $(DESTDIR)$(prefix)/share/man/man1 $(DOC)
+	install -m 644 $(wildcard config/*.yaml config/*.dbc config/*.eds) $(DESTDIR)$(sysconfdir)/hexid/
+	install -m 644 $(BUILD)/man/*.1 $(DESTDIR)$(prefix)/share/man/man1/
+	install -D -m 644 config/hexid.bash $(DESTDIR)$(prefix)/share/bash-completion/completions/hexid
+	install -D -m 644 config/hexid.default $(DESTDIR)$(sysconfdir)/default/hexid
+	install -d $(DESTDIR)$(unitdir)
+	sed 's|@prefix@|$(prefix)|; s|@sysconfdir@|$(sysconfdir)|' config/hexid.service >$(DESTDIR)$(unitdir)/hexid.service
+	chmod 644 $(DESTDIR)$(unitdir)/hexid.service
+	install -m 644 README.md LICENSE $(DOC)/
+	cp -R docs lcmtypes $(DOC)/
+	rm -f $(DOC)/docs/pictures/draw.py $(DOC)/docs/recordings/compare.py
+
+# One page a subcommand, of what --help says.
+$(BUILD)/man/done: $(BUILD)/hexid config/manual.awk
+	@rm -rf $(@D) && mkdir -p $(@D)
+	@echo man $(@D)
+	$(Q)config/manual $(BUILD)/hexid $(VERSION) $(@D)
+	@touch $@
+
+deb: $(BUILD)/hexid $(BUILD)/man/done | deps-deb ## a Debian package for this machine's architecture -> build/hexid_VERSION_ARCH.deb
+	+@config/debian/build $(BUILD) $(VERSION)
+
 spy: has-display $(BUILD)/spy/hexid.jar ## lcm-spy with hexid's message types (needs a display)
 	java -Djava.net.preferIPv4Stack=true -Xmx256m \
 		-cp /usr/share/java/lcm.jar:/usr/share/java/jchart2d.jar:$(abspath $(BUILD)/spy/hexid.jar) lcm.spy.Spy
@@ -141,13 +171,15 @@ deps-test: deps-run
 	$(call install,can-utils chromium iproute2 kmod libcmocka-dev python3-numpy python3-venv user-mode-linux util-linux)
 deps-fuzz: deps-run
 	$(call install,clang libclang-rt-14-dev)
+deps-deb: deps-run
+	$(call install,dpkg-dev lintian mmdebstrap)
 deps-bench: deps-test
 	$(call install,rt-tests valgrind)
 deps-spy: has-display deps-run
 	$(call install,default-jdk-headless default-jre libjchart2d-java liblcm-java)
 
 # Building.
-$(BUILD)/hexid: $(BUILD)/src/cli/main.o $(BUILD)/libhexid.a
+$(BUILD)/hexid: $(BUILD)/src/cli/main.o $(BUILD)/version.o $(BUILD)/libhexid.a
 	@echo link $@
 	$(Q)$(CC) $(SAN) $(HARD_LD) -o $@ $^ $(LDLIBS)
 
@@ -193,7 +225,14 @@ $(BUILD)/effect_table.c: sim/effects | deps-run
 	@printf '%s\n' '#include "effect.h"' $(EFFECTS:%='extern const struct effect %;') 'const struct effect *const effect_table[] = {' \
 		$(EFFECTS:%='    &%,') '    0};' '_Static_assert(sizeof effect_table / sizeof *effect_table <= EFFECTS_MAX + 1, "raise EFFECTS_MAX");' >$@
 
-$(BUILD)/effect_table.o: $(BUILD)/effect_table.c
+# What --version says: VERSION, and of a checkout the commit, with a + when it was changed since. Written when that is another.
+COMMIT := $(shell git -c safe.directory='*' describe --always --exclude='*' --abbrev=12 --dirty=+ 2>/dev/null)
+$(BUILD)/version.c: always
+	@mkdir -p $(@D)
+	@printf '#include "version.h"\nconst char version[] = "%s";\n' '$(VERSION)$(COMMIT:%= (commit %))' >$@.new
+	@cmp -s $@.new $@ && rm $@.new || mv $@.new $@
+
+$(BUILD)/version.o $(BUILD)/effect_table.o: %.o: %.c
 	@echo cc $<
 	$(Q)$(CC) $(CFLAGS) -c -o $@ $<
 
@@ -242,7 +281,7 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)javac -cp /usr/share/java/lcm.jar -d $(@D) $(@D)/hexid/*.java
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
-.PHONY: .FORCE all has-display run test test-long test-rt asan tsan fuzz fuzz-run bench bench-paper bench-gap bench-coverage bench-methods bench-table5 rig check-rig docs pictures python-types spy clean help
-.PHONY: deps deps-run deps-test deps-fuzz deps-bench deps-spy
+.PHONY: .FORCE all always install deb has-display run test test-long test-rt asan tsan fuzz fuzz-run bench bench-paper bench-gap bench-coverage bench-methods bench-table5 rig check-rig docs pictures python-types spy clean help
+.PHONY: deps deps-run deps-test deps-deb deps-fuzz deps-bench deps-spy
 .SECONDARY:
 -include $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d) $(FUZZERS:=.d)

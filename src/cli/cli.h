@@ -3,6 +3,7 @@
 #ifndef HEXID_CLI_H
 #define HEXID_CLI_H
 
+#include <limits.h>
 #include <stdio.h>
 
 #include "params.h"
@@ -19,6 +20,7 @@ struct options {
     int measured_count;
     const char *settings[SETTINGS_MAX];
     int setting_count;
+    double log_quota_bytes;    /* 0: none */
     char tests[64], trajectory[PARAMS_TEXT_SIZE + 32], repeat[64]; /* --tests, --trajectory and --repeat as settings */
     uint64_t seed;
     bool fast, print_config, modbus_map, failures, keys, survey, all;
@@ -32,7 +34,9 @@ struct options {
 /* Reads argv[1..] of a subcommand that takes the options in `allowed` (letters of options.c's table) and so many operands. */
 int options_parse(struct options *o, int argc, char **argv, const char *allowed, int operands, struct error *error);
 
-/* Configuration from -c (default config/tian2015.yaml where it exists, else built in) and --set. */
+/* Configuration from -c and --set. Without -c: config/tian2015.yaml of the directory at hand (a checkout), else the installed one, which is
+ * found from where this program lies (PREFIX/etc/hexid, for /usr/bin /etc/hexid), else built in. */
+const char *options_default_config(char installed[PATH_MAX]); /* NULL: neither is there */
 int options_params(const struct options *o, struct params *params, struct error *error);
 
 /* Configuration of the run that the log at `path` is of, from its first event. -3 where that holds none: `otherwise`, the remedy or what

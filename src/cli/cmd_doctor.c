@@ -99,6 +99,7 @@ static bool check_modbus(const struct params *params) {
 }
 
 int cmd_doctor(int argc, char **argv) {
+    char installed[PATH_MAX];
     struct options o;
     struct params params;
     struct error error;
@@ -115,7 +116,8 @@ int cmd_doctor(int argc, char **argv) {
         modbus_map_print(stdout);
         return EXIT_PASSED;
     }
-    bool good = say(true, "configuration", o.config ? o.config : "default");
+    const char *found = o.config ? o.config : options_default_config(installed);
+    bool good = say(true, "configuration", found ? found : "built in");
     good &= check_kinematics(&params);
     good &= check_kernel();
     good &= check_bus(&params);

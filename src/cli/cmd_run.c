@@ -2,9 +2,11 @@
 #include <poll.h>
 #include <pthread.h>
 #include <signal.h>
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/signalfd.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "bus.h"
@@ -15,6 +17,7 @@
 #include "host_lock.h"
 #include "interlock.h"
 #include "log.h"
+#include "log_directory.h"
 #include "messages.h"
 #include "motion_check.h"
 #include "operator.h"
@@ -44,8 +47,10 @@ struct session {
     struct bus *bus;
     struct operator operator;
     char *config;
+    char log_path[PATH_MAX];       /* of a log in a directory */
     int lock, signal_file; /* descriptors */
-    int64_t signalled_ns;  /* CLOCK_MONOTONIC of the first signal, 0: none */
+    int64_t signalled_ns;  /* CLOCK_MONOTONIC of the first signal, 0: none, */
+    int signal;            /* and its number */
     bool listens, recorder_hangs, stuck;
 };
 
@@ -124,6 +129,23 @@ static int check_motion(struct session *s, struct error *error) {
     return status ? status : motion_check(&s->params, driven(s), error);
 }
 
+/* What cannot be deleted is said, and no reason not to run. */
+static int open_log(struct session *s, struct error *error) {
+    struct options *o = &s->options;
+    struct stat log;
+    bool directory = o->log && !stat(o->log, &log) && S_ISDIR(log.st_mode);
+    if (o->log_quota_bytes > 0.0 && !directory)
+        return error_set(error, STATUS_USAGE, "--log-quota: it needs --log DIR, a directory that is there");
+    if (!o->log) return STATUS_OK;
+    if (o->log_quota_bytes > 0.0 && log_directory_prune(o->log, (int64_t)o->log_quota_bytes, error)) warn(error);
+    if (directory) {
+        int status = log_directory_create(o->log, s->log_path, sizeof s->log_path, error);
+        if (status) return status;
+        o->log = s->log_path;
+    }
+    return log_create(&s->log, o->log, error);
+}
+
 static int open_all(struct session *s, struct error *error) {
     int status = lock_machine(s, error);
     if (status) return status;
@@ -134,7 +156,7 @@ static int open_all(struct session *s, struct error *error) {
     if (s->options.fast && !s->hal->ops->simulated)
         return error_set(error, STATUS_USAGE, "--fast: %s is not simulated; a real machine has real time", s->options.hal);
     if ((status = cli_check_writable(s->options.json, error))) return status;
-    if (s->options.log && (status = log_create(&s->log, s->options.log, error))) return status;
+    if ((status = open_log(s, error))) return status;
     if (ring_init(&s->ring, sizeof(struct cycle), RING_CAPACITY)) return error_set(error, STATUS_IO, "out of memory");
     s->config = config_text(&s->params);
     if (!s->config) return error_set(error, STATUS_IO, "out of memory");
@@ -177,6 +199,7 @@ static void signalled(struct session *s, int number) {
     if (!s->signalled_ns) {
         loop_quit(&s->loop);
         s->signalled_ns = now_ns;
+        s->signal = number;
         progress_say(&s->progress, "hexid: interrupted: parking (once more to centre the valves at once)\n");
     } else if (by_hand && now_ns - s->signalled_ns >= twice_ns && !atomic_exchange(&s->loop.abort, true)) {
         progress_say(&s->progress, "hexid: interrupted again: valves centred\n");
@@ -253,6 +276,13 @@ static int report_survey(struct session *s, struct verdict *verdict, struct erro
     return status == STATUS_IO ? status : STATUS_OK;
 }
 
+/* A platform that moves on command alone has no tests to be done with: SIGTERM, as service managers send it, is its ordinary end, once the
+ * platform is put down and no fault stands. */
+static bool ended_by_order(const struct session *s) {
+    const struct cycle *last = &s->recorder.analysis.last;
+    return s->signal == SIGTERM && !s->params.motion.automatic && last->state == STATE_SETTLED && !last->first_fault;
+}
+
 static int report(struct session *s, struct error *error) {
     struct analysis *a = &s->recorder.analysis;
     struct verdict verdict = analysis_verdict(a);
@@ -269,7 +299,7 @@ static int report(struct session *s, struct error *error) {
     fprintf(s->progress.out, "log       %s\n", s->options.log ? s->options.log : "none kept (--log FILE keeps one)");
     outlet_flush(&s->progress.steps);
     status = write_result(s, &verdict, error);
-    return status ? status : verdict.status == VERDICT_PASS ? EXIT_PASSED : EXIT_CHECK_FAILED;
+    return status ? status : verdict.status == VERDICT_PASS || ended_by_order(s) ? EXIT_PASSED : EXIT_CHECK_FAILED;
 }
 
 /* What the recorder has taken goes into the log and the result; one that hangs is left behind. */
@@ -310,6 +340,7 @@ static int run(struct session *s, struct error *error) {
     crash_guard(s->hal, &s->loop.abort);
     s->recorder = (struct recorder){.params = &s->params, .loop = &s->loop, .records = &s->ring, .log = s->log, .bus = s->bus,
                                     .progress = &s->progress};
+    if (notify_open(&s->recorder.notify, error)) warn(error);
     warn_of_missing_inputs(s);
     int status = recorder_start(&s->recorder, s->config, error);
     if (status) return status;
@@ -337,6 +368,7 @@ static int close_all(struct session *s, int status, const struct error *error) {
     if (s->hal) s->hal->ops->close(s->hal);
     if (status < 0) status = cli_fail(error);
     if (!quiet || s->stuck) _exit(status); /* threads that wait for a terminal or a disk still use what would be freed */
+    notify_close(&s->recorder.notify);
     if (s->bus) bus_close(s->bus);
     if (s->log) log_close(s->log, &ignored);
     analysis_free(&s->recorder.analysis);
@@ -352,7 +384,7 @@ int cmd_run(int argc, char **argv) {
     struct session *s = calloc(1, sizeof *s);
     struct error error = {0};
     if (!s) return -STATUS_IO;
-    int status = options_parse(&s->options, argc, argv, "cHfrsljStTnpVd", 0, &error);
+    int status = options_parse(&s->options, argc, argv, "cHfrslqjStTnpVd", 0, &error);
     if (!status) status = options_params(&s->options, &s->params, &error);
     if (!status && !s->options.print_config) status = check_motion(s, &error);
     if (!status && s->options.print_config) {

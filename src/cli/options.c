@@ -1,6 +1,8 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <getopt.h>
+#include <limits.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -8,11 +10,11 @@
 #include "bus.h"
 #include "cli.h"
 #include "config.h"
+#include "edit_distance.h"
 #include "log.h"
 #include "messages.h"
 #include "printable.h"
 
-static const char default_config[] = "config/tian2015.yaml";
 static const double STD_LEAST_PCT = 0.01, STD_MOST_PCT = 10.0; /* above a fifth of it method C calls an entry not determined */
 
 static const struct option long_options[] = {
@@ -23,6 +25,7 @@ static const struct option long_options[] = {
     {"format", required_argument, NULL, 'F'}, {"bus", required_argument, NULL, 'b'}, {"modbus-map", no_argument, NULL, 'm'},
     {"failures", no_argument, NULL, 'x'},     {"keys", no_argument, NULL, 'k'},
     {"measured", required_argument, NULL, 'M'}, {"validate", required_argument, NULL, 'v'}, {"replay", required_argument, NULL, 'R'},
+    {"log-quota", required_argument, NULL, 'q'},
     {"map", required_argument, NULL, 'a'},    {"trajectory", required_argument, NULL, 'T'}, {"repeat", required_argument, NULL, 'n'},
     {"survey", no_argument, NULL, 'V'},       {"std", required_argument, NULL, 'd'},
     {"all", no_argument, NULL, 'A'},
@@ -46,6 +49,16 @@ static int set_seed(struct options *o, const char *text, struct error *error) {
     o->seed = strtoull(text, &end, 10);
     if (errno || *end || *text < '0' || *text > '9')
         return error_set(error, STATUS_USAGE, "--seed %s: not a number from 0 to 2^64-1", text);
+    return STATUS_OK;
+}
+
+static int set_log_quota(struct options *o, const char *text, struct error *error) {
+    static const double bytes_per_gb = 1e9, most_gb = 1e6;
+    char *end;
+    double gb = strtod(text, &end);
+    if (end == text || *end || !(gb > 0.0 && gb <= most_gb))
+        return error_set(error, STATUS_USAGE, "--log-quota %.40s: not a number of gigabytes above 0, up to %.0f", text, most_gb);
+    o->log_quota_bytes = gb * bytes_per_gb;
     return STATUS_OK;
 }
 
@@ -109,6 +122,7 @@ static int take(struct options *o, int option, const char *value, struct error *
     case 'V': o->survey = true; return STATUS_OK;
     case 'd': return set_std(o, value, error);
     case 'r': return set_rt(o, value, error);
+    case 'q': return set_log_quota(o, value, error);
     case 's': return set_seed(o, value, error);
     case 'T': return set_trajectory(o, value, error);
     case 'n': return set_repeat(o, value, error);
@@ -116,6 +130,20 @@ static int take(struct options *o, int option, const char *value, struct error *
     case 'M': return add_measured(o, value, error);
     default: return set_tests(o, value, error);
     }
+}
+
+/* A suggestion is made of a long name alone, and of those that the subcommand takes. */
+static int unknown_option(const char *command, const char *name, const char *allowed, struct error *error) {
+    const char *word = name + strspn(name, "-"), *nearest = NULL;
+    int best = edit_distance_too_far(word);
+    for (const struct option *o = long_options; o->name && strlen(word) > 1; o++) {
+        int distance = strchr(allowed, o->val) ? edit_distance(word, o->name) : best;
+        if (distance > best || (distance == best && nearest) || !strchr(allowed, o->val)) continue;
+        best = distance;
+        nearest = o->name;
+    }
+    return error_set(error, STATUS_USAGE, "`hexid %s` has no option %s%.100s; %s%s%ssee `hexid %s --help`", command, *name == '-' ? "" : "--", name,
+                     nearest ? "did you mean --" : "", nearest ? nearest : "", nearest ? "? " : "", command);
 }
 
 int options_parse(struct options *o, int argc, char **argv, const char *allowed, int operands, struct error *error) {
@@ -132,8 +160,7 @@ int options_parse(struct options *o, int argc, char **argv, const char *allowed,
         const char *name = argv[optind - 1];
         if (option == ':') return error_set(error, STATUS_USAGE, "%s needs a value; see `hexid %s --help`", name, argv[0]);
         if (option == '?' || !strchr(allowed, option))
-            return error_set(error, STATUS_USAGE, "`hexid %s` has no option %s; see `hexid %s --help`", argv[0],
-                             index >= 0 ? long_options[index].name : name, argv[0]);
+            return unknown_option(argv[0], index >= 0 ? long_options[index].name : name, allowed, error);
         int status = take(o, option, optarg, error);
         if (status) return status;
     }
@@ -146,9 +173,24 @@ int options_parse(struct options *o, int argc, char **argv, const char *allowed,
     return STATUS_OK;
 }
 
+const char *options_default_config(char installed[PATH_MAX]) {
+    static const char of_a_checkout[] = "config/tian2015.yaml";
+    static const char *const from_the_program[] = {"/../etc/hexid/tian2015.yaml", "/../../etc/hexid/tian2015.yaml"};
+    if (!access(of_a_checkout, R_OK)) return of_a_checkout;
+    ssize_t length = readlink("/proc/self/exe", installed, PATH_MAX - sizeof "/../../etc/hexid/tian2015.yaml");
+    if (length <= 0) return NULL;
+    installed[length] = '\0';
+    char *end = strrchr(installed, '/');
+    for (size_t i = 0; end && i < sizeof from_the_program / sizeof *from_the_program; i++) {
+        strcpy(end, from_the_program[i]);
+        if (!access(installed, R_OK)) return installed;
+    }
+    return NULL;
+}
+
 int options_params(const struct options *o, struct params *params, struct error *error) {
-    const char *path = o->config;
-    if (!path && !access(default_config, R_OK)) path = default_config;
+    char installed[PATH_MAX];
+    const char *path = o->config ? o->config : options_default_config(installed);
     return config_load(params, path, o->settings, o->setting_count, error);
 }
 

@@ -135,6 +135,24 @@ static void estimate(struct recorder *r, bool wait) {
     if (wait) publish_estimate(r, true);
 }
 
+static void tell_manager(struct recorder *r, const struct cycle *before) {
+    const struct cycle *c = &r->analysis.last;
+    struct notify *n = &r->notify;
+    char line[64];
+    notify_alive(n);
+    if (!n->ready && c->state == STATE_SETTLED) {
+        n->ready = true;
+        notify_send(n, "READY=1");
+    }
+    if (!n->stopping && atomic_load_explicit(&r->loop->quit, memory_order_relaxed)) {
+        n->stopping = true;
+        notify_send(n, "STOPPING=1");
+    }
+    if (c->state == before->state && r->analysis.cycles > 1) return;
+    snprintf(line, sizeof line, "STATUS=%s", state_names[c->state]);
+    notify_send(n, line);
+}
+
 static void take(struct recorder *r, const struct cycle *c) {
     unsigned char buffer[STATE_MESSAGE_MAX];
     struct cycle before = r->analysis.last;
@@ -146,6 +164,7 @@ static void take(struct recorder *r, const struct cycle *c) {
     keep(r, CHANNEL_STATE, buffer, size);
     if (r->bus && c->seq % (uint64_t)r->params->lcm.state_every == 0) bus_publish(r->bus, CHANNEL_STATE, buffer, size);
     changes(r, &before, lost);
+    tell_manager(r, &before);
     if (completed) result(r);
     if (r->bus && (completed || (before.test >= 0 && before.dof == DOF_NONE && c->test < 0))) r->estimate_due = true;
     if (r->estimate_due || r->estimate_tests) {

@@ -8,6 +8,7 @@
 #include "bus.h"
 #include "log.h"
 #include "loop.h"
+#include "notify.h"
 #include "progress.h"
 
 struct recorder {
@@ -17,6 +18,7 @@ struct recorder {
     struct log_writer *log;          /* NULL: none is kept */
     struct bus *bus;                 /* NULL: nothing is sent */
     struct progress *progress;
+    struct notify notify;            /* of a service: ready when settled, alive while cycles come, stopping when put down to end */
     struct analysis analysis;
     struct estimator estimator;      /* method C of the tests so far, for the bus */
     bool estimate_due;               /* a test has ended since the last was begun */

@@ -1,0 +1,160 @@
+#include "help.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "edit_distance.h"
+#include "hal.h"
+
+/* Options that several subcommands have. */
+#define CONFIG "  -c FILE          configuration; without it config/tian2015.yaml here, else the installed one, else built in\n"
+#define SET "  --set KEY=VALUE  one key of the configuration, e.g. tests.frequency_hz=5; `hexid doctor --keys` lists them\n"
+#define SEED "  --seed N         of the simulated sensors' noise, 1 without it\n"
+#define RT(defaults) "  --rt MODE        real time: require: nothing runs without SCHED_FIFO and locked memory; try: warn; off" defaults "\n"
+#define MAP "  --map LIST       columns of CSV by their own names: position=Weg:mm,t=Zeit:s\n"
+#define OF_LCM "  -c FILE          configuration with the lcm.url of the running hexid\n"
+
+static const char run_options[] =
+    CONFIG
+    "  --hal URL        the platform, `sim:` without it:\n"
+    "%s"
+    "  --fast           virtual time, as fast as this machine can: same code, same seed, same bytes\n"
+    RT(" (require on hardware, try on sim:)")
+    SEED
+    "  --log FILE|DIR   LCM event log of every cycle; in a directory a new file named by its start\n"
+    "  --log-quota GB   before the run, delete the oldest logs of the directory until the rest is below so much\n"
+    "  --json FILE      result, schema hexid.identification/1; - for standard output\n"
+    SET
+    "  --tests LIST     axes to test, e.g. x,theta\n"
+    "  --trajectory FILE\n"
+    "                   drive these poses instead: CSV with t_s and any of x_m, y_m, z_m, phi_rad, theta_rad, psi_rad\n"
+    "  --repeat N       passes of the trajectory\n"
+    "  --survey         drive a small multisine instead, and say: the lowest eigenfrequencies of oil columns and closed loop, whether the\n"
+    "                   configured tests are below them and above the sensors' floor, and which tests would do\n"
+    "  --std PCT        for this standard deviation of Mt's worst entry, in per cent of sqrt(Mii Mjj); 0.5 without it\n"
+    "  --print-config   show the effective configuration and end\n";
+
+static const char gap_options[] =
+    "  --measured LOG   of the rig; several logs of one machine are fitted together\n"
+    "  -c FILE          the model: configuration, its effects taken as given\n"
+    "  -o DIR           model.yaml (the model with what was found), gap.json, report.html\n"
+    "  --validate LOG   before and after are judged on this log, which no fit has seen, instead of on held-out cycles\n"
+    "  --replay MODE    closed-loop: the proof is a simulation of the loop; motion: the equations under the measured motion\n"
+    "                   alone, for one axis and for logs without references or valve commands\n"
+    "  --json FILE      gap.json, schema hexid.gap/1, there too; - for standard output\n"
+    SET
+    "\nexit status 0 whatever the verdict is: it stands in gap.json\n";
+
+static const char check_options[] =
+    "  DIR|CSV|LOG      a log, several of one machine, or CSV files as `hexid import` reads them\n"
+    "  -c FILE          configuration; without it the log's own, for CSV the one that `hexid run` takes\n"
+    SET MAP
+    "  -o PAGE.html     the signals over time, one file for any browser\n"
+    "  --json FILE      the same facts, schema hexid.check/1; - for standard output\n"
+    "\nexit status 0 when hexid gap would take it, 1 when not: the last line has its refusal\n";
+
+static const struct subcommand subcommands[] = {
+    {"run", "[-c FILE] [--hal URL] [--fast] [--rt require|try|off] [--seed N] [--log FILE|DIR [--log-quota GB]] [--json FILE]\n"
+            "           [--set KEY=VALUE ...] [--tests LIST] [--trajectory FILE [--repeat N]] [--survey [--std PCT]]\n"
+            "           [--print-config]",
+     "run the platform through its tests and identify it", run_options, "hexid run --fast --seed 7 --log a.lcm --json a.json", cmd_run},
+    {"plant", "--bus URL [-c FILE] [--set KEY=VALUE ...] [--seed N] [--rt require|try|off]",
+     "serve the simulated platform as the devices of a bus",
+     "  --bus URL        can:IF, modbus:tcp://HOST:PORT or modbus:rtu:DEVICE?baud=N\n" CONFIG SET SEED RT(" (without it: try)"),
+     "hexid plant --bus modbus:tcp://127.0.0.1:1502", cmd_plant},
+    {"check", "DIR|CSV|LOG [LOG ...] [-c FILE] [--set KEY=VALUE ...] [--map OURS=THEIRS[:UNIT],...] [-o PAGE.html] [--json FILE]",
+     "look at a recording: sampling, pieces in time, channels, and whether gap and identify would take it", check_options,
+     "hexid check a.lcm -o a.html", cmd_check},
+    {"identify", "LOG [LOG ...] [-c FILE] [--set KEY=VALUE ...] [--json FILE]", "identify from a recorded log, or from several of one machine",
+     "  LOG              of `hexid run` or `hexid import`; up to sixteen of one machine are combined, and compared\n"
+     "  -c FILE          configuration; without it the log's own\n" SET
+     "  --json FILE      result, schema hexid.identification/1; - for standard output\n",
+     "hexid identify a.lcm --json a.json", cmd_identify},
+    {"report", "LOG [LOG ...] -o PAGE.html [-c FILE] [--set KEY=VALUE ...]",
+     "the identification as one page: matrix, payload, friction, tests in pictures, checks; up to six logs side by side",
+     "  LOG              of one run; with several, each has its column beside the others, and nothing is pooled\n"
+     "  -o PAGE.html     one file for any browser, pictures inside; - for standard output\n"
+     "  -c FILE          configuration, of all logs; without it each log's own\n" SET
+     "\nexit status as that of hexid identify: 0 when all runs passed their checks, 1 when one did not; the page is written then, too\n",
+     "hexid report a.lcm b.lcm -o report.html", cmd_report},
+    {"gap", "--measured LOG [--measured LOG2 ...] [--validate LOG] -c FILE -o DIR [--json FILE] [--replay closed-loop|motion]\n"
+            "           [--set KEY=VALUE ...]",
+     "find the physical effect that the model lacks, add it, and show how much of the difference is gone", gap_options,
+     "hexid gap --measured a.lcm -c rig.yaml -o gap", cmd_gap},
+    {"import", "DIR|CSV -o LOG [-c FILE] [--set KEY=VALUE ...] [--map OURS=THEIRS[:UNIT],...]",
+     "make a log of the CSV files of a run, or of one",
+     "  DIR|CSV          a directory of CSV files, one a test, or one file\n"
+     "  -o LOG           the log to write\n" CONFIG SET MAP,
+     "hexid import stand.csv -c axis.yaml -o stand.lcm --map 't=Zeit:ms,position=Weg:mm,force=Kraft:kN'", cmd_import},
+    {"export", "LOG -o DIR | --all -o FILE | --format mat|mcap -o FILE",
+     "hand a log on: a directory of CSV files, one a test, as import reads it; or all of it, every cycle of every state",
+     "  LOG              of `hexid run` or `hexid import`\n"
+     "  -o DIR           directory for one CSV file a test, with the configuration\n"
+     "  --all -o FILE    one CSV table of every cycle\n"
+     "  --format FORMAT  csv without it; mat: for MATLAB, Octave and scipy; mcap: for PlotJuggler and Foxglove\n",
+     "hexid export a.lcm --format mat -o a.mat", cmd_export},
+    {"command", "engage|start|stop|park|reset [-c FILE] [--set KEY=VALUE ...]", "tell a running hexid what to do, over LCM",
+     "  engage           raise the platform to neutral, and renew the lease until it is put down; Ctrl-C parks it\n"
+     "  start            run the tests\n"
+     "  stop             end the test under way\n"
+     "  park             put the platform down\n"
+     "  reset            acknowledge a fault whose cause is gone\n" OF_LCM SET,
+     "hexid command park", cmd_command},
+    {"monitor", "[-c FILE] [--set KEY=VALUE ...]", "watch a running hexid in the terminal, over LCM", OF_LCM SET, "hexid monitor",
+     cmd_monitor},
+    {"doctor", "[-c FILE] [--set KEY=VALUE ...] [--modbus-map] [--failures] [--keys]",
+     "check configuration, real time, field buses and LCM on this machine",
+     CONFIG SET
+     "  --modbus-map     print the register map instead\n"
+     "  --failures       print what can fail, and what to do\n"
+     "  --keys           print the reference of all configuration keys\n",
+     "hexid doctor -c rig.yaml", cmd_doctor},
+    {"effects", "[NAME] [--json FILE]", "list the effects that the simulated plant can have",
+     "  NAME             this one alone\n"
+     "  --json FILE      the same, schema hexid.effects/1; - for standard output\n",
+     "hexid effects cylinder_coulomb_friction", cmd_effects},
+};
+
+enum { SUBCOMMANDS = sizeof subcommands / sizeof *subcommands };
+
+const struct subcommand *help_find(const char *name) {
+    for (int i = 0; i < SUBCOMMANDS; i++)
+        if (!strcmp(name, subcommands[i].name)) return &subcommands[i];
+    return NULL;
+}
+
+const char *help_nearest(const char *name) {
+    const char *nearest = NULL;
+    int best = edit_distance_too_far(name);
+    for (int i = 0; i < SUBCOMMANDS; i++) {
+        int distance = edit_distance(name, subcommands[i].name);
+        if (distance > best || (distance == best && nearest)) continue;
+        best = distance;
+        nearest = subcommands[i].name;
+    }
+    return nearest;
+}
+
+/* The URLs of --hal stand with their back-ends. */
+static void print_options(const struct subcommand *s) {
+    const char *urls = strstr(s->options, "%s");
+    printf("\nOptions:\n%.*s", urls ? (int)(urls - s->options) : (int)strlen(s->options), s->options);
+    if (!urls) return;
+    for (int i = 0; hal_table[i]; i++) printf("                     %s\n", hal_table[i]->usage);
+    printf("%s", urls + 2);
+}
+
+void help_print(const struct subcommand *s) {
+    printf("hexid %s %s\n%s\n", s->name, s->usage, s->purpose);
+    print_options(s);
+    printf("\nExample:\n  %s\n", s->example);
+}
+
+void help_print_all(FILE *out) {
+    fprintf(out, "hexid: controller and identifier of a hydraulic six-leg platform\n\n");
+    for (const struct subcommand *s = subcommands; s < subcommands + SUBCOMMANDS; s++)
+        fprintf(out, "  hexid %-9s%s\n           %s\n", s->name, s->usage, s->purpose);
+    fprintf(out, "\n  hexid --version\n\n`hexid SUBCOMMAND --help` has options and an example of each.\n"
+                 "\nexit status: 0 all checks passed, 1 a check failed or was not evaluated, 2 usage or configuration, 3 file or device,\n"
+                 "             4 refused for safety\n");
+}
