@@ -211,14 +211,6 @@ $(BUILD)/%.o: %.cpp | deps-run
 	@echo c++ $<
 	$(Q)$(CXX) $(CXXFLAGS) -c -o $@ $<
 
-# The commit; the file changes only when that does.
-VERSION := $(shell git describe --always --dirty --abbrev=12 2>/dev/null || echo unknown)
-$(BUILD)/version: .FORCE
-	@mkdir -p $(@D)
-	@[ "$$(cat $@ 2>/dev/null)" = "$(VERSION)" ] || echo "$(VERSION)" >$@
-$(BUILD)/src/report/version.o: $(BUILD)/version
-$(BUILD)/src/report/version.o: CFLAGS += -DHEXID_VERSION='"$(VERSION)"'
-
 # An effect is a file in sim/effects/ and nothing else.
 $(BUILD)/effect_table.c: sim/effects | deps-run
 	@mkdir -p $(@D)
@@ -281,7 +273,7 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)javac -cp /usr/share/java/lcm.jar -d $(@D) $(@D)/hexid/*.java
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
-.PHONY: .FORCE all always install deb has-display run test test-long test-rt asan tsan fuzz fuzz-run bench bench-paper bench-gap bench-coverage bench-methods bench-table5 rig check-rig docs pictures python-types spy clean help
+.PHONY: all always install deb has-display run test test-long test-rt asan tsan fuzz fuzz-run bench bench-paper bench-gap bench-coverage bench-methods bench-table5 rig check-rig docs pictures python-types spy clean help
 .PHONY: deps deps-run deps-test deps-deb deps-fuzz deps-bench deps-spy
 .SECONDARY:
 -include $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d) $(FUZZERS:=.d)

@@ -9,6 +9,7 @@
 #include "identification_report.h"
 #include "log_analysis.h"
 #include "log_set.h"
+#include "version.h"
 
 _Static_assert((int)REPORT_LOGS <= (int)OPERANDS_MAX, "an operand a log");
 
@@ -44,7 +45,7 @@ static int check_output(const struct options *o, struct error *error) {
 
 /* Nothing is written before all logs have been read. */
 static int report(const struct options *o, struct log_analysis *analysis, struct error *error) {
-    struct identification_report r = {.logs = o->operands};
+    struct identification_report r = {.version = version, .logs = o->operands};
     char *config[REPORT_LOGS] = {0};
     int status = check_output(o, error), result = EXIT_PASSED;
     for (int i = 0; i < r.logs && !status; i++) status = log_set_new(i, o->operand, error);

@@ -8,7 +8,6 @@
 #include "identification_sections.h"
 #include "identification_tables.h"
 #include "page.h"
-#include "version.h"
 
 static const int64_t DATED_US = 1000000000000000; /* September 2001: before it, a clock that began at 0 */
 
@@ -181,7 +180,7 @@ static void page_write(struct report_page *p) {
     fputs("<header><span>hexid report: <code>", p->out);
     for (int i = 0; i < r->logs; i++) html_text(p->out, "%s%s", i ? " " : "", file_name(r->log[i].path));
     fputs("</code></span><span>", p->out);
-    html_text(p->out, "evaluated by hexid %s", hexid_version);
+    html_text(p->out, "evaluated by hexid %s", r->version);
     fputs("</span></header>\n", p->out);
     headline(p->out, r);
     facts(p->out, r);

@@ -36,6 +36,7 @@ struct identification_log {
 };
 
 struct identification_report {
+    const char *version;          /* of hexid */
     int logs;                     /* 1 .. REPORT_LOGS */
     struct identification_log log[REPORT_LOGS];
 };

@@ -1,3 +1,0 @@
-#include "version.h"
-
-const char hexid_version[] = HEXID_VERSION;
