@@ -35,7 +35,7 @@ LONGEST := gap can figures pages
 SCRIPTS := $(LONGEST:%=tests/scenarios/%.sh) $(filter-out $(LONGEST:%=tests/scenarios/%.sh),$(wildcard tests/scenarios/*.sh))
 # What a sanitizer is for: AddressSanitizer sees every program; the scenarios left out run the same code for their numbers.
 # ThreadSanitizer sees what has threads.
-OF_NUMBERS  := $(addprefix tests/scenarios/,can.sh faults.sh figures.sh machines.sh modbus.sh signals.sh stop.sh survey.sh table5.sh)
+OF_NUMBERS  := $(addprefix tests/scenarios/,can.sh faults.sh figures.sh install.sh machines.sh modbus.sh pages.sh signals.sh stop.sh survey.sh table5.sh)
 WITH_THREADS := $(addprefix tests/scenarios/,command.sh lcm.sh paced.sh same_seed.sh)
 THREADED    := $(addprefix tests/test_,axis bus can_link confine loop modbus_line)
 
@@ -168,7 +168,7 @@ deps-run:
 	$(call install,g++ gcc gnuplot-nox libeigen3-dev libjansson-dev liblcm-bin liblcm-dev libmatio-dev libmodbus-dev libode-dev libseccomp-dev \
 		libyaml-dev libzstd-dev zlib1g-dev)
 deps-test: deps-run
-	$(call install,can-utils chromium iproute2 kmod libcmocka-dev python3-numpy python3-venv user-mode-linux util-linux)
+	$(call install,can-utils chromium iproute2 kmod libcmocka-dev man-db python3-numpy python3-venv strace user-mode-linux util-linux)
 deps-fuzz: deps-run
 	$(call install,clang libclang-rt-14-dev)
 deps-deb: deps-run
