@@ -25,7 +25,8 @@ struct options {
     uint64_t seed;
     bool fast, print_config, modbus_map, failures, keys, survey, all;
     double std_pct; /* wanted of a survey's proposals; 0: not given */
-    bool rt_given;
+    bool rt_given, pose_given;
+    double pose[DOFS]; /* --pose: x y z phi theta psi */
     enum realtime_mode rt;
     const char *operand[OPERANDS_MAX];
     int operands;

@@ -20,7 +20,9 @@ static FILE *out_of(const struct options *o) { return o->json && !strcmp(o->json
 static int exit_status(const struct verdict *v) { return v->status == VERDICT_PASS ? EXIT_PASSED : EXIT_CHECK_FAILED; }
 
 static int one_log(const struct options *o, struct log_analysis *i, struct error *error) {
+    struct method_c *found = &i->analysis.ident.result.method_c;
     int status = identify(o, o->operand[0], i, error);
+    if (!status && o->pose_given) status = method_c_at_pose(found, &i->params, o->pose, error);
     if (status) return status;
     analysis_print(&i->analysis, &i->verdict, out_of(o));
     status = analysis_write_json(&i->analysis, &i->verdict, o->json, error);
@@ -72,6 +74,7 @@ static int several_logs(const struct options *o, struct log_analysis *i, struct 
         c.log[l] = (struct combination_log){.path = o->operand[l], .id = &i[l].analysis.ident.result, .verdict = &i[l].verdict,
                                             .loop = analysis_statistics(&i[l].analysis)};
     if (!status) status = combine(&c, i, error);
+    if (!status && o->pose_given) status = method_c_at_pose(&c.all, &i[0].params, o->pose, error);
     if (status) return status;
     c.verdict = combination_verdict(&c);
     combination_table_print(out_of(o), &c);
@@ -82,7 +85,7 @@ static int several_logs(const struct options *o, struct log_analysis *i, struct 
 int cmd_identify(int argc, char **argv) {
     struct options o;
     struct error error;
-    int status = options_parse(&o, argc, argv, "cSj", OPERANDS_MAX, &error);
+    int status = options_parse(&o, argc, argv, "cSjP", OPERANDS_MAX, &error);
     if (!status && !o.operands) status = error_set(&error, STATUS_USAGE, "identify: name a log; see `hexid identify --help`");
     struct log_analysis *i = status ? NULL : calloc((size_t)o.operands, sizeof *i);
     if (!status && !i) status = error_set(&error, STATUS_IO, "out of memory");

@@ -65,9 +65,10 @@ static const struct subcommand subcommands[] = {
     {"check", "DIR|CSV|LOG [LOG ...] [-c FILE] [--set KEY=VALUE ...] [--map OURS=THEIRS[:UNIT],...] [-o PAGE.html] [--json FILE]",
      "look at a recording: sampling, pieces in time, channels, and whether gap and identify would take it", check_options,
      "hexid check a.lcm -o a.html", cmd_check},
-    {"identify", "LOG [LOG ...] [-c FILE] [--set KEY=VALUE ...] [--json FILE]", "identify from a recorded log, or from several of one machine",
+    {"identify", "LOG [LOG ...] [-c FILE] [--set KEY=VALUE ...] [--pose X,Y,Z,PHI,THETA,PSI] [--json FILE]", "identify from a recorded log, or from several of one machine",
      "  LOG              of `hexid run` or `hexid import`; up to sixteen of one machine are combined, and compared\n"
      "  -c FILE          configuration; without it the log's own\n" SET
+     "  --pose LIST      the matrix in this pose, too, m and rad: from the payload found and the legs as configured\n"
      "  --json FILE      result, schema hexid.identification/1; - for standard output\n",
      "hexid identify a.lcm --json a.json", cmd_identify},
     {"report", "LOG [LOG ...] -o PAGE.html [-c FILE] [--set KEY=VALUE ...]",

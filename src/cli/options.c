@@ -28,7 +28,7 @@ static const struct option long_options[] = {
     {"log-quota", required_argument, NULL, 'q'},
     {"map", required_argument, NULL, 'a'},    {"trajectory", required_argument, NULL, 'T'}, {"repeat", required_argument, NULL, 'n'},
     {"survey", no_argument, NULL, 'V'},       {"std", required_argument, NULL, 'd'},
-    {"all", no_argument, NULL, 'A'},
+    {"all", no_argument, NULL, 'A'},         {"pose", required_argument, NULL, 'P'},
     {0},
 };
 
@@ -101,6 +101,20 @@ static int set_std(struct options *o, const char *text, struct error *error) {
     return STATUS_OK;
 }
 
+static int set_pose(struct options *o, const char *text, struct error *error) {
+    static const double most = 30.0; /* m; rad */
+    const char *at = text;
+    o->pose_given = true;
+    for (int i = 0; i < DOFS; i++) {
+        char *end;
+        o->pose[i] = strtod(at, &end);
+        if (end == at || *end != (i + 1 < DOFS ? ',' : '\0') || !(fabs(o->pose[i]) <= most))
+            return error_set(error, STATUS_USAGE, "--pose %.80s: six numbers x,y,z,phi,theta,psi in m and rad, as 0.1,0,-0.05,0,0.1,0", text);
+        at = end + 1;
+    }
+    return STATUS_OK;
+}
+
 static int take(struct options *o, int option, const char *value, struct error *error) {
     switch (option) {
     case 'c': o->config = value; return STATUS_OK;
@@ -121,6 +135,7 @@ static int take(struct options *o, int option, const char *value, struct error *
     case 'p': o->print_config = true; return STATUS_OK;
     case 'V': o->survey = true; return STATUS_OK;
     case 'd': return set_std(o, value, error);
+    case 'P': return set_pose(o, value, error);
     case 'r': return set_rt(o, value, error);
     case 'q': return set_log_quota(o, value, error);
     case 's': return set_seed(o, value, error);

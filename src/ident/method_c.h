@@ -32,12 +32,19 @@
 #include "payload.h"
 #include "recording.h"
 
+/* The matrix elsewhere than at neutral, from the payload found and the legs as configured. */
+struct matrix_at_pose {
+    bool asked, determined;                      /* determined: so are all of the payload's ten parameters */
+    double pose[DOFS], mt[DOFS][DOFS];
+};
+
 struct method_c {
     struct method_result matrix;                 /* symmetric; an entry that these data do not determine is NaN; damping is below. The condition
                                                   * number is the normal matrix's, entries in units of sqrt(M_ii M_jj), friction eliminated */
     double viscous[LEGS], viscous_std[LEGS];     /* N s/m */
     double dry[LEGS][2], dry_std[LEGS][2];       /* N, extending and retracting */
     struct payload payload;
+    struct matrix_at_pose at_pose;
     double scatter;                              /* of the rows over their noise: about 1 where the model holds, less with dry friction */
 };
 
@@ -55,6 +62,9 @@ int method_c_solve(const struct equations *equations, const struct params *confi
 
 /* Of one recording, checked: the two above. -3 also without memory. */
 int method_c(const struct recording *recording, struct method_c *result, struct error *error);
+
+/* Fills at_pose. -2: a leg's stroke does not reach the pose. */
+int method_c_at_pose(struct method_c *m, const struct params *params, const double pose[DOFS], struct error *error);
 
 /* Entries, viscous and dry friction by their place in the equations, below UNKNOWN_SHAPE; NaN: not determined. */
 double method_c_value(const struct method_c *m, int unknown, double *std);

@@ -2,7 +2,9 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
+#include "kinematics.h"
 #include "lin.h"
 #include "nominal.h"
 
@@ -109,4 +111,23 @@ int method_c(const struct recording *recording, struct method_c *result, struct 
     free(equations);
     free(estimate);
     return status;
+}
+
+int method_c_at_pose(struct method_c *m, const struct params *params, const double pose[DOFS], struct error *error) {
+    const struct actuator_params *a = &params->actuator;
+    struct kinematics k;
+    double length_m[LEGS];
+    int status = kinematics_init(&k, params, error);
+    if (status) return status;
+    ik_lengths(&k, pose, length_m);
+    for (int i = 0; i < LEGS; i++) {
+        double middle = k.neutral_length_m[i] + a->mid_stroke_m[i], half = a->stroke_m[i] / 2;
+        if (!(fabs(length_m[i] - middle) <= half))
+            return error_set(error, STATUS_USAGE, "--pose: leg %d would be %.4g m long, and has %.4g to %.4g m; give a pose within the strokes", i + 1,
+                             length_m[i], middle - half, middle + half);
+    }
+    m->at_pose = (struct matrix_at_pose){.asked = true, .determined = m->payload.evaluated && m->payload.whole};
+    memcpy(m->at_pose.pose, pose, sizeof m->at_pose.pose);
+    if (m->at_pose.determined) payload_matrix(&m->payload, params, &k, pose, m->at_pose.mt);
+    return STATUS_OK;
 }

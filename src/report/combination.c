@@ -50,9 +50,10 @@ static void cell(FILE *out, double value, int digits, bool apart) {
 }
 
 static void print_values(FILE *out, const struct combination *c) {
+    int decimals = identification_decimals(c->log[0].id->nominal_mt);
     for (int i = 0; i < AGREEMENT_VALUES; i++) {
         char name[EQUATIONS_NAME];
-        int digits = i < UNKNOWN_VISCOUS ? 3 : 1;
+        int digits = i < UNKNOWN_VISCOUS ? decimals : 1;
         double std;
         equations_name(i, name);
         fprintf(out, "%-22s %-6s", name, combination_unit(i));
@@ -64,8 +65,9 @@ static void print_values(FILE *out, const struct combination *c) {
 }
 
 static void print_payload(FILE *out, const struct combination *c) {
+    int decimals = identification_decimals(c->log[0].id->nominal_mt);
     for (int i = 0; i < PAYLOAD_VALUES; i++) {
-        int digits = i >= PAYLOAD_CENTER && i < PAYLOAD_INERTIA ? 5 : 3;
+        int digits = i >= PAYLOAD_CENTER && i < PAYLOAD_INERTIA ? 5 : decimals;
         fprintf(out, "payload %-21s", payload_names[i]);
         for (int l = 0; l <= c->logs; l++) {
             const struct payload *p = l < c->logs ? &c->log[l].id->method_c.payload : &c->all.payload;
@@ -91,6 +93,7 @@ void combination_table_print(FILE *out, const struct combination *c) {
     fprintf(out, "%*s %*s\n", COLUMN - 1, "all", COLUMN - 1, "std");
     print_values(out, c);
     print_payload(out, c);
+    identification_at_pose_print(out, &c->all.at_pose);
     fprintf(out, "\nagreement chi-square %.1f of %d degrees of freedom, by noise alone with probability %.2g: %s\n", a->chi_square, a->degrees,
             a->probability, a->agree ? "the logs agree" : "the logs disagree");
     verdict_print(&c->verdict, out);

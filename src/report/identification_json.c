@@ -75,10 +75,12 @@ static json_t *payload_json(const struct payload *p) {
 json_t *report_method_c(const struct method_c *source) {
     struct method_c c = *source;
     if (!c.matrix.evaluated) return json_null();
-    return json_pack("{so so so so s{so so so so} so so so}", "Mt", matrix(c.matrix.mt), "std", matrix(c.matrix.mt_std), "viscous_n_s_per_m",
+    json_t *found = json_pack("{so so so so s{so so so so} so so so}", "Mt", matrix(c.matrix.mt), "std", matrix(c.matrix.mt_std), "viscous_n_s_per_m",
                      vector(c.viscous, LEGS), "viscous_std_n_s_per_m", vector(c.viscous_std, LEGS), "dry_friction_n", "extend", strided(c.dry[0]),
                      "extend_std", strided(c.dry_std[0]), "retract", strided(c.dry[0] + 1), "retract_std", strided(c.dry_std[0] + 1),
                      "scatter", report_number(c.scatter), "condition_number", report_number(c.matrix.condition_number), "payload", payload_json(&c.payload));
+    if (!c.at_pose.asked) return found;
+    return report_set(found, "at_pose", json_pack("{so so}", "pose", vector(c.at_pose.pose, DOFS), "Mt", c.at_pose.determined ? matrix(c.at_pose.mt) : json_null()));
 }
 
 static json_t *errors(const struct identification *id, const struct method_result *m) {

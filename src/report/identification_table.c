@@ -2,8 +2,17 @@
 
 #include <math.h>
 
+enum { DECIMALS = 3, DECIMALS_MOST = 6 };
+
+int identification_decimals(const double mt[DOFS][DOFS]) {
+    double least = 1.0;
+    for (int i = 0; i < DOFS; i++) least = fmin(least, fabs(mt[i][i])); /* not NaN's */
+    double more = least > 0.0 ? -floor(log10(least)) : 0.0;
+    return (int)fmin(DECIMALS + more, DECIMALS_MOST);
+}
+
 static void cell(FILE *out, const struct identification *id, const struct method_result *m, const struct ident_entry *e) {
-    fprintf(out, "  %8.3f %+7.2f", m->mt[e->row][e->col], ident_error_pct(id, m, e));
+    fprintf(out, "  %8.*f %+7.2f", identification_decimals(id->nominal_mt), m->mt[e->row][e->col], ident_error_pct(id, m, e));
 }
 
 static void friction(FILE *out, const char *what, const double *value, const double *std, int stride, const char *unit) {
@@ -32,25 +41,38 @@ static void group(FILE *out, const struct payload *p, int first, int count, doub
     fprintf(out, "\n");
 }
 
+static int inertia_decimals(const struct payload *p) {
+    double most = fmax(fmax(p->value[PAYLOAD_INERTIA], p->value[PAYLOAD_INERTIA + 1]), p->value[PAYLOAD_INERTIA + 2]);
+    return most > 0.0 && most < 1.0 ? (int)fmin(DECIMALS - floor(log10(most)), DECIMALS_MOST) : DECIMALS;
+}
+
 static void print_payload(FILE *out, const struct payload *p) {
     fprintf(out, "payload, legs taken off: mass");
     group(out, p, PAYLOAD_MASS, 1, 1.0, 2, "kg");
     fprintf(out, "  mass centre from where it is configured");
     group(out, p, PAYLOAD_CENTER, 3, 1e3, 2, "mm");
     fprintf(out, "  inertia about it, xx yy zz xy xz yz");
-    group(out, p, PAYLOAD_INERTIA, 6, 1.0, 3, "kg m^2");
+    group(out, p, PAYLOAD_INERTIA, 6, 1.0, inertia_decimals(p), "kg m^2");
     if (p->whole && !p->possible) fprintf(out, "  no body of positive density has these: the nearest that one has are in the JSON\n");
 }
 
 static void print_matrix(FILE *out, const double m[DOFS][DOFS]) {
-    fprintf(out, "Mt by method C, kg, kg m, kg m^2 (-: not determined)\n");
+    int decimals = identification_decimals(m);
     for (int i = 0; i < DOFS; i++) {
         fprintf(out, "  %-6s", dof_names[i]);
         for (int j = 0; j < DOFS; j++)
             if (isnan(m[i][j])) fprintf(out, "         -");
-            else fprintf(out, " %9.3f", m[i][j]);
+            else fprintf(out, " %9.*f", decimals, m[i][j]);
         fprintf(out, "\n");
     }
+}
+
+void identification_at_pose_print(FILE *out, const struct matrix_at_pose *at) {
+    const double *p = at->pose;
+    if (!at->asked) return;
+    fprintf(out, "Mt at %g %g %g m, %g %g %g rad, from the payload found and the legs as configured", p[0], p[1], p[2], p[3], p[4], p[5]);
+    fprintf(out, at->determined ? "\n" : ": not determined, as the payload is not\n");
+    if (at->determined) print_matrix(out, at->mt);
 }
 
 /* An entry shows in the motion of its row's axis or of its column's: of these, what moves too little for its own inertia. */
@@ -110,6 +132,7 @@ static void print_parts(FILE *out, const struct identification *id) {
 
 static void print_method_c(FILE *out, const struct identification *id) {
     const struct method_c *c = &id->method_c;
+    int decimals = identification_decimals(id->nominal_mt);
     if (!c->matrix.evaluated) {
         if (id->no_method_c.status) fprintf(out, "method C  not evaluated: %s\n\n", id->no_method_c.text);
         return;
@@ -119,20 +142,23 @@ static void print_method_c(FILE *out, const struct identification *id) {
     fprintf(out, "%-4s %-6s %8s  %16s %7s\n", "", "unit", "nominal", "method C error %", "std C");
     for (int i = 0; i < IDENT_ENTRIES - 2; i++) { /* symmetric: Mt42 is Mt24, Mt51 is Mt15 */
         const struct ident_entry *e = &ident_entries[i];
-        fprintf(out, "%-4s %-6s %8.3f", e->name, e->unit, id->nominal_mt[e->row][e->col]);
+        fprintf(out, "%-4s %-6s %8.*f", e->name, e->unit, decimals, id->nominal_mt[e->row][e->col]);
         if (isnan(c->matrix.mt[e->row][e->col])) fprintf(out, "  not determined by these tests");
-        else cell(out, id, &c->matrix, e), fprintf(out, " %7.3f", c->matrix.mt_std[e->row][e->col]);
+        else cell(out, id, &c->matrix, e), fprintf(out, " %7.*f", decimals, c->matrix.mt_std[e->row][e->col]);
         fprintf(out, "\n");
     }
     friction(out, "legs 1..6: viscous", c->viscous, c->viscous_std, 1, "N s/m");
     friction(out, "dry, extending", c->dry[0], c->dry_std[0], 2, "N");
     friction(out, "dry, retracting", c->dry[0] + 1, c->dry_std[0] + 1, 2, "N");
     if (c->payload.evaluated) print_payload(out, &c->payload);
+    fprintf(out, "Mt by method C, kg, kg m, kg m^2 (-: not determined)\n");
     print_matrix(out, c->matrix.mt);
+    identification_at_pose_print(out, &c->at_pose);
     fprintf(out, "\n");
 }
 
 void identification_table_print(FILE *out, const struct identification *id, bool sinusoids) {
+    int decimals = identification_decimals(id->nominal_mt);
     if (!sinusoids) {
         fprintf(out, "\n");
         print_method_c(out, id);
@@ -147,11 +173,11 @@ void identification_table_print(FILE *out, const struct identification *id, bool
             "method B error %", "std A");
     for (int i = 0; i < IDENT_ENTRIES; i++) {
         const struct ident_entry *e = &ident_entries[i];
-        fprintf(out, "%-4s %-6s %8.3f", e->name, e->unit, id->nominal_mt[e->row][e->col]);
+        fprintf(out, "%-4s %-6s %8.*f", e->name, e->unit, decimals, id->nominal_mt[e->row][e->col]);
         cell(out, id, &id->method_a, e);
         cell(out, id, &id->modified_a, e);
         cell(out, id, &id->method_b, e);
-        fprintf(out, " %7.3f\n", id->method_a.mt_std[e->row][e->col]);
+        fprintf(out, " %7.*f\n", decimals, id->method_a.mt_std[e->row][e->col]);
     }
     fprintf(out, "\ndiagonal of Bt: %.1f %.1f %.1f N s/m, %.2f %.2f %.2f N m s\n\n", id->method_a.bt[0][0], id->method_a.bt[1][1],
             id->method_a.bt[2][2], id->method_a.bt[3][3], id->method_a.bt[4][4], id->method_a.bt[5][5]);

@@ -58,6 +58,21 @@ says_which() {
     says 'the logs disagree' 'Mt11 of log [12] is' # as they are not of one machine
 }
 claim "-c says which configuration both have" says_which
+at_pose() {
+    ends 0 identify "$work/1.lcm" --pose 0,0,0,0,0,0 --json "$work/here.json" && says '^Mt at 0 0 0 m, 0 0 0 rad' &&
+        ends 0 identify "${repeats[@]}" --pose 0.1,0,-0.05,0,0,0.3 --json "$work/there.json" && "$python" -c 'import json, sys
+here, there = (json.load(open(f)) for f in sys.argv[1:])
+here, there = here["method_c"], there["combined"]["method_c"]
+for i in range(6):
+    for j in range(6): assert abs(here["at_pose"]["Mt"][i][j] - here["Mt"][i][j]) < 4 * here["std"][i][j], (i, j)
+    assert there["at_pose"]["Mt"][i][i] > 0
+p, c = there["payload"]["value"], there["at_pose"]
+assert c["pose"] == [0.1, 0, -0.05, 0, 0, 0.3]
+assert abs(c["Mt"][2][2] - p["mass_kg"]) < 110  # and six legs of some 16 kg along z' "$work/here.json" "$work/there.json"
+}
+claim "--pose: the matrix there, at neutral that of method C within its deviations" at_pose
+claim "--pose beyond the strokes: refused, with leg and stroke" refuses 2 "--pose leg 1 1.431 2.231 strokes" "$hexid" identify "$work/1.lcm" --pose 2,0,0,0,0,0
+claim "--pose of five numbers: refused, with an example" refuses 2 "--pose six numbers" "$hexid" identify "$work/1.lcm" --pose 0,0,0,0,0
 claim "a log given twice: refused, naming it" refuses 2 "1.lcm twice" "$hexid" identify "$work/1.lcm" "$work/2.lcm" "$work/../${work##*/}/1.lcm"
 cp "$work/1.lcm" "$work/copy.lcm"
 claim "a copy of a log: refused, naming both" refuses 2 "copy.lcm 1.lcm twice" "$hexid" identify "$work/1.lcm" "$work/copy.lcm"
