@@ -96,10 +96,12 @@ static void scale_amplitudes(struct design *d, double by) {
 
 /* SAFETY: within every limit, with margin: never proposed otherwise. */
 static int limit(struct design *d, struct error *error) {
+    struct error refused = {0};
     double behind_m = following_m(d), most_m = MARGIN * d->params->limits.following_m;
     int status = STATUS_OK;
     scale_amplitudes(d, behind_m > most_m ? most_m / behind_m : 1.0);
-    for (int i = 0; i < SCALES && (status = motion_check(&d->trial, NULL, error)); i++) scale_amplitudes(d, 0.85);
+    for (int i = 0; i < SCALES && (status = motion_check(&d->trial, NULL, &refused)); i++) scale_amplitudes(d, 0.85);
+    if (status) *error = refused;
     return status;
 }
 
@@ -133,10 +135,12 @@ static int search(struct design *d, double rate_mps, struct proposal *result, st
     int status = try_rates(d, rate_mps, &best, error), failed = 0;
     result->start_pct = best.worst_pct;
     for (int i = 0; i < TRIALS && failed < 4 && !status; i++) {
+        struct error refused = {0}; /* a trial that cannot be is no better, and no reason to give up */
         struct design before = *d;
         move_on(d, &best, failed);
-        status = try_rates(d, rate_mps, &now, error);
-        bool better = !status && now.worst_pct < best.worst_pct;
+        int tried = try_rates(d, rate_mps, &now, &refused);
+        if (tried == STATUS_IO) *error = refused, status = tried;
+        bool better = !tried && now.worst_pct < best.worst_pct;
         if (better) best = now, failed = 0;
         else *d = before, failed++;
     }

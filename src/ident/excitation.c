@@ -143,6 +143,7 @@ int excitation_predict(const struct loop_survey *survey, const struct params *pa
     struct recording *recording = malloc(sizeof *recording);
     struct method_c *c = malloc(2 * sizeof *c);
     double sum = 0.0, joints[DOFS][DOFS] = {{0}};
+    *result = (struct excitation){0};
     int status = m && recording && c ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
     for (int draw = 0; draw < draws && !status; draw++) {
         status = init(m, survey, params, tests, (uint64_t)draw + 1, error);
@@ -157,7 +158,7 @@ int excitation_predict(const struct loop_survey *survey, const struct params *pa
         if (!status) *result = excitation_of(&c->matrix);
         sum += result->worst_pct;
     }
-    result->worst_pct = sum / draws;
+    if (!status) result->worst_pct = sum / draws;
     free(m);
     free(recording);
     free(c);

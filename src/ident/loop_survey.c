@@ -13,8 +13,11 @@ static int find_follow(struct loop_survey *s, const struct multisine_mean *mean,
     const struct multisine *m = &s->multisine;
     struct kinematics k;
     double j[LEGS][DOFS], inverse[DOFS][LEGS], *series = malloc((size_t)m->samples * sizeof *series);
-    int status = kinematics_init(&k, params, error);
-    if (!series) return error_set(error, STATUS_IO, "out of memory");
+    int status = series ? kinematics_init(&k, params, error) : error_set(error, STATUS_IO, "out of memory");
+    if (status) {
+        free(series);
+        return status;
+    }
     ik_jacobian(&k, neutral, j);
     lin_inverse(DOFS, j[0], inverse[0]);
     for (int i = 0; i < m->lines && !status; i++) {

@@ -166,6 +166,7 @@ static void find_leg(struct leg_data *d, struct oil_leg *leg) {
     const struct multisine_mean *mean = d->mean;
     int lines = mean->multisine->lines;
     struct fit fit[2];
+    memset(fit, 0, sizeof fit);
     for (int i = 0; i < mean->multisine->samples; i++) d->flow[i] = mean->sample[i].length_m[d->leg];
     for (int i = 0; i < lines; i++) d->length[i] = multisine_amplitude(mean, i, d->flow);
     for (int c = 0; c < 2; c++) {
