@@ -8,12 +8,14 @@
 #include "hexid_identification_t.h"
 #include "hexid_loop_stats_2_t.h"
 #include "hexid_loop_stats_t.h"
+#include "hexid_method_c_t.h"
 #include "hexid_test_result_t.h"
 #include "messages.h"
 #include "types.h"
 #include "wire.h"
 
 #define INT64(name) {name, FIELD_INTEGER, 8, 1}
+#define INT32(name) {name, FIELD_INTEGER, 4, 1}
 #define INT8(name) {name, FIELD_INTEGER, 1, 1}
 #define BOOLEAN(name) {name, FIELD_BOOLEAN, 1, 1}
 #define REAL(name) {name, FIELD_REAL, 8, 1}
@@ -44,6 +46,10 @@ const struct message_type message_types[MESSAGE_TYPES] = {
       MATRIX("method_a_bt_std_si"), REAL("method_a_condition"), MATRIX("modified_a_mt_si"), MATRIX("modified_a_mt_std_si"),
       MATRIX("method_b_mt_si"), MATRIX("method_b_mt_std_si"), REAL("method_b_condition"), TEXT("verdict"), TEXT("scope"),
       COUNT("reason_count"), TEXTS("reasons")}},
+    {"method_c", CHANNEL_METHOD_C, __hexid_method_c_t_get_hash,
+     {INT64("time_ns"), INT8("tests"), INT32("determined"), MATRIX("mt_si"), MATRIX("mt_std_si"), REAL("condition"), REAL("scatter"),
+      REALS("viscous_n_s_per_m", LEGS), REALS("viscous_std_n_s_per_m", LEGS), REALS("dry_extend_n", LEGS), REALS("dry_extend_std_n", LEGS),
+      REALS("dry_retract_n", LEGS), REALS("dry_retract_std_n", LEGS)}},
     {"gap", CHANNEL_GAP, __hexid_gap_t_get_hash,
      {INT64("time_ns"), TEXT("verdict"), TEXT("reason"), TEXT("next_experiment"), COUNT("effect_count"), TEXTS("effects"),
       REALS("share_explained", FIELD_COUNTED), REALS("z", FIELD_COUNTED), COUNT("parameter_count"), TEXTS("parameters"),

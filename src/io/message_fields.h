@@ -24,7 +24,7 @@ struct message_type {
     struct field field[FIELDS_MAX]; /* ended by one without a name */
 };
 
-enum { MESSAGE_TYPES = 6 };
+enum { MESSAGE_TYPES = 7 };
 extern const struct message_type message_types[MESSAGE_TYPES];
 
 struct message_value {
