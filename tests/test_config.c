@@ -323,6 +323,8 @@ static const struct {
     {"geometry:\n  upper_joints_m: [1, 2, 3]\n", {"rig.yaml:2: geometry.upper_joints_m takes points, [[x, y, z], ...]"}},
     {"geometry:\n  upper_joints_m: [[1, 2], [3, 4, 5, 6]]\n", {"rig.yaml:2: geometry.upper_joints_m takes points"}},
     {"geometry:\n  upper_joints_m: [[[1, 2, 3]]]\n", {"rig.yaml:2: geometry.upper_joints_m takes"}},
+    {"geometry:\n  upper_joints_m: [[1, 2, 3, 4, 5, 6], [1, 2, 3, 4, 5, 6], [1, 2, 3, 4, 5, 6]]\n", {"rig.yaml:2: geometry.upper_joints_m takes points"}},
+    {"geometry:\n  upper_joints_m: [[], [1, 2, 3]]\n", {"rig.yaml:2: geometry.upper_joints_m takes points"}},
     {"geometry:\n  upper_joints_m: [[1, 2, 3], 4]\n", {"rig.yaml:2: geometry.upper_joints_m takes points"}},
     {"geometry:\n  upper_joints_m:\n    - [1, 2, 3]\n    - [1, 2, 4]\n", {"geometry.upper_joints_m: 6 numbers; it takes 6 points"}},
     {"geometry:\n  upper_joints_m: 0.5\n", {"rig.yaml:2: geometry.upper_joints_m: 1 numbers; it takes 6 points"}},

@@ -105,7 +105,7 @@ static int add_scalar(struct reader *r, const struct config_key *key, const yaml
 
 /* One scalar, a list of them, or a list of points. */
 static int read_items(struct reader *r, const struct config_key *key, struct config_value *value) {
-    int depth = 0;
+    int depth = 0, begun = 0; /* values where the point began */
     do {
         yaml_event_t e;
         int status = next_event(r, &e);
@@ -113,9 +113,10 @@ static int read_items(struct reader *r, const struct config_key *key, struct con
         size_t line = e.start_mark.line + 1;
         bool begin = e.type == YAML_SEQUENCE_START_EVENT && depth < config_key_depth(key), end = e.type == YAML_SEQUENCE_END_EVENT;
         bool point = depth == 2 || (begin && depth == 1) || (end && depth == 1); /* coordinates stand in points, points in their list */
-        if (depth > 0 && config_key_depth(key) == 2 && (!point || (end && depth == 2 && value->count % 3)))
+        if (depth > 0 && config_key_depth(key) == 2 && (!point || (end && depth == 2 && value->count != begun + 3)))
             status = fail(r->error, r->name, line, "%s takes points, [[x, y, z], ...], or [] for none", key->path);
         else if (!begin && !end) status = add_scalar(r, key, &e, value);
+        if (begin) begun = value->count;
         value->list = value->list || begin;
         depth += begin - end;
         yaml_event_delete(&e);
