@@ -131,9 +131,10 @@ void analysis_identify(struct analysis *a) {
     struct error *e = &r->no_method_c;
     struct error rest = a->unrecorded;
     drop_incomplete(a);
-    parts_wait(&a->parts);
+    parts_take(&a->parts, true);
     if (!rest.status && !a->recording.tests) error_set(&rest, STATUS_USAGE, "no complete test");
     if (!rest.status) estimator_equations(&a->recording, &a->equations, &rest);
+    if (rest.status && a->parts.all) recording_free(&a->recording); /* the rest of a motion, too short for equations: nobody may look at it as at a test */
     parts_add(&a->parts, &a->equations, &rest);
     r->parts = a->parts.all > 1 ? a->parts.all : 0, r->parts_left_out = a->parts.left_out;
     if (!parts_sum(&a->parts, a->params, &a->equations, &r->over_time, e)) method_c_solve(&a->equations, a->params, &a->estimate, &r->method_c, e);

@@ -120,6 +120,15 @@ static void test_figure(struct report_page *p, const struct identification_log *
     page_draw(p->out, picture_test, &picture, caption, &p->picture);
 }
 
+/* The samples of a long motion's earlier parts are not kept (src/cli/parts.h). False: there is nothing to draw. */
+static bool long_motion(FILE *out, const struct identification_log *l) {
+    if (!l->id->parts) return true;
+    fputs(l->recording->tests ? "<p class=\"small\">The motion is long: the numbers are of all of it, the pictures of what came after its last part of 180 s.</p>\n"
+                              : "<p class=\"small\">The motion is long: the numbers are of all of it. What came after its last part of 180 s is too short for pictures.</p>\n",
+          out);
+    return l->recording->tests > 0;
+}
+
 void section_tests(struct report_page *p, int log) {
     const struct identification_log *l = &p->report->log[log];
     title(p, log, "Motion and leg forces");
@@ -130,8 +139,10 @@ void section_tests(struct report_page *p, int log) {
         motion_words(p->out, &l->motion);
         fputs("</p>\n", p->out);
     }
+    bool drawn = long_motion(p->out, l);
     fputs("<div class=\"two\">\n", p->out);
-    for (int i = 0; i < l->recording->tests; i++) test_figure(p, l, i);
+    if (drawn)
+        for (int i = 0; i < l->recording->tests; i++) test_figure(p, l, i);
     fputs("</div></section>\n", p->out);
 }
 
@@ -165,6 +176,10 @@ void section_friction(struct report_page *p, int log) {
     struct error error;
     if (!l->id->method_c.matrix.evaluated) return;
     title(p, log, "Friction of each leg");
+    if (!long_motion(p->out, l)) {
+        fputs("</section>\n", p->out);
+        return;
+    }
     fputs("<p>Grey, as measured: the leg's force less what inertia and weight need of it for this motion, with the matrix that method C "
           "found. Blue, what method C found: a slope, the viscous friction, and a step at zero, the dry friction of each direction. A "
           "constant error of the force moves both steps alike.</p>\n", p->out);

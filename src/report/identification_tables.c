@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "html.h"
+#include "identification_table.h"
 
 enum { COLUMNS = 3 };
 
@@ -33,6 +34,9 @@ void table_estimate(FILE *out, double value, double deviation) {
     else if (deviation > 0.0 && isfinite(deviation)) html_text(out, "%.*f ± %.*f", decimals, value, decimals, deviation);
     else html_text(out, "%.*f", decimals, value);
 }
+
+/* Three, and more for what is below one. */
+static int decimals_of(double value) { return value != 0.0 && fabs(value) < 1.0 ? (int)fmin(2.0 - floor(log10(fabs(value))), 6.0) + 1 : 3; }
 
 static bool any_found(const struct identification_report *r, const struct comparison *c, int method) {
     for (int i = 0; i < r->logs; i++)
@@ -90,7 +94,7 @@ static bool compare(FILE *out, const struct identification_report *r, const stru
         fputs("<tr><td>", out);
         c->label(out, row);
         fputs("</td>", out);
-        for (int i = 0; i < configured; i++) fprintf(out, "<td class=\"n\">%.3f</td>", c->configured(&r->log[i], row).value);
+        for (int i = 0; i < configured; i++) fprintf(out, "<td class=\"n\">%.*f</td>", decimals_of(c->configured(&r->log[i], row).value), c->configured(&r->log[i], row).value);
         for (int m = 0; m < c->methods; m++)
             for (int i = 0; i < r->logs && found[m]; i++) found_cell(out, r, c, m, i, row);
         fputs("</tr>\n", out);
@@ -189,15 +193,17 @@ bool table_friction(FILE *out, const struct identification_report *r) {
 
 static void matrix(FILE *out, const char *name, const double mt[DOFS][DOFS], const double std[DOFS][DOFS]) {
     static const char *const axis[DOFS] = {"x", "y", "z", "φ", "θ", "ψ"};
+    int decimals = identification_decimals(mt);
+    double least = 0.5 * pow(10.0, -decimals); /* else "-0.000" */
     fprintf(out, "<div><h3>%s</h3>\n<div class=\"wide\"><table class=\"matrix\">\n<tr><th></th>", name);
     for (int j = 0; j < DOFS; j++) fprintf(out, "<th class=\"n\">%s</th>", axis[j]);
     fputs("</tr>\n", out);
     for (int i = 0; i < DOFS; i++) {
         fprintf(out, "<tr><th>%s</th>", axis[i]);
         for (int j = 0; j < DOFS; j++) {
-            if (isfinite(mt[i][j])) fprintf(out, "<td class=\"n\">%.3f", fabs(mt[i][j]) < 5e-4 ? 0.0 : mt[i][j]);
+            if (isfinite(mt[i][j])) fprintf(out, "<td class=\"n\">%.*f", decimals, fabs(mt[i][j]) < least ? 0.0 : mt[i][j]);
             else fputs("<td class=\"n\">–", out);
-            if (std && isfinite(std[i][j])) fprintf(out, "<small>± %.3f</small>", std[i][j]);
+            if (std && isfinite(std[i][j])) fprintf(out, "<small>± %.*f</small>", decimals, std[i][j]);
             fputs("</td>", out);
         }
         fputs("</tr>\n", out);

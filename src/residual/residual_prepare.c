@@ -64,7 +64,7 @@ static int prepare_cycle(struct residual_test *t, const struct recording_test *t
     const struct spectrum *s = &t->spectrum;
     if (!spectrum_measure(&t->spectrum, test, which))
         return error_set(error, STATUS_USAGE, "test %s: fewer than two whole cycles of %g Hz: the others miss more than a tenth of their "
-                                              "samples, or a piece at once: lost, flagged or no number", dof_names[test->dof], test->frequency_hz);
+                                              "samples, or a piece at once: lost, flagged or no number", test->dof == DOF_NONE ? "of any motion" : dof_names[test->dof], test->frequency_hz);
     t->harmonics = s->harmonics < RESIDUAL_HARMONICS ? s->harmonics : RESIDUAL_HARMONICS;
     t->size = residual_motion_size(t);
     t->first_s = test->sample[test->first].test_time_s;

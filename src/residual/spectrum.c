@@ -170,7 +170,7 @@ static void summarise(struct spectrum *s, const struct recording_test *t, const 
 
 bool spectrum_measure(struct spectrum *s, const struct recording_test *t, enum cycles which) {
     memset(s, 0, sizeof *s);
-    if (t->first < 0 || t->end - t->first < 8 || t->piece_s > 0.0) return false;
+    if (t->first < 0 || t->end - t->first < 8 || t->piece_s > 0.0 || !(t->frequency_hz > 0.0)) return false;
     double start_s = t->sample[t->first].test_time_s, step_s = recording_step_s(t);
     double period_s = 1.0 / t->frequency_hz;
     s->omega = 2.0 * PI * t->frequency_hz;
