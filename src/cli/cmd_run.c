@@ -384,6 +384,7 @@ int cmd_run(int argc, char **argv) {
     struct session *s = calloc(1, sizeof *s);
     struct error error = {0};
     if (!s) return -STATUS_IO;
+    s->recorder.notify.socket = -1; /* 0 is standard input */
     int status = options_parse(&s->options, argc, argv, "cHfrslqjStTnpVd", 0, &error);
     if (!status) status = options_params(&s->options, &s->params, &error);
     if (!status && !s->options.print_config) status = check_motion(s, &error);

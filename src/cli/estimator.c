@@ -61,6 +61,14 @@ void estimator_give(struct estimator *e, struct recording *recording) {
     recording->tests = 0;
 }
 
+bool estimator_ready(struct estimator *e) {
+    if (!e->started) return false;
+    pthread_mutex_lock(&e->mutex);
+    bool ready = e->state == ESTIMATOR_DONE;
+    pthread_mutex_unlock(&e->mutex);
+    return ready;
+}
+
 bool estimator_take(struct estimator *e, bool wait, struct equations *equations, struct error *error) {
     pthread_mutex_lock(&e->mutex);
     while (wait && e->state == ESTIMATOR_BUSY) pthread_cond_wait(&e->changed, &e->mutex);

@@ -29,6 +29,9 @@ void estimator_stop(struct estimator *e);
 /* Takes the recording over with its samples, and leaves an empty one. The estimator has nothing else to do. */
 void estimator_give(struct estimator *e, struct recording *recording);
 
+/* Would estimator_take() have something at once? */
+bool estimator_ready(struct estimator *e);
+
 /* What came of it: the equations, or why there are none. False: nothing was given or, without `wait`, it is not ready. */
 bool estimator_take(struct estimator *e, bool wait, struct equations *equations, struct error *error);
 

@@ -39,19 +39,23 @@ void parts_add(struct parts *p, const struct equations *e, const struct error *e
     p->in_last++;
 }
 
-void parts_wait(struct parts *p) {
+void parts_take(struct parts *p, bool wait) {
     struct equations e;
     struct error error;
-    if (estimator_take(&p->estimator, true, &e, &error)) parts_add(p, &e, &error);
+    if (!wait && !estimator_ready(&p->estimator)) return;
+    if (!estimator_take(&p->estimator, wait, &e, &error)) return;
+    if (!p->dropped) parts_add(p, &e, &error);
+    p->dropped = false;
 }
 
 void parts_close(struct parts *p, struct recording *recording) {
-    parts_wait(p);
+    parts_take(p, true);
+    p->dropped = false;
     estimator_give(&p->estimator, recording);
 }
 
 void parts_clear(struct parts *p) {
-    parts_wait(p);
+    p->dropped = true;
     p->count = p->in_last = p->all = p->left_out = 0;
     p->joined = 1;
 }
@@ -76,7 +80,8 @@ int parts_sum(const struct parts *p, const struct params *configured, struct equ
     *sum = (struct equations){0};
     if (agreement) *agreement = (struct agreement){.logs = p->count};
     if (!p->count) {
-        *error = p->why;
+        if (p->why.status) *error = p->why;
+        else error_set(error, STATUS_USAGE, "method C: no part of a motion");
         return error->status;
     }
     for (int i = 0; i < p->count; i++) equations_add(sum, &p->part[i]);

@@ -15,6 +15,7 @@ struct parts {
     int count, joined;       /* each of the first parts is so many, a power of two, the last may be of fewer */
     int in_last;
     int all, left_out;       /* that were closed; without equations: at rest, too short */
+    bool dropped;            /* what the estimator has is of a motion that was cleared */
     struct error why;        /* of the first that was left out */
 };
 
@@ -25,17 +26,17 @@ void parts_free(struct parts *p);
 /* Gives a part away: takes the recording over. Waits for the part before. */
 void parts_close(struct parts *p, struct recording *recording);
 
-/* Drops all of them. */
+/* Drops all of them, without waiting. */
 void parts_clear(struct parts *p);
 
-/* Waits for the last one. */
-void parts_wait(struct parts *p);
+/* Takes what the estimator has ready, or waits for what it has. */
+void parts_take(struct parts *p, bool wait);
 
 /* One more, whose equations the caller made. */
 void parts_add(struct parts *p, const struct equations *e, const struct error *error);
 
 /* The sum of all, and whether they agree (agreement->logs is 1 or 0 where there is nothing to compare; NULL: not asked).
- * -2 where there is none. */
+ * -2 where there is none, and why. */
 int parts_sum(const struct parts *p, const struct params *configured, struct equations *sum, struct agreement *agreement, struct error *error);
 
 #endif

@@ -106,7 +106,9 @@ static void result(struct recorder *r) {
 static void publish_estimate(struct recorder *r, bool wait) {
     struct { struct equations rest, sum; struct estimate estimate; struct method_c result; struct error error; } *w;
     unsigned char buffer[MESSAGE_MAX];
+    if (!wait && !estimator_ready(&r->estimator)) return;
     if (!(w = malloc(sizeof *w))) return;
+    parts_take(&r->analysis.parts, wait);
     if (estimator_take(&r->estimator, wait, &w->rest, &w->error)) {
         parts_sum(&r->analysis.parts, r->params, &w->sum, NULL, &(struct error){0});
         if (!w->error.status) equations_add(&w->sum, &w->rest);
@@ -211,10 +213,12 @@ int recorder_start(struct recorder *r, const char *config, struct error *error) 
     r->statistics_cycles = ns_from_seconds(1.0) / ns_from_seconds(r->params->loop.period_s);
     keep_configuration(r, config);
     if (r->error.status) {
+        estimator_stop(&r->estimator);
         *error = r->error;
         return error->status;
     }
     int refused = pthread_create(&r->thread, NULL, recorder_thread, r);
+    if (refused) estimator_stop(&r->estimator);
     return refused ? error_set(error, STATUS_IO, "cannot start the recorder thread: %s", strerror(refused)) : STATUS_OK;
 }
 

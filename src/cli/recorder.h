@@ -1,5 +1,5 @@
 /* The recorder: the one ordinary thread behind the loop's ring. It keeps every cycle in the log, sends the stream over LCM, feeds the
- * identifier and tells the terminal. One thread and one order of doing things: the log of a virtual-time run is the same every time, and
+ * identifier and tells the terminal; method C, which takes longer, it leaves to an estimator (estimator.h). One order of doing things: the log of a virtual-time run is the same every time, and
  * a result always stands right behind the cycle that completed it. */
 #ifndef HEXID_RECORDER_H
 #define HEXID_RECORDER_H

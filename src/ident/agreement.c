@@ -108,7 +108,8 @@ int agreement_find(int logs, const struct agreement_log *log, const struct param
             a->apart[l][c] = a->compared * erfc(fabs(a->deviation[l][c]) / sqrt(2.0)) < AGREEMENT_PROBABILITY;
             apart = apart || a->apart[l][c];
         }
-    a->agree = compared && a->probability >= AGREEMENT_PROBABILITY && !apart;
+    a->evaluated = compared && a->compared > 0;
+    a->agree = a->evaluated && a->probability >= AGREEMENT_PROBABILITY && !apart;
     return STATUS_OK;
 }
 

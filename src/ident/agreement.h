@@ -1,6 +1,6 @@
 /* Do several logs of one machine agree? Each log's values against those of all the others together, in standard deviations of that difference:
- * of the noise alone, but for what joints within their tolerance do to one log's motion and not to another's. As a whole: generalised least squares
- * of one set of values, and joints, to all logs' estimates; the sum of squares left is chi-square where only noise differs. Only what is determined
+ * of the noise alone, but for what joints within their tolerance, and attenuation (equations.h), do to one log's motion and not to another's. As a
+ * whole: generalised least squares of one set of values, of joints and of attenuation, to all logs' estimates; the sum of squares left is chi-square where only noise differs. Only what is determined
  * is compared. Ordinary threads; heap. */
 #ifndef HEXID_AGREEMENT_H
 #define HEXID_AGREEMENT_H
@@ -18,6 +18,7 @@ struct agreement {
     double chi_square;
     int degrees;
     double probability;                                 /* of so large a chi-square by noise alone; 1 where nothing is compared */
+    bool evaluated;                                     /* there was something to compare, and it could be */
     bool agree;                                         /* as a whole, and no value is apart */
 };
 

@@ -21,6 +21,10 @@ static void judge_agreement(const struct agreement *a, struct verdict *v) {
     struct agreement_place place;
     char name[EQUATIONS_NAME];
     if (a->agree) return;
+    if (!a->evaluated) {
+        verdict_add(v, VERDICT_NOT_EVALUATED, "the logs determine nothing in common that could be compared");
+        return;
+    }
     verdict_add(v, VERDICT_FAIL, "the logs disagree: chi-square %.1f of %d degrees of freedom, by noise alone with probability %.1g",
                 a->chi_square, a->degrees, a->probability);
     for (int i = 0; i < NAMED && agreement_worst(a, used, &place); i++) {
@@ -95,6 +99,6 @@ void combination_table_print(FILE *out, const struct combination *c) {
     print_payload(out, c);
     identification_at_pose_print(out, &c->all.at_pose);
     fprintf(out, "\nagreement chi-square %.1f of %d degrees of freedom, by noise alone with probability %.2g: %s\n", a->chi_square, a->degrees,
-            a->probability, a->agree ? "the logs agree" : "the logs disagree");
+            a->probability, !a->evaluated ? "nothing to compare" : a->agree ? "the logs agree" : "the logs disagree");
     verdict_print(&c->verdict, out);
 }

@@ -106,7 +106,7 @@ json_t *report_verdict(const struct verdict *v) {
 }
 
 json_t *report_agreement(const struct agreement *a) {
-    return json_pack("{sb so si so}", "agree", a->agree, "chi_square", report_number(a->chi_square), "degrees", a->degrees, "probability",
+    return json_pack("{so so si so}", "agree", a->evaluated ? json_boolean(a->agree) : json_null(), "chi_square", report_number(a->chi_square), "degrees", a->degrees, "probability",
                      report_number(a->probability));
 }
 

@@ -119,9 +119,9 @@ static void print_parts(FILE *out, const struct identification *id) {
     if (!id->parts) return;
     fprintf(out, "parts     %d of the motion, %d left out", id->parts, id->parts_left_out);
     if (a->logs > 1) {
-        fprintf(out, "; %d groups %s over time: chi-square %.1f of %d degrees of freedom, probability %.2g", a->logs, a->agree ? "agree" : "DISAGREE",
+        fprintf(out, "; %d groups %s over time: chi-square %.1f of %d degrees of freedom, probability %.2g", a->logs, !a->evaluated ? "cannot be compared" : a->agree ? "agree" : "DISAGREE",
                 a->chi_square, a->degrees, a->probability);
-        if (!a->agree && agreement_worst(a, used, &worst)) {
+        if (a->evaluated && !a->agree && agreement_worst(a, used, &worst)) {
             equations_name(worst.value, name);
             fprintf(out, "\n          most: %s of group %d is %+.1f standard deviations from the others", name, worst.log + 1,
                     a->deviation[worst.log][worst.value]);
@@ -135,6 +135,7 @@ static void print_method_c(FILE *out, const struct identification *id) {
     int decimals = identification_decimals(id->nominal_mt);
     if (!c->matrix.evaluated) {
         if (id->no_method_c.status) fprintf(out, "method C  not evaluated: %s\n\n", id->no_method_c.text);
+        identification_at_pose_print(out, &c->at_pose);
         return;
     }
     identification_determined_print(out, c, id->nominal_mt);
