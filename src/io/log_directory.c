@@ -87,15 +87,17 @@ int log_directory_prune(const char *path, int64_t quota_bytes, struct error *err
 }
 
 int log_directory_create(const char *directory, char *path, size_t size, struct error *error) {
-    char when[32];
+    char when[32], name[PATH_MAX];
     time_t now = time(NULL);
     struct tm utc;
     strftime(when, sizeof when, "%Y-%m-%dT%H-%M-%SZ", gmtime_r(&now, &utc));
     for (char letter = 'a'; letter <= 'z'; letter++) {
         char more[2] = {letter == 'a' ? '\0' : letter, '\0'};
-        if (snprintf(path, size, "%s/%s%s.lcm", directory, when, more) >= (int)size)
+        int length = snprintf(name, sizeof name, "%s/%s%s.lcm", directory, when, more);
+        if (length >= (int)sizeof name || length >= (int)size)
             return error_set(error, STATUS_IO, "--log %.100s...: a path of %zu characters and more; name it from nearer by", directory,
                              size);
+        memcpy(path, name, (size_t)length + 1);
         int file = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
         if (file >= 0) return close(file);
         if (errno != EEXIST) break;
