@@ -48,10 +48,11 @@ static bool any(const struct method_result *m) {
 static void report_friction(const struct estimate *e, const struct equations *of, struct method_c *m) {
     for (int c = UNKNOWN_VISCOUS; c < UNKNOWN_SHAPE; c++) {
         bool viscous = c < UNKNOWN_DRY;
+        int leg = viscous ? c - UNKNOWN_VISCOUS : (c - UNKNOWN_DRY) / 2, direction = (c - UNKNOWN_DRY) % 2;
         double std = sqrt(estimate_covariance(e, c, c));
         bool determined = std * (viscous ? of->rate_mps : 1.0) < UNDETERMINED_FRICTION * of->force_n;
-        *(viscous ? &m->viscous[c - UNKNOWN_VISCOUS] : &m->dry[0][c - UNKNOWN_DRY]) = known(e->value[c], determined);
-        *(viscous ? &m->viscous_std[c - UNKNOWN_VISCOUS] : &m->dry_std[0][c - UNKNOWN_DRY]) = known(std, determined);
+        *(viscous ? &m->viscous[leg] : &m->dry[leg][direction]) = known(e->value[c], determined);
+        *(viscous ? &m->viscous_std[leg] : &m->dry_std[leg][direction]) = known(std, determined);
     }
 }
 
