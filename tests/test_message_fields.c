@@ -85,10 +85,12 @@ static void counts_have_a_bound(void **unused) {
     enum { MANY = ELEMENTS_MAX + 1 };
     static char *texts[MANY];
     static double numbers[MANY];
+    static int8_t legs[1]; /* of no parameter, but memcpy takes no null pointer */
     static unsigned char large[CAPACITY + 64 * MANY];
     struct message m;
     for (int i = 0; i < MANY; i++) texts[i] = "";
-    hexid_gap_t gap = {.verdict = "", .reason = "", .next_experiment = "", .effects = texts, .share_explained = numbers, .z = numbers};
+    hexid_gap_t gap = {.verdict = "", .reason = "", .next_experiment = "", .effects = texts, .share_explained = numbers, .z = numbers,
+                       .parameter_legs = legs};
     gap.effect_count = ELEMENTS_MAX;
     assert_true(message_read(CHANNEL_GAP, large, hexid_gap_t_encode(large, 0, sizeof large, &gap), &m));
     gap.effect_count = MANY;
