@@ -18,8 +18,8 @@ static struct params machine_of(const char *file) {
 }
 
 /* A file's machine with every number a little off: joints by 3 % of the upper ones' distance, all of a leg by 20 %. */
-static struct params machine_at_random(uint64_t *seed) {
-    struct params p = machine_of(files[random_below(seed, FILES)]);
+static struct params machine_at_random(const char *file, uint64_t *seed) {
+    struct params p = machine_of(file);
     struct kinematics k;
     struct actuator_params *a = &p.actuator;
     kinematics_place(&k, &p);
@@ -40,7 +40,7 @@ static struct params machine_at_random(uint64_t *seed) {
     return p;
 }
 
-static struct params next(int i, uint64_t *seed) { return i < FILES ? machine_of(files[i]) : machine_at_random(seed); }
+static struct params next(int i, uint64_t *seed) { return i < FILES ? machine_of(files[i]) : machine_at_random(files[i % FILES], seed); }
 
 static struct kinematics kinematics_of(const struct params *p) {
     struct kinematics k;

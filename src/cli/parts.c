@@ -56,6 +56,7 @@ void parts_close(struct parts *p, struct recording *recording) {
 
 void parts_clear(struct parts *p) {
     p->dropped = true;
+    p->why = (struct error){0};
     p->count = p->in_last = p->all = p->left_out = 0;
     p->joined = 1;
 }

@@ -4,11 +4,15 @@
 
 enum { DECIMALS = 3, DECIMALS_MOST = 6 };
 
+int identification_decimals_of(double value) {
+    double size = fabs(value);
+    return size > 0.0 && size < 1.0 ? (int)fmin(DECIMALS - floor(log10(size)), DECIMALS_MOST) : DECIMALS;
+}
+
 int identification_decimals(const double mt[DOFS][DOFS]) {
     double least = 1.0;
     for (int i = 0; i < DOFS; i++) least = fmin(least, fabs(mt[i][i])); /* not NaN's */
-    double more = least > 0.0 ? -floor(log10(least)) : 0.0;
-    return (int)fmin(DECIMALS + more, DECIMALS_MOST);
+    return identification_decimals_of(least);
 }
 
 static void cell(FILE *out, const struct identification *id, const struct method_result *m, const struct ident_entry *e) {
@@ -43,7 +47,7 @@ static void group(FILE *out, const struct payload *p, int first, int count, doub
 
 static int inertia_decimals(const struct payload *p) {
     double most = fmax(fmax(p->value[PAYLOAD_INERTIA], p->value[PAYLOAD_INERTIA + 1]), p->value[PAYLOAD_INERTIA + 2]);
-    return most > 0.0 && most < 1.0 ? (int)fmin(DECIMALS - floor(log10(most)), DECIMALS_MOST) : DECIMALS;
+    return identification_decimals_of(most);
 }
 
 static void print_payload(FILE *out, const struct payload *p) {

@@ -8,6 +8,7 @@
 
 /* Decimals for a matrix: three, and more where its smallest entry on the diagonal is below one, so that it has three figures and its deviation some. */
 int identification_decimals(const double mt[DOFS][DOFS]);
+int identification_decimals_of(double value);
 
 /* Methods A and B, or a line where they were not evaluated, unless the motion was none for them (not `sinusoids`); then method C, or why not. */
 void identification_table_print(FILE *out, const struct identification *id, bool sinusoids);

@@ -35,9 +35,6 @@ void table_estimate(FILE *out, double value, double deviation) {
     else html_text(out, "%.*f", decimals, value);
 }
 
-/* Three, and more for what is below one. */
-static int decimals_of(double value) { return value != 0.0 && fabs(value) < 1.0 ? (int)fmin(2.0 - floor(log10(fabs(value))), 6.0) + 1 : 3; }
-
 static bool any_found(const struct identification_report *r, const struct comparison *c, int method) {
     for (int i = 0; i < r->logs; i++)
         for (int row = 0; row < c->rows; row++)
@@ -94,7 +91,7 @@ static bool compare(FILE *out, const struct identification_report *r, const stru
         fputs("<tr><td>", out);
         c->label(out, row);
         fputs("</td>", out);
-        for (int i = 0; i < configured; i++) fprintf(out, "<td class=\"n\">%.*f</td>", decimals_of(c->configured(&r->log[i], row).value), c->configured(&r->log[i], row).value);
+        for (int i = 0; i < configured; i++) fprintf(out, "<td class=\"n\">%.*f</td>", identification_decimals_of(c->configured(&r->log[i], row).value), c->configured(&r->log[i], row).value);
         for (int m = 0; m < c->methods; m++)
             for (int i = 0; i < r->logs && found[m]; i++) found_cell(out, r, c, m, i, row);
         fputs("</tr>\n", out);
