@@ -55,9 +55,8 @@ static bool within(struct walk *w, int leg, struct excess e) {
 
 static bool check_length(struct walk *w, int leg) {
     const struct limit_params *l = &w->params->limits;
-    const struct actuator_params *a = &w->params->actuator;
-    double neutral_m = w->kinematics.neutral_length_m[leg], middle_m = neutral_m + a->mid_stroke_m[leg];
-    double in_m = middle_m - a->stroke_m[leg] / 2, out_m = middle_m + a->stroke_m[leg] / 2;
+    struct stroke stroke = kinematics_stroke(&w->kinematics, &w->params->actuator, leg);
+    double neutral_m = w->kinematics.neutral_length_m[leg], in_m = stroke.least_m, out_m = stroke.most_m;
     return within(w, leg, (struct excess){.what = "length", .unit = "m", .value = w->length_m[1][leg],
                                           .least = fmax(l->length_min_m[leg], in_m), .rest = neutral_m, .most = fmin(l->length_max_m[leg], out_m),
                                           .below = l->length_min_m[leg] > in_m ? "limits.length_min_m" : "actuator.stroke_m",

@@ -192,6 +192,7 @@ char *survey_report_json(const struct survey_report *r, char *identification) {
                                legs_json(&r->survey), "tests", tests_json(r), "configured_pct",
                                number(r->no_prediction.status ? (double)NAN : r->configured.worst_pct), "wanted_pct", number(r->wanted_pct),
                                "proposals", proposals);
+    if (!root) json_decref(survey);
     bool fits = root && survey && !json_object_set_new(root, "survey", survey);
     char *text = fits ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     json_decref(root);

@@ -54,16 +54,22 @@ void kinematics_place(struct kinematics *k, const struct params *params) {
     ik_lengths(k, (double[DOFS]){0}, k->neutral_length_m);
 }
 
+struct stroke kinematics_stroke(const struct kinematics *k, const struct actuator_params *actuator, int leg) {
+    double middle_m = k->neutral_length_m[leg] + actuator->mid_stroke_m[leg], half_m = actuator->stroke_m[leg] / 2;
+    return (struct stroke){.least_m = middle_m - half_m, .middle_m = middle_m, .most_m = middle_m + half_m};
+}
+
 int kinematics_init(struct kinematics *k, const struct params *params, struct error *error) {
     const struct actuator_params *a = &params->actuator;
     kinematics_place(k, params);
     for (int i = 0; i < LEGS; i++) {
         double length_m = k->neutral_length_m[i], half = a->stroke_m[i] / 2;
-        if (!(isfinite(length_m) && length_m + a->mid_stroke_m[i] > half))
+        struct stroke stroke = kinematics_stroke(k, a, i);
+        if (!(isfinite(length_m) && stroke.least_m > 0.0))
             return error_set(error, STATUS_USAGE, "leg %d: the neutral length %.3f m and actuator.mid_stroke_m %g are not above half of "
                              "actuator.stroke_m (%.3f m): correct geometry.height_m, geometry.upper_radius_m and "
                              "geometry.lower_radius_m (or upper_joints_m and lower_joints_m), or the stroke", i + 1, length_m, a->mid_stroke_m[i], half);
-        if (!(fabs(a->mid_stroke_m[i]) < half))
+        if (!(stroke.least_m < length_m && length_m < stroke.most_m))
             return error_set(error, STATUS_USAGE, "leg %d: actuator.mid_stroke_m %g is not within half of actuator.stroke_m (%.3f m): the stroke "
                              "does not reach the neutral length %.3f m", i + 1, a->mid_stroke_m[i], half, length_m);
     }

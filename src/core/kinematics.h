@@ -25,6 +25,12 @@ void kinematics_place(struct kinematics *k, const struct params *params);
 /* The same, and checks that the legs' strokes enclose the neutral pose and hold the platform there; -2 and the key to change otherwise. */
 int kinematics_init(struct kinematics *k, const struct params *params, struct error *error);
 
+/* Lengths between a leg's end stops. */
+struct stroke {
+    double least_m, middle_m, most_m;
+};
+struct stroke kinematics_stroke(const struct kinematics *k, const struct actuator_params *actuator, int leg);
+
 void rotation_from_angles(double phi, double theta, double psi, double t[3][3]);
 
 /* Pose -> leg lengths [m]. */

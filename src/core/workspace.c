@@ -21,10 +21,10 @@ static double condition(const struct kinematics *k, const double pose[DOFS]) {
 /* The two ends of a leg's way, and neutral between them. */
 static void places(const struct kinematics *k, const struct params *p, double length_m[LEGS][PLACES]) {
     for (int i = 0; i < LEGS; i++) {
-        double neutral = k->neutral_length_m[i], middle = neutral + p->actuator.mid_stroke_m[i], half = p->actuator.stroke_m[i] / 2;
-        length_m[i][0] = fmax(middle - half, p->limits.length_min_m[i]);
-        length_m[i][1] = neutral;
-        length_m[i][2] = fmin(middle + half, p->limits.length_max_m[i]);
+        struct stroke stroke = kinematics_stroke(k, &p->actuator, i);
+        length_m[i][0] = fmax(stroke.least_m, p->limits.length_min_m[i]);
+        length_m[i][1] = k->neutral_length_m[i];
+        length_m[i][2] = fmin(stroke.most_m, p->limits.length_max_m[i]);
     }
 }
 

@@ -115,17 +115,16 @@ int method_c(const struct recording *recording, struct method_c *result, struct 
 }
 
 int method_c_at_pose(struct method_c *m, const struct params *params, const double pose[DOFS], struct error *error) {
-    const struct actuator_params *a = &params->actuator;
     struct kinematics k;
     double length_m[LEGS];
     int status = kinematics_init(&k, params, error);
     if (status) return status;
     ik_lengths(&k, pose, length_m);
     for (int i = 0; i < LEGS; i++) {
-        double middle = k.neutral_length_m[i] + a->mid_stroke_m[i], half = a->stroke_m[i] / 2;
-        if (!(fabs(length_m[i] - middle) <= half))
+        struct stroke stroke = kinematics_stroke(&k, &params->actuator, i);
+        if (!(length_m[i] >= stroke.least_m && length_m[i] <= stroke.most_m))
             return error_set(error, STATUS_USAGE, "--pose: leg %d would be %.4g m long, and has %.4g to %.4g m; give a pose within the strokes", i + 1,
-                             length_m[i], middle - half, middle + half);
+                             length_m[i], stroke.least_m, stroke.most_m);
     }
     m->at_pose = (struct matrix_at_pose){.asked = true, .determined = m->payload.evaluated && m->payload.whole};
     memcpy(m->at_pose.pose, pose, sizeof m->at_pose.pose);

@@ -43,23 +43,24 @@ static void check_payload(struct checker *c, const struct payload_params *p) {
             p->inertia_zz_kg_m2);
 }
 
-static void check_leg(struct checker *c, const struct params *p, int i, double neutral, double parked) {
+static void check_leg(struct checker *c, const struct params *p, int i, const struct kinematics *k, double parked) {
     const struct actuator_params *a = &p->actuator;
     const struct limit_params *l = &p->limits;
-    double middle = neutral + a->mid_stroke_m[i], shortest = middle - a->stroke_m[i] / 2, drop = p->motion.park_z_m;
+    struct stroke stroke = kinematics_stroke(k, a, i);
+    double neutral = k->neutral_length_m[i], shortest = stroke.least_m, drop = p->motion.park_z_m;
 
     require(c, shortest >= a->stroke_m[i],
             "actuator.stroke_m %g of leg %d does not fit: the geometry makes legs of %.4g m at mid-stroke, and a cylinder is at least its stroke "
-            "long when it is in; give a stroke up to %.4g m, or a larger geometry.height_m", a->stroke_m[i], i + 1, middle, middle / 1.5);
+            "long when it is in; give a stroke up to %.4g m, or a larger geometry.height_m", a->stroke_m[i], i + 1, stroke.middle_m, stroke.middle_m / 1.5);
     require(c, a->upper_center_m[i] <= shortest && a->lower_center_m[i] <= shortest,
             "actuator.upper_center_m %g and lower_center_m %g of leg %d must lie within the shortest leg, %.4g m", a->upper_center_m[i],
             a->lower_center_m[i], i + 1, shortest);
     require(c, l->length_min_m[i] < neutral && neutral < l->length_max_m[i],
             "limits.length_min_m %g and length_max_m %g must enclose the neutral leg length, %.4g m (leg %d)", l->length_min_m[i],
             l->length_max_m[i], neutral, i + 1);
-    require(c, shortest < neutral && neutral < shortest + a->stroke_m[i],
+    require(c, shortest < neutral && neutral < stroke.most_m,
             "actuator.mid_stroke_m %g of leg %d: its stroke, %.4g to %.4g m, must enclose the neutral leg length, %.4g m", a->mid_stroke_m[i],
-            i + 1, shortest, shortest + a->stroke_m[i], neutral);
+            i + 1, shortest, stroke.most_m, neutral);
     require(c, drop < p->geometry.height_m, "motion.park_z_m %g must be below geometry.height_m %g", drop, p->geometry.height_m);
     require(c, parked >= shortest && parked > l->length_min_m[i],
             "motion.park_z_m %g makes leg %d %.4g m long; the stroke ends at %.4g m and limits.length_min_m is %g: park higher (smaller z)",
@@ -71,7 +72,7 @@ static void check_legs(struct checker *c, const struct params *p) {
     double parked[LEGS];
     kinematics_place(&k, p);
     ik_lengths(&k, (double[DOFS]){[DOF_Z] = p->motion.park_z_m}, parked);
-    for (int i = 0; i < LEGS; i++) check_leg(c, p, i, k.neutral_length_m[i], parked[i]);
+    for (int i = 0; i < LEGS; i++) check_leg(c, p, i, &k, parked[i]);
 }
 
 static void check_hydraulics(struct checker *c, const struct params *p) {
@@ -104,9 +105,10 @@ static void check_limits(struct checker *c, const struct params *p) {
 static double room_m(const struct params *p, const struct kinematics *k) {
     double room = (double)INFINITY;
     for (int i = 0; i < LEGS; i++) {
-        double neutral = k->neutral_length_m[i], middle = neutral + p->actuator.mid_stroke_m[i], half = p->actuator.stroke_m[i] / 2;
-        room = fmin(room, fmin(middle + half, p->limits.length_max_m[i]) - neutral);
-        room = fmin(room, neutral - fmax(middle - half, p->limits.length_min_m[i]));
+        double neutral = k->neutral_length_m[i];
+        struct stroke stroke = kinematics_stroke(k, &p->actuator, i);
+        room = fmin(room, fmin(stroke.most_m, p->limits.length_max_m[i]) - neutral);
+        room = fmin(room, neutral - fmax(stroke.least_m, p->limits.length_min_m[i]));
     }
     return room;
 }

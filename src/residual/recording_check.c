@@ -187,7 +187,7 @@ static int check_machine(const struct recording_test *t, const struct kinematics
 /* Any motion may be anywhere between the end stops. */
 static int check_reach(const struct params *p, const struct recording_test *t, const struct kinematics *k, struct error *error) {
     for (int leg = 0; leg < LEGS; leg++) {
-        double stroke_m = p->actuator.stroke_m[leg], middle_m = k->neutral_length_m[leg] + p->actuator.mid_stroke_m[leg];
+        double stroke_m = p->actuator.stroke_m[leg], middle_m = kinematics_stroke(k, &p->actuator, leg).middle_m;
         for (int i = t->first; i < t->end; i++)
             if (t->sample[i].good && fabs(t->sample[i].length_m[leg] - middle_m) > 0.5 * stroke_m + NEUTRAL_TOLERANCE_M)
                 return REFUSE("test %s: leg %d is %.4g m long, the model's %.4g in the middle of a stroke of %g: other units, or another machine",
