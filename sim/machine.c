@@ -70,9 +70,15 @@ void machine_init(struct machine *m, const struct params *params) {
         if (params->effects[i].on) apply(m, effect_table[i], &params->effects[i]);
 }
 
+/* Leading minors: positive definite. */
+static bool turns(const double square[3], const double product[3]) {
+    double xx = square[0], yy = square[1], zz = square[2], xy = product[0], xz = product[1], yz = product[2];
+    double determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
+    return xx > 0.0 && xx * yy - xy * xy > 0.0 && determinant > 0.0;
+}
+
 int machine_check(const struct machine *m, struct error *error) {
-    bool payload = m->bodies.payload_kg > 0.0;
-    for (int i = 0; i < 3; i++) payload = payload && m->bodies.payload_inertia_kg_m2[i] > 0.0;
+    bool payload = m->bodies.payload_kg > 0.0 && turns(m->bodies.payload_inertia_kg_m2, m->bodies.payload_products_kg_m2);
     if (!payload) return error_set(error, STATUS_USAGE, "effects leave no mass or no inertia of the payload: make them smaller");
     for (int k = 0; k < LEGS; k++)
         if (m->bodies.upper_kg[k] < 0.0 || m->bodies.lower_kg[k] < 0.0 ||
