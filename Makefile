@@ -189,6 +189,7 @@ $(BUILD)/libhexid.a: $(LIB_OBJ)
 
 $(BUILD)/tests/bench/bench: LDLIBS += -Wl,--wrap=dWorldStep
 $(BUILD)/tests/test_%: LDLIBS += -lcmocka
+$(BUILD)/tests/test_doctor: LDLIBS += -Wl,--wrap=bus_receive
 $(BUILD)/tests/test_can_link: LDLIBS += -Wl,--wrap=can_socket_open
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/libhexid.a
 	@echo link $@

@@ -24,6 +24,7 @@ struct options {
     char tests[64], trajectory[PARAMS_TEXT_SIZE + 32], repeat[64]; /* --tests, --trajectory and --repeat as settings */
     uint64_t seed;
     bool fast, print_config, modbus_map, failures, keys, survey, all;
+    double latency_s; /* wake-ups are measured for so long; less than 0: not given */
     double std_pct; /* wanted of a survey's proposals; 0: not given */
     bool rt_given, pose_given;
     double pose[DOFS]; /* --pose: x y z phi theta psi */

@@ -1,101 +1,118 @@
+/* `hexid doctor`: is this configuration a machine, and are this computer and its buses fit for it? */
+#include <jansson.h>
+#include <stdlib.h>
 #include <string.h>
-#include <sys/utsname.h>
-#include <time.h>
 
-#include "blind_time.h"
-#include "bus.h"
-#include "can_frames.h"
 #include "cli.h"
 #include "config.h"
+#include "doctor.h"
 #include "failure.h"
-#include "interlock.h"
-#include "kinematics.h"
+#include "hal.h"
 #include "modbus_map.h"
-#include "workspace.h"
+#include "printable.h"
+#include "version.h"
 
-static bool say(bool good, const char *what, const char *detail) {
-    printf("  %-5s %-14s %s\n", good ? "ok" : "FAIL", what, detail);
-    return good;
+/* In the order in which they are asked. Names are the JSON's, too: they stay. */
+static const struct check {
+    const char *name;
+    doctor_check *ask;
+} checks[] = {
+    {"configuration", check_configuration},
+    {"machine", check_machine},
+    {"kinematics", check_kinematics},
+    {"workspace", check_workspace},
+    {"tests", check_tests},
+    {"blind time", check_blind_time},
+    {"interlocks", check_interlocks},
+    {"kernel", check_kernel},
+    {"hypervisor", check_hypervisor},
+    {"real time", check_realtime},
+    {"locked memory", check_locked_memory},
+    {"governor", check_governor},
+    {"idle states", check_idle_states},
+    {"isolation", check_isolation},
+    {"siblings", check_siblings},
+    {"throttling", check_throttling},
+    {"clock source", check_clock_source},
+    {"LCM socket", check_lcm_socket},
+    {"LCM route", check_lcm_route},
+    {"LCM datagram", check_lcm_datagram},
+    {"LCM buffers", check_lcm_buffers},
+    {"CAN load", check_can_load},
+    {"CAN interface", check_can_interface},
+    {"CAN errors", check_can_errors},
+    {"Modbus line", check_modbus_line},
+    {"Modbus", check_modbus},
+    {"log room", check_log_room},
+    {"log speed", check_log_speed},
+    {"wake-up", check_wakeups}, /* last: it takes its time, and says what all of the above comes to */
+};
+enum { CHECKS = sizeof checks / sizeof *checks, LATENCY_S = 10, NAME_WIDTH = 14 };
+
+static const char *const levels[] = {[LEVEL_OK] = "ok", [LEVEL_UNKNOWN] = "?", [LEVEL_WARN] = "WARN", [LEVEL_FAIL] = "FAIL"};
+static const char *const json_levels[] = {[LEVEL_OK] = "ok", [LEVEL_UNKNOWN] = "unknown", [LEVEL_WARN] = "warn", [LEVEL_FAIL] = "fail"};
+
+static void print(FILE *out, const char *name, const struct finding *f) {
+    char text[sizeof f->found];
+    snprintf(text, sizeof text, "%s", f->found);
+    char *rest = text, *line = strsep(&rest, "\n");
+    cli_say(out, "  %-5s %-*s %s", levels[f->level], NAME_WIDTH, name, line);
+    while ((line = strsep(&rest, "\n"))) cli_say(out, "        %-*s %s", NAME_WIDTH, "", line);
+    if (*f->remedy) cli_say(out, "        %-*s do: %s", NAME_WIDTH, "", f->remedy);
+    fflush(out);
 }
 
-static bool check_realtime(const struct params *params) {
-    struct error error = {.text = "SCHED_FIFO, memory locked"};
-    return say(!realtime_enter(&params->loop, REALTIME_REQUIRE, &error), "real time", error.text);
-}
-
-static bool check_kernel(void) {
-    struct utsname name;
-    char detail[sizeof name.version + 80];
-    uname(&name);
-    bool preempt = strstr(name.version, "PREEMPT_RT") != NULL;
-    snprintf(detail, sizeof detail, "%s %s", name.version, preempt ? "" : "(no PREEMPT_RT: fit for `sim:`, not for a machine)");
-    say(true, "kernel", detail);
-    return true;
-}
-
-static bool check_bus(const struct params *params) {
-    struct error error = {.text = "reachable"};
-    struct bus *bus;
-    if (!params->lcm.url[0]) return say(true, "LCM", "none configured");
-    bool good = !bus_open(&bus, params->lcm.url, &error);
-    if (good) bus_close(bus);
-    return say(good, "LCM", error.text);
-}
-
-/* A singular pose within the strokes is no mistake: most such machines have some, far from where they are driven. */
-static bool check_workspace(const struct params *params, const struct kinematics *k) {
-    char detail[300];
-    struct workspace w = workspace_find(k, params);
-    bool all = w.reached == w.corners;
-    const double *p = all ? w.worst_pose : w.nearest_pose;
-    size_t used = (size_t)snprintf(detail, sizeof detail, "condition %.3g at neutral, at worst %.3g; ", w.neutral_condition, w.worst_condition);
-    if (all) used += (size_t)snprintf(detail + used, sizeof detail - used, "no singular pose within the strokes; worst");
-    else used += (size_t)snprintf(detail + used, sizeof detail - used, "%d of %d corners of the strokes lie beyond a singular pose, the nearest "
-                                  "after %.0f %% of the way,", w.corners - w.reached, w.corners, 100.0 * w.nearest);
-    snprintf(detail + used, sizeof detail - used, " at %.3f %.3f %.3f m %.3f %.3f %.3f rad", p[0], p[1], p[2], p[3], p[4], p[5]);
-    return say(true, "workspace", detail);
-}
-
-static bool check_kinematics(const struct params *params) {
-    struct error error;
-    struct kinematics k;
-    bool good = !kinematics_init(&k, params, &error);
+/* Takes the finding's data. A text from elsewhere may be no UTF-8, which JSON cannot hold. */
+static void append(json_t *all, const char *name, struct finding *f) {
+    char found[sizeof f->found];
     size_t used = 0;
-    for (int i = 0; i < LEGS && good; i++)
-        used += (size_t)snprintf(error.text + used, sizeof error.text - used, "%s%.4f", i ? " " : "neutral lengths ", k.neutral_length_m[i]);
-    if (good) snprintf(error.text + used, sizeof error.text - used, " m");
-    return say(good, "kinematics", error.text) && check_workspace(params, &k);
+    for (const char *line = f->found; *line; line += strcspn(line, "\n"), line += *line == '\n') {
+        char one[sizeof f->found];
+        snprintf(one, sizeof one, "%.*s", (int)strcspn(line, "\n"), line);
+        if (used > 0) found[used++] = '\n';
+        used += text_printable(one, found + used, sizeof found - used);
+    }
+    json_array_append_new(all, json_pack("{ss ss ss# ss so}", "name", name, "level", json_levels[f->level], "found", found, used, "remedy",
+                                         f->remedy, "data", f->data ? f->data : json_null()));
+    f->data = NULL;
 }
 
-static bool check_blind_time(const struct params *params) {
-    char detail[200];
-    struct blind_time blind = blind_time(params);
-    snprintf(detail, sizeof detail, "%.3f s of %g, with %s: %s", blind.s, params->limits.blind_time_s, blind.when, blind.sum);
-    return say(blind.allowed, "blind time", detail);
+static int write_json(const char *path, const struct doctor *d, json_t *findings, const int count[], struct error *error) {
+    json_t *root = json_pack("{ss ss ss ss? sO sb}", "schema", "hexid.doctor/1", "version", version, "machine", d->url, "config", d->config,
+                             "findings", findings, "fit", count[LEVEL_FAIL] == 0);
+    char *text = root ? json_dumps(root, JSON_INDENT(1)) : NULL;
+    int status = text ? cli_write_text(path, text, error) : error_set(error, STATUS_IO, "out of memory");
+    free(text);
+    json_decref(root);
+    return status;
 }
 
-static bool check_interlocks(const struct params *params) {
-    char detail[200];
-    interlock_describe(&params->interlocks, detail, sizeof detail);
-    return say(true, "interlocks", detail);
+/* The exit status, or a negative one. */
+static int ask_all(const struct doctor *d, const char *json, struct error *error) {
+    FILE *out = json && !strcmp(json, "-") ? stderr : stdout;
+    int count[LEVEL_FAIL + 1] = {0};
+    json_t *all = json_array();
+    for (int i = 0; i < CHECKS; i++) {
+        struct finding f = checks[i].ask(d);
+        count[f.level]++;
+        if (f.level != LEVEL_NONE) print(out, checks[i].name, &f);
+        if (f.level != LEVEL_NONE && json) append(all, checks[i].name, &f);
+        json_decref(f.data);
+    }
+    fprintf(out, "%s: %d FAIL, %d WARN, %d that cannot be seen from here\n", count[LEVEL_FAIL] ? "not fit" : "fit", count[LEVEL_FAIL],
+            count[LEVEL_WARN], count[LEVEL_UNKNOWN]);
+    int status = json ? write_json(json, d, all, count, error) : STATUS_OK;
+    json_decref(all);
+    return status ? status : count[LEVEL_FAIL] ? EXIT_CHECK_FAILED : EXIT_PASSED;
 }
 
-static bool check_can(const struct params *params) {
-    char detail[120];
-    struct can_load l = can_load(params);
-    snprintf(detail, sizeof detail, "%.1f %% of the cycle: %d bits a cycle, %.1f of heartbeats; at most %.0f %%", 100 * l.share,
-             l.cycle_bits, l.heartbeat_bits, 100 * l.limit);
-    return say(l.share <= l.limit, "CAN load", detail);
-}
-
-/* The baud rate of a serial line is the address's, not the configuration's: said for the usual ones. */
-static bool check_modbus(const struct params *params) {
-    char detail[120];
-    struct modbus_load slow = modbus_load(115200.0), fast = modbus_load(1e6);
-    snprintf(detail, sizeof detail, "function 23: %d + %d bytes, on a serial line %.1f ms at 115200 baud, %.1f ms at 1 Mbaud; "
-             "the cycle has %.1f ms", slow.request_bytes, slow.response_bytes, slow.cycle_s * 1e3, fast.cycle_s * 1e3,
-             0.9 * params->loop.period_s * 1e3);
-    return say(true, "Modbus", detail);
+/* What doctor prints instead of looking. */
+static bool reference(const struct options *o) {
+    if (o->failures) failure_print(stdout);
+    else if (o->keys) config_print_keys(stdout);
+    else if (o->modbus_map) modbus_map_print(stdout);
+    else return false;
+    return true;
 }
 
 int cmd_doctor(int argc, char **argv) {
@@ -103,28 +120,22 @@ int cmd_doctor(int argc, char **argv) {
     struct options o;
     struct params params;
     struct error error;
-    if (options_parse(&o, argc, argv, "cSmxk", 0, &error) || options_params(&o, &params, &error)) return cli_fail(&error);
-    if (o.failures) {
-        failure_print(stdout);
-        return EXIT_PASSED;
+    if (options_parse(&o, argc, argv, "cHSmxkljL", 0, &error) || options_params(&o, &params, &error)) return cli_fail(&error);
+    if (reference(&o)) return EXIT_PASSED;
+    const char *last = strrchr(o.hal, ';');
+    struct doctor d = {.params = &params,
+                       .config = o.config ? o.config : options_default_config(installed),
+                       .url = last ? last + 1 : o.hal,
+                       .log = o.log,
+                       .root = "",
+                       .latency_s = o.latency_s < 0.0 ? LATENCY_S : o.latency_s};
+    const struct hal_ops *ops = hal_find(d.url);
+    if (!ops) {
+        error_set(&error, STATUS_USAGE, "--hal %.200s: no such back-end; `hexid run --help` lists them", d.url);
+        return cli_fail(&error);
     }
-    if (o.keys) {
-        config_print_keys(stdout);
-        return EXIT_PASSED;
-    }
-    if (o.modbus_map) {
-        modbus_map_print(stdout);
-        return EXIT_PASSED;
-    }
-    const char *found = o.config ? o.config : options_default_config(installed);
-    bool good = say(true, "configuration", found ? found : "built in");
-    good &= check_kinematics(&params);
-    good &= check_kernel();
-    good &= check_bus(&params);
-    good &= check_blind_time(&params);
-    good &= check_interlocks(&params);
-    good &= check_can(&params);
-    good &= check_modbus(&params);
-    good &= check_realtime(&params);
-    return good ? EXIT_PASSED : EXIT_CHECK_FAILED;
+    d.machine = !ops->simulated;
+    int status = cli_check_writable(o.json, &error);
+    if (!status) status = ask_all(&d, o.json, &error);
+    return status < 0 ? cli_fail(&error) : status;
 }

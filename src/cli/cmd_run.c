@@ -120,13 +120,7 @@ static int check_survey(struct session *s, struct error *error) {
 
 /* SAFETY: what the run will ask for is known and checked to its end before anything is opened. A trajectory is the evaluated part. */
 static int check_motion(struct session *s, struct error *error) {
-    struct test_params *t = &s->params.tests;
-    if (s->options.survey) return check_survey(s, error);
-    int status = t->trajectory[0] ? trajectory_load(&s->trajectory, t->trajectory, t->repeat, error) : STATUS_OK;
-    if (status) return status;
-    if (t->trajectory[0]) t->duration_s = trajectory_s(&s->trajectory);
-    status = config_check_motion(&s->params, error);
-    return status ? status : motion_check(&s->params, driven(s), error);
+    return s->options.survey ? check_survey(s, error) : motion_check_tests(&s->params, &s->trajectory, error);
 }
 
 /* What cannot be deleted is said, and no reason not to run. */

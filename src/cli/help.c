@@ -53,6 +53,19 @@ static const char check_options[] =
     "  --json FILE      the same facts, schema hexid.check/1; - for standard output\n"
     "\nexit status 0 when hexid gap would take it, 1 when not: the last line has its refusal\n";
 
+static const char doctor_options[] =
+    CONFIG
+    "  --hal URL        the machine whose bus is looked at, as for hexid run; nothing is commanded. sim: without it\n"
+    "  --log FILE|DIR   where logs will go: room and speed of that disk; the directory at hand without it\n"
+    "  --latency S      measure the wake-ups of a thread like the loop's for S seconds; 10 without it, 0: not\n"
+    "  --json FILE      the findings, schema hexid.doctor/1; - for standard output\n"
+    SET
+    "  --modbus-map     print the register map instead\n"
+    "  --failures       print what can fail, and what to do\n"
+    "  --keys           print the reference of all configuration keys\n"
+    "\nFAIL: hexid cannot do its work like this, or somebody could be hurt; WARN: it works worse than it should; ?: cannot be seen from here\n"
+    "exit status 0 without a FAIL, whatever is warned of; 1 with one; 2 when the configuration is none\n";
+
 static const struct subcommand subcommands[] = {
     {"run", "[-c FILE] [--hal URL] [--fast] [--rt require|try|off] [--seed N] [--log FILE|DIR [--log-quota GB]] [--json FILE]\n"
             "           [--set KEY=VALUE ...] [--tests LIST] [--trajectory FILE [--repeat N]] [--survey [--std PCT]]\n"
@@ -103,13 +116,10 @@ static const struct subcommand subcommands[] = {
      "hexid command park", cmd_command},
     {"monitor", "[-c FILE] [--set KEY=VALUE ...]", "watch a running hexid in the terminal, over LCM", OF_LCM SET, "hexid monitor",
      cmd_monitor},
-    {"doctor", "[-c FILE] [--set KEY=VALUE ...] [--modbus-map] [--failures] [--keys]",
-     "check configuration, real time, field buses and LCM on this machine",
-     CONFIG SET
-     "  --modbus-map     print the register map instead\n"
-     "  --failures       print what can fail, and what to do\n"
-     "  --keys           print the reference of all configuration keys\n",
-     "hexid doctor -c rig.yaml", cmd_doctor},
+    {"doctor", "[-c FILE] [--set KEY=VALUE ...] [--hal URL] [--log FILE|DIR] [--latency S] [--json FILE]\n"
+               "           [--modbus-map | --failures | --keys]",
+     "check configuration, real time, field buses, LCM and disk: ok, WARN or FAIL, with the remedy", doctor_options,
+     "hexid doctor -c rig.yaml --hal can:can0", cmd_doctor},
     {"effects", "[NAME] [--json FILE]", "list the effects that the simulated plant can have",
      "  NAME             this one alone\n"
      "  --json FILE      the same, schema hexid.effects/1; - for standard output\n",

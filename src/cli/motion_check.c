@@ -3,10 +3,12 @@
 #include <math.h>
 #include <string.h>
 
+#include "config.h"
 #include "force.h"
 #include "inverse_dynamics.h"
 #include "kinematics.h"
 #include "reference.h"
+#include "trajectory_file.h"
 
 static const double stop_every = 0.1;   /* of the ramp-out: its steepest part is hit to within a hundredth */
 enum { PERIOD_TICKS = 64 };             /* of at least so many, each period has cycles near all its phases */
@@ -211,4 +213,13 @@ int motion_check(const struct params *params, const struct trajectory *trajector
     int status = kinematics_init(&w.kinematics, params, error);
     if (status) return status;
     return walk_all(&w, 1.0) ? STATUS_OK : refuse(&w, error);
+}
+
+int motion_check_tests(struct params *params, struct trajectory *trajectory, struct error *error) {
+    struct test_params *t = &params->tests;
+    int status = t->trajectory[0] ? trajectory_load(trajectory, t->trajectory, t->repeat, error) : STATUS_OK;
+    if (status) return status;
+    if (t->trajectory[0]) t->duration_s = trajectory_s(trajectory);
+    status = config_check_motion(params, error);
+    return status ? status : motion_check(params, trajectory->knot ? trajectory : NULL, error);
 }

@@ -24,4 +24,8 @@
  * motion would have to be. */
 int motion_check(const struct params *params, const struct trajectory *trajectory, struct error *error);
 
+/* The configured tests: their trajectory is loaded where there is one (to be freed; knot NULL: none), and tests.duration_s is then its
+ * length; all is checked. -2 as above; -3: a trajectory that cannot be read. */
+int motion_check_tests(struct params *params, struct trajectory *trajectory, struct error *error);
+
 #endif

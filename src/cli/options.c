@@ -29,6 +29,7 @@ static const struct option long_options[] = {
     {"map", required_argument, NULL, 'a'},    {"trajectory", required_argument, NULL, 'T'}, {"repeat", required_argument, NULL, 'n'},
     {"survey", no_argument, NULL, 'V'},       {"std", required_argument, NULL, 'd'},
     {"all", no_argument, NULL, 'A'},         {"pose", required_argument, NULL, 'P'},
+    {"latency", required_argument, NULL, 'L'},
     {0},
 };
 
@@ -101,6 +102,15 @@ static int set_std(struct options *o, const char *text, struct error *error) {
     return STATUS_OK;
 }
 
+static int set_latency(struct options *o, const char *text, struct error *error) {
+    static const double most_s = 86400.0;
+    char *end;
+    o->latency_s = strtod(text, &end);
+    if (end == text || *end || !(o->latency_s >= 0.0 && o->latency_s <= most_s))
+        return error_set(error, STATUS_USAGE, "--latency %.40s: a number of seconds from 0, not at all, to %.0f", text, most_s);
+    return STATUS_OK;
+}
+
 static int set_pose(struct options *o, const char *text, struct error *error) {
     static const double most = 30.0; /* m; rad */
     const char *at = text;
@@ -136,6 +146,7 @@ static int take(struct options *o, int option, const char *value, struct error *
     case 'V': o->survey = true; return STATUS_OK;
     case 'd': return set_std(o, value, error);
     case 'P': return set_pose(o, value, error);
+    case 'L': return set_latency(o, value, error);
     case 'r': return set_rt(o, value, error);
     case 'q': return set_log_quota(o, value, error);
     case 's': return set_seed(o, value, error);
@@ -162,7 +173,7 @@ static int unknown_option(const char *command, const char *name, const char *all
 }
 
 int options_parse(struct options *o, int argc, char **argv, const char *allowed, int operands, struct error *error) {
-    *o = (struct options){.hal = "sim:", .seed = 1};
+    *o = (struct options){.hal = "sim:", .seed = 1, .latency_s = -1.0};
     opterr = 0;
     optind = 0;
     for (;;) {

@@ -18,7 +18,7 @@
 
 #define MAGIC 0x4c433032u /* "LC02": a short message; "LC03" would be a fragment of a long one */
 
-enum { HEADER = 8, DATAGRAM_MAX = 65507, HOST_ADDRESSES_MAX = 32, UDP_HEADER = 8, RECEIVE_BUFFER = 1 << 21 };
+enum { HEADER = 8, DATAGRAM_MAX = 65507, HOST_ADDRESSES_MAX = 32, UDP_HEADER = 8 };
 
 struct bus {
     struct sockaddr_in group;
@@ -90,6 +90,31 @@ int bus_open(struct bus **bus, const char *url, struct error *error) {
     return status;
 }
 
+/* The kernel chose the sender's address by the route when the socket was connected; 0.0.0.0 is a loopback without one. */
+struct bus_route bus_route(const struct bus *b) {
+    struct bus_route r = {.port = ntohs(b->group.sin_port)};
+    struct sockaddr_in own = {0};
+    struct ifaddrs *all;
+    unsigned char hops = 0;
+    socklen_t length = sizeof own, hops_length = sizeof hops;
+    inet_ntop(AF_INET, &b->group.sin_addr, r.group, sizeof r.group);
+    if (!getsockopt(b->out, IPPROTO_IP, IP_MULTICAST_TTL, &hops, &hops_length)) r.ttl = hops;
+    if (getsockname(b->out, (struct sockaddr *)&own, &length) || getifaddrs(&all)) return r;
+    r.loopback = own.sin_addr.s_addr == INADDR_ANY;
+    for (struct ifaddrs *a = all; a && !r.loopback; a = a->ifa_next) {
+        struct sockaddr_in address;
+        if (!a->ifa_addr || a->ifa_addr->sa_family != AF_INET) continue;
+        memcpy(&address, a->ifa_addr, sizeof address);
+        if (address.sin_addr.s_addr != own.sin_addr.s_addr) continue;
+        snprintf(r.interface, sizeof r.interface, "%s", a->ifa_name);
+        r.loopback = (a->ifa_flags & IFF_LOOPBACK) != 0;
+        break;
+    }
+    freeifaddrs(all);
+    if (r.loopback && !*r.interface) strcpy(r.interface, "lo");
+    return r;
+}
+
 void bus_close(struct bus *b) {
     if (b->out >= 0) close(b->out);
     if (b->in >= 0) close(b->in);
@@ -141,7 +166,7 @@ static bool drop_others(int fd, const char *prefix) {
 
 /* Bound to the group, so that what was sent to this host's own address does not arrive. */
 static bool open_receiver(struct bus *b, const char *prefix) {
-    int yes = 1, no = 0, room = RECEIVE_BUFFER;
+    int yes = 1, no = 0, room = BUS_RECEIVE_BUFFER;
     struct ip_mreqn membership = {.imr_multiaddr = b->group.sin_addr};
     b->in = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (b->in < 0) return false;

@@ -27,10 +27,22 @@ struct bus_message {
 /* From whom messages are taken. */
 enum bus_source { BUS_ANYONE, BUS_THIS_HOST };
 
+/* Asked of the system for what arrives while nobody looks; it gives as much as net.core.rmem_max allows. */
+enum { BUS_RECEIVE_BUFFER = 1 << 21 };
+
 /* "udpm://239.255.76.67:7667?ttl=0"; a part that is left out is as here. STATUS_USAGE: no such URL;
  * STATUS_IO with the remedy: no multicast route. Nothing is received before bus_listen(). */
 int bus_open(struct bus **bus, const char *url, struct error *error);
 void bus_close(struct bus *bus);
+
+/* Which way what is published goes. */
+struct bus_route {
+    char group[16];      /* 239.255.76.67 */
+    int port, ttl;       /* ttl 0: stays on this host */
+    char interface[16];  /* "" where it has no name */
+    bool loopback;
+};
+struct bus_route bus_route(const struct bus *bus);
 
 /* 0, or -1 when the system did not take it at once: the stream is for watching, and who publishes goes
  * on. Several threads may publish. */

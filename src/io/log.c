@@ -67,6 +67,8 @@ int log_close(struct log_writer *w, struct error *error) {
     return status;
 }
 
+size_t log_event_size(const char *channel, int size) { return HEADER_SIZE + strlen(channel) + (size_t)size; }
+
 struct log_reader {
     int file;
     unsigned char *buffer;

@@ -28,6 +28,9 @@ int log_flush(struct log_writer *writer, struct error *error);
 /* Flushes and frees, also after a failure. */
 int log_close(struct log_writer *writer, struct error *error);
 
+/* Bytes that an event takes in the file. */
+size_t log_event_size(const char *channel, int size);
+
 struct log_event {
     int64_t utime_us;
     const char *channel;  /* valid until the next read */

@@ -13,11 +13,11 @@ own() { (cd "$work/elsewhere" && env -i "$root/usr/bin/hexid" "$@"); }
 names=$("$hexid" --help | sed -n 's/^  hexid \([a-z]\{1,\}\) .*/\1/p')
 runs() { own run "${quick_settings[@]}" --fast --log a.lcm --json a.json && own identify a.lcm --json b.json && cmp "$work/elsewhere/"{a,b}.json; }
 claim "installed, it runs and identifies from a directory of its own" runs
-configuration() { own doctor --set lcm.url= | grep -F "$root/usr/bin/../../etc/hexid/tian2015.yaml"; }
+configuration() { own doctor --latency 0 --set lcm.url= | grep -F "$root/usr/bin/../../etc/hexid/tian2015.yaml"; }
 claim "it finds its configuration in the root that it was installed in" configuration
 under_prefix() {
     make --no-print-directory BUILD="${BUILD:-build}" prefix="$work/opt" install >/dev/null && [ -s "$work/opt/etc/hexid/tian2015.yaml" ] &&
-        (cd "$work/elsewhere" && env -i "$work/opt/bin/hexid" doctor --set lcm.url= | grep -F "$work/opt/bin/../etc/hexid/tian2015.yaml") &&
+        (cd "$work/elsewhere" && env -i "$work/opt/bin/hexid" doctor --latency 0 --set lcm.url= | grep -F "$work/opt/bin/../etc/hexid/tian2015.yaml") &&
         grep -q "^ExecStart=$work/opt/bin/hexid run" "$work/opt/lib/systemd/system/hexid.service"
 }
 claim "under a prefix of its own the same, and the unit names it" under_prefix

@@ -28,6 +28,6 @@ for machine in desktop simulator; do
     claim "$machine: nothing hidden, no gap" nothing "$machine"
 done
 
-grep_doctor() { "$hexid" doctor -c "config/$1.yaml" | grep -E "ok +workspace +condition .*$2"; }
+grep_doctor() { "$hexid" doctor --latency 0 -c "config/$1.yaml" | grep -E "ok +workspace +condition .*$2"; }
 claim "doctor says that no pose of the simulator's strokes is singular" grep_doctor simulator "no singular pose within the strokes"
 claim "and where the desk-top platform's first one is" grep_doctor desktop "lie beyond a singular pose, the nearest after"

@@ -6,7 +6,7 @@ settings=("${quick_settings[@]}" --set motion.automatic=true)
 # dies BUS MOMENTS SEED SETTING...
 dies() {
     local status limit_s
-    limit_s=$("$hexid" doctor --set lcm.url= "${@:4}" | sed -n 's/.*blind time *\([0-9.]*\) s of.*/\1/p')
+    limit_s=$("$hexid" doctor --latency 0 --set lcm.url= "${@:4}" | sed -n 's/.*blind time *\([0-9.]*\) s of.*/\1/p')
     plant_start "$1" "${settings[@]}" "${@:4}" || return
     "$python" tests/uml/blind_time.py "$hexid" "$url" "$2" "$3" "${limit_s:-0}" "${settings[@]}" "${@:4}" >"$work/moments" 2>&1
     status=$?

@@ -1,0 +1,113 @@
+/* `hexid doctor`: questions about the configuration, this computer and the machine, one finding each. The table of checks is in
+ * cmd_doctor.c: a new one is a function here and a row there.
+ *
+ *     FAIL   hexid cannot do its work like this, or somebody could be hurt
+ *     WARN   it works worse than it should
+ *     ?      this cannot be seen from here: in a container, in a virtual machine, without the right
+ *
+ * What is measured is judged by a function of its own (judge_...), so that a test can be at its limits. Ordinary threads. Nothing is
+ * commanded: a machine, a bus or a daemon that is at work goes on. */
+#ifndef HEXID_DOCTOR_H
+#define HEXID_DOCTOR_H
+
+#include <jansson.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "params.h"
+#include "status.h"
+
+enum level { LEVEL_NONE /* no question of this configuration: not shown */, LEVEL_OK, LEVEL_UNKNOWN, LEVEL_WARN, LEVEL_FAIL };
+
+struct finding {
+    enum level level;
+    char found[2000];  /* lines; the first stands beside the name */
+    char remedy[400];  /* "" with LEVEL_OK */
+    json_t *data;      /* numbers, units in their names; NULL: none. To be freed by who asked. */
+};
+
+struct doctor {
+    const struct params *params;
+    const char *config;     /* path, NULL: built in */
+    const char *url;        /* of the machine, as for --hal, without the faults in front of it */
+    const char *log;        /* --log, NULL: not given */
+    const char *root;       /* stands before /proc and /sys; "" is this computer */
+    double latency_s;       /* for how long wake-ups are measured, 0: not */
+    bool machine;           /* that URL is no simulation: real time is required */
+};
+
+typedef struct finding doctor_check(const struct doctor *d);
+
+/* ---- doctor.c ---- */
+
+__attribute__((format(printf, 3, 4))) struct finding finding(enum level level, const char *remedy, const char *format, ...);
+struct finding finding_none(void);
+
+/* "cannot be seen here", with the file that is not there. */
+struct finding finding_unseen(const char *path, const char *what);
+
+/* FAIL behind hardware, which hexid then refuses to drive or should not; WARN on the simulation, which goes on. */
+enum level level_of_machine(const struct doctor *d);
+
+/* What follows "can:" in the machine's URL, when it begins so; else NULL. */
+const char *doctor_address(const struct doctor *d, const char *scheme);
+
+/* A file below root, as text without the last line's end. False where it is not there, or empty. */
+__attribute__((format(printf, 4, 5))) bool doctor_read(const struct doctor *d, char *text, size_t size, const char *path, ...);
+
+/* A file that is one whole number. */
+__attribute__((format(printf, 3, 4))) bool doctor_number(const struct doctor *d, int64_t *value, const char *path, ...);
+
+/* "0-3,6" of the kernel has this processor. */
+bool doctor_listed(const char *list, int cpu);
+
+/* The processors that are on and that the loop may be on (loop.cpu), in order. Returns how many; 0: they cannot be seen, or it is none of
+ * them. */
+enum { PROCESSORS_MAX = 512 };
+int doctor_processors(const struct doctor *d, int cpu[PROCESSORS_MAX]);
+
+double doctor_now_s(void); /* CLOCK_MONOTONIC */
+
+/* ---- doctor_machine.c: what is configured ---- */
+doctor_check check_configuration, check_machine, check_kinematics, check_workspace, check_tests, check_blind_time, check_interlocks;
+
+/* ---- doctor_host.c: this computer ---- */
+doctor_check check_kernel, check_hypervisor, check_realtime, check_locked_memory, check_governor, check_idle_states, check_isolation,
+    check_siblings, check_throttling, check_clock_source;
+
+/* ---- doctor_wakeup.c ---- */
+struct wakeups;
+doctor_check check_wakeups;
+struct finding judge_wakeups(const struct doctor *d, const struct wakeups *w);
+
+/* ---- doctor_lcm.c ---- */
+doctor_check check_lcm_socket, check_lcm_route, check_lcm_datagram, check_lcm_buffers;
+
+/* ---- doctor_field.c: the field buses ---- */
+struct can_controller;
+doctor_check check_can_load, check_can_interface, check_can_errors, check_modbus_line, check_modbus;
+struct finding judge_can_interface(const struct doctor *d, const char *interface, const struct can_controller *s);
+struct finding judge_can_errors(const char *interface, const struct can_controller *s);
+enum { ROUND_TRIPS = 50 };
+struct round_trips {
+    double median_s, max_s;
+    int lost;           /* of ROUND_TRIPS */
+    bool owned;         /* another master has the machine */
+};
+struct finding judge_round_trips(const struct doctor *d, const struct round_trips *r);
+
+/* ---- doctor_disk.c: where the log goes ---- */
+struct disk {
+    char directory[256];
+    double room_bytes;      /* that this user may still write */
+    double speed_bytes_per_s, longest_s; /* of writing to the disk; the longest that one write, or the flush at the end, took */
+};
+doctor_check check_log_room, check_log_speed;
+struct finding judge_log_room(const struct doctor *d, const struct disk *k);
+struct finding judge_log_speed(const struct doctor *d, const struct disk *k);
+
+/* What a log takes, headers included. */
+double log_bytes_per_s(const struct params *params);
+
+#endif

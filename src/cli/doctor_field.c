@@ -1,0 +1,191 @@
+#include <errno.h>
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "can_controller.h"
+#include "can_frames.h"
+#include "can_socket.h"
+#include "doctor.h"
+#include "host_lock.h"
+#include "modbus_link.h"
+#include "modbus_map.h"
+
+/* ---- CAN ---- */
+
+struct finding check_can_load(const struct doctor *d) {
+    struct can_load l = can_load(d->params);
+    enum level too_full = doctor_address(d, "can") ? LEVEL_FAIL : LEVEL_WARN;
+    struct finding f = finding(l.share <= l.limit ? LEVEL_OK : too_full, "a longer loop.period_s, or a higher can.bitrate_bps",
+                               "%.1f %% of the cycle: %d bits a cycle, %.1f of heartbeats; at most %.0f %%", 100 * l.share, l.cycle_bits,
+                               l.heartbeat_bits, 100 * l.limit);
+    f.data = json_pack("{sf sf}", "share_pct", 100 * l.share, "limit_pct", 100 * l.limit);
+    return f;
+}
+
+/* Listens without a filter that lets anything through: says whether the interface is there, up, CAN, and allowed. */
+static int try_interface(const char *interface, struct error *error) {
+    struct can_socket s;
+    int status = can_socket_open(&s, interface, NULL, 0, false, false, error);
+    if (!status) can_socket_close(&s);
+    return status;
+}
+
+struct finding judge_can_interface(const struct doctor *d, const char *interface, const struct can_controller *s) {
+    char remedy[200];
+    double wanted_bps = d->params->can.bitrate_bps;
+    snprintf(remedy, sizeof remedy, "sudo ip link set %.16s down; sudo ip link set %.16s up type can bitrate %.0f", interface, interface,
+             wanted_bps);
+    if (!s->known) return finding(LEVEL_OK, "", "%s is up; %s has no controller, so no bit rate and no error counters", interface, s->kind);
+    struct finding f;
+    if (!s->bitrate_bps) f = finding(LEVEL_UNKNOWN, remedy, "%s is up; its driver does not tell the bit rate", interface);
+    else if ((double)s->bitrate_bps != wanted_bps)
+        f = finding(LEVEL_FAIL, remedy, "%s has %" PRIu32 " bit/s, can.bitrate_bps is %.0f: nodes of another rate disturb the bus",
+                    interface, s->bitrate_bps, wanted_bps);
+    else f = finding(LEVEL_OK, "", "%s is up, %" PRIu32 " bit/s, sample point %.1f %%", interface, s->bitrate_bps, 100.0 * s->sample_point);
+    f.data = json_pack("{sI sf}", "bitrate_bps", (json_int_t)s->bitrate_bps, "sample_point", s->sample_point);
+    return f;
+}
+
+struct finding check_can_interface(const struct doctor *d) {
+    const char *interface = doctor_address(d, "can");
+    char remedy[120];
+    struct can_controller s;
+    struct error error;
+    if (!interface) return finding_none();
+    snprintf(remedy, sizeof remedy, "sudo ip link set %.16s up type can bitrate %.0f", interface, d->params->can.bitrate_bps);
+    if (try_interface(interface, &error)) return finding(LEVEL_FAIL, remedy, "%s", error.text);
+    if (can_controller_read(interface, &s, &error)) return finding(LEVEL_UNKNOWN, "`ip -details link show` may tell", "%s", error.text);
+    return judge_can_interface(d, interface, &s);
+}
+
+static json_t *counter_json(const struct can_controller *c, unsigned count) {
+    return c->counts ? json_integer((json_int_t)count) : json_null();
+}
+
+/* ISO 11898-1: a node is error-passive from 128 on and off the bus from 256. A single frame that is not acknowledged adds 8; eight times as
+ * many good ones take that away. So what stands in the counters is of now, and the counts are since the interface was made. */
+struct finding judge_can_errors(const char *interface, const struct can_controller *s) {
+    static const char wiring[] = "look at termination (120 ohm at both ends), wiring, bit rate and sample point of all nodes";
+    char counters[40] = "counters not told";
+    if (!s->known) return finding_none();
+    if (s->counts) snprintf(counters, sizeof counters, "TEC %u, REC %u", s->tx_errors, s->rx_errors);
+    bool off = s->state >= CAN_CONTROLLER_BUS_OFF, troubled = s->state != CAN_CONTROLLER_ACTIVE || s->tx_errors || s->rx_errors;
+    uint32_t all = s->warnings + s->passives + s->bus_offs + s->bus_errors;
+    enum level level = off ? LEVEL_FAIL : troubled || all ? LEVEL_WARN : LEVEL_OK;
+    char remedy[240];
+    snprintf(remedy, sizeof remedy, "%s%s%.16s%s", wiring, level == LEVEL_FAIL ? "; then sudo ip link set " : "",
+             level == LEVEL_FAIL ? interface : "", level == LEVEL_FAIL ? " down, and up again" : "");
+    struct finding f = finding(level, remedy,
+                               "%s, %s; since it was made %" PRIu32 " bus errors, %" PRIu32 " times error-warning, %" PRIu32
+                               " error-passive, %" PRIu32 " bus-off, %" PRIu32 " restarts; arbitration lost %" PRIu32 " times",
+                               can_controller_state(s->state), counters, s->bus_errors, s->warnings, s->passives, s->bus_offs, s->restarts,
+                               s->arbitration_lost);
+    f.data = json_pack("{ss so so sI sI sI sI sI sI}", "state", can_controller_state(s->state), "tx_errors", counter_json(s, s->tx_errors),
+                       "rx_errors", counter_json(s, s->rx_errors), "bus_errors", (json_int_t)s->bus_errors, "error_warning",
+                       (json_int_t)s->warnings, "error_passive", (json_int_t)s->passives, "bus_off", (json_int_t)s->bus_offs, "restarts",
+                       (json_int_t)s->restarts, "arbitration_lost", (json_int_t)s->arbitration_lost);
+    return f;
+}
+
+struct finding check_can_errors(const struct doctor *d) {
+    const char *interface = doctor_address(d, "can");
+    struct can_controller s;
+    struct error error;
+    if (!interface || try_interface(interface, &error) || can_controller_read(interface, &s, &error))
+        return finding_none(); /* said above */
+    return judge_can_errors(interface, &s);
+}
+
+/* ---- Modbus ---- */
+
+/* The baud rate of a serial line is the address's, not the configuration's: said for the usual ones. */
+struct finding check_modbus_line(const struct doctor *d) {
+    const char *address = doctor_address(d, "modbus");
+    struct modbus_address_parts parts;
+    struct error error;
+    if (address && modbus_parse(address, &parts, &error)) return finding(LEVEL_FAIL, "write the address in that form", "%s", error.text);
+    struct modbus_load slow = modbus_load(address && parts.serial ? parts.baud : 115200.0), fast = modbus_load(1e6);
+    double cycle_s = 0.9 * d->params->loop.period_s;
+    bool fits = !address || !parts.serial || slow.cycle_s <= cycle_s;
+    char line[80];
+    if (address && parts.serial) snprintf(line, sizeof line, "on this line %.1f ms", slow.cycle_s * 1e3);
+    else snprintf(line, sizeof line, "on a serial line %.1f ms at 115200 baud, %.1f ms at 1 Mbaud", slow.cycle_s * 1e3, fast.cycle_s * 1e3);
+    return finding(fits ? LEVEL_OK : LEVEL_FAIL, "a higher baud rate, or a longer loop.period_s",
+                   "function 23: %d + %d bytes, %s; the cycle has %.1f ms", slow.request_bytes, slow.response_bytes, line, cycle_s * 1e3);
+}
+
+/* What is asked by a client that commands nothing; a device may serve its master sooner. */
+struct finding judge_round_trips(const struct doctor *d, const struct round_trips *r) {
+    double cycle_s = 0.9 * d->params->loop.period_s, timeout_s = d->params->limits.sensor_age_s;
+    static const char remedy[] = "a network of its own for machine and computer, without switches in between; or a longer loop.period_s";
+    char measured[160];
+    snprintf(measured, sizeof measured,
+             "one read takes %.2f ms, at most %.2f (%d of %d answered); the cycle has %.1f ms, the time-out is %.0f ms", r->median_s * 1e3,
+             r->max_s * 1e3, ROUND_TRIPS - r->lost, ROUND_TRIPS, cycle_s * 1e3, timeout_s * 1e3);
+    struct finding f;
+    if (r->lost > ROUND_TRIPS / 2 || r->median_s > timeout_s)
+        f = finding(LEVEL_FAIL, remedy, "readings would be too old to be believed: %s", measured);
+    else if (r->lost || r->median_s > cycle_s)
+        f = finding(LEVEL_WARN, remedy, "%s: %s", r->lost ? "answers are lost" : "too slow for every cycle", measured);
+    else if (r->owned)
+        f = finding(LEVEL_WARN, "end the other master before hexid is started; when it is a hexid at work, all is well",
+                    "another master has the machine; %s", measured);
+    else f = finding(LEVEL_OK, "", "%s", measured);
+    f.data = json_pack("{sf sf si si}", "median_us", r->median_s * 1e6, "max_us", r->max_s * 1e6, "lost", r->lost, "asked", ROUND_TRIPS);
+    return f;
+}
+
+static int by_size(const void *a, const void *b) {
+    double one = *(const double *)a, other = *(const double *)b;
+    return (one > other) - (one < other);
+}
+
+/* Reads alone, of the registers that say who it is. */
+static struct finding talk(const struct doctor *d, struct modbus_link *link, const char *address) {
+    static const char who_remedy[] =
+        "check modbus.unit, baud rate and wiring; the device must serve the map of `hexid doctor --modbus-map`";
+    struct round_trips r = {0};
+    uint16_t who[2], status;
+    double took_s[ROUND_TRIPS];
+    int answers = 0;
+    if (modbus_link_read(link, MODBUS_IDENTITY, 2, who))
+        return finding(LEVEL_FAIL, who_remedy, "modbus:%.100s: no answer to the first question: %s", address, modbus_link_reason(errno));
+    if (who[0] != MODBUS_IS_HEXID || who[1] != MODBUS_MAP_VERSION)
+        return finding(LEVEL_FAIL, who_remedy,
+                       "modbus:%.100s: registers 0 and 1 hold 0x%04x and %u, not 0x%04x and %d: another device, or another map", address,
+                       who[0], who[1], MODBUS_IS_HEXID, MODBUS_MAP_VERSION);
+    r.owned = !modbus_link_read(link, MODBUS_STATUS, 1, &status) && status & MODBUS_OWNED;
+    for (int i = 0; i < ROUND_TRIPS; i++) {
+        double begun_s = doctor_now_s();
+        if (!modbus_link_read(link, MODBUS_IDENTITY, 2, who)) took_s[answers++] = doctor_now_s() - begun_s;
+        else if (modbus_link_gone(errno)) break;
+    }
+    r.lost = ROUND_TRIPS - answers;
+    qsort(took_s, (size_t)answers, sizeof *took_s, by_size);
+    if (answers) r.median_s = took_s[answers / 2], r.max_s = took_s[answers - 1];
+    return judge_round_trips(d, &r);
+}
+
+/* A serial line has one master: who is on it already is not disturbed. */
+struct finding check_modbus(const struct doctor *d) {
+    const char *address = doctor_address(d, "modbus");
+    struct modbus_address_parts parts;
+    struct modbus_link *link;
+    struct error error;
+    if (!address || modbus_parse(address, &parts, &error)) return finding_none(); /* said by check_modbus_line */
+    int lock = parts.serial ? host_lock(d->url, &error) : -1;
+    if (parts.serial && lock < 0) return finding(LEVEL_UNKNOWN, "ask again when it has ended", "not asked: %s", error.text);
+    struct finding f;
+    if (modbus_link_open(&link, &parts, d->params->modbus.unit, 1.0, &error)) {
+        f = finding(LEVEL_FAIL,
+                    "look at the device, its supply and its address; a service needs IPAddressAllow= or DeviceAllow= (docs/service.md)",
+                    "%s", error.text);
+    } else {
+        f = talk(d, link, address);
+        modbus_link_close(link);
+    }
+    if (lock >= 0) close(lock);
+    return f;
+}

@@ -1,0 +1,97 @@
+#include <string.h>
+
+#include "bus.h"
+#include "doctor.h"
+
+#define ON_THIS_HOST "sudo ip link set lo multicast on; sudo ip route add 224.0.0.0/4 dev lo"
+static const char channel[] = "HEXID_DOCTOR"; /* nobody listens to it but this */
+enum { TRIES = 3, PATIENCE_MS = 500 };
+
+struct finding check_lcm_socket(const struct doctor *d) {
+    struct error error;
+    struct bus *bus;
+    if (!d->params->lcm.url[0])
+        return finding(LEVEL_OK, "", "none: lcm.url is empty; nobody can watch or command hexid from another program");
+    if (bus_open(&bus, d->params->lcm.url, &error))
+        return finding(LEVEL_FAIL, "make a route for multicast on this host: " ON_THIS_HOST, "%s", error.text);
+    int status = bus_listen(bus, channel, BUS_ANYONE, &error);
+    bus_close(bus);
+    if (status) return finding(LEVEL_FAIL, "bring a network interface up: sudo ip link set lo up; " ON_THIS_HOST, "%s", error.text);
+    return finding(LEVEL_OK, "", "%s sends and listens", d->params->lcm.url);
+}
+
+/* SAFETY: `hexid command stop` comes this way; by a network that is unplugged it comes no more. */
+struct finding check_lcm_route(const struct doctor *d) {
+    struct error error;
+    struct bus *bus;
+    if (!d->params->lcm.url[0] || bus_open(&bus, d->params->lcm.url, &error)) return finding_none(); /* said by check_lcm_socket */
+    struct bus_route r = bus_route(bus);
+    bus_close(bus);
+    struct finding f;
+    if (r.ttl > 0 && r.loopback)
+        f = finding(LEVEL_WARN,
+                    "route the group to the network: sudo ip route replace 224.0.0.0/4 dev eth0 (its name), or say ttl=0 in lcm.url",
+                    "%s by %s with ttl %d: it does not leave this host, for all its ttl", r.group, r.interface, r.ttl);
+    else if (r.ttl == 0 && !r.loopback)
+        f = finding(LEVEL_WARN, "sudo ip link set lo multicast on; sudo ip route replace 224.0.0.0/4 dev lo",
+                    "%s by %s, though ttl 0 keeps it on this host: when that link goes down, nobody hears hexid and hexid hears no command",
+                    r.group, *r.interface ? r.interface : "a network");
+    else
+        f = finding(LEVEL_OK, "", "%s by %s, ttl %d: %s", r.group, r.interface, r.ttl,
+                    r.ttl ? "reaches other hosts" : "stays on this host");
+    f.data = json_pack("{ss si}", "interface", r.interface, "ttl", r.ttl);
+    return f;
+}
+
+/* The way from one socket to the other, s; less than 0: it did not come. */
+static double sent_and_received(struct bus *out, struct bus *in) {
+    static const char text[] = "hexid doctor";
+    struct bus_message m;
+    double begun_s = doctor_now_s();
+    if (bus_publish(out, channel, text, sizeof text)) return -1.0;
+    while (doctor_now_s() - begun_s < PATIENCE_MS * 1e-3 && bus_wait(in, PATIENCE_MS) > 0)
+        for (int got; (got = bus_receive(in, &m));) {
+            if (got < 0) return -1.0;
+            if (got == 1 && m.size == sizeof text && !memcmp(m.data, text, sizeof text)) return doctor_now_s() - begun_s;
+        }
+    return -1.0;
+}
+
+/* Whatever ttl is configured: a question of this program's is nobody else's. */
+struct finding check_lcm_datagram(const struct doctor *d) {
+    char url[PARAMS_TEXT_SIZE];
+    struct error error;
+    struct bus *out, *in;
+    double took_s = -1.0;
+    snprintf(url, sizeof url, "%.*s", (int)strcspn(d->params->lcm.url, "?"), d->params->lcm.url);
+    if (!url[0] || bus_open(&out, url, &error)) return finding_none(); /* said by check_lcm_socket */
+    int status = bus_open(&in, url, &error);
+    if (!status && bus_listen(in, channel, BUS_THIS_HOST, &error)) bus_close(in), status = STATUS_IO;
+    if (status) {
+        bus_close(out);
+        return finding_none();
+    }
+    for (int i = 0; i < TRIES && took_s < 0.0; i++) took_s = sent_and_received(out, in);
+    bus_close(in);
+    bus_close(out);
+    if (took_s < 0.0)
+        return finding(LEVEL_FAIL, "see whether a firewall drops UDP to the group (sudo nft list ruleset), and: " ON_THIS_HOST,
+                       "what was sent did not come back within %d ms, %d times: nobody would hear hexid, and hexid no command", PATIENCE_MS,
+                       TRIES);
+    struct finding f = finding(LEVEL_OK, "", "sent and received with ttl 0 in %.0f us", took_s * 1e6);
+    f.data = json_pack("{sf}", "us", took_s * 1e6);
+    return f;
+}
+
+struct finding check_lcm_buffers(const struct doctor *d) {
+    static const char path[] = "/proc/sys/net/core/rmem_max";
+    int64_t bytes;
+    if (!d->params->lcm.url[0]) return finding_none();
+    if (!doctor_number(d, &bytes, "%s", path)) return finding_unseen(path, "how much the system keeps for a reader that stalls");
+    struct finding f = finding(bytes < BUS_RECEIVE_BUFFER ? LEVEL_WARN : LEVEL_OK,
+                               "sudo sysctl -w net.core.rmem_max=2097152 (for good in /etc/sysctl.d/)",
+                               "%lld bytes are kept for a reader that stalls; hexid asks for %d%s", (long long)bytes, BUS_RECEIVE_BUFFER,
+                               bytes < BUS_RECEIVE_BUFFER ? ": what comes in a burst is lost" : "");
+    f.data = json_pack("{sI si}", "rmem_max_bytes", (json_int_t)bytes, "wanted_bytes", BUS_RECEIVE_BUFFER);
+    return f;
+}
