@@ -99,8 +99,10 @@ bench-table5: $(BUILD)/hexid ## which effects make the simulated machine read Ti
 bench-coverage: $(BUILD)/hexid ## method C on 200 random machines: do its intervals hold? 3 minutes
 	@HEXID=$(BUILD)/hexid python3 tests/ident/coverage.py --machines 200
 
-docs: $(BUILD)/hexid ## docs/configuration.md, the reference of all keys, as the program prints it
+docs: $(BUILD)/hexid $(BUILD)/tests/test_commands ## docs/configuration.md, the reference of all keys, and docs/commands.md, what commands answer
 	sed -i '/^<!-- hexid doctor --keys -->$$/q' docs/configuration.md && $(BUILD)/hexid doctor --keys >>docs/configuration.md
+	$(BUILD)/tests/test_commands --table >$(BUILD)/commands.md
+	sed -i '/^<!-- test_commands --table -->$$/q' docs/commands.md && cat $(BUILD)/commands.md >>docs/commands.md
 
 pictures: $(BUILD)/hexid | deps-test ## docs/pictures/, out of a run and a report of it
 	@HEXID=$(BUILD)/hexid docs/pictures/draw.py

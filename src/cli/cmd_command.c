@@ -71,7 +71,8 @@ static int park(struct client *c, struct error *error) {
     return status ? status : -EXIT_CHECK_FAILED;
 }
 
-/* Until what the command began is over: put down again after engage, tests done after start. */
+/* Until what the command began is over: put down again after engage, tests done after start. SAFETY: tests that ended otherwise, parked by
+ * somebody, by a lease that ran out or by a fault, are no success for what comes next in a script. */
 static int hold_lease(struct client *c, enum command command, const struct answer *granted, struct error *error) {
     struct answer a = *granted;
     int period_ms = (int)(granted->lease_s * 1000.0 / RENEWALS) + 1;
@@ -84,12 +85,12 @@ static int hold_lease(struct client *c, enum command command, const struct answe
         if (interrupted) return park(c, error);
         int status = ask(c, (struct operator_request){.token = granted->token, .renew = true}, &a, error);
         if (status) return status;
-        if (command == COMMAND_ENGAGE ? !supervisor_powers(a.state) : a.state != STATE_TESTING) break;
+        if (!supervisor_powers(a.state) || (command == COMMAND_START && a.outcome == OUTCOME_DONE && a.state != STATE_TESTING)) break;
         if (a.outcome != OUTCOME_DONE) return error_set(error, STATUS_UNSAFE, "the lease is lost, the platform is %s: %s",
                                                         state_names[a.state], a.text);
     }
     printf("hexid: now %s\n", state_names[a.state]);
-    return a.state == STATE_FAULT ? -EXIT_CHECK_FAILED : STATUS_OK;
+    return a.state == (command == COMMAND_ENGAGE ? STATE_SETTLED : STATE_READY) ? STATUS_OK : -EXIT_CHECK_FAILED;
 }
 
 static int tell(struct client *c, enum command command, struct error *error) {

@@ -112,7 +112,9 @@ static const struct subcommand subcommands[] = {
      "  start            run the tests\n"
      "  stop             end the test under way\n"
      "  park             put the platform down\n"
-     "  reset            acknowledge a fault whose cause is gone\n" OF_LCM SET,
+     "  reset            acknowledge a fault whose cause is gone\n" OF_LCM SET
+     "\nengage and start stay until the platform is put down, or held again after the tests\n"
+     "exit status 0 done; 1 ended by a park, a fault or Ctrl-C; 3 nobody answered; 4 refused, or the lease is lost\n",
      "hexid command park", cmd_command},
     {"monitor", "[-c FILE] [--set KEY=VALUE ...]", "watch a running hexid in the terminal, over LCM", OF_LCM SET, "hexid monitor",
      cmd_monitor},

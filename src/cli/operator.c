@@ -67,7 +67,7 @@ static void move(struct operator *o, const struct operator_request *r, int64_t n
     if (!o->params->lcm.commands) {
         refuse(o, r, "set lcm.commands to true to accept commands that move");
     } else if (stop_under_way(o)) {
-        refuse(o, r, "a stop came just before");
+        refuse(o, r, "a stop came just before: ask again when it has been acted upon");
     } else if (!r->id) {
         refuse(o, r, "a command that moves needs an id and a token (request_t); `hexid command` brings them");
     } else if (!fresh) {

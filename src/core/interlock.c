@@ -4,10 +4,10 @@
 #include <string.h>
 
 const struct interlock interlock_table[INPUTS] = {
-    {INPUT_EMERGENCY_STOP, FAULT_EMERGENCY_STOP, "emergency stop", "the emergency stop's chain is open"},
-    {INPUT_ENABLE, FAULT_ENABLE, "enable switch", "the enable switch is not held"},
-    {INPUT_DOOR, FAULT_DOOR, "door", "the door is open"},
-    {INPUT_SUPPLY, FAULT_SUPPLY, "supply pressure", "the supply has no pressure"},
+    {INPUT_EMERGENCY_STOP, FAULT_EMERGENCY_STOP, "emergency stop", "the emergency stop's chain is open: see that nobody is in danger, then release it"},
+    {INPUT_ENABLE, FAULT_ENABLE, "enable switch", "the enable switch is not held: hold it"},
+    {INPUT_DOOR, FAULT_DOOR, "door", "the door is open: see that nobody is inside, then close it"},
+    {INPUT_SUPPLY, FAULT_SUPPLY, "supply pressure", "the supply has no pressure: look at the power unit"},
 };
 
 uint32_t interlock_wired(const struct interlock_params *p) {
@@ -33,7 +33,7 @@ uint32_t interlock_faults(uint32_t open) {
 const char *interlock_why(uint32_t wrong) {
     for (int i = 0; i < INPUTS; i++)
         if (wrong & interlock_table[i].input) return interlock_table[i].open;
-    return wrong & INPUT_LINGERS ? "the supply has pressure although it is off" : NULL;
+    return wrong & INPUT_LINGERS ? "the supply has pressure although it is off: look at its relay and the dump valve" : NULL;
 }
 
 /* Names of the inputs in the mask, and the output. */

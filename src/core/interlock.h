@@ -9,7 +9,7 @@
 struct interlock {
     uint32_t input, fault;
     const char *name;     /* "emergency stop" */
-    const char *open;     /* "the emergency stop's chain is open" */
+    const char *open;     /* in words, and what to do */
 };
 extern const struct interlock interlock_table[INPUTS];
 

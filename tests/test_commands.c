@@ -1,0 +1,479 @@
+/* Every command in every state, as an operator has it: `hexid command` in a process of its own asks the operator's side of the daemon and the
+ * loop behind it, on the simulated machine, in a network of their own. The loop stands still but for the cycle in which it looks at the
+ * command, so that the state is the one that is meant however slow this host is. What came is held against docs/commands.md;
+ *     test_commands --table      prints it (make docs) */
+#include "support.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sched.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "cli.h"
+#include "operator.h"
+#include "units.h"
+
+enum {
+    RING = 64,
+    CYCLES_MAX = 20000,
+    TEXT_SIZE = 1000,
+    ROWS_MAX = 80,
+    TRIES = 5,
+    IN_A_TEST = 250 /* cycles: settled, ramped in, evaluated */
+};
+#define URL "udpm://239.255.76.67:7667?ttl=0" /* as shipped */
+static const double DISTURBED_S = 0.3; /* a client asks again after a third of a second: a host that stalls for so long makes another row */
+
+struct row {
+    enum state state;
+    enum command command;
+    bool waits;           /* it holds the lease, and was ended by the test */
+    int status;
+    char state_name[80];
+    char text[TEXT_SIZE]; /* lines of terminal output, without "hexid: " */
+};
+
+/* The daemon's side. */
+static struct bench {
+    struct params params;
+    struct hal hal, *machine;  /* the simulated machine behind a back-end that spoils its samples */
+    struct ring ring;
+    struct loop loop;
+    struct operator operator;
+    struct bus *bus;
+    uint32_t open, closed;     /* INPUT_... that read so, whatever they are */
+    bool doubtful;
+    enum state state;          /* after the last cycle */
+    int64_t now_ns;            /* for the operator: nothing runs out unless it is told to */
+    void (*meanwhile)(void);   /* instead of a cycle, when a command waits for the loop */
+} b;
+
+static int spoiled_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) {
+    (void)hal;
+    int status = b.machine->ops->read(b.machine, now_ns, sample);
+    sample->inputs = (sample->inputs & ~b.open) | b.closed;
+    if (b.doubtful) sample->flags |= SAMPLE_INVALID;
+    return status;
+}
+static int spoiled_write(struct hal *hal, const struct hal_command *command) {
+    return (void)hal, b.machine->ops->write(b.machine, command);
+}
+static void spoiled_safe(struct hal *hal) { (void)hal, b.machine->ops->safe(b.machine); }
+static const struct hal_ops spoiled = {.scheme = "spoiled", .read = spoiled_read, .write = spoiled_write, .safe = spoiled_safe};
+
+static void say(void *context, const char *text) { (void)context, (void)text; }
+
+static void cycle(void) {
+    struct cycle c;
+    loop_cycle(&b.loop);
+    while (ring_pop(&b.ring, &c)) b.state = c.state;
+}
+
+static void begin(void) {
+    struct error error;
+    struct bus *bus = b.bus;
+    b = (struct bench){.bus = bus, .hal.ops = &spoiled, .params = by_hand(), .now_ns = NS_PER_S};
+    b.params.lcm.commands = true;
+    assert_int_equal(hal_open(&b.machine, "sim:", &b.params, 1, &error), STATUS_OK);
+    assert_int_equal(ring_init(&b.ring, sizeof(struct cycle), RING), 0);
+    assert_int_equal(loop_init(&b.loop, &b.params, &b.hal, &b.ring, CLOCK_VIRTUAL, &error), STATUS_OK);
+    operator_init(&b.operator, &b.params, &b.loop, b.bus, say, NULL);
+    cycle();
+}
+
+static void end(void) {
+    b.machine->ops->close(b.machine);
+    ring_free(&b.ring);
+}
+
+static void run_until(enum state state) {
+    for (int i = 0; b.state != state && i < CYCLES_MAX; i++) cycle();
+    assert_int_equal(b.state, state);
+}
+
+static void bring_to(enum state state) {
+    if (state == STATE_INIT) return;
+    run_until(STATE_SETTLED);
+    if (state == STATE_SETTLED) return;
+    mailbox_post(&b.loop.requests, COMMAND_ENGAGE);
+    run_until(STATE_PRESSURISING);
+    if (state == STATE_PRESSURISING) return;
+    run_until(STATE_ENGAGING);
+    if (state == STATE_ENGAGING) return;
+    run_until(STATE_READY);
+    if (state == STATE_TESTING) mailbox_post(&b.loop.requests, COMMAND_START);
+    if (state == STATE_PARKING) mailbox_post(&b.loop.requests, COMMAND_PARK);
+    if (state == STATE_FAULT) b.open = INPUT_EMERGENCY_STOP;
+    run_until(state);
+    b.open = 0;
+    for (int i = 0; state == STATE_TESTING && i < IN_A_TEST; i++) cycle();
+    assert_int_equal(b.state, state);
+}
+
+/* ---- the client ---- */
+
+struct client {
+    pid_t process;
+    int out;
+    char text[TEXT_SIZE];
+    size_t length;
+    bool ended;
+    int status;
+};
+
+static void start(struct client *c, const char *word) {
+    char *arguments[] = {(char *)(uintptr_t) "command", (char *)(uintptr_t)word, (char *)(uintptr_t) "--set",
+                         (char *)(uintptr_t) "lcm.url=" URL, NULL};
+    int ends[2];
+    *c = (struct client){0};
+    assert_int_equal(pipe(ends), 0);
+    fflush(NULL);
+    c->process = fork();
+    if (c->process == 0) {
+        dup2(ends[1], STDOUT_FILENO);
+        dup2(ends[1], STDERR_FILENO);
+        int status = cmd_command(4, arguments);
+        fflush(NULL);
+        _exit(status);
+    }
+    assert_true(c->process > 0);
+    close(ends[1]);
+    c->out = ends[0];
+}
+
+/* The daemon's main thread for a turn, and what the client has printed. */
+static void serve(struct client *c) {
+    struct pollfd p[] = {{.fd = bus_fd(b.bus), .events = POLLIN}, {.fd = c->out, .events = POLLIN}};
+    struct bus_message m;
+    poll(p, 2, 20);
+    for (int got; (got = bus_receive(b.bus, &m)) > 0;)
+        if (got == 1) operator_take(&b.operator, &m, b.now_ns);
+    if (b.operator.waiting_request && b.meanwhile) b.meanwhile(), b.meanwhile = NULL;
+    else if (b.operator.waiting_request) cycle();
+    operator_tick(&b.operator, b.now_ns);
+    if (!p[1].revents) return;
+    ssize_t size = read(c->out, c->text + c->length, sizeof c->text - 1 - c->length);
+    if (size > 0) c->length += (size_t)size;
+    c->ended = size == 0;
+}
+
+static void serve_until(struct client *c, const char *word) {
+    while (!c->ended && !strstr(c->text, word)) serve(c);
+}
+
+static void finish(struct client *c) {
+    int status;
+    assert_int_equal(waitpid(c->process, &status, 0), c->process);
+    close(c->out);
+    c->status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+/* Lines of a table's cell; the name of the program in front of them says nothing. */
+static void as_cell(const char *printed, char cell[TEXT_SIZE]) {
+    static const char name[] = "hexid: ";
+    size_t used = 0;
+    for (const char *line = printed; *line;) {
+        if (!strncmp(line, name, sizeof name - 1)) line += sizeof name - 1;
+        int length = (int)strcspn(line, "\n");
+        used += (size_t)snprintf(cell + used, TEXT_SIZE - used, "%s%.*s", used ? "<br>" : "", length, line);
+        assert_true(used < TEXT_SIZE);
+        line += length + (line[length] == '\n');
+    }
+}
+
+static double now_s(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
+}
+
+static struct row ask(enum state state, enum command command, void (*prepare)(void)) {
+    struct row row = {.state = state, .command = command};
+    snprintf(row.state_name, sizeof row.state_name, "%s", state_names[state]);
+    for (int i = 0; i < TRIES; i++) {
+        struct client c;
+        begin();
+        bring_to(state);
+        if (prepare) prepare();
+        double begun_s = now_s();
+        start(&c, command_names[command]);
+        serve_until(&c, "renewing");
+        double took_s = now_s() - begun_s;
+        row.waits = !c.ended;
+        if (row.waits) kill(c.process, SIGKILL);
+        finish(&c);
+        end();
+        row.status = row.waits ? 0 : c.status;
+        memset(row.text, 0, sizeof row.text);
+        as_cell(c.text, row.text);
+        if (took_s < DISTURBED_S) break;
+    }
+    return row;
+}
+
+/* ---- what else can be in the way ---- */
+
+static void emergency_stop_open(void) { b.open = INPUT_EMERGENCY_STOP, cycle(); }
+static void enable_open(void) { b.open = INPUT_ENABLE, cycle(); }
+static void door_open(void) { b.open = INPUT_DOOR, cycle(); }
+static void pressure_lingers(void) { b.closed = INPUT_SUPPLY, cycle(); }
+static void sample_doubtful(void) { b.doubtful = true; }
+static void commands_off(void) { b.params.lcm.commands = false; }
+
+static void somebody_asks(enum command command) {
+    unsigned char buffer[COMMAND_MESSAGE_MAX];
+    struct operator_request r = {.id = 7, .command = command};
+    struct bus_message m = {.channel = CHANNEL_COMMAND, .data = buffer, .size = request_encode(&r, buffer)};
+    operator_take(&b.operator, &m, b.now_ns);
+}
+static void stop_meanwhile(void) { somebody_asks(COMMAND_STOP); }
+static void nothing(void) {}
+static void stop_came_before(void) {
+    somebody_asks(COMMAND_STOP); /* and the loop does not come to it until the client was answered */
+    b.meanwhile = nothing;
+}
+static void stop_comes_with_it(void) { b.meanwhile = stop_meanwhile; }
+static void daemon_parks(void) { mailbox_post(&b.loop.requests, COMMAND_PARK), cycle(); }
+static void signal_comes_with_it(void) { b.meanwhile = daemon_parks; }
+static void loop_hangs(void) { b.now_ns += NS_PER_S, operator_tick(&b.operator, b.now_ns); }
+static void loop_hangs_with_it(void) { b.meanwhile = loop_hangs; }
+
+/* ---- while the lease is renewed ---- */
+
+static void put_down(void) {
+    mailbox_post(&b.loop.requests, COMMAND_PARK);
+    run_until(STATE_SETTLED);
+}
+static void comes_to_its_end(void) { run_until(STATE_READY); }
+static void emergency_stop_pressed(void) { b.open = INPUT_EMERGENCY_STOP, run_until(STATE_FAULT); }
+static void parked(void) { mailbox_post(&b.loop.requests, COMMAND_PARK), run_until(STATE_PARKING); }
+static void stopped(void) { mailbox_post(&b.loop.requests, COMMAND_STOP), run_until(STATE_READY); }
+static void runs_out(void) {
+    b.now_ns += 2 * ns_from_seconds(b.params.lcm.lease_s);
+    operator_tick(&b.operator, b.now_ns);
+    run_until(STATE_PARKING);
+}
+
+/* What the client says after "renewing ...", when this happens; NULL: it is interrupted. */
+static struct row hold(enum state state, enum command command, void (*happens)(void), const char *words) {
+    struct row row = {.state = state, .command = command};
+    struct client c;
+    snprintf(row.state_name, sizeof row.state_name, "%s", words);
+    begin();
+    b.params.lcm.lease_s = 0.4; /* a shorter one, or the client would sleep for as long */
+    bring_to(state);
+    start(&c, command_names[command]);
+    serve_until(&c, "parks it\n");
+    assert_false(c.ended);
+    if (command == COMMAND_ENGAGE) run_until(STATE_READY);
+    if (happens) happens();
+    else kill(c.process, SIGINT);
+    serve_until(&c, "no such text");
+    finish(&c);
+    end();
+    row.status = c.status;
+    const char *after = strstr(c.text, "parks it\n");
+    assert_non_null(after);
+    as_cell(after + strlen("parks it\n"), row.text);
+    return row;
+}
+
+/* ---- all of it ---- */
+
+static const enum state in_order[STATES] = {STATE_INIT,  STATE_SETTLED, STATE_PRESSURISING, STATE_ENGAGING,
+                                            STATE_READY, STATE_TESTING, STATE_PARKING,      STATE_FAULT};
+static struct row row[ROWS_MAX];
+static int rows, in_states, in_the_way;
+
+static void add(struct row r, const char *words) {
+    assert_true(rows < ROWS_MAX);
+    row[rows] = r;
+    if (words) snprintf(row[rows].state_name, sizeof row[rows].state_name, "%s", words);
+    rows++;
+}
+
+static struct row ask_nobody(void) {
+    struct row r = {.command = COMMAND_STOP};
+    struct client c;
+    struct bus *daemon = b.bus;
+    struct error error;
+    assert_int_equal(bus_open(&b.bus, URL, &error), STATUS_OK); /* the daemon's socket is there, and is not read */
+    start(&c, command_names[r.command]);
+    while (!c.ended) {
+        ssize_t size = read(c.out, c.text + c.length, sizeof c.text - 1 - c.length);
+        if (size > 0) c.length += (size_t)size;
+        c.ended = size <= 0;
+    }
+    finish(&c);
+    bus_close(b.bus);
+    b.bus = daemon;
+    for (struct bus_message m; bus_receive(b.bus, &m) > 0;) continue; /* what it had come */
+    r.status = c.status;
+    as_cell(c.text, r.text);
+    return r;
+}
+
+static bool collect(void) {
+    struct error error;
+    if (unshare(CLONE_NEWNET) && unshare(CLONE_NEWUSER | CLONE_NEWNET)) return false;
+    if (system("ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo 2>/dev/null")) return false;
+    if (bus_open(&b.bus, URL, &error) || bus_listen(b.bus, CHANNEL_COMMAND, BUS_THIS_HOST, &error)) return false;
+    for (int i = 0; i < STATES; i++)
+        for (int command = COMMAND_ENGAGE; command < COMMANDS; command++) add(ask(in_order[i], (enum command)command, NULL), NULL);
+    in_states = rows;
+    add(ask(STATE_SETTLED, COMMAND_ENGAGE, emergency_stop_open), "settled, the emergency stop pressed");
+    add(ask(STATE_SETTLED, COMMAND_ENGAGE, enable_open), "settled, the enable switch let go");
+    add(ask(STATE_SETTLED, COMMAND_ENGAGE, door_open), "settled, a door open");
+    add(ask(STATE_SETTLED, COMMAND_ENGAGE, pressure_lingers), "settled, pressure without the supply");
+    add(ask(STATE_SETTLED, COMMAND_ENGAGE, sample_doubtful), "settled, in that cycle a bad sample");
+    add(ask(STATE_SETTLED, COMMAND_ENGAGE, commands_off), "any, without `lcm.commands: true`");
+    add(ask(STATE_READY, COMMAND_START, stop_came_before), "any, another operator's stop not yet acted upon");
+    add(ask(STATE_READY, COMMAND_START, stop_comes_with_it), "any, another operator's stop at the same time");
+    add(ask(STATE_READY, COMMAND_START, signal_comes_with_it), "any, the daemon told to end at the same time");
+    add(ask(STATE_READY, COMMAND_START, loop_hangs_with_it), "any, the loop stands still for half a second");
+    add(ask_nobody(), "no hexid, or none that listens here");
+    in_the_way = rows;
+    add(hold(STATE_SETTLED, COMMAND_ENGAGE, put_down, "the platform is put down"), NULL);
+    add(hold(STATE_SETTLED, COMMAND_ENGAGE, emergency_stop_pressed, "a fault"), NULL);
+    add(hold(STATE_SETTLED, COMMAND_ENGAGE, runs_out, "the renewals did not arrive for `lcm.lease_s`"), NULL);
+    add(hold(STATE_SETTLED, COMMAND_ENGAGE, NULL, "Ctrl-C, SIGTERM or SIGHUP"), NULL);
+    add(hold(STATE_READY, COMMAND_START, comes_to_its_end, "the tests are done"), NULL);
+    add(hold(STATE_READY, COMMAND_START, stopped, "another operator stops the tests"), NULL);
+    add(hold(STATE_READY, COMMAND_START, parked, "another operator parks"), NULL);
+    add(hold(STATE_READY, COMMAND_START, emergency_stop_pressed, "a fault"), NULL);
+    add(hold(STATE_READY, COMMAND_START, runs_out, "the renewals did not arrive for `lcm.lease_s`"), NULL);
+    add(hold(STATE_READY, COMMAND_START, NULL, "Ctrl-C, SIGTERM or SIGHUP"), NULL);
+    return true;
+}
+
+static void print_rows(FILE *out, int from, int to, const char *first) {
+    fprintf(out, "| %s | command | what it prints | exit status |\n| --- | --- | --- | --- |\n", first);
+    for (const struct row *r = row + from; r < row + to; r++)
+        fprintf(out, r->waits ? "| %s | %s | %s | stays |\n" : "| %s | %s | %s | %d |\n", r->state_name, command_names[r->command], r->text,
+                r->status);
+}
+
+static void print_table(FILE *out) {
+    fprintf(out, "\n## In each state\n\n");
+    print_rows(out, 0, in_states, "state");
+    fprintf(out, "\n## What else can be in the way\n\n");
+    print_rows(out, in_states, in_the_way, "state");
+    fprintf(out, "\n## While the lease is renewed\n\n");
+    print_rows(out, in_the_way, rows, "what happens");
+}
+
+/* ---- claims ---- */
+
+static const struct row *at(enum state state, enum command command) {
+    for (const struct row *r = row; r < row + in_states; r++)
+        if (r->state == state && r->command == command) return r;
+    fail_msg("no row of %s in %s", command_names[command], state_names[state]);
+    return NULL;
+}
+
+#define NEEDS_NETWORK() \
+    if (!rows) skip_because("this system allows no network namespace")
+
+static void a_stop_and_a_park_are_never_refused(void **unused) {
+    (void)unused;
+    NEEDS_NETWORK();
+    for (int state = STATE_INIT; state < STATES; state++)
+        for (int i = 0; i < 2; i++) {
+            const struct row *r = at((enum state)state, i ? COMMAND_PARK : COMMAND_STOP);
+            if (r->status != 0 || !strstr(r->text, " done, now "))
+                fail_msg("%s in %s: %s", command_names[r->command], r->state_name, r->text);
+        }
+}
+
+static void what_moves_is_taken_in_its_own_state_alone(void **unused) {
+    (void)unused;
+    NEEDS_NETWORK();
+    static const struct { enum command command; enum state state; const char *now;
+    } right[] = {{COMMAND_ENGAGE, STATE_SETTLED, "engage done, now pressurising<br>renewing"},
+                 {COMMAND_START, STATE_READY, "start done, now testing<br>renewing"},
+                 {COMMAND_RESET, STATE_FAULT, "reset done, now init"}};
+    for (int i = 0; i < 3; i++)
+        for (int state = STATE_INIT; state < STATES; state++) {
+            const struct row *r = at((enum state)state, right[i].command);
+            bool taken = r->state == right[i].state;
+            if (r->status != (taken ? 0 : 4) || !strstr(r->text, taken ? right[i].now : " refused, state "))
+                fail_msg("in %s: %s", r->state_name, r->text);
+        }
+}
+
+static void the_exit_status_says_what_the_words_say(void **unused) {
+    (void)unused;
+    NEEDS_NETWORK();
+    for (const struct row *r = row; r < row + in_the_way; r++) {
+        int status = strstr(r->text, " refused, state ") ? 4 : strstr(r->text, "nobody answered") ? 3 : 0;
+        if (r->status != status) fail_msg("%s in %s: %d, %s", command_names[r->command], r->state_name, r->status, r->text);
+        if (status == 0) continue;
+        const char *why = strstr(r->text, ": ");
+        assert_true(why && strlen(why) > 15); /* a reason, not a code */
+    }
+}
+
+static void the_end_of_a_lease_has_its_own_status(void **unused) {
+    (void)unused;
+    NEEDS_NETWORK();
+    static const struct { int status; const char *words;
+    } expected[] = {
+        {0, "now settled"},       {1, "now fault"},
+        {4, "the lease is lost"}, {1, "interrupted: park done"}, /* engage */
+        {0, "now ready"},         {0, "now ready"},
+        {1, "now parking"},       {1, "now fault"},
+        {4, "the lease is lost"}, {1, "interrupted: park done"}, /* start */
+    };
+    enum { EXPECTED = sizeof expected / sizeof *expected };
+    assert_int_equal(rows - in_the_way, EXPECTED);
+    for (int i = 0; i < EXPECTED; i++) {
+        const struct row *r = row + in_the_way + i;
+        if (r->status != expected[i].status || !strstr(r->text, expected[i].words))
+            fail_msg("%s: %d, %s", r->state_name, r->status, r->text);
+    }
+}
+
+static void docs_commands_md_has_what_is_answered(void **unused) {
+    (void)unused;
+    NEEDS_NETWORK();
+    static const char marker[] = "<!-- test_commands --table -->\n";
+    static char page[1 << 16];
+    char *table;
+    size_t size;
+    FILE *file = fopen("docs/commands.md", "r"), *out = open_memstream(&table, &size);
+    assert_non_null(file);
+    page[fread(page, 1, sizeof page - 1, file)] = '\0';
+    fclose(file);
+    print_table(out);
+    fclose(out);
+    const char *there = strstr(page, marker);
+    assert_non_null(there);
+    there += strlen(marker);
+    size_t same = 0;
+    while (there[same] && there[same] == table[same]) same++;
+    if (there[same] || table[same]) {
+        while (same > 0 && table[same - 1] != '\n') same--;
+        fail_msg("`make docs`; answered: %.300s", table + same);
+    }
+    free(table);
+}
+
+int main(int argc, char **argv) {
+    bool there = collect(), prints = argc == 2 && !strcmp(argv[1], "--table");
+    if (prints && there) print_table(stdout);
+    if (prints && !there) fprintf(stderr, "test_commands: this system allows no network namespace\n");
+    if (prints) return !there;
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_stop_and_a_park_are_never_refused),
+        cmocka_unit_test(what_moves_is_taken_in_its_own_state_alone),
+        cmocka_unit_test(the_exit_status_says_what_the_words_say),
+        cmocka_unit_test(the_end_of_a_lease_has_its_own_status),
+        cmocka_unit_test(docs_commands_md_has_what_is_answered),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
