@@ -54,9 +54,9 @@ static void the_oldest_go_until_the_rest_is_within_the_quota(void **unused) {
     make("2026-01-02T00-00-00Z.lcm", 40);
     make("2026-01-02T00-00-00Zb.lcm", 30);
     make("2026-01-03T00-00-00Z.lcm", 20);
-    assert_int_equal(log_directory_prune(directory, 4 * LOG_BYTES, &error), STATUS_OK);
+    assert_int_equal(log_directory_prune(directory, 4 * LOG_BYTES, NULL, &error), STATUS_OK);
     assert_true(there("2026-01-02T00-00-00Z.lcm"));
-    assert_int_equal(log_directory_prune(directory, 2 * LOG_BYTES, &error), STATUS_OK);
+    assert_int_equal(log_directory_prune(directory, 2 * LOG_BYTES, NULL, &error), STATUS_OK);
     assert_false(there("2026-01-02T00-00-00Z.lcm") || there("2026-01-02T00-00-00Zb.lcm"));
     assert_true(there("2026-01-03T00-00-00Z.lcm") && there("2026-01-01T00-00-00Z.lcm"));
 }
@@ -66,7 +66,7 @@ static void the_newest_stays_whatever_it_takes(void **unused) {
     struct error error;
     make("2026-01-01T00-00-00Z.lcm", 20);
     make("2026-01-02T00-00-00Z.lcm", 10);
-    assert_int_equal(log_directory_prune(directory, 1, &error), STATUS_OK);
+    assert_int_equal(log_directory_prune(directory, 1, NULL, &error), STATUS_OK);
     assert_false(there("2026-01-01T00-00-00Z.lcm"));
     assert_true(there("2026-01-02T00-00-00Z.lcm"));
 }
@@ -78,18 +78,54 @@ static void a_log_that_is_being_written_stays(void **unused) {
     assert_int_equal(log_create(&log, in("2026-01-01T00-00-00Z.lcm"), &error), STATUS_OK);
     make("2026-01-02T00-00-00Z.lcm", -20); /* newer */
     make("2026-01-03T00-00-00Z.lcm", -30);
-    assert_int_equal(log_directory_prune(directory, 1, &error), STATUS_OK);
+    assert_int_equal(log_directory_prune(directory, 1, NULL, &error), STATUS_OK);
     assert_true(there("2026-01-01T00-00-00Z.lcm"));
     assert_false(there("2026-01-02T00-00-00Z.lcm"));
     assert_int_equal(log_close(log, &error), STATUS_OK);
-    assert_int_equal(log_directory_prune(directory, 1, &error), STATUS_OK);
+    assert_int_equal(log_directory_prune(directory, 1, NULL, &error), STATUS_OK);
     assert_false(there("2026-01-01T00-00-00Z.lcm")); /* the lock ends with the writer */
+}
+
+static void no_part_of_a_run_in_progress_goes(void **unused) {
+    (void)unused;
+    struct error error;
+    struct log_writer *log;
+    int64_t left;
+    make("2026-01-01T00-00-00Z.0001.lcm", 50);
+    make("2026-01-01T00-00-00Z.0002.lcm", 40);
+    assert_int_equal(log_create(&log, in("2026-01-01T00-00-00Z.0003.lcm"), &error), STATUS_OK);
+    make("2026-01-01T00-00-00Zb.0001.lcm", 30); /* another run of that second, which has ended */
+    make("2026-01-01T00-00-00Zb.0002.lcm", 20);
+    make("2026-01-02T00-00-00Z.lcm", -10);
+    assert_int_equal(log_directory_prune(directory, 1, &left, &error), STATUS_OK);
+    assert_true(there("2026-01-01T00-00-00Z.0001.lcm") && there("2026-01-01T00-00-00Z.0002.lcm") && there("2026-01-01T00-00-00Z.0003.lcm"));
+    assert_false(there("2026-01-01T00-00-00Zb.0001.lcm") || there("2026-01-01T00-00-00Zb.0002.lcm"));
+    assert_int_equal(left, 3 * LOG_BYTES); /* of 65,536 bytes each; the log has none yet */
+    assert_int_equal(log_close(log, &error), STATUS_OK);
+    assert_int_equal(log_directory_prune(directory, 2 * LOG_BYTES, &left, &error), STATUS_OK); /* part by part, once it has ended */
+    assert_true(!there("2026-01-01T00-00-00Z.0001.lcm") && there("2026-01-01T00-00-00Z.0002.lcm"));
+    assert_int_equal(left, 2 * LOG_BYTES);
+}
+
+static void parts_are_numbered_behind_the_name_of_their_run(void **unused) {
+    (void)unused;
+    struct error error;
+    char first[PATH_MAX], other[PATH_MAX], path[PATH_MAX];
+    assert_int_equal(log_directory_create(directory, true, first, sizeof first, &error), STATUS_OK);
+    assert_int_equal(log_directory_create(directory, true, other, sizeof other, &error), STATUS_OK);
+    assert_string_not_equal(first, other);
+    assert_non_null(strstr(first, "Z.0001.lcm"));
+    assert_int_equal(log_directory_part(first, 12, path, sizeof path, &error), STATUS_OK);
+    assert_int_equal(strncmp(path, first, strlen(first) - strlen("0001.lcm")), 0);
+    assert_string_equal(path + strlen(first) - strlen("0001.lcm"), "0012.lcm");
+    assert_int_equal(log_directory_part(first, LOG_PARTS_MAX + 1, path, sizeof path, &error), STATUS_IO);
 }
 
 static void what_is_named_otherwise_or_is_no_file_is_left_alone(void **unused) {
     (void)unused;
     struct error error;
     const char *const others[] = {"a.lcm", "2026-01-01T00-00-00Z.yaml", "2026-01-01T00-00-00Za.lcm", "2026-01-01T00-00-00Z.lcm.gz",
+                                  "2026-01-01T00-00-00Z.001.lcm", "2026-01-01T00-00-00Z.00001.lcm", "2026-01-01T00-00-00Z.0001",
                                   "x026-01-01T00-00-00Z.lcm"};
     enum { OTHERS = sizeof others / sizeof *others };
     for (int i = 0; i < OTHERS; i++) make(others[i], 100);
@@ -97,7 +133,7 @@ static void what_is_named_otherwise_or_is_no_file_is_left_alone(void **unused) {
     assert_int_equal(mkdir(in("2026-01-01T00-00-02Z.lcm"), 0777), 0);
     assert_int_equal(mkfifo(in("2026-01-01T00-00-03Z.lcm"), 0666), 0);
     make("2026-01-02T00-00-00Z.lcm", 10);
-    assert_int_equal(log_directory_prune(directory, 1, &error), STATUS_OK);
+    assert_int_equal(log_directory_prune(directory, 1, NULL, &error), STATUS_OK);
     for (int i = 0; i < OTHERS; i++) assert_true(there(others[i]));
     assert_true(there("2026-01-01T00-00-01Z.lcm") && there("2026-01-01T00-00-02Z.lcm") && there("2026-01-01T00-00-03Z.lcm"));
 }
@@ -106,9 +142,9 @@ static void a_directory_that_is_not_there_is_named(void **unused) {
     (void)unused;
     struct error error;
     char path[PATH_MAX];
-    assert_int_equal(log_directory_prune(in("none"), 1, &error), STATUS_IO);
+    assert_int_equal(log_directory_prune(in("none"), 1, NULL, &error), STATUS_IO);
     assert_non_null(strstr(error.text, "/none"));
-    assert_int_equal(log_directory_create(in("none"), path, sizeof path, &error), STATUS_IO);
+    assert_int_equal(log_directory_create(in("none"), false, path, sizeof path, &error), STATUS_IO);
     assert_non_null(strstr(error.text, "/none"));
 }
 
@@ -117,10 +153,10 @@ static void runs_of_the_same_second_have_logs_of_their_own(void **unused) {
     struct error error;
     char path[5][PATH_MAX];
     for (int i = 0; i < 5; i++) {
-        assert_int_equal(log_directory_create(directory, path[i], sizeof path[i], &error), STATUS_OK);
+        assert_int_equal(log_directory_create(directory, false, path[i], sizeof path[i], &error), STATUS_OK);
         for (int j = 0; j < i; j++) assert_string_not_equal(path[i], path[j]);
     }
-    assert_int_equal(log_directory_prune(directory, 0, &error), STATUS_OK); /* empty ones take nothing */
+    assert_int_equal(log_directory_prune(directory, 0, NULL, &error), STATUS_OK); /* empty ones take nothing */
     for (int i = 0; i < 5; i++) assert_int_equal(access(path[i], F_OK), 0);
 }
 
@@ -136,6 +172,8 @@ int main(void) {
         cmocka_unit_test_setup(the_oldest_go_until_the_rest_is_within_the_quota, empty),
         cmocka_unit_test_setup(the_newest_stays_whatever_it_takes, empty),
         cmocka_unit_test_setup(a_log_that_is_being_written_stays, empty),
+        cmocka_unit_test_setup(no_part_of_a_run_in_progress_goes, empty),
+        cmocka_unit_test_setup(parts_are_numbered_behind_the_name_of_their_run, empty),
         cmocka_unit_test_setup(what_is_named_otherwise_or_is_no_file_is_left_alone, empty),
         cmocka_unit_test_setup(a_directory_that_is_not_there_is_named, empty),
         cmocka_unit_test_setup(runs_of_the_same_second_have_logs_of_their_own, empty),

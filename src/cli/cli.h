@@ -20,7 +20,7 @@ struct options {
     int measured_count;
     const char *settings[SETTINGS_MAX];
     int setting_count;
-    double log_quota_bytes;    /* 0: none */
+    double log_quota_bytes, log_part_bytes; /* 0: none */
     char tests[64], trajectory[PARAMS_TEXT_SIZE + 32], repeat[64]; /* --tests, --trajectory and --repeat as settings */
     uint64_t seed;
     bool fast, print_config, modbus_map, failures, keys, survey, all;

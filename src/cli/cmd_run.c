@@ -44,6 +44,7 @@ struct session {
     struct recorder recorder;
     struct progress progress;
     struct log_writer *log;
+    struct log_keeper keeper;
     struct bus *bus;
     struct operator operator;
     char *config;
@@ -128,12 +129,14 @@ static int open_log(struct session *s, struct error *error) {
     struct options *o = &s->options;
     struct stat log;
     bool directory = o->log && !stat(o->log, &log) && S_ISDIR(log.st_mode);
-    if (o->log_quota_bytes > 0.0 && !directory)
-        return error_set(error, STATUS_USAGE, "--log-quota: it needs --log DIR, a directory that is there");
+    if ((o->log_quota_bytes > 0.0 || o->log_part_bytes > 0.0) && !directory)
+        return error_set(error, STATUS_USAGE, "%s", o->log_part_bytes > 0.0 ? "--log-part: it needs --log DIR, a directory that is there"
+                                                                            : "--log-quota: it needs --log DIR, a directory that is there");
     if (!o->log) return STATUS_OK;
-    if (o->log_quota_bytes > 0.0 && log_directory_prune(o->log, (int64_t)o->log_quota_bytes, error)) warn(error);
+    if (o->log_quota_bytes > 0.0 && log_directory_prune(o->log, (int64_t)o->log_quota_bytes, NULL, error)) warn(error);
     if (directory) {
-        int status = log_directory_create(o->log, s->log_path, sizeof s->log_path, error);
+        int status = log_directory_create(o->log, o->log_part_bytes > 0.0, s->log_path, sizeof s->log_path, error);
+        if (!status && o->log_part_bytes > 0.0) status = log_keeper_start(&s->keeper, s->log_path, (int64_t)o->log_quota_bytes, error);
         if (status) return status;
         o->log = s->log_path;
     }
@@ -290,7 +293,9 @@ static int report(struct session *s, struct error *error) {
     char trouble[200] = "";
     if (s->hal->ops->describe) s->hal->ops->describe(s->hal, trouble, sizeof trouble);
     if (*trouble) fprintf(s->progress.out, "device    %s: %s\n", s->options.hal, trouble);
-    fprintf(s->progress.out, "log       %s\n", s->options.log ? s->options.log : "none kept (--log FILE keeps one)");
+    fprintf(s->progress.out, "log       %s", s->options.log ? s->options.log : "none kept (--log FILE keeps one)");
+    if (s->recorder.part > 1) fprintf(s->progress.out, " to %s, %d parts", s->recorder.part_path, s->recorder.part);
+    fprintf(s->progress.out, "\n");
     outlet_flush(&s->progress.steps);
     status = write_result(s, &verdict, error);
     return status ? status : verdict.status == VERDICT_PASS || ended_by_order(s) ? EXIT_PASSED : EXIT_CHECK_FAILED;
@@ -334,6 +339,7 @@ static int run(struct session *s, struct error *error) {
     crash_guard(s->hal, &s->loop.abort);
     s->recorder = (struct recorder){.params = &s->params, .loop = &s->loop, .records = &s->ring, .log = s->log, .bus = s->bus,
                                     .progress = &s->progress};
+    if (s->keeper.socket >= 0) s->recorder.keeper = &s->keeper, s->recorder.part_bytes = (int64_t)s->options.log_part_bytes;
     if (notify_open(&s->recorder.notify, error)) warn(error);
     warn_of_missing_inputs(s);
     int status = recorder_start(&s->recorder, s->config, error);
@@ -363,6 +369,7 @@ static int close_all(struct session *s, int status, const struct error *error) {
     if (status < 0) status = cli_fail(error);
     if (!quiet || s->stuck) _exit(status); /* threads that wait for a terminal or a disk still use what would be freed */
     notify_close(&s->recorder.notify);
+    log_keeper_stop(&s->keeper);
     if (s->bus) bus_close(s->bus);
     if (s->log) log_close(s->log, &ignored);
     analysis_free(&s->recorder.analysis);
@@ -378,8 +385,8 @@ int cmd_run(int argc, char **argv) {
     struct session *s = calloc(1, sizeof *s);
     struct error error = {0};
     if (!s) return -STATUS_IO;
-    s->recorder.notify.socket = -1; /* 0 is standard input */
-    int status = options_parse(&s->options, argc, argv, "cHfrslqjStTnpVd", 0, &error);
+    s->recorder.notify.socket = s->keeper.socket = -1; /* 0 is standard input */
+    int status = options_parse(&s->options, argc, argv, "cHfrslqgjStTnpVd", 0, &error);
     if (!status) status = options_params(&s->options, &s->params, &error);
     if (!status && !s->options.print_config) status = check_motion(s, &error);
     if (!status && s->options.print_config) {

@@ -22,7 +22,8 @@ static const char run_options[] =
     RT(" (require on hardware, try on sim:)")
     SEED
     "  --log FILE|DIR   LCM event log of every cycle; in a directory a new file named by its start\n"
-    "  --log-quota GB   before the run, delete the oldest logs of the directory until the rest is below so much\n"
+    "  --log-quota GB   delete the oldest logs of earlier runs in the directory until all take no more, before the run and with each part\n"
+    "  --log-part GB    go on in a new file, numbered, each so many GB, between two tests; each part is a log by itself\n"
     "  --json FILE      result, schema hexid.identification/1; - for standard output\n"
     SET
     "  --tests LIST     axes to test, e.g. x,theta\n"
@@ -67,7 +68,7 @@ static const char doctor_options[] =
     "exit status 0 without a FAIL, whatever is warned of; 1 with one; 2 when the configuration is none\n";
 
 static const struct subcommand subcommands[] = {
-    {"run", "[-c FILE] [--hal URL] [--fast] [--rt require|try|off] [--seed N] [--log FILE|DIR [--log-quota GB]] [--json FILE]\n"
+    {"run", "[-c FILE] [--hal URL] [--fast] [--rt require|try|off] [--seed N] [--log FILE|DIR [--log-quota GB] [--log-part GB]] [--json FILE]\n"
             "           [--set KEY=VALUE ...] [--tests LIST] [--trajectory FILE [--repeat N]] [--survey [--std PCT]]\n"
             "           [--print-config]",
      "run the platform through its tests and identify it", run_options, "hexid run --fast --seed 7 --log a.lcm --json a.json", cmd_run},

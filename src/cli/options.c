@@ -25,7 +25,7 @@ static const struct option long_options[] = {
     {"format", required_argument, NULL, 'F'}, {"bus", required_argument, NULL, 'b'}, {"modbus-map", no_argument, NULL, 'm'},
     {"failures", no_argument, NULL, 'x'},     {"keys", no_argument, NULL, 'k'},
     {"measured", required_argument, NULL, 'M'}, {"validate", required_argument, NULL, 'v'}, {"replay", required_argument, NULL, 'R'},
-    {"log-quota", required_argument, NULL, 'q'},
+    {"log-quota", required_argument, NULL, 'q'}, {"log-part", required_argument, NULL, 'g'},
     {"map", required_argument, NULL, 'a'},    {"trajectory", required_argument, NULL, 'T'}, {"repeat", required_argument, NULL, 'n'},
     {"survey", no_argument, NULL, 'V'},       {"std", required_argument, NULL, 'd'},
     {"all", no_argument, NULL, 'A'},         {"pose", required_argument, NULL, 'P'},
@@ -53,13 +53,13 @@ static int set_seed(struct options *o, const char *text, struct error *error) {
     return STATUS_OK;
 }
 
-static int set_log_quota(struct options *o, const char *text, struct error *error) {
+static int set_size(const char *option, const char *text, double *bytes, struct error *error) {
     static const double bytes_per_gb = 1e9, most_gb = 1e6;
     char *end;
     double gb = strtod(text, &end);
     if (end == text || *end || !(gb > 0.0 && gb <= most_gb))
-        return error_set(error, STATUS_USAGE, "--log-quota %.40s: not a number of gigabytes above 0, up to %.0f", text, most_gb);
-    o->log_quota_bytes = gb * bytes_per_gb;
+        return error_set(error, STATUS_USAGE, "%s %.40s: not a number of gigabytes above 0, up to %.0f", option, text, most_gb);
+    *bytes = gb * bytes_per_gb;
     return STATUS_OK;
 }
 
@@ -148,7 +148,8 @@ static int take(struct options *o, int option, const char *value, struct error *
     case 'P': return set_pose(o, value, error);
     case 'L': return set_latency(o, value, error);
     case 'r': return set_rt(o, value, error);
-    case 'q': return set_log_quota(o, value, error);
+    case 'q': return set_size("--log-quota", value, &o->log_quota_bytes, error);
+    case 'g': return set_size("--log-part", value, &o->log_part_bytes, error);
     case 's': return set_seed(o, value, error);
     case 'T': return set_trajectory(o, value, error);
     case 'n': return set_repeat(o, value, error);

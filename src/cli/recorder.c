@@ -12,7 +12,7 @@
 #include "messages.h"
 #include "units.h"
 
-enum { MESSAGE_MAX = 16384, CONFIG_MAX = 1 << 18, POLL_NS = 2000000 };
+enum { MESSAGE_MAX = 16384, CONFIG_MAX = 1 << 18, POLL_NS = 2000000, PART_PATIENCE_MS = 10000 };
 
 /* SAFETY: a run that cannot be recorded is put down: neither abandoned nor run on blind. */
 static void log_failed(struct recorder *r) { loop_quit(r->loop); }
@@ -155,11 +155,57 @@ static void tell_manager(struct recorder *r, const struct cycle *before) {
     notify_send(n, line);
 }
 
+/* The effective configuration is the first event of each file: a log needs no other to be understood. */
+static void keep_configuration(struct recorder *r) {
+    unsigned char *buffer = malloc(CONFIG_MAX);
+    if (buffer) keep(r, CHANNEL_EVENT, buffer, event_encode(0, 0, "config", r->config, buffer, CONFIG_MAX));
+    free(buffer);
+}
+
+static void say_over_quota(struct recorder *r, bool over) {
+    static const char text[] = "the logs of runs in progress alone take more than --log-quota: nothing of them is deleted; move parts away "
+                               "that are done";
+    if (over && !r->over_quota) {
+        event(r, "log", text);
+        progress_say(r->progress, "hexid: warning: %s\n", text);
+    }
+    r->over_quota = over;
+}
+
+/* A log that is in parts goes on in the next one, with this cycle, when the one under way is large enough, no test is cut, and the file is
+ * there. Nobody waits for it but virtual time, for the same log every time. A test that does not end, a trajectory of hours, is cut at
+ * twice the size. Where no part can be made the log goes on in this one. */
+static void rotate(struct recorder *r, const struct cycle *c) {
+    struct error error;
+    struct log_part next;
+    const struct cycle *before = &r->analysis.last;
+    bool cuts = c->test >= 0 && c->test == before->test && c->dof == before->dof;
+    if (!r->keeper || r->error.status || log_bytes(r->log) < r->part_due_bytes) return;
+    log_keeper_ask(r->keeper);
+    if (cuts && log_bytes(r->log) < r->part_due_bytes + r->part_bytes) return;
+    int got = log_keeper_take(r->keeper, r->loop->clock.kind == CLOCK_VIRTUAL ? PART_PATIENCE_MS : 0, &next, &error);
+    if (!got) return;
+    if (got > 0 && !log_continue(r->log, next.file, next.path, &error)) {
+        snprintf(r->part_path, sizeof r->part_path, "%s", next.path);
+        r->part_due_bytes = r->part_bytes;
+        keep_configuration(r);
+        char text[32];
+        snprintf(text, sizeof text, "%d", ++r->part);
+        event(r, "part", text);
+        say_over_quota(r, next.over);
+    } else {
+        r->part_due_bytes = log_bytes(r->log) + r->part_bytes;
+        event(r, "log", error.text);
+        progress_say(r->progress, "hexid: warning: no new part of the log: %s\n", error.text);
+    }
+}
+
 static void take(struct recorder *r, const struct cycle *c) {
     unsigned char buffer[STATE_MESSAGE_MAX];
     struct cycle before = r->analysis.last;
     int64_t lost = r->analysis.lost;
     atomic_store_explicit(&r->computes, true, memory_order_relaxed);
+    rotate(r, c);
     bool completed = analysis_take(&r->analysis, c);
     atomic_store_explicit(&r->computes, false, memory_order_relaxed);
     int size = state_encode(c, buffer);
@@ -199,19 +245,14 @@ static void *recorder_thread(void *argument) {
     return NULL;
 }
 
-/* The effective configuration is the log's first event: a log needs no other file to be understood. */
-static void keep_configuration(struct recorder *r, const char *config) {
-    unsigned char *buffer = malloc(CONFIG_MAX);
-    if (buffer) keep(r, CHANNEL_EVENT, buffer, event_encode(0, 0, "config", config, buffer, CONFIG_MAX));
-    free(buffer);
-}
-
 int recorder_start(struct recorder *r, const char *config, struct error *error) {
     int status = analysis_init(&r->analysis, r->params, error);
     if (!status && r->bus) status = estimator_start(&r->estimator, error);
     if (status) return status;
     r->statistics_cycles = ns_from_seconds(1.0) / ns_from_seconds(r->params->loop.period_s);
-    keep_configuration(r, config);
+    r->config = config;
+    r->part = 1, r->part_due_bytes = r->part_bytes;
+    keep_configuration(r);
     if (r->error.status) {
         estimator_stop(&r->estimator);
         *error = r->error;

@@ -7,6 +7,7 @@
 #include "analysis.h"
 #include "bus.h"
 #include "log.h"
+#include "log_keeper.h"
 #include "loop.h"
 #include "notify.h"
 #include "progress.h"
@@ -16,6 +17,13 @@ struct recorder {
     struct loop *loop;
     struct ring *records;
     struct log_writer *log;          /* NULL: none is kept */
+    struct log_keeper *keeper;       /* NULL: the log is one file */
+    int64_t part_bytes;              /* else its parts are that large, or a test larger */
+    int64_t part_due_bytes;          /* of the part under way: the next is asked for */
+    int part;                        /* the one under way, from 1, */
+    char part_path[PATH_MAX];        /* and its path; "" for the first */
+    bool over_quota;                 /* that was said */
+    const char *config;
     struct bus *bus;                 /* NULL: nothing is sent */
     struct progress *progress;
     struct notify notify;            /* of a service: ready when settled, alive while cycles come, stopping when put down to end */
@@ -33,8 +41,8 @@ struct recorder {
     pthread_t thread;
 };
 
-/* `config` is the effective configuration, first event of the log. The recorder has no effect on the loop but through `loop->quit` and a
- * park request when the log cannot be written. */
+/* `config` is the effective configuration, first event of the log and of each of its parts; it must outlive the recorder, which has no effect
+ * on the loop but through `loop->quit` and a park request when the log cannot be written. */
 int recorder_start(struct recorder *r, const char *config, struct error *error);
 
 /* Waits for the last record, as long as records are taken or something is computed; given up after RECORDER_PATIENCE_S without:

@@ -17,6 +17,7 @@ struct export {
     const char *log_path, *directory;
     struct params params;
     bool configured;       /* params are the log's */
+    char *config;          /* its text, NULL: none yet */
     FILE *file;            /* of the test under way, NULL: none */
     char path[PATH_SIZE];
     struct cycle last;
@@ -111,8 +112,13 @@ static int take(struct export *e, const struct cycle *c) {
     return ferror(e->file) ? unwritable(e) : STATUS_OK;
 }
 
+/* Each part of a run begins with its configuration: joined, they have it several times. */
 static int take_config(struct export *e, const char *text, size_t length) {
     struct error ignored; /* of another version: the text is kept, the heads stay without its values */
+    if (e->config && strlen(e->config) == length && !memcmp(e->config, text, length)) return STATUS_OK;
+    if (e->config)
+        return error_set(e->error, STATUS_IO, "%.250s: has two configurations, so it is of two runs: export each by itself", e->log_path);
+    if (!(e->config = strndup(text, length))) return error_set(e->error, STATUS_IO, "out of memory");
     e->configured = config_parse(&e->params, text, length, "config.yaml", &ignored) == STATUS_OK;
     snprintf(e->path, sizeof e->path, "%.3000s/config.yaml", e->directory);
     FILE *file = create(e);
@@ -154,6 +160,7 @@ int csv_export(const char *log_path, const char *directory, struct csv_report *r
     if (status) return status;
     status = make_directory(directory, error);
     if (!status) status = export_events(&e, log, log_path);
+    free(e.config);
     log_release(log);
     return status;
 }

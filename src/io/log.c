@@ -17,6 +17,7 @@ struct log_writer {
     lcm_eventlog_t *file;
     char *path;
     bool begun;
+    int64_t bytes;
     struct error error; /* the first failure */
 };
 
@@ -48,12 +49,39 @@ int log_create(struct log_writer **writer, const char *path, struct error *error
     return STATUS_OK;
 }
 
+/* As lcm_eventlog_create() makes it of a path, which the confined daemon may not open. */
+static lcm_eventlog_t *on_file(int file) {
+    lcm_eventlog_t *log = calloc(1, sizeof *log);
+    if (log && (log->f = fdopen(file, "w"))) return log;
+    free(log);
+    return NULL;
+}
+
+int log_continue(struct log_writer *w, int file, const char *path, struct error *error) {
+    char *name = strdup(path);
+    lcm_eventlog_t *next = name ? on_file(file) : NULL;
+    if (!next) {
+        free(name);
+        close(file);
+        return error_set(error, STATUS_IO, "%.250s: out of memory", path);
+    }
+    int status = log_flush(w, error);
+    lcm_eventlog_destroy(w->file);
+    free(w->path);
+    w->file = next, w->path = name;
+    w->begun = false, w->bytes = 0;
+    return status;
+}
+
+int64_t log_bytes(const struct log_writer *w) { return w->bytes; }
+
 int log_flush(struct log_writer *w, struct error *error) { return w->error.status || fflush(w->file->f) ? fail(w, error) : STATUS_OK; }
 
 int log_write(struct log_writer *w, int64_t utime_us, const char *channel, const void *data, int size, struct error *error) {
     lcm_eventlog_event_t event = {.timestamp = utime_us, .channellen = (int32_t)strlen(channel), .datalen = size,
                                   .channel = (char *)(uintptr_t)channel, .data = (void *)(uintptr_t)data}; /* liblcm only reads them */
     if (w->error.status || lcm_eventlog_write_event(w->file, &event)) return fail(w, error);
+    w->bytes += (int64_t)log_event_size(channel, size);
     if (w->begun) return STATUS_OK;
     w->begun = true;
     return log_flush(w, error);

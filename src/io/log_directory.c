@@ -12,7 +12,8 @@
 #include <time.h>
 #include <unistd.h>
 
-static const char shape[] = "0000-00-00T00-00-00Z"; /* 0: a digit; then ".lcm", or a letter and ".lcm" */
+/* 0: a digit. The run; behind it may stand a letter, then the part; then ".lcm". */
+static const char run_shape[] = "0000-00-00T00-00-00Z", part_shape[] = ".0000", ending[] = ".lcm", first_part[] = ".0001.lcm";
 
 struct entry {
     char *name;
@@ -20,14 +21,22 @@ struct entry {
     int64_t bytes;
 };
 
-static bool named_by_us(const char *name) {
-    for (size_t i = 0; i < sizeof shape - 1; i++, name++)
-        if (shape[i] == '0' ? *name < '0' || *name > '9' : *name != shape[i]) return false;
-    if (*name >= 'b' && *name <= 'z') name++;
-    return strcmp(name, ".lcm") == 0;
+static bool shaped(const char *name, const char *shape) {
+    for (; *shape; shape++, name++)
+        if (*shape == '0' ? *name < '0' || *name > '9' : *name != *shape) return false;
+    return true;
 }
 
-static int is_log(const struct dirent *entry) { return named_by_us(entry->d_name); }
+/* Length of the run's name, 0: not one of ours. */
+static size_t run_length(const char *name) {
+    if (!shaped(name, run_shape)) return 0;
+    size_t length = sizeof run_shape - 1;
+    if (name[length] >= 'b' && name[length] <= 'z') length++;
+    size_t part = shaped(name + length, part_shape) ? sizeof part_shape - 1 : 0;
+    return strcmp(name + length + part, ending) == 0 ? length : 0;
+}
+
+static int is_log(const struct dirent *entry) { return run_length(entry->d_name) > 0; }
 
 static int by_age(const void *a, const void *b) {
     const struct entry *one = a, *other = b;
@@ -48,9 +57,28 @@ static int look_at(int directory, struct dirent **found, int count, struct entry
     return kept;
 }
 
+static int open_log(int directory, const char *name) { return openat(directory, name, O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK); }
+
+static bool being_written(int directory, const char *name) {
+    int file = open_log(directory, name);
+    bool written = file >= 0 && flock(file, LOCK_EX | LOCK_NB);
+    if (file >= 0) close(file);
+    return written;
+}
+
+/* Any part of the run is being written. */
+static bool in_progress(int directory, const struct entry *entries, int count, const char *name) {
+    size_t length = run_length(name);
+    for (int i = 0; i < count; i++) {
+        const char *other = entries[i].name;
+        if (run_length(other) == length && !strncmp(other, name, length) && being_written(directory, other)) return true;
+    }
+    return false;
+}
+
 /* 1: deleted; 0: a run is writing it; -1: errno. */
 static int delete_unused(int directory, const char *name) {
-    int file = openat(directory, name, O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+    int file = open_log(directory, name);
     if (file < 0) return -1;
     int result = flock(file, LOCK_EX | LOCK_NB) ? 0 : unlinkat(directory, name, 0) ? -1 : 1;
     int reason = errno;
@@ -59,41 +87,46 @@ static int delete_unused(int directory, const char *name) {
     return result;
 }
 
-static int prune(int directory, const char *path, const struct entry *entries, int count, int64_t quota_bytes, struct error *error) {
+static int prune(int directory, const char *path, const struct entry *entries, int count, int64_t quota_bytes, int64_t *left_bytes,
+                 struct error *error) {
     int64_t bytes = 0;
     int status = STATUS_OK;
     for (int i = 0; i < count; i++) bytes += entries[i].bytes;
     for (int i = 0; i < count - 1 && bytes > quota_bytes; i++) { /* the last is the newest */
+        if (in_progress(directory, entries, count, entries[i].name)) continue;
         int deleted = delete_unused(directory, entries[i].name);
         if (deleted > 0) bytes -= entries[i].bytes;
         if (deleted < 0) status = error_set(error, STATUS_IO, "%.200s/%.40s: cannot be deleted: %s", path, entries[i].name, strerror(errno));
     }
+    *left_bytes = bytes;
     return status;
 }
 
-int log_directory_prune(const char *path, int64_t quota_bytes, struct error *error) {
+int log_directory_prune(const char *path, int64_t quota_bytes, int64_t *left_bytes, struct error *error) {
     struct dirent **found = NULL;
+    int64_t bytes = 0;
     int status = STATUS_OK;
     int directory = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     int count = directory < 0 ? -1 : scandirat(directory, ".", &found, is_log, NULL);
     struct entry *entries = count > 0 ? calloc((size_t)count, sizeof *entries) : NULL;
     if (count < 0 || (count > 0 && !entries)) status = error_set(error, STATUS_IO, "%.250s: cannot be read: %s", path, strerror(errno));
-    else if (count > 0) status = prune(directory, path, entries, look_at(directory, found, count, entries), quota_bytes, error);
+    else if (count > 0) status = prune(directory, path, entries, look_at(directory, found, count, entries), quota_bytes, &bytes, error);
     for (int i = 0; i < count; i++) free(found[i]);
     free(found);
     free(entries);
     if (directory >= 0) close(directory);
+    if (left_bytes) *left_bytes = bytes;
     return status;
 }
 
-int log_directory_create(const char *directory, char *path, size_t size, struct error *error) {
+int log_directory_create(const char *directory, bool in_parts, char *path, size_t size, struct error *error) {
     char when[32], name[PATH_MAX];
     time_t now = time(NULL);
     struct tm utc;
     strftime(when, sizeof when, "%Y-%m-%dT%H-%M-%SZ", gmtime_r(&now, &utc));
     for (char letter = 'a'; letter <= 'z'; letter++) {
         char more[2] = {letter == 'a' ? '\0' : letter, '\0'};
-        int length = snprintf(name, sizeof name, "%s/%s%s.lcm", directory, when, more);
+        int length = snprintf(name, sizeof name, "%s/%s%s%s", directory, when, more, in_parts ? first_part : ending);
         if (length >= (int)sizeof name || length >= (int)size)
             return error_set(error, STATUS_IO, "--log %.100s...: a path of %zu characters and more; name it from nearer by", directory,
                              size);
@@ -103,4 +136,12 @@ int log_directory_create(const char *directory, char *path, size_t size, struct 
         if (errno != EEXIST) break;
     }
     return error_set(error, STATUS_IO, "%.250s: cannot be created: %s", path, strerror(errno));
+}
+
+int log_directory_part(const char *first, int number, char *path, size_t size, struct error *error) {
+    size_t length = strlen(first) - (sizeof first_part - 1);
+    if (number > LOG_PARTS_MAX)
+        return error_set(error, STATUS_IO, "%.250s: %d parts are the most: make them larger (--log-part)", first, LOG_PARTS_MAX);
+    snprintf(path, size, "%.*s.%04d%s", (int)length, first, number, ending);
+    return STATUS_OK;
 }

@@ -51,13 +51,13 @@ run=("${limited[@]}" "${service[@]}" "${realtime[@]}")
 claim "it has two rights and no others" eval \
     '[ "$rights" = -all,+sys_nice,+ipc_lock ] && [ "$(unit CapabilityBoundingSet)" = "$(unit AmbientCapabilities)" ]'
 claim "ready when settled, alive while cycles come; SIGTERM ends it with status 0 (${realtime[*]})" manager ordered "${run[@]}"
-claim "its log is there, whole, and holds the run" eval '"$hexid" identify "$work"/logs/*Z.lcm --json "$work/log.json" 2>"$work/error" >/dev/null;
+claim "its log is there, whole, and holds the run" eval '"$hexid" identify "$work"/logs/*Z.0001.lcm --json "$work/log.json" 2>"$work/error" >/dev/null;
     cat "$work/error"; [ -s "$work/log.json" ] && ! grep -q cut "$work/error"'
 claim "a manager whose socket has no file hears the same" manager abstract "${run[@]}"
 claim "SIGTERM while the platform is raised: parked, status 0" manager put_down "$work/usr/bin/hexid command engage" "${run[@]}"
 claim "SIGTERM while a fault stands: status 1" manager faulted "${run[@]}" --hal "fault:drop@1+1000;sim:"
 claim "no sign of life once the recorder takes no cycle, whoever else runs" manager stalled "$work/fifo" "${limited[@]}" \
-    ${command/--log*--log-quota +([0-9])/--log $work/fifo} $brisk --rt off
+    ${command/--log*--log-part +([0-9])/--log $work/fifo} $brisk --rt off
 
 # What SystemCallFilter= denies, the program never asks for: the names in its sets against the calls of a run.
 set_of() {
@@ -66,7 +66,7 @@ set_of() {
 }
 allowed() {
     [ "$(unit SystemCallFilter | head -n 1)" = "@system-service seccomp" ] || return
-    manager ordered strace -D -f -qq -o "$work/calls" "${service[@]}" --rt try || return
+    manager ordered strace -D -f -qq -o "$work/calls" "${service[@]}" --rt try --log-part 0.0001 || return
     sed -nE 's/^[0-9]+ +([a-z0-9_]+)\(.*/\1/p' "$work/calls" | sort -u | grep -vx 'execve' >"$work/called"
     { set_of @system-service; echo seccomp; } | sort -u >"$work/let"
     unit SystemCallFilter | tail -n 1 | tr -d '~' | tr ' ' '\n' | while read -r name; do set_of "$name"; done | sort -u >"$work/denied"
