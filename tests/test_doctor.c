@@ -19,6 +19,7 @@
 #include "bus.h"
 #include "can_controller.h"
 #include "doctor.h"
+#include "host_lock.h"
 #include "units.h"
 #include "wakeup.h"
 
@@ -471,17 +472,22 @@ static void round_trips_are_judged_by_cycle_and_time_out(void **unused) {
 }
 
 /* A port that is taken, and on which nobody listens. */
-static void a_device_that_does_not_answer_fails(void **unused) {
+static void a_device_that_does_not_answer_fails_and_one_that_is_driven_is_not_asked(void **unused) {
     (void)unused;
     struct sockaddr_in address = {.sin_family = AF_INET, .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
     socklen_t length = sizeof address;
     char url[64];
+    struct error error;
     int s = socket(AF_INET, SOCK_STREAM, 0);
     assert_int_equal(bind(s, (struct sockaddr *)&address, sizeof address), 0);
     assert_int_equal(getsockname(s, (struct sockaddr *)&address, &length), 0);
     snprintf(url, sizeof url, "modbus:tcp://127.0.0.1:%d", ntohs(address.sin_port));
     machine.url = url;
     is(check_modbus(&machine), LEVEL_FAIL, "127.0.0.1");
+    int lock = host_lock(url, &error); /* as a hexid at work has it */
+    assert_true(lock >= 0);
+    is(check_modbus(&machine), LEVEL_UNKNOWN, "not asked: ");
+    close(lock);
     close(s);
 }
 
@@ -588,7 +594,7 @@ int main(void) {
         cmocka_unit_test_setup(a_damaged_answer_is_read_no_further_than_it_goes, begin),
         cmocka_unit_test_setup(a_serial_line_must_be_fast_enough, begin),
         cmocka_unit_test_setup(round_trips_are_judged_by_cycle_and_time_out, begin),
-        cmocka_unit_test_setup(a_device_that_does_not_answer_fails, begin),
+        cmocka_unit_test_setup(a_device_that_does_not_answer_fails_and_one_that_is_driven_is_not_asked, begin),
         cmocka_unit_test_setup(a_log_needs_room_for_its_run, begin),
         cmocka_unit_test_setup(a_slow_disk_is_warned_of_and_one_that_hangs_fails, begin),
         cmocka_unit_test_setup(a_disk_that_takes_nothing_fails, begin),

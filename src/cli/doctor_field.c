@@ -168,15 +168,15 @@ static struct finding talk(const struct doctor *d, struct modbus_link *link, con
     return judge_round_trips(d, &r);
 }
 
-/* A serial line has one master: who is on it already is not disturbed. */
+/* SAFETY: who is at work is not disturbed: a serial line has one master, and some devices give a new client the place of the one before. */
 struct finding check_modbus(const struct doctor *d) {
     const char *address = doctor_address(d, "modbus");
     struct modbus_address_parts parts;
     struct modbus_link *link;
     struct error error;
     if (!address || modbus_parse(address, &parts, &error)) return finding_none(); /* said by check_modbus_line */
-    int lock = parts.serial ? host_lock(d->url, &error) : -1;
-    if (parts.serial && lock < 0) return finding(LEVEL_UNKNOWN, "ask again when it has ended", "not asked: %s", error.text);
+    int lock = host_lock(d->url, &error);
+    if (lock < 0) return finding(LEVEL_UNKNOWN, "ask again when it has ended", "not asked: %s", error.text);
     struct finding f;
     if (modbus_link_open(&link, &parts, d->params->modbus.unit, 1.0, &error)) {
         f = finding(LEVEL_FAIL,
@@ -186,6 +186,6 @@ struct finding check_modbus(const struct doctor *d) {
         f = talk(d, link, address);
         modbus_link_close(link);
     }
-    if (lock >= 0) close(lock);
+    close(lock);
     return f;
 }
