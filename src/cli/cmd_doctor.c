@@ -9,7 +9,6 @@
 #include "failure.h"
 #include "hal.h"
 #include "modbus_map.h"
-#include "printable.h"
 #include "version.h"
 
 /* In the order in which they are asked. Names are the JSON's, too: they stay. */
@@ -62,24 +61,17 @@ static void print(FILE *out, const char *name, const struct finding *f) {
     fflush(out);
 }
 
-/* Takes the finding's data. A text from elsewhere may be no UTF-8, which JSON cannot hold. */
+/* Takes the finding's data. */
 static void append(json_t *all, const char *name, struct finding *f) {
-    char found[sizeof f->found];
-    size_t used = 0;
-    for (const char *line = f->found; *line; line += strcspn(line, "\n"), line += *line == '\n') {
-        char one[sizeof f->found];
-        snprintf(one, sizeof one, "%.*s", (int)strcspn(line, "\n"), line);
-        if (used > 0) found[used++] = '\n';
-        used += text_printable(one, found + used, sizeof found - used);
-    }
-    json_array_append_new(all, json_pack("{ss ss ss# ss so}", "name", name, "level", json_levels[f->level], "found", found, used, "remedy",
-                                         f->remedy, "data", f->data ? f->data : json_null()));
+    json_array_append_new(all, json_pack("{ss ss so so so}", "name", name, "level", json_levels[f->level], "found", doctor_text(f->found),
+                                         "remedy", doctor_text(f->remedy), "data", f->data ? f->data : json_null()));
     f->data = NULL;
 }
 
 static int write_json(const char *path, const struct doctor *d, json_t *findings, const int count[], struct error *error) {
-    json_t *root = json_pack("{ss ss ss ss? sO sb}", "schema", "hexid.doctor/1", "version", version, "machine", d->url, "config", d->config,
-                             "findings", findings, "fit", count[LEVEL_FAIL] == 0);
+    json_t *root =
+        json_pack("{ss ss so so sO sb}", "schema", "hexid.doctor/1", "version", version, "machine", doctor_text(d->url), "config",
+                  d->config ? doctor_text(d->config) : json_null(), "findings", findings, "fit", count[LEVEL_FAIL] == 0);
     char *text = root ? json_dumps(root, JSON_INDENT(1)) : NULL;
     int status = text ? cli_write_text(path, text, error) : error_set(error, STATUS_IO, "out of memory");
     free(text);

@@ -10,6 +10,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "printable.h"
+
 struct finding finding(enum level level, const char *remedy, const char *format, ...) {
     struct finding f = {.level = level};
     va_list args;
@@ -95,4 +97,17 @@ double doctor_now_s(void) {
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
     return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
+}
+
+json_t *doctor_text(const char *text) {
+    char line[sizeof((struct finding){0}.found)], all[sizeof line];
+    size_t used = 0;
+    while (*text && used < sizeof all - 2) {
+        int length = (int)strcspn(text, "\n");
+        snprintf(line, sizeof line, "%.*s", length, text);
+        if (used > 0) all[used++] = '\n';
+        used += text_printable(line, all + used, sizeof all - used);
+        text += length + (text[length] == '\n');
+    }
+    return json_stringn(all, used);
 }

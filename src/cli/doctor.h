@@ -67,6 +67,9 @@ bool doctor_listed(const char *list, int cpu);
 enum { PROCESSORS_MAX = 512 };
 int doctor_processors(const struct doctor *d, int cpu[PROCESSORS_MAX]);
 
+/* For JSON, which holds UTF-8 alone: line by line as it is printed. At most as long as `found`. */
+json_t *doctor_text(const char *text);
+
 double doctor_now_s(void); /* CLOCK_MONOTONIC */
 
 /* ---- doctor_machine.c: what is configured ---- */

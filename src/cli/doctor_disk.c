@@ -40,7 +40,7 @@ struct finding judge_log_room(const struct doctor *d, const struct disk *k) {
         f = finding(LEVEL_WARN, remedy, "%s: %.3g MB free: full after %.0f minutes, and the platform is then put down", k->directory,
                     k->room_bytes / 1e6, hours * 60.0);
     else f = finding(LEVEL_OK, "", "%s: %.3g GB free, %.3g hours of log", k->directory, k->room_bytes / 1e9, hours);
-    f.data = json_pack("{ss sf sf}", "directory", k->directory, "free_bytes", k->room_bytes, "log_bytes_per_s", rate);
+    f.data = json_pack("{so sf sf}", "directory", doctor_text(k->directory), "free_bytes", k->room_bytes, "log_bytes_per_s", rate);
     return f;
 }
 

@@ -33,6 +33,15 @@ assert text.count("WARN ") == sum(f["level"] == "warn" for f in d["findings"]), 
 END
 }
 claim "JSON: every finding once, with level, words, remedy and numbers; the text has the same" complete
+# What comes from the command line may be no UTF-8, which is all that JSON holds.
+any_bytes() {
+    mkdir "$work"/$'dis\xffk' && "$hexid" doctor "${quiet[@]}" --hal $'can:\xff' --log "$work"/$'dis\xffk' --json "$work/any.json" >"$work/text"
+    "$python" -c 'import json, sys
+found = {f["name"]: f for f in json.load(open(sys.argv[1]))["findings"]}
+print(found["CAN interface"], found["log room"])
+sys.exit("can:?" not in found["CAN interface"]["found"] or not found["log room"]["data"]["directory"].endswith("dis?k"))' "$work/any.json"
+}
+claim "bytes that are no text are no trouble for it" any_bytes
 json_alone() { "$hexid" doctor "${quiet[@]}" --json - 2>/dev/null | "$python" -c 'import json, sys; json.load(sys.stdin)'; }
 claim "--json -: standard output is JSON alone" json_alone
 
