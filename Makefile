@@ -25,7 +25,8 @@ LCM_C   := $(LCM:lcmtypes/%.lcm=$(BUILD)/lcmtypes/%.c)
 SRC     := $(wildcard src/*/*.c hal/*.c sim/*.c sim/effects/*.c)
 LIB_SRC := $(filter-out src/cli/main.c,$(SRC))
 EFFECTS := $(sort $(basename $(notdir $(wildcard sim/effects/*.c))))
-LIB_OBJ := $(BUILD)/effect_table.o $(LIB_SRC:%.c=$(BUILD)/%.o) $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard src/lin/*.cpp)) $(LCM_C:.c=.o)
+PAGE    := $(sort $(wildcard src/monitor/page/*))
+LIB_OBJ := $(BUILD)/effect_table.o $(BUILD)/live_page.o $(LIB_SRC:%.c=$(BUILD)/%.o) $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard src/lin/*.cpp)) $(LCM_C:.c=.o)
 TESTS   := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/test_*.c))
 BENCHES := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/bench/*.c))
 FUZZERS := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/fuzz/fuzz_*.c))
@@ -167,7 +168,7 @@ endef
 
 deps: deps-run deps-test ## install what is missing of the Debian packages for run and test
 deps-run:
-	$(call install,g++ gcc gnuplot-nox libeigen3-dev libjansson-dev liblcm-bin liblcm-dev libmatio-dev libmodbus-dev libode-dev libseccomp-dev \
+	$(call install,g++ gcc gnuplot-nox libeigen3-dev libjansson-dev liblcm-bin liblcm-dev libmatio-dev libmicrohttpd-dev libmodbus-dev libode-dev libseccomp-dev \
 		libyaml-dev libzstd-dev zlib1g-dev)
 deps-test: deps-run
 	$(call install,can-utils chromium iproute2 kmod libcmocka-dev man-db python3-numpy python3-venv strace user-mode-linux util-linux)
@@ -220,6 +221,14 @@ $(BUILD)/effect_table.c: sim/effects | deps-run
 	@printf '%s\n' '#include "effect.h"' $(EFFECTS:%='extern const struct effect %;') 'const struct effect *const effect_table[] = {' \
 		$(EFFECTS:%='    &%,') '    0};' '_Static_assert(sizeof effect_table / sizeof *effect_table <= EFFECTS_MAX + 1, "raise EFFECTS_MAX");' >$@
 
+# The live page's files, as arrays in the program.
+$(BUILD)/live_page.c: $(PAGE) Makefile | deps-run
+	@mkdir -p $(@D)
+	@{ echo '#include "live_page.h"'; \
+		$(foreach f,$(PAGE),echo 'static const unsigned char $(subst .,_,$(notdir $f))[] = {'; od -An -v -tu1 $f | sed 's/[0-9][0-9]*/&,/g'; echo '};';) \
+		echo 'const struct live_file live_files[] = {'; \
+		printf '    {"%s", %s, sizeof %s},\n' $(foreach f,$(notdir $(PAGE)),$f $(subst .,_,$f) $(subst .,_,$f)); echo '    {0}};'; } >$@
+
 # What --version says: VERSION, and of a checkout the commit, with a + when it was changed since. Written when that is another.
 COMMIT := $(shell git -c safe.directory='*' describe --always --exclude='*' --abbrev=12 --dirty=+ 2>/dev/null)
 $(BUILD)/version.c: always
@@ -227,7 +236,7 @@ $(BUILD)/version.c: always
 	@printf '#include "version.h"\nconst char version[] = "%s";\n' '$(VERSION)$(COMMIT:%= (commit %))' >$@.new
 	@cmp -s $@.new $@ && rm $@.new || mv $@.new $@
 
-$(BUILD)/version.o $(BUILD)/effect_table.o: %.o: %.c
+$(BUILD)/version.o $(BUILD)/effect_table.o $(BUILD)/live_page.o: %.o: %.c
 	@echo cc $<
 	$(Q)$(CC) $(CFLAGS) -c -o $@ $<
 

@@ -15,7 +15,7 @@ enum { SETTINGS_MAX = 64, OPERANDS_MAX = 16, LOGS_MAX = 4 };
 enum { EXIT_PASSED = 0, EXIT_CHECK_FAILED = 1 }; /* the others are statuses with the sign turned */
 
 struct options {
-    const char *config, *hal, *bus, *log, *json, *output, *format, *validate, *replay, *map;
+    const char *config, *hal, *bus, *log, *json, *output, *format, *validate, *replay, *map, *http;
     const char *measured[LOGS_MAX];
     int measured_count;
     const char *settings[SETTINGS_MAX];
@@ -23,7 +23,7 @@ struct options {
     double log_quota_bytes, log_part_bytes; /* 0: none */
     char tests[64], trajectory[PARAMS_TEXT_SIZE + 32], repeat[64]; /* --tests, --trajectory and --repeat as settings */
     uint64_t seed;
-    bool fast, print_config, modbus_map, failures, keys, survey, all;
+    bool fast, print_config, modbus_map, failures, keys, survey, all, once, json_lines;
     double latency_s; /* wake-ups are measured for so long; less than 0: not given */
     double std_pct; /* wanted of a survey's proposals; 0: not given */
     bool rt_given, pose_given;

@@ -1,26 +1,23 @@
-/* `hexid monitor`: a running hexid in the terminal, over LCM. On a terminal the newest cycle stands below the events; elsewhere every
- * message is a line. */
-#include <math.h>
+/* `hexid monitor`: a running hexid over LCM, in the terminal, as JSON, or as a page for browsers. It listens and sends nothing. */
+#include <errno.h>
+#include <poll.h>
 #include <signal.h>
+#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
 
 #include "bus.h"
 #include "cli.h"
-#include "force.h"
-#include "ident.h"
+#include "json_text.h"
+#include "live_server.h"
 #include "messages.h"
-#include "supervisor.h"
-#include "units.h"
+#include "terminal.h"
 
-enum { REDRAW_MS = 200, SILENCE_MS = 2000 };
+enum { SILENCE_MS = 2000, ONCE_MS = 3000, TURN_MS = 50, MESSAGES_AT_ONCE = 1000 };
 
-struct monitor {
-    bool terminal, heard;
-    int drawn;          /* lines of the view on the screen */
-    int64_t drawn_ms;
-};
+static volatile sig_atomic_t interrupted; /* a signal handler can reach nothing else */
+static void on_signal(int number) { interrupted = number; }
 
 static int64_t now_ms(void) {
     struct timespec t;
@@ -28,97 +25,126 @@ static int64_t now_ms(void) {
     return t.tv_sec * 1000LL + t.tv_nsec / 1000000;
 }
 
-/* Takes the view off the screen: what is printed next stands above it. */
-static void erase(struct monitor *m) {
-    if (m->drawn) printf("\033[%dA\r\033[J", m->drawn);
-    m->drawn = 0;
-    m->drawn_ms = 0;
-}
+static int broken(struct error *error) { return error_set(error, STATUS_IO, "monitor: LCM is broken"); }
 
-static double rounded(double x, double unit) { return round(x / unit) * unit + 0.0; } /* no -0.00 */
+/* ---- as JSON ---- */
 
-static void headline(const struct cycle *c) {
-    static const char *const phases[] = {"", "settle", "ramp in", "evaluate", "ramp out"};
-    char fault[FAULT_TEXT_SIZE];
-    fault_describe(c->first_fault, c->faults, fault);
-    printf("%9.3f s  %-12s  %-5s %-8s  fault %s\n", seconds_from_ns(c->in.time_ns), state_names[c->state],
-           c->dof >= 0 ? dof_names[c->dof] : c->test >= 0 ? "any" : "", phases[c->phase], fault);
-}
-
-static void pose(const struct cycle *c) {
-    printf("     ");
-    for (int i = 0; i < DOFS; i++) printf(" %s %.2f %s", dof_names[i], rounded(c->pose[i] * 1e3, 0.01), i < 3 ? "mm" : "mrad");
-    printf("\n");
-}
-
-static void draw(struct monitor *m, const struct cycle *c) {
-    if (m->terminal && now_ms() - m->drawn_ms < REDRAW_MS) return;
-    if (m->terminal) erase(m);
-    headline(c);
-    pose(c);
-    if (m->terminal) {
-        printf("  leg   length m   P1 MPa   P2 MPa   force N    valve\n");
-        for (int i = 0; i < LEGS; i++)
-            printf("  %d   %10.5f %8.3f %8.3f %9.1f %+8.3f\n", i + 1, c->in.length_m[i], c->in.p1_pa[i] * 1e-6, c->in.p2_pa[i] * 1e-6,
-                   c->force_n[i], c->out.valve[i]);
-        m->drawn = 3 + LEGS;
-        m->drawn_ms = now_ms();
-    }
-}
-
-static void test_result(const void *data, int size) {
-    struct test_summary t;
-    if (!test_result_decode(data, size, &t)) return;
-    cli_say(stdout, "             result %s: amplitude %.4g of %.4g, phase %.1f deg, %lld samples, %lld excluded", t.dof_name,
-            t.achieved_m_or_rad, t.amplitude_m_or_rad, t.phase_deg, (long long)t.samples, (long long)t.excluded);
-}
-
-static void gap_result(const void *data, int size) {
-    struct gap_summary g;
-    if (!gap_decode(data, size, &g)) return;
-    cli_say(stdout, "             gap %s: %s; %.3g -> %.3g of the variation, noise %.3g", g.verdict, g.reason, g.held_out_before_ratio,
-            g.held_out_after_ratio, g.noise_floor_ratio);
-}
-
-static void show(struct monitor *m, const char *channel, const void *data, int size) {
+/* {"channel": "HEXID_EVENT", its fields}: one line. What is no message of hexid's is none here. */
+static void print_json(const struct bus_message *b) {
+    struct json_text j = {0};
     struct cycle c;
-    struct event e;
-    m->heard = true;
-    if (!strcmp(channel, CHANNEL_STATE) && state_decode(data, size, &c)) {
-        draw(m, &c);
-    } else if (!strcmp(channel, CHANNEL_EVENT) && event_decode(data, size, &e)) {
-        erase(m);
-        cli_say(stdout, "%9.3f s  %s: %s", seconds_from_ns(e.time_ns), e.kind, e.text);
-    } else if (!strcmp(channel, CHANNEL_TEST_RESULT)) {
-        erase(m);
-        test_result(data, size);
-    } else if (!strcmp(channel, CHANNEL_IDENTIFICATION)) {
-        erase(m);
-        printf("             %s: the matrices; lcm-spy shows them (make spy)\n", channel);
-    } else if (!strcmp(channel, CHANNEL_GAP)) {
-        erase(m);
-        gap_result(data, size);
-    }
+    struct message m;
+    if (!strcmp(b->channel, CHANNEL_STATE) && state_decode(b->data, b->size, &c)) json_text_cycle(&j, &c);
+    else if (message_known(b->channel) && message_read(b->channel, b->data, b->size, &m)) json_text_message(&j, &m);
+    if (j.size && !j.failed) printf("{\"channel\":\"%s\",%.*s\n", b->channel, (int)j.size - 1, j.text + 1);
     fflush(stdout);
+    json_text_free(&j);
+}
+
+/* ---- once ---- */
+
+static int show_once(struct bus *bus, const struct params *params, bool json, struct error *error) {
+    struct bus_message m;
+    struct cycle c;
+    for (int64_t end_ms = now_ms() + ONCE_MS, left_ms = ONCE_MS; left_ms > 0; left_ms = end_ms - now_ms()) {
+        int got = bus_wait(bus, (int)left_ms);
+        while (got > 0 && (got = bus_receive(bus, &m)) > 0) {
+            if (got != 1 || strcmp(m.channel, CHANNEL_STATE) || !state_decode(m.data, m.size, &c)) continue;
+            if (json) print_json(&m);
+            else terminal_view(&(struct terminal){.params = params}, &c);
+            return STATUS_OK;
+        }
+        if (got < 0) return broken(error);
+    }
+    return error_set(error, STATUS_IO, "monitor: no hexid was heard on %s within %d s: is one running, with this lcm.url? `hexid doctor` looks at LCM",
+                     params->lcm.url, ONCE_MS / 1000);
+}
+
+/* ---- on and on ---- */
+
+static int show_stream(struct bus *bus, const struct params *params, bool json, struct error *error) {
+    struct terminal t = {.params = params, .redraws = isatty(STDOUT_FILENO) != 0};
+    bool heard = false, told = false;
+    for (;;) {
+        struct bus_message m;
+        int waited = bus_wait(bus, SILENCE_MS), got = waited;
+        while (got > 0 && (got = bus_receive(bus, &m)) > 0) {
+            if (got != 1) continue;
+            heard = true, told = false;
+            if (json) print_json(&m);
+            else terminal_take(&t, &m, now_ms());
+        }
+        if (got < 0) return broken(error);
+        if (waited || told) continue;
+        char line[PARAMS_TEXT_SIZE + 80];
+        snprintf(line, sizeof line, heard ? "nothing more is heard on %s: waiting" : "nothing yet: waiting for a hexid on %s", params->lcm.url);
+        terminal_say(&t, line);
+        told = true;
+    }
+}
+
+/* ---- as a page ---- */
+
+static void say_where(const struct live_listener *l, const char *host) {
+    printf("hexid: live page at %s\n", l->url);
+    fflush(stdout);
+    if (!l->loopback)
+        cli_say(stderr, "hexid: warning: %s is no loopback address: whoever reaches it sees the machine (but moves nothing)", host);
+}
+
+/* SAFETY: one thread, and nothing in it waits for a browser: it reads what LCM has first. */
+static int serve(struct bus *bus, struct live_state *state, struct live_server *server, struct error *error) {
+    struct pollfd ready[] = {{.fd = bus_fd(bus), .events = POLLIN}, {.fd = live_server_fd(server), .events = POLLIN}};
+    struct bus_message m;
+    while (!interrupted) {
+        int got = 0;
+        if (poll(ready, 2, TURN_MS) < 0 && errno != EINTR) return error_set(error, STATUS_IO, "monitor: %s", strerror(errno));
+        for (int n = 0; n < MESSAGES_AT_ONCE && (got = bus_receive(bus, &m)) > 0; n++) {
+            if (got == 1) live_state_take(state, &m, now_ms());
+            else state->dropped++;
+        }
+        if (got < 0) return broken(error);
+        live_server_turn(server, now_ms());
+    }
+    return STATUS_OK;
+}
+
+static int show_page(struct bus *bus, const struct params *params, const char *where, struct error *error) {
+    const struct sigaction action = {.sa_handler = on_signal};
+    struct live_address address;
+    struct live_listener listener;
+    struct live_server *server = NULL;
+    struct live_state *state = calloc(1, sizeof *state);
+    int status = state ? live_address_parse(where, &address, error) : error_set(error, STATUS_IO, "out of memory");
+    if (!status) status = live_state_init(state, params, error);
+    if (!status) status = live_listen(&address, &listener, error);
+    if (!status) status = live_server_start(&server, &listener, address.host, state, error);
+    if (!status) {
+        sigaction(SIGINT, &action, NULL);
+        sigaction(SIGTERM, &action, NULL);
+        say_where(&listener, address.host);
+        status = serve(bus, state, server, error);
+        live_server_stop(server);
+    }
+    if (state) live_state_free(state);
+    free(state);
+    return status;
 }
 
 int cmd_monitor(int argc, char **argv) {
     struct options o;
     struct params params;
     struct error error;
-    struct bus *bus;
-    struct monitor m = {.terminal = isatty(STDOUT_FILENO) != 0};
-    int status = options_parse(&o, argc, argv, "cS", 0, &error);
+    struct bus *bus = NULL;
+    int status = options_parse(&o, argc, argv, "cSh1J", 0, &error);
+    if (!status && o.http && (o.once || o.json_lines)) status = error_set(&error, STATUS_USAGE, "--http, --once, --json: a page, or one of the others");
     if (!status) status = options_bus(&o, &params, &bus, &error);
     if (!status) status = bus_listen(bus, "HEXID_", BUS_ANYONE, &error);
-    bool told = false;
-    while (!status) {
-        struct bus_message message;
-        int waited = bus_wait(bus, SILENCE_MS);
-        while (waited > 0 && (waited = bus_receive(bus, &message)) > 0)
-            if (waited == 1) show(&m, message.channel, message.data, message.size);
-        if (waited < 0) status = error_set(&error, STATUS_IO, "monitor: LCM is broken");
-        else if (!m.heard && !told) told = fprintf(stderr, "hexid: nothing yet: waiting for a hexid on %s\n", params.lcm.url) > 0;
+    if (!status) {
+        if (o.http) status = show_page(bus, &params, o.http, &error);
+        else if (o.once) status = show_once(bus, &params, o.json_lines, &error);
+        else status = show_stream(bus, &params, o.json_lines, &error);
     }
-    return cli_fail(&error);
+    if (bus) bus_close(bus);
+    return status ? cli_fail(&error) : EXIT_PASSED;
 }

@@ -117,8 +117,14 @@ static const struct subcommand subcommands[] = {
      "\nengage and start stay until the platform is put down, or held again after the tests\n"
      "exit status 0 done; 1 ended by a park, a fault or Ctrl-C; 3 nobody answered; 4 refused, or the lease is lost\n",
      "hexid command park", cmd_command},
-    {"monitor", "[-c FILE] [--set KEY=VALUE ...]", "watch a running hexid in the terminal, over LCM", OF_LCM SET, "hexid monitor",
-     cmd_monitor},
+    {"monitor", "[--once] [--json] | --http [ADDRESS:]PORT  [-c FILE] [--set KEY=VALUE ...]",
+     "watch a running hexid over LCM: in the terminal, as JSON, or as a live page for browsers",
+     "  --once           the newest state, once; status 3 when no hexid is heard within 3 s\n"
+     "  --json           every message as a JSON object, a line each; with --once the state alone\n"
+     "  --http [ADDRESS:]PORT\n"
+     "                   a live page there: 127.0.0.1:8321, or 8321 alone, is for browsers on this host; port 0 takes a free one\n"
+     "  -c FILE          configuration of the running hexid: its lcm.url, its geometry, its tests\n" SET,
+     "hexid monitor --http 127.0.0.1:8321", cmd_monitor},
     {"doctor", "[-c FILE] [--set KEY=VALUE ...] [--hal URL] [--log FILE|DIR] [--latency S] [--json FILE]\n"
                "           [--modbus-map | --failures | --keys]",
      "check configuration, real time, field buses, LCM and disk: ok, WARN or FAIL, with the remedy", doctor_options,

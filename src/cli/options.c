@@ -30,8 +30,20 @@ static const struct option long_options[] = {
     {"survey", no_argument, NULL, 'V'},       {"std", required_argument, NULL, 'd'},
     {"all", no_argument, NULL, 'A'},         {"pose", required_argument, NULL, 'P'},
     {"latency", required_argument, NULL, 'L'},
+    {"http", required_argument, NULL, 'h'},  {"once", no_argument, NULL, '1'},
+    {"json", no_argument, NULL, 'J'}, /* of what goes on and on: lines on standard output */
     {0},
 };
+
+enum { LONG_OPTIONS = sizeof long_options / sizeof *long_options };
+
+/* Of the two kinds of --json a subcommand has one. */
+static void leave_out(char kind, struct option own[LONG_OPTIONS]) {
+    for (const struct option *o = long_options;; o++) {
+        if (o->val != kind) *own++ = *o;
+        if (!o->name) break;
+    }
+}
 
 static int set_rt(struct options *o, const char *text, struct error *error) {
     static const char *const names[] = {[REALTIME_OFF] = "off", [REALTIME_TRY] = "try", [REALTIME_REQUIRE] = "require"};
@@ -144,6 +156,9 @@ static int take(struct options *o, int option, const char *value, struct error *
     case 'a': o->map = value; return STATUS_OK;
     case 'p': o->print_config = true; return STATUS_OK;
     case 'V': o->survey = true; return STATUS_OK;
+    case 'h': o->http = value; return STATUS_OK;
+    case '1': o->once = true; return STATUS_OK;
+    case 'J': o->json_lines = true; return STATUS_OK;
     case 'd': return set_std(o, value, error);
     case 'P': return set_pose(o, value, error);
     case 'L': return set_latency(o, value, error);
@@ -174,11 +189,13 @@ static int unknown_option(const char *command, const char *name, const char *all
 }
 
 int options_parse(struct options *o, int argc, char **argv, const char *allowed, int operands, struct error *error) {
+    struct option own[LONG_OPTIONS];
     *o = (struct options){.hal = "sim:", .seed = 1, .latency_s = -1.0};
+    leave_out(strchr(allowed, 'J') ? 'j' : 'J', own);
     opterr = 0;
     optind = 0;
     for (;;) {
-        int index = -1, option = getopt_long(argc, argv, "+:c:o:", long_options, &index);
+        int index = -1, option = getopt_long(argc, argv, "+:c:o:", own, &index);
         if (option == -1 && optind < argc && strcmp(argv[optind - 1], "--") && o->operands < operands) {
             o->operand[o->operands++] = argv[optind++]; /* options may follow operands */
             continue;
@@ -187,7 +204,7 @@ int options_parse(struct options *o, int argc, char **argv, const char *allowed,
         const char *name = argv[optind - 1];
         if (option == ':') return error_set(error, STATUS_USAGE, "%s needs a value; see `hexid %s --help`", name, argv[0]);
         if (option == '?' || !strchr(allowed, option))
-            return unknown_option(argv[0], index >= 0 ? long_options[index].name : name, allowed, error);
+            return unknown_option(argv[0], index >= 0 ? own[index].name : name, allowed, error);
         int status = take(o, option, optarg, error);
         if (status) return status;
     }

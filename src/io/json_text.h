@@ -1,5 +1,5 @@
-/* JSON written as it comes, into memory that grows: what a log or a message holds, as an object. For what goes out by the thousand; documents
- * for people are made by jansson. A number that JSON cannot hold is left out where it has a name, and null in an array. Ordinary threads. */
+/* JSON written as it comes, into memory that grows: a cycle or a message as an object, by the thousand. Documents for people are made by
+ * jansson. A number that JSON cannot hold is left out of its message, and null in an array. Ordinary threads. */
 #ifndef HEXID_JSON_TEXT_H
 #define HEXID_JSON_TEXT_H
 

@@ -6,7 +6,6 @@
 #include "plot.h"
 
 static const char style[] =
-    "<style>\n"
     ":root{color-scheme:light dark;--ink:#1a1a1a;--soft:#5c5c5c;--line:#dcdcdc;--paper:#fff;--mark:#fff3d6;--code:#333;--accent:" PICTURE_ACCENT "}\n"
     "@media(prefers-color-scheme:dark){:root{--ink:#e8e8e8;--soft:#aaa;--line:#444;--paper:#1a1a1a;--mark:#4a3a10;--code:#ccc;--accent:#6db9ee}\n"
     "img{filter:invert(.9) hue-rotate(180deg)}}\n" /* white becomes the page's ground, hues stay */
@@ -72,8 +71,9 @@ static const char more_style[] = /* a string constant has its limit */
     "summary{cursor:pointer}\n"
     "pre{overflow-x:auto;font:12px/1.4 ui-monospace,'DejaVu Sans Mono','Liberation Mono',monospace;overflow-wrap:normal}\n"
     "@media print{body{max-width:none;padding:0}section{break-inside:avoid}}\n"
-    "@media(max-width:800px){.cards,.two,.loops,.beside{grid-template-columns:minmax(0,1fr)}body{padding:12px}}\n"
-    "</style>\n";
+    "@media(max-width:800px){.cards,.two,.loops,.beside{grid-template-columns:minmax(0,1fr)}body{padding:12px}}\n";
+
+void page_style(FILE *out) { fprintf(out, "%s%s", style, more_style); }
 
 void page_begin(FILE *out, const char *title) {
     fputs("<!DOCTYPE html>\n"
@@ -83,7 +83,9 @@ void page_begin(FILE *out, const char *title) {
           "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
           "<title>", out);
     html_text(out, "%s", title);
-    fprintf(out, "</title>\n%s%s</head>\n<body>\n", style, more_style);
+    fputs("</title>\n<style>\n", out);
+    page_style(out);
+    fputs("</style>\n</head>\n<body>\n", out);
 }
 
 void page_draw(FILE *out, page_script *write, const void *subject, const char *caption, struct error *picture) {

@@ -7,6 +7,9 @@
 
 #include "status.h"
 
+/* The style of all of them, CSS; palette and type are those of the live page, too. */
+void page_style(FILE *out);
+
 /* Up to and with <body>. */
 void page_begin(FILE *out, const char *title);
 

@@ -1,0 +1,15 @@
+/* The files of src/monitor/page/, as the Makefile puts them into the program. */
+#ifndef HEXID_LIVE_PAGE_H
+#define HEXID_LIVE_PAGE_H
+
+#include <stddef.h>
+
+struct live_file {
+    const char *name; /* "live.css" */
+    const unsigned char *data;
+    size_t size;
+};
+
+extern const struct live_file live_files[]; /* ended by one without a name */
+
+#endif

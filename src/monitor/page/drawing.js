@@ -1,0 +1,185 @@
+// The machine in motion: a platform as a wire drawing, a single cylinder from its side. Frames as in hexid: x forward, y right, z down.
+import { fixed } from "./words.js";
+
+const TURN = 28 * Math.PI / 180, TILT = 24 * Math.PI / 180; // of the eye: behind, to the left, above
+const FACTORS = [1, 2, 5, 10, 20, 50, 100, 200]; // by which small motion is enlarged, to
+const ROOM = 0.12; // of the drawing's size at most
+const AXIS = 0.25; // length of a drawn axis, of that size
+const HALF_LIFE_S = 4; // of the memory for how large it was
+
+const points = (flat) => Array.from({ length: flat.length / 3 }, (_, i) => flat.slice(3 * i, 3 * i + 3));
+const between = (a, b, share) => a.map((x, i) => x + share * (b[i] - x));
+
+// Rz(psi) Ry(theta) Rx(phi) p + (x y z).
+function moved(p, [x, y, z, phi, theta, psi]) {
+  const [cf, sf, ct, st, cp, sp] = [phi, theta, psi].flatMap((a) => [Math.cos(a), Math.sin(a)]);
+  const [a, b, c] = [p[0], cf * p[1] - sf * p[2], sf * p[1] + cf * p[2]];
+  const [d, e] = [ct * a + st * c, ct * c - st * a];
+  return [cp * d - sp * b + x, sp * d + cp * b + y, e + z];
+}
+
+// Right and down in the picture, metres.
+function seen([x, y, z]) {
+  const across = x * Math.sin(TURN) + y * Math.cos(TURN), away = x * Math.cos(TURN) - y * Math.sin(TURN);
+  return [across, z * Math.cos(TILT) - away * Math.sin(TILT)];
+}
+
+// From left to right and from top to bottom.
+function boxOf(list) {
+  const flat = list.map(seen);
+  return [0, 1].map((i) => [Math.min(...flat.map((p) => p[i])), Math.max(...flat.map((p) => p[i]))]);
+}
+
+export class Drawing {
+  constructor(canvas, machine) {
+    this.canvas = canvas;
+    this.machine = machine;
+    this.faultyLegs = 0; // a bit each
+    this.caption = "";
+    if (machine.mechanism === "axis") return;
+    this.upper = points(machine.upper_m);
+    this.lower = points(machine.lower_m);
+    const joints = [...this.upper, ...this.lower];
+    this.size = Math.max(...boxOf(joints).map(([low, high]) => high - low));
+    this.axis = AXIS * this.size;
+    this.box = boxOf([...joints, [1.2 * this.axis, 0, 0], [0, 1.2 * this.axis, 0]]);
+    this.arm = Math.max(...this.upper.map((p) => Math.hypot(...p)));
+    this.peak = 0;
+    this.factor = 1;
+  }
+
+  draw(cycle) {
+    const { canvas } = this, ratio = devicePixelRatio;
+    const width = Math.round(canvas.clientWidth * ratio), height = Math.round(canvas.clientHeight * ratio);
+    if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+    const style = getComputedStyle(canvas);
+    this.colour = (name) => style.getPropertyValue("--" + name);
+    this.pen = canvas.getContext("2d");
+    this.pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    this.pen.clearRect(0, 0, canvas.clientWidth, canvas.clientHeight);
+    this.pen.font = "600 13px " + style.fontFamily;
+    this.pen.textAlign = "center";
+    this.pen.textBaseline = "middle";
+    if (this.machine.mechanism === "axis") this.drawCylinder(cycle);
+    else this.drawPlatform(cycle);
+  }
+
+  // ---- strokes of the pen ----
+
+  path(corners, close) {
+    this.pen.beginPath();
+    corners.forEach(([x, y], i) => (i ? this.pen.lineTo(x, y) : this.pen.moveTo(x, y)));
+    if (close) this.pen.closePath();
+  }
+
+  line(a, b, colour, width) {
+    this.path([a, b], false);
+    Object.assign(this.pen, { strokeStyle: colour, lineWidth: width, lineCap: "butt" });
+    this.pen.stroke();
+  }
+
+  outline(corners, colour, width, dash = []) {
+    this.path(corners, true);
+    Object.assign(this.pen, { strokeStyle: colour, lineWidth: width });
+    this.pen.setLineDash(dash);
+    this.pen.stroke();
+    this.pen.setLineDash([]);
+  }
+
+  area(corners, colour, alpha) {
+    this.path(corners, true);
+    this.pen.globalAlpha = alpha;
+    this.pen.fillStyle = colour;
+    this.pen.fill();
+    this.pen.globalAlpha = 1;
+  }
+
+  word(text, [x, y], colour) {
+    this.pen.fillStyle = colour;
+    this.pen.fillText(text, x, y);
+  }
+
+  // ---- the platform ----
+
+  // Metres to pixels, the neutral machine in the middle with a margin for its travel.
+  place(p) {
+    const [[left, right], [top, bottom]] = this.box, margin = 1.2;
+    const scale = Math.min(this.canvas.clientWidth / (right - left), this.canvas.clientHeight / (bottom - top)) / margin;
+    const [x, y] = seen(p);
+    return [this.canvas.clientWidth / 2 + scale * (x - (left + right) / 2), this.canvas.clientHeight / 2 + scale * (y - (top + bottom) / 2)];
+  }
+
+  // How much small motion is enlarged: never so that it leaves the drawing, and back slowly.
+  enlarge(cycle) {
+    const size = Math.max(...cycle.pose_m_rad.map((x, i) => Math.abs(x) * (i < 3 ? 1 : this.arm)), 1e-6);
+    const passed = Math.max(0, cycle.time_s - (this.then ?? cycle.time_s));
+    this.then = cycle.time_s;
+    this.peak = Math.max(size, this.peak * 0.5 ** (passed / HALF_LIFE_S));
+    const room = ROOM * this.size;
+    if (this.factor * this.peak > room || 3 * this.factor * this.peak < room)
+      this.factor = FACTORS.findLast((f) => f * this.peak <= room) ?? 1;
+    this.caption = this.factor > 1 ? `Motion from neutral drawn ${this.factor} times as large.` : "Drawn to scale.";
+  }
+
+  drawPlatform(cycle) {
+    const known = (pose) => pose.every((x) => x !== null);
+    if (!known(cycle.pose_m_rad)) return;
+    this.enlarge(cycle);
+    const at = (pose) => this.upper.map((p) => moved(p, pose.map((x) => x * this.factor)));
+    const upper = at(cycle.pose_m_rad), base = this.lower.map((p) => this.place(p));
+    this.area(base, this.colour("grid"), 1);
+    this.outline(base, this.colour("rod"), 1);
+    const farFirst = [...upper.keys()].sort((a, b) => base[a][1] - base[b][1]);
+    for (const leg of farFirst) this.drawLeg(leg, upper[leg]);
+    this.area(upper.map((p) => this.place(p)), this.colour("plate"), 0.7);
+    this.outline(upper.map((p) => this.place(p)), this.colour("ink"), 1.5);
+    if (known(cycle.ref_m_rad)) this.outline(at(cycle.ref_m_rad).map((p) => this.place(p)), this.colour("accent"), 1.5, [6, 4]);
+    this.drawAxes(cycle.pose_m_rad.map((x) => x * this.factor));
+    if (known(cycle.ref_m_rad)) this.caption += " Dashed: the reference.";
+  }
+
+  drawLeg(leg, joint) {
+    const foot = this.lower[leg], faulty = (this.faultyLegs >> leg) & 1;
+    this.line(this.place(foot), this.place(joint), faulty ? this.colour("alarm") : this.colour("rod"), 3.5);
+    this.line(this.place(foot), this.place(between(foot, joint, 0.55)), faulty ? this.colour("alarm") : this.colour("body"), 13);
+    this.word(String(leg + 1), this.place(between(foot, joint, 0.28)), this.colour("paper"));
+  }
+
+  drawAxes(pose) {
+    const origin = moved([0, 0, 0], pose);
+    ["x", "y", "z"].forEach((name, i) => {
+      const end = [0, 0, 0], beyond = [0, 0, 0];
+      end[i] = this.axis, beyond[i] = 1.15 * this.axis;
+      this.line(this.place(origin), this.place(moved(end, pose)), this.colour("alarm"), 2);
+      this.word(name, this.place(moved(beyond, pose)), this.colour("alarm"));
+    });
+  }
+
+  // ---- one cylinder ----
+
+  drawCylinder(cycle) {
+    const { clientWidth: width, clientHeight: height } = this.canvas, { middle_m: middle, stroke_m: stroke } = this.machine;
+    const position = cycle.pose_m_rad[0], reference = cycle.ref_m_rad[0], y = 0.45 * height;
+    const [left, bodyEnd, travelFrom, travel] = [0.04, 0.42, 0.48, 0.4].map((share) => share * width);
+    const x = (reading) => travelFrom + travel * Math.min(1, Math.max(0, (reading - middle) / stroke + 0.5));
+    const box = (from, to, half) => [[from, y - half], [to, y - half], [to, y + half], [from, y + half]];
+    this.area(box(left, bodyEnd, 34), this.faultyLegs ? this.colour("alarm") : this.colour("body"), 1);
+    if (position !== null) {
+      this.line([bodyEnd, y], [x(position), y], this.colour("rod"), 16);
+      this.area(box(x(position), x(position) + 0.06 * width, 46), this.colour("plate"), 1);
+      this.outline(box(x(position), x(position) + 0.06 * width, 46), this.colour("ink"), 1.5);
+    }
+    if (reference !== null) this.line([x(reference), y - 62], [x(reference), y + 62], this.colour("accent"), 2);
+    this.drawStroke(x, y + 84);
+    this.caption = `Position ${fixed(1e3 * position, 2)} mm; the stroke is ${fixed(1e3 * stroke, 0)} mm.` + (reference !== null ? " Blue: the reference." : "");
+  }
+
+  drawStroke(x, y) {
+    const { middle_m: middle, stroke_m: stroke } = this.machine, ends = [-0.5, 0, 0.5].map((share) => middle + share * stroke);
+    this.line([x(ends[0]), y], [x(ends[2]), y], this.colour("rod"), 1);
+    for (const reading of ends) {
+      this.line([x(reading), y - 5], [x(reading), y + 5], this.colour("rod"), 1);
+      this.word(`${fixed(1e3 * reading, 0)} mm`, [x(reading), y + 18], this.colour("soft"));
+    }
+  }
+}

@@ -1,0 +1,231 @@
+// The live page: listens to the server's stream (/events) and keeps the page's words and numbers at what was heard last. What comes from
+// messages goes into the page as text, never as HTML.
+import { Drawing } from "./drawing.js";
+import { Strips } from "./strips.js";
+import { showMatrix } from "./matrix.js";
+import { at, fillTable, fixed, sentence } from "./words.js";
+
+const SILENT_S = 1, MISFIT_M = 1e-3, EVENTS_SHOWN = 14, EVENTS_KEPT = 64;
+const PHASES = ["", "settling", "ramp in", "evaluated part", "ramp out"];
+const FLAGS = ["stale", "late", "samples dropped", "invalid", "overrun", "I/O error", "another master", "interlock open", "command not written"];
+const DOF_NAMES = { phi: "φ", theta: "θ", psi: "ψ" };
+
+let machine = null; // what the configuration says
+let run = null; // of what is shown
+let newest = null; // cycle
+let drawn = null; // cycle that is on the screen
+let fault = null;
+let events = [], results = [];
+let matrices = {};
+let drawing, strips;
+
+const axis = () => machine.mechanism === "axis";
+const dofName = (dof) => DOF_NAMES[machine.dofs[dof]] ?? machine.dofs[dof];
+
+// ---- what the machine is ----
+
+function meet(data) {
+  machine = data;
+  drawing = new Drawing(at("drawing"), machine);
+  strips = new Strips(at("strips"), machine);
+  at("machine").textContent = (axis() ? "a single cylinder" : "a platform with six legs") + " on " + machine.lcm_url;
+  at("drawing").setAttribute("aria-label", axis() ? "the cylinder" : "the platform with its six legs");
+  document.body.classList.toggle("axis", axis());
+  at("tests_part").hidden = at("matrix_part").hidden = axis();
+  forget();
+}
+
+// Another start of hexid: nothing of the one before is left on the page but its events.
+function forget() {
+  newest = drawn = fault = null;
+  results = [];
+  matrices = {};
+  strips.forget();
+  showTests();
+  showMatrix(machine, matrices);
+  showLoop(null);
+}
+
+// ---- state ----
+
+const testName = (c) => (c.dof >= 0 ? dofName(c.dof) : machine.tests?.[c.test] ?? "any motion");
+
+function doing(c) {
+  if (axis()) return "recorded motion of the cylinder";
+  if (c.test < 0) return c.flags ? "samples: " + FLAGS.filter((_, bit) => (c.flags >> bit) & 1).join(", ") : "";
+  const phase = PHASES[c.phase] ? ", " + PHASES[c.phase] : "";
+  return `test ${c.test + 1} of ${machine.tests.length}: ${testName(c)}${phase}, ${fixed(c.test_time_s, 1)} s`;
+}
+
+function showState(c) {
+  const state = fault ? "fault" : machine.states[c.state];
+  at("state").textContent = state;
+  at("state").classList.toggle("alarm", state === "fault");
+  at("doing").textContent = doing(c);
+  document.title = `${state === "fault" ? "FAULT" : state} - hexid`;
+}
+
+const UNIT = (dof) => (dof < 3 ? "mm" : "mrad");
+
+function showPose(c) {
+  const rows = axis()
+    ? [["", "measured", "reference", "difference"], poseRow("position", "mm", c, 0)]
+    : [["", "measured", "reference", "difference"], ...c.pose_m_rad.map((_, i) => poseRow(dofName(i), UNIT(i), c, i))];
+  fillTable(at("pose"), rows);
+}
+
+function poseRow(name, unit, c, i) {
+  const pose = c.pose_m_rad[i], ref = c.ref_m_rad[i];
+  const scaled = (x, known) => (known ? fixed(1e3 * x, 2) : "–");
+  return [`${name}, ${unit}`, scaled(pose, pose !== null), scaled(ref, ref !== null), scaled(pose - ref, pose !== null && ref !== null)];
+}
+
+// A cylinder's length is its position, which stands above.
+function showLegs(c) {
+  const given = (x, scale, digits) => (x === null ? "–" : fixed(x * scale, digits));
+  const row = (i) => [given(c.p1_pa[i], 1e-6, 2), given(c.p2_pa[i], 1e-6, 2), given(c.force_n[i], 1, 0), given(c.valve[i], 1, 3)];
+  const head = ["P1, MPa", "P2, MPa", "force, N", "valve"];
+  if (axis()) fillTable(at("legs"), [["", ...head], ["cylinder", ...row(0)]]);
+  else fillTable(at("legs"), [["leg", "length, m", ...head], ...c.length_m.map((length, i) => [String(i + 1), given(length, 1, 4), ...row(i)])]);
+}
+
+// A run that ends with its fault sends no state of it: the fault's own word counts.
+function showFault(told) {
+  fault = told;
+  if (newest) showState(newest);
+  at("fault").hidden = !fault;
+  drawing.faultyLegs = fault?.legs ?? 0;
+  if (!fault) return;
+  at("fault_name").textContent = "Fault: " + fault.name.replaceAll("_", " ");
+  at("fault_cause").textContent = sentence(fault.cause);
+  at("fault_remedy").textContent = sentence(fault.remedy.replaceAll("`", ""), false);
+}
+
+// ---- health ----
+
+function showHealth(health) {
+  if (run !== null && health.run !== run) forget();
+  run = health.run;
+  const never = health.silence_s === null, silent = never || health.silence_s > SILENT_S;
+  at("live").classList.toggle("silent", silent);
+  at("link").classList.toggle("broken", silent);
+  at("link").textContent = never ? "no hexid heard yet" : silent ? `nothing heard for ${Math.floor(health.silence_s)} s` : "live";
+  at("misfit").hidden = !(health.misfit_m > MISFIT_M);
+  at("misfit").textContent = `Pose and leg lengths do not fit this configuration, by ${fixed(1e3 * health.misfit_m, 0)} mm: give hexid monitor the ` +
+    "configuration (-c) of the hexid that it shows, or drawing and nominal matrix are another machine's.";
+  if (never) at("state").textContent = "waiting for hexid";
+  const again = health.run > 1 ? `start ${health.run} since this page is served, ` : "";
+  at("when").textContent = newest ? `${again}${fixed(newest.time_s, 1)} s of the loop's time` : "";
+  fillTable(at("loop"), loopRows(health), false);
+}
+
+let loopStats = null, lastHealth = null;
+function showLoop(stats) {
+  loopStats = stats;
+  if (lastHealth) fillTable(at("loop"), loopRows(lastHealth), false);
+}
+
+function loopRows(health) {
+  lastHealth = health;
+  const s = loopStats, rows = [];
+  const us = (name, of) => rows.push([name, `${fixed(s[of + "_p50_us"], 0)}, ${fixed(s[of + "_p99_us"], 0)}, ${fixed(s[of + "_max_us"], 0)} µs`]);
+  if (s) {
+    rows.push(["cycles", `${s.cycles} of ${fixed(1e3 * s.period_s, 1)} ms`], ["deadlines missed", String(s.overruns)]);
+    if (s.timed) {
+      us("wake-up late: median, 99 %, most", "wake");
+      us("execution: median, 99 %, most", "exec");
+      if (s.pace_ratio !== undefined) rows.push(["pace", `${fixed(s.pace_ratio, 3)} of real time`],
+        ["stalls of the host", s.stalls ? `${s.stalls}, the longest ${fixed(1e3 * s.longest_stall_s, 0)} ms` : "none"]);
+    }
+    rows.push(["records lost by the recorder", String(s.lost_records)]);
+  }
+  rows.push(["messages of its state", String(health.messages)], ["lost on the way", String(health.lost)], ["not understood", String(health.dropped)]);
+  return rows;
+}
+
+// ---- tests ----
+
+function progress(c) {
+  const whole = machine.settle_s + machine.test_s;
+  if (machine.test_s === null) return `${fixed(c.test_time_s, 1)} s`;
+  const bar = document.createElement("progress");
+  bar.value = Math.min(1, Math.max(0, (c.test_time_s + machine.settle_s) / whole));
+  bar.title = `${fixed(100 * bar.value, 0)} %`;
+  return bar;
+}
+
+function resultCells(r) {
+  const unit = r.dof >= 3 ? "mrad" : "mm";
+  const unwanted = Math.max(...r.unwanted_pct.filter((x, i) => x !== null && i !== r.dof), 0);
+  return [`${fixed(1e3 * r.achieved_m_or_rad, 3)} ${unit}`, fixed(r.phase_deg, 1), fixed(unwanted, 1), String(r.excluded)];
+}
+
+function showTests() {
+  if (axis()) return;
+  const rows = machine.tests.map((name, i) => {
+    const r = results[i], now = newest?.test === i;
+    const shown = r?.dof_name ?? (now ? (newest.dof >= 0 ? machine.dofs[newest.dof] : name) : name);
+    const row = [DOF_NAMES[shown] ?? shown, ...(now ? [progress(newest), "", "", ""] : r ? resultCells(r) : ["", "", "", ""])];
+    return Object.assign(row, { kind: now ? "now" : r ? "" : "pending" });
+  });
+  fillTable(at("tests"), [["", "achieved", "phase, °", "unwanted, %", "excluded"], ...rows]);
+}
+
+// ---- events ----
+
+function showEvents(list) {
+  events = [...events, ...list].filter((e, i, all) => !i || e.number > all[i - 1].number).slice(-EVENTS_KEPT);
+  fillTable(at("events"), !events.length ? [["none yet", "", ""]] : events.slice(-EVENTS_SHOWN).reverse().map((e) => [`${fixed(e.time_s, 2)} s`, e.kind, e.text]), false);
+}
+
+// ---- the stream ----
+
+function take(cycles) {
+  for (const c of cycles) strips.take(c);
+  newest = cycles[cycles.length - 1];
+}
+
+// What is new comes to the screen when the browser draws, and not at all while nobody looks.
+function draw() {
+  requestAnimationFrame(draw);
+  if (!newest || newest === drawn) return;
+  drawn = newest;
+  showState(newest);
+  showPose(newest);
+  showLegs(newest);
+  showTests();
+  drawing.draw(newest);
+  at("drawing_caption").textContent = drawing.caption;
+  strips.draw();
+}
+
+const matrix = (name) => (data) => { matrices[name] = data; showMatrix(machine, matrices); };
+const handlers = {
+  machine: meet, health: showHealth, cycles: take, events: showEvents, fault: showFault, loop_stats: showLoop,
+  method_c: matrix("method_c"), identification: matrix("identification"),
+  test_result: (r) => { if (r) results[r.test] = r; if (newest) showTests(); },
+  gap: (g) => {
+    at("gap_part").hidden = !g;
+    if (g) [at("gap_verdict").textContent, at("gap_reason").textContent] = [g.verdict + ":", g.reason];
+  },
+};
+
+// Colours and sizes are the canvases' own to keep.
+const again = () => { drawn = null; };
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
+addEventListener("resize", again);
+
+function listen() {
+  const source = new EventSource("events");
+  for (const [name, handler] of Object.entries(handlers)) source.addEventListener(name, (event) => handler(JSON.parse(event.data)));
+  source.onerror = () => {
+    at("link").classList.add("broken");
+    at("live").classList.add("silent");
+    at("link").textContent = "hexid monitor is gone; trying again";
+    if (source.readyState === EventSource.CLOSED) setTimeout(listen, 2000); // refused: too many browsers, or another program there
+  };
+  source.onopen = () => { events = []; showEvents([]); };
+}
+
+listen();
+requestAnimationFrame(draw);

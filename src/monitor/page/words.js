@@ -1,0 +1,35 @@
+// Numbers, words and tables of the page.
+
+export const at = (id) => document.getElementById(id);
+
+// With so many decimals, a real minus sign, and no minus zero.
+export function fixed(x, digits) {
+  if (x === null || x === undefined || !Number.isFinite(x)) return "–";
+  const text = x.toFixed(digits);
+  return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");
+}
+
+// So many significant digits, without a power of ten.
+export const figures = (x, digits) => fixed(x, Math.min(6, Math.max(0, digits - 1 - Math.floor(Math.log10(Math.abs(x) || 1)))));
+
+export function sentence(text, capital = true) {
+  const first = capital ? text.charAt(0).toUpperCase() : text.charAt(0);
+  return first + text.slice(1) + (text.endsWith(".") ? "" : ".");
+}
+
+// A table of rows of cells, texts or elements; the first row is its head. Only what has changed is touched: rows stay where they are.
+export function fillTable(table, rows, head = true) {
+  while (table.rows.length > rows.length) table.deleteRow(-1);
+  rows.forEach((row, i) => {
+    const line = table.rows[i] ?? table.insertRow();
+    if (line.className !== (row.kind ?? "")) line.className = row.kind ?? "";
+    while (line.cells.length > row.length) line.deleteCell(-1);
+    row.forEach((content, k) => fillCell(line.cells[k] ?? line.appendChild(document.createElement(head && i === 0 ? "th" : "td")), content));
+  });
+}
+
+function fillCell(cell, content) {
+  if (content instanceof Node) {
+    if (!cell.firstElementChild?.isEqualNode(content)) cell.replaceChildren(content);
+  } else if (cell.childElementCount || cell.textContent !== content) cell.textContent = content;
+}

@@ -1,0 +1,104 @@
+"""A headless Chromium, driven by its DevTools protocol over a pipe: no port, no other package.
+
+    with Browser(directory) as page:
+        page.open(url)
+        page.wait("document.title.startsWith('ready')")"""
+import base64
+import json
+import os
+import subprocess
+import time
+
+PATIENCE_S = 60  # for a page; a claim about time measures it itself
+
+
+class Browser:
+    def __init__(self, directory):
+        to_browser, self.write = os.pipe()
+        self.read, from_browser = os.pipe()
+
+        def place():  # where --remote-debugging-pipe looks
+            high = [os.dup(fd) for fd in (to_browser, from_browser)]
+            for fd, target in zip(high, (3, 4)):
+                os.dup2(fd, target)
+
+        self.process = subprocess.Popen(
+            ["chromium", "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run",
+             "--disable-background-networking", "--hide-scrollbars", "--remote-debugging-pipe", f"--user-data-dir={directory}/chromium",
+             "about:blank"], preexec_fn=place, close_fds=False, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        os.close(to_browser)
+        os.close(from_browser)
+        self.number, self.buffer, self.session, self.events = 0, b"", None, []
+        target = next(t for t in self.send("Target.getTargets")["targetInfos"] if t["type"] == "page")
+        self.session = self.send("Target.attachToTarget", targetId=target["targetId"], flatten=True)["sessionId"]
+        for domain in "Page", "Runtime", "Log", "Network":
+            self.send(domain + ".enable")
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        os.close(self.write)
+        os.close(self.read)
+        self.process.terminate()
+        self.process.wait()
+
+    def message(self):
+        while b"\0" not in self.buffer:
+            more = os.read(self.read, 1 << 16)
+            assert more, "the browser ended"
+            self.buffer += more
+        one, self.buffer = self.buffer.split(b"\0", 1)
+        return json.loads(one)
+
+    def send(self, method, **params):
+        self.number += 1
+        session = {"sessionId": self.session} if self.session else {}
+        os.write(self.write, json.dumps({"id": self.number, "method": method, "params": params, **session}).encode() + b"\0")
+        while True:
+            got = self.message()
+            if got.get("id") == self.number:
+                assert "error" not in got, (method, got["error"])
+                return got["result"]
+            if "method" in got:
+                self.events.append(got)
+
+    def evaluate(self, expression):
+        got = self.send("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
+        assert "exceptionDetails" not in got, (expression, got["exceptionDetails"])
+        return got["result"].get("value")
+
+    def open(self, url):
+        self.send("Page.navigate", url=url)
+
+    def wait(self, expression, patience_s=PATIENCE_S):
+        end = time.monotonic() + patience_s
+        while not (value := self.evaluate(expression)):
+            assert time.monotonic() < end, f"not within {patience_s} s: {expression}; the page says:\n{self.evaluate('document.body.innerText')}"
+            time.sleep(0.02)
+        return value
+
+    def size(self, width, height, dark=False):
+        self.send("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+        self.send("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}])
+
+    def picture(self, path, whole=False):
+        got = self.send("Page.captureScreenshot", format="png", captureBeyondViewport=whole)
+        with open(path, "wb") as file:
+            file.write(base64.b64decode(got["data"]))
+
+    def heap_bytes(self):
+        for _ in range(3):
+            self.send("HeapProfiler.collectGarbage")
+        return self.send("Runtime.getHeapUsage")["usedSize"]
+
+    def complaints(self):
+        """What the browser's console has: errors of scripts, what the content security policy refused, what was not there."""
+        of = {"Runtime.exceptionThrown", "Log.entryAdded", "Runtime.consoleAPICalled"}
+        self.send("Runtime.evaluate", expression="0")  # what came before it is there then
+        return [e["params"] for e in self.events if e["method"] in of]
+
+    def asked(self):
+        """Addresses that the page has asked for."""
+        self.send("Runtime.evaluate", expression="0")
+        return [e["params"]["request"]["url"] for e in self.events if e["method"] == "Network.requestWillBeSent"]
