@@ -56,8 +56,8 @@ static int show_once(struct bus *bus, const struct params *params, bool json, st
         }
         if (got < 0) return broken(error);
     }
-    return error_set(error, STATUS_IO, "monitor: no hexid was heard on %s within %d s: is one running, with this lcm.url? `hexid doctor` looks at LCM",
-                     params->lcm.url, ONCE_MS / 1000);
+    return error_set(error, STATUS_IO, "monitor: no hexid was heard on %s within %d s: is one running, with this lcm.url? "
+                     "`hexid doctor` looks at LCM", params->lcm.url, ONCE_MS / 1000);
 }
 
 /* ---- on and on ---- */
@@ -77,7 +77,7 @@ static int show_stream(struct bus *bus, const struct params *params, bool json, 
         if (got < 0) return broken(error);
         if (waited || told) continue;
         char line[PARAMS_TEXT_SIZE + 80];
-        snprintf(line, sizeof line, heard ? "nothing more is heard on %s: waiting" : "nothing yet: waiting for a hexid on %s", params->lcm.url);
+        snprintf(line, sizeof line, "nothing %s: waiting for a hexid on %s", heard ? "more" : "yet", params->lcm.url);
         terminal_say(&t, line);
         told = true;
     }
@@ -137,7 +137,8 @@ int cmd_monitor(int argc, char **argv) {
     struct error error;
     struct bus *bus = NULL;
     int status = options_parse(&o, argc, argv, "cSh1J", 0, &error);
-    if (!status && o.http && (o.once || o.json_lines)) status = error_set(&error, STATUS_USAGE, "--http, --once, --json: a page, or one of the others");
+    if (!status && o.http && (o.once || o.json_lines))
+        status = error_set(&error, STATUS_USAGE, "--http: a page has no --once and no --json");
     if (!status) status = options_bus(&o, &params, &bus, &error);
     if (!status) status = bus_listen(bus, "HEXID_", BUS_ANYONE, &error);
     if (!status) {

@@ -15,7 +15,8 @@ enum { BACKLOG = 32 };
 /* ---- addresses ---- */
 
 static int refuse(const char *text, struct error *error) {
-    return error_set(error, STATUS_USAGE, "--http %.200s: give an address and a port from 0 to 65535, as 127.0.0.1:8321, [::1]:8321 or 8321", text);
+    return error_set(error, STATUS_USAGE, "--http %.200s: give an address and a port up to 65535, as 127.0.0.1:8321, [::1]:8321 or 8321",
+                     text);
 }
 
 static bool parse_port(const char *text, int *port) {
@@ -68,7 +69,8 @@ static int port_of(int fd) {
 static int listen_at(const struct addrinfo *at) {
     int yes = 1, fd = socket(at->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (fd < 0) return -1;
-    if (!setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes) && !bind(fd, at->ai_addr, at->ai_addrlen) && !listen(fd, BACKLOG)) return fd;
+    if (!setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes) && !bind(fd, at->ai_addr, at->ai_addrlen) && !listen(fd, BACKLOG))
+        return fd;
     int reason = errno;
     close(fd);
     errno = reason;

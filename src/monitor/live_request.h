@@ -17,8 +17,8 @@ struct live_address {
 /* "127.0.0.1:8321", "localhost:8321", "[::1]:8321", "8321". -2. */
 int live_address_parse(const char *text, struct live_address *address, struct error *error);
 
-/* A socket that listens there, not blocking, or -3: the name is not known, the address is not this host's, the port is taken or needs rights.
- * url: what a browser on this host is given. loopback: nobody on another host reaches it. */
+/* A socket that listens there, not blocking, or -3: the name is not known, the address is not this host's, the port is taken or
+ * needs rights. url: what a browser on this host is given. loopback: nobody on another host reaches it. */
 struct live_listener {
     int fd;
     bool loopback;

@@ -121,8 +121,8 @@ static void leave(void *context) {
 
 /* Nothing is loaded from elsewhere, nobody shows this page inside another, and no browser keeps it. */
 static const char *const headers[][2] = {
-    {"Content-Security-Policy", "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:; base-uri 'none'; "
-                                "form-action 'none'; frame-ancestors 'none'"},
+    {"Content-Security-Policy", "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:; "
+                                "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"},
     {"X-Content-Type-Options", "nosniff"},
     {"Referrer-Policy", "no-referrer"},
     {"Cross-Origin-Resource-Policy", "same-origin"},
@@ -130,7 +130,8 @@ static const char *const headers[][2] = {
 };
 
 /* Takes over the response; NULL: no memory, the connection is ended. */
-static enum MHD_Result send_response(struct live_server *s, struct MHD_Connection *to, unsigned status, struct MHD_Response *r, const char *type) {
+static enum MHD_Result send_response(struct live_server *s, struct MHD_Connection *to, unsigned status, struct MHD_Response *r,
+                                     const char *type) {
     if (!r) return MHD_NO;
     enum MHD_Result good = s->http.add_header(r, MHD_HTTP_HEADER_CONTENT_TYPE, type);
     for (size_t i = 0; good && i < sizeof headers / sizeof *headers; i++) good = s->http.add_header(r, headers[i][0], headers[i][1]);
@@ -140,7 +141,8 @@ static enum MHD_Result send_response(struct live_server *s, struct MHD_Connectio
     return good;
 }
 
-static enum MHD_Result send_bytes(struct live_server *s, struct MHD_Connection *to, unsigned status, const void *data, size_t size, const char *type) {
+static enum MHD_Result send_bytes(struct live_server *s, struct MHD_Connection *to, unsigned status, const void *data, size_t size,
+                                  const char *type) {
     return send_response(s, to, status, s->http.response(size, (void *)(uintptr_t)data, MHD_RESPMEM_PERSISTENT), type);
 }
 
@@ -150,7 +152,8 @@ static enum MHD_Result send_words(struct live_server *s, struct MHD_Connection *
 
 /* page.css is the style of hexid's reports. */
 static enum MHD_Result send_file(struct live_server *s, struct MHD_Connection *to, const char *name) {
-    static const char *const types[][2] = {{".html", "text/html; charset=utf-8"}, {".css", "text/css"}, {".js", "text/javascript; charset=utf-8"}};
+    static const char *const types[][2] = {
+        {".html", "text/html; charset=utf-8"}, {".css", "text/css"}, {".js", "text/javascript; charset=utf-8"}};
     const char *type = types[0][1], *end = strrchr(name, '.');
     for (size_t i = 0; end && i < sizeof types / sizeof *types; i++)
         if (!strcmp(end, types[i][0])) type = types[i][1];
@@ -164,7 +167,8 @@ static enum MHD_Result send_stream(struct live_server *s, struct MHD_Connection 
     enum { BLOCK = 16384 };
     struct client *c = s->client;
     while (c < s->client + LIVE_CLIENTS && c->connection) c++;
-    if (c == s->client + LIVE_CLIENTS) return send_words(s, to, MHD_HTTP_SERVICE_UNAVAILABLE, "as many browsers as it serves watch already\n");
+    if (c == s->client + LIVE_CLIENTS)
+        return send_words(s, to, MHD_HTTP_SERVICE_UNAVAILABLE, "as many browsers as it serves watch already\n");
     *c = (struct client){.server = s, .connection = to};
     struct MHD_Response *r = s->http.response_of(MHD_SIZE_UNKNOWN, BLOCK, give, c, leave);
     if (!r) leave(c);
@@ -179,7 +183,7 @@ static enum MHD_Result handle(void *context, struct MHD_Connection *from, const 
     if (strcmp(method, MHD_HTTP_METHOD_GET) != 0 && strcmp(method, MHD_HTTP_METHOD_HEAD) != 0)
         return send_words(s, from, MHD_HTTP_METHOD_NOT_ALLOWED, "this page is for reading only\n");
     if (!live_host_allowed(s->http.header(from, MHD_HEADER_KIND, MHD_HTTP_HEADER_HOST), s->served, s->own_name))
-        return send_words(s, from, MHD_HTTP_FORBIDDEN, "this page is not served under that name: use the address, or give the name to --http\n");
+        return send_words(s, from, MHD_HTTP_FORBIDDEN, "not served under that name: use the address, or give the name to --http\n");
     if (!strcmp(url, "/events")) return send_stream(s, from);
     return send_file(s, from, !strcmp(url, "/") ? page : url + 1);
 }
@@ -202,9 +206,9 @@ int live_server_start(struct live_server **server, const struct live_listener *l
         s->state = state;
         s->served = served;
         gethostname(s->own_name, sizeof s->own_name - 1);
-        s->daemon = s->http.start(MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME, 0, NULL, NULL, handle, s, MHD_OPTION_LISTEN_SOCKET, listener->fd,
-                                  MHD_OPTION_CONNECTION_LIMIT, (unsigned)CONNECTIONS, MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)STILL_S,
-                                  MHD_OPTION_END);
+        s->daemon = s->http.start(MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME, 0, NULL, NULL, handle, s, MHD_OPTION_LISTEN_SOCKET,
+                                  listener->fd, MHD_OPTION_CONNECTION_LIMIT, (unsigned)CONNECTIONS, MHD_OPTION_CONNECTION_TIMEOUT,
+                                  (unsigned)STILL_S, MHD_OPTION_END);
         if (!s->daemon) error_set(error, STATUS_IO, "--http: libmicrohttpd does not start");
     }
     if (s && s->daemon) {

@@ -9,7 +9,7 @@
 #include "printable.h"
 #include "units.h"
 
-enum { DIGITS = 6, REORDERED_MS = 100, EVENT_TEXT = 600 };
+enum { DIGITS = 6, REORDERED_MS = 100, REORDERED_CYCLES = 100, EVENT_TEXT = 600 };
 
 static const uint64_t APART_NS = 19 * NS_PER_S / 1000; /* cycles that are kept: 50 a second, whatever the rate on the wire */
 
@@ -203,7 +203,7 @@ static void count(struct live_state *s, const struct cycle *c) {
 
 static void take_cycle(struct live_state *s, const struct cycle *c, int64_t now_ms) {
     bool back = s->heard && c->seq < s->newest.seq;
-    if (back && now_ms - s->heard_ms < REORDERED_MS) return; /* late on its way; no hexid starts again within that */
+    if (back && s->newest.seq - c->seq < REORDERED_CYCLES && now_ms - s->heard_ms < REORDERED_MS) return; /* late on its way */
     if (back || !s->heard) begin_run(s);
     fault_of_cycle(s, c);
     count(s, c);
@@ -224,7 +224,8 @@ static void take_event(struct live_state *s, const struct event *e) {
     text_printable(e->text, text, sizeof text);
     s->events++;
     j->size = 0;
-    json_text_say(j, "{\"number\":%llu", (unsigned long long)s->events);
+    json_text_say(j, "{\"number\":%llu,\"run\":%lld,\"seq\":%llu", (unsigned long long)s->events, (long long)s->run,
+                  (unsigned long long)e->seq);
     json_text_name(j, "time_s");
     json_text_rounded(j, seconds_from_ns(e->time_ns), 12);
     json_text_name(j, "kind");

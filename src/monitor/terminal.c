@@ -29,9 +29,10 @@ static void headline(const struct cycle *c) {
 }
 
 static void pose(const struct params *p, const struct cycle *c) {
+    static const char *const units[DOFS] = {"", "", " mm", "", "", " mrad"}; /* behind the last of its kind */
     if (p->mechanism == MECHANISM_AXIS) printf(" position %.2f mm", rounded(c->in.length_m[0] * 1e3, 0.01));
     else
-        for (int i = 0; i < DOFS; i++) printf(" %s %.2f%s", dof_names[i], rounded(c->pose[i] * 1e3, 0.01), i == 2 ? " mm" : i == 5 ? " mrad" : "");
+        for (int i = 0; i < DOFS; i++) printf(" %s %.2f%s", dof_names[i], rounded(c->pose[i] * 1e3, 0.01), units[i]);
 }
 
 /* From the middle, where 0 is, to the end that is 1 or -1. */

@@ -25,7 +25,8 @@ class Browser:
         self.process = subprocess.Popen(
             ["chromium", "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run",
              "--disable-background-networking", "--hide-scrollbars", "--remote-debugging-pipe", f"--user-data-dir={directory}/chromium",
-             "about:blank"], preexec_fn=place, close_fds=False, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+             "about:blank"], preexec_fn=place, close_fds=False, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL)
         os.close(to_browser)
         os.close(from_browser)
         self.number, self.buffer, self.session, self.events = 0, b"", None, []
@@ -70,11 +71,14 @@ class Browser:
 
     def open(self, url):
         self.send("Page.navigate", url=url)
+        self.wait(f"location.href == {json.dumps(url)} && document.readyState == 'complete'")
 
     def wait(self, expression, patience_s=PATIENCE_S):
         end = time.monotonic() + patience_s
         while not (value := self.evaluate(expression)):
-            assert time.monotonic() < end, f"not within {patience_s} s: {expression}; the page says:\n{self.evaluate('document.body.innerText')}"
+            if time.monotonic() > end:
+                page = self.evaluate("document.body.innerText")
+                raise AssertionError(f"not within {patience_s} s: {expression}; the page says:\n{page}")
             time.sleep(0.02)
         return value
 

@@ -49,5 +49,6 @@ shown = hexid.test_result_t()
 shown.dof_name = "x\033]0;title\a"
 bus.publish("HEXID_TEST_RESULT", shown.encode())
 bus.publish("HEXID_EVENT", event("no\033[2Jte", "a\u009b31m\n\u202eb"))
+bus.publish("HEXID_EVENT", event("note", "<img src=x onerror='window.hurt = 1'></script><script>window.hurt = 1</script>"))
 bus.publish("HEXID_EVENT", event("note", "the last one"))
 time.sleep(0.05)

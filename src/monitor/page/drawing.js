@@ -106,7 +106,8 @@ export class Drawing {
     const [[left, right], [top, bottom]] = this.box, margin = 1.2;
     const scale = Math.min(this.canvas.clientWidth / (right - left), this.canvas.clientHeight / (bottom - top)) / margin;
     const [x, y] = seen(p);
-    return [this.canvas.clientWidth / 2 + scale * (x - (left + right) / 2), this.canvas.clientHeight / 2 + scale * (y - (top + bottom) / 2)];
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    return [width / 2 + scale * (x - (left + right) / 2), height / 2 + scale * (y - (top + bottom) / 2)];
   }
 
   // How much small motion is enlarged: never so that it leaves the drawing, and back slowly.
@@ -171,7 +172,8 @@ export class Drawing {
     }
     if (reference !== null) this.line([x(reference), y - 62], [x(reference), y + 62], this.colour("accent"), 2);
     this.drawStroke(x, y + 84);
-    this.caption = `Position ${fixed(1e3 * position, 2)} mm; the stroke is ${fixed(1e3 * stroke, 0)} mm.` + (reference !== null ? " Blue: the reference." : "");
+    const known = reference !== null ? " Blue: the reference." : "";
+    this.caption = `Position ${fixed(1e3 * position, 2)} mm; the stroke is ${fixed(1e3 * stroke, 0)} mm.${known}`;
   }
 
   drawStroke(x, y) {

@@ -7,7 +7,8 @@ import { at, fillTable, fixed, sentence } from "./words.js";
 
 const SILENT_S = 1, MISFIT_M = 1e-3, EVENTS_SHOWN = 14, EVENTS_KEPT = 64;
 const PHASES = ["", "settling", "ramp in", "evaluated part", "ramp out"];
-const FLAGS = ["stale", "late", "samples dropped", "invalid", "overrun", "I/O error", "another master", "interlock open", "command not written"];
+const FLAGS = ["stale", "late", "samples dropped", "invalid", "overrun", "I/O error", "another master", "interlock open",
+  "command not written"];
 const DOF_NAMES = { phi: "φ", theta: "θ", psi: "ψ" };
 
 let machine = null; // what the configuration says
@@ -57,8 +58,14 @@ function doing(c) {
   return `test ${c.test + 1} of ${machine.tests.length}: ${testName(c)}${phase}, ${fixed(c.test_time_s, 1)} s`;
 }
 
+// The wire has not every cycle: the last word on a run's state may be an event's.
+function stateOf(c) {
+  const said = events.findLast((e) => e.kind === "state" && e.run === run);
+  return fault ? "fault" : said && said.seq > c.seq ? said.text : machine.states[c.state];
+}
+
 function showState(c) {
-  const state = fault ? "fault" : machine.states[c.state];
+  const state = stateOf(c);
   at("state").textContent = state;
   at("state").classList.toggle("alarm", state === "fault");
   at("doing").textContent = doing(c);
@@ -86,7 +93,10 @@ function showLegs(c) {
   const row = (i) => [given(c.p1_pa[i], 1e-6, 2), given(c.p2_pa[i], 1e-6, 2), given(c.force_n[i], 1, 0), given(c.valve[i], 1, 3)];
   const head = ["P1, MPa", "P2, MPa", "force, N", "valve"];
   if (axis()) fillTable(at("legs"), [["", ...head], ["cylinder", ...row(0)]]);
-  else fillTable(at("legs"), [["leg", "length, m", ...head], ...c.length_m.map((length, i) => [String(i + 1), given(length, 1, 4), ...row(i)])]);
+  else {
+    const rows = c.length_m.map((length, i) => [String(i + 1), given(length, 1, 4), ...row(i)]);
+    fillTable(at("legs"), [["leg", "length, m", ...head], ...rows]);
+  }
 }
 
 // A run that ends with its fault sends no state of it: the fault's own word counts.
@@ -111,8 +121,8 @@ function showHealth(health) {
   at("link").classList.toggle("broken", silent);
   at("link").textContent = never ? "no hexid heard yet" : silent ? `nothing heard for ${Math.floor(health.silence_s)} s` : "live";
   at("misfit").hidden = !(health.misfit_m > MISFIT_M);
-  at("misfit").textContent = `Pose and leg lengths do not fit this configuration, by ${fixed(1e3 * health.misfit_m, 0)} mm: give hexid monitor the ` +
-    "configuration (-c) of the hexid that it shows, or drawing and nominal matrix are another machine's.";
+  at("misfit").textContent = `Pose and leg lengths do not fit this configuration, by ${fixed(1e3 * health.misfit_m, 0)} mm: give hexid ` +
+    "monitor the configuration (-c) of the hexid that it shows, or drawing and nominal matrix are another machine's.";
   if (never) at("state").textContent = "waiting for hexid";
   const again = health.run > 1 ? `start ${health.run} since this page is served, ` : "";
   at("when").textContent = newest ? `${again}${fixed(newest.time_s, 1)} s of the loop's time` : "";
@@ -128,7 +138,7 @@ function showLoop(stats) {
 function loopRows(health) {
   lastHealth = health;
   const s = loopStats, rows = [];
-  const us = (name, of) => rows.push([name, `${fixed(s[of + "_p50_us"], 0)}, ${fixed(s[of + "_p99_us"], 0)}, ${fixed(s[of + "_max_us"], 0)} µs`]);
+  const us = (name, of) => rows.push([name, ["p50", "p99", "max"].map((q) => fixed(s[`${of}_${q}_us`], 0)).join(", ") + " µs"]);
   if (s) {
     rows.push(["cycles", `${s.cycles} of ${fixed(1e3 * s.period_s, 1)} ms`], ["deadlines missed", String(s.overruns)]);
     if (s.timed) {
@@ -139,7 +149,8 @@ function loopRows(health) {
     }
     rows.push(["records lost by the recorder", String(s.lost_records)]);
   }
-  rows.push(["messages of its state", String(health.messages)], ["lost on the way", String(health.lost)], ["not understood", String(health.dropped)]);
+  rows.push(["messages of its state", String(health.messages)], ["lost on the way", String(health.lost)],
+    ["not understood", String(health.dropped)]);
   return rows;
 }
 
@@ -175,7 +186,9 @@ function showTests() {
 
 function showEvents(list) {
   events = [...events, ...list].filter((e, i, all) => !i || e.number > all[i - 1].number).slice(-EVENTS_KEPT);
-  fillTable(at("events"), !events.length ? [["none yet", "", ""]] : events.slice(-EVENTS_SHOWN).reverse().map((e) => [`${fixed(e.time_s, 2)} s`, e.kind, e.text]), false);
+  const rows = events.slice(-EVENTS_SHOWN).reverse().map((e) => [`${fixed(e.time_s, 2)} s`, e.kind, e.text]);
+  fillTable(at("events"), rows.length ? rows : [["none yet", "", ""]], false);
+  if (newest) showState(newest);
 }
 
 // ---- the stream ----

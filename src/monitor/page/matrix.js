@@ -28,7 +28,8 @@ function entryRow(machine, entry, c, a) {
   const std = c?.mt_std_si[place], found = c?.mt_si[place];
   const digits = Number.isFinite(std) && std > 0 ? Math.max(0, Math.min(4, 1 - Math.floor(Math.log10(std)))) : 3;
   const signed = (x) => (x > 0 ? "+" : "") + fixed(x, 2);
-  return [`${entry.name}, ${entry.unit.replace("^2", "²")}`, figures(nominal, 5), found == null ? "–" : `${fixed(found, digits)} ± ${fixed(std, digits)}`,
+  return [`${entry.name}, ${entry.unit.replace("^2", "²")}`, figures(nominal, 5),
+    found == null ? "–" : `${fixed(found, digits)} ± ${fixed(std, digits)}`,
     Number.isFinite(ofC.value) ? signed(ofC.value) : "–", Number.isFinite(ofA.value) ? signed(ofA.value) : "–",
     whisker(ofC.value, SURE * (std ?? 0) * ofC.scale)];
 }
@@ -37,7 +38,9 @@ export function showMatrix(machine, { method_c: c, identification: a }) {
   if (machine.mechanism === "axis") return;
   const rows = machine.entries.map((entry) => entryRow(machine, entry, c, a));
   fillTable(at("matrix"), [["", "nominal", "method C", "C, %", "A, %", "C ± 95 %"], ...rows]);
-  at("matrix_state").textContent = (c ? `Method C after ${c.tests} ${c.tests === 1 ? "test" : "tests"}: ${c.determined} of 21 entries determined. ` :
-    "Comes after the first test. ") + "Differences in % of the root of Mii Mjj; the bar ends at ±10 %. Method A comes after the sixth test.";
+  const soFar = c ? `Method C after ${c.tests} ${c.tests === 1 ? "test" : "tests"}: ${c.determined} of 21 entries determined.` :
+    "Comes after the first test.";
+  at("matrix_state").textContent = soFar + " Differences in % of the root of Mii Mjj; the bar ends at ±10 %. " +
+    "Method A comes after the sixth test.";
   at("verdict").textContent = a ? `Verdict of the run: ${[a.verdict.replaceAll("_", " "), ...a.reasons].join("; ")}.` : "";
 }

@@ -24,7 +24,8 @@ export function fillTable(table, rows, head = true) {
     const line = table.rows[i] ?? table.insertRow();
     if (line.className !== (row.kind ?? "")) line.className = row.kind ?? "";
     while (line.cells.length > row.length) line.deleteCell(-1);
-    row.forEach((content, k) => fillCell(line.cells[k] ?? line.appendChild(document.createElement(head && i === 0 ? "th" : "td")), content));
+    const kind = head && i === 0 ? "th" : "td";
+    row.forEach((content, k) => fillCell(line.cells[k] ?? line.appendChild(document.createElement(kind)), content));
   });
 }
 

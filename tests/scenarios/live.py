@@ -1,0 +1,251 @@
+"""The live page as its readers and its attackers see it: live.py CLAIM WORK HEXID URL, in a network of its own. WORK has axis.lcm."""
+import json
+import pathlib
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "peers"))
+from browser import Browser  # noqa: E402
+
+WORK, HEXID, URL = sys.argv[2:5]
+LCM = "--set", "lcm.url=" + URL
+QUICK = [option for setting in ("sim.engine=closed_form", "motion.engage_s=1.6", "motion.park_s=1.6", "motion.hold_s=0.1",
+                                "tests.settle_s=0.2", "tests.ramp_s=0.3", "tests.duration_s=1", "tests.ramp_out_s=0.2")
+         for option in ("--set", setting)]
+cleanup = []
+SIZES = [(width, dark) for width in (1200, 420) for dark in (False, True)]
+TEXT = "document.body.innerText"
+# Elements whose text is wider than they are, or that stand out of the window; canvases without a mark.
+CLIPPED = """[...document.querySelectorAll('td, th, h1, h2, p, figcaption, header span')].filter(e => e.offsetParent &&
+    (e.scrollWidth > e.clientWidth + 1 && getComputedStyle(e).display != 'inline' || e.getBoundingClientRect().right > innerWidth + 1))
+    .map(e => e.outerHTML)"""
+BLANK = """[...document.querySelectorAll('canvas')].filter(c => { const blank = document.createElement('canvas');
+    [blank.width, blank.height] = [c.width, c.height]; return !c.width || c.toDataURL() == blank.toDataURL(); }).length"""
+
+
+class Monitor:
+    """hexid monitor --http; where it is served."""
+    def __init__(self, *options, port=0):
+        command = [HEXID, "monitor", *options, *LCM, "--http", f"127.0.0.1:{port}"]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        self.url = self.process.stdout.readline().split()[-1]
+        self.port = int(self.url.split(":")[2].strip("/"))
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.send_signal(signal.SIGTERM)
+        assert self.process.wait() == 0, "the monitor did not end well"
+
+
+class Run:
+    """A hexid by the wall clock; its lines come as (time, line)."""
+    def __init__(self, *options):
+        command = [HEXID, "run", "--rt", "off", *QUICK, *LCM, *options]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.kill()
+        self.process.wait()
+
+    def line(self, word):
+        """When a line with this word came."""
+        for line in self.process.stdout:
+            if word in line:
+                return time.time()
+        raise AssertionError("no line of the run has " + word)
+
+
+def page(monitor):
+    browser = Browser(WORK)
+    browser.size(1200, 900)
+    browser.open(monitor.url)
+    return browser
+
+
+def state(word):
+    return f"document.getElementById('state').textContent == '{word}'"
+
+
+def fits(browser):
+    """At every width, in light and in dark: no wider than the window, no label cut off, everything drawn, colours of the scheme."""
+    for width, dark in SIZES:
+        browser.size(width, 900, dark)
+        browser.wait("innerWidth == %d" % width)
+        browser.evaluate("new Promise(done => requestAnimationFrame(() => setTimeout(done, 200)))")
+        seen = browser.evaluate(f"""({{width: document.documentElement.scrollWidth, blank: {BLANK}, clipped: {CLIPPED},
+            ground: getComputedStyle(document.body).backgroundColor}})""")
+        print(width, "dark" if dark else "light", seen)
+        light = sum(int(x) for x in seen["ground"][4:-1].split(",")) / 765
+        assert seen["width"] <= width and not seen["blank"] and not seen["clipped"]
+        assert light < 0.2 if dark else light > 0.9
+
+
+def draws():
+    with Monitor() as monitor, page(monitor) as browser:
+        browser.wait("document.getElementById('link').textContent == 'no hexid heard yet'")
+        with Run("--set", "tests.duration_s=2"):  # what method C takes
+            browser.wait(state("testing"))
+            browser.wait("document.querySelectorAll('#tests tr')[1].textContent.includes(' mm')")  # the first result
+            browser.wait("document.getElementById('matrix_state').textContent.includes('determined')")
+            fits(browser)
+            text = browser.evaluate(TEXT)
+            before = browser.evaluate("document.getElementById('drawing').toDataURL()")
+            browser.wait(f"document.getElementById('drawing').toDataURL() != {json.dumps(before)}")
+        with Run("--fast"):
+            browser.wait("document.getElementById('verdict').textContent.includes('Verdict of the run: ')")
+            browser.wait(state("settled"))
+        for word in "six legs", "leg 1", "Leg force", "Inertia matrix", "wake-up late", "lost on the way":
+            assert word in text, (word, text)
+        assert not browser.complaints(), browser.complaints()
+        elsewhere = [url for url in browser.asked() if not url.startswith((monitor.url, "data:", "about:"))]
+        assert not elsewhere and len(browser.asked()) > 5, elsewhere
+
+
+def fault_once(options, word, shown):
+    """Seconds from the run's own line to the page's."""
+    with Monitor() as monitor, page(monitor) as browser:
+        browser.evaluate("""{ const box = document.getElementById('fault');
+            new MutationObserver(() => { if (!box.hidden) window.faultSince ??= Date.now(); }).observe(box, {attributes: true}); }""")
+        browser.wait("document.getElementById('machine').textContent != ''")
+        with Run(*options) as run:
+            told = run.line(word)
+            browser.wait("window.faultSince")
+            took = browser.evaluate("window.faultSince") / 1e3 - told
+            browser.wait(state("fault"))
+            text = browser.evaluate("document.getElementById('fault').innerText")
+            print(f"{took:.3f} s", repr(text))
+            assert shown in text and "most likely" in text and "To do: " in text and not browser.complaints()
+            assert browser.evaluate("document.title").startswith("FAULT")
+    return took
+
+
+def fault():
+    """Of up to three tries one is within the second: a machine that stands still for so long is not this program's doing."""
+    tries = []
+    for _ in range(3):
+        tries.append(fault_once(["--hal", "fault:freeze@3+60/3;sim:"], "fault", "standstill, leg 3"))  # this run ends with its fault
+        if tries[-1] < 1:
+            return
+    raise AssertionError(f"none within a second: {tries}")
+
+
+def restarts():
+    with Monitor() as monitor, page(monitor) as browser:
+        with Run():
+            browser.wait(state("testing"))
+        browser.wait("document.getElementById('link').textContent.startsWith('nothing heard for')")
+        with Run():
+            browser.wait("document.getElementById('link').textContent == 'live'")
+            browser.wait("document.getElementById('when').textContent.startsWith('start 2')")
+            browser.wait(state("testing"))
+            monitor.process.terminate()  # and its own server
+            browser.wait("document.getElementById('link').textContent.includes('is gone')")
+            monitor.process.wait()
+            with Monitor(port=monitor.port):
+                browser.wait("document.getElementById('link').textContent == 'live'")
+                browser.wait("document.querySelectorAll('#tests tr')[1].textContent.includes(' mm')")
+
+
+def cylinder():
+    with Monitor("-c", "config/axis.yaml") as monitor, page(monitor) as browser:
+        player = subprocess.Popen(["lcm-logplayer", "--lcm-url=" + URL, WORK + "/axis.lcm"], stdout=subprocess.DEVNULL)
+        cleanup.append(player.kill)
+        browser.wait("document.getElementById('pose').textContent.includes('position')")
+        browser.wait("Number(document.getElementById('loop').rows[0]?.cells[1].textContent) > 600")
+        fits(browser)
+        assert browser.evaluate("document.querySelectorAll('canvas.empty').length") == 2  # neither pressures nor valve in this recording
+        text = browser.evaluate(TEXT)
+        print(text)
+        for word in "a single cylinder", "position, mm", "Force, N", "Pressure, MPa":
+            assert word in text, word
+        for word in "leg", "platform", "matrix", "mrad", "Tests", "NaN", "undefined", "null":
+            assert word not in text, word
+        assert not browser.complaints(), browser.complaints()
+
+
+def ask(port, request, host="127.0.0.1"):
+    with socket.create_connection(("127.0.0.1", port), timeout=20) as s:
+        s.sendall(f"{request} HTTP/1.1\r\n{f'Host: {host}' if host else 'X: y'}\r\nConnection: close\r\n\r\n".encode())
+        answer = b""
+        while more := s.recv(65536):
+            answer += more
+    head, _, body = answer.partition(b"\r\n\r\n")
+    return int(head.split()[1]), head.decode().lower(), body
+
+
+def requests():
+    with Monitor() as monitor:
+        port = monitor.port
+        status, head, body = ask(port, "GET /")
+        assert status == 200 and b"<!DOCTYPE html>" in body and "default-src 'none'" in head and "nosniff" in head
+        assert ask(port, "HEAD /")[::2] == (200, b"")
+        assert ask(port, "GET /page.css")[0] == ask(port, "GET /live.js")[0] == 200
+        for method in "POST", "PUT", "DELETE", "OPTIONS", "HEXID":
+            status, head, _ = ask(port, method + " /")
+            assert status == 405 and "allow: get, head" in head, method
+        for path in "/none", "/../config/tian2015.yaml", "/live.html/", "//", "/%2e%2e/Makefile":
+            assert ask(port, "GET " + path)[0] == 404, path
+        for host in "evil.example", "evil.example:80", "localhost.evil.example":
+            assert ask(port, "GET /", host)[0] == 403 and ask(port, "GET /events", host)[0] == 403, host
+        assert ask(port, "GET /", None)[0] in (400, 403)
+        assert ask(port, "GET /", "localhost:9999")[0] == 200
+        for junk in b"\0" * 5000, b"GET / HTTP/1.1\r\n" + b"X: " + b"y" * 100000 + b"\r\n\r\n", b"GET " + b"/" * 70000:
+            with socket.create_connection(("127.0.0.1", port)) as s:
+                try:
+                    s.sendall(junk)
+                except OSError:
+                    pass  # hung up on
+        assert ask(port, "GET /")[0] == 200
+
+
+def stream(port):
+    s = socket.create_connection(("127.0.0.1", port), timeout=20)
+    s.sendall(b"GET /events HTTP/1.1\r\nHost: localhost\r\n\r\n")
+    return s
+
+
+def slow():
+    """As many readers as it serves that do not read, and one that does: it is told all cycles, and the monitor does not grow."""
+    memory = lambda pid: int(next(line for line in open(f"/proc/{pid}/status") if line.startswith("VmRSS")).split()[1])
+    with Monitor() as monitor, Run("--set", "lcm.state_every=1", "--set", "tests.duration_s=3"):
+        good = stream(monitor.port).makefile("rb")
+        sleepers = [stream(monitor.port) for _ in range(15)]
+        for s in sleepers:
+            s.recv(12)
+        assert ask(monitor.port, "GET /events")[0] == 503
+        seqs, sizes, end = [], [], time.monotonic() + 4
+        while time.monotonic() < end:
+            line = good.readline()
+            if line.startswith(b"data: [{\"seq\""):
+                seqs += [c["seq"] for c in json.loads(line[6:])]
+                sizes.append(memory(monitor.process.pid))
+        steps = {b - a for a, b in zip(seqs, seqs[1:])}
+        print(len(seqs), "cycles, apart", steps, "kB", sizes[len(sizes) // 2], sizes[-1])
+        assert len(seqs) > 100 and steps <= {10, 11}, "cycles are missing"
+        assert sizes[-1] < sizes[len(sizes) // 2] + 2000
+
+
+def strangers():
+    """Texts of others are text in the page: nothing runs, nothing is loaded."""
+    with Monitor() as monitor, page(monitor) as browser:
+        browser.wait("document.getElementById('link').textContent == 'no hexid heard yet'")
+        subprocess.run([sys.executable, "tests/peers/hostile.py", WORK, URL], check=True)
+        browser.wait("document.getElementById('events').textContent.includes('the last one')")
+        assert "<img src=x onerror=" in browser.evaluate(TEXT) and not browser.evaluate("window.hurt")
+        assert not browser.complaints(), browser.complaints()
+
+
+if __name__ == "__main__":
+    try:
+        globals()[sys.argv[1]]()
+    finally:
+        for end in cleanup:
+            end()
