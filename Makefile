@@ -105,7 +105,7 @@ docs: $(BUILD)/hexid $(BUILD)/tests/test_commands ## docs/configuration.md, the 
 	$(BUILD)/tests/test_commands --table >$(BUILD)/commands.md
 	sed -i '/^<!-- test_commands --table -->$$/q' docs/commands.md && cat $(BUILD)/commands.md >>docs/commands.md
 
-pictures: $(BUILD)/hexid | deps-test ## docs/pictures/, out of a run and a report of it
+pictures: $(BUILD)/hexid | deps-pictures ## docs/pictures/, out of a run and a report of it
 	@HEXID=$(BUILD)/hexid docs/pictures/draw.py
 
 python-types: $(BUILD)/python/hexid/__init__.py ## hexid's message types for Python -> build/python (docs/python.md)
@@ -172,6 +172,8 @@ deps-run:
 		libyaml-dev libzstd-dev zlib1g-dev)
 deps-test: deps-run
 	$(call install,can-utils chromium iproute2 kmod libcmocka-dev man-db python3-numpy python3-venv strace user-mode-linux util-linux)
+deps-pictures: deps-test
+	$(call install,pngquant)
 deps-fuzz: deps-run
 	$(call install,clang libclang-rt-14-dev)
 deps-deb: deps-run
@@ -286,6 +288,6 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
 .PHONY: all always install deb has-display run test test-long test-rt asan tsan fuzz fuzz-run bench bench-paper bench-gap bench-coverage bench-methods bench-table5 rig check-rig docs pictures python-types spy clean help
-.PHONY: deps deps-run deps-test deps-deb deps-fuzz deps-bench deps-spy
+.PHONY: deps deps-run deps-test deps-deb deps-pictures deps-fuzz deps-bench deps-spy
 .SECONDARY:
 -include $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d) $(FUZZERS:=.d)

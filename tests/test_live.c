@@ -33,12 +33,15 @@ static void hear(const char *channel, const void *data, int size, int64_t now_ms
     live_state_take(&state, &m, now_ms);
 }
 
+static double stretch_m; /* of the legs that the cycles are of */
+
 static void hear_cycle(uint64_t seq, uint32_t faults, int64_t now_ms) {
     unsigned char buffer[STATE_MESSAGE_MAX];
     struct cycle c = {.seq = seq, .in.time_ns = (int64_t)seq * 2000000, .state = STATE_TESTING, .test = 0, .faults = faults,
                       .first_fault = faults & FAULT_ANY};
     c.force_n[2] = (double)NAN;
     ik_lengths(&state.kinematics, c.pose, c.in.length_m);
+    for (int i = 0; i < LEGS; i++) c.in.length_m[i] += stretch_m;
     hear(CHANNEL_STATE, buffer, state_encode(&c, buffer), now_ms);
 }
 
@@ -95,6 +98,16 @@ static void a_cycle_is_json_and_what_it_does_not_know_is_null(void **unused) {
     assert_true(json_is_null(json_array_get(forces, 2)) && json_is_number(json_array_get(forces, 3)));
     assert_below(health("misfit_m", 0), 1e-9);
     json_decref(c);
+}
+
+static void another_machine_than_the_configured_one_is_noticed(void **unused) {
+    (void)unused;
+    stretch_m = 0.02;
+    hear_cycle(10, 0, 0);
+    assert_close(health("misfit_m", 0), stretch_m, 1e-9); /* the lengths' own rounding is 1e-16 m, JSON's six digits 1e-8 m at most */
+    hear_cycle(20, FAULT_LEG_RATE, 0); /* here the pose is an older one */
+    assert_close(health("misfit_m", 0), 0.0, 1e-9);
+    stretch_m = 0.0;
 }
 
 /* 50 a second of the loop's time are kept, whatever comes, and no more than the ring has. */
@@ -246,6 +259,7 @@ int main(void) {
 #define OF(test) cmocka_unit_test_setup_teardown(test, start, end)
     const struct CMUnitTest tests[] = {
         OF(the_machine_is_described_by_its_configuration), OF(a_cycle_is_json_and_what_it_does_not_know_is_null),
+        OF(another_machine_than_the_configured_one_is_noticed),
         OF(a_flood_of_cycles_is_thinned_and_bounded), OF(gaps_are_counted_as_lost),
         OF(a_new_start_is_noticed_and_clears_what_was_of_the_old_one), OF(a_fault_is_known_from_a_cycle_alone_until_one_has_none),
         OF(a_fault_is_known_from_its_events_alone), OF(texts_of_strangers_are_text), OF(no_message_is_counted_and_kept_out),

@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
-"""The pictures of the documentation, out of the program: make pictures. HEXID names it; chromium takes the picture of a page.
+"""The pictures of the documentation, out of the program: make pictures. HEXID names it; chromium takes the picture of a page, pngquant makes
+it small.
 
     machine.svg      joints and legs at neutral, from the configuration's geometry (docs/method.md section 1)
     gap_force.svg    the first picture of a gap report: a leg's force, measured, and by the model before and after
-    gap_report.png   the first screen of that report"""
+    gap_report.png   the first screen of that report
+    live.png         the first screen of the live page, during a run by the wall clock
+    live_fault.png   the same on a telephone, during a fault"""
 import base64
 import html
 import math
@@ -11,10 +14,14 @@ import os
 import pathlib
 import re
 import subprocess
+import sys
 import tempfile
 
 HEXID = os.path.abspath(os.environ.get("HEXID", "build/hexid"))
 HERE = pathlib.Path(__file__).parent
+sys.path.insert(0, str(HERE.parent.parent / "tests" / "peers"))
+from browser import Browser  # noqa: E402
+
 HIDDEN = [f"effects.cylinder_coulomb_friction.force_{way}_n=100" for way in ("extend", "retract")]
 
 
@@ -92,8 +99,41 @@ def report():
                         "--window-size=1240,570", f"--screenshot={HERE / 'gap_report.png'}", f"file://{page}"], check=True, capture_output=True)
 
 
-if __name__ == "__main__":
+def live():
+    """In a network of its own, where nobody else's hexid is heard."""
+    inside = "ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo && exec \"$@\""
+    user = [] if os.geteuid() == 0 else ["-Ur"]
+    subprocess.run(["unshare", "-n", *user, "sh", "-c", inside, "sh", sys.executable, __file__, "live"], check=True)
+
+
+def live_picture(name, size, moment, *options):
+    config = "-c", "config/tian2015.yaml"
+    with tempfile.TemporaryDirectory() as work:
+        monitor = subprocess.Popen([HEXID, "monitor", *config, "--http", "0"], stdout=subprocess.PIPE, text=True)
+        with Browser(work) as page:
+            page.size(*size)
+            page.open(monitor.stdout.readline().split()[-1])
+            run = subprocess.Popen([HEXID, "run", *config, "--rt", "off", *options], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            page.wait(moment, 200)
+            page.picture(HERE / (name + ".png"))
+            run.kill()
+            run.wait()
+        monitor.terminate()
+        monitor.wait()
+
+
+def live_pictures():
+    live_picture("live", (1240, 1060), "document.getElementById('doing').textContent.startsWith('test 2 of 6: y, evaluated part, 4')")
+    live_picture("live_fault", (420, 700), "document.title.startsWith('FAULT')", "--hal", "fault:freeze@9+60/3;sim:")
+
+
+if __name__ == "__main__" and sys.argv[1:] == ["live"]:
+    live_pictures()
+elif __name__ == "__main__":
     machine()
     report()
+    live()
+    for file in HERE.glob("*.png"):
+        subprocess.run(["pngquant", "--force", "--strip", "--output", file, file], check=True)
     for file in sorted(HERE.glob("*.*g")):
         print(f"{file.stat().st_size:7d} {file.relative_to(HERE.parent.parent)}")

@@ -10,7 +10,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-enum { BACKLOG = 32 };
+enum { BACKLOG = 32, SEND_BUFFER = 65536 };
 
 /* ---- addresses ---- */
 
@@ -67,8 +67,9 @@ static int port_of(int fd) {
 
 /* -1 with errno. */
 static int listen_at(const struct addrinfo *at) {
-    int yes = 1, fd = socket(at->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    int yes = 1, room = SEND_BUFFER, fd = socket(at->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (fd < 0) return -1;
+    setsockopt(fd, SOL_SOCKET, SO_SNDBUF, &room, sizeof room); /* of the connections, too: what a reader lags behind is not kept here */
     if (!setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes) && !bind(fd, at->ai_addr, at->ai_addrlen) && !listen(fd, BACKLOG))
         return fd;
     int reason = errno;

@@ -265,9 +265,10 @@ void live_state_take(struct live_state *s, const struct bus_message *b, int64_t 
     }
 }
 
+/* A cycle with a doubt has a pose that is not of its lengths. */
 static double misfit(const struct live_state *s) {
     double length_m[LEGS], most = 0.0;
-    if (!s->heard || s->params->mechanism == MECHANISM_AXIS) return 0.0;
+    if (!s->heard || s->params->mechanism == MECHANISM_AXIS || s->newest.in.flags || s->newest.faults) return 0.0;
     ik_lengths(&s->kinematics, s->newest.pose, length_m);
     for (int i = 0; i < LEGS; i++) most = fmax(most, fabs(length_m[i] - s->newest.in.length_m[i]));
     return most;

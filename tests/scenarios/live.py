@@ -5,6 +5,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "peers"))
@@ -214,7 +215,6 @@ def stream(port):
 
 def slow():
     """As many readers as it serves that do not read, and one that does: it is told all cycles, and the monitor does not grow."""
-    memory = lambda pid: int(next(line for line in open(f"/proc/{pid}/status") if line.startswith("VmRSS")).split()[1])
     with Monitor() as monitor, Run("--set", "lcm.state_every=1", "--set", "tests.duration_s=3"):
         good = stream(monitor.port).makefile("rb")
         sleepers = [stream(monitor.port) for _ in range(15)]
@@ -226,7 +226,7 @@ def slow():
             line = good.readline()
             if line.startswith(b"data: [{\"seq\""):
                 seqs += [c["seq"] for c in json.loads(line[6:])]
-                sizes.append(memory(monitor.process.pid))
+                sizes.append(kilobytes(monitor.process.pid))
         steps = {b - a for a, b in zip(seqs, seqs[1:])}
         print(len(seqs), "cycles, apart", steps, "kB", sizes[len(sizes) // 2], sizes[-1])
         assert len(seqs) > 100 and steps <= {10, 11}, "cycles are missing"
@@ -241,6 +241,51 @@ def strangers():
         browser.wait("document.getElementById('events').textContent.includes('the last one')")
         assert "<img src=x onerror=" in browser.evaluate(TEXT) and not browser.evaluate("window.hurt")
         assert not browser.complaints(), browser.complaints()
+
+
+def kilobytes(pid):
+    return int(next(line for line in open(f"/proc/{pid}/status") if line.startswith("VmRSS")).split()[1])
+
+
+def hour():
+    """An hour of a loop's time, 1.8 million cycles: a log of 73 s played 50 times at 20 times its speed, each time a new start. After
+    the first tenth neither the server nor the page grows: a leak of ten bytes a cycle would be 16 MB in the server, and 1.6 MB in the
+    page, which gets one in ten."""
+    plays, warm, most_kb, most_heap = 50, 5, 1000, 500_000
+    with Monitor() as monitor, page(monitor) as browser:
+        for play in range(1, plays + 1):
+            subprocess.run(["lcm-logplayer", "--speed=20", "--lcm-url=" + URL, WORK + "/run.lcm"], check=True, stdout=subprocess.DEVNULL)
+            browser.wait(f"document.getElementById('when').textContent.startsWith('start {play} ')" if play > 1 else state("settled"))
+            if play in (warm, plays):
+                got = (kilobytes(monitor.process.pid), browser.heap_bytes(), browser.evaluate("document.querySelectorAll('*').length"),
+                       browser.evaluate("document.getElementById('loop').innerText.match(/messages of its state\\s+([0-9]+)/)[1]"))
+                print(f"after {play} plays: server {got[0]} kB, page's heap {got[1]} bytes, {got[2]} elements, {got[3]} states in the last",
+                      flush=True)
+                before = got if play == warm else before
+        assert got[0] - before[0] < most_kb and got[1] - before[1] < most_heap and got[2] <= before[2] + 10
+        assert not browser.complaints(), browser.complaints()
+
+
+def drain(connection):
+    while connection.recv(65536):
+        pass
+
+
+def cost():
+    """Processor time of the server, in per cent of one, with so many readers of a run by the wall clock: 50 states a second."""
+    ticks = lambda pid: sum(int(x) for x in open(f"/proc/{pid}/stat").read().rsplit(")", 1)[1].split()[11:13])
+    with Monitor() as monitor, Run("--set", "tests.duration_s=20"):
+        time.sleep(3)  # engaged
+        readers = 0
+        for count in 0, 1, 5, 16:
+            while readers < count:
+                threading.Thread(target=drain, args=(stream(monitor.port),), daemon=True).start()
+                readers += 1
+            time.sleep(1)
+            before, began = ticks(monitor.process.pid), time.monotonic()
+            time.sleep(10)
+            share = (ticks(monitor.process.pid) - before) / (time.monotonic() - began)
+            print(f"{count} readers: {share:.2f} %, {kilobytes(monitor.process.pid)} kB", flush=True)
 
 
 if __name__ == "__main__":

@@ -105,6 +105,7 @@ function showFault(told) {
   if (newest) showState(newest);
   at("fault").hidden = !fault;
   drawing.faultyLegs = fault?.legs ?? 0;
+  drawn = null; // the drawing shows which legs
   if (!fault) return;
   at("fault_name").textContent = "Fault: " + fault.name.replaceAll("_", " ");
   at("fault_cause").textContent = sentence(fault.cause);
