@@ -14,7 +14,7 @@
 #include "messages.h"
 #include "terminal.h"
 
-enum { SILENCE_MS = 2000, ONCE_MS = 3000, TURN_MS = 50, MESSAGES_AT_ONCE = 1000 };
+enum { SILENCE_MS = 2000, ONCE_MS = 3000, MESSAGES_AT_ONCE = 1000 };
 
 static volatile sig_atomic_t interrupted; /* a signal handler can reach nothing else */
 static void on_signal(int number) { interrupted = number; }
@@ -98,7 +98,7 @@ static int serve(struct bus *bus, struct live_state *state, struct live_server *
     struct bus_message m;
     while (!interrupted) {
         int got = 0;
-        if (poll(ready, 2, TURN_MS) < 0 && errno != EINTR) return error_set(error, STATUS_IO, "monitor: %s", strerror(errno));
+        if (poll(ready, 2, live_server_patience_ms(server)) < 0 && errno != EINTR) return error_set(error, STATUS_IO, "monitor: %s", strerror(errno));
         for (int n = 0; n < MESSAGES_AT_ONCE && (got = bus_receive(bus, &m)) > 0; n++) {
             if (got == 1) live_state_take(state, &m, now_ms());
             else state->dropped++;

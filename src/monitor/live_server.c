@@ -8,7 +8,7 @@
 #include "live_page.h"
 #include "page.h"
 
-enum { CONNECTIONS = 2 * LIVE_CLIENTS, STILL_S = 15, HEALTH_MS = 250, AT_ONCE = 64, RETRY_MS = 1000 };
+enum { CONNECTIONS = 2 * LIVE_CLIENTS, STILL_S = 15, HEALTH_MS = 250, AT_ONCE = 64, RETRY_MS = 1000, TURN_MS = 50 };
 
 /* One browser's stream. Numbers and versions: of what it has been sent. */
 struct client {
@@ -230,6 +230,11 @@ void live_server_stop(struct live_server *s) {
 }
 
 int live_server_fd(const struct live_server *s) { return s->http.info(s->daemon, MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd; }
+
+int live_server_patience_ms(const struct live_server *s) {
+    MHD_UNSIGNED_LONG_LONG due_ms;
+    return s->http.timeout(s->daemon, &due_ms) == MHD_YES && due_ms < TURN_MS ? (int)due_ms : TURN_MS;
+}
 
 void live_server_turn(struct live_server *s, int64_t now_ms) {
     s->now_ms = now_ms;

@@ -22,8 +22,11 @@ void live_server_stop(struct live_server *server);
 /* For poll(): something has come from a browser. */
 int live_server_fd(const struct live_server *server);
 
-/* Does what is due for the browsers, and hands on what is new in the state: to be called when the descriptor is ready, and 20
- * times a second. */
+/* So long at most may the next turn wait; 0: more can be sent at once. */
+int live_server_patience_ms(const struct live_server *server);
+
+/* Does what is due for the browsers, and hands on what is new in the state: to be called when the descriptor is ready, and when
+ * patience is over. */
 void live_server_turn(struct live_server *server, int64_t now_ms);
 
 #endif

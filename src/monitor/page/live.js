@@ -124,7 +124,11 @@ function showHealth(health) {
   at("misfit").hidden = !(health.misfit_m > MISFIT_M);
   at("misfit").textContent = `Pose and leg lengths do not fit this configuration, by ${fixed(1e3 * health.misfit_m, 0)} mm: give hexid ` +
     "monitor the configuration (-c) of the hexid that it shows, or drawing and nominal matrix are another machine's.";
-  if (never) at("state").textContent = "waiting for hexid";
+  at("live").hidden = never && !events.length && at("gap_part").hidden;
+  if (never) {
+    at("state").textContent = "waiting for hexid";
+    at("doing").textContent = `None is heard on ${machine.lcm_url}: is one running, with this lcm.url?`;
+  }
   const again = health.run > 1 ? `start ${health.run} since this page is served, ` : "";
   at("when").textContent = newest ? `${again}${fixed(newest.time_s, 1)} s of the loop's time` : "";
   fillTable(at("loop"), loopRows(health), false);
