@@ -69,4 +69,9 @@ piped() { # one state a second, whatever the rate on the wire
     [ "$states" -ge 2 ] && [ "$states" -le 5 ] && grep -q ' result ' "$work/piped"
 }
 claim "in a pipe a state a second, and results as they come" piped
+drawn() { # in place: up by the nine lines of the view
+    timeout 2 script -qc "$hexid monitor --set lcm.url=$url" /dev/null </dev/null >"$work/drawn"
+    [ "$(grep -c $'\033\[9A' "$work/drawn")" -ge 3 ] && tr -d '\r' <"$work/drawn" | sed $'s/\033\\[[0-9]*[AJ]//g' | grep '^  leg length m'
+}
+claim "on a terminal the view is redrawn in place" drawn
 { kill -KILL $run && wait $run; } 2>/dev/null || true
