@@ -224,8 +224,7 @@ static void take_event(struct live_state *s, const struct event *e) {
     text_printable(e->text, text, sizeof text);
     s->events++;
     j->size = 0;
-    json_text_say(j, "{\"number\":%llu,\"run\":%lld,\"seq\":%llu", (unsigned long long)s->events, (long long)s->run,
-                  (unsigned long long)e->seq);
+    json_text_say(j, "{\"number\":%llu,\"run\":%lld,\"seq\":%lld", (unsigned long long)s->events, (long long)s->run, (long long)e->seq);
     json_text_name(j, "time_s");
     json_text_rounded(j, seconds_from_ns(e->time_ns), 12);
     json_text_name(j, "kind");

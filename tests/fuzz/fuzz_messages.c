@@ -2,14 +2,9 @@
  * accepted must be something a cycle or a command can be, and a state must come out of it as it went in. */
 #include <assert.h>
 #include <stddef.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include <jansson.h>
-
 #include "bus.h"
-#include "config.h"
-#include "live_state.h"
 #include "messages.h"
 #include "printable.h"
 #include "supervisor.h"
@@ -65,35 +60,6 @@ static void results(const uint8_t *data, int size) {
     if (gap_decode(data, size, &g)) assert(within(g.verdict, data, size) && within(g.reason, data, size));
 }
 
-static void is_json(const struct json_text *j) {
-    json_t *root = json_loadb(j->text, j->size, 0, NULL);
-    assert(root && !j->failed);
-    json_decref(root);
-}
-
-/* On any channel: what the live page makes of it is JSON. */
-static void shown(const uint8_t *data, int size) {
-    static const char *const channels[] = {CHANNEL_STATE, CHANNEL_EVENT, CHANNEL_LOOP_STATS, CHANNEL_TEST_RESULT, CHANNEL_IDENTIFICATION,
-                                           CHANNEL_METHOD_C, CHANNEL_GAP};
-    static struct params params;
-    static struct live_state fresh, s;
-    struct error error;
-    if (!fresh.params) config_default(&params);
-    if (!fresh.params && live_state_init(&fresh, &params, &error)) abort();
-    s = fresh;
-    struct bus_message m = {.data = data, .size = size};
-    for (size_t i = 0; i < sizeof channels / sizeof *channels; i++) {
-        strcpy(m.channel, channels[i]);
-        live_state_take(&s, &m, 0);
-    }
-    if (s.cycles) is_json(&s.cycle[s.cycles % LIVE_CYCLES]);
-    if (s.events) is_json(&s.event[s.events % LIVE_EVENTS]);
-    for (int i = 0; i < LIVE_PLACES; i++)
-        if (s.place[i].size) is_json(&s.place[i]);
-    s.machine = (struct json_text){0}; /* the fresh one's */
-    live_state_free(&s);
-}
-
 /* Any text, made printable, is at most as long, has no control characters, and is printable as it is. */
 static void printable(const uint8_t *data, size_t size) {
     char text[200], out[sizeof text], again[sizeof text];
@@ -112,7 +78,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     answer(data, (int)size);
     printable(data, size);
     results(data, (int)size);
-    shown(data, (int)size);
     event(data, (int)size);
     state(data, (int)size);
     return 0;

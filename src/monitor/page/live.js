@@ -192,6 +192,7 @@ function showTests() {
 function showEvents(list) {
   events = [...events, ...list].filter((e, i, all) => !i || e.number > all[i - 1].number).slice(-EVENTS_KEPT);
   const rows = events.slice(-EVENTS_SHOWN).reverse().map((e) => [`${fixed(e.time_s, 2)} s`, e.kind, e.text]);
+  if (rows.length) at("live").hidden = false;
   fillTable(at("events"), rows.length ? rows : [["none yet", "", ""]], false);
   if (newest) showState(newest);
 }
@@ -224,6 +225,7 @@ const handlers = {
   test_result: (r) => { if (r) results[r.test] = r; if (newest) showTests(); },
   gap: (g) => {
     at("gap_part").hidden = !g;
+    if (g) at("live").hidden = false;
     if (g) [at("gap_verdict").textContent, at("gap_reason").textContent] = [g.verdict + ":", g.reason];
   },
 };
