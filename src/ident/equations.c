@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "dense.h"
+#include "shape_sizes.h"
 
 static const double LEAST_N = 1e-3;  /* of dry friction: none */
 static const double OF_NO_WEIGHT = 1e-12; /* of an unknown's own product: a prior that only rounding sees */
@@ -45,15 +46,21 @@ void equations_add(struct equations *sum, const struct equations *e) {
     sum->rate_mps = fmax(sum->rate_mps, e->rate_mps);
 }
 
+double equations_shape_variance(const struct equations *e, int i, const double size[UNKNOWN_SHAPES]) {
+    return square(fmax(e->dry_n[i / UNKNOWN_SHAPES] * size[i % UNKNOWN_SHAPES], LEAST_N));
+}
+
 static bool factor_with_prior(const struct equations *e, double nominal[DOFS][DOFS], double factor[UNKNOWNS][UNKNOWNS]) {
-    memcpy(factor, e->product, sizeof e->product);
-    for (int c = 0; c < UNKNOWNS; c++) {
+    double prior[UNKNOWN_SHAPE], size[UNKNOWN_SHAPES];
+    for (int c = 0; c < UNKNOWN_SHAPE; c++) {
         int row, column;
-        double prior = OF_NO_WEIGHT * factor[c][c];
-        if (c >= UNKNOWN_SHAPE) prior = 1.0 / square(fmax(e->dry_n[(c - UNKNOWN_SHAPE) / UNKNOWN_SHAPES], LEAST_N));
-        if (c < MATRIX_ENTRIES) equations_entry(c, &row, &column), prior = 1.0 / (nominal[row][row] * nominal[column][column]);
-        factor[c][c] += prior;
+        prior[c] = OF_NO_WEIGHT * e->product[c][c];
+        if (c < MATRIX_ENTRIES) equations_entry(c, &row, &column), prior[c] = 1.0 / (nominal[row][row] * nominal[column][column]);
     }
+    if (!shape_sizes_find(e, prior, size)) return false;
+    memcpy(factor, e->product, sizeof e->product);
+    for (int c = 0; c < UNKNOWNS; c++)
+        factor[c][c] += c < UNKNOWN_SHAPE ? prior[c] : 1.0 / equations_shape_variance(e, c - UNKNOWN_SHAPE, size);
     return dense_factor(UNKNOWNS, UNKNOWNS, factor[0]);
 }
 

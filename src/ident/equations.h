@@ -14,7 +14,8 @@
 
 #include "payload.h"
 
-enum { UNKNOWN_SHAPES = 6 }; /* of dry friction that is not the same all the time: at two low speeds, with the pressures, and just after reversals */
+enum { UNKNOWN_SHAPES = 8 }; /* of dry friction that is not the same all the time: at two low speeds, with the pressures, and after reversals of a
+                              * seal that gives, by five lengths (friction_course.h) */
 enum { UNKNOWN_VISCOUS = MATRIX_ENTRIES, UNKNOWN_DRY = UNKNOWN_VISCOUS + LEGS, /* of each leg extending, retracting */
        UNKNOWN_SHAPE = UNKNOWN_DRY + 2 * LEGS, UNKNOWNS = UNKNOWN_SHAPE + UNKNOWN_SHAPES * LEGS };
 enum { JOINT_COORDINATES = 6 * LEGS, COMMON_ATTENUATION = JOINT_COORDINATES, COMMON };
@@ -25,11 +26,12 @@ struct equations {
     double common[COMMON][UNKNOWNS];    /* what is added to `with` by a coordinate that is one standard deviation off, and by attenuation */
     double rest;                        /* weighted sum of squares that is left, W as the noise alone has it, */
     int free;                           /* and rows less unknowns */
-    double dry_n[LEGS];                 /* how large dry friction may be: the prior of its shapes */
+    double dry_n[LEGS];                 /* how large dry friction may be: the unit of its shapes' prior */
     double force_n, rate_mps;           /* root mean square of what varies of a leg's force and of its speed, where it is most: scales of friction */
 };
 
-/* The prior that keeps finite what the data leave open: for each entry sqrt(M_ii M_jj) of the configured machine. */
+/* The prior that keeps finite what the data leave open: for each entry sqrt(M_ii M_jj) of the configured machine. That of the shapes is as wide as
+ * the data, all of them together, say (shape_sizes.h). */
 struct estimate {
     double value[UNKNOWNS];
     double noise[UNKNOWNS][UNKNOWNS];           /* covariance */
@@ -45,6 +47,9 @@ void equations_name(int unknown, char name[EQUATIONS_NAME]);
 
 /* What the rows scatter by, in units of the noise that they should have. NaN: no more rows than unknowns. */
 double equations_scatter(const struct equations *e);
+
+/* A priori, of the shape UNKNOWN_SHAPE + i; size: of each kind, in units of dry friction. */
+double equations_shape_variance(const struct equations *e, int i, const double size[UNKNOWN_SHAPES]);
 
 void equations_add(struct equations *sum, const struct equations *e);
 

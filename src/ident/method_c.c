@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "dense.h"
+#include "friction_course.h"
 #include "inverse_dynamics.h"
 #include "matrix_forces.h"
 #include "nominal.h"
@@ -15,12 +16,6 @@ enum { ENTRIES = MATRIX_ENTRIES, VISCOUS = UNKNOWN_VISCOUS, DRY = UNKNOWN_DRY, S
 enum { COLUMNS = UNKNOWNS + 1, ROWS = LEGS * RESIDUAL_SIZE, PASSES = 3 };
 enum { COORDINATES = JOINT_COORDINATES / LEGS /* of a leg's two joints, the keys of geometry_error */ };
 
-static const double SURE = 3.0;        /* standard deviations of a leg's speed */
-static const double RESOLVED = 0.125;  /* of the period of a motion's highest harmonic: so near to a reversal nobody knows when it was */
-static const double STICK_MPS = 2e-3;
-static const double LOW_MPS[2] = {0.01, 0.03}; /* Stribeck */
-static const double GIVE_M[3] = {20e-6, 60e-6, 180e-6}; /* what a seal gives before it slides (presliding, Dahl) */
-static const double STUCK = 0.6;       /* of dry friction: where it is anything between both directions', about their mean (1 / sqrt(3)) */
 static const double FIRST_SHARE = 0.5; /* of the force's variation: what dry friction may be before any was found */
 static const double MODEL_ERROR = 1e-4; /* of the force's variation: what no model meets */
 
@@ -28,7 +23,6 @@ static const double MODEL_ERROR = 1e-4; /* of the force's variation: what no mod
 struct rows {
     int count;
     double column[COLUMNS][ROWS];
-    double hidden[LEGS][RESIDUAL_SIZE][RESIDUAL_SIZE]; /* covariance of a friction of 1 N that is anything where the leg may stick */
     double covariance[ROWS * ROWS];
 };
 
@@ -40,6 +34,8 @@ struct work {
     double square;          /* of what is to be explained, weighted */
     int count;              /* of rows */
     double (*staircase)[LEGS][RESIDUAL_SIZE];          /* of each test, N */
+    struct friction_course *course;                    /* of each test, and its covariance */
+    double (*doubt)[LEGS][RESIDUAL_SIZE][RESIDUAL_SIZE];
     double (*gain)[UNKNOWNS][ROWS];                    /* of each test: covariance^-1 columns, of the last pass */
     double leg_mass[LEGS][LEGS], nominal[DOFS][DOFS];
     double along[DOFS][LEGS];                          /* of a unit wrench, at neutral */
@@ -58,49 +54,9 @@ static void legs_at(const struct residual_test *t, int phase, double leg[LEGS][3
     for (int k = 0; k < LEGS; k++) spectrum_at(s->mean[CHANNEL_LENGTH][k], s->harmonics, s->omega, basis, leg[k]);
 }
 
-static double slowest_mps(const struct residual_test *t, const struct params *params, int leg, double acceleration) {
-    const struct spectrum *s = &t->spectrum;
-    double step_m = params->sensors.enabled ? params->sensors.position_resolution_m : 0.0;
-    double resolution_s = RESOLVED * 2.0 * PI / (s->omega * s->harmonics);
-    double noise_mps = SURE * spectrum_speed_std(s, leg, s->harmonics, step_m, t->fitted);
-    return fmax(fmax(fabs(acceleration) * resolution_s, noise_mps), STICK_MPS);
-}
-
-/* How far each leg has come since it last turned round, at each phase; the way from there to the next phase by its speed and acceleration. Infinite
- * before the first reversal of a motion that does not repeat. */
-static void find_gone(const struct residual_test *t, double gone_m[PHASES][LEGS]) {
-    bool cycle = t->spectrum.cycles > 0;
-    double before[LEGS][3], leg[LEGS][3], since_m[LEGS];
-    for (int k = 0; k < LEGS; k++) since_m[k] = (double)INFINITY;
-    legs_at(t, t->phases - 1, before);
-    for (int i = cycle ? -t->phases : 0; i < t->phases; i++) {
-        legs_at(t, (i + t->phases) % t->phases, leg);
-        for (int k = 0; k < LEGS; k++) {
-            bool turned = (i > 0 || cycle) && leg[k][1] * before[k][1] <= 0.0;
-            since_m[k] += fabs(leg[k][0] - before[k][0]);
-            if (turned) since_m[k] = leg[k][2] != 0.0 ? 0.5 * square(leg[k][1]) / fabs(leg[k][2]) : 0.0;
-            if (i >= 0) gone_m[i][k] = since_m[k];
-        }
-        memcpy(before, leg, sizeof before);
-    }
-}
-
-/* Dry friction that is higher at low speed, that goes with the pressures (their mean apart), and that is still on its way from one direction to
- * the other: gone_m since it turned round. */
-static void fill_shapes(const struct residual_test *t, int phase, int leg, double rate_mps, double gone_m, double value[SHAPES][LEGS]) {
-    const struct spectrum *s = &t->spectrum;
-    const double *basis = t->cycle + phase * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE;
-    double p1[3], p2[3], sign = (rate_mps > 0.0) - (rate_mps < 0.0), mean = s->mean[CHANNEL_P1][leg][0] + s->mean[CHANNEL_P2][leg][0];
-    spectrum_at(s->mean[CHANNEL_P1][leg], s->harmonics, s->omega, basis, p1);
-    spectrum_at(s->mean[CHANNEL_P2][leg], s->harmonics, s->omega, basis, p2);
-    for (int i = 0; i < 2; i++) value[i][leg] = sign * exp(-square(rate_mps / LOW_MPS[i]));
-    value[2][leg] = t->pressures && mean > 0.0 ? sign * ((p1[0] + p2[0]) / mean - 1.0) : 0.0;
-    for (int i = 0; i < 3; i++) value[3 + i][leg] = -2.0 * sign * exp(-gone_m / GIVE_M[i]);
-}
-
 /* Values of all unknowns along the legs at a phase. */
 static bool values_at(struct work *w, struct inverse_dynamics *d, const struct residual_test *t, int phase, double value[COLUMNS][LEGS],
-                      const double gone_m[LEGS], bool stuck[LEGS]) {
+                      const struct friction_course *course) {
     struct inverse_dynamics_input in = {0};
     struct rigid_legs legs;
     double j[LEGS][DOFS], acceleration[DOFS];
@@ -109,50 +65,30 @@ static bool values_at(struct work *w, struct inverse_dynamics *d, const struct r
     if (!inverse_dynamics_move(d, (const double(*)[3])in.leg, &legs, j, acceleration)) return false;
     if (!matrix_forces(&legs, j, acceleration, w->params->payload.gravity_mps2, value)) return false;
     for (int k = 0; k < LEGS; k++) {
-        const double *leg = in.leg[k];
-        value[VISCOUS + k][k] = leg[1];
-        double slow_mps = slowest_mps(t, w->params, k, leg[2]), sign = fmin(fmax(leg[1] / slow_mps, -1.0), 1.0);
-        value[DRY + 2 * k][k] = 0.5 * (1.0 + sign);
-        value[DRY + 2 * k + 1][k] = -0.5 * (1.0 - sign);
-        fill_shapes(t, phase, k, leg[1], gone_m[k], &value[SHAPE + SHAPES * k]);
-        stuck[k] = fabs(leg[1]) < slow_mps;
+        double direction = course->direction[phase][k];
+        value[VISCOUS + k][k] = in.leg[k][1];
+        value[DRY + 2 * k][k] = 0.5 * (1.0 + direction);
+        value[DRY + 2 * k + 1][k] = -0.5 * (1.0 - direction);
+        for (int i = 0; i < SHAPES; i++) value[SHAPE + SHAPES * k + i][k] = course->shape[i][phase][k];
     }
     return true;
-}
-
-/* What friction within a stay at rest can do: as much as if it were the same all through it, whatever its course. */
-static void hide(struct rows *r, const struct residual_test *t, int leg, bool stuck[PHASES][LEGS]) {
-    int n = t->phases;
-    bool cycle = t->spectrum.cycles > 0; /* closed: its end is its start */
-    for (int i = 0; i < n; i++) {
-        int from = i, to = i;
-        if (!stuck[i][leg]) continue;
-        while (to - from < n - 1 && (cycle || from > 0) && stuck[(from - 1 + n) % n][leg]) from--;
-        while (to - from < n - 1 && (cycle || to < n - 1) && stuck[(to + 1) % n][leg]) to++;
-        for (int a = 0; a < t->size; a++)
-            for (int b = 0; b < t->size; b++) r->hidden[leg][a][b] += (to - from + 1) * t->project[i][a] * t->project[i][b];
-    }
 }
 
 static bool fill_columns(struct work *w, const struct params *machine, int test) {
     const struct residual_test *t = &w->data.test[test];
     struct rows *r = &w->rows;
     struct inverse_dynamics d;
-    double gone_m[PHASES][LEGS];
-    bool stuck[PHASES][LEGS];
-    find_gone(t, gone_m);
     memset(r, 0, sizeof *r);
     r->count = LEGS * t->size;
     inverse_dynamics_init(&d, machine, 0.0, 0.0);
     for (int i = 0; i < t->phases; i++) {
         double value[COLUMNS][LEGS] = {{0}};
-        if (!values_at(w, &d, t, i, value, gone_m[i], stuck[i])) return false;
+        if (!values_at(w, &d, t, i, value, &w->course[test])) return false;
         for (int c = 0; c < COLUMNS; c++)
             for (int k = 0; k < LEGS; k++)
                 for (int a = 0; a < t->size && value[c][k] != 0.0; a++) r->column[c][k * t->size + a] += t->project[i][a] * value[c][k];
     }
     for (int k = 0; k < LEGS; k++) {
-        hide(r, t, k, stuck);
         double *target = &r->column[UNKNOWNS][k * t->size];
         for (int a = 0; a < t->size; a++) target[a] = t->row[CHANNEL_FORCE][k][a] - w->staircase[test][k][a] - target[a];
     }
@@ -172,19 +108,20 @@ static double length_variance(const struct work *w, const struct residual_test *
     return whiten_in_step(t, w->params, leg) + square(t->std[CHANNEL_LENGTH][leg][a]);
 }
 
-static void fill_covariance(struct work *w, const struct residual_test *t) {
+static void fill_covariance(struct work *w, int test) {
+    const struct residual_test *t = &w->data.test[test];
     struct rows *r = &w->rows;
     double length[LEGS][RESIDUAL_SIZE];
     for (int k = 0; k < LEGS; k++)
         for (int a = 0; a < t->size; a++) length[k][a] = length_variance(w, t, k, a);
     for (int i = 0; i < LEGS; i++) {
-        double friction = square(STUCK * w->sum->dry_n[i]), floor = square(MODEL_ERROR) * residual_variation(t, CHANNEL_FORCE, i);
+        double friction = square(w->sum->dry_n[i]), floor = square(MODEL_ERROR) * residual_variation(t, CHANNEL_FORCE, i);
         for (int a = 0; a < t->size; a++) {
             double *row = r->covariance + (size_t)((i * t->size + a) * r->count);
             for (int k = 0; k <= i; k++)
                 for (int j = 0; j < LEGS; j++)
                     row[k * t->size + a] += w->leg_mass[i][j] * w->leg_mass[k][j] * square(t->curve[a]) * length[j][a];
-            for (int b = 0; b < t->size; b++) row[i * t->size + b] += friction * r->hidden[i][a][b];
+            for (int b = 0; b < t->size; b++) row[i * t->size + b] += friction * w->doubt[test][i][a][b];
             row[i * t->size + a] += square(t->std[CHANNEL_FORCE][i][a]) + floor;
         }
     }
@@ -245,14 +182,20 @@ static bool find_along(struct work *w, const double neutral_length_m[LEGS]) {
     return ok;
 }
 
-/* Of the machine as it is configured: a part of a part of the force. */
-static int find_staircases(struct work *w, struct error *error) {
+/* The staircases are of the machine as it is configured: a part of a part of the force. */
+static int prepare_tests(struct work *w, struct error *error) {
     w->staircase = calloc((size_t)w->data.tests + 1, sizeof *w->staircase);
     w->gain = calloc((size_t)w->data.tests + 1, sizeof *w->gain);
-    if (!w->staircase || !w->gain) return error_set(error, STATUS_IO, "out of memory");
+    w->course = calloc((size_t)w->data.tests + 1, sizeof *w->course);
+    w->doubt = calloc((size_t)w->data.tests + 1, sizeof *w->doubt);
+    if (!w->staircase || !w->gain || !w->course || !w->doubt) return error_set(error, STATUS_IO, "out of memory");
     bool ok = true;
-    for (int i = 0; i < w->data.tests; i++)
-        ok = ok && (!w->data.test[i].chambers || residual_staircase(&w->data.test[i], w->params, w->staircase[i]));
+    for (int i = 0; i < w->data.tests; i++) {
+        const struct residual_test *t = &w->data.test[i];
+        ok = ok && (!t->chambers || residual_staircase(t, w->params, w->staircase[i]));
+        friction_course_find(&w->course[i], t, w->params);
+        for (int k = 0; k < LEGS; k++) friction_course_covariance(&w->course[i], t, k, w->doubt[i][k]);
+    }
     return ok ? STATUS_OK : error_set(error, STATUS_USAGE, "method C: the configured chambers cannot follow the commands");
 }
 
@@ -263,7 +206,7 @@ static int pass(struct work *w, int number, struct error *error) {
     for (int i = 0; i < w->data.tests; i++) {
         const struct residual_test *t = &w->data.test[i];
         if (!fill_columns(w, w->params, i)) return error_set(error, STATUS_USAGE, no_pose);
-        fill_covariance(w, t);
+        fill_covariance(w, i);
         if (!accumulate(w, i)) return error_set(error, STATUS_USAGE, "method C: a force that is constant, or no number");
         if (number == PASSES - 1) add_attenuation(w, t);
     }
@@ -275,15 +218,12 @@ static int pass(struct work *w, int number, struct error *error) {
 static bool find_left(struct work *w, const struct params *machine, int test, double left[ROWS]) {
     const struct residual_test *t = &w->data.test[test];
     struct inverse_dynamics d;
-    double gone_m[PHASES][LEGS];
-    bool stuck[LEGS];
-    find_gone(t, gone_m);
     for (int k = 0; k < LEGS; k++)
         for (int a = 0; a < t->size; a++) left[k * t->size + a] = t->row[CHANNEL_FORCE][k][a] - w->staircase[test][k][a];
     inverse_dynamics_init(&d, machine, 0.0, 0.0);
     for (int i = 0; i < t->phases; i++) {
         double value[COLUMNS][LEGS] = {{0}};
-        if (!values_at(w, &d, t, i, value, gone_m[i], stuck)) return false;
+        if (!values_at(w, &d, t, i, value, &w->course[test])) return false;
         for (int k = 0; k < LEGS; k++) {
             double needed = value[UNKNOWNS][k];
             for (int c = 0; c < UNKNOWNS; c++) needed += value[c][k] * w->x[c];
@@ -370,13 +310,13 @@ int method_c_equations(const struct recording *recording, struct equations *e, s
         whiten_leg_mass(params, w->leg_mass);
         status = residual_prepare(&w->data, recording, CYCLES_ALL, error);
         if (!status && !find_along(w, k.neutral_length_m)) status = error_set(error, STATUS_USAGE, no_pose);
-        if (!status) status = find_staircases(w, error);
+        if (!status) status = prepare_tests(w, error);
         for (int i = 0; i < PASSES && !status; i++) status = pass(w, i, error);
         if (!status) status = move_joints(w, recording->params, error);
         if (!status) find_rest(w), find_scales(w), weigh_scatter(e);
         residual_free(&w->data);
     }
-    if (w) free(w->staircase), free(w->gain);
+    if (w) free(w->staircase), free(w->gain), free(w->course), free(w->doubt);
     free(params);
     free(w);
     return status;

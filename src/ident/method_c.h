@@ -11,13 +11,13 @@
  * of the entries' columns, so the stiffness that weight makes is not taken for inertia, as method A does. Effects in the configuration are left
  * out. What the held commands do to samples in step with them is taken off (residual_staircase).
  *
- * Dry friction that depends on speed (Stribeck, two shapes), on the pressures, or on how far the leg has come since it turned round (presliding: a
- * seal gives some 20, 60 or 180 um before it slides) is fitted beside it, with a prior about zero that is as wide as the dry friction found.
+ * Dry friction that depends on speed (Stribeck, two shapes), on the pressures, or on a seal that gives before it slides (presliding: Dahl's law, by
+ * 20, 40, .. 320 um) is fitted beside it (friction_course.h), with a prior about zero whose width the data say (shape_sizes.h).
  *
  * Both sides are rows of coefficients (residual.h): harmonics of a steady test, local cosines of any other motion. They are linear in the unknowns;
  * generalised least squares with the sensors' covariance, that of a length through the acceleration, is maximum likelihood to first order. Near
- * a reversal, where a leg may stick, its friction is anything between -r and e: that variance is in the covariance, and no law of friction is
- * assumed there. It needs the friction's size, hence several passes.
+ * a reversal, where a leg may stick, its friction is on its way from -r to e by whatever course: the variance of that is in the covariance, and no
+ * law of friction is assumed there. It needs the friction's size, hence several passes.
  *
  * A standard deviation has three parts: the sensors' noise, enlarged where the rows scatter by more; joints that are off by
  * model.tolerance.joints_m (uniform, each coordinate); and how far the accelerations' noise draws the entries to zero (equations.h). An entry whose

@@ -1,0 +1,137 @@
+#include "friction_course.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "units.h"
+#include "whiten.h"
+
+enum { STRIBECK = 0, LOAD = 2, SEAL = 3, SEALS = UNKNOWN_SHAPES - SEAL };
+static const double LOW_MPS[LOAD - STRIBECK] = {0.01, 0.03};
+static const double GIVE_M[SEALS] = {20e-6, 40e-6, 80e-6, 160e-6, 320e-6}; /* what lies between two of them they make up to a thousandth */
+static const double RESOLVED = 0.125; /* of the period of the motion's highest harmonic */
+static const double STICK_MPS = 3e-3; /* as harmonics show a leg that is at rest, or whose friction is ahead of its speed: with less the errors on
+                                         simulated machines are above what is stated */
+static const double NO_DOUBT = 1e-9, LEAST = 1e-300;
+
+/* Position, rate and acceleration of each leg at each phase, as friction is taken from them, and the rate's variance. */
+struct motion {
+    double leg[PHASES][LEGS][3], variance[LEGS];
+    double turns_radps;      /* of all legs together: rms acceleration over rms speed */
+};
+
+static double square(double x) { return x * x; }
+
+/* Of each harmonic of each leg's length, how much of it is no noise: by its mean square over the legs, that of a higher harmonic at least. */
+static void find_kept(const struct residual_test *t, double noise[LEGS][SPECTRUM_SIZE], double kept[LEGS][SPECTRUM_SIZE]) {
+    const struct spectrum *s = &t->spectrum;
+    double motion = 0.0;
+    for (int h = s->harmonics; h > 0; h--) {
+        double sum = 0.0;
+        for (int k = 0; k < LEGS; k++)
+            for (int a = 2 * h - 1; a <= 2 * h; a++) sum += square(s->mean[CHANNEL_LENGTH][k][a]) - noise[k][a];
+        motion = fmax(motion, sum / (2 * LEGS));
+        for (int k = 0; k < LEGS; k++)
+            for (int a = 2 * h - 1; a <= 2 * h; a++) kept[k][a] = noise[k][a] > 0.0 ? motion / (motion + noise[k][a]) : 1.0;
+    }
+}
+
+static void find_motion(struct motion *m, const struct residual_test *t, const struct params *params) {
+    const struct spectrum *s = &t->spectrum;
+    double noise[LEGS][SPECTRUM_SIZE] = {{0}}, kept[LEGS][SPECTRUM_SIZE], row[SPECTRUM_SIZE];
+    for (int k = 0; k < LEGS; k++)
+        for (int a = 1; a < 1 + 2 * s->harmonics; a++) noise[k][a] = whiten_in_step(t, params, k) + square(s->std[CHANNEL_LENGTH][k][a]);
+    find_kept(t, noise, kept);
+    double rates = 0.0, accelerations = 0.0;
+    for (int k = 0; k < LEGS; k++) {
+        bool piece = s->cycles == 0; /* its coefficients are not independent */
+        memcpy(row, s->mean[CHANNEL_LENGTH][k], sizeof row);
+        m->variance[k] = piece ? square(s->speed_gain * s->noise[CHANNEL_LENGTH][k]) : 0.0;
+        for (int a = 1; a < 1 + 2 * s->harmonics && !piece; a++) {
+            row[a] *= kept[k][a];
+            m->variance[k] += 0.5 * square((a + 1) / 2 * s->omega) * kept[k][a] * noise[k][a];
+        }
+        for (int i = 0; i < t->phases; i++)
+            spectrum_at(row, s->harmonics, s->omega, t->cycle + i * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE, m->leg[i][k]);
+        for (int i = 0; i < t->phases; i++) rates += square(m->leg[i][k][1]), accelerations += square(m->leg[i][k][2]);
+    }
+    m->turns_radps = rates > 0.0 ? sqrt(accelerations / rates) : 0.0;
+}
+
+static void find_direction(struct friction_course *c, const struct residual_test *t, const struct motion *m, int leg) {
+    double resolution_s = RESOLVED * 2.0 * PI / (t->spectrum.omega * t->spectrum.harmonics), step_s = 2.0 * PI / (t->spectrum.omega * PHASES);
+    double place[PHASES], at = 0.0;
+    for (int i = 0; i < t->phases; i++) {
+        double rate = m->leg[i][leg][1], acceleration = m->leg[i][leg][2];
+        double uniform = (square(acceleration * resolution_s) + square(STICK_MPS)) / 3.0; /* within +-1 of each */
+        double other = erfc(fabs(rate) / sqrt(2.0 * (m->variance[leg] + uniform))); /* twice the probability of the other direction */
+        c->rate_mps[i][leg] = rate;
+        c->direction[i][leg] = copysign(1.0 - other, rate);
+        c->doubt[i][leg] = other * (2.0 - other);
+        place[i] = copysign(0.5 * log((2.0 - other) / fmax(other, LEAST)), rate);
+    }
+    for (int i = 0; i < t->phases; i++) {
+        c->lasting[i][leg] = at;
+        at += fabs(place[(i + 1) % t->phases] - place[i]) + m->turns_radps * step_s;
+    }
+    c->round[leg] = t->spectrum.cycles ? at : (double)INFINITY;
+}
+
+/* Dahl's law, dz = (direction - z) |dx| / give, after each step of the motion: of a cycle the state that repeats, else from a leg that slid. */
+static void find_seal(const struct residual_test *t, const struct motion *m, int leg, double give_m, double z[PHASES]) {
+    int n = t->phases;
+    bool cycle = t->spectrum.cycles > 0;
+    double toward[PHASES], step[PHASES], left = 1.0, gained = 0.0;
+    for (int i = 0; i < n; i++) {
+        double dx = cycle || i > 0 ? m->leg[i][leg][0] - m->leg[(i + n - 1) % n][leg][0] : 0.0;
+        toward[i] = (dx > 0.0) - (dx < 0.0), step[i] = -expm1(-fabs(dx) / give_m);
+        left *= 1.0 - step[i], gained += (toward[i] - gained) * step[i];
+    }
+    double rate = m->leg[0][leg][1], state = (rate > 0.0) - (rate < 0.0);
+    if (cycle) state = left < 1.0 ? gained / (1.0 - left) : 0.0;
+    for (int i = 0; i < n; i++) z[i] = state += (toward[i] - state) * step[i];
+}
+
+/* Dry friction that is higher at low speed (Stribeck), that goes with the pressures (their mean apart), and that is still on its way from one
+ * direction to the other because the seal gives before it slides. */
+static void find_shapes(struct friction_course *c, const struct residual_test *t, const struct motion *m, int leg) {
+    const struct spectrum *s = &t->spectrum;
+    const double *row1 = s->mean[CHANNEL_P1][leg], *row2 = s->mean[CHANNEL_P2][leg];
+    double z[SEALS][PHASES], p1[3], p2[3], mean = row1[0] + row2[0];
+    for (int j = 0; j < SEALS; j++) find_seal(t, m, leg, GIVE_M[j], z[j]);
+    for (int i = 0; i < t->phases; i++) {
+        const double *basis = t->cycle + i * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE;
+        double direction = c->direction[i][leg], rate = c->rate_mps[i][leg];
+        spectrum_at(row1, s->harmonics, s->omega, basis, p1);
+        spectrum_at(row2, s->harmonics, s->omega, basis, p2);
+        for (int j = STRIBECK; j < LOAD; j++) c->shape[j][i][leg] = direction * exp(-square(rate / LOW_MPS[j - STRIBECK]));
+        c->shape[LOAD][i][leg] = t->pressures && mean > 0.0 ? direction * ((p1[0] + p2[0]) / mean - 1.0) : 0.0;
+        for (int j = 0; j < SEALS; j++) c->shape[SEAL + j][i][leg] = z[j][i] - direction;
+    }
+}
+
+void friction_course_find(struct friction_course *c, const struct residual_test *t, const struct params *params) {
+    struct motion m;
+    find_motion(&m, t, params);
+    for (int k = 0; k < LEGS; k++) {
+        find_direction(c, t, &m, k);
+        find_shapes(c, t, &m, k);
+    }
+}
+
+void friction_course_covariance(const struct friction_course *c, const struct residual_test *t, int leg,
+                                double covariance[RESIDUAL_SIZE][RESIDUAL_SIZE]) {
+    memset(covariance, 0, RESIDUAL_SIZE * sizeof covariance[0]);
+    for (int i = 0; i < t->phases; i++) {
+        double alike[RESIDUAL_SIZE] = {0}; /* of the row with the error at this phase */
+        if (c->doubt[i][leg] < NO_DOUBT) continue;
+        for (int j = 0; j < t->phases; j++) {
+            double apart = fabs(c->lasting[i][leg] - c->lasting[j][leg]);
+            if (c->doubt[j][leg] < NO_DOUBT) continue;
+            double both = sqrt(c->doubt[i][leg] * c->doubt[j][leg]) * exp(-fmin(apart, c->round[leg] - apart));
+            for (int a = 0; a < t->size; a++) alike[a] += both * t->project[j][a];
+        }
+        for (int a = 0; a < t->size; a++)
+            for (int b = 0; b < t->size; b++) covariance[a][b] += t->project[i][a] * alike[b];
+    }
+}
