@@ -1,0 +1,83 @@
+#include "prior.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "dense.h"
+#include "variance_components.h"
+
+static const double OF_NO_WEIGHT = 1e-12; /* of an unknown's own product */
+static const double LEAST_N = 1e-3;       /* of dry friction: none */
+static const double FIRST_SIZE = 0.3, NO_DEVIATION = 1e-9;
+static const double TOLD_APART = 4.0;
+
+int prior_component(int unknown) {
+    return unknown < UNKNOWN_SHAPE ? COMPONENT_STIFFNESS : COMPONENT_SHAPE + (unknown - UNKNOWN_SHAPE) % UNKNOWN_SHAPES;
+}
+
+double prior_weight(const struct prior *p, int unknown) {
+    if (unknown < UNKNOWN_SIZED) return p->weight[unknown];
+    double deviation = fmax(p->unit[unknown - UNKNOWN_SIZED] * p->size[prior_component(unknown)], NO_DEVIATION);
+    return 1.0 / (deviation * deviation);
+}
+
+bool prior_allows_stiffness(const struct prior *p, int entry) {
+    return p->size[COMPONENT_STIFFNESS] > 0.0 && p->unit[UNKNOWN_STIFFNESS - UNKNOWN_SIZED + entry] > 0.0;
+}
+
+static void fill(const struct equations *e, double nominal[DOFS][DOFS], struct prior *p) {
+    for (int c = 0; c < UNKNOWN_SIZED; c++) p->weight[c] = OF_NO_WEIGHT * e->product[c][c];
+    for (int c = 0; c < MATRIX_ENTRIES; c++) {
+        int row, column;
+        equations_entry(c, &row, &column);
+        double product = nominal[row][row] * nominal[column][column];
+        p->weight[c] = 1.0 / product;
+        p->unit[UNKNOWN_STIFFNESS - UNKNOWN_SIZED + c] = sqrt(product) * e->turns_radps * e->turns_radps;
+    }
+    for (int c = UNKNOWN_SHAPE; c < UNKNOWNS; c++) p->unit[c - UNKNOWN_SIZED] = fmax(e->dry_n[(c - UNKNOWN_SHAPE) / UNKNOWN_SHAPES], LEAST_N);
+    for (int i = 0; i < COMPONENTS; i++) p->size[i] = FIRST_SIZE;
+}
+
+static bool diagonal_variances(const struct equations *e, const struct prior *p, double variance[DOFS]) {
+    double factor[UNKNOWNS][UNKNOWNS];
+    memcpy(factor, e->product, sizeof factor);
+    for (int c = 0; c < UNKNOWNS; c++) factor[c][c] += prior_weight(p, c);
+    if (!dense_factor(UNKNOWNS, UNKNOWNS, factor[0])) return false;
+    for (int c = 0; c < MATRIX_ENTRIES; c++) {
+        double unit[UNKNOWNS] = {0};
+        int row, column;
+        equations_entry(c, &row, &column);
+        if (row != column) continue;
+        unit[c] = 1.0;
+        dense_solve(UNKNOWNS, UNKNOWNS, factor[0], unit);
+        variance[row] = unit[c];
+    }
+    return true;
+}
+
+/* `p` has the sizes of the shapes without stiffness. Takes out the stiffness of coordinates where it is not told from inertia. */
+static bool allow_stiffness(const struct equations *e, struct prior *p, bool *any) {
+    double without[DOFS], with[DOFS];
+    *any = false;
+    if (!diagonal_variances(e, p, without)) return false;
+    p->size[COMPONENT_STIFFNESS] = 1.0;
+    if (!diagonal_variances(e, p, with)) return false;
+    for (int c = 0; c < MATRIX_ENTRIES; c++) {
+        int row, column;
+        bool told = true;
+        equations_entry(c, &row, &column);
+        for (int i = 0; i < 2; i++, row = column) told = told && with[row] <= TOLD_APART * TOLD_APART * without[row];
+        if (!told) p->unit[UNKNOWN_STIFFNESS - UNKNOWN_SIZED + c] = 0.0;
+        *any = *any || told;
+    }
+    return true;
+}
+
+bool prior_find(const struct equations *e, double nominal[DOFS][DOFS], struct prior *p) {
+    bool any;
+    fill(e, nominal, p);
+    p->size[COMPONENT_STIFFNESS] = 0.0;
+    if (!variance_components_find(e, p) || !allow_stiffness(e, p, &any)) return false;
+    p->size[COMPONENT_STIFFNESS] = any ? FIRST_SIZE : 0.0;
+    return !any || variance_components_find(e, p);
+}
