@@ -122,6 +122,7 @@ static int show_page(struct bus *bus, const struct params *params, const char *w
     if (!status) {
         sigaction(SIGINT, &action, NULL);
         sigaction(SIGTERM, &action, NULL);
+        signal(SIGPIPE, SIG_IGN); /* of a browser that has gone */
         say_where(&listener, address.host);
         status = serve(bus, state, server, error);
         live_server_stop(server);
