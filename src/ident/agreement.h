@@ -1,7 +1,7 @@
 /* Do several logs of one machine agree? Each log's values against those of all the others together, in standard deviations of that difference:
  * of the noise alone, but for what joints within their tolerance, and attenuation (equations.h), do to one log's motion and not to another's. As a
- * whole: generalised least squares of one set of values, of joints and of attenuation, to all logs' estimates; the sum of squares left is chi-square where only noise differs. Only what is determined
- * is compared. What a machine may have or not, such as external stiffness, it has in every log: its size is that of all logs together (prior.h).
+ * whole: generalised least squares of one set of values, of joints and of attenuation, to all logs' estimates; the sum of squares left is
+ * chi-square where only noise differs. Only what is determined is compared. What a machine may have or not, such as external stiffness, it has in every log: its size is that of all logs together (prior.h).
  * Ordinary threads; heap. */
 #ifndef HEXID_AGREEMENT_H
 #define HEXID_AGREEMENT_H

@@ -1,8 +1,8 @@
 /* Method C's normal equations: all that one log, or a part of a long one, says about the machine. They add up, so that several logs together are
  * one estimate of all their rows, whatever each of them leaves open; and nothing of a log need be kept but these.
  *
- * Unknown is what is to be added to the configured machine: 21 entries of Mt, friction of each leg, external stiffness. Of the covariance of an estimate there are
- * two parts. The noise is each log's own, and gets smaller with every further one. What logs of a machine have in common moves every log's
+ * Unknown is what is to be added to the configured machine: 21 entries of Mt, friction of each leg, external stiffness. Of the covariance of an
+ * estimate there are two parts. The noise is each log's own, and gets smaller with every further one. What logs of a machine have in common moves every log's
  * right-hand side in a way of its own; the right-hand sides are added, and what the sum does to the estimate is no smaller for many logs of one
  * motion than for one. That are joints which are not where they are configured, 36 coordinates, each a standard deviation off; and the noise of the
  * accelerations, which belongs to both sides of the equations: an axis that does not move but in that noise seems to have no mass (attenuation,
@@ -28,7 +28,7 @@ struct equations {
     double with[UNKNOWNS];              /* X' W y */
     double common[COMMON][UNKNOWNS];    /* what is added to `with` by a coordinate that is one standard deviation off, and by attenuation */
     double rest;                        /* weighted sum of squares that is left, W as the noise alone has it, */
-    int free;                           /* and rows less unknowns */
+    int free;                           /* and rows less unknowns whose prior says nothing */
     double dry_n[LEGS];                 /* how large dry friction may be */
     double turns_radps;                 /* rms acceleration over rms rate of all legs */
     double force_n, rate_mps;           /* root mean square of what varies of a leg's force and of its speed, where it is most: scales of friction */

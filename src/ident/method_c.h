@@ -12,10 +12,10 @@
  * out. What the held commands do to samples in step with them is taken off (residual_staircase).
  *
  * Dry friction that depends on speed (Stribeck, two shapes), on the pressures, or on a seal that gives before it slides (presliding: Dahl's law, by
- * 20, 40, .. 320 um) is fitted beside it (friction_course.h), with a prior about zero whose width the data say (shape_sizes.h).
+ * 20, 40, .. 320 um) is fitted beside it (friction_course.h), with a prior about zero whose width the data say (variance_components.h).
  *
- * External stiffness, symmetric, pulls the pose to neutral: in phase with position, as inertia is. It is estimated where the data tell the two apart, by
- * tests at two frequencies; at one frequency it looks like inertia (prior.h).
+ * External stiffness, symmetric, pulls the pose to neutral: in phase with position, as inertia is. It is estimated where the data tell the two
+ * apart, by tests at two frequencies; at one frequency it looks like inertia (prior.h).
  *
  * Both sides are rows of coefficients (residual.h): harmonics of a steady test, local cosines of any other motion. They are linear in the unknowns;
  * generalised least squares with the sensors' covariance, that of a length through the acceleration, is maximum likelihood to first order. Near

@@ -265,6 +265,12 @@ void Machine::derivative(double at, const State &s, State &ds)
         /* Forces on the rod: oil, viscous friction, end stops. */
         double force = l.area1 * o[kP1] - l.area2 * o[kP2] -
                        (rate > 0 ? l.viscous_extend : l.viscous_retract) * rate;
+        if (l.bristle > 0) { /* Canudas de Wit, Olsson, Astrom, Lischinsky 1995 */
+            const double ratio = rate / l.bristle_velocity, stiffness = l.bristle / l.bristle_give;
+            const double sliding = l.bristle + l.bristle_excess * std::exp(-ratio * ratio);
+            d[kBristle] = rate - stiffness * std::abs(rate) / sliding * o[kBristle];
+            force -= stiffness * o[kBristle] + l.bristle_damping * d[kBristle];
+        }
         const double over = std::abs(stroke) - l.half_stroke;
         if (over > 0) {
             const double side = stroke > 0 ? 1 : -1;

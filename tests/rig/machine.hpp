@@ -22,6 +22,7 @@ struct LegParameters {
         hysteresis;
     double viscous_extend, viscous_retract;
     double coulomb_extend, coulomb_retract, stribeck, stribeck_velocity, load_mu;
+    double bristle, bristle_excess, bristle_velocity, bristle_give, bristle_damping; /* LuGre */
     double joint_coulomb, joint_viscous; /* N m, N m s; each of four axes a leg */
     double play;                         /* m, from stop to stop */
     double pipe_length, pipe_diameter;
@@ -51,8 +52,8 @@ struct Friction {
 class Machine
 {
 public:
-    /* Flat state, for the integrator. The legs' part: 8 numbers a leg. */
-    enum { kP1, kP2, kSpool, kSpoolRate, kLine1, kLine2, kFlow1, kFlow2, kPerLeg };
+    /* Flat state, for the integrator. The legs' part: 9 numbers a leg. */
+    enum { kP1, kP2, kSpool, kSpoolRate, kLine1, kLine2, kFlow1, kFlow2, kBristle, kPerLeg };
     enum {
         kQ = 0,
         kV = kMax,

@@ -20,7 +20,7 @@ constexpr double kBaseDamping = 0.03; /* of critical, base plate on its spring *
 
 static const char *const kAxes[6] = {"x", "y", "z", "phi", "theta", "psi"};
 
-/* The catalogue in docs/gap.md, and two effects that it lacks: each key with the value that switches it off.
+/* The catalogue in docs/gap.md, and three effects that it lacks: each key with the value that switches it off.
  * position_sensor_scale.zero_m is counted from the neutral length. */
 // clang-format off
 static const std::map<std::string, double> kEffects = {
@@ -52,7 +52,9 @@ static const std::map<std::string, double> kEffects = {
     {"pressure_sensor_lag.cutoff_hz", 0}, {"position_sensor_delay.delay_s", 0},
     {"command_delay.delay_s", 0}, {"clock_skew.ratio", 1}, {"base_spring.frequency_hz", 0},
     {"base_spring.mass_kg", 1000}, {"pump_ripple.pressure_pa", 0},
-    {"pump_ripple.frequency_hz", 216},
+    {"pump_ripple.frequency_hz", 216}, {"bristle_friction.force_n", 0},
+    {"bristle_friction.excess_n", 0}, {"bristle_friction.velocity_mps", 0.01},
+    {"bristle_friction.give_m", 1e-4}, {"bristle_friction.damping_n_s_per_m", 0},
 }; // clang-format on
 
 double Random::uniform(double low, double high)
@@ -238,6 +240,11 @@ MachineParameters make_parameters(const Setup &setup, const Base &base)
         l.stribeck = fx("cylinder_stribeck_friction.excess_n", i);
         l.stribeck_velocity = std::max(fx("cylinder_stribeck_friction.velocity_mps", i), 1e-6);
         l.load_mu = fx("load_dependent_friction.mu", i);
+        l.bristle = fx("bristle_friction.force_n", i);
+        l.bristle_excess = fx("bristle_friction.excess_n", i);
+        l.bristle_velocity = std::max(fx("bristle_friction.velocity_mps", i), 1e-6);
+        l.bristle_give = std::max(fx("bristle_friction.give_m", i), 1e-6);
+        l.bristle_damping = fx("bristle_friction.damping_n_s_per_m", i);
         l.joint_coulomb = fx("passive_joint_friction.coulomb_nm", i);
         l.joint_viscous = fx("passive_joint_friction.viscous_nm_s", i);
         l.play = fx("joint_backlash.clearance_m", i);
