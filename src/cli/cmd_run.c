@@ -356,6 +356,7 @@ static int run(struct session *s, struct error *error) {
     wait_for_end(s);
     loop_join(&s->loop);
     release_signals(s); /* nothing is driven any more: what hangs from here on may be ended */
+    realtime_leave();
     status = finish(s, error);
     if (refused.status) *error = refused;
     return refused.status ? (int)refused.status : status;

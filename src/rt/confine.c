@@ -65,7 +65,7 @@ static int allow_always(scmp_filter_ctx filter) {
         /* SAFETY: a thread that is just starting; glibc ends the process where these fail */
         SCMP_SYS(rseq), SCMP_SYS(set_robust_list),
         /* this process */
-        SCMP_SYS(getpid), SCMP_SYS(gettid), SCMP_SYS(getrandom), SCMP_SYS(brk), SCMP_SYS(capset), SCMP_SYS(exit), SCMP_SYS(exit_group),
+        SCMP_SYS(getpid), SCMP_SYS(gettid), SCMP_SYS(getrandom), SCMP_SYS(brk), SCMP_SYS(munlockall), SCMP_SYS(capset), SCMP_SYS(exit), SCMP_SYS(exit_group),
     };
     return allow(filter, calls, COUNT(calls));
 }

@@ -57,3 +57,5 @@ void realtime_follow(const struct loop_params *params, int below) {
     struct error ignored;
     fifo(params->priority > below ? params->priority - below : 1, &ignored);
 }
+
+void realtime_leave(void) { munlockall(); }

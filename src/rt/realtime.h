@@ -15,4 +15,7 @@ int realtime_enter(const struct loop_params *params, enum realtime_mode mode, st
 /* SCHED_FIFO for the calling thread, so much below the loop's; where that is refused it goes on as it is. */
 void realtime_follow(const struct loop_params *params, int below);
 
+/* Memory is locked no longer, of the whole process: once nothing is driven, what is left to do may need more of it than may be locked. */
+void realtime_leave(void);
+
 #endif
