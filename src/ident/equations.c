@@ -34,6 +34,7 @@ void equations_add(struct equations *sum, const struct equations *e) {
         for (int d = 0; d <= c; d++) sum->product[c][d] += e->product[c][d];
         for (int j = 0; j < COMMON; j++) sum->common[j][c] += e->common[j][c];
     }
+    sum->logs += e->logs;
     sum->rest += e->rest;
     sum->free += e->free;
     for (int k = 0; k < LEGS; k++) sum->dry_n[k] = fmax(sum->dry_n[k], e->dry_n[k]);

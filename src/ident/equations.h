@@ -29,6 +29,7 @@ struct equations {
     double common[COMMON][UNKNOWNS];    /* what is added to `with` by a coordinate that is one standard deviation off, and by attenuation */
     double rest;                        /* weighted sum of squares that is left, W as the noise alone has it, */
     int free;                           /* and rows less unknowns whose prior says nothing */
+    int logs;                           /* or parts of one, that were added */
     double dry_n[LEGS];                 /* how large dry friction may be */
     double turns_radps;                 /* rms acceleration over rms rate of all legs */
     double force_n, rate_mps;           /* root mean square of what varies of a leg's force and of its speed, where it is most: scales of friction */

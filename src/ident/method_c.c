@@ -279,6 +279,7 @@ static void weigh_scatter(struct equations *e) {
 }
 
 static void find_rest(struct work *w) {
+    w->sum->logs = 1;
     w->sum->rest = w->square, w->sum->free = w->count - UNKNOWN_SIZED; /* the rest has the prior of the others in it */
     for (int c = 0; c < UNKNOWNS; c++) w->sum->rest -= w->x[c] * w->sum->with[c];
 }

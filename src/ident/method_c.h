@@ -47,8 +47,8 @@ struct method_c {
                                                   * number is the normal matrix's, entries in units of sqrt(M_ii M_jj), friction eliminated */
     double viscous[LEGS], viscous_std[LEGS];     /* N s/m */
     double dry[LEGS][2], dry_std[LEGS][2];       /* N, extending and retracting */
-    bool stiffness_found;                        /* of some coordinate: what pulls the platform back to neutral but its weight. Symmetric, */
-    double stiffness[DOFS][DOFS], stiffness_std[DOFS][DOFS]; /* N/m, N/rad = N m/m, N m/rad; NaN where it is not told from inertia (prior.h) */
+    bool stiffness_found;                        /* told from inertia (prior.h): what pulls the platform back to neutral but its weight. Symmetric, */
+    double stiffness[DOFS][DOFS], stiffness_std[DOFS][DOFS]; /* N/m, N/rad = N m/m, N m/rad; NaN where it is not */
     struct payload payload;
     struct matrix_at_pose at_pose;
     double scatter;                              /* of the rows over their noise: about 1 where the model holds, less with dry friction */

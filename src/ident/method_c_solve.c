@@ -58,14 +58,12 @@ static void report_friction(const struct estimate *e, const struct equations *of
 }
 
 static void report_stiffness(const struct estimate *e, const struct prior *prior, struct method_c *m) {
-    m->stiffness_found = false;
+    bool found = m->stiffness_found = prior->size[COMPONENT_STIFFNESS] > 0.0;
     for (int c = 0; c < MATRIX_ENTRIES; c++) {
         int i, j;
-        bool found = prior_allows_stiffness(prior, c);
         equations_entry(c, &i, &j);
         m->stiffness[i][j] = m->stiffness[j][i] = known(e->value[UNKNOWN_STIFFNESS + c], found);
         m->stiffness_std[i][j] = m->stiffness_std[j][i] = known(sqrt(estimate_covariance(e, UNKNOWN_STIFFNESS + c, UNKNOWN_STIFFNESS + c)), found);
-        m->stiffness_found = m->stiffness_found || found;
     }
 }
 

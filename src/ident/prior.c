@@ -9,7 +9,7 @@
 static const double OF_NO_WEIGHT = 1e-12; /* of an unknown's own product */
 static const double LEAST_N = 1e-3;       /* of dry friction: none */
 static const double FIRST_SIZE = 0.3, NO_DEVIATION = 1e-9;
-static const double TOLD_APART = 4.0;
+static const double TOLD_APART = 3.0;
 
 int prior_component(int unknown) {
     return unknown < UNKNOWN_SHAPE ? COMPONENT_STIFFNESS : COMPONENT_SHAPE + (unknown - UNKNOWN_SHAPE) % UNKNOWN_SHAPES;
@@ -19,10 +19,6 @@ double prior_weight(const struct prior *p, int unknown) {
     if (unknown < UNKNOWN_SIZED) return p->weight[unknown];
     double deviation = fmax(p->unit[unknown - UNKNOWN_SIZED] * p->size[prior_component(unknown)], NO_DEVIATION);
     return 1.0 / (deviation * deviation);
-}
-
-bool prior_allows_stiffness(const struct prior *p, int entry) {
-    return p->size[COMPONENT_STIFFNESS] > 0.0 && p->unit[UNKNOWN_STIFFNESS - UNKNOWN_SIZED + entry] > 0.0;
 }
 
 static void fill(const struct equations *e, double nominal[DOFS][DOFS], struct prior *p) {
@@ -55,29 +51,22 @@ static bool diagonal_variances(const struct equations *e, const struct prior *p,
     return true;
 }
 
-/* `p` has the sizes of the shapes without stiffness. Takes out the stiffness of coordinates where it is not told from inertia. */
-static bool allow_stiffness(const struct equations *e, struct prior *p, bool *any) {
+/* `p` has the sizes of the shapes without stiffness. */
+static bool tell_stiffness(const struct equations *e, const struct prior *p, bool *told) {
+    struct prior free = *p;
     double without[DOFS], with[DOFS];
-    *any = false;
-    if (!diagonal_variances(e, p, without)) return false;
-    p->size[COMPONENT_STIFFNESS] = 1.0;
-    if (!diagonal_variances(e, p, with)) return false;
-    for (int c = 0; c < MATRIX_ENTRIES; c++) {
-        int row, column;
-        bool told = true;
-        equations_entry(c, &row, &column);
-        for (int i = 0; i < 2; i++, row = column) told = told && with[row] <= TOLD_APART * TOLD_APART * without[row];
-        if (!told) p->unit[UNKNOWN_STIFFNESS - UNKNOWN_SIZED + c] = 0.0;
-        *any = *any || told;
-    }
+    free.size[COMPONENT_STIFFNESS] = 1.0;
+    if (!diagonal_variances(e, p, without) || !diagonal_variances(e, &free, with)) return false;
+    *told = e->logs > 1;
+    for (int i = 0; i < DOFS; i++) *told = *told && with[i] <= TOLD_APART * TOLD_APART * without[i];
     return true;
 }
 
 bool prior_find(const struct equations *e, double nominal[DOFS][DOFS], struct prior *p) {
-    bool any;
+    bool told;
     fill(e, nominal, p);
     p->size[COMPONENT_STIFFNESS] = 0.0;
-    if (!variance_components_find(e, p) || !allow_stiffness(e, p, &any)) return false;
-    p->size[COMPONENT_STIFFNESS] = any ? FIRST_SIZE : 0.0;
-    return !any || variance_components_find(e, p);
+    if (!variance_components_find(e, p) || !tell_stiffness(e, p, &told)) return false;
+    p->size[COMPONENT_STIFFNESS] = told ? FIRST_SIZE : 0.0;
+    return !told || variance_components_find(e, p);
 }

@@ -42,7 +42,6 @@ static bool step(const struct reduced *r, struct prior *p) {
     for (int i = 0; i < SIZED; i++) {
         double weight = prior_weight(p, UNKNOWN_SIZED + i);
         int kind = prior_component(UNKNOWN_SIZED + i);
-        if (!(p->unit[i] > 0.0)) continue;
         found[kind] += x[i] * x[i] * weight;
         determined[kind] += fmax(1.0 - variance[i] * weight, 0.0);
     }
