@@ -40,7 +40,7 @@ struct leg_motion {
 /* Resistance to motion, both >= 0. The dry part also holds a body at rest against any load up to it; the viscous part vanishes there. */
 struct friction {
     double dry;     /* N, or N m about a joint's axis */
-    double viscous; /* the same */
+    double viscous; /* the same: a force at this speed, no coefficient */
 };
 
 /* A parameter of the base model by its place in struct params, which is never 0: PARAMETER(payload.mass_kg). Of six legs: the first one's.

@@ -61,7 +61,8 @@ static int ask(struct client *c, struct operator_request r, struct answer *a, st
         if (got) r.token = a->token;
     }
     return error_set(error, STATUS_IO, "command %s: nobody answered within %d ms: no hexid of this host listens on %s, or it does not "
-                     "say what became of it (`hexid monitor` shows the state)", word, ANSWER_MS, c->url);
+                     "say what became of it: is one running, with this lcm.url?%s", word, ANSWER_MS, c->url,
+                     command_stops(r.command) ? " THE PLATFORM MAY STILL MOVE: press the emergency stop" : "");
 }
 
 static int park(struct client *c, struct error *error) {

@@ -142,6 +142,8 @@ static int by_size(const void *a, const void *b) {
     return (one > other) - (one < other);
 }
 
+enum { LONGEST_TALK_S = 5 }; /* a hexid that is started meanwhile is refused: what was not asked by then counts as lost */
+
 /* Reads alone, of the registers that say who it is. */
 static struct finding talk(const struct doctor *d, struct modbus_link *link, const char *address) {
     static const char who_remedy[] =
@@ -157,7 +159,8 @@ static struct finding talk(const struct doctor *d, struct modbus_link *link, con
                        "modbus:%.100s: registers 0 and 1 hold 0x%04x and %u, not 0x%04x and %d: another device, or another map", address,
                        who[0], who[1], MODBUS_IS_HEXID, MODBUS_MAP_VERSION);
     r.owned = !modbus_link_read(link, MODBUS_STATUS, 1, &status) && status & MODBUS_OWNED;
-    for (int i = 0; i < ROUND_TRIPS; i++) {
+    double first_s = doctor_now_s();
+    for (int i = 0; i < ROUND_TRIPS && doctor_now_s() - first_s < LONGEST_TALK_S; i++) {
         double begun_s = doctor_now_s();
         if (!modbus_link_read(link, MODBUS_IDENTITY, 2, who)) took_s[answers++] = doctor_now_s() - begun_s;
         else if (modbus_link_gone(errno)) break;

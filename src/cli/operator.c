@@ -100,6 +100,8 @@ static void answer_waiting(struct operator *o, int64_t now_ns) {
     if (!o->waiting_request) return;
     if ((int32_t)(acted.request_id - o->waiting_request) < 0) {
         if (command_stops(r->command) || now_ns - o->waiting_ns < ANSWER_PATIENCE_NS) return; /* SAFETY: a stop waits for a loop that stalls */
+        /* SAFETY: what is refused is not done when the loop comes back: this takes its place there, or undoes it. */
+        mailbox_post(&o->loop->requests, r->command == COMMAND_START ? COMMAND_STOP : COMMAND_PARK);
         refuse(o, r, "the loop does not answer: see whether hexid is given the processor");
     } else if (acted.request_id != o->waiting_request) {
         refuse(o, r, "another command came in between: ask again");

@@ -75,6 +75,14 @@ static int set_size(const char *option, const char *text, double *bytes, struct 
     return STATUS_OK;
 }
 
+/* Each part begins with the configuration. */
+static int set_log_part(struct options *o, const char *text, struct error *error) {
+    static const double least_bytes = 1e5;
+    int status = set_size("--log-part", text, &o->log_part_bytes, error);
+    if (status || o->log_part_bytes >= least_bytes) return status;
+    return error_set(error, STATUS_USAGE, "--log-part %.40s: a part has at least 0.0001 GB: its configuration alone takes a sixth of that", text);
+}
+
 static int add_setting(struct options *o, const char *text, struct error *error) {
     if (o->setting_count == SETTINGS_MAX) return error_set(error, STATUS_USAGE, "--set: at most %d settings; use a file", SETTINGS_MAX);
     o->settings[o->setting_count++] = text;
@@ -164,7 +172,7 @@ static int take(struct options *o, int option, const char *value, struct error *
     case 'L': return set_latency(o, value, error);
     case 'r': return set_rt(o, value, error);
     case 'q': return set_size("--log-quota", value, &o->log_quota_bytes, error);
-    case 'g': return set_size("--log-part", value, &o->log_part_bytes, error);
+    case 'g': return set_log_part(o, value, error);
     case 's': return set_seed(o, value, error);
     case 'T': return set_trajectory(o, value, error);
     case 'n': return set_repeat(o, value, error);

@@ -53,13 +53,17 @@ static int make_part(const char *first, int *number, int64_t quota_bytes, struct
     struct error ignored; /* what cannot be deleted stays, and is over the quota */
     *a = (struct answer){0};
     int file = create(first, number, a);
-    if (file < 0) return -1;
-    flock(file, LOCK_SH | LOCK_NB);
-    ++*number;
+    if (file >= 0) flock(file, LOCK_SH | LOCK_NB);
     const char *slash = strrchr(first, '/');
     snprintf(directory, sizeof directory, "%.*s", slash ? (int)(slash - first) : 1, slash ? first : ".");
     if (quota_bytes > 0) log_directory_prune(*directory ? directory : "/", quota_bytes, &left_bytes, &ignored);
     a->over = quota_bytes > 0 && left_bytes > quota_bytes;
+    if (file < 0 && quota_bytes > 0) { /* there may be room now */
+        a->error = (struct error){0};
+        file = create(first, number, a);
+        if (file >= 0) flock(file, LOCK_SH | LOCK_NB);
+    }
+    if (file >= 0) ++*number;
     return file;
 }
 
