@@ -46,11 +46,12 @@ static int each_log(const struct options *o, struct log_analysis *i, struct erro
 static int combine(struct combination *c, const struct log_analysis *i, struct error *error) {
     struct equations *sum = calloc(1, sizeof *sum);
     struct estimate *all = calloc(1, sizeof *all);
-    const struct equations *log[AGREEMENT_LOGS];
+    struct agreement_log log[AGREEMENT_LOGS];
     int status = sum && all ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
     for (int l = 0; l < c->logs && !status; l++) {
         equations_add(sum, &i[l].analysis.equations);
-        log[l] = &i[l].analysis.equations;
+        log[l] = (struct agreement_log){.equations = &i[l].analysis.equations, .estimate = &i[l].analysis.estimate,
+                                         .result = &i[l].analysis.ident.result.method_c};
     }
     if (!status) status = method_c_solve(sum, &i[0].params, all, &c->all, error);
     if (!status) status = agreement_find(c->logs, log, &i[0].params, &c->agreement, error);

@@ -62,17 +62,18 @@ void parts_clear(struct parts *p) {
 }
 
 static int compare(const struct parts *p, const struct params *configured, struct agreement *agreement, struct error *error) {
-    struct { struct estimate estimate; struct method_c result; } *w = calloc(1, sizeof *w);
-    const struct equations *log[PARTS];
+    struct agreement_log log[PARTS];
+    struct estimate *estimate = calloc(PARTS, sizeof *estimate);
+    struct method_c *result = calloc(PARTS, sizeof *result);
     struct error none;
-    int status = w ? STATUS_OK : error_set(error, STATUS_IO, "out of memory"), n = 0;
+    int status = estimate && result ? STATUS_OK : error_set(error, STATUS_IO, "out of memory"), n = 0;
     for (int i = 0; i < p->count && !status; i++) {
-        if (method_c_solve(&p->part[i], configured, &w->estimate, &w->result, &none)) continue; /* too little by itself */
-        log[n++] = &p->part[i];
+        if (method_c_solve(&p->part[i], configured, &estimate[i], &result[i], &none)) continue; /* too little by itself */
+        log[n++] = (struct agreement_log){&p->part[i], &estimate[i], &result[i]};
     }
     agreement->logs = n;
     if (!status && n > 1) status = agreement_find(n, log, configured, agreement, error);
-    free(w);
+    free(estimate), free(result);
     return status;
 }
 

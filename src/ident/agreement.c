@@ -10,13 +10,6 @@ enum { VALUES = AGREEMENT_VALUES, JOINED = VALUES + COMMON };
 
 struct others {
     struct equations sum;
-    struct prior prior;             /* of all logs: what a machine has, it has in every log */
-    struct estimate estimate;
-    struct method_c result;
-};
-
-/* A log's own values, under the prior of all. */
-struct own {
     struct estimate estimate;
     struct method_c result;
 };
@@ -36,23 +29,17 @@ static double deviation(const struct estimate *one, const struct estimate *other
     return (one->value[c] - other->value[c]) / sqrt(variance);
 }
 
-static bool find(const struct equations *e, const struct prior *prior, const struct params *configured, struct estimate *estimate,
-                 struct method_c *result) {
-    struct error none;
-    return !method_c_solve_under(e, prior, configured, estimate, result, &none);
-}
-
 /* The log against all the others; where these have no matrix, with nothing. */
-static void compare(int logs, const struct equations *const log[], const struct own *own, int l, const struct params *configured, struct others *o,
-                    struct agreement *a) {
+static void compare(int logs, const struct agreement_log *log, int l, const struct params *configured, struct others *o, struct agreement *a) {
+    struct error none;
     double std;
     o->sum = (struct equations){0};
     for (int m = 0; m < logs; m++)
-        if (m != l) equations_add(&o->sum, log[m]);
-    bool solved = own[l].result.matrix.evaluated && find(&o->sum, &o->prior, configured, &o->estimate, &o->result);
+        if (m != l) equations_add(&o->sum, log[m].equations);
+    bool solved = !method_c_solve(&o->sum, configured, &o->estimate, &o->result, &none);
     for (int c = 0; c < VALUES; c++) {
-        bool known = solved && !isnan(method_c_value(&own[l].result, c, &std)) && !isnan(method_c_value(&o->result, c, &std));
-        a->deviation[l][c] = known ? deviation(&own[l].estimate, &o->estimate, c) : (double)NAN;
+        bool known = solved && !isnan(method_c_value(log[l].result, c, &std)) && !isnan(method_c_value(&o->result, c, &std));
+        a->deviation[l][c] = known ? deviation(log[l].estimate, &o->estimate, c) : (double)NAN;
         a->compared += known;
     }
 }
@@ -63,17 +50,17 @@ struct joined {
 };
 
 /* Adds a log's values, less others, weighted by the noise alone. Returns how many, or -1: their covariance is none. */
-static int join(const struct own *log, const struct estimate *from, struct joined *n) {
+static int join(const struct agreement_log *log, const struct estimate *from, struct joined *n) {
     double covariance[VALUES * VALUES], difference[VALUES], column[JOINED][VALUES], solved[VALUES], std;
     int at[VALUES], count = 0;
     for (int c = 0; c < VALUES; c++)
-        if (log->result.matrix.evaluated && !isnan(method_c_value(&log->result, c, &std))) at[count++] = c;
+        if (!isnan(method_c_value(log->result, c, &std))) at[count++] = c;
     memset(column, 0, sizeof column);
     for (int i = 0; i < count; i++) {
-        for (int j = 0; j < count; j++) covariance[i * count + j] = log->estimate.noise[at[i]][at[j]];
-        difference[i] = log->estimate.value[at[i]] - from->value[at[i]];
+        for (int j = 0; j < count; j++) covariance[i * count + j] = log->estimate->noise[at[i]][at[j]];
+        difference[i] = log->estimate->value[at[i]] - from->value[at[i]];
         column[at[i]][i] = 1.0;
-        for (int j = 0; j < COMMON; j++) column[VALUES + j][i] = log->estimate.common[j][at[i]];
+        for (int j = 0; j < COMMON; j++) column[VALUES + j][i] = log->estimate->common[j][at[i]];
     }
     if (!dense_factor(count, count, covariance)) return -1;
     for (int a = 0; a <= JOINED; a++) {
@@ -87,11 +74,11 @@ static int join(const struct own *log, const struct estimate *from, struct joine
     return count;
 }
 
-static bool compare_whole(int logs, const struct own *log, struct agreement *a) {
+static bool compare_whole(int logs, const struct agreement_log *log, struct agreement *a) {
     struct joined n = {0};
     double x[JOINED];
     for (int l = 0; l < logs; l++) {
-        int count = join(&log[l], &log[0].estimate, &n);
+        int count = join(&log[l], log[0].estimate, &n);
         if (count < 0) return false;
         a->degrees += count;
     }
@@ -108,36 +95,22 @@ static bool compare_whole(int logs, const struct own *log, struct agreement *a) 
     return true;
 }
 
-static int find_own(int logs, const struct equations *const log[], const struct params *configured, struct others *o, struct own *own,
-                    struct error *error) {
-    for (int l = 0; l < logs; l++) equations_add(&o->sum, log[l]);
-    int status = method_c_prior(&o->sum, configured, &o->prior, error);
-    for (int l = 0; l < logs && !status; l++) find(log[l], &o->prior, configured, &own[l].estimate, &own[l].result);
-    return status;
-}
-
-static void judge(struct agreement *a, bool compared) {
-    bool apart = false;
+int agreement_find(int logs, const struct agreement_log *log, const struct params *configured, struct agreement *a, struct error *error) {
+    struct others *o = calloc(1, sizeof *o);
+    *a = (struct agreement){.logs = logs, .probability = 1.0};
+    if (!o) return error_set(error, STATUS_IO, "out of memory");
+    for (int l = 0; l < logs; l++) compare(logs, log, l, configured, o, a);
+    free(o);
+    bool compared = compare_whole(logs, log, a), apart = false;
     if (compared && a->degrees > 0) a->probability = agreement_chi_square_above(a->chi_square, a->degrees);
-    for (int l = 0; l < a->logs; l++)
+    for (int l = 0; l < logs; l++)
         for (int c = 0; c < VALUES; c++) {
             a->apart[l][c] = a->compared * erfc(fabs(a->deviation[l][c]) / sqrt(2.0)) < AGREEMENT_PROBABILITY;
             apart = apart || a->apart[l][c];
         }
     a->evaluated = compared && a->compared > 0;
     a->agree = a->evaluated && a->probability >= AGREEMENT_PROBABILITY && !apart;
-}
-
-int agreement_find(int logs, const struct equations *const log[], const struct params *configured, struct agreement *a, struct error *error) {
-    struct others *o = calloc(1, sizeof *o);
-    struct own *own = calloc((size_t)logs, sizeof *own);
-    *a = (struct agreement){.logs = logs, .probability = 1.0};
-    int status = o && own ? find_own(logs, log, configured, o, own, error) : error_set(error, STATUS_IO, "out of memory");
-    for (int l = 0; l < logs && !status; l++) compare(logs, log, own, l, configured, o, a);
-    if (!status) judge(a, compare_whole(logs, own, a));
-    free(own);
-    free(o);
-    return status;
+    return STATUS_OK;
 }
 
 bool agreement_worst(const struct agreement *a, bool used[AGREEMENT_LOGS][AGREEMENT_VALUES], struct agreement_place *place) {

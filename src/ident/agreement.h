@@ -1,14 +1,13 @@
 /* Do several logs of one machine agree? Each log's values against those of all the others together, in standard deviations of that difference:
  * of the noise alone, but for what joints within their tolerance, and attenuation (equations.h), do to one log's motion and not to another's. As a
- * whole: generalised least squares of one set of values, of joints and of attenuation, to all logs' estimates; the sum of squares left is
- * chi-square where only noise differs. Only what is determined is compared. What a machine may have or not, such as external stiffness, it has in every log: its size is that of all logs together (prior.h).
- * Ordinary threads; heap. */
+ * whole: generalised least squares of one set of values, of joints and of attenuation, to all logs' estimates; the sum of squares left is chi-square where only noise differs. Only what is determined
+ * is compared. Ordinary threads; heap. */
 #ifndef HEXID_AGREEMENT_H
 #define HEXID_AGREEMENT_H
 
 #include "method_c.h"
 
-enum { AGREEMENT_LOGS = 16, AGREEMENT_VALUES = UNKNOWN_SIZED /* entries, viscous and dry friction, as in equations.h */ };
+enum { AGREEMENT_LOGS = 16, AGREEMENT_VALUES = UNKNOWN_SHAPE /* entries, viscous and dry friction, as in equations.h */ };
 #define AGREEMENT_PROBABILITY 1e-3 /* less is disagreement: once in a thousand sets of logs that differ by noise alone */
 
 struct agreement {
@@ -23,8 +22,14 @@ struct agreement {
     bool agree;                                         /* as a whole, and no value is apart */
 };
 
-/* 2 to AGREEMENT_LOGS logs of the machine that is configured so. -2: all of them together determine nothing; -3: memory. */
-int agreement_find(int logs, const struct equations *const log[], const struct params *configured, struct agreement *a, struct error *error);
+struct agreement_log {
+    const struct equations *equations;
+    const struct estimate *estimate;
+    const struct method_c *result;  /* what it determines */
+};
+
+/* 2 to AGREEMENT_LOGS logs of the machine that is configured so. -3: memory. */
+int agreement_find(int logs, const struct agreement_log *log, const struct params *configured, struct agreement *a, struct error *error);
 
 /* The value that compares worst, of those that are not `used` yet; false: none is left. Marks it used. */
 struct agreement_place {

@@ -5,7 +5,12 @@
 #include <string.h>
 
 #include "dense.h"
-#include "prior.h"
+#include "shape_sizes.h"
+
+static const double LEAST_N = 1e-3;  /* of dry friction: none */
+static const double OF_NO_WEIGHT = 1e-12; /* of an unknown's own product: a prior that only rounding sees */
+
+static double square(double x) { return x * x; }
 
 void equations_entry(int unknown, int *row, int *column) {
     int i = 0;
@@ -34,18 +39,28 @@ void equations_add(struct equations *sum, const struct equations *e) {
         for (int d = 0; d <= c; d++) sum->product[c][d] += e->product[c][d];
         for (int j = 0; j < COMMON; j++) sum->common[j][c] += e->common[j][c];
     }
-    sum->logs += e->logs;
     sum->rest += e->rest;
     sum->free += e->free;
     for (int k = 0; k < LEGS; k++) sum->dry_n[k] = fmax(sum->dry_n[k], e->dry_n[k]);
-    sum->turns_radps = fmax(sum->turns_radps, e->turns_radps);
     sum->force_n = fmax(sum->force_n, e->force_n);
     sum->rate_mps = fmax(sum->rate_mps, e->rate_mps);
 }
 
-static bool factor_with_prior(const struct equations *e, const struct prior *prior, double factor[UNKNOWNS][UNKNOWNS]) {
+double equations_shape_variance(const struct equations *e, int i, const double size[UNKNOWN_SHAPES]) {
+    return square(fmax(e->dry_n[i / UNKNOWN_SHAPES] * size[i % UNKNOWN_SHAPES], LEAST_N));
+}
+
+static bool factor_with_prior(const struct equations *e, double nominal[DOFS][DOFS], double factor[UNKNOWNS][UNKNOWNS]) {
+    double prior[UNKNOWN_SHAPE], size[UNKNOWN_SHAPES];
+    for (int c = 0; c < UNKNOWN_SHAPE; c++) {
+        int row, column;
+        prior[c] = OF_NO_WEIGHT * e->product[c][c];
+        if (c < MATRIX_ENTRIES) equations_entry(c, &row, &column), prior[c] = 1.0 / (nominal[row][row] * nominal[column][column]);
+    }
+    if (!shape_sizes_find(e, prior, size)) return false;
     memcpy(factor, e->product, sizeof e->product);
-    for (int c = 0; c < UNKNOWNS; c++) factor[c][c] += prior_weight(prior, c);
+    for (int c = 0; c < UNKNOWNS; c++)
+        factor[c][c] += c < UNKNOWN_SHAPE ? prior[c] : 1.0 / equations_shape_variance(e, c - UNKNOWN_SHAPE, size);
     return dense_factor(UNKNOWNS, UNKNOWNS, factor[0]);
 }
 
@@ -57,14 +72,14 @@ static bool values(const struct equations *e, double factor[UNKNOWNS][UNKNOWNS],
     return finite;
 }
 
-bool equations_values(const struct equations *e, const struct prior *prior, double value[UNKNOWNS]) {
+bool equations_values(const struct equations *e, double nominal[DOFS][DOFS], double value[UNKNOWNS]) {
     double factor[UNKNOWNS][UNKNOWNS];
-    return factor_with_prior(e, prior, factor) && values(e, factor, value);
+    return factor_with_prior(e, nominal, factor) && values(e, factor, value);
 }
 
-bool equations_solve(const struct equations *e, const struct prior *prior, struct estimate *estimate) {
+bool equations_solve(const struct equations *e, double nominal[DOFS][DOFS], struct estimate *estimate) {
     double factor[UNKNOWNS][UNKNOWNS];
-    if (!factor_with_prior(e, prior, factor) || !values(e, factor, estimate->value)) return false;
+    if (!factor_with_prior(e, nominal, factor) || !values(e, factor, estimate->value)) return false;
     for (int c = 0; c < UNKNOWNS; c++) {
         memset(estimate->noise[c], 0, sizeof estimate->noise[c]);
         estimate->noise[c][c] = 1.0;

@@ -113,7 +113,6 @@ static void find_shapes(struct friction_course *c, const struct residual_test *t
 void friction_course_find(struct friction_course *c, const struct residual_test *t, const struct params *params) {
     struct motion m;
     find_motion(&m, t, params);
-    c->turns_radps = m.turns_radps;
     for (int k = 0; k < LEGS; k++) {
         find_direction(c, t, &m, k);
         find_shapes(c, t, &m, k);

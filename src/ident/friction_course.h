@@ -19,7 +19,6 @@
 #include "residual.h"
 
 struct friction_course {
-    double turns_radps;                                 /* of all legs together: rms acceleration over rms rate */
     double rate_mps[PHASES][LEGS];
     double direction[PHASES][LEGS];                     /* average, -1..1 */
     double doubt[PHASES][LEGS];                         /* 1 - direction^2, also where that is lost in rounding */

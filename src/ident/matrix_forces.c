@@ -22,51 +22,23 @@ static void add_weight(int row, int column, const double rotation[3][3], double 
     }
 }
 
-/* Of a symmetric matrix with one entry that is 1, times a motion. */
-static void entry_wrench(int row, int column, const double motion[DOFS], double wrench[DOFS]) {
-    memset(wrench, 0, DOFS * sizeof wrench[0]);
-    wrench[row] += motion[column];
-    if (row != column) wrench[column] += motion[row];
-}
-
-/* Legs of a unit wrench. */
-static bool unit_wrenches(double j[LEGS][DOFS], double along[DOFS][LEGS]) {
+bool matrix_forces(const struct rigid_legs *legs, double j[LEGS][DOFS], const double acceleration[DOFS], double gravity_mps2,
+                   double force_n[][LEGS]) {
+    double along[DOFS][LEGS] = {{0}}; /* legs of a unit wrench */
     for (int i = 0; i < DOFS; i++) {
-        memset(along[i], 0, sizeof along[i]);
         along[i][i] = 1.0;
         if (!inverse_dynamics_along_legs(j, along[i])) return false;
     }
-    return true;
-}
-
-static void along_legs(double along[DOFS][LEGS], const double wrench[DOFS], double force_n[LEGS]) {
-    memset(force_n, 0, LEGS * sizeof force_n[0]);
-    for (int i = 0; i < DOFS; i++)
-        for (int k = 0; k < LEGS && wrench[i] != 0.0; k++) force_n[k] += wrench[i] * along[i][k];
-}
-
-bool matrix_forces(const struct rigid_legs *legs, double j[LEGS][DOFS], const double acceleration[DOFS], double gravity_mps2,
-                   double force_n[][LEGS]) {
-    double along[DOFS][LEGS], wrench[DOFS];
-    if (!unit_wrenches(j, along)) return false;
     for (int c = 0; c < MATRIX_ENTRIES; c++) {
         int row, column;
+        double wrench[DOFS] = {0};
         equations_entry(c, &row, &column);
-        entry_wrench(row, column, acceleration, wrench);
+        wrench[row] += acceleration[column];
+        if (row != column) wrench[column] += acceleration[row];
         add_weight(row, column, legs->rotation, gravity_mps2, wrench);
-        along_legs(along, wrench, force_n[c]);
-    }
-    return true;
-}
-
-bool matrix_stiffness_forces(double j[LEGS][DOFS], const double pose[DOFS], double force_n[][LEGS]) {
-    double along[DOFS][LEGS], wrench[DOFS];
-    if (!unit_wrenches(j, along)) return false;
-    for (int c = 0; c < MATRIX_ENTRIES; c++) {
-        int row, column;
-        equations_entry(c, &row, &column);
-        entry_wrench(row, column, pose, wrench);
-        along_legs(along, wrench, force_n[c]);
+        memset(force_n[c], 0, sizeof force_n[c]);
+        for (int i = 0; i < DOFS; i++)
+            for (int k = 0; k < LEGS && wrench[i] != 0.0; k++) force_n[c][k] += wrench[i] * along[i][k];
     }
     return true;
 }

@@ -9,10 +9,6 @@
 /* The configured bodies, without friction, and without effects: a simulated machine's are in the log's configuration, and are to be found. */
 void matrix_bare_machine(struct params *params);
 
-/* Forces along the legs for one unit of each entry of a symmetric stiffness at the origin (equations_entry), at a pose from neutral. False where the
- * legs cannot. */
-bool matrix_stiffness_forces(double j[LEGS][DOFS], const double pose[DOFS], double force_n[][LEGS]);
-
 /* Forces along the legs for one unit of each entry (equations_entry), at a pose and an acceleration (inverse_dynamics_move): inertia, and the
  * weight of the payload that the entry stands for. False where the legs cannot. */
 bool matrix_forces(const struct rigid_legs *legs, double j[LEGS][DOFS], const double acceleration[DOFS], double gravity_mps2,

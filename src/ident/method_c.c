@@ -9,7 +9,6 @@
 #include "inverse_dynamics.h"
 #include "matrix_forces.h"
 #include "nominal.h"
-#include "prior.h"
 #include "units.h"
 #include "whiten.h"
 
@@ -60,13 +59,11 @@ static bool values_at(struct work *w, struct inverse_dynamics *d, const struct r
                       const struct friction_course *course) {
     struct inverse_dynamics_input in = {0};
     struct rigid_legs legs;
-    double j[LEGS][DOFS], acceleration[DOFS], pose[DOFS];
+    double j[LEGS][DOFS], acceleration[DOFS];
     legs_at(t, phase, in.leg);
     if (!inverse_dynamics_step(d, &in, value[UNKNOWNS])) return false;
     if (!inverse_dynamics_move(d, (const double(*)[3])in.leg, &legs, j, acceleration)) return false;
-    rigid_pose(&d->state, pose);
     if (!matrix_forces(&legs, j, acceleration, w->params->payload.gravity_mps2, value)) return false;
-    if (!matrix_stiffness_forces(j, pose, &value[UNKNOWN_STIFFNESS])) return false;
     for (int k = 0; k < LEGS; k++) {
         double direction = course->direction[phase][k];
         value[VISCOUS + k][k] = in.leg[k][1];
@@ -98,8 +95,7 @@ static bool fill_columns(struct work *w, const struct params *machine, int test)
     return true;
 }
 
-static void expect_sizes(struct work *w, int pass) {
-    for (int i = 0; i < w->data.tests; i++) w->sum->turns_radps = fmax(w->sum->turns_radps, w->course[i].turns_radps);
+static void expect_friction(struct work *w, int pass) {
     for (int k = 0; k < LEGS; k++) {
         double most = 0.0, mean = 0.5 * fabs(w->x[DRY + 2 * k] + w->x[DRY + 2 * k + 1]); /* of both directions: free of a constant */
         for (int i = 0; i < w->data.tests; i++) most = fmax(most, residual_variation(&w->data.test[i], CHANNEL_FORCE, k));
@@ -206,7 +202,7 @@ static int prepare_tests(struct work *w, struct error *error) {
 static int pass(struct work *w, int number, struct error *error) {
     *w->sum = (struct equations){0};
     w->square = 0.0, w->count = 0;
-    expect_sizes(w, number);
+    expect_friction(w, number);
     for (int i = 0; i < w->data.tests; i++) {
         const struct residual_test *t = &w->data.test[i];
         if (!fill_columns(w, w->params, i)) return error_set(error, STATUS_USAGE, no_pose);
@@ -214,8 +210,7 @@ static int pass(struct work *w, int number, struct error *error) {
         if (!accumulate(w, i)) return error_set(error, STATUS_USAGE, "method C: a force that is constant, or no number");
         if (number == PASSES - 1) add_attenuation(w, t);
     }
-    struct prior prior;
-    bool solved = prior_find(w->sum, w->nominal, &prior) && equations_values(w->sum, &prior, w->x);
+    bool solved = equations_values(w->sum, w->nominal, w->x);
     return solved ? STATUS_OK : error_set(error, STATUS_USAGE, "method C: some leg does not move both ways");
 }
 
@@ -279,8 +274,7 @@ static void weigh_scatter(struct equations *e) {
 }
 
 static void find_rest(struct work *w) {
-    w->sum->logs = 1;
-    w->sum->rest = w->square, w->sum->free = w->count - UNKNOWN_SIZED; /* the rest has the prior of the others in it */
+    w->sum->rest = w->square, w->sum->free = w->count - UNKNOWNS;
     for (int c = 0; c < UNKNOWNS; c++) w->sum->rest -= w->x[c] * w->sum->with[c];
 }
 

@@ -12,10 +12,7 @@
  * out. What the held commands do to samples in step with them is taken off (residual_staircase).
  *
  * Dry friction that depends on speed (Stribeck, two shapes), on the pressures, or on a seal that gives before it slides (presliding: Dahl's law, by
- * 20, 40, .. 320 um) is fitted beside it (friction_course.h), with a prior about zero whose width the data say (variance_components.h).
- *
- * External stiffness, symmetric, pulls the pose to neutral: in phase with position, as inertia is. It is estimated where the data tell the two
- * apart, by tests at two frequencies; at one frequency it looks like inertia (prior.h).
+ * 20, 40, .. 320 um) is fitted beside it (friction_course.h), with a prior about zero whose width the data say (shape_sizes.h).
  *
  * Both sides are rows of coefficients (residual.h): harmonics of a steady test, local cosines of any other motion. They are linear in the unknowns;
  * generalised least squares with the sensors' covariance, that of a length through the acceleration, is maximum likelihood to first order. Near
@@ -33,7 +30,6 @@
 #include "equations.h"
 #include "methods.h"
 #include "payload.h"
-#include "prior.h"
 #include "recording.h"
 
 /* The matrix elsewhere than at neutral, from the payload found and the legs as configured. */
@@ -47,8 +43,6 @@ struct method_c {
                                                   * number is the normal matrix's, entries in units of sqrt(M_ii M_jj), friction eliminated */
     double viscous[LEGS], viscous_std[LEGS];     /* N s/m */
     double dry[LEGS][2], dry_std[LEGS][2];       /* N, extending and retracting */
-    bool stiffness_found;                        /* told from inertia (prior.h): what pulls the platform back to neutral but its weight. Symmetric, */
-    double stiffness[DOFS][DOFS], stiffness_std[DOFS][DOFS]; /* N/m, N/rad = N m/m, N m/rad; NaN where it is not */
     struct payload payload;
     struct matrix_at_pose at_pose;
     double scatter;                              /* of the rows over their noise: about 1 where the model holds, less with dry friction */
@@ -66,18 +60,13 @@ int method_c_check(const struct recording *recording, struct error *error);
 int method_c_solve(const struct equations *equations, const struct params *configured, struct estimate *estimate, struct method_c *result,
                    struct error *error);
 
-/* The two steps of it: what is known before these data, by all data that there are; and the estimate from these. */
-int method_c_prior(const struct equations *all, const struct params *configured, struct prior *prior, struct error *error);
-int method_c_solve_under(const struct equations *equations, const struct prior *prior, const struct params *configured, struct estimate *estimate,
-                         struct method_c *result, struct error *error);
-
 /* Of one recording, checked: the two above. -3 also without memory. */
 int method_c(const struct recording *recording, struct method_c *result, struct error *error);
 
 /* Fills at_pose. -2: a leg's stroke does not reach the pose. */
 int method_c_at_pose(struct method_c *m, const struct params *params, const double pose[DOFS], struct error *error);
 
-/* Entries, viscous and dry friction by their place in the equations, below UNKNOWN_SIZED; NaN: not determined. */
+/* Entries, viscous and dry friction by their place in the equations, below UNKNOWN_SHAPE; NaN: not determined. */
 double method_c_value(const struct method_c *m, int unknown, double *std);
 
 #endif

@@ -7,7 +7,6 @@
 #include "kinematics.h"
 #include "lin.h"
 #include "nominal.h"
-#include "prior.h"
 
 static const double UNDETERMINED = 0.2;          /* of sqrt(M_ii M_jj) */
 static const double UNDETERMINED_FRICTION = 0.1; /* of what varies of the force */
@@ -47,23 +46,13 @@ static bool any(const struct method_result *m) {
 
 /* A friction whose deviation is a good part of what varies of the force at all is none that was measured. */
 static void report_friction(const struct estimate *e, const struct equations *of, struct method_c *m) {
-    for (int c = UNKNOWN_VISCOUS; c < UNKNOWN_SIZED; c++) {
+    for (int c = UNKNOWN_VISCOUS; c < UNKNOWN_SHAPE; c++) {
         bool viscous = c < UNKNOWN_DRY;
         int leg = viscous ? c - UNKNOWN_VISCOUS : (c - UNKNOWN_DRY) / 2, direction = (c - UNKNOWN_DRY) % 2;
         double std = sqrt(estimate_covariance(e, c, c));
         bool determined = std * (viscous ? of->rate_mps : 1.0) < UNDETERMINED_FRICTION * of->force_n;
         *(viscous ? &m->viscous[leg] : &m->dry[leg][direction]) = known(e->value[c], determined);
         *(viscous ? &m->viscous_std[leg] : &m->dry_std[leg][direction]) = known(std, determined);
-    }
-}
-
-static void report_stiffness(const struct estimate *e, const struct prior *prior, struct method_c *m) {
-    bool found = m->stiffness_found = prior->size[COMPONENT_STIFFNESS] > 0.0;
-    for (int c = 0; c < MATRIX_ENTRIES; c++) {
-        int i, j;
-        equations_entry(c, &i, &j);
-        m->stiffness[i][j] = m->stiffness[j][i] = known(e->value[UNKNOWN_STIFFNESS + c], found);
-        m->stiffness_std[i][j] = m->stiffness_std[j][i] = known(sqrt(estimate_covariance(e, UNKNOWN_STIFFNESS + c, UNKNOWN_STIFFNESS + c)), found);
     }
 }
 
@@ -78,27 +67,7 @@ static struct payload payload_of(const struct estimate *e, double nominal[DOFS][
     return payload_find(configured, k, value, covariance);
 }
 
-static const char no_both_ways[] = "method C: some leg does not move both ways";
-
-int method_c_prior(const struct equations *e, const struct params *configured, struct prior *prior, struct error *error) {
-    static const double neutral[DOFS] = {0};
-    struct kinematics k;
-    double nominal[DOFS][DOFS];
-    int status = kinematics_init(&k, configured, error);
-    if (status) return status;
-    nominal_matrix(configured, &k, neutral, nominal);
-    return prior_find(e, nominal, prior) ? STATUS_OK : error_set(error, STATUS_USAGE, no_both_ways);
-}
-
 int method_c_solve(const struct equations *e, const struct params *configured, struct estimate *estimate, struct method_c *result, struct error *error) {
-    struct prior prior;
-    *result = (struct method_c){0};
-    int status = method_c_prior(e, configured, &prior, error);
-    return status ? status : method_c_solve_under(e, &prior, configured, estimate, result, error);
-}
-
-int method_c_solve_under(const struct equations *e, const struct prior *prior, const struct params *configured, struct estimate *estimate,
-                         struct method_c *result, struct error *error) {
     static const double neutral[DOFS] = {0};
     struct kinematics k;
     double nominal[DOFS][DOFS];
@@ -106,7 +75,7 @@ int method_c_solve_under(const struct equations *e, const struct prior *prior, c
     int status = kinematics_init(&k, configured, error);
     if (status) return status;
     nominal_matrix(configured, &k, neutral, nominal);
-    if (!equations_solve(e, prior, estimate)) return error_set(error, STATUS_USAGE, no_both_ways);
+    if (!equations_solve(e, nominal, estimate)) return error_set(error, STATUS_USAGE, "method C: some leg does not move both ways");
     report_matrix(estimate, nominal, &result->matrix);
     if (!any(&result->matrix)) {
         result->matrix.evaluated = false;
@@ -115,7 +84,6 @@ int method_c_solve_under(const struct equations *e, const struct prior *prior, c
     }
     result->scatter = equations_scatter(e);
     report_friction(estimate, e, result);
-    report_stiffness(estimate, prior, result);
     result->payload = payload_of(estimate, nominal, configured, &k);
     return STATUS_OK;
 }

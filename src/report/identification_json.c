@@ -79,7 +79,6 @@ json_t *report_method_c(const struct method_c *source) {
                      vector(c.viscous, LEGS), "viscous_std_n_s_per_m", vector(c.viscous_std, LEGS), "dry_friction_n", "extend", strided(c.dry[0]),
                      "extend_std", strided(c.dry_std[0]), "retract", strided(c.dry[0] + 1), "retract_std", strided(c.dry_std[0] + 1),
                      "scatter", report_number(c.scatter), "condition_number", report_number(c.matrix.condition_number), "payload", payload_json(&c.payload));
-    found = report_set(found, "stiffness", c.stiffness_found ? json_pack("{so so}", "K", matrix(c.stiffness), "std", matrix(c.stiffness_std)) : json_null());
     if (!c.at_pose.asked) return found;
     return report_set(found, "at_pose", json_pack("{so so}", "pose", vector(c.at_pose.pose, DOFS), "Mt", c.at_pose.determined ? matrix(c.at_pose.mt) : json_null()));
 }

@@ -134,19 +134,6 @@ static void print_parts(FILE *out, const struct identification *id) {
     fprintf(out, "\n");
 }
 
-void identification_stiffness_print(FILE *out, const struct method_c *c) {
-    if (!c->stiffness_found) return;
-    for (int s = 0; s < 2; s++) {
-        fprintf(out, "%s", s ? "               standard deviation:                        " : "external stiffness, x y z in kN/m, phi theta psi in kN m/rad:");
-        for (int i = 0; i < DOFS; i++) {
-            double value = s ? c->stiffness_std[i][i] : c->stiffness[i][i];
-            if (isnan(value)) fprintf(out, " -");
-            else fprintf(out, " %.3g", 1e-3 * value);
-        }
-        fprintf(out, "\n");
-    }
-}
-
 static void print_method_c(FILE *out, const struct identification *id) {
     const struct method_c *c = &id->method_c;
     int decimals = identification_decimals(id->nominal_mt);
@@ -169,7 +156,6 @@ static void print_method_c(FILE *out, const struct identification *id) {
     friction(out, "dry, extending", c->dry[0], c->dry_std[0], 2, "N");
     friction(out, "dry, retracting", c->dry[0] + 1, c->dry_std[0] + 1, 2, "N");
     if (c->payload.evaluated) print_payload(out, &c->payload);
-    identification_stiffness_print(out, c);
     fprintf(out, "Mt by method C, kg, kg m, kg m^2 (-: not determined)\n");
     print_matrix(out, c->matrix.mt);
     identification_at_pose_print(out, &c->at_pose);

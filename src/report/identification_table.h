@@ -17,9 +17,6 @@ void identification_table_print(FILE *out, const struct identification *id, bool
  * they need. */
 void identification_determined_print(FILE *out, const struct method_c *c, const double nominal_mt[DOFS][DOFS]);
 
-/* The diagonal of the external stiffness, where some of it was told from inertia. */
-void identification_stiffness_print(FILE *out, const struct method_c *c);
-
 /* The matrix at the pose that was asked for, if one was. */
 void identification_at_pose_print(FILE *out, const struct matrix_at_pose *at);
 
