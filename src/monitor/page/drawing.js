@@ -173,7 +173,7 @@ export class Drawing {
     if (reference !== null) this.line([x(reference), y - 62], [x(reference), y + 62], this.colour("accent"), 2);
     this.drawStroke(x, y + 84);
     const known = reference !== null ? " Blue: the reference." : "";
-    this.caption = `Position ${fixed(1e3 * position, 2)} mm; the stroke is ${fixed(1e3 * stroke, 0)} mm.${known}`;
+    this.caption = `Position ${position === null ? "–" : fixed(1e3 * position, 2)} mm; the stroke is ${fixed(1e3 * stroke, 0)} mm.${known}`;
   }
 
   drawStroke(x, y) {

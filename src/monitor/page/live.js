@@ -38,7 +38,8 @@ function meet(data) {
 
 // Another start of hexid: nothing of the one before is left on the page but its events.
 function forget() {
-  newest = drawn = fault = null;
+  newest = drawn = null;
+  showFault(null);
   results = [];
   matrices = {};
   strips.forget();
@@ -126,6 +127,8 @@ function showHealth(health) {
     "monitor the configuration (-c) of the hexid that it shows, or drawing and nominal matrix are another machine's.";
   at("live").hidden = never && !events.length && at("gap_part").hidden;
   if (never) {
+    at("state").classList.remove("alarm");
+    document.title = "hexid";
     at("state").textContent = "waiting for hexid";
     at("doing").textContent = `None is heard on ${machine.lcm_url}: is one running, with this lcm.url?`;
   }

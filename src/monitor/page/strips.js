@@ -46,6 +46,7 @@ export class Strips {
   }
 
   take(cycle) {
+    if (this.count && cycle.time_s < this.time[(this.count - 1) % POINTS]) this.forget(); // the loop's clock begins anew
     const i = this.count++ % POINTS;
     this.time[i] = cycle.time_s;
     for (const strip of this.strips)
@@ -124,7 +125,7 @@ function figure({ title, series, canvas }) {
   return box;
 }
 
-// null: no series has a number.
+// null: no series has a number, or no doubles lie between those that they have: such a scale has no steps.
 function rangeOf(series, places, least) {
   let low = Infinity, high = -Infinity;
   for (const s of series)
@@ -134,6 +135,7 @@ function rangeOf(series, places, least) {
     }
   if (!(low <= high)) return null;
   const room = Math.max(0.06 * (high - low), (least - (high - low)) / 2);
+  if (!(high - low + 2 * room > 1e-9 * Math.max(Math.abs(low), Math.abs(high)))) return null;
   return { low: low - room, high: high + room };
 }
 
