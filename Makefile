@@ -100,6 +100,12 @@ bench-table5: $(BUILD)/hexid ## which effects make the simulated machine read Ti
 bench-coverage: $(BUILD)/hexid ## method C on 200 random machines: do its intervals hold? 3 minutes
 	@HEXID=$(BUILD)/hexid python3 tests/ident/coverage.py --machines 200
 
+format: | deps-format ## the C and C++ as .clang-format has it
+	@tests/format.py apply
+
+format-check: | deps-format ## is it? Names the files and the difference; also comments beyond column 100
+	@tests/format.py
+
 docs: $(BUILD)/hexid $(BUILD)/tests/test_commands ## docs/configuration.md, the reference of all keys, and docs/commands.md, what commands answer
 	sed -i '/^<!-- hexid doctor --keys -->$$/q' docs/configuration.md && $(BUILD)/hexid doctor --keys >>docs/configuration.md
 	$(BUILD)/tests/test_commands --table >$(BUILD)/commands.md
@@ -176,6 +182,8 @@ deps-pictures: deps-test
 	$(call install,pngquant)
 deps-fuzz: deps-run
 	$(call install,clang libclang-rt-14-dev)
+deps-format:
+	$(call install,clang-format-22)
 deps-deb: deps-run
 	$(call install,dpkg-dev lintian mmdebstrap)
 deps-bench: deps-test
@@ -287,7 +295,7 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)javac -cp /usr/share/java/lcm.jar -d $(@D) $(@D)/hexid/*.java
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
-.PHONY: all always install deb has-display run test test-long test-rt asan tsan fuzz fuzz-run bench bench-paper bench-gap bench-coverage bench-methods bench-table5 rig check-rig docs pictures python-types spy clean help
-.PHONY: deps deps-run deps-test deps-deb deps-pictures deps-fuzz deps-bench deps-spy
+.PHONY: all always install deb has-display run test test-long test-rt asan tsan fuzz fuzz-run bench bench-paper bench-gap bench-coverage bench-methods bench-table5 rig check-rig format format-check docs pictures python-types spy clean help
+.PHONY: deps deps-run deps-test deps-deb deps-format deps-pictures deps-fuzz deps-bench deps-spy
 .SECONDARY:
 -include $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d) $(FUZZERS:=.d)

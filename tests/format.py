@@ -1,0 +1,69 @@
+#!/usr/bin/python3
+"""The form of the C and C++: `make format-check` names the files that are not in it, with the difference; `make format` brings them there.
+
+What clang-format does not do is checked here: a comment ends at column 100, and a line, whose string no tool breaks, at column 140.
+"""
+
+import difflib
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+CLANG_FORMAT = "clang-format-22"
+FOLDERS = "src", "include", "hal", "sim", "tests"
+SUFFIXES = ".c", ".h", ".cpp", ".hpp"
+COMMENT_END, LINE_END = 100, 140
+
+TOKEN = re.compile(
+    r"""R"\((?:.|\n)*?\)"|"(?:\\(?:.|\n)|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'|(?P<comment>/\*(?:.|\n)*?\*/|//[^\n]*)"""
+)
+
+
+def too_wide(text):
+    """Numbers of the lines on which a comment or the line itself ends too far to the right."""
+    for comment in (match for match in TOKEN.finditer(text) if match["comment"]):
+        line, column = text.count("\n", 0, comment.start()) + 1, comment.start() - (text.rfind("\n", 0, comment.start()) + 1)
+        for i, part in enumerate(comment[0].split("\n")):
+            if len(part) + (0 if i else column) > COMMENT_END:
+                yield line + i, f"a comment passes column {COMMENT_END}"
+    for i, line in enumerate(text.split("\n")):
+        if len(line) > LINE_END:
+            yield i + 1, f"the line passes column {LINE_END}"
+
+
+def formatted_otherwise(files):
+    """Files that clang-format would change; it names each with its first line that is to be another."""
+    run = subprocess.run([CLANG_FORMAT, "--dry-run", "--ferror-limit=1", *files], capture_output=True, text=True, check=False)
+    if run.returncode:
+        sys.exit(run.stderr)
+    return sorted(set(re.findall(r"^([^:\n]+):\d+:\d+: warning: code should be clang-formatted", run.stderr, re.M)))
+
+
+def difference(file):
+    formatted = subprocess.run([CLANG_FORMAT, file], capture_output=True, text=True, check=True).stdout
+    old, new = pathlib.Path(file).read_text().splitlines(True), formatted.splitlines(True)
+    return "".join(difflib.unified_diff(old, new, file, f"{file}, formatted"))
+
+
+def main():
+    if not shutil.which(CLANG_FORMAT):
+        sys.exit(f"{CLANG_FORMAT} is not there: `make deps` installs it")
+    files = sorted(str(p) for folder in FOLDERS for p in pathlib.Path(folder).rglob("*") if p.suffix in SUFFIXES)
+    if sys.argv[1:] == ["apply"]:
+        subprocess.run([CLANG_FORMAT, "-i", *files], check=True)
+    wide = [f"{file}:{line}: {what}" for file in files for line, what in too_wide(pathlib.Path(file).read_text())]
+    other = formatted_otherwise(files)
+    for file in other:
+        print(difference(file), end="")
+    for line in [f"{file}: `make format` writes it otherwise" for file in other] + wide:
+        print(line)
+    print(f"{'not ' if other else ''}ok - {len(files)} files are as {CLANG_FORMAT} writes them")
+    print(f"{'not ' if wide else ''}ok - comments end at column {COMMENT_END}, lines at column {LINE_END}")
+    failed = bool(other) + bool(wide)
+    print(f"{2 - failed} passed, {failed} failed")
+    sys.exit(failed > 0)
+
+
+main()
