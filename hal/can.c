@@ -1,16 +1,19 @@
-/* can: CANopen nodes, six axes and an I/O module, on SocketCAN (can_frames.h: the frames, can_master.h: nodes and samples, can_socket.h:
- * the socket).
+/* can: CANopen nodes, six axes and an I/O module, on SocketCAN (can_frames.h: the frames,
+ * can_master.h: nodes and samples, can_socket.h: the socket).
  *
- * Cycle k reads what the nodes latched at the SYNC of cycle k-1, and ends with its RPDOs and SYNC k, which puts that command into force and
- * latches the next sample: a command acts exactly one cycle after the sample that it was computed from. The sample's time is the instant
- * at which the bus carried its SYNC. A cycle in which a TPDO is missing may end with nothing (can_master.h).
+ * Cycle k reads what the nodes latched at the SYNC of cycle k-1, and ends with its RPDOs and SYNC
+ * k, which puts that command into force and latches the next sample: a command acts exactly one
+ * cycle after the sample that it was computed from. The sample's time is the instant at which the
+ * bus carried its SYNC. A cycle in which a TPDO is missing may end with nothing (can_master.h).
  *
- * SAFETY: what the kernel's transmit queue holds cannot be recalled. So no more than three cycles' frames are ever given to it: when three
- * SYNCs have not come back from the bus, nothing more is sent, and write() fails. Should the bus carry them at last, they meet nodes whose
- * watchdog has centred the valve and which take no command in pre-operational.
+ * SAFETY: what the kernel's transmit queue holds cannot be recalled. So no more than three cycles'
+ * frames are ever given to it: when three SYNCs have not come back from the bus, nothing more is
+ * sent, and write() fails. Should the bus carry them at last, they meet nodes whose watchdog has
+ * centred the valve and which take no command in pre-operational.
  *
- * SAFETY: one master. Before it sends anything, bring-up listens: what only a master sends ends it, and the one that runs is not disturbed.
- * From then on such a frame that is not the echo of an own one is a fault at once (can_master.h). */
+ * SAFETY: one master. Before it sends anything, bring-up listens: what only a master sends ends it,
+ * and the one that runs is not disturbed. From then on such a frame that is not the echo of an own
+ * one is a fault at once (can_master.h). */
 #include <poll.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -26,7 +29,8 @@
 enum { BRING_UP_MS = 3000, LISTEN_MAX_MS = 500, DRAIN_MAX = 4 /* batches */, UNECHOED_MAX = 3, NS_PER_MS = 1000000 };
 _Static_assert((int)CAN_QUEUE <= (int)CAN_BATCH, "a queue is sent at once");
 #define JAMMED (1ull << 63)
-static const double jam_s = 0.1; /* then the frames are taken for lost (interface reset) and one cycle's are tried again */
+static const double jam_s = 0.1; /* then the frames are taken for lost (interface reset) and one
+                                  * cycle's are tried again */
 
 struct can {
     struct hal hal;
@@ -34,7 +38,8 @@ struct can {
     struct can_master master;
     int64_t sent_ns; /* last SYNC, CLOCK_MONOTONIC */
     bool jammed;
-    _Atomic uint64_t trouble, refusal; /* loop -> any thread: the first condition that was not good since the last start or good second */
+    _Atomic uint64_t trouble, refusal; /* loop -> any thread: the first condition that was not good
+                                        * since the last start or good second */
     int64_t good_ns;          /* since when all is well */
 };
 
@@ -45,11 +50,10 @@ static int64_t monotonic_ns(void) {
 }
 
 /* Sends all or fails at the first that the kernel does not take. */
-static int flush(struct can *c, struct can_queue *q) {
-    return can_socket_send(&c->socket, q->frame, q->count) == q->count ? 0 : -1;
-}
+static int flush(struct can *c, struct can_queue *q) { return can_socket_send(&c->socket, q->frame, q->count) == q->count ? 0 : -1; }
 
-/* Everything that has come, on CLOCK_MONOTONIC: the kernel stamps on CLOCK_REALTIME, which may jump. Bounded, whoever babbles. */
+/* Everything that has come, on CLOCK_MONOTONIC: the kernel stamps on CLOCK_REALTIME, which may
+ * jump. Bounded, whoever babbles. */
 static int drain(struct can *c) {
     int64_t to_monotonic_ns = monotonic_ns() - can_realtime_ns();
     struct can_arrival come[CAN_BATCH];
@@ -80,11 +84,14 @@ static void leave(struct can *c) {
 }
 
 static int refuse_second(const struct can_frame *heard, const char *interface, struct error *error) {
-    return error_set(error, STATUS_UNSAFE, "can:%s: another master is on %s: %s (0x%03x) heard; stop that one first, two cannot "
-                     "command one machine", interface, interface, can_frame_of_master(heard), (unsigned)heard->can_id);
+    return error_set(error, STATUS_UNSAFE,
+                     "can:%s: another master is on %s: %s (0x%03x) heard; stop that one first, two cannot "
+                     "command one machine",
+                     interface, interface, can_frame_of_master(heard), (unsigned)heard->can_id);
 }
 
-/* SAFETY: three heartbeats of silence, before anything is sent. A hexid that runs sends SYNC every cycle. */
+/* SAFETY: three heartbeats of silence, before anything is sent. A hexid that runs sends
+ * SYNC every cycle. */
 static int listen(struct can *c, const char *interface, struct error *error) {
     int64_t three_ns = 3 * ns_from_seconds(c->master.params->can.heartbeat_s), most_ns = (int64_t)LISTEN_MAX_MS * NS_PER_MS;
     int64_t end_ns = monotonic_ns() + (three_ns < most_ns ? three_ns : most_ns);
@@ -109,10 +116,14 @@ static int judge(const struct can *c, bool sent, const char *interface, struct e
     struct can_condition condition = can_master_condition(m);
     can_condition_describe(condition, m->params, text, sizeof text);
     if (condition.refusal && sent)
-        return error_set(error, STATUS_UNSAFE, "can:%s: %s; connect the nodes of config/hexid_node.eds and hexid_io.eds, give the keys of "
-                         "others, or stop the other master", interface, text);
-    return error_set(error, STATUS_IO, "can:%s: %s; check power, node ids 1 to %d, bit rate and termination "
-                     "(`candump %s` shows what is there)", interface, sent ? text : "nothing can be sent", m->nodes, interface);
+        return error_set(error, STATUS_UNSAFE,
+                         "can:%s: %s; connect the nodes of config/hexid_node.eds and hexid_io.eds, give the keys of "
+                         "others, or stop the other master",
+                         interface, text);
+    return error_set(error, STATUS_IO,
+                     "can:%s: %s; check power, node ids 1 to %d, bit rate and termination "
+                     "(`candump %s` shows what is there)",
+                     interface, sent ? text : "nothing can be sent", m->nodes, interface);
 }
 
 static int bring_up(struct can *c, const char *interface, struct error *error) {
@@ -132,9 +143,11 @@ static int bring_up(struct can *c, const char *interface, struct error *error) {
 static int refuse_load(const struct params *params, const char *interface, struct error *error) {
     struct can_load l = can_load(params);
     if (l.share <= l.limit) return STATUS_OK;
-    return error_set(error, STATUS_USAGE, "can:%s: %d bits a cycle and %.1f of heartbeats take %.0f %% of %g s at %g bit/s, "
-                     "at most %.0f %% fit: raise can.bitrate_bps or loop.period_s", interface, l.cycle_bits, l.heartbeat_bits,
-                     100 * l.share, params->loop.period_s, params->can.bitrate_bps, 100 * l.limit);
+    return error_set(error, STATUS_USAGE,
+                     "can:%s: %d bits a cycle and %.1f of heartbeats take %.0f %% of %g s at %g bit/s, "
+                     "at most %.0f %% fit: raise can.bitrate_bps or loop.period_s",
+                     interface, l.cycle_bits, l.heartbeat_bits, 100 * l.share, params->loop.period_s, params->can.bitrate_bps,
+                     100 * l.limit);
 }
 
 static int refuse_watchdog(const struct params *params, const char *interface, struct error *error) {
@@ -152,9 +165,10 @@ static uint32_t session_token(void) {
 }
 
 static int can_open(struct hal **hal, const char *interface, const struct params *params, uint64_t seed, struct error *error) {
-    static const struct can_accept accept[] = {
-        {COB_NMT, CAN_SFF_MASK},  {COB_EMCY, COB_FUNCTION}, {COB_TPDO, COB_FUNCTION},     {COB_RPDO, COB_FUNCTION},
-        {COB_SDO, COB_FUNCTION},  {COB_SDO_REPLY, COB_FUNCTION}, {COB_HEARTBEAT, COB_FUNCTION}}; /* SYNC is EMCY's node 0 */
+    /* SYNC is EMCY's node 0. */
+    static const struct can_accept accept[] = {{COB_NMT, CAN_SFF_MASK},      {COB_EMCY, COB_FUNCTION}, {COB_TPDO, COB_FUNCTION},
+                                               {COB_RPDO, COB_FUNCTION},     {COB_SDO, COB_FUNCTION},  {COB_SDO_REPLY, COB_FUNCTION},
+                                               {COB_HEARTBEAT, COB_FUNCTION}};
     (void)seed;
     int status = refuse_load(params, interface, error);
     if (!status) status = refuse_watchdog(params, interface, error);
@@ -174,7 +188,8 @@ static int can_open(struct hal **hal, const char *interface, const struct params
     return status;
 }
 
-/* Keeps what came first until all has been well for a second: that is the cause, what follows it is not. */
+/* Keeps what came first until all has been well for a second: that is the cause, what
+ * follows it is not. */
 static void note_trouble(struct can *c, int64_t now_ns) {
     struct can_condition condition = can_master_condition(&c->master);
     uint64_t state = condition.state | (c->jammed ? JAMMED : 0);
@@ -195,7 +210,8 @@ static int can_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) 
     can_master_sample(&c->master, sample);
     sample->time_ns += to_loop_ns;
     sample->age_ns = now_ns - sample->time_ns;
-    /* Latched at the SYNC of the cycle before, as it should be, or half a period and more earlier. */
+    /* Latched at the SYNC of the cycle before, as it should be, or half a period
+     * and more earlier. */
     if (2 * sample->age_ns > 3 * ns_from_seconds(c->master.params->loop.period_s)) sample->flags |= SAMPLE_LATE;
     return dead ? -1 : 0;
 }

@@ -5,10 +5,15 @@
 
 #include "can_master.h"
 
-/* The 64 bits of can_condition.state, from bit 0: bus 2, nodes 7 x 4 (phase 3, whether an EMCY stands), its code 16, frame of another
- * master 12, free 5, the caller's 1. */
-enum { CONDITION_NODES = 2, CONDITION_NODE_BITS = 4, CONDITION_EMCY = CONDITION_NODES + CAN_NODES * CONDITION_NODE_BITS,
-       CONDITION_FOREIGN = CONDITION_EMCY + 16, CONDITION_END = CONDITION_FOREIGN + 12 };
+/* The 64 bits of can_condition.state, from bit 0: bus 2, nodes 7 x 4 (phase 3, whether an EMCY
+ * stands), its code 16, frame of another master 12, free 5, the caller's 1. */
+enum {
+    CONDITION_NODES = 2,
+    CONDITION_NODE_BITS = 4,
+    CONDITION_EMCY = CONDITION_NODES + CAN_NODES * CONDITION_NODE_BITS,
+    CONDITION_FOREIGN = CONDITION_EMCY + 16,
+    CONDITION_END = CONDITION_FOREIGN + 12
+};
 _Static_assert((int)CONDITION_END <= 63, "there is no room for so many nodes");
 /* Of can_condition.refusal: value 32, sub-index 8, index 16, node 3, kind 2. */
 enum { REFUSAL_SUB = 32, REFUSAL_INDEX = 40, REFUSAL_NODE = 56, REFUSAL_KIND = 59 };
@@ -41,22 +46,28 @@ __attribute__((format(printf, 3, 4))) static void append(char *text, size_t size
 }
 
 static void describe_refusal(uint64_t word, const struct params *params, char *text, size_t size) {
-    const struct can_refusal r = {.kind = (enum can_refusal_kind)(word >> REFUSAL_KIND), .index = (uint16_t)(word >> REFUSAL_INDEX),
-                                  .sub = (uint8_t)(word >> REFUSAL_SUB), .value = (uint32_t)word};
+    const struct can_refusal r = {.kind = (enum can_refusal_kind)(word >> REFUSAL_KIND),
+                                  .index = (uint16_t)(word >> REFUSAL_INDEX),
+                                  .sub = (uint8_t)(word >> REFUSAL_SUB),
+                                  .value = (uint32_t)word};
     const char *key, *why = can_abort_text(r.value), *comma = *why ? ", " : "";
     double configured = can_identity(params, word >> REFUSAL_NODE & 7, r.index, r.sub, &key);
     if (can_refused_by_owner(&r)) append(text, size, " owned by another master");
     else if (r.kind == CAN_ABORTED) append(text, size, " refused 0x%04x:%u: abort 0x%08x%s%s", r.index, r.sub, r.value, comma, why);
     else if (!key) append(text, size, " has 0x%x in 0x%04x:%u, which is not what it must be", r.value, r.index, r.sub);
-    else append(text, size, ": another device, 0x%04x:%u is 0x%x, not 0x%x (can.%s)", r.index, r.sub, r.value,
-                (uint32_t)llround(configured), key);
+    else
+        append(text, size, ": another device, 0x%04x:%u is 0x%x, not 0x%x (can.%s)", r.index, r.sub, r.value, (uint32_t)llround(configured),
+               key);
 }
 
 /* ", node 3 lost EMCY 0x8250" at the end of the text. */
 static void describe_node(const char *who, unsigned node, unsigned code, uint64_t refusal, const struct params *params, char *text,
                           size_t size) {
-    static const char *const phases[] = {[CAN_LOST] = " lost", [CAN_REFUSED] = " refused its set-up", [CAN_SETUP] = " being set up",
-                                         [CAN_STARTING] = " starting", [CAN_RUNNING] = ""};
+    static const char *const phases[] = {[CAN_LOST] = " lost",
+                                         [CAN_REFUSED] = " refused its set-up",
+                                         [CAN_SETUP] = " being set up",
+                                         [CAN_STARTING] = " starting",
+                                         [CAN_RUNNING] = ""};
     unsigned phase = CAN_RUNNING - (node & 7) % (CAN_RUNNING + 1);
     append(text, size, ", %s", who);
     if (phase == CAN_REFUSED && refusal) describe_refusal(refusal, params, text, size);
@@ -66,7 +77,8 @@ static void describe_node(const char *who, unsigned node, unsigned code, uint64_
 
 void can_condition_describe(struct can_condition c, const struct params *params, char *text, size_t size) {
     static const char *const buses[] = {[CAN_BUS_GOOD] = "", [CAN_BUS_PASSIVE] = ", bus error-passive", [CAN_BUS_OFF] = ", bus-off"};
-    const unsigned all = 0x1111111 >> CONDITION_NODE_BITS * (CAN_NODES - can_nodes(params)); /* the same in every node's bits */
+    /* the same in every node's bits */
+    const unsigned all = 0x1111111 >> CONDITION_NODE_BITS * (CAN_NODES - can_nodes(params));
     unsigned code = c.state >> CONDITION_EMCY & 0xffff, nodes = c.state >> CONDITION_NODES & 0xfffffff;
     unsigned foreign = c.state >> CONDITION_FOREIGN & 0xfff;
     int refusing = c.refusal >> REFUSAL_NODE & 7;

@@ -15,9 +15,12 @@ _Static_assert((int)CAN_CONTROLLER_ACTIVE == CAN_STATE_ERROR_ACTIVE && (int)CAN_
                "the kernel's numbers");
 
 const char *can_controller_state(int state) {
-    static const char *const names[CAN_STATE_MAX] = {[CAN_STATE_ERROR_ACTIVE] = "error-active", [CAN_STATE_ERROR_WARNING] = "error-warning",
-                                                     [CAN_STATE_ERROR_PASSIVE] = "error-passive", [CAN_STATE_BUS_OFF] = "bus-off",
-                                                     [CAN_STATE_STOPPED] = "stopped", [CAN_STATE_SLEEPING] = "sleeping"};
+    static const char *const names[CAN_STATE_MAX] = {[CAN_STATE_ERROR_ACTIVE] = "error-active",
+                                                     [CAN_STATE_ERROR_WARNING] = "error-warning",
+                                                     [CAN_STATE_ERROR_PASSIVE] = "error-passive",
+                                                     [CAN_STATE_BUS_OFF] = "bus-off",
+                                                     [CAN_STATE_STOPPED] = "stopped",
+                                                     [CAN_STATE_SLEEPING] = "sleeping"};
     return state >= 0 && state < CAN_STATE_MAX ? names[state] : "unknown";
 }
 
@@ -106,7 +109,9 @@ bool can_controller_parse(const void *message, size_t size, struct can_controlle
 }
 
 static ssize_t ask(int fd, unsigned index, void *answer, size_t size) {
-    struct { struct nlmsghdr header; struct ifinfomsg link;
+    struct {
+        struct nlmsghdr header;
+        struct ifinfomsg link;
     } request = {
         .header = {.nlmsg_len = NLMSG_LENGTH(sizeof(struct ifinfomsg)),
                    .nlmsg_type = RTM_GETLINK,

@@ -1,5 +1,6 @@
-/* What the kernel says of a CAN interface: bit rate, state of the controller, error counters; `ip -details -statistics link show` has the
- * same. The only file with rtnetlink. Ordinary threads; changes nothing, sends nothing on the bus. */
+/* What the kernel says of a CAN interface: bit rate, state of the controller, error counters;
+ * `ip -details -statistics link show` has the same. The only file with rtnetlink. Ordinary threads;
+ * changes nothing, sends nothing on the bus. */
 #ifndef HEXID_CAN_CONTROLLER_H
 #define HEXID_CAN_CONTROLLER_H
 
@@ -18,7 +19,8 @@ struct can_controller {
     uint32_t bitrate_bps;       /* 0: the driver does not tell, or none is set */
     double sample_point;        /* share of a bit, 0: unknown */
     int state;                  /* CAN_CONTROLLER_... */
-    bool counts;                /* the controller shows its error counters (CiA, ISO 11898-1: TEC and REC), */
+    bool counts;                /* the controller shows its error counters (CiA, ISO
+                                 * 11898-1: TEC and REC), */
     unsigned tx_errors, rx_errors;
     /* and since the interface was made: */
     uint32_t bus_errors, arbitration_lost, warnings, passives, bus_offs, restarts;
@@ -31,7 +33,8 @@ const char *can_controller_state(int state);
 /* -3 with the interface and the reason. */
 int can_controller_read(const char *interface, struct can_controller *s, struct error *error);
 
-/* An RTM_NEWLINK message, its netlink header included; false where it is none, or not whole. Pure. */
+/* An RTM_NEWLINK message, its netlink header included; false where it is none, or
+ * not whole. Pure. */
 bool can_controller_parse(const void *message, size_t size, struct can_controller *s);
 
 #endif

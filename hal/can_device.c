@@ -1,4 +1,5 @@
-/* The device side of can: seven CANopen nodes (can_node.h) on one socket, with the simulated machine behind them. */
+/* The device side of can: seven CANopen nodes (can_node.h) on one socket, with the simulated
+ * machine behind them. */
 #include <errno.h>
 #include <poll.h>
 #include <stdio.h>
@@ -41,7 +42,8 @@ static void valves(const struct can_device *d, double valve[LEGS]) {
     }
 }
 
-/* Readings of this instant first and on their way; then the machine lives through the period that begins, with the commands in force. */
+/* Readings of this instant first and on their way; then the machine lives through the period that
+ * begins, with the commands in force. */
 static void synchronise(struct can_device *d, const struct can_frame *sync, int64_t now_ns) {
     struct hal_sample latched = {0};
     struct hal_command command = {.enable = true};
@@ -57,8 +59,9 @@ static void synchronise(struct can_device *d, const struct can_frame *sync, int6
     device_live(d->device, &command, now_ns);
 }
 
-/* When a frame came, by the kernel's stamp: this process may have been held up. SAFETY: watchdogs count from it, so that it is neither in
- * the future nor before the last one's, whatever was done to the clock of the stamps. */
+/* When a frame came, by the kernel's stamp: this process may have been held up. SAFETY: watchdogs
+ * count from it, so that it is neither in the future nor before the last one's, whatever was done
+ * to the clock of the stamps. */
 static int64_t came(struct can_device *d, int64_t now_ns, int64_t age_ns) {
     int64_t came_ns = now_ns - age_ns;
     if (came_ns > now_ns) came_ns = now_ns;
@@ -94,13 +97,15 @@ static void tick(struct can_device *d, int64_t now_ns) {
     for (int i = 0; i < CAN_NODES; i++) can_node_tick(&d->node[i], now_ns, &d->out);
     flush(d);
     valves(d, valve);
-    device_valves(d->device, valve); /* SAFETY: a node that centres its valve does not wait for a SYNC */
+    /* SAFETY: a node that centres its valve does not wait for a SYNC */
+    device_valves(d->device, valve);
     device_tick(d->device, now_ns);
 }
 
 static int can_serve(const char *interface, const struct params *params, struct device *device, const _Atomic bool *stop,
                      struct error *error) {
-    static const struct can_accept accept[] = {{0, 0}}; /* SYNC and RPDOs can be given any identifier */
+    /* SYNC and RPDOs can be given any identifier */
+    static const struct can_accept accept[] = {{0, 0}};
     struct can_device d = {.params = params, .device = device};
     int status = can_socket_open(&d.socket, interface, accept, sizeof accept / sizeof *accept, false, false, error);
     if (status) return status;

@@ -4,9 +4,7 @@
 
 #include "interlock.h"
 
-static struct can_frame frame_make(unsigned cob, int length) {
-    return (struct can_frame){.can_id = cob, .len = (uint8_t)length};
-}
+static struct can_frame frame_make(unsigned cob, int length) { return (struct can_frame){.can_id = cob, .len = (uint8_t)length}; }
 
 uint32_t can_get(const uint8_t *data, int size) {
     uint32_t value = 0;
@@ -66,7 +64,8 @@ struct can_frame can_frame_outputs(uint8_t outputs) {
     return f;
 }
 
-/* Command specifiers of CiA 301, 7.2.4.3: e = 1, s = 1, n = 4 - size in bits 2 and 3; without s the size is not indicated, and n is 0. */
+/* Command specifiers of CiA 301, 7.2.4.3: e = 1, s = 1, n = 4 - size in bits 2 and 3; without s the
+ * size is not indicated, and n is 0. */
 enum { CS_DOWNLOAD = 0x23, CS_DOWNLOADED = 0x60, CS_UPLOAD = 0x40, CS_UPLOADED = 0x43, CS_ABORT = 0x80, CS_UNUSED = 0x0c, CS_SIZE = 0x01 };
 
 static struct can_frame sdo_make(unsigned cob, int specifier, const struct can_sdo *sdo, bool value) {
@@ -103,13 +102,13 @@ const char *can_abort_text(uint32_t code) {
         uint32_t code;
         const char *text;
     } texts[] = {
-        {SDO_COMMAND, "command not known"},          {SDO_WRITE_ONLY, "write only"},
-        {SDO_READ_ONLY, "read only"},                {SDO_NO_OBJECT, "no such object"},
-        {SDO_NOT_MAPPABLE, "cannot be mapped"},      {SDO_MAPPING_LENGTH, "too much for a PDO"},
-        {SDO_INCOMPATIBLE, "incompatible"},          {SDO_SIZE, "length does not match"},
-        {SDO_NO_SUB, "no such sub-index"},           {SDO_VALUE, "value out of range"},
-        {SDO_TOO_HIGH, "value too high"},            {SDO_TOO_LOW, "value too low"},
-        {SDO_DENIED, "not in this state"},           {SDO_NO_DATA, "no data"},
+        {SDO_COMMAND, "command not known"},     {SDO_WRITE_ONLY, "write only"},
+        {SDO_READ_ONLY, "read only"},           {SDO_NO_OBJECT, "no such object"},
+        {SDO_NOT_MAPPABLE, "cannot be mapped"}, {SDO_MAPPING_LENGTH, "too much for a PDO"},
+        {SDO_INCOMPATIBLE, "incompatible"},     {SDO_SIZE, "length does not match"},
+        {SDO_NO_SUB, "no such sub-index"},      {SDO_VALUE, "value out of range"},
+        {SDO_TOO_HIGH, "value too high"},       {SDO_TOO_LOW, "value too low"},
+        {SDO_DENIED, "not in this state"},      {SDO_NO_DATA, "no data"},
     };
     for (unsigned i = 0; i < sizeof texts / sizeof *texts; i++)
         if (texts[i].code == code) return texts[i].text;
@@ -134,8 +133,10 @@ bool can_parse_tpdo(const struct can_frame *frame, struct can_tpdo *tpdo) {
     int node = can_frame_node(frame, COB_TPDO);
     if (frame->len != tpdo_length(node)) return false;
     if (node == CAN_IO) *tpdo = (struct can_tpdo){.inputs = frame->data[0]};
-    else *tpdo = (struct can_tpdo){.position = (int32_t)can_get(frame->data, 4), .p1 = (int16_t)can_get(frame->data + 4, 2),
-                                   .p2 = (int16_t)can_get(frame->data + 6, 2)};
+    else
+        *tpdo = (struct can_tpdo){.position = (int32_t)can_get(frame->data, 4),
+                                  .p1 = (int16_t)can_get(frame->data + 4, 2),
+                                  .p2 = (int16_t)can_get(frame->data + 6, 2)};
     return true;
 }
 
@@ -176,7 +177,8 @@ bool can_parse_sdo(const struct can_frame *frame, struct can_sdo *sdo) { return 
 bool can_parse_sdo_reply(const struct can_frame *frame, struct can_sdo *sdo) { return parse_sdo(frame, CS_UPLOADED, CS_DOWNLOADED, sdo); }
 
 int can_frame_bits(int data_bytes) {
-    int stuffed = 34 + 8 * data_bytes; /* start, identifier, control, data, CRC: after the first five one bit in four can need one */
+    /* start, identifier, control, data, CRC: after the first five one bit in four can need one */
+    int stuffed = 34 + 8 * data_bytes;
     return 47 + 8 * data_bytes + (stuffed - 1) / 4;
 }
 

@@ -1,24 +1,25 @@
-/* CAN frames <-> values: the CANopen subset (CiA 301, predefined connection set) of the six axis nodes and the I/O module.
- * Pure, no socket, RT.
+/* CAN frames <-> values: the CANopen subset (CiA 301, predefined connection set) of the six axis
+ * nodes and the I/O module. Pure, no socket, RT.
  *
- *   COB-ID       frame      bytes (little-endian)                                                  from
- *   000          NMT        command, node (0: all)                                                 daemon
- *   080          SYNC       none: latch readings and inputs, apply the commands                    daemon
- *   080 + node   EMCY       code u16, error register u8, 5 of the maker                            node
- *   180 + node   TPDO1      position i32 [um], P1 i16 [kPa], P2 i16 [kPa], latched by SYNC         axis node
- *   187          TPDO1      inputs u8, INPUT_... (types.h), latched by SYNC                        node 7
- *   201          RPDO A     valve commands i16 of nodes 1, 2, 3; +-32767 is full opening           daemon
- *   204          RPDO B     the same of nodes 4, 5, 6                                              daemon
- *   207          RPDO C     outputs u8 of node 7, OUTPUT_...                                       daemon
- *   580 + node   SDO reply                                                                         node
- *   600 + node   SDO        expedited only; segments and blocks are answered with an abort         daemon
- *   700 + node   heartbeat  state; 0 is boot-up                                                    node, and daemon (node 127)
+ *   COB-ID       frame      bytes (little-endian)                                           from
+ *   000          NMT        command, node (0: all)                                          daemon
+ *   080          SYNC       none: latch readings and inputs, apply the commands             daemon
+ *   080 + node   EMCY       code u16, error register u8, 5 of the maker                     node
+ *   180 + node   TPDO1      position i32 [um], P1 i16 [kPa], P2 i16 [kPa], latched by SYNC  node
+ *   187          TPDO1      inputs u8, INPUT_... (types.h), latched by SYNC                 node 7
+ *   201          RPDO A     valve commands i16 of nodes 1, 2, 3; +-32767 is full opening    daemon
+ *   204          RPDO B     the same of nodes 4, 5, 6                                       daemon
+ *   207          RPDO C     outputs u8 of node 7, OUTPUT_...                                daemon
+ *   580 + node   SDO reply                                                                  node
+ *   600 + node   SDO        expedited only; segments and blocks are answered with an abort  daemon
+ *   700 + node   heartbeat  state; 0 is boot-up; the daemon is node 127                     both
  *
- * Node n moves leg n, 1..6; node 7 is an I/O module after CiA 401, and expected only where an input or output is wired (interlocks). One
- * RPDO serves three axis nodes: each maps its own 16 bit to its valve (0x6300:1) and the other two to CiA 301's dummy entry for
- * INTEGER16, 0x0003. The raw units above are the default scale; channels in the configuration change it. Pressures are
- * signed: a gauge pressure can be below zero. The most negative value means that the node has no reading (or, in an RPDO, that there is
- * no command). */
+ * Node n moves leg n, 1..6; node 7 is an I/O module after CiA 401, and expected only where an input
+ * or output is wired (interlocks). One RPDO serves three axis nodes: each maps its own 16 bit to
+ * its valve (0x6300:1) and the other two to CiA 301's dummy entry for INTEGER16, 0x0003. The raw
+ * units above are the default scale; channels in the configuration change it. Pressures are signed:
+ * a gauge pressure can be below zero. The most negative value means that the node has no reading
+ * (or, in an RPDO, that there is no command). */
 #ifndef HEXID_CAN_FRAMES_H
 #define HEXID_CAN_FRAMES_H
 
@@ -30,30 +31,57 @@
 
 enum { CAN_IO = LEGS + 1, CAN_NODES = CAN_IO, CAN_MASTER = 127, CAN_GROUPS = 2, CAN_GROUP_NODES = 3 };
 
-/* Identity of our own nodes: 0x1000 (CiA 408; CiA 401 with digital inputs and outputs), 0x1018:1 (no vendor id of CiA's) and 0x1018:2,
- * "HXID" and "HXIO". */
-enum { CAN_DEVICE_TYPE = 0x198, CAN_IO_DEVICE_TYPE = 0x30191, CAN_VENDOR_ID = 0, CAN_PRODUCT_CODE = 0x48584944,
-       CAN_IO_PRODUCT_CODE = 0x4858494f };
+/* Identity of our own nodes: 0x1000 (CiA 408; CiA 401 with digital inputs and outputs), 0x1018:1
+ * (no vendor id of CiA's) and 0x1018:2, "HXID" and "HXIO". */
+enum {
+    CAN_DEVICE_TYPE = 0x198,
+    CAN_IO_DEVICE_TYPE = 0x30191,
+    CAN_VENDOR_ID = 0,
+    CAN_PRODUCT_CODE = 0x48584944,
+    CAN_IO_PRODUCT_CODE = 0x4858494f
+};
 
 /* Outputs of node 7. */
 enum { OUTPUT_SUPPLY = 1u << 0 };
 
-enum { /* COB-IDs */
-    COB_NMT = 0x000, COB_SYNC = 0x080, COB_EMCY = 0x080, COB_TPDO = 0x180, COB_RPDO = 0x200, COB_SDO_REPLY = 0x580, COB_SDO = 0x600,
+/* COB-IDs */
+enum {
+    COB_NMT = 0x000,
+    COB_SYNC = 0x080,
+    COB_EMCY = 0x080,
+    COB_TPDO = 0x180,
+    COB_RPDO = 0x200,
+    COB_SDO_REPLY = 0x580,
+    COB_SDO = 0x600,
     COB_HEARTBEAT = 0x700,
-    COB_FUNCTION = 0x780, COB_NODE = 0x07f,
+    COB_FUNCTION = 0x780,
+    COB_NODE = 0x07f,
 };
 
 /* Mapping entries: index, sub-index, bits. */
-enum { MAP_DUMMY = 0x00030010, MAP_INPUTS = 0x60000108, MAP_POSITION = 0x60200120, MAP_OUTPUTS = 0x62000108, MAP_VALVE = 0x63000110,
-       MAP_P1 = 0x71300110, MAP_P2 = 0x71300210 };
+enum {
+    MAP_DUMMY = 0x00030010,
+    MAP_INPUTS = 0x60000108,
+    MAP_POSITION = 0x60200120,
+    MAP_OUTPUTS = 0x62000108,
+    MAP_VALVE = 0x63000110,
+    MAP_P1 = 0x71300110,
+    MAP_P2 = 0x71300210
+};
 
 enum can_nmt { NMT_START = 1, NMT_STOP = 2, NMT_PREOPERATIONAL = 128, NMT_RESET_NODE = 129, NMT_RESET_COMMUNICATION = 130 };
 
 enum can_state { CAN_BOOTUP = 0, CAN_STOPPED = 4, CAN_OPERATIONAL = 5, CAN_PREOPERATIONAL = 127 };
 
-enum { EMCY_NONE = 0, EMCY_SENSOR = 0x5000, EMCY_HEARTBEAT = 0x8130, EMCY_RPDO_SHORT = 0x8210, EMCY_RPDO_LONG = 0x8220,
-       EMCY_SYNC_LENGTH = 0x8240, EMCY_RPDO_TIMEOUT = 0x8250 };
+enum {
+    EMCY_NONE = 0,
+    EMCY_SENSOR = 0x5000,
+    EMCY_HEARTBEAT = 0x8130,
+    EMCY_RPDO_SHORT = 0x8210,
+    EMCY_RPDO_LONG = 0x8220,
+    EMCY_SYNC_LENGTH = 0x8240,
+    EMCY_RPDO_TIMEOUT = 0x8250
+};
 
 /* Of an axis node, or of node 7. */
 struct can_tpdo {
@@ -68,15 +96,28 @@ struct can_sdo {
     enum can_sdo_kind kind;
     uint16_t index;
     uint8_t sub;
-    int size;       /* bytes of value: downloads and replies to uploads; 0 with a value: not indicated */
+    int size;       /* bytes of value: downloads and replies to uploads; 0
+                     * with a value: not indicated */
     uint32_t value; /* or the abort code */
 };
 
 /* Abort codes: CiA 301, 7.2.4.3.17. */
-enum { SDO_COMMAND = 0x05040001, SDO_WRITE_ONLY = 0x06010001, SDO_READ_ONLY = 0x06010002, SDO_NO_OBJECT = 0x06020000,
-       SDO_NOT_MAPPABLE = 0x06040041, SDO_MAPPING_LENGTH = 0x06040042, SDO_INCOMPATIBLE = 0x06040043, SDO_SIZE = 0x06070010,
-       SDO_NO_SUB = 0x06090011, SDO_VALUE = 0x06090030, SDO_TOO_HIGH = 0x06090031, SDO_TOO_LOW = 0x06090032, SDO_DENIED = 0x08000022,
-       SDO_NO_DATA = 0x08000024 };
+enum {
+    SDO_COMMAND = 0x05040001,
+    SDO_WRITE_ONLY = 0x06010001,
+    SDO_READ_ONLY = 0x06010002,
+    SDO_NO_OBJECT = 0x06020000,
+    SDO_NOT_MAPPABLE = 0x06040041,
+    SDO_MAPPING_LENGTH = 0x06040042,
+    SDO_INCOMPATIBLE = 0x06040043,
+    SDO_SIZE = 0x06070010,
+    SDO_NO_SUB = 0x06090011,
+    SDO_VALUE = 0x06090030,
+    SDO_TOO_HIGH = 0x06090031,
+    SDO_TOO_LOW = 0x06090032,
+    SDO_DENIED = 0x08000022,
+    SDO_NO_DATA = 0x08000024
+};
 
 /* "value out of range" and the like; "" for a code that is not among the above. */
 const char *can_abort_text(uint32_t code);
@@ -93,13 +134,16 @@ struct can_frame can_frame_outputs(uint8_t outputs);
 struct can_frame can_frame_sdo(int node, const struct can_sdo *sdo);
 struct can_frame can_frame_sdo_reply(int node, const struct can_sdo *sdo);
 
-/* Node 1..127 of a frame of this function (COB_TPDO, ...), 0 when it is another, remote, extended or an error frame. */
+/* Node 1..127 of a frame of this function (COB_TPDO, ...), 0 when it is another, remote, extended
+ * or an error frame. */
 int can_frame_node(const struct can_frame *frame, unsigned function);
 
-/* What only a master sends to these nodes, in a word ("SYNC", "SDO request"); NULL for any other frame. */
+/* What only a master sends to these nodes, in a word ("SYNC", "SDO request"); NULL for
+ * any other frame. */
 const char *can_frame_of_master(const struct can_frame *frame);
 
-/* False when the frame is not what it should be (length, command specifier). The COB-ID has been looked at before. */
+/* False when the frame is not what it should be (length, command specifier). The COB-ID has been
+ * looked at before. */
 bool can_parse_tpdo(const struct can_frame *frame, struct can_tpdo *tpdo);
 bool can_parse_emcy(const struct can_frame *frame, uint16_t *code, uint8_t *error_register);
 bool can_parse_heartbeat(const struct can_frame *frame, enum can_state *state);
@@ -115,7 +159,8 @@ static inline int can_group(int node) { return (node - 1) / CAN_GROUP_NODES; }
 static inline int can_place(int node) { return (node - 1) % CAN_GROUP_NODES; }
 static inline unsigned can_rpdo_cob(int group) { return COB_RPDO + 1u + (unsigned)(CAN_GROUP_NODES * group); }
 
-/* Longest possible frame of 11-bit identifier with so many data bytes: stuff bits at their worst and the gap to the next frame. */
+/* Longest possible frame of 11-bit identifier with so many data bytes: stuff bits at their worst
+ * and the gap to the next frame. */
 int can_frame_bits(int data_bytes);
 
 /* Nodes that are expected: six, and node 7 where an input or output is wired. */
@@ -126,7 +171,8 @@ struct can_load {
     int cycle_bits;       /* SYNC, TPDOs and RPDOs of all nodes */
     double heartbeat_bits;/* the nodes' and the daemon's, mean a cycle */
     double share;         /* of the cycle, 1: all of it */
-    double limit;         /* what fits: the rest is for the loop's own time and one frame that nobody planned */
+    double limit;         /* what fits: the rest is for the loop's own time and one
+                           * frame that nobody planned */
 };
 struct can_load can_load(const struct params *params);
 

@@ -9,7 +9,8 @@
 #include "units.h"
 
 enum { REPLY_MS = 50, START_MS = 200, ASK_MS = 500, TRIES = 3, MISSED_HEARTBEATS = 3, NS_PER_MS = 1000000 };
-enum { REQUESTS = 5 }; /* a cycle; with heartbeat, three RPDOs and SYNC they are ten, what a controller's queue holds */
+/* a cycle; with heartbeat, three RPDOs and SYNC they are ten, what a controller's queue holds */
+enum { REQUESTS = 5 };
 #define PDO_OFF 0x80000000u
 
 static uint32_t ms(double seconds) { return (uint32_t)lround(seconds * 1000.0); }
@@ -17,8 +18,8 @@ static uint32_t ms(double seconds) { return (uint32_t)lround(seconds * 1000.0); 
 /* Which nodes a step is for. */
 enum { AXIS = 1, IO = 2, EVERY = AXIS | IO };
 
-/* One request of the set-up. An upload's value is what must come back: a node that is another device, has another mapping or has not kept
- * what was written is not driven. */
+/* One request of the set-up. An upload's value is what must come back: a node that is another
+ * device, has another mapping or has not kept what was written is not driven. */
 struct step {
     unsigned of;
     enum can_sdo_kind kind;
@@ -89,7 +90,7 @@ static bool setup_step(const struct can_master *m, int node, int number, struct 
         /* SAFETY: a watchdog that was written is not yet one that is there. */
         {EVERY, SDO_UPLOAD, 0x1016, 1, 4, consumer, false},
         {EVERY, SDO_UPLOAD, 0x1017, 0, 2, beat_ms, false},
-        {EVERY, SDO_UPLOAD, 0x1029, 1, 1, 0, false}, /* a communication error leads to pre-operational */
+        {EVERY, SDO_UPLOAD, 0x1029, 1, 1, 0, false}, /* a communication error: pre-operational */
         {EVERY, SDO_UPLOAD, 0x1005, 0, 4, COB_SYNC, false},
         {EVERY, SDO_UPLOAD, 0x1400, 1, 4, rpdo, false},
         {EVERY, SDO_UPLOAD, 0x1400, 2, 1, 1, false},
@@ -108,8 +109,9 @@ static bool setup_step(const struct can_master *m, int node, int number, struct 
         {IO, SDO_UPLOAD, 0x1600, 1, 4, MAP_OUTPUTS, false},
         {IO, SDO_UPLOAD, 0x1a00, 0, 1, 1, false},
         {IO, SDO_UPLOAD, 0x1a00, 1, 4, MAP_INPUTS, false},
-        {IO, SDO_UPLOAD, 0x6206, 1, 1, 0xff, false}, /* SAFETY: a communication error sets the outputs, */
-        {IO, SDO_UPLOAD, 0x6207, 1, 1, 0, false},    /* to 0 */
+        /* SAFETY: a communication error sets the outputs, to 0. */
+        {IO, SDO_UPLOAD, 0x6206, 1, 1, 0xff, false},
+        {IO, SDO_UPLOAD, 0x6207, 1, 1, 0, false},
         {EVERY, SDO_DOWNLOAD, 0x2000, 1, 4, m->token, false}, /* still ours */
     };
     unsigned kind = node == CAN_IO ? IO : AXIS;
@@ -167,7 +169,8 @@ static void emergency(struct can_peer *p, const struct can_frame *f) {
     uint8_t error_register;
     if (!can_parse_emcy(f, &code, &error_register)) return;
     if (code == EMCY_HEARTBEAT || code == EMCY_RPDO_TIMEOUT) set_up(p);
-    if (code == EMCY_SENSOR && p->emcy) return;  /* SAFETY: what can be no more than a reading hides no other error */
+    /* SAFETY: what can be no more than a reading hides no other error */
+    if (code == EMCY_SENSOR && p->emcy) return;
     if (code || !error_register) p->emcy = code; /* one is over, another stands: it stays */
 }
 
@@ -182,7 +185,8 @@ static bool as_it_must_be(const struct step *asked, const struct can_sdo *reply)
     return asked->any || ((reply->size == asked->size || reply->size == 0) && reply->value == asked->value);
 }
 
-/* The answer to the request of this step: on to the next. What answers something else is left to the time-out. */
+/* The answer to the request of this step: on to the next. What answers something else is left
+ * to the time-out. */
 static void sdo_reply(struct can_master *m, struct can_peer *p, int node, const struct can_sdo *reply, int64_t time_ns) {
     struct step asked;
     if (p->phase == CAN_LOST) set_up(p);
@@ -259,7 +263,8 @@ void can_master_receive(struct can_master *m, const struct can_frame *f, bool ow
         return;
     }
     if (can_frame_of_master(f)) {
-        if (!own && !m->foreign) m->foreign = f->can_id | FOREIGN_HEARD; /* SAFETY: somebody else commands this machine */
+        /* SAFETY: somebody else commands this machine */
+        if (!own && !m->foreign) m->foreign = f->can_id | FOREIGN_HEARD;
         if (own && f->can_id == COB_SYNC) echo(m, time_ns);
         return;
     }
@@ -277,8 +282,9 @@ void can_master_receive(struct can_master *m, const struct can_frame *f, bool ow
     }
 }
 
-/* Sends the step's request, or again after the time-out; past the last step the node is started. SAFETY: first of all it is brought where
- * it can be set up, and its valve is at the centre, whatever it was doing. */
+/* Sends the step's request, or again after the time-out; past the last step the node is started.
+ * SAFETY: first of all it is brought where it can be set up, and its valve is at the centre,
+ * whatever it was doing. */
 static void drive_setup(struct can_master *m, struct can_peer *p, int node, int64_t now_ns, struct can_queue *out) {
     struct step step;
     if (now_ns < p->deadline_ns || out->count >= REQUESTS) return;
@@ -301,7 +307,8 @@ static void drive_setup(struct can_master *m, struct can_peer *p, int node, int6
     p->deadline_ns = now_ns + (int64_t)START_MS * NS_PER_MS;
 }
 
-/* A node that has booted unheard says nothing by itself: its heartbeat is off until it is set up. Whatever it answers will do. */
+/* A node that has booted unheard says nothing by itself: its heartbeat is off until it is set up.
+ * Whatever it answers will do. */
 static void ask(struct can_master *m, struct can_peer *p, int node, int64_t now_ns, struct can_queue *out) {
     struct step step;
     if (now_ns < p->deadline_ns || out->count >= REQUESTS || !setup_step(m, node, 0, &step)) return;
@@ -355,7 +362,8 @@ static void give(struct can_master *m, const double valve[LEGS], struct can_queu
     int16_t raw[LEGS];
     bool centres = true;
     for (int i = 0; i < LEGS; i++) centres &= valve[i] == 0.0;
-    /* SAFETY: the command that centres the valves waits for nothing; then the pause is due in the cycle after it. */
+    /* SAFETY: the command that centres the valves waits for nothing; then the pause is due in
+     * the cycle after it. */
     if (m->pause == CAN_PAUSE_DUE && !(centres && !m->centred)) {
         m->pause = CAN_PAUSED;
         m->punctual = whole(m);
@@ -412,7 +420,8 @@ static void convert(const struct can_master *m, struct hal_sample *s) {
     }
     /* SAFETY: nothing is closed that is not known. */
     const struct can_peer *io = &m->peer[CAN_IO - 1];
-    uint32_t newest = io->fresh ? io->tpdo.inputs : INPUTS_ALL; /* SAFETY: what opens does not wait for the sample to be whole */
+    /* SAFETY: what opens does not wait for the sample to be whole */
+    uint32_t newest = io->fresh ? io->tpdo.inputs : INPUTS_ALL;
     if (io->known) s->inputs = m->latched[CAN_IO - 1].inputs & newest & INPUTS_ALL;
 }
 
@@ -422,7 +431,8 @@ void can_master_sample(struct can_master *m, struct hal_sample *s) {
     *s = (struct hal_sample){.time_ns = m->latched_ns, .device_seq = m->latched_sync};
     if (m->delivered) s->flags |= SAMPLE_STALE;
     else if (before && m->latched_sync != before + 1) s->flags |= SAMPLE_DROPPED;
-    /* SAFETY: half a period off the grid: a SYNC was lost or late, and the command before it was held too long or too short. */
+    /* SAFETY: half a period off the grid: a SYNC was lost or late, and the command before it was
+     * held too long or too short. */
     int64_t period_ns = ns_from_seconds(m->params->loop.period_s);
     if (2 * llabs(m->latched_gap_ns - period_ns) > period_ns) s->flags |= SAMPLE_LATE;
     if (!m->latched_sync || m->bus == CAN_BUS_OFF) s->flags |= SAMPLE_INVALID;

@@ -1,33 +1,43 @@
-/* The daemon's side of the CANopen nodes, six axes and, where an input or output is wired, the I/O module (can_nodes()): set-up,
- * supervision, samples. Pure: frames and time in, frames and samples out. RT, no heap.
+/* The daemon's side of the CANopen nodes, six axes and, where an input or output is wired, the I/O
+ * module (can_nodes()): set-up, supervision, samples. Pure: frames and time in, frames and samples
+ * out. RT, no heap.
  *
- * A node:  lost --boot-up, heartbeat or SDO reply--> set-up --last SDO reply--> starting --heartbeat "operational"--> running
- *          any --nothing heard for three heartbeats, boot-up, heartbeat in another state, no SDO reply after three tries--> lost or set-up
- *          set-up --an abort, or a value that is not what it must be--> refused --half a second--> set-up
+ * A node:  lost      --boot-up, heartbeat or SDO reply-->  set-up
+ *          set-up    --last SDO reply-->                   starting
+ *          starting  --heartbeat "operational"-->          running
+ *          set-up    --an abort, or a value that is not what it must be-->  refused
+ *          refused   --half a second-->                    set-up
+ *          any       --nothing heard for three heartbeats, boot-up, heartbeat in another state,
+ *                      no SDO reply after three tries-->   lost or set-up
  *
- * Set-up, in pre-operational: who it is, a claim of it for this master (0x2000:1), watchdogs, PDOs; then all that was written is read back.
- * SAFETY: a node that answers otherwise is not started.
+ * Set-up, in pre-operational: who it is, a claim of it for this master (0x2000:1), watchdogs, PDOs;
+ * then all that was written is read back. SAFETY: a node that answers otherwise is not started.
  *
- * SAFETY: one master. CAN frames carry no sender, but those of our own come back marked: any other that only a master sends makes the next
- * sample SAMPLE_FOREIGN.
+ * SAFETY: one master. CAN frames carry no sender, but those of our own come back marked: any other
+ * that only a master sends makes the next sample SAMPLE_FOREIGN.
  *
- * A lost node is asked twice a second, and set up again by itself whenever it comes back; whether the platform may move again is the
- * supervisor's and the operator's decision, because every sample from a bus with a node that is not running is invalid.
+ * A lost node is asked twice a second, and set up again by itself whenever it comes back; whether
+ * the platform may move again is the supervisor's and the operator's decision, because every sample
+ * from a bus with a node that is not running is invalid.
  *
- * A cycle: the window of a sample opens with SYNC (its own echo from the bus: the bus has carried it, and when) and closes with the next.
- * All TPDOs came in it, the inputs' too: a sample, latched at the SYNC. One is missing: the last whole sample again, stale and older. A
- * TPDO that came twice: the later one. A SYNC half a period and more off the grid makes its sample late.
+ * A cycle: the window of a sample opens with SYNC (its own echo from the bus: the bus has carried
+ * it, and when) and closes with the next. All TPDOs came in it, the inputs' too: a sample, latched
+ * at the SYNC. One is missing: the last whole sample again, stale and older. A TPDO that came
+ * twice: the later one. A SYNC half a period and more off the grid makes its sample late.
  *
- * A TPDO does not say which SYNC it answers, and a late one must not pass for the answer to the next. So when one is missing, the next
- * command and SYNC wait for a cycle, in which it comes into its own window. Does it not, it may come into a later one: they wait after
- * every SYNC until all have answered in the first of the two cycles. The legs of a sample are of one instant, whatever is lost or
- * late by up to two cycles; a leg that is late for good halves the rate, and every sample is late.
+ * A TPDO does not say which SYNC it answers, and a late one must not pass for the answer to the
+ * next. So when one is missing, the next command and SYNC wait for a cycle, in which it comes
+ * into its own window. Does it not, it may come into a later one: they wait after every SYNC
+ * until all have answered in the first of the two cycles. The legs of a sample are of one
+ * instant, whatever is lost or late by up to two cycles; a leg that is late for good halves the
+ * rate, and every sample is late.
  *
- * The supply output changes with every command that is sent, as long as the level it was given has changed since the one before: a charge
- * pump goes on where every second cycle waits.
+ * The supply output changes with every command that is sent, as long as the level it was given has
+ * changed since the one before: a charge pump goes on where every second cycle waits.
  *
- * SAFETY: a reading that is missing is NaN, and the platform knows what that means for it; an EMCY 0x5000 of the same node says no more.
- * Every other EMCY that stands, and every node that is not running, makes the sample invalid. */
+ * SAFETY: a reading that is missing is NaN, and the platform knows what that means for it; an EMCY
+ * 0x5000 of the same node says no more. Every other EMCY that stands, and every node that is not
+ * running, makes the sample invalid. */
 #ifndef HEXID_CAN_MASTER_H
 #define HEXID_CAN_MASTER_H
 
@@ -79,7 +89,8 @@ struct can_master {
     uint32_t token;            /* of this master */
     struct can_peer peer[CAN_NODES];
     enum can_bus bus;
-    unsigned foreign;          /* identifier of the first frame of another master since the last sample, with FOREIGN_HEARD */
+    unsigned foreign;          /* identifier of the first frame of another master since the last
+                                * sample, with FOREIGN_HEARD */
     int64_t heartbeat_due_ns;
     uint64_t syncs;            /* carried by the bus */
     int unechoed;              /* sent since the last one that was carried */
@@ -88,7 +99,8 @@ struct can_master {
     enum can_pause pause;      /* in this window */
     bool punctual;             /* all TPDOs were there before it */
     bool centred;              /* the last command */
-    bool given, due, level;    /* the supply output as it was given last, whether that is a change still to be sent, and what is sent */
+    bool given, due, level;    /* the supply output as it was given last, whether that is a change
+                                * still to be sent, and what is sent */
     struct can_tpdo latched[CAN_NODES]; /* the last whole sample, */
     uint64_t latched_sync;     /* its SYNC, 0: none yet */
     int64_t latched_ns, latched_gap_ns;
@@ -100,24 +112,26 @@ struct can_master {
 /* The token is this session's, not 0 and nobody else's. */
 void can_master_init(struct can_master *m, const struct params *params, uint32_t token);
 
-/* A frame from the bus, own ones (their echoes) and error frames included, with the time it was received on any clock that goes on
- * steadily. */
+/* A frame from the bus, own ones (their echoes) and error frames included, with the time it was
+ * received on any clock that goes on steadily. */
 void can_master_receive(struct can_master *m, const struct can_frame *frame, bool own, int64_t time_ns);
 
-/* Time-outs; heartbeat when `alive`, SDO requests and NMT of the set-up. Every cycle, after the frames that have come. */
+/* Time-outs; heartbeat when `alive`, SDO requests and NMT of the set-up. Every cycle, after the
+ * frames that have come. */
 void can_master_poll(struct can_master *m, int64_t now_ns, bool alive, struct can_queue *out);
 
 /* All nodes are running and the bus carries frames: a command can be written. */
 bool can_master_ready(const struct can_master *m);
 
-/* All nodes are claimed: from now on the heartbeat keeps them so. SAFETY: not before, or it would keep another master's claims alive. */
+/* All nodes are claimed: from now on the heartbeat keeps them so. SAFETY: not before, or it would
+ * keep another master's claims alive. */
 bool can_master_claimed(const struct can_master *m);
 
 /* A node is not what is configured, or does not take its set-up: more time would change nothing. */
 bool can_master_misfit(const struct can_master *m);
 
-/* Commands of six legs, the supply output, then SYNC: the sample's window opens with its echo. Nothing in a cycle that waits for a TPDO,
- * but for the first command to the centre. */
+/* Commands of six legs, the supply output, then SYNC: the sample's window opens with its echo.
+ * Nothing in a cycle that waits for a TPDO, but for the first command to the centre. */
 void can_master_command(struct can_master *m, const struct hal_command *command, struct can_queue *out);
 
 /* The same with the valves at the centre and the supply output as it is. */
@@ -136,11 +150,12 @@ struct can_condition {
 };
 struct can_condition can_master_condition(const struct can_master *m);
 
-/* That in words: "node 3 lost, node 5 EMCY 0x8250", "node 3 refused 0x1400:5: abort 0x06090031, value too high"; "" when nothing is
- * wrong. */
+/* That in words: "node 3 lost, node 5 EMCY 0x8250", "node 3 refused 0x1400:5: abort 0x06090031,
+ * value too high"; "" when nothing is wrong. */
 void can_condition_describe(struct can_condition condition, const struct params *params, char *text, size_t size);
 
-/* What is configured for this object of a node's identity, -1: anything; the key's name, or NULL when the object is none. */
+/* What is configured for this object of a node's identity, -1: anything; the key's name, or NULL
+ * when the object is none. */
 double can_identity(const struct params *params, int node, uint16_t index, uint8_t sub, const char **key);
 
 #endif

@@ -100,7 +100,8 @@ void can_node_clear(struct can_node *n, uint32_t which, struct can_queue *out) {
     announce(n, EMCY_NONE, out);
 }
 
-/* SAFETY: on a communication error the output is 0 and stays so until the daemon has set the node up again. */
+/* SAFETY: on a communication error the output is 0 and stays so until the daemon has set
+ * the node up again. */
 static void fail(struct can_node *n, enum can_error error, struct can_queue *out) {
     complain(n, error, out);
     if (n->state == CAN_OPERATIONAL) enter(n, can_node_get(n, 0x1029, 1) == BEHAVIOUR_STOPPED ? CAN_STOPPED : CAN_PREOPERATIONAL);
@@ -246,7 +247,8 @@ void can_node_sync(struct can_node *n, const struct can_frame *sync, const struc
 
 static bool expired(int64_t heard_ns, int64_t now_ns, uint32_t limit_ms) { return now_ns - heard_ns > (int64_t)limit_ms * NS_PER_MS; }
 
-/* SAFETY: an owner that is not heard is lost, also one that never was: what it started does not run on as nobody's. */
+/* SAFETY: an owner that is not heard is lost, also one that never was: what it started does not
+ * run on as nobody's. */
 static void watch_owner(struct can_node *n, int64_t now_ns, struct can_queue *out) {
     if (!n->owner.token || !expired(n->owner.heard_ns, now_ns, n->owner.limit_ms)) return;
     n->owner = (struct can_owner){0};

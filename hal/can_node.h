@@ -1,18 +1,22 @@
-/* One node of the device side, CANopen (CiA 301). Nodes 1 to 6 are axes: a position encoder (objects named after CiA 406), two pressure
- * inputs (CiA 404) and a proportional valve (CiA 408); node 7 has digital inputs and outputs (CiA 401). The kinds differ in their
- * dictionaries and in nothing else. Pure: frames and time in, frames out; no socket, no heap. config/hexid_node.eds and
+/* One node of the device side, CANopen (CiA 301). Nodes 1 to 6 are axes: a position encoder
+ * (objects named after CiA 406), two pressure inputs (CiA 404) and a proportional valve (CiA 408);
+ * node 7 has digital inputs and outputs (CiA 401). The kinds differ in their dictionaries and in
+ * nothing else. Pure: frames and time in, frames out; no socket, no heap. config/hexid_node.eds and
  * config/hexid_io.eds describe them.
  *
- * The output is an axis's valve command, or the bits of the digital outputs. SAFETY: it is 0, the valve at its centre and the outputs off,
- * unless the node is operational, has a command from an RPDO that was put into force (by the SYNC after it; transmission types 254 and 255:
- * at once), watches a heartbeat (0x1016) and hears all that it watches. When no command is put into force for 0x1400:5 ms, or a heartbeat
- * is late by its time in 0x1016, the output goes to 0, EMCY 0x8250 or 0x8130 is sent, and the node goes to pre-operational (0x1029:1),
- * where no command that was late can move it. Both watchdogs are on by default, and switching the heartbeat off leaves the output at 0.
- * In operational no SDO writes anything but 0x1003:0.
+ * The output is an axis's valve command, or the bits of the digital outputs. SAFETY: it is 0, the
+ * valve at its centre and the outputs off, unless the node is operational, has a command from an
+ * RPDO that was put into force (by the SYNC after it; transmission types 254 and 255: at once),
+ * watches a heartbeat (0x1016) and hears all that it watches. When no command is put into force for
+ * 0x1400:5 ms, or a heartbeat is late by its time in 0x1016, the output goes to 0, EMCY 0x8250 or
+ * 0x8130 is sent, and the node goes to pre-operational (0x1029:1), where no command that was late
+ * can move it. Both watchdogs are on by default, and switching the heartbeat off leaves the output
+ * at 0. In operational no SDO writes anything but 0x1003:0.
  *
- * Owner: a master claims a node in pre-operational by writing a token of its own, not 0, to 0x2000:1; as long as its heartbeat (0x1016:1)
- * comes, another token is refused (0x08000022). It ends when that is late, which is EMCY 0x8130 even where it never came, with power, or
- * with the same token in 0x2000:2; not with an NMT reset, which anybody can send. */
+ * Owner: a master claims a node in pre-operational by writing a token of its own, not 0, to
+ * 0x2000:1; as long as its heartbeat (0x1016:1) comes, another token is refused (0x08000022). It
+ * ends when that is late, which is EMCY 0x8130 even where it never came, with power, or with the
+ * same token in 0x2000:2; not with an NMT reset, which anybody can send. */
 #ifndef HEXID_CAN_NODE_H
 #define HEXID_CAN_NODE_H
 
@@ -62,7 +66,8 @@ struct can_node {
     struct can_owner owner;
 };
 
-/* Power-on: default values, nobody's, boot-up sent, pre-operational. The id, 1 to 7, says which kind of node it is. */
+/* Power-on: default values, nobody's, boot-up sent, pre-operational. The id, 1 to 7, says which
+ * kind of node it is. */
 void can_node_init(struct can_node *n, int id, int64_t now_ns, struct can_queue *out);
 
 /* Any frame of the bus but SYNC. */
@@ -80,7 +85,8 @@ void can_node_tick(struct can_node *n, int64_t now_ns, struct can_queue *out);
 /* Output in force, 0 unless all of the above holds. */
 int16_t can_node_output(const struct can_node *n);
 
-/* For the SDO server (can_server.h): values of objects that are in the table, consumer 0 or 1 of 0x1016, and the end of errors. */
+/* For the SDO server (can_server.h): values of objects that are in the table, consumer 0 or 1 of
+ * 0x1016, and the end of errors. */
 uint32_t can_node_get(const struct can_node *n, uint16_t index, uint8_t sub);
 void can_node_set(struct can_node *n, uint16_t index, uint8_t sub, uint32_t value);
 struct can_consumer {

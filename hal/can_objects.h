@@ -1,5 +1,6 @@
-/* Object dictionaries of the nodes: what every object is and which values it takes. Pure tables and rules, no state.
- * config/hexid_node.eds and config/hexid_io.eds say the same for node makers; tests/test_can_files.c holds them together. */
+/* Object dictionaries of the nodes: what every object is and which values it takes. Pure tables and
+ * rules, no state. config/hexid_node.eds and config/hexid_io.eds say the same for node makers;
+ * tests/test_can_files.c holds them together. */
 #ifndef HEXID_CAN_OBJECTS_H
 #define HEXID_CAN_OBJECTS_H
 
@@ -12,7 +13,8 @@ enum {
     CAN_WATCHDOG_MAX_MS = 1000, /* SAFETY: 0x1400:5 takes 1 ms to this: it cannot be switched off */
 };
 
-enum can_access { CAN_CONST, CAN_RO, CAN_RW, CAN_WO, CAN_RWW }; /* RWW: written by an RPDO, read by SDO */
+/* RWW: written by an RPDO, read by SDO */
+enum can_access { CAN_CONST, CAN_RO, CAN_RW, CAN_WO, CAN_RWW };
 
 struct can_object {
     uint16_t index;
@@ -40,13 +42,16 @@ const struct can_dictionary *can_dictionary_of(int node);
 /* Place in the table, -1: no such object. */
 int can_object_find(const struct can_dictionary *d, uint16_t index, uint8_t sub);
 
-/* SAFETY: the most negative value of a signed object says that there is no reading, or no command. */
+/* SAFETY: the most negative value of a signed object says that there is no
+ * reading, or no command. */
 bool can_object_lacks(const struct can_object *o, uint32_t value);
 
-/* Abort code for a download of so many bytes (0: the client does not say), 0 when the object takes the value in some state. */
+/* Abort code for a download of so many bytes (0: the client does not say), 0 when the object takes
+ * the value in some state. */
 uint32_t can_object_refuses(const struct can_dictionary *d, const struct can_object *o, int size, uint32_t value);
 
-/* Abort code for an entry of the RPDO's mapping, 0 when it can be mapped: the command, or the dummy for INTEGER16. */
+/* Abort code for an entry of the RPDO's mapping, 0 when it can be mapped: the command, or the
+ * dummy for INTEGER16. */
 uint32_t can_mapping_refuses(const struct can_dictionary *d, uint32_t entry);
 
 /* Index, sub-index and bytes of a mapping entry. */

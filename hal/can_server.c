@@ -17,7 +17,8 @@ static uint32_t refuse_pdo(const struct can_node *n, uint16_t index, uint32_t co
     uint32_t before = can_node_get(n, index, 1);
     if (!pdo_on(cob)) return 0;
     if (pdo_on(before) && cob != before) return SDO_DENIED;
-    if (index == 0x1400 && can_node_get(n, 0x1600, 0) == 0) return SDO_DENIED; /* nothing is mapped */
+    /* nothing is mapped */
+    if (index == 0x1400 && can_node_get(n, 0x1600, 0) == 0) return SDO_DENIED;
     return taken(n, index, cob) ? SDO_VALUE : 0;
 }
 
@@ -45,7 +46,8 @@ static uint32_t refuse_owner(const struct can_node *n, uint8_t sub, uint32_t tok
 
 /* Abort code, 0 when the node takes the value now. */
 static uint32_t refuse_now(const struct can_node *n, const struct can_object *o, uint32_t value) {
-    /* SAFETY: in operational nothing can weaken a watchdog or redirect a command; and an output moves by RPDO only, under the watchdogs. */
+    /* SAFETY: in operational nothing can weaken a watchdog or redirect a command; and an output
+     * moves by RPDO only, under the watchdogs. */
     if ((n->state == CAN_OPERATIONAL && o->index != 0x1003) || o->access == CAN_RWW) return SDO_DENIED;
     switch (o->index) {
     case 0x1005: return taken(n, o->index, value & CAN_SFF_MASK) ? SDO_VALUE : 0;
@@ -133,7 +135,8 @@ void can_server_receive(struct can_node *n, const struct can_frame *f, int64_t n
     reply = request;
     uint32_t abort = known ? serve(n, &request, &reply, now_ns, &first) : SDO_COMMAND;
     if (abort) reply = (struct can_sdo){.kind = SDO_ABORT, .index = request.index, .sub = request.sub, .value = abort};
-    if (!known && (specifier == SEGMENT_DOWNLOAD || specifier == SEGMENT_UPLOAD)) reply.index = 0, reply.sub = 0; /* they name no object */
+    /* they name no object */
+    if (!known && (specifier == SEGMENT_DOWNLOAD || specifier == SEGMENT_UPLOAD)) reply.index = 0, reply.sub = 0;
     can_queue_push(out, can_frame_sdo_reply(n->id, &reply));
     for (int i = 0; i < first.count; i++) can_queue_push(out, first.frame[i]);
 }

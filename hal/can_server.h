@@ -1,11 +1,12 @@
-/* SDO server of a node: expedited transfers of CiA 301, 7.2.4. Segments and blocks are answered with an abort, because no object is
- * longer than 4 bytes. Pure. */
+/* SDO server of a node: expedited transfers of CiA 301, 7.2.4. Segments and blocks are answered
+ * with an abort, because no object is longer than 4 bytes. Pure. */
 #ifndef HEXID_CAN_SERVER_H
 #define HEXID_CAN_SERVER_H
 
 #include "can_node.h"
 
-/* A frame to the node's SDO server, in pre-operational or operational. A client's abort and what is no SDO (not 8 bytes) are ignored. */
+/* A frame to the node's SDO server, in pre-operational or operational. A client's abort and what is
+ * no SDO (not 8 bytes) are ignored. */
 void can_server_receive(struct can_node *n, const struct can_frame *frame, int64_t now_ns, struct can_queue *out);
 
 #endif

@@ -19,12 +19,15 @@ int64_t can_realtime_ns(void) {
     return t.tv_sec * NS_PER_S + t.tv_nsec;
 }
 
-/* Asked with a socket of any family, so that a missing interface is named even where the kernel has no CAN. */
+/* Asked with a socket of any family, so that a missing interface is named even where the
+ * kernel has no CAN. */
 static int check_interface(const char *name, struct error *error) {
     struct ifreq r = {0};
     if (strlen(name) == 0 || strlen(name) >= sizeof r.ifr_name || !if_nametoindex(name))
-        return error_set(error, STATUS_IO, "can:%.40s: no such interface; `ip link` lists those there are, "
-                         "`ip link add dev vcan0 type vcan` makes a virtual one", name);
+        return error_set(error, STATUS_IO,
+                         "can:%.40s: no such interface; `ip link` lists those there are, "
+                         "`ip link add dev vcan0 type vcan` makes a virtual one",
+                         name);
     int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     if (fd < 0) return error_set(error, STATUS_IO, "can:%s: cannot be asked: %s", name, strerror(errno));
     strcpy(r.ifr_name, name);
@@ -34,8 +37,10 @@ static int check_interface(const char *name, struct error *error) {
     if (!is_can)
         return error_set(error, STATUS_IO, "can:%s: not a CAN interface; name one that `ip link show type can` or `type vcan` lists", name);
     if (up) return STATUS_OK;
-    return error_set(error, STATUS_IO, "can:%s: the interface is down; `ip link set %s up type can bitrate 1000000` "
-                     "(a virtual one: `ip link set %s up`)", name, name, name);
+    return error_set(error, STATUS_IO,
+                     "can:%s: the interface is down; `ip link set %s up type can bitrate 1000000` "
+                     "(a virtual one: `ip link set %s up`)",
+                     name, name, name);
 }
 
 static int open_raw(const char *name, struct error *error) {
@@ -109,8 +114,8 @@ int can_socket_receive(const struct can_socket *s, struct can_arrival arrival[CA
     struct mmsghdr message[CAN_BATCH];
     for (int i = 0; i < CAN_BATCH; i++) {
         data[i] = (struct iovec){.iov_base = &arrival[i].frame, .iov_len = sizeof arrival[i].frame};
-        message[i] = (struct mmsghdr){.msg_hdr = {.msg_iov = &data[i], .msg_iovlen = 1,
-                                                    .msg_control = control[i], .msg_controllen = sizeof control[i]}};
+        message[i] = (struct mmsghdr){
+            .msg_hdr = {.msg_iov = &data[i], .msg_iovlen = 1, .msg_control = control[i], .msg_controllen = sizeof control[i]}};
     }
     int received = recvmmsg(s->fd, message, CAN_BATCH, MSG_DONTWAIT, NULL), good = 0;
     if (received < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR ? 0 : -1;

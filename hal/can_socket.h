@@ -1,4 +1,5 @@
-/* A raw SocketCAN socket: frames and receive timestamps, nothing blocks. The only file with SocketCAN's API. */
+/* A raw SocketCAN socket: frames and receive timestamps, nothing blocks. The only file with
+ * SocketCAN's API. */
 #ifndef HEXID_CAN_SOCKET_H
 #define HEXID_CAN_SOCKET_H
 
@@ -10,7 +11,8 @@
 
 struct can_socket {
     int fd;
-    bool confirms;  /* a frame's own echo is marked (SocketCAN); false on a socket pair, where the peer echoes */
+    bool confirms;  /* a frame's own echo is marked (SocketCAN); false on a socket
+                     * pair, where the peer echoes */
 };
 
 /* Which frames are received: id and mask as in the kernel's filter. */
@@ -18,8 +20,9 @@ struct can_accept {
     unsigned id, mask;
 };
 
-/* Names the interface and the remedy when it is missing, down, no CAN interface or not allowed: STATUS_IO. With `own`, frames sent come
- * back when the bus has carried them, where the filter lets them; with `errors`, error frames come too. */
+/* Names the interface and the remedy when it is missing, down, no CAN interface or not allowed:
+ * STATUS_IO. With `own`, frames sent come back when the bus has carried them, where the filter lets
+ * them; with `errors`, error frames come too. */
 int can_socket_open(struct can_socket *s, const char *interface, const struct can_accept *accept, int count, bool own, bool errors,
                     struct error *error);
 void can_socket_close(struct can_socket *s);
@@ -33,11 +36,12 @@ struct can_arrival {
     bool own;               /* the echo of a frame sent here */
 };
 
-/* RT. How many of them are on their way, all or those before the first that is refused: queue full, bus-off, interface gone. */
+/* RT. How many of them are on their way, all or those before the first that is refused: queue full,
+ * bus-off, interface gone. */
 int can_socket_send(const struct can_socket *s, const struct can_frame *frame, int count);
 
-/* RT. How many have come, in their order, fewer than CAN_BATCH when none are left (or one of them was no classic frame, which CAN_RAW never
- * gives); -1: interface down or gone. */
+/* RT. How many have come, in their order, fewer than CAN_BATCH when none are left (or one of them
+ * was no classic frame, which CAN_RAW never gives); -1: interface down or gone. */
 int can_socket_receive(const struct can_socket *s, struct can_arrival arrival[CAN_BATCH]);
 
 int64_t can_realtime_ns(void);

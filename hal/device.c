@@ -61,7 +61,8 @@ static void live_period(struct device *d) {
 
 /* Up to the period nearest to now. */
 static void live_on(struct device *d, int64_t now_ns) {
-    if (now_ns - d->lived_ns > CATCH_UP_NS) d->lived_ns = now_ns - period_ns(d); /* stopped or just started: nothing is caught up */
+    /* stopped or just started: nothing is caught up */
+    if (now_ns - d->lived_ns > CATCH_UP_NS) d->lived_ns = now_ns - period_ns(d);
     while (2 * (now_ns - d->lived_ns) >= period_ns(d)) live_period(d);
 }
 

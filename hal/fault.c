@@ -1,16 +1,21 @@
-/* fault: breaks another back-end on purpose. Address: FAULT[,FAULT...];URL with FAULT = KIND@FROM+LENGTH[/LEG][=VALUE], times in seconds
- * of the loop, LEG 1..6 for what befalls a leg (all without it; swap, pressure_swap: the first; swap, mix: with the next leg):
+/* fault: breaks another back-end on purpose. Address: FAULT[,FAULT...];URL with
+ * FAULT = KIND@FROM+LENGTH[/LEG][=VALUE], times in seconds of the loop, LEG 1..6 for what befalls a
+ * leg (all without it; swap, pressure_swap: the first; swap, mix: with the next leg):
  *
  *     --hal 'fault:freeze@12+0.5/3,drop@20+0.02;sim:'
  *
- * samples   stale; late=s (its time stamp); delay=s; lag=s (a delay it does not own up to); loss=%; repeat and reorder (every other
- *           sample, time stamps fresh); hang (the same sample for ever, time stamps fresh); drop (cannot be read)
- * lengths   freeze; length=m (offset); drift=m/s; noise=m (uniform, either sign); flip=% of the samples (a bit of the 1 um count); swap
- * pressures pressure=Pa (offset of P1); pressure_drift=Pa/s (the same); pressure_freeze; pressure_swap (P1 with P2); mix (two legs');
- *           pressure_nan
+ * samples   stale; late=s (its time stamp); delay=s; lag=s (a delay it does not own up to); loss=%;
+ *           repeat and reorder (every other sample, time stamps fresh); hang (the same sample for
+ *           ever, time stamps fresh); drop (cannot be read)
+ * lengths   freeze; length=m (offset); drift=m/s; noise=m (uniform, either sign); flip=% of the
+ *           samples (a bit of the 1 um count); swap
+ * pressures pressure=Pa (offset of P1); pressure_drift=Pa/s (the same); pressure_freeze;
+ *           pressure_swap (P1 with P2); mix (two legs'); pressure_nan
  * both      nan
- * inputs    emergency_stop, enable, door (opens); supply (the charge pump does not get through, so the machine loses its pressure)
- * valves    deaf (no command can be written, but centring); stuck (stays where it is, also when centred); valve=-1..1 (the same, there)
+ * inputs    emergency_stop, enable, door (opens); supply (the charge pump does not get through, so
+ *           the machine loses its pressure)
+ * valves    deaf (no command can be written, but centring); stuck (stays where it is, also when
+ *           centred); valve=-1..1 (the same, there)
  */
 #include <math.h>
 #include <stdlib.h>
@@ -244,7 +249,8 @@ static const struct kind *kind_find(const char *name, size_t length) {
     return NULL;
 }
 
-/* A number after this mark at *text, which is moved behind it; NaN when the mark or the number is missing. */
+/* A number after this mark at *text, which is moved behind it; NaN when the mark or the
+ * number is missing. */
 static double number_after(const char **text, char mark) {
     char *end;
     if (**text != mark) return (double)NAN;
@@ -374,9 +380,10 @@ static void fault_describe(const struct hal *hal, char *text, size_t size) {
 
 const struct hal_ops hal_fault = {
     .scheme = "fault",
-    .usage = "fault:FAULT[,...];URL      another back-end, broken on purpose: KIND@FROM+LENGTH[/LEG][=VALUE], KIND one of\n"
-             "                       stale late delay lag loss repeat reorder hang drop nan deaf stuck valve emergency_stop enable door supply\n"
-             "                       freeze length drift noise flip swap pressure pressure_drift pressure_freeze pressure_swap pressure_nan mix",
+    .usage =
+        "fault:FAULT[,...];URL      another back-end, broken on purpose: KIND@FROM+LENGTH[/LEG][=VALUE], KIND one of\n"
+        "                       stale late delay lag loss repeat reorder hang drop nan deaf stuck valve emergency_stop enable door supply\n"
+        "                       freeze length drift noise flip swap pressure pressure_drift pressure_freeze pressure_swap pressure_nan mix",
     .open = fault_open,
     .read = fault_read,
     .write = fault_write,

@@ -1,5 +1,6 @@
-/* The newest of what one thread hands to another; neither ever waits, and nothing older is seen after something newer. The values lie in
- * three slots of the user's, T slot[LATEST_SLOTS]; this says which one is whose. One producer, one consumer; RT, signal-safe. */
+/* The newest of what one thread hands to another; neither ever waits, and nothing older is seen
+ * after something newer. The values lie in three slots of the user's, T slot[LATEST_SLOTS]; this
+ * says which one is whose. One producer, one consumer; RT, signal-safe. */
 #ifndef HEXID_LATEST_H
 #define HEXID_LATEST_H
 

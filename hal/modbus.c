@@ -1,16 +1,20 @@
-/* modbus: one device with all six legs, over TCP or a serial line (modbus_map.h: the registers, modbus_link.h: the line).
+/* modbus: one device with all six legs, over TCP or a serial line (modbus_map.h: the registers,
+ * modbus_link.h: the line).
  *
- * The back-end's own thread does the talking, one function-23 transaction a cycle, begun by the loop's write() or safe(): the loop never
- * waits for it. Cycle k reads what was latched in cycle k-1, in the transaction that put the command of cycle k-1 into force. The instant
- * of latching is not told by the device; it lies at the middle of a TCP round trip, and at the end of the request on a serial line.
+ * The back-end's own thread does the talking, one function-23 transaction a cycle, begun by the
+ * loop's write() or safe(): the loop never waits for it. Cycle k reads what was latched in cycle
+ * k-1, in the transaction that put the command of cycle k-1 into force. The instant of latching is
+ * not told by the device; it lies at the middle of a TCP round trip, and at the end of the request
+ * on a serial line.
  *
- * SAFETY: only the newest command is ever sent, one that waits longer than limits.sensor_age_s for the line never, and none from before a
- * connection was made again; when nothing is sent, the device's own watchdog centres the valves. The thread makes a lost connection again;
- * whether the platform may move again is the supervisor's and the operator's decision.
+ * SAFETY: only the newest command is ever sent, one that waits longer than limits.sensor_age_s for
+ * the line never, and none from before a connection was made again; when nothing is sent, the
+ * device's own watchdog centres the valves. The thread makes a lost connection again; whether the
+ * platform may move again is the supervisor's and the operator's decision.
  *
- * SAFETY: one master (modbus_server.h). Before it says anything else to the device, a connection claims it, and is refused when another
- * master has it. What others try to write the device counts; that the count has changed, or that the device has another master by now, is
- * SAMPLE_FOREIGN. */
+ * SAFETY: one master (modbus_server.h). Before it says anything else to the device, a connection
+ * claims it, and is refused when another master has it. What others try to write the device counts;
+ * that the count has changed, or that the device has another master by now, is SAMPLE_FOREIGN. */
 #include <errno.h>
 #include <math.h>
 #include <pthread.h>
@@ -56,7 +60,8 @@ struct modbus_hal {
     struct latched sample[LATEST_SLOTS];
     sem_t due;
     _Atomic bool stop, connected;
-    _Atomic int trouble;       /* errno of the first failure until all has been well for a second; 0 none */
+    _Atomic int trouble;       /* errno of the first failure until all has been
+                                * well for a second; 0 none */
     _Atomic unsigned foreign;  /* counts what other masters did */
     _Atomic int loop_priority; /* SCHED_FIFO's, 0: the loop has another policy */
     /* the thread's */
@@ -67,7 +72,8 @@ struct modbus_hal {
     bool begun;                      /* the loop has commanded */
     bool put_out;                    /* the supply output, */
     unsigned changes_seen;           /* and the changes in it */
-    double latch_after_s; /* sending begins .. device latches; below 0: the middle of the round trip */
+    double latch_after_s; /* sending begins .. device latches; below 0: the
+                           * middle of the round trip */
     int64_t good_ns;      /* when all had been well since a second after the last failure */
     /* the loop's */
     struct latched newest;
@@ -84,7 +90,8 @@ static int64_t monotonic_ns(void) {
     return t.tv_sec * NS_PER_S + t.tv_nsec;
 }
 
-static double timeout_s(const struct params *p) { return p->limits.sensor_age_s; } /* older readings are of no use */
+/* older readings are of no use */
+static double timeout_s(const struct params *p) { return p->limits.sensor_age_s; }
 
 static void failed(struct modbus_hal *m, int reason) {
     int none = 0;
@@ -98,7 +105,8 @@ static void meet_foreign(struct modbus_hal *m, int reason) {
     failed(m, reason);
 }
 
-/* A transaction may carry the commands of two cycles: two changes of the supply output are then one, not none. */
+/* A transaction may carry the commands of two cycles: two changes of the supply output are
+ * then one, not none. */
 static struct hal_command due_output(struct modbus_hal *m, const struct command_record *c) {
     struct hal_command command = {.supply = m->put_out};
     memcpy(command.valve, c->valve, sizeof command.valve);
@@ -108,9 +116,10 @@ static struct hal_command due_output(struct modbus_hal *m, const struct command_
     return command;
 }
 
-/* SAFETY: the answer begins with the command's number, as the device has it by then. Another number is the answer to another request, come
- * late on a line where nothing else tells, or from a device that has not taken the command: its readings would be older than they look.
- * Another master, busy or refused, is the loop's to know at once. */
+/* SAFETY: the answer begins with the command's number, as the device has it by then. Another number
+ * is the answer to another request, come late on a line where nothing else tells, or from a device
+ * that has not taken the command: its readings would be older than they look. Another master, busy
+ * or refused, is the loop's to know at once. */
 static int exchange(struct modbus_hal *m, const struct command_record *record, struct latched *l) {
     const struct hal_command command = due_output(m, record);
     uint16_t written[MODBUS_WRITTEN], read[MODBUS_READ];
@@ -140,8 +149,10 @@ static int refuse_owned(struct modbus_hal *m, struct error *error) {
     meet_foreign(m, EBUSY);
     if (!modbus_link_read(m->link, MODBUS_OWNER, 2, owner) && (owner[0] || owner[1]))
         snprintf(who, sizeof who, ", %d.%d.%d.%d,", owner[0] >> 8, owner[0] & 255, owner[1] >> 8, owner[1] & 255);
-    return error_set(error, STATUS_UNSAFE, "modbus:%s: another master%s commands this machine: end it first; the machine is free when it "
-                     "has been silent for the device's watchdog", m->address.name, who);
+    return error_set(error, STATUS_UNSAFE,
+                     "modbus:%s: another master%s commands this machine: end it first; the machine is free when it "
+                     "has been silent for the device's watchdog",
+                     m->address.name, who);
 }
 
 /* SAFETY: the watchdog is read back: who claims the machine relies on being stopped. */
@@ -159,8 +170,10 @@ static int claim(struct modbus_hal *m, struct error *error) {
     if (modbus_link_read(m->link, MODBUS_WATCHDOG_MS, 1, &set_ms))
         return error_set(error, STATUS_IO, "modbus:%s: the watchdog cannot be read back: %s", m->address.name, modbus_link_reason(errno));
     if (set_ms != watchdog_ms)
-        return error_set(error, STATUS_UNSAFE, "modbus:%s: the watchdog was set to %d ms and is %d ms: a device that does not keep it must "
-                         "not be run", m->address.name, watchdog_ms, set_ms);
+        return error_set(error, STATUS_UNSAFE,
+                         "modbus:%s: the watchdog was set to %d ms and is %d ms: a device that does not keep it must "
+                         "not be run",
+                         m->address.name, watchdog_ms, set_ms);
     return STATUS_OK;
 }
 
@@ -171,16 +184,18 @@ static int greet(struct modbus_hal *m, struct error *error) {
         return error_set(error, STATUS_IO, "modbus:%s: no answer to the first question: %s; check unit (modbus.unit), baud rate and wiring",
                          m->address.name, modbus_link_reason(errno));
     if (who[0] != MODBUS_IS_HEXID || who[1] != MODBUS_MAP_VERSION)
-        return error_set(error, STATUS_IO, "modbus:%s: registers 0 and 1 hold 0x%04x and %u, not 0x%04x and %d: another device, or "
-                         "another map (`hexid doctor --modbus-map`)", m->address.name, who[0], who[1], MODBUS_IS_HEXID,
-                         MODBUS_MAP_VERSION);
+        return error_set(error, STATUS_IO,
+                         "modbus:%s: registers 0 and 1 hold 0x%04x and %u, not 0x%04x and %d: another device, or "
+                         "another map (`hexid doctor --modbus-map`)",
+                         m->address.name, who[0], who[1], MODBUS_IS_HEXID, MODBUS_MAP_VERSION);
     if (modbus_link_read(m->link, MODBUS_FOREIGN, 1, &m->foreign_writes))
         return error_set(error, STATUS_IO, "modbus:%s: register %d: %s", m->address.name, MODBUS_FOREIGN, modbus_link_reason(errno));
     return claim(m, error);
 }
 
 static int connect_link(struct modbus_hal *m, struct error *error) {
-    static const double greet_timeout_s = 1.0; /* nothing moves yet, and a device with many clients may take its time */
+    /* nothing moves yet, and a device with many clients may take its time */
+    static const double greet_timeout_s = 1.0;
     int status = modbus_link_open(&m->link, &m->address, m->params->modbus.unit, greet_timeout_s, error);
     if (status) return status;
     status = greet(m, error);
@@ -198,8 +213,8 @@ static const struct command_record *due_command(struct modbus_hal *m) {
     return monotonic_ns() - c->posted_ns <= ns_from_seconds(timeout_s(m->params)) ? c : NULL;
 }
 
-/* SAFETY: until the loop begins the machine is kept, at its centre, or another master could have it meanwhile; from then on the silence of
- * the loop is the device's watchdog's to see. */
+/* SAFETY: until the loop begins the machine is kept, at its centre, or another master could have it
+ * meanwhile; from then on the silence of the loop is the device's watchdog's to see. */
 static const struct command_record *command_to_send(struct modbus_hal *m) {
     const struct command_record *command = due_command(m);
     m->begun |= command != NULL;
@@ -217,8 +232,9 @@ static void talk(struct modbus_hal *m, int *silent) {
     }
     int reason = errno;
     failed(m, reason);
-    /* SAFETY: a machine that has another master is claimed again, in good time, but not written to. */
-    bool lost = modbus_link_gone(reason) || modbus_link_busy(reason) || ++*silent * timeout_s(m->params) > 0.5; /* a server gone without a word */
+    /* SAFETY: a machine that has another master is claimed again, in good time, but not written to.
+     * Half a second of silence is a server gone without a word. */
+    bool lost = modbus_link_gone(reason) || modbus_link_busy(reason) || ++*silent * timeout_s(m->params) > 0.5;
     if (!lost) return;
     atomic_store_explicit(&m->connected, false, memory_order_release);
     modbus_link_close(m->link);
@@ -232,14 +248,16 @@ static void wait_for_command(struct modbus_hal *m, int64_t at_most_ms) {
     while (sem_clockwait(&m->due, CLOCK_MONOTONIC, &t) && errno == EINTR) continue;
 }
 
-/* SCHED_FIFO when the loop has it, just below. Refused: what keeps the thread waiting is seen by the age of the readings. */
+/* SCHED_FIFO when the loop has it, just below. Refused: what keeps the thread waiting is seen by
+ * the age of the readings. */
 static void follow_loop(const struct modbus_hal *m, int *followed) {
     int loop = atomic_load_explicit(&m->loop_priority, memory_order_relaxed);
     if (loop == *followed) return;
     struct sched_param priority = {.sched_priority = loop > 1 ? loop - 1 : 1};
     pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority);
     *followed = loop;
-    if (m->params->security.confine) confine_thread(); /* what it needed for that it needs no more */
+    /* what it needed for that it needs no more */
+    if (m->params->security.confine) confine_thread();
 }
 
 static void *modbus_thread(void *argument) {
@@ -264,13 +282,16 @@ static void *modbus_thread(void *argument) {
             continue;
         }
         backoff_ms = BACKOFF_FIRST_MS;
-        latest_take(&m->newest_command); /* SAFETY: whatever waited is from before; until `connected` the loop can post the centre only */
+        /* SAFETY: whatever waited is from before; until `connected` the loop can
+         * post the centre only */
+        latest_take(&m->newest_command);
         atomic_store_explicit(&m->connected, true, memory_order_release);
     }
     return NULL;
 }
 
-/* SAFETY: no signal is this thread's: what is to end the process goes to whoever parks the platform first. */
+/* SAFETY: no signal is this thread's: what is to end the process goes to whoever parks
+ * the platform first. */
 static int start_thread(struct modbus_hal *m) {
     sigset_t all, before;
     sigfillset(&all);
@@ -286,13 +307,17 @@ static int refuse_slow(const struct modbus_hal *m, struct error *error) {
     double period_s = p->loop.period_s;
     struct modbus_load l = modbus_load(m->address.baud);
     if (m->address.serial && l.cycle_s > 0.9 * period_s)
-        return error_set(error, STATUS_USAGE, "modbus:rtu: function 23 takes %d + %d bytes of 10 bits, %.1f ms at %d baud with the silence "
+        return error_set(error, STATUS_USAGE,
+                         "modbus:rtu: function 23 takes %d + %d bytes of 10 bits, %.1f ms at %d baud with the silence "
                          "after each; 90 %% of loop.period_s are %.1f ms: raise the baud rate, or loop.period_s to %.3f or more "
-                         "(with sim.substeps where simulated)", l.request_bytes, l.response_bytes, l.cycle_s * 1e3, m->address.baud,
-                         0.9 * period_s * 1e3, ceil(l.cycle_s / 0.9 * 1e3) / 1e3);
+                         "(with sim.substeps where simulated)",
+                         l.request_bytes, l.response_bytes, l.cycle_s * 1e3, m->address.baud, 0.9 * period_s * 1e3,
+                         ceil(l.cycle_s / 0.9 * 1e3) / 1e3);
     if (p->limits.sensor_age_s < 2.5 * period_s)
-        return error_set(error, STATUS_USAGE, "modbus: limits.sensor_age_s %g must be at least 2.5 x loop.period_s: a reading is up to two "
-                         "cycles old when used", p->limits.sensor_age_s);
+        return error_set(error, STATUS_USAGE,
+                         "modbus: limits.sensor_age_s %g must be at least 2.5 x loop.period_s: a reading is up to two "
+                         "cycles old when used",
+                         p->limits.sensor_age_s);
     if (p->device.watchdog_s < 3.0 * period_s || p->device.watchdog_s > 65.0)
         return error_set(error, STATUS_USAGE, "modbus: device.watchdog_s %g must be at least 3 x loop.period_s, and at most 65 s",
                          p->device.watchdog_s);
@@ -309,13 +334,16 @@ static int bring_up(struct modbus_hal *m, const char *address, struct error *err
     int status = modbus_parse(address, &m->address, error);
     if (!status) status = refuse_slow(m, error);
     while (!m->token)
-        if (getrandom(&m->token, sizeof m->token, 0) < 0) return error_set(error, STATUS_IO, "modbus: no random number: %s", strerror(errno));
+        if (getrandom(&m->token, sizeof m->token, 0) < 0)
+            return error_set(error, STATUS_IO, "modbus: no random number: %s", strerror(errno));
     if (!status) status = connect_link(m, error);
     if (status) return status;
     m->latch_after_s = m->address.serial ? modbus_load(m->address.baud).request_s : -1.0;
     if (exchange(m, &centred, &m->sample[m->newest_sample.back]))
-        return error_set(error, STATUS_IO, "modbus:%s: function 23 is not answered: %s; the device must serve the map of "
-                         "`hexid doctor --modbus-map`", m->address.name, modbus_link_reason(errno));
+        return error_set(error, STATUS_IO,
+                         "modbus:%s: function 23 is not answered: %s; the device must serve the map of "
+                         "`hexid doctor --modbus-map`",
+                         m->address.name, modbus_link_reason(errno));
     latest_publish(&m->newest_sample);
     atomic_store(&m->connected, true);
     int refused = start_thread(m);
@@ -367,7 +395,8 @@ static int modbus_read(struct hal *hal, int64_t now_ns, struct hal_sample *s) {
     s->age_ns = now_ns - s->time_ns;
     if (!any || (!first && step == 0)) s->flags |= SAMPLE_STALE;
     if (!first && step > 1) s->flags |= SAMPLE_DROPPED;
-    /* SAFETY: latched half a period off the grid: the command before it was held too long or too short. */
+    /* SAFETY: latched half a period off the grid: the command before it was held too
+     * long or too short. */
     if (any && !first && 2 * llabs(m->newest.time_ns - before_ns - period_ns) > period_ns) s->flags |= SAMPLE_LATE;
     if (2 * s->age_ns > 5 * period_ns) s->flags |= SAMPLE_LATE;
     unsigned foreign = atomic_load(&m->foreign);
@@ -396,9 +425,7 @@ static int modbus_write(struct hal *hal, const struct hal_command *command) {
     return 0;
 }
 
-static void modbus_safe(struct hal *hal) {
-    post((struct modbus_hal *)hal, centred.valve, true);
-}
+static void modbus_safe(struct hal *hal) { post((struct modbus_hal *)hal, centred.valve, true); }
 
 static void modbus_describe(const struct hal *hal, char *text, size_t size) {
     int reason = atomic_load(&((const struct modbus_hal *)hal)->trouble);
@@ -411,7 +438,8 @@ static void modbus_close(struct hal *hal) {
     atomic_store_explicit(&m->stop, true, memory_order_release);
     sem_post(&m->due);
     pthread_join(m->thread, NULL);
-    if (m->link) exchange(m, &centred, &ignored); /* SAFETY: whatever was under way, the last word is the centre */
+    /* SAFETY: whatever was under way, the last word is the centre */
+    if (m->link) exchange(m, &centred, &ignored);
     release(m);
 }
 

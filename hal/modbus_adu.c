@@ -3,8 +3,13 @@
 #include <string.h>
 
 enum {
-    MBAP = 7, MBAP_PROTOCOL = 2, MBAP_LENGTH = 4, MBAP_UNIT = 6, /* the header of TCP; the length counts from the unit on */
-    RTU_HEAD = 1, RTU_TAIL = 2,
+    /* the header of TCP; the length counts from the unit on */
+    MBAP = 7,
+    MBAP_PROTOCOL = 2,
+    MBAP_LENGTH = 4,
+    MBAP_UNIT = 6,
+    RTU_HEAD = 1,
+    RTU_TAIL = 2,
 };
 
 static unsigned get_16(const uint8_t *from) { return (unsigned)from[0] << 8 | from[1]; }
@@ -39,7 +44,10 @@ enum adu_result adu_take_tcp(const uint8_t *bytes, size_t size, struct adu *adu)
     size_t length = get_16(bytes + MBAP_LENGTH);
     if (length < 2 || length > 1 + ADU_PDU_MAX) return ADU_BROKEN;
     if (size < MBAP_UNIT + length) return ADU_MORE;
-    *adu = (struct adu){.transaction = (uint16_t)get_16(bytes), .unit = bytes[MBAP_UNIT], .pdu = bytes + MBAP, .pdu_size = length - 1,
+    *adu = (struct adu){.transaction = (uint16_t)get_16(bytes),
+                        .unit = bytes[MBAP_UNIT],
+                        .pdu = bytes + MBAP,
+                        .pdu_size = length - 1,
                         .used = MBAP_UNIT + length};
     return get_16(bytes + MBAP_PROTOCOL) == 0 && has_size_of_function(adu->pdu, adu->pdu_size) ? ADU_REQUEST : ADU_DISCARD;
 }

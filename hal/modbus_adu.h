@@ -16,7 +16,8 @@
 enum {
     ADU_PDU_MAX = 253,  /* Application Protocol V1.1b3, 4.1 */
     ADU_MAX = 260,      /* TCP; 256 on a serial line */
-    ADU_UNIT_TCP = 0xff /* the guide's recommendation where the address of the host says it all; 0 is accepted, too */
+    ADU_UNIT_TCP = 0xff /* the guide's recommendation where the address of the host says
+                         * it all; 0 is accepted, too */
 };
 enum modbus_function {
     FUNCTION_READ = 3,
@@ -27,10 +28,12 @@ enum modbus_function {
 };
 
 enum adu_result {
-    ADU_MORE,    /* the bytes are the beginning of one: call again when there are more (RTU: or when the line is silent) */
+    ADU_MORE,    /* the bytes are the beginning of one: call again when there are more (RTU:
+                  * or when the line is silent) */
     ADU_REQUEST, /* one, of `used` bytes */
     ADU_DISCARD, /* `used` bytes that are none for this device; no answer */
-    ADU_BROKEN,  /* TCP: nobody can tell where the next one begins; the connection is of no more use */
+    ADU_BROKEN,  /* TCP: nobody can tell where the next one begins; the
+                  * connection is of no more use */
 };
 
 struct adu {

@@ -31,7 +31,8 @@ enum {
     OTHERS_A_TURN = 32,        /* of all that are not the master: a third of a millisecond */
     WELCOMES_A_TURN = 16,
     TURN_NS = NS_PER_S / 1000,
-    SILENCE_NS = 20 * TURN_NS, /* on a serial line; the standard's 3.5 characters are less than adapters and schedulers let pass unseen */
+    SILENCE_NS = 20 * TURN_NS, /* on a serial line; the standard's 3.5 characters are less than
+                                * adapters and schedulers let pass unseen */
     SEND_BUFFER = 4096,        /* bytes; answers that nobody reads are few */
     UNIT_BROADCAST = 0,        /* on a serial line */
 };

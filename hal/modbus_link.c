@@ -31,9 +31,10 @@ static int parse_tcp(const char *rest, const char *address, struct modbus_addres
     return STATUS_OK;
 }
 
-/* What libmodbus 3.1.6 can set. Any other rate it takes without a word, and the line runs at 9600. */
-const int modbus_bauds[] = {1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, 460800, 500000, 576000, 921600, 1000000, 1152000,
-                            1500000, 2500000, 3000000, 3500000, 4000000, 0};
+/* What libmodbus 3.1.6 can set. Any other rate it takes without a word, and the
+ * line runs at 9600. */
+const int modbus_bauds[] = {1200,   2400,   4800,    9600,    19200,   38400,   57600,   115200,  230400,  460800, 500000,
+                            576000, 921600, 1000000, 1152000, 1500000, 2500000, 3000000, 3500000, 4000000, 0};
 
 static int check_baud(int baud, const char *address, struct error *error) {
     char list[200] = "";
@@ -73,7 +74,7 @@ static const char *unknown_host(const struct modbus_address_parts *p) {
 int modbus_line_refused(const struct modbus_address_parts *p, int reason, struct error *error) {
     if (p->serial)
         return error_set(error, STATUS_IO, "modbus:rtu:%s: cannot be opened: %s; %s", p->name, modbus_strerror(reason),
-                         reason == EACCES  ? "join the group that owns it (`ls -l` says which, often dialout)"
+                         reason == EACCES   ? "join the group that owns it (`ls -l` says which, often dialout)"
                          : reason == EINVAL ? "this driver does not know the baud rate"
                                             : "name a serial device that is there");
     const char *unknown = unknown_host(p);

@@ -1,8 +1,11 @@
-/* A Modbus connection, to a host or over a serial line: the only file pair with libmodbus' client API. Blocking, for a thread of its own.
+/* A Modbus connection, to a host or over a serial line: the only file pair with libmodbus' client
+ * API. Blocking, for a thread of its own.
  *
- * Time-outs hold in truth: libmodbus starts its byte time-out again with every byte, so a peer that trickles would hold a call for ever;
- * with it switched off the response time-out is for the whole response. Addresses, as in `modbus:ADDRESS`:
- *     tcp://HOST:PORT        rtu:DEVICE?baud=N     (8 data bits, no parity, 1 stop bit; N of modbus_bauds) */
+ * Time-outs hold in truth: libmodbus starts its byte time-out again with every byte, so a peer that
+ * trickles would hold a call for ever; with it switched off the response time-out is for the whole
+ * response. Addresses, as in `modbus:ADDRESS`:
+ *     tcp://HOST:PORT
+ *     rtu:DEVICE?baud=N     (8 data bits, no parity, 1 stop bit; N of modbus_bauds) */
 #ifndef HEXID_MODBUS_LINK_H
 #define HEXID_MODBUS_LINK_H
 
@@ -24,12 +27,13 @@ extern const int modbus_bauds[]; /* ended by 0 */
 /* STATUS_USAGE, with the form that is right or the baud rates that there are. */
 int modbus_parse(const char *address, struct modbus_address_parts *parts, struct error *error);
 
-/* STATUS_IO, with the address, the reason (errno of opening, connecting or listening) and the remedy. */
+/* STATUS_IO, with the address, the reason (errno of opening, connecting or
+ * listening) and the remedy. */
 int modbus_line_refused(const struct modbus_address_parts *parts, int reason, struct error *error);
 
 struct modbus_link;
-/* Connects, for 1 s at most per address that the host has, and however long its name takes to be looked up. STATUS_IO:
- * modbus_line_refused(). unit: 1..247. timeout_s: for each whole answer. */
+/* Connects, for 1 s at most per address that the host has, and however long its name takes to be
+ * looked up. STATUS_IO: modbus_line_refused(). unit: 1..247. timeout_s: for each whole answer. */
 int modbus_link_open(struct modbus_link **link, const struct modbus_address_parts *parts, int unit, double timeout_s, struct error *error);
 void modbus_link_close(struct modbus_link *link);
 /* Another time-out, from the next request on. */
@@ -44,11 +48,13 @@ int modbus_link_exchange(struct modbus_link *link, int write_address, int writes
 /* After a failure: the connection is gone, and only a new one helps. */
 bool modbus_link_gone(int error);
 
-/* After a failure: the device has another master (exception 6); it does not take a value (exception 3). */
+/* After a failure: the device has another master (exception 6); it does not take a
+ * value (exception 3). */
 bool modbus_link_busy(int error);
 bool modbus_link_value(int error);
 
-/* In words. EBADMSG is the caller's, for an answer to another request, and EBUSY for another master. */
+/* In words. EBADMSG is the caller's, for an answer to another request, and EBUSY
+ * for another master. */
 const char *modbus_link_reason(int error);
 
 #endif

@@ -18,7 +18,8 @@ const struct modbus_register modbus_map[] = {
     {MODBUS_P1, LEGS, "i16", "kPa", "read", "pressure on the rodless side, gauge, of legs 1..6"},
     {MODBUS_P2, LEGS, "i16", "kPa", "read", "the same on the rod side"},
     {MODBUS_FOREIGN, 1, "u16", "-", "read", "counts writes refused because they were not the master's"},
-    {MODBUS_INPUTS, 1, "bits", "-", "read", "1: emergency stop's chain closed; 2: enable switch held; 4: door closed; 8: supply has pressure"},
+    {MODBUS_INPUTS, 1, "bits", "-", "read",
+     "1: emergency stop's chain closed; 2: enable switch held; 4: door closed; 8: supply has pressure"},
     {0},
 };
 
@@ -27,10 +28,13 @@ void modbus_map_print(FILE *out) {
     for (const struct modbus_register *r = modbus_map; r->type; r++)
         fprintf(out, "0x%04x..0x%04x  %-5s %-8s %-12s %s\n", r->address, r->address + (unsigned)r->count - 1u, r->type, r->unit, r->access,
                 r->meaning);
-    fprintf(out, "\nA cycle: function 23 writes 0x%04x..0x%04x, then reads 0x%04x..0x%04x. Units are those of the default scale "
-            "(sections *_channel).\n", (unsigned)MODBUS_WRITE_FROM, (unsigned)(MODBUS_WRITE_FROM + MODBUS_WRITTEN - 1),
-            (unsigned)MODBUS_READ_FROM, (unsigned)(MODBUS_END - 1));
-    fprintf(out, "One master: before, it claims the machine by writing 0x%04x..0x%04x, the token a random number. Exception 6: another one "
+    fprintf(out,
+            "\nA cycle: function 23 writes 0x%04x..0x%04x, then reads 0x%04x..0x%04x. Units are those of the default scale "
+            "(sections *_channel).\n",
+            (unsigned)MODBUS_WRITE_FROM, (unsigned)(MODBUS_WRITE_FROM + MODBUS_WRITTEN - 1), (unsigned)MODBUS_READ_FROM,
+            (unsigned)(MODBUS_END - 1));
+    fprintf(out,
+            "One master: before, it claims the machine by writing 0x%04x..0x%04x, the token a random number. Exception 6: another one "
             "has it, until\nit has been silent for the watchdog's time. From then on only that connection writes, on a serial line only "
             "with that token; what\nothers write moves nothing, gets exception 6 and is counted. A watchdog becomes longer only while the "
             "valves are centred by it.\nExceptions: 1 function other than 3, 6, 16, 23; 2 register not there, or not to be written; 3 "
@@ -95,7 +99,8 @@ void modbus_get_reading(const struct params *p, const uint16_t read[MODBUS_READ]
 }
 
 struct modbus_load modbus_load(double baud) {
-    /* unit, function, read address and count, write address and count, bytes, values, CRC; unit, function, bytes, values, CRC */
+    /* unit, function, read address and count, write address and count, bytes, values, CRC; unit,
+     * function, bytes, values, CRC */
     struct modbus_load l = {.request_bytes = 13 + 2 * MODBUS_WRITTEN, .response_bytes = 5 + 2 * MODBUS_READ};
     double byte_s = 10.0 / baud;
     l.request_s = l.request_bytes * byte_s;

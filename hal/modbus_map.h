@@ -1,9 +1,12 @@
-/* Modbus registers <-> values: one table, the same for daemon and device, printed by `hexid doctor --modbus-map`. Pure, RT.
+/* Modbus registers <-> values: one table, the same for daemon and device, printed by
+ * `hexid doctor --modbus-map`. Pure, RT.
  *
- * A cycle is one transaction, function 23 (read/write multiple registers): the device writes first, so the commands of the cycle before
- * come into force, latches length and pressures of all legs together, and answers with them. The last register written, the command's
- * number, is the first one read: so an answer tells which request it belongs to. Registers are 16 bit; 32 bit takes two, the upper half
- * first. A reading that the device does not have is the most negative value of its width. */
+ * A cycle is one transaction, function 23 (read/write multiple registers): the device writes
+ * first, so the commands of the cycle before come into force, latches length and pressures of all
+ * legs together, and answers with them. The last register written, the command's number, is the
+ * first one read: so an answer tells which request it belongs to. Registers are 16 bit; 32 bit
+ * takes two, the upper half first. A reading that the device does not have is the most negative
+ * value of its width. */
 #ifndef HEXID_MODBUS_MAP_H
 #define HEXID_MODBUS_MAP_H
 
@@ -11,19 +14,39 @@
 
 #include "params.h"
 
-enum modbus_address { /* holding registers, from 0 */
-    MODBUS_IDENTITY = 0x0000, MODBUS_VERSION, MODBUS_OWNER, MODBUS_WATCHDOG_MAX_MS = MODBUS_OWNER + 2,
-    MODBUS_COMMAND = 0x001f, MODBUS_SUPPLY = MODBUS_COMMAND - 1, MODBUS_VALVE = MODBUS_SUPPLY - LEGS, MODBUS_TOKEN = MODBUS_VALVE - 2, MODBUS_WATCHDOG_MS = MODBUS_TOKEN - 1,
-    MODBUS_SAMPLE = 0x0020, MODBUS_STATUS, MODBUS_LENGTH, MODBUS_P1 = MODBUS_LENGTH + 2 * LEGS, MODBUS_P2 = MODBUS_P1 + LEGS,
-    MODBUS_FOREIGN = MODBUS_P2 + LEGS, MODBUS_INPUTS, MODBUS_END,
-    MODBUS_WRITE_FROM = MODBUS_TOKEN, MODBUS_READ_FROM = MODBUS_COMMAND, /* in a cycle */
+/* holding registers, from 0 */
+enum modbus_address {
+    MODBUS_IDENTITY = 0x0000,
+    MODBUS_VERSION,
+    MODBUS_OWNER,
+    MODBUS_WATCHDOG_MAX_MS = MODBUS_OWNER + 2,
+    MODBUS_COMMAND = 0x001f,
+    MODBUS_SUPPLY = MODBUS_COMMAND - 1,
+    MODBUS_VALVE = MODBUS_SUPPLY - LEGS,
+    MODBUS_TOKEN = MODBUS_VALVE - 2,
+    MODBUS_WATCHDOG_MS = MODBUS_TOKEN - 1,
+    MODBUS_SAMPLE = 0x0020,
+    MODBUS_STATUS,
+    MODBUS_LENGTH,
+    MODBUS_P1 = MODBUS_LENGTH + 2 * LEGS,
+    MODBUS_P2 = MODBUS_P1 + LEGS,
+    MODBUS_FOREIGN = MODBUS_P2 + LEGS,
+    MODBUS_INPUTS,
+    MODBUS_END,
+    MODBUS_WRITE_FROM = MODBUS_TOKEN,
+    MODBUS_READ_FROM = MODBUS_COMMAND, /* in a cycle */
 };
 enum {
-    MODBUS_IS_HEXID = 0x4845, MODBUS_MAP_VERSION = 3,
-    MODBUS_CLAIMED = MODBUS_VALVE - MODBUS_WATCHDOG_MS, /* registers that claim the machine: watchdog and token */
-    MODBUS_WRITTEN = MODBUS_COMMAND + 1 - MODBUS_WRITE_FROM, MODBUS_READ = MODBUS_END - MODBUS_READ_FROM, /* registers, in a cycle */
+    MODBUS_IS_HEXID = 0x4845,
+    MODBUS_MAP_VERSION = 3,
+    MODBUS_CLAIMED = MODBUS_VALVE - MODBUS_WATCHDOG_MS, /* registers that claim the machine:
+                                                         * watchdog and token */
+    /* registers, in a cycle */
+    MODBUS_WRITTEN = MODBUS_COMMAND + 1 - MODBUS_WRITE_FROM,
+    MODBUS_READ = MODBUS_END - MODBUS_READ_FROM,
     MODBUS_SILENT = 1u << 0,                    /* status: the watchdog has centred the valves */
-    MODBUS_OWNED = 1u << 1,                     /* a master has the machine, and has not been silent for the watchdog's time */
+    MODBUS_OWNED = 1u << 1,                     /* a master has the machine, and has not been silent
+                                                 * for the watchdog's time */
     MODBUS_WATCHDOG_MIN_MS = 2,                 /* the least that device.watchdog_s can be */
 };
 
@@ -39,14 +62,16 @@ void modbus_map_print(FILE *out);
 /* To the registers that claim the machine. token: not 0. */
 void modbus_put_claim(uint16_t watchdog_ms, uint32_t token, uint16_t claimed[MODBUS_CLAIMED]);
 
-/* Token of the claim, command number, supply and valves -1..1 (NAN: none) to the registers written. */
+/* Token of the claim, command number, supply and valves -1..1 (NAN: none) to the
+ * registers written. */
 void modbus_put_command(const struct params *p, uint32_t token, uint16_t number, const struct hal_command *command,
                         uint16_t written[MODBUS_WRITTEN]);
 /* Valves and supply in force; what is no command is the centre. */
 void modbus_get_command(const struct params *p, const uint16_t written[MODBUS_WRITTEN], struct hal_command *command);
 
 struct modbus_reading {
-    uint16_t number, sample, status;                 /* of the command in force; counts latches; MODBUS_SILENT, MODBUS_OWNED */
+    uint16_t number, sample, status;                 /* of the command in force; counts latches;
+                                                      * MODBUS_SILENT, MODBUS_OWNED */
     uint16_t foreign;                                /* counts writes of others than the master */
     uint16_t inputs;                                 /* INPUT_... */
     double length_m[LEGS], p1_pa[LEGS], p2_pa[LEGS]; /* NAN: none, or not plausible */
@@ -54,9 +79,10 @@ struct modbus_reading {
 void modbus_put_reading(const struct params *p, const struct modbus_reading *r, uint16_t read[MODBUS_READ]);
 void modbus_get_reading(const struct params *p, const uint16_t read[MODBUS_READ], struct modbus_reading *r);
 
-/* What a cycle takes on a serial line, against the loop's period: the bytes of both frames, of 10 bits each, and after each frame the
- * silence of 3.5 bytes that ends it. Above 19200 baud the standard recommends 1.75 ms instead; a device that waits so long needs a period
- * longer by that. */
+/* What a cycle takes on a serial line, against the loop's period: the bytes of both
+ * frames, of 10 bits each, and after each frame the silence of 3.5 bytes that ends it.
+ * Above 19200 baud the standard recommends 1.75 ms instead; a device that waits so long
+ * needs a period longer by that. */
 struct modbus_load {
     int request_bytes, response_bytes;
     double request_s, response_s, cycle_s;

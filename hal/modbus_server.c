@@ -5,7 +5,8 @@
 
 #include "units.h"
 
-enum { READ_MAX = 125, WRITE_MAX = 123, EXCHANGE_WRITE_MAX = 121 }; /* registers, by 6.3, 6.12 and 6.17 */
+/* registers, by 6.3, 6.12 and 6.17 */
+enum { READ_MAX = 125, WRITE_MAX = 123, EXCHANGE_WRITE_MAX = 121 };
 
 struct span {
     unsigned from, count;
@@ -79,9 +80,7 @@ static void hand_over(struct modbus_server *s, uint32_t token) {
     set_watchdog(s, s->registers[MODBUS_WATCHDOG_MAX_MS]);
 }
 
-static bool is_claim(struct span span) {
-    return within(span, MODBUS_WATCHDOG_MS, MODBUS_VALVE) && has(span, MODBUS_TOKEN, MODBUS_VALVE);
-}
+static bool is_claim(struct span span) { return within(span, MODBUS_WATCHDOG_MS, MODBUS_VALVE) && has(span, MODBUS_TOKEN, MODBUS_VALVE); }
 
 /* SAFETY: a watchdog is never longer than the device's own, and becomes longer only while it holds
  * the valves at their centre. */

@@ -15,7 +15,8 @@
 #include "modbus_adu.h"
 #include "modbus_map.h"
 
-enum modbus_exception { /* Application Protocol V1.1b3, 7 */
+/* Application Protocol V1.1b3, 7 */
+enum modbus_exception {
     EXCEPTION_NONE = 0,
     EXCEPTION_FUNCTION = 1,
     EXCEPTION_ADDRESS = 2,

@@ -1,5 +1,6 @@
-/* sim: the simulated platform, stepped by the loop thread itself. Reading latches lengths and pressures at the start of the cycle; a
- * command acts from that same instant until the next read, which first lets the plant live through the cycle. */
+/* sim: the simulated platform, stepped by the loop thread itself. Reading latches lengths and
+ * pressures at the start of the cycle; a command acts from that same instant until the next read,
+ * which first lets the plant live through the cycle. */
 #include <stdlib.h>
 #include <string.h>
 

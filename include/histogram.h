@@ -1,4 +1,5 @@
-/* Latency histogram: 16 linear steps to each power of two of nanoseconds, so a quantile is right to 6 %, from 1 ns to 1 h; no heap. */
+/* Latency histogram: 16 linear steps to each power of two of nanoseconds, so a quantile is right to
+ * 6 %, from 1 ns to 1 h; no heap. */
 #ifndef HEXID_HISTOGRAM_H
 #define HEXID_HISTOGRAM_H
 
@@ -14,7 +15,8 @@ struct histogram {
 
 static inline void histogram_add(struct histogram *h, int64_t ns) {
     uint64_t value = ns > 0 ? (uint64_t)ns : 0;
-    int shift = value < HISTOGRAM_STEPS ? 0 : 59 - __builtin_clzll(value); /* leaves a number in 16..31 */
+    /* leaves a number in 16..31 */
+    int shift = value < HISTOGRAM_STEPS ? 0 : 59 - __builtin_clzll(value);
     uint64_t bin = (uint64_t)shift * HISTOGRAM_STEPS + (value >> shift);
     h->bin[bin < HISTOGRAM_BINS ? bin : HISTOGRAM_BINS - 1]++;
     h->count++;

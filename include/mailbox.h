@@ -1,5 +1,6 @@
-/* Latest-value mailbox for a struct request, world -> loop: one 64-bit atomic, so neither side ever waits.
- * Several writers are allowed; a reader sees the newest request and tells a new one by its id. */
+/* Latest-value mailbox for a struct request, world -> loop: one 64-bit atomic, so neither
+ * side ever waits. Several writers are allowed; a reader sees the newest request and tells a
+ * new one by its id. */
 #ifndef HEXID_MAILBOX_H
 #define HEXID_MAILBOX_H
 

@@ -1,5 +1,6 @@
-/* The whole configuration as plain data, SI units, written once by src/io/config.c and constant afterwards. Every key of the YAML file is
- * one member here; ranges and descriptions stand in config.c's table, which is also what --print-config and docs/configuration.md print. */
+/* The whole configuration as plain data, SI units, written once by src/io/config.c and constant
+ * afterwards. Every key of the YAML file is one member here; ranges and descriptions stand in
+ * config.c's table, which is also what --print-config and docs/configuration.md print. */
 #ifndef HEXID_PARAMS_H
 #define HEXID_PARAMS_H
 
@@ -19,35 +20,42 @@ struct joint_points {
 struct geometry_params {          /* Tian 2015 Table 1 */
     double upper_radius_m;        /* Ra */
     double lower_radius_m;        /* Rb */
-    double height_m;              /* H: the upper joint plane, z = 0 of the platform's drawing, above the lower one, z = 0 of the base's, at neutral */
+    double height_m;              /* H: the upper joint plane, z = 0 of the platform's drawing,
+                                   * above the lower one, z = 0 of the base's, at neutral */
     double upper_half_angle_rad;  /* alpha */
     double lower_half_angle_rad;  /* beta */
-    struct joint_points upper, lower; /* in the drawings of platform and base: x forward, y right, z down */
+    struct joint_points upper, lower; /* in the drawings of platform and base: x
+                                       * forward, y right, z down */
 };
 
 struct payload_params {           /* Tian 2015 Table 2 */
     double mass_kg;
-    double inertia_xx_kg_m2, inertia_yy_kg_m2, inertia_zz_kg_m2; /* about its mass centre: entries of the matrix */
+    /* about its mass centre: entries of the matrix */
+    double inertia_xx_kg_m2, inertia_yy_kg_m2, inertia_zz_kg_m2;
     double inertia_xy_kg_m2, inertia_xz_kg_m2, inertia_yz_kg_m2;
     double center_height_m;       /* h: mass centre above the upper joint plane */
     double center_x_m, center_y_m;/* and in the platform's drawing */
     double gravity_mps2;
 };
 
-struct axis_params {              /* one cylinder or electric axis with a mass: leg 1, the others are not there */
+struct axis_params {              /* one cylinder or electric axis with a mass: leg 1,
+                                   * the others are not there */
     double mass_kg;               /* all that moves */
-    double gravity_mps2;          /* component along the axis; positive: the weight pushes the rod in */
+    double gravity_mps2;          /* component along the axis; positive: the
+                                   * weight pushes the rod in */
     double middle_m;              /* reading of the position at mid-stroke */
     double force_offset_n;        /* constant force that the reading has too much */
 };
 
-struct actuator_params {          /* the legs, Tian 2015 Tables 1 and 2; inertias about each part's own mass centre (docs/method.md, 3) */
+struct actuator_params {          /* the legs, Tian 2015 Tables 1 and 2; inertias about each part's
+                                   * own mass centre (docs/method.md, 3) */
     double piston_diameter_m[LEGS], rod_diameter_m[LEGS];
     double stroke_m[LEGS];
     double mid_stroke_m[LEGS];    /* length in the middle of the stroke less that at neutral */
     double upper_mass_kg[LEGS], lower_mass_kg[LEGS];             /* ma rod, mb cylinder */
     double upper_inertia_kg_m2[LEGS], lower_inertia_kg_m2[LEGS]; /* ia, ib: transverse */
-    double upper_center_m[LEGS], lower_center_m[LEGS];           /* ra from the upper, rb from the lower joint */
+    /* ra from the upper, rb from the lower joint */
+    double upper_center_m[LEGS], lower_center_m[LEGS];
 };
 
 struct hydraulics_params {
@@ -77,7 +85,8 @@ struct sim_params {
     int substeps;                 /* per cycle; a substep is at most 0.25 ms */
     double base_hz, base_mass_kg; /* the base on springs (sim/surroundings.h); 0 Hz: rigid */
     double ripple_pa, ripple_hz;  /* of the pump */
-    double smooth_friction_mps;   /* 0: true stick; else the cylinders' dry friction is F tanh(v / this), as where stick is not modelled */
+    double smooth_friction_mps;   /* 0: true stick; else the cylinders' dry friction is F
+                                   * tanh(v / this), as where stick is not modelled */
 };
 
 struct control_params {           /* exact law: src/core/pid.h */
@@ -96,11 +105,13 @@ struct motion_params {
     bool automatic;               /* engage, test and park without commands */
 };
 
-struct limit_params {             /* SAFETY: beyond any of these the supervisor centres the valves */
+struct limit_params {             /* SAFETY: beyond any of these the supervisor centres the
+                                   * valves */
     double length_min_m[LEGS], length_max_m[LEGS];
     double leg_rate_mps;
     double following_m;           /* |leg reference - leg length| while engaged */
-    double standstill_m;          /* range of a leg's reference since its length last changed, while engaged */
+    double standstill_m;          /* range of a leg's reference since its length last
+                                   * changed, while engaged */
     double force_n;               /* |A1 P1 - A2 P2| per leg */
     double sensor_age_s;
     double pressure_min_pa, pressure_max_pa; /* plausible sensor range */
@@ -108,10 +119,12 @@ struct limit_params {             /* SAFETY: beyond any of these the supervisor 
     double blind_time_s;          /* the most that blind_time() may come to */
 };
 
-struct interlock_params {         /* SAFETY: which of the machine's inputs and outputs are wired; what is not is not watched */
+struct interlock_params {         /* SAFETY: which of the machine's inputs and outputs are wired;
+                                   * what is not is not watched */
     bool emergency_stop, enable, door, pressure;
     bool supply;                  /* the output that keeps the supply on */
-    double pressure_s;            /* until `pressure` closes, at most; without that input: the wait */
+    double pressure_s;            /* until `pressure` closes, at most; without that input: the
+                                   * wait */
 };
 
 struct test_params {
@@ -122,11 +135,13 @@ struct test_params {
     double settle_s, ramp_s, duration_s, ramp_out_s; /* duration_s: the evaluated part */
     int harmonics;                /* regressed with the fundamental */
     bool multisine;               /* all axes of `order` at once, in one test */
-    char trajectory[PARAMS_TEXT_SIZE]; /* file of poses over time, which takes the sinusoids' place; "": none */
+    char trajectory[PARAMS_TEXT_SIZE]; /* file of poses over time, which takes the
+                                        * sinusoids' place; "": none */
     int repeat;                   /* passes of it */
 };
 
-/* One axis after another, each a sinusoid: what methods A and B need. Else the run is one test of no axis. */
+/* One axis after another, each a sinusoid: what methods A and B need. Else the run is one
+ * test of no axis. */
 static inline bool tests_single(const struct test_params *t) { return !t->multisine && !t->trajectory[0]; }
 static inline int tests_count(const struct test_params *t) { return tests_single(t) ? t->count : 1; }
 static inline const char *tests_name(const struct test_params *t, enum dof dof) {
@@ -138,13 +153,17 @@ struct check_params {             /* percent; beyond any of these the run's verd
     double unwanted_pct;          /* motion of the other axes */
     double overruns_pct;          /* of the cycles */
     double excluded_pct;          /* of the evaluated samples */
-    double length_wander_m;       /* of the fundamental of a leg's length, from period to period of a test */
-    double force_wander_n;        /* of a leg's mean force and its fundamental, from period to period; of the mean also from test to test */
-    double period_s;             /* a longer cycle puts the staircase of the command into the matrix */
+    double length_wander_m;       /* of the fundamental of a leg's length, from
+                                   * period to period of a test */
+    double force_wander_n;        /* of a leg's mean force and its fundamental, from period to
+                                   * period; of the mean also from test to test */
+    double period_s;             /* a longer cycle puts the staircase of the
+                                  * command into the matrix */
     double symmetry_pct;          /* |Mt - Mt'| against sqrt of the diagonal's product */
 };
 
-struct tolerance_params {         /* relative but for the joints: how far the model's parameters may be off without that being a finding (hexid gap) */
+struct tolerance_params {         /* relative but for the joints: how far the model's parameters may
+                                   * be off without that being a finding (hexid gap) */
     double mass;                  /* every mass and inertia */
     double viscous, bulk_modulus, leakage, valve_gain;
     double joints_m;              /* each coordinate of each joint */
@@ -162,19 +181,23 @@ struct loop_params {
 };
 
 struct security_params {
-    bool confine;                 /* the running daemon may ask little of the system (src/rt/confine.h) */
+    bool confine;                 /* the running daemon may ask little of the
+                                   * system (src/rt/confine.h) */
 };
 
 struct lcm_params {
     char url[PARAMS_TEXT_SIZE];   /* "" none; udpm ttl 0 stays on the host */
     int state_every;              /* one HEXID_STATE on the wire for so many cycles */
-    bool commands;                /* SAFETY: accept commands that move; stop and park are always accepted */
-    double lease_s;               /* SAFETY: who engaged or started by command must be heard so often, or the platform is parked; 0: need not */
+    bool commands;                /* SAFETY: accept commands that move; stop and
+                                   * park are always accepted */
+    double lease_s;               /* SAFETY: who engaged or started by command must be heard so
+                                   * often, or the platform is parked; 0: need not */
 };
 
 /* One kind of channel between the field and hexid, leg by leg:
- * si = si_min + (raw - raw_min) / (raw_max - raw_min) (si_max - si_min) + offset. Readings outside low..high (SI, offset included) are
- * not plausible. A 4-20 mA or 0-10 V sensor behind a node is just other numbers. */
+ * si = si_min + (raw - raw_min) / (raw_max - raw_min) (si_max - si_min) + offset. Readings outside
+ * low..high (SI, offset included) are not plausible. A 4-20 mA or 0-10 V sensor behind a node is
+ * just other numbers. */
 struct channel_params {
     double raw_min[LEGS], raw_max[LEGS]; /* what the bus carries */
     double si_min[LEGS], si_max[LEGS];
@@ -182,13 +205,15 @@ struct channel_params {
     double low[LEGS], high[LEGS];
 };
 
-struct device_params {            /* of the devices at the field end, set by the daemon where the bus allows */
+struct device_params {            /* of the devices at the field end, set by the
+                                   * daemon where the bus allows */
     double watchdog_s;            /* without a command for so long the device centres its valve */
 };
 
 struct can_params {
     double bitrate_bps;
-    double heartbeat_s;           /* sent by every node and by the daemon; three in a row missing: lost */
+    double heartbeat_s;           /* sent by every node and by the daemon; three
+                                   * in a row missing: lost */
     /* What the nodes must say of themselves (0x1000, 0x1018:1, :2), rounded; -1: anything. */
     double device_type, vendor_id, product_code;          /* axis nodes */
     double io_device_type, io_vendor_id, io_product_code; /* node 7, inputs and outputs */

@@ -1,7 +1,9 @@
-/* Errors of bring-up and of files: a negative status and one line that names the thing and the remedy.
+/* Errors of bring-up and of files: a negative status and one line that names the
+ * thing and the remedy.
  *
- * A function that can fail takes a `struct error *` last and returns 0 or a negative status. The status is the process's exit status
- * with the sign turned (design: 2 usage or configuration, 3 I/O or device, 4 refused for safety). Not for the loop thread: run-time
+ * A function that can fail takes a `struct error *` last and returns 0 or a negative status.
+ * The status is the process's exit status with the sign turned (design: 2 usage or
+ * configuration, 3 I/O or device, 4 refused for safety). Not for the loop thread: run-time
  * trouble is a fault bit (types.h). */
 #ifndef HEXID_STATUS_H
 #define HEXID_STATUS_H
@@ -21,7 +23,8 @@ struct error {
     char text[400];
 };
 
-/* Writes the message and returns the status, so that `return error_set(e, STATUS_IO, "...")` is one line. */
+/* Writes the message and returns the status, so that
+ * `return error_set(e, STATUS_IO, "...")` is one line. */
 __attribute__((format(printf, 3, 4))) static inline int error_set(struct error *e, enum status status, const char *format, ...) {
     va_list args;
     e->status = status;

@@ -24,7 +24,8 @@ static int direction_of(const struct closed_form *e, int k, double rate) {
     return rate < 0.0 ? -1 : 1;
 }
 
-/* Friction of leg `leg` on the platform; nothing but dry friction when the hydraulics are left out. */
+/* Friction of leg `leg` on the platform; nothing but dry friction when the
+ * hydraulics are left out. */
 static double leg_friction(const struct closed_form *e, const union system *s, const struct drive *drive, int leg, double rate) {
     int direction = direction_of(e, leg, rate);
     double speed = direction * rate;

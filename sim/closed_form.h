@@ -1,5 +1,6 @@
-/* Rigid bodies and hydraulics as one system of first-order equations, with friction, and its RK4 step. Smooth over a step as long as no
- * coordinate with dry friction turns round: that is the engine's part (engine_closed_form.c). RT. */
+/* Rigid bodies and hydraulics as one system of first-order equations, with friction, and its RK4
+ * step. Smooth over a step as long as no coordinate with dry friction turns round: that is the
+ * engine's part (engine_closed_form.c). RT. */
 #ifndef HEXID_CLOSED_FORM_H
 #define HEXID_CLOSED_FORM_H
 
@@ -24,7 +25,8 @@ union system {
 /* Values of a state whose hydraulics are not extended. */
 enum { CLOSED_FORM_PLAIN = (sizeof(struct rigid_state) + LEGS * sizeof(struct cylinder_state)) / sizeof(double) };
 
-/* What moves the legs over a step: valve commands, or these forces instead of hydraulics. The other one is NULL. */
+/* What moves the legs over a step: valve commands, or these forces instead of hydraulics. The
+ * other one is NULL. */
 struct drive {
     const double *valve, *force_n;
 };
@@ -35,7 +37,8 @@ struct closed_form {
     int values;                      /* of the state that are in use */
     struct rigid_model rigid;
     bool joints;                     /* there is joint friction */
-    int first, last;                 /* the coordinates that dry friction can hold: first <= k < last */
+    int first, last;                 /* the coordinates that dry friction can
+                                      * hold: first <= k < last */
     union system state;
     int direction[COORDINATES];      /* of those: +1, -1 sliding, over a whole step; 0 held */
     double holding[COORDINATES];     /* force that holds them */
@@ -50,7 +53,8 @@ struct instant {
     struct leg_push push[LEGS];      /* only with hydraulics */
     double friction_n[LEGS], stop_n[LEGS];
     struct factor6 mass;             /* its Cholesky factor */
-    double free[DOFS];               /* whitened acceleration (stick.h) without the friction that holds */
+    double free[DOFS];               /* whitened acceleration (stick.h) without
+                                      * the friction that holds */
 };
 
 void closed_form_look(const struct closed_form *e, const union system *s, const struct drive *drive, struct instant *now);

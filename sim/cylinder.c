@@ -6,7 +6,8 @@
 #include "units.h"
 
 static const double LAMINAR_PA = 1e4;
-static const double FILL_TIME_S = 2e-4; /* shortest time constant of a chamber: even explicit Euler settles in a substep of 0.25 ms */
+static const double FILL_TIME_S = 2e-4; /* shortest time constant of a chamber: even explicit Euler
+                                         * settles in a substep of 0.25 ms */
 static const double MAKE_UP_TIME_S = 1e-3;
 static const double VACUUM_PA = -101325.0;
 static const double SOFTEST = 0.01;        /* beta of the gas that is left: 1e-4 of the oil's */
@@ -32,7 +33,8 @@ static void valve_init(struct cylinder_model *m, int leg, const struct hydraulic
 static void piston_init(struct cylinder_model *m, int leg, const struct actuator_params *a) {
     struct cylinder_leg *c = &m->leg[leg];
     double piston = a->piston_diameter_m[leg], rod = a->rod_diameter_m[leg];
-    bool axis = m->machine.params->mechanism == MECHANISM_AXIS; /* axis.middle_m is the middle of the stroke */
+    /* axis.middle_m is the middle of the stroke */
+    bool axis = m->machine.params->mechanism == MECHANISM_AXIS;
     double middle = m->machine.bodies.neutral_length_m[leg] + (axis ? 0.0 : a->mid_stroke_m[leg]);
     c->a1_m2 = PI / 4.0 * piston * piston;
     c->a2_m2 = PI / 4.0 * (piston * piston - rod * rod);
@@ -81,7 +83,8 @@ static inline double signed_root(double drop_pa, double laminar_pa) {
 
 /* Flow from `source` into a volume of this stiffness, beta / V. */
 static inline double port_flow(double conductance, double stiffness, double source_pa, double pressure_pa) {
-    double root = 1.25 * conductance * stiffness * FILL_TIME_S; /* laminar slope x stiffness x this time = 1 */
+    /* laminar slope x stiffness x this time = 1 */
+    double root = 1.25 * conductance * stiffness * FILL_TIME_S;
     double laminar_pa = root * root > LAMINAR_PA ? root * root : LAMINAR_PA;
     return conductance * signed_root(source_pa - pressure_pa, laminar_pa);
 }
@@ -139,8 +142,7 @@ static inline struct cylinder_state rates(const struct cylinder_model *m, const 
 }
 
 struct cylinder_state cylinder_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
-                                          const struct cylinder_state *s, double opening, double length_m, double rate_mps,
-                                          double valve) {
+                                          const struct cylinder_state *s, double opening, double length_m, double rate_mps, double valve) {
     double stiffness[PORTS];
     const struct cylinder_leg *c = &m->leg[leg];
     struct ports p = ports_of(c, mains, opening);
@@ -230,8 +232,12 @@ struct friction cylinder_friction(const struct cylinder_model *m, int leg, const
     const struct active *laws = &m->machine.leg_friction;
     struct friction sum = {.viscous = m->machine.params->hydraulics.viscous_n_s_per_m[leg] * speed_mps};
     if (laws->count == 0) return sum;
-    struct leg_motion motion = {.direction = direction, .speed_mps = speed_mps, .p1_pa = s->p1_pa, .p2_pa = s->p2_pa,
-                                .a1_m2 = m->leg[leg].a1_m2, .a2_m2 = m->leg[leg].a2_m2};
+    struct leg_motion motion = {.direction = direction,
+                                .speed_mps = speed_mps,
+                                .p1_pa = s->p1_pa,
+                                .p2_pa = s->p2_pa,
+                                .a1_m2 = m->leg[leg].a1_m2,
+                                .a2_m2 = m->leg[leg].a2_m2};
     for (int i = 0; i < laws->count; i++) laws->of[i].effect->leg_friction(laws->of[i].values, leg, &motion, &sum);
     double smooth_mps = m->machine.params->sim.smooth_friction_mps;
     if (smooth_mps > 0.0) sum = (struct friction){.viscous = sum.viscous + sum.dry * tanh(speed_mps / smooth_mps)};

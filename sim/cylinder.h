@@ -1,4 +1,5 @@
-/* One leg's hydraulics: servo valve, two compressible chambers, end stops, friction. Pure, RT. hydraulics.h joins six of them.
+/* One leg's hydraulics: servo valve, two compressible chambers, end stops, friction. Pure, RT.
+ * hydraulics.h joins six of them.
  *
  *  symbol  meaning                                            unit
  *  L, v    joint-to-joint length and its rate                 m, m/s
@@ -7,17 +8,21 @@
  *  V1, V2  chamber volumes: dead volume + A1 s, A2 (stroke-s) m^3   (s = stroke used)
  *
  *  xddot = w^2 (u + bias - x) - 2 zeta w xdot, |x| <= 1, |xdot| <= the servo's limit
- *  Q(o, dP) = valve_flow |o| sqrt(dP / valve_drop); o > 0: supply -> port A (P1), port B (P2) -> tank; o < 0: the other way round
+ *  Q(o, dP) = valve_flow |o| sqrt(dP / valve_drop)
+ *             o > 0: supply -> port A (P1), port B (P2) -> tank; o < 0: the other way round
  *  P1dot = beta/V1 (Q1 - A1 v - c (P1 - P2)),  P2dot = beta/V2 (Q2 + A2 v + c (P1 - P2))
  *
- * Below a drop of 10 kPa the orifice is laminar: an odd cubic with the root's value and slope there, so that nothing moves above it. The
- * limit rises where the valve is wide open on a nearly empty chamber, so that no chamber fills faster than a substep of 0.25 ms resolves.
- * Below tank pressure air comes out of the oil, beta falls with the square of what is left above vacuum, and a check valve lets oil in
- * from the tank within a millisecond: a chamber torn open stays between tank pressure and vacuum, as behind an anti-cavitation valve.
+ * Below a drop of 10 kPa the orifice is laminar: an odd cubic with the root's value and slope
+ * there, so that nothing moves above it. The limit rises where the valve is wide open on a nearly
+ * empty chamber, so that no chamber fills faster than a substep of 0.25 ms resolves. Below tank
+ * pressure air comes out of the oil, beta falls with the square of what is left above vacuum, and a
+ * check valve lets oil in from the tank within a millisecond: a chamber torn open stays between
+ * tank pressure and vacuum, as behind an anti-cavitation valve.
  *
- * A line of length l and bore d between a port and its chamber is one cell: at the port its capacitance V/beta (V = l pi d^2/4), then in
- * series its inertance rho l/(pi d^2/4) and its laminar resistance 128 mu l/(pi d^4), rho = 870 kg/m^3, mu/rho = 4e-5 m^2/s. The gauge
- * sits at the port. A line below 0.2 m counts as one of 0.2 m: its 5 kHz are beyond a substep. */
+ * A line of length l and bore d between a port and its chamber is one cell: at the port its
+ * capacitance V/beta (V = l pi d^2/4), then in series its inertance rho l/(pi d^2/4) and its
+ * laminar resistance 128 mu l/(pi d^4), rho = 870 kg/m^3, mu/rho = 4e-5 m^2/s. The gauge sits at
+ * the port. A line below 0.2 m counts as one of 0.2 m: its 5 kHz are beyond a substep. */
 #ifndef HEXID_CYLINDER_H
 #define HEXID_CYLINDER_H
 
@@ -36,7 +41,8 @@ enum { PORT_A, PORT_B, PORTS };
 
 struct cylinder_model {        /* constants derived once from params and effects */
     struct machine machine;
-    int first, legs;               /* first <= leg < legs: those that the mechanism has, or the one that is asked for */
+    int first, legs;               /* first <= leg < legs: those that the mechanism has, or the
+                                    * one that is asked for */
     struct cylinder_leg {
         double a1_m2, a2_m2;
         double length_min_m, length_max_m; /* end stops */
@@ -47,7 +53,8 @@ struct cylinder_model {        /* constants derived once from params and effects
         double line_volume_m3, line_inertance, line_resistance; /* volume 0: no line */
         bool rate_limited;
     } leg[LEGS];
-    double supply_share;       /* of the supply pressure that is there: 1, less while it comes and goes */
+    double supply_share;       /* of the supply pressure that is there: 1, less
+                                * while it comes and goes */
     bool extended;             /* valve laws, lines, joint play or resistance of the mains */
 };
 
@@ -62,11 +69,10 @@ void cylinder_model_init(struct cylinder_model *m, const struct params *params);
 /* Without drop in the lines to the power unit. */
 struct mains cylinder_mains(const struct cylinder_model *m);
 
-/* Time derivative of the state under valve command u at length L and rate v, chambers at the ports. opening: of the valve, s->spool but for
- * the laws of machine_opening. */
+/* Time derivative of the state under valve command u at length L and rate v, chambers at the ports.
+ * opening: of the valve, s->spool but for the laws of machine_opening. */
 struct cylinder_state cylinder_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
-                                          const struct cylinder_state *s, double opening, double length_m, double rate_mps,
-                                          double valve);
+                                          const struct cylinder_state *s, double opening, double length_m, double rate_mps, double valve);
 
 /* The same behind lines. */
 struct cylinder_state cylinder_line_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
@@ -77,7 +83,8 @@ struct cylinder_state cylinder_line_derivative(const struct cylinder_model *m, i
 void cylinder_flows(const struct cylinder_model *m, int leg, const struct mains *mains, const struct cylinder_state *s,
                     const struct line_state *line, double opening, double length_m, double *supply_m3_per_s, double *tank_m3_per_s);
 
-/* What the derivative cannot say: the spool stops dead at +-1, and no pressure is below vacuum. After every substep. */
+/* What the derivative cannot say: the spool stops dead at +-1, and no pressure is below vacuum.
+ * After every substep. */
 void cylinder_limit(const struct cylinder_model *m, int leg, struct cylinder_state *s);
 
 /* Pressures after the piston was moved by so much at once, ports shut. */
@@ -89,10 +96,12 @@ double cylinder_stiffness(const struct cylinder_model *m, int leg, double length
 /* A1 P1 - A2 P2. */
 double cylinder_hydraulic_force(const struct cylinder_model *m, int leg, const struct cylinder_state *s);
 
-/* End stop: unilateral spring and damper, >= 0 at the lower one, <= 0 at the upper one, 0 between. */
+/* End stop: unilateral spring and damper, >= 0 at the lower one, <= 0 at the
+ * upper one, 0 between. */
 double cylinder_stop_force(const struct cylinder_model *m, int leg, double length_m, double rate_mps);
 
-/* Sum of the base's viscous friction and of every effect's leg friction for motion in a direction. */
+/* Sum of the base's viscous friction and of every effect's leg friction for
+ * motion in a direction. */
 struct friction cylinder_friction(const struct cylinder_model *m, int leg, const struct cylinder_state *s, int direction, double speed_mps);
 
 /* Some leg may be held by dry friction: the engine has to look for stick. */

@@ -1,18 +1,21 @@
-/* A rigid-body engine with its way of coupling the hydraulics. Two of them, derived independently: sim/engine_ode.c (13 bodies, ODE's
- * joints and semi-implicit Euler used as a leapfrog, bodies stepped before the hydraulics, which take RK4 over that motion) and
- * sim/engine_closed_form.c (6 degrees of freedom, RK4 over bodies and hydraulics together, stick events located inside the substep). RT,
- * no heap after create.
+/* A rigid-body engine with its way of coupling the hydraulics. Two of them, derived independently:
+ * sim/engine_ode.c (13 bodies, ODE's joints and semi-implicit Euler used as a leapfrog, bodies
+ * stepped before the hydraulics, which take RK4 over that motion) and sim/engine_closed_form.c (6
+ * degrees of freedom, RK4 over bodies and hydraulics together, stick events located inside the
+ * substep). RT, no heap after create.
  *
- * Universal joints, both engines: at each end of a leg the first axis is fixed in the base (or the platform) and the second in the
- * cylinder (or rod); joint friction acts about each of the two axes. The first axis of leg i is horizontal at neutral, tangential to the
- * joint circle: (-sin angle_i, cos angle_i, 0), with angle_i about z of the drawing. */
+ * Universal joints, both engines: at each end of a leg the first axis is fixed in the base (or the
+ * platform) and the second in the cylinder (or rod); joint friction acts about each of the two
+ * axes. The first axis of leg i is horizontal at neutral, tangential to the joint circle: (-sin
+ * angle_i, cos angle_i, 0), with angle_i about z of the drawing. */
 #ifndef HEXID_ENGINE_H
 #define HEXID_ENGINE_H
 
 #include "hydraulics.h"
 #include "plant.h"
 
-/* Joint positions from the geometry of params (docs/method.md section 1), as drawn; sim's own derivation. Angles: of the joints in the drawing. */
+/* Joint positions from the geometry of params (docs/method.md section 1), as drawn; sim's own
+ * derivation. Angles: of the joints in the drawing. */
 struct sim_geometry {
     double upper[LEGS][3];       /* in {M} */
     double upper_angle[LEGS];
@@ -30,9 +33,11 @@ struct engine_ops {
     void (*destroy)(struct engine *e);
     /* Bodies at rest in this pose, legs stuck where dry friction is. */
     void (*place)(struct engine *e, const double pose[DOFS]);
-    /* One substep of bodies and hydraulics together, limits (hydraulics.h) included; valve commands are constant over it. */
+    /* One substep of bodies and hydraulics together, limits (hydraulics.h) included; valve commands
+     * are constant over it. */
     void (*substep)(struct engine *e, double dt_s, const double valve[LEGS], struct hydraulics_state *hydraulics);
-    /* One substep of the bodies alone with these forces along the legs (plant_step_forced); joints have no play then. */
+    /* One substep of the bodies alone with these forces along the legs (plant_step_forced); joints
+     * have no play then. */
     void (*forced)(struct engine *e, double dt_s, const double force_n[LEGS]);
     /* So much of the supply pressure is there from now on, 0..1. */
     void (*supply)(struct engine *e, double share);

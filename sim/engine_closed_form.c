@@ -1,5 +1,6 @@
-/* The closed-form engine: closed_form.h's RK4, and its events. Dry friction makes the right-hand side jump where a coordinate stops, so no
- * step crosses such an instant: it is found, stepped to, and there decided whether the coordinate stays (stick.h). */
+/* The closed-form engine: closed_form.h's RK4, and its events. Dry friction makes the right-hand
+ * side jump where a coordinate stops, so no step crosses such an instant: it is found, stepped to,
+ * and there decided whether the coordinate stays (stick.h). */
 #include <stdlib.h>
 #include <string.h>
 
@@ -23,7 +24,8 @@ static void stop_held(struct closed_form *e, const struct instant *now) {
     memcpy(twist, x, sizeof x);
 }
 
-/* Friction that can act on a leg at rest, against extension and against retraction; what a loose joint cannot feel it cannot hold. */
+/* Friction that can act on a leg at rest, against extension and against retraction; what a loose
+ * joint cannot feel it cannot hold. */
 static void leg_limits(const struct closed_form *e, const struct instant *now, int k, double *least_n, double *most_n) {
     const struct cylinder_state *s = &e->state.hydraulics.cylinder[k];
     *least_n = -cylinder_friction(&e->cylinder, k, s, 1, 0.0).dry;
@@ -35,7 +37,8 @@ static void leg_limits(const struct closed_form *e, const struct instant *now, i
     else *least_n = fmax(*least_n, push->least_n - drive_n), *most_n = fmin(*most_n, push->most_n - drive_n);
 }
 
-/* Limits that do not enclose zero: what must act anyway goes into the free acceleration. Returns it. */
+/* Limits that do not enclose zero: what must act anyway goes into the free
+ * acceleration. Returns it. */
 static double centre_limits(double least, double most, struct stick_coordinate *c, struct instant *now) {
     double must = least > 0.0 ? least : most < 0.0 ? most : 0.0;
     if (must != 0.0) add6(must, c->row, now->free);
@@ -77,8 +80,9 @@ static int held_places(const struct closed_form *e, int place[COORDINATES]) {
     return count;
 }
 
-/* At the start of a step: what has stopped is held, brought to rest exactly, and let go where its friction is too weak. Bringing one
- * coordinate to rest may stop others that move with it; they must all be known before any is let go. */
+/* At the start of a step: what has stopped is held, brought to rest exactly, and let go where its
+ * friction is too weak. Bringing one coordinate to rest may stop others that move with it; they
+ * must all be known before any is let go. */
 static void release(struct closed_form *e, const struct drive *drive, const bool caught[COORDINATES]) {
     struct stick_coordinate rest[COORDINATES];
     double must[COORDINATES];
@@ -108,9 +112,10 @@ static double nearest_to_rest(const struct closed_form *e, const bool which[COOR
     return nearest;
 }
 
-/* Steps to the instant, before h, when the first of the coordinates that turn round stops (Illinois rule). Returns its time. */
-static double step_to_rest(const struct closed_form *e, double h, const struct drive *drive, const bool turning[COORDINATES],
-                           double start, double end, union system *to) {
+/* Steps to the instant, before h, when the first of the coordinates that turn round stops (Illinois
+ * rule). Returns its time. */
+static double step_to_rest(const struct closed_form *e, double h, const struct drive *drive, const bool turning[COORDINATES], double start,
+                           double end, union system *to) {
     double low = 0.0, high = h, at = h, rate[COORDINATES];
     int side = 0;
     for (int i = 0; i < 60 && high - low > 1e-12 * h; i++) {
@@ -132,8 +137,8 @@ static double step_to_rest(const struct closed_form *e, double h, const struct d
     return at;
 }
 
-/* From here to h, or to the first instant when a coordinate stops. Returns the time gone. A coordinate that turns round as soon as it is
- * let go is caught: held to the end of the substep. */
+/* From here to h, or to the first instant when a coordinate stops. Returns the time gone. A
+ * coordinate that turns round as soon as it is let go is caught: held to the end of the substep. */
 static double slide(struct closed_form *e, double h, const struct drive *drive, bool caught[COORDINATES]) {
     double rate[COORDINATES];
     bool turning[COORDINATES] = {false}, any = false, at_once = false;
@@ -157,7 +162,8 @@ static double slide(struct closed_form *e, double h, const struct drive *drive, 
     return h;
 }
 
-/* Should events ever pile up, the rest of the step is taken as it comes: wrong by less than a substep's friction, but never endless. */
+/* Should events ever pile up, the rest of the step is taken as it comes: wrong by less than a
+ * substep's friction, but never endless. */
 static void slide_on(struct closed_form *e, double h, const struct drive *drive) {
     closed_form_rk4(e, &e->state, h, drive, &e->state);
     closed_form_rates(e, &e->state, e->rate);

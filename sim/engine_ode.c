@@ -1,15 +1,19 @@
 /* The ODE engine: bodies first, then the hydraulics over the motion just found.
  *
- * Time. ODE's semi-implicit Euler is used as the leapfrog it is: positions and pressures belong to the substep's ends, velocities to its
- * middle. That makes it second order, if each force is the one at the substep's start, halfway between two velocities:
+ * Time. ODE's semi-implicit Euler is used as the leapfrog it is: positions and pressures belong to
+ * the substep's ends, velocities to its middle. That makes it second order, if each force is the
+ * one at the substep's start, halfway between two velocities:
  *   of position and pressure  as they are;
- *   of velocity               at the velocity extrapolated by half a substep, v + (v - v_before) / 2;
+ *   of velocity               at the velocity extrapolated by half a substep,
+ *                             v + (v - v_before) / 2;
  *   held over substeps        the mean of this substep's and the one's before;
  *   and from rest             the velocities start half a substep before the positions (start()).
- * With the velocity as it is the engine would be of first order: viscous friction b would take dt/2 J'bJ from the inertia, 0.44 % of mz and
- * 0.54 % of Ixx at 0.25 ms. All substeps after a place() are to be of one length; dry friction is of first order at its reversals.
+ * With the velocity as it is the engine would be of first order: viscous friction b would take dt/2
+ * J'bJ from the inertia, 0.44 % of mz and 0.54 % of Ixx at 0.25 ms. All substeps after a place()
+ * are to be of one length; dry friction is of first order at its reversals.
  *
- * Stick is part of ODE's complementarity problem: a leg is stuck when its motor needed less than its limit. */
+ * Stick is part of ODE's complementarity problem: a leg is stuck when its motor needed
+ * less than its limit. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,7 +22,8 @@
 #include "ode_machine.h"
 #include "surroundings.h"
 
-/* A leg at an instant and what resists its motion. Forces act on the rod, away from the base positive. */
+/* A leg at an instant and what resists its motion. Forces act on the rod, away from
+ * the base positive. */
 struct leg {
     dVector3 axis;
     double length_m, rate_mps;
@@ -53,12 +58,14 @@ static struct velocity velocity_now(const struct engine_ode *e, int body) {
     return v;
 }
 
-/* What friction can do along the leg, one direction sliding, the other met should it turn round: both as forces on the rod. */
+/* What friction can do along the leg, one direction sliding, the other met should it turn round:
+ * both as forces on the rod. */
 struct range {
     double least_n, most_n;
 };
 
-/* A joint with play passes on what the leg pushes with, never a pull at the flank it does not touch; loose it passes on the film's drag. */
+/* A joint with play passes on what the leg pushes with, never a pull at the flank it does not
+ * touch; loose it passes on the film's drag. */
 static void limit_by_play(const struct engine_ode *e, int i, const struct hydraulics_state *s, struct leg *leg, struct range *dry) {
     double drive_n = cylinder_hydraulic_force(&e->model, i, &s->cylinder[i]);
     struct leg_push push = hydraulics_push(&e->model, i, s, leg->length_m, leg->rate_mps);
@@ -73,8 +80,8 @@ static void limit_by_play(const struct engine_ode *e, int i, const struct hydrau
     if (dry->least_n > dry->most_n) dry->least_n = dry->most_n = 0.5 * (dry->least_n + dry->most_n);
 }
 
-/* One of the two directions has speed, the other meets the leg should it turn round: a sliding force is exact, and so is the range of
- * forces that hold. */
+/* One of the two directions has speed, the other meets the leg should it turn round: a sliding
+ * force is exact, and so is the range of forces that hold. */
 static struct leg leg_now(const struct engine_ode *e, int i, const struct hydraulics_state *s) {
     struct leg leg;
     struct velocity rod = velocity_now(e, ROD + i), cylinder = velocity_now(e, CYLINDER + i);
@@ -158,7 +165,8 @@ static void step_bodies(struct engine_ode *e, double dt_s, const double force_n[
     for (int i = 0; i < LEGS; i++) {
         double limit_n = e->leg[i].holding_n;
         e->motor_n[i] = limit_n > 0.0 ? -dCalcVectorDot3(e->machine.feedback[i].f1, e->leg[i].axis) : 0.0;
-        e->stuck[i] = fabs(e->motor_n[i]) < limit_n * (1.0 - 1e-9); /* the solver sets a sliding motor to its limit, but for rounding */
+        /* the solver sets a sliding motor to its limit, but for rounding */
+        e->stuck[i] = fabs(e->motor_n[i]) < limit_n * (1.0 - 1e-9);
     }
 }
 
@@ -287,6 +295,11 @@ static void destroy(struct engine *base) {
     free(e);
 }
 
-const struct engine_ops engine_ode = {
-    .name = "ode", .create = create, .destroy = destroy, .place = place, .substep = substep, .forced = forced, .supply = supply,
-    .truth = truth};
+const struct engine_ops engine_ode = {.name = "ode",
+                                      .create = create,
+                                      .destroy = destroy,
+                                      .place = place,
+                                      .substep = substep,
+                                      .forced = forced,
+                                      .supply = supply,
+                                      .truth = truth};

@@ -4,8 +4,8 @@
 #include "engine.h"
 #include "units.h"
 
-/* Three pairs of legs, 120 degrees apart. A pair's upper joints lie alpha either side of its axis of symmetry, its lower joints spread to
- * within beta of the midway line to the next pair. */
+/* Three pairs of legs, 120 degrees apart. A pair's upper joints lie alpha either side of its axis
+ * of symmetry, its lower joints spread to within beta of the midway line to the next pair. */
 static void on_circles(struct sim_geometry *g, const struct geometry_params *p) {
     for (int leg = 0; leg < LEGS; leg++) {
         double axis = 2.0 * PI / 3.0 * (leg / 2), side = leg % 2 ? 1.0 : -1.0;

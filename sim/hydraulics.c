@@ -4,8 +4,10 @@
 #include <string.h>
 
 static const double SUPPLY_LAG_S = 10e-3;
-static const double FILM_TIME_S = 2e-4;     /* a loose piston's force is gone after: what a substep of 0.25 ms resolves */
-static const double SLOW_MPS = 1e-3;        /* viscous friction is proportional to speed: any speed tells its factor */
+static const double FILM_TIME_S = 2e-4;     /* a loose piston's force is gone after: what a substep
+                                             * of 0.25 ms resolves */
+static const double SLOW_MPS = 1e-3;        /* viscous friction is proportional to speed: any
+                                             * speed tells its factor */
 static const double BALANCED_PA = 1e-3;
 enum { ITERATIONS = 60 };
 
@@ -28,7 +30,8 @@ struct leg_push hydraulics_push(const struct cylinder_model *m, int leg, const s
     struct leg_push push = {.piston_mps = rate_mps, .least_n = -(double)INFINITY, .most_n = (double)INFINITY};
     if (!(half_m > 0.0)) return push;
     double film = hydraulics_film(m, leg, length_m + play_m);
-    double load_n = cylinder_hydraulic_force(m, leg, &s->cylinder[leg]) + film * rate_mps; /* = friction + film at the piston's free speed */
+    /* = friction + film at the piston's free speed */
+    double load_n = cylinder_hydraulic_force(m, leg, &s->cylinder[leg]) + film * rate_mps;
     int direction = load_n < 0.0 ? -1 : 1;
     double dry_n = cylinder_friction(m, leg, &s->cylinder[leg], direction, 0.0).dry;
     double viscous = cylinder_friction(m, leg, &s->cylinder[leg], direction, SLOW_MPS).viscous / SLOW_MPS;
@@ -59,7 +62,8 @@ static void flows(const struct cylinder_model *m, const struct hydraulics_state 
     }
 }
 
-/* The back pressure that drives its own flow through the return line: the flow falls with the pressure, so there is one (Illinois rule). */
+/* The back pressure that drives its own flow through the return line: the flow falls with the
+ * pressure, so there is one (Illinois rule). */
 static void balance_tank(const struct cylinder_model *m, const struct hydraulics_state *s, const double length_m[LEGS],
                          struct mains *mains) {
     double resistance = m->machine.supply.tank_resistance_pa_s_per_m3, base_pa = mains->tank_pa, supply, flow;
@@ -110,8 +114,7 @@ static void extended(const struct cylinder_model *m, const struct hydraulics_sta
         if (m->leg[k].line_volume_m3 > 0.0)
             rate->cylinder[k] = cylinder_line_derivative(m, k, &mains, &s->cylinder[k], s->line[k], opening, length_m, piston_mps,
                                                          in->valve[k], rate->line[k]);
-        else rate->cylinder[k] = cylinder_derivative(m, k, &mains, &s->cylinder[k], opening, length_m, piston_mps,
-                                                     in->valve[k]);
+        else rate->cylinder[k] = cylinder_derivative(m, k, &mains, &s->cylinder[k], opening, length_m, piston_mps, in->valve[k]);
     }
 }
 
@@ -147,7 +150,8 @@ union values {
     struct hydraulics_state state;
     double value[sizeof(struct hydraulics_state) / sizeof(double)];
 };
-enum { ALL = sizeof(struct hydraulics_state) / sizeof(double), PLAIN = sizeof(struct cylinder_state) / sizeof(double) /* a leg */ };
+enum { ALL = sizeof(struct hydraulics_state) / sizeof(double) };
+enum { PLAIN = sizeof(struct cylinder_state) / sizeof(double) }; /* a leg */
 
 struct span {
     int first, end;
@@ -160,7 +164,8 @@ static void add(struct span span, double h, const union values *rate, union valu
 void hydraulics_step(const struct cylinder_model *m, double dt_s, const struct hydraulics_input in[3], struct hydraulics_state *s) {
     struct span span = m->extended ? (struct span){0, ALL} : (struct span){PLAIN * m->first, PLAIN * m->legs};
     union values start, at, k[4];
-    if (m->extended && m->legs - m->first < LEGS) memset(k, 0, sizeof k); /* the legs that are not there */
+    /* the legs that are not there */
+    if (m->extended && m->legs - m->first < LEGS) memset(k, 0, sizeof k);
     start.state = at.state = *s;
     hydraulics_derivative(m, &at.state, &in[0], &k[0].state);
     add(span, 0.5 * dt_s, &k[0], &at);

@@ -22,7 +22,8 @@ static struct tip tip_of(const struct rigid_legs *legs, int leg) {
     return t;
 }
 
-/* Rate (n x v / L - w) d = v (d x n) / L - w d, w zero at the base; and what it changes by when the platform does not accelerate. */
+/* Rate (n x v / L - w) d = v (d x n) / L - w d, w zero at the base; and what it changes by when the
+ * platform does not accelerate. */
 static double axis_row(const struct tip *t, const double d[3], const double d_rate[3], const double *w, double row[DOFS]) {
     double lever[3], turned[3], swung[3], change = 0.0;
     cross3(d, t->n, lever);
@@ -43,7 +44,8 @@ static void joint_rows(const struct tip *t, const double first[3], const double 
     double first_rate[3] = {0}, d1[3], d2[3], d1_rate[3], d2_rate[3], turned[3], swung[3];
     if (w) cross3(w, first, first_rate);
     double c = dot3(t->n, first), c_rate = dot3(t->n_rate, first) + dot3(t->n, first_rate);
-    double s_squared = 1.0 - c * c, s = sqrt(s_squared), shrink = c * c_rate / s_squared; /* -sdot/s */
+    /* -sdot/s */
+    double s_squared = 1.0 - c * c, s = sqrt(s_squared), shrink = c * c_rate / s_squared;
     cross3(first, t->n, d2);
     cross3(first_rate, t->n, turned);
     cross3(first, t->n_rate, swung);

@@ -1,17 +1,20 @@
 /* Rates of the universal joints' axes, for joint friction in the closed-form engine. Pure, RT.
  *
- * The first axis E is fixed in the base or the platform, the second, E x n / s with s = |E x n|, in the cylinder or rod. With the leg's
- * angular velocity across itself, W = n x v / L, and w the base's (0) or the platform's, the two rates are (W - w) d with
- * d1 = (E - n (n.E)) / s^2 and d2 = E x n / s: spin about n, which the rod is free to take, drops out of both. */
+ * The first axis E is fixed in the base or the platform, the second, E x n / s with s = |E x n|, in
+ * the cylinder or rod. With the leg's angular velocity across itself, W = n x v / L, and w the
+ * base's (0) or the platform's, the two rates are (W - w) d with d1 = (E - n (n.E)) / s^2 and
+ * d2 = E x n / s: spin about n, which the rod is free to take, drops out of both. */
 #ifndef HEXID_JOINT_AXES_H
 #define HEXID_JOINT_AXES_H
 
 #include "rigid.h"
 
-enum { JOINT_AXES_PER_LEG = 4, JOINT_AXES = JOINT_AXES_PER_LEG * LEGS }; /* lower first, lower second, upper first, upper second */
+/* lower first, lower second, upper first, upper second */
+enum { JOINT_AXES_PER_LEG = 4, JOINT_AXES = JOINT_AXES_PER_LEG * LEGS };
 
 struct joint_axes {
-    double row[JOINT_AXES][DOFS]; /* rate = row . twist; as a force, row' times the moment about the axis */
+    double row[JOINT_AXES][DOFS]; /* rate = row . twist; as a force, row' times
+                                   * the moment about the axis */
     double bias[JOINT_AXES];      /* acceleration = row . acceleration + bias */
 };
 

@@ -1,12 +1,14 @@
-/* The machine as it is: the configuration with the effects in it. First the constants, which effects change; then the laws, which they add.
- * Everything in sim is made from this. Pure after machine_init, any thread, RT. */
+/* The machine as it is: the configuration with the effects in it. First the constants, which
+ * effects change; then the laws, which they add. Everything in sim is made from this. Pure after
+ * machine_init, any thread, RT. */
 #ifndef HEXID_MACHINE_H
 #define HEXID_MACHINE_H
 
 #include "params.h"
 #include "status.h"
 
-/* What a sensor makes of the exact value: first the lag or delay, then reading = scale value + offset. */
+/* What a sensor makes of the exact value: first the lag or delay, then
+ * reading = scale value + offset. */
 struct sensor_path {
     double scale, offset;
     double lag_s;   /* time constant of the first order */
@@ -22,12 +24,14 @@ struct active {
     } of[EFFECTS_MAX];
 };
 
-/* Constants in groups, so that a change can be looked for in one of them; the order of members has no meaning. */
+/* Constants in groups, so that a change can be looked for in one of them; the order of
+ * members has no meaning. */
 struct machine {
     const struct params *params;
 
     struct {
-        double payload_kg, payload_inertia_kg_m2[3];    /* about its mass centre, along the axes of {M} */
+        double payload_kg, payload_inertia_kg_m2[3];    /* about its mass centre, along
+                                                         * the axes of {M} */
         double payload_products_kg_m2[3];               /* entries xy, xz, yz of that matrix */
         double payload_center_m[3];                     /* mass centre in {M} */
         double gravity_mps2, down[3];                   /* unit vector in {B} */
@@ -35,7 +39,8 @@ struct machine {
         double upper_kg[LEGS], lower_kg[LEGS];          /* of each leg: ma, mb */
         double transverse_kg_m2[LEGS];                  /* added to ib */
         double neutral_length_m[LEGS];                  /* on one axis the middle of the stroke */
-        double clearance_m[LEGS];                       /* of the joint at the leg's end, along the leg */
+        double clearance_m[LEGS];                       /* of the joint at the leg's
+                                                         * end, along the leg */
     } bodies;
     struct {                                            /* what all valves share */
         double pressure_pa, tank_pa;
@@ -46,7 +51,8 @@ struct machine {
     } oil;
     struct {
         double frequency_hz[LEGS];
-        double rate_per_s[LEGS];                        /* greatest speed of the spool, of full opening */
+        double rate_per_s[LEGS];                        /* greatest speed of the spool,
+                                                         * of full opening */
         double bias[LEGS];                              /* spool position at zero command */
         double flow_scale[LEGS], port_ratio[LEGS];      /* of both ports; port B over port A */
     } valve;

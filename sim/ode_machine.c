@@ -4,15 +4,18 @@
 #include <pthread.h>
 #include <string.h>
 
-static const double AXIAL_SHARE = 4e-6;         /* of a part's transverse inertia, about the leg: the closed form neglects it */
+static const double AXIAL_SHARE = 4e-6;         /* of a part's transverse inertia, about the leg:
+                                                 * the closed form neglects it */
 static const double JOINT_ERP = 0.2;
 static const double JOINT_CFM = 1e-10;
-static const double PISTON_MOTOR_CFM = 1e-13;   /* m/s per N: a stuck leg under 10 kN creeps 10 nm in 10 s */
+static const double PISTON_MOTOR_CFM = 1e-13;   /* m/s per N: a stuck leg under 10 kN
+                                                 * creeps 10 nm in 10 s */
 
 /* ODE counts its users, but without a lock. */
 static pthread_mutex_t ode_users = PTHREAD_MUTEX_INITIALIZER;
 
-/* ODE's solver prints when it gives up a step, and the loop thread must not. Such a step shows: lengths leave the pose. */
+/* ODE's solver prints when it gives up a step, and the loop thread must not. Such a step shows:
+ * lengths leave the pose. */
 static void no_message(int number, const char *format, va_list args) {
     (void)number;
     (void)format;
@@ -38,9 +41,11 @@ static void ode_close(void) {
 static void rotate_platform(dBodyID platform, const double pose[DOFS]) {
     double cf = cos(pose[DOF_PHI]), sf = sin(pose[DOF_PHI]), ct = cos(pose[DOF_THETA]), st = sin(pose[DOF_THETA]);
     double cp = cos(pose[DOF_PSI]), sp = sin(pose[DOF_PSI]);
-    const dMatrix3 rotation = {cp * ct, cp * st * sf - sp * cf, cp * st * cf + sp * sf, 0, //
-                               sp * ct, sp * st * sf + cp * cf, sp * st * cf - cp * sf, 0, //
+    /* clang-format off */
+    const dMatrix3 rotation = {cp * ct, cp * st * sf - sp * cf, cp * st * cf + sp * sf, 0,
+                               sp * ct, sp * st * sf + cp * cf, sp * st * cf - cp * sf, 0,
                                -st,     ct * sf,                ct * cf,                0};
+    /* clang-format on */
     dBodySetRotation(platform, rotation);
 }
 
@@ -201,7 +206,8 @@ static void make_universal(struct ode_machine *m, dBodyID one, dBodyID two, cons
     dJointSetUniversalAxis2(joint, axis2[0], axis2[1], axis2[2]);
 }
 
-/* A joint of its own, not the universal joint's motors: ODE then solves for the pistons first, which is twice as fast where all stick. */
+/* A joint of its own, not the universal joint's motors: ODE then solves for the pistons first,
+ * which is twice as fast where all stick. */
 static dJointID make_rub(struct ode_machine *m, dBodyID one, dBodyID two, const dVector3 axis1, const dVector3 axis2) {
     dJointID joint = dJointCreateAMotor(m->world, NULL);
     dJointAttach(joint, one, two);
@@ -254,7 +260,8 @@ int ode_machine_init(struct ode_machine *m, const struct params *params) {
     make_bodies(m);
     ode_machine_place(m, neutral);
     for (int leg = 0; leg < LEGS; leg++) make_joints(m, leg, m->machine.joint_friction.count > 0);
-    /* The first step allocates ODE's working memory, enough for all the rows these joints can have. */
+    /* The first step allocates ODE's working memory, enough for all the rows these
+     * joints can have. */
     if (!dWorldStep(m->world, 1e-6)) return ode_machine_free(m), -1;
     ode_machine_place(m, neutral);
     m->neutral_moment_kg_m = moment_of_mass(m);

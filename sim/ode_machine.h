@@ -1,14 +1,17 @@
-/* The 13 rigid bodies of the machine in ODE: platform, six cylinders, six rods; per leg a universal joint at each end and a piston joint
- * that lets the rod turn in the cylinder: 72 constraint rows leave 6 degrees of freedom. Frame of a leg's part: z along the leg away from
- * the base, x the second axis of its universal joint.
+/* The 13 rigid bodies of the machine in ODE: platform, six cylinders, six rods; per leg a universal
+ * joint at each end and a piston joint that lets the rod turn in the cylinder: 72 constraint rows
+ * leave 6 degrees of freedom. Frame of a leg's part: z along the leg away from the base, x the
+ * second axis of its universal joint.
  *
- * Apparent axial inertia (machine.h), which no rigid body has, is a mass on the rod at the lower joint of the neutral leg: there it takes
- * no part in the leg's turning but by the square of the stroke used. Such a leg's bodies do without ODE's gravity.
+ * Apparent axial inertia (machine.h), which no rigid body has, is a mass on the rod at the lower
+ * joint of the neutral leg: there it takes no part in the leg's turning but by the square of the
+ * stroke used. Such a leg's bodies do without ODE's gravity.
  *
- * Motors at rest velocity stand for dry friction, their greatest force for its limit. A motor without force costs nothing; with it, it
- * adds a row to the complementarity problem of ODE's step.
+ * Motors at rest velocity stand for dry friction, their greatest force for its limit. A motor
+ * without force costs nothing; with it, it adds a row to the complementarity problem of ODE's step.
  *
- * Any thread may step it, one at a time: ODE keeps nothing of it with a thread. No heap after ode_machine_init. */
+ * Any thread may step it, one at a time: ODE keeps nothing of it with a thread. No heap after
+ * ode_machine_init. */
 #ifndef HEXID_ODE_MACHINE_H
 #define HEXID_ODE_MACHINE_H
 
@@ -30,11 +33,13 @@ struct ode_machine {
     dBodyID body[BODIES];
     dJointID piston[LEGS];
     dJointFeedback feedback[LEGS];             /* of the pistons, from the last step */
-    dJointID lower_rub[LEGS], upper_rub[LEGS]; /* angular motors about the universal joints' two axes; only with joint friction */
+    dJointID lower_rub[LEGS], upper_rub[LEGS]; /* angular motors about the universal joints' two
+                                                * axes; only with joint friction */
     double neutral_moment_kg_m;                /* sum of mass times depth */
 };
 
-/* At neutral, at rest. params must outlive the machine. Returns 0, or -1 without memory or with masses that no bodies can have. */
+/* At neutral, at rest. params must outlive the machine. Returns 0, or -1 without memory or with
+ * masses that no bodies can have. */
 int ode_machine_init(struct ode_machine *m, const struct params *params);
 void ode_machine_free(struct ode_machine *m);
 

@@ -41,7 +41,8 @@ static bool stop_loads(const struct plant *plant, const double pose[DOFS], doubl
     return possible;
 }
 
-/* Newton on the lengths at which each end stop carries its load. False where that is no pose of the machine. */
+/* Newton on the lengths at which each end stop carries its load. False where that is no
+ * pose of the machine. */
 static bool settled_pose(const struct plant *plant, double pose[DOFS]) {
     double stiffness = plant->params->hydraulics.stop_stiffness_n_per_m;
     for (int iteration = 0; iteration < 100; iteration++) {
@@ -81,7 +82,8 @@ static void exact_values(const struct plant *plant, struct exact *exact) {
     }
 }
 
-/* At rest in a pose with these forces along the legs, chambers as they are, for so long that nothing remembers anything else. */
+/* At rest in a pose with these forces along the legs, chambers as they are, for so long that
+ * nothing remembers anything else. */
 static void rest(struct plant *plant, const double pose[DOFS], const double force_n[LEGS]) {
     struct exact exact;
     hydraulics_rest(&plant->cylinder, force_n, &plant->state);
@@ -97,8 +99,10 @@ static int settle(struct plant *plant, struct error *error) {
         return error_set(error, STATUS_USAGE, "the platform cannot come down to its end stops: check actuator.stroke_m and geometry");
     for (int k = 0; k < LEGS; k++)
         if (load[k] < 0.0)
-            return error_set(error, STATUS_USAGE, "the platform does not rest on the end stop of leg %d: check payload, geometry and "
-                             "hydraulics.tank_pa", k + 1);
+            return error_set(error, STATUS_USAGE,
+                             "the platform does not rest on the end stop of leg %d: check payload, geometry and "
+                             "hydraulics.tank_pa",
+                             k + 1);
     for (int k = 0; k < LEGS; k++) plant->state.cylinder[k] = drained(plant);
     rest(plant, pose, load);
     return 0;
@@ -116,8 +120,7 @@ struct plant *plant_create(const struct params *params, uint64_t seed, struct er
     const struct machine *machine = &plant->cylinder.machine;
     if (sensors_init(&plant->sensors, machine, seed) < 0 || valve_line_init(&plant->valve_line, machine) < 0)
         error_set(error, STATUS_IO, "no memory for the simulated machine's delays");
-    else if (machine_check(machine, error) == 0)
-        plant->engine = engines[params->sim.engine]->create(params, error);
+    else if (machine_check(machine, error) == 0) plant->engine = engines[params->sim.engine]->create(params, error);
     if (plant->engine && settle(plant, error) == 0) return plant;
     plant_destroy(plant);
     return NULL;
@@ -131,7 +134,8 @@ void plant_destroy(struct plant *plant) {
     free(plant);
 }
 
-/* Chamber pressures for a leg force: P1 at half the supply, moved as little as brings P2 between tank and supply. */
+/* Chamber pressures for a leg force: P1 at half the supply, moved as little as brings P2 between
+ * tank and supply. */
 static struct cylinder_state holding_state(const struct cylinder_model *m, int leg, double force_n) {
     struct mains mains = cylinder_mains(m);
     double a1_m2 = m->leg[leg].a1_m2, a2_m2 = m->leg[leg].a2_m2;

@@ -1,9 +1,10 @@
-/* The power unit of the simulated machine: pump, accumulator and dump valve, the relay that a charge pump keeps closed, and the pressure
- * switch. Pure, RT.
+/* The power unit of the simulated machine: pump, accumulator and dump valve, the relay that a
+ * charge pump keeps closed, and the pressure switch. Pure, RT.
  *
- * SAFETY: the relay closes only while the level it is given changes; a daemon that is dead, hangs, or stops it on purpose loses the
- * supply. Then the dump valve empties the accumulator, p = share Ps, dshare/dt = -share / 20 ms; with the relay closed the pump fills it
- * in 0.2 s, evenly. The switch closes at 80 % of Ps and opens at 60 %. */
+ * SAFETY: the relay closes only while the level it is given changes; a daemon that is dead, hangs,
+ * or stops it on purpose loses the supply. Then the dump valve empties the accumulator, p = share
+ * Ps, dshare/dt = -share / 20 ms; with the relay closed the pump fills it in 0.2 s, evenly. The
+ * switch closes at 80 % of Ps and opens at 60 %. */
 #ifndef HEXID_POWER_UNIT_H
 #define HEXID_POWER_UNIT_H
 

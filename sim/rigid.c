@@ -6,14 +6,12 @@
 #include "vec.h"
 
 /* To the joint circle: the first axis of a universal joint (engine.h). */
-static void tangent(double angle, double axis[3]) {
-    axis[0] = -sin(angle), axis[1] = cos(angle), axis[2] = 0.0;
-}
+static void tangent(double angle, double axis[3]) { axis[0] = -sin(angle), axis[1] = cos(angle), axis[2] = 0.0; }
 
 static void inertia_of(const struct machine *m, double inertia[3][3]) {
     const double *square = m->bodies.payload_inertia_kg_m2, *product = m->bodies.payload_products_kg_m2;
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) inertia[i][j] = i == j ? square[i] : product[i + j - 1]; /* xy, xz, yz */
+    for (int i = 0; i < 3; i++)        /* xy, xz, yz */
+        for (int j = 0; j < 3; j++) inertia[i][j] = i == j ? square[i] : product[i + j - 1];
 }
 
 void rigid_model_init(struct rigid_model *m, const struct params *params) {
@@ -71,14 +69,15 @@ void rigid_pose(const struct rigid_state *s, double pose[DOFS]) {
     pose[5] = atan2(t[1][0], t[0][0]);
 }
 
-/* One short loop per quantity, over legs as in an array machine: the compiler makes pairs of them. */
+/* One short loop per quantity, over legs as in an array machine: the compiler
+ * makes pairs of them. */
 void rigid_legs(const struct rigid_model *m, const struct rigid_state *s, struct rigid_legs *legs) {
     const double *v = s->twist, *w = s->twist + 3;
-    double(*t)[3] = legs->rotation, spin[3][3], square[LEGS];
+    double (*t)[3] = legs->rotation, spin[3][3], square[LEGS];
     rotation(s->attitude, t);
     double ww = dot3(w, w);
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) spin[i][j] = w[i] * w[j] - (i == j ? ww : 0.0); /* omega~ omega~ */
+    for (int i = 0; i < 3; i++)        /* omega~ omega~ */
+        for (int j = 0; j < 3; j++) spin[i][j] = w[i] * w[j] - (i == j ? ww : 0.0);
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < LEGS; k++) {
             legs->rho[i][k] = t[i][0] * m->upper[0][k] + t[i][1] * m->upper[1][k] + t[i][2] * m->upper[2][k];
@@ -123,7 +122,8 @@ static void payload_dynamics(const struct rigid_model *m, const struct rigid_sta
     memcpy(load + 3, moment, sizeof moment);
 }
 
-/* The payload's mass at its own centre, off the origin: mass and load of rigid_dynamics get what the payload at the origin lacks. */
+/* The payload's mass at its own centre, off the origin: mass and load of rigid_dynamics get what
+ * the payload at the origin lacks. */
 static void add_offset(const struct rigid_model *m, const struct rigid_state *s, const struct rigid_legs *legs, double mass[DOFS][DOFS],
                        double load[DOFS]) {
     const double *w = s->twist + 3;
@@ -143,7 +143,8 @@ static void add_offset(const struct rigid_model *m, const struct rigid_state *s,
     mass[5][0] -= m->mass * r[1], mass[5][1] += m->mass * r[0];
 }
 
-/* Weights of payload and legs along x and y, where the base is tilted; moments about the origin of {M}. */
+/* Weights of payload and legs along x and y, where the base is tilted; moments about
+ * the origin of {M}. */
 static void add_sideways(const struct rigid_model *m, const struct rigid_legs *legs, double load[DOFS]) {
     const double *down = m->machine.bodies.down, gravity = m->machine.bodies.gravity_mps2;
     const double g[3] = {gravity * down[0], gravity * down[1], 0.0};
@@ -157,7 +158,8 @@ static void add_sideways(const struct rigid_model *m, const struct rigid_legs *l
     }
 }
 
-/* What each leg adds at its upper joint: f and ma - f of its mass, and its pull while the joint does not accelerate. */
+/* What each leg adds at its upper joint: f and ma - f of its mass, and its pull while the joint
+ * does not accelerate. */
 struct leg_load {
     double f[LEGS], axial[LEGS];
     double pull[3][LEGS], moment[3][LEGS]; /* on the platform, about the origin of {M} */
@@ -262,13 +264,15 @@ void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, doub
         double inner = legs.length[k] - m->upper_center[k], turn_squared = dot3(across, across) / (legs.length[k] * legs.length[k]);
         kinetic += m->upper_mass[k] * legs.rate[k] * legs.rate[k] + m->upper_mass[k] * inner * inner * turn_squared +
                    m->fixed_inertia[k] * turn_squared;
-        depth += (m->upper_mass[k] * inner + m->lower_moment[k]) * dot3(n, down); /* from the lower joint, which stays */
+        /* from the lower joint, which stays */
+        depth += (m->upper_mass[k] * inner + m->lower_moment[k]) * dot3(n, down);
     }
     *kinetic_j = 0.5 * kinetic;
     *potential_j = -m->machine.bodies.gravity_mps2 * depth - m->neutral_potential;
 }
 
-/* J' f = -load by way of J J' f = -J load: six legs that hold the platform at all are far from singular. */
+/* J' f = -load by way of J J' f = -J load: six legs that hold the platform at all are
+ * far from singular. */
 bool rigid_holding_forces(const struct rigid_model *m, const double pose[DOFS], double force_n[LEGS]) {
     struct rigid_state s;
     struct rigid_legs legs;

@@ -2,16 +2,18 @@
  *
  * From the Lagrangian of docs/method.md section 3, with all velocity terms:
  *
- *   T_leg = ma Ldot^2/2 + g(L) Omega^2/2,   g(L) = ma (L-ra)^2 + mb rb^2 + ia + ib,   Omega = |v_perp| / L
+ *   T_leg = ma Ldot^2/2 + g(L) Omega^2/2,   Omega = |v_perp| / L
+ *   g(L) = ma (L-ra)^2 + mb rb^2 + ia + ib
  *
- * where v is the velocity of the upper joint and v_perp its part across the leg. With f(L) = g/L^2 the leg pulls at its upper joint, whose
- * acceleration is a, with
+ * where v is the velocity of the upper joint and v_perp its part across the leg. With f(L) = g/L^2
+ * the leg pulls at its upper joint, whose acceleration is a, with
  *
- *   f a + (ma - f) n (n.a) + f' Ldot v_perp + ma ra |v_perp|^2/L^2 n - ma grav - (mb rb - ma ra)/L (grav - n (n.grav))
+ *   f a + (ma - f) n (n.a) + f' Ldot v_perp + ma ra |v_perp|^2/L^2 n
+ *       - ma grav - (mb rb - ma ra)/L (grav - n (n.grav))
  *
- * Apparent inertia (machine.h) adds to g, to the ma of the second term, and axial |v_perp|^2/L n. A payload whose mass centre is off the
- * origin adds a point mass's terms. The part of grav across z, in a
- * machine that does not stand level, is added apart.
+ * Apparent inertia (machine.h) adds to g, to the ma of the second term, and axial |v_perp|^2/L n. A
+ * payload whose mass centre is off the origin adds a point mass's terms. The part of grav across z,
+ * in a machine that does not stand level, is added apart.
  *
  *  symbol   meaning                                             frame
  *  n, L     unit vector from the lower to the upper joint, length   {B}
@@ -19,7 +21,9 @@
  *  twist    velocity of the origin of {M}, angular velocity     {B}
  *  J        leg rates = J twist, row [n, rho x n]
  *
- * So mass and load need no 3x3 products: M = blkdiag(m I, T Ic T') + sum (ma - f) J_i' J_i + sum f [I, -rho~; rho~, -rho~ rho~]. */
+ * So mass and load need no 3x3 products:
+ *
+ *   M = blkdiag(m I, T Ic T') + sum (ma - f) J_i' J_i + sum f [I, -rho~; rho~, -rho~ rho~] */
 #ifndef HEXID_RIGID_H
 #define HEXID_RIGID_H
 
@@ -30,9 +34,11 @@ struct rigid_model {
     struct machine machine;
     struct sim_geometry geometry; /* angles of the joints' axes */
     double upper[3][LEGS], lower[3][LEGS]; /* geometry, an array per coordinate */
-    double upper_axis[LEGS][3], lower_axis[LEGS][3]; /* first axes of the universal joints, in {M} and {B} */
+    double upper_axis[LEGS][3], lower_axis[LEGS][3]; /* first axes of the universal
+                                                      * joints, in {M} and {B} */
     double mass, inertia[3][3], gravity;           /* gravity along z */
-    bool offset;                                   /* the payload's mass centre is not the origin of {M} */
+    bool offset;                                   /* the payload's mass centre is not
+                                                    * the origin of {M} */
     double upper_center[LEGS];                     /* ra */
     double upper_mass[LEGS], upper_moment[LEGS], lower_moment[LEGS]; /* ma, ma ra, mb rb */
     double fixed_inertia[LEGS];                    /* mb rb^2 + ia + ib */
@@ -50,7 +56,8 @@ struct rigid_legs {
     double rho[3][LEGS], n[3][LEGS], arm[3][LEGS]; /* arm: rho x n */
     double length[LEGS], rate[LEGS];
     double across[3][LEGS]; /* v_perp */
-    double centripetal[3][LEGS]; /* omega x (omega x rho): a without the acceleration of the platform */
+    double centripetal[3][LEGS]; /* omega x (omega x rho): a without the
+                                  * acceleration of the platform */
 };
 
 void rigid_model_init(struct rigid_model *m, const struct params *params);
@@ -75,7 +82,8 @@ static inline void rigid_row(const struct rigid_legs *legs, int leg, double row[
 
 void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, double *kinetic_j, double *potential_j);
 
-/* Forces along the legs that hold the platform at rest in a pose. False where the legs cannot (J singular). */
+/* Forces along the legs that hold the platform at rest in a pose. False where the legs
+ * cannot (J singular). */
 bool rigid_holding_forces(const struct rigid_model *m, const double pose[DOFS], double force_n[LEGS]);
 
 #endif

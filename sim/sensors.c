@@ -44,7 +44,8 @@ void sensors_rest(struct sensors *s, const struct exact *exact) {
 
 /* First order, exact for a value that changes evenly over the step. */
 static double lagged(double before, double from, double to, double lag_s, double dt_s) {
-    double left = exp(-dt_s / lag_s), trail = (to - from) * lag_s / dt_s; /* it ends up behind by rate times lag */
+    /* it ends up behind by rate times lag */
+    double left = exp(-dt_s / lag_s), trail = (to - from) * lag_s / dt_s;
     return to - trail + (before - from + trail) * left;
 }
 

@@ -1,6 +1,7 @@
-/* What the machine's sensors report (docs/method.md section 5): what effects make of the exact value (machine.h's sensor_path: lag, delay,
- * scale, offset), then lengths in steps of the encoder, pressures with noise through the converter.
- * Own seeded generator: the same seed gives the same noise, bit for bit, on every machine. RT after sensors_init. */
+/* What the machine's sensors report (docs/method.md section 5): what effects make of the exact
+ * value (machine.h's sensor_path: lag, delay, scale, offset), then lengths in steps of the encoder,
+ * pressures with noise through the converter. Own seeded generator: the same seed gives the same
+ * noise, bit for bit, on every machine. RT after sensors_init. */
 #ifndef HEXID_SENSORS_H
 #define HEXID_SENSORS_H
 
@@ -33,7 +34,8 @@ void sensors_rest(struct sensors *s, const struct exact *exact);
 /* A substep later. */
 void sensors_follow(struct sensors *s, double dt_s, const struct exact *exact);
 
-/* The readings at the instant of the exact values, the last ones followed where there is a history. */
+/* The readings at the instant of the exact values, the last ones followed where
+ * there is a history. */
 void sensors_read(struct sensors *s, double dt_s, const struct exact *exact, struct exact *reading);
 
 #endif

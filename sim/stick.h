@@ -1,7 +1,9 @@
-/* Dry friction at rest: which coordinates stay, which slip, and how the rest of the machine accelerates meanwhile. Pure, RT.
+/* Dry friction at rest: which coordinates stay, which slip, and how the rest of the machine
+ * accelerates meanwhile. Pure, RT.
  *
- * Everything in whitened coordinates: with the mass matrix M = C C', x = C' acceleration, a coordinate whose row is r accelerates with
- * y.x + bias, y = C^-1 r, and a force s along it adds s y to x. Rows may depend on each other (30 axes, 6 degrees of freedom). */
+ * Everything in whitened coordinates: with the mass matrix M = C C', x = C' acceleration, a
+ * coordinate whose row is r accelerates with y.x + bias, y = C^-1 r, and a force s along it adds s
+ * y to x. Rows may depend on each other (30 axes, 6 degrees of freedom). */
 #ifndef HEXID_STICK_H
 #define HEXID_STICK_H
 
@@ -23,12 +25,14 @@ struct stick_coordinate {
     double row[DOFS], bias;
     double extend_limit, retract_limit; /* force that resists motion one way or the other, >= 0 */
     double force;                       /* out: -extend_limit .. retract_limit */
-    int slip;                           /* out: +1 or -1 when the friction is at its limit and gives way, else 0 */
+    int slip;                           /* out: +1 or -1 when the friction is at its limit
+                                         * and gives way, else 0 */
 };
 
-/* Gauss' principle: of all friction forces within their limits, those that leave the least motion. x: the acceleration without them.
- * Primal-dual interior point: some 15 iterations of a 6x6 factorisation whatever the number of coordinates and however they depend on
- * each other (projected Gauss-Seidel stalls there: thousands of sweeps). */
+/* Gauss' principle: of all friction forces within their limits, those that leave the least motion.
+ * x: the acceleration without them. Primal-dual interior point: some 15 iterations of a 6x6
+ * factorisation whatever the number of coordinates and however they depend on each other (projected
+ * Gauss-Seidel stalls there: thousands of sweeps). */
 enum { STICK_MAX = 32 };
 void stick_resolve(struct stick_coordinate *coordinates, int count, const double x[DOFS]);
 

@@ -1,9 +1,11 @@
-/* What the machine stands on and is fed by, where that is not as stiff as the model has it: a base on springs, a pump that pulses. No
- * effect of the catalogue, so that there is something for the diagnosis not to know; for the ODE engine. Pure, RT.
+/* What the machine stands on and is fed by, where that is not as stiff as the model has it: a base
+ * on springs, a pump that pulses. No effect of the catalogue, so that there is something for the
+ * diagnosis not to know; for the ODE engine. Pure, RT.
  *
- * Base: rigid, free to move without turning, mb from sim.base_mass_kg. In its own frame every body feels -a_b, and with P their momentum
- * there, (mb + M) a_b = -dP/dt - k x_b - c v_b,  k = (mb + M) w^2, c = 0.1 (mb + M) w, w from sim.base_hz, M the mass of all that moves.
- * Pump: supply = Ps + ripple sin(2 pi f t). */
+ * Base: rigid, free to move without turning, mb from sim.base_mass_kg. In its own frame every body
+ * feels -a_b, and with P their momentum there, (mb + M) a_b = -dP/dt - k x_b - c v_b,  k = (mb + M)
+ * w^2, c = 0.1 (mb + M) w, w from sim.base_hz, M the mass of all that moves. Pump:
+ * supply = Ps + ripple sin(2 pi f t). */
 #ifndef HEXID_SURROUNDINGS_H
 #define HEXID_SURROUNDINGS_H
 

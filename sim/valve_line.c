@@ -29,7 +29,8 @@ static double arriving(const struct valve_line *l, int leg, int substep) {
     double delay_s = l->machine->timing.command_delay_s[leg];
     if (!(delay_s > 0.0)) return l->sent[l->newest][leg];
     const struct params *p = l->machine->params;
-    double start = substep - delay_s / p->loop.period_s * p->sim.substeps; /* in substeps, from the newest command's */
+    /* in substeps, from the newest command's */
+    double start = substep - delay_s / p->loop.period_s * p->sim.substeps;
     double cycle = floor(start / p->sim.substeps), change = (cycle + 1.0) * p->sim.substeps - start;
     int at = (l->newest + (int)cycle + 2 * l->kept) % l->kept, next = (at + 1) % l->kept;
     double old = change < 1.0 ? change : 1.0;

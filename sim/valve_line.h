@@ -1,5 +1,5 @@
-/* The way of the valve commands from the controller to the spools' servos: a delay, then what effects make of a command (effect.h's command
- * hook). RT after valve_line_init. */
+/* The way of the valve commands from the controller to the spools' servos: a delay, then what
+ * effects make of a command (effect.h's command hook). RT after valve_line_init. */
 #ifndef HEXID_VALVE_LINE_H
 #define HEXID_VALVE_LINE_H
 
@@ -22,7 +22,8 @@ void valve_line_rest(struct valve_line *l);
 /* The command of a new cycle. */
 void valve_line_send(struct valve_line *l, const double valve[LEGS]);
 
-/* What arrives over a substep of that cycle; where a command changes within the substep, the mean, which moves the spool alike. */
+/* What arrives over a substep of that cycle; where a command changes within the substep, the mean,
+ * which moves the spool alike. */
 void valve_line_receive(struct valve_line *l, int substep, double valve[LEGS]);
 
 #endif

@@ -1,4 +1,5 @@
-/* Vectors of three and six, and the Cholesky factor of a 6x6 matrix: what the closed form needs, inline. */
+/* Vectors of three and six, and the Cholesky factor of a 6x6 matrix: what the closed
+ * form needs, inline. */
 #ifndef HEXID_VEC_H
 #define HEXID_VEC_H
 
@@ -20,7 +21,8 @@ static inline void add6(double a, const double x[6], double y[6]) {
     for (int i = 0; i < 6; i++) y[i] += a * x[i];
 }
 
-/* Cholesky factor C of a positive definite 6x6 matrix, M = C C': lower triangle, 1/C_ii on the diagonal. */
+/* Cholesky factor C of a positive definite 6x6 matrix, M = C C': lower triangle, 1/C_ii
+ * on the diagonal. */
 struct factor6 {
     double c[6][6];
 };

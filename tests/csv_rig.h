@@ -125,7 +125,8 @@ static inline void fill_cycle(struct cycle *c, uint64_t *state) {
     fill(c->out.valve, LEGS, state), fill(c->ref, DOFS, state);
 }
 
-/* A log of hexid's own with all that can befall one: flagged and lost samples, NaN, a test stopped early, an axis tested twice. */
+/* A log of hexid's own with all that can befall one: flagged and lost samples, NaN, a test stopped
+ * early, an axis tested twice. */
 static inline void write_log(const char *path, const struct params *params) {
     static unsigned char buffer[BUFFER];
     static const enum dof order[] = {DOF_X, DOF_Y, DOF_Z, DOF_PHI, DOF_THETA, DOF_PSI, DOF_X};
@@ -143,8 +144,13 @@ static inline void write_log(const char *path, const struct params *params) {
         for (int i = 0; (s = reference_step(&r, &params->tests, params->loop.period_s), !s.done); i++, seq++) {
             if (test == 2 && i == 400) reference_stop(&r);
             if (i > 10 && i % 97 == 0) continue; /* lost */
-            c = (struct cycle){.seq = seq, .test = test % 6, .dof = order[test], .state = STATE_TESTING, .phase = s.phase,
-                               .test_time_s = s.test_time_s, .in.flags = i % 53 ? 0 : (uint32_t)random_bits(&state)};
+            c = (struct cycle){.seq = seq,
+                               .test = test % 6,
+                               .dof = order[test],
+                               .state = STATE_TESTING,
+                               .phase = s.phase,
+                               .test_time_s = s.test_time_s,
+                               .in.flags = i % 53 ? 0 : (uint32_t)random_bits(&state)};
             fill_cycle(&c, &state);
             if (i % 71 == 0) c.in.p1_pa[i % LEGS] = (double)NAN, c.in.length_m[0] = (double)INFINITY, c.out.valve[1] = -(double)INFINITY;
             log_write(w, 0, CHANNEL_STATE, buffer, state_encode(&c, buffer), &error);

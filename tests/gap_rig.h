@@ -4,7 +4,8 @@
 
 #include "replay.h"
 
-/* The first `tests` axes, as `params` configures them, on `machine`. Status as of replay_closed_loop(). */
+/* The first `tests` axes, as `params` configures them, on `machine`. Status as of
+ * replay_closed_loop(). */
 static inline int gap_rig(const struct params *params, const struct params *machine, int tests, struct recording *out,
                           struct error *error) {
     struct recording like;

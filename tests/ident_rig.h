@@ -12,7 +12,8 @@ enum { RATE_HZ = 500, SAMPLES_MAX = 2500, HARMONICS = 3 };
 
 static const double tank_pa = 1e6;
 
-/* A machine as the method sees it, and how its six tests went. Poses and wrenches are constant + drift + three harmonics. */
+/* A machine as the method sees it, and how its six tests went. Poses and wrenches are
+ * constant + drift + three harmonics. */
 struct rig {
     struct params params;
     struct kinematics kinematics;
@@ -32,7 +33,8 @@ static inline double omega(const struct rig *r, int d) { return 2 * PI * r->para
 
 static inline double amplitude(const struct rig *r, int dof) { return r->params.tests.amplitude[dof]; }
 
-/* Own axis near the command with a phase lag, the others a few percent of theirs; weaker harmonics. */
+/* Own axis near the command with a phase lag, the others a few percent of theirs;
+ * weaker harmonics. */
 static inline void rig_motions(struct rig *r, uint64_t *state) {
     for (int d = 0; d < DOFS; d++)
         for (int i = 0; i < DOFS; i++)
@@ -43,7 +45,8 @@ static inline void rig_motions(struct rig *r, uint64_t *state) {
             }
 }
 
-/* General matrices, so that a transposed or misplaced entry shows: the nominal one and viscous legs, each entry disturbed. */
+/* General matrices, so that a transposed or misplaced entry shows: the nominal one and viscous
+ * legs, each entry disturbed. */
 static inline void rig_matrices(struct rig *r, uint64_t *state) {
     static const double neutral[DOFS] = {0};
     double j[LEGS][DOFS];

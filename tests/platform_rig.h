@@ -1,5 +1,6 @@
-/* The whole controller, platform_step(), on the simulated machine. Whatever a test does, in every cycle: valves are centred unless the
- * state holds the platform, commands are finite and within +-1, and the reference neither jumps nor outruns the limits. */
+/* The whole controller, platform_step(), on the simulated machine. Whatever a test does, in every
+ * cycle: valves are centred unless the state holds the platform, commands are finite and within
+ * +-1, and the reference neither jumps nor outruns the limits. */
 #ifndef HEXID_TESTS_PLATFORM_RIG_H
 #define HEXID_TESTS_PLATFORM_RIG_H
 
@@ -18,7 +19,8 @@ struct rig {
     struct cycle now, before;
     int64_t cycles;
     uint32_t id;                    /* of the last request */
-    double stuck_valve;             /* all spools stand there, whatever they are told; 0: none does */
+    double stuck_valve;             /* all spools stand there, whatever they are told; 0: none
+                                     * does */
     int cut_leg;                    /* its valve's cable is cut, -1: none */
     double largest_valve_step;      /* driven cycles, engage included */
     double leg_ref_before[LEGS];
@@ -41,8 +43,10 @@ static inline void check_always(struct rig *rig) {
     const struct cycle *c = &rig->now;
     bool drives = supervisor_drives(c->state), drove = rig->cycles > 0 && supervisor_drives(rig->before.state);
     assert_int_equal(c->out.enable, drives);
-    /* A fault is latched in fault, and while the platform is put down for one that control can do with. */
-    if (c->faults && c->state != STATE_FAULT) assert_true(c->state == STATE_PARKING && failure_of(c->first_fault)->reaction == REACTION_PARK);
+    /* A fault is latched in fault, and while the platform is put down for one that
+     * control can do with. */
+    if (c->faults && c->state != STATE_FAULT)
+        assert_true(c->state == STATE_PARKING && failure_of(c->first_fault)->reaction == REACTION_PARK);
     if (c->state == STATE_FAULT) assert_true(c->faults);
     assert_int_equal(c->out.supply != rig->before.out.supply, supervisor_powers(c->state));
     assert_int_equal(c->seq, rig->cycles);
@@ -52,7 +56,8 @@ static inline void check_always(struct rig *rig) {
         assert_true(c->out.valve[i] >= -1.0 && c->out.valve[i] <= 1.0);
         assert_true(isfinite(c->pose[i]) && isfinite(c->ref[i]) && isfinite(c->force_n[i]));
         if (drives) rig->largest_valve_step = fmax(rig->largest_valve_step, fabs(step));
-        /* No leg is told to outrun its own limit; where driving starts, it starts where the leg is. */
+        /* No leg is told to outrun its own limit; where driving starts, it starts
+         * where the leg is. */
         double from = drove ? rig->leg_ref_before[i] : rig->platform.length_m[i];
         if (drives) assert_below(fabs(rig->platform.leg_ref_m[i] - from), rig->params.limits.leg_rate_mps * rig->params.loop.period_s);
         rig->leg_ref_before[i] = rig->platform.leg_ref_m[i];
@@ -86,9 +91,7 @@ static inline void rig_spoilt(struct rig *rig, spoiler *spoil, int which) {
 }
 
 /* On a sample of the test's own, nothing asked for. */
-static inline void rig_given(struct rig *rig, const struct hal_sample *sample) {
-    rig_step(rig, sample, (struct request){.id = rig->id});
-}
+static inline void rig_given(struct rig *rig, const struct hal_sample *sample) { rig_step(rig, sample, (struct request){.id = rig->id}); }
 
 /* One cycle; a command other than none is a new request. */
 static inline void rig_cycle(struct rig *rig, enum command command) {

@@ -79,8 +79,8 @@ static inline double distance(const double *a, const double *b, int count) {
         skip();                                  \
     } while (0)
 
-/* Sanitizers bring their own allocator, locks and system calls, and take ten times the time: minutes of search are made once there, not for
- * every claim about it. */
+/* Sanitizers bring their own allocator, locks and system calls, and take ten times the time:
+ * minutes of search are made once there, not for every claim about it. */
 #define MINUTES_UNDER_SANITIZERS "minutes under a sanitizer, which sees the same code in shorter tests"
 #define OWN_ALLOCATOR "sanitizers have an allocator, locks and system calls of their own"
 #ifdef __SANITIZE_THREAD__

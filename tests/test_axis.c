@@ -1,4 +1,5 @@
-/* One axis: a rig of its own (its own equations and integrator, friction that sticks) writes CSV; import and gap get nothing else. */
+/* One axis: a rig of its own (its own equations and integrator, friction that sticks) writes CSV;
+ * import and gap get nothing else. */
 #include "support.h"
 
 #include <math.h>
@@ -209,8 +210,8 @@ static void describe(const struct rig *rig, uint64_t seed, const struct gap_resu
             printf(" %.4g+-%.2g", g->effect[i].values.value[key][0], g->effect[i].std[key][0]);
     }
     for (int i = 0; i < g->ambiguous; i++) printf(" | %s", effect_table[g->ambiguous_with[i]]->name);
-    printf("%s; held out %.4f -> %.4f, noise %.4f; white %.2f -> %.2f; %.1f s\n", g->offset_rival ? " | constant force" : "", g->held_out_before.overall,
-           g->held_out_after.overall, g->noise_floor.overall, g->white_before, g->white_after, g->seconds);
+    printf("%s; held out %.4f -> %.4f, noise %.4f; white %.2f -> %.2f; %.1f s\n", g->offset_rival ? " | constant force" : "",
+           g->held_out_before.overall, g->held_out_after.overall, g->noise_floor.overall, g->white_before, g->white_after, g->seconds);
     fflush(stdout);
 }
 
@@ -220,7 +221,8 @@ static bool among(const struct gap_result *g, const char *name) {
     return found;
 }
 
-/* The rig's full value, within 10 % and what the base's tolerance leaves; how high Stribeck's peak is shows in its narrow middle alone. */
+/* The rig's full value, within 10 % and what the base's tolerance leaves; how high Stribeck's peak
+ * is shows in its narrow middle alone. */
 static void assert_full_value(const struct rig *rig, double found) {
     if (rig->coulomb_extend_n > 0.0) assert_close(found / rig->coulomb_extend_n, 1.0, 0.1);
     if (rig->viscous_n_s_per_m > 0.0) assert_close((2000.0 + found) / (2000.0 + rig->viscous_n_s_per_m), 1.0, 0.1);
@@ -230,8 +232,8 @@ static void assert_full_value(const struct rig *rig, double found) {
     if (rig->stribeck_n > 0.0) assert_close(found / rig->stribeck_n, 1.0, 0.3);
 }
 
-/* Named right, alone; on a cylinder at one load Coulomb friction may be load-dependent friction as well,
- * and a mass on a level axis a position sensor that says too little. */
+/* Named right, alone; on a cylinder at one load Coulomb friction may be load-dependent friction as
+ * well, and a mass on a level axis a position sensor that says too little. */
 static void assert_named(const struct rig *rig, const struct gap_result *g) {
     if (!rig->hides) {
         assert_int_equal(g->verdict, GAP_NO_GAP);
@@ -242,11 +244,14 @@ static void assert_named(const struct rig *rig, const struct gap_result *g) {
     assert_string_equal(effect_table[g->effect[0].effect]->name, rig->hides);
     bool alike = rig->coulomb_extend_n > 0.0 ? among(g, "load_dependent_friction")
                                              : rig->payload_kg > 0.0 && among(g, "position_sensor_scale");
-    if (rig->motion == TRIANGLE) alike = alike || among(g, "cylinder_viscous_friction") || among(g, "cylinder_coulomb_friction"); /* one speed */
+    /* one speed */
+    if (rig->motion == TRIANGLE) alike = alike || among(g, "cylinder_viscous_friction") || among(g, "cylinder_coulomb_friction");
     assert_true(g->verdict == GAP_EFFECT_NAMED || (g->verdict == GAP_AMBIGUOUS && g->ambiguous == 1 && alike));
-    double law = rig->motion == SINE ? 0.0 : 0.1 * g->held_out_before.overall; /* the rig sticks, the law slides: in the band, the noise is less */
+    /* the rig sticks, the law slides: in the band, the noise is less */
+    double law = rig->motion == SINE ? 0.0 : 0.1 * g->held_out_before.overall;
     assert_below(g->held_out_after.overall, fmax(1.2 * g->noise_floor.overall, law));
-    /* One speed either way: what is beyond the band, where nothing was asked, is no part of what is left. */
+    /* One speed either way: what is beyond the band, where nothing was asked, is no part
+     * of what is left. */
     if (rig->motion == TRIANGLE && rig->coulomb_extend_n > 0.0) assert_below(g->held_out_after.overall, 0.02);
     assert_full_value(rig, g->effect[0].values.value[0][0]);
 }
@@ -306,8 +311,8 @@ static void try_in(enum motion motion, int i, bool electric, int seed) {
     assert_named(&one, &g);
 }
 
-/* The same of any motion, whatever it is, at several rates: half of the cases, unless all are asked for (make test-long). What chambers tell
- * takes ten times as long. */
+/* The same of any motion, whatever it is, at several rates: half of the cases, unless all are asked
+ * for (make test-long). What chambers tell takes ten times as long. */
 static void what_is_hidden_is_named_in_any_motion(void **unused) {
     (void)unused;
     bool all = getenv("MORE_CASES");
@@ -330,11 +335,13 @@ static void friction_in_one_direction_and_a_constant_force_are_not_told_apart(vo
     assert_string_equal(effect_table[g.effect[0].effect]->name, "cylinder_coulomb_friction");
     assert_close(g.effect[0].values.value[0][0] / 120.0, 1.0, 0.1);
     assert_close(g.effect[0].values.value[1][0] / 40.0, 1.0, 0.1);
-    rig.coulomb_extend_n = rig.coulomb_retract_n = 80.0, rig.offset_n = -40.0; /* what it might have been: the same data, nearly */
+    /* what it might have been: the same data, nearly */
+    rig.coulomb_extend_n = rig.coulomb_retract_n = 80.0, rig.offset_n = -40.0;
     solve(&rig, 1, &g);
     describe(&rig, 1, &g);
     assert_true(g.verdict == GAP_AMBIGUOUS && g.offset_rival);
-    rig.coulomb_extend_n = rig.coulomb_retract_n = 0.0; /* alone it is a sensor's zero, and no finding */
+    /* alone it is a sensor's zero, and no finding */
+    rig.coulomb_extend_n = rig.coulomb_retract_n = 0.0;
     solve(&rig, 1, &g);
     describe(&rig, 1, &g);
     assert_int_equal(g.verdict, GAP_NO_GAP);

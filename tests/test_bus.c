@@ -1,5 +1,5 @@
-/* The bus: messages arrive as they were sent, what is none is dropped by whoever sees it first, and what cannot be opened is named with its
- * remedy. In a network of its own. */
+/* The bus: messages arrive as they were sent, what is none is dropped by whoever sees it first, and
+ * what cannot be opened is named with its remedy. In a network of its own. */
 #include "support.h"
 
 #include <arpa/inet.h>
@@ -143,10 +143,12 @@ static void another_hosts_messages_are_for_who_wants_them(void **unused) {
 
 static void what_is_no_url_of_a_group_is_refused(void **unused) {
     (void)unused;
+    /* clang-format off */
     static const char *const urls[] = {"telepathy://", "udpm://300.1.2.3:99999", "nothing", "", "file:///tmp/hexid_test?mode=w",
                                        "memq://", "udpm://10.0.0.1:7667", "udpm://239.255.76.67:0", "udpm://239.255.76.67:7667?ttl=256",
                                        "udpm://239.255.76.67:7667?ttl=1x", "udpm://239.255.76.67:7667&ttl=0", "udpm://?ttl=",
                                        "udpm://239.255.76.67:-1"};
+    /* clang-format on */
     for (size_t i = 0; i < sizeof urls / sizeof *urls; i++) {
         struct bus *b;
         struct error error;
@@ -193,7 +195,8 @@ static void the_stream_stays_on_this_host_unless_the_url_says_otherwise(void **u
     assert_int_equal(ttl_of("udpm://239.255.76.67:7667?ttl=2"), 2);
 }
 
-/* liblcm's own default kept 30. More than 200 might not fit into the socket, which is nobody's fault. */
+/* liblcm's own default kept 30. More than 200 might not fit into the socket, which
+ * is nobody's fault. */
 static void two_hundred_messages_wait_for_a_slow_reader(void **unused) {
     (void)unused;
     enum { MESSAGES = 200 };

@@ -1,4 +1,5 @@
-/* Codec, scaling, the seven nodes and their master on a bus in memory: every claim about failures without a socket or a clock. */
+/* Codec, scaling, the seven nodes and their master on a bus in memory: every claim about failures
+ * without a socket or a clock. */
 #include "support.h"
 
 #include <linux/can/error.h>
@@ -46,7 +47,8 @@ static bool put_off(struct world *w, const struct can_frame *f) {
     if (can_frame_node(f, COB_TPDO) != LATE_NODE || (w->wire.late_by == 0 && w->late_count == 0)) return false;
     assert_true(w->late_count < LATE_MAX);
     *l = (struct late){.frame = *f, .due_ns = w->now_ns + w->wire.late_by * ns_from_seconds(w->params.loop.period_s)};
-    if (w->late_count && l->due_ns < l[-1].due_ns) l->due_ns = l[-1].due_ns; /* none overtakes another */
+    /* none overtakes another */
+    if (w->late_count && l->due_ns < l[-1].due_ns) l->due_ns = l[-1].due_ns;
     w->late_count++;
     return true;
 }
@@ -121,7 +123,8 @@ static struct hal_sample cycle(struct world *w, const double valve[LEGS]) {
     to_nodes(w, &q);
     can_master_sample(&w->master, &s);
     s.age_ns = w->now_ns - s.time_ns;
-    if (2 * s.age_ns > 3 * ns_from_seconds(w->params.loop.period_s)) s.flags |= SAMPLE_LATE; /* as the back-end does it */
+    /* as the back-end does it */
+    if (2 * s.age_ns > 3 * ns_from_seconds(w->params.loop.period_s)) s.flags |= SAMPLE_LATE;
     struct hal_command command = commands(w, valve);
     can_master_command(&w->master, &command, &q);
     to_nodes(w, &q);
@@ -144,8 +147,8 @@ static void power_on_with(struct world *w, const struct params *params) {
     can_master_init(&w->master, &w->params, TOKEN);
     w->now_ns = NS_PER_S;
     for (int i = 0; i < CAN_NODES; i++) {
-        w->reading[i] = (struct can_tpdo){.position = 1831000 + i, .p1 = (int16_t)(5000 + i), .p2 = (int16_t)(4000 - i),
-                                          .inputs = INPUTS_ALL};
+        w->reading[i] = (struct can_tpdo){
+            .position = 1831000 + i, .p1 = (int16_t)(5000 + i), .p2 = (int16_t)(4000 - i), .inputs = INPUTS_ALL};
         can_node_init(&w->node[i], i + 1, w->now_ns, &q);
     }
     to_master(w, &q);
@@ -169,8 +172,11 @@ static void tpdo_comes_back_as_it_was(void **state) {
     uint64_t seed = 1;
     (void)state;
     for (int i = 0; i < 1000; i++) {
-        struct can_tpdo in = {.position = (int32_t)(random_unit(&seed) * 2147483647.0), .p1 = (int16_t)(random_unit(&seed) * 32767.0),
-                              .p2 = (int16_t)(random_unit(&seed) * 32767.0), .inputs = (uint8_t)random_below(&seed, 256)}, out;
+        struct can_tpdo in = {.position = (int32_t)(random_unit(&seed) * 2147483647.0),
+                              .p1 = (int16_t)(random_unit(&seed) * 32767.0),
+                              .p2 = (int16_t)(random_unit(&seed) * 32767.0),
+                              .inputs = (uint8_t)random_below(&seed, 256)},
+                        out;
         struct can_frame f = can_frame_tpdo(1 + i % CAN_NODES, &in);
         assert_int_equal(can_frame_node(&f, COB_TPDO), 1 + i % CAN_NODES);
         assert_true(can_parse_tpdo(&f, &out));
@@ -229,14 +235,16 @@ static int stuffed_bits(const uint8_t *bit, int count) {
     return stuffed;
 }
 
-/* The worst case is reached by 11111 0000 1111 ...: each stuff bit is the first of the next five. */
+/* The worst case is reached by 11111 0000 1111 ...: each stuff bit is the first
+ * of the next five. */
 static void frame_bits_are_the_worst_that_stuffing_can_do(void **state) {
     (void)state;
     for (int n = 0; n <= 8; n++) {
         uint8_t bit[34 + 64];
         int count = 34 + 8 * n;
         for (int i = 0; i < count; i++) bit[i] = i < 5 || (i - 5) / 4 % 2;
-        assert_int_equal(can_frame_bits(n), count + stuffed_bits(bit, count) + 13); /* 13: delimiters, acknowledge, end, gap */
+        /* 13: delimiters, acknowledge, end, gap */
+        assert_int_equal(can_frame_bits(n), count + stuffed_bits(bit, count) + 13);
     }
 }
 
@@ -298,11 +306,13 @@ static void every_command_reaches_its_own_leg_with_the_sync(void **state) {
     (void)state;
     bring_up(&w);
     cycle(&w, some);
-    for (int i = 0; i < LEGS; i++) assert_close(can_node_output(&w.node[i]) / 32767.0, some[i], 0.5 / 32767); /* half a step */
+    /* half a step */
+    for (int i = 0; i < LEGS; i++) assert_close(can_node_output(&w.node[i]) / 32767.0, some[i], 0.5 / 32767);
     struct can_frame rpdo = can_frame_rpdo(0, (int16_t[]){1, 2, 3});
     struct can_queue q = {0};
     can_node_receive(&w.node[0], &rpdo, w.now_ns, &q);
-    assert_close(can_node_output(&w.node[0]) / 32767.0, some[0], 0.5 / 32767); /* not before the next SYNC */
+    /* not before the next SYNC */
+    assert_close(can_node_output(&w.node[0]) / 32767.0, some[0], 0.5 / 32767);
 }
 
 static void the_sample_is_what_was_latched_at_the_sync_before(void **state) {
@@ -344,12 +354,13 @@ static void a_lost_tpdo_makes_the_sample_stale_and_the_next_one_says_so(void **s
     assert_int_equal(w.master.lost, 1);
 }
 
-/* All legs move by the same from cycle to cycle: what differs by more than the legs' own numbers is of several instants. True when not. */
+/* All legs move by the same from cycle to cycle: what differs by more than the legs' own numbers is
+ * of several instants. True when not. */
 static bool of_one_instant(struct world *w, const double valve[LEGS], struct hal_sample *s) {
     for (int k = 0; k < CAN_NODES; k++) w->reading[k].position += 1000;
     *s = cycle(w, valve);
-    for (int k = 0; k < LEGS; k++)
-        if (!(fabs(s->length_m[k] - s->length_m[0] - 1e-6 * k) < 1e-9)) return false; /* rounding; a cycle is 1e-3 */
+    for (int k = 0; k < LEGS; k++)        /* rounding; a cycle is 1e-3 */
+        if (!(fabs(s->length_m[k] - s->length_m[0] - 1e-6 * k) < 1e-9)) return false;
     return true;
 }
 
@@ -360,7 +371,8 @@ static void a_tpdo_a_cycle_late_is_of_its_own_sync_or_left_out_whatever_is_comma
     (void)state;
     bring_up(&w);
     for (int i = 0; i < 20000; i++) {
-        w.wire.late_by = i / 100 % 2 ? 1 : (int)random_below(&seed, 2); /* for a while always, for a while now and then */
+        /* for a while always, for a while now and then */
+        w.wire.late_by = i / 100 % 2 ? 1 : (int)random_below(&seed, 2);
         w.wire.lose_tpdo_of = random_below(&seed, 50) ? 0 : 1 + (int)random_below(&seed, CAN_NODES);
         bool one = of_one_instant(&w, random_below(&seed, 3) ? some : centre, &s);
         assert_true(one || s.flags & (SAMPLE_STALE | SAMPLE_LATE));
@@ -483,7 +495,8 @@ static void a_node_that_was_reset_is_set_up_again_and_meanwhile_nothing_is_valid
     assert_int_equal(w.master.boots, CAN_NODES + 1);
 }
 
-/* It boots while nobody hears it, and then says nothing by itself: its heartbeat is off until it is set up. */
+/* It boots while nobody hears it, and then says nothing by itself: its heartbeat is off
+ * until it is set up. */
 static void a_lost_node_that_keeps_silent_is_asked_and_set_up_again(void **state) {
     struct world w;
     struct can_queue unheard = {0};
@@ -499,7 +512,8 @@ static void a_lost_node_that_keeps_silent_is_asked_and_set_up_again(void **state
     assert_int_equal(s.flags, 0);
 }
 
-/* What a pressure means that is no number, the platform knows; the same node's EMCY 0x5000 says no more than that. */
+/* What a pressure means that is no number, the platform knows; the same node's EMCY 0x5000 says
+ * no more than that. */
 static void a_pressure_that_is_missing_is_no_number_and_the_sample_is_good_for_the_rest(void **state) {
     struct world w;
     (void)state;
@@ -701,7 +715,8 @@ static void without_node_7_nothing_is_closed_and_no_sample_is_whole(void **state
     assert_int_equal(s.inputs, INPUTS_ALL);
 }
 
-/* What a module says when it has power again is not what it said before; one that has lost the daemon is the same. */
+/* What a module says when it has power again is not what it said before; one that has lost the
+ * daemon is the same. */
 static void an_io_module_that_boots_closes_nothing_until_it_is_set_up(void **state) {
     for (int boots = 0; boots < 2; boots++) {
         struct world w;
@@ -759,7 +774,8 @@ static void the_supply_output_changes_with_every_command_and_not_without(void **
     assert_int_equal(changes(&w, 100), 100);
 }
 
-/* Every second cycle waits for the leg that is late: a level that was sent as it is given would be the same again and again. */
+/* Every second cycle waits for the leg that is late: a level that was sent as it is given would be
+ * the same again and again. */
 static void the_supply_output_changes_where_every_second_cycle_waits(void **state) {
     struct world w;
     (void)state;
@@ -824,8 +840,8 @@ static void without_its_rpdo_or_the_heartbeat_the_supply_output_is_off(void **st
 }
 
 static void an_io_module_that_answers_otherwise_is_not_started_whatever_it_is(void **state) {
-    static const uint32_t asked[] = {0x100000, 0x101801, 0x101802, 0x101601, 0x101700, 0x102901, 0x100500, 0x140001, 0x140002, 0x140005,
-                                     0x160000, 0x160001, 0x180001, 0x180002, 0x1a0000, 0x1a0001, 0x620601, 0x620701};
+    static const uint32_t asked[] = {0x100000, 0x101801, 0x101802, 0x101601, 0x101700, 0x102901, 0x100500, 0x140001, 0x140002,
+                                     0x140005, 0x160000, 0x160001, 0x180001, 0x180002, 0x1a0000, 0x1a0001, 0x620601, 0x620701};
     (void)state;
     for (unsigned i = 0; i < sizeof asked / sizeof *asked; i++) {
         struct world w;
@@ -938,13 +954,20 @@ static void a_lost_node_that_is_still_operational_is_halted_and_set_up(void **st
 
 static void another_masters_first_frame_flags_the_next_sample(void **state) {
     const struct can_sdo read = {SDO_UPLOAD, 0x1000, 0, 0, 0};
-    const struct can_frame theirs[] = {can_frame_sync(), can_frame_nmt(NMT_RESET_NODE, 3), can_frame_nmt(NMT_START, 0),
-                                       can_frame_rpdo(0, (int16_t[]){0, 0, 0}), can_frame_rpdo(1, (int16_t[]){0, 0, 0}),
-                                       can_frame_sdo(6, &read), can_frame_sdo(7, &read), can_frame_outputs(0),
-                                       can_frame_heartbeat(CAN_MASTER, CAN_OPERATIONAL), {.can_id = 0x202},
+    const struct can_frame theirs[] = {can_frame_sync(),
+                                       can_frame_nmt(NMT_RESET_NODE, 3),
+                                       can_frame_nmt(NMT_START, 0),
+                                       can_frame_rpdo(0, (int16_t[]){0, 0, 0}),
+                                       can_frame_rpdo(1, (int16_t[]){0, 0, 0}),
+                                       can_frame_sdo(6, &read),
+                                       can_frame_sdo(7, &read),
+                                       can_frame_outputs(0),
+                                       can_frame_heartbeat(CAN_MASTER, CAN_OPERATIONAL),
+                                       {.can_id = 0x202},
                                        {.can_id = COB_SYNC, .len = 1}};
-    const struct can_frame harmless[] = {can_frame_sdo(8, &read), can_frame_heartbeat(9, CAN_OPERATIONAL), {.can_id = 0x100, .len = 6},
-                                         {.can_id = 0x208, .len = 6}, {.can_id = 0x7ff}, {.can_id = COB_SYNC | CAN_EFF_FLAG}};
+    const struct can_frame harmless[] = {can_frame_sdo(8, &read),     can_frame_heartbeat(9, CAN_OPERATIONAL),
+                                         {.can_id = 0x100, .len = 6}, {.can_id = 0x208, .len = 6},
+                                         {.can_id = 0x7ff},           {.can_id = COB_SYNC | CAN_EFF_FLAG}};
     struct world w;
     char text[200];
     (void)state;
@@ -986,7 +1009,8 @@ static void a_node_of_another_master_is_left_alone_until_that_one_is_gone(void *
         assert_int_equal(w.node[4].state, CAN_PREOPERATIONAL);
     }
     assert_non_null(strstr(condition(&w, text), "node 5 owned by another master"));
-    assert_int_equal(w.node[4].value[can_object_find(w.node[4].dictionary, 0x1017, 0)], 0); /* nothing was written */
+    /* nothing was written */
+    assert_int_equal(w.node[4].value[can_object_find(w.node[4].dictionary, 0x1017, 0)], 0);
     cycles(&w, CYCLES_TO_RUN, centre);
     w.wire.lose_heartbeat = false;
     cycles(&w, 2 * CYCLES_TO_RUN, centre);
@@ -1049,7 +1073,8 @@ static void sdo_cannot_move_a_valve_nor_break_the_mapping(void **state) {
     (void)state;
     bring_up(&w);
     assert_int_equal(write_object(&w.node[0], 0x6300, 1, 2, 20000), SDO_DENIED);
-    assert_int_equal(write_object(&w.node[0], 0x1600, 1, 4, MAP_DUMMY), SDO_DENIED); /* the PDO is on */
+    /* the PDO is on */
+    assert_int_equal(write_object(&w.node[0], 0x1600, 1, 4, MAP_DUMMY), SDO_DENIED);
     assert_int_equal(write_object(&w.node[0], 0x1400, 5, 4, 20), SDO_SIZE);
     assert_int_equal(write_object(&w.node[0], 0x1000, 0, 4, 1), SDO_READ_ONLY);
     assert_int_equal(write_object(&w.node[0], 0x2f00, 0, 4, 1), SDO_NO_OBJECT);

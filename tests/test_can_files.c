@@ -1,4 +1,5 @@
-/* config/hexid_node.eds, config/hexid_io.eds and config/hexid.dbc say what the program does: every object and every signal, both ways. */
+/* config/hexid_node.eds, config/hexid_io.eds and config/hexid.dbc say what the program does: every
+ * object and every signal, both ways. */
 #include "support.h"
 
 #include <stdio.h>
@@ -32,7 +33,8 @@ static const char *entry(const char *eds, const char *section, const char *key) 
 }
 
 static unsigned data_type(const struct can_object *o) {
-    static const unsigned types[2][5] = {{0, 0x5, 0x6, 0, 0x7}, {0, 0x2, 0x3, 0, 0x4}}; /* CiA 301, table 44 */
+    /* CiA 301, table 44 */
+    static const unsigned types[2][5] = {{0, 0x5, 0x6, 0, 0x7}, {0, 0x2, 0x3, 0, 0x4}};
     return types[o->is_signed][o->size];
 }
 
@@ -48,8 +50,7 @@ static bool alone(const struct can_dictionary *d, const struct can_object *o) { 
 static bool mappable(const struct can_object *o) { return o->index >= 0x6000 && o->sub && o->access != CAN_CONST; }
 
 static void has_every_object(const char *eds, const struct can_dictionary *d) {
-    static const char *const access[] = {
-        [CAN_CONST] = "const", [CAN_RO] = "ro", [CAN_RW] = "rw", [CAN_WO] = "wo", [CAN_RWW] = "rww"};
+    static const char *const access[] = {[CAN_CONST] = "const", [CAN_RO] = "ro", [CAN_RW] = "rw", [CAN_WO] = "wo", [CAN_RWW] = "rww"};
     for (int i = 0; i < d->count; i++) {
         const struct can_object *o = &d->object[i];
         char section[40];
@@ -156,11 +157,13 @@ static void dbc_decodes_what_the_codec_encodes(void **state) {
     config_default(&p);
     for (int i = 0; i < 600; i++) {
         int leg = i % LEGS;
-        struct can_tpdo t = {.position = 1000000 + random_below(&seed, 1500000), .p1 = (int16_t)(random_below(&seed, 30000) - 150),
+        struct can_tpdo t = {.position = 1000000 + random_below(&seed, 1500000),
+                             .p1 = (int16_t)(random_below(&seed, 30000) - 150),
                              .p2 = (int16_t)(random_below(&seed, 30000) - 150)};
         struct can_frame f = can_frame_tpdo(leg + 1, &t);
         struct signal s = signal_find(dbc, (snprintf(name, sizeof name, "length_%d", leg + 1), name));
-        assert_close(decode(&s, &f), channel_si(&p.length_channel, leg, t.position), 1e-12); /* rounding */
+        /* rounding */
+        assert_close(decode(&s, &f), channel_si(&p.length_channel, leg, t.position), 1e-12);
         s = signal_find(dbc, (snprintf(name, sizeof name, "p1_%d", leg + 1), name));
         assert_close(decode(&s, &f), channel_si(&p.p1_channel, leg, t.p1), 1e-6);
         s = signal_find(dbc, (snprintf(name, sizeof name, "p2_%d", leg + 1), name));

@@ -1,5 +1,6 @@
-/* The whole back-end and the whole device, each on a socket pair in place of its CAN socket, with the test's hand on the bus between them:
- * a bus that stands still, bus-off, a full transmit queue. vcan has none of these, and sanitizers do not start where it is. */
+/* The whole back-end and the whole device, each on a socket pair in place of its CAN socket, with
+ * the test's hand on the bus between them: a bus that stands still, bus-off, a full transmit queue.
+ * vcan has none of these, and sanitizers do not start where it is. */
 #include "support.h"
 
 #include <linux/can/error.h>
@@ -50,7 +51,8 @@ struct world {
 static bool take(int fd, struct can_frame *f) { return recv(fd, f, sizeof *f, MSG_DONTWAIT) == (ssize_t)sizeof *f; }
 static void give(int fd, const struct can_frame *f) { assert_int_equal(send(fd, f, sizeof *f, 0), sizeof *f); }
 
-/* To the plant, and SYNC back to its sender first, as a controller does; everything of the plant's to the daemon. */
+/* To the plant, and SYNC back to its sender first, as a controller does; everything of the
+ * plant's to the daemon. */
 static void carry(struct world *w, int *answers) {
     struct can_frame f;
     while (take(w->daemon[OURS], &f)) {
@@ -96,7 +98,8 @@ static void release_bus(struct world *w) {
     w->still = false;
 }
 
-/* No claim here is about how long anything takes: a busy machine under a sanitizer is slow, and so are its watchdogs here. */
+/* No claim here is about how long anything takes: a busy machine under a sanitizer is slow, and so
+ * are its watchdogs here. */
 static int start(void **state) {
     struct world *w = calloc(1, sizeof *w);
     struct error error;
@@ -129,7 +132,8 @@ static int end(void **state) {
     release_bus(w);
     if (w->hal) hal_can.close(w->hal);
     atomic_store(&w->bus_stop, true);
-    while (pthread_tryjoin_np(w->bus_thread, NULL)) take(w->daemon[THEIRS], &f); /* it may be giving to a daemon that reads no more */
+    /* it may be giving to a daemon that reads no more */
+    while (pthread_tryjoin_np(w->bus_thread, NULL)) take(w->daemon[THEIRS], &f);
     atomic_store(&w->device_stop, true);
     pthread_join(w->device_thread, NULL);
     device_destroy(w->device);
@@ -161,8 +165,8 @@ static bool answered(struct world *w) {
     return sem_timedwait(&w->answered, &until) == 0;
 }
 
-/* One cycle with a bus that carries, no shorter than the period: the device takes a SYNC that comes too soon for the same one again. The
- * next one's readings are there when this returns. */
+/* One cycle with a bus that carries, no shorter than the period: the device takes a SYNC that comes
+ * too soon for the same one again. The next one's readings are there when this returns. */
 static struct hal_sample cycle(struct world *w, double valve) {
     while (device_now_ns() - w->written_ns < ns_from_seconds(w->params.loop.period_s)) sched_yield();
     w->written_ns = device_now_ns();
@@ -241,7 +245,8 @@ static void a_bus_that_stands_still_is_given_three_cycles_and_then_the_centre_on
     halt_bus(w);
     int64_t start_ns = device_now_ns();
     for (read_now(w, 0); !write_all(w, 0.7); read_now(w, 0)) written++;
-    int excused = (int)((device_now_ns() - start_ns) / ns_from_seconds(0.1)); /* one for each 0.1 s that this machine itself stood still */
+    /* one for each 0.1 s that this machine itself stood still */
+    int excused = (int)((device_now_ns() - start_ns) / ns_from_seconds(0.1));
     assert_in_range(written, 3, 3 + excused);
     assert_string_equal(trouble(w, text), "the bus does not carry what is sent");
     start_ns = device_now_ns();
@@ -302,7 +307,8 @@ static void error_passive_is_told_and_commands_go_on(void **state) {
     assert_string_equal(trouble(w, text), "bus error-passive");
 }
 
-/* Whatever of another master is heard, hexid does not start, and the other one sees nothing of it. */
+/* Whatever of another master is heard, hexid does not start, and the other one
+ * sees nothing of it. */
 static void another_master_on_the_bus_is_not_disturbed_by_a_start(void **state) {
     const struct can_frame theirs[] = {can_frame_sync(), can_frame_rpdo(1, (int16_t[]){0, 0, 0}), can_frame_nmt(NMT_START, 0),
                                        can_frame_heartbeat(CAN_MASTER, CAN_OPERATIONAL)};

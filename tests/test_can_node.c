@@ -1,4 +1,5 @@
-/* One node against CiA 301: SDO, NMT, EMCY, heartbeats, SYNC, PDOs; and that nothing said over the bus switches its watchdogs off. */
+/* One node against CiA 301: SDO, NMT, EMCY, heartbeats, SYNC, PDOs; and that nothing said over the
+ * bus switches its watchdogs off. */
 #include "support.h"
 
 #include <stdio.h>
@@ -8,7 +9,8 @@
 
 enum { MS = 1000000, PERIOD_MS = 2, TOKEN = 0x1234567, OTHER = 0x7654321 };
 static const struct can_tpdo latched = {.position = 1831000, .p1 = 5000, .p2 = 4000, .inputs = INPUTS_ALL};
-static int node = 2; /* an axis, or CAN_IO: the kinds are one implementation, and the claims that name no valve are run with both */
+static int node = 2; /* an axis, or CAN_IO: the kinds are one implementation, and the claims that
+                      * name no valve are run with both */
 
 static unsigned of_node(unsigned function) { return function + (unsigned)node; }
 
@@ -175,7 +177,8 @@ static void a_node_that_a_stranger_starts_keeps_its_output_at_zero_until_it_hear
         assert_int_equal(can_node_output(&b.node), 0);
         pass(&b, PERIOD_MS, NULL, 1);
     }
-    assert_int_equal(b.node.state, CAN_OPERATIONAL); /* CiA 301: heartbeats are watched from the first on */
+    /* CiA 301: heartbeats are watched from the first on */
+    assert_int_equal(b.node.state, CAN_OPERATIONAL);
     assert_int_equal(value_of(&b, b.node.dictionary->actual, 1), 0);
     heartbeat(&b);
     assert_int_equal(can_node_output(&b.node), 0); /* what was commanded before does not count */
@@ -235,11 +238,16 @@ static void the_consumers_rules_are_the_standards(void **state) {
     struct bench b;
     (void)state;
     power_on(&b);
-    assert_int_equal(download(&b, 0x1016, 2, 4, (uint32_t)CAN_MASTER << 16 | 100), SDO_INCOMPATIBLE); /* twice the same node */
-    assert_int_equal(download(&b, 0x1016, 2, 4, (uint32_t)CAN_MASTER << 16), 0);                      /* not used: not twice */
-    assert_int_equal(download(&b, 0x1016, 2, 4, 0x01000000), SDO_VALUE);                              /* reserved */
-    assert_int_equal(download(&b, 0x1016, 2, 4, (uint32_t)node << 16 | 100), SDO_VALUE);                        /* itself */
-    assert_int_equal(download(&b, 0x1016, 1, 4, (uint32_t)CAN_MASTER << 16 | 40), 0);                 /* the same entry anew */
+    /* twice the same node */
+    assert_int_equal(download(&b, 0x1016, 2, 4, (uint32_t)CAN_MASTER << 16 | 100), SDO_INCOMPATIBLE);
+    /* not used: not twice */
+    assert_int_equal(download(&b, 0x1016, 2, 4, (uint32_t)CAN_MASTER << 16), 0);
+    /* reserved */
+    assert_int_equal(download(&b, 0x1016, 2, 4, 0x01000000), SDO_VALUE);
+    /* itself */
+    assert_int_equal(download(&b, 0x1016, 2, 4, (uint32_t)node << 16 | 100), SDO_VALUE);
+    /* the same entry anew */
+    assert_int_equal(download(&b, 0x1016, 1, 4, (uint32_t)CAN_MASTER << 16 | 40), 0);
     pass(&b, 100, NULL, 1);
     assert_int_equal(emergencies(&b, EMCY_HEARTBEAT), 0); /* nothing was heard yet */
     say(&b, can_frame_heartbeat(CAN_MASTER, CAN_BOOTUP)); /* is no heartbeat */
@@ -265,17 +273,20 @@ static void a_download_that_does_not_say_its_size_is_taken(void **state) {
     assert_int_equal(value_of(&b, 0x1017, 0), 1000);
     say(&b, frame(of_node(COB_SDO), 8, "22190010aaaaaa00")); /* an object that is not there */
     assert_int_equal(answer(&b).value, SDO_NO_OBJECT);
-    say(&b, frame(of_node(COB_SDO), 8, "2219100005ffffff")); /* the bytes behind an object of one are not looked at */
+    /* the bytes behind an object of one are not looked at */
+    say(&b, frame(of_node(COB_SDO), 8, "2219100005ffffff"));
     assert_int_equal(answer(&b).kind, SDO_DOWNLOAD);
     assert_int_equal(value_of(&b, 0x1019, 0), 5);
 }
 
 static void what_is_no_expedited_request_is_aborted_and_an_abort_is_not_answered(void **state) {
-    static const char *const aborted[] = {
-        "2117100002000000" /* segmented download */, "2017100002000000", "0000000000000000" /* its segments */, "1000000000000000",
-        "6000000000000000" /* segments of an upload */, "7000000000000000", "a017100000000000" /* block upload */,
-        "c017100000000000" /* block download */, "e017100000000000", "2617100001020304", "3317100001020304", "4117100000000000",
-    };
+    static const char *const aborted[] = {        /* segmented download, its segments */
+                                          "2117100002000000", "2017100002000000", "0000000000000000", "1000000000000000",
+        /* segments of an upload, block upload */
+                                          "6000000000000000", "7000000000000000", "a017100000000000",
+        /* block download, and commands that there are not */
+                                          "c017100000000000", "e017100000000000", "2617100001020304", "3317100001020304",
+                                          "4117100000000000"};
     struct bench b;
     (void)state;
     power_on(&b);
@@ -336,15 +347,17 @@ static void nmt_commands_do_what_they_say_to_whom_they_say(void **state) {
     static const struct {
         enum can_nmt command;
         enum can_state state;
-    } steps[] = {{NMT_START, CAN_OPERATIONAL}, {NMT_STOP, CAN_STOPPED}, {NMT_START, CAN_OPERATIONAL},
-                 {NMT_PREOPERATIONAL, CAN_PREOPERATIONAL}, {NMT_STOP, CAN_STOPPED}, {NMT_PREOPERATIONAL, CAN_PREOPERATIONAL},
-                 {NMT_START, CAN_OPERATIONAL}, {NMT_RESET_NODE, CAN_PREOPERATIONAL}, {NMT_STOP, CAN_STOPPED},
-                 {NMT_RESET_COMMUNICATION, CAN_PREOPERATIONAL}};
+    } steps[] = {{NMT_START, CAN_OPERATIONAL}, {NMT_STOP, CAN_STOPPED},
+                 {NMT_START, CAN_OPERATIONAL}, {NMT_PREOPERATIONAL, CAN_PREOPERATIONAL},
+                 {NMT_STOP, CAN_STOPPED},      {NMT_PREOPERATIONAL, CAN_PREOPERATIONAL},
+                 {NMT_START, CAN_OPERATIONAL}, {NMT_RESET_NODE, CAN_PREOPERATIONAL},
+                 {NMT_STOP, CAN_STOPPED},      {NMT_RESET_COMMUNICATION, CAN_PREOPERATIONAL}};
     for (int all = 0; all < 2; all++)
         for (unsigned i = 0; i < sizeof steps / sizeof *steps; i++) {
             say(&b, can_frame_nmt(steps[i].command, all ? 0 : node));
             assert_int_equal(b.node.state, steps[i].state);
-            assert_int_equal(sent(&b, COB_HEARTBEAT), steps[i].command >= NMT_RESET_NODE); /* boot-up */
+            /* boot-up */
+            assert_int_equal(sent(&b, COB_HEARTBEAT), steps[i].command >= NMT_RESET_NODE);
         }
     enum can_state before = b.node.state;
     say(&b, can_frame_nmt(NMT_START, node + 1));
@@ -470,7 +483,8 @@ static void two_errors_stand_side_by_side_in_the_register(void **state) {
     say(&b, frame(of_node(COB_RPDO), 1, "00"));
     assert_int_equal(b.out.frame[0].data[2], 0x91);
     command(&b);
-    assert_memory_equal(b.out.frame[0].data, frame(0, 8, "0000810000000000").data, 8); /* one is over, one stands */
+    /* one is over, one stands */
+    assert_memory_equal(b.out.frame[0].data, frame(0, 8, "0000810000000000").data, 8);
     sync_node(&b);
     assert_memory_equal(b.out.frame[0].data, frame(0, 8, "0000000000000000").data, 8);
 }
@@ -514,8 +528,21 @@ static void sync_comes_with_the_identifier_and_length_that_are_set(void **state)
     struct bench b;
     (void)state;
     power_on(&b);
-    const uint32_t refused[] = {0x000, 0x07f, 0x101, 0x180, 0x581, 0x67f, 0x6e0, 0x702, 0x7ff, 0x800, 0x40000080, 0x20000080,
-                                       of_node(COB_EMCY), of_node(COB_RPDO), of_node(COB_TPDO)};
+    const uint32_t refused[] = {0x000,
+                                0x07f,
+                                0x101,
+                                0x180,
+                                0x581,
+                                0x67f,
+                                0x6e0,
+                                0x702,
+                                0x7ff,
+                                0x800,
+                                0x40000080,
+                                0x20000080,
+                                of_node(COB_EMCY),
+                                of_node(COB_RPDO),
+                                of_node(COB_TPDO)};
     for (unsigned i = 0; i < sizeof refused / sizeof *refused; i++) assert_int_equal(download(&b, 0x1005, 0, 4, refused[i]), SDO_VALUE);
     assert_int_equal(download(&b, 0x1005, 0, 4, 0x90), 0);
     assert_int_equal(download(&b, 0x1019, 0, 1, 1), SDO_VALUE);
@@ -556,7 +583,8 @@ static void every_transmission_type_that_is_taken_acts(void **state) {
             tpdos += sent(&b, COB_TPDO);
         }
         assert_int_equal(can_node_output(&b.node), commanded());
-        assert_int_equal(tpdos, type == 0 ? 1 : type <= 240 ? (int)(480 / type) : 480); /* 0: when a reading has changed */
+        /* 0: when a reading has changed */
+        assert_int_equal(tpdos, type == 0 ? 1 : type <= 240 ? (int)(480 / type) : 480);
     }
 }
 
@@ -571,10 +599,10 @@ static void a_pdo_is_switched_off_before_its_identifier_changes(void **state) {
         assert_int_equal(download(&b, index, 1, 4, 0), SDO_VALUE);
         assert_int_equal(download(&b, index, 1, 4, is), 0); /* as it is */
         assert_int_equal(download(&b, index, 1, 4, off | is), 0);
-        const uint32_t refused[] = {0x000, 0x07f, 0x080, of_node(COB_EMCY), 0x101, 0x180,
-                                           0x5ff, 0x601, 0x6ff, 0x77f,           0x800, 0x40000201};
+        const uint32_t refused[] = {0x000, 0x07f, 0x080, of_node(COB_EMCY), 0x101, 0x180, 0x5ff, 0x601, 0x6ff, 0x77f, 0x800, 0x40000201};
         for (unsigned i = 0; i < sizeof refused / sizeof *refused; i++) assert_int_equal(download(&b, index, 1, 4, refused[i]), SDO_VALUE);
-        assert_int_equal(download(&b, index, 1, 4, of_node(k ? COB_RPDO : COB_TPDO)), SDO_VALUE); /* the other's */
+        /* the other's */
+        assert_int_equal(download(&b, index, 1, 4, of_node(k ? COB_RPDO : COB_TPDO)), SDO_VALUE);
         assert_int_equal(download(&b, index, 1, 4, 0x301), 0);
         nmt(&b, NMT_START);
         heartbeat(&b);
@@ -701,7 +729,7 @@ static void the_io_modules_mapping_and_error_values_are_fixed(void **state) {
         uint8_t sub;
         int size;
         uint32_t value;
-    } fixed[] = {{0x1000, 0, 4, 0x00030191}, {0x1018, 2, 4, 0x4858494f}, {0x1600, 0, 1, 1}, {0x1600, 1, 4, 0x62000108},
+    } fixed[] = {{0x1000, 0, 4, 0x00030191}, {0x1018, 2, 4, 0x4858494f}, {0x1600, 0, 1, 1},    {0x1600, 1, 4, 0x62000108},
                  {0x1a00, 0, 1, 1},          {0x1a00, 1, 4, 0x60000108}, {0x6206, 1, 1, 0xff}, {0x6207, 1, 1, 0}};
     struct bench b;
     (void)state;

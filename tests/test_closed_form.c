@@ -1,4 +1,5 @@
-/* The closed-form engine: its equations against Lagrange's, its integrator against its own refinement, its joints against geometry. */
+/* The closed-form engine: its equations against Lagrange's, its integrator against its own
+ * refinement, its joints against geometry. */
 #include "closed_form_rig.h"
 
 #include "joint_axes.h"
@@ -24,7 +25,8 @@ static void motion_at(const struct motion *m, double t, int derivative, double q
     }
 }
 
-/* twist = B(pose) rate: columns are the axes of psi (z), theta (y turned by psi), phi (x turned by both). */
+/* twist = B(pose) rate: columns are the axes of psi (z), theta (y turned by psi), phi (x
+ * turned by both). */
 static void twist_columns(const double pose[DOFS], double b[DOFS][DOFS]) {
     double cy = cos(pose[4]), sy = sin(pose[4]), cz = cos(pose[5]), sz = sin(pose[5]);
     memset(b, 0, DOFS * sizeof b[0]);
@@ -123,7 +125,8 @@ static void mass_matrix_at_neutral_is_that_of_the_method(void **unused) {
     rigid_model_init(&m, &params);
     rigid_rest(&s, (const double[DOFS]){0});
     full_mass(&m, &s, mass, load);
-    for (int i = 0; i < DOFS; i++) assert_below(distance(mass[i], expected[i], DOFS), 5.1e-4); /* three printed decimals */
+    /* three printed decimals */
+    for (int i = 0; i < DOFS; i++) assert_below(distance(mass[i], expected[i], DOFS), 5.1e-4);
 }
 
 static void mass_matrix_is_the_curvature_of_the_kinetic_energy(void **unused) {
@@ -227,7 +230,8 @@ static void holding_forces_hold(void **unused) {
         struct plant *plant = plant_at(&params, pose);
         holding_forces(&params, pose, force);
         for (int i = 0; i < 400; i++) plant_step_forced(plant, SUBSTEP_S, force);
-        assert_below(distance(truth_of(plant).pose, pose, DOFS), 1e-12); /* unstable without friction, but slower than 1/s */
+        /* unstable without friction, but slower than 1/s */
+        assert_below(distance(truth_of(plant).pose, pose, DOFS), 1e-12);
         plant_destroy(plant);
     }
 }
@@ -271,7 +275,8 @@ static void run_hydraulic(int substeps, double pose[DOFS]) {
     struct plant *plant = plant_at(&params, (const double[DOFS]){0});
     for (int i = 0; i < 160; i++) {
         double valve[LEGS];
-        for (int k = 0; k < LEGS; k++) valve[k] = -0.1 - 0.05 * cos(2.0 * k); /* one sign: no port reverses */
+        /* one sign: no port reverses */
+        for (int k = 0; k < LEGS; k++) valve[k] = -0.1 - 0.05 * cos(2.0 * k);
         plant_step(plant, valve);
     }
     memcpy(pose, truth_of(plant).pose, DOFS * sizeof *pose);
@@ -297,7 +302,8 @@ static void bodies_and_hydraulics_together_converge_with_fourth_order(void **unu
     run_hydraulic(8, coarse);
     run_hydraulic(16, middle);
     run_hydraulic(32, fine);
-    assert_below(distance(coarse, fine, DOFS), 1e-7); /* at the default substep the error is nothing that a sensor sees */
+    /* at the default substep the error is nothing that a sensor sees */
+    assert_below(distance(coarse, fine, DOFS), 1e-7);
     assert_close(order_of(coarse, middle, fine), 4.0, 0.5);
 }
 
@@ -327,12 +333,14 @@ static void joint_rates_change_as_row_and_bias_say(void **unused) {
         twist_rate_at(&motion, t, acceleration);
         for (int k = 0; k < JOINT_AXES; k++) {
             double change = (rate[0][k] - 8 * rate[1][k] + 8 * rate[3][k] - rate[4][k]) / (12 * h);
-            assert_close(change, dot6(axes.row[k], acceleration) + axes.bias[k], 1e-8); /* h^4 of motions up to 6 rad/s */
+            /* h^4 of motions up to 6 rad/s */
+            assert_close(change, dot6(axes.row[k], acceleration) + axes.bias[k], 1e-8);
         }
     }
 }
 
-/* The rates about the two axes make up the leg's turning against base or platform, but for spin about the leg itself. */
+/* The rates about the two axes make up the leg's turning against base or platform, but for spin
+ * about the leg itself. */
 static void joint_rates_add_up_to_the_relative_rotation(void **unused) {
     (void)unused;
     struct params params = defaults();

@@ -1,6 +1,8 @@
-/* Every command in every state, as an operator has it: `hexid command` in a process of its own asks the operator's side of the daemon and the
- * loop behind it, on the simulated machine, in a network of their own. The loop stands still but for the cycle in which it looks at the
- * command, so that the state is the one that is meant however slow this host is. What came is held against docs/commands.md;
+/* Every command in every state, as an operator has it: `hexid command` in a process of its own asks
+ * the operator's side of the daemon and the loop behind it, on the simulated machine, in a network
+ * of their own. The loop stands still but for the cycle in which it looks at the command, so that
+ * the state is the one that is meant however slow this host is. What came is held against
+ * docs/commands.md;
  *     test_commands --table      prints it (make docs) */
 #include "support.h"
 
@@ -27,7 +29,8 @@ enum {
     IN_A_TEST = 250 /* cycles: settled, ramped in, evaluated */
 };
 #define URL "udpm://239.255.76.67:7667?ttl=0" /* as shipped */
-static const double DISTURBED_S = 0.3; /* a client asks again after a third of a second: a host that stalls for so long makes another row */
+static const double DISTURBED_S = 0.3; /* a client asks again after a third of a second: a host that
+                                        * stalls for so long makes another row */
 
 struct row {
     enum state state;
@@ -127,8 +130,8 @@ struct client {
 };
 
 static void start(struct client *c, const char *word) {
-    char *arguments[] = {(char *)(uintptr_t) "command", (char *)(uintptr_t)word, (char *)(uintptr_t) "--set",
-                         (char *)(uintptr_t) "lcm.url=" URL, NULL};
+    char *arguments[] = {(char *)(uintptr_t)"command", (char *)(uintptr_t)word, (char *)(uintptr_t)"--set",
+                         (char *)(uintptr_t)"lcm.url=" URL, NULL};
     int ends[2];
     *c = (struct client){0};
     assert_int_equal(pipe(ends), 0);
@@ -234,7 +237,8 @@ static void somebody_asks(enum command command) {
 static void stop_meanwhile(void) { somebody_asks(COMMAND_STOP); }
 static void nothing(void) {}
 static void stop_came_before(void) {
-    somebody_asks(COMMAND_STOP); /* and the loop does not come to it until the client was answered */
+    /* and the loop does not come to it until the client was answered */
+    somebody_asks(COMMAND_STOP);
     b.meanwhile = nothing;
 }
 static void stop_comes_with_it(void) { b.meanwhile = stop_meanwhile; }
@@ -302,7 +306,8 @@ static struct row ask_nobody(void) {
     struct client c;
     struct bus *daemon = b.bus;
     struct error error;
-    assert_int_equal(bus_open(&b.bus, URL, &error), STATUS_OK); /* the daemon's socket is there, and is not read */
+    /* the daemon's socket is there, and is not read */
+    assert_int_equal(bus_open(&b.bus, URL, &error), STATUS_OK);
     start(&c, command_names[r.command]);
     while (!c.ended) {
         ssize_t size = read(c.out, c.text + c.length, sizeof c.text - 1 - c.length);
@@ -393,7 +398,10 @@ static void a_stop_and_a_park_are_never_refused(void **unused) {
 static void what_moves_is_taken_in_its_own_state_alone(void **unused) {
     (void)unused;
     NEEDS_NETWORK();
-    static const struct { enum command command; enum state state; const char *now;
+    static const struct {
+        enum command command;
+        enum state state;
+        const char *now;
     } right[] = {{COMMAND_ENGAGE, STATE_SETTLED, "engage done, now pressurising<br>renewing"},
                  {COMMAND_START, STATE_READY, "start done, now testing<br>renewing"},
                  {COMMAND_RESET, STATE_FAULT, "reset done, now init"}};
@@ -421,7 +429,9 @@ static void the_exit_status_says_what_the_words_say(void **unused) {
 static void the_end_of_a_lease_has_its_own_status(void **unused) {
     (void)unused;
     NEEDS_NETWORK();
-    static const struct { int status; const char *words;
+    static const struct {
+        int status;
+        const char *words;
     } expected[] = {
         {0, "now settled"},       {1, "now fault"},
         {4, "the lease is lost"}, {1, "interrupted: park done"}, /* engage */
@@ -469,10 +479,8 @@ int main(int argc, char **argv) {
     if (prints && !there) fprintf(stderr, "test_commands: this system allows no network namespace\n");
     if (prints) return !there;
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_stop_and_a_park_are_never_refused),
-        cmocka_unit_test(what_moves_is_taken_in_its_own_state_alone),
-        cmocka_unit_test(the_exit_status_says_what_the_words_say),
-        cmocka_unit_test(the_end_of_a_lease_has_its_own_status),
+        cmocka_unit_test(a_stop_and_a_park_are_never_refused),     cmocka_unit_test(what_moves_is_taken_in_its_own_state_alone),
+        cmocka_unit_test(the_exit_status_says_what_the_words_say), cmocka_unit_test(the_end_of_a_lease_has_its_own_status),
         cmocka_unit_test(docs_commands_md_has_what_is_answered),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

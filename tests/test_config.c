@@ -19,9 +19,7 @@ static int parse(struct params *params, const char *text, struct error *error) {
     return config_parse(params, text, strlen(text), "rig.yaml", error);
 }
 
-static int load(struct params *params, const char *setting, struct error *error) {
-    return config_load(params, NULL, &setting, 1, error);
-}
+static int load(struct params *params, const char *setting, struct error *error) { return config_load(params, NULL, &setting, 1, error); }
 
 static char *read_file(const char *path, size_t *size) {
     FILE *file = fopen(path, "rb");
@@ -82,7 +80,8 @@ static void shipped_file_names_every_key(void **state) {
     free(text);
 }
 
-/* tests/data/table*.csv: symbol,description,value,unit; the value is the last but one field, the description may hold commas. */
+/* tests/data/table*.csv: symbol,description,value,unit; the value is the last but one field, the
+ * description may hold commas. */
 static double table_value(const char *path, const char *symbol) {
     size_t size, length = strlen(symbol);
     char *text = read_file(path, &size), *line = strtok(text, "\n");
@@ -106,15 +105,24 @@ static void geometry_and_inertia_are_the_papers_tables(void **state) {
         const char *table, *symbol;
         double value;
     } rows[] = {
-        {table1, "Ra", p.geometry.upper_radius_m},        {table1, "Rb", p.geometry.lower_radius_m},
-        {table1, "H", p.geometry.height_m},               {table1, "alpha", p.geometry.upper_half_angle_rad},
-        {table1, "beta", p.geometry.lower_half_angle_rad}, {table1, "D", p.actuator.piston_diameter_m[0]},
-        {table1, "d", p.actuator.rod_diameter_m[0]},         {table2, "m", p.payload.mass_kg},
-        {table2, "Icxx", p.payload.inertia_xx_kg_m2},     {table2, "Icyy", p.payload.inertia_yy_kg_m2},
-        {table2, "Iczz", p.payload.inertia_zz_kg_m2},     {table2, "h", p.payload.center_height_m},
-        {table2, "ia", p.actuator.upper_inertia_kg_m2[0]},   {table2, "ib", p.actuator.lower_inertia_kg_m2[0]},
-        {table2, "ma", p.actuator.upper_mass_kg[0]},         {table2, "mb", p.actuator.lower_mass_kg[0]},
-        {table2, "ra", p.actuator.upper_center_m[0]},        {table2, "rb", p.actuator.lower_center_m[0]},
+        {table1, "Ra", p.geometry.upper_radius_m},
+        {table1, "Rb", p.geometry.lower_radius_m},
+        {table1, "H", p.geometry.height_m},
+        {table1, "alpha", p.geometry.upper_half_angle_rad},
+        {table1, "beta", p.geometry.lower_half_angle_rad},
+        {table1, "D", p.actuator.piston_diameter_m[0]},
+        {table1, "d", p.actuator.rod_diameter_m[0]},
+        {table2, "m", p.payload.mass_kg},
+        {table2, "Icxx", p.payload.inertia_xx_kg_m2},
+        {table2, "Icyy", p.payload.inertia_yy_kg_m2},
+        {table2, "Iczz", p.payload.inertia_zz_kg_m2},
+        {table2, "h", p.payload.center_height_m},
+        {table2, "ia", p.actuator.upper_inertia_kg_m2[0]},
+        {table2, "ib", p.actuator.lower_inertia_kg_m2[0]},
+        {table2, "ma", p.actuator.upper_mass_kg[0]},
+        {table2, "mb", p.actuator.lower_mass_kg[0]},
+        {table2, "ra", p.actuator.upper_center_m[0]},
+        {table2, "rb", p.actuator.lower_center_m[0]},
     };
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
         if (!(table_value(rows[i].table, rows[i].symbol) == rows[i].value)) fail_msg("%s differs: %g", rows[i].symbol, rows[i].value);
@@ -123,10 +131,11 @@ static void geometry_and_inertia_are_the_papers_tables(void **state) {
 static void keys_that_scripts_rely_on_exist(void **state) {
     (void)state;
     static const char *const settings[] = {
-        "sensors.enabled=false", "sim.engine=closed_form", "sim.engine=ode",    "sim.substeps=16",       "tests.frequency_hz=5",
-        "tests.amplitude_m=2e-3", "tests.amplitude_rad=3e-3", "tests.duration_s=2", "tests.ramp_s=0.5",  "tests.order=z",
-        "tests.order=x,psi",     "tests.order=[x, y]",     "control.kp=39",     "control.ki=0",          "control.kd=0.1",
-        "control.kff=1.9",       "control.kpf=0",          "control.tf=0.01",   "control.tp=0.1",        "lcm.url="};
+        "sensors.enabled=false", "sim.engine=closed_form", "sim.engine=ode",           "sim.substeps=16",
+        "tests.frequency_hz=5",  "tests.amplitude_m=2e-3", "tests.amplitude_rad=3e-3", "tests.duration_s=2",
+        "tests.ramp_s=0.5",      "tests.order=z",          "tests.order=x,psi",        "tests.order=[x, y]",
+        "control.kp=39",         "control.ki=0",           "control.kd=0.1",           "control.kff=1.9",
+        "control.kpf=0",         "control.tf=0.01",        "control.tp=0.1",           "lcm.url="};
     for (size_t i = 0; i < sizeof settings / sizeof settings[0]; i++) {
         struct params p, before;
         struct error error = {0};
@@ -150,8 +159,8 @@ static void a_key_takes_its_bounds_and_nothing_beyond(void **state) {
         assert_true(set_number(&key, key.min, &p) && set_number(&key, key.max, &p));
         struct params kept = p;
         assert_false(set_number(&key, nextafter(key.min, -INFINITY), &p) || set_number(&key, nextafter(key.max, INFINITY), &p));
-        static const char *const refused[] = {"nan", "NaN", ".nan", "inf", "-inf", ".inf", "1e999", "-1e999", "", " ", "0x10", "1_000",
-                                              "1,5", "--1", "1e", "e5", ".", "12 m", "1.2.3", "true", "[]", "[1, 2]"};
+        static const char *const refused[] = {"nan",   "NaN", ".nan", "inf", "-inf", ".inf", "1e999", "-1e999", "",     " ",  "0x10",
+                                              "1_000", "1,5", "--1",  "1e",  "e5",   ".",    "12 m",  "1.2.3",  "true", "[]", "[1, 2]"};
         for (size_t k = 0; k < sizeof refused / sizeof refused[0]; k++)
             if (set_text(&key, refused[k], &p)) fail_msg("%s took \"%s\"", key.path, refused[k]);
         assert_memory_equal(&p, &kept, sizeof p); /* what is refused changes nothing */
@@ -175,7 +184,8 @@ static void numbers_are_read_in_any_decimal_notation(void **state) {
     }
 }
 
-/* Every real number slightly off its default, with all 53 bits in use, and every effect on with six different values. */
+/* Every real number slightly off its default, with all 53 bits in use, and every effect on with six
+ * different values. */
 static void randomize(struct params *p, uint64_t *seed) {
     struct config_key key;
     for (int i = 0; config_key_at(i, &key); i++) {
@@ -221,7 +231,8 @@ static void settings_override_the_file_and_the_last_one_wins(void **state) {
 /* What is alike is written as one number, as it always was. */
 static void an_axis_has_a_frequency_and_an_amplitude_of_its_own(void **state) {
     (void)state;
-    const char *const settings[] = {"tests.frequency_hz=[1, 2, 3, 4, 5, 6]", "tests.amplitude_m=1e-3,2e-3,3e-3", "tests.amplitude_rad=4e-3"};
+    const char *const settings[] = {"tests.frequency_hz=[1, 2, 3, 4, 5, 6]", "tests.amplitude_m=1e-3,2e-3,3e-3",
+                                    "tests.amplitude_rad=4e-3"};
     static const double hz[DOFS] = {1, 2, 3, 4, 5, 6}, amplitude[DOFS] = {1e-3, 2e-3, 3e-3, 4e-3, 4e-3, 4e-3};
     struct params p;
     struct error error = {0};
@@ -323,7 +334,8 @@ static const struct {
     {"geometry:\n  upper_joints_m: [1, 2, 3]\n", {"rig.yaml:2: geometry.upper_joints_m takes points, [[x, y, z], ...]"}},
     {"geometry:\n  upper_joints_m: [[1, 2], [3, 4, 5, 6]]\n", {"rig.yaml:2: geometry.upper_joints_m takes points"}},
     {"geometry:\n  upper_joints_m: [[[1, 2, 3]]]\n", {"rig.yaml:2: geometry.upper_joints_m takes"}},
-    {"geometry:\n  upper_joints_m: [[1, 2, 3, 4, 5, 6], [1, 2, 3, 4, 5, 6], [1, 2, 3, 4, 5, 6]]\n", {"rig.yaml:2: geometry.upper_joints_m takes points"}},
+    {"geometry:\n  upper_joints_m: [[1, 2, 3, 4, 5, 6], [1, 2, 3, 4, 5, 6], [1, 2, 3, 4, 5, 6]]\n",
+     {"rig.yaml:2: geometry.upper_joints_m takes points"}},
     {"geometry:\n  upper_joints_m: [[], [1, 2, 3]]\n", {"rig.yaml:2: geometry.upper_joints_m takes points"}},
     {"geometry:\n  upper_joints_m: [[1, 2, 3], 4]\n", {"rig.yaml:2: geometry.upper_joints_m takes points"}},
     {"geometry:\n  upper_joints_m:\n    - [1, 2, 3]\n    - [1, 2, 4]\n", {"geometry.upper_joints_m: 6 numbers; it takes 6 points"}},
@@ -493,7 +505,8 @@ static void big_and_deep_text_is_refused(void **state) {
     free(text);
 }
 
-/* Any bytes: accepted and within range, or refused with a message; the sanitizer builds watch over the memory. */
+/* Any bytes: accepted and within range, or refused with a message; the sanitizer builds watch
+ * over the memory. */
 static void mutated_text_is_accepted_or_refused_never_worse(void **state) {
     (void)state;
     static const char spice[] = "[]{}:,-&*!#|>'\"%@`\t\n\r ?\\.0e\xff\xc3\xa9\x00\x7f";

@@ -65,10 +65,11 @@ static bool no_thread(const char *path) {
 static bool no_other_file(const char *path) {
     char copy[64];
     strcpy(copy, path);
-    return denied(open(other, O_WRONLY | O_CREAT | O_TRUNC, 0666)) && denied(open(other, O_RDWR)) && denied(open("/etc/shadow", O_RDONLY)) &&
-           denied(open(copy, O_WRONLY | O_CREAT | O_TRUNC, 0666)) && denied(open(path, O_RDWR | O_CREAT, 0666)) &&
-           denied(unlink(other)) && denied(rename(other, result)) && denied(mkdir(other, 0777)) && denied(chmod(other, 0777)) &&
-           denied(syscall(SYS_openat2, AT_FDCWD, path, NULL, 0)) && denied(syscall(SYS_creat, other, 0666));
+    return denied(open(other, O_WRONLY | O_CREAT | O_TRUNC, 0666)) && denied(open(other, O_RDWR)) &&
+           denied(open("/etc/shadow", O_RDONLY)) && denied(open(copy, O_WRONLY | O_CREAT | O_TRUNC, 0666)) &&
+           denied(open(path, O_RDWR | O_CREAT, 0666)) && denied(unlink(other)) && denied(rename(other, result)) &&
+           denied(mkdir(other, 0777)) && denied(chmod(other, 0777)) && denied(syscall(SYS_openat2, AT_FDCWD, path, NULL, 0)) &&
+           denied(syscall(SYS_creat, other, 0666));
 }
 
 static bool no_other_path(const char *path) {
@@ -149,8 +150,8 @@ static bool a_connection_is_made_again(const char *path) {
 static void what_is_denied_fails_and_kills_nobody(void **unused) {
     (void)unused;
     SKIP_SANITIZED();
-    static bool (*const all[])(const char *) = {no_program, no_thread, no_other_file, no_other_path, no_code, no_socket, no_other_process,
-                                                no_rights};
+    static bool (*const all[])(const char *) = {no_program, no_thread, no_other_file,    no_other_path,
+                                                no_code,    no_socket, no_other_process, no_rights};
     for (unsigned i = 0; i < sizeof all / sizeof *all; i++)
         if (!in_child(all[i], false)) fail_msg("%u of the list", i);
     static bool (*const reconnecting[])(const char *) = {no_program, no_thread, no_other_path, no_code, no_other_process};

@@ -1,4 +1,5 @@
-/* The controller's parts alone: the leg law against its formula, the reference's smoothness, the supervisor's table and bucket. */
+/* The controller's parts alone: the leg law against its formula, the reference's smoothness, the
+ * supervisor's table and bucket. */
 #include "support.h"
 
 #include <limits.h>
@@ -27,7 +28,8 @@ static void equal_pressures_push_with_the_rod_area(void **unused) {
     struct cylinder_areas areas = cylinder_areas(&params.actuator);
     double d = params.actuator.rod_diameter_m[0], rod_m2 = PI * d * d / 4;
     assert_close(leg_force(&areas, 0, 5e6, 5e6), 5e6 * rod_m2, 1e-8); /* roundings of 15 kN */
-    assert_close(areas.a2_m2[0] / areas.a1_m2[0], 0.49, 0.005);          /* docs/method.md section 5 */
+    /* docs/method.md section 5 */
+    assert_close(areas.a2_m2[0] / areas.a1_m2[0], 0.49, 0.005);
     assert_true(leg_force(&areas, 0, 1e6, 0.0) > 0.0 && leg_force(&areas, 0, 0.0, 1e6) < 0.0);
 }
 
@@ -70,7 +72,8 @@ static void pid_is_the_law_of_its_header(void **unused) {
             double ref = length + span * sin(0.05 * n) + span * 0.1 * random_unit(&seed), at = length + 0.5 * span * random_unit(&seed);
             double f = force + 500 * random_unit(&seed);
             double u = pid_step(&pid, &g, dt_s, ref, at, f);
-            /* The same sums in another order: roundings of e / dt times kd and kff, 1 / dt = 500. */
+            /* The same sums in another order: roundings of e / dt times kd and
+             * kff, 1 / dt = 500. */
             assert_close(u, law_step(&law, &g, ref, at, f), 1e-11);
             assert_true(fabs(u) <= g.output_limit);
             *(law.saturated ? &saturated : &free_running) += 1;
@@ -79,7 +82,8 @@ static void pid_is_the_law_of_its_header(void **unused) {
     assert_true(saturated > 1000 && free_running > 1000); /* both branches were walked */
 }
 
-/* A leg that moves with the valve, 0.5 m/s at full opening, told to jump by 0.3 m. Largest overshoot. */
+/* A leg that moves with the valve, 0.5 m/s at full opening, told to jump by 0.3 m.
+ * Largest overshoot. */
 static double overshoot(bool anti_windup) {
     struct params params = defaults();
     struct pid pid;
@@ -131,9 +135,11 @@ static void a_static_force_does_not_open_the_valve(void **unused) {
     double u = 0.0;
     pid_reset(&pid, 1.8, 0.0);
     u = pid_step(&pid, &params.control, dt_s, 1.8, 1.8, 5000.0);
-    assert_close(u, -params.control.kpf * 5000.0 / (1.0 + dt_s / params.control.tp), 1e-12); /* at once, against the push */
+    /* at once, against the push */
+    assert_close(u, -params.control.kpf * 5000.0 / (1.0 + dt_s / params.control.tp), 1e-12);
     for (int n = 0; n < (int)(params.control.tp / dt_s) * 40; n++) u = pid_step(&pid, &params.control, dt_s, 1.8, 1.8, 5000.0);
-    assert_below(fabs(u), params.control.kpf * 5000.0 * 1e-14); /* 40 time constants later: e^-39, and the filter's rounding */
+    /* 40 time constants later: e^-39, and the filter's rounding */
+    assert_below(fabs(u), params.control.kpf * 5000.0 * 1e-14);
 }
 
 static void held_cycles_do_not_add_up_in_the_feedforward(void **unused) {
@@ -170,7 +176,8 @@ static void watch(struct watch *w, const double pose[DOFS]) {
     w->seen++;
 }
 
-/* amplitude x (envelopes x sine)'': product rule with |s'| <= 1.5/T, |s''| <= 6/T^2; half a percent for the finite step. */
+/* amplitude x (envelopes x sine)'': product rule with |s'| <= 1.5/T, |s''| <= 6/T^2; half a percent
+ * for the finite step. */
 static double largest_test_acceleration(const struct test_params *t, enum dof dof) {
     double amplitude = t->amplitude[dof], w = 2 * PI * t->hz[dof], a = t->ramp_s, b = t->ramp_out_s;
     return 1.005 * amplitude * (w * w + 2 * w * 1.5 * (1 / a + 1 / b) + 6 / (a * a) + 6 / (b * b) + 2 * 1.5 * 1.5 / (a * b));
@@ -179,7 +186,8 @@ static double largest_test_acceleration(const struct test_params *t, enum dof do
 static void the_reference_of_a_test_is_its_formula_at_whole_cycles(void **unused) {
     (void)unused;
     struct test_params t = defaults().tests;
-    for (int dof = 0; dof < DOFS; dof++) t.hz[dof] -= 0.3 * dof, t.amplitude[dof] *= 1.0 - 0.1 * dof; /* each axis its own */
+    /* each axis its own */
+    for (int dof = 0; dof < DOFS; dof++) t.hz[dof] -= 0.3 * dof, t.amplitude[dof] *= 1.0 - 0.1 * dof;
     for (int dof = 0; dof < DOFS; dof++) {
         struct reference r;
         int count[PHASE_RAMP_OUT + 1] = {0};
@@ -327,15 +335,11 @@ static void every_state_and_trigger_leads_where_the_matrix_says(void **unused) {
     (void)unused;
     static const char letter[STATES + 1] = "iserTpFP"; /* of state_names, in order */
     static const char *const expected[STATES] = {
-        /* none, good sensors, engage, pressure, arrived, start, tests done, stop, park, reset, fault */
-        [STATE_INIT] = "isiiiiiiiiF",
-        [STATE_SETTLED] = "ssPsssssssF",
-        [STATE_ENGAGING] = "eeeereeppeF",
-        [STATE_READY] = "rrrrrTrrprF",
-        [STATE_TESTING] = "TTTTTTrTpTF",
-        [STATE_PARKING] = "ppppspppppF",
-        [STATE_FAULT] = "FFFFFFFFFiF",
-        [STATE_PRESSURISING] = "PPPePPPssPF",
+        /* none, good sensors, engage, pressure, arrived, start, tests done, stop,
+         * park, reset, fault */
+        [STATE_INIT] = "isiiiiiiiiF",  [STATE_SETTLED] = "ssPsssssssF",      [STATE_ENGAGING] = "eeeereeppeF",
+        [STATE_READY] = "rrrrrTrrprF", [STATE_TESTING] = "TTTTTTrTpTF",      [STATE_PARKING] = "ppppspppppF",
+        [STATE_FAULT] = "FFFFFFFFFiF", [STATE_PRESSURISING] = "PPPePPPssPF",
     };
     for (int s = 0; s < STATES; s++)
         for (int t = 0; t < TRIGGERS; t++) {
@@ -430,7 +434,8 @@ static void every_fault_has_a_cause_and_a_remedy(void **unused) {
         assert_non_null(strstr(cause, f->cause));
         assert_non_null(strstr(remedy, f->remedy));
         assert_non_null(strstr(remedy, "reset"));
-        assert_true(strlen(cause) < FAILURE_TEXT_SIZE - 1 && strlen(remedy) < FAILURE_TEXT_SIZE - 1); /* none is cut */
+        /* none is cut */
+        assert_true(strlen(cause) < FAILURE_TEXT_SIZE - 1 && strlen(remedy) < FAILURE_TEXT_SIZE - 1);
         if (f->fault == FAULT_OVERRUN) assert_non_null(strstr(cause, "12 deadlines missed in a row, the longest by 24 ms"));
         failure_explain(f->fault, 1, 0.004, true, cause, remedy);
         assert_non_null(strstr(remedy, "start the run again")); /* an automatic run has ended */
@@ -439,9 +444,9 @@ static void every_fault_has_a_cause_and_a_remedy(void **unused) {
 
 static void every_fault_state_and_command_has_a_name(void **unused) {
     (void)unused;
-    static const char *const names[] = {"sensor_age", "sensor_invalid", "stroke", "leg_rate", "following_error", "force",
-                                        "kinematics", "overrun", "io", "standstill", "second_master", "emergency_stop",
-                                        "enable_switch", "door", "supply", "pressure_sensor"};
+    static const char *const names[] = {"sensor_age",    "sensor_invalid", "stroke", "leg_rate",       "following_error", "force",
+                                        "kinematics",    "overrun",        "io",     "standstill",     "second_master",   "emergency_stop",
+                                        "enable_switch", "door",           "supply", "pressure_sensor"};
     for (unsigned i = 0; i < FAULT_LEG_SHIFT; i++) assert_string_equal(fault_name(1u << i), names[i]);
     for (int i = 0; i < STATES; i++) assert_non_null(state_names[i]);
     for (int i = 0; i < COMMANDS; i++) assert_non_null(command_names[i]);

@@ -1,4 +1,5 @@
-/* A program error in any thread calls the back-end's safe() before the process ends by its signal. */
+/* A program error in any thread calls the back-end's safe() before the process
+ * ends by its signal. */
 #include "support.h"
 
 #include <pthread.h>
@@ -21,7 +22,8 @@ __attribute__((noinline)) static int overflow(volatile unsigned char *before) {
     volatile unsigned char frame[4096];
     frame[0] = before ? before[0] : 1;
     depth++;
-    return depth > 0 ? overflow(frame) + frame[0] : 0; /* for ever; and not the last thing it does */
+    /* for ever; and not the last thing it does */
+    return depth > 0 ? overflow(frame) + frame[0] : 0;
 }
 
 static void deep(void) { overflow(NULL); }

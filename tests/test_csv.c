@@ -1,4 +1,5 @@
-/* CSV: what goes through a log and back is the same to the last bit, and what other programs write is read. */
+/* CSV: what goes through a log and back is the same to the last bit, and what other
+ * programs write is read. */
 #include "csv_rig.h"
 
 #include "csv_reader.h"
@@ -59,7 +60,8 @@ static void csv_to_log_to_csv_gives_the_same_values(void **unused) {
     for (int i = 0; i < ROWS; i++) {
         struct cycle *c = &original[i];
         fill_cycle(c, &state);
-        c->test_time_s = i * 0.002 + 1e-5 * (double)(random_bits(&state) % 100) / 3.0; /* a clock with a third of a millisecond's noise */
+        /* a clock with a third of a millisecond's noise */
+        c->test_time_s = i * 0.002 + 1e-5 * (double)(random_bits(&state) % 100) / 3.0;
         c->test = DOF_THETA, c->dof = DOF_THETA;
         c->phase = llround(c->test_time_s / 0.002) < 500 ? PHASE_RAMP_IN : PHASE_EVALUATE;
         for (int k = 0; k < CSV_FLAGS_COLUMN; k++)
@@ -92,10 +94,12 @@ static void csv_to_log_to_csv_gives_the_same_values(void **unused) {
 
 static void numbers_are_read_as_strtod_reads_them(void **unused) {
     (void)unused;
+    /* clang-format off */
     static const char *const fixed[] = {"0", "-0", "1", "-1.5", ".5", "-.5", "5.", "999999999999999", "9999999999999999",
                                         "0.000000000000001", "123456789012345.6", "12345678.1234567", "1e22", "1E-3", "-2.5e+7",
                                         "+3", " 4 ", "00012.50", "1e400", "4.9e-324", "0.1", "9007199254740993",
                                         "900719925474099.3", "inf", "-inf"};
+    /* clang-format on */
     enum { FIXED = sizeof fixed / sizeof *fixed, ROWS = 20000 };
     static double expected[ROWS];
     static char text[64 * ROWS];
@@ -107,8 +111,9 @@ static void numbers_are_read_as_strtod_reads_them(void **unused) {
         char number[48];
         uint64_t bits = random_bits(&state);
         if (i < FIXED) snprintf(number, sizeof number, "%s", fixed[i]);
-        else if (i % 2) snprintf(number, sizeof number, "%s%llu.%0*llu", bits % 2 ? "-" : "", (unsigned long long)(bits >> 20) % 1000000,
-                                 1 + (int)(bits % 9), (unsigned long long)(bits >> 40) % 10);
+        else if (i % 2)
+            snprintf(number, sizeof number, "%s%llu.%0*llu", bits % 2 ? "-" : "", (unsigned long long)(bits >> 20) % 1000000,
+                     1 + (int)(bits % 9), (unsigned long long)(bits >> 40) % 10);
         else snprintf(number, sizeof number, "%.*g", 1 + (int)(bits >> 5) % 17, (double)(int64_t)bits / (double)(1 + bits % 1000));
         expected[i] = strtod(number, NULL);
         used += sprintf(text + used, "%d,%s\n", i, number);
@@ -167,7 +172,8 @@ static void heads_replace_the_configuration(void **unused) {
     assert_memory_equal(t->hz, hz, sizeof hz); /* each axis its own, or that of the first file */
     assert_memory_equal(t->amplitude, amplitude, sizeof amplitude);
     assert_true(t->ramp_s == 0.5 && t->settle_s == 0.0);
-    assert_float_equal(t->duration_s, 2.3, 1e-9); /* all that follows the ramp, of the shorter file: 1400 * 2 ms - 0.5 s */
+    /* all that follows the ramp, of the shorter file: 1400 * 2 ms - 0.5 s */
+    assert_float_equal(t->duration_s, 2.3, 1e-9);
     assert_true(t->count == 6 && t->order[5] == DOF_PSI);
     assert_true(load(log_a)->cycle[0].test == 5 && load(log_a)->cycle[1500].test == 1);
 }

@@ -1,4 +1,5 @@
-/* --map: columns by the user's own names are the columns that they stand for, and a name that stands for nothing is refused. */
+/* --map: columns by the user's own names are the columns that they stand for, and a name that
+ * stands for nothing is refused. */
 #include "csv_rig.h"
 
 #include "csv_map.h"
@@ -20,12 +21,21 @@ static void own_names_and_their_stems_are_known(void **unused) {
         const char *text, *column;
         double unit;
     } cases[] = {
-        {"position=Weg", "position_m", 1.0},      {"position_m=Weg:mm", "position_m", 1e-3}, {"t=Zeit:ms", "t_s", 1e-3},
-        {"p1=Druck A:bar", "p1_pa", 1e5},         {"p1_3=p:MPa", "p1_3_pa", 1e6},            {"l6=Bein 6:cm", "l6_m", 1e-2},
-        {"ref_phi=Soll:deg", "ref_phi_rad", 3.14159265358979323846 / 180.0},                 {"u4=Ventil", "u4", 1.0},
-        {"u=Ventil:%", "u", 0.01},                {"force=Kraft [kN]", "force_n", 1e3},      {"force = Kraft_kN ", "force_n", 1e3},
-        {"position=Weg (µm) [mm]", "position_m", 1e-3},                                      {"force=Weg [mm]", "force_n", 1.0},
-        {"position=Kanal:1:mm", "position_m", 1e-3},                                         {"position=Kanal:1:", "position_m", 1.0},
+        {"position=Weg", "position_m", 1.0},
+        {"position_m=Weg:mm", "position_m", 1e-3},
+        {"t=Zeit:ms", "t_s", 1e-3},
+        {"p1=Druck A:bar", "p1_pa", 1e5},
+        {"p1_3=p:MPa", "p1_3_pa", 1e6},
+        {"l6=Bein 6:cm", "l6_m", 1e-2},
+        {"ref_phi=Soll:deg", "ref_phi_rad", 3.14159265358979323846 / 180.0},
+        {"u4=Ventil", "u4", 1.0},
+        {"u=Ventil:%", "u", 0.01},
+        {"force=Kraft [kN]", "force_n", 1e3},
+        {"force = Kraft_kN ", "force_n", 1e3},
+        {"position=Weg (µm) [mm]", "position_m", 1e-3},
+        {"force=Weg [mm]", "force_n", 1.0},
+        {"position=Kanal:1:mm", "position_m", 1e-3},
+        {"position=Kanal:1:", "position_m", 1.0},
         {"flags=Fehler", "flags", 1.0},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {

@@ -30,7 +30,8 @@ static void rows_that_are_missing_are_counted(void **unused) {
     assert_imports();
     assert_true(report.rows == 2970 && report.lost == 30);
     const struct recording *r = load(log_a);
-    assert_int_equal(r->cycle[2969].seq - r->cycle[0].seq, 2999); /* as a gap in seq, like hexid's own */
+    /* as a gap in seq, like hexid's own */
+    assert_int_equal(r->cycle[2969].seq - r->cycle[0].seq, 2999);
 }
 
 /* Up to 1 % off is a matter of clocks; more is a lie, which would move the frequency. */
@@ -61,11 +62,13 @@ static void a_rate_that_lies_is_refused(void **unused) {
     empty(NULL);
     put("1_x.csv", file_of("# dof: x\n# rate_hz: 504\n", 0, 2000));
     assert_imports();
-    assert_true(report.stated_hz == 504.0 && fabs(report.rate_hz - 500.0) < 0.01); /* taken, and said */
+    /* taken, and said */
+    assert_true(report.stated_hz == 504.0 && fabs(report.rate_hz - 500.0) < 0.01);
     assert_true(fabs(load(log_a)->params.loop.period_s - 0.002) < 1e-7);
 }
 
-/* Times of a logger that rounds them to milliseconds: at 992 Hz now and then a step of 2 ms, at 454.5 Hz of 2 and 3. */
+/* Times of a logger that rounds them to milliseconds: at 992 Hz now and then a step of 2 ms, at
+ * 454.5 Hz of 2 and 3. */
 static const char *rounded(const char *head, double rate_hz) {
     static char text[BUFFER];
     int used = sprintf(text, "%st_s,u1\n", head);
@@ -129,7 +132,8 @@ static void one_file_is_enough(void **unused) {
     assert_says("3_x.csv|No such file");
 }
 
-/* A file that says nothing of its rate has times: they are what counts, whatever the configuration says. */
+/* A file that says nothing of its rate has times: they are what counts, whatever the
+ * configuration says. */
 static void a_rate_that_no_file_states_is_that_of_the_times(void **unused) {
     (void)unused;
     empty(NULL);
@@ -218,7 +222,8 @@ static void lines_without_an_end_are_refused(void **unused) {
 /* Any bytes at all may come; sanitizers watch. What is accepted makes a log that can be read. */
 static void damaged_files_are_survived(void **unused) {
     (void)unused;
-    static const char characters[] = "0123456789.,-+e#:; \t\"\n\r\x00\xff" "naifx";
+    static const char characters[] = "0123456789.,-+e#:; \t\"\n\r\x00\xff"
+                                     "naifx";
     static char text[BUFFER];
     uint64_t state = 11;
     int accepted = 0;
@@ -264,7 +269,8 @@ static void directories_and_logs_that_cannot_be_are_named(void **unused) {
     assert_says("only.lcm|no test");
     struct params params = short_tests(0.002);
     write_log(log_a, &params);
-    assert_int_equal(csv_export(log_a, in, &report, &error), STATUS_IO); /* nobody's configuration is overwritten */
+    /* nobody's configuration is overwritten */
+    assert_int_equal(csv_export(log_a, in, &report, &error), STATUS_IO);
     assert_says("config.yaml|File exists");
 }
 

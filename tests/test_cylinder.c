@@ -1,4 +1,5 @@
-/* Geometry, valve, chambers, end stops: against the equations of cylinder.h and against what no hydraulic cylinder can do. */
+/* Geometry, valve, chambers, end stops: against the equations of cylinder.h and against what no
+ * hydraulic cylinder can do. */
 #include "support.h"
 
 #include "cylinder.h"
@@ -19,8 +20,12 @@ static int defaults(void **unused) {
     return 0;
 }
 
-static double volume1(double length_m) { return params.hydraulics.dead_volume_m3[0] + model.leg[0].a1_m2 * (length_m - model.leg[0].length_min_m); }
-static double volume2(double length_m) { return params.hydraulics.dead_volume_m3[0] + model.leg[0].a2_m2 * (model.leg[0].length_max_m - length_m); }
+static double volume1(double length_m) {
+    return params.hydraulics.dead_volume_m3[0] + model.leg[0].a1_m2 * (length_m - model.leg[0].length_min_m);
+}
+static double volume2(double length_m) {
+    return params.hydraulics.dead_volume_m3[0] + model.leg[0].a2_m2 * (model.leg[0].length_max_m - length_m);
+}
 
 /* Flow into a chamber, from its pressure rate. */
 static double flow(double pressure_rate, double volume_m3) { return pressure_rate * volume_m3 / params.hydraulics.bulk_modulus_pa[0]; }
@@ -83,7 +88,8 @@ static void neutral_is_at_mid_stroke(void **unused) {
 static void rated_drop_gives_rated_flow_either_way(void **unused) {
     (void)unused;
     const struct hydraulics_params *h = &params.hydraulics;
-    double half = h->supply_pa - h->valve_drop_pa; /* drops: 5 MPa from the supply, 5 MPa to the tank; no leakage between equals */
+    /* drops: 5 MPa from the supply, 5 MPa to the tank; no leakage between equals */
+    double half = h->supply_pa - h->valve_drop_pa;
     assert_close(half - h->tank_pa, h->valve_drop_pa, 1e-9);
     for (int sign = -1; sign <= 1; sign += 2) {
         struct cylinder_state s = {.p1_pa = half, .p2_pa = half, .spool = sign};
@@ -99,7 +105,8 @@ static void flow_follows_the_root_exactly_down_to_10_kpa(void **unused) {
     for (double drop = 1.0001e4; drop < 9e6; drop *= 1.7) {
         struct cylinder_state s = {.p1_pa = h->supply_pa - drop, .p2_pa = h->supply_pa - drop, .spool = 0.1};
         double q = flow(derivative(&s, MID_M, 0.0, 0.1).p1_pa, volume1(MID_M));
-        assert_close(q / (0.1 * h->valve_flow_m3_per_s[0] * sqrt(drop / h->valve_drop_pa)), 1.0, 1e-9); /* rounding of supply - drop */
+        /* rounding of supply - drop */
+        assert_close(q / (0.1 * h->valve_flow_m3_per_s[0] * sqrt(drop / h->valve_drop_pa)), 1.0, 1e-9);
     }
 }
 
@@ -114,7 +121,8 @@ static void flow_through_zero_drop_is_odd_monotonic_and_smooth(void **unused) {
         assert_close(q + derivative(&mirror, MID_M, 0.0, 0.1).p1_pa, 0.0, 1e-9 * 1e8);
         double slope = (q - last) / step;
         if (drop > -3e4) assert_true(slope > 0.0);
-        if (drop > -3e4 + 2 * step) assert_close(slope / last_slope, 1.0, 5e-3); /* step 1e-3 of the laminar limit, curvature below 3 */
+        /* step 1e-3 of the laminar limit, curvature below 3 */
+        if (drop > -3e4 + 2 * step) assert_close(slope / last_slope, 1.0, 5e-3);
         last = q, last_slope = slope;
     }
 }
@@ -148,7 +156,8 @@ static void spool_steps_like_a_second_order_system(void **unused) {
         double t = i * SUBSTEP_S;
         rk4(&s, SUBSTEP_S, MID_M, 0.0, 0.5);
         double exact = 0.5 * (1 - exp(-z * w * t) * (cos(wd * t) + z * w / wd * sin(wd * t)));
-        assert_close(s.spool, exact, 2e-5); /* RK4: (w h)^5/120 a step, some 10 steps a time constant */
+        /* RK4: (w h)^5/120 a step, some 10 steps a time constant */
+        assert_close(s.spool, exact, 2e-5);
     }
 }
 
@@ -167,7 +176,8 @@ static void spool_stops_at_full_opening(void **unused) {
     assert_true(beyond.spool == 1.0 && beyond.spool_rate == -3.0); /* it may leave the stop */
 }
 
-/* Extends 0.3 m through mid-stroke with the ports closed; the lowest pressure on the way, and the last state. */
+/* Extends 0.3 m through mid-stroke with the ports closed; the lowest pressure on the way,
+ * and the last state. */
 static double tear_open(double speed, double substep, struct cylinder_state *s) {
     double start = MID_M - 0.15, lowest = 0.0;
     *s = (struct cylinder_state){.p1_pa = 1e6, .p2_pa = 1e6};
@@ -185,7 +195,8 @@ static void a_chamber_torn_open_stays_above_vacuum_and_recovers(void **unused) {
         double lowest = tear_open(speed, SUBSTEP_S, &s);
         assert_true(lowest < 0.0); /* it did cavitate */
         assert_true(lowest >= VACUUM_PA);
-        assert_below(VACUUM_PA + 1e3, tear_open(speed, SUBSTEP_S / 16, &fine)); /* by the equations, not by the limit */
+        /* by the equations, not by the limit */
+        assert_below(VACUUM_PA + 1e3, tear_open(speed, SUBSTEP_S / 16, &fine));
         assert_close(s.p1_pa, fine.p1_pa, 1e3); /* and the substep is fine enough for them */
         s.p2_pa = 0.0;
         for (int i = 0; i < 80; i++) rk4(&s, SUBSTEP_S, MID_M + 0.15, 0.0, 0.0);
@@ -193,7 +204,8 @@ static void a_chamber_torn_open_stays_above_vacuum_and_recovers(void **unused) {
     }
 }
 
-/* The stiffest corner: dead volume only, valve wide open. Time constant of the bare orifice: 11 us. */
+/* The stiffest corner: dead volume only, valve wide open. Time constant of the
+ * bare orifice: 11 us. */
 static void a_small_chamber_fills_without_ringing_even_under_euler(void **unused) {
     (void)unused;
     const double supply = params.hydraulics.supply_pa;

@@ -1,4 +1,5 @@
-/* The device side's core: one instant a latch, life by the clock, and the watchdog. Time is an argument: nothing sleeps. */
+/* The device side's core: one instant a latch, life by the clock, and the watchdog. Time is an
+ * argument: nothing sleeps. */
 #include "support.h"
 
 #include "device.h"
@@ -71,7 +72,8 @@ static void commands_move_the_legs_and_the_centre_holds_them(void **state) {
     for (int i = 0; i < 100; i++) live(d, centre, now_ns), now_ns += period_ns;
     double held = leg(d, now_ns);
     for (int i = 0; i < 50; i++) live(d, centre, now_ns), now_ns += period_ns;
-    /* Oil is trapped: what leaks across the piston shifts pressures; the rest is the swing dying out. */
+    /* Oil is trapped: what leaks across the piston shifts pressures; the rest is the
+     * swing dying out. */
     assert_close(leg(d, now_ns), held, 1e-3);
     device_destroy(d);
 }
@@ -115,7 +117,8 @@ static void the_grid_follows_the_daemon(void **state) {
     device_destroy(d);
 }
 
-/* The daemon pauses to tell what is late from what is lost; a stalled one comes back. The machine did not wait, ticked or not. */
+/* The daemon pauses to tell what is late from what is lost; a stalled one comes back. The machine
+ * did not wait, ticked or not. */
 static void requests_left_out_do_not_hold_the_machine_up(void **state) {
     (void)state;
     for (int left_out = 1; left_out <= 5; left_out++)
@@ -145,7 +148,8 @@ static void ticks_do_nothing_while_the_bus_lives(void **state) {
     device_destroy(d);
 }
 
-/* The platform is not frozen when the bus is: it goes on with the last command until the watchdog centres the valves, and stops. */
+/* The platform is not frozen when the bus is: it goes on with the last command until the watchdog
+ * centres the valves, and stops. */
 static void a_silent_bus_lets_the_machine_live_on_and_then_stops_it(void **state) {
     struct params p;
     struct device *d = make(&p);
@@ -164,7 +168,8 @@ static void a_silent_bus_lets_the_machine_live_on_and_then_stops_it(void **state
     device_destroy(d);
 }
 
-/* What it missed it lives through with the valves that it had: at their centre from the watchdog's time on, asked in between or not. */
+/* What it missed it lives through with the valves that it had: at their centre from the watchdog's
+ * time on, asked in between or not. */
 static void the_watchdog_holds_in_time_caught_up(void **state) {
     struct params p;
     struct device *d = make(&p), *ticked = make(&p);

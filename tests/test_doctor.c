@@ -1,5 +1,5 @@
-/* What doctor says of computers that are not at hand: /proc and /sys are files of a directory, what is measured is given. Each WARN and
- * each FAIL of each check is seen once, and has its remedy. */
+/* What doctor says of computers that are not at hand: /proc and /sys are files of a directory, what
+ * is measured is given. Each WARN and each FAIL of each check is seen once, and has its remedy. */
 #include "support.h"
 
 #include <arpa/inet.h>
@@ -222,10 +222,12 @@ static struct wakeups wakeups(int count, int late_count, int64_t late_ns) {
 
 static void wake_ups_are_judged_by_the_deadline_of_the_loop(void **unused) {
     (void)unused;
-    struct wakeups good = wakeups(5000, 50, 999 * NS_PER_US); /* a microsecond less than half a period */
+    /* a microsecond less than half a period */
+    struct wakeups good = wakeups(5000, 50, 999 * NS_PER_US);
     is(judge_wakeups(&machine, &good), LEVEL_OK, "p50 3");
     assert_int_equal(good.half, 0);
-    struct wakeups late = wakeups(5000, 51, 1000 * NS_PER_US); /* more than checks.excluded_pct, 1 % */
+    /* more than checks.excluded_pct, 1 % */
+    struct wakeups late = wakeups(5000, 51, 1000 * NS_PER_US);
     is(judge_wakeups(&machine, &late), LEVEL_WARN, "half a period late");
     struct wakeups missed = wakeups(5000, 1, 2500 * NS_PER_US);
     missed.missed = missed.missed_in_row = 1;
@@ -243,7 +245,8 @@ static void the_histogram_counts_every_wake_up_once(void **unused) {
     int64_t sum = 0, deadlines = 99; /* 2 ms .. 198 ms */
     for (int i = 0; i <= WAKEUP_EDGES; i++) sum += w.count[i];
     assert_int_equal(sum, w.late.count);
-    assert_true(sum <= deadlines && sum + w.missed >= deadlines); /* each is met or missed, whatever this host does */
+    /* each is met or missed, whatever this host does */
+    assert_true(sum <= deadlines && sum + w.missed >= deadlines);
     assert_true(w.missed_in_row <= w.missed && (w.missed == 0) == (w.missed_in_row == 0));
     simulated.latency_s = 0.001;
     is(check_wakeups(&simulated), LEVEL_UNKNOWN, "not one wake-up");
@@ -434,8 +437,8 @@ static void a_damaged_answer_is_read_no_further_than_it_goes(void **unused) {
     for (int i = 0; i < 20000; i++) {
         struct message m = whole;
         for (int n = random_below(&seed, 4); n >= 0; n--)
-            m.bytes[sizeof(struct nlmsghdr) + (size_t)random_below(&seed, (int)(m.size - sizeof(struct nlmsghdr)))] =
-                (unsigned char)random_below(&seed, 256);
+            m.bytes[sizeof(struct nlmsghdr) + (size_t)random_below(&seed, (int)(m.size - sizeof(struct nlmsghdr)))] = (unsigned char)
+                random_below(&seed, 256);
         can_controller_parse(m.bytes, m.size, &c);
         assert_true(memchr(c.kind, '\0', sizeof c.kind) != NULL);
     }
@@ -496,7 +499,8 @@ static void a_device_that_does_not_answer_fails_and_one_that_is_driven_is_not_as
 static void a_log_needs_room_for_its_run(void **unused) {
     (void)unused;
     double rate = log_bytes_per_s(&params);
-    assert_close(rate * params.loop.period_s, 450.0, 50.0); /* docs/service.md: 457 bytes a cycle, other events included */
+    /* docs/service.md: 457 bytes a cycle, other events included */
+    assert_close(rate * params.loop.period_s, 450.0, 50.0);
     struct disk k = {.directory = "/logs", .room_bytes = rate * 3601.0};
     is(judge_log_room(&machine, &k), LEVEL_OK, "1 hours");
     k.room_bytes = rate * 3540.0;
@@ -602,7 +606,8 @@ int main(void) {
         cmocka_unit_test_setup(tests_that_the_legs_cannot_make_fail, begin),
         cmocka_unit_test_setup(a_machine_that_would_be_blind_for_long_fails, begin),
         cmocka_unit_test_setup(an_input_that_is_not_wired_is_warned_of_behind_hardware, begin),
-        cmocka_unit_test_setup(lcm_is_followed_step_by_step, begin), /* last: in a network of its own from then on */
+        /* last: in a network of its own from then on */
+        cmocka_unit_test_setup(lcm_is_followed_step_by_step, begin),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     char command[64];

@@ -28,7 +28,9 @@ static struct params with(const char *name, const double *values) {
 
 static struct leg_motion some_motion(uint64_t *seed) {
     double rate = random_unit(seed);
-    return (struct leg_motion){.direction = rate < 0.0 ? -1 : 1, .speed_mps = fabs(rate), .p1_pa = 1e7 * fabs(random_unit(seed)),
+    return (struct leg_motion){.direction = rate < 0.0 ? -1 : 1,
+                               .speed_mps = fabs(rate),
+                               .p1_pa = 1e7 * fabs(random_unit(seed)),
                                .p2_pa = 1e7 * fabs(random_unit(seed))};
 }
 
@@ -175,10 +177,12 @@ static void both_engines_have_every_effect(void **unused) {
         struct hal_sample closed = moved(&with, ENGINE_CLOSED_FORM), ode = moved(&with, ENGINE_ODE);
         differences(&closed, &ode, &length_m, &pressure_pa);
         differences(&closed, &base, &own_m, &own_pa);
-        assert_below(length_m, 1e-7); /* what 0.0625 ms leave between the engines; stick in the joints is found a substep apart */
+        /* what 0.0625 ms leave between the engines; stick in the joints is found a substep apart */
+        assert_below(length_m, 1e-7);
         assert_below(pressure_pa, 100.0);
         bool seen = own_m > 10.0 * length_m || own_pa > 10.0 * pressure_pa;
-        assert_true(seen || strcmp(effect_table[i]->name, "clock_skew") == 0); /* which is in the time stamps alone */
+        /* which is in the time stamps alone */
+        assert_true(seen || strcmp(effect_table[i]->name, "clock_skew") == 0);
     }
 }
 

@@ -1,4 +1,5 @@
-/* The ODE engine by itself: bodies, joints, memory, threads. Against the closed form: test_engines.c. */
+/* The ODE engine by itself: bodies, joints, memory, threads. Against the closed
+ * form: test_engines.c. */
 #include <ode/ode.h>
 #include <pthread.h>
 #include <stdlib.h>
@@ -76,7 +77,8 @@ static void place_puts_every_body_where_the_pose_says(void **state) {
     e->ops->destroy(e);
 }
 
-/* Second order: the relative error is about (dt / duration)^2 = 1e-6. A wrong inertia, force or sign shows in the first digits. */
+/* Second order: the relative error is about (dt / duration)^2 = 1e-6. A wrong inertia, force or
+ * sign shows in the first digits. */
 static void energy_balance_closes_under_constant_forces(void **state) {
     (void)state;
     const double force_n[LEGS] = {700, 640, 650, 690, 660, 680};
@@ -96,8 +98,9 @@ static void energy_balance_closes_under_constant_forces(void **state) {
     e->ops->destroy(e);
 }
 
-/* A step is a straight line: it leaves two joints that move at speed v around each other (v dt)^2/2r apart, and takes a fifth of what was
- * there back. The shortest such radius is the platform's, 0.58 m. */
+/* A step is a straight line: it leaves two joints that move at speed v around each other (v
+ * dt)^2/2r apart, and takes a fifth of what was there back. The shortest such radius is the
+ * platform's, 0.58 m. */
 static void joints_drift_apart_by_no_more_than_the_steps_curvature(void **state) {
     (void)state;
     struct params p;
@@ -161,8 +164,8 @@ static void joints_below_their_capacity_do_not_creep(void **state) {
     print_message("%.2g m\n", creep_m(&p, 8.0));
 }
 
-/* Force times path goes, whatever the path, and nothing else. A path is summed from lengths a substep apart, so that those with a reversal
- * inside count short: a thousandth at most. */
+/* Force times path goes, whatever the path, and nothing else. A path is summed from lengths a
+ * substep apart, so that those with a reversal inside count short: a thousandth at most. */
 static void sliding_takes_force_times_path(void **state) {
     (void)state;
     const double extend_n = 60.0, retract_n = 40.0;
@@ -207,7 +210,8 @@ static void joint_friction_only_takes_energy(void **state) {
     for (int i = 0; i < 400; i++) {
         e->ops->forced(e, DT_S, nothing);
         e->ops->truth(e, &EMPTY, &t);
-        assert_below(t.kinetic_j + t.potential_j, energy_j + 1e-4); /* of tens of J: kinetic energy is known to second order */
+        /* of tens of J: kinetic energy is known to second order */
+        assert_below(t.kinetic_j + t.potential_j, energy_j + 1e-4);
         energy_j = t.kinetic_j + t.potential_j;
     }
     assert_below(1.0, t.kinetic_j); /* it does fall */
@@ -250,7 +254,8 @@ static void no_heap_after_create(void **state) {
     all_frictions(&p);
     long before = heap_calls;
     struct run r = {.engine = engine_at(&p, NEUTRAL), .substeps = 400};
-    if (!SANITIZED) assert_true(heap_calls - before > BODIES_AND_JOINTS); /* else ODE's are not counted */
+    /* else ODE's are not counted */
+    if (!SANITIZED) assert_true(heap_calls - before > BODIES_AND_JOINTS);
     before = heap_calls;
     run(&r);
     r.engine->ops->place(r.engine, TILTED);
@@ -289,7 +294,8 @@ static void count_message(int number, const char *format, va_list args) {
     solver_messages++;
 }
 
-/* ODE's solver gives up a step in silence (no_message): count what it would have said, sliding and stuck, with every row there is. */
+/* ODE's solver gives up a step in silence (no_message): count what it would have said, sliding and
+ * stuck, with every row there is. */
 static void solver_never_gives_up_a_step(void **state) {
     (void)state;
     struct params p;

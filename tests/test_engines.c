@@ -1,5 +1,5 @@
-/* Two engines, derived independently: 13 bodies with constraints, and 6 equations in closed form. They agree, and what is left between
- * them shrinks as the order of the coarser one says. */
+/* Two engines, derived independently: 13 bodies with constraints, and 6 equations in closed form.
+ * They agree, and what is left between them shrinks as the order of the coarser one says. */
 #include "engine.h"
 #include "rigid.h"
 #include "support.h"
@@ -37,8 +37,9 @@ static void holding_forces(const struct params *params, const double pose[DOFS],
     assert_true(rigid_holding_forces(&m, pose, force_n));
 }
 
-/* After `duration_s` from rest under the weight's forces and 4 Hz on top, another amplitude on every leg so that all six axes move. It
- * begins with a jump. The forces are held over `held` substeps. */
+/* After `duration_s` from rest under the weight's forces and 4 Hz on top, another amplitude
+ * on every leg so that all six axes move. It begins with a jump. The forces are held over
+ * `held` substeps. */
 static struct plant_truth shaken(const struct engine_ops *ops, const struct params *params, const double pose[DOFS], double duration_s,
                                  double dt_s, int held) {
     static const struct hydraulics_state empty;
@@ -79,7 +80,8 @@ static void engines_agree_after_a_second_of_motion(void **unused) {
     }
 }
 
-/* Against itself, so that nothing but its step is in the difference; the forces change every 0.5 ms in all three runs. */
+/* Against itself, so that nothing but its step is in the difference; the forces change every 0.5 ms
+ * in all three runs. */
 static void half_the_substep_is_a_quarter_of_odes_error(void **unused) {
     (void)unused;
     struct params params = defaults();
@@ -102,8 +104,9 @@ static void joint_axes_are_the_same_ones(void **unused) {
     assert_below(distance(a.pose, b.pose, DOFS), 1e-6);
 }
 
-/* ODE puts a reversal at a substep's end, the closed form where it is. A substep of another friction is up to 2 F dt / m = 2e-5 m/s, of
- * either sign, and nothing takes it away from a platform without oil: first order, a micrometre after a second and 48 reversals. */
+/* ODE puts a reversal at a substep's end, the closed form where it is. A substep of another
+ * friction is up to 2 F dt / m = 2e-5 m/s, of either sign, and nothing takes it away from a
+ * platform without oil: first order, a micrometre after a second and 48 reversals. */
 static void engines_agree_on_sliding_friction(void **unused) {
     (void)unused;
     const struct params cases[] = {with_leg_friction(40.0, 20.0), with_joint_friction(2.0, 1.0)};
@@ -139,7 +142,8 @@ static void engines_let_go_at_the_same_force(void **unused) {
             assert_int_equal(truth.stuck[k], i % 2 == 0);
             if (truth.stuck[k]) assert_below(fabs(truth.rate_mps[k]), 1e-9);
             else assert_true(truth.rate_mps[k] * load_n[i % 4] > 0.0);
-            if (truth.stuck[k]) assert_close(truth.friction_n[k], -load_n[i % 4], 1e-4); /* 1e-7 of what the leg carries */
+            /* 1e-7 of what the leg carries */
+            if (truth.stuck[k]) assert_close(truth.friction_n[k], -load_n[i % 4], 1e-4);
         }
         e->ops->destroy(e);
     }
@@ -165,8 +169,8 @@ static struct plant_truth driven(struct params params, enum engine_kind engine, 
     return truth;
 }
 
-/* A first-order coupling of bodies and oil moves the identified inertia by percents (docs/method.md section 4): it would show here as a
- * ratio of 2 and as 1e-5 m. */
+/* A first-order coupling of bodies and oil moves the identified inertia by percents (docs/method.md
+ * section 4): it would show here as a ratio of 2 and as 1e-5 m. */
 static void half_the_substep_is_a_quarter_of_the_whole_plants_error(void **unused) {
     (void)unused;
     struct params params = defaults();
@@ -182,7 +186,8 @@ static void half_the_substep_is_a_quarter_of_the_whole_plants_error(void **unuse
     assert_close(distance(coarse.p1_pa, exact.p1_pa, LEGS) / distance(fine.p1_pa, exact.p1_pa, LEGS), 4.0, 0.5);
 }
 
-/* Reversals and stick fall into substeps of 0.25 ms: of the leg rates of 0.1 m/s that leaves parts of a micrometre. */
+/* Reversals and stick fall into substeps of 0.25 ms: of the leg rates of 0.1 m/s that leaves parts
+ * of a micrometre. */
 static void plants_agree_with_dry_friction(void **unused) {
     (void)unused;
     struct params cases[] = {with_leg_friction(100.0, 60.0), with_joint_friction(3.0, 3.0)};
@@ -196,12 +201,9 @@ static void plants_agree_with_dry_friction(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(engines_agree_after_a_second_of_motion),
-        cmocka_unit_test(half_the_substep_is_a_quarter_of_odes_error),
-        cmocka_unit_test(joint_axes_are_the_same_ones),
-        cmocka_unit_test(engines_agree_on_sliding_friction),
-        cmocka_unit_test(engines_let_go_at_the_same_force),
-        cmocka_unit_test(half_the_substep_is_a_quarter_of_the_whole_plants_error),
+        cmocka_unit_test(engines_agree_after_a_second_of_motion), cmocka_unit_test(half_the_substep_is_a_quarter_of_odes_error),
+        cmocka_unit_test(joint_axes_are_the_same_ones),           cmocka_unit_test(engines_agree_on_sliding_friction),
+        cmocka_unit_test(engines_let_go_at_the_same_force),       cmocka_unit_test(half_the_substep_is_a_quarter_of_the_whole_plants_error),
         cmocka_unit_test(plants_agree_with_dry_friction),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,4 +1,5 @@
-/* What is known of dry friction before any force is asked, on motions whose reversals are known; and how large its shapes are. */
+/* What is known of dry friction before any force is asked, on motions whose reversals are known;
+ * and how large its shapes are. */
 #include "support.h"
 
 #include "friction_course.h"
@@ -54,12 +55,14 @@ static void a_leg_is_sure_of_its_direction_but_near_reversals(void **unused) {
         }
         if (k == 0) assert_below(doubt, 0.05);          /* 75 mm/s at most */
         if (k < 3) assert_below(doubt, 0.3);            /* 7.5 mm/s */
-        if (k >= 4) assert_true(doubt > 0.9);           /* a tenth of the speed at which a leg may stick, and none */
+        /* a tenth of the speed at which a leg may stick, and none */
+        if (k >= 4) assert_true(doubt > 0.9);
     }
     residual_free(data);
 }
 
-/* A leg of which nothing is seen: its friction is anything, as large as one newton and no larger. */
+/* A leg of which nothing is seen: its friction is anything, as large as one
+ * newton and no larger. */
 static void what_is_not_known_is_as_large_as_friction_is(void **unused) {
     (void)unused;
     static struct friction_course c;
@@ -72,7 +75,8 @@ static void what_is_not_known_is_as_large_as_friction_is(void **unused) {
         friction_course_covariance(&c, t, k, covariance);
         for (int a = 0; a < t->size; a++) {
             assert_true(covariance[a][a] >= 0.0);
-            power[k] += covariance[a][a] * (a ? 0.5 : 1.0); /* Parseval, of the harmonics that a row has */
+            /* Parseval, of the harmonics that a row has */
+            power[k] += covariance[a][a] * (a ? 0.5 : 1.0);
             for (int b = 0; b < a; b++) {
                 assert_close(covariance[a][b], covariance[b][a], 1e-12);
                 assert_true(covariance[a][b] * covariance[a][b] <= covariance[a][a] * covariance[b][b] * (1.0 + 1e-9));
@@ -86,8 +90,8 @@ static void what_is_not_known_is_as_large_as_friction_is(void **unused) {
     residual_free(data);
 }
 
-/* Dahl: from a reversal on the state goes to the new direction as exp(-way / give), the shape is its way from there. The longest of the lengths that
- * are fitted, of a leg that moves 6 mm. */
+/* Dahl: from a reversal on the state goes to the new direction as exp(-way / give), the shape is
+ * its way from there. The longest of the lengths that are fitted, of a leg that moves 6 mm. */
 static void the_last_shape_is_a_seal_that_gives_by_a_third_of_a_millimetre(void **unused) {
     (void)unused;
     static const double give_m = 320e-6;
@@ -101,7 +105,8 @@ static void the_last_shape_is_a_seal_that_gives_by_a_third_of_a_millimetre(void 
     residual_free(data);
 }
 
-/* Normal equations of which the shapes are measured directly, each with a deviation of one newton. */
+/* Normal equations of which the shapes are measured directly, each with a
+ * deviation of one newton. */
 static void sizes_are_those_of_the_coefficients(void **unused) {
     (void)unused;
     enum { LOGS = 400 }; /* what one gives, as often */

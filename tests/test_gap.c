@@ -1,4 +1,5 @@
-/* The gap workflow on the simulated rig: recordings that lie, residuals of the right model, effects that are named. */
+/* The gap workflow on the simulated rig: recordings that lie, residuals of the right model,
+ * effects that are named. */
 #include "support.h"
 
 #include <stdlib.h>
@@ -8,7 +9,8 @@
 #include "gap_rig.h"
 #include "residual.h"
 
-/* Tests of the rig: the reference's own axes, sensors as configured. What is as true of three axes takes half the time there. */
+/* Tests of the rig: the reference's own axes, sensors as configured. What is as true of three axes
+ * takes half the time there. */
 enum { ALL = DOFS, THREE = 3 };
 static struct params params;
 
@@ -55,8 +57,8 @@ static void recordings_that_lie_are_refused_by_what_they_are(void **state) {
     static const struct {
         change *change;
         const char *says;
-    } lies[] = {{swap_legs, "exchanged"}, {flip_length, "sign"}, {exchange_pressures, "leg 3"}, {millimetres, "units"},
-                {zero_pressure, "p2 of leg 6"}, {clip, "clipped"}};
+    } lies[] = {{swap_legs, "exchanged"}, {flip_length, "sign"},          {exchange_pressures, "leg 3"},
+                {millimetres, "units"},   {zero_pressure, "p2 of leg 6"}, {clip, "clipped"}};
     struct recording r;
     struct error error;
     rig(&r, &params, ALL);
@@ -81,7 +83,8 @@ static void recordings_that_lie_are_refused_by_what_they_are(void **state) {
     recording_free(&r);
 }
 
-/* Without sensors what remains is the integrator's 0.1 %, the samples' staircase and the drift that the controller leaves. */
+/* Without sensors what remains is the integrator's 0.1 %, the samples' staircase and the drift that
+ * the controller leaves. */
 static void residuals_of_the_right_model_vanish(void **state) {
     (void)state;
     struct params exact = params;
@@ -105,8 +108,8 @@ static void residuals_of_the_right_model_vanish(void **state) {
     recording_free(&r);
 }
 
-/* Readings 2 % larger under a model whose sensors read 2 % more: the same disagreement, 2 % larger. It would else shrink with the scale,
- * and that passed for evidence. */
+/* Readings 2 % larger under a model whose sensors read 2 % more: the same disagreement, 2 % larger.
+ * It would else shrink with the scale, and that passed for evidence. */
 static void a_sensors_scale_does_not_shrink_the_residuals(void **state) {
     (void)state;
     static const double scale = 1.02;
@@ -125,7 +128,8 @@ static void a_sensors_scale_does_not_shrink_the_residuals(void **state) {
     assert_int_equal(residual_prepare(&e, &r, CYCLES_ALL, &error), STATUS_OK);
     for (int i = 0; i < d.tests; i++) {
         residual_row row, larger;
-        assert_true(residual_evaluate(&d.test[i], &params, PART_ALL, ALL_LEGS, row) && residual_evaluate(&e.test[i], &scaled, PART_ALL, ALL_LEGS, larger));
+        assert_true(residual_evaluate(&d.test[i], &params, PART_ALL, ALL_LEGS, row) &&
+                    residual_evaluate(&e.test[i], &scaled, PART_ALL, ALL_LEGS, larger));
         for (int k = 0; k < LEGS; k++)
             for (int q = 0; q < RESIDUALS; q++) {
                 double rounding = q == RESIDUAL_FORCE ? 1e-6 : 1e-3; /* of 500 N, of 1 MPa */
@@ -188,7 +192,8 @@ static void a_machine_like_the_model_has_no_gap(void **state) {
     solve(&machine, THREE, &result);
     assert_int_equal(result.verdict, GAP_NO_GAP);
     assert_int_equal(result.effects, 0);
-    for (int i = 0; i < result.candidates; i++) assert_below(result.candidate[i].gain, 18.0); /* half of what a name needs */
+    /* half of what a name needs */
+    for (int i = 0; i < result.candidates; i++) assert_below(result.candidate[i].gain, 18.0);
 }
 
 /* The base has each leg's null, too, in the same place: what is found is the effect's. */
@@ -206,10 +211,12 @@ static void a_null_bias_of_all_legs_is_reported_as_it_is(void **state) {
     for (int k = 0; k < LEGS; k++) assert_close(result.effect[0].values.value[0][k], 0.02, 0.002);
 }
 
-/* Value, shrink and noise floor as docs/gap.md asks for (How it is proved): 10 %, and 1.2 times the floor on held-out cycles. */
+/* Value, shrink and noise floor as docs/gap.md asks for (How it is proved): 10 %, and 1.2 times the
+ * floor on held-out cycles. */
 static void hidden_coulomb_friction_is_named_and_the_gap_closes(void **state) {
     (void)state;
-    if (SANITIZED_THREADS) skip_because(MINUTES_UNDER_SANITIZERS); /* tests/test_axis.c searches with the same threads */
+    /* tests/test_axis.c searches with the same threads */
+    if (SANITIZED_THREADS) skip_because(MINUTES_UNDER_SANITIZERS);
     struct params machine = params;
     static struct gap_result result;
     int effect = effect_find("cylinder_coulomb_friction");
@@ -229,7 +236,8 @@ static void hidden_coulomb_friction_is_named_and_the_gap_closes(void **state) {
     assert_below(result.held_out_after.overall, 1.2 * result.noise_floor.overall);
     assert_below(1.3 * result.noise_floor.overall, result.held_out_before.overall);
     assert_true(result.model.effects[effect].on);
-    assert_true(result.model.payload.mass_kg == params.payload.mass_kg); /* the base's own values stay as given */
+    /* the base's own values stay as given */
+    assert_true(result.model.payload.mass_kg == params.payload.mass_kg);
 }
 
 static void one_leg_with_friction_is_named_as_one_leg(void **state) {

@@ -1,4 +1,5 @@
-/* Every effect of the catalogue against the equations: a rig that has it leaves no residual under a model that has it too. */
+/* Every effect of the catalogue against the equations: a rig that has it leaves no residual under a
+ * model that has it too. */
 #include "support.h"
 
 #include <stdlib.h>
@@ -45,11 +46,13 @@ static void an_effect_in_rig_and_model_leaves_no_residual(void **state) {
         rig(&recording, &machine);
         double without = left(&recording, &params), with = left(&recording, &machine);
         recording_free(&recording);
-        /* 0.1: what the harmonics leave of a machine without any effect. The rest: a stick that is found to a resolved time, and jumps of
-         * valve and flow, whose short part is beyond the harmonics; all in units of a thousandth of the channel. */
+        /* 0.1: what the harmonics leave of a machine without any effect. The rest: a stick that is
+         * found to a resolved time, and jumps of valve and flow, whose short part is beyond the
+         * harmonics; all in units of a thousandth of the channel. */
         if (!(with < 0.7 + 3e-4 * without)) fail_msg("%s: %g with it in the model, %g without", effect_table[i]->name, with, without);
         bool seen = without > 1.3 * with;
-        assert_true(seen || strcmp(effect_table[i]->name, "clock_skew") == 0); /* which is in the time stamps alone */
+        /* which is in the time stamps alone */
+        assert_true(seen || strcmp(effect_table[i]->name, "clock_skew") == 0);
     }
 }
 

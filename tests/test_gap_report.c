@@ -1,4 +1,5 @@
-/* The gap report: a page that is whole, escapes what is not ours, and says what each verdict means; pictures by gnuplot; the message. */
+/* The gap report: a page that is whole, escapes what is not ours, and says what each verdict means;
+ * pictures by gnuplot; the message. */
 #include "support.h"
 
 #include <ctype.h>
@@ -19,7 +20,8 @@
 
 static struct params params;
 static struct recording measured;      /* of the model itself: three tests */
-static struct gap_result named;        /* Coulomb friction of leg 4, and a passive joint friction leg by leg */
+static struct gap_result named;        /* Coulomb friction of leg 4, and a passive
+                                        * joint friction leg by leg */
 static struct waves closed_loop, motion;
 
 static void size_of(struct gap_size *s, double size) {
@@ -28,8 +30,8 @@ static void size_of(struct gap_size *s, double size) {
 }
 
 static void fill_effect(struct gap_effect *e, const char *name, int shape) {
-    *e = (struct gap_effect){.effect = effect_find(name), .shape = shape, .share_explained = 0.93, .z = 17.0,
-                             .evidence = "jump at <reversal>"};
+    *e = (struct gap_effect){
+        .effect = effect_find(name), .shape = shape, .share_explained = 0.93, .z = 17.0, .evidence = "jump at <reversal>"};
     assert_true(e->effect >= 0);
     while (e->keys < EFFECT_KEYS && effect_table[e->effect]->keys[e->keys].name) e->keys++;
     for (int key = 0; key < EFFECT_KEYS; key++)
@@ -37,17 +39,28 @@ static void fill_effect(struct gap_effect *e, const char *name, int shape) {
 }
 
 static void fill_result(struct gap_result *r) {
-    *r = (struct gap_result){.verdict = GAP_EFFECT_NAMED, .reason = "the model lacks two effects", .effects = 2, .places = 3,
-                             .simulated = true, .controller_known = true, .unexplained_fraction = 0.03, .white_after = 1.02,
-                             .base_values = 1, .matrices = true, .repaired = true, .base_model = params, .model = params, .fitted = params};
+    *r = (struct gap_result){.verdict = GAP_EFFECT_NAMED,
+                             .reason = "the model lacks two effects",
+                             .effects = 2,
+                             .places = 3,
+                             .simulated = true,
+                             .controller_known = true,
+                             .unexplained_fraction = 0.03,
+                             .white_after = 1.02,
+                             .base_values = 1,
+                             .matrices = true,
+                             .repaired = true,
+                             .base_model = params,
+                             .model = params,
+                             .fitted = params};
     fill_effect(&r->effect[0], "cylinder_coulomb_friction", 3);
     fill_effect(&r->effect[1], "passive_joint_friction", SHAPE_EACH);
     for (int i = 0; effect_table[i] && i < EFFECTS_MAX; i++)
-        r->candidate[r->candidates++] = (struct gap_candidate){.effect = i, .shape = SHAPE_ALL, .gain = 400.0 - 100.0 * i,
-                                                               .share_explained = 1.0 - 0.2 * i};
+        r->candidate[r->candidates++] = (struct gap_candidate){
+            .effect = i, .shape = SHAPE_ALL, .gain = 400.0 - 100.0 * i, .share_explained = 1.0 - 0.2 * i};
     for (int i = 0; i < r->places; i++)
-        r->where[i] = (struct gap_place){.test = i, .leg = i, .harmonic = i, .dof = (enum dof)i, .channel = GAP_FORCE, .feature = "static",
-                                         .share = 0.1};
+        r->where[i] = (struct gap_place){
+            .test = i, .leg = i, .harmonic = i, .dof = (enum dof)i, .channel = GAP_FORCE, .feature = "static", .share = 0.1};
     size_of(&r->before, 0.3), size_of(&r->after, 0.11), size_of(&r->noise_floor, 0.1);
     size_of(&r->held_out_before, 0.31), size_of(&r->held_out_after, 0.12);
     r->base[0] = (struct gap_base_value){"hydraulics.supply_pa", -1, 1e7, 1.01e7, 2e4, false};
@@ -89,7 +102,8 @@ static void a_rig_that_is_the_model_shows_no_difference(void **unused) {
             for (int leg = 0; leg < LEGS; leg++) {
                 const struct wave *w = &closed_loop.test[i].wave[ch][leg];
                 assert_true(closed_loop.evaluated[ch] && w->noise > 0.0 && closed_loop.variation[ch] > 0.0);
-                assert_true(waves_distance(&closed_loop.test[i], w->measured, w->before) == 0.0); /* the same seed: the same bits */
+                /* the same seed: the same bits */
+                assert_true(waves_distance(&closed_loop.test[i], w->measured, w->before) == 0.0);
                 assert_true(waves_distance(&closed_loop.test[i], w->measured, w->after) == 0.0);
             }
 }
@@ -103,8 +117,8 @@ static void motion_leaves_over_what_the_equations_do(void **unused) {
     assert_true(residual_evaluate(&d.test[1], &params, PART_ALL, ALL_LEGS, row));
     for (int leg = 0; leg < LEGS; leg++) {
         const struct wave *w = &motion.test[1].wave[GAP_FORCE][leg];
-        for (int i = 0; i < RESIDUAL_SIZE; i++)
-            assert_close(w->measured[i] - w->before[i], row[leg][RESIDUAL_FORCE][i], 1e-9); /* rounding of some 1000 N */
+        for (int i = 0; i < RESIDUAL_SIZE; i++)            /* rounding of some 1000 N */
+            assert_close(w->measured[i] - w->before[i], row[leg][RESIDUAL_FORCE][i], 1e-9);
     }
     assert_false(motion.evaluated[GAP_LENGTH] || motion.evaluated[GAP_VALVE]);
     residual_free(&d);
@@ -112,7 +126,8 @@ static void motion_leaves_over_what_the_equations_do(void **unused) {
 
 static void a_distance_is_the_rms_over_a_cycle(void **unused) {
     (void)unused;
-    double a[SPECTRUM_SIZE] = {3.0, [5] = 4.0}, b[SPECTRUM_SIZE] = {1.0, [6] = -2.0}; /* constant 2, sine 4, cosine 2 */
+    /* constant 2, sine 4, cosine 2 */
+    double a[SPECTRUM_SIZE] = {3.0, [5] = 4.0}, b[SPECTRUM_SIZE] = {1.0, [6] = -2.0};
     const struct wave_test t = {.omega = 25.0, .from_s = 0.3, .span_s = 2.0 * PI / 25.0};
     assert_close(waves_distance(&t, a, b), sqrt(4.0 + 8.0 + 2.0), 1e-12);
 }
@@ -120,8 +135,14 @@ static void a_distance_is_the_rms_over_a_cycle(void **unused) {
 /* --- page */
 
 static char *page_of(const struct gap_result *result, const struct waves *waves, const char *file, int expected) {
-    struct gap_report report = {.result = result, .measured = &measured, .waves = waves, .motion = &motion, .measured_file = &file,
-                                .validate_file = file, .config_file = file, .model_file = file};
+    struct gap_report report = {.result = result,
+                                .measured = &measured,
+                                .waves = waves,
+                                .motion = &motion,
+                                .measured_file = &file,
+                                .validate_file = file,
+                                .config_file = file,
+                                .model_file = file};
     struct error error;
     char *page;
     assert_int_equal(gap_html(&report, &page, &error), expected);
@@ -137,7 +158,8 @@ static bool is_void(const char *name) {
     return !strcmp(name, "img") || !strcmp(name, "meta") || !strcmp(name, "br") || !strcmp(name, "!DOCTYPE");
 }
 
-/* Every tag is closed, in order; no '<' or '>' stands in text or attributes; every attribute's value is quoted. */
+/* Every tag is closed, in order; no '<' or '>' stands in text or attributes; every attribute's
+ * value is quoted. */
 static void assert_well_formed(const char *page) {
     char open[64][16];
     int depth = 0;

@@ -42,7 +42,8 @@ static void a_drift_leaves_no_harmonics(void **state) {
     struct spectrum s;
     for (int i = 0; i < SAMPLES; i++) sample[i].p1_pa[0] = 100.0 * sample[i].test_time_s;
     assert_true(spectrum_measure(&s, &t, CYCLES_ALL));
-    for (int a = 1; a < 9; a++) assert_below(fabs(s.mean[CHANNEL_P1][0][a]), 0.25); /* of 25 a cycle: a sample's step, 0.2 */
+    /* of 25 a cycle: a sample's step, 0.2 */
+    for (int a = 1; a < 9; a++) assert_below(fabs(s.mean[CHANNEL_P1][0][a]), 0.25);
 }
 
 /* The spread of the means of independent draws is what std says. */
@@ -61,7 +62,8 @@ static void noise_is_measured_from_the_spread_of_cycles(void **state) {
             square += s.mean[CHANNEL_P1][k][a] * s.mean[CHANNEL_P1][k][a];
             expected += s.std[CHANNEL_P1][k][a] * s.std[CHANNEL_P1][k][a];
         }
-    assert_close(square / expected, 1.0, 0.35); /* 192 values: a standard deviation of 0.1 in either sum */
+    /* 192 values: a standard deviation of 0.1 in either sum */
+    assert_close(square / expected, 1.0, 0.35);
     assert_close(s.noise[CHANNEL_P1][0], 1.0 / sqrt(3.0), 0.02);
 }
 
@@ -94,7 +96,8 @@ static void bad_samples_are_left_out_and_a_cycle_that_has_too_many(void **state)
     sample[310].good = sample[320].good = false; /* one too many */
     assert_true(spectrum_measure(&s, &t, CYCLES_ALL));
     assert_int_equal(s.cycles, 19);
-    for (int i = 400; i < 404; i++) sample[i].good = false; /* 10 ms: the 16th harmonic turns in 7.8 */
+    /* 10 ms: the 16th harmonic turns in 7.8 */
+    for (int i = 400; i < 404; i++) sample[i].good = false;
     assert_true(spectrum_measure(&s, &t, CYCLES_ALL));
     assert_int_equal(s.cycles, 18);
 }
@@ -114,7 +117,8 @@ static void quantisation_in_step_is_as_large_as_predicted(void **state) {
         square += pow(hypot(s.mean[CHANNEL_LENGTH][0][1] - amplitude, s.mean[CHANNEL_LENGTH][0][2]), 2.0);
         expected += 2.0 * pow(spectrum_quantisation(amplitude, step_m, s.noise[CHANNEL_LENGTH][0], 125), 2.0);
     }
-    assert_close(sqrt(square / expected), 1.0, 0.3); /* 60 draws of two coefficients: 0.07; the rest is the envelope's */
+    /* 60 draws of two coefficients: 0.07; the rest is the envelope's */
+    assert_close(sqrt(square / expected), 1.0, 0.3);
 }
 
 int main(void) {

@@ -1,5 +1,5 @@
-/* The table of back-ends, the simulated one and the fault injector: each fault does what its name says, in its window and to its leg and
- * nothing else; and what the loop makes of it. */
+/* The table of back-ends, the simulated one and the fault injector: each fault does what its name
+ * says, in its window and to its leg and nothing else; and what the loop makes of it. */
 #include "support.h"
 
 #include "hal.h"
@@ -18,7 +18,8 @@ static void every_back_end_is_complete_and_found_by_its_url(void **unused) {
         assert_true(ops->scheme && ops->usage && ops->open && ops->read && ops->write && ops->safe && ops->close);
         snprintf(url, sizeof url, "%s:", ops->scheme);
         assert_ptr_equal(hal_find(url), ops);
-        assert_int_equal(strncmp(ops->usage, url, strlen(url)), 0); /* the help shows the URL first */
+        /* the help shows the URL first */
+        assert_int_equal(strncmp(ops->usage, url, strlen(url)), 0);
     }
 }
 
@@ -44,6 +45,7 @@ static void urls_that_name_nothing_are_refused(void **unused) {
 
 static void malformed_faults_are_refused_with_the_form_to_write(void **unused) {
     (void)unused;
+    /* clang-format off */
     static const char *const faults[] = {
         "", ";sim:", "drop;sim:", "drop@;sim:", "drop@1;sim:", "drop@1+;sim:", "drop@+1;sim:", "drop@1+0;sim:", "drop@1+-1;sim:",
         "drop@-1+1;sim:", "drop@nan+1;sim:", "drop@1+nan;sim:", "drop@1+inf;sim:", "drop@1e7+1;sim:", "drop@1+1", "drop@1+1,;sim:",
@@ -53,6 +55,7 @@ static void malformed_faults_are_refused_with_the_form_to_write(void **unused) {
         "length@1+1=;sim:", "length@1+1=nan;sim:", "length@1+1=inf;sim:", "length@1+1=1e300;sim:", "length@1+1=1=2;sim:",
         "length@1+1=1/1;sim:", "late@1+1;sim:", "late@1+1/3=1;sim:", "drop@1+1/3;sim:", "stale@1+1/3;sim:", "deaf@1+1=1;sim:",
     };
+    /* clang-format on */
     for (unsigned i = 0; i < sizeof faults / sizeof *faults; i++) {
         char url[80];
         snprintf(url, sizeof url, "fault:%s", faults[i]);
@@ -202,13 +205,20 @@ static void each_fault_does_what_it_says_in_its_window_and_to_its_leg_only(void 
         const char *fault;
         expectation *expect;
     } cases[] = {
-        {"stale@0.2+0.1", expect_stale},          {"late@0.2+0.1=0.003", expect_late},
-        {"freeze@0.2+0.1/3", expect_freeze},      {"freeze@0.2+0.1", expect_freeze_all},
-        {"nan@0.2+0.1/6", expect_nan},            {"length@0.2+0.1/1=0.01", expect_length},
-        {"pressure@0.2+0.1/4=-5e5", expect_pressure}, {"swap@0.2+0.1/6", expect_swap},
-        {"swap@0.2+0.1", expect_swap_first},      {"hang@0.2+0.1", expect_hang},
-        {"drift@0.2+0.1/5=0.01", expect_drift},   {"pressure_drift@0.2+0.1/2=-1e5", expect_pressure_drift},
-        {"pressure_freeze@0.2+0.1/3", expect_pressure_freeze}, {"pressure_swap@0.2+0.1/3", expect_pressure_swap},
+        {"stale@0.2+0.1", expect_stale},
+        {"late@0.2+0.1=0.003", expect_late},
+        {"freeze@0.2+0.1/3", expect_freeze},
+        {"freeze@0.2+0.1", expect_freeze_all},
+        {"nan@0.2+0.1/6", expect_nan},
+        {"length@0.2+0.1/1=0.01", expect_length},
+        {"pressure@0.2+0.1/4=-5e5", expect_pressure},
+        {"swap@0.2+0.1/6", expect_swap},
+        {"swap@0.2+0.1", expect_swap_first},
+        {"hang@0.2+0.1", expect_hang},
+        {"drift@0.2+0.1/5=0.01", expect_drift},
+        {"pressure_drift@0.2+0.1/2=-1e5", expect_pressure_drift},
+        {"pressure_freeze@0.2+0.1/3", expect_pressure_freeze},
+        {"pressure_swap@0.2+0.1/3", expect_pressure_swap},
         {"mix@0.2+0.1/6", expect_mix},
     };
     for (unsigned k = 0; k < sizeof cases / sizeof *cases; k++) {
@@ -226,7 +236,8 @@ static void each_fault_does_what_it_says_in_its_window_and_to_its_leg_only(void 
             assert_int_equal(p.status, 0);
             assert_int_equal(pair_write(&p), 0);
         }
-        assert_true(spoiled >= 40 && spoiled <= 50); /* lengths in motion; those exchanged may be equal now and then */
+        /* lengths in motion; those exchanged may be equal now and then */
+        assert_true(spoiled >= 40 && spoiled <= 50);
         pair_close(&p);
     }
 }
@@ -237,7 +248,8 @@ static void a_dropped_read_fails_and_a_deaf_device_takes_no_command_but_safe(voi
     pair_open(&p, "drop@0.2+0.1,deaf@0.4+0.1");
     for (int n = 0; n < 300; n++) {
         pair_read(&p, n);
-        if (n <= 200) assert_same_sample(&p.got, &p.healthy); /* then the deaf one has lived on with its old command */
+        /* then the deaf one has lived on with its old command */
+        if (n <= 200) assert_same_sample(&p.got, &p.healthy);
         assert_int_equal(p.status, n >= 100 && n < 150 ? -1 : 0);
         assert_int_equal(pair_write(&p), n >= 200 && n < 250 ? -1 : 0);
     }
@@ -248,19 +260,23 @@ static void a_dropped_read_fails_and_a_deaf_device_takes_no_command_but_safe(voi
         pair_read(&p, n);
         if (n < 150) pair_write(&p);
         if (n == 100) p.plain->ops->safe(p.plain), p.broken->ops->safe(p.broken);
-        if (n > 50 && n < 150) p.plain->ops->safe(p.plain), p.broken->ops->safe(p.broken); /* reaches the valves whatever else is broken */
+        /* reaches the valves whatever else is broken */
+        if (n > 50 && n < 150) p.plain->ops->safe(p.plain), p.broken->ops->safe(p.broken);
     }
     assert_same_sample(&p.got, &p.healthy);
     pair_close(&p);
 }
 
-/* What comes out at each cycle: a healthy sample of some cycles ago, or one that was spoilt by chance. */
+/* What comes out at each cycle: a healthy sample of some cycles ago, or one that was
+ * spoilt by chance. */
 static void faults_of_order_and_chance_keep_their_promise(void **unused) {
     (void)unused;
     static const struct {
         const char *fault;
         int back[4]; /* cycles, by cycle % 4 */
-    } cases[] = {{"delay@0.2+0.1=0.006", {3, 3, 3, 3}}, {"lag@0.2+0.1=0.004", {2, 2, 2, 2}}, {"repeat@0.2+0.1", {1, 0, 1, 0}},
+    } cases[] = {{"delay@0.2+0.1=0.006", {3, 3, 3, 3}},
+                 {"lag@0.2+0.1=0.004", {2, 2, 2, 2}},
+                 {"repeat@0.2+0.1", {1, 0, 1, 0}},
                  {"reorder@0.2+0.1", {2, 0, 2, 0}}};
     for (unsigned k = 0; k < sizeof cases / sizeof *cases; k++) {
         static struct hal_sample past[200];
@@ -345,7 +361,8 @@ struct outcome {
     double largest_valve_step;
 };
 
-/* Engaged at 0.1 s, at neutral from 2.1 s, testing z from 2.5 s; faults of cases stand in `faults`. */
+/* Engaged at 0.1 s, at neutral from 2.1 s, testing z from 2.5 s; faults of cases
+ * stand in `faults`. */
 static struct outcome run_with(const char *faults, double begin_s) {
     struct params params = by_hand();
     struct outcome outcome = {0};
@@ -416,7 +433,8 @@ static void the_loop_detects_or_rides_out_every_fault(void **unused) {
         {"emergency_stop@%g+1", FAULT_EMERGENCY_STOP, 1},
         {"enable@%g+0.002", FAULT_ENABLE, 1},
         {"door@%g+0.002", FAULT_DOOR, 1},
-        {"supply@%g+1", FAULT_SUPPLY, 40}, /* the time of the relay and of the accumulator, and bad_cycles */
+        {"supply@%g+1", FAULT_SUPPLY, 40}, /* the time of the relay and of the
+                                            * accumulator, and bad_cycles */
         {"pressure@%g+0.008/6=8e6", 0, 0},
     };
     static const double begins[] = {1.2, 2.3, 3.3}; /* engaging, ready, testing */
@@ -431,7 +449,8 @@ static void the_loop_detects_or_rides_out_every_fault(void **unused) {
         }
 }
 
-/* A dead transducer shows as soon as the reference moves; two that are exchanged make the legs' loops fight each other. */
+/* A dead transducer shows as soon as the reference moves; two that are exchanged make the legs'
+ * loops fight each other. */
 static void the_loop_detects_dead_and_exchanged_transducers_when_it_moves(void **unused) {
     (void)unused;
     for (int leg = 1; leg <= LEGS; leg++) {

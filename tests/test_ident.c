@@ -1,4 +1,5 @@
-/* Identification: from synthetic cycles of a known machine back to its matrices, and what it does with flagged, lost and repeated data. */
+/* Identification: from synthetic cycles of a known machine back to its matrices, and what it does
+ * with flagged, lost and repeated data. */
 #include "ident_rig.h"
 
 static void method_a_recovers_inertia_and_damping_of_a_known_machine(void **unused) {
@@ -8,7 +9,8 @@ static void method_a_recovers_inertia_and_damping_of_a_known_machine(void **unus
     feed_all(id, r);
     assert_true(ident_solve(id));
     const struct method_result *a = &id->result.method_a;
-    /* Forward kinematics stops at 1e-13 m of 4 mm, 2.5e-11, not averaged: times the largest entries, 10 N s/mm through w = 25. */
+    /* Forward kinematics stops at 1e-13 m of 4 mm, 2.5e-11, not averaged: times the largest
+     * entries, 10 N s/mm through w = 25. */
     assert_below(distance(&a->mt[0][0], &r->mt[0][0], DOFS * DOFS), 1e-9 * 272);
     assert_below(distance(&a->bt[0][0], &r->bt[0][0], DOFS * DOFS), 1e-9 * 272 * omega(r, 0));
     for (int i = 0; i < DOFS; i++) assert_true(a->bt[i][i] > 0); /* the sign of Q */
@@ -23,7 +25,8 @@ static void each_axis_has_a_frequency_of_its_own(void **unused) {
     struct ident *id = ident_create(r);
     feed_all(id, r);
     assert_true(ident_solve(id));
-    assert_below(distance(&id->result.method_a.mt[0][0], &r->mt[0][0], DOFS * DOFS), 4e-9 * 272); /* (4 / 2 Hz)^2 */
+    /* (4 / 2 Hz)^2 */
+    assert_below(distance(&id->result.method_a.mt[0][0], &r->mt[0][0], DOFS * DOFS), 4e-9 * 272);
     for (int d = 0; d < DOFS; d++) {
         const struct test_result *t = &id->result.test[d];
         assert_true(t->frequency_hz == 2.0 + 0.7 * d && t->amplitude == r->params.tests.amplitude[d]);
@@ -91,8 +94,7 @@ static void what_came_before_the_evaluated_part_changes_no_bit(void **unused) {
 /* Flagged samples carry nonsense here: a single one that is used would show. */
 static void excluded_samples_are_counted_and_never_used(void **unused) {
     (void)unused;
-    static const uint32_t flags[] = {SAMPLE_STALE, SAMPLE_LATE, SAMPLE_DROPPED, SAMPLE_INVALID, SAMPLE_OVERRUN, SAMPLE_IO,
-                                     SAMPLE_FOREIGN};
+    static const uint32_t flags[] = {SAMPLE_STALE, SAMPLE_LATE, SAMPLE_DROPPED, SAMPLE_INVALID, SAMPLE_OVERRUN, SAMPLE_IO, SAMPLE_FOREIGN};
     struct rig *r = rig_create(5, 1);
     struct ident *id = ident_create(r);
     uint64_t state = 9;
@@ -104,7 +106,8 @@ static void excluded_samples_are_counted_and_never_used(void **unused) {
             if (what < 7) c->in.flags = flags[what], c->in.length_m[what % LEGS] += 0.001, c->in.p1_pa[what % LEGS] *= 2;
             if (what == 7) c->in.length_m[d] = (double)NAN;
             if (what == 8) c->in.p2_pa[d] = (double)INFINITY;
-            if (what == 9) c->in.length_m[d] = 9; /* no pose has it: forward kinematics does not converge */
+            /* no pose has it: forward kinematics does not converge */
+            if (what == 9) c->in.length_m[d] = 9;
             excluded += what <= 9;
             ident_feed(id, c);
         }

@@ -140,10 +140,8 @@ static void method_c_keeps_every_number(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_test_result_keeps_every_number),
-        cmocka_unit_test(method_c_keeps_every_number),
-        cmocka_unit_test(loop_statistics_keep_every_number),
-        cmocka_unit_test(an_identification_keeps_every_number_and_reason),
+        cmocka_unit_test(a_test_result_keeps_every_number),  cmocka_unit_test(method_c_keeps_every_number),
+        cmocka_unit_test(loop_statistics_keep_every_number), cmocka_unit_test(an_identification_keeps_every_number_and_reason),
         cmocka_unit_test(what_was_not_evaluated_is_nan),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

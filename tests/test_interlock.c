@@ -1,5 +1,6 @@
-/* Interlocks, energy and staged reactions: who presses, opens or lets go stops the machine in the same cycle, and its supply with it; a
- * dead controller loses the supply; what control can do without puts the platform down slowly. */
+/* Interlocks, energy and staged reactions: who presses, opens or lets go stops the machine in the
+ * same cycle, and its supply with it; a dead controller loses the supply; what control can do
+ * without puts the platform down slowly. */
 #include "platform_rig.h"
 
 #include "interlock.h"
@@ -48,7 +49,8 @@ static void an_open_input_refuses_engage_and_says_which(void **unused) {
     struct params params = by_hand();
     for (int k = 0; k < INPUTS; k++) {
         struct rig rig;
-        if (interlock_table[k].input == INPUT_SUPPLY) continue; /* is open here: the supply is off */
+        /* is open here: the supply is off */
+        if (interlock_table[k].input == INPUT_SUPPLY) continue;
         rig_init(&rig, &params);
         rig_bring(&rig, STATE_SETTLED, 10);
         opened = interlock_table[k].input;
@@ -160,7 +162,8 @@ static void without_pressure_in_time_there_is_a_fault_and_no_motion(void **unuse
     plant_destroy(rig.plant);
 }
 
-/* A relay that is welded, a dump valve that is stuck: whoever engages finds out before the platform is driven, and not in an emergency. */
+/* A relay that is welded, a dump valve that is stuck: whoever engages finds out before the platform
+ * is driven, and not in an emergency. */
 static void pressure_that_does_not_go_with_the_supply_refuses_engage(void **unused) {
     (void)unused;
     for (int output = 0; output < 2; output++) {
@@ -209,7 +212,8 @@ static void a_sample_that_was_not_read_is_no_pressure(void **unused) {
     rig_bring(&rig, STATE_PRESSURISING, 0);
     spoil_cycles(&rig, flagged_io, 99);
     assert_int_equal(rig.now.state, STATE_PRESSURISING);
-    spoil_cycles(&rig, flagged_invalid, 50); /* pressure is there by then: what is doubtful does not say so */
+    /* pressure is there by then: what is doubtful does not say so */
+    spoil_cycles(&rig, flagged_invalid, 50);
     assert_int_equal(rig.now.state, STATE_PRESSURISING);
     for (int n = 0; n < 50 && rig.now.state == STATE_PRESSURISING; n++) rig_cycle(&rig, COMMAND_NONE);
     assert_int_equal(rig.now.state, STATE_ENGAGING);
@@ -249,7 +253,8 @@ static void a_stop_while_the_supply_comes_takes_it_off_again(void **unused) {
     }
 }
 
-/* A daemon that dies in the middle of a move, at a device whose valves nobody centres: a spool that is stuck. */
+/* A daemon that dies in the middle of a move, at a device whose valves nobody centres: a
+ * spool that is stuck. */
 static double risen_after_death(bool has_power_unit) {
     struct params params = by_hand();
     struct error error;
@@ -315,8 +320,10 @@ static void without_its_pressures_the_platform_is_put_down_slowly_and_then_latch
             assert_int_equal(rig.now.state, STATE_PARKING);
             assert_int_equal(rig.now.faults, FAULT_PRESSURE_SENSOR | fault_leg(leg));
             int parking = 0;
-            for (; rig.now.state == STATE_PARKING; parking++) rig_request(&rig, (struct request){.id = ++rig.id, .command = COMMAND_ENGAGE},
-                                                                         no_pressures, leg); /* nothing turns it back */
+            for (; rig.now.state == STATE_PARKING; parking++)
+                rig_request(&rig, (struct request){.id = ++rig.id, .command = COMMAND_ENGAGE},
+                                                                         /* nothing turns it back */
+                            no_pressures, leg);
             assert_int_equal(rig.now.state, STATE_FAULT);
             assert_int_equal(rig.now.first_fault, FAULT_PRESSURE_SENSOR);
             if (held[h] != STATE_PARKING) assert_true(parking >= 990);
@@ -340,7 +347,8 @@ static void while_it_is_put_down_what_control_needs_still_stops_it_and_one_bad_s
     assert_int_equal(rig.now.state, STATE_PARKING);
     rig_spoilt(&rig, no_pressures_and_length, 2);
     assert_int_equal(rig.now.state, STATE_FAULT);
-    assert_int_equal(rig.now.first_fault, FAULT_SENSOR_INVALID); /* the headline of what stopped it */
+    /* the headline of what stopped it */
+    assert_int_equal(rig.now.first_fault, FAULT_SENSOR_INVALID);
     assert_true(rig.now.faults & FAULT_PRESSURE_SENSOR);
     plant_destroy(rig.plant);
 }

@@ -1,4 +1,5 @@
-/* From figures to a verdict: what refutes an effect that the equations were content with, and what says nothing against it. */
+/* From figures to a verdict: what refutes an effect that the equations were content with, and what
+ * says nothing against it. */
 #include "support.h"
 
 #include "judge.h"
@@ -9,8 +10,7 @@ static const struct remainder much = {.values = VALUES, .before = 5e4, .after = 
 
 /* One effect, found in the equations and in closed loop, of a gap ten times the noise. */
 static struct gap_result found(const char *name) {
-    struct gap_result r = {.effects = 1, .simulated = true,
-                           .effect[0] = {.effect = effect_find(name), .z = 200.0}};
+    struct gap_result r = {.effects = 1, .simulated = true, .effect[0] = {.effect = effect_find(name), .z = 200.0}};
     r.noise_floor.overall = r.noise_floor.varying = 0.1, r.held_out_before.overall = r.held_out_before.varying = 1.0;
     r.held_out_after.overall = r.held_out_after.varying = 0.1;
     for (int ch = 0; ch < GAP_CHANNELS; ch++) r.noise_floor.channel[ch] = 1.0, r.held_out_before.channel[ch] = 10.0;
@@ -60,24 +60,30 @@ static void what_remains_refutes_it(void **state) {
     (void)state;
     struct gap_result in_equations = found("valve_lag"), in_simulation = found("valve_lag"), no_run = found("geometry_error");
     assert_verdict(&in_equations, &much, GAP_UNKNOWN_EFFECT, "remainder");
-    in_simulation.held_out_before.varying = 0.107, in_simulation.held_out_after.varying = 0.105; /* of a small gap: that is noise */
+    /* of a small gap: that is noise */
+    in_simulation.held_out_before.varying = 0.107, in_simulation.held_out_after.varying = 0.105;
     assert_verdict(&in_simulation, &noise, GAP_EFFECT_NAMED, "valve_lag");
-    in_simulation.held_out_after.overall = 9.0, in_simulation.unexplained_fraction = 0.9; /* what constants leave is said */
+    /* what constants leave is said */
+    in_simulation.held_out_after.overall = 9.0, in_simulation.unexplained_fraction = 0.9;
     assert_verdict(&in_simulation, &noise, GAP_EFFECT_NAMED, "what simulation leaves is constant");
     in_simulation.held_out_after.varying = 0.2; /* of no gap before: the effect made it */
     assert_verdict(&in_simulation, &noise, GAP_UNKNOWN_EFFECT, "leaves 100 %");
     in_simulation.held_out_before.varying = 0.124, in_simulation.held_out_after.varying = 0.115;
     assert_verdict(&in_simulation, &noise, GAP_UNKNOWN_EFFECT, "leaves 60 %");
-    snprintf(no_run.replay_fault, sizeof no_run.replay_fault, "the simulated run ended in a fault (stroke)"); /* it contradicts nothing */
-    assert_verdict(&no_run, &noise, GAP_EFFECT_NAMED, "geometry_error; not shown by simulation: the simulated run ended in a fault (stroke)");
+    /* it contradicts nothing */
+    snprintf(no_run.replay_fault, sizeof no_run.replay_fault, "the simulated run ended in a fault (stroke)");
+    assert_verdict(&no_run, &noise, GAP_EFFECT_NAMED,
+                   "geometry_error; not shown by simulation: the simulated run ended in a fault (stroke)");
 }
 
 static void what_is_left_far_above_the_noise_refutes_it_in_motion_too(void **state) {
     (void)state;
     struct gap_result r = found("valve_flow_gain"), nothing = {0};
-    r.simulated = false, r.held_out_before.overall = 0.12, r.held_out_after.overall = 0.119; /* of a small gap: that is noise */
+    /* of a small gap: that is noise */
+    r.simulated = false, r.held_out_before.overall = 0.12, r.held_out_after.overall = 0.119;
     assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "valve_flow_gain");
-    r.held_out_before.overall = 2.0, r.held_out_after.overall = 0.21; /* of a large one: the model's own error */
+    /* of a large one: the model's own error */
+    r.held_out_before.overall = 2.0, r.held_out_after.overall = 0.21;
     assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "valve_flow_gain");
     r.held_out_before.overall = 0.4;
     assert_verdict(&r, &noise, GAP_UNKNOWN_EFFECT, "2.1 times the noise");
@@ -113,7 +119,8 @@ static void a_line_refutes_what_is_no_larger_than_it(void **state) {
     assert_verdict(&weak, &noise, GAP_EFFECT_NAMED, "load_dependent_friction");
     strong.line = (struct gap_line){.hz = 5.6, .rms = 1.1, .channel = GAP_LENGTH};
     assert_verdict(&strong, &noise, GAP_UNKNOWN_EFFECT, "a line at 5.6 Hz");
-    known.line = strong.line, known.line_simulated = true; /* the model with the effect oscillates, too */
+    /* the model with the effect oscillates, too */
+    known.line = strong.line, known.line_simulated = true;
     assert_verdict(&known, &noise, GAP_EFFECT_NAMED, "load_dependent_friction");
     alone.line = weak.line, alone.effects = 0;
     assert_verdict(&alone, &noise, GAP_UNKNOWN_EFFECT, "a line at 5.6 Hz");

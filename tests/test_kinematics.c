@@ -1,4 +1,5 @@
-/* Kinematics: inverse against forward, Jacobian against differences, wrench against work, core against the plant's own geometry. */
+/* Kinematics: inverse against forward, Jacobian against differences, wrench against work, core
+ * against the plant's own geometry. */
 #include "support.h"
 
 #include "engine.h"
@@ -9,7 +10,8 @@
 enum { POSES = 20000 };
 
 static const double neutral[DOFS] = {0};
-/* Newton leaves at most its tolerance of 1e-13 m in the lengths, and J^-1 is below 5 everywhere the legs reach. */
+/* Newton leaves at most its tolerance of 1e-13 m in the lengths, and J^-1 is below 5
+ * everywhere the legs reach. */
 static const double pose_tolerance = 1e-12;
 
 static struct params defaults(void) {
@@ -39,7 +41,8 @@ static int recover(const struct kinematics *k, const double start[DOFS], const d
     assert_true(result.converged);
     assert_below(distance(found, pose, DOFS), pose_tolerance);
     ik_lengths(k, found, again);
-    assert_below(distance(again, length, LEGS), 1e-13 + 1e-15); /* its own tolerance, and a rounding of 2 m */
+    /* its own tolerance, and a rounding of 2 m */
+    assert_below(distance(again, length, LEGS), 1e-13 + 1e-15);
     assert_below(result.residual_m, 1e-13 + 1e-15);
     return result.iterations;
 }
@@ -67,7 +70,8 @@ static void fk_tracks_a_moving_platform_in_two_iterations(void **unused) {
     for (int n = 0; n < POSES; n++) {
         double pose[DOFS], step[DOFS], next[DOFS];
         random_pose(&seed, 0.1, 0.2, pose);
-        random_pose(&seed, 2e-4, 4e-4, step); /* 0.1 m/s and 0.2 rad/s for a cycle of 2 ms: the tests' fastest */
+        /* 0.1 m/s and 0.2 rad/s for a cycle of 2 ms: the tests' fastest */
+        random_pose(&seed, 2e-4, 4e-4, step);
         for (int i = 0; i < DOFS; i++) next[i] = pose[i] + step[i];
         int iterations = recover(&k, pose, next);
         assert_true(iterations <= 3);
@@ -101,7 +105,8 @@ static void fk_finds_every_pose_of_the_stroke_from_the_parked_one(void **unused)
     print_message("# from the parked pose: at most %d iterations\n", most);
 }
 
-/* An error that a wrong Jacobian would only shrink by a constant factor is squared by Newton: 2 e^2 / m, from 1 cm down to rounding. */
+/* An error that a wrong Jacobian would only shrink by a constant factor is squared by Newton: 2
+ * e^2 / m, from 1 cm down to rounding. */
 static void fk_converges_quadratically_off_neutral(void **unused) {
     (void)unused;
     struct kinematics k = rig();
@@ -124,7 +129,8 @@ static void hostile_lengths_never_converge_and_leave_the_pose_alone(void **unuse
         for (int set = 1; set < 1 << LEGS; set++) {
             double length[LEGS], pose[DOFS];
             memcpy(pose, start, sizeof pose);
-            ik_lengths(&k, start, length); /* the others agree with the pose that the search starts from */
+            /* the others agree with the pose that the search starts from */
+            ik_lengths(&k, start, length);
             for (int i = 0; i < LEGS; i++)
                 if (set & 1 << i) length[i] = bad[b];
             struct fk_result result = fk_solve(&k, length, pose);
@@ -140,7 +146,8 @@ static void unreachable_lengths_do_not_converge(void **unused) {
     double length[LEGS], pose[DOFS] = {0};
     for (int i = 0; i < LEGS; i++) length[i] = 0.6; /* the joint circles are 0.64 m apart in plan */
     assert_false(fk_solve(&k, length, pose).converged);
-    for (int i = 0; i < LEGS; i++) length[i] = k.neutral_length_m[i] + (i == 2 ? 1.5 : 0.0); /* more than an upper joint can swing */
+    /* more than an upper joint can swing */
+    for (int i = 0; i < LEGS; i++) length[i] = k.neutral_length_m[i] + (i == 2 ? 1.5 : 0.0);
     assert_false(fk_solve(&k, length, pose).converged);
     assert_memory_equal(pose, neutral, sizeof pose);
 }
@@ -155,7 +162,8 @@ static void turned(const double pose[DOFS], const double vector[3], double out[D
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) {
             r[i][j] = 0.0;
-            for (int k = 0; k < 3; k++) r[i][j] += (c * (i == k) + s * skew[i][k] + (1.0 - c) * n[i] * n[k]) * t[k][j]; /* Rodrigues */
+            /* Rodrigues */
+            for (int k = 0; k < 3; k++) r[i][j] += (c * (i == k) + s * skew[i][k] + (1.0 - c) * n[i] * n[k]) * t[k][j];
         }
     memcpy(out, pose, 3 * sizeof *out);
     out[3] = atan2(r[2][1], r[2][2]);
@@ -213,7 +221,8 @@ static void wrench_does_the_work_of_the_legs(void **unused) {
         wrench_from_forces(&k, pose, force, wrench);
         rates_by_difference(&k, pose, twist, rate);
         for (int i = 0; i < LEGS; i++) legs_w += force[i] * rate[i], platform_w += wrench[i] * twist[i];
-        assert_close(legs_w, platform_w, 6 * 1e4 * 1e-11 * 4); /* six legs, the differences' error, a twist up to sqrt 6 */
+        /* six legs, the differences' error, a twist up to sqrt 6 */
+        assert_close(legs_w, platform_w, 6 * 1e4 * 1e-11 * 4);
     }
 }
 
@@ -235,15 +244,15 @@ static void rotation_is_orthonormal_and_right_handed(void **unused) {
         double t[3][3];
         rotation_from_angles(PI * random_unit(&seed), PI * random_unit(&seed), PI * random_unit(&seed), t);
         for (int a = 0; a < 3; a++)
-            for (int b = 0; b < 3; b++)
-                assert_close(t[0][a] * t[0][b] + t[1][a] * t[1][b] + t[2][a] * t[2][b], a == b ? 1.0 : 0.0, 1e-15);
+            for (int b = 0; b < 3; b++) assert_close(t[0][a] * t[0][b] + t[1][a] * t[1][b] + t[2][a] * t[2][b], a == b ? 1.0 : 0.0, 1e-15);
         double volume = 0.0;
         for (int i = 0; i < 3; i++) volume += t[0][i] * (t[1][(i + 1) % 3] * t[2][(i + 2) % 3] - t[1][(i + 2) % 3] * t[2][(i + 1) % 3]);
         assert_close(volume, 1.0, 2e-15);
     }
 }
 
-/* Positive angles turn x forward, y right, z down the way their names say: roll right, nose up, heading right. */
+/* Positive angles turn x forward, y right, z down the way their names say: roll right, nose
+ * up, heading right. */
 static void rotation_is_yaw_then_pitch_then_roll(void **unused) {
     (void)unused;
     double t[3][3];
@@ -254,7 +263,8 @@ static void rotation_is_yaw_then_pitch_then_roll(void **unused) {
     rotation_from_angles(0, 0, PI / 2, t);
     assert_close(t[1][0], 1.0, 1e-15); /* the nose goes right */
     rotation_from_angles(PI / 2, 0, PI / 2, t);
-    assert_close(t[2][1], 1.0, 1e-15); /* roll is about the platform's own axis: heading does not change it */
+    /* roll is about the platform's own axis: heading does not change it */
+    assert_close(t[2][1], 1.0, 1e-15);
 }
 
 /* Pose turned by 120 degrees about z: what leg i+2 sees there leg i saw here. */
@@ -270,8 +280,8 @@ static void a_third_of_a_turn_permutes_the_legs(void **unused) {
         const double z[3][3] = {{c, -s, 0}, {s, c, 0}, {0, 0, 1}};
         for (int i = 0; i < 3; i++)
             for (int j = 0; j < 3; j++) r[i][j] = z[i][0] * t[0][j] + z[i][1] * t[1][j] + z[i][2] * t[2][j];
-        for (int i = 0; i < 3; i++)
-            for (int j = 0; j < 3; j++) q[i][j] = r[i][0] * z[j][0] + r[i][1] * z[j][1] + r[i][2] * z[j][2]; /* Z T Z' */
+        for (int i = 0; i < 3; i++)            /* Z T Z' */
+            for (int j = 0; j < 3; j++) q[i][j] = r[i][0] * z[j][0] + r[i][1] * z[j][1] + r[i][2] * z[j][2];
         other[0] = c * pose[0] - s * pose[1], other[1] = s * pose[0] + c * pose[1], other[2] = pose[2];
         other[3] = atan2(q[2][1], q[2][2]), other[4] = -asin(q[2][0]), other[5] = atan2(q[1][0], q[0][0]);
         ik_lengths(&k, pose, here);
@@ -338,8 +348,10 @@ static void lengths_and_rates_agree_with_both_engines(void **unused) {
             for (int i = 0; i < LEGS; i++) {
                 double rate = 0.0;
                 for (int d = 0; d < DOFS; d++) rate += j[i][d] * truth.twist[d];
-                assert_below(fabs(truth.rate_mps[i]), 0.1); /* 10 g for 0.1 ms: it moves, and not wildly */
-                /* ODE's joints give way by 1e-10 m/s a newton (its CFM): a few joints under some kN. */
+                /* 10 g for 0.1 ms: it moves, and not wildly */
+                assert_below(fabs(truth.rate_mps[i]), 0.1);
+                /* ODE's joints give way by 1e-10 m/s a newton (its CFM): a few
+                 * joints under some kN. */
                 assert_close(rate, truth.rate_mps[i], engines[e] == ENGINE_ODE ? 1e-5 : 1e-13);
             }
         }
@@ -366,7 +378,8 @@ static void geometry_that_cannot_exist_is_refused(void **unused) {
     params.geometry.lower_radius_m = (double)INFINITY;
     refused(params, "geometry.lower_radius_m");
     params = defaults();
-    params.geometry.upper_half_angle_rad = PI / 3 - params.geometry.lower_half_angle_rad; /* every leg in a plane through z: free to yaw */
+    /* every leg in a plane through z: free to yaw */
+    params.geometry.upper_half_angle_rad = PI / 3 - params.geometry.lower_half_angle_rad;
     refused(params, "geometry.upper_half_angle_rad");
     params = defaults();
     params.geometry.upper_radius_m = 0.0; /* all legs meet in a point */

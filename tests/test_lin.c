@@ -123,7 +123,8 @@ static void condition_of_a_diagonal_matrix_is_its_spread(void **unused) {
 
 static void a_singular_matrix_is_reported_and_solved_with_least_norm(void **unused) {
     (void)unused;
-    double a[4] = {1, 1, 1, 1}, b[2] = {2, 4}, x[2]; /* x1 + x2 = 2 and = 4: best sum 3, least norm 1.5 each */
+    /* x1 + x2 = 2 and = 4: best sum 3, least norm 1.5 each */
+    double a[4] = {1, 1, 1, 1}, b[2] = {2, 4}, x[2];
     struct lin_report report = lin_solve_right(2, 1, a, b, x);
     assert_int_equal(report.rank, 1);
     assert_true(isinf(report.condition));

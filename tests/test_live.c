@@ -1,5 +1,5 @@
-/* The live page's server, but for its sockets: what it keeps of what it hears is bounded and true, whoever sent it; what is asked of it is
- * answered under names that are its own only. */
+/* The live page's server, but for its sockets: what it keeps of what it hears is bounded and true,
+ * whoever sent it; what is asked of it is answered under names that are its own only. */
 #include "support.h"
 
 #include <jansson.h>
@@ -37,7 +37,11 @@ static double stretch_m; /* of the legs that the cycles are of */
 
 static void hear_cycle(uint64_t seq, uint32_t faults, int64_t now_ms) {
     unsigned char buffer[STATE_MESSAGE_MAX];
-    struct cycle c = {.seq = seq, .in.time_ns = (int64_t)seq * 2000000, .state = STATE_TESTING, .test = 0, .faults = faults,
+    struct cycle c = {.seq = seq,
+                      .in.time_ns = (int64_t)seq * 2000000,
+                      .state = STATE_TESTING,
+                      .test = 0,
+                      .faults = faults,
                       .first_fault = faults & FAULT_ANY};
     c.force_n[2] = (double)NAN;
     ik_lengths(&state.kinematics, c.pose, c.in.length_m);
@@ -104,7 +108,8 @@ static void another_machine_than_the_configured_one_is_noticed(void **unused) {
     (void)unused;
     stretch_m = 0.02;
     hear_cycle(10, 0, 0);
-    assert_close(health("misfit_m", 0), stretch_m, 1e-9); /* the lengths' own rounding is 1e-16 m, JSON's six digits 1e-8 m at most */
+    /* the lengths' own rounding is 1e-16 m, JSON's six digits 1e-8 m at most */
+    assert_close(health("misfit_m", 0), stretch_m, 1e-9);
     hear_cycle(20, FAULT_LEG_RATE, 0); /* here the pose is an older one */
     assert_close(health("misfit_m", 0), 0.0, 1e-9);
     stretch_m = 0.0;
@@ -183,11 +188,13 @@ static void no_message_is_counted_and_kept_out(void **unused) {
         for (int k = 0; k < 5; k++) hear(channels[i], bytes, sizes[k], 0);
     assert_int_equal((int)health("dropped", 0), 25);
     assert_false(state.heard);
-    hear(CHANNEL_COMMAND, bytes, 10, 0); /* not this page's: no message of the run's is lost with it */
+    /* not this page's: no message of the run's is lost with it */
+    hear(CHANNEL_COMMAND, bytes, 10, 0);
     assert_int_equal((int)health("dropped", 0), 25);
 }
 
-/* Sequence numbers and times that no run has, in any order: no overflow (the sanitizers look), and always JSON. */
+/* Sequence numbers and times that no run has, in any order: no overflow (the sanitizers look),
+ * and always JSON. */
 static void times_of_strangers_do_no_harm(void **unused) {
     static const uint64_t seqs[] = {0, INT64_MAX, 1, INT64_MAX - 1, 5, INT64_MAX, 0};
     static const int64_t times[] = {INT64_MIN, INT64_MAX, 0, INT64_MIN, INT64_MAX};
@@ -221,12 +228,16 @@ static void a_single_cylinder_has_one_of_everything(void **unused) {
 /* ---- what is asked ---- */
 
 static void addresses_are_read_or_refused(void **unused) {
-    static const struct { const char *text, *host; int port; } good[] = {
+    static const struct {
+        const char *text, *host;
+        int port;
+    } good[] = {
         {"127.0.0.1:8321", "127.0.0.1", 8321}, {"8321", "127.0.0.1", 8321}, {"localhost:0", "localhost", 0}, {"[::1]:80", "::1", 80},
         {"0.0.0.0:65535", "0.0.0.0", 65535},
     };
-    static const char *const bad[] = {"", ":", "127.0.0.1", "127.0.0.1:", "127.0.0.1:65536", "127.0.0.1:-1", "127.0.0.1:80x", "::1:80",
-                                      "[::1]", "[::1]80", "[]:80", ":80", "a b:99999999999999999999", "127.0.0.1:8321/"};
+    static const char *const bad[] = {
+        "",      ":",       "127.0.0.1", "127.0.0.1:", "127.0.0.1:65536",          "127.0.0.1:-1",   "127.0.0.1:80x", "::1:80",
+        "[::1]", "[::1]80", "[]:80",     ":80",        "a b:99999999999999999999", "127.0.0.1:8321/"};
     struct live_address a;
     struct error error;
     (void)unused;
@@ -242,10 +253,20 @@ static void addresses_are_read_or_refused(void **unused) {
 }
 
 static void hosts_that_a_stranger_could_name_are_refused(void **unused) {
-    static const char *const good[] = {"127.0.0.1:8321",   "localhost",        "LOCALHOST:9000", "[::1]:8321",
-                                       "192.168.1.7:8321", "rig.example:8321", "pc7"};
-    static const char *const bad[] = {"evil.example:8321", "evil.example", "127.0.0.1.evil.example", "localhost.evil.example:80", "", ":80",
-                                      "localhost:80:80", "[::1", "127.0.0.1:x", "rig.example.", "0x7f000001", "127.1"};
+    static const char *const good[] = {"127.0.0.1:8321",   "localhost", "LOCALHOST:9000", "[::1]:8321", "192.168.1.7:8321",
+                                       "rig.example:8321", "pc7"};
+    static const char *const bad[] = {"evil.example:8321",
+                                      "evil.example",
+                                      "127.0.0.1.evil.example",
+                                      "localhost.evil.example:80",
+                                      "",
+                                      ":80",
+                                      "localhost:80:80",
+                                      "[::1",
+                                      "127.0.0.1:x",
+                                      "rig.example.",
+                                      "0x7f000001",
+                                      "127.1"};
     (void)unused;
     for (size_t i = 0; i < sizeof good / sizeof *good; i++)
         if (!live_host_allowed(good[i], "rig.example", "pc7")) fail_msg("%s is refused", good[i]);
@@ -258,12 +279,19 @@ static void hosts_that_a_stranger_could_name_are_refused(void **unused) {
 int main(void) {
 #define OF(test) cmocka_unit_test_setup_teardown(test, start, end)
     const struct CMUnitTest tests[] = {
-        OF(the_machine_is_described_by_its_configuration), OF(a_cycle_is_json_and_what_it_does_not_know_is_null),
+        OF(the_machine_is_described_by_its_configuration),
+        OF(a_cycle_is_json_and_what_it_does_not_know_is_null),
         OF(another_machine_than_the_configured_one_is_noticed),
-        OF(a_flood_of_cycles_is_thinned_and_bounded), OF(gaps_are_counted_as_lost),
-        OF(a_new_start_is_noticed_and_clears_what_was_of_the_old_one), OF(a_fault_is_known_from_a_cycle_alone_until_one_has_none),
-        OF(a_fault_is_known_from_its_events_alone), OF(texts_of_strangers_are_text), OF(no_message_is_counted_and_kept_out),
-        OF(times_of_strangers_do_no_harm), OF(a_single_cylinder_has_one_of_everything), cmocka_unit_test(addresses_are_read_or_refused),
+        OF(a_flood_of_cycles_is_thinned_and_bounded),
+        OF(gaps_are_counted_as_lost),
+        OF(a_new_start_is_noticed_and_clears_what_was_of_the_old_one),
+        OF(a_fault_is_known_from_a_cycle_alone_until_one_has_none),
+        OF(a_fault_is_known_from_its_events_alone),
+        OF(texts_of_strangers_are_text),
+        OF(no_message_is_counted_and_kept_out),
+        OF(times_of_strangers_do_no_harm),
+        OF(a_single_cylinder_has_one_of_everything),
+        cmocka_unit_test(addresses_are_read_or_refused),
         cmocka_unit_test(hosts_that_a_stranger_could_name_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

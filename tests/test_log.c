@@ -1,4 +1,5 @@
-/* The native log: liblcm and hexid read each other's, a cut or damaged one is read up to there, a full disk is said. */
+/* The native log: liblcm and hexid read each other's, a cut or damaged one is read up to there, a
+ * full disk is said. */
 #include <lcm/eventlog.h>
 #include <malloc.h>
 #include <setjmp.h>
@@ -99,7 +100,8 @@ static void liblcm_reads_it(void **unused) {
     lcm_eventlog_destroy(log);
 }
 
-/* The writer is liblcm's: this holds the reader alone against it, with sizes round those of its buffer. */
+/* The writer is liblcm's: this holds the reader alone against it, with sizes round
+ * those of its buffer. */
 static void events_of_any_size_are_read(void **unused) {
     (void)unused;
     static const int sizes[] = {0, 1, 262144 - 28 - 1, 262144 - 28, 262144 - 27, 3, 5000000, 0, 70, 262143, 10};
@@ -249,7 +251,8 @@ static void garbage_is_survived(void **unused) {
 
 static void a_length_takes_no_memory_before_its_bytes_are_there(void **unused) {
     (void)unused;
-    static const unsigned char head[HEADER + 1] = {0xED, 0xA1, 0xDA, 0x01, [23] = 1, [24] = 0x04, [HEADER] = 'A'}; /* 64 MiB of data */
+    /* 64 MiB of data */
+    static const unsigned char head[HEADER + 1] = {0xED, 0xA1, 0xDA, 0x01, [23] = 1, [24] = 0x04, [HEADER] = 'A'};
     struct log_reader *r;
     struct log_event e;
     struct error error;
@@ -305,7 +308,8 @@ static void what_cannot_be_written_is_named_at_once(void **unused) {
     assert_int_equal(log_close(w, &again), STATUS_IO);
 }
 
-/* A disk that is full later on: here the largest size of a file, which write(2) reports in the same way. */
+/* A disk that is full later on: here the largest size of a file, which write(2) reports
+ * in the same way. */
 static void a_disk_that_fills_up_is_said_and_keeps_what_it_has(void **unused) {
     (void)unused;
     enum { LIMIT = 100000, SIZE = 417 };

@@ -50,7 +50,8 @@ static int empty(void **unused) {
 static void the_oldest_go_until_the_rest_is_within_the_quota(void **unused) {
     (void)unused;
     struct error error;
-    make("2026-01-01T00-00-00Z.lcm", 10); /* by what was written last, not by name: clocks are set */
+    /* by what was written last, not by name: clocks are set */
+    make("2026-01-01T00-00-00Z.lcm", 10);
     make("2026-01-02T00-00-00Z.lcm", 40);
     make("2026-01-02T00-00-00Zb.lcm", 30);
     make("2026-01-03T00-00-00Z.lcm", 20);
@@ -102,7 +103,8 @@ static void no_part_of_a_run_in_progress_goes(void **unused) {
     assert_false(there("2026-01-01T00-00-00Zb.0001.lcm") || there("2026-01-01T00-00-00Zb.0002.lcm"));
     assert_int_equal(left, 3 * LOG_BYTES); /* of 65,536 bytes each; the log has none yet */
     assert_int_equal(log_close(log, &error), STATUS_OK);
-    assert_int_equal(log_directory_prune(directory, 2 * LOG_BYTES, &left, &error), STATUS_OK); /* part by part, once it has ended */
+    /* part by part, once it has ended */
+    assert_int_equal(log_directory_prune(directory, 2 * LOG_BYTES, &left, &error), STATUS_OK);
     assert_true(!there("2026-01-01T00-00-00Z.0001.lcm") && there("2026-01-01T00-00-00Z.0002.lcm"));
     assert_int_equal(left, 2 * LOG_BYTES);
 }
@@ -124,8 +126,13 @@ static void parts_are_numbered_behind_the_name_of_their_run(void **unused) {
 static void what_is_named_otherwise_or_is_no_file_is_left_alone(void **unused) {
     (void)unused;
     struct error error;
-    const char *const others[] = {"a.lcm", "2026-01-01T00-00-00Z.yaml", "2026-01-01T00-00-00Za.lcm", "2026-01-01T00-00-00Z.lcm.gz",
-                                  "2026-01-01T00-00-00Z.001.lcm", "2026-01-01T00-00-00Z.00001.lcm", "2026-01-01T00-00-00Z.0001",
+    const char *const others[] = {"a.lcm",
+                                  "2026-01-01T00-00-00Z.yaml",
+                                  "2026-01-01T00-00-00Za.lcm",
+                                  "2026-01-01T00-00-00Z.lcm.gz",
+                                  "2026-01-01T00-00-00Z.001.lcm",
+                                  "2026-01-01T00-00-00Z.00001.lcm",
+                                  "2026-01-01T00-00-00Z.0001",
                                   "x026-01-01T00-00-00Z.lcm"};
     enum { OTHERS = sizeof others / sizeof *others };
     for (int i = 0; i < OTHERS; i++) make(others[i], 100);
@@ -156,7 +163,8 @@ static void runs_of_the_same_second_have_logs_of_their_own(void **unused) {
         assert_int_equal(log_directory_create(directory, false, path[i], sizeof path[i], &error), STATUS_OK);
         for (int j = 0; j < i; j++) assert_string_not_equal(path[i], path[j]);
     }
-    assert_int_equal(log_directory_prune(directory, 0, NULL, &error), STATUS_OK); /* empty ones take nothing */
+    /* empty ones take nothing */
+    assert_int_equal(log_directory_prune(directory, 0, NULL, &error), STATUS_OK);
     for (int i = 0; i < 5; i++) assert_int_equal(access(path[i], F_OK), 0);
 }
 

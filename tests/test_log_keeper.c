@@ -122,7 +122,8 @@ static void earlier_runs_make_room_and_the_one_in_progress_never_does(void **unu
     assert_int_equal(log_keeper_start(&keeper, first, 4 * OLD_BYTES + OLD_BYTES / 2, &error), STATUS_OK);
     assert_int_equal(log_create(&log, first, &error), STATUS_OK);
     for (int p = 0; p < 3; p++) {
-        static const int left[] = {4, 3, 4}; /* 5 units, and 4.5 are allowed: one goes; 6: the others; then nothing is left to go */
+        /* 5 units, and 4.5 are allowed: one goes; 6: the others; then nothing is left to go */
+        static const int left[] = {4, 3, 4};
         static const bool over[] = {false, false, true};
         assert_int_equal(log_write(log, 0, "CHANNEL", bytes, sizeof bytes, &error), STATUS_OK);
         assert_int_equal(log_flush(log, &error), STATUS_OK);
@@ -184,7 +185,8 @@ static void the_process_has_nothing_of_the_daemons_open_and_hears_no_signals(voi
     (void)unused;
     char path[64];
     int files = 0;
-    enum { ALL = 4 }; /* nothing, three times, and the socket; for a moment the part that was sent, too */
+    /* nothing, three times, and the socket; for a moment the part that was sent, too */
+    enum { ALL = 4 };
     assert_int_equal(log_keeper_start(&keeper, first, 0, &error), STATUS_OK);
     close(next().file);
     pid_t pid = process();

@@ -1,5 +1,6 @@
-/* The loop: its time, its ends and its duties towards the back-end. The test's own clock_gettime and clock_nanosleep stand before the C
- * library's: CLOCK_MONOTONIC is then as late, and its sleeps are interrupted as often, as a test says. */
+/* The loop: its time, its ends and its duties towards the back-end. The test's own clock_gettime
+ * and clock_nanosleep stand before the C library's: CLOCK_MONOTONIC is then as late, and its sleeps
+ * are interrupted as often, as a test says. */
 #include "support.h"
 
 #include <errno.h>
@@ -176,7 +177,8 @@ static void missed_deadlines_are_skipped_and_flagged_not_caught_up(void **unused
             int64_t before_ns = monotonic_ns;
             bench_cycle(&b);
             assert_int_equal(told_ns, zero_ns + (5 + missed + n) * PERIOD_NS); /* the old grid, */
-            assert_true(told_ns > before_ns);                                  /* ahead of now: no burst */
+            /* ahead of now: no burst */
+            assert_true(told_ns > before_ns);
             assert_int_equal(b.last.in.flags, 0);
             assert_int_equal(b.last.seq, 5 + n); /* the reference counts cycles */
         }
@@ -397,7 +399,8 @@ static void quit_puts_the_platform_down_first_whatever_else_is_asked(void **unus
             mailbox_post(&b.loop.requests, n % 2 ? COMMAND_ENGAGE : COMMAND_START);
             assert_true(n < 3000);
         }
-        assert_close(b.last.pose[DOF_Z], params.motion.park_z_m, 1e-2); /* valves as legs, and an integral at work: roughly */
+        /* valves as legs, and an integral at work: roughly */
+        assert_close(b.last.pose[DOF_Z], params.motion.park_z_m, 1e-2);
         bench_end(&b);
     }
 }
@@ -429,7 +432,8 @@ static void abort_ends_at_once_with_the_valves_centred(void **unused) {
     bench_until(&b, STATE_ENGAGING);
     for (int n = 0; n < 300; n++) bench_cycle(&b);
     assert_true(b.fake.valve[0] != 0.0);
-    assert_int_equal(loop_start(&b.loop, REALTIME_OFF, &error), STATUS_OK); /* the thread goes on from here */
+    /* the thread goes on from here */
+    assert_int_equal(loop_start(&b.loop, REALTIME_OFF, &error), STATUS_OK);
     while (!ring_pop(&b.records, &c)) sched_yield();
     atomic_store(&b.loop.abort, true);
     loop_join(&b.loop);
@@ -443,7 +447,8 @@ static void abort_ends_at_once_with_the_valves_centred(void **unused) {
     bench_end(&b);
 }
 
-/* Does not come back when it is refused: a processor that no machine has is refused on every machine. */
+/* Does not come back when it is refused: a processor that no machine has is refused
+ * on every machine. */
 static void real_time_that_is_refused_runs_nothing_when_required(void **unused) {
     (void)unused;
     pid_t child = fork(); /* locked memory stays with the process */
@@ -460,7 +465,8 @@ static void real_time_that_is_refused_runs_nothing_when_required(void **unused) 
         loop_quit(&b.loop);
         if (loop_start(&b.loop, REALTIME_TRY, &error)) _exit(3);
         loop_join(&b.loop);
-        if (!b.loop.realtime || !b.loop.realtime_error.text[0] || b.fake.reads != 1) _exit(4); /* ran, and says what it did not get */
+        /* ran, and says what it did not get */
+        if (!b.loop.realtime || !b.loop.realtime_error.text[0] || b.fake.reads != 1) _exit(4);
         _exit(0);
     }
     int status = -1;

@@ -1,5 +1,6 @@
-/* A survey of the simulated platform against the platform's own linearisation: the machine's equations differentiated by finite differences, with
- * the controller in the loop, and the eigenvalues of that. */
+/* A survey of the simulated platform against the platform's own linearisation: the machine's
+ * equations differentiated by finite differences, with the controller in the loop, and the
+ * eigenvalues of that. */
 #include "platform_rig.h"
 
 #include <complex.h>
@@ -44,7 +45,8 @@ static void get(const struct linear *l, double *y) {
         double *own = y + BODY + 4 * k, *control = y + OPEN + 4 * k;
         own[0] = c->p1_pa, own[1] = c->p2_pa, own[2] = c->spool, own[3] = c->spool_rate;
         if (l->size == CLOSED)
-            control[0] = l->pid[k].integral, control[1] = l->pid[k].derivative_mps, control[2] = l->pid[k].force_lp_n, control[3] = l->pid[k].error_m;
+            control[0] = l->pid[k].integral, control[1] = l->pid[k].derivative_mps, control[2] = l->pid[k].force_lp_n,
+            control[3] = l->pid[k].error_m;
     }
 }
 
@@ -56,7 +58,11 @@ static void set(struct linear *l, const double *y) {
         const double *own = y + BODY + 4 * k, *control = y + OPEN + 4 * k;
         s->hydraulics.cylinder[k] = (struct cylinder_state){.p1_pa = own[0], .p2_pa = own[1], .spool = own[2], .spool_rate = own[3]};
         if (l->size == CLOSED)
-            l->pid[k] = (struct pid){.integral = control[0], .derivative_mps = control[1], .force_lp_n = control[2], .error_m = control[3], .ref_m = l->neutral_m[k]};
+            l->pid[k] = (struct pid){.integral = control[0],
+                                     .derivative_mps = control[1],
+                                     .force_lp_n = control[2],
+                                     .error_m = control[3],
+                                     .ref_m = l->neutral_m[k]};
     }
 }
 
@@ -66,7 +72,8 @@ static void advance(struct linear *l) {
     else closed_form_rk4(l->machine, &l->machine->state, l->dt_s, &drive, &l->machine->state);
 }
 
-/* Central differences; steps that are small against the working point and large against rounding. */
+/* Central differences; steps that are small against the working point and large
+ * against rounding. */
 static void differentiate(struct linear *l, int size) {
     static const double step[4] = {1e3, 1e3, 1e-5, 1e-3}, control_step[4] = {1e-4, 1e-6, 1.0, 1e-7};
     double at[CLOSED], from[CLOSED], to[CLOSED], valve[LEGS];
@@ -144,8 +151,7 @@ static void work_out(struct surveyed *s) {
     struct error error;
     struct kinematics k;
     assert_int_equal(kinematics_init(&k, &s->params, &error), 0);
-    *l = (struct linear){.params = &s->params, .machine = (struct closed_form *)engine_closed_form.create(&s->params, &error),
-                         .map = map};
+    *l = (struct linear){.params = &s->params, .machine = (struct closed_form *)engine_closed_form.create(&s->params, &error), .map = map};
     memcpy(l->neutral_m, k.neutral_length_m, sizeof l->neutral_m);
     assert_non_null(l->machine);
     rigid_rest(&l->machine->state.body, neutral);
@@ -199,7 +205,8 @@ static struct surveyed *surveyed_default(void) {
     return &s;
 }
 
-/* Nothing of it as configured: heavier, softer oil, one leg with air in it and one with dead volume, more friction, slower valves. */
+/* Nothing of it as configured: heavier, softer oil, one leg with air in it and one with dead
+ * volume, more friction, slower valves. */
 static struct surveyed *surveyed_other(void) {
     static struct surveyed s;
     struct error error;
@@ -219,11 +226,13 @@ static void check_oil_columns(struct surveyed *s) {
     differentiate(&s->linear, OPEN);
     for (int i = 0; i < DOFS; i++) {
         double hz = s->survey.mode[i].hz, plant_hz = HUGE_VAL;
-        for (double damping = 0.02; damping < 0.4; damping += 0.06) { /* neighbours are near: which one is found depends on the guess */
+        /* neighbours are near: which one is found depends on the guess */
+        for (double damping = 0.02; damping < 0.4; damping += 0.06) {
             double pole_hz = cabs(pole_near(&s->linear, CMPLX(-damping, 1.0) * 2.0 * PI * hz)) / (2.0 * PI);
             if (fabs(pole_hz - hz) < fabs(plant_hz - hz)) plant_hz = pole_hz;
         }
-        print_message("oil column %d: %.2f +- %.2f Hz, plant %.2f Hz: %+.1f %%\n", i + 1, hz, s->survey.mode[i].hz_std, plant_hz, 100.0 * (hz / plant_hz - 1.0));
+        print_message("oil column %d: %.2f +- %.2f Hz, plant %.2f Hz: %+.1f %%\n", i + 1, hz, s->survey.mode[i].hz_std, plant_hz,
+                      100.0 * (hz / plant_hz - 1.0));
         assert_close(hz / plant_hz, 1.0, 0.05);
     }
 }
@@ -271,7 +280,8 @@ static void what_the_pressures_do_not_show_is_no_number(void **unused) {
     s.noise_pa = 3e6; /* a hundred and fifty times the sensors' */
     if (survey(&s, &error)) fail_msg("%s", error.text);
     assert_true(isnan(s.survey.leg[2].stiffness) && isfinite(s.survey.leg[1].stiffness));
-    assert_true(!s.survey.determined && isnan(s.survey.mode[0].hz) && isnan(loop_survey_oil_hz(&s.survey)) && isnan(loop_survey_loop_hz(&s.survey)));
+    assert_true(!s.survey.determined && isnan(s.survey.mode[0].hz) && isnan(loop_survey_oil_hz(&s.survey)) &&
+                isnan(loop_survey_loop_hz(&s.survey)));
 }
 
 static void samples_lost_in_every_pass_are_said(void **unused) {

@@ -1,4 +1,5 @@
-/* What holds of one machine holds of others: the three of config/, and ones drawn at random, no two joints, legs or axes of inertia alike. */
+/* What holds of one machine holds of others: the three of config/, and ones drawn at random, no two
+ * joints, legs or axes of inertia alike. */
 #include "closed_form_rig.h"
 
 #include "kinematics.h"
@@ -17,7 +18,8 @@ static struct params machine_of(const char *file) {
     return params;
 }
 
-/* A file's machine with every number a little off: joints by 3 % of the upper ones' distance, all of a leg by 20 %. */
+/* A file's machine with every number a little off: joints by 3 % of the upper ones' distance, all
+ * of a leg by 20 %. */
 static struct params machine_at_random(const char *file, uint64_t *seed) {
     struct params p = machine_of(file);
     struct kinematics k;
@@ -26,8 +28,8 @@ static struct params machine_at_random(const char *file, uint64_t *seed) {
     double h = p.payload.center_height_m, product = 0.1 * p.payload.inertia_xx_kg_m2;
     p.geometry.upper.given = p.geometry.lower.given = true;
     for (int leg = 0; leg < LEGS; leg++) {
-        double *of[] = {a->upper_mass_kg, a->lower_mass_kg, a->upper_inertia_kg_m2, a->lower_inertia_kg_m2, a->upper_center_m, a->lower_center_m,
-                        a->piston_diameter_m};
+        double *of[] = {a->upper_mass_kg,  a->lower_mass_kg,  a->upper_inertia_kg_m2, a->lower_inertia_kg_m2,
+                        a->upper_center_m, a->lower_center_m, a->piston_diameter_m};
         for (size_t i = 0; i < sizeof of / sizeof *of; i++) of[i][leg] *= 1.0 + 0.2 * random_unit(seed);
         for (int r = 0; r < 3; r++) {
             p.geometry.upper.m[leg][r] = k.upper[leg][r] - (r == 2 ? h : 0.0) + 0.03 * k.arm_m * random_unit(seed);
@@ -114,7 +116,8 @@ static void lengths_give_the_pose_back(void **unused) {
     }
 }
 
-/* Two derivations of the 13 bodies' mass matrix: in closed form by (A1)-(A6), and the simulation's. */
+/* Two derivations of the 13 bodies' mass matrix: in closed form by (A1)-(A6), and
+ * the simulation's. */
 static void the_nominal_matrix_is_that_of_the_simulated_bodies(void **unused) {
     (void)unused;
     uint64_t seed = 3;
@@ -138,7 +141,8 @@ static void the_nominal_matrix_is_that_of_the_simulated_bodies(void **unused) {
     }
 }
 
-/* 0.2 s from rest under the weight's forces and a tenth of them on top at 4 Hz, another phase on every leg. */
+/* 0.2 s from rest under the weight's forces and a tenth of them on top at 4 Hz, another
+ * phase on every leg. */
 static struct plant_truth shaken(const struct engine_ops *ops, const struct params *params) {
     static const struct hydraulics_state empty;
     static const double neutral[DOFS], dt_s = 6.25e-5;
@@ -158,7 +162,8 @@ static struct plant_truth shaken(const struct engine_ops *ops, const struct para
     return truth;
 }
 
-/* ODE's joints and 13 bodies against 6 equations: the order of the step, and the parts' inertia about the leg, leave 1e-7 of the motion. */
+/* ODE's joints and 13 bodies against 6 equations: the order of the step, and the parts' inertia
+ * about the leg, leave 1e-7 of the motion. */
 static void both_engines_move_alike(void **unused) {
     (void)unused;
     uint64_t seed = 4;
@@ -176,7 +181,8 @@ static void both_engines_move_alike(void **unused) {
     }
 }
 
-/* The worst pose is one of the strokes, and as bad as is said; nearly in planes through z, the legs soon hold no yaw. */
+/* The worst pose is one of the strokes, and as bad as is said; nearly in planes through z, the legs
+ * soon hold no yaw. */
 static void the_workspace_says_how_well_the_legs_hold(void **unused) {
     (void)unused;
     struct params p = machine_of("config/simulator.yaml");

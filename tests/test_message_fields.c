@@ -1,4 +1,5 @@
-/* Messages field by field, of the types that no run's log has; tests/scenarios/export.sh reads those of a log. */
+/* Messages field by field, of the types that no run's log has; tests/scenarios/export.sh
+ * reads those of a log. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -27,10 +28,26 @@ static int encode_gap(void) {
     char *effects[] = {"lag", "leak"}, *parameters[] = {"a", "bb", "ccc"}, *units[] = {"s", "", "m^3/(s Pa)"}, *with[] = {"x"};
     double share[] = {0.25, (double)NAN}, z[] = {4.0, 5.0}, values[] = {1.0, 2.0, 3.0}, std[] = {0.1, 0.2, 0.3};
     int8_t legs[] = {0, 6, -1};
-    hexid_gap_t m = {.time_ns = -7, .verdict = "effect_named", .reason = "", .next_experiment = "z", .effect_count = 2, .effects = effects,
-                     .share_explained = share, .z = z, .parameter_count = 3, .parameters = parameters, .parameter_legs = legs,
-                     .parameter_units = units, .values_si = values, .values_std_si = std, .ambiguous_count = 1, .ambiguous_with = with,
-                     .simulated = 1, .unexplained_fraction = 0.5, .held_out_before_length_m = 11.0, .noise_floor_valve = 12.0};
+    hexid_gap_t m = {.time_ns = -7,
+                     .verdict = "effect_named",
+                     .reason = "",
+                     .next_experiment = "z",
+                     .effect_count = 2,
+                     .effects = effects,
+                     .share_explained = share,
+                     .z = z,
+                     .parameter_count = 3,
+                     .parameters = parameters,
+                     .parameter_legs = legs,
+                     .parameter_units = units,
+                     .values_si = values,
+                     .values_std_si = std,
+                     .ambiguous_count = 1,
+                     .ambiguous_with = with,
+                     .simulated = 1,
+                     .unexplained_fraction = 0.5,
+                     .held_out_before_length_m = 11.0,
+                     .noise_floor_valve = 12.0};
     return hexid_gap_t_encode(buffer, 0, CAPACITY, &m);
 }
 
@@ -47,7 +64,8 @@ static void a_gap_is_read_field_by_field(void **unused) {
     assert_int_equal(message_integer(&m, field_of(&m, "parameter_legs"), 2), -1);
     assert_true(isnan(message_real(&m, field_of(&m, "share_explained"), 1)) && message_real(&m, field_of(&m, "z"), 1) == 5.0);
     assert_int_equal(m.value[field_of(&m, "values_std_si")].count, 3);
-    assert_true(message_real(&m, field_of(&m, "values_std_si"), 2) == 0.3 && message_real(&m, field_of(&m, "unexplained_fraction"), 0) == 0.5);
+    assert_true(message_real(&m, field_of(&m, "values_std_si"), 2) == 0.3 &&
+                message_real(&m, field_of(&m, "unexplained_fraction"), 0) == 0.5);
     assert_int_equal(message_integer(&m, field_of(&m, "simulated"), 0), 1);
     assert_true(message_real(&m, field_of(&m, "held_out_before_length_m"), 0) == 11.0);
     assert_true(message_real(&m, field_of(&m, "noise_floor_valve"), 0) == 12.0);
@@ -69,7 +87,8 @@ static void a_message_cut_anywhere_or_too_long_is_none(void **unused) {
     struct message m = {0};
     int size = encode_gap();
     for (int cut = 0; cut < size; cut++) {
-        unsigned char *exact = malloc((size_t)cut + 1); /* so that a sanitizer sees a read behind it */
+        /* so that a sanitizer sees a read behind it */
+        unsigned char *exact = malloc((size_t)cut + 1);
         memcpy(exact, buffer, (size_t)cut);
         assert_false(message_read(CHANNEL_GAP, exact, cut, &m));
         free(exact);
@@ -79,7 +98,8 @@ static void a_message_cut_anywhere_or_too_long_is_none(void **unused) {
     assert_null(m.type);
 }
 
-/* Text i is found by passing those before it: a count without a bound would take the square of its time. */
+/* Text i is found by passing those before it: a count without a bound would take the
+ * square of its time. */
 static void counts_have_a_bound(void **unused) {
     (void)unused;
     enum { MANY = ELEMENTS_MAX + 1 };
@@ -89,7 +109,12 @@ static void counts_have_a_bound(void **unused) {
     static unsigned char large[CAPACITY + 64 * MANY];
     struct message m;
     for (int i = 0; i < MANY; i++) texts[i] = "";
-    hexid_gap_t gap = {.verdict = "", .reason = "", .next_experiment = "", .effects = texts, .share_explained = numbers, .z = numbers,
+    hexid_gap_t gap = {.verdict = "",
+                       .reason = "",
+                       .next_experiment = "",
+                       .effects = texts,
+                       .share_explained = numbers,
+                       .z = numbers,
                        .parameter_legs = legs};
     gap.effect_count = ELEMENTS_MAX;
     assert_true(message_read(CHANNEL_GAP, large, hexid_gap_t_encode(large, 0, sizeof large, &gap), &m));

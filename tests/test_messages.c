@@ -1,4 +1,5 @@
-/* The wire types: what is encoded comes back bit for bit, what could not have been a cycle is refused, and no type changes unnoticed. */
+/* The wire types: what is encoded comes back bit for bit, what could not have been a cycle is
+ * refused, and no type changes unnoticed. */
 #include "support.h"
 
 #include <stdlib.h>
@@ -238,8 +239,11 @@ static void requests_come_back(void **unused) {
     (void)unused;
     unsigned char buffer[COMMAND_MESSAGE_MAX];
     for (int i = COMMAND_ENGAGE; i <= COMMANDS; i++) {
-        struct operator_request r = {.id = -5 - i, .token = INT64_MAX - i, .command = i < COMMANDS ? (enum command)i : COMMAND_NONE,
-                                     .renew = i == COMMANDS}, back = {0};
+        struct operator_request r = {.id = -5 - i,
+                                     .token = INT64_MAX - i,
+                                     .command = i < COMMANDS ? (enum command)i : COMMAND_NONE,
+                                     .renew = i == COMMANDS},
+                                back = {0};
         assert_true(request_decode(buffer, request_encode(&r, buffer), &back));
         assert_true(back.id == r.id && back.token == r.token && back.command == r.command && back.renew == r.renew);
     }
@@ -318,9 +322,17 @@ static bool gap_good(const unsigned char *message, int size, struct gap_summary 
 }
 
 static int test_result_message(unsigned char *buffer, int capacity) {
-    hexid_test_result_t m = {.time_ns = 1, .test = 2, .dof = 3, .dof_name = (char *)(uintptr_t)"theta", .complete = 1,
-                             .frequency_hz = 4, .amplitude_m_or_rad = 0.006, .achieved_m_or_rad = 0.0058, .phase_deg = -0.5,
-                             .samples = 2500, .excluded = 7};
+    hexid_test_result_t m = {.time_ns = 1,
+                             .test = 2,
+                             .dof = 3,
+                             .dof_name = (char *)(uintptr_t)"theta",
+                             .complete = 1,
+                             .frequency_hz = 4,
+                             .amplitude_m_or_rad = 0.006,
+                             .achieved_m_or_rad = 0.0058,
+                             .phase_deg = -0.5,
+                             .samples = 2500,
+                             .excluded = 7};
     return hexid_test_result_t_encode(buffer, 0, capacity, &m);
 }
 
@@ -328,11 +340,25 @@ static int gap_message(unsigned char *buffer, int capacity) {
     char *words[] = {(char *)(uintptr_t)"one", (char *)(uintptr_t)"", (char *)(uintptr_t)"three"};
     double numbers[] = {1, 2, 3};
     int8_t legs[] = {0, 1, 2};
-    hexid_gap_t m = {.verdict = (char *)(uintptr_t)"ambiguous", .reason = (char *)(uintptr_t)"because", .next_experiment = words[1],
-                     .effect_count = 2, .effects = words, .share_explained = numbers, .z = numbers, .parameter_count = 3,
-                     .parameters = words, .parameter_legs = legs, .parameter_units = words, .values_si = numbers,
-                     .values_std_si = numbers, .ambiguous_count = 1, .ambiguous_with = words, .simulated = 1, .noise_floor_ratio = 0.1,
-                     .held_out_before_ratio = 0.5, .held_out_after_ratio = 0.2};
+    hexid_gap_t m = {.verdict = (char *)(uintptr_t)"ambiguous",
+                     .reason = (char *)(uintptr_t)"because",
+                     .next_experiment = words[1],
+                     .effect_count = 2,
+                     .effects = words,
+                     .share_explained = numbers,
+                     .z = numbers,
+                     .parameter_count = 3,
+                     .parameters = words,
+                     .parameter_legs = legs,
+                     .parameter_units = words,
+                     .values_si = numbers,
+                     .values_std_si = numbers,
+                     .ambiguous_count = 1,
+                     .ambiguous_with = words,
+                     .simulated = 1,
+                     .noise_floor_ratio = 0.1,
+                     .held_out_before_ratio = 0.5,
+                     .held_out_after_ratio = 0.2};
     return hexid_gap_t_encode(buffer, 0, capacity, &m);
 }
 
@@ -380,8 +406,14 @@ static void a_negative_count_and_no_boolean_are_refused(void **unused) {
     char *empty = (char *)(uintptr_t)"";
     double numbers[] = {0.0}; /* liblcm copies none of them, but takes no NULL */
     int8_t legs[] = {0};
-    hexid_gap_t m = {.verdict = empty, .reason = empty, .next_experiment = empty, .share_explained = numbers, .z = numbers,
-                     .parameter_legs = legs, .values_si = numbers, .values_std_si = numbers};
+    hexid_gap_t m = {.verdict = empty,
+                     .reason = empty,
+                     .next_experiment = empty,
+                     .share_explained = numbers,
+                     .z = numbers,
+                     .parameter_legs = legs,
+                     .values_si = numbers,
+                     .values_std_si = numbers};
     unsigned char buffer[1000];
     struct gap_summary g;
     enum { COUNTS = 3, FIRST = 8 + 8 + 3 * 5 }; /* behind type, time and three strings */

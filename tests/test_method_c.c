@@ -1,5 +1,6 @@
-/* Method C on recordings whose machine is known: motions in closed form, forces by inverse dynamics of another machine than the configured one,
- * dry friction of each leg and direction its own. What is found may not depend on what was configured. */
+/* Method C on recordings whose machine is known: motions in closed form, forces by inverse dynamics
+ * of another machine than the configured one, dry friction of each leg and direction its own. What
+ * is found may not depend on what was configured. */
 #include "support.h"
 
 #include "agreement.h"
@@ -25,7 +26,8 @@ struct rig {
     uint64_t seed;
 };
 
-/* The machine's payload is a fifth lighter than the configuration says, and its inertias are others. */
+/* The machine's payload is a fifth lighter than the configuration says, and its
+ * inertias are others. */
 static void rig_init(struct rig *r, double dry_n) {
     static const double neutral[DOFS] = {0};
     struct error error;
@@ -46,7 +48,8 @@ static void rig_init(struct rig *r, double dry_n) {
     inverse_dynamics_init(&r->inverse, &r->machine, 0.0, 0.0);
 }
 
-/* The tested axis, the others a little and out of phase, so that couplings and friction mix as they do on a machine. */
+/* The tested axis, the others a little and out of phase, so that couplings and friction mix as they
+ * do on a machine. */
 static void pose_at(const struct rig *r, int dof, double t_s, double pose[DOFS]) {
     for (int i = 0; i < DOFS; i++) {
         double w = 2.0 * PI * r->configured.tests.hz[dof], share = i == dof ? 1.0 : r->unwanted;
@@ -68,7 +71,8 @@ static void legs_at(const struct rig *r, int dof, double t_s, double leg[LEGS][3
     }
 }
 
-/* Dahl's seal after the leg has moved: dF = (F_slide - F) |dx| / presliding, exactly, whatever the step. */
+/* Dahl's seal after the leg has moved: dF = (F_slide - F) |dx| / presliding, exactly,
+ * whatever the step. */
 static double seal(struct rig *r, int leg, double length_m, double rate) {
     double slides = rate > 0.0 ? r->dry[leg][0] : -r->dry[leg][1], moved = fabs(length_m - r->last_m[leg]);
     if (!(r->presliding_m > 0.0)) return slides;
@@ -147,10 +151,10 @@ static void dry_friction_of_each_leg_leaves_the_matrix_as_it_is(void **unused) {
         rig_init(&r, friction ? 150.0 : 0.0);
         struct method_c m = found(&r, DOFS);
         for (int i = 0; i < DOFS; i++)
-            for (int j = 0; j < DOFS; j++)
-                assert_close(m.matrix.mt[i][j], r.nominal[i][j], 2e-3 * sqrt(r.nominal[i][i] * r.nominal[j][j]));
+            for (int j = 0; j < DOFS; j++) assert_close(m.matrix.mt[i][j], r.nominal[i][j], 2e-3 * sqrt(r.nominal[i][i] * r.nominal[j][j]));
         for (int k = 0; k < LEGS; k++) {
-            double constant = 0.5 * (m.dry[k][0] - m.dry[k][1]) - 0.5 * (r.dry[k][0] - r.dry[k][1]); /* the weight that was not configured */
+            /* the weight that was not configured */
+            double constant = 0.5 * (m.dry[k][0] - m.dry[k][1]) - 0.5 * (r.dry[k][0] - r.dry[k][1]);
             assert_close(m.dry[k][0] - constant, r.dry[k][0], 2.0);
             assert_close(m.dry[k][1] + constant, r.dry[k][1], 2.0);
             assert_close(m.viscous[k], 2000.0, 40.0);
@@ -158,7 +162,8 @@ static void dry_friction_of_each_leg_leaves_the_matrix_as_it_is(void **unused) {
     }
 }
 
-/* Over rates far from a reversal. Eight harmonics of a step overshoot it by up to a tenth of its height, and ripple about it. */
+/* Over rates far from a reversal. Eight harmonics of a step overshoot it by up to a tenth of its
+ * height, and ripple about it. */
 static void force_less_what_the_found_matrix_needs_is_the_friction_found(void **unused) {
     (void)unused;
     static struct log log;
@@ -233,7 +238,8 @@ static void what_no_test_moves_is_no_number(void **unused) {
     assert_true(isnan(m.matrix.mt[DOF_Z][DOF_Z]));
 }
 
-/* In one test of one axis all legs move in step: dry friction is told from inertia by harmonics alone, which noise hides. */
+/* In one test of one axis all legs move in step: dry friction is told from inertia by harmonics
+ * alone, which noise hides. */
 static void friction_that_no_test_tells_is_no_number(void **unused) {
     (void)unused;
     struct rig r;
@@ -262,12 +268,14 @@ static double mean_square(const struct method_c *m, const struct rig *r) {
 
 static double common_variance(const struct estimate *e, int c) { return estimate_covariance(e, c, c) - e->noise[c][c]; }
 
-/* Four logs of one motion: a quarter of the noise's variance, and what joints within their tolerance do is no less. */
+/* Four logs of one motion: a quarter of the noise's variance, and what joints within their
+ * tolerance do is no less. */
 static void repeats_shrink_the_noise_and_not_what_they_have_in_common(void **unused) {
     (void)unused;
     enum { LOGS = 4 };
     static struct log log, sum;
-    double noise[MATRIX_ENTRIES] = {0}, common[MATRIX_ENTRIES] = {0}; /* mean of the logs: their scatters and sizes of shapes differ */
+    /* mean of the logs: their scatters and sizes of shapes differ */
+    double noise[MATRIX_ENTRIES] = {0}, common[MATRIX_ENTRIES] = {0};
     struct rig r;
     rig_init(&r, 100.0);
     r.noise_m = 15e-6, r.noise_pa = 2e4;
@@ -312,7 +320,8 @@ static struct agreement agreement_of(const struct rig *r, int logs, const struct
     return a;
 }
 
-/* Nine trios: chi-square's mean is its degrees of freedom, to a fifth; its deviation would be 4 %, the rows' noise is less well known. */
+/* Nine trios: chi-square's mean is its degrees of freedom, to a fifth; its deviation would be 4 %,
+ * the rows' noise is less well known. */
 static void logs_that_differ_by_noise_agree(void **unused) {
     (void)unused;
     enum { LOGS = 3, TRIOS = 9 };
@@ -354,7 +363,8 @@ static void a_leg_that_rubs_in_one_log_is_named(void **unused) {
     for (int c = 0; c < MATRIX_ENTRIES; c++) assert_false(a.apart[1][c]);
 }
 
-/* A hundred parts of a long motion, the third and the last of which are no good, and from the 65th on a leg rubs: all count, in groups of eight. */
+/* A hundred parts of a long motion, the third and the last of which are no good, and from the 65th
+ * on a leg rubs: all count, in groups of eight. */
 static void many_parts_are_joined_and_a_change_on_the_way_is_seen(void **unused) {
     (void)unused;
     enum { ALL = 100, LEG = 4 };
@@ -395,8 +405,8 @@ static void chi_square_is_that_of_tables(void **unused) {
     assert_below(agreement_chi_square_above(1e5, 39), 1e-300);
 }
 
-/* Over machines that differ in noise and friction: none, Coulomb's, Dahl's. A machine's 21 errors are not independent: half to half as much again
- * of 1. */
+/* Over machines that differ in noise and friction: none, Coulomb's, Dahl's. A machine's 21 errors
+ * are not independent: half to half as much again of 1. */
 static void the_stated_deviation_is_that_of_the_errors(void **unused) {
     (void)unused;
     enum { SEEDS = 12 };
@@ -411,7 +421,8 @@ static void the_stated_deviation_is_that_of_the_errors(void **unused) {
         scatter += m.scatter / SEEDS;
         square += mean_square(&m, &r) / SEEDS;
     }
-    print_message("errors of 21 entries, %d machines: %.2f deviations rms; rows scatter by %.2f of the noise\n", SEEDS, sqrt(square), scatter);
+    print_message("errors of 21 entries, %d machines: %.2f deviations rms; rows scatter by %.2f of the noise\n", SEEDS, sqrt(square),
+                  scatter);
     assert_below(square, 1.5);
     assert_below(0.4, square);
     assert_close(scatter, 1.0, 0.15);
@@ -450,8 +461,9 @@ static void joints_within_their_tolerance_are_in_the_stated_deviation(void **unu
     assert_below(0.3, square);
 }
 
-/* None of these lengths is one of those that are fitted beside Coulomb's law, but what they leave of 200 N is below a hundredth. Without them the
- * matrix is off by a quarter at 50 um, and by more than itself at 200 um. */
+/* None of these lengths is one of those that are fitted beside Coulomb's law, but what they leave
+ * of 200 N is below a hundredth. Without them the matrix is off by a quarter at 50 um, and by more
+ * than itself at 200 um. */
 static void a_seal_that_gives_before_it_slides_leaves_the_matrix_as_it_is(void **unused) {
     (void)unused;
     static const double give_m[] = {10e-6, 50e-6, 100e-6, 200e-6};
@@ -461,8 +473,7 @@ static void a_seal_that_gives_before_it_slides_leaves_the_matrix_as_it_is(void *
         r.presliding_m = give_m[n];
         struct method_c m = found(&r, DOFS);
         for (int i = 0; i < DOFS; i++)
-            for (int j = 0; j < DOFS; j++)
-                assert_close(m.matrix.mt[i][j], r.nominal[i][j], 0.01 * sqrt(r.nominal[i][i] * r.nominal[j][j]));
+            for (int j = 0; j < DOFS; j++) assert_close(m.matrix.mt[i][j], r.nominal[i][j], 0.01 * sqrt(r.nominal[i][i] * r.nominal[j][j]));
         assert_close(m.matrix.mt[0][4], r.nominal[0][4], 0.015 * r.nominal[0][4]);
         assert_close(m.matrix.mt[1][3], r.nominal[1][3], 0.015 * fabs(r.nominal[1][3]));
     }

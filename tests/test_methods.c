@@ -1,4 +1,5 @@
-/* The methods on test results that are known: what is exact, what biases which, and how far noise spreads them. */
+/* The methods on test results that are known: what is exact, what biases which, and how far
+ * noise spreads them. */
 #include "ident_rig.h"
 
 #include <complex.h>
@@ -44,7 +45,8 @@ static void pointers(const struct test_result result[DOFS], const struct test_re
 
 static void viscous_legs_have_the_damping_of_the_method(void **unused) {
     (void)unused;
-    static const double neutral[DOFS] = {0}, diagonal[DOFS] = {1186, 1186, 9630, 1323, 1323, 552}; /* docs/method.md, 4, b = 2000 N s/m */
+    /* docs/method.md, 4, b = 2000 N s/m */
+    static const double neutral[DOFS] = {0}, diagonal[DOFS] = {1186, 1186, 9630, 1323, 1323, 552};
     struct rig *r = rig_create(19, 1);
     struct test_result result[DOFS];
     const struct test_result *test[DOFS];
@@ -58,12 +60,14 @@ static void viscous_legs_have_the_damping_of_the_method(void **unused) {
     }
     exact_results(r, result);
     struct method_result a = method_a(test);
-    for (int i = 0; i < DOFS; i++) assert_below(fabs(a.bt[i][i] / diagonal[i] - 1), 1e-3); /* read off a simulation there */
+    /* read off a simulation there */
+    for (int i = 0; i < DOFS; i++) assert_below(fabs(a.bt[i][i] / diagonal[i] - 1), 1e-3);
 }
 
 static double complex phasor(const double coefficient[2]) { return CMPLX(coefficient[0], coefficient[1]); }
 
-/* x = Im(X exp(i w t)): test d's fundamentals as columns, turned back by the phase of the tested axis. */
+/* x = Im(X exp(i w t)): test d's fundamentals as columns, turned back by the phase of
+ * the tested axis. */
 static void turned(const struct test_result result[DOFS], double complex x[DOFS][DOFS], double complex f[DOFS][DOFS]) {
     for (int d = 0; d < DOFS; d++) {
         double complex back = cexp(CMPLX(0, -carg(phasor(result[d].pose[d]))));
@@ -94,7 +98,8 @@ static void method_b_maps_acceleration_in_phase_to_wrench_in_phase(void **unused
         }
 }
 
-/* F = (-w^2 M + i w B)(P + i Q), in phase: -w^2 M P - w B Q. So method B is off by B Q P^-1 / w, Q: unwanted motion in quadrature. */
+/* F = (-w^2 M + i w B)(P + i Q), in phase: -w^2 M P - w B Q. So method B is off by B Q P^-1 / w, Q:
+ * unwanted motion in quadrature. */
 static void damping_biases_method_b_by_unwanted_motion_in_quadrature(void **unused) {
     (void)unused;
     struct rig *r = rig_create(13, 1);
@@ -129,7 +134,8 @@ static void without_damping_or_quadrature_method_b_is_exact(void **unused) {
     memcpy(own, r->bt, sizeof own);
     memset(r->bt, 0, sizeof r->bt);
     exact_results(r, result);
-    assert_below(distance(&method_b(test).mt[0][0], &r->mt[0][0], DOFS * DOFS), 1e-11); /* roundings of 272 */
+    /* roundings of 272 */
+    assert_below(distance(&method_b(test).mt[0][0], &r->mt[0][0], DOFS * DOFS), 1e-11);
     memcpy(r->bt, own, sizeof own);
     for (int d = 0; d < DOFS; d++)
         for (int i = 0; i < DOFS; i++) { /* every axis in step with the tested one, or against it */
@@ -187,8 +193,9 @@ static void spread_add(struct spread *s, const double *value, const double *trut
     s->runs++;
 }
 
-/* The relative spread of an observed variance is sqrt(2 / runs): five of them for the worst of 36 entries; the mean over all of them has at
- * least six independent ones, as rows are: four of theirs. */
+/* The relative spread of an observed variance is sqrt(2 / runs): five of them for the
+ * worst of 36 entries; the mean over all of them has at least six independent ones, as
+ * rows are: four of theirs. */
 static void assert_spread(const struct spread *s, const char *name) {
     double one = sqrt(2.0 / s->runs), mean = 0;
     for (int i = 0; i < DOFS * DOFS; i++) {
@@ -222,7 +229,8 @@ static void predicted_std_is_the_spread_over_noisy_coefficients(void **unused) {
         for (int d = 0; d < DOFS; d++) {
             noisy[d] = exact[d];
             for (int i = 0; i < DOFS; i++) {
-                /* Alike in their effect: 0.1 % of the amplitude, and of the wrench that goes with it. */
+                /* Alike in their effect: 0.1 % of the amplitude, and of the wrench
+                 * that goes with it. */
                 noisy[d].pose_std[i] = 1e-3 * amplitude(r, i);
                 noisy[d].wrench_std[i] = 1e-3 * pow(omega(r, 0), 2) * r->mt[i][i] * amplitude(r, i);
             }
@@ -238,7 +246,8 @@ static void predicted_std_is_the_spread_over_noisy_coefficients(void **unused) {
     assert_spread(&b, "Mt of method B");
 }
 
-/* The whole way, with white noise of the paper's sensors: 50 um / sqrt(12) on lengths, 20 kPa / sqrt(3) on pressures. */
+/* The whole way, with white noise of the paper's sensors: 50 um / sqrt(12) on lengths, 20
+ * kPa / sqrt(3) on pressures. */
 static void predicted_std_is_the_spread_over_noisy_sensors(void **unused) {
     (void)unused;
     struct rig *r = rig_create(17, 0.5);

@@ -1,4 +1,5 @@
-/* The register map and the addresses of Modbus: pure, without a line. The line itself: tests/scenarios/modbus.sh. */
+/* The register map and the addresses of Modbus: pure, without a line. The line itself:
+ * tests/scenarios/modbus.sh. */
 #include "support.h"
 
 #include <string.h>
@@ -16,7 +17,12 @@ static struct params default_params(void) {
 static void readings_come_back_to_the_resolution_of_their_registers(void **unused) {
     (void)unused;
     struct params p = default_params();
-    struct modbus_reading r = {.number = 512, .sample = 65535, .status = MODBUS_SILENT, .foreign = 4711, .inputs = INPUT_DOOR | INPUT_SUPPLY}, back;
+    struct modbus_reading r = {.number = 512,
+                               .sample = 65535,
+                               .status = MODBUS_SILENT,
+                               .foreign = 4711,
+                               .inputs = INPUT_DOOR | INPUT_SUPPLY},
+                          back;
     uint16_t registers[MODBUS_READ];
     for (int i = 0; i < LEGS; i++) {
         r.length_m[i] = 1.431 + 0.1234567 * i;
@@ -127,10 +133,12 @@ static void addresses_are_taken_apart(void **unused) {
 
 static void addresses_that_are_none_are_refused_with_the_right_form(void **unused) {
     (void)unused;
+    /* clang-format off */
     static const char *const bad[] = {"", "tcp:", "tcp://", "tcp://:502", "tcp://host", "tcp://host:", "tcp://host:x", "tcp://host:65536",
                                       "tcp://host:-1", "tcp://[]:502", "tcp://host:5 02", "rtu:", "rtu:/dev/ttyS0", "rtu:?baud=9600",
                                       "rtu:/dev/ttyS0?baud=", "rtu:/dev/ttyS0?baud=1e5", "rtu:/dev/ttyS0?baud=99999999999999999999",
                                       "udp://host:502"};
+    /* clang-format on */
     struct modbus_address_parts a;
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         struct error error = {0};

@@ -1,5 +1,6 @@
-/* The Modbus back-end in one process with a device whose silence the test commands, and the line under it. No clock decides a claim: where
- * time must pass, it is the one that the claim is about. */
+/* The Modbus back-end in one process with a device whose silence the test commands, and
+ * the line under it. No clock decides a claim: where time must pass, it is the one that
+ * the claim is about. */
 #include "support.h"
 
 #include <arpa/inet.h>
@@ -22,16 +23,27 @@
 #include "modbus_link.h"
 #include "modbus_map.h"
 
-enum { MBAP = 7, FUNCTION_READ = 3, FUNCTION_WRITE = 16, FUNCTION_EXCHANGE = 23, FRAME = 260, VALUES = MBAP + 10,
-       FAILED = 0x80, BUSY = 6, OWNER = 0x0a000007 };
+enum {
+    MBAP = 7,
+    FUNCTION_READ = 3,
+    FUNCTION_WRITE = 16,
+    FUNCTION_EXCHANGE = 23,
+    FRAME = 260,
+    VALUES = MBAP + 10,
+    FAILED = 0x80,
+    BUSY = 6,
+    OWNER = 0x0a000007
+};
 
-/* A device, one connection after the other. Answers at once until `held`: then it asks (`asked`) and waits (`go`) at every function 23. */
+/* A device, one connection after the other. Answers at once until `held`: then it asks (`asked`)
+ * and waits (`go`) at every function 23. */
 struct fake {
     pthread_t thread;
     int listener, port;
     _Atomic bool held, hang_up; /* hang_up: instead of the next answer */
     sem_t asked, go;
-    _Atomic int valve, first;   /* of leg 1 in the last function 23, and in the first of this connection */
+    _Atomic int valve, first;   /* of leg 1 in the last function 23, and in the
+                                 * first of this connection */
     _Atomic int greeted;        /* claims */
     _Atomic int cycles;         /* functions 23 */
     _Atomic int foreign;        /* what it says that others wrote */
@@ -64,8 +76,7 @@ static void fill(struct fake *f, const uint8_t *request, uint8_t *out) {
     } else if (address == MODBUS_OWNER) {
         put(out, OWNER >> 16);
         put(out + 2, OWNER & 0xffff);
-    } else
-        put(out, address == MODBUS_WATCHDOG_MS ? f->watchdog_ms + f->longer_ms : f->foreign);
+    } else put(out, address == MODBUS_WATCHDOG_MS ? f->watchdog_ms + f->longer_ms : f->foreign);
 }
 
 /* Exception 6 to who is not its master. */
@@ -190,8 +201,9 @@ static void session_end(struct session *s) {
     fake_stop(&s->device);
 }
 
-/* While the device is silent the loop commands full opening for longer than any queue, then the centre. What the device is told next is
- * the centre: a command that the loop has replaced is never sent. */
+/* While the device is silent the loop commands full opening for longer than any queue, then
+ * the centre. What the device is told next is the centre: a command that the loop has
+ * replaced is never sent. */
 static void a_command_that_safe_has_replaced_is_never_sent(void **unused) {
     (void)unused;
     struct session s = {0};
@@ -201,15 +213,16 @@ static void a_command_that_safe_has_replaced_is_never_sent(void **unused) {
     for (int i = 0; i < 20; i++) command_motion(&s);
     s.hal->ops->safe(s.hal);
     sem_post(&s.device.go);
-    while (sem_trywait(&s.device.asked)) s.hal->ops->safe(s.hal); /* as the loop does in every cycle that does not drive */
+    /* as the loop does in every cycle that does not drive */
+    while (sem_trywait(&s.device.asked)) s.hal->ops->safe(s.hal);
     int told = s.device.valve;
     session_release(&s);
     session_end(&s);
     assert_int_equal(told, 0);
 }
 
-/* A command waits while the connection breaks, and the loop says no more. The first that the device is told over the new one is the end's
- * centre. */
+/* A command waits while the connection breaks, and the loop says no more. The first that the device
+ * is told over the new one is the end's centre. */
 static void a_command_from_before_a_new_connection_is_never_sent(void **unused) {
     (void)unused;
     struct session s = {0};
@@ -307,7 +320,8 @@ static void a_command_refused_for_another_master_is_told(void **unused) {
 /* It was away for so long that another one has the machine: it writes no more, not even once. */
 static void a_machine_that_has_another_master_by_now_is_told(void **unused) {
     (void)unused;
-    struct session s = {.sensor_age_s = 0.05}; /* ten time-outs in a row are a lost connection, one refusal is */
+    /* ten time-outs in a row are a lost connection, one refusal is */
+    struct session s = {.sensor_age_s = 0.05};
     struct hal_sample sample = {0};
     char text[100];
     session_begin(&s);
@@ -327,7 +341,8 @@ static void a_machine_that_has_another_master_by_now_is_told(void **unused) {
     assert_true(written_later <= written + 1); /* one may have been under way */
 }
 
-/* The loop takes its time to begin, longer than the watchdog: the machine is not to be had meanwhile. */
+/* The loop takes its time to begin, longer than the watchdog: the machine is not to
+ * be had meanwhile. */
 static void the_machine_is_kept_until_the_loop_begins(void **unused) {
     (void)unused;
     struct session s = {.watchdog_s = 0.02};
@@ -338,7 +353,8 @@ static void the_machine_is_kept_until_the_loop_begins(void **unused) {
     assert_int_equal(valve, 0);
 }
 
-/* SAFETY: the device's watchdog is for a loop that has stopped, and nobody feeds it in its place. */
+/* SAFETY: the device's watchdog is for a loop that has stopped, and nobody feeds
+ * it in its place. */
 static void the_machine_is_not_kept_for_a_loop_that_has_stopped(void **unused) {
     (void)unused;
     static const struct timespec many_watchdogs = {.tv_nsec = 200000000};
@@ -379,7 +395,8 @@ static int highest_priority(void) {
     return highest;
 }
 
-/* The test's thread is the loop. Once the device is asked, the back-end's thread has begun its work. */
+/* The test's thread is the loop. Once the device is asked, the back-end's thread
+ * has begun its work. */
 static int priority_below(int own) {
     struct session s = {0};
     struct hal_sample sample;
@@ -404,7 +421,8 @@ static void the_thread_is_real_time_only_when_the_loop_is(void **unused) {
     assert_int_equal(found, 9);
 }
 
-/* 70 bytes 50 ms apart take 3.5 s, each within 0.1 s of the one before: a time-out that begins anew with every byte would take that. */
+/* 70 bytes 50 ms apart take 3.5 s, each within 0.1 s of the one before: a time-out that begins anew
+ * with every byte would take that. */
 static void an_answer_that_trickles_is_given_up(void **unused) {
     (void)unused;
     struct fake f = {.byte_ns = 50000000};
@@ -484,7 +502,7 @@ static void a_late_answer_on_a_serial_line_is_not_taken_for_the_next_one(void **
 /* libmodbus runs a line at 9600 baud, without a word, when it does not know the rate. */
 static void the_line_runs_at_the_rate_of_its_address(void **unused) {
     (void)unused;
-    static const speed_t codes[] = {B1200, B2400, B4800, B9600, B19200, B38400, B57600, B115200, B230400, B460800,
+    static const speed_t codes[] = {B1200,   B2400,   B4800,   B9600,    B19200,   B38400,   B57600,   B115200,  B230400,  B460800,
                                     B500000, B576000, B921600, B1000000, B1152000, B1500000, B2500000, B3000000, B3500000, B4000000};
     for (size_t i = 0; i < sizeof codes / sizeof *codes; i++) {
         struct serial s;

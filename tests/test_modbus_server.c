@@ -141,7 +141,8 @@ static void who_claims_commands(void **unused) {
 static void anybody_elses_write_moves_nothing_and_is_counted(void **unused) {
     (void)unused;
     struct rig r;
-    uint16_t values[MODBUS_COMMAND + 1 - MODBUS_WATCHDOG_MS] = {5, TOKEN >> 16, TOKEN & 0xffff, 32767, 32767, 32767, 32767, 32767, 32767, 77};
+    uint16_t values[MODBUS_COMMAND + 1 - MODBUS_WATCHDOG_MS] = {5,     TOKEN >> 16, TOKEN & 0xffff, 32767, 32767,
+                                                                32767, 32767,       32767,          32767, 77};
     rig_init(&r);
     claim(&r, &first, TOKEN, OWN_WATCHDOG_MS);
     assert_int_equal(command(&r, &first, TOKEN, 1, 0.0), 0);

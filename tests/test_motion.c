@@ -78,7 +78,8 @@ static void pieces_cover_what_moves(void **unused) {
         const struct recording_test *t = &r.test[i];
         double margin_s = residual_margin_s(t->piece_s);
         assert_true(t->piece_s > 0.0 && t->piece == i && t->borrowed == (i > 0) && t->sample == r.test[0].sample);
-        assert_true(t->sample[t->first].test_time_s <= t->start_s - margin_s && t->start_s + t->piece_s + margin_s <= t->sample[t->end - 1].test_time_s + step_s);
+        assert_true(t->sample[t->first].test_time_s <= t->start_s - margin_s &&
+                    t->start_s + t->piece_s + margin_s <= t->sample[t->end - 1].test_time_s + step_s);
         if (i) assert_true(t->start_s >= r.test[i - 1].start_s + 0.999 * t->piece_s);
         bool rest = fmod(t->start_s, 10.0) > 5.0 + margin_s && fmod(t->start_s + t->piece_s, 10.0) > 5.0;
         assert_false(rest && fmod(t->start_s + t->piece_s + margin_s, 10.0) > 5.0);
@@ -98,12 +99,14 @@ static void what_is_too_short_or_still_is_refused(void **unused) {
     assert_int_equal(r.tests, 1);
     recording_free(&r);
     record(&r, sweep, 20.0, 1.0);
-    for (int i = 0; i < r.test[0].count; i++) r.test[0].sample[i].good = i % 3 == 0; /* two of three are lost */
+    /* two of three are lost */
+    for (int i = 0; i < r.test[0].count; i++) r.test[0].sample[i].good = i % 3 == 0;
     assert_int_equal(motion_cut(&r, 0, &error), STATUS_USAGE);
     recording_free(&r);
 }
 
-/* A short record sampled slowly: the band is limited by the samples, which are enough for the series of every piece. */
+/* A short record sampled slowly: the band is limited by the samples, which are enough for the
+ * series of every piece. */
 static void a_slow_rate_limits_the_band(void **unused) {
     (void)unused;
     struct recording r;
@@ -112,7 +115,8 @@ static void a_slow_rate_limits_the_band(void **unused) {
     step_s = 0.01;
     record(&r, sweep, 8.0, 1.0);
     step_s = 1e-3;
-    for (int i = 0; i < r.test[0].count; i += 23) r.test[0].sample[i].good = false; /* now and then one is lost */
+    /* now and then one is lost */
+    for (int i = 0; i < r.test[0].count; i += 23) r.test[0].sample[i].good = false;
     if (motion_cut(&r, 0, &error)) fail_msg("%s", error.text);
     if (residual_prepare(&d, &r, CYCLES_ALL, &error)) fail_msg("%s", error.text);
     assert_int_equal(d.tests, r.tests);
@@ -120,7 +124,8 @@ static void a_slow_rate_limits_the_band(void **unused) {
     recording_free(&r);
 }
 
-/* The row of a piece is the signal's: a known acceleration comes back from noisy lengths, within what its deviation says. */
+/* The row of a piece is the signal's: a known acceleration comes back from noisy lengths, within
+ * what its deviation says. */
 static void a_piece_knows_its_acceleration(void **unused) {
     (void)unused;
     struct recording r;
@@ -154,10 +159,8 @@ static void a_piece_knows_its_acceleration(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_sinusoid_is_told_from_other_motions),
-        cmocka_unit_test(pieces_cover_what_moves),
-        cmocka_unit_test(what_is_too_short_or_still_is_refused),
-        cmocka_unit_test(a_slow_rate_limits_the_band),
+        cmocka_unit_test(a_sinusoid_is_told_from_other_motions), cmocka_unit_test(pieces_cover_what_moves),
+        cmocka_unit_test(what_is_too_short_or_still_is_refused), cmocka_unit_test(a_slow_rate_limits_the_band),
         cmocka_unit_test(a_piece_knows_its_acceleration),
     };
     return cmocka_run_group_tests(tests, set_up, NULL);

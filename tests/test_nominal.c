@@ -1,4 +1,5 @@
-/* The nominal inertia matrix: against the paper, against the kinetic energy of the thirteen bodies, and in its limits. */
+/* The nominal inertia matrix: against the paper, against the kinetic energy of the thirteen bodies,
+ * and in its limits. */
 #include "support.h"
 
 #include "lin.h"
@@ -26,7 +27,8 @@ static const double neutral[DOFS] = {0};
 
 static void neutral_matrix_is_that_of_the_papers_tables(void **unused) {
     (void)unused;
-    /* docs/method.md section 3: Tables 1 and 2 put into (A1)-(A6) by another program; three decimals. */
+    /* docs/method.md section 3: Tables 1 and 2 put into (A1)-(A6) by another
+     * program; three decimals. */
     const double expected[DOFS][DOFS] = {{272.009, 0, 0, 0, 14.915, 0}, {0, 272.009, 0, -14.915, 0, 0}, {0, 0, 272.392, 0, 0, 0},
                                          {0, -14.915, 0, 30.688, 0, 0}, {14.915, 0, 0, 0, 30.688, 0},   {0, 0, 0, 0, 0, 53.221}};
     struct machine m = machine_default();
@@ -38,7 +40,8 @@ static void neutral_matrix_is_that_of_the_papers_tables(void **unused) {
 static void a_payload_3_mm_higher_gives_the_papers_printed_matrix(void **unused) {
     (void)unused;
     struct machine m = machine_default();
-    m.params.payload.center_height_m = 0.1632; /* docs/method.md section 3: the printed h is rounded */
+    /* docs/method.md section 3: the printed h is rounded */
+    m.params.payload.center_height_m = 0.1632;
     struct error error;
     assert_int_equal(kinematics_init(&m.kinematics, &m.params, &error), 0);
     double mt[DOFS][DOFS], nominal;
@@ -48,7 +51,8 @@ static void a_payload_3_mm_higher_gives_the_papers_printed_matrix(void **unused)
     int row, column, rows = 0;
     assert_int_equal(fscanf(table, "%*[^\n]"), 0);
     while (fscanf(table, " %*[^,],%d,%d,%*f,%*f,%*f,%*f,%lf,%*[^\n]", &row, &column, &nominal) == 3) {
-        assert_below(fabs(mt[row - 1][column - 1] / nominal - 1), 1.2e-3); /* Izz, which h does not move, is 0.11 % off in print */
+        /* Izz, which h does not move, is 0.11 % off in print */
+        assert_below(fabs(mt[row - 1][column - 1] / nominal - 1), 1.2e-3);
         rows++;
     }
     fclose(table);
@@ -68,7 +72,8 @@ static void leg_at(const struct kinematics *k, int leg, const double pose[DOFS],
     for (int r = 0; r < 3; r++) n[r] /= *length_m;
 }
 
-/* Kinetic energy by differences of positions: payload m v^2/2 + w' I w / 2, leg ma Ldot^2/2 + g(L) Omega^2/2. */
+/* Kinetic energy by differences of positions: payload m v^2/2 + w' I w / 2, leg ma
+ * Ldot^2/2 + g(L) Omega^2/2. */
 static double kinetic_energy(const struct machine *m, const double pose[DOFS], const double rate[DOFS]) {
     const double step = 1e-5;
     const struct payload_params *p = &m->params.payload;
@@ -111,7 +116,8 @@ static void twist_from_rate(const double pose[DOFS], const double rate[DOFS], do
     }
 }
 
-/* No symmetry to hide behind: joints anywhere near their circles, a payload that leans, no two legs alike. */
+/* No symmetry to hide behind: joints anywhere near their circles, a payload that leans,
+ * no two legs alike. */
 static struct machine machine_at_random(uint64_t *state) {
     struct machine m = machine_default();
     struct error error;
@@ -121,7 +127,8 @@ static struct machine machine_at_random(uint64_t *state) {
     g->upper.given = g->lower.given = true;
     p->inertia_xy_kg_m2 = 1.0, p->inertia_xz_kg_m2 = -1.5, p->inertia_yz_kg_m2 = 0.7;
     for (int leg = 0; leg < LEGS; leg++) {
-        double *of[] = {a->upper_mass_kg, a->lower_mass_kg, a->upper_inertia_kg_m2, a->lower_inertia_kg_m2, a->upper_center_m, a->lower_center_m};
+        double *of[] = {a->upper_mass_kg,       a->lower_mass_kg,  a->upper_inertia_kg_m2,
+                        a->lower_inertia_kg_m2, a->upper_center_m, a->lower_center_m};
         for (int i = 0; i < 6; i++) of[i][leg] *= 1.0 + 0.3 * random_unit(state);
         for (int r = 0; r < 3; r++) {
             g->upper.m[leg][r] = m.kinematics.upper[leg][r] - (r == 2 ? p->center_height_m : 0.0) + 0.05 * random_unit(state);

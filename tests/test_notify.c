@@ -118,7 +118,8 @@ static void a_manager_that_takes_nothing_holds_nobody_up(void **unused) {
     struct error error;
     int manager = listen_on(path);
     assert_int_equal(notify_open(&n, &error), STATUS_OK);
-    for (int i = 0; i < 100000; i++) notify_send(&n, "STATUS=settled"); /* no socket's queue is so long */
+    /* no socket's queue is so long */
+    for (int i = 0; i < 100000; i++) notify_send(&n, "STATUS=settled");
     close(manager);
     notify_send(&n, "STATUS=settled"); /* nobody any more: no signal, no end */
     notify_close(&n);

@@ -1,5 +1,5 @@
-/* Requests of operators against a loop that has not come to look at them yet: a stop is not lost, whatever comes with it. In a network of
- * its own. */
+/* Requests of operators against a loop that has not come to look at them yet: a stop is not lost,
+ * whatever comes with it. In a network of its own. */
 #include "support.h"
 
 #include <sched.h>

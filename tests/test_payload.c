@@ -11,7 +11,8 @@ struct given {
     double entry[MATRIX_ENTRIES], covariance[MATRIX_ENTRIES][MATRIX_ENTRIES];
 };
 
-/* The configured legs, and a body with these values; one part in a thousand of the matrix unsure. */
+/* The configured legs, and a body with these values; one part in a thousand of
+ * the matrix unsure. */
 static void machine_with(struct given *g, const double value[PAYLOAD_VALUES]) {
     static const double neutral[DOFS] = {0};
     static const int inertia[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
@@ -75,7 +76,8 @@ static void the_stated_deviations_are_those_of_the_errors(void **unused) {
 
 static void what_no_body_can_have_is_said_and_the_nearest_given(void **unused) {
     (void)unused;
-    static const double impossible[PAYLOAD_VALUES] = {143, 0.0, 0.0, 0.0, 2, 2, 9, 0, 0, 0}; /* zz above xx + yy */
+    /* zz above xx + yy */
+    static const double impossible[PAYLOAD_VALUES] = {143, 0.0, 0.0, 0.0, 2, 2, 9, 0, 0, 0};
     struct given g;
     machine_with(&g, impossible);
     struct payload p = payload_find(&g.params, &g.kinematics, g.entry, g.covariance);
@@ -97,7 +99,8 @@ static void a_mass_that_nothing_determines_is_no_result(void **unused) {
     assert_false(payload_find(&g.params, &g.kinematics, g.entry, g.covariance).evaluated);
 }
 
-/* Against the simulation's bodies, whose payload effects make another one; {M} stays where the configured centre is. */
+/* Against the simulation's bodies, whose payload effects make another one; {M} stays where the
+ * configured centre is. */
 static void the_matrix_in_any_pose_is_that_of_the_simulated_bodies(void **unused) {
     (void)unused;
     static const char *const of_center[3] = {"x_m", "y_m", "z_m"};
@@ -137,9 +140,10 @@ static void the_matrix_in_any_pose_is_that_of_the_simulated_bodies(void **unused
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_body_off_the_centre_is_found_again), cmocka_unit_test(the_stated_deviations_are_those_of_the_errors),
-        cmocka_unit_test(the_matrix_in_any_pose_is_that_of_the_simulated_bodies),
-        cmocka_unit_test(what_no_body_can_have_is_said_and_the_nearest_given), cmocka_unit_test(a_mass_that_nothing_determines_is_no_result)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(a_body_off_the_centre_is_found_again),
+                                       cmocka_unit_test(the_stated_deviations_are_those_of_the_errors),
+                                       cmocka_unit_test(the_matrix_in_any_pose_is_that_of_the_simulated_bodies),
+                                       cmocka_unit_test(what_no_body_can_have_is_said_and_the_nearest_given),
+                                       cmocka_unit_test(a_mass_that_nothing_determines_is_no_result)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,5 @@
-/* A recording is cut into rest, steady motion and other motion by its lengths alone, whatever the motion, the rate and the sensor. */
+/* A recording is cut into rest, steady motion and other motion by its lengths alone, whatever the
+ * motion, the rate and the sensor. */
 #include "support.h"
 
 #include <stdlib.h>
@@ -13,7 +14,8 @@ static struct error error;
 typedef double motion(double t_s);
 
 struct sensor {
-    double rate_hz, duration_s, noise_m, step_m, lost, jitter; /* lost: share of the samples; jitter: of a period, rms */
+    /* lost: share of the samples; jitter: of a period, rms */
+    double rate_hz, duration_s, noise_m, step_m, lost, jitter;
 };
 
 static const struct sensor good = {.rate_hz = 500, .duration_s = 20, .noise_m = 1e-6};
@@ -177,7 +179,8 @@ static void what_does_not_repeat_is_not_steady(void **unused) {
         expect("motion", motions[i], &coarse, (const struct expected[]){{'M', 0, 0, 0}}, 1);
     }
     EXPECT(slow_chirp, &minute, {'M', 0, 0, 0});
-    EXPECT(swell, &minute, {'R', 0, 0.5, 0.2}, {'M', 0, 0, 0}); /* at first by less than 0.3 % of what it comes to */
+    /* at first by less than 0.3 % of what it comes to */
+    EXPECT(swell, &minute, {'R', 0, 0.5, 0.2}, {'M', 0, 0, 0});
 }
 
 /* 1 s at each place, 0.2 s from one to the next. */
@@ -267,7 +270,8 @@ static void noise_and_steps_of_a_sensor_are_seen(void **unused) {
         struct recording_test t = measure(from_the_start, &sensors[i]);
         struct noise n = noise_measure(t.count, t.sample->length_m, sizeof *t.sample / sizeof(double));
         double rms = sqrt(sensors[i].noise_m * sensors[i].noise_m + sensors[i].step_m * sensors[i].step_m / 12.0);
-        assert_close(n.rms / rms, 1.0, 0.15); /* the median of blocks of 32 is 4 % low, steps of a slow sine are not quite white */
+        /* the median of blocks of 32 is 4 % low, steps of a slow sine are not quite white */
+        assert_close(n.rms / rms, 1.0, 0.15);
         assert_close(n.step, sensors[i].step_m, 1e-9);
         free(t.sample);
     }

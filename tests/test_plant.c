@@ -1,4 +1,5 @@
-/* The simulated machine as a whole: start, placing, valves, sensors, seeds, and commands that no controller should send. */
+/* The simulated machine as a whole: start, placing, valves, sensors, seeds, and commands that no
+ * controller should send. */
 #include "support.h"
 
 #include "cylinder.h"
@@ -125,7 +126,8 @@ static void positive_valves_extend_and_raise(void **unused) {
     plant_destroy(plant);
 }
 
-/* Steady rest: the valve makes up for the leakage, P1 = Ps - P2 (alike ports), A1 P1 - A2 P2 the load (docs/method.md, 5: -0.075). */
+/* Steady rest: the valve makes up for the leakage, P1 = Ps - P2 (alike ports), A1 P1 - A2 P2 the
+ * load (docs/method.md, 5: -0.075). */
 static void at_rest_the_valve_feeds_the_leakage(void **unused) {
     (void)unused;
     struct params params = defaults();
@@ -155,7 +157,8 @@ static void at_rest_the_valve_feeds_the_leakage(void **unused) {
     plant_destroy(plant);
 }
 
-/* Bang-bang at random, NaN and infinity among it, for 40 s: whatever happens stays finite, within the stops and above vacuum. */
+/* Bang-bang at random, NaN and infinity among it, for 40 s: whatever happens stays finite, within
+ * the stops and above vacuum. */
 static void hostile_commands_break_nothing(void **unused) {
     (void)unused;
     struct params params = defaults();
@@ -263,7 +266,8 @@ static void lengths_come_in_steps_of_the_encoder(void **unused) {
     plant_destroy(plant);
 }
 
-/* 25 mV peak to peak on 16 MPa per 10 V, before 12 bits over +-10 V: uniform noise of 40 kPa, codes of 7.8 kPa. */
+/* 25 mV peak to peak on 16 MPa per 10 V, before 12 bits over +-10 V: uniform noise of 40 kPa,
+ * codes of 7.8 kPa. */
 static void pressures_have_the_noise_and_the_codes_of_the_rig(void **unused) {
     (void)unused;
     struct params params = defaults();
@@ -282,7 +286,8 @@ static void pressures_have_the_noise_and_the_codes_of_the_rig(void **unused) {
         sum += error, square += error * error, product += error * last;
         last = error;
     }
-    double mean = 0.0, variance = 0.0; /* exact: each code gets the share of the noise that rounds to it */
+    /* exact: each code gets the share of the noise that rounds to it */
+    double mean = 0.0, variance = 0.0;
     for (double c = floor((truth - noise) / code); c * code < truth + noise; c++) {
         double share = fmax(0.0, fmin((c + 0.5) * code, truth + noise / 2) - fmax((c - 0.5) * code, truth - noise / 2)) / noise;
         mean += share * (c * code - truth), variance += share * (c * code - truth) * (c * code - truth);

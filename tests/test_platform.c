@@ -1,12 +1,13 @@
-/* The controller through its states: the automatic run, what comes before and after it, and requests at any instant. */
+/* The controller through its states: the automatic run, what comes before and after it, and
+ * requests at any instant. */
 #include "platform_rig.h"
 
 /* ---- the run ---- */
 
 static void automatic_run_tests_every_axis_and_ends_put_down(void **unused) {
     (void)unused;
-    static const enum state story[] = {STATE_INIT,  STATE_SETTLED, STATE_PRESSURISING, STATE_ENGAGING, STATE_READY, STATE_TESTING,
-                                       STATE_READY, STATE_PARKING, STATE_SETTLED};
+    static const enum state story[] = {STATE_INIT,    STATE_SETTLED, STATE_PRESSURISING, STATE_ENGAGING, STATE_READY,
+                                       STATE_TESTING, STATE_READY,   STATE_PARKING,      STATE_SETTLED};
     struct params params = brisk();
     struct rig rig;
     int chapter = 0, evaluated[DOFS] = {0};
@@ -18,7 +19,8 @@ static void automatic_run_tests_every_axis_and_ends_put_down(void **unused) {
         if (c->phase == PHASE_EVALUATE) {
             assert_int_equal(c->dof, params.tests.order[c->test]);
             evaluated[c->test]++;
-            assert_below(distance(c->pose, c->ref, DOFS), 1e-3); /* a lag of 10 degrees at 4 Hz is 0.7 mm of 4 */
+            /* a lag of 10 degrees at 4 Hz is 0.7 mm of 4 */
+            assert_below(distance(c->pose, c->ref, DOFS), 1e-3);
         }
         assert_int_equal(c->test >= 0, c->phase != PHASE_NONE);
     }
@@ -68,7 +70,8 @@ static void init_waits_for_the_sensors_and_then_gives_up(void **unused) {
     spoil_cycles(&rig, flagged_io, 3000);
     rig_cycle(&rig, COMMAND_RESET);
     rig_run(&rig, 200);
-    assert_int_equal(rig.now.state, STATE_SETTLED); /* not engaging: a fault ends what was automatic */
+    /* not engaging: a fault ends what was automatic */
+    assert_int_equal(rig.now.state, STATE_SETTLED);
     plant_destroy(rig.plant);
 }
 
@@ -103,7 +106,8 @@ static void engage_starts_where_the_platform_is(void **unused) {
         plant_place(rig.plant, pose);
         rig_bring(&rig, STATE_ENGAGING, 0);
         plant_get_truth(rig.plant, &truth);
-        assert_below(distance(rig.now.ref, truth.pose, DOFS), 1e-3); /* a sensor's resolution and a cycle of settling */
+        /* a sensor's resolution and a cycle of settling */
+        assert_below(distance(rig.now.ref, truth.pose, DOFS), 1e-3);
         rig_until(&rig, STATE_READY);
         assert_below(distance(rig.now.pose, (double[DOFS]){0}, DOFS), 2e-3);
         assert_below(rig.largest_valve_step, 0.2);
@@ -145,7 +149,8 @@ static void park_at_any_instant_of_a_test_ramps_out_and_puts_down(void **unused)
     for (int n = 0; n < 30; n++) {
         rig.params.tests.order[0] = (enum dof)(n % DOFS);
         rig_bring(&rig, STATE_TESTING, random_below(&seed, 500));
-        if (n % 3 == 0) rig_cycle(&rig, COMMAND_STOP), rig_run(&rig, random_below(&seed, 80)); /* stopping already */
+        /* stopping already */
+        if (n % 3 == 0) rig_cycle(&rig, COMMAND_STOP), rig_run(&rig, random_below(&seed, 80));
         rig_cycle(&rig, COMMAND_PARK);
         for (int m = 0; rig.now.state != STATE_SETTLED; m++) {
             assert_int_equal(rig.now.state, STATE_PARKING);
@@ -201,7 +206,8 @@ static void a_request_is_acted_upon_once(void **unused) {
     struct rig rig;
     rig_init(&rig, &params);
     const struct request engage = {.id = 7, .command = COMMAND_ENGAGE}, park = {.id = 8, .command = COMMAND_PARK};
-    for (int n = 0; n < 200; n++) rig_request(&rig, engage, NULL, 0); /* came while init: too early, and never later */
+    /* came while init: too early, and never later */
+    for (int n = 0; n < 200; n++) rig_request(&rig, engage, NULL, 0);
     assert_int_equal(rig.now.state, STATE_SETTLED);
     rig_request(&rig, park, NULL, 0);
     rig_request(&rig, engage, NULL, 0); /* its id is another one now */
@@ -212,7 +218,8 @@ static void a_request_is_acted_upon_once(void **unused) {
     rig_request(&rig, (struct request){.id = UINT32_MAX, .command = COMMAND_RESET}, NULL, 0);
     for (int n = 0; n < 200; n++) rig_request(&rig, (struct request){.id = UINT32_MAX, .command = COMMAND_ENGAGE}, NULL, 0);
     assert_int_equal(rig.now.state, STATE_SETTLED);
-    rig_request(&rig, (struct request){.id = 0, .command = COMMAND_ENGAGE}, NULL, 0); /* ids come round */
+    /* ids come round */
+    rig_request(&rig, (struct request){.id = 0, .command = COMMAND_ENGAGE}, NULL, 0);
     assert_int_equal(rig.now.state, STATE_PRESSURISING);
     plant_destroy(rig.plant);
 }
@@ -235,7 +242,8 @@ static void hostile_commands_do_nothing(void **unused) {
     }
 }
 
-/* Three minutes of buttons pushed at random, with a bad sample now and then: check_always holds, and there is never a bump. */
+/* Three minutes of buttons pushed at random, with a bad sample now and then: check_always holds,
+ * and there is never a bump. */
 static void random_requests_never_bump_the_platform(void **unused) {
     (void)unused;
     struct params params = by_hand();
@@ -274,7 +282,8 @@ static void garbage_from_the_sensors_never_reaches_the_valves(void **unused) {
             uint64_t word;
             size_t at = (size_t)random_below(&seed, (int)(sizeof sample / sizeof word)) * sizeof word;
             random_unit(&seed);
-            word = random_below(&seed, 2) ? seed ^ seed << 31 : seed >> 1; /* also exponents that make sense */
+            /* also exponents that make sense */
+            word = random_below(&seed, 2) ? seed ^ seed << 31 : seed >> 1;
             memcpy((char *)&sample + at, &word, sizeof word);
         }
         struct request request = {.id = (uint32_t)n, .command = (enum command)(n % 50 == 0 ? random_below(&seed, COMMANDS) : 0)};

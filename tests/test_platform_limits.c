@@ -1,7 +1,9 @@
-/* The controller's limits: what the sensors say too much, too late or not at all ends in a fault, and no earlier than it must. */
+/* The controller's limits: what the sensors say too much, too late or not at all ends in a fault,
+ * and no earlier than it must. */
 #include "platform_rig.h"
 
-/* Whatever is asked for and however good the samples, a fault holds still until the reset; and then it waits to be engaged. */
+/* Whatever is asked for and however good the samples, a fault holds still until the reset; and then
+ * it waits to be engaged. */
 static void assert_stays_still_until_reset(struct rig *rig) {
     static const enum command tempting[] = {COMMAND_ENGAGE, COMMAND_START, COMMAND_STOP, COMMAND_PARK, COMMAND_NONE};
     uint32_t faults = rig->now.faults, headline = rig->now.first_fault;
@@ -80,7 +82,8 @@ static void fewer_bad_samples_are_ridden_out_with_the_command_held(void **unused
                     rig_spoilt(&rig, bad[b].spoil, n);
                     if (!parks(bad[b].headline)) assert_memory_equal(kept.valve, rig.now.out.valve, sizeof kept.valve);
                     assert_true(rig.now.out.enable);
-                    assert_true(rig.now.in.flags & (SAMPLE_INVALID | SAMPLE_IO)); /* the identifier leaves it out */
+                    /* the identifier leaves it out */
+                    assert_true(rig.now.in.flags & (SAMPLE_INVALID | SAMPLE_IO));
                 }
                 rig_run(&rig, 10);
                 assert_int_equal(rig.now.in.flags, 0);
@@ -114,7 +117,8 @@ static void a_leg_that_does_not_follow_trips(void **unused) {
     }
 }
 
-/* A transducer dies while the platform moves. Without this its leg would follow a reference that it can never reach, to the end stop. */
+/* A transducer dies while the platform moves. Without this its leg would follow a reference that it
+ * can never reach, to the end stop. */
 static void a_length_that_stands_still_trips_before_its_leg_has_gone_far(void **unused) {
     (void)unused;
     struct params params = by_hand();
@@ -139,12 +143,14 @@ static void a_length_that_stands_still_trips_before_its_leg_has_gone_far(void **
             assert_int_equal(rig.now.first_fault, FAULT_STANDSTILL);
             assert_true(rig.platform.still_high_m[leg] - rig.platform.still_low_m[leg] > params.limits.standstill_m);
             double held_s = params.limits.bad_cycles * params.loop.period_s;
-            assert_below(astray, 2 * params.limits.standstill_m + 0.4 * held_s); /* valves stay open at 0.4 m/s */
+            /* valves stay open at 0.4 m/s */
+            assert_below(astray, 2 * params.limits.standstill_m + 0.4 * held_s);
             plant_destroy(rig.plant);
         }
 }
 
-/* However the swing lies about the place where the reading stopped: its range counts. psi moves all legs by 2.5 mm from end to end. */
+/* However the swing lies about the place where the reading stopped: its range counts. psi moves all
+ * legs by 2.5 mm from end to end. */
 static void a_length_that_stands_still_in_a_test_trips_within_a_period(void **unused) {
     (void)unused;
     struct params params = by_hand();
@@ -177,8 +183,9 @@ static void a_leg_with_much_dry_friction_does_not_stand_still_for_long_enough_to
     int effect = effect_find("cylinder_coulomb_friction");
     assert_true(effect >= 0);
     params.effects[effect].on = true;
+    /* twice the paper's */
     for (int k = 0; k < EFFECT_KEYS && effect_table[effect]->keys[k].name; k++)
-        for (int i = 0; i < LEGS; i++) params.effects[effect].value[k][i] = 400.0; /* twice the paper's */
+        for (int i = 0; i < LEGS; i++) params.effects[effect].value[k][i] = 400.0;
     rig_init(&rig, &params);
     for (int n = 0; n < 20000 && (n == 0 || rig.platform.automatic); n++) rig_cycle(&rig, COMMAND_NONE);
     assert_int_equal(rig.now.state, STATE_SETTLED);
@@ -196,7 +203,8 @@ static void lengths_that_fit_no_pose_trip(void **unused) {
     (void)unused;
     struct params params = by_hand();
     struct rig rig;
-    params.limits.leg_rate_mps = params.limits.following_m = params.limits.standstill_m = 1e6; /* or these would speak first */
+    /* or these would speak first */
+    params.limits.leg_rate_mps = params.limits.following_m = params.limits.standstill_m = 1e6;
     rig_init(&rig, &params);
     rig_bring(&rig, STATE_READY, 10);
     spoil_cycles(&rig, no_such_platform, params.limits.bad_cycles - 1);
@@ -250,20 +258,22 @@ static void overrun_limit_in_a_row_trips_and_one_less_does_not(void **unused) {
     plant_destroy(rig.plant);
 }
 
-/* 16 ms without the loop, at the fastest the platform goes: the leg did not break its rate limit, the loop was away; and not for so long that
- * the relay of the supply has opened. */
+/* 16 ms without the loop, at the fastest the platform goes: the leg did not break its rate limit,
+ * the loop was away; and not for so long that the relay of the supply has opened. */
 static void a_missed_deadline_is_no_leg_rate_fault(void **unused) {
     (void)unused;
     struct params params = by_hand();
     struct rig rig;
-    params.loop.overrun_limit = 100, params.limits.following_m = 0.05; /* or these would speak first */
+    /* or these would speak first */
+    params.loop.overrun_limit = 100, params.limits.following_m = 0.05;
     rig_init(&rig, &params);
     rig_bring(&rig, STATE_ENGAGING, 500); /* the middle of the move */
     for (int n = 0; n < 8; n++) plant_step(rig.plant, rig.now.out.valve);
     struct hal_sample sample = {.flags = SAMPLE_OVERRUN};
     plant_measure(rig.plant, &sample);
     double moved = fabs(sample.length_m[0] - rig.platform.length_m[0]);
-    assert_true(moved > 2 * params.limits.leg_rate_mps * params.loop.period_s); /* it is a jump for one period */
+    /* it is a jump for one period */
+    assert_true(moved > 2 * params.limits.leg_rate_mps * params.loop.period_s);
     for (int n = 0; n < 20; n++) {
         sample.time_ns = (rig.cycles + 8) * PERIOD_NS;
         if (n > 0) sample.flags = 0, plant_measure(rig.plant, &sample);

@@ -1,5 +1,5 @@
-/* What is recorded is what the configuration says, or it is refused for what it is: a plug in the wrong socket is no physical effect. What
- * a log lacks is left out. */
+/* What is recorded is what the configuration says, or it is refused for what it is: a plug in the
+ * wrong socket is no physical effect. What a log lacks is left out. */
 #include "support.h"
 
 #include <stdlib.h>
@@ -158,7 +158,8 @@ static void another_machine_is_refused(void **unused) {
         if (i == 1) other.payload.mass_kg = 4000.0;
         if (i == 2) all_legs(other.actuator.piston_diameter_m, 0.2);
         r.params = &other;
-        for (int n = 0; i == 2 && n < r.tests; n++) /* the forces that this cylinder would make of these pressures */
+        /* the forces that this cylinder would make of these pressures */
+        for (int n = 0; i == 2 && n < r.tests; n++)
             for (int j = 0; j < r.test[n].count; j++)
                 for (int k = 0; k < LEGS; k++) {
                     struct cylinder_areas areas = cylinder_areas(&other.actuator);
@@ -186,7 +187,8 @@ static void stamps_that_stand_still_are_no_clock(void **unused) {
     recording_free(&r);
 }
 
-/* Played faster: 4 Hz become 4.125, which lies in the middle between two frequencies of the search. */
+/* Played faster: 4 Hz become 4.125, which lies in the middle between two
+ * frequencies of the search. */
 static void any_frequency_that_the_configuration_states_is_accepted(void **unused) {
     (void)unused;
     struct error error = {0};
@@ -240,7 +242,8 @@ static void what_is_as_it_should_be_is_accepted(void **unused) {
     }
 }
 
-/* Without commands the chambers are not evaluated, and no effect is blamed that shows there alone. */
+/* Without commands the chambers are not evaluated, and no effect is blamed that
+ * shows there alone. */
 static void without_commands_forces_alone_are_explained(void **unused) {
     (void)unused;
     static struct gap_result g;
@@ -259,7 +262,8 @@ static void without_commands_forces_alone_are_explained(void **unused) {
     recording_free(&r);
 }
 
-/* One row in a hundred lost: cycles that miss more than a tenth do not count, and the sampling is what it is between the gaps. */
+/* One row in a hundred lost: cycles that miss more than a tenth do not count, and the sampling is
+ * what it is between the gaps. */
 static void lost_samples_do_not_change_the_sampling(void **unused) {
     (void)unused;
     struct error error;
@@ -303,7 +307,8 @@ static void a_second_run_has_tests_of_its_own(void **unused) {
     assert_int_equal(r.tests, DOFS + 1);
     assert_true(last->run == 1 && last->test == DOFS && last->dof == DOF_Z);
     assert_true(last->frequency_hz == second.hz[DOF_Z] && last->amplitude == second.amplitude[DOF_Z]);
-    if (recording_check(&r, &error)) fail_msg("%s", error.text); /* the legs move at the run's frequency, not at the model's */
+    /* the legs move at the run's frequency, not at the model's */
+    if (recording_check(&r, &error)) fail_msg("%s", error.text);
     double first_mt[DOFS][DOFS], both_mt[DOFS][DOFS];
     assert_true(replay_identify(&params, &clean, first_mt) && replay_identify(&params, &r, both_mt));
     for (int i = 0; i < DOFS; i++) /* of the first run alone */

@@ -1,5 +1,5 @@
-/* The result as JSON and as a table: every number arrives, what was not evaluated is null, and memory is given back. As messages:
- * test_ident_messages.c. */
+/* The result as JSON and as a table: every number arrives, what was not evaluated is null, and
+ * memory is given back. As messages: test_ident_messages.c. */
 #include "support.h"
 
 #include <float.h>
@@ -163,8 +163,8 @@ static void json_keeps_every_number_bit_for_bit(void **unused) {
 
 static void json_names_its_schema_and_has_its_keys_and_no_others(void **unused) {
     (void)unused;
-    static const char *const keys[] = {"schema",   "tests",    "nominal",    "method_a", "modified_a",
-                                       "method_b", "method_c", "method_c_reason", "errors_pct", "loop", "verdict"};
+    static const char *const keys[] = {"schema",   "tests",           "nominal",    "method_a", "modified_a", "method_b",
+                                       "method_c", "method_c_reason", "errors_pct", "loop",     "verdict"};
     json_t *root = parsed(report_full(awkward));
     assert_string_equal(json_string_value(member(root, "schema")), "hexid.identification/1");
     for (size_t i = 0; i < sizeof keys / sizeof *keys; i++) member(root, keys[i]);
@@ -221,7 +221,7 @@ static void json_errors_are_against_the_nominal_entries(void **unused) {
     static const struct {
         const char *name;
         int row, col;
-    } entry[] = {{"mx", 0, 0},  {"my", 1, 1},  {"mz", 2, 2},   {"Ixx", 3, 3},  {"Iyy", 4, 4},
+    } entry[] = {{"mx", 0, 0},  {"my", 1, 1},   {"mz", 2, 2},   {"Ixx", 3, 3},  {"Iyy", 4, 4},
                  {"Izz", 5, 5}, {"Mt15", 0, 4}, {"Mt24", 1, 3}, {"Mt42", 3, 1}, {"Mt51", 4, 0}};
     struct report *r = report_full(awkward);
     const struct method_result *method[] = {&r->id.method_a, &r->id.modified_a, &r->id.method_b};
@@ -390,7 +390,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(json_keeps_every_number_bit_for_bit),
         cmocka_unit_test(json_names_its_schema_and_has_its_keys_and_no_others),
-                                       cmocka_unit_test(json_has_method_c_with_its_friction_or_why_not),
+        cmocka_unit_test(json_has_method_c_with_its_friction_or_why_not),
         cmocka_unit_test(json_keeps_the_verdict_word_by_word),
         cmocka_unit_test(json_errors_are_against_the_nominal_entries),
         cmocka_unit_test(json_has_null_for_what_was_not_evaluated),

@@ -1,7 +1,9 @@
-/* What the loop thread must not do: touch the heap, take a lock, make a system call other than to sleep. Each is a trap that ends a child
- * process; that the traps work is proved by walking into them.
+/* What the loop thread must not do: touch the heap, take a lock, make a system call other
+ * than to sleep. Each is a trap that ends a child process; that the traps work is proved by
+ * walking into them.
  *
- * The allocator and the lock functions of this program stand before the C library's and pass on to them unless a cycle is running. */
+ * The allocator and the lock functions of this program stand before the C library's and pass on to
+ * them unless a cycle is running. */
 #include "support.h"
 
 #include <dlfcn.h>
@@ -181,7 +183,8 @@ static const struct run runs[] = {
     {ENGINE_CLOSED_FORM, true, CLOCK_VIRTUAL, 2000, "sim:", NULL},
     {ENGINE_CLOSED_FORM, false, CLOCK_REAL, 450, "sim:", NULL},
     {ENGINE_CLOSED_FORM, false, CLOCK_PACED, 200, "sim:", NULL},
-    {ENGINE_CLOSED_FORM, false, CLOCK_VIRTUAL, 2000, "fault:nan@0.5+0.004/2,drop@1+0.006,stale@2+1;sim:", NULL}, /* faults and after */
+    /* faults and after */
+    {ENGINE_CLOSED_FORM, false, CLOCK_VIRTUAL, 2000, "fault:nan@0.5+0.004/2,drop@1+0.006,stale@2+1;sim:", NULL},
 };
 
 static void assert_ends_well(bool system_calls_too) {

@@ -1,5 +1,5 @@
-/* The promises of docs/safety.md's table that no other test holds: what stops, who may move the machine, what a fault says, and what
- * comes after it. */
+/* The promises of docs/safety.md's table that no other test holds: what stops, who may move the
+ * machine, what a fault says, and what comes after it. */
 #include "platform_rig.h"
 
 #include "cli.h"
@@ -14,11 +14,12 @@ static void burst(struct hal_sample *s, int leg) { s->p2_pa[leg] = 20e6; }
 
 /* ---- stop ---- */
 
-/* Told to stop in any state, also again and again: nothing speeds up, nothing begins by itself, and it comes to rest. */
+/* Told to stop in any state, also again and again: nothing speeds up, nothing begins by itself, and
+ * it comes to rest. */
 static void a_stop_in_any_state_leads_to_rest(void **unused) {
     (void)unused;
-    static const enum state states[] = {STATE_INIT, STATE_SETTLED, STATE_ENGAGING, STATE_READY, STATE_TESTING, STATE_PARKING, STATE_FAULT,
-                                        STATE_PRESSURISING};
+    static const enum state states[] = {STATE_INIT,    STATE_SETTLED, STATE_ENGAGING, STATE_READY,
+                                        STATE_TESTING, STATE_PARKING, STATE_FAULT,    STATE_PRESSURISING};
     for (int k = 0; k < STATES * 3; k++) {
         enum state state = states[k % STATES], rest;
         struct rig rig;
@@ -37,7 +38,8 @@ static void a_stop_in_any_state_leads_to_rest(void **unused) {
             memcpy(last, rig.now.ref, sizeof last);
             rig_cycle(&rig, n % 100 == 50 ? COMMAND_STOP : COMMAND_NONE);
             assert_true(rig.now.state != STATE_ENGAGING);
-            if (rig.now.state == STATE_TESTING) assert_true(n < (int)(0.5 * 500)); /* the ramp-out and no more */
+            /* the ramp-out and no more */
+            if (rig.now.state == STATE_TESTING) assert_true(n < (int)(0.5 * 500));
             still = rig.now.out.enable && distance(last, rig.now.ref, DOFS) > 0.0 ? 0 : still + 1;
         }
         rest = rig.now.state;
@@ -80,7 +82,8 @@ static void nothing_is_run_without_ramps(void **unused) {
     }
 }
 
-/* On either side of 0.1 s, each key by itself and a slow loop; the message has the keys to turn and the time. */
+/* On either side of 0.1 s, each key by itself and a slow loop; the message has the keys to
+ * turn and the time. */
 static void nothing_is_run_that_could_move_blindly_for_long(void **unused) {
     (void)unused;
     static const char slow[] = "loop.period_s=0.01", steps[] = "sim.substeps=40";
@@ -126,7 +129,10 @@ static void a_fault_names_its_leg(void **unused) {
     static const struct {
         spoiler *spoil;
         uint32_t fault;
-    } cases[] = {{not_a_number, FAULT_SENSOR_INVALID}, {too_long, FAULT_STROKE}, {jumped, FAULT_LEG_RATE}, {pressed, FAULT_FORCE},
+    } cases[] = {{not_a_number, FAULT_SENSOR_INVALID},
+                 {too_long, FAULT_STROKE},
+                 {jumped, FAULT_LEG_RATE},
+                 {pressed, FAULT_FORCE},
                  {burst, FAULT_FORCE}};
     struct params params = by_hand();
     struct rig rig;
@@ -190,7 +196,8 @@ static void a_device_without_a_count_is_believed_by_its_clock(void **unused) {
     plant_destroy(rig.plant);
 }
 
-/* A loop that was away for so long finds a machine that may have been centred by its device: it does not go on. */
+/* A loop that was away for so long finds a machine that may have been centred by its device:
+ * it does not go on. */
 static void a_loop_that_was_away_for_long_does_not_go_on(void **unused) {
     (void)unused;
     struct params params = by_hand();
@@ -246,7 +253,8 @@ static void engaging_again_after_a_fault_is_bumpless(void **unused) {
     print_message("# reference off by %.2g m or rad, valves step by %.4f, then by %.4f a cycle\n", reference, valve_first, valve_later);
     assert_below(reference, 5e-6);   /* a cycle of the move's beginning */
     assert_below(valve_first, 0.005);
-    assert_below(valve_later, 0.03); /* a quantum of the length, 50 um, is 0.002 of the valve; the rest damps the pressures */
+    /* a quantum of the length, 50 um, is 0.002 of the valve; the rest damps the pressures */
+    assert_below(valve_later, 0.03);
     plant_destroy(rig.plant);
 }
 
@@ -285,7 +293,8 @@ static void a_steady_motion_wanders_not_at_all_at_any_rate(void **unused) {
         for (int p = 0; p < 3; p++) {
             if (frequency_hz[f] * period_s[p] > 0.2) continue;
             struct testimony t = testify(frequency_hz[f], period_s[p], NOTHING, 0);
-            assert_below(t.force_n, 6.0);    /* a block is up to a sample longer or shorter: 150 N 2 / 100 samples, twice */
+            /* a block is up to a sample longer or shorter: 150 N 2 / 100 samples, twice */
+            assert_below(t.force_n, 6.0);
             assert_below(t.length_m, 4e-5);
             assert_true((double)t.still_samples * period_s[p] * frequency_hz[f] < 0.5);
             assert_close(t.mean_n[0], 500.0, 151.0 * 2);
@@ -294,7 +303,8 @@ static void a_steady_motion_wanders_not_at_all_at_any_rate(void **unused) {
 
 static void each_witness_sees_its_fault_and_names_its_leg(void **unused) {
     (void)unused;
-    for (int from = 130; from < SAMPLES - 150; from += 60) { /* a whole period of eight before it and after it */
+    /* a whole period of eight before it and after it */
+    for (int from = 130; from < SAMPLES - 150; from += 60) {
         struct testimony t = testify(4.0, 0.002, FROZEN, from);
         assert_true(t.still_leg == 2 && t.still_samples == SAMPLES - from && t.length_leg == 2);
         t = testify(4.0, 0.002, JUMP, from);

@@ -1,4 +1,5 @@
-/* What effects say of each other and of the base, each in its own file: that it is there, once, and what hexid and the reader can use. */
+/* What effects say of each other and of the base, each in its own file: that it is there, once, and
+ * what hexid and the reader can use. */
 #include "support.h"
 
 #include <stdio.h>
@@ -36,7 +37,8 @@ static void what_an_effect_is_parallel_to_can_be_fitted(void **state) {
     (void)state;
     for (int i = 0; effect_table[i]; i++)
         for (int k = 0; k < EFFECT_TIES && effect_table[i]->parallel_to[k]; k++)
-            if (!is_parameter(effect_table[i]->parallel_to[k])) fail_msg("%s: parallel_to[%d] is not in the base", effect_table[i]->name, k);
+            if (!is_parameter(effect_table[i]->parallel_to[k]))
+                fail_msg("%s: parallel_to[%d] is not in the base", effect_table[i]->name, k);
 }
 
 static void what_an_effect_contains_is_another_one_that_does_not_contain_it(void **state) {

@@ -1,4 +1,5 @@
-/* Motions that are no sinusoid of one axis: splines, their files, the reference and the platform that follow them, and the check before. */
+/* Motions that are no sinusoid of one axis: splines, their files, the reference and the platform
+ * that follow them, and the check before. */
 #include "platform_rig.h"
 
 #include <stdio.h>
@@ -47,7 +48,8 @@ static void a_trajectory_goes_through_its_poses(void **unused) {
     }
 }
 
-/* Error of a cubic spline, 5/384 h^4 |f''''| with h = 0.16 s, where its ends do not disturb it; closed, everywhere. */
+/* Error of a cubic spline, 5/384 h^4 |f''''| with h = 0.16 s, where its ends do not disturb it;
+ * closed, everywhere. */
 static void between_them_it_is_the_wave_they_are_of(void **unused) {
     (void)unused;
     for (int passes = 1; passes <= 2; passes++) {
@@ -61,7 +63,8 @@ static void between_them_it_is_the_wave_they_are_of(void **unused) {
     }
 }
 
-/* Second differences of a smooth curve change by h times its third derivative from step to step; a jump of the second would stay. */
+/* Second differences of a smooth curve change by h times its third derivative from step to step; a
+ * jump of the second would stay. */
 static void pose_rate_and_acceleration_are_continuous(void **unused) {
     (void)unused;
     static const double h = 1e-3;
@@ -70,9 +73,11 @@ static void pose_rate_and_acceleration_are_continuous(void **unused) {
         double p[4][DOFS], step = 0.0;
         for (int n = 0; n + 3 <= (int)lround(trajectory_s(&t) / h); n++) {
             for (int k = 0; k < 4; k++) trajectory_at(&t, h * (n + k), p[k]);
-            for (int axis = 0; axis < DOFS; axis++) step = fmax(step, fabs(p[3][axis] - 3 * p[2][axis] + 3 * p[1][axis] - p[0][axis]) / (h * h));
+            for (int axis = 0; axis < DOFS; axis++)
+                step = fmax(step, fabs(p[3][axis] - 3 * p[2][axis] + 3 * p[1][axis] - p[0][axis]) / (h * h));
         }
-        assert_below(step, h * 6.0 * 0.06 * pow(PI, 3)); /* a corner between two passes, or knots, would be 0.06 PI^2 */
+        /* a corner between two passes, or knots, would be 0.06 PI^2 */
+        assert_below(step, h * 6.0 * 0.06 * pow(PI, 3));
     }
 }
 
@@ -85,7 +90,8 @@ static void a_natural_end_has_no_acceleration_and_goes_straight_on(void **unused
         for (int k = 0; k < 3; k++) trajectory_at(&t, 4.0 * end + 0.01 * (k - 1), at[k]);
         for (int axis = 0; axis < DOFS; axis++) {
             assert_close(at[2][axis] - at[1][axis], at[1][axis] - at[0][axis], 2e-6);
-            assert_close((at[1][axis] - at[0][axis]) / 0.01, wave_rate(axis, 0.0), 0.03 * (axis + 1)); /* natural ends bend it a little */
+            /* natural ends bend it a little */
+            assert_close((at[1][axis] - at[0][axis]) / 0.01, wave_rate(axis, 0.0), 0.03 * (axis + 1));
         }
     }
     trajectory_at(&t, -2.0, at[0]), trajectory_at(&t, -1.0, at[1]), trajectory_at(&t, 0.0, at[2]);
@@ -186,7 +192,8 @@ static void whatever_else_is_refused_with_line_and_remedy(void **unused) {
 /* Bytes of a good file changed at random: refused, or poses that are numbers at every instant. */
 static void no_file_makes_a_pose_that_is_no_number(void **unused) {
     (void)unused;
-    static const char good[] = "t_s,x_m,psi_rad\n0,0,0\n0.5,0.01,0.02\n1.5,-0.01,1e-2\n2,0,0\n", letters[] = "0123456789.,-+eE;\t\n\"#naifx_\0";
+    static const char good[] = "t_s,x_m,psi_rad\n0,0,0\n0.5,0.01,0.02\n1.5,-0.01,1e-2\n2,0,0\n",
+                      letters[] = "0123456789.,-+eE;\t\n\"#naifx_\0";
     uint64_t seed = 9;
     int taken = 0;
     for (int run = 0; run < 3000; run++) {
@@ -194,7 +201,8 @@ static void no_file_makes_a_pose_that_is_no_number(void **unused) {
         struct trajectory t;
         double pose[DOFS];
         memcpy(text, good, sizeof good);
-        for (int k = random_below(&seed, 3); k >= 0; k--) text[random_below(&seed, sizeof good - 1)] = letters[random_below(&seed, sizeof letters)];
+        for (int k = random_below(&seed, 3); k >= 0; k--)
+            text[random_below(&seed, sizeof good - 1)] = letters[random_below(&seed, sizeof letters)];
         put(text, sizeof good - 1);
         int status = trajectory_load(&t, path, 1 + run % 2, &error);
         assert_true(status == STATUS_OK || status == STATUS_USAGE);
@@ -226,8 +234,8 @@ static void watch(struct watch *w, const double pose[DOFS]) {
     w->seen++;
 }
 
-/* Pose, rate and acceleration of the motion are within 0.06, 0.2 and 0.6 (a natural end's, straight on for a ramp: 0.25); the envelope's
- * within 1, 3 and 24 (0.5 s). Product rule. */
+/* Pose, rate and acceleration of the motion are within 0.06, 0.2 and 0.6 (a natural end's, straight
+ * on for a ramp: 0.25); the envelope's within 1, 3 and 24 (0.5 s). Product rule. */
 static const double rate_most = 0.25 * 3.0 + 0.2, acceleration_most = 0.25 * 24.0 + 2.0 * 3.0 * 0.2 + 0.7;
 
 static struct test_params half_second_ramps(void) {
@@ -249,7 +257,8 @@ static void a_trajectory_is_entered_and_left_smoothly(void **unused) {
             struct reference_sample s = reference_step(&r, &t, dt_s);
             double pose[DOFS];
             trajectory_at(&trajectory, s.test_time_s - 0.5, pose);
-            if (s.phase == PHASE_EVALUATE) assert_true(distance(s.pose, pose, DOFS) == 0.0); /* exactly */
+            /* exactly */
+            if (s.phase == PHASE_EVALUATE) assert_true(distance(s.pose, pose, DOFS) == 0.0);
             if (s.phase == PHASE_SETTLE) assert_true(distance(s.pose, (double[DOFS]){0}, DOFS) == 0.0);
             watch(&w, s.pose);
             count[s.phase]++;
@@ -418,7 +427,8 @@ static void what_the_machine_can_do_is_let_through(void **unused) {
 static void each_limit_refuses_by_its_name(void **unused) {
     (void)unused;
     struct params params = brisk();
-    all_legs(params.limits.length_max_m, 1.8332); /* neutral 1.8307 m; 4 mm of z make 3.6 mm of a leg */
+    /* neutral 1.8307 m; 4 mm of z make 3.6 mm of a leg */
+    all_legs(params.limits.length_max_m, 1.8332);
     assert_refused(&params, NULL, "test z|leg |length 1.83|limit 1.8332 (limits.length_max_m)");
     params = brisk();
     params.limits.leg_rate_mps = 0.08;
@@ -430,7 +440,8 @@ static void each_limit_refuses_by_its_name(void **unused) {
     for (int k = 0; k < LEGS; k++) params.hydraulics.valve_flow_m3_per_s[k] *= k == 4 ? 0.1 : 1.0;
     assert_refused(&params, NULL, "leg 5|rate|flow, by hydraulics.valve_flow_m3_per_s");
     params.tests.multisine = true;
-    for (int d = 0; d < DOFS; d++) params.tests.hz[d] = 4.0 + d; /* alike, their shares of a leg might cancel */
+    /* alike, their shares of a leg might cancel */
+    for (int d = 0; d < DOFS; d++) params.tests.hz[d] = 4.0 + d;
     assert_refused(&params, NULL, "test multisine|leg 5|scale all amplitudes by 0.");
     params = brisk();
     params.limits.force_n = 100.0; /* less than the weight */
@@ -451,7 +462,8 @@ static void the_scale_it_gives_is_the_largest_that_does(void **unused) {
     }
 }
 
-/* It rests at the ends and is far away between: to come back from there within the ramp-out takes more than the motion itself. */
+/* It rests at the ends and is far away between: to come back from there within the ramp-out takes
+ * more than the motion itself. */
 static void a_stop_in_the_middle_is_checked_too(void **unused) {
     (void)unused;
     struct params params = gently();
@@ -465,7 +477,8 @@ static void a_stop_in_the_middle_is_checked_too(void **unused) {
     if (motion_check(&params, &t, &error)) fail_msg("%s", error.text);
 }
 
-/* The fastest that any leg goes between two cycles, however the test is stopped: at every tick of it. */
+/* The fastest that any leg goes between two cycles, however the test is stopped: at
+ * every tick of it. */
 static double fastest(const struct params *params, const struct trajectory *t, enum dof dof) {
     struct kinematics k;
     struct reference r;
@@ -500,13 +513,15 @@ static void what_repeats_is_checked_as_if_all_of_it_were(void **unused) {
     (void)unused;
     struct params params = gently();
     struct trajectory t = {.knots = 11, .passes = 30, .knot = knots};
-    for (int i = 0; i < 11; i++) /* passes that are far shorter than the ramp-out, to and fro about a place far out */
+    /* passes that are far shorter than the ramp-out, to and fro about a place far out */
+    for (int i = 0; i < 11; i++)
         knots[i] = (struct trajectory_knot){.time_s = 0.01 * i, .pose = {[DOF_Z] = 0.05 + 0.5e-3 * cos(0.2 * PI * i)}};
     knots[10].pose[DOF_Z] = knots[0].pose[DOF_Z];
     assert_true(trajectory_bend(&t));
     params.tests.ramp_s = params.tests.ramp_out_s = 2.0;
     assert_limited_at(&params, &t, DOF_NONE);
-    for (int i = 0; i < 2; i++) { /* periods of a few cycles, whose phases no single one has; the end in the middle of one */
+    /* periods of a few cycles, whose phases no single one has; the end in the middle of one */
+    for (int i = 0; i < 2; i++) {
         params = brisk();
         params.tests.order[0] = DOF_Z, params.tests.count = 1;
         params.tests.ramp_s = 0.374, params.tests.ramp_out_s = 0.5;

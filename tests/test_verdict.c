@@ -3,7 +3,8 @@
 
 #include "verdict.h"
 
-/* A limit that is computed, not just compared, is met to a rounding or two: 1e-15 of 100 % against limits of 1 % and more. */
+/* A limit that is computed, not just compared, is met to a rounding or two: 1e-15 of 100 % against
+ * limits of 1 % and more. */
 static const double inside = 1 - 1e-9, outside = 1 + 1e-9;
 
 enum { CYCLES = 10000, SAMPLES = 2500 };
@@ -24,14 +25,21 @@ static struct run *good_run(void) {
     config_default(&r->params);
     for (int d = 0; d < DOFS; d++) {
         double size = amplitude(&r->params, d);
-        r->id.test[d] = (struct test_result){.test = d, .dof = (enum dof)d, .frequency_hz = r->params.tests.hz[d], .amplitude = size,
-                                             .achieved_amplitude = size, .samples = SAMPLES, .complete = true};
+        r->id.test[d] = (struct test_result){.test = d,
+                                             .dof = (enum dof)d,
+                                             .frequency_hz = r->params.tests.hz[d],
+                                             .amplitude = size,
+                                             .achieved_amplitude = size,
+                                             .samples = SAMPLES,
+                                             .complete = true};
         r->id.method_a.mt[d][d] = d < DOF_PHI ? 272 : 30;
     }
     return r;
 }
 
-static struct verdict judge(const struct run *r) { return ident_verdict(&r->params, &r->id, tests_single(&r->params.tests), r->cycles, r->overruns); }
+static struct verdict judge(const struct run *r) {
+    return ident_verdict(&r->params, &r->id, tests_single(&r->params.tests), r->cycles, r->overruns);
+}
 
 static void assert_passes(const struct run *r) {
     struct verdict v = judge(r);
@@ -90,7 +98,8 @@ static void excluded_samples_are_limited_in_every_test(void **unused) {
         struct run *r = good_run();
         struct test_result *t = &r->id.test[d];
         r->params.checks.excluded_pct = 1;
-        t->samples = SAMPLES - 25, t->excluded = 25; /* of all that were evaluated, not of those left */
+        /* of all that were evaluated, not of those left */
+        t->samples = SAMPLES - 25, t->excluded = 25;
         assert_passes(r);
         t->samples = SAMPLES - 26, t->excluded = 26;
         assert_one_reason(r, VERDICT_FAIL, "1.04 % of the samples excluded, limit 1 %");
@@ -131,7 +140,8 @@ static void a_matrix_that_is_not_positive_definite_fails(void **unused) {
         for (int j = 0; j < i; j++) {
             struct run *r = good_run();
             double (*mt)[DOFS] = r->id.method_a.mt, border = sqrt(mt[i][i] * mt[j][j]);
-            mt[i][j] = mt[j][i] = border * inside; /* smallest eigenvalue +-1e-8, its rounding 1e-13 */
+            /* smallest eigenvalue +-1e-8, its rounding 1e-13 */
+            mt[i][j] = mt[j][i] = border * inside;
             assert_passes(r);
             mt[i][j] = mt[j][i] = border * outside;
             assert_one_reason(r, VERDICT_FAIL, "not positive definite");
@@ -163,7 +173,8 @@ static void an_incomplete_test_is_not_evaluated(void **unused) {
         char words[VERDICT_TEXT];
         snprintf(words, sizeof words, "test %s: not complete (0 samples)", dof_names[d]);
         *t = (struct test_result){.dof = (enum dof)d, .amplitude = t->amplitude, .achieved_amplitude = (double)NAN};
-        for (int leg = 0; leg < LEGS; leg++) t->witness.mean_n[leg] = 1e6; /* of a part of a period */
+        /* of a part of a period */
+        for (int leg = 0; leg < LEGS; leg++) t->witness.mean_n[leg] = 1e6;
         assert_one_reason(r, VERDICT_NOT_EVALUATED, words);
     }
 }
@@ -182,7 +193,8 @@ static void without_a_matrix_it_is_not_evaluated_and_its_entries_are_not_looked_
     struct run *r = good_run();
     r->id.method_a = (struct method_result){.mt = {{(double)NAN}}};
     assert_one_reason(r, VERDICT_NOT_EVALUATED, "matrix: needs complete tests of all six axes");
-    r->id.tests = r->params.tests.count = 1; /* a run of one axis: all it was asked for, but no matrix */
+    /* a run of one axis: all it was asked for, but no matrix */
+    r->id.tests = r->params.tests.count = 1;
     assert_one_reason(r, VERDICT_NOT_EVALUATED, "matrix: needs");
 }
 

@@ -11,10 +11,17 @@ static const double PRESSURE_NOISE_PA = 1e4;
 /* Six sinusoids with noise alone. */
 static void make_test(struct residual_test *t) {
     static double cycle[CYCLE_STEPS * SPECTRUM_SIZE];
-    *t = (struct residual_test){.legs = LEGS, .pressures = true, .chambers = true, .harmonics = RESIDUAL_HARMONICS, .fitted = SAMPLES,
-                                .size = RESIDUAL_SIZE, .phases = PHASES, .cycle = cycle};
+    *t = (struct residual_test){.legs = LEGS,
+                                .pressures = true,
+                                .chambers = true,
+                                .harmonics = RESIDUAL_HARMONICS,
+                                .fitted = SAMPLES,
+                                .size = RESIDUAL_SIZE,
+                                .phases = PHASES,
+                                .cycle = cycle};
     for (int i = 0; i < CYCLE_STEPS; i++) spectrum_basis(2.0 * PI * i / CYCLE_STEPS, SPECTRUM_HARMONICS, cycle + i * SPECTRUM_SIZE);
-    for (int a = 0; a < RESIDUAL_SIZE; a++) t->rate[a] = (a + 1) / 2 * 25.0, t->weight[a] = a ? 0.5 : 1.0, t->curve[a] = t->rate[a] * t->rate[a];
+    for (int a = 0; a < RESIDUAL_SIZE; a++)
+        t->rate[a] = (a + 1) / 2 * 25.0, t->weight[a] = a ? 0.5 : 1.0, t->curve[a] = t->rate[a] * t->rate[a];
     t->spectrum = (struct spectrum){.omega = 25.0, .harmonics = SPECTRUM_HARMONICS, .cycles = CYCLES};
     for (int k = 0; k < LEGS; k++) {
         t->spectrum.mean[CHANNEL_LENGTH][k][1] = 4e-3;
@@ -38,19 +45,23 @@ static double white_p2(const struct residual_test *t, int leg, double p2_pa) {
     return row[leg][RESIDUAL_P2][0];
 }
 
-/* The mean pressure of a chamber that empties and fills again, its valve shut, is what no steady state of any model has. */
+/* The mean pressure of a chamber that empties and fills again, its valve shut, is what no steady
+ * state of any model has. */
 static void a_chamber_on_its_way_says_little(void **unused) {
     (void)unused;
     struct residual_test t;
     double scatter_pa = 2e6;
     make_test(&t);
     t.std[CHANNEL_P2][UNSTEADY_LEG][0] = t.spectrum.std[CHANNEL_P2][UNSTEADY_LEG][0] = scatter_pa / sqrt(CYCLES);
-    assert_true(fabs(white_p2(&t, STEADY_LEG, scatter_pa)) > 1000.0); /* noise of 300 Pa, three times the model error of 70 Pa */
-    assert_close(fabs(white_p2(&t, UNSTEADY_LEG, scatter_pa)), 1.0, 0.01); /* so far does it go by itself */
+    /* noise of 300 Pa, three times the model error of 70 Pa */
+    assert_true(fabs(white_p2(&t, STEADY_LEG, scatter_pa)) > 1000.0);
+    /* so far does it go by itself */
+    assert_close(fabs(white_p2(&t, UNSTEADY_LEG, scatter_pa)), 1.0, 0.01);
 }
 
-/* Twice the spread that the samples' noise makes is what few cycles may have by chance: a mean whose deviation is twice as large has no less
- * than half the weight. As wander it would have a fifth. */
+/* Twice the spread that the samples' noise makes is what few cycles may have by chance: a
+ * mean whose deviation is twice as large has no less than half the weight. As wander it
+ * would have a fifth. */
 static void cycles_of_noise_are_steady(void **unused) {
     (void)unused;
     struct residual_test t;

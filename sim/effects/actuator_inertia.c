@@ -25,9 +25,9 @@ const struct effect actuator_inertia = {
     .told_apart = {{.from = &external_stiffness,
                     .record = "`--set tests.frequency_hz=2 --set tests.amplitude_m=0.016 --set tests.amplitude_rad=0.024`",
                     .shows = "the force of an inertia falls with the square of the frequency, a spring's stays"},
-                   {.from = &payload_mass, .record = "repeat z with the payload taken off",
-                    .shows = "what stays belongs to the actuators"},
-                   {.from = &payload_rotational_inertia, .record = "repeat phi, theta, psi with the payload taken off",
+                   {.from = &payload_mass, .record = "repeat z with the payload taken off", .shows = "what stays belongs to the actuators"},
+                   {.from = &payload_rotational_inertia,
+                    .record = "repeat phi, theta, psi with the payload taken off",
                     .shows = "what stays belongs to the actuators"}},
     .machine = machine,
 };

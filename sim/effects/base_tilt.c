@@ -22,7 +22,8 @@ const struct effect base_tilt = {
     .law_error = 1e-3,
     .keys = {[PHI] = {.name = "phi_rad", .unit = "rad", .min = -0.5, .max = 0.5, .typical = 0.01},
              [THETA] = {.name = "theta_rad", .unit = "rad", .min = -0.5, .max = 0.5, .typical = -0.01}},
-    .told_apart = {{.from = &payload_center_of_mass, .record = "turn the payload by half a turn",
+    .told_apart = {{.from = &payload_center_of_mass,
+                    .record = "turn the payload by half a turn",
                     .shows = "the tilt's static forces stay"}},
     .machine = machine,
 };

@@ -2,9 +2,7 @@
 
 enum { RATIO };
 
-static void machine(const struct effect_values *v, struct machine *m) {
-    m->timing.clock_ratio *= v->value[RATIO][0];
-}
+static void machine(const struct effect_values *v, struct machine *m) { m->timing.clock_ratio *= v->value[RATIO][0]; }
 
 const struct effect clock_skew = {
     .name = "clock_skew",

@@ -4,7 +4,8 @@
 
 enum { X, Y, Z, PHI, THETA, PSI };
 
-/* Moments do work on angular velocities, the springs on the rates of the three angles: omega = E(angles) rates, moment = E^-T force. */
+/* Moments do work on angular velocities, the springs on the rates of the three angles:
+ * omega = E(angles) rates, moment = E^-T force. */
 static void wrench(const struct effect_values *v, const double pose[DOFS], double wrench[DOFS]) {
     double force[DOFS], cp = cos(pose[PSI]), sp = sin(pose[PSI]), ct = cos(pose[THETA]), tt = tan(pose[THETA]);
     for (int i = X; i <= PSI; i++) force[i] = -v->value[i][0] * pose[i];
@@ -29,7 +30,8 @@ const struct effect external_stiffness = {
              [PHI] = {.name = "phi", .unit = "N m/rad", .min = 0.0, .max = 1e6, .typical = 4e3},
              [THETA] = {.name = "theta", .unit = "N m/rad", .min = 0.0, .max = 1e6, .typical = 4e3},
              [PSI] = {.name = "psi", .unit = "N m/rad", .min = 0.0, .max = 1e6, .typical = 4e3}},
-    .told_apart = {{.from = &payload_mass, .record = "`--tests x,y,z --set tests.frequency_hz=2 --set tests.amplitude_m=0.016`",
+    .told_apart = {{.from = &payload_mass,
+                    .record = "`--tests x,y,z --set tests.frequency_hz=2 --set tests.amplitude_m=0.016`",
                     .record_axis = "a test at half the frequency",
                     .shows = "the force of a mass falls with the square of the frequency, a spring's stays"},
                    {.from = &payload_rotational_inertia,

@@ -17,7 +17,8 @@ const struct effect payload_center_of_mass = {
     .keys = {[X] = {.name = "x_m", .unit = "m", .min = -1.0, .max = 1.0, .typical = 0.01},
              [Y] = {.name = "y_m", .unit = "m", .min = -1.0, .max = 1.0, .typical = -0.01},
              [Z] = {.name = "z_m", .unit = "m", .min = -1.0, .max = 1.0, .typical = 0.01}},
-    .told_apart = {{.from = &payload_mass, .record = "tilt the platform by 0.1 rad and hold",
+    .told_apart = {{.from = &payload_mass,
+                    .record = "tilt the platform by 0.1 rad and hold",
                     .shows = "the static forces tell mass from its place"}},
     .machine = machine,
 };

@@ -2,9 +2,7 @@
 
 enum { MASS };
 
-static void machine(const struct effect_values *v, struct machine *m) {
-    m->bodies.payload_kg += v->value[MASS][0];
-}
+static void machine(const struct effect_values *v, struct machine *m) { m->bodies.payload_kg += v->value[MASS][0]; }
 
 extern const struct effect position_sensor_scale, pressure_sensor_scale;
 
@@ -16,9 +14,11 @@ const struct effect payload_mass = {
     .law_error = 1e-3,
     .keys = {[MASS] = {.name = "mass_kg", .unit = "kg", .min = -1e4, .max = 1e5, .typical = 15.0}},
     .parallel_to = {PARAMETER(payload.mass_kg), PARAMETER(axis.mass_kg)},
-    .told_apart = {{.from = &position_sensor_scale, .record = "hold a rule against the stroke",
+    .told_apart = {{.from = &position_sensor_scale,
+                    .record = "hold a rule against the stroke",
                     .shows = "the position sensor's scale shows at rest"},
-                   {.from = &pressure_sensor_scale, .record = "repeat z with the payload taken off",
+                   {.from = &pressure_sensor_scale,
+                    .record = "repeat z with the payload taken off",
                     .record_axis = "a test with the load taken off",
                     .shows = "a scale's force shrinks with the load, a missing mass is gone"}},
     .machine = machine,

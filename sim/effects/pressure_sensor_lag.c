@@ -20,7 +20,13 @@ const struct effect pressure_sensor_lag = {
     .signature = "pressures: phase and amplitude that fall with frequency, jumps rounded; force against motion, and valve "
                  "command against pressure",
     .law_error = 0.01,
-    .keys = {[CUTOFF] = {.name = "cutoff_hz", .unit = "Hz", .min = 1.0, .max = 1e5, .neutral = 1e5,
-                         .typical = 50.0, .per_leg = true, .reciprocal = true}},
+    .keys = {[CUTOFF] = {.name = "cutoff_hz",
+                         .unit = "Hz",
+                         .min = 1.0,
+                         .max = 1e5,
+                         .neutral = 1e5,
+                         .typical = 50.0,
+                         .per_leg = true,
+                         .reciprocal = true}},
     .machine = machine,
 };

@@ -19,7 +19,9 @@ const struct effect pressure_sensor_offset = {
     .law_error = 1e-3,
     .keys = {[P1] = {.name = "p1", .unit = "Pa", .min = -1e7, .max = 1e7, .typical = 1e5, .per_leg = true},
              [P2] = {.name = "p2", .unit = "Pa", .min = -1e7, .max = 1e7, .typical = 1e5, .per_leg = true}},
-    .told_apart = {{.from = &pressure_sensor_scale, .record = "repeat z with another payload",
-                    .record_axis = "a test with another load", .shows = "a scale grows with the pressure, an offset does not"}},
+    .told_apart = {{.from = &pressure_sensor_scale,
+                    .record = "repeat z with another payload",
+                    .record_axis = "a test with another load",
+                    .shows = "a scale grows with the pressure, an offset does not"}},
     .machine = machine,
 };

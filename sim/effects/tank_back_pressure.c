@@ -2,9 +2,7 @@
 
 enum { RESISTANCE };
 
-static void machine(const struct effect_values *v, struct machine *m) {
-    m->supply.tank_resistance_pa_s_per_m3 += v->value[RESISTANCE][0];
-}
+static void machine(const struct effect_values *v, struct machine *m) { m->supply.tank_resistance_pa_s_per_m3 += v->value[RESISTANCE][0]; }
 
 const struct effect tank_back_pressure = {
     .name = "tank_back_pressure",

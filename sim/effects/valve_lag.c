@@ -14,8 +14,14 @@ const struct effect valve_lag = {
     .signature = "valve command against flow: phase that grows with frequency; near command_delay while small, a test above 12 "
                  "Hz or a step tells",
     .law_error = 0.02,
-    .keys = {[FREQUENCY] = {.name = "frequency_hz", .unit = "Hz", .min = 1.0, .max = 500.0, .neutral = 500.0,
-                            .typical = 50.0, .per_leg = true, .reciprocal = true}},
+    .keys = {[FREQUENCY] = {.name = "frequency_hz",
+                            .unit = "Hz",
+                            .min = 1.0,
+                            .max = 500.0,
+                            .neutral = 500.0,
+                            .typical = 50.0,
+                            .per_leg = true,
+                            .reciprocal = true}},
     .parallel_to = {PARAMETER(hydraulics.valve_damping)},
     .machine = machine,
 };

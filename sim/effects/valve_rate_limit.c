@@ -18,7 +18,13 @@ const struct effect valve_rate_limit = {
     .signature = "valve command against flow: triangles for sines when fast, third harmonic and phase that grow with amplitude "
                  "and frequency",
     .law_error = 0.02,
-    .keys = {[RATE] = {.name = "per_s", .unit = "1/s", .min = 0.01, .max = 1e4, .neutral = 1e4,
-                       .typical = 3.0, .per_leg = true, .reciprocal = true}},
+    .keys = {[RATE] = {.name = "per_s",
+                       .unit = "1/s",
+                       .min = 0.01,
+                       .max = 1e4,
+                       .neutral = 1e4,
+                       .typical = 3.0,
+                       .per_leg = true,
+                       .reciprocal = true}},
     .machine = machine,
 };

@@ -35,7 +35,8 @@ static bool room(const struct recording *r, enum dof dof) {
     return kept < ANALYSIS_SAMPLES;
 }
 
-/* As in ident.h, a test of an axis replaces that axis' earlier one, and another motion itself: the machine may have been changed in between. */
+/* As in ident.h, a test of an axis replaces that axis' earlier one, and another motion itself: the
+ * machine may have been changed in between. */
 static void replace(struct analysis *a, const struct cycle *c) {
     struct recording *r = &a->recording;
     for (int i = r->tests - 1; i >= 0; i--)
@@ -134,16 +135,22 @@ void analysis_identify(struct analysis *a) {
     parts_take(&a->parts, true);
     if (!rest.status && !a->recording.tests) error_set(&rest, STATUS_USAGE, "no complete test");
     if (!rest.status) estimator_equations(&a->recording, &a->equations, &rest);
-    if (rest.status && a->parts.all) recording_free(&a->recording); /* the rest of a motion, too short for equations: nobody may look at it as at a test */
+    /* the rest of a motion, too short for equations: nobody may look at it as at a test */
+    if (rest.status && a->parts.all) recording_free(&a->recording);
     parts_add(&a->parts, &a->equations, &rest);
     r->parts = a->parts.all > 1 ? a->parts.all : 0, r->parts_left_out = a->parts.left_out;
-    if (!parts_sum(&a->parts, a->params, &a->equations, &r->over_time, e)) method_c_solve(&a->equations, a->params, &a->estimate, &r->method_c, e);
+    if (!parts_sum(&a->parts, a->params, &a->equations, &r->over_time, e))
+        method_c_solve(&a->equations, a->params, &a->estimate, &r->method_c, e);
 }
 
 struct loop_statistics analysis_statistics(const struct analysis *a) {
     static const double quantile[] = {0.5, 0.99, 0.999};
-    struct loop_statistics s = {.cycles = a->cycles, .overruns = a->overruns, .lost = a->lost, .period_s = a->params->loop.period_s,
-                                .timed = a->exec.max_ns > 0, /* a virtual clock stands still within a cycle */
+    struct loop_statistics s = {.cycles = a->cycles,
+                                .overruns = a->overruns,
+                                .lost = a->lost,
+                                .period_s = a->params->loop.period_s,
+                                .timed = a->exec.max_ns > 0, /* a virtual clock stands still
+                                                              * within a cycle */
                                 .stalls = a->stalls};
     double own_s = (double)a->cycles * s.period_s;
     s.pace = own_s > 0.0 ? own_s / (own_s + seconds_from_ns(a->behind_ns)) : 1.0;

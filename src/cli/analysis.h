@@ -1,5 +1,6 @@
-/* What is made of a stream of cycles, live by the recorder or later from a log: identification, loop statistics, verdict. One code for
- * both, so that `hexid identify` repeats the daemon's results to the last bit. */
+/* What is made of a stream of cycles, live by the recorder or later from a log: identification,
+ * loop statistics, verdict. One code for both, so that `hexid identify` repeats the daemon's
+ * results to the last bit. */
 #ifndef HEXID_ANALYSIS_H
 #define HEXID_ANALYSIS_H
 
@@ -18,18 +19,24 @@ struct analysis {
     struct cycle last;
     int64_t cycles, overruns, lost; /* lost: gaps in seq */
     int64_t flagged[SAMPLE_FLAGS];  /* cycles of evaluated parts with this flag */
-    int64_t missed, longest_ns;     /* deadlines missed in a row up to the last cycle, and the longest delay among them */
-    struct recording recording;     /* for method C: the beginning of each test, of an axis a sixth of ANALYSIS_SAMPLES at most, */
-    struct parts parts;             /* and what went before of a motion that is longer than a part; */
+    int64_t missed, longest_ns;     /* deadlines missed in a row up to the last cycle, and the
+                                     * longest delay among them */
+    struct recording recording;     /* for method C: the beginning of each test, of an axis a sixth
+                                     * of ANALYSIS_SAMPLES at most, */
+    struct parts parts;             /* and what went before of a motion that is longer than a
+                                     * part; */
     int parts_test;                 /* its place in the list of tests */
-    struct equations equations;     /* method C's, of all that was recorded, and what comes of them */
+    struct equations equations;     /* method C's, of all that was recorded, and what comes of
+                                     * them */
     struct estimate estimate;
     struct error unrecorded;        /* why there is no more */
-    int64_t stalls, behind_ns;      /* wake-ups a period or more late, and the sum of the whole periods they were late: what a paced clock stretches */
+    int64_t stalls, behind_ns;      /* wake-ups a period or more late, and the sum of the whole
+                                     * periods they were late: what a paced clock stretches */
 };
 
 enum { ANALYSIS_SAMPLES = 300000 }; /* six tests of 100 s at 2 ms; up to 160 MB */
-#define ANALYSIS_PART_S 180.0       /* of a motion: memory for so much; and a machine that changes on the way is seen */
+/* of a motion: memory for so much; and a machine that changes on the way is seen */
+#define ANALYSIS_PART_S 180.0
 
 /* To be released by analysis_free(), also when this failed. */
 int analysis_init(struct analysis *a, const struct params *params, struct error *error);
@@ -46,8 +53,8 @@ bool analysis_end(struct analysis *a);
 /* Method C, of all that was recorded: once, after the stream has ended. */
 void analysis_identify(struct analysis *a);
 
-/* A copy of what is recorded of complete tests and of motions, for an estimate on the way; parts that are closed apart. -3: memory; `copy` is to be
- * freed all the same. */
+/* A copy of what is recorded of complete tests and of motions, for an estimate on the way; parts
+ * that are closed apart. -3: memory; `copy` is to be freed all the same. */
 int analysis_copy(const struct analysis *a, struct recording *copy, struct error *error);
 
 struct loop_statistics analysis_statistics(const struct analysis *a);
@@ -58,7 +65,8 @@ struct verdict analysis_verdict(struct analysis *a);
 /* One axis after another, each a sinusoid: what methods A and B need. Else another motion. */
 bool analysis_sinusoids(const struct analysis *a);
 
-/* 0 where there is a test of an axis, a matrix, or nothing at all; -2 for a recording of other motions from which none comes, and why. */
+/* 0 where there is a test of an axis, a matrix, or nothing at all; -2 for a recording of other
+ * motions from which none comes, and why. */
 int analysis_identifies(const struct analysis *a, const char *path, struct error *error);
 
 /* Table, loop and verdict for people. */

@@ -1,5 +1,6 @@
-/* The command line: options that every subcommand shares, and the subcommands. Each returns the process's exit status:
- * 0 done and all checks passed, 1 a check failed or was not evaluated, 2 usage or configuration, 3 I/O or device, 4 refused for safety. */
+/* The command line: options that every subcommand shares, and the subcommands. Each returns the
+ * process's exit status: 0 done and all checks passed, 1 a check failed or was not evaluated, 2
+ * usage or configuration, 3 I/O or device, 4 refused for safety. */
 #ifndef HEXID_CLI_H
 #define HEXID_CLI_H
 
@@ -21,7 +22,8 @@ struct options {
     const char *settings[SETTINGS_MAX];
     int setting_count;
     double log_quota_bytes, log_part_bytes; /* 0: none */
-    char tests[64], trajectory[PARAMS_TEXT_SIZE + 32], repeat[64]; /* --tests, --trajectory and --repeat as settings */
+    /* --tests, --trajectory and --repeat as settings */
+    char tests[64], trajectory[PARAMS_TEXT_SIZE + 32], repeat[64];
     uint64_t seed;
     bool fast, print_config, modbus_map, failures, keys, survey, all, once, json_lines;
     double latency_s; /* wake-ups are measured for so long; less than 0: not given */
@@ -33,16 +35,18 @@ struct options {
     int operands;
 };
 
-/* Reads argv[1..] of a subcommand that takes the options in `allowed` (letters of options.c's table) and so many operands. */
+/* Reads argv[1..] of a subcommand that takes the options in `allowed` (letters of options.c's
+ * table) and so many operands. */
 int options_parse(struct options *o, int argc, char **argv, const char *allowed, int operands, struct error *error);
 
-/* Configuration from -c and --set. Without -c: config/tian2015.yaml of the directory at hand (a checkout), else the installed one, which is
- * found from where this program lies (PREFIX/etc/hexid, for /usr/bin /etc/hexid), else built in. */
+/* Configuration from -c and --set. Without -c: config/tian2015.yaml of the directory at hand (a
+ * checkout), else the installed one, which is found from where this program lies (PREFIX/etc/hexid,
+ * for /usr/bin /etc/hexid), else built in. */
 const char *options_default_config(char installed[PATH_MAX]); /* NULL: neither is there */
 int options_params(const struct options *o, struct params *params, struct error *error);
 
-/* Configuration of the run that the log at `path` is of, from its first event. -3 where that holds none: `otherwise`, the remedy or what
- * is not known then, ends the message. */
+/* Configuration of the run that the log at `path` is of, from its first event. -3 where that holds
+ * none: `otherwise`, the remedy or what is not known then, ends the message. */
 struct log_event;
 int cli_log_params(const char *path, const struct log_event *event, const char *otherwise, struct params *params, struct error *error);
 
@@ -50,11 +54,13 @@ int cli_log_params(const char *path, const struct log_event *event, const char *
 struct bus;
 int options_bus(const struct options *o, struct params *params, struct bus **bus, struct error *error);
 
-/* SAFETY: a machine that is not simulated moves by itself only where this command line says so (--set motion.automatic=true); a file that
- * says so may be a copy of the simulation's. Otherwise takes it out of params: the platform waits for `hexid command engage`. */
+/* SAFETY: a machine that is not simulated moves by itself only where this command line says so
+ * (--set motion.automatic=true); a file that says so may be a copy of the simulation's. Otherwise
+ * takes it out of params: the platform waits for `hexid command engage`. */
 void options_automatic(const struct options *o, bool simulated, struct params *params);
 
-/* Prints a line; what is in it may come from anywhere and is made printable (printable.h). At most 4000 bytes. */
+/* Prints a line; what is in it may come from anywhere and is made printable (printable.h). At
+ * most 4000 bytes. */
 __attribute__((format(printf, 2, 3))) void cli_say(FILE *out, const char *format, ...);
 
 /* Prints "hexid: message" and returns the exit status. */

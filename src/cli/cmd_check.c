@@ -20,14 +20,16 @@ enum { TESTS_MAX = CSV_FILES_MAX, PATH_SIZE = 64 };
 /* One log, or what a directory became. */
 struct input {
     const char *name;            /* as given */
-    char copy[PATH_SIZE];        /* of a directory: a log without a name, gone when the process is; else "" */
+    char copy[PATH_SIZE];        /* of a directory: a log without a name, gone when
+                                  * the process is; else "" */
     struct csv_report csv;
 };
 
 struct check {
     struct options o;
     int inputs;
-    struct input *input;         /* a directory that is refused as a whole has one for each of its files */
+    struct input *input;         /* a directory that is refused as a whole has
+                                  * one for each of its files */
     struct params params;        /* of the input at hand */
     struct params first;         /* of the first one */
     struct survey survey[TESTS_MAX];
@@ -59,7 +61,8 @@ static struct input *new_input(struct check *c, const char *name) {
     return &more[c->inputs++];
 }
 
-/* Makes a log of a directory, or of one file in it, without a name: nothing is left behind, whatever happens. */
+/* Makes a log of a directory, or of one file in it, without a name: nothing is left behind,
+ * whatever happens. */
 static int import(struct check *c, const struct csv_source *source, int *found) {
     struct input *in = new_input(c, source->path);
     const char *directory = getenv("TMPDIR");
@@ -83,7 +86,8 @@ static int import(struct check *c, const struct csv_source *source, int *found) 
     return STATUS_OK;
 }
 
-/* A directory that is refused as a whole is read file by file: what is wrong with one, or between two, hides no other. */
+/* A directory that is refused as a whole is read file by file: what is wrong with one, or between
+ * two, hides no other. */
 static int import_files(struct check *c, struct csv_source source, int files) {
     int unused, before = c->inputs;
     c->refused = *c->error;

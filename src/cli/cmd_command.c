@@ -1,5 +1,6 @@
-/* `hexid command`: asks a running hexid over LCM, and says what became of it. Who sets a platform in motion stays and renews the lease
- * (operator.h) until it is put down again, or tests are over; ended by a signal, it parks the platform. */
+/* `hexid command`: asks a running hexid over LCM, and says what became of it. Who sets a platform
+ * in motion stays and renews the lease (operator.h) until it is put down again, or tests are over;
+ * ended by a signal, it parks the platform. */
 #include <errno.h>
 #include <signal.h>
 #include <stdlib.h>
@@ -35,7 +36,8 @@ static int send_request(struct client *c, const struct operator_request *r, stru
     return error_set(error, STATUS_IO, "command: not sent: %s", strerror(errno));
 }
 
-/* The answer to this id; 1, 0 when none came in time, or STATUS_IO. a->text lives until the next one. */
+/* The answer to this id; 1, 0 when none came in time, or STATUS_IO. a->text lives
+ * until the next one. */
 static int wait_for_answer(struct client *c, int64_t id, int patience_ms, struct answer *a) {
     struct bus_message m;
     for (int64_t end_ms = now_ms() + patience_ms, left_ms = patience_ms; left_ms > 0; left_ms = end_ms - now_ms()) {
@@ -48,7 +50,8 @@ static int wait_for_answer(struct client *c, int64_t id, int patience_ms, struct
     return 0;
 }
 
-/* One request and its answer; a token that it is answered with is brought back. Datagrams get lost: asked three times. */
+/* One request and its answer; a token that it is answered with is brought back. Datagrams get lost:
+ * asked three times. */
 static int ask(struct client *c, struct operator_request r, struct answer *a, struct error *error) {
     const char *word = r.renew ? "renew" : command_names[r.command];
     if (getrandom(&r.id, sizeof r.id, 0) != (ssize_t)sizeof r.id || r.id == 0) r.id = now_ms();
@@ -60,9 +63,10 @@ static int ask(struct client *c, struct operator_request r, struct answer *a, st
         if (got && a->outcome != OUTCOME_TOKEN) return STATUS_OK;
         if (got) r.token = a->token;
     }
-    return error_set(error, STATUS_IO, "command %s: nobody answered within %d ms: no hexid of this host listens on %s, or it does not "
-                     "say what became of it: is one running, with this lcm.url?%s", word, ANSWER_MS, c->url,
-                     command_stops(r.command) ? " THE PLATFORM MAY STILL MOVE: press the emergency stop" : "");
+    return error_set(error, STATUS_IO,
+                     "command %s: nobody answered within %d ms: no hexid of this host listens on %s, or it does not "
+                     "say what became of it: is one running, with this lcm.url?%s",
+                     word, ANSWER_MS, c->url, command_stops(r.command) ? " THE PLATFORM MAY STILL MOVE: press the emergency stop" : "");
 }
 
 static int park(struct client *c, struct error *error) {
@@ -72,8 +76,9 @@ static int park(struct client *c, struct error *error) {
     return status ? status : -EXIT_CHECK_FAILED;
 }
 
-/* Until what the command began is over: put down again after engage, tests done after start. SAFETY: tests that ended otherwise, parked by
- * somebody, by a lease that ran out or by a fault, are no success for what comes next in a script. */
+/* Until what the command began is over: put down again after engage, tests done after start.
+ * SAFETY: tests that ended otherwise, parked by somebody, by a lease that ran out or by a fault,
+ * are no success for what comes next in a script. */
 static int hold_lease(struct client *c, enum command command, const struct answer *granted, struct error *error) {
     struct answer a = *granted;
     int period_ms = (int)(granted->lease_s * 1000.0 / RENEWALS) + 1;
@@ -87,8 +92,8 @@ static int hold_lease(struct client *c, enum command command, const struct answe
         int status = ask(c, (struct operator_request){.token = granted->token, .renew = true}, &a, error);
         if (status) return status;
         if (!supervisor_powers(a.state) || (command == COMMAND_START && a.outcome == OUTCOME_DONE && a.state != STATE_TESTING)) break;
-        if (a.outcome != OUTCOME_DONE) return error_set(error, STATUS_UNSAFE, "the lease is lost, the platform is %s: %s",
-                                                        state_names[a.state], a.text);
+        if (a.outcome != OUTCOME_DONE)
+            return error_set(error, STATUS_UNSAFE, "the lease is lost, the platform is %s: %s", state_names[a.state], a.text);
     }
     printf("hexid: now %s\n", state_names[a.state]);
     return a.state == (command == COMMAND_ENGAGE ? STATE_SETTLED : STATE_READY) ? STATUS_OK : -EXIT_CHECK_FAILED;

@@ -29,7 +29,8 @@ int cmd_import(int argc, char **argv) {
     if (report.stated_hz > 0.0)
         cli_say(stderr, "hexid: warning: rate_hz: %g is not what t_s has, %.6g Hz: that is taken", report.stated_hz, report.rate_hz);
     if (report.several)
-        cli_say(stdout, "an axis has files of several frequencies: hexid gap takes each test at the one at which it moves, hexid identify needs one an axis");
+        cli_say(stdout, "an axis has files of several frequencies: hexid gap takes each test at the one at which it moves, "
+                        "hexid identify needs one an axis");
     if (report.empty)
         cli_say(stdout, "%lld cells have no number: rows that lack a length, a pressure, a force or a command count as lost",
                 (long long)report.empty);

@@ -1,4 +1,5 @@
-/* `hexid doctor`: is this configuration a machine, and are this computer and its buses fit for it? */
+/* `hexid doctor`: is this configuration a machine, and are this computer and its
+ * buses fit for it? */
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
@@ -44,7 +45,8 @@ static const struct check {
     {"Modbus", check_modbus},
     {"log room", check_log_room},
     {"log speed", check_log_speed},
-    {"wake-up", check_wakeups}, /* last: it takes its time, and says what all of the above comes to */
+    {"wake-up", check_wakeups}, /* last: it takes its time, and says what all of the above comes
+                                 * to */
 };
 enum { CHECKS = sizeof checks / sizeof *checks, LATENCY_S = 10, NAME_WIDTH = 14 };
 
@@ -69,9 +71,9 @@ static void append(json_t *all, const char *name, struct finding *f) {
 }
 
 static int write_json(const char *path, const struct doctor *d, json_t *findings, const int count[], struct error *error) {
-    json_t *root =
-        json_pack("{ss ss so so sO sb}", "schema", "hexid.doctor/1", "version", version, "machine", doctor_text(d->url), "config",
-                  d->config ? doctor_text(d->config) : json_null(), "findings", findings, "fit", count[LEVEL_FAIL] == 0);
+    json_t *root = json_pack("{ss ss so so sO sb}", "schema", "hexid.doctor/1", "version", version, "machine", doctor_text(d->url),
+                             "config", d->config ? doctor_text(d->config) : json_null(), "findings", findings, "fit",
+                             count[LEVEL_FAIL] == 0);
     char *text = root ? json_dumps(root, JSON_INDENT(1)) : NULL;
     int status = text ? cli_write_text(path, text, error) : error_set(error, STATUS_IO, "out of memory");
     free(text);

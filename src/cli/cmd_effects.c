@@ -21,9 +21,9 @@ static json_t *effect_json(const struct effect *e) {
     json_t *keys = json_array();
     for (int k = 0; k < EFFECT_KEYS && e->keys[k].name; k++) {
         const struct effect_key *key = &e->keys[k];
-        json_array_append_new(keys, json_pack("{ss ss sf sf sf sf sb sb}", "name", key->name, "unit", key->unit, "min", key->min,
-                                              "max", key->max, "neutral", key->neutral, "typical", key->typical,
-                                              "per_leg", key->per_leg, "reciprocal", key->reciprocal));
+        json_array_append_new(keys, json_pack("{ss ss sf sf sf sf sb sb}", "name", key->name, "unit", key->unit, "min", key->min, "max",
+                                              key->max, "neutral", key->neutral, "typical", key->typical, "per_leg", key->per_leg,
+                                              "reciprocal", key->reciprocal));
     }
     return json_pack("{ss ss ss ss so}", "name", e->name, "plain", e->plain, "law", e->law, "signature", e->signature, "keys", keys);
 }

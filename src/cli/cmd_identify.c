@@ -38,7 +38,8 @@ static int each_log(const struct options *o, struct log_analysis *i, struct erro
         status = identify(o, o->operand[l], &i[l], error);
         if (!status && l) status = log_set_same_machine(o->operand[l], &i[l].params, o->operand[0], &i[0].params, error);
         if (!status && !r->method_c.matrix.evaluated)
-            status = error_set(error, STATUS_USAGE, "%.100s: cannot be combined with others: %.200s; leave it out", o->operand[l], r->no_method_c.text);
+            status = error_set(error, STATUS_USAGE, "%.100s: cannot be combined with others: %.200s; leave it out", o->operand[l],
+                               r->no_method_c.text);
     }
     return status;
 }
@@ -50,8 +51,8 @@ static int combine(struct combination *c, const struct log_analysis *i, struct e
     int status = sum && all ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
     for (int l = 0; l < c->logs && !status; l++) {
         equations_add(sum, &i[l].analysis.equations);
-        log[l] = (struct agreement_log){.equations = &i[l].analysis.equations, .estimate = &i[l].analysis.estimate,
-                                         .result = &i[l].analysis.ident.result.method_c};
+        log[l] = (struct agreement_log){
+            .equations = &i[l].analysis.equations, .estimate = &i[l].analysis.estimate, .result = &i[l].analysis.ident.result.method_c};
     }
     if (!status) status = method_c_solve(sum, &i[0].params, all, &c->all, error);
     if (!status) status = agreement_find(c->logs, log, &i[0].params, &c->agreement, error);
@@ -71,7 +72,9 @@ static int several_logs(const struct options *o, struct log_analysis *i, struct 
     struct combination c = {.logs = o->operands};
     int status = each_log(o, i, error);
     for (int l = 0; l < c.logs && !status; l++)
-        c.log[l] = (struct combination_log){.path = o->operand[l], .id = &i[l].analysis.ident.result, .verdict = &i[l].verdict,
+        c.log[l] = (struct combination_log){.path = o->operand[l],
+                                            .id = &i[l].analysis.ident.result,
+                                            .verdict = &i[l].verdict,
                                             .loop = analysis_statistics(&i[l].analysis)};
     if (!status) status = combine(&c, i, error);
     if (!status && o->pose_given) status = method_c_at_pose(&c.all, &i[0].params, o->pose, error);

@@ -1,4 +1,5 @@
-/* `hexid monitor`: a running hexid over LCM, in the terminal, as JSON, or as a page for browsers. It listens and sends nothing. */
+/* `hexid monitor`: a running hexid over LCM, in the terminal, as JSON, or as a page for browsers.
+ * It listens and sends nothing. */
 #include <errno.h>
 #include <poll.h>
 #include <signal.h>
@@ -56,8 +57,10 @@ static int show_once(struct bus *bus, const struct params *params, bool json, st
         }
         if (got < 0) return broken(error);
     }
-    return error_set(error, STATUS_IO, "monitor: no hexid was heard on %s within %d s: is one running, with this lcm.url? "
-                     "`hexid doctor` looks at LCM", params->lcm.url, ONCE_MS / 1000);
+    return error_set(error, STATUS_IO,
+                     "monitor: no hexid was heard on %s within %d s: is one running, with this lcm.url? "
+                     "`hexid doctor` looks at LCM",
+                     params->lcm.url, ONCE_MS / 1000);
 }
 
 /* ---- on and on ---- */
@@ -98,7 +101,8 @@ static int serve(struct bus *bus, struct live_state *state, struct live_server *
     struct bus_message m;
     while (!interrupted) {
         int got = 0;
-        if (poll(ready, 2, live_server_patience_ms(server)) < 0 && errno != EINTR) return error_set(error, STATUS_IO, "monitor: %s", strerror(errno));
+        if (poll(ready, 2, live_server_patience_ms(server)) < 0 && errno != EINTR)
+            return error_set(error, STATUS_IO, "monitor: %s", strerror(errno));
         for (int n = 0; n < MESSAGES_AT_ONCE && (got = bus_receive(bus, &m)) > 0; n++) {
             if (got == 1) live_state_take(state, &m, now_ms());
             else state->dropped++;

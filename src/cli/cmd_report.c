@@ -17,11 +17,25 @@ static struct identification_log summary(const struct log_analysis *l, const cha
     const struct analysis *a = &l->analysis;
     const struct motion_result *m = &a->motion;
     return (struct identification_log){
-        .path = path, .began_us = l->began_us, .cut = l->cut, .params = &l->params, .config = config, .sinusoids = analysis_sinusoids(a),
-        .id = &a->ident.result, .verdict = &l->verdict, .loop = analysis_statistics(a), .recording = &a->recording,
-        .motion = {.there = m->cycles > 0, .name = tests_name(&l->params.tests, DOF_NONE), .samples = m->samples, .excluded = m->excluded,
-                   .off_m = m->off_m, .off_rad = m->off_rad, .complete = m->complete},
-        .flagged = a->flagged, .fault = a->last.first_fault ? fault_name(a->last.first_fault) : NULL,
+        .path = path,
+        .began_us = l->began_us,
+        .cut = l->cut,
+        .params = &l->params,
+        .config = config,
+        .sinusoids = analysis_sinusoids(a),
+        .id = &a->ident.result,
+        .verdict = &l->verdict,
+        .loop = analysis_statistics(a),
+        .recording = &a->recording,
+        .motion = {.there = m->cycles > 0,
+                   .name = tests_name(&l->params.tests, DOF_NONE),
+                   .samples = m->samples,
+                   .excluded = m->excluded,
+                   .off_m = m->off_m,
+                   .off_rad = m->off_rad,
+                   .complete = m->complete},
+        .flagged = a->flagged,
+        .fault = a->last.first_fault ? fault_name(a->last.first_fault) : NULL,
     };
 }
 

@@ -29,7 +29,8 @@
 enum { RING_CAPACITY = 8192 }; /* cycles: 16 s at 2 ms, against a stalled disk */
 enum { STOP_PATH_BELOW_LOOP = 2 }; /* SCHED_FIFO: behind loop and field bus, ahead of all else */
 static const double STD_PCT = 0.5; /* that a survey proposes tests for */
-enum { RECORDER_BEHIND = RING_CAPACITY / 8 }; /* 2 s: it hangs; putting the platform down fits into the rest of the ring */
+/* 2 s: it hangs; putting the platform down fits into the rest of the ring */
+enum { RECORDER_BEHIND = RING_CAPACITY / 8 };
 
 struct session {
     struct options options;
@@ -72,8 +73,10 @@ static int open_bus(struct session *s, struct error *error) {
 /* What an operator would wonder about: nothing moves, and why. */
 static void say_who_moves_it(const struct session *s) {
     if (s->params.motion.automatic || s->hal->ops->simulated) return;
-    fprintf(stderr, "hexid: %s is a real machine: it waits for `hexid command engage` and `start`%s; --set motion.automatic=true runs the "
-            "tests without being told\n", s->options.hal, s->params.lcm.commands ? "" : ", which need lcm.commands: true");
+    fprintf(stderr,
+            "hexid: %s is a real machine: it waits for `hexid command engage` and `start`%s; --set motion.automatic=true runs the "
+            "tests without being told\n",
+            s->options.hal, s->params.lcm.commands ? "" : ", which need lcm.commands: true");
 }
 
 static enum realtime_mode realtime_of(const struct session *s) {
@@ -99,7 +102,8 @@ static int lock_machine(struct session *s, struct error *error) {
 
 static const struct trajectory *driven(const struct session *s) { return s->trajectory.knot ? &s->trajectory : NULL; }
 
-/* A survey is a trajectory that comes from no file: so do the loop, the log and its readers take it. */
+/* A survey is a trajectory that comes from no file: so do the loop, the log and its
+ * readers take it. */
 static int check_survey(struct session *s, struct error *error) {
     struct test_params *t = &s->params.tests;
     if (t->trajectory[0]) return error_set(error, STATUS_USAGE, "--survey: tests.trajectory is set; a survey has its own motion");
@@ -119,7 +123,8 @@ static int check_survey(struct session *s, struct error *error) {
     return error_set(error, STATUS_USAGE, "--survey: %.320s (a lower limits.leg_rate_mps makes it smaller)", beyond.text);
 }
 
-/* SAFETY: what the run will ask for is known and checked to its end before anything is opened. A trajectory is the evaluated part. */
+/* SAFETY: what the run will ask for is known and checked to its end before anything is opened. A
+ * trajectory is the evaluated part. */
 static int check_motion(struct session *s, struct error *error) {
     return s->options.survey ? check_survey(s, error) : motion_check_tests(&s->params, &s->trajectory, error);
 }
@@ -130,8 +135,9 @@ static int open_log(struct session *s, struct error *error) {
     struct stat log;
     bool directory = o->log && !stat(o->log, &log) && S_ISDIR(log.st_mode);
     if ((o->log_quota_bytes > 0.0 || o->log_part_bytes > 0.0) && !directory)
-        return error_set(error, STATUS_USAGE, "%s", o->log_part_bytes > 0.0 ? "--log-part: it needs --log DIR, a directory that is there"
-                                                                            : "--log-quota: it needs --log DIR, a directory that is there");
+        return error_set(error, STATUS_USAGE, "%s",
+                         o->log_part_bytes > 0.0 ? "--log-part: it needs --log DIR, a directory that is there"
+                                                 : "--log-quota: it needs --log DIR, a directory that is there");
     if (!o->log) return STATUS_OK;
     if (o->log_quota_bytes > 0.0 && log_directory_prune(o->log, (int64_t)o->log_quota_bytes, NULL, error)) warn(error);
     if (directory) {
@@ -163,13 +169,13 @@ static int open_all(struct session *s, struct error *error) {
     return status;
 }
 
-/* SAFETY: what would end or stop the process that holds the platform up is a request to put it down: it
- * comes to the main thread as a message. A terminal, pipe or file limit that goes against it is no reason
- * to end. Threads inherit the mask. */
+/* SAFETY: what would end or stop the process that holds the platform up is a request to put it
+ * down: it comes to the main thread as a message. A terminal, pipe or file limit that goes against
+ * it is no reason to end. Threads inherit the mask. */
 static int block_signals(struct error *error) {
     static const int ignored[] = {SIGPIPE, SIGXFSZ, SIGTTIN, SIGTTOU};
-    static const int stops[] = {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGUSR1, SIGUSR2, SIGALRM, SIGVTALRM, SIGPROF, SIGIO, SIGPWR,
-                                SIGSTKFLT, SIGTSTP, SIGXCPU};
+    static const int stops[] = {SIGINT,    SIGTERM, SIGHUP, SIGQUIT, SIGUSR1,   SIGUSR2, SIGALRM,
+                                SIGVTALRM, SIGPROF, SIGIO,  SIGPWR,  SIGSTKFLT, SIGTSTP, SIGXCPU};
     sigset_t set;
     for (size_t i = 0; i < sizeof ignored / sizeof *ignored; i++) signal(ignored[i], SIG_IGN);
     sigemptyset(&set);
@@ -186,9 +192,9 @@ static int64_t monotonic_ns(void) {
     return t.tv_sec * NS_PER_S + t.tv_nsec;
 }
 
-/* SAFETY: the first signal puts the platform down and ends the run; a person's second one centres the
- * valves at once. A terminal that is lost and timeout(1) send theirs twice within milliseconds: those are
- * one. Acted upon first, said afterwards. */
+/* SAFETY: the first signal puts the platform down and ends the run; a person's second one centres
+ * the valves at once. A terminal that is lost and timeout(1) send theirs twice within milliseconds:
+ * those are one. Acted upon first, said afterwards. */
 static void signalled(struct session *s, int number) {
     static const int64_t twice_ns = 3 * NS_PER_S / 10;
     int64_t now_ns = monotonic_ns();
@@ -229,8 +235,8 @@ static void take_messages(struct session *s) {
         if (got == 1) operator_take(&s->operator, &message, monotonic_ns());
 }
 
-/* SAFETY: a log that takes nothing more, without an error (a pipe whose reader sleeps, a disk that hangs),
- * is not driven on beside: the platform is put down before records are lost. */
+/* SAFETY: a log that takes nothing more, without an error (a pipe whose reader sleeps, a disk that
+ * hangs), is not driven on beside: the platform is put down before records are lost. */
 static void watch_recorder(struct session *s) {
     if (s->options.fast || s->recorder_hangs || ring_count(&s->ring) < RECORDER_BEHIND) return;
     s->recorder_hangs = true;
@@ -273,8 +279,8 @@ static int report_survey(struct session *s, struct verdict *verdict, struct erro
     return status == STATUS_IO ? status : STATUS_OK;
 }
 
-/* A platform that moves on command alone has no tests to be done with: SIGTERM, as service managers send it, is its ordinary end, once the
- * platform is put down and no fault stands. */
+/* A platform that moves on command alone has no tests to be done with: SIGTERM, as service managers
+ * send it, is its ordinary end, once the platform is put down and no fault stands. */
 static bool ended_by_order(const struct session *s) {
     const struct cycle *last = &s->recorder.analysis.last;
     return s->signal == SIGTERM && !s->params.motion.automatic && last->state == STATE_SETTLED && !last->first_fault;
@@ -326,7 +332,8 @@ static void warn_of_missing_inputs(struct session *s) {
 static int confine_all(struct session *s, struct error *error) {
     const struct confinement all = {.result = &s->options.json, .reconnects = s->hal->ops->reconnects};
     int status = s->params.security.confine ? confine(&all, error) : STATUS_OK;
-    if (!s->params.security.confine) progress_say(&s->progress, "hexid: warning: security.confine is off: the daemon keeps all its rights\n");
+    if (!s->params.security.confine)
+        progress_say(&s->progress, "hexid: warning: security.confine is off: the daemon keeps all its rights\n");
     if (status) loop_quit(&s->loop);
     return status;
 }
@@ -337,8 +344,8 @@ static int run(struct session *s, struct error *error) {
     if (progress_open(&s->progress, &s->params, results_on_stdout ? STDERR_FILENO : STDOUT_FILENO, s->options.fast))
         return error_set(error, STATUS_IO, "no pipe to the terminal: %s", strerror(errno));
     crash_guard(s->hal, &s->loop.abort);
-    s->recorder = (struct recorder){.params = &s->params, .loop = &s->loop, .records = &s->ring, .log = s->log, .bus = s->bus,
-                                    .progress = &s->progress};
+    s->recorder = (struct recorder){
+        .params = &s->params, .loop = &s->loop, .records = &s->ring, .log = s->log, .bus = s->bus, .progress = &s->progress};
     if (s->keeper.socket >= 0) s->recorder.keeper = &s->keeper, s->recorder.part_bytes = (int64_t)s->options.log_part_bytes;
     if (notify_open(&s->recorder.notify, error)) warn(error);
     warn_of_missing_inputs(s);
@@ -368,7 +375,8 @@ static int close_all(struct session *s, int status, const struct error *error) {
     bool quiet = !s->progress.out || progress_close(&s->progress);
     if (s->hal) s->hal->ops->close(s->hal);
     if (status < 0) status = cli_fail(error);
-    if (!quiet || s->stuck) _exit(status); /* threads that wait for a terminal or a disk still use what would be freed */
+    /* threads that wait for a terminal or a disk still use what would be freed */
+    if (!quiet || s->stuck) _exit(status);
     notify_close(&s->recorder.notify);
     log_keeper_stop(&s->keeper);
     if (s->bus) bus_close(s->bus);

@@ -12,7 +12,8 @@ struct csv_input {
     char *base;
 };
 
-/* -2 for a wrong --map, and for -c or --set beside a directory that has a configuration of its own. */
+/* -2 for a wrong --map, and for -c or --set beside a directory that has a
+ * configuration of its own. */
 int csv_input_begin(struct csv_input *input, const struct options *o, const char *directory, struct error *error);
 void csv_input_end(struct csv_input *input);
 

@@ -1,12 +1,13 @@
-/* `hexid doctor`: questions about the configuration, this computer and the machine, one finding each. The table of checks is in
- * cmd_doctor.c: a new one is a function here and a row there.
+/* `hexid doctor`: questions about the configuration, this computer and the machine, one finding
+ * each. The table of checks is in cmd_doctor.c: a new one is a function here and a row there.
  *
  *     FAIL   hexid cannot do its work like this, or somebody could be hurt
  *     WARN   it works worse than it should
  *     ?      this cannot be seen from here: in a container, in a virtual machine, without the right
  *
- * What is measured is judged by a function of its own (judge_...), so that a test can be at its limits. Ordinary threads. Nothing is
- * commanded: a machine, a bus or a daemon that is at work goes on. */
+ * What is measured is judged by a function of its own (judge_...), so that a test can be at
+ * its limits. Ordinary threads. Nothing is commanded: a machine, a bus or a daemon that is
+ * at work goes on. */
 #ifndef HEXID_DOCTOR_H
 #define HEXID_DOCTOR_H
 
@@ -47,7 +48,8 @@ struct finding finding_none(void);
 /* "cannot be seen here", with the file that is not there. */
 struct finding finding_unseen(const char *path, const char *what);
 
-/* FAIL behind hardware, which hexid then refuses to drive or should not; WARN on the simulation, which goes on. */
+/* FAIL behind hardware, which hexid then refuses to drive or should not; WARN on the
+ * simulation, which goes on. */
 enum level level_of_machine(const struct doctor *d);
 
 /* What follows "can:" in the machine's URL, when it begins so; else NULL. */
@@ -62,8 +64,8 @@ __attribute__((format(printf, 3, 4))) bool doctor_number(const struct doctor *d,
 /* "0-3,6" of the kernel has this processor. */
 bool doctor_listed(const char *list, int cpu);
 
-/* The processors that are on and that the loop may be on (loop.cpu), in order. Returns how many; 0: they cannot be seen, or it is none of
- * them. */
+/* The processors that are on and that the loop may be on (loop.cpu), in order. Returns how many; 0:
+ * they cannot be seen, or it is none of them. */
 enum { PROCESSORS_MAX = 512 };
 int doctor_processors(const struct doctor *d, int cpu[PROCESSORS_MAX]);
 
@@ -104,7 +106,8 @@ struct finding judge_round_trips(const struct doctor *d, const struct round_trip
 struct disk {
     char directory[256];
     double room_bytes;      /* that this user may still write */
-    double speed_bytes_per_s, longest_s; /* of writing to the disk; the longest that one write, or the flush at the end, took */
+    double speed_bytes_per_s, longest_s; /* of writing to the disk; the longest that one write, or
+                                          * the flush at the end, took */
 };
 doctor_check check_log_room, check_log_speed;
 struct finding judge_log_room(const struct doctor *d, const struct disk *k);

@@ -12,7 +12,8 @@
 #include "messages.h"
 
 static const double HOUR_S = 3600.0;
-static const double HANGS_S = 2.0;   /* a log that takes nothing for so long parks the platform (cmd_run.c) */
+static const double HANGS_S = 2.0;   /* a log that takes nothing for so long parks
+                                      * the platform (cmd_run.c) */
 static const double STALLS_S = 0.5;  /* a quarter of it */
 enum { BLOCK = 1 << 16, BLOCKS = 256 };
 
@@ -69,7 +70,8 @@ static void log_directory(const struct doctor *d, char directory[256]) {
     else snprintf(directory, 256, ".");
 }
 
-/* A file without a name, which is gone with this program however it ends; with one for a moment where the file system has no such files. */
+/* A file without a name, which is gone with this program however it ends; with one for a moment
+ * where the file system has no such files. */
 static int open_trial(const char *directory) {
     char path[300];
     int file = open(directory, O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
@@ -80,12 +82,13 @@ static int open_trial(const char *directory) {
     return file;
 }
 
-/* 0 or errno. Each block is flushed: for a second and one block, however slow the disk is, and for a tenth of its room, as somebody may be
- * writing a log there. */
+/* 0 or errno. Each block is flushed: for a second and one block, however slow the disk is, and for
+ * a tenth of its room, as somebody may be writing a log there. */
 static int write_trial(int file, struct disk *k) {
     static unsigned char block[BLOCK];
     double begun_s = doctor_now_s(), before_s = begun_s, written = 0.0;
-    for (uint32_t i = 0; i < BLOCK; i++) block[i] = (unsigned char)(i * 2654435761u >> 24); /* nothing to compress */
+    /* nothing to compress */
+    for (uint32_t i = 0; i < BLOCK; i++) block[i] = (unsigned char)(i * 2654435761u >> 24);
     for (int i = 0; i < BLOCKS && before_s - begun_s < 1.0 && (i == 0 || (i + 1.0) * BLOCK < 0.1 * k->room_bytes); i++) {
         ssize_t size = write(file, block, sizeof block);
         if (size < 0 || fdatasync(file)) return errno;

@@ -24,7 +24,8 @@ struct finding check_can_load(const struct doctor *d) {
     return f;
 }
 
-/* Listens without a filter that lets anything through: says whether the interface is there, up, CAN, and allowed. */
+/* Listens without a filter that lets anything through: says whether the interface is there, up,
+ * CAN, and allowed. */
 static int try_interface(const char *interface, struct error *error) {
     struct can_socket s;
     int status = can_socket_open(&s, interface, NULL, 0, false, false, error);
@@ -64,8 +65,9 @@ static json_t *counter_json(const struct can_controller *c, unsigned count) {
     return c->counts ? json_integer((json_int_t)count) : json_null();
 }
 
-/* ISO 11898-1: a node is error-passive from 128 on and off the bus from 256. A single frame that is not acknowledged adds 8; eight times as
- * many good ones take that away. So what stands in the counters is of now, and the counts are since the interface was made. */
+/* ISO 11898-1: a node is error-passive from 128 on and off the bus from 256. A single frame that is
+ * not acknowledged adds 8; eight times as many good ones take that away. So what stands in the
+ * counters is of now, and the counts are since the interface was made. */
 struct finding judge_can_errors(const char *interface, const struct can_controller *s) {
     static const char wiring[] = "look at termination (120 ohm at both ends), wiring, bit rate and sample point of all nodes";
     char counters[40] = "counters not told";
@@ -100,7 +102,8 @@ struct finding check_can_errors(const struct doctor *d) {
 
 /* ---- Modbus ---- */
 
-/* The baud rate of a serial line is the address's, not the configuration's: said for the usual ones. */
+/* The baud rate of a serial line is the address's, not the configuration's: said
+ * for the usual ones. */
 struct finding check_modbus_line(const struct doctor *d) {
     const char *address = doctor_address(d, "modbus");
     struct modbus_address_parts parts;
@@ -142,7 +145,8 @@ static int by_size(const void *a, const void *b) {
     return (one > other) - (one < other);
 }
 
-enum { LONGEST_TALK_S = 5 }; /* a hexid that is started meanwhile is refused: what was not asked by then counts as lost */
+/* a hexid that is started meanwhile is refused: what was not asked by then counts as lost */
+enum { LONGEST_TALK_S = 5 };
 
 /* Reads alone, of the registers that say who it is. */
 static struct finding talk(const struct doctor *d, struct modbus_link *link, const char *address) {
@@ -171,13 +175,15 @@ static struct finding talk(const struct doctor *d, struct modbus_link *link, con
     return judge_round_trips(d, &r);
 }
 
-/* SAFETY: who is at work is not disturbed: a serial line has one master, and some devices give a new client the place of the one before. */
+/* SAFETY: who is at work is not disturbed: a serial line has one master, and some devices give a
+ * new client the place of the one before. */
 struct finding check_modbus(const struct doctor *d) {
     const char *address = doctor_address(d, "modbus");
     struct modbus_address_parts parts;
     struct modbus_link *link;
     struct error error;
-    if (!address || modbus_parse(address, &parts, &error)) return finding_none(); /* said by check_modbus_line */
+    /* said by check_modbus_line */
+    if (!address || modbus_parse(address, &parts, &error)) return finding_none();
     int lock = host_lock(d->url, &error);
     if (lock < 0) return finding(LEVEL_UNKNOWN, "ask again when it has ended", "not asked: %s", error.text);
     struct finding f;

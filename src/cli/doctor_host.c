@@ -20,7 +20,8 @@ struct finding check_kernel(const struct doctor *d) {
                    preempt ? "with PREEMPT_RT" : "without PREEMPT_RT: other work of the kernel can hold the loop up for milliseconds");
 }
 
-/* Steal: what the hypervisor gave to others while this computer wanted to run; field 8 of the first line of /proc/stat. */
+/* Steal: what the hypervisor gave to others while this computer wanted to run; field 8 of the first
+ * line of /proc/stat. */
 static bool stolen_share(const struct doctor *d, double *share) {
     char text[4096];
     double ticks[8], all = 0.0;
@@ -100,7 +101,8 @@ struct finding check_governor(const struct doctor *d) {
                    "%s on %d of %d processors: they slow down between two cycles and wake the loop late", other, others, seen);
 }
 
-/* A state that is left in more than a twentieth of the period is a delay that the loop would show. */
+/* A state that is left in more than a twentieth of the period is a delay that the
+ * loop would show. */
 struct finding check_idle_states(const struct doctor *d) {
     int cpu[PROCESSORS_MAX], count = doctor_processors(d, cpu), seen = 0;
     double limit_us = d->params->loop.period_s * 1e6 / 20.0;
@@ -115,10 +117,10 @@ struct finding check_idle_states(const struct doctor *d) {
             strcpy(worst, name);
         }
     if (!seen) return finding_unseen(CPU "/cpu*/cpuidle/state0", "how deep the processors sleep");
-    struct finding f =
-        finding((double)worst_us > limit_us ? LEVEL_WARN : LEVEL_OK,
-                "sudo cpupower idle-set -D 20 (from linux-cpupower), or processor.max_cstate=1 on the kernel's command line",
-                "the deepest, %s, is left in %" PRId64 " us; %.0f us, a twentieth of the cycle, do no harm", worst, worst_us, limit_us);
+    struct finding f = finding((double)worst_us > limit_us ? LEVEL_WARN : LEVEL_OK,
+                               "sudo cpupower idle-set -D 20 (from linux-cpupower), or processor.max_cstate=1 on the kernel's command line",
+                               "the deepest, %s, is left in %" PRId64 " us; %.0f us, a twentieth of the cycle, do no harm", worst, worst_us,
+                               limit_us);
     f.data = json_pack("{sI sf}", "latency_us", (json_int_t)worst_us, "limit_us", limit_us);
     return f;
 }
@@ -153,7 +155,8 @@ struct finding check_siblings(const struct doctor *d) {
     return finding(LEVEL_OK, "", "nobody else uses the core of processor %d", cpu);
 }
 
-/* By heat, which the processor counts since it was switched on; and of real-time threads, which the kernel keeps to a share of the time. */
+/* By heat, which the processor counts since it was switched on; and of real-time threads, which the
+ * kernel keeps to a share of the time. */
 struct finding check_throttling(const struct doctor *d) {
     int cpu[PROCESSORS_MAX], count = doctor_processors(d, cpu), seen = 0;
     int64_t runtime_us, period_us, times, hot = 0;
@@ -166,9 +169,9 @@ struct finding check_throttling(const struct doctor *d) {
                        "real-time threads get %" PRId64 " of %" PRId64 " us: the loop is stopped when they want more", runtime_us,
                        period_us);
     if (hot > 0) {
-        struct finding f =
-            finding(LEVEL_WARN, "cool the computer (fan, dust, ambient temperature); the count begins anew when it is switched on",
-                    "processors were slowed down by heat %" PRId64 " times", hot);
+        struct finding f = finding(LEVEL_WARN,
+                                   "cool the computer (fan, dust, ambient temperature); the count begins anew when it is switched on",
+                                   "processors were slowed down by heat %" PRId64 " times", hot);
         f.data = json_pack("{sI}", "thermal_count", (json_int_t)hot);
         return f;
     }
@@ -176,7 +179,8 @@ struct finding check_throttling(const struct doctor *d) {
     return finding(LEVEL_OK, "", "no processor was slowed down by heat since it was switched on");
 }
 
-/* Those that are read through a bus or an interrupt take microseconds, and the loop reads the clock several times a cycle. */
+/* Those that are read through a bus or an interrupt take microseconds, and the loop reads the clock
+ * several times a cycle. */
 struct finding check_clock_source(const struct doctor *d) {
     static const char path[] = "/sys/devices/system/clocksource/clocksource0/current_clocksource";
     static const char *const slow[] = {"hpet", "acpi_pm", "pit", "jiffies", "refined-jiffies"};

@@ -31,7 +31,8 @@ struct finding check_kinematics(const struct doctor *d) {
     return f;
 }
 
-/* A singular pose within the strokes is no mistake: most such machines have some, far from where they are driven. */
+/* A singular pose within the strokes is no mistake: most such machines have some, far from where
+ * they are driven. */
 struct finding check_workspace(const struct doctor *d) {
     struct error error;
     struct kinematics k;
@@ -70,7 +71,8 @@ struct finding check_blind_time(const struct doctor *d) {
     return f;
 }
 
-/* SAFETY: on a machine that can hurt somebody an input that is not wired is somebody's decision, and is said. */
+/* SAFETY: on a machine that can hurt somebody an input that is not wired is somebody's
+ * decision, and is said. */
 struct finding check_interlocks(const struct doctor *d) {
     char wiring[200];
     bool all = interlock_describe(&d->params->interlocks, wiring, sizeof wiring);

@@ -41,8 +41,14 @@ static int write_page(const struct options *o, const struct gap_report *report, 
 static int write_report(const struct options *o, const struct gap_result *r, const struct recording *measured, const char *model,
                         struct error *error) {
     struct waves motion = {0}, closed_loop = {0};
-    struct gap_report report = {.result = r, .measured = measured, .motion = &motion, .waves = r->simulated ? &closed_loop : &motion,
-                                .measured_file = o->measured, .validate_file = o->validate, .config_file = o->config, .model_file = model};
+    struct gap_report report = {.result = r,
+                                .measured = measured,
+                                .motion = &motion,
+                                .waves = r->simulated ? &closed_loop : &motion,
+                                .measured_file = o->measured,
+                                .validate_file = o->validate,
+                                .config_file = o->config,
+                                .model_file = model};
     int status = waves_motion(&motion, r, measured, error);
     if (!status && r->simulated) status = waves_closed_loop(&closed_loop, r, measured, error);
     if (!status) status = write_page(o, &report, error);

@@ -1,4 +1,5 @@
-/* What hexid gap leaves behind: files in a directory, and a message. A file appears under its name only when it is whole. */
+/* What hexid gap leaves behind: files in a directory, and a message. A file appears under its name
+ * only when it is whole. */
 #ifndef HEXID_GAP_FILES_H
 #define HEXID_GAP_FILES_H
 
@@ -6,11 +7,13 @@
 #include "recording.h"
 #include "gap.h"
 
-/* Can they be written there? Asked before time is spent on what cannot be kept; nothing is made yet. */
+/* Can they be written there? Asked before time is spent on what cannot be kept;
+ * nothing is made yet. */
 int gap_files_check(const struct options *o, struct error *error);
 
-/* model.yaml, gap.json, then report.html, in o->output; gap.json in o->json too. -3 when one was not written; those before it are there.
- * Pictures that could not be drawn are missing in the page and are an error, too. */
+/* model.yaml, gap.json, then report.html, in o->output; gap.json in o->json too. -3 when one was
+ * not written; those before it are there. Pictures that could not be drawn are missing in the page
+ * and are an error, too. */
 int gap_files_write(const struct options *o, const struct gap_result *result, const struct recording *measured, struct error *error);
 
 /* HEXID_GAP where lcm.url names a bus; without a bus a warning, for the stream is for watching. */

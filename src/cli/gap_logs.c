@@ -18,8 +18,9 @@ static int of_log(const char *path, int status, struct error *error) {
     return error_set(error, status, "%.100s: %.280s", path, reason.text);
 }
 
-/* The log's own configuration: it tells a platform from an axis, and another log's tests, whose frequency and amplitudes are not the model's.
- * The first log may have none, or one that is no longer understood. */
+/* The log's own configuration: it tells a platform from an axis, and another log's tests, whose
+ * frequency and amplitudes are not the model's. The first log may have none, or one that is no
+ * longer understood. */
 static int begin(const char *path, const struct log_event *event, struct recording *r, struct error *error) {
     static const char *const machine[] = {[MECHANISM_STEWART] = "six legs", [MECHANISM_AXIS] = "one axis"};
     struct params *own = calloc(1, sizeof *own);

@@ -10,22 +10,20 @@
 #define CONFIG "  -c FILE          configuration; without it config/tian2015.yaml here, else the installed one, else built in\n"
 #define SET "  --set KEY=VALUE  one key of the configuration, e.g. tests.frequency_hz=5; `hexid doctor --keys` lists them\n"
 #define SEED "  --seed N         of the simulated sensors' noise, 1 without it\n"
-#define RT(defaults) "  --rt MODE        real time: require: nothing runs without SCHED_FIFO and locked memory; try: warn; off" defaults "\n"
+#define RT(defaults) "  --rt MODE        real time: require: nothing runs without SCHED_FIFO and locked memory; try: warn; off" \
+    defaults "\n"
 #define MAP "  --map LIST       columns of CSV by their own names: position=Weg:mm,t=Zeit:s\n"
 #define OF_LCM "  -c FILE          configuration with the lcm.url of the running hexid\n"
 
-static const char run_options[] =
-    CONFIG
+static const char run_options[] = CONFIG
     "  --hal URL        the platform, `sim:` without it:\n"
     "%s"
-    "  --fast           virtual time, as fast as this machine can: same code, same seed, same bytes\n"
-    RT(" (require on hardware, try on sim:)")
-    SEED
+    "  --fast           virtual time, as fast as this machine can: same code, same seed, same bytes\n" RT(
+        " (require on hardware, try on sim:)") SEED
     "  --log FILE|DIR   LCM event log of every cycle; in a directory a new file named by its start\n"
     "  --log-quota GB   delete the oldest logs of earlier runs in the directory until all take no more, before the run and with each part\n"
     "  --log-part GB    go on in a new file, numbered, each so many GB, between two tests; each part is a log by itself\n"
-    "  --json FILE      result, schema hexid.identification/1; - for standard output\n"
-    SET
+    "  --json FILE      result, schema hexid.identification/1; - for standard output\n" SET
     "  --tests LIST     axes to test, e.g. x,theta\n"
     "  --trajectory FILE\n"
     "                   drive these poses instead: CSV with t_s and any of x_m, y_m, z_m, phi_rad, theta_rad, psi_rad\n"
@@ -42,35 +40,33 @@ static const char gap_options[] =
     "  --validate LOG   before and after are judged on this log, which no fit has seen, instead of on held-out cycles\n"
     "  --replay MODE    closed-loop: the proof is a simulation of the loop; motion: the equations under the measured motion\n"
     "                   alone, for one axis and for logs without references or valve commands\n"
-    "  --json FILE      gap.json, schema hexid.gap/1, there too; - for standard output\n"
-    SET
+    "  --json FILE      gap.json, schema hexid.gap/1, there too; - for standard output\n" SET
     "\nexit status 0 whatever the verdict is: it stands in gap.json\n";
 
 static const char check_options[] =
     "  DIR|CSV|LOG      a log, several of one machine, or CSV files as `hexid import` reads them\n"
-    "  -c FILE          configuration; without it the log's own, for CSV the one that `hexid run` takes\n"
-    SET MAP
+    "  -c FILE          configuration; without it the log's own, for CSV the one that `hexid run` takes\n" SET MAP
     "  -o PAGE.html     the signals over time, one file for any browser\n"
     "  --json FILE      the same facts, schema hexid.check/1; - for standard output\n"
     "\nexit status 0 when hexid gap would take it, 1 when not: the last line has its refusal\n";
 
-static const char doctor_options[] =
-    CONFIG
+static const char doctor_options[] = CONFIG
     "  --hal URL        the machine whose bus is looked at, as for hexid run; nothing is commanded. sim: without it\n"
     "  --log FILE|DIR   where logs will go: room and speed of that disk; the directory at hand without it\n"
     "  --latency S      measure the wake-ups of a thread like the loop's for S seconds; 10 without it, 0: not\n"
-    "  --json FILE      the findings, schema hexid.doctor/1; - for standard output\n"
-    SET
+    "  --json FILE      the findings, schema hexid.doctor/1; - for standard output\n" SET
     "  --modbus-map     print the register map instead\n"
     "  --failures       print what can fail, and what to do\n"
     "  --keys           print the reference of all configuration keys\n"
-    "\nFAIL: hexid cannot do its work like this, or somebody could be hurt; WARN: it works worse than it should; ?: cannot be seen from here\n"
+    "\nFAIL: hexid cannot do its work like this, or somebody could be hurt; WARN: it works worse than it\n"
+    "should; ?: cannot be seen from here\n"
     "exit status 0 without a FAIL, whatever is warned of; 1 with one; 2 when the configuration is none\n";
 
 static const struct subcommand subcommands[] = {
-    {"run", "[-c FILE] [--hal URL] [--fast] [--rt require|try|off] [--seed N] [--log FILE|DIR [--log-quota GB] [--log-part GB]] [--json FILE]\n"
-            "           [--set KEY=VALUE ...] [--tests LIST] [--trajectory FILE [--repeat N]] [--survey [--std PCT]]\n"
-            "           [--print-config]",
+    {"run",
+     "[-c FILE] [--hal URL] [--fast] [--rt require|try|off] [--seed N] [--log FILE|DIR [--log-quota GB] [--log-part GB]] [--json FILE]\n"
+     "           [--set KEY=VALUE ...] [--tests LIST] [--trajectory FILE [--repeat N]] [--survey [--std PCT]]\n"
+     "           [--print-config]",
      "run the platform through its tests and identify it", run_options, "hexid run --fast --seed 7 --log a.lcm --json a.json", cmd_run},
     {"plant", "--bus URL [-c FILE] [--set KEY=VALUE ...] [--seed N] [--rt require|try|off]",
      "serve the simulated platform as the devices of a bus",
@@ -79,7 +75,8 @@ static const struct subcommand subcommands[] = {
     {"check", "DIR|CSV|LOG [LOG ...] [-c FILE] [--set KEY=VALUE ...] [--map OURS=THEIRS[:UNIT],...] [-o PAGE.html] [--json FILE]",
      "look at a recording: sampling, pieces in time, channels, and whether gap and identify would take it", check_options,
      "hexid check a.lcm -o a.html", cmd_check},
-    {"identify", "LOG [LOG ...] [-c FILE] [--set KEY=VALUE ...] [--pose X,Y,Z,PHI,THETA,PSI] [--json FILE]", "identify from a recorded log, or from several of one machine",
+    {"identify", "LOG [LOG ...] [-c FILE] [--set KEY=VALUE ...] [--pose X,Y,Z,PHI,THETA,PSI] [--json FILE]",
+     "identify from a recorded log, or from several of one machine",
      "  LOG              of `hexid run` or `hexid import`; up to sixteen of one machine are combined, and compared\n"
      "  -c FILE          configuration; without it the log's own\n" SET
      "  --pose LIST      the matrix in this pose, too, m and rad: from the payload found and the legs as configured\n"
@@ -92,8 +89,9 @@ static const struct subcommand subcommands[] = {
      "  -c FILE          configuration, of all logs; without it each log's own\n" SET
      "\nexit status as that of hexid identify: 0 when all runs passed their checks, 1 when one did not; the page is written then, too\n",
      "hexid report a.lcm b.lcm -o report.html", cmd_report},
-    {"gap", "--measured LOG [--measured LOG2 ...] [--validate LOG] -c FILE -o DIR [--json FILE] [--replay closed-loop|motion]\n"
-            "           [--set KEY=VALUE ...]",
+    {"gap",
+     "--measured LOG [--measured LOG2 ...] [--validate LOG] -c FILE -o DIR [--json FILE] [--replay closed-loop|motion]\n"
+     "           [--set KEY=VALUE ...]",
      "find the physical effect that the model lacks, add it, and show how much of the difference is gone", gap_options,
      "hexid gap --measured a.lcm -c rig.yaml -o gap", cmd_gap},
     {"import", "DIR|CSV -o LOG [-c FILE] [--set KEY=VALUE ...] [--map OURS=THEIRS[:UNIT],...]",
@@ -125,8 +123,9 @@ static const struct subcommand subcommands[] = {
      "                   a live page there: 127.0.0.1:8321, or 8321 alone, is for browsers on this host; port 0 takes a free one\n"
      "  -c FILE          configuration of the running hexid: its lcm.url, its geometry, its tests\n" SET,
      "hexid monitor --http 127.0.0.1:8321", cmd_monitor},
-    {"doctor", "[-c FILE] [--set KEY=VALUE ...] [--hal URL] [--log FILE|DIR] [--latency S] [--json FILE]\n"
-               "           [--modbus-map | --failures | --keys]",
+    {"doctor",
+     "[-c FILE] [--set KEY=VALUE ...] [--hal URL] [--log FILE|DIR] [--latency S] [--json FILE]\n"
+     "           [--modbus-map | --failures | --keys]",
      "check configuration, real time, field buses, LCM and disk: ok, WARN or FAIL, with the remedy", doctor_options,
      "hexid doctor -c rig.yaml --hal can:can0", cmd_doctor},
     {"effects", "[NAME] [--json FILE]", "list the effects that the simulated plant can have",

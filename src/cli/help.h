@@ -1,5 +1,6 @@
-/* The subcommands and what `--help` says of them. The manual pages (config/manual.awk) and the completion of the shell
- * (config/hexid.bash) are made of these texts: an option stands in a line of its own, after two blanks. */
+/* The subcommands and what `--help` says of them. The manual pages (config/manual.awk) and the
+ * completion of the shell (config/hexid.bash) are made of these texts: an option stands in a line
+ * of its own, after two blanks. */
 #ifndef HEXID_HELP_H
 #define HEXID_HELP_H
 

@@ -7,7 +7,8 @@
 #include "messages.h"
 
 /* The configuration in the log's first event, changed by --set; or the file given by -c. */
-static int read_params(const struct options *o, const char *path, const struct log_event *event, struct params *params, struct error *error) {
+static int read_params(const struct options *o, const char *path, const struct log_event *event, struct params *params,
+                       struct error *error) {
     if (o->config) return options_params(o, params, error);
     int status = cli_log_params(path, event, "give one with -c FILE", params, error);
     return status ? status : config_override(params, path, o->settings, o->setting_count, error);

@@ -1,4 +1,5 @@
-/* A log read from its beginning to its end for `hexid identify` and `hexid report`: its configuration, and what is made of its cycles. */
+/* A log read from its beginning to its end for `hexid identify` and `hexid report`: its
+ * configuration, and what is made of its cycles. */
 #ifndef HEXID_LOG_ANALYSIS_H
 #define HEXID_LOG_ANALYSIS_H
 
@@ -9,12 +10,14 @@ struct log_analysis {
     struct params params;        /* the log's own, changed by --set; or of -c */
     struct analysis analysis;    /* with method C */
     struct verdict verdict;
-    int64_t began_us;            /* of the log's clock: since 1970; of a run in virtual time since its start */
+    int64_t began_us;            /* of the log's clock: since 1970; of a run in
+                                  * virtual time since its start */
     int64_t cut;                 /* byte up to which it could be read; -1: whole */
 };
 
-/* To be released by log_analysis_free(), also when this failed: -3 no log; -2 no machine, or nothing in it to identify. A log that is cut off
- * is warned about, and evaluated as far as it goes. */
+/* To be released by log_analysis_free(), also when this failed: -3 no log; -2 no
+ * machine, or nothing in it to identify. A log that is cut off is warned about, and
+ * evaluated as far as it goes. */
 int log_analysis_read(struct log_analysis *l, const struct options *o, const char *path, struct error *error);
 void log_analysis_free(struct log_analysis *l);
 

@@ -41,6 +41,8 @@ int log_set_same_machine(const char *path, const struct params *params, const ch
     static const char *const model[] = {"mechanism", "geometry", "payload", "axis", "actuator", "hydraulics", "model", NULL};
     struct config_difference d;
     if (!config_difference(params, params_before, model, &d)) return STATUS_OK;
-    return error_set(error, STATUS_USAGE, "%.60s: is of another machine than %.60s: %s is %.40s, and %.40s there; identify each by itself or, where it is "
-                     "one machine, say which configuration is right with -c FILE", path, before, d.key, d.a, d.b);
+    return error_set(error, STATUS_USAGE,
+                     "%.60s: is of another machine than %.60s: %s is %.40s, and %.40s there; identify each by itself or, where it is "
+                     "one machine, say which configuration is right with -c FILE",
+                     path, before, d.key, d.a, d.b);
 }

@@ -10,9 +10,12 @@
 #include "reference.h"
 #include "trajectory_file.h"
 
-static const double stop_every = 0.1;   /* of the ramp-out: its steepest part is hit to within a hundredth */
-enum { PERIOD_TICKS = 64 };             /* of at least so many, each period has cycles near all its phases */
-enum { SCALES = 7 };                    /* halvings of what is not known of the scale: a hundredth */
+static const double stop_every = 0.1;   /* of the ramp-out: its steepest part is hit
+                                         * to within a hundredth */
+/* of at least so many, each period has cycles near all its phases */
+enum { PERIOD_TICKS = 64 };
+/* halvings of what is not known of the scale: a hundredth */
+enum { SCALES = 7 };
 
 /* Where the walk is. */
 struct instant {
@@ -25,7 +28,8 @@ struct instant {
 /* What is beyond a limit. */
 struct excess {
     const char *what, *unit;            /* "length", "m" */
-    double value, least, rest, most;    /* rest: the value at neutral, from which both limits count */
+    double value, least, rest, most;    /* rest: the value at neutral, from which both limits
+                                         * count */
     const char *below, *above;          /* the keys of either limit */
     int leg;
     double share;                       /* of the limit: above 1 */
@@ -41,7 +45,8 @@ struct walk {
     double scale;                       /* of the poses */
     double length_m[3][LEGS];           /* of the last three cycles */
     struct instant at;
-    bool to_the_end;                    /* also where something is beyond its limit: which is farthest? */
+    bool to_the_end;                    /* also where something is beyond its
+                                         * limit: which is farthest? */
     struct excess worst;
 };
 
@@ -59,16 +64,27 @@ static bool check_length(struct walk *w, int leg) {
     const struct limit_params *l = &w->params->limits;
     struct stroke stroke = kinematics_stroke(&w->kinematics, &w->params->actuator, leg);
     double neutral_m = w->kinematics.neutral_length_m[leg], in_m = stroke.least_m, out_m = stroke.most_m;
-    return within(w, leg, (struct excess){.what = "length", .unit = "m", .value = w->length_m[1][leg],
-                                          .least = fmax(l->length_min_m[leg], in_m), .rest = neutral_m, .most = fmin(l->length_max_m[leg], out_m),
-                                          .below = l->length_min_m[leg] > in_m ? "limits.length_min_m" : "actuator.stroke_m",
-                                          .above = l->length_max_m[leg] < out_m ? "limits.length_max_m" : "actuator.stroke_m"});
+    return within(w, leg,
+                  (struct excess){.what = "length",
+                                  .unit = "m",
+                                  .value = w->length_m[1][leg],
+                                  .least = fmax(l->length_min_m[leg], in_m),
+                                  .rest = neutral_m,
+                                  .most = fmin(l->length_max_m[leg], out_m),
+                                  .below = l->length_min_m[leg] > in_m ? "limits.length_min_m" : "actuator.stroke_m",
+                                  .above = l->length_max_m[leg] < out_m ? "limits.length_max_m" : "actuator.stroke_m"});
 }
 
 static bool check_rate(struct walk *w, int leg, double rate_mps) {
     double most = w->params->limits.leg_rate_mps;
-    return within(w, leg, (struct excess){.what = "rate", .unit = "m/s", .value = rate_mps, .least = -most, .most = most,
-                                          .below = "limits.leg_rate_mps", .above = "limits.leg_rate_mps"});
+    return within(w, leg,
+                  (struct excess){.what = "rate",
+                                  .unit = "m/s",
+                                  .value = rate_mps,
+                                  .least = -most,
+                                  .most = most,
+                                  .below = "limits.leg_rate_mps",
+                                  .above = "limits.leg_rate_mps"});
 }
 
 /* Force and flow; positive forces push the leg out. */
@@ -78,14 +94,23 @@ static bool check_drive(struct walk *w, int leg, double rate_mps, double force_n
     double a1 = w->areas.a1_m2[leg], a2 = w->areas.a2_m2[leg], cubes = a1 * a1 * a1 + a2 * a2 * a2;
     double push_n = a1 * h->supply_pa - a2 * h->tank_pa, pull_n = a2 * h->supply_pa - a1 * h->tank_pa, most_n = w->params->limits.force_n;
     double opened = w->params->control.output_limit * h->valve_flow_m3_per_s[leg] / sqrt(h->valve_drop_pa);
-    struct excess force = {.what = "force", .unit = "N", .value = force_n, .least = -fmin(pull_n, most_n), .most = fmin(push_n, most_n),
+    struct excess force = {.what = "force",
+                           .unit = "N",
+                           .value = force_n,
+                           .least = -fmin(pull_n, most_n),
+                           .most = fmin(push_n, most_n),
                            .below = most_n < pull_n ? "limits.force_n" : "hydraulics.supply_pa",
                            .above = most_n < push_n ? "limits.force_n" : "hydraulics.supply_pa"};
-    if (!(force_n >= force.least && force_n <= force.most)) return within(w, leg, force); /* it has no flow, then */
-    return within(w, leg, (struct excess){.what = "rate", .unit = "m/s", .value = rate_mps,
-                                          .least = -opened * sqrt((pull_n + force_n) / cubes),
-                                          .most = opened * sqrt((push_n - force_n) / cubes),
-                                          .below = flow, .above = flow});
+    /* it has no flow, then */
+    if (!(force_n >= force.least && force_n <= force.most)) return within(w, leg, force);
+    return within(w, leg,
+                  (struct excess){.what = "rate",
+                                  .unit = "m/s",
+                                  .value = rate_mps,
+                                  .least = -opened * sqrt((pull_n + force_n) / cubes),
+                                  .most = opened * sqrt((push_n - force_n) / cubes),
+                                  .below = flow,
+                                  .above = flow});
 }
 
 /* The cycle before the last one, by differences. */
@@ -141,7 +166,8 @@ static double period_s(const struct walk *w, enum dof dof) {
     return w->trajectory ? trajectory_s(w->trajectory) / w->trajectory->passes : (double)INFINITY;
 }
 
-/* What repeats is stopped in the ramp-in and one period; and before its end, where a trajectory's ramp-out runs past its last pass. */
+/* What repeats is stopped in the ramp-in and one period; and before its end, where a trajectory's
+ * ramp-out runs past its last pass. */
 static bool stops_here(const struct walk *w, const struct reference *r) {
     const struct test_params *t = &w->params->tests;
     double dt_s = w->params->loop.period_s, period = period_s(w, r->dof) / dt_s, ramp = t->ramp_s / dt_s, ramp_out = t->ramp_out_s / dt_s;
@@ -198,10 +224,16 @@ static int refuse(struct walk *w, struct error *error) {
     const struct test_params *t = &w->params->tests;
     bool single = tests_single(t);
     char stopped[48] = "", remedy[120];
-    double scale = find_scale(w), from_s = w->trajectory ? t->ramp_s : 0.0; /* a trajectory's own time */
+    /* a trajectory's own time */
+    double scale = find_scale(w), from_s = w->trajectory ? t->ramp_s : 0.0;
     bool below = e.value < e.least;
     if (e.at.stopped) snprintf(stopped, sizeof stopped, " (stopped at %.3f s)", e.at.stop_s - from_s);
-    if (scale > 0.0) snprintf(remedy, sizeof remedy, "scale %s by %.2f, or make it slower", single ? "its amplitude" : w->trajectory ? "the poses" : "all amplitudes", scale);
+    if (scale > 0.0)
+        snprintf(remedy, sizeof remedy, "scale %s by %.2f, or make it slower",
+                 single          ? "its amplitude"
+                 : w->trajectory ? "the poses"
+                                 : "all amplitudes",
+                 scale);
     else snprintf(remedy, sizeof remedy, "no smaller motion would do: the machine cannot do it at rest");
     return error_set(error, STATUS_USAGE, "not run: test %s at %.3f s%s: leg %d has %s %.5g %s, limit %.5g (%s): %s",
                      tests_name(t, e.at.dof), e.at.time_s - from_s, stopped, e.leg + 1, e.what, e.value, e.unit, below ? e.least : e.most,

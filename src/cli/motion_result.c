@@ -9,7 +9,8 @@ void motion_take(struct motion_result *m, const struct params *params, const str
     m->cycles++;
     if (c->phase != PHASE_EVALUATE) return;
     double end_s = params->tests.ramp_s + params->tests.duration_s;
-    m->complete = c->test_time_s > end_s - 2.5 * params->loop.period_s; /* its last cycle, but for rounding */
+    /* its last cycle, but for rounding */
+    m->complete = c->test_time_s > end_s - 2.5 * params->loop.period_s;
     if (c->in.flags) m->excluded++;
     else m->samples++;
     for (int i = 0; i < DOFS && !c->in.flags; i++) {
@@ -23,5 +24,6 @@ void motion_judge(const struct motion_result *m, const struct params *params, st
     double all = (double)(m->samples + m->excluded), excluded_pct = all > 0.0 ? 100.0 * (double)m->excluded / all : 0.0;
     if (!m->complete) verdict_add(v, VERDICT_NOT_EVALUATED, "test %s: not complete (%lld samples)", name, (long long)m->samples);
     else if (!(excluded_pct <= params->checks.excluded_pct))
-        verdict_add(v, VERDICT_FAIL, "test %s: %.2f %% of the samples excluded, limit %g %%", name, excluded_pct, params->checks.excluded_pct);
+        verdict_add(v, VERDICT_FAIL, "test %s: %.2f %% of the samples excluded, limit %g %%", name, excluded_pct,
+                    params->checks.excluded_pct);
 }

@@ -1,5 +1,6 @@
-/* What a test of no axis came to, a trajectory or a multisine, the last one where there are several. How far the platform was from the
- * reference is told, and not judged: no limit is stated for it. */
+/* What a test of no axis came to, a trajectory or a multisine, the last one where there
+ * are several. How far the platform was from the reference is told, and not judged: no
+ * limit is stated for it. */
 #ifndef HEXID_MOTION_RESULT_H
 #define HEXID_MOTION_RESULT_H
 
@@ -17,7 +18,8 @@ struct motion_result {
 /* The next cycle, of whatever kind. */
 void motion_take(struct motion_result *m, const struct params *params, const struct cycle *cycle);
 
-/* The checks of a run that such a test can fail: it came to its end, and few samples are excluded. */
+/* The checks of a run that such a test can fail: it came to its end, and few
+ * samples are excluded. */
 void motion_judge(const struct motion_result *m, const struct params *params, struct verdict *verdict);
 
 #endif

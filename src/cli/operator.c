@@ -22,8 +22,12 @@ static int64_t random_token(int64_t now_ns) {
 
 static void answer(struct operator *o, int64_t id, enum outcome outcome, int64_t token, const char *text) {
     unsigned char buffer[ANSWER_MESSAGE_MAX];
-    const struct answer a = {.id = id, .token = token, .lease_s = outcome == OUTCOME_DONE && token ? o->params->lcm.lease_s : 0.0,
-                             .outcome = outcome, .state = loop_acted(o->loop).state, .text = text};
+    const struct answer a = {.id = id,
+                             .token = token,
+                             .lease_s = outcome == OUTCOME_DONE && token ? o->params->lcm.lease_s : 0.0,
+                             .outcome = outcome,
+                             .state = loop_acted(o->loop).state,
+                             .text = text};
     if (id) bus_publish(o->bus, CHANNEL_ANSWER, buffer, answer_encode(&a, buffer));
 }
 
@@ -37,16 +41,17 @@ static void refuse(struct operator *o, const struct operator_request *r, const c
     o->say(o->context, text);
 }
 
-/* A stop that the loop has not yet seen: the mailbox holds one request, and a later one would take its place. */
+/* A stop that the loop has not yet seen: the mailbox holds one request, and a later one
+ * would take its place. */
 static bool stop_under_way(const struct operator *o) {
-    return o->waiting_request && command_stops(o->waiting.command) &&
-           (int32_t)(loop_acted(o->loop).request_id - o->waiting_request) < 0;
+    return o->waiting_request && command_stops(o->waiting.command) && (int32_t)(loop_acted(o->loop).request_id - o->waiting_request) < 0;
 }
 
 static void post(struct operator *o, const struct operator_request *request, int64_t now_ns) {
     struct operator_request r = *request, before = o->waiting;
     bool displaces = o->waiting_request != 0;
-    if (stop_under_way(o) && before.command == COMMAND_PARK) r.command = COMMAND_PARK; /* SAFETY: a stop does not undo it */
+    /* SAFETY: a stop does not undo it */
+    if (stop_under_way(o) && before.command == COMMAND_PARK) r.command = COMMAND_PARK;
     o->waiting_request = mailbox_post(&o->loop->requests, r.command);
     o->waiting = r;
     o->waiting_ns = now_ns;
@@ -60,8 +65,8 @@ static void renew(struct operator *o, const struct operator_request *r, int64_t 
            holds ? "" : "the lease has run out, or is another's: ask `engage` anew");
 }
 
-/* SAFETY: whoever on this host reaches the bus may put the platform down; only the configuration, and an answer that
- * was given to this operator just now, let it be moved from there. */
+/* SAFETY: whoever on this host reaches the bus may put the platform down; only the configuration,
+ * and an answer that was given to this operator just now, let it be moved from there. */
 static void move(struct operator *o, const struct operator_request *r, int64_t now_ns) {
     bool fresh = o->token && r->token == o->token && now_ns - o->token_ns <= token_valid_ns;
     if (!o->params->lcm.commands) {
@@ -82,7 +87,8 @@ static void move(struct operator *o, const struct operator_request *r, int64_t n
 void operator_take(struct operator *o, const struct bus_message *message, int64_t now_ns) {
     struct operator_request r;
     if (strcmp(message->channel, CHANNEL_COMMAND) || !request_decode(message->data, message->size, &r)) return;
-    if (command_stops(r.command)) post(o, &r, now_ns); /* SAFETY: first of all, and from anybody on this host */
+    /* SAFETY: first of all, and from anybody on this host */
+    if (command_stops(r.command)) post(o, &r, now_ns);
     else if (r.renew) renew(o, &r, now_ns);
     else move(o, &r, now_ns);
 }
@@ -99,14 +105,17 @@ static void answer_waiting(struct operator *o, int64_t now_ns) {
     const struct operator_request *r = &o->waiting;
     if (!o->waiting_request) return;
     if ((int32_t)(acted.request_id - o->waiting_request) < 0) {
-        if (command_stops(r->command) || now_ns - o->waiting_ns < ANSWER_PATIENCE_NS) return; /* SAFETY: a stop waits for a loop that stalls */
-        /* SAFETY: what is refused is not done when the loop comes back: this takes its place there, or undoes it. */
+        /* SAFETY: a stop waits for a loop that stalls */
+        if (command_stops(r->command) || now_ns - o->waiting_ns < ANSWER_PATIENCE_NS) return;
+        /* SAFETY: what is refused is not done when the loop comes back: this takes its place
+         * there, or undoes it. */
         mailbox_post(&o->loop->requests, r->command == COMMAND_START ? COMMAND_STOP : COMMAND_PARK);
         refuse(o, r, "the loop does not answer: see whether hexid is given the processor");
     } else if (acted.request_id != o->waiting_request) {
         refuse(o, r, "another command came in between: ask again");
     } else if (!acted.taken && command_stops(r->command)) {
-        answer(o, r->id, OUTCOME_DONE, 0, supervisor_advice(acted.state, acted.wrong, r->command)); /* it is as was asked for */
+        /* it is as was asked for */
+        answer(o, r->id, OUTCOME_DONE, 0, supervisor_advice(acted.state, acted.wrong, r->command));
     } else if (!acted.taken) {
         refuse(o, r, supervisor_advice(acted.state, acted.wrong, r->command));
     } else {

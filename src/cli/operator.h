@@ -1,13 +1,14 @@
-/* What operators ask for over the bus, and what is told to them. The main thread's; nothing here blocks.
+/* What operators ask for over the bus, and what is told to them. The main thread's;
+ * nothing here blocks.
  *
- * stop and park are acted upon at once, whoever on this host sends them; until the loop has seen one,
- * nothing that moves is taken. What moves (engage, start, reset) is taken
+ * stop and park are acted upon at once, whoever on this host sends them; until the loop has seen
+ * one, nothing that moves is taken. What moves (engage, start, reset) is taken
  *   - with lcm.commands only,
- *   - with a token that was sent to this operator within the last second. The first request gets the
- *     token, the second brings it back: a replayed log, a message of another session and one that lay
- *     about somewhere have none, and no clocks are compared;
- *   - under a lease: engage and start are answered with another token, and when that has not come back in
- *     a `renew` for lcm.lease_s while the supply is on, the platform is parked.
+ *   - with a token that was sent to this operator within the last second. The first request gets
+ *     the token, the second brings it back: a replayed log, a message of another session and one
+ *     that lay about somewhere have none, and no clocks are compared;
+ *   - under a lease: engage and start are answered with another token, and when that has not come
+ *     back in a `renew` for lcm.lease_s while the supply is on, the platform is parked.
  * Every request with an id is answered with what became of it in the loop, once that is known. */
 #ifndef HEXID_OPERATOR_H
 #define HEXID_OPERATOR_H
@@ -25,7 +26,8 @@ struct operator {
     void *context;
     int64_t token, token_ns;     /* 0: none given; when it was given, CLOCK_MONOTONIC */
     int64_t lease, lease_ns;     /* 0: nobody holds one; when it was last renewed */
-    bool powered, expired;       /* the supply was on since the lease was given; it ran out, and that was said */
+    bool powered, expired;       /* the supply was on since the lease was given; it ran
+                                  * out, and that was said */
     struct operator_request waiting; /* its answer waits for the loop */
     uint32_t waiting_request;    /* its id in the mailbox, 0: nothing waits */
     int64_t waiting_ns;

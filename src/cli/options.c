@@ -15,22 +15,41 @@
 #include "messages.h"
 #include "printable.h"
 
-static const double STD_LEAST_PCT = 0.01, STD_MOST_PCT = 10.0; /* above a fifth of it method C calls an entry not determined */
+/* above a fifth of it method C calls an entry not determined */
+static const double STD_LEAST_PCT = 0.01, STD_MOST_PCT = 10.0;
 
 static const struct option long_options[] = {
-    {"config", required_argument, NULL, 'c'}, {"hal", required_argument, NULL, 'H'},  {"fast", no_argument, NULL, 'f'},
-    {"rt", required_argument, NULL, 'r'},     {"seed", required_argument, NULL, 's'}, {"log", required_argument, NULL, 'l'},
-    {"json", required_argument, NULL, 'j'},   {"set", required_argument, NULL, 'S'},  {"tests", required_argument, NULL, 't'},
-    {"print-config", no_argument, NULL, 'p'}, {"output", required_argument, NULL, 'o'},
-    {"format", required_argument, NULL, 'F'}, {"bus", required_argument, NULL, 'b'}, {"modbus-map", no_argument, NULL, 'm'},
-    {"failures", no_argument, NULL, 'x'},     {"keys", no_argument, NULL, 'k'},
-    {"measured", required_argument, NULL, 'M'}, {"validate", required_argument, NULL, 'v'}, {"replay", required_argument, NULL, 'R'},
-    {"log-quota", required_argument, NULL, 'q'}, {"log-part", required_argument, NULL, 'g'},
-    {"map", required_argument, NULL, 'a'},    {"trajectory", required_argument, NULL, 'T'}, {"repeat", required_argument, NULL, 'n'},
-    {"survey", no_argument, NULL, 'V'},       {"std", required_argument, NULL, 'd'},
-    {"all", no_argument, NULL, 'A'},         {"pose", required_argument, NULL, 'P'},
+    {"config", required_argument, NULL, 'c'},
+    {"hal", required_argument, NULL, 'H'},
+    {"fast", no_argument, NULL, 'f'},
+    {"rt", required_argument, NULL, 'r'},
+    {"seed", required_argument, NULL, 's'},
+    {"log", required_argument, NULL, 'l'},
+    {"json", required_argument, NULL, 'j'},
+    {"set", required_argument, NULL, 'S'},
+    {"tests", required_argument, NULL, 't'},
+    {"print-config", no_argument, NULL, 'p'},
+    {"output", required_argument, NULL, 'o'},
+    {"format", required_argument, NULL, 'F'},
+    {"bus", required_argument, NULL, 'b'},
+    {"modbus-map", no_argument, NULL, 'm'},
+    {"failures", no_argument, NULL, 'x'},
+    {"keys", no_argument, NULL, 'k'},
+    {"measured", required_argument, NULL, 'M'},
+    {"validate", required_argument, NULL, 'v'},
+    {"replay", required_argument, NULL, 'R'},
+    {"log-quota", required_argument, NULL, 'q'},
+    {"log-part", required_argument, NULL, 'g'},
+    {"map", required_argument, NULL, 'a'},
+    {"trajectory", required_argument, NULL, 'T'},
+    {"repeat", required_argument, NULL, 'n'},
+    {"survey", no_argument, NULL, 'V'},
+    {"std", required_argument, NULL, 'd'},
+    {"all", no_argument, NULL, 'A'},
+    {"pose", required_argument, NULL, 'P'},
     {"latency", required_argument, NULL, 'L'},
-    {"http", required_argument, NULL, 'h'},  {"once", no_argument, NULL, '1'},
+    {"http", required_argument, NULL, 'h'},
+    {"once", no_argument, NULL, '1'},
     {"json", no_argument, NULL, 'J'}, /* of what goes on and on: lines on standard output */
     {0},
 };
@@ -80,7 +99,8 @@ static int set_log_part(struct options *o, const char *text, struct error *error
     static const double least_bytes = 1e5;
     int status = set_size("--log-part", text, &o->log_part_bytes, error);
     if (status || o->log_part_bytes >= least_bytes) return status;
-    return error_set(error, STATUS_USAGE, "--log-part %.40s: a part has at least 0.0001 GB: its configuration alone takes a sixth of that", text);
+    return error_set(error, STATUS_USAGE, "--log-part %.40s: a part has at least 0.0001 GB: its configuration alone takes a sixth of that",
+                     text);
 }
 
 static int add_setting(struct options *o, const char *text, struct error *error) {
@@ -104,7 +124,8 @@ static int set_tests(struct options *o, const char *list, struct error *error) {
 static int set_trajectory(struct options *o, const char *path, struct error *error) {
     if (!*path) return error_set(error, STATUS_USAGE, "--trajectory: an empty name; name a CSV file");
     if (strlen(path) >= PARAMS_TEXT_SIZE)
-        return error_set(error, STATUS_USAGE, "--trajectory %.80s...: a path of %d characters and more; name it from nearer by", path, PARAMS_TEXT_SIZE);
+        return error_set(error, STATUS_USAGE, "--trajectory %.80s...: a path of %d characters and more; name it from nearer by", path,
+                         PARAMS_TEXT_SIZE);
     snprintf(o->trajectory, sizeof o->trajectory, "tests.trajectory=%s", path);
     return add_setting(o, o->trajectory, error);
 }
@@ -139,7 +160,8 @@ static int set_pose(struct options *o, const char *text, struct error *error) {
         char *end;
         o->pose[i] = strtod(at, &end);
         if (end == at || *end != (i + 1 < DOFS ? ',' : '\0') || !(fabs(o->pose[i]) <= most))
-            return error_set(error, STATUS_USAGE, "--pose %.80s: six numbers x,y,z,phi,theta,psi in m and rad, as 0.1,0,-0.05,0,0.1,0", text);
+            return error_set(error, STATUS_USAGE, "--pose %.80s: six numbers x,y,z,phi,theta,psi in m and rad, as 0.1,0,-0.05,0,0.1,0",
+                             text);
         at = end + 1;
     }
     return STATUS_OK;
@@ -192,8 +214,9 @@ static int unknown_option(const char *command, const char *name, const char *all
         best = distance;
         nearest = o->name;
     }
-    return error_set(error, STATUS_USAGE, "`hexid %s` has no option %s%.100s; %s%s%ssee `hexid %s --help`", command, *name == '-' ? "" : "--", name,
-                     nearest ? "did you mean --" : "", nearest ? nearest : "", nearest ? "? " : "", command);
+    return error_set(error, STATUS_USAGE, "`hexid %s` has no option %s%.100s; %s%s%ssee `hexid %s --help`", command,
+                     *name == '-' ? "" : "--", name, nearest ? "did you mean --" : "", nearest ? nearest : "", nearest ? "? " : "",
+                     command);
 }
 
 int options_parse(struct options *o, int argc, char **argv, const char *allowed, int operands, struct error *error) {
@@ -211,17 +234,20 @@ int options_parse(struct options *o, int argc, char **argv, const char *allowed,
         if (option == -1) break;
         const char *name = argv[optind - 1];
         if (option == ':') return error_set(error, STATUS_USAGE, "%s needs a value; see `hexid %s --help`", name, argv[0]);
-        if (option == '?' || !strchr(allowed, option))
-            return unknown_option(argv[0], index >= 0 ? own[index].name : name, allowed, error);
+        if (option == '?' || !strchr(allowed, option)) return unknown_option(argv[0], index >= 0 ? own[index].name : name, allowed, error);
         int status = take(o, option, optarg, error);
         if (status) return status;
     }
     if (optind < argc && operands > 1)
-        return error_set(error, STATUS_USAGE, "%s: one argument too many, `hexid %s` takes %d; see `hexid %s --help`", argv[optind], argv[0], operands, argv[0]);
+        return error_set(error, STATUS_USAGE, "%s: one argument too many, `hexid %s` takes %d; see `hexid %s --help`", argv[optind],
+                         argv[0], operands, argv[0]);
     if (optind < argc) return error_set(error, STATUS_USAGE, "%s: one argument too many; see `hexid %s --help`", argv[optind], argv[0]);
-    if (o->tests[0] && o->trajectory[0]) return error_set(error, STATUS_USAGE, "--tests and --trajectory: one of them; a trajectory has its own axes");
-    if (o->survey && o->trajectory[0]) return error_set(error, STATUS_USAGE, "--survey and --trajectory: one of them; a survey has its own motion");
-    if (o->std_pct > 0.0 && !o->survey) return error_set(error, STATUS_USAGE, "--std: the deviation that a test is proposed for; needs --survey");
+    if (o->tests[0] && o->trajectory[0])
+        return error_set(error, STATUS_USAGE, "--tests and --trajectory: one of them; a trajectory has its own axes");
+    if (o->survey && o->trajectory[0])
+        return error_set(error, STATUS_USAGE, "--survey and --trajectory: one of them; a survey has its own motion");
+    if (o->std_pct > 0.0 && !o->survey)
+        return error_set(error, STATUS_USAGE, "--std: the deviation that a test is proposed for; needs --survey");
     return STATUS_OK;
 }
 

@@ -1,6 +1,7 @@
-/* A way to a terminal, pipe or file that never holds the writer up: lines go into a pipe, and a thread
- * of its own copies them to where they belong. SAFETY: a terminal that stalls (a hung ssh) or a reader
- * that sleeps must not keep anybody from stopping the machine; what does not fit is dropped. */
+/* A way to a terminal, pipe or file that never holds the writer up: lines go into a pipe, and
+ * a thread of its own copies them to where they belong. SAFETY: a terminal that stalls (a
+ * hung ssh) or a reader that sleeps must not keep anybody from stopping the machine; what
+ * does not fit is dropped. */
 #ifndef HEXID_OUTLET_H
 #define HEXID_OUTLET_H
 
@@ -18,7 +19,8 @@ struct outlet {
 /* Ordinary threads. 0, or -1: no pipe or no thread. */
 int outlet_open(struct outlet *o, int to);
 
-/* Hands over what was written since the last flush, whole, or drops it. At most 4096 bytes stay whole. */
+/* Hands over what was written since the last flush, whole, or drops it. At most 4096
+ * bytes stay whole. */
 void outlet_flush(struct outlet *o);
 
 /* Waits until all has been copied, as long as it is being copied; given up after a second without:

@@ -68,7 +68,8 @@ static int compare(const struct parts *p, const struct params *configured, struc
     struct error none;
     int status = estimate && result ? STATUS_OK : error_set(error, STATUS_IO, "out of memory"), n = 0;
     for (int i = 0; i < p->count && !status; i++) {
-        if (method_c_solve(&p->part[i], configured, &estimate[i], &result[i], &none)) continue; /* too little by itself */
+        /* too little by itself */
+        if (method_c_solve(&p->part[i], configured, &estimate[i], &result[i], &none)) continue;
         log[n++] = (struct agreement_log){&p->part[i], &estimate[i], &result[i]};
     }
     agreement->logs = n;
@@ -77,7 +78,8 @@ static int compare(const struct parts *p, const struct params *configured, struc
     return status;
 }
 
-int parts_sum(const struct parts *p, const struct params *configured, struct equations *sum, struct agreement *agreement, struct error *error) {
+int parts_sum(const struct parts *p, const struct params *configured, struct equations *sum, struct agreement *agreement,
+              struct error *error) {
     *sum = (struct equations){0};
     if (agreement) *agreement = (struct agreement){.logs = p->count};
     if (!p->count) {

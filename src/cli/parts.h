@@ -1,6 +1,7 @@
-/* A motion that is long, part by part: each part's equations are made by the estimator's thread while the next is recorded, and its samples are not
- * kept. So an hour takes no more memory than a part, and a machine that changes on the way is seen: parts are repeats. Of many parts neighbours
- * are joined. */
+/* A motion that is long, part by part: each part's equations are made by the estimator's thread
+ * while the next is recorded, and its samples are not kept. So an hour takes no more memory than
+ * a part, and a machine that changes on the way is seen: parts are repeats. Of many parts
+ * neighbours are joined. */
 #ifndef HEXID_PARTS_H
 #define HEXID_PARTS_H
 
@@ -12,7 +13,8 @@ enum { PARTS = AGREEMENT_LOGS };
 struct parts {
     struct estimator estimator;
     struct equations *part;  /* [PARTS] */
-    int count, joined;       /* each of the first parts is so many, a power of two, the last may be of fewer */
+    int count, joined;       /* each of the first parts is so many, a power of two,
+                              * the last may be of fewer */
     int in_last;
     int all, left_out;       /* that were closed; without equations: at rest, too short */
     bool dropped;            /* what the estimator has is of a motion that was cleared */
@@ -35,8 +37,9 @@ void parts_take(struct parts *p, bool wait);
 /* One more, whose equations the caller made. */
 void parts_add(struct parts *p, const struct equations *e, const struct error *error);
 
-/* The sum of all, and whether they agree (agreement->logs is 1 or 0 where there is nothing to compare; NULL: not asked).
- * -2 where there is none, and why. */
-int parts_sum(const struct parts *p, const struct params *configured, struct equations *sum, struct agreement *agreement, struct error *error);
+/* The sum of all, and whether they agree (agreement->logs is 1 or 0 where there is nothing to
+ * compare; NULL: not asked). -2 where there is none, and why. */
+int parts_sum(const struct parts *p, const struct params *configured, struct equations *sum, struct agreement *agreement,
+              struct error *error);
 
 #endif

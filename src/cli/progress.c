@@ -33,7 +33,8 @@ static void clear_line(struct progress *p) {
 
 void progress_say(struct progress *p, const char *format, ...) {
     va_list args;
-    if (p->terminal) fputs("\r\033[K", p->words.out); /* not by p->out: who holds its lock may be kept waiting */
+    /* not by p->out: who holds its lock may be kept waiting */
+    if (p->terminal) fputs("\r\033[K", p->words.out);
     va_start(args, format);
     vfprintf(p->words.out, format, args);
     va_end(args);
@@ -44,7 +45,8 @@ void progress_end(struct progress *p) { clear_line(p); }
 
 void progress_state(struct progress *p, const struct cycle *c) {
     p->state_cycles = 0;
-    if (c->state == STATE_TESTING || c->state == STATE_FAULT) return; /* results and the fault speak for themselves */
+    /* results and the fault speak for themselves */
+    if (c->state == STATE_TESTING || c->state == STATE_FAULT) return;
     clear_line(p);
     fprintf(p->out, "  %s\n", state_names[c->state]);
     outlet_flush(&p->steps);
@@ -83,7 +85,8 @@ void progress_motion(struct progress *p, const struct motion_result *m) {
     clear_line(p);
     fprintf(p->out, "  test 1/1 %s  ", tests_name(&p->params->tests, DOF_NONE));
     if (m->samples) fprintf(p->out, "off by at most %.3f mm, %.3f mrad, ", m->off_m * 1e3, m->off_rad * 1e3);
-    fprintf(p->out, "%lld of %lld excluded%s\n", (long long)m->excluded, (long long)(m->samples + m->excluded), m->complete ? "" : ", not complete");
+    fprintf(p->out, "%lld of %lld excluded%s\n", (long long)m->excluded, (long long)(m->samples + m->excluded),
+            m->complete ? "" : ", not complete");
     outlet_flush(&p->steps);
 }
 
@@ -106,7 +109,8 @@ void progress_tick(struct progress *p, const struct cycle *c) {
     if (p->state_cycles++ % p->redraw_cycles || !p->terminal) return;
     int marks = (int)(BAR * fmin(fmax(done(p, c), 0.0), 1.0));
     clear_line(p);
-    if (c->test >= 0) fprintf(p->out, "  test %d/%d  %-5s  ", c->test + 1, tests_count(&p->params->tests), tests_name(&p->params->tests, c->dof));
+    if (c->test >= 0)
+        fprintf(p->out, "  test %d/%d  %-5s  ", c->test + 1, tests_count(&p->params->tests), tests_name(&p->params->tests, c->dof));
     else fprintf(p->out, "  %-18s", state_names[c->state]);
     fprintf(p->out, "[%.*s%.*s] %s", marks, full, BAR - marks, empty, phases[c->phase]);
     outlet_flush(&p->steps);

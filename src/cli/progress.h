@@ -1,4 +1,5 @@
-/* What a person sees while hexid runs: on a terminal a live line below the steps that are done, elsewhere one line a step. */
+/* What a person sees while hexid runs: on a terminal a live line below the steps that are done,
+ * elsewhere one line a step. */
 #ifndef HEXID_PROGRESS_H
 #define HEXID_PROGRESS_H
 
@@ -19,8 +20,8 @@ struct progress {
     int64_t state_cycles;   /* in the state at hand */
 };
 
-/* to: standard output, or standard error where that is for the results. -1: no pipe or thread. Nothing
- * here holds its caller up, whatever the terminal does (outlet.h). */
+/* to: standard output, or standard error where that is for the results. -1: no pipe or thread.
+ * Nothing here holds its caller up, whatever the terminal does (outlet.h). */
 int progress_open(struct progress *p, const struct params *params, int to, bool virtual_time);
 /* Waits for the terminal as outlet_close() does. */
 bool progress_close(struct progress *p);

@@ -9,14 +9,19 @@
 #include "units.h"
 
 static const double OF_OIL = 1.0 / 3.0, OF_LOOP = 0.5, LOWEST_HZ = 1.0;
-static const double SPREAD = 0.65;         /* the lowest frequency of a multisine over its highest */
+static const double SPREAD = 0.65;         /* the lowest frequency of a multisine over its
+                                            * highest */
 static const double MARGIN = 0.5;          /* of rates and of limits.following_m */
-static const double OF_PEAK = 0.75;        /* of the survey's fastest leg: at other speeds the loop follows a little differently */
+static const double OF_PEAK = 0.75;        /* of the survey's fastest leg: at other speeds the loop
+                                            * follows a little differently */
 static const double UNWANTED = 0.7;        /* of checks.unwanted_pct */
-static const double LONGER = 4.0;          /* times the shortest duration: the law of the durations */
+static const double LONGER = 4.0;          /* times the shortest duration: the law of the
+                                            * durations */
 static const double NEAR = 1.1;            /* the floor: a longer test is no use */
 static const double SHORTEST_S = 5.0, LONGEST_S[] = {[PROPOSAL_SINES] = 95.0, [PROPOSAL_MULTISINE] = 30.0};
-                                           /* of an axis's test 100 s are kept for method C (analysis.h); of any motion it takes 48 short pieces */
+                                           /* of an axis's test 100 s are kept for
+                                            * method C (analysis.h); of any motion it
+                                            * takes 48 short pieces */
 static const double SEARCH_S = 8.0;
 static const double CLOSE = 0.03, REACHED = 0.05;
 static const double HZ_STEP = 0.01, AMPLITUDE_STEP = 1e-5, SECONDS_STEP = 0.1;
@@ -29,7 +34,8 @@ struct design {
     double jacobian[LEGS][DOFS];
     double share[DOFS];                    /* of the rates, multisine */
     struct params trial;
-    struct params exact;                   /* joints where they are configured: no excitation helps against their tolerance, which takes the time */
+    struct params exact;                   /* joints where they are configured: no excitation helps
+                                            * against their tolerance, which takes the time */
 };
 
 static double round_to(double step, double x) { return step * round(x / step); }
@@ -64,10 +70,12 @@ static void set_amplitudes(struct design *d, double rate_mps) {
         t->amplitude[i] = (t->multisine ? d->share[i] / most : 1.0) * rate_mps / (2.0 * PI * t->hz[i] * d->leg_per_axis[i]);
 }
 
-/* What an axis moves besides, against that axis's own amplitude: within checks.unwanted_pct, with margin. */
+/* What an axis moves besides, against that axis's own amplitude: within
+ * checks.unwanted_pct, with margin. */
 static void keep_apart(struct design *d) {
     double *amplitude = d->trial.tests.amplitude, most = UNWANTED * d->params->checks.unwanted_pct / 100.0;
-    for (int pass = 0; pass < DOFS; pass++) /* one that is made smaller bears less from the others */
+    /* one that is made smaller bears less from the others */
+    for (int pass = 0; pass < DOFS; pass++)
         for (int driven = 0; driven < DOFS; driven++)
             for (int i = 0; i < DOFS; i++) {
                 double moved = cabs(loop_survey_response(d->survey, (enum dof)driven, (enum dof)i, d->trial.tests.hz[driven]));
@@ -122,8 +130,8 @@ static void exchange_frequencies(struct test_params *t, enum dof dof) {
     t->hz[above] = t->hz[dof], t->hz[dof] = hz;
 }
 
-/* Four moves: shares that make the axes' deviations more alike, as they are where the largest is least, by two strengths; or the next higher frequency
- * for an axis of the worst entry. */
+/* Four moves: shares that make the axes' deviations more alike, as they are where the largest is
+ * least, by two strengths; or the next higher frequency for an axis of the worst entry. */
 static void move_on(struct design *d, const struct excitation *now, int move) {
     static const double strength[2] = {0.5, 0.2};
     if (move >= 2) exchange_frequencies(&d->trial.tests, move % 2 ? now->column : now->row);
@@ -135,7 +143,8 @@ static int search(struct design *d, double rate_mps, struct proposal *result, st
     int status = try_rates(d, rate_mps, &best, error), failed = 0;
     result->start_pct = best.worst_pct;
     for (int i = 0; i < TRIALS && failed < 4 && !status; i++) {
-        struct error refused = {0}; /* a trial that cannot be is no better, and no reason to give up */
+        /* a trial that cannot be is no better, and no reason to give up */
+        struct error refused = {0};
         struct design before = *d;
         move_on(d, &best, failed);
         int tried = try_rates(d, rate_mps, &now, &refused);
@@ -158,7 +167,8 @@ static double predict_for(struct design *d, double duration_s, struct excitation
     return e->worst_pct * e->worst_pct;
 }
 
-/* Variance: noise, that falls with the duration, and what no duration helps against, from a short and a longer test. Then tried, and corrected. */
+/* Variance: noise, that falls with the duration, and what no duration helps against, from a short
+ * and a longer test. Then tried, and corrected. */
 static int find_duration(struct design *d, double wanted_pct, struct proposal *result, struct error *error) {
     struct test_params *t = &d->trial.tests;
     struct excitation *e = &result->predicted;
@@ -166,7 +176,8 @@ static int find_duration(struct design *d, double wanted_pct, struct proposal *r
     double wanted = wanted_pct * wanted_pct, found = predict_for(d, LONGER * SHORTEST_S, e, &status, error), longer = found;
     double first = predict_for(d, SHORTEST_S, e, &status, error);
     double noise = fmax(first - longer, 0.0) * SHORTEST_S / (1.0 - 1.0 / LONGER), rest = fmax(longer - noise / (LONGER * SHORTEST_S), 0.0);
-    double most_s = fmin(longest_s(t), noise / ((NEAR * NEAR - 1.0) * rest)); /* then it is near the floor */
+    /* then it is near the floor */
+    double most_s = fmin(longest_s(t), noise / ((NEAR * NEAR - 1.0) * rest));
     double next_s = wanted > rest ? noise / (wanted - rest) : most_s;
     found = first;
     for (int i = 0; i < CORRECTIONS && !status; i++) {
@@ -180,7 +191,8 @@ static int find_duration(struct design *d, double wanted_pct, struct proposal *r
     return status;
 }
 
-static int begin(struct design *d, enum proposal_kind kind, const struct loop_survey *survey, const struct params *params, struct error *error) {
+static int begin(struct design *d, enum proposal_kind kind, const struct loop_survey *survey, const struct params *params,
+                 struct error *error) {
     static const double neutral[DOFS] = {0};
     struct kinematics k;
     double highest = highest_hz(survey);
@@ -198,13 +210,14 @@ static int begin(struct design *d, enum proposal_kind kind, const struct loop_su
         d->trial.tests.order[i] = (enum dof)i;
         d->share[i] = 1.0;
         for (int leg = 0; leg < LEGS; leg++) d->leg_per_axis[i] = fmax(d->leg_per_axis[i], fabs(d->jacobian[leg][i]));
-        d->trial.tests.hz[i] = kind == PROPOSAL_MULTISINE ? floor_to(HZ_STEP, spaced * highest) : sine_hz(survey, params, (enum dof)i, highest);
+        d->trial.tests.hz[i] = kind == PROPOSAL_MULTISINE ? floor_to(HZ_STEP, spaced * highest)
+                                                          : sine_hz(survey, params, (enum dof)i, highest);
     }
     return status;
 }
 
-int propose(enum proposal_kind kind, const struct loop_survey *survey, const struct params *params, double wanted_pct, struct proposal *result,
-            struct error *error) {
+int propose(enum proposal_kind kind, const struct loop_survey *survey, const struct params *params, double wanted_pct,
+            struct proposal *result, struct error *error) {
     struct design *d = malloc(sizeof *d);
     *result = (struct proposal){0};
     if (!d) return error_set(error, STATUS_IO, "out of memory");

@@ -1,18 +1,23 @@
-/* A test for a wanted standard deviation, from what a survey found: frequencies, amplitudes and duration within the limits of stroke, rate and flow.
+/* A test for a wanted standard deviation, from what a survey found: frequencies, amplitudes and
+ * duration within the limits of stroke, rate and flow.
  *
- * Frequencies up to a third of the lowest oil column, where the columns amplify by an eighth, and half of the lowest pole pair of the loop.
+ * Frequencies up to a third of the lowest oil column, where the columns amplify by an eighth, and
+ * half of the lowest pole pair of the loop.
  *
- * Sines, one axis after another: each axis at the highest frequency at which its amplitude is off by half of checks.amplitude_pct at most (else
- * where it is least off), its legs as fast as the survey's fastest: as fast as the loop is known to follow.
+ * Sines, one axis after another: each axis at the highest frequency at which its amplitude is off
+ * by half of checks.amplitude_pct at most (else where it is least off), its legs as fast as the
+ * survey's fastest: as fast as the loop is known to follow.
  *
- * Multisine: six frequencies from 0.65 of the highest on, evenly spaced. The legs' rates, all axes' peaks together, reach half of what
- * limits.leg_rate_mps and the valve allow. How these are shared out, and which axis has which frequency, is searched: shares go to the axes with
- * the larger deviations, a higher frequency to those of the worst entry, for as long as that lowers the worst entry's deviation (a descent: the
- * optimum is a local one).
+ * Multisine: six frequencies from 0.65 of the highest on, evenly spaced. The legs' rates, all axes'
+ * peaks together, reach half of what limits.leg_rate_mps and the valve allow. How these are shared
+ * out, and which axis has which frequency, is searched: shares go to the axes with the larger
+ * deviations, a higher frequency to those of the worst entry, for as long as that lowers the worst
+ * entry's deviation (a descent: the optimum is a local one).
  *
- * Both are scaled down until motion_check() lets them through and the loop stays within half of limits.following_m. Duration: of the evaluated
- * part, found on the deviation that excitation_predict() states; where the shortest one gives more than is wanted, the amplitudes are made smaller.
- * Numbers are rounded before they are tried. Ordinary threads; heap; seconds. */
+ * Both are scaled down until motion_check() lets them through and the loop stays within half of
+ * limits.following_m. Duration: of the evaluated part, found on the deviation that
+ * excitation_predict() states; where the shortest one gives more than is wanted, the amplitudes are
+ * made smaller. Numbers are rounded before they are tried. Ordinary threads; heap; seconds. */
 #ifndef HEXID_PROPOSAL_H
 #define HEXID_PROPOSAL_H
 
@@ -22,16 +27,18 @@ struct proposal {
     struct error none;              /* why there is no proposal; status 0: there is one */
     struct test_params tests;       /* settle and ramps as configured */
     struct excitation predicted;
-    double start_pct;               /* multisine: the worst entry with equal rates, before the search, in the search's duration */
+    double start_pct;               /* multisine: the worst entry with equal rates, before the
+                                     * search, in the search's duration */
     double best_pct;                /* and after it */
     bool reached;                   /* the wanted deviation, within 5 % */
 };
 
 enum proposal_kind { PROPOSAL_SINES, PROPOSAL_MULTISINE, PROPOSALS };
 
-/* params: as configured for the tests, not the survey's; wanted_pct as excitation.worst_pct. -3: memory; else see result->none. */
-int propose(enum proposal_kind kind, const struct loop_survey *survey, const struct params *params, double wanted_pct, struct proposal *result,
-            struct error *error);
+/* params: as configured for the tests, not the survey's; wanted_pct as excitation.worst_pct. -3:
+ * memory; else see result->none. */
+int propose(enum proposal_kind kind, const struct loop_survey *survey, const struct params *params, double wanted_pct,
+            struct proposal *result, struct error *error);
 
 /* The options that run it: "--set tests.... --set ...". */
 void proposal_options(const struct proposal *proposal, char *text, int size);

@@ -19,7 +19,8 @@ static void log_failed(struct recorder *r) { loop_quit(r->loop); }
 
 static void keep(struct recorder *r, const char *channel, const void *data, int size) {
     const struct clock *clock = &r->loop->clock;
-    int64_t stretched_ns = clock->kind == CLOCK_PACED ? r->analysis.behind_ns : 0; /* the log's clock is the wall's, cycles lost or not */
+    /* the log's clock is the wall's, cycles lost or not */
+    int64_t stretched_ns = clock->kind == CLOCK_PACED ? r->analysis.behind_ns : 0;
     int64_t utime_us = clock->system_us + (r->analysis.last.in.time_ns + stretched_ns) / NS_PER_US;
     if (r->log && size >= 0 && !r->error.status && log_write(r->log, utime_us, channel, data, size, &r->error)) log_failed(r);
 }
@@ -52,7 +53,8 @@ static void fault(struct recorder *r) {
     progress_fault(r->progress, &a->last, cause, remedy);
 }
 
-/* What stands in the way of `engage`; where the inputs are not known, it is as it was. Pressure has a second to go after the supply. */
+/* What stands in the way of `engage`; where the inputs are not known, it is as it was. Pressure has
+ * a second to go after the supply. */
 static void interlocks(struct recorder *r, const struct cycle *c) {
     r->settled_cycles = c->state == STATE_SETTLED ? r->settled_cycles + 1 : 0;
     if (!r->settled_cycles || c->in.flags & (SAMPLE_IO | SAMPLE_INVALID)) return;
@@ -104,7 +106,12 @@ static void result(struct recorder *r) {
 
 /* What the estimator has made of the tests so far; nothing where that determines nothing. */
 static void publish_estimate(struct recorder *r, bool wait) {
-    struct { struct equations rest, sum; struct estimate estimate; struct method_c result; struct error error; } *w;
+    struct {
+        struct equations rest, sum;
+        struct estimate estimate;
+        struct method_c result;
+        struct error error;
+    } *w;
     unsigned char buffer[MESSAGE_MAX];
     if (!wait && !estimator_ready(&r->estimator)) return;
     if (!(w = malloc(sizeof *w))) return;
@@ -113,14 +120,15 @@ static void publish_estimate(struct recorder *r, bool wait) {
         parts_sum(&r->analysis.parts, r->params, &w->sum, NULL, &(struct error){0});
         if (!w->error.status) equations_add(&w->sum, &w->rest);
         if (!method_c_solve(&w->sum, r->params, &w->estimate, &w->result, &w->error))
-            keep_and_send(r, CHANNEL_METHOD_C, buffer, method_c_encode(&w->result, r->estimate_tests, r->estimate_ns, buffer, sizeof buffer));
+            keep_and_send(r, CHANNEL_METHOD_C, buffer,
+                          method_c_encode(&w->result, r->estimate_tests, r->estimate_ns, buffer, sizeof buffer));
         r->estimate_tests = 0;
     }
     free(w);
 }
 
-/* After each test method C goes its own way, and the records theirs; of tests that end meanwhile the last counts. In virtual time it is waited for, so
- * that a log is the same every time. */
+/* After each test method C goes its own way, and the records theirs; of tests that end meanwhile
+ * the last counts. In virtual time it is waited for, so that a log is the same every time. */
 static void estimate(struct recorder *r, bool wait) {
     struct recording copy;
     struct error none;
@@ -155,7 +163,8 @@ static void tell_manager(struct recorder *r, const struct cycle *before) {
     notify_send(n, line);
 }
 
-/* The effective configuration is the first event of each file: a log needs no other to be understood. */
+/* The effective configuration is the first event of each file: a log needs no other
+ * to be understood. */
 static void keep_configuration(struct recorder *r) {
     unsigned char *buffer = malloc(CONFIG_MAX);
     if (buffer) keep(r, CHANNEL_EVENT, buffer, event_encode(0, 0, "config", r->config, buffer, CONFIG_MAX));
@@ -172,9 +181,10 @@ static void say_over_quota(struct recorder *r, bool over) {
     r->over_quota = over;
 }
 
-/* A log that is in parts goes on in the next one, with this cycle, when the one under way is large enough, no test is cut, and the file is
- * there. Nobody waits for it but virtual time, for the same log every time. A test that does not end, a trajectory of hours, is cut at
- * twice the size. Where no part can be made the log goes on in this one. */
+/* A log that is in parts goes on in the next one, with this cycle, when the one under way is large
+ * enough, no test is cut, and the file is there. Nobody waits for it but virtual time, for the same
+ * log every time. A test that does not end, a trajectory of hours, is cut at twice the size. Where
+ * no part can be made the log goes on in this one. */
 static void rotate(struct recorder *r, const struct cycle *c) {
     struct error error;
     struct log_part next;
@@ -230,7 +240,8 @@ static void *recorder_thread(void *argument) {
     struct cycle c;
     crash_stack();
     for (;;) {
-        bool ended = atomic_load_explicit(&r->loop->ended, memory_order_acquire); /* read before the ring, so that nothing is missed */
+        /* read before the ring, so that nothing is missed */
+        bool ended = atomic_load_explicit(&r->loop->ended, memory_order_acquire);
         if (ring_pop(r->records, &c)) take(r, &c);
         else if (ended) break;
         else nanosleep(&(struct timespec){.tv_nsec = POLL_NS}, NULL);

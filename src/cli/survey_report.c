@@ -40,10 +40,15 @@ static struct test_judgement judge(const struct survey_report *r, double j[LEGS]
         leg = fmax(leg, fabs(j[i][dof]));
         noise_n[i] = hypot(area.a1_m2[i] * s->noise_pa[0][i], area.a2_m2[i] * s->noise_pa[1][i]);
     }
-    struct test_judgement t = {.hz = hz, .amplitude = amplitude, .of_oil = hz / loop_survey_oil_hz(s), .of_loop = hz / loop_survey_loop_hz(s),
-                               .follow = cabs(loop_survey_follow(s, dof, hz)), .leg_m = leg * amplitude,
+    struct test_judgement t = {.hz = hz,
+                               .amplitude = amplitude,
+                               .of_oil = hz / loop_survey_oil_hz(s),
+                               .of_loop = hz / loop_survey_loop_hz(s),
+                               .follow = cabs(loop_survey_follow(s, dof, hz)),
+                               .leg_m = leg * amplitude,
                                .leg_n = leg_force_per_acceleration(s, j, dof) * amplitude * pow(2.0 * PI * hz, 2.0),
-                               .noise_m = fmax(largest(s->noise_m), rounding_m), .noise_n = largest(noise_n)};
+                               .noise_m = fmax(largest(s->noise_m), rounding_m),
+                               .noise_n = largest(noise_n)};
     t.below = t.of_oil < 1.0 && !(t.of_loop >= 1.0);
     t.above_floor = t.leg_m > t.noise_m && t.leg_n > t.noise_n;
     return t;
@@ -113,8 +118,9 @@ static void print_tests(const struct survey_report *r, FILE *out) {
     }
     if (r->no_prediction.status) fprintf(out, "its deviation: not predicted: %s\n", r->no_prediction.text);
     else if (isinf(r->configured.worst_pct)) fprintf(out, "some entry of Mt would not be determined\n");
-    else fprintf(out, "worst entry Mt(%d,%d): std %.2f %% of sqrt(Mii Mjj), predicted\n", r->configured.row + 1, r->configured.column + 1,
-                 r->configured.worst_pct);
+    else
+        fprintf(out, "worst entry Mt(%d,%d): std %.2f %% of sqrt(Mii Mjj), predicted\n", r->configured.row + 1, r->configured.column + 1,
+                r->configured.worst_pct);
 }
 
 static void print_proposal(const struct proposal *p, const char *name, double wanted_pct, FILE *out) {
@@ -124,16 +130,18 @@ static void print_proposal(const struct proposal *p, const char *name, double wa
         return;
     }
     proposal_options(p, options, sizeof options);
-    fprintf(out, "%-9s std %.3g %% predicted, worst entry Mt(%d,%d), %g s%s evaluated\n", name, p->predicted.worst_pct, p->predicted.row + 1,
-            p->predicted.column + 1, p->tests.duration_s, p->tests.multisine ? "" : " an axis");
+    fprintf(out, "%-9s std %.3g %% predicted, worst entry Mt(%d,%d), %g s%s evaluated\n", name, p->predicted.worst_pct,
+            p->predicted.row + 1, p->predicted.column + 1, p->tests.duration_s, p->tests.multisine ? "" : " an axis");
     if (!p->reached) fprintf(out, "          NOT the %.3g %% wanted: no longer test comes nearer\n", wanted_pct);
-    if (p->tests.multisine) fprintf(out, "          excitation: worst entry %.3g %% with equal rates, %.3g %% as shared out\n", p->start_pct, p->best_pct);
+    if (p->tests.multisine)
+        fprintf(out, "          excitation: worst entry %.3g %% with equal rates, %.3g %% as shared out\n", p->start_pct, p->best_pct);
     fprintf(out, "          hexid run %s\n", options);
 }
 
 void survey_report_print(const struct survey_report *r, FILE *out) {
     const struct multisine *m = &r->survey.multisine;
-    fprintf(out, "survey    %d lines from %g to %g Hz, legs at most %.3f m/s\n", m->lines, m->line[0].hz, m->line[m->lines - 1].hz, m->peak_mps);
+    fprintf(out, "survey    %d lines from %g to %g Hz, legs at most %.3f m/s\n", m->lines, m->line[0].hz, m->line[m->lines - 1].hz,
+            m->peak_mps);
     print_modes(&r->survey, out);
     print_tests(r, out);
     fprintf(out, "\nfor a std of %g %% of sqrt(Mii Mjj) in the worst entry of Mt\n", r->wanted_pct);
@@ -147,19 +155,21 @@ static json_t *number(double x) { return isfinite(x) ? json_real(x) : json_null(
 static json_t *modes_json(const struct loop_survey *s) {
     json_t *array = json_array();
     for (int i = 0; i < DOFS; i++)
-        json_array_append_new(array, json_pack("{so so so so so}", "dof", s->determined ? json_string(dof_names[s->mode[i].dof]) : json_null(),
-                                               "oil_hz", number(s->mode[i].hz), "oil_std_hz", number(s->mode[i].hz_std), "loop_hz",
-                                               number(s->loop[i].hz), "loop_damping", number(s->loop[i].damping)));
+        json_array_append_new(array,
+                              json_pack("{so so so so so}", "dof", s->determined ? json_string(dof_names[s->mode[i].dof]) : json_null(),
+                                        "oil_hz", number(s->mode[i].hz), "oil_std_hz", number(s->mode[i].hz_std), "loop_hz",
+                                        number(s->loop[i].hz), "loop_damping", number(s->loop[i].damping)));
     return array;
 }
 
 static json_t *legs_json(const struct loop_survey *s) {
     json_t *array = json_array();
     for (int k = 0; k < LEGS; k++)
-        json_array_append_new(array, json_pack("{so so so so so so so}", "stiffness_n_per_m", number(s->leg[k].stiffness), "stiffness_std_n_per_m",
-                                               number(s->leg[k].stiffness_std), "delay_s", number(s->leg[k].delay_s), "misfit",
-                                               number(s->leg[k].misfit), "noise_m", number(s->noise_m[k]), "noise_p1_pa",
-                                               number(s->noise_pa[0][k]), "noise_p2_pa", number(s->noise_pa[1][k])));
+        json_array_append_new(array,
+                              json_pack("{so so so so so so so}", "stiffness_n_per_m", number(s->leg[k].stiffness), "stiffness_std_n_per_m",
+                                        number(s->leg[k].stiffness_std), "delay_s", number(s->leg[k].delay_s), "misfit",
+                                        number(s->leg[k].misfit), "noise_m", number(s->noise_m[k]), "noise_p1_pa",
+                                        number(s->noise_pa[0][k]), "noise_p2_pa", number(s->noise_pa[1][k])));
     return array;
 }
 
@@ -168,9 +178,10 @@ static json_t *tests_json(const struct survey_report *r) {
     for (int i = 0; i < r->asked.tests.count; i++) {
         const struct test_judgement *t = &r->test[r->asked.tests.order[i]];
         json_object_set_new(object, dof_names[r->asked.tests.order[i]],
-                            json_pack("{so so so so so so so so sb sb}", "frequency_hz", number(t->hz), "of_oil", number(t->of_oil), "of_loop",
-                                      number(t->of_loop), "reached", number(t->follow), "leg_m", number(t->leg_m), "leg_n", number(t->leg_n),
-                                      "noise_m", number(t->noise_m), "noise_n", number(t->noise_n), "below", t->below, "above_floor", t->above_floor));
+                            json_pack("{so so so so so so so so sb sb}", "frequency_hz", number(t->hz), "of_oil", number(t->of_oil),
+                                      "of_loop", number(t->of_loop), "reached", number(t->follow), "leg_m", number(t->leg_m), "leg_n",
+                                      number(t->leg_n), "noise_m", number(t->noise_m), "noise_n", number(t->noise_n), "below", t->below,
+                                      "above_floor", t->above_floor));
     }
     return object;
 }
@@ -180,8 +191,8 @@ static json_t *proposal_json(const struct proposal *p) {
     if (p->none.status) return json_pack("{ss}", "none", p->none.text);
     proposal_options(p, options, sizeof options);
     return json_pack("{ss so sb so so so}", "options", options, "predicted_pct", number(p->predicted.worst_pct), "reached", p->reached,
-                     "duration_s", number(p->tests.duration_s), "start_pct", p->tests.multisine ? number(p->start_pct) : json_null(), "best_pct",
-                     p->tests.multisine ? number(p->best_pct) : json_null());
+                     "duration_s", number(p->tests.duration_s), "start_pct", p->tests.multisine ? number(p->start_pct) : json_null(),
+                     "best_pct", p->tests.multisine ? number(p->best_pct) : json_null());
 }
 
 char *survey_report_json(const struct survey_report *r, char *identification) {

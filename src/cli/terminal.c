@@ -25,11 +25,15 @@ static void headline(const struct cycle *c) {
     char fault[FAULT_TEXT_SIZE];
     fault_describe(c->first_fault, c->faults, fault);
     printf("%9.3f s  %-12s  %-5s %-8s  fault %s", seconds_from_ns(c->in.time_ns), state_names[c->state],
-           c->dof >= 0 ? dof_names[c->dof] : c->test >= 0 ? "any" : "", phases[c->phase], fault);
+           c->dof >= 0    ? dof_names[c->dof]
+           : c->test >= 0 ? "any"
+                          : "",
+           phases[c->phase], fault);
 }
 
 static void pose(const struct params *p, const struct cycle *c) {
-    static const char *const units[DOFS] = {"", "", " mm", "", "", " mrad"}; /* behind the last of its kind */
+    /* behind the last of its kind */
+    static const char *const units[DOFS] = {"", "", " mm", "", "", " mrad"};
     if (p->mechanism == MECHANISM_AXIS) printf(" position %.2f mm", rounded(c->in.length_m[0] * 1e3, 0.01));
     else
         for (int i = 0; i < DOFS; i++) printf(" %s %.2f%s", dof_names[i], rounded(c->pose[i] * 1e3, 0.01), units[i]);
@@ -51,7 +55,8 @@ static void quantity(double value, const char *format) {
     printf(" %s", isfinite(value) ? text : "       -"); /* the formats are of eight columns */
 }
 
-/* The bars' end: 1, 2 or 5 times a power of ten, and only ever larger: bars that are compared have one scale. */
+/* The bars' end: 1, 2 or 5 times a power of ten, and only ever larger: bars that are
+ * compared have one scale. */
 static void enlarge(struct terminal *t, const struct cycle *c) {
     static const double least_n = 100.0;
     double most_n = least_n;

@@ -1,5 +1,6 @@
-/* A running hexid in a terminal or a pipe. On a terminal the newest cycle stands below the events, a few times a second; elsewhere events
- * are lines as they come, and the state is a line a second. One thread. */
+/* A running hexid in a terminal or a pipe. On a terminal the newest cycle stands below the
+ * events, a few times a second; elsewhere events are lines as they come, and the state is a line
+ * a second. One thread. */
 #ifndef HEXID_TERMINAL_H
 #define HEXID_TERMINAL_H
 

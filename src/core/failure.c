@@ -26,8 +26,8 @@ const struct failure failure_table[] = {
      "age above `limits.sensor_age_s`, by time stamp or by the device's own count", "5 + 5 cycles", STOPS,
      "a link that drops or delays readings, or a device that hangs", "check link and device"},
     {FAULT_SENSOR_INVALID, "sensor_invalid", "a length is not a number, a node is not in operation",
-     "plausibility; the back-end's own diagnosis", "5 cycles", STOPS,
-     "a sensor or its wiring; a node that was reset or reports an error", "mend the sensor"},
+     "plausibility; the back-end's own diagnosis", "5 cycles", STOPS, "a sensor or its wiring; a node that was reset or reports an error",
+     "mend the sensor"},
     {FAULT_STROKE, "stroke", "a length is out of range", "`limits.length_min_m`, `limits.length_max_m`", "5 cycles", STOPS,
      "a leg at the end of its stroke, or a length transducer that lies", "compare the reading with the leg itself"},
     {FAULT_LEG_RATE, "leg_rate", "a length jumps", "rate of change above `limits.leg_rate_mps`", "5 cycles", STOPS,
@@ -44,13 +44,14 @@ const struct failure failure_table[] = {
      "`loop.overrun_limit` deadlines missed in a row (real time only: the simulated platform's time stretches instead)",
      "its first cycle then", STOPS, "a busy or virtual host, or no real-time permission",
      "free the host, `hexid doctor` says what it lacks; on `sim:`, `--rt try` lets time stretch"},
-    {FAULT_IO, "io", "the back-end cannot read or write", "the back-end", "5, 6 cycles", REACTION_STOP, OFF "; `safe` is called every cycle",
-     "the link to the machine is down, or a node is lost", "mend the link; `hexid doctor` looks at it"},
+    {FAULT_IO, "io", "the back-end cannot read or write", "the back-end", "5, 6 cycles", REACTION_STOP,
+     OFF "; `safe` is called every cycle", "the link to the machine is down, or a node is lost",
+     "mend the link; `hexid doctor` looks at it"},
     {FAULT_STANDSTILL, "standstill", "a length is frozen", "unchanged while its reference moves by `limits.standstill_m`",
      "2 mm of motion, and 5 cycles", STOPS, "a dead transducer or valve, or no supply pressure", "mend the sensor; check the supply"},
     {FAULT_PRESSURE_SENSOR, "pressure_sensor", "a chamber's pressure is not a number, or out of range",
-     "`limits.pressure_min_pa`, `limits.pressure_max_pa`; the channel's own range", "5 cycles", PARKS,
-     "a pressure sensor or its wiring", "mend the sensor"},
+     "`limits.pressure_min_pa`, `limits.pressure_max_pa`; the channel's own range", "5 cycles", PARKS, "a pressure sensor or its wiring",
+     "mend the sensor"},
     {0, "samples excluded; above 1 % the verdict fails", "single samples lost, repeated, out of order", "flags, device count", "1 cycle",
      REACTION_NONE, "goes on; command held for what is not believed", "a link under load", "none"},
     {0, "no messages", "the daemon is killed", "the device's watchdog, and the relay of the supply output", "the device's time",
@@ -110,7 +111,7 @@ void failure_print(FILE *out) {
                  "| --- | --- | --- | --- | --- | --- | --- |\n");
     for (const struct failure *f = failure_table; f->name; f++) {
         const char *quote = f->fault ? "`" : "", *again = f->fault ? ", then `reset`, `engage`" : "";
-        fprintf(out, "| %s | %s | %s | %s | %s%s%s | %s | %s%s |\n", f->what, f->detected, f->within, f->platform, quote, f->name,
-                quote, f->cause, f->remedy, again);
+        fprintf(out, "| %s | %s | %s | %s | %s%s%s | %s | %s%s |\n", f->what, f->detected, f->within, f->platform, quote, f->name, quote,
+                f->cause, f->remedy, again);
     }
 }

@@ -8,8 +8,9 @@
 
 #include "types.h"
 
-/* What the platform does on its own. SAFETY: what control can do without parks the platform slowly; what it cannot do without, and
- * what says that somebody may be in danger, centres the valves and takes the supply off at once. */
+/* What the platform does on its own. SAFETY: what control can do without parks the platform slowly;
+ * what it cannot do without, and what says that somebody may be in danger, centres the valves and
+ * takes the supply off at once. */
 enum reaction { REACTION_NONE, REACTION_PARK, REACTION_STOP };
 
 struct failure {
@@ -24,7 +25,8 @@ struct failure {
     const char *remedy;   /* what to do, before the platform may move again */
 };
 
-/* Ended by a row without a name; first the faults: what else is seen in the same cycle as one follows from it, and stands below. */
+/* Ended by a row without a name; first the faults: what else is seen in the same cycle as one
+ * follows from it, and stands below. */
 extern const struct failure failure_table[];
 
 /* The first row of these faults; NULL where there is none. */
@@ -41,9 +43,9 @@ uint32_t failure_mask(enum reaction reaction);
 enum { FAULT_TEXT_SIZE = 64 };
 void fault_describe(uint32_t first_fault, uint32_t faults, char text[FAULT_TEXT_SIZE]);
 
-/* The same at length: what was seen and the likely cause; then what to do, up to moving again, which
- * an automatic run cannot. missed, longest_s: deadlines missed in a row and the longest delay, told
- * of an overrun. */
+/* The same at length: what was seen and the likely cause; then what to do, up to moving again,
+ * which an automatic run cannot. missed, longest_s: deadlines missed in a row and the longest
+ * delay, told of an overrun. */
 enum { FAILURE_TEXT_SIZE = 320 };
 void failure_explain(uint32_t first_fault, int64_t missed, double longest_s, bool automatic, char cause[FAILURE_TEXT_SIZE],
                      char remedy[FAILURE_TEXT_SIZE]);

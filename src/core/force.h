@@ -1,4 +1,5 @@
-/* Pressures to leg forces: f = A1 P1 - A2 P2, positive pushing the platform away from the base. Pure, RT. */
+/* Pressures to leg forces: f = A1 P1 - A2 P2, positive pushing the platform away from
+ * the base. Pure, RT. */
 #ifndef HEXID_FORCE_H
 #define HEXID_FORCE_H
 

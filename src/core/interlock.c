@@ -4,7 +4,8 @@
 #include <string.h>
 
 const struct interlock interlock_table[INPUTS] = {
-    {INPUT_EMERGENCY_STOP, FAULT_EMERGENCY_STOP, "emergency stop", "the emergency stop's chain is open: see that nobody is in danger, then release it"},
+    {INPUT_EMERGENCY_STOP, FAULT_EMERGENCY_STOP, "emergency stop",
+     "the emergency stop's chain is open: see that nobody is in danger, then release it"},
     {INPUT_ENABLE, FAULT_ENABLE, "enable switch", "the enable switch is not held: hold it"},
     {INPUT_DOOR, FAULT_DOOR, "door", "the door is open: see that nobody is inside, then close it"},
     {INPUT_SUPPLY, FAULT_SUPPLY, "supply pressure", "the supply has no pressure: look at the power unit"},

@@ -11,10 +11,11 @@
  *  a, b    upper and lower joint                       m     {M}, {B}
  *  q = Ta  lever arm of the upper joint                m     {B}
  *  l, L, n leg vector, its length and direction        m     {B}
- *  E       angular velocity = E [phi theta psi]dot     -     {B}                                                              */
+ *  E       angular velocity = E [phi theta psi]dot     -     {B} */
 
 static const double tolerance_m = 1e-13;
-static const double last_step_m = 1e-7; /* after a step this small Newton's error is its square over a leg length: below the tolerance */
+static const double last_step_m = 1e-7; /* after a step this small Newton's error is its square over
+                                         * a leg length: below the tolerance */
 
 /* Joints in the drawing of their body: as given, or in pairs on a circle. */
 static void joints(const struct joint_points *given, double radius, const double angle[LEGS], double point[LEGS][3]) {
@@ -33,15 +34,16 @@ static double arm(double upper[LEGS][3]) {
     return sqrt(square / LEGS);
 }
 
-/* The origin of {M} is the payload's mass centre, and so is that of {B}, where the platform is at neutral. */
+/* The origin of {M} is the payload's mass centre, and so is that of {B}, where the
+ * platform is at neutral. */
 void kinematics_place(struct kinematics *k, const struct params *params) {
     const struct geometry_params *g = &params->geometry;
     const struct payload_params *p = &params->payload;
     const double center[3] = {p->center_x_m, p->center_y_m, -p->center_height_m};
     double alpha = g->upper_half_angle_rad, beta = g->lower_half_angle_rad, third = 2.0 * PI / 3.0;
     const double upper_angle[LEGS] = {-alpha, alpha, third - alpha, third + alpha, 2 * third - alpha, 2 * third + alpha};
-    const double lower_angle[LEGS] = {beta - third / 2, third / 2 - beta, third / 2 + beta, 1.5 * third - beta, 1.5 * third + beta,
-                                      2.5 * third - beta};
+    const double lower_angle[LEGS] = {beta - third / 2,   third / 2 - beta,   third / 2 + beta,
+                                      1.5 * third - beta, 1.5 * third + beta, 2.5 * third - beta};
     memset(k, 0, sizeof *k);
     joints(&g->upper, g->upper_radius_m, upper_angle, k->upper);
     joints(&g->lower, g->lower_radius_m, lower_angle, k->lower);
@@ -66,16 +68,21 @@ int kinematics_init(struct kinematics *k, const struct params *params, struct er
         double length_m = k->neutral_length_m[i], half = a->stroke_m[i] / 2;
         struct stroke stroke = kinematics_stroke(k, a, i);
         if (!(isfinite(length_m) && stroke.least_m > 0.0))
-            return error_set(error, STATUS_USAGE, "leg %d: the neutral length %.3f m and actuator.mid_stroke_m %g are not above half of "
+            return error_set(error, STATUS_USAGE,
+                             "leg %d: the neutral length %.3f m and actuator.mid_stroke_m %g are not above half of "
                              "actuator.stroke_m (%.3f m): correct geometry.height_m, geometry.upper_radius_m and "
-                             "geometry.lower_radius_m (or upper_joints_m and lower_joints_m), or the stroke", i + 1, length_m, a->mid_stroke_m[i], half);
+                             "geometry.lower_radius_m (or upper_joints_m and lower_joints_m), or the stroke",
+                             i + 1, length_m, a->mid_stroke_m[i], half);
         if (!(stroke.least_m < length_m && length_m < stroke.most_m))
-            return error_set(error, STATUS_USAGE, "leg %d: actuator.mid_stroke_m %g is not within half of actuator.stroke_m (%.3f m): the stroke "
-                             "does not reach the neutral length %.3f m", i + 1, a->mid_stroke_m[i], half, length_m);
+            return error_set(error, STATUS_USAGE,
+                             "leg %d: actuator.mid_stroke_m %g is not within half of actuator.stroke_m (%.3f m): the stroke "
+                             "does not reach the neutral length %.3f m",
+                             i + 1, a->mid_stroke_m[i], half, length_m);
     }
     struct fk_result fk = fk_solve(k, k->neutral_length_m, (double[DOFS]){[DOF_Z] = 1e-4});
     if (!fk.converged || !(fk.pivot_ratio > 1e-3))
-        return error_set(error, STATUS_USAGE, "the legs do not hold the platform at neutral (singular): correct geometry.upper_radius_m, "
+        return error_set(error, STATUS_USAGE,
+                         "the legs do not hold the platform at neutral (singular): correct geometry.upper_radius_m, "
                          "geometry.lower_radius_m, geometry.upper_half_angle_rad and geometry.lower_half_angle_rad, or upper_joints_m and "
                          "lower_joints_m");
     return STATUS_OK;
@@ -133,11 +140,13 @@ void wrench_from_forces(const struct kinematics *k, const double pose[DOFS], con
     }
 }
 
-/* Row i of m: d L_i / d pose, angles in units of 1/arm_m, and in the last column the length error. Returns the largest error. */
+/* Row i of m: d L_i / d pose, angles in units of 1/arm_m, and in the last column the length error.
+ * Returns the largest error. */
 static double fk_equations(const struct kinematics *k, const double length_m[LEGS], const double pose[DOFS], double m[LEGS][DOFS + 1]) {
     double t[3][3], q[3], moment[3], largest = 0.0, scale = 1.0 / k->arm_m;
     rotation_from_angles(pose[3], pose[4], pose[5], t);
-    /* E = [Rz Ry ex, Rz ey, ez]: the first column is that of T; the second from cos and sin of psi, had from T's first column. */
+    /* E = [Rz Ry ex, Rz ey, ez]: the first column is that of T; the second from cos and sin of psi,
+     * had from T's first column. */
     double ct = sqrt(t[0][0] * t[0][0] + t[1][0] * t[1][0]), cs = t[0][0] / ct, ss = t[1][0] / ct;
     for (int i = 0; i < LEGS; i++) {
         double error = leg(k, i, pose, t, q, m[i]) - length_m[i];
@@ -146,12 +155,14 @@ static double fk_equations(const struct kinematics *k, const double length_m[LEG
         m[i][4] = scale * (cs * moment[1] - ss * moment[0]);
         m[i][5] = scale * moment[2];
         m[i][6] = error;
-        if (fabs(error) > largest || isnan(error)) largest = fabs(error); /* once NaN, for ever NaN */
+        /* once NaN, for ever NaN */
+        if (fabs(error) > largest || isnan(error)) largest = fabs(error);
     }
     return largest;
 }
 
-/* Gauss elimination with row pivoting of the 6 x 7 system; the solution is left in the last column. Returns the pivot ratio. */
+/* Gauss elimination with row pivoting of the 6 x 7 system; the solution is left in the last column.
+ * Returns the pivot ratio. */
 static double eliminate(double m[LEGS][DOFS + 1]) {
     double smallest = INFINITY, largest = 0.0;
 #pragma GCC unroll 6 /* every bound a constant: two thirds of the instructions */

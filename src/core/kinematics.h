@@ -1,4 +1,5 @@
-/* Inverse and forward kinematics of the six-leg platform (docs/method.md section 2; frames in types.h). Pure, RT, no heap. */
+/* Inverse and forward kinematics of the six-leg platform (docs/method.md section 2; frames in
+ * types.h). Pure, RT, no heap. */
 #ifndef HEXID_KINEMATICS_H
 #define HEXID_KINEMATICS_H
 
@@ -9,20 +10,24 @@ struct kinematics {
     double upper[LEGS][3];       /* joints on the platform, in {M} */
     double lower[LEGS][3];       /* joints on the base, in {B} */
     double neutral_length_m[LEGS];
-    double arm_m;                /* rms distance of the upper joints from their middle: what an angle moves */
+    double arm_m;                /* rms distance of the upper joints from their
+                                  * middle: what an angle moves */
 };
 
 struct fk_result {
     int iterations;       /* Newton steps taken */
-    double residual_m;    /* largest length error of the pose returned; a bound when the last step was below 0.1 um */
-    double pivot_ratio;   /* smallest over largest pivot of J in elimination, angles in units of 1/arm_m: 1 .. 0 (singular) */
+    double residual_m;    /* largest length error of the pose returned; a bound when the
+                           * last step was below 0.1 um */
+    double pivot_ratio;   /* smallest over largest pivot of J in elimination, angles in units of
+                           * 1/arm_m: 1 .. 0 (singular) */
     bool converged;
 };
 
 /* Joints and neutral lengths of a configuration, whatever it is. */
 void kinematics_place(struct kinematics *k, const struct params *params);
 
-/* The same, and checks that the legs' strokes enclose the neutral pose and hold the platform there; -2 and the key to change otherwise. */
+/* The same, and checks that the legs' strokes enclose the neutral pose and hold the platform there;
+ * -2 and the key to change otherwise. */
 int kinematics_init(struct kinematics *k, const struct params *params, struct error *error);
 
 /* Lengths between a leg's end stops. */
@@ -36,11 +41,13 @@ void rotation_from_angles(double phi, double theta, double psi, double t[3][3]);
 /* Pose -> leg lengths [m]. */
 void ik_lengths(const struct kinematics *k, const double pose[DOFS], double length_m[LEGS]);
 
-/* Jacobian of leg rates against the twist [velocity; angular velocity in {B}], row i = [n_i', (T a_i x n_i)'] . */
+/* Jacobian of leg rates against the twist [velocity; angular velocity in {B}], row i = [n_i',
+ * (T a_i x n_i)'] . */
 void ik_jacobian(const struct kinematics *k, const double pose[DOFS], double j[LEGS][DOFS]);
 
-/* Leg lengths -> pose by Newton from the start value in `pose` (the last pose): at most FK_ITERATIONS steps, quadratic everywhere since it
- * iterates on the six pose coordinates themselves. Tolerance 1e-13 m. `pose` is left as it was when it does not converge. */
+/* Leg lengths -> pose by Newton from the start value in `pose` (the last pose): at most
+ * FK_ITERATIONS steps, quadratic everywhere since it iterates on the six pose coordinates
+ * themselves. Tolerance 1e-13 m. `pose` is left as it was when it does not converge. */
 enum { FK_ITERATIONS = 6 };
 struct fk_result fk_solve(const struct kinematics *k, const double length_m[LEGS], double pose[DOFS]);
 

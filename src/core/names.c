@@ -8,8 +8,7 @@ const char *const dof_names[DOFS + 1] = {
 
 const char *const state_names[STATES] = {
     [STATE_INIT] = "init",       [STATE_SETTLED] = "settled", [STATE_ENGAGING] = "engaging", [STATE_READY] = "ready",
-    [STATE_TESTING] = "testing", [STATE_PARKING] = "parking", [STATE_FAULT] = "fault",
-    [STATE_PRESSURISING] = "pressurising",
+    [STATE_TESTING] = "testing", [STATE_PARKING] = "parking", [STATE_FAULT] = "fault",       [STATE_PRESSURISING] = "pressurising",
 };
 
 const char *const command_names[COMMANDS] = {

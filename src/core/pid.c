@@ -2,9 +2,7 @@
 
 static double clamp(double x, double limit) { return x > limit ? limit : x < -limit ? -limit : x; }
 
-void pid_reset(struct pid *c, double length_m, double force_n) {
-    *c = (struct pid){.force_lp_n = force_n, .ref_m = length_m};
-}
+void pid_reset(struct pid *c, double length_m, double force_n) { *c = (struct pid){.force_lp_n = force_n, .ref_m = length_m}; }
 
 double pid_step(struct pid *c, const struct control_params *g, double dt_s, double ref_m, double length_m, double force_n) {
     double e = ref_m - length_m;

@@ -1,12 +1,16 @@
-/* The leg controller, exactly: sampled with period dt, command held until the next sample (docs/method.md section 5).
+/* The leg controller, exactly: sampled with period dt, command held until the next sample
+ * (docs/method.md section 5).
  *
  *     e     = Lref - L
- *     I    += Ki e dt, clamped to +-integral_limit; not while the output is saturated and e would drive it further (anti-windup)
+ *     I    += Ki e dt, clamped to +-integral_limit; not while the output is saturated and e would
+ *          drive it further (anti-windup)
  *     d    += dt/(Tf+dt) ((e - e_prev)/dt - d)                            filtered derivative
  *     flp  += dt/(Tp+dt) (f - flp)                                        low-passed leg force
- *     u     = Kp e + I + Kd d + Kff (Lref - Lref_prev)/dt - Kpf (f - flp), clamped to +-output_limit
+ *     u     = Kp e + I + Kd d + Kff (Lref - Lref_prev)/dt - Kpf (f - flp), clamped
+ *           to +-output_limit
  *
- * All of it in this order, I, d and flp updated before u is formed. f = A1 P1 - A2 P2 in newton, L in metres, u -1..1. RT, pure. */
+ * All of it in this order, I, d and flp updated before u is formed. f = A1 P1 - A2 P2 in newton, L
+ * in metres, u -1..1. RT, pure. */
 #ifndef HEXID_PID_H
 #define HEXID_PID_H
 
@@ -22,13 +26,14 @@ struct pid {
     bool saturated;        /* it was clamped */
 };
 
-/* Bumpless: no error, no reference rate, force filter settled; the first step with Lref = L returns 0. */
+/* Bumpless: no error, no reference rate, force filter settled; the first step with
+ * Lref = L returns 0. */
 void pid_reset(struct pid *c, double length_m, double force_n);
 
 double pid_step(struct pid *c, const struct control_params *g, double dt_s, double ref_m, double length_m, double force_n);
 
-/* A cycle without a sample: the last u is held, and the next step's Lref_prev is this reference, so that u does not jump by several cycles
- * of reference motion at once. */
+/* A cycle without a sample: the last u is held, and the next step's Lref_prev is this reference, so
+ * that u does not jump by several cycles of reference motion at once. */
 void pid_hold(struct pid *c, double ref_m);
 
 #endif

@@ -26,10 +26,12 @@ uint32_t platform_wrong(const struct platform *p) {
     return interlock_wrong(&p->params->interlocks, supervisor_powers(p->supervisor.state), p->inputs);
 }
 
-static bool inside(double x, double lo, double hi) { return x >= lo && x <= hi; } /* false for NaN */
+/* false for NaN */
+static bool inside(double x, double lo, double hi) { return x >= lo && x <= hi; }
 
-/* SAFETY: a device that hangs may go on sending its last sample with fresh time stamps; its own count gives it away. Returns what the
- * count says about the sample, and leaves the cycle of the last new one in anew_seq. */
+/* SAFETY: a device that hangs may go on sending its last sample with fresh time stamps; its own
+ * count gives it away. Returns what the count says about the sample, and leaves the cycle of the
+ * last new one in anew_seq. */
 static uint32_t count_says(struct platform *p, const struct hal_sample *in) {
     if (in->flags & SAMPLE_IO) return 0;
     bool anew = in->device_seq == 0 || (int64_t)(in->device_seq - p->device_seq) > 0;
@@ -54,7 +56,8 @@ static uint32_t leg_doubts(const struct platform *p, const struct hal_sample *in
         suspect |= FAULT_PRESSURE_SENSOR;
     if (!inside(length_m, l->length_min_m[i], l->length_max_m[i])) suspect |= FAULT_STROKE;
     if (p->good_seq >= 0 && !(fabs(length_m - p->length_m[i]) <= l->leg_rate_mps * elapsed_s)) suspect |= FAULT_LEG_RATE;
-    if (fabs(leg_force(&p->areas, i, p1_pa, p2_pa)) > l->force_n) suspect |= FAULT_FORCE; /* not of NaN: that is no force */
+    /* not of NaN: that is no force */
+    if (fabs(leg_force(&p->areas, i, p1_pa, p2_pa)) > l->force_n) suspect |= FAULT_FORCE;
     /* SAFETY: with the supply on and nothing driven yet, a spool that is stuck moves its leg. */
     if (!supervisor_powers(p->supervisor.state)) return suspect;
     if (!(fabs(p->leg_ref_m[i] - length_m) <= l->following_m)) suspect |= FAULT_FOLLOWING;
@@ -63,15 +66,16 @@ static uint32_t leg_doubts(const struct platform *p, const struct hal_sample *in
     return suspect;
 }
 
-/* SAFETY: an open interlock is a fault where it can hurt somebody, and refuses `engage` where nothing is driven. */
+/* SAFETY: an open interlock is a fault where it can hurt somebody, and refuses `engage` where
+ * nothing is driven. */
 static uint32_t interlock_doubts(const struct platform *p) {
     enum state state = p->supervisor.state;
     if (!supervisor_powers(state)) return 0;
     return interlock_faults(platform_wrong(p) & ~(state == STATE_PRESSURISING ? INPUT_SUPPLY : 0u));
 }
 
-/* SAFETY: whatever a sensor can say, this decides whether the controller believes it. Returns FAULT_... bits, and those of the legs where
- * they were seen; 0 for a good sample. */
+/* SAFETY: whatever a sensor can say, this decides whether the controller believes it. Returns
+ * FAULT_... bits, and those of the legs where they were seen; 0 for a good sample. */
 static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
     uint32_t suspect = in->flags & SAMPLE_FOREIGN ? FAULT_MASTER : 0;
     if (in->flags & SAMPLE_UNWRITTEN) suspect |= interlock_doubts(p);
@@ -90,7 +94,8 @@ static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
     return suspect;
 }
 
-/* SAFETY: a transducer that stands still while the others hold their legs is seen by nothing else: its own leg then runs away. */
+/* SAFETY: a transducer that stands still while the others hold their legs is seen by nothing else:
+ * its own leg then runs away. */
 static void watch_standstill(struct platform *p, const struct hal_sample *in) {
     for (int i = 0; i < LEGS && !(in->flags & SAMPLE_IO); i++) {
         bool moved = in->length_m[i] != p->still_m[i];
@@ -100,8 +105,9 @@ static void watch_standstill(struct platform *p, const struct hal_sample *in) {
     }
 }
 
-/* SAFETY: deadlines missed in a row, whether the loop came late again and again or was away for long at once: by then a device's watchdog
- * may have centred the valves behind its back, and the command of before is not to be gone on with. */
+/* SAFETY: deadlines missed in a row, whether the loop came late again and again or was away for
+ * long at once: by then a device's watchdog may have centred the valves behind its back, and the
+ * command of before is not to be gone on with. */
 static void count_overruns(struct platform *p, const struct hal_sample *in) {
     int64_t read_ns = in->time_ns + in->age_ns; /* now: the sample itself may be from before */
     int64_t missed = (read_ns - p->last_ns) / ns_from_seconds(p->params->loop.period_s) - 1;
@@ -110,13 +116,15 @@ static void count_overruns(struct platform *p, const struct hal_sample *in) {
     p->last_ns = read_ns;
 }
 
-/* A leg whose pressures are doubtful keeps its force: the high-pass in control then brings its share to zero. */
+/* A leg whose pressures are doubtful keeps its force: the high-pass in control then brings
+ * its share to zero. */
 static void observe_forces(struct platform *p, const struct hal_sample *in, uint32_t suspect) {
     for (int i = 0; i < LEGS; i++)
         if (!(suspect & fault_leg(i))) p->force_n[i] = leg_force(&p->areas, i, in->p1_pa[i], in->p2_pa[i]);
 }
 
-/* Takes the sample over when control can do with it: pose and leg forces. Returns what is doubtful about it. */
+/* Takes the sample over when control can do with it: pose and leg forces. Returns what is
+ * doubtful about it. */
 static uint32_t observe(struct platform *p, const struct hal_sample *in) {
     count_overruns(p, in);
     watch_standstill(p, in);
@@ -134,8 +142,8 @@ static uint32_t observe(struct platform *p, const struct hal_sample *in) {
     return suspect;
 }
 
-/* Bad samples to ride out. Overruns come counted. SAFETY: where two masters command, neither knows where the platform goes next; and who
- * presses, lets go or opens something means it. */
+/* Bad samples to ride out. Overruns come counted. SAFETY: where two masters command, neither knows
+ * where the platform goes next; and who presses, lets go or opens something means it. */
 static int patience(const struct platform *p, uint32_t suspect) {
     if (suspect & (FAULT_MASTER | FAULT_EMERGENCY_STOP | FAULT_ENABLE | FAULT_DOOR)) return 1;
     if (p->supervisor.state == STATE_INIT) return INIT_PATIENCE;
@@ -196,7 +204,8 @@ static void enter(struct platform *p, enum state from, enum state to) {
     case STATE_INIT: supervisor_clear(&p->supervisor); break;
     case STATE_SETTLED:
         p->automatic = p->automatic && from == STATE_INIT;
-        p->supervisor.bad = p->supervisor.doubtful = 0; /* the patience of init does not count against what is ridden out here */
+        /* the patience of init does not count against what is ridden out here */
+        p->supervisor.bad = p->supervisor.doubtful = 0;
         break;
     case STATE_ENGAGING: engage(p); break;
     case STATE_PRESSURISING: memcpy(p->leg_ref_m, p->length_m, sizeof p->leg_ref_m); break;
@@ -207,7 +216,8 @@ static void enter(struct platform *p, enum state from, enum state to) {
         test_begin(p);
         break;
     case STATE_PARKING:
-        if (from == STATE_TESTING) reference_stop(&p->reference); /* the move down follows the ramp-out */
+        /* the move down follows the ramp-out */
+        if (from == STATE_TESTING) reference_stop(&p->reference);
         else move_to(p, p->params->motion.park_z_m, p->params->motion.park_s);
         break;
     default: p->automatic = false; break;
@@ -248,7 +258,8 @@ static struct reference_sample refer(struct platform *p) {
     return s;
 }
 
-/* SAFETY: a sample that is not believed moves nothing: the last command is held, for as long as the bucket allows. */
+/* SAFETY: a sample that is not believed moves nothing: the last command is held, for as long as
+ * the bucket allows. */
 static void control(struct platform *p, bool good) {
     const struct control_params *gains = &p->params->control;
     double dt_s = p->params->loop.period_s;
@@ -277,7 +288,8 @@ static void react(struct platform *p, enum reaction reaction) {
     else if (p->supervisor.faults) apply(p, TRIGGER_PARK);
 }
 
-/* Until there is pressure, by a good sample; where no input tells, for the time that it may take. Returns what is doubtful about the wait. */
+/* Until there is pressure, by a good sample; where no input tells, for the time that it may take.
+ * Returns what is doubtful about the wait. */
 static uint32_t await_pressure(struct platform *p, bool good) {
     const struct interlock_params *i = &p->params->interlocks;
     bool over = in_state_s(p) >= i->pressure_s;
@@ -297,7 +309,8 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
     if (asked != TRIGGER_NONE) p->request_taken = !(suspect && asked == TRIGGER_ENGAGE) && apply(p, asked);
     if (!suspect) apply(p, automatic(p));
     suspect |= await_pressure(p, !suspect);
-    /* SAFETY: the sensors have the last word: no request of the same cycle can undo a fault before it is seen. */
+    /* SAFETY: the sensors have the last word: no request of the same cycle can undo a fault
+     * before it is seen. */
     react(p, supervisor_judge(s, suspect, patience(p, suspect)));
     if (s->good >= GOOD_SAMPLES) apply(p, TRIGGER_SENSORS_GOOD);
     p->ticks++;
@@ -314,10 +327,17 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
     if (!supervisor_drives(s->state)) rest(p);
     power(p);
 
-    *out = (struct cycle){.seq = (uint64_t)p->seq, .in = *in, .out = p->command, .state = s->state, .faults = s->faults,
-                          .first_fault = s->first_fault, .test = -1, .dof = DOF_NONE};
+    *out = (struct cycle){.seq = (uint64_t)p->seq,
+                          .in = *in,
+                          .out = p->command,
+                          .state = s->state,
+                          .faults = s->faults,
+                          .first_fault = s->first_fault,
+                          .test = -1,
+                          .dof = DOF_NONE};
     out->in.flags |= stale | (platform_wrong(p) ? SAMPLE_OPEN : 0);
-    if (suspect) out->in.flags |= SAMPLE_INVALID; /* what the controller did not believe the identifier must not use */
+    /* what the controller did not believe the identifier must not use */
+    if (suspect) out->in.flags |= SAMPLE_INVALID;
     if (ref.phase != PHASE_NONE) out->test = test, out->dof = dof, out->phase = ref.phase, out->test_time_s = ref.test_time_s;
     memcpy(out->ref, p->ref, sizeof out->ref);
     memcpy(out->pose, p->pose, sizeof out->pose);

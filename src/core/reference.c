@@ -56,7 +56,8 @@ static double sinusoid(const struct test_params *t, enum dof dof, double time_s)
     return t->amplitude[dof] * sin(2.0 * PI * t->hz[dof] * time_s);
 }
 
-/* What a test does, without its envelope. SAFETY: what is neither one axis's, nor a multisine, nor has a trajectory stays at neutral. */
+/* What a test does, without its envelope. SAFETY: what is neither one axis's, nor a multisine, nor
+ * has a trajectory stays at neutral. */
 static void motion(const struct reference *r, const struct test_params *t, double time_s, double begin_s, double pose[DOFS]) {
     if (r->trajectory) trajectory_at(r->trajectory, time_s - begin_s, pose);
     for (int i = 0; i < t->count && r->dof == DOF_NONE && !r->trajectory && t->multisine; i++)
@@ -70,8 +71,10 @@ static void test_step(struct reference *r, const struct test_params *t, double d
     s->test_time_s = (double)r->ticks * dt_s;
     motion(r, t, s->test_time_s, (double)ramp * dt_s, s->pose);
     for (int i = 0; i < DOFS; i++) s->pose[i] *= envelope;
-    s->phase = r->ticks >= r->ramp_out_tick ? PHASE_RAMP_OUT : r->ticks < 0 ? PHASE_SETTLE :
-               r->ticks < ramp ? PHASE_RAMP_IN : PHASE_EVALUATE;
+    s->phase = r->ticks >= r->ramp_out_tick ? PHASE_RAMP_OUT
+               : r->ticks < 0               ? PHASE_SETTLE
+               : r->ticks < ramp            ? PHASE_RAMP_IN
+                                            : PHASE_EVALUATE;
     s->done = r->ticks >= end || (r->ticks < 0 && s->phase == PHASE_RAMP_OUT);
     if (s->done) reference_hold(r, (double[DOFS]){0});
 }
@@ -79,7 +82,10 @@ static void test_step(struct reference *r, const struct test_params *t, double d
 struct reference_sample reference_step(struct reference *r, const struct test_params *t, double dt_s) {
     struct reference_sample s = {.phase = PHASE_NONE};
     switch (r->mode) {
-    case REFERENCE_HOLD: memcpy(s.pose, r->to, sizeof s.pose); s.done = true; break;
+    case REFERENCE_HOLD:
+        memcpy(s.pose, r->to, sizeof s.pose);
+        s.done = true;
+        break;
     case REFERENCE_MOVE: move_step(r, dt_s, &s); break;
     case REFERENCE_TEST: test_step(r, t, dt_s, &s); break;
     }

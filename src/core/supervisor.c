@@ -4,8 +4,8 @@
 
 #include "interlock.h"
 
-/* What is not in the table does nothing. SAFETY: every state has a row for a fault; there is no way from
- * fault to a driven state but reset, good sensors and engage. */
+/* What is not in the table does nothing. SAFETY: every state has a row for a fault; there is no way
+ * from fault to a driven state but reset, good sensors and engage. */
 static const struct transition {
     enum state from;
     enum trigger trigger;
@@ -54,7 +54,8 @@ const char *supervisor_advice(enum state state, uint32_t wrong, enum command com
     if (command == COMMAND_RESET && state != STATE_FAULT && state != STATE_PARKING) return "there is no fault to reset";
     if (command_stops(command) && !supervisor_drives(state)) return "nothing moves: the valves are centred";
     if (command == COMMAND_ENGAGE && state == STATE_READY) return "the platform is engaged already: `start` or `park`";
-    if (command == COMMAND_ENGAGE && state == STATE_SETTLED) return wrong ? interlock_why(wrong) : "the last sample was doubtful: ask again";
+    if (command == COMMAND_ENGAGE && state == STATE_SETTLED)
+        return wrong ? interlock_why(wrong) : "the last sample was doubtful: ask again";
     return first[state];
 }
 
@@ -69,7 +70,8 @@ void supervisor_clear(struct supervisor *s) {
     s->good = s->bad = s->doubtful = 0;
 }
 
-/* SAFETY: a single bad sample is ridden out with the command held; `limit` bad ones more than good ones latch what was wrong. */
+/* SAFETY: a single bad sample is ridden out with the command held; `limit` bad ones more than good
+ * ones latch what was wrong. */
 static bool full(int *bucket, uint32_t suspect, int limit) {
     if (suspect) *bucket += *bucket < limit;
     else *bucket -= *bucket > 0;
@@ -81,7 +83,8 @@ enum reaction supervisor_judge(struct supervisor *s, uint32_t suspect, int limit
     bool stop = full(&s->bad, stops, limit), park = full(&s->doubtful, parks, limit);
     s->good = suspect ? 0 : s->good + (s->good < INT_MAX);
     if (!stop && !park) return REACTION_NONE;
-    /* The first is the headline; but what stops the platform while it is put down for something else is told. */
+    /* The first is the headline; but what stops the platform while it is put down for
+     * something else is told. */
     if (!s->first_fault || (stop && s->first_fault & failure_mask(REACTION_PARK))) s->first_fault = failure_of(stop ? stops : parks)->fault;
     s->faults |= (stop ? stops : 0) | (park ? parks : 0) | (suspect & ~(uint32_t)FAULT_ANY);
     return stop ? REACTION_STOP : REACTION_PARK;

@@ -1,9 +1,11 @@
-/* The supervisor: a table of states, triggers and next states, and the bucket that turns bad samples into a latched fault. Pure, RT.
+/* The supervisor: a table of states, triggers and next states, and the bucket that turns bad
+ * samples into a latched fault. Pure, RT.
  *
- *   init -> settled -> pressurising -> engaging -> ready -> testing -> ready -> parking -> settled;   any -> fault -> (reset) init
+ *   init -> settled -> pressurising -> engaging -> ready -> testing -> ready -> parking -> settled
+ *   any -> fault -> (reset) init
  *
- * init: valves centred, waiting for plausible sensors. settled: put down, valves centred, supply off. pressurising: the supply is put
- * on, valves centred. ready: held at neutral. */
+ * init: valves centred, waiting for plausible sensors. settled: put down, valves centred, supply
+ * off. pressurising: the supply is put on, valves centred. ready: held at neutral. */
 #ifndef HEXID_SUPERVISOR_H
 #define HEXID_SUPERVISOR_H
 
@@ -36,7 +38,8 @@ struct supervisor {
 /* The state after a trigger; the same state when the table has no row for it. */
 enum state supervisor_next(enum state state, enum trigger trigger);
 
-/* Why a command does nothing in this state, with this wrong with the inputs (interlock.h), and what to do first; for the operator. */
+/* Why a command does nothing in this state, with this wrong with the inputs (interlock.h), and what
+ * to do first; for the operator. */
 const char *supervisor_advice(enum state state, uint32_t wrong, enum command command);
 
 /* Valves are driven in this state. */
@@ -48,8 +51,8 @@ bool supervisor_powers(enum state state);
 /* Forgets faults and doubts: a reset. */
 void supervisor_clear(struct supervisor *s);
 
-/* Counts a sample with these doubts (FAULT_... and fault_leg() bits, 0 for a good one): what is to be done about what became, or is, a
- * latched fault. */
+/* Counts a sample with these doubts (FAULT_... and fault_leg() bits, 0 for a good one): what is to
+ * be done about what became, or is, a latched fault. */
 enum reaction supervisor_judge(struct supervisor *s, uint32_t suspect, int limit);
 
 #endif

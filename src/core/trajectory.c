@@ -13,8 +13,9 @@ static double slope(const struct trajectory *t, int i, int axis) {
  *
  *     h[i-1] b[i-1] + 2 (h[i-1] + h[i]) b[i] + h[i] b[i+1] = 6 (slope[i] - slope[i-1])
  *
- * A natural spline has those of the inner knots, a closed one that of the first, too, whose neighbour is the last: the corner of the
- * matrix, taken out as a matrix of rank one (Sherman and Morrison) and 0 for a natural one. The matrix is diagonally dominant. */
+ * A natural spline has those of the inner knots, a closed one that of the first, too, whose
+ * neighbour is the last: the corner of the matrix, taken out as a matrix of rank one (Sherman and
+ * Morrison) and 0 for a natural one. The matrix is diagonally dominant. */
 struct system {
     int size, first;      /* unknowns; the knot of the first */
     double corner, gamma;

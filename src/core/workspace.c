@@ -41,7 +41,8 @@ static void look(const struct kinematics *k, struct way *w) {
     memcpy(w->worst_pose, w->pose, sizeof w->worst_pose);
 }
 
-/* All legs in proportion. Too many Newton steps may lead to another way of assembling the machine: shorter ones then. */
+/* All legs in proportion. Too many Newton steps may lead to another way of assembling the machine:
+ * shorter ones then. */
 static struct way go(const struct kinematics *k, const double to_m[LEGS]) {
     struct way w = {0};
     double length_m[LEGS], step = LONGEST;

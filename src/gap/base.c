@@ -9,8 +9,13 @@ struct base_entry {
     int mechanisms;
     const char *name;
     size_t offset;
-    enum { MACHINE, EACH_LEG, LEGS_ALIKE } of; /* each leg's own: no two valves, seals or volumes are alike; parts of one drawing are, where the
-                                                   configuration has them so */
+    enum {
+        MACHINE,
+        EACH_LEG,
+        LEGS_ALIKE
+    } of; /* each leg's own: no two valves, seals or volumes
+                                                * are alike; parts of one drawing are, where the
+                                                * configuration has them so */
     size_t stated;    /* place of its tolerance in struct params; 0: not stated */
     double tolerance; /* relative, where none is stated */
     enum residual_part parts;
@@ -39,7 +44,8 @@ static const struct base_entry entries[] = {
     {ANY, EACH(hydraulics.dead_volume_m3), UNSTATED(0.30), PART_PRESSURE},
 };
 
-static const double NULL_TOLERANCE = 0.005; /* of full opening: what a valve's maker adjusts its null to */
+static const double NULL_TOLERANCE = 0.005; /* of full opening: what a valve's maker
+                                             * adjusts its null to */
 static const double OFFSET_MOST_N = 1e6;
 
 /* Effects that any machine has a little of. */
@@ -54,10 +60,17 @@ static int effect_variables(const struct params *model, const struct effect *of,
         for (int leg = 0; leg < params_legs(model); leg++) {
             const double *place = values->value[key];
             v[n++] = (struct variable){.name = of->keys[key].name,
-                                       .offset = (size_t)((const char *)place - (const char *)model), .leg = leg, .legs = LEGS, .own = own,
-                                       .effect = effect, .key = key, .base = true,
-                                       .min = place[leg] - tolerance, .max = place[leg] + tolerance,
-                                       .step = 0.1 * tolerance, .parts = parts};
+                                       .offset = (size_t)((const char *)place - (const char *)model),
+                                       .leg = leg,
+                                       .legs = LEGS,
+                                       .own = own,
+                                       .effect = effect,
+                                       .key = key,
+                                       .base = true,
+                                       .min = place[leg] - tolerance,
+                                       .max = place[leg] + tolerance,
+                                       .step = 0.1 * tolerance,
+                                       .parts = parts};
         }
     return n;
 }
@@ -78,18 +91,34 @@ static int entry_variables(const struct params *model, const struct base_entry *
     for (int leg = 0; leg < (one ? 1 : numbers); leg++) {
         double value = at(model, e->offset)[leg], width = tolerance * fabs(value);
         if (!(width > 0.0)) continue; /* exact by decree */
-        v[n++] = (struct variable){.name = e->name, .offset = e->offset, .leg = one ? -1 : leg, .legs = numbers,
-                                   .own = e->of == EACH_LEG && numbers > 1, .effect = -1, .base = true, .min = value - width, .max = value + width,
-                                   .step = 0.1 * width, .parts = e->parts};
+        v[n++] = (struct variable){.name = e->name,
+                                   .offset = e->offset,
+                                   .leg = one ? -1 : leg,
+                                   .legs = numbers,
+                                   .own = e->of == EACH_LEG && numbers > 1,
+                                   .effect = -1,
+                                   .base = true,
+                                   .min = value - width,
+                                   .max = value + width,
+                                   .step = 0.1 * width,
+                                   .parts = e->parts};
     }
     return n;
 }
 
-/* On one axis a constant force is the sensor's zero, the weight's inclination, a hose: whatever it is, no effect of the catalogue. */
+/* On one axis a constant force is the sensor's zero, the weight's inclination, a hose: whatever it
+ * is, no effect of the catalogue. */
 static struct variable offset_variable(void) {
-    return (struct variable){.name = "axis.force_offset_n", .offset = offsetof(struct params, axis.force_offset_n), .leg = -1, .legs = 1,
-                             .effect = -1, .base = true,
-                             .min = -OFFSET_MOST_N, .max = OFFSET_MOST_N, .step = 1.0, .parts = PART_FORCE};
+    return (struct variable){.name = "axis.force_offset_n",
+                             .offset = offsetof(struct params, axis.force_offset_n),
+                             .leg = -1,
+                             .legs = 1,
+                             .effect = -1,
+                             .base = true,
+                             .min = -OFFSET_MOST_N,
+                             .max = OFFSET_MOST_N,
+                             .step = 1.0,
+                             .parts = PART_FORCE};
 }
 
 int base_variables(const struct params *model, struct variable v[FIT_VARIABLES]) {

@@ -1,5 +1,6 @@
-/* The base model's own uncertainty: which of its parameters may be off, and by how much at most. Beyond what model.tolerance states, the
- * list holds what no configuration has exactly. Nothing in this list, within its box, is ever a finding. */
+/* The base model's own uncertainty: which of its parameters may be off, and by how much at most.
+ * Beyond what model.tolerance states, the list holds what no configuration has exactly. Nothing in
+ * this list, within its box, is ever a finding. */
 #ifndef HEXID_BASE_H
 #define HEXID_BASE_H
 

@@ -6,23 +6,29 @@
 #include "line.h"
 #include "replay.h"
 
-static const double LINE_TOLERANCE = 0.1;   /* a loop that oscillates in the model, too, does so near the same frequency */
-static const double LINE_EXCITED = 0.5;     /* of the power: a resonance that other noise excites has some of it */
+static const double LINE_TOLERANCE = 0.1;   /* a loop that oscillates in the model, too, does so
+                                             * near the same frequency */
+static const double LINE_EXCITED = 0.5;     /* of the power: a resonance that other noise
+                                             * excites has some of it */
 
 /* A closed loop needs what closed it. */
 int compare_check(const struct params *params, const struct recording *measured, const struct gap_options *o, struct error *error) {
     const struct recording_measured *m = &measured->measured;
     if (o->replay == GAP_MOTION) return STATUS_OK;
     if (params->mechanism == MECHANISM_AXIS)
-        return error_set(error, STATUS_USAGE, "mechanism: axis: what drove it is not known, so it cannot be run again in closed loop; "
-                                              "use --replay motion");
+        return error_set(error, STATUS_USAGE,
+                         "mechanism: axis: what drove it is not known, so it cannot be run again in closed loop; "
+                         "use --replay motion");
     for (int i = 0; i < measured->tests; i++)
         if (measured->test[i].piece_s > 0.0)
-            return error_set(error, STATUS_USAGE, "a test of it is no steady sinusoid, so it cannot be run again in closed loop; use "
-                                                  "--replay motion");
+            return error_set(error, STATUS_USAGE,
+                             "a test of it is no steady sinusoid, so it cannot be run again in closed loop; use "
+                             "--replay motion");
     if (m->reference && m->valve && m->pressures) return STATUS_OK;
     return error_set(error, STATUS_USAGE, "the log has no %s of all legs, so the loop cannot be closed again; use --replay motion",
-                     !m->reference ? "reference" : !m->valve ? "valve commands" : "pressures");
+                     !m->reference ? "reference"
+                     : !m->valve   ? "valve commands"
+                                   : "pressures");
 }
 
 bool compare_can_be_driven(const struct recording *r) {
@@ -54,7 +60,8 @@ static void keep_sizes(struct gap_result *r, const struct sizes *used, const str
     if (isnan(before + after + floor)) r->unexplained_fraction = (double)NAN;
 }
 
-/* Both models run like a recording. The one with the effects found need not get through the tests that the rig got through. */
+/* Both models run like a recording. The one with the effects found need not get through the tests
+ * that the rig got through. */
 static int run_both(struct gap_result *r, const struct recording *like, struct replay both[2], struct error *error) {
     replay_both(&r->base_model, r->effects ? &r->fitted : NULL, like, both);
     const struct replay *failed = both[0].status ? &both[0] : &both[1];
@@ -66,7 +73,8 @@ static int run_both(struct gap_result *r, const struct recording *like, struct r
     return failed->status;
 }
 
-/* Judged on another log's own tests, which need not be those of the first; without one on the cycles held out. */
+/* Judged on another log's own tests, which need not be those of the first; without one on the
+ * cycles held out. */
 static int held_sizes(const struct recording *measured, const struct recording *validate, const struct replay *both, struct gap_result *r,
                       struct sizes *held, struct error *error) {
     const struct recording *with = validate ? validate : measured;

@@ -1,5 +1,5 @@
-/* How large the gap is, before and after: under the measured motion, and where the loop can be closed again in simulation. Two threads;
- * heap. */
+/* How large the gap is, before and after: under the measured motion, and where the loop can be
+ * closed again in simulation. Two threads; heap. */
 #ifndef HEXID_COMPARE_H
 #define HEXID_COMPARE_H
 
@@ -8,12 +8,13 @@
 /* Can it be compared as the options ask? -2 with what the log lacks. */
 int compare_check(const struct params *params, const struct recording *measured, const struct gap_options *options, struct error *error);
 
-/* Of a result with its models: fills sizes, faults of the replay and matrices. validate may be NULL. 0, or a negative status. */
+/* Of a result with its models: fills sizes, faults of the replay and matrices. validate may be
+ * NULL. 0, or a negative status. */
 int compare_models(const struct params *params, const struct recording *measured, const struct recording *validate,
                    const struct gap_options *options, struct gap_result *result, struct error *error);
 
-/* Every test is one that its run's configuration asks for, and of its axis the only one, since it can state one amplitude: else no run of the
- * model is like it. */
+/* Every test is one that its run's configuration asks for, and of its axis the only one, since it
+ * can state one amplitude: else no run of the model is like it. */
 bool compare_can_be_driven(const struct recording *recording);
 
 #endif

@@ -21,7 +21,8 @@ static double variance_sum(const struct moments *m) {
     return sum < 0.0 ? 0.0 : sum;
 }
 
-/* One test: the filters start at its ramp-in, at rest; the comparison in the evaluated part, when they have forgotten it. */
+/* One test: the filters start at its ramp-in, at rest; the comparison in the evaluated part, when
+ * they have forgotten it. */
 static void compare(const struct params *p, const struct kinematics *k, const struct recording_test *t, double *difference, double *whole) {
     struct cylinder_areas areas = cylinder_areas(&p->actuator);
     struct moments off[LEGS] = {{0}}, all[LEGS] = {{0}};

@@ -1,13 +1,15 @@
-/* Did the configured controller give the recorded commands? It is run again on the recorded lengths, pressures and references: what differs
- * is a controller that differs, never an effect of the machine. Pure. */
+/* Did the configured controller give the recorded commands? It is run again on the recorded
+ * lengths, pressures and references: what differs is a controller that differs, never an effect of
+ * the machine. Pure. */
 #ifndef HEXID_CONTROLLER_H
 #define HEXID_CONTROLLER_H
 
 #include "recording.h"
 
-/* Rms over all tests of the difference of the commands, its constant per test and leg taken off (the integrator's start is not known), as a
- * share of the rms of the recorded commands' variation. NaN on one axis, where references, commands or pressures are missing, and where
- * the log has another rate than the controller. */
+/* Rms over all tests of the difference of the commands, its constant per test and leg taken off
+ * (the integrator's start is not known), as a share of the rms of the recorded commands' variation.
+ * NaN on one axis, where references, commands or pressures are missing, and where the log has
+ * another rate than the controller. */
 double controller_difference(const struct params *params, const struct recording *recording);
 
 /* The time between samples of commands, where that is not the controller's cycle; else 0. */

@@ -9,13 +9,24 @@
 #include "base.h"
 
 static const double IDLE = 1e-6;         /* relative change of the squares */
-static const double CHARGE = 8.0;        /* of white squares, a parameter: ln of the number of values, about */
+static const double CHARGE = 8.0;        /* of white squares, a parameter: ln of the
+                                          * number of values, about */
 static const double WORTH = 0.1;         /* of the best one's gain after the first steps, and */
 static const double WORTH_LEAST = 4.0;   /* so much: a trial is fitted on */
-static const double BEND = 0.1;          /* of a signature: a law that bends less is taken for one in proportion */
-static const double NEAR = 0.9;          /* of the gain with the base moved linearly: polishing may turn the order */
+static const double BEND = 0.1;          /* of a signature: a law that bends less is taken
+                                          * for one in proportion */
+static const double NEAR = 0.9;          /* of the gain with the base moved linearly:
+                                          * polishing may turn the order */
 enum { POLISH_ITERATIONS = 5, FINALISTS = 5 };
-enum { SCREEN_ITERATIONS = 1, SCREEN_BENT = 3, TRIAL_ITERATIONS = 6, BASE_ITERATIONS = 6, THREADS_MAX = 16, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
+enum {
+    SCREEN_ITERATIONS = 1,
+    SCREEN_BENT = 3,
+    TRIAL_ITERATIONS = 6,
+    BASE_ITERATIONS = 6,
+    THREADS_MAX = 16,
+    TRIED_ONE_LEG = 8,
+    TRIED_EACH = 3
+};
 
 static double held_square(const struct diagnosis *d, const struct params *model) {
     double *white = malloc((size_t)d->held_out.values * sizeof *white), square = INFINITY;
@@ -74,7 +85,8 @@ bool diagnosis_refit(struct diagnosis *d, int iterations) {
 }
 
 enum start { WEAK, TYPICAL, STARTS = 6 };
-static const double start_strength[STARTS] = {[WEAK] = 0.1, [TYPICAL] = 1.0, -0.1, -1.0, 10.0, -10.0}; /* of the typical effect */
+/* of the typical effect */
+static const double start_strength[STARTS] = {[WEAK] = 0.1, [TYPICAL] = 1.0, -0.1, -1.0, 10.0, -10.0};
 
 /* White residuals without, at the weak and at the typical strength: in proportion? */
 static bool in_proportion(int values, const double *without, const double *weak, const double *typical) {
@@ -86,21 +98,23 @@ static bool in_proportion(int values, const double *without, const double *weak,
     return bend < BEND * BEND * square;
 }
 
-/* A model at this strength of the effect, and its white residuals. The best is the one with which the rest, moved linearly, comes closest. */
+/* A model at this strength of the effect, and its white residuals. The best is the one with which
+ * the rest, moved linearly, comes closest. */
 static void try_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, double strength, double without,
                       const struct linear_part *linear, double *white, double *least, struct params *best) {
     struct params model = *base;
     if (!hypothesis_at(h, strength, &model)) return;
     double square = fit_start(&d->fit, &model, h->variables, h->variable, linear, white);
-    bool idle = fabs(square - without) < IDLE * without; /* a limit that is not reached: no way leads out of there */
+    /* a limit that is not reached: no way leads out of there */
+    bool idle = fabs(square - without) < IDLE * without;
     if (!idle && square < *least) *least = square, *best = model;
 }
 
 double trial_rise(const struct trial *t) { return t->gain + CHARGE * t->hypothesis->variables; }
 
-/* The start from which the rest of the model, moved linearly, comes closest; of an effect that is given its own values are one. A law in
- * proportion has its best strength at once; else it is bent. from: the same effect, all legs alike, fitted; or NULL. room: for three
- * residuals. */
+/* The start from which the rest of the model, moved linearly, comes closest; of an effect that is
+ * given its own values are one. A law in proportion has its best strength at once; else it is bent.
+ * from: the same effect, all legs alike, fitted; or NULL. room: for three residuals. */
 static bool best_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, const struct trial *from,
                        const struct linear_part *linear, double *room, struct params *best, bool *bent) {
     int values = d->fit.values;
@@ -128,8 +142,8 @@ static bool best_start(const struct diagnosis *d, const struct hypothesis *h, co
     return least < HUGE_VAL;
 }
 
-/* The model so far without what is parallel to the hypothesis: that stands at its given value. Fills the box of the others, and what draws
- * them. */
+/* The model so far without what is parallel to the hypothesis: that stands at its given value.
+ * Fills the box of the others, and what draws them. */
 static bool without_parallel(const struct diagnosis *d, const struct hypothesis *h, struct params *base, double *min, double *max,
                              struct fit_pull *pull) {
     bool changed = false;
@@ -160,7 +174,8 @@ static bool at_bound(const struct trial *t) {
     return bound;
 }
 
-/* The variables of the model so far, moved by x; but for those that stand as given, or are the hypothesis's own number. */
+/* The variables of the model so far, moved by x; but for those that stand as given, or are the
+ * hypothesis's own number. */
 static void move_others(const struct diagnosis *d, const struct hypothesis *h, const struct params *from, const double *x,
                         struct params *model) {
     for (int i = 0; i < d->variables; i++) {
@@ -175,8 +190,8 @@ static void try_one(const struct diagnosis *d, const struct hypothesis *h, const
     double min[FIT_VARIABLES], max[FIT_VARIABLES], x[FIT_VARIABLES] = {0};
     double *own = malloc(4 * (size_t)d->fit.values * sizeof *own);
     struct fit_pull pull[FIT_VARIABLES];
-    struct linear_part linear = {.n = d->variables, .raw = d->raw, .column = d->column, .gram = d->gram,
-                                 .min = min, .max = max, .pull = pull, .x = x};
+    struct linear_part linear = {
+        .n = d->variables, .raw = d->raw, .column = d->column, .gram = d->gram, .min = min, .max = max, .pull = pull, .x = x};
     struct params base;
     bool again = t->ok, bent = false;
     t->ok = false;
@@ -193,7 +208,8 @@ static void try_one(const struct diagnosis *d, const struct hypothesis *h, const
     t->ok = true;
     t->square = r.square;
     t->gain = d->square - r.square - CHARGE * h->variables - (h->shape >= 0 ? 2.0 * log(LEGS) : 0.0);
-    bool seen = again || t->gain > WORTH_LEAST; /* else it is noise, and as much on the cycles held out */
+    /* else it is noise, and as much on the cycles held out */
+    bool seen = again || t->gain > WORTH_LEAST;
     t->held_square = seen ? held_square(d, &t->model) : d->held_square - (d->square - t->square);
     t->held_gain = d->held_square - t->held_square;
     memcpy(t->std, r.std, (size_t)h->variables * sizeof *t->std);
@@ -202,8 +218,8 @@ end:
     free(own);
 }
 
-/* What the linear part promised, made true: base and effect fitted together. What masses and joints do to the forces hardly changes on the
- * way. */
+/* What the linear part promised, made true: base and effect fitted together. What masses and joints
+ * do to the forces hardly changes on the way. */
 static void polish(const struct diagnosis *d, struct trial *t) {
     struct variable v[FIT_VARIABLES];
     bool once[FIT_VARIABLES] = {false};
@@ -275,7 +291,8 @@ static void run_crew(struct crew *crew, void *(*work_on)(void *), int threads) {
     for (int i = 0; i < started; i++) pthread_join(thread[i], NULL);
 }
 
-/* One step of each, more where a law is bent; only what comes near the best one then is fitted to its end. */
+/* One step of each, more where a law is bent; only what comes near the best one then is
+ * fitted to its end. */
 static void try_all(struct crew *crew, int threads) {
     double best = 0.0;
     run_crew(crew, screen, threads);
@@ -327,7 +344,8 @@ static void *polish_next(void *argument) {
     return NULL;
 }
 
-/* Of what is fitted truly, the cycles held out judge as much as the fitted ones: many parameters cannot win there by their number. */
+/* Of what is fitted truly, the cycles held out judge as much as the fitted ones: many parameters
+ * cannot win there by their number. */
 static int by_evidence(const void *a, const void *b) {
     const struct trial *x = a, *y = b;
     bool first = x->ok && x->polished, second = y->ok && y->polished;
@@ -343,7 +361,8 @@ static const struct trial *best_shape(const struct trial *finalist, int finalist
     return NULL;
 }
 
-/* Best first; the best few effects, each in its best shape and those that come near it, come first, polished. */
+/* Best first; the best few effects, each in its best shape and those that come near it, come
+ * first, polished. */
 static void finish(struct crew *crew, struct trial *trial, int count, int threads) {
     struct trial *finalist = calloc((size_t)count + 1, sizeof *finalist);
     int effects = 0, finalists = 0, others = 0;

@@ -1,5 +1,5 @@
-/* The search on equations: fits the base, tries every hypothesis beside it on the even cycles, ranks them on all, and adds the best while
- * that pays on the odd ones, too. */
+/* The search on equations: fits the base, tries every hypothesis beside it on the even cycles,
+ * ranks them on all, and adds the best while that pays on the odd ones, too. */
 #ifndef HEXID_DIAGNOSE_H
 #define HEXID_DIAGNOSE_H
 
@@ -31,43 +31,50 @@ struct trial {
     bool ok;
     struct params model;                 /* fitted, base moved too */
     double square, held_square;
-    double gain, held_gain;              /* of the fitted cycles, charged for each parameter; of the others */
+    double gain, held_gain;              /* of the fitted cycles, charged for each
+                                          * parameter; of the others */
     double std[HYPOTHESIS_VARIABLES];
     bool bound;
-    bool polished;                       /* base and effect fitted together, not only the base moved linearly */
+    bool polished;                       /* base and effect fitted together, not only the
+                                          * base moved linearly */
 };
 
 /* Of all cycles: what decides between trials. */
 static inline double trial_evidence(const struct trial *t) { return t->gain + t->held_gain; }
 
-/* Gain of the fitted cycles as it is: what parameters win there by their number they lose on the others. */
+/* Gain of the fitted cycles as it is: what parameters win there by their number they
+ * lose on the others. */
 double trial_rise(const struct trial *t);
 
 int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, struct error *error);
 void diagnosis_free(struct diagnosis *d);
 
-/* Sum of white squares, of the cycles held out, by which the laws of the effects there are, given or found, may be off: of each its
- * law_error's share (effect.h) of what it contributes. A law that is off is so everywhere alike: noise does not hide it, however long it is
- * averaged, and what explains no more than that explains nothing. */
+/* Sum of white squares, of the cycles held out, by which the laws of the effects there are, given
+ * or found, may be off: of each its law_error's share (effect.h) of what it contributes. A law that
+ * is off is so everywhere alike: noise does not hide it, however long it is averaged, and what
+ * explains no more than that explains nothing. */
 double diagnosis_law_error(const struct diagnosis *d);
 
 /* Fits every variable of the model; column and squares are those of the result. */
 bool diagnosis_refit(struct diagnosis *d, int iterations);
 
-/* Tries hypotheses beside the model so far, `threads` at a time: every effect with all legs alike; then those that came closest in their
- * other shapes, for the legs with most to explain. The best ones are polished and come first, by their evidence. Returns the number of
- * trials (HYPOTHESES_MAX at most). */
+/* Tries hypotheses beside the model so far, `threads` at a time: every effect with all legs alike;
+ * then those that came closest in their other shapes, for the legs with most to explain. The best
+ * ones are polished and come first, by their evidence. Returns the number of trials
+ * (HYPOTHESES_MAX at most). */
 int diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads);
 
-/* The values to report. Names are found with the base free in its box; then what base and effects could explain alike is the effects': the
- * base is drawn to what is stated, as strongly as values anywhere in the box scatter about it; the noise is what the residuals say, where that
- * is less than it was taken for. */
+/* The values to report. Names are found with the base free in its box; then what base and effects
+ * could explain alike is the effects': the base is drawn to what is stated, as strongly as values
+ * anywhere in the box scatter about it; the noise is what the residuals say, where that is less
+ * than it was taken for. */
 void diagnosis_estimate(struct diagnosis *d);
 
 /* The hypothesis joins the model; false where that cannot be fitted: all is as before. */
 bool diagnosis_add(struct diagnosis *d, const struct trial *t);
 
-/* Takes an addition out again and fits the rest: true where that costs so little that it is not needed; else all is as before. */
+/* Takes an addition out again and fits the rest: true where that costs so little that it is not
+ * needed; else all is as before. */
 bool diagnosis_drop(struct diagnosis *d, int addition, double most);
 
 #endif

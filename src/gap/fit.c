@@ -8,7 +8,8 @@
 
 enum { COLUMNS_MAX = 2 * FIT_VARIABLES, ACTIVE_SWEEPS = 200 };
 
-static const double BASE_ERROR = 1e-3; /* of a channel's variation: integrators and what the harmonics leave out */
+static const double BASE_ERROR = 1e-3; /* of a channel's variation: integrators and what
+                                        * the harmonics leave out */
 static const double ENOUGH = 1e-4; /* relative change of the sum of squares at which a fit ends */
 
 static double square_of(double x) { return x * x; }
@@ -81,7 +82,8 @@ static void whiten_copy(const struct fit_data *d, const double *raw, double *whi
 
 static double step_of(const struct variable *v, double value) { return value + v->step > v->max ? -v->step : v->step; }
 
-/* So many variables from v on that are one number of each leg, which no other leg feels: they are moved at once. */
+/* So many variables from v on that are one number of each leg, which no other leg feels: they
+ * are moved at once. */
 static int of_own_legs(bool apart, int variables, const struct variable *v) {
     int n = 1;
     while (apart && n < variables && v->own && v[n].own && v[n].offset == v->offset && v[n].leg > v[n - 1].leg) n++;
@@ -137,7 +139,8 @@ bool fit_columns(const struct fit_data *d, const struct params *model, int varia
     return ok;
 }
 
-/* Factor of the rows and columns of h in `place`; columns that nothing tells apart are told apart by as small a ridge as will do. */
+/* Factor of the rows and columns of h in `place`; columns that nothing tells apart are told apart
+ * by as small a ridge as will do. */
 static bool factor_some(int n, const double *h, int m, const int *place, double *a) {
     for (double ridge = 1e-10; ridge < 1e-4; ridge *= 100.0) {
         for (int i = 0; i < m; i++)
@@ -164,8 +167,9 @@ static bool solve_free(int n, const double *h, const double *g, const bool *is_f
     return true;
 }
 
-/* Active set on h x + g = 0: from x, or the nearest to it in the box, as far towards the free solution as the box allows; what is at a
- * bound stays there until it is drawn away. So near the solution it takes few sweeps. */
+/* Active set on h x + g = 0: from x, or the nearest to it in the box, as far towards the free
+ * solution as the box allows; what is at a bound stays there until it is drawn away. So near the
+ * solution it takes few sweeps. */
 static bool box_solve(int n, const double *h, const double *g, const double *min, const double *max, double *x, bool *is_free) {
     for (int i = 0; i < n; i++) x[i] = fmin(fmax(x[i], min[i]), max[i]), is_free[i] = x[i] > min[i] && x[i] < max[i];
     for (int sweep = 0; sweep < ACTIVE_SWEEPS; sweep++) {
@@ -210,14 +214,15 @@ void fit_gram(int n, int values, const double *column, double *gram) {
             gram[i * n + j] = gram[j * n + i] = dot(values, column + (size_t)i * (size_t)values, column + (size_t)j * (size_t)values);
 }
 
-/* h and g of the least squares; the products of the columns from first_known on are there already. */
+/* h and g of the least squares; the products of the columns from first_known on
+ * are there already. */
 static void normal_equations(int n, int values, const double *residual, const double *const *column, int first_known, const double *gram,
                              double *h, double *g) {
     for (int i = 0; i < n; i++) {
         g[i] = dot(values, column[i], residual);
         for (int j = 0; j <= i; j++)
-            h[i * n + j] = h[j * n + i] =
-                j < first_known ? dot(values, column[i], column[j]) : gram[(i - first_known) * (n - first_known) + j - first_known];
+            h[i * n + j] = h[j * n + i] = j < first_known ? dot(values, column[i], column[j])
+                                                          : gram[(i - first_known) * (n - first_known) + j - first_known];
     }
 }
 
@@ -238,8 +243,8 @@ static bool solve_box(int n, double *h, double *g, const struct fit_pull *pull, 
                       double *std) {
     bool is_free[COLUMNS_MAX];
     for (int i = 0; i < n && pull; i++) h[i * n + i] += square_of(pull[i].pull), g[i] += square_of(pull[i].pull) * pull[i].off;
-    for (int i = 0; i < n; i++)
-        if (!(h[i * n + i] > 0.0)) h[i * n + i] = 1.0; /* a column of zeros moves nothing and stays */
+    for (int i = 0; i < n; i++)        /* a column of zeros moves nothing and stays */
+        if (!(h[i * n + i] > 0.0)) h[i * n + i] = 1.0;
     if (!box_solve(n, h, g, min, max, x, is_free)) return false;
     if (std) deviations(n, h, is_free, std);
     return true;
@@ -317,7 +322,8 @@ struct descent {
     double square, *raw, *white;        /* at the model */
 };
 
-/* From the model along x as far as that pays; false where it does not: then the model stays, and the residuals are not its own. */
+/* From the model along x as far as that pays; false where it does not: then the model stays, and
+ * the residuals are not its own. */
 static bool descend(struct descent *s, const double *x) {
     double least = s->square + pulled(s->model, s->variables, s->v), scale = 1.0, linear[COLUMNS_MAX];
     size_t size = s->linear ? (size_t)s->linear->n * sizeof *linear : 0;
@@ -337,8 +343,8 @@ static bool descend(struct descent *s, const double *x) {
     return false;
 }
 
-struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v,
-                            const bool *once, const struct linear_part *linear, int iterations) {
+struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v, const bool *once,
+                            const struct linear_part *linear, int iterations) {
     int extra = linear ? linear->n : 0, n = variables + extra, values = d->values;
     struct fit_result result = {0};
     double *room = malloc((size_t)(variables + 2) * (size_t)values * sizeof *room), *columns = room + 2 * values;

@@ -1,5 +1,6 @@
-/* Fits of model parameters to white residuals inside a hard box (Gauss-Newton, a step that does not pay shortened; the box by active sets).
- * A value at its bound stays there: no prior pulls at the base while names are sought, so none swallows an effect. Ordinary threads; heap. */
+/* Fits of model parameters to white residuals inside a hard box (Gauss-Newton, a step that does not
+ * pay shortened; the box by active sets). A value at its bound stays there: no prior pulls at the
+ * base while names are sought, so none swallows an effect. Ordinary threads; heap. */
 #ifndef HEXID_FIT_H
 #define HEXID_FIT_H
 
@@ -12,12 +13,14 @@ struct variable {
     const char *name;        /* "hydraulics.bulk_modulus_pa" */
     size_t offset;           /* in struct params; of leg 0 where there are six */
     int leg, legs;           /* leg -1: all; legs 1: no list */
-    bool own;                /* moves the residuals of its own leg alone, where legs are apart (residual.h) */
+    bool own;                /* moves the residuals of its own leg alone, where
+                              * legs are apart (residual.h) */
     int effect, key;         /* switched on with it; -1: none */
     bool base;               /* of the base model: never a finding */
     double min, max;         /* the box */
     double neutral;          /* of an effect's: the value that adds nothing */
-    double pull;             /* towards that, 1 / unit: decides where the data do not; 0: nothing pulls */
+    double pull;             /* towards that, 1 / unit: decides where the data
+                              * do not; 0: nothing pulls */
     double step;             /* of the difference quotient */
     enum residual_part parts;/* that depend on it */
 };
@@ -40,7 +43,8 @@ void fit_data_free(struct fit_data *d);
 bool fit_residual(const struct fit_data *d, const struct params *model, double *white);
 double fit_square(int n, const double *white); /* sum of squares */
 
-/* Sum of white squares of what an effect of the model contributes; 0 where the model cannot do without it. */
+/* Sum of white squares of what an effect of the model contributes; 0 where the model
+ * cannot do without it. */
 double fit_contribution(const struct fit_data *d, const struct params *model, int effect);
 
 /* Columns of d white / d variable at the model, [variable][values]. */
@@ -51,8 +55,8 @@ struct fit_pull {
     double pull, off;
 };
 
-/* x minimises |r + sum x_i column_i|^2 + sum (pull_i (x_i + off_i))^2 with min <= x <= max. n columns of so many values. pull may be NULL;
- * the deviations have it in. False when singular. */
+/* x minimises |r + sum x_i column_i|^2 + sum (pull_i (x_i + off_i))^2 with min <= x <= max. n
+ * columns of so many values. pull may be NULL; the deviations have it in. False when singular. */
 bool fit_box(int n, int values, const double *residual, const double *const *column, const struct fit_pull *pull, const double *min,
              const double *max, double *x, double *std);
 
@@ -62,10 +66,12 @@ struct fit_result {
     double std[FIT_VARIABLES];
 };
 
-/* Variables that are fitted beside others, but linearly: the rest of the model while a hypothesis is tried. */
+/* Variables that are fitted beside others, but linearly: the rest of the model while a
+ * hypothesis is tried. */
 struct linear_part {
     int n;
-    const double *raw;                  /* residuals of the model without the others, from fit_raw: these differ in the others alone */
+    const double *raw;                  /* residuals of the model without the others, from fit_raw:
+                                         * these differ in the others alone */
     const double *column;               /* [n][values] */
     const double *gram;                 /* [n][n], from fit_gram */
     const double *min, *max;
@@ -75,17 +81,19 @@ struct linear_part {
 /* Products of columns with each other, [n][n]. */
 void fit_gram(int n, int values, const double *column, double *gram);
 
-/* Sum of white squares at a model with the linear part at its best; infinite where it cannot make this motion. white: its residuals. */
+/* Sum of white squares at a model with the linear part at its best; infinite where it cannot make
+ * this motion. white: its residuals. */
 double fit_start(const struct fit_data *d, const struct params *model, int variables, const struct variable *v,
                  const struct linear_part *linear, double *white);
 
-/* How much of a change brings white residuals closest to zero, the linear part moved along; 0 where nothing tells. */
+/* How much of a change brings white residuals closest to zero, the linear part moved along; 0
+ * where nothing tells. */
 double fit_share(const struct fit_data *d, const double *white, const double *change, const struct linear_part *linear);
 bool fit_raw(const struct fit_data *d, const struct params *model, double *raw);
 
-/* Fits the variables from where the model is; the result is in the model. once: variables whose columns are computed at the first
- * iteration only. once and linear may be NULL. */
-struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v,
-                            const bool *once, const struct linear_part *linear, int iterations);
+/* Fits the variables from where the model is; the result is in the model. once: variables whose
+ * columns are computed at the first iteration only. once and linear may be NULL. */
+struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v, const bool *once,
+                            const struct linear_part *linear, int iterations);
 
 #endif

@@ -57,7 +57,8 @@ bool gap_given_alike(const struct gap_effect *effect, int key) {
 
 double gap_deviation(const struct gap_effect *e, int key, int leg) {
     const struct effect_key *k = &effect_table[e->effect]->keys[key];
-    bool shapes = k->reciprocal || k->typical == k->neutral; /* it is no strength that is 0 at its neutral value */
+    /* it is no strength that is 0 at its neutral value */
+    bool shapes = k->reciprocal || k->typical == k->neutral;
     double law = effect_table[e->effect]->law_error * (e->values.value[key][leg] - (shapes ? 0.0 : k->neutral));
     return e->std[key][leg] > 0.0 ? hypot(e->std[key][leg], law) : 0.0;
 }
@@ -73,7 +74,8 @@ const char *gap_place_words(const struct gap_place *p, char words[GAP_WORDS]) {
         snprintf(words, GAP_WORDS, "test %s at %.3g Hz, %s of leg %d, harmonic %d", dof_names[p->dof], p->frequency_hz,
                  gap_channel_names[p->channel], p->leg + 1, p->harmonic);
     else
-        snprintf(words, GAP_WORDS, "at %.4g s near %.2g Hz, %s of leg %d", p->at_s, p->frequency_hz, gap_channel_names[p->channel], p->leg + 1);
+        snprintf(words, GAP_WORDS, "at %.4g s near %.2g Hz, %s of leg %d", p->at_s, p->frequency_hz, gap_channel_names[p->channel],
+                 p->leg + 1);
     return words;
 }
 

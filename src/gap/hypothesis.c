@@ -11,8 +11,7 @@
 
 /* One axis has a mass, a weight and a friction; joints, pose and inertias are a platform's. */
 static bool moves_force(const struct params *model, const struct effect *e, const struct machine *a, const struct machine *b) {
-    if (model->mechanism == MECHANISM_AXIS)
-        return e->leg_friction || e->wrench || DIFFER(bodies.payload_kg) || DIFFER(bodies.gravity_mps2);
+    if (model->mechanism == MECHANISM_AXIS) return e->leg_friction || e->wrench || DIFFER(bodies.payload_kg) || DIFFER(bodies.gravity_mps2);
     return e->leg_friction || e->joint_friction || e->wrench || DIFFER(bodies);
 }
 
@@ -20,10 +19,12 @@ static bool moves_pressure(const struct effect *e, const struct machine *a, cons
     return e->opening || e->command || DIFFER(supply) || DIFFER(oil) || DIFFER(valve) || DIFFER(line) || DIFFER(timing.command_delay_s);
 }
 
-/* What has to be computed again under an effect: by what it changes in the machine, and by its laws. */
+/* What has to be computed again under an effect: by what it changes in the machine,
+ * and by its laws. */
 struct reach {
     enum residual_part parts;
-    bool own; /* a leg's value moves the residuals of no other leg: neither the bodies nor the pose depend on it */
+    bool own; /* a leg's value moves the residuals of no other leg: neither the
+               * bodies nor the pose depend on it */
 };
 
 static struct reach effect_reach(const struct params *model, int effect) {
@@ -48,7 +49,8 @@ static double difference_step(const struct effect_key *k) {
     return 0.02 * (typical > 0.0 ? typical : fabs(k->typical));
 }
 
-/* Ten times the typical size costs one white square: nothing beside data that see the effect at all. */
+/* Ten times the typical size costs one white square: nothing beside data that see
+ * the effect at all. */
 static double pull(const struct effect_key *k) {
     return k->reciprocal || k->typical == k->neutral ? 0.0 : 0.1 / fabs(k->typical - k->neutral);
 }
@@ -60,8 +62,17 @@ static void add_variable(struct hypothesis *h, int key, int leg, struct reach re
         .name = k->name,
         .offset = offsetof(struct params, effects) + (size_t)h->effect * sizeof(struct effect_values) +
                   offsetof(struct effect_values, value) + (size_t)key * LEGS * sizeof(double),
-        .leg = leg, .legs = LEGS, .own = leg >= 0 && reach.own, .effect = h->effect, .key = key,
-        .min = k->min, .max = k->max, .neutral = k->neutral, .pull = pull(k), .step = difference_step(k), .parts = reach.parts,
+        .leg = leg,
+        .legs = LEGS,
+        .own = leg >= 0 && reach.own,
+        .effect = h->effect,
+        .key = key,
+        .min = k->min,
+        .max = k->max,
+        .neutral = k->neutral,
+        .pull = pull(k),
+        .step = difference_step(k),
+        .parts = reach.parts,
     };
 }
 
@@ -130,9 +141,11 @@ static bool alike(const struct hypothesis *h, const struct variable *base) {
 
 enum parallel hypothesis_parallel(const struct hypothesis *h, const struct variable *base) {
     if (!alike(h, base)) return PARALLEL_NOT;
-    if (base->leg < 0) return h->shape < 0 ? PARALLEL_SAME : PARALLEL_NOT; /* one leg: the base has all legs alike */
+    /* one leg: the base has all legs alike */
+    if (base->leg < 0) return h->shape < 0 ? PARALLEL_SAME : PARALLEL_NOT;
     if (h->shape >= 0 && h->shape != base->leg) return PARALLEL_NOT;
-    bool beside = h->shape == SHAPE_ALL && base->legs > 1 && base->effect != h->effect; /* another number, of legs that differ */
+    /* another number, of legs that differ */
+    bool beside = h->shape == SHAPE_ALL && base->legs > 1 && base->effect != h->effect;
     return beside ? PARALLEL_DRAWN : PARALLEL_SAME;
 }
 

@@ -7,15 +7,23 @@
 #include "experiment.h"
 
 static const double SQUARE_MAX = 1.5;      /* mean white square: more is no noise */
-static const double SCATTER = 6.0;         /* and more than a few values scatter by, in standard deviations */
-static const double OFFSET_SIGMAS = 6.0, OFFSET_SHARE = 0.05; /* friction unlike in the two directions */
-static const double SHARE_MAX = 0.3;       /* of the excess that may stay unexplained, in the equations and in the simulation */
-static const double FLOORS_MAX = 2.0;      /* noise floors that may be left, in the measured motion too, */
-static const double LEFT_MAX = 0.02;       /* or so much of the variation, where there is hardly any noise; */
+static const double SCATTER = 6.0;         /* and more than a few values scatter by, in
+                                            * standard deviations */
+static const double OFFSET_SIGMAS = 6.0, OFFSET_SHARE = 0.05; /* friction unlike in the
+                                                               * two directions */
+static const double SHARE_MAX = 0.3;       /* of the excess that may stay unexplained, in the
+                                            * equations and in the simulation */
+static const double FLOORS_MAX = 2.0;      /* noise floors that may be left, in the
+                                            * measured motion too, */
+static const double LEFT_MAX = 0.02;       /* or so much of the variation, where there
+                                            * is hardly any noise; */
 static const double LEFT_SHARE = 0.1;      /* a smaller share of the gap is the model's own error */
-static const double VISIBLE = 0.2;         /* of the squared noise: what a simulation leaves that starts and steps otherwise (0.06) */
-static const double LINE_SHARE = 0.1;       /* of the gap in its channel: a weaker line says nothing against what explains that */
-static const double THIRD_SHARE = 0.05;    /* of the excess: what takes three effects of that weight is none of them */
+static const double VISIBLE = 0.2;         /* of the squared noise: what a simulation leaves that
+                                            * starts and steps otherwise (0.06) */
+static const double LINE_SHARE = 0.1;       /* of the gap in its channel: a weaker line says nothing
+                                             * against what explains that */
+static const double THIRD_SHARE = 0.05;    /* of the excess: what takes three effects of that
+                                            * weight is none of them */
 
 #define SAY(r, ...) snprintf((r)->reason, sizeof (r)->reason, __VA_ARGS__)
 #define ADVISE(r, ...) snprintf((r)->next_experiment, sizeof (r)->next_experiment, __VA_ARGS__)
@@ -34,8 +42,9 @@ static bool remains(const struct remainder *m) {
 
 static double square(double x) { return x * x; }
 
-/* What a simulation with effects is held to. Constants are not: a leg in a dead band stands where it came to stand, a chamber whose valve
- * stays shut keeps what oil it has, and the equations hold both against the measured motion. */
+/* What a simulation with effects is held to. Constants are not: a leg in a dead band stands where
+ * it came to stand, a chamber whose valve stays shut keeps what oil it has, and the equations hold
+ * both against the measured motion. */
 static double counts(const struct gap_result *r, const struct gap_size *size) {
     return square(r->simulated && r->effects ? size->varying : size->overall);
 }
@@ -46,8 +55,9 @@ static double left_share(const struct gap_result *r) {
     return left > 0.0 ? left < gap ? left / gap : 1.0 : 0.0;
 }
 
-/* The equations are content, but the model with the effects still does not move as the rig did, or not as the rig of the other log: by more
- * than noise, beyond doubt. What is left at the noise contradicts nothing, however large a share of a small gap it is. */
+/* The equations are content, but the model with the effects still does not move as the rig did, or
+ * not as the rig of the other log: by more than noise, beyond doubt. What is left at the noise
+ * contradicts nothing, however large a share of a small gap it is. */
 static bool refuted(const struct gap_result *r) {
     double floor = counts(r, &r->noise_floor), after = counts(r, &r->held_out_after);
     bool much = after > fmax(square(FLOORS_MAX) * floor, square(LEFT_MAX)) && left_share(r) > LEFT_SHARE;
@@ -62,14 +72,16 @@ static bool leaves_constants(const struct gap_result *r) {
     return r->simulated && left > VISIBLE * square(r->noise_floor.overall) && varies < 0.5 * left;
 }
 
-/* A line that the model with the effects has not, and that is no trifle beside what they explain. */
+/* A line that the model with the effects has not, and that is no trifle beside
+ * what they explain. */
 static bool line_remains(const struct gap_result *r) {
     double gap = r->held_out_before.channel[r->line.channel], floor = r->noise_floor.channel[r->line.channel];
     bool trifle = r->effects && r->line.rms < LINE_SHARE * sqrt(fmax(gap * gap - floor * floor, 0.0));
     return r->line.hz > 0.0 && !r->line_simulated && !trifle;
 }
 
-/* The third by its weight; the one in doubt, which was found last, where there is one: nobody can say what it is. */
+/* The third by its weight; the one in doubt, which was found last, where there is one: nobody
+ * can say what it is. */
 static bool imitated(const struct gap_result *r, const struct remainder *m) {
     if (r->effects < 3) return false;
     double z = r->effect[r->ambiguous ? r->in_doubt : 2].z;
@@ -102,7 +114,8 @@ static bool unknown(struct gap_result *r, const struct remainder *m) {
 
 extern const struct effect cylinder_coulomb_friction;
 
-/* On one axis, friction that is stronger in one direction is symmetric friction beside a constant force. */
+/* On one axis, friction that is stronger in one direction is symmetric friction beside
+ * a constant force. */
 static bool offset_rival(const struct gap_result *r) {
     const struct params *p = &r->model;
     if (p->mechanism != MECHANISM_AXIS) return false;
@@ -117,7 +130,8 @@ static bool offset_rival(const struct gap_result *r) {
     return rival;
 }
 
-/* The effects that the configuration has, or those that it has not, with words about them; false: there are none. */
+/* The effects that the configuration has, or those that it has not, with words about them;
+ * false: there are none. */
 static bool list(struct gap_result *r, bool given, const char *before, const char *after) {
     int left = 0;
     for (int i = 0; i < r->effects; i++) left += r->effect[i].given.on == given;
@@ -166,8 +180,7 @@ void judge(struct gap_result *r, const struct remainder *m) {
         if (m->law_error > 0.0 && m->after > SQUARE_MAX * m->values)
             SAY(r, "what is left is noise, and no more than the effects in the configuration leave by themselves (mean white square %.1f)",
                 m->after / m->values);
-        else
-            SAY(r, "what is left between model and measurement is noise");
+        else SAY(r, "what is left between model and measurement is noise");
     }
     char text[GAP_TEXT];
     if (r->effects && r->replay_fault[0]) {
@@ -181,8 +194,10 @@ void judge(struct gap_result *r, const struct remainder *m) {
         append(r, text);
     }
     if (r->sampled_s > 0.0) {
-        snprintf(text, sizeof text, "; the log has a sample each %.3g ms, the controller's cycle (loop.period_s) is %.3g ms: what it commanded "
-                 "between is not known", 1e3 * r->sampled_s, 1e3 * r->model.loop.period_s);
+        snprintf(text, sizeof text,
+                 "; the log has a sample each %.3g ms, the controller's cycle (loop.period_s) is %.3g ms: what it commanded "
+                 "between is not known",
+                 1e3 * r->sampled_s, 1e3 * r->model.loop.period_s);
         append(r, text);
     }
     if (r->controller_differs) {

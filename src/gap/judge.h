@@ -8,7 +8,8 @@
 struct remainder {
     int values;
     double before, after;      /* excess of the base; sum of squares with the effects */
-    double law_error;          /* of that, as much as the laws of the effects there are may be off */
+    double law_error;          /* of that, as much as the laws of the effects there are may be
+                                * off */
 };
 
 /* From a result that is complete but for these: fills verdict, reason and next_experiment. */

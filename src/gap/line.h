@@ -4,7 +4,8 @@
 
 #include "gap.h"
 
-/* The strongest line of all tests and channels; 0 Hz where none is so much above the noise. share: of the power that makes a line. */
+/* The strongest line of all tests and channels; 0 Hz where none is so much above the noise. share:
+ * of the power that makes a line. */
 struct gap_line line_find(const struct recording *recording, double share);
 
 #endif

@@ -9,12 +9,13 @@
 
 enum { FEATURES = 6 };
 
-static const char *const feature_names[FEATURES] = {"static", "peak_speed", "peak_acceleration", "velocity_reversal", "spool_reversal",
-                                                    "one_direction"};
+static const char *const feature_names[FEATURES] = {"static",         "peak_speed",   "peak_acceleration", "velocity_reversal",
+                                                    "spool_reversal", "one_direction"};
 
 static double sign(double x) { return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : 0.0; }
 
-/* What the residual of a leg looks like most: the share of its square that a template of the motion takes. */
+/* What the residual of a leg looks like most: the share of its square that a template of
+ * the motion takes. */
 static const char *feature(const struct residual_test *t, int leg, const double *residual) {
     const struct spectrum *s = &t->spectrum;
     double product[FEATURES] = {0}, square[FEATURES] = {0}, mean = 0.0, value[PHASES], best = -1.0;
@@ -42,9 +43,7 @@ static const char *feature(const struct residual_test *t, int leg, const double 
     return feature_names[found];
 }
 
-static enum gap_channel channel_of(int kind) {
-    return kind == RESIDUAL_FORCE ? GAP_FORCE : kind == RESIDUAL_P1 ? GAP_P1 : GAP_P2;
-}
+static enum gap_channel channel_of(int kind) { return kind == RESIDUAL_FORCE ? GAP_FORCE : kind == RESIDUAL_P1 ? GAP_P1 : GAP_P2; }
 
 static int by_share(const void *a, const void *b) {
     const struct gap_place *x = a, *y = b;
@@ -70,9 +69,15 @@ int places_find(const struct diagnosis *d, const struct recording *recording, co
                     for (next = a; next < t->size && t->rate[next] == t->rate[a]; next++) share += white[k][q][next] * white[k][q][next];
                     if (!(share > 0.0)) continue; /* not evaluated */
                     bool steady = t->spectrum.cycles;
-                    list[n++] = (struct gap_place){.test = of->test, .dof = of->dof, .at_s = of->start_s, .piece_s = of->piece_s,
-                                                   .frequency_hz = steady ? of->frequency_hz : t->rate[a] / (2.0 * PI), .leg = k,
-                                                   .harmonic = steady ? (a + 1) / 2 : 1, .channel = channel_of(q), .share = share,
+                    list[n++] = (struct gap_place){.test = of->test,
+                                                   .dof = of->dof,
+                                                   .at_s = of->start_s,
+                                                   .piece_s = of->piece_s,
+                                                   .frequency_hz = steady ? of->frequency_hz : t->rate[a] / (2.0 * PI),
+                                                   .leg = k,
+                                                   .harmonic = steady ? (a + 1) / 2 : 1,
+                                                   .channel = channel_of(q),
+                                                   .share = share,
                                                    .feature = feature(t, k, raw[k][q])};
                     whole += share;
                 }

@@ -14,7 +14,8 @@
 
 static const int64_t SLACK_CYCLES = 1000;
 static const double NOISE_ALONE = 1e-6; /* the model's error, which counts for nothing here */
-static const double WIDER = 4.0; /* limits: a model that comes nearer to one than the rig shows it in the gap */
+static const double WIDER = 4.0; /* limits: a model that comes nearer to one than the
+                                  * rig shows it in the gap */
 
 /* The tests of a run, in its order, and nothing that a controller on a desk has to fear. */
 static struct params replay_params(const struct params *model, const struct recording *like, int run) {
@@ -127,8 +128,8 @@ bool replay_identify(const struct params *params, const struct recording *record
     struct params driven = *params;
     driven.tests = recording->run[0]; /* at the frequency at which the legs moved */
     bool ok = id && ident_init(id, &driven, &error) == STATUS_OK;
-    for (int i = 0; i < recording->tests && ok; i++)
-        if (!recording->test[i].run) feed(id, &recording->test[i]); /* the six tests are the first run's */
+    for (int i = 0; i < recording->tests && ok; i++)        /* the six tests are the first run's */
+        if (!recording->test[i].run) feed(id, &recording->test[i]);
     ok = ok && (ident_end(id), ident_solve(id));
     if (ok) memcpy(mt, id->result.method_a.mt, sizeof id->result.method_a.mt);
     free(id);
@@ -194,8 +195,8 @@ static struct gap_size size_of(const struct sums *sums, const struct part *part)
     return size;
 }
 
-/* Mean square of a constant. It may be anywhere its cycles are: chambers whose valve stays shut are in no steady state, and no two runs of
- * one machine are in the same. */
+/* Mean square of a constant. It may be anywhere its cycles are: chambers whose valve stays shut are
+ * in no steady state, and no two runs of one machine are in the same. */
 static double constant_left(const struct spectrum *s, int channel, int leg) { return s->cycles * square(s->std[channel][leg][0]); }
 
 /* Mean square that noise leaves in the rest of a mean cycle. */
@@ -203,7 +204,8 @@ static double varying_left(const struct spectrum *s, int size, int channel, int 
     return mean_square(size, s->std[channel][leg]) - square(s->std[channel][leg][0]);
 }
 
-/* One leg's channel: of the difference of two mean cycles and of the noise: of the samples, and what that leaves in both mean cycles. */
+/* One leg's channel: of the difference of two mean cycles and of the noise: of the samples, and
+ * what that leaves in both mean cycles. */
 static void compare_rows(const struct spectrum *m, const struct spectrum *s, int ch, int leg, int gap_channel, struct sums *sums) {
     int size = 1 + 2 * (m->harmonics < s->harmonics ? m->harmonics : s->harmonics);
     const double *measured = m->mean[ch][leg];
@@ -217,8 +219,11 @@ static void compare_rows(const struct spectrum *m, const struct spectrum *s, int
 }
 
 static void compare_test(const struct spectrum *m, const struct spectrum *s, struct sums *sums) {
-    static const int channel[CHANNELS] = {[CHANNEL_LENGTH] = GAP_LENGTH, [CHANNEL_P1] = GAP_P1, [CHANNEL_P2] = GAP_P2,
-                                          [CHANNEL_VALVE] = GAP_VALVE, [CHANNEL_FORCE] = GAP_FORCE};
+    static const int channel[CHANNELS] = {[CHANNEL_LENGTH] = GAP_LENGTH,
+                                          [CHANNEL_P1] = GAP_P1,
+                                          [CHANNEL_P2] = GAP_P2,
+                                          [CHANNEL_VALVE] = GAP_VALVE,
+                                          [CHANNEL_FORCE] = GAP_FORCE};
     for (int k = 0; k < LEGS; k++)
         for (int ch = 0; ch < CHANNELS; ch++) compare_rows(m, s, ch, k, channel[ch], sums);
 }
@@ -235,7 +240,8 @@ void replay_compare(const struct recording *measured, const struct recording *si
     *noise = size_of(&sums, &sums.noise);
 }
 
-/* The same of the equations' row, in which the noise of the motion is, too. Of a piece that is all: beyond its band nothing was asked. */
+/* The same of the equations' row, in which the noise of the motion is, too. Of a piece that is all:
+ * beyond its band nothing was asked. */
 static void add_rows(struct sums *sums, int gap_channel, const struct residual_test *t, int channel, int leg, int kind, const double *row,
                      const struct whitener *w) {
     double left = 0.0, left_over = 0.0;
@@ -247,7 +253,8 @@ static void add_rows(struct sums *sums, int gap_channel, const struct residual_t
         double noise = square(t->spectrum.noise[channel][leg]);
         left += (t->spectrum.cycles - 1) * square(t->std[channel][leg][0]) + noise, left_over += noise;
     }
-    add(&sums->difference, gap_channel, left_over, 0.0); /* the motion is the measured one: no run began elsewhere */
+    /* the motion is the measured one: no run began elsewhere */
+    add(&sums->difference, gap_channel, left_over, 0.0);
     add(&sums->noise, gap_channel, left, 0.0);
     sums->variation[gap_channel] += residual_variation(t, channel, leg);
     sums->rows[gap_channel]++;

@@ -1,13 +1,15 @@
-/* Replay: the model driven as the rig was. Closed loop: same reference and controller, on the plant with its sensors (closed form engine:
- * it need not be the rig's). Motion: the measured motion and commands, which needs no controller (residual.h). */
+/* Replay: the model driven as the rig was. Closed loop: same reference and controller, on the plant
+ * with its sensors (closed form engine: it need not be the rig's). Motion: the measured motion and
+ * commands, which needs no controller (residual.h). */
 #ifndef HEXID_REPLAY_H
 #define HEXID_REPLAY_H
 
 #include "gap.h"
 #include "spectrum.h"
 
-/* Runs the tests of `like` on the model, run by run; `out` holds what a log of that run would, and is
- * the caller's to free, also after an error. -2 when the model's run ends in a fault, -3 without memory. */
+/* Runs the tests of `like` on the model, run by run; `out` holds what a log of that run would,
+ * and is the caller's to free, also after an error. -2 when the model's run ends in a fault,
+ * -3 without memory. */
 int replay_closed_loop(const struct params *model, const struct recording *like, struct recording *out, struct error *error);
 
 /* One of two runs of the same tests. */
@@ -26,18 +28,21 @@ void replay_free(struct replay both[2]);
 /* The second model's run. */
 static inline const struct recording *replay_after(const struct replay both[2]) { return both[1].model ? &both[1].run : &both[0].run; }
 
-/* The inertia matrix identified from a recording (method A), of its first run alone. False without six complete tests. */
+/* The inertia matrix identified from a recording (method A), of its first run alone. False without
+ * six complete tests. */
 bool replay_identify(const struct params *params, const struct recording *recording, double mt[DOFS][DOFS]);
 
-/* The same, and what the model's friction effects do to it taken off: the difference of two runs of the model, with them and without. False
- * also where a run does not come to its end. */
+/* The same, and what the model's friction effects do to it taken off: the difference of two runs of
+ * the model, with them and without. False also where a run does not come to its end. */
 bool replay_repair(const struct params *params, const struct params *model, const struct recording *measured, double mt[DOFS][DOFS]);
 
-/* Differences of two recordings of the same tests, over the cycles given of the measured one, and the measured one's noise. */
+/* Differences of two recordings of the same tests, over the cycles given of the measured one, and
+ * the measured one's noise. */
 void replay_compare(const struct recording *measured, const struct recording *simulated, enum cycles which, struct gap_size *difference,
                     struct gap_size *noise);
 
-/* The same without a simulation in closed loop: force and pressures under the measured motion; length and valve are not evaluated (NaN). */
+/* The same without a simulation in closed loop: force and pressures under the measured motion;
+ * length and valve are not evaluated (NaN). */
 void replay_motion(const struct params *model, const struct recording *measured, enum cycles which, struct gap_size *difference,
                    struct gap_size *noise);
 

@@ -8,15 +8,22 @@
 #include "inverse_dynamics.h"
 #include "machine.h"
 
-/* Set by machines with nothing hidden: of some forty effects tried the luckiest gains 5 to 10 on held-out cycles (make bench-gap). */
-static const double GAIN_MIN = 36.0;       /* of white squares, on fitted and held-out cycles together: z = 6; */
+/* Set by machines with nothing hidden: of some forty effects tried the luckiest gains 5 to 10 on
+ * held-out cycles (make bench-gap). */
+static const double GAIN_MIN = 36.0;       /* of white squares, on fitted and held-out
+                                            * cycles together: z = 6; */
 static const double GAIN_EACH = 4.0;       /* and of either alone: chance repeats in neither */
-static const double UNCLEAR_SHARE = 0.05;  /* of the first one's gain: less, where others come close to it, is nothing to be named */
-static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes less is not what is there */
-static const double RIVAL_GAIN = 16.0;     /* odds of 3000 to one, z = 4; or what its law may be off, */
-static const double RIVAL_MOST = 0.1;      /* or what it leaves above the noise, but no more than that of its gain */
+static const double UNCLEAR_SHARE = 0.05;  /* of the first one's gain: less, where others come close
+                                            * to it, is nothing to be named */
+static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes
+                                            * less is not what is there */
+static const double RIVAL_GAIN = 16.0;     /* odds of 3000 to one, z = 4; or what
+                                            * its law may be off, */
+static const double RIVAL_MOST = 0.1;      /* or what it leaves above the noise, but no more
+                                            * than that of its gain */
 
-enum { ROUNDS_MAX = 2 * GAP_EFFECTS }; /* effects that a later one makes leave may come again: not for ever */
+/* effects that a later one makes leave may come again: not for ever */
+enum { ROUNDS_MAX = 2 * GAP_EFFECTS };
 
 static double excess(double square, int values) { return fmax(square - values, 0.0); }
 
@@ -35,8 +42,10 @@ static void list_candidates(const struct diagnosis *d, const struct trial *trial
         for (int j = 0; j < r->candidates && !seen; j++) seen = r->candidate[j].effect == trial[i].hypothesis->effect;
         if (seen || r->candidates == EFFECTS_MAX) continue;
         double share = gap ? 1.0 - (trial[i].held_square - least) / before : 0.0;
-        r->candidate[r->candidates++] = (struct gap_candidate){.effect = trial[i].hypothesis->effect, .shape = trial[i].hypothesis->shape,
-                                                               .gain = trial[i].gain, .z = likelihood(d, &trial[i]),
+        r->candidate[r->candidates++] = (struct gap_candidate){.effect = trial[i].hypothesis->effect,
+                                                               .shape = trial[i].hypothesis->shape,
+                                                               .gain = trial[i].gain,
+                                                               .z = likelihood(d, &trial[i]),
                                                                .share_explained = share};
     }
 }
@@ -50,8 +59,8 @@ static double margin(const struct diagnosis *d, const struct trial *best) {
     return fmax(fmax(RIVAL_GAIN, law_error(best)), fmin(left, RIVAL_MOST * trial_evidence(best)));
 }
 
-/* As close to the best. Between two effects, not one a limit of the other, parameters are not counted: a spring in six ways that has one of
- * them is no worse for that. */
+/* As close to the best. Between two effects, not one a limit of the other, parameters are not
+ * counted: a spring in six ways that has one of them is no worse for that. */
 static bool is_rival(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
     bool each = best->hypothesis->shape == SHAPE_EACH || t->hypothesis->shape == SHAPE_EACH;
     double ahead = each ? best->gain - t->gain : trial_rise(best) - trial_rise(t);
@@ -63,7 +72,8 @@ static bool overfits(const struct trial *t, const struct trial *best) {
     return t->hypothesis->shape == SHAPE_EACH && best->hypothesis->shape != SHAPE_EACH && t->held_gain < best->held_gain;
 }
 
-/* A play of the command that its noise shakes through is none: what looks like it is that noise where the spool passes zero. */
+/* A play of the command that its noise shakes through is none: what looks like it is that noise
+ * where the spool passes zero. */
 static bool dithered(const struct diagnosis *d, const struct trial *t) {
     int effect = t->hypothesis->effect;
     double most = 0.0, square = 0.0;
@@ -84,7 +94,8 @@ static double dry_friction(const struct params *model, double speed_mps) {
     return sum;
 }
 
-/* A friction most of which is gone where a leg surely slides is none that can be seen: a leg that may be held takes up what noise there is. */
+/* A friction most of which is gone where a leg surely slides is none that can be seen: a leg that
+ * may be held takes up what noise there is. */
 static bool held_only(const struct diagnosis *d, const struct trial *t) {
     double sliding_mps = 2.0 * INVERSE_DYNAMICS_SLOW_MPS;
     if (!effect_table[t->hypothesis->effect]->leg_friction) return false;
@@ -116,8 +127,8 @@ static void put_first(struct trial *trial, int place) {
     trial[0] = first;
 }
 
-/* Is it a limit of the best one that explains as much: another effect, or all legs alike where each had its own value? A value for each leg
- * has to pay as an effect has to. */
+/* Is it a limit of the best one that explains as much: another effect, or all legs alike where each
+ * had its own value? A value for each leg has to pay as an effect has to. */
 static bool as_good(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
     const struct hypothesis *h = t->hypothesis, *than = best->hypothesis;
     if (t->bound || !t->ok || !t->polished) return false;
@@ -135,7 +146,8 @@ static void prefer_simple(const struct diagnosis *d, struct trial *trial, int tr
         }
 }
 
-/* What is stuck at the end of its range, or noise, is not what is there: the best that is not comes first, the order of the others stays. */
+/* What is stuck at the end of its range, or noise, is not what is there: the best that is not comes
+ * first, the order of the others stays. */
 static void prefer_seen(const struct diagnosis *d, struct trial *trial, int trials) {
     for (int i = 0; i < trials && trial[i].ok && trial[i].polished; i++) {
         if (unseen(d, &trial[i])) continue;
@@ -167,7 +179,8 @@ static void drop_superfluous(struct diagnosis *d, struct gap_result *r) {
 
 enum doubt { NO_DOUBT, UNCLEAR, RECONSIDERED };
 
-/* An effect that had rivals while a later one was still hidden leaves once, to be judged again beside that. */
+/* An effect that had rivals while a later one was still hidden leaves once, to be judged
+ * again beside that. */
 static bool reconsider(struct diagnosis *d, enum doubt doubt[EFFECTS_MAX], struct gap_result *r) {
     for (int i = 0; i < d->added - 1; i++) {
         int effect = d->addition[i].effect;
@@ -184,13 +197,13 @@ static int keys_of(const struct hypothesis *h) {
     return keys;
 }
 
-/* Of deviations, which say what noise leaves open: what leaves more than noise is no surer than what it leaves. */
+/* Of deviations, which say what noise leaves open: what leaves more than noise is no surer
+ * than what it leaves. */
 static double left_over(const struct diagnosis *d) { return sqrt(fmax(d->held_square / d->held_out.evaluated, 1.0)); }
 
 /* Values and deviations of the effects added, from the fitted variables. */
 static void read_effects(const struct diagnosis *d, struct gap_result *r) {
-    for (int i = 0; i < r->effects; i++)
-        r->effect[i].values = d->model.effects[r->effect[i].effect];
+    for (int i = 0; i < r->effects; i++) r->effect[i].values = d->model.effects[r->effect[i].effect];
     for (int j = 0; j < d->variables; j++)
         for (int i = 0; i < r->effects; i++) {
             const struct variable *v = &d->variable[j];
@@ -222,7 +235,11 @@ static void find_skew(struct diagnosis *d, const struct recording *recording, st
     double std, ratio = recording_clock(recording, &std), off = fabs(ratio - given.timing.clock_ratio);
     if (!(off > RECORDING_CLOCK_TOLERANCE + 6.0 * std)) return;
     struct gap_effect *e = &r->effect[r->effects++];
-    *e = (struct gap_effect){.effect = effect, .shape = SHAPE_ALL, .keys = 1, .given = d->given->effects[effect], .share_explained = 1.0,
+    *e = (struct gap_effect){.effect = effect,
+                             .shape = SHAPE_ALL,
+                             .keys = 1,
+                             .given = d->given->effects[effect],
+                             .share_explained = 1.0,
                              .z = off / fmax(std, 1e-9)};
     effect_at(effect_table[effect], 0.0, &e->values);
     for (int leg = 0; leg < LEGS; leg++) e->values.value[0][leg] = ratio, e->std[0][leg] = std;
@@ -246,7 +263,8 @@ static void sort_effects(struct gap_result *r) {
         if (r->effect[i].effect == doubted) r->in_doubt = i;
 }
 
-/* What each effect explains: the larger of what it did alone, in the first round, and of what was gone when it joined the others. */
+/* What each effect explains: the larger of what it did alone, in the first round, and of what was
+ * gone when it joined the others. */
 static void share_out(const struct diagnosis *d, double first_held, struct gap_result *r) {
     double whole = first_held - d->held_square;
     for (int i = 0; i < r->effects; i++) {
@@ -262,10 +280,15 @@ static void share_out(const struct diagnosis *d, double first_held, struct gap_r
 static void read_base(const struct diagnosis *d, struct gap_result *r) {
     for (int i = 0; i < d->variables && r->base_values < GAP_BASE; i++) {
         const struct variable *v = &d->variable[i];
-        if (!v->base || v->effect >= 0) continue; /* joint positions and nulls: too many to read, none of them found */
+        /* joint positions and nulls: too many to read, none of them found */
+        if (!v->base || v->effect >= 0) continue;
         double value = variable_get(v, &d->model);
-        r->base[r->base_values++] = (struct gap_base_value){.name = v->name, .leg = v->leg, .given = variable_get(v, d->given), .value = value,
-                                                            .std = left_over(d) * d->std[i], .bound = value <= v->min || value >= v->max};
+        r->base[r->base_values++] = (struct gap_base_value){.name = v->name,
+                                                            .leg = v->leg,
+                                                            .given = variable_get(v, d->given),
+                                                            .value = value,
+                                                            .std = left_over(d) * d->std[i],
+                                                            .bound = value <= v->min || value >= v->max};
     }
 }
 
@@ -297,7 +320,9 @@ int search_effects(struct diagnosis *d, const struct recording *measured, const 
         if (round == 0) first = trial[0].held_gain;
         double before = d->held_square, z = likelihood(d, &trial[0]);
         struct gap_effect *e = &r->effect[r->effects];
-        *e = (struct gap_effect){.effect = effect, .shape = trial[0].hypothesis->shape, .given = d->given->effects[effect],
+        *e = (struct gap_effect){.effect = effect,
+                                 .shape = trial[0].hypothesis->shape,
+                                 .given = d->given->effects[effect],
                                  .keys = keys_of(trial[0].hypothesis)};
         if (!diagnosis_add(d, &trial[0])) break;
         r->effects++;

@@ -46,8 +46,10 @@ static void rows(const struct spectrum *s, int leg, channel_rows row) {
 static void put_measured(struct wave_test *t, const struct spectrum *s) {
     t->omega = s->omega;
     for (int leg = 0; leg < LEGS; leg++) {
-        double noise[GAP_CHANNELS] = {[GAP_LENGTH] = s->noise[CHANNEL_LENGTH][leg], [GAP_P1] = s->noise[CHANNEL_P1][leg],
-                                      [GAP_P2] = s->noise[CHANNEL_P2][leg], [GAP_FORCE] = s->noise[CHANNEL_FORCE][leg],
+        double noise[GAP_CHANNELS] = {[GAP_LENGTH] = s->noise[CHANNEL_LENGTH][leg],
+                                      [GAP_P1] = s->noise[CHANNEL_P1][leg],
+                                      [GAP_P2] = s->noise[CHANNEL_P2][leg],
+                                      [GAP_FORCE] = s->noise[CHANNEL_FORCE][leg],
                                       [GAP_VALVE] = s->noise[CHANNEL_VALVE][leg]};
         channel_rows row;
         rows(s, leg, row);
@@ -78,8 +80,13 @@ static double *side_row(struct wave *w, enum side side) { return side == BEFORE 
 static struct wave_test *add_test(struct waves *w, const struct recording_test *test, const struct spectrum *measured) {
     struct wave_test *t = &w->test[w->tests++];
     bool steady = !(test->piece_s > 0.0);
-    *t = (struct wave_test){.run = test->run, .test = test->test, .dof = test->dof, .at_s = test->start_s, .piece_s = test->piece_s,
-                            .from_s = steady ? 0.0 : test->start_s, .span_s = steady ? 1.0 / test->frequency_hz : test->piece_s};
+    *t = (struct wave_test){.run = test->run,
+                            .test = test->test,
+                            .dof = test->dof,
+                            .at_s = test->start_s,
+                            .piece_s = test->piece_s,
+                            .from_s = steady ? 0.0 : test->start_s,
+                            .span_s = steady ? 1.0 / test->frequency_hz : test->piece_s};
     put_measured(t, measured);
     return t;
 }

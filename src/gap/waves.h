@@ -1,4 +1,5 @@
-/* Mean cycles, and pieces of any motion, for pictures: what was measured, and what the model gives before and after the effects. Ordinary threads; heap. */
+/* Mean cycles, and pieces of any motion, for pictures: what was measured, and what the model gives
+ * before and after the effects. Ordinary threads; heap. */
 #ifndef HEXID_WAVES_H
 #define HEXID_WAVES_H
 
@@ -24,10 +25,12 @@ struct waves {
     int tests, legs;
     struct wave_test *test;
     bool evaluated[GAP_CHANNELS];   /* false: the model's rows are not there */
-    double variation[GAP_CHANNELS]; /* rms of what was measured about its mean, over all tests and legs */
+    double variation[GAP_CHANNELS]; /* rms of what was measured about its mean,
+                                     * over all tests and legs */
 };
 
-/* Of the closed loop, all channels: simulates again with the two models of the result. 0, or a negative status. */
+/* Of the closed loop, all channels: simulates again with the two models of the result. 0, or a
+ * negative status. */
 int waves_closed_loop(struct waves *w, const struct gap_result *result, const struct recording *measured, struct error *error);
 
 /* Of the equations under the measured motion: force and pressures. */

@@ -14,12 +14,14 @@ struct others {
     struct method_c result;
 };
 
-/* Q(a + 1, x) = Q(a, x) + x^a exp(-x) / Gamma(a + 1), from Q(1/2, x) = erfc(sqrt(x)) or Q(1, x) = exp(-x) on. */
+/* Q(a + 1, x) = Q(a, x) + x^a exp(-x) / Gamma(a + 1), from Q(1/2, x) = erfc(sqrt(x)) or Q(1,
+ * x) = exp(-x) on. */
 double agreement_chi_square_above(double x, int degrees) {
     double half = 0.5 * x, sum = degrees % 2 ? erfc(sqrt(half)) : exp(-half);
     int sign;
     if (!(x > 0.0)) return 1.0;
-    for (double a = degrees % 2 ? 0.5 : 1.0; a < 0.5 * degrees - 0.25; a += 1.0) sum += exp(a * log(half) - half - lgamma_r(a + 1.0, &sign));
+    for (double a = degrees % 2 ? 0.5 : 1.0; a < 0.5 * degrees - 0.25; a += 1.0)
+        sum += exp(a * log(half) - half - lgamma_r(a + 1.0, &sign));
     return fmin(sum, 1.0);
 }
 
@@ -30,7 +32,8 @@ static double deviation(const struct estimate *one, const struct estimate *other
 }
 
 /* The log against all the others; where these have no matrix, with nothing. */
-static void compare(int logs, const struct agreement_log *log, int l, const struct params *configured, struct others *o, struct agreement *a) {
+static void compare(int logs, const struct agreement_log *log, int l, const struct params *configured, struct others *o,
+                    struct agreement *a) {
     struct error none;
     double std;
     o->sum = (struct equations){0};
@@ -49,7 +52,8 @@ struct joined {
     double product[JOINED][JOINED], with[JOINED], square;
 };
 
-/* Adds a log's values, less others, weighted by the noise alone. Returns how many, or -1: their covariance is none. */
+/* Adds a log's values, less others, weighted by the noise alone. Returns how many, or -1: their
+ * covariance is none. */
 static int join(const struct agreement_log *log, const struct estimate *from, struct joined *n) {
     double covariance[VALUES * VALUES], difference[VALUES], column[JOINED][VALUES], solved[VALUES], std;
     int at[VALUES], count = 0;

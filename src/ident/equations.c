@@ -8,7 +8,8 @@
 #include "shape_sizes.h"
 
 static const double LEAST_N = 1e-3;  /* of dry friction: none */
-static const double OF_NO_WEIGHT = 1e-12; /* of an unknown's own product: a prior that only rounding sees */
+static const double OF_NO_WEIGHT = 1e-12; /* of an unknown's own product: a prior
+                                           * that only rounding sees */
 
 static double square(double x) { return x * x; }
 

@@ -13,7 +13,8 @@
 /* The machine found, while it is moved. */
 struct imagined {
     const struct loop_survey *survey;
-    struct params params;           /* with the tests asked for, the viscous friction found and no effects */
+    struct params params;           /* with the tests asked for, the viscous
+                                     * friction found and no effects */
     struct kinematics kinematics;
     struct cylinder_areas areas;
     struct inverse_dynamics dynamics;
@@ -96,7 +97,8 @@ static int add_test(struct imagined *m, int place, struct recording *recording, 
         memmove(m->length_m[0], m->length_m[1], 2 * sizeof m->length_m[0]);
         ik_lengths(&m->kinematics, pose, m->length_m[2]);
         if (now.phase != PHASE_RAMP_IN && now.phase != PHASE_EVALUATE) continue;
-        if (!sample_of(m, now.test_time_s, now.pose, &s)) return error_set(error, STATUS_USAGE, "no pose of this machine has these lengths");
+        if (!sample_of(m, now.test_time_s, now.pose, &s))
+            return error_set(error, STATUS_USAGE, "no pose of this machine has these lengths");
         if ((status = recording_append(test, &s, error))) return status;
         if (test->first < 0 && (dof == DOF_NONE || now.phase == PHASE_EVALUATE)) test->first = test->count - 1;
         test->end = test->count;
@@ -128,7 +130,8 @@ static int identify(struct imagined *m, struct recording *recording, struct meth
     return status;
 }
 
-/* The part of the variance that the joints' tolerance has is the same in every draw, and takes most of the time: found once, with the first draw. */
+/* The part of the variance that the joints' tolerance has is the same in every draw, and takes most
+ * of the time: found once, with the first draw. */
 static int find_joints(struct imagined *m, const struct method_result *exact, struct recording *recording, struct method_c *c,
                        double variance[DOFS][DOFS], struct error *error) {
     int status = identify(m, recording, c, error);

@@ -1,19 +1,23 @@
-/* What a test would give, before it is run: the deviations that method C would state, by method C itself, of the test's recording as the machine
- * that a survey found would make it. That machine moves as the loop follows (the survey's response at each axis's frequency), needs the forces of
- * the configured bodies with the friction found, and is read with the noise found, lengths rounded as configured. Ordinary threads; heap. */
+/* What a test would give, before it is run: the deviations that method C would state, by method C
+ * itself, of the test's recording as the machine that a survey found would make it. That machine
+ * moves as the loop follows (the survey's response at each axis's frequency), needs the forces of
+ * the configured bodies with the friction found, and is read with the noise found, lengths rounded
+ * as configured. Ordinary threads; heap. */
 #ifndef HEXID_EXCITATION_H
 #define HEXID_EXCITATION_H
 
 #include "loop_survey.h"
 
 struct excitation {
-    double worst_pct;      /* the largest standard deviation of an entry, in per cent of sqrt(M_ii M_jj); infinite: some entry is not determined */
+    double worst_pct;      /* the largest standard deviation of an entry, in per cent of sqrt(M_ii
+                            * M_jj); infinite: some entry is not determined */
     enum dof row, column;  /* of that entry, row <= column */
     double axis_pct[DOFS]; /* the largest of each row */
 };
 
-/* tests: six sinusoids one after another, or a multisine. With so many draws of the noise: the mean of the largest deviation, which is itself known
- * no better than a tenth from one (the noise and the dry friction that method C finds are in it). -2: method C refuses; -3: memory. */
+/* tests: six sinusoids one after another, or a multisine. With so many draws of the noise: the mean
+ * of the largest deviation, which is itself known no better than a tenth from one (the noise and
+ * the dry friction that method C finds are in it). -2: method C refuses; -3: memory. */
 int excitation_predict(const struct loop_survey *survey, const struct params *params, const struct test_params *tests, int draws,
                        struct excitation *result, struct error *error);
 

@@ -8,13 +8,16 @@
 
 enum { STRIBECK = 0, LOAD = 2, SEAL = 3, SEALS = UNKNOWN_SHAPES - SEAL };
 static const double LOW_MPS[LOAD - STRIBECK] = {0.01, 0.03};
-static const double GIVE_M[SEALS] = {20e-6, 40e-6, 80e-6, 160e-6, 320e-6}; /* what lies between two of them they make up to a thousandth */
+/* what lies between two of them they make up to a thousandth */
+static const double GIVE_M[SEALS] = {20e-6, 40e-6, 80e-6, 160e-6, 320e-6};
 static const double RESOLVED = 0.125; /* of the period of the motion's highest harmonic */
-static const double STICK_MPS = 3e-3; /* as harmonics show a leg that is at rest, or whose friction is ahead of its speed: with less the errors on
-                                         simulated machines are above what is stated */
+static const double STICK_MPS = 3e-3; /* as harmonics show a leg that is at rest, or whose friction
+                                       * is ahead of its speed: with less the errors on simulated
+                                       * machines are above what is stated */
 static const double NO_DOUBT = 1e-9, LEAST = 1e-300;
 
-/* Position, rate and acceleration of each leg at each phase, as friction is taken from them, and the rate's variance. */
+/* Position, rate and acceleration of each leg at each phase, as friction is taken from them, and
+ * the rate's variance. */
 struct motion {
     double leg[PHASES][LEGS][3], variance[LEGS];
     double turns_radps;      /* of all legs together: rms acceleration over rms speed */
@@ -22,7 +25,8 @@ struct motion {
 
 static double square(double x) { return x * x; }
 
-/* Of each harmonic of each leg's length, how much of it is no noise: by its mean square over the legs, that of a higher harmonic at least. */
+/* Of each harmonic of each leg's length, how much of it is no noise: by its mean square over the
+ * legs, that of a higher harmonic at least. */
 static void find_kept(const struct residual_test *t, double noise[LEGS][SPECTRUM_SIZE], double kept[LEGS][SPECTRUM_SIZE]) {
     const struct spectrum *s = &t->spectrum;
     double motion = 0.0;
@@ -59,12 +63,15 @@ static void find_motion(struct motion *m, const struct residual_test *t, const s
 }
 
 static void find_direction(struct friction_course *c, const struct residual_test *t, const struct motion *m, int leg) {
-    double resolution_s = RESOLVED * 2.0 * PI / (t->spectrum.omega * t->spectrum.harmonics), step_s = 2.0 * PI / (t->spectrum.omega * PHASES);
+    double resolution_s = RESOLVED * 2.0 * PI / (t->spectrum.omega * t->spectrum.harmonics),
+           step_s = 2.0 * PI / (t->spectrum.omega * PHASES);
     double place[PHASES], at = 0.0;
     for (int i = 0; i < t->phases; i++) {
         double rate = m->leg[i][leg][1], acceleration = m->leg[i][leg][2];
-        double uniform = (square(acceleration * resolution_s) + square(STICK_MPS)) / 3.0; /* within +-1 of each */
-        double other = erfc(fabs(rate) / sqrt(2.0 * (m->variance[leg] + uniform))); /* twice the probability of the other direction */
+        /* within +-1 of each */
+        double uniform = (square(acceleration * resolution_s) + square(STICK_MPS)) / 3.0;
+        /* twice the probability of the other direction */
+        double other = erfc(fabs(rate) / sqrt(2.0 * (m->variance[leg] + uniform)));
         c->rate_mps[i][leg] = rate;
         c->direction[i][leg] = copysign(1.0 - other, rate);
         c->doubt[i][leg] = other * (2.0 - other);
@@ -77,7 +84,8 @@ static void find_direction(struct friction_course *c, const struct residual_test
     c->round[leg] = t->spectrum.cycles ? at : (double)INFINITY;
 }
 
-/* Dahl's law, dz = (direction - z) |dx| / give, after each step of the motion: of a cycle the state that repeats, else from a leg that slid. */
+/* Dahl's law, dz = (direction - z) |dx| / give, after each step of the motion: of a cycle the state
+ * that repeats, else from a leg that slid. */
 static void find_seal(const struct residual_test *t, const struct motion *m, int leg, double give_m, double z[PHASES]) {
     int n = t->phases;
     bool cycle = t->spectrum.cycles > 0;
@@ -92,8 +100,9 @@ static void find_seal(const struct residual_test *t, const struct motion *m, int
     for (int i = 0; i < n; i++) z[i] = state += (toward[i] - state) * step[i];
 }
 
-/* Dry friction that is higher at low speed (Stribeck), that goes with the pressures (their mean apart), and that is still on its way from one
- * direction to the other because the seal gives before it slides. */
+/* Dry friction that is higher at low speed (Stribeck), that goes with the pressures (their mean
+ * apart), and that is still on its way from one direction to the other because the seal gives
+ * before it slides. */
 static void find_shapes(struct friction_course *c, const struct residual_test *t, const struct motion *m, int leg) {
     const struct spectrum *s = &t->spectrum;
     const double *row1 = s->mean[CHANNEL_P1][leg], *row2 = s->mean[CHANNEL_P2][leg];

@@ -1,16 +1,21 @@
-/* What is known of dry friction along a test before any force is asked: the direction in which each leg moves, how sure that is, and the shapes
- * that dry friction may have beside the constant of each direction. Per newton of dry friction.
+/* What is known of dry friction along a test before any force is asked: the direction in which each
+ * leg moves, how sure that is, and the shapes that dry friction may have beside the constant of
+ * each direction. Per newton of dry friction.
  *
- * The speed is that of the mean cycle, each harmonic shrunk by what its noise is of it (Wiener): the higher ones of a steady test are mostly
- * noise, and would turn a slow leg round where it does not. A reversal is blurred by three things, independent of each other: the speed's noise; the
- * time between two crests of the motion's highest harmonic, within which nobody knows when it was; and stick, during which friction is on its way
- * from one direction to the other by what all other forces do. So the direction is, on average, erf(v / sqrt(2 s^2)), s^2 the sum of the three
+ * The speed is that of the mean cycle, each harmonic shrunk by what its noise is of it (Wiener):
+ * the higher ones of a steady test are mostly noise, and would turn a slow leg round where it does
+ * not. A reversal is blurred by three things, independent of each other: the speed's noise; the
+ * time between two crests of the motion's highest harmonic, within which nobody knows when it was;
+ * and stick, during which friction is on its way from one direction to the other by what all other
+ * forces do. So the direction is, on average, erf(v / sqrt(2 s^2)), s^2 the sum of the three
  * variances, and whatever its course between -1 and 1, its variance is at most 1 - average^2.
  *
- * How long an error lasts: one reversal at a random instant of distribution G, which is the worst of all monotone ways from -1 to 1, has the
- * covariance 4 G(t) (1 - G(u)), t < u, that is sqrt(1 - m^2) at both, times exp(-|atanh m(u) - atanh m(t)|). That is a Markov process in
- * atanh m, and so are reversals in a row. A leg that hardly moves at all, of which no reversal is seen, forgets at the rate at which the others
- * turn round (Rice 1945): rms acceleration over rms speed. Pure. */
+ * How long an error lasts: one reversal at a random instant of distribution G, which is the
+ * worst of all monotone ways from -1 to 1, has the covariance 4 G(t) (1 - G(u)), t < u, that is
+ * sqrt(1 - m^2) at both, times exp(-|atanh m(u) - atanh m(t)|). That is a Markov process in
+ * atanh m, and so are reversals in a row. A leg that hardly moves at all, of which no reversal
+ * is seen, forgets at the rate at which the others turn round (Rice 1945): rms acceleration over
+ * rms speed. Pure. */
 #ifndef HEXID_FRICTION_COURSE_H
 #define HEXID_FRICTION_COURSE_H
 
@@ -21,9 +26,12 @@
 struct friction_course {
     double rate_mps[PHASES][LEGS];
     double direction[PHASES][LEGS];                     /* average, -1..1 */
-    double doubt[PHASES][LEGS];                         /* 1 - direction^2, also where that is lost in rounding */
-    double lasting[PHASES][LEGS];                       /* errors at two phases are alike by exp(-|difference|), */
-    double round[LEGS];                                 /* and of a cycle the other way round: its whole length; else infinite */
+    double doubt[PHASES][LEGS];                         /* 1 - direction^2, also where that is
+                                                         * lost in rounding */
+    double lasting[PHASES][LEGS];                       /* errors at two phases are alike by
+                                                         * exp(-|difference|), */
+    double round[LEGS];                                 /* and of a cycle the other way round: its
+                                                         * whole length; else infinite */
     double shape[UNKNOWN_SHAPES][PHASES][LEGS];
 };
 

@@ -15,7 +15,8 @@ void harmonics_reset(struct harmonics *h, double omega, int harmonics, int chann
     *h = (struct harmonics){.harmonics = harmonics, .channels = channels, .regressors = 2 + 2 * harmonics, .omega = omega};
 }
 
-/* [1, t, sin, cos, ...]: one sincos, then the rotation of (cos, sin) by w t once more for each harmonic. */
+/* [1, t, sin, cos, ...]: one sincos, then the rotation of (cos, sin) by w t once more
+ * for each harmonic. */
 static void regressors(const struct harmonics *h, double t_s, double *g) {
     double sine, cosine;
     sincos(h->omega * t_s, &sine, &cosine);
@@ -43,8 +44,9 @@ void harmonics_add(struct harmonics *h, double t_s, const double *values) {
         for (int c = 0; c < COLUMNS; c++) h->product[r][c] += row[r] * row[c];
 }
 
-/* The normal equations, regressors scaled: the drift to unit length, the others by the length of the constant, so that a sine sampled in
- * its zeros stays short and is found out. Right-hand sides: the channels, then the unit vectors of the fundamental, whose solutions are two
+/* The normal equations, regressors scaled: the drift to unit length, the others by the length
+ * of the constant, so that a sine sampled in its zeros stays short and is found out. Right-hand
+ * sides: the channels, then the unit vectors of the fundamental, whose solutions are two
  * columns of the inverse. */
 struct normal_equations {
     double gram[REGRESSORS_MAX * REGRESSORS_MAX];

@@ -7,12 +7,13 @@
 
 enum { CHANNELS = 2 * DOFS };
 
-/* Share of the evaluated part that makes a test complete: the rest is for the rounding of times in logs from elsewhere. */
+/* Share of the evaluated part that makes a test complete: the rest is for the rounding of times in
+ * logs from elsewhere. */
 static const double complete_share = 0.999;
 
 const struct ident_entry ident_entries[IDENT_ENTRIES] = {
-    {"mx", 0, 0, "kg"},       {"my", 1, 1, "kg"},       {"mz", 2, 2, "kg"},     {"Ixx", 3, 3, "kg m^2"}, {"Iyy", 4, 4, "kg m^2"},
-    {"Izz", 5, 5, "kg m^2"},  {"Mt15", 0, 4, "kg m"},   {"Mt24", 1, 3, "kg m"}, {"Mt42", 3, 1, "kg m"},  {"Mt51", 4, 0, "kg m"},
+    {"mx", 0, 0, "kg"},      {"my", 1, 1, "kg"},     {"mz", 2, 2, "kg"},     {"Ixx", 3, 3, "kg m^2"}, {"Iyy", 4, 4, "kg m^2"},
+    {"Izz", 5, 5, "kg m^2"}, {"Mt15", 0, 4, "kg m"}, {"Mt24", 1, 3, "kg m"}, {"Mt42", 3, 1, "kg m"},  {"Mt51", 4, 0, "kg m"},
 };
 
 double ident_error_pct(const struct identification *id, const struct method_result *method, const struct ident_entry *entry) {
@@ -86,9 +87,14 @@ static void close_test(struct ident *id) {
     struct test_result *t = append(&id->result, id->dof);
     struct harmonics_fit fit;
     bool solved = harmonics_solve(&id->fit, &fit);
-    double span_s = (id->last_s - id->first_s) * (double)id->seen / (double)(id->seen - 1); /* a sample stands for one period */
-    *t = (struct test_result){.test = id->running, .dof = id->dof, .frequency_hz = p->hz[id->dof],
-                              .amplitude = p->amplitude[id->dof], .samples = id->fit.samples, .excluded = id->excluded,
+    /* a sample stands for one period */
+    double span_s = (id->last_s - id->first_s) * (double)id->seen / (double)(id->seen - 1);
+    *t = (struct test_result){.test = id->running,
+                              .dof = id->dof,
+                              .frequency_hz = p->hz[id->dof],
+                              .amplitude = p->amplitude[id->dof],
+                              .samples = id->fit.samples,
+                              .excluded = id->excluded,
                               .witness = witness_says(&id->witness),
                               .complete = solved && span_s >= complete_share * p->duration_s};
     for (int i = 0; i < DOFS; i++) {

@@ -1,9 +1,12 @@
-/* Identification of the inertia matrix from six single-axis sinusoidal tests (Tian 2015; docs/method.md section 4).
+/* Identification of the inertia matrix from six single-axis sinusoidal tests (Tian 2015;
+ * docs/method.md section 4).
  *
- * Cycles go in one at a time, from the daemon or from a log: same code, same order, same bits. Memory is constant: each test is a
- * running least-squares fit, whose forward kinematics starts at the neutral pose with the test's first evaluated sample, so a log that
- * lacks what came before gives the same bits too. Only cycles of the phase `evaluate` are used; flagged ones are counted and left out.
- * Ordinary threads; no heap. Units: SI, rows and columns in the order x y z phi theta psi. */
+ * Cycles go in one at a time, from the daemon or from a log: same code, same order, same bits.
+ * Memory is constant: each test is a running least-squares fit, whose forward kinematics starts
+ * at the neutral pose with the test's first evaluated sample, so a log that lacks what came
+ * before gives the same bits too. Only cycles of the phase `evaluate` are used; flagged ones are
+ * counted and left out. Ordinary threads; no heap. Units: SI, rows and columns in the order x y
+ * z phi theta psi. */
 #ifndef HEXID_IDENT_H
 #define HEXID_IDENT_H
 
@@ -18,12 +21,14 @@
 
 struct identification {
     int tests;                    /* results present */
-    struct test_result test[DOFS];/* one an axis, in the order in which they ended: a test of an axis replaces that axis' earlier one */
+    struct test_result test[DOFS];/* one an axis, in the order in which they ended: a test of an
+                                   * axis replaces that axis' earlier one */
     double nominal_mt[DOFS][DOFS];/* at neutral */
     struct method_result method_a, modified_a, method_b;
     struct method_c method_c;     /* of a whole recording, by those who have one (method_c.h) */
     struct error no_method_c;     /* why it is not evaluated */
-    int parts, parts_left_out;    /* of a long motion, each by itself, and without a result; 0: it was in one piece */
+    int parts, parts_left_out;    /* of a long motion, each by itself, and without a result;
+                                   * 0: it was in one piece */
     struct agreement over_time;   /* between them; of many, neighbours are joined: `logs` of them */
 };
 
@@ -47,10 +52,12 @@ int ident_init(struct ident *id, const struct params *params, struct error *erro
 /* True when this cycle ended a test: its result is the last of id->result.test[0 .. tests-1]. */
 bool ident_feed(struct ident *id, const struct cycle *cycle);
 
-/* The stream ended: closes a test under way (`complete` is false unless its evaluated part was over). True as above. */
+/* The stream ended: closes a test under way (`complete` is false unless its evaluated part was
+ * over). True as above. */
 bool ident_end(struct ident *id);
 
-/* With complete tests of all six axes: methods A, modified A and B. False otherwise, and the methods' `evaluated` is false. */
+/* With complete tests of all six axes: methods A, modified A and B. False otherwise, and the
+ * methods' `evaluated` is false. */
 bool ident_solve(struct ident *id);
 
 /* The entries that people look at: Tian 2015 Tables 3 to 5. */

@@ -7,7 +7,8 @@
 #include "matrix_forces.h"
 #include "nominal.h"
 
-static const double EDGE = 0.12; /* of the phases of a piece, on either side: there its neighbours have a share in the motion */
+static const double EDGE = 0.12; /* of the phases of a piece, on either side: there its neighbours
+                                  * have a share in the motion */
 
 struct work {
     struct params machine;              /* matrix_bare_machine() */
@@ -43,7 +44,7 @@ static bool needed(struct work *w, const struct residual_test *t, int phase, dou
     double j[LEGS][DOFS], acceleration[DOFS], unit_n[MATRIX_ENTRIES][LEGS];
     for (int k = 0; k < LEGS; k++) spectrum_at(s->mean[CHANNEL_LENGTH][k], s->harmonics, s->omega, basis, in.leg[k]);
     if (!inverse_dynamics_step(&w->dynamics, &in, force_n)) return false;
-    if (!inverse_dynamics_move(&w->dynamics, (const double(*)[3])in.leg, &legs, j, acceleration)) return false;
+    if (!inverse_dynamics_move(&w->dynamics, (const double (*)[3])in.leg, &legs, j, acceleration)) return false;
     if (!matrix_forces(&legs, j, acceleration, w->machine.payload.gravity_mps2, unit_n)) return false;
     for (int k = 0; k < LEGS; k++) {
         rate_mps[k] = in.leg[k][1];

@@ -7,7 +7,8 @@
 #include "lin.h"
 #include "units.h"
 
-/* Pressures in units of UNIT_PA, the spool's rate in units of its bandwidth, so that all rates are of one order. */
+/* Pressures in units of UNIT_PA, the spool's rate in units of its bandwidth, so that all rates
+ * are of one order. */
 enum { LENGTH, RATE, P1, P2, SPOOL, SPOOL_RATE, PLANT, INTEGRAL = PLANT, DERIVATIVE, ERROR, FORCE_LP, STATES_ALL, INPUT = PLANT };
 enum { HALVINGS = 10, TERMS = 12 };
 static const double UNIT_PA = 1e7;
@@ -80,7 +81,8 @@ static void exponential(double a[PLANT + 1][PLANT + 1], double t_s) {
     memcpy(a, sum, sizeof sum);
 }
 
-/* From one sample to the next, the reference at rest: the controller as in pid.h, without its limits. */
+/* From one sample to the next, the reference at rest: the controller as in pid.h,
+ * without its limits. */
 static void fill_cycle(const struct cylinder_loop *c, const struct control_params *g, double dt_s, double cycle[STATES_ALL][STATES_ALL]) {
     double plant[PLANT + 1][PLANT + 1], command[STATES_ALL] = {0}, force[STATES_ALL] = {0};
     double derive = dt_s / (g->tf + dt_s), low_pass = dt_s / (g->tp + dt_s), unit_n = UNIT_PA * c->a1_m2;
@@ -99,7 +101,8 @@ static void fill_cycle(const struct cylinder_loop *c, const struct control_param
         for (int i = 0; i < STATES_ALL; i++) cycle[r][i] = (i < PLANT ? plant[r][i] : 0.0) + plant[r][INPUT] * command[i];
 }
 
-struct loop_mode loop_poles(const struct oil_leg leg[LEGS], const struct oil_mode *mode, const double viscous[LEGS], const struct params *params) {
+struct loop_mode loop_poles(const struct oil_leg leg[LEGS], const struct oil_mode *mode, const double viscous[LEGS],
+                            const struct params *params) {
     struct loop_mode found = {.hz = (double)NAN, .damping = (double)NAN};
     struct cylinder_loop c = mean_cylinder(leg, mode, viscous, params);
     double cycle[STATES_ALL][STATES_ALL], re[STATES_ALL], im[STATES_ALL], least = HUGE_VAL, dt_s = params->loop.period_s;

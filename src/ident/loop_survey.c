@@ -44,7 +44,8 @@ static void find_floor(struct loop_survey *s, const struct multisine_mean *mean)
 }
 
 static void find_modes(struct loop_survey *s, const struct params *params) {
-    struct method_result *matrix = &s->inertia.matrix; /* zeros where it was not evaluated: no inertia */
+    /* zeros where it was not evaluated: no inertia */
+    struct method_result *matrix = &s->inertia.matrix;
     s->determined = oil_columns_modes(s->leg, params, matrix->mt, matrix->mt_std, s->mode);
     for (int i = 0; i < DOFS; i++)
         s->loop[i] = s->determined ? loop_poles(s->leg, &s->mode[i], s->inertia.viscous, params)

@@ -1,4 +1,5 @@
-/* What a survey's run finds: oil columns, closed loop, how the axes follow, and the sensors' noise. Ordinary threads; heap. */
+/* What a survey's run finds: oil columns, closed loop, how the axes follow, and the sensors' noise.
+ * Ordinary threads; heap. */
 #ifndef HEXID_LOOP_SURVEY_H
 #define HEXID_LOOP_SURVEY_H
 
@@ -11,14 +12,17 @@ struct loop_survey {
     struct oil_leg leg[LEGS];
     bool determined;                          /* the six modes; else their frequencies are NaN */
     struct oil_mode mode[DOFS];               /* ascending */
-    struct loop_mode loop[DOFS];              /* of each mode; NaN: none that oscillates, or not determined */
-    double complex follow[MULTISINE_LINES][DOFS]; /* pose over the reference of the line's axis: of that axis, and what moves besides */
+    struct loop_mode loop[DOFS];              /* of each mode; NaN: none that
+                                               * oscillates, or not determined */
+    double complex follow[MULTISINE_LINES][DOFS]; /* pose over the reference of the line's axis: of
+                                                   * that axis, and what moves besides */
     double noise_m[LEGS], noise_pa[2][LEGS];  /* rms of a sample, from pass to pass */
     double mean_pa[2][LEGS];
 };
 
-/* Of the recording of a survey's run (any length of its sample array is taken from its first test), and method C of it. -2: no pressures or no
- * commands, or samples missing in every pass; -3: memory. */
+/* Of the recording of a survey's run (any length of its sample array is taken from its first
+ * test), and method C of it. -2: no pressures or no commands, or samples missing in every
+ * pass; -3: memory. */
 int loop_survey(struct loop_survey *s, const struct multisine *multisine, const struct recording *recording, const struct method_c *inertia,
                 struct error *error);
 
@@ -26,8 +30,8 @@ int loop_survey(struct loop_survey *s, const struct multisine *multisine, const 
 double loop_survey_oil_hz(const struct loop_survey *s);
 double loop_survey_loop_hz(const struct loop_survey *s);
 
-/* Pose of an axis over the reference of the one that is driven, at a frequency: between the neighbouring lines of the latter; beyond its lines the
- * last one's. */
+/* Pose of an axis over the reference of the one that is driven, at a frequency: between the
+ * neighbouring lines of the latter; beyond its lines the last one's. */
 double complex loop_survey_response(const struct loop_survey *s, enum dof driven, enum dof dof, double hz);
 
 /* The driven axis's own. */

@@ -7,8 +7,8 @@ void matrix_bare_machine(struct params *p) {
     for (int e = 0; e < EFFECTS_MAX; e++) p->effects[e].on = false;
 }
 
-/* The payload's mass is the mean of three entries of Mt, each of its moments m c that of two. Adds the wrench that holds the weight of what one unit
- * of an entry stands for. */
+/* The payload's mass is the mean of three entries of Mt, each of its moments m c that of two. Adds
+ * the wrench that holds the weight of what one unit of an entry stands for. */
 static void add_weight(int row, int column, const double rotation[3][3], double gravity_mps2, double wrench[DOFS]) {
     static const struct {
         int row, column, axis; /* of the moment */

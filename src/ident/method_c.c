@@ -14,9 +14,11 @@
 
 enum { ENTRIES = MATRIX_ENTRIES, VISCOUS = UNKNOWN_VISCOUS, DRY = UNKNOWN_DRY, SHAPE = UNKNOWN_SHAPE, SHAPES = UNKNOWN_SHAPES };
 enum { COLUMNS = UNKNOWNS + 1, ROWS = LEGS * RESIDUAL_SIZE, PASSES = 3 };
-enum { COORDINATES = JOINT_COORDINATES / LEGS /* of a leg's two joints, the keys of geometry_error */ };
+/* of a leg's two joints, the keys of geometry_error */
+enum { COORDINATES = JOINT_COORDINATES / LEGS };
 
-static const double FIRST_SHARE = 0.5; /* of the force's variation: what dry friction may be before any was found */
+static const double FIRST_SHARE = 0.5; /* of the force's variation: what dry friction may be
+                                        * before any was found */
 static const double MODEL_ERROR = 1e-4; /* of the force's variation: what no model meets */
 
 /* One test or piece: rows of all legs, the last column is what is to be explained. */
@@ -36,7 +38,8 @@ struct work {
     double (*staircase)[LEGS][RESIDUAL_SIZE];          /* of each test, N */
     struct friction_course *course;                    /* of each test, and its covariance */
     double (*doubt)[LEGS][RESIDUAL_SIZE][RESIDUAL_SIZE];
-    double (*gain)[UNKNOWNS][ROWS];                    /* of each test: covariance^-1 columns, of the last pass */
+    double (*gain)[UNKNOWNS][ROWS];                    /* of each test: covariance^-1 columns,
+                                                        * of the last pass */
     double leg_mass[LEGS][LEGS], nominal[DOFS][DOFS];
     double along[DOFS][LEGS];                          /* of a unit wrench, at neutral */
     double x[UNKNOWNS];
@@ -62,7 +65,7 @@ static bool values_at(struct work *w, struct inverse_dynamics *d, const struct r
     double j[LEGS][DOFS], acceleration[DOFS];
     legs_at(t, phase, in.leg);
     if (!inverse_dynamics_step(d, &in, value[UNKNOWNS])) return false;
-    if (!inverse_dynamics_move(d, (const double(*)[3])in.leg, &legs, j, acceleration)) return false;
+    if (!inverse_dynamics_move(d, (const double (*)[3])in.leg, &legs, j, acceleration)) return false;
     if (!matrix_forces(&legs, j, acceleration, w->params->payload.gravity_mps2, value)) return false;
     for (int k = 0; k < LEGS; k++) {
         double direction = course->direction[phase][k];
@@ -97,10 +100,12 @@ static bool fill_columns(struct work *w, const struct params *machine, int test)
 
 static void expect_friction(struct work *w, int pass) {
     for (int k = 0; k < LEGS; k++) {
-        double most = 0.0, mean = 0.5 * fabs(w->x[DRY + 2 * k] + w->x[DRY + 2 * k + 1]); /* of both directions: free of a constant */
+        /* of both directions: free of a constant */
+        double most = 0.0, mean = 0.5 * fabs(w->x[DRY + 2 * k] + w->x[DRY + 2 * k + 1]);
         for (int i = 0; i < w->data.tests; i++) most = fmax(most, residual_variation(&w->data.test[i], CHANNEL_FORCE, k));
         w->sum->dry_n[k] = FIRST_SHARE * sqrt(most);
-        if (pass) w->sum->dry_n[k] = fmin(w->sum->dry_n[k], mean); /* a leg that hardly moves has any */
+        /* a leg that hardly moves has any */
+        if (pass) w->sum->dry_n[k] = fmin(w->sum->dry_n[k], mean);
     }
 }
 
@@ -147,8 +152,9 @@ static bool accumulate(struct work *w, int test) {
     return true;
 }
 
-/* The noise n of a leg's acceleration is in the entries' columns, T_c n, and with the configured mass in what is to be explained, -L n: the mean of
- * its product. After accumulate(): the covariance is its factor. */
+/* The noise n of a leg's acceleration is in the entries' columns, T_c n, and with the configured
+ * mass in what is to be explained, -L n: the mean of its product. After accumulate(): the
+ * covariance is its factor. */
 static void add_attenuation(struct work *w, const struct residual_test *t) {
     const struct rows *r = &w->rows;
     for (int a = 0; a < t->size; a++)
@@ -173,7 +179,7 @@ static bool find_along(struct work *w, const double neutral_length_m[LEGS]) {
     double leg[LEGS][3] = {{0}}, j[LEGS][DOFS], acceleration[DOFS];
     for (int k = 0; k < LEGS; k++) leg[k][0] = neutral_length_m[k];
     inverse_dynamics_init(&d, w->params, 0.0, 0.0);
-    bool ok = inverse_dynamics_move(&d, (const double(*)[3])leg, &legs, j, acceleration);
+    bool ok = inverse_dynamics_move(&d, (const double (*)[3])leg, &legs, j, acceleration);
     for (int i = 0; i < DOFS && ok; i++) {
         memset(w->along[i], 0, sizeof w->along[i]);
         w->along[i][i] = 1.0;
@@ -214,7 +220,8 @@ static int pass(struct work *w, int number, struct error *error) {
     return solved ? STATUS_OK : error_set(error, STATUS_USAGE, "method C: some leg does not move both ways");
 }
 
-/* What the estimate leaves of a test's rows, for a machine whose joints are elsewhere. False: it cannot move so. */
+/* What the estimate leaves of a test's rows, for a machine whose joints are elsewhere. False:
+ * it cannot move so. */
 static bool find_left(struct work *w, const struct params *machine, int test, double left[ROWS]) {
     const struct residual_test *t = &w->data.test[test];
     struct inverse_dynamics d;
@@ -256,7 +263,8 @@ static int move_joints(struct work *w, const struct params *configured, struct e
         machine->effects[effect].value[i % COORDINATES][i / COORDINATES] = configured->model.tolerance.joints_m / sqrt(3.0);
         memcpy(w->sum->common[i], configured_too, sizeof configured_too);
         if (!add_gradient(w, machine, 1.0, w->sum->common[i]))
-            status = error_set(error, STATUS_USAGE, "method C: model.tolerance.joints_m: no pose of a machine whose joints are off by so much has "
+            status = error_set(error, STATUS_USAGE,
+                               "method C: model.tolerance.joints_m: no pose of a machine whose joints are off by so much has "
                                "these lengths: make it smaller");
     }
     free(machine);

@@ -18,9 +18,10 @@ int method_c_check(const struct recording *r, struct error *error) {
         for (int k = 0; k < LEGS; k++) {
             double share = share_at_limit(&r->test[i], k, AT_LIMIT * limit);
             if (share <= SATURATED) continue;
-            return error_set(error, STATUS_USAGE, "test %s: the valve of leg %d is saturated: its command is at control.output_limit, %g, in %.0f %% of "
-                             "the samples; test with less amplitude or frequency", tests_name(&r->params->tests, r->test[i].dof), k + 1, limit,
-                             100.0 * share);
+            return error_set(error, STATUS_USAGE,
+                             "test %s: the valve of leg %d is saturated: its command is at control.output_limit, %g, in %.0f %% of "
+                             "the samples; test with less amplitude or frequency",
+                             tests_name(&r->params->tests, r->test[i].dof), k + 1, limit, 100.0 * share);
         }
     return STATUS_OK;
 }

@@ -11,7 +11,8 @@
 static const double UNDETERMINED = 0.2;          /* of sqrt(M_ii M_jj) */
 static const double UNDETERMINED_FRICTION = 0.1; /* of what varies of the force */
 
-/* Of the entries in units of sqrt(M_ii M_jj), friction eliminated: the normal matrix is the inverse of their noise's covariance. */
+/* Of the entries in units of sqrt(M_ii M_jj), friction eliminated: the normal matrix is the inverse
+ * of their noise's covariance. */
 static double condition_of(const struct estimate *e, double nominal[DOFS][DOFS]) {
     double scaled[MATRIX_ENTRIES][MATRIX_ENTRIES], scale[MATRIX_ENTRIES], eigenvalue[MATRIX_ENTRIES];
     for (int c = 0; c < MATRIX_ENTRIES; c++) {
@@ -44,7 +45,8 @@ static bool any(const struct method_result *m) {
     return known;
 }
 
-/* A friction whose deviation is a good part of what varies of the force at all is none that was measured. */
+/* A friction whose deviation is a good part of what varies of the force at all is none
+ * that was measured. */
 static void report_friction(const struct estimate *e, const struct equations *of, struct method_c *m) {
     for (int c = UNKNOWN_VISCOUS; c < UNKNOWN_SHAPE; c++) {
         bool viscous = c < UNKNOWN_DRY;
@@ -56,7 +58,8 @@ static void report_friction(const struct estimate *e, const struct equations *of
     }
 }
 
-static struct payload payload_of(const struct estimate *e, double nominal[DOFS][DOFS], const struct params *configured, const struct kinematics *k) {
+static struct payload payload_of(const struct estimate *e, double nominal[DOFS][DOFS], const struct params *configured,
+                                 const struct kinematics *k) {
     double value[MATRIX_ENTRIES], covariance[MATRIX_ENTRIES][MATRIX_ENTRIES];
     for (int c = 0; c < MATRIX_ENTRIES; c++) {
         int i, j;
@@ -67,7 +70,8 @@ static struct payload payload_of(const struct estimate *e, double nominal[DOFS][
     return payload_find(configured, k, value, covariance);
 }
 
-int method_c_solve(const struct equations *e, const struct params *configured, struct estimate *estimate, struct method_c *result, struct error *error) {
+int method_c_solve(const struct equations *e, const struct params *configured, struct estimate *estimate, struct method_c *result,
+                   struct error *error) {
     static const double neutral[DOFS] = {0};
     struct kinematics k;
     double nominal[DOFS][DOFS];
@@ -79,7 +83,8 @@ int method_c_solve(const struct equations *e, const struct params *configured, s
     report_matrix(estimate, nominal, &result->matrix);
     if (!any(&result->matrix)) {
         result->matrix.evaluated = false;
-        return error_set(error, STATUS_USAGE, "method C: no entry of the matrix is determined: the motion is too small or too slow against the sensors' "
+        return error_set(error, STATUS_USAGE,
+                         "method C: no entry of the matrix is determined: the motion is too small or too slow against the sensors' "
                          "noise; move farther, faster or for longer");
     }
     result->scatter = equations_scatter(e);
@@ -123,7 +128,8 @@ int method_c_at_pose(struct method_c *m, const struct params *params, const doub
     for (int i = 0; i < LEGS; i++) {
         struct stroke stroke = kinematics_stroke(&k, &params->actuator, i);
         if (!(length_m[i] >= stroke.least_m && length_m[i] <= stroke.most_m))
-            return error_set(error, STATUS_USAGE, "--pose: leg %d would be %.4g m long, and has %.4g to %.4g m; give a pose within the strokes", i + 1,
+            return error_set(error, STATUS_USAGE,
+                             "--pose: leg %d would be %.4g m long, and has %.4g to %.4g m; give a pose within the strokes", i + 1,
                              length_m[i], stroke.least_m, stroke.most_m);
     }
     m->at_pose = (struct matrix_at_pose){.asked = true, .determined = m->payload.evaluated && m->payload.whole};

@@ -8,7 +8,8 @@
 
 enum { N_MAX = 2 * DOFS };
 
-/* X U = H: n unknowns a row, n columns of tests. Rows of U are divided by `unit`, so the solution is in multiples of 1/unit. */
+/* X U = H: n unknowns a row, n columns of tests. Rows of U are divided by `unit`, so the solution
+ * is in multiples of 1/unit. */
 struct equations {
     int n;
     double u[N_MAX * N_MAX], inverse[N_MAX * N_MAX];
@@ -32,14 +33,16 @@ static struct lin_report equations_solve(struct equations *e) {
     return report;
 }
 
-/* dX = (dH - X dU) U^-1: standard deviation of x[.][k] from the variance of each column of dH - X dU in that row. */
+/* dX = (dH - X dU) U^-1: standard deviation of x[.][k] from the variance of each column of
+ * dH - X dU in that row. */
 static double entry_std(const struct equations *e, int k, const double variance[N_MAX]) {
     double sum = 0.0;
     for (int c = 0; c < e->n; c++) sum += variance[c] * square(e->inverse[c * e->n + k]);
     return sqrt(sum) / e->unit[k];
 }
 
-/* Variance of wrench - Mt acceleration - Bt velocity in one row, for either coefficient of one test. */
+/* Variance of wrench - Mt acceleration - Bt velocity in one row, for either
+ * coefficient of one test. */
 static double row_variance(const struct test_result *t, int row, const double m[DOFS], const double b[DOFS]) {
     double w = omega(t), sum = square(t->wrench_std[row]);
     for (int j = 0; j < DOFS; j++) sum += (square(w * w * m[j]) + square(w * b[j])) * square(t->pose_std[j]);

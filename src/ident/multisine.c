@@ -9,8 +9,10 @@
 #include "units.h"
 
 static const double PERIOD_S = 4.0, LOW_HZ = 1.0, HIGH_HZ = 32.0;
-static const double OF_RATE = 1.0 / 16.0; /* the highest line in the loop's rate: a delay of half a cycle is a fifth of a radian there */
-static const double SHARE = 1.0 / 25.0;   /* of the legs' rate, rms: peaks are about four times that */
+static const double OF_RATE = 1.0 / 16.0; /* the highest line in the loop's rate: a delay of half a
+                                           * cycle is a fifth of a radian there */
+static const double SHARE = 1.0 / 25.0;   /* of the legs' rate, rms: peaks are
+                                           * about four times that */
 static const double neutral[DOFS] = {0};
 
 double multisine_rate_limit_mps(const struct params *p) {
@@ -56,12 +58,12 @@ static double find_peak(const struct multisine *m, double j[LEGS][DOFS]) {
 }
 
 int multisine_init(struct multisine *m, const struct params *params, struct error *error) {
-    static const enum dof turn[DOFS] = {DOF_X, DOF_PHI, DOF_Y, DOF_THETA, DOF_Z, DOF_PSI}; /* neighbouring lines move other legs */
+    /* neighbouring lines move other legs */
+    static const enum dof turn[DOFS] = {DOF_X, DOF_PHI, DOF_Y, DOF_THETA, DOF_Z, DOF_PSI};
     struct kinematics k;
     double j[LEGS][DOFS], dt_s = params->loop.period_s;
     *m = (struct multisine){.step_s = dt_s, .samples = (int)lround(PERIOD_S / dt_s)};
-    if (params->mechanism == MECHANISM_AXIS)
-        return error_set(error, STATUS_USAGE, "--survey: for the six-leg platform; mechanism is axis");
+    if (params->mechanism == MECHANISM_AXIS) return error_set(error, STATUS_USAGE, "--survey: for the six-leg platform; mechanism is axis");
     int status = kinematics_init(&k, params, error);
     if (status) return status;
     m->period_s = m->samples * dt_s;
@@ -154,16 +156,20 @@ int multisine_average(struct multisine_mean *mean, const struct multisine *m, co
     struct place *place = calloc(samples, sizeof *place);
     double square[VALUES] = {0};
     int taken = 0, free_values = 0;
-    *mean = (struct multisine_mean){.multisine = m, .sample = calloc(samples, sizeof *mean->sample),
-                                    .wave = malloc((size_t)m->lines * samples * sizeof *mean->wave)};
+    *mean = (struct multisine_mean){
+        .multisine = m, .sample = calloc(samples, sizeof *mean->sample), .wave = malloc((size_t)m->lines * samples * sizeof *mean->wave)};
     int status = place && mean->sample && mean->wave ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
     for (int i = 0; i < test->count && !status; i++) {
         long n = lround((test->sample[i].test_time_s - begin_s) / m->step_s);
-        if (n >= m->samples && n < MULTISINE_PASSES * m->samples && test->sample[i].good) add_sample(&place[n % m->samples], &test->sample[i]);
+        if (n >= m->samples && n < MULTISINE_PASSES * m->samples && test->sample[i].good)
+            add_sample(&place[n % m->samples], &test->sample[i]);
     }
     for (int n = 0; n < m->samples && !status; n++) {
-        if (!place[n].count) status = error_set(error, STATUS_USAGE, "survey: samples are missing at %.3f s of every pass: lost, flagged or cut "
-                                                                     "off; run it again", n * m->step_s);
+        if (!place[n].count)
+            status = error_set(error, STATUS_USAGE,
+                               "survey: samples are missing at %.3f s of every pass: lost, flagged or cut "
+                               "off; run it again",
+                               n * m->step_s);
         else take_mean(&place[n], square, &mean->sample[n]);
         mean->sample[n].test_time_s = n * m->step_s;
         taken += place[n].count, free_values += place[n].count - 1;

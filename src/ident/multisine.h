@@ -1,9 +1,11 @@
-/* The survey's motion: a small multisine on all axes at once, periodic, with far more lines than axes, and what was measured of it, line by
- * line. Ordinary threads; heap.
+/* The survey's motion: a small multisine on all axes at once, periodic, with far more lines than
+ * axes, and what was measured of it, line by line. Ordinary threads; heap.
  *
- * Lines are harmonics of 0.25 Hz, evenly spaced in log frequency from 1 Hz to 32 Hz (to a sixteenth of the loop's rate, where that is less),
- * given to the axes in turn. All move the legs at the same speed; together the fastest leg has an rms rate of a twenty-fifth of what
- * limits.leg_rate_mps and the valve's full opening allow. Phases as Schroeder 1970, against high peaks. The first pass is for settling. */
+ * Lines are harmonics of 0.25 Hz, evenly spaced in log frequency from 1 Hz to 32 Hz (to a
+ * sixteenth of the loop's rate, where that is less), given to the axes in turn. All move the legs
+ * at the same speed; together the fastest leg has an rms rate of a twenty-fifth of what
+ * limits.leg_rate_mps and the valve's full opening allow. Phases as Schroeder 1970, against high
+ * peaks. The first pass is for settling. */
 #ifndef HEXID_MULTISINE_H
 #define HEXID_MULTISINE_H
 
@@ -30,7 +32,8 @@ struct multisine {
 /* -2: no such platform, or a loop too slow for six lines an axis. */
 int multisine_init(struct multisine *m, const struct params *params, struct error *error);
 
-/* What limits.leg_rate_mps and the valves' full opening, without load and the slower way, leave to the legs. */
+/* What limits.leg_rate_mps and the valves' full opening, without load and the slower way,
+ * leave to the legs. */
 double multisine_rate_limit_mps(const struct params *params);
 
 /* All passes, a knot a cycle; to be released by trajectory_free(). -3 without memory. */
@@ -42,10 +45,12 @@ struct multisine_mean {
     struct recording_sample *sample;          /* [samples]; test_time_s from the start of a pass */
     double complex *wave;                     /* [lines][samples]: 2 / samples exp(-i w t) */
     int passes;                               /* averaged */
-    double noise_m[LEGS], noise_pa[2][LEGS];  /* rms of a sample about the mean of its place in the pass */
+    double noise_m[LEGS], noise_pa[2][LEGS];  /* rms of a sample about the mean of
+                                               * its place in the pass */
 };
 
-/* Of the test as recorded, from the beginning of its passes on. -2: a place of the pass at which no pass has a good sample; -3: memory. */
+/* Of the test as recorded, from the beginning of its passes on. -2: a place of the pass at which no
+ * pass has a good sample; -3: memory. */
 int multisine_average(struct multisine_mean *mean, const struct multisine *m, const struct recording_test *test, double begin_s,
                       struct error *error);
 void multisine_free(struct multisine_mean *mean);

@@ -8,7 +8,9 @@
  *  g          ma (L-ra)^2 + mb rb^2 + ia + ib, of a turning leg     kg m^2
  *  b = g/L^2  its mass felt at the upper joint, across the leg      kg
  *
- * With M_leg = ma n n' + b (I - n n') and Ja = [I, -q~]:  Ja' M_leg Ja = b Ja' Ja + (ma - b) j j',  Ja' Ja = [I, -q~; q~, q'q I - q q']. */
+ * With M_leg = ma n n' + b (I - n n') and Ja = [I, -q~]:
+ *
+ *  Ja' M_leg Ja = b Ja' Ja + (ma - b) j j',  Ja' Ja = [I, -q~; q~, q'q I - q q']. */
 
 static void add_payload(const struct payload_params *p, double t[3][3], double mt[DOFS][DOFS]) {
     const double xy = p->inertia_xy_kg_m2, xz = p->inertia_xz_kg_m2, yz = p->inertia_yz_kg_m2;

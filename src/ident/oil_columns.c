@@ -12,8 +12,10 @@
 
 enum { PUSH, GAIN, OWN, OTHER, UNKNOWNS };
 enum { PASSES = 3, DELAYS = 24, REFINEMENTS = 16 };
-static const double DELAY_STEP_S = 0.5e-3; /* 12 ms in all: a valve of 20 Hz, or three cycles of 2 ms on a bus */
-static const double FLOW_ERROR = 0.02;     /* of the piston's flow: what the root law does not meet */
+static const double DELAY_STEP_S = 0.5e-3; /* 12 ms in all: a valve of 20 Hz, or three
+                                            * cycles of 2 ms on a bus */
+static const double FLOW_ERROR = 0.02;     /* of the piston's flow: what the root law does not
+                                            * meet */
 static const double UNDETERMINED = 0.05, MISFIT_MOST = 2.0;
 static const double GOLDEN = 0.61803398874989485;
 
@@ -47,12 +49,14 @@ static void delay_command(struct leg_data *d, double delay_s) {
     }
 }
 
-/* Of one component of an amplitude: noise that the mean of the passes makes smaller, and rounding, which may be the same in all of them. */
+/* Of one component of an amplitude: noise that the mean of the passes makes smaller, and rounding,
+ * which may be the same in all of them. */
 static double amplitude_std(const struct multisine_mean *mean, double noise, double step) {
     return hypot(noise / sqrt(mean->passes), step / sqrt(12.0)) * sqrt(2.0 / mean->multisine->samples);
 }
 
-/* Of a line's row, in Pa/s: both sensors' noise, and what the root law does not meet of the piston's flow. */
+/* Of a line's row, in Pa/s: both sensors' noise, and what the root law does not meet of
+ * the piston's flow. */
 static double row_std(const struct leg_data *d, int chamber, int line, double push, double complex rate) {
     const struct sensor_params *s = &d->params->sensors;
     double w = 2.0 * PI * d->mean->multisine->line[line].hz, step_m = s->enabled ? s->position_resolution_m : 0.0;
@@ -155,9 +159,11 @@ static void linearise(const struct leg_data *d, int chamber, struct oil_chamber 
         opening += d->mean->sample[i].valve[d->leg] / n;
         pressure_pa += pressure_of(&d->mean->sample[i], chamber, d->leg) / n;
     }
-    c->open = c->gain * (flow_of(h, chamber, opening + step, pressure_pa) - flow_of(h, chamber, opening - step, pressure_pa)) / (2.0 * step);
-    c->sag = c->own - c->gain * (flow_of(h, chamber, opening, pressure_pa + step_pa) - flow_of(h, chamber, opening, pressure_pa - step_pa)) /
-                      (2.0 * step_pa);
+    c->open = c->gain * (flow_of(h, chamber, opening + step, pressure_pa) - flow_of(h, chamber, opening - step, pressure_pa)) /
+              (2.0 * step);
+    c->sag = c->own - c->gain *
+                          (flow_of(h, chamber, opening, pressure_pa + step_pa) - flow_of(h, chamber, opening, pressure_pa - step_pa)) /
+                          (2.0 * step_pa);
 }
 
 static void find_leg(struct leg_data *d, struct oil_leg *leg) {
@@ -177,8 +183,11 @@ static void find_leg(struct leg_data *d, struct oil_leg *leg) {
     leg->misfit = sqrt((fit[0].square + fit[1].square) / (2.0 * (2 * lines - UNKNOWNS)));
     for (int c = 0; c < 2; c++) {
         struct oil_chamber *o = &leg->chamber[c];
-        *o = (struct oil_chamber){.push = fit[c].value[PUSH], .push_std = fit[c].std[PUSH], .gain = fit[c].value[GAIN],
-                                  .own = fit[c].value[OWN], .other = fit[c].value[OTHER]};
+        *o = (struct oil_chamber){.push = fit[c].value[PUSH],
+                                  .push_std = fit[c].std[PUSH],
+                                  .gain = fit[c].value[GAIN],
+                                  .own = fit[c].value[OWN],
+                                  .other = fit[c].value[OTHER]};
         linearise(d, c, o);
     }
     leg->stiffness = a1 * leg->chamber[0].push + a2 * leg->chamber[1].push;

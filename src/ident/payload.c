@@ -6,12 +6,14 @@
 #include "dense.h"
 #include "nominal.h"
 
-const char *const payload_names[PAYLOAD_VALUES] = {"mass_kg", "center_x_m", "center_y_m", "center_z_m", "inertia_xx_kg_m2", "inertia_yy_kg_m2",
-                                                   "inertia_zz_kg_m2", "inertia_xy_kg_m2", "inertia_xz_kg_m2", "inertia_yz_kg_m2"};
+const char *const payload_names[PAYLOAD_VALUES] = {"mass_kg",          "center_x_m",       "center_y_m",       "center_z_m",
+                                                   "inertia_xx_kg_m2", "inertia_yy_kg_m2", "inertia_zz_kg_m2", "inertia_xy_kg_m2",
+                                                   "inertia_xz_kg_m2", "inertia_yz_kg_m2"};
 
 enum { BODY = 4, STEPS = 200 };
 static const double UNDETERMINED_MASS = 0.1; /* of it: no centre comes from less */
-static const double UNDETERMINED = 0.2;      /* of the mean principal inertia, of its radius of gyration */
+static const double UNDETERMINED = 0.2;      /* of the mean principal inertia, of its
+                                              * radius of gyration */
 
 /* Ten numbers in which the matrix is linear: m, h, Io in the order of payload_names. */
 typedef double linear[PAYLOAD_VALUES];
@@ -101,8 +103,8 @@ static void from_factor(const double l[PAYLOAD_VALUES], linear x) {
     for (int i = 0; i < BODY; i++)
         for (int j = 0; j < BODY; j++)
             for (int k = 0; k < BODY; k++) s[i][j] += f[i][k] * f[j][k];
-    const double of[PAYLOAD_VALUES] = {s[3][3], s[0][3], s[1][3], s[2][3], s[1][1] + s[2][2], s[0][0] + s[2][2], s[0][0] + s[1][1],
-                                       -s[0][1], -s[0][2], -s[1][2]};
+    const double of[PAYLOAD_VALUES] = {s[3][3],           s[0][3],           s[1][3],  s[2][3],  s[1][1] + s[2][2],
+                                       s[0][0] + s[2][2], s[0][0] + s[1][1], -s[0][1], -s[0][2], -s[1][2]};
     memcpy(x, of, sizeof of);
 }
 
@@ -134,7 +136,8 @@ static bool step_nearer(double l[PAYLOAD_VALUES], const linear best, double weig
                     step[a] -= jacobian[i][a] * weight[i][k] * (x[k] - best[k]);
                     for (int b = 0; b <= a; b++) product[a * PAYLOAD_VALUES + b] += jacobian[i][a] * weight[i][k] * jacobian[k][b];
                 }
-        for (int a = 0; a < PAYLOAD_VALUES; a++) product[a * (PAYLOAD_VALUES + 1)] *= 1.0 + *damping, product[a * (PAYLOAD_VALUES + 1)] += 1e-12;
+        for (int a = 0; a < PAYLOAD_VALUES; a++)
+            product[a * (PAYLOAD_VALUES + 1)] *= 1.0 + *damping, product[a * (PAYLOAD_VALUES + 1)] += 1e-12;
         if (!dense_factor(PAYLOAD_VALUES, PAYLOAD_VALUES, product)) continue;
         dense_solve(PAYLOAD_VALUES, PAYLOAD_VALUES, product, step);
         for (int c = 0; c < PAYLOAD_VALUES; c++) next[c] = l[c] + step[c];
@@ -151,11 +154,13 @@ static bool step_nearer(double l[PAYLOAD_VALUES], const linear best, double weig
 static void find_nearest(const linear best, double weight[PAYLOAD_VALUES][PAYLOAD_VALUES], linear nearest) {
     double size = sqrt(fmax(fabs(best[4]) + fabs(best[5]) + fabs(best[6]), 1e-6) / 6.0), mass = sqrt(fmax(best[PAYLOAD_MASS], 1e-6));
     double l[PAYLOAD_VALUES] = {size, 0.0, size, 0.0, 0.0, size, 0.0, 0.0, 0.0, mass}, damping = 1e-3;
-    for (int i = 0; i < STEPS && step_nearer(l, best, weight, &damping); i++) {}
+    for (int i = 0; i < STEPS && step_nearer(l, best, weight, &damping); i++) {
+    }
     from_factor(l, nearest);
 }
 
-/* Least squares of the ten linear ones: what the payload's part of the matrix weighs by its covariance. */
+/* Least squares of the ten linear ones: what the payload's part of the matrix weighs
+ * by its covariance. */
 struct least_squares {
     double base[PAYLOAD_VALUES][MATRIX_ENTRIES];
     double weight[PAYLOAD_VALUES][PAYLOAD_VALUES], factor[PAYLOAD_VALUES * PAYLOAD_VALUES];
@@ -196,7 +201,8 @@ static bool solve(struct least_squares *s, const double part[MATRIX_ENTRIES], do
     return true;
 }
 
-/* To first order, along ten directions in which the linear ones scatter independently: columns of the inverse of the transposed factor. */
+/* To first order, along ten directions in which the linear ones scatter independently: columns of
+ * the inverse of the transposed factor. */
 static void find_std(const struct least_squares *s, const double value[PAYLOAD_VALUES], double std[PAYLOAD_VALUES]) {
     static const double part = 1e-3;
     for (int i = 0; i < PAYLOAD_VALUES; i++) {

@@ -6,7 +6,9 @@
 #include "dense.h"
 
 enum { SHAPES = UNKNOWNS - UNKNOWN_SHAPE, STEPS = 20 };
-static const double FIRST = 0.3, LEAST = 1e-3, MOST = 4.0; /* of dry friction: two neighbours that are fitted to what lies between them have opposite signs */
+static const double FIRST = 0.3, LEAST = 1e-3, MOST = 4.0; /* of dry friction: two neighbours that
+                                                            * are fitted to what lies between them
+                                                            * have opposite signs */
 
 /* The normal equations of the shapes alone, all that is before them eliminated. */
 struct reduced {

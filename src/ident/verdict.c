@@ -6,10 +6,12 @@
 #include "lin.h"
 
 const char *const verdict_names[] = {"pass", "fail", "not_evaluated"};
-static const char of_sinusoids[] = "amplitudes reached, unwanted motion, overruns, excluded samples, readings that live, steady mean forces, "
-                                   "symmetry and positive definiteness of method A; not the error against the nominal matrix";
-static const char of_a_motion[] = "overruns, excluded samples, whether the motion came to its end; not how far the platform was from its reference, "
-                                  "and not the matrix";
+static const char of_sinusoids[] =
+    "amplitudes reached, unwanted motion, overruns, excluded samples, readings that live, steady mean forces, "
+    "symmetry and positive definiteness of method A; not the error against the nominal matrix";
+static const char of_a_motion[] =
+    "overruns, excluded samples, whether the motion came to its end; not how far the platform was from its reference, "
+    "and not the matrix";
 
 void verdict_add(struct verdict *v, enum verdict_status status, const char *format, ...) {
     va_list args;
@@ -50,7 +52,8 @@ static void check_test(struct verdict *v, const struct params *params, const str
                     w->force_n, limit->force_wander_n);
 }
 
-/* At neutral a leg's load is the same in every complete test; the mean of a part of one is no load. */
+/* At neutral a leg's load is the same in every complete test; the mean of a part
+ * of one is no load. */
 static void check_load(struct verdict *v, const struct check_params *limit, const struct identification *id) {
     for (int leg = 0; leg < LEGS; leg++) {
         double low_n = INFINITY, high_n = -INFINITY;
@@ -79,7 +82,8 @@ static void check_matrix(struct verdict *v, const struct check_params *limit, co
         verdict_add(v, VERDICT_FAIL, "method A: Mt is not positive definite: no inertia matrix");
 }
 
-struct verdict ident_verdict(const struct params *params, const struct identification *id, bool sinusoids, int64_t cycles, int64_t overruns) {
+struct verdict ident_verdict(const struct params *params, const struct identification *id, bool sinusoids, int64_t cycles,
+                             int64_t overruns) {
     struct verdict v = {.status = VERDICT_PASS, .scope = sinusoids ? of_sinusoids : of_a_motion};
     const struct check_params *limit = &params->checks;
     for (int i = 0; i < id->tests; i++) check_test(&v, params, &id->test[i]);
@@ -88,7 +92,8 @@ struct verdict ident_verdict(const struct params *params, const struct identific
         verdict_add(&v, VERDICT_NOT_EVALUATED, "%d of %d tests done", id->tests, params->tests.count);
     double overruns_pct = cycles > 0 ? 100.0 * (double)overruns / (double)cycles : 0.0;
     if (!(overruns_pct <= limit->overruns_pct))
-        verdict_add(&v, VERDICT_FAIL, "%.2f %% of the cycles overran, limit %g %%: a core of its own (loop.cpu), or a longer loop.period_s", overruns_pct, limit->overruns_pct);
+        verdict_add(&v, VERDICT_FAIL, "%.2f %% of the cycles overran, limit %g %%: a core of its own (loop.cpu), or a longer loop.period_s",
+                    overruns_pct, limit->overruns_pct);
     if (sinusoids && !(params->loop.period_s <= limit->period_s))
         verdict_add(&v, VERDICT_FAIL, "a cycle of %g ms puts the command's staircase into the matrix, limit %g ms",
                     params->loop.period_s * 1e3, limit->period_s * 1e3);

@@ -1,5 +1,5 @@
-/* The checks of a run: those that a real machine can fail, against params.checks. The error against the nominal matrix is reported, never
- * a check, and no condition number is one. Pure, no heap. */
+/* The checks of a run: those that a real machine can fail, against params.checks. The error against
+ * the nominal matrix is reported, never a check, and no condition number is one. Pure, no heap. */
 #ifndef HEXID_VERDICT_H
 #define HEXID_VERDICT_H
 
@@ -14,14 +14,16 @@ struct verdict {
     enum verdict_status status;
     const char *scope; /* what it is about, and what it is not */
     int reasons;
-    char reason[VERDICT_REASONS][VERDICT_TEXT]; /* what failed or could not be evaluated, with value and limit */
+    char reason[VERDICT_REASONS][VERDICT_TEXT]; /* what failed or could not be evaluated,
+                                                 * with value and limit */
 };
 
 extern const char *const verdict_names[]; /* pass, fail, not_evaluated */
 
-/* sinusoids: of one axis after another; any other motion need not give a matrix. Cycles and overruns of the whole run. A failed check outweighs
- * one that could not be evaluated. */
-struct verdict ident_verdict(const struct params *params, const struct identification *id, bool sinusoids, int64_t cycles, int64_t overruns);
+/* sinusoids: of one axis after another; any other motion need not give a matrix. Cycles and
+ * overruns of the whole run. A failed check outweighs one that could not be evaluated. */
+struct verdict ident_verdict(const struct params *params, const struct identification *id, bool sinusoids, int64_t cycles,
+                             int64_t overruns);
 
 /* One more reason. NOT_EVALUATED turns a pass into that; FAIL outweighs both. */
 __attribute__((format(printf, 3, 4))) void verdict_add(struct verdict *v, enum verdict_status status, const char *format, ...);

@@ -28,7 +28,8 @@ static void wander_close(struct wander *w, int64_t samples, bool whole) {
 }
 
 static void close_block(struct witness *w) {
-    bool whole = (double)w->block_samples > w->block_full - 1.0; /* or its mean would hold a piece of the motion */
+    /* or its mean would hold a piece of the motion */
+    bool whole = (double)w->block_samples > w->block_full - 1.0;
     for (int i = 0; i < LEGS; i++) {
         wander_close(&w->length[i], w->block_samples, whole);
         wander_close(&w->force[i], w->block_samples, whole);

@@ -1,23 +1,29 @@
-/* What a test's readings say about themselves, leg by leg. A plausible reading may still be a wrong one, and the matrix fitted to it would
- * be wrong without a word. Two things hold on a sound machine whatever its inertia is:
+/* What a test's readings say about themselves, leg by leg. A plausible reading may still be a wrong
+ * one, and the matrix fitted to it would be wrong without a word. Two things hold on a sound
+ * machine whatever its inertia is:
  *
- *   - no reading stands still for a whole period of the motion (else: a dead transducer, or a leg held by friction);
- *   - the fundamentals of a leg's length and force are the same in every period, its mean force in every period and test: the motion is
- *     steady, and the load at rest is that of the neutral pose; the mean length may still settle. (Else: a sensor jumped or drifts,
- *     sensors were exchanged, a valve or a sample stuck for a while; a length that drifts carries the platform off, and the weight shifts
- *     between the legs.)
+ *   - no reading stands still for a whole period of the motion (else: a dead transducer, or a leg
+ *     held by friction);
+ *   - the fundamentals of a leg's length and force are the same in every period, its mean force in
+ *     every period and test: the motion is steady, and the load at rest is that of the neutral
+ *     pose; the mean length may still settle. (Else: a sensor jumped or drifts, sensors were
+ *     exchanged, a valve or a sample stuck for a while; a length that drifts carries the platform
+ *     off, and the weight shifts between the legs.)
  *
- * Periods are taken together until they hold 100 samples, so that the sensors' noise averages out alike at every rate. Pure, no heap. */
+ * Periods are taken together until they hold 100 samples, so that the sensors' noise averages out
+ * alike at every rate. Pure, no heap. */
 #ifndef HEXID_WITNESS_H
 #define HEXID_WITNESS_H
 
 #include "types.h"
 
-enum { WITNESS_READINGS = 3, WITNESS_TERMS = 3 }; /* length, P1, P2 of a leg; mean, sine and cosine of a block */
+/* length, P1, P2 of a leg; mean, sine and cosine of a block */
+enum { WITNESS_READINGS = 3, WITNESS_TERMS = 3 };
 
 struct wander {
     double first;                /* taken off: a block is not a whole number of samples */
-    double sum[WITNESS_TERMS], low[WITNESS_TERMS], high[WITNESS_TERMS]; /* of the block under way; extremes of whole ones */
+    /* of the block under way; extremes of whole ones */
+    double sum[WITNESS_TERMS], low[WITNESS_TERMS], high[WITNESS_TERMS];
 };
 
 struct witness {
@@ -33,15 +39,17 @@ struct witness {
 struct testimony {
     int still_leg, length_leg, force_leg; /* the worst ones, 0..5 */
     int64_t still_samples;       /* longest row of samples with one and the same reading */
-    double length_m;             /* largest wander of a length's fundamental between two blocks; 0 with fewer than two whole ones */
+    double length_m;             /* largest wander of a length's fundamental between two blocks; 0
+                                  * with fewer than two whole ones */
     double force_n;              /* of a force's mean or fundamental */
     double mean_n[LEGS];         /* of the whole test; NaN without a sample */
 };
 
 void witness_reset(struct witness *w, double frequency_hz, double period_s);
 
-/* One evaluated sample, so long after the first one. In the place of one that is left out (not `good`) the one before stands in its block:
- * a fault that spoils a few samples must not hide what it does to the others. */
+/* One evaluated sample, so long after the first one. In the place of one that is left out (not
+ * `good`) the one before stands in its block: a fault that spoils a few samples must not hide what
+ * it does to the others. */
 void witness_add(struct witness *w, double since_s, const struct hal_sample *sample, const double force_n[LEGS], bool good);
 
 struct testimony witness_says(const struct witness *w);

@@ -37,8 +37,10 @@ static int refuse_url(const char *url, struct error *error) {
 }
 
 static int refuse_network(const char *url, struct error *error) {
-    return error_set(error, STATUS_IO, "LCM cannot use %.128s: %s; most likely there is no route for multicast: "
-                     "`ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo` makes one on this host", url, strerror(errno));
+    return error_set(error, STATUS_IO,
+                     "LCM cannot use %.128s: %s; most likely there is no route for multicast: "
+                     "`ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo` makes one on this host",
+                     url, strerror(errno));
 }
 
 static bool number(const char **text, int least, int most, int *value) {
@@ -83,14 +85,16 @@ int bus_open(struct bus **bus, const char *url, struct error *error) {
     if (!b) return error_set(error, STATUS_IO, "out of memory");
     b->in = b->out = -1;
     int status = STATUS_OK;
-    if (strncmp(url, scheme, sizeof scheme - 1) || !parse_address(url + sizeof scheme - 1, &b->group, &ttl)) status = refuse_url(url, error);
+    if (strncmp(url, scheme, sizeof scheme - 1) || !parse_address(url + sizeof scheme - 1, &b->group, &ttl))
+        status = refuse_url(url, error);
     else if (!open_sender(b, ttl)) status = refuse_network(url, error);
     if (status) bus_close(b);
     else *bus = b;
     return status;
 }
 
-/* The kernel chose the sender's address by the route when the socket was connected; 0.0.0.0 is a loopback without one. */
+/* The kernel chose the sender's address by the route when the socket was connected; 0.0.0.0 is a
+ * loopback without one. */
 struct bus_route bus_route(const struct bus *b) {
     struct bus_route r = {.port = ntohs(b->group.sin_port)};
     struct sockaddr_in own = {0};
@@ -145,8 +149,8 @@ bool bus_parse(const unsigned char *datagram, int size, struct bus_message *m) {
     return true;
 }
 
-/* What does not begin as a message of these channels is dropped by the kernel: a flood of it takes no
- * room from what is waited for. The filter counts from the UDP header. */
+/* What does not begin as a message of these channels is dropped by the kernel: a flood of it takes
+ * no room from what is waited for. The filter counts from the UDP header. */
 static bool drop_others(int fd, const char *prefix) {
     enum { FIXED = 2, PER_BYTE = 2, END = 2, PREFIX_MAX = 20 };
     struct sock_filter code[FIXED + PER_BYTE * PREFIX_MAX + END];
@@ -170,7 +174,8 @@ static bool open_receiver(struct bus *b, const char *prefix) {
     struct ip_mreqn membership = {.imr_multiaddr = b->group.sin_addr};
     b->in = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (b->in < 0) return false;
-    setsockopt(b->in, SOL_SOCKET, SO_RCVBUF, &room, sizeof room); /* as much of it as the system allows */
+    /* as much of it as the system allows */
+    setsockopt(b->in, SOL_SOCKET, SO_RCVBUF, &room, sizeof room);
     return !setsockopt(b->in, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes) &&
            !setsockopt(b->in, IPPROTO_IP, IP_MULTICAST_ALL, &no, sizeof no) && drop_others(b->in, prefix) &&
            !bind(b->in, (const struct sockaddr *)&b->group, sizeof b->group) &&
@@ -203,8 +208,8 @@ int bus_listen(struct bus *b, const char *prefix, enum bus_source source, struct
 
 int bus_fd(const struct bus *b) { return b->in; }
 
-/* The kernel takes 127.0.0.0/8 from no network; 0.0.0.0, a sender on a loopback route, from one only for
- * the groups 224.0.0.0/24; and none of this host's own addresses. */
+/* The kernel takes 127.0.0.0/8 from no network; 0.0.0.0, a sender on a loopback route, from one
+ * only for the groups 224.0.0.0/24; and none of this host's own addresses. */
 static bool from_this_host(const struct bus *b, const struct sockaddr_in *sender) {
     uint32_t address = ntohl(sender->sin_addr.s_addr), group = ntohl(b->group.sin_addr.s_addr);
     if (address >> 24 == IN_LOOPBACKNET || (address == INADDR_ANY && group >> 8 != INADDR_UNSPEC_GROUP >> 8)) return true;

@@ -11,7 +11,8 @@
 
 enum { FILE_MAX = 1 << 20, NAMES_MAX = 512 };
 
-/* Reads event by event, not as a document: an alias, a tag or a level too many is refused where it stands, before anything grows. */
+/* Reads event by event, not as a document: an alias, a tag or a level too many is refused where it
+ * stands, before anything grows. */
 struct reader {
     yaml_parser_t parser;
     const char *name, *text;
@@ -21,10 +22,12 @@ struct reader {
     struct {
         char path[CONFIG_PATH_SIZE];
         size_t line;
-    } names[NAMES_MAX]; /* keys and sections met so far: each is known and met once, so the table bounds them */
+    } names[NAMES_MAX]; /* keys and sections met so far: each is known and met
+                         * once, so the table bounds them */
 };
 
-/* "name:line: reason", without the line when it is 0. The reason may quote any byte of the file: terminals are spared control ones. */
+/* "name:line: reason", without the line when it is 0. The reason may quote any byte of the file:
+ * terminals are spared control ones. */
 __attribute__((format(printf, 4, 5))) static int fail(struct error *error, const char *name, size_t line, const char *format, ...) {
     char place[24] = "", reason[320];
     va_list args;
@@ -89,7 +92,8 @@ static int read_section(struct reader *r, const char *path, size_t line) {
     if (keys && (status = read_mapping(r, path)) != STATUS_OK) return status;
     const char *dot = strchr(path, '.');
     bool effect = !strncmp(path, "effects.", strlen("effects."));
-    if (effect && !r->params->effects[effect_find(dot + 1)].on) /* neither on nor off: the user meant something else */
+    /* neither on nor off: the user meant something else */
+    if (effect && !r->params->effects[effect_find(dot + 1)].on)
         return fail(r->error, r->name, line, "%s has no key, so it stays off; set one (`hexid effects %s`) or delete the line", path,
                     dot + 1);
     return STATUS_OK;
@@ -112,7 +116,8 @@ static int read_items(struct reader *r, const struct config_key *key, struct con
         if (status != STATUS_OK) return status;
         size_t line = e.start_mark.line + 1;
         bool begin = e.type == YAML_SEQUENCE_START_EVENT && depth < config_key_depth(key), end = e.type == YAML_SEQUENCE_END_EVENT;
-        bool point = depth == 2 || (begin && depth == 1) || (end && depth == 1); /* coordinates stand in points, points in their list */
+        /* coordinates stand in points, points in their list */
+        bool point = depth == 2 || (begin && depth == 1) || (end && depth == 1);
         if (depth > 0 && config_key_depth(key) == 2 && (!point || (end && depth == 2 && value->count != begun + 3)))
             status = fail(r->error, r->name, line, "%s takes points, [[x, y, z], ...], or [] for none", key->path);
         else if (!begin && !end) status = add_scalar(r, key, &e, value);
@@ -154,7 +159,8 @@ static int read_entry(struct reader *r, const char *path, size_t line) {
     return is_key ? read_value(r, &key, line) : read_section(r, path, line);
 }
 
-/* Entries up to the mapping's end; paths are prefix.name. Not deeper than effects.<name>.<key>: only known sections open a level. */
+/* Entries up to the mapping's end; paths are prefix.name. Not deeper than effects.<name>.<key>:
+ * only known sections open a level. */
 static int read_mapping(struct reader *r, const char *prefix) {
     for (;;) {
         yaml_event_t e;
@@ -231,8 +237,11 @@ static int apply_setting(struct params *params, const char *setting, struct erro
     if (config_section_title(path)) return fail(error, name, 0, "%s holds keys; write --set %s.KEY=VALUE", path, path);
     if (!config_key_find(path, &key)) return fail_unknown(error, name, 0, path);
     if (!config_value_split(&key, setting + length + 1, &value))
-        return fail(error, name, 0, config_key_depth(&key) == 2 ? "points are written [[x, y, z], ...], at most %d of them, each number shorter than %d characters"
-                                                                : "at most %d values, each shorter than %d characters", LEGS, CONFIG_ITEM_SIZE);
+        return fail(error, name, 0,
+                    config_key_depth(&key) == 2
+                        ? "points are written [[x, y, z], ...], at most %d of them, each number shorter than %d characters"
+                        : "at most %d values, each shorter than %d characters",
+                    LEGS, CONFIG_ITEM_SIZE);
     return config_value_set(&key, &value, params, reason) ? STATUS_OK : fail(error, name, 0, "%s", reason);
 }
 
@@ -277,7 +286,8 @@ static void print_entry(FILE *out, const struct config_key *key, const struct pa
     config_range_format(key, range);
     fprintf(out, "%*s%s: %-*s # [%s] ", indent, "", name, 40 - indent - (int)strlen(name), value, range);
     if (key->effect < 0) fprintf(out, "%s\n", key->meaning);
-    else fprintf(out, "%s adds nothing\n", key->value); /* the law stands above, with the effect's name */
+    /* the law stands above, with the effect's name */
+    else fprintf(out, "%s adds nothing\n", key->value);
 }
 
 char *config_text(const struct params *params) {
@@ -308,7 +318,8 @@ static void print_table_head(FILE *out, const char *value) {
 }
 
 static void print_effect_head(FILE *out, const struct effect *effect) {
-    fprintf(out, "\n### %s\n\nWhat it is: %s.\n\nLaw: %s.\n\nWhere it shows: %s.\n", effect->name, effect->plain, effect->law, effect->signature);
+    fprintf(out, "\n### %s\n\nWhat it is: %s.\n\nLaw: %s.\n\nWhere it shows: %s.\n", effect->name, effect->plain, effect->law,
+            effect->signature);
     print_table_head(out, "adds nothing at");
 }
 

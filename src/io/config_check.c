@@ -7,7 +7,8 @@
 #include "kinematics.h"
 #include "units.h"
 
-static const double substep_max_s = 0.25e-3; /* above, the first-order engine moves the answer: docs/method.md section 4 */
+static const double substep_max_s = 0.25e-3; /* above, the first-order engine moves the answer:
+                                              * docs/method.md section 4 */
 
 static const double ramp_min_s = 0.05;
 
@@ -27,7 +28,8 @@ __attribute__((format(printf, 3, 4))) static void require(struct checker *c, boo
     c->status = error_set(c->error, STATUS_USAGE, "%.90s: %s", c->name, text);
 }
 
-/* There is a body with this inertia when the integrals of x^2, y^2, z^2 and of the products make a matrix that is not negative. */
+/* There is a body with this inertia when the integrals of x^2, y^2, z^2 and of the products make a
+ * matrix that is not negative. */
 static void check_payload(struct checker *c, const struct payload_params *p) {
     double half = 0.5 * (p->inertia_xx_kg_m2 + p->inertia_yy_kg_m2 + p->inertia_zz_kg_m2);
     double xx = half - p->inertia_xx_kg_m2, yy = half - p->inertia_yy_kg_m2, zz = half - p->inertia_zz_kg_m2;
@@ -36,11 +38,12 @@ static void check_payload(struct checker *c, const struct payload_params *p) {
     require(c, xx >= none && yy >= none && zz >= none,
             "payload.inertia_xx_kg_m2 %g, inertia_yy_kg_m2 %g, inertia_zz_kg_m2 %g: no body has them; each is at most the others' sum",
             p->inertia_xx_kg_m2, p->inertia_yy_kg_m2, p->inertia_zz_kg_m2);
-    require(c, xx * yy - xy * xy >= none * half && xx * zz - xz * xz >= none * half && yy * zz - yz * yz >= none * half &&
-            determinant >= none * half * half,
+    require(c,
+            xx * yy - xy * xy >= none * half && xx * zz - xz * xz >= none * half && yy * zz - yz * yz >= none * half &&
+                determinant >= none * half * half,
             "payload.inertia_xy_kg_m2 %g, inertia_xz_kg_m2 %g, inertia_yz_kg_m2 %g: no body has them beside inertia_xx_kg_m2 %g, "
-            "inertia_yy_kg_m2 %g, inertia_zz_kg_m2 %g; they are too large", xy, xz, yz, p->inertia_xx_kg_m2, p->inertia_yy_kg_m2,
-            p->inertia_zz_kg_m2);
+            "inertia_yy_kg_m2 %g, inertia_zz_kg_m2 %g; they are too large",
+            xy, xz, yz, p->inertia_xx_kg_m2, p->inertia_yy_kg_m2, p->inertia_zz_kg_m2);
 }
 
 static void check_leg(struct checker *c, const struct params *p, int i, const struct kinematics *k, double parked) {
@@ -50,8 +53,9 @@ static void check_leg(struct checker *c, const struct params *p, int i, const st
     double neutral = k->neutral_length_m[i], shortest = stroke.least_m, drop = p->motion.park_z_m;
 
     require(c, shortest >= a->stroke_m[i],
-            "actuator.stroke_m %g of leg %d does not fit: the geometry makes legs of %.4g m at mid-stroke, and a cylinder is at least its stroke "
-            "long when it is in; give a stroke up to %.4g m, or a larger geometry.height_m", a->stroke_m[i], i + 1, stroke.middle_m, stroke.middle_m / 1.5);
+            "actuator.stroke_m %g of leg %d does not fit: the geometry makes legs of %.4g m at mid-stroke, and a cylinder is at least "
+            "its stroke long when it is in; give a stroke up to %.4g m, or a larger geometry.height_m",
+            a->stroke_m[i], i + 1, stroke.middle_m, stroke.middle_m / 1.5);
     require(c, a->upper_center_m[i] <= shortest && a->lower_center_m[i] <= shortest,
             "actuator.upper_center_m %g and lower_center_m %g of leg %d must lie within the shortest leg, %.4g m", a->upper_center_m[i],
             a->lower_center_m[i], i + 1, shortest);
@@ -59,8 +63,8 @@ static void check_leg(struct checker *c, const struct params *p, int i, const st
             "limits.length_min_m %g and length_max_m %g must enclose the neutral leg length, %.4g m (leg %d)", l->length_min_m[i],
             l->length_max_m[i], neutral, i + 1);
     require(c, shortest < neutral && neutral < stroke.most_m,
-            "actuator.mid_stroke_m %g of leg %d: its stroke, %.4g to %.4g m, must enclose the neutral leg length, %.4g m", a->mid_stroke_m[i],
-            i + 1, shortest, stroke.most_m, neutral);
+            "actuator.mid_stroke_m %g of leg %d: its stroke, %.4g to %.4g m, must enclose the neutral leg length, %.4g m",
+            a->mid_stroke_m[i], i + 1, shortest, stroke.most_m, neutral);
     require(c, drop < p->geometry.height_m, "motion.park_z_m %g must be below geometry.height_m %g", drop, p->geometry.height_m);
     require(c, parked >= shortest && parked > l->length_min_m[i],
             "motion.park_z_m %g makes leg %d %.4g m long; the stroke ends at %.4g m and limits.length_min_m is %g: park higher (smaller z)",
@@ -79,8 +83,9 @@ static void check_hydraulics(struct checker *c, const struct params *p) {
     const struct hydraulics_params *h = &p->hydraulics;
     const struct actuator_params *a = &p->actuator;
     for (int i = 0; i < LEGS; i++)
-        require(c, a->rod_diameter_m[i] < a->piston_diameter_m[i], "actuator.rod_diameter_m %g must be below actuator.piston_diameter_m %g (leg %d)",
-                a->rod_diameter_m[i], a->piston_diameter_m[i], i + 1);
+        require(c, a->rod_diameter_m[i] < a->piston_diameter_m[i],
+                "actuator.rod_diameter_m %g must be below actuator.piston_diameter_m %g (leg %d)", a->rod_diameter_m[i],
+                a->piston_diameter_m[i], i + 1);
     require(c, h->tank_pa < h->supply_pa, "hydraulics.tank_pa %g must be below hydraulics.supply_pa %g", h->tank_pa, h->supply_pa);
     require(c, h->supply_pa <= p->sensors.pressure_full_scale_pa, "sensors.pressure_full_scale_pa %g must reach hydraulics.supply_pa %g",
             p->sensors.pressure_full_scale_pa, h->supply_pa);
@@ -89,7 +94,8 @@ static void check_hydraulics(struct checker *c, const struct params *p) {
 static void check_limits(struct checker *c, const struct params *p) {
     const struct limit_params *l = &p->limits;
     const struct hydraulics_params *h = &p->hydraulics;
-    double move_s = fmin(p->motion.engage_s, p->motion.park_s), rate = 2 * p->motion.park_z_m / move_s; /* twice the mean bounds the peak */
+    /* twice the mean bounds the peak */
+    double move_s = fmin(p->motion.engage_s, p->motion.park_s), rate = 2 * p->motion.park_z_m / move_s;
 
     require(c, l->pressure_min_pa < h->tank_pa && h->supply_pa < l->pressure_max_pa,
             "limits.pressure_min_pa %g and pressure_max_pa %g must enclose hydraulics.tank_pa %g and supply_pa %g", l->pressure_min_pa,
@@ -124,7 +130,8 @@ static void check_reach(struct checker *c, const struct params *p, enum dof axis
 
     require(c, reach < room,
             "tests.%s of %s, %g (%.3g m at a joint), leaves the legs' room round neutral, %.3g m by actuator.stroke_m, "
-            "limits.length_min_m and length_max_m", key, name, amplitude, reach, room);
+            "limits.length_min_m and length_max_m",
+            key, name, amplitude, reach, room);
     require(c, speed < p->limits.leg_rate_mps,
             "tests.%s of %s, %g, at its tests.frequency_hz %g takes %.3g m/s, above limits.leg_rate_mps %g; lower one", key, name,
             amplitude, hz, speed, p->limits.leg_rate_mps);
@@ -156,7 +163,8 @@ static void check_tests(struct checker *c, const struct params *p) {
     if (t->trajectory[0]) return;
     for (int i = 0; i < t->count; i++) {
         check_frequency(c, p, t->order[i]);
-        if (p->mechanism == MECHANISM_STEWART) check_reach(c, p, t->order[i]); /* else nothing is driven */
+        /* else nothing is driven */
+        if (p->mechanism == MECHANISM_STEWART) check_reach(c, p, t->order[i]);
     }
     require(c, samples >= 2 * regressors, "tests.duration_s %g holds %.0f samples; tests.harmonics %d needs %d: at least %g s",
             t->duration_s, samples, t->harmonics, 2 * regressors, 2 * regressors / rate_hz);
@@ -183,7 +191,8 @@ int config_check_motion(const struct params *p, struct error *error) {
             ramp_min_s);
     require(&c, blind.allowed,
             "with %s the machine moves for %.3g s without a controller (%s), more than limits.blind_time_s %g: lower these keys, or, for "
-            "tests without a machine, raise that one", blind.when, blind.s, blind.sum, p->limits.blind_time_s);
+            "tests without a machine, raise that one",
+            blind.when, blind.s, blind.sum, p->limits.blind_time_s);
     return c.status;
 }
 
@@ -197,7 +206,8 @@ static void check_channel(struct checker *c, const char *section, const struct c
 
 int config_check(const struct params *params, const char *name, struct error *error) {
     struct checker c = {.name = name, .error = error};
-    bool legs = params->mechanism == MECHANISM_STEWART; /* else nothing of a platform, and nothing is driven */
+    /* else nothing of a platform, and nothing is driven */
+    bool legs = params->mechanism == MECHANISM_STEWART;
     check_payload(&c, &params->payload);
     check_hydraulics(&c, params);
     if (legs) check_legs(&c, params);

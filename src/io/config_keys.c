@@ -17,7 +17,8 @@
 #define LEG_KEY(section, member, value, min, max, unit, meaning) \
     {#section "." #member, CONFIG_REALS, offsetof(struct params, section.member), min, max, value, unit, meaning, NULL, -1, LEGS}
 #define JOINTS_KEY(member, meaning) \
-    {"geometry." #member "_joints_m", CONFIG_POINTS, offsetof(struct params, geometry.member), -30.0, 30.0, "[]", "m", meaning, NULL, -1, LEGS}
+    {"geometry." #member "_joints_m", CONFIG_POINTS, offsetof(struct params, geometry.member), -30.0, 30.0, "[]", "m", meaning, NULL, -1, \
+     LEGS}
 #define AXES_KEY(name, member, count, value, min, max, unit, meaning) \
     {"tests." name, CONFIG_REALS, offsetof(struct params, tests.member), min, max, value, unit, meaning, NULL, -1, count}
 #define RAW_LIMIT 2147483647.0
@@ -34,7 +35,8 @@
 static const char *const mechanism_names[] = {[MECHANISM_STEWART] = "stewart", [MECHANISM_AXIS] = "axis", NULL};
 static const char *const engine_names[] = {[ENGINE_ODE] = "ode", [ENGINE_CLOSED_FORM] = "closed_form", NULL};
 
-/* Ranges are what such a machine can have at all, not what is wise: wide enough for a desk-top hexapod and a flight simulator. */
+/* Ranges are what such a machine can have at all, not what is wise: wide enough for a desk-top
+ * hexapod and a flight simulator. */
 static const struct config_key keys[] = {
     {"mechanism", CONFIG_CHOICE, offsetof(struct params, mechanism), 0, 0, "stewart", "-",
      "six-leg platform, or one cylinder or electric axis (import and gap only)", mechanism_names, -1, 1},
@@ -179,7 +181,8 @@ static const struct config_key keys[] = {
     WORD(lcm, url, CONFIG_TEXT, "udpm://239.255.76.67:7667?ttl=0", "provider; empty: none; ttl=0 stays on the host", NULL),
     KEY(lcm, state_every, "10", 1.0, 1e6, "-", "one HEXID_STATE on the wire for so many cycles"),
     KEY(lcm, commands, "false", 0.0, 1.0, "-", "accept commands that move; stop and park are always accepted"),
-    KEY(lcm, lease_s, "5", 0.0, 60.0, "s", "an operator who engaged by command is heard so often, or the platform is parked; 0: not watched"),
+    KEY(lcm, lease_s, "5", 0.0, 60.0, "s",
+        "an operator who engaged by command is heard so often, or the platform is parked; 0: not watched"),
 
     CHANNEL(length_channel, "m", "0", "1e6", "0", "1", "0.01", "30"),
     CHANNEL(p1_channel, "Pa", "0", "1000", "0", "1e6", "-2e5", "32e6"),
@@ -216,7 +219,8 @@ static const char *const sections[][2] = {
     {"tests", "Six sinusoidal tests, or another motion"},
     {"checks", "Beyond any of these the verdict is fail"},
     {"model", "The model against which hexid gap measures"},
-    {"model.tolerance", "How far the model's parameters may be off, relative (joints: m), each leg for itself, without that being a finding"},
+    {"model.tolerance",
+     "How far the model's parameters may be off, relative (joints: m), each leg for itself, without that being a finding"},
     {"loop", "Real-time loop"},
     {"security", "What the running daemon may ask of the system"},
     {"lcm", "Messages"},
@@ -232,10 +236,15 @@ static const char *const sections[][2] = {
 
 static void effect_key_make(int effect, int k, struct config_key *key) {
     const struct effect_key *e = &effect_table[effect]->keys[k];
-    *key = (struct config_key){.kind = e->per_leg ? CONFIG_REALS : CONFIG_REALS_ALIKE, .count = LEGS,
+    *key = (struct config_key){.kind = e->per_leg ? CONFIG_REALS : CONFIG_REALS_ALIKE,
+                               .count = LEGS,
                                .offset = offsetof(struct params, effects) + (size_t)effect * sizeof(struct effect_values) +
                                          offsetof(struct effect_values, value) + (size_t)k * sizeof(double[LEGS]),
-                               .min = e->min, .max = e->max, .unit = e->unit, .meaning = effect_table[effect]->law, .effect = effect};
+                               .min = e->min,
+                               .max = e->max,
+                               .unit = e->unit,
+                               .meaning = effect_table[effect]->law,
+                               .effect = effect};
     snprintf(key->path, sizeof key->path, "effects.%.40s.%.28s", effect_table[effect]->name, e->name);
     snprintf(key->value, sizeof key->value, "%.17g", e->neutral);
 }
@@ -276,10 +285,12 @@ static const char *last_part(const char *path) {
     return dot ? dot + 1 : path;
 }
 
-/* Takes the candidate when it is nearer than what was found so far. A path without a section is compared with the member alone. */
+/* Takes the candidate when it is nearer than what was found so far. A path without a section is
+ * compared with the member alone. */
 static void consider(const char *path, const char *candidate, int *best, char nearest[CONFIG_PATH_SIZE]) {
     const char *compared = strchr(path, '.') ? candidate : last_part(candidate);
-    if (abs((int)strlen(path) - (int)strlen(compared)) >= *best) return; /* the distance is at least that */
+    /* the distance is at least that */
+    if (abs((int)strlen(path) - (int)strlen(compared)) >= *best) return;
     int distance = edit_distance(path, compared);
     if (distance >= *best) return;
     *best = distance;

@@ -65,7 +65,8 @@ __attribute__((format(printf, 2, 3))) static bool refuse(char reason[CONFIG_REAS
     return false;
 }
 
-static locale_t c_locale(void) { return newlocale(LC_ALL_MASK, "C", (locale_t)0); } /* glibc's static one: nothing to free */
+/* glibc's static one: nothing to free */
+static locale_t c_locale(void) { return newlocale(LC_ALL_MASK, "C", (locale_t)0); }
 
 /* Decimal notation only: strtod by itself also takes hexadecimal, "inf" and "nan". */
 static bool parse_number(const char *text, double *number) {
@@ -126,7 +127,8 @@ static bool set_choice(const struct config_key *key, const char *text, enum engi
 static bool set_text(const char *text, char place[CONFIG_ITEM_SIZE], char reason[CONFIG_REASON_SIZE]) {
     for (const char *c = text; *c; c++)
         if (*c < ' ' || *c > '~') return refuse(reason, "holds a character that is not printable ASCII");
-    memcpy(place, text, CONFIG_ITEM_SIZE); /* the zeros behind the text, too: equal params are equal bytes */
+    /* the zeros behind the text, too: equal params are equal bytes */
+    memcpy(place, text, CONFIG_ITEM_SIZE);
     return true;
 }
 

@@ -10,7 +10,8 @@ void csv_range_take(struct csv_range *range, const struct cycle *cycle) {
     for (int i = 0; i < CSV_COLUMNS; i++) {
         if (csv_columns[i].kind != CSV_REAL) continue;
         double value = *(const double *)(const void *)((const char *)cycle + csv_columns[i].offset);
-        range->low[i] = range->begun ? fmin(range->low[i], value) : value; /* fmin and fmax pass over NaN */
+        /* fmin and fmax pass over NaN */
+        range->low[i] = range->begun ? fmin(range->low[i], value) : value;
         range->high[i] = range->begun ? fmax(range->high[i], value) : value;
     }
     range->begun = true;
@@ -40,8 +41,8 @@ static const double TURN_MAX_RAD = 0.6; /* of any motion: no platform swings by 
 static const struct expectation valve = {.least = 0.0, .most = 1.001, .guess = valves};
 
 static struct expectation pressure_of(const struct params *p) {
-    return (struct expectation){.least = 2e-3 * p->hydraulics.supply_pa, .most = 3.0 * p->sensors.pressure_full_scale_pa,
-                                .guess = pressures};
+    return (struct expectation){
+        .least = 2e-3 * p->hydraulics.supply_pa, .most = 3.0 * p->sensors.pressure_full_scale_pa, .guess = pressures};
 }
 
 static double size_of(const struct csv_range *r, int column, bool swing) {
@@ -83,8 +84,8 @@ static void check_legs(const struct csv_head *h, const struct csv_range *r, cons
     const double *a = p->tests.amplitude;
     double move_max = fmax(4.0 * fmax(a[DOF_X], fmax(a[DOF_Y], a[DOF_Z])), 0.5 * greatest(p->actuator.stroke_m));
     double turn_max = h->dof == DOF_NONE ? TURN_MAX_RAD : 4.0 * fmax(a[DOF_PHI], fmax(a[DOF_THETA], a[DOF_PSI]));
-    const struct expectation length = {.least = least(p->limits.length_min_m) / 2.0, .most = greatest(p->limits.length_max_m) * 2.0,
-                                       .guess = lengths};
+    const struct expectation length = {
+        .least = least(p->limits.length_min_m) / 2.0, .most = greatest(p->limits.length_max_m) * 2.0, .guess = lengths};
     const struct expectation move = {.swing = true, .least = 0.0, .most = move_max, .guess = lengths};
     const struct expectation turn = {.swing = true, .least = 0.0, .most = turn_max, .guess = angles};
     const struct expectation pressure = pressure_of(p);

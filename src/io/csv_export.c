@@ -99,7 +99,8 @@ static int begin_test(struct export *e, const struct cycle *c) {
     return STATUS_OK;
 }
 
-/* A cycle outside every test ends the one under way: of a second run's first test the time goes back. */
+/* A cycle outside every test ends the one under way: of a second run's first test
+ * the time goes back. */
 static int take(struct export *e, const struct cycle *c) {
     bool same = e->file && c->test == e->last.test && c->dof == e->last.dof && c->test_time_s > e->last.test_time_s;
     int status = c->test < 0 ? end_test(e) : same ? STATUS_OK : begin_test(e, c);
@@ -114,7 +115,8 @@ static int take(struct export *e, const struct cycle *c) {
 
 /* Each part of a run begins with its configuration: joined, they have it several times. */
 static int take_config(struct export *e, const char *text, size_t length) {
-    struct error ignored; /* of another version: the text is kept, the heads stay without its values */
+    /* of another version: the text is kept, the heads stay without its values */
+    struct error ignored;
     if (e->config && strlen(e->config) == length && !memcmp(e->config, text, length)) return STATUS_OK;
     if (e->config)
         return error_set(e->error, STATUS_IO, "%.250s: has two configurations, so it is of two runs: export each by itself", e->log_path);

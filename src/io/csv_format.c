@@ -41,15 +41,16 @@ bool csv_column_of(int column, enum mechanism_kind mechanism) {
     return common || (column >= CSV_POSITION_COLUMN) == (mechanism == MECHANISM_AXIS);
 }
 
-/* Units of a name's end, by the SI unit that stands for them in csv_columns; of what has none there, "". */
+/* Units of a name's end, by the SI unit that stands for them in csv_columns; of what
+ * has none there, "". */
 static const struct {
     const char *name, *si;
     double factor;
 } units[] = {
-    {"s", "s", 1.0},     {"ms", "s", 1e-3},      {"us", "s", 1e-6},                    {"m", "m", 1.0},    {"cm", "m", 1e-2},
-    {"mm", "m", 1e-3},   {"um", "m", 1e-6},      {"rad", "rad", 1.0},                  {"mrad", "rad", 1e-3}, {"deg", "rad", PI / 180.0},
-    {"pa", "pa", 1.0},   {"kpa", "pa", 1e3},     {"mpa", "pa", 1e6},                   {"bar", "pa", 1e5}, {"psi", "pa", 6894.757293168},
-    {"n", "n", 1.0},     {"kn", "n", 1e3},       {"%", "", 0.01},
+    {"s", "s", 1.0},   {"ms", "s", 1e-3},  {"us", "s", 1e-6},   {"m", "m", 1.0},       {"cm", "m", 1e-2},
+    {"mm", "m", 1e-3}, {"um", "m", 1e-6},  {"rad", "rad", 1.0}, {"mrad", "rad", 1e-3}, {"deg", "rad", PI / 180.0},
+    {"pa", "pa", 1.0}, {"kpa", "pa", 1e3}, {"mpa", "pa", 1e6},  {"bar", "pa", 1e5},    {"psi", "pa", 6894.757293168},
+    {"n", "n", 1.0},   {"kn", "n", 1e3},   {"%", "", 0.01},
 };
 enum { UNITS = sizeof units / sizeof *units };
 

@@ -18,7 +18,8 @@ static const double rate_tolerance = 0.01;  /* of the mean step of t_s against r
 static const double rate_same = 1e-3;       /* so near, a rate is the same */
 static const double HOLE = 1.5;             /* mean steps: a row is missing, as advance() counts */
 static const double step_least_s = 1e-4, step_most_s = 0.1; /* as loop.period_s */
-static const double lost_share = 0.1;       /* more rows missing than this: rate_hz is wrong, not the recording */
+static const double lost_share = 0.1;       /* more rows missing than this: rate_hz is
+                                             * wrong, not the recording */
 static const double gap_max_s = 3600.0;     /* as tests.duration_s */
 
 struct import {
@@ -55,8 +56,9 @@ static int merge_mechanism(struct import *im, int file) {
 /* Axes for which one file's value stands as long as they have no file with one of their own. */
 static bool shares(enum csv_key key, enum dof a, enum dof b) { return key == CSV_FREQUENCY || (a < DOF_PHI) == (b < DOF_PHI); }
 
-/* All files that give a value for this place in the configuration must give the same; frequency and amplitude may be each test's own: hexid gap
- * measures them, and the configuration says those of the axis's first file. */
+/* All files that give a value for this place in the configuration must give the same; frequency and
+ * amplitude may be each test's own: hexid gap measures them, and the configuration says those of
+ * the axis's first file. */
 static int merge(struct import *im, int file, enum csv_key key) {
     const struct csv_head *h = &im->head[file];
     double *place = csv_place(&im->params, key, h->dof);
@@ -87,10 +89,12 @@ static void set_rate(struct params *p, double rate_hz) {
     p->limits.sensor_age_s = fmax(p->limits.sensor_age_s, p->loop.period_s);
 }
 
-static int ascending(const void *a, const void *b) { return *(const double *)a < *(const double *)b ? -1 : *(const double *)a > *(const double *)b; }
+static int ascending(const void *a, const void *b) {
+    return *(const double *)a < *(const double *)b ? -1 : *(const double *)a > *(const double *)b;
+}
 
-/* Steps from row to row where a file begins, by its own times: the mean of all, and of those that are no holes. 0: too few rows, or what the
- * reading proper will refuse. */
+/* Steps from row to row where a file begins, by its own times: the mean of all, and of those that
+ * are no holes. 0: too few rows, or what the reading proper will refuse. */
 struct steps {
     double all_s, whole_s;
 };
@@ -109,7 +113,8 @@ static struct steps measured_steps(const struct import *im, int file) {
     csv_close(reader);
     if (n < STEPS_LEAST) return (struct steps){0};
     qsort(step_s, (size_t)n, sizeof *step_s, ascending);
-    struct steps s = {sum / n, sum / n}; /* and not the median: times that are rounded have steps of 2 and 3 ms */
+    /* and not the median: times that are rounded have steps of 2 and 3 ms */
+    struct steps s = {sum / n, sum / n};
     for (int pass = 0; pass < PASSES; pass++) {
         for (whole = 0, whole_sum = 0.0; whole < n && step_s[whole] < HOLE * s.whole_s;) whole_sum += step_s[whole++];
         s.whole_s = whole_sum / whole;
@@ -117,8 +122,9 @@ static struct steps measured_steps(const struct import *im, int file) {
     return s;
 }
 
-/* The times rule, of a rate that nobody stated, and of one that is a little off: nearer than what is lost leaves open. More is refused when
- * all of the file is read, and so is what no loop runs at: another unit of time. */
+/* The times rule, of a rate that nobody stated, and of one that is a little off: nearer than what
+ * is lost leaves open. More is refused when all of the file is read, and so is what no loop runs
+ * at: another unit of time. */
 static void take_rate(struct import *im) {
     struct steps s = measured_steps(im, 0);
     double now_s = period_s(im), off = now_s / s.whole_s - 1.0;
@@ -150,8 +156,8 @@ static int place_of(const struct test_params *t, enum dof dof) {
     return -1;
 }
 
-/* Each file's place in the list of tests; the list is made of the files where the configuration's lacks an axis. A file without a
- * sinusoid gets a place behind them. */
+/* Each file's place in the list of tests; the list is made of the files where the configuration's
+ * lacks an axis. A file without a sinusoid gets a place behind them. */
 static void place_tests(struct import *im) {
     struct test_params *t = &im->params.tests;
     int behind = DOFS;
@@ -166,7 +172,8 @@ static void place_tests(struct import *im) {
     for (int i = t->count; i < DOFS; i++) t->order[i] = DOF_NONE;
 }
 
-/* Boundaries are whole periods, as in the reference, so that what was exported comes back with the same phases. */
+/* Boundaries are whole periods, as in the reference, so that what was exported comes back with
+ * the same phases. */
 static enum phase phase_at(const struct params *p, double t_s) {
     long long tick = llround(t_s / p->loop.period_s), ramp = llround(p->tests.ramp_s / p->loop.period_s);
     if (tick < 0) return PHASE_SETTLE;
@@ -177,11 +184,12 @@ static enum phase phase_at(const struct params *p, double t_s) {
 static int rate_lies(struct import *im, const struct csv_head *h, double step_s) {
     bool given = !isnan(h->value[CSV_RATE]);
     const char *unit = csv_time_unit(step_s, given ? period_s(im) : (double)NAN);
-    const char *whose = given ? "rate_hz: " : im->report->rate_hz > 0.0 ? "no rate_hz, and the first file's "
-                                                                       : "no rate_hz, and the configuration's ";
-    return error_set(im->error, STATUS_USAGE, "%.200s:%d: %s%g Hz is not what t_s has: steps of %.6g s, %.6g Hz; %s%s",
-                     h->path, given ? h->line[CSV_RATE] : h->columns_line, whose,
-                     1.0 / period_s(im), step_s, 1.0 / step_s, unit ? unit : "give the true rate_hz", unit ? ": name the column so" : "");
+    const char *whose = given                       ? "rate_hz: "
+                        : im->report->rate_hz > 0.0 ? "no rate_hz, and the first file's "
+                                                    : "no rate_hz, and the configuration's ";
+    return error_set(im->error, STATUS_USAGE, "%.200s:%d: %s%g Hz is not what t_s has: steps of %.6g s, %.6g Hz; %s%s", h->path,
+                     given ? h->line[CSV_RATE] : h->columns_line, whose, 1.0 / period_s(im), step_s, 1.0 / step_s,
+                     unit ? unit : "give the true rate_hz", unit ? ": name the column so" : "");
 }
 
 struct span {
@@ -322,7 +330,8 @@ static int read_heads(struct import *im) {
     if (count < 0 && errno == ENOTDIR) return read_file_head(im);
     if (count < 0) return error_set(im->error, STATUS_IO, "%.250s: cannot be read: %s", im->source->path, strerror(errno));
     if (count == 0) status = error_set(im->error, STATUS_USAGE, "%.250s: has no CSV file", im->source->path);
-    if (count > CSV_FILES_MAX) status = error_set(im->error, STATUS_USAGE, "%.250s: more than %d CSV files", im->source->path, CSV_FILES_MAX);
+    if (count > CSV_FILES_MAX)
+        status = error_set(im->error, STATUS_USAGE, "%.250s: more than %d CSV files", im->source->path, CSV_FILES_MAX);
     im->report->found = count;
     for (int i = 0; !status && i < count; i++)
         if (!im->source->only || i == im->source->only - 1) status = read_head(im, im->source->path, files[i]->d_name);

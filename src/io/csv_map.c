@@ -50,7 +50,8 @@ static int add(struct csv_map *map, char *pair, struct error *error) {
     a.column = csv_column_named(own);
     if (a.column < 0)
         return REFUSE("%.80s=: hexid has no column of that name; it has t, position, ref, force, p1, p2, u of an axis, and t, l1..l6, "
-                      "p1_1..p2_6, u1..u6, ref_x..ref_psi of a platform", own);
+                      "p1_1..p2_6, u1..u6, ref_x..ref_psi of a platform",
+                      own);
     int status = take_unit(&a, equals + 1, error);
     if (!status) status = check_twice(map, &a, error);
     if (!status) map->alias[map->count++] = a;

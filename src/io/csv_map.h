@@ -1,6 +1,8 @@
-/* Columns by the user's own names: "position=Weg:mm,force=Kraft [kN],t=Zeit:s". Left hexid's name of a column (csv.h), its unit may be left
- * out; right the name as the file has it, then, after a colon, its unit. Without that the name's own end counts ("Weg [mm]", "Weg_mm"),
- * else SI. Names have no comma; one with a colon in it ends with another, its unit or nothing behind that. Pure; any thread. */
+/* Columns by the user's own names: "position=Weg:mm,force=Kraft [kN],t=Zeit:s". Left hexid's
+ * name of a column (csv.h), its unit may be left out; right the name as the file has it, then,
+ * after a colon, its unit. Without that the name's own end counts ("Weg [mm]", "Weg_mm"), else
+ * SI. Names have no comma; one with a colon in it ends with another, its unit or nothing behind
+ * that. Pure; any thread. */
 #ifndef HEXID_CSV_MAP_H
 #define HEXID_CSV_MAP_H
 

@@ -22,7 +22,8 @@ static void list(char text[CSV_LIST_SIZE], const char *word) {
 static int read_value(struct csv_reader *r, int key, char *text, struct error *error) {
     struct csv_head *h = &r->head;
     bool time = key == CSV_SETTLE || key == CSV_RAMP || key == CSV_RAMP_OUT; /* may be none */
-    double value, least = key == CSV_RATE ? 10.0 : time ? 0.0 : 1e-9, most = key == CSV_RATE ? 1e4 : 3600.0; /* loop.period_s, tests.* */
+    /* loop.period_s, tests.* */
+    double value, least = key == CSV_RATE ? 10.0 : time ? 0.0 : 1e-9, most = key == CSV_RATE ? 1e4 : 3600.0;
     char *end = csv_text_number(text, &value);
     if (!isnan(h->value[key])) return csv_text_refuse(&r->in, error, "%s: given twice", csv_keys[key]);
     if (!end || *end || !(value >= least && value <= most))
@@ -50,7 +51,8 @@ static int read_key(struct csv_reader *r, char *comment, bool *has_dof, struct e
     }
     if (*has_dof) return csv_text_refuse(&r->in, error, "dof: given twice");
     *has_dof = true;
-    return csv_dof_find(text, &r->head.dof) ? STATUS_OK : csv_text_refuse(&r->in, error, "dof: %.40s: it takes x, y, z, phi, theta, psi or none", text);
+    return csv_dof_find(text, &r->head.dof) ? STATUS_OK
+                                            : csv_text_refuse(&r->in, error, "dof: %.40s: it takes x, y, z, phi, theta, psi or none", text);
 }
 
 static int read_column(struct csv_reader *r, const char *name, struct error *error) {
@@ -60,7 +62,8 @@ static int read_column(struct csv_reader *r, const char *name, struct error *err
     int column = alias ? alias->column : csv_column_find(name, &unit);
     r->unit[r->cells] = alias ? alias->unit : unit;
     if (column < 0) list(r->head.ignored, *name ? name : "(no name)");
-    else if (r->head.has[column]) return csv_refuse(r, column, error, "stands there twice%s", r->map ? ", by --map or by its own name" : "");
+    else if (r->head.has[column])
+        return csv_refuse(r, column, error, "stands there twice%s", r->map ? ", by --map or by its own name" : "");
     else r->head.has[column] = true;
     r->column[r->cells++] = column;
     return STATUS_OK;
@@ -92,7 +95,10 @@ static int read_columns(struct csv_reader *r, char *line, struct error *error) {
         int status = read_column(r, csv_text_trim(cell), error);
         if (status) return status;
     }
-    if (!r->head.has[CSV_T]) return csv_text_refuse(&r->in, error, "no column t_s: the line after the head names the columns, t_s among them; names of your own take --map t=NAME:s");
+    if (!r->head.has[CSV_T])
+        return csv_text_refuse(&r->in, error,
+                               "no column t_s: the line after the head names the columns, t_s among them; "
+                               "names of your own take --map t=NAME:s");
     if (r->head.has[CSV_POSITION_COLUMN]) r->head.mechanism = MECHANISM_AXIS;
     if (r->head.mechanism == MECHANISM_AXIS && !r->head.has[CSV_POSITION_COLUMN])
         return csv_text_refuse(&r->in, error, "no column position_m: without it an axis has nothing that can be evaluated");
@@ -118,8 +124,9 @@ static int read_head(struct csv_reader *r, struct error *error) {
     bool axis = r->head.mechanism == MECHANISM_AXIS;
     if (!has_dof && axis) r->head.dof = DOF_X;
     else if (!has_dof)
-        return csv_text_refuse(&r->in, error, "no line \"# dof: x\" (or y, z, phi, theta, psi, none) before the names of the columns, and no "
-                                "column position_m of an axis");
+        return csv_text_refuse(&r->in, error,
+                               "no line \"# dof: x\" (or y, z, phi, theta, psi, none) before the names of the columns, and no "
+                               "column position_m of an axis");
     if (axis && r->head.dof > DOF_X) return csv_text_refuse(&r->in, error, "dof: %s: an axis has none but x", csv_dof_name(r->head.dof));
     return STATUS_OK;
 }
@@ -168,8 +175,7 @@ static bool store(struct cycle *c, const struct csv_column *column, double numbe
 
 static int refuse_cell(const struct csv_reader *r, int column, const char *cell, struct error *error) {
     int length = (int)strcspn(cell, ",");
-    return csv_refuse(r, column, error, "%.*s is no number that it takes: digits and a point, no unit",
-                      length < 40 ? length : 40, cell);
+    return csv_refuse(r, column, error, "%.*s is no number that it takes: digits and a point, no unit", length < 40 ? length : 40, cell);
 }
 
 /* rest: behind the last cell that was read. */

@@ -1,4 +1,5 @@
-/* One CSV file: its head, then row after row. Constant memory; errors name file, line and column. Private to src/io/csv_*.c. */
+/* One CSV file: its head, then row after row. Constant memory; errors name file, line and column.
+ * Private to src/io/csv_*.c. */
 #ifndef HEXID_CSV_READER_H
 #define HEXID_CSV_READER_H
 
@@ -34,13 +35,14 @@ struct csv_reader {
 /* Opens it and reads the head; notes in the map which of its names are there. */
 int csv_open(struct csv_reader **reader, const char *path, struct csv_map *map, struct error *error);
 
-/* 1 a row, 0 the end, or negative. Fills the cycle's columns; what else a cycle has is NaN or none. */
+/* 1 a row, 0 the end, or negative. Fills the cycle's columns; what else a cycle
+ * has is NaN or none. */
 int csv_read_row(struct csv_reader *reader, struct cycle *cycle, struct error *error);
 
 void csv_close(struct csv_reader *reader);
 
 /* "file:line: column: reason", -2. column: CSV_T or another of csv_columns. */
-__attribute__((format(printf, 4, 5)))
-int csv_refuse(const struct csv_reader *reader, int column, struct error *error, const char *format, ...);
+__attribute__((format(printf, 4, 5))) int csv_refuse(const struct csv_reader *reader, int column, struct error *error, const char *format,
+                                                     ...);
 
 #endif

@@ -69,7 +69,8 @@ int csv_text_columns(struct csv_text *t, char *line, struct error *error) {
     return normalise(line, t->separator) ? STATUS_OK : csv_text_refuse(t, error, "a quote is not closed");
 }
 
-/* Digits with a point, up to 15 of them: both are exact in binary, so one division rounds right. NULL: it takes strtod. */
+/* Digits with a point, up to 15 of them: both are exact in binary, so one division rounds right.
+ * NULL: it takes strtod. */
 static char *read_plain(char *text, double *number) {
     static const double power[] = {1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
     char *first = text + (*text == '-'), *p = first, *point = NULL;

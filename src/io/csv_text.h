@@ -1,5 +1,6 @@
-/* Lines and cells of a CSV file that any program may have written: commas, semicolons or tabs, decimal commas, quotes, CRLF, a byte order
- * mark, comment lines. Constant memory; errors name file and line. Private to src/io/. */
+/* Lines and cells of a CSV file that any program may have written: commas, semicolons or tabs,
+ * decimal commas, quotes, CRLF, a byte order mark, comment lines. Constant memory; errors name file
+ * and line. Private to src/io/. */
 #ifndef HEXID_CSV_TEXT_H
 #define HEXID_CSV_TEXT_H
 
@@ -13,7 +14,8 @@ struct csv_text {
     char path[CSV_PATH_SIZE];
     FILE *file;
     int line;          /* the one read last, from 1 */
-    char separator;    /* of cells: ',', or ';' or a tab, and then numbers may have decimal commas; 0: not known yet */
+    char separator;    /* of cells: ',', or ';' or a tab, and then numbers may have
+                        * decimal commas; 0: not known yet */
     char text[CSV_LINE_SIZE];
 };
 
@@ -21,14 +23,17 @@ struct csv_text {
 int csv_text_open(struct csv_text *t, const char *path, struct error *error);
 void csv_text_close(struct csv_text *t);
 
-/* The next line that is not blank, without its end: 1, 0 at the end of the file, or negative. Once the separator is known: without comment
- * lines, commas between cells, points in numbers, no quotes. */
+/* The next line that is not blank, without its end: 1, 0 at the end of the file, or negative.
+ * Once the separator is known: without comment lines, commas between cells, points in
+ * numbers, no quotes. */
 int csv_text_line(struct csv_text *t, char **line, struct error *error);
 
-/* This line has the names of the columns: it tells the separator, and becomes as those that follow. 0 or -2. */
+/* This line has the names of the columns: it tells the separator, and becomes as those that
+ * follow. 0 or -2. */
 int csv_text_columns(struct csv_text *t, char *line, struct error *error);
 
-/* A number that ends at a comma or at the end of the text; NaN for an empty cell. NULL when it is none, else where it ends. */
+/* A number that ends at a comma or at the end of the text; NaN for an empty cell. NULL when it is
+ * none, else where it ends. */
 char *csv_text_number(char *text, double *number);
 
 /* Without blanks at both ends, in place. */

@@ -1,5 +1,5 @@
-/* One cycle as a row of numbers: everything that a HEXID_STATE message has, in the names of the CSV files. What all formats of a whole log
- * have in common. Ordinary threads. */
+/* One cycle as a row of numbers: everything that a HEXID_STATE message has, in the names of the CSV
+ * files. What all formats of a whole log have in common. Ordinary threads. */
 #ifndef HEXID_CYCLE_COLUMNS_H
 #define HEXID_CYCLE_COLUMNS_H
 
@@ -7,7 +7,8 @@
 
 #include "types.h"
 
-enum column_kind { COLUMN_REAL, COLUMN_INT64, COLUMN_UINT32, COLUMN_CODE, COLUMN_BOOL }; /* double; (u)int64_t, uint32_t, int or enum, bool */
+/* double; (u)int64_t, uint32_t, int or enum, bool */
+enum column_kind { COLUMN_REAL, COLUMN_INT64, COLUMN_UINT32, COLUMN_CODE, COLUMN_BOOL };
 
 struct cycle_column {
     const char *name;

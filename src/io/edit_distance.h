@@ -4,7 +4,8 @@
 
 enum { EDIT_DISTANCE_MAX = 128 }; /* characters of either word, with its zero */
 
-/* Levenshtein distance: letters put in, taken out or replaced. Of longer words the beginnings are compared. */
+/* Levenshtein distance: letters put in, taken out or replaced. Of longer words the
+ * beginnings are compared. */
 int edit_distance(const char *a, const char *b);
 
 /* From here on a suggestion is a guess, not a help. */

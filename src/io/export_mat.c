@@ -11,7 +11,8 @@
 #include "messages.h"
 #include "new_file.h"
 
-/* A variable of the format 5 has at most 2 GiB, and a struct is one: 2 h 13 min of cycles of 2 ms. */
+/* A variable of the format 5 has at most 2 GiB, and a struct is one: 2 h 13 min
+ * of cycles of 2 ms. */
 enum { COLUMNS = 1 + CYCLE_COLUMNS, CYCLES_MAX = 4000000, MESSAGES_MAX = 100000, MESSAGE_BYTES_MAX = 64 << 20 };
 
 /* A column of the file: all are 8 bytes wide. */
@@ -218,7 +219,8 @@ static matvar_t *everything(struct mat_export *e) {
         if (of_type[i]) names[count++] = message_types[i].name;
     }
     matvar_t *all = structure(e, "hexid", 1, names, count);
-    for (int i = 0; i < COLUMNS; i++) set(e, all, names[i], 0, numbers(e, i == 0 || column_is_real(i - 1), e->cycles, 1, e->column[i], true));
+    for (int i = 0; i < COLUMNS; i++)
+        set(e, all, names[i], 0, numbers(e, i == 0 || column_is_real(i - 1), e->cycles, 1, e->column[i], true));
     set(e, all, "units", 0, units(e));
     set(e, all, "config", 0, configuration(e));
     for (int i = 0; i < MESSAGE_TYPES; i++)
@@ -226,7 +228,8 @@ static matvar_t *everything(struct mat_export *e) {
     return all;
 }
 
-/* Does what is in memory end where its one variable does? Its tag says 15, compressed, and the bytes that follow (MAT-File Format, 1-9). */
+/* Does what is in memory end where its one variable does? Its tag says 15, compressed, and the
+ * bytes that follow (MAT-File Format, 1-9). */
 static bool whole(int memory) {
     enum { TAG_AT = 128 };
     uint32_t tag[2];
@@ -235,8 +238,8 @@ static bool whole(int memory) {
            state.st_size == (off_t)(TAG_AT + sizeof tag + tag[1]);
 }
 
-/* libmatio does not look at what its writes return: it writes into memory, where it can be held against what it says of itself, and from
- * there it goes to the file by calls that do look. */
+/* libmatio does not look at what its writes return: it writes into memory, where it can be held
+ * against what it says of itself, and from there it goes to the file by calls that do look. */
 static void write_through_memory(struct mat_export *e, matvar_t *all) {
     char path[40], piece[1 << 16];
     ssize_t got = 0;
@@ -261,8 +264,8 @@ static int mat_close(void *to, struct error *error) {
     }
     int status = new_file_close(e->file, e->path, e->failure, error);
     if (e->too_long)
-        error_set(error, STATUS_IO, "%.250s: a .mat takes %d cycles and %d messages, and the log has more; take csv or mcap", e->path, CYCLES_MAX,
-                  MESSAGES_MAX);
+        error_set(error, STATUS_IO, "%.250s: a .mat takes %d cycles and %d messages, and the log has more; take csv or mcap", e->path,
+                  CYCLES_MAX, MESSAGES_MAX);
     for (int i = 0; i < COLUMNS; i++) free(e->column[i]);
     for (size_t i = 0; i < e->messages; i++) free(e->message[i].data);
     free(e->message);
@@ -272,5 +275,10 @@ static int mat_close(void *to, struct error *error) {
 }
 
 const struct export_format export_mat = {
-    .name = "mat", .open = mat_open, .cycle = mat_cycle, .message = mat_message, .failed = mat_failed, .close = mat_close,
+    .name = "mat",
+    .open = mat_open,
+    .cycle = mat_cycle,
+    .message = mat_message,
+    .failed = mat_failed,
+    .close = mat_close,
 };

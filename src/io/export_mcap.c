@@ -15,8 +15,10 @@ struct mcap_export {
 };
 
 static void send(struct mcap_export *e, int channel, int64_t utime_us) {
-    uint64_t time_us = utime_us > 0 ? (uint64_t)utime_us : 0; /* a damaged log's may be before 1970, or in 300 000 years */
-    if (!e->json.failed) mcap_message(e->file, channel, time_us < UINT64_MAX / 1000 ? time_us * 1000 : UINT64_MAX, e->json.text, e->json.size);
+    /* a damaged log's may be before 1970, or in 300 000 years */
+    uint64_t time_us = utime_us > 0 ? (uint64_t)utime_us : 0;
+    if (!e->json.failed)
+        mcap_message(e->file, channel, time_us < UINT64_MAX / 1000 ? time_us * 1000 : UINT64_MAX, e->json.text, e->json.size);
 }
 
 static void schema_begin(struct mcap_export *e, const char *title) {
@@ -43,7 +45,8 @@ static int state_channel(struct mcap_export *e) {
 }
 
 static int type_channel(struct mcap_export *e, const struct message_type *type) {
-    static const char *const json[] = {[FIELD_INTEGER] = "integer", [FIELD_BOOLEAN] = "boolean", [FIELD_REAL] = "number", [FIELD_TEXT] = "string"};
+    static const char *const json[] = {
+        [FIELD_INTEGER] = "integer", [FIELD_BOOLEAN] = "boolean", [FIELD_REAL] = "number", [FIELD_TEXT] = "string"};
     schema_begin(e, type->name);
     for (const struct field *f = type->field; f->name; f++) {
         if (f->kind == FIELD_COUNT) continue; /* an array says it itself; never the first field */
@@ -99,5 +102,10 @@ static int mcap_end(void *to, struct error *error) {
 }
 
 const struct export_format export_mcap = {
-    .name = "mcap", .open = mcap_open, .cycle = mcap_cycle, .message = mcap_message_of, .failed = mcap_failed, .close = mcap_end,
+    .name = "mcap",
+    .open = mcap_open,
+    .cycle = mcap_cycle,
+    .message = mcap_message_of,
+    .failed = mcap_failed,
+    .close = mcap_end,
 };

@@ -58,5 +58,10 @@ static int table_close(void *to, struct error *error) {
 }
 
 const struct export_format export_table = {
-    .name = "csv", .open = table_open, .cycle = table_cycle, .message = table_message, .failed = table_failed, .close = table_close,
+    .name = "csv",
+    .open = table_open,
+    .cycle = table_cycle,
+    .message = table_message,
+    .failed = table_failed,
+    .close = table_close,
 };

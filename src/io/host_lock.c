@@ -19,7 +19,8 @@ static void lock_path(const char *url, char path[NAME_MAX]) {
             path[i] = '_';
 }
 
-/* Another user's file is opened without O_CREAT: kernels refuse that in directories that all may write. */
+/* Another user's file is opened without O_CREAT: kernels refuse that in directories
+ * that all may write. */
 static int open_lock(const char *path) {
     int file = open(path, O_RDWR | O_CLOEXEC | O_NOFOLLOW);
     if (file < 0 && errno == ENOENT) file = open(path, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
@@ -30,8 +31,10 @@ static int refuse(const char *url, int file, struct error *error) {
     char holder[24] = "";
     ssize_t size = pread(file, holder, sizeof holder - 1, 0);
     holder[size > 0 ? strspn(holder, "0123456789") : 0] = '\0';
-    return error_set(error, STATUS_UNSAFE, "--hal %.100s: another hexid on this host drives this machine%s%s: end it first, a machine has "
-                     "one master", url, *holder ? ", process " : "", holder);
+    return error_set(error, STATUS_UNSAFE,
+                     "--hal %.100s: another hexid on this host drives this machine%s%s: end it first, a machine has "
+                     "one master",
+                     url, *holder ? ", process " : "", holder);
 }
 
 int host_lock(const char *url, struct error *error) {
@@ -47,6 +50,7 @@ int host_lock(const char *url, struct error *error) {
         return status;
     }
     int length = snprintf(own, sizeof own, "%ld\n", (long)getpid());
-    if (ftruncate(file, 0) == 0 && pwrite(file, own, (size_t)length, 0) < 0) errno = 0; /* for people only */
+    /* for people only */
+    if (ftruncate(file, 0) == 0 && pwrite(file, own, (size_t)length, 0) < 0) errno = 0;
     return file;
 }

@@ -1,5 +1,6 @@
-/* SAFETY: one master for each machine on this host: an advisory lock named after the back-end's URL,
- * released by the kernel however the process ends. What other hosts do is for the device to refuse. */
+/* SAFETY: one master for each machine on this host: an advisory lock named after the
+ * back-end's URL, released by the kernel however the process ends. What other hosts do is for
+ * the device to refuse. */
 #ifndef HEXID_HOST_LOCK_H
 #define HEXID_HOST_LOCK_H
 

@@ -1,5 +1,6 @@
-/* JSON written as it comes, into memory that grows: a cycle or a message as an object, by the thousand. Documents for people are made by
- * jansson. A number that JSON cannot hold is left out of its message, and null in an array. Ordinary threads. */
+/* JSON written as it comes, into memory that grows: a cycle or a message as an object, by the
+ * thousand. Documents for people are made by jansson. A number that JSON cannot hold is left out of
+ * its message, and null in an array. Ordinary threads. */
 #ifndef HEXID_JSON_TEXT_H
 #define HEXID_JSON_TEXT_H
 
@@ -10,7 +11,8 @@
 #include "types.h"
 
 struct json_text {
-    char *text;              /* `size` bytes, without a zero at the end; freed by json_text_free() */
+    char *text;              /* `size` bytes, without a zero at the end; freed by
+                              * json_text_free() */
     size_t size, capacity;
     bool failed;             /* no memory: what is in `text` is no JSON */
 };
@@ -21,7 +23,8 @@ void json_text_free(struct json_text *j);
 void json_text_add(struct json_text *j, const char *text, size_t length);
 __attribute__((format(printf, 2, 3))) void json_text_say(struct json_text *j, const char *format, ...);
 
-/* A string from anywhere: control characters and what would end it escaped, what is no UTF-8 a question mark. */
+/* A string from anywhere: control characters and what would end it escaped, what is no UTF-8
+ * a question mark. */
 void json_text_string(struct json_text *j, const char *text);
 
 /* In the shortest form that reads back bit for bit; and with so many significant digits. */

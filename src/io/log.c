@@ -10,7 +10,8 @@
 
 #include "input.h"
 
-enum { HEADER_SIZE = 28, CHANNEL_MAX = 999, BUFFER_SIZE = 1 << 18, EVENT_MAX = 64 << 20 }; /* CHANNEL_MAX: as liblcm reads */
+/* CHANNEL_MAX: as liblcm reads */
+enum { HEADER_SIZE = 28, CHANNEL_MAX = 999, BUFFER_SIZE = 1 << 18, EVENT_MAX = 64 << 20 };
 static const uint32_t sync_word = 0xEDA1DA01;
 
 struct log_writer {
@@ -44,7 +45,8 @@ int log_create(struct log_writer **writer, const char *path, struct error *error
         free(w);
         return status;
     }
-    flock(fileno(w->file->f), LOCK_SH | LOCK_NB); /* says that it is being written (log_directory.h); a pipe need not take it */
+    /* says that it is being written (log_directory.h); a pipe need not take it */
+    flock(fileno(w->file->f), LOCK_SH | LOCK_NB);
     *writer = w;
     return STATUS_OK;
 }
@@ -78,8 +80,12 @@ int64_t log_bytes(const struct log_writer *w) { return w->bytes; }
 int log_flush(struct log_writer *w, struct error *error) { return w->error.status || fflush(w->file->f) ? fail(w, error) : STATUS_OK; }
 
 int log_write(struct log_writer *w, int64_t utime_us, const char *channel, const void *data, int size, struct error *error) {
-    lcm_eventlog_event_t event = {.timestamp = utime_us, .channellen = (int32_t)strlen(channel), .datalen = size,
-                                  .channel = (char *)(uintptr_t)channel, .data = (void *)(uintptr_t)data}; /* liblcm only reads them */
+    lcm_eventlog_event_t event = {.timestamp = utime_us,
+                                  .channellen = (int32_t)strlen(channel),
+                                  .datalen = size,
+                                  /* liblcm only reads them */
+                                  .channel = (char *)(uintptr_t)channel,
+                                  .data = (void *)(uintptr_t)data};
     if (w->error.status || lcm_eventlog_write_event(w->file, &event)) return fail(w, error);
     w->bytes += (int64_t)log_event_size(channel, size);
     if (w->begun) return STATUS_OK;
@@ -106,7 +112,8 @@ struct log_reader {
     char channel[CHANNEL_MAX + 1];
 };
 
-/* More bytes behind those that are there. False at the end of the file, and when it cannot be read on. */
+/* More bytes behind those that are there. False at the end of the file, and when it
+ * cannot be read on. */
 static bool fill(struct log_reader *r) {
     ssize_t got;
     if (r->begin > 0) {
@@ -180,7 +187,9 @@ int log_next(struct log_reader *r, struct log_event *event) {
     uint32_t length = read_u32(header + 20);
     memcpy(r->channel, header + HEADER_SIZE, length);
     r->channel[length] = '\0';
-    *event = (struct log_event){.utime_us = (int64_t)read_u64(header + 12), .channel = r->channel, .data = header + HEADER_SIZE + length,
+    *event = (struct log_event){.utime_us = (int64_t)read_u64(header + 12),
+                                .channel = r->channel,
+                                .data = header + HEADER_SIZE + length,
                                 .size = (int)read_u32(header + 24)};
     r->begin += size;
     r->offset += (int64_t)size;

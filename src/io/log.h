@@ -1,10 +1,13 @@
 /* The native log: an LCM event log, lossless, what lcm-logger writes and lcm-logplayer replays.
- * First event: HEXID_EVENT kind "config" with the effective configuration as YAML. Then HEXID_STATE for every cycle, and results,
- * events and statistics in the order in which they arose. Ordinary threads.
+ * First event: HEXID_EVENT kind "config" with the effective configuration as YAML. Then
+ * HEXID_STATE for every cycle, and results, events and statistics in the order in which they
+ * arose. Ordinary threads.
  *
- * liblcm writes. It does not read: liblcm 1.3.1 allocates whatever size a damaged log claims without looking whether it got it, skips
- * garbage silently, and takes three allocations and a system call an event (0.46 us an event, against 0.07 us here).
- * Format, big-endian: int32 0xEDA1DA01, int64 event number, int64 utime in us, int32 channel length, int32 data length, channel, data. */
+ * liblcm writes. It does not read: liblcm 1.3.1 allocates whatever size a damaged log claims
+ * without looking whether it got it, skips garbage silently, and takes three allocations and
+ * a system call an event (0.46 us an event, against 0.07 us here). Format, big-endian: int32
+ * 0xEDA1DA01, int64 event number, int64 utime in us, int32 channel length, int32 data
+ * length, channel, data. */
 #ifndef HEXID_LOG_H
 #define HEXID_LOG_H
 
@@ -17,13 +20,15 @@ struct log_reader;
 /* An existing file is replaced. -3 with path and reason when it cannot be. */
 int log_create(struct log_writer **writer, const char *path, struct error *error);
 
-/* utime_us: time of the event on the log's clock. -3 with path and reason when the disk is full or gone; every later call then says the
- * same. The first event is handed to the system at once, so a run whose log cannot be written is refused before anything moves; later
- * ones through a buffer of a few kB. */
+/* utime_us: time of the event on the log's clock. -3 with path and reason when the disk is full
+ * or gone; every later call then says the same. The first event is handed to the system at once,
+ * so a run whose log cannot be written is refused before anything moves; later ones through a
+ * buffer of a few kB. */
 int log_write(struct log_writer *writer, int64_t utime_us, const char *channel, const void *data, int size, struct error *error);
 
-/* What comes from now on goes into this file, which is the writer's then; what is before it is flushed and closed. The error that this met
- * is the log's, as of log_write(). -3 also without memory: the file is closed then, and the log goes on where it was. */
+/* What comes from now on goes into this file, which is the writer's then; what is before it is
+ * flushed and closed. The error that this met is the log's, as of log_write(). -3 also without
+ * memory: the file is closed then, and the log goes on where it was. */
 int log_continue(struct log_writer *writer, int file, const char *path, struct error *error);
 
 /* That were written since the log, or its last file, was begun. */
@@ -45,14 +50,17 @@ struct log_event {
     int size;
 };
 
-/* -3 with path and reason when it cannot be read or does not begin like an event log. An empty file is a log without events. */
+/* -3 with path and reason when it cannot be read or does not begin like an event log. An empty file
+ * is a log without events. */
 int log_open(struct log_reader **reader, const char *path, struct error *error);
 
-/* 1 an event, of any channel; 0 the end. Reading stops for good at the first byte that cannot be part of an event: what follows damage
- * is not guessed. Memory: a buffer, enlarged only for events larger than it, up to 64 MiB, and only as their bytes arrive. */
+/* 1 an event, of any channel; 0 the end. Reading stops for good at the first byte that cannot be
+ * part of an event: what follows damage is not guessed. Memory: a buffer, enlarged only for events
+ * larger than it, up to 64 MiB, and only as their bytes arrive. */
 int log_next(struct log_reader *reader, struct log_event *event);
 
-/* True when reading ended before the file did, or inside an event; *offset is the byte after the last whole event. */
+/* True when reading ended before the file did, or inside an event; *offset is the byte after the
+ * last whole event. */
 bool log_cut(const struct log_reader *reader, int64_t *offset);
 
 void log_release(struct log_reader *reader);

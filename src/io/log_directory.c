@@ -96,7 +96,8 @@ static int prune(int directory, const char *path, const struct entry *entries, i
         if (in_progress(directory, entries, count, entries[i].name)) continue;
         int deleted = delete_unused(directory, entries[i].name);
         if (deleted > 0) bytes -= entries[i].bytes;
-        if (deleted < 0) status = error_set(error, STATUS_IO, "%.200s/%.40s: cannot be deleted: %s", path, entries[i].name, strerror(errno));
+        if (deleted < 0)
+            status = error_set(error, STATUS_IO, "%.200s/%.40s: cannot be deleted: %s", path, entries[i].name, strerror(errno));
     }
     *left_bytes = bytes;
     return status;

@@ -1,5 +1,6 @@
-/* A whole log for other programs: every cycle, and in the formats that can hold them the messages too. One pass over the log; nothing of it
- * is trusted (log.h, messages.h, message_fields.h). Main thread. */
+/* A whole log for other programs: every cycle, and in the formats that can hold them the
+ * messages too. One pass over the log; nothing of it is trusted (log.h, messages.h,
+ * message_fields.h). Main thread. */
 #ifndef HEXID_LOG_EXPORT_H
 #define HEXID_LOG_EXPORT_H
 
@@ -7,26 +8,32 @@
 #include "status.h"
 #include "types.h"
 
-/* What a format does. `to` is its own state. cycle() and message() remember what fails, and failed() tells it: an errno. */
+/* What a format does. `to` is its own state. cycle() and message() remember what fails, and
+ * failed() tells it: an errno. */
 struct export_format {
     const char *name;
     int (*open)(void **to, const char *path, struct error *error);
-    void (*cycle)(void *to, int64_t utime_us, double time_s, const struct cycle *c); /* time_s: since the log's first cycle */
+    /* time_s: since the log's first cycle */
+    void (*cycle)(void *to, int64_t utime_us, double time_s, const struct cycle *c);
     void (*message)(void *to, int64_t utime_us, const struct message *m);
     int (*failed)(const void *to);
     int (*close)(void *to, struct error *error); /* frees; a file that is not whole is removed */
 };
 
-/* A row of CSV a cycle, the columns of cycle_columns.h behind time_s; no messages. Numbers read back bit for bit. */
+/* A row of CSV a cycle, the columns of cycle_columns.h behind time_s; no messages. Numbers read
+ * back bit for bit. */
 extern const struct export_format export_table;
 
-/* MCAP: topic /hexid/state, and /hexid/NAME for the types of message_fields.h, JSON with its schema (mcap.h); the time is the log's, utime.
- * JSON has neither NaN nor infinity: such a field is left out, in an array it is null. */
+/* MCAP: topic /hexid/state, and /hexid/NAME for the types of message_fields.h, JSON with its schema
+ * (mcap.h); the time is the log's, utime. JSON has neither NaN nor infinity: such a field is left
+ * out, in an array it is null. */
 extern const struct export_format export_mcap;
 
-/* MATLAB's format 5, compressed: one struct `hexid` with time_s and each column of cycle_columns.h as a column vector (integers are int64),
- * `units` with the unit of each, `config`, the configuration as text, and a struct array NAME for each type of message_fields.h that the log
- * has, matrices 6 x 6. Texts are ASCII, '?' for what is not. Memory: 464 bytes a cycle, the messages, and the file. */
+/* MATLAB's format 5, compressed: one struct `hexid` with time_s and each column of cycle_columns.h
+ * as a column vector (integers are int64), `units` with the unit of each, `config`, the
+ * configuration as text, and a struct array NAME for each type of message_fields.h that the log
+ * has, matrices 6 x 6. Texts are ASCII, '?' for what is not. Memory: 464 bytes a cycle, the
+ * messages, and the file. */
 extern const struct export_format export_mat;
 
 struct log_export_report {

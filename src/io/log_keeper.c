@@ -88,7 +88,8 @@ static void serve(int socket, const char *first, int64_t quota_bytes) {
     remove_unused(last);
 }
 
-/* Nothing of the daemon's is open in it: a bus whose owner is gone must be seen to be closed. Signals are the daemon's. */
+/* Nothing of the daemon's is open in it: a bus whose owner is gone must be seen to be closed.
+ * Signals are the daemon's. */
 static void become_keeper(int socket, const char *first, int64_t quota_bytes) {
     sigset_t all;
     sigfillset(&all);
@@ -128,7 +129,8 @@ void log_keeper_stop(struct log_keeper *k) {
 
 void log_keeper_ask(struct log_keeper *k) {
     if (k->asked) return;
-    send(k->socket, "n", 1, MSG_DONTWAIT | MSG_NOSIGNAL); /* one that is gone is seen when it is listened to */
+    /* one that is gone is seen when it is listened to */
+    send(k->socket, "n", 1, MSG_DONTWAIT | MSG_NOSIGNAL);
     k->asked = true;
 }
 

@@ -18,5 +18,7 @@ int mat_library_load(struct mat_library *l, struct error *error) {
                  look_up(handle, "Mat_VarCreate", &l->variable) && look_up(handle, "Mat_VarCreateStruct", &l->structure) &&
                  look_up(handle, "Mat_VarSetStructFieldByName", &l->set) && look_up(handle, "Mat_VarWrite", &l->write) &&
                  look_up(handle, "Mat_VarFree", &l->free);
-    return there ? STATUS_OK : error_set(error, STATUS_IO, "%s: cannot be loaded, so no .mat is written: install libmatio11, or take csv or mcap", name);
+    return there
+               ? STATUS_OK
+               : error_set(error, STATUS_IO, "%s: cannot be loaded, so no .mat is written: install libmatio11, or take csv or mcap", name);
 }

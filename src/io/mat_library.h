@@ -1,5 +1,5 @@
-/* libmatio, loaded when a .mat file is asked for: it brings HDF5, curl and some twenty libraries more, which have no business in the process
- * that moves a machine. Ordinary threads. */
+/* libmatio, loaded when a .mat file is asked for: it brings HDF5, curl and some twenty libraries
+ * more, which have no business in the process that moves a machine. Ordinary threads. */
 #ifndef HEXID_MAT_LIBRARY_H
 #define HEXID_MAT_LIBRARY_H
 

@@ -13,8 +13,17 @@
 
 enum { CHUNK_SIZE = 1 << 20, COMPRESSION_LEVEL = 3 };
 enum opcode {
-    HEADER = 1, FOOTER = 2, SCHEMA = 3, CHANNEL = 4, MESSAGE = 5, CHUNK = 6, MESSAGE_INDEX = 7, CHUNK_INDEX = 8, STATISTICS = 11,
-    SUMMARY_OFFSET = 14, DATA_END = 15,
+    HEADER = 1,
+    FOOTER = 2,
+    SCHEMA = 3,
+    CHANNEL = 4,
+    MESSAGE = 5,
+    CHUNK = 6,
+    MESSAGE_INDEX = 7,
+    CHUNK_INDEX = 8,
+    STATISTICS = 11,
+    SUMMARY_OFFSET = 14,
+    DATA_END = 15,
 };
 static const char magic[] = "\x89MCAP0\r\n", compression[] = "zstd";
 enum { MAGIC_SIZE = sizeof magic - 1 };

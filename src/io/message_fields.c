@@ -31,6 +31,7 @@
 #define CHANNELS(before)                                                                                                             \
     REAL(before "_length_m"), REAL(before "_force_n"), REAL(before "_p1_pa"), REAL(before "_p2_pa"), REAL(before "_valve")
 
+/* clang-format off */
 const struct message_type message_types[MESSAGE_TYPES] = {
     {"event", CHANNEL_EVENT, __hexid_event_t_get_hash, {INT64("time_ns"), INT64("seq"), TEXT("kind"), TEXT("text")}},
     {"loop_stats", CHANNEL_LOOP_STATS, __hexid_loop_stats_2_t_get_hash,
@@ -58,6 +59,7 @@ const struct message_type message_types[MESSAGE_TYPES] = {
       REAL("unexplained_fraction"), REAL("before_ratio"), REAL("after_ratio"), REAL("noise_floor_ratio"), REAL("held_out_before_ratio"),
       REAL("held_out_after_ratio"), CHANNELS("held_out_before"), CHANNELS("held_out_after"), CHANNELS("noise_floor")}},
 };
+/* clang-format on */
 
 bool message_known(const char *channel) {
     for (int i = 0; i < MESSAGE_TYPES; i++)

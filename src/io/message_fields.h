@@ -1,12 +1,14 @@
-/* Messages other than HEXID_STATE field by field, for what hands all of them on: names, numbers and texts as in lcmtypes/, of any type in the
- * table. The message is not trusted: it is measured to its last byte before anything of it is given out. Ordinary threads, no heap. */
+/* Messages other than HEXID_STATE field by field, for what hands all of them on: names, numbers and
+ * texts as in lcmtypes/, of any type in the table. The message is not trusted: it is measured to
+ * its last byte before anything of it is given out. Ordinary threads, no heap. */
 #ifndef HEXID_MESSAGE_FIELDS_H
 #define HEXID_MESSAGE_FIELDS_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { FIELDS_MAX = 48, FIELD_COUNTED = 0, ELEMENTS_MAX = 1000 }; /* ELEMENTS_MAX: of a FIELD_COUNTED */
+/* ELEMENTS_MAX: of a FIELD_COUNTED */
+enum { FIELDS_MAX = 48, FIELD_COUNTED = 0, ELEMENTS_MAX = 1000 };
 
 enum field_kind { FIELD_INTEGER, FIELD_BOOLEAN, FIELD_REAL, FIELD_TEXT, FIELD_COUNT };
 
@@ -14,7 +16,8 @@ struct field {
     const char *name;
     enum field_kind kind;
     int bytes;  /* of an integer on the wire */
-    int count;  /* 1, of an array its length (36: a 6 x 6 matrix, row-major), FIELD_COUNTED: what the last FIELD_COUNT said */
+    int count;  /* 1, of an array its length (36: a 6 x 6 matrix, row-major), FIELD_COUNTED:
+                 * what the last FIELD_COUNT said */
 };
 
 struct message_type {

@@ -13,10 +13,21 @@
 
 int state_encode(const struct cycle *c, unsigned char buffer[STATE_MESSAGE_MAX]) {
     hexid_state_t m = {
-        .seq = (int64_t)c->seq, .time_ns = c->in.time_ns, .age_ns = c->in.age_ns, .device_seq = (int64_t)c->in.device_seq,
-        .test_time_s = c->test_time_s, .sample_flags = (int32_t)c->in.flags, .faults = (int32_t)c->faults,
-        .first_fault = (int32_t)c->first_fault, .wake_late_ns = c->wake_late_ns, .exec_ns = c->exec_ns, .state = (int8_t)c->state,
-        .test = (int8_t)c->test, .dof = (int8_t)c->dof, .phase = (int8_t)c->phase, .enable = c->out.enable,
+        .seq = (int64_t)c->seq,
+        .time_ns = c->in.time_ns,
+        .age_ns = c->in.age_ns,
+        .device_seq = (int64_t)c->in.device_seq,
+        .test_time_s = c->test_time_s,
+        .sample_flags = (int32_t)c->in.flags,
+        .faults = (int32_t)c->faults,
+        .first_fault = (int32_t)c->first_fault,
+        .wake_late_ns = c->wake_late_ns,
+        .exec_ns = c->exec_ns,
+        .state = (int8_t)c->state,
+        .test = (int8_t)c->test,
+        .dof = (int8_t)c->dof,
+        .phase = (int8_t)c->phase,
+        .enable = c->out.enable,
     };
     memcpy(m.length_m, c->in.length_m, sizeof m.length_m);
     memcpy(m.p1_pa, c->in.p1_pa, sizeof m.p1_pa);
@@ -41,10 +52,18 @@ bool state_decode(const void *data, int size, struct cycle *cycle) {
     if (hexid_state_t_decode(data, 0, size, &m) != size || !possible(&m)) return false;
     struct cycle *c = cycle;
     *c = (struct cycle){
-        .seq = (uint64_t)m.seq, .in = {.time_ns = m.time_ns, .age_ns = m.age_ns, .device_seq = (uint64_t)m.device_seq,
-        .flags = (uint32_t)m.sample_flags}, .out.enable = m.enable, .state = (enum state)m.state, .faults = (uint32_t)m.faults,
-        .first_fault = (uint32_t)m.first_fault, .test = m.test, .dof = (enum dof)m.dof, .phase = (enum phase)m.phase,
-        .test_time_s = m.test_time_s, .wake_late_ns = m.wake_late_ns, .exec_ns = m.exec_ns,
+        .seq = (uint64_t)m.seq,
+        .in = {.time_ns = m.time_ns, .age_ns = m.age_ns, .device_seq = (uint64_t)m.device_seq, .flags = (uint32_t)m.sample_flags},
+        .out.enable = m.enable,
+        .state = (enum state)m.state,
+        .faults = (uint32_t)m.faults,
+        .first_fault = (uint32_t)m.first_fault,
+        .test = m.test,
+        .dof = (enum dof)m.dof,
+        .phase = (enum phase)m.phase,
+        .test_time_s = m.test_time_s,
+        .wake_late_ns = m.wake_late_ns,
+        .exec_ns = m.exec_ns,
     };
     memcpy(c->in.length_m, m.length_m, sizeof m.length_m);
     memcpy(c->in.p1_pa, m.p1_pa, sizeof m.p1_pa);
@@ -76,8 +95,12 @@ int request_encode(const struct operator_request *r, unsigned char buffer[COMMAN
 }
 
 int answer_encode(const struct answer *a, unsigned char buffer[ANSWER_MESSAGE_MAX]) {
-    hexid_answer_t m = {.id = a->id, .token = a->token, .lease_s = a->lease_s, .outcome = text_of(outcome_words[a->outcome]),
-                        .state = text_of(state_names[a->state]), .text = text_of(a->text)};
+    hexid_answer_t m = {.id = a->id,
+                        .token = a->token,
+                        .lease_s = a->lease_s,
+                        .outcome = text_of(outcome_words[a->outcome]),
+                        .state = text_of(state_names[a->state]),
+                        .text = text_of(a->text)};
     return hexid_answer_t_encode(buffer, 0, ANSWER_MESSAGE_MAX, &m);
 }
 

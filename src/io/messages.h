@@ -1,6 +1,8 @@
-/* Between the structs of include/ and LCM's wire types (lcmtypes/README.md). Whatever came off the wire or a disk is untrusted until
- * converted: decode returns false for a message of the wrong size, type, or with values that no cycle can have, and leaves its result
- * alone then. Numbers of sensors may be anything, NaN too: a sample flagged invalid must survive its log. Ordinary threads, no heap. */
+/* Between the structs of include/ and LCM's wire types (lcmtypes/README.md). Whatever came off the
+ * wire or a disk is untrusted until converted: decode returns false for a message of the wrong
+ * size, type, or with values that no cycle can have, and leaves its result alone then. Numbers of
+ * sensors may be anything, NaN too: a sample flagged invalid must survive its log. Ordinary
+ * threads, no heap. */
 #ifndef HEXID_MESSAGES_H
 #define HEXID_MESSAGES_H
 
@@ -55,7 +57,8 @@ struct gap_summary {
 };
 bool gap_decode(const void *data, int size, struct gap_summary *summary);
 
-/* A command of an operator, on CHANNEL_COMMAND: request_t, or command_t, which has neither id nor token. `renew` prolongs a lease. */
+/* A command of an operator, on CHANNEL_COMMAND: request_t, or command_t, which has neither id nor
+ * token. `renew` prolongs a lease. */
 struct operator_request {
     int64_t id;          /* the sender's, comes back in the answer; 0: no answer is waited for */
     int64_t token;       /* from an answer; 0: none yet */
@@ -73,7 +76,8 @@ bool request_decode(const void *data, int size, struct operator_request *request
 enum outcome { OUTCOME_DONE, OUTCOME_REFUSED, OUTCOME_TOKEN, OUTCOMES };
 struct answer {
     int64_t id, token;   /* OUTCOME_TOKEN: ask again with this one; of what moves: the lease's */
-    double lease_s;      /* the machine is parked when the lease is not renewed for so long; 0: it needs no lease */
+    double lease_s;      /* the machine is parked when the lease is not renewed for so
+                          * long; 0: it needs no lease */
     enum outcome outcome;
     enum state state;
     const char *text;    /* why, and what to do first */

@@ -10,9 +10,12 @@
 enum { COLUMNS = 1 + DOFS, CELLS_MAX = COLUMNS, KNOTS_MIN = 3, KNOTS_MAX = 500000 };
 
 static const double longest_s = 3600.0, shortest_s = 0.01; /* tests.duration_s, which it becomes */
-static const double step_least_s = 1e-6;                   /* less is no time for a machine, and no number for a spline */
-static const double farthest_m = 10.0;                     /* beyond, and beyond half a turn, the file has other units */
-static const double closed_within = 1e-6;                  /* m or rad: rounding of the file's last digit */
+static const double step_least_s = 1e-6;                   /* less is no time for a machine, and no
+                                                            * number for a spline */
+static const double farthest_m = 10.0;                     /* beyond, and beyond half a turn, the
+                                                            * file has other units */
+static const double closed_within = 1e-6;                  /* m or rad: rounding of the
+                                                            * file's last digit */
 
 static const char *const names[COLUMNS] = {"t_s", "x_m", "y_m", "z_m", "phi_rad", "theta_rad", "psi_rad"};
 
@@ -36,8 +39,10 @@ static int read_columns(struct file *f, char *line) {
         const char *name = csv_text_trim(strsep(&line, ","));
         int column = find_column(name);
         if (column < 0)
-            return csv_text_refuse(&f->text, f->error, "\"%.40s\" is no column of a trajectory: they are t_s, x_m, y_m, z_m, phi_rad, "
-                                   "theta_rad, psi_rad", name);
+            return csv_text_refuse(&f->text, f->error,
+                                   "\"%.40s\" is no column of a trajectory: they are t_s, x_m, y_m, z_m, phi_rad, "
+                                   "theta_rad, psi_rad",
+                                   name);
         if (has[column]) return csv_text_refuse(&f->text, f->error, "%s stands there twice", names[column]);
         has[column] = true;
         f->column[f->cells++] = column;
@@ -76,7 +81,8 @@ static int read_row(struct file *f, char *line, struct trajectory_knot *k) {
         double number;
         char *end = csv_text_number(line, &number);
         if (!end)
-            return csv_text_refuse(&f->text, f->error, "%s: %.*s is no number", names[f->column[i]], (int)fmin(40, (double)strcspn(line, ",")), line);
+            return csv_text_refuse(&f->text, f->error, "%s: %.*s is no number", names[f->column[i]],
+                                   (int)fmin(40, (double)strcspn(line, ",")), line);
         int status = take_value(f, f->column[i], number, k);
         if (status) return status;
         if ((*end == '\0') != (i == f->cells - 1))
@@ -100,7 +106,8 @@ static int place(struct file *f, const struct trajectory *t, struct trajectory_k
 }
 
 static int append(struct file *f, struct trajectory *t, int *room, const struct trajectory_knot *k) {
-    if (t->knots == KNOTS_MAX) return csv_text_refuse(&f->text, f->error, "more than %d rows: give fewer, they are joined by splines", KNOTS_MAX);
+    if (t->knots == KNOTS_MAX)
+        return csv_text_refuse(&f->text, f->error, "more than %d rows: give fewer, they are joined by splines", KNOTS_MAX);
     if (t->knots == *room) {
         int larger = *room ? 2 * *room : 1024;
         struct trajectory_knot *more = realloc(t->knot, (size_t)larger * sizeof *more);
@@ -128,15 +135,18 @@ static int join_passes(struct file *f, struct trajectory *t) {
     struct trajectory_knot *last = &t->knot[t->knots - 1];
     for (int i = 0; i < DOFS; i++)
         if (!(fabs(last->pose[i] - t->knot->pose[i]) <= closed_within))
-            return csv_text_refuse(&f->text, f->error, "%s: ends at %g, began at %g: what is repeated must end where it began; add rows that "
-                                   "lead back, or run it once", names[i + 1], last->pose[i], t->knot->pose[i]);
+            return csv_text_refuse(&f->text, f->error,
+                                   "%s: ends at %g, began at %g: what is repeated must end where it began; add rows that "
+                                   "lead back, or run it once",
+                                   names[i + 1], last->pose[i], t->knot->pose[i]);
     memcpy(last->pose, t->knot->pose, sizeof last->pose);
     return STATUS_OK;
 }
 
 static int finish(struct file *f, struct trajectory *t) {
     if (t->knots < KNOTS_MIN) return csv_text_refuse(&f->text, f->error, "%d rows: a trajectory has at least %d", t->knots, KNOTS_MIN);
-    if (trajectory_s(t) < shortest_s) return csv_text_refuse(&f->text, f->error, "%g s: too short, at least %g s", trajectory_s(t), shortest_s);
+    if (trajectory_s(t) < shortest_s)
+        return csv_text_refuse(&f->text, f->error, "%g s: too short, at least %g s", trajectory_s(t), shortest_s);
     int status = t->passes > 1 ? join_passes(f, t) : STATUS_OK;
     if (status) return status;
     return trajectory_bend(t) ? STATUS_OK : error_set(f->error, STATUS_IO, "%.250s: out of memory", f->text.path);

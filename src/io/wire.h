@@ -1,6 +1,7 @@
-/* The parts of an LCM message, read by hand from bytes that are not trusted: liblcm would allocate its strings, and would take a length that
- * it cannot fill. Big-endian, in the order of the .lcm file. What runs past the end makes the message no good, and everything after that is
- * 0 or NULL: `good` is looked at once, behind the last part. Ordinary threads, no heap. */
+/* The parts of an LCM message, read by hand from bytes that are not trusted: liblcm would allocate
+ * its strings, and would take a length that it cannot fill. Big-endian, in the order of the .lcm
+ * file. What runs past the end makes the message no good, and everything after that is 0 or NULL:
+ * `good` is looked at once, behind the last part. Ordinary threads, no heap. */
 #ifndef HEXID_WIRE_H
 #define HEXID_WIRE_H
 

@@ -4,7 +4,8 @@
 #include <string.h>
 
 enum { TOGETHER = 8 };
-static const double SINGULAR = 1e-14; /* of the diagonal, what rounding leaves of a dependent column */
+static const double SINGULAR = 1e-14; /* of the diagonal, what rounding leaves of a dependent
+                                       * column */
 
 /* Element j of so many rows: sums that do not wait for each other. */
 static inline void column(int j, int row, int rows, double *a, const double *aj) {

@@ -1,10 +1,12 @@
-/* Symmetric positive definite systems of any size, row-major with the caller's row length. Pure, no heap. */
+/* Symmetric positive definite systems of any size, row-major with the caller's row
+ * length. Pure, no heap. */
 #ifndef HEXID_DENSE_H
 #define HEXID_DENSE_H
 
 #include <stdbool.h>
 
-/* In place, from the lower triangle: A = L L'. False where A is not positive definite to rounding. */
+/* In place, from the lower triangle: A = L L'. False where A is not positive
+ * definite to rounding. */
 bool dense_factor(int n, int row, double *a);
 
 /* b := (L L')^-1 b. */

@@ -5,14 +5,16 @@
 #include <limits>
 
 #define EIGEN_NO_MALLOC
-#pragma GCC diagnostic ignored "-Wmaybe-uninitialized" /* GCC 12 cannot see that Eigen's fixed storage holds at least one element */
+/* GCC 12 cannot see that Eigen's fixed storage holds at least one element */
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 
 namespace {
 
-using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, LIN_MAX, LIN_MAX>; /* storage inside: no heap */
+/* storage inside: no heap */
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, LIN_MAX, LIN_MAX>;
 using Svd = Eigen::JacobiSVD<Matrix, Eigen::NoQRPreconditioner>; /* of square matrices */
 using Input = Eigen::Map<const Matrix>;
 using Output = Eigen::Map<Matrix>;
@@ -20,9 +22,7 @@ using Output = Eigen::Map<Matrix>;
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-bool fits(int rows, int columns) {
-    return rows >= 1 && rows <= LIN_MAX && columns >= 1 && columns <= LIN_MAX;
-}
+bool fits(int rows, int columns) { return rows >= 1 && rows <= LIN_MAX && columns >= 1 && columns <= LIN_MAX; }
 
 lin_report refuse(Output &x) {
     x.setConstant(nan_value);
@@ -92,7 +92,8 @@ int lin_poles(int n, const double *a, double *real, double *imaginary) noexcept 
 
 int lin_singular_values(int m, int n, const double *a, double *values) noexcept {
     assert(fits(m, n));
-    Matrix square = Matrix::Zero(std::max(m, n), std::max(m, n)); /* rows or columns of zeros add zero singular values, at the end */
+    /* rows or columns of zeros add zero singular values, at the end */
+    Matrix square = Matrix::Zero(std::max(m, n), std::max(m, n));
     square.topLeftCorner(m, n) = Input(a, m, n);
     if (!square.allFinite()) return -1;
     const Svd decomposition(square);

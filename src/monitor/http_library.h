@@ -1,5 +1,5 @@
-/* libmicrohttpd, loaded when a live page is asked for: it brings GnuTLS and ten libraries more, which have no business in the process that
- * moves a machine. Ordinary threads. */
+/* libmicrohttpd, loaded when a live page is asked for: it brings GnuTLS and ten libraries more,
+ * which have no business in the process that moves a machine. Ordinary threads. */
 #ifndef HEXID_HTTP_LIBRARY_H
 #define HEXID_HTTP_LIBRARY_H
 

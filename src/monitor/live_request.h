@@ -1,4 +1,5 @@
-/* What a browser may ask of the live page, and where the page is served. Pure but for live_listen(). */
+/* What a browser may ask of the live page, and where the page is served. Pure but
+ * for live_listen(). */
 #ifndef HEXID_LIVE_REQUEST_H
 #define HEXID_LIVE_REQUEST_H
 
@@ -17,8 +18,9 @@ struct live_address {
 /* "127.0.0.1:8321", "localhost:8321", "[::1]:8321", "8321". -2. */
 int live_address_parse(const char *text, struct live_address *address, struct error *error);
 
-/* A socket that listens there, not blocking, or -3: the name is not known, the address is not this host's, the port is taken or
- * needs rights. url: what a browser on this host is given. loopback: nobody on another host reaches it. */
+/* A socket that listens there, not blocking, or -3: the name is not known, the address is not this
+ * host's, the port is taken or needs rights. url: what a browser on this host is given. loopback:
+ * nobody on another host reaches it. */
 struct live_listener {
     int fd;
     bool loopback;
@@ -26,9 +28,11 @@ struct live_listener {
 };
 int live_listen(const struct live_address *address, struct live_listener *listener, struct error *error);
 
-/* The request is for this page. SAFETY: a page from elsewhere whose name is made to mean this host (DNS rebinding) could read the machine's
- * state through its user's browser; its requests carry that name. So a name must be one that is known here: localhost, this host's own
- * (own_name) or the one the page is served under (served); an address cannot be made to mean another. Any port: a tunnel has its own. */
+/* The request is for this page. SAFETY: a page from elsewhere whose name is made to mean this host
+ * (DNS rebinding) could read the machine's state through its user's browser; its requests carry
+ * that name. So a name must be one that is known here: localhost, this host's own (own_name) or the
+ * one the page is served under (served); an address cannot be made to mean another. Any port: a
+ * tunnel has its own. */
 bool live_host_allowed(const char *host, const char *served, const char *own_name);
 
 #endif

@@ -14,7 +14,8 @@ enum { CONNECTIONS = 2 * LIVE_CLIENTS, STILL_S = 15, HEALTH_MS = 250, AT_ONCE = 
 struct client {
     struct live_server *server;
     struct MHD_Connection *connection; /* NULL: the place is free */
-    struct json_text piece;            /* of the stream, under way: `sent` bytes of it have been handed over */
+    struct json_text piece;            /* of the stream, under way: `sent` bytes of it
+                                        * have been handed over */
     size_t sent;
     bool greeted, waits;               /* waits: suspended until there is something to say */
     int64_t health_ms;
@@ -45,7 +46,8 @@ static void say(struct json_text *to, const char *name, const struct json_text *
     say_end(to);
 }
 
-/* The newest so many of a ring, joined as an array: those after `*told`, which becomes the last one. */
+/* The newest so many of a ring, joined as an array: those after `*told`, which
+ * becomes the last one. */
 static void say_ring(struct json_text *to, const char *name, const struct json_text *ring, uint64_t size, uint64_t count, uint64_t *told) {
     uint64_t most = count - *told < AT_ONCE ? count : *told + AT_ONCE;
     if (*told == count) return;
@@ -119,7 +121,8 @@ static void leave(void *context) {
 
 /* ---- requests ---- */
 
-/* Nothing is loaded from elsewhere, nobody shows this page inside another, and no browser keeps it. */
+/* Nothing is loaded from elsewhere, nobody shows this page inside another, and no
+ * browser keeps it. */
 static const char *const headers[][2] = {
     {"Content-Security-Policy", "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:; "
                                 "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"},

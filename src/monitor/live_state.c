@@ -11,11 +11,21 @@
 
 enum { DIGITS = 6, REORDERED_MS = 100, REORDERED_CYCLES = 100, EVENT_TEXT = 600 };
 
-static const uint64_t APART_NS = 19 * NS_PER_S / 1000; /* cycles that are kept: 50 a second, whatever the rate on the wire */
+static const uint64_t APART_NS = 19 * NS_PER_S / 1000; /* cycles that are kept: 50 a second,
+                                                        * whatever the rate on the wire */
 
 const char *const live_place_names[LIVE_PLACES] = {
-    [LIVE_FAULT] = "fault", [LIVE_LOOP_STATS] = "loop_stats", [LIVE_METHOD_C] = "method_c", [LIVE_IDENTIFICATION] = "identification",
-    [LIVE_GAP] = "gap", "test_result", "test_result", "test_result", "test_result", "test_result", "test_result",
+    [LIVE_FAULT] = "fault",
+    [LIVE_LOOP_STATS] = "loop_stats",
+    [LIVE_METHOD_C] = "method_c",
+    [LIVE_IDENTIFICATION] = "identification",
+    [LIVE_GAP] = "gap",
+    "test_result",
+    "test_result",
+    "test_result",
+    "test_result",
+    "test_result",
+    "test_result",
 };
 
 /* ---- the machine, as configured ---- */
@@ -45,7 +55,8 @@ static void machine_tests(struct json_text *j, const struct params *p) {
     int count = tests_count(t);
     for (int i = 0; i < count; i++) name[i] = tests_name(t, tests_single(t) ? t->order[i] : DOF_NONE);
     words(j, "tests", name, count);
-    bool timed = tests_single(t) || t->multisine; /* a trajectory's length is not in the configuration */
+    /* a trajectory's length is not in the configuration */
+    bool timed = tests_single(t) || t->multisine;
     number(j, "settle_s", t->settle_s);
     number(j, "test_s", timed ? t->ramp_s + t->duration_s + t->ramp_out_s : (double)NAN);
 }
@@ -122,8 +133,9 @@ static void write_fault(struct live_state *s) {
     json_text_add(j, "}", 1);
 }
 
-/* Of a fault two things may tell: its events, which have the run's own words, and the state of a cycle, which is repeated as long as the
- * fault stands. Either may be missing: a message was lost, or somebody looks later; a run that ends with its fault sends no cycle of it. */
+/* Of a fault two things may tell: its events, which have the run's own words, and the state of a
+ * cycle, which is repeated as long as the fault stands. Either may be missing: a message was lost,
+ * or somebody looks later; a run that ends with its fault sends no cycle of it. */
 static void fault_of_cycle(struct live_state *s, const struct cycle *c) {
     struct live_fault *f = &s->fault;
     const struct failure *row = failure_of(c->first_fault);
@@ -203,14 +215,16 @@ static void count(struct live_state *s, const struct cycle *c) {
 
 static void take_cycle(struct live_state *s, const struct cycle *c, int64_t now_ms) {
     bool back = s->heard && c->seq < s->newest.seq;
-    if (back && s->newest.seq - c->seq < REORDERED_CYCLES && now_ms - s->heard_ms < REORDERED_MS) return; /* late on its way */
+    /* late on its way */
+    if (back && s->newest.seq - c->seq < REORDERED_CYCLES && now_ms - s->heard_ms < REORDERED_MS) return;
     if (back || !s->heard) begin_run(s);
     fault_of_cycle(s, c);
     count(s, c);
     s->heard = true;
     s->heard_ms = now_ms;
     s->newest = *c;
-    uint64_t apart_ns = (uint64_t)c->in.time_ns - (uint64_t)s->kept_ns; /* times of strangers may be any */
+    /* times of strangers may be any */
+    uint64_t apart_ns = (uint64_t)c->in.time_ns - (uint64_t)s->kept_ns;
     if (s->messages == 1 || c->in.time_ns < s->kept_ns || apart_ns >= APART_NS) keep_cycle(s, c);
 }
 
@@ -234,7 +248,8 @@ static void take_event(struct live_state *s, const struct event *e) {
     json_text_add(j, "}", 1);
 }
 
-/* Where a message goes, -1: it is not shown. An older type of a channel goes where the newer one does. */
+/* Where a message goes, -1: it is not shown. An older type of a channel goes where
+ * the newer one does. */
 static int place_of(const struct message *m) {
     for (int i = LIVE_LOOP_STATS; i < LIVE_TEST; i++)
         if (!strncmp(m->type->name, live_place_names[i], strlen(live_place_names[i]))) return i;

@@ -10,7 +10,8 @@ static const double OF_FREQUENCY = 0.5;  /* of the motion's square: it moves at 
 static const double SEARCH_S = 10.0;     /* an hour's record is not searched as a whole */
 enum { ITERATIONS = 8, CYCLES_LEAST = 2, SEARCH_CYCLES = 8 };
 
-/* The sinusoid of a frequency in a leg's length, s sin wt + c cos wt, by least squares with a constant. */
+/* The sinusoid of a frequency in a leg's length, s sin wt + c cos wt, by least squares
+ * with a constant. */
 struct wave {
     double s, c;
     double variance; /* of the length */

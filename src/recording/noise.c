@@ -5,7 +5,8 @@
 
 enum { BLOCKS = 2048, BLOCK_LEAST = 32 };
 
-static const double FOURTH = 70.0;      /* squares of 1 -4 6 -4 1: variance of a fourth difference of white noise */
+static const double FOURTH = 70.0;      /* squares of 1 -4 6 -4 1: variance of a fourth
+                                         * difference of white noise */
 static const double ROUNDING = 1e-12;   /* of a value: no step, but its last bits */
 static const double MULTIPLE = 0.05;    /* so near a whole number of steps, */
 static const double MULTIPLES = 0.95;   /* and so many of the differences */
@@ -53,6 +54,7 @@ static double step_of(int count, const double *x, size_t stride) {
 
 struct noise noise_measure(int count, const double *x, size_t stride) {
     struct noise n = {.rms = white(count, x, stride), .step = step_of(count, x, stride)};
-    n.rms = fmax(n.rms, n.step / sqrt(12.0)); /* fmax passes over NaN: a reading that never changes has neither */
+    /* fmax passes over NaN: a reading that never changes has neither */
+    n.rms = fmax(n.rms, n.step / sqrt(12.0));
     return n;
 }

@@ -19,22 +19,33 @@ enum { GRID_MOST = 1 << 22, SAMPLES_LEAST = 10 };
 
 /* Rest. */
 static const double REST_S = 0.5;        /* shorter ones are turning points */
-static const double NOISE_BAND = 5.0;    /* times its rms: white noise does not leave it in an hour */
-static const double REST_SHARE = 3e-3;   /* of the leg's whole range: what a loop at rest wanders, too */
+static const double NOISE_BAND = 5.0;    /* times its rms: white noise does not
+                                          * leave it in an hour */
+static const double REST_SHARE = 3e-3;   /* of the leg's whole range: what a loop
+                                          * at rest wanders, too */
 
 /* Steady motion. */
 static const double CYCLES_LEAST = 4.0;
-static const double SAME = 0.05;         /* of the motion's rms: so much may a cycle differ from the one before, rms, beside the noise */
-static const double SEARCHED = 0.2;      /* the same while the period is not known well: 2 pi times what it is off */
-static const double RESTLESS = 1.5;      /* times what the cycles differ by on the whole, squared: a loop that hunts beside its motion */
-static const double SEARCHED_RATIO = 1.04; /* a sine that is so much off in period differs by SEARCHED, and more than that */
+static const double SAME = 0.05;         /* of the motion's rms: so much may a cycle differ from the
+                                          * one before, rms, beside the noise */
+static const double SEARCHED = 0.2;      /* the same while the period is not known well: 2 pi
+                                          * times what it is off */
+static const double RESTLESS = 1.5;      /* times what the cycles differ by on the whole, squared: a
+                                          * loop that hunts beside its motion */
+static const double SEARCHED_RATIO = 1.04; /* a sine that is so much off in period differs by
+                                            * SEARCHED, and more than that */
 static const double LAG_RATIO = 1.005;   /* from period to period tried */
-static const double MOTION = 0.25;       /* of the motion's square at most may be no repetition, whatever the noise */
-static const double SWEEP = 3e-3;        /* period of the first half over that of the second: a sweep that is cut off at SAME has 8e-3 */
+static const double MOTION = 0.25;       /* of the motion's square at most may be no
+                                          * repetition, whatever the noise */
+static const double SWEEP = 3e-3;        /* period of the first half over that of the second: a
+                                          * sweep that is cut off at SAME has 8e-3 */
 static const double SWELL = 0.1;         /* the same of the amplitude */
-static const double COMPARED = 0.25;     /* of a cycle's points at least are measured in it and in the next; of a rest's, too */
-static const double UNSURE = 2.0;        /* standard deviations of what a half's cycles say, by what they differ */
-static const double LONGER = 1.1;        /* times: a longer period is worth it; a multiple of the true one is not */
+static const double COMPARED = 0.25;     /* of a cycle's points at least are measured in it and in
+                                          * the next; of a rest's, too */
+static const double UNSURE = 2.0;        /* standard deviations of what a half's cycles say,
+                                          * by what they differ */
+static const double LONGER = 1.1;        /* times: a longer period is worth it; a multiple of
+                                          * the true one is not */
 enum { WINDOW_POINTS = 64 };             /* of a cycle are compared, the rest lies between them */
 enum { PARTS = 32 };                     /* of a period are tried */
 enum { DEPTH = 64 };                     /* of pieces within what is left by others */
@@ -44,14 +55,16 @@ struct grid {
     double start_s, step_s;    /* of point 0; between points */
     double *x[LEGS];           /* means about the leg's first value */
     double noise[LEGS];        /* rms of a point */
-    unsigned char *measured;   /* points with a sample of their own, others lie on a line between neighbours; as many more: scratch */
+    unsigned char *measured;   /* points with a sample of their own, others lie on a line between
+                                * neighbours; as many more: scratch */
     unsigned char *kind;       /* enum piece_kind of each point */
     double *frequency;         /* of each point of a steady piece */
     double *low, *high;        /* scratch, as is sums */
     struct sums *sums;
 };
 
-/* Over the points before one: squared differences from the value a period later and their number, the value and its square. */
+/* Over the points before one: squared differences from the value a period later and their number,
+ * the value and its square. */
 struct sums {
     double difference, compared, x, square;
 };
@@ -69,7 +82,8 @@ static bool grid_alloc(struct grid *g) {
     return there;
 }
 
-/* The line through the mean of point `from` and that of `to`, at the points whose instant lies in between. */
+/* The line through the mean of point `from` and that of `to`, at the points whose instant
+ * lies in between. */
 static void lay_line(struct grid *g, int leg, const double at[2], const double value[2], int *next) {
     double slope = at[1] > at[0] ? (value[1] - value[0]) / (at[1] - at[0]) : 0.0;
     for (; *next < g->count && g->start_s + *next * g->step_s <= at[1]; ++*next)
@@ -109,13 +123,15 @@ static int grid_make(struct grid *g, const struct recording_test *t, int legs, s
     double sample_s = sampling_measure(t).step_s, span_s = t->sample[t->count - 1].test_time_s - t->sample[0].test_time_s;
     int together = (int)fmax(1.0, fmin(floor(1.0 / (GRID_HZ * sample_s) + 1e-6), 1e6));
     *g = (struct grid){.legs = legs, .step_s = fmax(together * sample_s, span_s / (GRID_MOST - 2))};
-    g->start_s = t->sample[0].test_time_s + 0.5 * (g->step_s - sample_s); /* the mean instant of the first samples */
+    /* the mean instant of the first samples */
+    g->start_s = t->sample[0].test_time_s + 0.5 * (g->step_s - sample_s);
     g->count = (int)((span_s + sample_s) / g->step_s) + 1;
     if (!grid_alloc(g)) return error_set(error, STATUS_IO, "out of memory for the lengths of a test");
     for (int k = 0; k < legs; k++) {
         grid_fill(g, t, k);
         struct noise n = noise_measure(t->count, t->sample->length_m + k, sizeof *t->sample / sizeof(double));
-        g->noise[k] = isnan(n.rms) ? 0.0 : fmax(n.rms / sqrt(together), n.step / sqrt(12.0)); /* at rest its steps do not average out */
+        /* at rest its steps do not average out */
+        g->noise[k] = isnan(n.rms) ? 0.0 : fmax(n.rms / sqrt(together), n.step / sqrt(12.0));
     }
     return STATUS_OK;
 }
@@ -135,7 +151,8 @@ static void find_rests(struct grid *g) {
     int window = (int)ceil(REST_S / g->step_s) + 1;
     memset(g->kind, PIECE_MOVING, (size_t)g->count);
     if (window < 3) window = 3;
-    unsigned char *leaves = g->measured + g->count + 1; /* some leg its band, in the window from a point on */
+    /* some leg its band, in the window from a point on */
+    unsigned char *leaves = g->measured + g->count + 1;
     memset(leaves, 0, (size_t)g->count);
     for (int k = 0; k < g->legs; k++) {
         extremes(g, g->x[k], g->count);
@@ -148,7 +165,8 @@ static void find_rests(struct grid *g) {
     for (int i = 0, until = 0; i < g->count; i++) {
         seen += g->measured[i + window - 1 < g->count ? i + window - 1 : g->count];
         bool stays = i + window <= g->count && !leaves[i] && seen >= COMPARED * window;
-        bool jumps = stays && i == until && i > 0; /* from one place to another, between two samples */
+        /* from one place to another, between two samples */
+        bool jumps = stays && i == until && i > 0;
         if (stays) until = i + window;
         if (i < until && !jumps) g->kind[i] = PIECE_REST;
         seen -= g->measured[i];
@@ -191,8 +209,9 @@ struct lag {
 static struct lag lag_of(double points) {
     int whole = (int)points;
     double f = points - whole;
-    return (struct lag){whole, {-f * (f - 1.0) * (f - 2.0) / 6.0, (f + 1.0) * (f - 1.0) * (f - 2.0) / 2.0,
-                                -(f + 1.0) * f * (f - 2.0) / 2.0, (f + 1.0) * f * (f - 1.0) / 6.0}};
+    return (struct lag){whole,
+                        {-f * (f - 1.0) * (f - 2.0) / 6.0, (f + 1.0) * (f - 1.0) * (f - 2.0) / 2.0, -(f + 1.0) * f * (f - 2.0) / 2.0,
+                         (f + 1.0) * f * (f - 1.0) / 6.0}};
 }
 
 static const double LAG_MARGIN = 2.0; /* points that the cubic needs beyond */
@@ -215,7 +234,8 @@ static double misfit(const struct grid *g, const struct stretch *s, int first, i
     return n ? sum / n : HUGE_VAL;
 }
 
-/* The period, in points, at which the stretch repeats best, near one found with SEARCHED: golden section. */
+/* The period, in points, at which the stretch repeats best, near one found with
+ * SEARCHED: golden section. */
 static double refine(const struct grid *g, const struct stretch *s, int first, int end, double period) {
     static const double golden = 0.6180339887498949;
     double low = period / SEARCHED_RATIO, high = period * SEARCHED_RATIO;
@@ -268,7 +288,8 @@ static void sum_up(const struct grid *g, const struct stretch *s, double period,
 
 static int run_points(const struct run *r) { return r->end - r->first; }
 
-/* The longest run of this period in the stretch; of no points when there is none of CYCLES_LEAST. */
+/* The longest run of this period in the stretch; of no points when there is none
+ * of CYCLES_LEAST. */
 static struct run longest_run(const struct grid *g, const struct stretch *s, double period, double share) {
     int stride = (int)fmax(1.0, period / WINDOW_POINTS), cycle = (int)lround(period / stride);
     int points = (s->end - s->first) / stride, begin = -1;
@@ -293,7 +314,8 @@ static bool holds(const struct grid *g, const struct stretch *s, const struct ru
     double first = variance(g, s->x, r->first, r->first + cycles), second = variance(g, s->x, r->end - cycles, r->end);
     double early = refine(g, s, r->first, middle, r->period), late = refine(g, s, middle, r->end, r->period);
     double restless = fmax(misfit(g, s, r->first, middle, early), misfit(g, s, middle, r->end, late)) / fmin(first, second);
-    double unsure = UNSURE * sqrt(2.0 * restless * r->period / run_points(r)); /* of an amplitude; of a phase, in radians */
+    /* of an amplitude; of a phase, in radians */
+    double unsure = UNSURE * sqrt(2.0 * restless * r->period / run_points(r));
     return fabs(late / early - 1.0) < SWEEP + unsure / (2.0 * PI) && fabs(sqrt(second / first) - 1.0) < SWELL + unsure;
 }
 
@@ -331,7 +353,8 @@ static int end_of(const struct grid *g, int first) {
     return end;
 }
 
-/* What was measured of a motion beside a steady piece for less than half a cycle belongs to that. */
+/* What was measured of a motion beside a steady piece for less than half a cycle
+ * belongs to that. */
 static void join_slivers(struct grid *g) {
     for (int first = 0, end; first < g->count; first = end) {
         end = end_of(g, first);

@@ -1,14 +1,16 @@
-/* A recording's pieces in time, by the measured lengths alone, whatever the file says of its motion: where the machine rests, where it
- * repeats one motion, where it moves otherwise (ramps, sweeps, steps, anything). For any motion and 100 Hz to 10 kHz. Ordinary threads;
- * heap. */
+/* A recording's pieces in time, by the measured lengths alone, whatever the file says of its
+ * motion: where the machine rests, where it repeats one motion, where it moves otherwise (ramps,
+ * sweeps, steps, anything). For any motion and 100 Hz to 10 kHz. Ordinary threads; heap. */
 #ifndef HEXID_PIECES_H
 #define HEXID_PIECES_H
 
 #include "recording.h"
 
 enum piece_kind {
-    PIECE_REST,   /* for half a second at least all legs stay within their noise, or within 0.3 % of how far they go */
-    PIECE_STEADY, /* four cycles at least, alike but for noise and 5 % (20 % where all differ so), of one frequency and amplitude */
+    PIECE_REST,   /* for half a second at least all legs stay within their noise, or
+                   * within 0.3 % of how far they go */
+    PIECE_STEADY, /* four cycles at least, alike but for noise and 5 % (20 % where all differ so),
+                   * of one frequency and amplitude */
     PIECE_MOVING, /* all else */
     PIECE_KINDS
 };
@@ -26,8 +28,8 @@ struct pieces {
     struct piece *piece;
 };
 
-/* Of all samples of the test, not the evaluated part alone; what is not good counts as lost. Times increase. Fewer than ten good samples:
- * one piece, moving. -3 without memory. */
+/* Of all samples of the test, not the evaluated part alone; what is not good counts as lost. Times
+ * increase. Fewer than ten good samples: one piece, moving. -3 without memory. */
 int pieces_find(struct pieces *p, const struct recording_test *test, int legs, struct error *error);
 void pieces_free(struct pieces *p);
 

@@ -22,9 +22,11 @@ struct recording_test {
     int run;             /* of the recording, from 0 */
     int test;            /* place in the list of tests, counted through all runs */
     enum dof dof;
-    double frequency_hz; /* as stated; after recording_check() as the legs move, where that is another */
+    double frequency_hz; /* as stated; after recording_check() as the legs
+                          * move, where that is another */
     double stated_hz, amplitude;
-    double piece_s, start_s; /* any motion: this piece of it, from start_s on; 0: a steady sinusoid */
+    double piece_s, start_s; /* any motion: this piece of it, from start_s on; 0: a steady
+                              * sinusoid */
     int piece;           /* its place, from 0 */
     int count, capacity;
     struct recording_sample *sample;
@@ -32,15 +34,18 @@ struct recording_test {
     int first, end;      /* the evaluated part: first <= i < end */
 };
 
-/* What the log has at all. Lengths are always there; what is not is zero in every sample, as are the legs that the mechanism has not. */
+/* What the log has at all. Lengths are always there; what is not is zero in every sample, as are
+ * the legs that the mechanism has not. */
 struct recording_measured {
     bool force, pressures, valve, reference;
 };
 
-/* One machine, recorded in one run or in several, each with tests of its own: frequency, amplitude, axes. */
+/* One machine, recorded in one run or in several, each with tests of its own: frequency,
+ * amplitude, axes. */
 struct recording {
     const struct params *params; /* the model's */
-    struct recording_measured measured; /* by the last run; those before must have the same (recording_check) */
+    struct recording_measured measured; /* by the last run; those before must have the
+                                         * same (recording_check) */
     struct recording_measured measured_before;
     int runs;
     struct test_params run[RECORDING_RUNS];
@@ -52,7 +57,8 @@ struct recording {
 void recording_init(struct recording *r, const struct params *params);
 void recording_free(struct recording *r);
 
-/* What is added from now on is of another run, with these tests. -2 when there are RECORDING_RUNS. */
+/* What is added from now on is of another run, with these tests. -2 when there
+ * are RECORDING_RUNS. */
 int recording_begin(struct recording *r, const struct test_params *tests, struct error *error);
 
 /* Takes the cycles of ramp-in and evaluation of every test, in order. -3 without memory. */
@@ -67,7 +73,8 @@ struct recording_sample recording_sample_of(const struct params *params, const s
 /* One more sample of a test, in the order of time. -3 without memory. */
 int recording_append(struct recording_test *test, const struct recording_sample *sample, struct error *error);
 
-/* After the last cycle: samples are good where all is finite that the log has; what it has not is zero. */
+/* After the last cycle: samples are good where all is finite that the log has; what it
+ * has not is zero. */
 void recording_settle(struct recording *r);
 
 /* Sampling of a test's evaluated part, lost samples apart. */
@@ -76,7 +83,8 @@ double recording_step_s(const struct recording_test *t);
 /* The first test of this axis in this run, or NULL. */
 const struct recording_test *recording_find(const struct recording *r, int run, enum dof dof);
 
-/* Recorder's clock over the controller's, over all evaluated parts, and the standard deviation of that. NaN without two clocks. */
+/* Recorder's clock over the controller's, over all evaluated parts, and the standard deviation of
+ * that. NaN without two clocks. */
 double recording_clock(const struct recording *r, double *std);
 
 #endif

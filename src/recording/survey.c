@@ -51,7 +51,8 @@ int survey_add(struct survey *s, const struct params *params, const struct cycle
         s->unplaced++;
         return STATUS_OK;
     }
-    memcpy(sample.force_n, c->force_n, sizeof sample.force_n); /* of a sensor; that of the pressures says nothing new */
+    /* of a sensor; that of the pressures says nothing new */
+    memcpy(sample.force_n, c->force_n, sizeof sample.force_n);
     sample.good = !c->in.flags;
     for (int k = 0; k < s->channel[SURVEY_LENGTH].of; k++) sample.good = sample.good && isfinite(sample.length_m[k]);
     s->flagged += c->in.flags != 0;
@@ -62,7 +63,8 @@ static void take_channel(const struct recording_test *t, enum survey_kind kind, 
     double low = (double)NAN, high = (double)NAN;
     for (int j = 0; j < t->count; j++) {
         double value = survey_value(&t->sample[j], kind, i);
-        if (isfinite(value)) low = fmin(low, value), high = fmax(high, value); /* which pass over NaN */
+        /* which pass over NaN */
+        if (isfinite(value)) low = fmin(low, value), high = fmax(high, value);
     }
     if (isnan(low)) return;
     struct noise noise = noise_measure(t->count, channel_of(t->sample, kind, i), STRIDE);

@@ -21,8 +21,8 @@ static void cell(FILE *out, double value, int digits, const char *unit) {
 }
 
 static void section_tests(FILE *out, const struct check_report *r) {
-    static const char *const names[] = {"*test", "*axis", "stated", "measured", "amplitude", "recorded", "rows", "rate", "jitter", "lost",
-                                        "longest gap", "flagged", "without a number", NULL};
+    static const char *const names[] = {"*test", "*axis",  "stated", "measured",    "amplitude", "recorded",         "rows",
+                                        "rate",  "jitter", "lost",   "longest gap", "flagged",   "without a number", NULL};
     fputs("<h2>Tests</h2>\n<div class=\"wide\"><table>\n", out);
     head_cells(out, names);
     for (const struct survey *s = r->survey; s < r->survey + r->surveys; s++) {
@@ -48,8 +48,8 @@ static void legs(FILE *out, unsigned bits) {
 }
 
 static void section_channels(FILE *out, const struct survey *s) {
-    static const char *const names[] = {"*channel", "there", "least", "greatest", "noise, rms", "sensor step", "never changes", "clipped",
-                                        NULL};
+    static const char *const names[] = {"*channel",    "there",         "least",   "greatest", "noise, rms",
+                                        "sensor step", "never changes", "clipped", NULL};
     fputs("<div class=\"wide\"><table>\n", out);
     head_cells(out, names);
     for (int kind = 0; kind < SURVEY_KINDS; kind++) {

@@ -42,9 +42,9 @@ static json_t *pieces(const struct survey *s) {
     json_t *array = json_array();
     for (const struct piece *p = s->pieces.piece; p < s->pieces.piece + s->pieces.count; p++) {
         double from_s = s->test.sample[p->first].test_time_s, until_s = s->test.sample[p->end - 1].test_time_s;
-        json_array_append_new(array, json_pack("{ss si si so so so}", "kind", piece_names[p->kind], "first", p->first, "end", p->end,
-                                               "from_s", number(from_s), "until_s", number(until_s), "frequency_hz",
-                                               number(p->frequency_hz)));
+        json_array_append_new(array,
+                              json_pack("{ss si si so so so}", "kind", piece_names[p->kind], "first", p->first, "end", p->end, "from_s",
+                                        number(from_s), "until_s", number(until_s), "frequency_hz", number(p->frequency_hz)));
     }
     return array;
 }
@@ -56,10 +56,9 @@ static json_t *test(const struct survey *s) {
                      s->mechanism == MECHANISM_AXIS ? "axis" : "stewart", "stated_hz", number(s->stated_hz), "stated_amplitude",
                      number(s->stated_amplitude), "measured_hz", number(s->measured_hz), "amplitude", number(s->amplitude),
                      "amplitude_unit", s->test.dof >= DOF_PHI ? "rad" : "m", "rows", s->test.count, "seconds", number(survey_seconds(s)),
-                     "rate_hz", number(1.0 / a->step_s), "jitter_s", number(a->jitter_s), "lost", (json_int_t)a->lost,
-                     "longest_gap_s", number(a->gap_s),
-                     "flagged", s->flagged, "not_a_number", s->not_a_number, "unplaced", s->unplaced, "pieces", pieces(s), "channels",
-                     channels(s));
+                     "rate_hz", number(1.0 / a->step_s), "jitter_s", number(a->jitter_s), "lost", (json_int_t)a->lost, "longest_gap_s",
+                     number(a->gap_s), "flagged", s->flagged, "not_a_number", s->not_a_number, "unplaced", s->unplaced, "pieces", pieces(s),
+                     "channels", channels(s));
 }
 
 static json_t *answer(const struct error *e) {

@@ -39,7 +39,8 @@ static void write_row(FILE *script, double t_s, const struct ends *ends, int cou
     fputc('\n', script);
 }
 
-/* Columns: time, then each channel; one row a sample, or two rows a pixel where that has more. A pixel without a row is a hole. */
+/* Columns: time, then each channel; one row a sample, or two rows a pixel where that has more. A
+ * pixel without a row is a hole. */
 static void write_data(FILE *script, const struct survey *s, enum survey_kind kind) {
     const struct recording_test *t = &s->test;
     int count = s->channel[kind].of;
@@ -101,7 +102,8 @@ static void plot_channels(FILE *script, const struct survey *s, enum survey_kind
         char name[16];
         if (!(c->there >> k & 1u)) continue;
         channel_name(name, s, kind, k);
-        fprintf(script, "%s $%s using 1:%d with lines lw 1.3 lc rgb '%s' title '%s'", before, survey_names[kind], k + 2, plot_colours[k], name);
+        fprintf(script, "%s $%s using 1:%d with lines lw 1.3 lc rgb '%s' title '%s'", before, survey_names[kind], k + 2, plot_colours[k],
+                name);
         before = ",";
     }
     if (is_axis(s) && kind == SURVEY_LENGTH && s->channel[SURVEY_REFERENCE].there)
@@ -116,8 +118,9 @@ void check_picture(FILE *script, const struct survey *s) {
     plot_begin(script, WIDTH, height);
     for (int kind = 0; kind < SURVEY_KINDS; kind++)
         if (s->channel[kind].there) write_data(script, s, (enum survey_kind)kind);
-    fprintf(script, "set multiplot\nset lmargin at screen 0.085\nset rmargin at screen 0.985\nset format x ''\n"
-                    "set offsets 0,0,graph 0.05,graph 0.05\nset xrange [%.7g:%.7g]\nset datafile missing 'NaN'\n",
+    fprintf(script,
+            "set multiplot\nset lmargin at screen 0.085\nset rmargin at screen 0.985\nset format x ''\n"
+            "set offsets 0,0,graph 0.05,graph 0.05\nset xrange [%.7g:%.7g]\nset datafile missing 'NaN'\n",
             start_s(s), start_s(s) + width_s(s));
     write_grounds(script, s);
     for (int kind = 0; kind < SURVEY_KINDS; kind++) {

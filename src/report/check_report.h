@@ -37,8 +37,8 @@ void check_text_print(FILE *out, const struct check_report *report);
 /* hexid.check/1, to be freed; NULL without memory. What is not known is null. */
 char *check_json(const struct check_report *report);
 
-/* One page without scripts or other files; *page is to be freed. -3 without memory (*page NULL), or where pictures could not be drawn
- * (*page is there, without them). */
+/* One page without scripts or other files; *page is to be freed. -3 without memory (*page NULL), or
+ * where pictures could not be drawn (*page is there, without them). */
 int check_html(const struct check_report *report, char **page, struct error *error);
 
 #endif

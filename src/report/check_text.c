@@ -8,9 +8,9 @@
 enum { NAME_COLUMNS = 16, PIECES_SHOWN = 12, LINE = 2400 };
 
 const struct check_unit check_units[SURVEY_KINDS] = {
-    [SURVEY_LENGTH] = {1e3, "mm", "length [mm]"},        [SURVEY_REFERENCE] = {1e3, "mm, mrad", "reference [mm, mrad]"},
-    [SURVEY_P1] = {1e-5, "bar", "p1 [bar]"},             [SURVEY_P2] = {1e-5, "bar", "p2 [bar]"},
-    [SURVEY_FORCE] = {1.0, "N", "force [N]"},            [SURVEY_COMMAND] = {1e2, "%", "command [%]"},
+    [SURVEY_LENGTH] = {1e3, "mm", "length [mm]"}, [SURVEY_REFERENCE] = {1e3, "mm, mrad", "reference [mm, mrad]"},
+    [SURVEY_P1] = {1e-5, "bar", "p1 [bar]"},      [SURVEY_P2] = {1e-5, "bar", "p2 [bar]"},
+    [SURVEY_FORCE] = {1.0, "N", "force [N]"},     [SURVEY_COMMAND] = {1e2, "%", "command [%]"},
 };
 
 const char *check_unit_of(const struct survey *s, enum survey_kind kind) {
@@ -52,8 +52,8 @@ static void print_tests(FILE *out, const struct check_report *r) {
 }
 
 static void print_sampling(FILE *out, const struct check_report *r) {
-    fprintf(out, "\n  %-*s%9s%10s%11s%7s%10s%7s%8s\n", NAME_COLUMNS, "test", "rows", "rate Hz", "jitter ms",
-            "lost", "gap ms", "flags", "no num.");
+    fprintf(out, "\n  %-*s%9s%10s%11s%7s%10s%7s%8s\n", NAME_COLUMNS, "test", "rows", "rate Hz", "jitter ms", "lost", "gap ms", "flags",
+            "no num.");
     for (const struct survey *s = r->survey; s < r->survey + r->surveys; s++) {
         print_name(out, s->name);
         fprintf(out, "%9d", s->test.count);

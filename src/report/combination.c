@@ -28,7 +28,8 @@ static void judge_agreement(const struct agreement *a, struct verdict *v) {
     verdict_add(v, VERDICT_FAIL, "the logs disagree: chi-square %.1f of %d degrees of freedom, by noise alone with probability %.1g",
                 a->chi_square, a->degrees, a->probability);
     for (int i = 0; i < NAMED && agreement_worst(a, used, &place); i++) {
-        if (i && !a->apart[place.log][place.value]) return; /* as a whole only: the worst is named all the same */
+        /* as a whole only: the worst is named all the same */
+        if (i && !a->apart[place.log][place.value]) return;
         equations_name(place.value, name);
         verdict_add(v, VERDICT_FAIL, "%s of log %d is %+.1f standard deviations from the others", name, place.log + 1,
                     a->deviation[place.log][place.value]);
@@ -36,8 +37,9 @@ static void judge_agreement(const struct agreement *a, struct verdict *v) {
 }
 
 struct verdict combination_verdict(const struct combination *c) {
-    struct verdict v = {.status = VERDICT_PASS, .scope = "do the logs agree, has no log failed its own checks, is every entry determined; not the error "
-                                                         "against the nominal matrix"};
+    struct verdict v = {.status = VERDICT_PASS,
+                        .scope = "do the logs agree, has no log failed its own checks, is every entry determined; not the error "
+                                 "against the nominal matrix"};
     int open = 0;
     double std;
     judge_agreement(&c->agreement, &v);
@@ -98,7 +100,10 @@ void combination_table_print(FILE *out, const struct combination *c) {
     print_values(out, c);
     print_payload(out, c);
     identification_at_pose_print(out, &c->all.at_pose);
-    fprintf(out, "\nagreement chi-square %.1f of %d degrees of freedom, by noise alone with probability %.2g: %s\n", a->chi_square, a->degrees,
-            a->probability, !a->evaluated ? "nothing to compare" : a->agree ? "the logs agree" : "the logs disagree");
+    fprintf(out, "\nagreement chi-square %.1f of %d degrees of freedom, by noise alone with probability %.2g: %s\n", a->chi_square,
+            a->degrees, a->probability,
+            !a->evaluated ? "nothing to compare"
+            : a->agree    ? "the logs agree"
+                          : "the logs disagree");
     verdict_print(&c->verdict, out);
 }

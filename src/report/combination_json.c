@@ -29,7 +29,8 @@ static json_t *apart(const struct agreement *a) {
             char name[EQUATIONS_NAME];
             equations_name(i, name);
             if (a->apart[l][i])
-                array = report_append(array, json_pack("{si ss so}", "log", l + 1, "value", name, "deviations", report_number(a->deviation[l][i])));
+                array = report_append(
+                    array, json_pack("{si ss so}", "log", l + 1, "value", name, "deviations", report_number(a->deviation[l][i])));
         }
     return array;
 }
@@ -40,6 +41,6 @@ char *combination_json(const struct combination *c) {
     json_t *logs = json_array();
     for (int l = 0; l < c->logs; l++) logs = report_append(logs, log_json(&c->log[l]));
     json_t *agreement = report_set(report_set(report_agreement(a), "apart", apart(a)), "deviations", deviations(a));
-    return report_text(json_pack("{ss so s{so} so so}", "schema", "hexid.identifications/1", "logs", logs, "combined", "method_c", report_method_c(&c->all),
-                                 "agreement", agreement, "verdict", report_verdict(&c->verdict)));
+    return report_text(json_pack("{ss so s{so} so so}", "schema", "hexid.identifications/1", "logs", logs, "combined", "method_c",
+                                 report_method_c(&c->all), "agreement", agreement, "verdict", report_verdict(&c->verdict)));
 }

@@ -17,8 +17,10 @@
 enum { LONG_HEADLINE = 62 };
 
 static const char *const kickers[GAP_VERDICTS] = {
-    [GAP_EFFECT_NAMED] = "Missing in the model", [GAP_NO_GAP] = "Nothing is missing in the model",
-    [GAP_AMBIGUOUS] = "Missing in the model, and these data cannot tell which", [GAP_UNKNOWN_EFFECT] = "Something is missing in the model",
+    [GAP_EFFECT_NAMED] = "Missing in the model",
+    [GAP_NO_GAP] = "Nothing is missing in the model",
+    [GAP_AMBIGUOUS] = "Missing in the model, and these data cannot tell which",
+    [GAP_UNKNOWN_EFFECT] = "Something is missing in the model",
 };
 
 /* Of the effects found the model has none, some or all, but of another size. */
@@ -94,8 +96,10 @@ static void missing_card(FILE *out, const struct gap_result *r) {
         }
     }
     if (r->verdict == GAP_NO_GAP)
-        fprintf(out, "<p>Nothing that can be told from noise. All %d effects of the catalogue were tried beside the model's own "
-                     "parameters; none explains what noise does not.</p>\n", r->candidates);
+        fprintf(out,
+                "<p>Nothing that can be told from noise. All %d effects of the catalogue were tried beside the model's own "
+                "parameters; none explains what noise does not.</p>\n",
+                r->candidates);
     if (r->verdict == GAP_UNKNOWN_EFFECT) {
         fputs("<p>A difference that repeats every cycle, and that none of the catalogue's effects makes. It lives here:</p>\n<ol>", out);
         for (int i = 0; i < r->places && i < 4; i++) place_line(out, &r->where[i]);
@@ -118,9 +122,11 @@ static const struct gap_candidate *runner_up(const struct gap_result *r) {
 }
 
 static void evidence(FILE *out, const struct gap_effect *e, bool first) {
-    if (first) fprintf(out, "<p>Explains <b>%.1f&nbsp;%%</b> of the squared gap on cycles it was not fitted to; likelihood ratio "
-                            "<b>z&nbsp;=&nbsp;%.0f</b>, and 6 is the least that is named.</p>\n<p class=\"small\">",
-                       100.0 * e->share_explained, e->z);
+    if (first)
+        fprintf(out,
+                "<p>Explains <b>%.1f&nbsp;%%</b> of the squared gap on cycles it was not fitted to; likelihood ratio "
+                "<b>z&nbsp;=&nbsp;%.0f</b>, and 6 is the least that is named.</p>\n<p class=\"small\">",
+                100.0 * e->share_explained, e->z);
     else fputs("<p><code>", out);
     html_text(out, "%s", first ? e->evidence : effect_table[e->effect]->name);
     if (!first) fprintf(out, "</code>: z&nbsp;=&nbsp;%.0f on what was left after that.", e->z);
@@ -134,8 +140,9 @@ static void sure_card(FILE *out, const struct gap_result *r) {
     fputs("</code></p>\n", out);
     for (int i = 0; i < r->effects; i++) evidence(out, &r->effect[i], i == 0);
     if (!r->effects)
-        fprintf(out, "<p>What is left on held-out data, squared and weighed by its noise: <b>%.2f</b> on average; noise alone stays "
-                     "near or below 1.</p>\n",
+        fprintf(out,
+                "<p>What is left on held-out data, squared and weighed by its noise: <b>%.2f</b> on average; noise alone stays "
+                "near or below 1.</p>\n",
                 r->white_after);
     if (next) {
         fputs(r->effects ? "<p>Runner-up: " : "<p>Closest effect: ", out);
@@ -175,25 +182,30 @@ static void shrink_card(FILE *out, const struct gap_report *report) {
     else
         fprintf(out, "<p class=\"big\">%.2f ×</p><p class=\"small\">the noise floor, on data held out; nothing was added</p>\n",
                 r->held_out_before.overall / r->noise_floor.overall);
-    size_group(out, report->validate_file ? "data held out: the other log" : "data held out: every other cycle or piece", r, r->held_out_before.overall,
-               r->held_out_after.overall, full);
+    size_group(out, report->validate_file ? "data held out: the other log" : "data held out: every other cycle or piece", r,
+               r->held_out_before.overall, r->held_out_after.overall, full);
     size_group(out, "data used: the others", r, r->before.overall, r->after.overall, full);
     fputs("<p class=\"small\">rms difference, % of the measured variation, over all channels</p></div>\n", out);
 }
 
 static void notices(FILE *out, const struct gap_result *r) {
     if (r->controller_differs)
-        fprintf(out, "<p class=\"notice\"><b>Another controller.</b> %.0f %% of the recorded commands' variation is not what the "
-                     "configured controller gives for the recorded lengths and pressures. No effect of the machine explains that: set "
-                     "<code>control</code> in the configuration to the rig's. The figures here are of the equations under the measured "
-                     "motion, which need no controller.</p>\n", 100.0 * r->controller_difference);
+        fprintf(out,
+                "<p class=\"notice\"><b>Another controller.</b> %.0f %% of the recorded commands' variation is not what the "
+                "configured controller gives for the recorded lengths and pressures. No effect of the machine explains that: set "
+                "<code>control</code> in the configuration to the rig's. The figures here are of the equations under the measured "
+                "motion, which need no controller.</p>\n",
+                100.0 * r->controller_difference);
     else if (r->sampled_s > 0.0)
-        fprintf(out, "<p class=\"notice\"><b>Another rate.</b> The log has a sample each %.3g&nbsp;ms, the controller's cycle "
-                     "(<code>loop.period_s</code>) is %.3g&nbsp;ms: what it commanded between is not known, nor is whether it is the "
-                     "configured one.</p>\n", 1e3 * r->sampled_s, 1e3 * r->model.loop.period_s);
+        fprintf(out,
+                "<p class=\"notice\"><b>Another rate.</b> The log has a sample each %.3g&nbsp;ms, the controller's cycle "
+                "(<code>loop.period_s</code>) is %.3g&nbsp;ms: what it commanded between is not known, nor is whether it is the "
+                "configured one.</p>\n",
+                1e3 * r->sampled_s, 1e3 * r->model.loop.period_s);
     else if (!r->controller_known)
         fputs("<p class=\"notice\">The log has no reference of a steady test: whether its commands are the configured controller's is not "
-              "evaluated.</p>\n", out);
+              "evaluated.</p>\n",
+              out);
 }
 
 static void next_steps(FILE *out, const struct gap_report *report) {

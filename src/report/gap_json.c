@@ -31,8 +31,8 @@ static json_t *effect(const struct gap_effect *e) {
         json_object_set_new(std, effect->keys[key].name, deviations(e, key));
         if (e->given.on) json_object_set_new(given, effect->keys[key].name, legs(e->given.value[key]));
     }
-    return json_pack("{ss so so so so so ss}", "name", effect->name, "parameters", parameters, "std", std, "given", given, "share_explained",
-                     number(e->share_explained), "z", number(e->z), "evidence", e->evidence);
+    return json_pack("{ss so so so so so ss}", "name", effect->name, "parameters", parameters, "std", std, "given", given,
+                     "share_explained", number(e->share_explained), "z", number(e->z), "evidence", e->evidence);
 }
 
 static json_t *place(const struct gap_place *p) {
@@ -45,9 +45,9 @@ static json_t *place(const struct gap_place *p) {
 static json_t *size(const struct gap_size *s) {
     json_t *object = json_pack("{so so}", "overall", number(s->overall), "varying", number(s->varying));
     for (int ch = 0; ch < GAP_CHANNELS; ch++)
-        json_object_set_new(object, gap_channel_names[ch],
-                            json_pack("{so so ss}", "rms", number(s->channel[ch]), "normalised", number(s->normalised[ch]), "unit",
-                                      gap_channel_units[ch]));
+        json_object_set_new(
+            object, gap_channel_names[ch],
+            json_pack("{so so ss}", "rms", number(s->channel[ch]), "normalised", number(s->normalised[ch]), "unit", gap_channel_units[ch]));
     return object;
 }
 
@@ -68,13 +68,14 @@ static json_t *rejected(const struct gap_result *r) {
     return array;
 }
 
-/* An object a value; where each leg has its own a list of six, null where a leg's is no matter of the base. */
+/* An object a value; where each leg has its own a list of six, null where a leg's is no
+ * matter of the base. */
 static json_t *base(const struct gap_result *r) {
     json_t *object = json_object();
     for (int i = 0; i < r->base_values; i++) {
         const struct gap_base_value *b = &r->base[i];
-        json_t *value = json_pack("{so so so sb}", "given", number(b->given), "value", number(b->value), "std", number(b->std),
-                                  "at_bound", b->bound);
+        json_t *value = json_pack("{so so so sb}", "given", number(b->given), "value", number(b->value), "std", number(b->std), "at_bound",
+                                  b->bound);
         if (b->leg < 0) {
             json_object_set_new(object, b->name, value);
             continue;
@@ -100,7 +101,8 @@ static json_t *matrix(const double m[DOFS][DOFS]) {
     return array;
 }
 
-/* Of the measurement, of the model before and after; and of the measurement with the friction found taken off. */
+/* Of the measurement, of the model before and after; and of the measurement with the friction
+ * found taken off. */
 static json_t *matrices(const struct gap_result *r) {
     return json_pack("{so so so so}", "measured", r->matrices ? matrix(r->measured_mt) : json_null(), "before",
                      r->matrices ? matrix(r->before_mt) : json_null(), "after", r->matrices ? matrix(r->after_mt) : json_null(), "repaired",
@@ -121,15 +123,15 @@ char *gap_json(const struct gap_result *r, const char *model) {
     for (int i = 0; i < r->places; i++) json_array_append_new(where, place(&r->where[i]));
     json_t *doubted = r->ambiguous ? json_string(effect_table[r->effect[r->in_doubt].effect]->name) : json_null();
     json_t *path = json_string(model);
-    if (!path) path = json_string("model.yaml"); /* the directory's name is no UTF-8, and JSON is nothing else */
+    /* the directory's name is no UTF-8, and JSON is nothing else */
+    if (!path) path = json_string("model.yaml");
     json_t *white = json_pack("{so so}", "before", number(r->white_before), "after", number(r->white_after));
     json_t *root = json_pack("{ss ss ss so so so so so so so so ss so so so so so ss so}", "schema", "hexid.gap/1", "verdict",
-                             gap_verdict_names[r->verdict], "reason", r->reason, "effects", effects, "in_doubt", doubted,
-                             "ambiguous_with", rivals, "rejected", rejected(r), "where", where, "gap", sizes(r), "mean_white_square", white,
+                             gap_verdict_names[r->verdict], "reason", r->reason, "effects", effects, "in_doubt", doubted, "ambiguous_with",
+                             rivals, "rejected", rejected(r), "where", where, "gap", sizes(r), "mean_white_square", white,
                              "unexplained_fraction", number(r->unexplained_fraction), "next_experiment", r->next_experiment, "base",
-                             base(r), "Mt", matrices(r), "line", line(&r->line),
-                             "controller_difference", number(r->controller_difference), "seconds", number(r->seconds), "replay",
-                             r->simulated ? "closed-loop" : "motion", "model", path);
+                             base(r), "Mt", matrices(r), "line", line(&r->line), "controller_difference", number(r->controller_difference),
+                             "seconds", number(r->seconds), "replay", r->simulated ? "closed-loop" : "motion", "model", path);
     char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     json_decref(root);
     return text;

@@ -8,7 +8,8 @@
 
 enum { PARAMETERS = GAP_EFFECTS * EFFECT_KEYS * LEGS, NAME_SIZE = 80 };
 
-static char *text(const char *constant) { return (char *)(uintptr_t)constant; } /* liblcm only reads it */
+/* liblcm only reads it */
+static char *text(const char *constant) { return (char *)(uintptr_t)constant; }
 
 struct lists {
     char *effects[GAP_EFFECTS], *rivals[GAP_RIVALS];
@@ -49,20 +50,44 @@ int gap_encode(const struct gap_result *r, int64_t time_ns, unsigned char *buffe
     list_all(&l, r);
     const double *before = r->held_out_before.channel, *after = r->held_out_after.channel, *floor = r->noise_floor.channel;
     hexid_gap_t m = {
-        .time_ns = time_ns, .verdict = text(gap_verdict_names[r->verdict]), .reason = text(r->reason),
+        .time_ns = time_ns,
+        .verdict = text(gap_verdict_names[r->verdict]),
+        .reason = text(r->reason),
         .next_experiment = text(r->next_experiment),
-        .effect_count = r->effects, .effects = l.effects, .share_explained = l.share, .z = l.z,
-        .parameter_count = l.parameters, .parameters = l.names, .parameter_legs = l.legs, .parameter_units = l.units, .values_si = l.value,
-        .values_std_si = l.std, .ambiguous_count = r->ambiguous, .ambiguous_with = l.rivals,
-        .simulated = r->simulated, .unexplained_fraction = r->unexplained_fraction, .before_ratio = r->before.overall,
-        .after_ratio = r->after.overall, .noise_floor_ratio = r->noise_floor.overall, .held_out_before_ratio = r->held_out_before.overall,
+        .effect_count = r->effects,
+        .effects = l.effects,
+        .share_explained = l.share,
+        .z = l.z,
+        .parameter_count = l.parameters,
+        .parameters = l.names,
+        .parameter_legs = l.legs,
+        .parameter_units = l.units,
+        .values_si = l.value,
+        .values_std_si = l.std,
+        .ambiguous_count = r->ambiguous,
+        .ambiguous_with = l.rivals,
+        .simulated = r->simulated,
+        .unexplained_fraction = r->unexplained_fraction,
+        .before_ratio = r->before.overall,
+        .after_ratio = r->after.overall,
+        .noise_floor_ratio = r->noise_floor.overall,
+        .held_out_before_ratio = r->held_out_before.overall,
         .held_out_after_ratio = r->held_out_after.overall,
-        .held_out_before_length_m = before[GAP_LENGTH], .held_out_before_force_n = before[GAP_FORCE],
-        .held_out_before_p1_pa = before[GAP_P1], .held_out_before_p2_pa = before[GAP_P2], .held_out_before_valve = before[GAP_VALVE],
-        .held_out_after_length_m = after[GAP_LENGTH], .held_out_after_force_n = after[GAP_FORCE], .held_out_after_p1_pa = after[GAP_P1],
-        .held_out_after_p2_pa = after[GAP_P2], .held_out_after_valve = after[GAP_VALVE],
-        .noise_floor_length_m = floor[GAP_LENGTH], .noise_floor_force_n = floor[GAP_FORCE], .noise_floor_p1_pa = floor[GAP_P1],
-        .noise_floor_p2_pa = floor[GAP_P2], .noise_floor_valve = floor[GAP_VALVE],
+        .held_out_before_length_m = before[GAP_LENGTH],
+        .held_out_before_force_n = before[GAP_FORCE],
+        .held_out_before_p1_pa = before[GAP_P1],
+        .held_out_before_p2_pa = before[GAP_P2],
+        .held_out_before_valve = before[GAP_VALVE],
+        .held_out_after_length_m = after[GAP_LENGTH],
+        .held_out_after_force_n = after[GAP_FORCE],
+        .held_out_after_p1_pa = after[GAP_P1],
+        .held_out_after_p2_pa = after[GAP_P2],
+        .held_out_after_valve = after[GAP_VALVE],
+        .noise_floor_length_m = floor[GAP_LENGTH],
+        .noise_floor_force_n = floor[GAP_FORCE],
+        .noise_floor_p1_pa = floor[GAP_P1],
+        .noise_floor_p2_pa = floor[GAP_P2],
+        .noise_floor_valve = floor[GAP_VALVE],
     };
     return hexid_gap_t_encode(buffer, 0, capacity, &m);
 }

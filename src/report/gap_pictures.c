@@ -8,7 +8,7 @@
 enum { POINTS = 180 };
 
 const struct picture_unit picture_units[GAP_CHANNELS] = {
-    [GAP_LENGTH] = {1e3, 1e6, "mm", "µm"},  [GAP_FORCE] = {1.0, 1.0, "N", "N"}, [GAP_P1] = {1e-3, 1e-3, "kPa", "kPa"},
+    [GAP_LENGTH] = {1e3, 1e6, "mm", "µm"}, [GAP_FORCE] = {1.0, 1.0, "N", "N"}, [GAP_P1] = {1e-3, 1e-3, "kPa", "kPa"},
     [GAP_P2] = {1e-3, 1e-3, "kPa", "kPa"}, [GAP_VALVE] = {1e2, 1e2, "%", "%"},
 };
 
@@ -42,7 +42,8 @@ static double middle(const struct wave_test *t, const double row[SPECTRUM_SIZE])
     return sum;
 }
 
-/* Columns: ms, measured, before, after, measured less before, measured less after. Returns the largest difference shown. */
+/* Columns: ms, measured, before, after, measured less before, measured less after. Returns the
+ * largest difference shown. */
 static double wave_data(FILE *script, const struct picture *p, enum gap_channel channel) {
     const struct wave *w = &p->test->wave[channel][p->leg];
     const struct picture_unit *u = &picture_units[channel];
@@ -59,7 +60,8 @@ static double wave_data(FILE *script, const struct picture *p, enum gap_channel 
     return largest > 0.0 ? largest : 1.0;
 }
 
-/* Plots of $data: measured, before and, where there is a model, after, each by its columns "x:y"; measured may be NULL. */
+/* Plots of $data: measured, before and, where there is a model, after, each by its columns "x:y";
+ * measured may be NULL. */
 static void plot(FILE *script, const struct picture *p, const char *measured, const char *before, const char *after) {
     fputs("plot ", script);
     if (measured) fprintf(script, "$data using %s with lines ls 1 title 'measured', ", measured);
@@ -73,25 +75,29 @@ void picture_wave(FILE *script, const struct picture *p, enum gap_channel channe
     double noise = u->difference_scale * p->test->wave[channel][p->leg].noise;
     plot_begin(script, 540, 350);
     double largest = wave_data(script, p, channel);
-    fprintf(script, "set multiplot\n"
-                    "set lmargin at screen 0.13\n"
-                    "set rmargin at screen 0.98\n"
-                    "set xrange [%g:%g]\n"
-                    "set tmargin at screen 0.91\n"
-                    "set bmargin at screen 0.48\n"
-                    "set format x ''\n"
-                    "set ylabel '%s [%s]' offset 1\n", 1e3 * p->test->from_s, 1e3 * (p->test->from_s + p->test->span_s), labels[channel], u->unit);
+    fprintf(script,
+            "set multiplot\n"
+            "set lmargin at screen 0.13\n"
+            "set rmargin at screen 0.98\n"
+            "set xrange [%g:%g]\n"
+            "set tmargin at screen 0.91\n"
+            "set bmargin at screen 0.48\n"
+            "set format x ''\n"
+            "set ylabel '%s [%s]' offset 1\n",
+            1e3 * p->test->from_s, 1e3 * (p->test->from_s + p->test->span_s), labels[channel], u->unit);
     plot(script, p, "1:2", "1:3", "1:4");
-    fprintf(script, "unset key\n"
-                    "set tmargin at screen 0.43\n"
-                    "set bmargin at screen 0.16\n"
-                    "set format x '%%g'\n"
-                    "set xlabel '%s [ms]' offset 0,0.5\n"
-                    "set ylabel 'difference [%s]' offset 1\n"
-                    "set ytics %g\n"
-                    "set yrange [%g:%g]\n"
-                    "set object rectangle from graph 0, first %g to graph 1, first %g fc rgb '#ececec' fs noborder behind\n",
-            p->test->piece_s > 0.0 ? "time" : "time in the cycle", u->difference_unit, tic_step(largest), -1.05 * largest, 1.05 * largest, -noise, noise);
+    fprintf(script,
+            "unset key\n"
+            "set tmargin at screen 0.43\n"
+            "set bmargin at screen 0.16\n"
+            "set format x '%%g'\n"
+            "set xlabel '%s [ms]' offset 0,0.5\n"
+            "set ylabel 'difference [%s]' offset 1\n"
+            "set ytics %g\n"
+            "set yrange [%g:%g]\n"
+            "set object rectangle from graph 0, first %g to graph 1, first %g fc rgb '#ececec' fs noborder behind\n",
+            p->test->piece_s > 0.0 ? "time" : "time in the cycle", u->difference_unit, tic_step(largest), -1.05 * largest, 1.05 * largest,
+            -noise, noise);
     plot(script, p, NULL, "1:5", "1:6");
 }
 
@@ -113,10 +119,12 @@ void picture_force_loop(FILE *script, const struct picture *p) {
     force_data(script, p);
     fputs("set multiplot layout 1,2\n"
           "set xlabel 'leg velocity [mm/s]' offset 0,0.5\n"
-          "set ylabel 'force [N]' offset 1\n", script);
+          "set ylabel 'force [N]' offset 1\n",
+          script);
     plot(script, p, "1:2", "1:3", "1:4");
     fputs("set ylabel 'measured less model [N]' offset 1\n"
-          "set xzeroaxis lc rgb '#777777'\n", script);
+          "set xzeroaxis lc rgb '#777777'\n",
+          script);
     plot(script, p, NULL, "1:5", "1:6");
 }
 
@@ -138,6 +146,7 @@ void picture_valve_loop(FILE *script, const struct picture *p) {
     plot_begin(script, 372, 320);
     valve_data(script, p);
     fputs("set xlabel 'valve command [%]' offset 0,0.5\n"
-          "set ylabel 'leg velocity [mm/s]' offset 1\n", script);
+          "set ylabel 'leg velocity [mm/s]' offset 1\n",
+          script);
     plot(script, p, "1:2", "3:4", "5:6");
 }

@@ -1,5 +1,6 @@
-/* The pictures of a gap report as gnuplot scripts (plot.h), SVG to standard output. Measured is black, the model before grey and dashed,
- * after in the accent: told apart without colour too. Everything over one mean cycle, in units for people. */
+/* The pictures of a gap report as gnuplot scripts (plot.h), SVG to standard output. Measured is
+ * black, the model before grey and dashed, after in the accent: told apart without colour too.
+ * Everything over one mean cycle, in units for people. */
 #ifndef HEXID_GAP_PICTURES_H
 #define HEXID_GAP_PICTURES_H
 
@@ -14,16 +15,19 @@ struct picture {
     bool after;   /* false: no model after to be shown */
 };
 
-/* A channel's waveform; below it measured less model, with the noise of single samples as a band. */
+/* A channel's waveform; below it measured less model, with the noise of single
+ * samples as a band. */
 void picture_wave(FILE *script, const struct picture *p, enum gap_channel channel);
 
-/* Leg force against leg velocity: the loop, and what the models leave unexplained of it. Of waves_motion. */
+/* Leg force against leg velocity: the loop, and what the models leave unexplained of it.
+ * Of waves_motion. */
 void picture_force_loop(FILE *script, const struct picture *p);
 
 /* Valve command against leg velocity, each model with its own motion. Of waves_closed_loop. */
 void picture_valve_loop(FILE *script, const struct picture *p);
 
-/* How a channel is shown: SI value times scale, in unit. The difference of two values may want another unit. */
+/* How a channel is shown: SI value times scale, in unit. The difference of two values may
+ * want another unit. */
 struct picture_unit {
     double scale, difference_scale;
     const char *unit, *difference_unit;

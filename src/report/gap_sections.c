@@ -18,9 +18,12 @@ enum { PICTURES = 6, TEST_WORDS = 32 };
 
 const char *section_feature_words(const char *feature) {
     static const char *const words[][2] = {
-        {"static", "the constant part"}, {"velocity_reversal", "where the velocity reverses"},
-        {"spool_reversal", "where the spool passes zero"}, {"one_direction", "in one direction of motion only"},
-        {"peak_speed", "where the speed is highest"}, {"peak_acceleration", "where the acceleration is highest"},
+        {"static", "the constant part"},
+        {"velocity_reversal", "where the velocity reverses"},
+        {"spool_reversal", "where the spool passes zero"},
+        {"one_direction", "in one direction of motion only"},
+        {"peak_speed", "where the speed is highest"},
+        {"peak_acceleration", "where the acceleration is highest"},
     };
     for (size_t i = 0; i < sizeof words / sizeof *words; i++)
         if (!strcmp(words[i][0], feature)) return words[i][1];
@@ -116,7 +119,8 @@ static const struct wave_test *find_test(const struct waves *w, const struct gap
     return NULL;
 }
 
-/* What is worth a picture, in order: the places of the gap, which noise weighs; then what differs most. To be freed. */
+/* What is worth a picture, in order: the places of the gap, which noise weighs; then what differs
+ * most. To be freed. */
 static struct spot *list_spots(const struct page *p, int *count) {
     const struct waves *w = p->report->waves;
     const struct gap_result *r = p->report->result;
@@ -155,19 +159,22 @@ void section_waveforms(struct page *p) {
     fputs(p->report->result->simulated ? "as the rig was (same reference, same controller)" : "by the measured motion and commands",
           p->out);
     fputs(". Below each: measured less model; the grey band is the noise of a single sample, ±1 standard deviation.</p>\n<div "
-          "class=\"two\">\n", p->out);
+          "class=\"two\">\n",
+          p->out);
     for (int i = 0; i < n; i++) {
         char caption[160], words[TEST_WORDS];
         const struct spot *s = &chosen[i];
         snprintf(caption, sizeof caption, "Test %s, %s of leg %d: before, the model is off by %.1f %% of the channel's variation",
-                 test_words(p, s->test->test, s->test->dof, s->test->at_s, s->test->piece_s, words), section_channel_words[s->channel], s->leg + 1, 100.0 * s->size);
+                 test_words(p, s->test->test, s->test->dof, s->test->at_s, s->test->piece_s, words), section_channel_words[s->channel],
+                 s->leg + 1, 100.0 * s->size);
         draw(p, write_wave, &(struct picture){s->test, s->leg, has_after(p)}, s->channel, caption);
     }
     fputs("</div></section>\n", p->out);
     free(list);
 }
 
-/* The test and leg where the force balance, weighed by its noise, is off most; NULL where nothing was evaluated. */
+/* The test and leg where the force balance, weighed by its noise, is off most; NULL where
+ * nothing was evaluated. */
 static const struct gap_place *loop_place(const struct gap_result *r) {
     for (int i = 0; i < r->places; i++)
         if (r->where[i].channel == GAP_FORCE) return &r->where[i];
@@ -182,9 +189,11 @@ void section_loops(struct page *p) {
     if (!motion) return;
     fputs("<section id=\"loops\"><h2>Loops over velocity</h2>\n<p>The area of a force loop is the energy lost in a cycle. In what the "
           "model leaves over, dry friction is a jump at zero velocity, viscous friction a slope, inertia and stiffness an open "
-          "loop.</p>\n<div class=\"loops\">\n", p->out);
-    snprintf(caption, sizeof caption, "Test %s, leg %d: measured force, A1 P1 - A2 P2 where there are pressures, and the force that the "
-                                      "model needs for the measured motion; beside it what is left over",
+          "loop.</p>\n<div class=\"loops\">\n",
+          p->out);
+    snprintf(caption, sizeof caption,
+             "Test %s, leg %d: measured force, A1 P1 - A2 P2 where there are pressures, and the force that the "
+             "model needs for the measured motion; beside it what is left over",
              test_words(p, motion->test, motion->dof, motion->at_s, motion->piece_s, words), place->leg + 1);
     draw(p, write_force_loop, &(struct picture){motion, place->leg, has_after(p)}, GAP_FORCE, caption);
     snprintf(caption, sizeof caption, "Leg velocity over valve command, each with its own motion");
@@ -241,7 +250,8 @@ static void list_places(const struct page *p) {
     const struct gap_result *r = p->report->result;
     fputs("<h3>Largest places of the gap in the equations, before</h3>\n"
           "<table><tr><th>test</th><th>channel</th><th>leg</th><th>frequency</th><th>feature of the motion</th><th class=\"n\">share of "
-          "the squared gap</th></tr>\n", p->out);
+          "the squared gap</th></tr>\n",
+          p->out);
     for (int i = 0; i < r->places; i++) {
         const struct gap_place *w = &r->where[i];
         char words[TEST_WORDS];
@@ -258,8 +268,9 @@ static void list_places(const struct page *p) {
 void section_map(struct page *p) {
     const struct waves *w = p->report->waves;
     double full = full_colour(p);
-    fputs("<section id=\"map\"><h2>Disagreement map</h2>\n<p>Rms difference between model and measurement, of mean cycles or of pieces of any motion, in % of "
-          "the channel's measured variation; one row a test", p->out);
+    fputs("<section id=\"map\"><h2>Disagreement map</h2>\n<p>Rms difference between model and measurement, of mean cycles or of pieces of "
+          "any motion, in % of the channel's measured variation; one row a test",
+          p->out);
     fputs(w->legs == LEGS ? ", six legs a channel." : ".", p->out);
     if (!w->evaluated[GAP_LENGTH]) fputs(" Length and valve command are inputs of a replay by motion: not evaluated.", p->out);
     fputs("</p>\n<div class=\"wide\"><table class=\"map\"><tr><th></th>", p->out);

@@ -1,4 +1,5 @@
-/* Sections of a gap report below its first screen: where model and measurement disagree, in pictures. */
+/* Sections of a gap report below its first screen: where model and measurement
+ * disagree, in pictures. */
 #ifndef HEXID_GAP_SECTIONS_H
 #define HEXID_GAP_SECTIONS_H
 

@@ -123,12 +123,13 @@ static void list_rest(FILE *out, const struct gap_result *r) {
 }
 
 void table_hypotheses(FILE *out, const struct gap_result *r) {
-    fprintf(out, "<section id=\"hypotheses\"><h2>Hypotheses, best first</h2>\n"
-                 "<p>Each of %d effects of the catalogue, alone, beside the model's own parameters. The share is that of the squared "
-                 "gap on cycles that were not fitted to, z the square root of the likelihood gain on all; what stays below z = 6 is not "
-                 "named. In the order of the gain, charged for each parameter.</p>\n"
-                 "<table class=\"ranking\"><tr><th class=\"n\">#</th><th>effect</th><th colspan=\"2\">share explained</th>"
-                 "<th class=\"n\">z</th><th></th></tr>\n",
+    fprintf(out,
+            "<section id=\"hypotheses\"><h2>Hypotheses, best first</h2>\n"
+            "<p>Each of %d effects of the catalogue, alone, beside the model's own parameters. The share is that of the squared "
+            "gap on cycles that were not fitted to, z the square root of the likelihood gain on all; what stays below z = 6 is not "
+            "named. In the order of the gain, charged for each parameter.</p>\n"
+            "<table class=\"ranking\"><tr><th class=\"n\">#</th><th>effect</th><th colspan=\"2\">share explained</th>"
+            "<th class=\"n\">z</th><th></th></tr>\n",
             r->candidates);
     for (int i = 0; i < r->candidates; i++)
         if (r->candidate[i].gain > 0.0) hypothesis_row(out, r, i);
@@ -154,7 +155,8 @@ static void size_table(FILE *out, const struct gap_result *r, bool normalised) {
     double value[5];
     fputs("<table><tr><th rowspan=\"2\">channel</th><th rowspan=\"2\">unit</th><th colspan=\"2\">data used</th><th colspan=\"2\">data "
           "held out</th><th rowspan=\"2\" class=\"n\">noise floor</th></tr>\n"
-          "<tr><th class=\"n\">before</th><th class=\"n\">after</th><th class=\"n\">before</th><th class=\"n\">after</th></tr>\n", out);
+          "<tr><th class=\"n\">before</th><th class=\"n\">after</th><th class=\"n\">before</th><th class=\"n\">after</th></tr>\n",
+          out);
     for (int ch = 0; ch < GAP_CHANNELS; ch++) {
         const struct picture_unit *u = &picture_units[ch];
         for (int i = 0; i < 5; i++) value[i] = normalised ? sizes[i]->normalised[ch] : sizes[i]->channel[ch];
@@ -169,11 +171,14 @@ static void size_table(FILE *out, const struct gap_result *r, bool normalised) {
 void table_numbers(FILE *out, const struct gap_report *report) {
     fputs("<section id=\"numbers\"><h2>The gap by channel</h2>\n<p>Rms difference of samples: that of the mean cycles and the noise of "
           "the samples about them together, so that a perfect model ends at the noise floor. All with the model's own parameters "
-          "fitted. Data used: the even cycles or pieces. Data held out: ", out);
+          "fitted. Data used: the even cycles or pieces. Data held out: ",
+          out);
     if (report->validate_file) html_text(out, "the log %s.", report->validate_file);
     else fputs("the odd ones, which no fit has seen.", out);
-    fputs(report->result->simulated ? "" : " Not simulated in closed loop: the equations under the measured motion, which take length "
-                                           "and valve command as given.", out);
+    fputs(report->result->simulated ? ""
+                                    : " Not simulated in closed loop: the equations under the measured motion, which take length "
+                                      "and valve command as given.",
+          out);
     fputs("</p>\n<div class=\"two\"><div><h3>SI units</h3>\n", out);
     size_table(out, report->result, false);
     fputs("<p class=\"small\">valve: % of full opening</p></div><div><h3>Normalised by the measured variation</h3>\n", out);
@@ -187,7 +192,8 @@ void table_base(FILE *out, const struct gap_result *r) {
     fputs("<section id=\"base\"><h2>The model's own parameters, fitted</h2>\n"
           "<p>No configuration is exact: these are fitted first, within what <code>model.tolerance</code> and the usual uncertainty of "
           "what it does not state allow. None of them is a finding; <code>model.yaml</code> keeps the values given.</p>\n"
-          "<table><tr><th>key</th><th class=\"n\">given</th><th class=\"n\">fitted</th><th class=\"n\">change</th><th></th></tr>\n", out);
+          "<table><tr><th>key</th><th class=\"n\">given</th><th class=\"n\">fitted</th><th class=\"n\">change</th><th></th></tr>\n",
+          out);
     for (int i = 0; i < r->base_values; i++) {
         const struct gap_base_value *b = &r->base[i];
         fputs("<tr><td><code>", out);
@@ -209,8 +215,10 @@ void table_base(FILE *out, const struct gap_result *r) {
 /* A reference and two matrices off it, entry by entry. */
 static void matrix_table(FILE *out, const char *const names[3], const double (*reference)[DOFS], const double (*first)[DOFS],
                          const double (*second)[DOFS]) {
-    fprintf(out, "<table><tr><th>entry</th><th>unit</th><th class=\"n\">%s</th><th class=\"n\">%s</th><th class=\"n\">off by</th>"
-                 "<th class=\"n\">%s</th><th class=\"n\">off by</th></tr>\n", names[0], names[1], names[2]);
+    fprintf(out,
+            "<table><tr><th>entry</th><th>unit</th><th class=\"n\">%s</th><th class=\"n\">%s</th><th class=\"n\">off by</th>"
+            "<th class=\"n\">%s</th><th class=\"n\">off by</th></tr>\n",
+            names[0], names[1], names[2]);
     for (int i = 0; i < IDENT_ENTRIES; i++) {
         const struct ident_entry *e = &ident_entries[i];
         double is = reference[e->row][e->col], a = first[e->row][e->col], b = second[e->row][e->col];
@@ -235,8 +243,9 @@ static void repaired_table(FILE *out, const struct gap_result *r) {
     nominal_matrix(&r->model, &k, neutral, nominal);
     fputs("<h3>Without the friction found</h3>\n"
           "<p>Dry friction spoils the identification. What it does to the matrix of the model, run with it and without, is taken off the "
-          "measured one. Beside the matrix that the configuration implies:</p>\n", out);
-    matrix_table(out, names, (const double(*)[DOFS])nominal, r->measured_mt, r->repaired_mt);
+          "measured one. Beside the matrix that the configuration implies:</p>\n",
+          out);
+    matrix_table(out, names, (const double (*)[DOFS])nominal, r->measured_mt, r->repaired_mt);
 }
 
 void table_matrix(FILE *out, const struct gap_result *r) {
@@ -244,7 +253,8 @@ void table_matrix(FILE *out, const struct gap_result *r) {
     if (!r->matrices) return;
     fputs("<section id=\"matrix\"><h2>Identified inertia matrix</h2>\n"
           "<p>Method A of Tian 2015 on the measured log, and on the logs that the model before and after gives when it is driven as the "
-          "rig was. What the missing effect does to the identification, the model must do too.</p>\n", out);
+          "rig was. What the missing effect does to the identification, the model must do too.</p>\n",
+          out);
     matrix_table(out, names, r->measured_mt, r->before_mt, r->after_mt);
     if (r->repaired) repaired_table(out, r);
     fputs("</section>\n", out);

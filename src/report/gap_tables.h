@@ -5,11 +5,14 @@
 #include "gap_html.h"
 
 void table_hypotheses(FILE *out, const struct gap_result *r);
-void table_numbers(FILE *out, const struct gap_report *report); /* each channel, SI and normalised */
+/* each channel, SI and normalised */
+void table_numbers(FILE *out, const struct gap_report *report);
 void table_base(FILE *out, const struct gap_result *r);
-void table_matrix(FILE *out, const struct gap_result *r);       /* nothing where no matrix was identified */
+/* nothing where no matrix was identified */
+void table_matrix(FILE *out, const struct gap_result *r);
 
-/* Keys, values and uncertainties of an effect found. Where each leg has its own: how far they spread; table_legs has them all. */
+/* Keys, values and uncertainties of an effect found. Where each leg has its own: how far they
+ * spread; table_legs has them all. */
 void table_parameters(FILE *out, const struct gap_effect *e);
 void table_legs(FILE *out, const struct gap_result *r); /* nothing where all legs are alike */
 

@@ -33,8 +33,7 @@ static void print_effect(FILE *out, const struct gap_effect *e, bool alone) {
 /* Named, a rival of the named one, or with it as a limit: no runner-up. */
 static bool named(const struct gap_result *r, int effect) {
     bool found = false;
-    for (int i = 0; i < r->effects; i++)
-        found = found || r->effect[i].effect == effect || hypothesis_contains(effect, r->effect[i].effect);
+    for (int i = 0; i < r->effects; i++) found = found || r->effect[i].effect == effect || hypothesis_contains(effect, r->effect[i].effect);
     for (int i = 0; i < r->ambiguous; i++) found = found || r->ambiguous_with[i] == effect;
     return found;
 }

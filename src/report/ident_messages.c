@@ -7,13 +7,22 @@
 #include "hexid_method_c_t.h"
 #include "hexid_test_result_t.h"
 
-static char *text(const char *constant) { return (char *)(uintptr_t)constant; } /* liblcm only reads it */
+/* liblcm only reads it */
+static char *text(const char *constant) { return (char *)(uintptr_t)constant; }
 
 int test_result_encode(const struct test_result *t, int64_t time_ns, unsigned char *buffer, int capacity) {
     hexid_test_result_t m = {
-        .time_ns = time_ns, .test = (int8_t)t->test, .dof = (int8_t)t->dof, .dof_name = text(dof_names[t->dof]), .complete = t->complete,
-        .frequency_hz = t->frequency_hz, .amplitude_m_or_rad = t->amplitude, .achieved_m_or_rad = t->achieved_amplitude,
-        .phase_deg = t->phase_deg, .samples = t->samples, .excluded = t->excluded,
+        .time_ns = time_ns,
+        .test = (int8_t)t->test,
+        .dof = (int8_t)t->dof,
+        .dof_name = text(dof_names[t->dof]),
+        .complete = t->complete,
+        .frequency_hz = t->frequency_hz,
+        .amplitude_m_or_rad = t->amplitude,
+        .achieved_m_or_rad = t->achieved_amplitude,
+        .phase_deg = t->phase_deg,
+        .samples = t->samples,
+        .excluded = t->excluded,
     };
     for (int i = 0; i < DOFS; i++) {
         m.unwanted_pct[i] = t->unwanted_pct[i];
@@ -35,9 +44,13 @@ int identification_encode(const struct identification *id, const struct verdict 
     const struct method_result *a = &id->method_a, *modified = &id->modified_a, *b = &id->method_b;
     char *reasons[VERDICT_REASONS];
     hexid_identification_t m = {
-        .time_ns = time_ns, .method_a_condition = a->evaluated ? a->condition_number : (double)NAN,
-        .method_b_condition = b->evaluated ? b->condition_number : (double)NAN, .verdict = text(verdict_names[verdict->status]),
-        .scope = text(verdict->scope), .reason_count = verdict->reasons, .reasons = reasons,
+        .time_ns = time_ns,
+        .method_a_condition = a->evaluated ? a->condition_number : (double)NAN,
+        .method_b_condition = b->evaluated ? b->condition_number : (double)NAN,
+        .verdict = text(verdict_names[verdict->status]),
+        .scope = text(verdict->scope),
+        .reason_count = verdict->reasons,
+        .reasons = reasons,
     };
     for (int i = 0; i < verdict->reasons; i++) reasons[i] = text(verdict->reason[i]);
     matrix(m.nominal_mt_si, id->nominal_mt, true);
@@ -73,11 +86,22 @@ int loop_stats_encode(const struct loop_statistics *s, int64_t time_ns, unsigned
         exec_us[i] = s->timed ? s->exec_us[i] : (double)NAN;
     }
     hexid_loop_stats_2_t m = {
-        .time_ns = time_ns, .cycles = s->cycles, .overruns = s->overruns, .lost_records = s->lost,
-        .period_s = s->period_s, .timed = s->timed,
-        .wake_p50_us = wake_us[0], .wake_p99_us = wake_us[1], .wake_p999_us = wake_us[2], .wake_max_us = wake_us[3],
-        .exec_p50_us = exec_us[0], .exec_p99_us = exec_us[1], .exec_p999_us = exec_us[2], .exec_max_us = exec_us[3],
-        .pace_ratio = s->timed ? s->pace : (double)NAN, .stalls = s->stalls,
+        .time_ns = time_ns,
+        .cycles = s->cycles,
+        .overruns = s->overruns,
+        .lost_records = s->lost,
+        .period_s = s->period_s,
+        .timed = s->timed,
+        .wake_p50_us = wake_us[0],
+        .wake_p99_us = wake_us[1],
+        .wake_p999_us = wake_us[2],
+        .wake_max_us = wake_us[3],
+        .exec_p50_us = exec_us[0],
+        .exec_p99_us = exec_us[1],
+        .exec_p999_us = exec_us[2],
+        .exec_max_us = exec_us[3],
+        .pace_ratio = s->timed ? s->pace : (double)NAN,
+        .stalls = s->stalls,
         .longest_stall_s = s->timed ? s->longest_stall_s : (double)NAN,
     };
     return hexid_loop_stats_2_t_encode(buffer, 0, capacity, &m);

@@ -1,4 +1,5 @@
-/* Results as LCM messages (lcmtypes/README.md). Each returns the size, or -1 when it does not fit. Ordinary threads, no heap. */
+/* Results as LCM messages (lcmtypes/README.md). Each returns the size, or -1 when it does not fit.
+ * Ordinary threads, no heap. */
 #ifndef HEXID_IDENT_MESSAGES_H
 #define HEXID_IDENT_MESSAGES_H
 

@@ -9,7 +9,8 @@
 #include "identification_tables.h"
 #include "page.h"
 
-static const int64_t DATED_US = 1000000000000000; /* September 2001: before it, a clock that began at 0 */
+static const int64_t DATED_US = 1000000000000000; /* September 2001: before it, a
+                                                   * clock that began at 0 */
 
 static const char *file_name(const char *path) {
     const char *slash = strrchr(path, '/');
@@ -90,8 +91,8 @@ static void facts(FILE *out, const struct identification_report *r) {
     static const struct {
         const char *name;
         void (*write)(FILE *out, const struct identification_log *log);
-    } fact[] = {{"log", fact_file}, {"recorded", fact_date}, {"machine", fact_machine}, {"motion", fact_motion}, {"methods", fact_methods},
-                {"verdict", fact_verdict}};
+    } fact[] = {{"log", fact_file},      {"recorded", fact_date},   {"machine", fact_machine},
+                {"motion", fact_motion}, {"methods", fact_methods}, {"verdict", fact_verdict}};
     fputs("<div class=\"wide\"><table class=\"facts\">\n", out);
     for (int i = 0; i < r->logs && r->logs > 1; i++) fprintf(out, "%s<th>log %d</th>", i ? "" : "<tr><th></th>", i + 1);
     if (r->logs > 1) fputs("</tr>\n", out);
@@ -112,13 +113,15 @@ static void facts(FILE *out, const struct identification_report *r) {
 static void headline(FILE *out, const struct identification_report *r) {
     int passed = 0;
     for (int i = 0; i < r->logs; i++) passed += r->log[i].verdict->status == VERDICT_PASS;
-    static const char *const words[] = {[VERDICT_PASS] = "The run passed its checks", [VERDICT_FAIL] = "The run failed its checks",
+    static const char *const words[] = {[VERDICT_PASS] = "The run passed its checks",
+                                        [VERDICT_FAIL] = "The run failed its checks",
                                         [VERDICT_NOT_EVALUATED] = "The run is not evaluated as a whole"};
     fputs("<p class=\"kicker\">Inertia matrix at the neutral pose</p>\n<h1>", out);
     if (r->logs == 1) fputs(words[r->log[0].verdict->status], out);
     else fprintf(out, "%d of %d runs passed their checks", passed, r->logs);
     fputs("</h1>\n<p class=\"lead\">A pass says that the tests were good, not that the machine is as configured: the difference from "
-          "the nominal matrix is reported, never judged.</p>\n", out);
+          "the nominal matrix is reported, never judged.</p>\n",
+          out);
 }
 
 static bool any_entries(const struct identification_report *r, bool *a) {
@@ -130,13 +133,16 @@ static bool any_entries(const struct identification_report *r, bool *a) {
 
 static void entry_words(FILE *out, const struct identification_report *r, bool a) {
     fputs("<p class=\"small\">With 95 % intervals, 1.96 standard deviations; below them the difference from nominal; <span "
-          "class=\"off\">blue</span> where the interval does not hold the nominal value. ", out);
+          "class=\"off\">blue</span> where the interval does not hold the nominal value. ",
+          out);
     if (a) fputs("Of method A (Tian 2015) the interval is the sensors' noise alone: what dry friction does to it is not in there. ", out);
     fputs("Method C takes viscous and dry friction of each leg into the estimate; its matrix is symmetric (Mt42 is Mt24, Mt51 is Mt15). "
-          "– : not determined, or not evaluated.", out);
+          "– : not determined, or not evaluated.",
+          out);
     if (r->logs > 1)
         fputs(" σ from log 1: the difference over the root of the sum of both squared standard deviations; by chance one in twenty is "
-              "above 2. Nothing is pooled.", out);
+              "above 2. Nothing is pooled.",
+              out);
     fputs("</p>\n", out);
 }
 
@@ -155,7 +161,8 @@ static void entries(struct report_page *p) {
 static void payload(struct report_page *p) {
     const struct identification_report *r = p->report;
     fputs("<div id=\"payload\"><h2>Payload</h2>\n<p>What is left of method C's matrix when the legs as configured are taken off, as one "
-          "rigid body: the mass centre from where it is configured, the inertia about it (entries of the tensor).</p>\n", p->out);
+          "rigid body: the mass centre from where it is configured, the inertia about it (entries of the tensor).</p>\n",
+          p->out);
     if (!table_payload(p->out, r)) fputs("<p class=\"notice\">Not determined.</p>\n", p->out);
     for (int i = 0; i < r->logs; i++) {
         const struct payload *found = &r->log[i].id->method_c.payload;

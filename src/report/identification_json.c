@@ -40,16 +40,17 @@ static json_t *test(const struct test_result *source) {
     double rms[2 * DOFS];
     for (int i = 0; i < DOFS; i++) rms[i] = t.pose_rms[i], rms[DOFS + i] = t.wrench_rms[i];
     return json_pack("{ss so so so so so sI sI sb so so so so}", "dof", dof_names[t.dof], "frequency_hz", report_number(t.frequency_hz),
-                     "amplitude", report_number(t.amplitude), "achieved_amplitude", report_number(t.achieved_amplitude),
-                     "phase_deg", report_number(t.phase_deg), "unwanted_pct", vector(t.unwanted_pct, DOFS), "samples", (json_int_t)t.samples,
-                     "excluded", (json_int_t)t.excluded, "complete", t.complete, "residual_rms", vector(rms, 2 * DOFS),
-                     "pose", fundamental(t.pose), "wrench", fundamental(t.wrench), "wrench_std", vector(t.wrench_std, DOFS));
+                     "amplitude", report_number(t.amplitude), "achieved_amplitude", report_number(t.achieved_amplitude), "phase_deg",
+                     report_number(t.phase_deg), "unwanted_pct", vector(t.unwanted_pct, DOFS), "samples", (json_int_t)t.samples, "excluded",
+                     (json_int_t)t.excluded, "complete", t.complete, "residual_rms", vector(rms, 2 * DOFS), "pose", fundamental(t.pose),
+                     "wrench", fundamental(t.wrench), "wrench_std", vector(t.wrench_std, DOFS));
 }
 
 static json_t *method(const struct method_result *source, bool damping) {
     if (!source->evaluated) return json_null();
     struct method_result m = *source;
-    json_t *object = json_pack("{so so so}", "Mt", matrix(m.mt), "std", matrix(m.mt_std), "condition_number", report_number(m.condition_number));
+    json_t *object = json_pack("{so so so}", "Mt", matrix(m.mt), "std", matrix(m.mt_std), "condition_number",
+                               report_number(m.condition_number));
     return damping ? report_set(report_set(object, "Bt", matrix(m.bt)), "Bt_std", matrix(m.bt_std)) : object;
 }
 
@@ -68,31 +69,37 @@ static json_t *payload_values(const double value[PAYLOAD_VALUES]) {
 
 static json_t *payload_json(const struct payload *p) {
     if (!p->evaluated) return json_null();
-    return json_pack("{so so so so so}", "value", payload_values(p->value), "std", payload_values(p->std), "possible", p->whole ? json_boolean(p->possible) : json_null(), "nearest",
-                     payload_values(p->nearest), "misfit", report_number(p->misfit));
+    return json_pack("{so so so so so}", "value", payload_values(p->value), "std", payload_values(p->std), "possible",
+                     p->whole ? json_boolean(p->possible) : json_null(), "nearest", payload_values(p->nearest), "misfit",
+                     report_number(p->misfit));
 }
 
 json_t *report_method_c(const struct method_c *source) {
     struct method_c c = *source;
     if (!c.matrix.evaluated) return json_null();
-    json_t *found = json_pack("{so so so so s{so so so so} so so so}", "Mt", matrix(c.matrix.mt), "std", matrix(c.matrix.mt_std), "viscous_n_s_per_m",
-                     vector(c.viscous, LEGS), "viscous_std_n_s_per_m", vector(c.viscous_std, LEGS), "dry_friction_n", "extend", strided(c.dry[0]),
-                     "extend_std", strided(c.dry_std[0]), "retract", strided(c.dry[0] + 1), "retract_std", strided(c.dry_std[0] + 1),
-                     "scatter", report_number(c.scatter), "condition_number", report_number(c.matrix.condition_number), "payload", payload_json(&c.payload));
+    json_t *found = json_pack("{so so so so s{so so so so} so so so}", "Mt", matrix(c.matrix.mt), "std", matrix(c.matrix.mt_std),
+                              "viscous_n_s_per_m", vector(c.viscous, LEGS), "viscous_std_n_s_per_m", vector(c.viscous_std, LEGS),
+                              "dry_friction_n", "extend", strided(c.dry[0]), "extend_std", strided(c.dry_std[0]), "retract",
+                              strided(c.dry[0] + 1), "retract_std", strided(c.dry_std[0] + 1), "scatter", report_number(c.scatter),
+                              "condition_number", report_number(c.matrix.condition_number), "payload", payload_json(&c.payload));
     if (!c.at_pose.asked) return found;
-    return report_set(found, "at_pose", json_pack("{so so}", "pose", vector(c.at_pose.pose, DOFS), "Mt", c.at_pose.determined ? matrix(c.at_pose.mt) : json_null()));
+    return report_set(
+        found, "at_pose",
+        json_pack("{so so}", "pose", vector(c.at_pose.pose, DOFS), "Mt", c.at_pose.determined ? matrix(c.at_pose.mt) : json_null()));
 }
 
 static json_t *errors(const struct identification *id, const struct method_result *m) {
     if (!m->evaluated) return json_null();
     json_t *object = json_object();
-    for (int i = 0; i < IDENT_ENTRIES; i++) object = report_set(object, ident_entries[i].name, report_number(ident_error_pct(id, m, &ident_entries[i])));
+    for (int i = 0; i < IDENT_ENTRIES; i++)
+        object = report_set(object, ident_entries[i].name, report_number(ident_error_pct(id, m, &ident_entries[i])));
     return object;
 }
 
 static json_t *quantiles(const double us[4], bool timed) {
     if (!timed) return json_null();
-    return json_pack("{so so so so}", "p50", report_number(us[0]), "p99", report_number(us[1]), "p999", report_number(us[2]), "max", report_number(us[3]));
+    return json_pack("{so so so so}", "p50", report_number(us[0]), "p99", report_number(us[1]), "p999", report_number(us[2]), "max",
+                     report_number(us[3]));
 }
 
 static json_t *reasons(const struct verdict *v) {
@@ -106,15 +113,16 @@ json_t *report_verdict(const struct verdict *v) {
 }
 
 json_t *report_agreement(const struct agreement *a) {
-    return json_pack("{so so si so}", "agree", a->evaluated ? json_boolean(a->agree) : json_null(), "chi_square", report_number(a->chi_square), "degrees", a->degrees, "probability",
-                     report_number(a->probability));
+    return json_pack("{so so si so}", "agree", a->evaluated ? json_boolean(a->agree) : json_null(), "chi_square",
+                     report_number(a->chi_square), "degrees", a->degrees, "probability", report_number(a->probability));
 }
 
 /* Only of a motion that was long enough for parts. */
 static json_t *with_parts(json_t *root, const struct identification *id) {
     if (!id->parts) return root;
-    return report_set(root, "parts", json_pack("{si si si so}", "count", id->parts, "left_out", id->parts_left_out, "groups", id->over_time.logs,
-                                               "agreement", id->over_time.logs > 1 ? report_agreement(&id->over_time) : json_null()));
+    return report_set(root, "parts",
+                      json_pack("{si si si so}", "count", id->parts, "left_out", id->parts_left_out, "groups", id->over_time.logs,
+                                "agreement", id->over_time.logs > 1 ? report_agreement(&id->over_time) : json_null()));
 }
 
 json_t *report_identification(const struct identification *id, const struct verdict *verdict, const struct loop_statistics *loop) {
@@ -126,10 +134,10 @@ json_t *report_identification(const struct identification *id, const struct verd
         "nominal", "Mt", matrix(r.nominal_mt), "method_a", method(&r.method_a, true), "modified_a", method(&r.modified_a, false),
         "method_b", method(&r.method_b, false), "method_c", report_method_c(&r.method_c), "method_c_reason",
         r.no_method_c.status ? json_string(r.no_method_c.text) : json_null(), "errors_pct", "method_a", errors(id, &r.method_a),
-        "modified_a", errors(id, &r.modified_a), "method_b", errors(id, &r.method_b), "method_c", errors(id, &r.method_c.matrix), "loop", "cycles", (json_int_t)loop->cycles,
-        "overruns", (json_int_t)loop->overruns, "lost_records", (json_int_t)loop->lost, "period_s", report_number(loop->period_s),
-        "wake_us", quantiles(loop->wake_us, loop->timed), "exec_us", quantiles(loop->exec_us, loop->timed), "pace",
-        loop->timed ? report_number(loop->pace) : json_null(), "stalls", loop->timed ? json_integer(loop->stalls) : json_null(),
+        "modified_a", errors(id, &r.modified_a), "method_b", errors(id, &r.method_b), "method_c", errors(id, &r.method_c.matrix), "loop",
+        "cycles", (json_int_t)loop->cycles, "overruns", (json_int_t)loop->overruns, "lost_records", (json_int_t)loop->lost, "period_s",
+        report_number(loop->period_s), "wake_us", quantiles(loop->wake_us, loop->timed), "exec_us", quantiles(loop->exec_us, loop->timed),
+        "pace", loop->timed ? report_number(loop->pace) : json_null(), "stalls", loop->timed ? json_integer(loop->stalls) : json_null(),
         "longest_stall_s", loop->timed ? report_number(loop->longest_stall_s) : json_null(), "verdict", report_verdict(verdict));
     return with_parts(root, id);
 }
@@ -141,6 +149,7 @@ char *report_text(json_t *root) {
 }
 
 char *identification_json(const struct identification *id, const struct verdict *verdict, const struct loop_statistics *loop) {
-    json_object_seed(1); /* else jansson opens /dev/urandom, against keys of an enemy's choice; these are ours */
+    /* else jansson opens /dev/urandom, against keys of an enemy's choice; these are ours */
+    json_object_seed(1);
     return report_text(report_identification(id, verdict, loop));
 }

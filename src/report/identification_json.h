@@ -1,5 +1,6 @@
-/* The result as JSON, schema hexid.identification/1: matrices are 6x6 row-major arrays of arrays, SI units, order x y z phi theta psi;
- * what was not evaluated is null. Numbers read back bit for bit. */
+/* The result as JSON, schema hexid.identification/1: matrices are 6x6 row-major arrays of
+ * arrays, SI units, order x y z phi theta psi; what was not evaluated is null. Numbers read
+ * back bit for bit. */
 #ifndef HEXID_IDENTIFICATION_JSON_H
 #define HEXID_IDENTIFICATION_JSON_H
 

@@ -54,7 +54,8 @@ void picture_entries(FILE *script, const void *subject) {
     for (int i = 0; i < IDENT_ENTRIES; i++) fprintf(script, "%s'%s' %d", i ? ", " : "", ident_entries[i].name, i);
     fputs(")\nset xlabel 'difference from nominal [% of the root of Mii Mjj]' offset 0,0.3\n"
           "set arrow from 0, graph 0 to 0, graph 1 nohead lc rgb '#777777' lw 1 back\nset offsets graph 0.03, graph 0.03, 0, 0\n"
-          "set bars 0.5\nset key maxcols 2 reverse Left\nplot ", script);
+          "set bars 0.5\nset key maxcols 2 reverse Left\nplot ",
+          script);
     for (int i = 0; i < count; i++) {
         fprintf(script, "%s$s%d using 1:2:3 with xerrorbars pt %d ps 0.7 lw 1.4 lc rgb '%s' title '", i ? ", " : "", i,
                 series[i].name[0] == 'C' ? 7 : 6, series[i].colour);
@@ -87,7 +88,8 @@ static void test_row(FILE *script, const struct recording_sample *s, const doubl
     fputc('\n', script);
 }
 
-/* Columns: time in s; pose and reference in mm and mrad; forces in N. Samples that are not evaluated leave a gap. */
+/* Columns: time in s; pose and reference in mm and mrad; forces in N. Samples that are not
+ * evaluated leave a gap. */
 static void test_data(FILE *script, const struct picture_test *p, const struct kinematics *k) {
     const struct recording_test *t = &p->log->recording->test[p->test];
     double pose[DOFS] = {0};
@@ -142,10 +144,12 @@ void picture_test(FILE *script, const void *subject) {
     struct error error;
     int axis = t->dof != DOF_NONE, panels = axis ? 2 : 3;
     plot_begin(script, 540, axis ? 380 : 520);
-    if (kinematics_init(&k, p->log->params, &error)) return; /* gnuplot draws nothing, and the page says so */
+    /* gnuplot draws nothing, and the page says so */
+    if (kinematics_init(&k, p->log->params, &error)) return;
     test_data(script, p, &k);
     fputs("set multiplot\nset lmargin at screen 0.13\nset rmargin at screen 0.98\nset offsets 0,0,graph 0.05,graph 0.05\n"
-          "set key samplen 1 maxrows 1\n", script);
+          "set key samplen 1 maxrows 1\n",
+          script);
     fprintf(script, "set xrange [%.6g:%.6g]\n", p->from_s, p->from_s + p->seconds);
     if (axis) {
         panel(script, 0, panels, t->dof < DOF_PHI ? "position [mm]" : "position [mrad]");
@@ -197,7 +201,8 @@ void picture_friction(FILE *script, const void *subject) {
     fprintf(script, "set xrange [%.4g:%.4g]\nset yrange [%.4g:%.4g]\nset xzeroaxis lc rgb '#bbbbbb'\nset yzeroaxis lc rgb '#bbbbbb'\n",
             -1.05e3 * rate_mps, 1.05e3 * rate_mps, -1.1 * force_n - 1.0, 1.1 * force_n + 1.0);
     fputs("set xlabel 'leg rate [mm/s]' offset 0,0.4\nset ylabel 'friction [N]' offset 1\n"
-          "plot $data using 1:2 with lines lw 1 lc rgb '#8a8a8a' title 'measured'", script);
+          "plot $data using 1:2 with lines lw 1 lc rgb '#8a8a8a' title 'measured'",
+          script);
     if (found) fputs(", $found using 1:2 with lines lw 2.4 lc rgb '" PICTURE_ACCENT "' title 'method C'", script);
     fputc('\n', script);
 }

@@ -29,7 +29,8 @@ struct identification_log {
     const struct identification *id;
     const struct verdict *verdict;
     struct loop_statistics loop;
-    const struct recording *recording; /* of complete tests, as method C had it: any motion is in pieces */
+    const struct recording *recording; /* of complete tests, as method C had it:
+                                        * any motion is in pieces */
     struct identification_motion motion;
     const int64_t *flagged;       /* [SAMPLE_FLAGS], in the evaluated parts */
     const char *fault;            /* the first one, NULL: none */
@@ -41,8 +42,8 @@ struct identification_report {
     struct identification_log log[REPORT_LOGS];
 };
 
-/* One page without scripts or other files; *page is to be freed. -3 without memory (*page NULL), or where pictures could not be drawn
- * (*page is there, without them). */
+/* One page without scripts or other files; *page is to be freed. -3 without memory (*page NULL), or
+ * where pictures could not be drawn (*page is there, without them). */
 int identification_html(const struct identification_report *report, char **page, struct error *error);
 
 #endif

@@ -29,7 +29,8 @@ void section_matrices(struct report_page *p, int log) {
     bool unknown = false;
     title(p, log, "All entries of the matrix");
     fputs("<p>Mt at the neutral pose, about the payload's mass centre; rows and columns x y z φ θ ψ; masses in kg, couplings in kg m, "
-          "inertias in kg m². Below each entry its standard deviation", p->out);
+          "inertias in kg m². Below each entry its standard deviation",
+          p->out);
     if (l->id->method_a.evaluated) fputs(": of A, modified A and B the sensors' noise alone; of C also where the joints are", p->out);
     fputs(".</p>\n", p->out);
     table_matrices(p->out, l->id);
@@ -37,7 +38,8 @@ void section_matrices(struct report_page *p, int log) {
         for (int j = 0; j < DOFS; j++) unknown = unknown || (c->matrix.evaluated && !isfinite(c->matrix.mt[i][j]));
     if (unknown)
         fputs("<p>– : not determined by this motion. The entry's standard deviation is above a fifth of the root of Mii Mjj: the motion "
-              "does not excite it, or not apart from others.</p>\n", p->out);
+              "does not excite it, or not apart from others.</p>\n",
+              p->out);
     if (l->sinusoids && !l->id->method_a.evaluated)
         fputs("<p class=\"notice\">Methods A and B: not evaluated: they need complete tests of all six axes.</p>\n", p->out);
     if (!l->sinusoids) fputs("<p>Methods A and B need sinusoids of one axis after another; this motion is none for them.</p>\n", p->out);
@@ -85,19 +87,20 @@ static void test_row(FILE *out, const struct test_result *t) {
 
 static void test_table(FILE *out, const struct identification_log *l) {
     const struct check_params *limit = &l->params->checks;
-    static const char *const head[] = {"frequency", "amplitude", "off", "phase", "unwanted", "samples", "excluded", "length wanders, mm",
-                                       "force wanders, N"};
+    static const char *const head[] = {"frequency",          "amplitude",       "off", "phase", "unwanted", "samples", "excluded",
+                                       "length wanders, mm", "force wanders, N"};
     fputs("<div class=\"wide\"><table>\n<tr><th>test</th>", out);
     for (size_t i = 0; i < sizeof head / sizeof *head; i++) fprintf(out, "<th class=\"n\">%s</th>", head[i]);
     fputs("</tr>\n", out);
     for (int i = 0; i < l->id->tests; i++) test_row(out, &l->id->test[i]);
-    fprintf(out, "<tr><th>limit</th><th></th><th></th><th class=\"n\">%g %%</th><th></th><th class=\"n\">%g %%</th><th></th><th "
-            "class=\"n\">%g %%</th><th class=\"n\">%g</th><th class=\"n\">%g</th></tr>\n</table></div>\n", limit->amplitude_pct,
-            limit->unwanted_pct,
-            limit->excluded_pct, 1e3 * limit->length_wander_m, limit->force_wander_n);
+    fprintf(out,
+            "<tr><th>limit</th><th></th><th></th><th class=\"n\">%g %%</th><th></th><th class=\"n\">%g %%</th><th></th><th "
+            "class=\"n\">%g %%</th><th class=\"n\">%g</th><th class=\"n\">%g</th></tr>\n</table></div>\n",
+            limit->amplitude_pct, limit->unwanted_pct, limit->excluded_pct, 1e3 * limit->length_wander_m, limit->force_wander_n);
     fputs("<p class=\"small\">Amplitude and phase are of the fundamental of the measured motion, the phase against the reference's "
           "sine. Unwanted: the largest motion of another axis, against its own commanded amplitude. Wanders: how far the fundamental of "
-          "a leg's length, and mean or fundamental of its force, are apart between periods, worst leg.</p>\n", out);
+          "a leg's length, and mean or fundamental of its force, are apart between periods, worst leg.</p>\n",
+          out);
 }
 
 static void motion_words(FILE *out, const struct identification_motion *m) {
@@ -113,18 +116,22 @@ static void test_figure(struct report_page *p, const struct identification_log *
     if (t->borrowed || t->first < 0 || t->end < t->first + 2) return;
     struct picture_test picture = picture_of_test(l, test);
     const char *which = t->piece_s > 0.0 ? "from its middle" : "from the evaluated part's beginning";
-    snprintf(caption, sizeof caption, "%s %s: %.3g s %s. Above the pose by the measured lengths, dashed its reference; "
+    snprintf(caption, sizeof caption,
+             "%s %s: %.3g s %s. Above the pose by the measured lengths, dashed its reference; "
              "below the leg forces%s.",
              t->dof == DOF_NONE ? "Motion" : "Test", tests_name(&l->params->tests, t->dof), picture.seconds, which,
              l->recording->measured.pressures ? " A1 P1 - A2 P2" : "");
     page_draw(p->out, picture_test, &picture, caption, &p->picture);
 }
 
-/* The samples of a long motion's earlier parts are not kept (src/cli/parts.h). False: there is nothing to draw. */
+/* The samples of a long motion's earlier parts are not kept (src/cli/parts.h). False: there is
+ * nothing to draw. */
 static bool long_motion(FILE *out, const struct identification_log *l) {
     if (!l->id->parts) return true;
-    fputs(l->recording->tests ? "<p class=\"small\">The motion is long: the numbers are of all of it, the pictures of what came after its last part of 180 s.</p>\n"
-                              : "<p class=\"small\">The motion is long: the numbers are of all of it. What came after its last part of 180 s is too short for pictures.</p>\n",
+    fputs(l->recording->tests ? "<p class=\"small\">The motion is long: the numbers are of all of it, the pictures of what came after "
+                                "its last part of 180 s.</p>\n"
+                              : "<p class=\"small\">The motion is long: the numbers are of all of it. What came after its last part of "
+                                "180 s is too short for pictures.</p>\n",
           out);
     return l->recording->tests > 0;
 }
@@ -182,17 +189,20 @@ void section_friction(struct report_page *p, int log) {
     }
     fputs("<p>Grey, as measured: the leg's force less what inertia and weight need of it for this motion, with the matrix that method C "
           "found. Blue, what method C found: a slope, the viscous friction, and a step at zero, the dry friction of each direction. A "
-          "constant error of the force moves both steps alike.</p>\n", p->out);
+          "constant error of the force moves both steps alike.</p>\n",
+          p->out);
     int status = leg_friction_find(&friction, l->recording, &l->id->method_c, &error);
     if (status) notice(p->out, error.text);
     else friction_figures(p, l, &friction);
     if (!status && friction.tests && friction.test[0].cycle)
-        fprintf(p->out, "<p class=\"small\">Mean cycles of the tests, in the %d harmonics that method C evaluates: they cannot follow a "
+        fprintf(p->out,
+                "<p class=\"small\">Mean cycles of the tests, in the %d harmonics that method C evaluates: they cannot follow a "
                 "step, overshoot beside it, and a leg that sticks at a reversal is anywhere between the two lines.</p>\n",
                 RESIDUAL_HARMONICS);
     else if (!status)
         fputs("<p class=\"small\">Up to a dozen pieces all over the motion, the middle of each, in the band that method C evaluates: a "
-              "step is drawn out there, and a leg that sticks at a reversal is anywhere between the two lines.</p>\n", p->out);
+              "step is drawn out there, and a leg that sticks at a reversal is anywhere between the two lines.</p>\n",
+              p->out);
     leg_friction_free(&friction);
     fputs("</section>\n", p->out);
 }
@@ -200,17 +210,22 @@ void section_friction(struct report_page *p, int log) {
 /* --- checks */
 
 static const char *const flag_words[SAMPLE_FLAGS] = {
-    "stale: the device delivered nothing new", "late: latched longer ago than a cycle", "samples are missing before it",
+    "stale: the device delivered nothing new",
+    "late: latched longer ago than a cycle",
+    "samples are missing before it",
     "invalid: a value is no number, or outside its sensor's range",
     "overrun: the loop missed a deadline before it, its command was held too long",
-    "not read, or the command before it not written", "another master commanded the machine", "an interlock was open",
+    "not read, or the command before it not written",
+    "another master commanded the machine",
+    "an interlock was open",
     "read, but the command before it was not written",
 };
 
 static void exclusions(FILE *out, const struct identification_log *l) {
     bool any = false;
     fputs("<h3>What was left out</h3>\n<p>Only the evaluated part of each test is used, without settling and ramps. In it a sample with "
-          "a flag, without a number, or whose lengths no pose has, is excluded.</p>\n<ul>\n", out);
+          "a flag, without a number, or whose lengths no pose has, is excluded.</p>\n<ul>\n",
+          out);
     for (int i = 0; i < SAMPLE_FLAGS; i++) {
         if (!l->flagged[i]) continue;
         fprintf(out, "<li>%" PRId64 " sample%s %s</li>\n", l->flagged[i], l->flagged[i] == 1 ? ":" : "s:", flag_words[i]);
@@ -258,13 +273,16 @@ static void verdict_words(FILE *out, const struct identification_log *l) {
     if (l->id->method_a.evaluated) {
         int row = 0, column = 0;
         double pct = asymmetry_pct(&l->id->method_a, &row, &column);
-        fprintf(out, "<li>Method A: Mt(%d,%d) and Mt(%d,%d) differ by %.2f %% of the root of Mii Mjj, the most of all; "
-                "limit %g %%.</li>\n", row, column,
-                column, row, pct, limit->symmetry_pct);
+        fprintf(out,
+                "<li>Method A: Mt(%d,%d) and Mt(%d,%d) differ by %.2f %% of the root of Mii Mjj, the most of all; "
+                "limit %g %%.</li>\n",
+                row, column, column, row, pct, limit->symmetry_pct);
     }
     if (l->id->method_c.matrix.evaluated)
-        fprintf(out, "<li>Method C scatters by %.2f times its noise (no check): about 1 where the model holds, less with dry friction; "
-                "where it is more, its intervals are as much wider.</li>\n", l->id->method_c.scatter);
+        fprintf(out,
+                "<li>Method C scatters by %.2f times its noise (no check): about 1 where the model holds, less with dry friction; "
+                "where it is more, its intervals are as much wider.</li>\n",
+                l->id->method_c.scatter);
     fputs("</ul>\n", out);
 }
 
@@ -276,8 +294,7 @@ static void time_row(FILE *out, const char *name, const double us[4]) {
 
 static void loop_times(FILE *out, const struct loop_statistics *s) {
     fprintf(out, "<h3>The loop</h3>\n<p>%" PRId64 " cycles of %g ms, %" PRId64 " overrun%s, %" PRId64 " record%s lost. ", s->cycles,
-            1e3 * s->period_s,
-            s->overruns, s->overruns == 1 ? "" : "s", s->lost, s->lost == 1 ? "" : "s");
+            1e3 * s->period_s, s->overruns, s->overruns == 1 ? "" : "s", s->lost, s->lost == 1 ? "" : "s");
     if (!s->timed) {
         fputs("The log has no times of the loop: it is of a run in virtual time, or was imported.</p>\n", out);
         return;
@@ -285,7 +302,8 @@ static void loop_times(FILE *out, const struct loop_statistics *s) {
     fprintf(out, "%.3f times real time, %" PRId64 " stall%s of the host", s->pace, s->stalls, s->stalls == 1 ? "" : "s");
     if (s->stalls) fprintf(out, ", the longest %.0f ms", 1e3 * s->longest_stall_s);
     fputs(".</p>\n<div class=\"wide\"><table><tr><th>µs</th><th class=\"n\">p50</th><th class=\"n\">p99</th><th "
-          "class=\"n\">p99.9</th><th class=\"n\">max</th></tr>\n", out);
+          "class=\"n\">p99.9</th><th class=\"n\">max</th></tr>\n",
+          out);
     time_row(out, "wake-up after the deadline", s->wake_us);
     time_row(out, "execution, to the command's write", s->exec_us);
     fputs("</table></div>\n", out);

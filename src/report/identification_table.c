@@ -79,7 +79,8 @@ void identification_at_pose_print(FILE *out, const struct matrix_at_pose *at) {
     if (at->determined) print_matrix(out, at->mt);
 }
 
-/* An entry shows in the motion of its row's axis or of its column's: of these, what moves too little for its own inertia. */
+/* An entry shows in the motion of its row's axis or of its column's: of these, what moves too
+ * little for its own inertia. */
 static void note_missing(const struct method_c *c, int row, int column, bool missing[DOFS]) {
     bool still[2] = {isnan(c->matrix.mt[row][row]), isnan(c->matrix.mt[column][column])}, none = !still[0] && !still[1];
     missing[row] = missing[row] || still[0] || none;
@@ -100,8 +101,8 @@ void identification_determined_print(FILE *out, const struct method_c *c, const 
         best_pct = fmin(best_pct, pct), worst_pct = fmax(worst_pct, pct);
         known++;
     }
-    fprintf(out, "data      determine %d of %d entries of Mt, std %.2g to %.2g %% of sqrt(Mii Mjj); condition number %.3g\n", known, MATRIX_ENTRIES,
-            best_pct, worst_pct, c->matrix.condition_number);
+    fprintf(out, "data      determine %d of %d entries of Mt, std %.2g to %.2g %% of sqrt(Mii Mjj); condition number %.3g\n", known,
+            MATRIX_ENTRIES, best_pct, worst_pct, c->matrix.condition_number);
     if (known == MATRIX_ENTRIES) return;
     fprintf(out, "          not determined:");
     for (int i = 0; i < MATRIX_ENTRIES; i++) {
@@ -123,7 +124,10 @@ static void print_parts(FILE *out, const struct identification *id) {
     if (!id->parts) return;
     fprintf(out, "parts     %d of the motion, %d left out", id->parts, id->parts_left_out);
     if (a->logs > 1) {
-        fprintf(out, "; %d groups %s over time: chi-square %.1f of %d degrees of freedom, probability %.2g", a->logs, !a->evaluated ? "cannot be compared" : a->agree ? "agree" : "DISAGREE",
+        fprintf(out, "; %d groups %s over time: chi-square %.1f of %d degrees of freedom, probability %.2g", a->logs,
+                !a->evaluated ? "cannot be compared"
+                : a->agree    ? "agree"
+                              : "DISAGREE",
                 a->chi_square, a->degrees, a->probability);
         if (a->evaluated && !a->agree && agreement_worst(a, used, &worst)) {
             equations_name(worst.value, name);

@@ -6,15 +6,17 @@
 
 #include "ident.h"
 
-/* Decimals for a matrix: three, and more where its smallest entry on the diagonal is below one, so that it has three figures and its deviation some. */
+/* Decimals for a matrix: three, and more where its smallest entry on the diagonal is below one, so
+ * that it has three figures and its deviation some. */
 int identification_decimals(const double mt[DOFS][DOFS]);
 int identification_decimals_of(double value);
 
-/* Methods A and B, or a line where they were not evaluated, unless the motion was none for them (not `sinusoids`); then method C, or why not. */
+/* Methods A and B, or a line where they were not evaluated, unless the motion was none for them
+ * (not `sinusoids`); then method C, or why not. */
 void identification_table_print(FILE *out, const struct identification *id, bool sinusoids);
 
-/* What the data determine, before what they say: how many of the 21 entries and how well, the condition number; which not, and the motion that
- * they need. */
+/* What the data determine, before what they say: how many of the 21 entries and how well, the
+ * condition number; which not, and the motion that they need. */
 void identification_determined_print(FILE *out, const struct method_c *c, const double nominal_mt[DOFS][DOFS]);
 
 /* The matrix at the pose that was asked for, if one was. */

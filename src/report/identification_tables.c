@@ -77,7 +77,8 @@ static bool compare(FILE *out, const struct identification_report *r, const stru
     bool found[COLUMNS] = {0}, any = false;
     for (int m = 0; m < c->methods; m++) found[m] = any_found(r, c, m), any = any || found[m];
     if (!any) return false;
-    for (int m = 0; m < c->methods && !c->configured; m++) found[m] = true; /* of one method, whose kinds of friction these are */
+    /* of one method, whose kinds of friction these are */
+    for (int m = 0; m < c->methods && !c->configured; m++) found[m] = true;
     int configured = !c->configured ? 0 : same_configured(r, c) ? 1 : r->logs;
     fprintf(out, "<div class=\"wide\"><table class=\"values\">\n<tr><th>%s</th>", c->head);
     if (configured) head_cells(out, c->configured_name, configured);
@@ -91,7 +92,9 @@ static bool compare(FILE *out, const struct identification_report *r, const stru
         fputs("<tr><td>", out);
         c->label(out, row);
         fputs("</td>", out);
-        for (int i = 0; i < configured; i++) fprintf(out, "<td class=\"n\">%.*f</td>", identification_decimals_of(c->configured(&r->log[i], row).value), c->configured(&r->log[i], row).value);
+        for (int i = 0; i < configured; i++)
+            fprintf(out, "<td class=\"n\">%.*f</td>", identification_decimals_of(c->configured(&r->log[i], row).value),
+                    c->configured(&r->log[i], row).value);
         for (int m = 0; m < c->methods; m++)
             for (int i = 0; i < r->logs && found[m]; i++) found_cell(out, r, c, m, i, row);
         fputs("</tr>\n", out);
@@ -125,8 +128,8 @@ static void entry_label(FILE *out, int row) {
 }
 
 void table_entries(FILE *out, const struct identification_report *r) {
-    static const struct comparison entries = {"entry", IDENT_ENTRIES, entry_label, "nominal", entry_nominal, 2,
-                                              {{"method A", entry_a}, {"method C", entry_c}}};
+    static const struct comparison entries = {
+        "entry", IDENT_ENTRIES, entry_label, "nominal", entry_nominal, 2, {{"method A", entry_a}, {"method C", entry_c}}};
     if (!compare(out, r, &entries)) fputs("<p class=\"notice\">No matrix was identified: see the reasons above.</p>\n", out);
 }
 
@@ -136,8 +139,10 @@ static double payload_scale(int row) { return row >= PAYLOAD_CENTER && row < PAY
 
 static struct quantity payload_configured(const struct identification_log *log, int row) {
     const struct payload_params *p = &log->params->payload;
-    const double value[PAYLOAD_VALUES] = {[PAYLOAD_MASS] = p->mass_kg, [PAYLOAD_INERTIA] = p->inertia_xx_kg_m2, p->inertia_yy_kg_m2,
-                                          p->inertia_zz_kg_m2, p->inertia_xy_kg_m2, p->inertia_xz_kg_m2, p->inertia_yz_kg_m2};
+    const double value[PAYLOAD_VALUES] = {[PAYLOAD_MASS] = p->mass_kg, [PAYLOAD_INERTIA] = p->inertia_xx_kg_m2,
+                                          p->inertia_yy_kg_m2,         p->inertia_zz_kg_m2,
+                                          p->inertia_xy_kg_m2,         p->inertia_xz_kg_m2,
+                                          p->inertia_yz_kg_m2};
     return (struct quantity){value[row], 0.0};
 }
 
@@ -148,14 +153,14 @@ static struct quantity payload_found(const struct identification_log *log, int r
 }
 
 static void payload_label(FILE *out, int row) {
-    static const char *const name[PAYLOAD_VALUES] = {"mass", "mass centre x", "mass centre y", "mass centre z", "inertia xx", "inertia yy",
-                                                     "inertia zz", "inertia xy", "inertia xz", "inertia yz"};
+    static const char *const name[PAYLOAD_VALUES] = {"mass",       "mass centre x", "mass centre y", "mass centre z", "inertia xx",
+                                                     "inertia yy", "inertia zz",    "inertia xy",    "inertia xz",    "inertia yz"};
     fprintf(out, "%s <span class=\"small\">%s</span>", name[row], row == PAYLOAD_MASS ? "kg" : row < PAYLOAD_INERTIA ? "mm" : "kg m²");
 }
 
 bool table_payload(FILE *out, const struct identification_report *r) {
-    static const struct comparison payload = {"payload", PAYLOAD_VALUES, payload_label, "configured", payload_configured, 1,
-                                              {{"method C", payload_found}}};
+    static const struct comparison payload = {
+        "payload", PAYLOAD_VALUES, payload_label, "configured", payload_configured, 1, {{"method C", payload_found}}};
     return compare(out, r, &payload);
 }
 
@@ -180,9 +185,14 @@ static struct quantity retracting(const struct identification_log *log, int leg)
 static void leg_label(FILE *out, int row) { fprintf(out, "%d", row + 1); }
 
 bool table_friction(FILE *out, const struct identification_report *r) {
-    static const struct comparison friction = {"leg", LEGS, leg_label, NULL, NULL, 3,
-                                               {{"viscous, N s/m", viscous}, {"dry, extending, N", extending},
-                                                {"dry, retracting, N", retracting}}};
+    static const struct comparison friction = {
+        "leg",
+        LEGS,
+        leg_label,
+        NULL,
+        NULL,
+        3,
+        {{"viscous, N s/m", viscous}, {"dry, extending, N", extending}, {"dry, retracting, N", retracting}}};
     return compare(out, r, &friction);
 }
 
@@ -210,13 +220,13 @@ static void matrix(FILE *out, const char *name, const double mt[DOFS][DOFS], con
 
 static void method(FILE *out, const char *name, const struct method_result *source) {
     struct method_result m = *source;
-    if (m.evaluated) matrix(out, name, (const double(*)[DOFS])m.mt, (const double(*)[DOFS])m.mt_std);
+    if (m.evaluated) matrix(out, name, (const double (*)[DOFS])m.mt, (const double (*)[DOFS])m.mt_std);
 }
 
 void table_matrices(FILE *out, const struct identification *source) {
     struct identification id = *source;
     fputs("<div class=\"third\">\n", out);
-    matrix(out, "Nominal", (const double(*)[DOFS])id.nominal_mt, NULL);
+    matrix(out, "Nominal", (const double (*)[DOFS])id.nominal_mt, NULL);
     method(out, "Method A", &id.method_a);
     method(out, "Modified A", &id.modified_a);
     method(out, "Method B", &id.method_b);

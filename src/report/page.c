@@ -6,8 +6,10 @@
 #include "plot.h"
 
 static const char style[] =
-    ":root{color-scheme:light dark;--ink:#1a1a1a;--soft:#5c5c5c;--line:#dcdcdc;--paper:#fff;--mark:#fff3d6;--code:#333;--accent:" PICTURE_ACCENT "}\n"
-    "@media(prefers-color-scheme:dark){:root{--ink:#e8e8e8;--soft:#aaa;--line:#444;--paper:#1a1a1a;--mark:#4a3a10;--code:#ccc;--accent:#6db9ee}\n"
+    ":root{color-scheme:light dark;--ink:#1a1a1a;--soft:#5c5c5c;--line:#dcdcdc;--paper:#fff;--mark:#fff3d6;--code:#333;"
+    "--accent:" PICTURE_ACCENT "}\n"
+    "@media(prefers-color-scheme:dark){"
+    ":root{--ink:#e8e8e8;--soft:#aaa;--line:#444;--paper:#1a1a1a;--mark:#4a3a10;--code:#ccc;--accent:#6db9ee}\n"
     "img{filter:invert(.9) hue-rotate(180deg)}}\n" /* white becomes the page's ground, hues stay */
     "*{box-sizing:border-box}\n"
     "body{margin:0 auto;max-width:1180px;padding:18px 32px 64px;"
@@ -81,7 +83,8 @@ void page_begin(FILE *out, const char *title) {
           "<head>\n"
           "<meta charset=\"utf-8\">\n"
           "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-          "<title>", out);
+          "<title>",
+          out);
     html_text(out, "%s", title);
     fputs("</title>\n<style>\n", out);
     page_style(out);

@@ -15,15 +15,14 @@ static const char remedy[] = "pictures need gnuplot (apt-get install gnuplot-nox
 
 const char *const plot_colours[PLOT_COLOURS] = {PICTURE_ACCENT, "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"};
 
-static const char style[] =
-    "set encoding utf8\n"
-    "set border 3 lc rgb '#777777'\n"
-    "set tics nomirror out scale 0.5 tc rgb '#444444'\n"
-    "set grid lc rgb '#e8e8e8' lt 1 lw 0.6\n"
-    "set key outside top center horizontal samplen 2.5 spacing 1 tc rgb '#444444'\n"
-    "set style line 1 lc rgb '#1a1a1a' lw 2.4\n"
-    "set style line 2 lc rgb '#8a8a8a' lw 2.2 dt (6,4)\n"
-    "set style line 3 lc rgb '" PICTURE_ACCENT "' lw 1.8\n";
+static const char style[] = "set encoding utf8\n"
+                            "set border 3 lc rgb '#777777'\n"
+                            "set tics nomirror out scale 0.5 tc rgb '#444444'\n"
+                            "set grid lc rgb '#e8e8e8' lt 1 lw 0.6\n"
+                            "set key outside top center horizontal samplen 2.5 spacing 1 tc rgb '#444444'\n"
+                            "set style line 1 lc rgb '#1a1a1a' lw 2.4\n"
+                            "set style line 2 lc rgb '#8a8a8a' lw 2.2 dt (6,4)\n"
+                            "set style line 3 lc rgb '" PICTURE_ACCENT "' lw 1.8\n";
 
 void plot_begin(FILE *script, int width, int height) {
     fprintf(script, "set terminal svg noenhanced size %d,%d font 'sans-serif,12' background '#ffffff'\n%s", width, height, style);
@@ -86,7 +85,8 @@ static void complain(int status, int file, struct error *error) {
     free(said);
 }
 
-/* Groups with nothing in them, which gnuplot leaves at every change of style: a quarter of a picture. */
+/* Groups with nothing in them, which gnuplot leaves at every change of style: a
+ * quarter of a picture. */
 static void drop_empty_groups(char *svg, size_t *size) {
     char *to = svg;
     for (const char *from = svg; *from;) {

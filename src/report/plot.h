@@ -13,11 +13,12 @@
 enum { PLOT_COLOURS = 6 };
 extern const char *const plot_colours[PLOT_COLOURS];
 
-/* A script's first lines: an SVG of so many pixels in the style of all pictures; line styles 1 measured, 2 before, 3 after. */
+/* A script's first lines: an SVG of so many pixels in the style of all pictures; line styles 1
+ * measured, 2 before, 3 after. */
 void plot_begin(FILE *script, int width, int height);
 
-/* The script draws to standard output. *svg is to be freed by the caller. 0; or -3 with the reason: gnuplot is not there, failed (its own
- * words), or drew nothing. */
+/* The script draws to standard output. *svg is to be freed by the caller. 0; or -3 with the reason:
+ * gnuplot is not there, failed (its own words), or drew nothing. */
 int plot_draw(const char *script, size_t script_size, char **svg, size_t *size, struct error *error);
 
 #endif

@@ -9,7 +9,8 @@
 /* A number that JSON cannot hold is null. */
 json_t *report_number(double x);
 
-/* Both take the value. NULL when either is or memory is short: what is built upon it is NULL too, never a part of the result. */
+/* Both take the value. NULL when either is or memory is short: what is built upon it is NULL too,
+ * never a part of the result. */
 json_t *report_append(json_t *array, json_t *value);
 json_t *report_set(json_t *object, const char *key, json_t *value);
 

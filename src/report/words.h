@@ -6,7 +6,8 @@
 
 enum { WORDS_COLUMNS = 80 };
 
-/* Words after a label, broken between them, further lines indented; what stands in backquotes is not broken. */
+/* Words after a label, broken between them, further lines indented; what stands in
+ * backquotes is not broken. */
 void words_print(FILE *out, const char *label, const char *text);
 
 #endif

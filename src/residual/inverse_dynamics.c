@@ -8,7 +8,8 @@
 
 static const double POSE_TOLERANCE_M = 1e-12;
 static const double SURE = 3.0;       /* standard deviations of a leg's speed */
-static const double OVERSHOOT = 1.18; /* of a force that jumps from one side to the other, in the harmonics evaluated (Gibbs) */
+static const double OVERSHOOT = 1.18; /* of a force that jumps from one side to the other, in the
+                                       * harmonics evaluated (Gibbs) */
 enum { POSE_ITERATIONS = 12 };
 
 void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *params, double window_s, double resolution_s) {
@@ -48,7 +49,8 @@ static bool solve6(double a[6][6], bool transposed, double x[6]) {
     return true;
 }
 
-/* Position and attitude by a small displacement: velocity of the origin and rotation vector, both in {B}. */
+/* Position and attitude by a small displacement: velocity of the origin and rotation
+ * vector, both in {B}. */
 static void displace(struct rigid_state *s, const double d[6]) {
     double q[4], half[3] = {0.5 * d[3], 0.5 * d[4], 0.5 * d[5]}, *p = s->attitude, norm = 0.0;
     for (int i = 0; i < 3; i++) s->position[i] += d[i];
@@ -84,14 +86,16 @@ double inverse_dynamics_direction(double value, double rate, double window_s) {
     return value / swing;
 }
 
-/* Below this speed a leg may be held: as near to a reversal as the harmonics resolve time, and noise resolves speed. */
+/* Below this speed a leg may be held: as near to a reversal as the harmonics resolve time, and
+ * noise resolves speed. */
 static double slow_mps(const struct inverse_dynamics *d, int leg, double acceleration) {
     return fmax(fmax(fabs(acceleration) * d->resolution_s, SURE * d->speed_std_mps[leg]), INVERSE_DYNAMICS_SLOW_MPS);
 }
 
-/* balance_n: hydraulic force left for friction. Dry friction has its full size only where the leg surely slides, from twice the slow speed
- * on; where it may be held friction is what the balance asks for, as far as it reaches: a leg that sticks holds against any load. A limit
- * without the overshoot would be met from one side only, and friction come out too large. */
+/* balance_n: hydraulic force left for friction. Dry friction has its full size only where the leg
+ * surely slides, from twice the slow speed on; where it may be held friction is what the balance
+ * asks for, as far as it reaches: a leg that sticks holds against any load. A limit without the
+ * overshoot would be met from one side only, and friction come out too large. */
 static double leg_friction(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in, double balance_n) {
     struct cylinder_state s = {.p1_pa = in->p1_pa[leg], .p2_pa = in->p2_pa[leg]};
     const double *motion = in->leg[leg];

@@ -1,5 +1,5 @@
-/* Leg forces that a measured motion of the legs needs: sim's rigid bodies, weight, joint and leg friction. The pose is found from the
- * lengths with the model's own joint positions. Pure. */
+/* Leg forces that a measured motion of the legs needs: sim's rigid bodies, weight, joint and leg
+ * friction. The pose is found from the lengths with the model's own joint positions. Pure. */
 #ifndef HEXID_INVERSE_DYNAMICS_H
 #define HEXID_INVERSE_DYNAMICS_H
 
@@ -8,7 +8,8 @@
 
 enum { PHASES = 128 }; /* of a cycle */
 
-/* A leg that sticks gives so much, as its chambers do: below this speed it may be held, and surely slides from twice this on. */
+/* A leg that sticks gives so much, as its chambers do: below this speed it may be held, and surely
+ * slides from twice this on. */
 #define INVERSE_DYNAMICS_SLOW_MPS 2e-3
 
 struct inverse_dynamics {
@@ -16,24 +17,29 @@ struct inverse_dynamics {
     struct rigid_model rigid;
     struct cylinder_model cylinder;
     struct rigid_state state;   /* the search for the next pose starts here */
-    double window_s;            /* dry friction is averaged over so much about each instant: a reversal falls between two of them */
+    double window_s;            /* dry friction is averaged over so much about each instant: a
+                                 * reversal falls between two of them */
     double speed_std_mps[LEGS]; /* of the measured motion; 0 after init */
-    double resolution_s;        /* of the motion: half the time from a crest to a trough of its highest harmonic */
+    double resolution_s;        /* of the motion: half the time from a crest to a trough
+                                 * of its highest harmonic */
     bool joints;
 };
 
 void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *params, double window_s, double resolution_s);
 
-/* The mean sign of a value over a window about an instant: share of the window in which it is positive, minus the share where negative. */
+/* The mean sign of a value over a window about an instant: share of the window in which it is
+ * positive, minus the share where negative. */
 double inverse_dynamics_direction(double value, double rate, double window_s);
 
-/* The pose, twist and acceleration of the platform whose legs move so: leg holds length, rate and acceleration of each. The pose and the twist
- * are left in d->state; the acceleration is of the origin of {M} and angular, in {B}; row i of j is the leg's rate for a twist. False: no pose
- * has these lengths. */
+/* The pose, twist and acceleration of the platform whose legs move so: leg holds length, rate
+ * and acceleration of each. The pose and the twist are left in d->state; the acceleration is of
+ * the origin of {M} and angular, in {B}; row i of j is the leg's rate for a twist. False: no
+ * pose has these lengths. */
 bool inverse_dynamics_move(struct inverse_dynamics *d, const double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS],
                            double acceleration[DOFS]);
 
-/* A wrench on the platform as forces along the legs, in place: J'^-1 F. False where the legs cannot. */
+/* A wrench on the platform as forces along the legs, in place: J'^-1 F. False where
+ * the legs cannot. */
 bool inverse_dynamics_along_legs(double j[LEGS][DOFS], double wrench[DOFS]);
 
 /* What is measured at an instant. */
@@ -43,7 +49,8 @@ struct inverse_dynamics_input {
     double push_n[LEGS];                   /* measured force, for legs that stick */
 };
 
-/* force_n: the force that each leg needs, what friction takes included. False: no pose has these lengths. */
+/* force_n: the force that each leg needs, what friction takes included. False: no pose
+ * has these lengths. */
 bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]);
 
 #endif

@@ -8,16 +8,25 @@
 #include "residual.h"
 #include "units.h"
 
-static const double STEADY = 0.995;       /* of the motion's square: a triangle has 0.986 at its fundamental, */
-static const double STATED = 0.5;         /* as a test has that friction, a weak loop or a valve that stays shut distort, and in which every cycle */
+static const double STEADY = 0.995;       /* of the motion's square: a triangle has 0.986
+                                           * at its fundamental, */
+static const double STATED = 0.5;         /* as a test has that friction, a weak loop or a valve
+                                           * that stays shut distort, and in which every cycle */
 static const double CYCLE = 0.5;          /* has so much of the mean cycle's amplitude: no rests */
-static const double SAME = 0.1;           /* of the frequency stated: a clock or a typing error, not another test */
-static const double BAND_LEAST_HZ = 2.75, BAND_MOST_HZ = 40.0; /* pieces of 3 s and of 0.2 s, longer only to have all of a long record */
-static const double BAND_OF_RATE = 1.0 / 8.0; /* then a piece has twice the samples that its series has coefficients, some lost (spectrum_cut) */
-static const double BAND_OF_MOTION = 8.0; /* times a mean frequency: as many harmonics as of a sinusoid */
-static const double STANDS_OUT = 10.0;    /* times the floor: of 500 bins of noise in twelve segments the strongest has 3 */
-static const double REST = 1e-3;          /* of the mean square speed of all pieces: a piece at rest */
-static const double STEPS = 3.0;          /* of the position sensor, in the shortest time of the band: rounding slower than that is no noise */
+static const double SAME = 0.1;           /* of the frequency stated: a clock or a typing
+                                           * error, not another test */
+/* pieces of 3 s and of 0.2 s, longer only to have all of a long record */
+static const double BAND_LEAST_HZ = 2.75, BAND_MOST_HZ = 40.0;
+static const double BAND_OF_RATE = 1.0 / 8.0; /* then a piece has twice the samples that its series
+                                               * has coefficients, some lost (spectrum_cut) */
+static const double BAND_OF_MOTION = 8.0; /* times a mean frequency: as many
+                                           * harmonics as of a sinusoid */
+static const double STANDS_OUT = 10.0;    /* times the floor: of 500 bins of noise in twelve
+                                           * segments the strongest has 3 */
+static const double REST = 1e-3;          /* of the mean square speed of all
+                                           * pieces: a piece at rest */
+static const double STEPS = 3.0;          /* of the position sensor, in the shortest time of the
+                                           * band: rounding slower than that is no noise */
 static const double THIN_HZ = 200.0;
 static const double MISSING = 0.1;        /* of a piece's samples */
 enum { PER_CYCLE = 16, PIECES = 48, PIECES_NEEDED = 6, SEGMENT = 1024, SEGMENTS = 12, BINS_LEAST = 16 };
@@ -45,7 +54,8 @@ static int mover(const struct recording_test *t, int legs) {
     return leg;
 }
 
-/* Squares of a leg's motion and of what a sinusoid leaves of it, both of means over a part of the cycle: noise is faster. */
+/* Squares of a leg's motion and of what a sinusoid leaves of it, both of means over a part of the
+ * cycle: noise is faster. */
 static void add_remainder(const struct recording_test *t, int leg, double hz, double *square, double *rest) {
     double h[9], g[3], s1 = 0.0, s2 = 0.0, zero = first_good(t, leg);
     int n = 0;
@@ -81,7 +91,8 @@ static bool repeats(const struct recording_test *t, int leg, double hz) {
         const struct recording_sample *sample = &t->sample[i];
         if (sample->test_time_s >= until_s) {
             double amplitude = n ? hypot(s, c) / n : HUGE_VAL;
-            if (n) least = fmin(least, amplitude), sum += amplitude, cycles++; /* one that is lost says nothing */
+            /* one that is lost says nothing */
+            if (n) least = fmin(least, amplitude), sum += amplitude, cycles++;
             s = c = 0.0, n = 0, until_s += 1.0 / hz;
         }
         if (!sample->good) continue;
@@ -112,9 +123,12 @@ static void add_power(int n, const double *rest, double *power) {
     }
 }
 
-static int ascending(const void *a, const void *b) { return *(const double *)a < *(const double *)b ? -1 : *(const double *)a > *(const double *)b; }
+static int ascending(const void *a, const void *b) {
+    return *(const double *)a < *(const double *)b ? -1 : *(const double *)a > *(const double *)b;
+}
 
-/* Mean periodogram of the length, samples thinned, Hann windows. Returns the bins, 0 without memory. */
+/* Mean periodogram of the length, samples thinned, Hann windows. Returns the bins,
+ * 0 without memory. */
 static int periodogram(const struct recording_test *t, int leg, double step_s, double power[SEGMENT / 2], double *bin_hz) {
     int many = (int)fmax(1.0 / THIN_HZ / step_s, 1.0), all = (t->end - t->first) / many, n = all < SEGMENT ? all : SEGMENT;
     double *x = malloc((size_t)all * sizeof *x), rest[SEGMENT], held = first_good(t, leg);
@@ -139,7 +153,8 @@ static int periodogram(const struct recording_test *t, int leg, double step_s, d
     return n / 2;
 }
 
-/* The band to evaluate: harmonics of the speed's mean frequency, as far as all of the record can be taken, or of the motion's where it cannot. */
+/* The band to evaluate: harmonics of the speed's mean frequency, as far as all of the record can be
+ * taken, or of the motion's where it cannot. */
 static double band_hz(const struct recording_test *t, int legs, double step_s, double span_s) {
     double power[SEGMENT / 2] = {0}, sorted[SEGMENT / 2], bin_hz = 0.0, square = 0.0, rate = 0.0, curve = 0.0;
     int bins = periodogram(t, mover(t, legs), step_s, power, &bin_hz);
@@ -198,7 +213,8 @@ int motion_cut(struct recording *r, int test, struct error *error) {
     for (int i = 0; i < all && i < most; i++) {
         int place = all > most ? (int)((double)all * i / most) : i;
         struct piece p = {.start_s = begin_s + before_s + place * piece_s};
-        if (!take_piece(&whole, legs, piece_s, p.start_s - before_s, p.start_s + piece_s + residual_margin_s(piece_s), step_s, &p)) continue;
+        if (!take_piece(&whole, legs, piece_s, p.start_s - before_s, p.start_s + piece_s + residual_margin_s(piece_s), step_s, &p))
+            continue;
         piece[taken++] = p;
     }
     for (int i = 0; i < taken; i++) mean += piece[i].speed / taken;
@@ -208,10 +224,13 @@ int motion_cut(struct recording *r, int test, struct error *error) {
         if (piece[i].speed > least) piece[kept++] = piece[i];
     if (!isfinite(hz)) return error_set(error, STATUS_USAGE, "%.3g s in which nothing is seen to move", span_s);
     if (most < PIECES_NEEDED)
-        return error_set(error, STATUS_USAGE, "too many recordings at once: there is room for %d tests and pieces of any motion", RECORDING_TESTS);
+        return error_set(error, STATUS_USAGE, "too many recordings at once: there is room for %d tests and pieces of any motion",
+                         RECORDING_TESTS);
     if (kept < PIECES_NEEDED)
-        return error_set(error, STATUS_USAGE, "%.3g s of motion that is no steady sinusoid, too short: it takes %d pieces of %.3g s without "
-                         "gaps in which something moves, and there are %d", span_s, PIECES_NEEDED, piece_s, kept);
+        return error_set(error, STATUS_USAGE,
+                         "%.3g s of motion that is no steady sinusoid, too short: it takes %d pieces of %.3g s without "
+                         "gaps in which something moves, and there are %d",
+                         span_s, PIECES_NEEDED, piece_s, kept);
     memmove(r->test + test + kept, r->test + test + 1, (size_t)(r->tests - test - 1) * sizeof *r->test);
     r->tests += kept - 1;
     for (int i = 0; i < kept; i++) {

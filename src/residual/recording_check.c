@@ -15,9 +15,11 @@
 enum { CYCLES_NEEDED = 6 }; /* three to fit and three to judge */
 
 static const double NEUTRAL_TOLERANCE_M = 0.05;
-static const double SENSOR_SCALE = 0.06; /* of what a chamber holds: more than a sensor is off in scale */
+static const double SENSOR_SCALE = 0.06; /* of what a chamber holds: more than a
+                                          * sensor is off in scale */
 static const double SUPPLY_MOST = 1.04;  /* of the supply, in a chamber, but for moments */
-static const double WITHOUT_LOSS = 0.2, WITH_LOSS = 0.05; /* mean power, of the product of force and speed: phases are off by so much */
+static const double WITHOUT_LOSS = 0.2, WITH_LOSS = 0.05; /* mean power, of the product of force and
+                                                           * speed: phases are off by so much */
 static const double ABSURD = 1e12;       /* in any unit */
 static const double FREQUENCY_SAME = 5e-5;  /* of it: two crystals */
 
@@ -52,21 +54,21 @@ static int check_alive(const struct recording_test *t, const double *first, cons
     return REFUSE("test %s: %s of leg %d does not change: a dead sensor, or a column of zeros", test_name(t), name, leg + 1);
 }
 
-/* A channel of one leg: no number of this world, dead, or at the end of its range for a good part of the time. */
+/* A channel of one leg: no number of this world, dead, or at the end of its range for a good
+ * part of the time. */
 static int check_channel(const struct recording_test *t, const double *first, const char *name, int leg, struct recording_scale scale,
                          struct error *error) {
     int n = t->end - t->first;
     for (int i = 0; i < n; i++) {
         double value = first[(size_t)i * STRIDE];
         if (t->sample[t->first + i].good && fabs(value) > ABSURD)
-            return REFUSE("test %s: %s of leg %d reads %.3g: no sensor says that; leave such samples out", test_name(t), name, leg + 1, value);
+            return REFUSE("test %s: %s of leg %d reads %.3g: no sensor says that; leave such samples out", test_name(t), name, leg + 1,
+                          value);
     }
     int status = check_alive(t, first, name, leg, error);
     if (status) return status;
     int clipped = recording_clipped(t, first, &scale);
-    if (clipped)
-        return REFUSE("test %s: %s of leg %d is clipped in %d %% of the samples", test_name(t), name, leg + 1,
-                      100 * clipped / n);
+    if (clipped) return REFUSE("test %s: %s of leg %d is clipped in %d %% of the samples", test_name(t), name, leg + 1, 100 * clipped / n);
     return STATUS_OK;
 }
 
@@ -76,8 +78,8 @@ static int check_command(const struct recording_test *t, int leg, struct error *
     for (int i = t->first; i < t->end; i++)
         if (t->sample[i].good) most = fmax(most, fabs(t->sample[i].valve[leg]));
     if (most <= 1.0) return check_alive(t, &t->sample[t->first].valve[leg], "valve command", leg, error);
-    return REFUSE("test %s: the valve command of leg %d reaches %.3g, and 1 is full opening: volts, or percent?", test_name(t),
-                  leg + 1, most);
+    return REFUSE("test %s: the valve command of leg %d reaches %.3g, and 1 is full opening: volts, or percent?", test_name(t), leg + 1,
+                  most);
 }
 
 static int check_channels(const struct recording *r, const struct recording_test *t, struct error *error) {
@@ -96,9 +98,11 @@ static int check_channels(const struct recording *r, const struct recording_test
     return STATUS_OK;
 }
 
-/* What is stated is a hint: a steady sinusoid is taken at the frequency at which the legs move, what is none as any motion. */
+/* What is stated is a hint: a steady sinusoid is taken at the frequency at which the legs move,
+ * what is none as any motion. */
 static int check_frequency(struct recording_test *t, int legs, bool *any, struct error *error) {
-    double fitted_hz = t->dof == DOF_NONE ? (double)NAN : frequency_fit(t, legs, t->frequency_hz), off = fabs(fitted_hz / t->stated_hz - 1.0);
+    double fitted_hz = t->dof == DOF_NONE ? (double)NAN : frequency_fit(t, legs, t->frequency_hz),
+           off = fabs(fitted_hz / t->stated_hz - 1.0);
     *any = !motion_steady(t, legs, fitted_hz);
     if (*any) return STATUS_OK;
     if (off > FREQUENCY_SAME) t->frequency_hz = fitted_hz;
@@ -108,12 +112,14 @@ static int check_frequency(struct recording_test *t, int legs, bool *any, struct
     return STATUS_OK;
 }
 
-/* Lengths about their neutral value, compared with what the reference asks for: signs, order and machine. */
+/* Lengths about their neutral value, compared with what the reference asks for: signs,
+ * order and machine. */
 struct leg_moments {
     double product[LEGS][LEGS], measured[LEGS], asked[LEGS]; /* sums over all tests */
 };
 
-/* Where the log has no reference: the tested axis alone, with the amplitude and phase that fit all legs best. */
+/* Where the log has no reference: the tested axis alone, with the amplitude and phase that
+ * fit all legs best. */
 static void guess_reference(const struct recording_test *t, const struct kinematics *k, const double mean[LEGS], double wave[2]) {
     static const double small = 1e-4;
     double pose[DOFS] = {0}, moved[LEGS], w = 2.0 * PI * t->frequency_hz, square = 0.0;
@@ -145,7 +151,8 @@ static void add_test(const struct recording *r, const struct recording_test *t, 
             for (int b = 0; b < LEGS; b++) m->product[a][b] += x * (asked[b] - k->neutral_length_m[b]);
         }
     }
-    for (int a = 0; a < LEGS; a++) m->asked[a] -= n * sum[a] * sum[a]; /* about its mean, as what was measured: a piece may be anywhere */
+    /* about its mean, as what was measured: a piece may be anywhere */
+    for (int a = 0; a < LEGS; a++) m->asked[a] -= n * sum[a] * sum[a];
 }
 
 static int check_legs(const struct recording *r, const struct kinematics *k, struct error *error) {
@@ -161,12 +168,10 @@ static int check_legs(const struct recording *r, const struct kinematics *k, str
             if (other > best + 0.2) best = other, like = b;
         }
         if (own < -0.5) return REFUSE("the length of leg %d moves against its reference: its sign is wrong", a + 1);
-        if (like != a && best > 0.8)
-            return REFUSE("the length of leg %d moves as leg %d should: two legs are exchanged", a + 1, like + 1);
+        if (like != a && best > 0.8) return REFUSE("the length of leg %d moves as leg %d should: two legs are exchanged", a + 1, like + 1);
         double scale = sqrt(m.measured[a] / m.asked[a]);
         if (!(scale > 0.2 && scale < 2.0)) /* a loop that cannot follow moves less */
-            return REFUSE("leg %d moves %.3g times as far as the reference asks for: other units, or another machine",
-                          a + 1, scale);
+            return REFUSE("leg %d moves %.3g times as far as the reference asks for: other units, or another machine", a + 1, scale);
     }
     return STATUS_OK;
 }
@@ -178,8 +183,8 @@ static int check_machine(const struct recording_test *t, const struct kinematics
             if (t->sample[i].good) mean += t->sample[i].length_m[leg], n += 1.0;
         mean /= n;
         if (fabs(mean - k->neutral_length_m[leg]) > NEUTRAL_TOLERANCE_M)
-            return REFUSE("test %s: leg %d is %.4g m long at its middle, the model's %.4g: other units, or another machine",
-                          test_name(t), leg + 1, mean, k->neutral_length_m[leg]);
+            return REFUSE("test %s: leg %d is %.4g m long at its middle, the model's %.4g: other units, or another machine", test_name(t),
+                          leg + 1, mean, k->neutral_length_m[leg]);
     }
     return STATUS_OK;
 }
@@ -190,20 +195,23 @@ static int check_reach(const struct params *p, const struct recording_test *t, c
         double stroke_m = p->actuator.stroke_m[leg], middle_m = kinematics_stroke(k, &p->actuator, leg).middle_m;
         for (int i = t->first; i < t->end; i++)
             if (t->sample[i].good && fabs(t->sample[i].length_m[leg] - middle_m) > 0.5 * stroke_m + NEUTRAL_TOLERANCE_M)
-                return REFUSE("test %s: leg %d is %.4g m long, the model's %.4g in the middle of a stroke of %g: other units, or another machine",
-                              test_name(t), leg + 1, t->sample[i].length_m[leg], middle_m, stroke_m);
+                return REFUSE(
+                    "test %s: leg %d is %.4g m long, the model's %.4g in the middle of a stroke of %g: other units, or another machine",
+                    test_name(t), leg + 1, t->sample[i].length_m[leg], middle_m, stroke_m);
     }
     return STATUS_OK;
 }
 
 static bool bears(double force_n, double weight_n) { return force_n > 0.2 * weight_n && force_n < 5.0 * weight_n; }
 
-/* Forces of the two chambers nearly cancel: sensors that are wrong in scale leave anything of them, and that is for the search to find. */
+/* Forces of the two chambers nearly cancel: sensors that are wrong in scale leave anything of them,
+ * and that is for the search to find. */
 static bool within_sensors(double force_n, double weight_n, double chambers_n, double most_n) {
     return fabs(force_n - weight_n) < SENSOR_SCALE * chambers_n && chambers_n < most_n;
 }
 
-/* Forces against the weight: the sum of what the legs hold must be the machine's, each pressure on its own side. */
+/* Forces against the weight: the sum of what the legs hold must be the machine's, each pressure
+ * on its own side. */
 static int check_pressures(const struct recording *r, struct error *error) {
     const struct params *p = r->params;
     struct cylinder_areas areas = cylinder_areas(&p->actuator);
@@ -230,11 +238,12 @@ static int check_pressures(const struct recording *r, struct error *error) {
     for (int k = 0; k < LEGS; k++) {
         if (above[k] > n / 50)
             return REFUSE("a chamber of leg %d has more than hydraulics.supply_pa, %.3g Pa, in %d %% of the samples: another supply, or "
-                          "other units", k + 1, p->hydraulics.supply_pa, 100 * above[k] / n);
+                          "other units",
+                          k + 1, p->hydraulics.supply_pa, 100 * above[k] / n);
         double others = (sum - direct[k]) / (LEGS - 1);
         if (bears(LEGS * others, weight) && fabs(direct[k] - others) > 2.0 * weight)
-            return REFUSE("the mean force of leg %d is %.3g N, the others' %.3g: p1 and p2 exchanged there, or a sign wrong",
-                          k + 1, direct[k], others);
+            return REFUSE("the mean force of leg %d is %.3g N, the others' %.3g: p1 and p2 exchanged there, or a sign wrong", k + 1,
+                          direct[k], others);
     }
     if (!bears(sum, weight) && !within_sensors(sum, weight, chambers, most_n))
         return REFUSE("the legs hold %.3g N in all, a machine of this weight needs about %.3g: %s", sum, 1.2 * weight,
@@ -251,10 +260,12 @@ static int check_stroke(const struct params *p, const struct recording_test *t, 
     }
     if (low >= middle - half && high <= middle + half) return STATUS_OK;
     return REFUSE("the position runs from %.4g to %.4g m, outside a stroke of %g m about %g m (actuator.stroke_m, "
-                  "axis.middle_m): other units, or another zero", low, high, p->actuator.stroke_m[0], middle);
+                  "axis.middle_m): other units, or another zero",
+                  low, high, p->actuator.stroke_m[0], middle);
 }
 
-/* Force against motion over the evaluated parts: mean power, and the mass that the force in step with the acceleration would move. */
+/* Force against motion over the evaluated parts: mean power, and the mass that the force in step
+ * with the acceleration would move. */
 struct drive {
     double power, effort; /* F v, and the product of their amplitudes */
     double mass_kg;
@@ -288,12 +299,11 @@ static struct drive drive_of(const struct recording *r, const struct residual_da
     double sum[5] = {0};
     for (int i = 0; i < data->tests; i++)
         if (data->test[i].of >= first_of_run(r)) add_drive(r, &data->test[i], exchanged, sum);
-    return (struct drive){.power = sum[0], .effort = sqrt(sum[3] * sum[4]), .mass_kg = sum[1] / sum[2],
-                          .most_kg = sqrt(sum[3] / sum[2])};
+    return (struct drive){.power = sum[0], .effort = sqrt(sum[3] * sum[4]), .mass_kg = sum[1] / sum[2], .most_kg = sqrt(sum[3] / sum[2])};
 }
 
-/* Whatever the friction, the force drives the motion: the sign is told by energy. A spring makes the mass look negative, but gives back what it
- * takes; then what is lost must be seen. */
+/* Whatever the friction, the force drives the motion: the sign is told by energy. A spring makes
+ * the mass look negative, but gives back what it takes; then what is lost must be seen. */
 static bool drives(const struct drive *d, double mass_kg) {
     return d->power > (d->mass_kg > -0.5 * mass_kg ? -WITHOUT_LOSS : WITH_LOSS) * d->effort;
 }
@@ -307,7 +317,8 @@ static int check_axis(const struct recording *r, const struct residual_data *dat
                       exchanged ? "p1 and p2 are exchanged, or the position's sign is wrong" : "the sign of force or position is wrong");
     if (steady && (d.mass_kg > 10.0 * mass_kg || d.most_kg < 0.3 * mass_kg))
         return REFUSE("force and motion would go together if the mass were %.3g kg; the model has %.3g (axis.mass_kg): "
-                      "other units, or another machine", d.mass_kg > mass_kg ? d.mass_kg : d.most_kg, mass_kg);
+                      "other units, or another machine",
+                      d.mass_kg > mass_kg ? d.mass_kg : d.most_kg, mass_kg);
     return STATUS_OK;
 }
 
@@ -332,7 +343,8 @@ static bool exchanged(const struct leg_likeness *l, int a, int b) {
     return margin > 0.2 && likeness(l, a, b) > 0.8;
 }
 
-/* most: so many legs can have a wrong sign; where more go the wrong way it is no plug, but what acts on all of them. */
+/* most: so many legs can have a wrong sign; where more go the wrong way it is no plug, but what
+ * acts on all of them. */
 static int check_likeness(const struct leg_likeness *l, int legs, int most, const char *what, const char *as, struct error *error) {
     for (int a = 0; a < legs; a++)
         for (int b = 0; b < a; b++)
@@ -386,7 +398,8 @@ static void run_at(struct recording *r, int first) {
     double *hz = r->run[r->runs - 1].hz;
     for (int i = first; i < r->tests; i++) {
         const struct recording_test *t = &r->test[i];
-        bool other = t->dof != DOF_NONE && fabs(t->frequency_hz / hz[t->dof] - 1.0) > FREQUENCY_SAME; /* not of NaN: any motion */
+        /* not of NaN: any motion */
+        bool other = t->dof != DOF_NONE && fabs(t->frequency_hz / hz[t->dof] - 1.0) > FREQUENCY_SAME;
         if (other) hz[t->dof] = t->frequency_hz;
     }
 }
@@ -397,8 +410,7 @@ int recording_check(struct recording *r, struct error *error) {
     int status = kinematics_init(&k, r->params, error);
     if (status) return status;
     if (!r->tests) return REFUSE("no sinusoidal test in the log");
-    if (!r->measured.force)
-        return REFUSE("neither pressures nor forces in the log: there is nothing to hold against the motion");
+    if (!r->measured.force) return REFUSE("neither pressures nor forces in the log: there is nothing to hold against the motion");
     if (r->runs > 1 && memcmp(&r->measured, &r->measured_before, sizeof r->measured))
         return REFUSE("it has not the same channels as the log before: pressures, valve commands or reference");
     recording_settle(r);
@@ -409,12 +421,12 @@ int recording_check(struct recording *r, struct error *error) {
         bool any = false;
         for (int j = t->first; j >= 0 && j < t->end; j++) good += t->sample[j].good;
         if (seconds > 0.0 && 2 * good < t->end - t->first)
-            return REFUSE("test %s: more than half of its samples are flagged, or have a value that is no number",
-                          test_name(t));
+            return REFUSE("test %s: more than half of its samples are flagged, or have a value that is no number", test_name(t));
         if (!(seconds > 0.0)) return REFUSE("test %s: nothing in it is to be evaluated", test_name(t));
         status = check_channels(r, t, error);
         if (!status) status = check_frequency(t, params_legs(r->params), &any, error);
-        if (!status) status = axis ? check_stroke(r->params, t, error) : any ? check_reach(r->params, t, &k, error) : check_machine(t, &k, error);
+        if (!status)
+            status = axis ? check_stroke(r->params, t, error) : any ? check_reach(r->params, t, &k, error) : check_machine(t, &k, error);
         if (!status && any) {
             int tests = r->tests;
             status = motion_cut(r, i, error);

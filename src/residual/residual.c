@@ -30,7 +30,6 @@ static void push(const struct cylinder_model *m, const struct residual_test *t, 
     if (m->machine.params->mechanism == MECHANISM_AXIS) force_n[0] -= m->machine.params->axis.force_offset_n;
 }
 
-
 /* The value of which the sensor makes the reading. */
 static void undo(const struct sensor_path *path, const struct residual_test *t, const double *reading, double *value) {
     memset(value, 0, SPECTRUM_SIZE * sizeof *value);
@@ -43,12 +42,14 @@ static void undo(const struct sensor_path *path, const struct residual_test *t, 
     }
 }
 
-/* What a difference of values is in the reading: there its noise is what the whitener takes it for, whatever the sensor's scale and lag. */
+/* What a difference of values is in the reading: there its noise is what the whitener takes it for,
+ * whatever the sensor's scale and lag. */
 static void read_back(const struct sensor_path *path, const struct residual_test *t, double *row) {
     for (int a = 0; a < t->size; a++) row[a] *= path->scale / hypot(1.0, t->rate[a] * path->lag_s);
 }
 
-/* The same for A1 P1 - A2 P2: as the noise of both readings is in it; lag and delay are those of P1. */
+/* The same for A1 P1 - A2 P2: as the noise of both readings is in it; lag and delay
+ * are those of P1. */
 static void read_force_back(const struct cylinder_model *m, const struct residual_test *t, int leg, double *row) {
     struct sensor_path both = m->machine.sensors.p1[leg];
     double a1 = m->leg[leg].a1_m2, a2 = m->leg[leg].a2_m2;
@@ -92,12 +93,14 @@ struct node {
 /* The hydraulics while they run through the cycles. */
 struct run {
     const struct residual_test *t;
-    struct params timing;        /* the model's, with the recording's sampling for a cycle of the loop */
+    struct params timing;        /* the model's, with the recording's sampling
+                                  * for a cycle of the loop */
     struct cylinder_model cylinder;
     struct valve_line line;
     struct hydraulics_state state;
     struct node node[3];
-    struct node series[SPECTRUM_SIZE]; /* coefficients of the legs side by side: their sums run at once */
+    struct node series[SPECTRUM_SIZE]; /* coefficients of the legs side by side:
+                                        * their sums run at once */
 };
 
 /* Pressures at the gauges, and how far they are above the chambers'. */
@@ -122,7 +125,8 @@ static void begin_motion(struct run *r, const struct series *rows) {
     for (int k = 0; k < r->t->legs; k++) {
         double rate[SPECTRUM_SIZE];
         differentiate(r->t, rows->length[k], rate);
-        for (int a = 0; a < residual_motion_size(r->t); a++) r->series[a].length_m[k] = rows->length[k][a], r->series[a].rate_mps[k] = rate[a];
+        for (int a = 0; a < residual_motion_size(r->t); a++)
+            r->series[a].length_m[k] = rows->length[k][a], r->series[a].rate_mps[k] = rate[a];
     }
     look(r, 0, &r->node[0]);
 }
@@ -135,7 +139,8 @@ static bool begin_run(struct run *r, const struct residual_test *t, const struct
     r->timing.sim.substeps = t->substeps;
     cylinder_model_init(&r->cylinder, &r->timing);
     if (leg != ALL_LEGS) r->cylinder.first = leg, r->cylinder.legs = leg + 1;
-    memset(r->cylinder.machine.bodies.clearance_m, 0, sizeof r->cylinder.machine.bodies.clearance_m); /* the piston's motion is measured */
+    /* the piston's motion is measured */
+    memset(r->cylinder.machine.bodies.clearance_m, 0, sizeof r->cylinder.machine.bodies.clearance_m);
     if (valve_line_init(&r->line, &r->cylinder.machine)) return false;
     valve_line_rest(&r->line);
     memset(&r->state, 0, sizeof r->state);
@@ -155,7 +160,8 @@ static void add_forces(const struct run *r, double weight, double sum_n[LEGS]) {
         sum_n[k] += weight * cylinder_hydraulic_force(&r->cylinder, k, &r->state.cylinder[k]);
 }
 
-/* Simpson's rule: weight of a substep's end in the mean of a cycle, of an even number of substeps. */
+/* Simpson's rule: weight of a substep's end in the mean of a cycle, of an even
+ * number of substeps. */
 static double mean_weight(int substeps, int j) { return (!j || j == substeps ? 1.0 : j % 2 ? 4.0 : 2.0) / (3.0 * substeps); }
 
 /* To the next sample. mean_n: of each leg's force on the way there; may be NULL. */
@@ -208,8 +214,8 @@ static bool simulate_pressures(const struct residual_test *t, const struct param
     return ok;
 }
 
-/* Of a force that is smooth but for a ripple of the sampling's period, which all samples see at its same phase: by so much more the sample at
- * force_n[1] is than the ripple's mean. */
+/* Of a force that is smooth but for a ripple of the sampling's period, which all samples see at its
+ * same phase: by so much more the sample at force_n[1] is than the ripple's mean. */
 static double above_mean(const double force_n[3], const double mean_n[2]) {
     return (force_n[0] + 4.0 * force_n[1] + force_n[2]) / 6.0 - 0.5 * (mean_n[0] + mean_n[1]);
 }
@@ -218,7 +224,7 @@ bool residual_staircase(const struct residual_test *t, const struct params *mode
     memset(row, 0, LEGS * sizeof row[0]);
     if (t->substeps % 2) return true;
     struct run *r = malloc(sizeof *r);
-    double(*force_n)[LEGS] = calloc((size_t)t->samples + 1, sizeof *force_n), (*mean_n)[LEGS] = calloc((size_t)t->samples, sizeof *mean_n);
+    double (*force_n)[LEGS] = calloc((size_t)t->samples + 1, sizeof *force_n), (*mean_n)[LEGS] = calloc((size_t)t->samples, sizeof *mean_n);
     struct cylinder_model cylinder;
     struct series rows;
     cylinder_model_init(&cylinder, model);
@@ -231,7 +237,8 @@ bool residual_staircase(const struct residual_test *t, const struct params *mode
     if (ok) add_forces(r, 1.0, force_n[t->samples]), valve_line_free(&r->line);
     for (int i = t->samples - t->fitted; i < t->samples && ok && i > 0; i++)
         for (int k = 0; k < t->legs; k++) {
-            double above_n = above_mean((double[]){force_n[i - 1][k], force_n[i][k], force_n[i + 1][k]}, (double[]){mean_n[i - 1][k], mean_n[i][k]});
+            double above_n = above_mean((double[]){force_n[i - 1][k], force_n[i][k], force_n[i + 1][k]},
+                                        (double[]){mean_n[i - 1][k], mean_n[i][k]});
             for (int a = 0; a < t->size; a++) row[k][a] += t->projection[a * t->fitted + i - (t->samples - t->fitted)] * above_n;
         }
     free(r);
@@ -278,13 +285,15 @@ static double net_force(const struct residual_test *t, const struct cylinder_mod
     return cylinder_hydraulic_force(m, leg, &s) - direction * (f.dry + f.viscous);
 }
 
-/* From piston to joint: the play is crossed at the speed at which the leg's force meets the drag of the film (hydraulics.h). */
+/* From piston to joint: the play is crossed at the speed at which the leg's force meets the drag of
+ * the film (hydraulics.h). */
 static void take_play(const struct residual_test *t, const struct cylinder_model *m, struct series *rows) {
     enum { FINER = CYCLE_STEPS / PHASES };
     double step_s = 2.0 * PI / t->spectrum.omega / CYCLE_STEPS;
     for (int k = 0; k < t->legs; k++) {
         double half_m = 0.5 * m->machine.bodies.clearance_m[k], play_m = 0.0;
-        int steps = FINER * t->phases, before = t->spectrum.cycles ? steps : 0; /* a first cycle finds where the second one starts */
+        /* a first cycle finds where the second one starts */
+        int steps = FINER * t->phases, before = t->spectrum.cycles ? steps : 0;
         struct series joint = *rows;
         for (int i = -before; i < steps && half_m > 0.0; i++) {
             double length_m, force_n = net_force(t, m, k, basis_at(t, i < 0 ? i + steps : i), &length_m);
@@ -296,15 +305,17 @@ static void take_play(const struct residual_test *t, const struct cylinder_model
     }
 }
 
-static bool required(const struct residual_test *t, const struct params *model, const struct series *rows,
-                     const struct pressure_rows *p, double force_n[LEGS][RESIDUAL_SIZE]) {
+static bool required(const struct residual_test *t, const struct params *model, const struct series *rows, const struct pressure_rows *p,
+                     double force_n[LEGS][RESIDUAL_SIZE]) {
     struct inverse_dynamics inverse;
     struct inverse_dynamics_input table[PHASES];
     double force[LEGS];
     double period_s = 2.0 * PI / t->spectrum.omega, step_m = model->sensors.enabled ? model->sensors.position_resolution_m : 0.0;
-    bool axis = model->mechanism == MECHANISM_AXIS; /* its strokes are long: to leave the reversals out would cost more than they hide */
+    /* its strokes are long: to leave the reversals out would cost more than they hide */
+    bool axis = model->mechanism == MECHANISM_AXIS;
     inverse_dynamics_init(&inverse, model, period_s / PHASES, axis || !t->spectrum.cycles ? 0.0 : period_s / (4 * t->harmonics));
-    for (int k = 0; k < t->legs && !axis; k++) inverse.speed_std_mps[k] = spectrum_speed_std(&t->spectrum, k, t->harmonics, step_m, t->fitted);
+    for (int k = 0; k < t->legs && !axis; k++)
+        inverse.speed_std_mps[k] = spectrum_speed_std(&t->spectrum, k, t->harmonics, step_m, t->fitted);
     tabulate_cycle(t, &inverse.cylinder, rows, p, table);
     memset(force_n, 0, LEGS * sizeof force_n[0]);
     for (int i = 0; i < t->phases; i++) {
@@ -371,7 +382,8 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
     cylinder_model_init(&cylinder, model);
     if (machine_check(&cylinder.machine, &impossible)) return false;
     undo_all(&cylinder.machine, t, &rows);
-    if (has_lines(&cylinder)) parts = PART_ALL, leg = ALL_LEGS; /* the gauge is not at the chamber */
+    /* the gauge is not at the chamber */
+    if (has_lines(&cylinder)) parts = PART_ALL, leg = ALL_LEGS;
     if (!t->chambers) parts &= PART_FORCE;
     bool lines = has_lines(&cylinder) && parts & PART_PRESSURE;
     clear_others(t, row);

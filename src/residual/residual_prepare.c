@@ -1,4 +1,5 @@
-/* Tables of a test, once for all models: the motion as a Fourier series, and how values at times become rows. */
+/* Tables of a test, once for all models: the motion as a Fourier series, and how values at
+ * times become rows. */
 #include "residual.h"
 
 #include <math.h>
@@ -9,14 +10,17 @@
 #include "inverse_dynamics.h"
 #include "units.h"
 
-static const double SETTLE_CYCLES = 1.5; /* then a spool at its rate limit has forgotten the start, too */
+static const double SETTLE_CYCLES = 1.5; /* then a spool at its rate limit has
+                                          * forgotten the start, too */
 static const double SUBSTEP_S = 0.5e-3;   /* RK4: 1e-4 of a 100 Hz spool's lag */
 
-/* Of a piece: the windows of neighbours overlap by so much of it on either side; the series' period is so many times what it is fitted to. */
+/* Of a piece: the windows of neighbours overlap by so much of it on either side; the series' period
+ * is so many times what it is fitted to. */
 static const double OVERLAP = 0.15, STRETCH = 1.2;
 enum { COUPLING_POINTS = 2048 };
 
-/* Samples to coefficients, by least squares: exact also where a cycle is no whole number of samples. */
+/* Samples to coefficients, by least squares: exact also where a cycle is no whole
+ * number of samples. */
 static bool project_cycle(struct residual_test *t) {
     double product[RESIDUAL_SIZE][RESIDUAL_SIZE] = {0}, basis[RESIDUAL_SIZE];
     for (int pass = 0; pass < 2; pass++) {
@@ -26,7 +30,8 @@ static bool project_cycle(struct residual_test *t) {
             if (pass) dense_solve(t->size, RESIDUAL_SIZE, product[0], basis);
             for (int a = 0; a < t->size; a++) {
                 if (pass) t->projection[a * t->fitted + i] = basis[a];
-                else for (int b = 0; b <= a; b++) product[a][b] += basis[a] * basis[b];
+                else
+                    for (int b = 0; b <= a; b++) product[a][b] += basis[a] * basis[b];
             }
         }
         if (!pass && !dense_factor(t->size, RESIDUAL_SIZE, product[0])) return false;
@@ -63,8 +68,10 @@ static int allocate(struct residual_test *t, struct error *error) {
 static int prepare_cycle(struct residual_test *t, const struct recording_test *test, enum cycles which, struct error *error) {
     const struct spectrum *s = &t->spectrum;
     if (!spectrum_measure(&t->spectrum, test, which))
-        return error_set(error, STATUS_USAGE, "test %s: fewer than two whole cycles of %g Hz: the others miss more than a tenth of their "
-                                              "samples, or a piece at once: lost, flagged or no number", test->dof == DOF_NONE ? "of any motion" : dof_names[test->dof], test->frequency_hz);
+        return error_set(error, STATUS_USAGE,
+                         "test %s: fewer than two whole cycles of %g Hz: the others miss more than a tenth of their "
+                         "samples, or a piece at once: lost, flagged or no number",
+                         test->dof == DOF_NONE ? "of any motion" : dof_names[test->dof], test->frequency_hz);
     t->harmonics = s->harmonics < RESIDUAL_HARMONICS ? s->harmonics : RESIDUAL_HARMONICS;
     t->size = residual_motion_size(t);
     t->first_s = test->sample[test->first].test_time_s;
@@ -127,7 +134,8 @@ static void hold_commands(struct residual_test *t, const struct recording_test *
     }
 }
 
-/* The samples simulated go to the row as those measured do, by way of the series; the run-up to the piece is left out of both. */
+/* The samples simulated go to the row as those measured do, by way of the series; the run-up to the
+ * piece is left out of both. */
 static void project_samples(struct residual_test *t, int settling, double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
     double basis[SPECTRUM_SIZE], weight[RESIDUAL_SIZE][SPECTRUM_SIZE] = {{0}};
     for (int a = 0; a < t->size; a++)
@@ -151,7 +159,8 @@ static void take_rows(struct residual_test *t, double inverse[SPECTRUM_SIZE][SPE
         double variance = 0.0, curve = 0.0;
         for (int b = 0; b < SPECTRUM_SIZE; b++)
             for (int c = 0; c < SPECTRUM_SIZE; c++) {
-                double both = t->coupling[a][b] * inverse[b][c] * t->coupling[a][c], rate = t->spectrum.omega * ((b + 1) / 2) * ((c + 1) / 2);
+                double both = t->coupling[a][b] * inverse[b][c] * t->coupling[a][c],
+                       rate = t->spectrum.omega * ((b + 1) / 2) * ((c + 1) / 2);
                 variance += both, curve += both * rate * rate * t->spectrum.omega * t->spectrum.omega;
             }
         t->curve[a] = sqrt(fmax(curve, 0.0) / fmax(variance, 1e-300));
@@ -195,8 +204,8 @@ static int prepare_piece(struct residual_test *t, const struct recording_test *t
     int status = allocate(t, error);
     if (status) return status;
     if (!spectrum_cut(&t->spectrum, test, t->first_s, begin_s + span_s, omega, inverse))
-        return error_set(error, STATUS_USAGE, "at %.4g s: too many samples of a piece of %.3g s are lost, flagged or no number", test->start_s,
-                         piece_s);
+        return error_set(error, STATUS_USAGE, "at %.4g s: too many samples of a piece of %.3g s are lost, flagged or no number",
+                         test->start_s, piece_s);
     tabulate(t, omega * begin_s);
     hold_commands(t, test);
     for (int a = 0; a < t->size; a++) t->rate[a] = PI * (a + 0.5) / piece_s, t->weight[a] = 0.5;
@@ -221,7 +230,8 @@ static int prepare(struct residual_test *t, const struct recording *recording, i
     t->chambers = recording->measured.pressures && recording->measured.valve;
     t->step_s = recording_step_s(test);
     t->substeps = (int)ceil(t->step_s / SUBSTEP_S - 1e-6);
-    if (t->substeps > 1) t->substeps += t->substeps % 2; /* for Simpson's rule (residual_staircase) */
+    /* for Simpson's rule (residual_staircase) */
+    if (t->substeps > 1) t->substeps += t->substeps % 2;
     return test->piece_s > 0.0 ? prepare_piece(t, test, error) : prepare_cycle(t, test, which, error);
 }
 

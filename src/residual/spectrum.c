@@ -7,11 +7,16 @@
 #include "dense.h"
 #include "units.h"
 
-enum { SAMPLES_PER_HARMONIC = 3, SPEED_POINTS = 64, LINE_BINS = 3 /* nearer to a harmonic it is none */,
-       LINE_SAMPLES = 4096 /* eight seconds tell a line; the search grows with their square */ };
+enum {
+    SAMPLES_PER_HARMONIC = 3,
+    SPEED_POINTS = 64,
+    LINE_BINS = 3,       /* nearer to a harmonic it is none */
+    LINE_SAMPLES = 4096, /* eight seconds tell a line; the search grows with their square */
+};
 static const double LINE_STEP_S = 2e-3; /* lines are looked for up to 250 Hz */
 static const double RIDGE = 1e-9; /* of the samples: more than rounding, less than any signal */
-static const double MOST = 0.9; /* of a cycle's samples must be there, and no piece missing, but single ones, in which a harmonic turns */
+static const double MOST = 0.9; /* of a cycle's samples must be there, and no piece missing, but
+                                 * single ones, in which a harmonic turns */
 
 void spectrum_basis(double phase, int harmonics, double *basis) {
     double s1 = sin(phase), c1 = cos(phase), s = 0.0, c = 1.0;
@@ -45,7 +50,8 @@ double spectrum_quantisation(double amplitude, double step, double noise, double
     double swings = fmax(2.0 * PI * amplitude / step, 1.0);
     double bessel = step / PI * sqrt(2.0 / (PI * swings)) * 0.775; /* sqrt(sum 1/k^3 / 2) */
     double in_step = fmax(step * step / 12.0 - noise * noise, 0.0);
-    double alike = 4.0; /* samples with one error: every value is passed twice, and at the crests they lie close */
+    /* samples with one error: every value is passed twice, and at the crests they lie close */
+    double alike = 4.0;
     return sqrt(bessel * bessel + in_step * 2.0 * alike / samples);
 }
 
@@ -65,7 +71,8 @@ static const double *channel_of(const struct recording_sample *s, int channel) {
     return all[channel];
 }
 
-/* The good samples of first .. end-1: products of the basis, and its products with the channels. What is between them: the longest time. */
+/* The good samples of first .. end-1: products of the basis, and its products with the channels.
+ * What is between them: the longest time. */
 static int add_samples(const struct spectrum *s, const struct recording_test *t, int first, int end,
                        double product[SPECTRUM_SIZE][SPECTRUM_SIZE], double row[CHANNELS][LEGS][SPECTRUM_SIZE], double *longest_s) {
     double basis[SPECTRUM_SIZE], last_s = NAN;
@@ -90,7 +97,8 @@ static int add_samples(const struct spectrum *s, const struct recording_test *t,
     return good;
 }
 
-/* Coefficients of one cycle, samples first .. end-1, by least squares; a bad sample is as one that is lost. False: too few are left. */
+/* Coefficients of one cycle, samples first .. end-1, by least squares; a bad sample is as one that
+ * is lost. False: too few are left. */
 static bool fit_cycle(const struct spectrum *s, const struct recording_test *t, int first, int end, double step_s,
                       double row[CHANNELS][LEGS][SPECTRUM_SIZE]) {
     double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0}, longest_s;
@@ -102,7 +110,8 @@ static bool fit_cycle(const struct spectrum *s, const struct recording_test *t, 
     return true;
 }
 
-/* Mean over cycles and its standard deviation; that of the constant after a drift, linear in the cycle's place, is taken out. */
+/* Mean over cycles and its standard deviation; that of the constant after a drift, linear in the
+ * cycle's place, is taken out. */
 static double average(int n, const double *place, const double *value, bool drift, double *mean, double *std) {
     double sum = 0.0, x = 0.0, xx = 0.0, xy = 0.0, rest = 0.0;
     for (int i = 0; i < n; i++) sum += value[i], x += place[i];
@@ -115,7 +124,8 @@ static double average(int n, const double *place, const double *value, bool drif
     return slope;
 }
 
-/* A drift within the cycle, of this slope a cycle, looks like a sawtooth: -sum sin(h w (t - start)) / (pi h). */
+/* A drift within the cycle, of this slope a cycle, looks like a sawtooth: -sum sin(h w
+ * (t - start)) / (pi h). */
 static void remove_sawtooth(double slope, double start_phase, int harmonics, double *row) {
     for (int h = 1; h <= harmonics; h++) {
         double size = slope / (PI * h);
@@ -124,9 +134,10 @@ static void remove_sawtooth(double slope, double start_phase, int harmonics, dou
     }
 }
 
-/* What the good samples of a cycle differ by from the mean cycle, its own constant taken off. Returns their number. */
+/* What the good samples of a cycle differ by from the mean cycle, its own constant taken off.
+ * Returns their number. */
 static int add_noise(const struct spectrum *s, const struct recording_test *t, int first, int end,
-                      double row[CHANNELS][LEGS][SPECTRUM_SIZE], double square[CHANNELS][LEGS]) {
+                     double row[CHANNELS][LEGS][SPECTRUM_SIZE], double square[CHANNELS][LEGS]) {
     double basis[SPECTRUM_SIZE];
     int good = 0;
     for (int i = first; i < end; i++) {
@@ -232,7 +243,8 @@ bool spectrum_cut(struct spectrum *s, const struct recording_test *t, double fro
     int good = add_samples(s, t, first, end, product, s->mean, &longest_s);
     double step_s = (until_s - from_s) / (end - first);
     if (good <= 2 * size || spectrum_gap(t, from_s, until_s) > fmax(PI / omega / s->harmonics, 2.5 * step_s)) return false;
-    for (int a = 0; a < size; a++) product[a][a] += RIDGE * good; /* what lies beyond the ends, and nobody asks for */
+    /* what lies beyond the ends, and nobody asks for */
+    for (int a = 0; a < size; a++) product[a][a] += RIDGE * good;
     if (!dense_factor(size, SPECTRUM_SIZE, product[0])) return false;
     for (int a = 0; a < size; a++) {
         memset(inverse[a], 0, sizeof inverse[a]);
@@ -283,7 +295,8 @@ static void power_at(int n, const double *rest, int first, double power[AT_ONCE]
     for (int j = 0; j < AT_ONCE; j++) power[j] = sum_re[j] * sum_re[j] + sum_im[j] * sum_im[j];
 }
 
-/* Harmonics too high to be in the mean cycle are no lines: rounding errors have them. What is slower than the motion is drift. */
+/* Harmonics too high to be in the mean cycle are no lines: rounding errors have them. What is
+ * slower than the motion is drift. */
 static bool off_harmonics(const struct spectrum *s, double hz, double width_hz) {
     double base_hz = s->omega / (2.0 * PI), nearest_hz = base_hz * round(hz / base_hz);
     return hz > base_hz && fabs(hz - nearest_hz) >= width_hz;

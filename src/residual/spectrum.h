@@ -1,5 +1,6 @@
-/* A test as harmonics of its frequency, cycle by cycle: means over some of the cycles, and how far single cycles lie from them. That spread
- * is the noise, measured; what is in step with the motion (quantisation) does not show in it and is known from the sensor. Pure.
+/* A test as harmonics of its frequency, cycle by cycle: means over some of the cycles, and how far
+ * single cycles lie from them. That spread is the noise, measured; what is in step with the motion
+ * (quantisation) does not show in it and is known from the sensor. Pure.
  *
  * A coefficient row is [constant, sin wt, cos wt, sin 2wt, ...], t the test time. */
 #ifndef HEXID_SPECTRUM_H
@@ -17,25 +18,29 @@ struct spectrum {
     double omega;
     int harmonics;               /* fewer than SPECTRUM_HARMONICS where the sampling is slow */
     int cycles;                  /* averaged; 0: of a piece */
-    double speed_gain;           /* of a piece: standard deviation of a leg's speed for that of a sample, 1/s */
+    double speed_gain;           /* of a piece: standard deviation of a leg's speed
+                                  * for that of a sample, 1/s */
     double mean[CHANNELS][LEGS][SPECTRUM_SIZE];
     double std[CHANNELS][LEGS][SPECTRUM_SIZE];  /* of the mean */
-    double noise[CHANNELS][LEGS];               /* rms of the samples about the mean cycle, drift taken out */
+    double noise[CHANNELS][LEGS];               /* rms of the samples about the mean
+                                                 * cycle, drift taken out */
 };
 
 /* False: fewer than two cycles that have nine tenths of their samples, and those good. */
 bool spectrum_measure(struct spectrum *s, const struct recording_test *test, enum cycles which);
 
-/* Of any motion, the samples with from_s <= t <= until_s: Fourier coefficients of a period longer than that, by least squares, so that the
- * ends need not fit each other. std is that of a coefficient; inverse: of the normal equations, whose square root times the samples' noise it
- * is. False: too few good samples, or a piece of them missing. */
+/* Of any motion, the samples with from_s <= t <= until_s: Fourier coefficients of a period longer
+ * than that, by least squares, so that the ends need not fit each other. std is that of a
+ * coefficient; inverse: of the normal equations, whose square root times the samples' noise it is.
+ * False: too few good samples, or a piece of them missing. */
 bool spectrum_cut(struct spectrum *s, const struct recording_test *test, double from_s, double until_s, double omega,
                   double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]);
 
 /* The longest time without a good sample, ends counted. */
 double spectrum_gap(const struct recording_test *test, double from_s, double until_s);
 
-/* The strongest line off the harmonics in one channel: what is periodic, but not in step with the motion. */
+/* The strongest line off the harmonics in one channel: what is periodic, but not in step
+ * with the motion. */
 struct spectrum_line {
     double hz, rms;      /* rms: root mean square over the legs */
     double power;        /* per leg, of the noise's: 1 on average without a line */
@@ -45,16 +50,19 @@ struct spectrum_line spectrum_find_line(const struct spectrum *s, const struct r
 /* [1, sin wt, cos wt, ...], 1 + 2 harmonics values. */
 void spectrum_basis(double phase, int harmonics, double *basis);
 
-/* Value of a coefficient row and its first two derivatives; at the phase of a basis of at least so many harmonics. */
+/* Value of a coefficient row and its first two derivatives; at the phase of a basis of at least
+ * so many harmonics. */
 void spectrum_at(const double *row, int harmonics, double omega, const double *basis, double value[3]);
 void spectrum_value(const double *row, int harmonics, double omega, double t_s, double value[3]);
 
-/* Standard deviation of one coefficient of a sinusoid of this amplitude in steps, in so many samples a cycle, that the spread between cycles
- * does not show. Rounding errors are a sum of J_1(2 pi k amplitude / step) / (pi k), and what of step^2/12 is not in the noise between
- * cycles is the same in every cycle: samples that fall in step with the motion. */
+/* Standard deviation of one coefficient of a sinusoid of this amplitude in steps, in so many
+ * samples a cycle, that the spread between cycles does not show. Rounding errors are a sum of J_1(2
+ * pi k amplitude / step) / (pi k), and what of step^2/12 is not in the noise between cycles is the
+ * same in every cycle: samples that fall in step with the motion. */
 double spectrum_quantisation(double amplitude, double step, double noise, double samples);
 
-/* Standard deviation of a leg's speed in the mean cycle of so many harmonics, position sensors of this resolution; of a piece, of all. */
+/* Standard deviation of a leg's speed in the mean cycle of so many harmonics, position sensors of
+ * this resolution; of a piece, of all. */
 double spectrum_speed_std(const struct spectrum *s, int leg, int harmonics, double step_m, double samples);
 
 #endif

@@ -7,10 +7,13 @@
 #include "rigid.h"
 #include "vec.h"
 
-/* Mean pressures are less sure: the noise of the commands, averaged away here, is rectified where the spool passes zero. */
+/* Mean pressures are less sure: the noise of the commands, averaged away here, is rectified where
+ * the spool passes zero. */
 static const double STATIC_ERROR = 3.0;
-static const double UNSTEADY = 10.0; /* times the samples' noise: cycles that scatter by more than that are no steady state */
-static const double FORCE_SENSOR_ERROR = 5e-3; /* of its reading: class 0.5, and a drive knows its motor's constant no better */
+static const double UNSTEADY = 10.0; /* times the samples' noise: cycles that scatter by more than
+                                      * that are no steady state */
+static const double FORCE_SENSOR_ERROR = 5e-3; /* of its reading: class 0.5, and a drive knows its
+                                                * motor's constant no better */
 
 /* The inverse of (J M^-1 J'). */
 void whiten_leg_mass(const struct params *model, double lambda[LEGS][LEGS]) {
@@ -76,8 +79,8 @@ static double stiffness(const struct hydraulics_params *h, int leg, double area_
     return bulk * area_m2 / volume * rate_radps / hypot(rate_radps, corner);
 }
 
-/* Square of how far a mean pressure goes from cycle to cycle beyond its noise: a chamber whose valve stays shut keeps what oil it has for
- * seconds, and no steady state says what that is. */
+/* Square of how far a mean pressure goes from cycle to cycle beyond its noise: a chamber whose
+ * valve stays shut keeps what oil it has for seconds, and no steady state says what that is. */
 static double wander(const struct spectrum *s, enum channel channel, int leg, int samples) {
     return fmax(square(s->std[channel][leg][0]) * s->cycles - square(UNSTEADY * s->noise[channel][leg]) / samples, 0.0);
 }
@@ -110,12 +113,12 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
             var[0] = square(t->std[CHANNEL_P1][k][a]);
             var[1] = square(t->std[CHANNEL_P2][k][a]);
             var[2] = length_var[k] + square(t->std[CHANNEL_LENGTH][k][a]);
-            double from[RESIDUALS][3] = {
-                {a1, -a2, lambda[k][k] * t->curve[a]},
-                {1.0, 0.0, stiffness(&model->hydraulics, k, a1, neutral - leg->length_min_m, rate)},
-                {0.0, 1.0, -stiffness(&model->hydraulics, k, a2, leg->length_max_m - neutral, rate)}};
+            double from[RESIDUALS][3] = {{a1, -a2, lambda[k][k] * t->curve[a]},
+                                         {1.0, 0.0, stiffness(&model->hydraulics, k, a1, neutral - leg->length_min_m, rate)},
+                                         {0.0, 1.0, -stiffness(&model->hydraulics, k, a2, leg->length_max_m - neutral, rate)}};
             double unsteady[RESIDUALS] = {0.0}, unsure = s->cycles ? a ? 1.0 : STATIC_ERROR : fmax(STATIC_ERROR / (2 * a + 1), 1.0);
-            if (a == 0) unsteady[RESIDUAL_P1] = wander(s, CHANNEL_P1, k, t->fitted), unsteady[RESIDUAL_P2] = wander(s, CHANNEL_P2, k, t->fitted);
+            if (a == 0)
+                unsteady[RESIDUAL_P1] = wander(s, CHANNEL_P1, k, t->fitted), unsteady[RESIDUAL_P2] = wander(s, CHANNEL_P2, k, t->fitted);
             double whole[RESIDUALS] = {hypot(a1 * p1, a2 * p2), p1, p2};
             if (!t->pressures) {
                 whole[RESIDUAL_FORCE] = force * FORCE_SENSOR_ERROR / model_error;
@@ -139,7 +142,7 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
 void whiten(const struct whitener *w, residual_row row) {
     for (int k = 0; k < LEGS; k++)
         for (int a = 0; a < RESIDUAL_SIZE; a++) {
-            const double(*c)[RESIDUALS] = w->inverse[k][a];
+            const double (*c)[RESIDUALS] = w->inverse[k][a];
             for (int i = RESIDUALS - 1; i >= 0; i--) {
                 double sum = 0.0;
                 for (int j = 0; j <= i; j++) sum += c[i][j] * row[k][j][a];

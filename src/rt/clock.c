@@ -5,7 +5,8 @@
 
 #include "units.h"
 
-static const int64_t yield_ns = NS_PER_S / 1000; /* sleeping: a real-time thread that spins starves others, any other takes their time */
+static const int64_t yield_ns = NS_PER_S / 1000; /* sleeping: a real-time thread that spins starves
+                                                  * others, any other takes their time */
 
 static int64_t read_ns(clockid_t id) {
     struct timespec t;
@@ -18,9 +19,7 @@ static void sleep_until(int64_t monotonic_ns) {
     while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, NULL) == EINTR) continue;
 }
 
-static void set(struct clock *c, int64_t now_ns) {
-    atomic_store_explicit(&c->now_ns, now_ns, memory_order_relaxed);
-}
+static void set(struct clock *c, int64_t now_ns) { atomic_store_explicit(&c->now_ns, now_ns, memory_order_relaxed); }
 
 void clock_start(struct clock *c, enum clock_kind kind) {
     *c = (struct clock){.kind = kind};
@@ -46,8 +45,6 @@ int64_t clock_wait(struct clock *c, int64_t until_ns, int64_t *late_ns) {
 
 void clock_stretch(struct clock *c, int64_t by_ns) { c->start_ns += by_ns; }
 
-int64_t clock_since_wake(const struct clock *c) {
-    return c->kind == CLOCK_VIRTUAL ? 0 : read_ns(CLOCK_MONOTONIC) - c->woke_ns;
-}
+int64_t clock_since_wake(const struct clock *c) { return c->kind == CLOCK_VIRTUAL ? 0 : read_ns(CLOCK_MONOTONIC) - c->woke_ns; }
 
 void clock_yield(void) { sleep_until(read_ns(CLOCK_MONOTONIC) + yield_ns); }

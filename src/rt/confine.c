@@ -22,16 +22,19 @@
 #endif
 
 #define COUNT(array) (sizeof(array) / sizeof *(array))
-enum { PAGE = 4096, LOWEST = 0x10000, PLACES = 64 }; /* LOWEST: vm.mmap_min_addr as distributions have it */
+/* LOWEST: vm.mmap_min_addr as distributions have it */
+enum { PAGE = 4096, LOWEST = 0x10000, PLACES = 64 };
 
 void confine_thread(void) {
     struct __user_cap_header_struct header = {.version = _LINUX_CAPABILITY_VERSION_3};
     struct __user_cap_data_struct none[_LINUX_CAPABILITY_U32S_3] = {0};
     if (SANITIZED) return;
-    syscall(SYS_capset, &header, none); /* to give up is always allowed; the ambient ones go with the permitted */
+    /* to give up is always allowed; the ambient ones go with the permitted */
+    syscall(SYS_capset, &header, none);
 }
 
-/* Below all other memory, so that one comparison keeps every call that changes memory away from it. */
+/* Below all other memory, so that one comparison keeps every call that changes
+ * memory away from it. */
 static char *intern(const char *path) {
     for (uintptr_t at = LOWEST; at < LOWEST + PLACES * PAGE && strlen(path) < PAGE; at += PAGE) {
         char *page = mmap((void *)at, PAGE, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED_NOREPLACE, -1, 0);
@@ -52,9 +55,9 @@ static int allow_always(scmp_filter_ctx filter) {
     static const int calls[] = {
         /* what is open */
         SCMP_SYS(read), SCMP_SYS(readv), SCMP_SYS(write), SCMP_SYS(writev), SCMP_SYS(pwrite64), SCMP_SYS(lseek), SCMP_SYS(fstat),
-        SCMP_SYS(newfstatat), SCMP_SYS(close), SCMP_SYS(fsync), SCMP_SYS(fdatasync), SCMP_SYS(fcntl), SCMP_SYS(recvmsg),
-        SCMP_SYS(recvmmsg), SCMP_SYS(recvfrom), SCMP_SYS(sendmsg), SCMP_SYS(sendmmsg), SCMP_SYS(sendto), SCMP_SYS(shutdown),
-        SCMP_SYS(getsockopt), SCMP_SYS(getsockname), SCMP_SYS(getpeername),
+        SCMP_SYS(newfstatat), SCMP_SYS(close), SCMP_SYS(fsync), SCMP_SYS(fdatasync), SCMP_SYS(fcntl), SCMP_SYS(recvmsg), SCMP_SYS(recvmmsg),
+        SCMP_SYS(recvfrom), SCMP_SYS(sendmsg), SCMP_SYS(sendmmsg), SCMP_SYS(sendto), SCMP_SYS(shutdown), SCMP_SYS(getsockopt),
+        SCMP_SYS(getsockname), SCMP_SYS(getpeername),
         /* to wait, and the time */
         SCMP_SYS(poll), SCMP_SYS(ppoll), SCMP_SYS(select), SCMP_SYS(pselect6), SCMP_SYS(futex), SCMP_SYS(nanosleep),
         SCMP_SYS(clock_nanosleep), SCMP_SYS(clock_gettime), SCMP_SYS(clock_getres), SCMP_SYS(gettimeofday), SCMP_SYS(time),
@@ -65,12 +68,13 @@ static int allow_always(scmp_filter_ctx filter) {
         /* SAFETY: a thread that is just starting; glibc ends the process where these fail */
         SCMP_SYS(rseq), SCMP_SYS(set_robust_list),
         /* this process */
-        SCMP_SYS(getpid), SCMP_SYS(gettid), SCMP_SYS(getrandom), SCMP_SYS(brk), SCMP_SYS(munlockall), SCMP_SYS(capset), SCMP_SYS(exit), SCMP_SYS(exit_group),
-    };
+        SCMP_SYS(getpid), SCMP_SYS(gettid), SCMP_SYS(getrandom), SCMP_SYS(brk), SCMP_SYS(munlockall), SCMP_SYS(capset), SCMP_SYS(exit),
+        SCMP_SYS(exit_group)};
     return allow(filter, calls, COUNT(calls));
 }
 
-/* Of a terminal or a serial line: settings, sizes and queues; nothing that puts characters into it. */
+/* Of a terminal or a serial line: settings, sizes and queues; nothing that puts
+ * characters into it. */
 static int allow_ioctl(scmp_filter_ctx filter) {
     static const unsigned requests[] = {TCGETS, TCSETS, TCSETSW, TCSETSF, TCSBRK, TCFLSH, TIOCOUTQ, TIOCGWINSZ, FIONREAD};
     int failed = 0;
@@ -88,8 +92,8 @@ static int allow_memory(scmp_filter_ctx filter, const char *path) {
     if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(mprotect), 2, above, data);
     if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(munmap), 1, above);
     if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(madvise), 1, above);
-    if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(mremap), 2, above,
-                                           SCMP_A3(SCMP_CMP_MASKED_EQ, MREMAP_FIXED, 0));
+    if (!failed)
+        failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(mremap), 2, above, SCMP_A3(SCMP_CMP_MASKED_EQ, MREMAP_FIXED, 0));
     return failed;
 }
 
@@ -119,7 +123,8 @@ static int allow_reconnecting(scmp_filter_ctx filter) {
 static int build(scmp_filter_ctx filter, const struct confinement *c, const char *path) {
     int failed = seccomp_attr_set(filter, SCMP_FLTATR_CTL_TSYNC, 1);
     if (!failed) failed = seccomp_attr_set(filter, SCMP_FLTATR_ACT_BADARCH, SCMP_ACT_ERRNO(EPERM));
-    if (!failed) seccomp_attr_set(filter, SCMP_FLTATR_CTL_SSB, 1), seccomp_attr_set(filter, SCMP_FLTATR_CTL_OPTIMIZE, 2); /* speed only */
+    /* speed only */
+    if (!failed) seccomp_attr_set(filter, SCMP_FLTATR_CTL_SSB, 1), seccomp_attr_set(filter, SCMP_FLTATR_CTL_OPTIMIZE, 2);
     if (!failed) failed = allow_always(filter);
     if (!failed) failed = allow_ioctl(filter);
     if (!failed) failed = allow_memory(filter, path);

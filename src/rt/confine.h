@@ -1,16 +1,18 @@
-/* Confinement: what the running daemon may still ask of the system. A hole in a parser of CAN, Modbus or LCM
- * then neither starts a program nor writes a file, whoever the daemon runs as.
+/* Confinement: what the running daemon may still ask of the system. A hole in a parser of CAN,
+ * Modbus or LCM then neither starts a program nor writes a file, whoever the daemon runs as.
  *
- * What is denied fails with EPERM. SAFETY: it never kills, for a daemon that is killed drops a platform.
+ * What is denied fails with EPERM. SAFETY: it never kills, for a daemon that is killed
+ * drops a platform.
  *
- * Allowed, to all threads: to read and write what is open, to wait and to tell the time, memory that is not
- * executable, signals to this process, to end; the file for the result, once, by the one path that stands in
- * memory which can no longer be written, unmapped or replaced. Where a back-end makes its connection again:
- * internet sockets that connect, reading files (the resolver's), opening a serial device, and SCHED_FIFO for
- * its thread. Denied is all else: programs, new threads, other files, other sockets, other processes, mounts,
- * users, modules.
+ * Allowed, to all threads: to read and write what is open, to wait and to tell the time, memory
+ * that is not executable, signals to this process, to end; the file for the result, once, by the
+ * one path that stands in memory which can no longer be written, unmapped or replaced. Where a
+ * back-end makes its connection again: internet sockets that connect, reading files (the
+ * resolver's), opening a serial device, and SCHED_FIFO for its thread. Denied is all else:
+ * programs, new threads, other files, other sockets, other processes, mounts, users, modules.
  *
- * Sanitizer builds have an allocator, threads and reports of their own that need more: there nothing is denied. */
+ * Sanitizer builds have an allocator, threads and reports of their own that need more: there
+ * nothing is denied. */
 #ifndef HEXID_CONFINE_H
 #define HEXID_CONFINE_H
 
@@ -19,18 +21,19 @@
 #include "status.h"
 
 struct confinement {
-    const char **result;  /* the file that is still written; replaced by a copy; NULL, to NULL or to "-": none */
+    const char **result;  /* the file that is still written; replaced by a copy;
+                           * NULL, to NULL or to "-": none */
     bool reconnects;      /* the back-end makes its connection again */
 };
 
-/* Main thread, once, when all is open and all threads run; for the rest of the process. No new privileges, the
- * filter for all threads (SECCOMP_FILTER_FLAG_TSYNC), and confine_thread(). A few ms. STATUS_UNSAFE: the kernel
- * refused; what it refuses a part of is not confined. */
+/* Main thread, once, when all is open and all threads run; for the rest of the process. No new
+ * privileges, the filter for all threads (SECCOMP_FILTER_FLAG_TSYNC), and confine_thread(). A few
+ * ms. STATUS_UNSAFE: the kernel refused; what it refuses a part of is not confined. */
 int confine(const struct confinement *c, struct error *error);
 
-/* Any thread, for itself: drops all capabilities, for which the system has no call that reaches other threads.
- * SCHED_FIFO and locked memory that it has stay. What a thread could do with those it keeps the filter denies.
- * RT: one system call. */
+/* Any thread, for itself: drops all capabilities, for which the system has no call that reaches
+ * other threads. SCHED_FIFO and locked memory that it has stay. What a thread could do with those
+ * it keeps the filter denies. RT: one system call. */
 void confine_thread(void);
 
 #endif

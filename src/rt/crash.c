@@ -22,7 +22,8 @@ static void on_crash(int number) {
 void crash_stack(void) {
     static _Thread_local unsigned char stack[1 << 15];
     stack_t there;
-    if (!sigaltstack(NULL, &there) && !(there.ss_flags & SS_DISABLE)) return; /* a sanitizer's, which it takes back itself */
+    /* a sanitizer's, which it takes back itself */
+    if (!sigaltstack(NULL, &there) && !(there.ss_flags & SS_DISABLE)) return;
     sigaltstack(&(stack_t){.ss_sp = stack, .ss_size = sizeof stack}, NULL);
 }
 

@@ -6,7 +6,8 @@
 #include "crash.h"
 #include "units.h"
 
-/* Nothing more to do: told to end, or the automatic run is over; and never while the platform is held up by the valves. */
+/* Nothing more to do: told to end, or the automatic run is over; and never while the platform is
+ * held up by the valves. */
 static bool finished(const struct loop *l) {
     if (atomic_load_explicit(&l->abort, memory_order_relaxed)) return true;
     bool over = l->params->motion.automatic && !l->platform.automatic;
@@ -49,14 +50,16 @@ static void hand_over(struct loop *l, const struct cycle *c) {
 
 static void tell_acted(struct loop *l) {
     const struct platform *p = &l->platform;
-    uint64_t word = (uint64_t)p->supervisor.request_id << 32 | (uint64_t)platform_wrong(p) << 16 |
-                    (uint64_t)p->supervisor.state << 1 | p->request_taken;
+    uint64_t word = (uint64_t)p->supervisor.request_id << 32 | (uint64_t)platform_wrong(p) << 16 | (uint64_t)p->supervisor.state << 1 |
+                    p->request_taken;
     atomic_store_explicit(&l->acted, word, memory_order_release);
 }
 
 struct loop_acted loop_acted(const struct loop *l) {
     uint64_t word = atomic_load_explicit(&l->acted, memory_order_acquire);
-    return (struct loop_acted){.request_id = (uint32_t)(word >> 32), .taken = word & 1, .state = (enum state)(word >> 1 & 0xff),
+    return (struct loop_acted){.request_id = (uint32_t)(word >> 32),
+                               .taken = word & 1,
+                               .state = (enum state)(word >> 1 & 0xff),
                                .wrong = (uint32_t)(word >> 16) & (INPUTS_ALL | INPUT_LINGERS)};
 }
 
@@ -72,7 +75,8 @@ bool loop_cycle(struct loop *l) {
 
     platform_step(&l->platform, &sample, asked(l), &c);
 
-    /* SAFETY: without the supply, or a command that cannot be written: centre the valves by the back-end's shortest way, every cycle. */
+    /* SAFETY: without the supply, or a command that cannot be written: centre the valves by the
+     * back-end's shortest way, every cycle. */
     bool powered = supervisor_powers(c.state);
     l->unwritten = powered && l->hal->ops->write(l->hal, &c.out) != 0;
     if (!powered || l->unwritten) l->hal->ops->safe(l->hal);

@@ -1,15 +1,16 @@
-/* The loop: every period, wake at an absolute deadline, read, decide, write, hand the record over. loop_cycle() and platform_step() are
- * the daemon.
+/* The loop: every period, wake at an absolute deadline, read, decide, write, hand the record over.
+ * loop_cycle() and platform_step() are the daemon.
  *
- * Overruns: a cycle that begins a whole period or more after its deadline. On the real clock what was
- * missed is skipped, never caught up in a burst: the next deadline is the next one of the original grid,
- * the late cycle's sample carries SAMPLE_OVERRUN (so the identifier leaves it out), and
- * loop.overrun_limit deadlines missed in a row are a fault. On the paced clock it is a stall of the host
- * and nothing of the machine's: time stretches by the periods missed. The reference counts cycles, so it
- * never jumps.
+ * Overruns: a cycle that begins a whole period or more after its deadline. On the real clock what
+ * was missed is skipped, never caught up in a burst: the next deadline is the next one of the
+ * original grid, the late cycle's sample carries SAMPLE_OVERRUN (so the identifier leaves it out),
+ * and loop.overrun_limit deadlines missed in a row are a fault. On the paced clock it is a stall of
+ * the host and nothing of the machine's: time stretches by the periods missed. The reference counts
+ * cycles, so it never jumps.
  *
- * The record ring: on the real clock a full ring loses the record (counted, and seen as a gap in seq),
- * never the deadline; on the others the loop waits for room, so that only an abort loses records. */
+ * The record ring: on the real clock a full ring loses the record (counted, and seen as a
+ * gap in seq), never the deadline; on the others the loop waits for room, so that only an
+ * abort loses records. */
 #ifndef HEXID_LOOP_H
 #define HEXID_LOOP_H
 
@@ -49,8 +50,8 @@ struct loop {
 int loop_init(struct loop *l, const struct params *params, struct hal *hal, struct ring *records, enum clock_kind clock,
               struct error *error);
 
-/* Starts the loop thread. STATUS_UNSAFE when mode is REALTIME_REQUIRE and real time was refused: nothing runs then. With REALTIME_TRY a
- * refusal is in l->realtime and l->realtime_error. */
+/* Starts the loop thread. STATUS_UNSAFE when mode is REALTIME_REQUIRE and real time was refused:
+ * nothing runs then. With REALTIME_TRY a refusal is in l->realtime and l->realtime_error. */
 int loop_start(struct loop *l, enum realtime_mode mode, struct error *error);
 void loop_join(struct loop *l);
 
@@ -63,11 +64,12 @@ struct loop_acted {
 };
 struct loop_acted loop_acted(const struct loop *l);
 
-/* SAFETY: park, whatever else is asked for from now on, and end as soon as nothing is driven. Any thread,
- * also a signal handler; more than once does no harm. */
+/* SAFETY: park, whatever else is asked for from now on, and end as soon as nothing is driven. Any
+ * thread, also a signal handler; more than once does no harm. */
 void loop_quit(struct loop *l);
 
-/* One cycle; false after the last. RT: no heap, no lock, no system call but the sleep (and the clock's). */
+/* One cycle; false after the last. RT: no heap, no lock, no system call but the sleep
+ * (and the clock's). */
 bool loop_cycle(struct loop *l);
 
 #endif

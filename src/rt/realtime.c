@@ -23,22 +23,27 @@ static int pin(int cpu, struct error *error) {
     return STATUS_OK;
 }
 
-/* pthread calls return the error, positive; and a success is believed only when the policy reads back. */
+/* pthread calls return the error, positive; and a success is believed only when the
+ * policy reads back. */
 static int fifo(int priority, struct error *error) {
     struct sched_param param = {.sched_priority = priority}, got;
     int policy = -1, refused = pthread_setschedparam(pthread_self(), SCHED_FIFO, &param);
     if (!refused) refused = pthread_getschedparam(pthread_self(), &policy, &got);
     if (!refused && (policy != SCHED_FIFO || got.sched_priority != priority)) refused = EPERM;
     if (refused)
-        return error_set(error, STATUS_UNSAFE, "SCHED_FIFO priority %d refused (%s): run as root, or give the user `rtprio %d` in "
-                         "/etc/security/limits.conf", priority, strerror(refused), priority);
+        return error_set(error, STATUS_UNSAFE,
+                         "SCHED_FIFO priority %d refused (%s): run as root, or give the user `rtprio %d` in "
+                         "/etc/security/limits.conf",
+                         priority, strerror(refused), priority);
     return STATUS_OK;
 }
 
 static int lock_memory(struct error *error) {
     if (mlockall(MCL_CURRENT | MCL_FUTURE))
-        return error_set(error, STATUS_UNSAFE, "memory not locked (%s): run as root, or give the user `memlock unlimited` in "
-                         "/etc/security/limits.conf", strerror(errno));
+        return error_set(error, STATUS_UNSAFE,
+                         "memory not locked (%s): run as root, or give the user `memlock unlimited` in "
+                         "/etc/security/limits.conf",
+                         strerror(errno));
     prefault_stack();
     return STATUS_OK;
 }

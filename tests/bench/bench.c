@@ -1,11 +1,14 @@
 /* Benchmarks for bench.sh, one a process:
  *
  *     bench                   lists the names
- *     bench NAME RUNS         a line a run: time of one operation [ns], operations in a run, time over time inside dWorldStep (0: none)
- *     bench use COMMAND ...   runs a command and prints its wall time [s] and largest memory [kB]; exits with its status
+ *     bench NAME RUNS         a line a run: time of one operation [ns], operations in a run, time
+ *                             over time inside dWorldStep (0: none)
+ *     bench use COMMAND ...   runs a command and prints its wall time [s] and largest memory [kB];
+ *                             exits with its status
  *
- * Only the functions measured_* are timed, and they are what callgrind is told to count. Every run starts from the same state and does
- * the same work, so the instructions are exact and the spread of the times is the machine's. */
+ * Only the functions measured_* are timed, and they are what callgrind is told to count. Every run
+ * starts from the same state and does the same work, so the instructions are exact and the spread
+ * of the times is the machine's. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,7 +25,8 @@
 
 enum { CYCLES = 500, LEAD_MAX = 5000, POSES = 1000, TEST_CYCLES = 2500 };
 
-/* A closed loop from neutral into the evaluated part of the first test, and what the benchmarks make of it. */
+/* A closed loop from neutral into the evaluated part of the first test, and what the
+ * benchmarks make of it. */
 struct work {
     struct params params;
     struct cycle *cycle;   /* recorded */
@@ -50,7 +54,8 @@ static int64_t now_ns(void) {
     return (int64_t)t.tv_sec * NS_PER_S + t.tv_nsec;
 }
 
-/* The linker turns the engine's calls of dWorldStep into calls of this: its share of a simulated step, measured in the step itself. */
+/* The linker turns the engine's calls of dWorldStep into calls of this: its share of a simulated
+ * step, measured in the step itself. */
 typedef struct dxWorld *dWorldID;
 int __real_dWorldStep(dWorldID world, double dt_s);
 int __wrap_dWorldStep(dWorldID world, double dt_s);
@@ -184,16 +189,19 @@ static void prepare_solve(struct work *w) {
     r->tests = DOFS;
     for (int d = 0; d < DOFS; d++) {
         double a = w->params.tests.amplitude[d];
-        r->test[d] = (struct test_result){.test = d, .dof = (enum dof)d, .frequency_hz = w->params.tests.hz[d], .amplitude = a,
-                                          .achieved_amplitude = a, .samples = TEST_CYCLES, .complete = true};
+        r->test[d] = (struct test_result){.test = d,
+                                          .dof = (enum dof)d,
+                                          .frequency_hz = w->params.tests.hz[d],
+                                          .amplitude = a,
+                                          .achieved_amplitude = a,
+                                          .samples = TEST_CYCLES,
+                                          .complete = true};
         r->test[d].pose[d][0] = a;
         for (int k = 0; k < DOFS; k++) r->test[d].wrench[k][0] = -omega * omega * a * r->nominal_mt[k][d];
     }
 }
 
-static void measured_solve(struct work *w) {
-    w->sum += ident_solve(&w->ident);
-}
+static void measured_solve(struct work *w) { w->sum += ident_solve(&w->ident); }
 
 #define ODE "sim.engine=ode"
 #define CLOSED_FORM "sim.engine=closed_form"

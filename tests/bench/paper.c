@@ -1,11 +1,12 @@
-/* `make bench-paper`: Tian 2015's tables beside hexid's own results under the same headings, method C, and what methods of others give,
- * as text and as CSV.
+/* `make bench-paper`: Tian 2015's tables beside hexid's own results under the same headings, method
+ * C, and what methods of others give, as text and as CSV.
  *
  *     paper HEXID TABLES LEAST_SQUARES OUT [KEY=VALUE ...]
  *
- * Runs HEXID once a case (viscous friction only; 20..200 N of dry friction added), exact sensors, then LEAST_SQUARES
- * (tests/ident/least_squares.py) on the same logs, as many at a time as there are cores; leaves the JSON of both in OUT, and compares.
- * hexid's errors are against the nominal matrix of its configuration, the paper's against the paper's: its inputs are rounded and its
+ * Runs HEXID once a case (viscous friction only; 20..200 N of dry friction added), exact sensors,
+ * then LEAST_SQUARES (tests/ident/least_squares.py) on the same logs, as many at a time as there
+ * are cores; leaves the JSON of both in OUT, and compares. hexid's errors are against the nominal
+ * matrix of its configuration, the paper's against the paper's: its inputs are rounded and its
  * hydraulics and controller are not printed (docs/method.md). Nothing here passes or fails. */
 #include <jansson.h>
 #include <math.h>
@@ -63,7 +64,8 @@ static struct table table_read(const char *directory, const char *name) {
     return t;
 }
 
-/* Starts the child that does a part of a case. Case 0: viscous only; case k: k * STEP_N of dry friction in each cylinder. */
+/* Starts the child that does a part of a case. Case 0: viscous only; case k: k * STEP_N of dry
+ * friction in each cylinder. */
 typedef void start_fn(const char *program, const char *out, int index, char *const extra[]);
 
 static void case_path(char path[400], const char *out, int index, const char *ending) {
@@ -76,8 +78,8 @@ static void start_hexid(const char *hexid, const char *out, int index, char *con
     case_path(log, out, index, ".lcm");
     snprintf(extend, sizeof extend, "effects.cylinder_coulomb_friction.force_extend_n=%d", index * STEP_N);
     snprintf(retract, sizeof retract, "effects.cylinder_coulomb_friction.force_retract_n=%d", index * STEP_N);
-    const char *argv[2 * SETTINGS_MAX + 18] = {hexid, "run",   "--hal", "sim:",     "--fast", "--json",
-                                               json,  "--log", log,     "--set", "lcm.url=", "--set",  "sensors.enabled=false"};
+    const char *argv[2 * SETTINGS_MAX + 18] = {
+        hexid, "run", "--hal", "sim:", "--fast", "--json", json, "--log", log, "--set", "lcm.url=", "--set", "sensors.enabled=false"};
     int n = 13;
     if (index) {
         argv[n++] = "--set", argv[n++] = extend;
@@ -170,7 +172,8 @@ static FILE *begin(const char *out, const char *name, const char *title, const c
     return csv;
 }
 
-/* Tables 3 and 4: `value` and `error` are the paper's columns of each method, -1 where it has none. */
+/* Tables 3 and 4: `value` and `error` are the paper's columns of each method, -1
+ * where it has none. */
 static void print_methods(FILE *csv, const struct table *paper, const int value[METHODS], const int error[METHODS],
                           const struct result *r) {
     for (int i = 0; i < ENTRIES; i++) {

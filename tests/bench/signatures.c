@@ -1,6 +1,7 @@
-/* Which effects the six tests can tell apart. For every effect, typical, on a machine like the model: z, its whitened signature beyond what
- * the base can take up, and how much of that no other effect takes up. Prints a table; with a file's name, the strength at which z = 8 of
- * each effect as CSV, for tests/gap/score.py. */
+/* Which effects the six tests can tell apart. For every effect, typical, on a machine like the
+ * model: z, its whitened signature beyond what the base can take up, and how much of that no other
+ * effect takes up. Prints a table; with a file's name, the strength at which z = 8 of each effect
+ * as CSV, for tests/gap/score.py. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -43,7 +44,8 @@ static double leave(const struct span *s, double *vector) {
     if (!fit_box(s->count, values, vector, s->column, NULL, s->min, s->max, x, NULL)) fail("the columns are singular");
     for (int i = 0; i < s->count; i++)
         for (int a = 0; a < values; a++) vector[a] += x[i] * s->column[i][a];
-    return sqrt(2.0 * fit_square(values, vector)); /* there are as many cycles again that are not fitted to */
+    /* there are as many cycles again that are not fitted to */
+    return sqrt(2.0 * fit_square(values, vector));
 }
 
 /* The base within its tolerance, but for what is parallel to the hypothesis. */
@@ -74,7 +76,8 @@ static double z_at(const struct hypothesis *h, double strength, double *vector) 
     return signature(h->effect, strength, vector) ? leave(&base, vector) : HUGE_VAL;
 }
 
-/* The strength at which z = 8: the base takes up what fits into its tolerance, so z does not grow in proportion. */
+/* The strength at which z = 8: the base takes up what fits into its tolerance, so z does not
+ * grow in proportion. */
 static double detectable(const struct hypothesis *h, double *vector) {
     double low = 1e-3, high = 4.0, z = z_at(h, high, vector);
     if (z < 8.0) return high * 8.0 / z;

@@ -1,5 +1,5 @@
-/* libFuzzer: any frames at any times into the master, an axis and the I/O module. The first byte of a record picks receiver and error flag;
- * then a frame. */
+/* libFuzzer: any frames at any times into the master, an axis and the I/O module. The first byte of
+ * a record picks receiver and error flag; then a frame. */
 #include <stddef.h>
 #include <string.h>
 

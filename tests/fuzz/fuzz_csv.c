@@ -30,7 +30,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     FILE *file = fopen(path, "w");
     if (!file || fwrite(data, 1, size, file) != size || fclose(file)) abort();
     int status = csv_import(&(struct csv_source){.path = directory}, "/dev/null", &report, &error);
-    assert(status == STATUS_OK || (status == STATUS_USAGE && error.text[0])); /* what a file says is never a matter of I/O */
+    /* what a file says is never a matter of I/O */
+    assert(status == STATUS_OK || (status == STATUS_USAGE && error.text[0]));
     if (!status) assert(report.files == 1 && report.rows > 0);
     return 0;
 }

@@ -1,4 +1,5 @@
-/* libFuzzer: any bytes as a message on each channel that the live page listens to. What it makes of them is JSON. */
+/* libFuzzer: any bytes as a message on each channel that the live page listens to. What it makes
+ * of them is JSON. */
 #include <assert.h>
 #include <jansson.h>
 #include <stdlib.h>
@@ -17,8 +18,8 @@ static void is_json(const struct json_text *j) {
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
-    static const char *const channels[] = {CHANNEL_STATE, CHANNEL_EVENT, CHANNEL_LOOP_STATS, CHANNEL_TEST_RESULT, CHANNEL_IDENTIFICATION,
-                                           CHANNEL_METHOD_C, CHANNEL_GAP};
+    static const char *const channels[] = {CHANNEL_STATE,          CHANNEL_EVENT,    CHANNEL_LOOP_STATS, CHANNEL_TEST_RESULT,
+                                           CHANNEL_IDENTIFICATION, CHANNEL_METHOD_C, CHANNEL_GAP};
     static struct params params;
     static struct live_state fresh, s;
     struct error error;

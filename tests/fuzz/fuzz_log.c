@@ -1,4 +1,5 @@
-/* libFuzzer: any bytes as a log, read as `hexid identify` and `hexid export` read it. Nothing is invented: the events add up to no more than the file. */
+/* libFuzzer: any bytes as a log, read as `hexid identify` and `hexid export` read it. Nothing is
+ * invented: the events add up to no more than the file. */
 #include <assert.h>
 #include <stdio.h>
 #include <string.h>

@@ -1,5 +1,6 @@
-/* libFuzzer: any bytes as a datagram, as text, and as a message of LCM: requests, answers, events, states, results. What is
- * accepted must be something a cycle or a command can be, and a state must come out of it as it went in. */
+/* libFuzzer: any bytes as a datagram, as text, and as a message of LCM: requests, answers, events,
+ * states, results. What is accepted must be something a cycle or a command can be, and a state must
+ * come out of it as it went in. */
 #include <assert.h>
 #include <stddef.h>
 #include <string.h>
@@ -60,7 +61,8 @@ static void results(const uint8_t *data, int size) {
     if (gap_decode(data, size, &g)) assert(within(g.verdict, data, size) && within(g.reason, data, size));
 }
 
-/* Any text, made printable, is at most as long, has no control characters, and is printable as it is. */
+/* Any text, made printable, is at most as long, has no control characters, and is
+ * printable as it is. */
 static void printable(const uint8_t *data, size_t size) {
     char text[200], out[sizeof text], again[sizeof text];
     size_t length = size < sizeof text ? size : sizeof text - 1;

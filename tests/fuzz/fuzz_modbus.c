@@ -1,6 +1,7 @@
-/* What a Modbus device may answer: bytes through libmodbus and the register map to a reading. The first two bytes, the transaction's
- * number, are put right, or nearly all inputs would end there. And what a client may ask: the same bytes as a stream, on TCP and on a serial
- * line, through the framing to the device's registers. */
+/* What a Modbus device may answer: bytes through libmodbus and the register map to a reading. The
+ * first two bytes, the transaction's number, are put right, or nearly all inputs would end there.
+ * And what a client may ask: the same bytes as a stream, on TCP and on a serial line, through the
+ * framing to the device's registers. */
 #include <assert.h>
 #include <math.h>
 #include <modbus/modbus.h>
@@ -17,7 +18,8 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-/* In place of libmodbus': the answer is there before the request, and would be thrown away as a late one. */
+/* In place of libmodbus': the answer is there before the request, and would be thrown
+ * away as a late one. */
 int modbus_flush(modbus_t *m) {
     (void)m;
     return 0;
@@ -32,9 +34,11 @@ static void look(const struct params *p, const struct modbus_reading *r) {
     }
 }
 
-/* Whoever writes what: who has not claimed moves nothing, and the watchdog stays within its bounds. */
+/* Whoever writes what: who has not claimed moves nothing, and the watchdog stays
+ * within its bounds. */
 static void ask(struct modbus_server *s, const struct modbus_peer *from, const struct adu *a, int64_t now_ns, bool serial) {
-    uint8_t pdu[ADU_PDU_MAX], bytes[ADU_MAX], *exact = malloc(a->pdu_size); /* so that a look beyond the end is seen */
+    /* so that a look beyond the end is seen */
+    uint8_t pdu[ADU_PDU_MAX], bytes[ADU_MAX], *exact = malloc(a->pdu_size);
     uint16_t before[MODBUS_END];
     memcpy(before, s->registers, sizeof before);
     memcpy(exact, a->pdu, a->pdu_size);

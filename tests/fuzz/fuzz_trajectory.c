@@ -24,7 +24,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     FILE *file = fopen(path, "w");
     if (!file || fwrite(data, 1, size, file) != size || fclose(file)) abort();
     int status = trajectory_load(&t, path, 1 + (int)(size % 3), &error);
-    assert(status == STATUS_OK || (status == STATUS_USAGE && error.text[0])); /* what a file says is never a matter of I/O */
+    /* what a file says is never a matter of I/O */
+    assert(status == STATUS_OK || (status == STATUS_USAGE && error.text[0]));
     for (int i = -1; !status && i <= 101; i++) {
         double pose[DOFS];
         trajectory_at(&t, 0.01 * i * trajectory_s(&t), pose);

@@ -17,7 +17,8 @@ int main(int argc, char **argv) {
         }
         size_t size = fread(buffer, 1, sizeof buffer, file);
         fclose(file);
-        uint8_t *input = malloc(size + 1); /* of its own size, so that AddressSanitizer sees the end */
+        /* of its own size, so that AddressSanitizer sees the end */
+        uint8_t *input = malloc(size + 1);
         if (!input) return 1;
         for (size_t n = 0; n < size; n++) input[n] = buffer[n];
         LLVMFuzzerTestOneInput(input, size);

@@ -7,7 +7,8 @@ using Eigen::Dynamic;
 using Row = Eigen::Matrix<double, 1, kMax>;
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kOilDensity = 870, kOilViscosity = 4e-5; /* docs/gap.md, The catalogue: kg/m^3, m^2/s */
+constexpr double kOilDensity = 870, kOilViscosity = 4e-5; /* docs/gap.md, The catalogue: kg/m^3,
+                                                           * m^2/s */
 constexpr double kSupplyLag = 0.010;                      /* docs/gap.md, The catalogue: s */
 constexpr double kLaminarDrop =
     2e4; /* Pa: below it an orifice's flow turns smoothly from root to line */

@@ -1,7 +1,7 @@
 /*
  * The machine: rigid bodies, oil, valves, friction; continuous in time, driven by valve commands.
- * Equations of docs/method.md sections 1-3 and 5 and of the catalogue in docs/gap.md; README.md says what was
- * decided where these are silent.
+ * Equations of docs/method.md sections 1-3 and 5 and of the catalogue in docs/gap.md; README.md
+ * says what was decided where these are silent.
  */
 #pragma once
 #include "bodies.hpp"

@@ -20,8 +20,8 @@ constexpr double kBaseDamping = 0.03; /* of critical, base plate on its spring *
 
 static const char *const kAxes[6] = {"x", "y", "z", "phi", "theta", "psi"};
 
-/* The catalogue in docs/gap.md, and three effects that it lacks: each key with the value that switches it off.
- * position_sensor_scale.zero_m is counted from the neutral length. */
+/* The catalogue in docs/gap.md, and three effects that it lacks: each key with the value that
+ * switches it off. position_sensor_scale.zero_m is counted from the neutral length. */
 // clang-format off
 static const std::map<std::string, double> kEffects = {
     {"cylinder_coulomb_friction.force_extend_n", 0},
@@ -103,7 +103,8 @@ Vec6 leg_lengths(const Points &a, const Points &b, const Vec6 &pose)
     return ((T * a - b).colwise() + Vec3(pose.head<3>())).colwise().norm().transpose();
 }
 
-/* Uniform inside the stated tolerance, each leg its own; beyond it as docs/gap.md's second series says (How it is proved).
+/* Uniform inside the stated tolerance, each leg its own; beyond it as docs/gap.md's second series
+ * says (How it is proved).
  */
 Base draw_base(const Setup &setup)
 {
@@ -342,9 +343,8 @@ public:
             const double zero = neutral[i] + effect(setup, "position_sensor_scale.zero_m", i);
             rod[i] = zero + effect(setup, "position_sensor_scale.scale", i) * (rod[i] - zero) +
                      effect(setup, "position_sensor_offset.offset_m", i);
-            out.length[i] = enabled && resolution > 0
-                                ? resolution * std::round(rod[i] / resolution)
-                                : rod[i];
+            out.length[i] =
+                enabled && resolution > 0 ? resolution * std::round(rod[i] / resolution) : rod[i];
             out.p1[i] =
                 card((cutoff[i] > 0 ? lag1 : p1)[i] * effect(setup, "pressure_sensor_scale.p1", i) +
                      effect(setup, "pressure_sensor_offset.p1", i));
@@ -693,7 +693,10 @@ static void print_inertia_matrix(const Setup &setup)
     const int order[6] = {0, 1, 2, 5, 4, 3}; /* at neutral the angles' rates are the twist's */
     for (int i = 0; i < 6; i++)
         for (int k = 0; k < 6; k++)
-            std::printf("%s%.17g%s", k ? ", " : i ? " [" : "[[",
+            std::printf("%s%.17g%s",
+                        k   ? ", "
+                        : i ? " ["
+                            : "[[",
                         machine.body_state().M(order[i], order[k]),
                         k < 5   ? ""
                         : i < 5 ? "],\n"

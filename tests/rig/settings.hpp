@@ -23,9 +23,9 @@ public:
     /* By "section.key". A list's numbers are in its order, those of points one point after another;
      * true and false are 1 and 0; a text has none. */
     const std::vector<double> &all(const std::string &key) const;
-    double at(const std::string &key) const;            /* the only one */
+    double at(const std::string &key) const; /* the only one */
     double at(const std::string &key, int place) const; /* of this leg or axis, or the only one */
-    Vec6 legs(const std::string &key) const;            /* all six of them */
+    Vec6 legs(const std::string &key) const; /* all six of them */
 
 private:
     std::map<std::string, std::vector<double>> values;
