@@ -267,6 +267,7 @@ static void *modbus_thread(void *argument) {
     int64_t backoff_ms = BACKOFF_FIRST_MS, again_ns = 0;
     int silent = 0, followed = 0;
     int64_t kept_ms = llround(m->params->device.watchdog_s * 1e3 / 4);
+
     while (!atomic_load_explicit(&m->stop, memory_order_acquire)) {
         wait_for_command(m, m->begun || kept_ms > 100 ? 100 : kept_ms);
         follow_loop(m, &followed);
@@ -275,12 +276,14 @@ static void *modbus_thread(void *argument) {
             if (!m->link) again_ns = monotonic_ns() + backoff_ms * 1000 * NS_PER_US;
             continue;
         }
+
         if (monotonic_ns() < again_ns) continue;
         if (connect_link(m, &error)) {
             backoff_ms = backoff_ms * 2 < BACKOFF_LAST_MS ? backoff_ms * 2 : BACKOFF_LAST_MS;
             again_ns = monotonic_ns() + backoff_ms * 1000 * NS_PER_US;
             continue;
         }
+
         backoff_ms = BACKOFF_FIRST_MS;
         /* SAFETY: whatever waited is from before; until `connected` the loop can
          * post the centre only */

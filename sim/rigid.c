@@ -23,6 +23,7 @@ void rigid_model_init(struct rigid_model *m, const struct params *params) {
     m->gravity = m->machine.bodies.gravity_mps2 * m->machine.bodies.down[2];
     inertia_of(&m->machine, m->inertia);
     for (int i = 0; i < 3; i++) m->offset = m->offset || m->machine.bodies.payload_center_m[i] != 0.0;
+
     for (int leg = 0; leg < LEGS; leg++) {
         for (int i = 0; i < 3; i++) {
             m->upper[i][leg] = m->machine.bodies.upper_joint_m[leg][i];
@@ -34,9 +35,11 @@ void rigid_model_init(struct rigid_model *m, const struct params *params) {
         m->lower_moment[leg] = m->machine.bodies.lower_kg[leg] * a->lower_center_m[leg];
         m->fixed_inertia[leg] = m->lower_moment[leg] * a->lower_center_m[leg] + a->upper_inertia_kg_m2[leg] + a->lower_inertia_kg_m2[leg] +
                                 m->machine.bodies.transverse_kg_m2[leg];
+
         tangent(m->geometry.upper_angle[leg], m->upper_axis[leg]);
         tangent(m->geometry.lower_angle[leg], m->lower_axis[leg]);
     }
+
     struct rigid_state neutral;
     double kinetic;
     rigid_rest(&neutral, (const double[DOFS]){0});
@@ -78,6 +81,7 @@ void rigid_legs(const struct rigid_model *m, const struct rigid_state *s, struct
     double ww = dot3(w, w);
     for (int i = 0; i < 3; i++)        /* omega~ omega~ */
         for (int j = 0; j < 3; j++) spin[i][j] = w[i] * w[j] - (i == j ? ww : 0.0);
+
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < LEGS; k++) {
             legs->rho[i][k] = t[i][0] * m->upper[0][k] + t[i][1] * m->upper[1][k] + t[i][2] * m->upper[2][k];
@@ -86,6 +90,7 @@ void rigid_legs(const struct rigid_model *m, const struct rigid_state *s, struct
     for (int k = 0; k < LEGS; k++)
         square[k] = legs->n[0][k] * legs->n[0][k] + legs->n[1][k] * legs->n[1][k] + legs->n[2][k] * legs->n[2][k];
     for (int k = 0; k < LEGS; k++) legs->length[k] = sqrt(square[k]);
+
     for (int k = 0; k < LEGS; k++) {
         double inverse = 1.0 / legs->length[k];
         double nx = legs->n[0][k] * inverse, ny = legs->n[1][k] * inverse, nz = legs->n[2][k] * inverse;

@@ -174,17 +174,20 @@ static double eliminate(double m[LEGS][DOFS + 1]) {
         if (!(size > 1e-12)) return 0.0;
         smallest = size < smallest ? size : smallest;
         largest = size > largest ? size : largest;
+
         for (int j = c; j <= DOFS && pivot != c; j++) {
             double keep = m[c][j];
             m[c][j] = m[pivot][j];
             m[pivot][j] = keep;
         }
+
         double inverse = 1.0 / m[c][c];
         for (int r = c + 1; r < LEGS; r++) {
             double factor = m[r][c] * inverse;
             for (int j = c + 1; j <= DOFS; j++) m[r][j] -= factor * m[c][j];
         }
     }
+
     for (int r = DOFS - 1; r >= 0; r--) {
         for (int j = r + 1; j < DOFS; j++) m[r][DOFS] -= m[r][j] * m[j][DOFS];
         m[r][DOFS] /= m[r][r];

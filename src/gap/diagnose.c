@@ -196,15 +196,18 @@ static void try_one(const struct diagnosis *d, const struct hypothesis *h, const
     bool again = t->ok, bent = false;
     t->ok = false;
     if (!own) return;
+
     if (without_parallel(d, h, &base, min, max, pull)) {
         linear.raw = own;
         if (!fit_raw(&d->fit, &base, own)) goto end;
     }
     if (again) move_others(d, h, &base, x, &t->model);
     else if (!best_start(d, h, &base, from, &linear, own + d->fit.values, &t->model, &bent)) goto end;
+
     struct fit_result r = fit_model(&d->fit, &t->model, h->variables, h->variable, NULL, &linear, bent ? SCREEN_BENT : iterations);
     if (!r.ok) goto end;
     move_others(d, h, &base, x, &t->model);
+
     t->ok = true;
     t->square = r.square;
     t->gain = d->square - r.square - CHARGE * h->variables - (h->shape >= 0 ? 2.0 * log(LEGS) : 0.0);

@@ -172,11 +172,13 @@ static bool solve_free(int n, const double *h, const double *g, const bool *is_f
  * solution it takes few sweeps. */
 static bool box_solve(int n, const double *h, const double *g, const double *min, const double *max, double *x, bool *is_free) {
     for (int i = 0; i < n; i++) x[i] = fmin(fmax(x[i], min[i]), max[i]), is_free[i] = x[i] > min[i] && x[i] < max[i];
+
     for (int sweep = 0; sweep < ACTIVE_SWEEPS; sweep++) {
         double to[COLUMNS_MAX], share = 1.0, worst = 0.0;
         int blocked = -1, released = -1;
         memcpy(to, x, (size_t)n * sizeof *x);
         if (!solve_free(n, h, g, is_free, to)) return false;
+
         for (int i = 0; i < n; i++) {
             if (!is_free[i] || (to[i] >= min[i] && to[i] <= max[i])) continue;
             double bound = to[i] < min[i] ? min[i] : max[i], reach = (bound - x[i]) / (to[i] - x[i]);
@@ -189,6 +191,7 @@ static bool box_solve(int n, const double *h, const double *g, const double *min
             is_free[blocked] = false;
             continue;
         }
+
         for (int i = 0; i < n; i++) {
             if (is_free[i] || !(max[i] > min[i])) continue;
             double slope = g[i];
@@ -352,12 +355,14 @@ struct fit_result fit_model(const struct fit_data *d, struct params *model, int 
     const double *column[COLUMNS_MAX];
     double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX], min[COLUMNS_MAX], max[COLUMNS_MAX], x[COLUMNS_MAX], std[COLUMNS_MAX];
     struct fit_pull pull[COLUMNS_MAX];
+
     s.parts = parts_of(variables, v);
     s.leg = only_leg(residual_legs_apart(model), variables, v);
     if (room && linear) memcpy(s.raw, linear->raw, (size_t)values * sizeof *room);
     result.ok = room && raw_residual(d, model, linear ? s.parts : PART_ALL, linear ? s.leg : ALL_LEGS, s.raw);
     if (result.ok) whiten_copy(d, s.raw, s.white);
     if (result.ok) s.square = linear_square(values, s.white, linear);
+
     for (int iteration = 0; result.ok && iteration < iterations; iteration++) {
         if (!fit_columns_from(d, model, s.raw, variables, v, iteration ? once : NULL, columns)) break;
         for (int i = 0; i < n; i++) {
@@ -374,6 +379,7 @@ struct fit_result fit_model(const struct fit_data *d, struct params *model, int 
         double before = s.square;
         if (!descend(&s, x) || before - s.square < ENOUGH * s.square) break;
     }
+
     result.square = s.square;
     free(room);
     return result;

@@ -87,6 +87,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
     if (possible) return possible;
     struct diagnosis *d = calloc(1, sizeof *d);
     if (!d) return error_set(error, STATUS_IO, "out of memory");
+
     *r = (struct gap_result){.replay = options->replay, .validated = validate != NULL};
     r->controller_difference = controller_difference(params, measured);
     r->sampled_s = controller_other_rate(params, measured);
@@ -95,6 +96,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
             r->stated_hz = measured->test[i].stated_hz, r->moved_hz = measured->test[i].frequency_hz;
     r->controller_known = isfinite(r->controller_difference);
     r->controller_differs = r->controller_difference > CONTROLLER_DIFFERS;
+
     gap_progress(options, "fitting the base", 0.0);
     int status = diagnosis_init(d, params, measured, error);
     if (!status) {
@@ -107,18 +109,21 @@ int gap_solve(const struct params *params, const struct recording *measured, con
         r->white_after = d->held_square / d->held_out.evaluated;
         extend(params, d, r);
     }
+
     if (!status) status = compare_models(params, measured, validate, options, r, error);
     if (!status) {
         remainder.after = d->held_square, remainder.law_error = diagnosis_law_error(d);
         judge(r, &remainder);
         if (r->verdict == GAP_UNKNOWN_EFFECT) give_up(params, r);
     }
+
     bool friction = false;
     for (int i = 0; i < r->effects && !status && params->mechanism == MECHANISM_STEWART; i++) {
         const struct effect *e = effect_table[r->effect[i].effect];
         friction = friction || e->leg_friction || e->joint_friction;
     }
     if (friction && compare_can_be_driven(measured)) r->repaired = replay_repair(params, &r->fitted, measured, r->repaired_mt);
+
     diagnosis_free(d);
     free(d);
     r->seconds = now_s() - start_s;

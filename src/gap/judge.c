@@ -182,6 +182,7 @@ void judge(struct gap_result *r, const struct remainder *m) {
                 m->after / m->values);
         else SAY(r, "what is left between model and measurement is noise");
     }
+
     char text[GAP_TEXT];
     if (r->effects && r->replay_fault[0]) {
         snprintf(text, sizeof text, "; not shown by simulation: %.160s", r->replay_fault);
@@ -189,6 +190,7 @@ void judge(struct gap_result *r, const struct remainder *m) {
     }
     if (r->verdict == GAP_EFFECT_NAMED && leaves_constants(r))
         append(r, "; what simulation leaves is constant: where a run begins decides that, as long as a valve stays shut");
+
     if (r->moved_hz > 0.0) {
         snprintf(text, sizeof text, "; the legs move at %.5g Hz, where %.5g was stated", r->moved_hz, r->stated_hz);
         append(r, text);

@@ -55,6 +55,7 @@ int places_find(const struct diagnosis *d, const struct recording *recording, co
     int tests = d->odd.tests, all = tests * LEGS * RESIDUALS * RESIDUAL_SIZE, n = 0;
     struct gap_place *list = calloc((size_t)all, sizeof *list);
     double whole = 0.0;
+
     for (int i = 0; i < tests && list; i++) {
         const struct residual_test *t = &d->odd.test[i];
         const struct recording_test *of = &recording->test[t->of];
@@ -62,6 +63,7 @@ int places_find(const struct diagnosis *d, const struct recording *recording, co
         if (!residual_evaluate(t, model, PART_ALL, ALL_LEGS, raw)) continue;
         memcpy(white, raw, sizeof white);
         whiten(&d->held_out.whitener[i], white);
+
         for (int k = 0; k < LEGS; k++)
             for (int q = 0; q < RESIDUALS; q++)
                 for (int a = 0, next = 0; a < t->size; a = next) {
@@ -82,6 +84,7 @@ int places_find(const struct diagnosis *d, const struct recording *recording, co
                     whole += share;
                 }
     }
+
     if (n) qsort(list, (size_t)n, sizeof *list, by_share);
     if (n > GAP_PLACES) n = GAP_PLACES;
     for (int i = 0; i < n; i++) place[i] = list[i], place[i].share /= whole;

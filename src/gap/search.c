@@ -300,6 +300,7 @@ int search_effects(struct diagnosis *d, const struct recording *measured, const 
     enum doubt doubt[EFFECTS_MAX] = {NO_DOUBT};
     double first = 0.0, first_held = d->held_square;
     bool again = false; /* one is out, to be judged again */
+
     for (int round = 0; r->effects < GAP_EFFECTS && round < ROUNDS_MAX; round++) {
         gap_progress(o, round ? "another effect" : "screening", 0.7 * round / ROUNDS_MAX);
         int trials = diagnosis_try(d, trial, o->threads);
@@ -307,6 +308,7 @@ int search_effects(struct diagnosis *d, const struct recording *measured, const 
         if (round == 0) list_candidates(d, trial, trials, r);
         prefer_seen(d, trial, trials);
         prefer_simple(d, trial, trials);
+
         int rival[GAP_RIVALS] = {0}, rivals = list_rivals(d, trial, trials, rival);
         int effect = trial[0].hypothesis->effect;
         /* What is a trace, and may be this or that, is not named. */
@@ -316,6 +318,7 @@ int search_effects(struct diagnosis *d, const struct recording *measured, const 
             if (again) continue;
             break;
         }
+
         again = false;
         if (round == 0) first = trial[0].held_gain;
         double before = d->held_square, z = likelihood(d, &trial[0]);
@@ -333,6 +336,7 @@ int search_effects(struct diagnosis *d, const struct recording *measured, const 
         describe(e, z, before, d->held_square);
         drop_superfluous(d, r);
     }
+
     free(trial);
     if (r->effects) diagnosis_estimate(d);
     read_base(d, r);
