@@ -2,7 +2,6 @@
 
 #include <pthread.h>
 #include <string.h>
-#include <sys/mman.h>
 
 #include "clock.h"
 #include "realtime.h"
@@ -52,6 +51,6 @@ int wakeups_measure(const struct loop_params *loop, double duration_s, struct wa
     int refused = pthread_create(&thread, NULL, wake, &m);
     if (refused) return error_set(error, STATUS_IO, "cannot start a thread: %s", strerror(refused));
     pthread_join(thread, NULL);
-    munlockall();
+    realtime_leave();
     return STATUS_OK;
 }
