@@ -435,7 +435,7 @@ static void the_end_of_a_lease_has_its_own_status(void **unused) {
     } expected[] = {
         {0, "now settled"},       {1, "now fault"},
         {4, "the lease is lost"}, {1, "interrupted: park done"}, /* engage */
-        {0, "now ready"},         {0, "now ready"},
+        {0, "now ready"},         {1, "now ready: the tests were ended by a stop"},
         {1, "now parking"},       {1, "now fault"},
         {4, "the lease is lost"}, {1, "interrupted: park done"}, /* start */
     };
@@ -445,6 +445,31 @@ static void the_end_of_a_lease_has_its_own_status(void **unused) {
         const struct row *r = row + in_the_way + i;
         if (r->status != expected[i].status || !strstr(r->text, expected[i].words))
             fail_msg("%s: %d, %s", r->state_name, r->status, r->text);
+    }
+}
+
+static void what_a_stalled_loop_did_not_do_it_does_not_do_later(void **unused) {
+    (void)unused;
+    NEEDS_NETWORK();
+    static const struct {
+        enum state state;
+        enum command command;
+    } moves[] = {{STATE_SETTLED, COMMAND_ENGAGE}, {STATE_READY, COMMAND_START}};
+    for (int i = 0; i < 2; i++) {
+        struct client c;
+        begin();
+        bring_to(moves[i].state);
+        loop_hangs_with_it();
+        start(&c, command_names[moves[i].command]);
+        serve_until(&c, "renewing");
+        assert_true(c.ended && strstr(c.text, "the loop does not answer"));
+        finish(&c);
+        for (int k = 0; k < 10; k++) {
+            cycle();
+            operator_tick(&b.operator, b.now_ns);
+            assert_int_equal(b.state, moves[i].state);
+        }
+        end();
     }
 }
 
@@ -479,8 +504,11 @@ int main(int argc, char **argv) {
     if (prints && !there) fprintf(stderr, "test_commands: this system allows no network namespace\n");
     if (prints) return !there;
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_stop_and_a_park_are_never_refused),     cmocka_unit_test(what_moves_is_taken_in_its_own_state_alone),
-        cmocka_unit_test(the_exit_status_says_what_the_words_say), cmocka_unit_test(the_end_of_a_lease_has_its_own_status),
+        cmocka_unit_test(a_stop_and_a_park_are_never_refused),
+        cmocka_unit_test(what_moves_is_taken_in_its_own_state_alone),
+        cmocka_unit_test(the_exit_status_says_what_the_words_say),
+        cmocka_unit_test(the_end_of_a_lease_has_its_own_status),
+        cmocka_unit_test(what_a_stalled_loop_did_not_do_it_does_not_do_later),
         cmocka_unit_test(docs_commands_md_has_what_is_answered),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

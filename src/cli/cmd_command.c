@@ -66,7 +66,8 @@ static int ask(struct client *c, struct operator_request r, struct answer *a, st
     return error_set(error, STATUS_IO,
                      "command %s: nobody answered within %d ms: no hexid of this host listens on %s, or it does not "
                      "say what became of it: is one running, with this lcm.url?%s",
-                     word, ANSWER_MS, c->url, command_stops(r.command) ? " THE PLATFORM MAY STILL MOVE: press the emergency stop" : "");
+                     word, ANSWER_MS, c->url,
+                     command_stops(r.command) || r.renew ? " THE PLATFORM MAY STILL MOVE: press the emergency stop" : "");
 }
 
 static int park(struct client *c, struct error *error) {
@@ -77,13 +78,14 @@ static int park(struct client *c, struct error *error) {
 }
 
 /* Until what the command began is over: put down again after engage, tests done after start.
- * SAFETY: tests that ended otherwise, parked by somebody, by a lease that ran out or by a fault,
- * are no success for what comes next in a script. */
+ * SAFETY: tests that ended otherwise, stopped or parked by somebody, by a lease that ran out or by
+ * a fault, are no success for what comes next in a script. */
 static int hold_lease(struct client *c, enum command command, const struct answer *granted, struct error *error) {
     struct answer a = *granted;
+    bool started = command == COMMAND_START;
     int period_ms = (int)(granted->lease_s * 1000.0 / RENEWALS) + 1;
     printf("hexid: renewing the lease of %g s until the platform is %s; Ctrl-C parks it\n", granted->lease_s,
-           command == COMMAND_ENGAGE ? "put down" : "ready again");
+           started ? "ready again" : "put down");
     fflush(stdout);
     for (;;) {
         struct timespec pause = {.tv_sec = period_ms / 1000, .tv_nsec = period_ms % 1000 * 1000000L};
@@ -91,12 +93,13 @@ static int hold_lease(struct client *c, enum command command, const struct answe
         if (interrupted) return park(c, error);
         int status = ask(c, (struct operator_request){.token = granted->token, .renew = true}, &a, error);
         if (status) return status;
-        if (!supervisor_powers(a.state) || (command == COMMAND_START && a.outcome == OUTCOME_DONE && a.state != STATE_TESTING)) break;
-        if (a.outcome != OUTCOME_DONE)
-            return error_set(error, STATUS_UNSAFE, "the lease is lost, the platform is %s: %s", state_names[a.state], a.text);
+        bool renewed = a.outcome == OUTCOME_DONE || a.outcome == OUTCOME_STOPPED;
+        if (!supervisor_powers(a.state) || (started && renewed && a.state != STATE_TESTING)) break;
+        if (!renewed) return error_set(error, STATUS_UNSAFE, "the lease is lost, the platform is %s: %s", state_names[a.state], a.text);
     }
-    printf("hexid: now %s\n", state_names[a.state]);
-    return a.state == (command == COMMAND_ENGAGE ? STATE_SETTLED : STATE_READY) ? STATUS_OK : -EXIT_CHECK_FAILED;
+    bool stopped = started && a.outcome == OUTCOME_STOPPED;
+    printf("hexid: now %s%s\n", state_names[a.state], stopped ? ": the tests were ended by a stop" : "");
+    return a.state == (started ? STATE_READY : STATE_SETTLED) && !stopped ? STATUS_OK : -EXIT_CHECK_FAILED;
 }
 
 static int tell(struct client *c, enum command command, struct error *error) {

@@ -24,7 +24,7 @@ static void answer(struct operator *o, int64_t id, enum outcome outcome, int64_t
     unsigned char buffer[ANSWER_MESSAGE_MAX];
     const struct answer a = {.id = id,
                              .token = token,
-                             .lease_s = outcome == OUTCOME_DONE && token ? o->params->lcm.lease_s : 0.0,
+                             .lease_s = outcome <= OUTCOME_STOPPED && token ? o->params->lcm.lease_s : 0.0,
                              .outcome = outcome,
                              .state = loop_acted(o->loop).state,
                              .text = text};
@@ -61,7 +61,8 @@ static void post(struct operator *o, const struct operator_request *request, int
 static void renew(struct operator *o, const struct operator_request *r, int64_t now_ns) {
     bool holds = o->lease && !o->expired && r->token == o->lease;
     if (holds) o->lease_ns = now_ns;
-    answer(o, r->id, holds ? OUTCOME_DONE : OUTCOME_REFUSED, holds ? o->lease : 0,
+    enum outcome renewed = loop_acted(o->loop).stopped ? OUTCOME_STOPPED : OUTCOME_DONE;
+    answer(o, r->id, holds ? renewed : OUTCOME_REFUSED, holds ? o->lease : 0,
            holds ? "" : "the lease has run out, or is another's: ask `engage` anew");
 }
 
@@ -120,8 +121,9 @@ static void answer_waiting(struct operator *o, int64_t now_ns) {
         refuse(o, r, supervisor_advice(acted.state, acted.wrong, r->command));
     } else {
         bool leased = r->command == COMMAND_ENGAGE || r->command == COMMAND_START;
+        bool ramping = acted.state == STATE_TESTING && r->command == COMMAND_STOP;
         if (leased) grant_lease(o, now_ns);
-        answer(o, r->id, OUTCOME_DONE, leased ? o->lease : 0, "");
+        answer(o, r->id, OUTCOME_DONE, leased ? o->lease : 0, ramping ? "the motion is ramped out first" : "");
     }
     o->waiting_request = 0;
 }

@@ -38,7 +38,7 @@ struct platform {
     /* the list of tests */
     int test;                    /* under way, or the next */
     int64_t ticks;               /* cycles in this state */
-    bool stopping;               /* the test under way was told to end */
+    bool stopping;               /* the test under way, or the last one, was told to end */
     bool request_taken;          /* the last request did something */
     bool automatic;              /* engage, test and park without being told; over when put down,
                                   * and with a stop, a park or a fault */

@@ -84,7 +84,8 @@ int event_encode(int64_t time_ns, uint64_t seq, const char *kind, const char *te
 }
 
 static const char renew_word[] = "renew";
-static const char *const outcome_words[OUTCOMES] = {[OUTCOME_DONE] = "done", [OUTCOME_REFUSED] = "refused", [OUTCOME_TOKEN] = "token"};
+static const char *const outcome_words[OUTCOMES] = {
+    [OUTCOME_DONE] = "done", [OUTCOME_STOPPED] = "stopped", [OUTCOME_REFUSED] = "refused", [OUTCOME_TOKEN] = "token"};
 
 /* The generated encoders take what they do not change for changeable. */
 static char *text_of(const char *text) { return (char *)(uintptr_t)text; }

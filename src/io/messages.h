@@ -72,8 +72,9 @@ int request_encode(const struct operator_request *request, unsigned char buffer[
 /* False for anything but engage, start, stop, park, reset and renew in either type. */
 bool request_decode(const void *data, int size, struct operator_request *request);
 
-/* What became of it, on CHANNEL_ANSWER. */
-enum outcome { OUTCOME_DONE, OUTCOME_REFUSED, OUTCOME_TOKEN, OUTCOMES };
+/* What became of it, on CHANNEL_ANSWER. OUTCOME_STOPPED: renewed, and somebody's stop ended the
+ * tests begun last. */
+enum outcome { OUTCOME_DONE, OUTCOME_STOPPED, OUTCOME_REFUSED, OUTCOME_TOKEN, OUTCOMES };
 struct answer {
     int64_t id, token;   /* OUTCOME_TOKEN: ask again with this one; of what moves: the lease's */
     double lease_s;      /* the machine is parked when the lease is not renewed for so

@@ -50,8 +50,8 @@ static void hand_over(struct loop *l, const struct cycle *c) {
 
 static void tell_acted(struct loop *l) {
     const struct platform *p = &l->platform;
-    uint64_t word = (uint64_t)p->supervisor.request_id << 32 | (uint64_t)platform_wrong(p) << 16 | (uint64_t)p->supervisor.state << 1 |
-                    p->request_taken;
+    uint64_t word = (uint64_t)p->supervisor.request_id << 32 | (uint64_t)platform_wrong(p) << 16 | (uint64_t)p->supervisor.state << 2 |
+                    (uint64_t)p->stopping << 1 | p->request_taken;
     atomic_store_explicit(&l->acted, word, memory_order_release);
 }
 
@@ -59,7 +59,8 @@ struct loop_acted loop_acted(const struct loop *l) {
     uint64_t word = atomic_load_explicit(&l->acted, memory_order_acquire);
     return (struct loop_acted){.request_id = (uint32_t)(word >> 32),
                                .taken = word & 1,
-                               .state = (enum state)(word >> 1 & 0xff),
+                               .stopped = word >> 1 & 1,
+                               .state = (enum state)(word >> 2 & 0xff),
                                .wrong = (uint32_t)(word >> 16) & (INPUTS_ALL | INPUT_LINGERS)};
 }
 

@@ -59,6 +59,7 @@ void loop_join(struct loop *l);
 struct loop_acted {
     uint32_t request_id;             /* the last one that was looked at */
     bool taken;                      /* it did something in the state it met */
+    bool stopped;                    /* the tests begun last were ended by a stop, or are being */
     enum state state;                /* now, */
     uint32_t wrong;                  /* and what is wrong with the inputs: INPUT_... */
 };
