@@ -82,6 +82,26 @@ static void nothing_is_run_without_ramps(void **unused) {
     }
 }
 
+/* 1.4310 m in the paper's machine: it rests there. */
+static void nothing_is_run_whose_rest_is_a_fault(void **unused) {
+    (void)unused;
+    static const struct {
+        const char *setting, *said;
+    } cases[] = {
+        {"limits.length_min_m=1.43", NULL},
+        {"limits.length_min_m=1.432", "leg 1 is 1.431 m"},
+        {"limits.length_min_m=[1.4,1.4,1.4,1.432,1.4,1.4]", "leg 4"},
+        {"actuator.mid_stroke_m=-0.01", "leg 1 is 1.421 m"},
+    };
+    for (unsigned i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct params params;
+        struct error error = {0};
+        if (config_load(&params, NULL, &cases[i].setting, 1, &error)) fail_msg("%s", error.text);
+        assert_int_equal(config_check_motion(&params, &error), cases[i].said ? STATUS_USAGE : STATUS_OK);
+        if (cases[i].said && !strstr(error.text, cases[i].said)) fail_msg("%s: %s", cases[i].setting, error.text);
+    }
+}
+
 /* On either side of 0.1 s, each key by itself and a slow loop; the message has the keys to
  * turn and the time. */
 static void nothing_is_run_that_could_move_blindly_for_long(void **unused) {
@@ -329,6 +349,7 @@ int main(void) {
         cmocka_unit_test(a_stop_in_any_state_leads_to_rest),
         cmocka_unit_test(a_real_machine_moves_by_itself_only_when_the_command_line_says_so),
         cmocka_unit_test(nothing_is_run_without_ramps),
+        cmocka_unit_test(nothing_is_run_whose_rest_is_a_fault),
         cmocka_unit_test(nothing_is_run_that_could_move_blindly_for_long),
         cmocka_unit_test(a_fault_names_its_leg),
         cmocka_unit_test(the_longest_fault_fits_its_text),

@@ -17,8 +17,9 @@ void config_default(struct params *params);
 int config_load(struct params *params, const char *path, const char *const *settings, int count, struct error *error);
 
 /* What moves a machine must be asked for more than what is only evaluated: a log may come from
- * anywhere, but nothing is driven without ramps, or where the machine could move without a
- * controller for longer than limits.blind_time_s (blind_time.h). 0 or -2. */
+ * anywhere, but nothing is driven without ramps, where legs that are in are too short for the
+ * limits, or where the machine could move without a controller for longer than limits.blind_time_s
+ * (blind_time.h). 0 or -2. */
 int config_check_motion(const struct params *params, struct error *error);
 
 /* The same from YAML text in memory; `name` stands for the file in messages. For

@@ -181,11 +181,25 @@ static void check_sim(struct checker *c, const struct params *p) {
             "sim.base_hz %g and ripple_pa %g need sim.engine ode", p->sim.base_hz, p->sim.ripple_pa);
 }
 
+/* A platform that is put down rests on legs that are in. */
+static void check_rest(struct checker *c, const struct params *p) {
+    struct kinematics k;
+    kinematics_place(&k, p);
+    for (int i = 0; i < LEGS; i++) {
+        double in_m = kinematics_stroke(&k, &p->actuator, i).least_m;
+        require(c, p->limits.length_min_m[i] < in_m,
+                "limits.length_min_m %g: leg %d is %.4g m long when it is in, so that a platform put down is a fault from the start; lower "
+                "it (or does the leg not go in so far? actuator.stroke_m, mid_stroke_m)",
+                p->limits.length_min_m[i], i + 1, in_m);
+    }
+}
+
 int config_check_motion(const struct params *p, struct error *error) {
     struct checker c = {.name = "not run", .error = error};
     struct blind_time blind = blind_time(p);
     require(&c, p->mechanism == MECHANISM_STEWART,
             "mechanism: axis: hexid moves six legs; what one axis did is read by hexid import and gap");
+    if (c.status == STATUS_OK) check_rest(&c, p);
     require(&c, p->tests.ramp_s >= ramp_min_s && p->tests.ramp_out_s >= ramp_min_s,
             "tests.ramp_s %g and ramp_out_s %g must be at least %g s: less is a blow to the machine", p->tests.ramp_s, p->tests.ramp_out_s,
             ramp_min_s);

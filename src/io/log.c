@@ -60,19 +60,19 @@ static lcm_eventlog_t *on_file(int file) {
 }
 
 int log_continue(struct log_writer *w, int file, const char *path, struct error *error) {
-    char *name = strdup(path);
+    int status = log_flush(w, error);
+    char *name = status ? NULL : strdup(path);
     lcm_eventlog_t *next = name ? on_file(file) : NULL;
     if (!next) {
         free(name);
         close(file);
-        return error_set(error, STATUS_IO, "%.250s: out of memory", path);
+        return status ? status : error_set(error, STATUS_IO, "%.250s: out of memory", path);
     }
-    int status = log_flush(w, error);
     lcm_eventlog_destroy(w->file);
     free(w->path);
     w->file = next, w->path = name;
     w->begun = false, w->bytes = 0;
-    return status;
+    return STATUS_OK;
 }
 
 int64_t log_bytes(const struct log_writer *w) { return w->bytes; }

@@ -27,8 +27,8 @@ int log_create(struct log_writer **writer, const char *path, struct error *error
 int log_write(struct log_writer *writer, int64_t utime_us, const char *channel, const void *data, int size, struct error *error);
 
 /* What comes from now on goes into this file, which is the writer's then; what is before it is
- * flushed and closed. The error that this met is the log's, as of log_write(). -3 also without
- * memory: the file is closed then, and the log goes on where it was. */
+ * flushed and closed. -3 where that fails, which is the log's error then as of log_write(), and
+ * without memory: the file is closed, and the log goes on where it was. */
 int log_continue(struct log_writer *writer, int file, const char *path, struct error *error);
 
 /* That were written since the log, or its last file, was begun. */

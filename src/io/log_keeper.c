@@ -14,6 +14,8 @@
 #include "confine.h"
 #include "log_directory.h"
 
+enum { PATIENCE_MS = 5000 };
+
 struct answer {
     struct error error;    /* status 0: the file comes with it */
     bool over;
@@ -99,11 +101,18 @@ static void become_keeper(int socket, const char *first, int64_t quota_bytes) {
     if (dup2(socket, 3) != 3 || close_range(4, ~0u, 0)) _exit(1);
     prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
     confine_thread();
-    serve(3, first, quota_bytes);
+    if (send(3, "r", 1, MSG_NOSIGNAL) == 1) serve(3, first, quota_bytes);
     _exit(0);
 }
 
 /* ---- the other end ---- */
+
+/* What is read is dropped. Its size, 0 when the process has ended, -1 when nothing came in time. */
+static ssize_t hear(int socket, int wait_ms) {
+    static struct answer a;
+    struct pollfd p = {.fd = socket, .events = POLLIN};
+    return poll(&p, 1, wait_ms) > 0 ? recv(socket, &a, sizeof a, MSG_DONTWAIT) : -1;
+}
 
 int log_keeper_start(struct log_keeper *k, const char *first, int64_t quota_bytes, struct error *error) {
     int ends[2];
@@ -119,11 +128,16 @@ int log_keeper_start(struct log_keeper *k, const char *first, int64_t quota_byte
         return error_set(error, STATUS_IO, "--log-part: no process for it: %s", strerror(reason));
     }
     k->socket = ends[0];
-    return STATUS_OK;
+    if (hear(k->socket, PATIENCE_MS) > 0) return STATUS_OK;
+    log_keeper_stop(k);
+    return error_set(error, STATUS_IO, "--log-part: the process that makes the parts does not begin");
 }
 
 void log_keeper_stop(struct log_keeper *k) {
-    if (k->socket >= 0) close(k->socket);
+    if (k->socket < 0) return;
+    shutdown(k->socket, SHUT_WR);
+    while (hear(k->socket, PATIENCE_MS) > 0) continue;
+    close(k->socket);
     k->socket = -1;
 }
 

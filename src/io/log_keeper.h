@@ -24,7 +24,8 @@ struct log_part {
                            * to runs in progress, or is the newest */
 };
 
-/* first: the first part, of log_directory_create(). quota_bytes 0: none. Before confine(). */
+/* first: the first part, of log_directory_create(). quota_bytes 0: none. Before confine(). Either
+ * waits for the process, for seconds at most. */
 int log_keeper_start(struct log_keeper *k, const char *first, int64_t quota_bytes, struct error *error);
 void log_keeper_stop(struct log_keeper *k);
 
