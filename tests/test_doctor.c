@@ -343,25 +343,28 @@ static void can_errors_are_warned_of_and_a_controller_off_the_bus_fails(void **u
     (void)unused;
     const struct can_controller good = {.kind = "can", .known = true, .counts = true};
     struct can_controller c = good;
-    is(judge_can_errors("can0", &c), LEVEL_OK, "error-active, TEC 0, REC 0");
+    is(judge_can_errors("can0", &good, &c), LEVEL_OK, "error-active, TEC 0, REC 0");
     c.arbitration_lost = 9; /* what two nodes that begin at once do */
-    is(judge_can_errors("can0", &c), LEVEL_OK, "arbitration lost 9 times");
+    is(judge_can_errors("can0", &good, &c), LEVEL_OK, "arbitration lost 9 times");
     c = good, c.tx_errors = 8;
-    is(judge_can_errors("can0", &c), LEVEL_WARN, "TEC 8, REC 0");
+    is(judge_can_errors("can0", &good, &c), LEVEL_WARN, "TEC 8, REC 0");
     c = good, c.rx_errors = 1;
-    is(judge_can_errors("can0", &c), LEVEL_WARN, "TEC 0, REC 1");
+    is(judge_can_errors("can0", &good, &c), LEVEL_WARN, "TEC 0, REC 1");
     c = good, c.state = CAN_STATE_ERROR_WARNING;
-    is(judge_can_errors("can0", &c), LEVEL_WARN, "error-warning");
+    is(judge_can_errors("can0", &good, &c), LEVEL_WARN, "error-warning");
     c.state = CAN_STATE_ERROR_PASSIVE;
-    is(judge_can_errors("can0", &c), LEVEL_WARN, "error-passive");
+    is(judge_can_errors("can0", &good, &c), LEVEL_WARN, "error-passive");
     c = good, c.bus_offs = 1;
-    is(judge_can_errors("can0", &c), LEVEL_WARN, "1 bus-off");
+    is(judge_can_errors("can0", &good, &c), LEVEL_WARN, "1 bus-off");
+    is(judge_can_errors("can0", &c, &c), LEVEL_OK,
+       "0 errors within a second; since it was made 0 bus errors, 0 times error-warning, 0 "
+       "error-passive, 1 bus-off"); /* long ago */
     c = good, c.state = CAN_STATE_BUS_OFF;
-    is(judge_can_errors("can0", &c), LEVEL_FAIL, "bus-off");
+    is(judge_can_errors("can0", &good, &c), LEVEL_FAIL, "bus-off");
     c.state = CAN_STATE_STOPPED;
-    is(judge_can_errors("can0", &c), LEVEL_FAIL, "stopped");
+    is(judge_can_errors("can0", &good, &c), LEVEL_FAIL, "stopped");
     c = (struct can_controller){.kind = "vcan"};
-    is(judge_can_errors("vcan0", &c), LEVEL_NONE, "");
+    is(judge_can_errors("vcan0", &c, &c), LEVEL_NONE, "");
 }
 
 struct message {

@@ -93,7 +93,8 @@ doctor_check check_lcm_socket, check_lcm_route, check_lcm_datagram, check_lcm_bu
 struct can_controller;
 doctor_check check_can_load, check_can_interface, check_can_errors, check_modbus_line, check_modbus;
 struct finding judge_can_interface(const struct doctor *d, const char *interface, const struct can_controller *s);
-struct finding judge_can_errors(const char *interface, const struct can_controller *s);
+/* before: a second earlier */
+struct finding judge_can_errors(const char *interface, const struct can_controller *before, const struct can_controller *s);
 enum { ROUND_TRIPS = 50 };
 struct round_trips {
     double median_s, max_s;

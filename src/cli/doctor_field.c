@@ -2,6 +2,7 @@
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "can_controller.h"
@@ -65,39 +66,47 @@ static json_t *counter_json(const struct can_controller *c, unsigned count) {
     return c->counts ? json_integer((json_int_t)count) : json_null();
 }
 
+static uint32_t errors(const struct can_controller *s) { return s->warnings + s->passives + s->bus_offs + s->bus_errors; }
+
 /* ISO 11898-1: a node is error-passive from 128 on and off the bus from 256. A single frame that is
  * not acknowledged adds 8; eight times as many good ones take that away. So what stands in the
- * counters is of now, and the counts are since the interface was made. */
-struct finding judge_can_errors(const char *interface, const struct can_controller *s) {
+ * counters is of now. The counts are since the interface was made, and an error of last week is no
+ * trouble: those of this second are. */
+struct finding judge_can_errors(const char *interface, const struct can_controller *before, const struct can_controller *s) {
     static const char wiring[] = "look at termination (120 ohm at both ends), wiring, bit rate and sample point of all nodes";
     char counters[40] = "counters not told";
     if (!s->known) return finding_none();
     if (s->counts) snprintf(counters, sizeof counters, "TEC %u, REC %u", s->tx_errors, s->rx_errors);
     bool off = s->state >= CAN_CONTROLLER_BUS_OFF, troubled = s->state != CAN_CONTROLLER_ACTIVE || s->tx_errors || s->rx_errors;
-    uint32_t all = s->warnings + s->passives + s->bus_offs + s->bus_errors;
-    enum level level = off ? LEVEL_FAIL : troubled || all ? LEVEL_WARN : LEVEL_OK;
+    uint32_t now = errors(s) - errors(before);
+    enum level level = off ? LEVEL_FAIL : troubled || now ? LEVEL_WARN : LEVEL_OK;
     char remedy[240];
     snprintf(remedy, sizeof remedy, "%s%s%.16s%s", wiring, level == LEVEL_FAIL ? "; then sudo ip link set " : "",
              level == LEVEL_FAIL ? interface : "", level == LEVEL_FAIL ? " down, and up again" : "");
     struct finding f = finding(level, remedy,
-                               "%s, %s; since it was made %" PRIu32 " bus errors, %" PRIu32 " times error-warning, %" PRIu32
-                               " error-passive, %" PRIu32 " bus-off, %" PRIu32 " restarts; arbitration lost %" PRIu32 " times",
-                               can_controller_state(s->state), counters, s->bus_errors, s->warnings, s->passives, s->bus_offs, s->restarts,
-                               s->arbitration_lost);
-    f.data = json_pack("{ss so so sI sI sI sI sI sI}", "state", can_controller_state(s->state), "tx_errors", counter_json(s, s->tx_errors),
-                       "rx_errors", counter_json(s, s->rx_errors), "bus_errors", (json_int_t)s->bus_errors, "error_warning",
-                       (json_int_t)s->warnings, "error_passive", (json_int_t)s->passives, "bus_off", (json_int_t)s->bus_offs, "restarts",
-                       (json_int_t)s->restarts, "arbitration_lost", (json_int_t)s->arbitration_lost);
+                               "%s, %s; %" PRIu32 " errors within a second; since it was made %" PRIu32 " bus errors, %" PRIu32
+                               " times error-warning, %" PRIu32 " error-passive, %" PRIu32 " bus-off, %" PRIu32
+                               " restarts; arbitration lost %" PRIu32 " times",
+                               can_controller_state(s->state), counters, now, s->bus_errors, s->warnings, s->passives, s->bus_offs,
+                               s->restarts, s->arbitration_lost);
+    f.data = json_pack("{ss so so sI sI sI sI sI sI sI}", "state", can_controller_state(s->state), "tx_errors",
+                       counter_json(s, s->tx_errors), "rx_errors", counter_json(s, s->rx_errors), "errors_within_a_second", (json_int_t)now,
+                       "bus_errors", (json_int_t)s->bus_errors, "error_warning", (json_int_t)s->warnings, "error_passive",
+                       (json_int_t)s->passives, "bus_off", (json_int_t)s->bus_offs, "restarts", (json_int_t)s->restarts, "arbitration_lost",
+                       (json_int_t)s->arbitration_lost);
     return f;
 }
 
 struct finding check_can_errors(const struct doctor *d) {
     const char *interface = doctor_address(d, "can");
-    struct can_controller s;
+    struct can_controller before, s;
     struct error error;
-    if (!interface || try_interface(interface, &error) || can_controller_read(interface, &s, &error))
+    if (!interface || try_interface(interface, &error) || can_controller_read(interface, &before, &error))
         return finding_none(); /* said above */
-    return judge_can_errors(interface, &s);
+    if (!before.known) return judge_can_errors(interface, &before, &before);
+    nanosleep(&(struct timespec){.tv_sec = 1}, NULL);
+    if (can_controller_read(interface, &s, &error)) return finding(LEVEL_UNKNOWN, "run `hexid doctor` again", "%s", error.text);
+    return judge_can_errors(interface, &before, &s);
 }
 
 /* ---- Modbus ---- */

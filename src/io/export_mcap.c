@@ -22,7 +22,7 @@ static void send(struct mcap_export *e, int channel, int64_t utime_us) {
 }
 
 static void schema_begin(struct mcap_export *e, const char *title) {
-    e->json.size = 0;
+    json_text_restart(&e->json);
     json_text_say(&e->json, "{\"type\":\"object\",\"title\":\"hexid.%s\",\"properties\":{", title);
 }
 
@@ -74,7 +74,7 @@ static int mcap_open(void **to, const char *path, struct error *error) {
 static void mcap_cycle(void *to, int64_t utime_us, double time_s, const struct cycle *c) {
     struct mcap_export *e = to;
     (void)time_s;
-    e->json.size = 0;
+    json_text_restart(&e->json);
     json_text_cycle(&e->json, c);
     send(e, e->state, utime_us);
 }
@@ -83,7 +83,7 @@ static void mcap_message_of(void *to, int64_t utime_us, const struct message *m)
     struct mcap_export *e = to;
     int *channel = &e->type[m->type - message_types];
     if (*channel == NONE) *channel = type_channel(e, m->type);
-    e->json.size = 0;
+    json_text_restart(&e->json);
     json_text_message(&e->json, m);
     send(e, *channel, utime_us);
 }

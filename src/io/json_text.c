@@ -15,6 +15,11 @@ void json_text_free(struct json_text *j) {
     *j = (struct json_text){0};
 }
 
+void json_text_restart(struct json_text *j) {
+    j->size = 0;
+    j->failed = false;
+}
+
 void json_text_add(struct json_text *j, const char *text, size_t length) {
     if (j->size + length > j->capacity && !j->failed) {
         size_t capacity = 2 * (j->size + length);

@@ -19,6 +19,9 @@ struct json_text {
 
 void json_text_free(struct json_text *j);
 
+/* Empty, and good again. */
+void json_text_restart(struct json_text *j);
+
 /* Bytes as they are; and names and numbers of our own, at most 200 bytes. */
 void json_text_add(struct json_text *j, const char *text, size_t length);
 __attribute__((format(printf, 2, 3))) void json_text_say(struct json_text *j, const char *format, ...);

@@ -116,7 +116,7 @@ void live_state_free(struct live_state *s) {
 /* Empties a place, to be written anew. */
 static struct json_text *renew(struct live_state *s, int place) {
     s->version[place]++;
-    s->place[place].size = 0;
+    json_text_restart(&s->place[place]);
     return &s->place[place];
 }
 
@@ -180,7 +180,7 @@ static void keep_cycle(struct live_state *s, const struct cycle *c) {
     struct json_text *j = &s->cycle[++s->cycles % LIVE_CYCLES];
     int legs = params_legs(s->params), axes = legs == LEGS ? DOFS : 1;
     s->kept_ns = c->in.time_ns;
-    j->size = 0;
+    json_text_restart(j);
     json_text_say(j, "{\"seq\":%llu,\"state\":%d,\"test\":%d,\"dof\":%d,\"phase\":%d,\"flags\":%u", (unsigned long long)c->seq,
                   (int)c->state, c->test, (int)c->dof, (int)c->phase, (unsigned)c->in.flags);
     json_text_name(j, "time_s");
@@ -237,7 +237,7 @@ static void take_event(struct live_state *s, const struct event *e) {
     text_printable(e->kind, kind, sizeof kind);
     text_printable(e->text, text, sizeof text);
     s->events++;
-    j->size = 0;
+    json_text_restart(j);
     json_text_say(j, "{\"number\":%llu,\"run\":%lld,\"seq\":%lld", (unsigned long long)s->events, (long long)s->run, (long long)e->seq);
     json_text_name(j, "time_s");
     json_text_rounded(j, seconds_from_ns(e->time_ns), 12);

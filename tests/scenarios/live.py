@@ -233,6 +233,24 @@ def slow():
         assert sizes[-1] < sizes[len(sizes) // 2] + 2000
 
 
+def sparse():
+    """One state in 200 cycles, and the seventeenth reader: lines on the strips, and words."""
+    blue = """(c => { const p = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; let n = 0;
+        for (let i = 0; i < p.length; i += 4) n += p[i] < 30 && Math.abs(p[i + 1] - 114) < 30 && Math.abs(p[i + 2] - 178) < 30;
+        return n; })(document.querySelectorAll('#strips canvas')[2])"""
+    with Monitor() as monitor:
+        with page(monitor) as browser, Run("--set", "lcm.state_every=200", "--set", "tests.duration_s=4"):
+            browser.wait(state("testing"))
+            browser.wait(blue + " > 100")
+        readers = [stream(monitor.port) for _ in range(16)]
+        for s in readers:
+            s.recv(12)
+        with page(monitor) as browser:
+            browser.wait("document.getElementById('link').textContent.startsWith('not let in')")
+            readers[0].close()
+            browser.wait("document.getElementById('link').textContent.startsWith('nothing heard')")
+
+
 def strangers():
     """Texts of others are text in the page: nothing runs, nothing is loaded."""
     with Monitor() as monitor, page(monitor) as browser:

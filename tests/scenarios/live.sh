@@ -15,6 +15,7 @@ claim "it goes on when hexid starts again, and when its own server does" live re
 claim "a single cylinder is shown in its own words" live cylinder
 claim "it is read only, for its own names only, and survives requests that are none" live requests
 claim "readers that do not read hold up neither another nor LCM, nor does the server grow" live slow
+claim "few messages make lines too, and a reader too many is told so and let in later" live sparse
 claim "what strangers send is text" live strangers
 
 claim "a port that is none is refused" refuses 2 "--http 127.0.0.1:65536 8321" monitor --http 127.0.0.1:65536

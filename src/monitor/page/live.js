@@ -244,8 +244,9 @@ function listen() {
   source.onerror = () => {
     at("link").classList.add("broken");
     at("live").classList.add("silent");
-    at("link").textContent = "hexid monitor is gone; trying again";
-    if (source.readyState === EventSource.CLOSED) setTimeout(listen, 2000); // refused: too many browsers, or another program there
+    const refused = source.readyState === EventSource.CLOSED; // by a monitor, or by another program there
+    at("link").textContent = refused ? "not let in: as many watch as hexid monitor serves; trying again" : "hexid monitor is gone; trying again";
+    if (refused) setTimeout(listen, 2000);
   };
   source.onopen = () => { events = []; showEvents([]); };
 }

@@ -1,7 +1,7 @@
 // Signals of the last 10 s, each strip a canvas: what is measured solid, what is commanded dashed. Rings of fixed size: nothing grows.
 import { fixed } from "./words.js";
 
-const POINTS = 1024, WINDOW_S = 10, GAP_S = 0.3;
+const POINTS = 1024, WINDOW_S = 10, GAP_S = 0.3, STEPS_APART = 2.5; // what is missing longer, and for more of the usual steps, is a gap
 const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"]; // as in hexid's reports
 const LEFT = 52, RIGHT = 8, TOP = 8, BOTTOM = 20; // pixels around a strip's field
 
@@ -43,10 +43,13 @@ export class Strips {
 
   forget() {
     this.count = 0;
+    this.step_s = Infinity; // the shortest between two cycles that came
   }
 
   take(cycle) {
-    if (this.count && cycle.time_s < this.time[(this.count - 1) % POINTS]) this.forget(); // the loop's clock begins anew
+    const passed_s = this.count ? cycle.time_s - this.time[(this.count - 1) % POINTS] : 0;
+    if (passed_s < 0) this.forget(); // the loop's clock begins anew
+    else if (passed_s > 0) this.step_s = Math.min(this.step_s, passed_s);
     const i = this.count++ % POINTS;
     this.time[i] = cycle.time_s;
     for (const strip of this.strips)
@@ -90,13 +93,14 @@ export class Strips {
   }
 
   drawSeries(pen, s, places, x, y) {
+    const gap_s = Math.max(GAP_S, STEPS_APART * this.step_s);
     let before = NaN;
     pen.beginPath();
     for (const i of places) {
       const v = s.value[i], t = this.time[i];
       if (Number.isNaN(v)) before = NaN;
       else {
-        if (t - before < GAP_S) pen.lineTo(x(t), y(v));
+        if (t - before < gap_s) pen.lineTo(x(t), y(v));
         else pen.moveTo(x(t), y(v));
         before = t;
       }
