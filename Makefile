@@ -246,7 +246,7 @@ $(BUILD)/version.c: always
 	@printf '#include "version.h"\nconst char version[] = "%s";\n' '$(VERSION)$(COMMIT:%= (commit %))' >$@.new
 	@cmp -s $@.new $@ && rm $@.new || mv $@.new $@
 
-$(BUILD)/version.o $(BUILD)/effect_table.o $(BUILD)/live_page.o: %.o: %.c
+$(BUILD)/version.o $(BUILD)/effect_table.o $(BUILD)/live_page.o: %.o: %.c | deps-run
 	@echo cc $<
 	$(Q)$(CC) $(CFLAGS) -c -o $@ $<
 
