@@ -43,8 +43,8 @@ struct leg_motion {
     double a1_m2, a2_m2; /* piston areas, rodless and rod side */
 };
 
-/* Resistance to motion, both >= 0. The dry part also holds a body at rest against any load up to
- * it; the viscous part vanishes there. */
+/* Resistance to motion. Of all effects and the configuration together both parts are >= 0. The dry
+ * part also holds a body at rest against any load up to it; the viscous part vanishes there. */
 struct friction {
     double dry;     /* N, or N m about a joint's axis */
     double viscous; /* the same: a force at this speed, no coefficient */

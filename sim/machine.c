@@ -77,6 +77,15 @@ static bool turns(const double square[3], const double product[3]) {
     return xx > 0.0 && xx * yy - xy * xy > 0.0 && determinant > 0.0;
 }
 
+/* Friction that drives is none. */
+static bool drives(const struct machine *m, int leg, int direction) {
+    const struct leg_motion motion = {.speed_mps = 1.0, .direction = direction};
+    struct friction sum = {.viscous = m->params->hydraulics.viscous_n_s_per_m[leg]};
+    for (int i = 0; i < m->leg_friction.count; i++)
+        m->leg_friction.of[i].effect->leg_friction(m->leg_friction.of[i].values, leg, &motion, &sum);
+    return sum.viscous < 0.0;
+}
+
 int machine_check(const struct machine *m, struct error *error) {
     bool payload = m->bodies.payload_kg > 0.0 && turns(m->bodies.payload_inertia_kg_m2, m->bodies.payload_products_kg_m2);
     if (!payload) return error_set(error, STATUS_USAGE, "effects leave no mass or no inertia of the payload: make them smaller");
@@ -84,6 +93,9 @@ int machine_check(const struct machine *m, struct error *error) {
         if (m->bodies.upper_kg[k] < 0.0 || m->bodies.lower_kg[k] < 0.0 ||
             m->params->actuator.lower_inertia_kg_m2[k] + m->bodies.transverse_kg_m2[k] < 0.0)
             return error_set(error, STATUS_USAGE, "effects leave less than no mass or inertia of leg %d: make them smaller", k + 1);
+    for (int k = 0; k < LEGS; k++)
+        if (drives(m, k, 1) || drives(m, k, -1))
+            return error_set(error, STATUS_USAGE, "effects leave less than no viscous friction of leg %d: make them smaller", k + 1);
     return 0;
 }
 

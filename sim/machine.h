@@ -74,7 +74,8 @@ struct machine {
 /* params must outlive the machine. */
 void machine_init(struct machine *m, const struct params *params);
 
-/* Can there be such a machine? 0, or -2: effects have made a mass or an inertia nothing. */
+/* Can there be such a machine? 0, or -2: effects have made a mass, an inertia or
+ * a viscous friction less than nothing. */
 int machine_check(const struct machine *m, struct error *error);
 
 /* Sum of every effect's friction about one axis of a universal joint of this leg. */

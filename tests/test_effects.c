@@ -198,7 +198,7 @@ static void friction_resists_and_its_viscous_part_vanishes_at_rest(void **unused
             int leg = n % LEGS;
             rest.speed_mps = 0.0;
             for (int k = 0; k < key_count(e); k++)
-                v.value[k][leg] = e->keys[k].min + (e->keys[k].max - e->keys[k].min) * fabs(random_unit(&seed));
+                v.value[k][leg] = fmax(e->keys[k].min, 0.0) + (e->keys[k].max - fmax(e->keys[k].min, 0.0)) * fabs(random_unit(&seed));
             if (e->leg_friction) e->leg_friction(&v, leg, &motion, &moving), e->leg_friction(&v, leg, &rest, &resting);
             if (e->joint_friction) e->joint_friction(&v, leg, motion.speed_mps, &moving), e->joint_friction(&v, leg, 0.0, &resting);
             assert_true(moving.dry >= 0.0 && moving.viscous >= 0.0 && resting.dry >= 0.0);
@@ -229,6 +229,25 @@ static void viscous_friction_adds_to_the_base_by_direction(void **unused) {
     double base = params.hydraulics.viscous_n_s_per_m[3];
     assert_close(cylinder_friction(&m, 3, &s, 1, 0.2).viscous, (base + 500.0) * 0.2, 1e-12);
     assert_close(cylinder_friction(&m, 3, &s, -1, 0.2).viscous, (base + 1500.0) * 0.2, 1e-12);
+}
+
+static void viscous_friction_is_taken_off_but_never_below_nothing(void **unused) {
+    (void)unused;
+    struct params base;
+    struct error error;
+    config_default(&base);
+    double most = base.hydraulics.viscous_n_s_per_m[0];
+    static const struct {
+        double extend, retract; /* of what the configuration has */
+        int status;
+    } cases[] = {{-1.0, -1.0, 0}, {-0.5, 0.0, 0}, {-1.001, 0.0, STATUS_USAGE}, {1.0, -1.001, STATUS_USAGE}};
+    for (unsigned i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct params params = with("cylinder_viscous_friction", (const double[]){cases[i].extend * most, cases[i].retract * most});
+        struct machine m;
+        machine_init(&m, &params);
+        assert_int_equal(machine_check(&m, &error), cases[i].status);
+    }
+    assert_non_null(strstr(error.text, "viscous friction of leg 1"));
 }
 
 static void joint_friction_has_both_parts(void **unused) {
@@ -339,6 +358,7 @@ int main(void) {
         cmocka_unit_test(friction_resists_and_its_viscous_part_vanishes_at_rest),
         cmocka_unit_test(coulomb_friction_knows_its_direction_and_no_speed),
         cmocka_unit_test(viscous_friction_adds_to_the_base_by_direction),
+        cmocka_unit_test(viscous_friction_is_taken_off_but_never_below_nothing),
         cmocka_unit_test(joint_friction_has_both_parts),
         cmocka_unit_test(heavier_actuators_move_and_weigh_as_the_configurations_would),
         cmocka_unit_test(a_length_sensor_is_right_at_its_zero),

@@ -28,6 +28,15 @@ closed() {
 claim "with it a second recording has no gap" closed
 nothing() { recorded nothing 0 3 && import nothing && gap nothing && says "$work/nothing.gap/gap.json" no_gap; }
 claim "nothing but the tolerance: no gap" nothing
+# The rig has 2000 N s/m and 80 N; the file states 3000.
+overstated() {
+    sed 's/viscous_n_s_per_m: 2000 /viscous_n_s_per_m: 3000 /' config/axis.yaml >"$work/overstated.yaml" &&
+        grep -q 'viscous_n_s_per_m: 3000' "$work/overstated.yaml" && gap friction "$work/overstated.yaml" &&
+        says "$work/friction.gap/gap.json" cylinder_viscous_friction,cylinder_coulomb_friction &&
+        "$hexid" run -c "$work/friction.gap/model.yaml" --print-config >"$work/printed" &&
+        grep -Eq 'extend_n_s_per_m: -(9|10)[0-9]{2}(\.| |$)' "$work/printed" && grep -Eq 'force_extend_n: (7[2-9]|8[0-8])' "$work/printed"
+}
+claim "friction that the file states and the axis has not is taken off, beside what it lacks" overstated
 
 claim "no closed loop for an axis" refuses 2 "mechanism: axis --replay motion" \
     "$hexid" gap --measured "$work/friction.lcm" -c config/axis.yaml -o "$work/none"
