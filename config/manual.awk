@@ -33,4 +33,4 @@ part == "options" && / +(sim:|can:|modbus:|fault:)/ { sub(/^ +/, ""); print ".br
 part == "options" { sub(/^ +/, ""); print escaped($0); next }
 part == "example" { sub(/^ +/, ""); print ".nf\n" escaped($0) "\n.fi"; next }
 part == "more" { section("NOTES"); print escaped(toupper(substr($0, 1, 1)) substr($0, 2) "."); next }
-END { section("SEE ALSO"); print ".BR hexid (1); the pages under /usr/share/doc/hexid." }
+END { section("SEE ALSO"); print ".BR hexid (1);\nthe pages under /usr/share/doc/hexid." }

@@ -556,6 +556,16 @@ static void a_configuration_that_is_no_machine_fails(void **unused) {
 static void tests_that_the_legs_cannot_make_fail(void **unused) {
     (void)unused;
     is(check_tests(&machine), LEVEL_OK, "6, within the limits");
+    double tank_pa = params.hydraulics.tank_pa;
+    params.hydraulics.tank_pa = 1e6; /* lifts the platform by itself */
+    is(check_tests(&machine), LEVEL_OK, "6, within the limits"); /* is not made */
+    is(check_tests(&simulated), LEVEL_FAIL, "hydraulics.tank_pa");
+    params.hydraulics.tank_pa = tank_pa;
+    params.mechanism = MECHANISM_AXIS;
+    is(check_machine(&machine), LEVEL_OK, "a single axis");
+    is(check_tests(&machine), LEVEL_NONE, "");
+    is(check_can_load(&machine), LEVEL_NONE, "");
+    params.mechanism = MECHANISM_STEWART;
     for (int i = 0; i < DOFS; i++) params.tests.amplitude[i] *= 20.0;
     is(check_tests(&machine), LEVEL_FAIL, "limit");
     snprintf(params.tests.trajectory, sizeof params.tests.trajectory, "%s/none.csv", root);

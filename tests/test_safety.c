@@ -284,11 +284,11 @@ enum { SAMPLES = 1000 };
 
 /* A leg's sinusoid; from sample `from` on, `what` happens to leg 3. */
 enum happening { NOTHING, FROZEN, JUMP, DRIFT, WEAKER, MISSING };
-static struct testimony testify(double frequency_hz, double period_s, enum happening what, int from) {
+static struct testimony testify_of(const bool moves[LEGS], double frequency_hz, double period_s, enum happening what, int from) {
     static struct witness w;
     struct hal_sample s = {0};
     double force_n[LEGS], frozen_m = 0.0;
-    witness_reset(&w, frequency_hz, period_s);
+    witness_reset(&w, frequency_hz, period_s, moves);
     for (int n = 0; n < SAMPLES; n++) {
         double t = n * period_s, wave = sin(2 * PI * frequency_hz * t + 0.3);
         for (int i = 0; i < LEGS; i++) {
@@ -304,6 +304,18 @@ static struct testimony testify(double frequency_hz, double period_s, enum happe
         witness_add(&w, t, &s, force_n, !(what == MISSING && n % 7 == 3));
     }
     return witness_says(&w);
+}
+
+static struct testimony testify(double frequency_hz, double period_s, enum happening what, int from) {
+    return testify_of((const bool[LEGS]){true, true, true, true, true, true}, frequency_hz, period_s, what, from);
+}
+
+static void a_leg_that_a_test_moves_less_than_its_sensor_sees_may_stand_still(void **unused) {
+    (void)unused;
+    struct testimony t = testify_of((const bool[LEGS]){true, true, false, true, true, true}, 4.0, 0.002, FROZEN, 0);
+    assert_true(t.still_samples < 60);
+    t = testify(4.0, 0.002, FROZEN, 0);
+    assert_true(t.still_leg == 2 && t.still_samples == SAMPLES);
 }
 
 static void a_steady_motion_wanders_not_at_all_at_any_rate(void **unused) {
@@ -357,6 +369,7 @@ int main(void) {
         cmocka_unit_test(a_device_without_a_count_is_believed_by_its_clock),
         cmocka_unit_test(a_loop_that_was_away_for_long_does_not_go_on),
         cmocka_unit_test(engaging_again_after_a_fault_is_bumpless),
+        cmocka_unit_test(a_leg_that_a_test_moves_less_than_its_sensor_sees_may_stand_still),
         cmocka_unit_test(a_steady_motion_wanders_not_at_all_at_any_rate),
         cmocka_unit_test(each_witness_sees_its_fault_and_names_its_leg),
         cmocka_unit_test(samples_left_out_do_not_blind_the_witnesses),

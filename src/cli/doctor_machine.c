@@ -2,15 +2,20 @@
 
 #include "blind_time.h"
 #include "doctor.h"
+#include "hal.h"
 #include "interlock.h"
 #include "kinematics.h"
 #include "motion_check.h"
 #include "trajectory_file.h"
 #include "workspace.h"
 
+/* Of one axis it is read what it did: nothing is driven. */
+static bool drives(const struct doctor *d) { return d->params->mechanism == MECHANISM_STEWART; }
+
 struct finding check_configuration(const struct doctor *d) { return finding(LEVEL_OK, "", "%s", d->config ? d->config : "built in"); }
 
 struct finding check_machine(const struct doctor *d) {
+    if (!drives(d)) return finding(LEVEL_OK, "", "a single axis, which hexid does not drive: it reads what it did");
     if (d->machine) return finding(LEVEL_OK, "", "%s, a real machine: real time is required", d->url);
     return finding(LEVEL_OK, "", "%s, simulated; --hal can:can0 or --hal modbus:tcp://HOST:PORT looks at a real one", d->url);
 }
@@ -18,6 +23,7 @@ struct finding check_machine(const struct doctor *d) {
 struct finding check_kinematics(const struct doctor *d) {
     struct error error;
     struct kinematics k;
+    if (!drives(d)) return finding_none();
     if (kinematics_init(&k, d->params, &error)) return finding(LEVEL_FAIL, "correct the key that is named", "%s", error.text);
     struct finding f = finding(LEVEL_OK, "", "neutral lengths");
     f.data = json_array();
@@ -36,7 +42,7 @@ struct finding check_kinematics(const struct doctor *d) {
 struct finding check_workspace(const struct doctor *d) {
     struct error error;
     struct kinematics k;
-    if (kinematics_init(&k, d->params, &error)) return finding_none();
+    if (!drives(d) || kinematics_init(&k, d->params, &error)) return finding_none();
     struct workspace w = workspace_find(&k, d->params);
     bool all = w.reached == w.corners;
     const double *p = all ? w.worst_pose : w.nearest_pose;
@@ -52,18 +58,30 @@ struct finding check_workspace(const struct doctor *d) {
     return f;
 }
 
+/* The simulated machine is made, and put down, as for a run. */
+static int make_machine(const struct doctor *d, struct error *error) {
+    struct hal *hal;
+    if (d->machine) return STATUS_OK;
+    int status = hal_open(&hal, d->url, d->params, 1, error);
+    if (!status) hal->ops->close(hal);
+    return status;
+}
+
 struct finding check_tests(const struct doctor *d) {
     static const char remedy[] = "`hexid run` refuses this motion: make it smaller or slower, or correct the limit that is named";
     struct params params = *d->params;
     struct trajectory trajectory = {0};
     struct error error;
+    if (!drives(d)) return finding_none();
     int status = motion_check_tests(&params, &trajectory, &error);
     trajectory_free(&trajectory);
     if (status) return finding(LEVEL_FAIL, remedy, "%s", error.text);
+    if (make_machine(d, &error)) return finding(LEVEL_FAIL, "`hexid run` refuses it: correct what is named", "%s", error.text);
     return finding(LEVEL_OK, "", "%d, within the limits of every leg, with every stop", tests_count(&params.tests));
 }
 
 struct finding check_blind_time(const struct doctor *d) {
+    if (!drives(d)) return finding_none();
     struct blind_time blind = blind_time(d->params);
     struct finding f = finding(blind.allowed ? LEVEL_OK : LEVEL_FAIL, "make the keys of this sum smaller", "%.3f s of %g, with %s: %s",
                                blind.s, d->params->limits.blind_time_s, blind.when, blind.sum);
@@ -75,6 +93,7 @@ struct finding check_blind_time(const struct doctor *d) {
  * decision, and is said. */
 struct finding check_interlocks(const struct doctor *d) {
     char wiring[200];
+    if (!drives(d)) return finding_none();
     bool all = interlock_describe(&d->params->interlocks, wiring, sizeof wiring);
     return finding(all || !d->machine ? LEVEL_OK : LEVEL_WARN, "wire it and set its key of `interlocks`, or answer for doing without", "%s",
                    wiring);

