@@ -221,9 +221,13 @@ static void read_effects(const struct diagnosis *d, struct gap_result *r) {
         }
 }
 
-static void describe(struct gap_effect *e, double z, double before, double after) {
+/* A single axis has no legs. */
+static void describe(struct gap_effect *e, const struct params *model, double z, double before, double after) {
+    static const char leg[] = "leg ";
+    const char *signature = effect_table[e->effect]->signature;
+    bool axis = model->mechanism == MECHANISM_AXIS && !strncmp(signature, leg, sizeof leg - 1);
     snprintf(e->evidence, sizeof e->evidence, "%s; sum of white squares on held-out data %.0f before, %.0f after",
-             effect_table[e->effect]->signature, before, after);
+             axis ? signature + sizeof leg - 1 : signature, before, after);
     e->z = z;
 }
 
@@ -333,7 +337,7 @@ int search_effects(struct diagnosis *d, const struct recording *measured, const 
         r->ambiguous = rivals;
         if (doubt[effect] != RECONSIDERED) doubt[effect] = rivals ? UNCLEAR : NO_DOUBT;
         e->share_explained = before - d->held_square;
-        describe(e, z, before, d->held_square);
+        describe(e, &d->model, z, before, d->held_square);
         drop_superfluous(d, r);
     }
 

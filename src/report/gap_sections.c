@@ -9,10 +9,23 @@
 #include "hypothesis.h"
 #include "page.h"
 
-const char *const section_channel_words[GAP_CHANNELS] = {"leg length", "leg force", "pressure P1", "pressure P2", "valve command"};
 static const char *const axis_words[DOFS] = {"x", "y", "z", "φ", "θ", "ψ"};
 
-enum { PICTURES = 6, TEST_WORDS = 32 };
+enum { PICTURES = 6, TEST_WORDS = 32, PLACE_WORDS = 40 };
+
+const char *section_channel_words(int legs, enum gap_channel channel) {
+    static const char *const words[GAP_CHANNELS] = {"leg length", "leg force", "pressure P1", "pressure P2", "valve command"};
+    if (legs == 1 && channel == GAP_LENGTH) return "position";
+    if (legs == 1 && channel == GAP_FORCE) return "force";
+    return words[channel];
+}
+
+/* ", leg force of leg 3"; of a single axis ", force". */
+static const char *place_words(int legs, enum gap_channel channel, int leg, char words[PLACE_WORDS]) {
+    int length = snprintf(words, PLACE_WORDS, ", %s", section_channel_words(legs, channel));
+    if (legs > 1) snprintf(words + length, (size_t)(PLACE_WORDS - length), " of leg %d", leg + 1);
+    return words;
+}
 
 /* --- words */
 
@@ -162,11 +175,11 @@ void section_waveforms(struct page *p) {
           "class=\"two\">\n",
           p->out);
     for (int i = 0; i < n; i++) {
-        char caption[160], words[TEST_WORDS];
+        char caption[160], words[TEST_WORDS], place[PLACE_WORDS];
         const struct spot *s = &chosen[i];
-        snprintf(caption, sizeof caption, "Test %s, %s of leg %d: before, the model is off by %.1f %% of the channel's variation",
-                 test_words(p, s->test->test, s->test->dof, s->test->at_s, s->test->piece_s, words), section_channel_words[s->channel],
-                 s->leg + 1, 100.0 * s->size);
+        snprintf(caption, sizeof caption, "Test %s%s: before, the model is off by %.1f %% of the channel's variation",
+                 test_words(p, s->test->test, s->test->dof, s->test->at_s, s->test->piece_s, words),
+                 place_words(p->report->waves->legs, s->channel, s->leg, place), 100.0 * s->size);
         draw(p, write_wave, &(struct picture){s->test, s->leg, has_after(p)}, s->channel, caption);
     }
     fputs("</div></section>\n", p->out);
@@ -185,18 +198,19 @@ void section_loops(struct page *p) {
     const struct gap_place *place = loop_place(p->report->result);
     const struct wave_test *motion = place ? find_test(p->report->motion, place) : NULL;
     const struct wave_test *simulated = place && p->report->result->simulated ? find_test(p->report->waves, place) : NULL;
-    char caption[200], words[TEST_WORDS];
+    char caption[200], words[TEST_WORDS], leg[PLACE_WORDS] = "";
     if (!motion) return;
+    if (p->report->waves->legs > 1) snprintf(leg, sizeof leg, ", leg %d", place->leg + 1);
     fputs("<section id=\"loops\"><h2>Loops over velocity</h2>\n<p>The area of a force loop is the energy lost in a cycle. In what the "
           "model leaves over, dry friction is a jump at zero velocity, viscous friction a slope, inertia and stiffness an open "
           "loop.</p>\n<div class=\"loops\">\n",
           p->out);
     snprintf(caption, sizeof caption,
-             "Test %s, leg %d: measured force, A1 P1 - A2 P2 where there are pressures, and the force that the "
+             "Test %s%s: measured force, A1 P1 - A2 P2 where there are pressures, and the force that the "
              "model needs for the measured motion; beside it what is left over",
-             test_words(p, motion->test, motion->dof, motion->at_s, motion->piece_s, words), place->leg + 1);
+             test_words(p, motion->test, motion->dof, motion->at_s, motion->piece_s, words), leg);
     draw(p, write_force_loop, &(struct picture){motion, place->leg, has_after(p)}, GAP_FORCE, caption);
-    snprintf(caption, sizeof caption, "Leg velocity over valve command, each with its own motion");
+    snprintf(caption, sizeof caption, "Velocity over valve command, each with its own motion");
     if (simulated) draw(p, write_valve_loop, &(struct picture){simulated, place->leg, has_after(p)}, GAP_VALVE, caption);
     fputs("</div></section>\n", p->out);
 }
@@ -248,21 +262,24 @@ static void map_rows(const struct page *p, bool after, double full) {
 
 static void list_places(const struct page *p) {
     const struct gap_result *r = p->report->result;
-    fputs("<h3>Largest places of the gap in the equations, before</h3>\n"
-          "<table><tr><th>test</th><th>channel</th><th>leg</th><th>frequency</th><th>feature of the motion</th><th class=\"n\">share of "
-          "the squared gap</th></tr>\n",
-          p->out);
+    int legs = p->report->waves->legs;
+    fprintf(p->out,
+            "<h3>Largest places of the gap in the equations, before</h3>\n<div class=\"wide\"><table><tr><th>test</th><th>channel</th>%s"
+            "<th>frequency</th><th>feature of the motion</th><th class=\"n\">share of the squared gap</th></tr>\n",
+            legs > 1 ? "<th>leg</th>" : "");
     for (int i = 0; i < r->places; i++) {
         const struct gap_place *w = &r->where[i];
         char words[TEST_WORDS];
-        fprintf(p->out, "<tr><td>%s</td><td>%s</td><td>%d</td><td>", test_words(p, w->test, w->dof, w->at_s, w->piece_s, words),
-                section_channel_words[w->channel], w->leg + 1);
+        fprintf(p->out, "<tr><td>%s</td><td>%s</td>", test_words(p, w->test, w->dof, w->at_s, w->piece_s, words),
+                section_channel_words(legs, w->channel));
+        if (legs > 1) fprintf(p->out, "<td>%d</td>", w->leg + 1);
+        fputs("<td>", p->out);
         if (w->piece_s > 0.0) fprintf(p->out, "near %.2g Hz</td><td>", w->frequency_hz);
         else fprintf(p->out, "harmonic %d%s</td><td>", w->harmonic, w->harmonic ? "" : " (constant)");
         html_text(p->out, "%s", section_feature_words(w->feature));
         fprintf(p->out, "</td><td class=\"n\">%.1f %%</td></tr>\n", 100.0 * w->share);
     }
-    fputs("</table>\n", p->out);
+    fputs("</table></div>\n", p->out);
 }
 
 void section_map(struct page *p) {
@@ -274,9 +291,10 @@ void section_map(struct page *p) {
     fputs(w->legs == LEGS ? ", six legs a channel." : ".", p->out);
     if (!w->evaluated[GAP_LENGTH]) fputs(" Length and valve command are inputs of a replay by motion: not evaluated.", p->out);
     fputs("</p>\n<div class=\"wide\"><table class=\"map\"><tr><th></th>", p->out);
-    for (int ch = 0; ch < GAP_CHANNELS; ch++) fprintf(p->out, "<th colspan=\"%d\">%s</th>", w->legs, section_channel_words[ch]);
-    fputs("</tr>\n<tr class=\"legs\"><th>leg</th>", p->out);
-    for (int i = 0; i < GAP_CHANNELS * w->legs; i++) fprintf(p->out, "<th>%d</th>", i % w->legs + 1);
+    for (int ch = 0; ch < GAP_CHANNELS; ch++)
+        fprintf(p->out, "<th colspan=\"%d\">%s</th>", w->legs, section_channel_words(w->legs, (enum gap_channel)ch));
+    fputs(w->legs > 1 ? "</tr>\n<tr class=\"legs\"><th>leg</th>" : "", p->out);
+    for (int i = 0; w->legs > 1 && i < GAP_CHANNELS * w->legs; i++) fprintf(p->out, "<th>%d</th>", i % w->legs + 1);
     fputs("</tr>\n", p->out);
     map_rows(p, false, full);
     if (has_after(p)) map_rows(p, true, full);

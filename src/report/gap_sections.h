@@ -19,8 +19,8 @@ void section_loops(struct page *p);       /* force and valve against velocity */
 /* "dry friction in the cylinders (leg 3 only)". shape as in gap.h. */
 void section_effect_words(FILE *out, int effect, int shape);
 
-/* "leg length" */
-extern const char *const section_channel_words[GAP_CHANNELS];
+/* "leg length"; of a single axis "position". */
+const char *section_channel_words(int legs, enum gap_channel channel);
 
 /* Of a place: "velocity_reversal" -> "where the velocity reverses". */
 const char *section_feature_words(const char *feature);

@@ -128,12 +128,12 @@ void table_hypotheses(FILE *out, const struct gap_result *r) {
             "<p>Each of %d effects of the catalogue, alone, beside the model's own parameters. The share is that of the squared "
             "gap on cycles that were not fitted to, z the square root of the likelihood gain on all; what stays below z = 6 is not "
             "named. In the order of the gain, charged for each parameter.</p>\n"
-            "<table class=\"ranking\"><tr><th class=\"n\">#</th><th>effect</th><th colspan=\"2\">share explained</th>"
+            "<div class=\"wide\"><table class=\"ranking\"><tr><th class=\"n\">#</th><th>effect</th><th colspan=\"2\">share explained</th>"
             "<th class=\"n\">z</th><th></th></tr>\n",
             r->candidates);
     for (int i = 0; i < r->candidates; i++)
         if (r->candidate[i].gain > 0.0) hypothesis_row(out, r, i);
-    fputs("</table>\n", out);
+    fputs("</table></div>\n", out);
     list_rest(out, r);
     fputs("</section>\n", out);
 }
@@ -149,23 +149,26 @@ static void size_row(FILE *out, const char *name, const char *unit, double scale
     fputs("</tr>\n", out);
 }
 
-static void size_table(FILE *out, const struct gap_result *r, bool normalised) {
+static void size_table(FILE *out, const struct gap_report *report, bool normalised) {
+    const struct gap_result *r = report->result;
     const struct gap_size *const sizes[5] = {&r->before, &r->after, &r->held_out_before, &r->held_out_after, &r->noise_floor};
     static const int decimals[GAP_CHANNELS] = {[GAP_LENGTH] = 1, [GAP_FORCE] = 1, [GAP_P1] = 2, [GAP_P2] = 2, [GAP_VALVE] = 4};
     double value[5];
-    fputs("<table><tr><th rowspan=\"2\">channel</th><th rowspan=\"2\">unit</th><th colspan=\"2\">data used</th><th colspan=\"2\">data "
+    fputs("<div class=\"wide\">"
+          "<table><tr><th rowspan=\"2\">channel</th><th rowspan=\"2\">unit</th><th colspan=\"2\">data used</th><th colspan=\"2\">data "
           "held out</th><th rowspan=\"2\" class=\"n\">noise floor</th></tr>\n"
           "<tr><th class=\"n\">before</th><th class=\"n\">after</th><th class=\"n\">before</th><th class=\"n\">after</th></tr>\n",
           out);
     for (int ch = 0; ch < GAP_CHANNELS; ch++) {
         const struct picture_unit *u = &picture_units[ch];
+        const char *words = section_channel_words(report->waves->legs, (enum gap_channel)ch);
         for (int i = 0; i < 5; i++) value[i] = normalised ? sizes[i]->normalised[ch] : sizes[i]->channel[ch];
-        if (normalised) size_row(out, section_channel_words[ch], "%", 100.0, 2, value);
-        else size_row(out, section_channel_words[ch], u->difference_unit, u->difference_scale, decimals[ch], value);
+        if (normalised) size_row(out, words, "%", 100.0, 2, value);
+        else size_row(out, words, u->difference_unit, u->difference_scale, decimals[ch], value);
     }
     for (int i = 0; i < 5; i++) value[i] = sizes[i]->overall;
     if (normalised) size_row(out, "overall", "%", 100.0, 2, value);
-    fputs("</table>\n", out);
+    fputs("</table></div>\n", out);
 }
 
 void table_numbers(FILE *out, const struct gap_report *report) {
@@ -180,9 +183,9 @@ void table_numbers(FILE *out, const struct gap_report *report) {
                                       "and valve command as given.",
           out);
     fputs("</p>\n<div class=\"two\"><div><h3>SI units</h3>\n", out);
-    size_table(out, report->result, false);
+    size_table(out, report, false);
     fputs("<p class=\"small\">valve: % of full opening</p></div><div><h3>Normalised by the measured variation</h3>\n", out);
-    size_table(out, report->result, true);
+    size_table(out, report, true);
     fputs("<p class=\"small\">overall: root mean square over the channels</p></div></div></section>\n", out);
 }
 
@@ -192,6 +195,7 @@ void table_base(FILE *out, const struct gap_result *r) {
     fputs("<section id=\"base\"><h2>The model's own parameters, fitted</h2>\n"
           "<p>No configuration is exact: these are fitted first, within what <code>model.tolerance</code> and the usual uncertainty of "
           "what it does not state allow. None of them is a finding; <code>model.yaml</code> keeps the values given.</p>\n"
+          "<div class=\"wide\">"
           "<table><tr><th>key</th><th class=\"n\">given</th><th class=\"n\">fitted</th><th class=\"n\">change</th><th></th></tr>\n",
           out);
     for (int i = 0; i < r->base_values; i++) {
@@ -207,7 +211,7 @@ void table_base(FILE *out, const struct gap_result *r) {
         number_cell(out, b->given != 0.0 ? 100.0 * (b->value / b->given - 1.0) : (double)NAN, "%+.2f %%");
         fprintf(out, "<td>%s</td></tr>\n", b->bound ? "at the end of its range" : "");
     }
-    fputs("</table></section>\n", out);
+    fputs("</table></div></section>\n", out);
 }
 
 /* --- inertia matrix */
@@ -216,6 +220,7 @@ void table_base(FILE *out, const struct gap_result *r) {
 static void matrix_table(FILE *out, const char *const names[3], const double (*reference)[DOFS], const double (*first)[DOFS],
                          const double (*second)[DOFS]) {
     fprintf(out,
+            "<div class=\"wide\">"
             "<table><tr><th>entry</th><th>unit</th><th class=\"n\">%s</th><th class=\"n\">%s</th><th class=\"n\">off by</th>"
             "<th class=\"n\">%s</th><th class=\"n\">off by</th></tr>\n",
             names[0], names[1], names[2]);
@@ -230,7 +235,7 @@ static void matrix_table(FILE *out, const char *const names[3], const double (*r
         number_cell(out, 100.0 * (b / is - 1.0), "%+.2f %%");
         fputs("</tr>\n", out);
     }
-    fputs("</table>\n", out);
+    fputs("</table></div>\n", out);
 }
 
 static void repaired_table(FILE *out, const struct gap_result *r) {

@@ -16,6 +16,8 @@ named() {
     gap friction | tee "$work/said" && says "$work/friction.gap/gap.json" cylinder_coulomb_friction && ! grep -q '^  p1' "$work/said"
 }
 claim "dry friction is named from position and force; pressures are not evaluated" named
+claim "its page has a cylinder's words, and is no wider than a telephone" \
+    "$python" tests/scenarios/narrow.py "$work/friction.gap/report.html" "$work" leg legs platform nan
 accepted() {
     "$hexid" run -c "$work/friction.gap/model.yaml" --print-config >"$work/printed" &&
         grep -Eq 'force_extend_n: (7[2-9]|8[0-8])' "$work/printed"
