@@ -30,7 +30,7 @@ static bool connect_bus(void) {
 /* The loop has acted on all that was asked, and is in this state. */
 static void loop_acts(enum state state, bool taken) {
     uint64_t id = mailbox_read(&loop.requests).id;
-    atomic_store(&loop.acted, id << 32 | (uint64_t)state << 1 | taken);
+    atomic_store(&loop.acted, id << 32 | (uint64_t)state << 2 | taken);
 }
 
 static void ask(enum command command, int64_t token, int64_t now_ns) {
