@@ -112,6 +112,7 @@ killed() {
     return 1
 }
 claim "a daemon that is killed leaves no process behind" killed
+# A loaded host brings a part late, and at twice its size a test is cut (recorder.c).
 by_the_clock() {
     fresh && ends 0 "$hexid" run --hal sim: --rt off "${quick_settings[@]}" --log "$logs" --log-part 0.0005 --json "$work/clock.json" >"$work/said" 2>&1 || { cat "$work/said"; return 1; }
     ls -l "$logs" && MAY_CUT=yes each

@@ -245,7 +245,7 @@ function listen() {
     at("link").classList.add("broken");
     at("live").classList.add("silent");
     const refused = source.readyState === EventSource.CLOSED; // by a monitor, or by another program there
-    at("link").textContent = refused ? "not let in: as many watch as hexid monitor serves; trying again" : "hexid monitor is gone; trying again";
+    at("link").textContent = refused ? "not let in: as many watch as are served, or another program is there; trying again" : "hexid monitor is gone; trying again";
     if (refused) setTimeout(listen, 2000);
   };
   source.onopen = () => { events = []; showEvents([]); };
