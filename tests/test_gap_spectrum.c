@@ -121,6 +121,31 @@ static void quantisation_in_step_is_as_large_as_predicted(void **state) {
     assert_close(sqrt(square / expected), 1.0, 0.3);
 }
 
+/* The motion's amplitude settles over the first second, and shakes; then the same with a pump of
+ * a fiftieth of what settles. */
+static void what_fades_is_no_line_and_what_stays_is_one(void **state) {
+    (void)state;
+    static struct recording_sample sample[SAMPLES];
+    for (int pump = 0; pump < 2; pump++) {
+        struct recording_test t = make(2.0, sample);
+        struct spectrum s;
+        uint64_t random = 11;
+        for (int i = 0; i < SAMPLES; i++) {
+            double at_s = i * step_s, fading = exp(-at_s / 0.3);
+            for (int k = 0; k < LEGS; k++)
+                sample[i].length_m[k] = (1.0 + 0.01 * fading) * sin(4.0 * PI * at_s) + 0.002 * fading * sin(50.0 * at_s) +
+                                        1e-4 * random_unit(&random) + pump * 2e-4 * sin(2.0 * PI * 83.3 * at_s + k);
+        }
+        assert_true(spectrum_measure(&s, &t, CYCLES_ALL));
+        struct spectrum_line line = spectrum_find_line(&s, &t, CHANNEL_LENGTH);
+        if (pump) {
+            assert_close(line.hz, 83.3, 0.2);
+            assert_close(line.rms, 2e-4 / sqrt(2.0), 0.22e-4); /* half-way between two bins: 15 % less */
+        }
+        assert_true(pump ? line.power > 30.0 : line.power < 6.0);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(spectrum_recovers_a_waveform_at_any_frequency),
@@ -129,6 +154,7 @@ int main(void) {
         cmocka_unit_test(even_and_odd_cycles_are_apart),
         cmocka_unit_test(bad_samples_are_left_out_and_a_cycle_that_has_too_many),
         cmocka_unit_test(quantisation_in_step_is_as_large_as_predicted),
+        cmocka_unit_test(what_fades_is_no_line_and_what_stays_is_one),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

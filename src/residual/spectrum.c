@@ -311,17 +311,30 @@ static void thin(int n, int many, double *value) {
     }
 }
 
+/* By Hann's window: what fades from an end of the piece, a transient, must not look like a line
+ * beside the motion's own. Returns the sum of the weights. */
+static double window(int n, double *value) {
+    double sum = 0.0;
+    for (int i = 0; i < n; i++) {
+        double weight = 0.5 - 0.5 * cos(2.0 * PI * (i + 0.5) / n);
+        value[i] *= weight, sum += weight;
+    }
+    return sum;
+}
+
 struct spectrum_line spectrum_find_line(const struct spectrum *s, const struct recording_test *t, enum channel channel) {
     int all = t->end - t->first, many = (int)fmax(LINE_STEP_S / recording_step_s(t), 1.0), n = (int)fmin(all / many, LINE_SAMPLES);
     int bins = n / 2;
     struct spectrum_line line = {0};
     double *rest = malloc((size_t)all * sizeof *rest), *power = calloc((size_t)bins + 1, sizeof *power), step_s;
     double *absolute = calloc((size_t)bins + 1, sizeof *absolute);
+    double weights = 0.0;
     int legs = 0; /* that have the channel */
     for (int k = 0; k < LEGS && rest && power && absolute; k++) {
         double square = 0.0;
         leave_rest(s, t, channel, k, rest);
         thin(n, many, rest);
+        weights = window(n, rest);
         for (int i = 0; i < n; i++) square += rest[i] * rest[i];
         legs += square > 0.0;
         for (int first = LINE_BINS; first < bins && square > 0.0; first += AT_ONCE) {
@@ -333,7 +346,7 @@ struct spectrum_line spectrum_find_line(const struct spectrum *s, const struct r
     step_s = (t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s) / (all - 1) * many;
     for (int b = LINE_BINS; b < bins && legs; b++)
         if (power[b] / legs > line.power && off_harmonics(s, b / (n * step_s), LINE_BINS / (n * step_s)))
-            line = (struct spectrum_line){b / (n * step_s), sqrt(2.0 * absolute[b] / legs) / n, power[b] / legs};
+            line = (struct spectrum_line){b / (n * step_s), sqrt(2.0 * absolute[b] / legs) / weights, power[b] / legs};
     free(rest);
     free(power);
     free(absolute);
