@@ -225,9 +225,10 @@ static void other_programs_files_are_read(void **unused) {
     assert_true(isnan(c->ref[0]) && isnan(c->out.valve[5]));
     assert_int_equal(c->in.flags, 0);
     assert_int_equal(report.empty, 1000);
-    assert_string_equal(report.missing, "1_x.csv: ref_x_m..ref_psi_rad l1_m l3_m l4_m l5_m l6_m p1_1_pa p1_2_pa p1_4_pa p1_5_pa p1_6_pa "
-                                        "p2_1_pa..p2_6_pa u1..u6");
-    assert_string_equal(report.ignored, "1_x.csv: operator temperature");
+    assert_string_equal(report.missing,
+                        "1_x.csv: ref_x_m..ref_psi_rad, l1_m, l3_m, l4_m, l5_m, l6_m, p1_1_pa, p1_2_pa, p1_4_pa, p1_5_pa, p1_6_pa, "
+                        "p2_1_pa..p2_6_pa, u1..u6");
+    assert_string_equal(report.ignored, "1_x.csv: operator, temperature");
 }
 
 /* The same rows as five programs write them. */
@@ -318,7 +319,7 @@ static void one_axis_goes_to_csv_and_back(void **unused) {
     empty(NULL);
     put("1_axis.csv", text);
     assert_imports();
-    assert_string_equal(report.missing, "1_axis.csv: ref_m p1_pa p2_pa u");
+    assert_string_equal(report.missing, "1_axis.csv: ref_m, p1_pa, p2_pa, u");
     assert_string_equal(report.ignored, "1_axis.csv: l1_m");
     struct recording *r = load(log_a);
     assert_int_equal(r->params.mechanism, MECHANISM_AXIS);

@@ -113,6 +113,14 @@ static void a_name_that_no_file_has_is_refused(void **unused) {
     put("1.csv", text);
     assert_int_equal(import_by("force=Lasst:kN"), STATUS_USAGE);
     assert_says("force_n|Lasst|no file|Last");
+    /* every file must have these: said of the file at hand */
+    put("1.csv", "Zeit,Weg,Last\n0,1,1\n");
+    assert_int_equal(import_by("t=Zeitt:ms,position=Weg:mm,force=Last:kN"), STATUS_USAGE);
+    assert_says("1.csv:1|t_s|Zeitt|left over|Zeit");
+    assert_int_equal(import_by("t=Zeit:ms,position=Wegg:mm,force=Last:kN"), STATUS_USAGE);
+    assert_says("1.csv:1|position_m|Wegg|left over|Weg");
+    snprintf(text, sizeof text, "t_ms,position_mm,Last\n%s", rows());
+    put("1.csv", text);
     if (import_by("force=Last:kN")) fail_msg("%s", error.text);
 }
 

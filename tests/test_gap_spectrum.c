@@ -140,7 +140,8 @@ static void what_fades_is_no_line_and_what_stays_is_one(void **state) {
         struct spectrum_line line = spectrum_find_line(&s, &t, CHANNEL_LENGTH);
         if (pump) {
             assert_close(line.hz, 83.3, 0.2);
-            assert_close(line.rms, 2e-4 / sqrt(2.0), 0.22e-4); /* half-way between two bins: 15 % less */
+            /* half-way between two bins: 15 % less */
+            assert_close(line.rms, 2e-4 / sqrt(2.0), 0.22e-4);
         }
         assert_true(pump ? line.power > 30.0 : line.power < 6.0);
     }

@@ -77,6 +77,12 @@ const struct csv_alias *csv_map_find(struct csv_map *map, const char *name) {
     return NULL;
 }
 
+const struct csv_alias *csv_map_of(const struct csv_map *map, int column) {
+    for (int i = 0; map && i < map->count; i++)
+        if (map->alias[i].column == column) return &map->alias[i];
+    return NULL;
+}
+
 const struct csv_alias *csv_map_unseen(const struct csv_map *map) {
     for (int i = 0; map && i < map->count; i++)
         if (!map->alias[i].seen) return &map->alias[i];

@@ -29,6 +29,9 @@ int csv_map_parse(struct csv_map *map, const char *text, struct error *error);
 /* The column of this name, seen from now on; NULL: none, or no map. */
 const struct csv_alias *csv_map_find(struct csv_map *map, const char *name);
 
+/* What this column of ours is called, or NULL. */
+const struct csv_alias *csv_map_of(const struct csv_map *map, int column);
+
 /* The first that no file had, or NULL. */
 const struct csv_alias *csv_map_unseen(const struct csv_map *map);
 

@@ -16,7 +16,7 @@ int csv_refuse(const struct csv_reader *r, int column, struct error *error, cons
 /* One more word of a list; what does not fit any more is left out. */
 static void list(char text[CSV_LIST_SIZE], const char *word) {
     size_t used = strlen(text);
-    if (used + strlen(word) + 2 < CSV_LIST_SIZE) sprintf(text + used, "%s%s", used ? " " : "", word);
+    if (used + strlen(word) + 3 < CSV_LIST_SIZE) sprintf(text + used, "%s%s", used ? ", " : "", word);
 }
 
 static int read_value(struct csv_reader *r, int key, char *text, struct error *error) {
@@ -86,6 +86,15 @@ static void list_missing(struct csv_head *h) {
     }
 }
 
+/* Of a column that every file must have. */
+static int refuse_missing(const struct csv_reader *r, int column, const char *remedy, struct error *error) {
+    const struct csv_alias *alias = csv_map_of(r->map, column);
+    const char *name = csv_columns[column].name;
+    if (!alias) return csv_text_refuse(&r->in, error, "no column %s: %s", name, remedy);
+    return csv_text_refuse(&r->in, error, "--map %s=%.80s: the file has no column of that name; left over are: %.200s", name, alias->name,
+                           r->head.ignored[0] ? r->head.ignored : "none");
+}
+
 static int read_columns(struct csv_reader *r, char *line, struct error *error) {
     r->head.columns_line = r->in.line;
     int separated = csv_text_columns(&r->in, line, error);
@@ -96,12 +105,11 @@ static int read_columns(struct csv_reader *r, char *line, struct error *error) {
         if (status) return status;
     }
     if (!r->head.has[CSV_T])
-        return csv_text_refuse(&r->in, error,
-                               "no column t_s: the line after the head names the columns, t_s among them; "
-                               "names of your own take --map t=NAME:s");
-    if (r->head.has[CSV_POSITION_COLUMN]) r->head.mechanism = MECHANISM_AXIS;
+        return refuse_missing(r, CSV_T, "the line after the head names the columns, t_s among them; names of your own take --map t=NAME:s",
+                              error);
+    if (r->head.has[CSV_POSITION_COLUMN] || csv_map_of(r->map, CSV_POSITION_COLUMN)) r->head.mechanism = MECHANISM_AXIS;
     if (r->head.mechanism == MECHANISM_AXIS && !r->head.has[CSV_POSITION_COLUMN])
-        return csv_text_refuse(&r->in, error, "no column position_m: without it an axis has nothing that can be evaluated");
+        return refuse_missing(r, CSV_POSITION_COLUMN, "without it an axis has nothing that can be evaluated", error);
     for (int i = 0; i < r->cells; i++) {
         if (r->column[i] < 0 || csv_column_of(r->column[i], r->head.mechanism)) continue;
         list(r->head.ignored, csv_columns[r->column[i]].name);

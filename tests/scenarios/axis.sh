@@ -8,7 +8,7 @@ gap() { "$hexid" gap --measured "$work/$1.lcm" -c "${2:-config/axis.yaml}" --rep
 says() { "$python" tests/scenarios/gap.py "$@"; }
 
 imported() {
-    recorded friction 80 1 && import friction | tee "$work/said" && grep -q 'missing columns.* ref_m p1_pa p2_pa u$' "$work/said" &&
+    recorded friction 80 1 && import friction | tee "$work/said" && grep -q 'missing columns.* ref_m, p1_pa, p2_pa, u$' "$work/said" &&
         grep -q 'motor temperature' "$work/said"
 }
 claim "a recording of another program is read, what is missing is named" imported
