@@ -20,6 +20,7 @@
 #include "can_controller.h"
 #include "doctor.h"
 #include "host_lock.h"
+#include "kinematics.h"
 #include "units.h"
 #include "wakeup.h"
 
@@ -553,6 +554,40 @@ static void a_configuration_that_is_no_machine_fails(void **unused) {
     is(check_workspace(&machine), LEVEL_NONE, "");
 }
 
+/* Joints, leg by leg: two of the upper ones exchanged, then all lower ones one further. */
+static void joints_in_another_order_are_found(void **unused) {
+    (void)unused;
+    struct kinematics k;
+    const double h = params.payload.center_height_m, height = h + params.geometry.height_m;
+    kinematics_place(&k, &params);
+    params.geometry.upper.given = params.geometry.lower.given = true;
+    for (int further = 0; further < 3; further++) {
+        for (int i = 0; i < LEGS; i++)
+            for (int r = 0; r < 3; r++) {
+                params.geometry.upper.m[further == 1 ? i ^ 1 : i][r] = k.upper[i][r] - (r == 2 ? h : 0.0);
+                params.geometry.lower.m[further == 2 ? (i + 5) % LEGS : i][r] = k.lower[i][r] - (r == 2 ? height : 0.0);
+            }
+        is(check_kinematics(&machine), further == 1 ? LEVEL_FAIL : LEVEL_OK, further == 1 ? "legs 1 and 2 go through" : "neutral");
+        is(check_workspace(&machine), further == 2 ? LEVEL_WARN : further ? LEVEL_NONE : LEVEL_OK, further == 1 ? "" : "singular pose");
+    }
+}
+
+static void limits_that_nothing_reaches_are_warned_of(void **unused) {
+    (void)unused;
+    is(check_strokes(&machine), LEVEL_OK, "limits 1.425 to 2.24");
+    params.limits.length_max_m[3] = 2.4;
+    is(check_strokes(&machine), LEVEL_WARN, "leg 4");
+}
+
+static void a_payload_in_tonnes_is_warned_of(void **unused) {
+    (void)unused;
+    is(check_payload(&machine), LEVEL_OK, "178.6 kg");
+    params.payload.mass_kg *= 1e-3;
+    is(check_payload(&machine), LEVEL_WARN, "gyration 8.7");
+    params.payload.mass_kg *= 1e6;
+    is(check_payload(&machine), LEVEL_WARN, "gyration 0.0087");
+}
+
 static void tests_that_the_legs_cannot_make_fail(void **unused) {
     (void)unused;
     is(check_tests(&machine), LEVEL_OK, "6, within the limits");
@@ -616,6 +651,9 @@ int main(void) {
         cmocka_unit_test_setup(a_slow_disk_is_warned_of_and_one_that_hangs_fails, begin),
         cmocka_unit_test_setup(a_disk_that_takes_nothing_fails, begin),
         cmocka_unit_test_setup(a_configuration_that_is_no_machine_fails, begin),
+        cmocka_unit_test_setup(joints_in_another_order_are_found, begin),
+        cmocka_unit_test_setup(limits_that_nothing_reaches_are_warned_of, begin),
+        cmocka_unit_test_setup(a_payload_in_tonnes_is_warned_of, begin),
         cmocka_unit_test_setup(tests_that_the_legs_cannot_make_fail, begin),
         cmocka_unit_test_setup(a_machine_that_would_be_blind_for_long_fails, begin),
         cmocka_unit_test_setup(an_input_that_is_not_wired_is_warned_of_behind_hardware, begin),

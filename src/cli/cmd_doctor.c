@@ -21,6 +21,8 @@ static const struct check {
     {"machine", check_machine},
     {"kinematics", check_kinematics},
     {"workspace", check_workspace},
+    {"strokes", check_strokes},
+    {"payload", check_payload},
     {"tests", check_tests},
     {"blind time", check_blind_time},
     {"interlocks", check_interlocks},

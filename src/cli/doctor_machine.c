@@ -1,3 +1,4 @@
+#include <math.h>
 #include <string.h>
 
 #include "blind_time.h"
@@ -8,6 +9,10 @@
 #include "motion_check.h"
 #include "trajectory_file.h"
 #include "workspace.h"
+
+static const double SINGULAR_NEAR = 0.25; /* of the way from neutral to the ends of the strokes */
+static const double GYRATION_LEAST = 0.05, GYRATION_MOST = 3.0; /* of the upper joints' distance */
+static const double USELESS = 0.2; /* of a stroke beyond its end: left over from another machine */
 
 /* Of one axis it is read what it did: nothing is driven. */
 static bool drives(const struct doctor *d) { return d->params->mechanism == MECHANISM_STEWART; }
@@ -51,11 +56,50 @@ struct finding check_workspace(const struct doctor *d) {
         snprintf(singular, sizeof singular,
                  "%d of %d corners of the strokes lie beyond a singular pose, the nearest after %.0f %% of the way,", w.corners - w.reached,
                  w.corners, 100.0 * w.nearest);
-    struct finding f = finding(LEVEL_OK, "", "condition %.3g at neutral, at worst %.3g; %s at %.3f %.3f %.3f m %.3f %.3f %.3f rad",
+    static const char remedy[] = "compare the order of geometry.upper_joints_m and lower_joints_m, and the signs of their z, with the "
+                                 "machine; if they are right, hold lengths and tests far from that pose";
+    enum level level = all || w.nearest > SINGULAR_NEAR ? LEVEL_OK : LEVEL_WARN;
+    struct finding f = finding(level, remedy, "condition %.3g at neutral, at worst %.3g; %s at %.3f %.3f %.3f m %.3f %.3f %.3f rad",
                                w.neutral_condition, w.worst_condition, singular, p[0], p[1], p[2], p[3], p[4], p[5]);
     f.data = json_pack("{sf sf si si}", "neutral_condition", w.neutral_condition, "worst_condition", w.worst_condition, "corners",
                        w.corners, "corners_reached", w.reached);
     return f;
+}
+
+/* The limits of length against the ends of the strokes. */
+struct finding check_strokes(const struct doctor *d) {
+    struct error error;
+    struct kinematics k;
+    if (!drives(d) || kinematics_init(&k, d->params, &error)) return finding_none();
+    const struct limit_params *l = &d->params->limits;
+    for (int i = 0; i < LEGS; i++) {
+        struct stroke stroke = kinematics_stroke(&k, &d->params->actuator, i);
+        double beyond_m = USELESS * (stroke.most_m - stroke.least_m);
+        if (l->length_max_m[i] - stroke.most_m < beyond_m && stroke.least_m - l->length_min_m[i] < beyond_m) continue;
+        return finding(LEVEL_WARN,
+                       "set limits.length_min_m and length_max_m a few millimetres beyond the ends of the strokes, or within them",
+                       "leg %d goes from %.4f to %.4f m, limits.length_min_m and length_max_m are %g and %g: nothing reaches them", i + 1,
+                       stroke.least_m, stroke.most_m, l->length_min_m[i], l->length_max_m[i]);
+    }
+    struct stroke first = kinematics_stroke(&k, &d->params->actuator, 0);
+    return finding(LEVEL_OK, "", "leg 1 from %.4f to %.4f m, limits %g to %g", first.least_m, first.most_m, l->length_min_m[0],
+                   l->length_max_m[0]);
+}
+
+/* Tonnes for kilogrammes, or a mass without its inertia: no body of that mass is so wide or so
+ * small. */
+struct finding check_payload(const struct doctor *d) {
+    const struct payload_params *p = &d->params->payload;
+    struct kinematics k;
+    if (!drives(d)) return finding_none();
+    kinematics_place(&k, d->params);
+    double least = fmin(fmin(p->inertia_xx_kg_m2, p->inertia_yy_kg_m2), p->inertia_zz_kg_m2);
+    double most = fmax(fmax(p->inertia_xx_kg_m2, p->inertia_yy_kg_m2), p->inertia_zz_kg_m2);
+    double least_m = sqrt(least / p->mass_kg), most_m = sqrt(most / p->mass_kg);
+    bool body = least_m > GYRATION_LEAST * k.arm_m && most_m < GYRATION_MOST * k.arm_m;
+    return finding(
+        body ? LEVEL_OK : LEVEL_WARN, "compare payload.mass_kg and inertia_xx_kg_m2 to inertia_zz_kg_m2 with the drawing: kg and kg m2",
+        "%g kg, radii of gyration %.3g to %.3g m; the upper joints lie %.3g m from their middle", p->mass_kg, least_m, most_m, k.arm_m);
 }
 
 /* The simulated machine is made, and put down, as for a run. */

@@ -17,6 +17,9 @@ static const double tolerance_m = 1e-13;
 static const double last_step_m = 1e-7; /* after a step this small Newton's error is its square over
                                          * a leg length: below the tolerance */
 
+static const double LEG_THIN = 0.01;   /* of its length: no leg is thinner */
+static const double LEG_MIDDLE = 0.45; /* of its length, both ways from its middle */
+
 /* Joints in the drawing of their body: as given, or in pairs on a circle. */
 static void joints(const struct joint_points *given, double radius, const double angle[LEGS], double point[LEGS][3]) {
     memset(point, 0, LEGS * sizeof point[0]);
@@ -61,6 +64,32 @@ struct stroke kinematics_stroke(const struct kinematics *k, const struct actuato
     return (struct stroke){.least_m = middle_m - half_m, .middle_m = middle_m, .most_m = middle_m + half_m};
 }
 
+static inline void cross(const double a[3], const double b[3], double c[3]) {
+    c[0] = a[1] * b[2] - a[2] * b[1];
+    c[1] = a[2] * b[0] - a[0] * b[2];
+    c[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+static double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+/* At neutral two legs are in one place, and not where both end, as at a joint of two. */
+static bool legs_cross(const struct kinematics *k, int one, int other) {
+    double u[3], v[3], between[3], normal[3], moment[3];
+    for (int r = 0; r < 3; r++) {
+        u[r] = k->upper[one][r] - k->lower[one][r];
+        v[r] = k->upper[other][r] - k->lower[other][r];
+        between[r] = k->lower[other][r] - k->lower[one][r];
+    }
+    cross(u, v, normal);
+    double square = dot(normal, normal), distance_m = fabs(dot(between, normal)) / sqrt(square);
+    cross(between, v, moment);
+    double along_one = dot(moment, normal) / square;
+    cross(between, u, moment);
+    double along_other = dot(moment, normal) / square;
+    bool inside = fabs(along_one - 0.5) < LEG_MIDDLE && fabs(along_other - 0.5) < LEG_MIDDLE;
+    return inside && distance_m < LEG_THIN * fmin(k->neutral_length_m[one], k->neutral_length_m[other]);
+}
+
 int kinematics_init(struct kinematics *k, const struct params *params, struct error *error) {
     const struct actuator_params *a = &params->actuator;
     kinematics_place(k, params);
@@ -79,6 +108,13 @@ int kinematics_init(struct kinematics *k, const struct params *params, struct er
                              "does not reach the neutral length %.3f m",
                              i + 1, a->mid_stroke_m[i], half, length_m);
     }
+    for (int i = 0; i < LEGS; i++)
+        for (int other = 0; other < i; other++)
+            if (legs_cross(k, other, i))
+                return error_set(error, STATUS_USAGE,
+                                 "legs %d and %d go through each other at neutral: geometry.upper_joints_m and lower_joints_m must name "
+                                 "the joints in one order, leg by leg",
+                                 other + 1, i + 1);
     struct fk_result fk = fk_solve(k, k->neutral_length_m, (double[DOFS]){[DOF_Z] = 1e-4});
     if (!fk.converged || !(fk.pivot_ratio > 1e-3))
         return error_set(error, STATUS_USAGE,
@@ -108,12 +144,6 @@ static inline double leg(const struct kinematics *k, int i, const double pose[DO
     double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]), inverse = 1.0 / length;
     for (int r = 0; r < 3; r++) n[r] *= inverse;
     return length;
-}
-
-static inline void cross(const double a[3], const double b[3], double c[3]) {
-    c[0] = a[1] * b[2] - a[2] * b[1];
-    c[1] = a[2] * b[0] - a[0] * b[2];
-    c[2] = a[0] * b[1] - a[1] * b[0];
 }
 
 void ik_lengths(const struct kinematics *k, const double pose[DOFS], double length_m[LEGS]) {
