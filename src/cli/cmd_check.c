@@ -184,7 +184,9 @@ static int read_cycles(struct check *c, const struct input *in, struct log_reade
     analysis_identify(analysis);
     if (analysis_identifies(analysis, in->name, &c->report.identify)) return STATUS_OK;
     struct verdict v = analysis_verdict(analysis);
-    if (v.status != VERDICT_PASS) error_set(&c->report.identify, STATUS_USAGE, "%s", v.reasons ? v.reason[0] : verdict_names[v.status]);
+    const char *reason = v.reasons ? v.reason[0] : verdict_names[v.status];
+    if (v.status == VERDICT_NOT_EVALUATED) error_set(&c->report.identify, STATUS_USAGE, "%s", reason);
+    if (v.status == VERDICT_FAIL) snprintf(c->report.identify.text, sizeof c->report.identify.text, "verdict fail: %s", reason);
     return status;
 }
 
@@ -211,7 +213,7 @@ static void ask_gap(struct check *c) {
     }
     recording_init(recording, &c->first);
     for (int i = 0; i < c->inputs && i < LOGS_MAX; i++) paths[i] = path_of(&c->input[i]);
-    if (gap_logs_load(c->inputs, paths, recording, &c->report.gap) == STATUS_OK) c->report.gap.status = STATUS_OK;
+    if (gap_logs_load(c->inputs, paths, recording, &c->report.gap) == STATUS_OK) c->report.gap = (struct error){0};
     for (int i = 0; i < c->inputs; i++) without_path(&c->input[i], &c->report.gap);
     recording_free(recording);
     free(recording);

@@ -96,9 +96,10 @@ static void print_modes(const struct loop_survey *s, FILE *out) {
     fprintf(out, " ms, sample to spool\n");
 }
 
-static const char *words_of(const struct test_judgement *t) {
+static const char *words_of(const struct test_judgement *t, double amplitude_pct) {
     if (isnan(t->of_oil)) return "not judged: no eigenfrequency";
     if (!t->below) return "NOT BELOW the lowest eigenfrequency";
+    if (!(100.0 * fabs(t->follow - 1.0) <= amplitude_pct)) return "REACHED is off by more than checks.amplitude_pct";
     return t->above_floor ? "below them, above the floor" : "BELOW the sensors' floor";
 }
 
@@ -114,7 +115,7 @@ static void print_tests(const struct survey_report *r, FILE *out) {
         print_number(out, 8, 2, t->of_loop);
         fprintf(out, " %8.2f %7.0f", t->follow, t->leg_m * 1e6);
         print_number(out, 6, 0, t->leg_n);
-        fprintf(out, "  %s\n", words_of(t));
+        fprintf(out, "  %s\n", words_of(t, r->asked.checks.amplitude_pct));
     }
     if (r->no_prediction.status) fprintf(out, "its deviation: not predicted: %s\n", r->no_prediction.text);
     else if (isinf(r->configured.worst_pct)) fprintf(out, "some entry of Mt would not be determined\n");

@@ -86,8 +86,7 @@ static void section_test(FILE *out, const struct survey *s, struct error *pictur
 }
 
 static void answer(FILE *out, const char *command, const struct error *e) {
-    html_text(out, "%s", command);
-    html_text(out, e->status ? " would refuse it: %s" : " would take it.", e->text);
+    html_text(out, "%s would %s it%s%s", command, e->status ? "refuse" : "take", e->text[0] ? ": " : ".", e->text);
 }
 
 static void words(FILE *out, const char *label, const char *text) {

@@ -62,7 +62,7 @@ static json_t *test(const struct survey *s) {
 }
 
 static json_t *answer(const struct error *e) {
-    return json_pack("{sb so}", "taken", !e->status, "reason", e->status ? text(e->text) : json_null());
+    return json_pack("{sb so}", "taken", !e->status, "reason", e->text[0] ? text(e->text) : json_null());
 }
 
 char *check_json(const struct check_report *r) {

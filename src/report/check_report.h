@@ -12,7 +12,8 @@ struct check_report {
     const char *const *source;   /* what was read: logs and directories */
     int sources;
     char missing[600], ignored[600], doubtful[600]; /* columns of CSV, as csv_report has them */
-    struct error gap, identify;  /* status 0: would take it; else the refusal */
+    struct error gap, identify;  /* status 0: would take it, a text says with what verdict but
+                                  * pass; else the refusal */
 };
 
 /* How a kind is shown: SI value times scale, in unit. */

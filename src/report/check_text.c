@@ -143,8 +143,8 @@ static void print_list(FILE *out, const char *label, const char *words) {
 
 static void print_answer(FILE *out, const char *label, const struct error *e) {
     char text[LINE];
-    snprintf(text, sizeof text, "would refuse it: %s", e->text);
-    print_list(out, label, e->status ? text : "would take it");
+    snprintf(text, sizeof text, "would %s it%s%s", e->status ? "refuse" : "take", e->text[0] ? ": " : "", e->text);
+    print_list(out, label, text);
 }
 
 void check_text_print(FILE *out, const struct check_report *r) {
