@@ -87,10 +87,10 @@ static void list_missing(struct csv_head *h) {
 }
 
 /* Of a column that every file must have. */
-static int refuse_missing(const struct csv_reader *r, int column, const char *remedy, struct error *error) {
+static int refuse_missing(const struct csv_reader *r, int column, const char *reason, struct error *error) {
     const struct csv_alias *alias = csv_map_of(r->map, column);
     const char *name = csv_columns[column].name;
-    if (!alias) return csv_text_refuse(&r->in, error, "no column %s: %s", name, remedy);
+    if (!alias) return csv_text_refuse(&r->in, error, "%s", reason);
     return csv_text_refuse(&r->in, error, "--map %s=%.80s: the file has no column of that name; left over are: %.200s", name, alias->name,
                            r->head.ignored[0] ? r->head.ignored : "none");
 }
@@ -105,11 +105,12 @@ static int read_columns(struct csv_reader *r, char *line, struct error *error) {
         if (status) return status;
     }
     if (!r->head.has[CSV_T])
-        return refuse_missing(r, CSV_T, "the line after the head names the columns, t_s among them; names of your own take --map t=NAME:s",
-                              error);
+        return refuse_missing(
+            r, CSV_T, "no column t_s: the line after the head names the columns, t_s among them; names of your own take --map t=NAME:s",
+            error);
     if (r->head.has[CSV_POSITION_COLUMN] || csv_map_of(r->map, CSV_POSITION_COLUMN)) r->head.mechanism = MECHANISM_AXIS;
     if (r->head.mechanism == MECHANISM_AXIS && !r->head.has[CSV_POSITION_COLUMN])
-        return refuse_missing(r, CSV_POSITION_COLUMN, "without it an axis has nothing that can be evaluated", error);
+        return refuse_missing(r, CSV_POSITION_COLUMN, "no column position_m: without it an axis has nothing that can be evaluated", error);
     for (int i = 0; i < r->cells; i++) {
         if (r->column[i] < 0 || csv_column_of(r->column[i], r->head.mechanism)) continue;
         list(r->head.ignored, csv_columns[r->column[i]].name);
