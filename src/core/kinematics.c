@@ -72,7 +72,8 @@ static inline void cross(const double a[3], const double b[3], double c[3]) {
 
 static double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-/* At neutral two legs are in one place, and not where both end, as at a joint of two. */
+/* At neutral two legs are in one place, and not where both end, as at a joint of two. Parallel ones
+ * are not: no comparison with NaN holds. */
 static bool legs_cross(const struct kinematics *k, int one, int other) {
     double u[3], v[3], between[3], normal[3], moment[3];
     for (int r = 0; r < 3; r++) {
