@@ -50,6 +50,10 @@ struct axis_params {              /* one cylinder or electric axis with a mass: 
 struct actuator_params {          /* the legs, Tian 2015 Tables 1 and 2; inertias about each part's
                                    * own mass centre (docs/method.md, 3) */
     double piston_diameter_m[LEGS], rod_diameter_m[LEGS];
+    struct {
+        bool piston, rod;
+    } stated;                     /* false: of an axis whose configuration leaves the diameter out;
+                                   * the built-in platform's is none of an axis's cylinder */
     double stroke_m[LEGS];
     double mid_stroke_m[LEGS];    /* length in the middle of the stroke less that at neutral */
     double upper_mass_kg[LEGS], lower_mass_kg[LEGS];             /* ma rod, mb cylinder */

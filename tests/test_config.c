@@ -246,6 +246,25 @@ static void an_axis_has_a_frequency_and_an_amplitude_of_its_own(void **state) {
     free(text);
 }
 
+/* Where it leaves a diameter out, the default is another machine's; what was not stated is not
+ * stated by the text that is made of it either. */
+static void diameters_of_an_axis_are_its_own_or_none(void **state) {
+    (void)state;
+    struct params p, back;
+    struct error error = {0};
+    config_default(&p);
+    assert_true(p.actuator.stated.piston && p.actuator.stated.rod);
+    assert_int_equal(parse(&p, "actuator: {rod_diameter_m: 0.028}\nmechanism: axis\n", &error), 0);
+    assert_true(!p.actuator.stated.piston && p.actuator.stated.rod);
+    char *text = config_text(&p);
+    assert_non_null(strstr(text, "# piston_diameter_m: not stated"));
+    assert_int_equal(parse(&back, text, &error), 0);
+    assert_memory_equal(&p, &back, sizeof p);
+    free(text);
+    assert_int_equal(config_override(&p, "test", (const char *const[]){"actuator.piston_diameter_m=0.05"}, 1, &error), 0);
+    assert_true(p.actuator.stated.piston && p.actuator.stated.rod);
+}
+
 static void an_effect_is_off_until_one_of_its_keys_is_set(void **state) {
     (void)state;
     struct config_key key;
@@ -576,6 +595,7 @@ int main(void) {
         cmocka_unit_test(text_turns_back_into_the_same_bits),
         cmocka_unit_test(settings_override_the_file_and_the_last_one_wins),
         cmocka_unit_test(an_axis_has_a_frequency_and_an_amplitude_of_its_own),
+        cmocka_unit_test(diameters_of_an_axis_are_its_own_or_none),
         cmocka_unit_test(an_effect_is_off_until_one_of_its_keys_is_set),
         cmocka_unit_test(a_list_gives_each_leg_its_value_where_the_effect_allows_it),
         cmocka_unit_test(joints_are_six_points_on_the_command_line_and_in_a_file),

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "analysis.h"
+#include "areas.h"
 #include "check_report.h"
 #include "cli.h"
 #include "config.h"
@@ -235,8 +236,16 @@ static int write_json(const struct check *c, struct error *error) {
     return status;
 }
 
+static void note_areas(struct check *c) {
+    bool pressures = false;
+    for (int i = 0; i < c->report.surveys; i++)
+        pressures = pressures || (c->survey[i].channel[SURVEY_P1].there && c->survey[i].channel[SURVEY_P2].there);
+    if (pressures) areas_text(&c->first, c->report.areas);
+}
+
 static int report(struct check *c) {
     struct check_report *r = &c->report;
+    note_areas(c);
     r->source = c->o.operand, r->sources = c->o.operands;
     if (c->refused.status) r->gap = r->identify = c->refused;
     else ask_gap(c);

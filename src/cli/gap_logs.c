@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "areas.h"
 #include "cli.h"
 #include "log.h"
 #include "log_set.h"
@@ -52,11 +53,22 @@ static int add(const char *path, struct recording *r, struct error *error) {
     return status;
 }
 
+/* Before anything is held against the motion: with other areas all of it is another machine's. */
+static int check_areas(const char *path, const struct recording *r, struct error *error) {
+    char areas[AREAS_TEXT_SIZE];
+    if (!r->measured.pressures || areas_stated(r->params)) return STATUS_OK;
+    areas_text(r->params, areas);
+    return error_set(error, STATUS_USAGE,
+                     "%.100s: forces are to come from pressures, and %s (or leave p1_pa and p2_pa out where there is a force_n)", path,
+                     areas);
+}
+
 int gap_logs_load(int logs, const char *const *path, struct recording *r, struct error *error) {
     for (int i = 0; i < logs; i++) {
         int tests = r->tests, status = log_set_new(i, path, error);
         if (!status) status = add(path[i], r, error);
         if (!status && r->tests == tests) status = error_set(error, STATUS_USAGE, "%.250s: no sinusoidal test in the log", path[i]);
+        if (!status) status = check_areas(path[i], r, error);
         if (!status) status = of_log(path[i], recording_check(r, error), error);
         if (status) return status;
     }

@@ -200,6 +200,17 @@ static int read_stream(struct reader *r) {
     return expect(r, YAML_STREAM_END_EVENT, "a second document begins here; a configuration is one");
 }
 
+/* The diameters that a key has by default are the built-in platform's. What a log of a file without
+ * them keeps is as little. */
+static void forget_unstated(struct reader *r) {
+    struct config_key key;
+    for (int i = 0; r->params->mechanism == MECHANISM_AXIS && config_key_at(i, &key); i++) {
+        bool met = false;
+        for (int n = 0; n < r->count && !met; n++) met = !strcmp(r->names[n].path, key.path);
+        config_keep_stated(&key, r->params, met);
+    }
+}
+
 static int read_text(struct params *params, const char *text, size_t size, const char *name, struct error *error) {
     struct reader r = {.name = name, .text = text, .params = params, .error = error};
     if (size > FILE_MAX) return fail(error, name, 0, "larger than %d bytes: this is no configuration", FILE_MAX);
@@ -207,6 +218,7 @@ static int read_text(struct params *params, const char *text, size_t size, const
     yaml_parser_set_encoding(&r.parser, YAML_UTF8_ENCODING);
     yaml_parser_set_input_string(&r.parser, (const unsigned char *)text, size);
     int status = read_stream(&r);
+    if (!status) forget_unstated(&r);
     yaml_parser_delete(&r.parser);
     return status;
 }
@@ -284,6 +296,10 @@ static void print_entry(FILE *out, const struct config_key *key, const struct pa
     int indent = !dot ? 0 : strchr(key->path, '.') == dot ? 2 : 4;
     config_value_format(key, params, value);
     config_range_format(key, range);
+    if (!config_is_stated(key, params)) {
+        fprintf(out, "%*s# %s: not stated; [%s] %s\n", indent, "", name, range, key->meaning);
+        return;
+    }
     fprintf(out, "%*s%s: %-*s # [%s] ", indent, "", name, 40 - indent - (int)strlen(name), value, range);
     if (key->effect < 0) fprintf(out, "%s\n", key->meaning);
     /* the law stands above, with the effect's name */

@@ -89,4 +89,9 @@ void config_range_format(const struct config_key *key, char text[CONFIG_TEXT_SIZ
  * limits. `name` stands for the file. */
 int config_check(const struct params *params, const char *name, struct error *error);
 
+/* Whether a configuration states this key, of the few of which params keep that; of all others true
+ * is answered, and nothing kept. */
+bool config_is_stated(const struct config_key *key, const struct params *params);
+void config_keep_stated(const struct config_key *key, struct params *params, bool stated);
+
 #endif

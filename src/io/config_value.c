@@ -169,6 +169,23 @@ static bool set_points(const struct config_key *key, const struct config_value *
     return true;
 }
 
+/* Where that is kept; 0: nowhere. */
+static size_t stated_at(const struct config_key *key) {
+    if (key->offset == offsetof(struct params, actuator.piston_diameter_m)) return offsetof(struct params, actuator.stated.piston);
+    if (key->offset == offsetof(struct params, actuator.rod_diameter_m)) return offsetof(struct params, actuator.stated.rod);
+    return 0;
+}
+
+bool config_is_stated(const struct config_key *key, const struct params *params) {
+    size_t at = stated_at(key);
+    return !at || *(const bool *)((const char *)params + at);
+}
+
+void config_keep_stated(const struct config_key *key, struct params *params, bool stated) {
+    size_t at = stated_at(key);
+    if (at) *(bool *)((char *)params + at) = stated;
+}
+
 bool config_value_set(const struct config_key *key, const struct config_value *value, struct params *params,
                       char reason[CONFIG_REASON_SIZE]) {
     void *place = (char *)params + key->offset;
@@ -188,6 +205,7 @@ bool config_value_set(const struct config_key *key, const struct config_value *v
     }
     if (!set_reals(key, value, place, reason)) return false;
     if (key->effect >= 0) params->effects[key->effect].on = true;
+    config_keep_stated(key, params, true);
     return true;
 }
 

@@ -64,6 +64,9 @@ struct csv_report {
     int64_t cut_offset;
     char missing[600];     /* import: columns, "1_x.csv: u1..u6; 2_y.csv: ...": NaN in the log */
     char ignored[600];     /* import: columns and keys that mean nothing here, likewise */
+    bool no_areas;         /* import: pressures of an axis whose diameters nobody stated */
+    char areas[200];       /* import: with which areas pressures become forces, or what is not
+                            * stated of them (areas.h); "" without pressures */
     char doubtful[600];    /* import: columns whose values cannot be what their names say, and
                             * what they might be instead */
 };

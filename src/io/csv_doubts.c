@@ -4,17 +4,38 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "areas.h"
+#include "force.h"
 #include "units.h"
+
+/* So much of a force's variation may be seals, the rod's own mass and noise. */
+static const double FORCE_APART = 0.2;
+
+static double value_of(const struct cycle *cycle, int column) {
+    return *(const double *)(const void *)((const char *)cycle + csv_columns[column].offset);
+}
+
+static void take_force(struct csv_range *range, const struct cycle *cycle) {
+    double value[3];
+    bool all = true;
+    for (int i = 0; i < 3; i++) all = isfinite(value[i] = value_of(cycle, CSV_FORCE_COLUMN + i)) && all;
+    for (int i = 0; i < 3 && all; i++) {
+        range->sum[i] += value[i];
+        for (int j = 0; j < 3; j++) range->product[i][j] += value[i] * value[j];
+    }
+    range->beside += all;
+}
 
 void csv_range_take(struct csv_range *range, const struct cycle *cycle) {
     for (int i = 0; i < CSV_COLUMNS; i++) {
         if (csv_columns[i].kind != CSV_REAL) continue;
-        double value = *(const double *)(const void *)((const char *)cycle + csv_columns[i].offset);
+        double value = value_of(cycle, i);
         /* fmin and fmax pass over NaN */
         range->low[i] = range->begun ? fmin(range->low[i], value) : value;
         range->high[i] = range->begun ? fmax(range->high[i], value) : value;
     }
     range->begun = true;
+    take_force(range, cycle);
 }
 
 /* The unit that makes a size of so many SI units a usual one. */
@@ -96,6 +117,20 @@ static void check_legs(const struct csv_head *h, const struct csv_range *r, cons
     check(h, r, U, U + 5, &valve, words);
 }
 
+/* A force beside pressures is theirs, A1 P1 - A2 P2. */
+static void check_force(const struct csv_range *r, const struct params *p, char words[CSV_LIST_SIZE]) {
+    struct cylinder_areas areas = cylinder_areas(&p->actuator);
+    const double of[3] = {1.0, -areas.a1_m2[0], areas.a2_m2[0]};
+    double apart = 0.0, all = r->product[0][0] - r->sum[0] * r->sum[0] / r->beside;
+    size_t used = strlen(words);
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) apart += of[i] * of[j] * (r->product[i][j] - r->sum[i] * r->sum[j] / r->beside);
+    if (!areas_stated(p) || !(apart > FORCE_APART * FORCE_APART * all)) return;
+    snprintf(words + used, CSV_LIST_SIZE - used,
+             "%sforce_n differs from A1 P1 - A2 P2 by %.2g of its variation, other diameters, units or signs?", used ? ", " : "",
+             sqrt(apart / all));
+}
+
 static void check_axis(const struct csv_head *h, const struct csv_range *r, const struct params *p, char words[CSV_LIST_SIZE]) {
     enum { POSITION = CSV_POSITION_COLUMN, REF, FORCE, P1, P2, U };
     double w = 2.0 * PI * p->tests.hz[DOF_X], inertia_n = p->axis.mass_kg * w * w * size_of(r, POSITION, true);
@@ -107,6 +142,7 @@ static void check_axis(const struct csv_head *h, const struct csv_range *r, cons
     check(h, r, FORCE, FORCE, &force, words);
     check(h, r, P1, P2, &pressure, words);
     check(h, r, U, U, &valve, words);
+    check_force(r, p, words);
 }
 
 void csv_doubts(const struct csv_head *head, const struct csv_range *range, const struct params *params, char words[CSV_LIST_SIZE]) {

@@ -4,6 +4,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "areas.h"
 #include "config.h"
 #include "csv.h"
 #include "csv_format.h"
@@ -391,12 +392,27 @@ static int check_and_write(struct import *im, const char *log_path) {
     return status;
 }
 
+/* Of the first leg, or of an axis. */
+static bool has_pressures(const struct csv_head *h) {
+    bool axis = h->mechanism == MECHANISM_AXIS;
+    return h->has[axis ? CSV_P1_COLUMN : CSV_P1_1_COLUMN] && h->has[axis ? CSV_P2_COLUMN : CSV_P2_1_COLUMN];
+}
+
+static void note_areas(struct import *im) {
+    bool pressures = false;
+    for (int i = 0; i < im->files; i++) pressures = pressures || has_pressures(&im->head[i]);
+    if (!pressures) return;
+    areas_text(&im->params, im->report->areas);
+    im->report->no_areas = !areas_stated(&im->params);
+}
+
 static int import(struct import *im, const char *log_path) {
     int status = base_params(im);
     if (!status) status = read_heads(im);
     if (!status) status = check_map(im);
     if (!status) status = merge_heads(im);
     if (status) return status;
+    note_areas(im);
     take_rate(im);
     place_tests(im);
     im->evaluated_s = (double)INFINITY;

@@ -106,6 +106,7 @@ static void write_all(FILE *out, const struct check_report *r, struct error *pic
     fputs("</h1>\n<p class=\"lead\">", out);
     answer(out, "hexid identify", &r->identify);
     fputs("</p>\n", out);
+    words(out, "areas of the pressures", r->areas);
     words(out, "another unit?", r->doubtful), words(out, "missing columns", r->missing);
     words(out, "not understood and left out", r->ignored);
     section_tests(out, r);

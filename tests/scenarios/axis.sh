@@ -44,6 +44,36 @@ claim "no closed loop for an axis" refuses 2 "mechanism: axis --replay motion" \
     "$hexid" gap --measured "$work/friction.lcm" -c config/axis.yaml -o "$work/none"
 claim "an axis is not driven" refuses 2 "mechanism: axis" "$hexid" run --fast -c config/axis.yaml
 claim "nor has it an inertia matrix" refuses 2 "mechanism: axis" "$hexid" identify "$work/friction.lcm"
+# Pressures become forces by the cylinder's areas: config/axis.yaml states none.
+pressures() {
+    recorded cylinder 80 1 cylinder && import cylinder 2>&1 | tee "$work/said" &&
+        grep -q 'warning: pressures, and the configuration does not state .*give it actuator.piston_diameter_m and actuator.rod_diameter_m' "$work/said" &&
+        refuses 2 "cylinder.lcm: does not state actuator.piston_diameter_m actuator.rod_diameter_m" \
+            "$hexid" gap --measured "$work/cylinder.lcm" -c config/axis.yaml --replay motion -o "$work/none" &&
+        ends 1 "$hexid" check "$work/cylinder.lcm" >"$work/said" && tr -s '\n ' ' ' <"$work/said" | grep -q 'gap would refuse it: .* does not state'
+}
+claim "pressures without the cylinder's diameters are warned of, then refused" pressures
+one_diameter() {
+    "$hexid" gap --measured "$work/cylinder.lcm" -c config/axis.yaml --set actuator.piston_diameter_m=0.05 --replay motion -o "$work/none" 2>&1 |
+        tee "$work/said" | grep -q 'give it actuator.rod_diameter_m' && ! grep -q 'piston' "$work/said"
+}
+claim "of one diameter the other is asked for" one_diameter
+diameters() {
+    sed 's/# piston_diameter_m: 0.063 /piston_diameter_m: 0.05 /; s/# rod_diameter_m: 0.045/rod_diameter_m: 0.028/' config/axis.yaml >"$work/own.yaml" &&
+        "$hexid" import "$work/cylinder" -c "$work/own.yaml" -o "$work/cylinder.lcm" | tee "$work/said" &&
+        grep -q 'areas: 19.63 cm^2 .* 13.48 cm^2 .*piston 50 mm, rod 28 mm' "$work/said" &&
+        gap cylinder "$work/own.yaml" | tr -s '\n ' ' ' | tee "$work/said" && # at one load the two are alike
+        grep -q 'cannot tell load_dependent_friction from cylinder_coulomb_friction load_dependent_friction explains 100.0 %' "$work/said" &&
+        "$hexid" run -c "$work/cylinder.gap/model.yaml" --print-config | grep -q 'piston_diameter_m: 0.05 '
+}
+claim "stated, they are said, and what the cylinder hides is found" diameters
+beside() {
+    recorded both 80 1 both && "$hexid" import "$work/both" -c "$work/own.yaml" -o "$work/both.lcm" 2>&1 | tee "$work/said" &&
+        ! grep -q warning "$work/said" &&
+        "$hexid" import "$work/both" -c config/axis.yaml --set actuator.piston_diameter_m=0.063 --set actuator.rod_diameter_m=0.045 -o "$work/both.lcm" 2>&1 |
+        grep 'force_n differs from A1 P1 - A2 P2 by 0\.[2-9].* other diameters'
+}
+claim "another force than that of the pressures is noticed" beside
 other_units() {
     recorded lie 80 1 millimetres && import lie 2>&1 | tee "$work/said" && grep -q 'position_m swings by .*, in mm?' "$work/said" &&
         refuses 2 "other units" "$hexid" gap --measured "$work/lie.lcm" -c config/axis.yaml --replay motion -o "$work/none"
