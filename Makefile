@@ -135,6 +135,8 @@ install: $(BUILD)/hexid $(BUILD)/man/done ## install under prefix (/usr/local), 
 	install -m 644 README.md LICENSE $(DOC)/
 	cp -R docs lcmtypes $(DOC)/
 	rm -f $(DOC)/docs/pictures/draw.py $(DOC)/docs/recordings/compare.py
+	install -D -m 644 tests/scenarios/axis.py $(DOC)/examples/axis.py
+	config/pages $(DOC) $(sysconfdir)/hexid $(prefix)/share/doc/hexid/examples
 
 # One page a subcommand, of what --help says.
 $(BUILD)/man/done: $(BUILD)/hexid config/manual.awk

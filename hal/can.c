@@ -117,7 +117,7 @@ static int judge(const struct can *c, bool sent, const char *interface, struct e
     can_condition_describe(condition, m->params, text, sizeof text);
     if (condition.refusal && sent)
         return error_set(error, STATUS_UNSAFE,
-                         "can:%s: %s; connect the nodes of config/hexid_node.eds and hexid_io.eds, give the keys of "
+                         "can:%s: %s; connect the nodes of hexid_node.eds and hexid_io.eds, give the keys of "
                          "others, or stop the other master",
                          interface, text);
     return error_set(error, STATUS_IO,

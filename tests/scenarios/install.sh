@@ -21,6 +21,14 @@ under_prefix() {
         grep -q "^ExecStart=$work/opt/bin/hexid run" "$work/opt/lib/systemd/system/hexid.service"
 }
 claim "under a prefix of its own the same, and the unit names it" under_prefix
+claim "the installed pages lead somewhere, and name no path of a checkout" \
+    "$python" tests/scenarios/pages.py installed "$work/opt/share/doc/hexid"
+readme() {
+    "$python" tests/scenarios/pages.py commands "$work/opt/share/doc/hexid/README.md" >"$work/readme.sh" && mkdir "$work/reader" &&
+        (cd "$work/reader" && PATH=$work/opt/bin:$PATH bash -eu "$work/readme.sh") && [ -s "$work/reader/stand-gap/report.html" ]
+}
+if built_with 'asan|tsan'; then echo "ok - the installed README's commands work from an empty directory # SKIP the same code runs in the other scenarios"
+else claim "the installed README's commands work from an empty directory" readme; fi
 version() { own --version | grep -xE 'hexid [0-9]+\.[0-9]+\.[0-9]+( \(commit [0-9a-f]{12}\+?\))?' && own --version | grep -F "$(sed -n 's/^VERSION := //p' Makefile)"; }
 claim "--version is the Makefile's, with the commit of a checkout" version
 claim "the changelog begins with that version" eval '[ "$(sed -n "s/^## \(.*\), [0-9-]*\$/\1/p" docs/changelog.md | head -n 1)" = "$(sed -n "s/^VERSION := //p" Makefile)" ]'

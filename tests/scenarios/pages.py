@@ -2,6 +2,7 @@
 
     pages.py links            every link, anchor, file and page that a page or a source names is there; README.md and the pictures are small
     pages.py messages         every message in the first column of docs/troubleshooting.md's tables is in a source, dots for what is filled in
+    pages.py installed DIR    the same links of the pages installed there; what they tell a reader to type has no path of a checkout
     pages.py commands PAGE    the commands of a page: its blocks that begin with ```sh
     pages.py shown PAGE       what it says they print: its blocks that begin with ```text, without the lines of dots
 
@@ -14,6 +15,7 @@ README_LINES = 150
 PICTURES_BYTES = 300_000  # together: the repository keeps them for ever
 SOURCES = "Makefile src hal sim include config lcmtypes tests docs .ci".split()
 NAMED = re.compile(r"`((?:[\w.-]+/)+[\w.-]+\.(?:c|h|cpp|hpp|py|sh|md|yaml|dbc|eds|lcm|csv))\b")
+OF_THE_CHECKOUT = ("install.md", "development.md", "extending.md")  # also where they are installed
 MADE = re.compile("(runs|build|stand|DIR)/|.*NAME")  # by the commands of a page, or by its reader
 OF_A_SOURCE = re.compile(r"\bdocs/([\w-]+)\.md(?:,? (?:section )?(\d)\b|, ([A-Z][a-z]+(?: [a-z]+)*))?")
 
@@ -41,7 +43,7 @@ def anchors(page):
         yield anchor if not seen[anchor] else f"{anchor}-{seen[anchor]}"
 
 
-def broken_links(page):
+def broken_links(page, checkout=True):
     for number, line in outside_blocks(page):
         for target in re.findall(r"\]\(([^)\s]+)\)", re.sub(r"`[^`]*`", "", line)):
             if re.match(r"\w+:", target):
@@ -52,7 +54,7 @@ def broken_links(page):
                 yield f"{page}:{number}: {target}: no such file"
             elif anchor and anchor not in anchors(file):
                 yield f"{page}:{number}: {target}: no such heading"
-        for path in NAMED.findall(line):
+        for path in NAMED.findall(line) if checkout else ():
             if not MADE.match(path) and not pathlib.Path(path).exists() and not (page.parent / path).exists():
                 yield f"{page}:{number}: {path}: no such file"
 
@@ -87,6 +89,15 @@ def links():
     return bool(broken)
 
 
+def installed(tree):
+    pages = list(pathlib.Path(tree).rglob("*.md"))
+    broken = [b for p in pages for b in broken_links(p, checkout=False)]
+    broken += [f"{p}:{number}: {line}" for p in pages if p.name not in OF_THE_CHECKOUT
+               for number, line in enumerate(p.read_text().split("\n"), 1) if re.search(r"build/hexid|(?<![/\w])config/", line)]
+    print("\n".join(broken) or f"{len(pages)} pages")
+    return bool(broken) or len(pages) < 20
+
+
 def messages():
     sources = [p for pattern in ("Makefile", "src/*/*.c", "hal/*.c") for p in pathlib.Path(".").glob(pattern)]
     text = re.sub(r'"\s*\n\s*"', "", "\n".join(p.read_text() for p in sources))  # literals over several lines are one
@@ -107,4 +118,6 @@ if __name__ == "__main__":
     command, *rest = sys.argv[1:]
     if command in ("links", "messages"):
         sys.exit(links() if command == "links" else messages())
+    if command == "installed":
+        sys.exit(installed(*rest))
     sys.exit(blocks(rest[0], {"commands": "sh", "shown": "text"}[command]))
