@@ -6,10 +6,10 @@
 #include "plot.h"
 
 static const char style[] =
-    ":root{color-scheme:light dark;--ink:#1a1a1a;--soft:#5c5c5c;--line:#dcdcdc;--paper:#fff;--mark:#fff3d6;--code:#333;"
+    ":root{color-scheme:light dark;--ink:#1a1a1a;--soft:#5c5c5c;--line:#dcdcdc;--paper:#fff;--mark:#fff3d6;--code:#333;--shade:#0006;"
     "--accent:" PICTURE_ACCENT "}\n"
     "@media(prefers-color-scheme:dark){"
-    ":root{--ink:#e8e8e8;--soft:#aaa;--line:#444;--paper:#1a1a1a;--mark:#4a3a10;--code:#ccc;--accent:#6db9ee}\n"
+    ":root{--ink:#e8e8e8;--soft:#aaa;--line:#444;--paper:#1a1a1a;--mark:#4a3a10;--code:#ccc;--shade:#fff6;--accent:#6db9ee}\n"
     "img{filter:invert(.9) hue-rotate(180deg)}}\n" /* white becomes the page's ground, hues stay */
     "*{box-sizing:border-box}\n"
     "body{margin:0 auto;max-width:1180px;padding:18px 32px 64px;"
@@ -35,7 +35,6 @@ static const char style[] =
     ".next{border-left:3px solid var(--accent);padding:4px 0 4px 14px;margin-top:18px}\n"
     ".two{display:grid;grid-template-columns:repeat(2,minmax(0,1fr));gap:16px 32px}\n"
     ".loops{display:grid;grid-template-columns:2fr 1fr;gap:0 8px}\n"
-    ".wide{overflow-x:auto}\n"
     "figure{margin:8px 0}\n"
     "img{max-width:100%;height:auto;display:block}\n"
     "table{border-collapse:collapse;font-size:14px;font-variant-numeric:tabular-nums}\n"
@@ -64,6 +63,7 @@ static const char more_style[] = /* a string constant has its limit */
     ".group{border-left:1px solid var(--line);padding-left:12px}\n"
     "th.group:not(.n){text-align:center}\n"
     ".off small{font-weight:400}\n"
+    "td code{overflow-wrap:break-word}.facts code{overflow-wrap:anywhere}\n" /* a key is no column of letters */
     ".facts th,.values td:first-child{white-space:nowrap}\n"
     ".facts td{min-width:170px}\n"
     "table.matrix{font-size:12.5px}\n"
@@ -71,9 +71,14 @@ static const char more_style[] = /* a string constant has its limit */
     "table.matrix td:first-child,table.matrix th:first-child{padding-left:0}\n"
     "details{margin:10px 0}\n"
     "summary{cursor:pointer}\n"
-    "pre{overflow-x:auto;font:12px/1.4 ui-monospace,'DejaVu Sans Mono','Liberation Mono',monospace;overflow-wrap:normal}\n"
+    /* what is scrolled has a shade at the end where there is more: the covers move with the table */
+    ".wide,pre{overflow-x:auto;background:linear-gradient(90deg,var(--paper) 50%,transparent) 0 0/36px 100% no-repeat local,"
+    "linear-gradient(270deg,var(--paper) 50%,transparent) 100% 0/36px 100% no-repeat local,"
+    "linear-gradient(90deg,var(--shade),transparent) 0 0/18px 100% no-repeat scroll,"
+    "linear-gradient(270deg,var(--shade),transparent) 100% 0/18px 100% no-repeat scroll}\n"
+    "pre{font:12px/1.4 ui-monospace,'DejaVu Sans Mono','Liberation Mono',monospace;overflow-wrap:normal}\n"
     "@media print{body{max-width:none;padding:0}section{break-inside:avoid}}\n"
-    "@media(max-width:800px){.cards,.two,.loops,.beside{grid-template-columns:minmax(0,1fr)}body{padding:12px}}\n";
+    "@media(max-width:800px){.cards,.two,.loops,.beside{grid-template-columns:minmax(0,1fr)}body{padding:12px}th.n{white-space:normal}}\n";
 
 void page_style(FILE *out) { fprintf(out, "%s%s", style, more_style); }
 
