@@ -21,6 +21,10 @@ double ident_error_pct(const struct identification *id, const struct method_resu
     return 100.0 * (method->mt[entry->row][entry->col] - nominal) / nominal;
 }
 
+double ident_scale(const double mt[DOFS][DOFS], const struct ident_entry *entry) {
+    return sqrt(fabs(mt[entry->row][entry->row] * mt[entry->col][entry->col]));
+}
+
 int ident_init(struct ident *id, const struct params *params, struct error *error) {
     static const double neutral[DOFS] = {0};
     if (params->mechanism == MECHANISM_AXIS)

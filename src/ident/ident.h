@@ -69,7 +69,12 @@ struct ident_entry {
 };
 extern const struct ident_entry ident_entries[IDENT_ENTRIES];
 
-/* Error of an entry against the nominal one, signed: negative is too small in magnitude. */
+/* Error of an entry against the nominal one, signed: negative is too small in magnitude. Of an
+ * entry near zero it says nothing. */
 double ident_error_pct(const struct identification *id, const struct method_result *method, const struct ident_entry *entry);
+
+/* What a difference of an entry is measured by, sqrt(Mii Mjj) of this matrix: on the diagonal the
+ * entry itself. */
+double ident_scale(const double mt[DOFS][DOFS], const struct ident_entry *entry);
 
 #endif

@@ -226,13 +226,13 @@ static void matrix_table(FILE *out, const char *const names[3], const double (*r
             names[0], names[1], names[2]);
     for (int i = 0; i < IDENT_ENTRIES; i++) {
         const struct ident_entry *e = &ident_entries[i];
-        double is = reference[e->row][e->col], a = first[e->row][e->col], b = second[e->row][e->col];
+        double whole = ident_scale(reference, e), is = reference[e->row][e->col], a = first[e->row][e->col], b = second[e->row][e->col];
         fprintf(out, "<tr><th>%s</th><td>%s</td>", e->name, e->unit);
         number_cell(out, is, "%.3f");
         number_cell(out, a, "%.3f");
-        number_cell(out, 100.0 * (a / is - 1.0), "%+.2f %%");
+        number_cell(out, 100.0 * (a - is) / whole, "%+.2f %%");
         number_cell(out, b, "%.3f");
-        number_cell(out, 100.0 * (b / is - 1.0), "%+.2f %%");
+        number_cell(out, 100.0 * (b - is) / whole, "%+.2f %%");
         fputs("</tr>\n", out);
     }
     fputs("</table></div>\n", out);
@@ -258,7 +258,8 @@ void table_matrix(FILE *out, const struct gap_result *r) {
     if (!r->matrices) return;
     fputs("<section id=\"matrix\"><h2>Identified inertia matrix</h2>\n"
           "<p>Method A of Tian 2015 on the measured log, and on the logs that the model before and after gives when it is driven as the "
-          "rig was. What the missing effect does to the identification, the model must do too.</p>\n",
+          "rig was. What the missing effect does to the identification, the model must do too. Off by: in % of the first value, of a "
+          "coupling (Mt15 ...) in % of the root of Mii Mjj.</p>\n",
           out);
     matrix_table(out, names, r->measured_mt, r->before_mt, r->after_mt);
     if (r->repaired) repaired_table(out, r);

@@ -132,9 +132,10 @@ static bool any_entries(const struct identification_report *r, bool *a) {
 }
 
 static void entry_words(FILE *out, const struct identification_report *r, bool a) {
-    fputs("<p class=\"small\">With 95 % intervals, 1.96 standard deviations; below them the difference from nominal; <span "
-          "class=\"off\">blue</span> where the interval does not hold the nominal value. ",
-          out);
+    fputs(
+        "<p class=\"small\">With 95 % intervals, 1.96 standard deviations; below them the difference from nominal, of a coupling (Mt15 ...) in % of the root "
+        "of Mii Mjj; <span class=\"off\">blue</span> where the interval does not hold the nominal value. ",
+        out);
     if (a) fputs("Of method A (Tian 2015) the interval is the sensors' noise alone: what dry friction does to it is not in there. ", out);
     fputs("Method C takes viscous and dry friction of each leg into the estimate; its matrix is symmetric (Mt42 is Mt24, Mt51 is Mt15). "
           "– : not determined, or not evaluated.",
@@ -161,7 +162,8 @@ static void entries(struct report_page *p) {
 static void payload(struct report_page *p) {
     const struct identification_report *r = p->report;
     fputs("<div id=\"payload\"><h2>Payload</h2>\n<p>What is left of method C's matrix when the legs as configured are taken off, as one "
-          "rigid body: the mass centre from where it is configured, the inertia about it (entries of the tensor).</p>\n",
+          "rigid body: the mass centre from where it is configured, the inertia about it (entries of the tensor; "
+          "differences of the products in % of the root of the two moments).</p>\n",
           p->out);
     if (!table_payload(p->out, r)) fputs("<p class=\"notice\">Not determined.</p>\n", p->out);
     for (int i = 0; i < r->logs; i++) {

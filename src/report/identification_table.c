@@ -16,7 +16,12 @@ int identification_decimals(const double mt[DOFS][DOFS]) {
 }
 
 static void cell(FILE *out, const struct identification *id, const struct method_result *m, const struct ident_entry *e) {
-    fprintf(out, "  %8.*f %+7.2f", identification_decimals(id->nominal_mt), m->mt[e->row][e->col], ident_error_pct(id, m, e));
+    double value = m->mt[e->row][e->col], error = value - id->nominal_mt[e->row][e->col];
+    fprintf(out, "  %8.*f %+7.2f", identification_decimals(id->nominal_mt), value, 100.0 * error / ident_scale(id->nominal_mt, e));
+}
+
+static void print_error_note(FILE *out) {
+    fprintf(out, "errors in %% of the nominal value, of a coupling (Mt15 ...) in %% of sqrt(Mii Mjj)\n");
 }
 
 static void friction(FILE *out, const char *what, const double *value, const double *std, int stride, const char *unit) {
@@ -156,6 +161,7 @@ static void print_method_c(FILE *out, const struct identification *id) {
         else cell(out, id, &c->matrix, e), fprintf(out, " %7.*f", decimals, c->matrix.mt_std[e->row][e->col]);
         fprintf(out, "\n");
     }
+    print_error_note(out);
     friction(out, "legs 1..6: viscous", c->viscous, c->viscous_std, 1, "N s/m");
     friction(out, "dry, extending", c->dry[0], c->dry_std[0], 2, "N");
     friction(out, "dry, retracting", c->dry[0] + 1, c->dry_std[0] + 1, 2, "N");
@@ -188,6 +194,7 @@ void identification_table_print(FILE *out, const struct identification *id, bool
         cell(out, id, &id->method_b, e);
         fprintf(out, " %7.*f\n", decimals, id->method_a.mt_std[e->row][e->col]);
     }
+    print_error_note(out);
     fprintf(out, "\ndiagonal of Bt: %.1f %.1f %.1f N s/m, %.2f %.2f %.2f N m s\n\n", id->method_a.bt[0][0], id->method_a.bt[1][1],
             id->method_a.bt[2][2], id->method_a.bt[3][3], id->method_a.bt[4][4], id->method_a.bt[5][5]);
     print_method_c(out, id);

@@ -21,6 +21,8 @@ struct comparison {
     void (*label)(FILE *out, int row);
     const char *configured_name;
     quantity_of *configured;       /* NULL: none */
+    /* of a difference from what was configured: what it is 100 % of; 0: of nothing */
+    double (*whole)(const struct identification_log *log, int row);
     int methods;
     struct {
         const char *name;
@@ -54,11 +56,12 @@ static void found_cell(FILE *out, const struct identification_report *r, const s
     struct quantity x = c->method[method].found(&r->log[log], row), first = c->method[method].found(&r->log[0], row);
     struct quantity configured = c->configured ? c->configured(&r->log[log], row) : (struct quantity){(double)NAN, 0.0};
     double off = x.value - configured.value, apart = (x.value - first.value) / hypot(x.std, first.std);
-    bool percent = fabs(off) < 10.0 * fabs(configured.value), compared = log > 0 && isfinite(apart);
+    double whole = c->whole ? c->whole(&r->log[log], row) : 0.0;
+    bool percent = whole > 0.0 && isfinite(off), compared = log > 0 && isfinite(apart);
     fprintf(out, "<td class=\"n%s%s\">", log || r->logs == 1 ? "" : " group", fabs(off) > REPORT_SURE * x.std ? " off" : "");
     table_estimate(out, x.value, REPORT_SURE * x.std);
     if (percent || compared) fputs("<small>", out);
-    if (percent) fprintf(out, "%+.2f %%", 100.0 * off / configured.value);
+    if (percent) fprintf(out, "%+.2f %%", 100.0 * off / whole);
     if (compared) fprintf(out, "%s%.1f σ from log 1", percent ? ", " : "", fabs(apart));
     fputs(percent || compared ? "</small></td>" : "</td>", out);
 }
@@ -114,6 +117,7 @@ static struct quantity entry_of(const struct method_result *m, int row) {
 static struct quantity entry_nominal(const struct identification_log *log, int row) {
     return (struct quantity){log->id->nominal_mt[ident_entries[row].row][ident_entries[row].col], 0.0};
 }
+static double entry_whole(const struct identification_log *log, int row) { return ident_scale(log->id->nominal_mt, &ident_entries[row]); }
 static struct quantity entry_a(const struct identification_log *log, int row) { return entry_of(&log->id->method_a, row); }
 static struct quantity entry_c(const struct identification_log *log, int row) { return entry_of(&log->id->method_c.matrix, row); }
 
@@ -128,8 +132,8 @@ static void entry_label(FILE *out, int row) {
 }
 
 void table_entries(FILE *out, const struct identification_report *r) {
-    static const struct comparison entries = {
-        "entry", IDENT_ENTRIES, entry_label, "nominal", entry_nominal, 2, {{"method A", entry_a}, {"method C", entry_c}}};
+    static const struct comparison entries = {"entry",       IDENT_ENTRIES, entry_label, "nominal",
+                                              entry_nominal, entry_whole,   2,           {{"method A", entry_a}, {"method C", entry_c}}};
     if (!compare(out, r, &entries)) fputs("<p class=\"notice\">No matrix was identified: see the reasons above.</p>\n", out);
 }
 
@@ -146,6 +150,15 @@ static struct quantity payload_configured(const struct identification_log *log, 
     return (struct quantity){value[row], 0.0};
 }
 
+/* Of a product of inertia the root of the two moments. */
+static double payload_whole(const struct identification_log *log, int row) {
+    const struct payload_params *p = &log->params->payload;
+    const double moment[3] = {p->inertia_xx_kg_m2, p->inertia_yy_kg_m2, p->inertia_zz_kg_m2};
+    static const int of[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+    if (row == PAYLOAD_MASS) return p->mass_kg;
+    return row < PAYLOAD_INERTIA ? 0.0 : sqrt(moment[of[row - PAYLOAD_INERTIA][0]] * moment[of[row - PAYLOAD_INERTIA][1]]);
+}
+
 static struct quantity payload_found(const struct identification_log *log, int row) {
     const struct payload *p = &log->id->method_c.payload;
     if (!log->id->method_c.matrix.evaluated || !p->evaluated) return (struct quantity){(double)NAN, (double)NAN};
@@ -160,7 +173,7 @@ static void payload_label(FILE *out, int row) {
 
 bool table_payload(FILE *out, const struct identification_report *r) {
     static const struct comparison payload = {
-        "payload", PAYLOAD_VALUES, payload_label, "configured", payload_configured, 1, {{"method C", payload_found}}};
+        "payload", PAYLOAD_VALUES, payload_label, "configured", payload_configured, payload_whole, 1, {{"method C", payload_found}}};
     return compare(out, r, &payload);
 }
 
@@ -186,13 +199,8 @@ static void leg_label(FILE *out, int row) { fprintf(out, "%d", row + 1); }
 
 bool table_friction(FILE *out, const struct identification_report *r) {
     static const struct comparison friction = {
-        "leg",
-        LEGS,
-        leg_label,
-        NULL,
-        NULL,
-        3,
-        {{"viscous, N s/m", viscous}, {"dry, extending, N", extending}, {"dry, retracting, N", retracting}}};
+        "leg", LEGS, leg_label, NULL,
+        NULL,  NULL, 3,         {{"viscous, N s/m", viscous}, {"dry, extending, N", extending}, {"dry, retracting, N", retracting}}};
     return compare(out, r, &friction);
 }
 

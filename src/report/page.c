@@ -63,7 +63,7 @@ static const char more_style[] = /* a string constant has its limit */
     ".group{border-left:1px solid var(--line);padding-left:12px}\n"
     "th.group:not(.n){text-align:center}\n"
     ".off small{font-weight:400}\n"
-    "td code{overflow-wrap:break-word}.facts code{overflow-wrap:anywhere}\n" /* a key is no column of letters */
+    "td code{overflow-wrap:break-word}.facts code{overflow-wrap:anywhere}\n" /* whole keys */
     ".facts th,.values td:first-child{white-space:nowrap}\n"
     ".facts td{min-width:170px}\n"
     "table.matrix{font-size:12.5px}\n"
@@ -71,7 +71,7 @@ static const char more_style[] = /* a string constant has its limit */
     "table.matrix td:first-child,table.matrix th:first-child{padding-left:0}\n"
     "details{margin:10px 0}\n"
     "summary{cursor:pointer}\n"
-    /* what is scrolled has a shade at the end where there is more: the covers move with the table */
+    /* what is scrolled has a shade where there is more: the covers move with the table */
     ".wide,pre{overflow-x:auto;background:linear-gradient(90deg,var(--paper) 50%,transparent) 0 0/36px 100% no-repeat local,"
     "linear-gradient(270deg,var(--paper) 50%,transparent) 100% 0/36px 100% no-repeat local,"
     "linear-gradient(90deg,var(--shade),transparent) 0 0/18px 100% no-repeat scroll,"

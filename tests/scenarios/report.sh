@@ -49,6 +49,24 @@ assert f"{apart:.1f} σ from log 1" in row and apart > 3, (apart, row)
 END
 }
 claim "three logs stand side by side, with the difference over the combined deviation" side_by_side
+# A coupling and a product of inertia that are configured as nearly nothing.
+near_zero() {
+    small=(--set payload.center_height_m=-0.0017 --set payload.inertia_xz_kg_m2=0.01)
+    quick "${sines[@]}" "${small[@]}" --log "$work/small.lcm" >/dev/null && ends 0 report "$work/small.lcm" &&
+        "$hexid" identify "$work/small.lcm" --json "$work/small.json" >"$work/small.txt" &&
+        "$python" - "$page" "$work/small.json" "$work/small.txt" <<'END'
+import json, re, sys
+page, found, text = open(sys.argv[1]).read(), json.load(open(sys.argv[2])), open(sys.argv[3]).read()
+mt, nominal, own = found["method_a"]["Mt"], found["nominal"]["Mt"], found["errors_pct"]["method_a"]["Mt15"]
+pct = 100 * (mt[0][4] - nominal[0][4]) / (nominal[0][0] * nominal[4][4]) ** 0.5
+printed = float(re.search(r"^Mt15 +kg m +\S+ +\S+ +(\S+)", text, re.M).group(1))
+cells = [float(x) for x in re.findall(r"([-+][\d.]+) %", re.search(r"<tr><td>Mt15.*?</tr>", page, re.S).group())]
+product = [float(x) for x in re.findall(r"([-+][\d.]+) %", re.search(r"<tr><td>inertia xz.*?</tr>", page, re.S).group())]
+print(own, pct, printed, cells, product)
+assert abs(own) > 20 * abs(pct) and abs(printed - pct) < 0.01 and abs(cells[0] - pct) < 0.01 and abs(product[0]) < 10
+END
+}
+claim "a difference from nearly nothing is in % of sqrt(Mii Mjj), not of nothing" near_zero
 claim "a browser draws it, wide and narrow, in light and in dark, without a sideways scroll" "$python" tests/scenarios/report_view.py "$page" "$work"
 friction() { # the step that is drawn is the friction that was put in: within its interval of 100 N
     ends 0 report "$work/b.lcm" && "$python" - "$page" <<'END'
