@@ -29,8 +29,8 @@ static bool connect_bus(void) {
 
 /* The loop has acted on all that was asked, and is in this state. */
 static void loop_acts(enum state state, bool taken) {
-    uint64_t id = mailbox_read(&loop.requests).id;
-    atomic_store(&loop.acted, id << 32 | (uint64_t)state << 2 | taken);
+    struct loop_acted acted = {.request_id = mailbox_read(&loop.requests).id, .state = state, .taken = taken};
+    atomic_store(&loop.acted, loop_acted_word(&acted));
 }
 
 static void ask(enum command command, int64_t token, int64_t now_ns) {

@@ -445,7 +445,7 @@ static void each_limit_refuses_by_its_name(void **unused) {
     assert_refused(&params, NULL, "test multisine|leg 5|scale all amplitudes by 0.");
     params = brisk();
     params.limits.force_n = 100.0; /* less than the weight */
-    assert_refused(&params, NULL, "force|limit|100|no smaller motion would do");
+    assert_refused(&params, NULL, "force|limit|100|at rest|no smaller motion would do|payload.mass_kg|hexid doctor");
 }
 
 /* A hundredth more would be too much. */

@@ -29,6 +29,8 @@ struct finding finding_unseen(const char *path, const char *what) {
                    "cannot be seen here: %s; %s is not there", what, path);
 }
 
+bool doctor_drives(const struct doctor *d) { return d->params->mechanism == MECHANISM_STEWART; }
+
 enum level level_of_machine(const struct doctor *d) { return d->machine ? LEVEL_FAIL : LEVEL_WARN; }
 
 const char *doctor_address(const struct doctor *d, const char *scheme) {

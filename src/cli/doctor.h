@@ -52,6 +52,9 @@ struct finding finding_unseen(const char *path, const char *what);
  * simulation, which goes on. */
 enum level level_of_machine(const struct doctor *d);
 
+/* Of one axis it is read what it did: nothing is driven. */
+bool doctor_drives(const struct doctor *d);
+
 /* What follows "can:" in the machine's URL, when it begins so; else NULL. */
 const char *doctor_address(const struct doctor *d, const char *scheme);
 

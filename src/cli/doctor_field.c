@@ -16,7 +16,7 @@
 /* ---- CAN ---- */
 
 struct finding check_can_load(const struct doctor *d) {
-    if (d->params->mechanism == MECHANISM_AXIS) return finding_none();
+    if (!doctor_drives(d)) return finding_none();
     struct can_load l = can_load(d->params);
     enum level too_full = doctor_address(d, "can") ? LEVEL_FAIL : LEVEL_WARN;
     struct finding f = finding(l.share <= l.limit ? LEVEL_OK : too_full, "a longer loop.period_s, or a higher can.bitrate_bps",
@@ -118,7 +118,7 @@ struct finding check_modbus_line(const struct doctor *d) {
     const char *address = doctor_address(d, "modbus");
     struct modbus_address_parts parts;
     struct error error;
-    if (d->params->mechanism == MECHANISM_AXIS) return finding_none();
+    if (!doctor_drives(d)) return finding_none();
     if (address && modbus_parse(address, &parts, &error)) return finding(LEVEL_FAIL, "write the address in that form", "%s", error.text);
     struct modbus_load slow = modbus_load(address && parts.serial ? parts.baud : 115200.0), fast = modbus_load(1e6);
     double cycle_s = 0.9 * d->params->loop.period_s;

@@ -14,13 +14,10 @@ static const double SINGULAR_NEAR = 0.25; /* of the way from neutral to the ends
 static const double GYRATION_LEAST = 0.05, GYRATION_MOST = 3.0; /* of the upper joints' distance */
 static const double USELESS = 0.2; /* of a stroke beyond its end: left over from another machine */
 
-/* Of one axis it is read what it did: nothing is driven. */
-static bool drives(const struct doctor *d) { return d->params->mechanism == MECHANISM_STEWART; }
-
 struct finding check_configuration(const struct doctor *d) { return finding(LEVEL_OK, "", "%s", d->config ? d->config : "built in"); }
 
 struct finding check_machine(const struct doctor *d) {
-    if (!drives(d)) return finding(LEVEL_OK, "", "a single axis, which hexid does not drive: it reads what it did");
+    if (!doctor_drives(d)) return finding(LEVEL_OK, "", "a single axis, which hexid does not drive: it reads what it did");
     if (d->machine) return finding(LEVEL_OK, "", "%s, a real machine: real time is required", d->url);
     return finding(LEVEL_OK, "", "%s, simulated; --hal can:can0 or --hal modbus:tcp://HOST:PORT looks at a real one", d->url);
 }
@@ -28,7 +25,7 @@ struct finding check_machine(const struct doctor *d) {
 struct finding check_kinematics(const struct doctor *d) {
     struct error error;
     struct kinematics k;
-    if (!drives(d)) return finding_none();
+    if (!doctor_drives(d)) return finding_none();
     if (kinematics_init(&k, d->params, &error)) return finding(LEVEL_FAIL, "correct the key that is named", "%s", error.text);
     struct finding f = finding(LEVEL_OK, "", "neutral lengths");
     f.data = json_array();
@@ -47,7 +44,7 @@ struct finding check_kinematics(const struct doctor *d) {
 struct finding check_workspace(const struct doctor *d) {
     struct error error;
     struct kinematics k;
-    if (!drives(d) || kinematics_init(&k, d->params, &error)) return finding_none();
+    if (!doctor_drives(d) || kinematics_init(&k, d->params, &error)) return finding_none();
     struct workspace w = workspace_find(&k, d->params);
     bool all = w.reached == w.corners;
     const double *p = all ? w.worst_pose : w.nearest_pose;
@@ -70,7 +67,7 @@ struct finding check_workspace(const struct doctor *d) {
 struct finding check_strokes(const struct doctor *d) {
     struct error error;
     struct kinematics k;
-    if (!drives(d) || kinematics_init(&k, d->params, &error)) return finding_none();
+    if (!doctor_drives(d) || kinematics_init(&k, d->params, &error)) return finding_none();
     const struct limit_params *l = &d->params->limits;
     for (int i = 0; i < LEGS; i++) {
         struct stroke stroke = kinematics_stroke(&k, &d->params->actuator, i);
@@ -91,7 +88,7 @@ struct finding check_strokes(const struct doctor *d) {
 struct finding check_payload(const struct doctor *d) {
     const struct payload_params *p = &d->params->payload;
     struct kinematics k;
-    if (!drives(d)) return finding_none();
+    if (!doctor_drives(d)) return finding_none();
     kinematics_place(&k, d->params);
     double least = fmin(fmin(p->inertia_xx_kg_m2, p->inertia_yy_kg_m2), p->inertia_zz_kg_m2);
     double most = fmax(fmax(p->inertia_xx_kg_m2, p->inertia_yy_kg_m2), p->inertia_zz_kg_m2);
@@ -116,7 +113,7 @@ struct finding check_tests(const struct doctor *d) {
     struct params params = *d->params;
     struct trajectory trajectory = {0};
     struct error error;
-    if (!drives(d)) return finding_none();
+    if (!doctor_drives(d)) return finding_none();
     int status = motion_check_tests(&params, &trajectory, &error);
     trajectory_free(&trajectory);
     if (status) return finding(LEVEL_FAIL, remedy, "%s", error.text);
@@ -125,7 +122,7 @@ struct finding check_tests(const struct doctor *d) {
 }
 
 struct finding check_blind_time(const struct doctor *d) {
-    if (!drives(d)) return finding_none();
+    if (!doctor_drives(d)) return finding_none();
     struct blind_time blind = blind_time(d->params);
     struct finding f = finding(blind.allowed ? LEVEL_OK : LEVEL_FAIL, "make the keys of this sum smaller", "%.3f s of %g, with %s: %s",
                                blind.s, d->params->limits.blind_time_s, blind.when, blind.sum);
@@ -137,7 +134,7 @@ struct finding check_blind_time(const struct doctor *d) {
  * decision, and is said. */
 struct finding check_interlocks(const struct doctor *d) {
     char wiring[200];
-    if (!drives(d)) return finding_none();
+    if (!doctor_drives(d)) return finding_none();
     bool all = interlock_describe(&d->params->interlocks, wiring, sizeof wiring);
     return finding(all || !d->machine ? LEVEL_OK : LEVEL_WARN, "wire it and set its key of `interlocks`, or answer for doing without", "%s",
                    wiring);

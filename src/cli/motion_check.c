@@ -223,7 +223,7 @@ static int refuse(struct walk *w, struct error *error) {
     struct excess e = w->worst;
     const struct test_params *t = &w->params->tests;
     bool single = tests_single(t);
-    char stopped[48] = "", remedy[120];
+    char stopped[48] = "", remedy[200];
     /* a trajectory's own time */
     double scale = find_scale(w), from_s = w->trajectory ? t->ramp_s : 0.0;
     bool below = e.value < e.least;
@@ -234,7 +234,12 @@ static int refuse(struct walk *w, struct error *error) {
                  : w->trajectory ? "the poses"
                                  : "all amplitudes",
                  scale);
-    else snprintf(remedy, sizeof remedy, "no smaller motion would do: the machine cannot do it at rest");
+    else if (walk_all(w, 0.0)) snprintf(remedy, sizeof remedy, "less than a hundredth of it would do: another test, or another limit");
+    else
+        snprintf(
+            remedy, sizeof remedy,
+            "it is so at rest, and no smaller motion would do: compare payload.mass_kg, the joints and their order (`hexid doctor` looks "
+            "at them), then that limit");
     return error_set(error, STATUS_USAGE, "not run: test %s at %.3f s%s: leg %d has %s %.5g %s, limit %.5g (%s): %s",
                      tests_name(t, e.at.dof), e.at.time_s - from_s, stopped, e.leg + 1, e.what, e.value, e.unit, below ? e.least : e.most,
                      below ? e.below : e.above, remedy);

@@ -132,10 +132,9 @@ static bool any_entries(const struct identification_report *r, bool *a) {
 }
 
 static void entry_words(FILE *out, const struct identification_report *r, bool a) {
-    fputs(
-        "<p class=\"small\">With 95 % intervals, 1.96 standard deviations; below them the difference from nominal, of a coupling (Mt15 ...) in % of the root "
-        "of Mii Mjj; <span class=\"off\">blue</span> where the interval does not hold the nominal value. ",
-        out);
+    fputs("<p class=\"small\">With 95 % intervals, 1.96 standard deviations; below them the difference from nominal, of a coupling "
+          "(Mt15 ...) in % of the root of Mii Mjj; <span class=\"off\">blue</span> where the interval does not hold the nominal value. ",
+          out);
     if (a) fputs("Of method A (Tian 2015) the interval is the sensors' noise alone: what dry friction does to it is not in there. ", out);
     fputs("Method C takes viscous and dry friction of each leg into the estimate; its matrix is symmetric (Mt42 is Mt24, Mt51 is Mt15). "
           "– : not determined, or not evaluated.",

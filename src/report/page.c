@@ -71,7 +71,7 @@ static const char more_style[] = /* a string constant has its limit */
     "table.matrix td:first-child,table.matrix th:first-child{padding-left:0}\n"
     "details{margin:10px 0}\n"
     "summary{cursor:pointer}\n"
-    /* what is scrolled has a shade where there is more: the covers move with the table */
+    /* a shade where there is more to scroll to: the covers move with the table */
     ".wide,pre{overflow-x:auto;background:linear-gradient(90deg,var(--paper) 50%,transparent) 0 0/36px 100% no-repeat local,"
     "linear-gradient(270deg,var(--paper) 50%,transparent) 100% 0/36px 100% no-repeat local,"
     "linear-gradient(90deg,var(--shade),transparent) 0 0/18px 100% no-repeat scroll,"

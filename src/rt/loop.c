@@ -48,11 +48,18 @@ static void hand_over(struct loop *l, const struct cycle *c) {
     }
 }
 
+uint64_t loop_acted_word(const struct loop_acted *a) {
+    return (uint64_t)a->request_id << 32 | (uint64_t)a->wrong << 16 | (uint64_t)a->state << 2 | (uint64_t)a->stopped << 1 | a->taken;
+}
+
 static void tell_acted(struct loop *l) {
     const struct platform *p = &l->platform;
-    uint64_t word = (uint64_t)p->supervisor.request_id << 32 | (uint64_t)platform_wrong(p) << 16 | (uint64_t)p->supervisor.state << 2 |
-                    (uint64_t)p->stopping << 1 | p->request_taken;
-    atomic_store_explicit(&l->acted, word, memory_order_release);
+    struct loop_acted acted = {.request_id = p->supervisor.request_id,
+                               .taken = p->request_taken,
+                               .stopped = p->stopping,
+                               .state = p->supervisor.state,
+                               .wrong = platform_wrong(p)};
+    atomic_store_explicit(&l->acted, loop_acted_word(&acted), memory_order_release);
 }
 
 struct loop_acted loop_acted(const struct loop *l) {

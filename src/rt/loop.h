@@ -65,6 +65,9 @@ struct loop_acted {
 };
 struct loop_acted loop_acted(const struct loop *l);
 
+/* The same as the word that the loop hands over, for tests in the loop's place. Pure, RT. */
+uint64_t loop_acted_word(const struct loop_acted *acted);
+
 /* SAFETY: park, whatever else is asked for from now on, and end as soon as nothing is driven. Any
  * thread, also a signal handler; more than once does no harm. */
 void loop_quit(struct loop *l);

@@ -9,6 +9,7 @@ import os
 import subprocess
 import time
 
+VIEWS = [(width, dark) for width in (1200, 420) for dark in (False, True)]
 PATIENCE_S = 60  # for a page; a claim about time measures it itself
 
 
@@ -85,6 +86,17 @@ class Browser:
     def size(self, width, height, dark=False, scale=1):
         self.send("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=scale, mobile=False)
         self.send("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}])
+
+    def views(self):
+        """The page at 1200 and 420 px, light and dark, one after the other: must be no wider than the window, and of the scheme asked for."""
+        for width, dark in VIEWS:
+            self.size(width, 900, dark)
+            self.wait("innerWidth == %d" % width)
+            self.evaluate("new Promise(done => requestAnimationFrame(() => setTimeout(done, 200)))")
+            wide, ground = self.evaluate("[document.documentElement.scrollWidth, getComputedStyle(document.body).backgroundColor]")
+            light = sum(int(x) for x in ground[4:-1].split(",")) / 765
+            assert wide <= width and (light < 0.2 if dark else light > 0.9), (width, dark, wide, ground)
+            yield width, dark
 
     def picture(self, path, whole=False):
         got = self.send("Page.captureScreenshot", format="png", captureBeyondViewport=whole)

@@ -12,7 +12,7 @@ whole() { gap -o "$work/out" && listed "$work/out" "gap.json model.yaml report.h
 claim "gap.json, model.yaml and report.html are left, and nothing else" whole
 claim "Chromium draws the page: eight pictures, and a first screen of 1280 x 800 with what matters" \
     "$python" tests/scenarios/gap_page.py "$work/out/report.html" 8 "$work"
-claim "it is no wider than a telephone" "$python" tests/scenarios/narrow.py "$work/out/report.html" "$work"
+claim "it is no wider than a telephone" "$python" tests/scenarios/report_view.py "$work/out/report.html" "$work"
 columns() { gap -o "$work/out" --replay motion >"$work/text" 2>/dev/null && ! grep -E '.{81}' "$work/text"; }
 claim "the summary fits 80 columns" columns
 claim "without a closed loop seven pictures are drawn" "$python" tests/scenarios/gap_page.py "$work/out/report.html" 7 "$work"

@@ -1,30 +1,24 @@
-"""Opens a page in a headless Chromium: report_view.py PAGE WORK. At 1200 and 420 pixels, in light and dark, it must not be wider than the window,
-and its text must stand out from its ground."""
-import html
-import json
-import re
-import subprocess
+"""Opens a page in a headless Chromium: report_view.py PAGE WORK. At 1200 and 420 pixels, in light and in dark, all its pictures are drawn and
+fit, its text stands out from its ground, no table has columns of letters, and what scrolls sideways shows that it does."""
+import pathlib
 import sys
 
-page, work = open(sys.argv[1], encoding="utf-8").read(), sys.argv[2]
-# A window can be no narrower than some 500 pixels; a frame can.
-FRAME = """<iframe id="f" style="border:0;width:%dpx;height:900px" srcdoc="%s"></iframe><pre id="probe"></pre><script>
-document.getElementById('f').addEventListener('load', event => {
-  const d = event.target.contentDocument, style = event.target.contentWindow.getComputedStyle(d.body);
-  const light = colour => colour.match(/[0-9]+/g).slice(0, 3).reduce((sum, c) => sum + Number(c), 0) / 765;
-  document.getElementById('probe').textContent = JSON.stringify({width: d.documentElement.scrollWidth, ground: light(style.backgroundColor),
-    ink: light(style.color), images: [...d.images].filter(i => i.naturalWidth > 300).length, wide: Math.max(...[...d.images].map(i => i.width))});
-});</script>"""
-for width in 1200, 420:
-    for dark in False, True:
-        probed = work + "/probed.html"
-        open(probed, "w", encoding="utf-8").write(FRAME % (width, html.escape(page)))
-        scheme = ["--blink-settings=preferredColorScheme=0"] if dark else []
-        dom = subprocess.run(["chromium", "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run",
-                              "--disable-background-networking", "--user-data-dir=" + work + "/chromium", "--window-size=1280,1000", *scheme,
-                              "--dump-dom", "file://" + probed], check=True, capture_output=True, text=True, timeout=300).stdout
-        seen = json.loads(html.unescape(re.search(r'<pre id="probe">(.*?)</pre>', dom, re.S).group(1)))
+sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "peers"))
+from browser import Browser  # noqa: E402
+
+path, work = pathlib.Path(sys.argv[1]).resolve(), sys.argv[2]
+LOOK = """(() => { const ink = getComputedStyle(document.body).color.match(/[0-9]+/g).slice(0, 3);
+  const more = [...document.querySelectorAll('.wide, pre')].filter(e => e.scrollWidth > e.clientWidth);
+  return {ink: ink.reduce((sum, c) => sum + Number(c), 0) / 765, images: [...document.images].filter(i => i.naturalWidth > 300).length,
+    wide: Math.max(...[...document.images].map(i => i.width)), scrolls: more.length,
+    unshaded: more.filter(e => !getComputedStyle(e).backgroundImage.includes('gradient')).length,
+    highest: Math.max(...[...document.querySelectorAll('td code')].map(c => c.closest('tr').getBoundingClientRect().height), 0)}; })()"""
+with Browser(work) as page:
+    page.open(f"file://{path}")
+    for width, dark in page.views():
+        seen = page.evaluate(LOOK)
         print(width, "dark" if dark else "light", seen)
-        assert seen["width"] <= width and seen["wide"] <= width, "wider than the window"
-        assert seen["images"] == page.count("<img "), "a picture is not drawn"
-        assert seen["ground"] < 0.2 and seen["ink"] > 0.8 if dark else seen["ground"] > 0.9 and seen["ink"] < 0.2, "not the colour scheme asked for"
+        assert seen["wide"] <= width, "a picture wider than the window"
+        assert seen["images"] == path.read_text(encoding="utf-8").count("<img "), "a picture is not drawn"
+        assert seen["ink"] > 0.8 if dark else seen["ink"] < 0.2, "not the colour scheme asked for"
+        assert not seen["unshaded"] and seen["highest"] < 200
