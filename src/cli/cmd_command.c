@@ -10,6 +10,7 @@
 
 #include "bus.h"
 #include "cli.h"
+#include "edit_distance.h"
 #include "messages.h"
 #include "supervisor.h"
 #include "units.h"
@@ -114,6 +115,14 @@ static int tell(struct client *c, enum command command, struct error *error) {
     return a.lease_s > 0.0 ? hold_lease(c, command, &a, error) : STATUS_OK;
 }
 
+static const char *name_of(int i) { return i + COMMAND_ENGAGE < COMMANDS ? command_names[i + COMMAND_ENGAGE] : NULL; }
+
+static int unknown(const struct options *o, struct error *error) {
+    const char *nearest = o->operands ? edit_nearest(o->operand[0], name_of) : NULL;
+    return error_set(error, STATUS_USAGE, "command: one of engage, start, stop, park, reset%s%s%s", nearest ? "; did you mean " : "",
+                     nearest ? nearest : "", nearest ? "?" : "");
+}
+
 int cmd_command(int argc, char **argv) {
     const struct sigaction action = {.sa_handler = on_signal};
     struct options o;
@@ -124,7 +133,7 @@ int cmd_command(int argc, char **argv) {
     int status = options_parse(&o, argc, argv, "cS", 1, &error);
     for (int i = COMMAND_ENGAGE; !status && o.operands && i < COMMANDS; i++)
         if (!strcmp(o.operand[0], command_names[i])) command = (enum command)i;
-    if (!status && command == COMMANDS) status = error_set(&error, STATUS_USAGE, "command: one of engage, start, stop, park, reset");
+    if (!status && command == COMMANDS) status = unknown(&o, &error);
     if (!status) status = options_bus(&o, &params, &c.bus, &error);
     if (!status) {
         sigaction(SIGINT, &action, NULL);

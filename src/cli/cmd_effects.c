@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "cli.h"
+#include "edit_distance.h"
 
 static void print_effect(const struct effect *e) {
     printf("%s\n    is         %s\n    law        %s\n    signature  %s\n", e->name, e->plain, e->law, e->signature);
@@ -40,12 +41,16 @@ static int write_json(const struct options *o, struct error *error) {
     return status;
 }
 
+static const char *effect_name(int i) { return effect_table[i] ? effect_table[i]->name : NULL; }
+
 int cmd_effects(int argc, char **argv) {
     struct options o;
     struct error error;
     if (options_parse(&o, argc, argv, "j", 1, &error)) return cli_fail(&error);
     if (o.operands && effect_find(o.operand[0]) < 0) {
-        error_set(&error, STATUS_USAGE, "effects %s: no such effect; `hexid effects` lists them", o.operand[0]);
+        const char *nearest = edit_nearest(o.operand[0], effect_name);
+        error_set(&error, STATUS_USAGE, "effects %.100s: no such effect; %s%s%s`hexid effects` lists them", o.operand[0],
+                  nearest ? "did you mean " : "", nearest ? nearest : "", nearest ? "? " : "");
         return cli_fail(&error);
     }
     if (o.json) return write_json(&o, &error) ? cli_fail(&error) : EXIT_PASSED;

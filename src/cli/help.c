@@ -142,17 +142,9 @@ const struct subcommand *help_find(const char *name) {
     return NULL;
 }
 
-const char *help_nearest(const char *name) {
-    const char *nearest = NULL;
-    int best = edit_distance_too_far(name);
-    for (int i = 0; i < SUBCOMMANDS; i++) {
-        int distance = edit_distance(name, subcommands[i].name);
-        if (distance > best || (distance == best && nearest)) continue;
-        best = distance;
-        nearest = subcommands[i].name;
-    }
-    return nearest;
-}
+static const char *subcommand_name(int i) { return i < SUBCOMMANDS ? subcommands[i].name : NULL; }
+
+const char *help_nearest(const char *name) { return edit_nearest(name, subcommand_name); }
 
 /* The URLs of --hal stand with their back-ends. */
 static void print_options(const struct subcommand *s) {

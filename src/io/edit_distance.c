@@ -21,3 +21,15 @@ int edit_distance(const char *a, const char *b) {
 }
 
 int edit_distance_too_far(const char *word) { return (int)strlen(word) / 3 + 1; }
+
+const char *edit_nearest(const char *word, const char *name(int i)) {
+    const char *nearest = NULL, *at;
+    int best = edit_distance_too_far(word);
+    for (int i = 0; (at = name(i)); i++) {
+        int distance = strlen(word) > 2 && !strncmp(word, at, strlen(word)) ? 0 : edit_distance(word, at);
+        if (distance > best || (distance == best && nearest)) continue;
+        best = distance;
+        nearest = at;
+    }
+    return nearest;
+}

@@ -58,6 +58,8 @@ claim "a usage line, the options below it and the program agree" agrees
 suggests() { refuses 2 "did you mean $1" own "${@:2}"; }
 claim "a misspelt subcommand gets a suggestion" suggests 'identify?' idenitfy a.lcm
 claim "so does a misspelt option, one of the subcommand's" suggests '--trajectory?' run --trajectroy x
+claim "so does a command to the platform" suggests 'start?' command strat
+claim "and an effect, of which a beginning is enough" suggests 'cylinder_coulomb_friction?' effects cylinder_coul
 nothing_near() { refuses 2 "no such subcommand: frobnicate" own frobnicate && ! grep 'did you mean' "$work/error"; }
 claim "a word that nothing is near gets none" nothing_near
 
