@@ -22,6 +22,7 @@ static const struct check {
     {"kinematics", check_kinematics},
     {"workspace", check_workspace},
     {"strokes", check_strokes},
+    {"cylinders", check_cylinders},
     {"payload", check_payload},
     {"tests", check_tests},
     {"blind time", check_blind_time},

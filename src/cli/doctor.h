@@ -78,8 +78,8 @@ json_t *doctor_text(const char *text);
 double doctor_now_s(void); /* CLOCK_MONOTONIC */
 
 /* ---- doctor_machine.c: what is configured ---- */
-doctor_check check_configuration, check_machine, check_kinematics, check_workspace, check_strokes, check_payload, check_tests,
-    check_blind_time, check_interlocks;
+doctor_check check_configuration, check_machine, check_kinematics, check_workspace, check_strokes, check_cylinders, check_payload,
+    check_tests, check_blind_time, check_interlocks;
 
 /* ---- doctor_host.c: this computer ---- */
 doctor_check check_kernel, check_hypervisor, check_realtime, check_locked_memory, check_governor, check_idle_states, check_isolation,

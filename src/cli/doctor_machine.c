@@ -1,6 +1,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "areas.h"
 #include "blind_time.h"
 #include "doctor.h"
 #include "hal.h"
@@ -81,6 +82,14 @@ struct finding check_strokes(const struct doctor *d) {
     struct stroke first = kinematics_stroke(&k, &d->params->actuator, 0);
     return finding(LEVEL_OK, "", "leg 1 from %.4f to %.4f m, limits %g to %g", first.least_m, first.most_m, l->length_min_m[0],
                    l->length_max_m[0]);
+}
+
+/* For the eye: with other areas every force of a pressure is another. */
+struct finding check_cylinders(const struct doctor *d) {
+    char areas[AREAS_TEXT_SIZE];
+    if (!areas_stated(d->params)) return finding(LEVEL_OK, "", "no diameters, as of an electric axis: hexid gap takes no pressures");
+    areas_text(d->params, areas);
+    return finding(LEVEL_OK, "", "%s", areas);
 }
 
 /* Tonnes for kilogrammes, or a mass without its inertia: no body of that mass is so wide or so
