@@ -45,7 +45,11 @@ static bool gives(const struct csv_head *h, enum csv_key key) { return !isnan(h-
 /* Six legs or one axis: as the first file, and as all of them. */
 static int merge_mechanism(struct import *im, int file) {
     const struct csv_head *h = &im->head[file];
-    if (file == 0 && h->mechanism == MECHANISM_AXIS) im->params.mechanism = h->mechanism;
+    if (file == 0 && h->mechanism == MECHANISM_AXIS && im->params.mechanism != MECHANISM_AXIS) {
+        im->params.mechanism = h->mechanism;
+        /* a platform's cylinders are others */
+        im->params.actuator.stated.piston = im->params.actuator.stated.rod = false;
+    }
     if (h->mechanism == im->params.mechanism) return STATUS_OK;
     if (file == 0)
         return error_set(im->error, STATUS_USAGE, "%.200s:%d: no column position_m: the configuration's mechanism is axis", h->path,

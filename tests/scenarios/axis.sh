@@ -53,6 +53,11 @@ pressures() {
         ends 1 "$hexid" check "$work/cylinder.lcm" >"$work/said" && tr -s '\n ' ' ' <"$work/said" | grep -q 'gap would refuse it: .* does not state'
 }
 claim "pressures without the cylinder's diameters are warned of, then refused" pressures
+of_a_platform() {
+    "$hexid" import "$work/cylinder" -o "$work/platform.lcm" 2>&1 | grep 'does not state' &&
+        "$hexid" check "$work/cylinder" | tr -s '\n ' ' ' | grep 'gap would refuse it: .* does not state'
+}
+claim "a platform's configuration states none of an axis" of_a_platform
 one_diameter() {
     "$hexid" gap --measured "$work/cylinder.lcm" -c config/axis.yaml --set actuator.piston_diameter_m=0.05 --replay motion -o "$work/none" 2>&1 |
         tee "$work/said" | grep -q 'give it actuator.rod_diameter_m' && ! grep -q 'piston' "$work/said"
