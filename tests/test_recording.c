@@ -6,10 +6,12 @@
 
 #include "controller.h"
 #include "force.h"
+#include "frequency.h"
 #include "gap.h"
 #include "recording_check.h"
 #include "gap_rig.h"
 #include "residual.h"
+#include "units.h"
 
 static struct params params;
 static struct recording clean; /* six tests of the simulated platform */
@@ -216,6 +218,29 @@ static void a_stated_frequency_that_is_off_is_corrected(void **unused) {
     }
 }
 
+/* A loop that settles for as long as a test lasts turns its phase without another frequency: the
+ * reference says so, and without one it is told from the second half. */
+static void legs_that_settle_move_at_the_frequency_of_the_reference(void **unused) {
+    (void)unused;
+    const double turned_rad = 0.3, settled_s = 1.0, most_off[] = {2e-4, 1e-9};
+    for (int reference = 0; reference < 2; reference++) {
+        struct recording r = copy();
+        r.measured.reference = reference;
+        for (int i = 0; i < r.tests; i++)
+            for (int j = 0; j < r.test[i].count; j++) {
+                struct recording_sample *s = &r.test[i].sample[j];
+                double w = 2.0 * PI * r.test[i].frequency_hz, late = turned_rad * exp(-s->test_time_s / settled_s);
+                for (int k = 0; k < LEGS; k++) s->length_m[k] = 1.8 + 4e-3 * sin(w * s->test_time_s + k - late);
+                s->ref[r.test[i].dof] = r.test[i].amplitude * sin(w * s->test_time_s);
+            }
+        for (int i = 0; i < r.tests; i++) {
+            const struct recording_test *t = &r.test[i];
+            assert_close(frequency_fit(t, LEGS, reference, 4.0), 4.0, 4.0 * most_off[reference]);
+        }
+        recording_free(&r);
+    }
+}
+
 static void a_bad_first_sample_hides_no_frequency(void **unused) {
     (void)unused;
     struct error error = {0};
@@ -331,6 +356,7 @@ int main(void) {
         cmocka_unit_test(another_rate_than_the_controllers_is_seen),
         cmocka_unit_test(another_machine_is_refused),
         cmocka_unit_test(a_stated_frequency_that_is_off_is_corrected),
+        cmocka_unit_test(legs_that_settle_move_at_the_frequency_of_the_reference),
         cmocka_unit_test(a_bad_first_sample_hides_no_frequency),
         cmocka_unit_test(what_is_as_it_should_be_is_accepted),
         cmocka_unit_test(stamps_that_stand_still_are_no_clock),

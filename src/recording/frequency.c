@@ -1,6 +1,7 @@
 #include "frequency.h"
 
 #include <math.h>
+#include <stddef.h>
 
 #include "dense.h"
 #include "units.h"
@@ -8,22 +9,33 @@
 static const double MOST_HZ = 40.0;      /* no platform is tested faster */
 static const double OF_FREQUENCY = 0.5;  /* of the motion's square: it moves at this frequency */
 static const double SEARCH_S = 10.0;     /* an hour's record is not searched as a whole */
+static const double FOLLOWED = 1e-3;      /* of it: legs that still settle after the reference */
 enum { ITERATIONS = 8, CYCLES_LEAST = 2, SEARCH_CYCLES = 8 };
 
-/* The sinusoid of a frequency in a leg's length, s sin wt + c cos wt, by least squares
- * with a constant. */
-struct wave {
-    double s, c;
-    double variance; /* of the length */
+/* What is looked at: so many numbers side by side in a sample. */
+struct signals {
+    size_t offset;
+    int count;
 };
 
-static struct wave wave_at(const struct recording_test *t, int leg, double hz, double from_s, double until_s) {
+static double value_of(const struct recording_sample *s, struct signals of, int k) {
+    return ((const double *)(const void *)((const char *)s + of.offset))[k];
+}
+
+/* The sinusoid of a frequency in a signal, s sin wt + c cos wt, by least squares with a
+ * constant. */
+struct wave {
+    double s, c;
+    double variance; /* of the signal */
+};
+
+static struct wave wave_at(const struct recording_test *t, struct signals of, int k, double hz, double from_s, double until_s) {
     double h[9] = {0}, g[3] = {0}, square = 0.0, zero = 0.0;
     for (int i = t->first; i < t->end && t->sample[i].test_time_s < until_s; i++) {
         const struct recording_sample *s = &t->sample[i];
         if (!s->good || s->test_time_s < from_s) continue;
-        if (!(h[0] > 0.0)) zero = s->length_m[leg];
-        double phase = 2.0 * PI * hz * s->test_time_s, row[3] = {1.0, sin(phase), cos(phase)}, x = s->length_m[leg] - zero;
+        if (!(h[0] > 0.0)) zero = value_of(s, of, k);
+        double phase = 2.0 * PI * hz * s->test_time_s, row[3] = {1.0, sin(phase), cos(phase)}, x = value_of(s, of, k) - zero;
         for (int a = 0; a < 3; a++) {
             g[a] += row[a] * x;
             for (int b = 0; b <= a; b++) h[3 * a + b] += row[a] * row[b];
@@ -37,52 +49,67 @@ static struct wave wave_at(const struct recording_test *t, int leg, double hz, d
 }
 
 /* Share of the motion's square that is of a frequency. */
-static double share_at(const struct recording_test *t, int from_leg, int legs, double hz, double until_s) {
+static double share_at(const struct recording_test *t, struct signals of, double hz, double until_s) {
     double of_frequency = 0.0, all = 0.0;
-    for (int k = from_leg; k < from_leg + legs; k++) {
-        struct wave w = wave_at(t, k, hz, -HUGE_VAL, until_s);
+    for (int k = 0; k < of.count; k++) {
+        struct wave w = wave_at(t, of, k, hz, -HUGE_VAL, until_s);
         of_frequency += 0.5 * (w.s * w.s + w.c * w.c), all += w.variance;
     }
     return all > 0.0 ? of_frequency / all : 0.0;
 }
 
-/* Where the leg that moves most has most of its motion, to an eighth of a resolution. */
-static double search(const struct recording_test *t, int legs, double span_s, double until_s) {
+/* Where the signal that moves most has most of its motion, to an eighth of a resolution. */
+static double search(const struct recording_test *t, struct signals of, double span_s, double until_s) {
     double most = 0.0, best = 0.0, hz = (double)NAN;
-    int leg = 0;
-    for (int k = 0; k < legs; k++) {
-        struct wave w = wave_at(t, k, CYCLES_LEAST / span_s, -HUGE_VAL, until_s);
-        if (w.variance > most) most = w.variance, leg = k;
+    struct signals one = {.count = 1};
+    for (int k = 0; k < of.count; k++) {
+        struct wave w = wave_at(t, of, k, CYCLES_LEAST / span_s, -HUGE_VAL, until_s);
+        if (w.variance > most) most = w.variance, one.offset = of.offset + (size_t)k * sizeof(double);
     }
     for (double f = CYCLES_LEAST / span_s; f < MOST_HZ; f += 0.25 / span_s) {
-        double share = share_at(t, leg, 1, f, until_s);
+        double share = share_at(t, one, f, until_s);
         if (share > best) best = share, hz = f;
     }
     return hz;
 }
 
 /* From the phases of two halves of whole cycles. */
-static double turn(const struct recording_test *t, int legs, double hz, double start_s, double span_s) {
+static double turn(const struct recording_test *t, struct signals of, double hz, double start_s, double span_s) {
     double half_s = floor(0.5 * span_s * hz) / hz;
     double along = 0.0, across = 0.0;
-    for (int k = 0; k < legs; k++) {
-        struct wave a = wave_at(t, k, hz, start_s, start_s + half_s), b = wave_at(t, k, hz, start_s + half_s, start_s + 2.0 * half_s);
+    for (int k = 0; k < of.count; k++) {
+        struct wave a = wave_at(t, of, k, hz, start_s, start_s + half_s),
+                    b = wave_at(t, of, k, hz, start_s + half_s, start_s + 2.0 * half_s);
         along += a.s * b.s + a.c * b.c, across += a.s * b.c - a.c * b.s;
     }
     return half_s > 0.0 ? atan2(across, along) / (2.0 * PI * half_s) : (double)NAN;
 }
 
-double frequency_fit(const struct recording_test *t, int legs, double near_hz) {
+static double refine(const struct recording_test *t, struct signals of, double hz, double start_s, double span_s) {
+    double step = HUGE_VAL;
+    for (int i = 0; i < ITERATIONS && fabs(step) > 1e-9 * hz; i++) hz += step = turn(t, of, hz, start_s, span_s);
+    return hz;
+}
+
+static double fit(const struct recording_test *t, struct signals of, double near_hz) {
     double start_s = t->sample[t->first].test_time_s, span_s = t->sample[t->end - 1].test_time_s - start_s;
     double window_s = span_s, hz = near_hz;
-    if (!(share_at(t, 0, legs, near_hz, HUGE_VAL) > OF_FREQUENCY)) {
+    if (!(share_at(t, of, near_hz, HUGE_VAL) > OF_FREQUENCY)) {
         window_s = fmin(span_s, fmax(SEARCH_S, SEARCH_CYCLES / near_hz));
-        hz = search(t, legs, window_s, start_s + window_s);
+        hz = search(t, of, window_s, start_s + window_s);
     }
     for (;; window_s = fmin(2.0 * window_s, span_s)) { /* longer as it becomes sure */
-        double step = HUGE_VAL;
-        for (int i = 0; i < ITERATIONS && fabs(step) > 1e-9 * hz; i++) hz += step = turn(t, legs, hz, start_s, window_s);
+        hz = refine(t, of, hz, start_s, window_s);
         if (!(hz * window_s > CYCLES_LEAST)) return (double)NAN;
-        if (window_s >= span_s) return hz;
+        if (window_s >= span_s) break;
     }
+    /* A machine that still settles turns its phase, too, but less and less. */
+    if (0.5 * span_s * hz >= SEARCH_CYCLES) hz = refine(t, of, hz, start_s + 0.5 * span_s, 0.5 * span_s);
+    return hz;
+}
+
+double frequency_fit(const struct recording_test *t, int legs, bool reference, double near_hz) {
+    double hz = fit(t, (struct signals){offsetof(struct recording_sample, length_m), legs}, near_hz);
+    double asked_hz = reference ? fit(t, (struct signals){offsetof(struct recording_sample, ref), DOFS}, near_hz) : (double)NAN;
+    return fabs(hz / asked_hz - 1.0) < FOLLOWED ? asked_hz : hz;
 }

@@ -371,7 +371,7 @@ static void join_slivers(struct grid *g) {
 static double exact_hz(const struct recording_test *t, int legs, const struct piece *p) {
     struct recording_test part = *t;
     part.first = p->first, part.end = p->end;
-    double hz = frequency_fit(&part, legs, p->frequency_hz);
+    double hz = frequency_fit(&part, legs, false, p->frequency_hz);
     return fabs(hz / p->frequency_hz - 1.0) < SEARCHED_RATIO - 1.0 ? hz : p->frequency_hz;
 }
 

@@ -100,8 +100,8 @@ static int check_channels(const struct recording *r, const struct recording_test
 
 /* What is stated is a hint: a steady sinusoid is taken at the frequency at which the legs move,
  * what is none as any motion. */
-static int check_frequency(struct recording_test *t, int legs, bool *any, struct error *error) {
-    double fitted_hz = t->dof == DOF_NONE ? (double)NAN : frequency_fit(t, legs, t->frequency_hz),
+static int check_frequency(struct recording_test *t, int legs, bool reference, bool *any, struct error *error) {
+    double fitted_hz = t->dof == DOF_NONE ? (double)NAN : frequency_fit(t, legs, reference, t->frequency_hz),
            off = fabs(fitted_hz / t->stated_hz - 1.0);
     *any = !motion_steady(t, legs, fitted_hz);
     if (*any) return STATUS_OK;
@@ -424,7 +424,7 @@ int recording_check(struct recording *r, struct error *error) {
             return REFUSE("test %s: more than half of its samples are flagged, or have a value that is no number", test_name(t));
         if (!(seconds > 0.0)) return REFUSE("test %s: nothing in it is to be evaluated", test_name(t));
         status = check_channels(r, t, error);
-        if (!status) status = check_frequency(t, params_legs(r->params), &any, error);
+        if (!status) status = check_frequency(t, params_legs(r->params), r->measured.reference, &any, error);
         if (!status)
             status = axis ? check_stroke(r->params, t, error) : any ? check_reach(r->params, t, &k, error) : check_machine(t, &k, error);
         if (!status && any) {
