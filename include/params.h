@@ -66,9 +66,10 @@ struct hydraulics_params {
     double supply_pa, tank_pa;
     double valve_flow_m3_per_s[LEGS]; /* per port at full opening and valve_drop_pa */
     double valve_drop_pa;
-    double valve_frequency_hz, valve_damping;
+    double valve_frequency_hz, valve_damping[LEGS];
     double bulk_modulus_pa[LEGS];
-    double dead_volume_m3[LEGS];      /* each side */
+    double dead_volume_m3[LEGS];      /* each side, */
+    double dead_volume_difference_m3[LEGS]; /* and so much more on the rod side */
     double leakage_m3_per_s_pa[LEGS]; /* across the piston */
     double viscous_n_s_per_m[LEGS];   /* base model; effect cylinder_viscous_friction adds to it */
     double stop_stiffness_n_per_m, stop_damping_n_s_per_m; /* end stops of the stroke */

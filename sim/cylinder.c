@@ -20,13 +20,13 @@ static void valve_init(struct cylinder_model *m, int leg, const struct hydraulic
     m->leg[leg] = (struct cylinder_leg){
         .valve_gain = {gain * machine->valve.flow_scale[leg], gain * machine->valve.flow_scale[leg] * machine->valve.port_ratio[leg]},
         .valve_omega_squared = omega * omega,
-        .valve_damping_rate = 2.0 * h->valve_damping * omega,
+        .valve_damping_rate = 2.0 * h->valve_damping[leg] * omega,
         .valve_bias = machine->valve.bias[leg],
         .valve_rate_per_s = machine->valve.rate_per_s[leg],
         .rate_limited = isfinite(machine->valve.rate_per_s[leg]),
         .bulk_modulus_pa = machine->oil.bulk_modulus_pa[leg],
         .leakage_m3_per_s_pa = machine->oil.leakage_m3_per_s_pa[leg],
-        .dead_volume_m3 = h->dead_volume_m3[leg],
+        .dead_volume_m3 = {h->dead_volume_m3[leg], h->dead_volume_m3[leg] + h->dead_volume_difference_m3[leg]},
     };
 }
 
@@ -117,10 +117,10 @@ static inline struct ports ports_of(const struct cylinder_leg *c, const struct m
 /* beta / V of the chambers. */
 static inline void chambers(const struct cylinder_leg *c, double length_m, double stiffness[PORTS]) {
     double stroke_m = length_m - c->length_min_m, full_m = c->length_max_m - c->length_min_m;
-    double dead_m3 = c->dead_volume_m3, bulk_pa = c->bulk_modulus_pa;
+    double bulk_pa = c->bulk_modulus_pa;
     stroke_m = stroke_m < 0.0 ? 0.0 : stroke_m > full_m ? full_m : stroke_m;
-    stiffness[PORT_A] = bulk_pa / (dead_m3 + c->a1_m2 * stroke_m);
-    stiffness[PORT_B] = bulk_pa / (dead_m3 + c->a2_m2 * (full_m - stroke_m));
+    stiffness[PORT_A] = bulk_pa / (c->dead_volume_m3[PORT_A] + c->a1_m2 * stroke_m);
+    stiffness[PORT_B] = bulk_pa / (c->dead_volume_m3[PORT_B] + c->a2_m2 * (full_m - stroke_m));
 }
 
 static inline double spool_speed(const struct cylinder_leg *c, double rate) {

@@ -49,7 +49,7 @@ struct cylinder_model {        /* constants derived once from params and effects
         double valve_gain[PORTS];      /* valve_flow / sqrt(valve_drop) */
         double valve_omega_squared, valve_damping_rate; /* w^2, 2 zeta w */
         double valve_bias, valve_rate_per_s;
-        double bulk_modulus_pa, leakage_m3_per_s_pa, dead_volume_m3;
+        double bulk_modulus_pa, leakage_m3_per_s_pa, dead_volume_m3[PORTS];
         double line_volume_m3, line_inertance, line_resistance; /* volume 0: no line */
         bool rate_limited;
     } leg[LEGS];

@@ -459,6 +459,7 @@ static void keys_that_contradict_each_other_are_named(void **state) {
     } cases[] = {
         {{"payload.inertia_zz_kg_m2=30"}, {"inertia_zz_kg_m2 30", "no body has them"}},
         {{"actuator.rod_diameter_m=0.063"}, {"actuator.rod_diameter_m", "actuator.piston_diameter_m"}},
+        {{"hydraulics.dead_volume_difference_m3=-1e-4"}, {"hydraulics.dead_volume_difference_m3", "dead_volume_m3"}},
         {{"actuator.stroke_m=1.3"}, {"actuator.stroke_m", "geometry.height_m"}},
         {{"geometry.height_m=0.5"}, {"actuator.stroke_m", "geometry.height_m"}},
         {{"actuator.upper_center_m=1.5"}, {"actuator.upper_center_m", "shortest leg"}},

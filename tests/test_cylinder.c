@@ -150,7 +150,7 @@ static void leakage_takes_from_one_chamber_what_it_gives_the_other(void **unused
 
 static void spool_steps_like_a_second_order_system(void **unused) {
     (void)unused;
-    double w = 2 * PI * params.hydraulics.valve_frequency_hz, z = params.hydraulics.valve_damping, wd = w * sqrt(1 - z * z);
+    double w = 2 * PI * params.hydraulics.valve_frequency_hz, z = params.hydraulics.valve_damping[0], wd = w * sqrt(1 - z * z);
     struct cylinder_state s = {.p1_pa = 5e6, .p2_pa = 5e6};
     for (int i = 1; i <= 80; i++) {
         double t = i * SUBSTEP_S;

@@ -17,15 +17,17 @@ struct base_entry {
                                                 * are alike; parts of one drawing are, where the
                                                 * configuration has them so */
     size_t stated;    /* place of its tolerance in struct params; 0: not stated */
-    double tolerance; /* relative, where none is stated */
+    double tolerance; /* where none is stated; relative */
+    size_t to;        /* to this value: its own, or that of what it is a difference of */
     enum residual_part parts;
 };
 
 #define PLACE(member) #member, offsetof(struct params, member), MACHINE
 #define EACH(member) #member, offsetof(struct params, member), EACH_LEG
 #define PARTS(member) #member, offsetof(struct params, member), LEGS_ALIKE
-#define STATED(member) offsetof(struct params, model.tolerance.member), 0.0
-#define UNSTATED(tolerance) 0, tolerance
+#define STATED(member) offsetof(struct params, model.tolerance.member), 0.0, 0
+#define UNSTATED(tolerance) 0, tolerance, 0
+#define DIFFERENCE(tolerance, member) 0, tolerance, offsetof(struct params, member)
 
 static const struct base_entry entries[] = {
     {PLATFORM, PLACE(payload.mass_kg), STATED(mass), PART_FORCE},
@@ -40,8 +42,9 @@ static const struct base_entry entries[] = {
     {ANY, EACH(hydraulics.leakage_m3_per_s_pa), STATED(leakage), PART_PRESSURE},
     {ANY, EACH(hydraulics.valve_flow_m3_per_s), STATED(valve_gain), PART_PRESSURE},
     {ANY, PLACE(hydraulics.supply_pa), UNSTATED(0.02), PART_PRESSURE},
-    {ANY, PLACE(hydraulics.valve_damping), UNSTATED(0.20), PART_PRESSURE},
+    {ANY, EACH(hydraulics.valve_damping), UNSTATED(0.20), PART_PRESSURE},
     {ANY, EACH(hydraulics.dead_volume_m3), UNSTATED(0.30), PART_PRESSURE},
+    {ANY, EACH(hydraulics.dead_volume_difference_m3), DIFFERENCE(0.60, hydraulics.dead_volume_m3), PART_PRESSURE},
 };
 
 static const double NULL_TOLERANCE = 0.005; /* of full opening: what a valve's maker
@@ -89,7 +92,7 @@ static int entry_variables(const struct params *model, const struct base_entry *
     bool one = numbers == 1 || (e->of == LEGS_ALIKE && alike(at(model, e->offset), numbers));
     double tolerance = e->stated ? *at(model, e->stated) : e->tolerance;
     for (int leg = 0; leg < (one ? 1 : numbers); leg++) {
-        double value = at(model, e->offset)[leg], width = tolerance * fabs(value);
+        double value = at(model, e->offset)[leg], width = tolerance * fabs(at(model, e->to ? e->to : e->offset)[leg]);
         if (!(width > 0.0)) continue; /* exact by decree */
         v[n++] = (struct variable){.name = e->name,
                                    .offset = e->offset,

@@ -86,10 +86,14 @@ static void check_legs(struct checker *c, const struct params *p) {
 static void check_hydraulics(struct checker *c, const struct params *p) {
     const struct hydraulics_params *h = &p->hydraulics;
     const struct actuator_params *a = &p->actuator;
-    for (int i = 0; i < LEGS; i++)
+    for (int i = 0; i < LEGS; i++) {
         require(c, a->rod_diameter_m[i] < a->piston_diameter_m[i],
                 "actuator.rod_diameter_m %g must be below actuator.piston_diameter_m %g (leg %d)", a->rod_diameter_m[i],
                 a->piston_diameter_m[i], i + 1);
+        require(c, h->dead_volume_m3[i] + h->dead_volume_difference_m3[i] > 0.0,
+                "hydraulics.dead_volume_difference_m3 %g of leg %d leaves no volume on the rod side: it must be above -dead_volume_m3, %g",
+                h->dead_volume_difference_m3[i], i + 1, -h->dead_volume_m3[i]);
+    }
     require(c, h->tank_pa < h->supply_pa, "hydraulics.tank_pa %g must be below hydraulics.supply_pa %g", h->tank_pa, h->supply_pa);
     require(c, h->supply_pa <= p->sensors.pressure_full_scale_pa, "sensors.pressure_full_scale_pa %g must reach hydraulics.supply_pa %g",
             p->sensors.pressure_full_scale_pa, h->supply_pa);
