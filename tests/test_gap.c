@@ -187,7 +187,9 @@ static void a_machine_like_the_model_has_no_gap(void **state) {
         machine.hydraulics.leakage_m3_per_s_pa[k] *= k % 2 ? 1.04 : 0.97;
         machine.hydraulics.viscous_n_s_per_m[k] *= k < 3 ? 0.96 : 1.04;
         machine.hydraulics.valve_flow_m3_per_s[k] *= k % 3 ? 1.03 : 0.96;
-        machine.hydraulics.dead_volume_m3[k] *= k % 2 ? 0.95 : 1.05;
+        machine.hydraulics.dead_volume_m3[k] *= k % 2 ? 0.8 : 1.2;
+        machine.hydraulics.dead_volume_difference_m3[k] = k % 3 ? 3e-5 : -3e-5;
+        machine.hydraulics.valve_damping[k] *= k < 2 ? 0.85 : 1.15;
     }
     solve(&machine, THREE, &result);
     assert_int_equal(result.verdict, GAP_NO_GAP);
@@ -255,6 +257,27 @@ static void one_leg_with_friction_is_named_as_one_leg(void **state) {
     assert_below(result.effect[0].values.value[0][1], 8.0);
 }
 
+/* Friction of each leg its own makes up for a tilt, too, with more numbers than the two have. */
+static void friction_and_a_tilt_are_two_effects(void **state) {
+    (void)state;
+    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
+    struct params machine = params;
+    static struct gap_result result;
+    int friction = effect_find("cylinder_coulomb_friction"), tilt = effect_find("base_tilt");
+    machine.effects[friction].on = machine.effects[tilt].on = true;
+    for (int k = 0; k < LEGS; k++) {
+        machine.effects[friction].value[0][k] = 85.0, machine.effects[friction].value[1][k] = 105.0;
+        machine.effects[tilt].value[0][k] = -9e-3, machine.effects[tilt].value[1][k] = 11e-3;
+    }
+    solve(&machine, DOFS, &result);
+    assert_int_equal(result.verdict, GAP_EFFECT_NAMED);
+    assert_int_equal(result.effects, 2);
+    assert_true(result.effect[0].effect == friction && result.effect[1].effect == tilt);
+    assert_int_equal(result.effect[0].shape, -1);
+    assert_close(result.effect[1].values.value[0][0], -9e-3, 1e-3);
+    assert_close(result.effect[1].values.value[1][0], 11e-3, 1e-3);
+}
+
 static void another_controller_is_no_effect(void **state) {
     (void)state;
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
@@ -277,6 +300,7 @@ int main(void) {
         cmocka_unit_test(a_null_bias_of_all_legs_is_reported_as_it_is),
         cmocka_unit_test(hidden_coulomb_friction_is_named_and_the_gap_closes),
         cmocka_unit_test(one_leg_with_friction_is_named_as_one_leg),
+        cmocka_unit_test(friction_and_a_tilt_are_two_effects),
         cmocka_unit_test(another_controller_is_no_effect),
     };
     return cmocka_run_group_tests(tests, setup, NULL);

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base.h"
+#include "machine.h"
 
 static const double IDLE = 1e-6;         /* relative change of the squares */
 static const double CHARGE = 8.0;        /* of white squares, a parameter: ln of the
@@ -15,6 +16,7 @@ static const double WORTH = 0.1;         /* of the best one's gain after the fir
 static const double WORTH_LEAST = 4.0;   /* so much: a trial is fitted on */
 static const double BEND = 0.1;          /* of a signature: a law that bends less is taken
                                           * for one in proportion */
+static const double SHORTEST_STEP = 0.1; /* of the base's linear one, before none is taken */
 static const double NEAR = 0.9;          /* of the gain with the base moved linearly:
                                           * polishing may turn the order */
 enum { POLISH_ITERATIONS = 5, FINALISTS = 5 };
@@ -175,13 +177,21 @@ static bool at_bound(const struct trial *t) {
 }
 
 /* The variables of the model so far, moved by x; but for those that stand as given, or are the
- * hypothesis's own number. */
+ * hypothesis's own number. Only so far as the machine stays one: a linear step may leave a body
+ * less than no mass. */
 static void move_others(const struct diagnosis *d, const struct hypothesis *h, const struct params *from, const double *x,
                         struct params *model) {
-    for (int i = 0; i < d->variables; i++) {
-        const struct variable *v = &d->variable[i];
-        if (v->base && hypothesis_parallel(h, v) == PARALLEL_SAME) continue;
-        variable_set(v, model, variable_get(v, from) + x[i]);
+    bool possible = false;
+    for (double share = 1.0; !possible; share = share > SHORTEST_STEP ? 0.5 * share : 0.0) {
+        for (int i = 0; i < d->variables; i++) {
+            const struct variable *v = &d->variable[i];
+            if (v->base && hypothesis_parallel(h, v) == PARALLEL_SAME) continue;
+            variable_set(v, model, variable_get(v, from) + share * x[i]);
+        }
+        struct machine machine;
+        struct error impossible;
+        machine_init(&machine, model);
+        possible = !(share > 0.0) || machine_check(&machine, &impossible) == 0;
     }
 }
 

@@ -13,14 +13,10 @@
 static const double GAIN_MIN = 36.0;       /* of white squares, on fitted and held-out
                                             * cycles together: z = 6; */
 static const double GAIN_EACH = 4.0;       /* and of either alone: chance repeats in neither */
-static const double UNCLEAR_SHARE = 0.05;  /* of the first one's gain: less, where others come close
-                                            * to it, is nothing to be named */
 static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes
                                             * less is not what is there */
 static const double RIVAL_GAIN = 16.0;     /* odds of 3000 to one, z = 4; or what
-                                            * its law may be off, */
-static const double RIVAL_MOST = 0.1;      /* or what it leaves above the noise, but no more
-                                            * than that of its gain */
+                                            * its law may be off */
 
 /* effects that a later one makes leave may come again: not for ever */
 enum { ROUNDS_MAX = 2 * GAP_EFFECTS };
@@ -53,10 +49,14 @@ static void list_candidates(const struct diagnosis *d, const struct trial *trial
 /* Sum of white squares, all cycles, by which a trial's law may be off. */
 static double law_error(const struct trial *t) { return pow(effect_table[t->hypothesis->effect]->law_error, 2.0) * trial_evidence(t); }
 
+/* Of the residuals with a trial, over that of noise: what remains makes all else less sure, too. */
+static double dispersion(const struct diagnosis *d, const struct trial *t) {
+    return fmax((t->square + t->held_square) / (d->fit.evaluated + d->held_out.evaluated), 1.0);
+}
+
 /* By so much the model can be wrong, in what speaks for the best one. */
 static double margin(const struct diagnosis *d, const struct trial *best) {
-    double left = excess(best->square, d->fit.evaluated) + excess(best->held_square, d->held_out.evaluated);
-    return fmax(fmax(RIVAL_GAIN, law_error(best)), fmin(left, RIVAL_MOST * trial_evidence(best)));
+    return fmax(RIVAL_GAIN * dispersion(d, best), law_error(best));
 }
 
 /* As close to the best. Between two effects, not one a limit of the other, parameters are not
@@ -127,14 +127,15 @@ static void put_first(struct trial *trial, int place) {
     trial[0] = first;
 }
 
-/* Is it a limit of the best one that explains as much: another effect, or all legs alike where each
- * had its own value? A value for each leg has to pay as an effect has to. */
+/* Is it a limit of the best one that explains as much: another effect, or all legs alike or one leg
+ * alone where each had its own value? A value for each leg has to pay as an effect has to. */
 static bool as_good(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
     const struct hypothesis *h = t->hypothesis, *than = best->hypothesis;
     if (t->bound || !t->ok || !t->polished) return false;
     double behind = trial_evidence(best) - trial_evidence(t);
     if (h->effect != than->effect) return hypothesis_contains(than->effect, h->effect) && behind <= margin(d, best);
-    return h->shape == SHAPE_ALL && than->shape == SHAPE_EACH && behind <= fmax(GAIN_MIN, law_error(best));
+    double needed = fmax(GAIN_MIN * dispersion(d, best), law_error(best));
+    return h->shape != SHAPE_EACH && than->shape == SHAPE_EACH && behind <= needed;
 }
 
 /* Where a limit of the best one explains as much, it is that. */
@@ -158,8 +159,46 @@ static void prefer_seen(const struct diagnosis *d, struct trial *trial, int tria
 
 static bool worth_adding(const struct diagnosis *d, const struct trial *t, double laws) {
     double left = excess(d->held_square, d->held_out.evaluated);
-    bool pays = t->gain > GAIN_EACH && t->held_gain > GAIN_EACH && trial_evidence(t) > GAIN_MIN;
+    double least = dispersion(d, t);
+    bool pays = t->gain > GAIN_EACH * least && t->held_gain > GAIN_EACH * least && trial_evidence(t) > GAIN_MIN * least;
     return t->ok && t->polished && !unseen(d, t) && pays && t->held_gain > laws && t->held_gain > REMAINDER_SHARE * left;
+}
+
+/* The best of an effect's trials whose legs have not each its own value; 0: there is none. */
+static int simple_shape(const struct trial *trial, int trials) {
+    int best = 0;
+    for (int i = 1; i < trials; i++) {
+        const struct hypothesis *h = trial[i].hypothesis;
+        if (!trial[i].ok || h->effect != trial[0].hypothesis->effect || h->shape == SHAPE_EACH) continue;
+        if (!best || trial_evidence(&trial[i]) > trial_evidence(&trial[best])) best = i;
+    }
+    return best;
+}
+
+/* What a trial pays for its parameters. */
+static double charge(const struct trial *t) { return trial_rise(t) - t->gain; }
+
+/* Would the effect in this simpler shape, and the next effect beside it, explain more than the best
+ * trial? A value for each leg takes up what another effect does to the legs. The model stays. */
+static bool is_two(struct diagnosis *d, const struct trial *trial, int simple, int threads) {
+    struct trial *next = calloc(HYPOTHESES_MAX, sizeof *next);
+    double evidence = d->square + d->held_square - charge(&trial[simple]);
+    bool two = false;
+    if (next && diagnosis_add(d, &trial[simple])) {
+        int trials = diagnosis_try(d, next, threads);
+        prefer_seen(d, next, trials);
+        prefer_simple(d, next, trials);
+        if (trials && worth_adding(d, &next[0], diagnosis_law_error(d))) {
+            evidence -= charge(&next[0]);
+            if (diagnosis_add(d, &next[0])) {
+                two = evidence - d->square - d->held_square > trial_evidence(&trial[0]);
+                diagnosis_drop(d, d->added - 1, HUGE_VAL);
+            }
+        }
+        diagnosis_drop(d, d->added - 1, HUGE_VAL);
+    }
+    free(next);
+    return two;
 }
 
 /* Takes an addition out where that costs no more than so much. */
@@ -302,8 +341,7 @@ int search_effects(struct diagnosis *d, const struct recording *measured, const 
     struct trial *trial = calloc(HYPOTHESES_MAX, sizeof *trial);
     if (!trial) return error_set(error, STATUS_IO, "out of memory");
     enum doubt doubt[EFFECTS_MAX] = {NO_DOUBT};
-    double first = 0.0, first_held = d->held_square;
-    bool again = false; /* one is out, to be judged again */
+    double first_held = d->held_square;
 
     for (int round = 0; r->effects < GAP_EFFECTS && round < ROUNDS_MAX; round++) {
         gap_progress(o, round ? "another effect" : "screening", 0.7 * round / ROUNDS_MAX);
@@ -315,16 +353,13 @@ int search_effects(struct diagnosis *d, const struct recording *measured, const 
 
         int rival[GAP_RIVALS] = {0}, rivals = list_rivals(d, trial, trials, rival);
         int effect = trial[0].hypothesis->effect;
-        /* What is a trace, and may be this or that, is not named. */
-        bool trace = round && !again && rivals && trial[0].held_gain < UNCLEAR_SHARE * first;
-        if (trace || !worth_adding(d, &trial[0], diagnosis_law_error(d))) {
-            again = !r->ambiguous && round + 1 < ROUNDS_MAX && reconsider(d, doubt, r);
-            if (again) continue;
-            break;
+        if (!worth_adding(d, &trial[0], diagnosis_law_error(d))) {
+            if (r->ambiguous || round + 1 == ROUNDS_MAX || !reconsider(d, doubt, r)) break;
+            continue;
         }
 
-        again = false;
-        if (round == 0) first = trial[0].held_gain;
+        int simple = trial[0].hypothesis->shape == SHAPE_EACH ? simple_shape(trial, trials) : 0;
+        if (simple && is_two(d, trial, simple, o->threads)) put_first(trial, simple);
         double before = d->held_square, z = likelihood(d, &trial[0]);
         struct gap_effect *e = &r->effect[r->effects];
         *e = (struct gap_effect){.effect = effect,

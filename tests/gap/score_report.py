@@ -28,6 +28,9 @@ def single(r): return r["truth"] != "none" and "+" not in r["truth"] and not unk
 def detectable(r): return single(r) and r["z"] and float(r["z"]) >= DETECTABLE_Z
 
 
+def both_show(r): return float(r["score"]) > 0 or not r["z"] or float(r["z"]) >= DETECTABLE_Z   # z of a miss: with the other in the model
+
+
 def wrong_name(r): return r["verdict"] == "effect_named" and float(r["score"]) == 0 and not unknown(r)
 
 
@@ -50,7 +53,8 @@ def figures(ran):
             len([r for r in of if single(r) and not detectable(r)]), len([r for r in of if single(r) and not detectable(r) and wrong_name(r)]))
         yield "    nothing hidden: no gap", "%s; unknown_effect %d, named %d" % (
             share(none), sum(r["verdict"] == "unknown_effect" for r in none), sum(r["verdict"] in ("effect_named", "ambiguous") for r in none))
-        yield "    two effects, both named", share([r for r in of if "+" in r["truth"]])
+        two = [r for r in of if "+" in r["truth"]]
+        yield "    two effects, both named", "%s; of these both show in %s" % (share(two), share([r for r in two if both_show(r)]))
         yield "    not in the catalogue: unknown_effect", share([r for r in of if unknown(r)])
     right = [r for r in ran if r["right"] and float(r["score"]) == 1 and r["verdict"] == "effect_named" and single(r)]
     if right:
