@@ -263,6 +263,12 @@ static void diameters_of_an_axis_are_its_own_or_none(void **state) {
     free(text);
     assert_int_equal(config_override(&p, "test", (const char *const[]){"actuator.piston_diameter_m=0.05"}, 1, &error), 0);
     assert_true(p.actuator.stated.piston && p.actuator.stated.rod);
+
+    /* one that is thinner than the platform's rod is not held against it */
+    assert_int_equal(parse(&p, "mechanism: axis\nactuator: {piston_diameter_m: 0.04}\n", &error), 0);
+    const char *const settings[] = {"actuator.rod_diameter_m=0.028", "mechanism=axis"};
+    assert_int_equal(config_load(&p, NULL, settings, 2, &error), 0);
+    assert_true(!p.actuator.stated.piston && p.actuator.stated.rod);
 }
 
 static void an_effect_is_off_until_one_of_its_keys_is_set(void **state) {

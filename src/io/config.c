@@ -200,8 +200,8 @@ static int read_stream(struct reader *r) {
     return expect(r, YAML_STREAM_END_EVENT, "a second document begins here; a configuration is one");
 }
 
-/* The diameters that a key has by default are the built-in platform's. What a log of a file without
- * them keeps is as little. */
+/* The diameters that are a key's default are the built-in platform's: an axis has those that its
+ * file states. */
 static void forget_unstated(struct reader *r) {
     struct config_key key;
     for (int i = 0; r->params->mechanism == MECHANISM_AXIS && config_key_at(i, &key); i++) {
@@ -263,10 +263,21 @@ int config_load(struct params *params, const char *path, const char *const *sett
     return status == STATUS_OK ? config_override(params, path ? path : "default configuration", settings, count, error) : status;
 }
 
-int config_override(struct params *params, const char *name, const char *const *settings, int count, struct error *error) {
-    char source[160];
+static int apply_settings(struct params *params, const char *const *settings, int count, struct error *error) {
     int status = STATUS_OK;
     for (int i = 0; i < count && status == STATUS_OK; i++) status = apply_setting(params, settings[i], error);
+    return status;
+}
+
+int config_override(struct params *params, const char *name, const char *const *settings, int count, struct error *error) {
+    char source[160];
+    bool platform = params->mechanism != MECHANISM_AXIS;
+    int status = apply_settings(params, settings, count, error);
+    if (!status && platform && params->mechanism == MECHANISM_AXIS) {
+        /* of the platform's cylinders none is the axis's, of those set here, in any order, all */
+        params->actuator.stated.piston = params->actuator.stated.rod = false;
+        status = apply_settings(params, settings, count, error);
+    }
     snprintf(source, sizeof source, "%.140s%s", name, count > 0 ? " with --set" : "");
     return status == STATUS_OK ? config_check(params, source, error) : status;
 }

@@ -3,6 +3,7 @@
 
 #include <math.h>
 
+#include "areas.h"
 #include "blind_time.h"
 #include "kinematics.h"
 #include "units.h"
@@ -87,7 +88,7 @@ static void check_hydraulics(struct checker *c, const struct params *p) {
     const struct hydraulics_params *h = &p->hydraulics;
     const struct actuator_params *a = &p->actuator;
     for (int i = 0; i < LEGS; i++) {
-        require(c, a->rod_diameter_m[i] < a->piston_diameter_m[i],
+        require(c, !areas_stated(p) || a->rod_diameter_m[i] < a->piston_diameter_m[i],
                 "actuator.rod_diameter_m %g must be below actuator.piston_diameter_m %g (leg %d)", a->rod_diameter_m[i],
                 a->piston_diameter_m[i], i + 1);
         require(c, h->dead_volume_m3[i] + h->dead_volume_difference_m3[i] > 0.0,
