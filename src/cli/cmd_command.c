@@ -118,8 +118,10 @@ static int tell(struct client *c, enum command command, struct error *error) {
 static const char *name_of(int i) { return i + COMMAND_ENGAGE < COMMANDS ? command_names[i + COMMAND_ENGAGE] : NULL; }
 
 static int unknown(const struct options *o, struct error *error) {
-    const char *nearest = o->operands ? edit_nearest(o->operand[0], name_of) : NULL;
-    return error_set(error, STATUS_USAGE, "command: one of engage, start, stop, park, reset%s%s%s", nearest ? "; did you mean " : "",
+    static const char commands[] = "one of engage, start, stop, park, reset";
+    if (!o->operands) return error_set(error, STATUS_USAGE, "command: %s", commands);
+    const char *nearest = edit_nearest(o->operand[0], name_of);
+    return error_set(error, STATUS_USAGE, "command %.100s: not %s%s%s%s", o->operand[0], commands, nearest ? "; did you mean " : "",
                      nearest ? nearest : "", nearest ? "?" : "");
 }
 
