@@ -600,8 +600,10 @@ static void tests_that_the_legs_cannot_make_fail(void **unused) {
     is(check_machine(&machine), LEVEL_OK, "a single axis");
     is(check_cylinders(&machine), LEVEL_OK, "31.17 cm^2 on the rodless side, 15.27 cm^2 on the rod side");
     params.actuator.stated.rod = false;
+    is(check_cylinders(&machine), LEVEL_WARN, "actuator.rod_diameter_m");
+    params.actuator.stated.piston = false;
     is(check_cylinders(&machine), LEVEL_OK, "no diameters");
-    params.actuator.stated.rod = true;
+    params.actuator.stated.piston = params.actuator.stated.rod = true;
     is(check_tests(&machine), LEVEL_NONE, "");
     is(check_can_load(&machine), LEVEL_NONE, "");
     params.mechanism = MECHANISM_STEWART;

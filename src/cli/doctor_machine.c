@@ -87,9 +87,11 @@ struct finding check_strokes(const struct doctor *d) {
 /* For the eye: with other areas every force of a pressure is another. */
 struct finding check_cylinders(const struct doctor *d) {
     char areas[AREAS_TEXT_SIZE];
-    if (!areas_stated(d->params)) return finding(LEVEL_OK, "", "no diameters, as of an electric axis: hexid gap takes no pressures");
+    const struct actuator_params *a = &d->params->actuator;
+    if (!a->stated.piston && !a->stated.rod)
+        return finding(LEVEL_OK, "", "no diameters, as of an electric axis: hexid gap takes no pressures");
     areas_text(d->params, areas);
-    return finding(LEVEL_OK, "", "%s", areas);
+    return finding(areas_stated(d->params) ? LEVEL_OK : LEVEL_WARN, "state both diameters, or none of an electric axis", "%s", areas);
 }
 
 /* Tonnes for kilogrammes, or a mass without its inertia: no body of that mass is so wide or so

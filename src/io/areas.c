@@ -4,7 +4,9 @@
 
 #include "force.h"
 
-bool areas_stated(const struct params *params) { return params->actuator.stated.piston && params->actuator.stated.rod; }
+bool areas_stated(const struct params *params) {
+    return params->mechanism != MECHANISM_AXIS || (params->actuator.stated.piston && params->actuator.stated.rod);
+}
 
 static bool alike(const struct params *p, const double value[LEGS]) {
     for (int i = 1; i < params_legs(p); i++)
@@ -18,7 +20,7 @@ void areas_text(const struct params *params, char text[AREAS_TEXT_SIZE]) {
     struct cylinder_areas areas = cylinder_areas(a);
 
     if (!areas_stated(params))
-        snprintf(text, AREAS_TEXT_SIZE, "the configuration does not state the cylinder's areas: give it %s",
+        snprintf(text, AREAS_TEXT_SIZE, "the configuration does not state the cylinder's areas: give it %s beside mechanism: axis",
                  missing ? missing : "actuator.piston_diameter_m and actuator.rod_diameter_m");
     else if (!alike(params, a->piston_diameter_m) || !alike(params, a->rod_diameter_m))
         snprintf(text, AREAS_TEXT_SIZE, "each leg's own (actuator.piston_diameter_m, rod_diameter_m)");

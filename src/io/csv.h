@@ -38,6 +38,7 @@
 #ifndef HEXID_CSV_H
 #define HEXID_CSV_H
 
+#include "areas.h"
 #include "status.h"
 #include "types.h"
 
@@ -65,7 +66,7 @@ struct csv_report {
     char missing[600];     /* import: columns, "1_x.csv: u1..u6; 2_y.csv: ...": NaN in the log */
     char ignored[600];     /* import: columns and keys that mean nothing here, likewise */
     bool no_areas;         /* import: pressures of an axis whose diameters nobody stated */
-    char areas[200];       /* import: with which areas pressures become forces, or what is not
+    char areas[AREAS_TEXT_SIZE]; /* import: with which areas pressures become forces, or what is not
                             * stated of them (areas.h); "" without pressures */
     char doubtful[600];    /* import: columns whose values cannot be what their names say, and
                             * what they might be instead */

@@ -4,6 +4,7 @@
 
 #include <stdio.h>
 
+#include "areas.h"
 #include "survey.h"
 
 struct check_report {
@@ -12,7 +13,7 @@ struct check_report {
     const char *const *source;   /* what was read: logs and directories */
     int sources;
     char missing[600], ignored[600], doubtful[600]; /* columns of CSV, as csv_report has them */
-    char areas[200];             /* that make forces of pressures (areas.h); "" without pressures */
+    char areas[AREAS_TEXT_SIZE]; /* that make forces of pressures (areas.h); "" without pressures */
     struct error gap, identify;  /* status 0: would take it, a text says with what verdict but
                                   * pass; else the refusal */
 };
