@@ -66,8 +66,8 @@ static const struct config_key keys[] = {
     KEY(axis, middle_m, "0", -100.0, 100.0, "m", "reading of the position at mid-stroke"),
     KEY(axis, force_offset_n, "0", -1e7, 1e7, "N", "constant force that the reading has too much"),
 
-    LEG_KEY(actuator, piston_diameter_m, "0.063", 0.005, 1.0, "m", "D: piston"),
-    LEG_KEY(actuator, rod_diameter_m, "0.045", 0.001, 1.0, "m", "d: rod"),
+    LEG_KEY(actuator, piston_diameter_m, "0.063", 0.005, 1.0, "m", "D: piston; no default for an axis"),
+    LEG_KEY(actuator, rod_diameter_m, "0.045", 0.001, 1.0, "m", "d: rod; no default for an axis"),
     LEG_KEY(actuator, stroke_m, "0.8", 0.01, 10.0, "m", "end stop to end stop"),
     LEG_KEY(actuator, mid_stroke_m, "0", -5.0, 5.0, "m", "length in the middle of the stroke less that at neutral"),
     LEG_KEY(actuator, upper_mass_kg, "15.65", 0.0, 1e4, "kg", "ma: rod, the upper part"),
