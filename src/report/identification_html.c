@@ -162,7 +162,7 @@ static void payload(struct report_page *p) {
     const struct identification_report *r = p->report;
     fputs("<div id=\"payload\"><h2>Payload</h2>\n<p>What is left of method C's matrix when the legs as configured are taken off, as one "
           "rigid body: the mass centre from where it is configured, the inertia about it (entries of the tensor; "
-          "differences of the products in % of the root of the two moments).</p>\n",
+          "the difference of Ixy in % of the root of Ixx Iyy, and so on).</p>\n",
           p->out);
     if (!table_payload(p->out, r)) fputs("<p class=\"notice\">Not determined.</p>\n", p->out);
     for (int i = 0; i < r->logs; i++) {

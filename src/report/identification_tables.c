@@ -150,7 +150,7 @@ static struct quantity payload_configured(const struct identification_log *log, 
     return (struct quantity){value[row], 0.0};
 }
 
-/* Of a product of inertia the root of the two moments. */
+/* Of a product of inertia the root of the two moments multiplied. */
 static double payload_whole(const struct identification_log *log, int row) {
     const struct payload_params *p = &log->params->payload;
     const double moment[3] = {p->inertia_xx_kg_m2, p->inertia_yy_kg_m2, p->inertia_zz_kg_m2};
