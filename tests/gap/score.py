@@ -265,7 +265,7 @@ def run_case(case, size, seed, series):
     g = {k: (result["gap"][k]["overall"] or math.nan) for k in ("held_out_before", "held_out_after", "noise_floor")}
     where = result["where"][0] if result["where"] else {}
     return row | {"verdict": result["verdict"], "named": " ".join(e["name"] for e in result["effects"]),
-                  "ambiguous_with": " ".join(result["ambiguous_with"]), "score": score, "z": "%.1f" % z if z else "",
+                  "ambiguous_with": " ".join(result["ambiguous_with"]), "score": score, "z": "%.1f" % z if z or (len(names) == 2 and score == 0) else "",
                   **(parameters(table, settings, truth, result) if truth else {}), "before": g["held_out_before"],
                   "after": g["held_out_after"], "floor": g["noise_floor"],
                   "ratio": g["held_out_after"] / g["noise_floor"], "seconds": result["seconds"],
