@@ -216,18 +216,47 @@ static void drop_superfluous(struct diagnosis *d, struct gap_result *r) {
         if (!drop(d, i, 0.5 * GAIN_MIN, r)) i++;
 }
 
-enum doubt { NO_DOUBT, UNCLEAR, RECONSIDERED };
+/* An effect that was found while a later one was still hidden leaves once, to be judged again beside
+ * that: what two effects do together looks like a third. */
+struct revision {
+    bool judged[EFFECTS_MAX];      /* beside all others */
+    bool open;                     /* one is out: */
+    struct gap_effect effect;
+    struct hypothesis hypothesis;
+    struct params model;           /* with it */
+    int last;                      /* that was found last by then */
+};
 
-/* An effect that had rivals while a later one was still hidden leaves once, to be judged
- * again beside that. */
-static bool reconsider(struct diagnosis *d, enum doubt doubt[EFFECTS_MAX], struct gap_result *r) {
+static bool revise(struct diagnosis *d, struct revision *v, struct gap_result *r) {
     for (int i = 0; i < d->added - 1; i++) {
-        int effect = d->addition[i].effect;
-        if (doubt[effect] != UNCLEAR || !drop(d, i, HUGE_VAL, r)) continue;
-        doubt[effect] = RECONSIDERED;
-        return true;
+        int place = 0;
+        while (r->effect[place].effect != d->addition[i].effect) place++;
+        if (v->judged[d->addition[i].effect]) continue;
+        v->effect = r->effect[place];
+        v->hypothesis = d->addition[i];
+        v->model = d->model;
+        v->last = d->addition[d->added - 1].effect;
+        v->open = drop(d, i, HUGE_VAL, r);
+        if (v->open) return true;
     }
     return false;
+}
+
+/* The one that is out comes back: nothing else is worth its place. */
+static void take_back(struct diagnosis *d, struct revision *v, struct gap_result *r) {
+    struct trial as_it_was = {.hypothesis = &v->hypothesis, .model = v->model};
+    v->open = false;
+    v->judged[v->effect.effect] = true;
+    if (diagnosis_add(d, &as_it_was)) r->effect[r->effects++] = v->effect;
+}
+
+/* An effect has joined: the same again beside the last one, which so was judged beside it, too; or
+ * another, beside which the others are to be judged again. */
+static void note(struct revision *v, int effect) {
+    bool same = v->open && effect == v->effect.effect;
+    v->judged[effect] = v->judged[effect] || same;
+    if (same) v->judged[v->last] = true;
+    v->open = false;
 }
 
 static int keys_of(const struct hypothesis *h) {
@@ -339,8 +368,12 @@ int search_effects(struct diagnosis *d, const struct recording *measured, const 
                    struct error *error) {
     find_skew(d, measured, r);
     struct trial *trial = calloc(HYPOTHESES_MAX, sizeof *trial);
-    if (!trial) return error_set(error, STATUS_IO, "out of memory");
-    enum doubt doubt[EFFECTS_MAX] = {NO_DOUBT};
+    struct revision *revision = calloc(1, sizeof *revision);
+    if (!trial || !revision) {
+        free(trial);
+        free(revision);
+        return error_set(error, STATUS_IO, "out of memory");
+    }
     double first_held = d->held_square;
 
     for (int round = 0; r->effects < GAP_EFFECTS && round < ROUNDS_MAX; round++) {
@@ -354,7 +387,8 @@ int search_effects(struct diagnosis *d, const struct recording *measured, const 
         int rival[GAP_RIVALS] = {0}, rivals = list_rivals(d, trial, trials, rival);
         int effect = trial[0].hypothesis->effect;
         if (!worth_adding(d, &trial[0], diagnosis_law_error(d))) {
-            if (r->ambiguous || round + 1 == ROUNDS_MAX || !reconsider(d, doubt, r)) break;
+            if (revision->open) take_back(d, revision, r);
+            if (r->ambiguous || round + 1 == ROUNDS_MAX || !revise(d, revision, r)) break;
             continue;
         }
 
@@ -370,13 +404,15 @@ int search_effects(struct diagnosis *d, const struct recording *measured, const 
         r->effects++;
         memcpy(r->ambiguous_with, rival, sizeof rival);
         r->ambiguous = rivals;
-        if (doubt[effect] != RECONSIDERED) doubt[effect] = rivals ? UNCLEAR : NO_DOUBT;
+        note(revision, effect);
         e->share_explained = before - d->held_square;
         describe(e, &d->model, z, before, d->held_square);
         drop_superfluous(d, r);
     }
 
+    if (revision->open) take_back(d, revision, r);
     free(trial);
+    free(revision);
     if (r->effects) diagnosis_estimate(d);
     read_base(d, r);
     read_effects(d, r);
