@@ -135,6 +135,10 @@ static void three_that_are_needed_are_none_of_them(void **state) {
     assert_verdict(&r, &noise, GAP_UNKNOWN_EFFECT, "takes 3");
     r.effect[2].z = 10.0; /* a trace of a third one is not needed */
     assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "valve_lag, base_tilt and payload_mass");
+    /* the search ended at its limit, however little the last ones weigh */
+    r.effects = GAP_EFFECTS;
+    for (int k = 1; k < GAP_EFFECTS; k++) r.effect[k].z = 7.0;
+    assert_verdict(&r, &noise, GAP_UNKNOWN_EFFECT, "it takes 4 to imitate it");
 }
 
 int main(void) {
