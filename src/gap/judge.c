@@ -80,8 +80,8 @@ static bool line_remains(const struct gap_result *r) {
     return r->line.hz > 0.0 && !r->line_simulated && !trifle;
 }
 
-/* As many as the search takes: it did not end because all was explained. Or the third by its weight;
- * the one in doubt, which was found last, where there is one: nobody can say what it is. */
+/* As many as the search takes: it did not end because all was explained. Or the third by its
+ * weight; the one in doubt, which was found last, where there is one: nobody can say what it is. */
 static bool imitated(const struct gap_result *r, const struct remainder *m) {
     if (r->effects == GAP_EFFECTS) return true;
     if (r->effects < 3) return false;

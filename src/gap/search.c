@@ -216,8 +216,8 @@ static void drop_superfluous(struct diagnosis *d, struct gap_result *r) {
         if (!drop(d, i, 0.5 * GAIN_MIN, r)) i++;
 }
 
-/* An effect that was found while a later one was still hidden leaves once, to be judged again beside
- * that: what two effects do together looks like a third. */
+/* An effect that was found while a later one was still hidden leaves once, to be judged again
+ * beside that: what two effects do together looks like a third. */
 struct revision {
     bool judged[EFFECTS_MAX];      /* beside all others */
     bool open;                     /* one is out: */
