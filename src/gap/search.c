@@ -13,6 +13,8 @@
 static const double GAIN_MIN = 36.0;       /* of white squares, on fitted and held-out
                                             * cycles together: z = 6; */
 static const double GAIN_EACH = 4.0;       /* and of either alone: chance repeats in neither */
+static const double UNCLEAR_GAIN = 144.0;  /* z = 12: where it may be this or that, any of which noise
+                                            * and other laws could make, beside what is found */
 static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes
                                             * less is not what is there */
 static const double RIVAL_GAIN = 16.0;     /* odds of 3000 to one, z = 4; or what
@@ -386,7 +388,8 @@ int search_effects(struct diagnosis *d, const struct recording *measured, const 
 
         int rival[GAP_RIVALS] = {0}, rivals = list_rivals(d, trial, trials, rival);
         int effect = trial[0].hypothesis->effect;
-        if (!worth_adding(d, &trial[0], diagnosis_law_error(d))) {
+        bool unclear = r->effects && rivals && trial_evidence(&trial[0]) < UNCLEAR_GAIN * dispersion(d, &trial[0]);
+        if (unclear || !worth_adding(d, &trial[0], diagnosis_law_error(d))) {
             if (revision->open) take_back(d, revision, r);
             if (r->ambiguous || round + 1 == ROUNDS_MAX || !revise(d, revision, r)) break;
             continue;
