@@ -13,8 +13,8 @@
 static const double GAIN_MIN = 36.0;       /* of white squares, on fitted and held-out
                                             * cycles together: z = 6; */
 static const double GAIN_EACH = 4.0;       /* and of either alone: chance repeats in neither */
-static const double UNCLEAR_GAIN = 144.0;  /* z = 12: where it may be this or that, any of which noise
-                                            * and other laws could make, beside what is found */
+static const double UNCLEAR_GAIN = 144.0;  /* z = 12: beside what is found, where it may be this
+                                            * or that, any of which other laws could make */
 static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes
                                             * less is not what is there */
 static const double RIVAL_GAIN = 16.0;     /* odds of 3000 to one, z = 4; or what
