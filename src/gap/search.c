@@ -167,11 +167,11 @@ static bool worth_adding(const struct diagnosis *d, const struct trial *t, doubl
 }
 
 /* The best of an effect's trials whose legs have not each its own value; 0: there is none. */
-static int simple_shape(const struct trial *trial, int trials) {
+static int simple_shape(const struct diagnosis *d, const struct trial *trial, int trials) {
     int best = 0;
     for (int i = 1; i < trials; i++) {
         const struct hypothesis *h = trial[i].hypothesis;
-        if (!trial[i].ok || h->effect != trial[0].hypothesis->effect || h->shape == SHAPE_EACH) continue;
+        if (!trial[i].ok || h->effect != trial[0].hypothesis->effect || h->shape == SHAPE_EACH || unseen(d, &trial[i])) continue;
         if (!best || trial_evidence(&trial[i]) > trial_evidence(&trial[best])) best = i;
     }
     return best;
@@ -180,10 +180,21 @@ static int simple_shape(const struct trial *trial, int trials) {
 /* What a trial pays for its parameters. */
 static double charge(const struct trial *t) { return trial_rise(t) - t->gain; }
 
+/* The number of parameters that the data determine: the others stand where their prior has them,
+ * and make nothing up (MacKay 1992, the effective number of parameters). */
+static double determined(const struct trial *t) {
+    double sum = 0.0;
+    for (int i = 0; i < t->hypothesis->variables; i++) sum += fmax(1.0 - pow(t->std[i] * t->hypothesis->variable[i].pull, 2.0), 0.0);
+    return sum;
+}
+
 /* Would the effect in this simpler shape, and the next effect beside it, explain more than the best
- * trial? A value for each leg takes up what another effect does to the legs. The model stays. */
+ * trial, which pays only for what is determined? A value for each leg takes up what another effect
+ * does to the legs. The model stays, refitted. */
 static bool is_two(struct diagnosis *d, const struct trial *trial, int simple, int threads) {
     struct trial *next = calloc(HYPOTHESES_MAX, sizeof *next);
+    /* before the list of hypotheses, to which trials point, is another */
+    double needed = trial_rise(&trial[0]) - charge(&trial[0]) * determined(&trial[0]) / trial[0].hypothesis->variables + trial[0].held_gain;
     double evidence = d->square + d->held_square - charge(&trial[simple]);
     bool two = false;
     if (next && diagnosis_add(d, &trial[simple])) {
@@ -193,7 +204,7 @@ static bool is_two(struct diagnosis *d, const struct trial *trial, int simple, i
         if (trials && worth_adding(d, &next[0], diagnosis_law_error(d))) {
             evidence -= charge(&next[0]);
             if (diagnosis_add(d, &next[0])) {
-                two = evidence - d->square - d->held_square > trial_evidence(&trial[0]);
+                two = evidence - d->square - d->held_square > needed;
                 diagnosis_drop(d, d->added - 1, HUGE_VAL);
             }
         }
@@ -248,7 +259,7 @@ static bool revise(struct diagnosis *d, struct revision *v, struct gap_result *r
 static void take_back(struct diagnosis *d, struct revision *v, struct gap_result *r) {
     struct trial as_it_was = {.hypothesis = &v->hypothesis, .model = v->model};
     v->open = false;
-    v->judged[v->effect.effect] = true;
+    v->judged[v->effect.effect] = v->judged[v->last] = true;
     if (diagnosis_add(d, &as_it_was)) r->effect[r->effects++] = v->effect;
 }
 
@@ -395,8 +406,12 @@ int search_effects(struct diagnosis *d, const struct recording *measured, const 
             continue;
         }
 
-        int simple = trial[0].hypothesis->shape == SHAPE_EACH ? simple_shape(trial, trials) : 0;
-        if (simple && is_two(d, trial, simple, o->threads)) put_first(trial, simple);
+        bool room = trial[0].hypothesis->shape == SHAPE_EACH && r->effects + 2 <= GAP_EFFECTS;
+        int simple = room ? simple_shape(d, trial, trials) : 0;
+        if (simple && is_two(d, trial, simple, o->threads)) {
+            put_first(trial, simple);
+            rivals = list_rivals(d, trial, trials, rival);
+        }
         double before = d->held_square, z = likelihood(d, &trial[0]);
         struct gap_effect *e = &r->effect[r->effects];
         *e = (struct gap_effect){.effect = effect,

@@ -61,7 +61,7 @@ static double share_at(const struct recording_test *t, struct signals of, double
 /* Where the signal that moves most has most of its motion, to an eighth of a resolution. */
 static double search(const struct recording_test *t, struct signals of, double span_s, double until_s) {
     double most = 0.0, best = 0.0, hz = (double)NAN;
-    struct signals one = {.count = 1};
+    struct signals one = {of.offset, 1};
     for (int k = 0; k < of.count; k++) {
         struct wave w = wave_at(t, of, k, CYCLES_LEAST / span_s, -HUGE_VAL, until_s);
         if (w.variance > most) most = w.variance, one.offset = of.offset + (size_t)k * sizeof(double);
