@@ -36,7 +36,7 @@ static void rivals_make_it_ambiguous_and_name_the_experiment(void **state) {
     struct gap_result r = found("valve_lag");
     r.ambiguous = 1, r.ambiguous_with[0] = effect_find("command_delay");
     assert_verdict(&r, &noise, GAP_AMBIGUOUS, "cannot tell valve_lag from command_delay");
-    assert_non_null(strstr(r.next_experiment, "tests.frequency_hz=20"));
+    assert_non_null(strstr(r.next_experiment, "tests.frequency_hz=36"));
 }
 
 static void one_axis_gets_experiments_that_it_can_make(void **state) {

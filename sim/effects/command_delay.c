@@ -22,7 +22,7 @@ const struct effect command_delay = {
                     .record_axis = "a test at five times the frequency, of small amplitude",
                     .shows = "the sensor's delay shifts length against pressure, the command's does not"},
                    {.from = &valve_lag,
-                    .record = "`--tests z --set tests.frequency_hz=20 --set tests.amplitude_m=0.001`",
+                    .record = "`--tests z --set tests.amplitude_m=0.0005 --set tests.frequency_hz=36`",
                     .record_axis = "a test at five times the frequency, of small amplitude",
                     .shows = "a delay's phase grows with frequency, a lag also loses amplitude"}},
     .machine = machine,

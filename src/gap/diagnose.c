@@ -385,7 +385,9 @@ static void finish(struct crew *crew, struct trial *trial, int count, int thread
     for (int i = 0; i < count; i++) {
         const struct trial *best = best_shape(finalist, finalists, trial[i].hypothesis->effect);
         bool rises = trial[i].hypothesis->shape != SHAPE_EACH && trial_rise(&trial[i]) > NEAR * rise;
-        bool chosen = trial[i].ok && (best ? trial[i].gain > NEAR * best->gain : effects < FINALISTS || rises);
+        /* a limit of each leg's own: it may be all there is, whatever the first steps said */
+        bool limit = best && best->hypothesis->shape == SHAPE_EACH && trial[i].hypothesis->shape == SHAPE_ALL;
+        bool chosen = trial[i].ok && (best ? limit || trial[i].gain > NEAR * best->gain : effects < FINALISTS || rises);
         effects += chosen && !best;
         if (chosen) finalist[finalists++] = trial[i];
         else trial[others++] = trial[i];

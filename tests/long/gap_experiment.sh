@@ -25,7 +25,7 @@ separated() {
 }
 claim "a spring or an inertia? the experiment that the verdict asks for tells" \
     separated external_stiffness.phi 8000 payload_rotational_inertia
-claim "a spool's lag or a delay of the command? 20 Hz beside 4 Hz tell" separated valve_lag.frequency_hz 80 command_delay
+claim "a spool's lag or a delay of the command? 36 Hz beside 4 Hz tell" separated valve_lag.frequency_hz 80 command_delay
 
 # repaired PERCENT DEVIATIONS SETTING...: the identified matrix without the friction found, within so many percent of the nominal one and so
 # many standard deviations of the sensors' noise.
