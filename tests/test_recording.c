@@ -279,8 +279,9 @@ static void without_commands_forces_alone_are_explained(void **unused) {
     assert_int_equal(recording_check(&r, &error), STATUS_OK);
     assert_int_equal(gap_solve(&params, &r, NULL, &options, &g, &error), STATUS_USAGE);
     assert_non_null(strstr(error.text, "valve commands"));
-    options.replay = GAP_MOTION;
+    options.replay = GAP_AS_KNOWN;
     if (gap_solve(&params, &r, NULL, &options, &g, &error)) fail_msg("%s", error.text);
+    assert_int_equal(g.replay, GAP_MOTION);
     assert_int_equal(g.verdict, GAP_NO_GAP);
     assert_true(isnan(g.noise_floor.channel[GAP_P1]) && isfinite(g.noise_floor.channel[GAP_FORCE]));
     for (int i = 0; i < g.candidates; i++) assert_string_not_equal(effect_table[g.candidate[i].effect]->name, "internal_leakage");

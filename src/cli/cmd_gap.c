@@ -20,11 +20,11 @@ static int options(struct options *o, struct gap_options *g, int argc, char **ar
     if (status) return status;
     if (!o->measured_count || !o->config || !o->output)
         return error_set(error, STATUS_USAGE, "`hexid gap` needs --measured LOG, -c FILE and -o DIR; see `hexid gap --help`");
-    *g = (struct gap_options){.replay = GAP_CLOSED_LOOP, .simulate = true, .progress = progress};
+    *g = (struct gap_options){.replay = GAP_AS_KNOWN, .simulate = true, .progress = progress};
     g->threads = (int)sysconf(_SC_NPROCESSORS_ONLN);
-    if (!o->replay || !strcmp(o->replay, "closed-loop")) return STATUS_OK;
-    g->replay = GAP_MOTION;
-    if (!strcmp(o->replay, "motion")) return STATUS_OK;
+    if (!o->replay) return STATUS_OK;
+    g->replay = !strcmp(o->replay, "motion") ? GAP_MOTION : GAP_CLOSED_LOOP;
+    if (g->replay == GAP_MOTION || !strcmp(o->replay, "closed-loop")) return STATUS_OK;
     return error_set(error, STATUS_USAGE, "--replay %s: choose closed-loop or motion", o->replay);
 }
 

@@ -12,9 +12,8 @@ static const double LINE_EXCITED = 0.5;     /* of the power: a resonance that ot
                                              * excites has some of it */
 
 /* A closed loop needs what closed it. */
-int compare_check(const struct params *params, const struct recording *measured, const struct gap_options *o, struct error *error) {
+int compare_check(const struct params *params, const struct recording *measured, struct error *error) {
     const struct recording_measured *m = &measured->measured;
-    if (o->replay == GAP_MOTION) return STATUS_OK;
     if (params->mechanism == MECHANISM_AXIS)
         return error_set(error, STATUS_USAGE,
                          "mechanism: axis: what drove it is not known, so it cannot be run again in closed loop; "
@@ -123,6 +122,6 @@ int compare_models(const struct params *params, const struct recording *measured
     motion_sizes(r, validate ? validate : measured, validate ? CYCLES_ALL : CYCLES_ODD, &held);
     keep_sizes(r, &used, &held);
     bool drive = o->simulate && compare_can_be_driven(measured) && (!validate || compare_can_be_driven(validate));
-    if (!drive || o->replay != GAP_CLOSED_LOOP || r->controller_differs) return STATUS_OK;
+    if (!drive || r->replay != GAP_CLOSED_LOOP || r->controller_differs) return STATUS_OK;
     return closed_loop(params, measured, validate, o, r, error);
 }

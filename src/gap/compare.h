@@ -5,8 +5,8 @@
 
 #include "gap.h"
 
-/* Can it be compared as the options ask? -2 with what the log lacks. */
-int compare_check(const struct params *params, const struct recording *measured, const struct gap_options *options, struct error *error);
+/* Can its loop be closed again in simulation? -2 with what the log lacks. */
+int compare_check(const struct params *params, const struct recording *measured, struct error *error);
 
 /* Of a result with its models: fills sizes, faults of the replay and matrices. validate may be
  * NULL. 0, or a negative status. */

@@ -10,7 +10,7 @@
 #include "machine.h"
 
 static const double IDLE = 1e-6;         /* relative change of the squares */
-static const double CHARGE = 8.0;        /* of white squares, a parameter: ln of the
+static const double PENALTY = 8.0;       /* of white squares, a parameter: ln of the
                                           * number of values, about */
 static const double WORTH = 0.1;         /* of the best one's gain after the first steps, and */
 static const double WORTH_LEAST = 4.0;   /* so much: a trial is fitted on */
@@ -112,7 +112,7 @@ static void try_start(const struct diagnosis *d, const struct hypothesis *h, con
     if (!idle && square < *least) *least = square, *best = model;
 }
 
-double trial_rise(const struct trial *t) { return t->gain + CHARGE * t->hypothesis->variables; }
+double trial_rise(const struct trial *t) { return t->gain + PENALTY * t->hypothesis->variables; }
 
 /* The start from which the rest of the model, moved linearly, comes closest; of an effect that is
  * given its own values are one. A law in proportion has its best strength at once; else it is bent.
@@ -220,7 +220,7 @@ static void try_one(const struct diagnosis *d, const struct hypothesis *h, const
 
     t->ok = true;
     t->square = r.square;
-    t->gain = d->square - r.square - CHARGE * h->variables - (h->shape >= 0 ? 2.0 * log(LEGS) : 0.0);
+    t->gain = d->square - r.square - PENALTY * h->variables - (h->shape >= 0 ? 2.0 * log(LEGS) : 0.0);
     /* else it is noise, and as much on the cycles held out */
     bool seen = again || t->gain > WORTH_LEAST;
     t->held_square = seen ? held_square(d, &t->model) : d->held_square - (d->square - t->square);
@@ -496,7 +496,7 @@ bool diagnosis_drop(struct diagnosis *d, int addition, double most) {
     d->found[effect] = false; /* a hypothesis again */
     memmove(d->addition + addition, d->addition + addition + 1, (size_t)(--d->added - addition) * sizeof *d->addition);
     bool fitted = list_variables(d) && diagnosis_refit(d, BASE_ITERATIONS);
-    if (fitted && d->square - square < most + CHARGE * dropped.variables && d->held_square - held < most) return true;
+    if (fitted && d->square - square < most + PENALTY * dropped.variables && d->held_square - held < most) return true;
     d->found[effect] = true;
     memmove(d->addition + addition + 1, d->addition + addition, (size_t)(d->added++ - addition) * sizeof *d->addition);
     d->addition[addition] = dropped;

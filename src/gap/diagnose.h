@@ -31,7 +31,7 @@ struct trial {
     bool ok;
     struct params model;                 /* fitted, base moved too */
     double square, held_square;
-    double gain, held_gain;              /* of the fitted cycles, charged for each
+    double gain, held_gain;              /* of the fitted cycles, less a penalty for each
                                           * parameter; of the others */
     double std[HYPOTHESIS_VARIABLES];
     bool bound;

@@ -83,12 +83,13 @@ int gap_solve(const struct params *params, const struct recording *measured, con
               const struct gap_options *options, struct gap_result *r, struct error *error) {
     double start_s = now_s();
     struct remainder remainder = {0};
-    int possible = compare_check(params, measured, options, error);
-    if (possible) return possible;
+    int open_loop = compare_check(params, measured, error);
+    if (open_loop && options->replay == GAP_CLOSED_LOOP) return open_loop;
     struct diagnosis *d = calloc(1, sizeof *d);
     if (!d) return error_set(error, STATUS_IO, "out of memory");
 
-    *r = (struct gap_result){.replay = options->replay, .validated = validate != NULL};
+    bool motion = open_loop || options->replay == GAP_MOTION;
+    *r = (struct gap_result){.replay = motion ? GAP_MOTION : GAP_CLOSED_LOOP, .validated = validate != NULL};
     r->controller_difference = controller_difference(params, measured);
     r->sampled_s = controller_other_rate(params, measured);
     for (int i = measured->tests - 1; i >= 0; i--)

@@ -18,7 +18,8 @@ enum gap_channel { GAP_LENGTH, GAP_FORCE, GAP_P1, GAP_P2, GAP_VALVE, GAP_CHANNEL
 extern const char *const gap_channel_names[GAP_CHANNELS]; /* length, force, p1, p2, valve */
 extern const char *const gap_channel_units[GAP_CHANNELS];
 
-enum gap_replay { GAP_CLOSED_LOOP, GAP_MOTION };
+/* Closed loop where the log has what drove it, else by the measured motion; or what is asked for. */
+enum gap_replay { GAP_AS_KNOWN, GAP_CLOSED_LOOP, GAP_MOTION };
 
 struct gap_effect {
     int effect;                           /* its place in effect_table */
@@ -44,7 +45,7 @@ struct gap_effect {
 struct gap_candidate {
     int effect, shape;
     double gain;                          /* of the sum of white squares, fitted cycles,
-                                           * charged for its parameters */
+                                           * less a penalty for its parameters */
     double z;                             /* square root of the likelihood's gain on all cycles;
                                            * after the first steps, where it is small by then */
     double share_explained;

@@ -25,6 +25,8 @@ static const double LINE_SHARE = 0.1;       /* of the gap in its channel: a weak
 static const double THIRD_SHARE = 0.05;    /* of the excess: what takes three effects of that
                                             * weight is none of them */
 
+extern const struct effect clock_skew, cylinder_coulomb_friction;
+
 #define SAY(r, ...) snprintf((r)->reason, sizeof (r)->reason, __VA_ARGS__)
 #define ADVISE(r, ...) snprintf((r)->next_experiment, sizeof (r)->next_experiment, __VA_ARGS__)
 
@@ -81,11 +83,15 @@ static bool line_remains(const struct gap_result *r) {
 }
 
 /* As many as the search takes: it did not end because all was explained. Or the third by its
- * weight; the one in doubt, which was found last, where there is one: nobody can say what it is. */
+ * weight; the one in doubt, which was found last, where there is one: nobody can say what it is.
+ * What the configuration has, of another size, and what the two clocks show imitate nothing. */
 static bool imitated(const struct gap_result *r, const struct remainder *m) {
-    if (r->effects == GAP_EFFECTS) return true;
-    if (r->effects < 3) return false;
-    double z = r->effect[r->ambiguous ? r->in_doubt : 2].z;
+    int sought = 0, third = 0;
+    for (int i = 0; i < r->effects; i++)
+        if (!r->effect[i].given.on && effect_table[r->effect[i].effect] != &clock_skew && ++sought == 3) third = i;
+    if (sought == GAP_EFFECTS) return true;
+    if (sought < 3) return false;
+    double z = r->effect[r->ambiguous ? r->in_doubt : third].z;
     return 0.5 * z * z > THIRD_SHARE * m->before;
 }
 
@@ -112,8 +118,6 @@ static bool unknown(struct gap_result *r, const struct remainder *m) {
     }
     return true;
 }
-
-extern const struct effect cylinder_coulomb_friction;
 
 /* On one axis, friction that is stronger in one direction is symmetric friction beside
  * a constant force. */

@@ -178,7 +178,7 @@ static int simple_shape(const struct diagnosis *d, const struct trial *trial, in
 }
 
 /* What a trial pays for its parameters. */
-static double charge(const struct trial *t) { return trial_rise(t) - t->gain; }
+static double penalty(const struct trial *t) { return trial_rise(t) - t->gain; }
 
 /* The number of parameters that the data determine: the others stand where their prior has them,
  * and make nothing up (MacKay 1992, the effective number of parameters). */
@@ -194,15 +194,16 @@ static double determined(const struct trial *t) {
 static bool is_two(struct diagnosis *d, const struct trial *trial, int simple, int threads) {
     struct trial *next = calloc(HYPOTHESES_MAX, sizeof *next);
     /* before the list of hypotheses, to which trials point, is another */
-    double needed = trial_rise(&trial[0]) - charge(&trial[0]) * determined(&trial[0]) / trial[0].hypothesis->variables + trial[0].held_gain;
-    double evidence = d->square + d->held_square - charge(&trial[simple]);
+    double needed = trial_rise(&trial[0]) - penalty(&trial[0]) * determined(&trial[0]) / trial[0].hypothesis->variables +
+                    trial[0].held_gain;
+    double evidence = d->square + d->held_square - penalty(&trial[simple]);
     bool two = false;
     if (next && diagnosis_add(d, &trial[simple])) {
         int trials = diagnosis_try(d, next, threads);
         prefer_seen(d, next, trials);
         prefer_simple(d, next, trials);
         if (trials && worth_adding(d, &next[0], diagnosis_law_error(d))) {
-            evidence -= charge(&next[0]);
+            evidence -= penalty(&next[0]);
             if (diagnosis_add(d, &next[0])) {
                 two = evidence - d->square - d->held_square > needed;
                 diagnosis_drop(d, d->added - 1, HUGE_VAL);
@@ -399,7 +400,9 @@ int search_effects(struct diagnosis *d, const struct recording *measured, const 
 
         int rival[GAP_RIVALS] = {0}, rivals = list_rivals(d, trial, trials, rival);
         int effect = trial[0].hypothesis->effect;
-        bool unclear = r->effects && rivals && trial_evidence(&trial[0]) < UNCLEAR_GAIN * dispersion(d, &trial[0]);
+        /* what is judged again was found before: what it may be, the verdict says */
+        bool first = !r->effects || revision->open;
+        bool unclear = !first && rivals && trial_evidence(&trial[0]) < UNCLEAR_GAIN * dispersion(d, &trial[0]);
         if (unclear || !worth_adding(d, &trial[0], diagnosis_law_error(d))) {
             if (revision->open) take_back(d, revision, r);
             if (r->ambiguous || round + 1 == ROUNDS_MAX || !revise(d, revision, r)) break;

@@ -218,7 +218,7 @@ static void next_steps(FILE *out, const struct gap_report *report) {
     if (!r->effects) return;
     fputs("<p class=\"next\"><b>Use it:</b> <code>", out);
     bool axis = report->result->model.mechanism == MECHANISM_AXIS; /* which hexid does not drive */
-    html_text(out, axis ? "hexid gap --replay motion -c %s --measured ..." : "hexid run -c %s", report->model_file);
+    html_text(out, axis ? "hexid gap -c %s --measured ..." : "hexid run -c %s", report->model_file);
     fprintf(out, "</code>, the configuration given with %s effect%s%s.</p>\n", r->effects > 1 ? "these" : "this", r->effects > 1 ? "s" : "",
             r->ambiguous ? " (the first of those that cannot be told apart)" : "");
 }

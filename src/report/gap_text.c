@@ -56,7 +56,7 @@ static void print_findings(FILE *out, const struct gap_result *r) {
 
 static void print_sizes(FILE *out, const struct gap_result *r) {
     const struct gap_size *before = &r->held_out_before, *after = &r->held_out_after, *noise = &r->noise_floor;
-    fprintf(out, "\n  held out   %10s %10s %10s\n", "before", "after", "noise");
+    fprintf(out, "\n  held out   %10s %10s %10s%s\n", "before", "after", "noise", r->simulated ? "" : " under the measured motion");
     for (int ch = 0; ch < GAP_CHANNELS; ch++)
         if (isfinite(noise->channel[ch]))
             fprintf(out, "  %-10s %10.4g %10.4g %10.4g %s\n", gap_channel_names[ch], before->channel[ch], after->channel[ch],

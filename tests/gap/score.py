@@ -6,7 +6,7 @@
     score.py report FILE... [-o report.html]          the confusion matrix and the figures of such lines
 
 Environment: HEXID, the program (build/hexid); RIG, another rig than hexid's own plant (build/tests/rig/rig, tests/rig/README.md); DETECTABLE, the file of strengths at which z = 8 (build/gap_score/detectable.csv, written by
-tests/bench/signatures); CONFIG, the base model (config/tian2015.yaml); SUBSTEPS of the rig (12); RECORDINGS, a directory where rigs'
+tests/bench/signatures); CONFIG, the base model (config/tian2015.yaml); SUBSTEPS of the rig (12); MOTION of the rig by other means (sines; or multisine); RECORDINGS, a directory where rigs'
 recordings stay, to be scored again without the rig; KEEP, a directory where a case leaves its log and report.
 
 The rig runs on the ODE engine with a step of 0.167 ms, with noisy sensors and every base parameter off within model.tolerance;
@@ -18,6 +18,7 @@ import score_report
 HEXID = os.environ.get("HEXID", "build/hexid")
 CONFIG = os.environ.get("CONFIG", "config/tian2015.yaml")
 RIG = os.environ.get("RIG", "")
+MOTION = os.environ.get("MOTION", "sines")
 FIELDS = score_report.FIELDS
 SIZES = {"typical": 1.0, "strong": 3.0}   # of the catalogue's typical; "detectable": where the likelihood ratio is z = 8
 
@@ -202,7 +203,7 @@ def other_rig(r, series, seed, work, log, hidden, table):
                                                       "pump_ripple.frequency_hz": 4 * r.randrange(8, 55) + r.uniform(1, 3)}
         else: values = {key.removeprefix("effects."): off_legs(table, key, value) for key, value in hidden[name].items()}
         for key, value in values.items(): options += ["--effect", "%s=%s" % (key, ",".join("%.9g" % x for x in six(value)))]
-    command = [RIG, "-c", CONFIG, "-o", work + "/measured", "--" + series, str(seed), "--noise", str(seed)] + options
+    command = [RIG, "-c", CONFIG, "-o", work + "/measured", "--" + series, str(seed), "--noise", str(seed), "--motion", MOTION] + options
     rig = subprocess.run(command, capture_output=True, text=True)
     if rig.returncode == 0: rig = subprocess.run([HEXID, "import", work + "/measured", "-o", log], capture_output=True, text=True)
     if rig.returncode: return {}, "the rig does not run: " + (rig.stderr.strip() or "status %d" % rig.returncode)[-120:]
@@ -221,6 +222,7 @@ def recorded(case, size, series, seed, work, log, table):
     """The rig's log, made or kept: what it has besides what is hidden, what is hidden, in which legs; and why there is no log."""
     r, hidden, shapes = random.Random("%s %s %s %s" % (case, size, seed, series)), {}, []
     rig = "rig" if RIG else "own%s" % os.environ.get("SUBSTEPS", 12)
+    if MOTION != "sines": rig += "-" + MOTION
     kept = os.environ.get("RECORDINGS")
     name = kept and "/".join((kept, ".".join((rig, os.path.basename(CONFIG), case, size, series, str(seed)))))
     if kept and os.path.exists(name + ".json"):

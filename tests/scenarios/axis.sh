@@ -4,7 +4,7 @@
 
 recorded() { mkdir -p "$work/$1" && "$python" tests/scenarios/axis.py "${@:2}" >"$work/$1/1.csv"; }
 import() { "$hexid" import "$work/$1" -c config/axis.yaml -o "$work/$1.lcm"; }
-gap() { "$hexid" gap --measured "$work/$1.lcm" -c "${2:-config/axis.yaml}" --replay motion -o "$work/$1.gap" 2>/dev/null; }
+gap() { "$hexid" gap --measured "$work/$1.lcm" -c "${2:-config/axis.yaml}" -o "$work/$1.gap" 2>/dev/null; }
 says() { "$python" tests/scenarios/gap.py "$@"; }
 
 imported() {
@@ -41,7 +41,7 @@ overstated() {
 claim "friction that the file states and the axis has not is taken off, beside what it lacks" overstated
 
 claim "no closed loop for an axis" refuses 2 "mechanism: axis --replay motion" \
-    "$hexid" gap --measured "$work/friction.lcm" -c config/axis.yaml -o "$work/none"
+    "$hexid" gap --measured "$work/friction.lcm" -c config/axis.yaml --replay closed-loop -o "$work/none"
 claim "an axis is not driven" refuses 2 "mechanism: axis" "$hexid" run --fast -c config/axis.yaml
 claim "nor has it an inertia matrix" refuses 2 "mechanism: axis" "$hexid" identify "$work/friction.lcm"
 # Pressures become forces by the cylinder's areas: config/axis.yaml states none.
@@ -49,7 +49,7 @@ pressures() {
     recorded cylinder 80 1 cylinder && import cylinder 2>&1 | tee "$work/said" &&
         grep -q 'warning: pressures, and the configuration does not state .*give it actuator.piston_diameter_m and actuator.rod_diameter_m' "$work/said" &&
         refuses 2 "cylinder.lcm: does not state actuator.piston_diameter_m actuator.rod_diameter_m" \
-            "$hexid" gap --measured "$work/cylinder.lcm" -c config/axis.yaml --replay motion -o "$work/none" &&
+            "$hexid" gap --measured "$work/cylinder.lcm" -c config/axis.yaml -o "$work/none" &&
         ends 1 "$hexid" check "$work/cylinder.lcm" >"$work/said" && tr -s '\n ' ' ' <"$work/said" | grep -q 'gap would refuse it: .* does not state'
 }
 claim "pressures without the cylinder's diameters are warned of, then refused" pressures
@@ -59,7 +59,7 @@ of_a_platform() {
 }
 claim "a platform's configuration states none of an axis" of_a_platform
 one_diameter() {
-    "$hexid" gap --measured "$work/cylinder.lcm" -c config/axis.yaml --set actuator.piston_diameter_m=0.05 --replay motion -o "$work/none" 2>&1 |
+    "$hexid" gap --measured "$work/cylinder.lcm" -c config/axis.yaml --set actuator.piston_diameter_m=0.05 -o "$work/none" 2>&1 |
         tee "$work/said" | grep -q 'give it actuator.rod_diameter_m' && ! grep -q 'piston' "$work/said"
 }
 claim "of one diameter the other is asked for" one_diameter
@@ -81,11 +81,11 @@ beside() {
 claim "another force than that of the pressures is noticed" beside
 other_units() {
     recorded lie 80 1 millimetres && import lie 2>&1 | tee "$work/said" && grep -q 'position_m swings by .*, in mm?' "$work/said" &&
-        refuses 2 "other units" "$hexid" gap --measured "$work/lie.lcm" -c config/axis.yaml --replay motion -o "$work/none"
+        refuses 2 "other units" "$hexid" gap --measured "$work/lie.lcm" -c config/axis.yaml -o "$work/none"
 }
 claim "millimetres under a name that says metres are named, then refused" other_units
 other_frequency() {
-    "$hexid" gap --measured "$work/friction.lcm" -c config/axis.yaml --set tests.frequency_hz=3 --set lcm.url= --replay motion -o "$work/other" 2>&1 |
+    "$hexid" gap --measured "$work/friction.lcm" -c config/axis.yaml --set tests.frequency_hz=3 --set lcm.url= -o "$work/other" 2>&1 |
         tr -s '\n ' ' ' | grep -q 'lacks cylinder_coulomb_friction; the legs move at 2 Hz, where 3 was stated'
 }
 claim "another frequency than stated is found and said" other_frequency
