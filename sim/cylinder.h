@@ -87,6 +87,9 @@ void cylinder_flows(const struct cylinder_model *m, int leg, const struct mains 
  * After every substep. */
 void cylinder_limit(const struct cylinder_model *m, int leg, struct cylinder_state *s);
 
+/* The spool alone, which nothing in the chambers moves: on by a step under this command. */
+void cylinder_spool_step(const struct cylinder_model *m, int leg, double dt_s, double valve, struct cylinder_state *s);
+
 /* Pressures after the piston was moved by so much at once, ports shut. */
 void cylinder_displace(const struct cylinder_model *m, int leg, struct cylinder_state *s, double length_m, double move_m);
 

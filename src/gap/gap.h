@@ -18,7 +18,7 @@ enum gap_channel { GAP_LENGTH, GAP_FORCE, GAP_P1, GAP_P2, GAP_VALVE, GAP_CHANNEL
 extern const char *const gap_channel_names[GAP_CHANNELS]; /* length, force, p1, p2, valve */
 extern const char *const gap_channel_units[GAP_CHANNELS];
 
-/* Closed loop where the log has what drove it, else by the measured motion; or what is asked for. */
+/* Closed loop where the log has what drove it, else by the measured motion; or as asked. */
 enum gap_replay { GAP_AS_KNOWN, GAP_CLOSED_LOOP, GAP_MOTION };
 
 struct gap_effect {

@@ -90,9 +90,12 @@ struct node {
     double length_m[LEGS], rate_mps[LEGS];
 };
 
+enum { SPOOL_CYCLES = 12 };
+
 /* The hydraulics while they run through the cycles. */
 struct run {
     const struct residual_test *t;
+    double dither;               /* of the commands' noise: so much is added to their mean */
     struct params timing;        /* the model's, with the recording's sampling
                                   * for a cycle of the loop */
     struct cylinder_model cylinder;
@@ -120,6 +123,27 @@ static void look(const struct run *r, int node, struct node *to) {
     *to = sum;
 }
 
+static void send(struct run *r, int sample) {
+    const struct residual_test *t = r->t;
+    double valve[LEGS];
+    for (int k = 0; k < LEGS; k++) valve[k] = t->valve[sample * LEGS + k] + (r->dither ? r->dither * t->dither[sample * LEGS + k] : 0.0);
+    valve_line_send(&r->line, valve);
+}
+
+/* A spool at its rate limit takes many cycles to forget where it was; chambers do not. */
+static void settle_spools(struct run *r) {
+    const struct residual_test *t = r->t;
+    double valve[LEGS];
+    for (int i = 0; i < SPOOL_CYCLES * t->fitted && t->spectrum.cycles; i++) {
+        send(r, i % t->fitted);
+        for (int j = 0; j < t->substeps; j++) {
+            valve_line_receive(&r->line, j, valve);
+            for (int k = r->cylinder.first; k < r->cylinder.legs; k++)
+                cylinder_spool_step(&r->cylinder, k, t->step_s / t->substeps, valve[k], &r->state.cylinder[k]);
+        }
+    }
+}
+
 static void begin_motion(struct run *r, const struct series *rows) {
     memset(r->series, 0, sizeof r->series);
     for (int k = 0; k < r->t->legs; k++) {
@@ -131,9 +155,17 @@ static void begin_motion(struct run *r, const struct series *rows) {
     look(r, 0, &r->node[0]);
 }
 
-static bool begin_run(struct run *r, const struct residual_test *t, const struct params *model, int leg, const struct series *rows) {
+static bool limited(const struct machine *m) {
+    bool limited = false;
+    for (int k = 0; k < LEGS; k++) limited = limited || isfinite(m->valve.rate_per_s[k]);
+    return limited;
+}
+
+static bool begin_run(struct run *r, const struct residual_test *t, const struct params *model, int leg, double dither,
+                      const struct series *rows) {
     double force_n[LEGS] = {0}, p1[LEGS], p2[LEGS];
     r->t = t;
+    r->dither = dither;
     r->timing = *model;
     r->timing.loop.period_s = t->step_s;
     r->timing.sim.substeps = t->substeps;
@@ -151,6 +183,7 @@ static bool begin_run(struct run *r, const struct residual_test *t, const struct
         force_n[k] = cylinder_hydraulic_force(&r->cylinder, k, &r->state.cylinder[k]);
     }
     hydraulics_rest(&r->cylinder, force_n, &r->state);
+    if (limited(&r->cylinder.machine)) settle_spools(r);
     begin_motion(r, rows);
     return true;
 }
@@ -170,7 +203,7 @@ static void run_on(struct run *r, int sample, double mean_n[LEGS]) {
     double valve[LEGS];
     struct hydraulics_input in[3];
     for (int i = 0; i < 3; i++) in[i] = (struct hydraulics_input){r->node[i].length_m, r->node[i].rate_mps, valve};
-    valve_line_send(&r->line, t->valve + (size_t)sample * LEGS);
+    send(r, sample);
     if (mean_n) add_forces(r, mean_weight(t->substeps, 0), mean_n);
     for (int j = 0; j < t->substeps; j++) {
         int node = 2 * (sample * t->substeps + j);
@@ -183,7 +216,7 @@ static void run_on(struct run *r, int sample, double mean_n[LEGS]) {
     }
 }
 
-static void add_sample(const struct run *r, int place, struct pressure_rows *p) {
+static void add_sample(const struct run *r, int place, double share, struct pressure_rows *p) {
     for (int k = r->cylinder.first; k < r->cylinder.legs; k++) {
         const struct cylinder_state *s = &r->state.cylinder[k];
         bool line = r->cylinder.leg[k].line_volume_m3 > 0.0;
@@ -191,7 +224,7 @@ static void add_sample(const struct run *r, int place, struct pressure_rows *p) 
         for (int i = 0; i < PORTS; i++) {
             double port = line ? r->state.line[k][i].pressure_pa : chamber[i];
             for (int a = 0; a < r->t->size; a++) {
-                double weight = r->t->projection[a * r->t->fitted + place];
+                double weight = share * r->t->projection[a * r->t->fitted + place];
                 p->port[i][k][a] += weight * port;
                 p->drop[i][k][a] += weight * (port - chamber[i]);
             }
@@ -199,17 +232,35 @@ static void add_sample(const struct run *r, int place, struct pressure_rows *p) 
     }
 }
 
+/* Does noise of the commands move the mean spool? A gap or a limit on its way is smoothed by it. */
+static bool dithers(const struct residual_test *t, const struct machine *m) { return t->dither && (limited(m) || m->command.count); }
+
+static bool add_pressures(struct run *r, const struct residual_test *t, const struct params *model, int leg, const struct series *rows,
+                          double dither, double share, struct pressure_rows *p) {
+    if (!begin_run(r, t, model, leg, dither, rows)) return false;
+    for (int i = 0; i < t->samples; i++) {
+        int place = i - (t->samples - t->fitted);
+        if (place >= 0) add_sample(r, place, share, p);
+        run_on(r, i, NULL);
+    }
+    valve_line_free(&r->line);
+    return true;
+}
+
+/* The mean of a response to the mean commands with their noise and without its sign: what is linear
+ * in the noise, which the mean of many cycles has not, is in neither. */
 static bool simulate_pressures(const struct residual_test *t, const struct params *model, int leg, const struct series *rows,
                                struct pressure_rows *p) {
     struct run *r = malloc(sizeof *r);
-    bool ok = r && begin_run(r, t, model, leg, rows);
+    struct machine machine;
     memset(p, 0, sizeof *p);
-    for (int i = 0; i < t->samples && ok; i++) {
-        int place = i - (t->samples - t->fitted);
-        if (place >= 0) add_sample(r, place, p);
-        run_on(r, i, NULL);
+    machine_init(&machine, model);
+    bool ok = r != NULL;
+    if (dithers(t, &machine)) {
+        for (int sign = -1; sign <= 1; sign += 2) ok = ok && add_pressures(r, t, model, leg, rows, sign, 0.5, p);
+    } else {
+        ok = ok && add_pressures(r, t, model, leg, rows, 0.0, 1.0, p);
     }
-    if (ok) valve_line_free(&r->line);
     free(r);
     return ok;
 }
@@ -229,7 +280,7 @@ bool residual_staircase(const struct residual_test *t, const struct params *mode
     struct series rows;
     cylinder_model_init(&cylinder, model);
     undo_all(&cylinder.machine, t, &rows);
-    bool ok = r && force_n && mean_n && t->chambers && begin_run(r, t, model, ALL_LEGS, &rows);
+    bool ok = r && force_n && mean_n && t->chambers && begin_run(r, t, model, ALL_LEGS, 0.0, &rows);
     for (int i = 0; i < t->samples && ok; i++) {
         add_forces(r, 1.0, force_n[i]);
         run_on(r, i, mean_n[i]);

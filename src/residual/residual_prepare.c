@@ -10,8 +10,8 @@
 #include "inverse_dynamics.h"
 #include "units.h"
 
-static const double SETTLE_CYCLES = 1.5; /* then a spool at its rate limit has
-                                          * forgotten the start, too */
+static const double SETTLE_CYCLES = 1.5; /* pressures behind a long supply line have not forgotten
+                                          * the start before */
 static const double SUBSTEP_S = 0.5e-3;   /* RK4: 1e-4 of a 100 Hz spool's lag */
 
 /* Of a piece: the windows of neighbours overlap by so much of it on either side; the series' period
@@ -64,6 +64,15 @@ static int allocate(struct residual_test *t, struct error *error) {
     return all ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
 }
 
+/* What the commands had beyond the mean cycle over the stretch that is simulated. */
+static void take_dither(struct residual_test *t, const struct recording_test *test) {
+    for (int i = 0, j = test->first; i < t->samples; i++) {
+        while (j + 1 < test->end && test->sample[j].test_time_s < t->first_s + (i - 0.5) * t->step_s) j++;
+        bool there = test->sample[j].good && fabs(test->sample[j].test_time_s - t->first_s - i * t->step_s) < 0.5 * t->step_s;
+        for (int k = 0; k < LEGS; k++) t->dither[i * LEGS + k] = there ? test->sample[j].valve[k] - t->valve[i * LEGS + k] : 0.0;
+    }
+}
+
 /* A steady sinusoid: the harmonics of its mean cycle, once the start is forgotten. */
 static int prepare_cycle(struct residual_test *t, const struct recording_test *test, enum cycles which, struct error *error) {
     const struct spectrum *s = &t->spectrum;
@@ -101,6 +110,9 @@ static int prepare_cycle(struct residual_test *t, const struct recording_test *t
             spectrum_value(s->mean[CHANNEL_VALVE][k], s->harmonics, s->omega, t->first_s + i * t->step_s, value);
             t->valve[i * LEGS + k] = value[0];
         }
+    t->dither = malloc((size_t)(LEGS * t->samples) * sizeof(double));
+    if (!t->dither) return error_set(error, STATUS_IO, "out of memory");
+    take_dither(t, test);
     return STATUS_OK;
 }
 
@@ -267,6 +279,7 @@ void residual_free(struct residual_data *d) {
         free(d->test[i].series);
         free(d->test[i].node);
         free(d->test[i].valve);
+        free(d->test[i].dither);
         free(d->test[i].projection);
     }
     free(d->test);
