@@ -297,8 +297,8 @@ static void read_effects(const struct diagnosis *d, struct gap_result *r) {
                     r->effect[i].values.value[v->key][leg] = d->given->effects[v->effect].value[v->key][leg];
                     continue;
                 }
-                r->effect[i].std[v->key][leg] = left_over(d) * d->std[j];
                 r->effect[i].bound[v->key][leg] = value == v->min || value == v->max;
+                r->effect[i].std[v->key][leg] = r->effect[i].bound[v->key][leg] ? 0.0 : left_over(d) * d->std[j];
             }
         }
 }
