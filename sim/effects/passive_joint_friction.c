@@ -14,7 +14,7 @@ const struct effect passive_joint_friction = {
     .signature = "leg force: odd harmonics and jumps at the reversals of the joints, which on tilting tests differ from those of the leg",
     /* dry friction about two axes that cross is by |sin a| + |cos a| larger than about one, and
      * nobody knows how a joint's axes stand to its motion: rms 10 % about the mean */
-    .law_error = 0.1,
+    .law_error = 0.15,
     .keys = {[COULOMB] = {.name = "coulomb_nm", .unit = "N m", .min = 0.0, .max = 1e3, .typical = 5.0, .per_leg = true},
              [VISCOUS] = {.name = "viscous_nm_s", .unit = "N m s", .min = 0.0, .max = 1e4, .typical = 20.0, .per_leg = true}},
     .joint_friction = joint_friction,

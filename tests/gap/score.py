@@ -270,7 +270,7 @@ def run_case(case, size, seed, series):
                   "ambiguous_with": " ".join(result["ambiguous_with"]), "score": score, "z": "%.1f" % z if z or (len(names) == 2 and score == 0) else "",
                   **(parameters(table, settings, truth, result) if truth else {}), "before": g["held_out_before"],
                   "after": g["held_out_after"], "floor": g["noise_floor"],
-                  "ratio": g["held_out_after"] / g["noise_floor"], "seconds": result["seconds"],
+                  "ratio": g["held_out_after"] / g["noise_floor"], "seconds": result["seconds"], "white": result["mean_white_square"]["after"],
                   "where": "%s %s leg %s h%s" % tuple(where.get(k, "") for k in ("test", "channel", "leg", "harmonic"))}
 
 

@@ -2,7 +2,7 @@
 import csv, html
 
 FIELDS = ["truth", "size", "seed", "series", "shape", "verdict", "named", "ambiguous_with", "score", "z", "error", "right", "covered",
-          "values", "sigmas", "where", "before", "after", "floor", "ratio", "seconds", "remark"]
+          "values", "sigmas", "where", "before", "after", "floor", "ratio", "seconds", "remark", "white"]
 SIZES = ("detectable", "typical", "strong")
 DETECTABLE_Z = 6   # of the likelihood, after the base is fitted
 
