@@ -231,8 +231,8 @@ end:
     free(own);
 }
 
-/* What the linear part promised, made true: base and effect fitted together. What masses and joints
- * do to the forces hardly changes on the way. */
+/* What the linear part promised, made true: base and effect fitted together. What masses, joints and
+ * effects that are there already do to the forces hardly changes on the way. */
 static void polish(const struct diagnosis *d, struct trial *t) {
     struct variable v[FIT_VARIABLES];
     bool once[FIT_VARIABLES] = {false};
@@ -242,7 +242,7 @@ static void polish(const struct diagnosis *d, struct trial *t) {
         const struct variable *b = &d->variable[i];
         enum parallel how = b->base ? hypothesis_parallel(h, b) : PARALLEL_NOT;
         if (how == PARALLEL_SAME) continue;
-        once[n] = b->base && b->parts == PART_FORCE;
+        once[n] = b->parts == PART_FORCE;
         v[n] = *b;
         if (how == PARALLEL_DRAWN) variable_draw(&v[n]);
         n++;
