@@ -7,8 +7,9 @@
 #include "experiment.h"
 
 static const double SQUARE_MAX = 1.5;      /* mean white square: more is no noise */
-static const double SCATTER = 6.0;         /* and more than a few values scatter by, in
+static const double SCATTER = 6.0;         /* more than values of noise scatter by, in
                                             * standard deviations */
+static const double LAW_SIGMAS = 4.0;      /* of its law_error that an effect may leave */
 static const double OFFSET_SIGMAS = 6.0, OFFSET_SHARE = 0.05; /* friction unlike in the
                                                                * two directions */
 static const double SHARE_MAX = 0.3;       /* of the excess that may stay unexplained, in the
@@ -37,12 +38,13 @@ static void append(struct gap_result *r, const char *text) {
     snprintf(r->reason + used, sizeof r->reason - used, "%s", text);
 }
 
+static double square(double x) { return x * x; }
+
+/* More than noise, and than the laws that are there leave. */
 static bool remains(const struct remainder *m) {
     double scatter = m->values + SCATTER * sqrt(2.0 * m->values);
-    return m->after > fmax(SQUARE_MAX * m->values, scatter) && m->after - m->values > fmax(SHARE_MAX * m->before, m->law_error);
+    return m->after > scatter && m->after - m->values > square(LAW_SIGMAS) * m->law_error;
 }
-
-static double square(double x) { return x * x; }
 
 /* What a simulation with effects is held to. Constants are not: a leg in a dead band stands where
  * it came to stand, a chamber whose valve stays shut keeps what oil it has, and the equations hold
@@ -97,11 +99,11 @@ static bool imitated(const struct gap_result *r, const struct remainder *m) {
 
 static bool unknown(struct gap_result *r, const struct remainder *m) {
     ADVISE(r, "%s", experiment_unknown());
-    if (remains(m)) {
-        SAY(r, "a deterministic remainder that no effect of the catalogue explains (mean white square %.1f)", m->after / m->values);
-    } else if (line_remains(r)) {
+    if (line_remains(r)) {
         SAY(r, "a line at %.4g Hz, no harmonic of the motion: a pump, or a loop that oscillates by itself", r->line.hz);
         ADVISE(r, "%s", experiment_line(r->model.mechanism));
+    } else if (remains(m)) {
+        SAY(r, "a deterministic remainder that no effect of the catalogue explains (mean white square %.1f)", m->after / m->values);
     } else if (imitated(r, m)) {
         SAY(r, "no one or two effects of the catalogue explain the gap; it takes %d to imitate it", r->effects);
     } else if (refuted(r)) {
