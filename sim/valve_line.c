@@ -19,6 +19,13 @@ void valve_line_rest(struct valve_line *l) {
     memset(l->memory, 0, sizeof l->memory);
 }
 
+void valve_line_hold(struct valve_line *l, const double valve[LEGS]) {
+    double arrived[LEGS];
+    valve_line_rest(l);
+    for (int i = 0; i < l->kept; i++) valve_line_send(l, valve);
+    valve_line_receive(l, 0, arrived); /* what the command hooks remember */
+}
+
 void valve_line_send(struct valve_line *l, const double valve[LEGS]) {
     l->newest = (l->newest + 1) % l->kept;
     memcpy(l->sent[l->newest], valve, sizeof l->sent[0]);

@@ -16,8 +16,9 @@ struct valve_line {
 int valve_line_init(struct valve_line *l, const struct machine *machine);
 void valve_line_free(struct valve_line *l);
 
-/* Centred for ever. */
+/* Centred for ever; or held at these commands. */
 void valve_line_rest(struct valve_line *l);
+void valve_line_hold(struct valve_line *l, const double valve[LEGS]);
 
 /* The command of a new cycle. */
 void valve_line_send(struct valve_line *l, const double valve[LEGS]);

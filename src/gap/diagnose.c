@@ -231,8 +231,8 @@ end:
     free(own);
 }
 
-/* What the linear part promised, made true: base and effect fitted together. What masses, joints and
- * effects that are there already do to the forces hardly changes on the way. */
+/* What the linear part promised, made true: base and effect fitted together. What masses, joints
+ * and effects that are there already do to the forces hardly changes on the way. */
 static void polish(const struct diagnosis *d, struct trial *t) {
     struct variable v[FIT_VARIABLES];
     bool once[FIT_VARIABLES] = {false};

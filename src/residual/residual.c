@@ -174,7 +174,7 @@ static bool begin_run(struct run *r, const struct residual_test *t, const struct
     /* the piston's motion is measured */
     memset(r->cylinder.machine.bodies.clearance_m, 0, sizeof r->cylinder.machine.bodies.clearance_m);
     if (valve_line_init(&r->line, &r->cylinder.machine)) return false;
-    valve_line_rest(&r->line);
+    valve_line_hold(&r->line, t->valve);
     memset(&r->state, 0, sizeof r->state);
     for (int k = 0; k < t->legs; k++) {
         p1[k] = at(t->node, residual_motion_size(t), rows->p1[k]);

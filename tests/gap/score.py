@@ -97,8 +97,8 @@ def hide(r, effect, size):
             x = [value_at(key, s * r.choice([-1, 1])) for _ in range(6)]
         else:
             x = value_at(key, s)
-            body = BASE.get(SUMS.get(effect["name"] + "." + key["name"]), math.inf)
-            if body + x <= 0: x = value_at(key, -s)   # no body has a negative inertia
+            body = (BASE | EACH).get(SUMS.get(effect["name"] + "." + key["name"]), math.inf)
+            if body + x <= 0: x = value_at(key, -s)   # no body has a negative inertia, no cylinder a negative friction
         if one is not None: x = [(x[k] if isinstance(x, list) else x) if k == one else key["neutral"] for k in range(6)]
         values["effects.%s.%s" % (effect["name"], key["name"])] = x
     return values, "all" if one is None else "leg %d" % (one + 1)
