@@ -5,6 +5,7 @@
 
 #include "areas.h"
 #include "blind_time.h"
+#include "effect.h"
 #include "kinematics.h"
 #include "units.h"
 
@@ -227,6 +228,27 @@ static void check_channel(struct checker *c, const char *section, const struct c
     }
 }
 
+static bool neutral(const struct effect_key *key, const double value[LEGS]) {
+    bool all = true;
+    for (int leg = 0; leg < LEGS; leg++) all = all && value[leg] == key->neutral;
+    return all;
+}
+
+/* The shape of a law without its strength does nothing, and whoever states it meant something. */
+static void check_effects(struct checker *c, const struct params *p) {
+    for (int e = 0; effect_table[e]; e++) {
+        const struct effect_key *keys = effect_table[e]->keys, *shape = NULL, *strength = NULL;
+        bool acts = false;
+        for (int k = 0; k < EFFECT_KEYS && keys[k].name && p->effects[e].on; k++) {
+            bool stated = !neutral(&keys[k], p->effects[e].value[k]);
+            if (keys[k].typical != keys[k].neutral) strength = strength ? strength : &keys[k], acts = acts || stated;
+            else if (stated) shape = &keys[k];
+        }
+        require(c, acts || !shape || !strength, "effects.%s.%s alone does nothing: state effects.%s.%s, too", effect_table[e]->name,
+                shape ? shape->name : "", effect_table[e]->name, strength ? strength->name : "");
+    }
+}
+
 int config_check(const struct params *params, const char *name, struct error *error) {
     struct checker c = {.name = name, .error = error};
     /* else nothing of a platform, and nothing is driven */
@@ -236,6 +258,7 @@ int config_check(const struct params *params, const char *name, struct error *er
     if (legs) check_legs(&c, params);
     if (legs) check_limits(&c, params);
     check_tests(&c, params);
+    check_effects(&c, params);
     if (legs) check_sim(&c, params);
     check_channel(&c, "length_channel", &params->length_channel);
     check_channel(&c, "p1_channel", &params->p1_channel);

@@ -6,21 +6,23 @@
 
 #include "config.h"
 #include "edit_distance.h"
+#include "number_text.h"
 
 /* The kind follows from the member's type: a row cannot disagree with the struct. */
 #define KIND(place) _Generic(((struct params *)0)->place, double: CONFIG_REAL, int: CONFIG_INTEGER, bool: CONFIG_BOOLEAN)
 #define KEY(section, member, value, min, max, unit, meaning) \
-    {#section "." #member, KIND(section.member), offsetof(struct params, section.member), min, max, value, unit, meaning, NULL, -1, 1}
+    {#section "." #member, KIND(section.member), offsetof(struct params, section.member), min, max, value, unit, meaning, NULL, -1, 1, \
+     false}
 #define TOLERANCE(member, value, meaning) KEY(model.tolerance, member, value, 0.0, 0.5, "-", meaning)
 #define WORD(section, member, kind, value, meaning, names) \
-    {#section "." #member, kind, offsetof(struct params, section.member), 0, 0, value, "-", meaning, names, -1, 1}
+    {#section "." #member, kind, offsetof(struct params, section.member), 0, 0, value, "-", meaning, names, -1, 1, false}
 #define LEG_KEY(section, member, value, min, max, unit, meaning) \
-    {#section "." #member, CONFIG_REALS, offsetof(struct params, section.member), min, max, value, unit, meaning, NULL, -1, LEGS}
+    {#section "." #member, CONFIG_REALS, offsetof(struct params, section.member), min, max, value, unit, meaning, NULL, -1, LEGS, false}
 #define JOINTS_KEY(member, meaning) \
     {"geometry." #member "_joints_m", CONFIG_POINTS, offsetof(struct params, geometry.member), -30.0, 30.0, "[]", "m", meaning, NULL, -1, \
-     LEGS}
+     LEGS, false}
 #define AXES_KEY(name, member, count, value, min, max, unit, meaning) \
-    {"tests." name, CONFIG_REALS, offsetof(struct params, tests.member), min, max, value, unit, meaning, NULL, -1, count}
+    {"tests." name, CONFIG_REALS, offsetof(struct params, tests.member), min, max, value, unit, meaning, NULL, -1, count, false}
 #define RAW_LIMIT 2147483647.0
 #define SI_LIMIT 1e9
 #define CHANNEL(section, unit, raw_min_, raw_max_, si_min_, si_max_, low_, high_)                                              \
@@ -39,7 +41,7 @@ static const char *const engine_names[] = {[ENGINE_ODE] = "ode", [ENGINE_CLOSED_
  * hexapod and a flight simulator. */
 static const struct config_key keys[] = {
     {"mechanism", CONFIG_CHOICE, offsetof(struct params, mechanism), 0, 0, "stewart", "-",
-     "six-leg platform, or one cylinder or electric axis (import and gap only)", mechanism_names, -1, 1},
+     "six-leg platform, or one cylinder or electric axis (import and gap only)", mechanism_names, -1, 1, false},
 
     KEY(geometry, upper_radius_m, "0.56", 0.02, 20.0, "m", "Ra: radius of the upper joints"),
     KEY(geometry, lower_radius_m, "1.20", 0.02, 20.0, "m", "Rb: radius of the lower joints"),
@@ -245,9 +247,11 @@ static void effect_key_make(int effect, int k, struct config_key *key) {
                                .max = e->max,
                                .unit = e->unit,
                                .meaning = effect_table[effect]->law,
+                               .shape = e->typical == e->neutral,
                                .effect = effect};
     snprintf(key->path, sizeof key->path, "effects.%.40s.%.28s", effect_table[effect]->name, e->name);
-    snprintf(key->value, sizeof key->value, "%.17g", e->neutral);
+    char neutral[NUMBER_SIZE];
+    snprintf(key->value, sizeof key->value, "%s", number_shortest(e->neutral, neutral));
 }
 
 bool config_key_at(int index, struct config_key *key) {

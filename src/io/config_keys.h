@@ -42,6 +42,7 @@ struct config_key {
     const char *const *names;    /* of a choice, ended by NULL */
     int effect;                  /* its place in effect_table, -1: not an effect's */
     int count;                   /* of values or points, at most LEGS */
+    bool shape;                  /* of an effect that has no such strength: how a law looks */
 };
 
 /* All keys in the order of the file, those of effects last: false past the end. */

@@ -81,6 +81,8 @@ static bool parse_in_range(const struct config_key *key, const char *text, doubl
     bool is_number = parse_number(text, number);
     if (is_number && *number >= key->min && *number <= key->max) return true;
     config_range_format(key, range);
+    /* an effect's is a law: too long to say */
+    if (is_number && key->effect >= 0) return refuse(reason, "%.40s is outside %.60s", text, range);
     return is_number ? refuse(reason, "%.40s is outside %.60s (%.80s)", text, range, key->meaning)
                      : refuse(reason, "\"%.40s\" is not a number; it takes one in %.60s", text, range);
 }
