@@ -37,6 +37,22 @@ static void rivals_make_it_ambiguous_and_name_the_experiment(void **state) {
     r.ambiguous = 1, r.ambiguous_with[0] = effect_find("command_delay");
     assert_verdict(&r, &noise, GAP_AMBIGUOUS, "cannot tell valve_lag from command_delay");
     assert_non_null(strstr(r.next_experiment, "tests.frequency_hz=36"));
+    r.effects = 2, r.in_doubt = 1;
+    r.effect[1] = r.effect[0], r.effect[0].effect = effect_find("payload_mass");
+    assert_verdict(&r, &noise, GAP_AMBIGUOUS, "the model lacks payload_mass; these data cannot tell valve_lag from command_delay");
+}
+
+/* A law is no surer than its law_error, and leaves four times that at most: squares of 0.05 of
+ * 1e5 are 250. */
+static void what_a_law_leaves_is_no_remainder(void **state) {
+    (void)state;
+    struct gap_result friction = found("cylinder_coulomb_friction"), exact = found("payload_mass");
+    struct remainder left = {.values = VALUES, .before = 1e5, .after = VALUES + 3500.0, .law_error = 250.0};
+    assert_verdict(&friction, &left, GAP_EFFECT_NAMED, "cylinder_coulomb_friction");
+    left.after += 1000.0;
+    assert_verdict(&friction, &left, GAP_UNKNOWN_EFFECT, "remainder");
+    left = (struct remainder){.values = VALUES, .before = 1e5, .after = 1.3 * VALUES, .law_error = 0.1};
+    assert_verdict(&exact, &left, GAP_UNKNOWN_EFFECT, "remainder");
 }
 
 static void one_axis_gets_experiments_that_it_can_make(void **state) {
@@ -145,6 +161,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_explains_the_gap_is_named),
         cmocka_unit_test(rivals_make_it_ambiguous_and_name_the_experiment),
+        cmocka_unit_test(what_a_law_leaves_is_no_remainder),
         cmocka_unit_test(one_axis_gets_experiments_that_it_can_make),
         cmocka_unit_test(what_remains_refutes_it),
         cmocka_unit_test(what_is_left_far_above_the_noise_refutes_it_in_motion_too),

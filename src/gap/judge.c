@@ -137,14 +137,19 @@ static bool offset_rival(const struct gap_result *r) {
     return rival;
 }
 
+/* Which of the effects stands in a list: it is none of those in doubt. */
+static bool sure(const struct gap_result *r, int i, bool given) {
+    return r->effect[i].given.on == given && !(r->ambiguous && i == r->in_doubt);
+}
+
 /* The effects that the configuration has, or those that it has not, with words about them;
  * false: there are none. */
 static bool list(struct gap_result *r, bool given, const char *before, const char *after) {
     int left = 0;
-    for (int i = 0; i < r->effects; i++) left += r->effect[i].given.on == given;
+    for (int i = 0; i < r->effects; i++) left += sure(r, i, given);
     if (!left) return false;
     for (int i = 0; i < r->effects; i++) {
-        if (r->effect[i].given.on != given) continue;
+        if (!sure(r, i, given)) continue;
         append(r, before);
         append(r, name_of(r->effect[i].effect));
         before = --left == 1 ? " and " : ", ";
@@ -153,12 +158,22 @@ static bool list(struct gap_result *r, bool given, const char *before, const cha
     return true;
 }
 
+static void list_all(struct gap_result *r) {
+    SAY(r, "the model");
+    bool lacks = list(r, false, " lacks ", "");
+    list(r, true, lacks ? " and has " : " has ", " of another size");
+}
+
 static void name(struct gap_result *r) {
     enum mechanism_kind mechanism = r->model.mechanism;
     int doubted = r->effect[r->in_doubt].effect, rival = r->ambiguous_with[0];
     if (r->ambiguous) {
         r->verdict = GAP_AMBIGUOUS;
-        SAY(r, "these data cannot tell %s from %s", name_of(doubted), name_of(rival));
+        char pair[GAP_TEXT];
+        snprintf(pair, sizeof pair, "these data cannot tell %s from %s", name_of(doubted), name_of(rival));
+        SAY(r, "%s", "");
+        if (r->effects > 1) list_all(r), append(r, "; ");
+        append(r, pair);
         experiment_between(mechanism, effect_table[doubted], effect_table[rival], r->next_experiment);
         return;
     }
@@ -170,9 +185,7 @@ static void name(struct gap_result *r) {
         return;
     }
     r->verdict = GAP_EFFECT_NAMED;
-    SAY(r, "the model");
-    bool lacks = list(r, false, " lacks ", "");
-    list(r, true, lacks ? " and has " : " has ", " of another size");
+    list_all(r);
 }
 
 void judge(struct gap_result *r, const struct remainder *m) {

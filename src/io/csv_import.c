@@ -194,7 +194,7 @@ static int rate_lies(struct import *im, const struct csv_head *h, double step_s)
                                                     : "no rate_hz, and the configuration's ";
     return error_set(im->error, STATUS_USAGE, "%.200s:%d: %s%g Hz is not what t_s has: steps of %.6g s, %.6g Hz; %s%s", h->path,
                      given ? h->line[CSV_RATE] : h->columns_line, whose, 1.0 / period_s(im), step_s, 1.0 / step_s,
-                     unit ? unit : "give the true rate_hz", unit ? ": name the column so" : "");
+                     unit ? unit : "give the true rate_hz, or the unit of the times: --map t=NAME:ms", unit ? ": name the column so" : "");
 }
 
 struct span {
