@@ -364,6 +364,7 @@ static void kilonewtons(struct recording_sample *s) { s->force_n[0] *= 1e-3; }
 static void hundredfold(struct recording_sample *s) { s->force_n[0] *= 1e2; }
 static void zero_force(struct recording_sample *s) { s->force_n[0] = 0.0; }
 static void clip_pressure(struct recording_sample *s) { s->p2_pa[0] = fmin(4.0 * s->p2_pa[0], 16e6); }
+static void pump_up(struct recording_sample *s) { s->p1_pa[0] += 5e6 * A2 / A1, s->p2_pa[0] += 5e6; }
 
 static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
     (void)unused;
@@ -382,6 +383,7 @@ static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
         {hundredfold, true, "other units"},
         {zero_force, true, "does not change"},
         {clip_pressure, false, "clipped"},
+        {pump_up, false, "another supply"},
     };
     struct rig rig = {RIG};
     for (size_t n = 0; n < sizeof lies / sizeof *lies; n++) {

@@ -210,6 +210,25 @@ static bool within_sensors(double force_n, double weight_n, double chambers_n, d
     return fabs(force_n - weight_n) < SENSOR_SCALE * chambers_n && chambers_n < most_n;
 }
 
+/* No chamber holds more than what feeds it, but for moments. */
+static int check_supply(const struct recording *r, struct error *error) {
+    double supply_pa = r->params->hydraulics.supply_pa;
+    for (int k = 0; k < params_legs(r->params); k++) {
+        int n = 0, above = 0;
+        for (int i = first_of_run(r); i < r->tests; i++)
+            for (int j = r->test[i].first; j < r->test[i].end; j++) {
+                const struct recording_sample *s = &r->test[i].sample[j];
+                n += s->good;
+                above += s->good && fmax(s->p1_pa[k], s->p2_pa[k]) > SUPPLY_MOST * supply_pa;
+            }
+        if (above > n / 50)
+            return REFUSE("a chamber of leg %d has more than hydraulics.supply_pa, %.3g Pa, in %d %% of the samples: another supply, or "
+                          "other units",
+                          k + 1, supply_pa, 100 * above / n);
+    }
+    return STATUS_OK;
+}
+
 /* Forces against the weight: the sum of what the legs hold must be the machine's, each pressure
  * on its own side. */
 static int check_pressures(const struct recording *r, struct error *error) {
@@ -219,8 +238,7 @@ static int check_pressures(const struct recording *r, struct error *error) {
     bool pieces = t->piece_s > 0.0; /* of one record; else the first test tells */
     int from = t->first, until = pieces && last->sample == t->sample ? last->end : t->end;
     double most_n = 0.0, weight = p->payload.mass_kg * p->payload.gravity_mps2, chambers = 0.0;
-    double direct[LEGS] = {0}, exchanged = 0.0, sum = 0.0, above_pa = SUPPLY_MOST * p->hydraulics.supply_pa;
-    int above[LEGS] = {0};
+    double direct[LEGS] = {0}, exchanged = 0.0, sum = 0.0;
     int n = 0;
     for (int k = 0; k < LEGS; k++) {
         most_n += (areas.a1_m2[k] + areas.a2_m2[k]) * p->hydraulics.supply_pa;
@@ -229,17 +247,12 @@ static int check_pressures(const struct recording *r, struct error *error) {
     for (int i = from; i < until; i++) n += t->sample[i].good;
     for (int i = from; i < until; i++)
         for (int k = 0; k < LEGS && t->sample[i].good; k++) {
-            above[k] += fmax(t->sample[i].p1_pa[k], t->sample[i].p2_pa[k]) > above_pa;
             direct[k] += leg_force(&areas, k, t->sample[i].p1_pa[k], t->sample[i].p2_pa[k]) / n;
             chambers += (areas.a1_m2[k] * t->sample[i].p1_pa[k] + areas.a2_m2[k] * t->sample[i].p2_pa[k]) / n;
             exchanged += leg_force(&areas, k, t->sample[i].p2_pa[k], t->sample[i].p1_pa[k]) / n;
         }
     for (int k = 0; k < LEGS; k++) sum += direct[k];
     for (int k = 0; k < LEGS; k++) {
-        if (above[k] > n / 50)
-            return REFUSE("a chamber of leg %d has more than hydraulics.supply_pa, %.3g Pa, in %d %% of the samples: another supply, or "
-                          "other units",
-                          k + 1, p->hydraulics.supply_pa, 100 * above[k] / n);
         double others = (sum - direct[k]) / (LEGS - 1);
         if (bears(LEGS * others, weight) && fabs(direct[k] - others) > 2.0 * weight)
             return REFUSE("the mean force of leg %d is %.3g N, the others' %.3g: p1 and p2 exchanged there, or a sign wrong", k + 1,
@@ -438,6 +451,7 @@ int recording_check(struct recording *r, struct error *error) {
     struct residual_data data;
     status = residual_prepare(&data, r, CYCLES_ALL, error);
     if (!status) status = axis ? check_axis(r, &data, error) : check_legs(r, &k, error);
+    if (!status && r->measured.pressures) status = check_supply(r, error);
     if (!status && !axis && r->measured.pressures) status = check_pressures(r, error);
     if (!status) status = check_drives(r, &data, error);
     residual_free(&data);
