@@ -574,6 +574,28 @@ static void mutated_text_is_accepted_or_refused_never_worse(void **state) {
     free(copy);
 }
 
+/* What of a configuration is the built-in machine's, "" with "". */
+static void assert_defaults(const char *file, const char *setting, const char *begins, const char *lacks) {
+    struct params p;
+    struct error error;
+    char text[CONFIG_DEFAULTS_SIZE];
+    if (config_load(&p, file, &setting, setting != NULL, &error)) fail_msg("%s", error.text);
+    config_defaults(&p, text);
+    if (strncmp(text, begins, strlen(begins)) || (!*begins && *text)) fail_msg("\"%s\" does not begin with \"%s\"", text, begins);
+    if (lacks && strstr(text, lacks)) fail_msg("\"%s\" has %s", text, lacks);
+}
+
+static void what_another_machine_took_from_the_default_is_said(void **state) {
+    (void)state;
+    assert_defaults(NULL, NULL, "", NULL);
+    assert_defaults(NULL, "payload.mass_kg=300", "", NULL); /* another load is no other machine */
+    assert_defaults(NULL, "geometry.upper_radius_m=0.58", "actuator.piston_diameter_m 0.063, actuator.rod_diameter_m 0.045, hydraulics.",
+                    NULL);
+    assert_defaults("config/desktop.yaml", NULL, "hydraulics.valve_drop_pa 5e6, hydraulics.valve_damping 0.8", "supply");
+    assert_defaults("config/axis.yaml", NULL, "hydraulics.supply_pa 10e6, hydraulics.valve_flow_m3_per_s 1.57e-3", "diameter");
+    assert_defaults("config/axis.yaml", "hydraulics.supply_pa=14e6", "hydraulics.valve_flow", "supply");
+}
+
 static void the_listing_has_every_key_once(void **state) {
     (void)state;
     char *text = NULL;
@@ -615,6 +637,7 @@ int main(void) {
         cmocka_unit_test(as_many_harmonics_as_the_regression_has_are_accepted),
         cmocka_unit_test(big_and_deep_text_is_refused),
         cmocka_unit_test(mutated_text_is_accepted_or_refused_never_worse),
+        cmocka_unit_test(what_another_machine_took_from_the_default_is_said),
         cmocka_unit_test(the_listing_has_every_key_once),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

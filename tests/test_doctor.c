@@ -604,6 +604,7 @@ static void tests_that_the_legs_cannot_make_fail(void **unused) {
     params.actuator.stated.piston = false;
     is(check_cylinders(&machine), LEVEL_OK, "no diameters");
     params.actuator.stated.piston = params.actuator.stated.rod = true;
+    is(check_cylinders(&machine), LEVEL_OK, "as in the default configuration: hydraulics.supply_pa 10e6");
     is(check_tests(&machine), LEVEL_NONE, "");
     is(check_can_load(&machine), LEVEL_NONE, "");
     params.mechanism = MECHANISM_STEWART;

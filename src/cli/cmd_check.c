@@ -240,7 +240,9 @@ static void note_areas(struct check *c) {
     bool pressures = false;
     for (int i = 0; i < c->report.surveys; i++)
         pressures = pressures || (c->survey[i].channel[SURVEY_P1].there && c->survey[i].channel[SURVEY_P2].there);
-    if (pressures) areas_text(&c->first, c->report.areas);
+    if (!pressures) return;
+    areas_text(&c->first, c->report.areas);
+    config_defaults(&c->first, c->report.defaults);
 }
 
 static int report(struct check *c) {

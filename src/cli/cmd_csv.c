@@ -37,6 +37,8 @@ int cmd_import(int argc, char **argv) {
     if (report.missing[0]) cli_say(stdout, "missing columns, what needs them is not evaluated: %s", report.missing);
     if (report.no_areas) cli_say(stderr, "hexid: warning: pressures, and %s; hexid gap refuses them without", report.areas);
     else if (report.areas[0]) cli_say(stdout, "forces are A1 P1 - A2 P2, areas: %s", report.areas);
+    if (report.defaults[0])
+        cli_say(stdout, "as in the default configuration: %s; what is otherwise on your machine, state with -c", report.defaults);
     if (report.doubtful[0]) cli_say(stderr, "hexid: warning: units? %s", report.doubtful);
     if (report.ignored[0]) cli_say(stdout, "not understood and left out: %s", report.ignored);
     return EXIT_PASSED;

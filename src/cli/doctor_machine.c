@@ -3,6 +3,7 @@
 
 #include "areas.h"
 #include "blind_time.h"
+#include "config.h"
 #include "doctor.h"
 #include "hal.h"
 #include "interlock.h"
@@ -86,12 +87,14 @@ struct finding check_strokes(const struct doctor *d) {
 
 /* For the eye: with other areas every force of a pressure is another. */
 struct finding check_cylinders(const struct doctor *d) {
-    char areas[AREAS_TEXT_SIZE];
+    char areas[AREAS_TEXT_SIZE], defaults[CONFIG_DEFAULTS_SIZE];
     const struct actuator_params *a = &d->params->actuator;
     if (!a->stated.piston && !a->stated.rod)
         return finding(LEVEL_OK, "", "no diameters, as of an electric axis: hexid gap takes no pressures");
     areas_text(d->params, areas);
-    return finding(areas_stated(d->params) ? LEVEL_OK : LEVEL_WARN, "state both diameters, or none of an electric axis", "%s", areas);
+    config_defaults(d->params, defaults);
+    return finding(areas_stated(d->params) ? LEVEL_OK : LEVEL_WARN, "state both diameters, or none of an electric axis", "%s%s%s", areas,
+                   defaults[0] ? "; as in the default configuration: " : "", defaults);
 }
 
 /* Tonnes for kilogrammes, or a mass without its inertia: no body of that mass is so wide or so

@@ -41,6 +41,12 @@ struct config_difference {
 };
 bool config_difference(const struct params *a, const struct params *b, const char *const *sections, struct config_difference *difference);
 
+/* Of another machine than the built-in one (one axis, or another geometry), the keys of cylinder,
+ * valve and oil that have that one's values all the same: "hydraulics.supply_pa 10e6, ...".
+ * "": none, or the built-in machine. */
+enum { CONFIG_DEFAULTS_SIZE = 480 };
+void config_defaults(const struct params *params, char text[CONFIG_DEFAULTS_SIZE]);
+
 /* Every key with default, range, unit and meaning, and every effect with its law, in Markdown:
  * docs/configuration.md from its first key on. */
 void config_print_keys(FILE *out);

@@ -27,3 +27,29 @@ bool config_difference(const struct params *a, const struct params *b, const cha
     }
     return false;
 }
+
+/* What pressures and commands stand on. */
+void config_defaults(const struct params *params, char text[CONFIG_DEFAULTS_SIZE]) {
+    static const char *const geometry[] = {"geometry", NULL};
+    static const char *const diameters[] = {"actuator.piston_diameter_m", "actuator.rod_diameter_m", NULL};
+    static const char *const oil[] = {"hydraulics.supply_pa",          "hydraulics.valve_flow_m3_per_s", "hydraulics.valve_drop_pa",
+                                      "hydraulics.valve_frequency_hz", "hydraulics.valve_damping",       "hydraulics.bulk_modulus_pa",
+                                      "hydraulics.dead_volume_m3",     "hydraulics.leakage_m3_per_s_pa", NULL};
+    struct params built_in;
+    struct config_key key;
+    struct config_difference difference;
+    char own[CONFIG_TEXT_SIZE], theirs[CONFIG_TEXT_SIZE];
+    bool axis = params->mechanism == MECHANISM_AXIS;
+    size_t used = 0;
+    text[0] = '\0';
+    config_default(&built_in);
+    if (!axis && !config_difference(params, &built_in, geometry, &difference)) return;
+    for (int i = 0; config_key_at(i, &key); i++) {
+        /* an axis has no default diameters: areas.h */
+        if (!within(key.path, oil) && (axis || !within(key.path, diameters))) continue;
+        config_value_format(&key, params, own);
+        config_value_format(&key, &built_in, theirs);
+        if (!strcmp(own, theirs))
+            used += (size_t)snprintf(text + used, CONFIG_DEFAULTS_SIZE - used, "%s%s %s", used ? ", " : "", key.path, key.value);
+    }
+}

@@ -39,6 +39,7 @@
 #define HEXID_CSV_H
 
 #include "areas.h"
+#include "config.h"
 #include "status.h"
 #include "types.h"
 
@@ -68,6 +69,8 @@ struct csv_report {
     bool no_areas;         /* import: pressures of an axis whose diameters nobody stated */
     char areas[AREAS_TEXT_SIZE]; /* import: with which areas pressures become forces, or what is not
                             * stated of them (areas.h); "" without pressures */
+    char defaults[CONFIG_DEFAULTS_SIZE]; /* import: what pressures stand on and is not this
+                            * machine's own (config_defaults()); "" without pressures */
     char doubtful[600];    /* import: columns whose values cannot be what their names say, and
                             * what they might be instead */
 };

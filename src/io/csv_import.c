@@ -407,6 +407,7 @@ static void note_areas(struct import *im) {
     for (int i = 0; i < im->files; i++) pressures = pressures || has_pressures(&im->head[i]);
     if (!pressures) return;
     areas_text(&im->params, im->report->areas);
+    config_defaults(&im->params, im->report->defaults);
     im->report->no_areas = !areas_stated(&im->params);
 }
 

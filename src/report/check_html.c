@@ -107,6 +107,7 @@ static void write_all(FILE *out, const struct check_report *r, struct error *pic
     answer(out, "hexid identify", &r->identify);
     fputs("</p>\n", out);
     words(out, "areas of the pressures", r->areas);
+    words(out, "as in the default configuration", r->defaults);
     words(out, "another unit?", r->doubtful), words(out, "missing columns", r->missing);
     words(out, "not understood and left out", r->ignored);
     section_tests(out, r);

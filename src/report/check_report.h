@@ -5,6 +5,7 @@
 #include <stdio.h>
 
 #include "areas.h"
+#include "config.h"
 #include "survey.h"
 
 struct check_report {
@@ -14,6 +15,7 @@ struct check_report {
     int sources;
     char missing[600], ignored[600], doubtful[600]; /* columns of CSV, as csv_report has them */
     char areas[AREAS_TEXT_SIZE]; /* that make forces of pressures (areas.h); "" without pressures */
+    char defaults[CONFIG_DEFAULTS_SIZE]; /* not this machine's own (config_defaults()); likewise */
     struct error gap, identify;  /* status 0: would take it, a text says with what verdict but
                                   * pass; else the refusal */
 };

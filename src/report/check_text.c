@@ -158,6 +158,7 @@ void check_text_print(FILE *out, const struct check_report *r) {
     for (int i = 0; i < r->surveys; i++) print_faults(out, &r->survey[i]);
     print_list(out, "  missing columns:", r->missing);
     print_list(out, "  areas of the pressures:", r->areas);
+    print_list(out, "  as in the default configuration:", r->defaults);
     print_list(out, "  ! another unit?", r->doubtful);
     print_list(out, "  not understood and left out:", r->ignored);
     print_answer(out, "  hexid identify", &r->identify);
