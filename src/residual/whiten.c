@@ -72,8 +72,8 @@ static void invert3(double c[RESIDUALS][RESIDUALS]) {
 }
 
 /* Pressure per length at a harmonic: a stiff volume with a leak. */
-static double stiffness(const struct hydraulics_params *h, int leg, double area_m2, double depth_m, double rate_radps) {
-    double bulk = h->bulk_modulus_pa[leg], volume = h->dead_volume_m3[leg] + area_m2 * depth_m;
+static double stiffness(const struct hydraulics_params *h, int leg, double dead_m3, double area_m2, double depth_m, double rate_radps) {
+    double bulk = h->bulk_modulus_pa[leg], volume = dead_m3 + area_m2 * depth_m;
     double corner = 2.0 * bulk * h->leakage_m3_per_s_pa[leg] / volume;
     if (!(rate_radps > 0.0)) return 0.0; /* also without a leak */
     return bulk * area_m2 / volume * rate_radps / hypot(rate_radps, corner);
@@ -113,9 +113,10 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
             var[0] = square(t->std[CHANNEL_P1][k][a]);
             var[1] = square(t->std[CHANNEL_P2][k][a]);
             var[2] = length_var[k] + square(t->std[CHANNEL_LENGTH][k][a]);
-            double from[RESIDUALS][3] = {{a1, -a2, lambda[k][k] * t->curve[a]},
-                                         {1.0, 0.0, stiffness(&model->hydraulics, k, a1, neutral - leg->length_min_m, rate)},
-                                         {0.0, 1.0, -stiffness(&model->hydraulics, k, a2, leg->length_max_m - neutral, rate)}};
+            double from[RESIDUALS][3] = {
+                {a1, -a2, lambda[k][k] * t->curve[a]},
+                {1.0, 0.0, stiffness(&model->hydraulics, k, leg->dead_volume_m3[PORT_A], a1, neutral - leg->length_min_m, rate)},
+                {0.0, 1.0, -stiffness(&model->hydraulics, k, leg->dead_volume_m3[PORT_B], a2, leg->length_max_m - neutral, rate)}};
             double unsteady[RESIDUALS] = {0.0}, unsure = s->cycles ? a ? 1.0 : STATIC_ERROR : fmax(STATIC_ERROR / (2 * a + 1), 1.0);
             if (a == 0)
                 unsteady[RESIDUAL_P1] = wander(s, CHANNEL_P1, k, t->fitted), unsteady[RESIDUAL_P2] = wander(s, CHANNEL_P2, k, t->fitted);
