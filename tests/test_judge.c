@@ -5,8 +5,8 @@
 #include "judge.h"
 
 enum { VALUES = 1800 };
-static const struct remainder noise = {.values = VALUES, .before = 5e4, .after = 0.6 * VALUES};
-static const struct remainder much = {.values = VALUES, .before = 5e4, .after = 4e4};
+static const struct remainder noise = {.values = VALUES, .noise = 1.2 * VALUES, .before = 5e4, .after = 0.6 * VALUES};
+static const struct remainder much = {.values = VALUES, .noise = 1.2 * VALUES, .before = 5e4, .after = 4e4};
 
 /* One effect, found in the equations and in closed loop, of a gap ten times the noise. */
 static struct gap_result found(const char *name) {
@@ -47,11 +47,11 @@ static void rivals_make_it_ambiguous_and_name_the_experiment(void **state) {
 static void what_a_law_leaves_is_no_remainder(void **state) {
     (void)state;
     struct gap_result friction = found("cylinder_coulomb_friction"), exact = found("payload_mass");
-    struct remainder left = {.values = VALUES, .before = 1e5, .after = VALUES + 3500.0, .law_error = 250.0};
+    struct remainder left = {.values = VALUES, .noise = 1.2 * VALUES, .before = 1e5, .after = VALUES + 3500.0, .law_error = 250.0};
     assert_verdict(&friction, &left, GAP_EFFECT_NAMED, "cylinder_coulomb_friction");
     left.after += 1000.0;
     assert_verdict(&friction, &left, GAP_UNKNOWN_EFFECT, "remainder");
-    left = (struct remainder){.values = VALUES, .before = 1e5, .after = 1.3 * VALUES, .law_error = 0.1};
+    left = (struct remainder){.values = VALUES, .noise = 1.2 * VALUES, .before = 1e5, .after = 1.3 * VALUES, .law_error = 0.1};
     assert_verdict(&exact, &left, GAP_UNKNOWN_EFFECT, "remainder");
 }
 
@@ -113,7 +113,7 @@ static void what_is_left_far_above_the_noise_refutes_it_in_motion_too(void **sta
 static void what_is_given_is_of_another_size(void **state) {
     (void)state;
     struct gap_result r = found("valve_lag");
-    struct remainder left = {.values = VALUES, .before = 5e3, .after = VALUES + 5e3};
+    struct remainder left = {.values = VALUES, .noise = 1.2 * VALUES, .before = 5e3, .after = VALUES + 5e3};
     r.effect[0].given.on = true;
     assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "the model has valve_lag of another size");
     r.effects = 3;

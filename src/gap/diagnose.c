@@ -19,6 +19,10 @@ static const double BEND = 0.1;          /* of a signature: a law that bends les
 static const double SHORTEST_STEP = 0.1; /* of the base's linear one, before none is taken */
 static const double NEAR = 0.9;          /* of the gain with the base moved linearly:
                                           * polishing may turn the order */
+static const double NOISE_SQUARE = 0.8;  /* of a white value: rounding is taken at its worst, and
+                                          * it is 0.5 */
+static const double SCATTER = 6.0;       /* of the sum of so many, in standard deviations */
+static const double FEW_CYCLES = 10.0;
 enum { POLISH_ITERATIONS = 5, FINALISTS = 5 };
 enum {
     SCREEN_ITERATIONS = 1,
@@ -43,6 +47,16 @@ double diagnosis_law_error(const struct diagnosis *d) {
         if (d->given->effects[i].on || d->found[i])
             sum += pow(effect_table[i]->law_error, 2.0) * fit_contribution(&d->held_out, &d->model, i);
     return sum;
+}
+
+/* Mean of noise over its deviation, squared, where that is known from so many cycles' scatter
+ * (Student's t); 0 cycles: from all samples. */
+static double student(int cycles) { return !cycles ? 1.0 : cycles > 3 ? (cycles - 1.0) / (cycles - 3.0) : FEW_CYCLES; }
+
+double diagnosis_noise(const struct diagnosis *d) {
+    double sum = 0.0;
+    for (int i = 0; i < d->odd.tests; i++) sum += student(d->odd.test[i].spectrum.cycles) * d->held_out.whitener[i].values;
+    return sum * (NOISE_SQUARE + SCATTER * sqrt(2.0 / d->held_out.evaluated));
 }
 
 int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, struct error *error) {

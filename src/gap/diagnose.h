@@ -64,6 +64,9 @@ bool diagnosis_refit(struct diagnosis *d, int iterations);
  * (HYPOTHESES_MAX at most). */
 int diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads);
 
+/* Sum of white squares, held out, that is noise alone, beyond doubt. */
+double diagnosis_noise(const struct diagnosis *d);
+
 /* The values to report. Names are found with the base free in its box; then what base and effects
  * could explain alike is the effects': the base is drawn to what is stated, as strongly as values
  * anywhere in the box scatter about it; the noise is what the residuals say, where that is less

@@ -6,9 +6,6 @@
 
 #include "experiment.h"
 
-static const double SQUARE_MAX = 1.5;      /* mean white square: more is no noise */
-static const double SCATTER = 6.0;         /* more than values of noise scatter by, in
-                                            * standard deviations */
 static const double LAW_SIGMAS = 4.0;      /* of its law_error that an effect may leave */
 static const double OFFSET_SIGMAS = 6.0, OFFSET_SHARE = 0.05; /* friction unlike in the
                                                                * two directions */
@@ -41,10 +38,7 @@ static void append(struct gap_result *r, const char *text) {
 static double square(double x) { return x * x; }
 
 /* More than noise, and than the laws that are there leave. */
-static bool remains(const struct remainder *m) {
-    double scatter = m->values + SCATTER * sqrt(2.0 * m->values);
-    return m->after > scatter && m->after - m->values > square(LAW_SIGMAS) * m->law_error;
-}
+static bool remains(const struct remainder *m) { return m->after > m->noise && m->after - m->values > square(LAW_SIGMAS) * m->law_error; }
 
 /* What a simulation with effects is held to. Constants are not: a leg in a dead band stands where
  * it came to stand, a chamber whose valve stays shut keeps what oil it has, and the equations hold
@@ -197,7 +191,7 @@ void judge(struct gap_result *r, const struct remainder *m) {
     } else {
         ADVISE(r, "%s", "");
         r->verdict = GAP_NO_GAP;
-        if (m->law_error > 0.0 && m->after > SQUARE_MAX * m->values)
+        if (m->law_error > 0.0 && m->after > m->noise)
             SAY(r, "what is left is noise, and no more than the effects in the configuration leave by themselves (mean white square %.1f)",
                 m->after / m->values);
         else SAY(r, "what is left between model and measurement is noise");

@@ -8,6 +8,7 @@
 struct remainder {
     int values;
     double before, after;      /* excess of the base; sum of squares with the effects */
+    double noise;              /* so much of that may be noise */
     double law_error;          /* of that, as much as the laws of the effects there are may be
                                 * off */
 };
