@@ -378,6 +378,22 @@ static void table_has_a_row_an_entry_with_its_numbers(void **unused) {
     for (int i = 0; i < DOFS; i++) assert_close(bt[i], id->method_a.bt[i][i], i < 3 ? 0.0501 : 0.00501);
 }
 
+static void method_cs_matrix_is_followed_by_the_nominal_one(void **unused) {
+    (void)unused;
+    struct identification *id = &report_full(plain)->id;
+    static char text[8192];
+    id->method_c.matrix.evaluated = true;
+    print_table(id, text, sizeof text);
+    char *at = strstr(text, "nominal Mt, from the configuration\n");
+    assert_non_null(at);
+    at = strchr(at, '\n') + 1;
+    for (int i = 0; i < DOFS; i++) {
+        at += strspn(at, " ") + strlen(dof_names[i]);
+        for (int j = 0; j < DOFS; j++) assert_close(strtod(at, &at), id->nominal_mt[i][j], 0.000501);
+        assert_int_equal(*at++, '\n');
+    }
+}
+
 static void table_is_one_line_without_numbers_when_not_evaluated(void **unused) {
     (void)unused;
     struct identification *id = &report_full(plain)->id;
@@ -399,6 +415,7 @@ int main(void) {
         cmocka_unit_test(json_gives_back_all_memory_but_the_text),
         cmocka_unit_test(json_without_memory_is_null_never_a_part_of_the_result),
         cmocka_unit_test(table_has_a_row_an_entry_with_its_numbers),
+        cmocka_unit_test(method_cs_matrix_is_followed_by_the_nominal_one),
         cmocka_unit_test(table_is_one_line_without_numbers_when_not_evaluated),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -67,11 +67,12 @@ static void print_payload(FILE *out, const struct payload *p) {
 
 static void print_matrix(FILE *out, const double m[DOFS][DOFS]) {
     int decimals = identification_decimals(m);
+    double least = 0.5 * pow(10.0, -decimals); /* less is shown as 0, without a sign */
     for (int i = 0; i < DOFS; i++) {
         fprintf(out, "  %-6s", dof_names[i]);
         for (int j = 0; j < DOFS; j++)
             if (isnan(m[i][j])) fprintf(out, "         -");
-            else fprintf(out, " %9.*f", decimals, m[i][j]);
+            else fprintf(out, " %9.*f", decimals, fabs(m[i][j]) < least ? 0.0 : m[i][j]);
         fprintf(out, "\n");
     }
 }
@@ -168,6 +169,8 @@ static void print_method_c(FILE *out, const struct identification *id) {
     if (c->payload.evaluated) print_payload(out, &c->payload);
     fprintf(out, "Mt by method C, kg, kg m, kg m^2 (-: not determined)\n");
     print_matrix(out, c->matrix.mt);
+    fprintf(out, "nominal Mt, from the configuration\n");
+    print_matrix(out, id->nominal_mt);
     identification_at_pose_print(out, &c->at_pose);
     fprintf(out, "\n");
 }
