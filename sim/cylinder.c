@@ -128,7 +128,7 @@ static inline double spool_speed(const struct cylinder_leg *c, double rate) {
     return copysign(c->valve_rate_per_s, rate);
 }
 
-static inline double spool_pull(const struct cylinder_leg *c, double spool, double speed, double valve) {
+static inline double spool_acceleration(const struct cylinder_leg *c, double spool, double speed, double valve) {
     return c->valve_omega_squared * (valve + c->valve_bias - spool) - c->valve_damping_rate * speed;
 }
 
@@ -141,7 +141,7 @@ static inline struct cylinder_state rates(const struct cylinder_model *m, const 
         .p1_pa = pressure_rate(machine, s->p1_pa, stiffness[PORT_A], flow1 - (c->a1_m2 * rate_mps + leakage)),
         .p2_pa = pressure_rate(machine, s->p2_pa, stiffness[PORT_B], flow2 - (-c->a2_m2 * rate_mps - leakage)),
         .spool = speed,
-        .spool_rate = spool_pull(c, s->spool, speed, valve),
+        .spool_rate = spool_acceleration(c, s->spool, speed, valve),
     };
 }
 
@@ -202,12 +202,12 @@ void cylinder_limit(const struct cylinder_model *m, int leg, struct cylinder_sta
 void cylinder_spool_step(const struct cylinder_model *m, int leg, double dt_s, double valve, struct cylinder_state *s) {
     static const double at[4] = {0.0, 0.5, 0.5, 1.0}, weight[4] = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0};
     const struct cylinder_leg *c = &m->leg[leg];
-    double speed = 0.0, pull = 0.0, moved = 0.0, gained = 0.0;
+    double speed = 0.0, acceleration = 0.0, moved = 0.0, gained = 0.0;
     for (int i = 0; i < 4; i++) {
         double spool = s->spool + at[i] * dt_s * speed;
-        speed = spool_speed(c, s->spool_rate + at[i] * dt_s * pull);
-        pull = spool_pull(c, spool, speed, valve);
-        moved += weight[i] * dt_s * speed, gained += weight[i] * dt_s * pull;
+        speed = spool_speed(c, s->spool_rate + at[i] * dt_s * acceleration);
+        acceleration = spool_acceleration(c, spool, speed, valve);
+        moved += weight[i] * dt_s * speed, gained += weight[i] * dt_s * acceleration;
     }
     s->spool += moved;
     s->spool_rate += gained;

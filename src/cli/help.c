@@ -39,8 +39,8 @@ static const char gap_options[] =
     "  -o DIR           model.yaml (the model with what was found), gap.json, report.html\n"
     "  --validate LOG   before and after are judged on this log, which no fit has seen, instead of on held-out cycles\n"
     "  --replay MODE    closed-loop: the proof is a simulation of the loop; motion: the equations under the measured motion\n"
-    "                   alone; by itself closed-loop, but motion for one axis, any motion, and logs without references or\n"
-    "                   valve commands\n"
+    "                   alone; by itself closed-loop, but motion for one axis, any motion, and logs without references,\n"
+    "                   pressures or valve commands\n"
     "  --json FILE      gap.json, schema hexid.gap/1, there too; - for standard output\n" SET
     "\nexit status 0 whatever the verdict is: it stands in gap.json\n";
 

@@ -229,14 +229,15 @@ static void normal_equations(int n, int values, const double *residual, const do
     }
 }
 
-/* Standard deviations. What is at a bound has none, unless a prior says how unsure it is: then it
- * makes others no surer than that. */
-static void deviations(int n, const double *h, const struct fit_pull *pull, const bool *is_free, double *std) {
+/* Standard deviations. A value at its bound has none, unless it has a prior: it keeps the prior's
+ * uncertainty, and passes it on to the others. What cannot move has none at all. */
+static void deviations(int n, const double *h, const struct fit_pull *pull, const double *min, const double *max, const bool *is_free,
+                       double *std) {
     double a[COLUMNS_MAX * COLUMNS_MAX], diagonal[COLUMNS_MAX], work[COLUMNS_MAX];
     int place[COLUMNS_MAX], m = 0;
     for (int i = 0; i < n; i++) {
         std[i] = 0.0;
-        if (is_free[i] || (pull && pull[i].pull > 0.0)) place[m++] = i;
+        if (is_free[i] || (pull && pull[i].pull > 0.0 && max[i] > min[i])) place[m++] = i;
     }
     if (!factor_some(n, h, m, place, a)) return;
     dense_inverse_diagonal(m, m, a, diagonal, work);
@@ -250,7 +251,7 @@ static bool solve_box(int n, double *h, double *g, const struct fit_pull *pull, 
     for (int i = 0; i < n; i++)        /* a column of zeros moves nothing and stays */
         if (!(h[i * n + i] > 0.0)) h[i * n + i] = 1.0;
     if (!box_solve(n, h, g, min, max, x, is_free)) return false;
-    if (std) deviations(n, h, pull, is_free, std);
+    if (std) deviations(n, h, pull, min, max, is_free, std);
     return true;
 }
 

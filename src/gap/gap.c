@@ -20,11 +20,25 @@ const char *const gap_verdict_names[GAP_VERDICTS] = {"effect_named", "no_gap", "
 const char *const gap_channel_names[GAP_CHANNELS] = {"length", "force", "p1", "p2", "valve"};
 const char *const gap_channel_units[GAP_CHANNELS] = {"m", "N", "Pa", "Pa", "-"};
 
+/* Without its strength a law has no shape either. */
+static bool gone(const struct effect *e, const struct effect_values *values) {
+    bool acts = false;
+    for (int k = 0; k < EFFECT_KEYS && e->keys[k].name; k++)
+        for (int leg = 0; leg < LEGS; leg++)
+            acts = acts || (e->keys[k].typical != e->keys[k].neutral && values->value[k][leg] != e->keys[k].neutral);
+    return !acts;
+}
+
 /* The configuration given, with the effects found: the base's values stay as they were stated. */
 static void extend(const struct params *given, const struct diagnosis *d, struct gap_result *r) {
     r->model = *given;
     r->fitted = r->effects ? d->model : r->base_model;
-    for (int i = 0; i < r->effects; i++) r->model.effects[r->effect[i].effect] = r->effect[i].values;
+    for (int i = 0; i < r->effects; i++) {
+        const struct effect *e = effect_table[r->effect[i].effect];
+        struct effect_values *values = &r->model.effects[r->effect[i].effect];
+        *values = r->effect[i].values;
+        if (gone(e, values)) effect_at(e, 0.0, values);
+    }
 }
 
 /* What was tried is not what is there: nothing is added. */

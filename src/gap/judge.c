@@ -9,8 +9,7 @@
 static const double LAW_SIGMAS = 4.0;      /* of its law_error that an effect may leave */
 static const double OFFSET_SIGMAS = 6.0, OFFSET_SHARE = 0.05; /* friction unlike in the
                                                                * two directions */
-static const double SHARE_MAX = 0.3;       /* of the excess that may stay unexplained, in the
-                                            * equations and in the simulation */
+static const double SHARE_MAX = 0.3;       /* of the gap that a simulation may leave */
 static const double FLOORS_MAX = 2.0;      /* noise floors that may be left, in the
                                             * measured motion too, */
 static const double LEFT_MAX = 0.02;       /* or so much of the variation, where there
@@ -81,10 +80,11 @@ static bool line_remains(const struct gap_result *r) {
 /* As many as the search takes: it did not end because all was explained. Or the third by its
  * weight; the one in doubt, which was found last, where there is one: nobody can say what it is.
  * What the configuration has, of another size, and what the two clocks show imitate nothing. */
-static bool imitated(const struct gap_result *r, const struct remainder *m) {
+static bool imitated(const struct gap_result *r, const struct remainder *m, int *many) {
     int sought = 0, third = 0;
     for (int i = 0; i < r->effects; i++)
         if (!r->effect[i].given.on && effect_table[r->effect[i].effect] != &clock_skew && ++sought == 3) third = i;
+    *many = sought;
     if (sought == GAP_EFFECTS) return true;
     if (sought < 3) return false;
     double z = r->effect[r->ambiguous ? r->in_doubt : third].z;
@@ -92,14 +92,15 @@ static bool imitated(const struct gap_result *r, const struct remainder *m) {
 }
 
 static bool unknown(struct gap_result *r, const struct remainder *m) {
+    int many;
     ADVISE(r, "%s", experiment_unknown());
     if (line_remains(r)) {
         SAY(r, "a line at %.4g Hz, no harmonic of the motion: a pump, or a loop that oscillates by itself", r->line.hz);
         ADVISE(r, "%s", experiment_line(r->model.mechanism));
     } else if (remains(m)) {
         SAY(r, "a deterministic remainder that no effect of the catalogue explains (mean white square %.1f)", m->after / m->values);
-    } else if (imitated(r, m)) {
-        SAY(r, "no one or two effects of the catalogue explain the gap; it takes %d to imitate it", r->effects);
+    } else if (imitated(r, m, &many)) {
+        SAY(r, "no one or two effects of the catalogue explain the gap; it takes %d to imitate it", many);
     } else if (refuted(r)) {
         const char *where = r->simulated ? "simulation" : "the measured motion";
         double floors = sqrt(counts(r, &r->held_out_after) / counts(r, &r->noise_floor));

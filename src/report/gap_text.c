@@ -56,7 +56,7 @@ static void print_findings(FILE *out, const struct gap_result *r) {
 
 static void print_sizes(FILE *out, const struct gap_result *r) {
     const struct gap_size *before = &r->held_out_before, *after = &r->held_out_after, *noise = &r->noise_floor;
-    fprintf(out, "\n  held out   %10s %10s %10s%s\n", "before", "after", "noise", r->simulated ? "" : " under the measured motion");
+    fprintf(out, "\n  held out   %10s %10s %10s\n", "before", "after", "noise");
     for (int ch = 0; ch < GAP_CHANNELS; ch++)
         if (isfinite(noise->channel[ch]))
             fprintf(out, "  %-10s %10.4g %10.4g %10.4g %s\n", gap_channel_names[ch], before->channel[ch], after->channel[ch],
@@ -65,6 +65,7 @@ static void print_sizes(FILE *out, const struct gap_result *r) {
     fprintf(out, "  %-10s %10.4g %10.4g %10.4g of variation", "overall", before->overall, after->overall, noise->overall);
     if (r->verdict != GAP_NO_GAP) fprintf(out, "; unexplained %.1f %%", 100.0 * r->unexplained_fraction);
     fputc('\n', out);
+    if (!r->simulated) fputs("  of the equations under the measured motion: no closed loop is simulated\n", out);
 }
 
 void gap_text_print(FILE *out, const struct gap_result *r) {

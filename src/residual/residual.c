@@ -130,12 +130,13 @@ static void send(struct run *r, int sample) {
     valve_line_send(&r->line, valve);
 }
 
-/* A spool at its rate limit takes many cycles to forget where it was; chambers do not. */
+/* A spool at its rate limit takes many cycles to forget where it was; chambers do not. A cycle need
+ * not be a whole number of samples. */
 static void settle_spools(struct run *r) {
     const struct residual_test *t = r->t;
-    double valve[LEGS];
-    for (int i = 0; i < SPOOL_CYCLES * t->fitted && t->spectrum.cycles; i++) {
-        send(r, i % t->fitted);
+    double valve[LEGS], cycle = 2.0 * PI / (t->spectrum.omega * t->step_s);
+    for (int i = 0; i < (int)(SPOOL_CYCLES * cycle); i++) {
+        send(r, (int)fmod(i, cycle));
         for (int j = 0; j < t->substeps; j++) {
             valve_line_receive(&r->line, j, valve);
             for (int k = r->cylinder.first; k < r->cylinder.legs; k++)
@@ -153,12 +154,6 @@ static void begin_motion(struct run *r, const struct series *rows) {
             r->series[a].length_m[k] = rows->length[k][a], r->series[a].rate_mps[k] = rate[a];
     }
     look(r, 0, &r->node[0]);
-}
-
-static bool limited(const struct machine *m) {
-    bool limited = false;
-    for (int k = 0; k < LEGS; k++) limited = limited || isfinite(m->valve.rate_per_s[k]);
-    return limited;
 }
 
 static bool begin_run(struct run *r, const struct residual_test *t, const struct params *model, int leg, double dither,
@@ -183,7 +178,7 @@ static bool begin_run(struct run *r, const struct residual_test *t, const struct
         force_n[k] = cylinder_hydraulic_force(&r->cylinder, k, &r->state.cylinder[k]);
     }
     hydraulics_rest(&r->cylinder, force_n, &r->state);
-    if (limited(&r->cylinder.machine)) settle_spools(r);
+    if (dither != 0.0) settle_spools(r);
     begin_motion(r, rows);
     return true;
 }
@@ -232,34 +227,40 @@ static void add_sample(const struct run *r, int place, double share, struct pres
     }
 }
 
-/* Does noise of the commands move the mean spool? A gap or a limit on its way is smoothed by it. */
-static bool dithers(const struct residual_test *t, const struct machine *m) { return t->dither && (limited(m) || m->command.count); }
+/* Is a spool as fast as it can be? */
+static bool at_limit(const struct run *r) {
+    bool limited = false;
+    for (int k = r->cylinder.first; k < r->cylinder.legs; k++)
+        limited = limited || fabs(r->state.cylinder[k].spool_rate) >= r->cylinder.machine.valve.rate_per_s[k];
+    return limited;
+}
 
+/* limited: a spool was at its rate limit. */
 static bool add_pressures(struct run *r, const struct residual_test *t, const struct params *model, int leg, const struct series *rows,
-                          double dither, double share, struct pressure_rows *p) {
+                          double dither, double share, struct pressure_rows *p, bool *limited) {
     if (!begin_run(r, t, model, leg, dither, rows)) return false;
     for (int i = 0; i < t->samples; i++) {
         int place = i - (t->samples - t->fitted);
         if (place >= 0) add_sample(r, place, share, p);
         run_on(r, i, NULL);
+        *limited = *limited || at_limit(r);
     }
     valve_line_free(&r->line);
     return true;
 }
 
-/* The mean of a response to the mean commands with their noise and without its sign: what is linear
- * in the noise, which the mean of many cycles has not, is in neither. */
-static bool simulate_pressures(const struct residual_test *t, const struct params *model, int leg, const struct series *rows,
-                               struct pressure_rows *p) {
+/* A gap or a limit on the command's way is smoothed by its noise, which the mean command has not.
+ * There it is the mean of the responses to the mean command with that noise and with its opposite:
+ * what is linear in the noise is in neither. */
+static bool simulate_pressures(const struct residual_test *t, const struct params *model, const struct machine *machine, int leg,
+                               const struct series *rows, struct pressure_rows *p) {
     struct run *r = malloc(sizeof *r);
-    struct machine machine;
+    bool dithers = t->dither && machine->command.count, ok = r != NULL;
     memset(p, 0, sizeof *p);
-    machine_init(&machine, model);
-    bool ok = r != NULL;
-    if (dithers(t, &machine)) {
-        for (int sign = -1; sign <= 1; sign += 2) ok = ok && add_pressures(r, t, model, leg, rows, sign, 0.5, p);
-    } else {
-        ok = ok && add_pressures(r, t, model, leg, rows, 0.0, 1.0, p);
+    if (!dithers) ok = ok && add_pressures(r, t, model, leg, rows, 0.0, 1.0, p, &dithers);
+    if (dithers && t->dither) {
+        memset(p, 0, sizeof *p);
+        for (int sign = -1; sign <= 1; sign += 2) ok = ok && add_pressures(r, t, model, leg, rows, sign, 0.5, p, &dithers);
     }
     free(r);
     return ok;
@@ -439,7 +440,7 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
     bool lines = has_lines(&cylinder) && parts & PART_PRESSURE;
     clear_others(t, row);
     if (parts & PART_PRESSURE) {
-        if (!simulate_pressures(t, model, leg, &rows, &p)) return false;
+        if (!simulate_pressures(t, model, &cylinder.machine, leg, &rows, &p)) return false;
         for (int k = 0; k < t->legs; k++) {
             if (leg != ALL_LEGS && leg != k) continue;
             to_row(t, rows.p1[k], row[k][RESIDUAL_P1]);

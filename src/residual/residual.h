@@ -67,8 +67,8 @@ struct residual_test {
     double *node;                /* [2 substeps samples + 1][1 + 2 harmonics]: basis at the ends and
                                   * middles of the substeps */
     double *valve;               /* [samples][leg] */
-    double *dither;              /* [samples][leg]: noise of the commands that the mean cycle has
-                                  * not; NULL: valve has it */
+    double *dither;              /* [samples][leg]: noise that the commands were sent with and that
+                                  * their mean cycle has not; NULL: valve has it */
     double *projection;          /* [size][fitted]: samples to a row */
 };
 

@@ -110,6 +110,7 @@ static int prepare_cycle(struct residual_test *t, const struct recording_test *t
             spectrum_value(s->mean[CHANNEL_VALVE][k], s->harmonics, s->omega, t->first_s + i * t->step_s, value);
             t->valve[i * LEGS + k] = value[0];
         }
+    if (!t->chambers) return STATUS_OK;
     t->dither = malloc((size_t)(LEGS * t->samples) * sizeof(double));
     if (!t->dither) return error_set(error, STATUS_IO, "out of memory");
     take_dither(t, test);
