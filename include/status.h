@@ -20,7 +20,7 @@ enum status {
 
 struct error {
     enum status status;
-    char text[400];
+    char text[1000];
 };
 
 /* Writes the message and returns the status, so that

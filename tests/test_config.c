@@ -506,6 +506,20 @@ static void keys_that_contradict_each_other_are_named(void **state) {
     }
 }
 
+/* Another geometry, to which nothing else was fitted: one round, each key once. */
+static void all_that_contradicts_is_said_at_once(void **state) {
+    (void)state;
+    static const char *const settings[] = {"geometry.height_m=1.2", "motion.park_z_m=0.6", "hydraulics.tank_pa=1e7", "sim.substeps=7"};
+    static const char *const says[] = {"hydraulics.tank_pa 1e+07 must be below", "stroke ends", "is in, ", "sim.substeps"};
+    struct params p;
+    struct error error = {0};
+    assert_int_equal(config_load(&p, shipped, settings, 4, &error), STATUS_USAGE);
+    for (size_t i = 0; i < sizeof says / sizeof *says; i++) {
+        const char *at = strstr(error.text, says[i]);
+        if (!at || strstr(at + 1, says[i])) fail_msg("\"%s\" does not have \"%s\" once", error.text, says[i]);
+    }
+}
+
 static void as_many_harmonics_as_the_regression_has_are_accepted(void **state) {
     (void)state;
     struct config_key key;
@@ -634,6 +648,7 @@ int main(void) {
         cmocka_unit_test(a_wrong_setting_is_reported_with_its_text),
         cmocka_unit_test(a_file_that_cannot_be_read_is_named),
         cmocka_unit_test(keys_that_contradict_each_other_are_named),
+        cmocka_unit_test(all_that_contradicts_is_said_at_once),
         cmocka_unit_test(as_many_harmonics_as_the_regression_has_are_accepted),
         cmocka_unit_test(big_and_deep_text_is_refused),
         cmocka_unit_test(mutated_text_is_accepted_or_refused_never_worse),

@@ -2,6 +2,7 @@
 #include "config_keys.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "areas.h"
 #include "blind_time.h"
@@ -14,20 +15,39 @@ static const double substep_max_s = 0.25e-3; /* above, the first-order engine mo
 
 static const double ramp_min_s = 0.05;
 
+enum { SAID = 32 };
+
+/* All that is wrong is said in one message; what only follows from another mistake is not asked. */
 struct checker {
     const char *name;
     struct error *error;
-    int status; /* of the first requirement that does not hold */
+    int status; /* not 0: some requirement does not hold */
+    const char *said[SAID]; /* each once, of the first leg or axis: formats */
+    int count;
+    bool full;
 };
 
-__attribute__((format(printf, 3, 4))) static void require(struct checker *c, bool holds, const char *format, ...) {
+static void say(struct checker *c, const char *text) {
+    size_t used = strlen(c->error->text), room = sizeof c->error->text - used;
+    static const char more[] = "; and more";
+    if (c->full) return;
+    c->full = strlen(text) + 2 + sizeof more > room;
+    snprintf(c->error->text + used, room, "%s%s", c->full ? more : "; ", c->full ? "" : text);
+}
+
+__attribute__((format(printf, 3, 4))) static bool require(struct checker *c, bool holds, const char *format, ...) {
     char text[300];
     va_list args;
-    if (holds || c->status != STATUS_OK) return;
+    if (holds) return true;
+    for (int i = 0; i < c->count; i++)
+        if (c->said[i] == format) return false;
+    if (c->count < SAID) c->said[c->count++] = format;
     va_start(args, format);
     vsnprintf(text, sizeof text, format, args);
     va_end(args);
-    c->status = error_set(c->error, STATUS_USAGE, "%.90s: %s", c->name, text);
+    if (c->status == STATUS_OK) c->status = error_set(c->error, STATUS_USAGE, "%.90s: %s", c->name, text);
+    else say(c, text);
+    return false;
 }
 
 /* There is a body with this inertia when the integrals of x^2, y^2, z^2 and of the products make a
@@ -37,9 +57,10 @@ static void check_payload(struct checker *c, const struct payload_params *p) {
     double xx = half - p->inertia_xx_kg_m2, yy = half - p->inertia_yy_kg_m2, zz = half - p->inertia_zz_kg_m2;
     double xy = p->inertia_xy_kg_m2, xz = p->inertia_xz_kg_m2, yz = p->inertia_yz_kg_m2, none = -1e-9 * half;
     double determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz + yz * xz) - xz * (xy * yz + yy * xz);
-    require(c, xx >= none && yy >= none && zz >= none,
-            "payload.inertia_xx_kg_m2 %g, inertia_yy_kg_m2 %g, inertia_zz_kg_m2 %g: no body has them; each is at most the others' sum",
-            p->inertia_xx_kg_m2, p->inertia_yy_kg_m2, p->inertia_zz_kg_m2);
+    if (!require(c, xx >= none && yy >= none && zz >= none,
+                 "payload.inertia_xx_kg_m2 %g, inertia_yy_kg_m2 %g, inertia_zz_kg_m2 %g: no body has them; each is at most the others' sum",
+                 p->inertia_xx_kg_m2, p->inertia_yy_kg_m2, p->inertia_zz_kg_m2))
+        return;
     require(c,
             xx * yy - xy * xy >= none * half && xx * zz - xz * xz >= none * half && yy * zz - yz * yz >= none * half &&
                 determinant >= none * half * half,
@@ -54,10 +75,11 @@ static void check_leg(struct checker *c, const struct params *p, int i, const st
     struct stroke stroke = kinematics_stroke(k, a, i);
     double neutral = k->neutral_length_m[i], shortest = stroke.least_m, drop = p->motion.park_z_m;
 
-    require(c, shortest >= a->stroke_m[i],
-            "actuator.stroke_m %g of leg %d does not fit: the geometry makes legs of %.4g m at mid-stroke, and a cylinder is at least "
-            "its stroke long when it is in; give a stroke up to %.4g m, or a larger geometry.height_m",
-            a->stroke_m[i], i + 1, stroke.middle_m, stroke.middle_m / 1.5);
+    if (!require(c, shortest >= a->stroke_m[i],
+                 "actuator.stroke_m %g of leg %d does not fit: the geometry makes legs of %.4g m at mid-stroke, and a cylinder is at least "
+                 "its stroke long when it is in; give a stroke up to %.4g m, or a larger geometry.height_m",
+                 a->stroke_m[i], i + 1, stroke.middle_m, stroke.middle_m / 1.5))
+        return;
     require(c, a->upper_center_m[i] <= shortest && a->lower_center_m[i] <= shortest,
             "actuator.upper_center_m %g and lower_center_m %g of leg %d must lie within the shortest leg, %.4g m", a->upper_center_m[i],
             a->lower_center_m[i], i + 1, shortest);
@@ -67,22 +89,27 @@ static void check_leg(struct checker *c, const struct params *p, int i, const st
     require(c, shortest < neutral && neutral < stroke.most_m,
             "actuator.mid_stroke_m %g of leg %d: its stroke, %.4g to %.4g m, must enclose the neutral leg length, %.4g m",
             a->mid_stroke_m[i], i + 1, shortest, stroke.most_m, neutral);
-    require(c, drop < p->geometry.height_m, "motion.park_z_m %g must be below geometry.height_m %g", drop, p->geometry.height_m);
+    if (!require(c, drop < p->geometry.height_m, "motion.park_z_m %g must be below geometry.height_m %g", drop, p->geometry.height_m))
+        return;
     require(c, parked >= shortest,
             "motion.park_z_m %g makes leg %d %.4g m long, and its stroke ends at %.4g m (%.4g m at neutral): park higher (smaller z)", drop,
             i + 1, parked, shortest, neutral);
-    require(c, parked > l->length_min_m[i],
+    /* parked higher, it would be at least as long as when it is in */
+    require(c, fmax(parked, shortest) > l->length_min_m[i],
             "motion.park_z_m %g makes leg %d %.4g m long, limits.length_min_m is %g: lower that below the leg that is in, %.4g m, or park "
             "higher (smaller z)",
             drop, i + 1, parked, l->length_min_m[i], shortest);
 }
 
-static void check_legs(struct checker *c, const struct params *p) {
+/* False: they are none that could move. */
+static bool check_legs(struct checker *c, const struct params *p) {
     struct kinematics k;
+    int wrong = c->count;
     double parked[LEGS];
     kinematics_place(&k, p);
     ik_lengths(&k, (double[DOFS]){[DOF_Z] = p->motion.park_z_m}, parked);
     for (int i = 0; i < LEGS; i++) check_leg(c, p, i, &k, parked[i]);
+    return c->count == wrong;
 }
 
 static void check_hydraulics(struct checker *c, const struct params *p) {
@@ -161,8 +188,8 @@ static void check_frequency(struct checker *c, const struct params *p, enum dof 
             t->duration_s, hz, name, 2 / hz);
 }
 
-/* Of the axes that are tested, each for itself. */
-static void check_tests(struct checker *c, const struct params *p) {
+/* Of the axes that are tested, each for itself. reach: can the legs make them? */
+static void check_tests(struct checker *c, const struct params *p, bool reach) {
     const struct test_params *t = &p->tests;
     double rate_hz = 1 / p->loop.period_s, samples = t->duration_s * rate_hz;
     int regressors = 2 + 2 * t->harmonics;
@@ -173,8 +200,7 @@ static void check_tests(struct checker *c, const struct params *p) {
     if (t->trajectory[0]) return;
     for (int i = 0; i < t->count; i++) {
         check_frequency(c, p, t->order[i]);
-        /* else nothing is driven */
-        if (p->mechanism == MECHANISM_STEWART) check_reach(c, p, t->order[i]);
+        if (reach) check_reach(c, p, t->order[i]);
     }
     require(c, samples >= 2 * regressors, "tests.duration_s %g holds %.0f samples; tests.harmonics %d needs %d: at least %g s",
             t->duration_s, samples, t->harmonics, 2 * regressors, 2 * regressors / rate_hz);
@@ -207,9 +233,10 @@ static void check_rest(struct checker *c, const struct params *p) {
 int config_check_motion(const struct params *p, struct error *error) {
     struct checker c = {.name = "not run", .error = error};
     struct blind_time blind = blind_time(p);
-    require(&c, p->mechanism == MECHANISM_STEWART,
-            "mechanism: axis: hexid moves six legs; what one axis did is read by hexid import and gap");
-    if (c.status == STATUS_OK) check_rest(&c, p);
+    if (!require(&c, p->mechanism == MECHANISM_STEWART,
+                 "mechanism: axis: hexid moves six legs; what one axis did is read by hexid import and gap"))
+        return c.status;
+    check_rest(&c, p);
     require(&c, p->tests.ramp_s >= ramp_min_s && p->tests.ramp_out_s >= ramp_min_s,
             "tests.ramp_s %g and ramp_out_s %g must be at least %g s: less is a blow to the machine", p->tests.ramp_s, p->tests.ramp_out_s,
             ramp_min_s);
@@ -255,9 +282,9 @@ int config_check(const struct params *params, const char *name, struct error *er
     bool legs = params->mechanism == MECHANISM_STEWART;
     check_payload(&c, &params->payload);
     check_hydraulics(&c, params);
-    if (legs) check_legs(&c, params);
+    bool moves = legs && check_legs(&c, params);
     if (legs) check_limits(&c, params);
-    check_tests(&c, params);
+    check_tests(&c, params, moves);
     check_effects(&c, params);
     if (legs) check_sim(&c, params);
     check_channel(&c, "length_channel", &params->length_channel);
