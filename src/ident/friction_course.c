@@ -100,13 +100,12 @@ static void find_seal(const struct residual_test *t, const struct motion *m, int
     for (int i = 0; i < n; i++) z[i] = state += (toward[i] - state) * step[i];
 }
 
-/* Dry friction that is higher at low speed (Stribeck), that goes with the pressures (their mean
- * apart), and that is still on its way from one direction to the other because the seal gives
- * before it slides. */
-static void find_shapes(struct friction_course *c, const struct residual_test *t, const struct motion *m, int leg) {
+/* Dry friction that is higher at low speed (Stribeck), that goes with the pressures, and that is
+ * still on its way from one direction to the other because the seal gives before it slides. */
+static void find_shapes(struct friction_course *c, const struct residual_test *t, double load_pa, const struct motion *m, int leg) {
     const struct spectrum *s = &t->spectrum;
     const double *row1 = s->mean[CHANNEL_P1][leg], *row2 = s->mean[CHANNEL_P2][leg];
-    double z[SEALS][PHASES], p1[3], p2[3], mean = row1[0] + row2[0];
+    double z[SEALS][PHASES], p1[3], p2[3];
     for (int j = 0; j < SEALS; j++) find_seal(t, m, leg, GIVE_M[j], z[j]);
     for (int i = 0; i < t->phases; i++) {
         const double *basis = t->cycle + i * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE;
@@ -114,17 +113,25 @@ static void find_shapes(struct friction_course *c, const struct residual_test *t
         spectrum_at(row1, s->harmonics, s->omega, basis, p1);
         spectrum_at(row2, s->harmonics, s->omega, basis, p2);
         for (int j = STRIBECK; j < LOAD; j++) c->shape[j][i][leg] = direction * exp(-square(rate / LOW_MPS[j - STRIBECK]));
-        c->shape[LOAD][i][leg] = t->pressures && mean > 0.0 ? direction * ((p1[0] + p2[0]) / mean - 1.0) : 0.0;
+        c->shape[LOAD][i][leg] = load_pa > 0.0 ? direction * ((p1[0] + p2[0]) / load_pa - 1.0) : 0.0;
         for (int j = 0; j < SEALS; j++) c->shape[SEAL + j][i][leg] = z[j][i] - direction;
     }
 }
 
-void friction_course_find(struct friction_course *c, const struct residual_test *t, const struct params *params) {
+double friction_course_load(const struct residual_data *d) {
+    double sum_pa = 0.0, count = 0.0;
+    for (int i = 0; i < d->tests; i++)
+        for (int k = 0; k < LEGS && d->test[i].pressures; k++, count++)
+            sum_pa += d->test[i].spectrum.mean[CHANNEL_P1][k][0] + d->test[i].spectrum.mean[CHANNEL_P2][k][0];
+    return count > 0.0 ? sum_pa / count : 0.0;
+}
+
+void friction_course_find(struct friction_course *c, const struct residual_test *t, const struct params *params, double load_pa) {
     struct motion m;
     find_motion(&m, t, params);
     for (int k = 0; k < LEGS; k++) {
         find_direction(c, t, &m, k);
-        find_shapes(c, t, &m, k);
+        find_shapes(c, t, load_pa, &m, k);
     }
 }
 

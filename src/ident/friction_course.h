@@ -35,7 +35,13 @@ struct friction_course {
     double shape[UNKNOWN_SHAPES][PHASES][LEGS];
 };
 
-void friction_course_find(struct friction_course *c, const struct residual_test *t, const struct params *params);
+/* P1 + P2 on average, of all tests and legs; 0: not measured. */
+double friction_course_load(const struct residual_data *d);
+
+/* load_pa: the P1 + P2 at which friction that goes with the pressures is part of Coulomb's, one for
+ * all tests: with a mean of each test's own, Coulomb's friction would differ between them. 0:
+ * pressures are not measured. */
+void friction_course_find(struct friction_course *c, const struct residual_test *t, const struct params *params, double load_pa);
 
 /* Of the row that a leg's friction of 1 N makes. */
 void friction_course_covariance(const struct friction_course *c, const struct residual_test *t, int leg,

@@ -195,11 +195,12 @@ static int prepare_tests(struct work *w, struct error *error) {
     w->course = calloc((size_t)w->data.tests + 1, sizeof *w->course);
     w->doubt = calloc((size_t)w->data.tests + 1, sizeof *w->doubt);
     if (!w->staircase || !w->gain || !w->course || !w->doubt) return error_set(error, STATUS_IO, "out of memory");
+    double load_pa = friction_course_load(&w->data);
     bool ok = true;
     for (int i = 0; i < w->data.tests; i++) {
         const struct residual_test *t = &w->data.test[i];
         ok = ok && (!t->chambers || residual_staircase(t, w->params, w->staircase[i]));
-        friction_course_find(&w->course[i], t, w->params);
+        friction_course_find(&w->course[i], t, w->params, load_pa);
         for (int k = 0; k < LEGS; k++) friction_course_covariance(&w->course[i], t, k, w->doubt[i][k]);
     }
     return ok ? STATUS_OK : error_set(error, STATUS_USAGE, "method C: the configured chambers cannot follow the commands");
