@@ -112,16 +112,35 @@ static void a_name_that_no_file_has_is_refused(void **unused) {
     snprintf(text, sizeof text, "t_ms,position_mm,Last\n%s", rows());
     put("1.csv", text);
     assert_int_equal(import_by("force=Lasst:kN"), STATUS_USAGE);
-    assert_says("force_n|Lasst|no file|Last");
+    assert_says("force_n|Lasst|no file|did you mean Last?|left over");
     /* every file must have these: said of the file at hand */
     put("1.csv", "Zeit,Weg,Last\n0,1,1\n");
     assert_int_equal(import_by("t=Zeitt:ms,position=Weg:mm,force=Last:kN"), STATUS_USAGE);
-    assert_says("1.csv:1|t_s|Zeitt|left over|Zeit");
+    assert_says("1.csv:1|t_s|Zeitt|did you mean Zeit?|left over|Zeit");
     assert_int_equal(import_by("t=Zeit:ms,position=Wegg:mm,force=Last:kN"), STATUS_USAGE);
-    assert_says("1.csv:1|position_m|Wegg|left over|Weg");
+    assert_says("1.csv:1|position_m|Wegg|did you mean Weg?|left over|Weg");
+    assert_int_equal(import_by("t=Zeit:ms,position=Hub:mm,force=Last:kN"), STATUS_USAGE);
+    assert_says("1.csv:1|position_m|Hub|no column of that name; left over");
     snprintf(text, sizeof text, "t_ms,position_mm,Last\n%s", rows());
     put("1.csv", text);
     if (import_by("force=Last:kN")) fail_msg("%s", error.text);
+}
+
+/* Seconds under ms, stated or not, and ms under s. */
+static void another_unit_of_the_time_is_said_to_be_that(void **unused) {
+    (void)unused;
+    static char text[BUFFER + 200];
+    for (int stated = 0; stated < 2; stated++) {
+        empty(NULL);
+        int used = sprintf(text, "%sZeit,Weg\n", stated ? "# rate_hz: 500\n" : "");
+        for (int i = 0; i < 2000; i++) used += sprintf(text + used, "%.4f,%.6g\n", 0.002 * i, 10.0 * sin(0.025 * i));
+        put("1.csv", text);
+        assert_int_equal(import_by("t=Zeit:ms,position=Weg:mm"), STATUS_USAGE);
+        assert_says("1.csv:|unit of time|thousand times too small|--map");
+        assert_int_equal(import_by("t=Zeit:us,position=Weg:mm"), STATUS_USAGE);
+        assert_says("1.csv:|unit of time|million times too small|--map");
+        if (import_by("t=Zeit:s,position=Weg:mm")) fail_msg("%s", error.text);
+    }
 }
 
 static void a_column_by_both_names_is_refused(void **unused) {
@@ -138,6 +157,7 @@ int main(void) {
         cmocka_unit_test(what_cannot_be_meant_is_refused_with_the_remedy),
         cmocka_unit_test(foreign_names_give_the_log_that_our_names_give),
         cmocka_unit_test(a_name_that_no_file_has_is_refused),
+        cmocka_unit_test(another_unit_of_the_time_is_said_to_be_that),
         cmocka_unit_test(a_column_by_both_names_is_refused),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);

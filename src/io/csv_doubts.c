@@ -154,7 +154,12 @@ void csv_doubts(const struct csv_head *head, const struct csv_range *range, cons
 const char *csv_time_unit(double step_s, double stated_s) {
     double ratio = step_s / stated_s;
     bool stated = isfinite(ratio);
-    if (stated ? fabs(ratio / 1e3 - 1.0) < 0.05 : step_s > 0.1 && step_s <= 100.0) return "t_s looks like milliseconds, t_ms";
-    if (stated ? fabs(ratio / 1e6 - 1.0) < 0.05 : step_s > 100.0) return "t_s looks like microseconds, t_us";
+    if (stated ? fabs(ratio / 1e3 - 1.0) < 0.05 : step_s > 0.1 && step_s <= 100.0)
+        return "t_s looks like milliseconds, t_ms: name the column so";
+    if (stated ? fabs(ratio / 1e6 - 1.0) < 0.05 : step_s > 100.0) return "t_s looks like microseconds, t_us: name the column so";
+    if (stated ? fabs(ratio * 1e3 - 1.0) < 0.05 : step_s < 1e-4 && step_s >= 1e-7)
+        return "the unit of time looks a thousand times too small (ms for s, or us for ms?): correct it in the column's name or in --map";
+    if (stated ? fabs(ratio * 1e6 - 1.0) < 0.05 : step_s < 1e-7)
+        return "the unit of time looks a million times too small (us for s?): correct it in the column's name or in --map";
     return NULL;
 }

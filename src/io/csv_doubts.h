@@ -20,8 +20,8 @@ void csv_range_take(struct csv_range *range, const struct cycle *cycle);
  * doubt. */
 void csv_doubts(const struct csv_head *head, const struct csv_range *range, const struct params *params, char words[CSV_LIST_SIZE]);
 
-/* "t_s looks like milliseconds", where the steps are a thousand times what is stated; NaN: nothing
- * is, and no loop has such; else NULL. */
+/* "t_s looks like milliseconds" and what to do, where the steps are a thousand times what is
+ * stated, or a thousandth of it; NaN: nothing is, and no loop has such; else NULL. */
 const char *csv_time_unit(double step_s, double stated_s);
 
 #endif

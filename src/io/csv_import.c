@@ -192,9 +192,9 @@ static int rate_lies(struct import *im, const struct csv_head *h, double step_s)
     const char *whose = given                       ? "rate_hz: "
                         : im->report->rate_hz > 0.0 ? "no rate_hz, and the first file's "
                                                     : "no rate_hz, and the configuration's ";
-    return error_set(im->error, STATUS_USAGE, "%.200s:%d: %s%g Hz is not what t_s has: steps of %.6g s, %.6g Hz; %s%s", h->path,
+    return error_set(im->error, STATUS_USAGE, "%.200s:%d: %s%g Hz is not what t_s has: steps of %.6g s, %.6g Hz; %s", h->path,
                      given ? h->line[CSV_RATE] : h->columns_line, whose, 1.0 / period_s(im), step_s, 1.0 / step_s,
-                     unit ? unit : "give the true rate_hz, or the unit of the times: --map t=NAME:ms", unit ? ": name the column so" : "");
+                     unit ? unit : "give the true rate_hz");
 }
 
 struct span {
@@ -348,8 +348,9 @@ static int read_heads(struct import *im) {
 static int check_map(const struct import *im) {
     const struct csv_alias *unseen = csv_map_unseen(im->source->map);
     if (!unseen || im->source->only) return STATUS_OK;
-    return error_set(im->error, STATUS_USAGE, "--map %s=%.80s: no file has a column of that name; left over are: %.200s",
-                     csv_columns[unseen->column].name, unseen->name, im->report->ignored[0] ? im->report->ignored : "none");
+    char text[CSV_MAP_TEXT];
+    csv_map_unknown(unseen, "no file has a column of that name", im->report->ignored, text);
+    return error_set(im->error, STATUS_USAGE, "%s", text);
 }
 
 static int base_params(struct import *im) {

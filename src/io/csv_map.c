@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "edit_distance.h"
+
 #define REFUSE(...) error_set(error, STATUS_USAGE, "--map " __VA_ARGS__)
 
 static const char example[] = "write it as position=Weg:mm,t=Zeit:s";
@@ -68,13 +70,25 @@ int csv_map_parse(struct csv_map *map, const char *text, struct error *error) {
     return status;
 }
 
+static void note_near(struct csv_alias *a, const char *name) {
+    int best = *a->nearest ? edit_distance(a->name, a->nearest) : edit_distance_too_far(a->name);
+    if (edit_distance(a->name, name) < best) snprintf(a->nearest, sizeof a->nearest, "%s", name);
+}
+
 const struct csv_alias *csv_map_find(struct csv_map *map, const char *name) {
     for (int i = 0; map && i < map->count; i++) {
         if (strcmp(map->alias[i].name, name)) continue;
         map->alias[i].seen = true;
         return &map->alias[i];
     }
+    for (int i = 0; map && i < map->count; i++) note_near(&map->alias[i], name);
     return NULL;
+}
+
+void csv_map_unknown(const struct csv_alias *a, const char *what, const char *left, char text[CSV_MAP_TEXT]) {
+    bool near = *a->nearest;
+    snprintf(text, CSV_MAP_TEXT, "--map %s=%.80s: %s; %s%.80s%sleft over are: %.200s", csv_columns[a->column].name, a->name, what,
+             near ? "did you mean " : "", a->nearest, near ? "? " : "", *left ? left : "none");
 }
 
 const struct csv_alias *csv_map_of(const struct csv_map *map, int column) {

@@ -16,6 +16,8 @@ struct csv_alias {
     int column;                /* of csv_columns */
     double unit;               /* what its values are multiplied by */
     bool seen;                 /* some file had it */
+    char nearest[CSV_ALIAS_SIZE]; /* of the names that files had, the one that may be meant; "" none
+                                   * is near */
 };
 
 struct csv_map {
@@ -31,6 +33,11 @@ const struct csv_alias *csv_map_find(struct csv_map *map, const char *name);
 
 /* What this column of ours is called, or NULL. */
 const struct csv_alias *csv_map_of(const struct csv_map *map, int column);
+
+/* What is refused of a name that is not there: what ("the file has no column of that name"), which
+ * one may be meant, and what is left over, "" if nothing. */
+enum { CSV_MAP_TEXT = 500 };
+void csv_map_unknown(const struct csv_alias *alias, const char *what, const char *left, char text[CSV_MAP_TEXT]);
 
 /* The first that no file had, or NULL. */
 const struct csv_alias *csv_map_unseen(const struct csv_map *map);

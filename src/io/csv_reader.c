@@ -89,10 +89,10 @@ static void list_missing(struct csv_head *h) {
 /* Of a column that every file must have. */
 static int refuse_missing(const struct csv_reader *r, int column, const char *reason, struct error *error) {
     const struct csv_alias *alias = csv_map_of(r->map, column);
-    const char *name = csv_columns[column].name;
+    char text[CSV_MAP_TEXT];
     if (!alias) return csv_text_refuse(&r->in, error, "%s", reason);
-    return csv_text_refuse(&r->in, error, "--map %s=%.80s: the file has no column of that name; left over are: %.200s", name, alias->name,
-                           r->head.ignored[0] ? r->head.ignored : "none");
+    csv_map_unknown(alias, "the file has no column of that name", r->head.ignored, text);
+    return csv_text_refuse(&r->in, error, "%s", text);
 }
 
 static int read_columns(struct csv_reader *r, char *line, struct error *error) {

@@ -10,7 +10,7 @@
 #include "input.h"
 
 int csv_text_refuse(const struct csv_text *t, struct error *error, const char *format, ...) {
-    char reason[200];
+    char reason[600];
     va_list args;
     va_start(args, format);
     vsnprintf(reason, sizeof reason, format, args);
