@@ -24,6 +24,7 @@ struct effect_key {
     double typical;    /* of an ordinary machine that has the effect: plain to see, and far
                         * from breaking the machine */
     bool per_leg;      /* may be a list of six */
+    bool shape;        /* it only shapes the law, whose strength another key is */
     bool reciprocal;   /* it is the reciprocal that grows with the effect: a
                         * lowest frequency, a softest oil */
 };
@@ -116,5 +117,9 @@ int effect_find(const char *name);
 /* The effect at a strength: 0 adds nothing, 1 is the typical one, in between and beyond in
  * proportion, within each key's range. */
 void effect_at(const struct effect *effect, double strength, struct effect_values *values);
+
+/* Are the values of all legs neutral? Has an effect any strength, whatever its shape? */
+bool effect_neutral(const struct effect_key *key, const double value[LEGS]);
+bool effect_acts(const struct effect *effect, const struct effect_values *values);
 
 #endif

@@ -16,6 +16,19 @@ static double key_at(const struct effect_key *k, double strength) {
     return fmin(fmax(value, k->min), k->max);
 }
 
+bool effect_neutral(const struct effect_key *key, const double value[LEGS]) {
+    bool neutral = true;
+    for (int leg = 0; leg < LEGS; leg++) neutral = neutral && value[leg] == key->neutral;
+    return neutral;
+}
+
+bool effect_acts(const struct effect *effect, const struct effect_values *values) {
+    bool acts = false;
+    for (int k = 0; k < EFFECT_KEYS && effect->keys[k].name; k++)
+        acts = acts || (!effect->keys[k].shape && !effect_neutral(&effect->keys[k], values->value[k]));
+    return acts;
+}
+
 void effect_at(const struct effect *effect, double strength, struct effect_values *values) {
     *values = (struct effect_values){.on = true};
     for (int k = 0; k < EFFECT_KEYS && effect->keys[k].name; k++)

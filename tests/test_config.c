@@ -434,6 +434,7 @@ static void a_wrong_setting_is_reported_with_its_text(void **state) {
         {"tests.order=x,,y", "--set tests.order=x,,y: \"\" is none of"},
         {"tests.order=x,y,z,x,y,z,x", "at most 6 values"},
         {"loop.period_s=1e999", "--set loop.period_s=1e999: 1e999 is outside"},
+        {"effects.position_sensor_scale.zero_m=0.3", "zero_m alone does nothing: state effects.position_sensor_scale.scale, too"},
         {"effects.pipeline_dynamics.diameter_m=0.03", "diameter_m alone does nothing: state effects.pipeline_dynamics.length_m, too"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {

@@ -18,9 +18,15 @@ const struct effect cylinder_stribeck_friction = {
     .signature = "leg force: a peak at every velocity reversal, odd harmonics up to high order; small where the motion is fast, "
                  "slow motion shows it",
     .law_error = 0.05,
-    .keys =
-        {[EXCESS] = {.name = "excess_n", .unit = "N", .min = 0.0, .max = 2e4, .typical = 100.0, .per_leg = true},
-         [VELOCITY] = {.name = "velocity_mps", .unit = "m/s", .min = 1e-4, .max = 1.0, .neutral = 0.02, .typical = 0.02, .per_leg = true}},
+    .keys = {[EXCESS] = {.name = "excess_n", .unit = "N", .min = 0.0, .max = 2e4, .typical = 100.0, .per_leg = true},
+             [VELOCITY] = {.name = "velocity_mps",
+                           .unit = "m/s",
+                           .min = 1e-4,
+                           .max = 1.0,
+                           .neutral = 0.02,
+                           .typical = 0.02,
+                           .per_leg = true,
+                           .shape = true}},
     .contains = {&cylinder_coulomb_friction}, /* a high speed */
     .leg_friction = leg_friction,
 };

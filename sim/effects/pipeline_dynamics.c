@@ -19,7 +19,14 @@ const struct effect pipeline_dynamics = {
     .signature = "pressures: the lines' drop, ringing where the spool reverses; a long line can make the loop oscillate by itself",
     .law_error = 5e-3,
     .keys = {[LENGTH] = {.name = "length_m", .unit = "m", .min = 0.0, .max = 50.0, .typical = 3.0, .per_leg = true},
-             [DIAMETER] = {.name = "diameter_m", .unit = "m", .min = 0.01, .max = 0.1, .neutral = 0.02, .typical = 0.02, .per_leg = true}},
+             [DIAMETER] = {.name = "diameter_m",
+                           .unit = "m",
+                           .min = 0.01,
+                           .max = 0.1,
+                           .neutral = 0.02,
+                           .typical = 0.02,
+                           .per_leg = true,
+                           .shape = true}},
     .contains = {&entrained_air}, /* a short wide line is a volume of oil */
     .machine = machine,
 };

@@ -20,15 +20,6 @@ const char *const gap_verdict_names[GAP_VERDICTS] = {"effect_named", "no_gap", "
 const char *const gap_channel_names[GAP_CHANNELS] = {"length", "force", "p1", "p2", "valve"};
 const char *const gap_channel_units[GAP_CHANNELS] = {"m", "N", "Pa", "Pa", "-"};
 
-/* Without its strength a law has no shape either. */
-static bool gone(const struct effect *e, const struct effect_values *values) {
-    bool acts = false;
-    for (int k = 0; k < EFFECT_KEYS && e->keys[k].name; k++)
-        for (int leg = 0; leg < LEGS; leg++)
-            acts = acts || (e->keys[k].typical != e->keys[k].neutral && values->value[k][leg] != e->keys[k].neutral);
-    return !acts;
-}
-
 /* The configuration given, with the effects found: the base's values stay as they were stated. */
 static void extend(const struct params *given, const struct diagnosis *d, struct gap_result *r) {
     r->model = *given;
@@ -37,7 +28,8 @@ static void extend(const struct params *given, const struct diagnosis *d, struct
         const struct effect *e = effect_table[r->effect[i].effect];
         struct effect_values *values = &r->model.effects[r->effect[i].effect];
         *values = r->effect[i].values;
-        if (gone(e, values)) effect_at(e, 0.0, values);
+        /* without its strength a law has no shape either */
+        if (!effect_acts(e, values)) effect_at(e, 0.0, values);
     }
 }
 
@@ -72,7 +64,7 @@ bool gap_given_alike(const struct gap_effect *effect, int key) {
 double gap_deviation(const struct gap_effect *e, int key, int leg) {
     const struct effect_key *k = &effect_table[e->effect]->keys[key];
     /* it is no strength that is 0 at its neutral value */
-    bool shapes = k->reciprocal || k->typical == k->neutral;
+    bool shapes = k->reciprocal || k->shape;
     double law = effect_table[e->effect]->law_error * (e->values.value[key][leg] - (shapes ? 0.0 : k->neutral));
     return e->std[key][leg] > 0.0 ? hypot(e->std[key][leg], law) : 0.0;
 }

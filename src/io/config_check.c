@@ -255,23 +255,16 @@ static void check_channel(struct checker *c, const char *section, const struct c
     }
 }
 
-static bool neutral(const struct effect_key *key, const double value[LEGS]) {
-    bool all = true;
-    for (int leg = 0; leg < LEGS; leg++) all = all && value[leg] == key->neutral;
-    return all;
-}
-
 /* The shape of a law without its strength does nothing, and whoever states it meant something. */
 static void check_effects(struct checker *c, const struct params *p) {
     for (int e = 0; effect_table[e]; e++) {
         const struct effect_key *keys = effect_table[e]->keys, *shape = NULL, *strength = NULL;
-        bool acts = false;
-        for (int k = 0; k < EFFECT_KEYS && keys[k].name && p->effects[e].on; k++) {
-            bool stated = !neutral(&keys[k], p->effects[e].value[k]);
-            if (keys[k].typical != keys[k].neutral) strength = strength ? strength : &keys[k], acts = acts || stated;
-            else if (stated) shape = &keys[k];
+        if (!p->effects[e].on || effect_acts(effect_table[e], &p->effects[e])) continue;
+        for (int k = 0; k < EFFECT_KEYS && keys[k].name; k++) {
+            if (!keys[k].shape) strength = strength ? strength : &keys[k];
+            else if (!effect_neutral(&keys[k], p->effects[e].value[k])) shape = &keys[k];
         }
-        require(c, acts || !shape || !strength, "effects.%s.%s alone does nothing: state effects.%s.%s, too", effect_table[e]->name,
+        require(c, !shape || !strength, "effects.%s.%s alone does nothing: state effects.%s.%s, too", effect_table[e]->name,
                 shape ? shape->name : "", effect_table[e]->name, strength ? strength->name : "");
     }
 }

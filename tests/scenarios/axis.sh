@@ -40,6 +40,15 @@ overstated() {
 }
 claim "friction that the file states and the axis has not is taken off, beside what it lacks" overstated
 
+# Stribeck friction that the axis has not: it comes out as nothing, and so does its shape.
+left() {
+    "$hexid" gap --measured "$work/nothing.lcm" -c config/axis.yaml --set effects.cylinder_stribeck_friction.excess_n=100 \
+        --set effects.cylinder_stribeck_friction.velocity_mps=0.05 -o "$work/left" 2>/dev/null &&
+        says "$work/left/gap.json" cylinder_stribeck_friction && grep -q 'excess_n: 0 ' "$work/left/model.yaml" &&
+        "$hexid" gap --measured "$work/nothing.lcm" -c "$work/left/model.yaml" -o "$work/again" 2>/dev/null && says "$work/again/gap.json" no_gap
+}
+claim "an effect that came out as nothing leaves a model that can be read" left
+
 claim "no closed loop for an axis" refuses 2 "mechanism: axis --replay motion" \
     "$hexid" gap --measured "$work/friction.lcm" -c config/axis.yaml --replay closed-loop -o "$work/none"
 claim "an axis is not driven" refuses 2 "mechanism: axis" "$hexid" run --fast -c config/axis.yaml
