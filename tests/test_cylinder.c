@@ -176,6 +176,26 @@ static void spool_stops_at_full_opening(void **unused) {
     assert_true(beyond.spool == 1.0 && beyond.spool_rate == -3.0); /* it may leave the stop */
 }
 
+/* Noisy commands, a spool that is often at its rate limit: alone it moves as it does with its
+ * chambers. */
+static void the_spool_alone_moves_as_with_its_chambers(void **unused) {
+    (void)unused;
+    struct cylinder_state with = {.p1_pa = 5e6, .p2_pa = 5e6, .spool = 0.2}, alone = with;
+    struct cylinder_model limited = model;
+    model.leg[0].rate_limited = true, model.leg[0].valve_rate_per_s = 2.0;
+    bool at_limit = false;
+    for (int i = 0; i < 4000; i++) {
+        double valve = 0.1 * sin(0.01 * i) + (i % 7 ? 0.001 : -0.004);
+        rk4(&with, SUBSTEP_S, MID_M, 0.0, valve);
+        cylinder_spool_step(&model, 0, SUBSTEP_S, valve, &alone);
+        at_limit = at_limit || fabs(alone.spool_rate) >= 2.0;
+        assert_close(alone.spool, with.spool, 1e-12);
+        assert_close(alone.spool_rate, with.spool_rate, 1e-9);
+    }
+    assert_true(at_limit && alone.p1_pa == 5e6);
+    model = limited;
+}
+
 /* Extends 0.3 m through mid-stroke with the ports closed; the lowest pressure on the way,
  * and the last state. */
 static double tear_open(double speed, double substep, struct cylinder_state *s) {
@@ -246,6 +266,7 @@ static void force_is_that_of_the_two_areas(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_spool_alone_moves_as_with_its_chambers),
         cmocka_unit_test(every_neutral_leg_has_the_same_length),
         cmocka_unit_test(joints_lie_at_the_angles_of_the_paper),
         cmocka_unit_test(neutral_is_at_mid_stroke),

@@ -19,10 +19,11 @@ static const double BEND = 0.1;          /* of a signature: a law that bends les
 static const double SHORTEST_STEP = 0.1; /* of the base's linear one, before none is taken */
 static const double NEAR = 0.9;          /* of the gain with the base moved linearly:
                                           * polishing may turn the order */
-static const double NOISE_SQUARE = 0.8;  /* of a white value: rounding is taken at its worst, and
-                                          * it is 0.5 */
-static const double SCATTER = 6.0;       /* of the sum of so many, in standard deviations */
-static const double FEW_CYCLES = 10.0;
+static const double NOISE_SQUARE = 0.8;  /* mean square of white noise at most: not 1, as rounding
+                                          * is taken at its worst; 0.4 to 0.55 is measured */
+static const double SCATTER = 6.0;       /* of that mean, in standard deviations */
+static const double FEW_CYCLES = 10.0;   /* mean square of Student's t of two or three cycles, which
+                                          * has none */
 enum { POLISH_ITERATIONS = 5, FINALISTS = 5 };
 enum {
     SCREEN_ITERATIONS = 1,
@@ -49,7 +50,7 @@ double diagnosis_law_error(const struct diagnosis *d) {
     return sum;
 }
 
-/* Mean of noise over its deviation, squared, where that is known from so many cycles' scatter
+/* Mean square of noise over its deviation, where that is known from so many cycles' scatter alone
  * (Student's t); 0 cycles: from all samples. */
 static double student(int cycles) { return !cycles ? 1.0 : cycles > 3 ? (cycles - 1.0) / (cycles - 3.0) : FEW_CYCLES; }
 

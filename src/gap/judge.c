@@ -166,7 +166,7 @@ static void name(struct gap_result *r) {
         r->verdict = GAP_AMBIGUOUS;
         char pair[GAP_TEXT];
         snprintf(pair, sizeof pair, "these data cannot tell %s from %s", name_of(doubted), name_of(rival));
-        SAY(r, "%s", "");
+        r->reason[0] = '\0';
         if (r->effects > 1) list_all(r), append(r, "; ");
         append(r, pair);
         experiment_between(mechanism, effect_table[doubted], effect_table[rival], r->next_experiment);

@@ -71,7 +71,8 @@ char *check_json(const struct check_report *r) {
     for (int i = 0; i < r->sources; i++) json_array_append_new(sources, text(r->source[i]));
     json_t *root = json_pack("{ss so so so so so so so so so}", "schema", "hexid.check/1", "sources", sources, "tests", tests, "missing",
                              text(r->missing), "doubtful", text(r->doubtful), "ignored", text(r->ignored), "identify", answer(&r->identify),
-                             "gap", answer(&r->gap), "areas", r->areas[0] ? text(r->areas) : json_null(), "defaults", text(r->defaults));
+                             "gap", answer(&r->gap), "areas", r->areas[0] ? text(r->areas) : json_null(), "defaults",
+                             r->defaults[0] ? text(r->defaults) : json_null());
     char *dump = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     json_decref(root);
     return dump;

@@ -95,7 +95,7 @@ enum { SPOOL_CYCLES = 12 };
 /* The hydraulics while they run through the cycles. */
 struct run {
     const struct residual_test *t;
-    double dither;               /* of the commands' noise: so much is added to their mean */
+    double dither;               /* times the commands' noise is added to their mean: -1, 0, 1 */
     struct params timing;        /* the model's, with the recording's sampling
                                   * for a cycle of the loop */
     struct cylinder_model cylinder;
@@ -235,7 +235,7 @@ static bool at_limit(const struct run *r) {
     return limited;
 }
 
-/* limited: a spool was at its rate limit. */
+/* Adds a share of the rows. limited: set where a spool was at its rate limit. */
 static bool add_pressures(struct run *r, const struct residual_test *t, const struct params *model, int leg, const struct series *rows,
                           double dither, double share, struct pressure_rows *p, bool *limited) {
     if (!begin_run(r, t, model, leg, dither, rows)) return false;
@@ -255,12 +255,12 @@ static bool add_pressures(struct run *r, const struct residual_test *t, const st
 static bool simulate_pressures(const struct residual_test *t, const struct params *model, const struct machine *machine, int leg,
                                const struct series *rows, struct pressure_rows *p) {
     struct run *r = malloc(sizeof *r);
-    bool dithers = t->dither && machine->command.count, ok = r != NULL;
+    bool gap = machine->command.count > 0, limited = false, ok = r != NULL;
     memset(p, 0, sizeof *p);
-    if (!dithers) ok = ok && add_pressures(r, t, model, leg, rows, 0.0, 1.0, p, &dithers);
-    if (dithers && t->dither) {
+    if (!t->dither || !gap) ok = ok && add_pressures(r, t, model, leg, rows, 0.0, 1.0, p, &limited);
+    if (t->dither && (gap || limited)) {
         memset(p, 0, sizeof *p);
-        for (int sign = -1; sign <= 1; sign += 2) ok = ok && add_pressures(r, t, model, leg, rows, sign, 0.5, p, &dithers);
+        for (int sign = -1; sign <= 1; sign += 2) ok = ok && add_pressures(r, t, model, leg, rows, sign, 0.5, p, &limited);
     }
     free(r);
     return ok;
