@@ -167,26 +167,46 @@ static double predict_for(struct design *d, double duration_s, struct excitation
     return e->worst_pct * e->worst_pct;
 }
 
+static bool close_enough(double found, double wanted) { return !isfinite(found) || fabs(sqrt(found / wanted) - 1.0) < CLOSE; }
+
+/* Where the shortest test is better than wanted: smaller, by how the variance went with the
+ * amplitude. At lower speeds more of dry friction is open, so that is more than its square. */
+static int find_amplitude(struct design *d, double wanted, double found, struct excitation *e, struct error *error) {
+    double by = sqrt(found / wanted);
+    int status = STATUS_OK;
+    for (int i = 0; i < CORRECTIONS && !status && !close_enough(found, wanted); i++) {
+        double before = found;
+        scale_amplitudes(d, by);
+        found = predict_for(d, SHORTEST_S, e, &status, error);
+        by = pow(wanted / found, 1.0 / fmin(log(found / before) / log(by), -1.0));
+    }
+    return status;
+}
+
 /* Variance: noise, that falls with the duration, and what no duration helps against, from a short
  * and a longer test. Then tried, and corrected. */
-static int find_duration(struct design *d, double wanted_pct, struct proposal *result, struct error *error) {
+static int find_duration(struct design *d, double wanted, double first, double longer, struct excitation *e, struct error *error) {
     struct test_params *t = &d->trial.tests;
-    struct excitation *e = &result->predicted;
     int status = STATUS_OK;
-    double wanted = wanted_pct * wanted_pct, found = predict_for(d, LONGER * SHORTEST_S, e, &status, error), longer = found;
-    double first = predict_for(d, SHORTEST_S, e, &status, error);
     double noise = fmax(first - longer, 0.0) * SHORTEST_S / (1.0 - 1.0 / LONGER), rest = fmax(longer - noise / (LONGER * SHORTEST_S), 0.0);
     /* then it is near the floor */
     double most_s = fmin(longest_s(t), noise / ((NEAR * NEAR - 1.0) * rest));
     double next_s = wanted > rest ? noise / (wanted - rest) : most_s;
-    found = first;
     for (int i = 0; i < CORRECTIONS && !status; i++) {
-        if (next_s < SHORTEST_S && found < wanted) scale_amplitudes(d, sqrt(found / wanted));
-        found = predict_for(d, fmax(fmin(next_s, most_s), SHORTEST_S), e, &status, error);
+        double found = predict_for(d, fmax(fmin(next_s, most_s), SHORTEST_S), e, &status, error);
         bool at_most = t->duration_s > most_s - SECONDS_STEP && found > wanted;
-        if (at_most || fabs(sqrt(found / wanted) - 1.0) < CLOSE || !(wanted > rest) || !isfinite(found)) break;
+        if (at_most || close_enough(found, wanted) || !(wanted > rest)) break;
         next_s = t->duration_s * fmax(found - rest, 0.0) / (wanted - rest);
     }
+    return status;
+}
+
+static int find_tests(struct design *d, double wanted_pct, struct proposal *result, struct error *error) {
+    struct excitation *e = &result->predicted;
+    int status = STATUS_OK;
+    double wanted = wanted_pct * wanted_pct, longer = predict_for(d, LONGER * SHORTEST_S, e, &status, error);
+    double first = predict_for(d, SHORTEST_S, e, &status, error);
+    if (!status) status = first < wanted ? find_amplitude(d, wanted, first, e, error) : find_duration(d, wanted, first, longer, e, error);
     result->reached = e->worst_pct < (1.0 + REACHED) * wanted_pct;
     return status;
 }
@@ -225,7 +245,7 @@ int propose(enum proposal_kind kind, const struct loop_survey *survey, const str
     if (!status && kind == PROPOSAL_MULTISINE) status = search(d, MARGIN * multisine_rate_limit_mps(params), result, &result->none);
     else if (!status) set_amplitudes(d, OF_PEAK * survey->multisine.peak_mps), keep_apart(d);
     if (!status) status = limit(d, &result->none);
-    if (!status) status = find_duration(d, wanted_pct, result, &result->none);
+    if (!status) status = find_tests(d, wanted_pct, result, &result->none);
     result->tests = d->trial.tests;
     free(d);
     if (status == STATUS_IO) *error = result->none;
