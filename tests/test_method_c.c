@@ -23,6 +23,7 @@ struct rig {
     double noise_m, noise_pa;
     double presliding_m;        /* a seal gives so much before it slides (Dahl); 0: Coulomb */
     double seal_n[LEGS], last_m[LEGS];
+    double slow_share, slow_mps; /* of dry friction, more of it below this speed (Stribeck) */
     double load_mu;             /* times (A1 - A2) (P1 + P2) / 2 */
     double pressure_pa[DOFS];   /* of the rod side, test by test */
     uint64_t seed;
@@ -78,6 +79,7 @@ static void legs_at(const struct rig *r, int dof, double t_s, double leg[LEGS][3
  * whatever the step. */
 static double seal(struct rig *r, int leg, double length_m, double rate) {
     double slides = rate > 0.0 ? r->dry[leg][0] : -r->dry[leg][1], moved = fabs(length_m - r->last_m[leg]);
+    if (r->slow_mps > 0.0) slides *= 1.0 + r->slow_share * exp(-rate * rate / (r->slow_mps * r->slow_mps));
     if (!(r->presliding_m > 0.0)) return slides;
     r->last_m[leg] = length_m;
     return r->seal_n[leg] += (slides - r->seal_n[leg]) * (1.0 - exp(-moved / r->presliding_m));
@@ -497,6 +499,30 @@ static void a_seal_that_gives_before_it_slides_leaves_the_matrix_as_it_is(void *
 /* What is asked where the law of friction is none that is fitted. */
 static const double UNASSUMED = 0.03;
 
+/* Nor is any of these speeds; twice Coulomb's friction at rest. */
+static void friction_that_is_higher_at_low_speed_leaves_the_matrix_as_it_is(void **unused) {
+    (void)unused;
+    static const double slow_mps[] = {0.010, 0.016, 0.025, 0.040};
+    for (int n = 0; n < (int)(sizeof slow_mps / sizeof slow_mps[0]); n++) {
+        struct rig r;
+        rig_init(&r, 100.0);
+        r.slow_share = 1.0, r.slow_mps = slow_mps[n];
+        assert_matrix_found(&r, UNASSUMED);
+    }
+}
+
+/* Both: what the seal has to make up is less the faster the leg is. */
+static void a_seal_that_gives_and_slides_harder_at_low_speed_leaves_the_matrix_as_it_is(void **unused) {
+    (void)unused;
+    static const double give_m[] = {50e-6, 100e-6};
+    for (int n = 0; n < (int)(sizeof give_m / sizeof give_m[0]); n++) {
+        struct rig r;
+        rig_init(&r, 100.0);
+        r.slow_share = 0.5, r.slow_mps = 0.02, r.presliding_m = give_m[n];
+        assert_matrix_found(&r, UNASSUMED);
+    }
+}
+
 /* The mean pressures of the tests differ, so Coulomb's part of one test is not that of another. */
 static void friction_that_goes_with_the_pressures_leaves_the_matrix_as_it_is(void **unused) {
     (void)unused;
@@ -510,6 +536,8 @@ static void friction_that_goes_with_the_pressures_leaves_the_matrix_as_it_is(voi
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(dry_friction_of_each_leg_leaves_the_matrix_as_it_is),
                                        cmocka_unit_test(a_seal_that_gives_before_it_slides_leaves_the_matrix_as_it_is),
+                                       cmocka_unit_test(friction_that_is_higher_at_low_speed_leaves_the_matrix_as_it_is),
+                                       cmocka_unit_test(a_seal_that_gives_and_slides_harder_at_low_speed_leaves_the_matrix_as_it_is),
                                        cmocka_unit_test(friction_that_goes_with_the_pressures_leaves_the_matrix_as_it_is),
                                        cmocka_unit_test(force_less_what_the_found_matrix_needs_is_the_friction_found),
                                        cmocka_unit_test(the_payload_is_found_with_its_centre),

@@ -18,9 +18,10 @@
 
 #include "payload.h"
 
-/* of dry friction that is not the same all the time: at two low speeds, with the pressures, and
- * after reversals of a seal that gives, by five lengths (friction_course.h) */
-enum { UNKNOWN_SHAPES = 8 };
+/* of dry friction that is not the same all the time: at six low speeds, with the pressures, and
+ * after reversals of a seal that gives, by five lengths, each by itself and times two functions of
+ * the speed (friction_course.h) */
+enum { UNKNOWN_SHAPES = 22 };
 /* of each leg extending, retracting */
 enum {
     UNKNOWN_VISCOUS = MATRIX_ENTRIES,
@@ -38,7 +39,8 @@ struct equations {
                                          * standard deviation off, and by attenuation */
     double rest;                        /* weighted sum of squares that is left, W as
                                          * the noise alone has it, */
-    int free;                           /* and rows less unknowns */
+    int free;                           /* and its mean: rows less unknowns; shapes are random
+                                         * by their prior, and no unknowns here */
     double dry_n[LEGS];                 /* how large dry friction may be: the unit
                                          * of its shapes' prior */
     double force_n, rate_mps;           /* root mean square of what varies of a leg's force and of

@@ -6,10 +6,16 @@
 #include "units.h"
 #include "whiten.h"
 
-enum { STRIBECK = 0, LOAD = 2, SEAL = 3, SEALS = UNKNOWN_SHAPES - SEAL };
-static const double LOW_MPS[LOAD - STRIBECK] = {0.01, 0.03};
+enum { STRIBECKS = 6, SEALS = 5, SLOW = 2 };
+enum { STRIBECK = 0, LOAD = STRIBECK + STRIBECKS, SLOW_SEAL = LOAD + 1, SEAL = SLOW_SEAL + SLOW * SEALS };
+_Static_assert(SEAL + SEALS == (int)UNKNOWN_SHAPES, "every shape is an unknown");
+
+/* what lies between two of them they make up to two thousandths: exp(-(v / s)^2) by least
+ * squares in the shapes, a constant and v, over a sinusoid of 0.1 m/s */
+static const double LOW_MPS[STRIBECKS] = {0.005, 0.008, 0.0125, 0.02, 0.032, 0.05};
 /* what lies between two of them they make up to a thousandth */
 static const double GIVE_M[SEALS] = {20e-6, 40e-6, 80e-6, 160e-6, 320e-6};
+static const double SLOW_MPS[SLOW] = {0.0125, 0.032}; /* a seal's way after a reversal, by speed */
 static const double RESOLVED = 0.125; /* of the period of the motion's highest harmonic */
 static const double STICK_MPS = 3e-3; /* as harmonics show a leg that is at rest, or whose friction
                                        * is ahead of its speed: with less the errors on simulated
@@ -101,7 +107,9 @@ static void find_seal(const struct residual_test *t, const struct motion *m, int
 }
 
 /* Dry friction that is higher at low speed (Stribeck), that goes with the pressures, and that is
- * still on its way from one direction to the other because the seal gives before it slides. */
+ * still on its way from one direction to the other because the seal gives before it slides; that
+ * way by itself, and as it depends on speed: bristles that slide harder when slow, or are damped
+ * (LuGre), make the two a product. */
 static void find_shapes(struct friction_course *c, const struct residual_test *t, double load_pa, const struct motion *m, int leg) {
     const struct spectrum *s = &t->spectrum;
     const double *row1 = s->mean[CHANNEL_P1][leg], *row2 = s->mean[CHANNEL_P2][leg];
@@ -112,9 +120,13 @@ static void find_shapes(struct friction_course *c, const struct residual_test *t
         double direction = c->direction[i][leg], rate = c->rate_mps[i][leg];
         spectrum_at(row1, s->harmonics, s->omega, basis, p1);
         spectrum_at(row2, s->harmonics, s->omega, basis, p2);
-        for (int j = STRIBECK; j < LOAD; j++) c->shape[j][i][leg] = direction * exp(-square(rate / LOW_MPS[j - STRIBECK]));
+        for (int j = 0; j < STRIBECKS; j++) c->shape[STRIBECK + j][i][leg] = direction * exp(-square(rate / LOW_MPS[j]));
         c->shape[LOAD][i][leg] = load_pa > 0.0 ? direction * ((p1[0] + p2[0]) / load_pa - 1.0) : 0.0;
-        for (int j = 0; j < SEALS; j++) c->shape[SEAL + j][i][leg] = z[j][i] - direction;
+        for (int j = 0; j < SEALS; j++) {
+            c->shape[SEAL + j][i][leg] = z[j][i] - direction;
+            for (int n = 0; n < SLOW; n++)
+                c->shape[SLOW_SEAL + n * SEALS + j][i][leg] = (z[j][i] - direction) * exp(-square(rate / SLOW_MPS[n]));
+        }
     }
 }
 

@@ -14,9 +14,10 @@
  * left out. What the held commands do to samples in step with them is taken off
  * (residual_staircase).
  *
- * Dry friction that depends on speed (Stribeck, two shapes), on the pressures, or on a seal that
- * gives before it slides (presliding: Dahl's law, by 20, 40, .. 320 um) is fitted beside it
- * (friction_course.h), with a prior about zero whose width the data say (shape_sizes.h).
+ * Dry friction that depends on speed (Stribeck, six shapes), on the pressures, or on a seal that
+ * gives before it slides (presliding: Dahl's law, by 20, 40, .. 320 um, and how it depends on
+ * speed) is fitted beside it (friction_course.h), with a prior about zero whose width the data say
+ * (shape_sizes.h).
  *
  * Both sides are rows of coefficients (residual.h): harmonics of a steady test, local cosines of
  * any other motion. They are linear in the unknowns; generalised least squares with the sensors'
