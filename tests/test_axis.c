@@ -340,6 +340,14 @@ static void friction_in_one_direction_and_a_constant_force_are_not_told_apart(vo
     solve(&rig, 1, &g);
     describe(&rig, 1, &g);
     assert_true(g.verdict == GAP_AMBIGUOUS && g.offset_rival);
+    /* more than friction in one direction can stand for: the weight of an axis that lies, say */
+    rig.offset_n = -300.0;
+    solve(&rig, 1, &g);
+    describe(&rig, 1, &g);
+    assert_int_equal(g.verdict, GAP_EFFECT_NAMED);
+    assert_string_equal(effect_table[g.effect[0].effect]->name, "cylinder_coulomb_friction");
+    for (int way = 0; way < 2; way++) assert_close(g.effect[0].values.value[way][0] / 80.0, 1.0, 0.1);
+    rig.offset_n = -40.0;
     /* alone it is a sensor's zero, and no finding */
     rig.coulomb_extend_n = rig.coulomb_retract_n = 0.0;
     solve(&rig, 1, &g);

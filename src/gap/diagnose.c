@@ -14,6 +14,8 @@ static const double PENALTY = 8.0;       /* of white squares, a parameter: ln of
                                           * number of values, about */
 static const double WORTH = 0.1;         /* of the best one's gain after the first steps, and */
 static const double WORTH_LEAST = 4.0;   /* so much: a trial is fitted on */
+static const double BESIDE = 36.0;       /* gained by a constant force beside friction, z = 6:
+                                          * it is there */
 static const double BEND = 0.1;          /* of a signature: a law that bends less is taken
                                           * for one in proportion */
 static const double SHORTEST_STEP = 0.1; /* of the base's linear one, before none is taken */
@@ -159,17 +161,17 @@ static bool best_start(const struct diagnosis *d, const struct hypothesis *h, co
     return least < HUGE_VAL;
 }
 
-/* The model so far without what is parallel to the hypothesis: that stands at its given value.
- * Fills the box of the others, and what draws them. */
-static bool without_parallel(const struct diagnosis *d, const struct hypothesis *h, struct params *base, double *min, double *max,
-                             struct fit_pull *pull) {
+/* The model so far without what is parallel to the hypothesis: that stands at its given value, or
+ * as found. Fills the box of the others, and what draws them. */
+static bool without_parallel(const struct diagnosis *d, const struct hypothesis *h, bool as_found, struct params *base, double *min,
+                             double *max, struct fit_pull *pull) {
     bool changed = false;
     *base = d->model;
     for (int i = 0; i < d->variables; i++) {
         struct variable v_drawn = d->variable[i], *v = &v_drawn;
         enum parallel how = v->base ? hypothesis_parallel(h, v) : PARALLEL_NOT;
         bool parallel = how == PARALLEL_SAME;
-        double value = variable_get(v, parallel ? d->given : &d->model);
+        double value = variable_get(v, parallel && !as_found ? d->given : &d->model);
         if (how == PARALLEL_DRAWN) variable_draw(v);
         pull[i] = v->base ? (struct fit_pull){v->pull, value - v->neutral} : (struct fit_pull){0};
         if (parallel) variable_set(v, base, value);
@@ -222,7 +224,7 @@ static void try_one(const struct diagnosis *d, const struct hypothesis *h, const
     t->ok = false;
     if (!own) return;
 
-    if (without_parallel(d, h, &base, min, max, pull)) {
+    if (without_parallel(d, h, t->as_found, &base, min, max, pull)) {
         linear.raw = own;
         if (!fit_raw(&d->fit, &base, own)) goto end;
     }
@@ -293,11 +295,35 @@ static const struct trial *alike(const struct crew *before, const struct hypothe
     return NULL;
 }
 
+/* A friction that is stronger in one direction stands for a constant force, but for none that is
+ * larger than the friction itself: then one direction has none left. */
+static bool one_direction(const struct diagnosis *d, const struct trial *t) {
+    const struct hypothesis *h = t->hypothesis;
+    bool constant = false, none = false;
+    for (int i = 0; i < d->variables; i++)
+        constant = constant || (d->variable[i].offset == offsetof(struct params, axis.force_offset_n) &&
+                                hypothesis_parallel(h, &d->variable[i]) == PARALLEL_SAME);
+    for (int i = 0; i < h->variables; i++)
+        none = none ||
+               fabs(variable_get(&h->variable[i], &t->model) - h->variable[i].neutral) <= 1e-6 * (h->variable[i].max - h->variable[i].min);
+    return constant && none;
+}
+
+/* So the constant force stays where it was found, where that explains more. */
+static void try_beside_constant(const struct diagnosis *d, const struct trial *from, struct trial *t) {
+    struct trial beside = {.hypothesis = t->hypothesis, .as_found = true};
+    if (!one_direction(d, t)) return;
+    try_one(d, t->hypothesis, from, SCREEN_ITERATIONS, &beside);
+    if (beside.ok && beside.gain > t->gain + BESIDE) *t = beside;
+}
+
 static void *screen(void *argument) {
     struct crew *crew = argument;
     for (int i; (i = atomic_fetch_add(&crew->next, 1)) < crew->count;) {
+        const struct trial *from = alike(crew->before, crew->hypothesis[i]);
         crew->trial[i] = (struct trial){.hypothesis = crew->hypothesis[i]};
-        try_one(crew->d, crew->hypothesis[i], alike(crew->before, crew->hypothesis[i]), SCREEN_ITERATIONS, &crew->trial[i]);
+        try_one(crew->d, crew->hypothesis[i], from, SCREEN_ITERATIONS, &crew->trial[i]);
+        if (crew->trial[i].ok) try_beside_constant(crew->d, from, &crew->trial[i]);
     }
     return NULL;
 }

@@ -35,6 +35,8 @@ struct trial {
                                           * parameter; of the others */
     double std[HYPOTHESIS_VARIABLES];
     bool bound;
+    bool as_found;                       /* what is parallel to it stands as the model so far
+                                          * has it, not as given */
     bool polished;                       /* base and effect fitted together, not only the
                                           * base moved linearly */
 };
