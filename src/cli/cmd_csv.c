@@ -24,8 +24,8 @@ int cmd_import(int argc, char **argv) {
     if (!status) status = csv_import(&input.source, o.output, &report, &error);
     csv_input_end(&input);
     if (status) return cli_fail(&error);
-    cli_say(stdout, "%s: %d tests, %lld rows, %lld cycles without a row", o.output, report.files, (long long)report.rows,
-            (long long)report.lost);
+    cli_say(stdout, "%s: %d test%s, %lld rows, %lld cycles without a row", o.output, report.files, report.files == 1 ? "" : "s",
+            (long long)report.rows, (long long)report.lost);
     if (report.stated_hz > 0.0)
         cli_say(stderr, "hexid: warning: rate_hz: %g is not what t_s has, %.6g Hz: that is taken", report.stated_hz, report.rate_hz);
     if (report.several)
@@ -50,7 +50,8 @@ static int export_tests(const struct options *o, struct error *error) {
     int status = csv_export(o->operand[0], o->output, &report, error);
     if (report.cut) cli_warn_cut(o->operand[0], report.cut_offset);
     if (status) return status;
-    cli_say(stdout, "%s: %d tests, %lld rows, %lld cycles lost", o->output, report.files, (long long)report.rows, (long long)report.lost);
+    cli_say(stdout, "%s: %d test%s, %lld rows, %lld cycles lost", o->output, report.files, report.files == 1 ? "" : "s",
+            (long long)report.rows, (long long)report.lost);
     warn_unreadable(report.unreadable);
     return STATUS_OK;
 }
