@@ -82,7 +82,7 @@ struct gap_line {
 struct gap_base_value {
     const char *name;
     int leg; /* 0..5; -1: of the machine */
-    double given, value, std;
+    double given, value, std; /* std NAN: held beside an effect that is parallel to it */
     bool bound;
 };
 

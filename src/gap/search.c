@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base.h"
 #include "inverse_dynamics.h"
 #include "machine.h"
 
@@ -363,17 +364,27 @@ static void share_out(const struct diagnosis *d, double first_held, struct gap_r
     }
 }
 
+/* Place among what was fitted in the end; -1: held beside an effect that is parallel to it. */
+static int place_of(const struct diagnosis *d, const struct variable *base) {
+    for (int i = 0; i < d->variables; i++)
+        if (d->variable[i].base && d->variable[i].offset == base->offset && d->variable[i].leg == base->leg) return i;
+    return -1;
+}
+
 static void read_base(const struct diagnosis *d, struct gap_result *r) {
-    for (int i = 0; i < d->variables && r->base_values < GAP_BASE; i++) {
-        const struct variable *v = &d->variable[i];
+    struct variable base[FIT_VARIABLES];
+    int count = base_variables(d->given, base);
+    for (int i = 0; i < count && r->base_values < GAP_BASE; i++) {
+        const struct variable *v = &base[i];
+        double given = variable_get(v, d->given), value = variable_get(v, &d->model);
+        int place = place_of(d, v);
         /* joint positions and nulls: too many to read, none of them found */
-        if (!v->base || v->effect >= 0) continue;
-        double value = variable_get(v, &d->model);
+        if (v->effect >= 0 || (place < 0 && value == given)) continue;
         r->base[r->base_values++] = (struct gap_base_value){.name = v->name,
                                                             .leg = v->leg,
-                                                            .given = variable_get(v, d->given),
+                                                            .given = given,
                                                             .value = value,
-                                                            .std = left_over(d) * d->std[i],
+                                                            .std = place < 0 ? (double)NAN : left_over(d) * d->std[place],
                                                             .bound = value <= v->min || value >= v->max};
     }
 }
