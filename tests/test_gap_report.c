@@ -216,7 +216,7 @@ static void the_page_names_effects_numbers_and_pictures(void **unused) {
     assert_says(page, "<code>hydraulics.supply_pa</code>");
     assert_says(page, "<th>mx</th><td>kg</td><td class=\"n\">1.000</td><td class=\"n\">9.000</td><td class=\"n\">+800.00 %</td>");
     assert_says(page, "friction taken off");
-    assert_int_equal(count(page, "<img "), 8); /* six waveforms, two loops */
+    assert_int_equal(count(page, "<img "), 9); /* six waveforms, three loops */
     assert_int_equal(count(page, "<table class=\"map\">"), 1);
     assert_int_equal(count(page, "<script"), 0);
     assert_int_equal(count(page, "http"), 0);
@@ -301,7 +301,7 @@ static void without_gnuplot_the_page_is_whole_but_for_pictures(void **unused) {
     free(path);
     assert_well_formed(page);
     assert_int_equal(count(page, "<img "), 0);
-    assert_int_equal(count(page, "picture not drawn"), 8);
+    assert_int_equal(count(page, "picture not drawn"), 9);
     assert_says(page, "apt-get install gnuplot-nox");
     assert_says(page, "53.0 ± 3.0 N");
     free(page);

@@ -75,13 +75,13 @@ double gap_short(const struct gap_result *r, const struct gap_candidate *candida
     return sqrt(fmax(most * most - candidate->z * candidate->z, 0.0));
 }
 
-const char *gap_place_words(const struct gap_place *p, char words[GAP_WORDS]) {
+const char *gap_place_words(const struct gap_place *p, int legs, char words[GAP_WORDS]) {
+    char of_leg[32] = "";
+    if (legs > 1) snprintf(of_leg, sizeof of_leg, " of leg %d", p->leg + 1);
     if (!(p->piece_s > 0.0))
-        snprintf(words, GAP_WORDS, "test %s at %.3g Hz, %s of leg %d, harmonic %d", dof_names[p->dof], p->frequency_hz,
-                 gap_channel_names[p->channel], p->leg + 1, p->harmonic);
-    else
-        snprintf(words, GAP_WORDS, "at %.4g s near %.2g Hz, %s of leg %d", p->at_s, p->frequency_hz, gap_channel_names[p->channel],
-                 p->leg + 1);
+        snprintf(words, GAP_WORDS, "test %s at %.3g Hz, %s%s, harmonic %d", dof_names[p->dof], p->frequency_hz,
+                 gap_channel_names[p->channel], of_leg, p->harmonic);
+    else snprintf(words, GAP_WORDS, "at %.4g s near %.2g Hz, %s%s", p->at_s, p->frequency_hz, gap_channel_names[p->channel], of_leg);
     return words;
 }
 

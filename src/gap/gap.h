@@ -156,7 +156,7 @@ double gap_deviation(const struct gap_effect *effect, int key, int leg);
 double gap_short(const struct gap_result *result, const struct gap_candidate *candidate);
 
 /* "test x at 4 Hz, force of leg 2, harmonic 3", or "at 3.21 s near 5.4 Hz, force of leg 2". */
-const char *gap_place_words(const struct gap_place *place, char words[GAP_WORDS]);
+const char *gap_place_words(const struct gap_place *place, int legs, char words[GAP_WORDS]);
 
 /* measured is checked already (recording_check); validate may be NULL. 0, or a negative status. */
 int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,

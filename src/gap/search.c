@@ -309,7 +309,7 @@ static void describe(struct gap_effect *e, const struct params *model, double z,
     static const char leg[] = "leg ";
     const char *signature = effect_table[e->effect]->signature;
     bool axis = model->mechanism == MECHANISM_AXIS && !strncmp(signature, leg, sizeof leg - 1);
-    snprintf(e->evidence, sizeof e->evidence, "%s; sum of white squares on held-out data %.0f before, %.0f after",
+    snprintf(e->evidence, sizeof e->evidence, "%s; squared residuals over their noise variance, held-out data: %.0f before, %.0f after",
              axis ? signature + sizeof leg - 1 : signature, before, after);
     e->z = z;
 }

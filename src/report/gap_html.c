@@ -40,8 +40,11 @@ static void effects_words(FILE *out, const struct gap_result *r) {
     for (int i = 0; i < r->effects; i++) {
         bool doubted = r->ambiguous && i == r->in_doubt;
         fprintf(out, "%s%s", joint(r, i), doubted && r->effects > 1 ? "either " : "");
-        section_effect_words(out, r->effect[i].effect, r->effect[i].shape);
-        for (int j = 0; doubted && j < r->ambiguous; j++) html_text(out, ", or %s", effect_table[r->ambiguous_with[j]]->plain);
+        section_effect_words(out, r->effect[i].effect, r->effect[i].shape, params_legs(&r->model));
+        for (int j = 0; doubted && j < r->ambiguous; j++) {
+            fputs(", or ", out);
+            section_effect_words(out, r->ambiguous_with[j], SHAPE_ALL, params_legs(&r->model));
+        }
     }
 }
 
@@ -77,10 +80,10 @@ static void effect_card(FILE *out, const struct gap_effect *e) {
     fputs("</p>\n", out);
 }
 
-static void place_line(FILE *out, const struct gap_place *w) {
+static void place_line(FILE *out, const struct gap_place *w, int legs) {
     char words[GAP_WORDS];
     fputs("<li>", out);
-    html_text(out, "%s, %s: %.1f %%", gap_place_words(w, words), section_feature_words(w->feature), 100.0 * w->share);
+    html_text(out, "%s, %s: %.1f %%", gap_place_words(w, legs, words), section_feature_words(w->feature), 100.0 * w->share);
     fputs("</li>\n", out);
 }
 
@@ -102,7 +105,7 @@ static void missing_card(FILE *out, const struct gap_result *r) {
                 r->candidates);
     if (r->verdict == GAP_UNKNOWN_EFFECT) {
         fputs("<p>A difference that repeats every cycle, and that none of the catalogue's effects makes. It lives here:</p>\n<ol>", out);
-        for (int i = 0; i < r->places && i < 4; i++) place_line(out, &r->where[i]);
+        for (int i = 0; i < r->places && i < 4; i++) place_line(out, &r->where[i], params_legs(&r->model));
         fputs("</ol>\n", out);
     }
     fputs("</div>\n", out);
@@ -124,8 +127,8 @@ static const struct gap_candidate *runner_up(const struct gap_result *r) {
 static void evidence(FILE *out, const struct gap_effect *e, bool first) {
     if (first)
         fprintf(out,
-                "<p>Explains <b>%.1f&nbsp;%%</b> of the squared gap on cycles it was not fitted to; likelihood ratio "
-                "<b>z&nbsp;=&nbsp;%.0f</b>, and 6 is the least that is named.</p>\n<p class=\"small\">",
+                "<p>Explains <b>%.1f&nbsp;%%</b> of the squared gap on cycles it was not fitted to; strength of evidence "
+                "<b>z&nbsp;=&nbsp;%.0f</b>, comparable to standard deviations: below 6 nothing is named.</p>\n<p class=\"small\">",
                 100.0 * e->share_explained, e->z);
     else fputs("<p><code>", out);
     html_text(out, "%s", first ? e->evidence : effect_table[e->effect]->name);
@@ -140,13 +143,14 @@ static void sure_card(FILE *out, const struct gap_result *r) {
     fputs("</code></p>\n", out);
     for (int i = 0; i < r->effects; i++) evidence(out, &r->effect[i], i == 0);
     if (!r->effects)
-        fprintf(out,
-                "<p>What is left on held-out data, squared and weighed by its noise: <b>%.2f</b> on average; noise alone stays "
-                "near or below 1.</p>\n",
-                r->white_after);
+        fprintf(
+            out,
+            "<p>What is left on held-out data, squared and divided by the variance of its noise: <b>%.2f</b> on average; noise alone stays "
+            "near or below 1.</p>\n",
+            r->white_after);
     if (next) {
         fputs(r->effects ? "<p>Runner-up: " : "<p>Closest effect: ", out);
-        section_effect_words(out, next->effect, next->shape);
+        section_effect_words(out, next->effect, next->shape, params_legs(&r->model));
         fputs(" (<code>", out);
         html_text(out, "%s", effect_table[next->effect]->name);
         fprintf(out, "</code>): %.1f&nbsp;%%, z&nbsp;=&nbsp;%.0f", 100.0 * fmax(next->share_explained, 0.0), next->z);
@@ -212,8 +216,8 @@ static void next_steps(FILE *out, const struct gap_report *report) {
     const struct gap_result *r = report->result;
     if (r->next_experiment[0]) {
         fputs("<p class=\"next\"><b>Next experiment:</b> ", out);
-        html_text(out, "%s.", r->next_experiment);
-        fputs("</p>\n", out);
+        html_commands(out, r->next_experiment);
+        fputs(".</p>\n", out);
     }
     if (!r->effects) return;
     fputs("<p class=\"next\"><b>Use it:</b> <code>", out);

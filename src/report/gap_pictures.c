@@ -115,14 +115,19 @@ static void force_data(FILE *script, const struct picture *p) {
 }
 
 void picture_force_loop(FILE *script, const struct picture *p) {
-    plot_begin(script, 744, 320);
+    plot_begin(script, 372, 320);
     force_data(script, p);
-    fputs("set multiplot layout 1,2\n"
-          "set xlabel 'leg velocity [mm/s]' offset 0,0.5\n"
+    fputs("set xlabel 'velocity [mm/s]' offset 0,0.5\n"
           "set ylabel 'force [N]' offset 1\n",
           script);
     plot(script, p, "1:2", "1:3", "1:4");
-    fputs("set ylabel 'measured less model [N]' offset 1\n"
+}
+
+void picture_rest_loop(FILE *script, const struct picture *p) {
+    plot_begin(script, 372, 320);
+    force_data(script, p);
+    fputs("set xlabel 'velocity [mm/s]' offset 0,0.5\n"
+          "set ylabel 'measured less model [N]' offset 1\n"
           "set xzeroaxis lc rgb '#777777'\n",
           script);
     plot(script, p, NULL, "1:5", "1:6");
@@ -146,7 +151,7 @@ void picture_valve_loop(FILE *script, const struct picture *p) {
     plot_begin(script, 372, 320);
     valve_data(script, p);
     fputs("set xlabel 'valve command [%]' offset 0,0.5\n"
-          "set ylabel 'leg velocity [mm/s]' offset 1\n",
+          "set ylabel 'velocity [mm/s]' offset 1\n",
           script);
     plot(script, p, "1:2", "3:4", "5:6");
 }

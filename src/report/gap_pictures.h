@@ -19,11 +19,12 @@ struct picture {
  * samples as a band. */
 void picture_wave(FILE *script, const struct picture *p, enum gap_channel channel);
 
-/* Leg force against leg velocity: the loop, and what the models leave unexplained of it.
- * Of waves_motion. */
+/* Force against velocity: the loop; and what the models leave unexplained of it. Of
+ * waves_motion. */
 void picture_force_loop(FILE *script, const struct picture *p);
+void picture_rest_loop(FILE *script, const struct picture *p);
 
-/* Valve command against leg velocity, each model with its own motion. Of waves_closed_loop. */
+/* Valve command against velocity, each model with its own motion. Of waves_closed_loop. */
 void picture_valve_loop(FILE *script, const struct picture *p);
 
 /* How a channel is shown: SI value times scale, in unit. The difference of two values may

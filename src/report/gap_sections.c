@@ -48,8 +48,24 @@ static void shape_words(FILE *out, int shape) {
     if (shape == SHAPE_EACH) html_text(out, " (each leg its own)");
 }
 
-void section_effect_words(FILE *out, int effect, int shape) {
-    html_text(out, "%s", effect_table[effect]->plain);
+/* Of a single axis with one cylinder, valve and position sensor in place of many. */
+static void singular(FILE *out, const char *plain) {
+    static const char *const words[][2] = {
+        {"cylinders", "cylinder"}, {"pistons", "piston"}, {"slower spools", "a slower spool"},     {"spools", "spool"},
+        {"valves' ", "valve's "},  {"valves", "valve"},   {"position sensors", "position sensor"},
+    };
+    enum { PAIRS = sizeof words / sizeof *words };
+    while (*plain) {
+        int i = 0;
+        while (i < PAIRS && strncmp(plain, words[i][0], strlen(words[i][0])) != 0) i++;
+        if (i < PAIRS) html_text(out, "%s", words[i][1]), plain += strlen(words[i][0]);
+        else html_text(out, "%c", *plain++);
+    }
+}
+
+void section_effect_words(FILE *out, int effect, int shape, int legs) {
+    if (legs == 1) singular(out, effect_table[effect]->plain);
+    else html_text(out, "%s", effect_table[effect]->plain);
     shape_words(out, shape);
 }
 
@@ -61,6 +77,10 @@ static void write_wave(FILE *script, const struct picture *picture, enum gap_cha
 static void write_force_loop(FILE *script, const struct picture *picture, enum gap_channel channel) {
     (void)channel;
     picture_force_loop(script, picture);
+}
+static void write_rest_loop(FILE *script, const struct picture *picture, enum gap_channel channel) {
+    (void)channel;
+    picture_rest_loop(script, picture);
 }
 static void write_valve_loop(FILE *script, const struct picture *picture, enum gap_channel channel) {
     (void)channel;
@@ -207,9 +227,11 @@ void section_loops(struct page *p) {
           p->out);
     snprintf(caption, sizeof caption,
              "Test %s%s: measured force, A1 P1 - A2 P2 where there are pressures, and the force that the "
-             "model needs for the measured motion; beside it what is left over",
+             "model needs for the measured motion",
              test_words(p, motion->test, motion->dof, motion->at_s, motion->piece_s, words), leg);
     draw(p, write_force_loop, &(struct picture){motion, place->leg, has_after(p)}, GAP_FORCE, caption);
+    draw(p, write_rest_loop, &(struct picture){motion, place->leg, has_after(p)}, GAP_FORCE,
+         "What the model leaves over: the measured force less the one that the model needs");
     snprintf(caption, sizeof caption, "Velocity over valve command, each with its own motion");
     if (simulated) draw(p, write_valve_loop, &(struct picture){simulated, place->leg, has_after(p)}, GAP_VALVE, caption);
     fputs("</div></section>\n", p->out);
@@ -238,10 +260,18 @@ static void colour(double share, int rgb[3]) {
     for (int i = 0; i < 3; i++) rgb[i] = (int)(stops[from][i] + (place - from) * (stops[from + 1][i] - stops[from][i]));
 }
 
+/* Relative luminance as WCAG 2 defines it: below 0.179 white text has more contrast than black. */
+static double luminance(const int rgb[3]) {
+    static const double weight[3] = {0.2126, 0.7152, 0.0722};
+    double sum = 0.0;
+    for (int i = 0; i < 3; i++) sum += weight[i] * pow((rgb[i] / 255.0 + 0.055) / 1.055, 2.4);
+    return sum;
+}
+
 static void map_cell(FILE *out, double size, double full) {
     int rgb[3];
     colour(full > 0.0 ? size / full : 0.0, rgb);
-    fprintf(out, "<td style=\"background:#%02x%02x%02x%s\">%.*f</td>", rgb[0], rgb[1], rgb[2], size > 0.65 * full ? ";color:#fff" : "",
+    fprintf(out, "<td style=\"background:#%02x%02x%02x%s\">%.*f</td>", rgb[0], rgb[1], rgb[2], luminance(rgb) < 0.179 ? ";color:#fff" : "",
             size < 0.0995 ? 1 : 0, 100.0 * size);
 }
 
@@ -289,7 +319,7 @@ void section_map(struct page *p) {
           "any motion, in % of the channel's measured variation; one row a test",
           p->out);
     fputs(w->legs == LEGS ? ", six legs a channel." : ".", p->out);
-    if (!w->evaluated[GAP_LENGTH]) fputs(" Length and valve command are inputs of a replay by motion: not evaluated.", p->out);
+    if (!w->evaluated[GAP_LENGTH]) fputs(" Length and valve command are inputs of a replay by motion and are not evaluated.", p->out);
     fputs("</p>\n<div class=\"wide\"><table class=\"map\"><tr><th></th>", p->out);
     for (int ch = 0; ch < GAP_CHANNELS; ch++)
         fprintf(p->out, "<th colspan=\"%d\">%s</th>", w->legs, section_channel_words(w->legs, (enum gap_channel)ch));

@@ -17,7 +17,7 @@ void section_waveforms(struct page *p);   /* where they disagree most */
 void section_loops(struct page *p);       /* force and valve against velocity */
 
 /* "dry friction in the cylinders (leg 3 only)". shape as in gap.h. */
-void section_effect_words(FILE *out, int effect, int shape);
+void section_effect_words(FILE *out, int effect, int shape, int legs);
 
 /* "leg length"; of a single axis "position". */
 const char *section_channel_words(int legs, enum gap_channel channel);

@@ -92,7 +92,7 @@ static const char *fate(const struct gap_result *r, int effect) {
     for (int i = 0; i < r->ambiguous; i++)
         if (r->ambiguous_with[i] == effect) return "cannot be told apart";
     for (int i = 0; i < r->effects; i++)
-        if (hypothesis_contains(effect, r->effect[i].effect)) return "has the named one as a limit";
+        if (hypothesis_contains(effect, r->effect[i].effect)) return "contains the named one as a limiting case";
     return "";
 }
 
@@ -101,7 +101,7 @@ static void hypothesis_row(FILE *out, const struct gap_result *r, int place) {
     const char *end = fate(r, c->effect);
     double share = fmin(fmax(c->share_explained, 0.0), 1.0);
     fprintf(out, "<tr%s><td class=\"n\">%d</td><td>", strcmp(end, "named") ? "" : " class=\"found\"", place + 1);
-    section_effect_words(out, c->effect, c->shape);
+    section_effect_words(out, c->effect, c->shape, params_legs(&r->model));
     fputs("<br><code>", out);
     html_text(out, "%s", effect_table[c->effect]->name);
     fprintf(out, "</code></td><td class=\"bar\"><i style=\"width:%.1f%%\"></i></td>", 100.0 * share);
@@ -122,18 +122,28 @@ static void list_rest(FILE *out, const struct gap_result *r) {
     if (rest) fputs(".</p>\n", out);
 }
 
+static bool any_gain(const struct gap_result *r) {
+    for (int i = 0; i < r->candidates; i++)
+        if (r->candidate[i].gain > 0.0) return true;
+    return false;
+}
+
 void table_hypotheses(FILE *out, const struct gap_result *r) {
     fprintf(out,
             "<section id=\"hypotheses\"><h2>Hypotheses, best first</h2>\n"
             "<p>Each of %d effects of the catalogue, alone, beside the model's own parameters. The share is that of the squared "
-            "gap on cycles that were not fitted to, z the square root of the likelihood gain on all; what stays below z = 6 is not "
-            "named. In the order of the gain, charged for each parameter.</p>\n"
-            "<div class=\"wide\"><table class=\"ranking\"><tr><th class=\"n\">#</th><th>effect</th><th colspan=\"2\">share explained</th>"
-            "<th class=\"n\">z</th><th></th></tr>\n",
+            "gap on cycles that were not fitted to; z, the square root of twice the gain in log-likelihood on all cycles, is the strength "
+            "of evidence, comparable to a number of standard deviations. Below z = 6 nothing is named. Ordered by the gain less a "
+            "penalty for each parameter.</p>\n",
             r->candidates);
-    for (int i = 0; i < r->candidates; i++)
-        if (r->candidate[i].gain > 0.0) hypothesis_row(out, r, i);
-    fputs("</table></div>\n", out);
+    if (any_gain(r)) {
+        fputs("<div class=\"wide\"><table class=\"ranking\"><tr><th class=\"n\">#</th><th>effect</th>"
+              "<th colspan=\"2\">share explained</th><th class=\"n\">z</th><th></th></tr>\n",
+              out);
+        for (int i = 0; i < r->candidates; i++)
+            if (r->candidate[i].gain > 0.0) hypothesis_row(out, r, i);
+        fputs("</table></div>\n", out);
+    }
     list_rest(out, r);
     fputs("</section>\n", out);
 }
@@ -259,7 +269,7 @@ void table_matrix(FILE *out, const struct gap_result *r) {
     fputs("<section id=\"matrix\"><h2>Identified inertia matrix</h2>\n"
           "<p>Method A of Tian 2015 on the measured log, and on the logs that the model before and after gives when it is driven as the "
           "rig was. What the missing effect does to the identification, the model must do too. Off by: in % of the first value, of a "
-          "coupling (Mt15 ...) in % of the root of Mii Mjj.</p>\n",
+          "coupling (Mt15 ...) in % of √(Mii Mjj).</p>\n",
           out);
     matrix_table(out, names, r->measured_mt, r->before_mt, r->after_mt);
     if (r->repaired) repaired_table(out, r);

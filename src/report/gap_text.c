@@ -77,7 +77,7 @@ void gap_text_print(FILE *out, const struct gap_result *r) {
     for (int i = 0; i < r->places && i < PLACES_SHOWN && r->verdict != GAP_NO_GAP; i++) {
         const struct gap_place *w = &r->where[i];
         char words[GAP_WORDS];
-        fprintf(out, "  where: %s, %s: %.1f %%\n", gap_place_words(w, words), w->feature, 100.0 * w->share);
+        fprintf(out, "  where: %s, %s: %.1f %%\n", gap_place_words(w, params_legs(&r->model), words), w->feature, 100.0 * w->share);
     }
     fprintf(out, "  %.1f s\n", r->seconds);
 }

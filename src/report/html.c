@@ -37,6 +37,16 @@ static void base64(FILE *out, const unsigned char *data, size_t size) {
     }
 }
 
+void html_commands(FILE *out, const char *text) {
+    for (const char *open, *close; (open = strchr(text, '`')) && (close = strchr(open + 1, '`')); text = close + 1) {
+        html_text(out, "%.*s", (int)(open - text), text);
+        fputs("<code>", out);
+        html_text(out, "%.*s", (int)(close - open - 1), open + 1);
+        fputs("</code>", out);
+    }
+    html_text(out, "%s", text);
+}
+
 void html_svg(FILE *out, const char *svg, size_t size, const char *alt) {
     fputs("<img alt=\"", out);
     html_text(out, "%s", alt);

@@ -10,6 +10,9 @@
 enum { HTML_TEXT = 8192 };
 __attribute__((format(printf, 2, 3))) void html_text(FILE *out, const char *format, ...);
 
+/* A text whose commands stand in backquotes: these in <code>. */
+void html_commands(FILE *out, const char *text);
+
 /* An SVG as an <img> that needs no other file. */
 void html_svg(FILE *out, const char *svg, size_t size, const char *alt);
 

@@ -34,7 +34,7 @@ static const char style[] =
     "p.notice{padding:8px 12px}\n"
     ".next{border-left:3px solid var(--accent);padding:4px 0 4px 14px;margin-top:18px}\n"
     ".two{display:grid;grid-template-columns:repeat(2,minmax(0,1fr));gap:16px 32px}\n"
-    ".loops{display:grid;grid-template-columns:2fr 1fr;gap:0 8px}\n"
+    ".loops{display:grid;grid-template-columns:repeat(3,minmax(0,1fr));gap:0 8px}\n"
     "figure{margin:8px 0}\n"
     "img{max-width:100%;height:auto;display:block}\n"
     "table{border-collapse:collapse;font-size:14px;font-variant-numeric:tabular-nums}\n"
@@ -42,7 +42,7 @@ static const char style[] =
     "th{color:var(--soft)}\n"
     ".n{text-align:right;white-space:nowrap}\n"
     "table.map{border-collapse:separate;border-spacing:1px;font-size:12px}\n"
-    "table.map td{color:#1a1a1a;width:32px;min-width:28px;height:24px;padding:0;text-align:center;vertical-align:middle;border:0}\n"
+    "table.map td{color:#000;width:32px;min-width:28px;height:24px;padding:0;text-align:center;vertical-align:middle;border:0}\n"
     "table.map th{border:0;padding:2px 6px 2px 0;text-align:center;vertical-align:middle}\n"
     "table.map td:nth-child(6n+2){border-left:3px solid var(--paper)}\n"
     "table.map th.side{text-align:left;font-weight:600;color:var(--ink);padding-top:8px}\n"
@@ -51,6 +51,7 @@ static const char style[] =
     ".bar i{display:block;height:12px;background:#a9a9a9}\n"
     ".found .bar i{background:var(--accent)}\n"
     ".found td{font-weight:600}\n"
+    ".ranking td:last-child{min-width:170px}\n"
     ".sizes{display:grid;grid-template-columns:auto 1fr auto;gap:3px 10px;align-items:center;font-size:13px;margin:4px 0 10px}\n"
     ".sizes i{display:block;height:12px}\n"
     ".sizes b{grid-column:1/4;font-weight:600;margin-top:2px}\n";
@@ -78,7 +79,9 @@ static const char more_style[] = /* a string constant has its limit */
     "linear-gradient(270deg,var(--shade),transparent) 100% 0/18px 100% no-repeat scroll}\n"
     "pre{font:12px/1.4 ui-monospace,'DejaVu Sans Mono','Liberation Mono',monospace;overflow-wrap:normal}\n"
     "@media print{body{max-width:none;padding:0}section{break-inside:avoid}}\n"
-    "@media(max-width:800px){.cards,.two,.loops,.beside{grid-template-columns:minmax(0,1fr)}body{padding:12px}th.n{white-space:normal}}\n";
+    "@media(max-width:800px){.picture{overflow-x:auto}"
+    ".panels img{width:800px;max-width:none}" /* smaller, their labels cannot be read */
+    ".cards,.two,.loops,.beside{grid-template-columns:minmax(0,1fr)}body{padding:12px}th.n{white-space:normal}}\n";
 
 void page_style(FILE *out) { fprintf(out, "%s%s", style, more_style); }
 
@@ -113,8 +116,11 @@ void page_figure(FILE *out, const char *script, size_t script_size, const char *
     size_t size = 0;
     if (script && !picture->status) plot_draw(script, script_size, &svg, &size, picture);
     fputs("<figure>", out);
-    if (svg) html_svg(out, svg, size, caption);
-    else fputs("<p class=\"notice\">picture not drawn</p>", out);
+    if (svg) {
+        fputs("<div class=\"picture\">", out);
+        html_svg(out, svg, size, caption);
+        fputs("</div>", out);
+    } else fputs("<p class=\"notice\">picture not drawn</p>", out);
     fputs("<figcaption>", out);
     html_text(out, "%s", caption);
     fputs("</figcaption></figure>\n", out);
