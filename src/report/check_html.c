@@ -48,7 +48,7 @@ static void legs(FILE *out, unsigned bits) {
 }
 
 static void section_channels(FILE *out, const struct survey *s) {
-    static const char *const names[] = {"*channel",    "there",         "least",   "greatest", "noise, rms",
+    static const char *const names[] = {"*channel",    "present",       "minimum", "maximum", "noise, rms",
                                         "sensor step", "never changes", "clipped", NULL};
     fputs("<div class=\"wide\"><table>\n", out);
     head_cells(out, names);
@@ -57,7 +57,8 @@ static void section_channels(FILE *out, const struct survey *s) {
         double scale = check_units[kind].scale;
         const char *unit = check_unit_of(s, (enum survey_kind)kind);
         if (!c->of) continue;
-        fprintf(out, "<tr><td>%s</td><td class=\"n\">%d of %d</td>", survey_names[kind], __builtin_popcount(c->there), c->of);
+        fprintf(out, "<tr><td>%s</td><td class=\"n\">%d of %d</td>", check_name_of(s, (enum survey_kind)kind), __builtin_popcount(c->there),
+                c->of);
         cell(out, scale * c->low, 6, unit), cell(out, scale * c->high, 6, unit), cell(out, scale * c->noise, 3, unit);
         cell(out, c->step > 0.0 ? scale * c->step : (double)NAN, 3, unit);
         fputs("<td class=\"n\">", out), legs(out, c->dead), fputs("</td><td class=\"n\">", out), legs(out, c->clipped);
@@ -67,8 +68,9 @@ static void section_channels(FILE *out, const struct survey *s) {
 }
 
 static void section_test(FILE *out, const struct survey *s, struct error *picture) {
-    static const char caption[] = "As measured, over the time of the test. Grey ground: at rest; blue: steady motion, by the lengths "
-                                  "alone. Where there are more samples than pixels a curve is the band between their least and greatest.";
+    static const char caption[] =
+        "As measured, over the time of the test. Grey ground: at rest; blue: steady motion, found by the position "
+        "alone. Where there are more samples than pixels, a curve is the band between their minimum and maximum.";
     char *script = NULL;
     size_t size = 0;
     FILE *stream = s->test.count && !picture->status ? open_memstream(&script, &size) : NULL;
@@ -76,7 +78,7 @@ static void section_test(FILE *out, const struct survey *s, struct error *pictur
         check_picture(stream, s);
         if (fclose(stream)) error_set(picture, STATUS_IO, "out of memory");
     }
-    fputs("<section><h2>", out);
+    fputs("<section class=\"panels\"><h2>", out);
     html_text(out, "%s", s->name);
     fputs("</h2>\n", out);
     page_figure(out, script, size, caption, picture);
@@ -86,7 +88,8 @@ static void section_test(FILE *out, const struct survey *s, struct error *pictur
 }
 
 static void answer(FILE *out, const char *command, const struct error *e) {
-    html_text(out, "%s would %s it%s%s", command, e->status ? "refuse" : "take", e->text[0] ? ": " : ".", e->text);
+    html_text(out, "%s would %s it%s", command, e->status ? "refuse" : "take", e->text[0] ? ": " : ".");
+    html_commands(out, e->text);
 }
 
 static void words(FILE *out, const char *label, const char *text) {

@@ -90,7 +90,7 @@ static void write_labels(FILE *script, const struct survey *s, double at) {
 }
 
 static void channel_name(char name[16], const struct survey *s, enum survey_kind kind, int k) {
-    if (is_axis(s)) snprintf(name, 16, "%s", kind == SURVEY_LENGTH ? "position" : survey_names[kind]);
+    if (is_axis(s)) snprintf(name, 16, "%s", check_name_of(s, kind));
     else if (kind == SURVEY_REFERENCE) snprintf(name, 16, "%s", dof_names[k]);
     else snprintf(name, 16, "leg %d", k + 1);
 }
@@ -128,7 +128,7 @@ void check_picture(FILE *script, const struct survey *s) {
         double top = height - HEAD - panel * PANEL;
         if (++panel == panels) fputs("set format x '%g'\nset xlabel 'time of the test [s]' offset 0,0.3\n", script);
         fprintf(script, "set tmargin at screen %.5f\nset bmargin at screen %.5f\nset ylabel '%s' offset 0\n", (top - HEAD) / height,
-                (top - PANEL + 8) / height, check_units[kind].label);
+                (top - PANEL + 8) / height, is_axis(s) && kind == SURVEY_LENGTH ? "position [mm]" : check_units[kind].label);
         fprintf(script, "set key at screen 0.985, screen %.5f right top horizontal\n", (panel == 1 ? height - 2.0 : top) / height);
         if (panel == 1) write_labels(script, s, (top - 0.45 * HEAD) / height);
         if (panel > 1 && kind != SURVEY_REFERENCE) fputs("unset key\n", script);

@@ -27,6 +27,9 @@ struct check_unit {
 };
 extern const struct check_unit check_units[SURVEY_KINDS];
 
+/* As a person reads it: of a single axis "position" for its length. */
+const char *check_name_of(const struct survey *s, enum survey_kind kind);
+
 /* Of a kind's values: an axis refers to no angle. */
 const char *check_unit_of(const struct survey *s, enum survey_kind kind);
 

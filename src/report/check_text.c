@@ -13,6 +13,10 @@ const struct check_unit check_units[SURVEY_KINDS] = {
     [SURVEY_FORCE] = {1.0, "N", "force [N]"},     [SURVEY_COMMAND] = {1e2, "%", "command [%]"},
 };
 
+const char *check_name_of(const struct survey *s, enum survey_kind kind) {
+    return s->mechanism == MECHANISM_AXIS && kind == SURVEY_LENGTH ? "position" : survey_names[kind];
+}
+
 const char *check_unit_of(const struct survey *s, enum survey_kind kind) {
     return check_units[s->mechanism == MECHANISM_AXIS && kind == SURVEY_REFERENCE ? SURVEY_LENGTH : kind].unit;
 }
@@ -100,13 +104,13 @@ static struct survey_channel all_of(const struct check_report *r, enum survey_ki
 }
 
 static void print_channels(FILE *out, const struct check_report *r) {
-    fprintf(out, "\n  %-*s%-8s%12s%12s%12s%10s\n", NAME_COLUMNS - 4, "channel", "there", "least", "greatest", "noise rms", "step");
+    fprintf(out, "\n  %-*s%-8s%12s%12s%12s%10s\n", NAME_COLUMNS - 4, "channel", "present", "minimum", "maximum", "noise rms", "step");
     for (int kind = 0; kind < SURVEY_KINDS; kind++) {
         struct survey_channel c = all_of(r, (enum survey_kind)kind);
         const struct check_unit *u = &check_units[kind];
         if (!c.of) continue;
         int there = __builtin_popcount(c.there);
-        fprintf(out, "  %-*s", NAME_COLUMNS - 4, survey_names[kind]);
+        fprintf(out, "  %-*s", NAME_COLUMNS - 4, check_name_of(r->survey, (enum survey_kind)kind));
         if (!there) fputs("none", out);
         else {
             fprintf(out, "%d of %d  ", there, c.of);
