@@ -133,22 +133,22 @@ static bool any_entries(const struct identification_report *r, bool *a) {
 
 static void entry_words(FILE *out, const struct identification_report *r, bool a) {
     fputs("<p class=\"small\">With 95 % intervals, 1.96 standard deviations; below them the difference from nominal, of a coupling "
-          "(Mt15 ...) in % of the root of Mii Mjj; <span class=\"off\">blue</span> where the interval does not hold the nominal value. ",
+          "(Mt15 ...) in % of √(Mii Mjj); <span class=\"off\">blue</span> where the interval does not hold the nominal value. ",
           out);
     if (a) fputs("Of method A (Tian 2015) the interval is the sensors' noise alone: what dry friction does to it is not in there. ", out);
     fputs("Method C takes viscous and dry friction of each leg into the estimate; its matrix is symmetric (Mt42 is Mt24, Mt51 is Mt15). "
           "– : not determined, or not evaluated.",
           out);
     if (r->logs > 1)
-        fputs(" σ from log 1: the difference over the root of the sum of both squared standard deviations; by chance one in twenty is "
-              "above 2. Nothing is pooled.",
+        fputs(" σ from log 1: the difference divided by its standard deviation, the root of the sum of both squared ones; by chance "
+              "one in twenty is above 2. Nothing is pooled.",
               out);
     fputs("</p>\n", out);
 }
 
 static void entries(struct report_page *p) {
     bool a, any = any_entries(p->report, &a), one = p->report->logs == 1;
-    static const char caption[] = "Difference from nominal, in % of the root of the two diagonal entries that belong to the entry, with "
+    static const char caption[] = "Difference from nominal, in % of √(Mii Mjj), of the two diagonal entries that belong to the entry, with "
                                   "95 % intervals. Open: method A; filled: method C";
     fputs(one ? "<section id=\"entries\"><div class=\"beside\"><div>\n" : "<section id=\"entries\">\n", p->out);
     table_entries(p->out, p->report);
@@ -162,7 +162,7 @@ static void payload(struct report_page *p) {
     const struct identification_report *r = p->report;
     fputs("<div id=\"payload\"><h2>Payload</h2>\n<p>What is left of method C's matrix when the legs as configured are taken off, as one "
           "rigid body: the mass centre from where it is configured, the inertia about it (entries of the tensor; "
-          "the difference of Ixy in % of the root of Ixx Iyy, and so on).</p>\n",
+          "the difference of Ixy in % of √(Ixx Iyy), and so on).</p>\n",
           p->out);
     if (!table_payload(p->out, r)) fputs("<p class=\"notice\">Not determined.</p>\n", p->out);
     for (int i = 0; i < r->logs; i++) {

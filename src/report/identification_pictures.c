@@ -52,7 +52,7 @@ void picture_entries(FILE *script, const void *subject) {
     for (int i = 0; i < count; i++) series_data(script, &series[i], i, (i - 0.5 * (count - 1)) * 10.0 / step);
     fprintf(script, "set yrange [%g:-0.6]\nset ytics (", IDENT_ENTRIES - 0.4);
     for (int i = 0; i < IDENT_ENTRIES; i++) fprintf(script, "%s'%s' %d", i ? ", " : "", ident_entries[i].name, i);
-    fputs(")\nset xlabel 'difference from nominal [% of the root of Mii Mjj]' offset 0,0.3\n"
+    fputs(")\nset xlabel 'difference from nominal [% of √(Mii Mjj)]' offset 0,0.3\n"
           "set arrow from 0, graph 0 to 0, graph 1 nohead lc rgb '#777777' lw 1 back\nset offsets graph 0.03, graph 0.03, 0, 0\n"
           "set bars 0.5\nset key maxcols 2 reverse Left\nplot ",
           script);

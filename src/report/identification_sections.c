@@ -37,7 +37,7 @@ void section_matrices(struct report_page *p, int log) {
     for (int i = 0; i < DOFS; i++)
         for (int j = 0; j < DOFS; j++) unknown = unknown || (c->matrix.evaluated && !isfinite(c->matrix.mt[i][j]));
     if (unknown)
-        fputs("<p>– : not determined by this motion. The entry's standard deviation is above a fifth of the root of Mii Mjj: the motion "
+        fputs("<p>– : not determined by this motion. The entry's standard deviation is above a fifth of √(Mii Mjj): the motion "
               "does not excite it, or not apart from others.</p>\n",
               p->out);
     if (l->sinusoids && !l->id->method_a.evaluated)
@@ -274,7 +274,7 @@ static void verdict_words(FILE *out, const struct identification_log *l) {
         int row = 0, column = 0;
         double pct = asymmetry_pct(&l->id->method_a, &row, &column);
         fprintf(out,
-                "<li>Method A: Mt(%d,%d) and Mt(%d,%d) differ by %.2f %% of the root of Mii Mjj, the most of all; "
+                "<li>Method A: Mt(%d,%d) and Mt(%d,%d) differ by %.2f %% of √(Mii Mjj), the most of all; "
                 "limit %g %%.</li>\n",
                 row, column, column, row, pct, limit->symmetry_pct);
     }
