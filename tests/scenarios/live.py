@@ -96,7 +96,7 @@ def draws():
         with Run("--fast"):
             browser.wait("document.getElementById('verdict').textContent.includes('Verdict of the run: ')")
             browser.wait(state("settled"))
-        for word in "six legs", "leg 1", "Leg force", "Inertia matrix", "wake-up late", "lost on the way":
+        for word in "six legs", "leg 1", "Leg force", "Inertia matrix", "wake-up latency", "lost on the way":
             assert word in text, (word, text)
         assert not browser.complaints(), browser.complaints()
         elsewhere = [url for url in browser.asked() if not url.startswith((monitor.url, "data:", "about:"))]
@@ -138,7 +138,7 @@ def restarts():
         browser.wait("document.getElementById('link').textContent.startsWith('nothing heard for')")
         with Run():
             browser.wait("document.getElementById('link').textContent == 'live'")
-            browser.wait("document.getElementById('when').textContent.startsWith('start 2')")
+            browser.wait("document.getElementById('when').textContent.startsWith('run 2')")
             browser.wait(state("testing"))
             monitor.process.terminate()  # and its own server
             browser.wait("document.getElementById('link').textContent.includes('is gone')")

@@ -91,8 +91,8 @@ function poseRow(name, unit, c, i) {
 // A cylinder's length is its position, which stands above.
 function showLegs(c) {
   const given = (x, scale, digits) => (x === null ? "–" : fixed(x * scale, digits));
-  const row = (i) => [given(c.p1_pa[i], 1e-6, 2), given(c.p2_pa[i], 1e-6, 2), given(c.force_n[i], 1, 0), given(c.valve[i], 1, 3)];
-  const head = ["P1, MPa", "P2, MPa", "force, N", "valve"];
+  const row = (i) => [given(c.p1_pa[i], 1e-6, 2), given(c.p2_pa[i], 1e-6, 2), given(c.force_n[i], 1, 0), given(c.valve[i], 100, 1)];
+  const head = ["P1, MPa", "P2, MPa", "force, N", "valve, %"];
   if (axis()) fillTable(at("legs"), [["", ...head], ["cylinder", ...row(0)]]);
   else {
     const rows = c.length_m.map((length, i) => [String(i + 1), given(length, 1, 4), ...row(i)]);
@@ -132,7 +132,7 @@ function showHealth(health) {
     at("state").textContent = "waiting for hexid";
     at("doing").textContent = `None is heard on ${machine.lcm_url}: is one running, with this lcm.url?`;
   }
-  const again = health.run > 1 ? `start ${health.run} since this page is served, ` : "";
+  const again = health.run > 1 ? `run ${health.run} since this page has been served, ` : "";
   at("when").textContent = newest ? `${again}${fixed(newest.time_s, 1)} s of the loop's time` : "";
   fillTable(at("loop"), loopRows(health), false);
 }
@@ -150,8 +150,8 @@ function loopRows(health) {
   if (s) {
     rows.push(["cycles", `${s.cycles} of ${fixed(1e3 * s.period_s, 1)} ms`], ["deadlines missed", String(s.overruns)]);
     if (s.timed) {
-      us("wake-up late: median, 99 %, most", "wake");
-      us("execution: median, 99 %, most", "exec");
+      us("wake-up latency: median, 99 %, maximum", "wake");
+      us("execution: median, 99 %, maximum", "exec");
       if (s.pace_ratio !== undefined) rows.push(["pace", `${fixed(s.pace_ratio, 3)} of real time`],
         ["stalls of the host", s.stalls ? `${s.stalls}, the longest ${fixed(1e3 * s.longest_stall_s, 0)} ms` : "none"]);
     }

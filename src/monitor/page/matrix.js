@@ -40,7 +40,7 @@ export function showMatrix(machine, { method_c: c, identification: a }) {
   fillTable(at("matrix"), [["", "nominal", "method C", "C, %", "A, %", "C ± 95 %"], ...rows]);
   const soFar = c ? `Method C after ${c.tests} ${c.tests === 1 ? "test" : "tests"}: ${c.determined} of 21 entries determined.` :
     "Comes after the first test.";
-  at("matrix_state").textContent = soFar + " Differences in % of the root of Mii Mjj; the bar ends at ±10 %." +
+  at("matrix_state").textContent = soFar + " Differences in % of √(Mii Mjj); the bar ends at ±10 %." +
     (a ? "" : " Method A comes after the sixth test.");
   at("verdict").textContent = a ? `Verdict of the run: ${[a.verdict.replaceAll("_", " "), ...a.reasons].join("; ")}.` : "";
 }

@@ -6,7 +6,7 @@ const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9
 const LEFT = 52, RIGHT = 8, TOP = 8, BOTTOM = 20; // pixels around a strip's field
 
 // Each series: name, what it is of a cycle, and of which colour; commanded ones are dashed.
-const legs = (of) => [...Array(6).keys()].map((i) => ({ name: i ? String(i + 1) : "leg 1", of: (c) => c[of][i], scale: 1, colour: i }));
+const legs = (of, scale = 1) => [...Array(6).keys()].map((i) => ({ name: i ? String(i + 1) : "leg 1", of: (c) => c[of][i], scale, colour: i }));
 const axes = (names, first) => names.flatMap((name, i) => [
   { name, of: (c) => c.pose_m_rad[first + i], scale: 1e3, colour: i },
   { name: "", of: (c) => c.ref_m_rad[first + i], scale: 1e3, colour: i, dashed: true }]);
@@ -16,14 +16,14 @@ const PLATFORM = [
   { title: "Position, mm", least: 0.2, series: axes(["x", "y", "z"], 0) },
   { title: "Angle, mrad", least: 0.2, series: axes(["φ", "θ", "ψ"], 3) },
   { title: "Leg force, N", least: 10, series: legs("force_n") },
-  { title: "Valve command, of full opening", least: 0.01, series: legs("valve") },
+  { title: "Valve command, % of full opening", least: 1, series: legs("valve", 100) },
 ];
 const AXIS = [
   { title: "Position, mm", least: 0.2,
     series: [one("measured", (c) => c.pose_m_rad[0], 1e3, 0), one("", (c) => c.ref_m_rad[0], 1e3, 1, true)] },
   { title: "Force, N", least: 10, series: [one("cylinder", (c) => c.force_n[0], 1, 0)] },
   { title: "Pressure, MPa", least: 0.1, series: [one("P1", (c) => c.p1_pa[0], 1e-6, 0), one("P2", (c) => c.p2_pa[0], 1e-6, 1)] },
-  { title: "Valve command, of full opening", least: 0.01, series: [one("cylinder", (c) => c.valve[0], 1, 0)] },
+  { title: "Valve command, % of full opening", least: 1, series: [one("cylinder", (c) => c.valve[0], 100, 0)] },
 ];
 
 // Round steps: 3 to 6 of them in the range.
