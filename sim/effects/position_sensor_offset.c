@@ -10,7 +10,7 @@ extern const struct effect position_sensor_scale;
 
 const struct effect position_sensor_offset = {
     .name = "position_sensor_offset",
-    .plain = "an offset of the length sensors",
+    .plain = "an offset of the position sensors",
     .law = "reading = length + offset",
     .signature = "leg length: static; one leg's alone turns the platform, static forces change with it",
     .law_error = 1e-3,
