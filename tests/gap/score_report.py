@@ -93,12 +93,15 @@ def report(files, page=None):
         with open(page, "w") as out: out.write(as_page(ran, not_run))
 
 
-STYLE = """body{font:14px/1.45 system-ui,sans-serif;margin:2em auto;max-width:1500px;padding:0 1em;color:#222}
-h1{font-size:22px} h2{font-size:17px;margin-top:2em} table{border-collapse:collapse} td,th{padding:2px 8px;text-align:left;vertical-align:top}
-tr+tr td{border-top:1px solid #e4e4e4} .m td,.m th{padding:1px 3px;text-align:center;border:1px solid #eee;min-width:16px}
+STYLE = """:root{color-scheme:light dark;--ink:#222;--paper:#fff;--line:#ddd;--ok:#cfe8cf;--half:#fbeec1;--no:#f3c6c1;--weak:#e2e2e2}
+@media(prefers-color-scheme:dark){:root{--ink:#e8e8e8;--paper:#1a1a1a;--line:#444;--ok:#1f4d2b;--half:#574708;--no:#6a2720;--weak:#444}}
+body{font:14px/1.45 system-ui,sans-serif;margin:2em auto;max-width:1500px;padding:0 1em;color:var(--ink);background:var(--paper)}
+h1{font-size:22px} h2{font-size:17px;margin-top:2em} .wide{overflow-x:auto} table{border-collapse:collapse}
+td,th{padding:2px 8px;text-align:left;vertical-align:top}
+tr+tr td{border-top:1px solid var(--line)} .m td,.m th{padding:1px 3px;text-align:center;border:1px solid var(--line);min-width:16px}
 .m th:first-child{text-align:right;font-weight:400;white-space:nowrap} .m thead th{font-weight:400;vertical-align:bottom;height:190px}
 .m thead th span{writing-mode:vertical-rl;transform:rotate(180deg);white-space:nowrap}
-.ok{background:#cfe8cf} .half{background:#fbeec1} .no{background:#f3c6c1} .weak{background:#e6e6e6}"""
+.ok{background:var(--ok)} .half{background:var(--half)} .no{background:var(--no)} .weak{background:var(--weak)}"""
 
 
 def verdict_of(r): return r["named"].split()[0] if r["verdict"] == "effect_named" and r["named"] else r["verdict"] or "refused"
@@ -110,7 +113,7 @@ def matrix(ran):
     truths, said = sorted({r["truth"] for r in ran if "+" not in r["truth"]}), {verdict_of(r) for r in ran if "+" not in r["truth"]}
     columns = sorted({t for t in truths if single({"truth": t})} | said - set(verdicts)) + verdicts
     head = "".join("<th><span>%s</span></th>" % html.escape(c) for c in columns)
-    lines = ["<table class=m><thead><tr><th></th>%s</tr></thead>" % head]
+    lines = ["<div class=wide><table class=m><thead><tr><th></th>%s</tr></thead>" % head]
     for truth in truths:
         cells = ""
         for c in columns:
@@ -120,12 +123,12 @@ def matrix(ran):
             mark = "" if not of else "ok" if right == 1 else "weak" if weak else "half" if right > 0 else "no"
             cells += "<td class='%s'>%s</td>" % (mark, len(of) or "")
         lines.append("<tr><th>%s</th>%s</tr>" % (html.escape(truth), cells))
-    return "\n".join(lines) + "</table>"
+    return "\n".join(lines) + "</table></div>"
 
 
 def table(head, rows):
     line = lambda tag, cells: "<tr>" + "".join("<%s>%s</%s>" % (tag, html.escape(c).replace("    ", "&emsp;"), tag) for c in cells) + "</tr>"
-    return "<table>" + line("th", head) + "\n".join(line("td", r) for r in rows) + "</table>"
+    return "<div class=wide><table>" + line("th", head) + "\n".join(line("td", r) for r in rows) + "</table></div>"
 
 
 def values_of(ran, name):
@@ -141,10 +144,14 @@ def as_page(ran, not_run):
     effects = sorted({r["truth"] for r in ran if single(r)})
     misses = [r for r in ran if float(r["score"]) < 1 and (detectable(r) or not single(r))]
     by_effect = [(name, *of_effect(ran, name), *values_of(ran, name)) for name in effects]
-    parts = ["<!doctype html><meta charset=utf-8><title>hexid gap: hidden effects</title><style>%s</style>" % STYLE,
+    parts = ["<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport content='width=device-width, initial-scale=1'><title>hexid gap: hidden effects</title><style>%s</style>" % STYLE,
              "<h1>Hidden effects against hexid gap: %d cases</h1>" % len(ran),
-             table(("figure", ""), list(figures(ran))),
-             "<h2>Confusion: hidden (rows), named first (columns)</h2>", matrix(ran),
+             table(("figure", "result"), list(figures(ran))),
+             "<p>A case is one hidden effect in one simulated machine. z is the strength of evidence, comparable to a number of standard deviations; "
+             "below %d an effect is not detectable. An ambiguous set that holds the hidden effect "
+             "counts as half, or as right where its members are alike by their physics.</p>" % DETECTABLE_Z,
+             "<h2>Confusion matrix: hidden (rows), named first (columns)</h2>",
+             "<p>Green: right. Yellow: partly right. Red: wrong. Grey: too weak to be detected.</p>", matrix(ran),
              "<h2>Each effect</h2>",
              table(("effect", "right of cases, by size", "named reliably from", "median parameter error, typical", "within two deviations"), by_effect),
              "<h2>Misses: what is detectable, two effects, none, unknown</h2>",
