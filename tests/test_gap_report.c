@@ -288,7 +288,7 @@ static void what_was_not_evaluated_is_said(void **unused) {
     assert_says(page, "<b>Another controller.</b> 40 %");
     assert_says(page, "not evaluated");
     assert_int_equal(count(page, "id=\"matrix\""), 0);
-    assert_int_equal(count(page, "<img "), 7); /* no loop of the valve */
+    assert_int_equal(count(page, "<img "), 8); /* no loop of the valve */
     free(page);
 }
 
