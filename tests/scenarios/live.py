@@ -271,7 +271,7 @@ def hour():
     with Monitor() as monitor, page(monitor) as browser:
         for play in range(1, plays + 1):
             subprocess.run(["lcm-logplayer", "--speed=20", "--lcm-url=" + URL, WORK + "/run.lcm"], check=True, stdout=subprocess.DEVNULL)
-            browser.wait(f"document.getElementById('when').textContent.startsWith('start {play} ')" if play > 1 else state("settled"))
+            browser.wait(f"document.getElementById('when').textContent.startsWith('run {play} ')" if play > 1 else state("settled"))
             if play in (warm, plays):
                 got = (kilobytes(monitor.process.pid), browser.heap_bytes(), browser.evaluate("document.querySelectorAll('*').length"),
                        browser.evaluate("document.getElementById('loop').innerText.match(/messages of its state\\s+([0-9]+)/)[1]"))
