@@ -1,5 +1,6 @@
 /* The search on equations: fits the base, tries every hypothesis beside it on the even cycles,
- * ranks them on all, and adds the best while that pays on the odd ones, too. */
+ * ranks them on all, and adds the best while its gain outweighs its parameters on the odd ones,
+ * too. */
 #ifndef HEXID_DIAGNOSE_H
 #define HEXID_DIAGNOSE_H
 

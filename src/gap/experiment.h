@@ -7,7 +7,7 @@
 
 #include "gap.h"
 
-/* Two effects in any order; a general advice where the pair has none of its own. */
+/* Two effects in any order; general advice where the pair has none of its own. */
 void experiment_between(enum mechanism_kind mechanism, const struct effect *a, const struct effect *b, char text[GAP_TEXT]);
 
 /* An effect and a parameter of the base, PARAMETER(axis.force_offset_n). */

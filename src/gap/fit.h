@@ -1,6 +1,7 @@
-/* Fits of model parameters to white residuals inside a hard box (Gauss-Newton, a step that does not
- * pay shortened; the box by active sets). A value at its bound stays there: no prior pulls at the
- * base while names are sought, so none swallows an effect. Ordinary threads; heap. */
+/* Fits of model parameters to white residuals inside a hard box (Gauss-Newton; a step that does
+ * not improve the fit is shortened; the box by active sets). A value at its bound stays there:
+ * no prior pulls at the base while names are sought, so none swallows an effect. Ordinary
+ * threads; heap. */
 #ifndef HEXID_FIT_H
 #define HEXID_FIT_H
 

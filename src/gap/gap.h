@@ -155,7 +155,8 @@ double gap_deviation(const struct gap_effect *effect, int key, int leg);
 /* z by which a candidate falls short of the likeliest. */
 double gap_short(const struct gap_result *result, const struct gap_candidate *candidate);
 
-/* "test x at 4 Hz, force of leg 2, harmonic 3", or "at 3.21 s near 5.4 Hz, force of leg 2". */
+/* "test x at 4 Hz, force of leg 2, harmonic 3", or "at 3.21 s near 5.4 Hz, force of leg 2"; without
+ * the leg where there is one. */
 const char *gap_place_words(const struct gap_place *place, int legs, char words[GAP_WORDS]);
 
 /* measured is checked already (recording_check); validate may be NULL. 0, or a negative status. */

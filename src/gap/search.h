@@ -1,5 +1,5 @@
-/* The search: effects join the model, the likeliest first, while that pays; those that are no
- * longer needed leave. Ordinary threads; heap. */
+/* The search: effects join the model, the likeliest first, while the gain outweighs the
+ * parameters; those that are no longer needed leave. Ordinary threads; heap. */
 #ifndef HEXID_SEARCH_H
 #define HEXID_SEARCH_H
 
