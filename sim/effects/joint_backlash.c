@@ -8,7 +8,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect joint_backlash = {
     .name = "joint_backlash",
-    .plain = "play in the legs' joints",
+    .plain = "backlash in the legs' joints",
     .law = "free play along the leg at its end: the measured length is the joints' distance + clearance/2 sign(force on the joint)",
     .signature = "leg length and force: a step of the length and a pause of the force where the leg's force changes sign; "
                  "nothing in a leg that only pushes",
