@@ -61,7 +61,7 @@ static const char doctor_options[] = CONFIG
     "  --keys           print the reference of all configuration keys\n"
     "\nFAIL: hexid cannot do its work like this, or somebody could be hurt; WARN: it works worse than it\n"
     "should; ?: cannot be seen from here\n"
-    "exit status 0 without a FAIL, whatever is warned of; 1 with one; 2 when the configuration is none\n";
+    "exit status 0 without a FAIL, whatever is warned of; 1 with one; 2 when the configuration is invalid\n";
 
 static const struct subcommand subcommands[] = {
     {"run",
@@ -101,7 +101,7 @@ static const struct subcommand subcommands[] = {
      "  -o LOG           the log to write\n" CONFIG SET MAP,
      "hexid import stand.csv -c axis.yaml -o stand.lcm --map 't=Zeit:ms,position=Weg:mm,force=Kraft:kN'", cmd_import},
     {"export", "LOG -o DIR | --all -o FILE | --format mat|mcap -o FILE",
-     "hand a log on: a directory of CSV files, one a test, as import reads it; or all of it, every cycle of every state",
+     "convert a log: a directory of CSV files, one a test, as import reads it; or all of it, every cycle of every state",
      "  LOG              of `hexid run` or `hexid import`\n"
      "  -o DIR           directory for one CSV file a test, with the configuration\n"
      "  --all -o FILE    one CSV table of every cycle\n"
