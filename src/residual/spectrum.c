@@ -12,6 +12,8 @@ enum {
     SPEED_POINTS = 64,
     LINE_BINS = 3,       /* nearer to a harmonic it is none */
     LINE_SAMPLES = 4096, /* eight seconds tell a line; the search grows with their square */
+    ROUNDING_LINES = 20,
+    BISECTIONS = 30,
 };
 static const double LINE_STEP_S = 2e-3; /* lines are looked for up to 250 Hz */
 static const double RIDGE = 1e-9; /* of the samples: more than rounding, less than any signal */
@@ -45,20 +47,35 @@ void spectrum_value(const double *row, int harmonics, double omega, double t_s, 
     spectrum_at(row, harmonics, omega, basis, value);
 }
 
-double spectrum_quantisation(double amplitude, double step, double noise, double samples) {
+/* Mean square of the k-th line of the rounding errors of a step of 1, e(x) = sum (-1)^k sin(2 pi k
+ * x) / (pi k), when x shakes by a standard deviation. */
+static double rounding_line(int k, double shaken) { return 0.5 * pow(exp(-2.0 * pow(PI * k * shaken, 2.0)) / (PI * k), 2.0); }
+
+/* By how much of a step the motion shakes from cycle to cycle: what samples at one phase scatter by
+ * is that, and the rounding errors less those that are the same in every cycle. */
+static double shaking(double scatter) {
+    double least = 0.0, most = scatter;
+    for (int i = 0; i < BISECTIONS; i++) {
+        double shaken = 0.5 * (least + most), unlike = shaken * shaken + 1.0 / 12.0;
+        for (int k = 1; k <= ROUNDING_LINES; k++) unlike -= rounding_line(k, shaken);
+        if (unlike > scatter * scatter) most = shaken;
+        else least = shaken;
+    }
+    return least;
+}
+
+double spectrum_quantisation(double amplitude, double step, double scatter, double samples) {
     if (!(step > 0.0) || !(amplitude > 0.0)) return 0.0;
-    double swings = fmax(2.0 * PI * amplitude / step, 1.0);
-    double bessel = step / PI * sqrt(2.0 / (PI * swings)) * 0.775; /* sqrt(sum 1/k^3 / 2) */
-    double in_step = fmax(step * step / 12.0 - noise * noise, 0.0);
-    /* samples with one error: every value is passed twice, and at the crests they lie close */
-    double alike = 4.0;
-    return sqrt(bessel * bessel + in_step * 2.0 * alike / samples);
+    double shaken = shaking(scatter / step), sum = 0.0;
+    for (int k = 1; k <= ROUNDING_LINES; k++)
+        sum += rounding_line(k, shaken) * 2.0 / fmin(fmax(2.0 * PI * PI * k * amplitude / step, 2.0), samples);
+    return step * sqrt(sum);
 }
 
 double spectrum_speed_std(const struct spectrum *s, int leg, int harmonics, double step_m, double samples) {
     if (!s->cycles) return s->speed_gain * s->noise[CHANNEL_LENGTH][leg];
     const double *row = s->mean[CHANNEL_LENGTH][leg], *std = s->std[CHANNEL_LENGTH][leg];
-    double rounding = spectrum_quantisation(hypot(row[1], row[2]), step_m, s->noise[CHANNEL_LENGTH][leg], samples), sum = 0.0;
+    double rounding = spectrum_quantisation(hypot(row[1], row[2]), step_m, s->scatter_m[leg], samples), sum = 0.0;
     for (int a = 1; a < 1 + 2 * harmonics; a++) {
         double w = (a + 1) / 2 * s->omega;
         sum += 0.5 * w * w * (std[a] * std[a] + rounding * rounding);
@@ -160,6 +177,26 @@ struct cycle_span {
     int first, end;
 };
 
+/* How lengths at one phase scatter from cycle to cycle, the wander of their middle counted. */
+static double scatter_of(const struct spectrum *s, const struct recording_test *t, const struct cycle_span *span, int leg) {
+    double square = 0.0, value[3];
+    int most = 0, free = 0;
+    for (int c = 0; c < s->cycles; c++) most = (int)fmax(most, span[c].end - span[c].first);
+    for (int i = 0; i < most; i++) {
+        double sum = 0.0, sum_square = 0.0;
+        int n = 0;
+        for (int c = 0; c < s->cycles; c++) {
+            const struct recording_sample *sample = &t->sample[span[c].first + i];
+            if (i >= span[c].end - span[c].first || !sample->good) continue;
+            spectrum_value(s->mean[CHANNEL_LENGTH][leg], s->harmonics, s->omega, sample->test_time_s, value);
+            double rest = sample->length_m[leg] - value[0];
+            sum += rest, sum_square += rest * rest, n++;
+        }
+        if (n > 1) square += fmax(sum_square - sum * sum / n, 0.0), free += n - 1;
+    }
+    return free ? sqrt(square / free) : 0.0;
+}
+
 static void summarise(struct spectrum *s, const struct recording_test *t, const struct cycle_span *span, cycle_row *row,
                       const double *place) {
     double value[CYCLES_MAX], square[CHANNELS][LEGS] = {0};
@@ -177,6 +214,7 @@ static void summarise(struct spectrum *s, const struct recording_test *t, const 
     for (int i = 0; i < s->cycles; i++) samples += add_noise(s, t, span[i].first, span[i].end, row[i], square);
     for (int ch = 0; ch < CHANNELS; ch++)
         for (int k = 0; k < LEGS; k++) s->noise[ch][k] = sqrt(square[ch][k] / samples);
+    for (int k = 0; k < LEGS; k++) s->scatter_m[k] = scatter_of(s, t, span, k);
 }
 
 bool spectrum_measure(struct spectrum *s, const struct recording_test *t, enum cycles which) {

@@ -1,5 +1,6 @@
 #include "whiten.h"
 
+#include <complex.h>
 #include <math.h>
 #include <string.h>
 
@@ -71,12 +72,15 @@ static void invert3(double c[RESIDUALS][RESIDUALS]) {
     }
 }
 
-/* Pressure per length at a harmonic: a stiff volume with a leak. */
-static double stiffness(const struct hydraulics_params *h, int leg, double dead_m3, double area_m2, double depth_m, double rate_radps) {
-    double bulk = h->bulk_modulus_pa[leg], volume = dead_m3 + area_m2 * depth_m;
-    double corner = 2.0 * bulk * h->leakage_m3_per_s_pa[leg] / volume;
-    if (!(rate_radps > 0.0)) return 0.0; /* also without a leak */
-    return bulk * area_m2 / volume * rate_radps / hypot(rate_radps, corner);
+/* Pressures per length at a harmonic: stiff volumes with a leak between them, whose valves let in
+ * what was recorded. */
+static void stiffness(const struct hydraulics_params *h, int leg, const double volume_m3[2], const double area_m2[2], double rate_radps,
+                      double complex pa_per_m[2]) {
+    double complex rate = CMPLX(0.0, rate_radps), leak = h->leakage_m3_per_s_pa[leg];
+    double complex one = rate * volume_m3[0] / h->bulk_modulus_pa[leg] + leak, other = rate * volume_m3[1] / h->bulk_modulus_pa[leg] + leak;
+    double complex both = one * other - leak * leak; /* 0 at rest */
+    pa_per_m[0] = rate_radps > 0.0 ? rate * (area_m2[0] * other - area_m2[1] * leak) / both : 0.0;
+    pa_per_m[1] = rate_radps > 0.0 ? rate * (area_m2[0] * leak - area_m2[1] * one) / both : 0.0;
 }
 
 /* Square of how far a mean pressure goes from cycle to cycle beyond its noise: a chamber whose
@@ -89,7 +93,7 @@ double whiten_in_step(const struct residual_test *t, const struct params *model,
     const struct spectrum *s = &t->spectrum;
     const double *row = s->mean[CHANNEL_LENGTH][leg];
     double step_m = model->sensors.enabled ? model->sensors.position_resolution_m : 0.0;
-    return s->cycles ? square(spectrum_quantisation(hypot(row[1], row[2]), step_m, s->noise[CHANNEL_LENGTH][leg], t->fitted)) : 0.0;
+    return s->cycles ? square(spectrum_quantisation(hypot(row[1], row[2]), step_m, s->scatter_m[leg], t->fitted)) : 0.0;
 }
 
 void whitener_init(struct whitener *w, const struct residual_test *t, const struct params *model, double model_error) {
@@ -104,6 +108,8 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
     for (int k = 0; k < t->legs; k++) {
         const struct cylinder_leg *leg = &cylinder.leg[k];
         double a1 = leg->a1_m2, a2 = leg->a2_m2, neutral = cylinder.machine.bodies.neutral_length_m[k];
+        double volume_m3[] = {leg->dead_volume_m3[PORT_A] + a1 * (neutral - leg->length_min_m),
+                              leg->dead_volume_m3[PORT_B] + a2 * (leg->length_max_m - neutral)};
         double p1 = sqrt(residual_variation(t, CHANNEL_P1, k)), p2 = sqrt(residual_variation(t, CHANNEL_P2, k));
         double force = sqrt(residual_variation(t, CHANNEL_FORCE, k));
         for (int a = 0; a < t->size; a++) {
@@ -113,10 +119,9 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
             var[0] = square(t->std[CHANNEL_P1][k][a]);
             var[1] = square(t->std[CHANNEL_P2][k][a]);
             var[2] = length_var[k] + square(t->std[CHANNEL_LENGTH][k][a]);
-            double from[RESIDUALS][3] = {
-                {a1, -a2, lambda[k][k] * t->curve[a]},
-                {1.0, 0.0, stiffness(&model->hydraulics, k, leg->dead_volume_m3[PORT_A], a1, neutral - leg->length_min_m, rate)},
-                {0.0, 1.0, -stiffness(&model->hydraulics, k, leg->dead_volume_m3[PORT_B], a2, leg->length_max_m - neutral, rate)}};
+            double complex pa_per_m[2];
+            stiffness(&model->hydraulics, k, volume_m3, (const double[]){a1, a2}, rate, pa_per_m);
+            double complex from[RESIDUALS][3] = {{a1, -a2, lambda[k][k] * t->curve[a]}, {1.0, 0.0, pa_per_m[0]}, {0.0, 1.0, pa_per_m[1]}};
             double unsteady[RESIDUALS] = {0.0}, unsure = s->cycles ? a ? 1.0 : STATIC_ERROR : fmax(STATIC_ERROR / (2 * a + 1), 1.0);
             if (a == 0)
                 unsteady[RESIDUAL_P1] = wander(s, CHANNEL_P1, k, t->fitted), unsteady[RESIDUAL_P2] = wander(s, CHANNEL_P2, k, t->fitted);
@@ -129,7 +134,7 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
                 for (int j = 0; j <= i; j++) {
                     double sure = model_error * (i != RESIDUAL_FORCE ? unsure : 1.0);
                     double noise = i == j ? unsteady[i] + (i == 0 ? others : 0.0) : 0.0;
-                    for (int n = 0; n < 3; n++) noise += from[i][n] * from[j][n] * var[n];
+                    for (int n = 0; n < 3; n++) noise += creal(from[i][n] * conj(from[j][n])) * var[n];
                     c[i][j] = noise + (i == j ? square(sure * whole[i]) + 1e-12 * square(whole[i]) : 0.0);
                     if (i == j) w->noise[k][a][i] = noise;
                 }
