@@ -2,9 +2,11 @@
 
 enum { BULK };
 
+#define NONE_PA 3e9 /* no oil is as stiff: the effect is off */
+
 static void machine(const struct effect_values *v, struct machine *m) {
     for (int leg = 0; leg < LEGS; leg++)
-        if (v->value[BULK][leg] < m->oil.bulk_modulus_pa[leg]) m->oil.bulk_modulus_pa[leg] = v->value[BULK][leg];
+        if (v->value[BULK][leg] < NONE_PA) m->oil.bulk_modulus_pa[leg] = v->value[BULK][leg];
 }
 
 extern const struct effect internal_leakage;
@@ -12,14 +14,14 @@ extern const struct effect internal_leakage;
 const struct effect entrained_air = {
     .name = "entrained_air",
     .plain = "air in the oil",
-    .law = "bulk modulus = min(hydraulics.bulk_modulus_pa, bulk modulus)",
+    .law = "bulk modulus = bulk_modulus_pa (effective, with air) in place of hydraulics.bulk_modulus_pa",
     .signature = "valve command against pressures: a flow in phase with the pressures' rates; spool reversals are passed more slowly",
     .law_error = 1e-3,
     .keys = {[BULK] = {.name = "bulk_modulus_pa",
                        .unit = "Pa",
                        .min = 1e7,
-                       .max = 3e9,
-                       .neutral = 3e9,
+                       .max = NONE_PA,
+                       .neutral = NONE_PA,
                        .typical = 6e8,
                        .per_leg = true,
                        .reciprocal = true}},
