@@ -24,6 +24,7 @@ static const double NEAR = 0.9;          /* of the gain with the base moved line
 static const double NOISE_SQUARE = 0.8;  /* mean square of white noise at most: not 1, as rounding
                                           * is taken at its worst; 0.4 to 0.55 is measured */
 static const double SCATTER = 6.0;       /* of that mean, in standard deviations */
+static const double LAW_SIGMAS = 4.0;    /* of its law_error that an effect may leave */
 static const double FEW_CYCLES = 10.0;   /* mean square of Student's t of two or three cycles, which
                                           * has none */
 enum { POLISH_ITERATIONS = 5, FINALISTS = 5 };
@@ -44,11 +45,32 @@ static double held_square(const struct diagnosis *d, const struct params *model)
     return square;
 }
 
+/* Of each row held out the square by which the laws of the effects there are may be off. NULL: no
+ * memory. */
+static double *law_errors(const struct diagnosis *d) {
+    double *sum = calloc(2 * (size_t)d->held_out.values, sizeof *sum), *part = sum + d->held_out.values;
+    for (int e = 0; sum && effect_table[e]; e++) {
+        if (!(d->given->effects[e].on || d->found[e]) || !fit_part(&d->held_out, &d->model, e, part)) continue;
+        for (int i = 0; i < d->held_out.values; i++) sum[i] += pow(effect_table[e]->law_error * part[i], 2.0);
+    }
+    return sum;
+}
+
 double diagnosis_law_error(const struct diagnosis *d) {
-    double sum = 0.0;
-    for (int i = 0; effect_table[i]; i++)
-        if (d->given->effects[i].on || d->found[i])
-            sum += pow(effect_table[i]->law_error, 2.0) * fit_contribution(&d->held_out, &d->model, i);
+    double *error = law_errors(d), sum = 0.0;
+    for (int i = 0; error && i < d->held_out.values; i++) sum += error[i];
+    free(error);
+    return sum;
+}
+
+double diagnosis_beyond_laws(const struct diagnosis *d) {
+    double *error = law_errors(d), *white = malloc((size_t)d->held_out.values * sizeof *white), sum = INFINITY;
+    if (error && white && fit_residual(&d->held_out, &d->model, white)) {
+        sum = 0.0;
+        for (int i = 0; i < d->held_out.values; i++) sum += white[i] * white[i] / (1.0 + LAW_SIGMAS * LAW_SIGMAS * error[i]);
+    }
+    free(error);
+    free(white);
     return sum;
 }
 

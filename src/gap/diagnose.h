@@ -58,6 +58,10 @@ void diagnosis_free(struct diagnosis *d);
  * explains no more than that explains nothing. */
 double diagnosis_law_error(const struct diagnosis *d);
 
+/* Sum of white squares, held out, with four times that in each row's deviation: a law excuses what
+ * is left where it acts, and nothing elsewhere. INFINITY: no memory. */
+double diagnosis_beyond_laws(const struct diagnosis *d);
+
 /* Fits every variable of the model; column and squares are those of the result. */
 bool diagnosis_refit(struct diagnosis *d, int iterations);
 

@@ -63,16 +63,14 @@ double fit_square(int n, const double *white) {
     return sum;
 }
 
-double fit_contribution(const struct fit_data *d, const struct params *model, int effect) {
-    double *with = malloc(2 * (size_t)d->values * sizeof *with), *without = with + d->values, square = 0.0;
+bool fit_part(const struct fit_data *d, const struct params *model, int effect, double *white) {
+    double *without = malloc((size_t)d->values * sizeof *without);
     struct params rest = *model;
     rest.effects[effect].on = false;
-    if (with && fit_residual(d, model, with) && fit_residual(d, &rest, without)) {
-        for (int i = 0; i < d->values; i++) with[i] -= without[i];
-        square = fit_square(d->values, with);
-    }
-    free(with);
-    return square;
+    bool found = without && fit_residual(d, model, white) && fit_residual(d, &rest, without);
+    for (int i = 0; i < d->values && found; i++) white[i] -= without[i];
+    free(without);
+    return found;
 }
 
 static void whiten_copy(const struct fit_data *d, const double *raw, double *white) {

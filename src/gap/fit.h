@@ -44,9 +44,8 @@ void fit_data_free(struct fit_data *d);
 bool fit_residual(const struct fit_data *d, const struct params *model, double *white);
 double fit_square(int n, const double *white); /* sum of squares */
 
-/* Sum of white squares of what an effect of the model contributes; 0 where the model
- * cannot do without it. */
-double fit_contribution(const struct fit_data *d, const struct params *model, int effect);
+/* What an effect of the model contributes, white. False: the model cannot do without it. */
+bool fit_part(const struct fit_data *d, const struct params *model, int effect, double *white);
 
 /* Columns of d white / d variable at the model, [variable][values]. */
 bool fit_columns(const struct fit_data *d, const struct params *model, int variables, const struct variable *v, double *column);

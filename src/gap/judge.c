@@ -6,7 +6,6 @@
 
 #include "experiment.h"
 
-static const double LAW_SIGMAS = 4.0;      /* of its law_error that an effect may leave */
 static const double OFFSET_SIGMAS = 6.0, OFFSET_SHARE = 0.05; /* friction unlike in the
                                                                * two directions */
 static const double SHARE_MAX = 0.3;       /* of the gap that a simulation may leave */
@@ -37,7 +36,7 @@ static void append(struct gap_result *r, const char *text) {
 static double square(double x) { return x * x; }
 
 /* More than noise, and than the laws that are there leave. */
-static bool remains(const struct remainder *m) { return m->after > m->noise && m->after - m->values > square(LAW_SIGMAS) * m->law_error; }
+static bool remains(const struct remainder *m) { return m->beyond_laws > m->noise; }
 
 /* What a simulation with effects is held to. Constants are not: a leg in a dead band stands where
  * it came to stand, a chamber whose valve stays shut keeps what oil it has, and the equations hold
@@ -192,7 +191,7 @@ void judge(struct gap_result *r, const struct remainder *m) {
     } else {
         ADVISE(r, "%s", "");
         r->verdict = GAP_NO_GAP;
-        if (m->law_error > 0.0 && m->after > m->noise)
+        if (m->after > m->noise)
             SAY(r, "what is left is noise, and no more than the effects in the configuration leave by themselves (mean white square %.1f)",
                 m->after / m->values);
         else SAY(r, "what is left between model and measurement is noise");

@@ -8,9 +8,9 @@
 struct remainder {
     int values;
     double before, after;      /* excess of the base; sum of squares with the effects */
-    double noise;              /* so much of that may be noise */
-    double law_error;          /* of that, as much as the laws of the effects there are may be
-                                * off */
+    double beyond_laws;        /* of that, with what the laws there are may be off by taken
+                                * for noise, row by row; */
+    double noise;              /* so much of it may be noise */
 };
 
 /* From a result that is complete but for these: fills verdict, reason and next_experiment. */
