@@ -23,7 +23,7 @@ static const double SHORTEST_S = 5.0, LONGEST_S[] = {[PROPOSAL_SINES] = 95.0, [P
                                             * method C (analysis.h); of any motion it
                                             * takes 48 short pieces */
 static const double SEARCH_S = 8.0;
-static const double CLOSE = 0.03, REACHED = 0.05;
+static const double REACHED = 0.05; /* as well as so many draws predict */
 static const double HZ_STEP = 0.01, AMPLITUDE_STEP = 1e-5, SECONDS_STEP = 0.1;
 enum { SCALES = 20, CORRECTIONS = 3, DRAWS = 3, TRIALS = 16 };
 
@@ -167,7 +167,7 @@ static double predict_for(struct design *d, double duration_s, struct excitation
     return e->worst_pct * e->worst_pct;
 }
 
-static bool close_enough(double found, double wanted) { return !isfinite(found) || fabs(sqrt(found / wanted) - 1.0) < CLOSE; }
+static bool close_enough(double found, double wanted) { return !isfinite(found) || fabs(sqrt(found / wanted) - 1.0) < REACHED; }
 
 /* Where the shortest test is better than wanted: smaller, by how the variance went with the
  * amplitude. At lower speeds more of dry friction is open, so that is more than its square. */
