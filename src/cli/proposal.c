@@ -167,19 +167,24 @@ static double predict_for(struct design *d, double duration_s, struct excitation
     return e->worst_pct * e->worst_pct;
 }
 
-static bool close_enough(double found, double wanted) { return !isfinite(found) || fabs(sqrt(found / wanted) - 1.0) < REACHED; }
+static bool close_enough(double found, double wanted) { return fabs(sqrt(found / wanted) - 1.0) < REACHED; }
 
-/* Where the shortest test is better than wanted: smaller, by how the variance went with the
- * amplitude. At lower speeds more of dry friction is open, so that is more than its square. */
-static int find_amplitude(struct design *d, double wanted, double found, struct excitation *e, struct error *error) {
-    double by = sqrt(found / wanted);
+/* Where the shortest test is better than wanted: smaller, by how the variance goes with the
+ * amplitude from there on. At lower speeds more of dry friction is open, so that is more than its
+ * square. What is too small is taken back. */
+static int find_amplitude(struct design *d, double wanted, double first, struct excitation *e, struct error *error) {
+    struct test_params largest = d->trial.tests, best = largest;
+    struct excitation of_best = *e;
+    double scale = sqrt(first / wanted), found = first;
     int status = STATUS_OK;
-    for (int i = 0; i < CORRECTIONS && !status && !close_enough(found, wanted); i++) {
-        double before = found;
-        scale_amplitudes(d, by);
+    for (int i = 0; i < CORRECTIONS && !status && isfinite(found) && !close_enough(found, wanted); i++) {
+        d->trial.tests = largest;
+        scale_amplitudes(d, scale);
         found = predict_for(d, SHORTEST_S, e, &status, error);
-        by = pow(wanted / found, 1.0 / fmin(log(found / before) / log(by), -1.0));
+        if (sqrt(found / wanted) < 1.0 + REACHED) best = d->trial.tests, of_best = *e;
+        scale = pow(first / wanted, -1.0 / fmin(log(found / first) / log(scale), -1.0));
     }
+    d->trial.tests = best, *e = of_best;
     return status;
 }
 
@@ -195,7 +200,7 @@ static int find_duration(struct design *d, double wanted, double first, double l
     for (int i = 0; i < CORRECTIONS && !status; i++) {
         double found = predict_for(d, fmax(fmin(next_s, most_s), SHORTEST_S), e, &status, error);
         bool at_most = t->duration_s > most_s - SECONDS_STEP && found > wanted;
-        if (at_most || close_enough(found, wanted) || !(wanted > rest)) break;
+        if (at_most || close_enough(found, wanted) || !(wanted > rest) || !isfinite(found)) break;
         next_s = t->duration_s * fmax(found - rest, 0.0) / (wanted - rest);
     }
     return status;
