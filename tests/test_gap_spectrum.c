@@ -104,27 +104,27 @@ static void bad_samples_are_left_out_and_a_cycle_that_has_too_many(void **state)
 
 /* Square of what rounding leaves in the mean cycle's first eight harmonics beyond what the scatter
  * says, over what is predicted: sinusoids about this amplitude, that shake so much. */
-static double rounding_over_predicted(double amplitude_m, double shaken_m) {
+static double rounding_over_predicted(double hz, double amplitude_m, double shaken_m) {
     static struct recording_sample sample[SAMPLES];
     const double step_m = 50e-6;
     double found = 0.0, predicted = 0.0;
     uint64_t random = 3;
     for (int n = 0; n < 25; n++) {
-        struct recording_test t = make(4.0, sample);
+        struct recording_test t = make(hz, sample);
         struct spectrum s;
         double amplitude = amplitude_m * (1.0 + 0.1 * random_unit(&random)), offset_m = step_m * random_unit(&random);
-        double phase = 8.0 * PI * step_s * random_unit(&random);
+        double phase = 2.0 * PI * hz * step_s * random_unit(&random);
         for (int i = 0; i < SAMPLES; i++) {
             /* triangular */
             double shaken = shaken_m * sqrt(1.5) * (random_unit(&random) + random_unit(&random));
-            double x = amplitude * sin(8.0 * PI * sample[i].test_time_s + phase) + offset_m + shaken;
+            double x = amplitude * sin(2.0 * PI * hz * sample[i].test_time_s + phase) + offset_m + shaken;
             sample[i].length_m[0] = step_m * round(x / step_m);
         }
         assert_true(spectrum_measure(&s, &t, CYCLES_ALL));
         for (int a = 1; a <= 16; a++) {
             double truth = a == 1 ? amplitude * cos(phase) : a == 2 ? amplitude * sin(phase) : 0.0;
             found += pow(s.mean[CHANNEL_LENGTH][0][a] - truth, 2.0) - pow(s.std[CHANNEL_LENGTH][0][a], 2.0);
-            predicted += pow(spectrum_quantisation(amplitude, step_m, s.scatter_m[0], 125), 2.0);
+            predicted += pow(spectrum_quantisation(amplitude, step_m, s.scatter_m[0], s.offsets / hz / step_s), 2.0);
         }
     }
     return found / predicted;
@@ -136,7 +136,10 @@ static void quantisation_in_step_is_as_large_as_predicted(void **state) {
     (void)state;
     static const double amplitude_m[] = {0.3e-3, 3.4e-3}, shaken_m[] = {0.0, 4e-6, 9e-6};
     for (int i = 0; i < 2; i++)
-        for (int j = 0; j < 3; j++) assert_close(rounding_over_predicted(amplitude_m[i], shaken_m[j]), 1.0, 0.35);
+        for (int j = 0; j < 3; j++) assert_close(rounding_over_predicted(4.0, amplitude_m[i], shaken_m[j]), 1.0, 0.35);
+    /* cycles of no whole number of samples: what is folded averages out, what is not stays */
+    for (int i = 0; i < 2; i++) assert_close(rounding_over_predicted(3.0, amplitude_m[i], 0.0), 1.0, 0.35);
+    assert_close(rounding_over_predicted(3.97, amplitude_m[0], 0.0), 1.0, 0.35);
 }
 
 /* The motion's amplitude settles over the first second, and shakes; then the same with a pump of

@@ -22,7 +22,7 @@ static void make_test(struct residual_test *t) {
     for (int i = 0; i < CYCLE_STEPS; i++) spectrum_basis(2.0 * PI * i / CYCLE_STEPS, SPECTRUM_HARMONICS, cycle + i * SPECTRUM_SIZE);
     for (int a = 0; a < RESIDUAL_SIZE; a++)
         t->rate[a] = (a + 1) / 2 * 25.0, t->weight[a] = a ? 0.5 : 1.0, t->curve[a] = t->rate[a] * t->rate[a];
-    t->spectrum = (struct spectrum){.omega = 25.0, .harmonics = SPECTRUM_HARMONICS, .cycles = CYCLES};
+    t->spectrum = (struct spectrum){.omega = 25.0, .harmonics = SPECTRUM_HARMONICS, .cycles = CYCLES, .offsets = 1};
     for (int k = 0; k < LEGS; k++) {
         t->spectrum.mean[CHANNEL_LENGTH][k][1] = 4e-3;
         for (int ch = CHANNEL_P1; ch <= CHANNEL_P2; ch++) {

@@ -10,10 +10,10 @@ enum { STRIBECKS = 6, SEALS = 5, SLOW = 2 };
 enum { STRIBECK = 0, LOAD = STRIBECK + STRIBECKS, SLOW_SEAL = LOAD + 1, SEAL = SLOW_SEAL + SLOW * SEALS };
 _Static_assert(SEAL + SEALS == (int)UNKNOWN_SHAPES, "every shape is an unknown");
 
-/* what lies between two of them they make up to two thousandths: exp(-(v / s)^2) by least
+/* what lies between two of them they make up for but for two thousandths: exp(-(v / s)^2) by least
  * squares in the shapes, a constant and v, over a sinusoid of 0.1 m/s */
 static const double LOW_MPS[STRIBECKS] = {0.005, 0.008, 0.0125, 0.02, 0.032, 0.05};
-/* what lies between two of them they make up to a thousandth */
+/* what lies between two of them they make up for but for a thousandth */
 static const double GIVE_M[SEALS] = {20e-6, 40e-6, 80e-6, 160e-6, 320e-6};
 static const double SLOW_MPS[SLOW] = {0.0125, 0.032}; /* a seal's way after a reversal, by speed */
 static const double RESOLVED = 0.125; /* of the period of the motion's highest harmonic */
@@ -49,8 +49,10 @@ static void find_kept(const struct residual_test *t, double noise[LEGS][SPECTRUM
 static void find_motion(struct motion *m, const struct residual_test *t, const struct params *params) {
     const struct spectrum *s = &t->spectrum;
     double noise[LEGS][SPECTRUM_SIZE] = {{0}}, kept[LEGS][SPECTRUM_SIZE], row[SPECTRUM_SIZE];
-    for (int k = 0; k < LEGS; k++)
-        for (int a = 1; a < 1 + 2 * s->harmonics; a++) noise[k][a] = whiten_in_step(t, params, k) + square(s->std[CHANNEL_LENGTH][k][a]);
+    for (int k = 0; k < LEGS; k++) {
+        double in_step = whiten_in_step(t, params, k);
+        for (int a = 1; a < 1 + 2 * s->harmonics; a++) noise[k][a] = in_step + square(s->std[CHANNEL_LENGTH][k][a]);
+    }
     find_kept(t, noise, kept);
     double rates = 0.0, accelerations = 0.0;
     for (int k = 0; k < LEGS; k++) {

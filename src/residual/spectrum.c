@@ -17,6 +17,7 @@ enum {
 };
 static const double LINE_STEP_S = 2e-3; /* lines are looked for up to 250 Hz */
 static const double RIDGE = 1e-9; /* of the samples: more than rounding, less than any signal */
+static const double SAME_PHASE = 0.05; /* of a sample */
 static const double MOST = 0.9; /* of a cycle's samples must be there, and no piece missing, but
                                  * single ones, in which a harmonic turns */
 
@@ -48,7 +49,7 @@ void spectrum_value(const double *row, int harmonics, double omega, double t_s, 
 }
 
 /* Mean square of the k-th line of the rounding errors of a step of 1, e(x) = sum (-1)^k sin(2 pi k
- * x) / (pi k), when x shakes by a standard deviation. */
+ * x) / (pi k), when x shakes by a Gaussian of this standard deviation. */
 static double rounding_line(int k, double shaken) { return 0.5 * pow(exp(-2.0 * pow(PI * k * shaken, 2.0)) / (PI * k), 2.0); }
 
 /* By how much of a step the motion shakes from cycle to cycle: what samples at one phase scatter by
@@ -67,15 +68,17 @@ static double shaking(double scatter) {
 double spectrum_quantisation(double amplitude, double step, double scatter, double samples) {
     if (!(step > 0.0) || !(amplitude > 0.0)) return 0.0;
     double shaken = shaking(scatter / step), sum = 0.0;
-    for (int k = 1; k <= ROUNDING_LINES; k++)
-        sum += rounding_line(k, shaken) * 2.0 / fmin(fmax(2.0 * PI * PI * k * amplitude / step, 2.0), samples);
+    for (int k = 1; k <= ROUNDING_LINES; k++) {
+        double z = 2.0 * PI * k * amplitude / step;
+        sum += rounding_line(k, shaken) * 2.0 / (z < samples ? fmax(PI * z, 2.0) : samples);
+    }
     return step * sqrt(sum);
 }
 
 double spectrum_speed_std(const struct spectrum *s, int leg, int harmonics, double step_m, double samples) {
     if (!s->cycles) return s->speed_gain * s->noise[CHANNEL_LENGTH][leg];
     const double *row = s->mean[CHANNEL_LENGTH][leg], *std = s->std[CHANNEL_LENGTH][leg];
-    double rounding = spectrum_quantisation(hypot(row[1], row[2]), step_m, s->scatter_m[leg], samples), sum = 0.0;
+    double rounding = spectrum_quantisation(hypot(row[1], row[2]), step_m, s->scatter_m[leg], s->offsets * samples), sum = 0.0;
     for (int a = 1; a < 1 + 2 * harmonics; a++) {
         double w = (a + 1) / 2 * s->omega;
         sum += 0.5 * w * w * (std[a] * std[a] + rounding * rounding);
@@ -177,23 +180,40 @@ struct cycle_span {
     int first, end;
 };
 
-/* How lengths at one phase scatter from cycle to cycle, the wander of their middle counted. */
-static double scatter_of(const struct spectrum *s, const struct recording_test *t, const struct cycle_span *span, int leg) {
-    double square = 0.0, value[3];
-    int most = 0, free = 0;
-    for (int c = 0; c < s->cycles; c++) most = (int)fmax(most, span[c].end - span[c].first);
-    for (int i = 0; i < most; i++) {
-        double sum = 0.0, sum_square = 0.0;
-        int n = 0;
-        for (int c = 0; c < s->cycles; c++) {
-            const struct recording_sample *sample = &t->sample[span[c].first + i];
-            if (i >= span[c].end - span[c].first || !sample->good) continue;
-            spectrum_value(s->mean[CHANNEL_LENGTH][leg], s->harmonics, s->omega, sample->test_time_s, value);
-            double rest = sample->length_m[leg] - value[0];
-            sum += rest, sum_square += rest * rest, n++;
+/* Of each cycle the first whose samples fall on the same phases; returns how many differ. */
+static int find_alike(const struct spectrum *s, const struct recording_test *t, const struct cycle_span *span, const double *place,
+                      int alike[CYCLES_MAX]) {
+    double period_s = 2.0 * PI / s->omega, step_s = recording_step_s(t), start_s = t->sample[t->first].test_time_s, offset[CYCLES_MAX];
+    int different = 0;
+    for (int c = 0; c < s->cycles; c++) {
+        offset[c] = (t->sample[span[c].first].test_time_s - start_s - place[c] * period_s) / step_s;
+        int b = 0;
+        for (; b < c; b++) {
+            bool phases = fabs(remainder(offset[b] - offset[c], 1.0)) < SAME_PHASE;
+            if (alike[b] == b && phases && span[b].end - span[b].first == span[c].end - span[c].first) break;
         }
-        if (n > 1) square += fmax(sum_square - sum * sum / n, 0.0), free += n - 1;
+        alike[c] = b, different += b == c;
     }
+    return different;
+}
+
+/* How lengths at one phase scatter from cycle to cycle, the wander of their middle counted. */
+static double scatter_of(const struct spectrum *s, const struct recording_test *t, const struct cycle_span *span,
+                         const int alike[CYCLES_MAX], int leg) {
+    double square = 0.0;
+    int free = 0;
+    for (int b = 0; b < s->cycles; b++)
+        for (int i = span[b].first; i < span[b].end && alike[b] == b; i++) {
+            double sum = 0.0, sum_square = 0.0;
+            int n = 0;
+            for (int c = b; c < s->cycles; c++) {
+                const struct recording_sample *sample = &t->sample[span[c].first + i - span[b].first];
+                if (alike[c] != b || !sample->good || !t->sample[i].good) continue;
+                double apart = sample->length_m[leg] - t->sample[i].length_m[leg];
+                sum += apart, sum_square += apart * apart, n++;
+            }
+            if (n > 1) square += fmax(sum_square - sum * sum / n, 0.0), free += n - 1;
+        }
     return free ? sqrt(square / free) : 0.0;
 }
 
@@ -214,7 +234,9 @@ static void summarise(struct spectrum *s, const struct recording_test *t, const 
     for (int i = 0; i < s->cycles; i++) samples += add_noise(s, t, span[i].first, span[i].end, row[i], square);
     for (int ch = 0; ch < CHANNELS; ch++)
         for (int k = 0; k < LEGS; k++) s->noise[ch][k] = sqrt(square[ch][k] / samples);
-    for (int k = 0; k < LEGS; k++) s->scatter_m[k] = scatter_of(s, t, span, k);
+    int alike[CYCLES_MAX];
+    s->offsets = find_alike(s, t, span, place, alike);
+    for (int k = 0; k < LEGS; k++) s->scatter_m[k] = scatter_of(s, t, span, alike, k);
 }
 
 bool spectrum_measure(struct spectrum *s, const struct recording_test *t, enum cycles which) {

@@ -24,8 +24,11 @@ struct spectrum {
     double std[CHANNELS][LEGS][SPECTRUM_SIZE];  /* of the mean */
     double noise[CHANNELS][LEGS];               /* rms of the samples about the mean
                                                  * cycle, drift taken out */
+    int offsets;                 /* ways in which samples fall on a cycle: 1 where it is
+                                  * a whole number of them */
     double scatter_m[LEGS];      /* of lengths at one phase, from cycle to cycle,
-                                  * drift and all; 0: of a piece */
+                                  * drift and all; 0: of a piece, or no two cycles have
+                                  * the same phases */
 };
 
 /* False: fewer than two cycles that have nine tenths of their samples, and those good. */
@@ -58,11 +61,12 @@ void spectrum_at(const double *row, int harmonics, double omega, const double *b
 void spectrum_value(const double *row, int harmonics, double omega, double t_s, double value[3]);
 
 /* Standard deviation of one coefficient of a sinusoid of this amplitude in steps, in so many
- * samples a cycle, that the spread between cycles does not show: the rounding errors that are the
- * same in every cycle. They are lines sin(2 pi k x / step) step / (pi k) of the motion x, less what
- * shaking from cycle to cycle averages away (dither; how samples at one phase scatter tells how
- * much). The k-th is spread over the harmonics up to z = 2 pi k amplitude / step (Bessel functions:
- * J_n(z)^2 is 1 / (pi z)); beyond half of the samples it is folded back, alike on all. */
+ * different samples a cycle, that the spread between cycles does not show: the rounding errors that
+ * are the same in every cycle. They are lines sin(2 pi k x / step) step / (pi k) of the motion x,
+ * less what shaking from cycle to cycle averages away (dither; how samples at one phase scatter
+ * tells how much). The k-th is spread over the harmonics up to z = 2 pi k amplitude / step (Bessel
+ * functions: J_n(z)^2 is 1 / (pi z) on average); beyond the samples it is folded back, alike on
+ * all. */
 double spectrum_quantisation(double amplitude, double step, double scatter, double samples);
 
 /* Standard deviation of a leg's speed in the mean cycle of so many harmonics, position sensors of

@@ -74,13 +74,13 @@ static void invert3(double c[RESIDUALS][RESIDUALS]) {
 
 /* Pressures per length at a harmonic: stiff volumes with a leak between them, whose valves let in
  * what was recorded. */
-static void stiffness(const struct hydraulics_params *h, int leg, const double volume_m3[2], const double area_m2[2], double rate_radps,
-                      double complex pa_per_m[2]) {
-    double complex rate = CMPLX(0.0, rate_radps), leak = h->leakage_m3_per_s_pa[leg];
-    double complex one = rate * volume_m3[0] / h->bulk_modulus_pa[leg] + leak, other = rate * volume_m3[1] / h->bulk_modulus_pa[leg] + leak;
+static void stiffness(const struct cylinder_leg *leg, const double volume_m3[2], double rate_radps, double complex pa_per_m[2]) {
+    double complex rate = CMPLX(0.0, rate_radps), leak = leg->leakage_m3_per_s_pa;
+    double complex one = rate * volume_m3[PORT_A] / leg->bulk_modulus_pa + leak,
+                   other = rate * volume_m3[PORT_B] / leg->bulk_modulus_pa + leak;
     double complex both = one * other - leak * leak; /* 0 at rest */
-    pa_per_m[0] = rate_radps > 0.0 ? rate * (area_m2[0] * other - area_m2[1] * leak) / both : 0.0;
-    pa_per_m[1] = rate_radps > 0.0 ? rate * (area_m2[0] * leak - area_m2[1] * one) / both : 0.0;
+    pa_per_m[PORT_A] = rate_radps > 0.0 ? rate * (leg->a1_m2 * other - leg->a2_m2 * leak) / both : 0.0;
+    pa_per_m[PORT_B] = rate_radps > 0.0 ? rate * (leg->a1_m2 * leak - leg->a2_m2 * one) / both : 0.0;
 }
 
 /* Square of how far a mean pressure goes from cycle to cycle beyond its noise: a chamber whose
@@ -93,7 +93,7 @@ double whiten_in_step(const struct residual_test *t, const struct params *model,
     const struct spectrum *s = &t->spectrum;
     const double *row = s->mean[CHANNEL_LENGTH][leg];
     double step_m = model->sensors.enabled ? model->sensors.position_resolution_m : 0.0;
-    return s->cycles ? square(spectrum_quantisation(hypot(row[1], row[2]), step_m, s->scatter_m[leg], t->fitted)) : 0.0;
+    return s->cycles ? square(spectrum_quantisation(hypot(row[1], row[2]), step_m, s->scatter_m[leg], s->offsets * t->fitted)) : 0.0;
 }
 
 void whitener_init(struct whitener *w, const struct residual_test *t, const struct params *model, double model_error) {
@@ -120,7 +120,7 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
             var[1] = square(t->std[CHANNEL_P2][k][a]);
             var[2] = length_var[k] + square(t->std[CHANNEL_LENGTH][k][a]);
             double complex pa_per_m[2];
-            stiffness(&model->hydraulics, k, volume_m3, (const double[]){a1, a2}, rate, pa_per_m);
+            stiffness(leg, volume_m3, rate, pa_per_m);
             double complex from[RESIDUALS][3] = {{a1, -a2, lambda[k][k] * t->curve[a]}, {1.0, 0.0, pa_per_m[0]}, {0.0, 1.0, pa_per_m[1]}};
             double unsteady[RESIDUALS] = {0.0}, unsure = s->cycles ? a ? 1.0 : STATIC_ERROR : fmax(STATIC_ERROR / (2 * a + 1), 1.0);
             if (a == 0)
@@ -130,6 +130,8 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
                 whole[RESIDUAL_FORCE] = force * FORCE_SENSOR_ERROR / model_error;
                 others += square(t->std[CHANNEL_FORCE][k][a]);
             }
+            /* the sine and the cosine of a harmonic are whitened apart: what is in quadrature
+             * couples the two, and is left out */
             for (int i = 0; i < RESIDUALS; i++) {
                 for (int j = 0; j <= i; j++) {
                     double sure = model_error * (i != RESIDUAL_FORCE ? unsure : 1.0);
