@@ -48,8 +48,9 @@ static double held_square(const struct diagnosis *d, const struct params *model)
 /* Of each row held out the square by which the laws of the effects there are may be off. NULL: no
  * memory. */
 static double *law_errors(const struct diagnosis *d) {
-    double *sum = calloc(2 * (size_t)d->held_out.values, sizeof *sum), *part = sum + d->held_out.values;
+    double *sum = calloc(2 * (size_t)d->held_out.values, sizeof *sum);
     for (int e = 0; sum && effect_table[e]; e++) {
+        double *part = sum + d->held_out.values;
         if (!(d->given->effects[e].on || d->found[e]) || !fit_part(&d->held_out, &d->model, e, part)) continue;
         for (int i = 0; i < d->held_out.values; i++) sum[i] += pow(effect_table[e]->law_error * part[i], 2.0);
     }
@@ -198,7 +199,7 @@ static bool without_parallel(const struct diagnosis *d, const struct hypothesis 
         pull[i] = v->base ? (struct fit_pull){v->pull, value - v->neutral} : (struct fit_pull){0};
         if (parallel) variable_set(v, base, value);
         min[i] = parallel ? 0.0 : v->min - value, max[i] = parallel ? 0.0 : v->max - value;
-        changed = changed || parallel;
+        changed = changed || (parallel && !as_found);
     }
     return changed;
 }

@@ -58,8 +58,9 @@ void diagnosis_free(struct diagnosis *d);
  * explains no more than that explains nothing. */
 double diagnosis_law_error(const struct diagnosis *d);
 
-/* Sum of white squares, held out, with four times that in each row's deviation: a law excuses what
- * is left where it acts, and nothing elsewhere. INFINITY: no memory. */
+/* Sum of white squares, held out, each row's variance raised by the square of four times its law
+ * error: a law excuses what is left where it acts. INFINITY: no memory, or the model cannot make
+ * this motion. */
 double diagnosis_beyond_laws(const struct diagnosis *d);
 
 /* Fits every variable of the model; column and squares are those of the result. */

@@ -44,7 +44,8 @@ void fit_data_free(struct fit_data *d);
 bool fit_residual(const struct fit_data *d, const struct params *model, double *white);
 double fit_square(int n, const double *white); /* sum of squares */
 
-/* What an effect of the model contributes, white. False: the model cannot do without it. */
+/* What an effect of the model contributes, white. False: the model cannot do without it,
+ * or no memory. */
 bool fit_part(const struct fit_data *d, const struct params *model, int effect, double *white);
 
 /* Columns of d white / d variable at the model, [variable][values]. */

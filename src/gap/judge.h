@@ -8,9 +8,9 @@
 struct remainder {
     int values;
     double before, after;      /* excess of the base; sum of squares with the effects */
-    double beyond_laws;        /* of that, with what the laws there are may be off by taken
-                                * for noise, row by row; */
-    double noise;              /* so much of it may be noise */
+    double beyond_laws;        /* the same sum, each row's variance raised by what the laws
+                                * there are may be off by */
+    double noise;              /* as much as noise alone makes of it */
 };
 
 /* From a result that is complete but for these: fills verdict, reason and next_experiment. */

@@ -148,7 +148,7 @@ static void entry_words(FILE *out, const struct identification_report *r, bool a
 
 static void entries(struct report_page *p) {
     bool a, any = any_entries(p->report, &a), one = p->report->logs == 1;
-    static const char caption[] = "Difference from nominal, in % of √(Mii Mjj), of the two diagonal entries that belong to the entry, with "
+    static const char caption[] = "Difference from nominal, in % of √(Mii Mjj), the two diagonal entries of its row and column, with "
                                   "95 % intervals. Open: method A; filled: method C";
     fputs(one ? "<section id=\"entries\"><div class=\"beside\"><div>\n" : "<section id=\"entries\">\n", p->out);
     table_entries(p->out, p->report);
