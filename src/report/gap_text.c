@@ -46,8 +46,11 @@ static void print_findings(FILE *out, const struct gap_result *r) {
     }
     for (int i = 0, shown = 0; i < r->candidates && shown < RUNNERS_UP && r->verdict != GAP_NO_GAP; i++) {
         if (named(r, r->candidate[i].effect)) continue;
-        fprintf(out, "  runner-up %s: %.1f %%, short by z = %.0f\n", effect_table[r->candidate[i].effect]->name,
-                100.0 * r->candidate[i].share_explained, gap_short(r, &r->candidate[i]));
+        const char *name = effect_table[r->candidate[i].effect]->name;
+        double percent = 100.0 * r->candidate[i].share_explained;
+        /* candidates are of the first round: nothing to be short of beside several effects */
+        if (r->effects > 1) fprintf(out, "  %s alone would explain %.1f %%\n", name, percent);
+        else fprintf(out, "  runner-up %s: %.1f %%, short by z = %.0f\n", name, percent, gap_short(r, &r->candidate[i]));
         shown++;
     }
     if (r->offset_rival) fprintf(out, "  cannot be told from constant_force_offset\n");

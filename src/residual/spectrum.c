@@ -70,7 +70,7 @@ double spectrum_quantisation(double amplitude, double step, double scatter, doub
     double shaken = shaking(scatter / step), sum = 0.0;
     for (int k = 1; k <= ROUNDING_LINES; k++) {
         double z = 2.0 * PI * k * amplitude / step;
-        sum += rounding_line(k, shaken) * 2.0 / (z < samples ? fmax(PI * z, 2.0) : samples);
+        sum += rounding_line(k, shaken) * 2.0 / fmin(fmax(PI * z, 2.0), samples);
     }
     return step * sqrt(sum);
 }
