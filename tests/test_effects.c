@@ -299,6 +299,18 @@ static void a_length_sensor_is_right_at_its_zero(void **unused) {
     }
 }
 
+/* Air makes oil softer, and a configuration may have it too soft. */
+static void oil_has_the_effective_modulus_above_the_configured_one_too(void **unused) {
+    (void)unused;
+    static const double modulus_pa[] = {6e8, 1.1e9};
+    for (int n = 0; n < 2; n++) {
+        struct params params = with("entrained_air", &modulus_pa[n]);
+        struct machine m;
+        machine_init(&m, &params);
+        assert_close(m.oil.bulk_modulus_pa[3], modulus_pa[n], 1.0);
+    }
+}
+
 static void legs_differ_where_the_configuration_says_so(void **unused) {
     (void)unused;
     struct params params;
@@ -352,6 +364,7 @@ int main(void) {
         cmocka_unit_test(every_effect_says_what_it_is),
         cmocka_unit_test(every_effect_file_is_in_the_table),
         cmocka_unit_test(neutral_values_add_nothing),
+        cmocka_unit_test(oil_has_the_effective_modulus_above_the_configured_one_too),
         cmocka_unit_test(the_machine_is_its_constants_and_its_laws),
         cmocka_unit_test(neutral_values_leave_the_machine_as_it_is),
         cmocka_unit_test(both_engines_have_every_effect),
