@@ -3,12 +3,13 @@
 
 #include <stdlib.h>
 
-#include "spectrum.h"
+#include "line.h"
 #include "units.h"
 
 enum { SAMPLES = 2500 };
 
 static const double step_s = 0.002;
+static spectrum_cycle room[CYCLES_MAX];
 
 static struct recording_test make(double frequency_hz, struct recording_sample *sample) {
     for (int i = 0; i < SAMPLES; i++) sample[i] = (struct recording_sample){.test_time_s = 1.0 + i * step_s, .good = true};
@@ -26,7 +27,7 @@ static void spectrum_recovers_a_waveform_at_any_frequency(void **state) {
         struct spectrum s;
         double value[3], phase = 0.7, omega = 2.0 * PI * f;
         for (int i = 0; i < SAMPLES; i++) sample[i].length_m[2] = wave(omega * sample[i].test_time_s);
-        assert_true(spectrum_measure(&s, &t, CYCLES_ALL));
+        assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
         spectrum_value(s.mean[CHANNEL_LENGTH][2], s.harmonics, omega, phase / omega, value);
         assert_close(value[0], wave(phase), 1e-9); /* rounding of a 33x33 system */
         assert_close(value[1], omega * (cos(phase) + 1.5 * sin(3.0 * phase)), 1e-7);
@@ -41,7 +42,7 @@ static void a_drift_leaves_no_harmonics(void **state) {
     struct recording_test t = make(4.0, sample);
     struct spectrum s;
     for (int i = 0; i < SAMPLES; i++) sample[i].p1_pa[0] = 100.0 * sample[i].test_time_s;
-    assert_true(spectrum_measure(&s, &t, CYCLES_ALL));
+    assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
     /* of 25 a cycle: a sample's step, 0.2 */
     for (int a = 1; a < 9; a++) assert_below(fabs(s.mean[CHANNEL_P1][0][a]), 0.25);
 }
@@ -56,7 +57,7 @@ static void noise_is_measured_from_the_spread_of_cycles(void **state) {
     double square = 0.0, expected = 0.0;
     for (int i = 0; i < SAMPLES; i++)
         for (int k = 0; k < LEGS; k++) sample[i].p1_pa[k] = random_unit(&random);
-    assert_true(spectrum_measure(&s, &t, CYCLES_ALL));
+    assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
     for (int k = 0; k < LEGS; k++)
         for (int a = 1; a < 1 + 2 * s.harmonics; a++) {
             square += s.mean[CHANNEL_P1][k][a] * s.mean[CHANNEL_P1][k][a];
@@ -73,9 +74,9 @@ static void even_and_odd_cycles_are_apart(void **state) {
     struct recording_test t = make(4.0, sample);
     struct spectrum s;
     for (int i = 0; i < SAMPLES; i++) sample[i].length_m[0] = i / 125 % 2;
-    assert_true(spectrum_measure(&s, &t, CYCLES_EVEN));
+    assert_true(spectrum_measure(&s, room, &t, CYCLES_EVEN));
     assert_close(s.mean[CHANNEL_LENGTH][0][0], 0.0, 1e-12);
-    assert_true(spectrum_measure(&s, &t, CYCLES_ODD));
+    assert_true(spectrum_measure(&s, room, &t, CYCLES_ODD));
     assert_close(s.mean[CHANNEL_LENGTH][0][0], 1.0, 1e-9);
     assert_int_equal(s.cycles, 10);
 }
@@ -87,18 +88,18 @@ static void bad_samples_are_left_out_and_a_cycle_that_has_too_many(void **state)
     struct spectrum s;
     sample[300].good = false;
     sample[300].length_m[0] = NAN;
-    assert_true(spectrum_measure(&s, &t, CYCLES_ALL));
+    assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
     assert_int_equal(s.cycles, 20);
     assert_true(fabs(s.mean[CHANNEL_LENGTH][0][0]) < 1e-12 && s.noise[CHANNEL_LENGTH][0] < 1e-12);
     for (int i = 260; i < 300; i += 4) sample[i].good = false;
-    assert_true(spectrum_measure(&s, &t, CYCLES_ALL));
+    assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
     assert_int_equal(s.cycles, 20);
     sample[310].good = sample[320].good = false; /* one too many */
-    assert_true(spectrum_measure(&s, &t, CYCLES_ALL));
+    assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
     assert_int_equal(s.cycles, 19);
     /* 10 ms: the 16th harmonic turns in 7.8 */
     for (int i = 400; i < 404; i++) sample[i].good = false;
-    assert_true(spectrum_measure(&s, &t, CYCLES_ALL));
+    assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
     assert_int_equal(s.cycles, 18);
 }
 
@@ -120,7 +121,7 @@ static double rounding_over_predicted(double hz, double amplitude_m, double shak
             double x = amplitude * sin(2.0 * PI * hz * sample[i].test_time_s + phase) + offset_m + shaken;
             sample[i].length_m[0] = step_m * round(x / step_m);
         }
-        assert_true(spectrum_measure(&s, &t, CYCLES_ALL));
+        assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
         for (int a = 1; a <= 16; a++) {
             double truth = a == 1 ? amplitude * cos(phase) : a == 2 ? amplitude * sin(phase) : 0.0;
             found += pow(s.mean[CHANNEL_LENGTH][0][a] - truth, 2.0) - pow(s.std[CHANNEL_LENGTH][0][a], 2.0);
@@ -157,8 +158,8 @@ static void what_fades_is_no_line_and_what_stays_is_one(void **state) {
                 sample[i].length_m[k] = (1.0 + 0.01 * fading) * sin(4.0 * PI * at_s) + 0.002 * fading * sin(50.0 * at_s) +
                                         1e-4 * random_unit(&random) + pump * 2e-4 * sin(2.0 * PI * 83.3 * at_s + k);
         }
-        assert_true(spectrum_measure(&s, &t, CYCLES_ALL));
-        struct spectrum_line line = spectrum_find_line(&s, &t, CHANNEL_LENGTH);
+        assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
+        struct line line = line_in(&s, &t, CHANNEL_LENGTH);
         if (pump) {
             assert_close(line.hz, 83.3, 0.2);
             /* half-way between two bins: 15 % less */

@@ -8,6 +8,7 @@
 
 #include "base.h"
 #include "machine.h"
+#include "memory.h"
 
 static const double IDLE = 1e-6;         /* relative change of the squares */
 static const double PENALTY = 8.0;       /* of white squares, a parameter: ln of the
@@ -21,8 +22,10 @@ static const double BEND = 0.1;          /* of a signature: a law that bends les
 static const double SHORTEST_STEP = 0.1; /* of the base's linear one, before none is taken */
 static const double NEAR = 0.9;          /* of the gain with the base moved linearly:
                                           * polishing may turn the order */
-static const double NOISE_SQUARE = 0.8;  /* mean square of white noise at most: not 1, as rounding
-                                          * is taken at its worst; 0.4 to 0.55 is measured */
+static const double NOISE_SQUARE = 0.8;  /* mean square of white noise at most: not 1, as a third of
+                                          * the variance is what no model meets (BASE_ERROR), and a
+                                          * half of the cycles' scatter is motion, which the
+                                          * equations follow; 0.4 to 0.6 is measured */
 static const double SCATTER = 6.0;       /* of that mean, in standard deviations */
 static const double LAW_SIGMAS = 4.0;    /* of its law_error that an effect may leave */
 static const double FEW_CYCLES = 10.0;   /* mean square of Student's t of two or three cycles, which
@@ -39,34 +42,34 @@ enum {
 };
 
 static double held_square(const struct diagnosis *d, const struct params *model) {
-    double *white = malloc((size_t)d->held_out.values * sizeof *white), square = INFINITY;
-    if (white && fit_residual(&d->held_out, model, white)) square = fit_square(d->held_out.values, white);
+    double *white = memory_get((size_t)d->held_out.values, sizeof *white), square = INFINITY;
+    if (fit_residual(&d->held_out, model, white)) square = fit_square(d->held_out.values, white);
     free(white);
     return square;
 }
 
-/* Of each row held out the square by which the laws of the effects there are may be off. NULL: no
- * memory. */
+/* Of each row held out the square by which the laws of the effects there are may be off. */
 static double *law_errors(const struct diagnosis *d) {
-    double *sum = calloc(2 * (size_t)d->held_out.values, sizeof *sum);
-    for (int e = 0; sum && effect_table[e]; e++) {
-        double *part = sum + d->held_out.values;
+    size_t values = (size_t)d->held_out.values;
+    double *sum = memory_get(values, sizeof *sum), *part = memory_get(values, sizeof *part);
+    for (int e = 0; effect_table[e]; e++) {
         if (!(d->given->effects[e].on || d->found[e]) || !fit_part(&d->held_out, &d->model, e, part)) continue;
-        for (int i = 0; i < d->held_out.values; i++) sum[i] += pow(effect_table[e]->law_error * part[i], 2.0);
+        for (size_t i = 0; i < values; i++) sum[i] += pow(effect_table[e]->law_error * part[i], 2.0);
     }
+    free(part);
     return sum;
 }
 
 double diagnosis_law_error(const struct diagnosis *d) {
     double *error = law_errors(d), sum = 0.0;
-    for (int i = 0; error && i < d->held_out.values; i++) sum += error[i];
+    for (int i = 0; i < d->held_out.values; i++) sum += error[i];
     free(error);
     return sum;
 }
 
 double diagnosis_beyond_laws(const struct diagnosis *d) {
-    double *error = law_errors(d), *white = malloc((size_t)d->held_out.values * sizeof *white), sum = INFINITY;
-    if (error && white && fit_residual(&d->held_out, &d->model, white)) {
+    double *error = law_errors(d), *white = memory_get((size_t)d->held_out.values, sizeof *white), sum = INFINITY;
+    if (fit_residual(&d->held_out, &d->model, white)) {
         sum = 0.0;
         for (int i = 0; i < d->held_out.values; i++) sum += white[i] * white[i] / (1.0 + LAW_SIGMAS * LAW_SIGMAS * error[i]);
     }
@@ -89,15 +92,14 @@ int diagnosis_init(struct diagnosis *d, const struct params *given, const struct
     *d = (struct diagnosis){.given = given, .model = *given};
     int status = residual_prepare(&d->even, recording, CYCLES_EVEN, error);
     if (!status) status = residual_prepare(&d->odd, recording, CYCLES_ODD, error);
-    if (!status) status = fit_data_init(&d->fit, &d->even, given, error);
-    if (!status) status = fit_data_init(&d->held_out, &d->odd, given, error);
     if (status) return status;
+    fit_data_init(&d->fit, &d->even, given);
+    fit_data_init(&d->held_out, &d->odd, given);
     d->variables = base_variables(given, d->variable);
-    d->column = malloc((size_t)FIT_VARIABLES * (size_t)d->fit.values * sizeof *d->column);
-    d->gram = malloc((size_t)FIT_VARIABLES * FIT_VARIABLES * sizeof *d->gram);
-    d->raw = malloc((size_t)d->fit.values * sizeof *d->raw);
-    d->hypothesis = malloc(HYPOTHESES_MAX * sizeof *d->hypothesis);
-    if (!d->column || !d->gram || !d->raw || !d->hypothesis) return error_set(error, STATUS_IO, "out of memory");
+    d->column = memory_get((size_t)FIT_VARIABLES * (size_t)d->fit.values, sizeof *d->column);
+    d->gram = memory_get((size_t)FIT_VARIABLES * FIT_VARIABLES, sizeof *d->gram);
+    d->raw = memory_get((size_t)d->fit.values, sizeof *d->raw);
+    d->hypothesis = memory_get(HYPOTHESES_MAX, sizeof *d->hypothesis);
     if (!diagnosis_refit(d, BASE_ITERATIONS))
         return error_set(error, STATUS_USAGE, "the measured lengths are no motion of the machine in the configuration: check geometry");
     return STATUS_OK;
@@ -238,14 +240,13 @@ static void move_others(const struct diagnosis *d, const struct hypothesis *h, c
 /* From the best start; where it was tried already, on from there. */
 static void try_one(const struct diagnosis *d, const struct hypothesis *h, const struct trial *from, int iterations, struct trial *t) {
     double min[FIT_VARIABLES], max[FIT_VARIABLES], x[FIT_VARIABLES] = {0};
-    double *own = malloc(4 * (size_t)d->fit.values * sizeof *own);
+    double *own = memory_get(4 * (size_t)d->fit.values, sizeof *own);
     struct fit_pull pull[FIT_VARIABLES];
     struct linear_part linear = {
         .n = d->variables, .raw = d->raw, .column = d->column, .gram = d->gram, .min = min, .max = max, .pull = pull, .x = x};
     struct params base;
     bool again = t->ok, bent = false;
     t->ok = false;
-    if (!own) return;
 
     if (without_parallel(d, h, t->as_found, &base, min, max, pull)) {
         linear.raw = own;
@@ -383,9 +384,9 @@ static void try_all(struct crew *crew, int threads) {
 
 /* The legs with most to explain, most first. */
 static void rank_legs(const struct diagnosis *d, int leg[LEGS]) {
-    double square[LEGS] = {0}, *white = malloc((size_t)d->fit.values * sizeof *white);
-    if (white) memcpy(white, d->raw, (size_t)d->fit.values * sizeof *white);
-    for (int i = 0; i < d->fit.residual->tests && white; i++) {
+    double square[LEGS] = {0}, *white = memory_get((size_t)d->fit.values, sizeof *white);
+    memcpy(white, d->raw, (size_t)d->fit.values * sizeof *white);
+    for (int i = 0; i < d->fit.residual->tests; i++) {
         residual_row *row = (residual_row *)white + i;
         whiten(&d->fit.whitener[i], *row);
         for (int k = 0; k < LEGS; k++) square[k] += fit_square(RESIDUALS * RESIDUAL_SIZE, (*row)[k][0]);
@@ -441,10 +442,9 @@ static const struct trial *best_shape(const struct trial *finalist, int finalist
 /* Best first; the best few effects, each in its best shape and those that come near it, come
  * first, polished. */
 static void finish(struct crew *crew, struct trial *trial, int count, int threads) {
-    struct trial *finalist = calloc((size_t)count + 1, sizeof *finalist);
+    struct trial *finalist = memory_get((size_t)count, sizeof *finalist);
     int effects = 0, finalists = 0, others = 0;
     qsort(trial, (size_t)count, sizeof *trial, by_gain);
-    if (!finalist) return;
     double rise = trial_rise(&trial[0]);
     for (int i = 0; i < count; i++) {
         const struct trial *best = best_shape(finalist, finalists, trial[i].hypothesis->effect);
@@ -466,27 +466,25 @@ static void finish(struct crew *crew, struct trial *trial, int count, int thread
 }
 
 int diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads) {
-    struct crew *first = calloc(1, sizeof *first), *second = calloc(1, sizeof *second);
-    int leg[LEGS], count = 0;
-    if (first && second) {
-        first->d = second->d = d;
-        for (int i = 0; i < d->hypotheses; i++)
-            if (d->hypothesis[i].shape == SHAPE_ALL) first->hypothesis[first->count++] = &d->hypothesis[i];
-        first->trial = trial;
-        try_all(first, threads);
-        rank_legs(d, leg);
-        for (int i = 0; i < d->hypotheses; i++) {
-            const struct hypothesis *h = &d->hypothesis[i];
-            bool tried = h->shape == leg[0] || (h->shape == leg[1] && promising(first, h->effect, TRIED_ONE_LEG)) ||
-                         (h->shape == SHAPE_EACH && (promising(first, h->effect, TRIED_EACH) || hypothesis_parts(h) == PART_FORCE));
-            if (tried) second->hypothesis[second->count++] = h;
-        }
-        second->trial = trial + first->count;
-        second->before = first;
-        try_all(second, threads);
-        count = first->count + second->count;
-        finish(second, trial, count, threads);
+    struct crew *first = memory_get(1, sizeof *first), *second = memory_get(1, sizeof *second);
+    int leg[LEGS];
+    first->d = second->d = d;
+    for (int i = 0; i < d->hypotheses; i++)
+        if (d->hypothesis[i].shape == SHAPE_ALL) first->hypothesis[first->count++] = &d->hypothesis[i];
+    first->trial = trial;
+    try_all(first, threads);
+    rank_legs(d, leg);
+    for (int i = 0; i < d->hypotheses; i++) {
+        const struct hypothesis *h = &d->hypothesis[i];
+        bool tried = h->shape == leg[0] || (h->shape == leg[1] && promising(first, h->effect, TRIED_ONE_LEG)) ||
+                     (h->shape == SHAPE_EACH && (promising(first, h->effect, TRIED_EACH) || hypothesis_parts(h) == PART_FORCE));
+        if (tried) second->hypothesis[second->count++] = h;
     }
+    second->trial = trial + first->count;
+    second->before = first;
+    try_all(second, threads);
+    int count = first->count + second->count;
+    finish(second, trial, count, threads);
     free(first);
     free(second);
     return count;

@@ -59,8 +59,7 @@ void diagnosis_free(struct diagnosis *d);
 double diagnosis_law_error(const struct diagnosis *d);
 
 /* Sum of white squares, held out, each row's variance raised by the square of four times its law
- * error: a law excuses what is left where it acts. INFINITY: no memory, or the model cannot make
- * this motion. */
+ * error: a law excuses what is left where it acts. INFINITY: the model cannot make this motion. */
 double diagnosis_beyond_laws(const struct diagnosis *d);
 
 /* Fits every variable of the model; column and squares are those of the result. */

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "dense.h"
+#include "memory.h"
 
 enum { COLUMNS_MAX = 2 * FIT_VARIABLES, ACTIVE_SWEEPS = 200 };
 
@@ -26,15 +27,13 @@ double variable_get(const struct variable *v, const struct params *params) {
     return place[v->leg < 0 ? 0 : v->leg];
 }
 
-int fit_data_init(struct fit_data *d, const struct residual_data *residual, const struct params *model, struct error *error) {
+void fit_data_init(struct fit_data *d, const struct residual_data *residual, const struct params *model) {
     *d = (struct fit_data){.residual = residual, .values = residual->tests * (int)(sizeof(residual_row) / sizeof(double))};
-    d->whitener = malloc((size_t)residual->tests * sizeof *d->whitener);
-    if (!d->whitener) return error_set(error, STATUS_IO, "out of memory");
+    d->whitener = memory_get((size_t)residual->tests, sizeof *d->whitener);
     for (int i = 0; i < residual->tests; i++) {
         whitener_init(&d->whitener[i], &residual->test[i], model, BASE_ERROR);
         d->evaluated += d->whitener[i].values;
     }
-    return STATUS_OK;
 }
 
 void fit_data_free(struct fit_data *d) { free(d->whitener); }
@@ -64,10 +63,10 @@ double fit_square(int n, const double *white) {
 }
 
 bool fit_part(const struct fit_data *d, const struct params *model, int effect, double *white) {
-    double *without = malloc((size_t)d->values * sizeof *without);
+    double *without = memory_get((size_t)d->values, sizeof *without);
     struct params rest = *model;
     rest.effects[effect].on = false;
-    bool found = without && fit_residual(d, model, white) && fit_residual(d, &rest, without);
+    bool found = fit_residual(d, model, white) && fit_residual(d, &rest, without);
     for (int i = 0; i < d->values && found; i++) white[i] -= without[i];
     free(without);
     return found;
@@ -131,8 +130,8 @@ static bool fit_columns_from(const struct fit_data *d, const struct params *mode
 }
 
 bool fit_columns(const struct fit_data *d, const struct params *model, int variables, const struct variable *v, double *column) {
-    double *here = malloc((size_t)d->values * sizeof *here);
-    bool ok = here && raw_residual(d, model, PART_ALL, ALL_LEGS, here) && fit_columns_from(d, model, here, variables, v, NULL, column);
+    double *here = memory_get((size_t)d->values, sizeof *here);
+    bool ok = raw_residual(d, model, PART_ALL, ALL_LEGS, here) && fit_columns_from(d, model, here, variables, v, NULL, column);
     free(here);
     return ok;
 }
@@ -350,7 +349,7 @@ struct fit_result fit_model(const struct fit_data *d, struct params *model, int 
                             const struct linear_part *linear, int iterations) {
     int extra = linear ? linear->n : 0, n = variables + extra, values = d->values;
     struct fit_result result = {0};
-    double *room = malloc((size_t)(variables + 2) * (size_t)values * sizeof *room), *columns = room + 2 * values;
+    double *room = memory_get((size_t)(variables + 2) * (size_t)values, sizeof *room), *columns = room + 2 * values;
     struct descent s = {.d = d, .model = model, .variables = variables, .v = v, .linear = linear, .raw = room, .white = room + values};
     const double *column[COLUMNS_MAX];
     double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX], min[COLUMNS_MAX], max[COLUMNS_MAX], x[COLUMNS_MAX], std[COLUMNS_MAX];
@@ -358,8 +357,8 @@ struct fit_result fit_model(const struct fit_data *d, struct params *model, int 
 
     s.parts = parts_of(variables, v);
     s.leg = only_leg(residual_legs_apart(model), variables, v);
-    if (room && linear) memcpy(s.raw, linear->raw, (size_t)values * sizeof *room);
-    result.ok = room && raw_residual(d, model, linear ? s.parts : PART_ALL, linear ? s.leg : ALL_LEGS, s.raw);
+    if (linear) memcpy(s.raw, linear->raw, (size_t)values * sizeof *room);
+    result.ok = raw_residual(d, model, linear ? s.parts : PART_ALL, linear ? s.leg : ALL_LEGS, s.raw);
     if (result.ok) whiten_copy(d, s.raw, s.white);
     if (result.ok) s.square = linear_square(values, s.white, linear);
 

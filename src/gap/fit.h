@@ -37,7 +37,7 @@ struct fit_data {
     int evaluated;                /* of them; the others are zero */
 };
 
-int fit_data_init(struct fit_data *d, const struct residual_data *residual, const struct params *model, struct error *error);
+void fit_data_init(struct fit_data *d, const struct residual_data *residual, const struct params *model);
 void fit_data_free(struct fit_data *d);
 
 /* White residuals, d->values of them. False: the model cannot make this motion. */

@@ -10,6 +10,7 @@
 #include "controller.h"
 #include "judge.h"
 #include "line.h"
+#include "memory.h"
 #include "places.h"
 #include "replay.h"
 #include "search.h"
@@ -91,8 +92,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
     struct remainder remainder = {0};
     int open_loop = compare_check(params, measured, error);
     if (open_loop && options->replay == GAP_CLOSED_LOOP) return open_loop;
-    struct diagnosis *d = calloc(1, sizeof *d);
-    if (!d) return error_set(error, STATUS_IO, "out of memory");
+    struct diagnosis *d = memory_get(1, sizeof *d);
 
     bool motion = open_loop || options->replay == GAP_MOTION;
     *r = (struct gap_result){.replay = motion ? GAP_MOTION : GAP_CLOSED_LOOP, .validated = validate != NULL};
@@ -112,7 +112,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
         r->white_before = d->held_square / d->held_out.evaluated;
         r->places = places_find(d, measured, &d->model, r->where);
         r->line = line_find(measured, 1.0);
-        status = search_effects(d, measured, options, r, error);
+        search_effects(d, measured, options, r);
         r->white_after = d->held_square / d->held_out.evaluated;
         extend(params, d, r);
     }

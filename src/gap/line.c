@@ -1,9 +1,108 @@
 #include "line.h"
 
-#include "spectrum.h"
+#include <math.h>
+#include <stdlib.h>
 
+#include "memory.h"
+#include "units.h"
+
+enum {
+    LINE_BINS = 3,       /* nearer to a harmonic it is none */
+    LINE_SAMPLES = 4096, /* eight seconds tell a line; the search grows with their square */
+};
+static const double LINE_STEP_S = 2e-3;     /* lines are looked for up to 250 Hz */
 static const double LINE_POWER = 12.0;      /* of white noise, mean of six legs: 1 +- 0.4; */
 static const double LINE_POWER_ONE = 30.0;  /* of one leg the strongest of 20 000 bins has 10 */
+
+/* What is left of the samples when the mean cycle, the constant and the trend are taken off. */
+static void leave_rest(const struct spectrum *s, const struct recording_test *t, enum channel channel, int leg, double *rest) {
+    int n = t->end - t->first;
+    double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, value[3];
+    for (int i = 0; i < n; i++) {
+        const struct recording_sample *sample = &t->sample[t->first + i];
+        spectrum_value(s->mean[channel][leg], s->harmonics, s->omega, sample->test_time_s, value);
+        rest[i] = sample->good ? spectrum_channel(sample, channel)[leg] - value[0] : 0.0;
+        x += (double)i / n, y += rest[i] / n;
+    }
+    for (int i = 0; i < n; i++) xx += (i - x) * (i - x), xy += (i - x) * rest[i];
+    for (int i = 0; i < n; i++) rest[i] -= y + xy / xx * (i - x);
+}
+
+enum { AT_ONCE = 8 };
+
+/* |sum rest[i] exp(-2 pi j b i / n)|^2 of so many bins b from `first` on, by rotating pointers. */
+static void power_at(int n, const double *rest, int first, double power[AT_ONCE]) {
+    double c[AT_ONCE], s[AT_ONCE], re[AT_ONCE], im[AT_ONCE], sum_re[AT_ONCE] = {0}, sum_im[AT_ONCE] = {0};
+    for (int j = 0; j < AT_ONCE; j++) {
+        double radians = 2.0 * PI * (first + j) / n;
+        c[j] = cos(radians), s[j] = sin(radians), re[j] = 1.0, im[j] = 0.0;
+    }
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < AT_ONCE; j++) {
+            sum_re[j] += rest[i] * re[j], sum_im[j] += rest[i] * im[j];
+            double next = re[j] * c[j] - im[j] * s[j];
+            im[j] = re[j] * s[j] + im[j] * c[j], re[j] = next;
+        }
+    for (int j = 0; j < AT_ONCE; j++) power[j] = sum_re[j] * sum_re[j] + sum_im[j] * sum_im[j];
+}
+
+/* Harmonics too high to be in the mean cycle are no lines: rounding errors have them. What is
+ * slower than the motion is drift. */
+static bool off_harmonics(const struct spectrum *s, double hz, double width_hz) {
+    double base_hz = s->omega / (2.0 * PI), nearest_hz = base_hz * round(hz / base_hz);
+    return hz > base_hz && fabs(hz - nearest_hz) >= width_hz;
+}
+
+/* Means of so many values in turn, in place. */
+static void thin(int n, int many, double *value) {
+    for (int i = 0; i < n; i++) {
+        double sum = 0.0;
+        for (int j = 0; j < many; j++) sum += value[i * many + j] / many;
+        value[i] = sum;
+    }
+}
+
+/* By Hann's window: what fades from an end of the piece, a transient, must not look like a line
+ * beside the motion's own. Returns the sum of the weights. */
+static double window(int n, double *value) {
+    double sum = 0.0;
+    for (int i = 0; i < n; i++) {
+        double weight = 0.5 - 0.5 * cos(2.0 * PI * (i + 0.5) / n);
+        value[i] *= weight, sum += weight;
+    }
+    return sum;
+}
+
+struct line line_in(const struct spectrum *s, const struct recording_test *t, enum channel channel) {
+    int all = t->end - t->first, many = (int)fmax(LINE_STEP_S / recording_step_s(t), 1.0), n = (int)fmin(all / many, LINE_SAMPLES);
+    int bins = n / 2;
+    struct line line = {0};
+    double *rest = memory_get((size_t)all, sizeof *rest), *power = memory_get((size_t)bins + 1, sizeof *power), step_s;
+    double *absolute = memory_get((size_t)bins + 1, sizeof *absolute);
+    double weights = 0.0;
+    int legs = 0; /* that have the channel */
+    for (int k = 0; k < LEGS; k++) {
+        double square = 0.0;
+        leave_rest(s, t, channel, k, rest);
+        thin(n, many, rest);
+        weights = window(n, rest);
+        for (int i = 0; i < n; i++) square += rest[i] * rest[i];
+        legs += square > 0.0;
+        for (int first = LINE_BINS; first < bins && square > 0.0; first += AT_ONCE) {
+            double p[AT_ONCE];
+            power_at(n, rest, first, p);
+            for (int b = first; b < bins && b < first + AT_ONCE; b++) power[b] += p[b - first] / square, absolute[b] += p[b - first];
+        }
+    }
+    step_s = (t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s) / (all - 1) * many;
+    for (int b = LINE_BINS; b < bins && legs; b++)
+        if (power[b] / legs > line.power && off_harmonics(s, b / (n * step_s), LINE_BINS / (n * step_s)))
+            line = (struct line){b / (n * step_s), sqrt(2.0 * absolute[b] / legs) / weights, power[b] / legs};
+    free(rest);
+    free(power);
+    free(absolute);
+    return line;
+}
 
 struct gap_line line_find(const struct recording *recording, double share) {
     struct gap_line found = {0};
@@ -11,16 +110,18 @@ struct gap_line line_find(const struct recording *recording, double share) {
         enum channel channel;
         enum gap_channel name;
     } channels[] = {{CHANNEL_P1, GAP_P1}, {CHANNEL_P2, GAP_P2}, {CHANNEL_LENGTH, GAP_LENGTH}};
+    spectrum_cycle *room = memory_get(CYCLES_MAX, sizeof *room);
     double most = share * (params_legs(recording->params) > 1 ? LINE_POWER : LINE_POWER_ONE);
     for (int i = 0; i < recording->tests; i++) {
         struct spectrum s;
-        if (!spectrum_measure(&s, &recording->test[i], CYCLES_ALL)) continue;
+        if (!spectrum_measure(&s, room, &recording->test[i], CYCLES_ALL)) continue;
         for (size_t j = 0; j < sizeof channels / sizeof *channels; j++) {
-            struct spectrum_line line = spectrum_find_line(&s, &recording->test[i], channels[j].channel);
+            struct line line = line_in(&s, &recording->test[i], channels[j].channel);
             if (!(line.power > most)) continue;
             most = line.power;
             found = (struct gap_line){line.hz, line.rms, channels[j].name, recording->test[i].dof, recording->test[i].test};
         }
     }
+    free(room);
     return found;
 }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "inverse_dynamics.h"
+#include "memory.h"
 #include "units.h"
 
 enum { FEATURES = 6 };
@@ -53,10 +54,10 @@ static int by_share(const void *a, const void *b) {
 int places_find(const struct diagnosis *d, const struct recording *recording, const struct params *model,
                 struct gap_place place[GAP_PLACES]) {
     int tests = d->odd.tests, all = tests * LEGS * RESIDUALS * RESIDUAL_SIZE, n = 0;
-    struct gap_place *list = calloc((size_t)all, sizeof *list);
+    struct gap_place *list = memory_get((size_t)all, sizeof *list);
     double whole = 0.0;
 
-    for (int i = 0; i < tests && list; i++) {
+    for (int i = 0; i < tests; i++) {
         const struct residual_test *t = &d->odd.test[i];
         const struct recording_test *of = &recording->test[t->of];
         residual_row raw, white;

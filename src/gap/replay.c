@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "ident.h"
+#include "memory.h"
 #include "plant.h"
 #include "platform.h"
 #include "residual.h"
@@ -59,8 +60,8 @@ static int drive(struct plant *plant, struct platform *platform, const struct pa
 
 static int replay_run(const struct params *p, struct recording *out, struct error *error) {
     struct plant *plant = plant_create(p, 1, error);
-    struct platform *platform = malloc(sizeof *platform);
-    int status = !plant ? (int)error->status : !platform ? error_set(error, STATUS_IO, "out of memory") : platform_init(platform, p, error);
+    struct platform *platform = memory_get(1, sizeof *platform);
+    int status = plant ? platform_init(platform, p, error) : (int)error->status;
     if (!status) status = drive(plant, platform, p, out, error);
     plant_destroy(plant);
     free(platform);
@@ -68,8 +69,8 @@ static int replay_run(const struct params *p, struct recording *out, struct erro
 }
 
 int replay_closed_loop(const struct params *model, const struct recording *like, struct recording *out, struct error *error) {
-    struct params *p = malloc(sizeof *p);
-    int status = p ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
+    struct params *p = memory_get(1, sizeof *p);
+    int status = STATUS_OK;
     recording_init(out, like->params);
     for (int run = 0; run < like->runs && !status; run++) {
         if (run) status = recording_begin(out, &like->run[run], error);
@@ -124,10 +125,10 @@ static void feed(struct ident *id, const struct recording_test *t) {
 
 bool replay_identify(const struct params *params, const struct recording *recording, double mt[DOFS][DOFS]) {
     struct error error;
-    struct ident *id = malloc(sizeof *id);
+    struct ident *id = memory_get(1, sizeof *id);
     struct params driven = *params;
     driven.tests = recording->run[0]; /* at the frequency at which the legs moved */
-    bool ok = id && ident_init(id, &driven, &error) == STATUS_OK;
+    bool ok = ident_init(id, &driven, &error) == STATUS_OK;
     for (int i = 0; i < recording->tests && ok; i++)        /* the six tests are the first run's */
         if (!recording->test[i].run) feed(id, &recording->test[i]);
     ok = ok && (ident_end(id), ident_solve(id));
@@ -231,11 +232,14 @@ static void compare_test(const struct spectrum *m, const struct spectrum *s, str
 void replay_compare(const struct recording *measured, const struct recording *simulated, enum cycles which, struct gap_size *difference,
                     struct gap_size *noise) {
     struct sums sums = {0};
+    spectrum_cycle *room = memory_get(CYCLES_MAX, sizeof *room);
     for (int i = 0; i < measured->tests; i++) {
         const struct recording_test *t = recording_find(simulated, measured->test[i].run, measured->test[i].dof);
         struct spectrum m, s;
-        if (t && spectrum_measure(&m, &measured->test[i], which) && spectrum_measure(&s, t, CYCLES_ALL)) compare_test(&m, &s, &sums);
+        if (t && spectrum_measure(&m, room, &measured->test[i], which) && spectrum_measure(&s, room, t, CYCLES_ALL))
+            compare_test(&m, &s, &sums);
     }
+    free(room);
     *difference = size_of(&sums, &sums.difference);
     *noise = size_of(&sums, &sums.noise);
 }
@@ -268,8 +272,8 @@ void replay_motion(const struct params *model, const struct recording *measured,
     struct error error;
     struct sums sums = {0};
     int status = residual_prepare(&data, measured, which, &error);
-    struct whitener *w = malloc(sizeof *w);
-    for (int i = 0; i < data.tests && !status && w; i++) {
+    struct whitener *w = memory_get(1, sizeof *w);
+    for (int i = 0; i < data.tests && !status; i++) {
         const struct residual_test *t = &data.test[i];
         residual_row row;
         whitener_init(w, t, model, NOISE_ALONE);

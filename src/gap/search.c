@@ -8,6 +8,7 @@
 #include "base.h"
 #include "inverse_dynamics.h"
 #include "machine.h"
+#include "memory.h"
 
 /* Set by machines with nothing hidden: of some forty effects tried the luckiest gains 5 to 10 on
  * held-out cycles (make bench-gap). */
@@ -193,13 +194,13 @@ static double determined(const struct trial *t) {
  * trial, which pays only for what is determined? A value for each leg takes up what another effect
  * does to the legs. The model stays, refitted. */
 static bool is_two(struct diagnosis *d, const struct trial *trial, int simple, int threads) {
-    struct trial *next = calloc(HYPOTHESES_MAX, sizeof *next);
+    struct trial *next = memory_get(HYPOTHESES_MAX, sizeof *next);
     /* before the list of hypotheses, to which trials point, is another */
     double needed = trial_rise(&trial[0]) - penalty(&trial[0]) * determined(&trial[0]) / trial[0].hypothesis->variables +
                     trial[0].held_gain;
     double evidence = d->square + d->held_square - penalty(&trial[simple]);
     bool two = false;
-    if (next && diagnosis_add(d, &trial[simple])) {
+    if (diagnosis_add(d, &trial[simple])) {
         int trials = diagnosis_try(d, next, threads);
         prefer_seen(d, next, trials);
         prefer_simple(d, next, trials);
@@ -389,16 +390,10 @@ static void read_base(const struct diagnosis *d, struct gap_result *r) {
     }
 }
 
-int search_effects(struct diagnosis *d, const struct recording *measured, const struct gap_options *o, struct gap_result *r,
-                   struct error *error) {
+void search_effects(struct diagnosis *d, const struct recording *measured, const struct gap_options *o, struct gap_result *r) {
     find_skew(d, measured, r);
-    struct trial *trial = calloc(HYPOTHESES_MAX, sizeof *trial);
-    struct revision *revision = calloc(1, sizeof *revision);
-    if (!trial || !revision) {
-        free(trial);
-        free(revision);
-        return error_set(error, STATUS_IO, "out of memory");
-    }
+    struct trial *trial = memory_get(HYPOTHESES_MAX, sizeof *trial);
+    struct revision *revision = memory_get(1, sizeof *revision);
     double first_held = d->held_square;
 
     for (int round = 0; r->effects < GAP_EFFECTS && round < ROUNDS_MAX; round++) {
@@ -450,5 +445,4 @@ int search_effects(struct diagnosis *d, const struct recording *measured, const 
     read_effects(d, r);
     share_out(d, first_held, r);
     sort_effects(r);
-    return STATUS_OK;
 }

@@ -5,8 +5,7 @@
 
 #include "diagnose.h"
 
-/* Fills the result's effects, candidates, rivals and base. 0, or -3 without memory. */
-int search_effects(struct diagnosis *d, const struct recording *measured, const struct gap_options *options, struct gap_result *result,
-                   struct error *error);
+/* Fills the result's effects, candidates, rivals and base. */
+void search_effects(struct diagnosis *d, const struct recording *measured, const struct gap_options *options, struct gap_result *result);
 
 #endif

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "memory.h"
 #include "replay.h"
 #include "residual.h"
 
@@ -91,32 +92,35 @@ static struct wave_test *add_test(struct waves *w, const struct recording_test *
     return t;
 }
 
-static int prepare(struct waves *w, const struct recording *measured, struct error *error) {
-    *w = (struct waves){.legs = params_legs(measured->params), .test = calloc((size_t)measured->tests + 1, sizeof *w->test)};
-    return w->test ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
+static void prepare(struct waves *w, const struct recording *measured) {
+    *w = (struct waves){.legs = params_legs(measured->params), .test = memory_get((size_t)measured->tests, sizeof *w->test)};
 }
 
 static void put_run(struct waves *w, const struct recording *simulated, enum side side) {
+    spectrum_cycle *room = memory_get(CYCLES_MAX, sizeof *room);
     for (int i = 0; i < w->tests; i++) {
         const struct recording_test *t = recording_find(simulated, w->test[i].run, w->test[i].dof);
         struct spectrum s;
         channel_rows row;
-        if (!t || !spectrum_measure(&s, t, CYCLES_ALL)) continue;
+        if (!t || !spectrum_measure(&s, room, t, CYCLES_ALL)) continue;
         for (int leg = 0; leg < LEGS; leg++) {
             rows(&s, leg, row);
             for (int ch = 0; ch < GAP_CHANNELS; ch++) memcpy(side_row(&w->test[i].wave[ch][leg], side), row[ch], sizeof *row);
         }
     }
+    free(room);
 }
 
 int waves_closed_loop(struct waves *w, const struct gap_result *result, const struct recording *measured, struct error *error) {
-    int status = prepare(w, measured, error);
-    for (int i = 0; i < measured->tests && !status; i++) {
+    spectrum_cycle *room = memory_get(CYCLES_MAX, sizeof *room);
+    prepare(w, measured);
+    for (int i = 0; i < measured->tests; i++) {
         struct spectrum s;
-        if (spectrum_measure(&s, &measured->test[i], CYCLES_ALL)) add_test(w, &measured->test[i], &s);
+        if (spectrum_measure(&s, room, &measured->test[i], CYCLES_ALL)) add_test(w, &measured->test[i], &s);
     }
-    if (status) return status;
+    free(room);
     struct replay both[2];
+    int status = STATUS_OK;
     replay_both(&result->base_model, result->effects ? &result->fitted : NULL, measured, both);
     for (int side = BEFORE; side <= AFTER && !status; side++) {
         status = both[side].status;
@@ -146,9 +150,8 @@ static bool put_residual(struct wave_test *t, const struct residual_test *residu
 
 int waves_motion(struct waves *w, const struct gap_result *result, const struct recording *measured, struct error *error) {
     struct residual_data data;
-    int status = prepare(w, measured, error);
-    if (status) return status;
-    status = residual_prepare(&data, measured, CYCLES_ALL, error);
+    prepare(w, measured);
+    int status = residual_prepare(&data, measured, CYCLES_ALL, error);
     for (int i = 0; i < data.tests && !status; i++) {
         struct wave_test *t = add_test(w, &measured->test[data.test[i].of], &data.test[i].spectrum);
         bool made = put_residual(t, &data.test[i], &result->base_model, BEFORE) && put_residual(t, &data.test[i], &result->fitted, AFTER);

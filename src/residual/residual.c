@@ -254,15 +254,14 @@ static bool add_pressures(struct run *r, const struct residual_test *t, const st
  * what is linear in the noise is in neither. */
 static bool simulate_pressures(const struct residual_test *t, const struct params *model, const struct machine *machine, int leg,
                                const struct series *rows, struct pressure_rows *p) {
-    struct run *r = malloc(sizeof *r);
-    bool gap = machine->command.count > 0, limited = false, ok = r != NULL;
+    struct run r;
+    bool gap = machine->command.count > 0, limited = false, ok = true;
     memset(p, 0, sizeof *p);
-    if (!t->dither || !gap) ok = ok && add_pressures(r, t, model, leg, rows, 0.0, 1.0, p, &limited);
+    if (!t->dither || !gap) ok = add_pressures(&r, t, model, leg, rows, 0.0, 1.0, p, &limited);
     if (t->dither && (gap || limited)) {
         memset(p, 0, sizeof *p);
-        for (int sign = -1; sign <= 1; sign += 2) ok = ok && add_pressures(r, t, model, leg, rows, sign, 0.5, p, &limited);
+        for (int sign = -1; sign <= 1; sign += 2) ok = ok && add_pressures(&r, t, model, leg, rows, sign, 0.5, p, &limited);
     }
-    free(r);
     return ok;
 }
 
@@ -275,25 +274,24 @@ static double above_mean(const double force_n[3], const double mean_n[2]) {
 bool residual_staircase(const struct residual_test *t, const struct params *model, double row[LEGS][RESIDUAL_SIZE]) {
     memset(row, 0, LEGS * sizeof row[0]);
     if (t->substeps % 2) return true;
-    struct run *r = malloc(sizeof *r);
+    struct run r;
     double (*force_n)[LEGS] = calloc((size_t)t->samples + 1, sizeof *force_n), (*mean_n)[LEGS] = calloc((size_t)t->samples, sizeof *mean_n);
     struct cylinder_model cylinder;
     struct series rows;
     cylinder_model_init(&cylinder, model);
     undo_all(&cylinder.machine, t, &rows);
-    bool ok = r && force_n && mean_n && t->chambers && begin_run(r, t, model, ALL_LEGS, 0.0, &rows);
+    bool ok = force_n && mean_n && t->chambers && begin_run(&r, t, model, ALL_LEGS, 0.0, &rows);
     for (int i = 0; i < t->samples && ok; i++) {
-        add_forces(r, 1.0, force_n[i]);
-        run_on(r, i, mean_n[i]);
+        add_forces(&r, 1.0, force_n[i]);
+        run_on(&r, i, mean_n[i]);
     }
-    if (ok) add_forces(r, 1.0, force_n[t->samples]), valve_line_free(&r->line);
+    if (ok) add_forces(&r, 1.0, force_n[t->samples]), valve_line_free(&r.line);
     for (int i = t->samples - t->fitted; i < t->samples && ok && i > 0; i++)
         for (int k = 0; k < t->legs; k++) {
             double above_n = above_mean((double[]){force_n[i - 1][k], force_n[i][k], force_n[i + 1][k]},
                                         (double[]){mean_n[i - 1][k], mean_n[i][k]});
             for (int a = 0; a < t->size; a++) row[k][a] += t->projection[a * t->fitted + i - (t->samples - t->fitted)] * above_n;
         }
-    free(r);
     free(force_n);
     free(mean_n);
     return ok;

@@ -76,7 +76,11 @@ static void take_dither(struct residual_test *t, const struct recording_test *te
 /* A steady sinusoid: the harmonics of its mean cycle, once the start is forgotten. */
 static int prepare_cycle(struct residual_test *t, const struct recording_test *test, enum cycles which, struct error *error) {
     const struct spectrum *s = &t->spectrum;
-    if (!spectrum_measure(&t->spectrum, test, which))
+    spectrum_cycle *room = malloc(CYCLES_MAX * sizeof *room);
+    if (!room) return error_set(error, STATUS_IO, "out of memory");
+    bool enough = spectrum_measure(&t->spectrum, room, test, which);
+    free(room);
+    if (!enough)
         return error_set(error, STATUS_USAGE,
                          "test %s: fewer than two whole cycles of %g Hz: the others miss more than a tenth of their "
                          "samples, or a piece at once: lost, flagged or no number",

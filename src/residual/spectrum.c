@@ -1,7 +1,6 @@
 #include "spectrum.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "dense.h"
@@ -10,12 +9,9 @@
 enum {
     SAMPLES_PER_HARMONIC = 3,
     SPEED_POINTS = 64,
-    LINE_BINS = 3,       /* nearer to a harmonic it is none */
-    LINE_SAMPLES = 4096, /* eight seconds tell a line; the search grows with their square */
     ROUNDING_LINES = 20,
     BISECTIONS = 30,
 };
-static const double LINE_STEP_S = 2e-3; /* lines are looked for up to 250 Hz */
 static const double RIDGE = 1e-9; /* of the samples: more than rounding, less than any signal */
 static const double SAME_PHASE = 0.05; /* of a sample */
 static const double MOST = 0.9; /* of a cycle's samples must be there, and no piece missing, but
@@ -86,7 +82,7 @@ double spectrum_speed_std(const struct spectrum *s, int leg, int harmonics, doub
     return sqrt(sum);
 }
 
-static const double *channel_of(const struct recording_sample *s, int channel) {
+const double *spectrum_channel(const struct recording_sample *s, enum channel channel) {
     const double *const all[CHANNELS] = {s->length_m, s->p1_pa, s->p2_pa, s->valve, s->force_n};
     return all[channel];
 }
@@ -110,7 +106,7 @@ static int add_samples(const struct spectrum *s, const struct recording_test *t,
             for (int b = 0; b <= a; b++) product[a][b] += basis[a] * basis[b];
         for (int ch = 0; ch < CHANNELS; ch++)
             for (int k = 0; k < LEGS; k++) {
-                double y = channel_of(sample, ch)[k];
+                double y = spectrum_channel(sample, (enum channel)ch)[k];
                 for (int a = 0; a < size; a++) row[ch][k][a] += basis[a] * y;
             }
     }
@@ -166,15 +162,13 @@ static int add_noise(const struct spectrum *s, const struct recording_test *t, i
         spectrum_basis(s->omega * t->sample[i].test_time_s, s->harmonics, basis);
         for (int ch = 0; ch < CHANNELS; ch++)
             for (int k = 0; k < LEGS; k++) {
-                double rest = channel_of(&t->sample[i], ch)[k] - row[ch][k][0];
+                double rest = spectrum_channel(&t->sample[i], (enum channel)ch)[k] - row[ch][k][0];
                 for (int a = 1; a < 1 + 2 * s->harmonics; a++) rest -= basis[a] * s->mean[ch][k][a];
                 square[ch][k] += rest * rest;
             }
     }
     return good;
 }
-
-typedef double cycle_row[CHANNELS][LEGS][SPECTRUM_SIZE];
 
 struct cycle_span {
     int first, end;
@@ -217,7 +211,7 @@ static double scatter_of(const struct spectrum *s, const struct recording_test *
     return free ? sqrt(square / free) : 0.0;
 }
 
-static void summarise(struct spectrum *s, const struct recording_test *t, const struct cycle_span *span, cycle_row *row,
+static void summarise(struct spectrum *s, const struct recording_test *t, const struct cycle_span *span, spectrum_cycle *row,
                       const double *place) {
     double value[CYCLES_MAX], square[CHANNELS][LEGS] = {0};
     int samples = 0;
@@ -239,18 +233,17 @@ static void summarise(struct spectrum *s, const struct recording_test *t, const 
     for (int k = 0; k < LEGS; k++) s->scatter_m[k] = scatter_of(s, t, span, alike, k);
 }
 
-bool spectrum_measure(struct spectrum *s, const struct recording_test *t, enum cycles which) {
+bool spectrum_measure(struct spectrum *s, spectrum_cycle row[CYCLES_MAX], const struct recording_test *t, enum cycles which) {
     memset(s, 0, sizeof *s);
     if (t->first < 0 || t->end - t->first < 8 || t->piece_s > 0.0 || !(t->frequency_hz > 0.0)) return false;
     double start_s = t->sample[t->first].test_time_s, step_s = recording_step_s(t);
     double period_s = 1.0 / t->frequency_hz;
     s->omega = 2.0 * PI * t->frequency_hz;
     s->harmonics = (int)fmin(SPECTRUM_HARMONICS, period_s / step_s / SAMPLES_PER_HARMONIC);
-    cycle_row *row = calloc(CYCLES_MAX, sizeof *row);
     double place[CYCLES_MAX];
     struct cycle_span span[CYCLES_MAX];
     int i = t->first;
-    for (int cycle = 0; row && s->cycles < CYCLES_MAX && i < t->end; cycle++) {
+    for (int cycle = 0; s->cycles < CYCLES_MAX && i < t->end; cycle++) {
         struct cycle_span c = {.first = i};
         double until_s = start_s + (cycle + 1) * period_s - 1e-6 * step_s;
         while (i < t->end && t->sample[i].test_time_s < until_s) i++;
@@ -261,9 +254,8 @@ bool spectrum_measure(struct spectrum *s, const struct recording_test *t, enum c
         place[s->cycles] = cycle;
         span[s->cycles++] = c;
     }
-    bool enough = row && s->cycles >= 2 && s->harmonics >= 1;
+    bool enough = s->cycles >= 2 && s->harmonics >= 1;
     if (enough) summarise(s, t, span, row, place);
-    free(row);
     return enough;
 }
 
@@ -321,94 +313,4 @@ bool spectrum_cut(struct spectrum *s, const struct recording_test *t, double fro
         }
     s->speed_gain = speed_gain(s, t, first, end, inverse);
     return true;
-}
-
-/* What is left of the samples when the mean cycle, the constant and the trend are taken off. */
-static void leave_rest(const struct spectrum *s, const struct recording_test *t, enum channel channel, int leg, double *rest) {
-    int n = t->end - t->first;
-    double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, value[3];
-    for (int i = 0; i < n; i++) {
-        const struct recording_sample *sample = &t->sample[t->first + i];
-        spectrum_value(s->mean[channel][leg], s->harmonics, s->omega, sample->test_time_s, value);
-        rest[i] = sample->good ? channel_of(sample, (int)channel)[leg] - value[0] : 0.0;
-        x += (double)i / n, y += rest[i] / n;
-    }
-    for (int i = 0; i < n; i++) xx += (i - x) * (i - x), xy += (i - x) * rest[i];
-    for (int i = 0; i < n; i++) rest[i] -= y + xy / xx * (i - x);
-}
-
-enum { AT_ONCE = 8 };
-
-/* |sum rest[i] exp(-2 pi j b i / n)|^2 of so many bins b from `first` on, by rotating pointers. */
-static void power_at(int n, const double *rest, int first, double power[AT_ONCE]) {
-    double c[AT_ONCE], s[AT_ONCE], re[AT_ONCE], im[AT_ONCE], sum_re[AT_ONCE] = {0}, sum_im[AT_ONCE] = {0};
-    for (int j = 0; j < AT_ONCE; j++) {
-        double radians = 2.0 * PI * (first + j) / n;
-        c[j] = cos(radians), s[j] = sin(radians), re[j] = 1.0, im[j] = 0.0;
-    }
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < AT_ONCE; j++) {
-            sum_re[j] += rest[i] * re[j], sum_im[j] += rest[i] * im[j];
-            double next = re[j] * c[j] - im[j] * s[j];
-            im[j] = re[j] * s[j] + im[j] * c[j], re[j] = next;
-        }
-    for (int j = 0; j < AT_ONCE; j++) power[j] = sum_re[j] * sum_re[j] + sum_im[j] * sum_im[j];
-}
-
-/* Harmonics too high to be in the mean cycle are no lines: rounding errors have them. What is
- * slower than the motion is drift. */
-static bool off_harmonics(const struct spectrum *s, double hz, double width_hz) {
-    double base_hz = s->omega / (2.0 * PI), nearest_hz = base_hz * round(hz / base_hz);
-    return hz > base_hz && fabs(hz - nearest_hz) >= width_hz;
-}
-
-/* Means of so many values in turn, in place. */
-static void thin(int n, int many, double *value) {
-    for (int i = 0; i < n; i++) {
-        double sum = 0.0;
-        for (int j = 0; j < many; j++) sum += value[i * many + j] / many;
-        value[i] = sum;
-    }
-}
-
-/* By Hann's window: what fades from an end of the piece, a transient, must not look like a line
- * beside the motion's own. Returns the sum of the weights. */
-static double window(int n, double *value) {
-    double sum = 0.0;
-    for (int i = 0; i < n; i++) {
-        double weight = 0.5 - 0.5 * cos(2.0 * PI * (i + 0.5) / n);
-        value[i] *= weight, sum += weight;
-    }
-    return sum;
-}
-
-struct spectrum_line spectrum_find_line(const struct spectrum *s, const struct recording_test *t, enum channel channel) {
-    int all = t->end - t->first, many = (int)fmax(LINE_STEP_S / recording_step_s(t), 1.0), n = (int)fmin(all / many, LINE_SAMPLES);
-    int bins = n / 2;
-    struct spectrum_line line = {0};
-    double *rest = malloc((size_t)all * sizeof *rest), *power = calloc((size_t)bins + 1, sizeof *power), step_s;
-    double *absolute = calloc((size_t)bins + 1, sizeof *absolute);
-    double weights = 0.0;
-    int legs = 0; /* that have the channel */
-    for (int k = 0; k < LEGS && rest && power && absolute; k++) {
-        double square = 0.0;
-        leave_rest(s, t, channel, k, rest);
-        thin(n, many, rest);
-        weights = window(n, rest);
-        for (int i = 0; i < n; i++) square += rest[i] * rest[i];
-        legs += square > 0.0;
-        for (int first = LINE_BINS; first < bins && square > 0.0; first += AT_ONCE) {
-            double p[AT_ONCE];
-            power_at(n, rest, first, p);
-            for (int b = first; b < bins && b < first + AT_ONCE; b++) power[b] += p[b - first] / square, absolute[b] += p[b - first];
-        }
-    }
-    step_s = (t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s) / (all - 1) * many;
-    for (int b = LINE_BINS; b < bins && legs; b++)
-        if (power[b] / legs > line.power && off_harmonics(s, b / (n * step_s), LINE_BINS / (n * step_s)))
-            line = (struct spectrum_line){b / (n * step_s), sqrt(2.0 * absolute[b] / legs) / weights, power[b] / legs};
-    free(rest);
-    free(power);
-    free(absolute);
-    return line;
 }

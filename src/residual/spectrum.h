@@ -31,8 +31,11 @@ struct spectrum {
                                   * the same phases */
 };
 
-/* False: fewer than two cycles that have nine tenths of their samples, and those good. */
-bool spectrum_measure(struct spectrum *s, const struct recording_test *test, enum cycles which);
+typedef double spectrum_cycle[CHANNELS][LEGS][SPECTRUM_SIZE];
+
+/* room: for the single cycles. False: fewer than two cycles that have nine tenths of their samples,
+ * and those good. */
+bool spectrum_measure(struct spectrum *s, spectrum_cycle room[CYCLES_MAX], const struct recording_test *test, enum cycles which);
 
 /* Of any motion, the samples with from_s <= t <= until_s: Fourier coefficients of a period longer
  * than that, by least squares, so that the ends need not fit each other. std is that of a
@@ -44,13 +47,8 @@ bool spectrum_cut(struct spectrum *s, const struct recording_test *test, double 
 /* The longest time without a good sample, ends counted. */
 double spectrum_gap(const struct recording_test *test, double from_s, double until_s);
 
-/* The strongest line off the harmonics in one channel: what is periodic, but not in step
- * with the motion. */
-struct spectrum_line {
-    double hz, rms;      /* rms: root mean square over the legs */
-    double power;        /* per leg, of the noise's: 1 on average without a line */
-};
-struct spectrum_line spectrum_find_line(const struct spectrum *s, const struct recording_test *test, enum channel channel);
+/* A sample's values of all legs. */
+const double *spectrum_channel(const struct recording_sample *sample, enum channel channel);
 
 /* [1, sin wt, cos wt, ...], 1 + 2 harmonics values. */
 void spectrum_basis(double phase, int harmonics, double *basis);

@@ -28,6 +28,19 @@ closed() {
         says "$work/again.gap/gap.json" no_gap
 }
 claim "with it a second recording has no gap" closed
+# With less and less memory it ends, or says the same.
+short_of_memory() {
+    for ((kb = 80000; kb > 24000; kb = kb * 9 / 10)); do
+        (
+            ulimit -v $kb
+            "$hexid" gap --measured "$work/friction.lcm" -c config/axis.yaml -o "$work/short" 2>&1 | tail -n 1
+        ) 2>&1
+        [ ! -e "$work/short/gap.json" ] || says "$work/short/gap.json" cylinder_coulomb_friction || return 1
+        rm -rf "$work/short"
+    done
+    grep -q 'hexid: out of memory' "$work/claim.out"
+}
+claim "no lack of memory becomes a verdict" short_of_memory
 nothing() { recorded nothing 0 3 && import nothing && gap nothing && says "$work/nothing.gap/gap.json" no_gap; }
 claim "nothing but the tolerance: no gap" nothing
 # The rig has 2000 N s/m and 80 N; the file states 3000.
