@@ -2,12 +2,14 @@
  * says nothing against it. */
 #include "support.h"
 
+#include <math.h>
+
+#include "diagnose.h"
 #include "judge.h"
 
 enum { VALUES = 1800 };
-static const struct remainder noise = {
-    .values = VALUES, .noise = 1.2 * VALUES, .before = 5e4, .after = 0.6 * VALUES, .beyond_laws = 0.6 * VALUES};
-static const struct remainder much = {.values = VALUES, .noise = 1.2 * VALUES, .before = 5e4, .after = 4e4, .beyond_laws = 4e4};
+static const struct remainder noise = {.values = VALUES, .noise = 1.2 * VALUES, .before = 5e4, .after = 0.6 * VALUES, .beyond_laws = 0.5};
+static const struct remainder much = {.values = VALUES, .noise = 1.2 * VALUES, .before = 5e4, .after = 4e4, .beyond_laws = 20.0};
 
 /* One effect, found in the equations and in closed loop, of a gap ten times the noise. */
 static struct gap_result found(const char *name) {
@@ -47,10 +49,34 @@ static void rivals_make_it_ambiguous_and_name_the_experiment(void **state) {
 static void what_a_law_leaves_is_no_remainder(void **state) {
     (void)state;
     struct gap_result friction = found("cylinder_coulomb_friction");
-    struct remainder left = {.values = VALUES, .noise = 1.2 * VALUES, .before = 1e5, .after = VALUES + 3500.0, .beyond_laws = 1.1 * VALUES};
+    struct remainder left = {.values = VALUES, .noise = 1.2 * VALUES, .before = 1e5, .after = VALUES + 3500.0, .beyond_laws = 0.9};
     assert_verdict(&friction, &left, GAP_EFFECT_NAMED, "cylinder_coulomb_friction");
-    left.beyond_laws = 1.3 * VALUES;
+    left.beyond_laws = 1.1;
     assert_verdict(&friction, &left, GAP_UNKNOWN_EFFECT, "remainder");
+}
+
+/* Rows of mean square a and, as many, of mean square b, in which a law may be off by this many
+ * standard deviations of noise. */
+static double weighed(double a, double b, double law) {
+    static double white[VALUES], one[VALUES], error[VALUES];
+    for (int i = 0; i < VALUES; i++) {
+        bool first = i < VALUES / 2;
+        white[i] = sqrt(first ? a : b), one[i] = 1.0, error[i] = first ? 0.0 : law * law;
+    }
+    return diagnosis_weigh(VALUES, white, one, error);
+}
+
+static void a_law_excuses_what_is_left_where_it_acts_and_nowhere_else(void **state) {
+    (void)state;
+    assert_in_range(1000.0 * weighed(0.5, 0.5, 0.0), 400, 600); /* noise as it is measured */
+    assert_true(weighed(1.2, 1.2, 0.0) > 1.0);
+    assert_true(weighed(0.5, 100.0, 0.0) > 1.0);
+    assert_true(weighed(0.5, 100.0, 3.0) < 1.0);  /* less than four times its error */
+    assert_true(weighed(0.5, 2000.0, 3.0) > 1.0); /* more */
+    assert_true(weighed(1.5, 0.5, 3.0) > 1.0);    /* it lends the others nothing */
+    static const double white[] = {2.0, 0.0}, one[] = {1.0, 0.0}, law[] = {0.0, 0.0};
+    /* the other one is not evaluated */
+    assert_true(diagnosis_weigh(2, white, one, law) == diagnosis_weigh(1, white, one, law));
 }
 
 static void one_axis_gets_experiments_that_it_can_make(void **state) {
@@ -111,7 +137,7 @@ static void what_is_left_far_above_the_noise_refutes_it_in_motion_too(void **sta
 static void what_is_given_is_of_another_size(void **state) {
     (void)state;
     struct gap_result r = found("valve_lag");
-    struct remainder left = {.values = VALUES, .noise = 1.2 * VALUES, .before = 5e3, .after = VALUES + 5e3, .beyond_laws = VALUES + 5e3};
+    struct remainder left = {.values = VALUES, .noise = 1.2 * VALUES, .before = 5e3, .after = VALUES + 5e3, .beyond_laws = 3.0};
     r.effect[0].given.on = true;
     assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "the model has valve_lag of another size");
     r.effects = 3;
@@ -119,7 +145,7 @@ static void what_is_given_is_of_another_size(void **state) {
     r.effect[2] = (struct gap_effect){.effect = effect_find("payload_mass"), .z = 8.0};
     assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "the model lacks base_tilt and payload_mass and has valve_lag of another size");
     assert_verdict(&r, &left, GAP_UNKNOWN_EFFECT, "remainder");
-    left.beyond_laws = VALUES; /* so much the laws of those given may be off */
+    left.beyond_laws = 0.9; /* so much the laws of those given may be off */
     assert_verdict(&r, &left, GAP_EFFECT_NAMED, "valve_lag");
     r.effects = 0;
     assert_verdict(&r, &left, GAP_NO_GAP, "no more than the effects in the configuration leave");
@@ -160,6 +186,7 @@ int main(void) {
         cmocka_unit_test(what_explains_the_gap_is_named),
         cmocka_unit_test(rivals_make_it_ambiguous_and_name_the_experiment),
         cmocka_unit_test(what_a_law_leaves_is_no_remainder),
+        cmocka_unit_test(a_law_excuses_what_is_left_where_it_acts_and_nowhere_else),
         cmocka_unit_test(one_axis_gets_experiments_that_it_can_make),
         cmocka_unit_test(what_remains_refutes_it),
         cmocka_unit_test(what_is_left_far_above_the_noise_refutes_it_in_motion_too),

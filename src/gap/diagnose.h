@@ -58,9 +58,15 @@ void diagnosis_free(struct diagnosis *d);
  * explains no more than that explains nothing. */
 double diagnosis_law_error(const struct diagnosis *d);
 
-/* Sum of white squares, held out, each row's variance raised by the square of four times its law
- * error: a law excuses what is left where it acts. INFINITY: the model cannot make this motion. */
+/* White squares, held out, over what noise and laws, at four times their error, make of them beyond
+ * doubt: above 1 something is left. INFINITY: the model cannot make this motion. */
 double diagnosis_beyond_laws(const struct diagnosis *d);
+
+/* The same of any rows: the mean square that noise has in each, 0 where nothing was evaluated, and
+ * the square of its law error. The larger of two sums: each row in units of its variance, laws in
+ * it; and weighed by the inverse of that once more, so that rows that they excuse lend nothing to
+ * the others. */
+double diagnosis_weigh(int rows, const double *white, const double *noise, const double *law);
 
 /* Fits every variable of the model; column and squares are those of the result. */
 bool diagnosis_refit(struct diagnosis *d, int iterations);

@@ -36,7 +36,7 @@ static void append(struct gap_result *r, const char *text) {
 static double square(double x) { return x * x; }
 
 /* More than noise, and than the laws that are there leave. */
-static bool remains(const struct remainder *m) { return m->beyond_laws > m->noise; }
+static bool remains(const struct remainder *m) { return m->beyond_laws > 1.0; }
 
 /* What a simulation with effects is held to. Constants are not: a leg in a dead band stands where
  * it came to stand, a chamber whose valve stays shut keeps what oil it has, and the equations hold

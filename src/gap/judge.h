@@ -8,9 +8,9 @@
 struct remainder {
     int values;
     double before, after;      /* excess of the base; sum of squares with the effects */
-    double beyond_laws;        /* the same sum, each row's variance raised by what the laws
-                                * there are may be off by */
-    double noise;              /* as much as noise alone makes of it */
+    double noise;              /* as much as noise alone makes of that sum */
+    double beyond_laws;        /* weighted squares over what noise and laws make of them
+                                * (diagnosis_beyond_laws) */
 };
 
 /* From a result that is complete but for these: fills verdict, reason and next_experiment. */
