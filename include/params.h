@@ -172,6 +172,7 @@ struct tolerance_params {         /* relative but for the joints: how far the mo
     double mass;                  /* every mass and inertia */
     double viscous, bulk_modulus, leakage, valve_gain;
     double joints_m;              /* each coordinate of each joint */
+    double springs_n_per_m, springs_nm_per_rad; /* hoses, cables: on x, y, z and on the angles */
 };
 
 struct model_params {

@@ -41,6 +41,23 @@ static void what_an_effect_is_parallel_to_can_be_fitted(void **state) {
                 fail_msg("%s: parallel_to[%d] is not in the base", effect_table[i]->name, k);
 }
 
+/* Springs that may be there are no finding; where none are stated they are an effect. */
+static void springs_of_the_tolerance_are_in_the_base(void **state) {
+    (void)state;
+    struct params model = platform;
+    struct variable v[FIT_VARIABLES];
+    int without = base_variables(&model, v), effect = effect_find("external_stiffness"), springs = 0;
+    for (int i = 0; i < without; i++) assert_int_not_equal(v[i].effect, effect);
+    model.model.tolerance.springs_n_per_m = 2e4, model.model.tolerance.springs_nm_per_rad = 4e3;
+    model.effects[effect] = (struct effect_values){.on = true, .value = {{5e3, 5e3, 5e3, 5e3, 5e3, 5e3}}};
+    for (int i = 0, n = base_variables(&model, v); i < n; i++) {
+        if (v[i].effect != effect) continue;
+        assert_true(v[i].min == 0.0 && v[i].leg < 0 && v[i].max == (v[i].key ? v[i].key < 3 ? 2e4 : 4e3 : 2.5e4));
+        springs++;
+    }
+    assert_int_equal(springs, DOFS);
+}
+
 static void what_an_effect_contains_is_another_one_that_does_not_contain_it(void **state) {
     (void)state;
     for (int i = 0; effect_table[i]; i++) {
@@ -153,6 +170,7 @@ static void an_experiment_is_the_pairs_own_in_any_order_or_the_general_one(void 
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_an_effect_is_parallel_to_can_be_fitted),
+        cmocka_unit_test(springs_of_the_tolerance_are_in_the_base),
         cmocka_unit_test(what_an_effect_contains_is_another_one_that_does_not_contain_it),
         cmocka_unit_test(what_a_law_is_not_exact_by_is_stated),
         cmocka_unit_test(what_an_effect_is_told_apart_from_is_there),

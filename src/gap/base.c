@@ -52,29 +52,51 @@ static const double NULL_TOLERANCE = 0.005; /* of full opening: what a valve's m
 static const double OFFSET_MOST_N = 1e6;
 
 /* Effects that any machine has a little of. */
-extern const struct effect geometry_error, valve_null_bias;
+extern const struct effect geometry_error, valve_null_bias, external_stiffness;
 
-/* What an effect's keys are, of each leg, as far as any machine is off there. */
-static int effect_variables(const struct params *model, const struct effect *of, double tolerance, enum residual_part parts, bool own,
-                            struct variable *v) {
-    int n = 0, effect = effect_find(of->name);
-    const struct effect_values *values = &model->effects[effect];
-    for (int key = 0; key < EFFECT_KEYS && of->keys[key].name; key++)
-        for (int leg = 0; leg < params_legs(model); leg++) {
-            const double *place = values->value[key];
-            v[n++] = (struct variable){.name = of->keys[key].name,
-                                       .offset = (size_t)((const char *)place - (const char *)model),
-                                       .leg = leg,
-                                       .legs = LEGS,
-                                       .own = own,
-                                       .effect = effect,
-                                       .key = key,
-                                       .base = true,
-                                       .min = place[leg] - tolerance,
-                                       .max = place[leg] + tolerance,
-                                       .step = 0.1 * tolerance,
-                                       .parts = parts};
-        }
+/* A key of an effect, of one leg or (-1) of the machine, as far as any machine is off there. */
+static struct variable effect_variable(const struct params *model, const struct effect *of, int key, int leg, double tolerance) {
+    int effect = effect_find(of->name);
+    const double *place = model->effects[effect].value[key];
+    return (struct variable){.name = of->keys[key].name,
+                             .offset = (size_t)((const char *)place - (const char *)model),
+                             .leg = leg,
+                             .legs = LEGS,
+                             .effect = effect,
+                             .key = key,
+                             .base = true,
+                             .min = place[leg < 0 ? 0 : leg] - tolerance,
+                             .max = place[leg < 0 ? 0 : leg] + tolerance,
+                             .step = 0.1 * tolerance,
+                             .parts = PART_FORCE};
+}
+
+static int null_variables(const struct params *model, struct variable *v) {
+    for (int leg = 0; leg < params_legs(model); leg++) {
+        v[leg] = effect_variable(model, &valve_null_bias, 0, leg, NULL_TOLERANCE);
+        v[leg].own = true, v[leg].parts = PART_PRESSURE;
+    }
+    return params_legs(model);
+}
+
+static int joint_variables(const struct params *model, struct variable *v) {
+    double tolerance = model->model.tolerance.joints_m;
+    int n = 0;
+    for (int key = 0; key < EFFECT_KEYS && geometry_error.keys[key].name && tolerance > 0.0; key++)
+        for (int leg = 0; leg < LEGS; leg++) v[n++] = effect_variable(model, &geometry_error, key, leg, tolerance);
+    return n;
+}
+
+/* No spring pushes. One axis is x. */
+static int spring_variables(const struct params *model, struct variable *v) {
+    const struct tolerance_params *tolerance = &model->model.tolerance;
+    int n = 0;
+    for (int key = 0; key < (model->mechanism == MECHANISM_AXIS ? 1 : DOFS); key++) {
+        double most = key < 3 ? tolerance->springs_n_per_m : tolerance->springs_nm_per_rad;
+        if (!(most > 0.0)) continue;
+        v[n] = effect_variable(model, &external_stiffness, key, -1, most);
+        v[n].min = fmax(v[n].min, 0.0), n++;
+    }
     return n;
 }
 
@@ -129,8 +151,9 @@ int base_variables(const struct params *model, struct variable v[FIT_VARIABLES])
     bool axis = model->mechanism == MECHANISM_AXIS;
     for (size_t i = 0; i < sizeof entries / sizeof *entries; i++)
         if (entries[i].mechanisms & 1 << model->mechanism) n += entry_variables(model, &entries[i], v + n);
-    n += effect_variables(model, &valve_null_bias, NULL_TOLERANCE, PART_PRESSURE, true, v + n);
+    n += null_variables(model, v + n);
+    n += spring_variables(model, v + n);
     if (axis) v[n++] = offset_variable();
-    double joints_m = model->model.tolerance.joints_m;
-    return axis || !(joints_m > 0.0) ? n : n + effect_variables(model, &geometry_error, joints_m, PART_FORCE, false, v + n);
+    else n += joint_variables(model, v + n);
+    return n;
 }

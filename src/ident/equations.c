@@ -22,7 +22,9 @@ void equations_entry(int unknown, int *row, int *column) {
 void equations_name(int unknown, char name[EQUATIONS_NAME]) {
     static const char *const way[] = {"extending", "retracting"};
     int row, column, dry = unknown - UNKNOWN_DRY;
-    if (dry >= 0) {
+    if (unknown >= UNKNOWN_SPRING) {
+        snprintf(name, EQUATIONS_NAME, "spring %s", dof_names[unknown - UNKNOWN_SPRING]);
+    } else if (dry >= 0) {
         snprintf(name, EQUATIONS_NAME, "dry leg %d %s", dry / 2 + 1, way[dry % 2]);
     } else if (unknown >= UNKNOWN_VISCOUS) {
         snprintf(name, EQUATIONS_NAME, "viscous leg %d", unknown - UNKNOWN_VISCOUS + 1);
@@ -43,6 +45,7 @@ void equations_add(struct equations *sum, const struct equations *e) {
     sum->rest += e->rest;
     sum->free += e->free;
     for (int k = 0; k < LEGS; k++) sum->dry_n[k] = fmax(sum->dry_n[k], e->dry_n[k]);
+    for (int i = 0; i < DOFS; i++) sum->spring[i] = fmax(sum->spring[i], e->spring[i]);
     sum->force_n = fmax(sum->force_n, e->force_n);
     sum->rate_mps = fmax(sum->rate_mps, e->rate_mps);
 }
@@ -57,6 +60,7 @@ static bool factor_with_prior(const struct equations *e, double nominal[DOFS][DO
         int row, column;
         prior[c] = OF_NO_WEIGHT * e->product[c][c];
         if (c < MATRIX_ENTRIES) equations_entry(c, &row, &column), prior[c] = 1.0 / (nominal[row][row] * nominal[column][column]);
+        if (c >= UNKNOWN_SPRING) prior[c] = e->spring[c - UNKNOWN_SPRING] > 0.0 ? 1.0 / square(e->spring[c - UNKNOWN_SPRING]) : 1.0;
     }
     if (!shape_sizes_find(e, prior, size)) return false;
     memcpy(factor, e->product, sizeof e->product);

@@ -2,7 +2,8 @@
  * They add up, so that several logs together are one estimate of all their rows, whatever each of
  * them leaves open; and nothing of a log need be kept but these.
  *
- * Unknown is what is to be added to the configured machine: 21 entries of Mt, friction of each leg.
+ * Unknown is what is to be added to the configured machine: 21 entries of Mt, friction of each leg,
+ * springs on the six coordinates of the pose.
  * Of the covariance of an estimate there are two parts. The noise is each log's own, and gets
  * smaller with every further one. What logs of a machine have in common moves every log's
  * right-hand side in a way of its own; the right-hand sides are added, and what the sum does to the
@@ -26,7 +27,8 @@ enum { UNKNOWN_SHAPES = 22 };
 enum {
     UNKNOWN_VISCOUS = MATRIX_ENTRIES,
     UNKNOWN_DRY = UNKNOWN_VISCOUS + LEGS,
-    UNKNOWN_SHAPE = UNKNOWN_DRY + 2 * LEGS,
+    UNKNOWN_SPRING = UNKNOWN_DRY + 2 * LEGS,
+    UNKNOWN_SHAPE = UNKNOWN_SPRING + DOFS,
     UNKNOWNS = UNKNOWN_SHAPE + UNKNOWN_SHAPES * LEGS
 };
 enum { JOINT_COORDINATES = 6 * LEGS, COMMON_ATTENUATION = JOINT_COORDINATES, COMMON };
@@ -43,6 +45,8 @@ struct equations {
                                          * by their prior, and no unknowns here */
     double dry_n[LEGS];                 /* how large dry friction may be: the unit
                                          * of its shapes' prior */
+    double spring[DOFS];                /* deviation of the springs a priori, N/m and
+                                         * N m/rad; 0: there is none, and no rows have it */
     double force_n, rate_mps;           /* root mean square of what varies of a leg's force and of
                                          * its speed, where it is most: scales of friction */
 };
@@ -59,7 +63,7 @@ struct estimate {
 /* Where an entry of the unknowns stands in the matrix, row <= column. */
 void equations_entry(int unknown, int *row, int *column);
 
-/* "Mt15", "viscous leg 2", "dry leg 3 extending": of entries and frictions. */
+/* "Mt15", "viscous leg 2", "dry leg 3 extending", "spring theta": all but the shapes. */
 enum { EQUATIONS_NAME = 32 };
 void equations_name(int unknown, char name[EQUATIONS_NAME]);
 

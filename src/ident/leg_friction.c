@@ -7,11 +7,13 @@
 #include "matrix_forces.h"
 #include "nominal.h"
 
+extern const struct effect external_stiffness;
+
 static const double EDGE = 0.12; /* of the phases of a piece, on either side: there its neighbours
                                   * have a share in the motion */
 
 struct work {
-    struct params machine;              /* matrix_bare_machine() */
+    struct params machine;              /* matrix_bare_machine(), and the springs found */
     double more[MATRIX_ENTRIES];        /* found less configured */
     struct inverse_dynamics dynamics;
 };
@@ -32,6 +34,9 @@ static int begin(struct work *w, const struct recording *recording, const struct
         double value = found->matrix.mt[row][column];
         w->more[c] = isfinite(value) ? value - nominal[row][column] : 0.0;
     }
+    struct effect_values *springs = &w->machine.effects[effect_find(external_stiffness.name)];
+    springs->on = found->springs;
+    for (int i = 0; i < DOFS; i++) springs->value[i][0] = isfinite(found->spring[i]) ? found->spring[i] : 0.0;
     return STATUS_OK;
 }
 

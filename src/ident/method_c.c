@@ -12,7 +12,14 @@
 #include "units.h"
 #include "whiten.h"
 
-enum { ENTRIES = MATRIX_ENTRIES, VISCOUS = UNKNOWN_VISCOUS, DRY = UNKNOWN_DRY, SHAPE = UNKNOWN_SHAPE, SHAPES = UNKNOWN_SHAPES };
+enum {
+    ENTRIES = MATRIX_ENTRIES,
+    VISCOUS = UNKNOWN_VISCOUS,
+    DRY = UNKNOWN_DRY,
+    SPRING = UNKNOWN_SPRING,
+    SHAPE = UNKNOWN_SHAPE,
+    SHAPES = UNKNOWN_SHAPES
+};
 enum { COLUMNS = UNKNOWNS + 1, ROWS = LEGS * RESIDUAL_SIZE, PASSES = 3 };
 /* of a leg's two joints, the keys of geometry_error */
 enum { COORDINATES = JOINT_COORDINATES / LEGS };
@@ -45,7 +52,7 @@ struct work {
     double x[UNKNOWNS];
 };
 
-extern const struct effect geometry_error;
+extern const struct effect geometry_error, external_stiffness;
 static const char no_pose[] = "method C: no pose of this machine has these lengths";
 
 static double square(double x) { return x * x; }
@@ -55,6 +62,22 @@ static void legs_at(const struct residual_test *t, int phase, double leg[LEGS][3
     const struct spectrum *s = &t->spectrum;
     const double *basis = t->cycle + phase * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE;
     for (int k = 0; k < LEGS; k++) spectrum_at(s->mean[CHANNEL_LENGTH][k], s->harmonics, s->omega, basis, leg[k]);
+}
+
+/* What one unit of each spring asks of the legs. */
+static bool springs_at(const struct work *w, const struct inverse_dynamics *d, double j[LEGS][DOFS], double value[COLUMNS][LEGS]) {
+    double pose[DOFS];
+    rigid_pose(&d->state, pose);
+    for (int i = 0; i < DOFS; i++) {
+        double wrench[DOFS] = {0};
+        struct effect_values unit = {0};
+        if (!(w->sum->spring[i] > 0.0)) continue;
+        unit.value[i][0] = 1.0;
+        external_stiffness.wrench(&unit, pose, wrench);
+        if (!inverse_dynamics_along_legs(j, wrench)) return false;
+        for (int k = 0; k < LEGS; k++) value[SPRING + i][k] = -wrench[k];
+    }
+    return true;
 }
 
 /* Values of all unknowns along the legs at a phase. */
@@ -67,6 +90,7 @@ static bool values_at(struct work *w, struct inverse_dynamics *d, const struct r
     if (!inverse_dynamics_step(d, &in, value[UNKNOWNS])) return false;
     if (!inverse_dynamics_move(d, (const double (*)[3])in.leg, &legs, j, acceleration)) return false;
     if (!matrix_forces(&legs, j, acceleration, w->params->payload.gravity_mps2, value)) return false;
+    if (!springs_at(w, d, j, value)) return false;
     for (int k = 0; k < LEGS; k++) {
         double direction = course->direction[phase][k];
         value[VISCOUS + k][k] = in.leg[k][1];
@@ -207,7 +231,9 @@ static int prepare_tests(struct work *w, struct error *error) {
 }
 
 static int pass(struct work *w, int number, struct error *error) {
+    const struct tolerance_params *tolerance = &w->params->model.tolerance;
     *w->sum = (struct equations){0};
+    for (int i = 0; i < DOFS; i++) w->sum->spring[i] = i < 3 ? tolerance->springs_n_per_m : tolerance->springs_nm_per_rad;
     w->square = 0.0, w->count = 0;
     expect_friction(w, number);
     for (int i = 0; i < w->data.tests; i++) {

@@ -3,15 +3,17 @@
  *
  * Along leg i, with J the Jacobian at the pose of each instant and v_i the leg's rate:
  *
- *   A1 P1 - A2 P2 = [J'^-1 (Mt xddot + rest)]_i + b_i v_i + (e_i where v_i > 0, -r_i where v_i < 0)
+ *   A1 P1 - A2 P2 = [J'^-1 (Mt xddot + K x + rest)]_i + b_i v_i + (e_i if v_i > 0, -r_i if v_i < 0)
  *
  * Unknown are the 21 entries of a symmetric Mt at neutral, and of each leg viscous friction b and
  * dry friction e (extending) and r (retracting). A constant error of the force is in e and r, with
- * opposite signs. `rest` is what is small near neutral and taken from the configured bodies:
- * velocity terms, how Mt changes with the pose, the legs' weight. A payload that is not as
- * configured weighs otherwise, too; its weight is part of the entries' columns, so the stiffness
- * that weight makes is not taken for inertia, as method A does. Effects in the configuration are
- * left out. What the held commands do to samples in step with them is taken off
+ * opposite signs. K are springs on the coordinates of the pose, hoses and cables, where
+ * model.tolerance says that there may be any: with a prior as wide as that, since at one frequency
+ * they are an inertia of -K / w^2. `rest` is what is small near neutral and taken from the
+ * configured bodies: velocity terms, how Mt changes with the pose, the legs' weight. A payload that
+ * is not as configured weighs otherwise, too; its weight is part of the entries' columns, so the
+ * stiffness that weight makes is not taken for inertia, as method A does. Effects in the
+ * configuration are left out. What the held commands do to samples in step with them is taken off
  * (residual_staircase).
  *
  * Dry friction that depends on speed (Stribeck, six shapes), on the pressures, or on a seal that
@@ -30,7 +32,8 @@
  * more; joints that are off by model.tolerance.joints_m (uniform, each coordinate); and how far the
  * accelerations' noise draws the entries to zero (equations.h). An entry whose deviation is above a
  * fifth of sqrt(M_ii M_jj) is not determined: NaN; so is friction whose deviation is above a tenth
- * of what varies of the force of the leg where most does, viscous friction at the legs' speed.
+ * of what varies of the force of the leg where most does, viscous friction at the legs' speed; so
+ * is a spring whose deviation is above a half of what it was a priori.
  * Ordinary threads; heap. */
 #ifndef HEXID_METHOD_C_H
 #define HEXID_METHOD_C_H
@@ -53,6 +56,8 @@ struct method_c {
     struct method_result matrix;
     double viscous[LEGS], viscous_std[LEGS];     /* N s/m */
     double dry[LEGS][2], dry_std[LEGS][2];       /* N, extending and retracting */
+    bool springs;                                /* asked for: model.tolerance has some */
+    double spring[DOFS], spring_std[DOFS];       /* N/m, N m/rad */
     struct payload payload;
     struct matrix_at_pose at_pose;
     double scatter;                              /* of the rows over their noise: about 1 where the
@@ -80,8 +85,8 @@ int method_c(const struct recording *recording, struct method_c *result, struct 
 /* Fills at_pose. -2: a leg's stroke does not reach the pose. */
 int method_c_at_pose(struct method_c *m, const struct params *params, const double pose[DOFS], struct error *error);
 
-/* Entries, viscous and dry friction by their place in the equations, below UNKNOWN_SHAPE;
- * NaN: not determined. */
+/* Entries, viscous and dry friction and springs by their place in the equations, below
+ * UNKNOWN_SHAPE; NaN: not determined. */
 double method_c_value(const struct method_c *m, int unknown, double *std);
 
 #endif

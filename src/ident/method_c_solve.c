@@ -10,6 +10,7 @@
 
 static const double UNDETERMINED = 0.2;          /* of sqrt(M_ii M_jj) */
 static const double UNDETERMINED_FRICTION = 0.1; /* of what varies of the force */
+static const double UNDETERMINED_SPRING = 0.5;   /* of its deviation a priori */
 
 /* Of the entries in units of sqrt(M_ii M_jj), friction eliminated: the normal matrix is the inverse
  * of their noise's covariance. */
@@ -48,13 +49,22 @@ static bool any(const struct method_result *m) {
 /* A friction whose deviation is a good part of what varies of the force at all is none
  * that was measured. */
 static void report_friction(const struct estimate *e, const struct equations *of, struct method_c *m) {
-    for (int c = UNKNOWN_VISCOUS; c < UNKNOWN_SHAPE; c++) {
+    for (int c = UNKNOWN_VISCOUS; c < UNKNOWN_SPRING; c++) {
         bool viscous = c < UNKNOWN_DRY;
         int leg = viscous ? c - UNKNOWN_VISCOUS : (c - UNKNOWN_DRY) / 2, direction = (c - UNKNOWN_DRY) % 2;
         double std = sqrt(estimate_covariance(e, c, c));
         bool determined = std * (viscous ? of->rate_mps : 1.0) < UNDETERMINED_FRICTION * of->force_n;
         *(viscous ? &m->viscous[leg] : &m->dry[leg][direction]) = known(e->value[c], determined);
         *(viscous ? &m->viscous_std[leg] : &m->dry_std[leg][direction]) = known(std, determined);
+    }
+}
+
+static void report_springs(const struct estimate *e, const struct equations *of, struct method_c *m) {
+    for (int i = 0; i < DOFS; i++) {
+        double std = sqrt(estimate_covariance(e, UNKNOWN_SPRING + i, UNKNOWN_SPRING + i));
+        bool determined = std < UNDETERMINED_SPRING * of->spring[i];
+        m->springs = m->springs || of->spring[i] > 0.0;
+        m->spring[i] = known(e->value[UNKNOWN_SPRING + i], determined), m->spring_std[i] = known(std, determined);
     }
 }
 
@@ -89,12 +99,17 @@ int method_c_solve(const struct equations *e, const struct params *configured, s
     }
     result->scatter = equations_scatter(e);
     report_friction(estimate, e, result);
+    report_springs(estimate, e, result);
     result->payload = payload_of(estimate, nominal, configured, &k);
     return STATUS_OK;
 }
 
 double method_c_value(const struct method_c *m, int unknown, double *std) {
-    int i, j, viscous = unknown - UNKNOWN_VISCOUS, dry = unknown - UNKNOWN_DRY;
+    int i, j, viscous = unknown - UNKNOWN_VISCOUS, dry = unknown - UNKNOWN_DRY, spring = unknown - UNKNOWN_SPRING;
+    if (spring >= 0) {
+        *std = m->spring_std[spring];
+        return m->spring[spring];
+    }
     if (dry >= 0) {
         *std = m->dry_std[dry / 2][dry % 2];
         return m->dry[dry / 2][dry % 2];

@@ -173,6 +173,9 @@ static const struct config_key keys[] = {
     TOLERANCE(leakage, "0.05", "of internal leakage"),
     TOLERANCE(valve_gain, "0.05", "of the valves' flow"),
     KEY(model.tolerance, joints_m, "0.0005", 0.0, 0.05, "m", "of each coordinate of each joint: a drawing, a fitter"),
+    KEY(model.tolerance, springs_n_per_m, "0", 0.0, 1e7, "N/m",
+        "of hoses and cables on x, y, z, so stiff at most; 0: there are none. Method C estimates them"),
+    KEY(model.tolerance, springs_nm_per_rad, "0", 0.0, 1e7, "N m/rad", "the same on phi, theta, psi"),
 
     KEY(loop, period_s, "0.002", 1e-4, 0.1, "s", "of the control loop"),
     KEY(loop, priority, "80", 1.0, 99.0, "-", "SCHED_FIFO"),

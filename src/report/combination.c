@@ -10,6 +10,7 @@ enum { NAMED = 8 /* values that the verdict names */, COLUMN = 12 };
 const char *combination_unit(int value) {
     static const char *const of_entries[] = {"kg", "kg m", "kg m^2"};
     int row, column;
+    if (value >= UNKNOWN_SPRING) return value < UNKNOWN_SPRING + 3 ? "N/m" : "N m/rad";
     if (value >= UNKNOWN_DRY) return "N";
     if (value >= UNKNOWN_VISCOUS) return "N s/m";
     equations_entry(value, &row, &column);
@@ -61,8 +62,9 @@ static void print_values(FILE *out, const struct combination *c) {
         char name[EQUATIONS_NAME];
         int digits = i < UNKNOWN_VISCOUS ? decimals : 1;
         double std;
+        if (i >= UNKNOWN_SPRING && !c->all.springs) break;
         equations_name(i, name);
-        fprintf(out, "%-22s %-6s", name, combination_unit(i));
+        fprintf(out, "%-22s %-7s", name, combination_unit(i));
         for (int l = 0; l < c->logs; l++) cell(out, method_c_value(&c->log[l].id->method_c, i, &std), digits, c->agreement.apart[l][i]);
         cell(out, method_c_value(&c->all, i, &std), digits, false);
         cell(out, std, digits, false);

@@ -182,6 +182,19 @@ static void friction(struct report_page *p) {
     fputs("</div>\n", p->out);
 }
 
+/* Hoses and cables, of machines whose configuration says that they may matter. */
+static void springs(struct report_page *p) {
+    bool asked = false;
+    for (int i = 0; i < p->report->logs; i++) asked = asked || p->report->log[i].id->method_c.springs;
+    if (!asked) return;
+    fputs("<div id=\"springs\"><h2>Springs</h2>\n"
+          "<p>Hoses and cables that may be there by <code>model.tolerance</code>, by method C, with 95 % intervals. – : not determined; at "
+          "one frequency a spring is an inertia of −K/ω².</p>\n",
+          p->out);
+    if (!table_springs(p->out, p->report)) fputs("<p class=\"notice\">Not determined: record a second frequency.</p>\n", p->out);
+    fputs("</div>\n", p->out);
+}
+
 static void page_write(struct report_page *p) {
     const struct identification_report *r = p->report;
     page_begin(p->out, "hexid report");
@@ -196,6 +209,7 @@ static void page_write(struct report_page *p) {
     fputs(r->logs == 1 ? "<section class=\"beside\">\n" : "<section>\n", p->out);
     payload(p);
     friction(p);
+    springs(p);
     fputs("</section>\n", p->out);
     for (int i = 0; i < r->logs; i++) {
         section_matrices(p, i);

@@ -82,6 +82,8 @@ json_t *report_method_c(const struct method_c *source) {
                               "dry_friction_n", "extend", strided(c.dry[0]), "extend_std", strided(c.dry_std[0]), "retract",
                               strided(c.dry[0] + 1), "retract_std", strided(c.dry_std[0] + 1), "scatter", report_number(c.scatter),
                               "condition_number", report_number(c.matrix.condition_number), "payload", payload_json(&c.payload));
+    if (c.springs)
+        found = report_set(found, "springs", json_pack("{so so}", "value", vector(c.spring, DOFS), "std", vector(c.spring_std, DOFS)));
     if (!c.at_pose.asked) return found;
     return report_set(
         found, "at_pose",

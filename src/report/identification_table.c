@@ -24,10 +24,10 @@ static void print_error_note(FILE *out) {
     fprintf(out, "errors in %% of the nominal value, of a coupling (Mt15 ...) in %% of sqrt(Mii Mjj)\n");
 }
 
-static void friction(FILE *out, const char *what, const double *value, const double *std, int stride, const char *unit) {
+static void row(FILE *out, const char *what, int count, const double *value, const double *std, int stride, const char *unit) {
     fprintf(out, "%-24s", what);
     double most = NAN; /* of those that are determined */
-    for (int k = 0; k < LEGS; k++) {
+    for (int k = 0; k < count; k++) {
         if (isnan(value[k * stride])) fprintf(out, "       -");
         else fprintf(out, " %7.1f", value[k * stride]);
         most = fmax(most, std[k * stride]);
@@ -163,9 +163,13 @@ static void print_method_c(FILE *out, const struct identification *id) {
         fprintf(out, "\n");
     }
     print_error_note(out);
-    friction(out, "legs 1..6: viscous", c->viscous, c->viscous_std, 1, "N s/m");
-    friction(out, "dry, extending", c->dry[0], c->dry_std[0], 2, "N");
-    friction(out, "dry, retracting", c->dry[0] + 1, c->dry_std[0] + 1, 2, "N");
+    row(out, "legs 1..6: viscous", LEGS, c->viscous, c->viscous_std, 1, "N s/m");
+    row(out, "dry, extending", LEGS, c->dry[0], c->dry_std[0], 2, "N");
+    row(out, "dry, retracting", LEGS, c->dry[0] + 1, c->dry_std[0] + 1, 2, "N");
+    if (c->springs) {
+        row(out, "springs on x, y, z", 3, c->spring, c->spring_std, 1, "N/m");
+        row(out, "on phi, theta, psi", 3, c->spring + 3, c->spring_std + 3, 1, "N m/rad");
+    }
     if (c->payload.evaluated) print_payload(out, &c->payload);
     fprintf(out, "Mt by method C, kg, kg m, kg m^2 (-: not determined)\n");
     print_matrix(out, c->matrix.mt);

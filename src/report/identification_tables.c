@@ -204,6 +204,21 @@ bool table_friction(FILE *out, const struct identification_report *r) {
     return compare(out, r, &friction);
 }
 
+static struct quantity spring(const struct identification_log *log, int i) {
+    const struct method_c *c = &log->id->method_c;
+    return c->springs ? friction_of(c, c->spring[i], c->spring_std[i]) : (struct quantity){(double)NAN, (double)NAN};
+}
+
+static void spring_label(FILE *out, int row) {
+    static const char *const name[DOFS] = {"x", "y", "z", "φ", "θ", "ψ"};
+    fprintf(out, "%s <span class=\"small\">%s</span>", name[row], row < 3 ? "N/m" : "N m/rad");
+}
+
+bool table_springs(FILE *out, const struct identification_report *r) {
+    static const struct comparison springs = {"spring on", DOFS, spring_label, NULL, NULL, NULL, 1, {{"method C", spring}}};
+    return compare(out, r, &springs);
+}
+
 /* --- matrices */
 
 static void matrix(FILE *out, const char *name, const double mt[DOFS][DOFS], const double std[DOFS][DOFS]) {

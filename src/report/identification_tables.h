@@ -12,6 +12,7 @@ bool table_payload(FILE *out, const struct identification_report *report);
 
 /* Viscous and dry friction of each leg; false where no log gives them. */
 bool table_friction(FILE *out, const struct identification_report *report);
+bool table_springs(FILE *out, const struct identification_report *report);
 
 /* All 36 entries of each method with their standard deviations. */
 void table_matrices(FILE *out, const struct identification *id);
