@@ -60,6 +60,8 @@ static void what_cannot_be_meant_is_refused_with_the_remedy(void **unused) {
         {"position= :mm", "position_m|no name"},
         {"position=Weg:bar", "Weg|bar|m, cm, mm, um"},
         {"position=Weg:furlong", "furlong|m, cm, mm, um"},
+        {"force=Kraft:kg", "kg|N, kN"},
+        {"p1=Druck:at", "at|Pa, kPa, MPa, bar, psi"},
         {"flags=F:mm", "flags|none"},
         {"position=Weg,position_m=Hub", "position_m|given twice|Weg|Hub"},
         {"position=Weg,ref=Weg", "Weg|position_m|ref_m"},

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "units.h"
 
@@ -41,16 +42,16 @@ bool csv_column_of(int column, enum mechanism_kind mechanism) {
     return common || (column >= CSV_POSITION_COLUMN) == (mechanism == MECHANISM_AXIS);
 }
 
-/* Units of a name's end, by the SI unit that stands for them in csv_columns; of what
- * has none there, "". */
+/* Units as they are written, taken in any case; with the SI unit that stands for them in
+ * csv_columns, "" for what has none there. */
 static const struct {
     const char *name, *si;
     double factor;
 } units[] = {
     {"s", "s", 1.0},   {"ms", "s", 1e-3},  {"us", "s", 1e-6},   {"m", "m", 1.0},       {"cm", "m", 1e-2},
     {"mm", "m", 1e-3}, {"um", "m", 1e-6},  {"rad", "rad", 1.0}, {"mrad", "rad", 1e-3}, {"deg", "rad", PI / 180.0},
-    {"pa", "pa", 1.0}, {"kpa", "pa", 1e3}, {"mpa", "pa", 1e6},  {"bar", "pa", 1e5},    {"psi", "pa", 6894.757293168},
-    {"n", "n", 1.0},   {"kn", "n", 1e3},   {"%", "", 0.01},
+    {"Pa", "pa", 1.0}, {"kPa", "pa", 1e3}, {"MPa", "pa", 1e6},  {"bar", "pa", 1e5},    {"psi", "pa", 6894.757293168},
+    {"N", "n", 1.0},   {"kN", "n", 1e3},   {"%", "", 0.01},
 };
 enum { UNITS = sizeof units / sizeof *units };
 
@@ -79,7 +80,7 @@ int csv_column_find(const char *name, double *unit) {
     *unit = 1.0;
     int column = find_plain(plain);
     for (int i = 0; i < UNITS && end && column < 0; i++) {
-        if (strcmp(end + 1, units[i].name) != 0) continue;
+        if (strcasecmp(end + 1, units[i].name) != 0) continue;
         *unit = units[i].factor;
         snprintf(si, sizeof si, "%.*s_%s", (int)(end - plain), plain, units[i].si);
         column = find_plain(si);
@@ -110,7 +111,7 @@ bool csv_unit_find(const char *unit, int column, double *factor) {
     char plain[CSV_NAME_SIZE];
     plain_name(unit, plain);
     for (int i = 0; i < UNITS; i++) {
-        if (strcmp(plain, units[i].name) || strcmp(si_of(column), units[i].si) || csv_columns[column].kind != CSV_REAL) continue;
+        if (strcasecmp(plain, units[i].name) || strcmp(si_of(column), units[i].si) || csv_columns[column].kind != CSV_REAL) continue;
         *factor = units[i].factor;
         return true;
     }
