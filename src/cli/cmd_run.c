@@ -14,6 +14,7 @@
 #include "config.h"
 #include "confine.h"
 #include "crash.h"
+#include "doctor.h"
 #include "host_lock.h"
 #include "interlock.h"
 #include "log.h"
@@ -328,6 +329,14 @@ static void warn_of_missing_inputs(struct session *s) {
     if (!interlock_describe(&s->params.interlocks, wiring, sizeof wiring)) progress_say(&s->progress, "hexid: interlocks: %s\n", wiring);
 }
 
+/* SAFETY: in a singular pose the legs do not hold the platform; said as `hexid doctor` says it. */
+static void warn_of_singular_poses(const struct session *s) {
+    const struct doctor d = {.params = &s->params};
+    struct finding f = check_workspace(&d);
+    if (f.level == LEVEL_WARN) fprintf(stderr, "hexid: warning: workspace: %s: %s\n", f.found, f.remedy);
+    json_decref(f.data);
+}
+
 /* SAFETY: what could not be confined is put down and ends: nobody has said that it may run so. */
 static int confine_all(struct session *s, struct error *error) {
     const struct confinement all = {.result = &s->options.json, .reconnects = s->hal->ops->reconnects};
@@ -403,6 +412,7 @@ int cmd_run(int argc, char **argv) {
         status = text ? cli_write_text("-", text, &error) : error_set(&error, STATUS_IO, "out of memory");
         free(text);
     } else if (!status) {
+        warn_of_singular_poses(s);
         status = open_all(s, &error);
         if (!status) status = run(s, &error);
     }

@@ -91,3 +91,16 @@ END
 claim "a Modbus device is there: round trips of single reads" modbus
 claim "one that is not: FAIL" fails Modbus 'refused' --set lcm.url= --hal modbus:tcp://127.0.0.1:1
 on_own_machine "doctor on CAN" --can tests/uml/doctor_checks.sh
+
+# Joints that pair the same legs above and below.
+paired=(--set 'geometry.upper_joints_m=[[0.545,-0.13,0],[0.545,0.13,0],[-0.16,0.537,0],[-0.385,0.407,0],[-0.385,-0.407,0],[-0.16,-0.537,0]]'
+    --set 'geometry.lower_joints_m=[[1.179,-0.225,0],[1.179,0.225,0],[-0.395,1.133,0],[-0.784,0.908,0],[-0.784,-0.908,0],[-0.395,-1.133,0]]'
+    --set motion.park_z_m=0.3 --set limits.length_min_m=1.35)
+warned() {
+    "$hexid" doctor --latency 0 --set lcm.url= "${paired[@]}" | sed -n 's/^  WARN  workspace *//p' | grep . >"$work/found" &&
+        ends 1 quick "${paired[@]}" >"$work/text" 2>"$work/warning" && cat "$work/found" "$work/warning" &&
+        [ "$(grep -c 'warning: workspace: ' "$work/warning")" -eq 1 ] && grep -qF "warning: workspace: $(cat "$work/found")" "$work/warning"
+}
+claim "a singular pose near neutral: the run says doctor's warning, once" warned
+unwarned() { quick >"$work/text" 2>"$work/warning"; ! grep 'workspace' "$work/warning"; }
+claim "a machine without one: no such warning" unwarned
