@@ -278,6 +278,20 @@ static struct rig variant(int i, bool electric, int seed) {
     return one;
 }
 
+static double base_of(const struct gap_result *g, const char *name) {
+    for (int i = 0; i < g->base_values; i++)
+        if (!strcmp(g->base[i].name, name)) return g->base[i].value;
+    return NAN;
+}
+
+/* A force alone says nothing about oil, valve and supply. */
+static void assert_base(const struct rig *rig, const struct gap_result *g) {
+    static const char *const oil[] = {"hydraulics.bulk_modulus_pa", "hydraulics.leakage_m3_per_s_pa", "hydraulics.valve_flow_m3_per_s",
+                                      "hydraulics.supply_pa",       "hydraulics.valve_damping",       "hydraulics.dead_volume_m3"};
+    for (size_t i = 0; i < sizeof oil / sizeof *oil && rig->electric; i++) assert_true(isnan(base_of(g, oil[i])));
+    assert_true(rig->electric || isfinite(base_of(g, oil[0])));
+}
+
 static void try_all(int count, bool electric, int seeds) {
     static struct gap_result g;
     for (int i = 0; i < count; i++)
@@ -286,6 +300,7 @@ static void try_all(int count, bool electric, int seeds) {
             solve(&one, (uint64_t)seed, &g);
             describe(&one, (uint64_t)seed, &g);
             assert_named(&one, &g);
+            assert_base(&one, &g);
         }
 }
 
@@ -321,12 +336,6 @@ static void what_is_hidden_is_named_in_any_motion(void **unused) {
             if (all || (motion + i) % 2) try_in((enum motion)motion, i, true, motion);
     if (all) try_in(RESTS, LEAKS, false, 1);
     if (!SANITIZED) try_in(MULTISINE, DEAD_BAND, false, 1);
-}
-
-static double base_of(const struct gap_result *g, const char *name) {
-    for (int i = 0; i < g->base_values; i++)
-        if (!strcmp(g->base[i].name, name)) return g->base[i].value;
-    return NAN;
 }
 
 /* Inherently alike at one axis. */

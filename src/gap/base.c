@@ -146,12 +146,12 @@ static struct variable offset_variable(void) {
                              .parts = PART_FORCE};
 }
 
-int base_variables(const struct params *model, struct variable v[FIT_VARIABLES]) {
+int base_variables(const struct params *model, enum residual_part evaluated, struct variable v[FIT_VARIABLES]) {
     int n = 0;
     bool axis = model->mechanism == MECHANISM_AXIS;
     for (size_t i = 0; i < sizeof entries / sizeof *entries; i++)
-        if (entries[i].mechanisms & 1 << model->mechanism) n += entry_variables(model, &entries[i], v + n);
-    n += null_variables(model, v + n);
+        if (entries[i].mechanisms & 1 << model->mechanism && entries[i].parts & evaluated) n += entry_variables(model, &entries[i], v + n);
+    if (evaluated & PART_PRESSURE) n += null_variables(model, v + n);
     n += spring_variables(model, v + n);
     if (axis) v[n++] = offset_variable();
     else n += joint_variables(model, v + n);

@@ -6,7 +6,8 @@
 
 #include "fit.h"
 
-/* Variables of the base for this model; returns their number. */
-int base_variables(const struct params *model, struct variable v[FIT_VARIABLES]);
+/* Variables of the base for this model that residuals of the evaluated parts depend on: the oil's
+ * not where chambers are not evaluated. Returns their number. */
+int base_variables(const struct params *model, enum residual_part evaluated, struct variable v[FIT_VARIABLES]);
 
 #endif

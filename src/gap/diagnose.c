@@ -123,7 +123,7 @@ int diagnosis_init(struct diagnosis *d, const struct params *given, const struct
     if (status) return status;
     fit_data_init(&d->fit, &d->even, given);
     fit_data_init(&d->held_out, &d->odd, given);
-    d->variables = base_variables(given, d->variable);
+    d->variables = base_variables(given, d->even.parts, d->variable);
     d->column = memory_get((size_t)FIT_VARIABLES * (size_t)d->fit.values, sizeof *d->column);
     d->gram = memory_get((size_t)FIT_VARIABLES * FIT_VARIABLES, sizeof *d->gram);
     d->raw = memory_get((size_t)d->fit.values, sizeof *d->raw);
@@ -521,7 +521,7 @@ int diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads) {
 /* The base without what is parallel to an addition, then the additions. */
 static bool list_variables(struct diagnosis *d) {
     struct variable base[FIT_VARIABLES];
-    int count = base_variables(d->given, base);
+    int count = base_variables(d->given, d->even.parts, base);
     d->variables = 0;
     for (int i = 0; i < count; i++) {
         enum parallel how = PARALLEL_NOT;

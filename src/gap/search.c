@@ -374,7 +374,7 @@ static int place_of(const struct diagnosis *d, const struct variable *base) {
 
 static void read_base(const struct diagnosis *d, struct gap_result *r) {
     struct variable base[FIT_VARIABLES];
-    int count = base_variables(d->given, base);
+    int count = base_variables(d->given, d->even.parts, base);
     for (int i = 0; i < count && r->base_values < GAP_BASE; i++) {
         const struct variable *v = &base[i];
         double given = variable_get(v, d->given), value = variable_get(v, &d->model);
