@@ -1,6 +1,7 @@
 #include "realtime.h"
 
 #include <errno.h>
+#include <malloc.h>
 #include <pthread.h>
 #include <sched.h>
 #include <string.h>
@@ -38,7 +39,10 @@ static int fifo(int priority, struct error *error) {
     return STATUS_OK;
 }
 
+/* One heap for all threads: malloc reserves 64 MB for each further one, and what is reserved counts
+ * as locked. */
 static int lock_memory(struct error *error) {
+    mallopt(M_ARENA_MAX, 1);
     if (mlockall(MCL_CURRENT | MCL_FUTURE))
         return error_set(error, STATUS_UNSAFE,
                          "memory not locked (%s): run as root, or give the user `memlock unlimited` in "
