@@ -356,11 +356,14 @@ static void the_summary_fits_a_terminal(void **unused) {
     for (size_t i = 7; i < sizeof r.reason - 1; i += 8) r.reason[i] = ' ';
     memcpy(r.next_experiment, r.reason, sizeof r.reason);
     for (int leg = 0; leg < LEGS; leg++) r.effect[1].values.value[0][leg] = -1.23456e-5, r.effect[1].std[0][leg] = 1.2e-11;
+    /* of no deviation: none is printed */
+    r.effect[0].bound[1][3] = true, r.effect[0].std[1][3] = r.effect[0].values.value[1][3] = 0.0;
     FILE *out = open_memstream(&text, &size);
     assert_non_null(out);
     gap_text_print(out, &r);
     fclose(out);
     int words = 0;
+    assert_non_null(strstr(text, "force_retract_n          0 (at bound) N\n"));
     for (char *line = strtok(text, "\n"); line; line = strtok(NULL, "\n")) {
         if (strlen(line) > 80) fail_msg("%zu columns: %s", strlen(line), line);
         words += count(line, "xxxxxxx");

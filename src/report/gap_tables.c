@@ -219,7 +219,7 @@ void table_base(FILE *out, const struct gap_result *r) {
         html_quantity(out, b->value, b->bound ? 0.0 : b->std, "-");
         fputs("</td>", out);
         number_cell(out, b->given != 0.0 ? 100.0 * (b->value / b->given - 1.0) : (double)NAN, "%+.2f %%");
-        fprintf(out, "<td>%s</td></tr>\n", b->bound ? "at the end of its range" : isfinite(b->std) ? "" : "held beside the effect");
+        fprintf(out, "<td>%s</td></tr>\n", b->bound ? "at its bound" : isfinite(b->std) ? "" : "held beside the effect");
     }
     fputs("</table></div></section>\n", out);
 }

@@ -14,7 +14,9 @@ static void print_parameter(FILE *out, const struct gap_effect *e, int key) {
     fprintf(out, "    %-24s", k->name);
     for (int leg = first; leg < end; leg++) {
         if (leg > first && leg % LEGS_A_LINE == 0) fprintf(out, "\n%28s", "");
-        fprintf(out, " %.4g +- %.2g", e->values.value[key][leg], gap_deviation(e, key, leg));
+        fprintf(out, " %.4g", e->values.value[key][leg]);
+        if (e->bound[key][leg]) fputs(" (at bound)", out);
+        else fprintf(out, " +- %.2g", gap_deviation(e, key, leg));
         if (e->given.on && (e->shape != SHAPE_ALL || gap_given_alike(e, key))) fprintf(out, " (given %.4g)", e->given.value[key][leg]);
         else if (e->given.on) fputs(" (given leg by leg)", out);
     }
