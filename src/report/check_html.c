@@ -23,12 +23,12 @@ static void cell(FILE *out, double value, int digits, const char *unit) {
 static void section_tests(FILE *out, const struct check_report *r) {
     static const char *const names[] = {"*test", "*axis",  "stated", "measured",    "amplitude", "recorded",         "rows",
                                         "rate",  "jitter", "lost",   "longest gap", "flagged",   "without a number", NULL};
-    fputs("<h2>Tests</h2>\n<div class=\"wide\"><table>\n", out);
+    fputs("<h2>Tests</h2>\n<div class=\"wide\"><table class=\"survey\">\n", out);
     head_cells(out, names);
     for (const struct survey *s = r->survey; s < r->survey + r->surveys; s++) {
-        fputs("<tr><td>", out);
+        fputs("<tr><td><span>", out);
         html_text(out, "%s", s->name);
-        fprintf(out, "</td><td>%s</td>", s->test.dof == DOF_NONE ? "none" : dof_names[s->test.dof]);
+        fprintf(out, "</span></td><td>%s</td>", s->test.dof == DOF_NONE ? "none" : dof_names[s->test.dof]);
         cell(out, s->stated_hz, 5, "Hz"), cell(out, s->measured_hz, 6, "Hz");
         cell(out, 1e3 * s->amplitude, 4, check_amplitude_unit(s)), cell(out, survey_seconds(s), 5, "s");
         cell(out, s->test.count, 9, ""), cell(out, 1.0 / s->sampling.step_s, 6, "Hz"), cell(out, check_jitter_ms(s), 2, "ms");
@@ -50,7 +50,7 @@ static void legs(FILE *out, unsigned bits) {
 static void section_channels(FILE *out, const struct survey *s) {
     static const char *const names[] = {"*channel",    "present",       "minimum", "maximum", "noise, rms",
                                         "sensor step", "never changes", "clipped", NULL};
-    fputs("<div class=\"wide\"><table>\n", out);
+    fputs("<div class=\"wide\"><table class=\"survey\">\n", out);
     head_cells(out, names);
     for (int kind = 0; kind < SURVEY_KINDS; kind++) {
         const struct survey_channel *c = &s->channel[kind];

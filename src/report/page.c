@@ -70,6 +70,10 @@ static const char more_style[] = /* a string constant has its limit */
     "table.matrix{font-size:12.5px}\n"
     "table.matrix td,table.matrix th{padding:2px 0 2px 8px}\n"
     "table.matrix td:first-child,table.matrix th:first-child{padding-left:0}\n"
+    /* a name is not broken at every word, and stays in sight while the rest is scrolled */
+    ".survey th{vertical-align:bottom}\n"
+    ".survey td:first-child,.survey th:first-child{position:sticky;left:0;background:var(--paper)}\n"
+    ".survey span{display:inline-block;width:max-content;max-width:38vw;overflow-wrap:anywhere}\n"
     "details{margin:10px 0}\n"
     "summary{cursor:pointer}\n"
     /* a shade where there is more to scroll to: the covers move with the table */
@@ -81,7 +85,8 @@ static const char more_style[] = /* a string constant has its limit */
     "@media print{body{max-width:none;padding:0}section{break-inside:avoid}}\n"
     "@media(max-width:800px){.picture{overflow-x:auto}"
     ".panels img{width:800px;max-width:none}" /* smaller, their labels cannot be read */
-    ".cards,.two,.loops,.beside{grid-template-columns:minmax(0,1fr)}body{padding:12px}th.n{white-space:normal}}\n";
+    ".cards,.two,.loops,.beside{grid-template-columns:minmax(0,1fr)}body{padding:12px}th.n{white-space:normal}"
+    ".survey th.n{white-space:nowrap}}\n";
 
 void page_style(FILE *out) { fprintf(out, "%s%s", style, more_style); }
 

@@ -75,6 +75,23 @@ claim "gap would take it, rests and all" eval 'ends 0 rig --map "$map" && says "
 claim "gap's very refusal is said: the middle is not the configuration's" eval \
     'ends 1 rig --map "$map" --set axis.middle_m=0.3 && says "hexid gap would refuse it: the position runs"'
 claim "a name that no file has is refused with those left over" refuses 2 "Krafft force_n Kraft" rig --map "${map/Kraft/Krafft}"
+# With a long name no row is taller than four lines.
+phone() {
+    mkdir "$work/long" && cp "$work/rig/Versuch 1.csv" "$work/long/Versuch 1 mit der alten Pumpe, Ventil 3 warm.csv" &&
+        check "$work/long" -c config/axis.yaml --set loop.period_s=0.001 --map "$map" -o "$work/long.html" >/dev/null &&
+        "$python" tests/scenarios/narrow.py "$work/long.html" "$work" && "$python" - "$work" <<'END'
+import pathlib, sys
+sys.path.insert(0, "tests/peers")
+from browser import Browser
+with Browser(sys.argv[1]) as page:
+    page.size(420, 900)
+    page.open(pathlib.Path(sys.argv[1], "long.html").as_uri())
+    rows = page.evaluate("[...document.querySelectorAll('tr')].map(row => row.getBoundingClientRect().height)")
+print(rows)
+assert max(rows) < 100, rows
+END
+}
+claim "its page on a phone: no wider than the window, no row taller than four lines" phone
 claim "a unit that the column cannot have is refused" refuses 2 "position_m bar mm" rig --map "t=Zeit,position=Kolben Länge (mm):bar"
 claim "--map of a log is refused" refuses 2 "--map run.lcm" "$hexid" check "$work/run.lcm" --map "$map"
 
