@@ -3,10 +3,13 @@
 # example. A misspelt word gets a suggestion.
 . tests/scenarios/lib
 
-# From elsewhere, with nothing of this shell's environment. A build that a test waits for is not made again.
+# Of a copy, which make takes as it is: other tests run the program meanwhile, and a commit in between would have it linked again.
+mkdir "$work/build" && cp "$hexid" "$work/build/"
+make_install() { make --no-print-directory BUILD="$work/build" -o "$work/build/hexid" "$@" install; }
 root=$work/root
-installed() { make --no-print-directory BUILD="${BUILD:-build}" DESTDIR="$root" prefix=/usr install >"$work/installed" 2>&1 || { cat "$work/installed"; return 1; }; }
+installed() { make_install DESTDIR="$root" prefix=/usr >"$work/installed" 2>&1 || { cat "$work/installed"; return 1; }; }
 claim "make install with DESTDIR writes below it" installed
+# From elsewhere, with nothing of this shell's environment.
 mkdir "$work/elsewhere"
 own() { (cd "$work/elsewhere" && env -i "$root/usr/bin/hexid" "$@"); }
 
@@ -16,7 +19,7 @@ claim "installed, it runs and identifies from a directory of its own" runs
 configuration() { own doctor --latency 0 --set lcm.url= | grep -F "$root/usr/bin/../../etc/hexid/tian2015.yaml"; }
 claim "it finds its configuration in the root that it was installed in" configuration
 under_prefix() {
-    make --no-print-directory BUILD="${BUILD:-build}" prefix="$work/opt" install >/dev/null && [ -s "$work/opt/etc/hexid/tian2015.yaml" ] &&
+    make_install prefix="$work/opt" >/dev/null && [ -s "$work/opt/etc/hexid/tian2015.yaml" ] &&
         (cd "$work/elsewhere" && env -i "$work/opt/bin/hexid" doctor --latency 0 --set lcm.url= | grep -F "$work/opt/bin/../etc/hexid/tian2015.yaml") &&
         grep -q "^ExecStart=$work/opt/bin/hexid run" "$work/opt/lib/systemd/system/hexid.service"
 }
