@@ -4,6 +4,7 @@
 
 #include <math.h>
 
+#include "config.h"
 #include "diagnose.h"
 #include "judge.h"
 
@@ -43,6 +44,31 @@ static void rivals_make_it_ambiguous_and_name_the_experiment(void **state) {
     r.effects = 2, r.in_doubt = 1;
     r.effect[1] = r.effect[0], r.effect[0].effect = effect_find("payload_mass");
     assert_verdict(&r, &noise, GAP_AMBIGUOUS, "the model lacks payload_mass; these data cannot tell valve_lag from command_delay");
+}
+
+static void a_constant_that_looks_the_same_is_to_be_checked_first(void **state) {
+    (void)state;
+    static const struct {
+        const char *effect, *says;
+        enum mechanism_kind mechanism;
+    } cases[] = {{"payload_mass", "; first check axis.mass_kg in the configuration", MECHANISM_AXIS},
+                 {"payload_mass", "; first check payload.mass_kg in the configuration", MECHANISM_STEWART},
+                 {"cylinder_viscous_friction", "; first check hydraulics.viscous_n_s_per_m in the configuration", MECHANISM_AXIS}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct gap_result r = found(cases[i].effect);
+        config_default(&r.model);
+        r.model.mechanism = cases[i].mechanism;
+        assert_verdict(&r, &noise, GAP_EFFECT_NAMED, cases[i].says);
+    }
+    struct gap_result friction = found("cylinder_coulomb_friction"), resized = found("payload_mass");
+    config_default(&friction.model);
+    config_default(&resized.model);
+    friction.model.mechanism = MECHANISM_AXIS, resized.effect[0].given.on = true;
+    for (int i = 0; i < 2; i++) {
+        struct gap_result *r = i ? &resized : &friction;
+        judge(r, &noise);
+        assert_null(strstr(r->reason, "check"));
+    }
 }
 
 /* What is left counts in units of noise and of what the laws there are may be off by. */
@@ -185,6 +211,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_explains_the_gap_is_named),
         cmocka_unit_test(rivals_make_it_ambiguous_and_name_the_experiment),
+        cmocka_unit_test(a_constant_that_looks_the_same_is_to_be_checked_first),
         cmocka_unit_test(what_a_law_leaves_is_no_remainder),
         cmocka_unit_test(a_law_excuses_what_is_left_where_it_acts_and_nowhere_else),
         cmocka_unit_test(one_axis_gets_experiments_that_it_can_make),

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base.h"
 #include "experiment.h"
 
 static const double OFFSET_SIGMAS = 6.0, OFFSET_SHARE = 0.05; /* friction unlike in the
@@ -68,12 +69,12 @@ static bool leaves_constants(const struct gap_result *r) {
     return r->simulated && left > VISIBLE * square(r->noise_floor.overall) && varies < 0.5 * left;
 }
 
-/* A line that the model with the effects has not, and that is no trifle beside
- * what they explain. */
+/* A line that the model with the effects has not, and that is not negligible beside what they
+ * explain. */
 static bool line_remains(const struct gap_result *r) {
     double gap = r->held_out_before.channel[r->line.channel], floor = r->noise_floor.channel[r->line.channel];
-    bool trifle = r->effects && r->line.rms < LINE_SHARE * sqrt(fmax(gap * gap - floor * floor, 0.0));
-    return r->line.hz > 0.0 && !r->line_simulated && !trifle;
+    bool negligible = r->effects && r->line.rms < LINE_SHARE * sqrt(fmax(gap * gap - floor * floor, 0.0));
+    return r->line.hz > 0.0 && !r->line_simulated && !negligible;
 }
 
 /* As many as the search takes: it did not end because all was explained. Or the third by its
@@ -182,12 +183,33 @@ static void name(struct gap_result *r) {
     list_all(r);
 }
 
+/* A constant of the configuration that is far off looks like the effect that is parallel to it. */
+static void say_constants(struct gap_result *r) {
+    struct variable base[FIT_VARIABLES];
+    const char *before = "; first check ";
+    int count = base_variables(&r->model, PART_ALL, base);
+    for (int i = 0; i < r->effects; i++) {
+        const size_t *parallel = effect_table[r->effect[i].effect]->parallel_to;
+        for (int k = 0; k < EFFECT_TIES && parallel[k] && !r->effect[i].given.on; k++) {
+            int v = 0;
+            while (v < count && base[v].offset != parallel[k]) v++;
+            /* a constant force is nothing that anybody has stated */
+            if (v == count || parallel[k] == PARAMETER(axis.force_offset_n)) continue;
+            append(r, before);
+            append(r, base[v].name);
+            before = ", ";
+        }
+    }
+    if (*before == ',') append(r, " in the configuration");
+}
+
 void judge(struct gap_result *r, const struct remainder *m) {
     if (unknown(r, m)) {
         r->verdict = GAP_UNKNOWN_EFFECT;
     } else if (r->effects) {
         ADVISE(r, "%s", "");
         name(r);
+        say_constants(r);
     } else {
         ADVISE(r, "%s", "");
         r->verdict = GAP_NO_GAP;
