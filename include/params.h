@@ -1,6 +1,6 @@
 /* The whole configuration as plain data, SI units, written once by src/io/config.c and constant
- * afterwards. Every key of the YAML file is one member here; ranges and descriptions stand in
- * config.c's table, which is also what --print-config and docs/configuration.md print. */
+ * afterwards. Every key of the YAML file is one member here; ranges and descriptions stand in the
+ * table of src/io/config_keys.c, which --print-config and docs/configuration.md print, too. */
 #ifndef HEXID_PARAMS_H
 #define HEXID_PARAMS_H
 

@@ -46,11 +46,11 @@ static void springs_of_the_tolerance_are_in_the_base(void **state) {
     (void)state;
     struct params model = platform;
     struct variable v[FIT_VARIABLES];
-    int without = base_variables(&model, v), effect = effect_find("external_stiffness"), springs = 0;
+    int without = base_variables(&model, PART_ALL, v), effect = effect_find("external_stiffness"), springs = 0;
     for (int i = 0; i < without; i++) assert_int_not_equal(v[i].effect, effect);
     model.model.tolerance.springs_n_per_m = 2e4, model.model.tolerance.springs_nm_per_rad = 4e3;
     model.effects[effect] = (struct effect_values){.on = true, .value = {{5e3, 5e3, 5e3, 5e3, 5e3, 5e3}}};
-    for (int i = 0, n = base_variables(&model, v); i < n; i++) {
+    for (int i = 0, n = base_variables(&model, PART_ALL, v); i < n; i++) {
         if (v[i].effect != effect) continue;
         assert_true(v[i].min == 0.0 && v[i].leg < 0 && v[i].max == (v[i].key ? v[i].key < 3 ? 2e4 : 4e3 : 2.5e4));
         springs++;

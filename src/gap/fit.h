@@ -1,7 +1,7 @@
 /* Fits of model parameters to white residuals inside a hard box (Gauss-Newton; a step that does
- * not improve the fit is shortened; the box by active sets). A value at its bound stays there:
- * no prior pulls at the base while names are sought, so none swallows an effect. Ordinary
- * threads; heap. */
+ * not improve the fit is shortened; the box by active sets). A value at its bound stays there.
+ * While names are sought the base has no prior, so that none decides for or against an effect.
+ * Ordinary threads; heap. */
 #ifndef HEXID_FIT_H
 #define HEXID_FIT_H
 
@@ -20,8 +20,8 @@ struct variable {
     bool base;               /* of the base model: never a finding */
     double min, max;         /* the box */
     double neutral;          /* of an effect's: the value that adds nothing */
-    double pull;             /* towards that, 1 / unit: decides where the data
-                              * do not; 0: nothing pulls */
+    double pull;             /* 1 / standard deviation of its prior, which is about the neutral
+                              * value and decides where the data do not; 0: none */
     double step;             /* of the difference quotient */
     enum residual_part parts;/* that depend on it */
 };
@@ -51,7 +51,7 @@ bool fit_part(const struct fit_data *d, const struct params *model, int effect, 
 /* Columns of d white / d variable at the model, [variable][values]. */
 bool fit_columns(const struct fit_data *d, const struct params *model, int variables, const struct variable *v, double *column);
 
-/* What draws a variable to its neutral value, 1 / unit, and how far from there it is. */
+/* A variable's prior: 1 / its standard deviation, and how far the variable is from its mean. */
 struct fit_pull {
     double pull, off;
 };

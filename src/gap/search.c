@@ -76,8 +76,8 @@ static bool overfits(const struct trial *t, const struct trial *best) {
     return t->hypothesis->shape == SHAPE_EACH && best->hypothesis->shape != SHAPE_EACH && t->held_gain < best->held_gain;
 }
 
-/* A play of the command that its noise shakes through is none: what looks like it is that noise
- * where the spool passes zero. */
+/* Backlash of the command below the command's own noise is unobservable: what looks like it is that
+ * noise where the spool passes zero. */
 static bool dithered(const struct diagnosis *d, const struct trial *t) {
     int effect = t->hypothesis->effect;
     double most = 0.0, square = 0.0;
