@@ -351,7 +351,7 @@ static void a_leg_has_an_actuator_of_its_own(void **state) {
 static const struct {
     const char *text, *message[3];
 } mistakes[] = {
-    {"control:\n  kp: -3\n", {"rig.yaml:2: control.kp: -3 is outside 0..10000 1/m", "valve per length error"}},
+    {"control:\n  kp: -3\n", {"rig.yaml:2: control.kp: -3 is outside 0..10000 1/m", "valve command per length error"}},
     {"control:\n  kp: abc\n", {"rig.yaml:2: control.kp: \"abc\" is not a number"}},
     {"control:\n  kp: [1, 2]\n", {"rig.yaml:2: control.kp: a list", "single value"}},
     {"control:\n  kp: {a: 1}\n", {"rig.yaml:2: control.kp takes a value"}},
