@@ -65,8 +65,8 @@ struct hal_sample {
 struct hal_command {
     double valve[LEGS];
     bool enable; /* false: valves centred whatever `valve` says */
-    bool supply; /* SAFETY: the charge pump's level, which changes every cycle; the machine's own
-                  * relay keeps the supply on only so */
+    bool supply; /* SAFETY: the level of the charge pump, a life sign and no hydraulic pump: it
+                  * changes every cycle; the machine's own relay keeps the supply on only so */
 };
 
 enum state {

@@ -81,9 +81,9 @@ int diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads);
 double diagnosis_noise(const struct diagnosis *d);
 
 /* The values to report. Names are found with the base free in its box; then what base and effects
- * could explain alike is the effects': the base is drawn to what is stated, as strongly as values
- * anywhere in the box scatter about it; the noise is what the residuals say, where that is less
- * than it was taken for. */
+ * could explain alike is the effects': the base gets a prior about what is stated, as wide as
+ * values anywhere in the box scatter about it; the noise is what the residuals say, where that is
+ * less than it was taken for. */
 void diagnosis_estimate(struct diagnosis *d);
 
 /* The hypothesis joins the model; false where that cannot be fitted: all is as before. */

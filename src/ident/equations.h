@@ -7,7 +7,7 @@
  * Of the covariance of an estimate there are two parts. The noise is each log's own, and gets
  * smaller with every further one. What logs of a machine have in common moves every log's
  * right-hand side in a way of its own; the right-hand sides are added, and what the sum does to the
- * estimate is no smaller for many logs of one motion than for one. That are joints which are not
+ * estimate is no smaller for many logs of one motion than for one. These are joints which are not
  * where they are configured, 36 coordinates, each a standard deviation off; and the noise of the
  * accelerations, which belongs to both sides of the equations: an axis that does not move but in
  * that noise seems to have no mass (attenuation, Fuller 1987 section 1.1), and how far that draws

@@ -93,7 +93,7 @@ enum { ALL_LEGS = -1 };
 bool residual_evaluate(const struct residual_test *t, const struct params *model, enum residual_part parts, int leg, residual_row row);
 
 /* No leg's own constants move another leg's residuals: they neither share lines to the power unit
- * nor move the pose by play. */
+ * nor move the pose by backlash. */
 bool residual_legs_apart(const struct params *model);
 
 /* The rate of a leg's length. */

@@ -61,10 +61,10 @@ void spectrum_value(const double *row, int harmonics, double omega, double t_s, 
 /* Standard deviation of one coefficient of a sinusoid of this amplitude in steps, in so many
  * different samples a cycle, that the spread between cycles does not show: the rounding errors that
  * are the same in every cycle. They are lines sin(2 pi k x / step) step / (pi k) of the motion x,
- * less what shaking from cycle to cycle averages away (dither; how samples at one phase scatter
- * tells how much). The k-th is spread over the harmonics up to z = 2 pi k amplitude / step (Bessel
- * functions: J_n(z)^2 is 1 / (pi z) on average); beyond z = samples it is folded back, alike on
- * all: the larger of the two, which is up to twice too much just below that. */
+ * less what the motion's wander from cycle to cycle averages away (dither; how samples at one phase
+ * scatter tells how much). The k-th is spread over the harmonics up to z = 2 pi k amplitude / step
+ * (Bessel functions: J_n(z)^2 is 1 / (pi z) on average); beyond z = samples it is folded back,
+ * alike on all: the larger of the two, which is up to twice too much just below that. */
 double spectrum_quantisation(double amplitude, double step, double scatter, double samples);
 
 /* Standard deviation of a leg's speed in the mean cycle of so many harmonics, position sensors of
