@@ -6,6 +6,9 @@
 
 #include "force.h"
 
+enum { LONG = 400000 }; /* samples: thirteen minutes at 2 ms */
+static const double BLOCK_S = 60.0; /* whole pieces of any motion (motion.h) */
+
 void recording_init(struct recording *r, const struct params *params) {
     *r = (struct recording){.params = params, .runs = 1, .run = {params->tests}};
 }
@@ -81,6 +84,24 @@ int recording_append(struct recording_test *t, const struct recording_sample *s,
     return STATUS_OK;
 }
 
+/* Is it in a block that is left out? */
+static bool left_out(const struct recording_test *t, double test_time_s) {
+    return fmod(floor(test_time_s / BLOCK_S), (double)(1 << t->thinned)) != 0.0;
+}
+
+/* Leaves out every other block. Of ramp-in nothing is lost but with its block, the first. */
+static void thin(struct recording_test *t) {
+    int kept = 0, first = t->first, end = t->end;
+    t->thinned++;
+    for (int i = 0; i < t->count; i++) {
+        if (i == first) t->first = kept;
+        if (i == end) t->end = kept;
+        if (!left_out(t, t->sample[i].test_time_s)) t->sample[kept++] = t->sample[i];
+    }
+    if (end == t->count) t->end = kept;
+    t->count = kept;
+}
+
 static void note_measured(struct recording_measured *m, const struct recording_sample *s, int legs) {
     m->pressures = m->pressures || (finite_all(legs, s->p1_pa) && finite_all(legs, s->p2_pa));
     m->force = m->force || finite_all(legs, s->force_n);
@@ -94,6 +115,7 @@ int recording_add(struct recording *r, const struct cycle *c, struct error *erro
     struct recording_test *t = place(r, c);
     if (!t) return error_set(error, STATUS_USAGE, "more than %d tests, or cycles that are not in the order of their time", RECORDING_TESTS);
     struct recording_sample s = recording_sample_of(r->params, c);
+    if (left_out(t, s.test_time_s)) return STATUS_OK;
     int status = recording_append(t, &s, error);
     if (status) return status;
     note_measured(&r->measured, &s, params_legs(r->params));
@@ -101,6 +123,7 @@ int recording_add(struct recording *r, const struct cycle *c, struct error *erro
         if (t->first < 0) t->first = t->count - 1;
         t->end = t->count;
     }
+    if (t->count == LONG) thin(t);
     return STATUS_OK;
 }
 
@@ -120,6 +143,16 @@ void recording_settle(struct recording *r) {
             if (m->valve) s->good = s->good && finite_all(legs, s->valve);
             else memset(s->valve, 0, sizeof s->valve);
         }
+}
+
+int recording_at(const struct recording_test *t, double test_time_s) {
+    int from = 0, until = t->count;
+    while (from < until) {
+        int middle = from + (until - from) / 2;
+        if (t->sample[middle].test_time_s < test_time_s) from = middle + 1;
+        else until = middle;
+    }
+    return from;
 }
 
 double recording_step_s(const struct recording_test *t) {

@@ -29,6 +29,8 @@ struct recording_test {
                               * sinusoid */
     int piece;           /* its place, from 0 */
     int count, capacity;
+    int thinned;         /* of a long one: blocks of a minute were left out so many times, every
+                          * other one of those that were left; they look like samples lost */
     struct recording_sample *sample;
     bool borrowed;       /* the samples are another piece's */
     int first, end;      /* the evaluated part: first <= i < end */
@@ -61,7 +63,8 @@ void recording_free(struct recording *r);
  * are RECORDING_RUNS. */
 int recording_begin(struct recording *r, const struct test_params *tests, struct error *error);
 
-/* Takes the cycles of ramp-in and evaluation of every test, in order. -3 without memory. */
+/* Takes the cycles of ramp-in and evaluation of every test, in order; of a long motion no more than
+ * 125 MB, from all over it. -3 without memory. */
 int recording_add(struct recording *r, const struct cycle *cycle, struct error *error);
 
 /* Takes a test out again. */
@@ -76,6 +79,9 @@ int recording_append(struct recording_test *test, const struct recording_sample 
 /* After the last cycle: samples are good where all is finite that the log has; what it
  * has not is zero. */
 void recording_settle(struct recording *r);
+
+/* The first sample that is no earlier; count where all are. */
+int recording_at(const struct recording_test *t, double test_time_s);
 
 /* Sampling of a test's evaluated part, lost samples apart. */
 double recording_step_s(const struct recording_test *t);

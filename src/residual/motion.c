@@ -29,6 +29,8 @@ static const double STEPS = 3.0;          /* of the position sensor, in the shor
                                            * band: rounding slower than that is no noise */
 static const double THIN_HZ = 200.0;
 static const double MISSING = 0.1;        /* of a piece's samples */
+static const double GAPS = 2.0;           /* times its samples' time lasts a segment that is half
+                                           * gaps: no motion goes on across them */
 enum { PER_CYCLE = 16, PIECES = 48, PIECES_NEEDED = 6, SEGMENT = 1024, SEGMENTS = 12, BINS_LEAST = 16 };
 
 static double first_good(const struct recording_test *t, int leg) {
@@ -142,8 +144,9 @@ static int periodogram(const struct recording_test *t, int leg, double step_s, d
         }
     }
     for (int segment = 0; segment < SEGMENTS; segment++) {
-        int from = (int)((double)(all - n) * segment / (SEGMENTS - 1));
-        double mean = 0.0;
+        int from = (int)((double)(all - n) * segment / (SEGMENTS - 1)), first = t->first + from * many;
+        double mean = 0.0, lasts_s = t->sample[first + n * many - 1].test_time_s - t->sample[first].test_time_s;
+        if (n < all && lasts_s > GAPS * n * many * step_s) continue;
         for (int i = 0; i < n; i++) mean += x[from + i] / n;
         for (int i = 0; i < n; i++) rest[i] = (x[from + i] - mean) * 0.5 * (1.0 - cos(2.0 * PI * (i + 0.5) / n));
         add_power(n, rest, power);
@@ -183,8 +186,8 @@ static bool take_piece(const struct recording_test *t, int legs, double piece_s,
                        struct piece *p) {
     int n = (int)((until_s - from_s) / step_s), good = 0, steps = 0, coarse = (int)fmax(0.02 / step_s, 1.0);
     double sum = 0.0;
-    int i = t->first;
-    while (i < t->end && t->sample[i].test_time_s < from_s) i++;
+    int i = recording_at(t, from_s);
+    i = i > t->first ? i : t->first;
     p->first = i;
     for (int last = -1; i < t->end && t->sample[i].test_time_s <= until_s; i++) {
         good += t->sample[i].good;
@@ -200,22 +203,29 @@ static bool take_piece(const struct recording_test *t, int legs, double piece_s,
     return good > (1.0 - MISSING) * n && spectrum_gap(t, from_s, until_s) < residual_gap_s(piece_s, step_s);
 }
 
+/* With what it needs before and behind it. */
+static bool take_place(const struct recording_test *t, int legs, double piece_s, double start_s, double step_s, struct piece *p) {
+    double margin_s = residual_margin_s(piece_s);
+    *p = (struct piece){.start_s = start_s};
+    return take_piece(t, legs, piece_s, start_s - margin_s - RESIDUAL_SETTLE_S - step_s, start_s + piece_s + margin_s, step_s, p);
+}
+
 int motion_cut(struct recording *r, int test, struct error *error) {
     struct recording_test whole = r->test[test];
     struct piece piece[PIECES];
-    int legs = params_legs(r->params), taken = 0, kept = 0;
+    int legs = params_legs(r->params), taken = 0, kept = 0, there = 0;
     double step_s = recording_step_s(&whole), begin_s = whole.sample[whole.first].test_time_s, mean = 0.0;
     double span_s = whole.sample[whole.end - 1].test_time_s - begin_s, hz = band_hz(&whole, legs, step_s, span_s);
     double piece_s = RESIDUAL_BAND / hz, before_s = residual_margin_s(piece_s) + RESIDUAL_SETTLE_S + step_s;
     int all = isfinite(hz) ? (int)((span_s - before_s - residual_margin_s(piece_s)) / piece_s) : 0;
     int most = (RECORDING_TESTS - test) / (r->tests - test); /* room for those that follow */
     most = most < PIECES ? most : PIECES;
-    for (int i = 0; i < all && i < most; i++) {
-        int place = all > most ? (int)((double)all * i / most) : i;
-        struct piece p = {.start_s = begin_s + before_s + place * piece_s};
-        if (!take_piece(&whole, legs, piece_s, p.start_s - before_s, p.start_s + piece_s + residual_margin_s(piece_s), step_s, &p))
-            continue;
-        piece[taken++] = p;
+    /* of those that have their samples, pieces all over the record */
+    for (int i = 0; i < all; i++) there += take_place(&whole, legs, piece_s, begin_s + before_s + i * piece_s, step_s, &piece[0]);
+    for (int i = 0, n = 0; i < all && taken < most; i++) {
+        if (!take_place(&whole, legs, piece_s, begin_s + before_s + i * piece_s, step_s, &piece[taken])) continue;
+        taken += there <= most || n == (int)((double)there * taken / most);
+        n++;
     }
     for (int i = 0; i < taken; i++) mean += piece[i].speed / taken;
     double step_m = r->params->sensors.enabled ? r->params->sensors.position_resolution_m : 0.0;

@@ -277,8 +277,8 @@ static double speed_gain(const struct spectrum *s, const struct recording_test *
 
 double spectrum_gap(const struct recording_test *t, double from_s, double until_s) {
     double last_s = from_s, longest_s = 0.0;
-    for (int i = 0; i < t->count && t->sample[i].test_time_s <= until_s; i++) {
-        if (!t->sample[i].good || t->sample[i].test_time_s < from_s) continue;
+    for (int i = recording_at(t, from_s); i < t->count && t->sample[i].test_time_s <= until_s; i++) {
+        if (!t->sample[i].good) continue;
         longest_s = fmax(longest_s, t->sample[i].test_time_s - last_s);
         last_s = t->sample[i].test_time_s;
     }
@@ -288,8 +288,7 @@ double spectrum_gap(const struct recording_test *t, double from_s, double until_
 bool spectrum_cut(struct spectrum *s, const struct recording_test *t, double from_s, double until_s, double omega,
                   double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
     double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0}, square[CHANNELS][LEGS] = {0}, longest_s;
-    int first = 0, end, size = SPECTRUM_SIZE;
-    while (first < t->count && t->sample[first].test_time_s < from_s) first++;
+    int first = recording_at(t, from_s), end, size = SPECTRUM_SIZE;
     for (end = first; end < t->count && t->sample[end].test_time_s <= until_s;) end++;
     *s = (struct spectrum){.omega = omega, .harmonics = SPECTRUM_HARMONICS};
     int good = add_samples(s, t, first, end, product, s->mean, &longest_s);
