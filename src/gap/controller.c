@@ -7,6 +7,8 @@
 #include "pid.h"
 
 static const double RATE_TOLERANCE = 0.01;
+static const double LOST = 1.5;           /* cycles from sample to sample: some are lost */
+static const double FORGOTTEN_S = 0.2;    /* filters forget in that */
 
 struct moments {
     int n;
@@ -22,18 +24,22 @@ static double variance_sum(const struct moments *m) {
 }
 
 /* One test: the filters start at its ramp-in, at rest; the comparison in the evaluated part, when
- * they have forgotten it. */
+ * they have forgotten it. Samples that are lost are one long step; after many the filters start
+ * anew. */
 static void compare(const struct params *p, const struct kinematics *k, const struct recording_test *t, double *difference, double *whole) {
     struct cylinder_areas areas = cylinder_areas(&p->actuator);
     struct moments off[LEGS] = {{0}}, all[LEGS] = {{0}};
     struct pid pid[LEGS];
+    double compared_s = t->first < 0 ? HUGE_VAL : t->sample[t->first].test_time_s;
     for (int i = 0; i < t->count; i++) {
         const struct recording_sample *s = &t->sample[i];
-        double ref_m[LEGS];
+        double ref_m[LEGS], after_s = i ? s->test_time_s - t->sample[i - 1].test_time_s : HUGE_VAL;
+        bool begins = after_s > FORGOTTEN_S, lost = after_s > LOST * p->loop.period_s;
+        if (begins && i) compared_s = fmax(compared_s, s->test_time_s + FORGOTTEN_S);
         ik_lengths(k, s->ref, ref_m);
         for (int leg = 0; leg < LEGS; leg++) {
             double force_n = leg_force(&areas, leg, s->p1_pa[leg], s->p2_pa[leg]);
-            if (i == 0) {
+            if (begins) {
                 pid_reset(&pid[leg], ref_m[leg], force_n);
                 pid[leg].integral = s->valve[leg] - p->control.kp * (ref_m[leg] - s->length_m[leg]);
             }
@@ -41,8 +47,9 @@ static void compare(const struct params *p, const struct kinematics *k, const st
                 pid_hold(&pid[leg], ref_m[leg]);
                 continue;
             }
-            double u = pid_step(&pid[leg], &p->control, p->loop.period_s, ref_m[leg], s->length_m[leg], force_n);
-            if (t->first < 0 || i < t->first) continue;
+            double u = pid_step(&pid[leg], &p->control, lost && !begins ? after_s : p->loop.period_s, ref_m[leg], s->length_m[leg],
+                                force_n);
+            if (lost || s->test_time_s < compared_s) continue;
             take(&off[leg], s->valve[leg] - u);
             take(&all[leg], s->valve[leg]);
         }
