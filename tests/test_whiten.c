@@ -15,6 +15,7 @@ static void make_test(struct residual_test *t) {
                                 .pressures = true,
                                 .chambers = true,
                                 .harmonics = RESIDUAL_HARMONICS,
+                                .measured = SAMPLES,
                                 .fitted = SAMPLES,
                                 .size = RESIDUAL_SIZE,
                                 .phases = PHASES,

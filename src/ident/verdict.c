@@ -95,7 +95,9 @@ struct verdict ident_verdict(const struct params *params, const struct identific
         verdict_add(&v, VERDICT_FAIL, "%.2f %% of the cycles overran, limit %g %%: a core of its own (loop.cpu), or a longer loop.period_s",
                     overruns_pct, limit->overruns_pct);
     if (sinusoids && !(params->loop.period_s <= limit->period_s))
-        verdict_add(&v, VERDICT_FAIL, "a cycle of %g ms puts the command's staircase into the matrix, limit %g ms",
+        verdict_add(&v, VERDICT_FAIL,
+                    "a cycle of %g ms puts the command's staircase into the matrix, limit %g ms; if only the recording is so slow, give "
+                    "the configuration with the controller's own loop.period_s (-c)",
                     params->loop.period_s * 1e3, limit->period_s * 1e3);
     if (id->method_a.evaluated) check_matrix(&v, limit, &id->method_a);
     else if (sinusoids) verdict_add(&v, VERDICT_NOT_EVALUATED, "matrix: needs complete tests of all six axes");

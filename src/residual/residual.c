@@ -273,7 +273,7 @@ static double above_mean(const double force_n[3], const double mean_n[2]) {
 
 bool residual_staircase(const struct residual_test *t, const struct params *model, double row[LEGS][RESIDUAL_SIZE]) {
     memset(row, 0, LEGS * sizeof row[0]);
-    if (t->substeps % 2) return true;
+    if (t->substeps % 2 || !t->in_step) return true;
     struct run r;
     double (*force_n)[LEGS] = calloc((size_t)t->samples + 1, sizeof *force_n), (*mean_n)[LEGS] = calloc((size_t)t->samples, sizeof *mean_n);
     struct cylinder_model cylinder;
@@ -365,7 +365,7 @@ static bool required(const struct residual_test *t, const struct params *model, 
     bool axis = model->mechanism == MECHANISM_AXIS;
     inverse_dynamics_init(&inverse, model, period_s / PHASES, axis || !t->spectrum.cycles ? 0.0 : period_s / (4 * t->harmonics));
     for (int k = 0; k < t->legs && !axis; k++)
-        inverse.speed_std_mps[k] = spectrum_speed_std(&t->spectrum, k, t->harmonics, step_m, t->fitted);
+        inverse.speed_std_mps[k] = spectrum_speed_std(&t->spectrum, k, t->harmonics, step_m, t->measured);
     tabulate_cycle(t, &inverse.cylinder, rows, p, table);
     memset(force_n, 0, LEGS * sizeof force_n[0]);
     for (int i = 0; i < t->phases; i++) {

@@ -54,7 +54,11 @@ struct residual_test {
     /* what was measured, and its standard deviation */
     double row[CHANNELS][LEGS][RESIDUAL_SIZE], std[CHANNELS][LEGS][RESIDUAL_SIZE];
     double (*coupling)[SPECTRUM_SIZE]; /* [size]: Fourier coefficients to a row */
-    double first_s, step_s;      /* test time of the first simulated sample; sampling */
+    double first_s, step_s;      /* test time of the first simulated sample; from command to
+                                  * command: sampling, or the controller's cycle where the
+                                  * recording has not every one */
+    bool in_step;                /* samples fall on those instants: with the commands */
+    int measured;                /* samples a cycle */
     int samples, fitted;         /* simulated; the last so many are compared */
     int substeps;                /* a sample */
     int phases;                  /* at which the force is evaluated, PHASES a period of the
@@ -104,8 +108,8 @@ double residual_variation(const struct residual_test *t, enum channel channel, i
 
 /* Commands that are held from sample to sample make the force ripple, and who samples in step with
  * them sees the ripple always at its same phase: what of the measured force is that, by the model's
- * chambers. Nothing where samples are 0.5 ms apart or less: a sixteenth of that at 2 ms. False
- * where the chambers are not evaluated. */
+ * chambers. Nothing where commands are 0.5 ms apart or less: a sixteenth of that at 2 ms; nor where
+ * samples are not in step. False where the chambers are not evaluated. */
 bool residual_staircase(const struct residual_test *t, const struct params *model, double force_n[LEGS][RESIDUAL_SIZE]);
 
 /* Inverse dynamics alone: the hydraulic force each leg needs for the measured motion

@@ -13,6 +13,8 @@
 static const double SETTLE_CYCLES = 1.5; /* pressures behind a long supply line have not forgotten
                                           * the start before */
 static const double SUBSTEP_S = 0.5e-3;   /* RK4: 1e-4 of a 100 Hz spool's lag */
+static const double SLOWER = 1.25;        /* samples than commands: no jitter, no other clock */
+static const double IN_STEP = 1e-3;       /* of a cycle: to that a whole number of them is known */
 
 /* Of a piece: the windows of neighbours overlap by so much of it on either side; the series' period
  * is so many times what it is fitted to. */
@@ -64,12 +66,19 @@ static int allocate(struct residual_test *t, struct error *error) {
     return all ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
 }
 
-/* What the commands had beyond the mean cycle over the stretch that is simulated. */
+/* What the commands had beyond the mean cycle over the stretch that is simulated; between samples
+ * what the nearest one had. */
 static void take_dither(struct residual_test *t, const struct recording_test *test) {
+    double sampling_s = recording_step_s(test);
     for (int i = 0, j = test->first; i < t->samples; i++) {
-        while (j + 1 < test->end && test->sample[j].test_time_s < t->first_s + (i - 0.5) * t->step_s) j++;
-        bool there = test->sample[j].good && fabs(test->sample[j].test_time_s - t->first_s - i * t->step_s) < 0.5 * t->step_s;
-        for (int k = 0; k < LEGS; k++) t->dither[i * LEGS + k] = there ? test->sample[j].valve[k] - t->valve[i * LEGS + k] : 0.0;
+        double at_s = t->first_s + i * t->step_s, value[3];
+        while (j + 1 < test->end && test->sample[j].test_time_s < at_s - 0.5 * sampling_s) j++;
+        const struct recording_sample *s = &test->sample[j];
+        bool there = s->good && fabs(s->test_time_s - at_s) <= 0.5 * sampling_s;
+        for (int k = 0; k < LEGS; k++) {
+            spectrum_value(t->spectrum.mean[CHANNEL_VALVE][k], t->spectrum.harmonics, t->spectrum.omega, s->test_time_s, value);
+            t->dither[i * LEGS + k] = there ? s->valve[k] - value[0] : 0.0;
+        }
     }
 }
 
@@ -89,6 +98,7 @@ static int prepare_cycle(struct residual_test *t, const struct recording_test *t
     t->size = residual_motion_size(t);
     t->first_s = test->sample[test->first].test_time_s;
     double cycle = 1.0 / test->frequency_hz / t->step_s;
+    t->measured = (int)ceil(1.0 / test->frequency_hz / recording_step_s(test) - 1e-6);
     t->fitted = (int)ceil(cycle - 1e-6);
     t->samples = (int)ceil(fmax(SETTLE_CYCLES * cycle, RESIDUAL_SETTLE_S / t->step_s)) + t->fitted;
     t->phases = PHASES;
@@ -138,22 +148,30 @@ static double sampled_s(const struct recording_test *test, double t_s) {
     return t_s - before_s < after_s - t_s ? before_s : after_s;
 }
 
-/* Commands are held from sample to sample. */
+/* Commands are held from sample to sample; those of cycles between two samples lie between those of
+ * the samples. */
 static void hold_commands(struct residual_test *t, const struct recording_test *test) {
-    double held[LEGS] = {0};
-    int j = 0;
-    while (j < test->count && !test->sample[j].good) j++;
-    if (j < test->count) memcpy(held, test->sample[j].valve, sizeof held);
-    for (int i = 0; i < t->samples; i++) {
-        for (; j < test->count && test->sample[j].test_time_s <= t->first_s + (i + 0.5) * t->step_s; j++)
-            if (test->sample[j].good) memcpy(held, test->sample[j].valve, sizeof held);
-        memcpy(t->valve + (size_t)i * LEGS, held, sizeof held);
+    const struct recording_sample *held = NULL, *next = NULL;
+    bool slower = recording_step_s(test) > SLOWER * t->step_s;
+    for (int i = 0, j = 0; i < t->samples; i++) {
+        double at_s = t->first_s + i * t->step_s;
+        for (; j < test->count && (!next || next->test_time_s <= at_s + 0.5 * t->step_s); j++) {
+            if (!test->sample[j].good) continue;
+            held = next, next = &test->sample[j];
+        }
+        const struct recording_sample *last = j == test->count && next && next->test_time_s <= at_s + 0.5 * t->step_s ? next
+                                              : held                                                                  ? held
+                                                                                                                      : next;
+        if (!last) return;
+        double share = slower && next != last ? (at_s - last->test_time_s) / (next->test_time_s - last->test_time_s) : 0.0;
+        share = fmin(fmax(share, 0.0), 1.0);
+        for (int k = 0; k < LEGS; k++) t->valve[i * LEGS + k] = last->valve[k] + share * (next->valve[k] - last->valve[k]);
     }
 }
 
 /* The samples simulated go to the row as those measured do, by way of the series; the run-up to the
- * piece is left out of both. */
-static void project_samples(struct residual_test *t, int settling, double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
+ * piece is left out of both. share: of a sample measured for one that is simulated. */
+static void project_samples(struct residual_test *t, int settling, double share, double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
     double basis[SPECTRUM_SIZE], weight[RESIDUAL_SIZE][SPECTRUM_SIZE] = {{0}};
     for (int a = 0; a < t->size; a++)
         for (int b = 0; b < SPECTRUM_SIZE; b++)
@@ -163,7 +181,7 @@ static void project_samples(struct residual_test *t, int settling, double invers
         spectrum_basis(t->spectrum.omega * (t->first_s + (settling + i) * t->step_s), SPECTRUM_HARMONICS, basis);
         for (int a = 0; a < t->size; a++) {
             double value = 0.0;
-            for (int b = 0; b < SPECTRUM_SIZE; b++) value += weight[a][b] * basis[b];
+            for (int b = 0; b < SPECTRUM_SIZE; b++) value += share * weight[a][b] * basis[b];
             t->projection[a * t->fitted + i] = value;
             for (int b = 0; b < SPECTRUM_SIZE; b++) t->coupling[a][b] += value * basis[b];
         }
@@ -234,9 +252,18 @@ static int prepare_piece(struct residual_test *t, const struct recording_test *t
         for (int a = 0; a < t->size; a++)
             for (int b = 0; b < SPECTRUM_SIZE; b++) t->coupling[a][b] += 2.0 / piece_s * span_s / COUPLING_POINTS * value[a] * basis[b];
     }
-    project_samples(t, settling, inverse);
+    project_samples(t, settling, t->step_s / recording_step_s(test), inverse);
     take_rows(t, inverse);
     return fit_series(t) ? STATUS_OK : error_set(error, STATUS_USAGE, "at %.4g s: too short a piece", test->start_s);
+}
+
+/* A platform's controller commands every cycle, whatever is recorded of it; of an axis nobody knows
+ * what commands it. */
+static void find_step(struct residual_test *t, double sampling_s, const struct params *params) {
+    double cycle_s = params->loop.period_s, many = fmax(round(sampling_s / cycle_s), 1.0);
+    bool slower = params->mechanism == MECHANISM_STEWART && sampling_s > SLOWER * cycle_s;
+    t->in_step = !slower || fabs(sampling_s / (many * cycle_s) - 1.0) < IN_STEP;
+    t->step_s = !slower ? sampling_s : t->in_step ? sampling_s / many : cycle_s;
 }
 
 static int prepare(struct residual_test *t, const struct recording *recording, int of, enum cycles which, struct error *error) {
@@ -245,7 +272,7 @@ static int prepare(struct residual_test *t, const struct recording *recording, i
     t->legs = params_legs(recording->params);
     t->pressures = recording->measured.pressures;
     t->chambers = recording->measured.pressures && recording->measured.valve;
-    t->step_s = recording_step_s(test);
+    find_step(t, recording_step_s(test), recording->params);
     t->substeps = (int)ceil(t->step_s / SUBSTEP_S - 1e-6);
     /* for Simpson's rule (residual_staircase) */
     if (t->substeps > 1) t->substeps += t->substeps % 2;

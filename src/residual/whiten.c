@@ -93,7 +93,7 @@ double whiten_in_step(const struct residual_test *t, const struct params *model,
     const struct spectrum *s = &t->spectrum;
     const double *row = s->mean[CHANNEL_LENGTH][leg];
     double step_m = model->sensors.enabled ? model->sensors.position_resolution_m : 0.0;
-    return s->cycles ? square(spectrum_quantisation(hypot(row[1], row[2]), step_m, s->scatter_m[leg], s->offsets * t->fitted)) : 0.0;
+    return s->cycles ? square(spectrum_quantisation(hypot(row[1], row[2]), step_m, s->scatter_m[leg], s->offsets * t->measured)) : 0.0;
 }
 
 void whitener_init(struct whitener *w, const struct residual_test *t, const struct params *model, double model_error) {
@@ -124,7 +124,8 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
             double complex from[RESIDUALS][3] = {{a1, -a2, lambda[k][k] * t->curve[a]}, {1.0, 0.0, pa_per_m[0]}, {0.0, 1.0, pa_per_m[1]}};
             double unsteady[RESIDUALS] = {0.0}, unsure = s->cycles ? a ? 1.0 : STATIC_ERROR : fmax(STATIC_ERROR / (2 * a + 1), 1.0);
             if (a == 0)
-                unsteady[RESIDUAL_P1] = wander(s, CHANNEL_P1, k, t->fitted), unsteady[RESIDUAL_P2] = wander(s, CHANNEL_P2, k, t->fitted);
+                unsteady[RESIDUAL_P1] = wander(s, CHANNEL_P1, k, t->measured),
+                unsteady[RESIDUAL_P2] = wander(s, CHANNEL_P2, k, t->measured);
             double whole[RESIDUALS] = {hypot(a1 * p1, a2 * p2), p1, p2};
             if (!t->pressures) {
                 whole[RESIDUAL_FORCE] = force * FORCE_SENSOR_ERROR / model_error;
