@@ -178,12 +178,24 @@ static void what_is_given_is_of_another_size(void **state) {
 }
 
 /* A tenth of the gap in its channel decides: sqrt(10^2 - 1^2) of it is there. */
+/* What explains nearly all of a gap is there; two effects imitate so much. */
+static void a_trace_beside_one_effect_is_said_and_refutes_nothing(void **state) {
+    (void)state;
+    struct gap_result one = found("valve_dead_band"), two = one;
+    struct remainder left = {.values = VALUES, .noise = 1.2 * VALUES, .before = 1e6, .after = 1.2 * VALUES + 4e3, .beyond_laws = 3.0};
+    assert_verdict(&one, &left, GAP_EFFECT_NAMED, "lacks valve_dead_band; 0.4 % of the gap's square is left");
+    two.effects = 2, two.effect[1] = (struct gap_effect){.effect = effect_find("base_tilt"), .z = 150.0};
+    assert_verdict(&two, &left, GAP_UNKNOWN_EFFECT, "remainder");
+    left.after = 1.2 * VALUES + 6e3;
+    assert_verdict(&one, &left, GAP_UNKNOWN_EFFECT, "remainder");
+}
+
 static void a_line_refutes_what_is_no_larger_than_it(void **state) {
     (void)state;
     struct gap_result weak = found("load_dependent_friction"), strong = weak, known = weak, alone = weak;
-    weak.line = (struct gap_line){.hz = 5.6, .rms = 0.9, .channel = GAP_LENGTH};
-    assert_verdict(&weak, &noise, GAP_EFFECT_NAMED, "load_dependent_friction");
-    strong.line = (struct gap_line){.hz = 5.6, .rms = 1.1, .channel = GAP_LENGTH};
+    weak.line = (struct gap_line){.hz = 5.6, .rms = 4.5, .channel = GAP_LENGTH};
+    assert_verdict(&weak, &noise, GAP_EFFECT_NAMED, "lacks load_dependent_friction; besides, a line at 5.6 Hz");
+    strong.line = (struct gap_line){.hz = 5.6, .rms = 5.5, .channel = GAP_LENGTH};
     assert_verdict(&strong, &noise, GAP_UNKNOWN_EFFECT, "a line at 5.6 Hz");
     /* the model with the effect oscillates, too */
     known.line = strong.line, known.line_simulated = true;
@@ -218,6 +230,7 @@ int main(void) {
         cmocka_unit_test(what_remains_refutes_it),
         cmocka_unit_test(what_is_left_far_above_the_noise_refutes_it_in_motion_too),
         cmocka_unit_test(what_is_given_is_of_another_size),
+        cmocka_unit_test(a_trace_beside_one_effect_is_said_and_refutes_nothing),
         cmocka_unit_test(a_line_refutes_what_is_no_larger_than_it),
         cmocka_unit_test(three_that_are_needed_are_none_of_them),
     };

@@ -156,9 +156,9 @@ bool diagnosis_refit(struct diagnosis *d, int iterations) {
     return true;
 }
 
-enum start { WEAK, TYPICAL, STARTS = 6 };
-/* of the typical effect */
-static const double start_strength[STARTS] = {[WEAK] = 0.1, [TYPICAL] = 1.0, -0.1, -1.0, 10.0, -10.0};
+enum start { WEAK, TYPICAL, STARTS = 7 };
+/* of the typical effect; a limit is reached always or never but at the strength between */
+static const double start_strength[STARTS] = {[WEAK] = 0.1, [TYPICAL] = 1.0, -0.1, -1.0, 0.3, 10.0, -10.0};
 
 /* White residuals without, at the weak and at the typical strength: in proportion? */
 static bool in_proportion(int values, const double *without, const double *weak, const double *typical) {

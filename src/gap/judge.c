@@ -14,11 +14,13 @@ static const double FLOORS_MAX = 2.0;      /* noise floors that may be left, in 
                                             * measured motion too, */
 static const double LEFT_MAX = 0.02;       /* or so much of the variation, where there
                                             * is hardly any noise; */
-static const double LEFT_SHARE = 0.1;      /* a smaller share of the gap is the model's own error */
+static const double LEFT_SHARE = 0.1;      /* a smaller share of the gap is the model's error */
 static const double VISIBLE = 0.2;         /* of the squared noise: what a simulation leaves that
                                             * starts and steps otherwise (0.06) */
-static const double LINE_SHARE = 0.1;       /* of the gap in its channel: a weaker line says nothing
-                                             * against what explains that */
+static const double LINE_SHARE = 0.5;      /* of the gap in its channel: what a line does to the
+                                            * harmonics, by laws that bend, is less than it */
+static const double TRACE_SHARE = 5e-3;    /* of the excess: what explains the rest of it is there,
+                                            * whatever is there besides */
 static const double THIRD_SHARE = 0.05;    /* of the excess: what takes three effects of that
                                             * weight is none of them */
 
@@ -26,6 +28,8 @@ extern const struct effect clock_skew, cylinder_coulomb_friction;
 
 #define SAY(r, ...) snprintf((r)->reason, sizeof (r)->reason, __VA_ARGS__)
 #define ADVISE(r, ...) snprintf((r)->next_experiment, sizeof (r)->next_experiment, __VA_ARGS__)
+
+static const char line_words[] = "mains, a pump, or a loop that oscillates by itself";
 
 static const char *name_of(int effect) { return effect_table[effect]->name; }
 
@@ -36,8 +40,14 @@ static void append(struct gap_result *r, const char *text) {
 
 static double square(double x) { return x * x; }
 
-/* More than noise, and than the laws that are there leave. */
-static bool remains(const struct remainder *m) { return m->beyond_laws > 1.0; }
+/* What is left of the excess: its share. */
+static double trace(const struct remainder *m) { return m->before > 0.0 ? fmax(m->after - m->noise, 0.0) / m->before : 1.0; }
+
+/* More than noise, and than the laws that are there leave; beside a single effect more than a trace
+ * of what it explains. Two may imitate what is there, to a trace. */
+static bool remains(const struct gap_result *r, const struct remainder *m) {
+    return m->beyond_laws > 1.0 && !(r->effects == 1 && trace(m) < TRACE_SHARE);
+}
 
 /* What a simulation with effects is held to. Constants are not: a leg in a dead band stands where
  * it came to stand, a chamber whose valve stays shut keeps what oil it has, and the equations hold
@@ -95,9 +105,9 @@ static bool unknown(struct gap_result *r, const struct remainder *m) {
     int many;
     ADVISE(r, "%s", experiment_unknown());
     if (line_remains(r)) {
-        SAY(r, "a line at %.4g Hz, no harmonic of the motion: a pump, or a loop that oscillates by itself", r->line.hz);
+        SAY(r, "a line at %.4g Hz, no harmonic of the motion: %s", r->line.hz, line_words);
         ADVISE(r, "%s", experiment_line(r->model.mechanism));
-    } else if (remains(m)) {
+    } else if (remains(r, m)) {
         SAY(r, "a deterministic remainder that no effect of the catalogue explains (mean white square %.1f)", m->after / m->values);
     } else if (imitated(r, m, &many)) {
         SAY(r, "no one or two effects of the catalogue explain the gap; it takes %d to imitate it", many);
@@ -117,19 +127,18 @@ static bool unknown(struct gap_result *r, const struct remainder *m) {
 }
 
 /* On one axis, friction that is stronger in one direction is symmetric friction beside
- * a constant force. */
-static bool offset_rival(const struct gap_result *r) {
+ * a constant force. NULL: there is none such. */
+static const struct gap_effect *one_sided(const struct gap_result *r) {
     const struct params *p = &r->model;
-    if (p->mechanism != MECHANISM_AXIS) return false;
     double weight_n = 2.0 * p->model.tolerance.mass * fabs(p->axis.mass_kg * p->axis.gravity_mps2);
-    bool rival = false;
-    for (int i = 0; i < r->effects; i++) {
+    const struct gap_effect *found = NULL;
+    for (int i = 0; i < r->effects && p->mechanism == MECHANISM_AXIS; i++) {
         const struct gap_effect *e = &r->effect[i];
         double extend = e->values.value[0][0], retract = e->values.value[1][0], std = hypot(e->std[0][0], e->std[1][0]);
         double noticed_n = fmax(OFFSET_SIGMAS * std, OFFSET_SHARE * (extend + retract)) + weight_n;
-        rival = rival || (effect_table[e->effect] == &cylinder_coulomb_friction && fabs(extend - retract) > noticed_n);
+        if (effect_table[e->effect] == &cylinder_coulomb_friction && fabs(extend - retract) > noticed_n) found = e;
     }
-    return rival;
+    return found;
 }
 
 /* Which of the effects stands in a list: it is none of those in doubt. */
@@ -172,10 +181,15 @@ static void name(struct gap_result *r) {
         experiment_between(mechanism, effect_table[doubted], effect_table[rival], r->next_experiment);
         return;
     }
-    r->offset_rival = offset_rival(r);
-    if (r->offset_rival) {
+    const struct gap_effect *friction = one_sided(r);
+    r->offset_rival = friction != NULL;
+    if (friction) {
+        double extend = friction->values.value[0][0], retract = friction->values.value[1][0];
         r->verdict = GAP_AMBIGUOUS;
-        SAY(r, "these data cannot tell cylinder_coulomb_friction stronger in one direction from symmetric friction and a constant force");
+        SAY(r,
+            "these data cannot tell cylinder_coulomb_friction stronger in one direction from symmetric friction of %.3g N beside a "
+            "constant force of %.3g N, a force sensor's zero, say",
+            0.5 * (extend + retract), 0.5 * fabs(extend - retract));
         experiment_from_parameter(mechanism, &cylinder_coulomb_friction, PARAMETER(axis.force_offset_n), r->next_experiment);
         return;
     }
@@ -220,6 +234,15 @@ void judge(struct gap_result *r, const struct remainder *m) {
     }
 
     char text[GAP_TEXT];
+    if (r->verdict != GAP_UNKNOWN_EFFECT && m->beyond_laws > 1.0) {
+        snprintf(text, sizeof text, "; %.2g %% of the gap's square is left beyond the noise, and is nothing of the catalogue",
+                 100.0 * trace(m));
+        append(r, text);
+    }
+    if (r->verdict != GAP_UNKNOWN_EFFECT && r->line.hz > 0.0 && !r->line_simulated) {
+        snprintf(text, sizeof text, "; besides, a line at %.4g Hz, no harmonic of the motion: %s", r->line.hz, line_words);
+        append(r, text);
+    }
     if (r->effects && r->replay_fault[0]) {
         snprintf(text, sizeof text, "; not shown by simulation: %.160s", r->replay_fault);
         append(r, text);
