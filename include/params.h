@@ -45,6 +45,7 @@ struct axis_params {              /* one cylinder or electric axis with a mass: 
                                    * weight pushes the rod in */
     double middle_m;              /* reading of the position at mid-stroke */
     double force_offset_n;        /* constant force that the reading has too much */
+    double force_lag_s;           /* first order, of a force sensor's amplifier */
 };
 
 struct actuator_params {          /* the legs, Tian 2015 Tables 1 and 2; inertias about each part's

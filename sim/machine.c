@@ -42,7 +42,8 @@ static void base_hydraulics(struct machine *m, const struct hydraulics_params *h
 
 static void base_sensors(struct machine *m) {
     const struct sensor_path exact = {.scale = 1.0};
-    for (int leg = 0; leg < LEGS; leg++) m->sensors.length[leg] = m->sensors.p1[leg] = m->sensors.p2[leg] = exact;
+    for (int leg = 0; leg < LEGS; leg++) m->sensors.length[leg] = m->sensors.p1[leg] = m->sensors.p2[leg] = m->sensors.force[leg] = exact;
+    for (int leg = 0; leg < LEGS; leg++) m->sensors.force[leg].lag_s = m->params->axis.force_lag_s;
     m->timing.clock_ratio = 1.0;
 }
 

@@ -61,6 +61,8 @@ struct machine {
     } line;
     struct {
         struct sensor_path length[LEGS], p1[LEGS], p2[LEGS];
+        struct sensor_path force[LEGS];                 /* of a force sensor or a drive, where
+                                                         * pressures are not measured */
     } sensors;
     struct {
         double command_delay_s[LEGS];

@@ -27,7 +27,7 @@ static bool in_table(const struct effect *effect) {
 static bool in_base(const struct params *model, size_t parameter) {
     struct variable v[FIT_VARIABLES];
     bool found = false;
-    for (int i = 0, n = base_variables(model, PART_ALL, v); i < n; i++) found = found || v[i].offset == parameter;
+    for (int i = 0, n = base_variables(model, PART_ALL | PART_FORCE_SENSOR, v); i < n; i++) found = found || v[i].offset == parameter;
     return found;
 }
 

@@ -50,6 +50,7 @@ static const struct base_entry entries[] = {
 static const double NULL_TOLERANCE = 0.005; /* of full opening: what a valve's maker
                                              * adjusts its null to */
 static const double OFFSET_MOST_N = 1e6;
+static const double FORCE_LAG_S = 1e-3; /* an amplifier's filter of 160 Hz */
 
 /* Effects that any machine has a little of. */
 extern const struct effect geometry_error, valve_null_bias, external_stiffness;
@@ -146,6 +147,20 @@ static struct variable offset_variable(void) {
                              .parts = PART_FORCE};
 }
 
+/* Of a force sensor against that of the position. */
+static struct variable lag_variable(const struct params *model) {
+    return (struct variable){.name = "axis.force_lag_s",
+                             .offset = offsetof(struct params, axis.force_lag_s),
+                             .leg = -1,
+                             .legs = 1,
+                             .effect = -1,
+                             .base = true,
+                             .min = model->axis.force_lag_s - FORCE_LAG_S,
+                             .max = model->axis.force_lag_s + FORCE_LAG_S,
+                             .step = 0.1 * FORCE_LAG_S,
+                             .parts = PART_FORCE};
+}
+
 int base_variables(const struct params *model, enum residual_part evaluated, struct variable v[FIT_VARIABLES]) {
     int n = 0;
     bool axis = model->mechanism == MECHANISM_AXIS;
@@ -153,6 +168,7 @@ int base_variables(const struct params *model, enum residual_part evaluated, str
         if (entries[i].mechanisms & 1 << model->mechanism && entries[i].parts & evaluated) n += entry_variables(model, &entries[i], v + n);
     if (evaluated & PART_PRESSURE) n += null_variables(model, v + n);
     n += spring_variables(model, v + n);
+    if (axis && evaluated & PART_FORCE_SENSOR) v[n++] = lag_variable(model);
     if (axis) v[n++] = offset_variable();
     else n += joint_variables(model, v + n);
     return n;

@@ -39,7 +39,8 @@ static struct reach effect_reach(const struct params *model, int effect) {
     machine_init(&machine, &with);
     if (moves_force(model, e, a, b)) parts |= PART_FORCE;
     if (moves_pressure(e, a, b)) parts |= PART_PRESSURE;
-    if (DIFFER(line) || DIFFER(sensors)) parts |= PART_ALL;
+    if (DIFFER(line) || DIFFER(sensors.length) || DIFFER(sensors.p1) || DIFFER(sensors.p2)) parts |= PART_ALL;
+    if (DIFFER(sensors.force)) parts |= PART_FORCE_SENSOR;
     return (struct reach){parts, !(e->joint_friction || e->wrench || DIFFER(bodies) || DIFFER(sensors.length))};
 }
 
@@ -99,6 +100,7 @@ int hypotheses_list(const struct params *model, const bool found[EFFECTS_MAX], e
         if (found[effect]) continue;
         struct reach reach = effect_reach(model, effect);
         reach.parts &= evaluated;
+        if (reach.parts & PART_FORCE_SENSOR) reach.parts = PART_FORCE;
         if (!reach.parts) continue; /* of time alone: recording_clock sees it without a fit */
         build(&h[n++], effect, SHAPE_ALL, axis, reach);
         if (params_legs(model) == 1) continue;

@@ -201,7 +201,7 @@ static void name(struct gap_result *r) {
 static void say_constants(struct gap_result *r) {
     struct variable base[FIT_VARIABLES];
     const char *before = "; first check ";
-    int count = base_variables(&r->model, PART_ALL, base);
+    int count = base_variables(&r->model, PART_ALL | PART_FORCE_SENSOR, base);
     for (int i = 0; i < r->effects; i++) {
         const size_t *parallel = effect_table[r->effect[i].effect]->parallel_to;
         for (int k = 0; k < EFFECT_TIES && parallel[k] && !r->effect[i].given.on; k++) {

@@ -67,6 +67,8 @@ static const struct config_key keys[] = {
     KEY(axis, gravity_mps2, "0", -20.0, 20.0, "m/s^2", "component along the axis; positive: the weight pushes the rod in; 0: horizontal"),
     KEY(axis, middle_m, "0", -100.0, 100.0, "m", "reading of the position at mid-stroke"),
     KEY(axis, force_offset_n, "0", -1e7, 1e7, "N", "constant force that the reading has too much"),
+    KEY(axis, force_lag_s, "0", 0.0, 0.1, "s",
+        "first-order lag of a force sensor's reading: 1 / (2 pi cut-off frequency); hexid gap lets it be 1 ms off"),
 
     LEG_KEY(actuator, piston_diameter_m, "0.063", 0.005, 1.0, "m", "D: piston; no default for an axis"),
     LEG_KEY(actuator, rod_diameter_m, "0.045", 0.001, 1.0, "m", "d: rod; no default for an axis"),

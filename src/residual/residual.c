@@ -9,9 +9,9 @@
 #include "units.h"
 #include "valve_line.h"
 
-/* Fourier coefficients of a test's lengths and pressures. */
+/* Fourier coefficients of a test's lengths and pressures, or forces. */
 struct series {
-    double length[LEGS][SPECTRUM_SIZE], p1[LEGS][SPECTRUM_SIZE], p2[LEGS][SPECTRUM_SIZE];
+    double length[LEGS][SPECTRUM_SIZE], p1[LEGS][SPECTRUM_SIZE], p2[LEGS][SPECTRUM_SIZE], force[LEGS][SPECTRUM_SIZE];
 };
 
 /* The row of a series. */
@@ -26,7 +26,7 @@ static void push(const struct cylinder_model *m, const struct residual_test *t, 
                  double force_n[SPECTRUM_SIZE]) {
     double a1 = m->leg[leg].a1_m2, a2 = m->leg[leg].a2_m2;
     for (int a = 0; a < residual_motion_size(t); a++)
-        force_n[a] = t->pressures ? a1 * rows->p1[leg][a] - a2 * rows->p2[leg][a] : t->spectrum.mean[CHANNEL_FORCE][leg][a];
+        force_n[a] = t->pressures ? a1 * rows->p1[leg][a] - a2 * rows->p2[leg][a] : rows->force[leg][a];
     if (m->machine.params->mechanism == MECHANISM_AXIS) force_n[0] -= m->machine.params->axis.force_offset_n;
 }
 
@@ -63,6 +63,7 @@ static void undo_all(const struct machine *m, const struct residual_test *t, str
         undo(&m->sensors.length[k], t, s->mean[CHANNEL_LENGTH][k], rows->length[k]);
         undo(&m->sensors.p1[k], t, s->mean[CHANNEL_P1][k], rows->p1[k]);
         undo(&m->sensors.p2[k], t, s->mean[CHANNEL_P2][k], rows->p2[k]);
+        undo(&m->sensors.force[k], t, s->mean[CHANNEL_FORCE][k], rows->force[k]);
     }
 }
 
@@ -461,6 +462,7 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
             net[a] -= force[k][a];
         }
         if (t->pressures) read_force_back(&cylinder, t, k, net);
+        else read_back(&cylinder.machine.sensors.force[k], t, net);
     }
     return true;
 }

@@ -35,7 +35,7 @@ double residual_gap_s(double piece_s, double step_s); /* longest time without a 
                                                        * a piece can have */
 
 /* What has to be computed again. */
-enum residual_part { PART_FORCE = 1, PART_PRESSURE = 2, PART_ALL = 3 };
+enum residual_part { PART_FORCE = 1, PART_PRESSURE = 2, PART_ALL = 3, PART_FORCE_SENSOR = 4 };
 
 typedef double residual_row[LEGS][RESIDUALS][RESIDUAL_SIZE]; /* of one test */
 
@@ -81,7 +81,8 @@ static inline int residual_motion_size(const struct residual_test *t) { return 1
 
 struct residual_data {
     int tests;
-    enum residual_part parts;    /* that can be evaluated; the rows of others are zero */
+    enum residual_part parts;    /* that can be evaluated; the rows of others are zero;
+                                  * PART_FORCE_SENSOR: by a force sensor, not by pressures */
     struct residual_test *test;
 };
 

@@ -297,7 +297,7 @@ int residual_prepare(struct residual_data *d, const struct recording *recording,
         if (!wanted(&recording->test[i], which)) continue;
         int status = prepare(&d->test[d->tests++], recording, i, which, error);
         if (status) return status;
-        d->parts = d->test[0].chambers ? PART_ALL : PART_FORCE;
+        d->parts = d->test[0].chambers ? PART_ALL : d->test[0].pressures ? PART_FORCE : PART_FORCE | PART_FORCE_SENSOR;
     }
     return STATUS_OK;
 }

@@ -1,0 +1,37 @@
+#include "machine.h"
+#include "units.h"
+
+enum { CUTOFF };
+
+static const double NONE_HZ = 1e5; /* the neutral value stands for no lag at all */
+
+static void machine(const struct effect_values *v, struct machine *m) {
+    for (int leg = 0; leg < LEGS; leg++) {
+        double cutoff_hz = v->value[CUTOFF][leg];
+        m->sensors.force[leg].lag_s += cutoff_hz < NONE_HZ ? 1.0 / (2.0 * PI * cutoff_hz) : 0.0;
+    }
+}
+
+extern const struct effect cylinder_viscous_friction;
+
+const struct effect force_sensor_lag = {
+    .name = "force_sensor_lag",
+    .plain = "a lag of the force sensors",
+    .law = "readings follow the force in first order with this cut-off frequency, as an amplifier's filter makes them; from 100 kHz on at "
+           "once; nothing where pressures are measured",
+    .signature = "force: phase and amplitude that fall with frequency; a viscous force of the wrong sign for an inertia",
+    .law_error = 0.01,
+    .keys = {[CUTOFF] = {.name = "cutoff_hz",
+                         .unit = "Hz",
+                         .min = 1.0,
+                         .max = 1e5,
+                         .neutral = 1e5,
+                         .typical = 100.0,
+                         .per_leg = true,
+                         .reciprocal = true}},
+    .parallel_to = {PARAMETER(axis.force_lag_s)},
+    .told_apart = {{.from = &cylinder_viscous_friction,
+                    .record = "a test at a quarter of the frequency",
+                    .shows = "what a lag makes of an inertia falls with the cube of the frequency, viscous friction with the frequency"}},
+    .machine = machine,
+};
