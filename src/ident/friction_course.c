@@ -17,9 +17,6 @@ static const double LOW_MPS[STRIBECKS] = {0.005, 0.008, 0.0125, 0.02, 0.032, 0.0
 static const double GIVE_M[SEALS] = {20e-6, 40e-6, 80e-6, 160e-6, 320e-6};
 static const double SLOW_MPS[SLOW] = {0.0125, 0.032}; /* a seal's way after a reversal, by speed */
 static const double RESOLVED = 0.125; /* of the period of the motion's highest harmonic */
-static const double STICK_MPS = 3e-3; /* as harmonics show a leg that is at rest, or whose friction
-                                       * is ahead of its speed: with less the errors on simulated
-                                       * machines are above what is stated */
 static const double NO_DOUBT = 1e-9, LEAST = 1e-300;
 
 /* Position, rate and acceleration of each leg at each phase, as friction is taken from them, and
@@ -75,12 +72,13 @@ static void find_direction(struct friction_course *c, const struct residual_test
            step_s = 2.0 * PI / (t->spectrum.omega * PHASES);
     double place[PHASES], at = 0.0;
     for (int i = 0; i < t->phases; i++) {
-        double rate = m->leg[i][leg][1], acceleration = m->leg[i][leg][2];
+        double acceleration = m->leg[i][leg][2], lag_mps = 0.5 * resolution_s * acceleration;
+        double rate = m->leg[i][leg][1] + lag_mps;
         /* within +-1 of each */
-        double uniform = (square(acceleration * resolution_s) + square(STICK_MPS)) / 3.0;
+        double uniform = (square(lag_mps) + square(INVERSE_DYNAMICS_SLOW_MPS)) / 3.0;
         /* twice the probability of the other direction */
         double other = erfc(fabs(rate) / sqrt(2.0 * (m->variance[leg] + uniform)));
-        c->rate_mps[i][leg] = rate;
+        c->rate_mps[i][leg] = m->leg[i][leg][1];
         c->direction[i][leg] = copysign(1.0 - other, rate);
         c->doubt[i][leg] = other * (2.0 - other);
         place[i] = copysign(0.5 * log((2.0 - other) / fmax(other, LEAST)), rate);

@@ -4,11 +4,16 @@
  *
  * The speed is that of the mean cycle, each harmonic shrunk by what its noise is of it (Wiener):
  * the higher ones of a steady test are mostly noise, and would turn a slow leg round where it does
- * not. A reversal is blurred by three things, independent of each other: the speed's noise; the
- * time between two crests of the motion's highest harmonic, within which nobody knows when it was;
- * and stick, during which friction is on its way from one direction to the other by what all other
- * forces do. So the direction is, on average, erf(v / sqrt(2 s^2)), s^2 the sum of the three
- * variances, and whatever its course between -1 and 1, its variance is at most 1 - average^2.
+ * not. It is also a speed in finitely many harmonics, which lags behind the leg's own where
+ * friction turns round: that takes 2 F / m from the acceleration at once, and the mean of a speed
+ * over some time about such a kink passes zero later than the speed itself, by anything between
+ * nothing (F small against m a) and that time (a leg that stops), never earlier. So friction goes
+ * by the speed half a resolution later. A reversal is blurred by three things, independent of each
+ * other: the speed's noise; that lag, uniform from none to the whole resolution; and stick, below
+ * INVERSE_DYNAMICS_SLOW_MPS, during which friction is on its way from one direction to the other
+ * by what all other forces do. So the direction is, on average, erf(v / sqrt(2 s^2)), s^2 the sum
+ * of the three variances, and whatever its course between -1 and 1, its variance is at most
+ * 1 - average^2.
  *
  * How long an error lasts: one reversal at a random instant of distribution G, which is the
  * worst of all monotone ways from -1 to 1, has the covariance 4 G(t) (1 - G(u)), t < u, that is
