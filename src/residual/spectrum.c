@@ -140,6 +140,29 @@ static double average(int n, const double *place, const double *value, bool drif
     return slope;
 }
 
+typedef double cycle_row[CHANNELS][LEGS][SPECTRUM_SIZE];
+
+/* By how much more the mean of a channel's cycles varies than if each were independent of the
+ * others: 1 + 2 sum of the correlations at lags 1, 2 .., all harmonics together, up to where those
+ * of two neighbours cancel and there is nothing but chance (Geyer 1992). */
+static double lasting(const struct spectrum *s, cycle_row *row, int channel, int leg) {
+    double all = 0.0, sum = 0.0, pair = 0.0;
+    for (int lag = 0; lag < s->cycles; lag++) {
+        double product = 0.0;
+        for (int i = lag; i < s->cycles; i++)
+            for (int a = 1; a < 1 + 2 * s->harmonics; a++) {
+                double mean = s->mean[channel][leg][a];
+                product += (row[i][channel][leg][a] - mean) * (row[i - lag][channel][leg][a] - mean);
+            }
+        if (lag == 0) all = product;
+        pair += product;
+        if (lag % 2 == 0) continue;
+        if (!(pair > 0.0)) break;
+        sum += pair, pair = 0.0;
+    }
+    return all > 0.0 ? fmax(2.0 * sum / all - 1.0, 1.0) : 1.0;
+}
+
 /* A drift within the cycle, of this slope a cycle, looks like a sawtooth: -sum sin(h w
  * (t - start)) / (pi h). */
 static void remove_sawtooth(double slope, double start_phase, int harmonics, double *row) {
@@ -223,6 +246,8 @@ static void summarise(struct spectrum *s, const struct recording_test *t, const 
                 double along = average(s->cycles, place, value, a == 0, &s->mean[ch][k][a], &s->std[ch][k][a]);
                 if (a == 0) slope = along;
             }
+            double longer = sqrt(lasting(s, row, ch, k));
+            for (int a = 1; a < 1 + 2 * s->harmonics; a++) s->std[ch][k][a] *= longer;
             remove_sawtooth(slope, s->omega * t->sample[span[0].first].test_time_s, s->harmonics, s->mean[ch][k]);
         }
     for (int i = 0; i < s->cycles; i++) samples += add_noise(s, t, span[i].first, span[i].end, row[i], square);

@@ -1,6 +1,7 @@
 /* A test as harmonics of its frequency, cycle by cycle: means over some of the cycles, and how far
- * single cycles lie from them. That spread is the noise, measured; what is in step with the motion
- * (quantisation) does not show in it and is known from the sensor. Pure.
+ * single cycles lie from them. That spread is the noise, measured, and so is how alike the noise of
+ * successive cycles is: a motion that wanders slowly drags its rounding errors along. What is in
+ * step with the motion (quantisation) does not show in it and is known from the sensor. Pure.
  *
  * A coefficient row is [constant, sin wt, cos wt, sin 2wt, ...], t the test time. */
 #ifndef HEXID_SPECTRUM_H
