@@ -140,12 +140,10 @@ static double average(int n, const double *place, const double *value, bool drif
     return slope;
 }
 
-typedef double cycle_row[CHANNELS][LEGS][SPECTRUM_SIZE];
-
 /* By how much more the mean of a channel's cycles varies than if each were independent of the
  * others: 1 + 2 sum of the correlations at lags 1, 2 .., all harmonics together, up to where those
  * of two neighbours cancel and there is nothing but chance (Geyer 1992). */
-static double lasting(const struct spectrum *s, cycle_row *row, int channel, int leg) {
+static double lasting(const struct spectrum *s, spectrum_cycle *row, int channel, int leg) {
     double all = 0.0, sum = 0.0, pair = 0.0;
     for (int lag = 0; lag < s->cycles; lag++) {
         double product = 0.0;
