@@ -28,6 +28,8 @@ int cmd_import(int argc, char **argv) {
             (long long)report.rows, (long long)report.lost);
     if (report.stated_hz > 0.0)
         cli_say(stderr, "hexid: warning: rate_hz: %g is not what t_s has, %.6g Hz: that is taken", report.stated_hz, report.rate_hz);
+    if (report.zero[0])
+        cli_say(stdout, "t_s does not begin near t = 0, where the ramp-in begins; by the motion t = 0 is at t_s = %s", report.zero);
     if (report.several)
         cli_say(stdout, "an axis has files of several frequencies: hexid gap takes each test at the one at which it moves, "
                         "hexid identify needs one an axis");

@@ -7,20 +7,19 @@
 #include "areas.h"
 #include "config.h"
 #include "csv.h"
-#include "csv_format.h"
+#include "csv_begin.h"
 #include "csv_doubts.h"
+#include "csv_format.h"
+#include "csv_times.h"
 #include "log.h"
 #include "messages.h"
 #include "units.h"
 
-enum { EVENT_SIZE = 1 << 18, STEPS = 4096, STEPS_LEAST = 16, PASSES = 6 };
+enum { EVENT_SIZE = 1 << 18 };
 
-static const double rate_tolerance = 0.01;  /* of the mean step of t_s against rate_hz */
+static const double rate_tolerance = 0.01;  /* of the step of t_s against rate_hz */
 static const double rate_same = 1e-3;       /* so near, a rate is the same */
-static const double HOLE = 1.5;             /* mean steps: a row is missing, as advance() counts */
 static const double step_least_s = 1e-4, step_most_s = 0.1; /* as loop.period_s */
-static const double lost_share = 0.1;       /* more rows missing than this: rate_hz is
-                                             * wrong, not the recording */
 static const double gap_max_s = 3600.0;     /* as tests.duration_s */
 
 struct import {
@@ -29,9 +28,12 @@ struct import {
     int files;
     struct csv_head head[CSV_FILES_MAX];
     int test[CSV_FILES_MAX];   /* place in the list of tests */
+    struct csv_times times[CSV_FILES_MAX];
+    int last_line[CSV_FILES_MAX];
+    double zero_s[CSV_FILES_MAX]; /* t_s where the ramp-in begins: 0, or as the motion tells */
     double evaluated_s;    /* the shortest evaluated part of a file that does not say */
-    struct log_writer *log;/* NULL: the files are being checked */
-    uint64_t seq;
+    struct log_writer *log;
+    uint64_t seq;          /* of the row before the file at hand */
     int64_t start_ns;      /* of the file at hand, on the log's clock */
     struct csv_report *report;
     struct error *error;
@@ -94,51 +96,18 @@ static void set_rate(struct params *p, double rate_hz) {
     p->limits.sensor_age_s = fmax(p->limits.sensor_age_s, p->loop.period_s);
 }
 
-static int ascending(const void *a, const void *b) {
-    return *(const double *)a < *(const double *)b ? -1 : *(const double *)a > *(const double *)b;
-}
-
-/* Steps from row to row where a file begins, by its own times: the mean of all, and of those that
- * are no holes. 0: too few rows, or what the reading proper will refuse. */
-struct steps {
-    double all_s, whole_s;
-};
-
-static struct steps measured_steps(const struct import *im, int file) {
-    struct csv_reader *reader;
-    struct error unsaid;
-    struct cycle c;
-    double step_s[STEPS], last_s = (double)NAN, sum = 0.0, whole_sum;
-    int n = 0, whole;
-    if (csv_open(&reader, im->head[file].path, im->source->map, &unsaid)) return (struct steps){0};
-    while (n < STEPS && csv_read_row(reader, &c, &unsaid) > 0) {
-        if (c.test_time_s > last_s) sum += step_s[n++] = c.test_time_s - last_s;
-        last_s = c.test_time_s;
-    }
-    csv_close(reader);
-    if (n < STEPS_LEAST) return (struct steps){0};
-    qsort(step_s, (size_t)n, sizeof *step_s, ascending);
-    /* and not the median: times that are rounded have steps of 2 and 3 ms */
-    struct steps s = {sum / n, sum / n};
-    for (int pass = 0; pass < PASSES; pass++) {
-        for (whole = 0, whole_sum = 0.0; whole < n && step_s[whole] < HOLE * s.whole_s;) whole_sum += step_s[whole++];
-        s.whole_s = whole_sum / whole;
-    }
-    return s;
-}
-
-/* The times rule, of a rate that nobody stated, and of one that is a little off: nearer than what
- * is lost leaves open. More is refused when all of the file is read, and so is what no loop runs
- * at: another unit of time. */
+/* The times rule, of a rate that nobody stated, and of one that is a little off. Times that are
+ * rounded look like lost rows of a higher rate: between the two what is stated holds. More than
+ * a little is refused, and so is what no loop runs at: another unit of time. */
 static void take_rate(struct import *im) {
-    struct steps s = measured_steps(im, 0);
-    double now_s = period_s(im), off = now_s / s.whole_s - 1.0;
-    bool stated = gives(&im->head[0], CSV_RATE), between = now_s > s.whole_s * (1.0 - rate_same) && now_s < s.all_s * (1.0 + rate_same);
+    const struct csv_times *t = &im->times[0];
+    double now_s = period_s(im), off = now_s / t->step_s - 1.0;
+    bool stated = gives(&im->head[0], CSV_RATE), between = now_s > t->step_s * (1.0 - rate_same) && now_s < t->mean_s * (1.0 + rate_same);
     bool keep = stated ? between || fabs(off) > rate_tolerance : fabs(off) <= rate_same;
-    if (keep || !(s.whole_s >= step_least_s && s.whole_s <= step_most_s)) return;
+    if (keep || !(t->step_s >= step_least_s && t->step_s <= step_most_s)) return;
     if (stated) im->report->stated_hz = im->head[0].value[CSV_RATE];
-    set_rate(&im->params, 1.0 / s.whole_s);
-    im->report->rate_hz = 1.0 / s.whole_s;
+    set_rate(&im->params, 1.0 / t->step_s);
+    im->report->rate_hz = 1.0 / t->step_s;
 }
 
 static int merge_heads(struct import *im) {
@@ -186,8 +155,12 @@ static enum phase phase_at(const struct params *p, double t_s) {
     return tick < ramp + llround(p->tests.duration_s / p->loop.period_s) ? PHASE_EVALUATE : PHASE_RAMP_OUT;
 }
 
-static int rate_lies(struct import *im, const struct csv_head *h, double step_s) {
+/* Against the configuration's rate, which is the head's where that has one. */
+static int check_rate(struct import *im, int file) {
+    const struct csv_head *h = &im->head[file];
+    double step_s = im->times[file].step_s;
     bool given = !isnan(h->value[CSV_RATE]);
+    if (!(step_s > 0.0) || fabs(step_s / period_s(im) - 1.0) <= rate_tolerance) return STATUS_OK;
     const char *unit = csv_time_unit(step_s, given ? period_s(im) : (double)NAN);
     const char *whose = given                       ? "rate_hz: "
                         : im->report->rate_hz > 0.0 ? "no rate_hz, and the first file's "
@@ -197,70 +170,41 @@ static int rate_lies(struct import *im, const struct csv_head *h, double step_s)
                      unit ? unit : "give the true rate_hz");
 }
 
-struct span {
-    int64_t rows, periods; /* read; from the first to the last */
-    double first_s, last_s;
-    struct csv_range range;
-};
-
-/* By whole periods: a missing row is a gap in seq, as in hexid's own logs. */
-static int advance(struct import *im, const struct csv_reader *reader, struct span *s, double t_s) {
-    double step_s = s->rows ? t_s - s->last_s : period_s(im);
-    if (!isfinite(t_s)) return csv_refuse(reader, CSV_T, im->error, "%g: every row needs its time", t_s);
-    if (!(step_s > 0.0)) return csv_refuse(reader, CSV_T, im->error, "%g after %g: time must increase from row to row", t_s, s->last_s);
-    if (step_s > gap_max_s) return csv_refuse(reader, CSV_T, im->error, "%g after %g: too long a gap within one test", t_s, s->last_s);
-    int64_t periods = llround(step_s / period_s(im));
-    if (periods < 1) return rate_lies(im, &reader->head, step_s);
-    if (!s->rows) s->first_s = t_s;
-    else s->periods += periods;
-    s->last_s = t_s;
-    s->rows++;
-    im->seq += (uint64_t)periods;
-    return STATUS_OK;
+static int add_time(struct import *im, const struct csv_reader *reader, struct csv_times *times, double t_s) {
+    double last_s = times->rows ? times->t_s[times->rows - 1] : -HUGE_VAL;
+    if (!isfinite(t_s)) return csv_refuse(reader, CSV_T, im->error, "%.15g: every row needs its time", t_s);
+    if (!(t_s > last_s))
+        return csv_refuse(reader, CSV_T, im->error,
+                          "%.15g after %.15g: time must increase from row to row; sort the rows, leave doubles out", t_s, last_s);
+    if (times->rows && t_s - last_s > gap_max_s)
+        return csv_refuse(reader, CSV_T, im->error, "%.15g after %.15g: too long a gap within one test", t_s, last_s);
+    return csv_times_add(times, t_s, im->error);
 }
 
-/* Against the configuration's rate, which is the head's where that has one. */
-static int check_span(struct import *im, const struct csv_reader *reader, const struct span *s) {
-    const struct csv_head *h = &reader->head;
-    if (s->rows == 0) return error_set(im->error, STATUS_USAGE, "%.250s:%d: no rows follow the column names", h->path, h->columns_line);
-    if (s->rows == 1) return STATUS_OK;
-    double lost = (double)(s->periods + 1 - s->rows), span_s = s->last_s - s->first_s;
-    bool rate_holds = fabs(span_s / ((double)s->periods * period_s(im)) - 1.0) <= rate_tolerance;
-    if (!rate_holds || lost > lost_share * (double)s->rows) return rate_lies(im, h, span_s / (double)(s->rows - 1));
-    return STATUS_OK;
-}
-
-static int write_row(struct import *im, int file, struct cycle *c, double since_start_s) {
+/* A place without a row is a gap in seq, as in hexid's own logs. */
+static int write_row(struct import *im, int file, int64_t row, struct cycle *c) {
     unsigned char buffer[STATE_MESSAGE_MAX];
     const struct csv_head *h = &im->head[file];
-    c->seq = c->in.device_seq = im->seq;
-    c->in.time_ns = im->start_ns + ns_from_seconds(since_start_s);
+    const struct csv_times *t = &im->times[file];
+    c->seq = c->in.device_seq = im->seq + 1 + (uint64_t)(t->place[row] - t->place[0]);
+    c->in.time_ns = im->start_ns + ns_from_seconds(t->t_s[row] - t->t_s[0]);
+    c->test_time_s -= im->zero_s[file];
     c->test = im->test[file];
     c->dof = h->dof;
     if (!h->has[CSV_PHASE_COLUMN]) c->phase = h->dof == DOF_NONE ? PHASE_NONE : phase_at(&im->params, c->test_time_s);
     return log_write(im->log, c->in.time_ns / NS_PER_US, CHANNEL_STATE, buffer, state_encode(c, buffer), im->error);
 }
 
-static int read_rows(struct import *im, int file, struct csv_reader *reader, struct span *s) {
-    struct cycle c;
-    int got;
-    while ((got = csv_read_row(reader, &c, im->error)) > 0) {
-        int status = advance(im, reader, s, c.test_time_s);
-        csv_range_take(&s->range, &c);
-        if (!status && im->log) status = write_row(im, file, &c, c.test_time_s - s->first_s);
-        if (status) return status;
-    }
-    return got < 0 ? got : check_span(im, reader, s);
-}
-
 /* Where the head does not say it, what follows the ramp-in is the evaluated part. */
-static int evaluate(struct import *im, const struct csv_reader *reader, const struct span *s) {
-    const struct csv_head *h = &reader->head;
-    double begin_s = fmax(im->params.tests.ramp_s, s->first_s), evaluated_s = s->last_s + period_s(im) - begin_s;
+static int evaluate(struct import *im, int file) {
+    const struct csv_head *h = &im->head[file];
+    const struct csv_times *t = &im->times[file];
+    double first_s = t->t_s[0] - im->zero_s[file], last_s = t->t_s[t->rows - 1] - im->zero_s[file];
+    double begin_s = fmax(im->params.tests.ramp_s, first_s), evaluated_s = last_s + period_s(im) - begin_s;
     if (h->dof == DOF_NONE || !isnan(h->value[CSV_DURATION]) || h->has[CSV_PHASE_COLUMN]) return STATUS_OK;
     if (evaluated_s < period_s(im))
         return error_set(im->error, STATUS_USAGE, "%.250s:%d: nothing to evaluate: the last t_s is %g, and ramp_s is %g", h->path,
-                         reader->in.line, s->last_s, im->params.tests.ramp_s);
+                         im->last_line[file], last_s, im->params.tests.ramp_s);
     im->evaluated_s = fmin(im->evaluated_s, evaluated_s);
     return STATUS_OK;
 }
@@ -277,28 +221,72 @@ static void note_doubts(struct import *im, const struct csv_head *h, const struc
     note(im->report->doubtful, sizeof im->report->doubtful, h, words);
 }
 
-/* Reads a file to its last row: into the log when that is open. */
+/* Reads a file to its last row. */
 static int read_file(struct import *im, int file) {
+    const struct csv_head *h = &im->head[file];
     struct csv_reader *reader;
-    struct span s = {0};
-    int status = csv_open(&reader, im->head[file].path, im->source->map, im->error);
+    struct csv_range range = {0};
+    struct cycle c;
+    int got = 0, status = csv_open(&reader, h->path, im->source->map, im->error);
     if (status) return status;
-    status = read_rows(im, file, reader, &s);
-    if (!status && !im->log) status = evaluate(im, reader, &s);
-    if (!status && !im->log) note_doubts(im, &im->head[file], &s.range);
-    if (im->log) im->report->empty += reader->empty;
-    if (im->log) im->report->file[file].rows = s.rows;
-    if (im->log) im->report->rows += s.rows, im->report->lost += s.periods + 1 - s.rows;
-    im->start_ns += ns_from_seconds(s.last_s - s.first_s + period_s(im));
+    while (!status && (got = csv_read_row(reader, &c, im->error)) > 0) {
+        status = add_time(im, reader, &im->times[file], c.test_time_s);
+        csv_range_take(&range, &c);
+    }
+    if (got < 0) status = got;
+    im->report->empty += reader->empty;
+    im->last_line[file] = reader->in.line;
     csv_close(reader);
+    if (!status && !im->times[file].rows)
+        status = error_set(im->error, STATUS_USAGE, "%.250s:%d: no rows follow the column names", h->path, h->columns_line);
+    if (!status) status = csv_times_measure(&im->times[file], im->error);
+    if (!status) note_doubts(im, h, &range);
     return status;
 }
 
-static int read_files(struct import *im) {
+/* A logger's time may begin anywhere. Where it leaves no ramp-in, the motion tells when that
+ * began. */
+static int find_zero(struct import *im, int file) {
+    const struct csv_head *h = &im->head[file];
+    char words[40] = "";
+    double first_s = im->times[file].t_s[0];
+    if (h->dof == DOF_NONE || h->has[CSV_PHASE_COLUMN] || first_s <= im->params.tests.ramp_s) return STATUS_OK;
+    int status = csv_begin_find(h, im->source->map, &im->params, &im->zero_s[file], im->error);
+    if (im->zero_s[file] != 0.0) snprintf(words, sizeof words, "%.3f", im->zero_s[file]);
+    if (!status) note(im->report->zero, sizeof im->report->zero, h, words);
+    return status;
+}
+
+static int write_file(struct import *im, int file) {
+    struct csv_reader *reader;
+    const struct csv_times *t = &im->times[file];
+    struct cycle c;
+    int status = csv_open(&reader, im->head[file].path, im->source->map, im->error);
+    if (status) return status;
+    for (int64_t row = 0; row < t->rows && !status; row++) {
+        int got = csv_read_row(reader, &c, im->error);
+        status = got > 0 ? write_row(im, file, row, &c)
+                 : got   ? got
+                         : error_set(im->error, STATUS_IO, "%.250s: has become shorter meanwhile", im->head[file].path);
+    }
+    csv_close(reader);
+    im->report->file[file].rows = t->rows;
+    im->report->rows += t->rows, im->report->lost += csv_times_lost(t);
+    im->seq += (uint64_t)csv_times_places(t);
+    im->start_ns += ns_from_seconds(t->t_s[t->rows - 1] - t->t_s[0] + period_s(im));
+    return status;
+}
+
+static int check_files(struct import *im) {
     int status = STATUS_OK;
-    im->seq = 0;
-    im->start_ns = 0;
-    for (int i = 0; !status && i < im->files; i++) status = read_file(im, i);
+    for (int i = 0; i < im->files && !status; i++) status = read_file(im, i);
+    if (status) return status;
+    take_rate(im);
+    for (int i = 0; i < im->files && !status; i++) {
+        status = check_rate(im, i);
+        if (!status) status = find_zero(im, i);
+        if (!status) status = evaluate(im, i);
+    }
     return status;
 }
 
@@ -378,7 +366,7 @@ static int write_log(struct import *im, const char *log_path, const char *config
     int status = log_create(&im->log, log_path, im->error), closed;
     if (status) return status;
     status = write_event(im, "config", config);
-    if (!status) status = read_files(im);
+    for (int i = 0; i < im->files && !status; i++) status = write_file(im, i);
     closed = log_close(im->log, status ? &unsaid : im->error);
     return status ? status : closed;
 }
@@ -390,8 +378,6 @@ static int check_and_write(struct import *im, const char *log_path) {
     snprintf(name, sizeof name, "%s (configuration with the values of its files)", im->source->path);
     int status = config ? config_parse(&checked, config, strlen(config), name, im->error)
                         : error_set(im->error, STATUS_IO, "out of memory");
-    im->start_ns = 0;
-    im->seq = 0;
     if (!status) status = write_log(im, log_path, config);
     free(config);
     return status;
@@ -419,10 +405,9 @@ static int import(struct import *im, const char *log_path) {
     if (!status) status = merge_heads(im);
     if (status) return status;
     note_areas(im);
-    take_rate(im);
     place_tests(im);
     im->evaluated_s = (double)INFINITY;
-    status = read_files(im);
+    status = check_files(im);
     if (status) return status;
     if (isfinite(im->evaluated_s)) im->params.tests.duration_s = im->evaluated_s;
     return check_and_write(im, log_path);
@@ -436,6 +421,7 @@ int csv_import(const struct csv_source *source, const char *log_path, struct csv
     im->report = report;
     im->error = error;
     int status = import(im, log_path);
+    for (int i = 0; i < im->files; i++) csv_times_free(&im->times[i]);
     free(im);
     return status;
 }

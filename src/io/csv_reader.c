@@ -182,9 +182,13 @@ static bool store(struct cycle *c, const struct csv_column *column, double numbe
     return true;
 }
 
-static int refuse_cell(const struct csv_reader *r, int column, const char *cell, struct error *error) {
-    int length = (int)strcspn(cell, ",");
-    return csv_refuse(r, column, error, "%.*s is no number that it takes: digits and a point, no unit", length < 40 ? length : 40, cell);
+/* cell: from 0. */
+static int refuse_cell(const struct csv_reader *r, int cell, struct error *error) {
+    int length;
+    const char *text = csv_text_cell(&r->in, cell, &length);
+    return csv_refuse(r, r->column[cell], error,
+                      "%.*s is no number that it takes: digits and a decimal point%s, no unit, no thousands separator",
+                      length < 40 ? length : 40, text, r->in.separator == ',' ? "" : " or comma");
 }
 
 /* rest: behind the last cell that was read. */
@@ -202,7 +206,7 @@ int csv_read_row(struct csv_reader *r, struct cycle *cycle, struct error *error)
         const struct csv_column *column = r->column[i] >= 0 ? &csv_columns[r->column[i]] : NULL;
         double number;
         char *end = column ? csv_text_number(cell, &number) : cell + strcspn(cell, ",");
-        if (!end || (column && !store(cycle, column, number * r->unit[i]))) return refuse_cell(r, r->column[i], cell, error);
+        if (!end || (column && !store(cycle, column, number * r->unit[i]))) return refuse_cell(r, i, error);
         r->empty += column && isnan(number);
         if ((*end == '\0') != (i == r->cells - 1)) return refuse_count(r, i + 1, end, error);
         cell = end + 1;

@@ -44,6 +44,7 @@ int csv_text_line(struct csv_text *t, char **line, struct error *error) {
         if (!strchr(t->text, '\n') && !feof(t->file))
             return csv_text_refuse(t, error, "a line of more than %d bytes, or a zero byte: this is no CSV text", CSV_LINE_SIZE - 2);
         if (t->separator && t->text[0] == '#') continue;
+        if (t->separator) strcpy(t->raw, t->text);
         if (t->separator && !normalise(t->text, t->separator)) return csv_text_refuse(t, error, "a quote is not closed");
         *line = csv_text_trim(t->text + (t->line == 1 && strncmp(t->text, mark, 3) == 0 ? 3 : 0));
         if (**line) return 1;
@@ -62,6 +63,18 @@ static char separator_of(const char *line) {
         }
     }
     return ',';
+}
+
+const char *csv_text_cell(const struct csv_text *t, int cell, int *length) {
+    const char *begin = t->raw, *p = t->raw;
+    bool quoted = false;
+    for (; *p && (cell || *p != t->separator || quoted); p++) {
+        if (*p == '"') quoted = !quoted;
+        else if (*p == t->separator && !quoted) cell--, begin = p + 1;
+    }
+    while (p > begin && strchr(" \t\r\n", p[-1])) p--;
+    *length = (int)(p - begin);
+    return begin;
 }
 
 int csv_text_columns(struct csv_text *t, char *line, struct error *error) {

@@ -17,6 +17,7 @@ struct csv_text {
     char separator;    /* of cells: ',', or ';' or a tab, and then numbers may have
                         * decimal commas; 0: not known yet */
     char text[CSV_LINE_SIZE];
+    char raw[CSV_LINE_SIZE]; /* a row as the file has it, for messages */
 };
 
 /* -3 with the path when it cannot be read. */
@@ -35,6 +36,9 @@ int csv_text_columns(struct csv_text *t, char *line, struct error *error);
 /* A number that ends at a comma or at the end of the text; NaN for an empty cell. NULL when it is
  * none, else where it ends. */
 char *csv_text_number(char *text, double *number);
+
+/* Cell of the row read last, from 0, as the file has it; length: of its text. */
+const char *csv_text_cell(const struct csv_text *t, int cell, int *length);
 
 /* Without blanks at both ends, in place. */
 char *csv_text_trim(char *text);
