@@ -21,19 +21,19 @@ static int read_test(struct recording_test *test, const struct csv_head *head, s
     return got < 0 ? got : status;
 }
 
-static const struct piece *first_steady(const struct pieces *p) {
-    for (int i = 0; i < p->count; i++)
-        if (p->piece[i].kind == PIECE_STEADY) return &p->piece[i];
-    return NULL;
-}
-
 /* duration_s: NaN where it is not stated. */
-static double zero_of(const struct recording_test *test, const struct piece *steady, double duration_s, double ramp_s) {
-    double first_s = test->sample[0].test_time_s;
-    if (!steady) return first_s;
-    double steady_s = test->sample[steady->first].test_time_s, cycle_s = 1.0 / steady->frequency_hz;
-    if (steady_s - first_s <= cycle_s && first_s < ramp_s + duration_s) return 0.0;
-    return fabs(steady_s - ramp_s - first_s) > cycle_s ? steady_s - ramp_s : first_s;
+static double zero_of(const struct recording_test *test, const struct pieces *p, double duration_s, double ramp_s) {
+    const struct piece *rest = NULL, *steady = NULL;
+    for (int i = 0; i < p->count && !steady; i++) {
+        if (p->piece[i].kind == PIECE_REST) rest = &p->piece[i];
+        if (p->piece[i].kind == PIECE_STEADY) steady = &p->piece[i];
+    }
+    double first_s = test->sample[0].test_time_s, rest_s = rest ? test->sample[rest->end - 1].test_time_s : first_s;
+    if (!steady) return rest_s;
+    double steady_s = test->sample[steady->first].test_time_s;
+    if (rest) return 0.5 * (rest_s + steady_s - ramp_s);
+    if ((steady_s - first_s) * steady->frequency_hz > 1.0) return fmax(first_s, steady_s - ramp_s);
+    return first_s < ramp_s + duration_s ? 0.0 : steady_s - ramp_s;
 }
 
 int csv_begin_find(const struct csv_head *head, struct csv_map *map, const struct params *params, double *zero_s, struct error *error) {
@@ -41,8 +41,7 @@ int csv_begin_find(const struct csv_head *head, struct csv_map *map, const struc
     struct pieces pieces = {0};
     int status = read_test(&test, head, map, params, error);
     if (!status) status = pieces_find(&pieces, &test, params_legs(params), error);
-    const struct piece *steady = status ? NULL : first_steady(&pieces);
-    if (!status) *zero_s = zero_of(&test, steady, head->value[CSV_DURATION], params->tests.ramp_s);
+    if (!status) *zero_s = zero_of(&test, &pieces, head->value[CSV_DURATION], params->tests.ramp_s);
     pieces_free(&pieces);
     free(test.sample);
     return status;
