@@ -110,6 +110,7 @@ static void count_flags(struct analysis *a, const struct cycle *c) {
 
 bool analysis_take(struct analysis *a, const struct cycle *c) {
     record(a, c);
+    if (c->test >= 0 && c->dof != DOF_NONE) a->seen[c->dof] = true;
     if (a->cycles && c->seq > a->last.seq) a->lost += (int64_t)(c->seq - a->last.seq - 1);
     a->last = *c;
     a->cycles++;
@@ -164,10 +165,19 @@ struct loop_statistics analysis_statistics(const struct analysis *a) {
     return s;
 }
 
+static bool evaluated(const struct identification *id, enum dof dof) {
+    for (int i = 0; i < id->tests; i++)
+        if (id->test[i].dof == dof) return true;
+    return false;
+}
+
 struct verdict analysis_verdict(struct analysis *a) {
     ident_solve(&a->ident);
     struct verdict v = ident_verdict(a->params, &a->ident.result, analysis_sinusoids(a), a->cycles, a->overruns);
     if (!tests_single(&a->params->tests)) motion_judge(&a->motion, a->params, &v);
+    for (int dof = 0; dof < DOFS; dof++)
+        if (a->seen[dof] && !evaluated(&a->ident.result, (enum dof)dof))
+            verdict_add(&v, VERDICT_NOT_EVALUATED, "test %s: left out, none of its samples is in its evaluated part", dof_names[dof]);
     if (a->last.first_fault) verdict_add(&v, VERDICT_FAIL, "fault %s", fault_name(a->last.first_fault));
     return v;
 }

@@ -18,6 +18,7 @@ struct analysis {
     struct histogram wake, exec;
     struct cycle last;
     int64_t cycles, overruns, lost; /* lost: gaps in seq */
+    bool seen[DOFS];                /* a test of this axis has cycles */
     int64_t flagged[SAMPLE_FLAGS];  /* cycles of evaluated parts with this flag */
     int64_t missed, longest_ns;     /* deadlines missed in a row up to the last cycle, and the
                                      * longest delay among them */

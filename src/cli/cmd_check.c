@@ -81,6 +81,7 @@ static int import(struct check *c, const struct csv_source *source, int *found) 
         close(file);
         return status;
     }
+    join(c->report.zero, sizeof c->report.zero, in->csv.zero);
     join(c->report.missing, sizeof c->report.missing, in->csv.missing);
     join(c->report.ignored, sizeof c->report.ignored, in->csv.ignored);
     join(c->report.doubtful, sizeof c->report.doubtful, in->csv.doubtful);
@@ -214,7 +215,7 @@ static void ask_gap(struct check *c) {
     }
     recording_init(recording, &c->first);
     for (int i = 0; i < c->inputs && i < LOGS_MAX; i++) paths[i] = path_of(&c->input[i]);
-    if (gap_logs_load(c->inputs, paths, recording, &c->report.gap) == STATUS_OK) c->report.gap = (struct error){0};
+    if (gap_logs_load(c->inputs, paths, recording, c->report.left_out, &c->report.gap) == STATUS_OK) c->report.gap = (struct error){0};
     for (int i = 0; i < c->inputs; i++) without_path(&c->input[i], &c->report.gap);
     recording_free(recording);
     free(recording);

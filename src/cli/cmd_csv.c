@@ -37,6 +37,9 @@ int cmd_import(int argc, char **argv) {
         cli_say(stdout, "%lld cells have no number: rows that lack a length, a pressure, a force or a command count as lost",
                 (long long)report.empty);
     if (report.missing[0]) cli_say(stdout, "missing columns, what needs them is not evaluated: %s", report.missing);
+    if (report.no_lengths)
+        cli_say(stderr, "hexid: warning: a file lacks lengths (l1_m .. l6_m): without all six hexid gap and hexid identify have nothing "
+                        "to evaluate; names of your own take --map l1=NAME:mm");
     if (report.no_areas) cli_say(stderr, "hexid: warning: pressures, and %s; hexid gap refuses them without", report.areas);
     else if (report.areas[0]) cli_say(stdout, "forces are A1 P1 - A2 P2, areas: %s", report.areas);
     if (report.defaults[0])

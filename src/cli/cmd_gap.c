@@ -28,6 +28,14 @@ static int options(struct options *o, struct gap_options *g, int argc, char **ar
     return error_set(error, STATUS_USAGE, "--replay %s: choose closed-loop or motion", o->replay);
 }
 
+static int load(int logs, const char *const *path, struct recording *recording, struct error *error) {
+    char left_out[GAP_LEFT_OUT_SIZE];
+    int status = gap_logs_load(logs, path, recording, left_out, error);
+    if (!status && left_out[0])
+        cli_say(stderr, "hexid: warning: %.250s: left out, without a sample in the evaluated part: %s", path[0], left_out);
+    return status;
+}
+
 static int run(int argc, char **argv, struct params *params, struct recording *measured, struct recording *validate,
                struct gap_result *result, struct error *error) {
     struct options o;
@@ -36,8 +44,8 @@ static int run(int argc, char **argv, struct params *params, struct recording *m
     if (!status) status = options_params(&o, params, error);
     recording_init(measured, params);
     recording_init(validate, params);
-    if (!status) status = gap_logs_load(o.measured_count, o.measured, measured, error);
-    if (!status && o.validate) status = gap_logs_load(1, &o.validate, validate, error);
+    if (!status) status = load(o.measured_count, o.measured, measured, error);
+    if (!status && o.validate) status = load(1, &o.validate, validate, error);
     if (!status) status = gap_files_check(&o, error);
     if (!status) status = gap_solve(params, measured, o.validate ? validate : NULL, &g, result, error);
     if (status) return status;

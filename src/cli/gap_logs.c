@@ -36,7 +36,28 @@ static int begin(const char *path, const struct log_event *event, struct recordi
     return status;
 }
 
-static int add(const char *path, struct recording *r, struct error *error) {
+/* The test under way. */
+struct test {
+    struct cycle last; /* test -1: none */
+    int recorded;      /* tests of the recording before it */
+};
+
+/* Notes it where the recording has nothing of it. */
+static void end_test(const struct test *t, const struct recording *r, char left_out[GAP_LEFT_OUT_SIZE]) {
+    size_t used = strlen(left_out);
+    if (t->last.test < 0 || t->last.dof == DOF_NONE || r->tests > t->recorded) return;
+    snprintf(left_out + used, GAP_LEFT_OUT_SIZE - used, "%s%s", used ? ", " : "", dof_names[t->last.dof]);
+}
+
+/* Before the recording takes the cycle. */
+static void follow_test(struct test *t, const struct cycle *c, const struct recording *r, char left_out[GAP_LEFT_OUT_SIZE]) {
+    bool same = c->test == t->last.test && c->dof == t->last.dof && c->test_time_s > t->last.test_time_s;
+    if (!same) end_test(t, r, left_out), t->recorded = r->tests;
+    t->last = *c;
+}
+
+static int add(const char *path, struct recording *r, char left_out[GAP_LEFT_OUT_SIZE], struct error *error) {
+    struct test test = {.last.test = -1};
     struct log_reader *log;
     struct log_event event;
     struct cycle cycle;
@@ -45,9 +66,11 @@ static int add(const char *path, struct recording *r, struct error *error) {
     if (status) return status;
     for (bool first = true; !status && log_next(log, &event); first = false) {
         if (first) status = begin(path, &event, r, error);
-        if (!status && !strcmp(event.channel, CHANNEL_STATE) && state_decode(event.data, event.size, &cycle))
-            status = of_log(path, recording_add(r, &cycle, error), error);
+        if (status || strcmp(event.channel, CHANNEL_STATE) || !state_decode(event.data, event.size, &cycle)) continue;
+        follow_test(&test, &cycle, r, left_out);
+        status = of_log(path, recording_add(r, &cycle, error), error);
     }
+    end_test(&test, r, left_out);
     if (!status && log_cut(log, &offset)) cli_warn_cut(path, offset);
     log_release(log);
     return status;
@@ -63,11 +86,14 @@ static int check_areas(const char *path, const struct recording *r, struct error
                      areas);
 }
 
-int gap_logs_load(int logs, const char *const *path, struct recording *r, struct error *error) {
+int gap_logs_load(int logs, const char *const *path, struct recording *r, char left_out[GAP_LEFT_OUT_SIZE], struct error *error) {
+    left_out[0] = '\0';
     for (int i = 0; i < logs; i++) {
         int tests = r->tests, status = log_set_new(i, path, error);
-        if (!status) status = add(path[i], r, error);
-        if (!status && r->tests == tests) status = error_set(error, STATUS_USAGE, "%.250s: no sinusoidal test in the log", path[i]);
+        if (!status) status = add(path[i], r, left_out, error);
+        if (!status && r->tests == tests)
+            status = error_set(error, STATUS_USAGE, "%.200s: %s%.100s", path[i],
+                               left_out[0] ? "no sample in the evaluated part of any test: " : "no sinusoidal test in the log", left_out);
         if (!status) status = check_areas(path[i], r, error);
         if (!status) status = of_log(path[i], recording_check(r, error), error);
         if (status) return status;

@@ -73,7 +73,7 @@ struct csv_report {
                             * machine's own (config_defaults()); "" without pressures */
     char zero[600];        /* import: "2_y.csv: 6.500; ...": t_s that is taken as t = 0, where
                             * the file's does not begin near that */
-    bool no_lengths;       /* import: no file has all lengths of its legs */
+    bool no_lengths;       /* import: a platform's file lacks lengths of its legs */
     char doubtful[600];    /* import: columns whose values cannot be what their names say, and
                             * what they might be instead */
 };

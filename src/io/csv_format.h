@@ -11,7 +11,14 @@
 enum { CSV_T = 0, CSV_FLAGS_COLUMN = 31, CSV_PHASE_COLUMN = 32, CSV_POSITION_COLUMN = 33, CSV_COLUMNS = 39 };
 
 /* Of six legs, the first's; then of an axis: its force, and the pressures behind it. */
-enum { CSV_P1_1_COLUMN = 13, CSV_P2_1_COLUMN = 19, CSV_FORCE_COLUMN = CSV_POSITION_COLUMN + 2, CSV_P1_COLUMN, CSV_P2_COLUMN };
+enum {
+    CSV_LENGTH_1_COLUMN = 7,
+    CSV_P1_1_COLUMN = 13,
+    CSV_P2_1_COLUMN = 19,
+    CSV_FORCE_COLUMN = CSV_POSITION_COLUMN + 2,
+    CSV_P1_COLUMN,
+    CSV_P2_COLUMN
+};
 
 enum csv_kind { CSV_REAL, CSV_FLAGS, CSV_PHASE };
 

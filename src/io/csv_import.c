@@ -201,11 +201,11 @@ static int evaluate(struct import *im, int file) {
     const struct csv_times *t = &im->times[file];
     double first_s = t->t_s[0] - im->zero_s[file], last_s = t->t_s[t->rows - 1] - im->zero_s[file];
     double begin_s = fmax(im->params.tests.ramp_s, first_s), evaluated_s = last_s + period_s(im) - begin_s;
-    if (h->dof == DOF_NONE || !isnan(h->value[CSV_DURATION]) || h->has[CSV_PHASE_COLUMN]) return STATUS_OK;
+    if (h->dof == DOF_NONE || h->has[CSV_PHASE_COLUMN]) return STATUS_OK;
     if (evaluated_s < period_s(im))
         return error_set(im->error, STATUS_USAGE, "%.250s:%d: nothing to evaluate: the last t_s is %g, and ramp_s is %g", h->path,
                          im->last_line[file], last_s, im->params.tests.ramp_s);
-    im->evaluated_s = fmin(im->evaluated_s, evaluated_s);
+    if (isnan(h->value[CSV_DURATION])) im->evaluated_s = fmin(im->evaluated_s, evaluated_s);
     return STATUS_OK;
 }
 
@@ -300,6 +300,8 @@ static int read_head(struct import *im, const char *directory, const char *name)
     if (status) return status;
     *h = reader->head;
     csv_close(reader);
+    for (int i = 0; i < LEGS && h->mechanism == MECHANISM_STEWART; i++)
+        im->report->no_lengths = im->report->no_lengths || !h->has[CSV_LENGTH_1_COLUMN + i];
     note(im->report->missing, sizeof im->report->missing, h, h->missing);
     note(im->report->ignored, sizeof im->report->ignored, h, h->ignored);
     snprintf(im->report->file[im->files].name, sizeof im->report->file->name, "%s", name);

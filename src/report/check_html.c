@@ -88,7 +88,7 @@ static void section_test(FILE *out, const struct survey *s, struct error *pictur
 }
 
 static void answer(FILE *out, const char *command, const struct error *e) {
-    html_text(out, "%s would %s it%s", command, e->status ? "refuse" : "take", e->text[0] ? ": " : ".");
+    html_text(out, "%s would %s it%s", command, e->status ? "refuse" : "take", e->text[0] ? check_answer_joint(e) : ".");
     html_commands(out, e->text);
 }
 
@@ -109,6 +109,8 @@ static void write_all(FILE *out, const struct check_report *r, struct error *pic
     fputs("</h1>\n<p class=\"lead\">", out);
     answer(out, "hexid identify", &r->identify);
     fputs("</p>\n", out);
+    words(out, "t = 0, found by the motion, at t_s =", r->zero);
+    words(out, "hexid gap leaves out, without a sample in the evaluated part", r->left_out);
     words(out, "areas of the pressures", r->areas);
     words(out, "as in the default configuration", r->defaults);
     words(out, "another unit?", r->doubtful), words(out, "missing columns", r->missing);

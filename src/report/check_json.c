@@ -69,10 +69,10 @@ char *check_json(const struct check_report *r) {
     json_t *tests = json_array(), *sources = json_array();
     for (int i = 0; i < r->surveys; i++) json_array_append_new(tests, test(&r->survey[i]));
     for (int i = 0; i < r->sources; i++) json_array_append_new(sources, text(r->source[i]));
-    json_t *root = json_pack("{ss so so so so so so so so so}", "schema", "hexid.check/1", "sources", sources, "tests", tests, "missing",
-                             text(r->missing), "doubtful", text(r->doubtful), "ignored", text(r->ignored), "identify", answer(&r->identify),
-                             "gap", answer(&r->gap), "areas", r->areas[0] ? text(r->areas) : json_null(), "defaults",
-                             r->defaults[0] ? text(r->defaults) : json_null());
+    json_t *root = json_pack("{ss so so so so so so so so so so so}", "schema", "hexid.check/1", "sources", sources, "tests", tests,
+                             "missing", text(r->missing), "doubtful", text(r->doubtful), "ignored", text(r->ignored), "identify",
+                             answer(&r->identify), "gap", answer(&r->gap), "areas", r->areas[0] ? text(r->areas) : json_null(), "defaults",
+                             r->defaults[0] ? text(r->defaults) : json_null(), "zero", text(r->zero), "left_out", text(r->left_out));
     char *dump = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
     json_decref(root);
     return dump;

@@ -16,8 +16,10 @@ struct check_report {
     char missing[600], ignored[600], doubtful[600]; /* columns of CSV, as csv_report has them */
     char areas[AREAS_TEXT_SIZE]; /* that make forces of pressures (areas.h); "" without pressures */
     char defaults[CONFIG_DEFAULTS_SIZE]; /* not this machine's own (config_defaults()); likewise */
-    struct error gap, identify;  /* status 0: would take it, a text says with what verdict but
-                                  * pass; else the refusal */
+    char zero[600];              /* of CSV, as csv_report has it */
+    char left_out[200]; /* tests, as gap_logs_load() has them */
+    struct error gap, identify;  /* status 0: would take it, a text is "verdict fail: reason"; else
+                                  * the refusal */
 };
 
 /* How a kind is shown: SI value times scale, in unit. */
@@ -32,6 +34,9 @@ const char *check_name_of(const struct survey *s, enum survey_kind kind);
 
 /* Of a kind's values: an axis refers to no angle. */
 const char *check_unit_of(const struct survey *s, enum survey_kind kind);
+
+/* Between "would take it" or "would refuse it" and the text. */
+const char *check_answer_joint(const struct error *answer);
 
 /* "mm" or "mrad": of a test's amplitude, times 1e3. */
 const char *check_amplitude_unit(const struct survey *s);

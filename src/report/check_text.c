@@ -25,6 +25,8 @@ const char *check_amplitude_unit(const struct survey *s) { return s->test.dof >=
 
 double check_jitter_ms(const struct survey *s) { return 1e-3 * round(1e6 * s->sampling.jitter_s); }
 
+const char *check_answer_joint(const struct error *e) { return !e->text[0] ? "" : e->status ? ": " : ", with the "; }
+
 /* In so many columns, cut where it is longer. */
 static void print_name(FILE *out, const char *name) {
     char text[SURVEY_NAME];
@@ -147,7 +149,7 @@ static void print_list(FILE *out, const char *label, const char *words) {
 
 static void print_answer(FILE *out, const char *label, const struct error *e) {
     char text[LINE];
-    snprintf(text, sizeof text, "would %s it%s%s", e->status ? "refuse" : "take", e->text[0] ? ": " : "", e->text);
+    snprintf(text, sizeof text, "would %s%s%s", e->status ? "refuse it" : "take it", check_answer_joint(e), e->text);
     print_list(out, label, text);
 }
 
@@ -160,6 +162,8 @@ void check_text_print(FILE *out, const struct check_report *r) {
     print_channels(out, r);
     fputs("\n", out);
     for (int i = 0; i < r->surveys; i++) print_faults(out, &r->survey[i]);
+    print_list(out, "  t = 0, found by the motion, at t_s =", r->zero);
+    print_list(out, "  ! hexid gap leaves out, without a sample in the evaluated part:", r->left_out);
     print_list(out, "  missing columns:", r->missing);
     print_list(out, "  areas of the pressures:", r->areas);
     print_list(out, "  as in the default configuration:", r->defaults);

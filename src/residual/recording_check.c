@@ -25,6 +25,8 @@ static const double FREQUENCY_SAME = 5e-5;  /* of it: two crystals */
 
 #define REFUSE(...) error_set(error, STATUS_USAGE, __VA_ARGS__)
 
+static const char *const reference_names[DOFS] = {"ref_x_m", "ref_y_m", "ref_z_m", "ref_phi_rad", "ref_theta_rad", "ref_psi_rad"};
+
 static const char *test_name(const struct recording_test *t) { return t->dof == DOF_NONE ? "none" : dof_names[t->dof]; }
 
 /* What was checked before is not checked again, nor may it outweigh a plug in the wrong socket. */
@@ -155,10 +157,25 @@ static void add_test(const struct recording *r, const struct recording_test *t, 
     for (int a = 0; a < LEGS; a++) m->asked[a] -= n * sum[a] * sum[a];
 }
 
+/* A leg that goes the wrong way is one of six; where they all do it is the reference. */
+static int check_reference(const struct recording *r, const struct recording_test *t, const struct kinematics *k, struct error *error) {
+    struct leg_moments m = {0};
+    double product = 0.0, measured = 0.0, asked = 0.0;
+    if (!r->measured.reference) return STATUS_OK;
+    add_test(r, t, k, &m);
+    for (int a = 0; a < LEGS; a++) product += m.product[a][a], measured += m.measured[a], asked += m.asked[a];
+    if (!(product < -0.5 * sqrt(measured * asked))) return STATUS_OK;
+    return REFUSE("test %s: all legs move against the reference: the sign of its %s is wrong", test_name(t),
+                  t->dof == DOF_NONE ? "reference" : reference_names[t->dof]);
+}
+
 static int check_legs(const struct recording *r, const struct kinematics *k, struct error *error) {
     struct leg_moments m = {0};
-    for (int i = first_of_run(r); i < r->tests; i++)
+    for (int i = first_of_run(r); i < r->tests; i++) {
+        int status = check_reference(r, &r->test[i], k, error);
+        if (status) return status;
         if (r->measured.reference || !(r->test[i].piece_s > 0.0)) add_test(r, &r->test[i], k, &m);
+    }
     for (int a = 0; a < LEGS; a++) {
         double own = m.product[a][a] / sqrt(m.measured[a] * m.asked[a]), best = own;
         int like = a;
@@ -417,6 +434,15 @@ static void run_at(struct recording *r, int first) {
     }
 }
 
+static bool has_lengths(const struct recording_test *t, int legs) {
+    for (int i = t->first; i < t->end; i++) {
+        int finite = 0;
+        for (int k = 0; k < legs; k++) finite += isfinite(t->sample[i].length_m[k]) != 0;
+        if (finite == legs) return true;
+    }
+    return false;
+}
+
 int recording_check(struct recording *r, struct error *error) {
     struct kinematics k;
     bool axis = r->params->mechanism == MECHANISM_AXIS;
@@ -433,6 +459,8 @@ int recording_check(struct recording *r, struct error *error) {
         int good = 0;
         bool any = false;
         for (int j = t->first; j >= 0 && j < t->end; j++) good += t->sample[j].good;
+        if (seconds > 0.0 && !has_lengths(t, params_legs(r->params)))
+            return REFUSE("test %s: no sample has the lengths of all legs: there is no motion to hold the forces against", test_name(t));
         if (seconds > 0.0 && 2 * good < t->end - t->first)
             return REFUSE("test %s: more than half of its samples are flagged, or have a value that is no number", test_name(t));
         if (!(seconds > 0.0)) return REFUSE("test %s: nothing in it is to be evaluated", test_name(t));

@@ -23,7 +23,7 @@ of_a_log() {
 claim "of a log: rate, frequency, pieces, channels, sensor step; gap would take it" of_a_log
 
 claim "a verdict of fail is no refusal" eval \
-    'ends 0 check "$work/run.lcm" --set checks.amplitude_pct=0.02 --json "$work/a.json" && says "hexid identify would take it: verdict fail: test x: amplitude" &&
+    'ends 0 check "$work/run.lcm" --set checks.amplitude_pct=0.02 --json "$work/a.json" && says "hexid identify would take it, with the verdict fail: test x:" &&
         fact "$work/a.json" "d[\"identify\"][\"taken\"] and \"amplitude\" in d[\"identify\"][\"reason\"]"'
 
 of_its_csv() {
@@ -102,6 +102,33 @@ free_motion() {
         fact "$work/d.json" 't["axis"] == "none" and t["stated_hz"] is None and t["rows"] > 1500 and abs(t["measured_hz"] - 4) < 0.01'
 }
 claim "a recording of any motion, dof: none, is shown" free_motion
+# From elsewhere: without phases, and the logger's time runs on from file to file.
+runs_on() {
+    mkdir -p "$work/on"
+    for file in "$work"/csv/*.csv; do
+        name=${file##*/}
+        awk -F, -v OFS=, -v more="${name%%_*}00" '/^#/ { print; next } /^t_s/ { NF -= 2; print; next } { NF -= 2; $1 = sprintf("%.3f", $1 + more); print }' \
+            "$file" >"$work/on/$name"
+    done
+    cp "$work/csv/config.yaml" "$work/on"
+    ends 0 check "$work/on" --json "$work/g.json" && says 't = 0, found by the motion, at t_s = 1_x.csv: (99.[89]|100.[01]).*2_y.csv' 'hexid gap would take it' 'hexid identify would take it' &&
+        fact "$work/g.json" 'd["left_out"] == "" and "6_psi.csv: " in d["zero"]' &&
+        "$hexid" import "$work/on" -o "$work/on.lcm" >"$work/text" && says 't_s does not begin near t = 0' &&
+        "$hexid" identify "$work/on.lcm" >"$work/text" && says 'verdict   pass'
+}
+claim "time that runs on from file to file begins with each test's motion" runs_on
+left_out() {
+    cp -r "$work/csv" "$work/settled" && sed -i '/^[-0-9]/s/,[0-9]*$/,0/' "$work/settled/2_y.csv"
+    ends 0 check "$work/settled" --json "$work/h.json" && says 'hexid gap leaves out, .*' ' y$' && fact "$work/h.json" 'd["left_out"] == "y"' &&
+        "$hexid" import "$work/settled" -o "$work/settled.lcm" >/dev/null && { "$hexid" identify "$work/settled.lcm" >"$work/text"; says 'test y: left out'; }
+}
+claim "a test without a sample to evaluate is not left out in silence" left_out
+turned() {
+    mkdir -p "$work/turned" && cp "$work"/csv/* "$work/turned" && awk -F, -v OFS=, '/^[-0-9]/ { $6 = -$6 } { print }' "$work/csv/5_theta.csv" >"$work/turned/5_theta.csv"
+    ends 1 check "$work/turned" && says 'test theta: all legs move against' 'ref_theta_rad'
+}
+claim "a reference of a wrong sign is named" turned
+
 apart() {
     cp -r "$work/csv" "$work/apart" && sed -i 's/^# frequency_hz: .*/# frequency_hz: 5/' "$work/apart/2_y.csv" && rm "$work/apart/config.yaml" &&
         echo "nothing" >"$work/apart/9.csv"

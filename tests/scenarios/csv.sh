@@ -34,10 +34,19 @@ wrong_rate() {
     refuses 2 "2_y.csv:2 rate_hz: 400" "$hexid" import "$work/lengths" -o "$work/none.lcm" && [ ! -e "$work/none.lcm" ]
 }
 
+without_lengths() {
+    mkdir "$work/blind"
+    sed '/^#/!s/^\(\([^,]*,\)\{7\}\)\([^,]*,\)\{6\}/\1/' "$work/csv/1_x.csv" >"$work/blind/1_x.csv"
+    "$hexid" import "$work/blind" -o "$work/blind.lcm" 2>&1 | tee "$work/import" && grep -q 'warning: a file lacks lengths' "$work/import" &&
+        "$hexid" export "$work/run.lcm" -o "$work/configured" >/dev/null &&
+        refuses 2 "no sample has the lengths of all legs" "$hexid" gap --measured "$work/blind.lcm" -c "$work/configured/config.yaml" -o "$work/gap"
+}
+
 claim "a run goes to CSV and back" there_and_back
 claim "to the same CSV, byte for byte" diff -r "$work/csv" "$work/again"
 claim "and to the same identification" identified_alike
 claim "without pressures it is read, what is missing is named, and nothing is passed" without_pressures
+claim "without lengths import warns, and gap says so" without_lengths
 claim "a rate that is not that of the rows is refused" wrong_rate
 claim "an export into a directory with CSV files is refused" refuses 3 "$work/csv" "$hexid" export "$work/run.lcm" -o "$work/csv"
 claim "a directory without CSV files is refused" refuses 2 "$work has no CSV" "$hexid" import "$work" -o "$work/none.lcm"
