@@ -5,8 +5,9 @@
  *                              one key that must be there.
  *     # frequency_hz: 4        what is missing is taken from the configuration; frequency and
  *     # amplitude: 0.004       amplitude (m or rad) may be each file's own, in all else they agree
- *     # rate_hz: 500           checked against t_s to 1 %
- *     # settle_s: 3            before t_s = 0, where the ramp-in starts
+ *     # rate_hz: 500           checked against the step of most rows to 1 %
+ *     # settle_s: 3            before t_s = 0, where the ramp-in starts; where t_s begins behind
+ *                              ramp_s, the motion tells which t_s that is
  *     # ramp_s: 1
  *     # duration_s: 5          evaluated; missing: all that follows ramp_s is
  *     # ramp_out_s: 0.5

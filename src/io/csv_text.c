@@ -42,7 +42,9 @@ int csv_text_line(struct csv_text *t, char **line, struct error *error) {
     while (fgets(t->text, sizeof t->text, t->file)) {
         t->line++;
         if (!strchr(t->text, '\n') && !feof(t->file))
-            return csv_text_refuse(t, error, "a line of more than %d bytes, or a zero byte: this is no CSV text", CSV_LINE_SIZE - 2);
+            return csv_text_refuse(t, error,
+                                   "a line of more than %d bytes, or a zero byte: this is no CSV text, or UTF-16 (iconv -f utf16 -t utf8)",
+                                   CSV_LINE_SIZE - 2);
         if (t->separator && t->text[0] == '#') continue;
         if (t->separator) strcpy(t->raw, t->text);
         if (t->separator && !normalise(t->text, t->separator)) return csv_text_refuse(t, error, "a quote is not closed");
