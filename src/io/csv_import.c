@@ -201,11 +201,11 @@ static int evaluate(struct import *im, int file) {
     const struct csv_times *t = &im->times[file];
     double first_s = t->t_s[0] - im->zero_s[file], last_s = t->t_s[t->rows - 1] - im->zero_s[file];
     double begin_s = fmax(im->params.tests.ramp_s, first_s), evaluated_s = last_s + period_s(im) - begin_s;
-    if (h->dof == DOF_NONE || h->has[CSV_PHASE_COLUMN]) return STATUS_OK;
+    if (h->dof == DOF_NONE || !isnan(h->value[CSV_DURATION]) || h->has[CSV_PHASE_COLUMN]) return STATUS_OK;
     if (evaluated_s < period_s(im))
         return error_set(im->error, STATUS_USAGE, "%.250s:%d: nothing to evaluate: the last t_s is %g, and ramp_s is %g", h->path,
                          im->last_line[file], last_s, im->params.tests.ramp_s);
-    if (isnan(h->value[CSV_DURATION])) im->evaluated_s = fmin(im->evaluated_s, evaluated_s);
+    im->evaluated_s = fmin(im->evaluated_s, evaluated_s);
     return STATUS_OK;
 }
 
