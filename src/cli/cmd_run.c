@@ -337,6 +337,19 @@ static void warn_of_singular_poses(const struct session *s) {
     json_decref(f.data);
 }
 
+/* Two axes of a multisine that share a frequency look like one. */
+static void warn_of_axes_alike(const struct test_params *t) {
+    for (int i = 0; i < t->count && t->multisine; i++)
+        for (int j = 0; j < i; j++) {
+            if (t->hz[t->order[i]] != t->hz[t->order[j]]) continue;
+            fprintf(stderr,
+                    "hexid: warning: tests.multisine: %s and %s both move at %g Hz, so that nothing tells them apart: give each axis a "
+                    "frequency of its own, as in tests.frequency_hz=2.1,2.7,3.3,3.9,4.5,5.1\n",
+                    dof_names[t->order[j]], dof_names[t->order[i]], t->hz[t->order[i]]);
+            return;
+        }
+}
+
 /* SAFETY: what could not be confined is put down and ends: nobody has said that it may run so. */
 static int confine_all(struct session *s, struct error *error) {
     const struct confinement all = {.result = &s->options.json, .reconnects = s->hal->ops->reconnects};
@@ -413,6 +426,7 @@ int cmd_run(int argc, char **argv) {
         free(text);
     } else if (!status) {
         warn_of_singular_poses(s);
+        warn_of_axes_alike(&s->params.tests);
         status = open_all(s, &error);
         if (!status) status = run(s, &error);
     }

@@ -53,6 +53,8 @@ assert report["tests"] == [] and "not the matrix" in report["verdict"]["scope"] 
 assert all(abs(e) < 8 for e in report["errors_pct"]["method_c"].values()), report["errors_pct"]["method_c"]' "$work/all.json"
 }
 claim "a multisine: all axes in one test, and method C has the whole matrix from it" at_once
+alike() { run --set tests.multisine=true --set tests.duration_s=1; grep 'warning: tests.multisine: x and y both move at 4 Hz' "$work/out"; }
+claim "axes that share a frequency are warned of" alike
 claim "check, gap and identify take its log" of_any_motion "$work/all.lcm"
 elsewhere() {
     "$hexid" export "$work/all.lcm" -o "$work/all" >/dev/null && "$hexid" import "$work/all" -o "$work/all_back.lcm" >/dev/null &&
