@@ -72,10 +72,10 @@ static void find_direction(struct friction_course *c, const struct residual_test
            step_s = 2.0 * PI / (t->spectrum.omega * PHASES);
     double place[PHASES], at = 0.0;
     for (int i = 0; i < t->phases; i++) {
-        double acceleration = m->leg[i][leg][2], lag_mps = 0.5 * resolution_s * acceleration;
+        double most_mps = resolution_s * m->leg[i][leg][2], lag_mps = t->spectrum.cycles ? 0.5 * most_mps : 0.0;
         double rate = m->leg[i][leg][1] + lag_mps;
         /* within +-1 of each */
-        double uniform = (square(lag_mps) + square(INVERSE_DYNAMICS_SLOW_MPS)) / 3.0;
+        double uniform = (square(most_mps - lag_mps) + square(INVERSE_DYNAMICS_SLOW_MPS)) / 3.0;
         /* twice the probability of the other direction */
         double other = erfc(fabs(rate) / sqrt(2.0 * (m->variance[leg] + uniform)));
         c->rate_mps[i][leg] = m->leg[i][leg][1];

@@ -8,7 +8,8 @@
  * friction turns round: that takes 2 F / m from the acceleration at once, and the mean of a speed
  * over some time about such a kink passes zero later than the speed itself, by anything between
  * nothing (F small against m a) and that time (a leg that stops), never earlier. So friction goes
- * by the speed half a resolution later. A reversal is blurred by three things, independent of each
+ * by the speed half a resolution later; of a piece of any motion, which is no mean, by the speed,
+ * give or take a resolution. A reversal is blurred by three things, independent of each
  * other: the speed's noise; that lag, uniform from none to the whole resolution; and stick, below
  * INVERSE_DYNAMICS_SLOW_MPS, during which friction is on its way from one direction to the other
  * by what all other forces do. So the direction is, on average, erf(v / sqrt(2 s^2)), s^2 the sum
