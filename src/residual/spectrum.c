@@ -11,6 +11,7 @@ enum {
     SPEED_POINTS = 64,
     ROUNDING_LINES = 20,
     BISECTIONS = 30,
+    SLOWEST = 2,         /* lines from cycle to cycle */
 };
 static const double RIDGE = 1e-9; /* of the samples: more than rounding, less than any signal */
 static const double SAME_PHASE = 0.05; /* of a sample */
@@ -141,24 +142,25 @@ static double average(int n, const double *place, const double *value, bool drif
 }
 
 /* By how much more the mean of a channel's cycles varies than if each were independent of the
- * others: 1 + 2 sum of the correlations at lags 1, 2 .., all harmonics together, up to where those
- * of two neighbours cancel and there is nothing but chance (Geyer 1992). */
+ * others: the spectral density from cycle to cycle near frequency zero over its mean, by the
+ * slowest lines of the periodogram, all harmonics together (Priestley 1981, section 6.1). Rounding
+ * errors that come round with how samples fall on the cycles are lines elsewhere, and average out. */
 static double lasting(const struct spectrum *s, spectrum_cycle *row, int channel, int leg) {
-    double all = 0.0, sum = 0.0, pair = 0.0;
-    for (int lag = 0; lag < s->cycles; lag++) {
-        double product = 0.0;
-        for (int i = lag; i < s->cycles; i++)
-            for (int a = 1; a < 1 + 2 * s->harmonics; a++) {
-                double mean = s->mean[channel][leg][a];
-                product += (row[i][channel][leg][a] - mean) * (row[i - lag][channel][leg][a] - mean);
+    double slow = 0.0, all = 0.0;
+    if (s->cycles <= 2 * SLOWEST) return 1.0;
+    for (int a = 1; a < 1 + 2 * s->harmonics; a++) {
+        double re[SLOWEST] = {0}, im[SLOWEST] = {0};
+        for (int i = 0; i < s->cycles; i++) {
+            double apart = row[i][channel][leg][a] - s->mean[channel][leg][a];
+            all += apart * apart / (s->cycles - 1);
+            for (int j = 0; j < SLOWEST; j++) {
+                double phase = 2.0 * PI * (j + 1) * i / s->cycles;
+                re[j] += apart * cos(phase), im[j] += apart * sin(phase);
             }
-        if (lag == 0) all = product;
-        pair += product;
-        if (lag % 2 == 0) continue;
-        if (!(pair > 0.0)) break;
-        sum += pair, pair = 0.0;
+        }
+        for (int j = 0; j < SLOWEST; j++) slow += (re[j] * re[j] + im[j] * im[j]) / s->cycles / SLOWEST;
     }
-    return all > 0.0 ? fmax(2.0 * sum / all - 1.0, 1.0) : 1.0;
+    return all > 0.0 ? fmax(slow / all, 1.0) : 1.0;
 }
 
 /* A drift within the cycle, of this slope a cycle, looks like a sawtooth: -sum sin(h w
