@@ -143,8 +143,9 @@ static double average(int n, const double *place, const double *value, bool drif
 
 /* By how much more the mean of a channel's cycles varies than if each were independent of the
  * others: the spectral density from cycle to cycle near frequency zero over its mean, by the
- * slowest lines of the periodogram, all harmonics together (Priestley 1981, section 6.1). Rounding
- * errors that come round with how samples fall on the cycles are lines elsewhere, and average out. */
+ * slowest lines of the periodogram, all harmonics together (Priestley 1981, section 6.1).
+ * Rounding errors that come round with how samples fall on the cycles are lines elsewhere, and
+ * average out. */
 static double lasting(const struct spectrum *s, spectrum_cycle *row, int channel, int leg) {
     double slow = 0.0, all = 0.0;
     if (s->cycles <= 2 * SLOWEST) return 1.0;
