@@ -33,7 +33,7 @@ static double zero_of(const struct recording_test *test, const struct pieces *p,
     double steady_s = test->sample[steady->first].test_time_s;
     if (rest) return 0.5 * (rest_s + steady_s - ramp_s);
     if ((steady_s - first_s) * steady->frequency_hz > 1.0) return fmax(first_s, steady_s - ramp_s);
-    return first_s < ramp_s + duration_s ? 0.0 : steady_s - ramp_s;
+    return first_s > 0.0 && first_s < ramp_s + duration_s ? 0.0 : steady_s - ramp_s;
 }
 
 int csv_begin_find(const struct csv_head *head, struct csv_map *map, const struct params *params, double *zero_s, struct error *error) {

@@ -249,8 +249,9 @@ static int read_file(struct import *im, int file) {
 static int find_zero(struct import *im, int file) {
     const struct csv_head *h = &im->head[file];
     char words[40] = "";
-    double first_s = im->times[file].t_s[0];
-    if (h->dof == DOF_NONE || h->has[CSV_PHASE_COLUMN] || first_s <= im->params.tests.ramp_s) return STATUS_OK;
+    const struct csv_times *t = &im->times[file];
+    bool own = t->t_s[0] <= im->params.tests.ramp_s && t->t_s[t->rows - 1] >= 0.0;
+    if (h->dof == DOF_NONE || h->has[CSV_PHASE_COLUMN] || own) return STATUS_OK;
     int status = csv_begin_find(h, im->source->map, &im->params, &im->zero_s[file], im->error);
     if (im->zero_s[file] != 0.0) snprintf(words, sizeof words, "%.3f", im->zero_s[file]);
     if (!status) note(im->report->zero, sizeof im->report->zero, h, words);
