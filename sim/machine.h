@@ -6,6 +6,7 @@
 
 #include "params.h"
 #include "status.h"
+#include "units.h"
 
 /* What a sensor makes of the exact value: first the lag or delay, then
  * reading = scale value + offset. */
@@ -14,6 +15,9 @@ struct sensor_path {
     double lag_s;   /* time constant of the first order */
     double delay_s;
 };
+
+/* The lag that a cut-off frequency stands for; from 100 kHz on none. */
+static inline double sensor_lag_s(double cutoff_hz) { return cutoff_hz < 1e5 ? 1.0 / (2.0 * PI * cutoff_hz) : 0.0; }
 
 /* Effects that are on and have a certain hook, in the table's order. */
 struct active {

@@ -1,15 +1,9 @@
 #include "machine.h"
-#include "units.h"
 
 enum { CUTOFF };
 
-static const double NONE_HZ = 1e5; /* the neutral value stands for no lag at all */
-
 static void machine(const struct effect_values *v, struct machine *m) {
-    for (int leg = 0; leg < LEGS; leg++) {
-        double cutoff_hz = v->value[CUTOFF][leg];
-        m->sensors.force[leg].lag_s += cutoff_hz < NONE_HZ ? 1.0 / (2.0 * PI * cutoff_hz) : 0.0;
-    }
+    for (int leg = 0; leg < LEGS; leg++) m->sensors.force[leg].lag_s += sensor_lag_s(v->value[CUTOFF][leg]);
 }
 
 extern const struct effect cylinder_viscous_friction;

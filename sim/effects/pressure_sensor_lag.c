@@ -1,13 +1,10 @@
 #include "machine.h"
-#include "units.h"
 
 enum { CUTOFF };
 
-static const double NONE_HZ = 1e5; /* the neutral value stands for no lag at all */
-
 static void machine(const struct effect_values *v, struct machine *m) {
     for (int leg = 0; leg < LEGS; leg++) {
-        double cutoff_hz = v->value[CUTOFF][leg], lag_s = cutoff_hz < NONE_HZ ? 1.0 / (2.0 * PI * cutoff_hz) : 0.0;
+        double lag_s = sensor_lag_s(v->value[CUTOFF][leg]);
         m->sensors.p1[leg].lag_s += lag_s;
         m->sensors.p2[leg].lag_s += lag_s;
     }

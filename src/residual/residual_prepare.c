@@ -151,21 +151,20 @@ static double sampled_s(const struct recording_test *test, double t_s) {
 /* Commands are held from sample to sample; those of cycles between two samples lie between those of
  * the samples. */
 static void hold_commands(struct residual_test *t, const struct recording_test *test) {
-    const struct recording_sample *held = NULL, *next = NULL;
+    const struct recording_sample *sample = test->sample, *held;
     bool slower = recording_step_s(test) > SLOWER * t->step_s;
-    for (int i = 0, j = 0; i < t->samples; i++) {
-        double at_s = t->first_s + i * t->step_s;
-        for (; j < test->count && (!next || next->test_time_s <= at_s + 0.5 * t->step_s); j++) {
-            if (!test->sample[j].good) continue;
-            held = next, next = &test->sample[j];
-        }
-        const struct recording_sample *last = j == test->count && next && next->test_time_s <= at_s + 0.5 * t->step_s ? next
-                                              : held                                                                  ? held
-                                                                                                                      : next;
-        if (!last) return;
-        double share = slower && next != last ? (at_s - last->test_time_s) / (next->test_time_s - last->test_time_s) : 0.0;
-        share = fmin(fmax(share, 0.0), 1.0);
-        for (int k = 0; k < LEGS; k++) t->valve[i * LEGS + k] = last->valve[k] + share * (next->valve[k] - last->valve[k]);
+    int j = 0, next;
+    while (j < test->count && !sample[j].good) j++;
+    if (j == test->count) return;
+    held = &sample[j];
+    for (int i = 0; i < t->samples; i++) {
+        double at_s = t->first_s + i * t->step_s, share = 0.0;
+        for (; j < test->count && sample[j].test_time_s <= at_s + 0.5 * t->step_s; j++)
+            if (sample[j].good) held = &sample[j];
+        for (next = j; next < test->count && !sample[next].good;) next++;
+        if (slower && next < test->count) share = (at_s - held->test_time_s) / (sample[next].test_time_s - held->test_time_s);
+        if (!(share > 0.0)) next = (int)(held - sample), share = 0.0;
+        for (int k = 0; k < LEGS; k++) t->valve[i * LEGS + k] = held->valve[k] + share * (sample[next].valve[k] - held->valve[k]);
     }
 }
 
