@@ -73,6 +73,7 @@ double gap_deviation(const struct gap_effect *e, int key, int leg) {
 double gap_short(const struct gap_result *r, const struct gap_candidate *candidate) {
     double most = 0.0;
     for (int i = 0; i < r->candidates; i++) most = fmax(most, r->candidate[i].z);
+    if (r->effects == 1) most = fmax(most, r->effect[0].z);
     return sqrt(fmax(most * most - candidate->z * candidate->z, 0.0));
 }
 

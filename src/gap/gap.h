@@ -35,9 +35,9 @@ struct gap_effect {
     bool bound[EFFECT_KEYS][LEGS];        /* stuck at the end of its range: not
                                            * found, only reached for */
     double share_explained;               /* of the squared gap above the floor, held-out cycles:
-                                           * alone, or what was gone when it joined */
-    double z;                             /* square root of the likelihood's gain on all
-                                           * cycles when it was added */
+                                           * alone, or what was gone when it joined others */
+    double z;                             /* square root of the likelihood's gain on all cycles:
+                                           * the whole of one alone, or when it joined others */
     char evidence[GAP_TEXT];
 };
 

@@ -351,13 +351,31 @@ static void sort_effects(struct gap_result *r) {
         if (r->effect[i].effect == doubted) r->in_doubt = i;
 }
 
-/* What each effect explains: the larger of what it did alone, in the first round, and of what was
- * gone when it joined the others. */
-static void share_out(const struct diagnosis *d, double first_held, struct gap_result *r) {
-    double whole = first_held - d->held_square;
+/* Of the effects found, clock_skew apart, whose share is known: the only one; NULL: none or several. */
+static struct gap_effect *only_one(struct gap_result *r) {
+    struct gap_effect *only = NULL;
+    for (int i = 0; i < r->effects; i++) {
+        if (r->effect[i].effect == effect_find("clock_skew")) continue;
+        if (only) return NULL;
+        only = &r->effect[i];
+    }
+    return only;
+}
+
+/* What each effect explains. One alone: all that is gone, also where it joined beside another that
+ * then left. Of several, the larger of what it did alone, in the first round, and of what was gone
+ * when it joined the others. */
+static void share_out(const struct diagnosis *d, double initial, double initial_held, struct gap_result *r) {
+    double whole = initial_held - d->held_square;
+    struct gap_effect *only = only_one(r);
+    if (only && whole > 0.0) {
+        only->share_explained = 1.0;
+        describe(only, &d->model, sqrt(fmax(initial - d->square - d->held_square, 0.0)), initial_held, d->held_square);
+        return;
+    }
     for (int i = 0; i < r->effects; i++) {
         struct gap_effect *e = &r->effect[i];
-        if (e->effect == effect_find("clock_skew")) continue; /* its share is known */
+        if (e->effect == effect_find("clock_skew")) continue;
         double share = whole > 0.0 ? fmax(e->share_explained / whole, 0.0) : 0.0;
         for (int j = 0; j < r->candidates; j++)
             if (r->candidate[j].effect == e->effect && r->candidate[j].gain > 0.0) share = fmax(share, r->candidate[j].share_explained);
@@ -394,7 +412,7 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
     find_skew(d, measured, r);
     struct trial *trial = memory_get(HYPOTHESES_MAX, sizeof *trial);
     struct revision *revision = memory_get(1, sizeof *revision);
-    double first_held = d->held_square;
+    double initial = d->square + d->held_square, initial_held = d->held_square;
 
     for (int round = 0; r->effects < GAP_EFFECTS && round < ROUNDS_MAX; round++) {
         gap_progress(o, round ? "another effect" : "screening", 0.7 * round / ROUNDS_MAX);
@@ -440,9 +458,9 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
     if (revision->open) take_back(d, revision, r);
     free(trial);
     free(revision);
+    share_out(d, initial, initial_held, r);
     if (r->effects) diagnosis_estimate(d);
     read_base(d, r);
     read_effects(d, r);
-    share_out(d, first_held, r);
     sort_effects(r);
 }

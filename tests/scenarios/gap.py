@@ -20,6 +20,9 @@ def named(path, names):
     assert result["verdict"] == ("effect_named" if wanted else "no_gap"), result["reason"]
     assert found == wanted
     assert [e["z"] for e in result["effects"]] == sorted((e["z"] for e in result["effects"]), reverse=True), "the surest first"
+    if len(found) == 1 and found != {"clock_skew"}:
+        only = result["effects"][0]
+        assert only["share_explained"] == 1.0 and only["z"] > max(c["z"] for c in result["rejected"]) - 1, "one alone explains all that is gone"
     assert after <= 1.2 * floor
 
 
