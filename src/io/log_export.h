@@ -1,5 +1,5 @@
-/* A whole log for other programs: every cycle, and in the formats that can hold them the
- * messages too. One pass over the log; nothing of it is trusted (log.h, messages.h,
+/* Exports a whole log for other programs: every cycle and, where the format can hold them, the
+ * messages. One pass over the log, nothing of which is trusted (log.h, messages.h,
  * message_fields.h). Main thread. */
 #ifndef HEXID_LOG_EXPORT_H
 #define HEXID_LOG_EXPORT_H
@@ -8,8 +8,8 @@
 #include "status.h"
 #include "types.h"
 
-/* What a format does. `to` is its own state. cycle() and message() remember what fails, and
- * failed() tells it: an errno. */
+/* The functions of a format. `to` is its own state. open and close: -3 with path and reason.
+ * cycle() and message() go on after a failure; failed() gives it as an errno, 0: none. */
 struct export_format {
     const char *name;
     int (*open)(void **to, const char *path, struct error *error);
@@ -17,11 +17,11 @@ struct export_format {
     void (*cycle)(void *to, int64_t utime_us, double time_s, const struct cycle *c);
     void (*message)(void *to, int64_t utime_us, const struct message *m);
     int (*failed)(const void *to);
-    int (*close)(void *to, struct error *error); /* frees; a file that is not whole is removed */
+    int (*close)(void *to, struct error *error); /* frees; removes a file that is not whole */
 };
 
-/* A row of CSV a cycle, the columns of cycle_columns.h behind time_s; no messages. Numbers read
- * back bit for bit. */
+/* CSV, a row per cycle: time_s, then the columns of cycle_columns.h; no messages. Numbers read back
+ * bit for bit. */
 extern const struct export_format export_table;
 
 /* MCAP: topic /hexid/state, and /hexid/NAME for the types of message_fields.h, JSON with its schema
@@ -37,14 +37,15 @@ extern const struct export_format export_mcap;
 extern const struct export_format export_mat;
 
 struct log_export_report {
-    int64_t cycles, lost;  /* lost: by the gaps of seq */
+    int64_t cycles, lost;  /* lost: from gaps in seq */
     int64_t messages;
-    int64_t unreadable;    /* messages on hexid's channels that are none */
+    int64_t unreadable;    /* on hexid's channels, but not decodable */
     bool cut;              /* the log is cut off or damaged, read up to cut_offset */
     int64_t cut_offset;
 };
 
-/* -3 with the path of what cannot be read or written, or when the log has no cycle. */
+/* -3 with the path of what cannot be read or written, or when the log has no cycle; it leaves no
+ * new file then. */
 int log_export(const char *log_path, const char *path, const struct export_format *format, struct log_export_report *report,
                struct error *error);
 

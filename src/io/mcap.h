@@ -17,23 +17,23 @@ struct mcap_writer;
 
 enum { MCAP_CHANNELS_MAX = 16 };
 
-/* A new file. -3 with path and reason when it cannot be made; one that is there is left alone. */
+/* Creates a file; one that exists is never overwritten. -3 with path and reason. */
 int mcap_create(struct mcap_writer **writer, const char *path, struct error *error);
 
-/* A topic whose messages are JSON of this JSON schema; at any time before its first message.
- * Returns the channel, from 0; at most MCAP_CHANNELS_MAX. */
+/* Adds a topic of JSON messages with this JSON schema, at any time before its first message.
+ * Returns its channel, from 0; at most MCAP_CHANNELS_MAX. */
 int mcap_channel(struct mcap_writer *w, const char *topic, const char *schema_name, const char *schema);
 
-/* time_ns: since 1970, not negative; in any order, but readers are quickest when it
- * does not run back. */
+/* time_ns: since 1970, in any order; readers are quickest when it never runs back. What fails is
+ * kept for mcap_failure(). */
 void mcap_message(struct mcap_writer *w, int channel, uint64_t time_ns, const void *data, size_t size);
 
-/* Why nothing more can be written, an errno; 0: it can. What failed before stays failed. */
+/* The first failure, an errno, after which nothing more is written; 0: none. */
 int mcap_failure(const struct mcap_writer *w);
 
-/* Ends the file and frees. failure: an errno of the caller's, for which the file is not whole; 0:
- * none. -3 with path and reason when there is one, or anything could not be written, now or before;
- * the file is gone then. */
+/* Finishes the file and frees the writer. failure: an errno of the caller's that makes the file
+ * incomplete; 0: none. -3 with path and reason for that, or when any write failed; the file is then
+ * removed. */
 int mcap_close(struct mcap_writer *w, int failure, struct error *error);
 
 #endif

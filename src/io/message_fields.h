@@ -1,13 +1,14 @@
-/* Messages other than HEXID_STATE field by field, for what hands all of them on: names, numbers and
- * texts as in lcmtypes/, of any type in the table. The message is not trusted: it is measured to
- * its last byte before anything of it is given out. Ordinary threads, no heap. */
+/* Messages other than HEXID_STATE, field by field, for code that passes all of them on: names,
+ * numbers and texts as in lcmtypes/, of any type in the table. The message is not trusted: its
+ * parts are measured to its last byte before any of them is given out. Ordinary threads, no
+ * heap. */
 #ifndef HEXID_MESSAGE_FIELDS_H
 #define HEXID_MESSAGE_FIELDS_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-/* ELEMENTS_MAX: of a FIELD_COUNTED */
+/* ELEMENTS_MAX: most elements of a FIELD_COUNTED */
 enum { FIELDS_MAX = 48, FIELD_COUNTED = 0, ELEMENTS_MAX = 1000 };
 
 enum field_kind { FIELD_INTEGER, FIELD_BOOLEAN, FIELD_REAL, FIELD_TEXT, FIELD_COUNT };
@@ -15,9 +16,9 @@ enum field_kind { FIELD_INTEGER, FIELD_BOOLEAN, FIELD_REAL, FIELD_TEXT, FIELD_CO
 struct field {
     const char *name;
     enum field_kind kind;
-    int bytes;  /* of an integer on the wire */
-    int count;  /* 1, of an array its length (36: a 6 x 6 matrix, row-major), FIELD_COUNTED:
-                 * what the last FIELD_COUNT said */
+    int bytes;  /* of an element on the wire; 0: a text, as long as it says */
+    int count;  /* 1; of an array its length (36: a 6 x 6 matrix, row-major); or FIELD_COUNTED: what
+                 * the last FIELD_COUNT said */
 };
 
 struct message_type {
@@ -39,16 +40,18 @@ struct message {
     const struct message_type *type;
     const void *data;
     int size;
-    struct message_value value[FIELDS_MAX]; /* of type->field[]; of a FIELD_COUNT: none */
+    struct message_value value[FIELDS_MAX]; /* in the order of type->field[]; unset for a
+                                             * FIELD_COUNT */
 };
 
 /* Is this one of the channels in the table? Others are somebody else's, or HEXID_STATE. */
 bool message_known(const char *channel);
 
-/* False for what is no message of a type of this channel. */
+/* False, and *message untouched, unless data is one whole message of a type of this channel. */
 bool message_read(const char *channel, const void *data, int size, struct message *message);
 
-/* Element i of a field of this kind; booleans are integers. */
+/* Element i, 0 .. value[field].count - 1, of a field of this kind, of a message that message_read()
+ * took; booleans are integers. */
 double message_real(const struct message *m, int field, int i);
 int64_t message_integer(const struct message *m, int field, int i);
 const char *message_text(const struct message *m, int field, int i);

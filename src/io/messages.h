@@ -1,8 +1,8 @@
-/* Between the structs of include/ and LCM's wire types (lcmtypes/README.md). Whatever came off the
- * wire or a disk is untrusted until converted: decode returns false for a message of the wrong
- * size, type, or with values that no cycle can have, and leaves its result alone then. Numbers of
- * sensors may be anything, NaN too: a sample flagged invalid must survive its log. Ordinary
- * threads, no heap. */
+/* Conversion between the structs of include/ and LCM's wire types (lcmtypes/README.md). Whatever
+ * came off the wire or a disk is untrusted until converted: decode returns false, and leaves its
+ * result alone, for a message of the wrong size or type, or with values that no cycle can have.
+ * Readings of sensors may be anything, NaN too: a sample flagged invalid must survive its log.
+ * Ordinary threads, no heap. */
 #ifndef HEXID_MESSAGES_H
 #define HEXID_MESSAGES_H
 
@@ -60,9 +60,9 @@ bool gap_decode(const void *data, int size, struct gap_summary *summary);
 /* A command of an operator, on CHANNEL_COMMAND: request_t, or command_t, which has neither id nor
  * token. `renew` prolongs a lease. */
 struct operator_request {
-    int64_t id;          /* the sender's, comes back in the answer; 0: no answer is waited for */
+    int64_t id;          /* the sender's, returned in the answer; 0: wants no answer */
     int64_t token;       /* from an answer; 0: none yet */
-    enum command command;/* COMMAND_NONE where it renews */
+    enum command command;/* COMMAND_NONE with renew */
     bool renew;
 };
 
@@ -72,13 +72,14 @@ int request_encode(const struct operator_request *request, unsigned char buffer[
 /* False for anything but engage, start, stop, park, reset and renew in either type. */
 bool request_decode(const void *data, int size, struct operator_request *request);
 
-/* What became of it, on CHANNEL_ANSWER. OUTCOME_STOPPED: renewed, and somebody's stop ended the
- * tests begun last. */
+/* The answer to a request, on CHANNEL_ANSWER. OUTCOME_STOPPED: the lease is renewed, but somebody's
+ * stop ended the tests begun last. OUTCOME_TOKEN: ask again with the token that comes with it. */
 enum outcome { OUTCOME_DONE, OUTCOME_STOPPED, OUTCOME_REFUSED, OUTCOME_TOKEN, OUTCOMES };
 struct answer {
-    int64_t id, token;   /* OUTCOME_TOKEN: ask again with this one; of what moves: the lease's */
-    double lease_s;      /* the machine is parked when the lease is not renewed for so
-                          * long; 0: it needs no lease */
+    int64_t id, token;   /* OUTCOME_TOKEN: for the next request; after engage, start or renew: the
+                          * lease's */
+    double lease_s;      /* without a renewal for so long the machine is parked; 0: no lease is
+                          * needed */
     enum outcome outcome;
     enum state state;
     const char *text;    /* why, and what to do first */

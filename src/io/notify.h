@@ -16,7 +16,7 @@ struct notify {
     int64_t every_ns;      /* between two signs of life, half of what the manager
                             * allows; 0: it wants none */
     int64_t alive_ns;      /* the last one, CLOCK_MONOTONIC */
-    bool ready, stopping;  /* said */
+    bool ready, stopping;  /* these have been sent */
 };
 
 /* From the environment: NOTIFY_SOCKET, WATCHDOG_USEC, WATCHDOG_PID. Before confine(). STATUS_IO:
