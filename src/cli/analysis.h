@@ -1,6 +1,6 @@
-/* What is made of a stream of cycles, live by the recorder or later from a log: identification,
- * loop statistics, verdict. One code for both, so that `hexid identify` repeats the daemon's
- * results to the last bit. */
+/* What is computed from a stream of cycles, live by the recorder or later from a log:
+ * identification, loop statistics, verdict. One code for both, so that `hexid identify` repeats the
+ * daemon's results to the last bit. One thread at a time; heap. */
 #ifndef HEXID_ANALYSIS_H
 #define HEXID_ANALYSIS_H
 
@@ -22,24 +22,24 @@ struct analysis {
     int64_t flagged[SAMPLE_FLAGS];  /* cycles of evaluated parts with this flag */
     int64_t missed, longest_ns;     /* deadlines missed in a row up to the last cycle, and the
                                      * longest delay among them */
-    struct recording recording;     /* for method C: the beginning of each test, of an axis a sixth
-                                     * of ANALYSIS_SAMPLES at most, */
-    struct parts parts;             /* and what went before of a motion that is longer than a
+    struct recording recording;     /* for method C: the beginning of each test, of an axis at most
+                                     * a sixth of ANALYSIS_SAMPLES, */
+    struct parts parts;             /* and the earlier parts of a motion that is longer than a
                                      * part; */
-    int parts_test;                 /* its place in the list of tests */
-    struct equations equations;     /* method C's, of all that was recorded, and what comes of
-                                     * them */
+    int parts_test;                 /* that motion's place in the list of tests */
+    struct equations equations;     /* method C's, of all that was recorded, and their solution */
     struct estimate estimate;
-    struct error unrecorded;        /* why there is no more */
+    struct error unrecorded;        /* why recording stopped; status 0: it did not */
     int64_t stalls, behind_ns;      /* wake-ups a period or more late, and the sum of the whole
                                      * periods they were late: what a paced clock stretches */
 };
 
 enum { ANALYSIS_SAMPLES = 300000 }; /* six tests of 100 s at 2 ms; up to 160 MB */
-/* of a motion: memory for so much; and a machine that changes on the way is seen */
+/* length of a part of a motion: bounds memory, and shows a machine that changes on the way */
 #define ANALYSIS_PART_S 180.0
 
-/* To be released by analysis_free(), also when this failed. */
+/* -2 with the key when params make no machine, -3. To be released by analysis_free(), also when
+ * this failed. */
 int analysis_init(struct analysis *a, const struct params *params, struct error *error);
 
 /* Frees the recording; results stay. */
@@ -51,11 +51,11 @@ bool analysis_take(struct analysis *a, const struct cycle *c);
 /* The stream has ended. True when that closed a test under way. */
 bool analysis_end(struct analysis *a);
 
-/* Method C, of all that was recorded: once, after the stream has ended. */
+/* Method C of all that was recorded: once, after the stream has ended. */
 void analysis_identify(struct analysis *a);
 
-/* A copy of what is recorded of complete tests and of motions, for an estimate on the way; parts
- * that are closed apart. -3: memory; `copy` is to be freed all the same. */
+/* Copies what is recorded of complete tests and of motions, for an estimate during the run; parts
+ * already closed are not in it. -3: memory; `copy` is to be freed all the same. */
 int analysis_copy(const struct analysis *a, struct recording *copy, struct error *error);
 
 struct loop_statistics analysis_statistics(const struct analysis *a);
@@ -63,11 +63,11 @@ struct loop_statistics analysis_statistics(const struct analysis *a);
 /* Solves what can be solved and judges it. */
 struct verdict analysis_verdict(struct analysis *a);
 
-/* One axis after another, each a sinusoid: what methods A and B need. Else another motion. */
+/* Are the tests sinusoids, one axis after another, as methods A and B need them? */
 bool analysis_sinusoids(const struct analysis *a);
 
-/* 0 where there is a test of an axis, a matrix, or nothing at all; -2 for a recording of other
- * motions from which none comes, and why. */
+/* 0 where there is a test of an axis, a matrix, or nothing at all; -2 with the reason for a
+ * recording of other motions from which no matrix comes. */
 int analysis_identifies(const struct analysis *a, const char *path, struct error *error);
 
 /* Table, loop and verdict for people. */
@@ -76,7 +76,7 @@ void analysis_print(struct analysis *a, const struct verdict *verdict, FILE *out
 /* identification_json of it: to be freed by the caller; NULL without memory. */
 char *analysis_json(const struct analysis *a, const struct verdict *verdict);
 
-/* JSON to `path`, NULL for none. */
+/* JSON to `path`, NULL: nowhere. -3. */
 int analysis_write_json(struct analysis *a, const struct verdict *verdict, const char *path, struct error *error);
 
 #endif

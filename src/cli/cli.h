@@ -39,24 +39,25 @@ struct options {
  * table) and so many operands. */
 int options_parse(struct options *o, int argc, char **argv, const char *allowed, int operands, struct error *error);
 
-/* Configuration from -c and --set. Without -c: config/tian2015.yaml of the directory at hand (a
- * checkout), else the installed one, which is found from where this program lies (PREFIX/etc/hexid,
- * for /usr/bin /etc/hexid), else built in. */
-const char *options_default_config(char installed[PATH_MAX]); /* NULL: neither is there */
+/* options_params: configuration from -c and --set. Without -c: config/tian2015.yaml of the current
+ * directory (a checkout), else the installed one, which is found from where this program lies
+ * (PREFIX/etc/hexid, for /usr/bin /etc/hexid), else built in. -2, -3. */
+const char *options_default_config(char installed[PATH_MAX]); /* path of the one without -c; NULL:
+                                                               * built in */
 int options_params(const struct options *o, struct params *params, struct error *error);
 
-/* Configuration of the run that the log at `path` is of, from its first event. -3 where that holds
- * none: `otherwise`, the remedy or what is not known then, ends the message. */
+/* Configuration of the run that the log at `path` is of, from its first event. -2, or -3 where that
+ * event holds none; the message then ends with `otherwise`: the remedy, or what stays unknown. */
 struct log_event;
 int cli_log_params(const char *path, const struct log_event *event, const char *otherwise, struct params *params, struct error *error);
 
-/* The same as options_params, and the bus that it names. */
+/* options_params(), and opens the bus that it names. */
 struct bus;
 int options_bus(const struct options *o, struct params *params, struct bus **bus, struct error *error);
 
 /* SAFETY: a machine that is not simulated moves by itself only where this command line says so
  * (--set motion.automatic=true); a file that says so may be a copy of the simulation's. Otherwise
- * takes it out of params: the platform waits for `hexid command engage`. */
+ * this clears it in params: the platform waits for `hexid command engage`. */
 void options_automatic(const struct options *o, bool simulated, struct params *params);
 
 /* Prints a line; what is in it may come from anywhere and is made printable (printable.h). At
@@ -69,10 +70,11 @@ int cli_fail(const struct error *error);
 /* Warns that a log could be read up to this byte only. */
 void cli_warn_cut(const char *path, int64_t offset);
 
-/* Before a long run: can cli_write_text() write there? Nothing is changed. NULL and "-" are. */
+/* Before a long run: can cli_write_text() write there? Nothing is changed; NULL and "-" pass.
+ * -3. */
 int cli_check_writable(const char *path, struct error *error);
 
-/* Writes text to `path` ("-" for standard output). */
+/* Writes text to `path` ("-": standard output). -3. */
 int cli_write_text(const char *path, const char *text, struct error *error);
 
 int cmd_run(int argc, char **argv);

@@ -1,4 +1,4 @@
-/* A directory of CSV files as the command line wants it read: -c, --set, --map. */
+/* A directory of CSV files, read as -c, --set and --map say. */
 #ifndef HEXID_CSV_INPUT_H
 #define HEXID_CSV_INPUT_H
 

@@ -3,11 +3,10 @@
  *
  *     FAIL   hexid cannot do its work like this, or somebody could be hurt
  *     WARN   it works worse than it should
- *     ?      this cannot be seen from here: in a container, in a virtual machine, without the right
+ *     ?      this cannot be seen from here: in a container or virtual machine, without permission
  *
- * What is measured is judged by a function of its own (judge_...), so that a test can be at
- * its limits. Ordinary threads. Nothing is commanded: a machine, a bus or a daemon that is
- * at work goes on. */
+ * What is measured is judged by a function of its own (judge_...), which tests call at its limits.
+ * Ordinary threads. Nothing is commanded: a machine, bus or daemon at work is not disturbed. */
 #ifndef HEXID_DOCTOR_H
 #define HEXID_DOCTOR_H
 
@@ -19,7 +18,7 @@
 #include "params.h"
 #include "status.h"
 
-enum level { LEVEL_NONE /* no question of this configuration: not shown */, LEVEL_OK, LEVEL_UNKNOWN, LEVEL_WARN, LEVEL_FAIL };
+enum level { LEVEL_NONE /* does not apply to this configuration: not shown */, LEVEL_OK, LEVEL_UNKNOWN, LEVEL_WARN, LEVEL_FAIL };
 
 struct finding {
     enum level level;
@@ -48,31 +47,32 @@ struct finding finding_none(void);
 /* "cannot be seen here", with the file that is not there. */
 struct finding finding_unseen(const char *path, const char *what);
 
-/* FAIL behind hardware, which hexid then refuses to drive or should not; WARN on the
- * simulation, which goes on. */
+/* LEVEL_FAIL for a real machine, which hexid then refuses to drive or should not; LEVEL_WARN for
+ * the simulation, which runs all the same. */
 enum level level_of_machine(const struct doctor *d);
 
-/* Of one axis it is read what it did: nothing is driven. */
+/* False for a single axis: hexid reads its recordings and drives nothing. */
 bool doctor_drives(const struct doctor *d);
 
-/* What follows "can:" in the machine's URL, when it begins so; else NULL. */
+/* What follows "can:" in the machine's URL, for scheme "can"; NULL when it begins otherwise. */
 const char *doctor_address(const struct doctor *d, const char *scheme);
 
-/* A file below root, as text without the last line's end. False where it is not there, or empty. */
+/* Reads a file below root as text, without its last newline. False where it is missing or empty. */
 __attribute__((format(printf, 4, 5))) bool doctor_read(const struct doctor *d, char *text, size_t size, const char *path, ...);
 
-/* A file that is one whole number. */
+/* Reads a file that is one whole number. */
 __attribute__((format(printf, 3, 4))) bool doctor_number(const struct doctor *d, int64_t *value, const char *path, ...);
 
-/* "0-3,6" of the kernel has this processor. */
+/* Is this processor in a list of the kernel's, such as "0-3,6"? */
 bool doctor_listed(const char *list, int cpu);
 
-/* The processors that are on and that the loop may be on (loop.cpu), in order. Returns how many; 0:
- * they cannot be seen, or it is none of them. */
+/* The processors that are online and that the loop may run on (loop.cpu), in order. Returns how
+ * many; 0: they cannot be seen, or loop.cpu is none of them. */
 enum { PROCESSORS_MAX = 512 };
 int doctor_processors(const struct doctor *d, int cpu[PROCESSORS_MAX]);
 
-/* For JSON, which holds UTF-8 alone: line by line as it is printed. At most as long as `found`. */
+/* A text for JSON, which holds UTF-8 alone: line by line as it is printed. At most as long as
+ * `found`. */
 json_t *doctor_text(const char *text);
 
 double doctor_now_s(void); /* CLOCK_MONOTONIC */
@@ -110,7 +110,7 @@ struct finding judge_round_trips(const struct doctor *d, const struct round_trip
 /* ---- doctor_disk.c: where the log goes ---- */
 struct disk {
     char directory[256];
-    double room_bytes;      /* that this user may still write */
+    double room_bytes;      /* free for this user */
     double speed_bytes_per_s, longest_s; /* of writing to the disk; the longest that one write, or
                                           * the flush at the end, took */
 };

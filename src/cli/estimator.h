@@ -1,6 +1,5 @@
-/* Method C beside whoever records: a thread that makes equations of one recording at a time, so
- * that nothing waits while it does. What comes of a recording does not depend on when. The calls
- * are for one thread. */
+/* Method C on a worker thread, which makes the equations of one recording at a time while its
+ * caller goes on. The result does not depend on when. All calls from one thread. */
 #ifndef HEXID_ESTIMATOR_H
 #define HEXID_ESTIMATOR_H
 
@@ -22,23 +21,24 @@ struct estimator {
     struct error error;
 };
 
+/* -3: no thread. */
 int estimator_start(struct estimator *e, struct error *error);
 
-/* Waits for what is under way and drops it. Also of one that was never started. */
+/* Waits for what is under way and drops it. Also for one that was never started (zeroed). */
 void estimator_stop(struct estimator *e);
 
-/* Takes the recording over with its samples, and leaves an empty one. The estimator has
- * nothing else to do. */
+/* Takes the recording over with its samples, and leaves an empty one. The estimator must be
+ * idle. */
 void estimator_give(struct estimator *e, struct recording *recording);
 
 /* Would estimator_take() have something at once? */
 bool estimator_ready(struct estimator *e);
 
-/* What came of it: the equations, or why there are none. False: nothing was given or, without
- * `wait`, it is not ready. */
+/* The result: the equations, or error->status and why there are none. False: nothing was given or,
+ * without `wait`, it is not ready. */
 bool estimator_take(struct estimator *e, bool wait, struct equations *equations, struct error *error);
 
-/* The same at once, by the caller: recording_check(), method_c_check(), method_c_equations(). */
+/* The same in the calling thread: recording_check(), method_c_check(), method_c_equations(). */
 int estimator_equations(struct recording *recording, struct equations *equations, struct error *error);
 
 #endif

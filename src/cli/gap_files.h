@@ -7,8 +7,8 @@
 #include "recording.h"
 #include "gap.h"
 
-/* Can they be written there? Asked before time is spent on what cannot be kept;
- * nothing is made yet. */
+/* Can they be written there? Asked before time is spent on results that cannot be kept; nothing is
+ * made yet. -2, -3. */
 int gap_files_check(const struct options *o, struct error *error);
 
 /* model.yaml, gap.json, then report.html, in o->output; gap.json in o->json too. -3 when one was

@@ -1,5 +1,5 @@
-/* A log read from its beginning to its end for `hexid identify` and `hexid report`: its
- * configuration, and what is made of its cycles. */
+/* Reads a log from beginning to end for `hexid identify` and `hexid report`: its configuration, and
+ * what is computed from its cycles. */
 #ifndef HEXID_LOG_ANALYSIS_H
 #define HEXID_LOG_ANALYSIS_H
 
@@ -10,8 +10,8 @@ struct log_analysis {
     struct params params;        /* the log's own, changed by --set; or of -c */
     struct analysis analysis;    /* with method C */
     struct verdict verdict;
-    int64_t began_us;            /* of the log's clock: since 1970; of a run in
-                                  * virtual time since its start */
+    int64_t began_us;            /* of the log's clock: since 1970, in virtual time since the run's
+                                  * start */
     int64_t cut;                 /* byte up to which it could be read; -1: whole */
 };
 

@@ -5,11 +5,11 @@
 #include "params.h"
 #include "status.h"
 
-/* The log at `path[log]` is none of those before: the same data twice would count twice. -2: the
+/* Is the log at `path[log]` none of those before it? The same data twice would count twice. -2: the
  * same file, or a copy of it. */
 int log_set_new(int log, const char *const *path, struct error *error);
 
-/* Both logs are of machines that are configured alike, as far as method C's model goes. -2 with the
+/* Are both logs of machines that are configured alike, as far as method C's model goes? -2 with the
  * first key that differs, and the remedy. */
 int log_set_same_machine(const char *path, const struct params *params, const char *before, const struct params *params_before,
                          struct error *error);

@@ -1,11 +1,11 @@
 /* SAFETY: a run's whole motion, as the loop will ask for it cycle by cycle, against what the
  * machine can do, before anything moves: every test with its ramps, and stops in it, a tenth of
- * tests.ramp_out_s apart (of what repeats in 64 cycles and more in the ramp-in and the first
- * period, of a trajectory also near its end). Of each leg:
+ * tests.ramp_out_s apart. A motion that repeats after 64 cycles or more is stopped only in its
+ * ramp-in and first period, a trajectory also near its end. Of each leg:
  *
  *     length   within limits.length_min_m .. length_max_m and actuator.stroke_m
  *     rate     limits.leg_rate_mps; and what the valve lets through at full opening
- *              (control.output_limit): of extending and retracting
+ *              (control.output_limit), extending and retracting:
  *
  *                  v = k sqrt((A1 ps - A2 pt - F) / (A1^3 + A2^3))
  *                  v = k sqrt((A2 ps - A1 pt + F) / (A1^3 + A2^3))
@@ -16,7 +16,7 @@
  *     force    F from the rigid bodies with weight, inertia and friction: limits.force_n, and what
  *              the supply can hold. It is what limits the acceleration
  *
- * As far as the configuration knows the machine. */
+ * It is as good as the configuration. Ordinary threads. */
 #ifndef HEXID_MOTION_CHECK_H
 #define HEXID_MOTION_CHECK_H
 

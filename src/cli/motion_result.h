@@ -1,6 +1,6 @@
-/* What a test of no axis came to, a trajectory or a multisine, the last one where there
- * are several. How far the platform was from the reference is told, and not judged: no
- * limit is stated for it. */
+/* The result of a test of no axis, that is a trajectory or a multisine; of the last one where there
+ * are several. How far the platform was from the reference is reported, not judged: no limit is
+ * stated for it. */
 #ifndef HEXID_MOTION_RESULT_H
 #define HEXID_MOTION_RESULT_H
 
@@ -18,8 +18,7 @@ struct motion_result {
 /* The next cycle, of whatever kind. */
 void motion_take(struct motion_result *m, const struct params *params, const struct cycle *cycle);
 
-/* The checks of a run that such a test can fail: it came to its end, and few
- * samples are excluded. */
+/* Adds to the verdict what such a test can fail: not complete, or too many samples excluded. */
 void motion_judge(const struct motion_result *m, const struct params *params, struct verdict *verdict);
 
 #endif

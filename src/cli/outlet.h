@@ -11,9 +11,9 @@
 
 struct outlet {
     FILE *out;               /* write here, then outlet_flush(); any thread */
-    int from, to;            /* the pipe's other end; where it is copied to */
+    int from, to;            /* the pipe's other end; the file it is copied to */
     pthread_t thread;
-    _Atomic long copied;     /* times that something was written there */
+    _Atomic long copied;     /* how often something was written to `to` */
 };
 
 /* Ordinary threads. 0, or -1: no pipe or no thread. */
@@ -23,8 +23,8 @@ int outlet_open(struct outlet *o, int to);
  * bytes stay whole. */
 void outlet_flush(struct outlet *o);
 
-/* Waits until all has been copied, as long as it is being copied; given up after a second without:
- * false, and the outlet stays in use by its thread until the process ends. */
+/* Waits until all has been copied, for as long as copying goes on; gives up after a second without
+ * progress: false, and the outlet stays in use by its thread until the process ends. */
 bool outlet_close(struct outlet *o);
 
 #endif

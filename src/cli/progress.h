@@ -1,5 +1,5 @@
-/* What a person sees while hexid runs: on a terminal a live line below the steps that are done,
- * elsewhere one line a step. */
+/* What a person sees while hexid runs: on a terminal a live line below the finished steps,
+ * elsewhere one line a step. The recorder's thread, but for open, close, end and say. */
 #ifndef HEXID_PROGRESS_H
 #define HEXID_PROGRESS_H
 
@@ -20,8 +20,8 @@ struct progress {
     int64_t state_cycles;   /* in the state at hand */
 };
 
-/* to: standard output, or standard error where that is for the results. -1: no pipe or thread.
- * Nothing here holds its caller up, whatever the terminal does (outlet.h). */
+/* to: standard output, or standard error where standard output carries the results. -1: no pipe or
+ * thread. Nothing here holds its caller up, whatever the terminal does (outlet.h). */
 int progress_open(struct progress *p, const struct params *params, int to, bool virtual_time);
 /* Waits for the terminal as outlet_close() does. */
 bool progress_close(struct progress *p);
@@ -32,9 +32,9 @@ void progress_interlock(struct progress *p, const char *why);
 void progress_fault(struct progress *p, const struct cycle *c, const char *cause, const char *remedy);
 void progress_result(struct progress *p, const struct test_result *t);
 void progress_motion(struct progress *p, const struct motion_result *m);
-/* Main thread only, which waits for no other: a line on standard error, clear of the live line. */
+/* A line on standard error, clear of the live line. Main or recorder thread; waits for neither. */
 __attribute__((format(printf, 2, 3))) void progress_say(struct progress *p, const char *format, ...);
-/* Takes the live line off: what follows is no progress. */
+/* Erases the live line: what follows is no progress. */
 void progress_end(struct progress *p);
 void progress_tick(struct progress *p, const struct cycle *c);
 

@@ -1,6 +1,6 @@
-/* A running hexid in a terminal or a pipe. On a terminal the newest cycle stands below the
- * events, a few times a second; elsewhere events are lines as they come, and the state is a line
- * a second. One thread. */
+/* Shows a running hexid on a terminal or in a pipe. On a terminal the newest cycle stands below the
+ * events, drawn a few times a second; elsewhere events are lines as they come, and the state is a
+ * line a second. One thread. */
 #ifndef HEXID_TERMINAL_H
 #define HEXID_TERMINAL_H
 
@@ -11,8 +11,9 @@ struct terminal {
     const struct params *params;
     bool redraws;       /* standard output is a terminal */
     int drawn;          /* lines of the view on the screen */
-    int64_t drawn_ms;   /* when; 0: it is due */
-    double force_n;     /* at a bar's end: a round number that was enough so far; 0: none yet */
+    int64_t drawn_ms;   /* when they were drawn; 0: due now */
+    double force_n;     /* full scale of the force bars: a round number, which only grows; 0: none
+                         * yet */
 };
 
 void terminal_take(struct terminal *t, const struct bus_message *message, int64_t now_ms);
