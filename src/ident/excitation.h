@@ -1,8 +1,8 @@
-/* What a test would give, before it is run: the deviations that method C would state, by method C
- * itself, of the test's recording as the machine that a survey found would make it. That machine
- * moves as the loop follows (the survey's response at each axis's frequency), needs the forces of
- * the configured bodies with the friction found, and is read with the noise found, lengths rounded
- * as configured. Ordinary threads; heap. */
+/* What a test would give, before it is run: the deviations that method C itself would state of a
+ * recording of the test, made by the machine that a survey found. That machine moves as the loop
+ * follows (the survey's response at each axis's frequency), needs the forces of the configured
+ * bodies with the friction found, and is measured with the noise found, lengths rounded as
+ * configured. Ordinary threads; heap. */
 #ifndef HEXID_EXCITATION_H
 #define HEXID_EXCITATION_H
 
@@ -15,9 +15,9 @@ struct excitation {
     double axis_pct[DOFS]; /* the largest of each row */
 };
 
-/* tests: six sinusoids one after another, or a multisine. With so many draws of the noise: the mean
- * of the largest deviation, which is itself known no better than a tenth from one (the noise and
- * the dry friction that method C finds are in it). -2: method C refuses; -3: memory. */
+/* tests: six sinusoids one after another, or a multisine. draws: of the noise; the result is the
+ * mean of their largest deviations, which one draw gives no better than to a tenth, because the
+ * noise, and the dry friction that method C finds, differ. -2: method C refuses; -3: memory. */
 int excitation_predict(const struct loop_survey *survey, const struct params *params, const struct test_params *tests, int draws,
                        struct excitation *result, struct error *error);
 

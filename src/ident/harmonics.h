@@ -3,7 +3,7 @@
  * equations are solved at the end.
  *
  * Normal equations are accurate enough here, because the regressors are nearly orthogonal over
- * whole periods: with each scaled to one length the condition of the regressor matrix is below 4
+ * whole periods: with each scaled to unit length the condition of the regressor matrix is below 4
  * (that of [1, t] alone, t from 0 to any T, is 3.7), so squaring it costs one digit of sixteen.
  * The test against an orthogonal decomposition in extended precision finds 3e-13 of the amplitude
  * over 600 s. What squaring does lose is a small residual: rms and std have a floor of about 1e-8
@@ -43,7 +43,7 @@ void harmonics_reset(struct harmonics *h, double omega, int harmonics, int chann
 void harmonics_add(struct harmonics *h, double t_s, const double *values);
 
 /* False, and *fit all NaN, with fewer samples than unknowns + 1 or when they cannot be told apart
- * (condition above 1e5: too short a time, a harmonic at the sampling rate's half). */
+ * (condition above 1e5: too short a time, a harmonic at half the sampling rate). */
 bool harmonics_solve(const struct harmonics *h, struct harmonics_fit *fit);
 
 #endif

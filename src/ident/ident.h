@@ -27,9 +27,10 @@ struct identification {
     struct method_result method_a, modified_a, method_b;
     struct method_c method_c;     /* of a whole recording, by those who have one (method_c.h) */
     struct error no_method_c;     /* why it is not evaluated */
-    int parts, parts_left_out;    /* of a long motion, each by itself, and without a result;
-                                   * 0: it was in one piece */
-    struct agreement over_time;   /* between them; of many, neighbours are joined: `logs` of them */
+    int parts, parts_left_out;    /* parts of a long motion, and those without a result; 0: it was
+                                   * in one piece */
+    struct agreement over_time;   /* agreement of the parts; of many, neighbours are joined: `logs`
+                                   * of them */
 };
 
 struct ident {
@@ -37,7 +38,7 @@ struct ident {
     struct kinematics kinematics;
     struct cylinder_areas areas;
     struct harmonics fit;         /* the running test: 12 channels, pose and wrench */
-    struct witness witness;       /* the same, looked at for themselves */
+    struct witness witness;       /* do the same readings look sound? */
     double pose[DOFS];            /* forward kinematics starts here */
     int running;                  /* test under way, -1: none */
     enum dof dof;
@@ -69,12 +70,12 @@ struct ident_entry {
 };
 extern const struct ident_entry ident_entries[IDENT_ENTRIES];
 
-/* Error of an entry against the nominal one, signed: negative is too small in magnitude. Of an
- * entry near zero it says nothing. */
+/* Error of an entry against the nominal one, in per cent; negative is too small in magnitude. It
+ * says nothing where the nominal entry is near zero. */
 double ident_error_pct(const struct identification *id, const struct method_result *method, const struct ident_entry *entry);
 
-/* What a difference of an entry is measured by, sqrt(Mii Mjj) of this matrix: on the diagonal the
- * entry itself. */
+/* Scale of an entry's differences: sqrt(Mii Mjj) of this matrix, on the diagonal the entry
+ * itself. */
 double ident_scale(const double mt[DOFS][DOFS], const struct ident_entry *entry);
 
 #endif

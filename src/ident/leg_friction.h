@@ -1,5 +1,5 @@
 /* The friction of each leg as it was measured, for pictures: its force less what inertia and weight
- * ask of it, with the matrix that method C found (where an entry is not determined, the configured
+ * need of it, with the matrix that method C found (where an entry is not determined, the configured
  * one). Viscous friction is a slope over the leg's rate, dry friction a step at zero. Of a steady
  * test it is a mean cycle in the harmonics that method C evaluates, so the step has their
  * overshoot; of any other motion the middle of each piece. Ordinary threads; heap. */

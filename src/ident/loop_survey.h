@@ -20,9 +20,8 @@ struct loop_survey {
     double mean_pa[2][LEGS];
 };
 
-/* Of the recording of a survey's run (any length of its sample array is taken from its first
- * test), and method C of it. -2: no pressures or no commands, or samples missing in every
- * pass; -3: memory. */
+/* From the recording of a survey's run, whose first test is evaluated, and method C of it. -2: no
+ * pressures or no commands, or samples missing in every pass; -3: memory. */
 int loop_survey(struct loop_survey *s, const struct multisine *multisine, const struct recording *recording, const struct method_c *inertia,
                 struct error *error);
 
@@ -30,11 +29,11 @@ int loop_survey(struct loop_survey *s, const struct multisine *multisine, const 
 double loop_survey_oil_hz(const struct loop_survey *s);
 double loop_survey_loop_hz(const struct loop_survey *s);
 
-/* Pose of an axis over the reference of the one that is driven, at a frequency: between the
- * neighbouring lines of the latter; beyond its lines the last one's. */
+/* Pose of an axis over the reference of the driven one, at a frequency: interpolated between the
+ * neighbouring lines of the driven axis, beyond them that of the nearest line. */
 double complex loop_survey_response(const struct loop_survey *s, enum dof driven, enum dof dof, double hz);
 
-/* The driven axis's own. */
+/* The same of the driven axis itself. */
 double complex loop_survey_follow(const struct loop_survey *s, enum dof dof, double hz);
 
 #endif

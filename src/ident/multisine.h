@@ -29,14 +29,16 @@ struct multisine {
     double peak_mps;             /* of the fastest leg */
 };
 
-/* -2: no such platform, or a loop too slow for six lines an axis. */
+/* -2: no platform (mechanism: axis), impossible geometry, or a loop too slow for six lines an
+ * axis. */
 int multisine_init(struct multisine *m, const struct params *params, struct error *error);
 
-/* What limits.leg_rate_mps and the valves' full opening, without load and the slower way,
- * leave to the legs. */
+/* Highest rate that every leg can have: the least of limits.leg_rate_mps and what the valves let
+ * through at control.output_limit without load, in the slower direction. */
 double multisine_rate_limit_mps(const struct params *params);
 
-/* All passes, a knot a cycle; to be released by trajectory_free(). -3 without memory. */
+/* A knot for each cycle of one pass, to be run in MULTISINE_PASSES; to be released by
+ * trajectory_free(). -3 without memory. */
 int multisine_trajectory(const struct multisine *m, struct trajectory *trajectory, struct error *error);
 
 /* The mean of the passes after the first. */
@@ -45,17 +47,17 @@ struct multisine_mean {
     struct recording_sample *sample;          /* [samples]; test_time_s from the start of a pass */
     double complex *wave;                     /* [lines][samples]: 2 / samples exp(-i w t) */
     int passes;                               /* averaged */
-    double noise_m[LEGS], noise_pa[2][LEGS];  /* rms of a sample about the mean of
-                                               * its place in the pass */
+    double noise_m[LEGS], noise_pa[2][LEGS];  /* rms of single samples about their mean at the same
+                                               * place of the pass */
 };
 
-/* Of the test as recorded, from the beginning of its passes on. -2: a place of the pass at which no
- * pass has a good sample; -3: memory. */
+/* From the test as recorded; begin_s: test time at which its passes begin. -2: a place of the pass
+ * at which no pass has a good sample; -3: memory. To be freed also then. */
 int multisine_average(struct multisine_mean *mean, const struct multisine *m, const struct recording_test *test, double begin_s,
                       struct error *error);
 void multisine_free(struct multisine_mean *mean);
 
-/* Complex amplitude of a series of one value a sample. */
+/* Complex amplitude, at a line, of a series with one value per sample of the pass. */
 double complex multisine_amplitude(const struct multisine_mean *mean, int line, const double *value);
 
 #endif

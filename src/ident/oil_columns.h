@@ -30,7 +30,7 @@ struct oil_chamber {
 
 struct oil_leg {
     struct oil_chamber chamber[2];
-    double delay_s;         /* of spool and half a cycle of holding, from the sample that the
+    double delay_s;         /* of the spool, and half a cycle of holding, from the sample that the
                              * command was computed from */
     double stiffness, stiffness_std; /* N/m; std NaN and stiffness NaN: not determined */
     double misfit;          /* rms of what the lines leave, in units of the weights */
@@ -44,7 +44,7 @@ struct oil_mode {
     double hz, hz_std;      /* NaN: not determined */
     double shape[DOFS];     /* m, rad; largest axis (an angle counted at the upper joints' radius)
                              * 1 */
-    double motion[LEGS];    /* of the legs, in that shape, m */
+    double motion[LEGS];    /* of the legs in that shape, m */
     double mass_kg;         /* for the square of the legs' motion: shape' Mt shape / sum of
                              * motion^2 */
     enum dof dof;           /* the largest axis */

@@ -1,13 +1,14 @@
 /* The payload's ten parameters from an inertia matrix: what is left of Mt when the legs, as
- * configured, are taken off, as one rigid body.
+ * configured, are subtracted, as one rigid body.
  *
  *   Mt - legs = [m 1, -[h]x; [h]x, Io],   h = m c,   Io = Ic + m (c'c 1 - c c')
  *
- * about the origin of {M}, the mass centre as configured. 21 entries, ten parameters: generalised
- * least squares with the entries' covariance, to which the legs' masses add what
- * model.tolerance.mass leaves open. A body of positive density has a positive definite
- * pseudo-inertia [tr(Io)/2 1 - Io, h; h', m]; where the ten are none, the nearest ones that are
- * come beside them (its Cholesky factor is what is searched). Pure, no heap. */
+ * about the origin of {M}, the mass centre as configured; [h]x is the matrix of the cross product.
+ * 21 entries, ten parameters: generalised least squares with the entries' covariance, to which the
+ * legs' masses add what model.tolerance.mass leaves open. A body of positive density has a positive
+ * definite pseudo-inertia [tr(Io)/2 1 - Io, h; h', m]; where the ten parameters have none,
+ * the nearest that have one are given beside them (a search over its Cholesky factor).
+ * Pure, no heap. */
 #ifndef HEXID_PAYLOAD_H
 #define HEXID_PAYLOAD_H
 
@@ -21,15 +22,16 @@ extern const char *const payload_names[PAYLOAD_VALUES]; /* "mass_kg", "center_x_
 
 struct payload {
     bool evaluated;                     /* false: not even the mass is determined */
-    bool whole;                         /* all ten are; what is not is NaN, and then nothing is said
-                                         * of `possible` and `nearest` */
+    bool whole;                         /* all ten are determined; else those that are not are NaN,
+                                         * and `possible` and `nearest` say nothing */
     double value[PAYLOAD_VALUES];       /* the centre from the configured one, in {M}; inertias
                                          * about it, xy xz yz as entries of the tensor */
     double std[PAYLOAD_VALUES];
     bool possible;                      /* a body of positive density has these */
-    double nearest[PAYLOAD_VALUES];     /* the nearest that one has; value, where possible */
-    double misfit;                      /* of the matrix from that of one body, rms
-                                         * in deviations: about 1 */
+    double nearest[PAYLOAD_VALUES];     /* the nearest that such a body has; `value`, where
+                                         * possible */
+    double misfit;                      /* of the matrix from that of one body, rms in standard
+                                         * deviations: about 1 */
 };
 
 /* entry: of Mt; covariance: of the entries. */

@@ -20,12 +20,13 @@ struct verdict {
 
 extern const char *const verdict_names[]; /* pass, fail, not_evaluated */
 
-/* sinusoids: of one axis after another; any other motion need not give a matrix. Cycles and
- * overruns of the whole run. A failed check outweighs one that could not be evaluated. */
+/* sinusoids: the tests are of one axis after another; any other motion need not give a matrix.
+ * Cycles and overruns are of the whole run. A failed check outweighs one that could not be
+ * evaluated. */
 struct verdict ident_verdict(const struct params *params, const struct identification *id, bool sinusoids, int64_t cycles,
                              int64_t overruns);
 
-/* One more reason. NOT_EVALUATED turns a pass into that; FAIL outweighs both. */
+/* Adds a reason. NOT_EVALUATED turns a pass into that; FAIL outweighs both. */
 __attribute__((format(printf, 3, 4))) void verdict_add(struct verdict *v, enum verdict_status status, const char *format, ...);
 
 void verdict_print(const struct verdict *v, FILE *out);

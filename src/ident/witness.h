@@ -1,5 +1,5 @@
-/* What a test's readings say about themselves, leg by leg. A plausible reading may still be a wrong
- * one, and the matrix fitted to it would be wrong without a word. Two things hold on a sound
+/* Are a test's readings consistent with each other, leg by leg? A plausible reading may still be a
+ * wrong one, and the matrix fitted to it would be silently wrong. Two things hold on a sound
  * machine whatever its inertia is:
  *
  *   - no pressure, and no length of a leg that is to move, stands still for a whole period of the
@@ -21,8 +21,8 @@
 enum { WITNESS_READINGS = 3, WITNESS_TERMS = 3 };
 
 struct wander {
-    double first;                /* taken off: a block is not a whole number of samples */
-    /* of the block under way; extremes of whole ones */
+    double first;                /* subtracted, as a block is no whole number of samples */
+    /* sums of the block under way; extremes of whole blocks */
     double sum[WITNESS_TERMS], low[WITNESS_TERMS], high[WITNESS_TERMS];
 };
 
@@ -32,27 +32,28 @@ struct witness {
     double last[LEGS][WITNESS_READINGS], last_n[LEGS]; /* readings and force */
     int64_t same[LEGS][WITNESS_READINGS], longest[LEGS];
     int64_t samples, block_samples;
-    double block;                /* a whole number: times from a log may be beyond any integer */
+    double block;                /* whole; a double, as times from a log may be beyond any
+                                  * integer */
     struct wander length[LEGS], force[LEGS];
     double total_n[LEGS];
 };
 
 struct testimony {
     int still_leg, length_leg, force_leg; /* the worst ones, 0..5 */
-    int64_t still_samples;       /* longest row of samples with one and the same reading */
+    int64_t still_samples;       /* most samples in a row with one and the same reading */
     double length_m;             /* largest wander of a length's fundamental between two blocks; 0
                                   * with fewer than two whole ones */
-    double force_n;              /* of a force's mean or fundamental */
+    double force_n;              /* of a force's mean or fundamental, N */
     double mean_n[LEGS];         /* of the whole test; NaN without a sample */
 };
 
-/* moves: legs whose length is to change by more than its sensor's resolution; another's reading may
+/* moves: legs whose length is to change by more than its sensor's resolution; that of another may
  * well stand still. */
 void witness_reset(struct witness *w, double frequency_hz, double period_s, const bool moves[LEGS]);
 
-/* One evaluated sample, so long after the first one. In the place of one that is left out (not
- * `good`) the one before stands in its block: a fault that spoils a few samples must not hide what
- * it does to the others. */
+/* One evaluated sample; since_s: after the first one. One that is left out (not `good`) counts in
+ * its block as the last good one: a fault that spoils a few samples must not hide what it does to
+ * the others. */
 void witness_add(struct witness *w, double since_s, const struct hal_sample *sample, const double force_n[LEGS], bool good);
 
 struct testimony witness_says(const struct witness *w);
