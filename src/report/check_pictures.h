@@ -8,7 +8,7 @@
 
 /* All channels that are there, one kind below the other, over the test's time; a curve of more
  * samples than pixels is the band from the least to the greatest of each pixel. Rests have a grey
- * ground, steady pieces a blue one with their frequency. */
+ * background, steady pieces a blue one with their frequency. */
 void check_picture(FILE *script, const struct survey *survey);
 
 #endif

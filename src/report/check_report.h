@@ -13,13 +13,15 @@ struct check_report {
     struct survey *survey;
     const char *const *source;   /* what was read: logs and directories */
     int sources;
-    char missing[600], ignored[600], doubtful[600]; /* columns of CSV, as csv_report has them */
-    char areas[AREAS_TEXT_SIZE]; /* that make forces of pressures (areas.h); "" without pressures */
-    char defaults[CONFIG_DEFAULTS_SIZE]; /* not this machine's own (config_defaults()); likewise */
-    char zero[600];              /* of CSV, as csv_report has it */
-    char left_out[200]; /* tests, as gap_logs_load() has them */
-    struct error gap, identify;  /* status 0: would take it, a text is "verdict fail: reason"; else
-                                  * the refusal */
+    char missing[600], ignored[600], doubtful[600]; /* columns of CSV, in the words of csv_report */
+    char areas[AREAS_TEXT_SIZE]; /* areas by which pressures become forces (areas.h); "" without
+                                  * pressures */
+    char defaults[CONFIG_DEFAULTS_SIZE]; /* keys at a default, not this machine's own
+                                          * (config_defaults()); likewise "" */
+    char zero[600];              /* of CSV, in the words of csv_report */
+    char left_out[200]; /* tests, in the words of gap_logs_load() */
+    struct error gap, identify;  /* status 0: `hexid gap`, `hexid identify` would take the data, and
+                                  * a text is "verdict fail: reason"; else their refusal */
 };
 
 /* How a kind is shown: SI value times scale, in unit. */
@@ -29,19 +31,19 @@ struct check_unit {
 };
 extern const struct check_unit check_units[SURVEY_KINDS];
 
-/* As a person reads it: of a single axis "position" for its length. */
+/* Name of a kind for a reader: for a single axis the length is its "position". */
 const char *check_name_of(const struct survey *s, enum survey_kind kind);
 
-/* Of a kind's values: an axis refers to no angle. */
+/* Unit of a kind's values: for a single axis the reference is a length, too. */
 const char *check_unit_of(const struct survey *s, enum survey_kind kind);
 
-/* Between "would take it" or "would refuse it" and the text. */
+/* What stands between "would take it" or "would refuse it" and the text. */
 const char *check_answer_joint(const struct error *answer);
 
-/* "mm" or "mrad": of a test's amplitude, times 1e3. */
+/* "mm" or "mrad": unit of a test's amplitude times 1e3. */
 const char *check_amplitude_unit(const struct survey *s);
 
-/* In ms, to the microsecond. */
+/* Jitter of the sampling in ms, rounded to the microsecond. */
 double check_jitter_ms(const struct survey *s);
 
 /* Tables in 80 columns. What comes from outside is made printable. */

@@ -8,8 +8,8 @@
 struct gap_report {
     const struct gap_result *result;
     const struct recording *measured;
-    const struct waves *waves;   /* of the closed loop where the result is
-                                  * simulated, else of the motion */
+    const struct waves *waves;   /* from the closed loop where the result is simulated, else from
+                                  * the motion */
     const struct waves *motion;
     const char *const *measured_file; /* for the heading, one a run */
     const char *validate_file, *config_file, *model_file; /* validate_file may be NULL */

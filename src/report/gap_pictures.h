@@ -1,6 +1,6 @@
 /* The pictures of a gap report as gnuplot scripts (plot.h), SVG to standard output. Measured is
- * black, the model before grey and dashed, after in the accent: told apart without colour too.
- * Everything over one mean cycle, in units for people. */
+ * black, the model before grey and dashed, after in the accent colour: told apart without colour,
+ * too. Everything over one mean cycle, in units for people. */
 #ifndef HEXID_GAP_PICTURES_H
 #define HEXID_GAP_PICTURES_H
 
@@ -12,14 +12,14 @@
 struct picture {
     const struct wave_test *test;
     int leg;
-    bool after;   /* false: no model after to be shown */
+    bool after;   /* false: there is no model after to show */
 };
 
-/* A channel's waveform; below it measured less model, with the noise of single
- * samples as a band. */
+/* A channel's waveform; below it the measurement less the model, with the noise of single samples
+ * as a band. */
 void picture_wave(FILE *script, const struct picture *p, enum gap_channel channel);
 
-/* Force against velocity: the loop; and what the models leave unexplained of it. Of
+/* Force against velocity: the loop, and what the models leave unexplained of it. Of
  * waves_motion. */
 void picture_force_loop(FILE *script, const struct picture *p);
 void picture_rest_loop(FILE *script, const struct picture *p);

@@ -12,17 +12,18 @@ struct page {
     struct error picture;  /* why the first picture was not drawn; status 0: all were */
 };
 
-void section_map(struct page *p);         /* tests x channels x legs, and the list of places */
+void section_map(struct page *p);         /* the map: tests x channels x legs, and the list of
+                                           * places */
 void section_waveforms(struct page *p);   /* where they disagree most */
 void section_loops(struct page *p);       /* force and valve against velocity */
 
 /* "dry friction in the cylinders (leg 3 only)". shape as in gap.h. */
 void section_effect_words(FILE *out, int effect, int shape, int legs);
 
-/* "leg length"; of a single axis "position". */
+/* "leg length"; for a single axis "position". */
 const char *section_channel_words(int legs, enum gap_channel channel);
 
-/* Of a place: "velocity_reversal" -> "where the velocity reverses". */
+/* Words for a place: "velocity_reversal" -> "where the velocity reverses". */
 const char *section_feature_words(const char *feature);
 
 #endif

@@ -11,8 +11,8 @@ void table_base(FILE *out, const struct gap_result *r);
 /* nothing where no matrix was identified */
 void table_matrix(FILE *out, const struct gap_result *r);
 
-/* Keys, values and uncertainties of an effect found. Where each leg has its own: how far they
- * spread; table_legs has them all. */
+/* Keys, values and uncertainties of an effect found. Where each leg has its own values, how far
+ * they spread; table_legs has them all. */
 void table_parameters(FILE *out, const struct gap_effect *e);
 void table_legs(FILE *out, const struct gap_result *r); /* nothing where all legs are alike */
 

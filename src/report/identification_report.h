@@ -8,7 +8,7 @@
 #include "verdict.h"
 
 enum { REPORT_LOGS = 6 };
-#define REPORT_SURE 1.96 /* standard deviations on either side: a 95 % interval */
+#define REPORT_SURE 1.96 /* standard deviations to either side: a 95 % interval */
 
 /* A test of no axis: a multisine, a trajectory. */
 struct identification_motion {
@@ -29,8 +29,8 @@ struct identification_log {
     const struct identification *id;
     const struct verdict *verdict;
     struct loop_statistics loop;
-    const struct recording *recording; /* of complete tests, as method C had it:
-                                        * any motion is in pieces */
+    const struct recording *recording; /* of complete tests, as method C had it: any motion cut into
+                                        * pieces */
     struct identification_motion motion;
     const int64_t *flagged;       /* [SAMPLE_FLAGS], in the evaluated parts */
     const char *fault;            /* the first one, NULL: none */

@@ -13,7 +13,7 @@ struct report_page {
 
 void section_matrices(struct report_page *p, int log);
 void section_tests(struct report_page *p, int log);         /* positions and forces */
-void section_friction(struct report_page *p, int log);      /* over the legs' rates */
+void section_friction(struct report_page *p, int log);      /* friction over the legs' rates */
 void section_checks(struct report_page *p, int log);        /* what was excluded, the verdict's
                                                              * limits, the loop's times */
 void section_configuration(struct report_page *p, int log);

@@ -11,12 +11,12 @@
 int identification_decimals(const double mt[DOFS][DOFS]);
 int identification_decimals_of(double value);
 
-/* Methods A and B, or a line where they were not evaluated, unless the motion was none for them
- * (not `sinusoids`); then method C, or why not. */
+/* Methods A and B, or a line where they were not evaluated; nothing of them where the motion was
+ * none for them (not `sinusoids`). Then method C, or why not. */
 void identification_table_print(FILE *out, const struct identification *id, bool sinusoids);
 
-/* What the data determine, before what they say: how many of the 21 entries and how well, the
- * condition number; which not, and the motion that they need. */
+/* What the data determine, ahead of the values: how many of the 21 entries and how well, the
+ * condition number; which entries not, and the motion that they need. */
 void identification_determined_print(FILE *out, const struct method_c *c, const double nominal_mt[DOFS][DOFS]);
 
 /* The matrix at the pose that was asked for, if one was. */

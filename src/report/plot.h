@@ -9,7 +9,7 @@
 
 #define PICTURE_ACCENT "#0072b2"
 
-/* Told apart by eyes of every kind (Okabe and Ito 2008). */
+/* Told apart also by those who are colour-blind (Okabe and Ito 2008). */
 enum { PLOT_COLOURS = 6 };
 extern const char *const plot_colours[PLOT_COLOURS];
 
