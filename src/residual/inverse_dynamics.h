@@ -8,8 +8,8 @@
 
 enum { PHASES = 128 }; /* of a cycle */
 
-/* A leg that sticks gives so much, as its chambers do: below this speed it may be held, and surely
- * slides from twice this on. */
+/* m/s. A leg that sticks still yields at this speed, as its chambers do: below it the leg may be
+ * held, and from twice it on it surely slides. */
 #define INVERSE_DYNAMICS_SLOW_MPS 2e-3
 
 struct inverse_dynamics {
@@ -17,9 +17,9 @@ struct inverse_dynamics {
     struct rigid_model rigid;
     struct cylinder_model cylinder;
     struct rigid_state state;   /* the search for the next pose starts here */
-    double window_s;            /* dry friction is averaged over so much about each instant: a
-                                 * reversal falls between two of them */
-    double speed_std_mps[LEGS]; /* of the measured motion; 0 after init */
+    double window_s;            /* dry friction is averaged over this time about each instant: a
+                                 * reversal falls between two instants */
+    double speed_std_mps[LEGS]; /* standard deviation of the measured speed; 0 after init */
     double resolution_s;        /* of the motion: half the time from a crest to a trough
                                  * of its highest harmonic */
     bool joints;
@@ -27,19 +27,19 @@ struct inverse_dynamics {
 
 void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *params, double window_s, double resolution_s);
 
-/* The mean sign of a value over a window about an instant: share of the window in which it is
- * positive, minus the share where negative. */
+/* The mean sign of a value, with its rate of change, over a window about an instant: share of the
+ * window in which it is positive, minus the share where negative. */
 double inverse_dynamics_direction(double value, double rate, double window_s);
 
-/* The pose, twist and acceleration of the platform whose legs move so: leg holds length, rate
- * and acceleration of each. The pose and the twist are left in d->state; the acceleration is of
- * the origin of {M} and angular, in {B}; row i of j is the leg's rate for a twist. False: no
- * pose has these lengths. */
+/* The pose, twist and acceleration of the platform whose legs move like this: leg holds length,
+ * rate and acceleration of each. Pose and twist are left in d->state; the acceleration is that of
+ * the origin of {M} and the angular one, in {B}; row i of j gives leg i's rate for a twist. False:
+ * no pose has these lengths. */
 bool inverse_dynamics_move(struct inverse_dynamics *d, const double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS],
                            double acceleration[DOFS]);
 
-/* A wrench on the platform as forces along the legs, in place: J'^-1 F. False where
- * the legs cannot. */
+/* Turns a wrench on the platform into forces along the legs, in place: J'^-1 F. False where J is
+ * singular. */
 bool inverse_dynamics_along_legs(double j[LEGS][DOFS], double wrench[DOFS]);
 
 /* What is measured at an instant. */
@@ -49,8 +49,8 @@ struct inverse_dynamics_input {
     double push_n[LEGS];                   /* measured force, for legs that stick */
 };
 
-/* force_n: the force that each leg needs, what friction takes included. False: no pose
- * has these lengths. */
+/* force_n: the hydraulic force that each leg needs, friction included. False: no pose has these
+ * lengths. */
 bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]);
 
 #endif

@@ -6,13 +6,14 @@
 
 #include "recording.h"
 
-/* Nearly all of the legs' motion in the evaluated part is of this one frequency: less than nearly
- * where it is as stated, for then a test that is distorted is likelier than another motion. */
+/* Is the legs' motion in the evaluated part of this one frequency? To 99.5 % of its mean square;
+ * where the frequency is the stated one and every cycle repeats, half is enough, for a distorted
+ * test is then likelier than another motion. */
 bool motion_steady(const struct recording_test *test, int legs, double frequency_hz);
 
-/* Cuts a test into pieces, each a test of the recording from then on, that share its samples. Those
- * at rest, or with samples missing, are left out; of a long record pieces all over it are taken.
- * -2: too short, too little motion, or no room. */
+/* Cuts a test into pieces, each of them then a test of the recording, which share its samples.
+ * Pieces at rest or with missing samples are left out; from a long record pieces all over it are
+ * taken. -2: too short, too little motion, or no room. */
 int motion_cut(struct recording *r, int test, struct error *error);
 
 #endif

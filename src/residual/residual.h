@@ -7,17 +7,17 @@
  *             the measured motion, per leg, Pa
  *
  * Signals are Fourier series: of the mean cycle where a test repeats one, else of a piece of the
- * record and what lies about it. So velocity and acceleration cost no differences; what the model's
+ * record and what lies about it. So velocity and acceleration need no differences; what the model's
  * sensors do to lengths and pressures (scale, offset, lag, delay) is undone there, before any law
- * is asked. Commands are held between the sampling instants exactly as they were. Without pressures
- * the force is what its sensor or drive says; without them, or without commands, the chambers are
- * not evaluated. One axis is a machine of one leg, whose inverse dynamics is m (a + g), springs and
- * friction. Physics: sim's rigid bodies, hydraulics and effects, written once. Both residuals are
- * returned as rows of coefficients, in the units of the readings, where the whitener's noise is: a
- * sensor's scale does not make them smaller. Of a cycle they are its harmonics; of a piece local
- * cosines, whose windows overlap so that all of them together are orthogonal (Coifman, Meyer 1991)
- * and white noise stays white; measured and simulated alike go there by way of the series. At rest
- * in the noise they are zero for the right model. Pure but for the heap. */
+ * is applied. Commands are held between the sampling instants exactly as they were. Without
+ * pressures the force is what its sensor or drive says; without pressures or commands the chambers
+ * are not evaluated. One axis is a machine of one leg, whose inverse dynamics is m (a + g), springs
+ * and friction. The physics is that of sim's rigid bodies, hydraulics and effects, written once.
+ * Both residuals are rows of coefficients, in the units of the readings, as is the whitener's
+ * noise: a sensor's scale does not make them smaller. Of a cycle they are its harmonics; of a piece
+ * local cosines, whose windows overlap so that all of them together are orthogonal (Coifman, Meyer
+ * 1991) and white noise stays white; measured and simulated alike go there by way of the series. At
+ * rest in the noise they are zero for the right model. Pure but for the heap. */
 #ifndef HEXID_RESIDUAL_H
 #define HEXID_RESIDUAL_H
 
@@ -27,14 +27,14 @@ enum residual_kind { RESIDUAL_FORCE, RESIDUAL_P1, RESIDUAL_P2, RESIDUALS };
 enum { CYCLE_STEPS = 1024 };
 enum { RESIDUAL_HARMONICS = 8, RESIDUAL_SIZE = 1 + 2 * RESIDUAL_HARMONICS };
 
-/* of a piece: its length times the highest frequency of its row */
+/* of a piece: its length times the highest frequency of its row, no unit */
 #define RESIDUAL_BAND (0.5 * (RESIDUAL_SIZE - 0.5))
 #define RESIDUAL_SETTLE_S 0.1 /* chambers forget the start, the measured pressures, in 30 ms */
-double residual_margin_s(double piece_s); /* that a piece needs of what lies on either side of it */
+double residual_margin_s(double piece_s); /* record that a piece needs on either side */
 double residual_gap_s(double piece_s, double step_s); /* longest time without a good sample that
                                                        * a piece can have */
 
-/* What has to be computed again. */
+/* Parts of the residuals that can be computed by themselves. */
 enum residual_part { PART_FORCE = 1, PART_PRESSURE = 2, PART_ALL = 3, PART_FORCE_SENSOR = 4 };
 
 typedef double residual_row[LEGS][RESIDUALS][RESIDUAL_SIZE]; /* of one test */
@@ -43,21 +43,21 @@ struct residual_test {
     int of;                      /* its place in the recording */
     struct spectrum spectrum;
     int legs;                    /* that the mechanism has; rows of the others are zero */
-    bool pressures, chambers;    /* measured: pressures, else a force; pressures and the
-                                  * commands that made them */
+    bool pressures, chambers;    /* measured: pressures, else a force; for the chambers pressures
+                                  * and the commands that made them */
     int harmonics;               /* of the motion */
     int size;                    /* of a row, at most RESIDUAL_SIZE */
-    double rate[RESIDUAL_SIZE];  /* rad/s of each coefficient, */
-    double weight[RESIDUAL_SIZE];/* and of its square in the mean square, */
-    double curve[RESIDUAL_SIZE]; /* and of an acceleration's noise over a length's, 1/s^2: rate^2,
-                                  * more where a window bends */
+    double rate[RESIDUAL_SIZE];  /* rad/s, of each coefficient, */
+    double weight[RESIDUAL_SIZE];/* and weight of its square in the mean square, */
+    double curve[RESIDUAL_SIZE]; /* and an acceleration's noise over a length's, 1/s^2: rate^2, more
+                                  * where a window bends */
     /* what was measured, and its standard deviation */
     double row[CHANNELS][LEGS][RESIDUAL_SIZE], std[CHANNELS][LEGS][RESIDUAL_SIZE];
-    double (*coupling)[SPECTRUM_SIZE]; /* [size]: Fourier coefficients to a row */
+    double (*coupling)[SPECTRUM_SIZE]; /* [size]: makes a row of Fourier coefficients */
     double first_s, step_s;      /* test time of the first simulated sample; from command to
                                   * command: sampling, or the controller's cycle where the
                                   * recording has not every one */
-    bool in_step;                /* samples fall on those instants: with the commands */
+    bool in_step;                /* samples and commands fall on the same instants */
     int measured;                /* samples a cycle */
     int samples, fitted;         /* simulated; the last so many are compared */
     int substeps;                /* a sample */
@@ -65,7 +65,7 @@ struct residual_test {
                                   * series */
     double *cycle;               /* [CYCLE_STEPS][SPECTRUM_SIZE]: the series' basis over its period,
                                   * from the first phase on */
-    double (*shape)[RESIDUAL_SIZE];   /* [phases]: what a row is there, */
+    double (*shape)[RESIDUAL_SIZE];   /* [phases]: value there of each coefficient of a row, */
     double (*project)[RESIDUAL_SIZE]; /* and what a value there adds to a row, */
     double (*series)[SPECTRUM_SIZE];  /* and to the Fourier coefficients */
     double *node;                /* [2 substeps samples + 1][1 + 2 harmonics]: basis at the ends and
@@ -81,40 +81,41 @@ static inline int residual_motion_size(const struct residual_test *t) { return 1
 
 struct residual_data {
     int tests;
-    enum residual_part parts;    /* that can be evaluated; the rows of others are zero;
-                                  * PART_FORCE_SENSOR: by a force sensor, not by pressures */
+    enum residual_part parts;    /* parts that can be evaluated; the rows of others are zero;
+                                  * PART_FORCE_SENSOR: from a force sensor, not from pressures */
     struct residual_test *test;
 };
 
-/* Of the cycles given, or of the pieces. 0, or -2 (fewer than two whole cycles) or -3 (memory). */
+/* Makes the tables of each test, from the cycles or pieces of `which`. 0, or -2 (fewer than two
+ * whole cycles) or -3 (memory). To be freed in any case. */
 int residual_prepare(struct residual_data *d, const struct recording *recording, enum cycles which, struct error *error);
 void residual_free(struct residual_data *d);
 
 enum { ALL_LEGS = -1 };
 
-/* Rows of a test under a model; kinds outside `parts` are left as they are. With one leg, those of
- * its pressures alone are computed: of a model whose legs are apart. False where the motion is no
- * motion of this model, or there can be no such machine. */
+/* Rows of a test under a model; kinds outside `parts` are left as they are. leg: ALL_LEGS, or the
+ * only one whose pressures are computed, for a model in which residual_legs_apart(). False where no
+ * machine of this model can move like this, or there can be no such machine. */
 bool residual_evaluate(const struct residual_test *t, const struct params *model, enum residual_part parts, int leg, residual_row row);
 
-/* No leg's own constants move another leg's residuals: they neither share lines to the power unit
- * nor move the pose by backlash. */
+/* Are the legs independent, so that no leg's own constants move another leg's residuals? They are
+ * not where they share lines to the power unit or move the pose by backlash. */
 bool residual_legs_apart(const struct params *model);
 
-/* The rate of a leg's length. */
+/* The rate of a leg's length as a row, m/s. */
 void residual_rate(const struct residual_test *t, int leg, double row[RESIDUAL_SIZE]);
 
-/* Mean square of what varies of a channel. */
+/* Mean square of the varying part of a channel. */
 double residual_variation(const struct residual_test *t, enum channel channel, int leg);
 
-/* Commands that are held from sample to sample make the force ripple, and who samples in step with
- * them sees the ripple always at its same phase: what of the measured force is that, by the model's
- * chambers. Nothing where commands are 0.5 ms apart or less: a sixteenth of that at 2 ms; nor where
- * samples are not in step. False where the chambers are not evaluated. */
+/* Commands that are held from sample to sample make the force ripple, and samples in step with them
+ * see the ripple always at the same phase: how much of the measured force that is, by the model's
+ * chambers. Zero where commands are 0.5 ms apart or less (the ripple is then a sixteenth of that at
+ * 2 ms), or samples are not in step. False where the chambers are not evaluated. */
 bool residual_staircase(const struct residual_test *t, const struct params *model, double force_n[LEGS][RESIDUAL_SIZE]);
 
-/* Inverse dynamics alone: the hydraulic force each leg needs for the measured motion
- * (friction included). */
+/* Inverse dynamics alone: the hydraulic force that each leg needs for the measured motion, friction
+ * included. */
 bool residual_required(const struct residual_test *t, const struct params *model, double force_n[LEGS][RESIDUAL_SIZE]);
 
 #endif

@@ -1,7 +1,8 @@
-/* Residuals in units of their noise. For each test, leg and harmonic the three residuals share
- * noise: a wrong length shows in force and in both pressures, a wrong pressure in its own and in
- * the force. Their covariance is built from the measured spread, from quantisation in step with the
- * motion, and from a floor of what no model meets; whitened, all values count alike. Pure. */
+/* Residuals in units of their noise. For each test, leg and coefficient the three residuals share
+ * noise: a wrong length shows in the force and both pressures, a wrong pressure in itself and the
+ * force. Their covariance is built from the measured spread, from quantisation in step with the
+ * motion, and from a floor that no model is expected to meet; once whitened, all values count
+ * alike. Pure. */
 #ifndef HEXID_WHITEN_H
 #define HEXID_WHITEN_H
 
@@ -15,17 +16,18 @@ struct whitener {
     int values;                                                /* evaluated */
 };
 
-/* model_error: share of each channel's variation that is not held against any model. */
+/* model_error: share of each channel's rms variation that is not held against any model. */
 void whitener_init(struct whitener *w, const struct residual_test *t, const struct params *model, double model_error);
 
-/* Variance of a coefficient of a leg's length that rounding in step with a sinusoid makes, m^2; in
- * any other motion rounding is noise as any, and this is 0. */
+/* Variance of a coefficient of a leg's length due to rounding in step with a sinusoid, m^2; 0 for
+ * any other motion, where rounding is noise like any other. */
 double whiten_in_step(const struct residual_test *t, const struct params *model, int leg);
 
-/* Leg-space mass at neutral, J'^-1 M J^-1: what force an acceleration of each leg needs, kg. */
+/* Mass in the space of the legs at neutral, J'^-1 M J^-1, kg: the forces that an acceleration of
+ * each leg needs. */
 void whiten_leg_mass(const struct params *model, double lambda[LEGS][LEGS]);
 
-/* row to white values, in place. */
+/* Turns a row into white values, in place. */
 void whiten(const struct whitener *w, residual_row row);
 
 #endif
