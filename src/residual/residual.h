@@ -16,8 +16,8 @@
  * Both residuals are rows of coefficients, in the units of the readings, as is the whitener's
  * noise: a sensor's scale does not make them smaller. Of a cycle they are its harmonics; of a piece
  * local cosines, whose windows overlap so that all of them together are orthogonal (Coifman, Meyer
- * 1991) and white noise stays white; measured and simulated alike go there by way of the series. At
- * rest in the noise they are zero for the right model. Pure but for the heap. */
+ * 1991) and white noise stays white; measured and simulated alike go there by way of the series.
+ * For the right model they are zero within the noise. Pure but for the heap. */
 #ifndef HEXID_RESIDUAL_H
 #define HEXID_RESIDUAL_H
 
@@ -30,7 +30,7 @@ enum { RESIDUAL_HARMONICS = 8, RESIDUAL_SIZE = 1 + 2 * RESIDUAL_HARMONICS };
 /* of a piece: its length times the highest frequency of its row, no unit */
 #define RESIDUAL_BAND (0.5 * (RESIDUAL_SIZE - 0.5))
 #define RESIDUAL_SETTLE_S 0.1 /* chambers forget the start, the measured pressures, in 30 ms */
-double residual_margin_s(double piece_s); /* record that a piece needs on either side */
+double residual_margin_s(double piece_s); /* time of record that a piece needs on either side */
 double residual_gap_s(double piece_s, double step_s); /* longest time without a good sample that
                                                        * a piece can have */
 
@@ -43,8 +43,8 @@ struct residual_test {
     int of;                      /* its place in the recording */
     struct spectrum spectrum;
     int legs;                    /* that the mechanism has; rows of the others are zero */
-    bool pressures, chambers;    /* measured: pressures, else a force; for the chambers pressures
-                                  * and the commands that made them */
+    bool pressures, chambers;    /* pressures are measured, else a force; commands are, too: the
+                                  * chambers are evaluated */
     int harmonics;               /* of the motion */
     int size;                    /* of a row, at most RESIDUAL_SIZE */
     double rate[RESIDUAL_SIZE];  /* rad/s, of each coefficient, */
@@ -53,7 +53,7 @@ struct residual_test {
                                   * where a window bends */
     /* what was measured, and its standard deviation */
     double row[CHANNELS][LEGS][RESIDUAL_SIZE], std[CHANNELS][LEGS][RESIDUAL_SIZE];
-    double (*coupling)[SPECTRUM_SIZE]; /* [size]: makes a row of Fourier coefficients */
+    double (*coupling)[SPECTRUM_SIZE]; /* [size]: from Fourier coefficients to a row */
     double first_s, step_s;      /* test time of the first simulated sample; from command to
                                   * command: sampling, or the controller's cycle where the
                                   * recording has not every one */

@@ -16,7 +16,7 @@ enum { SPECTRUM_HARMONICS = 16, SPECTRUM_SIZE = 1 + 2 * SPECTRUM_HARMONICS, CYCL
 enum cycles { CYCLES_EVEN = 1, CYCLES_ODD = 2, CYCLES_ALL = 3 };
 
 struct spectrum {
-    double omega;
+    double omega;                /* rad/s */
     int harmonics;               /* fewer than SPECTRUM_HARMONICS where the sampling is slow */
     int cycles;                  /* number averaged; 0: of a piece */
     double speed_gain;           /* of a piece: standard deviation of a leg's speed over that of a
