@@ -23,19 +23,32 @@ static double variance_sum(const struct moments *m) {
     return sum < 0.0 ? 0.0 : sum;
 }
 
+/* A stretch without a hole, in which the integrator's start is one constant of each leg. */
+struct stretch {
+    struct moments off[LEGS], all[LEGS];
+};
+
+static void add_stretch(const struct stretch *s, double *difference, double *whole) {
+    for (int leg = 0; leg < LEGS; leg++) *difference += variance_sum(&s->off[leg]), *whole += variance_sum(&s->all[leg]);
+}
+
 /* One test: the filters start at its ramp-in, at rest; the comparison in the evaluated part, when
- * they have forgotten it. Samples that are lost are one long step; after many the filters start
- * anew. */
+ * they have forgotten it. Samples that are lost are one long step; after many another stretch
+ * begins, the filters anew. */
 static void compare(const struct params *p, const struct kinematics *k, const struct recording_test *t, double *difference, double *whole) {
     struct cylinder_areas areas = cylinder_areas(&p->actuator);
-    struct moments off[LEGS] = {{0}}, all[LEGS] = {{0}};
+    struct stretch stretch = {0};
     struct pid pid[LEGS];
     double compared_s = t->first < 0 ? HUGE_VAL : t->sample[t->first].test_time_s;
     for (int i = 0; i < t->count; i++) {
         const struct recording_sample *s = &t->sample[i];
         double ref_m[LEGS], after_s = i ? s->test_time_s - t->sample[i - 1].test_time_s : HUGE_VAL;
         bool begins = after_s > FORGOTTEN_S, lost = after_s > LOST * p->loop.period_s;
-        if (begins && i) compared_s = fmax(compared_s, s->test_time_s + FORGOTTEN_S);
+        if (begins && i) {
+            add_stretch(&stretch, difference, whole);
+            stretch = (struct stretch){0};
+            compared_s = fmax(compared_s, s->test_time_s + FORGOTTEN_S);
+        }
         ik_lengths(k, s->ref, ref_m);
         for (int leg = 0; leg < LEGS; leg++) {
             double force_n = leg_force(&areas, leg, s->p1_pa[leg], s->p2_pa[leg]);
@@ -50,11 +63,11 @@ static void compare(const struct params *p, const struct kinematics *k, const st
             double u = pid_step(&pid[leg], &p->control, lost && !begins ? after_s : p->loop.period_s, ref_m[leg], s->length_m[leg],
                                 force_n);
             if (lost || s->test_time_s < compared_s) continue;
-            take(&off[leg], s->valve[leg] - u);
-            take(&all[leg], s->valve[leg]);
+            take(&stretch.off[leg], s->valve[leg] - u);
+            take(&stretch.all[leg], s->valve[leg]);
         }
     }
-    for (int leg = 0; leg < LEGS; leg++) *difference += variance_sum(&off[leg]), *whole += variance_sum(&all[leg]);
+    add_stretch(&stretch, difference, whole);
 }
 
 double controller_other_rate(const struct params *params, const struct recording *recording) {

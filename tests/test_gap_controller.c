@@ -1,0 +1,108 @@
+/* Is it the configured controller that gave the commands? On recordings of that controller, made
+ * here: its law runs over lengths that follow the references late. */
+#include "support.h"
+
+#include "controller.h"
+#include "force.h"
+#include "kinematics.h"
+#include "pid.h"
+#include "units.h"
+
+static struct params params;
+static struct recording recording;
+
+enum { SAMPLES = 3000 };
+
+/* A sine of 3 mm at 4 Hz in x, ramp-in included, of a machine that is late by 20 ms. */
+static void record(double kff) {
+    struct params machine = params;
+    struct kinematics k;
+    struct error error;
+    struct pid pid[LEGS];
+    machine.control.kff = kff;
+    recording_init(&recording, &params);
+    recording.measured = (struct recording_measured){.force = true, .pressures = true, .valve = true, .reference = true};
+    recording.tests = 1;
+    struct recording_test *t = &recording.test[0];
+    *t = (struct recording_test){.dof = DOF_X, .frequency_hz = 4.0, .stated_hz = 4.0, .amplitude = 0.003};
+    assert_int_equal(kinematics_init(&k, &params, &error), 0);
+    struct cylinder_areas areas = cylinder_areas(&params.actuator);
+    for (int i = 0; i < SAMPLES; i++) {
+        struct recording_sample s = {.test_time_s = i * params.loop.period_s, .clock_s = i * params.loop.period_s, .good = true};
+        double late[DOFS] = {0}, ref_m[LEGS];
+        s.ref[DOF_X] = 0.003 * sin(2 * PI * 4.0 * s.test_time_s);
+        late[DOF_X] = 0.003 * sin(2 * PI * 4.0 * (s.test_time_s - 0.02));
+        ik_lengths(&k, s.ref, ref_m);
+        ik_lengths(&k, late, s.length_m);
+        for (int leg = 0; leg < LEGS; leg++) {
+            s.p1_pa[leg] = 3e6, s.p2_pa[leg] = 6e6;
+            double force_n = leg_force(&areas, leg, s.p1_pa[leg], s.p2_pa[leg]);
+            if (!i) pid_reset(&pid[leg], ref_m[leg], force_n);
+            s.valve[leg] = pid_step(&pid[leg], &machine.control, params.loop.period_s, ref_m[leg], s.length_m[leg], force_n);
+        }
+        assert_int_equal(recording_append(t, &s, &error), 0);
+    }
+    t->first = SAMPLES / 6, t->end = t->count;
+}
+
+/* Leaves out the samples of so many seconds. */
+static void lose(double from_s, double seconds) {
+    struct recording_test *t = &recording.test[0];
+    int kept = 0;
+    for (int i = 0; i < t->count; i++)
+        if (t->sample[i].test_time_s < from_s || t->sample[i].test_time_s >= from_s + seconds) t->sample[kept++] = t->sample[i];
+    t->count = t->end = kept;
+}
+
+static void the_controllers_own_commands_do_not_differ(void **state) {
+    (void)state;
+    record(params.control.kff);
+    assert_below(controller_difference(&params, &recording), 1e-6);
+    recording_free(&recording);
+}
+
+static void another_gain_differs(void **state) {
+    (void)state;
+    record(1.2 * params.control.kff);
+    assert_true(controller_difference(&params, &recording) > 0.05);
+    recording_free(&recording);
+}
+
+/* Wherever in the cycle it ends: the integrator begins anew there, with another constant. */
+static void a_hole_is_no_other_controller(void **state) {
+    (void)state;
+    double worst = 0.0;
+    for (int eighth = 0; eighth < 8; eighth++) {
+        record(params.control.kff);
+        lose(3.0, 0.5 + eighth / 32.0);
+        worst = fmax(worst, controller_difference(&params, &recording));
+        recording_free(&recording);
+    }
+    print_message("# half a second lost: differs by %.3f %%\n", 100.0 * worst);
+    assert_below(worst, 0.01);
+}
+
+static void every_lost_sample_is_a_long_step(void **state) {
+    (void)state;
+    record(params.control.kff);
+    struct recording_test *t = &recording.test[0];
+    int kept = 0;
+    uint64_t seed = 3;
+    for (int i = 0; i < t->count; i++)
+        if (i < 10 || random_unit(&seed) < 0.9) t->sample[kept++] = t->sample[i]; /* -1 .. 1: 5 % are lost */
+    assert_true(kept < 0.97 * t->count && kept > 0.93 * t->count);
+    t->count = t->end = kept;
+    assert_below(controller_difference(&params, &recording), 0.02);
+    recording_free(&recording);
+}
+
+int main(void) {
+    config_default(&params);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_controllers_own_commands_do_not_differ),
+        cmocka_unit_test(another_gain_differs),
+        cmocka_unit_test(a_hole_is_no_other_controller),
+        cmocka_unit_test(every_lost_sample_is_a_long_step),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
