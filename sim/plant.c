@@ -118,8 +118,8 @@ struct plant *plant_create(const struct params *params, uint64_t seed, struct er
     cylinder_model_init(&plant->cylinder, params);
     rigid_model_init(&plant->rigid, params);
     const struct machine *machine = &plant->cylinder.machine;
-    if (sensors_init(&plant->sensors, machine, seed) < 0 || valve_line_init(&plant->valve_line, machine) < 0)
-        error_set(error, STATUS_IO, "no memory for the simulated machine's delays");
+    valve_line_init(&plant->valve_line, machine);
+    if (sensors_init(&plant->sensors, machine, seed) < 0) error_set(error, STATUS_IO, "no memory for the simulated machine's delays");
     else if (machine_check(machine, error) == 0) plant->engine = engines[params->sim.engine]->create(params, error);
     if (plant->engine && settle(plant, error) == 0) return plant;
     plant_destroy(plant);
@@ -130,7 +130,6 @@ void plant_destroy(struct plant *plant) {
     if (!plant) return;
     if (plant->engine) plant->engine->ops->destroy(plant->engine);
     sensors_free(&plant->sensors);
-    valve_line_free(&plant->valve_line);
     free(plant);
 }
 

@@ -1,18 +1,16 @@
 #include "valve_line.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
-int valve_line_init(struct valve_line *l, const struct machine *machine) {
+void valve_line_init(struct valve_line *l, const struct machine *machine) {
     double longest_s = 0.0;
     for (int k = 0; k < LEGS; k++) longest_s = fmax(longest_s, machine->timing.command_delay_s[k]);
-    *l = (struct valve_line){.machine = machine, .kept = (int)ceil(longest_s / machine->params->loop.period_s) + 2};
-    l->sent = calloc((size_t)l->kept, sizeof *l->sent);
-    return l->sent ? 0 : -1;
+    l->machine = machine;
+    l->kept = (int)fmin(ceil(longest_s / machine->params->loop.period_s) + 2.0, VALVE_LINE_COMMANDS);
+    l->newest = 0;
+    valve_line_rest(l);
 }
-
-void valve_line_free(struct valve_line *l) { free(l->sent); }
 
 void valve_line_rest(struct valve_line *l) {
     memset(l->sent, 0, (size_t)l->kept * sizeof *l->sent);
@@ -33,11 +31,10 @@ void valve_line_send(struct valve_line *l, const double valve[LEGS]) {
 
 /* Mean over the substep of what was sent a delay ago. */
 static double arriving(const struct valve_line *l, int leg, int substep) {
-    double delay_s = l->machine->timing.command_delay_s[leg];
-    if (!(delay_s > 0.0)) return l->sent[l->newest][leg];
     const struct params *p = l->machine->params;
-    /* in substeps, from the newest command's */
-    double start = substep - delay_s / p->loop.period_s * p->sim.substeps;
+    double delay = fmin(l->machine->timing.command_delay_s[leg] / p->loop.period_s, l->kept - 2.0); /* in cycles */
+    if (!(delay > 0.0)) return l->sent[l->newest][leg];
+    double start = substep - delay * p->sim.substeps; /* in substeps, from the newest command's */
     double cycle = floor(start / p->sim.substeps), change = (cycle + 1.0) * p->sim.substeps - start;
     int at = (l->newest + (int)cycle + 2 * l->kept) % l->kept, next = (at + 1) % l->kept;
     double old = change < 1.0 ? change : 1.0;

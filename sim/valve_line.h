@@ -1,20 +1,22 @@
 /* The way of the valve commands from the controller to the spools' servos: a delay, then what
- * effects make of a command (effect.h's command hook). RT after valve_line_init. */
+ * effects make of a command (effect.h's command hook). RT. */
 #ifndef HEXID_VALVE_LINE_H
 #define HEXID_VALVE_LINE_H
 
 #include "machine.h"
 
+/* Those of 0.1 s, the longest delay, at 10 kHz, the shortest cycle; beyond that a delay is cut. */
+enum { VALVE_LINE_COMMANDS = 1024 };
+
 struct valve_line {
     const struct machine *machine;
     double memory[EFFECTS_MAX][LEGS]; /* of the command hooks, in the order of machine->command */
     int kept, newest;
-    double (*sent)[LEGS];             /* one command a cycle; each is held for a cycle */
+    double sent[VALVE_LINE_COMMANDS][LEGS]; /* one command a cycle; each is held for a cycle */
 };
 
-/* machine must outlive the line. Returns 0, or -1 without memory. */
-int valve_line_init(struct valve_line *l, const struct machine *machine);
-void valve_line_free(struct valve_line *l);
+/* machine must outlive the line. */
+void valve_line_init(struct valve_line *l, const struct machine *machine);
 
 /* Centred for ever; or held at these commands. */
 void valve_line_rest(struct valve_line *l);

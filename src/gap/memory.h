@@ -9,4 +9,7 @@
 /* Zeroed, for free(). */
 void *memory_get(size_t count, size_t size);
 
+/* What it does without; for what says by its status that it had none. */
+_Noreturn void memory_end(void);
+
 #endif

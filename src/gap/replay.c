@@ -272,6 +272,7 @@ void replay_motion(const struct params *model, const struct recording *measured,
     struct error error;
     struct sums sums = {0};
     int status = residual_prepare(&data, measured, which, &error);
+    if (status == STATUS_IO) memory_end();
     struct whitener *w = memory_get(1, sizeof *w);
     for (int i = 0; i < data.tests && !status; i++) {
         const struct residual_test *t = &data.test[i];

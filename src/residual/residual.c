@@ -157,7 +157,7 @@ static void begin_motion(struct run *r, const struct series *rows) {
     look(r, 0, &r->node[0]);
 }
 
-static bool begin_run(struct run *r, const struct residual_test *t, const struct params *model, int leg, double dither,
+static void begin_run(struct run *r, const struct residual_test *t, const struct params *model, int leg, double dither,
                       const struct series *rows) {
     double force_n[LEGS] = {0}, p1[LEGS], p2[LEGS];
     r->t = t;
@@ -169,7 +169,7 @@ static bool begin_run(struct run *r, const struct residual_test *t, const struct
     if (leg != ALL_LEGS) r->cylinder.first = leg, r->cylinder.legs = leg + 1;
     /* the piston's motion is measured */
     memset(r->cylinder.machine.bodies.clearance_m, 0, sizeof r->cylinder.machine.bodies.clearance_m);
-    if (valve_line_init(&r->line, &r->cylinder.machine)) return false;
+    valve_line_init(&r->line, &r->cylinder.machine);
     valve_line_hold(&r->line, t->valve);
     memset(&r->state, 0, sizeof r->state);
     for (int k = 0; k < t->legs; k++) {
@@ -181,7 +181,6 @@ static bool begin_run(struct run *r, const struct residual_test *t, const struct
     hydraulics_rest(&r->cylinder, force_n, &r->state);
     if (dither != 0.0) settle_spools(r);
     begin_motion(r, rows);
-    return true;
 }
 
 static void add_forces(const struct run *r, double weight, double sum_n[LEGS]) {
@@ -237,33 +236,30 @@ static bool at_limit(const struct run *r) {
 }
 
 /* Adds a share of the rows. limited: set where a spool was at its rate limit. */
-static bool add_pressures(struct run *r, const struct residual_test *t, const struct params *model, int leg, const struct series *rows,
+static void add_pressures(struct run *r, const struct residual_test *t, const struct params *model, int leg, const struct series *rows,
                           double dither, double share, struct pressure_rows *p, bool *limited) {
-    if (!begin_run(r, t, model, leg, dither, rows)) return false;
+    begin_run(r, t, model, leg, dither, rows);
     for (int i = 0; i < t->samples; i++) {
         int place = i - (t->samples - t->fitted);
         if (place >= 0) add_sample(r, place, share, p);
         run_on(r, i, NULL);
         *limited = *limited || at_limit(r);
     }
-    valve_line_free(&r->line);
-    return true;
 }
 
 /* A gap or a limit on the command's way is smoothed by its noise, which the mean command has not.
  * There it is the mean of the responses to the mean command with that noise and with its opposite:
  * what is linear in the noise is in neither. */
-static bool simulate_pressures(const struct residual_test *t, const struct params *model, const struct machine *machine, int leg,
+static void simulate_pressures(const struct residual_test *t, const struct params *model, const struct machine *machine, int leg,
                                const struct series *rows, struct pressure_rows *p) {
     struct run r;
-    bool gap = machine->command.count > 0, limited = false, ok = true;
+    bool gap = machine->command.count > 0, limited = false;
     memset(p, 0, sizeof *p);
-    if (!t->dither || !gap) ok = add_pressures(&r, t, model, leg, rows, 0.0, 1.0, p, &limited);
+    if (!t->dither || !gap) add_pressures(&r, t, model, leg, rows, 0.0, 1.0, p, &limited);
     if (t->dither && (gap || limited)) {
         memset(p, 0, sizeof *p);
-        for (int sign = -1; sign <= 1; sign += 2) ok = ok && add_pressures(&r, t, model, leg, rows, sign, 0.5, p, &limited);
+        for (int sign = -1; sign <= 1; sign += 2) add_pressures(&r, t, model, leg, rows, sign, 0.5, p, &limited);
     }
-    return ok;
 }
 
 /* Of a force that is smooth but for a ripple of the sampling's period, which all samples see at its
@@ -281,12 +277,13 @@ bool residual_staircase(const struct residual_test *t, const struct params *mode
     struct series rows;
     cylinder_model_init(&cylinder, model);
     undo_all(&cylinder.machine, t, &rows);
-    bool ok = force_n && mean_n && t->chambers && begin_run(&r, t, model, ALL_LEGS, 0.0, &rows);
+    bool ok = force_n && mean_n && t->chambers;
+    if (ok) begin_run(&r, t, model, ALL_LEGS, 0.0, &rows);
     for (int i = 0; i < t->samples && ok; i++) {
         add_forces(&r, 1.0, force_n[i]);
         run_on(&r, i, mean_n[i]);
     }
-    if (ok) add_forces(&r, 1.0, force_n[t->samples]), valve_line_free(&r.line);
+    if (ok) add_forces(&r, 1.0, force_n[t->samples]);
     for (int i = t->samples - t->fitted; i < t->samples && ok && i > 0; i++)
         for (int k = 0; k < t->legs; k++) {
             double above_n = above_mean((double[]){force_n[i - 1][k], force_n[i][k], force_n[i + 1][k]},
@@ -439,7 +436,7 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
     bool lines = has_lines(&cylinder) && parts & PART_PRESSURE;
     clear_others(t, row);
     if (parts & PART_PRESSURE) {
-        if (!simulate_pressures(t, model, &cylinder.machine, leg, &rows, &p)) return false;
+        simulate_pressures(t, model, &cylinder.machine, leg, &rows, &p);
         for (int k = 0; k < t->legs; k++) {
             if (leg != ALL_LEGS && leg != k) continue;
             to_row(t, rows.p1[k], row[k][RESIDUAL_P1]);
