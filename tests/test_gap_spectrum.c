@@ -68,6 +68,55 @@ static void noise_is_measured_from_the_spread_of_cycles(void **state) {
     assert_close(s.noise[CHANNEL_P1][0], 1.0 / sqrt(3.0), 0.02);
 }
 
+/* Every harmonic alike, with a correlation of 0.7 from cycle to cycle: the mean varies by 1.7 / 0.3
+ * of what it would if cycles were independent. */
+static void what_lasts_from_cycle_to_cycle_counts_in_the_means(void **state) {
+    (void)state;
+    static struct recording_sample sample[SAMPLES];
+    struct recording_test t = make(4.0, sample);
+    struct spectrum s;
+    uint64_t random = 8;
+    double square = 0.0, expected = 0.0;
+    for (int draw = 0; draw < 40; draw++) {
+        double part[1 + 2 * SPECTRUM_HARMONICS] = {0}, basis[1 + 2 * SPECTRUM_HARMONICS];
+        for (int i = -20 * 125; i < SAMPLES; i++) { /* twenty cycles ahead, to forget the start */
+            if (i % 125 == 0)
+                for (int a = 1; a < 17; a++) part[a] = 0.7 * part[a] + random_unit(&random);
+            if (i < 0) continue;
+            spectrum_basis(2.0 * PI * 4.0 * sample[i].test_time_s, 8, basis);
+            sample[i].p1_pa[0] = 0.0;
+            for (int a = 1; a < 17; a++) sample[i].p1_pa[0] += part[a] * basis[a];
+        }
+        assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
+        for (int a = 1; a < 17; a++) {
+            square += s.mean[CHANNEL_P1][0][a] * s.mean[CHANNEL_P1][0][a];
+            expected += s.std[CHANNEL_P1][0][a] * s.std[CHANNEL_P1][0][a];
+        }
+    }
+    print_message("# mean squares of the means over those stated: %.2f\n", square / expected);
+    assert_true(square / expected > 0.6 && square / expected < 2.5);
+}
+
+/* The motion's own amplitude may change in a minute: that is no noise of the others. */
+static void a_harmonic_that_drifts_does_not_spoil_the_others(void **state) {
+    (void)state;
+    static struct recording_sample sample[SAMPLES];
+    struct recording_test t = make(4.0, sample);
+    struct spectrum s;
+    double third[2];
+    for (int drifts = 0; drifts < 2; drifts++) {
+        uint64_t random = 9;
+        for (int i = 0; i < SAMPLES; i++) {
+            double phase = 2.0 * PI * 4.0 * sample[i].test_time_s;
+            sample[i].length_m[0] = (1.0 + drifts * 0.2 * i / SAMPLES) * sin(phase) + 0.01 * random_unit(&random);
+        }
+        assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
+        third[drifts] = hypot(s.std[CHANNEL_LENGTH][0][5], s.std[CHANNEL_LENGTH][0][6]);
+    }
+    print_message("# the third harmonic's deviation, %.2f times as large\n", third[1] / third[0]);
+    assert_below(third[1], 1.5 * third[0]);
+}
+
 static void even_and_odd_cycles_are_apart(void **state) {
     (void)state;
     static struct recording_sample sample[SAMPLES];
@@ -174,6 +223,8 @@ int main(void) {
         cmocka_unit_test(spectrum_recovers_a_waveform_at_any_frequency),
         cmocka_unit_test(a_drift_leaves_no_harmonics),
         cmocka_unit_test(noise_is_measured_from_the_spread_of_cycles),
+        cmocka_unit_test(what_lasts_from_cycle_to_cycle_counts_in_the_means),
+        cmocka_unit_test(a_harmonic_that_drifts_does_not_spoil_the_others),
         cmocka_unit_test(even_and_odd_cycles_are_apart),
         cmocka_unit_test(bad_samples_are_left_out_and_a_cycle_that_has_too_many),
         cmocka_unit_test(quantisation_in_step_is_as_large_as_predicted),

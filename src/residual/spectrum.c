@@ -141,15 +141,13 @@ static double average(int n, const double *place, const double *value, bool drif
     return slope;
 }
 
-/* By how much more the mean of a channel's cycles varies than if each were independent of the
+/* By how much more the mean of a harmonic's cycles varies than if each were independent of the
  * others: the spectral density from cycle to cycle near frequency zero over its mean, by the
- * slowest lines of the periodogram, all harmonics together (Priestley 1981, section 6.1).
- * Rounding errors that come round with how samples fall on the cycles are lines elsewhere, and
- * average out. */
-static double lasting(const struct spectrum *s, spectrum_cycle *row, int channel, int leg) {
+ * slowest lines of the periodogram (Priestley 1981, section 6.1). Rounding errors that come round
+ * with how samples fall on the cycles are lines elsewhere. */
+static double lasting(const struct spectrum *s, spectrum_cycle *row, int channel, int leg, int harmonic) {
     double slow = 0.0, all = 0.0;
-    if (s->cycles <= 2 * SLOWEST) return 1.0;
-    for (int a = 1; a < 1 + 2 * s->harmonics; a++) {
+    for (int a = 2 * harmonic - 1; a <= 2 * harmonic; a++) {
         double re[SLOWEST] = {0}, im[SLOWEST] = {0};
         for (int i = 0; i < s->cycles; i++) {
             double apart = row[i][channel][leg][a] - s->mean[channel][leg][a];
@@ -161,7 +159,22 @@ static double lasting(const struct spectrum *s, spectrum_cycle *row, int channel
         }
         for (int j = 0; j < SLOWEST; j++) slow += (re[j] * re[j] + im[j] * im[j]) / s->cycles / SLOWEST;
     }
-    return all > 0.0 ? fmax(slow / all, 1.0) : 1.0;
+    return all > 0.0 ? slow / all : 1.0;
+}
+
+/* One harmonic has too few slow lines: the mean of it and of those beside it. Of all it would be
+ * the drift of one, such as the motion's own, that makes noise of the others. */
+static void lengthen(struct spectrum *s, spectrum_cycle *row, int channel, int leg) {
+    double ratio[1 + SPECTRUM_HARMONICS];
+    if (s->cycles <= 2 * SLOWEST) return;
+    for (int h = 1; h <= s->harmonics; h++) ratio[h] = lasting(s, row, channel, leg, h);
+    for (int h = 1; h <= s->harmonics; h++) {
+        int first = h > 1 ? h - 1 : h, last = h < s->harmonics ? h + 1 : h;
+        double sum = 0.0;
+        for (int i = first; i <= last; i++) sum += ratio[i];
+        double longer = sqrt(fmax(sum / (last - first + 1), 1.0));
+        for (int a = 2 * h - 1; a <= 2 * h; a++) s->std[channel][leg][a] *= longer;
+    }
 }
 
 /* A drift within the cycle, of this slope a cycle, looks like a sawtooth: -sum sin(h w
@@ -247,8 +260,7 @@ static void summarise(struct spectrum *s, const struct recording_test *t, const 
                 double along = average(s->cycles, place, value, a == 0, &s->mean[ch][k][a], &s->std[ch][k][a]);
                 if (a == 0) slope = along;
             }
-            double longer = sqrt(lasting(s, row, ch, k));
-            for (int a = 1; a < 1 + 2 * s->harmonics; a++) s->std[ch][k][a] *= longer;
+            lengthen(s, row, ch, k);
             remove_sawtooth(slope, s->omega * t->sample[span[0].first].test_time_s, s->harmonics, s->mean[ch][k]);
         }
     for (int i = 0; i < s->cycles; i++) samples += add_noise(s, t, span[i].first, span[i].end, row[i], square);
