@@ -24,6 +24,7 @@ struct rig {
     enum motion motion;
     double rate_hz, gravity_mps2;
     double coulomb_extend_n, coulomb_retract_n, viscous_n_s_per_m, stribeck_n, stribeck_mps, payload_kg, more_leakage, overlap, offset_n;
+    double force_lag_s, force_more;          /* of the force sensor: first order; reads more by so much */
 };
 
 struct body {
@@ -131,7 +132,7 @@ static void run_rig(const struct rig *r, uint64_t seed, const char *path) {
     uint64_t state = seed * 77 + 5;
     struct tolerances tol = draw(&state);
     struct body b = {.p1 = 4e6, .p2 = 4e6 * A1 / A2};
-    double u = 0.0, ref[3], force_n = 0.0;
+    double u = 0.0, ref[3], force_n = 0.0, lagging_n = 0.0, follows = -expm1(-STEP_S / fmax(r->force_lag_s, 1e-9));
     FILE *f = fopen(path, "w");
     assert_non_null(f);
     b.p2 = (b.p1 * A1 - MASS_KG * r->gravity_mps2) / A2;
@@ -141,9 +142,10 @@ static void run_rig(const struct rig *r, uint64_t seed, const char *path) {
     for (int i = 0; i * STEP_S < (r->motion == SINE ? END_S : ANY_END_S); i++) {
         reference(r->motion, i * STEP_S, ref);
         if (r->electric) force_n = 2e6 * (ref[0] - b.x) + 3e4 * (ref[1] - b.v) + MASS_KG * ref[2] + 2000.0 * ref[1];
+        lagging_n += follows * (force_n - lagging_n);
         if (i % every == 0) {
             u = fmin(fmax(15.0 * (ref[0] - b.x) + 2.0 * ref[1], -1.0), 1.0);
-            row(f, r, &b, i * STEP_S, ref[0], force_n, u, &state);
+            row(f, r, &b, i * STEP_S, ref[0], lagging_n * (1.0 + r->force_more), u, &state);
         }
         if (!r->electric) oil(r, &tol, &b, u);
         push(r, &tol, &b, r->electric ? force_n : A1 * b.p1 - A2 * b.p2);
@@ -342,6 +344,41 @@ static void what_is_hidden_is_named_in_any_motion(void **unused) {
     if (!SANITIZED) try_in(MULTISINE, DEAD_BAND, false, 1);
 }
 
+/* In the base where an amplifier has as much; else an effect, and its cut-off frequency. */
+static void a_lagging_force_sensor_is_named_where_it_lags_by_much(void **unused) {
+    (void)unused;
+    static const enum motion motions[] = {TRIANGLE, CHIRP, STEPS, MULTISINE, RESTS};
+    static struct gap_result g;
+    for (size_t i = 0; i < (SANITIZED ? 1 : sizeof motions / sizeof *motions); i++) {
+        struct rig rig = {RIG, .electric = true, .motion = motions[i], .force_lag_s = 8e-4};
+        solve(&rig, i + 1, &g);
+        describe(&rig, i + 1, &g);
+        assert_named(&rig, &g);
+        rig.hides = "force_sensor_lag", rig.force_lag_s = 6e-3;
+        solve(&rig, i + 1, &g);
+        describe(&rig, i + 1, &g);
+        assert_named(&rig, &g);
+        assert_close(g.effect[0].values.value[0][0] * 2.0 * 3.14159265358979323846 * 6e-3, 1.0, 0.05);
+    }
+}
+
+/* Which only a weight of known mass tells from a position that is too small: named in that set. */
+static void a_force_sensor_that_says_too_much_is_in_the_set_that_is_named(void **unused) {
+    (void)unused;
+    static struct gap_result g;
+    int scale = effect_find("force_sensor_scale");
+    for (uint64_t seed = 1; seed <= 3; seed++) {
+        struct rig rig = {RIG, .electric = true, .motion = MULTISINE, .hides = "force_sensor_scale", .force_more = 0.06};
+        solve(&rig, seed, &g);
+        describe(&rig, seed, &g);
+        bool in_set = g.effects == 1 && g.effect[0].effect == scale;
+        for (int i = 0; i < g.ambiguous; i++) in_set = in_set || g.ambiguous_with[i] == scale;
+        assert_true(in_set && g.verdict == GAP_AMBIGUOUS);
+        /* the mass of the base is known to 1 % */
+        if (g.effect[0].effect == scale) assert_close(g.effect[0].values.value[0][0], 1.06, 0.02);
+    }
+}
+
 /* Inherently alike at one axis. */
 static void friction_in_one_direction_and_a_constant_force_are_not_told_apart(void **unused) {
     (void)unused;
@@ -460,6 +497,8 @@ int main(int argc, char **argv) {
         cmocka_unit_test(what_an_electric_axis_hides_is_named_by_its_force_alone),
         cmocka_unit_test(what_is_hidden_is_named_in_any_motion),
         cmocka_unit_test(recordings_that_lie_are_refused_for_what_they_are),
+        cmocka_unit_test(a_lagging_force_sensor_is_named_where_it_lags_by_much),
+        cmocka_unit_test(a_force_sensor_that_says_too_much_is_in_the_set_that_is_named),
         cmocka_unit_test(friction_in_one_direction_and_a_constant_force_are_not_told_apart),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);

@@ -11,9 +11,10 @@ extern const struct effect cylinder_viscous_friction;
 const struct effect force_sensor_lag = {
     .name = "force_sensor_lag",
     .plain = "a lag of the force sensors",
-    .law = "readings follow the force in first order with this cut-off frequency, as an amplifier's filter makes them; from 100 kHz on at "
-           "once; nothing where pressures are measured",
-    .signature = "force: phase and amplitude that fall with frequency; a viscous force of the wrong sign for an inertia",
+    .law = "readings follow the force in first order with this cut-off frequency, as an amplifier's filter makes them; no lag from 100 kHz "
+           "on; nothing where pressures are measured",
+    .signature = "force: phase and amplitude that fall with frequency; of an inertia like viscous friction that grows with the square of "
+                 "the frequency, of a spring like friction of the wrong sign",
     .law_error = 0.01,
     .keys = {[CUTOFF] = {.name = "cutoff_hz",
                          .unit = "Hz",

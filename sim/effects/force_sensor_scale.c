@@ -12,7 +12,7 @@ const struct effect force_sensor_scale = {
     .name = "force_sensor_scale",
     .plain = "a scale error of the force sensors",
     .law = "reading = force times scale, where a force sensor or a drive says the force; nothing where pressures do",
-    .signature = "force in phase with itself; without friction or a spring the same as a scale of the position",
+    .signature = "a share of the whole force, of inertia, friction and springs alike; on a level axis the same as a scale of the position",
     .law_error = 1e-3,
     .keys = {[SCALE] = {.name = "scale", .unit = "-", .min = 0.5, .max = 2.0, .neutral = 1.0, .typical = 1.03, .per_leg = true}},
     .told_apart = {{.from = &payload_mass,
