@@ -311,7 +311,8 @@ static void weigh_scatter(struct equations *e) {
 /* x minimises rest and prior: what is left of y' W y is the square of y by its covariance with the
  * shapes' in it. */
 static void find_rest(struct work *w) {
-    w->sum->rest = w->square, w->sum->free = w->count - UNKNOWN_SHAPE;
+    w->sum->rest = w->square, w->sum->free = w->count - UNKNOWN_SPRING;
+    for (int i = 0; i < DOFS; i++) w->sum->free -= w->sum->spring[i] > 0.0;
     for (int c = 0; c < UNKNOWNS; c++) w->sum->rest -= w->x[c] * w->sum->with[c];
 }
 
