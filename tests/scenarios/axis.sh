@@ -40,7 +40,8 @@ short_of_memory() {
     done
     grep -q 'hexid: out of memory' "$work/claim.out"
 }
-claim "no lack of memory becomes a verdict" short_of_memory
+text="no lack of memory becomes a verdict"
+if built_with 'asan|tsan'; then echo "ok - $text # SKIP sanitizers need terabytes of addresses"; else claim "$text" short_of_memory; fi
 nothing() { recorded nothing 0 3 && import nothing && gap nothing && says "$work/nothing.gap/gap.json" no_gap; }
 claim "nothing but the tolerance: no gap" nothing
 # The rig has 2000 N s/m and 80 N; the file states 3000.
