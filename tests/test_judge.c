@@ -177,7 +177,6 @@ static void what_is_given_is_of_another_size(void **state) {
     assert_verdict(&r, &left, GAP_NO_GAP, "no more than the effects in the configuration leave");
 }
 
-/* A tenth of the gap in its channel decides: sqrt(10^2 - 1^2) of it is there. */
 /* What explains nearly all of a gap is there; two effects imitate so much. */
 static void a_trace_beside_one_effect_is_said_and_refutes_nothing(void **state) {
     (void)state;
@@ -190,6 +189,7 @@ static void a_trace_beside_one_effect_is_said_and_refutes_nothing(void **state) 
     assert_verdict(&one, &left, GAP_UNKNOWN_EFFECT, "remainder");
 }
 
+/* A half of the gap in its channel decides: sqrt(10^2 - 1^2) of it is there. */
 static void a_line_refutes_what_is_no_larger_than_it(void **state) {
     (void)state;
     struct gap_result weak = found("load_dependent_friction"), strong = weak, known = weak, alone = weak;

@@ -234,7 +234,7 @@ void judge(struct gap_result *r, const struct remainder *m) {
     }
 
     char text[GAP_TEXT];
-    if (r->verdict != GAP_UNKNOWN_EFFECT && m->beyond_laws > 1.0) {
+    if (r->verdict != GAP_UNKNOWN_EFFECT && m->beyond_laws > 1.0 && trace(m) > 0.0) {
         snprintf(text, sizeof text, "; %.2g %% of the gap's square is left beyond the noise, and is nothing of the catalogue",
                  100.0 * trace(m));
         append(r, text);

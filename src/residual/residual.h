@@ -9,9 +9,9 @@
  * Signals are Fourier series: of the mean cycle where a test repeats one, else of a piece of the
  * record and what lies about it. So velocity and acceleration need no differences; what the model's
  * sensors do to lengths and pressures (scale, offset, lag, delay) is undone there, before any law
- * is applied. Commands are held between the sampling instants exactly as they were. Without
- * pressures the force is what its sensor or drive says; without pressures or commands the chambers
- * are not evaluated. One axis is a machine of one leg, whose inverse dynamics is m (a + g), springs
+ * is applied. Commands are held for the controller's cycle; those that a slower recording lacks are
+ * interpolated. Without pressures the force is what its sensor or drive says; without pressures or
+ * commands the chambers are not evaluated. One axis is a machine of one leg, whose inverse dynamics is m (a + g), springs
  * and friction. The physics is that of sim's rigid bodies, hydraulics and effects, written once.
  * Both residuals are rows of coefficients, in the units of the readings, as is the whitener's
  * noise: a sensor's scale does not make them smaller. Of a cycle they are its harmonics; of a piece
@@ -60,7 +60,7 @@ struct residual_test {
     bool in_step;                /* samples and commands fall on the same instants */
     int measured;                /* samples a cycle */
     int samples, fitted;         /* simulated; the last so many are compared */
-    int substeps;                /* a sample */
+    int substeps;                /* a command */
     int phases;                  /* at which the force is evaluated, PHASES a period of the
                                   * series */
     double *cycle;               /* [CYCLE_STEPS][SPECTRUM_SIZE]: the series' basis over its period,
