@@ -100,6 +100,9 @@ bench-table5: $(BUILD)/hexid ## which effects make the simulated machine read Ti
 bench-friction: $(BUILD)/hexid $(BUILD)/tests/rig/rig ## method C on the rig by other means, laws of friction that it fits and others; 12 minutes
 	@HEXID=$(BUILD)/hexid RIG=$(BUILD)/tests/rig/rig python3 tests/ident/rig_friction.py
 
+bench-springs: $(BUILD)/hexid $(BUILD)/tests/rig/rig ## method C's springs on the rig by other means, six hidden, at 4 and 2 Hz; 3 minutes
+	@HEXID=$(BUILD)/hexid RIG=$(BUILD)/tests/rig/rig python3 tests/ident/rig_springs.py --seeds 12
+
 bench-coverage: $(BUILD)/hexid ## method C on 200 random machines: do its intervals hold? 3 minutes
 	@HEXID=$(BUILD)/hexid python3 tests/ident/coverage.py --machines 200
 
@@ -301,7 +304,7 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)javac -cp /usr/share/java/lcm.jar -d $(@D) $(@D)/hexid/*.java
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
-.PHONY: all always install deb has-display run test test-long test-rt asan tsan fuzz fuzz-run bench bench-paper bench-gap bench-coverage bench-friction bench-methods bench-table5 rig check-rig format format-check docs pictures python-types spy clean help
+.PHONY: all always install deb has-display run test test-long test-rt asan tsan fuzz fuzz-run bench bench-paper bench-gap bench-coverage bench-friction bench-springs bench-methods bench-table5 rig check-rig format format-check docs pictures python-types spy clean help
 .PHONY: deps deps-run deps-test deps-deb deps-format deps-pictures deps-fuzz deps-bench deps-spy
 .SECONDARY:
 -include $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d) $(FUZZERS:=.d)
