@@ -11,6 +11,7 @@
 
 #include "hexid_gap_t.h"
 #include "hexid_loop_stats_t.h"
+#include "hexid_method_c_t.h"
 #include "message_fields.h"
 #include "messages.h"
 
@@ -69,6 +70,16 @@ static void a_gap_is_read_field_by_field(void **unused) {
     assert_int_equal(message_integer(&m, field_of(&m, "simulated"), 0), 1);
     assert_true(message_real(&m, field_of(&m, "held_out_before_length_m"), 0) == 11.0);
     assert_true(message_real(&m, field_of(&m, "noise_floor_valve"), 0) == 12.0);
+}
+
+static void integers_of_every_size_keep_their_sign(void **unused) {
+    (void)unused;
+    struct message m;
+    hexid_method_c_t c = {.time_ns = INT64_MIN, .tests = -1, .determined = -3};
+    assert_true(message_read(CHANNEL_METHOD_C, buffer, hexid_method_c_t_encode(buffer, 0, CAPACITY, &c), &m));
+    assert_true(message_integer(&m, field_of(&m, "time_ns"), 0) == INT64_MIN);
+    assert_true(message_integer(&m, field_of(&m, "tests"), 0) == -1);
+    assert_true(message_integer(&m, field_of(&m, "determined"), 0) == -3);
 }
 
 static void statistics_of_older_logs_are_read(void **unused) {
@@ -131,6 +142,7 @@ static void only_channels_of_the_table_are_known(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_gap_is_read_field_by_field),
+        cmocka_unit_test(integers_of_every_size_keep_their_sign),
         cmocka_unit_test(statistics_of_older_logs_are_read),
         cmocka_unit_test(a_message_cut_anywhere_or_too_long_is_none),
         cmocka_unit_test(counts_have_a_bound),

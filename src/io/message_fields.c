@@ -112,8 +112,9 @@ double message_real(const struct message *m, int field, int i) {
 
 int64_t message_integer(const struct message *m, int field, int i) {
     struct wire w = element(m, field, i);
-    int64_t value = wire_int(&w, m->type->field[field].bytes);
-    return m->type->field[field].bytes == 1 ? (int8_t)value : value;
+    int bytes = m->type->field[field].bytes;
+    uint64_t sign = UINT64_C(1) << (8 * bytes - 1);
+    return (int64_t)(((uint64_t)wire_int(&w, bytes) ^ sign) - sign);
 }
 
 const char *message_text(const struct message *m, int field, int i) {
