@@ -139,6 +139,43 @@ static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
     }
 }
 
+/* All six tests one after the other, as one recording of any motion. */
+static struct recording in_a_row(void) {
+    struct recording r;
+    struct error error;
+    double begin_s = 0.0;
+    recording_init(&r, &params);
+    r.measured = clean.measured;
+    r.test[r.tests++] = (struct recording_test){.dof = DOF_NONE, .frequency_hz = (double)NAN, .stated_hz = (double)NAN};
+    for (int i = 0; i < clean.tests; i++) {
+        const struct recording_test *t = &clean.test[i];
+        for (int j = 0; j < t->count; j++) {
+            struct recording_sample s = t->sample[j];
+            s.test_time_s += begin_s;
+            assert_int_equal(recording_append(&r.test[0], &s, &error), STATUS_OK);
+        }
+        begin_s += t->sample[t->count - 1].test_time_s + params.loop.period_s;
+    }
+    r.test[0].end = r.test[0].count;
+    return r;
+}
+
+/* In a third of the time the legs go against it, and on the whole they follow. */
+static void a_reference_is_judged_by_the_whole_record(void **unused) {
+    (void)unused;
+    for (int all = 0; all < 2; all++) {
+        struct error error = {0};
+        struct recording r = in_a_row();
+        for (int i = 0; i < r.test[0].count; i++)
+            for (int dof = 0; dof < DOFS && (all || i < r.test[0].count / 3); dof++) r.test[0].sample[i].ref[dof] *= -1.0;
+        int status = recording_check(&r, &error);
+        assert_true(r.tests > 6);
+        if (!all && status) fail_msg("%s", error.text);
+        if (all) assert_non_null(strstr(error.text, "all legs move against the reference"));
+        recording_free(&r);
+    }
+}
+
 static void another_rate_than_the_controllers_is_seen(void **unused) {
     (void)unused;
     static struct params slower;
@@ -355,6 +392,7 @@ static void more_runs_than_there_is_room_for_are_refused(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(recordings_that_lie_are_refused_for_what_they_are),
+        cmocka_unit_test(a_reference_is_judged_by_the_whole_record),
         cmocka_unit_test(another_rate_than_the_controllers_is_seen),
         cmocka_unit_test(another_machine_is_refused),
         cmocka_unit_test(a_stated_frequency_that_is_off_is_corrected),
