@@ -205,8 +205,16 @@ static int survey_input(struct check *c, const struct input *in) {
     return status;
 }
 
+/* Of several logs with the name. */
+static void note_left_out(struct check *c, const struct input *in, const char *tests) {
+    char words[CHECK_LIST_SIZE];
+    snprintf(words, sizeof words, "%.250s: %.*s", in->name, GAP_LEFT_OUT_SIZE, tests);
+    if (*tests) join(c->report.left_out, sizeof c->report.left_out, c->inputs > 1 ? words : tests);
+}
+
 /* As hexid gap loads them. */
 static void ask_gap(struct check *c) {
+    gap_left_out left_out;
     const char *paths[LOGS_MAX];
     struct recording *recording = calloc(1, sizeof *recording);
     if (!recording) {
@@ -215,7 +223,8 @@ static void ask_gap(struct check *c) {
     }
     recording_init(recording, &c->first);
     for (int i = 0; i < c->inputs && i < LOGS_MAX; i++) paths[i] = path_of(&c->input[i]);
-    if (gap_logs_load(c->inputs, paths, recording, c->report.left_out, &c->report.gap) == STATUS_OK) c->report.gap = (struct error){0};
+    if (gap_logs_load(c->inputs, paths, recording, left_out, &c->report.gap) == STATUS_OK) c->report.gap = (struct error){0};
+    for (int i = 0; i < c->inputs; i++) note_left_out(c, &c->input[i], left_out[i]);
     for (int i = 0; i < c->inputs; i++) without_path(&c->input[i], &c->report.gap);
     recording_free(recording);
     free(recording);

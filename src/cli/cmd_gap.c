@@ -29,10 +29,11 @@ static int options(struct options *o, struct gap_options *g, int argc, char **ar
 }
 
 static int load(int logs, const char *const *path, struct recording *recording, struct error *error) {
-    char left_out[GAP_LEFT_OUT_SIZE];
+    gap_left_out left_out;
     int status = gap_logs_load(logs, path, recording, left_out, error);
-    if (!status && left_out[0])
-        cli_say(stderr, "hexid: warning: %.250s: left out, without a sample in the evaluated part: %s", path[0], left_out);
+    for (int i = 0; i < logs && !status; i++)
+        if (left_out[i][0])
+            cli_say(stderr, "hexid: warning: %.250s: left out, without a sample in the evaluated part: %s", path[i], left_out[i]);
     return status;
 }
 

@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "areas.h"
-#include "cli.h"
 #include "log.h"
 #include "log_set.h"
 #include "messages.h"
@@ -86,14 +85,15 @@ static int check_areas(const char *path, const struct recording *r, struct error
                      areas);
 }
 
-int gap_logs_load(int logs, const char *const *path, struct recording *r, char left_out[GAP_LEFT_OUT_SIZE], struct error *error) {
-    left_out[0] = '\0';
+int gap_logs_load(int logs, const char *const *path, struct recording *r, gap_left_out left_out, struct error *error) {
+    memset(left_out, 0, sizeof(gap_left_out));
     for (int i = 0; i < logs; i++) {
         int tests = r->tests, status = log_set_new(i, path, error);
-        if (!status) status = add(path[i], r, left_out, error);
+        if (!status) status = add(path[i], r, left_out[i], error);
         if (!status && r->tests == tests)
             status = error_set(error, STATUS_USAGE, "%.200s: %s%.100s", path[i],
-                               left_out[0] ? "no sample in the evaluated part of any test: " : "no sinusoidal test in the log", left_out);
+                               left_out[i][0] ? "no sample in the evaluated part of any test: " : "no sinusoidal test in the log",
+                               left_out[i]);
         if (!status) status = check_areas(path[i], r, error);
         if (!status) status = of_log(path[i], recording_check(r, error), error);
         if (status) return status;

@@ -8,18 +8,22 @@
 #include "config.h"
 #include "survey.h"
 
+enum { CHECK_LIST_SIZE = 600 };
+
 struct check_report {
     int surveys;
     struct survey *survey;
     const char *const *source;   /* what was read: logs and directories */
     int sources;
-    char missing[600], ignored[600], doubtful[600]; /* columns of CSV, in the words of csv_report */
+    /* columns of CSV, in the words of csv_report */
+    char missing[CHECK_LIST_SIZE], ignored[CHECK_LIST_SIZE], doubtful[CHECK_LIST_SIZE];
     char areas[AREAS_TEXT_SIZE]; /* areas by which pressures become forces (areas.h); "" without
                                   * pressures */
     char defaults[CONFIG_DEFAULTS_SIZE]; /* keys at a default, not this machine's own
                                           * (config_defaults()); likewise "" */
-    char zero[600];              /* of CSV, in the words of csv_report */
-    char left_out[200]; /* tests, in the words of gap_logs_load() */
+    char zero[CHECK_LIST_SIZE];  /* of CSV, in the words of csv_report */
+    char left_out[CHECK_LIST_SIZE]; /* "y, phi": tests without a sample in the evaluated
+                                     * part; of several logs "b.lcm: y; ..." */
     struct error gap, identify;  /* status 0: `hexid gap`, `hexid identify` would take the data, and
                                   * a text is "verdict fail: reason"; else their refusal */
 };

@@ -123,6 +123,14 @@ left_out() {
         "$hexid" import "$work/settled" -o "$work/settled.lcm" >/dev/null && { "$hexid" identify "$work/settled.lcm" >"$work/text"; says 'test y: left out'; }
 }
 claim "a test without a sample to evaluate is not left out in silence" left_out
+of_which_log() {
+    local both=("$work/run.lcm" "$work/settled.lcm")
+    ends 0 check "${both[@]}" --json "$work/h.json" && fact "$work/h.json" 'd["left_out"].endswith("settled.lcm: y") and "run.lcm" not in d["left_out"]' &&
+        ends 3 "$hexid" gap --measured "${both[0]}" --measured "${both[1]}" -c "$work/csv/config.yaml" -o /nowhere/gap 2>"$work/error"
+    cat "$work/error"
+    grep -q 'settled.lcm: left out, .* y$' "$work/error" && ! grep -q 'run.lcm: left out' "$work/error"
+}
+claim "and of several logs it is said of which" of_which_log
 turned() {
     mkdir -p "$work/turned" && cp "$work"/csv/* "$work/turned" && awk -F, -v OFS=, '/^[-0-9]/ { $6 = -$6 } { print }' "$work/csv/5_theta.csv" >"$work/turned/5_theta.csv"
     ends 1 check "$work/turned" && says 'test theta: all legs move against' 'ref_theta_rad'
