@@ -380,6 +380,32 @@ static void a_second_run_has_tests_of_its_own(void **unused) {
     recording_free(&r);
 }
 
+/* At any rate it takes no more than so many samples, from each quarter of it. */
+static void a_long_recording_is_kept_from_all_over_it(void **unused) {
+    (void)unused;
+    enum { MOST = 400000, ROWS = 6 * MOST - 1, QUARTERS = 4 };
+    static const double rates_hz[] = {200.0, 5000.0, 10000.0};
+    for (size_t n = 0; n < sizeof rates_hz / sizeof *rates_hz; n++) {
+        struct error error;
+        struct recording r;
+        int in_quarter[QUARTERS] = {0}, most = 0;
+        recording_init(&r, &params);
+        for (int i = 0; i < ROWS; i++) {
+            struct cycle c = {.test = 0, .dof = DOF_NONE, .test_time_s = i / rates_hz[n]};
+            assert_int_equal(recording_add(&r, &c, &error), STATUS_OK);
+            if (r.test[0].count > most) most = r.test[0].count;
+        }
+        const struct recording_test *t = &r.test[0];
+        assert_int_equal(r.tests, 1);
+        assert_in_range(most, MOST / 2, MOST);
+        assert_true(t->first == 0 && t->end == t->count);
+        for (int i = 0; i < t->count; i++) in_quarter[(int)(t->sample[i].test_time_s * rates_hz[n] * QUARTERS / ROWS)]++;
+        for (int i = 0; i < QUARTERS; i++)
+            if (in_quarter[i] < MOST / 32) fail_msg("%g Hz: %d samples of quarter %d", rates_hz[n], in_quarter[i], i + 1);
+        recording_free(&r);
+    }
+}
+
 static void more_runs_than_there_is_room_for_are_refused(void **unused) {
     (void)unused;
     struct error error;
@@ -404,6 +430,7 @@ int main(void) {
         cmocka_unit_test(without_commands_forces_alone_are_explained),
         cmocka_unit_test(lost_samples_do_not_change_the_sampling),
         cmocka_unit_test(a_second_run_has_tests_of_its_own),
+        cmocka_unit_test(a_long_recording_is_kept_from_all_over_it),
         cmocka_unit_test(more_runs_than_there_is_room_for_are_refused),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);

@@ -7,7 +7,8 @@
 #include "force.h"
 
 enum { LONG = 400000 }; /* samples: thirteen minutes at 2 ms */
-static const double BLOCK_S = 60.0; /* whole pieces of any motion (motion.h) */
+static const double BLOCK_S = 60.0; /* whole pieces of any motion (motion.h), */
+enum { BLOCKS = 8 };                /* less where so many would not fit into LONG */
 
 void recording_init(struct recording *r, const struct params *params) {
     *r = (struct recording){.params = params, .runs = 1, .run = {params->tests}};
@@ -45,7 +46,7 @@ static struct recording_test *place(struct recording *r, const struct cycle *c) 
     if (r->tests == RECORDING_TESTS) return NULL;
     const struct test_params *p = &r->run[run];
     t = &r->test[r->tests++];
-    *t = (struct recording_test){.run = run, .test = test, .dof = c->dof, .first = -1};
+    *t = (struct recording_test){.run = run, .test = test, .dof = c->dof, .first = -1, .block_s = BLOCK_S};
     bool axis = c->dof != DOF_NONE; /* any other motion has neither */
     t->frequency_hz = t->stated_hz = axis ? p->hz[c->dof] : (double)NAN;
     t->amplitude = axis ? p->amplitude[c->dof] : (double)NAN;
@@ -75,7 +76,7 @@ struct recording_sample recording_sample_of(const struct params *params, const s
 
 int recording_append(struct recording_test *t, const struct recording_sample *s, struct error *error) {
     if (t->count == t->capacity) {
-        int capacity = t->capacity ? 2 * t->capacity : 4096;
+        int capacity = t->capacity ? 2 * t->capacity : LONG / 128; /* LONG after seven times */
         struct recording_sample *more = t->capacity < 1 << 29 ? realloc(t->sample, (size_t)capacity * sizeof *more) : NULL;
         if (!more) return error_set(error, STATUS_IO, "out of memory for the log's samples");
         t->sample = more, t->capacity = capacity;
@@ -86,13 +87,13 @@ int recording_append(struct recording_test *t, const struct recording_sample *s,
 
 /* Is it in a block that is left out? */
 static bool left_out(const struct recording_test *t, double test_time_s) {
-    return fmod(floor(test_time_s / BLOCK_S), (double)(1 << t->thinned)) != 0.0;
+    return fmod(floor(test_time_s / t->block_s), ldexp(1.0, t->thinned)) != 0.0;
 }
 
 /* Leaves out every other block. Of ramp-in nothing is lost but with its block, the first. */
 static void thin(struct recording_test *t) {
     int kept = 0, first = t->first, end = t->end;
-    t->thinned++;
+    if (!t->thinned++) t->block_s = fmin(BLOCK_S, (t->sample[t->count - 1].test_time_s - t->sample[0].test_time_s) / BLOCKS);
     for (int i = 0; i < t->count; i++) {
         if (i == first) t->first = kept;
         if (i == end) t->end = kept;
@@ -123,7 +124,7 @@ int recording_add(struct recording *r, const struct cycle *c, struct error *erro
         if (t->first < 0) t->first = t->count - 1;
         t->end = t->count;
     }
-    if (t->count == LONG) thin(t);
+    while (t->count >= LONG) thin(t);
     return STATUS_OK;
 }
 

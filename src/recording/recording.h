@@ -29,8 +29,9 @@ struct recording_test {
                               * sinusoid */
     int piece;           /* its place, from 0 */
     int count, capacity;
-    int thinned;         /* of a long one: blocks of a minute were left out so many times, every
-                          * other one of those that were left; they look like samples lost */
+    double block_s;      /* of a long one blocks of a minute, shorter at a high rate, are left out */
+    int thinned;         /* so many times, every other one of those that were left; they look like
+                          * samples lost */
     struct recording_sample *sample;
     bool borrowed;       /* the samples are another piece's */
     int first, end;      /* the evaluated part: first <= i < end */
