@@ -131,11 +131,45 @@ static void time_may_begin_anywhere(void **unused) {
     }
 }
 
+static double chirp(double t_s) { return t_s < 20.0 ? 0.01 * sin(2.0 * PI * (0.3 + 0.05 * t_s) * t_s) : 0.0; }
+
+/* Every 4 s to another place, in 1 s, and back. */
+static double point_to_point(double t_s) {
+    double share = fmin(fmod(t_s, 4.0), 1.0), way = share * share * (3.0 - 2.0 * share);
+    return 0.01 * (fmod(t_s, 8.0) < 4.0 ? way : 1.0 - way);
+}
+
+/* Nor need the motion be steady: it begins where the first rest ends. */
+static void time_begins_with_any_motion(void **unused) {
+    (void)unused;
+    static const struct {
+        const char *name;
+        double (*path)(double t_s);
+    } motions[] = {{"chirp", chirp}, {"point to point", point_to_point}};
+    static const double rate_hz = 100.0, more_s = 1732478400.0, rest_s = 2.0, lasts_s = 21.0;
+    for (size_t n = 0; n < sizeof motions / sizeof *motions; n++) {
+        static char text[BUFFER];
+        double begin_s = 0.0, zero_s = 0.0;
+        int used = sprintf(text, "# mechanism: axis\n# rate_hz: %g\n# ramp_s: 1\nt_s,position_m,force_n\n", rate_hz);
+        for (int i = 0; i < (rest_s + lasts_s) * rate_hz; i++) {
+            double t_s = i / rate_hz - rest_s;
+            used += sprintf(text + used, "%.3f,%.7f,0\n", i / rate_hz + more_s, t_s > 0.0 ? motions[n].path(t_s) : 0.0);
+        }
+        empty(NULL);
+        put("1_x.csv", text);
+        if (import()) fail_msg("%s: %s", motions[n].name, error.text);
+        assert_int_equal(sscanf(report.zero, "1_x.csv: %lf", &zero_s), 1);
+        if (!(fabs(zero_s - more_s - rest_s) <= 0.125)) fail_msg("%s: t = 0 at %.3f", motions[n].name, zero_s - more_s);
+        assert_true(abs(evaluated(&begin_s) - (int)((lasts_s - 1.0) * rate_hz)) < 13 && begin_s >= 1.0 - 1e-6);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(rows_have_their_places),
         cmocka_unit_test(a_wrong_rate_is_found),
         cmocka_unit_test(time_may_begin_anywhere),
+        cmocka_unit_test(time_begins_with_any_motion),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -23,13 +23,12 @@ static int read_test(struct recording_test *test, const struct csv_head *head, s
 
 /* duration_s: NaN where it is not stated. */
 static double zero_of(const struct recording_test *test, const struct pieces *p, double duration_s, double ramp_s) {
-    const struct piece *rest = NULL, *steady = NULL;
-    for (int i = 0; i < p->count && !steady; i++) {
-        if (p->piece[i].kind == PIECE_REST) rest = &p->piece[i];
-        if (p->piece[i].kind == PIECE_STEADY) steady = &p->piece[i];
-    }
+    const struct piece *end = p->piece + p->count, *rest = NULL, *steady = p->piece;
+    while (steady < end && steady->kind != PIECE_STEADY) steady++;
+    for (const struct piece *i = p->piece; i < steady && i < end - 1; i++)
+        if (i->kind == PIECE_REST && (steady < end || !rest)) rest = i;
     double first_s = test->sample[0].test_time_s, rest_s = rest ? test->sample[rest->end - 1].test_time_s : first_s;
-    if (!steady) return rest_s;
+    if (steady == end) return rest_s;
     double steady_s = test->sample[steady->first].test_time_s;
     if (rest) return 0.5 * (rest_s + steady_s - ramp_s);
     if ((steady_s - first_s) * steady->frequency_hz > 1.0) return fmax(first_s, steady_s - ramp_s);

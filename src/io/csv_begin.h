@@ -6,9 +6,10 @@
 
 /* The file's t_s that is t = 0, by its pieces (pieces.h). What lies between rest and steady motion
  * has its middle where the ramp-in has its own: the ends of both are smooth and seen too late and
- * too soon. Without a rest: the first row, or where that is too early ramp_s before the steady
- * motion. Steady from the first row on: the ramp-in was cut off, and t_s may be right, 0, if that
- * row is within the stated evaluated part. Heap. -2 or -3. */
+ * too soon. Without steady motion: the end of the first rest that motion follows. Without a rest:
+ * the first row, or where that is too early ramp_s before the steady motion. Steady from the first
+ * row on: the ramp-in was cut off, and t_s may be right, 0, if that row is within the stated
+ * evaluated part. Heap. -2 or -3. */
 int csv_begin_find(const struct csv_head *head, struct csv_map *map, const struct params *params, double *zero_s, struct error *error);
 
 #endif
