@@ -23,7 +23,7 @@ static double normal(int row) {
     double radius = sqrt(-2.0 * log(1.0 - uniform(row)));
     return even(row) + 0.3e-3 * radius * cos(2.0 * PI * uniform(row + ROWS));
 }
-static double spread(int row) { return even(row) + 0.6 * PERIOD_S * (uniform(row) - 0.5); }
+static double spread(int row) { return even(row) + 0.9 * PERIOD_S * (uniform(row) - 0.5); }
 static double hole(int row) { return row > 1000 && row <= 2500 ? (double)NAN : even(row); }
 static double tenth(int row) { return row && row < ROWS - 1 && uniform(row) < 0.1 ? (double)NAN : even(row); }
 static double fast(int row) { return even(row) * (1.0 + 200e-6); }
@@ -41,7 +41,7 @@ static const char *file_of_stamps(const char *head, stamp_function *stamp, int64
 static const struct {
     const char *name;
     stamp_function *stamp;
-} recordings[] = {{"even", even},          {"two stamps late", late}, {"normal jitter", normal}, {"jitter of 0.6 periods", spread},
+} recordings[] = {{"even", even},          {"two stamps late", late}, {"normal jitter", normal}, {"jitter of 0.9 periods", spread},
                   {"a hole of 3 s", hole}, {"a tenth lost", tenth},   {"200 ppm fast", fast},    {"a clock that wanders", wander}};
 enum { RECORDINGS = sizeof recordings / sizeof *recordings };
 
@@ -75,6 +75,35 @@ static void a_wrong_rate_is_found(void **unused) {
             if (import() != STATUS_USAGE) fail_msg("%s: taken", recordings[i].name);
             assert_says("1_x.csv:2|rate_hz|is not what t_s has|true rate_hz");
         }
+}
+
+/* Stamps in whole milliseconds; one row of so many is lost, 0: none. */
+static void put_milliseconds(double true_hz, double stated_hz, int every) {
+    static char text[BUFFER];
+    int used = sprintf(text, "# dof: x\n# rate_hz: %g\nt_s,u1\n", stated_hz);
+    for (int i = 0; i < ROWS; i++)
+        if (!every || i % every != every - 1) used += sprintf(text + used, "%.3f,0\n", i / true_hz);
+    empty(NULL);
+    put("1_x.csv", text);
+}
+
+/* Not that of 1000 Hz with rows lost; but a rate that has not a place for each row is refused. */
+static void stamps_in_milliseconds_have_the_stated_rate(void **unused) {
+    (void)unused;
+    static const double rates_hz[] = {640.0, 750.0, 800.0, 900.0, 960.0, 980.0};
+    for (size_t i = 0; i < sizeof rates_hz / sizeof *rates_hz; i++) {
+        put_milliseconds(rates_hz[i], rates_hz[i], 0);
+        if (import()) fail_msg("%g Hz: %s", rates_hz[i], error.text);
+        if (report.rows != ROWS || report.lost || report.rate_hz > 0.0)
+            fail_msg("%g Hz: %lld lost, %g Hz", rates_hz[i], (long long)report.lost, report.rate_hz);
+        assert_close(load(log_a)->params.loop.period_s, 1.0 / rates_hz[i], 1e-9);
+    }
+    put_milliseconds(800.0, 800.0, 10);
+    assert_imports();
+    assert_int_equal(report.lost, ROWS / 10 - 1);
+    put_milliseconds(1000.0, 750.0, 5);
+    assert_int_equal(import(), STATUS_USAGE);
+    assert_says("1_x.csv:2|true rate_hz");
 }
 
 /* Rest, ramp-in, steady motion of one axis, in seconds; what the stamps have more than the
@@ -168,6 +197,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(rows_have_their_places),
         cmocka_unit_test(a_wrong_rate_is_found),
+        cmocka_unit_test(stamps_in_milliseconds_have_the_stated_rate),
         cmocka_unit_test(time_may_begin_anywhere),
         cmocka_unit_test(time_begins_with_any_motion),
     };

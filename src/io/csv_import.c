@@ -239,7 +239,7 @@ static int read_file(struct import *im, int file) {
     csv_close(reader);
     if (!status && !im->times[file].rows)
         status = error_set(im->error, STATUS_USAGE, "%.250s:%d: no rows follow the column names", h->path, h->columns_line);
-    if (!status) status = csv_times_measure(&im->times[file], im->error);
+    if (!status) status = csv_times_measure(&im->times[file], 1.0 / h->value[CSV_RATE], im->error);
     if (!status) note_doubts(im, h, &range);
     return status;
 }

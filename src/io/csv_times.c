@@ -12,6 +12,9 @@ enum {
 static const double FOLLOW = 1.0 / 32.0; /* of what a row is off, the grid goes with it: a step
                                           * that is off by 1 % moves it by a third of a step, and
                                           * jitter averages out */
+static const double NEXT = 0.75;         /* of a step: a row that is less off its predecessor's
+                                          * next place has that one, for jitter is commoner than a
+                                          * row that is lost with it */
 static const double STEP_LEAST_S = 1e-7; /* below, the unit of time is wrong */
 
 int csv_times_add(struct csv_times *t, double t_s, struct error *error) {
@@ -60,19 +63,19 @@ static double refine(const struct csv_times *t, double step_s) {
     return step_s;
 }
 
-/* From the grid's line at_s to the one nearest to a row, and a little towards the row; how many
- * lines. */
+/* From the grid's line at_s to a row's, and a little towards the row; how many lines. */
 static int64_t follow(double *at_s, double t_s, double step_s) {
-    double lines = round((t_s - *at_s) / step_s);
+    double steps = (t_s - *at_s) / step_s, lines = fabs(steps - 1.0) < NEXT ? 1.0 : round(steps);
     *at_s += lines * step_s;
     *at_s += FOLLOW * (t_s - *at_s);
     return (int64_t)lines;
 }
 
-static void nearest_places(struct csv_times *t) {
+static void follow_places(struct csv_times *t) {
     int64_t begin = t->rows < WARM_UP ? t->rows : WARM_UP, place = 0;
     double at_s = t->t_s[begin - 1];
     for (int64_t i = begin - 1; i >= 0; i--) follow(&at_s, t->t_s[i], t->step_s);
+    at_s -= t->step_s;
     for (int64_t i = 0; i < t->rows; i++) t->place[i] = place += follow(&at_s, t->t_s[i], t->step_s);
 }
 
@@ -86,7 +89,18 @@ static void part_places(struct csv_times *t) {
         if (p[i] >= p[i + 1]) p[i] = p[i + 1] - 1;
 }
 
-int csv_times_measure(struct csv_times *t, struct error *error) {
+/* Places on a grid of this step. Returns how many rows it leaves to explain: those that are not in
+ * the place behind their predecessor's. */
+static int64_t place_rows(struct csv_times *t, double step_s) {
+    int64_t unexplained = 0;
+    t->step_s = step_s;
+    follow_places(t);
+    for (int64_t i = 1; i < t->rows; i++) unexplained += t->place[i] != t->place[i - 1] + 1;
+    part_places(t);
+    return unexplained;
+}
+
+int csv_times_measure(struct csv_times *t, double stated_s, struct error *error) {
     t->place = calloc((size_t)t->rows + 1, sizeof *t->place);
     if (!t->place) return error_set(error, STATUS_IO, "out of memory for the times of a file");
     if (t->rows < 2) return STATUS_OK;
@@ -94,9 +108,10 @@ int csv_times_measure(struct csv_times *t, struct error *error) {
     t->mean_s = span_s / (double)(t->rows - 1);
     t->step_s = usual_step(t);
     if (!(t->step_s >= STEP_LEAST_S)) return STATUS_OK;
-    t->step_s = refine(t, t->step_s);
-    nearest_places(t);
-    part_places(t);
+    double step_s = refine(t, t->step_s);
+    int64_t unexplained = place_rows(t, step_s);
+    /* fewer by chance leaves a step that is a little off, which the grid follows */
+    if (unexplained && stated_s >= STEP_LEAST_S && 2 * place_rows(t, stated_s) >= unexplained) place_rows(t, step_s);
     t->step_s = span_s / (double)(csv_times_places(t) - 1);
     return STATUS_OK;
 }
