@@ -89,6 +89,31 @@ static void pieces_cover_what_moves(void **unused) {
     recording_free(&r);
 }
 
+static double two_tones(double t_s) { return sin(2.0 * PI * 1.7 * t_s) + 0.5 * sin(2.0 * PI * 2.9 * t_s); }
+
+/* Logged for so long of so long: the motion is the same, and so are its pieces. */
+static void a_record_in_bursts_is_cut_as_it_moves(void **unused) {
+    (void)unused;
+    static const double lasts_s[] = {5.0, 2.0, 1.5}, every_s[] = {5.0, 5.0, 4.0};
+    double whole_s = (double)NAN;
+    step_s = 2e-3;
+    for (int n = 0; n < 3; n++) {
+        struct recording r;
+        struct error error;
+        record(&r, two_tones, 60.0, 1.0);
+        struct recording_test *t = &r.test[0];
+        int kept = 0;
+        for (int i = 0; i < t->count; i++)
+            if (fmod(t->sample[i].test_time_s, every_s[n]) < lasts_s[n]) t->sample[kept++] = t->sample[i];
+        t->count = t->end = kept;
+        if (motion_cut(&r, 0, &error)) fail_msg("%g s of %g s: %s", lasts_s[n], every_s[n], error.text);
+        if (!n) whole_s = t->piece_s;
+        assert_close(t->piece_s, whole_s, 0.2 * whole_s); /* a bin of the shortest segments */
+        recording_free(&r);
+    }
+    step_s = 1e-3;
+}
+
 static void what_is_too_short_or_still_is_refused(void **unused) {
     (void)unused;
     struct recording r;
@@ -160,8 +185,8 @@ static void a_piece_knows_its_acceleration(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_sinusoid_is_told_from_other_motions), cmocka_unit_test(pieces_cover_what_moves),
-        cmocka_unit_test(what_is_too_short_or_still_is_refused), cmocka_unit_test(a_slow_rate_limits_the_band),
-        cmocka_unit_test(a_piece_knows_its_acceleration),
+        cmocka_unit_test(a_record_in_bursts_is_cut_as_it_moves), cmocka_unit_test(what_is_too_short_or_still_is_refused),
+        cmocka_unit_test(a_slow_rate_limits_the_band),           cmocka_unit_test(a_piece_knows_its_acceleration),
     };
     return cmocka_run_group_tests(tests, set_up, NULL);
 }

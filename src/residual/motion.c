@@ -129,11 +129,28 @@ static int ascending(const void *a, const void *b) {
     return *(const double *)a < *(const double *)b ? -1 : *(const double *)a > *(const double *)b;
 }
 
-/* Mean periodogram of the length, samples thinned, Hann windows. Returns the bins,
- * 0 without memory. */
+/* Adds the power of segments of n points, all over the record, Hann windows. False: gaps are in all
+ * of them. */
+static bool add_segments(const struct recording_test *t, const double *x, int all, int n, int many, double step_s, double *power) {
+    double rest[SEGMENT];
+    bool added = false;
+    for (int segment = 0; segment < SEGMENTS; segment++) {
+        int from = (int)((double)(all - n) * segment / (SEGMENTS - 1)), first = t->first + from * many;
+        double mean = 0.0, lasts_s = t->sample[first + n * many - 1].test_time_s - t->sample[first].test_time_s;
+        if (n < all && lasts_s > GAPS * n * many * step_s) continue;
+        for (int i = 0; i < n; i++) mean += x[from + i] / n;
+        for (int i = 0; i < n; i++) rest[i] = (x[from + i] - mean) * 0.5 * (1.0 - cos(2.0 * PI * (i + 0.5) / n));
+        add_power(n, rest, power);
+        added = true;
+    }
+    return added;
+}
+
+/* Mean periodogram of the length, samples thinned; of a record in bursts, of segments as short as
+ * they are. Returns the bins, 0 without memory. */
 static int periodogram(const struct recording_test *t, int leg, double step_s, double power[SEGMENT / 2], double *bin_hz) {
     int many = (int)fmax(1.0 / THIN_HZ / step_s, 1.0), all = (t->end - t->first) / many, n = all < SEGMENT ? all : SEGMENT;
-    double *x = malloc((size_t)all * sizeof *x), rest[SEGMENT], held = first_good(t, leg);
+    double *x = malloc((size_t)all * sizeof *x), held = first_good(t, leg);
     if (!x) return 0;
     for (int i = 0; i < all; i++) {
         x[i] = 0.0;
@@ -143,14 +160,7 @@ static int periodogram(const struct recording_test *t, int leg, double step_s, d
             x[i] += held / many;
         }
     }
-    for (int segment = 0; segment < SEGMENTS; segment++) {
-        int from = (int)((double)(all - n) * segment / (SEGMENTS - 1)), first = t->first + from * many;
-        double mean = 0.0, lasts_s = t->sample[first + n * many - 1].test_time_s - t->sample[first].test_time_s;
-        if (n < all && lasts_s > GAPS * n * many * step_s) continue;
-        for (int i = 0; i < n; i++) mean += x[from + i] / n;
-        for (int i = 0; i < n; i++) rest[i] = (x[from + i] - mean) * 0.5 * (1.0 - cos(2.0 * PI * (i + 0.5) / n));
-        add_power(n, rest, power);
-    }
+    while (n > 1 && !add_segments(t, x, all, n, many, step_s, power)) n /= 2;
     free(x);
     *bin_hz = 1.0 / (n * many * step_s);
     return n / 2;
