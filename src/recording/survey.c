@@ -36,6 +36,7 @@ double survey_seconds(const struct survey *s) {
 void survey_init(struct survey *s, const struct params *params, enum dof dof, const char *name) {
     bool axis = params->mechanism == MECHANISM_AXIS;
     *s = (struct survey){.test = {.dof = dof, .first = -1, .stated_hz = (double)NAN}, .mechanism = params->mechanism};
+    s->evaluated = -1, s->steady_s = s->ramp_least_s = (double)NAN;
     s->stated_hz = s->stated_amplitude = (double)NAN;
     if (dof != DOF_NONE) s->stated_hz = s->test.stated_hz = params->tests.hz[dof], s->stated_amplitude = params->tests.amplitude[dof];
     for (int kind = 0; kind < SURVEY_KINDS; kind++)
@@ -56,6 +57,7 @@ int survey_add(struct survey *s, const struct params *params, const struct cycle
     sample.good = !c->in.flags;
     for (int k = 0; k < s->channel[SURVEY_LENGTH].of; k++) sample.good = sample.good && isfinite(sample.length_m[k]);
     s->flagged += c->in.flags != 0;
+    if (s->evaluated < 0 && c->phase == PHASE_EVALUATE) s->evaluated = t->count;
     return recording_append(&s->test, &sample, error);
 }
 
@@ -131,6 +133,15 @@ static void find_amplitude(struct survey *s, const struct params *params) {
         s->amplitude = fmax(s->amplitude, swing(s, &k, leg, p ? p->first : 0, p ? p->end : s->test.count));
 }
 
+/* Of cycles that are alike but for a twentieth the first may have a rest of the ramp. */
+static void find_ramp(struct survey *s) {
+    const struct piece *p = s->pieces.piece, *end = p + s->pieces.count;
+    while (p < end && !(p->kind == PIECE_STEADY && p->end > s->evaluated)) p++;
+    if (s->evaluated < 0 || p == end || p->first <= s->evaluated) return;
+    s->steady_s = s->test.sample[p->first].test_time_s;
+    s->ramp_least_s = s->steady_s + 1.0 / p->frequency_hz;
+}
+
 int survey_end(struct survey *s, const struct params *params, struct error *error) {
     struct recording_test *t = &s->test;
     t->first = t->count ? 0 : -1, t->end = t->count;
@@ -142,6 +153,7 @@ int survey_end(struct survey *s, const struct params *params, struct error *erro
     if (status) return status;
     find_clipped(s, params);
     find_amplitude(s, params);
+    find_ramp(s);
     return STATUS_OK;
 }
 

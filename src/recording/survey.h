@@ -31,6 +31,9 @@ struct survey {
     double measured_hz;         /* of the longest steady piece; NaN: none */
     double amplitude;           /* half the swing there, else in all: m or rad on the tested axis;
                                  * without one, m of the leg that moves most */
+    int evaluated;              /* the first sample of the evaluated part; -1: none */
+    double steady_s, ramp_least_s; /* where that is before the motion is steady: since when it is,
+                                 * and what ramp_s must be at least; else NaN */
     int flagged;                /* samples with a flag */
     int not_a_number;           /* samples without a number where the channel has some */
     int unplaced;               /* without a time, or one that does not increase: left out */

@@ -67,11 +67,18 @@ static void section_channels(FILE *out, const struct survey *s) {
     fputs("</table></div>\n", out);
 }
 
+static void words(FILE *out, const char *label, const char *text) {
+    if (!*text) return;
+    fputs("<p class=\"notice\">", out);
+    html_text(out, "%s: %s", label, text);
+    fputs("</p>\n", out);
+}
+
 static void section_test(FILE *out, const struct survey *s, struct error *picture) {
     static const char caption[] =
         "As measured, over the time of the test. Grey ground: at rest; blue: steady motion, found by the position "
         "alone. Where there are more samples than pixels, a curve is the band between their minimum and maximum.";
-    char *script = NULL;
+    char *script = NULL, ramp[CHECK_RAMP_SIZE];
     size_t size = 0;
     FILE *stream = s->test.count && !picture->status ? open_memstream(&script, &size) : NULL;
     if (stream) {
@@ -81,6 +88,8 @@ static void section_test(FILE *out, const struct survey *s, struct error *pictur
     fputs("<section class=\"panels\"><h2>", out);
     html_text(out, "%s", s->name);
     fputs("</h2>\n", out);
+    check_ramp(s, ramp);
+    words(out, "ramp", ramp);
     page_figure(out, script, size, caption, picture);
     section_channels(out, s);
     fputs("</section>\n", out);
@@ -90,13 +99,6 @@ static void section_test(FILE *out, const struct survey *s, struct error *pictur
 static void answer(FILE *out, const char *command, const struct error *e) {
     html_text(out, "%s would %s it%s", command, e->status ? "refuse" : "take", e->text[0] ? check_answer_joint(e) : ".");
     html_commands(out, e->text);
-}
-
-static void words(FILE *out, const char *label, const char *text) {
-    if (!*text) return;
-    fputs("<p class=\"notice\">", out);
-    html_text(out, "%s: %s", label, text);
-    fputs("</p>\n", out);
 }
 
 static void write_all(FILE *out, const struct check_report *r, struct error *picture) {

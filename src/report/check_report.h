@@ -50,6 +50,10 @@ const char *check_amplitude_unit(const struct survey *s);
 /* Jitter of the sampling in ms, rounded to the microsecond. */
 double check_jitter_ms(const struct survey *s);
 
+/* What is said where the evaluated part begins before the motion is steady; else "". */
+enum { CHECK_RAMP_SIZE = 160 };
+void check_ramp(const struct survey *s, char text[CHECK_RAMP_SIZE]);
+
 /* Tables in 80 columns. What comes from outside is made printable. */
 void check_text_print(FILE *out, const struct check_report *report);
 

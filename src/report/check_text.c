@@ -27,6 +27,14 @@ double check_jitter_ms(const struct survey *s) { return 1e-3 * round(1e6 * s->sa
 
 const char *check_answer_joint(const struct error *e) { return !e->text[0] ? "" : e->status ? ": " : ", with the "; }
 
+void check_ramp(const struct survey *s, char text[CHECK_RAMP_SIZE]) {
+    text[0] = '\0';
+    if (isfinite(s->ramp_least_s))
+        snprintf(text, CHECK_RAMP_SIZE,
+                 "the evaluated part begins at %.3g s, before the motion is steady, from %.3g s on: ramp_s must be at least %.1f",
+                 s->test.sample[s->evaluated].test_time_s, s->steady_s, ceil(10.0 * s->ramp_least_s) / 10.0);
+}
+
 /* In so many columns, cut where it is longer. */
 static void print_name(FILE *out, const char *name) {
     char text[SURVEY_NAME];
@@ -124,9 +132,18 @@ static void print_channels(FILE *out, const struct check_report *r) {
     }
 }
 
+static void print_fault(FILE *out, const struct survey *s, const char *text) {
+    char name[SURVEY_NAME], label[SURVEY_NAME];
+    snprintf(name, sizeof name, "  ! %.200s:", s->name);
+    text_printable(name, label, sizeof label);
+    words_print(out, label, text);
+}
+
 /* "p1 of leg 2 never changes (1_x.csv)" */
 static void print_faults(FILE *out, const struct survey *s) {
-    char text[LINE], name[SURVEY_NAME], label[SURVEY_NAME];
+    char text[LINE], ramp[CHECK_RAMP_SIZE];
+    check_ramp(s, ramp);
+    if (*ramp) print_fault(out, s, ramp);
     for (int kind = 0; kind < SURVEY_KINDS; kind++)
         for (int i = 0; i < s->channel[kind].of; i++) {
             bool dead = s->channel[kind].dead >> i & 1u, clipped = s->channel[kind].clipped >> i & 1u;
@@ -135,9 +152,7 @@ static void print_faults(FILE *out, const struct survey *s) {
             if (s->mechanism == MECHANISM_STEWART) snprintf(leg, sizeof leg, " of leg %d", i + 1);
             snprintf(text, sizeof text, "%s%s %s", survey_names[kind], leg,
                      dead ? "never changes: dead, or not connected" : "is clipped: it stays at the end of what it reads");
-            snprintf(name, sizeof name, "  ! %.200s:", s->name);
-            text_printable(name, label, sizeof label);
-            words_print(out, label, text);
+            print_fault(out, s, text);
         }
 }
 

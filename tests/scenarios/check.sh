@@ -14,7 +14,7 @@ print(json.dumps(d)[:2000])
 sys.exit(not eval(sys.argv[2]))' "$@"; }
 
 of_a_log() {
-    ends 0 check "$work/run.lcm" --json "$work/a.json" && says '^  x .* 4 +[34]\.[0-9]+ ' 'psi: rest .* moving .* steady .* at [34]\.' 'hexid gap would take it' &&
+    ends 0 check "$work/run.lcm" --json "$work/a.json" && ! says 'before the motion is steady' >/dev/null && says '^  x .* 4 +[34]\.[0-9]+ ' 'psi: rest .* moving .* steady .* at [34]\.' 'hexid gap would take it' &&
         ! grep -E '.{81}' "$work/text" && fact "$work/a.json" 'd["schema"] == "hexid.check/1" and len(d["tests"]) == 6 and d["gap"]["taken"]' &&
         fact "$work/a.json" 't["rows"] > 1500 and abs(t["rate_hz"] - 500) < 0.01 and t["lost"] == 0 and abs(t["measured_hz"] - 4) < 0.01' &&
         fact "$work/a.json" '[p["kind"] for p in d["tests"][5]["pieces"]][:3] == ["rest", "moving", "steady"]' &&
@@ -136,6 +136,19 @@ turned() {
     ends 1 check "$work/turned" && says 'test theta: all legs move against' 'ref_theta_rad'
 }
 claim "a reference of a wrong sign is named" turned
+
+# Its ramp takes a second.
+ramp() {
+    for ramp_s in 0.3 1.4; do
+        mkdir -p "$work/ramp" && "$python" tests/scenarios/axis.py 80 1 | sed "1i # ramp_s: $ramp_s" >"$work/ramp/1.csv"
+        ends 0 check "$work/ramp" -c config/axis.yaml --json "$work/i.json" -o "$work/i.html" || return 1
+        [ $ramp_s = 1.4 ] && break
+        says '! 1.csv: the evaluated part begins at 0.3 s, before the motion is steady' 'ramp_s must be at least 1.4' && grep -q 'ramp: the evaluated part begins at 0.3 s' "$work/i.html" &&
+            fact "$work/i.json" '1.0 < t["ramp_least_s"] <= 1.4' || return 1
+    done
+    ! grep -q 'before the motion is steady' "$work/text" && fact "$work/i.json" 't["ramp_least_s"] is None'
+}
+claim "a ramp that is longer than ramp_s is said, and how long that must be" ramp
 
 apart() {
     cp -r "$work/csv" "$work/apart" && sed -i 's/^# frequency_hz: .*/# frequency_hz: 5/' "$work/apart/2_y.csv" && rm "$work/apart/config.yaml" &&
