@@ -24,7 +24,7 @@ struct rig {
     enum motion motion;
     double rate_hz, gravity_mps2;
     double coulomb_extend_n, coulomb_retract_n, viscous_n_s_per_m, stribeck_n, stribeck_mps, payload_kg, more_leakage, overlap, offset_n;
-    double force_lag_s, force_more;          /* of the force sensor: first order; reads more by so much */
+    double force_lag_s, force_more;          /* of the force sensor; reads more by so much */
 };
 
 struct body {

@@ -88,8 +88,9 @@ static void every_lost_sample_is_a_long_step(void **state) {
     struct recording_test *t = &recording.test[0];
     int kept = 0;
     uint64_t seed = 3;
+    /* of -1 .. 1: 5 % are lost */
     for (int i = 0; i < t->count; i++)
-        if (i < 10 || random_unit(&seed) < 0.9) t->sample[kept++] = t->sample[i]; /* -1 .. 1: 5 % are lost */
+        if (i < 10 || random_unit(&seed) < 0.9) t->sample[kept++] = t->sample[i];
     assert_true(kept < 0.97 * t->count && kept > 0.93 * t->count);
     t->count = t->end = kept;
     assert_below(controller_difference(&params, &recording), 0.02);

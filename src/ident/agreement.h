@@ -10,8 +10,8 @@
 #include "method_c.h"
 
 enum { AGREEMENT_LOGS = 16 };
-enum { AGREEMENT_VALUES = UNKNOWN_SHAPE }; /* entries, viscous and dry friction, springs:
-                                            * equations.h */
+/* Entries, viscous and dry friction, springs: equations.h. */
+enum { AGREEMENT_VALUES = UNKNOWN_SHAPE };
 /* a lower probability is disagreement: a false alarm in a thousand sets of logs that differ by
  * noise alone */
 #define AGREEMENT_PROBABILITY 1e-3

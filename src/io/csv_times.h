@@ -1,6 +1,6 @@
 /* The time stamps of a CSV file's rows: the even grid that they lie on, and each row's place on it.
  * The step is that of most rows; what stamps are off the grid by, up to 0.4 of a step, is jitter;
- * places without a row are lost; the grid follows a clock that wanders. Private to src/io/csv_*.c. */
+ * places without a row are lost; the grid follows a clock that wanders. Private to src/io. */
 #ifndef HEXID_CSV_TIMES_H
 #define HEXID_CSV_TIMES_H
 
@@ -22,7 +22,8 @@ int csv_times_add(struct csv_times *times, double t_s, struct error *error);
 
 /* After the last row: step and places. stated_s: the step that the file states, NaN if none; of
  * that and of most rows' it is taken where it has less than half as many rows that are not in the
- * place behind their predecessor's, for stamps of 800 Hz in whole milliseconds look like 1000 Hz with rows lost. -3 without memory. */
+ * place behind their predecessor's, for stamps of 800 Hz in whole milliseconds look like 1000 Hz
+ * with rows lost. -3 without memory. */
 int csv_times_measure(struct csv_times *times, double stated_s, struct error *error);
 
 /* Places from the first row to the last, and how many of them have no row. */

@@ -29,7 +29,7 @@ struct recording_test {
                               * sinusoid */
     int piece;           /* its place, from 0 */
     int count, capacity;
-    double block_s;      /* of a long one blocks of a minute, shorter at a high rate, are left out */
+    double block_s;      /* of a long one: of a minute, shorter at a high rate; left out, */
     int thinned;         /* so many times, every other one of those that were left; they look like
                           * samples lost */
     struct recording_sample *sample;
