@@ -32,9 +32,10 @@ void valve_line_send(struct valve_line *l, const double valve[LEGS]) {
 /* Mean over the substep of what was sent a delay ago. */
 static double arriving(const struct valve_line *l, int leg, int substep) {
     const struct params *p = l->machine->params;
-    double delay = fmin(l->machine->timing.command_delay_s[leg] / p->loop.period_s, l->kept - 2.0); /* in cycles */
+    double cycles = l->machine->timing.command_delay_s[leg] / p->loop.period_s, delay = fmin(cycles, l->kept - 2.0);
     if (!(delay > 0.0)) return l->sent[l->newest][leg];
-    double start = substep - delay * p->sim.substeps; /* in substeps, from the newest command's */
+    /* in substeps, from the newest command's */
+    double start = substep - delay * p->sim.substeps;
     double cycle = floor(start / p->sim.substeps), change = (cycle + 1.0) * p->sim.substeps - start;
     int at = (l->newest + (int)cycle + 2 * l->kept) % l->kept, next = (at + 1) % l->kept;
     double old = change < 1.0 ? change : 1.0;
