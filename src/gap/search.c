@@ -351,7 +351,7 @@ static void sort_effects(struct gap_result *r) {
         if (r->effect[i].effect == doubted) r->in_doubt = i;
 }
 
-/* Of the effects found, clock_skew apart, whose share is known: the only one; NULL: none, several. */
+/* Of the effects found, clock_skew apart, whose share is known: the only one, or NULL. */
 static struct gap_effect *only_one(struct gap_result *r) {
     struct gap_effect *only = NULL;
     for (int i = 0; i < r->effects; i++) {

@@ -14,10 +14,11 @@
  * commands the chambers are not evaluated. One axis is a machine of one leg, whose inverse dynamics
  * is m (a + g), springs and friction. The physics is that of sim's rigid bodies, hydraulics and
  * effects, written once. Both residuals are rows of coefficients, in the units of the readings, as
- * is the whitener's noise: a sensor's scale does not make them smaller. Of a cycle they are its harmonics; of a piece
- * local cosines, whose windows overlap so that all of them together are orthogonal (Coifman, Meyer
- * 1991) and white noise stays white; measured and simulated alike go there by way of the series.
- * For the right model they are zero within the noise. Pure but for the heap. */
+ * is the whitener's noise: a sensor's scale does not make them smaller. Of a cycle they are its
+ * harmonics; of a piece local cosines, whose windows overlap so that all of them together are
+ * orthogonal (Coifman, Meyer 1991) and white noise stays white; measured and simulated alike go
+ * there by way of the series. For the right model they are zero within the noise. Pure but for the
+ * heap. */
 #ifndef HEXID_RESIDUAL_H
 #define HEXID_RESIDUAL_H
 
