@@ -101,17 +101,36 @@ void picture_wave(FILE *script, const struct picture *p, enum gap_channel channe
     plot(script, p, NULL, "1:5", "1:6");
 }
 
+/* From one value to another, so far. */
+struct reach {
+    double low, high;
+};
+
+static const struct reach nowhere = {HUGE_VAL, -HUGE_VAL};
+
+static double within(struct reach *r, double value) {
+    r->low = fmin(r->low, value), r->high = fmax(r->high, value);
+    return value;
+}
+
+/* As many as have room for their numbers. */
+static void set_xtics(FILE *script, const struct reach *r) {
+    if (r->high > r->low) fprintf(script, "set xtics %g\n", tic_step(0.5 * (r->high - r->low)));
+}
+
 /* Columns: velocity, force measured, before, after, measured less before, measured less after. */
 static void force_data(FILE *script, const struct picture *p) {
     const struct wave *force = &p->test->wave[GAP_FORCE][p->leg], *length = &p->test->wave[GAP_LENGTH][p->leg];
+    struct reach rate = nowhere;
     fputs("$data << EOD\n", script);
     for (int i = 0; i <= POINTS; i++) {
         double t_s = time_at(p->test, i);
         double m = value_at(force->measured, p->test, t_s), b = value_at(force->before, p->test, t_s);
         double a = value_at(force->after, p->test, t_s);
-        fprintf(script, "%g %g %g %g %g %g\n", 1e3 * rate_at(length->measured, p->test, t_s), m, b, a, m - b, m - a);
+        fprintf(script, "%g %g %g %g %g %g\n", within(&rate, 1e3 * rate_at(length->measured, p->test, t_s)), m, b, a, m - b, m - a);
     }
     fputs("EOD\n", script);
+    set_xtics(script, &rate);
 }
 
 void picture_force_loop(FILE *script, const struct picture *p) {
@@ -137,14 +156,17 @@ void picture_rest_loop(FILE *script, const struct picture *p) {
 static void valve_data(FILE *script, const struct picture *p) {
     const struct wave *valve = &p->test->wave[GAP_VALVE][p->leg], *length = &p->test->wave[GAP_LENGTH][p->leg];
     const double *rows[][2] = {{valve->measured, length->measured}, {valve->before, length->before}, {valve->after, length->after}};
+    struct reach opening = nowhere;
     fputs("$data << EOD\n", script);
     for (int i = 0; i <= POINTS; i++) {
         double t_s = time_at(p->test, i);
         for (int side = 0; side < 3; side++)
-            fprintf(script, "%g %g ", 1e2 * value_at(rows[side][0], p->test, t_s), 1e3 * rate_at(rows[side][1], p->test, t_s));
+            fprintf(script, "%g %g ", within(&opening, 1e2 * value_at(rows[side][0], p->test, t_s)),
+                    1e3 * rate_at(rows[side][1], p->test, t_s));
         fputc('\n', script);
     }
     fputs("EOD\n", script);
+    set_xtics(script, &opening);
 }
 
 void picture_valve_loop(FILE *script, const struct picture *p) {
