@@ -98,6 +98,26 @@ class Browser:
             assert wide <= width and (light < 0.2 if dark else light > 0.9), (width, dark, wide, ground)
             yield width, dark
 
+    def overlaps(self):
+        """Labels of pictures (SVG, in data of the page) that lie one on another."""
+        return self.evaluate("""(() => {
+            const pictures = [...document.querySelectorAll('img')].filter(i => i.src.startsWith('data:image/svg'));
+            return pictures.flatMap(i => {
+                const place = document.createElement('div'), found = [];
+                place.innerHTML = new TextDecoder().decode(Uint8Array.from(atob(i.src.split('base64,')[1]), c => c.charCodeAt(0)));
+                document.body.append(place);
+                const label = [...place.querySelectorAll('text')].filter(e => e.textContent.trim());
+                const box = label.map(e => e.getBoundingClientRect());
+                for (let a = 0; a < box.length; a++) for (let b = a + 1; b < box.length; b++) {
+                    const wide = Math.min(box[a].right, box[b].right) - Math.max(box[a].left, box[b].left);
+                    const high = Math.min(box[a].bottom, box[b].bottom) - Math.max(box[a].top, box[b].top);
+                    if (wide > 1 && high > 3) found.push(i.alt.slice(0, 40) + ': ' + label[a].textContent.trim() + ' | ' + label[b].textContent.trim());
+                }
+                place.remove();
+                return label.length ? found : [i.alt + ': no label'];
+            });
+        })()""")
+
     def picture(self, path, whole=False):
         got = self.send("Page.captureScreenshot", format="png", captureBeyondViewport=whole)
         with open(path, "wb") as file:

@@ -1,5 +1,6 @@
 """Opens a page in a headless Chromium: report_view.py PAGE WORK. At 1200 and 420 pixels, in light and in dark, all its pictures are drawn and
-fit, its text stands out from its ground, no table has columns of letters, and what scrolls sideways shows that it does."""
+fit, no label of theirs lies on another, its text stands out from its ground, no table has columns of letters, and what scrolls sideways
+shows that it does."""
 import pathlib
 import sys
 
@@ -22,3 +23,5 @@ with Browser(work) as page:
         assert seen["images"] == path.read_text(encoding="utf-8").count("<img "), "a picture is not drawn"
         assert seen["ink"] > 0.8 if dark else seen["ink"] < 0.2, "not the colour scheme asked for"
         assert not seen["unshaded"] and seen["highest"] < 200
+    overlaps = page.overlaps()
+    assert not overlaps, overlaps
