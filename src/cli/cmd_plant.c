@@ -23,6 +23,7 @@ int cmd_plant(int argc, char **argv) {
     struct params params;
     struct error error = {0};
     struct device *device = NULL;
+    realtime_heap();
     int status = options_parse(&o, argc, argv, "bcsrS", 0, &error);
     if (!status && !o.bus) status = error_set(&error, STATUS_USAGE, "plant: which bus? --bus can:IF; see `hexid plant --help`");
     if (!status) status = options_params(&o, &params, &error);

@@ -413,6 +413,7 @@ static int close_all(struct session *s, int status, const struct error *error) {
 }
 
 int cmd_run(int argc, char **argv) {
+    realtime_heap();
     struct session *s = calloc(1, sizeof *s);
     struct error error = {0};
     if (!s) return -STATUS_IO;

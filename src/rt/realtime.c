@@ -39,10 +39,7 @@ static int fifo(int priority, struct error *error) {
     return STATUS_OK;
 }
 
-/* One heap for all threads: malloc reserves 64 MB for each further one, and what is reserved counts
- * as locked. */
 static int lock_memory(struct error *error) {
-    mallopt(M_ARENA_MAX, 1);
     if (mlockall(MCL_CURRENT | MCL_FUTURE))
         return error_set(error, STATUS_UNSAFE,
                          "memory not locked (%s): run as root, or give the user `memlock unlimited` in "
@@ -51,6 +48,8 @@ static int lock_memory(struct error *error) {
     prefault_stack();
     return STATUS_OK;
 }
+
+void realtime_heap(void) { mallopt(M_ARENA_MAX, 1); }
 
 int realtime_enter(const struct loop_params *params, enum realtime_mode mode, struct error *error) {
     if (mode == REALTIME_OFF) return STATUS_OK;

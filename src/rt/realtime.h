@@ -8,6 +8,11 @@
 
 enum realtime_mode { REALTIME_OFF, REALTIME_TRY, REALTIME_REQUIRE };
 
+/* Before any other thread: one heap for all. malloc reserves 64 MB for each further one, which
+ * count as locked memory, and before it gives back of one it reads a file of /proc, which a
+ * confined process may not. */
+void realtime_heap(void);
+
 /* For the calling thread. 0: all of it was got, and read back. Otherwise STATUS_UNSAFE with what
  * was refused and the remedy; with REALTIME_TRY the thread goes on with what it got and the caller
  * shows the message. SAFETY: a daemon that did not get it never says so only in a log. */

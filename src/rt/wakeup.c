@@ -48,6 +48,7 @@ int wakeups_measure(const struct loop_params *loop, double duration_s, struct wa
     pthread_t thread;
     struct measurement m = {.loop = loop, .duration_s = duration_s, .wakeups = w};
     *w = (struct wakeups){0};
+    realtime_heap();
     int refused = pthread_create(&thread, NULL, wake, &m);
     if (refused) return error_set(error, STATUS_IO, "cannot start a thread: %s", strerror(refused));
     pthread_join(thread, NULL);
