@@ -232,8 +232,10 @@ static int prepare_piece(struct residual_test *t, const struct recording_test *t
     t->fitted = (int)(span_s / t->step_s) + 1;
     t->samples = settling + t->fitted;
     t->harmonics = SPECTRUM_HARMONICS;
-    t->size = RESIDUAL_SIZE;
     double period_s = STRETCH * (begin_s + span_s - t->first_s), omega = 2.0 * PI / period_s;
+    /* what is beyond the series' harmonics is in no row: of a short piece, whose run-up lengthens the
+     * period, that is the last ones */
+    t->size = (int)fmin(2.0 * piece_s * SPECTRUM_HARMONICS / period_s + 0.5, RESIDUAL_SIZE);
     t->phases = (int)(PHASES * span_s / period_s);
     int status = allocate(t, error);
     if (status) return status;
