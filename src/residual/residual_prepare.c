@@ -233,8 +233,7 @@ static int prepare_piece(struct residual_test *t, const struct recording_test *t
     t->samples = settling + t->fitted;
     t->harmonics = SPECTRUM_HARMONICS;
     double period_s = STRETCH * (begin_s + span_s - t->first_s), omega = 2.0 * PI / period_s;
-    /* what is beyond the series' harmonics is in no row: of a short piece, whose run-up lengthens the
-     * period, that is the last ones */
+    /* No row beyond the series' harmonics: the run-up of a short piece lengthens the period. */
     t->size = (int)fmin(2.0 * piece_s * SPECTRUM_HARMONICS / period_s + 0.5, RESIDUAL_SIZE);
     t->phases = (int)(PHASES * span_s / period_s);
     int status = allocate(t, error);
