@@ -248,8 +248,12 @@ $(BUILD)/live_page.c: $(PAGE) Makefile | deps-run
 		echo 'const struct live_file live_files[] = {'; \
 		printf '    {"%s", %s, sizeof %s},\n' $(foreach f,$(notdir $(PAGE)),$f $(subst .,_,$f) $(subst .,_,$f)); echo '    {0}};'; } >$@
 
-# What --version says: VERSION, and of a checkout the commit, with a + when it was changed since. Written when that is another.
-COMMIT := $(shell git -c safe.directory='*' describe --always --exclude='*' --abbrev=12 --dirty=+ 2>/dev/null)
+# What --version says: VERSION, and of a checkout the commit, with a + when it was changed since, by a new source, too. Written when that
+# is another.
+GIT    := git -c safe.directory='*'
+COMMIT := $(shell $(GIT) describe --always --exclude='*' --abbrev=12 --dirty 2>/dev/null)
+NEW    := $(if $(COMMIT),$(shell $(GIT) ls-files --others --exclude-standard -- include sim hal src lcmtypes 2>/dev/null))
+COMMIT := $(COMMIT:%-dirty=%)$(if $(NEW)$(filter %-dirty,$(COMMIT)),+)
 $(BUILD)/version.c: always
 	@mkdir -p $(@D)
 	@printf '#include "version.h"\nconst char version[] = "%s";\n' '$(VERSION)$(COMMIT:%= (commit %))' >$@.new

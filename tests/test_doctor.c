@@ -163,6 +163,15 @@ static void a_loop_without_a_processor_of_its_own_is_warned_of(void **unused) {
     is(check_isolation(&machine), LEVEL_UNKNOWN, "online");
     put(CPU "/online", "0-3");
     is(check_isolation(&machine), LEVEL_WARN, "loop.cpu -1");
+    const char *online[] = {"0-3", "0-1", "0"},
+               *remedy[] = {"isolcpus=3", "isolcpus=1 nohz_full=1 rcu_nocbs=1 irqaffinity=0 ", "this has one"};
+    for (int i = 0; i < 3; i++) {
+        put(CPU "/online", online[i]);
+        struct finding f = check_isolation(&machine);
+        assert_non_null(strstr(f.remedy, remedy[i]));
+        json_decref(f.data);
+    }
+    put(CPU "/online", "0-3");
     put(CPU "/isolated", "2-3");
     is(check_isolation(&machine), LEVEL_WARN, "isolated are 2-3");
     params.loop.cpu = 3;

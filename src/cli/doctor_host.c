@@ -125,13 +125,26 @@ struct finding check_idle_states(const struct doctor *d) {
     return f;
 }
 
+/* One processor to the loop: the configured one, else the last; where there is a second. */
+static void isolation_remedy(const char *online, int cpu, char *text, size_t size) {
+    int last = -1, other = -1;
+    for (int i = 0; i < PROCESSORS_MAX; i++)
+        if (doctor_listed(online, i)) last = i;
+    int loop = cpu >= 0 ? cpu : last;
+    for (int i = 0; i < PROCESSORS_MAX && other < 0; i++)
+        if (i != loop && doctor_listed(online, i)) other = i;
+    if (other < 0) snprintf(text, size, "a computer with a second processor: this has one, which the loop cannot have to itself");
+    else
+        snprintf(text, size, "isolcpus=%d nohz_full=%d rcu_nocbs=%d irqaffinity=%d on the kernel's command line, and loop.cpu: %d", loop,
+                 loop, loop, other, loop);
+}
+
 struct finding check_isolation(const struct doctor *d) {
-    static const char remedy[] =
-        "isolcpus=3 nohz_full=3 rcu_nocbs=3 irqaffinity=0-2 on the kernel's command line, and loop.cpu: 3 (for example)";
-    char online[256] = "", isolated[256] = "";
+    char online[256] = "", isolated[256] = "", remedy[256];
     int cpu = d->params->loop.cpu;
     if (!doctor_read(d, online, sizeof online, CPU "/online")) return finding_unseen(CPU "/online", "the processors");
     doctor_read(d, isolated, sizeof isolated, CPU "/isolated");
+    isolation_remedy(online, cpu, remedy, sizeof remedy);
     if (cpu >= 0 && !doctor_listed(online, cpu))
         return finding(level_of_machine(d), "choose one of them as loop.cpu", "loop.cpu %d is not there: this computer has %s", cpu,
                        online);
