@@ -48,6 +48,11 @@ claim "--once without a hexid: an error after 3 s" nobody
 "$hexid" run --rt off "${quick_settings[@]}" --set lcm.url="$url" >"$work/run" 2>&1 &
 run=$!
 once() {
+    # under a sanitizer on a busy host its start alone may take seconds
+    for ((i = 0; i < 600; i++)); do
+        ! grep -q engaging "$work/run" || break
+        sleep 0.1
+    done
     monitor --once >"$work/once" && cat "$work/once" && grep -q "leg length m" "$work/once" &&
         grep -Eq '^  6 .*\[ *#*\|#* *\]$' "$work/once" &&
         ! grep -E '.{81}' "$work/once"
