@@ -6,9 +6,10 @@
 
 #include "force.h"
 
-enum { LONG = 400000 }; /* samples: thirteen minutes at 2 ms */
-static const double BLOCK_S = 60.0; /* whole pieces of any motion (motion.h), */
-enum { BLOCKS = 8 };                /* less where so many would not fit into LONG */
+enum {
+    LONG = 400000,     /* samples: thirteen minutes at 2 ms */
+    BLOCK = LONG / 16  /* 50 s: whole pieces of any motion (motion.h) */
+};
 
 void recording_init(struct recording *r, const struct params *params) {
     *r = (struct recording){.params = params, .runs = 1, .run = {params->tests}};
@@ -46,7 +47,7 @@ static struct recording_test *place(struct recording *r, const struct cycle *c) 
     if (r->tests == RECORDING_TESTS) return NULL;
     const struct test_params *p = &r->run[run];
     t = &r->test[r->tests++];
-    *t = (struct recording_test){.run = run, .test = test, .dof = c->dof, .first = -1, .block_s = BLOCK_S};
+    *t = (struct recording_test){.run = run, .test = test, .dof = c->dof, .first = -1};
     bool axis = c->dof != DOF_NONE; /* any other motion has neither */
     t->frequency_hz = t->stated_hz = axis ? p->hz[c->dof] : (double)NAN;
     t->amplitude = axis ? p->amplitude[c->dof] : (double)NAN;
@@ -85,19 +86,18 @@ int recording_append(struct recording_test *t, const struct recording_sample *s,
     return STATUS_OK;
 }
 
-/* Is it in a block that is left out? */
-static bool left_out(const struct recording_test *t, double test_time_s) {
-    return fmod(floor(test_time_s / t->block_s), ldexp(1.0, t->thinned)) != 0.0;
-}
+/* Is the next one in a block that is left out? Blocks are counted in samples: whatever their times
+ * say, thinning halves them. */
+static bool left_out(struct recording_test *t) { return t->offered++ / BLOCK % (INT64_C(1) << t->thinned) != 0; }
 
 /* Leaves out every other block. Of ramp-in nothing is lost but with its block, the first. */
 static void thin(struct recording_test *t) {
     int kept = 0, first = t->first, end = t->end;
-    if (!t->thinned++) t->block_s = fmin(BLOCK_S, (t->sample[t->count - 1].test_time_s - t->sample[0].test_time_s) / BLOCKS);
+    t->thinned++;
     for (int i = 0; i < t->count; i++) {
         if (i == first) t->first = kept;
         if (i == end) t->end = kept;
-        if (!left_out(t, t->sample[i].test_time_s)) t->sample[kept++] = t->sample[i];
+        if (i / BLOCK % 2 == 0) t->sample[kept++] = t->sample[i];
     }
     if (end == t->count) t->end = kept;
     t->count = kept;
@@ -116,7 +116,7 @@ int recording_add(struct recording *r, const struct cycle *c, struct error *erro
     struct recording_test *t = place(r, c);
     if (!t) return error_set(error, STATUS_USAGE, "more than %d tests, or cycles that are not in the order of their time", RECORDING_TESTS);
     struct recording_sample s = recording_sample_of(r->params, c);
-    if (left_out(t, s.test_time_s)) return STATUS_OK;
+    if (left_out(t)) return STATUS_OK;
     int status = recording_append(t, &s, error);
     if (status) return status;
     note_measured(&r->measured, &s, params_legs(r->params));
@@ -124,7 +124,7 @@ int recording_add(struct recording *r, const struct cycle *c, struct error *erro
         if (t->first < 0) t->first = t->count - 1;
         t->end = t->count;
     }
-    while (t->count >= LONG) thin(t);
+    if (t->count == LONG) thin(t);
     return STATUS_OK;
 }
 

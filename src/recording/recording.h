@@ -2,6 +2,8 @@
 #ifndef HEXID_RECORDING_H
 #define HEXID_RECORDING_H
 
+#include <stdint.h>
+
 #include "params.h"
 #include "status.h"
 
@@ -29,7 +31,7 @@ struct recording_test {
                               * sinusoid */
     int piece;           /* its place, from 0 */
     int count, capacity;
-    double block_s;      /* of a long one: of a minute, shorter at a high rate; left out, */
+    int64_t offered;     /* samples so far; of a long one, blocks of 25000 were left out */
     int thinned;         /* so many times, every other one of those that were left; they look like
                           * samples lost */
     struct recording_sample *sample;

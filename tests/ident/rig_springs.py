@@ -6,11 +6,9 @@
 Each seed draws six springs and records six tests at 4 Hz and six at 2 Hz with the paper's sensors. Of what `hexid identify` makes of both:
 errors of springs and of Mt's diagonal in % and in stated deviations, rms over the seeds; and how many of the 95 % intervals of all 21
 entries hold. Beside it Mt without springs asked for. Environment: HEXID, RIG."""
-import argparse, concurrent.futures, contextlib, os, random, statistics, tempfile
+import argparse, concurrent.futures, contextlib, json, math, os, random, statistics, tempfile
 
 from rig_friction import HEXID, RIG, called, options
-
-import json, math
 
 AXES, SIZE = "x y z phi theta psi".split(), [8e3] * 3 + [1.5e3] * 3
 ASKED = ["--set", "model.tolerance.springs_n_per_m=1e4", "--set", "model.tolerance.springs_nm_per_rad=2e3"]
@@ -31,7 +29,7 @@ def run(seed, keep):
             logs.append("%s/%d.lcm" % (work, hz))
             if os.path.exists(logs[-1]): continue
             hidden = {"external_stiffness." + axis: k for axis, k in zip(AXES, springs)}
-            called([RIG, "-o", "%s/%d" % (work, hz), "--set", "tests.frequency_hz=%d" % hz, "--noise", str(2 * seed + hz)]
+            called([RIG, "-o", "%s/%d" % (work, hz), "--set", "tests.frequency_hz=%d" % hz, "--noise", str(10 * seed + hz)]
                    + options("--effect", hidden))
             called([HEXID, "import", "%s/%d" % (work, hz), "-o", logs[-1]])
         return springs, identified(logs, work, ASKED), identified(logs, work)
