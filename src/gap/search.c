@@ -12,9 +12,12 @@
 
 /* Set by machines with nothing hidden: of some forty effects tried the luckiest gains 5 to 10 on
  * held-out cycles (make bench-gap). */
-static const double GAIN_MIN = 36.0;       /* of white squares, on fitted and held-out
-                                            * cycles together: z = 6; */
-static const double GAIN_EACH = 4.0;       /* and of either alone: chance repeats in neither */
+static const double GAIN_MIN = 28.0;       /* of white squares, on fitted and held-out
+                                            * cycles together, beyond the parameters' penalty:
+                                            * odds of 5000 to one for each of 250 hypotheses,
+                                            * z = 6 for one parameter; */
+static const double GAIN_EACH = 4.0;       /* and of either alone, more than a parameter gains by
+                                            * chance, one: that repeats in neither */
 static const double UNCLEAR_GAIN = 144.0;  /* z = 12: beside what is found, where it may be this
                                             * or that, any of which other laws could make */
 static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes
@@ -163,8 +166,8 @@ static void prefer_seen(const struct diagnosis *d, struct trial *trial, int tria
 
 static bool worth_adding(const struct diagnosis *d, const struct trial *t, double laws) {
     double left = excess(d->held_square, d->held_out.evaluated);
-    double least = dispersion(d, t);
-    bool pays = t->gain > GAIN_EACH * least && t->held_gain > GAIN_EACH * least && trial_evidence(t) > GAIN_MIN * least;
+    double least = dispersion(d, t), fitted = trial_rise(t) - t->hypothesis->variables;
+    bool pays = fitted > GAIN_EACH * least && t->held_gain > GAIN_EACH * least && trial_evidence(t) > GAIN_MIN * least;
     return t->ok && t->polished && !unseen(d, t) && pays && t->held_gain > laws && t->held_gain > REMAINDER_SHARE * left;
 }
 
