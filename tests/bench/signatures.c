@@ -1,7 +1,7 @@
 /* Which effects the six tests can tell apart. For every effect, typical, on a machine like the
  * model: z, its whitened signature beyond what the base can take up, and how much of that no other
- * effect takes up. Prints a table; with a file's name, the strength at which z = 8 of each effect
- * as CSV, for tests/gap/score.py. */
+ * effect takes up. Prints a table. With a file's name, as CSV for tests/gap/score.py: the strength
+ * of each effect at which z = 8, and what share of that z each other effect leaves there. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -99,6 +99,44 @@ static void add_rival(const struct hypothesis *h, double *place, struct span *s)
         if (fit_square(d.fit.values, place + (size_t)i * values) > 0.0) span_add(s, place + (size_t)i * values, -1e300, 1e300);
 }
 
+/* What is left of a signature beside the base and each other effect, in all legs or in one: its
+ * length, by the place of the other in the list. */
+static void leave_beside(const struct hypothesis *all, int count, int of, const double *vector, double left[]) {
+    size_t values = (size_t)d.fit.values;
+    double *rest = room(values), *place = room(HYPOTHESIS_VARIABLES * values);
+    struct span base = base_span(&all[of]);
+    for (int j = 0; j < count; j++) {
+        left[j] = INFINITY;
+        if (all[j].shape == SHAPE_EACH || all[j].effect == all[of].effect) continue;
+        struct span both = base;
+        add_rival(&all[j], place, &both);
+        memcpy(rest, vector, values * sizeof *rest);
+        left[j] = leave(&both, rest);
+    }
+    free(rest);
+    free(place);
+}
+
+static const char *name_of(int of) { return effect_table[hypothesis[of].effect]->name; }
+
+/* The effect, but for one, beside which least is left. */
+static int least(const double left[], int count, int but) {
+    int found = -1;
+    for (int j = 0; j < count; j++)
+        if ((but < 0 || hypothesis[j].effect != hypothesis[but].effect) && (found < 0 || left[j] < left[found])) found = j;
+    return found;
+}
+
+/* Of each other effect, the least over its shapes. */
+static void write_left(FILE *file, const double left[], int count, double z) {
+    double share[EFFECTS_MAX];
+    for (int e = 0; e < EFFECTS_MAX; e++) share[e] = INFINITY;
+    for (int j = 0; j < count; j++) share[hypothesis[j].effect] = fmin(share[hypothesis[j].effect], left[j] / z);
+    for (int e = 0; e < EFFECTS_MAX; e++)
+        if (isfinite(share[e])) fprintf(file, "%s:%.3f ", effect_table[e]->name, share[e]);
+    fputc('\n', file);
+}
+
 int main(int argc, char **argv) {
     static struct params params;
     struct recording recording;
@@ -108,33 +146,27 @@ int main(int argc, char **argv) {
     if (diagnosis_init(&d, &params, &recording, &error)) fail(error.text);
     FILE *file = argc > 1 ? fopen(argv[1], "w") : NULL;
     if (argc > 1 && !file) fail("the file cannot be written");
-    if (file) fputs("effect,strength\n", file);
+    if (file) fputs("effect,strength,left\n", file);
     int count = hypotheses_list(&d.model, d.found, d.even.parts, hypothesis);
-    size_t values = (size_t)d.fit.values;
-    double *vector = room(values), *rest = room(values), *place = room(HYPOTHESIS_VARIABLES * values);
+    double *vector = room((size_t)d.fit.values), left[HYPOTHESES_MAX];
     printf("%-28s %8s  %s\n", "effect, typical", "z", "z that is left beside the nearest others");
     for (int i = 0; i < count; i++) {
         if (hypothesis[i].shape != SHAPE_ALL) continue;
-        struct span base = base_span(&hypothesis[i]);
-        double z = z_at(&hypothesis[i], 1.0, vector), left[2] = {INFINITY, INFINITY};
-        const char *nearest[2] = {"", ""};
-        for (int j = 0; j < count; j++) {
-            if (hypothesis[j].shape != SHAPE_ALL || j == i) continue;
-            struct span both = base;
-            add_rival(&hypothesis[j], place, &both);
-            memcpy(rest, vector, values * sizeof *rest);
-            double l = leave(&both, rest);
-            int rank = l < left[0] ? 0 : l < left[1] ? 1 : 2;
-            if (rank == 0) left[1] = left[0], nearest[1] = nearest[0];
-            if (rank < 2) left[rank] = l, nearest[rank] = effect_table[hypothesis[j].effect]->name;
-        }
-        printf("%-28s %8.1f  %.1f %s, %.1f %s\n", effect_table[hypothesis[i].effect]->name, z, left[0], nearest[0], left[1], nearest[1]);
-        if (file) fprintf(file, "%s,%.3g\n", effect_table[hypothesis[i].effect]->name, detectable(&hypothesis[i], rest));
+        double z = z_at(&hypothesis[i], 1.0, vector);
+        signature(hypothesis[i].effect, 1.0, vector);
+        leave_beside(hypothesis, count, i, vector, left);
+        int first = least(left, count, -1), second = least(left, count, first);
+        printf("%-28s %8.1f  %.1f %s, %.1f %s\n", name_of(i), z, left[first], name_of(first), left[second], name_of(second));
+        if (!file) continue;
+        double strength = detectable(&hypothesis[i], vector);
+        z = z_at(&hypothesis[i], strength, vector);
+        fprintf(file, "%s,%.3g,", name_of(i), strength);
+        signature(hypothesis[i].effect, strength, vector);
+        leave_beside(hypothesis, count, i, vector, left);
+        write_left(file, left, count, z);
     }
     if (file && fclose(file)) fail("the file cannot be written");
     diagnosis_free(&d);
     recording_free(&recording);
     free(vector);
-    free(rest);
-    free(place);
 }
