@@ -126,11 +126,16 @@ static bool unknown(struct gap_result *r, const struct remainder *m) {
     return true;
 }
 
+/* By so much the weight of an axis may be off, with two of its tolerances. */
+static double weight_tolerance_n(const struct params *p) {
+    return 2.0 * p->model.tolerance.mass * fabs(p->axis.mass_kg * p->axis.gravity_mps2);
+}
+
 /* On one axis, friction that is stronger in one direction is symmetric friction beside
  * a constant force. NULL: there is none such. */
 static const struct gap_effect *one_sided(const struct gap_result *r) {
     const struct params *p = &r->model;
-    double weight_n = 2.0 * p->model.tolerance.mass * fabs(p->axis.mass_kg * p->axis.gravity_mps2);
+    double weight_n = weight_tolerance_n(p);
     const struct gap_effect *found = NULL;
     for (int i = 0; i < r->effects && p->mechanism == MECHANISM_AXIS; i++) {
         const struct gap_effect *e = &r->effect[i];
@@ -217,6 +222,19 @@ static void say_constants(struct gap_result *r) {
     if (*before == ',') append(r, " in the configuration");
 }
 
+/* A constant force is no effect, but it may be a weight that nobody stated. */
+static void say_offset(struct gap_result *r) {
+    for (int i = 0; i < r->base_values && !r->offset_rival; i++) {
+        const struct gap_base_value *v = &r->base[i];
+        double found_n = v->value - v->given, std_n = isnan(v->std) ? 0.0 : v->std;
+        if (strcmp(v->name, "axis.force_offset_n") || fabs(found_n) <= OFFSET_SIGMAS * std_n + weight_tolerance_n(&r->model)) continue;
+        char text[GAP_TEXT];
+        snprintf(text, sizeof text, "; the measured force is %.3g N too %s throughout: the force sensor's zero, or a weight other than %s",
+                 fabs(found_n), found_n > 0.0 ? "high" : "low", "axis.mass_kg and axis.gravity_mps2 make");
+        append(r, text);
+    }
+}
+
 void judge(struct gap_result *r, const struct remainder *m) {
     if (unknown(r, m)) {
         r->verdict = GAP_UNKNOWN_EFFECT;
@@ -247,6 +265,7 @@ void judge(struct gap_result *r, const struct remainder *m) {
         snprintf(text, sizeof text, "; not shown by simulation: %.160s", r->replay_fault);
         append(r, text);
     }
+    say_offset(r);
     if (r->verdict == GAP_EFFECT_NAMED && leaves_constants(r))
         append(r, "; what simulation leaves is constant: where a run begins decides that, as long as a valve stays shut");
 
