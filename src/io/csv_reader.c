@@ -90,6 +90,7 @@ static void list_missing(struct csv_head *h) {
 static int refuse_missing(const struct csv_reader *r, int column, const char *reason, struct error *error) {
     const struct csv_alias *alias = csv_map_of(r->map, column);
     char text[CSV_MAP_TEXT];
+    if (!alias && *r->head.ignored) return csv_text_refuse(&r->in, error, "%s; columns of no known name: %.300s", reason, r->head.ignored);
     if (!alias) return csv_text_refuse(&r->in, error, "%s", reason);
     csv_map_unknown(alias, "the file has no column of that name", r->head.ignored, text);
     return csv_text_refuse(&r->in, error, "%s", text);
@@ -133,9 +134,10 @@ static int read_head(struct csv_reader *r, struct error *error) {
     bool axis = r->head.mechanism == MECHANISM_AXIS;
     if (!has_dof && axis) r->head.dof = DOF_X;
     else if (!has_dof)
-        return csv_text_refuse(&r->in, error,
-                               "no line \"# dof: x\" (or y, z, phi, theta, psi, none) before the names of the columns, and no "
-                               "column position_m of an axis");
+        return refuse_missing(r, CSV_POSITION_COLUMN,
+                              "no line \"# dof: x\" (or y, z, phi, theta, psi, none) before the names of the columns, and no "
+                              "column position_m of an axis (names of your own take --map position=NAME:mm)",
+                              error);
     if (axis && r->head.dof > DOF_X) return csv_text_refuse(&r->in, error, "dof: %s: an axis has none but x", csv_dof_name(r->head.dof));
     return STATUS_OK;
 }
