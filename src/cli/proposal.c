@@ -6,6 +6,7 @@
 
 #include "kinematics.h"
 #include "motion_check.h"
+#include "recording_check.h"
 #include "units.h"
 
 static const double OF_OIL = 1.0 / 3.0, OF_LOOP = 0.5, LOWEST_HZ = 1.0;
@@ -40,6 +41,13 @@ struct design {
 
 static double round_to(double step, double x) { return step * round(x / step); }
 static double floor_to(double step, double x) { return step * floor(x / step + 1e-9); }
+
+/* Long enough to be evaluated at the lowest frequency. */
+static double shortest_s(const struct test_params *t) {
+    double lowest_hz = t->hz[0];
+    for (int i = 1; i < DOFS; i++) lowest_hz = fmin(lowest_hz, t->hz[i]);
+    return fmax(SHORTEST_S, ceil((RECORDING_CYCLES + 1) / lowest_hz));
+}
 
 static double highest_hz(const struct loop_survey *s) {
     double oil_hz = loop_survey_oil_hz(s), loop_hz = loop_survey_loop_hz(s);
@@ -115,7 +123,7 @@ static int limit(struct design *d, struct error *error) {
 
 /* Amplitudes for this rate, in the search's duration. */
 static int try_rates(struct design *d, double rate_mps, struct excitation *e, struct error *error) {
-    d->trial.tests.duration_s = SEARCH_S;
+    d->trial.tests.duration_s = fmax(SEARCH_S, shortest_s(&d->trial.tests));
     set_amplitudes(d, rate_mps);
     scale_amplitudes(d, 1.0);
     return excitation_predict(d->survey, &d->exact, &d->trial.tests, 1, e, error);
@@ -180,7 +188,7 @@ static int find_amplitude(struct design *d, double wanted, double first, struct 
     for (int i = 0; i < CORRECTIONS && !status && isfinite(found) && !close_enough(found, wanted); i++) {
         d->trial.tests = largest;
         scale_amplitudes(d, scale);
-        found = predict_for(d, SHORTEST_S, e, &status, error);
+        found = predict_for(d, shortest_s(&d->trial.tests), e, &status, error);
         if (sqrt(found / wanted) < 1.0 + REACHED) best = d->trial.tests, of_best = *e;
         scale = pow(first / wanted, -1.0 / fmin(log(found / first) / log(scale), -1.0));
     }
@@ -193,12 +201,13 @@ static int find_amplitude(struct design *d, double wanted, double first, struct 
 static int find_duration(struct design *d, double wanted, double first, double longer, struct excitation *e, struct error *error) {
     struct test_params *t = &d->trial.tests;
     int status = STATUS_OK;
-    double noise = fmax(first - longer, 0.0) * SHORTEST_S / (1.0 - 1.0 / LONGER), rest = fmax(longer - noise / (LONGER * SHORTEST_S), 0.0);
+    double least_s = shortest_s(t), noise = fmax(first - longer, 0.0) * least_s / (1.0 - 1.0 / LONGER);
+    double rest = fmax(longer - noise / (LONGER * least_s), 0.0);
     /* then it is near the floor */
     double most_s = fmin(longest_s(t), noise / ((NEAR * NEAR - 1.0) * rest));
     double next_s = wanted > rest ? noise / (wanted - rest) : most_s;
     for (int i = 0; i < CORRECTIONS && !status; i++) {
-        double found = predict_for(d, fmax(fmin(next_s, most_s), SHORTEST_S), e, &status, error);
+        double found = predict_for(d, fmax(fmin(next_s, most_s), least_s), e, &status, error);
         bool at_most = t->duration_s > most_s - SECONDS_STEP && found > wanted;
         if (at_most || close_enough(found, wanted) || !(wanted > rest) || !isfinite(found)) break;
         next_s = t->duration_s * fmax(found - rest, 0.0) / (wanted - rest);
@@ -209,8 +218,8 @@ static int find_duration(struct design *d, double wanted, double first, double l
 static int find_tests(struct design *d, double wanted_pct, struct proposal *result, struct error *error) {
     struct excitation *e = &result->predicted;
     int status = STATUS_OK;
-    double wanted = wanted_pct * wanted_pct, longer = predict_for(d, LONGER * SHORTEST_S, e, &status, error);
-    double first = predict_for(d, SHORTEST_S, e, &status, error);
+    double wanted = wanted_pct * wanted_pct, least_s = shortest_s(&d->trial.tests);
+    double longer = predict_for(d, LONGER * least_s, e, &status, error), first = predict_for(d, least_s, e, &status, error);
     if (!status) status = first < wanted ? find_amplitude(d, wanted, first, e, error) : find_duration(d, wanted, first, longer, e, error);
     result->reached = e->worst_pct < (1.0 + REACHED) * wanted_pct;
     return status;

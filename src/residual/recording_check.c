@@ -12,8 +12,6 @@
 #include "residual.h"
 #include "units.h"
 
-enum { CYCLES_NEEDED = 6 }; /* three to fit and three to judge */
-
 static const double NEUTRAL_TOLERANCE_M = 0.05;
 static const double SENSOR_SCALE = 0.06; /* of what a chamber holds: more than a
                                           * sensor is off in scale */
@@ -108,9 +106,9 @@ static int check_frequency(struct recording_test *t, int legs, bool reference, b
     *any = !motion_steady(t, legs, fitted_hz);
     if (*any) return STATUS_OK;
     if (off > FREQUENCY_SAME) t->frequency_hz = fitted_hz;
-    if ((t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s) * t->frequency_hz < CYCLES_NEEDED - 0.1)
-        return REFUSE("test %s: %.3g s evaluated, too short: at least %d cycles of %g Hz are needed", test_name(t),
-                      t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s, CYCLES_NEEDED, t->frequency_hz);
+    if ((t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s) * t->frequency_hz < RECORDING_CYCLES - 0.1)
+        return REFUSE("test %s: %.3g s evaluated, too short: at least %d cycles of %g Hz are needed (of a run: tests.duration_s)",
+                      test_name(t), t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s, RECORDING_CYCLES, t->frequency_hz);
     return STATUS_OK;
 }
 

@@ -6,6 +6,9 @@
 
 #include "recording.h"
 
+/* A steady sinusoid has so many whole cycles at least: three to fit and three to judge. */
+enum { RECORDING_CYCLES = 6 };
+
 /* Settles the recording (recording_settle) and cuts motions that are no steady sinusoid into pieces
  * (motion_cut); 0, or -2 with what is wrong: no test, too short, all zero, a sensor that stands
  * still or is clipped, another frequency than the run's, lengths that no pose of this machine has,
