@@ -224,15 +224,18 @@ static void say_constants(struct gap_result *r) {
 
 /* A constant force is no effect, but it may be a weight that nobody stated. */
 static void say_offset(struct gap_result *r) {
-    for (int i = 0; i < r->base_values && !r->offset_rival; i++) {
-        const struct gap_base_value *v = &r->base[i];
-        double found_n = v->value - v->given, std_n = isnan(v->std) ? 0.0 : v->std;
-        if (strcmp(v->name, "axis.force_offset_n") || fabs(found_n) <= OFFSET_SIGMAS * std_n + weight_tolerance_n(&r->model)) continue;
-        char text[GAP_TEXT];
-        snprintf(text, sizeof text, "; the measured force is %.3g N too %s throughout: the force sensor's zero, or a weight other than %s",
-                 fabs(found_n), found_n > 0.0 ? "high" : "low", "axis.mass_kg and axis.gravity_mps2 make");
-        append(r, text);
-    }
+    int i = 0;
+    while (i < r->base_values && strcmp(r->base[i].name, "axis.force_offset_n")) i++;
+    if (i == r->base_values || r->offset_rival || r->verdict == GAP_UNKNOWN_EFFECT) return;
+    const struct gap_base_value *v = &r->base[i];
+    double found_n = v->value - v->given, std_n = isnan(v->std) ? 0.0 : v->std;
+    if (fabs(found_n) <= OFFSET_SIGMAS * std_n + weight_tolerance_n(&r->model)) return;
+    char text[GAP_TEXT];
+    snprintf(text, sizeof text,
+             "; the measured force is %.3g N too %s throughout: zeros of the force or pressure sensors, or another weight than "
+             "axis.mass_kg times axis.gravity_mps2",
+             fabs(found_n), found_n > 0.0 ? "high" : "low");
+    append(r, text);
 }
 
 void judge(struct gap_result *r, const struct remainder *m) {

@@ -13,11 +13,11 @@
 /* Set by machines with nothing hidden: of some forty effects tried the luckiest gains 5 to 10 on
  * held-out cycles (make bench-gap). */
 static const double GAIN_MIN = 28.0;       /* of white squares, on fitted and held-out
-                                            * cycles together, beyond the parameters' penalty:
-                                            * odds of 5000 to one for each of 250 hypotheses,
-                                            * z = 6 for one parameter; */
-static const double GAIN_EACH = 4.0;       /* and of either alone, more than a parameter gains by
-                                            * chance, one: that repeats in neither */
+                                            * cycles together, after the parameters' penalty:
+                                            * odds of 5000 to one after the choice among some
+                                            * 250 hypotheses; z = 6 for one parameter */
+static const double GAIN_EACH = 4.0;       /* of either half alone; where it is fitted, beyond the 1
+                                            * that each parameter gains by chance */
 static const double UNCLEAR_GAIN = 144.0;  /* z = 12: beside what is found, where it may be this
                                             * or that, any of which other laws could make */
 static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes
@@ -39,7 +39,7 @@ static void list_candidates(const struct diagnosis *d, const struct trial *trial
     for (int i = 0; i < trials; i++)
         if (trial[i].ok && trial[i].polished) least = fmin(least, trial[i].held_square);
     double before = d->held_square - least;
-    bool gap = before > 0.5 * GAIN_MIN;
+    bool gap = before > GAIN_EACH;
     for (int i = 0; i < trials; i++) {
         bool seen = !trial[i].ok;
         for (int j = 0; j < r->candidates && !seen; j++) seen = r->candidate[j].effect == trial[i].hypothesis->effect;
