@@ -79,9 +79,9 @@ static double z_at(const struct hypothesis *h, double strength, double *vector) 
 /* The strength at which z = 8: the base takes up what fits into its tolerance, so z does not
  * grow in proportion. */
 static double detectable(const struct hypothesis *h, double *vector) {
-    double low = 1e-3, high = 4.0, z = z_at(h, high, vector);
+    double low = 1e-5, high = 4.0, z = z_at(h, high, vector);
     if (z < 8.0) return high * 8.0 / z;
-    for (int i = 0; i < 14; i++) {
+    for (int i = 0; i < 20; i++) {
         double middle = sqrt(low * high);
         if (z_at(h, middle, vector) < 8.0) low = middle;
         else high = middle;
@@ -89,7 +89,8 @@ static double detectable(const struct hypothesis *h, double *vector) {
     return high;
 }
 
-/* The rival, each key for itself, as it acts at its typical size. */
+/* The rival, each key for itself, as it acts at its typical size, without bounds: what is left
+ * beside it is the least that any law of its kind leaves. */
 static void add_rival(const struct hypothesis *h, double *place, struct span *s) {
     struct params at = d.model;
     size_t values = (size_t)d.fit.values;
@@ -134,7 +135,6 @@ static void write_left(FILE *file, const double left[], int count, double z) {
     for (int j = 0; j < count; j++) share[hypothesis[j].effect] = fmin(share[hypothesis[j].effect], left[j] / z);
     for (int e = 0; e < EFFECTS_MAX; e++)
         if (isfinite(share[e])) fprintf(file, "%s:%.3f ", effect_table[e]->name, share[e]);
-    fputc('\n', file);
 }
 
 int main(int argc, char **argv) {
@@ -153,7 +153,7 @@ int main(int argc, char **argv) {
     for (int i = 0; i < count; i++) {
         if (hypothesis[i].shape != SHAPE_ALL) continue;
         double z = z_at(&hypothesis[i], 1.0, vector);
-        signature(hypothesis[i].effect, 1.0, vector);
+        if (!signature(hypothesis[i].effect, 1.0, vector)) fail("a typical effect that no machine has");
         leave_beside(hypothesis, count, i, vector, left);
         int first = least(left, count, -1), second = least(left, count, first);
         printf("%-28s %8.1f  %.1f %s, %.1f %s\n", name_of(i), z, left[first], name_of(first), left[second], name_of(second));
@@ -161,9 +161,11 @@ int main(int argc, char **argv) {
         double strength = detectable(&hypothesis[i], vector);
         z = z_at(&hypothesis[i], strength, vector);
         fprintf(file, "%s,%.3g,", name_of(i), strength);
-        signature(hypothesis[i].effect, strength, vector);
-        leave_beside(hypothesis, count, i, vector, left);
-        write_left(file, left, count, z);
+        if (signature(hypothesis[i].effect, strength, vector)) {
+            leave_beside(hypothesis, count, i, vector, left);
+            write_left(file, left, count, z);
+        }
+        fputc('\n', file);
     }
     if (file && fclose(file)) fail("the file cannot be written");
     diagnosis_free(&d);

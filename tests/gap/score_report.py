@@ -2,7 +2,7 @@
 import csv, html
 
 FIELDS = ["truth", "size", "seed", "series", "shape", "verdict", "named", "ambiguous_with", "score", "z", "error", "right", "covered",
-          "values", "sigmas", "where", "before", "after", "floor", "ratio", "seconds", "remark", "white", "small"]
+          "values", "sigmas", "where", "before", "after", "floor", "ratio", "seconds", "remark", "white", "weak"]
 SIZES = ("detectable", "typical", "strong")
 DETECTABLE_Z = 6   # of the likelihood, after the base is fitted
 
@@ -13,7 +13,7 @@ def read(files): return [row for f in files for row in csv.DictReader(open(f), F
 def score(rows): return sum(float(r["score"]) for r in rows)
 
 
-def small(r): return r["small"] == "1"   # right, as at this size no data of these tests tell the set apart
+def weak(r): return r["weak"] == "1"   # right, as signatures of this size cannot be told apart
 
 
 def share(rows): return "%5.1f %% of %d" % (100 * score(rows) / len(rows), len(rows)) if rows else "-"
@@ -50,8 +50,8 @@ def figures(ran):
         if not of: continue
         seen, none = [r for r in of if detectable(r)], [r for r in of if r["truth"] == "none"]
         yield "base %s: single effects, detectable, right first" % series, "%s; wrong names %d" % (share(seen), len(list(filter(wrong_name, seen))))
-        alike = list(filter(small, seen))
-        yield "    with a set too small to tell apart as half", "%5.1f %%, %d cases" % (100 * (score(seen) - .5 * len(alike)) / max(len(seen), 1), len(alike))
+        alike = list(filter(weak, seen))
+        if alike: yield "    the same, with sets of weak effects as half", "%5.1f %%, %d of them" % (100 * (score(seen) - .5 * len(alike)) / len(seen), len(alike))
         for size in SIZES:
             if any(r["size"] == size for r in seen): yield "    " + size, share([r for r in seen if r["size"] == size])
         yield "    not detectable (z < %d)" % DETECTABLE_Z, "%d, of these %d with a wrong name" % (
@@ -154,7 +154,7 @@ def as_page(ran, not_run):
              table(("figure", "result"), list(figures(ran))),
              "<p>A case is one hidden effect in one simulated machine. z is the strength of evidence, comparable to a number of standard deviations; "
              "below %d an effect is not detectable. An ambiguous set that holds the hidden effect "
-             "counts as half, or as right where its members are alike by their physics or, at the size hidden, by their computed signatures (less than z = 4 between them).</p>" % DETECTABLE_Z,
+             "counts as half, or as right where its members are alike by their physics or, of just detectable effects, by their signatures (less than z = 4 between them).</p>" % DETECTABLE_Z,
              "<h2>Confusion matrix: hidden (rows), named first (columns)</h2>",
              "<p>Green: right. Yellow: partly right. Red: wrong. Grey: too weak to be detected.</p>", matrix(ran),
              "<h2>Each effect</h2>",
