@@ -42,11 +42,11 @@ struct design {
 static double round_to(double step, double x) { return step * round(x / step); }
 static double floor_to(double step, double x) { return step * floor(x / step + 1e-9); }
 
-/* Long enough to be evaluated at the lowest frequency. */
+/* Of sines long enough to be evaluated at the lowest frequency. */
 static double shortest_s(const struct test_params *t) {
     double lowest_hz = t->hz[0];
     for (int i = 1; i < DOFS; i++) lowest_hz = fmin(lowest_hz, t->hz[i]);
-    return fmax(SHORTEST_S, ceil((RECORDING_CYCLES + 1) / lowest_hz));
+    return t->multisine ? SHORTEST_S : fmax(SHORTEST_S, ceil(RECORDING_CYCLES / lowest_hz));
 }
 
 static double highest_hz(const struct loop_survey *s) {
@@ -123,7 +123,7 @@ static int limit(struct design *d, struct error *error) {
 
 /* Amplitudes for this rate, in the search's duration. */
 static int try_rates(struct design *d, double rate_mps, struct excitation *e, struct error *error) {
-    d->trial.tests.duration_s = fmax(SEARCH_S, shortest_s(&d->trial.tests));
+    d->trial.tests.duration_s = SEARCH_S;
     set_amplitudes(d, rate_mps);
     scale_amplitudes(d, 1.0);
     return excitation_predict(d->survey, &d->exact, &d->trial.tests, 1, e, error);

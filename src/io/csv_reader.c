@@ -90,7 +90,7 @@ static void list_missing(struct csv_head *h) {
 static int refuse_missing(const struct csv_reader *r, int column, const char *reason, struct error *error) {
     const struct csv_alias *alias = csv_map_of(r->map, column);
     char text[CSV_MAP_TEXT];
-    if (!alias && *r->head.ignored) return csv_text_refuse(&r->in, error, "%s; columns of no known name: %.300s", reason, r->head.ignored);
+    if (!alias && *r->head.ignored) return csv_text_refuse(&r->in, error, "%s; not understood: %.300s", reason, r->head.ignored);
     if (!alias) return csv_text_refuse(&r->in, error, "%s", reason);
     csv_map_unknown(alias, "the file has no column of that name", r->head.ignored, text);
     return csv_text_refuse(&r->in, error, "%s", text);

@@ -107,7 +107,7 @@ static int check_frequency(struct recording_test *t, int legs, bool reference, b
     if (*any) return STATUS_OK;
     if (off > FREQUENCY_SAME) t->frequency_hz = fitted_hz;
     if ((t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s) * t->frequency_hz < RECORDING_CYCLES - 0.1)
-        return REFUSE("test %s: %.3g s evaluated, too short: at least %d cycles of %g Hz are needed (of a run: tests.duration_s)",
+        return REFUSE("test %s: %.3g s evaluated, too short: at least %d cycles of %g Hz are needed; in a run, raise tests.duration_s",
                       test_name(t), t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s, RECORDING_CYCLES, t->frequency_hz);
     return STATUS_OK;
 }
