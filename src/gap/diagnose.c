@@ -437,6 +437,15 @@ static bool promising(const struct crew *crew, int effect, int many) {
     return better < many;
 }
 
+/* Has the base a value of this effect in each leg? With one number for all legs, which takes their
+ * place, it looks worse than it is. */
+static bool each_in_base(const struct diagnosis *d, int effect) {
+    bool each = false;
+    for (int i = 0; i < d->variables; i++)
+        each = each || (d->variable[i].base && d->variable[i].effect == effect && d->variable[i].leg >= 0);
+    return each;
+}
+
 static int by_gain(const void *a, const void *b) {
     const struct trial *x = a, *y = b;
     double p = x->ok ? x->gain : -HUGE_VAL, q = y->ok ? y->gain : -HUGE_VAL;
@@ -505,7 +514,8 @@ int diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads) {
     for (int i = 0; i < d->hypotheses; i++) {
         const struct hypothesis *h = &d->hypothesis[i];
         bool tried = h->shape == leg[0] || (h->shape == leg[1] && promising(first, h->effect, TRIED_ONE_LEG)) ||
-                     (h->shape == SHAPE_EACH && (promising(first, h->effect, TRIED_EACH) || hypothesis_parts(h) == PART_FORCE));
+                     (h->shape == SHAPE_EACH &&
+                      (promising(first, h->effect, TRIED_EACH) || hypothesis_parts(h) == PART_FORCE || each_in_base(d, h->effect)));
         if (tried) second->hypothesis[second->count++] = h;
     }
     second->trial = trial + first->count;
