@@ -10,7 +10,7 @@
 #include "machine.h"
 #include "memory.h"
 
-/* Set by machines with nothing hidden: of some forty effects tried the luckiest gains 5 to 10 on
+/* On machines with nothing hidden, of some forty effects tried the luckiest gains 5 to 10 on
  * held-out cycles (make bench-gap). */
 static const double GAIN_MIN = 28.0;       /* of white squares, on fitted and held-out
                                             * cycles together, after the parameters' penalty:
