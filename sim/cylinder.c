@@ -12,9 +12,10 @@ static const double MAKE_UP_TIME_S = 1e-3;
 static const double VACUUM_PA = -101325.0;
 static const double SOFTEST = 0.01;        /* beta of the gas that is left: 1e-4 of the oil's */
 static const double DENSITY_KG_PER_M3 = 870.0, VISCOSITY_M2_PER_S = 4e-5;
-static const double SWING_S = 2.5e-4;   /* a line's oil swings no faster than 1 rad in that, with a
-                                         * chamber near the end of its stroke: what steps */
-static const double NEAR_END = 0.1;     /* of 0.5 ms resolve; of the stroke */
+static const double SHORTEST_LINE_M = 0.2;
+/* A line's natural frequency is at most 5000 rad/s, which steps of 0.5 ms resolve, with a chamber
+ * at this share of its stroke. */
+static const double LINE_TIME_S = 2e-4, NEAR_END = 0.1;
 
 static void valve_init(struct cylinder_model *m, int leg, const struct hydraulics_params *h) {
     const struct machine *machine = &m->machine;
@@ -49,9 +50,10 @@ static void line_init(struct cylinder_model *m, int leg) {
     double length_m = m->machine.line.length_m[leg], bore_m = m->machine.line.diameter_m[leg];
     if (!(length_m > 0.0)) return;
     double area_m2 = PI / 4.0 * bore_m * bore_m, stroke_m = NEAR_END * (c->length_max_m - c->length_min_m);
+    length_m = fmax(length_m, SHORTEST_LINE_M);
     c->line_volume_m3 = area_m2 * length_m;
     double chamber_m3 = fmin(c->dead_volume_m3[PORT_A] + c->a1_m2 * stroke_m, c->dead_volume_m3[PORT_B] + c->a2_m2 * stroke_m);
-    double least = SWING_S * SWING_S * c->bulk_modulus_pa * (1.0 / c->line_volume_m3 + 1.0 / chamber_m3);
+    double least = LINE_TIME_S * LINE_TIME_S * c->bulk_modulus_pa * (1.0 / c->line_volume_m3 + 1.0 / chamber_m3);
     c->line_inertance = fmax(DENSITY_KG_PER_M3 * length_m / area_m2, least);
     c->line_resistance = 8.0 * PI * DENSITY_KG_PER_M3 * VISCOSITY_M2_PER_S * length_m / (area_m2 * area_m2);
 }

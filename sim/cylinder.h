@@ -22,8 +22,9 @@
  * A line of length l and bore d between a port and its chamber is one cell: at the port its
  * capacitance V/beta (V = l pi d^2/4), then in series its inertance rho l/(pi d^2/4) and its
  * laminar resistance 128 mu l/(pi d^4), rho = 870 kg/m^3, mu/rho = 4e-5 m^2/s. The gauge sits at
- * the port. Its inertance is at least such that its oil swings at no more than 4000 rad/s, 640 Hz,
- * which a step of 0.5 ms resolves: a short wide line is a volume of oil. */
+ * the port. A line below 0.2 m counts as one of 0.2 m, and the inertance is at least what makes a
+ * natural frequency of 5000 rad/s with a chamber at a tenth of its stroke, which steps of 0.5 ms
+ * resolve: a short wide line is a volume of oil. */
 #ifndef HEXID_CYLINDER_H
 #define HEXID_CYLINDER_H
 

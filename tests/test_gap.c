@@ -8,7 +8,6 @@
 #include "recording_check.h"
 #include "gap_rig.h"
 #include "residual.h"
-#include "units.h"
 
 /* Tests of the rig: the reference's own axes, sensors as configured. What is as true of three axes
  * takes half the time there. */
@@ -142,10 +141,11 @@ static void a_sensors_scale_does_not_shrink_the_residuals(void **state) {
     recording_free(&r);
 }
 
-/* A short wide line is a volume of oil, whatever the steps: searches pass such lines. */
+/* A short wide line is a volume of oil: its oscillation, too fast for the steps, does not make them
+ * diverge. Searches pass such lines. */
 static void a_short_wide_line_is_a_dead_volume(void **state) {
     (void)state;
-    static const double length_m = 0.05, bore_m = 0.1;
+    static const double length_m = 0.2, bore_m = 0.1, volume_m3 = 1.571e-3;
     struct params line = params, dead = params;
     struct recording r;
     struct residual_data d;
@@ -154,7 +154,7 @@ static void a_short_wide_line_is_a_dead_volume(void **state) {
     line.effects[effect].on = true;
     for (int k = 0; k < LEGS; k++) {
         line.effects[effect].value[0][k] = length_m, line.effects[effect].value[1][k] = bore_m;
-        dead.hydraulics.dead_volume_m3[k] += PI / 4.0 * bore_m * bore_m * length_m;
+        dead.hydraulics.dead_volume_m3[k] += volume_m3;
     }
     rig(&r, &params, THREE);
     assert_int_equal(residual_prepare(&d, &r, CYCLES_ALL, &error), STATUS_OK);
@@ -164,8 +164,8 @@ static void a_short_wide_line_is_a_dead_volume(void **state) {
                     residual_evaluate(&d.test[i], &dead, PART_ALL, ALL_LEGS, other));
         for (int k = 0; k < LEGS; k++)
             for (int a = 1; a < d.test[i].size; a++) {
-                assert_below(fabs(row[k][RESIDUAL_P1][a] - other[k][RESIDUAL_P1][a]), 2e4);
-                assert_below(fabs(row[k][RESIDUAL_P2][a] - other[k][RESIDUAL_P2][a]), 2e4);
+                assert_below(fabs(row[k][RESIDUAL_P1][a] - other[k][RESIDUAL_P1][a]), 5e3);
+                assert_below(fabs(row[k][RESIDUAL_P2][a] - other[k][RESIDUAL_P2][a]), 5e3);
             }
     }
     residual_free(&d);
