@@ -25,8 +25,8 @@ static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: a
 static const double RIVAL_GAIN = 16.0;     /* odds of 3000 to one, z = 4; or what
                                             * its law may be off */
 
-/* effects that a later one makes leave may come again: not for ever */
-enum { ROUNDS_MAX = 2 * GAP_EFFECTS };
+/* each effect beside each later one; those that leave may come again: not for ever */
+enum { ROUNDS_MAX = 3 * GAP_EFFECTS };
 
 static double excess(double square, int values) { return fmax(square - values, 0.0); }
 
@@ -235,10 +235,11 @@ static void drop_superfluous(struct diagnosis *d, struct gap_result *r) {
         if (!drop(d, i, 0.5 * GAIN_MIN, r)) i++;
 }
 
-/* An effect that was found while a later one was still hidden leaves once, to be judged again
- * beside that: what two effects do together looks like a third. */
+/* An effect that was found while a later one was still hidden leaves, to be judged again beside
+ * that, before more is looked for: what two effects do together looks like a third, and with one
+ * that is wrong others join that imitate what it leaves. */
 struct revision {
-    bool judged[EFFECTS_MAX];      /* beside all others */
+    bool judged[EFFECTS_MAX];      /* beside all others that are there */
     bool open;                     /* one is out: */
     struct gap_effect effect;
     struct hypothesis hypothesis;
@@ -246,8 +247,9 @@ struct revision {
     int last;                      /* that was found last by then */
 };
 
-static bool revise(struct diagnosis *d, struct revision *v, struct gap_result *r) {
-    for (int i = 0; i < d->added - 1; i++) {
+/* What the last one may be as well is for the verdict to say: nothing is judged beside it. */
+static void revise(struct diagnosis *d, struct revision *v, struct gap_result *r) {
+    for (int i = 0; i < d->added - 1 && !r->ambiguous && !v->open; i++) {
         int place = 0;
         while (r->effect[place].effect != d->addition[i].effect) place++;
         if (v->judged[d->addition[i].effect]) continue;
@@ -256,9 +258,7 @@ static bool revise(struct diagnosis *d, struct revision *v, struct gap_result *r
         v->model = d->model;
         v->last = d->addition[d->added - 1].effect;
         v->open = drop(d, i, HUGE_VAL, r);
-        if (v->open) return true;
     }
-    return false;
 }
 
 /* The one that is out comes back: nothing else is worth its place. */
@@ -273,8 +273,8 @@ static void take_back(struct diagnosis *d, struct revision *v, struct gap_result
  * another, beside which the others are to be judged again. */
 static void note(struct revision *v, int effect) {
     bool same = v->open && effect == v->effect.effect;
-    v->judged[effect] = v->judged[effect] || same;
-    if (same) v->judged[v->last] = true;
+    if (same) v->judged[effect] = v->judged[v->last] = true;
+    else memset(v->judged, 0, sizeof v->judged);
     v->open = false;
 }
 
@@ -431,8 +431,9 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
         bool first = !r->effects || revision->open;
         bool unclear = !first && rivals && trial_evidence(&trial[0]) < UNCLEAR_GAIN * dispersion(d, &trial[0]);
         if (unclear || !worth_adding(d, &trial[0], diagnosis_law_error(d))) {
-            if (revision->open) take_back(d, revision, r);
-            if (r->ambiguous || round + 1 == ROUNDS_MAX || !revise(d, revision, r)) break;
+            if (!revision->open) break;
+            take_back(d, revision, r);
+            revise(d, revision, r);
             continue;
         }
 
@@ -456,6 +457,7 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
         e->share_explained = before - d->held_square;
         describe(e, &d->model, z, before, d->held_square);
         drop_superfluous(d, r);
+        revise(d, revision, r);
     }
 
     if (revision->open) take_back(d, revision, r);
