@@ -25,8 +25,8 @@ static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: a
 static const double RIVAL_GAIN = 16.0;     /* odds of 3000 to one, z = 4; or what
                                             * its law may be off */
 
-/* each effect beside each later one; those that leave may come again: not for ever */
-enum { ROUNDS_MAX = 3 * GAP_EFFECTS };
+/* each effect, and each beside each other one: twice what four take that nothing replaces */
+enum { ROUNDS_MAX = GAP_EFFECTS * (GAP_EFFECTS + 1) };
 
 static double excess(double square, int values) { return fmax(square - values, 0.0); }
 
@@ -239,25 +239,36 @@ static void drop_superfluous(struct diagnosis *d, struct gap_result *r) {
  * that, before more is looked for: what two effects do together looks like a third, and with one
  * that is wrong others join that imitate what it leaves. */
 struct revision {
-    bool judged[EFFECTS_MAX];      /* beside all others that are there */
+    bool known[EFFECTS_MAX];       /* found at some time */
+    bool beside[EFFECTS_MAX][EFFECTS_MAX]; /* one judged where the other was there: once */
     bool open;                     /* one is out: */
     struct gap_effect effect;
     struct hypothesis hypothesis;
     struct params model;           /* with it */
-    int last;                      /* that was found last by then */
 };
+
+/* An effect has been judged, or is about to be, beside those that are there. */
+static void judged(const struct diagnosis *d, struct revision *v, int effect) {
+    for (int i = 0; i < d->added; i++) v->beside[effect][d->addition[i].effect] = true;
+}
+
+static bool judged_beside_all(const struct diagnosis *d, const struct revision *v, int effect) {
+    bool all = true;
+    for (int i = 0; i < d->added; i++) all = all && (d->addition[i].effect == effect || v->beside[effect][d->addition[i].effect]);
+    return all;
+}
 
 /* What the last one may be as well is for the verdict to say: nothing is judged beside it. */
 static void revise(struct diagnosis *d, struct revision *v, struct gap_result *r) {
     for (int i = 0; i < d->added - 1 && !r->ambiguous && !v->open; i++) {
-        int place = 0;
-        while (r->effect[place].effect != d->addition[i].effect) place++;
-        if (v->judged[d->addition[i].effect]) continue;
+        int effect = d->addition[i].effect, place = 0;
+        if (judged_beside_all(d, v, effect)) continue;
+        while (r->effect[place].effect != effect) place++;
         v->effect = r->effect[place];
         v->hypothesis = d->addition[i];
         v->model = d->model;
-        v->last = d->addition[d->added - 1].effect;
         v->open = drop(d, i, HUGE_VAL, r);
+        if (v->open) judged(d, v, effect);
     }
 }
 
@@ -265,17 +276,14 @@ static void revise(struct diagnosis *d, struct revision *v, struct gap_result *r
 static void take_back(struct diagnosis *d, struct revision *v, struct gap_result *r) {
     struct trial as_it_was = {.hypothesis = &v->hypothesis, .model = v->model};
     v->open = false;
-    v->judged[v->effect.effect] = v->judged[v->last] = true;
     if (diagnosis_add(d, &as_it_was)) r->effect[r->effects++] = v->effect;
 }
 
-/* An effect has joined: the same again beside the last one, which so was judged beside it, too; or
- * another, beside which the others are to be judged again. */
-static void note(struct revision *v, int effect) {
-    bool same = v->open && effect == v->effect.effect;
-    if (same) v->judged[effect] = v->judged[v->last] = true;
-    else memset(v->judged, 0, sizeof v->judged);
+/* An effect has joined: the one that was out, or another in its place. */
+static void note(const struct diagnosis *d, struct revision *v, int effect) {
+    v->known[effect] = true;
     v->open = false;
+    judged(d, v, effect);
 }
 
 static int keys_of(const struct hypothesis *h) {
@@ -417,7 +425,9 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
     struct revision *revision = memory_get(1, sizeof *revision);
     double initial = d->square + d->held_square, initial_held = d->held_square;
 
-    for (int round = 0; r->effects < GAP_EFFECTS && round < ROUNDS_MAX; round++) {
+    for (int round = 0; round < ROUNDS_MAX; round++) {
+        if (!revision->open) revise(d, revision, r);
+        if (r->effects == GAP_EFFECTS) break;
         gap_progress(o, round ? "another effect" : "screening", 0.7 * round / ROUNDS_MAX);
         int trials = diagnosis_try(d, trial, o->threads);
         if (!trials) break;
@@ -427,13 +437,12 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
 
         int rival[GAP_RIVALS] = {0}, rivals = list_rivals(d, trial, trials, rival);
         int effect = trial[0].hypothesis->effect;
-        /* what is judged again was found before: what it may be, the verdict says */
-        bool first = !r->effects || revision->open;
-        bool unclear = !first && rivals && trial_evidence(&trial[0]) < UNCLEAR_GAIN * dispersion(d, &trial[0]);
+        /* what was found before is there: what else it may be, the verdict says */
+        bool found = !r->effects || revision->open || revision->known[effect];
+        bool unclear = !found && rivals && trial_evidence(&trial[0]) < UNCLEAR_GAIN * dispersion(d, &trial[0]);
         if (unclear || !worth_adding(d, &trial[0], diagnosis_law_error(d))) {
             if (!revision->open) break;
             take_back(d, revision, r);
-            revise(d, revision, r);
             continue;
         }
 
@@ -453,11 +462,10 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
         r->effects++;
         memcpy(r->ambiguous_with, rival, sizeof rival);
         r->ambiguous = rivals;
-        note(revision, effect);
+        note(d, revision, effect);
         e->share_explained = before - d->held_square;
         describe(e, &d->model, z, before, d->held_square);
         drop_superfluous(d, r);
-        revise(d, revision, r);
     }
 
     if (revision->open) take_back(d, revision, r);
