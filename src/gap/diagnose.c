@@ -182,7 +182,17 @@ static void try_start(const struct diagnosis *d, const struct hypothesis *h, con
     if (!idle && square < *least) *least = square, *best = model;
 }
 
-double trial_rise(const struct trial *t) { return t->gain + PENALTY * t->hypothesis->variables; }
+double trial_rise(const struct trial *t) { return t->gain + PENALTY * t->parameters; }
+
+/* Gain and deviations of a trial from its fit. */
+static void rate(const struct diagnosis *d, struct trial *t, double square, const double *std) {
+    const struct hypothesis *h = t->hypothesis;
+    t->square = square;
+    t->parameters = 0.0;
+    memcpy(t->std, std, (size_t)h->variables * sizeof *t->std);
+    for (int i = 0; i < h->variables; i++) t->parameters += fmax(1.0 - pow(std[i] * h->variable[i].pull, 2.0), 0.0);
+    t->gain = d->square - square - PENALTY * t->parameters - (h->shape >= 0 ? 2.0 * log(LEGS) : 0.0);
+}
 
 /* The start from which the rest of the model, moved linearly, comes closest; of an effect that is
  * given its own values are one. A law in proportion has its best strength at once; else it is bent.
@@ -288,13 +298,11 @@ static void try_one(const struct diagnosis *d, const struct hypothesis *h, const
     move_others(d, h, &base, x, &t->model);
 
     t->ok = true;
-    t->square = r.square;
-    t->gain = d->square - r.square - PENALTY * h->variables - (h->shape >= 0 ? 2.0 * log(LEGS) : 0.0);
+    rate(d, t, r.square, r.std);
     /* else it is noise, and as much on the cycles held out */
     bool seen = again || t->gain > WORTH_LEAST;
     t->held_square = seen ? held_square(d, &t->model) : d->held_square - (d->square - t->square);
     t->held_gain = d->held_square - t->held_square;
-    memcpy(t->std, r.std, (size_t)h->variables * sizeof *t->std);
     t->bound = at_bound(t);
 end:
     free(own);
@@ -321,13 +329,11 @@ static void polish(const struct diagnosis *d, struct trial *t) {
     struct fit_result r = fit_model(&d->fit, &t->model, n, v, once, NULL, POLISH_ITERATIONS);
     t->ok = r.ok;
     if (!t->ok) return;
-    t->gain += t->square - r.square;
-    t->square = r.square;
+    rate(d, t, r.square, r.std + base);
     t->held_square = held_square(d, &t->model);
     t->held_gain = d->held_square - t->held_square;
     t->polished = true;
     t->bound = at_bound(t);
-    memcpy(t->std, r.std + base, (size_t)(n - base) * sizeof *t->std);
 }
 
 struct crew {

@@ -32,8 +32,11 @@ struct trial {
     bool ok;
     struct params model;                 /* fitted, base moved too */
     double square, held_square;
+    double parameters;                   /* that the data determine: the others stand where their
+                                          * priors have them, and make nothing up (MacKay 1992,
+                                          * the effective number of parameters) */
     double gain, held_gain;              /* of the fitted cycles, less a penalty for each
-                                          * parameter; of the others */
+                                          * of these; of the others */
     double std[HYPOTHESIS_VARIABLES];
     bool bound;
     bool as_found;                       /* what is parallel to it stands as the model so far

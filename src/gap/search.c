@@ -166,7 +166,7 @@ static void prefer_seen(const struct diagnosis *d, struct trial *trial, int tria
 
 static bool worth_adding(const struct diagnosis *d, const struct trial *t, double laws) {
     double left = excess(d->held_square, d->held_out.evaluated);
-    double least = dispersion(d, t), fitted = trial_rise(t) - t->hypothesis->variables;
+    double least = dispersion(d, t), fitted = trial_rise(t) - t->parameters;
     bool pays = fitted > GAIN_EACH * least && t->held_gain > GAIN_EACH * least && trial_evidence(t) > GAIN_MIN * least;
     return t->ok && t->polished && !unseen(d, t) && pays && t->held_gain > laws && t->held_gain > REMAINDER_SHARE * left;
 }
@@ -185,22 +185,13 @@ static int simple_shape(const struct diagnosis *d, const struct trial *trial, in
 /* What a trial pays for its parameters. */
 static double penalty(const struct trial *t) { return trial_rise(t) - t->gain; }
 
-/* The number of parameters that the data determine: the others stand where their prior has them,
- * and make nothing up (MacKay 1992, the effective number of parameters). */
-static double determined(const struct trial *t) {
-    double sum = 0.0;
-    for (int i = 0; i < t->hypothesis->variables; i++) sum += fmax(1.0 - pow(t->std[i] * t->hypothesis->variable[i].pull, 2.0), 0.0);
-    return sum;
-}
-
 /* Would the effect in this simpler shape, and the next effect beside it, explain more than the best
- * trial, which pays only for what is determined? A value for each leg takes up what another effect
- * does to the legs. The model stays, refitted. */
+ * trial? A value for each leg takes up what another effect does to the legs. The model stays,
+ * refitted. */
 static bool is_two(struct diagnosis *d, const struct trial *trial, int simple, int threads) {
     struct trial *next = memory_get(HYPOTHESES_MAX, sizeof *next);
     /* before the list of hypotheses, to which trials point, is another */
-    double needed = trial_rise(&trial[0]) - penalty(&trial[0]) * determined(&trial[0]) / trial[0].hypothesis->variables +
-                    trial[0].held_gain;
+    double needed = trial_evidence(&trial[0]);
     double evidence = d->square + d->held_square - penalty(&trial[simple]);
     bool two = false;
     if (diagnosis_add(d, &trial[simple])) {
