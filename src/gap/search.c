@@ -230,12 +230,14 @@ static void drop_superfluous(struct diagnosis *d, struct gap_result *r) {
  * that, before more is looked for: what two effects do together looks like a third, and with one
  * that is wrong others join that imitate what it leaves. */
 struct revision {
-    bool known[EFFECTS_MAX];       /* found at some time */
-    bool beside[EFFECTS_MAX][EFFECTS_MAX]; /* one judged where the other was there: once */
+    bool known[EFFECTS_MAX];       /* found at some time, and what it paid */
+    double penalty[EFFECTS_MAX];
+    bool beside[EFFECTS_MAX][EFFECTS_MAX]; /* one judged where the other was there */
     bool open;                     /* one is out: */
     struct gap_effect effect;
     struct hypothesis hypothesis;
     struct params model;           /* with it */
+    double square;                 /* with it, all cycles, and what it paid */
 };
 
 /* An effect has been judged, or is about to be, beside those that are there. */
@@ -258,9 +260,16 @@ static void revise(struct diagnosis *d, struct revision *v, struct gap_result *r
         v->effect = r->effect[place];
         v->hypothesis = d->addition[i];
         v->model = d->model;
+        v->square = d->square + d->held_square + v->penalty[effect];
         v->open = drop(d, i, HUGE_VAL, r);
         if (v->open) judged(d, v, effect);
     }
+}
+
+/* What takes the place of the one that is out has to explain more than that did. So has itself: a
+ * search from further off may end in a worse place. */
+static bool takes_place(const struct revision *v, const struct trial *t) {
+    return !v->open || t->square + t->held_square + penalty(t) < v->square;
 }
 
 /* The one that is out comes back: nothing else is worth its place. */
@@ -271,10 +280,17 @@ static void take_back(struct diagnosis *d, struct revision *v, struct gap_result
 }
 
 /* An effect has joined: the one that was out, or another in its place. */
-static void note(const struct diagnosis *d, struct revision *v, int effect) {
+static void note(const struct diagnosis *d, struct revision *v, int effect, double penalty) {
     v->known[effect] = true;
+    v->penalty[effect] = penalty;
     v->open = false;
     judged(d, v, effect);
+}
+
+/* What the last one may be as well. */
+static void tell_rivals(struct gap_result *r, int rivals, const int rival[GAP_RIVALS]) {
+    r->ambiguous = rivals;
+    memcpy(r->ambiguous_with, rival, sizeof r->ambiguous_with);
 }
 
 static int keys_of(const struct hypothesis *h) {
@@ -431,9 +447,11 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
         /* what was found before is there: what else it may be, the verdict says */
         bool found = !r->effects || revision->open || revision->known[effect];
         bool unclear = !found && rivals && trial_evidence(&trial[0]) < UNCLEAR_GAIN * dispersion(d, &trial[0]);
-        if (unclear || !worth_adding(d, &trial[0], diagnosis_law_error(d))) {
-            if (!revision->open) break;
+        bool worth = !unclear && worth_adding(d, &trial[0], diagnosis_law_error(d));
+        if (!worth && !revision->open) break;
+        if (!worth || !takes_place(revision, &trial[0])) {
             take_back(d, revision, r);
+            if (worth && effect == revision->effect.effect) tell_rivals(r, rivals, rival);
             continue;
         }
 
@@ -443,7 +461,7 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
             put_first(trial, simple);
             rivals = list_rivals(d, trial, trials, rival);
         }
-        double before = d->held_square, z = likelihood(d, &trial[0]);
+        double before = d->held_square, z = likelihood(d, &trial[0]), paid = penalty(&trial[0]);
         struct gap_effect *e = &r->effect[r->effects];
         *e = (struct gap_effect){.effect = effect,
                                  .shape = trial[0].hypothesis->shape,
@@ -451,9 +469,8 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
                                  .keys = keys_of(trial[0].hypothesis)};
         if (!diagnosis_add(d, &trial[0])) break;
         r->effects++;
-        memcpy(r->ambiguous_with, rival, sizeof rival);
-        r->ambiguous = rivals;
-        note(d, revision, effect);
+        tell_rivals(r, rivals, rival);
+        note(d, revision, effect, paid);
         e->share_explained = before - d->held_square;
         describe(e, &d->model, z, before, d->held_square);
         drop_superfluous(d, r);
