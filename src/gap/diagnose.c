@@ -15,8 +15,12 @@ static const double PENALTY = 8.0;       /* of white squares, a parameter: ln of
                                           * number of values, about */
 static const double WORTH = 0.1;         /* of the best one's gain after the first steps, and */
 static const double WORTH_LEAST = 4.0;   /* so much: a trial is fitted on */
-static const double BESIDE = 36.0;       /* gained by a constant force beside friction, z = 6:
-                                          * it is there */
+static const double SURE = 36.0;         /* gained beyond doubt, z = 6 */
+static const double RIDGE = 1e-4;        /* on the diagonal of the columns' products, relative
+                                          * (Levenberg 1944): where the base is moved linearly,
+                                          * noise moves it by 50 deviations of a column at most */
+static const double KEPT = 0.5;          /* of a gain, by the cycles held out: else it is
+                                          * contradicted */
 static const double BEND = 0.1;          /* of a signature: a law that bends less is taken
                                           * for one in proportion */
 static const double SHORTEST_STEP = 0.1; /* of the base's linear one, before none is taken */
@@ -149,6 +153,7 @@ bool diagnosis_refit(struct diagnosis *d, int iterations) {
     bool fitted = r.ok && fit_columns(&d->fit, &d->model, d->variables, d->variable, d->column) && fit_raw(&d->fit, &d->model, d->raw);
     if (!fitted) return false;
     fit_gram(d->variables, d->fit.values, d->column, d->gram);
+    for (int i = 0; i < d->variables; i++) d->gram[i * d->variables + i] *= 1.0 + RIDGE;
     memcpy(d->std, r.std, sizeof d->std);
     d->square = r.square;
     d->held_square = held_square(d, &d->model);
@@ -308,9 +313,14 @@ end:
     free(own);
 }
 
+/* What the base's linear step gained on the fitted cycles is not there on the others: beside this
+ * effect the base's columns are others. What a spring does at rest is its stiffness times the shift
+ * that the joints cause. */
+static bool contradicted(const struct trial *t) { return t->ok && !t->polished && t->gain > SURE && !(t->held_gain > KEPT * t->gain); }
+
 /* What the linear part promised, made true: base and effect fitted together. What masses, joints
- * and effects that are there already do to the forces hardly changes on the way. */
-static void polish(const struct diagnosis *d, struct trial *t) {
+ * and effects that are there already do to the forces hardly changes on the way, `near` the end. */
+static void fit_together(const struct diagnosis *d, bool near, struct trial *t) {
     struct variable v[FIT_VARIABLES];
     bool once[FIT_VARIABLES] = {false};
     const struct hypothesis *h = t->hypothesis;
@@ -319,7 +329,7 @@ static void polish(const struct diagnosis *d, struct trial *t) {
         const struct variable *b = &d->variable[i];
         enum parallel how = b->base ? hypothesis_parallel(h, b) : PARALLEL_NOT;
         if (how == PARALLEL_SAME) continue;
-        once[n] = b->parts == PART_FORCE;
+        once[n] = near && b->parts == PART_FORCE;
         v[n] = *b;
         if (how == PARALLEL_DRAWN) variable_draw(&v[n]);
         n++;
@@ -334,6 +344,19 @@ static void polish(const struct diagnosis *d, struct trial *t) {
     t->held_gain = d->held_square - t->held_square;
     t->polished = true;
     t->bound = at_bound(t);
+}
+
+/* What is contradicted is fitted from the model so far, too, with the effect as it typically is. */
+static void polish(const struct diagnosis *d, struct trial *t) {
+    struct trial anew = *t;
+    double unmoved[FIT_VARIABLES] = {0};
+    anew.ok = contradicted(t) && hypothesis_at(t->hypothesis, start_strength[TYPICAL], &anew.model);
+    if (anew.ok) {
+        move_others(d, t->hypothesis, &d->model, unmoved, &anew.model);
+        fit_together(d, false, &anew);
+    }
+    fit_together(d, true, t);
+    if (anew.ok && !(t->ok && t->square < anew.square)) *t = anew;
 }
 
 struct crew {
@@ -372,7 +395,7 @@ static void try_beside_constant(const struct diagnosis *d, const struct trial *f
     struct trial beside = {.hypothesis = t->hypothesis, .as_found = true};
     if (!one_direction(d, t)) return;
     try_one(d, t->hypothesis, from, SCREEN_ITERATIONS, &beside);
-    if (beside.ok && beside.gain > t->gain + BESIDE) *t = beside;
+    if (beside.ok && beside.gain > t->gain + SURE) *t = beside;
 }
 
 static void *screen(void *argument) {
@@ -452,10 +475,13 @@ static bool each_in_base(const struct diagnosis *d, int effect) {
     return each;
 }
 
+/* What is contradicted comes last of those that were fitted: its gain is none. */
+static int standing(const struct trial *t) { return t->ok ? contradicted(t) ? 1 : 2 : 0; }
+
 static int by_gain(const void *a, const void *b) {
     const struct trial *x = a, *y = b;
-    double p = x->ok ? x->gain : -HUGE_VAL, q = y->ok ? y->gain : -HUGE_VAL;
-    return p < q ? 1 : p > q ? -1 : 0;
+    if (standing(x) != standing(y)) return standing(y) - standing(x);
+    return x->gain < y->gain ? 1 : x->gain > y->gain ? -1 : 0;
 }
 
 static void *polish_next(void *argument) {
@@ -482,8 +508,8 @@ static const struct trial *best_shape(const struct trial *finalist, int finalist
     return NULL;
 }
 
-/* Best first; the best few effects, each in its best shape and those that come near it, come
- * first, polished. */
+/* Best first; the best few effects, each in its best shape and those that come near it, and what is
+ * contradicted come first, polished. */
 static void finish(struct crew *crew, struct trial *trial, int count, int threads) {
     struct trial *finalist = memory_get((size_t)count, sizeof *finalist);
     int effects = 0, finalists = 0, others = 0;
@@ -494,7 +520,8 @@ static void finish(struct crew *crew, struct trial *trial, int count, int thread
         bool rises = trial[i].hypothesis->shape != SHAPE_EACH && trial_rise(&trial[i]) > NEAR * rise;
         /* a limit of each leg's own: it may be all there is, whatever the first steps said */
         bool limit = best && best->hypothesis->shape == SHAPE_EACH && trial[i].hypothesis->shape == SHAPE_ALL;
-        bool chosen = trial[i].ok && (best ? limit || trial[i].gain > NEAR * best->gain : effects < FINALISTS || rises);
+        bool near = best ? limit || trial[i].gain > NEAR * best->gain : effects < FINALISTS || rises;
+        bool chosen = trial[i].ok && (contradicted(&trial[i]) ? !best && trial[i].gain > crew->worth : near);
         effects += chosen && !best;
         if (chosen) finalist[finalists++] = trial[i];
         else trial[others++] = trial[i];

@@ -21,7 +21,7 @@ struct diagnosis {
     double std[FIT_VARIABLES];
     double square, held_square;          /* of the model so far */
     double *column;                      /* at the model, [variables][values] */
-    double *gram;                        /* of the columns, [variables][variables] */
+    double *gram;                        /* of the columns, with a ridge, [variables][variables] */
     double *raw;                         /* residuals at the model, [values] */
     struct hypothesis *hypothesis;
     int hypotheses;
@@ -76,8 +76,8 @@ bool diagnosis_refit(struct diagnosis *d, int iterations);
 
 /* Tries hypotheses beside the model so far, `threads` at a time: every effect with all legs alike;
  * then those that came closest in their other shapes, for the legs with most to explain. The best
- * ones are polished and come first, by their evidence. Returns the number of trials
- * (HYPOTHESES_MAX at most). */
+ * ones, and what the cycles held out contradict, are polished and come first, by their evidence.
+ * Returns the number of trials (HYPOTHESES_MAX at most). */
 int diagnosis_try(const struct diagnosis *d, struct trial *trial, int threads);
 
 /* Sum of white squares, held out, that is noise alone, beyond doubt. */

@@ -74,7 +74,7 @@ struct linear_part {
     const double *raw;                  /* residuals of the model without the others, from fit_raw:
                                          * these differ in the others alone */
     const double *column;               /* [n][values] */
-    const double *gram;                 /* [n][n], from fit_gram */
+    const double *gram;                 /* [n][n], from fit_gram; a ridge on it holds them back */
     const double *min, *max;
     const struct fit_pull *pull;
     double *x;                          /* result, from where the model is */
