@@ -1,7 +1,8 @@
 /* Which effects the six tests can tell apart. For every effect, typical, on a machine like the
  * model: z, its whitened signature beyond what the base can take up, and how much of that no other
  * effect takes up. Prints a table. With a file's name, as CSV for tests/gap/score.py: the strength
- * of each effect at which z = 8, and what share of that z each other effect leaves there. */
+ * of each effect at which z = 8, 0 where no strength has so little, and what share of that z each
+ * other effect leaves there. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -77,10 +78,12 @@ static double z_at(const struct hypothesis *h, double strength, double *vector) 
 }
 
 /* The strength at which z = 8: the base takes up what fits into its tolerance, so z does not
- * grow in proportion. */
+ * grow in proportion. 0: there is none, for a line as short as one likes is one of 0.2 m, and air
+ * replaces the modulus of the base. */
 static double detectable(const struct hypothesis *h, double *vector) {
     double low = 1e-5, high = 4.0, z = z_at(h, high, vector);
     if (z < 8.0) return high * 8.0 / z;
+    if (z_at(h, low, vector) >= 8.0) return 0.0;
     for (int i = 0; i < 20; i++) {
         double middle = sqrt(low * high);
         if (z_at(h, middle, vector) < 8.0) low = middle;
@@ -161,7 +164,7 @@ int main(int argc, char **argv) {
         double strength = detectable(&hypothesis[i], vector);
         z = z_at(&hypothesis[i], strength, vector);
         fprintf(file, "%s,%.3g,", name_of(i), strength);
-        if (signature(hypothesis[i].effect, strength, vector)) {
+        if (strength > 0.0 && signature(hypothesis[i].effect, strength, vector)) {
             leave_beside(hypothesis, count, i, vector, left);
             write_left(file, left, count, z);
         }
