@@ -241,7 +241,7 @@ static bool without_parallel(const struct diagnosis *d, const struct hypothesis 
         bool parallel = how == PARALLEL_SAME;
         double value = variable_get(v, parallel && !as_found ? d->given : &d->model);
         if (how == PARALLEL_DRAWN) variable_draw(v);
-        pull[i] = v->base ? (struct fit_pull){v->pull, value - v->neutral} : (struct fit_pull){0};
+        pull[i] = (struct fit_pull){v->pull, value - v->neutral};
         if (parallel) variable_set(v, base, value);
         min[i] = parallel ? 0.0 : v->min - value, max[i] = parallel ? 0.0 : v->max - value;
         changed = changed || (parallel && !as_found);

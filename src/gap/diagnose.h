@@ -19,7 +19,8 @@ struct diagnosis {
     int variables;                       /* base first, then those of the effects added */
     struct variable variable[FIT_VARIABLES];
     double std[FIT_VARIABLES];
-    double square, held_square;          /* of the model so far */
+    double square, held_square;          /* of the model so far; square: with what the values of the
+                                          * effects cost by their priors */
     double *column;                      /* at the model, [variables][values] */
     double *gram;                        /* of the columns, with a ridge, [variables][variables] */
     double *raw;                         /* residuals at the model, [values] */
@@ -31,7 +32,7 @@ struct trial {
     const struct hypothesis *hypothesis;
     bool ok;
     struct params model;                 /* fitted, base moved too */
-    double square, held_square;
+    double square, held_square;          /* as of the model so far */
     double parameters;                   /* that the data determine: the others stand where their
                                           * priors have them, and make nothing up (MacKay 1992,
                                           * the effective number of parameters) */

@@ -379,7 +379,7 @@ struct fit_result fit_model(const struct fit_data *d, struct params *model, int 
         if (!descend(&s, x) || before - s.square < ENOUGH * s.square) break;
     }
 
-    result.square = s.square;
+    result.square = s.square + pulled(model, variables, v);
     free(room);
     return result;
 }

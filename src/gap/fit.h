@@ -63,7 +63,7 @@ bool fit_box(int n, int values, const double *residual, const double *const *col
 
 struct fit_result {
     bool ok;
-    double square;                      /* at the end */
+    double square;                      /* at the end, of white residuals and of what pulls */
     double std[FIT_VARIABLES];
 };
 
