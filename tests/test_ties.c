@@ -143,7 +143,7 @@ static void an_experiment_with_one_axis_is_one_that_it_can_make(void **state) {
     static struct hypothesis h[HYPOTHESES_MAX];
     static const bool none[EFFECTS_MAX];
     char text[GAP_TEXT];
-    int count = hypotheses_list(&axis, none, PART_ALL, h);
+    int count = hypotheses_list(&axis, &axis, none, PART_ALL, h);
     assert_true(count > 10);
     for (int i = 0; i < count; i++)
         for (int j = 0; j < i; j++) assert_of_one_axis(between(MECHANISM_AXIS, h[i].effect, h[j].effect));

@@ -157,7 +157,7 @@ bool diagnosis_refit(struct diagnosis *d, int iterations) {
     memcpy(d->std, r.std, sizeof d->std);
     d->square = r.square;
     d->held_square = held_square(d, &d->model);
-    d->hypotheses = hypotheses_list(&d->model, d->found, d->even.parts, d->hypothesis);
+    d->hypotheses = hypotheses_list(d->given, &d->model, d->found, d->even.parts, d->hypothesis);
     return true;
 }
 
@@ -318,6 +318,9 @@ end:
  * that the joints cause. */
 static bool contradicted(const struct trial *t) { return t->ok && !t->polished && t->gain > SURE && !(t->held_gain > KEPT * t->gain); }
 
+/* What is contradicted has gained nothing yet. */
+static double sound_gain(const struct trial *t) { return !t->ok ? -HUGE_VAL : contradicted(t) ? 0.0 : t->gain; }
+
 /* What the linear part promised, made true: base and effect fitted together. What masses, joints
  * and effects that are there already do to the forces hardly changes on the way, `near` the end. */
 static void fit_together(const struct diagnosis *d, bool near, struct trial *t) {
@@ -335,7 +338,8 @@ static void fit_together(const struct diagnosis *d, bool near, struct trial *t) 
         n++;
     }
     base = n;
-    for (int i = 0; i < h->variables && n < FIT_VARIABLES; i++) v[n++] = h->variable[i];
+    if (base + h->variables > FIT_VARIABLES) return;
+    for (int i = 0; i < h->variables; i++) v[n++] = h->variable[i];
     struct fit_result r = fit_model(&d->fit, &t->model, n, v, once, NULL, POLISH_ITERATIONS);
     t->ok = r.ok;
     if (!t->ok) return;
@@ -346,11 +350,15 @@ static void fit_together(const struct diagnosis *d, bool near, struct trial *t) 
     t->bound = at_bound(t);
 }
 
-/* What is contradicted is fitted from the model so far, too, with the effect as it typically is. */
+/* What is contradicted is fitted from the model so far, too, with the effect as it typically is, or
+ * as the configuration has it. */
 static void polish(const struct diagnosis *d, struct trial *t) {
     struct trial anew = *t;
     double unmoved[FIT_VARIABLES] = {0};
-    anew.ok = contradicted(t) && hypothesis_at(t->hypothesis, start_strength[TYPICAL], &anew.model);
+    int effect = t->hypothesis->effect;
+    bool given = d->given->effects[effect].on;
+    if (given) anew.model.effects[effect] = d->given->effects[effect];
+    anew.ok = contradicted(t) && (given || hypothesis_at(t->hypothesis, start_strength[TYPICAL], &anew.model));
     if (anew.ok) {
         move_others(d, t->hypothesis, &d->model, unmoved, &anew.model);
         fit_together(d, false, &anew);
@@ -431,10 +439,8 @@ static void run_crew(struct crew *crew, void *(*work_on)(void *), int threads) {
 static void try_all(struct crew *crew, int threads) {
     double best = 0.0;
     run_crew(crew, screen, threads);
-    for (int i = 0; crew->before && i < crew->before->count; i++)
-        if (crew->before->trial[i].ok) best = fmax(best, crew->before->trial[i].gain);
-    for (int i = 0; i < crew->count; i++)
-        if (crew->trial[i].ok) best = fmax(best, crew->trial[i].gain);
+    for (int i = 0; crew->before && i < crew->before->count; i++) best = fmax(best, sound_gain(&crew->before->trial[i]));
+    for (int i = 0; i < crew->count; i++) best = fmax(best, sound_gain(&crew->trial[i]));
     crew->worth = fmax(WORTH * best, WORTH_LEAST);
     run_crew(crew, fit_on, threads);
 }
@@ -461,8 +467,8 @@ static bool promising(const struct crew *crew, int effect, int many) {
     double gain = -INFINITY;
     int better = 0;
     for (int i = 0; i < crew->count; i++)
-        if (crew->hypothesis[i]->effect == effect && crew->trial[i].ok) gain = fmax(gain, crew->trial[i].gain);
-    for (int i = 0; i < crew->count; i++) better += crew->trial[i].ok && crew->trial[i].gain > gain;
+        if (crew->hypothesis[i]->effect == effect) gain = fmax(gain, sound_gain(&crew->trial[i]));
+    for (int i = 0; i < crew->count; i++) better += sound_gain(&crew->trial[i]) > gain;
     return better < many;
 }
 
@@ -475,13 +481,11 @@ static bool each_in_base(const struct diagnosis *d, int effect) {
     return each;
 }
 
-/* What is contradicted comes last of those that were fitted: its gain is none. */
-static int standing(const struct trial *t) { return t->ok ? contradicted(t) ? 1 : 2 : 0; }
-
 static int by_gain(const void *a, const void *b) {
     const struct trial *x = a, *y = b;
-    if (standing(x) != standing(y)) return standing(y) - standing(x);
-    return x->gain < y->gain ? 1 : x->gain > y->gain ? -1 : 0;
+    double p = sound_gain(x), q = sound_gain(y);
+    if (p == q) p = x->gain, q = y->gain; /* of two that are contradicted */
+    return p < q ? 1 : p > q ? -1 : 0;
 }
 
 static void *polish_next(void *argument) {
@@ -521,7 +525,8 @@ static void finish(struct crew *crew, struct trial *trial, int count, int thread
         /* a limit of each leg's own: it may be all there is, whatever the first steps said */
         bool limit = best && best->hypothesis->shape == SHAPE_EACH && trial[i].hypothesis->shape == SHAPE_ALL;
         bool near = best ? limit || trial[i].gain > NEAR * best->gain : effects < FINALISTS || rises;
-        bool chosen = trial[i].ok && (contradicted(&trial[i]) ? !best && trial[i].gain > crew->worth : near);
+        bool anew = contradicted(&trial[i]) && trial[i].gain > crew->worth && (!best || KEPT * trial[i].gain > best->gain);
+        bool chosen = contradicted(&trial[i]) ? anew : trial[i].ok && near;
         effects += chosen && !best;
         if (chosen) finalist[finalists++] = trial[i];
         else trial[others++] = trial[i];

@@ -32,7 +32,7 @@ struct trial {
     const struct hypothesis *hypothesis;
     bool ok;
     struct params model;                 /* fitted, base moved too */
-    double square, held_square;          /* as of the model so far */
+    double square, held_square;          /* as above, of this model */
     double parameters;                   /* that the data determine: the others stand where their
                                           * priors have them, and make nothing up (MacKay 1992,
                                           * the effective number of parameters) */

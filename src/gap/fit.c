@@ -304,11 +304,11 @@ double fit_share(const struct fit_data *d, const double *white, const double *ch
 
 bool fit_raw(const struct fit_data *d, const struct params *model, double *raw) { return raw_residual(d, model, PART_ALL, ALL_LEGS, raw); }
 
-/* What pulls at the variables, in white squares. */
-static double pulled(const struct params *model, int variables, const struct variable *v) {
+/* What pulls at the variables of effects, or of the base, in white squares. */
+static double pulled(const struct params *model, int variables, const struct variable *v, bool base) {
     double sum = 0.0;
     for (int i = 0; i < variables; i++)
-        if (v[i].pull > 0.0) sum += square_of(v[i].pull * (variable_get(&v[i], model) - v[i].neutral));
+        if (v[i].pull > 0.0 && v[i].base == base) sum += square_of(v[i].pull * (variable_get(&v[i], model) - v[i].neutral));
     return sum;
 }
 
@@ -321,13 +321,19 @@ struct descent {
     const struct linear_part *linear;
     enum residual_part parts;           /* that the variables move, */
     int leg;                            /* of this one, or all */
-    double square, *raw, *white;        /* at the model */
+    double square, *raw, *white;        /* at the model; square: with what pulls */
 };
+
+/* The sum that is made small, of residuals that are there. */
+static double objective(const struct descent *s, const struct params *model) {
+    double pull = pulled(model, s->variables, s->v, false) + pulled(model, s->variables, s->v, true);
+    return linear_square(s->d->values, s->white, s->linear) + pull;
+}
 
 /* From the model along x as far as that pays; false where it does not: then the model stays, and
  * the residuals are not its own. */
 static bool descend(struct descent *s, const double *x) {
-    double least = s->square + pulled(s->model, s->variables, s->v), scale = 1.0, linear[COLUMNS_MAX];
+    double scale = 1.0, linear[COLUMNS_MAX];
     size_t size = s->linear ? (size_t)s->linear->n * sizeof *linear : 0;
     if (size) memcpy(linear, s->linear->x, size);
     for (int attempt = 0; attempt < 5; attempt++, scale *= 0.35) {
@@ -335,8 +341,8 @@ static bool descend(struct descent *s, const double *x) {
         for (int i = 0; i < s->variables; i++) variable_set(&s->v[i], &moved, variable_get(&s->v[i], s->model) + scale * x[i]);
         if (!raw_residual(s->d, &moved, s->parts, s->leg, s->raw)) continue;
         whiten_copy(s->d, s->raw, s->white);
-        double square = linear_square(s->d->values, s->white, s->linear);
-        if (!(square + pulled(&moved, s->variables, s->v) < least)) continue;
+        double square = objective(s, &moved);
+        if (!(square < s->square)) continue;
         *s->model = moved;
         s->square = square;
         return true;
@@ -360,7 +366,7 @@ struct fit_result fit_model(const struct fit_data *d, struct params *model, int 
     if (linear) memcpy(s.raw, linear->raw, (size_t)values * sizeof *room);
     result.ok = raw_residual(d, model, linear ? s.parts : PART_ALL, linear ? s.leg : ALL_LEGS, s.raw);
     if (result.ok) whiten_copy(d, s.raw, s.white);
-    if (result.ok) s.square = linear_square(values, s.white, linear);
+    if (result.ok) s.square = objective(&s, model);
 
     for (int iteration = 0; result.ok && iteration < iterations; iteration++) {
         if (!fit_columns_from(d, model, s.raw, variables, v, iteration ? once : NULL, columns)) break;
@@ -379,7 +385,7 @@ struct fit_result fit_model(const struct fit_data *d, struct params *model, int 
         if (!descend(&s, x) || before - s.square < ENOUGH * s.square) break;
     }
 
-    result.square = s.square + pulled(model, variables, v);
+    result.square = s.square - pulled(model, variables, v, true);
     free(room);
     return result;
 }

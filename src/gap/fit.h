@@ -63,7 +63,8 @@ bool fit_box(int n, int values, const double *residual, const double *const *col
 
 struct fit_result {
     bool ok;
-    double square;                      /* at the end, of white residuals and of what pulls */
+    double square;                      /* at the end: of white residuals, and what values of
+                                         * effects cost by their priors; the base costs nothing */
     double std[FIT_VARIABLES];
 };
 
@@ -74,7 +75,8 @@ struct linear_part {
     const double *raw;                  /* residuals of the model without the others, from fit_raw:
                                          * these differ in the others alone */
     const double *column;               /* [n][values] */
-    const double *gram;                 /* [n][n], from fit_gram; a ridge on it holds them back */
+    const double *gram;                 /* [n][n], from fit_gram; a ridge on it holds them back,
+                                         * and counts */
     const double *min, *max;
     const struct fit_pull *pull;
     double *x;                          /* result, from where the model is */
@@ -82,8 +84,8 @@ struct linear_part {
 /* Products of columns with each other, [n][n]. */
 void fit_gram(int n, int values, const double *column, double *gram);
 
-/* Sum of white squares at a model with the linear part at its best; infinite where it cannot make
- * this motion. white: its residuals. */
+/* Sum of white squares at a model with the linear part at its best, what pulls at that included;
+ * infinite where it cannot make this motion. white: its residuals. */
 double fit_start(const struct fit_data *d, const struct params *model, int variables, const struct variable *v,
                  const struct linear_part *linear, double *white);
 

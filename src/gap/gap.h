@@ -36,8 +36,9 @@ struct gap_effect {
                                            * found, only reached for */
     double share_explained;               /* of the squared gap above the floor, held-out cycles:
                                            * alone, or what was gone when it joined others */
-    double z;                             /* square root of the likelihood's gain on all cycles:
-                                           * the whole of one alone, or when it joined others */
+    double z;                             /* square root of the likelihood's gain on all cycles,
+                                           * less what its values cost by their priors: the whole
+                                           * of one alone, or when it joined others */
     char evidence[GAP_TEXT];
 };
 
@@ -46,8 +47,8 @@ struct gap_candidate {
     int effect, shape;
     double gain;                          /* of the sum of white squares, fitted cycles,
                                            * less a penalty for its parameters */
-    double z;                             /* square root of the likelihood's gain on all cycles;
-                                           * after the first steps, where it is small by then */
+    double z;                             /* as of an effect; after the first steps, where it is
+                                           * small by then */
     double share_explained;
 };
 

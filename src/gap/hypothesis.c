@@ -50,18 +50,18 @@ static double difference_step(const struct effect_key *k) {
     return 0.02 * (typical > 0.0 ? typical : fabs(k->typical));
 }
 
-/* Prior: a value scatters by three times its typical size, or by what the configuration has of it.
- * That decides nothing where the data see an effect of such a size, and a joint that is 80 mm from
- * its place is no explanation. */
-static double pull(const struct effect_key *k, double given) {
-    double deviation = fmax(3.0 * fabs(k->typical - k->neutral), fabs(given - k->neutral));
+/* Prior: a value scatters by three times its typical size, or by the largest that the configuration
+ * has of it. That decides nothing where the data see an effect of such a size, and a joint that is
+ * 80 mm from its place is no explanation. A limit has none: its neutral value is infinite. */
+static double pull(const struct effect_key *k, const struct effect_values *given, int key) {
+    double deviation = 3.0 * fabs(k->typical - k->neutral);
+    for (int leg = 0; leg < LEGS && given->on; leg++) deviation = fmax(deviation, fabs(given->value[key][leg] - k->neutral));
     return k->reciprocal || k->typical == k->neutral ? 0.0 : 1.0 / deviation;
 }
 
-static void add_variable(const struct params *model, struct hypothesis *h, int key, int leg, struct reach reach) {
+static void add_variable(const struct params *given, struct hypothesis *h, int key, int leg, struct reach reach) {
     const struct effect *e = effect_table[h->effect];
     const struct effect_key *k = &e->keys[key];
-    const struct effect_values *given = &model->effects[h->effect];
     h->variable[h->variables++] = (struct variable){
         .name = k->name,
         .offset = offsetof(struct params, effects) + (size_t)h->effect * sizeof(struct effect_values) +
@@ -74,20 +74,20 @@ static void add_variable(const struct params *model, struct hypothesis *h, int k
         .min = k->min,
         .max = k->max,
         .neutral = k->neutral,
-        .pull = pull(k, given->on ? given->value[key][leg < 0 ? 0 : leg] : k->neutral),
+        .pull = pull(k, &given->effects[h->effect], key),
         .step = difference_step(k),
         .parts = reach.parts,
     };
 }
 
 /* One axis is x, of what acts on the pose. */
-static void build(const struct params *model, struct hypothesis *h, int effect, int shape, struct reach reach) {
+static void build(const struct params *given, struct hypothesis *h, int effect, int shape, struct reach reach) {
     *h = (struct hypothesis){.effect = effect, .shape = shape};
     const struct effect_key *keys = effect_table[effect]->keys;
-    bool axis = model->mechanism == MECHANISM_AXIS;
+    bool axis = given->mechanism == MECHANISM_AXIS;
     for (int key = 0; key < (axis && effect_table[effect]->wrench ? 1 : EFFECT_KEYS) && keys[key].name; key++)
         for (int leg = 0; leg < (shape == SHAPE_EACH ? LEGS : 1); leg++)
-            add_variable(model, h, key, shape == SHAPE_EACH && keys[key].per_leg ? leg : shape == SHAPE_EACH ? -1 : shape, reach);
+            add_variable(given, h, key, shape == SHAPE_EACH && keys[key].per_leg ? leg : shape == SHAPE_EACH ? -1 : shape, reach);
 }
 
 enum residual_part hypothesis_parts(const struct hypothesis *h) {
@@ -96,7 +96,7 @@ enum residual_part hypothesis_parts(const struct hypothesis *h) {
     return parts;
 }
 
-int hypotheses_list(const struct params *model, const bool found[EFFECTS_MAX], enum residual_part evaluated,
+int hypotheses_list(const struct params *given, const struct params *model, const bool found[EFFECTS_MAX], enum residual_part evaluated,
                     struct hypothesis h[HYPOTHESES_MAX]) {
     int n = 0;
     for (int effect = 0; effect_table[effect]; effect++) {
@@ -105,13 +105,13 @@ int hypotheses_list(const struct params *model, const bool found[EFFECTS_MAX], e
         reach.parts &= evaluated;
         if (reach.parts & PART_FORCE_SENSOR) reach.parts = PART_FORCE;
         if (!reach.parts) continue; /* of time alone: recording_clock sees it without a fit */
-        build(model, &h[n++], effect, SHAPE_ALL, reach);
+        build(given, &h[n++], effect, SHAPE_ALL, reach);
         if (params_legs(model) == 1) continue;
         bool per_leg = false;
         const struct effect_key *keys = effect_table[effect]->keys;
         for (int key = 0; key < EFFECT_KEYS && keys[key].name; key++) per_leg = per_leg || keys[key].per_leg;
-        for (int leg = 0; leg < LEGS && per_leg; leg++) build(model, &h[n++], effect, leg, reach);
-        if (per_leg) build(model, &h[n++], effect, SHAPE_EACH, reach);
+        for (int leg = 0; leg < LEGS && per_leg; leg++) build(given, &h[n++], effect, leg, reach);
+        if (per_leg) build(given, &h[n++], effect, SHAPE_EACH, reach);
     }
     return n;
 }

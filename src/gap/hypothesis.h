@@ -15,8 +15,8 @@ struct hypothesis {
 };
 
 /* All of them for this model but those of effects found and those that what is evaluated cannot
- * show. Returns their number. */
-int hypotheses_list(const struct params *model, const bool found[EFFECTS_MAX], enum residual_part evaluated,
+ * show; their priors are those of the configuration given. Returns their number. */
+int hypotheses_list(const struct params *given, const struct params *model, const bool found[EFFECTS_MAX], enum residual_part evaluated,
                     struct hypothesis h[HYPOTHESES_MAX]);
 
 enum residual_part hypothesis_parts(const struct hypothesis *h);

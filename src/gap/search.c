@@ -30,7 +30,7 @@ enum { ROUNDS_MAX = GAP_EFFECTS * (GAP_EFFECTS + 1) };
 
 static double excess(double square, int values) { return fmax(square - values, 0.0); }
 
-/* Square root of the likelihood's gain, on all cycles. */
+/* Square root of the likelihood's gain, on all cycles, less what values cost by their priors. */
 static double likelihood(const struct diagnosis *d, const struct trial *t) { return sqrt(fmax(d->square - t->square + t->held_gain, 0.0)); }
 
 /* Every effect once, in its best shape; trials are sorted. */

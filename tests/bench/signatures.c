@@ -150,7 +150,7 @@ int main(int argc, char **argv) {
     FILE *file = argc > 1 ? fopen(argv[1], "w") : NULL;
     if (argc > 1 && !file) fail("the file cannot be written");
     if (file) fputs("effect,strength,left\n", file);
-    int count = hypotheses_list(&d.model, d.found, d.even.parts, hypothesis);
+    int count = hypotheses_list(&params, &d.model, d.found, d.even.parts, hypothesis);
     double *vector = room((size_t)d.fit.values), left[HYPOTHESES_MAX];
     printf("%-28s %8s  %s\n", "effect, typical", "z", "z that is left beside the nearest others");
     for (int i = 0; i < count; i++) {
