@@ -321,8 +321,9 @@ static bool contradicted(const struct trial *t) { return t->ok && !t->polished &
 /* What is contradicted has gained nothing yet. */
 static double sound_gain(const struct trial *t) { return !t->ok ? -HUGE_VAL : contradicted(t) ? 0.0 : t->gain; }
 
-/* What the linear part promised, made true: base and effect fitted together. What masses, joints
- * and effects that are there already do to the forces hardly changes on the way, `near` the end. */
+/* What the linear part promised, made true: base and effect fitted together. near: the trial begins
+ * near where it ends, so that what the base and the effects that are there do to the forces hardly
+ * changes on the way. No room for so many variables: the trial stays as it is. */
 static void fit_together(const struct diagnosis *d, bool near, struct trial *t) {
     struct variable v[FIT_VARIABLES];
     bool once[FIT_VARIABLES] = {false};
@@ -364,7 +365,7 @@ static void polish(const struct diagnosis *d, struct trial *t) {
         fit_together(d, false, &anew);
     }
     fit_together(d, true, t);
-    if (anew.ok && !(t->ok && t->square < anew.square)) *t = anew;
+    if (anew.polished && !(t->ok && t->square < anew.square)) *t = anew;
 }
 
 struct crew {
@@ -525,8 +526,8 @@ static void finish(struct crew *crew, struct trial *trial, int count, int thread
         /* a limit of each leg's own: it may be all there is, whatever the first steps said */
         bool limit = best && best->hypothesis->shape == SHAPE_EACH && trial[i].hypothesis->shape == SHAPE_ALL;
         bool near = best ? limit || trial[i].gain > NEAR * best->gain : effects < FINALISTS || rises;
-        bool anew = contradicted(&trial[i]) && trial[i].gain > crew->worth && (!best || KEPT * trial[i].gain > best->gain);
-        bool chosen = contradicted(&trial[i]) ? anew : trial[i].ok && near;
+        bool anew = trial[i].gain > crew->worth && (!best || KEPT * trial[i].gain > best->gain);
+        bool chosen = trial[i].ok && (contradicted(&trial[i]) ? anew : near);
         effects += chosen && !best;
         if (chosen) finalist[finalists++] = trial[i];
         else trial[others++] = trial[i];
