@@ -45,6 +45,7 @@ struct world {
     sem_t answered;      /* all TPDOs since the last SYNC */
     int64_t written_ns;
     bool supply;         /* the charge pump's level */
+    int restarts;        /* of the nodes, after their watchdog */
     _Atomic bool bus_stop, device_stop;
 };
 
@@ -165,16 +166,7 @@ static bool answered(struct world *w) {
     return sem_timedwait(&w->answered, &until) == 0;
 }
 
-/* One cycle with a bus that carries, no shorter than the period: the device takes a SYNC that comes
- * too soon for the same one again. The next one's readings are there when this returns. */
-static struct hal_sample cycle(struct world *w, double valve) {
-    while (device_now_ns() - w->written_ns < ns_from_seconds(w->params.loop.period_s)) sched_yield();
-    w->written_ns = device_now_ns();
-    struct hal_sample s = read_now(w, 0);
-    assert_int_equal(write_all(w, valve), 0);
-    answered(w);
-    return s;
-}
+static void recovers(struct world *w);
 
 static const char *trouble(struct world *w, char text[200]) {
     hal_can.describe(w->hal, text, 200);
@@ -187,12 +179,39 @@ static int frames_in_queue(struct world *w, struct can_frame *frames, int size) 
     return count;
 }
 
-/* The centre, until the bus answers; then all is well again. */
+static void wait_for_period(const struct world *w) {
+    while (device_now_ns() - w->written_ns < ns_from_seconds(w->params.loop.period_s)) sched_yield();
+}
+
+/* One cycle with a bus that carries, no shorter than the period: the device takes a SYNC that comes
+ * too soon for the same one again. The next one's readings are there when this returns. Where the
+ * host itself stood still for the nodes' watchdog, they are out of operational and are started
+ * again first. */
+static struct hal_sample cycle(struct world *w, double valve) {
+    int64_t before_ns = w->written_ns;
+    wait_for_period(w);
+    w->written_ns = device_now_ns();
+    struct hal_sample s = read_now(w, 0);
+    if (write_all(w, valve)) {
+        assert_below(0.5 * w->params.device.watchdog_s, seconds_from_ns(device_now_ns() - before_ns));
+        w->restarts++;
+        recovers(w);
+        return cycle(w, valve);
+    }
+    answered(w);
+    return s;
+}
+
+/* The centre in every cycle, until the bus answers, then until it has answered all; then all is
+ * well again. */
 static void recovers(struct world *w) {
-    do {
+    while (sem_trywait(&w->answered)) {
+        wait_for_period(w);
+        w->written_ns = device_now_ns();
         read_now(w, 0);
         hal_can.safe(w->hal);
-    } while (!answered(w));
+    }
+    while (answered(w)) continue;
     for (int i = 0; cycle(w, 0.0).flags & (SAMPLE_INVALID | SAMPLE_STALE); i++) assert_true(i < 100);
 }
 
@@ -213,7 +232,9 @@ static void commands_through_the_whole_back_end_move_the_legs_behind_the_whole_d
     struct hal_sample before = pump(w, true), s = before;
     for (int i = 0; i < 50; i++) {
         uint64_t seq = s.device_seq;
+        int restarts = w->restarts;
         s = cycle(w, 0.5);
+        if (w->restarts > restarts) continue; /* there were cycles between */
         assert_int_equal(s.device_seq, seq + 1);
         assert_int_equal(s.flags & (SAMPLE_INVALID | SAMPLE_STALE | SAMPLE_DROPPED), 0);
     }
@@ -268,8 +289,10 @@ static void a_bus_that_stands_still_is_given_three_cycles_and_then_the_centre_on
 
 static void a_full_transmit_queue_fails_the_write_and_is_got_over(void **state) {
     struct world *w = *state;
-    int least = 1; /* the kernel makes 4.6 kB of it: some six frames */
+    int least = 1, usual = 0; /* the kernel makes 4.6 kB of the least: some six frames */
+    socklen_t size = sizeof usual;
     for (int i = 0; i < 5; i++) cycle(w, 0.0);
+    assert_int_equal(getsockopt(w->daemon[THEIRS], SOL_SOCKET, SO_SNDBUF, &usual, &size), 0);
     assert_int_equal(setsockopt(w->daemon[THEIRS], SOL_SOCKET, SO_SNDBUF, &least, sizeof least), 0);
     halt_bus(w);
     int written = 0;
@@ -278,6 +301,8 @@ static void a_full_transmit_queue_fails_the_write_and_is_got_over(void **state) 
         if (write_all(w, 0.0)) break;
     }
     assert_true(written < 3); /* by the queue, before the count of three */
+    /* Where two cycles overlap, as on a busy host, the least would be full without a fault. */
+    assert_int_equal(setsockopt(w->daemon[THEIRS], SOL_SOCKET, SO_SNDBUF, &usual, sizeof usual), 0);
     release_bus(w);
     recovers(w);
 }
