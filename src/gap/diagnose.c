@@ -14,7 +14,8 @@ static const double IDLE = 1e-6;         /* relative change of the squares */
 static const double PENALTY = 8.0;       /* of white squares, a parameter: ln of the
                                           * number of values, about */
 static const double WORTH = 0.1;         /* of the best one's gain after the first steps, and */
-static const double WORTH_LEAST = 4.0;   /* so much: a trial is fitted on */
+static const double WORTH_LEAST = 4.0;   /* so much: a trial is fitted on; beyond the 1 that each
+                                          * parameter gains by chance: it is polished */
 static const double SURE = 36.0;         /* gained beyond doubt, z = 6 */
 static const double RIDGE = 1e-4;        /* on the diagonal of the columns' products, relative
                                           * (Levenberg 1944): where the base is moved linearly,
@@ -322,8 +323,8 @@ static bool contradicted(const struct trial *t) { return t->ok && !t->polished &
 static double sound_gain(const struct trial *t) { return !t->ok ? -HUGE_VAL : contradicted(t) ? 0.0 : t->gain; }
 
 /* What the linear part promised, made true: base and effect fitted together. near: the trial begins
- * near where it ends, so that what the base and the effects that are there do to the forces hardly
- * changes on the way. No room for so many variables: the trial stays as it is. */
+ * near where it ends, so that the base's columns hardly change on the way. No room for so many
+ * variables: the trial stays as it is. */
 static void fit_together(const struct diagnosis *d, bool near, struct trial *t) {
     struct variable v[FIT_VARIABLES];
     bool once[FIT_VARIABLES] = {false};
@@ -333,7 +334,7 @@ static void fit_together(const struct diagnosis *d, bool near, struct trial *t) 
         const struct variable *b = &d->variable[i];
         enum parallel how = b->base ? hypothesis_parallel(h, b) : PARALLEL_NOT;
         if (how == PARALLEL_SAME) continue;
-        once[n] = near && b->parts == PART_FORCE;
+        once[n] = near && b->base;
         v[n] = *b;
         if (how == PARALLEL_DRAWN) variable_draw(&v[n]);
         n++;
@@ -489,10 +490,11 @@ static int by_gain(const void *a, const void *b) {
     return p < q ? 1 : p > q ? -1 : 0;
 }
 
+/* What gains next to nothing is as good as it is. */
 static void *polish_next(void *argument) {
     struct crew *crew = argument;
     for (int i; (i = atomic_fetch_add(&crew->next, 1)) < crew->count;)
-        if (crew->trial[i].ok && trial_rise(&crew->trial[i]) > 0.0) polish(crew->d, &crew->trial[i]);
+        if (crew->trial[i].ok && trial_rise(&crew->trial[i]) - crew->trial[i].parameters > WORTH_LEAST) polish(crew->d, &crew->trial[i]);
     return NULL;
 }
 
