@@ -5,7 +5,7 @@
 #include <math.h>
 
 #include "config.h"
-#include "diagnose.h"
+#include "goodness.h"
 #include "judge.h"
 
 enum { VALUES = 1800 };
@@ -89,7 +89,7 @@ static double weighed(double a, double b, double law) {
         bool first = i < VALUES / 2;
         white[i] = sqrt(first ? a : b), one[i] = 1.0, error[i] = first ? 0.0 : law * law;
     }
-    return diagnosis_weigh(VALUES, white, one, error);
+    return goodness_weigh(VALUES, white, one, error);
 }
 
 static void a_law_excuses_what_is_left_where_it_acts_and_nowhere_else(void **state) {
@@ -102,7 +102,7 @@ static void a_law_excuses_what_is_left_where_it_acts_and_nowhere_else(void **sta
     assert_true(weighed(1.5, 0.5, 3.0) > 1.0);    /* it lends the others nothing */
     static const double white[] = {2.0, 0.0}, one[] = {1.0, 0.0}, law[] = {0.0, 0.0};
     /* the other one is not evaluated */
-    assert_true(diagnosis_weigh(2, white, one, law) == diagnosis_weigh(1, white, one, law));
+    assert_true(goodness_weigh(2, white, one, law) == goodness_weigh(1, white, one, law));
 }
 
 static void one_axis_gets_experiments_that_it_can_make(void **state) {

@@ -8,6 +8,7 @@
 
 #include "compare.h"
 #include "controller.h"
+#include "goodness.h"
 #include "judge.h"
 #include "line.h"
 #include "memory.h"
@@ -120,7 +121,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
 
     if (!status) status = compare_models(params, measured, validate, options, r, error);
     if (!status) {
-        remainder.after = d->held_square, remainder.beyond_laws = diagnosis_beyond_laws(d), remainder.noise = diagnosis_noise(d);
+        remainder.after = d->held_square, remainder.beyond_laws = goodness_beyond_laws(d), remainder.noise = goodness_noise(d);
         judge(r, &remainder);
         if (r->verdict == GAP_UNKNOWN_EFFECT) give_up(params, r);
     }

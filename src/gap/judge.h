@@ -10,7 +10,7 @@ struct remainder {
     double before, after;      /* excess of the base; sum of squares with the effects */
     double noise;              /* as much as noise alone makes of that sum */
     double beyond_laws;        /* weighted squares over what noise and laws make of them
-                                * (diagnosis_beyond_laws) */
+                                * (goodness_beyond_laws) */
 };
 
 /* From a result that is complete but for these: fills verdict, reason and next_experiment. */

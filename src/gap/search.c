@@ -6,9 +6,11 @@
 #include <string.h>
 
 #include "base.h"
+#include "goodness.h"
 #include "inverse_dynamics.h"
 #include "machine.h"
 #include "memory.h"
+#include "trials.h"
 
 /* On machines with nothing hidden, of some forty effects tried the luckiest gains 5 to 10 on
  * held-out cycles (make bench-gap). */
@@ -195,10 +197,10 @@ static bool is_two(struct diagnosis *d, const struct trial *trial, int simple, i
     double evidence = d->square + d->held_square - penalty(&trial[simple]);
     bool two = false;
     if (diagnosis_add(d, &trial[simple])) {
-        int trials = diagnosis_try(d, next, threads);
+        int trials = trials_run(d, next, threads);
         prefer_seen(d, next, trials);
         prefer_simple(d, next, trials);
-        if (trials && worth_adding(d, &next[0], diagnosis_law_error(d))) {
+        if (trials && worth_adding(d, &next[0], goodness_law_error(d))) {
             evidence -= penalty(&next[0]);
             if (diagnosis_add(d, &next[0])) {
                 two = evidence - d->square - d->held_square > needed;
@@ -436,7 +438,7 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
         if (!revision->open) revise(d, revision, r);
         if (r->effects == GAP_EFFECTS) break;
         gap_progress(o, round ? "another effect" : "screening", 0.7 * round / ROUNDS_MAX);
-        int trials = diagnosis_try(d, trial, o->threads);
+        int trials = trials_run(d, trial, o->threads);
         if (!trials) break;
         if (round == 0) list_candidates(d, trial, trials, r);
         prefer_seen(d, trial, trials);
@@ -447,7 +449,7 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
         /* what was found before is there: what else it may be, the verdict says */
         bool found = !r->effects || revision->open || revision->known[effect];
         bool unclear = !found && rivals && trial_evidence(&trial[0]) < UNCLEAR_GAIN * dispersion(d, &trial[0]);
-        bool worth = !unclear && worth_adding(d, &trial[0], diagnosis_law_error(d));
+        bool worth = !unclear && worth_adding(d, &trial[0], goodness_law_error(d));
         if (!worth && !revision->open) break;
         if (!worth || !takes_place(revision, &trial[0])) {
             take_back(d, revision, r);

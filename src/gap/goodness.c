@@ -1,0 +1,83 @@
+#include "goodness.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "memory.h"
+
+static const double NOISE_SQUARE = 0.8;  /* mean square of white noise at most: not 1, as a third of
+                                          * the variance is what no model meets (BASE_ERROR), and a
+                                          * half of the cycles' scatter is motion, which the
+                                          * equations follow; 0.4 to 0.6 is measured */
+static const double SCATTER = 6.0;       /* of that mean, in standard deviations */
+static const double LAW_SIGMAS = 4.0;    /* of its law_error that an effect may leave */
+static const double FEW_CYCLES = 10.0;   /* mean square of Student's t of two or three cycles, which
+                                          * has none */
+
+/* Of each row held out the square by which the laws of the effects there are may be off. */
+static double *law_errors(const struct diagnosis *d) {
+    size_t values = (size_t)d->held_out.values;
+    double *sum = memory_get(values, sizeof *sum), *part = memory_get(values, sizeof *part);
+    for (int e = 0; effect_table[e]; e++) {
+        if (!(d->given->effects[e].on || d->found[e]) || !fit_part(&d->held_out, &d->model, e, part)) continue;
+        for (size_t i = 0; i < values; i++) sum[i] += pow(effect_table[e]->law_error * part[i], 2.0);
+    }
+    free(part);
+    return sum;
+}
+
+double goodness_law_error(const struct diagnosis *d) {
+    double *error = law_errors(d), sum = 0.0;
+    for (int i = 0; i < d->held_out.values; i++) sum += error[i];
+    free(error);
+    return sum;
+}
+
+/* Mean square of noise over its deviation, where that is known from so many cycles' scatter alone
+ * (Student's t); 0 cycles: from all samples. */
+static double student(int cycles) { return !cycles ? 1.0 : cycles > 3 ? (cycles - 1.0) / (cycles - 3.0) : FEW_CYCLES; }
+
+/* What noise makes of a weighted sum of white squares, beyond doubt: from the sums of its weights
+ * and of their squares. */
+static double noise_at_most(double weights, double squares) { return NOISE_SQUARE * weights + SCATTER * sqrt(2.0 * squares); }
+
+double goodness_noise(const struct diagnosis *d) {
+    double sum = 0.0, squares = 0.0;
+    for (int i = 0; i < d->odd.tests; i++) {
+        double one = student(d->odd.test[i].spectrum.cycles);
+        sum += one * d->held_out.whitener[i].values, squares += one * one * d->held_out.whitener[i].values;
+    }
+    return noise_at_most(sum, squares);
+}
+
+/* Weights: the inverse of a row's variance, laws in it, to this power. */
+static double weigh(int rows, const double *white, const double *noise, const double *law, double power) {
+    double left = 0.0, laws = 0.0, sum = 0.0, squares = 0.0;
+    for (int i = 0; i < rows; i++) {
+        double doubt = LAW_SIGMAS * LAW_SIGMAS * law[i], weight = noise[i] > 0.0 ? pow(1.0 + doubt, -power) : 0.0;
+        left += weight * white[i] * white[i], laws += weight * doubt;
+        sum += weight * noise[i], squares += pow(weight * noise[i], 2.0);
+    }
+    return left / (noise_at_most(sum, squares) + laws);
+}
+
+double goodness_weigh(int rows, const double *white, const double *noise, const double *law) {
+    return fmax(weigh(rows, white, noise, law, 1.0), weigh(rows, white, noise, law, 2.0));
+}
+
+double goodness_beyond_laws(const struct diagnosis *d) {
+    enum { ROWS = sizeof(residual_row) / sizeof(double) };
+    size_t values = (size_t)d->held_out.values;
+    double *law = law_errors(d), *white = memory_get(values, sizeof *white), *noise = memory_get(values, sizeof *noise);
+    for (int i = 0; i < d->held_out.values; i++) {
+        int row = i % ROWS, leg = row / RESIDUAL_SIZE / RESIDUALS, kind = row / RESIDUAL_SIZE % RESIDUALS;
+        bool evaluated = d->held_out.whitener[i / ROWS].inverse[leg][row % RESIDUAL_SIZE][kind][kind] > 0.0;
+        noise[i] = evaluated ? student(d->odd.test[i / ROWS].spectrum.cycles) : 0.0;
+    }
+    bool moves = fit_residual(&d->held_out, &d->model, white);
+    double beyond = moves ? goodness_weigh(d->held_out.values, white, noise, law) : (double)INFINITY;
+    free(law);
+    free(white);
+    free(noise);
+    return beyond;
+}

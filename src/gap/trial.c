@@ -1,0 +1,248 @@
+#include "trial.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "machine.h"
+#include "memory.h"
+
+static const double IDLE = 1e-6;         /* relative change of the squares */
+static const double SURE = 36.0;         /* gained beyond doubt, z = 6 */
+static const double BEND = 0.1;          /* of a signature: a law that bends less is taken
+                                          * for one in proportion */
+static const double SHORTEST_STEP = 0.1; /* of the base's linear one, before none is taken */
+enum { SCREEN_ITERATIONS = 1, SCREEN_BENT = 3, TRIAL_ITERATIONS = 6, POLISH_ITERATIONS = 5 };
+
+enum start { WEAK, TYPICAL, STARTS = 7 };
+/* of the typical effect; a limit is reached always or never but at the strength between */
+static const double start_strength[STARTS] = {[WEAK] = 0.1, [TYPICAL] = 1.0, -0.1, -1.0, 0.3, 10.0, -10.0};
+
+/* White residuals without, at the weak and at the typical strength: in proportion? */
+static bool in_proportion(int values, const double *without, const double *weak, const double *typical) {
+    double bend = 0.0, square = 0.0;
+    for (int i = 0; i < values; i++) {
+        double change = typical[i] - without[i], straight = start_strength[TYPICAL] / start_strength[WEAK] * (weak[i] - without[i]);
+        bend += (change - straight) * (change - straight), square += change * change;
+    }
+    return bend < BEND * BEND * square;
+}
+
+/* A model at this strength of the effect, and its white residuals. The best is the one with which
+ * the rest, moved linearly, comes closest. */
+static void try_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, double strength, double without,
+                      const struct linear_part *linear, double *white, double *least, struct params *best) {
+    struct params model = *base;
+    if (!hypothesis_at(h, strength, &model)) return;
+    double square = fit_start(&d->fit, &model, h->variables, h->variable, linear, white);
+    /* a limit that is not reached: no way leads out of there */
+    bool idle = fabs(square - without) < IDLE * without;
+    if (!idle && square < *least) *least = square, *best = model;
+}
+
+double trial_rise(const struct trial *t) { return t->gain + DIAGNOSIS_PENALTY * t->parameters; }
+
+/* Gain and deviations of a trial from its fit. */
+static void rate(const struct diagnosis *d, struct trial *t, double square, const double *std) {
+    const struct hypothesis *h = t->hypothesis;
+    t->square = square;
+    t->parameters = 0.0;
+    memcpy(t->std, std, (size_t)h->variables * sizeof *t->std);
+    for (int i = 0; i < h->variables; i++) t->parameters += fmax(1.0 - pow(std[i] * h->variable[i].pull, 2.0), 0.0);
+    t->gain = d->square - square - DIAGNOSIS_PENALTY * t->parameters - (h->shape >= 0 ? 2.0 * log(LEGS) : 0.0);
+}
+
+/* The start from which the rest of the model, moved linearly, comes closest; of an effect that is
+ * given its own values are one. A law in proportion has its best strength at once; else it is bent.
+ * from: the same effect, all legs alike, fitted; or NULL. room: for three residuals. */
+static bool best_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, const struct trial *from,
+                       const struct linear_part *linear, double *room, struct params *best, bool *bent) {
+    int values = d->fit.values;
+    double least = HUGE_VAL, *none = room, *weak = none + values, *white = weak + values;
+    bool given = d->given->effects[h->effect].on;
+    *best = *base;
+    *bent = false;
+    if (h->shape == SHAPE_EACH && from && !given) {
+        best->effects[h->effect] = from->model.effects[h->effect];
+        return true;
+    }
+    double without = fit_start(&d->fit, base, 0, NULL, linear, none);
+    for (int i = 0; i < h->variables && given; i++) variable_set(&h->variable[i], best, variable_get(&h->variable[i], best));
+    if (given) least = fit_start(&d->fit, best, h->variables, h->variable, linear, weak);
+    memcpy(weak, none, (size_t)values * sizeof *weak);
+    for (int i = 0; i < STARTS; i++) {
+        memcpy(white, none, (size_t)values * sizeof *white);
+        try_start(d, h, base, start_strength[i], without, linear, i == WEAK ? weak : white, &least, best);
+        if (i != TYPICAL || !in_proportion(values, none, weak, white)) continue;
+        for (int a = 0; a < values; a++) white[a] -= none[a];
+        try_start(d, h, base, fit_share(&d->fit, none, white, linear), without, linear, weak, &least, best);
+        return least < HUGE_VAL;
+    }
+    *bent = true;
+    return least < HUGE_VAL;
+}
+
+/* The model so far without what is parallel to the hypothesis: that stands at its given value, or
+ * as found. Fills the box of the others, and what draws them. */
+static bool without_parallel(const struct diagnosis *d, const struct hypothesis *h, bool as_found, struct params *base, double *min,
+                             double *max, struct fit_pull *pull) {
+    bool changed = false;
+    *base = d->model;
+    for (int i = 0; i < d->variables; i++) {
+        struct variable v_drawn = d->variable[i], *v = &v_drawn;
+        enum parallel how = v->base ? hypothesis_parallel(h, v) : PARALLEL_NOT;
+        bool parallel = how == PARALLEL_SAME;
+        double value = variable_get(v, parallel && !as_found ? d->given : &d->model);
+        if (how == PARALLEL_DRAWN) variable_draw(v);
+        pull[i] = (struct fit_pull){v->pull, value - v->neutral};
+        if (parallel) variable_set(v, base, value);
+        min[i] = parallel ? 0.0 : v->min - value, max[i] = parallel ? 0.0 : v->max - value;
+        changed = changed || (parallel && !as_found);
+    }
+    return changed;
+}
+
+/* A value at the end of its range that is not the one that adds nothing. */
+static bool at_bound(const struct trial *t) {
+    bool bound = false;
+    for (int i = 0; i < t->hypothesis->variables; i++) {
+        const struct variable *v = &t->hypothesis->variable[i];
+        double value = variable_get(v, &t->model), margin = 1e-6 * (v->max - v->min);
+        bool end = value <= v->min + margin || value >= v->max - margin;
+        bound = bound || (end && fabs(value - v->neutral) > margin);
+    }
+    return bound;
+}
+
+/* The variables of the model so far, moved by x; but for those that stand as given, or are the
+ * hypothesis's own number. Only so far as the machine stays one: a linear step may leave a body
+ * less than no mass. */
+static void move_others(const struct diagnosis *d, const struct hypothesis *h, const struct params *from, const double *x,
+                        struct params *model) {
+    bool possible = false;
+    for (double share = 1.0; !possible; share = share > SHORTEST_STEP ? 0.5 * share : 0.0) {
+        for (int i = 0; i < d->variables; i++) {
+            const struct variable *v = &d->variable[i];
+            if (v->base && hypothesis_parallel(h, v) == PARALLEL_SAME) continue;
+            variable_set(v, model, variable_get(v, from) + share * x[i]);
+        }
+        struct machine machine;
+        struct error impossible;
+        machine_init(&machine, model);
+        possible = !(share > 0.0) || machine_check(&machine, &impossible) == 0;
+    }
+}
+
+/* From the best start; where it was tried already, on from there. */
+static void try_one(const struct diagnosis *d, const struct hypothesis *h, const struct trial *from, int iterations, struct trial *t) {
+    double min[FIT_VARIABLES], max[FIT_VARIABLES], x[FIT_VARIABLES] = {0};
+    double *own = memory_get(4 * (size_t)d->fit.values, sizeof *own);
+    struct fit_pull pull[FIT_VARIABLES];
+    struct linear_part linear = {
+        .n = d->variables, .raw = d->raw, .column = d->column, .gram = d->gram, .min = min, .max = max, .pull = pull, .x = x};
+    struct params base;
+    bool again = t->ok, bent = false;
+    t->ok = false;
+
+    if (without_parallel(d, h, t->as_found, &base, min, max, pull)) {
+        linear.raw = own;
+        if (!fit_raw(&d->fit, &base, own)) goto end;
+    }
+    if (again) move_others(d, h, &base, x, &t->model);
+    else if (!best_start(d, h, &base, from, &linear, own + d->fit.values, &t->model, &bent)) goto end;
+
+    struct fit_result r = fit_model(&d->fit, &t->model, h->variables, h->variable, NULL, &linear, bent ? SCREEN_BENT : iterations);
+    if (!r.ok) goto end;
+    move_others(d, h, &base, x, &t->model);
+
+    t->ok = true;
+    rate(d, t, r.square, r.std);
+    /* else it is noise, and as much on the cycles held out */
+    bool seen = again || t->gain > TRIAL_LEAST;
+    t->held_square = seen ? diagnosis_held_square(d, &t->model) : d->held_square - (d->square - t->square);
+    t->held_gain = d->held_square - t->held_square;
+    t->bound = at_bound(t);
+end:
+    free(own);
+}
+
+bool trial_contradicted(const struct trial *t) { return t->ok && !t->polished && t->gain > SURE && !(t->held_gain > TRIAL_KEPT * t->gain); }
+
+double trial_sound_gain(const struct trial *t) { return !t->ok ? -HUGE_VAL : trial_contradicted(t) ? 0.0 : t->gain; }
+
+/* What the linear part promised, made true: base and effect fitted together. near: the trial begins
+ * near where it ends, so that the base's columns hardly change on the way. No room for so many
+ * variables: the trial stays as it is. */
+static void fit_together(const struct diagnosis *d, bool near, struct trial *t) {
+    struct variable v[FIT_VARIABLES];
+    bool once[FIT_VARIABLES] = {false};
+    const struct hypothesis *h = t->hypothesis;
+    int n = 0, base;
+    for (int i = 0; i < d->variables; i++) {
+        const struct variable *b = &d->variable[i];
+        enum parallel how = b->base ? hypothesis_parallel(h, b) : PARALLEL_NOT;
+        if (how == PARALLEL_SAME) continue;
+        once[n] = near && b->base;
+        v[n] = *b;
+        if (how == PARALLEL_DRAWN) variable_draw(&v[n]);
+        n++;
+    }
+    base = n;
+    if (base + h->variables > FIT_VARIABLES) return;
+    for (int i = 0; i < h->variables; i++) v[n++] = h->variable[i];
+    struct fit_result r = fit_model(&d->fit, &t->model, n, v, once, NULL, POLISH_ITERATIONS);
+    t->ok = r.ok;
+    if (!t->ok) return;
+    rate(d, t, r.square, r.std + base);
+    t->held_square = diagnosis_held_square(d, &t->model);
+    t->held_gain = d->held_square - t->held_square;
+    t->polished = true;
+    t->bound = at_bound(t);
+}
+
+/* What is contradicted is fitted from the model so far, too, with the effect as it typically is, or
+ * as the configuration has it. */
+void trial_polish(const struct diagnosis *d, struct trial *t) {
+    struct trial anew = *t;
+    double unmoved[FIT_VARIABLES] = {0};
+    int effect = t->hypothesis->effect;
+    bool given = d->given->effects[effect].on;
+    if (given) anew.model.effects[effect] = d->given->effects[effect];
+    anew.ok = trial_contradicted(t) && (given || hypothesis_at(t->hypothesis, start_strength[TYPICAL], &anew.model));
+    if (anew.ok) {
+        move_others(d, t->hypothesis, &d->model, unmoved, &anew.model);
+        fit_together(d, false, &anew);
+    }
+    fit_together(d, true, t);
+    if (anew.polished && !(t->ok && t->square < anew.square)) *t = anew;
+}
+
+/* A friction that is stronger in one direction stands for a constant force, but for none that is
+ * larger than the friction itself: then one direction has none left. */
+static bool one_direction(const struct diagnosis *d, const struct trial *t) {
+    const struct hypothesis *h = t->hypothesis;
+    bool constant = false, none = false;
+    for (int i = 0; i < d->variables; i++)
+        constant = constant || (d->variable[i].offset == offsetof(struct params, axis.force_offset_n) &&
+                                hypothesis_parallel(h, &d->variable[i]) == PARALLEL_SAME);
+    for (int i = 0; i < h->variables; i++)
+        none = none ||
+               fabs(variable_get(&h->variable[i], &t->model) - h->variable[i].neutral) <= 1e-6 * (h->variable[i].max - h->variable[i].min);
+    return constant && none;
+}
+
+/* So the constant force stays where it was found, where that explains more. */
+static void try_beside_constant(const struct diagnosis *d, const struct trial *from, struct trial *t) {
+    struct trial beside = {.hypothesis = t->hypothesis, .as_found = true};
+    if (!one_direction(d, t)) return;
+    try_one(d, t->hypothesis, from, SCREEN_ITERATIONS, &beside);
+    if (beside.ok && beside.gain > t->gain + SURE) *t = beside;
+}
+
+void trial_screen(const struct diagnosis *d, const struct hypothesis *h, const struct trial *alike, struct trial *t) {
+    *t = (struct trial){.hypothesis = h};
+    try_one(d, h, alike, SCREEN_ITERATIONS, t);
+    if (t->ok) try_beside_constant(d, alike, t);
+}
+
+void trial_fit(const struct diagnosis *d, struct trial *t) { try_one(d, t->hypothesis, NULL, TRIAL_ITERATIONS - SCREEN_ITERATIONS, t); }

@@ -1,0 +1,189 @@
+#include "trials.h"
+
+#include <math.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "memory.h"
+
+static const double WORTH = 0.1; /* of the best one's gain after the first steps: a trial is fitted
+                                  * on */
+static const double NEAR = 0.9;  /* of the gain with the base moved linearly: polishing may turn the
+                                  * order */
+enum { FINALISTS = 5, THREADS_MAX = 16, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
+
+struct crew {
+    const struct diagnosis *d;
+    const struct hypothesis *hypothesis[HYPOTHESES_MAX];
+    const struct crew *before;      /* whose trials are starts, or NULL */
+    struct trial *trial;
+    int count;
+    double worth;                   /* gain after the first steps of those that are fitted on */
+    _Atomic int next;
+};
+
+/* The trial of the same effect with all legs alike. */
+static const struct trial *alike(const struct crew *before, const struct hypothesis *h) {
+    for (int i = 0; before && i < before->count; i++)
+        if (before->hypothesis[i]->effect == h->effect && before->trial[i].ok) return &before->trial[i];
+    return NULL;
+}
+
+static void *screen(void *argument) {
+    struct crew *crew = argument;
+    for (int i; (i = atomic_fetch_add(&crew->next, 1)) < crew->count;)
+        trial_screen(crew->d, crew->hypothesis[i], alike(crew->before, crew->hypothesis[i]), &crew->trial[i]);
+    return NULL;
+}
+
+static void *fit_on(void *argument) {
+    struct crew *crew = argument;
+    for (int i; (i = atomic_fetch_add(&crew->next, 1)) < crew->count;)
+        if (crew->trial[i].ok && crew->trial[i].gain > crew->worth) trial_fit(crew->d, &crew->trial[i]);
+    return NULL;
+}
+
+static void run_crew(struct crew *crew, void *(*work_on)(void *), int threads) {
+    pthread_t thread[THREADS_MAX];
+    int started = 0;
+    atomic_store(&crew->next, 0);
+    while (started < threads - 1 && started < THREADS_MAX && pthread_create(&thread[started], NULL, work_on, crew) == 0) started++;
+    work_on(crew);
+    for (int i = 0; i < started; i++) pthread_join(thread[i], NULL);
+}
+
+/* One step of each, more where a law is bent; only what comes near the best one then is
+ * fitted to its end. */
+static void try_all(struct crew *crew, int threads) {
+    double best = 0.0;
+    run_crew(crew, screen, threads);
+    for (int i = 0; crew->before && i < crew->before->count; i++) best = fmax(best, trial_sound_gain(&crew->before->trial[i]));
+    for (int i = 0; i < crew->count; i++) best = fmax(best, trial_sound_gain(&crew->trial[i]));
+    crew->worth = fmax(WORTH * best, TRIAL_LEAST);
+    run_crew(crew, fit_on, threads);
+}
+
+/* The legs with most to explain, most first. */
+static void rank_legs(const struct diagnosis *d, int leg[LEGS]) {
+    double square[LEGS] = {0}, *white = memory_get((size_t)d->fit.values, sizeof *white);
+    memcpy(white, d->raw, (size_t)d->fit.values * sizeof *white);
+    for (int i = 0; i < d->fit.residual->tests; i++) {
+        residual_row *row = (residual_row *)white + i;
+        whiten(&d->fit.whitener[i], *row);
+        for (int k = 0; k < LEGS; k++) square[k] += fit_square(RESIDUALS * RESIDUAL_SIZE, (*row)[k][0]);
+    }
+    free(white);
+    for (int k = 0; k < LEGS; k++) {
+        int place = k;
+        for (; place > 0 && square[k] > square[leg[place - 1]]; place--) leg[place] = leg[place - 1];
+        leg[place] = k;
+    }
+}
+
+/* Is the effect among so many that explain most so far? */
+static bool promising(const struct crew *crew, int effect, int many) {
+    double gain = -INFINITY;
+    int better = 0;
+    for (int i = 0; i < crew->count; i++)
+        if (crew->hypothesis[i]->effect == effect) gain = fmax(gain, trial_sound_gain(&crew->trial[i]));
+    for (int i = 0; i < crew->count; i++) better += trial_sound_gain(&crew->trial[i]) > gain;
+    return better < many;
+}
+
+/* Has the base a value of this effect in each leg? With one number for all legs, which takes their
+ * place, it looks worse than it is. */
+static bool each_in_base(const struct diagnosis *d, int effect) {
+    bool each = false;
+    for (int i = 0; i < d->variables; i++)
+        each = each || (d->variable[i].base && d->variable[i].effect == effect && d->variable[i].leg >= 0);
+    return each;
+}
+
+static int by_gain(const void *a, const void *b) {
+    const struct trial *x = a, *y = b;
+    double p = trial_sound_gain(x), q = trial_sound_gain(y);
+    if (p == q) p = x->gain, q = y->gain; /* of two that are contradicted */
+    return p < q ? 1 : p > q ? -1 : 0;
+}
+
+/* What gains next to nothing is as good as it is. */
+static void *polish_next(void *argument) {
+    struct crew *crew = argument;
+    for (int i; (i = atomic_fetch_add(&crew->next, 1)) < crew->count;)
+        if (crew->trial[i].ok && trial_rise(&crew->trial[i]) - crew->trial[i].parameters > TRIAL_LEAST)
+            trial_polish(crew->d, &crew->trial[i]);
+    return NULL;
+}
+
+/* Of what is fitted truly, the cycles held out judge as much as the fitted ones: many parameters
+ * cannot win there by their number. */
+static int by_evidence(const void *a, const void *b) {
+    const struct trial *x = a, *y = b;
+    bool first = x->ok && x->polished, second = y->ok && y->polished;
+    if (!first || !second) return first != second ? second - first : by_gain(a, b);
+    double p = trial_evidence(x), q = trial_evidence(y);
+    return p < q ? 1 : p > q ? -1 : 0;
+}
+
+/* The first of an effect's trials: its best shape. NULL: none yet. */
+static const struct trial *best_shape(const struct trial *finalist, int finalists, int effect) {
+    for (int i = 0; i < finalists; i++)
+        if (finalist[i].hypothesis->effect == effect) return &finalist[i];
+    return NULL;
+}
+
+/* Best first; the best few effects, each in its best shape and those that come near it, and what is
+ * contradicted come first, polished. */
+static void finish(struct crew *crew, struct trial *trial, int count, int threads) {
+    struct trial *finalist = memory_get((size_t)count, sizeof *finalist);
+    int effects = 0, finalists = 0, others = 0;
+    qsort(trial, (size_t)count, sizeof *trial, by_gain);
+    double rise = trial_rise(&trial[0]);
+    for (int i = 0; i < count; i++) {
+        const struct trial *best = best_shape(finalist, finalists, trial[i].hypothesis->effect);
+        bool rises = trial[i].hypothesis->shape != SHAPE_EACH && trial_rise(&trial[i]) > NEAR * rise;
+        /* a limit of each leg's own: it may be all there is, whatever the first steps said */
+        bool limit = best && best->hypothesis->shape == SHAPE_EACH && trial[i].hypothesis->shape == SHAPE_ALL;
+        bool near = best ? limit || trial[i].gain > NEAR * best->gain : effects < FINALISTS || rises;
+        bool anew = trial[i].gain > crew->worth && (!best || TRIAL_KEPT * trial[i].gain > best->gain);
+        bool chosen = trial[i].ok && (trial_contradicted(&trial[i]) ? anew : near);
+        effects += chosen && !best;
+        if (chosen) finalist[finalists++] = trial[i];
+        else trial[others++] = trial[i];
+    }
+    memmove(trial + finalists, trial, (size_t)others * sizeof *trial);
+    memcpy(trial, finalist, (size_t)finalists * sizeof *trial);
+    crew->trial = trial;
+    crew->count = finalists;
+    run_crew(crew, polish_next, threads);
+    qsort(trial, (size_t)count, sizeof *trial, by_evidence);
+    free(finalist);
+}
+
+int trials_run(const struct diagnosis *d, struct trial *trial, int threads) {
+    struct crew *first = memory_get(1, sizeof *first), *second = memory_get(1, sizeof *second);
+    int leg[LEGS];
+    first->d = second->d = d;
+    for (int i = 0; i < d->hypotheses; i++)
+        if (d->hypothesis[i].shape == SHAPE_ALL) first->hypothesis[first->count++] = &d->hypothesis[i];
+    first->trial = trial;
+    try_all(first, threads);
+    rank_legs(d, leg);
+    for (int i = 0; i < d->hypotheses; i++) {
+        const struct hypothesis *h = &d->hypothesis[i];
+        bool tried = h->shape == leg[0] || (h->shape == leg[1] && promising(first, h->effect, TRIED_ONE_LEG)) ||
+                     (h->shape == SHAPE_EACH &&
+                      (promising(first, h->effect, TRIED_EACH) || hypothesis_parts(h) == PART_FORCE || each_in_base(d, h->effect)));
+        if (tried) second->hypothesis[second->count++] = h;
+    }
+    second->trial = trial + first->count;
+    second->before = first;
+    try_all(second, threads);
+    int count = first->count + second->count;
+    finish(second, trial, count, threads);
+    free(first);
+    free(second);
+    return count;
+}

@@ -1,0 +1,13 @@
+/* Which hypotheses are tried beside the model so far, and in what order. */
+#ifndef HEXID_TRIALS_H
+#define HEXID_TRIALS_H
+
+#include "trial.h"
+
+/* Tries hypotheses beside the model so far, `threads` at a time: every effect with all legs alike;
+ * then those that came closest in their other shapes, for the legs with most to explain. The best
+ * ones, and what the cycles held out contradict, are polished and come first, by their evidence.
+ * Returns the number of trials (HYPOTHESES_MAX at most). */
+int trials_run(const struct diagnosis *d, struct trial *trial, int threads);
+
+#endif
