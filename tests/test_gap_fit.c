@@ -83,13 +83,13 @@ static void a_pull_decides_where_the_data_do_not(void **state) {
     (void)state;
     uint64_t random = 7;
     struct problem p;
-    struct fit_pull pull[3] = {{1e-3, 0.0}, {1e-3, 0.4}, {1e-3, 0.0}};
+    struct fit_prior prior[3] = {{1e-3, 0.0}, {1e-3, 0.4}, {1e-3, 0.0}};
     double x[N];
     draw(&p, &random);
     memcpy(p.column[1], p.column[0], sizeof p.column[0]);
     for (int a = 0; a < VALUES; a++) p.residual[a] = -1.2 * p.column[0][a] - 0.3 * p.column[2][a];
     for (int i = 0; i < 3; i++) p.min[i] = -10.0, p.max[i] = 10.0;
-    assert_true(fit_box(3, VALUES, p.residual, p.pointer, pull, p.min, p.max, x, NULL));
+    assert_true(fit_box(3, VALUES, p.residual, p.pointer, prior, p.min, p.max, x, NULL));
     assert_close(x[0] + x[1], 1.2, 1e-5);
     assert_close(x[0], x[1] + 0.4, 1e-3); /* both as far from where they are pulled to */
     assert_close(x[2], 0.3, 1e-5);

@@ -6,7 +6,6 @@
 
 #include "base.h"
 #include "memory.h"
-#include "trial.h"
 
 static const double RIDGE = 1e-4; /* on the diagonal of the columns' products, relative (Levenberg
                                    * 1944): where the base is moved linearly, noise moves it by 50
@@ -90,7 +89,7 @@ void diagnosis_estimate(struct diagnosis *d) {
         struct variable *v = &d->variable[i];
         if (!v->base) continue;
         variable_draw(v);
-        v->pull *= noise;
+        v->prior_inverse_std *= noise;
     }
     diagnosis_refit(d, BASE_ITERATIONS);
 }
@@ -103,14 +102,14 @@ static void restore(struct diagnosis *d, const struct params *model, const doubl
     memcpy(d->std, std, sizeof d->std);
 }
 
-bool diagnosis_add(struct diagnosis *d, const struct trial *t) {
+bool diagnosis_add(struct diagnosis *d, const struct hypothesis *h, const struct params *model) {
     struct params before = d->model;
     double std[FIT_VARIABLES];
-    int effect = t->hypothesis->effect;
+    int effect = h->effect;
     memcpy(std, d->std, sizeof std);
     if (d->added == GAP_EFFECTS) return false;
-    d->addition[d->added++] = *t->hypothesis;
-    d->model = t->model;
+    d->addition[d->added++] = *h;
+    d->model = *model;
     d->found[effect] = true;
     if (list_variables(d) && diagnosis_refit(d, BASE_ITERATIONS)) return true;
     d->added--;

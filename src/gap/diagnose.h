@@ -9,8 +9,6 @@
 /* What a parameter has to gain, in white squares: ln of the number of values, about. */
 #define DIAGNOSIS_PENALTY 8.0
 
-struct trial;
-
 struct diagnosis {
     const struct params *given;
     struct residual_data even, odd;
@@ -46,8 +44,9 @@ void diagnosis_estimate(struct diagnosis *d);
 /* Sum of white squares of the cycles held out; INFINITY: the model cannot make this motion. */
 double diagnosis_held_square(const struct diagnosis *d, const struct params *model);
 
-/* The trial's hypothesis joins the model; false where that cannot be fitted: all is as before. */
-bool diagnosis_add(struct diagnosis *d, const struct trial *t);
+/* The hypothesis joins, the model is fitted on from this one; false where that cannot be done: all
+ * is as before. */
+bool diagnosis_add(struct diagnosis *d, const struct hypothesis *h, const struct params *model);
 
 /* Takes an addition out again and fits the rest: true where that costs so little that it is not
  * needed; else all is as before. */

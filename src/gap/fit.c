@@ -81,9 +81,11 @@ static double step_of(const struct variable *v, double value) { return value + v
 
 /* So many variables from v on that are one number of each leg, which no other leg feels: they
  * are moved at once. */
-static int of_own_legs(bool apart, int variables, const struct variable *v) {
+static int of_own_legs(bool apart, int variables, const struct variable *v, const bool *same) {
     int n = 1;
-    while (apart && n < variables && v->own && v[n].own && v[n].offset == v->offset && v[n].leg > v[n - 1].leg) n++;
+    while (apart && n < variables && v->own && v[n].own && v[n].offset == v->offset && v[n].leg > v[n - 1].leg &&
+           (!same || same[n] == same[0]))
+        n++;
     return n;
 }
 
@@ -110,7 +112,7 @@ static bool fit_columns_from(const struct fit_data *d, const struct params *mode
     for (int i = 0, n; i < variables; i += n) {
         struct params moved = *model;
         double *c = column + (size_t)i * values;
-        n = of_own_legs(apart, variables - i, v + i);
+        n = of_own_legs(apart, variables - i, v + i, same ? same + i : NULL);
         if (same && same[i]) continue;
         for (int j = i; j < i + n; j++) {
             double value = variable_get(&v[j], model);
@@ -228,36 +230,37 @@ static void normal_equations(int n, int values, const double *residual, const do
 
 /* Standard deviations. A value at its bound has none, unless it has a prior: it keeps the prior's
  * uncertainty, and passes it on to the others. What cannot move has none at all. */
-static void deviations(int n, const double *h, const struct fit_pull *pull, const double *min, const double *max, const bool *is_free,
+static void deviations(int n, const double *h, const struct fit_prior *prior, const double *min, const double *max, const bool *is_free,
                        double *std) {
     double a[COLUMNS_MAX * COLUMNS_MAX], diagonal[COLUMNS_MAX], work[COLUMNS_MAX];
     int place[COLUMNS_MAX], m = 0;
     for (int i = 0; i < n; i++) {
         std[i] = 0.0;
-        if (is_free[i] || (pull && pull[i].pull > 0.0 && max[i] > min[i])) place[m++] = i;
+        if (is_free[i] || (prior && prior[i].inverse_std > 0.0 && max[i] > min[i])) place[m++] = i;
     }
     if (!factor_some(n, h, m, place, a)) return;
     dense_inverse_diagonal(m, m, a, diagonal, work);
     for (int i = 0; i < m; i++) std[place[i]] = sqrt(diagonal[i]);
 }
 
-static bool solve_box(int n, double *h, double *g, const struct fit_pull *pull, const double *min, const double *max, double *x,
+static bool solve_box(int n, double *h, double *g, const struct fit_prior *prior, const double *min, const double *max, double *x,
                       double *std) {
     bool is_free[COLUMNS_MAX];
-    for (int i = 0; i < n && pull; i++) h[i * n + i] += square_of(pull[i].pull), g[i] += square_of(pull[i].pull) * pull[i].off;
+    for (int i = 0; i < n && prior; i++)
+        h[i * n + i] += square_of(prior[i].inverse_std), g[i] += square_of(prior[i].inverse_std) * prior[i].off;
     for (int i = 0; i < n; i++)        /* a column of zeros moves nothing and stays */
         if (!(h[i * n + i] > 0.0)) h[i * n + i] = 1.0;
     if (!box_solve(n, h, g, min, max, x, is_free)) return false;
-    if (std) deviations(n, h, pull, min, max, is_free, std);
+    if (std) deviations(n, h, prior, min, max, is_free, std);
     return true;
 }
 
-bool fit_box(int n, int values, const double *residual, const double *const *column, const struct fit_pull *pull, const double *min,
+bool fit_box(int n, int values, const double *residual, const double *const *column, const struct fit_prior *prior, const double *min,
              const double *max, double *x, double *std) {
     double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX];
     normal_equations(n, values, residual, column, n, NULL, h, g);
     memset(x, 0, (size_t)n * sizeof *x);
-    return solve_box(n, h, g, pull, min, max, x, std);
+    return solve_box(n, h, g, prior, min, max, x, std);
 }
 
 /* Sum of squares with the linear part at its best for this residual. */
@@ -267,9 +270,9 @@ static double linear_square(int values, const double *white, const struct linear
     if (!n) return sum;
     memcpy(h, linear->gram, (size_t)(n * n) * sizeof *h);
     for (int i = 0; i < n; i++) g[i] = slope[i] = dot(values, linear->column + (size_t)i * (size_t)values, white);
-    if (!solve_box(n, h, g, linear->pull, linear->min, linear->max, linear->x, NULL)) return INFINITY;
+    if (!solve_box(n, h, g, linear->prior, linear->min, linear->max, linear->x, NULL)) return INFINITY;
     for (int i = 0; i < n; i++) sum += linear->x[i] * (2.0 * slope[i] + dot(n, linear->gram + i * n, linear->x));
-    for (int i = 0; i < n; i++) sum += square_of(linear->pull[i].pull * (linear->x[i] + linear->pull[i].off));
+    for (int i = 0; i < n; i++) sum += square_of(linear->prior[i].inverse_std * (linear->x[i] + linear->prior[i].off));
     return sum;
 }
 
@@ -291,24 +294,25 @@ double fit_start(const struct fit_data *d, const struct params *model, int varia
 double fit_share(const struct fit_data *d, const double *white, const double *change, const struct linear_part *linear) {
     double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX], min[COLUMNS_MAX], max[COLUMNS_MAX], x[COLUMNS_MAX] = {0};
     const double *column[COLUMNS_MAX] = {change};
-    struct fit_pull pull[COLUMNS_MAX] = {{0}};
+    struct fit_prior prior[COLUMNS_MAX] = {{0}};
     int n = 1 + linear->n;
     min[0] = -HUGE_VAL, max[0] = HUGE_VAL;
     for (int i = 1; i < n; i++) {
         column[i] = linear->column + (size_t)(i - 1) * (size_t)d->values;
-        min[i] = linear->min[i - 1], max[i] = linear->max[i - 1], pull[i] = linear->pull[i - 1];
+        min[i] = linear->min[i - 1], max[i] = linear->max[i - 1], prior[i] = linear->prior[i - 1];
     }
     normal_equations(n, d->values, white, column, 1, linear->gram, h, g);
-    return solve_box(n, h, g, pull, min, max, x, NULL) ? x[0] : 0.0;
+    return solve_box(n, h, g, prior, min, max, x, NULL) ? x[0] : 0.0;
 }
 
 bool fit_raw(const struct fit_data *d, const struct params *model, double *raw) { return raw_residual(d, model, PART_ALL, ALL_LEGS, raw); }
 
-/* What pulls at the variables of effects, or of the base, in white squares. */
-static double pulled(const struct params *model, int variables, const struct variable *v, bool base) {
+/* What the values of effects, or of the base, cost by their priors, in white squares. */
+static double prior_cost(const struct params *model, int variables, const struct variable *v, bool base) {
     double sum = 0.0;
     for (int i = 0; i < variables; i++)
-        if (v[i].pull > 0.0 && v[i].base == base) sum += square_of(v[i].pull * (variable_get(&v[i], model) - v[i].neutral));
+        if (v[i].prior_inverse_std > 0.0 && v[i].base == base)
+            sum += square_of(v[i].prior_inverse_std * (variable_get(&v[i], model) - v[i].neutral));
     return sum;
 }
 
@@ -321,13 +325,13 @@ struct descent {
     const struct linear_part *linear;
     enum residual_part parts;           /* that the variables move, */
     int leg;                            /* of this one, or all */
-    double square, *raw, *white;        /* at the model; square: with what pulls */
+    double square, *raw, *white;        /* at the model; square: with the cost of the priors */
 };
 
 /* The sum that is made small, of residuals that are there. */
 static double objective(const struct descent *s, const struct params *model) {
-    double pull = pulled(model, s->variables, s->v, false) + pulled(model, s->variables, s->v, true);
-    return linear_square(s->d->values, s->white, s->linear) + pull;
+    double cost = prior_cost(model, s->variables, s->v, false) + prior_cost(model, s->variables, s->v, true);
+    return linear_square(s->d->values, s->white, s->linear) + cost;
 }
 
 /* From the model along x as far as that pays; false where it does not: then the model stays, and
@@ -359,7 +363,7 @@ struct fit_result fit_model(const struct fit_data *d, struct params *model, int 
     struct descent s = {.d = d, .model = model, .variables = variables, .v = v, .linear = linear, .raw = room, .white = room + values};
     const double *column[COLUMNS_MAX];
     double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX], min[COLUMNS_MAX], max[COLUMNS_MAX], x[COLUMNS_MAX], std[COLUMNS_MAX];
-    struct fit_pull pull[COLUMNS_MAX];
+    struct fit_prior prior[COLUMNS_MAX];
 
     s.parts = parts_of(variables, v);
     s.leg = only_leg(residual_legs_apart(model), variables, v);
@@ -376,16 +380,16 @@ struct fit_result fit_model(const struct fit_data *d, struct params *model, int 
             min[i] = i < variables ? v[i].min - value : linear->min[i - variables];
             max[i] = i < variables ? v[i].max - value : linear->max[i - variables];
             x[i] = i < variables ? 0.0 : linear->x[i - variables];
-            pull[i] = i < variables ? (struct fit_pull){v[i].pull, value - v[i].neutral} : linear->pull[i - variables];
+            prior[i] = i < variables ? (struct fit_prior){v[i].prior_inverse_std, value - v[i].neutral} : linear->prior[i - variables];
         }
         normal_equations(n, values, s.white, column, variables, linear ? linear->gram : NULL, h, g);
-        if (!solve_box(n, h, g, pull, min, max, x, std)) break;
+        if (!solve_box(n, h, g, prior, min, max, x, std)) break;
         memcpy(result.std, std, (size_t)variables * sizeof *std);
         double before = s.square;
         if (!descend(&s, x) || before - s.square < ENOUGH * s.square) break;
     }
 
-    result.square = s.square - pulled(model, variables, v, true);
+    result.square = s.square - prior_cost(model, variables, v, true);
     free(room);
     return result;
 }

@@ -20,7 +20,7 @@ struct variable {
     bool base;               /* of the base model: never a finding */
     double min, max;         /* the box */
     double neutral;          /* of an effect's: the value that adds nothing */
-    double pull;             /* 1 / standard deviation of its prior, which is about the neutral
+    double prior_inverse_std; /* 1 / standard deviation of its prior, which is about the neutral
                               * value and decides where the data do not; 0: none */
     double step;             /* of the difference quotient */
     enum residual_part parts;/* that depend on it */
@@ -52,13 +52,13 @@ bool fit_part(const struct fit_data *d, const struct params *model, int effect, 
 bool fit_columns(const struct fit_data *d, const struct params *model, int variables, const struct variable *v, double *column);
 
 /* A variable's prior: 1 / its standard deviation, and how far the variable is from its mean. */
-struct fit_pull {
-    double pull, off;
+struct fit_prior {
+    double inverse_std, off;
 };
 
 /* x minimises |r + sum x_i column_i|^2 + sum (pull_i (x_i + off_i))^2 with min <= x <= max. n
- * columns of so many values. pull may be NULL; the deviations have it in. False when singular. */
-bool fit_box(int n, int values, const double *residual, const double *const *column, const struct fit_pull *pull, const double *min,
+ * columns of so many values. prior may be NULL; the deviations have it in. False when singular. */
+bool fit_box(int n, int values, const double *residual, const double *const *column, const struct fit_prior *prior, const double *min,
              const double *max, double *x, double *std);
 
 struct fit_result {
@@ -78,14 +78,14 @@ struct linear_part {
     const double *gram;                 /* [n][n], from fit_gram; a ridge on it holds them back,
                                          * and counts */
     const double *min, *max;
-    const struct fit_pull *pull;
+    const struct fit_prior *prior;
     double *x;                          /* result, from where the model is */
 };
 /* Products of columns with each other, [n][n]. */
 void fit_gram(int n, int values, const double *column, double *gram);
 
-/* Sum of white squares at a model with the linear part at its best, what pulls at that included;
- * infinite where it cannot make this motion. white: its residuals. */
+/* Sum of white squares at a model with the linear part at its best, the cost of its priors
+ * included; infinite where it cannot make this motion. white: its residuals. */
 double fit_start(const struct fit_data *d, const struct params *model, int variables, const struct variable *v,
                  const struct linear_part *linear, double *white);
 

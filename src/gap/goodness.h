@@ -15,13 +15,13 @@ double goodness_law_error(const struct diagnosis *d);
  * doubt: above 1 something is left. INFINITY: the model cannot make this motion. */
 double goodness_beyond_laws(const struct diagnosis *d);
 
-/* The same of any rows: the mean square that noise has in each, 0 where nothing was evaluated, and
- * the square of its law error. The larger of two sums: each row in units of its variance, laws in
- * it; and weighed by the inverse of that once more, so that rows that they excuse lend nothing to
- * the others. */
+/* The same ratio of any rows: the mean square that noise has in each, 0 where nothing was
+ * evaluated, and the square of its law error. The larger of two sums: each row in units of its
+ * variance, laws in it; and weighed by the inverse of that once more, so that rows that they excuse
+ * lend nothing to the others. */
 double goodness_weigh(int rows, const double *white, const double *noise, const double *law);
 
-/* Sum of white squares, held out, that is noise alone, beyond doubt. */
+/* Most white squares, held out, that noise alone makes. */
 double goodness_noise(const struct diagnosis *d);
 
 #endif

@@ -53,7 +53,7 @@ static double difference_step(const struct effect_key *k) {
 /* Prior: a value scatters by three times its typical size, or by the largest that the configuration
  * has of it. That decides nothing where the data see an effect of such a size, and a joint that is
  * 80 mm from its place is no explanation. A limit has none: its neutral value is infinite. */
-static double pull(const struct effect_key *k, const struct effect_values *given, int key) {
+static double prior_inverse_std(const struct effect_key *k, const struct effect_values *given, int key) {
     double deviation = 3.0 * fabs(k->typical - k->neutral);
     for (int leg = 0; leg < LEGS && given->on; leg++) deviation = fmax(deviation, fabs(given->value[key][leg] - k->neutral));
     return k->reciprocal || k->typical == k->neutral ? 0.0 : 1.0 / deviation;
@@ -74,7 +74,7 @@ static void add_variable(const struct params *given, struct hypothesis *h, int k
         .min = k->min,
         .max = k->max,
         .neutral = k->neutral,
-        .pull = pull(k, &given->effects[h->effect], key),
+        .prior_inverse_std = prior_inverse_std(k, &given->effects[h->effect], key),
         .step = difference_step(k),
         .parts = reach.parts,
     };
@@ -134,7 +134,7 @@ bool hypothesis_at(const struct hypothesis *h, double strength, struct params *m
 
 void variable_draw(struct variable *base) {
     base->neutral = 0.5 * (base->min + base->max);
-    base->pull = sqrt(12.0) / (base->max - base->min);
+    base->prior_inverse_std = sqrt(12.0) / (base->max - base->min);
 }
 
 static bool alike(const struct hypothesis *h, const struct variable *base) {

@@ -1,5 +1,5 @@
 /* Where a gap lies: which test, channel, leg and harmonic, and which feature of the motion it
- * goes with. Pure. */
+ * goes with. Ordinary threads; heap. */
 #ifndef HEXID_PLACES_H
 #define HEXID_PLACES_H
 

@@ -18,8 +18,6 @@ static const double GAIN_MIN = 28.0;       /* of white squares, on fitted and he
                                             * cycles together, after the parameters' penalty:
                                             * odds of 5000 to one after the choice among some
                                             * 250 hypotheses; z = 6 for one parameter */
-static const double GAIN_EACH = 4.0;       /* of either half alone; where it is fitted, beyond the 1
-                                            * that each parameter gains by chance */
 static const double UNCLEAR_GAIN = 144.0;  /* z = 12: beside what is found, where it may be this
                                             * or that, any of which other laws could make */
 static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes
@@ -41,7 +39,7 @@ static void list_candidates(const struct diagnosis *d, const struct trial *trial
     for (int i = 0; i < trials; i++)
         if (trial[i].ok && trial[i].polished) least = fmin(least, trial[i].held_square);
     double before = d->held_square - least;
-    bool gap = before > GAIN_EACH;
+    bool gap = before > TRIAL_LEAST;
     for (int i = 0; i < trials; i++) {
         bool seen = !trial[i].ok;
         for (int j = 0; j < r->candidates && !seen; j++) seen = r->candidate[j].effect == trial[i].hypothesis->effect;
@@ -168,8 +166,8 @@ static void prefer_seen(const struct diagnosis *d, struct trial *trial, int tria
 
 static bool worth_adding(const struct diagnosis *d, const struct trial *t, double laws) {
     double left = excess(d->held_square, d->held_out.evaluated);
-    double least = dispersion(d, t), fitted = trial_rise(t) - t->parameters;
-    bool pays = fitted > GAIN_EACH * least && t->held_gain > GAIN_EACH * least && trial_evidence(t) > GAIN_MIN * least;
+    double least = dispersion(d, t), fitted = trial_fitted_gain(t);
+    bool pays = fitted > TRIAL_LEAST * least && t->held_gain > TRIAL_LEAST * least && trial_evidence(t) > GAIN_MIN * least;
     return t->ok && t->polished && !unseen(d, t) && pays && t->held_gain > laws && t->held_gain > REMAINDER_SHARE * left;
 }
 
@@ -196,13 +194,13 @@ static bool is_two(struct diagnosis *d, const struct trial *trial, int simple, i
     double needed = trial_evidence(&trial[0]);
     double evidence = d->square + d->held_square - penalty(&trial[simple]);
     bool two = false;
-    if (diagnosis_add(d, &trial[simple])) {
+    if (diagnosis_add(d, trial[simple].hypothesis, &trial[simple].model)) {
         int trials = trials_run(d, next, threads);
         prefer_seen(d, next, trials);
         prefer_simple(d, next, trials);
         if (trials && worth_adding(d, &next[0], goodness_law_error(d))) {
             evidence -= penalty(&next[0]);
-            if (diagnosis_add(d, &next[0])) {
+            if (diagnosis_add(d, next[0].hypothesis, &next[0].model)) {
                 two = evidence - d->square - d->held_square > needed;
                 diagnosis_drop(d, d->added - 1, HUGE_VAL);
             }
@@ -276,9 +274,8 @@ static bool takes_place(const struct revision *v, const struct trial *t) {
 
 /* The one that is out comes back: nothing else is worth its place. */
 static void take_back(struct diagnosis *d, struct revision *v, struct gap_result *r) {
-    struct trial as_it_was = {.hypothesis = &v->hypothesis, .model = v->model};
     v->open = false;
-    if (diagnosis_add(d, &as_it_was)) r->effect[r->effects++] = v->effect;
+    if (diagnosis_add(d, &v->hypothesis, &v->model)) r->effect[r->effects++] = v->effect;
 }
 
 /* An effect has joined: the one that was out, or another in its place. */
@@ -469,7 +466,7 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
                                  .shape = trial[0].hypothesis->shape,
                                  .given = d->given->effects[effect],
                                  .keys = keys_of(trial[0].hypothesis)};
-        if (!diagnosis_add(d, &trial[0])) break;
+        if (!diagnosis_add(d, trial[0].hypothesis, &trial[0].model)) break;
         r->effects++;
         tell_rivals(r, rivals, rival);
         note(d, revision, effect, paid);

@@ -48,7 +48,7 @@ static void rate(const struct diagnosis *d, struct trial *t, double square, cons
     t->square = square;
     t->parameters = 0.0;
     memcpy(t->std, std, (size_t)h->variables * sizeof *t->std);
-    for (int i = 0; i < h->variables; i++) t->parameters += fmax(1.0 - pow(std[i] * h->variable[i].pull, 2.0), 0.0);
+    for (int i = 0; i < h->variables; i++) t->parameters += fmax(1.0 - pow(std[i] * h->variable[i].prior_inverse_std, 2.0), 0.0);
     t->gain = d->square - square - DIAGNOSIS_PENALTY * t->parameters - (h->shape >= 0 ? 2.0 * log(LEGS) : 0.0);
 }
 
@@ -85,7 +85,7 @@ static bool best_start(const struct diagnosis *d, const struct hypothesis *h, co
 /* The model so far without what is parallel to the hypothesis: that stands at its given value, or
  * as found. Fills the box of the others, and what draws them. */
 static bool without_parallel(const struct diagnosis *d, const struct hypothesis *h, bool as_found, struct params *base, double *min,
-                             double *max, struct fit_pull *pull) {
+                             double *max, struct fit_prior *prior) {
     bool changed = false;
     *base = d->model;
     for (int i = 0; i < d->variables; i++) {
@@ -94,7 +94,7 @@ static bool without_parallel(const struct diagnosis *d, const struct hypothesis 
         bool parallel = how == PARALLEL_SAME;
         double value = variable_get(v, parallel && !as_found ? d->given : &d->model);
         if (how == PARALLEL_DRAWN) variable_draw(v);
-        pull[i] = (struct fit_pull){v->pull, value - v->neutral};
+        prior[i] = (struct fit_prior){v->prior_inverse_std, value - v->neutral};
         if (parallel) variable_set(v, base, value);
         min[i] = parallel ? 0.0 : v->min - value, max[i] = parallel ? 0.0 : v->max - value;
         changed = changed || (parallel && !as_found);
@@ -137,14 +137,14 @@ static void move_others(const struct diagnosis *d, const struct hypothesis *h, c
 static void try_one(const struct diagnosis *d, const struct hypothesis *h, const struct trial *from, int iterations, struct trial *t) {
     double min[FIT_VARIABLES], max[FIT_VARIABLES], x[FIT_VARIABLES] = {0};
     double *own = memory_get(4 * (size_t)d->fit.values, sizeof *own);
-    struct fit_pull pull[FIT_VARIABLES];
+    struct fit_prior prior[FIT_VARIABLES];
     struct linear_part linear = {
-        .n = d->variables, .raw = d->raw, .column = d->column, .gram = d->gram, .min = min, .max = max, .pull = pull, .x = x};
+        .n = d->variables, .raw = d->raw, .column = d->column, .gram = d->gram, .min = min, .max = max, .prior = prior, .x = x};
     struct params base;
     bool again = t->ok, bent = false;
     t->ok = false;
 
-    if (without_parallel(d, h, t->as_found, &base, min, max, pull)) {
+    if (without_parallel(d, h, t->as_found, &base, min, max, prior)) {
         linear.raw = own;
         if (!fit_raw(&d->fit, &base, own)) goto end;
     }
@@ -213,7 +213,7 @@ void trial_polish(const struct diagnosis *d, struct trial *t) {
         move_others(d, t->hypothesis, &d->model, unmoved, &anew.model);
         fit_together(d, false, &anew);
     }
-    fit_together(d, true, t);
+    fit_together(d, !trial_contradicted(t), t);
     if (anew.polished && !(t->ok && t->square < anew.square)) *t = anew;
 }
 

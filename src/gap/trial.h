@@ -5,14 +5,14 @@
 
 #include "diagnose.h"
 
-#define TRIAL_LEAST 4.0 /* of white squares, gained: less is noise */
+#define TRIAL_LEAST 4.0 /* of white squares, gained on either half of the cycles: less is noise */
 #define TRIAL_KEPT 0.5  /* of a gain, by the cycles held out: else it is contradicted */
 
 struct trial {
     const struct hypothesis *hypothesis;
     bool ok;
     struct params model;                 /* fitted, base moved too */
-    double square, held_square;          /* as above, of this model */
+    double square, held_square;          /* of this model, as in struct diagnosis */
     double parameters;                   /* that the data determine: the others stand where their
                                           * priors have them, and make nothing up (MacKay 1992,
                                           * the effective number of parameters) */
@@ -33,10 +33,13 @@ static inline double trial_evidence(const struct trial *t) { return t->gain + t-
  * lose on the others. */
 double trial_rise(const struct trial *t);
 
+/* That, beyond the 1 that each parameter gains by chance. */
+static inline double trial_fitted_gain(const struct trial *t) { return trial_rise(t) - t->parameters; }
+
 /* The first steps. alike: the same effect, all legs alike, or NULL. */
 void trial_screen(const struct diagnosis *d, const struct hypothesis *h, const struct trial *alike, struct trial *t);
 
-/* On from there to its end, the base moved linearly. */
+/* On from there to its end, the base moved linearly; the first steps succeeded. */
 void trial_fit(const struct diagnosis *d, struct trial *t);
 
 /* Base and effect fitted together; what is contradicted from the model so far, too. */

@@ -14,10 +14,10 @@ static const double NEAR = 0.9;  /* of the gain with the base moved linearly: po
                                   * order */
 enum { FINALISTS = 5, THREADS_MAX = 16, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
 
-struct crew {
+struct batch {
     const struct diagnosis *d;
     const struct hypothesis *hypothesis[HYPOTHESES_MAX];
-    const struct crew *before;      /* whose trials are starts, or NULL */
+    const struct batch *before;      /* whose trials are starts, or NULL */
     struct trial *trial;
     int count;
     double worth;                   /* gain after the first steps of those that are fitted on */
@@ -25,44 +25,44 @@ struct crew {
 };
 
 /* The trial of the same effect with all legs alike. */
-static const struct trial *alike(const struct crew *before, const struct hypothesis *h) {
+static const struct trial *alike(const struct batch *before, const struct hypothesis *h) {
     for (int i = 0; before && i < before->count; i++)
         if (before->hypothesis[i]->effect == h->effect && before->trial[i].ok) return &before->trial[i];
     return NULL;
 }
 
 static void *screen(void *argument) {
-    struct crew *crew = argument;
-    for (int i; (i = atomic_fetch_add(&crew->next, 1)) < crew->count;)
-        trial_screen(crew->d, crew->hypothesis[i], alike(crew->before, crew->hypothesis[i]), &crew->trial[i]);
+    struct batch *batch = argument;
+    for (int i; (i = atomic_fetch_add(&batch->next, 1)) < batch->count;)
+        trial_screen(batch->d, batch->hypothesis[i], alike(batch->before, batch->hypothesis[i]), &batch->trial[i]);
     return NULL;
 }
 
 static void *fit_on(void *argument) {
-    struct crew *crew = argument;
-    for (int i; (i = atomic_fetch_add(&crew->next, 1)) < crew->count;)
-        if (crew->trial[i].ok && crew->trial[i].gain > crew->worth) trial_fit(crew->d, &crew->trial[i]);
+    struct batch *batch = argument;
+    for (int i; (i = atomic_fetch_add(&batch->next, 1)) < batch->count;)
+        if (batch->trial[i].ok && batch->trial[i].gain > batch->worth) trial_fit(batch->d, &batch->trial[i]);
     return NULL;
 }
 
-static void run_crew(struct crew *crew, void *(*work_on)(void *), int threads) {
+static void run_batch(struct batch *batch, void *(*work_on)(void *), int threads) {
     pthread_t thread[THREADS_MAX];
     int started = 0;
-    atomic_store(&crew->next, 0);
-    while (started < threads - 1 && started < THREADS_MAX && pthread_create(&thread[started], NULL, work_on, crew) == 0) started++;
-    work_on(crew);
+    atomic_store(&batch->next, 0);
+    while (started < threads - 1 && started < THREADS_MAX && pthread_create(&thread[started], NULL, work_on, batch) == 0) started++;
+    work_on(batch);
     for (int i = 0; i < started; i++) pthread_join(thread[i], NULL);
 }
 
 /* One step of each, more where a law is bent; only what comes near the best one then is
  * fitted to its end. */
-static void try_all(struct crew *crew, int threads) {
+static void try_all(struct batch *batch, int threads) {
     double best = 0.0;
-    run_crew(crew, screen, threads);
-    for (int i = 0; crew->before && i < crew->before->count; i++) best = fmax(best, trial_sound_gain(&crew->before->trial[i]));
-    for (int i = 0; i < crew->count; i++) best = fmax(best, trial_sound_gain(&crew->trial[i]));
-    crew->worth = fmax(WORTH * best, TRIAL_LEAST);
-    run_crew(crew, fit_on, threads);
+    run_batch(batch, screen, threads);
+    for (int i = 0; batch->before && i < batch->before->count; i++) best = fmax(best, trial_sound_gain(&batch->before->trial[i]));
+    for (int i = 0; i < batch->count; i++) best = fmax(best, trial_sound_gain(&batch->trial[i]));
+    batch->worth = fmax(WORTH * best, TRIAL_LEAST);
+    run_batch(batch, fit_on, threads);
 }
 
 /* The legs with most to explain, most first. */
@@ -83,12 +83,12 @@ static void rank_legs(const struct diagnosis *d, int leg[LEGS]) {
 }
 
 /* Is the effect among so many that explain most so far? */
-static bool promising(const struct crew *crew, int effect, int many) {
+static bool promising(const struct batch *batch, int effect, int many) {
     double gain = -INFINITY;
     int better = 0;
-    for (int i = 0; i < crew->count; i++)
-        if (crew->hypothesis[i]->effect == effect) gain = fmax(gain, trial_sound_gain(&crew->trial[i]));
-    for (int i = 0; i < crew->count; i++) better += trial_sound_gain(&crew->trial[i]) > gain;
+    for (int i = 0; i < batch->count; i++)
+        if (batch->hypothesis[i]->effect == effect) gain = fmax(gain, trial_sound_gain(&batch->trial[i]));
+    for (int i = 0; i < batch->count; i++) better += trial_sound_gain(&batch->trial[i]) > gain;
     return better < many;
 }
 
@@ -108,12 +108,10 @@ static int by_gain(const void *a, const void *b) {
     return p < q ? 1 : p > q ? -1 : 0;
 }
 
-/* What gains next to nothing is as good as it is. */
 static void *polish_next(void *argument) {
-    struct crew *crew = argument;
-    for (int i; (i = atomic_fetch_add(&crew->next, 1)) < crew->count;)
-        if (crew->trial[i].ok && trial_rise(&crew->trial[i]) - crew->trial[i].parameters > TRIAL_LEAST)
-            trial_polish(crew->d, &crew->trial[i]);
+    struct batch *batch = argument;
+    for (int i; (i = atomic_fetch_add(&batch->next, 1)) < batch->count;)
+        if (batch->trial[i].ok && trial_rise(&batch->trial[i]) > 0.0) trial_polish(batch->d, &batch->trial[i]);
     return NULL;
 }
 
@@ -136,7 +134,7 @@ static const struct trial *best_shape(const struct trial *finalist, int finalist
 
 /* Best first; the best few effects, each in its best shape and those that come near it, and what is
  * contradicted come first, polished. */
-static void finish(struct crew *crew, struct trial *trial, int count, int threads) {
+static void finish(struct batch *batch, struct trial *trial, int count, int threads) {
     struct trial *finalist = memory_get((size_t)count, sizeof *finalist);
     int effects = 0, finalists = 0, others = 0;
     qsort(trial, (size_t)count, sizeof *trial, by_gain);
@@ -146,8 +144,9 @@ static void finish(struct crew *crew, struct trial *trial, int count, int thread
         bool rises = trial[i].hypothesis->shape != SHAPE_EACH && trial_rise(&trial[i]) > NEAR * rise;
         /* a limit of each leg's own: it may be all there is, whatever the first steps said */
         bool limit = best && best->hypothesis->shape == SHAPE_EACH && trial[i].hypothesis->shape == SHAPE_ALL;
-        bool near = best ? limit || trial[i].gain > NEAR * best->gain : effects < FINALISTS || rises;
-        bool anew = trial[i].gain > crew->worth && (!best || TRIAL_KEPT * trial[i].gain > best->gain);
+        bool first = trial_fitted_gain(&trial[i]) > TRIAL_LEAST && (effects < FINALISTS || rises);
+        bool near = best ? limit || trial[i].gain > NEAR * best->gain : first;
+        bool anew = trial[i].gain > batch->worth && (!best || TRIAL_KEPT * trial[i].gain > best->gain);
         bool chosen = trial[i].ok && (trial_contradicted(&trial[i]) ? anew : near);
         effects += chosen && !best;
         if (chosen) finalist[finalists++] = trial[i];
@@ -155,15 +154,15 @@ static void finish(struct crew *crew, struct trial *trial, int count, int thread
     }
     memmove(trial + finalists, trial, (size_t)others * sizeof *trial);
     memcpy(trial, finalist, (size_t)finalists * sizeof *trial);
-    crew->trial = trial;
-    crew->count = finalists;
-    run_crew(crew, polish_next, threads);
+    batch->trial = trial;
+    batch->count = finalists;
+    run_batch(batch, polish_next, threads);
     qsort(trial, (size_t)count, sizeof *trial, by_evidence);
     free(finalist);
 }
 
 int trials_run(const struct diagnosis *d, struct trial *trial, int threads) {
-    struct crew *first = memory_get(1, sizeof *first), *second = memory_get(1, sizeof *second);
+    struct batch *first = memory_get(1, sizeof *first), *second = memory_get(1, sizeof *second);
     int leg[LEGS];
     first->d = second->d = d;
     for (int i = 0; i < d->hypotheses; i++)

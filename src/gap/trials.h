@@ -1,4 +1,4 @@
-/* Which hypotheses are tried beside the model so far, and in what order. */
+/* Which hypotheses are tried beside the model so far, and in what order. Worker threads; heap. */
 #ifndef HEXID_TRIALS_H
 #define HEXID_TRIALS_H
 
@@ -7,7 +7,8 @@
 /* Tries hypotheses beside the model so far, `threads` at a time: every effect with all legs alike;
  * then those that came closest in their other shapes, for the legs with most to explain. The best
  * ones, and what the cycles held out contradict, are polished and come first, by their evidence.
- * Returns the number of trials (HYPOTHESES_MAX at most). */
+ * Returns the number of trials, at most HYPOTHESES_MAX, for which there is room. They point to the
+ * hypotheses in d, which the next fit of the model lists anew. */
 int trials_run(const struct diagnosis *d, struct trial *trial, int threads);
 
 #endif
