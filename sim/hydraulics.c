@@ -92,15 +92,15 @@ static void balance_tank(const struct cylinder_model *m, const struct hydraulics
 }
 
 static struct mains mains_now(const struct cylinder_model *m, const struct hydraulics_state *s, const double length_m[LEGS],
-                              double *supply_rate) {
+                              double *supply_m3_per_s2) {
     struct mains mains = cylinder_mains(m);
     double resistance = m->machine.supply.resistance_pa_s_per_m3, supply, tank;
     mains.supply_pa -= resistance * s->supply_m3_per_s;
     balance_tank(m, s, length_m, &mains);
-    *supply_rate = 0.0;
-    if (!(resistance > 0.0)) return mains; /* what is drawn moves nothing */
+    *supply_m3_per_s2 = 0.0;
+    if (!(resistance > 0.0)) return mains; /* the flow lowers no pressure */
     flows(m, s, length_m, &mains, &supply, &tank);
-    *supply_rate = (supply - s->supply_m3_per_s) / SUPPLY_LAG_S;
+    *supply_m3_per_s2 = (supply - s->supply_m3_per_s) / SUPPLY_LAG_S;
     return mains;
 }
 

@@ -1,8 +1,8 @@
 /* The hydraulics of all six legs as one system: cylinder.h's legs, the lines between valve and
  * chamber, the play of the joints at the legs' ends, and the mains that all valves share. Pure, RT.
  *
- * Mains: supply = Ps - Rs q with qdot = (Qs - q) / 10 ms; tank = Pt + Rt Qt at every instant. Qs
- * and Qt: sums over the legs.
+ * Mains: supply = Ps - Rs q with qdot = (Qs - q) / 10 ms, where Rs is not 0; tank = Pt + Rt Qt at
+ * every instant. Qs and Qt: sums over the legs.
  *
  * Joint play y: the piston stands y ahead of the joint, |y| <= clearance/2; chambers, leg friction
  * and length sensor belong to the piston, the rod's mass and the end stops to the joint. The piston
