@@ -79,7 +79,7 @@ static void two_equal_columns_share_what_one_cannot_take(void **state) {
 }
 
 /* What no value sees is drawn to the middle; what they see is not. */
-static void a_pull_decides_where_the_data_do_not(void **state) {
+static void a_prior_decides_where_the_data_do_not(void **state) {
     (void)state;
     uint64_t random = 7;
     struct problem p;
@@ -91,7 +91,7 @@ static void a_pull_decides_where_the_data_do_not(void **state) {
     for (int i = 0; i < 3; i++) p.min[i] = -10.0, p.max[i] = 10.0;
     assert_true(fit_box(3, VALUES, p.residual, p.pointer, prior, p.min, p.max, x, NULL));
     assert_close(x[0] + x[1], 1.2, 1e-5);
-    assert_close(x[0], x[1] + 0.4, 1e-3); /* both as far from where they are pulled to */
+    assert_close(x[0], x[1] + 0.4, 1e-3); /* both as far from where their priors are */
     assert_close(x[2], 0.3, 1e-5);
 }
 
@@ -100,7 +100,7 @@ int main(void) {
         cmocka_unit_test(factor_and_solve_give_back_the_vector),
         cmocka_unit_test(box_solution_is_optimal),
         cmocka_unit_test(two_equal_columns_share_what_one_cannot_take),
-        cmocka_unit_test(a_pull_decides_where_the_data_do_not),
+        cmocka_unit_test(a_prior_decides_where_the_data_do_not),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

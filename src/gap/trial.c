@@ -83,7 +83,7 @@ static bool best_start(const struct diagnosis *d, const struct hypothesis *h, co
 }
 
 /* The model so far without what is parallel to the hypothesis: that stands at its given value, or
- * as found. Fills the box of the others, and what draws them. */
+ * as found. Fills the box of the others, and their priors. */
 static bool without_parallel(const struct diagnosis *d, const struct hypothesis *h, bool as_found, struct params *base, double *min,
                              double *max, struct fit_prior *prior) {
     bool changed = false;

@@ -17,7 +17,7 @@ enum { FINALISTS = 5, THREADS_MAX = 16, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
 struct batch {
     const struct diagnosis *d;
     const struct hypothesis *hypothesis[HYPOTHESES_MAX];
-    const struct batch *before;      /* whose trials are starts, or NULL */
+    const struct batch *before;     /* whose trials are starts, or NULL */
     struct trial *trial;
     int count;
     double worth;                   /* gain after the first steps of those that are fitted on */
