@@ -24,11 +24,6 @@ struct rig {
     struct cycle cycle[DOFS][SAMPLES_MAX]; /* by test */
 };
 
-static inline double random_normal(uint64_t *state) {
-    double radius = sqrt(-2 * log(0.5 + 0.5 * random_unit(state) + 1e-300));
-    return radius * cos(PI * random_unit(state));
-}
-
 static inline double omega(const struct rig *r, int d) { return 2 * PI * r->params.tests.hz[d]; }
 
 static inline double amplitude(const struct rig *r, int dof) { return r->params.tests.amplitude[dof]; }

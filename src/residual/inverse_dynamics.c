@@ -93,9 +93,11 @@ static double slow_mps(const struct inverse_dynamics *d, int leg, double acceler
 }
 
 /* balance_n: hydraulic force left for friction. Dry friction has its full size only where the leg
- * surely slides, from twice the slow speed on; where it may be held friction is what the balance
+ * surely slides, from twice the slow speed on. Where it may be held friction is what the balance
  * asks for, as far as it reaches: a leg that sticks holds against any load. A limit without the
- * overshoot would be met from one side only, and friction come out too large. */
+ * overshoot would be met from one side only, and friction come out too large. Noise of the balance
+ * is not friction: a held one is anywhere within its reach, variance F^2 / 3, and of what the
+ * balance says beyond sliding so much is taken as the best linear estimate takes. */
 static double leg_friction(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in, double balance_n) {
     struct cylinder_state s = {.p1_pa = in->p1_pa[leg], .p2_pa = in->p2_pa[leg]};
     const double *motion = in->leg[leg];
@@ -104,7 +106,9 @@ static double leg_friction(const struct inverse_dynamics *d, int leg, const stru
     struct friction retract = cylinder_friction(&d->cylinder, leg, &s, -1, speed);
     double viscous = motion[1] > 0.0 ? extend.viscous : -retract.viscous;
     double sliding = 0.5 * (1.0 + sign) * extend.dry - 0.5 * (1.0 - sign) * retract.dry;
-    double held = fmin(fmax(balance_n - viscous, -OVERSHOOT * retract.dry), OVERSHOOT * extend.dry);
+    double reach = 0.5 * (extend.dry + retract.dry), spread = reach * reach / 3.0, noise_n = d->force_std_n[leg];
+    double sure = spread > 0.0 ? spread / (spread + noise_n * noise_n) : 0.0;
+    double held = sliding + sure * (fmin(fmax(balance_n - viscous, -OVERSHOOT * retract.dry), OVERSHOOT * extend.dry) - sliding);
     double share = fmin(fmax(speed / slow_mps(d, leg, motion[2]) - 1.0, 0.0), 1.0);
     return viscous + share * sliding + (1.0 - share) * held;
 }

@@ -19,7 +19,8 @@ struct inverse_dynamics {
     struct rigid_state state;   /* the search for the next pose starts here */
     double window_s;            /* dry friction is averaged over this time about each instant: a
                                  * reversal falls between two instants */
-    double speed_std_mps[LEGS]; /* standard deviation of the measured speed; 0 after init */
+    double speed_std_mps[LEGS]; /* standard deviations of the measured speed, */
+    double force_std_n[LEGS];   /* and of the force left for friction; 0 after init */
     double resolution_s;        /* of the motion: half the time from a crest to a trough
                                  * of its highest harmonic */
     bool joints;

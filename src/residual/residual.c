@@ -364,6 +364,7 @@ static bool required(const struct residual_test *t, const struct params *model, 
     inverse_dynamics_init(&inverse, model, period_s / PHASES, axis || !t->spectrum.cycles ? 0.0 : period_s / (4 * t->harmonics));
     for (int k = 0; k < t->legs && !axis; k++)
         inverse.speed_std_mps[k] = spectrum_speed_std(&t->spectrum, k, t->harmonics, step_m, t->measured);
+    memcpy(inverse.force_std_n, t->force_std_n, sizeof inverse.force_std_n);
     tabulate_cycle(t, &inverse.cylinder, rows, p, table);
     memset(force_n, 0, LEGS * sizeof force_n[0]);
     for (int i = 0; i < t->phases; i++) {
