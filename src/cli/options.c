@@ -242,8 +242,8 @@ int options_parse(struct options *o, int argc, char **argv, const char *allowed,
         return error_set(error, STATUS_USAGE, "%s: one argument too many, `hexid %s` takes %d; see `hexid %s --help`", argv[optind],
                          argv[0], operands, argv[0]);
     if (optind < argc && !operands)
-        return error_set(error, STATUS_USAGE, "%s: `hexid %s` takes nothing but options; see `hexid %s --help`", argv[optind],
-                         argv[0], argv[0]);
+        return error_set(error, STATUS_USAGE, "%s: `hexid %s` takes nothing but options; see `hexid %s --help`", argv[optind], argv[0],
+                         argv[0]);
     if (optind < argc) return error_set(error, STATUS_USAGE, "%s: one argument too many; see `hexid %s --help`", argv[optind], argv[0]);
     if (o->tests[0] && o->trajectory[0])
         return error_set(error, STATUS_USAGE, "--tests and --trajectory: one of them; a trajectory has its own axes");

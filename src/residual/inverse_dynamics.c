@@ -92,12 +92,19 @@ static double slow_mps(const struct inverse_dynamics *d, int leg, double acceler
     return fmax(fmax(fabs(acceleration) * d->resolution_s, SURE * d->speed_std_mps[leg]), INVERSE_DYNAMICS_SLOW_MPS);
 }
 
+/* Dry friction of a leg that may be held: what the balance of forces leaves for it, as far as it
+ * reaches, since a leg that sticks holds against any load. Noise of the balance is not friction. A
+ * held one is anywhere within its reach, with a variance of F^2 / 3, and the linear estimate of
+ * least variance takes that share of what the balance has beyond sliding. A limit without the
+ * overshoot would be met from one side only, and friction come out too large. */
+static double held_friction(double balance_n, double noise_n, double extend_n, double retract_n, double sliding_n) {
+    double reach_n = 0.5 * (extend_n + retract_n), variance = reach_n * reach_n / 3.0;
+    double gain = variance > 0.0 ? variance / (variance + noise_n * noise_n) : 0.0;
+    return fmin(fmax(sliding_n + gain * (balance_n - sliding_n), -OVERSHOOT * retract_n), OVERSHOOT * extend_n);
+}
+
 /* balance_n: hydraulic force left for friction. Dry friction has its full size only where the leg
- * surely slides, from twice the slow speed on. Where it may be held friction is what the balance
- * asks for, as far as it reaches: a leg that sticks holds against any load. A limit without the
- * overshoot would be met from one side only, and friction come out too large. Noise of the balance
- * is not friction: a held one is anywhere within its reach, variance F^2 / 3, and of what the
- * balance says beyond sliding so much is taken as the best linear estimate takes. */
+ * surely slides, from twice the slow speed on. */
 static double leg_friction(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in, double balance_n) {
     struct cylinder_state s = {.p1_pa = in->p1_pa[leg], .p2_pa = in->p2_pa[leg]};
     const double *motion = in->leg[leg];
@@ -106,9 +113,7 @@ static double leg_friction(const struct inverse_dynamics *d, int leg, const stru
     struct friction retract = cylinder_friction(&d->cylinder, leg, &s, -1, speed);
     double viscous = motion[1] > 0.0 ? extend.viscous : -retract.viscous;
     double sliding = 0.5 * (1.0 + sign) * extend.dry - 0.5 * (1.0 - sign) * retract.dry;
-    double reach = 0.5 * (extend.dry + retract.dry), spread = reach * reach / 3.0, noise_n = d->force_std_n[leg];
-    double sure = spread > 0.0 ? spread / (spread + noise_n * noise_n) : 0.0;
-    double held = sliding + sure * (fmin(fmax(balance_n - viscous, -OVERSHOOT * retract.dry), OVERSHOOT * extend.dry) - sliding);
+    double held = held_friction(balance_n - viscous, d->force_std_n[leg], extend.dry, retract.dry, sliding);
     double share = fmin(fmax(speed / slow_mps(d, leg, motion[2]) - 1.0, 0.0), 1.0);
     return viscous + share * sliding + (1.0 - share) * held;
 }

@@ -267,17 +267,6 @@ static void find_step(struct residual_test *t, double sampling_s, const struct p
     t->step_s = !slower ? sampling_s : t->in_step ? sampling_s / many : cycle_s;
 }
 
-/* What noise makes of the force residual at an instant, by the machine as it is given. */
-static void find_force_noise(struct residual_test *t, const struct params *params) {
-    struct whitener w;
-    whitener_init(&w, t, params, 1.0);
-    for (int k = 0; k < t->legs; k++) {
-        double variance = 0.0;
-        for (int a = 0; a < t->size; a++) variance += t->weight[a] * w.noise[k][a][RESIDUAL_FORCE];
-        t->force_std_n[k] = sqrt(variance);
-    }
-}
-
 static int prepare(struct residual_test *t, const struct recording *recording, int of, enum cycles which, struct error *error) {
     const struct recording_test *test = &recording->test[of];
     t->of = of;
@@ -289,7 +278,7 @@ static int prepare(struct residual_test *t, const struct recording *recording, i
     /* for Simpson's rule (residual_staircase) */
     if (t->substeps > 1) t->substeps += t->substeps % 2;
     int status = test->piece_s > 0.0 ? prepare_piece(t, test, error) : prepare_cycle(t, test, which, error);
-    if (!status) find_force_noise(t, recording->params);
+    if (!status) whiten_force_std(t, recording->params, t->force_std_n);
     return status;
 }
 

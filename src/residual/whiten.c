@@ -148,6 +148,16 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
     }
 }
 
+void whiten_force_std(const struct residual_test *t, const struct params *model, double std_n[LEGS]) {
+    struct whitener w;
+    whitener_init(&w, t, model, 1.0); /* no error of the model is in its noise */
+    for (int k = 0; k < LEGS; k++) {
+        double variance = 0.0;
+        for (int a = 0; a < t->size; a++) variance += t->weight[a] * w.noise[k][a][RESIDUAL_FORCE];
+        std_n[k] = sqrt(variance);
+    }
+}
+
 void whiten(const struct whitener *w, residual_row row) {
     for (int k = 0; k < LEGS; k++)
         for (int a = 0; a < RESIDUAL_SIZE; a++) {

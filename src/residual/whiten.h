@@ -23,6 +23,10 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
  * any other motion, where rounding is noise like any other. */
 double whiten_in_step(const struct residual_test *t, const struct params *model, int leg);
 
+/* Standard deviations that noise gives the force residual of each leg at an instant, N: rms of its
+ * row over the test. */
+void whiten_force_std(const struct residual_test *t, const struct params *model, double std_n[LEGS]);
+
 /* Mass in the space of the legs at neutral, J'^-1 M J^-1, kg: the forces that an acceleration of
  * each leg needs. */
 void whiten_leg_mass(const struct params *model, double lambda[LEGS][LEGS]);
