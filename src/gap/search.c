@@ -79,19 +79,6 @@ static bool overfits(const struct trial *t, const struct trial *best) {
     return t->hypothesis->shape == SHAPE_EACH && best->hypothesis->shape != SHAPE_EACH && t->held_gain < best->held_gain;
 }
 
-/* Backlash of the command below the command's own noise is unobservable: what looks like it is that
- * noise where the spool passes zero. */
-static bool dithered(const struct diagnosis *d, const struct trial *t) {
-    int effect = t->hypothesis->effect;
-    double most = 0.0, square = 0.0;
-    int legs = params_legs(d->given);
-    if (!effect_table[effect]->command) return false;
-    for (int k = 0; k < legs; k++) most = fmax(most, t->model.effects[effect].value[0][k]);
-    for (int i = 0; i < d->even.tests; i++)
-        for (int k = 0; k < legs; k++) square += pow(d->even.test[i].spectrum.noise[CHANNEL_VALVE][k], 2.0);
-    return most < sqrt(square / (legs * d->even.tests));
-}
-
 static double dry_friction(const struct params *model, double speed_mps) {
     struct cylinder_model m;
     struct cylinder_state s = {.p1_pa = 0.5 * model->hydraulics.supply_pa, .p2_pa = 0.5 * model->hydraulics.supply_pa};
@@ -111,15 +98,12 @@ static bool held_only(const struct diagnosis *d, const struct trial *t) {
     return fabs(slides) < 0.5 * fabs(held);
 }
 
-/* What looks like it may be noise, however much of that it takes away. */
-static bool noise_alone(const struct diagnosis *d, const struct trial *t) { return dithered(d, t) || held_only(d, t); }
-
-static bool unseen(const struct diagnosis *d, const struct trial *t) { return t->bound || noise_alone(d, t); }
+static bool unseen(const struct diagnosis *d, const struct trial *t) { return t->bound || held_only(d, t); }
 
 static int list_rivals(const struct diagnosis *d, const struct trial *trial, int trials, int rival[GAP_RIVALS]) {
     int rivals = 0, best = trial[0].hypothesis->effect;
     for (int i = 1; i < trials; i++) {
-        if (!is_rival(d, &trial[0], &trial[i]) || noise_alone(d, &trial[i])) continue;
+        if (!is_rival(d, &trial[0], &trial[i]) || held_only(d, &trial[i])) continue;
         int effect = trial[i].hypothesis->effect;
         bool seen = effect == best || hypothesis_contains(effect, best) || overfits(&trial[i], &trial[0]);
         for (int j = 0; j < rivals; j++) seen = seen || rival[j] == effect;
