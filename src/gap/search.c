@@ -89,7 +89,7 @@ static double dry_friction(const struct params *model, double speed_mps) {
 }
 
 /* A friction most of which is gone where a leg surely slides is none that can be seen: a leg that
- * may be held takes up what noise there is. */
+ * may be held takes up what the balance has beyond its noise, such as a force sensor's error. */
 static bool held_only(const struct diagnosis *d, const struct trial *t) {
     double sliding_mps = 2.0 * INVERSE_DYNAMICS_SLOW_MPS;
     if (!effect_table[t->hypothesis->effect]->leg_friction) return false;
