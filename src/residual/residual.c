@@ -91,7 +91,8 @@ struct node {
     double length_m[LEGS], rate_mps[LEGS];
 };
 
-enum { SPOOL_CYCLES = 12 };
+enum { LIMITED_CYCLES = 12 };
+static const double SPOOL_TIMES = 10.0; /* time constants: what is left is e^-10 */
 
 /* The hydraulics while they run through the cycles. */
 struct run {
@@ -131,13 +132,26 @@ static void send(struct run *r, int sample) {
     valve_line_send(&r->line, valve);
 }
 
+/* Whole cycles in which the slowest spool forgets where it was. */
+static int spool_cycles(const struct run *r, double cycle_s) {
+    double slowest = HUGE_VAL;
+    for (int k = r->cylinder.first; k < r->cylinder.legs; k++) {
+        const struct cylinder_leg *c = &r->cylinder.leg[k];
+        double half = 0.5 * c->valve_damping_rate;
+        slowest = fmin(slowest, half - sqrt(fmax(half * half - c->valve_omega_squared, 0.0)));
+    }
+    return (int)ceil(SPOOL_TIMES / slowest / cycle_s);
+}
+
 /* A spool at its rate limit takes many cycles to forget where it was; chambers do not. A cycle need
- * not be a whole number of samples. */
-static void settle_spools(struct run *r) {
+ * not be a whole number of samples: the last one ends where the run begins. */
+static void settle_spools(struct run *r, bool limited) {
     const struct residual_test *t = r->t;
-    double valve[LEGS], cycle = 2.0 * PI / (t->spectrum.omega * t->step_s);
-    for (int i = 0; i < (int)(SPOOL_CYCLES * cycle); i++) {
-        send(r, (int)fmod(i, cycle));
+    double valve[LEGS], cycle_s = 2.0 * PI / t->spectrum.omega, cycle = cycle_s / t->step_s;
+    int cycles = spool_cycles(r, cycle_s);
+    if (limited && cycles < LIMITED_CYCLES) cycles = LIMITED_CYCLES;
+    for (int i = -(int)(cycles * cycle); i < 0; i++) {
+        send(r, (int)lround(fmod(cycles * cycle + i, cycle)));
         for (int j = 0; j < t->substeps; j++) {
             valve_line_receive(&r->line, j, valve);
             for (int k = r->cylinder.first; k < r->cylinder.legs; k++)
@@ -179,7 +193,8 @@ static void begin_run(struct run *r, const struct residual_test *t, const struct
         force_n[k] = cylinder_hydraulic_force(&r->cylinder, k, &r->state.cylinder[k]);
     }
     hydraulics_rest(&r->cylinder, force_n, &r->state);
-    if (dither != 0.0) settle_spools(r);
+    /* Of a cycle, which repeats. A run that meets a limit without noise is done again with it. */
+    if (t->dither) settle_spools(r, dither != 0.0);
     begin_motion(r, rows);
 }
 
