@@ -11,10 +11,10 @@ enum { PARAMS_TEXT_SIZE = 256 };  /* of every text */
 
 enum mechanism_kind { MECHANISM_STEWART, MECHANISM_AXIS };
 
-/* The six joints of a body; not given: on a circle, by the numbers beside them. */
-struct joint_points {
+/* Of each leg its own, as drawn. */
+struct leg_vectors {
     bool given;
-    double m[LEGS][3];
+    double leg[LEGS][3];
 };
 
 struct geometry_params {          /* Tian 2015 Table 1 */
@@ -24,8 +24,11 @@ struct geometry_params {          /* Tian 2015 Table 1 */
                                    * above the lower one, z = 0 of the base's, at neutral */
     double upper_half_angle_rad;  /* alpha */
     double lower_half_angle_rad;  /* beta */
-    struct joint_points upper, lower; /* in the drawings of platform and base: x
-                                       * forward, y right, z down */
+    /* In the drawings of platform and base: x forward, y right, z down. */
+    struct leg_vectors upper, lower; /* joints, m; not given: on a circle, by the numbers above */
+    struct leg_vectors upper_axis, lower_axis; /* direction of the first axis of each universal
+                                      * joint, fixed in platform or base, of any length; not given:
+                                      * level, tangential to the joint circle */
 };
 
 struct payload_params {           /* Tian 2015 Table 2 */

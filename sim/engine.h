@@ -6,8 +6,8 @@
  *
  * Universal joints, both engines: at each end of a leg the first axis is fixed in the base (or the
  * platform) and the second in the cylinder (or rod); joint friction acts about each of the two
- * axes. The first axis of leg i is horizontal at neutral, tangential to the joint circle: (-sin
- * angle_i, cos angle_i, 0), with angle_i about z of the drawing. */
+ * axes. The first axis is as configured, else horizontal at neutral, tangential to the joint
+ * circle: (-sin angle, cos angle, 0), with the joint's angle about z of the drawing. */
 #ifndef HEXID_ENGINE_H
 #define HEXID_ENGINE_H
 
@@ -15,12 +15,12 @@
 #include "plant.h"
 
 /* Joint positions from the geometry of params (docs/method.md section 1), as drawn; sim's own
- * derivation. Angles: of the joints in the drawing. */
+ * derivation. */
 struct sim_geometry {
     double upper[LEGS][3];       /* in {M} */
-    double upper_angle[LEGS];
+    double upper_axis[LEGS][3];  /* unit vectors: first axes of the universal joints, in {M} */
     double lower[LEGS][3];       /* in {B} */
-    double lower_angle[LEGS];
+    double lower_axis[LEGS][3];  /* and in {B} */
     double neutral_length_m[LEGS];
 };
 void sim_geometry_init(struct sim_geometry *g, const struct params *params);

@@ -44,8 +44,8 @@ static void joint_rows(const struct tip *t, const double first[3], const double 
     double first_rate[3] = {0}, d1[3], d2[3], d1_rate[3], d2_rate[3], turned[3], swung[3];
     if (w) cross3(w, first, first_rate);
     double c = dot3(t->n, first), c_rate = dot3(t->n_rate, first) + dot3(t->n, first_rate);
-    /* -sdot/s */
-    double s_squared = 1.0 - c * c, s = sqrt(s_squared), shrink = c * c_rate / s_squared;
+    /* -sdot/s; a leg that comes to lie along the axis is no machine, but divides by no zero */
+    double s_squared = fmax(1.0 - c * c, 1e-4), s = sqrt(s_squared), shrink = c * c_rate / s_squared;
     cross3(first, t->n, d2);
     cross3(first_rate, t->n, turned);
     cross3(first, t->n_rate, swung);
@@ -64,8 +64,8 @@ void joint_axes(const struct rigid_model *m, const struct rigid_state *s, const 
         struct tip t = tip_of(legs, leg);
         int at = JOINT_AXES_PER_LEG * leg;
         double platform_axis[3];
-        for (int i = 0; i < 3; i++) platform_axis[i] = dot3(legs->rotation[i], m->upper_axis[leg]);
-        joint_rows(&t, m->lower_axis[leg], NULL, axes->row + at, axes->bias + at);
+        for (int i = 0; i < 3; i++) platform_axis[i] = dot3(legs->rotation[i], m->geometry.upper_axis[leg]);
+        joint_rows(&t, m->geometry.lower_axis[leg], NULL, axes->row + at, axes->bias + at);
         joint_rows(&t, platform_axis, s->twist + 3, axes->row + at + 2, axes->bias + at + 2);
     }
 }

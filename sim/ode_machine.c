@@ -55,17 +55,9 @@ static void payload_center(const struct ode_machine *m, dVector3 center) {
     dBodyVectorToWorld(m->body[PLATFORM], c[0], c[1], c[2], center);
 }
 
-/* First axis of a universal joint, in the frame of base or platform. */
-static void first_axis(dVector3 axis, double angle) {
-    axis[0] = -sin(angle);
-    axis[1] = cos(angle);
-    axis[2] = 0.0;
-}
-
 static void upper_joint(const struct ode_machine *m, int leg, dVector3 point, dVector3 first) {
     const double *a = m->machine.bodies.upper_joint_m[leg], *center = m->machine.bodies.payload_center_m;
-    dVector3 inside;
-    first_axis(inside, m->geometry.upper_angle[leg]);
+    const double *inside = m->geometry.upper_axis[leg];
     dBodyGetRelPointPos(m->body[PLATFORM], a[0] - center[0], a[1] - center[1], a[2] - center[2], point);
     dBodyVectorToWorld(m->body[PLATFORM], inside[0], inside[1], inside[2], first);
 }
@@ -81,9 +73,9 @@ static void place_part(dBodyID body, const dVector3 joint, double distance, cons
 }
 
 static void place_leg(struct ode_machine *m, int leg) {
-    dVector3 a, along, first_lower, first_upper;
+    dVector3 a, along, first_upper;
+    const double *first_lower = m->geometry.lower_axis[leg];
     upper_joint(m, leg, a, first_upper);
-    first_axis(first_lower, m->geometry.lower_angle[leg]);
     dSubtractVectors3(along, a, m->machine.bodies.lower_joint_m[leg]);
     dNormalize3(along);
     place_part(m->body[CYLINDER + leg], m->machine.bodies.lower_joint_m[leg], m->params->actuator.lower_center_m[leg], along, first_lower);
@@ -231,9 +223,9 @@ static dJointID make_piston(struct ode_machine *m, dBodyID cylinder, dBodyID rod
 /* ODE wants a moving body first: at the base its axes 1 and 2 are our second and first. */
 static void make_joints(struct ode_machine *m, int leg, bool rub) {
     dBodyID platform = m->body[PLATFORM], cylinder = m->body[CYLINDER + leg], rod = m->body[ROD + leg];
-    dVector3 a, along, first_lower, first_upper, second_lower, second_upper;
+    dVector3 a, along, first_upper, second_lower, second_upper;
+    const double *first_lower = m->geometry.lower_axis[leg];
     upper_joint(m, leg, a, first_upper);
-    first_axis(first_lower, m->geometry.lower_angle[leg]);
     dBodyVectorToWorld(cylinder, 1, 0, 0, second_lower);
     dBodyVectorToWorld(rod, 1, 0, 0, second_upper);
     ode_machine_axis(m, leg, along);

@@ -28,7 +28,7 @@ struct velocity {
 struct ode_machine {
     const struct params *params;
     struct machine machine;
-    struct sim_geometry geometry;              /* angles of the joints' axes */
+    struct sim_geometry geometry;              /* the joints' axes */
     dWorldID world;
     dBodyID body[BODIES];
     dJointID piston[LEGS];

@@ -5,9 +5,6 @@
 
 #include "vec.h"
 
-/* To the joint circle: the first axis of a universal joint (engine.h). */
-static void tangent(double angle, double axis[3]) { axis[0] = -sin(angle), axis[1] = cos(angle), axis[2] = 0.0; }
-
 static void inertia_of(const struct machine *m, double inertia[3][3]) {
     const double *square = m->bodies.payload_inertia_kg_m2, *product = m->bodies.payload_products_kg_m2;
     for (int i = 0; i < 3; i++)        /* xy, xz, yz */
@@ -35,9 +32,6 @@ void rigid_model_init(struct rigid_model *m, const struct params *params) {
         m->lower_moment[leg] = m->machine.bodies.lower_kg[leg] * a->lower_center_m[leg];
         m->fixed_inertia[leg] = m->lower_moment[leg] * a->lower_center_m[leg] + a->upper_inertia_kg_m2[leg] + a->lower_inertia_kg_m2[leg] +
                                 m->machine.bodies.transverse_kg_m2[leg];
-
-        tangent(m->geometry.upper_angle[leg], m->upper_axis[leg]);
-        tangent(m->geometry.lower_angle[leg], m->lower_axis[leg]);
     }
 
     struct rigid_state neutral;

@@ -32,10 +32,8 @@
 
 struct rigid_model {
     struct machine machine;
-    struct sim_geometry geometry; /* angles of the joints' axes */
+    struct sim_geometry geometry; /* the joints' axes */
     double upper[3][LEGS], lower[3][LEGS]; /* geometry, an array per coordinate */
-    double upper_axis[LEGS][3], lower_axis[LEGS][3]; /* first axes of the universal
-                                                      * joints, in {M} and {B} */
     double mass, inertia[3][3], gravity;           /* gravity along z */
     bool offset;                                   /* the payload's mass centre is not
                                                     * the origin of {M} */

@@ -60,6 +60,17 @@ static inline struct params by_hand(void) {
     return params;
 }
 
+/* No two joints alike, none level; of any length. */
+static inline void set_joint_axes(struct params *params) {
+    struct geometry_params *g = &params->geometry;
+    g->upper_axis.given = g->lower_axis.given = true;
+    for (int leg = 0; leg < LEGS; leg++)
+        for (int i = 0; i < 3; i++) {
+            g->upper_axis.leg[leg][i] = i == 2 ? 0.2 : 0.7 * sin(1.0 + 2.0 * leg + 1.4 * i);
+            g->lower_axis.leg[leg][i] = i == 2 ? -0.1 : 0.5 * sin(2.0 - 1.5 * leg + 1.6 * i);
+        }
+}
+
 /* This effect on, with this value of a key on all legs. */
 static inline void set_effect(struct params *params, const char *name, int key, double value) {
     int place = effect_find(name);

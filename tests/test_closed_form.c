@@ -322,6 +322,7 @@ static void joint_rates_change_as_row_and_bias_say(void **unused) {
     struct params params = defaults();
     struct rigid_model m;
     uint64_t seed = 6;
+    set_joint_axes(&params);
     rigid_model_init(&m, &params);
     for (int n = 0; n < 100; n++) {
         const double t = 0.2, h = 1e-3;
@@ -346,6 +347,7 @@ static void joint_rates_add_up_to_the_relative_rotation(void **unused) {
     struct params params = defaults();
     struct rigid_model m;
     uint64_t seed = 7;
+    set_joint_axes(&params);
     rigid_model_init(&m, &params);
     for (int trial = 0; trial < 100; trial++) {
         struct motion motion = random_motion(&seed);
@@ -356,10 +358,11 @@ static void joint_rates_add_up_to_the_relative_rotation(void **unused) {
         joint_axes_at(&m, &motion, 0.1, &axes, rate, &legs);
         for (int end = 0; end < JOINT_AXES / 2; end++) {
             int leg = end / 2, upper = end % 2;
-            double n[3], across[3], first[3], second[3], rest[3], spin[3];
+            const double *axis = upper ? params.geometry.upper_axis.leg[leg] : params.geometry.lower_axis.leg[leg];
+            double n[3], across[3], first[3], second[3], rest[3], spin[3], length = sqrt(dot3(axis, axis));
             for (int i = 0; i < 3; i++) {
                 n[i] = legs.n[i][leg], across[i] = legs.across[i][leg] / legs.length[leg];
-                first[i] = upper ? dot3(legs.rotation[i], m.upper_axis[leg]) : m.lower_axis[leg][i];
+                first[i] = (upper ? dot3(legs.rotation[i], axis) : axis[i]) / length;
             }
             cross3(first, n, second);
             double scale = 1.0 / sqrt(dot3(second, second));

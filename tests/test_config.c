@@ -325,14 +325,33 @@ static void joints_are_six_points_on_the_command_line_and_in_a_file(void **state
     if (parse(&read, text, &error) != 0) fail_msg("%s", error.text);
     assert_memory_equal(&set, &read, sizeof set);
     assert_true(set.geometry.upper.given && !set.geometry.lower.given);
-    assert_memory_equal(set.geometry.upper.m[1], second, sizeof second);
-    assert_true(set.geometry.upper.m[2][2] == 0.01 && set.geometry.upper.m[5][1] == -0.5);
+    assert_memory_equal(set.geometry.upper.leg[1], second, sizeof second);
+    assert_true(set.geometry.upper.leg[2][2] == 0.01 && set.geometry.upper.leg[5][1] == -0.5);
     char *whole = config_text(&set);
     assert_int_equal(config_parse(&again, whole, strlen(whole), "rig.yaml", &error), 0);
     assert_memory_equal(&again, &set, sizeof set);
     free(whole);
     if (load(&set, "geometry.upper_joints_m=[]", &error) != 0) fail_msg("%s", error.text);
     assert_false(set.geometry.upper.given);
+}
+
+static void axes_of_joints_are_six_directions(void **state) {
+    (void)state;
+    static const double second[3] = {0.6, 0.1, 0.0};
+    static const char *const ends[] = {"upper", "lower"};
+    for (int lower = 0; lower < 2; lower++) {
+        struct params set, again;
+        struct error error = {0};
+        char text[400];
+        snprintf(text, sizeof text, "geometry.%s_joint_axes=%s", ends[lower], points);
+        if (load(&set, text, &error) != 0) fail_msg("%s", error.text);
+        assert_true(set.geometry.upper_axis.given == !lower && set.geometry.lower_axis.given == lower);
+        assert_memory_equal((lower ? set.geometry.lower_axis : set.geometry.upper_axis).leg[1], second, sizeof second);
+        char *whole = config_text(&set);
+        assert_int_equal(config_parse(&again, whole, strlen(whole), "rig.yaml", &error), 0);
+        assert_memory_equal(&again, &set, sizeof set);
+        free(whole);
+    }
 }
 
 static void a_leg_has_an_actuator_of_its_own(void **state) {
@@ -363,8 +382,10 @@ static const struct {
      {"rig.yaml:2: geometry.upper_joints_m takes points"}},
     {"geometry:\n  upper_joints_m: [[], [1, 2, 3]]\n", {"rig.yaml:2: geometry.upper_joints_m takes points"}},
     {"geometry:\n  upper_joints_m: [[1, 2, 3], 4]\n", {"rig.yaml:2: geometry.upper_joints_m takes points"}},
-    {"geometry:\n  upper_joints_m:\n    - [1, 2, 3]\n    - [1, 2, 4]\n", {"geometry.upper_joints_m: 6 numbers; it takes 6 points"}},
-    {"geometry:\n  upper_joints_m: 0.5\n", {"rig.yaml:2: geometry.upper_joints_m: 1 numbers; it takes 6 points"}},
+    {"geometry:\n  upper_joints_m:\n    - [1, 2, 3]\n    - [1, 2, 4]\n",
+     {"geometry.upper_joints_m: 6 numbers; it takes 6 times [x, y, z]"}},
+    {"geometry:\n  lower_joint_axes: [[0, 0, 2]]\n", {"rig.yaml:2: geometry.lower_joint_axes: 3 numbers; it takes 6 times [x, y, z]"}},
+    {"geometry:\n  upper_joints_m: 0.5\n", {"rig.yaml:2: geometry.upper_joints_m: 1 numbers; it takes 6 times [x, y, z]"}},
     {"geometry:\n  upper_joints_m: {a: 1}\n", {"rig.yaml:2: geometry.upper_joints_m takes a value"}},
     {"control:\n\n  kpp: 3\n", {"rig.yaml:3: unknown key control.kpp; did you mean control.kp?"}},
     {"contrl:\n  kp: 3\n", {"rig.yaml:1: unknown key contrl; did you mean control?"}},
@@ -604,6 +625,7 @@ static void what_another_machine_took_from_the_default_is_said(void **state) {
     (void)state;
     assert_defaults(NULL, NULL, "", NULL);
     assert_defaults(NULL, "payload.mass_kg=300", "", NULL); /* another load is no other machine */
+    assert_defaults(NULL, "geometry.lower_joint_axes=[[1,0,0],[1,0,0],[1,0,0],[1,0,0],[1,0,0],[1,0,0]]", "", NULL);
     assert_defaults(NULL, "geometry.upper_radius_m=0.58", "actuator.piston_diameter_m 0.063, actuator.rod_diameter_m 0.045, hydraulics.",
                     NULL);
     assert_defaults("config/desktop.yaml", NULL, "hydraulics.valve_drop_pa 5e6, hydraulics.valve_damping 0.8", "supply");
@@ -644,6 +666,7 @@ int main(void) {
         cmocka_unit_test(an_effect_is_off_until_one_of_its_keys_is_set),
         cmocka_unit_test(a_list_gives_each_leg_its_value_where_the_effect_allows_it),
         cmocka_unit_test(joints_are_six_points_on_the_command_line_and_in_a_file),
+        cmocka_unit_test(axes_of_joints_are_six_directions),
         cmocka_unit_test(a_leg_has_an_actuator_of_its_own),
         cmocka_unit_test(a_mistake_is_reported_with_file_line_and_key),
         cmocka_unit_test(a_wrong_setting_is_reported_with_its_text),

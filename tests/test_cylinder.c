@@ -73,8 +73,15 @@ static void joints_lie_at_the_angles_of_the_paper(void **unused) {
     double a = params.geometry.upper_half_angle_rad, b = params.geometry.lower_half_angle_rad, third = 2 * PI / 3;
     double upper[LEGS] = {-a, a, third - a, third + a, 2 * third - a, 2 * third + a};
     double lower[LEGS] = {-PI / 3 + b, PI / 3 - b, PI / 3 + b, PI - b, PI + b, 5 * PI / 3 - b};
-    assert_below(distance(g.upper_angle, upper, LEGS), 1e-14);
-    assert_below(distance(g.lower_angle, lower, LEGS), 1e-14);
+    for (int k = 0; k < LEGS; k++) {
+        const double upper_axis[3] = {-sin(upper[k]), cos(upper[k]), 0.0}, lower_axis[3] = {-sin(lower[k]), cos(lower[k]), 0.0};
+        assert_close(g.upper[k][0], params.geometry.upper_radius_m * cos(upper[k]), 1e-14);
+        assert_close(g.upper[k][1], params.geometry.upper_radius_m * sin(upper[k]), 1e-14);
+        assert_close(g.lower[k][0], params.geometry.lower_radius_m * cos(lower[k]), 1e-14);
+        assert_close(g.lower[k][1], params.geometry.lower_radius_m * sin(lower[k]), 1e-14);
+        assert_below(distance(g.upper_axis[k], upper_axis, 3), 1e-14);
+        assert_below(distance(g.lower_axis[k], lower_axis, 3), 1e-14);
+    }
 }
 
 static void neutral_is_at_mid_stroke(void **unused) {

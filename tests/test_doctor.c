@@ -573,8 +573,8 @@ static void joints_in_another_order_are_found(void **unused) {
     for (int further = 0; further < 3; further++) {
         for (int i = 0; i < LEGS; i++)
             for (int r = 0; r < 3; r++) {
-                params.geometry.upper.m[further == 1 ? i ^ 1 : i][r] = k.upper[i][r] - (r == 2 ? h : 0.0);
-                params.geometry.lower.m[further == 2 ? (i + 5) % LEGS : i][r] = k.lower[i][r] - (r == 2 ? height : 0.0);
+                params.geometry.upper.leg[further == 1 ? i ^ 1 : i][r] = k.upper[i][r] - (r == 2 ? h : 0.0);
+                params.geometry.lower.leg[further == 2 ? (i + 5) % LEGS : i][r] = k.lower[i][r] - (r == 2 ? height : 0.0);
             }
         is(check_kinematics(&machine), further == 1 ? LEVEL_FAIL : LEVEL_OK, further == 1 ? "legs 1 and 2 go through" : "neutral");
         is(check_workspace(&machine), further == 2 ? LEVEL_WARN : further ? LEVEL_NONE : LEVEL_OK, further == 1 ? "" : "singular pose");

@@ -32,8 +32,8 @@ static struct params machine_at_random(const char *file, uint64_t *seed) {
                         a->upper_center_m, a->lower_center_m, a->piston_diameter_m};
         for (size_t i = 0; i < sizeof of / sizeof *of; i++) of[i][leg] *= 1.0 + 0.2 * random_unit(seed);
         for (int r = 0; r < 3; r++) {
-            p.geometry.upper.m[leg][r] = k.upper[leg][r] - (r == 2 ? h : 0.0) + 0.03 * k.arm_m * random_unit(seed);
-            p.geometry.lower.m[leg][r] = k.lower[leg][r] - (r == 2 ? h + p.geometry.height_m : 0.0) + 0.03 * k.arm_m * random_unit(seed);
+            p.geometry.upper.leg[leg][r] = k.upper[leg][r] - (r == 2 ? h : 0.0) + 0.03 * k.arm_m * random_unit(seed);
+            p.geometry.lower.leg[leg][r] = k.lower[leg][r] - (r == 2 ? h + p.geometry.height_m : 0.0) + 0.03 * k.arm_m * random_unit(seed);
         }
     }
     p.payload.center_x_m = 0.1 * k.arm_m * random_unit(seed), p.payload.center_y_m = 0.1 * k.arm_m * random_unit(seed);
@@ -71,7 +71,7 @@ static void core_and_plant_have_the_joints_where_the_drawing_has_them(void **unu
             assert_below(distance(g.lower[leg], k.lower[leg], 3), 1e-14);
             assert_close(g.neutral_length_m[leg], k.neutral_length_m[leg], 1e-14);
             for (int r = 0; r < 3 && p.geometry.upper.given; r++) {
-                double up = p.geometry.upper.m[leg][r], low = p.geometry.lower.m[leg][r] + (r == 2 ? p.geometry.height_m : 0.0);
+                double up = p.geometry.upper.leg[leg][r], low = p.geometry.lower.leg[leg][r] + (r == 2 ? p.geometry.height_m : 0.0);
                 assert_close(k.upper[leg][r], up - center[r], 1e-15 * 8);
                 assert_close(k.lower[leg][r], low - center[r], 1e-15 * 8);
                 square += (up - low) * (up - low);
@@ -91,8 +91,8 @@ static void circles_and_their_points_are_one_machine(void **unused) {
         for (int leg = 0; leg < LEGS; leg++)
             for (int r = 0; r < 3; r++) {
                 double center = r == 0 ? p.payload.center_x_m : r == 1 ? p.payload.center_y_m : -p.payload.center_height_m;
-                listed.geometry.upper.m[leg][r] = k.upper[leg][r] + center;
-                listed.geometry.lower.m[leg][r] = k.lower[leg][r] + center - (r == 2 ? p.geometry.height_m : 0.0);
+                listed.geometry.upper.leg[leg][r] = k.upper[leg][r] + center;
+                listed.geometry.lower.leg[leg][r] = k.lower[leg][r] + center - (r == 2 ? p.geometry.height_m : 0.0);
             }
         struct kinematics same = kinematics_of(&listed);
         assert_below(distance(same.neutral_length_m, k.neutral_length_m, LEGS), 1e-14);

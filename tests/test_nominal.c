@@ -131,8 +131,9 @@ static struct machine machine_at_random(uint64_t *state) {
                         a->lower_inertia_kg_m2, a->upper_center_m, a->lower_center_m};
         for (int i = 0; i < 6; i++) of[i][leg] *= 1.0 + 0.3 * random_unit(state);
         for (int r = 0; r < 3; r++) {
-            g->upper.m[leg][r] = m.kinematics.upper[leg][r] - (r == 2 ? p->center_height_m : 0.0) + 0.05 * random_unit(state);
-            g->lower.m[leg][r] = m.kinematics.lower[leg][r] - (r == 2 ? p->center_height_m + g->height_m : 0.0) + 0.05 * random_unit(state);
+            g->upper.leg[leg][r] = m.kinematics.upper[leg][r] - (r == 2 ? p->center_height_m : 0.0) + 0.05 * random_unit(state);
+            g->lower.leg[leg][r] = m.kinematics.lower[leg][r] - (r == 2 ? p->center_height_m + g->height_m : 0.0) +
+                                   0.05 * random_unit(state);
         }
     }
     p->center_x_m = 0.1 * random_unit(state), p->center_y_m = 0.1 * random_unit(state);

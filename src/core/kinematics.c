@@ -19,12 +19,15 @@ static const double last_step_m = 1e-7; /* after a step this small Newton's erro
 
 static const double LEG_THIN = 0.01;   /* of its length: no leg is thinner */
 static const double LEG_MIDDLE = 0.45; /* of its length, both ways from its middle */
+/* Sine of a joint axis's least angle with its leg at neutral, 20 degrees: legs swing by 10. */
+static const double AXIS_ACROSS = 0.35;
+static const double AXIS_LEAST = 1e-6; /* length of a direction that is one */
 
 /* Joints in the drawing of their body: as given, or in pairs on a circle. */
-static void joints(const struct joint_points *given, double radius, const double angle[LEGS], double point[LEGS][3]) {
+static void joints(const struct leg_vectors *given, double radius, const double angle[LEGS], double point[LEGS][3]) {
     memset(point, 0, LEGS * sizeof point[0]);
     for (int i = 0; i < LEGS && !given->given; i++) point[i][0] = radius * cos(angle[i]), point[i][1] = radius * sin(angle[i]);
-    if (given->given) memcpy(point, given->m, sizeof given->m);
+    if (given->given) memcpy(point, given->leg, sizeof given->leg);
 }
 
 static double arm(double upper[LEGS][3]) {
@@ -91,6 +94,24 @@ static bool legs_cross(const struct kinematics *k, int one, int other) {
     return inside && distance_m < LEG_THIN * fmin(k->neutral_length_m[one], k->neutral_length_m[other]);
 }
 
+/* The axes that are fixed in platform or base: none lies along its leg. */
+static int check_axes(const struct kinematics *k, const char *key, const struct leg_vectors *axis, struct error *error) {
+    for (int i = 0; i < LEGS && axis->given; i++) {
+        double leg[3], across[3];
+        for (int r = 0; r < 3; r++) leg[r] = k->upper[i][r] - k->lower[i][r];
+        cross(axis->leg[i], leg, across);
+        double square = dot(axis->leg[i], axis->leg[i]);
+        bool direction = square > AXIS_LEAST * AXIS_LEAST;
+        if (!direction || dot(across, across) < AXIS_ACROSS * AXIS_ACROSS * square * dot(leg, leg))
+            return error_set(error, STATUS_USAGE,
+                             "geometry.%s: leg %d: [%g, %g, %g] is %s: of a universal joint's two axes, take the one that is fixed in "
+                             "platform or base; it lies across the leg",
+                             key, i + 1, axis->leg[i][0], axis->leg[i][1], axis->leg[i][2],
+                             direction ? "within 20 degrees of the leg at neutral" : "no direction");
+    }
+    return STATUS_OK;
+}
+
 int kinematics_init(struct kinematics *k, const struct params *params, struct error *error) {
     const struct actuator_params *a = &params->actuator;
     kinematics_place(k, params);
@@ -116,6 +137,9 @@ int kinematics_init(struct kinematics *k, const struct params *params, struct er
                                  "legs %d and %d go through each other at neutral: geometry.upper_joints_m and lower_joints_m must name "
                                  "the joints in one order, leg by leg",
                                  other + 1, i + 1);
+    int status = check_axes(k, "upper_joint_axes", &params->geometry.upper_axis, error);
+    if (!status) status = check_axes(k, "lower_joint_axes", &params->geometry.lower_axis, error);
+    if (status) return status;
     struct fk_result fk = fk_solve(k, k->neutral_length_m, (double[DOFS]){[DOF_Z] = 1e-4});
     if (!fk.converged || !(fk.pivot_ratio > 1e-3))
         return error_set(error, STATUS_USAGE,

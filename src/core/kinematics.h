@@ -27,7 +27,8 @@ struct fk_result {
 void kinematics_place(struct kinematics *k, const struct params *params);
 
 /* The same, and checks that the legs' strokes enclose the neutral pose and hold the platform there,
- * and that no two legs are in one place; -2 and the key to change otherwise. */
+ * that no two legs are in one place, and that joints' axes lie across their legs; -2 and the key to
+ * change otherwise. */
 int kinematics_init(struct kinematics *k, const struct params *params, struct error *error);
 
 /* Lengths between a leg's end stops. */

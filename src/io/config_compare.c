@@ -43,6 +43,8 @@ void config_defaults(const struct params *params, char text[CONFIG_DEFAULTS_SIZE
     size_t used = 0;
     text[0] = '\0';
     config_default(&built_in);
+    /* how joints' axes lie says nothing of pressures */
+    built_in.geometry.upper_axis = params->geometry.upper_axis, built_in.geometry.lower_axis = params->geometry.lower_axis;
     if (!axis && !config_difference(params, &built_in, geometry, &difference)) return;
     for (int i = 0; config_key_at(i, &key); i++) {
         /* an axis has no default diameters: areas.h */

@@ -21,6 +21,9 @@
 #define JOINTS_KEY(member, meaning) \
     {"geometry." #member "_joints_m", CONFIG_POINTS, offsetof(struct params, geometry.member), -30.0, 30.0, "[]", "m", meaning, NULL, -1, \
      LEGS, false}
+#define JOINT_AXES_KEY(member, meaning) \
+    {"geometry." #member "_joint_axes", CONFIG_POINTS, offsetof(struct params, geometry.member##_axis), -1e4, 1e4, "[]", "-", meaning, \
+     NULL, -1, LEGS, false}
 #define AXES_KEY(name, member, count, value, min, max, unit, meaning) \
     {"tests." name, CONFIG_REALS, offsetof(struct params, tests.member), min, max, value, unit, meaning, NULL, -1, count, false}
 #define RAW_LIMIT 2147483647.0
@@ -50,6 +53,11 @@ static const struct config_key keys[] = {
     KEY(geometry, lower_half_angle_rad, "0.1886", 0.001, 1.04, "rad", "beta: half the angle of a lower joint pair"),
     JOINTS_KEY(upper, "[x, y, z] of each leg's upper joint, in the platform's drawing (x forward, y right, z down); []: Ra and alpha"),
     JOINTS_KEY(lower, "the same of the lower joints, in the base's drawing; []: Rb and beta"),
+    JOINT_AXES_KEY(upper,
+                   "direction [x, y, z] of the axis of each upper joint that is fixed in the platform, in its drawing, of any length "
+                   "and sense: joint friction acts about it and about the one across it and the leg; []: level, tangential to the "
+                   "joint circle"),
+    JOINT_AXES_KEY(lower, "the same of the lower joints, in the base's drawing"),
 
     KEY(payload, mass_kg, "178.6", 0.1, 1e5, "kg", "m: platform and load"),
     KEY(payload, inertia_xx_kg_m2, "13.60", 1e-4, 1e6, "kg m^2", "about the mass centre"),

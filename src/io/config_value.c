@@ -160,13 +160,13 @@ static bool set_reals(const struct config_key *key, const struct config_value *v
     return true;
 }
 
-static bool set_points(const struct config_key *key, const struct config_value *value, struct joint_points *place,
+static bool set_points(const struct config_key *key, const struct config_value *value, struct leg_vectors *place,
                        char reason[CONFIG_REASON_SIZE]) {
-    struct joint_points points = {.given = value->count > 0};
+    struct leg_vectors points = {.given = value->count > 0};
     if (!value->list || (points.given && value->count != 3 * key->count))
-        return refuse(reason, "%d numbers; it takes %d points, [[x, y, z], ...], or [] for none", value->count, key->count);
+        return refuse(reason, "%d numbers; it takes %d times [x, y, z], [[x, y, z], ...], or [] for none", value->count, key->count);
     for (int i = 0; i < value->count; i++)
-        if (!parse_in_range(key, value->item[i], &points.m[i / 3][i % 3], reason)) return false;
+        if (!parse_in_range(key, value->item[i], &points.leg[i / 3][i % 3], reason)) return false;
     memcpy(place, &points, sizeof points);
     return true;
 }
@@ -240,11 +240,11 @@ static void format_reals(int count, const double *number, char text[CONFIG_TEXT_
     snprintf(text + used, CONFIG_TEXT_SIZE - used, "]");
 }
 
-static void format_points(int count, const struct joint_points *points, char text[CONFIG_TEXT_SIZE]) {
+static void format_points(int count, const struct leg_vectors *points, char text[CONFIG_TEXT_SIZE]) {
     size_t used = (size_t)snprintf(text, CONFIG_TEXT_SIZE, "[");
     for (int i = 0; i < (points->given ? 3 * count : 0); i++) {
         used += (size_t)snprintf(text + used, CONFIG_TEXT_SIZE - used, "%s", i % 3 ? ", " : i ? "], [" : "[");
-        used += (size_t)format_number(points->m[i / 3][i % 3], text + used, CONFIG_TEXT_SIZE - used);
+        used += (size_t)format_number(points->leg[i / 3][i % 3], text + used, CONFIG_TEXT_SIZE - used);
     }
     snprintf(text + used, CONFIG_TEXT_SIZE - used, points->given ? "]]" : "]");
 }

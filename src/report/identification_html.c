@@ -41,7 +41,7 @@ static void range(FILE *out, const double value[LEGS], double scale, const char 
     else html_text(out, "%g %s", scale * least, unit);
 }
 
-static void joints(FILE *out, const char *of, const struct joint_points *points, double radius_m) {
+static void joints(FILE *out, const char *of, const struct leg_vectors *points, double radius_m) {
     if (points->given) fprintf(out, ", joints of the %s as points", of);
     else fprintf(out, ", joints of the %s on a circle of radius %g m", of, radius_m);
 }
