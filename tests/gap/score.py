@@ -11,7 +11,7 @@ recordings stay, to be scored again without the rig; KEEP, a directory where a c
 
 The rig runs on the ODE engine with a step of 0.167 ms, with noisy sensors and every base parameter off within model.tolerance;
 `beyond` disturbs it further, in what the tolerance does not state. The diagnosis has the other engine, its own steps, and only the log."""
-import argparse, csv, json, math, os, random, shutil, subprocess, sys, tempfile
+import argparse, csv, functools, json, math, os, random, shutil, subprocess, sys, tempfile
 
 import score_report
 
@@ -175,9 +175,16 @@ def judge(names, result, z, weak):
     return (1.0 if weak else 0.5), weak
 
 
+@functools.cache
+def drawing():
+    """What the drawings of the rig by other means state: how the axes of its joints lie."""
+    if not RIG: return []
+    return subprocess.run([RIG, "-c", CONFIG, "--joint-axes"], stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()
+
+
 def diagnose(log, out, settings=()):
     """hexid gap on a log: its result, or why there is none."""
-    options = [x for s in settings for x in ("--set", s)]
+    options = [x for s in [*drawing(), *settings] for x in ("--set", s)]
     gap = subprocess.run([HEXID, "gap", "--measured", log, "-c", CONFIG, "-o", out, "--set", "lcm.url="] + options, capture_output=True, text=True)
     if gap.returncode: return {}, gap.stderr.strip().split("\n")[-1][-160:]
     with open(out + "/gap.json") as f: return json.load(f), ""

@@ -703,11 +703,28 @@ static void print_inertia_matrix(const Setup &setup)
                                 : "]]\n");
 }
 
+/* As a drawing has them, hexid's settings: at neutral level and across the leg. */
+static void print_joint_axes(const Setup &setup)
+{
+    const auto parameters = make_parameters(setup, draw_base(setup));
+    for (const char *end : {"upper", "lower"}) {
+        std::printf("geometry.%s_joint_axes=", end);
+        for (int i = 0; i < kLegs; i++) {
+            const Vec3 across = Vec3::UnitZ()
+                                    .cross(parameters.bodies.a.col(i) - parameters.bodies.b.col(i))
+                                    .normalized();
+            std::printf("%s[%.9g, %.9g, 0]", i ? ", " : "[", across.x(), across.y());
+        }
+        std::puts("]");
+    }
+}
+
 static const char kDefaults[] = "config/tian2015.yaml"; /* hexid's own */
 static const char kUsage[] = "usage: rig -o DIR [--config FILE] [--motion SPEC ...] [--effect "
                              "NAME.KEY=V[,V2..V6] ...] [--set KEY=VALUE ...]\n"
                              "           [--tolerance SEED | --beyond SEED] [--noise SEED] "
                              "[--settle S] [--step S] [--engage]\n"
+                             "       rig --joint-axes [--config FILE]\n"
                              "       rig --inertia-matrix [--config FILE] [--effect ...] "
                              "[--set ...] [--tolerance SEED | --beyond SEED]\n"
                              "       rig --self-test [--config FILE]     rig --list-effects\n"
@@ -723,7 +740,7 @@ static int main_with(int argc, char **argv)
     Setup setup;
     std::string directory, config;
     std::vector<std::string> specs, sets;
-    bool test = false, matrix = false;
+    bool test = false, matrix = false, axes = false;
     for (int k = 1; k < argc; k++) {
         const std::string option = argv[k];
         auto value = [&]() -> std::string {
@@ -763,6 +780,8 @@ static int main_with(int argc, char **argv)
             test = true;
         else if (option == "--inertia-matrix")
             matrix = true;
+        else if (option == "--joint-axes")
+            axes = true;
         else if (option == "--list-effects") {
             for (const auto &[key, off] : kEffects)
                 std::printf("%s (off: %g)\n", key.c_str(), off);
@@ -781,6 +800,10 @@ static int main_with(int argc, char **argv)
         return self_test(setup.settings);
     if (matrix) {
         print_inertia_matrix(setup);
+        return 0;
+    }
+    if (axes) {
+        print_joint_axes(setup);
         return 0;
     }
     if (directory.empty()) {
