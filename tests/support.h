@@ -60,7 +60,7 @@ static inline struct params by_hand(void) {
     return params;
 }
 
-/* No two joints alike, none level; of any length. */
+/* Axes of any length: no two are alike, none is level. */
 static inline void set_joint_axes(struct params *params) {
     struct geometry_params *g = &params->geometry;
     g->upper_axis.given = g->lower_axis.given = true;

@@ -172,8 +172,8 @@ static void a_short_wide_line_is_a_dead_volume(void **state) {
     recording_free(&r);
 }
 
-/* It brings the commands' noise into the simulation, of a spool that is slow: 8 Pa of what is
- * curved in it. Where the spool began off its cycle, 3 and 16 kPa. */
+/* With it the commands' noise is simulated, too: that makes 8 Pa. A slow spool that began off its
+ * cycle made 3 kPa (80 Hz) and 16 kPa (10 Hz). */
 static void a_hysteresis_of_no_width_changes_nothing(void **state) {
     (void)state;
     int hysteresis = effect_find("valve_hysteresis");

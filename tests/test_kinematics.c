@@ -386,13 +386,6 @@ static void geometry_that_cannot_exist_is_refused(void **unused) {
     refused(params, "geometry.upper_radius_m");
 }
 
-static void assert_refused(const struct params *params, const char *key, const char *why) {
-    struct kinematics k;
-    struct error error = {0};
-    assert_int_equal(kinematics_init(&k, params, &error), STATUS_USAGE);
-    if (!strstr(error.text, key) || !strstr(error.text, why)) fail_msg("%s", error.text);
-}
-
 /* 19 degrees from the leg are refused, 21 are not. */
 static void a_joints_first_axis_lies_across_its_leg(void **unused) {
     (void)unused;
@@ -403,9 +396,11 @@ static void a_joints_first_axis_lies_across_its_leg(void **unused) {
     if (kinematics_init(&k, &params, &error)) fail_msg("%s", error.text);
     wrong = params;
     memset(wrong.geometry.upper_axis.leg[3], 0, sizeof wrong.geometry.upper_axis.leg[3]);
-    assert_refused(&wrong, "geometry.upper_joint_axes: leg 4", "no direction");
+    refused(wrong, "geometry.upper_joint_axes: leg 4");
+    refused(wrong, "no direction");
     memcpy(wrong.geometry.upper_axis.leg[3], (double[3]){0.0, 0.0, 1e-160}, sizeof wrong.geometry.upper_axis.leg[3]);
-    assert_refused(&wrong, "geometry.upper_joint_axes: leg 4", "no direction");
+    refused(wrong, "geometry.upper_joint_axes: leg 4");
+    refused(wrong, "no direction");
     for (int degrees = 19; degrees <= 21; degrees += 2) {
         double leg[3], across[3];
         wrong = params;
@@ -414,8 +409,12 @@ static void a_joints_first_axis_lies_across_its_leg(void **unused) {
         across[0] = -leg[1] / level, across[1] = leg[0] / level, across[2] = 0.0;
         for (int i = 0; i < 3; i++)
             wrong.geometry.lower_axis.leg[1][i] = 30.0 * (sin(degrees * PI / 180.0) * across[i] - cos(degrees * PI / 180.0) * leg[i]);
-        if (degrees == 19) assert_refused(&wrong, "geometry.lower_joint_axes: leg 2", "within 20 degrees");
-        else assert_int_equal(kinematics_init(&k, &wrong, &error), STATUS_OK);
+        if (degrees == 19) {
+            refused(wrong, "geometry.lower_joint_axes: leg 2");
+            refused(wrong, "within 20 degrees");
+        } else {
+            assert_int_equal(kinematics_init(&k, &wrong, &error), STATUS_OK);
+        }
     }
 }
 
