@@ -201,6 +201,28 @@ static void a_hysteresis_of_no_width_changes_nothing(void **state) {
 }
 
 /* What one leg's own value changes, computed in that leg alone and in all. */
+/* In a piece of any motion, too, a spool at its speed limit is where what came before has brought
+ * it. Pressures vary by 1 MPa; a spool that began where it was told to be left 0.49 MPa. */
+static void a_limited_spool_runs_in_before_a_piece(void **state) {
+    (void)state;
+    struct params limited = params;
+    struct recording r;
+    struct residual_data d;
+    struct error error;
+    residual_row row;
+    limited.sensors.enabled = false;
+    set_effect(&limited, "valve_rate_limit", 0, 0.7);
+    if (gap_rig(&limited, &limited, 1, &r, &error)) fail_msg("%s", error.text);
+    r.test[0].piece_s = 0.5, r.test[0].start_s = 3.1;
+    assert_int_equal(residual_prepare(&d, &r, CYCLES_ALL, &error), STATUS_OK);
+    assert_true(residual_evaluate(&d.test[0], &limited, PART_PRESSURE, ALL_LEGS, row));
+    for (int k = 0; k < LEGS; k++)
+        for (int a = 0; a < d.test[0].size; a++)
+            for (int i = RESIDUAL_P1; i <= RESIDUAL_P2; i++) assert_below(fabs(row[k][i][a]), 4e3);
+    residual_free(&d);
+    recording_free(&r);
+}
+
 static void one_leg_alone_is_as_among_the_others(void **state) {
     (void)state;
     static const char *const effects[] = {"internal_leakage", "valve_dead_band", "pipeline_dynamics"};
@@ -357,6 +379,7 @@ int main(void) {
         cmocka_unit_test(a_sensors_scale_does_not_shrink_the_residuals),
         cmocka_unit_test(a_short_wide_line_is_a_dead_volume),
         cmocka_unit_test(a_hysteresis_of_no_width_changes_nothing),
+        cmocka_unit_test(a_limited_spool_runs_in_before_a_piece),
         cmocka_unit_test(one_leg_alone_is_as_among_the_others),
         cmocka_unit_test(a_machine_like_the_model_has_no_gap),
         cmocka_unit_test(a_null_bias_of_all_legs_is_reported_as_it_is),

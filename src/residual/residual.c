@@ -91,7 +91,10 @@ struct node {
     double length_m[LEGS], rate_mps[LEGS];
 };
 
-enum { LIMITED_CYCLES = 12 };
+enum {
+    LIMITED_CYCLES = 12
+};           /* a spool at its rate limit forgets where it was in; one
+                                         * behind a gap in one */
 static const double SPOOL_TIMES = 10.0; /* time constants: what is left is e^-10 */
 
 /* The hydraulics while they run through the cycles. */
@@ -125,33 +128,49 @@ static void look(const struct run *r, int node, struct node *to) {
     *to = sum;
 }
 
-static void send(struct run *r, int sample) {
-    const struct residual_test *t = r->t;
-    double valve[LEGS];
-    for (int k = 0; k < LEGS; k++) valve[k] = t->valve[sample * LEGS + k] + (r->dither ? r->dither * t->dither[sample * LEGS + k] : 0.0);
-    valve_line_send(&r->line, valve);
+/* Of a cycle the sample that a time before the first one has, too: the cycle need not be a whole
+ * number of samples. */
+static int sample_before(const struct residual_test *t, int sample) {
+    double cycle = 2.0 * PI / t->spectrum.omega / t->step_s, place = fmod(sample, cycle);
+    return (int)lround(place < 0.0 ? place + cycle : place);
 }
 
-/* Whole cycles in which the slowest spool forgets where it was. */
-static int spool_cycles(const struct run *r, double cycle_s) {
-    double slowest = HUGE_VAL;
+static void command_at(const struct run *r, int sample, double valve[LEGS]) {
+    const struct residual_test *t = r->t;
+    int of = sample < 0 && t->spectrum.cycles ? sample_before(t, sample) : sample;
+    for (int k = 0; k < LEGS; k++)
+        valve[k] = t->valve[(t->lead + of) * LEGS + k] + (r->dither ? r->dither * t->dither[of * LEGS + k] : 0.0);
+}
+
+/* Samples in which the spools forget where they were, and the command's way what it was told; of a
+ * piece as many of them as there are. */
+static int run_in(const struct run *r) {
+    const struct residual_test *t = r->t;
+    double slowest = HUGE_VAL, cycle = 2.0 * PI / t->spectrum.omega / t->step_s, samples;
+    bool limited = false;
     for (int k = r->cylinder.first; k < r->cylinder.legs; k++) {
         const struct cylinder_leg *c = &r->cylinder.leg[k];
         double half = 0.5 * c->valve_damping_rate;
         slowest = fmin(slowest, half - sqrt(fmax(half * half - c->valve_omega_squared, 0.0)));
+        limited = limited || c->rate_limited;
     }
-    return (int)ceil(SPOOL_TIMES / slowest / cycle_s);
+    samples = r->line.kept + ceil(SPOOL_TIMES / slowest / t->step_s);
+    if (r->cylinder.machine.command.count > 0) samples = fmax(samples, cycle);
+    if (limited) samples = fmax(samples, LIMITED_CYCLES * cycle);
+    return t->spectrum.cycles ? (int)samples : (int)fmin(samples, t->lead);
 }
 
-/* A spool at its rate limit takes many cycles to forget where it was; chambers do not. A cycle need
- * not be a whole number of samples: the last one ends where the run begins. */
-static void settle_spools(struct run *r, bool limited) {
+/* Chambers forget sooner than spools may: these run in alone, up to where the run begins. */
+static void settle_spools(struct run *r) {
     const struct residual_test *t = r->t;
-    double valve[LEGS], cycle_s = 2.0 * PI / t->spectrum.omega, cycle = cycle_s / t->step_s;
-    int cycles = spool_cycles(r, cycle_s);
-    if (limited && cycles < LIMITED_CYCLES) cycles = LIMITED_CYCLES;
-    for (int i = -(int)(cycles * cycle); i < 0; i++) {
-        send(r, (int)lround(fmod(cycles * cycle + i, cycle)));
+    double valve[LEGS];
+    int samples = run_in(r);
+    command_at(r, -samples, valve);
+    valve_line_hold(&r->line, valve);
+    for (int k = r->cylinder.first; k < r->cylinder.legs; k++) r->state.cylinder[k].spool = valve[k];
+    for (int i = -samples; i < 0; i++) {
+        command_at(r, i, valve);
+        valve_line_send(&r->line, valve);
         for (int j = 0; j < t->substeps; j++) {
             valve_line_receive(&r->line, j, valve);
             for (int k = r->cylinder.first; k < r->cylinder.legs; k++)
@@ -184,17 +203,15 @@ static void begin_run(struct run *r, const struct residual_test *t, const struct
     /* the piston's motion is measured */
     memset(r->cylinder.machine.bodies.clearance_m, 0, sizeof r->cylinder.machine.bodies.clearance_m);
     valve_line_init(&r->line, &r->cylinder.machine);
-    valve_line_hold(&r->line, t->valve);
     memset(&r->state, 0, sizeof r->state);
     for (int k = 0; k < t->legs; k++) {
         p1[k] = at(t->node, residual_motion_size(t), rows->p1[k]);
         p2[k] = at(t->node, residual_motion_size(t), rows->p2[k]);
-        r->state.cylinder[k] = (struct cylinder_state){.p1_pa = p1[k], .p2_pa = p2[k], .spool = t->valve[k]};
+        r->state.cylinder[k] = (struct cylinder_state){.p1_pa = p1[k], .p2_pa = p2[k]};
         force_n[k] = cylinder_hydraulic_force(&r->cylinder, k, &r->state.cylinder[k]);
     }
     hydraulics_rest(&r->cylinder, force_n, &r->state);
-    /* Of a cycle, which repeats. A run that meets a limit without noise is done again with it. */
-    if (t->dither) settle_spools(r, dither != 0.0);
+    settle_spools(r);
     begin_motion(r, rows);
 }
 
@@ -213,7 +230,8 @@ static void run_on(struct run *r, int sample, double mean_n[LEGS]) {
     double valve[LEGS];
     struct hydraulics_input in[3];
     for (int i = 0; i < 3; i++) in[i] = (struct hydraulics_input){r->node[i].length_m, r->node[i].rate_mps, valve};
-    send(r, sample);
+    command_at(r, sample, valve);
+    valve_line_send(&r->line, valve);
     if (mean_n) add_forces(r, mean_weight(t->substeps, 0), mean_n);
     for (int j = 0; j < t->substeps; j++) {
         int node = 2 * (sample * t->substeps + j);

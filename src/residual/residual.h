@@ -72,7 +72,8 @@ struct residual_test {
     double (*series)[SPECTRUM_SIZE];  /* and to the Fourier coefficients */
     double *node;                /* [2 substeps samples + 1][1 + 2 harmonics]: basis at the ends and
                                   * middles of the substeps */
-    double *valve;               /* [samples][leg] */
+    int lead;                    /* of a piece: commands before the first simulated sample */
+    double *valve;               /* [lead + samples][leg] */
     double *dither;              /* [samples][leg]: noise that the commands were sent with and that
                                   * their mean cycle has not; NULL: valve has it */
     double *projection;          /* [size][fitted]: samples to a row */

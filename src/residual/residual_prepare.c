@@ -13,6 +13,8 @@
 
 static const double SETTLE_CYCLES = 1.5; /* pressures behind a long supply line have not forgotten
                                           * the start before */
+static const double LEAD_S = 2.0;        /* of a record, before a piece: a spool that crosses its
+                                          * range in less forgets where it was */
 static const double SUBSTEP_S = 0.5e-3;   /* RK4: 1e-4 of a 100 Hz spool's lag */
 static const double SLOWER = 1.25;        /* samples than commands: no jitter, no other clock */
 static const double IN_STEP = 1e-3;       /* of a cycle: to that a whole number of them is known */
@@ -61,7 +63,7 @@ static int allocate(struct residual_test *t, struct error *error) {
     t->project = calloc(PHASES, sizeof *t->project);
     t->series = calloc(PHASES, sizeof *t->series);
     t->node = malloc((t->chambers ? (size_t)nodes_of(t) * (size_t)residual_motion_size(t) : 1) * sizeof(double));
-    t->valve = malloc((size_t)(LEGS * t->samples) * sizeof(double));
+    t->valve = malloc((size_t)(LEGS * (t->lead + t->samples)) * sizeof(double));
     t->projection = malloc((size_t)(RESIDUAL_SIZE * t->fitted) * sizeof(double));
     bool all = t->coupling && t->cycle && t->shape && t->project && t->series && t->node && t->valve && t->projection;
     return all ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
@@ -158,8 +160,8 @@ static void hold_commands(struct residual_test *t, const struct recording_test *
     while (j < test->count && !sample[j].good) j++;
     if (j == test->count) return;
     held = &sample[j];
-    for (int i = 0; i < t->samples; i++) {
-        double at_s = t->first_s + i * t->step_s, share = 0.0;
+    for (int i = 0; i < t->lead + t->samples; i++) {
+        double at_s = t->first_s + (i - t->lead) * t->step_s, share = 0.0;
         for (; j < test->count && sample[j].test_time_s <= at_s + 0.5 * t->step_s; j++)
             if (sample[j].good) held = &sample[j];
         for (next = j; next < test->count && !sample[next].good;) next++;
@@ -232,6 +234,7 @@ static int prepare_piece(struct residual_test *t, const struct recording_test *t
     t->first_s = sampled_s(test, begin_s - settling * t->step_s);
     t->fitted = (int)(span_s / t->step_s) + 1;
     t->samples = settling + t->fitted;
+    t->lead = t->chambers ? (int)(fmin(LEAD_S, t->first_s - test->sample[0].test_time_s) / t->step_s) : 0;
     t->harmonics = SPECTRUM_HARMONICS;
     double period_s = STRETCH * (begin_s + span_s - t->first_s), omega = 2.0 * PI / period_s;
     /* No row beyond the series' harmonics: the run-up of a short piece lengthens the period. */
