@@ -7,6 +7,7 @@
 #include "base.h"
 #include "experiment.h"
 #include "hypothesis.h"
+#include "machine.h"
 
 static struct params platform, axis;
 
@@ -167,6 +168,35 @@ static void an_experiment_is_the_pairs_own_in_any_order_or_the_general_one(void 
     assert_non_null(strstr(between(MECHANISM_STEWART, lag, tilt), "effects scale differently"));
 }
 
+static void assert_machine(const struct params *p, const char *effect, const struct variable *v, double value) {
+    struct params with = *p;
+    struct machine machine;
+    struct error error;
+    variable_set(v, &with, value);
+    machine_init(&machine, &with);
+    if (machine_check(&machine, &error)) fail_msg("%s %s = %g, leg %d: %s", effect, v->name, value, v->leg, error.text);
+}
+
+/* Beside the lightest base, too: a fit whose step leaves less than no inertia of a leg stands
+ * still. */
+static void what_an_effect_may_be_leaves_a_machine(void **unused) {
+    (void)unused;
+    static const bool found[EFFECTS_MAX];
+    static struct hypothesis h[HYPOTHESES_MAX];
+    struct variable base[FIT_VARIABLES];
+    struct params lightest = platform;
+    int variables = base_variables(&platform, PART_ALL, base), hypotheses = hypotheses_list(&platform, &platform, found, PART_ALL, h);
+    for (int i = 0; i < variables; i++)
+        if (base[i].effect < 0) variable_set(&base[i], &lightest, base[i].min);
+    for (int i = 0; i < hypotheses; i++)
+        for (int j = 0; j < h[i].variables; j++) {
+            const struct variable *v = &h[i].variable[j];
+            assert_true(v->min < v->max && v->min <= v->neutral && v->neutral <= v->max);
+            assert_machine(&lightest, effect_table[h[i].effect]->name, v, v->min);
+            assert_machine(&lightest, effect_table[h[i].effect]->name, v, v->max);
+        }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_an_effect_is_parallel_to_can_be_fitted),
@@ -174,6 +204,7 @@ int main(void) {
         cmocka_unit_test(what_an_effect_contains_is_another_one_that_does_not_contain_it),
         cmocka_unit_test(what_a_law_is_not_exact_by_is_stated),
         cmocka_unit_test(what_an_effect_is_told_apart_from_is_there),
+        cmocka_unit_test(what_an_effect_may_be_leaves_a_machine),
         cmocka_unit_test(no_pair_stands_twice),
         cmocka_unit_test(options_of_an_experiment_are_those_of_a_run),
         cmocka_unit_test(an_experiment_with_one_axis_is_one_that_it_can_make),

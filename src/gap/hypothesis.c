@@ -6,6 +6,9 @@
 
 #include "machine.h"
 
+static const double LEFT = 0.1; /* of a mass, an inertia or a friction stays: no effect takes more
+                                 * from a machine */
+
 /* A group of constants, or one of them. */
 #define DIFFER(member) (memcmp(&a->member, &b->member, sizeof a->member) != 0)
 
@@ -59,10 +62,29 @@ static double prior_inverse_std(const struct effect_key *k, const struct effect_
     return k->reciprocal || k->typical == k->neutral ? 0.0 : 1.0 / deviation;
 }
 
+static bool possible(const struct params *given, const struct variable *v, double value) {
+    struct params with = *given;
+    struct machine machine;
+    struct error impossible;
+    variable_set(v, &with, value);
+    machine_init(&machine, &with);
+    return machine_check(&machine, &impossible) == 0;
+}
+
+/* So far towards an end of its key's range as a machine like the one given can go. */
+static double possible_end(const struct params *given, const struct variable *v, double end) {
+    double most = 0.0, step = 0.5;
+    if (possible(given, v, end)) return end;
+    for (; step > 1e-6; step *= 0.5)
+        if (possible(given, v, v->neutral + (most + step) * (end - v->neutral))) most += step;
+    return v->neutral + (1.0 - LEFT) * most * (end - v->neutral);
+}
+
 static void add_variable(const struct params *given, struct hypothesis *h, int key, int leg, struct reach reach) {
     const struct effect *e = effect_table[h->effect];
     const struct effect_key *k = &e->keys[key];
-    h->variable[h->variables++] = (struct variable){
+    struct variable *v = &h->variable[h->variables++];
+    *v = (struct variable){
         .name = k->name,
         .offset = offsetof(struct params, effects) + (size_t)h->effect * sizeof(struct effect_values) +
                   offsetof(struct effect_values, value) + (size_t)key * LEGS * sizeof(double),
@@ -71,13 +93,13 @@ static void add_variable(const struct params *given, struct hypothesis *h, int k
         .own = leg >= 0 && reach.own,
         .effect = h->effect,
         .key = key,
-        .min = k->min,
-        .max = k->max,
         .neutral = k->neutral,
         .prior_inverse_std = prior_inverse_std(k, &given->effects[h->effect], key),
         .step = difference_step(k),
         .parts = reach.parts,
     };
+    v->min = possible_end(given, v, k->min);
+    v->max = possible_end(given, v, k->max);
 }
 
 /* One axis is x, of what acts on the pose. */
