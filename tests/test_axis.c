@@ -198,7 +198,7 @@ static void solve(const struct rig *rig, uint64_t seed, struct gap_result *g) {
     params.axis.gravity_mps2 = rig->gravity_mps2;
     load(&r);
     if (recording_check(&r, &error)) fail_msg("%s", error.text);
-    if (gap_solve(&params, &r, NULL, &options, g, &error)) fail_msg("%s", error.text);
+    if (gap_solve(&params, &r, NULL, &options, g, NULL, &error)) fail_msg("%s", error.text);
     recording_free(&r);
 }
 

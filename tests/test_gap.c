@@ -253,7 +253,7 @@ static void solve(const struct params *machine, int axes, struct gap_result *res
     struct error error;
     struct gap_options options = {.replay = GAP_CLOSED_LOOP, .simulate = true, .threads = 2};
     rig(&r, machine, axes);
-    if (gap_solve(&params, &r, NULL, &options, result, &error)) fail_msg("%s", error.text);
+    if (gap_solve(&params, &r, NULL, &options, result, NULL, &error)) fail_msg("%s", error.text);
     recording_free(&r);
 }
 

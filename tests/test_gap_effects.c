@@ -27,7 +27,7 @@ static double left(const struct recording *recording, const struct params *model
     struct fit_data fit;
     struct error error;
     assert_int_equal(residual_prepare(&data, recording, CYCLES_ALL, &error), 0);
-    fit_data_init(&fit, &data, &params);
+    fit_data_init(&fit, &data, &params, 1);
     double *white = malloc((size_t)fit.values * sizeof *white), square = INFINITY;
     if (fit_residual(&fit, model, white)) square = fit_square(fit.values, white) / fit.values;
     free(white);

@@ -78,9 +78,12 @@ static int setup(void **unused) {
     params.tests.duration_s = 2.0;
     if (gap_rig(&params, &params, 3, &measured, &error)) fail_msg("%s", error.text);
     fill_result(&named);
-    int status = waves_closed_loop(&closed_loop, &named, &measured, &error);
-    if (!status) status = waves_motion(&motion, &named, &measured, &error);
-    if (status) fail_msg("%s", error.text);
+    struct replay runs[2];
+    replay_both(&params, &params, &measured, runs);
+    if (runs[0].status || runs[1].status) fail_msg("a run of the model failed");
+    waves_closed_loop(&closed_loop, &measured, &runs[0].run, &runs[1].run);
+    replay_free(runs);
+    if (waves_motion(&motion, &named, &measured, &error)) fail_msg("%s", error.text);
     return 0;
 }
 

@@ -314,10 +314,10 @@ static void without_commands_forces_alone_are_explained(void **unused) {
     struct recording r = copy();
     r.measured.valve = false;
     assert_int_equal(recording_check(&r, &error), STATUS_OK);
-    assert_int_equal(gap_solve(&params, &r, NULL, &options, &g, &error), STATUS_USAGE);
+    assert_int_equal(gap_solve(&params, &r, NULL, &options, &g, NULL, &error), STATUS_USAGE);
     assert_non_null(strstr(error.text, "valve commands"));
     options.replay = GAP_AS_KNOWN;
-    if (gap_solve(&params, &r, NULL, &options, &g, &error)) fail_msg("%s", error.text);
+    if (gap_solve(&params, &r, NULL, &options, &g, NULL, &error)) fail_msg("%s", error.text);
     assert_int_equal(g.replay, GAP_MOTION);
     assert_int_equal(g.verdict, GAP_NO_GAP);
     assert_true(isnan(g.noise_floor.channel[GAP_P1]) && isfinite(g.noise_floor.channel[GAP_FORCE]));

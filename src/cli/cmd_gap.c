@@ -38,7 +38,7 @@ static int load(int logs, const char *const *path, struct recording *recording, 
 }
 
 static int run(int argc, char **argv, struct params *params, struct recording *measured, struct recording *validate,
-               struct gap_result *result, struct error *error) {
+               struct gap_result *result, struct waves *closed_loop, struct error *error) {
     struct options o;
     struct gap_options g;
     int status = options(&o, &g, argc, argv, error);
@@ -48,10 +48,10 @@ static int run(int argc, char **argv, struct params *params, struct recording *m
     if (!status) status = load(o.measured_count, o.measured, measured, error);
     if (!status && o.validate) status = load(1, &o.validate, validate, error);
     if (!status) status = gap_files_check(&o, error);
-    if (!status) status = gap_solve(params, measured, o.validate ? validate : NULL, &g, result, error);
+    if (!status) status = gap_solve(params, measured, o.validate ? validate : NULL, &g, result, closed_loop, error);
     if (status) return status;
     progress(NULL, "drawing the report", 0.95);
-    status = gap_files_write(&o, result, measured, error);
+    status = gap_files_write(&o, result, measured, closed_loop, error);
     progress(NULL, status ? "not reported" : "reported", 1.0);
     gap_files_publish(params, result);
     FILE *out = o.json && !strcmp(o.json, "-") ? stderr : stdout;
@@ -65,9 +65,11 @@ int cmd_gap(int argc, char **argv) {
     struct params *params = calloc(1, sizeof *params);
     struct gap_result *result = calloc(1, sizeof *result);
     struct recording *recording = calloc(2, sizeof *recording);
+    struct waves closed_loop = {0};
     int status = error_set(&error, STATUS_IO, "out of memory");
-    if (params && result && recording) status = run(argc, argv, params, &recording[0], &recording[1], result, &error);
+    if (params && result && recording) status = run(argc, argv, params, &recording[0], &recording[1], result, &closed_loop, &error);
     if (recording) recording_free(&recording[0]), recording_free(&recording[1]);
+    waves_free(&closed_loop);
     free(params);
     free(result);
     free(recording);

@@ -38,22 +38,20 @@ static int write_page(const struct options *o, const struct gap_report *report, 
     return status;
 }
 
-static int write_report(const struct options *o, const struct gap_result *r, const struct recording *measured, const char *model,
-                        struct error *error) {
-    struct waves motion = {0}, closed_loop = {0};
+static int write_report(const struct options *o, const struct gap_result *r, const struct recording *measured,
+                        const struct waves *closed_loop, const char *model, struct error *error) {
+    struct waves motion = {0};
     struct gap_report report = {.result = r,
                                 .measured = measured,
                                 .motion = &motion,
-                                .waves = r->simulated ? &closed_loop : &motion,
+                                .waves = r->simulated ? closed_loop : &motion,
                                 .measured_file = o->measured,
                                 .validate_file = o->validate,
                                 .config_file = o->config,
                                 .model_file = model};
     int status = waves_motion(&motion, r, measured, error);
-    if (!status && r->simulated) status = waves_closed_loop(&closed_loop, r, measured, error);
     if (!status) status = write_page(o, &report, error);
     waves_free(&motion);
-    waves_free(&closed_loop);
     return status;
 }
 
@@ -82,7 +80,8 @@ static char *model_text(const struct gap_result *r) {
     return text;
 }
 
-int gap_files_write(const struct options *o, const struct gap_result *r, const struct recording *measured, struct error *error) {
+int gap_files_write(const struct options *o, const struct gap_result *r, const struct recording *measured, const struct waves *closed_loop,
+                    struct error *error) {
     char path[PATH_SIZE];
     snprintf(path, sizeof path, "%s/model.yaml", o->output);
     if (mkdir(o->output, 0777) && errno != EEXIST)
@@ -90,7 +89,7 @@ int gap_files_write(const struct options *o, const struct gap_result *r, const s
     char *model = model_text(r), *json = gap_json(r, path);
     int status = write_whole(o->output, "model.yaml", model, error);
     if (!status) status = write_whole(o->output, "gap.json", json, error);
-    if (!status) status = write_report(o, r, measured, path, error);
+    if (!status) status = write_report(o, r, measured, closed_loop, path, error);
     struct error second;
     int copied = o->json && json ? cli_write_text(o->json, json, status ? &second : error) : STATUS_OK;
     if (!status) status = copied;

@@ -106,22 +106,20 @@ static int compare_runs(const struct params *params, const struct recording *mea
 }
 
 static int closed_loop(const struct params *params, const struct recording *measured, const struct recording *validate,
-                       const struct gap_options *o, struct gap_result *r, struct error *error) {
-    struct replay both[2];
+                       const struct gap_options *o, struct gap_result *r, struct replay runs[2], struct error *error) {
     gap_progress(o, "simulating", 0.7);
-    int status = run_both(r, measured, both, error);
-    if (!status && !r->replay_fault[0]) status = compare_runs(params, measured, validate, both, r, error);
-    replay_free(both);
+    int status = run_both(r, measured, runs, error);
+    if (!status && !r->replay_fault[0]) status = compare_runs(params, measured, validate, runs, r, error);
     return status;
 }
 
 int compare_models(const struct params *params, const struct recording *measured, const struct recording *validate,
-                   const struct gap_options *o, struct gap_result *r, struct error *error) {
+                   const struct gap_options *o, struct gap_result *r, struct replay runs[2], struct error *error) {
     struct sizes used, held;
     motion_sizes(r, measured, CYCLES_EVEN, &used);
     motion_sizes(r, validate ? validate : measured, validate ? CYCLES_ALL : CYCLES_ODD, &held);
     keep_sizes(r, &used, &held);
     bool drive = o->simulate && compare_can_be_driven(measured) && (!validate || compare_can_be_driven(validate));
     if (!drive || r->replay != GAP_CLOSED_LOOP || r->controller_differs) return STATUS_OK;
-    return closed_loop(params, measured, validate, o, r, error);
+    return closed_loop(params, measured, validate, o, r, runs, error);
 }

@@ -19,13 +19,13 @@ double diagnosis_held_square(const struct diagnosis *d, const struct params *mod
     return square;
 }
 
-int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, struct error *error) {
+int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, int threads, struct error *error) {
     *d = (struct diagnosis){.given = given, .model = *given};
     int status = residual_prepare(&d->even, recording, CYCLES_EVEN, error);
     if (!status) status = residual_prepare(&d->odd, recording, CYCLES_ODD, error);
     if (status) return status;
-    fit_data_init(&d->fit, &d->even, given);
-    fit_data_init(&d->held_out, &d->odd, given);
+    fit_data_init(&d->fit, &d->even, given, threads);
+    fit_data_init(&d->held_out, &d->odd, given, threads);
     d->variables = base_variables(given, d->even.parts, d->variable);
     d->column = memory_get((size_t)FIT_VARIABLES * (size_t)d->fit.values, sizeof *d->column);
     d->gram = memory_get((size_t)FIT_VARIABLES * FIT_VARIABLES, sizeof *d->gram);
@@ -49,7 +49,8 @@ void diagnosis_free(struct diagnosis *d) {
 
 bool diagnosis_refit(struct diagnosis *d, int iterations) {
     struct fit_result r = fit_model(&d->fit, &d->model, d->variables, d->variable, NULL, NULL, iterations);
-    bool fitted = r.ok && fit_columns(&d->fit, &d->model, d->variables, d->variable, d->column) && fit_raw(&d->fit, &d->model, d->raw);
+    bool fitted = r.ok && fit_columns(&d->fit, &d->model, d->variables, d->variable, NULL, d->column) &&
+                  fit_raw(&d->fit, &d->model, d->raw);
     if (!fitted) return false;
     fit_gram(d->variables, d->fit.values, d->column, d->gram);
     for (int i = 0; i < d->variables; i++) d->gram[i * d->variables + i] *= 1.0 + RIDGE;

@@ -29,7 +29,7 @@ struct diagnosis {
     int hypotheses;
 };
 
-int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, struct error *error);
+int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, int threads, struct error *error);
 void diagnosis_free(struct diagnosis *d);
 
 /* Fits every variable of the model; column and squares are those of the result. */

@@ -1,11 +1,13 @@
 #include "fit.h"
 
 #include <math.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "dense.h"
 #include "memory.h"
+#include "parallel.h"
 
 enum { COLUMNS_MAX = 2 * FIT_VARIABLES, ACTIVE_SWEEPS = 200 };
 
@@ -27,8 +29,9 @@ double variable_get(const struct variable *v, const struct params *params) {
     return place[v->leg < 0 ? 0 : v->leg];
 }
 
-void fit_data_init(struct fit_data *d, const struct residual_data *residual, const struct params *model) {
-    *d = (struct fit_data){.residual = residual, .values = residual->tests * (int)(sizeof(residual_row) / sizeof(double))};
+void fit_data_init(struct fit_data *d, const struct residual_data *residual, const struct params *model, int threads) {
+    *d = (struct fit_data){
+        .residual = residual, .threads = threads, .values = residual->tests * (int)(sizeof(residual_row) / sizeof(double))};
     d->whitener = memory_get((size_t)residual->tests, sizeof *d->whitener);
     for (int i = 0; i < residual->tests; i++) {
         whitener_init(&d->whitener[i], &residual->test[i], model, BASE_ERROR);
@@ -38,11 +41,25 @@ void fit_data_init(struct fit_data *d, const struct residual_data *residual, con
 
 void fit_data_free(struct fit_data *d) { free(d->whitener); }
 
+/* Of a model that is evaluated. */
+struct evaluation {
+    const struct residual_data *residual;
+    const struct params *model;
+    enum residual_part parts;
+    int leg;
+    residual_row *row;
+    atomic_bool impossible;
+};
+
+static void evaluate(void *context, int test) {
+    struct evaluation *e = context;
+    if (!residual_evaluate(&e->residual->test[test], e->model, e->parts, e->leg, e->row[test])) e->impossible = true;
+}
+
 static bool raw_residual(const struct fit_data *d, const struct params *model, enum residual_part parts, int leg, double *raw) {
-    residual_row *row = (residual_row *)raw;
-    for (int i = 0; i < d->residual->tests; i++)
-        if (!residual_evaluate(&d->residual->test[i], model, parts, leg, row[i])) return false;
-    return true;
+    struct evaluation e = {.residual = d->residual, .model = model, .parts = parts, .leg = leg, .row = (residual_row *)raw};
+    parallel_run(d->threads, d->residual->tests, evaluate, &e);
+    return !e.impossible;
 }
 
 static void whiten_all(const struct fit_data *d, double *raw) {
@@ -81,11 +98,9 @@ static double step_of(const struct variable *v, double value) { return value + v
 
 /* So many variables from v on that are one number of each leg, which no other leg feels: they
  * are moved at once. */
-static int of_own_legs(bool apart, int variables, const struct variable *v, const bool *same) {
+static int of_own_legs(bool apart, int variables, const struct variable *v, const double *const *known) {
     int n = 1;
-    while (apart && n < variables && v->own && v[n].own && v[n].offset == v->offset && v[n].leg > v[n - 1].leg &&
-           (!same || same[n] == same[0]))
-        n++;
+    while (apart && n < variables && v->own && v[n].own && v[n].offset == v->offset && v[n].leg > v[n - 1].leg && !(known && known[n])) n++;
     return n;
 }
 
@@ -104,16 +119,17 @@ static int only_leg(bool apart, int variables, const struct variable *v) {
     return one ? v[0].leg : ALL_LEGS;
 }
 
-/* here: the raw residual at the model. same: columns that are there already, or NULL. */
+/* here: the raw residual at the model. known: columns that are left out, or NULL. */
 static bool fit_columns_from(const struct fit_data *d, const struct params *model, const double *here, int variables,
-                             const struct variable *v, const bool *same, double *column) {
+                             const struct variable *v, const double *const *known, double *column) {
     size_t values = (size_t)d->values;
     bool apart = residual_legs_apart(model);
     for (int i = 0, n; i < variables; i += n) {
         struct params moved = *model;
         double *c = column + (size_t)i * values;
-        n = of_own_legs(apart, variables - i, v + i, same ? same + i : NULL);
-        if (same && same[i]) continue;
+        n = 1;
+        if (known && known[i]) continue;
+        n = of_own_legs(apart, variables - i, v + i, known ? known + i : NULL);
         for (int j = i; j < i + n; j++) {
             double value = variable_get(&v[j], model);
             variable_set(&v[j], &moved, value + step_of(&v[j], value));
@@ -131,9 +147,10 @@ static bool fit_columns_from(const struct fit_data *d, const struct params *mode
     return true;
 }
 
-bool fit_columns(const struct fit_data *d, const struct params *model, int variables, const struct variable *v, double *column) {
+bool fit_columns(const struct fit_data *d, const struct params *model, int variables, const struct variable *v, const double *const *known,
+                 double *column) {
     double *here = memory_get((size_t)d->values, sizeof *here);
-    bool ok = raw_residual(d, model, PART_ALL, ALL_LEGS, here) && fit_columns_from(d, model, here, variables, v, NULL, column);
+    bool ok = raw_residual(d, model, PART_ALL, ALL_LEGS, here) && fit_columns_from(d, model, here, variables, v, known, column);
     free(here);
     return ok;
 }
@@ -204,10 +221,14 @@ static bool box_solve(int n, const double *h, const double *g, const double *min
     return true;
 }
 
+/* Four sums at once: one alone waits for itself. */
 static double dot(int n, const double *a, const double *b) {
-    double sum = 0.0;
-    for (int i = 0; i < n; i++) sum += a[i] * b[i];
-    return sum;
+    double sum[4] = {0}, rest = 0.0;
+    int i = 0;
+    for (; i + 4 <= n; i += 4)
+        for (int j = 0; j < 4; j++) sum[j] += a[i + j] * b[i + j];
+    for (; i < n; i++) rest += a[i] * b[i];
+    return sum[0] + sum[1] + sum[2] + sum[3] + rest;
 }
 
 void fit_gram(int n, int values, const double *column, double *gram) {
@@ -334,6 +355,13 @@ static double objective(const struct descent *s, const struct params *model) {
     return linear_square(s->d->values, s->white, s->linear) + cost;
 }
 
+/* What the sum would be at x, were the residuals linear in it: h and g with the priors in. */
+static double promised(const struct descent *s, int n, const double *h, const double *g, const struct fit_prior *prior, const double *x) {
+    double sum = fit_square(s->d->values, s->white);
+    for (int i = 0; i < n; i++) sum += square_of(prior[i].inverse_std * prior[i].off) + x[i] * (2.0 * g[i] + dot(n, h + i * n, x));
+    return sum;
+}
+
 /* From the model along x as far as that pays; false where it does not: then the model stays, and
  * the residuals are not its own. */
 static bool descend(struct descent *s, const double *x) {
@@ -355,8 +383,8 @@ static bool descend(struct descent *s, const double *x) {
     return false;
 }
 
-struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v, const bool *once,
-                            const struct linear_part *linear, int iterations) {
+struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v,
+                            const double *const *known, const struct linear_part *linear, int iterations) {
     int extra = linear ? linear->n : 0, n = variables + extra, values = d->values;
     struct fit_result result = {0};
     double *room = memory_get((size_t)(variables + 2) * (size_t)values, sizeof *room), *columns = room + 2 * values;
@@ -373,9 +401,10 @@ struct fit_result fit_model(const struct fit_data *d, struct params *model, int 
     if (result.ok) s.square = objective(&s, model);
 
     for (int iteration = 0; result.ok && iteration < iterations; iteration++) {
-        if (!fit_columns_from(d, model, s.raw, variables, v, iteration ? once : NULL, columns)) break;
+        if (!fit_columns_from(d, model, s.raw, variables, v, known, columns)) break;
         for (int i = 0; i < n; i++) {
             column[i] = i < variables ? columns + (size_t)i * (size_t)values : linear->column + (size_t)(i - variables) * (size_t)values;
+            if (i < variables && known && known[i]) column[i] = known[i];
             double value = i < variables ? variable_get(&v[i], model) : 0.0;
             min[i] = i < variables ? v[i].min - value : linear->min[i - variables];
             max[i] = i < variables ? v[i].max - value : linear->max[i - variables];
@@ -385,6 +414,7 @@ struct fit_result fit_model(const struct fit_data *d, struct params *model, int 
         normal_equations(n, values, s.white, column, variables, linear ? linear->gram : NULL, h, g);
         if (!solve_box(n, h, g, prior, min, max, x, std)) break;
         memcpy(result.std, std, (size_t)variables * sizeof *std);
+        if (linear && s.square - promised(&s, n, h, g, prior, x) < linear->worth) break;
         double before = s.square;
         if (!descend(&s, x) || before - s.square < ENOUGH * s.square) break;
     }

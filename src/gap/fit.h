@@ -35,9 +35,10 @@ struct fit_data {
     struct whitener *whitener;    /* per test */
     int values;                   /* white values in all */
     int evaluated;                /* of them; the others are zero */
+    int threads;                  /* that evaluate tests at once */
 };
 
-void fit_data_init(struct fit_data *d, const struct residual_data *residual, const struct params *model);
+void fit_data_init(struct fit_data *d, const struct residual_data *residual, const struct params *model, int threads);
 void fit_data_free(struct fit_data *d);
 
 /* White residuals, d->values of them. False: the model cannot make this motion. */
@@ -48,8 +49,10 @@ double fit_square(int n, const double *white); /* sum of squares */
  * or no memory. */
 bool fit_part(const struct fit_data *d, const struct params *model, int effect, double *white);
 
-/* Columns of d white / d variable at the model, [variable][values]. */
-bool fit_columns(const struct fit_data *d, const struct params *model, int variables, const struct variable *v, double *column);
+/* Columns of d white / d variable at the model, [variable][values]. known: those that are there
+ * already, whose place stays as it is; or NULL. */
+bool fit_columns(const struct fit_data *d, const struct params *model, int variables, const struct variable *v, const double *const *known,
+                 double *column);
 
 /* A variable's prior: 1 / its standard deviation, and how far the variable is from its mean. */
 struct fit_prior {
@@ -80,6 +83,7 @@ struct linear_part {
     const double *min, *max;
     const struct fit_prior *prior;
     double *x;                          /* result, from where the model is */
+    double worth;                       /* white squares that a step has to promise to be taken */
 };
 /* Products of columns with each other, [n][n]. */
 void fit_gram(int n, int values, const double *column, double *gram);
@@ -94,9 +98,9 @@ double fit_start(const struct fit_data *d, const struct params *model, int varia
 double fit_share(const struct fit_data *d, const double *white, const double *change, const struct linear_part *linear);
 bool fit_raw(const struct fit_data *d, const struct params *model, double *raw);
 
-/* Fits the variables from where the model is; the result is in the model. once: variables whose
- * columns are computed at the first iteration only. once and linear may be NULL. */
-struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v, const bool *once,
-                            const struct linear_part *linear, int iterations);
+/* Fits the variables from where the model is; the result is in the model. known: columns that hold
+ * all the way; NULL: computed at every iteration. known and linear may be NULL. */
+struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v,
+                            const double *const *known, const struct linear_part *linear, int iterations);
 
 #endif

@@ -15,6 +15,7 @@
 #include "places.h"
 #include "replay.h"
 #include "search.h"
+#include "waves.h"
 
 static const double CONTROLLER_DIFFERS = 0.02;
 
@@ -89,9 +90,10 @@ const char *gap_place_words(const struct gap_place *p, int legs, char words[GAP_
 }
 
 int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,
-              const struct gap_options *options, struct gap_result *r, struct error *error) {
+              const struct gap_options *options, struct gap_result *r, struct waves *waves, struct error *error) {
     double start_s = now_s();
     struct remainder remainder = {0};
+    struct replay runs[2] = {{0}};
     int open_loop = compare_check(params, measured, error);
     if (open_loop && options->replay == GAP_CLOSED_LOOP) return open_loop;
     struct diagnosis *d = memory_get(1, sizeof *d);
@@ -107,7 +109,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
     r->controller_differs = r->controller_difference > CONTROLLER_DIFFERS;
 
     gap_progress(options, "fitting the base", 0.0);
-    int status = diagnosis_init(d, params, measured, error);
+    int status = diagnosis_init(d, params, measured, options->threads, error);
     if (!status) {
         remainder = (struct remainder){.values = d->held_out.evaluated, .before = fmax(d->held_square - d->held_out.evaluated, 0.0)};
         r->base_model = d->model;
@@ -119,12 +121,14 @@ int gap_solve(const struct params *params, const struct recording *measured, con
         extend(params, d, r);
     }
 
-    if (!status) status = compare_models(params, measured, validate, options, r, error);
+    if (!status) status = compare_models(params, measured, validate, options, r, runs, error);
     if (!status) {
         remainder.after = d->held_square, remainder.beyond_laws = goodness_beyond_laws(d), remainder.noise = goodness_noise(d);
         judge(r, &remainder);
         if (r->verdict == GAP_UNKNOWN_EFFECT) give_up(params, r);
+        if (waves && r->simulated) waves_closed_loop(waves, measured, &runs[0].run, r->effects ? replay_after(runs) : &runs[0].run);
     }
+    replay_free(runs);
 
     bool friction = false;
     for (int i = 0; i < r->effects && !status && params->mechanism == MECHANISM_STEWART; i++) {

@@ -135,6 +135,8 @@ struct gap_result {
     double seconds;
 };
 
+struct waves;
+
 struct gap_options {
     enum gap_replay replay;
     bool simulate;                        /* prove it by replay */
@@ -160,8 +162,9 @@ double gap_short(const struct gap_result *result, const struct gap_candidate *ca
  * the leg where there is one. */
 const char *gap_place_words(const struct gap_place *place, int legs, char words[GAP_WORDS]);
 
-/* measured is checked already (recording_check); validate may be NULL. 0, or a negative status. */
+/* measured is checked already (recording_check); validate may be NULL. waves: filled where the
+ * result is simulated, to be freed; NULL: not wanted. 0, or a negative status. */
 int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,
-              const struct gap_options *options, struct gap_result *result, struct error *error);
+              const struct gap_options *options, struct gap_result *result, struct waves *waves, struct error *error);
 
 #endif

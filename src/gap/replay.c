@@ -1,12 +1,12 @@
 #include "replay.h"
 
 #include <math.h>
-#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "ident.h"
 #include "memory.h"
+#include "parallel.h"
 #include "plant.h"
 #include "platform.h"
 #include "residual.h"
@@ -82,20 +82,15 @@ int replay_closed_loop(const struct params *model, const struct recording *like,
     return status;
 }
 
-static void *replay_one(void *argument) {
-    struct replay *r = argument;
+static void replay_one(void *context, int i) {
+    struct replay *r = (struct replay *)context + i;
     r->status = replay_closed_loop(r->model, r->like, &r->run, &r->error);
-    return NULL;
 }
 
 void replay_both(const struct params *before, const struct params *after, const struct recording *like, struct replay both[2]) {
-    pthread_t other;
     both[0] = (struct replay){.model = before, .like = like};
     both[1] = (struct replay){.model = after, .like = like};
-    bool started = after && pthread_create(&other, NULL, replay_one, &both[1]) == 0;
-    replay_one(&both[0]);
-    if (started) pthread_join(other, NULL);
-    else if (after) replay_one(&both[1]);
+    parallel_run(2, after ? 2 : 1, replay_one, both);
 }
 
 void replay_free(struct replay both[2]) {

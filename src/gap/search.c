@@ -172,14 +172,14 @@ static double penalty(const struct trial *t) { return trial_rise(t) - t->gain; }
 /* Would the effect in this simpler shape, and the next effect beside it, explain more than the best
  * trial? A value for each leg takes up what another effect does to the legs. The model stays,
  * refitted. */
-static bool is_two(struct diagnosis *d, const struct trial *trial, int simple, int threads) {
+static bool is_two(struct diagnosis *d, const struct trial *trial, int simple) {
     struct trial *next = memory_get(HYPOTHESES_MAX, sizeof *next);
     /* before the list of hypotheses, to which trials point, is another */
     double needed = trial_evidence(&trial[0]);
     double evidence = d->square + d->held_square - penalty(&trial[simple]);
     bool two = false;
     if (diagnosis_add(d, trial[simple].hypothesis, &trial[simple].model)) {
-        int trials = trials_run(d, next, threads);
+        int trials = trials_run(d, next);
         prefer_seen(d, next, trials);
         prefer_simple(d, next, trials);
         if (trials && worth_adding(d, &next[0], goodness_law_error(d))) {
@@ -419,7 +419,7 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
         if (!revision->open) revise(d, revision, r);
         if (r->effects == GAP_EFFECTS) break;
         gap_progress(o, round ? "another effect" : "screening", 0.7 * round / ROUNDS_MAX);
-        int trials = trials_run(d, trial, o->threads);
+        int trials = trials_run(d, trial);
         if (!trials) break;
         if (round == 0) list_candidates(d, trial, trials, r);
         prefer_seen(d, trial, trials);
@@ -440,7 +440,7 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
 
         bool room = trial[0].hypothesis->shape == SHAPE_EACH && r->effects + 2 <= GAP_EFFECTS;
         int simple = room ? simple_shape(d, trial, trials) : 0;
-        if (simple && is_two(d, trial, simple, o->threads)) {
+        if (simple && is_two(d, trial, simple)) {
             put_first(trial, simple);
             rivals = list_rivals(d, trial, trials, rival);
         }

@@ -138,8 +138,15 @@ static void try_one(const struct diagnosis *d, const struct hypothesis *h, const
     double min[FIT_VARIABLES], max[FIT_VARIABLES], x[FIT_VARIABLES] = {0};
     double *own = memory_get(4 * (size_t)d->fit.values, sizeof *own);
     struct fit_prior prior[FIT_VARIABLES];
-    struct linear_part linear = {
-        .n = d->variables, .raw = d->raw, .column = d->column, .gram = d->gram, .min = min, .max = max, .prior = prior, .x = x};
+    struct linear_part linear = {.n = d->variables,
+                                 .raw = d->raw,
+                                 .column = d->column,
+                                 .gram = d->gram,
+                                 .min = min,
+                                 .max = max,
+                                 .prior = prior,
+                                 .x = x,
+                                 .worth = TRIAL_LEAST};
     struct params base;
     bool again = t->ok, bent = false;
     t->ok = false;
@@ -170,19 +177,30 @@ bool trial_contradicted(const struct trial *t) { return t->ok && !t->polished &&
 
 double trial_sound_gain(const struct trial *t) { return !t->ok ? -HUGE_VAL : trial_contradicted(t) ? 0.0 : t->gain; }
 
+/* Columns of the base near a trial's end: where the effect moves none of the residuals that a
+ * variable moves they are the model's, else they are computed. False: that cannot be done. */
+static bool base_columns(const struct diagnosis *d, const struct trial *t, int variables, const struct variable *v, double *room,
+                         const double **known) {
+    if (!fit_columns(&d->fit, &t->model, variables, v, known, room)) return false;
+    for (int i = 0; i < variables; i++)
+        if (v[i].base && !known[i]) known[i] = room + (size_t)i * (size_t)d->fit.values;
+    return true;
+}
+
 /* What the linear part promised, made true: base and effect fitted together. near: the trial begins
  * near where it ends, so that the base's columns hardly change on the way. No room for so many
  * variables: the trial stays as it is. */
 static void fit_together(const struct diagnosis *d, bool near, struct trial *t) {
     struct variable v[FIT_VARIABLES];
-    bool once[FIT_VARIABLES] = {false};
+    const double *known[FIT_VARIABLES] = {NULL};
     const struct hypothesis *h = t->hypothesis;
     int n = 0, base;
     for (int i = 0; i < d->variables; i++) {
         const struct variable *b = &d->variable[i];
         enum parallel how = b->base ? hypothesis_parallel(h, b) : PARALLEL_NOT;
         if (how == PARALLEL_SAME) continue;
-        once[n] = near && b->base;
+        bool apart = near && b->base && !(b->parts & hypothesis_parts(h));
+        known[n] = apart ? d->column + (size_t)i * (size_t)d->fit.values : NULL;
         v[n] = *b;
         if (how == PARALLEL_DRAWN) variable_draw(&v[n]);
         n++;
@@ -190,7 +208,10 @@ static void fit_together(const struct diagnosis *d, bool near, struct trial *t) 
     base = n;
     if (base + h->variables > FIT_VARIABLES) return;
     for (int i = 0; i < h->variables; i++) v[n++] = h->variable[i];
-    struct fit_result r = fit_model(&d->fit, &t->model, n, v, once, NULL, POLISH_ITERATIONS);
+    double *room = memory_get(near ? (size_t)base * (size_t)d->fit.values : 0, sizeof *room);
+    struct fit_result r = {0};
+    if (!near || base_columns(d, t, base, v, room, known)) r = fit_model(&d->fit, &t->model, n, v, known, NULL, POLISH_ITERATIONS);
+    free(room);
     t->ok = r.ok;
     if (!t->ok) return;
     rate(d, t, r.square, r.std + base);

@@ -1,18 +1,17 @@
 #include "trials.h"
 
 #include <math.h>
-#include <pthread.h>
-#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "memory.h"
+#include "parallel.h"
 
 static const double WORTH = 0.1; /* of the best one's gain after the first steps: a trial is fitted
                                   * on */
 static const double NEAR = 0.9;  /* of the gain with the base moved linearly: polishing may turn the
                                   * order */
-enum { FINALISTS = 5, THREADS_MAX = 16, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
+enum { FINALISTS = 5, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
 
 struct batch {
     const struct diagnosis *d;
@@ -21,7 +20,6 @@ struct batch {
     struct trial *trial;
     int count;
     double worth;                   /* gain after the first steps of those that are fitted on */
-    _Atomic int next;
 };
 
 /* The trial of the same effect with all legs alike. */
@@ -31,38 +29,25 @@ static const struct trial *alike(const struct batch *before, const struct hypoth
     return NULL;
 }
 
-static void *screen(void *argument) {
-    struct batch *batch = argument;
-    for (int i; (i = atomic_fetch_add(&batch->next, 1)) < batch->count;)
-        trial_screen(batch->d, batch->hypothesis[i], alike(batch->before, batch->hypothesis[i]), &batch->trial[i]);
-    return NULL;
+static void screen(void *context, int i) {
+    struct batch *batch = context;
+    trial_screen(batch->d, batch->hypothesis[i], alike(batch->before, batch->hypothesis[i]), &batch->trial[i]);
 }
 
-static void *fit_on(void *argument) {
-    struct batch *batch = argument;
-    for (int i; (i = atomic_fetch_add(&batch->next, 1)) < batch->count;)
-        if (batch->trial[i].ok && batch->trial[i].gain > batch->worth) trial_fit(batch->d, &batch->trial[i]);
-    return NULL;
-}
-
-static void run_batch(struct batch *batch, void *(*work_on)(void *), int threads) {
-    pthread_t thread[THREADS_MAX];
-    int started = 0;
-    atomic_store(&batch->next, 0);
-    while (started < threads - 1 && started < THREADS_MAX && pthread_create(&thread[started], NULL, work_on, batch) == 0) started++;
-    work_on(batch);
-    for (int i = 0; i < started; i++) pthread_join(thread[i], NULL);
+static void fit_on(void *context, int i) {
+    struct batch *batch = context;
+    if (batch->trial[i].ok && batch->trial[i].gain > batch->worth) trial_fit(batch->d, &batch->trial[i]);
 }
 
 /* One step of each, more where a law is bent; only what comes near the best one then is
  * fitted to its end. */
-static void try_all(struct batch *batch, int threads) {
+static void try_all(int threads, struct batch *batch) {
     double best = 0.0;
-    run_batch(batch, screen, threads);
+    parallel_run(threads, batch->count, screen, batch);
     for (int i = 0; batch->before && i < batch->before->count; i++) best = fmax(best, trial_sound_gain(&batch->before->trial[i]));
     for (int i = 0; i < batch->count; i++) best = fmax(best, trial_sound_gain(&batch->trial[i]));
     batch->worth = fmax(WORTH * best, TRIAL_LEAST);
-    run_batch(batch, fit_on, threads);
+    parallel_run(threads, batch->count, fit_on, batch);
 }
 
 /* The legs with most to explain, most first. */
@@ -108,11 +93,9 @@ static int by_gain(const void *a, const void *b) {
     return p < q ? 1 : p > q ? -1 : 0;
 }
 
-static void *polish_next(void *argument) {
-    struct batch *batch = argument;
-    for (int i; (i = atomic_fetch_add(&batch->next, 1)) < batch->count;)
-        if (batch->trial[i].ok && trial_rise(&batch->trial[i]) > 0.0) trial_polish(batch->d, &batch->trial[i]);
-    return NULL;
+static void polish(void *context, int i) {
+    struct batch *batch = context;
+    if (batch->trial[i].ok && trial_rise(&batch->trial[i]) > 0.0) trial_polish(batch->d, &batch->trial[i]);
 }
 
 /* Of what is fitted truly, the cycles held out judge as much as the fitted ones: many parameters
@@ -134,7 +117,7 @@ static const struct trial *best_shape(const struct trial *finalist, int finalist
 
 /* Best first; the best few effects, each in its best shape and those that come near it, and what is
  * contradicted come first, polished. */
-static void finish(struct batch *batch, struct trial *trial, int count, int threads) {
+static void finish(int threads, struct batch *batch, struct trial *trial, int count) {
     struct trial *finalist = memory_get((size_t)count, sizeof *finalist);
     int effects = 0, finalists = 0, others = 0;
     qsort(trial, (size_t)count, sizeof *trial, by_gain);
@@ -156,19 +139,24 @@ static void finish(struct batch *batch, struct trial *trial, int count, int thre
     memcpy(trial, finalist, (size_t)finalists * sizeof *trial);
     batch->trial = trial;
     batch->count = finalists;
-    run_batch(batch, polish_next, threads);
+    parallel_run(threads, finalists, polish, batch);
     qsort(trial, (size_t)count, sizeof *trial, by_evidence);
     free(finalist);
 }
 
-int trials_run(const struct diagnosis *d, struct trial *trial, int threads) {
+int trials_run(const struct diagnosis *d, struct trial *trial) {
+    /* a thread a trial, and none more in it */
+    struct diagnosis *alone = memory_get(1, sizeof *alone);
+    int threads = d->fit.threads;
+    *alone = *d;
+    alone->fit.threads = alone->held_out.threads = 1;
     struct batch *first = memory_get(1, sizeof *first), *second = memory_get(1, sizeof *second);
     int leg[LEGS];
-    first->d = second->d = d;
+    first->d = second->d = alone;
     for (int i = 0; i < d->hypotheses; i++)
         if (d->hypothesis[i].shape == SHAPE_ALL) first->hypothesis[first->count++] = &d->hypothesis[i];
     first->trial = trial;
-    try_all(first, threads);
+    try_all(threads, first);
     rank_legs(d, leg);
     for (int i = 0; i < d->hypotheses; i++) {
         const struct hypothesis *h = &d->hypothesis[i];
@@ -179,10 +167,11 @@ int trials_run(const struct diagnosis *d, struct trial *trial, int threads) {
     }
     second->trial = trial + first->count;
     second->before = first;
-    try_all(second, threads);
+    try_all(threads, second);
     int count = first->count + second->count;
-    finish(second, trial, count, threads);
+    finish(threads, second, trial, count);
     free(first);
     free(second);
+    free(alone);
     return count;
 }

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "memory.h"
-#include "replay.h"
 #include "residual.h"
 
 typedef double channel_rows[GAP_CHANNELS][SPECTRUM_SIZE];
@@ -111,7 +110,7 @@ static void put_run(struct waves *w, const struct recording *simulated, enum sid
     free(room);
 }
 
-int waves_closed_loop(struct waves *w, const struct gap_result *result, const struct recording *measured, struct error *error) {
+void waves_closed_loop(struct waves *w, const struct recording *measured, const struct recording *before, const struct recording *after) {
     spectrum_cycle *room = memory_get(CYCLES_MAX, sizeof *room);
     prepare(w, measured);
     for (int i = 0; i < measured->tests; i++) {
@@ -119,18 +118,10 @@ int waves_closed_loop(struct waves *w, const struct gap_result *result, const st
         if (spectrum_measure(&s, room, &measured->test[i], CYCLES_ALL)) add_test(w, &measured->test[i], &s);
     }
     free(room);
-    struct replay both[2];
-    int status = STATUS_OK;
-    replay_both(&result->base_model, result->effects ? &result->fitted : NULL, measured, both);
-    for (int side = BEFORE; side <= AFTER && !status; side++) {
-        status = both[side].status;
-        if (status) *error = both[side].error;
-    }
-    if (!status) put_run(w, &both[0].run, BEFORE), put_run(w, replay_after(both), AFTER);
-    replay_free(both);
+    put_run(w, before, BEFORE);
+    put_run(w, after, AFTER);
     for (int ch = 0; ch < GAP_CHANNELS; ch++) w->evaluated[ch] = true;
     find_variation(w);
-    return status;
 }
 
 /* Measured less what the equations leave over. False where the motion is no motion of the model. */

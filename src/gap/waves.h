@@ -29,9 +29,8 @@ struct waves {
                                      * over all tests and legs */
 };
 
-/* Of the closed loop, all channels: simulates again with the two models of the result. 0, or a
- * negative status. */
-int waves_closed_loop(struct waves *w, const struct gap_result *result, const struct recording *measured, struct error *error);
+/* Of the closed loop, all channels: of runs like the measured one. */
+void waves_closed_loop(struct waves *w, const struct recording *measured, const struct recording *before, const struct recording *after);
 
 /* Of the equations under the measured motion: force and pressures. */
 int waves_motion(struct waves *w, const struct gap_result *result, const struct recording *measured, struct error *error);

@@ -98,7 +98,7 @@ static void add_rival(const struct hypothesis *h, double *place, struct span *s)
     struct params at = d.model;
     size_t values = (size_t)d.fit.values;
     effect_at(effect_table[h->effect], 1.0, &at.effects[h->effect]);
-    if (!fit_columns(&d.fit, &at, h->variables, h->variable, place)) fail("no motion of this machine");
+    if (!fit_columns(&d.fit, &at, h->variables, h->variable, NULL, place)) fail("no motion of this machine");
     for (int i = 0; i < h->variables; i++)
         if (fit_square(d.fit.values, place + (size_t)i * values) > 0.0) span_add(s, place + (size_t)i * values, -1e300, 1e300);
 }
@@ -146,7 +146,7 @@ int main(int argc, char **argv) {
     struct error error;
     config_default(&params);
     if (gap_rig(&params, &params, DOFS, &recording, &error)) fail(error.text);
-    if (diagnosis_init(&d, &params, &recording, &error)) fail(error.text);
+    if (diagnosis_init(&d, &params, &recording, 1, &error)) fail(error.text);
     FILE *file = argc > 1 ? fopen(argv[1], "w") : NULL;
     if (argc > 1 && !file) fail("the file cannot be written");
     if (file) fputs("effect,strength,left\n", file);

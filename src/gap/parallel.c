@@ -1,0 +1,30 @@
+#include "parallel.h"
+
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stddef.h>
+
+enum { THREADS_MAX = 16 };
+
+struct work {
+    void (*one)(void *context, int i);
+    void *context;
+    int count;
+    _Atomic int next;
+};
+
+static void *work_on(void *argument) {
+    struct work *work = argument;
+    for (int i; (i = atomic_fetch_add(&work->next, 1)) < work->count;) work->one(work->context, i);
+    return NULL;
+}
+
+/* A thread that cannot be started is done without. */
+void parallel_run(int threads, int count, void (*one)(void *context, int i), void *context) {
+    struct work work = {.one = one, .context = context, .count = count};
+    pthread_t thread[THREADS_MAX];
+    int started = 0, most = threads < count ? threads : count;
+    while (started < most - 1 && started < THREADS_MAX && pthread_create(&thread[started], NULL, work_on, &work) == 0) started++;
+    work_on(&work);
+    for (int i = 0; i < started; i++) pthread_join(thread[i], NULL);
+}
