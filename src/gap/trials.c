@@ -46,7 +46,7 @@ static void try_all(int threads, struct batch *batch) {
     parallel_run(threads, batch->count, screen, batch);
     for (int i = 0; batch->before && i < batch->before->count; i++) best = fmax(best, trial_sound_gain(&batch->before->trial[i]));
     for (int i = 0; i < batch->count; i++) best = fmax(best, trial_sound_gain(&batch->trial[i]));
-    batch->worth = fmax(WORTH * best, TRIAL_LEAST);
+    batch->worth = fmax(WORTH * best, batch->before ? batch->before->worth : TRIAL_LEAST);
     parallel_run(threads, batch->count, fit_on, batch);
 }
 
@@ -84,6 +84,38 @@ static bool each_in_base(const struct diagnosis *d, int effect) {
     for (int i = 0; i < d->variables; i++)
         each = each || (d->variable[i].base && d->variable[i].effect == effect && d->variable[i].leg >= 0);
     return each;
+}
+
+/* The leg that its own values single out where each leg has them: with the surest. */
+static int single_out(const struct trial *each) {
+    const struct hypothesis *h = each->hypothesis;
+    double surest = 0.0;
+    int leg = 0;
+    for (int i = 0; i < h->variables; i++) {
+        const struct variable *v = &h->variable[i];
+        double z = each->std[i] > 0.0 ? fabs(variable_get(v, &each->model) - v->neutral) / each->std[i] : 0.0;
+        if (v->leg >= 0 && z > surest) surest = z, leg = v->leg;
+    }
+    return leg;
+}
+
+static bool is_in(const struct batch *batch, const struct hypothesis *h) {
+    bool in = false;
+    for (int i = 0; i < batch->count; i++) in = in || batch->hypothesis[i] == h;
+    return in;
+}
+
+/* Effects in the one leg that each leg's own values have shown. */
+static void list_single(const struct diagnosis *d, const struct batch *before, struct batch *batch) {
+    for (int i = 0; i < before->count; i++) {
+        const struct trial *each = &before->trial[i];
+        if (!each->ok || each->hypothesis->shape != SHAPE_EACH || !(each->gain > before->worth)) continue;
+        int leg = single_out(each);
+        for (int j = 0; j < d->hypotheses; j++) {
+            const struct hypothesis *h = &d->hypothesis[j];
+            if (h->effect == each->hypothesis->effect && h->shape == leg && !is_in(before, h)) batch->hypothesis[batch->count++] = h;
+        }
+    }
 }
 
 static int by_gain(const void *a, const void *b) {
@@ -150,9 +182,9 @@ int trials_run(const struct diagnosis *d, struct trial *trial) {
     int threads = d->fit.threads;
     *alone = *d;
     alone->fit.threads = alone->held_out.threads = 1;
-    struct batch *first = memory_get(1, sizeof *first), *second = memory_get(1, sizeof *second);
+    struct batch *first = memory_get(1, sizeof *first), *second = memory_get(1, sizeof *second), *third = memory_get(1, sizeof *third);
     int leg[LEGS];
-    first->d = second->d = alone;
+    first->d = second->d = third->d = alone;
     for (int i = 0; i < d->hypotheses; i++)
         if (d->hypothesis[i].shape == SHAPE_ALL) first->hypothesis[first->count++] = &d->hypothesis[i];
     first->trial = trial;
@@ -168,10 +200,15 @@ int trials_run(const struct diagnosis *d, struct trial *trial) {
     second->trial = trial + first->count;
     second->before = first;
     try_all(threads, second);
-    int count = first->count + second->count;
-    finish(threads, second, trial, count);
+    list_single(d, second, third);
+    third->trial = second->trial + second->count;
+    third->before = second;
+    try_all(threads, third);
+    int count = first->count + second->count + third->count;
+    finish(threads, third, trial, count);
     free(first);
     free(second);
+    free(third);
     free(alone);
     return count;
 }

@@ -16,6 +16,7 @@ claim "each leg its own tolerance and nothing else: no gap" right none typical 1
 claim "friction is named beside it" right cylinder_coulomb_friction typical 1 tolerance
 claim "so is another mass centre" right payload_center_of_mass typical 1 tolerance
 claim "and heavier actuators, which weigh more, are no payload" right actuator_inertia typical 1 tolerance
+claim "one leg's other masses are named beside another leg's valve null" right actuator_inertia+valve_null_bias typical 1511 tolerance
 # Named with its value, within 5 % or two stated deviations.
 valued() { right "$@" && [ "$(cut -d, -f12 "$work/row")" = 1 ]; }
 claim "friction in the joints of one leg has its leg and value, the joints' axes being stated" \
