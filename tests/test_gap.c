@@ -200,7 +200,6 @@ static void a_hysteresis_of_no_width_changes_nothing(void **state) {
     }
 }
 
-/* What one leg's own value changes, computed in that leg alone and in all. */
 /* In a piece of any motion, too, a spool at its speed limit is where what came before has brought
  * it. Pressures vary by 1 MPa; a spool that began where it was told to be left 0.49 MPa. */
 static void a_limited_spool_runs_in_before_a_piece(void **state) {
@@ -223,6 +222,7 @@ static void a_limited_spool_runs_in_before_a_piece(void **state) {
     recording_free(&r);
 }
 
+/* What one leg's own value changes, computed in that leg alone and in all. */
 static void one_leg_alone_is_as_among_the_others(void **state) {
     (void)state;
     static const char *const effects[] = {"internal_leakage", "valve_dead_band", "pipeline_dynamics"};

@@ -12,9 +12,8 @@
 int gap_files_check(const struct options *o, struct error *error);
 
 /* model.yaml, gap.json, then report.html, in o->output; gap.json in o->json too. closed_loop: of a
- * result that is simulated. -3 when one was
- * not written; those before it are there. Pictures that could not be drawn are missing in the page
- * and are an error, too. */
+ * result that is simulated. -3 when one was not written; those before it are there. Pictures that
+ * could not be drawn are missing in the page and are an error, too. */
 int gap_files_write(const struct options *o, const struct gap_result *result, const struct recording *measured,
                     const struct waves *closed_loop, struct error *error);
 

@@ -53,6 +53,7 @@ struct evaluation {
 
 static void evaluate(void *context, int test) {
     struct evaluation *e = context;
+    if (e->impossible) return;
     if (!residual_evaluate(&e->residual->test[test], e->model, e->parts, e->leg, e->row[test])) e->impossible = true;
 }
 

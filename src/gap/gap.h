@@ -1,7 +1,7 @@
 /* The gap between a model and a measurement: where it is, which effect of the catalogue explains
  * it, how sure that is, and how much of it is gone with that effect in the model (gap_solve). One
  * call, one result; everything that a report needs stands in it or can be computed again from it
- * (waveforms: replay.h). Ordinary threads; heap. SI units, legs 0..5. */
+ * (waveforms: waves.h). Ordinary threads; heap. SI units, legs 0..5. */
 #ifndef HEXID_GAP_H
 #define HEXID_GAP_H
 

@@ -71,7 +71,8 @@ static bool possible(const struct params *given, const struct variable *v, doubl
     return machine_check(&machine, &impossible) == 0;
 }
 
-/* So far towards an end of its key's range as a machine like the one given can go. */
+/* So far towards an end of its key's range as a machine like the one given can go in this value
+ * alone. */
 static double possible_end(const struct params *given, const struct variable *v, double end) {
     double most = 0.0, step = 0.5;
     if (possible(given, v, end)) return end;
@@ -147,7 +148,7 @@ bool hypothesis_at(const struct hypothesis *h, double strength, struct params *m
     bool moved = false;
     for (int i = 0; i < h->variables; i++) {
         const struct variable *v = &h->variable[i];
-        double value = values.value[v->key][0];
+        double value = fmin(fmax(values.value[v->key][0], v->min), v->max);
         moved = moved || value != keys[v->key].neutral;
         variable_set(v, model, value);
     }

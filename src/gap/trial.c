@@ -183,18 +183,18 @@ static bool base_columns(const struct diagnosis *d, const struct trial *t, int v
                          const double **known) {
     if (!fit_columns(&d->fit, &t->model, variables, v, known, room)) return false;
     for (int i = 0; i < variables; i++)
-        if (v[i].base && !known[i]) known[i] = room + (size_t)i * (size_t)d->fit.values;
+        if (!known[i]) known[i] = room + (size_t)i * (size_t)d->fit.values;
     return true;
 }
 
 /* What the linear part promised, made true: base and effect fitted together. near: the trial begins
  * near where it ends, so that the base's columns hardly change on the way. No room for so many
- * variables: the trial stays as it is. */
+ * variables, or no such columns: the trial stays as it is. */
 static void fit_together(const struct diagnosis *d, bool near, struct trial *t) {
     struct variable v[FIT_VARIABLES];
     const double *known[FIT_VARIABLES] = {NULL};
     const struct hypothesis *h = t->hypothesis;
-    int n = 0, base;
+    int n = 0, base = 0, before;
     for (int i = 0; i < d->variables; i++) {
         const struct variable *b = &d->variable[i];
         enum parallel how = b->base ? hypothesis_parallel(h, b) : PARALLEL_NOT;
@@ -204,17 +204,20 @@ static void fit_together(const struct diagnosis *d, bool near, struct trial *t) 
         v[n] = *b;
         if (how == PARALLEL_DRAWN) variable_draw(&v[n]);
         n++;
+        base += b->base; /* first of all */
     }
-    base = n;
-    if (base + h->variables > FIT_VARIABLES) return;
+    before = n;
+    if (before + h->variables > FIT_VARIABLES) return;
     for (int i = 0; i < h->variables; i++) v[n++] = h->variable[i];
     double *room = memory_get(near ? (size_t)base * (size_t)d->fit.values : 0, sizeof *room);
+    bool columns = !near || base_columns(d, t, base, v, room, known);
     struct fit_result r = {0};
-    if (!near || base_columns(d, t, base, v, room, known)) r = fit_model(&d->fit, &t->model, n, v, known, NULL, POLISH_ITERATIONS);
+    if (columns) r = fit_model(&d->fit, &t->model, n, v, known, NULL, POLISH_ITERATIONS);
     free(room);
+    if (!columns) return;
     t->ok = r.ok;
     if (!t->ok) return;
-    rate(d, t, r.square, r.std + base);
+    rate(d, t, r.square, r.std + before);
     t->held_square = diagnosis_held_square(d, &t->model);
     t->held_gain = d->held_square - t->held_square;
     t->polished = true;

@@ -24,8 +24,9 @@ struct batch {
 
 /* The trial of the same effect with all legs alike. */
 static const struct trial *alike(const struct batch *before, const struct hypothesis *h) {
-    for (int i = 0; before && i < before->count; i++)
-        if (before->hypothesis[i]->effect == h->effect && before->trial[i].ok) return &before->trial[i];
+    for (const struct batch *b = before; b; b = b->before)
+        for (int i = 0; i < b->count; i++)
+            if (b->hypothesis[i]->effect == h->effect && b->hypothesis[i]->shape == SHAPE_ALL && b->trial[i].ok) return &b->trial[i];
     return NULL;
 }
 
@@ -44,9 +45,9 @@ static void fit_on(void *context, int i) {
 static void try_all(int threads, struct batch *batch) {
     double best = 0.0;
     parallel_run(threads, batch->count, screen, batch);
-    for (int i = 0; batch->before && i < batch->before->count; i++) best = fmax(best, trial_sound_gain(&batch->before->trial[i]));
-    for (int i = 0; i < batch->count; i++) best = fmax(best, trial_sound_gain(&batch->trial[i]));
-    batch->worth = fmax(WORTH * best, batch->before ? batch->before->worth : TRIAL_LEAST);
+    for (const struct batch *b = batch; b; b = b->before)
+        for (int i = 0; i < b->count; i++) best = fmax(best, trial_sound_gain(&b->trial[i]));
+    batch->worth = fmax(WORTH * best, TRIAL_LEAST);
     parallel_run(threads, batch->count, fit_on, batch);
 }
 
@@ -86,15 +87,18 @@ static bool each_in_base(const struct diagnosis *d, int effect) {
     return each;
 }
 
-/* The leg that its own values single out where each leg has them: with the surest. */
-static int single_out(const struct trial *each) {
+/* Of a trial in which each leg has its own values the leg whose are surest to be other than given,
+ * or none: -1. A value at its bound is sure. */
+static int single_out(const struct diagnosis *d, const struct trial *each) {
     const struct hypothesis *h = each->hypothesis;
+    bool given = d->given->effects[h->effect].on;
     double surest = 0.0;
-    int leg = 0;
+    int leg = -1;
     for (int i = 0; i < h->variables; i++) {
         const struct variable *v = &h->variable[i];
-        double z = each->std[i] > 0.0 ? fabs(variable_get(v, &each->model) - v->neutral) / each->std[i] : 0.0;
-        if (v->leg >= 0 && z > surest) surest = z, leg = v->leg;
+        double change = fabs(variable_get(v, &each->model) - (given ? variable_get(v, d->given) : v->neutral));
+        double z = each->std[i] > 0.0 ? change / each->std[i] : change > 0.0 ? HUGE_VAL : 0.0;
+        if (v->leg >= 0 && !effect_table[v->effect]->keys[v->key].shape && z > surest) surest = z, leg = v->leg;
     }
     return leg;
 }
@@ -110,10 +114,11 @@ static void list_single(const struct diagnosis *d, const struct batch *before, s
     for (int i = 0; i < before->count; i++) {
         const struct trial *each = &before->trial[i];
         if (!each->ok || each->hypothesis->shape != SHAPE_EACH || !(each->gain > before->worth)) continue;
-        int leg = single_out(each);
+        int leg = single_out(d, each);
         for (int j = 0; j < d->hypotheses; j++) {
             const struct hypothesis *h = &d->hypothesis[j];
-            if (h->effect == each->hypothesis->effect && h->shape == leg && !is_in(before, h)) batch->hypothesis[batch->count++] = h;
+            if (leg >= 0 && h->effect == each->hypothesis->effect && h->shape == leg && !is_in(before, h))
+                batch->hypothesis[batch->count++] = h;
         }
     }
 }

@@ -91,10 +91,8 @@ struct node {
     double length_m[LEGS], rate_mps[LEGS];
 };
 
-enum {
-    LIMITED_CYCLES = 12
-};           /* a spool at its rate limit forgets where it was in; one
-                                         * behind a gap in one */
+/* In so many a spool at its rate limit forgets where it was. */
+enum { LIMITED_CYCLES = 12 };
 static const double SPOOL_TIMES = 10.0; /* time constants: what is left is e^-10 */
 
 /* The hydraulics while they run through the cycles. */
@@ -143,7 +141,8 @@ static void command_at(const struct run *r, int sample, double valve[LEGS]) {
 }
 
 /* Samples in which the spools forget where they were, and the command's way what it was told; of a
- * piece as many of them as there are. */
+ * piece as many of them as there are. A run of a cycle that meets a limit without noise is done
+ * again with it. */
 static int run_in(const struct run *r) {
     const struct residual_test *t = r->t;
     double slowest = HUGE_VAL, cycle = 2.0 * PI / t->spectrum.omega / t->step_s, samples;
@@ -152,7 +151,7 @@ static int run_in(const struct run *r) {
         const struct cylinder_leg *c = &r->cylinder.leg[k];
         double half = 0.5 * c->valve_damping_rate;
         slowest = fmin(slowest, half - sqrt(fmax(half * half - c->valve_omega_squared, 0.0)));
-        limited = limited || c->rate_limited;
+        limited = limited || (c->rate_limited && (r->dither || !t->spectrum.cycles));
     }
     samples = r->line.kept + ceil(SPOOL_TIMES / slowest / t->step_s);
     if (r->cylinder.machine.command.count > 0) samples = fmax(samples, cycle);

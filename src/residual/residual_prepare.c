@@ -151,6 +151,17 @@ static double sampled_s(const struct recording_test *test, double t_s) {
     return t_s - before_s < after_s - t_s ? before_s : after_s;
 }
 
+/* Time of the record before a piece's first sample, as much as is wanted and as there is without a
+ * hole. */
+static double lead_s(const struct recording_test *test, double first_s) {
+    double gap_s = residual_gap_s(test->piece_s, recording_step_s(test)), from_s = first_s;
+    int i = test->first;
+    while (i + 1 < test->end && test->sample[i + 1].test_time_s <= first_s) i++;
+    for (; i >= 0 && from_s > first_s - LEAD_S && from_s - test->sample[i].test_time_s <= gap_s; i--)
+        if (test->sample[i].good) from_s = test->sample[i].test_time_s;
+    return fmin(first_s - from_s, LEAD_S);
+}
+
 /* Commands are held from sample to sample; those of cycles between two samples lie between those of
  * the samples. */
 static void hold_commands(struct residual_test *t, const struct recording_test *test) {
@@ -234,7 +245,7 @@ static int prepare_piece(struct residual_test *t, const struct recording_test *t
     t->first_s = sampled_s(test, begin_s - settling * t->step_s);
     t->fitted = (int)(span_s / t->step_s) + 1;
     t->samples = settling + t->fitted;
-    t->lead = t->chambers ? (int)(fmin(LEAD_S, t->first_s - test->sample[0].test_time_s) / t->step_s) : 0;
+    t->lead = t->chambers ? (int)(lead_s(test, t->first_s) / t->step_s) : 0;
     t->harmonics = SPECTRUM_HARMONICS;
     double period_s = STRETCH * (begin_s + span_s - t->first_s), omega = 2.0 * PI / period_s;
     /* No row beyond the series' harmonics: the run-up of a short piece lengthens the period. */
