@@ -8,10 +8,9 @@
 /* Can its loop be closed again in simulation? -2 with what the log lacks. */
 int compare_check(const struct params *params, const struct recording *measured, struct error *error);
 
-/* Of a result with its models: fills sizes, faults of the replay and matrices, and runs, the tests
- * measured in closed loop, which begin zeroed and are the
- * caller's to free. validate may be NULL. 0, or a negative
- * status. */
+/* Of a result with its models: fills sizes, faults of the replay and matrices. runs: of the tests
+ * measured, in closed loop; zeroed before, and the caller's to free. validate may be NULL. 0, or a
+ * negative status. */
 int compare_models(const struct params *params, const struct recording *measured, const struct recording *validate,
                    const struct gap_options *options, struct gap_result *result, struct replay runs[2], struct error *error);
 

@@ -62,13 +62,17 @@ static double prior_inverse_std(const struct effect_key *k, const struct effect_
     return k->reciprocal || k->typical == k->neutral ? 0.0 : 1.0 / deviation;
 }
 
-static bool possible(const struct params *given, const struct variable *v, double value) {
-    struct params with = *given;
+bool hypothesis_possible(const struct params *model) {
     struct machine machine;
     struct error impossible;
-    variable_set(v, &with, value);
-    machine_init(&machine, &with);
+    machine_init(&machine, model);
     return machine_check(&machine, &impossible) == 0;
+}
+
+static bool possible(const struct params *given, const struct variable *v, double value) {
+    struct params with = *given;
+    variable_set(v, &with, value);
+    return hypothesis_possible(&with);
 }
 
 /* So far towards an end of its key's range as a machine like the one given can go in this value

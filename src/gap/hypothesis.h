@@ -39,4 +39,7 @@ void variable_draw(struct variable *base);
  * it is the second. */
 bool hypothesis_contains(int effect, int other);
 
+/* Can there be a machine of this model? */
+bool hypothesis_possible(const struct params *model);
+
 #endif

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "machine.h"
 #include "memory.h"
 
 static const double IDLE = 1e-6;         /* relative change of the squares */
@@ -126,10 +125,7 @@ static void move_others(const struct diagnosis *d, const struct hypothesis *h, c
             if (v->base && hypothesis_parallel(h, v) == PARALLEL_SAME) continue;
             variable_set(v, model, variable_get(v, from) + share * x[i]);
         }
-        struct machine machine;
-        struct error impossible;
-        machine_init(&machine, model);
-        possible = !(share > 0.0) || machine_check(&machine, &impossible) == 0;
+        possible = !(share > 0.0) || hypothesis_possible(model);
     }
 }
 

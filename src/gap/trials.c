@@ -87,8 +87,8 @@ static bool each_in_base(const struct diagnosis *d, int effect) {
     return each;
 }
 
-/* Of a trial in which each leg has its own values the leg whose are surest to be other than given,
- * or none: -1. A value at its bound is sure. */
+/* Of a trial with a value for each leg: the leg whose value is surest to differ from what is given;
+ * -1: none does. A value at its bound is sure. */
 static int single_out(const struct diagnosis *d, const struct trial *each) {
     const struct hypothesis *h = each->hypothesis;
     bool given = d->given->effects[h->effect].on;
@@ -115,10 +115,9 @@ static void list_single(const struct diagnosis *d, const struct batch *before, s
         const struct trial *each = &before->trial[i];
         if (!each->ok || each->hypothesis->shape != SHAPE_EACH || !(each->gain > before->worth)) continue;
         int leg = single_out(d, each);
-        for (int j = 0; j < d->hypotheses; j++) {
+        for (int j = 0; j < d->hypotheses && leg >= 0; j++) {
             const struct hypothesis *h = &d->hypothesis[j];
-            if (leg >= 0 && h->effect == each->hypothesis->effect && h->shape == leg && !is_in(before, h))
-                batch->hypothesis[batch->count++] = h;
+            if (h->effect == each->hypothesis->effect && h->shape == leg && !is_in(before, h)) batch->hypothesis[batch->count++] = h;
         }
     }
 }
