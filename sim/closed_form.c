@@ -20,12 +20,12 @@ static double coordinate_rate(const struct instant *now, const union system *s, 
 
 /* Direction of sliding: fixed over a step where friction may hold, otherwise that of the motion. */
 static int direction_of(const struct closed_form *e, int k, double rate) {
-    if (k >= e->first && k < e->last) return e->direction[k];
+    bool rod = k < LEGS && e->dry && machine_has_play(&e->cylinder.machine, k);
+    if (e->sticks[k] || rod) return e->direction[k];
     return rate < 0.0 ? -1 : 1;
 }
 
-/* Friction of leg `leg` on the platform; nothing but dry friction when the
- * hydraulics are left out. */
+/* Friction of leg `leg` on its rod; nothing but dry friction when the hydraulics are left out. */
 static double leg_friction(const struct closed_form *e, const union system *s, const struct drive *drive, int leg, double rate) {
     int direction = direction_of(e, leg, rate);
     double speed = direction * rate;
@@ -44,15 +44,22 @@ static void push_joints(const struct closed_form *e, const union system *s, stru
     }
 }
 
-/* A joint off its flanks gets the film's drag, and nothing of what the leg does. */
-static void push_through_play(const struct closed_form *e, const union system *s, struct instant *now, double axial[LEGS]) {
-    for (int k = 0; k < LEGS; k++) {
-        double drive_n = cylinder_hydraulic_force(&e->cylinder, k, &s->hydraulics.cylinder[k]);
-        now->push[k] = hydraulics_push(&e->cylinder, k, &s->hydraulics, now->legs.length[k], now->legs.rate[k]);
-        if (!now->push[k].loose) continue;
-        now->friction_n[k] = now->push[k].force_n - drive_n;
-        axial[k] = now->push[k].force_n + now->stop_n[k];
+/* The rod's mass along the leg, which rigid_dynamics has on the joint, is on the piston: the joint
+ * gets the push of the flanks. */
+static void take_off_rod(const struct closed_form *e, const union system *s, int k, struct instant *now, double *axial) {
+    const struct machine *machine = &e->cylinder.machine;
+    const struct rigid_legs *legs = &now->legs;
+    double row[DOFS], bias, mass = e->rigid.upper_mass[k], center = e->rigid.upper_center[k], along = 0.0, turn_squared = 0.0;
+    for (int i = 0; i < 3; i++) {
+        along += machine->bodies.gravity_mps2 * machine->bodies.down[i] * legs->n[i][k];
+        turn_squared += legs->across[i][k] * legs->across[i][k] / (legs->length[k] * legs->length[k]);
     }
+    closed_form_row(now, k, row, &bias);
+    for (int i = 0; i < DOFS; i++) add6(-mass * row[i], row, now->mass.c[i]);
+    add6(mass * (bias - (legs->length[k] - center) * turn_squared - along), row, now->free);
+    double contact = machine_contact(machine, k, s->rods.length_m[k] - legs->length[k], s->rods.rate_mps[k] - legs->rate[k]);
+    now->rod_n[k] = *axial - now->friction_n[k] + mass * ((s->rods.length_m[k] - center) * turn_squared + along) - contact;
+    *axial = contact;
 }
 
 void closed_form_look(const struct closed_form *e, const union system *s, const struct drive *drive, struct instant *now) {
@@ -60,12 +67,15 @@ void closed_form_look(const struct closed_form *e, const union system *s, const 
     rigid_legs(&e->rigid, &s->body, &now->legs);
     rigid_dynamics(&e->rigid, &s->body, &now->legs, now->mass.c, now->free);
     for (int k = 0; k < LEGS; k++) {
+        bool play = machine_has_play(&e->cylinder.machine, k);
         double drive_n = drive->valve ? cylinder_hydraulic_force(&e->cylinder, k, &s->hydraulics.cylinder[k]) : drive->force_n[k];
-        now->friction_n[k] = leg_friction(e, s, drive, k, now->legs.rate[k]);
-        now->stop_n[k] = cylinder_stop_force(&e->cylinder, k, now->legs.length[k], now->legs.rate[k]);
+        now->length_m[k] = play ? s->rods.length_m[k] : now->legs.length[k];
+        now->rate_mps[k] = play ? s->rods.rate_mps[k] : now->legs.rate[k];
+        now->friction_n[k] = leg_friction(e, s, drive, k, now->rate_mps[k]);
+        now->stop_n[k] = cylinder_stop_force(&e->cylinder, k, now->length_m[k], now->rate_mps[k]);
         axial[k] = drive_n + now->friction_n[k] + now->stop_n[k];
+        if (play) take_off_rod(e, s, k, now, &axial[k]);
     }
-    if (drive->valve && e->cylinder.extended) push_through_play(e, s, now, axial);
     rigid_push(&now->legs, axial, now->free);
     if (e->joints) {
         joint_axes(&e->rigid, &s->body, &now->legs, &now->axes);
@@ -75,11 +85,12 @@ void closed_form_look(const struct closed_form *e, const union system *s, const 
     whiten6(&now->mass, now->free);
 }
 
-bool closed_form_held(const struct closed_form *e, int k) { return k >= e->first && k < e->last && e->direction[k] == 0; }
+bool closed_form_held(const struct closed_form *e, int k) { return e->sticks[k] && e->direction[k] == 0; }
 
 void closed_form_basis(const struct closed_form *e, const struct instant *now, struct stick_basis *basis) {
     basis->rank = 0;
-    for (int k = e->first; k < e->last; k++) {
+    for (int i = 0; i < e->stickies; i++) {
+        int k = e->sticky[i];
         double row[DOFS], bias;
         if (!closed_form_held(e, k)) continue;
         closed_form_row(now, k, row, &bias);
@@ -88,11 +99,19 @@ void closed_form_basis(const struct closed_form *e, const struct instant *now, s
     }
 }
 
+static void move_rods(const struct closed_form *e, const struct instant *now, struct rods *rate) {
+    for (int k = 0; k < LEGS; k++) {
+        bool moves = machine_has_play(&e->cylinder.machine, k) && !(e->dry && e->direction[k] == 0);
+        rate->length_m[k] = moves ? now->rate_mps[k] : 0.0;
+        rate->rate_mps[k] = moves ? (now->rod_n[k] + now->friction_n[k]) / e->rigid.upper_mass[k] : 0.0;
+    }
+}
+
 static void derivative(const struct closed_form *e, const union system *s, const struct drive *drive, union system *rate) {
     struct instant now;
     struct stick_basis basis;
     closed_form_look(e, s, drive, &now);
-    if (e->first < e->last) {
+    if (e->stickies) {
         closed_form_basis(e, &now, &basis);
         stick_hold(&basis, 1.0, now.free);
     }
@@ -104,7 +123,11 @@ static void derivative(const struct closed_form *e, const union system *s, const
                      0.5 * (w[1] * q[0] + w[2] * q[1] - w[0] * q[3]), 0.5 * (w[2] * q[0] + w[0] * q[2] - w[1] * q[1])},
     };
     memcpy(rate->body.twist, now.free, sizeof now.free);
-    const struct hydraulics_input input = {.length_m = now.legs.length, .rate_mps = now.legs.rate, .valve = drive->valve};
+    const struct hydraulics_input input = {.length_m = now.length_m, .rate_mps = now.rate_mps, .valve = drive->valve};
+    if (e->play) {
+        memset(&rate->hydraulics, 0, sizeof rate->hydraulics); /* what is not extended, too */
+        move_rods(e, &now, &rate->rods);
+    }
     if (drive->valve) hydraulics_derivative(&e->cylinder, &s->hydraulics, &input, &rate->hydraulics);
     else memset(&rate->hydraulics, 0, sizeof rate->hydraulics);
 }
@@ -136,6 +159,6 @@ void closed_form_rk4(const struct closed_form *e, const union system *from, doub
 void closed_form_rates(const struct closed_form *e, const union system *s, double rate[COORDINATES]) {
     struct instant now;
     rigid_legs(&e->rigid, &s->body, &now.legs);
-    if (e->last > LEGS) joint_axes(&e->rigid, &s->body, &now.legs, &now.axes);
-    for (int k = e->first; k < e->last; k++) rate[k] = coordinate_rate(&now, s, k);
+    if (e->joints) joint_axes(&e->rigid, &s->body, &now.legs, &now.axes);
+    for (int i = 0; i < e->stickies; i++) rate[e->sticky[i]] = coordinate_rate(&now, s, e->sticky[i]);
 }

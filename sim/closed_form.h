@@ -14,16 +14,25 @@
 /* Coordinates with friction: the legs, then the axes of the universal joints. */
 enum { COORDINATES = LEGS + JOINT_AXES };
 
+/* Of the legs with play the rods, bodies of their own. */
+struct rods {
+    double length_m[LEGS], rate_mps[LEGS]; /* of the leg up to the rod's end */
+};
+
 union system {
     struct {
         struct rigid_state body;
         struct hydraulics_state hydraulics;
+        struct rods rods;
     };
-    double value[(sizeof(struct rigid_state) + sizeof(struct hydraulics_state)) / sizeof(double)];
+    double value[(sizeof(struct rigid_state) + sizeof(struct hydraulics_state) + sizeof(struct rods)) / sizeof(double)];
 };
 
-/* Values of a state whose hydraulics are not extended. */
-enum { CLOSED_FORM_PLAIN = (sizeof(struct rigid_state) + LEGS * sizeof(struct cylinder_state)) / sizeof(double) };
+/* Values of a state whose hydraulics are not extended; and of one without play. */
+enum {
+    CLOSED_FORM_PLAIN = (sizeof(struct rigid_state) + LEGS * sizeof(struct cylinder_state)) / sizeof(double),
+    CLOSED_FORM_NO_PLAY = (sizeof(struct rigid_state) + sizeof(struct hydraulics_state)) / sizeof(double)
+};
 
 /* What moves the legs over a step: valve commands, or these forces instead of hydraulics. The
  * other one is NULL. */
@@ -37,10 +46,14 @@ struct closed_form {
     int values;                      /* of the state that are in use */
     struct rigid_model rigid;
     bool joints;                     /* there is joint friction */
-    int first, last;                 /* the coordinates that dry friction can
-                                      * hold: first <= k < last */
+    bool play;                       /* some leg has play */
+    bool dry;                        /* legs have dry friction */
+    int sticky[COORDINATES], stickies; /* the coordinates that dry friction can hold; a leg with
+                                      * play holds its rod, not the platform */
+    bool sticks[COORDINATES];        /* these */
     union system state;
-    int direction[COORDINATES];      /* of those: +1, -1 sliding, over a whole step; 0 held */
+    int direction[COORDINATES];      /* of those, and of the rods: +1, -1 sliding, over a whole
+                                      * step; 0 held */
     double holding[COORDINATES];     /* force that holds them */
     double rate[COORDINATES];        /* in this state */
     bool forced;                     /* the last step was one without hydraulics */
@@ -50,8 +63,9 @@ struct closed_form {
 struct instant {
     struct rigid_legs legs;
     struct joint_axes axes;          /* only with joint friction */
-    struct leg_push push[LEGS];      /* only with hydraulics */
-    double friction_n[LEGS], stop_n[LEGS];
+    double friction_n[LEGS], stop_n[LEGS]; /* on the rod */
+    double length_m[LEGS], rate_mps[LEGS]; /* up to the rod's end */
+    double rod_n[LEGS];              /* of a rod with play: all forces along it but friction */
     struct factor6 mass;             /* its Cholesky factor */
     double free[DOFS];               /* whitened acceleration (stick.h) without
                                       * the friction that holds */

@@ -68,7 +68,7 @@ void cylinder_model_init(struct cylinder_model *m, const struct params *params) 
         valve_init(m, leg, &params->hydraulics);
         piston_init(m, leg, &params->actuator);
         line_init(m, leg);
-        m->extended = m->extended || m->leg[leg].line_volume_m3 > 0.0 || m->machine.bodies.clearance_m[leg] > 0.0;
+        m->extended = m->extended || m->leg[leg].line_volume_m3 > 0.0;
     }
     m->extended = m->extended || m->machine.opening.count > 0;
     m->extended = m->extended || m->machine.supply.resistance_pa_s_per_m3 > 0.0 || m->machine.supply.tank_resistance_pa_s_per_m3 > 0.0;
@@ -218,21 +218,6 @@ void cylinder_spool_step(const struct cylinder_model *m, int leg, double dt_s, d
     s->spool += moved;
     s->spool_rate += gained;
     cylinder_limit(m, leg, s);
-}
-
-void cylinder_displace(const struct cylinder_model *m, int leg, struct cylinder_state *s, double length_m, double move_m) {
-    const struct cylinder_leg *c = &m->leg[leg];
-    double stiffness[PORTS];
-    chambers(c, length_m, stiffness);
-    s->p1_pa -= stiffness[PORT_A] * c->a1_m2 * move_m;
-    s->p2_pa += stiffness[PORT_B] * c->a2_m2 * move_m;
-}
-
-double cylinder_stiffness(const struct cylinder_model *m, int leg, double length_m) {
-    const struct cylinder_leg *c = &m->leg[leg];
-    double stiffness[PORTS];
-    chambers(c, length_m, stiffness);
-    return c->a1_m2 * c->a1_m2 * stiffness[PORT_A] + c->a2_m2 * c->a2_m2 * stiffness[PORT_B];
 }
 
 double cylinder_hydraulic_force(const struct cylinder_model *m, int leg, const struct cylinder_state *s) {

@@ -57,7 +57,7 @@ struct cylinder_model {        /* constants derived once from params and effects
     } leg[LEGS];
     double supply_share;       /* of the supply pressure that is there: 1, less
                                 * while it comes and goes */
-    bool extended;             /* valve laws, lines, joint play or resistance of the mains */
+    bool extended;             /* valve laws, lines or resistance of the mains */
 };
 
 /* Pressures that the valves are fed with and drain to. */
@@ -91,12 +91,6 @@ void cylinder_limit(const struct cylinder_model *m, int leg, struct cylinder_sta
 
 /* The spool alone, which nothing in the chambers moves: on by a step under this command. */
 void cylinder_spool_step(const struct cylinder_model *m, int leg, double dt_s, double valve, struct cylinder_state *s);
-
-/* Pressures after the piston was moved by so much at once, ports shut. */
-void cylinder_displace(const struct cylinder_model *m, int leg, struct cylinder_state *s, double length_m, double move_m);
-
-/* By how much the hydraulic force falls per metre with both ports shut. */
-double cylinder_stiffness(const struct cylinder_model *m, int leg, double length_m);
 
 /* A1 P1 - A2 P2. */
 double cylinder_hydraulic_force(const struct cylinder_model *m, int leg, const struct cylinder_state *s);

@@ -31,13 +31,13 @@ struct engine_ops {
     const char *name;
     struct engine *(*create)(const struct params *params, struct error *error);
     void (*destroy)(struct engine *e);
-    /* Bodies at rest in this pose, legs stuck where dry friction is. */
+    /* Bodies at rest in this pose, legs stuck where dry friction is, rods with play where they push
+     * the platform. */
     void (*place)(struct engine *e, const double pose[DOFS]);
     /* One substep of bodies and hydraulics together, limits (hydraulics.h) included; valve commands
      * are constant over it. */
     void (*substep)(struct engine *e, double dt_s, const double valve[LEGS], struct hydraulics_state *hydraulics);
-    /* One substep of the bodies alone with these forces along the legs (plant_step_forced); joints
-     * have no play then. */
+    /* One substep of the bodies alone with these forces along the legs (plant_step_forced). */
     void (*forced)(struct engine *e, double dt_s, const double force_n[LEGS]);
     /* So much of the supply pressure is there from now on, 0..1. */
     void (*supply)(struct engine *e, double share);

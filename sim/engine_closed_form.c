@@ -24,17 +24,11 @@ static void stop_held(struct closed_form *e, const struct instant *now) {
     memcpy(twist, x, sizeof x);
 }
 
-/* Friction that can act on a leg at rest, against extension and against retraction; what a loose
- * joint cannot feel it cannot hold. */
-static void leg_limits(const struct closed_form *e, const struct instant *now, int k, double *least_n, double *most_n) {
+/* Friction that can act on a leg at rest, against extension and against retraction. */
+static void leg_limits(const struct closed_form *e, int k, double *least_n, double *most_n) {
     const struct cylinder_state *s = &e->state.hydraulics.cylinder[k];
     *least_n = -cylinder_friction(&e->cylinder, k, s, 1, 0.0).dry;
     *most_n = cylinder_friction(&e->cylinder, k, s, -1, 0.0).dry;
-    if (!e->cylinder.extended || e->forced) return;
-    const struct leg_push *push = &now->push[k];
-    double drive_n = cylinder_hydraulic_force(&e->cylinder, k, s);
-    if (push->loose) *least_n = *most_n = 0.0;
-    else *least_n = fmax(*least_n, push->least_n - drive_n), *most_n = fmin(*most_n, push->most_n - drive_n);
 }
 
 /* Limits that do not enclose zero: what must act anyway goes into the free
@@ -53,7 +47,7 @@ static struct stick_coordinate at_rest(const struct closed_form *e, struct insta
     closed_form_row(now, k, c.row, &c.bias);
     whiten6(&now->mass, c.row);
     if (k < LEGS) {
-        leg_limits(e, now, k, &least, &most);
+        leg_limits(e, k, &least, &most);
     } else {
         most = machine_joint_friction(&e->cylinder.machine, (k - LEGS) / JOINT_AXES_PER_LEG, 0.0).dry;
         least = -most;
@@ -65,18 +59,19 @@ static struct stick_coordinate at_rest(const struct closed_form *e, struct insta
 /* Holds what has stopped. Returns how many more than before. */
 static int arrest(struct closed_form *e) {
     int more = 0;
-    for (int k = e->first; k < e->last; k++)
-        if (e->direction[k] != 0 && e->direction[k] * e->rate[k] <= STOPPED) {
-            e->direction[k] = 0;
-            more++;
-        }
+    for (int i = 0; i < e->stickies; i++) {
+        int k = e->sticky[i];
+        if (e->direction[k] == 0 || e->direction[k] * e->rate[k] > STOPPED) continue;
+        e->direction[k] = 0;
+        more++;
+    }
     return more;
 }
 
 static int held_places(const struct closed_form *e, int place[COORDINATES]) {
     int count = 0;
-    for (int k = e->first; k < e->last; k++)
-        if (closed_form_held(e, k)) place[count++] = k;
+    for (int i = 0; i < e->stickies; i++)
+        if (closed_form_held(e, e->sticky[i])) place[count++] = e->sticky[i];
     return count;
 }
 
@@ -107,8 +102,10 @@ static void release(struct closed_form *e, const struct drive *drive, const bool
 /* How far the coordinates of `which` are from having stopped: <= 0 when the first has. */
 static double nearest_to_rest(const struct closed_form *e, const bool which[COORDINATES], const double rate[COORDINATES]) {
     double nearest = (double)INFINITY;
-    for (int k = e->first; k < e->last; k++)
+    for (int i = 0; i < e->stickies; i++) {
+        int k = e->sticky[i];
         if (which[k] && e->direction[k] * rate[k] < nearest) nearest = e->direction[k] * rate[k];
+    }
     return nearest;
 }
 
@@ -145,7 +142,8 @@ static double slide(struct closed_form *e, double h, const struct drive *drive, 
     union system to;
     closed_form_rk4(e, &e->state, h, drive, &to);
     closed_form_rates(e, &to, rate);
-    for (int k = e->first; k < e->last; k++) {
+    for (int i = 0; i < e->stickies; i++) {
+        int k = e->sticky[i];
         turning[k] = e->direction[k] * rate[k] < 0.0;
         any = any || turning[k];
         if (!turning[k] || e->direction[k] * e->rate[k] > STOPPED) continue;
@@ -167,14 +165,37 @@ static double slide(struct closed_form *e, double h, const struct drive *drive, 
 static void slide_on(struct closed_form *e, double h, const struct drive *drive) {
     closed_form_rk4(e, &e->state, h, drive, &e->state);
     closed_form_rates(e, &e->state, e->rate);
-    for (int k = e->first; k < e->last; k++)
+    for (int i = 0; i < e->stickies; i++) {
+        int k = e->sticky[i];
         if (e->direction[k] * e->rate[k] < 0.0) e->direction[k] = -e->direction[k];
+    }
 }
 
-static void step(struct closed_form *e, double dt, const struct drive *drive) {
+/* Rods at rest stay while the other forces along them are within their friction. */
+static void release_rods(struct closed_form *e, const struct drive *drive) {
+    struct instant now;
+    closed_form_look(e, &e->state, drive, &now);
+    for (int k = 0; k < LEGS; k++) {
+        double rate = e->state.rods.rate_mps[k], least, most;
+        if (!machine_has_play(&e->cylinder.machine, k)) continue;
+        leg_limits(e, k, &least, &most);
+        e->holding[k] = -now.rod_n[k];
+        if (rate != 0.0) e->direction[k] = rate < 0.0 ? -1 : 1;
+        else e->direction[k] = now.rod_n[k] > -least ? 1 : now.rod_n[k] < -most ? -1 : 0;
+    }
+}
+
+/* One that would turn round within the step is at rest at its end. */
+static void arrest_rods(struct closed_form *e) {
+    for (int k = 0; k < LEGS; k++)
+        if (machine_has_play(&e->cylinder.machine, k) && e->direction[k] * e->state.rods.rate_mps[k] <= 0.0)
+            e->state.rods.rate_mps[k] = 0.0;
+}
+
+static void step_on(struct closed_form *e, double dt, const struct drive *drive) {
     bool caught[COORDINATES] = {false};
     double left = dt;
-    if (e->first == e->last) {
+    if (!e->stickies) {
         closed_form_rk4(e, &e->state, dt, drive, &e->state);
         return;
     }
@@ -185,10 +206,38 @@ static void step(struct closed_form *e, double dt, const struct drive *drive) {
     if (left > 0.0) slide_on(e, left, drive);
 }
 
+static void step(struct closed_form *e, double dt, const struct drive *drive) {
+    bool rods = e->play && e->dry;
+    if (rods) release_rods(e, drive);
+    step_on(e, dt, drive);
+    if (rods) arrest_rods(e);
+}
+
 static bool joints_can_stick(const struct machine *m) {
     for (int leg = 0; leg < LEGS; leg++)
         if (machine_joint_friction(m, leg, 0.0).dry > 0.0) return true;
     return false;
+}
+
+static void closed_form_place(struct engine *base, const double pose[DOFS]) {
+    struct closed_form *e = (struct closed_form *)base;
+    struct rigid_legs legs;
+    rigid_rest(&e->state.body, pose);
+    rigid_legs(&e->rigid, &e->state.body, &legs);
+    for (int k = 0; k < LEGS; k++) e->state.rods.length_m[k] = legs.length[k] + 0.5 * e->cylinder.machine.bodies.clearance_m[k];
+    memset(e->state.rods.rate_mps, 0, sizeof e->state.rods.rate_mps);
+    memset(e->direction, 0, sizeof e->direction);
+    memset(e->holding, 0, sizeof e->holding);
+    memset(e->rate, 0, sizeof e->rate);
+    e->forced = false;
+}
+
+static void list_sticky(struct closed_form *e) {
+    bool joints = joints_can_stick(&e->cylinder.machine);
+    for (int k = 0; k < COORDINATES; k++) {
+        e->sticks[k] = k < LEGS ? e->dry && !machine_has_play(&e->cylinder.machine, k) : joints;
+        if (e->sticks[k]) e->sticky[e->stickies++] = k;
+    }
 }
 
 static struct engine *closed_form_create(const struct params *params, struct error *error) {
@@ -200,35 +249,25 @@ static struct engine *closed_form_create(const struct params *params, struct err
     e->base.ops = &engine_closed_form;
     cylinder_model_init(&e->cylinder, params);
     rigid_model_init(&e->rigid, params);
-    e->values = e->cylinder.extended ? (int)(sizeof e->state / sizeof *e->state.value) : CLOSED_FORM_PLAIN;
     e->joints = e->cylinder.machine.joint_friction.count > 0;
-    e->first = cylinder_can_stick(&e->cylinder) ? 0 : LEGS;
-    e->last = joints_can_stick(&e->cylinder.machine) ? COORDINATES : LEGS;
-    rigid_rest(&e->state.body, (const double[DOFS]){0});
+    e->dry = cylinder_can_stick(&e->cylinder);
+    for (int k = 0; k < LEGS; k++) e->play = e->play || machine_has_play(&e->cylinder.machine, k);
+    e->values = e->play ? (int)(sizeof e->state / sizeof *e->state.value) : e->cylinder.extended ? CLOSED_FORM_NO_PLAY : CLOSED_FORM_PLAIN;
+    list_sticky(e);
+    closed_form_place(&e->base, (const double[DOFS]){0});
     return &e->base;
 }
 
 static void closed_form_destroy(struct engine *base) { free(base); }
 
-static void closed_form_place(struct engine *base, const double pose[DOFS]) {
-    struct closed_form *e = (struct closed_form *)base;
-    rigid_rest(&e->state.body, pose);
-    memset(e->direction, 0, sizeof e->direction);
-    memset(e->holding, 0, sizeof e->holding);
-    memset(e->rate, 0, sizeof e->rate);
-    e->forced = false;
-}
-
 static void closed_form_substep(struct engine *base, double dt_s, const double valve[LEGS], struct hydraulics_state *hydraulics) {
     struct closed_form *e = (struct closed_form *)base;
-    struct rigid_legs legs;
     size_t size = e->cylinder.extended ? sizeof *hydraulics : sizeof hydraulics->cylinder;
     e->forced = false;
     memcpy(&e->state.hydraulics, hydraulics, size);
     step(e, dt_s, &(struct drive){.valve = valve});
     memcpy(hydraulics, &e->state.hydraulics, size);
-    if (e->cylinder.extended) rigid_legs(&e->rigid, &e->state.body, &legs);
-    hydraulics_limit(&e->cylinder, legs.length, hydraulics);
+    hydraulics_limit(&e->cylinder, hydraulics);
 }
 
 static void closed_form_forced(struct engine *base, double dt_s, const double force_n[LEGS]) {
@@ -250,9 +289,9 @@ static void closed_form_truth(const struct engine *base, const struct hydraulics
     rigid_pose(&s.body, truth->pose);
     memcpy(truth->twist, s.body.twist, sizeof truth->twist);
     for (int k = 0; k < LEGS; k++) {
-        truth->length_m[k] = now.legs.length[k];
-        truth->rate_mps[k] = now.legs.rate[k];
-        truth->stuck[k] = closed_form_held(e, k);
+        truth->length_m[k] = now.length_m[k];
+        truth->rate_mps[k] = now.rate_mps[k];
+        truth->stuck[k] = e->dry && e->direction[k] == 0;
         truth->friction_n[k] = (truth->stuck[k] ? e->holding[k] : now.friction_n[k]) + now.stop_n[k];
     }
     rigid_energy(&e->rigid, &s.body, &truth->kinetic_j, &truth->potential_j);

@@ -30,6 +30,7 @@ struct leg {
     double viscous_n;
     double passive_n; /* that, the end stop, and the middle of the dry friction's range */
     double holding_n; /* half of that range: the motor's limit */
+    double contact_n; /* of the rod on the platform, of a leg with play */
 };
 
 struct engine_ode {
@@ -58,26 +59,18 @@ static struct velocity velocity_now(const struct engine_ode *e, int body) {
     return v;
 }
 
-/* What friction can do along the leg, one direction sliding, the other met should it turn round:
- * both as forces on the rod. */
-struct range {
-    double least_n, most_n;
-};
-
-/* A joint with play passes on what the leg pushes with, never a pull at the flank it does not
- * touch; loose it passes on the film's drag. */
-static void limit_by_play(const struct engine_ode *e, int i, const struct hydraulics_state *s, struct leg *leg, struct range *dry) {
-    double drive_n = cylinder_hydraulic_force(&e->model, i, &s->cylinder[i]);
-    struct leg_push push = hydraulics_push(&e->model, i, s, leg->length_m, leg->rate_mps);
-    double sliding_n = drive_n + leg->viscous_n;
-    if (push.loose) {
-        leg->viscous_n = push.force_n - drive_n;
-        *dry = (struct range){0};
-        return;
-    }
-    dry->least_n = fmax(dry->least_n, push.least_n - sliding_n);
-    dry->most_n = fmin(dry->most_n, push.most_n - sliding_n);
-    if (dry->least_n > dry->most_n) dry->least_n = dry->most_n = 0.5 * (dry->least_n + dry->most_n);
+/* Where the leg has play, between rod and platform. */
+static double contact_now(const struct engine_ode *e, int i, const struct leg *leg) {
+    const struct machine *machine = &e->model.machine;
+    dVector3 joint, arm, turning;
+    struct velocity platform = velocity_now(e, PLATFORM);
+    if (!machine_has_play(machine, i)) return 0.0;
+    ode_machine_joint(&e->machine, i, joint);
+    dSubtractVectors3(arm, joint, dBodyGetPosition(e->machine.body[PLATFORM]));
+    dCalcVectorCross3(turning, platform.angular, arm);
+    double rate_mps = dCalcVectorDot3(platform.linear, leg->axis) + dCalcVectorDot3(turning, leg->axis);
+    dSubtractVectors3(arm, joint, machine->bodies.lower_joint_m[i]);
+    return machine_contact(machine, i, leg->length_m - dCalcVectorDot3(arm, leg->axis), leg->rate_mps - rate_mps);
 }
 
 /* One of the two directions has speed, the other meets the leg should it turn round: a sliding
@@ -90,12 +83,11 @@ static struct leg leg_now(const struct engine_ode *e, int i, const struct hydrau
     leg.rate_mps = dCalcVectorDot3(rod.linear, leg.axis) - dCalcVectorDot3(cylinder.linear, leg.axis);
     struct friction extend = cylinder_friction(&e->model, i, &s->cylinder[i], 1, leg.rate_mps > 0.0 ? leg.rate_mps : 0.0);
     struct friction retract = cylinder_friction(&e->model, i, &s->cylinder[i], -1, leg.rate_mps < 0.0 ? -leg.rate_mps : 0.0);
-    struct range dry = {-extend.dry, retract.dry};
     double stop_n = cylinder_stop_force(&e->model, i, leg.length_m, leg.rate_mps);
     leg.viscous_n = e->hydraulic ? retract.viscous - extend.viscous : 0.0;
-    if (e->hydraulic && e->model.extended) limit_by_play(e, i, s, &leg, &dry);
-    leg.passive_n = stop_n + 0.5 * (dry.most_n + dry.least_n) + leg.viscous_n;
-    leg.holding_n = 0.5 * (dry.most_n - dry.least_n);
+    leg.passive_n = stop_n + 0.5 * (retract.dry - extend.dry) + leg.viscous_n;
+    leg.holding_n = 0.5 * (retract.dry + extend.dry);
+    leg.contact_n = contact_now(e, i, &leg);
     return leg;
 }
 
@@ -111,6 +103,16 @@ static void push_leg(struct engine_ode *e, int i, double force_n) {
     const double *n = e->leg[i].axis;
     dBodyAddForce(e->machine.body[ROD + i], force_n * n[0], force_n * n[1], force_n * n[2]);
     dBodyAddForce(e->machine.body[CYLINDER + i], -force_n * n[0], -force_n * n[1], -force_n * n[2]);
+}
+
+static void push_platform(struct engine_ode *e, int i) {
+    const double *n = e->leg[i].axis;
+    double force_n = e->leg[i].contact_n;
+    dVector3 joint;
+    if (force_n == 0.0) return;
+    ode_machine_joint(&e->machine, i, joint);
+    dBodyAddForceAtPos(e->machine.body[PLATFORM], force_n * n[0], force_n * n[1], force_n * n[2], joint[0], joint[1], joint[2]);
+    dBodyAddForce(e->machine.body[ROD + i], -force_n * n[0], -force_n * n[1], -force_n * n[2]);
 }
 
 /* omega: of the motor's first body against its second. */
@@ -140,6 +142,7 @@ static void rub_joints(struct engine_ode *e) {
 
 static void kick(struct engine_ode *e, double dt_s, const double force_n[LEGS]) {
     for (int i = 0; i < LEGS; i++) push_leg(e, i, force_n[i] + e->leg[i].passive_n);
+    for (int i = 0; i < LEGS; i++) push_platform(e, i);
     if (e->joints_rub) rub_joints(e);
     ode_machine_load(&e->machine);
     for (int b = 0; b < BODIES; b++) e->before[b] = ode_machine_velocity(&e->machine, b);

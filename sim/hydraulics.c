@@ -4,48 +4,15 @@
 #include <string.h>
 
 static const double SUPPLY_LAG_S = 10e-3;
-static const double FILM_TIME_S = 2e-4;     /* a loose piston's force is gone after: what a substep
-                                             * of 0.25 ms resolves */
-static const double SLOW_MPS = 1e-3;        /* viscous friction is proportional to speed: any
-                                             * speed tells its factor */
 static const double BALANCED_PA = 1e-3;
 enum { ITERATIONS = 60 };
 
-void hydraulics_rest(const struct cylinder_model *m, const double force_n[LEGS], struct hydraulics_state *s) {
+void hydraulics_rest(struct hydraulics_state *s) {
     for (int k = 0; k < LEGS; k++) {
         s->line[k][PORT_A] = (struct line_state){.pressure_pa = s->cylinder[k].p1_pa};
         s->line[k][PORT_B] = (struct line_state){.pressure_pa = s->cylinder[k].p2_pa};
-        s->play_m[k] = copysign(0.5 * m->machine.bodies.clearance_m[k], force_n[k]);
     }
     s->supply_m3_per_s = 0.0;
-}
-
-double hydraulics_film(const struct cylinder_model *m, int leg, double length_m) {
-    return FILM_TIME_S * cylinder_stiffness(m, leg, length_m);
-}
-
-struct leg_push hydraulics_push(const struct cylinder_model *m, int leg, const struct hydraulics_state *s, double length_m,
-                                double rate_mps) {
-    double half_m = 0.5 * m->machine.bodies.clearance_m[leg], play_m = s->play_m[leg];
-    struct leg_push push = {.piston_mps = rate_mps, .least_n = -(double)INFINITY, .most_n = (double)INFINITY};
-    if (!(half_m > 0.0)) return push;
-    double film = hydraulics_film(m, leg, length_m + play_m);
-    /* = friction + film at the piston's free speed */
-    double load_n = cylinder_hydraulic_force(m, leg, &s->cylinder[leg]) + film * rate_mps;
-    int direction = load_n < 0.0 ? -1 : 1;
-    double dry_n = cylinder_friction(m, leg, &s->cylinder[leg], direction, 0.0).dry;
-    double viscous = cylinder_friction(m, leg, &s->cylinder[leg], direction, SLOW_MPS).viscous / SLOW_MPS;
-    double rest_n = fabs(load_n) - dry_n, free_mps = rest_n > 0.0 ? direction * rest_n / (viscous + film) : 0.0;
-    if (play_m >= half_m && free_mps >= rate_mps) {
-        push.least_n = 0.0;
-    } else if (play_m <= -half_m && free_mps <= rate_mps) {
-        push.most_n = 0.0;
-    } else {
-        push.loose = true;
-        push.piston_mps = free_mps;
-        push.force_n = film * (free_mps - rate_mps);
-    }
-    return push;
 }
 
 /* Sums of what the legs draw and give. */
@@ -56,7 +23,7 @@ static void flows(const struct cylinder_model *m, const struct hydraulics_state 
         double supply, tank;
         bool line = m->leg[k].line_volume_m3 > 0.0;
         double opening = machine_opening(&m->machine, k, s->cylinder[k].spool);
-        cylinder_flows(m, k, mains, &s->cylinder[k], line ? s->line[k] : NULL, opening, length_m[k] + s->play_m[k], &supply, &tank);
+        cylinder_flows(m, k, mains, &s->cylinder[k], line ? s->line[k] : NULL, opening, length_m[k], &supply, &tank);
         *supply_m3_per_s += supply;
         *tank_m3_per_s += tank;
     }
@@ -108,15 +75,13 @@ static void extended(const struct cylinder_model *m, const struct hydraulics_sta
                      struct hydraulics_state *rate) {
     struct mains mains = mains_now(m, s, in->length_m, &rate->supply_m3_per_s);
     for (int k = m->first; k < m->legs; k++) {
-        double length_m = in->length_m[k] + s->play_m[k];
         double opening = machine_opening(&m->machine, k, s->cylinder[k].spool);
-        double piston_mps = hydraulics_push(m, k, s, in->length_m[k], in->rate_mps[k]).piston_mps;
-        rate->play_m[k] = piston_mps - in->rate_mps[k];
         memset(rate->line[k], 0, sizeof rate->line[k]);
         if (m->leg[k].line_volume_m3 > 0.0)
-            rate->cylinder[k] = cylinder_line_derivative(m, k, &mains, &s->cylinder[k], s->line[k], opening, length_m, piston_mps,
-                                                         in->valve[k], rate->line[k]);
-        else rate->cylinder[k] = cylinder_derivative(m, k, &mains, &s->cylinder[k], opening, length_m, piston_mps, in->valve[k]);
+            rate->cylinder[k] = cylinder_line_derivative(m, k, &mains, &s->cylinder[k], s->line[k], opening, in->length_m[k],
+                                                         in->rate_mps[k], in->valve[k], rate->line[k]);
+        else
+            rate->cylinder[k] = cylinder_derivative(m, k, &mains, &s->cylinder[k], opening, in->length_m[k], in->rate_mps[k], in->valve[k]);
     }
 }
 
@@ -132,20 +97,8 @@ void hydraulics_derivative(const struct cylinder_model *m, const struct hydrauli
                                                 in->valve[k]);
 }
 
-/* A step ends beyond the flank: the piston was there, and could not go on. */
-static void stop_at_flank(const struct cylinder_model *m, int leg, double length_m, struct hydraulics_state *s) {
-    double half_m = 0.5 * m->machine.bodies.clearance_m[leg], beyond_m = fabs(s->play_m[leg]) - half_m;
-    if (!(beyond_m > 0.0)) return;
-    double back_m = copysign(beyond_m, -s->play_m[leg]);
-    cylinder_displace(m, leg, &s->cylinder[leg], length_m + s->play_m[leg], back_m);
-    s->play_m[leg] = copysign(half_m, s->play_m[leg]);
-}
-
-void hydraulics_limit(const struct cylinder_model *m, const double length_m[LEGS], struct hydraulics_state *s) {
-    for (int k = m->first; k < m->legs; k++) {
-        if (m->extended) stop_at_flank(m, k, length_m[k], s);
-        cylinder_limit(m, k, &s->cylinder[k]);
-    }
+void hydraulics_limit(const struct cylinder_model *m, struct hydraulics_state *s) {
+    for (int k = m->first; k < m->legs; k++) cylinder_limit(m, k, &s->cylinder[k]);
 }
 
 union values {
@@ -183,5 +136,5 @@ void hydraulics_step(const struct cylinder_model *m, double dt_s, const struct h
     add(span, dt_s / 3.0, &k[2], &start);
     add(span, dt_s / 6.0, &k[3], &start);
     *s = start.state;
-    hydraulics_limit(m, in[2].length_m, s);
+    hydraulics_limit(m, s);
 }

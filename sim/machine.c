@@ -5,6 +5,9 @@
 
 #include "engine.h"
 
+static const double FLANK_RADPS = 2500.0, FLANK_DAMPING = 0.25; /* of a rod on its flank */
+static const double LIGHTEST_ROD_KG = 1.0; /* that a substep can follow between oil and flank */
+
 static void base_bodies(struct machine *m, const struct params *params) {
     const struct payload_params *p = &params->payload;
     struct sim_geometry g;
@@ -95,6 +98,10 @@ int machine_check(const struct machine *m, struct error *error) {
             m->params->actuator.lower_inertia_kg_m2[k] + m->bodies.transverse_kg_m2[k] < 0.0)
             return error_set(error, STATUS_USAGE, "effects leave less than no mass or inertia of leg %d: make them smaller", k + 1);
     for (int k = 0; k < LEGS; k++)
+        if (machine_has_play(m, k) && m->bodies.upper_kg[k] < LIGHTEST_ROD_KG)
+            return error_set(error, STATUS_USAGE, "joint_backlash wants a rod of %g kg at least: check actuator.upper_mass_kg of leg %d",
+                             LIGHTEST_ROD_KG, k + 1);
+    for (int k = 0; k < LEGS; k++)
         if (drives(m, k, 1) || drives(m, k, -1))
             return error_set(error, STATUS_USAGE, "effects leave less than no viscous friction of leg %d: make them smaller", k + 1);
     return 0;
@@ -105,6 +112,15 @@ struct friction machine_joint_friction(const struct machine *m, int leg, double 
     for (int i = 0; i < m->joint_friction.count; i++)
         m->joint_friction.of[i].effect->joint_friction(m->joint_friction.of[i].values, leg, speed_radps, &sum);
     return sum;
+}
+
+bool machine_has_play(const struct machine *m, int leg) { return m->bodies.clearance_m[leg] > 0.0; }
+
+double machine_contact(const struct machine *m, int leg, double ahead_m, double ahead_mps) {
+    double deep_m = fabs(ahead_m) - 0.5 * m->bodies.clearance_m[leg], side = copysign(1.0, ahead_m);
+    if (!(deep_m > 0.0)) return 0.0;
+    double push_n = m->bodies.upper_kg[leg] * FLANK_RADPS * (FLANK_RADPS * deep_m + 2.0 * FLANK_DAMPING * side * ahead_mps);
+    return push_n > 0.0 ? side * push_n : 0.0;
 }
 
 void machine_wrench(const struct machine *m, const double pose[DOFS], double wrench[DOFS]) {

@@ -43,8 +43,8 @@ struct machine {
         double upper_kg[LEGS], lower_kg[LEGS];          /* of each leg: ma, mb */
         double transverse_kg_m2[LEGS];                  /* added to ib */
         double neutral_length_m[LEGS];                  /* on one axis the middle of the stroke */
-        double clearance_m[LEGS];                       /* of the joint at the leg's
-                                                         * end, along the leg */
+        double clearance_m[LEGS];                       /* between rod and platform, along
+                                                         * the leg: machine_contact */
     } bodies;
     struct {                                            /* what all valves share */
         double pressure_pa, tank_pa;
@@ -86,6 +86,13 @@ int machine_check(const struct machine *m, struct error *error);
 
 /* Sum of every effect's friction about one axis of a universal joint of this leg. */
 struct friction machine_joint_friction(const struct machine *m, int leg, double speed_radps);
+
+/* Has the leg play at its end? Then the rod hangs on the piston, and the platform feels of the leg
+ * along it what machine_contact says: the force of the rod on the platform, away from the base, the
+ * rod this far ahead of the joint that it would be in without play. None between the flanks; on
+ * them the rod rings at 400 Hz and is at rest after 2 ms, as steel does. */
+bool machine_has_play(const struct machine *m, int leg);
+double machine_contact(const struct machine *m, int leg, double ahead_m, double ahead_mps);
 
 /* Sum of every effect's wrench, added. */
 void machine_wrench(const struct machine *m, const double pose[DOFS], double wrench[DOFS]);

@@ -55,10 +55,14 @@ static void payload_center(const struct ode_machine *m, dVector3 center) {
     dBodyVectorToWorld(m->body[PLATFORM], c[0], c[1], c[2], center);
 }
 
-static void upper_joint(const struct ode_machine *m, int leg, dVector3 point, dVector3 first) {
+void ode_machine_joint(const struct ode_machine *m, int leg, dVector3 point) {
     const double *a = m->machine.bodies.upper_joint_m[leg], *center = m->machine.bodies.payload_center_m;
-    const double *inside = m->geometry.upper_axis[leg];
     dBodyGetRelPointPos(m->body[PLATFORM], a[0] - center[0], a[1] - center[1], a[2] - center[2], point);
+}
+
+static void upper_joint(const struct ode_machine *m, int leg, dVector3 point, dVector3 first) {
+    const double *inside = m->geometry.upper_axis[leg];
+    ode_machine_joint(m, leg, point);
     dBodyVectorToWorld(m->body[PLATFORM], inside[0], inside[1], inside[2], first);
 }
 
@@ -79,7 +83,8 @@ static void place_leg(struct ode_machine *m, int leg) {
     dSubtractVectors3(along, a, m->machine.bodies.lower_joint_m[leg]);
     dNormalize3(along);
     place_part(m->body[CYLINDER + leg], m->machine.bodies.lower_joint_m[leg], m->params->actuator.lower_center_m[leg], along, first_lower);
-    place_part(m->body[ROD + leg], a, -m->params->actuator.upper_center_m[leg], along, first_upper);
+    double ahead_m = 0.5 * m->machine.bodies.clearance_m[leg];
+    place_part(m->body[ROD + leg], a, ahead_m - m->params->actuator.upper_center_m[leg], along, first_upper);
 }
 
 void ode_machine_place(struct ode_machine *m, const double pose[DOFS]) {
@@ -198,6 +203,17 @@ static void make_universal(struct ode_machine *m, dBodyID one, dBodyID two, cons
     dJointSetUniversalAxis2(joint, axis2[0], axis2[1], axis2[2]);
 }
 
+/* The same, and one slides along the leg. */
+static void make_loose(struct ode_machine *m, dBodyID rod, dBodyID platform, const dVector3 point, const dVector3 axis1,
+                       const dVector3 axis2, const dVector3 along) {
+    dJointID joint = dJointCreatePU(m->world, NULL);
+    dJointAttach(joint, rod, platform);
+    dJointSetPUAnchor(joint, point[0], point[1], point[2]);
+    dJointSetPUAxis1(joint, axis1[0], axis1[1], axis1[2]);
+    dJointSetPUAxis2(joint, axis2[0], axis2[1], axis2[2]);
+    dJointSetPUAxisP(joint, along[0], along[1], along[2]);
+}
+
 /* A joint of its own, not the universal joint's motors: ODE then solves for the pistons first,
  * which is twice as fast where all stick. */
 static dJointID make_rub(struct ode_machine *m, dBodyID one, dBodyID two, const dVector3 axis1, const dVector3 axis2) {
@@ -230,7 +246,8 @@ static void make_joints(struct ode_machine *m, int leg, bool rub) {
     dBodyVectorToWorld(rod, 1, 0, 0, second_upper);
     ode_machine_axis(m, leg, along);
     make_universal(m, cylinder, NULL, m->machine.bodies.lower_joint_m[leg], second_lower, first_lower);
-    make_universal(m, platform, rod, a, first_upper, second_upper);
+    if (machine_has_play(&m->machine, leg)) make_loose(m, rod, platform, a, second_upper, first_upper, along);
+    else make_universal(m, platform, rod, a, first_upper, second_upper);
     m->piston[leg] = make_piston(m, cylinder, rod, along, &m->feedback[leg]);
     if (!rub) return;
     m->lower_rub[leg] = make_rub(m, cylinder, NULL, second_lower, first_lower);

@@ -3,6 +3,9 @@
  * leave 6 degrees of freedom. Frame of a leg's part: z along the leg away from the base, x the
  * second axis of its universal joint.
  *
+ * A leg with play has a prismatic and universal joint at its rod's end instead: the rod slides
+ * along the leg, and the platform feels machine_contact.
+ *
  * Apparent axial inertia (machine.h), which no rigid body has, is a mass on the rod at the lower
  * joint of the neutral leg: there it takes no part in the leg's turning but by the square of the
  * stroke used. Such a leg's bodies do without ODE's gravity.
@@ -51,8 +54,11 @@ void ode_machine_pose(const struct ode_machine *m, double pose[DOFS]);
 /* Unit vector along the leg away from the base, of the cylinder. */
 void ode_machine_axis(const struct ode_machine *m, int leg, dVector3 axis);
 
-/* Joint to joint, from cylinder and rod. */
+/* Up to the rod's end, from cylinder and rod. */
 double ode_machine_length(const struct ode_machine *m, int leg, const dVector3 axis);
+
+/* The platform's joint of a leg, in {B}. */
+void ode_machine_joint(const struct ode_machine *m, int leg, dVector3 point);
 
 /* The platform's velocity at the origin of {M}. */
 void ode_machine_twist(const struct velocity *platform, const struct ode_machine *m, double twist[DOFS]);

@@ -76,17 +76,16 @@ static void exact_values(const struct plant *plant, struct exact *exact) {
     plant->engine->ops->truth(plant->engine, s, &truth);
     for (int k = 0; k < LEGS; k++) {
         bool line = plant->cylinder.leg[k].line_volume_m3 > 0.0;
-        exact->length_m[k] = truth.length_m[k] + s->play_m[k];
+        exact->length_m[k] = truth.length_m[k];
         exact->p1_pa[k] = line ? s->line[k][PORT_A].pressure_pa : s->cylinder[k].p1_pa;
         exact->p2_pa[k] = line ? s->line[k][PORT_B].pressure_pa : s->cylinder[k].p2_pa;
     }
 }
 
-/* At rest in a pose with these forces along the legs, chambers as they are, for so long that
- * nothing remembers anything else. */
-static void rest(struct plant *plant, const double pose[DOFS], const double force_n[LEGS]) {
+/* At rest in a pose, chambers as they are, for so long that nothing remembers anything else. */
+static void rest(struct plant *plant, const double pose[DOFS]) {
     struct exact exact;
-    hydraulics_rest(&plant->cylinder, force_n, &plant->state);
+    hydraulics_rest(&plant->state);
     plant->engine->ops->place(plant->engine, pose);
     exact_values(plant, &exact);
     sensors_rest(&plant->sensors, &exact);
@@ -104,7 +103,7 @@ static int settle(struct plant *plant, struct error *error) {
                              "hydraulics.tank_pa",
                              k + 1);
     for (int k = 0; k < LEGS; k++) plant->state.cylinder[k] = drained(plant);
-    rest(plant, pose, load);
+    rest(plant, pose);
     return 0;
 }
 
@@ -149,7 +148,7 @@ void plant_place(struct plant *plant, const double pose[DOFS]) {
     assert(possible);
     (void)possible;
     for (int k = 0; k < LEGS; k++) plant->state.cylinder[k] = holding_state(&plant->cylinder, k, force[k]);
-    rest(plant, pose, force);
+    rest(plant, pose);
 }
 
 /* A valve amplifier that gets no sensible signal centres its valve. */

@@ -20,11 +20,11 @@ struct plant_truth {
     double time_s;
     double pose[DOFS];      /* x y z phi theta psi */
     double twist[DOFS];     /* velocity of the origin of {M}, angular velocity, both in {B} */
-    double length_m[LEGS], rate_mps[LEGS];
+    double length_m[LEGS], rate_mps[LEGS]; /* up to the rod's end */
     double p1_pa[LEGS], p2_pa[LEGS];
     double spool[LEGS];     /* -1..1 */
     double hydraulic_n[LEGS]; /* A1 P1 - A2 P2 */
-    double friction_n[LEGS];  /* along the leg, acting on the platform: viscous, dry and end stop */
+    double friction_n[LEGS];  /* along the leg, acting on the rod: viscous, dry and end stop */
     bool stuck[LEGS];       /* held by dry friction */
     double kinetic_j, potential_j; /* rigid bodies; potential zero at neutral */
 };

@@ -203,12 +203,74 @@ static void plants_agree_with_dry_friction(void **unused) {
     }
 }
 
+/* --- play --- */
+
+/* How far the rods are ahead of their joints. Returns how much of leg 1 points down. */
+static double rods_ahead(const struct params *params, const struct plant_truth *truth, double ahead_m[LEGS]) {
+    struct rigid_model m;
+    struct rigid_state s;
+    struct rigid_legs legs;
+    rigid_model_init(&m, params);
+    rigid_rest(&s, truth->pose);
+    rigid_legs(&m, &s, &legs);
+    for (int k = 0; k < LEGS; k++) ahead_m[k] = truth->length_m[k] - legs.length[k];
+    return legs.n[2][0];
+}
+
+/* Held at rest, then leg 1 pulls: its rod leaves the flank, crosses and takes the platform along
+ * again, while the others never leave theirs. */
+static void a_rod_crosses_its_play_alike_in_both_engines(void **unused) {
+    (void)unused;
+    static const struct hydraulics_state empty;
+    static const struct engine_ops *const engines[] = {&engine_ode, &engine_closed_form};
+    const double clearance_m = 5e-4, dt_s = 6.25e-5, pull_n = 2000.0;
+    struct params params = defaults(), without = defaults();
+    set_effect(&params, "joint_backlash", 0, clearance_m);
+    double force_n[LEGS];
+    struct plant_truth truth[2], rest;
+    struct engine *e[2];
+    struct error error;
+    holding_forces(&without, NEUTRAL, force_n);
+    for (int i = 0; i < 2; i++) {
+        e[i] = engines[i]->create(&params, &error);
+        assert_non_null(e[i]);
+        e[i]->ops->place(e[i], NEUTRAL);
+    }
+    double ahead_m[2][LEGS], left_s = 0.0, crossed_s = 0.0, down = 0.0, push_n = force_n[0];
+    for (int step = 0; step < (int)lround(0.12 / dt_s); step++) {
+        bool pulls = step >= (int)lround(0.1 / dt_s);
+        if (step == (int)lround(0.1 / dt_s)) force_n[0] -= pull_n;
+        for (int i = 0; i < 2; i++) {
+            e[i]->ops->forced(e[i], dt_s, force_n);
+            e[i]->ops->truth(e[i], &empty, &truth[i]);
+            down = rods_ahead(&without, &truth[i], ahead_m[i]);
+        }
+        if (!pulls) {
+            rest = truth[1];
+            for (int k = 0; k < LEGS; k++) assert_close(ahead_m[1][k], 0.5 * clearance_m, 3e-5);
+        }
+        for (int k = 1; k < LEGS; k++) assert_below(0.4 * clearance_m, ahead_m[1][k]);
+        if (pulls && !(left_s > 0.0) && ahead_m[1][0] < 0.5 * clearance_m) left_s = (step + 1) * dt_s;
+        if (pulls && !(crossed_s > 0.0) && ahead_m[1][0] < -0.5 * clearance_m) crossed_s = (step + 1) * dt_s;
+        assert_below(distance(ahead_m[0], ahead_m[1], LEGS), 2e-5);
+    }
+    /* by what it is pulled with beyond what it has pushed with: force less weight */
+    double mass_kg = params.actuator.upper_mass_kg[0], beyond_n = pull_n - push_n - mass_kg * params.payload.gravity_mps2 * down;
+    double alone_s = sqrt(2.0 * clearance_m * mass_kg / beyond_n);
+    print_message("across in %.3g s, alone in %.3g s; engines %.2g m, %.2g rad apart\n", crossed_s - left_s, alone_s,
+                  distance(truth[0].pose, truth[1].pose, 3), distance(truth[0].pose + 3, truth[1].pose + 3, 3));
+    assert_close(crossed_s - left_s, alone_s, 0.1 * alone_s);
+    assert_below(distance(rest.pose, NEUTRAL, DOFS), 1e-5); /* 4 um into a flank */
+    assert_below(distance(truth[0].pose, truth[1].pose, DOFS), 5e-6);
+    for (int i = 0; i < 2; i++) e[i]->ops->destroy(e[i]);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(engines_agree_after_a_second_of_motion), cmocka_unit_test(half_the_substep_is_a_quarter_of_odes_error),
         cmocka_unit_test(joint_axes_are_the_same_ones),           cmocka_unit_test(engines_agree_on_sliding_friction),
         cmocka_unit_test(engines_let_go_at_the_same_force),       cmocka_unit_test(half_the_substep_is_a_quarter_of_the_whole_plants_error),
-        cmocka_unit_test(plants_agree_with_dry_friction),
+        cmocka_unit_test(plants_agree_with_dry_friction),         cmocka_unit_test(a_rod_crosses_its_play_alike_in_both_engines),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -9,10 +9,11 @@ static void machine(const struct effect_values *v, struct machine *m) {
 const struct effect joint_backlash = {
     .name = "joint_backlash",
     .plain = "backlash in the legs' joints",
-    .law = "free play along the leg at its end: the measured length is the joints' distance + clearance/2 sign(force on the joint)",
-    .signature = "leg length and force: a step of the length and a pause of the force where the leg's force changes sign; "
-                 "nothing in a leg that only pushes",
-    .law_error = 0.05,
+    .law = "free play between rod and platform, along the leg: the rod hangs on the piston and pushes the joint only where it is "
+           "clearance/2 ahead of it, or behind",
+    .signature = "leg force: no more than the rod itself needs while the joint is loose, where the leg's push changes its sign, and a "
+                 "knock after it; nothing in a leg that only pushes",
+    .law_error = 0.1,
     .keys = {[CLEARANCE] = {.name = "clearance_m", .unit = "m", .min = 0.0, .max = 5e-3, .typical = 5e-4, .per_leg = true}},
     .machine = machine,
 };

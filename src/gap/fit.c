@@ -97,11 +97,16 @@ static void whiten_copy(const struct fit_data *d, const double *raw, double *whi
 
 static double step_of(const struct variable *v, double value) { return value + v->step > v->max ? -v->step : v->step; }
 
+/* Does it move the residuals of its own leg alone? apart: the parts in which the legs are. */
+static bool is_own(enum residual_part apart, const struct variable *v) { return v->own && !(v->parts & ~apart); }
+
 /* So many variables from v on that are one number of each leg, which no other leg feels: they
  * are moved at once. */
-static int of_own_legs(bool apart, int variables, const struct variable *v, const double *const *known) {
+static int of_own_legs(enum residual_part apart, int variables, const struct variable *v, const double *const *known) {
     int n = 1;
-    while (apart && n < variables && v->own && v[n].own && v[n].offset == v->offset && v[n].leg > v[n - 1].leg && !(known && known[n])) n++;
+    while (n < variables && is_own(apart, v) && is_own(apart, &v[n]) && v[n].offset == v->offset && v[n].leg > v[n - 1].leg &&
+           !(known && known[n]))
+        n++;
     return n;
 }
 
@@ -114,9 +119,9 @@ static void clear_other_legs(const struct fit_data *d, int leg, double *column) 
 }
 
 /* The one leg whose residuals they move, or ALL_LEGS. */
-static int only_leg(bool apart, int variables, const struct variable *v) {
-    bool one = apart && variables > 0;
-    for (int i = 0; i < variables; i++) one = one && v[i].own && v[i].leg == v[0].leg;
+static int only_leg(enum residual_part apart, int variables, const struct variable *v) {
+    bool one = variables > 0;
+    for (int i = 0; i < variables; i++) one = one && is_own(apart, &v[i]) && v[i].leg == v[0].leg;
     return one ? v[0].leg : ALL_LEGS;
 }
 
@@ -124,7 +129,7 @@ static int only_leg(bool apart, int variables, const struct variable *v) {
 static bool fit_columns_from(const struct fit_data *d, const struct params *model, const double *here, int variables,
                              const struct variable *v, const double *const *known, double *column) {
     size_t values = (size_t)d->values;
-    bool apart = residual_legs_apart(model);
+    enum residual_part apart = residual_legs_apart(model);
     for (int i = 0, n; i < variables; i += n) {
         struct params moved = *model;
         double *c = column + (size_t)i * values;
@@ -141,7 +146,7 @@ static bool fit_columns_from(const struct fit_data *d, const struct params *mode
         for (int j = n - 1; j >= 0; j--) {
             double *own = c + (size_t)j * values, step = step_of(&v[i + j], variable_get(&v[i + j], model));
             for (size_t a = 0; a < values; a++) own[a] = c[a] / step;
-            if (apart && v[i + j].own) clear_other_legs(d, v[i + j].leg, own);
+            if (is_own(apart, &v[i + j])) clear_other_legs(d, v[i + j].leg, own);
             whiten_all(d, own);
         }
     }

@@ -131,14 +131,13 @@ static void push_joints(const struct inverse_dynamics *d, const struct rigid_leg
     }
 }
 
-/* One axis: mass, weight, springs along it and friction. */
-static void axis_step(const struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]) {
+/* One axis: mass, weight and springs along it. */
+static void axis_bodies(const struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]) {
     const struct machine *m = &d->cylinder.machine;
     memset(force_n, 0, LEGS * sizeof *force_n);
     double pose[DOFS] = {in->leg[0][0] - d->params->axis.middle_m}, wrench[DOFS] = {0};
     machine_wrench(m, pose, wrench);
     force_n[0] = m->bodies.payload_kg * (in->leg[0][2] + m->bodies.gravity_mps2) - wrench[0];
-    force_n[0] += leg_friction(d, 0, in, in->push_n[0] - force_n[0]);
 }
 
 bool inverse_dynamics_move(struct inverse_dynamics *d, const double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS],
@@ -157,21 +156,63 @@ bool inverse_dynamics_move(struct inverse_dynamics *d, const double leg[LEGS][3]
 
 bool inverse_dynamics_along_legs(double j[LEGS][DOFS], double wrench[DOFS]) { return solve6(j, true, wrench); }
 
-bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]) {
+bool inverse_dynamics_split(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double bodies_n[LEGS],
+                            double friction_n[LEGS]) {
     struct rigid_legs legs;
     double j[LEGS][DOFS], acceleration[DOFS], mass[DOFS][DOFS], load[DOFS];
+    memset(friction_n, 0, LEGS * sizeof *friction_n);
     if (d->params->mechanism == MECHANISM_AXIS) {
-        axis_step(d, in, force_n);
+        axis_bodies(d, in, bodies_n);
+        friction_n[0] = leg_friction(d, 0, in, in->push_n[0] - bodies_n[0]);
         return true;
     }
     if (!inverse_dynamics_move(d, in->leg, &legs, j, acceleration)) return false;
     rigid_dynamics(&d->rigid, &d->state, &legs, mass, load);
     if (d->joints) push_joints(d, &legs, acceleration, load);
     for (int i = 0; i < DOFS; i++) {
-        force_n[i] = -load[i];
-        for (int c = 0; c < DOFS; c++) force_n[i] += (i >= c ? mass[i][c] : mass[c][i]) * acceleration[c];
+        bodies_n[i] = -load[i];
+        for (int c = 0; c < DOFS; c++) bodies_n[i] += (i >= c ? mass[i][c] : mass[c][i]) * acceleration[c];
     }
-    if (!solve6(j, true, force_n)) return false;
-    for (int k = 0; k < LEGS; k++) force_n[k] += leg_friction(d, k, in, in->push_n[k] - force_n[k]);
+    if (!solve6(j, true, bodies_n)) return false;
+    for (int k = 0; k < LEGS; k++) friction_n[k] = leg_friction(d, k, in, in->push_n[k] - bodies_n[k]);
     return true;
+}
+
+bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]) {
+    double friction_n[LEGS];
+    if (!inverse_dynamics_split(d, in, force_n, friction_n)) return false;
+    for (int k = 0; k < LEGS; k++) force_n[k] += friction_n[k];
+    return true;
+}
+
+void inverse_dynamics_rods(const struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]) {
+    const struct machine *m = &d->cylinder.machine;
+    struct rigid_legs legs;
+    rigid_legs(&d->rigid, &d->state, &legs);
+    for (int k = 0; k < LEGS; k++) {
+        double turn_squared = 0.0, along = 0.0;
+        for (int i = 0; i < 3; i++) {
+            turn_squared += legs.across[i][k] * legs.across[i][k] / (legs.length[k] * legs.length[k]);
+            along += m->bodies.gravity_mps2 * m->bodies.down[i] * legs.n[i][k];
+        }
+        force_n[k] = d->rigid.upper_mass[k] * (in->leg[k][2] - (in->leg[k][0] - d->rigid.upper_center[k]) * turn_squared - along);
+    }
+}
+
+void inverse_dynamics_inertia(const struct inverse_dynamics *d, double inertia[LEGS][LEGS]) {
+    struct rigid_legs legs;
+    double j[LEGS][DOFS], mass[DOFS][DOFS], load[DOFS], twist[LEGS][DOFS];
+    rigid_legs(&d->rigid, &d->state, &legs);
+    rigid_dynamics(&d->rigid, &d->state, &legs, mass, load);
+    jacobian(&legs, j);
+    for (int k = 0; k < LEGS; k++) {
+        for (int i = 0; i < DOFS; i++) twist[k][i] = i == k;
+        solve6(j, false, twist[k]);
+    }
+    for (int k = 0; k < LEGS; k++)
+        for (int l = 0; l < LEGS; l++) {
+            inertia[k][l] = 0.0;
+            for (int i = 0; i < DOFS; i++)
+                for (int c = 0; c < DOFS; c++) inertia[k][l] += twist[k][i] * (i >= c ? mass[i][c] : mass[c][i]) * twist[l][c];
+        }
 }

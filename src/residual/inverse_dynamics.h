@@ -50,8 +50,16 @@ struct inverse_dynamics_input {
     double push_n[LEGS];                   /* measured force, for legs that stick */
 };
 
-/* force_n: the hydraulic force that each leg needs, friction included. False: no pose has these
- * lengths. */
+/* What the bodies need of each leg, and its friction. False: no pose has these lengths. */
+bool inverse_dynamics_split(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double bodies_n[LEGS],
+                            double friction_n[LEGS]);
+
+/* In the pose of the last step: what the rods need of it for themselves; and the inertia of all
+ * along the legs, [k][l]: force of leg k for an acceleration of leg l. */
+void inverse_dynamics_rods(const struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]);
+void inverse_dynamics_inertia(const struct inverse_dynamics *d, double inertia[LEGS][LEGS]);
+
+/* Both together: the hydraulic force that each leg needs. */
 bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]);
 
 #endif

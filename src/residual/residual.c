@@ -6,6 +6,7 @@
 
 #include "hydraulics.h"
 #include "inverse_dynamics.h"
+#include "play.h"
 #include "units.h"
 #include "valve_line.h"
 
@@ -25,7 +26,7 @@ static void to_row(const struct residual_test *t, const double *series, double r
 static void push(const struct cylinder_model *m, const struct residual_test *t, const struct series *rows, int leg,
                  double force_n[SPECTRUM_SIZE]) {
     double a1 = m->leg[leg].a1_m2, a2 = m->leg[leg].a2_m2;
-    for (int a = 0; a < residual_motion_size(t); a++)
+    for (int a = 0; a < 1 + 2 * t->spectrum.harmonics; a++)
         force_n[a] = t->pressures ? a1 * rows->p1[leg][a] - a2 * rows->p2[leg][a] : rows->force[leg][a];
     if (m->machine.params->mechanism == MECHANISM_AXIS) force_n[0] -= m->machine.params->axis.force_offset_n;
 }
@@ -34,7 +35,7 @@ static void push(const struct cylinder_model *m, const struct residual_test *t, 
 static void undo(const struct sensor_path *path, const struct residual_test *t, const double *reading, double *value) {
     memset(value, 0, SPECTRUM_SIZE * sizeof *value);
     value[0] = (reading[0] - path->offset) / path->scale;
-    for (int h = 1; h <= t->harmonics; h++) {
+    for (int h = 1; h <= t->spectrum.harmonics; h++) {
         double w = h * t->spectrum.omega, lag = w * path->lag_s, s1 = sin(w * path->delay_s), c1 = cos(w * path->delay_s);
         double s = (reading[2 * h - 1] - lag * reading[2 * h]) / path->scale, c = (reading[2 * h] + lag * reading[2 * h - 1]) / path->scale;
         value[2 * h - 1] = s * c1 - c * s1;
@@ -191,7 +192,6 @@ static void begin_motion(struct run *r, const struct series *rows) {
 
 static void begin_run(struct run *r, const struct residual_test *t, const struct params *model, int leg, double dither,
                       const struct series *rows) {
-    double force_n[LEGS] = {0}, p1[LEGS], p2[LEGS];
     r->t = t;
     r->dither = dither;
     r->timing = *model;
@@ -199,17 +199,13 @@ static void begin_run(struct run *r, const struct residual_test *t, const struct
     r->timing.sim.substeps = t->substeps;
     cylinder_model_init(&r->cylinder, &r->timing);
     if (leg != ALL_LEGS) r->cylinder.first = leg, r->cylinder.legs = leg + 1;
-    /* the piston's motion is measured */
-    memset(r->cylinder.machine.bodies.clearance_m, 0, sizeof r->cylinder.machine.bodies.clearance_m);
     valve_line_init(&r->line, &r->cylinder.machine);
     memset(&r->state, 0, sizeof r->state);
     for (int k = 0; k < t->legs; k++) {
-        p1[k] = at(t->node, residual_motion_size(t), rows->p1[k]);
-        p2[k] = at(t->node, residual_motion_size(t), rows->p2[k]);
-        r->state.cylinder[k] = (struct cylinder_state){.p1_pa = p1[k], .p2_pa = p2[k]};
-        force_n[k] = cylinder_hydraulic_force(&r->cylinder, k, &r->state.cylinder[k]);
+        double p1 = at(t->node, residual_motion_size(t), rows->p1[k]), p2 = at(t->node, residual_motion_size(t), rows->p2[k]);
+        r->state.cylinder[k] = (struct cylinder_state){.p1_pa = p1, .p2_pa = p2};
     }
-    hydraulics_rest(&r->cylinder, force_n, &r->state);
+    hydraulics_rest(&r->state);
     settle_spools(r);
     begin_motion(r, rows);
 }
@@ -327,10 +323,11 @@ bool residual_staircase(const struct residual_test *t, const struct params *mode
     return ok;
 }
 
-/* What is measured at each phase, pressures in the chambers: so far below the gauges. */
-static void tabulate_cycle(const struct residual_test *t, const struct cylinder_model *m, const struct series *rows,
+/* What is measured at each phase, in so many harmonics; pressures in the chambers: so far below the
+ * gauges. */
+static void tabulate_cycle(const struct residual_test *t, int harmonics, const struct cylinder_model *m, const struct series *rows,
                            const struct pressure_rows *p, struct inverse_dynamics_input table[PHASES]) {
-    int size = residual_motion_size(t);
+    int size = 1 + 2 * harmonics;
     memset(table, 0, (size_t)t->phases * sizeof *table);
     for (int k = 0; k < t->legs; k++) {
         double force_n[SPECTRUM_SIZE];
@@ -339,7 +336,7 @@ static void tabulate_cycle(const struct residual_test *t, const struct cylinder_
             const double *basis = basis_at(t, i * (CYCLE_STEPS / PHASES));
             double drop[PORTS] = {0};
             for (int port = 0; port < PORTS && p; port++) drop[port] = at(t->shape[i], t->size, p->drop[port][k]);
-            spectrum_at(rows->length[k], t->harmonics, t->spectrum.omega, basis, table[i].leg[k]);
+            spectrum_at(rows->length[k], harmonics, t->spectrum.omega, basis, table[i].leg[k]);
             table[i].p1_pa[k] = at(basis, size, rows->p1[k]) - drop[PORT_A];
             table[i].p2_pa[k] = at(basis, size, rows->p2[k]) - drop[PORT_B];
             table[i].push_n[k] = at(basis, size, force_n) - m->leg[k].a1_m2 * drop[PORT_A] + m->leg[k].a2_m2 * drop[PORT_B];
@@ -352,37 +349,35 @@ static void project_phase(const struct residual_test *t, int phase, double value
     for (int a = 0; a < t->size; a++) row[a] += t->project[phase][a] * value;
 }
 
-/* What the leg's chambers and friction together give to its joint. */
-static double net_force(const struct residual_test *t, const struct cylinder_model *m, int leg, const double *basis, double *length_m) {
-    const struct spectrum *all = &t->spectrum;
-    int size = 1 + 2 * all->harmonics;
-    double motion[3];
-    spectrum_at(all->mean[CHANNEL_LENGTH][leg], all->harmonics, all->omega, basis, motion);
-    *length_m = motion[0];
-    struct cylinder_state s = {.p1_pa = at(basis, size, all->mean[CHANNEL_P1][leg]), .p2_pa = at(basis, size, all->mean[CHANNEL_P2][leg])};
-    int direction = motion[1] < 0.0 ? -1 : 1;
-    struct friction f = cylinder_friction(m, leg, &s, direction, fabs(motion[1]));
-    return cylinder_hydraulic_force(m, leg, &s) - direction * (f.dry + f.viscous);
-}
-
-/* From piston to joint: the play is crossed at the speed at which the leg's force meets the drag of
- * the film (hydraulics.h). */
-static void take_play(const struct residual_test *t, const struct cylinder_model *m, struct series *rows) {
-    enum { FINER = CYCLE_STEPS / PHASES };
-    double step_s = 2.0 * PI / t->spectrum.omega / CYCLE_STEPS;
+/* From rods to joints. need_n: what the rods then need more, since they do not move with the
+ * joints. False: no machine of this model can move like this. */
+static bool take_play(const struct residual_test *t, const struct params *model, const struct cylinder_model *m, struct series *rows,
+                      double need_n[LEGS][RESIDUAL_SIZE]) {
+    struct inverse_dynamics_input table[PHASES];
+    double ahead_m[PHASES][LEGS], period_s = 2.0 * PI / t->spectrum.omega;
+    bool play = false;
+    memset(need_n, 0, LEGS * sizeof need_n[0]);
+    for (int k = 0; k < t->legs; k++) play = play || machine_has_play(&m->machine, k);
+    if (!play) return true;
+    struct play_motion motion = {.at = table,
+                                 .phases = t->phases,
+                                 .cycle = t->spectrum.cycles > 0,
+                                 .step_s = period_s / PHASES,
+                                 .resolution_s = period_s / (4 * t->spectrum.harmonics)};
+    memcpy(motion.force_std_n, t->force_std_n, sizeof motion.force_std_n);
+    tabulate_cycle(t, t->spectrum.harmonics, m, rows, NULL, table);
+    if (!play_find(model, &motion, ahead_m)) return false;
     for (int k = 0; k < t->legs; k++) {
-        double half_m = 0.5 * m->machine.bodies.clearance_m[k], play_m = 0.0;
-        /* a first cycle finds where the second one starts */
-        int steps = FINER * t->phases, before = t->spectrum.cycles ? steps : 0;
-        struct series joint = *rows;
-        for (int i = -before; i < steps && half_m > 0.0; i++) {
-            double length_m, force_n = net_force(t, m, k, basis_at(t, i < 0 ? i + steps : i), &length_m);
-            for (int a = 0; a < residual_motion_size(t) && i >= 0 && i % FINER == 0; a++)
-                joint.length[k][a] -= t->series[i / FINER][a] * play_m;
-            play_m = fmin(fmax(play_m + step_s * force_n / hydraulics_film(m, k, length_m), -half_m), half_m);
-        }
-        memcpy(rows->length[k], joint.length[k], sizeof joint.length[k]);
+        double ahead[SPECTRUM_SIZE] = {0}, rate[SPECTRUM_SIZE] = {0}, acceleration[SPECTRUM_SIZE] = {0};
+        for (int i = 0; i < t->phases; i++)
+            for (int a = 0; a < residual_motion_size(t); a++) ahead[a] += t->series[i][a] * ahead_m[i][k];
+        for (int a = 0; a < residual_motion_size(t); a++) rows->length[k][a] -= ahead[a];
+        differentiate(t, ahead, rate);
+        differentiate(t, rate, acceleration);
+        to_row(t, acceleration, need_n[k]);
+        for (int a = 0; a < t->size; a++) need_n[k][a] *= m->machine.bodies.upper_kg[k];
     }
+    return true;
 }
 
 static bool required(const struct residual_test *t, const struct params *model, const struct series *rows, const struct pressure_rows *p,
@@ -397,7 +392,7 @@ static bool required(const struct residual_test *t, const struct params *model, 
     for (int k = 0; k < t->legs && !axis; k++)
         inverse.speed_std_mps[k] = spectrum_speed_std(&t->spectrum, k, t->harmonics, step_m, t->measured);
     memcpy(inverse.force_std_n, t->force_std_n, sizeof inverse.force_std_n);
-    tabulate_cycle(t, &inverse.cylinder, rows, p, table);
+    tabulate_cycle(t, t->harmonics, &inverse.cylinder, rows, p, table);
     memset(force_n, 0, LEGS * sizeof force_n[0]);
     for (int i = 0; i < t->phases; i++) {
         if (!inverse_dynamics_step(&inverse, &table[i], force)) return false;
@@ -411,8 +406,11 @@ bool residual_required(const struct residual_test *t, const struct params *model
     struct cylinder_model cylinder;
     cylinder_model_init(&cylinder, model);
     undo_all(&cylinder.machine, t, &rows);
-    take_play(t, &cylinder, &rows);
-    return required(t, model, &rows, NULL, force_n);
+    double need_n[LEGS][RESIDUAL_SIZE];
+    if (!take_play(t, model, &cylinder, &rows, need_n) || !required(t, model, &rows, NULL, force_n)) return false;
+    for (int k = 0; k < t->legs; k++)
+        for (int a = 0; a < t->size; a++) force_n[k][a] += need_n[k][a];
+    return true;
 }
 
 void residual_rate(const struct residual_test *t, int leg, double row[RESIDUAL_SIZE]) {
@@ -439,12 +437,13 @@ static bool has_lines(const struct cylinder_model *m) {
     return lines;
 }
 
-bool residual_legs_apart(const struct params *model) {
+enum residual_part residual_legs_apart(const struct params *model) {
     struct machine m;
+    bool play = false;
     machine_init(&m, model);
-    bool apart = !(m.supply.resistance_pa_s_per_m3 > 0.0 || m.supply.tank_resistance_pa_s_per_m3 > 0.0);
-    for (int k = 0; k < LEGS; k++) apart = apart && !(m.bodies.clearance_m[k] > 0.0);
-    return apart;
+    if (m.supply.resistance_pa_s_per_m3 > 0.0 || m.supply.tank_resistance_pa_s_per_m3 > 0.0) return 0;
+    for (int k = 0; k < LEGS; k++) play = play || machine_has_play(&m, k);
+    return play ? PART_PRESSURE : PART_ALL | PART_FORCE_SENSOR;
 }
 
 /* Rows that are never evaluated. */
@@ -481,15 +480,15 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
         }
     }
     if (!(parts & PART_FORCE)) return true;
-    take_play(t, &cylinder, &rows);
-    if (!required(t, model, &rows, lines ? &p : NULL, force)) return false;
+    double need_n[LEGS][RESIDUAL_SIZE];
+    if (!take_play(t, model, &cylinder, &rows, need_n) || !required(t, model, &rows, lines ? &p : NULL, force)) return false;
     for (int k = 0; k < t->legs; k++) {
         double push_n[SPECTRUM_SIZE], *net = row[k][RESIDUAL_FORCE];
         push(&cylinder, t, &rows, k, push_n);
         to_row(t, push_n, net);
         for (int a = 0; a < t->size; a++) {
             if (lines) net[a] -= cylinder.leg[k].a1_m2 * p.drop[PORT_A][k][a] - cylinder.leg[k].a2_m2 * p.drop[PORT_B][k][a];
-            net[a] -= force[k][a];
+            net[a] -= force[k][a] + need_n[k][a];
         }
         if (t->pressures) read_force_back(&cylinder, t, k, net);
         else read_back(&cylinder.machine.sensors.force[k], t, net);

@@ -97,13 +97,14 @@ void residual_free(struct residual_data *d);
 enum { ALL_LEGS = -1 };
 
 /* Rows of a test under a model; kinds outside `parts` are left as they are. leg: ALL_LEGS, or the
- * only one whose pressures are computed, for a model in which residual_legs_apart(). False where no
+ * only one whose pressures are computed, where residual_legs_apart() has these. False where no
  * machine of this model can move like this, or there can be no such machine. */
 bool residual_evaluate(const struct residual_test *t, const struct params *model, enum residual_part parts, int leg, residual_row row);
 
-/* Are the legs independent, so that no leg's own constants move another leg's residuals? They are
- * not where they share lines to the power unit or move the pose by backlash. */
-bool residual_legs_apart(const struct params *model);
+/* The parts in which the legs are independent, so that no leg's own constants move another leg's
+ * residuals: none where they share lines to the power unit; not the force where it tells how far
+ * play moves the pose. */
+enum residual_part residual_legs_apart(const struct params *model);
 
 /* The rate of a leg's length as a row, m/s. */
 void residual_rate(const struct residual_test *t, int leg, double row[RESIDUAL_SIZE]);

@@ -21,4 +21,6 @@ claim "one leg's other masses are named beside another leg's valve null" right a
 valued() { right "$@" && [ "$(cut -d, -f12 "$work/row")" = 1 ]; }
 claim "friction in the joints of one leg has its leg and value, the joints' axes being stated" \
     valued passive_joint_friction strong 1501 tolerance
+claim "backlash in all legs is named with its value, rods knocking" valued joint_backlash typical 1501 tolerance
+claim "so is a tilted base beside it" right base_tilt+joint_backlash typical 1524 tolerance
 claim "springs are named, though joints and supply are off" right external_stiffness typical 1201 beyond
