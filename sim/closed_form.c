@@ -20,9 +20,8 @@ static double coordinate_rate(const struct instant *now, const union system *s, 
 
 /* Direction of sliding: fixed over a step where friction may hold, otherwise that of the motion. */
 static int direction_of(const struct closed_form *e, int k, double rate) {
-    bool rod = k < LEGS && e->dry && machine_has_play(&e->cylinder.machine, k);
-    if (e->sticks[k] || rod) return e->direction[k];
-    return rate < 0.0 ? -1 : 1;
+    if (e->kind[k] == SLIDES) return rate < 0.0 ? -1 : 1;
+    return e->direction[k];
 }
 
 /* Friction of leg `leg` on its rod; nothing but dry friction when the hydraulics are left out. */
@@ -47,18 +46,13 @@ static void push_joints(const struct closed_form *e, const union system *s, stru
 /* The rod's mass along the leg, which rigid_dynamics has on the joint, is on the piston: the joint
  * gets the push of the flanks. */
 static void take_off_rod(const struct closed_form *e, const union system *s, int k, struct instant *now, double *axial) {
-    const struct machine *machine = &e->cylinder.machine;
     const struct rigid_legs *legs = &now->legs;
-    double row[DOFS], bias, mass = e->rigid.upper_mass[k], center = e->rigid.upper_center[k], along = 0.0, turn_squared = 0.0;
-    for (int i = 0; i < 3; i++) {
-        along += machine->bodies.gravity_mps2 * machine->bodies.down[i] * legs->n[i][k];
-        turn_squared += legs->across[i][k] * legs->across[i][k] / (legs->length[k] * legs->length[k]);
-    }
+    double row[DOFS], bias, rod_m = s->rods.length_m[k];
     closed_form_row(now, k, row, &bias);
-    for (int i = 0; i < DOFS; i++) add6(-mass * row[i], row, now->mass.c[i]);
-    add6(mass * (bias - (legs->length[k] - center) * turn_squared - along), row, now->free);
-    double contact = machine_contact(machine, k, s->rods.length_m[k] - legs->length[k], s->rods.rate_mps[k] - legs->rate[k]);
-    now->rod_n[k] = *axial - now->friction_n[k] + mass * ((s->rods.length_m[k] - center) * turn_squared + along) - contact;
+    for (int i = 0; i < DOFS; i++) add6(-e->rigid.upper_mass[k] * row[i], row, now->mass.c[i]);
+    add6(rigid_rod_force(&e->rigid, legs, k, legs->length[k], bias), row, now->free);
+    double contact = machine_contact(&e->cylinder.machine, k, rod_m - legs->length[k], s->rods.rate_mps[k] - legs->rate[k]);
+    now->rod_n[k] = *axial - now->friction_n[k] - rigid_rod_force(&e->rigid, legs, k, rod_m, 0.0) - contact;
     *axial = contact;
 }
 
@@ -85,7 +79,7 @@ void closed_form_look(const struct closed_form *e, const union system *s, const 
     whiten6(&now->mass, now->free);
 }
 
-bool closed_form_held(const struct closed_form *e, int k) { return e->sticks[k] && e->direction[k] == 0; }
+bool closed_form_held(const struct closed_form *e, int k) { return e->kind[k] == STICKS && e->direction[k] == 0; }
 
 void closed_form_basis(const struct closed_form *e, const struct instant *now, struct stick_basis *basis) {
     basis->rank = 0;
@@ -101,7 +95,7 @@ void closed_form_basis(const struct closed_form *e, const struct instant *now, s
 
 static void move_rods(const struct closed_form *e, const struct instant *now, struct rods *rate) {
     for (int k = 0; k < LEGS; k++) {
-        bool moves = machine_has_play(&e->cylinder.machine, k) && !(e->dry && e->direction[k] == 0);
+        bool moves = machine_has_play(&e->cylinder.machine, k) && !(e->kind[k] == ROD_STICKS && e->direction[k] == 0);
         rate->length_m[k] = moves ? now->rate_mps[k] : 0.0;
         rate->rate_mps[k] = moves ? (now->rod_n[k] + now->friction_n[k]) / e->rigid.upper_mass[k] : 0.0;
     }

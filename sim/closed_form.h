@@ -46,13 +46,15 @@ struct closed_form {
     int values;                      /* of the state that are in use */
     struct rigid_model rigid;
     bool joints;                     /* there is joint friction */
-    bool play;                       /* some leg has play */
-    bool dry;                        /* legs have dry friction */
-    int sticky[COORDINATES], stickies; /* the coordinates that dry friction can hold; a leg with
-                                      * play holds its rod, not the platform */
-    bool sticks[COORDINATES];        /* these */
+    bool play, rods_stick;           /* some leg has play; and dry friction */
+    enum {
+        SLIDES,
+        STICKS,                      /* dry friction can hold it */
+        ROD_STICKS                   /* and of a leg with play the rod, not the platform */
+    } kind[COORDINATES];
+    int sticky[COORDINATES], stickies; /* those that STICKS */
     union system state;
-    int direction[COORDINATES];      /* of those, and of the rods: +1, -1 sliding, over a whole
+    int direction[COORDINATES];      /* of all that do not slide only: +1, -1 sliding, over a whole
                                       * step; 0 held */
     double holding[COORDINATES];     /* force that holds them */
     double rate[COORDINATES];        /* in this state */

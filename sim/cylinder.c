@@ -220,6 +220,13 @@ void cylinder_spool_step(const struct cylinder_model *m, int leg, double dt_s, d
     cylinder_limit(m, leg, s);
 }
 
+double cylinder_stiffness(const struct cylinder_model *m, int leg, double length_m) {
+    const struct cylinder_leg *c = &m->leg[leg];
+    double stiffness[PORTS];
+    chambers(c, length_m, stiffness);
+    return c->a1_m2 * c->a1_m2 * stiffness[PORT_A] + c->a2_m2 * c->a2_m2 * stiffness[PORT_B];
+}
+
 double cylinder_hydraulic_force(const struct cylinder_model *m, int leg, const struct cylinder_state *s) {
     return m->leg[leg].a1_m2 * s->p1_pa - m->leg[leg].a2_m2 * s->p2_pa;
 }

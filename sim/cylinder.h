@@ -92,6 +92,9 @@ void cylinder_limit(const struct cylinder_model *m, int leg, struct cylinder_sta
 /* The spool alone, which nothing in the chambers moves: on by a step under this command. */
 void cylinder_spool_step(const struct cylinder_model *m, int leg, double dt_s, double valve, struct cylinder_state *s);
 
+/* By how much the hydraulic force falls per metre with both ports shut. */
+double cylinder_stiffness(const struct cylinder_model *m, int leg, double length_m);
+
 /* A1 P1 - A2 P2. */
 double cylinder_hydraulic_force(const struct cylinder_model *m, int leg, const struct cylinder_state *s);
 

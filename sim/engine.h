@@ -31,9 +31,9 @@ struct engine_ops {
     const char *name;
     struct engine *(*create)(const struct params *params, struct error *error);
     void (*destroy)(struct engine *e);
-    /* Bodies at rest in this pose, legs stuck where dry friction is, rods with play where they push
-     * the platform. */
-    void (*place)(struct engine *e, const double pose[DOFS]);
+    /* Bodies at rest in this pose, legs stuck where dry friction is, rods so far ahead of their
+     * joints (machine_ahead; 0 without play). */
+    void (*place)(struct engine *e, const double pose[DOFS], const double ahead_m[LEGS]);
     /* One substep of bodies and hydraulics together, limits (hydraulics.h) included; valve commands
      * are constant over it. */
     void (*substep)(struct engine *e, double dt_s, const double valve[LEGS], struct hydraulics_state *hydraulics);

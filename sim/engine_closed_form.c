@@ -172,24 +172,34 @@ static void slide_on(struct closed_form *e, double h, const struct drive *drive)
 }
 
 /* Rods at rest stay while the other forces along them are within their friction. */
+static int rod_direction(const struct closed_form *e, const struct instant *now, int k) {
+    double rate = e->state.rods.rate_mps[k], least, most;
+    leg_limits(e, k, &least, &most);
+    if (rate != 0.0) return rate < 0.0 ? -1 : 1;
+    return now->rod_n[k] > -least ? 1 : now->rod_n[k] < -most ? -1 : 0;
+}
+
 static void release_rods(struct closed_form *e, const struct drive *drive) {
     struct instant now;
     closed_form_look(e, &e->state, drive, &now);
     for (int k = 0; k < LEGS; k++) {
-        double rate = e->state.rods.rate_mps[k], least, most;
-        if (!machine_has_play(&e->cylinder.machine, k)) continue;
-        leg_limits(e, k, &least, &most);
+        if (e->kind[k] != ROD_STICKS) continue;
+        e->direction[k] = rod_direction(e, &now, k);
         e->holding[k] = -now.rod_n[k];
-        if (rate != 0.0) e->direction[k] = rate < 0.0 ? -1 : 1;
-        else e->direction[k] = now.rod_n[k] > -least ? 1 : now.rod_n[k] < -most ? -1 : 0;
     }
 }
 
-/* One that would turn round within the step is at rest at its end. */
-static void arrest_rods(struct closed_form *e) {
-    for (int k = 0; k < LEGS; k++)
-        if (machine_has_play(&e->cylinder.machine, k) && e->direction[k] * e->state.rods.rate_mps[k] <= 0.0)
-            e->state.rods.rate_mps[k] = 0.0;
+/* One that has turned round within the step is at rest at its end, where its friction can
+ * hold it. */
+static void arrest_rods(struct closed_form *e, const struct drive *drive) {
+    struct instant now;
+    closed_form_look(e, &e->state, drive, &now);
+    for (int k = 0; k < LEGS; k++) {
+        double rate = e->state.rods.rate_mps[k], least, most;
+        if (e->kind[k] != ROD_STICKS || e->direction[k] * rate >= 0.0) continue;
+        leg_limits(e, k, &least, &most);
+        if (now.rod_n[k] <= -least && now.rod_n[k] >= -most) e->state.rods.rate_mps[k] = 0.0;
+    }
 }
 
 static void step_on(struct closed_form *e, double dt, const struct drive *drive) {
@@ -207,10 +217,9 @@ static void step_on(struct closed_form *e, double dt, const struct drive *drive)
 }
 
 static void step(struct closed_form *e, double dt, const struct drive *drive) {
-    bool rods = e->play && e->dry;
-    if (rods) release_rods(e, drive);
+    if (e->rods_stick) release_rods(e, drive);
     step_on(e, dt, drive);
-    if (rods) arrest_rods(e);
+    if (e->rods_stick) arrest_rods(e, drive);
 }
 
 static bool joints_can_stick(const struct machine *m) {
@@ -219,12 +228,12 @@ static bool joints_can_stick(const struct machine *m) {
     return false;
 }
 
-static void closed_form_place(struct engine *base, const double pose[DOFS]) {
+static void closed_form_place(struct engine *base, const double pose[DOFS], const double ahead_m[LEGS]) {
     struct closed_form *e = (struct closed_form *)base;
     struct rigid_legs legs;
     rigid_rest(&e->state.body, pose);
     rigid_legs(&e->rigid, &e->state.body, &legs);
-    for (int k = 0; k < LEGS; k++) e->state.rods.length_m[k] = legs.length[k] + 0.5 * e->cylinder.machine.bodies.clearance_m[k];
+    for (int k = 0; k < LEGS; k++) e->state.rods.length_m[k] = legs.length[k] + ahead_m[k];
     memset(e->state.rods.rate_mps, 0, sizeof e->state.rods.rate_mps);
     memset(e->direction, 0, sizeof e->direction);
     memset(e->holding, 0, sizeof e->holding);
@@ -233,10 +242,13 @@ static void closed_form_place(struct engine *base, const double pose[DOFS]) {
 }
 
 static void list_sticky(struct closed_form *e) {
-    bool joints = joints_can_stick(&e->cylinder.machine);
+    bool legs = cylinder_can_stick(&e->cylinder), joints = joints_can_stick(&e->cylinder.machine);
     for (int k = 0; k < COORDINATES; k++) {
-        e->sticks[k] = k < LEGS ? e->dry && !machine_has_play(&e->cylinder.machine, k) : joints;
-        if (e->sticks[k]) e->sticky[e->stickies++] = k;
+        bool play = k < LEGS && machine_has_play(&e->cylinder.machine, k);
+        if (k < LEGS ? legs : joints) e->kind[k] = play ? ROD_STICKS : STICKS;
+        if (e->kind[k] == STICKS) e->sticky[e->stickies++] = k;
+        e->play = e->play || play;
+        e->rods_stick = e->rods_stick || e->kind[k] == ROD_STICKS;
     }
 }
 
@@ -250,11 +262,9 @@ static struct engine *closed_form_create(const struct params *params, struct err
     cylinder_model_init(&e->cylinder, params);
     rigid_model_init(&e->rigid, params);
     e->joints = e->cylinder.machine.joint_friction.count > 0;
-    e->dry = cylinder_can_stick(&e->cylinder);
-    for (int k = 0; k < LEGS; k++) e->play = e->play || machine_has_play(&e->cylinder.machine, k);
-    e->values = e->play ? (int)(sizeof e->state / sizeof *e->state.value) : e->cylinder.extended ? CLOSED_FORM_NO_PLAY : CLOSED_FORM_PLAIN;
     list_sticky(e);
-    closed_form_place(&e->base, (const double[DOFS]){0});
+    e->values = e->play ? (int)(sizeof e->state / sizeof *e->state.value) : e->cylinder.extended ? CLOSED_FORM_NO_PLAY : CLOSED_FORM_PLAIN;
+    closed_form_place(&e->base, (const double[DOFS]){0}, (const double[LEGS]){0});
     return &e->base;
 }
 
@@ -291,10 +301,17 @@ static void closed_form_truth(const struct engine *base, const struct hydraulics
     for (int k = 0; k < LEGS; k++) {
         truth->length_m[k] = now.length_m[k];
         truth->rate_mps[k] = now.rate_mps[k];
-        truth->stuck[k] = e->dry && e->direction[k] == 0;
+        truth->stuck[k] = e->kind[k] != SLIDES && e->direction[k] == 0;
         truth->friction_n[k] = (truth->stuck[k] ? e->holding[k] : now.friction_n[k]) + now.stop_n[k];
     }
     rigid_energy(&e->rigid, &s.body, &truth->kinetic_j, &truth->potential_j);
+    for (int k = 0; k < LEGS; k++) {
+        double joint_mps = now.legs.rate[k], mass = e->rigid.upper_mass[k];
+        truth->kinetic_j += 0.5 * mass * (now.rate_mps[k] * now.rate_mps[k] - joint_mps * joint_mps);
+        for (int i = 0; i < 3; i++)
+            truth->potential_j -= mass * e->cylinder.machine.bodies.gravity_mps2 * e->cylinder.machine.bodies.down[i] * now.legs.n[i][k] *
+                                  (now.length_m[k] - now.legs.length[k]);
+    }
 }
 
 const struct engine_ops engine_closed_form = {

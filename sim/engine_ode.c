@@ -39,7 +39,7 @@ struct engine_ode {
     struct ode_machine machine;
     struct surroundings surroundings;
     bool joints_rub;
-    double pose[DOFS];              /* of the last place() */
+    double pose[DOFS], ahead_m[LEGS]; /* of the last place() */
     bool started;                   /* a substep has been made since */
     struct velocity before[BODIES]; /* one substep ago */
     bool hydraulic;                 /* the cylinders count: not when forced */
@@ -152,7 +152,7 @@ static void kick(struct engine_ode *e, double dt_s, const double force_n[LEGS]) 
 /* A trial step tells what a substep adds to the velocities; half of it belongs before the start. */
 static void start(struct engine_ode *e, double dt_s, const double force_n[LEGS]) {
     kick(e, dt_s, force_n);
-    ode_machine_place(&e->machine, e->pose);
+    ode_machine_place(&e->machine, e->pose, e->ahead_m);
     for (int b = 0; b < BODIES; b++) {
         struct velocity gained = ode_machine_velocity(&e->machine, b);
         ode_machine_set_velocity(&e->machine, b, &gained, -1.5);
@@ -230,12 +230,13 @@ static void forced(struct engine *base, double dt_s, const double force_n[LEGS])
     step_bodies(e, dt_s, mean_n);
 }
 
-static void place(struct engine *base, const double pose[DOFS]) {
+static void place(struct engine *base, const double pose[DOFS], const double ahead_m[LEGS]) {
     static const struct velocity rest = {0};
     struct engine_ode *e = (struct engine_ode *)base;
     memcpy(e->pose, pose, sizeof e->pose);
+    memcpy(e->ahead_m, ahead_m, sizeof e->ahead_m);
     e->started = e->hydraulic = false;
-    ode_machine_place(&e->machine, pose);
+    ode_machine_place(&e->machine, pose, ahead_m);
     for (int b = 0; b < BODIES; b++) {
         ode_machine_set_velocity(&e->machine, b, &rest, 0.0);
         e->before[b] = rest;
@@ -277,7 +278,7 @@ static void truth(const struct engine *base, const struct hydraulics_state *s, s
 static void supply(struct engine *base, double share) { ((struct engine_ode *)base)->model.supply_share = share; }
 
 static struct engine *create(const struct params *params, struct error *error) {
-    static const double neutral[DOFS] = {0};
+    static const double neutral[DOFS] = {0}, level[LEGS] = {0};
     struct engine_ode *e = calloc(1, sizeof *e);
     if (!e || ode_machine_init(&e->machine, params) < 0) {
         free(e);
@@ -288,7 +289,7 @@ static struct engine *create(const struct params *params, struct error *error) {
     cylinder_model_init(&e->model, params);
     e->surroundings.params = params;
     e->joints_rub = e->model.machine.joint_friction.count > 0;
-    place(&e->base, neutral);
+    place(&e->base, neutral, level);
     return &e->base;
 }
 

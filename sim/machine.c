@@ -6,7 +6,6 @@
 #include "engine.h"
 
 static const double FLANK_RADPS = 2500.0, FLANK_DAMPING = 0.25; /* of a rod on its flank */
-static const double LIGHTEST_ROD_KG = 1.0; /* that a substep can follow between oil and flank */
 
 static void base_bodies(struct machine *m, const struct params *params) {
     const struct payload_params *p = &params->payload;
@@ -98,10 +97,6 @@ int machine_check(const struct machine *m, struct error *error) {
             m->params->actuator.lower_inertia_kg_m2[k] + m->bodies.transverse_kg_m2[k] < 0.0)
             return error_set(error, STATUS_USAGE, "effects leave less than no mass or inertia of leg %d: make them smaller", k + 1);
     for (int k = 0; k < LEGS; k++)
-        if (machine_has_play(m, k) && m->bodies.upper_kg[k] < LIGHTEST_ROD_KG)
-            return error_set(error, STATUS_USAGE, "joint_backlash wants a rod of %g kg at least: check actuator.upper_mass_kg of leg %d",
-                             LIGHTEST_ROD_KG, k + 1);
-    for (int k = 0; k < LEGS; k++)
         if (drives(m, k, 1) || drives(m, k, -1))
             return error_set(error, STATUS_USAGE, "effects leave less than no viscous friction of leg %d: make them smaller", k + 1);
     return 0;
@@ -114,13 +109,22 @@ struct friction machine_joint_friction(const struct machine *m, int leg, double 
     return sum;
 }
 
-bool machine_has_play(const struct machine *m, int leg) { return m->bodies.clearance_m[leg] > 0.0; }
+bool machine_has_play(const struct machine *m, int leg) {
+    return m->params->mechanism != MECHANISM_AXIS && m->bodies.clearance_m[leg] > 0.0;
+}
+
+double machine_flank(const struct machine *m, int leg) { return m->bodies.upper_kg[leg] * FLANK_RADPS * FLANK_RADPS; }
 
 double machine_contact(const struct machine *m, int leg, double ahead_m, double ahead_mps) {
     double deep_m = fabs(ahead_m) - 0.5 * m->bodies.clearance_m[leg], side = copysign(1.0, ahead_m);
     if (!(deep_m > 0.0)) return 0.0;
-    double push_n = m->bodies.upper_kg[leg] * FLANK_RADPS * (FLANK_RADPS * deep_m + 2.0 * FLANK_DAMPING * side * ahead_mps);
+    double push_n = machine_flank(m, leg) * (deep_m + 2.0 * FLANK_DAMPING / FLANK_RADPS * side * ahead_mps);
     return push_n > 0.0 ? side * push_n : 0.0;
+}
+
+double machine_ahead(const struct machine *m, int leg, double contact_n) {
+    if (!machine_has_play(m, leg)) return 0.0;
+    return copysign(0.5 * m->bodies.clearance_m[leg] + fabs(contact_n) / machine_flank(m, leg), contact_n);
 }
 
 void machine_wrench(const struct machine *m, const double pose[DOFS], double wrench[DOFS]) {

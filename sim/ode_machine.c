@@ -76,23 +76,22 @@ static void place_part(dBodyID body, const dVector3 joint, double distance, cons
     dBodySetPosition(body, joint[0] + distance * along[0], joint[1] + distance * along[1], joint[2] + distance * along[2]);
 }
 
-static void place_leg(struct ode_machine *m, int leg) {
+static void place_leg(struct ode_machine *m, int leg, double ahead_m) {
     dVector3 a, along, first_upper;
     const double *first_lower = m->geometry.lower_axis[leg];
     upper_joint(m, leg, a, first_upper);
     dSubtractVectors3(along, a, m->machine.bodies.lower_joint_m[leg]);
     dNormalize3(along);
     place_part(m->body[CYLINDER + leg], m->machine.bodies.lower_joint_m[leg], m->params->actuator.lower_center_m[leg], along, first_lower);
-    double ahead_m = 0.5 * m->machine.bodies.clearance_m[leg];
     place_part(m->body[ROD + leg], a, ahead_m - m->params->actuator.upper_center_m[leg], along, first_upper);
 }
 
-void ode_machine_place(struct ode_machine *m, const double pose[DOFS]) {
+void ode_machine_place(struct ode_machine *m, const double pose[DOFS], const double ahead_m[LEGS]) {
     dVector3 center;
     rotate_platform(m->body[PLATFORM], pose);
     payload_center(m, center);
     dBodySetPosition(m->body[PLATFORM], pose[DOF_X] + center[0], pose[DOF_Y] + center[1], pose[DOF_Z] + center[2]);
-    for (int leg = 0; leg < LEGS; leg++) place_leg(m, leg);
+    for (int leg = 0; leg < LEGS; leg++) place_leg(m, leg, ahead_m[leg]);
 }
 
 /* ---- reading ---- */
@@ -255,7 +254,7 @@ static void make_joints(struct ode_machine *m, int leg, bool rub) {
 }
 
 int ode_machine_init(struct ode_machine *m, const struct params *params) {
-    static const double neutral[DOFS] = {0};
+    static const double neutral[DOFS] = {0}, level[LEGS] = {0};
     static const struct velocity rest = {0};
     *m = (struct ode_machine){.params = params};
     if (ode_open() < 0) return -1;
@@ -267,12 +266,12 @@ int ode_machine_init(struct ode_machine *m, const struct params *params) {
     dWorldSetERP(m->world, JOINT_ERP);
     dWorldSetCFM(m->world, JOINT_CFM);
     make_bodies(m);
-    ode_machine_place(m, neutral);
+    ode_machine_place(m, neutral, level);
     for (int leg = 0; leg < LEGS; leg++) make_joints(m, leg, m->machine.joint_friction.count > 0);
     /* The first step allocates ODE's working memory, enough for all the rows these
      * joints can have. */
     if (!dWorldStep(m->world, 1e-6)) return ode_machine_free(m), -1;
-    ode_machine_place(m, neutral);
+    ode_machine_place(m, neutral, level);
     m->neutral_moment_kg_m = moment_of_mass(m);
     for (int body = 0; body < BODIES; body++) ode_machine_set_velocity(m, body, &rest, 0.0);
     return 0;

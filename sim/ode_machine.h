@@ -46,8 +46,9 @@ struct ode_machine {
 int ode_machine_init(struct ode_machine *m, const struct params *params);
 void ode_machine_free(struct ode_machine *m);
 
-/* Moves every body to where it is in this pose; velocities stay. */
-void ode_machine_place(struct ode_machine *m, const double pose[DOFS]);
+/* Moves every body to where it is in this pose, rods so far ahead of their joints;
+ * velocities stay. */
+void ode_machine_place(struct ode_machine *m, const double pose[DOFS], const double ahead_m[LEGS]);
 
 void ode_machine_pose(const struct ode_machine *m, double pose[DOFS]);
 

@@ -28,6 +28,8 @@ struct plant {
 
 static const struct engine_ops *const engines[] = {[ENGINE_ODE] = &engine_ode, [ENGINE_CLOSED_FORM] = &engine_closed_form};
 
+static double substep_s(const struct plant *plant) { return plant->params->loop.period_s / plant->params->sim.substeps; }
+
 static struct cylinder_state drained(const struct plant *plant) {
     double tank = plant->params->hydraulics.tank_pa;
     return (struct cylinder_state){.p1_pa = tank, .p2_pa = tank};
@@ -41,6 +43,20 @@ static bool stop_loads(const struct plant *plant, const double pose[DOFS], doubl
     return possible;
 }
 
+/* Rods with play, where they push at rest. */
+static void rest_ahead(const struct plant *plant, const double pose[DOFS], double ahead_m[LEGS]) {
+    struct rigid_state s;
+    struct rigid_legs legs;
+    double holding_n[LEGS];
+    rigid_rest(&s, pose);
+    rigid_legs(&plant->rigid, &s, &legs);
+    rigid_holding_forces(&plant->rigid, pose, holding_n);
+    for (int k = 0; k < LEGS; k++) {
+        double contact_n = holding_n[k] - rigid_rod_force(&plant->rigid, &legs, k, legs.length[k], 0.0);
+        ahead_m[k] = machine_ahead(&plant->cylinder.machine, k, contact_n);
+    }
+}
+
 /* Newton on the lengths at which each end stop carries its load. False where that is no
  * pose of the machine. */
 static bool settled_pose(const struct plant *plant, double pose[DOFS]) {
@@ -49,13 +65,14 @@ static bool settled_pose(const struct plant *plant, double pose[DOFS]) {
         struct rigid_state s;
         struct rigid_legs legs;
         struct factor6 square = {0};
-        double load[LEGS], row[LEGS][DOFS], step[DOFS] = {0};
+        double load[LEGS], ahead[LEGS], row[LEGS][DOFS], step[DOFS] = {0};
         rigid_rest(&s, pose);
         rigid_legs(&plant->rigid, &s, &legs);
         if (!stop_loads(plant, pose, load)) return false;
+        rest_ahead(plant, pose, ahead);
         for (int k = 0; k < LEGS; k++) {
             rigid_row(&legs, k, row[k]);
-            add6(plant->cylinder.leg[k].length_min_m - fmax(load[k], 0.0) / stiffness - legs.length[k], row[k], step);
+            add6(plant->cylinder.leg[k].length_min_m - fmax(load[k], 0.0) / stiffness - ahead[k] - legs.length[k], row[k], step);
             for (int i = 0; i < DOFS; i++) add6(row[k][i], row[k], square.c[i]);
         }
         factor6(&square); /* step = (J'J)^-1 J' error */
@@ -85,8 +102,10 @@ static void exact_values(const struct plant *plant, struct exact *exact) {
 /* At rest in a pose, chambers as they are, for so long that nothing remembers anything else. */
 static void rest(struct plant *plant, const double pose[DOFS]) {
     struct exact exact;
+    double ahead_m[LEGS];
     hydraulics_rest(&plant->state);
-    plant->engine->ops->place(plant->engine, pose);
+    rest_ahead(plant, pose, ahead_m);
+    plant->engine->ops->place(plant->engine, pose, ahead_m);
     exact_values(plant, &exact);
     sensors_rest(&plant->sensors, &exact);
     valve_line_rest(&plant->valve_line);
@@ -107,6 +126,25 @@ static int settle(struct plant *plant, struct error *error) {
     return 0;
 }
 
+/* Do substeps resolve the rods that ring between their oil and a flank, the oil at its stiffest? */
+static int rods_resolved(const struct plant *plant, struct error *error) {
+    const struct machine *m = &plant->cylinder.machine;
+    double dt_s = substep_s(plant);
+    for (int k = 0; k < LEGS; k++) {
+        const struct cylinder_leg *c = &plant->cylinder.leg[k];
+        if (!machine_has_play(m, k)) continue;
+        double oil = fmax(cylinder_stiffness(&plant->cylinder, k, c->length_min_m),
+                          cylinder_stiffness(&plant->cylinder, k, c->length_max_m));
+        double drag = plant->params->hydraulics.viscous_n_s_per_m[k], mass = m->bodies.upper_kg[k];
+        if (!(dt_s * (dt_s * (oil + machine_flank(m, k)) + drag) <= mass))
+            return error_set(error, STATUS_USAGE,
+                             "joint_backlash: the rod of leg %d, %g kg, is too light for substeps of %g ms: raise sim.substeps or "
+                             "actuator.upper_mass_kg",
+                             k + 1, mass, 1e3 * dt_s);
+    }
+    return 0;
+}
+
 struct plant *plant_create(const struct params *params, uint64_t seed, struct error *error) {
     struct plant *plant = calloc(1, sizeof *plant);
     if (!plant) {
@@ -119,7 +157,8 @@ struct plant *plant_create(const struct params *params, uint64_t seed, struct er
     const struct machine *machine = &plant->cylinder.machine;
     valve_line_init(&plant->valve_line, machine);
     if (sensors_init(&plant->sensors, machine, seed) < 0) error_set(error, STATUS_IO, "no memory for the simulated machine's delays");
-    else if (machine_check(machine, error) == 0) plant->engine = engines[params->sim.engine]->create(params, error);
+    else if (machine_check(machine, error) == 0 && rods_resolved(plant, error) == 0)
+        plant->engine = engines[params->sim.engine]->create(params, error);
     if (plant->engine && settle(plant, error) == 0) return plant;
     plant_destroy(plant);
     return NULL;
@@ -156,8 +195,6 @@ static double command(double valve) {
     if (isnan(valve)) return 0.0;
     return fmin(fmax(valve, -1.0), 1.0);
 }
-
-static double substep_s(const struct plant *plant) { return plant->params->loop.period_s / plant->params->sim.substeps; }
 
 static void follow(struct plant *plant) {
     struct exact exact;

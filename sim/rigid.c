@@ -243,6 +243,15 @@ void rigid_push(const struct rigid_legs *legs, const double force_n[LEGS], doubl
         }
 }
 
+double rigid_rod_force(const struct rigid_model *m, const struct rigid_legs *legs, int leg, double length_m, double acceleration_mps2) {
+    double turn_squared = 0.0, weight_mps2 = 0.0, inner_m = length_m - m->upper_center[leg];
+    for (int i = 0; i < 3; i++) {
+        turn_squared += legs->across[i][leg] * legs->across[i][leg] / (legs->length[leg] * legs->length[leg]);
+        weight_mps2 += m->machine.bodies.gravity_mps2 * m->machine.bodies.down[i] * legs->n[i][leg];
+    }
+    return m->upper_mass[leg] * (acceleration_mps2 - inner_m * turn_squared - weight_mps2);
+}
+
 /* Kinetic energy body by body, not from the mass matrix: a test holds the two together. */
 void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, double *kinetic_j, double *potential_j) {
     struct rigid_legs legs;

@@ -78,6 +78,10 @@ static inline void rigid_row(const struct rigid_legs *legs, int leg, double row[
     for (int i = 0; i < 3; i++) row[i] = legs->n[i][leg], row[3 + i] = legs->arm[i][leg];
 }
 
+/* What a leg's rod needs along the leg, joint to joint or up to its end so long, for itself:
+ * mass times acceleration, less what the leg's turning and the weight give. */
+double rigid_rod_force(const struct rigid_model *m, const struct rigid_legs *legs, int leg, double length_m, double acceleration_mps2);
+
 void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, double *kinetic_j, double *potential_j);
 
 /* Forces along the legs that hold the platform at rest in a pose. False where the legs

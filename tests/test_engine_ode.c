@@ -26,7 +26,7 @@ static struct engine *engine_at(const struct params *p, const double pose[DOFS])
     struct error error;
     struct engine *e = engine_ode.create(p, &error);
     assert_non_null(e);
-    e->ops->place(e, pose);
+    e->ops->place(e, pose, (const double[LEGS]){0});
     return e;
 }
 
@@ -71,7 +71,7 @@ static void place_puts_every_body_where_the_pose_says(void **state) {
         assert_true(t.rate_mps[k] == 0.0);
     }
     assert_true(t.kinetic_j == 0.0);
-    e->ops->place(e, NEUTRAL);
+    e->ops->place(e, NEUTRAL, (const double[LEGS]){0});
     e->ops->truth(e, &EMPTY, &t);
     assert_below(fabs(t.potential_j), 1e-10); /* rounding of 5 kJ */
     e->ops->destroy(e);
@@ -258,7 +258,7 @@ static void no_heap_after_create(void **state) {
     if (!SANITIZED) assert_true(heap_calls - before > BODIES_AND_JOINTS);
     before = heap_calls;
     run(&r);
-    r.engine->ops->place(r.engine, TILTED);
+    r.engine->ops->place(r.engine, TILTED, (const double[LEGS]){0});
     run(&r);
     assert_int_equal(heap_calls - before, 0);
     r.engine->ops->destroy(r.engine);
@@ -277,7 +277,7 @@ static void same_run_gives_the_same_bits_in_any_thread(void **state) {
     pthread_t thread;
     second.engine = engine_at(&p, NEUTRAL);
     run(&second);
-    second.engine->ops->place(second.engine, TILTED);
+    second.engine->ops->place(second.engine, TILTED, (const double[LEGS]){0});
     assert_int_equal(pthread_create(&thread, NULL, run, &second), 0);
     assert_int_equal(pthread_join(thread, NULL), 0);
     assert_true(isfinite(first.end.pose[0]));

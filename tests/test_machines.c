@@ -151,7 +151,7 @@ static struct plant_truth shaken(const struct engine_ops *ops, const struct para
     double weight_n[LEGS], force_n[LEGS];
     struct engine *e = ops->create(params, &error);
     assert_non_null(e);
-    ops->place(e, neutral);
+    ops->place(e, neutral, (const double[LEGS]){0});
     holding_forces(params, neutral, weight_n);
     for (int i = 0; i < 3200; i++) {
         for (int k = 0; k < LEGS; k++) force_n[k] = weight_n[k] * (1.0 + 0.1 * cos(2.0 * PI * 4.0 * i * dt_s + 2.1 * k));

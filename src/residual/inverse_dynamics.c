@@ -105,9 +105,10 @@ static double held_friction(double balance_n, double noise_n, double extend_n, d
 
 /* balance_n: hydraulic force left for friction. Dry friction has its full size only where the leg
  * surely slides, from twice the slow speed on. */
-static double leg_friction(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in, double balance_n) {
+double inverse_dynamics_friction(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in, double balance_n) {
     struct cylinder_state s = {.p1_pa = in->p1_pa[leg], .p2_pa = in->p2_pa[leg]};
-    const double *motion = in->leg[leg];
+    double motion[3];
+    for (int i = 0; i < 3; i++) motion[i] = in->leg[leg][i] + in->ahead[leg][i];
     double sign = inverse_dynamics_direction(motion[1], motion[2], d->window_s), speed = fabs(motion[1]);
     struct friction extend = cylinder_friction(&d->cylinder, leg, &s, 1, speed);
     struct friction retract = cylinder_friction(&d->cylinder, leg, &s, -1, speed);
@@ -156,47 +157,30 @@ bool inverse_dynamics_move(struct inverse_dynamics *d, const double leg[LEGS][3]
 
 bool inverse_dynamics_along_legs(double j[LEGS][DOFS], double wrench[DOFS]) { return solve6(j, true, wrench); }
 
-bool inverse_dynamics_split(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double bodies_n[LEGS],
-                            double friction_n[LEGS]) {
-    struct rigid_legs legs;
+bool inverse_dynamics_bodies(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, struct rigid_legs *legs,
+                             double force_n[LEGS]) {
     double j[LEGS][DOFS], acceleration[DOFS], mass[DOFS][DOFS], load[DOFS];
-    memset(friction_n, 0, LEGS * sizeof *friction_n);
     if (d->params->mechanism == MECHANISM_AXIS) {
-        axis_bodies(d, in, bodies_n);
-        friction_n[0] = leg_friction(d, 0, in, in->push_n[0] - bodies_n[0]);
+        axis_bodies(d, in, force_n);
         return true;
     }
-    if (!inverse_dynamics_move(d, in->leg, &legs, j, acceleration)) return false;
-    rigid_dynamics(&d->rigid, &d->state, &legs, mass, load);
-    if (d->joints) push_joints(d, &legs, acceleration, load);
+    if (!inverse_dynamics_move(d, in->leg, legs, j, acceleration)) return false;
+    rigid_dynamics(&d->rigid, &d->state, legs, mass, load);
+    if (d->joints) push_joints(d, legs, acceleration, load);
     for (int i = 0; i < DOFS; i++) {
-        bodies_n[i] = -load[i];
-        for (int c = 0; c < DOFS; c++) bodies_n[i] += (i >= c ? mass[i][c] : mass[c][i]) * acceleration[c];
+        force_n[i] = -load[i];
+        for (int c = 0; c < DOFS; c++) force_n[i] += (i >= c ? mass[i][c] : mass[c][i]) * acceleration[c];
     }
-    if (!solve6(j, true, bodies_n)) return false;
-    for (int k = 0; k < LEGS; k++) friction_n[k] = leg_friction(d, k, in, in->push_n[k] - bodies_n[k]);
+    if (!solve6(j, true, force_n)) return false;
+    for (int k = 0; k < LEGS; k++) force_n[k] += d->rigid.upper_mass[k] * in->ahead[k][2];
     return true;
 }
 
 bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]) {
-    double friction_n[LEGS];
-    if (!inverse_dynamics_split(d, in, force_n, friction_n)) return false;
-    for (int k = 0; k < LEGS; k++) force_n[k] += friction_n[k];
-    return true;
-}
-
-void inverse_dynamics_rods(const struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]) {
-    const struct machine *m = &d->cylinder.machine;
     struct rigid_legs legs;
-    rigid_legs(&d->rigid, &d->state, &legs);
-    for (int k = 0; k < LEGS; k++) {
-        double turn_squared = 0.0, along = 0.0;
-        for (int i = 0; i < 3; i++) {
-            turn_squared += legs.across[i][k] * legs.across[i][k] / (legs.length[k] * legs.length[k]);
-            along += m->bodies.gravity_mps2 * m->bodies.down[i] * legs.n[i][k];
-        }
-        force_n[k] = d->rigid.upper_mass[k] * (in->leg[k][2] - (in->leg[k][0] - d->rigid.upper_center[k]) * turn_squared - along);
-    }
+    if (!inverse_dynamics_bodies(d, in, &legs, force_n)) return false;
+    for (int k = 0; k < params_legs(d->params); k++) force_n[k] += inverse_dynamics_friction(d, k, in, in->push_n[k] - force_n[k]);
+    return true;
 }
 
 void inverse_dynamics_inertia(const struct inverse_dynamics *d, double inertia[LEGS][LEGS]) {

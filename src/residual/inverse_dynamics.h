@@ -45,21 +45,27 @@ bool inverse_dynamics_along_legs(double j[LEGS][DOFS], double wrench[DOFS]);
 
 /* What is measured at an instant. */
 struct inverse_dynamics_input {
-    double leg[LEGS][3];                   /* length, rate, acceleration */
+    double leg[LEGS][3];                   /* length, rate, acceleration, joint to joint */
+    double ahead[LEGS][3];                 /* of play: how far the rods are ahead of their joints */
     double p1_pa[LEGS], p2_pa[LEGS];
     double push_n[LEGS];                   /* measured force, for legs that stick */
 };
 
-/* What the bodies need of each leg, and its friction. False: no pose has these lengths. */
-bool inverse_dynamics_split(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double bodies_n[LEGS],
-                            double friction_n[LEGS]);
+/* What the bodies need of each leg; legs: where they are, not of a single axis. False: no pose has
+ * these lengths. */
+bool inverse_dynamics_bodies(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, struct rigid_legs *legs,
+                             double force_n[LEGS]);
 
-/* In the pose of the last step: what the rods need of it for themselves; and the inertia of all
- * along the legs, [k][l]: force of leg k for an acceleration of leg l. */
-void inverse_dynamics_rods(const struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]);
-void inverse_dynamics_inertia(const struct inverse_dynamics *d, double inertia[LEGS][LEGS]);
+/* Friction of a leg, that of the rod in its cylinder. balance_n: what is left for it, should it
+ * be held. */
+double inverse_dynamics_friction(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in, double balance_n);
 
-/* Both together: the hydraulic force that each leg needs. */
+/* force_n: the hydraulic force that each leg needs, for bodies and friction. False: no pose has
+ * these lengths. */
 bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]);
+
+/* Inertia of all bodies along the legs in a platform's last pose, [k][l]: force of leg k for an
+ * acceleration of leg l, the others' lengths kept. */
+void inverse_dynamics_inertia(const struct inverse_dynamics *d, double inertia[LEGS][LEGS]);
 
 #endif

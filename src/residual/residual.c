@@ -13,6 +13,7 @@
 /* Fourier coefficients of a test's lengths and pressures, or forces. */
 struct series {
     double length[LEGS][SPECTRUM_SIZE], p1[LEGS][SPECTRUM_SIZE], p2[LEGS][SPECTRUM_SIZE], force[LEGS][SPECTRUM_SIZE];
+    double ahead[LEGS][SPECTRUM_SIZE]; /* of play: how far the rods are ahead of their joints */
 };
 
 /* The row of a series. */
@@ -65,6 +66,7 @@ static void undo_all(const struct machine *m, const struct residual_test *t, str
         undo(&m->sensors.p1[k], t, s->mean[CHANNEL_P1][k], rows->p1[k]);
         undo(&m->sensors.p2[k], t, s->mean[CHANNEL_P2][k], rows->p2[k]);
         undo(&m->sensors.force[k], t, s->mean[CHANNEL_FORCE][k], rows->force[k]);
+        memset(rows->ahead[k], 0, sizeof rows->ahead[k]);
     }
 }
 
@@ -331,15 +333,19 @@ static void tabulate_cycle(const struct residual_test *t, int harmonics, const s
     memset(table, 0, (size_t)t->phases * sizeof *table);
     for (int k = 0; k < t->legs; k++) {
         double force_n[SPECTRUM_SIZE];
+        bool play = machine_has_play(&m->machine, k);
         push(m, t, rows, k, force_n);
         for (int i = 0; i < t->phases; i++) {
             const double *basis = basis_at(t, i * (CYCLE_STEPS / PHASES));
+            struct inverse_dynamics_input *in = &table[i];
             double drop[PORTS] = {0};
             for (int port = 0; port < PORTS && p; port++) drop[port] = at(t->shape[i], t->size, p->drop[port][k]);
-            spectrum_at(rows->length[k], harmonics, t->spectrum.omega, basis, table[i].leg[k]);
-            table[i].p1_pa[k] = at(basis, size, rows->p1[k]) - drop[PORT_A];
-            table[i].p2_pa[k] = at(basis, size, rows->p2[k]) - drop[PORT_B];
-            table[i].push_n[k] = at(basis, size, force_n) - m->leg[k].a1_m2 * drop[PORT_A] + m->leg[k].a2_m2 * drop[PORT_B];
+            spectrum_at(rows->length[k], harmonics, t->spectrum.omega, basis, in->leg[k]);
+            if (play) spectrum_at(rows->ahead[k], harmonics, t->spectrum.omega, basis, in->ahead[k]);
+            for (int a = 0; a < 3; a++) in->leg[k][a] -= in->ahead[k][a];
+            in->p1_pa[k] = at(basis, size, rows->p1[k]) - drop[PORT_A];
+            in->p2_pa[k] = at(basis, size, rows->p2[k]) - drop[PORT_B];
+            in->push_n[k] = at(basis, size, force_n) - m->leg[k].a1_m2 * drop[PORT_A] + m->leg[k].a2_m2 * drop[PORT_B];
         }
     }
 }
@@ -349,49 +355,43 @@ static void project_phase(const struct residual_test *t, int phase, double value
     for (int a = 0; a < t->size; a++) row[a] += t->project[phase][a] * value;
 }
 
-/* From rods to joints. need_n: what the rods then need more, since they do not move with the
- * joints. False: no machine of this model can move like this. */
-static bool take_play(const struct residual_test *t, const struct params *model, const struct cylinder_model *m, struct series *rows,
-                      double need_n[LEGS][RESIDUAL_SIZE]) {
+static void prepare_inverse(const struct residual_test *t, const struct params *model, struct inverse_dynamics *inverse) {
+    double period_s = 2.0 * PI / t->spectrum.omega, step_m = model->sensors.enabled ? model->sensors.position_resolution_m : 0.0;
+    /* its strokes are long: to leave the reversals out would cost more than they hide */
+    bool axis = model->mechanism == MECHANISM_AXIS;
+    inverse_dynamics_init(inverse, model, period_s / PHASES, axis || !t->spectrum.cycles ? 0.0 : period_s / (4 * t->harmonics));
+    for (int k = 0; k < t->legs && !axis; k++)
+        inverse->speed_std_mps[k] = spectrum_speed_std(&t->spectrum, k, t->harmonics, step_m, t->measured);
+    memcpy(inverse->force_std_n, t->force_std_n, sizeof inverse->force_std_n);
+}
+
+/* Where the rods are in their joints. */
+static bool find_play(const struct residual_test *t, struct inverse_dynamics *inverse, const struct pressure_rows *p, struct series *rows) {
     struct inverse_dynamics_input table[PHASES];
     double ahead_m[PHASES][LEGS], period_s = 2.0 * PI / t->spectrum.omega;
     bool play = false;
-    memset(need_n, 0, LEGS * sizeof need_n[0]);
-    for (int k = 0; k < t->legs; k++) play = play || machine_has_play(&m->machine, k);
+    for (int k = 0; k < t->legs; k++) play = play || machine_has_play(&inverse->cylinder.machine, k);
     if (!play) return true;
-    struct play_motion motion = {.at = table,
-                                 .phases = t->phases,
-                                 .cycle = t->spectrum.cycles > 0,
-                                 .step_s = period_s / PHASES,
-                                 .resolution_s = period_s / (4 * t->spectrum.harmonics)};
-    memcpy(motion.force_std_n, t->force_std_n, sizeof motion.force_std_n);
-    tabulate_cycle(t, t->spectrum.harmonics, m, rows, NULL, table);
-    if (!play_find(model, &motion, ahead_m)) return false;
-    for (int k = 0; k < t->legs; k++) {
-        double ahead[SPECTRUM_SIZE] = {0}, rate[SPECTRUM_SIZE] = {0}, acceleration[SPECTRUM_SIZE] = {0};
+    const struct play_motion motion = {.at = table,
+                                       .phases = t->phases,
+                                       .cycle = t->spectrum.cycles > 0,
+                                       .step_s = period_s / PHASES,
+                                       .resolution_s = period_s / (4 * t->spectrum.harmonics)};
+    tabulate_cycle(t, t->spectrum.harmonics, &inverse->cylinder, rows, p, table);
+    if (!play_find(inverse, &motion, ahead_m)) return false;
+    for (int k = 0; k < t->legs; k++)
         for (int i = 0; i < t->phases; i++)
-            for (int a = 0; a < residual_motion_size(t); a++) ahead[a] += t->series[i][a] * ahead_m[i][k];
-        for (int a = 0; a < residual_motion_size(t); a++) rows->length[k][a] -= ahead[a];
-        differentiate(t, ahead, rate);
-        differentiate(t, rate, acceleration);
-        to_row(t, acceleration, need_n[k]);
-        for (int a = 0; a < t->size; a++) need_n[k][a] *= m->machine.bodies.upper_kg[k];
-    }
+            for (int a = 0; a < residual_motion_size(t); a++) rows->ahead[k][a] += t->series[i][a] * ahead_m[i][k];
     return true;
 }
 
-static bool required(const struct residual_test *t, const struct params *model, const struct series *rows, const struct pressure_rows *p,
+static bool required(const struct residual_test *t, const struct params *model, struct series *rows, const struct pressure_rows *p,
                      double force_n[LEGS][RESIDUAL_SIZE]) {
     struct inverse_dynamics inverse;
     struct inverse_dynamics_input table[PHASES];
     double force[LEGS];
-    double period_s = 2.0 * PI / t->spectrum.omega, step_m = model->sensors.enabled ? model->sensors.position_resolution_m : 0.0;
-    /* its strokes are long: to leave the reversals out would cost more than they hide */
-    bool axis = model->mechanism == MECHANISM_AXIS;
-    inverse_dynamics_init(&inverse, model, period_s / PHASES, axis || !t->spectrum.cycles ? 0.0 : period_s / (4 * t->harmonics));
-    for (int k = 0; k < t->legs && !axis; k++)
-        inverse.speed_std_mps[k] = spectrum_speed_std(&t->spectrum, k, t->harmonics, step_m, t->measured);
-    memcpy(inverse.force_std_n, t->force_std_n, sizeof inverse.force_std_n);
+    prepare_inverse(t, model, &inverse);
+    if (!find_play(t, &inverse, p, rows)) return false;
     tabulate_cycle(t, t->harmonics, &inverse.cylinder, rows, p, table);
     memset(force_n, 0, LEGS * sizeof force_n[0]);
     for (int i = 0; i < t->phases; i++) {
@@ -406,11 +406,7 @@ bool residual_required(const struct residual_test *t, const struct params *model
     struct cylinder_model cylinder;
     cylinder_model_init(&cylinder, model);
     undo_all(&cylinder.machine, t, &rows);
-    double need_n[LEGS][RESIDUAL_SIZE];
-    if (!take_play(t, model, &cylinder, &rows, need_n) || !required(t, model, &rows, NULL, force_n)) return false;
-    for (int k = 0; k < t->legs; k++)
-        for (int a = 0; a < t->size; a++) force_n[k][a] += need_n[k][a];
-    return true;
+    return required(t, model, &rows, NULL, force_n);
 }
 
 void residual_rate(const struct residual_test *t, int leg, double row[RESIDUAL_SIZE]) {
@@ -439,10 +435,11 @@ static bool has_lines(const struct cylinder_model *m) {
 
 enum residual_part residual_legs_apart(const struct params *model) {
     struct machine m;
-    bool play = false;
+    bool play = false, lines = false;
     machine_init(&m, model);
-    if (m.supply.resistance_pa_s_per_m3 > 0.0 || m.supply.tank_resistance_pa_s_per_m3 > 0.0) return 0;
-    for (int k = 0; k < LEGS; k++) play = play || machine_has_play(&m, k);
+    for (int k = 0; k < LEGS; k++) play = play || machine_has_play(&m, k), lines = lines || m.line.length_m[k] > 0.0;
+    bool shared = m.supply.resistance_pa_s_per_m3 > 0.0 || m.supply.tank_resistance_pa_s_per_m3 > 0.0;
+    if (shared || (play && lines)) return 0;
     return play ? PART_PRESSURE : PART_ALL | PART_FORCE_SENSOR;
 }
 
@@ -480,15 +477,14 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
         }
     }
     if (!(parts & PART_FORCE)) return true;
-    double need_n[LEGS][RESIDUAL_SIZE];
-    if (!take_play(t, model, &cylinder, &rows, need_n) || !required(t, model, &rows, lines ? &p : NULL, force)) return false;
+    if (!required(t, model, &rows, lines ? &p : NULL, force)) return false;
     for (int k = 0; k < t->legs; k++) {
         double push_n[SPECTRUM_SIZE], *net = row[k][RESIDUAL_FORCE];
         push(&cylinder, t, &rows, k, push_n);
         to_row(t, push_n, net);
         for (int a = 0; a < t->size; a++) {
             if (lines) net[a] -= cylinder.leg[k].a1_m2 * p.drop[PORT_A][k][a] - cylinder.leg[k].a2_m2 * p.drop[PORT_B][k][a];
-            net[a] -= force[k][a] + need_n[k][a];
+            net[a] -= force[k][a];
         }
         if (t->pressures) read_force_back(&cylinder, t, k, net);
         else read_back(&cylinder.machine.sensors.force[k], t, net);

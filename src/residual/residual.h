@@ -102,8 +102,8 @@ enum { ALL_LEGS = -1 };
 bool residual_evaluate(const struct residual_test *t, const struct params *model, enum residual_part parts, int leg, residual_row row);
 
 /* The parts in which the legs are independent, so that no leg's own constants move another leg's
- * residuals: none where they share lines to the power unit; not the force where it tells how far
- * play moves the pose. */
+ * residuals: none where they share lines to the power unit; not the force where play moves the
+ * pose, nor anything where pipes are before that. */
 enum residual_part residual_legs_apart(const struct params *model);
 
 /* The rate of a leg's length as a row, m/s. */
