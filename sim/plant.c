@@ -126,7 +126,8 @@ static int settle(struct plant *plant, struct error *error) {
     return 0;
 }
 
-/* Do substeps resolve the rods that ring between their oil and a flank, the oil at its stiffest? */
+/* Do substeps resolve the rods that ring between their oil and a flank, the oil at its stiffest? The
+ * engines are stable up to twice as much. */
 static int rods_resolved(const struct plant *plant, struct error *error) {
     const struct machine *m = &plant->cylinder.machine;
     double dt_s = substep_s(plant);
@@ -136,7 +137,7 @@ static int rods_resolved(const struct plant *plant, struct error *error) {
         double oil = fmax(cylinder_stiffness(&plant->cylinder, k, c->length_min_m),
                           cylinder_stiffness(&plant->cylinder, k, c->length_max_m));
         double drag = plant->params->hydraulics.viscous_n_s_per_m[k], mass = m->bodies.upper_kg[k];
-        if (!(dt_s * (dt_s * (oil + machine_flank(m, k)) + drag) <= mass))
+        if (!(dt_s * (dt_s * (oil + machine_flank(m, k)) + drag) <= 2.0 * mass))
             return error_set(error, STATUS_USAGE,
                              "joint_backlash: the rod of leg %d, %g kg, is too light for substeps of %g ms: raise sim.substeps or "
                              "actuator.upper_mass_kg",

@@ -5,10 +5,13 @@
 
 #include "dense.h"
 
-static const double SURE = 3.0; /* standard deviations of a push */
+static const double SURE = 3.0;    /* standard deviations of a push */
+static const double RIPPLE = 0.06; /* of the largest push: by 5 % of a knock a series swings on
+                                    * beside it (Gibbs) */
 
 struct instant {
     int flank[LEGS];                 /* 1, the rod pushes; -1, it pulls; 0, it may be loose */
+    double contact_n[LEGS];          /* what it pushes with */
     double imbalance_n[LEGS];
     double inertia[LEGS][LEGS];      /* of the platform along the legs, the rods taken off */
     double ahead_mps2[LEGS];
@@ -23,12 +26,20 @@ static bool look(struct inverse_dynamics *d, const struct inverse_dynamics_input
     for (int k = 0; k < LEGS; k++) {
         double rod_n = rigid_rod_force(&d->rigid, &legs, k, in->leg[k][0], in->leg[k][2]);
         double driven_n = in->push_n[k] - inverse_dynamics_friction(d, k, in, in->push_n[k] - rod_n);
-        double contact_n = driven_n - rod_n;
+        now->contact_n[k] = driven_n - rod_n;
         now->imbalance_n[k] = driven_n - bodies_n[k];
         now->inertia[k][k] -= d->rigid.upper_mass[k];
-        now->flank[k] = fabs(contact_n) < SURE * d->force_std_n[k] ? 0 : contact_n < 0.0 ? -1 : 1;
     }
     return true;
+}
+
+static void tell_flanks(const struct play_motion *m, int leg, double std_n, struct instant at[PHASES]) {
+    double least_n = SURE * std_n;
+    for (int i = 0; i < m->phases; i++) least_n = fmax(least_n, RIPPLE * fabs(at[i].contact_n[leg]));
+    for (int i = 0; i < m->phases; i++) {
+        double contact_n = at[i].contact_n[leg];
+        at[i].flank[leg] = fabs(contact_n) < least_n ? 0 : contact_n < 0.0 ? -1 : 1;
+    }
 }
 
 /* A flank is sure where it is the same before and after. */
@@ -99,7 +110,7 @@ bool play_find(struct inverse_dynamics *d, const struct play_motion *m, double a
     memset(ahead_m, 0, PHASES * sizeof ahead_m[0]);
     for (int i = 0; i < m->phases; i++)
         if (!look(d, &m->at[i], &at[i])) return false;
-    for (int k = 0; k < LEGS; k++) leave_unsure(m, k, at);
+    for (int k = 0; k < LEGS; k++) tell_flanks(m, k, d->force_std_n[k], at), leave_unsure(m, k, at);
     for (int i = 0; i < m->phases; i++) accelerate(machine, &at[i]);
     for (int k = 0; k < LEGS; k++)
         if (machine_has_play(machine, k)) follow(m, at, k, 0.5 * machine->bodies.clearance_m[k], ahead_m);
