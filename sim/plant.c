@@ -126,8 +126,8 @@ static int settle(struct plant *plant, struct error *error) {
     return 0;
 }
 
-/* Do substeps resolve the rods that ring between their oil and a flank, the oil at its stiffest? The
- * engines are stable up to twice as much. */
+/* Do substeps resolve the rods that ring between their oil and a flank, the oil at its stiffest?
+ * The engines are stable up to twice as much. */
 static int rods_resolved(const struct plant *plant, struct error *error) {
     const struct machine *m = &plant->cylinder.machine;
     double dt_s = substep_s(plant);
