@@ -83,8 +83,8 @@ bool closed_form_held(const struct closed_form *e, int k) { return e->kind[k] ==
 
 void closed_form_basis(const struct closed_form *e, const struct instant *now, struct stick_basis *basis) {
     basis->rank = 0;
-    for (int i = 0; i < e->stickies; i++) {
-        int k = e->sticky[i];
+    for (int i = 0; i < e->sticks; i++) {
+        int k = e->stick[i];
         double row[DOFS], bias;
         if (!closed_form_held(e, k)) continue;
         closed_form_row(now, k, row, &bias);
@@ -105,7 +105,7 @@ static void derivative(const struct closed_form *e, const union system *s, const
     struct instant now;
     struct stick_basis basis;
     closed_form_look(e, s, drive, &now);
-    if (e->stickies) {
+    if (e->sticks) {
         closed_form_basis(e, &now, &basis);
         stick_hold(&basis, 1.0, now.free);
     }
@@ -153,6 +153,7 @@ void closed_form_rk4(const struct closed_form *e, const union system *from, doub
 void closed_form_rates(const struct closed_form *e, const union system *s, double rate[COORDINATES]) {
     struct instant now;
     rigid_legs(&e->rigid, &s->body, &now.legs);
-    if (e->joints) joint_axes(&e->rigid, &s->body, &now.legs, &now.axes);
-    for (int i = 0; i < e->stickies; i++) rate[e->sticky[i]] = coordinate_rate(&now, s, e->sticky[i]);
+    /* all axes stick, or none */
+    if (e->kind[LEGS] == STICKS) joint_axes(&e->rigid, &s->body, &now.legs, &now.axes);
+    for (int i = 0; i < e->sticks; i++) rate[e->stick[i]] = coordinate_rate(&now, s, e->stick[i]);
 }

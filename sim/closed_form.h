@@ -46,16 +46,16 @@ struct closed_form {
     int values;                      /* of the state that are in use */
     struct rigid_model rigid;
     bool joints;                     /* there is joint friction */
-    bool play, rods_stick;           /* some leg has play; and dry friction */
+    bool play, rods_stick;           /* some leg has play; and dry friction can hold its rod */
     enum {
         SLIDES,
         STICKS,                      /* dry friction can hold it */
         ROD_STICKS                   /* and of a leg with play the rod, not the platform */
     } kind[COORDINATES];
-    int sticky[COORDINATES], stickies; /* those that STICKS */
+    int stick[COORDINATES], sticks;  /* those that STICKS, and how many */
     union system state;
-    int direction[COORDINATES];      /* of all that do not slide only: +1, -1 sliding, over a whole
-                                      * step; 0 held */
+    int direction[COORDINATES];      /* of what can stick: +1, -1 sliding, over a whole step;
+                                      * 0 held */
     double holding[COORDINATES];     /* force that holds them */
     double rate[COORDINATES];        /* in this state */
     bool forced;                     /* the last step was one without hydraulics */

@@ -59,8 +59,8 @@ static struct stick_coordinate at_rest(const struct closed_form *e, struct insta
 /* Holds what has stopped. Returns how many more than before. */
 static int arrest(struct closed_form *e) {
     int more = 0;
-    for (int i = 0; i < e->stickies; i++) {
-        int k = e->sticky[i];
+    for (int i = 0; i < e->sticks; i++) {
+        int k = e->stick[i];
         if (e->direction[k] == 0 || e->direction[k] * e->rate[k] > STOPPED) continue;
         e->direction[k] = 0;
         more++;
@@ -70,8 +70,8 @@ static int arrest(struct closed_form *e) {
 
 static int held_places(const struct closed_form *e, int place[COORDINATES]) {
     int count = 0;
-    for (int i = 0; i < e->stickies; i++)
-        if (closed_form_held(e, e->sticky[i])) place[count++] = e->sticky[i];
+    for (int i = 0; i < e->sticks; i++)
+        if (closed_form_held(e, e->stick[i])) place[count++] = e->stick[i];
     return count;
 }
 
@@ -102,8 +102,8 @@ static void release(struct closed_form *e, const struct drive *drive, const bool
 /* How far the coordinates of `which` are from having stopped: <= 0 when the first has. */
 static double nearest_to_rest(const struct closed_form *e, const bool which[COORDINATES], const double rate[COORDINATES]) {
     double nearest = (double)INFINITY;
-    for (int i = 0; i < e->stickies; i++) {
-        int k = e->sticky[i];
+    for (int i = 0; i < e->sticks; i++) {
+        int k = e->stick[i];
         if (which[k] && e->direction[k] * rate[k] < nearest) nearest = e->direction[k] * rate[k];
     }
     return nearest;
@@ -142,8 +142,8 @@ static double slide(struct closed_form *e, double h, const struct drive *drive, 
     union system to;
     closed_form_rk4(e, &e->state, h, drive, &to);
     closed_form_rates(e, &to, rate);
-    for (int i = 0; i < e->stickies; i++) {
-        int k = e->sticky[i];
+    for (int i = 0; i < e->sticks; i++) {
+        int k = e->stick[i];
         turning[k] = e->direction[k] * rate[k] < 0.0;
         any = any || turning[k];
         if (!turning[k] || e->direction[k] * e->rate[k] > STOPPED) continue;
@@ -165,8 +165,8 @@ static double slide(struct closed_form *e, double h, const struct drive *drive, 
 static void slide_on(struct closed_form *e, double h, const struct drive *drive) {
     closed_form_rk4(e, &e->state, h, drive, &e->state);
     closed_form_rates(e, &e->state, e->rate);
-    for (int i = 0; i < e->stickies; i++) {
-        int k = e->sticky[i];
+    for (int i = 0; i < e->sticks; i++) {
+        int k = e->stick[i];
         if (e->direction[k] * e->rate[k] < 0.0) e->direction[k] = -e->direction[k];
     }
 }
@@ -205,7 +205,7 @@ static void arrest_rods(struct closed_form *e, const struct drive *drive) {
 static void step_on(struct closed_form *e, double dt, const struct drive *drive) {
     bool caught[COORDINATES] = {false};
     double left = dt;
-    if (!e->stickies) {
+    if (!e->sticks) {
         closed_form_rk4(e, &e->state, dt, drive, &e->state);
         return;
     }
@@ -241,12 +241,12 @@ static void closed_form_place(struct engine *base, const double pose[DOFS], cons
     e->forced = false;
 }
 
-static void list_sticky(struct closed_form *e) {
+static void list_sticks(struct closed_form *e) {
     bool legs = cylinder_can_stick(&e->cylinder), joints = joints_can_stick(&e->cylinder.machine);
     for (int k = 0; k < COORDINATES; k++) {
         bool play = k < LEGS && machine_has_play(&e->cylinder.machine, k);
         if (k < LEGS ? legs : joints) e->kind[k] = play ? ROD_STICKS : STICKS;
-        if (e->kind[k] == STICKS) e->sticky[e->stickies++] = k;
+        if (e->kind[k] == STICKS) e->stick[e->sticks++] = k;
         e->play = e->play || play;
         e->rods_stick = e->rods_stick || e->kind[k] == ROD_STICKS;
     }
@@ -262,7 +262,7 @@ static struct engine *closed_form_create(const struct params *params, struct err
     cylinder_model_init(&e->cylinder, params);
     rigid_model_init(&e->rigid, params);
     e->joints = e->cylinder.machine.joint_friction.count > 0;
-    list_sticky(e);
+    list_sticks(e);
     e->values = e->play ? (int)(sizeof e->state / sizeof *e->state.value) : e->cylinder.extended ? CLOSED_FORM_NO_PLAY : CLOSED_FORM_PLAIN;
     closed_form_place(&e->base, (const double[DOFS]){0}, (const double[LEGS]){0});
     return &e->base;
