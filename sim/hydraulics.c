@@ -112,8 +112,9 @@ struct span {
     int first, end;
 };
 
-static void add(struct span span, double h, const union values *rate, union values *s) {
-    for (int i = span.first; i < span.end; i++) s->value[i] += h * rate->value[i];
+/* to = from + h rate */
+static void go(struct span span, double h, const union values *from, const union values *rate, union values *to) {
+    for (int i = span.first; i < span.end; i++) to->value[i] = from->value[i] + h * rate->value[i];
 }
 
 void hydraulics_step(const struct cylinder_model *m, double dt_s, const struct hydraulics_input in[3], struct hydraulics_state *s) {
@@ -122,19 +123,14 @@ void hydraulics_step(const struct cylinder_model *m, double dt_s, const struct h
     /* the legs that are not there */
     if (m->extended && m->legs - m->first < LEGS) memset(k, 0, sizeof k);
     start.state = at.state = *s;
-    hydraulics_derivative(m, &at.state, &in[0], &k[0].state);
-    add(span, 0.5 * dt_s, &k[0], &at);
+    hydraulics_derivative(m, &start.state, &in[0], &k[0].state);
+    go(span, 0.5 * dt_s, &start, &k[0], &at);
     hydraulics_derivative(m, &at.state, &in[1], &k[1].state);
-    at = start;
-    add(span, 0.5 * dt_s, &k[1], &at);
+    go(span, 0.5 * dt_s, &start, &k[1], &at);
     hydraulics_derivative(m, &at.state, &in[1], &k[2].state);
-    at = start;
-    add(span, dt_s, &k[2], &at);
+    go(span, dt_s, &start, &k[2], &at);
     hydraulics_derivative(m, &at.state, &in[2], &k[3].state);
-    add(span, dt_s / 6.0, &k[0], &start);
-    add(span, dt_s / 3.0, &k[1], &start);
-    add(span, dt_s / 3.0, &k[2], &start);
-    add(span, dt_s / 6.0, &k[3], &start);
+    for (int i = 0; i < 4; i++) go(span, dt_s / (i % 3 ? 3.0 : 6.0), &start, &k[i], &start);
     *s = start.state;
     hydraulics_limit(m, s);
 }
