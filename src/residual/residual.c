@@ -356,12 +356,11 @@ static void project_phase(const struct residual_test *t, int phase, double value
 }
 
 static void prepare_inverse(const struct residual_test *t, const struct params *model, struct inverse_dynamics *inverse) {
-    double period_s = 2.0 * PI / t->spectrum.omega, step_m = model->sensors.enabled ? model->sensors.position_resolution_m : 0.0;
+    double period_s = 2.0 * PI / t->spectrum.omega;
     /* its strokes are long: to leave the reversals out would cost more than they hide */
     bool axis = model->mechanism == MECHANISM_AXIS;
     inverse_dynamics_init(inverse, model, period_s / PHASES, axis || !t->spectrum.cycles ? 0.0 : period_s / (4 * t->harmonics));
-    for (int k = 0; k < t->legs && !axis; k++)
-        inverse->speed_std_mps[k] = spectrum_speed_std(&t->spectrum, k, t->harmonics, step_m, t->measured);
+    memcpy(inverse->speed_std_mps, t->speed_std_mps, sizeof inverse->speed_std_mps);
     memcpy(inverse->force_std_n, t->force_std_n, sizeof inverse->force_std_n);
 }
 

@@ -281,6 +281,13 @@ static void find_step(struct residual_test *t, double sampling_s, const struct p
     t->step_s = !slower ? sampling_s : t->in_step ? sampling_s / many : cycle_s;
 }
 
+/* Of an axis the strokes are long: none of it. */
+static void find_speed_std(struct residual_test *t, const struct params *params) {
+    double step_m = params->sensors.enabled ? params->sensors.position_resolution_m : 0.0;
+    for (int k = 0; k < t->legs && params->mechanism != MECHANISM_AXIS; k++)
+        t->speed_std_mps[k] = spectrum_speed_std(&t->spectrum, k, t->harmonics, step_m, t->measured);
+}
+
 static int prepare(struct residual_test *t, const struct recording *recording, int of, enum cycles which, struct error *error) {
     const struct recording_test *test = &recording->test[of];
     t->of = of;
@@ -292,8 +299,10 @@ static int prepare(struct residual_test *t, const struct recording *recording, i
     /* for Simpson's rule (residual_staircase) */
     if (t->substeps > 1) t->substeps += t->substeps % 2;
     int status = test->piece_s > 0.0 ? prepare_piece(t, test, error) : prepare_cycle(t, test, which, error);
-    if (!status) whiten_force_std(t, recording->params, t->force_std_n);
-    return status;
+    if (status) return status;
+    find_speed_std(t, recording->params);
+    whiten_force_std(t, recording->params, t->force_std_n);
+    return STATUS_OK;
 }
 
 /* Every other piece is kept from the fits, as every other cycle is. */
