@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 #include "line.h"
+#include "parallel.h"
 #include "replay.h"
 
 static const double LINE_TOLERANCE = 0.1;   /* a loop that oscillates in the model, too, does so
@@ -40,29 +41,41 @@ bool compare_can_be_driven(const struct recording *r) {
     return can;
 }
 
-struct sizes {
-    struct gap_size before, after, floor;
-};
-
-static void motion_sizes(const struct gap_result *r, const struct recording *measured, enum cycles which, struct sizes *s) {
-    replay_motion(&r->base_model, measured, which, &s->before, &s->floor);
-    replay_motion(&r->fitted, measured, which, &s->after, &s->floor);
-}
+static const struct params *after_of(const struct gap_result *r) { return r->effects ? &r->fitted : NULL; }
 
 static void keep_sizes(struct gap_result *r, const struct sizes *used, const struct sizes *held) {
     r->before = used->before, r->after = used->after;
-    r->noise_floor = held->floor;
+    r->noise_floor = held->noise;
     r->held_out_before = held->before, r->held_out_after = held->after;
-    double floor = held->floor.overall * held->floor.overall, before = held->before.overall * held->before.overall;
+    double noise = held->noise.overall * held->noise.overall, before = held->before.overall * held->before.overall;
     double after = held->after.overall * held->after.overall;
-    r->unexplained_fraction = before > floor ? fmin(fmax((after - floor) / (before - floor), 0.0), 1.0) : 0.0;
-    if (isnan(before + after + floor)) r->unexplained_fraction = (double)NAN;
+    r->unexplained_fraction = before > noise ? fmin(fmax((after - noise) / (before - noise), 0.0), 1.0) : 0.0;
+    if (isnan(before + after + noise)) r->unexplained_fraction = (double)NAN;
+}
+
+/* The models beside a log: on the cycles that were searched, and on another log's own tests, which
+ * need not be those of the first; without one on the cycles held out. */
+struct comparison {
+    const struct gap_result *r;
+    struct side {
+        const struct recording *measured;
+        enum cycles which;
+        const struct replay *both; /* NULL: under the measured motion */
+        struct sizes sizes;
+    } used, held;
+};
+
+static void compare_side(void *context, int i) {
+    struct comparison *c = context;
+    struct side *s = i ? &c->held : &c->used;
+    if (s->both) replay_compare(s->measured, s->both, s->which, &s->sizes);
+    else replay_motion(&c->r->base_model, after_of(c->r), s->measured, s->which, &s->sizes);
 }
 
 /* Both models run like a recording. The one with the effects found need not get through the tests
  * that the rig got through. */
 static int run_both(struct gap_result *r, const struct recording *like, struct replay both[2], struct error *error) {
-    replay_both(&r->base_model, r->effects ? &r->fitted : NULL, like, both);
+    replay_both(&r->base_model, after_of(r), like, both);
     const struct replay *failed = both[0].status ? &both[0] : &both[1];
     if (failed == &both[1] && failed->status == STATUS_USAGE && r->effects) {
         snprintf(r->replay_fault, sizeof r->replay_fault, "%.300s", failed->error.text);
@@ -72,54 +85,41 @@ static int run_both(struct gap_result *r, const struct recording *like, struct r
     return failed->status;
 }
 
-/* Judged on another log's own tests, which need not be those of the first; without one on the
- * cycles held out. */
-static int held_sizes(const struct recording *measured, const struct recording *validate, const struct replay *both, struct gap_result *r,
-                      struct sizes *held, struct error *error) {
-    const struct recording *with = validate ? validate : measured;
-    enum cycles which = validate ? CYCLES_ALL : CYCLES_ODD;
-    struct replay other[2];
-    int status = validate ? run_both(r, validate, other, error) : STATUS_OK;
-    if (validate) both = other;
-    if (!status && !r->replay_fault[0]) {
-        replay_compare(with, &both[0].run, which, &held->before, &held->floor);
-        replay_compare(with, replay_after(both), which, &held->after, &held->floor);
-    }
-    if (validate) replay_free(other);
-    return status;
-}
-
-static int compare_runs(const struct params *params, const struct recording *measured, const struct recording *validate,
-                        const struct replay both[2], struct gap_result *r, struct error *error) {
+static void compare_runs(const struct params *params, const struct recording *measured, const struct replay both[2],
+                         const struct gap_options *o, struct gap_result *r) {
     const struct recording *before = &both[0].run, *after = replay_after(both);
-    struct sizes used, held = {0};
-    int status = held_sizes(measured, validate, both, r, &held, error);
-    if (status || r->replay_fault[0]) return status;
-    replay_compare(measured, before, CYCLES_EVEN, &used.before, &used.floor);
-    replay_compare(measured, after, CYCLES_EVEN, &used.after, &used.floor);
-    keep_sizes(r, &used, &held);
     r->simulated = true;
-    r->line_simulated = r->line.hz > 0.0 && fabs(line_find(after, LINE_EXCITED).hz / r->line.hz - 1.0) < LINE_TOLERANCE;
+    r->line_simulated = r->line.hz > 0.0 && fabs(line_find(after, o->threads, LINE_EXCITED).hz / r->line.hz - 1.0) < LINE_TOLERANCE;
     r->matrices = replay_identify(params, measured, r->measured_mt) && replay_identify(params, before, r->before_mt) &&
                   replay_identify(params, after, r->after_mt);
-    return STATUS_OK;
 }
 
-static int closed_loop(const struct params *params, const struct recording *measured, const struct recording *validate,
-                       const struct gap_options *o, struct gap_result *r, struct replay runs[2], struct error *error) {
+/* Leaves the sides to the measured motion where a model does not get through the tests. */
+static int closed_loop(const struct params *params, const struct recording *validate, const struct gap_options *o, struct comparison *c,
+                       struct gap_result *r, struct replay runs[2], struct replay other[2], struct error *error) {
     gap_progress(o, "simulating", 0.7);
-    int status = run_both(r, measured, runs, error);
-    if (!status && !r->replay_fault[0]) status = compare_runs(params, measured, validate, runs, r, error);
-    return status;
+    int status = run_both(r, c->used.measured, runs, error);
+    if (!status && validate && !r->replay_fault[0]) status = run_both(r, validate, other, error);
+    if (status || r->replay_fault[0]) return status;
+    c->used.both = runs, c->held.both = validate ? other : runs;
+    compare_runs(params, c->used.measured, runs, o, r);
+    return STATUS_OK;
 }
 
 int compare_models(const struct params *params, const struct recording *measured, const struct recording *validate,
                    const struct gap_options *o, struct gap_result *r, struct replay runs[2], struct error *error) {
-    struct sizes used, held;
-    motion_sizes(r, measured, CYCLES_EVEN, &used);
-    motion_sizes(r, validate ? validate : measured, validate ? CYCLES_ALL : CYCLES_ODD, &held);
-    keep_sizes(r, &used, &held);
+    struct comparison c = {.r = r,
+                           .used = {.measured = measured, .which = CYCLES_EVEN},
+                           .held = {.measured = validate ? validate : measured, .which = validate ? CYCLES_ALL : CYCLES_ODD}};
+    struct replay other[2] = {{0}};
+    int status = STATUS_OK;
     bool drive = o->simulate && compare_can_be_driven(measured) && (!validate || compare_can_be_driven(validate));
-    if (!drive || r->replay != GAP_CLOSED_LOOP || r->controller_differs) return STATUS_OK;
-    return closed_loop(params, measured, validate, o, r, runs, error);
+    if (drive && r->replay == GAP_CLOSED_LOOP && !r->controller_differs)
+        status = closed_loop(params, validate, o, &c, r, runs, other, error);
+    if (!status) {
+        parallel_run(o->threads, 2, compare_side, &c);
+        keep_sizes(r, &c.used.sizes, &c.held.sizes);
+    }
+    replay_free(other);
+    return status;
 }

@@ -1,5 +1,5 @@
 /* How large the gap is, before and after: under the measured motion, and where the loop can be
- * closed again in simulation. Two threads; heap. */
+ * closed again in simulation. Ordinary threads; heap. */
 #ifndef HEXID_COMPARE_H
 #define HEXID_COMPARE_H
 

@@ -48,9 +48,9 @@ void diagnosis_free(struct diagnosis *d) {
 }
 
 bool diagnosis_refit(struct diagnosis *d, int iterations) {
-    struct fit_result r = fit_model(&d->fit, &d->model, d->variables, d->variable, NULL, NULL, iterations);
-    bool fitted = r.ok && fit_columns(&d->fit, &d->model, d->variables, d->variable, NULL, d->column) &&
-                  fit_raw(&d->fit, &d->model, d->raw);
+    struct fit_result r = fit_model(&d->fit, &d->model, d->variables, d->variable, NULL, NULL, NULL, iterations);
+    bool fitted = r.ok && fit_raw(&d->fit, &d->model, d->raw) &&
+                  fit_columns(&d->fit, &d->model, d->raw, d->variables, d->variable, NULL, d->column);
     if (!fitted) return false;
     fit_gram(d->variables, d->fit.values, d->column, d->gram);
     for (int i = 0; i < d->variables; i++) d->gram[i * d->variables + i] *= 1.0 + RIDGE;

@@ -125,40 +125,54 @@ static int only_leg(enum residual_part apart, int variables, const struct variab
     return one ? v[0].leg : ALL_LEGS;
 }
 
-/* here: the raw residual at the model. known: columns that are left out, or NULL. */
-static bool fit_columns_from(const struct fit_data *d, const struct params *model, const double *here, int variables,
-                             const struct variable *v, const double *const *known, double *column) {
+/* Columns on their way: those of variables from first[i] on, so many, are moved at once. */
+struct columns {
+    struct fit_data alone; /* a thread each */
+    const struct params *model;
+    const double *raw;
+    const struct variable *v;
+    double *column;
+    enum residual_part apart;
+    int groups, first[FIT_VARIABLES], many[FIT_VARIABLES];
+    atomic_bool impossible;
+};
+
+static void move_group(void *context, int group) {
+    struct columns *s = context;
+    const struct fit_data *d = &s->alone;
+    const struct variable *v = s->v + s->first[group];
     size_t values = (size_t)d->values;
-    enum residual_part apart = residual_legs_apart(model);
-    for (int i = 0, n; i < variables; i += n) {
-        struct params moved = *model;
-        double *c = column + (size_t)i * values;
-        n = 1;
-        if (known && known[i]) continue;
-        n = of_own_legs(apart, variables - i, v + i, known ? known + i : NULL);
-        for (int j = i; j < i + n; j++) {
-            double value = variable_get(&v[j], model);
-            variable_set(&v[j], &moved, value + step_of(&v[j], value));
-        }
-        memcpy(c, here, values * sizeof *c);
-        if (!raw_residual(d, &moved, v[i].parts, n > 1 ? ALL_LEGS : only_leg(apart, 1, &v[i]), c)) return false;
-        for (size_t a = 0; a < values; a++) c[a] -= here[a];
-        for (int j = n - 1; j >= 0; j--) {
-            double *own = c + (size_t)j * values, step = step_of(&v[i + j], variable_get(&v[i + j], model));
-            for (size_t a = 0; a < values; a++) own[a] = c[a] / step;
-            if (is_own(apart, &v[i + j])) clear_other_legs(d, v[i + j].leg, own);
-            whiten_all(d, own);
-        }
+    double *c = s->column + (size_t)s->first[group] * values;
+    int many = s->many[group];
+    struct params moved = *s->model;
+    if (s->impossible) return;
+    for (int j = 0; j < many; j++) {
+        double value = variable_get(&v[j], s->model);
+        variable_set(&v[j], &moved, value + step_of(&v[j], value));
     }
-    return true;
+    memcpy(c, s->raw, values * sizeof *c);
+    if (!raw_residual(d, &moved, v->parts, many > 1 ? ALL_LEGS : only_leg(s->apart, 1, v), c)) s->impossible = true;
+    for (size_t a = 0; a < values; a++) c[a] -= s->raw[a];
+    for (int j = many - 1; j >= 0; j--) {
+        double *own = c + (size_t)j * values, step = step_of(&v[j], variable_get(&v[j], s->model));
+        for (size_t a = 0; a < values; a++) own[a] = c[a] / step;
+        if (is_own(s->apart, &v[j])) clear_other_legs(d, v[j].leg, own);
+        whiten_all(d, own);
+    }
 }
 
-bool fit_columns(const struct fit_data *d, const struct params *model, int variables, const struct variable *v, const double *const *known,
-                 double *column) {
-    double *here = memory_get((size_t)d->values, sizeof *here);
-    bool ok = raw_residual(d, model, PART_ALL, ALL_LEGS, here) && fit_columns_from(d, model, here, variables, v, known, column);
-    free(here);
-    return ok;
+bool fit_columns(const struct fit_data *d, const struct params *model, const double *raw, int variables, const struct variable *v,
+                 const double *const *known, double *column) {
+    struct columns s = {.alone = *d, .model = model, .raw = raw, .v = v, .column = column, .apart = residual_legs_apart(model)};
+    s.alone.threads = 1;
+    for (int i = 0, n; i < variables; i += n) {
+        n = 1;
+        if (known && known[i]) continue;
+        n = of_own_legs(s.apart, variables - i, v + i, known ? known + i : NULL);
+        s.first[s.groups] = i, s.many[s.groups++] = n;
+    }
+    parallel_run(d->threads, s.groups, move_group, &s);
+    return !s.impossible;
 }
 
 /* Factor of the rows and columns of h in `place`; columns that nothing tells apart are told apart
@@ -310,11 +324,11 @@ static enum residual_part parts_of(int variables, const struct variable *v) {
 }
 
 double fit_start(const struct fit_data *d, const struct params *model, int variables, const struct variable *v,
-                 const struct linear_part *linear, double *white) {
+                 const struct linear_part *linear, double *raw, double *white) {
     int leg = only_leg(residual_legs_apart(model), variables, v);
-    memcpy(white, linear->raw, (size_t)d->values * sizeof *white);
-    if (variables && !raw_residual(d, model, parts_of(variables, v), leg, white)) return INFINITY;
-    whiten_all(d, white);
+    memcpy(raw, linear->raw, (size_t)d->values * sizeof *raw);
+    if (variables && !raw_residual(d, model, parts_of(variables, v), leg, raw)) return INFINITY;
+    whiten_copy(d, raw, white);
     return linear_square(d->values, white, linear);
 }
 
@@ -390,7 +404,7 @@ static bool descend(struct descent *s, const double *x) {
 }
 
 struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v,
-                            const double *const *known, const struct linear_part *linear, int iterations) {
+                            const double *const *known, const struct linear_part *linear, const double *raw, int iterations) {
     int extra = linear ? linear->n : 0, n = variables + extra, values = d->values;
     struct fit_result result = {0};
     double *room = memory_get((size_t)(variables + 2) * (size_t)values, sizeof *room), *columns = room + 2 * values;
@@ -401,13 +415,13 @@ struct fit_result fit_model(const struct fit_data *d, struct params *model, int 
 
     s.parts = parts_of(variables, v);
     s.leg = only_leg(residual_legs_apart(model), variables, v);
-    if (linear) memcpy(s.raw, linear->raw, (size_t)values * sizeof *room);
-    result.ok = raw_residual(d, model, linear ? s.parts : PART_ALL, linear ? s.leg : ALL_LEGS, s.raw);
+    if (raw || linear) memcpy(s.raw, raw ? raw : linear->raw, (size_t)values * sizeof *room);
+    result.ok = raw || raw_residual(d, model, linear ? s.parts : PART_ALL, linear ? s.leg : ALL_LEGS, s.raw);
     if (result.ok) whiten_copy(d, s.raw, s.white);
     if (result.ok) s.square = objective(&s, model);
 
     for (int iteration = 0; result.ok && iteration < iterations; iteration++) {
-        if (!fit_columns_from(d, model, s.raw, variables, v, known, columns)) break;
+        if (!fit_columns(d, model, s.raw, variables, v, known, columns)) break;
         for (int i = 0; i < n; i++) {
             column[i] = i < variables ? columns + (size_t)i * (size_t)values : linear->column + (size_t)(i - variables) * (size_t)values;
             if (i < variables && known && known[i]) column[i] = known[i];

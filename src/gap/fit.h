@@ -41,18 +41,19 @@ struct fit_data {
 void fit_data_init(struct fit_data *d, const struct residual_data *residual, const struct params *model, int threads);
 void fit_data_free(struct fit_data *d);
 
-/* White residuals, d->values of them. False: the model cannot make this motion. */
+/* White residuals, d->values of them; and raw ones. False: the model cannot make this motion. */
 bool fit_residual(const struct fit_data *d, const struct params *model, double *white);
+bool fit_raw(const struct fit_data *d, const struct params *model, double *raw);
 double fit_square(int n, const double *white); /* sum of squares */
 
 /* What an effect of the model contributes, white. False: the model cannot do without it,
  * or no memory. */
 bool fit_part(const struct fit_data *d, const struct params *model, int effect, double *white);
 
-/* Columns of d white / d variable at the model, [variable][values]. known: those that are there
- * already, whose place stays as it is; or NULL. */
-bool fit_columns(const struct fit_data *d, const struct params *model, int variables, const struct variable *v, const double *const *known,
-                 double *column);
+/* Columns of d white / d variable at the model, [variable][values]. raw: from fit_raw. known: those
+ * that are there already, whose place stays as it is; or NULL. */
+bool fit_columns(const struct fit_data *d, const struct params *model, const double *raw, int variables, const struct variable *v,
+                 const double *const *known, double *column);
 
 /* A variable's prior: 1 / its standard deviation, and how far the variable is from its mean. */
 struct fit_prior {
@@ -89,18 +90,18 @@ struct linear_part {
 void fit_gram(int n, int values, const double *column, double *gram);
 
 /* Sum of white squares at a model with the linear part at its best, the cost of its priors
- * included; infinite where it cannot make this motion. white: its residuals. */
+ * included; infinite where it cannot make this motion. raw, white: its residuals. */
 double fit_start(const struct fit_data *d, const struct params *model, int variables, const struct variable *v,
-                 const struct linear_part *linear, double *white);
+                 const struct linear_part *linear, double *raw, double *white);
 
 /* How much of a change brings white residuals closest to zero, the linear part moved along; 0
  * where nothing tells. */
 double fit_share(const struct fit_data *d, const double *white, const double *change, const struct linear_part *linear);
-bool fit_raw(const struct fit_data *d, const struct params *model, double *raw);
 
 /* Fits the variables from where the model is; the result is in the model. known: columns that hold
- * all the way; NULL: computed at every iteration. known and linear may be NULL. */
+ * all the way; NULL: computed at every iteration. raw: the residuals there, where they are known.
+ * known, linear and raw may be NULL. */
 struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v,
-                            const double *const *known, const struct linear_part *linear, int iterations);
+                            const double *const *known, const struct linear_part *linear, const double *raw, int iterations);
 
 #endif

@@ -115,7 +115,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
         r->base_model = d->model;
         r->white_before = d->held_square / d->held_out.evaluated;
         r->places = places_find(d, measured, &d->model, r->where);
-        r->line = line_find(measured, 1.0);
+        r->line = line_find(measured, options->threads, 1.0);
         search_effects(d, measured, options, r);
         r->white_after = d->held_square / d->held_out.evaluated;
         extend(params, d, r);

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "memory.h"
+#include "parallel.h"
 #include "units.h"
 
 enum {
@@ -104,24 +105,39 @@ struct line line_in(const struct spectrum *s, const struct recording_test *t, en
     return line;
 }
 
-struct gap_line line_find(const struct recording *recording, double share) {
-    struct gap_line found = {0};
-    static const struct {
-        enum channel channel;
-        enum gap_channel name;
-    } channels[] = {{CHANNEL_P1, GAP_P1}, {CHANNEL_P2, GAP_P2}, {CHANNEL_LENGTH, GAP_LENGTH}};
+enum { LINE_CHANNELS = 3 };
+static const struct {
+    enum channel channel;
+    enum gap_channel name;
+} line_channel[LINE_CHANNELS] = {{CHANNEL_P1, GAP_P1}, {CHANNEL_P2, GAP_P2}, {CHANNEL_LENGTH, GAP_LENGTH}};
+
+struct lines {
+    const struct recording *recording;
+    struct line (*of)[LINE_CHANNELS]; /* test */
+};
+
+static void find_in_test(void *context, int i) {
+    const struct lines *lines = context;
+    const struct recording_test *test = &lines->recording->test[i];
+    struct spectrum s;
     spectrum_cycle *room = memory_get(CYCLES_MAX, sizeof *room);
+    if (spectrum_measure(&s, room, test, CYCLES_ALL))
+        for (int j = 0; j < LINE_CHANNELS; j++) lines->of[i][j] = line_in(&s, test, line_channel[j].channel);
+    free(room);
+}
+
+struct gap_line line_find(const struct recording *recording, int threads, double share) {
+    struct gap_line found = {0};
+    struct lines lines = {recording, memory_get((size_t)recording->tests, sizeof *lines.of)};
     double most = share * (params_legs(recording->params) > 1 ? LINE_POWER : LINE_POWER_ONE);
-    for (int i = 0; i < recording->tests; i++) {
-        struct spectrum s;
-        if (!spectrum_measure(&s, room, &recording->test[i], CYCLES_ALL)) continue;
-        for (size_t j = 0; j < sizeof channels / sizeof *channels; j++) {
-            struct line line = line_in(&s, &recording->test[i], channels[j].channel);
+    parallel_run(threads, recording->tests, find_in_test, &lines);
+    for (int i = 0; i < recording->tests; i++)
+        for (int j = 0; j < LINE_CHANNELS; j++) {
+            struct line line = lines.of[i][j];
             if (!(line.power > most)) continue;
             most = line.power;
-            found = (struct gap_line){line.hz, line.rms, channels[j].name, recording->test[i].dof, recording->test[i].test};
+            found = (struct gap_line){line.hz, line.rms, line_channel[j].name, recording->test[i].dof, recording->test[i].test};
         }
-    }
-    free(room);
+    free(lines.of);
     return found;
 }

@@ -1,4 +1,4 @@
-/* Lines off the harmonics of the motion. Pure but for the heap. */
+/* Lines off the harmonics of the motion. Ordinary threads; heap. */
 #ifndef HEXID_LINE_H
 #define HEXID_LINE_H
 
@@ -15,6 +15,6 @@ struct line line_in(const struct spectrum *s, const struct recording_test *test,
 
 /* The strongest line of all tests and channels; 0 Hz where none is so much above the noise. share:
  * of the power that makes a line. */
-struct gap_line line_find(const struct recording *recording, double share);
+struct gap_line line_find(const struct recording *recording, int threads, double share);
 
 #endif

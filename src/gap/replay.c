@@ -224,19 +224,25 @@ static void compare_test(const struct spectrum *m, const struct spectrum *s, str
         for (int ch = 0; ch < CHANNELS; ch++) compare_rows(m, s, ch, k, channel[ch], sums);
 }
 
-void replay_compare(const struct recording *measured, const struct recording *simulated, enum cycles which, struct gap_size *difference,
-                    struct gap_size *noise) {
-    struct sums sums = {0};
+static struct sizes sizes_of(const struct sums *before, const struct sums *after) {
+    return (struct sizes){.before = size_of(before, &before->difference),
+                          .after = size_of(after, &after->difference),
+                          .noise = size_of(after, &after->noise)};
+}
+
+void replay_compare(const struct recording *measured, const struct replay both[2], enum cycles which, struct sizes *sizes) {
+    struct sums sums[2] = {0};
     spectrum_cycle *room = memory_get(CYCLES_MAX, sizeof *room);
     for (int i = 0; i < measured->tests; i++) {
-        const struct recording_test *t = recording_find(simulated, measured->test[i].run, measured->test[i].dof);
         struct spectrum m, s;
-        if (t && spectrum_measure(&m, room, &measured->test[i], which) && spectrum_measure(&s, room, t, CYCLES_ALL))
-            compare_test(&m, &s, &sums);
+        if (!spectrum_measure(&m, room, &measured->test[i], which)) continue;
+        for (int k = 0; k < 2 && both[k].model; k++) {
+            const struct recording_test *t = recording_find(&both[k].run, measured->test[i].run, measured->test[i].dof);
+            if (t && spectrum_measure(&s, room, t, CYCLES_ALL)) compare_test(&m, &s, &sums[k]);
+        }
     }
     free(room);
-    *difference = size_of(&sums, &sums.difference);
-    *noise = size_of(&sums, &sums.noise);
+    *sizes = sizes_of(&sums[0], &sums[both[1].model ? 1 : 0]);
 }
 
 /* The same of the equations' row, in which the noise of the motion is, too. Of a piece that is all:
@@ -259,27 +265,30 @@ static void add_rows(struct sums *sums, int gap_channel, const struct residual_t
     sums->rows[gap_channel]++;
 }
 
-void replay_motion(const struct params *model, const struct recording *measured, enum cycles which, struct gap_size *difference,
-                   struct gap_size *noise) {
+static void add_test(struct sums *sums, const struct residual_test *t, const struct params *model, struct whitener *w) {
     static const int channel[RESIDUALS] = {[RESIDUAL_FORCE] = CHANNEL_FORCE, [RESIDUAL_P1] = CHANNEL_P1, [RESIDUAL_P2] = CHANNEL_P2};
     static const int gap_channel[RESIDUALS] = {[RESIDUAL_FORCE] = GAP_FORCE, [RESIDUAL_P1] = GAP_P1, [RESIDUAL_P2] = GAP_P2};
+    residual_row row;
+    whitener_init(w, t, model, NOISE_ALONE);
+    if (!residual_evaluate(t, model, PART_ALL, ALL_LEGS, row)) return;
+    for (int k = 0; k < t->legs; k++)
+        for (int kind = 0; kind < (t->chambers ? RESIDUALS : 1); kind++)
+            add_rows(sums, gap_channel[kind], t, channel[kind], k, kind, row[k][kind], w);
+}
+
+void replay_motion(const struct params *before, const struct params *after, const struct recording *measured, enum cycles which,
+                   struct sizes *sizes) {
     struct residual_data data;
     struct error error;
-    struct sums sums = {0};
+    struct sums sums[2] = {0};
     int status = residual_prepare(&data, measured, which, &error);
     if (status == STATUS_IO) memory_end();
     struct whitener *w = memory_get(1, sizeof *w);
     for (int i = 0; i < data.tests && !status; i++) {
-        const struct residual_test *t = &data.test[i];
-        residual_row row;
-        whitener_init(w, t, model, NOISE_ALONE);
-        if (!residual_evaluate(t, model, PART_ALL, ALL_LEGS, row)) continue;
-        for (int k = 0; k < t->legs; k++)
-            for (int kind = 0; kind < (t->chambers ? RESIDUALS : 1); kind++)
-                add_rows(&sums, gap_channel[kind], t, channel[kind], k, kind, row[k][kind], w);
+        add_test(&sums[0], &data.test[i], before, w);
+        if (after) add_test(&sums[1], &data.test[i], after, w);
     }
     residual_free(&data);
     free(w);
-    *difference = size_of(&sums, &sums.difference);
-    *noise = size_of(&sums, &sums.noise);
+    *sizes = sizes_of(&sums[0], &sums[after ? 1 : 0]);
 }

@@ -36,14 +36,17 @@ bool replay_identify(const struct params *params, const struct recording *record
  * the model, with them and without. False also where a run does not come to its end. */
 bool replay_repair(const struct params *params, const struct params *model, const struct recording *measured, double mt[DOFS][DOFS]);
 
-/* Differences of two recordings of the same tests, over the cycles given of the measured one, and
- * the measured one's noise. */
-void replay_compare(const struct recording *measured, const struct recording *simulated, enum cycles which, struct gap_size *difference,
-                    struct gap_size *noise);
+/* How far two models' runs are from a recording, and its noise. */
+struct sizes {
+    struct gap_size before, after, noise;
+};
+
+/* Of two recordings of the same tests, over the cycles given of the measured one. */
+void replay_compare(const struct recording *measured, const struct replay both[2], enum cycles which, struct sizes *sizes);
 
 /* The same without a simulation in closed loop: force and pressures under the measured motion;
- * length and valve are not evaluated (NaN). */
-void replay_motion(const struct params *model, const struct recording *measured, enum cycles which, struct gap_size *difference,
-                   struct gap_size *noise);
+ * length and valve are not evaluated (NaN). after may be NULL. */
+void replay_motion(const struct params *before, const struct params *after, const struct recording *measured, enum cycles which,
+                   struct sizes *sizes);
 
 #endif

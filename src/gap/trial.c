@@ -13,7 +13,7 @@ static const double BEND = 0.1;          /* of a signature: a law that bends les
 static const double SHORTEST_STEP = 0.1; /* of the base's linear one, before none is taken */
 enum { SCREEN_ITERATIONS = 1, SCREEN_BENT = 3, TRIAL_ITERATIONS = 6, POLISH_ITERATIONS = 5 };
 
-enum start { WEAK, TYPICAL, STARTS = 7 };
+enum { WEAK, TYPICAL, STARTS = 7 };
 /* of the typical effect; a limit is reached always or never but at the strength between */
 static const double start_strength[STARTS] = {[WEAK] = 0.1, [TYPICAL] = 1.0, -0.1, -1.0, 0.3, 10.0, -10.0};
 
@@ -27,16 +27,32 @@ static bool in_proportion(int values, const double *without, const double *weak,
     return bend < BEND * BEND * square;
 }
 
-/* A model at this strength of the effect, and its white residuals. The best is the one with which
- * the rest, moved linearly, comes closest. */
+/* Where a trial begins: the best so far of the models it may begin with. */
+struct start {
+    struct params *model;
+    double square;      /* of white residuals, the linear part at its best; HUGE_VAL: none yet */
+    double *raw;        /* its residuals, and room for another's */
+    double *other;
+    bool bent;          /* the law is not in proportion */
+};
+
+/* The best is the one with which the rest, moved linearly, comes closest. */
+static void keep_better(struct start *s, const struct params *model, double square) {
+    if (!(square < s->square)) return;
+    double *raw = s->raw;
+    s->raw = s->other, s->other = raw;
+    s->square = square, *s->model = *model;
+}
+
+/* A model at this strength of the effect, and its white residuals. */
 static void try_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, double strength, double without,
-                      const struct linear_part *linear, double *white, double *least, struct params *best) {
+                      const struct linear_part *linear, double *white, struct start *s) {
     struct params model = *base;
     if (!hypothesis_at(h, strength, &model)) return;
-    double square = fit_start(&d->fit, &model, h->variables, h->variable, linear, white);
+    double square = fit_start(&d->fit, &model, h->variables, h->variable, linear, s->other, white);
     /* a limit that is not reached: no way leads out of there */
     bool idle = fabs(square - without) < IDLE * without;
-    if (!idle && square < *least) *least = square, *best = model;
+    if (!idle) keep_better(s, &model, square);
 }
 
 double trial_rise(const struct trial *t) { return t->gain + DIAGNOSIS_PENALTY * t->parameters; }
@@ -53,32 +69,36 @@ static void rate(const struct diagnosis *d, struct trial *t, double square, cons
 
 /* The start from which the rest of the model, moved linearly, comes closest; of an effect that is
  * given its own values are one. A law in proportion has its best strength at once; else it is bent.
- * from: the same effect, all legs alike, fitted; or NULL. room: for three residuals. */
+ * from: the same effect, all legs alike, fitted, which needs no other start; or NULL. room: for
+ * three residuals. False: none. */
 static bool best_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, const struct trial *from,
-                       const struct linear_part *linear, double *room, struct params *best, bool *bent) {
+                       const struct linear_part *linear, double *room, struct start *s) {
     int values = d->fit.values;
-    double least = HUGE_VAL, *none = room, *weak = none + values, *white = weak + values;
+    double *none = room, *weak = none + values, *white = weak + values;
     bool given = d->given->effects[h->effect].on;
-    *best = *base;
-    *bent = false;
+    *s->model = *base;
     if (h->shape == SHAPE_EACH && from && !given) {
-        best->effects[h->effect] = from->model.effects[h->effect];
+        s->model->effects[h->effect] = from->model.effects[h->effect];
+        s->raw = NULL;
         return true;
     }
-    double without = fit_start(&d->fit, base, 0, NULL, linear, none);
-    for (int i = 0; i < h->variables && given; i++) variable_set(&h->variable[i], best, variable_get(&h->variable[i], best));
-    if (given) least = fit_start(&d->fit, best, h->variables, h->variable, linear, weak);
+    double without = fit_start(&d->fit, base, 0, NULL, linear, s->other, none);
+    if (given) {
+        struct params model = *base;
+        for (int i = 0; i < h->variables; i++) variable_set(&h->variable[i], &model, variable_get(&h->variable[i], &model));
+        keep_better(s, &model, fit_start(&d->fit, &model, h->variables, h->variable, linear, s->other, weak));
+    }
     memcpy(weak, none, (size_t)values * sizeof *weak);
     for (int i = 0; i < STARTS; i++) {
         memcpy(white, none, (size_t)values * sizeof *white);
-        try_start(d, h, base, start_strength[i], without, linear, i == WEAK ? weak : white, &least, best);
+        try_start(d, h, base, start_strength[i], without, linear, i == WEAK ? weak : white, s);
         if (i != TYPICAL || !in_proportion(values, none, weak, white)) continue;
         for (int a = 0; a < values; a++) white[a] -= none[a];
-        try_start(d, h, base, fit_share(&d->fit, none, white, linear), without, linear, weak, &least, best);
-        return least < HUGE_VAL;
+        try_start(d, h, base, fit_share(&d->fit, none, white, linear), without, linear, weak, s);
+        return s->square < HUGE_VAL;
     }
-    *bent = true;
-    return least < HUGE_VAL;
+    s->bent = true;
+    return s->square < HUGE_VAL;
 }
 
 /* The model so far without what is parallel to the hypothesis: that stands at its given value, or
@@ -132,7 +152,8 @@ static void move_others(const struct diagnosis *d, const struct hypothesis *h, c
 /* From the best start; where it was tried already, on from there. */
 static void try_one(const struct diagnosis *d, const struct hypothesis *h, const struct trial *from, int iterations, struct trial *t) {
     double min[FIT_VARIABLES], max[FIT_VARIABLES], x[FIT_VARIABLES] = {0};
-    double *own = memory_get(4 * (size_t)d->fit.values, sizeof *own);
+    size_t values = (size_t)d->fit.values;
+    double *own = memory_get(6 * values, sizeof *own);
     struct fit_prior prior[FIT_VARIABLES];
     struct linear_part linear = {.n = d->variables,
                                  .raw = d->raw,
@@ -144,7 +165,8 @@ static void try_one(const struct diagnosis *d, const struct hypothesis *h, const
                                  .x = x,
                                  .worth = TRIAL_LEAST};
     struct params base;
-    bool again = t->ok, bent = false;
+    struct start start = {.model = &t->model, .square = HUGE_VAL, .raw = own + values, .other = own + 2 * values};
+    bool again = t->ok;
     t->ok = false;
 
     if (without_parallel(d, h, t->as_found, &base, min, max, prior)) {
@@ -152,9 +174,11 @@ static void try_one(const struct diagnosis *d, const struct hypothesis *h, const
         if (!fit_raw(&d->fit, &base, own)) goto end;
     }
     if (again) move_others(d, h, &base, x, &t->model);
-    else if (!best_start(d, h, &base, from, &linear, own + d->fit.values, &t->model, &bent)) goto end;
+    else if (!best_start(d, h, &base, from, &linear, own + 3 * values, &start)) goto end;
 
-    struct fit_result r = fit_model(&d->fit, &t->model, h->variables, h->variable, NULL, &linear, bent ? SCREEN_BENT : iterations);
+    const double *raw = again ? NULL : start.raw;
+    struct fit_result r = fit_model(&d->fit, &t->model, h->variables, h->variable, NULL, &linear, raw,
+                                    start.bent ? SCREEN_BENT : iterations);
     if (!r.ok) goto end;
     move_others(d, h, &base, x, &t->model);
 
@@ -175,9 +199,9 @@ double trial_sound_gain(const struct trial *t) { return !t->ok ? -HUGE_VAL : tri
 
 /* Columns of the base near a trial's end: where the effect moves none of the residuals that a
  * variable moves they are the model's, else they are computed. False: that cannot be done. */
-static bool base_columns(const struct diagnosis *d, const struct trial *t, int variables, const struct variable *v, double *room,
-                         const double **known) {
-    if (!fit_columns(&d->fit, &t->model, variables, v, known, room)) return false;
+static bool base_columns(const struct diagnosis *d, const struct trial *t, const double *raw, int variables, const struct variable *v,
+                         double *room, const double **known) {
+    if (!fit_columns(&d->fit, &t->model, raw, variables, v, known, room)) return false;
     for (int i = 0; i < variables; i++)
         if (!known[i]) known[i] = room + (size_t)i * (size_t)d->fit.values;
     return true;
@@ -205,10 +229,12 @@ static void fit_together(const struct diagnosis *d, bool near, struct trial *t) 
     before = n;
     if (before + h->variables > FIT_VARIABLES) return;
     for (int i = 0; i < h->variables; i++) v[n++] = h->variable[i];
-    double *room = memory_get(near ? (size_t)base * (size_t)d->fit.values : 0, sizeof *room);
-    bool columns = !near || base_columns(d, t, base, v, room, known);
+    size_t values = (size_t)d->fit.values;
+    double *raw = memory_get(values, sizeof *raw), *room = memory_get(near ? (size_t)base * values : 0, sizeof *room);
+    bool columns = !near || (fit_raw(&d->fit, &t->model, raw) && base_columns(d, t, raw, base, v, room, known));
     struct fit_result r = {0};
-    if (columns) r = fit_model(&d->fit, &t->model, n, v, known, NULL, POLISH_ITERATIONS);
+    if (columns) r = fit_model(&d->fit, &t->model, n, v, known, NULL, near ? raw : NULL, POLISH_ITERATIONS);
+    free(raw);
     free(room);
     if (!columns) return;
     t->ok = r.ok;

@@ -129,11 +129,6 @@ static int by_gain(const void *a, const void *b) {
     return p < q ? 1 : p > q ? -1 : 0;
 }
 
-static void polish(void *context, int i) {
-    struct batch *batch = context;
-    if (batch->trial[i].ok && trial_rise(&batch->trial[i]) > 0.0) trial_polish(batch->d, &batch->trial[i]);
-}
-
 /* Of what is fitted truly, the cycles held out judge as much as the fitted ones: many parameters
  * cannot win there by their number. */
 static int by_evidence(const void *a, const void *b) {
@@ -152,8 +147,9 @@ static const struct trial *best_shape(const struct trial *finalist, int finalist
 }
 
 /* Best first; the best few effects, each in its best shape and those that come near it, and what is
- * contradicted come first, polished. */
-static void finish(int threads, struct batch *batch, struct trial *trial, int count) {
+ * contradicted come first, polished: one after the other, all threads at the columns of each.
+ * worth: of a batch. */
+static void finish(const struct diagnosis *d, double worth, struct trial *trial, int count) {
     struct trial *finalist = memory_get((size_t)count, sizeof *finalist);
     int effects = 0, finalists = 0, others = 0;
     qsort(trial, (size_t)count, sizeof *trial, by_gain);
@@ -165,7 +161,7 @@ static void finish(int threads, struct batch *batch, struct trial *trial, int co
         bool limit = best && best->hypothesis->shape == SHAPE_EACH && trial[i].hypothesis->shape == SHAPE_ALL;
         bool first = trial_fitted_gain(&trial[i]) > TRIAL_LEAST && (effects < FINALISTS || rises);
         bool near = best ? limit || trial[i].gain > NEAR * best->gain : first;
-        bool anew = trial[i].gain > batch->worth && (!best || TRIAL_KEPT * trial[i].gain > best->gain);
+        bool anew = trial[i].gain > worth && (!best || TRIAL_KEPT * trial[i].gain > best->gain);
         bool chosen = trial[i].ok && (trial_contradicted(&trial[i]) ? anew : near);
         effects += chosen && !best;
         if (chosen) finalist[finalists++] = trial[i];
@@ -173,9 +169,8 @@ static void finish(int threads, struct batch *batch, struct trial *trial, int co
     }
     memmove(trial + finalists, trial, (size_t)others * sizeof *trial);
     memcpy(trial, finalist, (size_t)finalists * sizeof *trial);
-    batch->trial = trial;
-    batch->count = finalists;
-    parallel_run(threads, finalists, polish, batch);
+    for (int i = 0; i < finalists; i++)
+        if (trial[i].ok && trial_rise(&trial[i]) > 0.0) trial_polish(d, &trial[i]);
     qsort(trial, (size_t)count, sizeof *trial, by_evidence);
     free(finalist);
 }
@@ -209,7 +204,7 @@ int trials_run(const struct diagnosis *d, struct trial *trial) {
     third->before = second;
     try_all(threads, third);
     int count = first->count + second->count + third->count;
-    finish(threads, third, trial, count);
+    finish(d, third->worth, trial, count);
     free(first);
     free(second);
     free(third);

@@ -98,7 +98,10 @@ static void add_rival(const struct hypothesis *h, double *place, struct span *s)
     struct params at = d.model;
     size_t values = (size_t)d.fit.values;
     effect_at(effect_table[h->effect], 1.0, &at.effects[h->effect]);
-    if (!fit_columns(&d.fit, &at, h->variables, h->variable, NULL, place)) fail("no motion of this machine");
+    double *raw = room(values);
+    if (!fit_raw(&d.fit, &at, raw) || !fit_columns(&d.fit, &at, raw, h->variables, h->variable, NULL, place))
+        fail("no motion of this machine");
+    free(raw);
     for (int i = 0; i < h->variables; i++)
         if (fit_square(d.fit.values, place + (size_t)i * values) > 0.0) span_add(s, place + (size_t)i * values, -1e300, 1e300);
 }
