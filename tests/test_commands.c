@@ -166,8 +166,8 @@ static void serve(struct client *c) {
     struct pollfd p[] = {{.fd = bus_fd(b.bus), .events = POLLIN}, {.fd = c->out, .events = POLLIN}};
     poll(p, 2, 20);
     attend();
-    if (b.operator.waiting_request && b.meanwhile) b.meanwhile(), b.meanwhile = NULL;
-    else if (b.operator.waiting_request) cycle();
+    void (*meanwhile)(void) = b.meanwhile ? b.meanwhile : cycle;
+    if (b.operator.waiting_request) b.meanwhile = NULL, meanwhile();
     operator_tick(&b.operator, b.now_ns);
     if (!p[1].revents) return;
     ssize_t size = read(c->out, c->text + c->length, sizeof c->text - 1 - c->length);
@@ -245,7 +245,7 @@ static void somebody_asks(enum command command) {
     operator_take(&b.operator, &m, b.now_ns);
 }
 static void stop_meanwhile(void) { somebody_asks(COMMAND_STOP); }
-static void nothing(void) {}
+static void nothing(void) { b.meanwhile = nothing; }
 static void stop_came_before(void) {
     /* and the loop does not come to it until the client was answered */
     somebody_asks(COMMAND_STOP);
