@@ -113,24 +113,25 @@ struct span {
 };
 
 /* to = from + h rate */
-static void go(struct span span, double h, const union values *from, const union values *rate, union values *to) {
+static void advance(struct span span, double h, const union values *from, const union values *rate, union values *to) {
     for (int i = span.first; i < span.end; i++) to->value[i] = from->value[i] + h * rate->value[i];
 }
 
 void hydraulics_step(const struct cylinder_model *m, double dt_s, const struct hydraulics_input in[3], struct hydraulics_state *s) {
+    static const double share[4] = {6.0, 3.0, 3.0, 6.0};
     struct span span = m->extended ? (struct span){0, ALL} : (struct span){PLAIN * m->first, PLAIN * m->legs};
     union values start, at, k[4];
     /* the legs that are not there */
     if (m->extended && m->legs - m->first < LEGS) memset(k, 0, sizeof k);
     start.state = at.state = *s;
     hydraulics_derivative(m, &start.state, &in[0], &k[0].state);
-    go(span, 0.5 * dt_s, &start, &k[0], &at);
+    advance(span, 0.5 * dt_s, &start, &k[0], &at);
     hydraulics_derivative(m, &at.state, &in[1], &k[1].state);
-    go(span, 0.5 * dt_s, &start, &k[1], &at);
+    advance(span, 0.5 * dt_s, &start, &k[1], &at);
     hydraulics_derivative(m, &at.state, &in[1], &k[2].state);
-    go(span, dt_s, &start, &k[2], &at);
+    advance(span, dt_s, &start, &k[2], &at);
     hydraulics_derivative(m, &at.state, &in[2], &k[3].state);
-    for (int i = 0; i < 4; i++) go(span, dt_s / (i % 3 ? 3.0 : 6.0), &start, &k[i], &start);
+    for (int i = 0; i < 4; i++) advance(span, dt_s / share[i], &start, &k[i], &start);
     *s = start.state;
     hydraulics_limit(m, s);
 }

@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 #include "line.h"
+#include "memory.h"
 #include "parallel.h"
 #include "replay.h"
 
@@ -43,7 +44,7 @@ bool compare_can_be_driven(const struct recording *r) {
 
 static const struct params *after_of(const struct gap_result *r) { return r->effects ? &r->fitted : NULL; }
 
-static void keep_sizes(struct gap_result *r, const struct sizes *used, const struct sizes *held) {
+static void keep_sizes(struct gap_result *r, const struct replay_sizes *used, const struct replay_sizes *held) {
     r->before = used->before, r->after = used->after;
     r->noise_floor = held->noise;
     r->held_out_before = held->before, r->held_out_after = held->after;
@@ -60,16 +61,16 @@ struct comparison {
     struct side {
         const struct recording *measured;
         enum cycles which;
-        const struct replay *both; /* NULL: under the measured motion */
-        struct sizes sizes;
+        const struct residual_data *data;
+        const struct replay *both; /* NULL: under the measured motion, from data */
+        struct replay_sizes sizes;
     } used, held;
 };
 
 static void compare_side(void *context, int i) {
     struct comparison *c = context;
     struct side *s = i ? &c->held : &c->used;
-    if (s->both) replay_compare(s->measured, s->both, s->which, &s->sizes);
-    else replay_motion(&c->r->base_model, after_of(c->r), s->measured, s->which, &s->sizes);
+    s->sizes = s->both ? replay_compare(s->measured, s->both, s->which) : replay_motion(s->data, &c->r->base_model, after_of(c->r));
 }
 
 /* Both models run like a recording. The one with the effects found need not get through the tests
@@ -85,8 +86,8 @@ static int run_both(struct gap_result *r, const struct recording *like, struct r
     return failed->status;
 }
 
-static void compare_runs(const struct params *params, const struct recording *measured, const struct replay both[2],
-                         const struct gap_options *o, struct gap_result *r) {
+static void read_runs(const struct params *params, const struct recording *measured, const struct replay both[2],
+                      const struct gap_options *o, struct gap_result *r) {
     const struct recording *before = &both[0].run, *after = replay_after(both);
     r->simulated = true;
     r->line_simulated = r->line.hz > 0.0 && fabs(line_find(after, o->threads, LINE_EXCITED).hz / r->line.hz - 1.0) < LINE_TOLERANCE;
@@ -94,7 +95,8 @@ static void compare_runs(const struct params *params, const struct recording *me
                   replay_identify(params, after, r->after_mt);
 }
 
-/* Leaves the sides to the measured motion where a model does not get through the tests. */
+/* Leaves the sides to the measured motion where the model with the effects does not get through the
+ * tests. */
 static int closed_loop(const struct params *params, const struct recording *validate, const struct gap_options *o, struct comparison *c,
                        struct gap_result *r, struct replay runs[2], struct replay other[2], struct error *error) {
     gap_progress(o, "simulating", 0.7);
@@ -102,24 +104,36 @@ static int closed_loop(const struct params *params, const struct recording *vali
     if (!status && validate && !r->replay_fault[0]) status = run_both(r, validate, other, error);
     if (status || r->replay_fault[0]) return status;
     c->used.both = runs, c->held.both = validate ? other : runs;
-    compare_runs(params, c->used.measured, runs, o, r);
+    read_runs(params, c->used.measured, runs, o, r);
     return STATUS_OK;
 }
 
-int compare_models(const struct params *params, const struct recording *measured, const struct recording *validate,
+/* What cannot be evaluated has no tests, and no sizes. */
+static void prepare_other(struct residual_data *data, const struct recording *validate) {
+    struct error error;
+    int status = residual_prepare(data, validate, CYCLES_ALL, &error);
+    if (status == STATUS_IO) memory_end();
+    if (status) residual_free(data);
+}
+
+int compare_models(const struct diagnosis *d, const struct recording *measured, const struct recording *validate,
                    const struct gap_options *o, struct gap_result *r, struct replay runs[2], struct error *error) {
     struct comparison c = {.r = r,
-                           .used = {.measured = measured, .which = CYCLES_EVEN},
-                           .held = {.measured = validate ? validate : measured, .which = validate ? CYCLES_ALL : CYCLES_ODD}};
-    struct replay other[2] = {{0}};
+                           .used = {.measured = measured, .which = CYCLES_EVEN, .data = &d->even},
+                           .held = {.measured = measured, .which = CYCLES_ODD, .data = &d->odd}};
+    struct replay runs_other[2] = {{0}};
+    struct residual_data data_other = {0};
     int status = STATUS_OK;
     bool drive = o->simulate && compare_can_be_driven(measured) && (!validate || compare_can_be_driven(validate));
+    if (validate) c.held = (struct side){.measured = validate, .which = CYCLES_ALL, .data = &data_other};
     if (drive && r->replay == GAP_CLOSED_LOOP && !r->controller_differs)
-        status = closed_loop(params, validate, o, &c, r, runs, other, error);
+        status = closed_loop(d->given, validate, o, &c, r, runs, runs_other, error);
     if (!status) {
+        if (validate && !c.held.both) prepare_other(&data_other, validate);
         parallel_run(o->threads, 2, compare_side, &c);
         keep_sizes(r, &c.used.sizes, &c.held.sizes);
     }
-    replay_free(other);
+    replay_free(runs_other);
+    residual_free(&data_other);
     return status;
 }

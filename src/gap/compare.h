@@ -1,17 +1,18 @@
-/* How large the gap is, before and after: under the measured motion, and where the loop can be
- * closed again in simulation. Ordinary threads; heap. */
+/* How large the gap is, before and after: in simulation where the loop can be closed again, else
+ * under the measured motion. Ordinary threads; heap. */
 #ifndef HEXID_COMPARE_H
 #define HEXID_COMPARE_H
 
+#include "diagnose.h"
 #include "replay.h"
 
 /* Can its loop be closed again in simulation? -2 with what the log lacks. */
 int compare_check(const struct params *params, const struct recording *measured, struct error *error);
 
-/* Of a result with its models: fills sizes, faults of the replay and matrices. runs: of the tests
- * measured, in closed loop; zeroed before, and the caller's to free. validate may be NULL. 0, or a
- * negative status. */
-int compare_models(const struct params *params, const struct recording *measured, const struct recording *validate,
+/* Of a diagnosis and its result with its models: fills sizes, faults of the replay and matrices.
+ * runs: of the tests measured, in closed loop; zeroed before, and the caller's to free. validate
+ * may be NULL. 0, or a negative status. */
+int compare_models(const struct diagnosis *d, const struct recording *measured, const struct recording *validate,
                    const struct gap_options *options, struct gap_result *result, struct replay runs[2], struct error *error);
 
 /* Every test is one that its run's configuration asks for, and of its axis the only one, since it

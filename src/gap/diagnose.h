@@ -29,7 +29,7 @@ struct diagnosis {
     int hypotheses;
 };
 
-/* threads: that fit the model at once; a trial has one alone. 0, -2 or -3. */
+/* threads: that fit the model at once; a trial has one alone until it is polished. 0, -2 or -3. */
 int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, int threads, struct error *error);
 void diagnosis_free(struct diagnosis *d);
 

@@ -125,9 +125,9 @@ static int only_leg(enum residual_part apart, int variables, const struct variab
     return one ? v[0].leg : ALL_LEGS;
 }
 
-/* Columns on their way: those of variables from first[i] on, so many, are moved at once. */
+/* Columns on their way. Group i: many[i] variables from first[i] on, moved in one evaluation. */
 struct columns {
-    struct fit_data alone; /* a thread each */
+    struct fit_data share; /* of the threads, for one group */
     const struct params *model;
     const double *raw;
     const struct variable *v;
@@ -139,7 +139,7 @@ struct columns {
 
 static void move_group(void *context, int group) {
     struct columns *s = context;
-    const struct fit_data *d = &s->alone;
+    const struct fit_data *d = &s->share;
     const struct variable *v = s->v + s->first[group];
     size_t values = (size_t)d->values;
     double *c = s->column + (size_t)s->first[group] * values;
@@ -151,7 +151,10 @@ static void move_group(void *context, int group) {
         variable_set(&v[j], &moved, value + step_of(&v[j], value));
     }
     memcpy(c, s->raw, values * sizeof *c);
-    if (!raw_residual(d, &moved, v->parts, many > 1 ? ALL_LEGS : only_leg(s->apart, 1, v), c)) s->impossible = true;
+    if (!raw_residual(d, &moved, v->parts, many > 1 ? ALL_LEGS : only_leg(s->apart, 1, v), c)) {
+        s->impossible = true;
+        return;
+    }
     for (size_t a = 0; a < values; a++) c[a] -= s->raw[a];
     for (int j = many - 1; j >= 0; j--) {
         double *own = c + (size_t)j * values, step = step_of(&v[j], variable_get(&v[j], s->model));
@@ -163,14 +166,14 @@ static void move_group(void *context, int group) {
 
 bool fit_columns(const struct fit_data *d, const struct params *model, const double *raw, int variables, const struct variable *v,
                  const double *const *known, double *column) {
-    struct columns s = {.alone = *d, .model = model, .raw = raw, .v = v, .column = column, .apart = residual_legs_apart(model)};
-    s.alone.threads = 1;
+    struct columns s = {.share = *d, .model = model, .raw = raw, .v = v, .column = column, .apart = residual_legs_apart(model)};
     for (int i = 0, n; i < variables; i += n) {
         n = 1;
         if (known && known[i]) continue;
         n = of_own_legs(s.apart, variables - i, v + i, known ? known + i : NULL);
         s.first[s.groups] = i, s.many[s.groups++] = n;
     }
+    s.share.threads = s.groups > 0 && s.groups < d->threads ? d->threads / s.groups : 1;
     parallel_run(d->threads, s.groups, move_group, &s);
     return !s.impossible;
 }

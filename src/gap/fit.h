@@ -35,7 +35,7 @@ struct fit_data {
     struct whitener *whitener;    /* per test */
     int values;                   /* white values in all */
     int evaluated;                /* of them; the others are zero */
-    int threads;                  /* that evaluate tests at once */
+    int threads;                  /* that evaluate tests, or columns, at once */
 };
 
 void fit_data_init(struct fit_data *d, const struct residual_data *residual, const struct params *model, int threads);
@@ -50,8 +50,9 @@ double fit_square(int n, const double *white); /* sum of squares */
  * or no memory. */
 bool fit_part(const struct fit_data *d, const struct params *model, int effect, double *white);
 
-/* Columns of d white / d variable at the model, [variable][values]. raw: from fit_raw. known: those
- * that are there already, whose place stays as it is; or NULL. */
+/* Columns of d white / d variable at the model, [variable][values]. raw: the residuals there, not
+ * white. known: those that are there already, whose place stays as it is; or NULL. False: a moved
+ * model cannot make this motion; then the columns are undefined. */
 bool fit_columns(const struct fit_data *d, const struct params *model, const double *raw, int variables, const struct variable *v,
                  const double *const *known, double *column);
 

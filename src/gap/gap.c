@@ -121,7 +121,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
         extend(params, d, r);
     }
 
-    if (!status) status = compare_models(params, measured, validate, options, r, runs, error);
+    if (!status) status = compare_models(d, measured, validate, options, r, runs, error);
     if (!status) {
         remainder.after = d->held_square, remainder.beyond_laws = goodness_beyond_laws(d), remainder.noise = goodness_noise(d);
         judge(r, &remainder);

@@ -113,7 +113,7 @@ static const struct {
 
 struct lines {
     const struct recording *recording;
-    struct line (*of)[LINE_CHANNELS]; /* test */
+    struct line (*of)[LINE_CHANNELS]; /* [tests] */
 };
 
 static void find_in_test(void *context, int i) {

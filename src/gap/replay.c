@@ -224,13 +224,14 @@ static void compare_test(const struct spectrum *m, const struct spectrum *s, str
         for (int ch = 0; ch < CHANNELS; ch++) compare_rows(m, s, ch, k, channel[ch], sums);
 }
 
-static struct sizes sizes_of(const struct sums *before, const struct sums *after) {
-    return (struct sizes){.before = size_of(before, &before->difference),
-                          .after = size_of(after, &after->difference),
-                          .noise = size_of(after, &after->noise)};
+static struct replay_sizes sizes_of(const struct sums sums[2], bool second) {
+    const struct sums *before = &sums[0], *after = &sums[second ? 1 : 0];
+    return (struct replay_sizes){.before = size_of(before, &before->difference),
+                                 .after = size_of(after, &after->difference),
+                                 .noise = size_of(after, &after->noise)};
 }
 
-void replay_compare(const struct recording *measured, const struct replay both[2], enum cycles which, struct sizes *sizes) {
+struct replay_sizes replay_compare(const struct recording *measured, const struct replay both[2], enum cycles which) {
     struct sums sums[2] = {0};
     spectrum_cycle *room = memory_get(CYCLES_MAX, sizeof *room);
     for (int i = 0; i < measured->tests; i++) {
@@ -242,7 +243,7 @@ void replay_compare(const struct recording *measured, const struct replay both[2
         }
     }
     free(room);
-    *sizes = sizes_of(&sums[0], &sums[both[1].model ? 1 : 0]);
+    return sizes_of(sums, both[1].model != NULL);
 }
 
 /* The same of the equations' row, in which the noise of the motion is, too. Of a piece that is all:
@@ -276,19 +277,13 @@ static void add_test(struct sums *sums, const struct residual_test *t, const str
             add_rows(sums, gap_channel[kind], t, channel[kind], k, kind, row[k][kind], w);
 }
 
-void replay_motion(const struct params *before, const struct params *after, const struct recording *measured, enum cycles which,
-                   struct sizes *sizes) {
-    struct residual_data data;
-    struct error error;
+struct replay_sizes replay_motion(const struct residual_data *measured, const struct params *before, const struct params *after) {
     struct sums sums[2] = {0};
-    int status = residual_prepare(&data, measured, which, &error);
-    if (status == STATUS_IO) memory_end();
     struct whitener *w = memory_get(1, sizeof *w);
-    for (int i = 0; i < data.tests && !status; i++) {
-        add_test(&sums[0], &data.test[i], before, w);
-        if (after) add_test(&sums[1], &data.test[i], after, w);
+    for (int i = 0; i < measured->tests; i++) {
+        add_test(&sums[0], &measured->test[i], before, w);
+        if (after) add_test(&sums[1], &measured->test[i], after, w);
     }
-    residual_free(&data);
     free(w);
-    *sizes = sizes_of(&sums[0], &sums[after ? 1 : 0]);
+    return sizes_of(sums, after != NULL);
 }

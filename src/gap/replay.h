@@ -5,7 +5,7 @@
 #define HEXID_REPLAY_H
 
 #include "gap.h"
-#include "spectrum.h"
+#include "residual.h"
 
 /* Runs the tests of `like` on the model, run by run; `out` holds what a log of that run would,
  * and is the caller's to free, also after an error. -2 when the model's run ends in a fault,
@@ -36,17 +36,17 @@ bool replay_identify(const struct params *params, const struct recording *record
  * the model, with them and without. False also where a run does not come to its end. */
 bool replay_repair(const struct params *params, const struct params *model, const struct recording *measured, double mt[DOFS][DOFS]);
 
-/* How far two models' runs are from a recording, and its noise. */
-struct sizes {
+/* How far two models are from a recording, and its noise: what is in the difference of the second
+ * one, too. Without a second one the first is both. */
+struct replay_sizes {
     struct gap_size before, after, noise;
 };
 
-/* Of two recordings of the same tests, over the cycles given of the measured one. */
-void replay_compare(const struct recording *measured, const struct replay both[2], enum cycles which, struct sizes *sizes);
+/* Of the models' runs, over the cycles given of the measured one. */
+struct replay_sizes replay_compare(const struct recording *measured, const struct replay both[2], enum cycles which);
 
 /* The same without a simulation in closed loop: force and pressures under the measured motion;
  * length and valve are not evaluated (NaN). after may be NULL. */
-void replay_motion(const struct params *before, const struct params *after, const struct recording *measured, enum cycles which,
-                   struct sizes *sizes);
+struct replay_sizes replay_motion(const struct residual_data *measured, const struct params *before, const struct params *after);
 
 #endif

@@ -148,7 +148,7 @@ static const struct trial *best_shape(const struct trial *finalist, int finalist
 
 /* Best first; the best few effects, each in its best shape and those that come near it, and what is
  * contradicted come first, polished: one after the other, all threads at the columns of each.
- * worth: of a batch. */
+ * worth: what a trial had to gain to be fitted on. */
 static void finish(const struct diagnosis *d, double worth, struct trial *trial, int count) {
     struct trial *finalist = memory_get((size_t)count, sizeof *finalist);
     int effects = 0, finalists = 0, others = 0;

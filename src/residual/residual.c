@@ -360,7 +360,7 @@ static void prepare_inverse(const struct residual_test *t, const struct params *
     /* its strokes are long: to leave the reversals out would cost more than they hide */
     bool axis = model->mechanism == MECHANISM_AXIS;
     inverse_dynamics_init(inverse, model, period_s / PHASES, axis || !t->spectrum.cycles ? 0.0 : period_s / (4 * t->harmonics));
-    memcpy(inverse->speed_std_mps, t->speed_std_mps, sizeof inverse->speed_std_mps);
+    if (!axis) memcpy(inverse->speed_std_mps, t->speed_std_mps, sizeof inverse->speed_std_mps);
     memcpy(inverse->force_std_n, t->force_std_n, sizeof inverse->force_std_n);
 }
 

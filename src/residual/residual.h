@@ -54,7 +54,7 @@ struct residual_test {
                                   * where a window bends */
     /* what was measured, and its standard deviation */
     double row[CHANNELS][LEGS][RESIDUAL_SIZE], std[CHANNELS][LEGS][RESIDUAL_SIZE];
-    double speed_std_mps[LEGS];  /* of the legs' speeds by noise and rounding; 0 of an axis */
+    double speed_std_mps[LEGS];  /* of the legs' speeds, by noise and rounding */
     double force_std_n[LEGS];    /* of the force residual at an instant */
     double (*coupling)[SPECTRUM_SIZE]; /* [size]: from Fourier coefficients to a row */
     double first_s, step_s;      /* test time of the first simulated sample; from command to

@@ -281,11 +281,9 @@ static void find_step(struct residual_test *t, double sampling_s, const struct p
     t->step_s = !slower ? sampling_s : t->in_step ? sampling_s / many : cycle_s;
 }
 
-/* Of an axis the strokes are long: none of it. */
 static void find_speed_std(struct residual_test *t, const struct params *params) {
     double step_m = params->sensors.enabled ? params->sensors.position_resolution_m : 0.0;
-    for (int k = 0; k < t->legs && params->mechanism != MECHANISM_AXIS; k++)
-        t->speed_std_mps[k] = spectrum_speed_std(&t->spectrum, k, t->harmonics, step_m, t->measured);
+    for (int k = 0; k < t->legs; k++) t->speed_std_mps[k] = spectrum_speed_std(&t->spectrum, k, t->harmonics, step_m, t->measured);
 }
 
 static int prepare(struct residual_test *t, const struct recording *recording, int of, enum cycles which, struct error *error) {
