@@ -6,6 +6,7 @@
 
 #include "gap.h"
 #include "recording_check.h"
+#include "fit.h"
 #include "gap_rig.h"
 #include "residual.h"
 
@@ -232,7 +233,8 @@ static double force_square(const struct residual_test *t, const struct params *m
 }
 
 /* Rods of 0.5 mm of play knock in x at 4 Hz. The forces say where they are, in a cycle and in a
- * piece, whose series are slower, beside dry friction, too. */
+ * piece, beside dry friction, too. A piece's series are slower: what they do not resolve of the
+ * knocks is its noise here, which hides the longest ways. */
 static void forces_tell_where_the_rods_are_in_their_play(void **state) {
     (void)state;
     for (int c = 0; c < 4; c++) {
@@ -249,9 +251,44 @@ static void forces_tell_where_the_rods_are_in_their_play(void **state) {
         assert_int_equal(residual_prepare(&d, &r, CYCLES_ALL, &error), STATUS_OK);
         double without = force_square(&d.test[0], &tight), with = force_square(&d.test[0], &loose);
         print_message("%.3g N^2, %.3g where the play is known\n", without, with);
-        assert_below(with, (c % 2 ? 0.2 : 0.05) * without);
+        assert_below(with, (c % 2 ? 0.5 : 0.05) * without);
         residual_free(&d);
         recording_free(&r);
+    }
+}
+
+/* Where the joints have no play, and may be loose for all that the forces say, noise of the forces
+ * is no way in it: the white squares of 24 pieces do not fall by z = 3. With what the balance
+ * gives taken as it is they fell by 20 at 3 um. */
+static void noise_of_the_forces_is_no_play(void **state) {
+    (void)state;
+    static const double clearance_m[] = {0.0, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4};
+    enum { CLEARANCES = sizeof clearance_m / sizeof *clearance_m, PIECES_OF_A_TEST = 8 };
+    double square[CLEARANCES] = {0};
+    struct recording r;
+    struct error error;
+    if (gap_rig(&params, &params, 3, &r, &error)) fail_msg("%s", error.text);
+    for (int piece = 0; piece < PIECES_OF_A_TEST; piece++) {
+        struct residual_data d;
+        struct fit_data fit;
+        for (int i = 0; i < r.tests; i++) r.test[i].piece_s = 0.5, r.test[i].start_s = 1.0 + 0.5 * piece;
+        assert_int_equal(residual_prepare(&d, &r, CYCLES_ALL, &error), STATUS_OK);
+        fit_data_init(&fit, &d, &params, 1);
+        double *white = calloc((size_t)fit.values, sizeof *white);
+        for (int i = 0; i < CLEARANCES; i++) {
+            struct params loose = params;
+            set_effect(&loose, "joint_backlash", 0, clearance_m[i]);
+            assert_true(fit_residual(&fit, &loose, white));
+            square[i] += fit_square(fit.values, white);
+        }
+        free(white);
+        fit_data_free(&fit);
+        residual_free(&d);
+    }
+    recording_free(&r);
+    for (int i = 1; i < CLEARANCES; i++) {
+        print_message("%.0e m: %.1f white squares, %.1f without\n", clearance_m[i], square[i], square[0]);
+        assert_below(square[0] - square[i], 9.0);
     }
 }
 
@@ -414,6 +451,7 @@ int main(void) {
         cmocka_unit_test(a_hysteresis_of_no_width_changes_nothing),
         cmocka_unit_test(a_limited_spool_runs_in_before_a_piece),
         cmocka_unit_test(forces_tell_where_the_rods_are_in_their_play),
+        cmocka_unit_test(noise_of_the_forces_is_no_play),
         cmocka_unit_test(one_leg_alone_is_as_among_the_others),
         cmocka_unit_test(a_machine_like_the_model_has_no_gap),
         cmocka_unit_test(a_null_bias_of_all_legs_is_reported_as_it_is),

@@ -4,8 +4,10 @@
 #include <string.h>
 
 #include "dense.h"
+#include "units.h"
 
 static const double SURE = 3.0;    /* standard deviations of a push */
+static const double SEEN = 2.0;    /* deviations of a way that noise makes: see seen() */
 static const double RIPPLE = 0.06; /* of the largest push: by 5 % of a knock a series swings on
                                     * beside it (Gibbs) */
 
@@ -15,6 +17,7 @@ struct instant {
     double imbalance_n[LEGS];
     double inertia[LEGS][LEGS];      /* of the platform along the legs, the rods taken off */
     double ahead_mps2[LEGS];
+    double response[LEGS][LEGS];     /* of that to each leg's imbalance */
 };
 
 /* A held leg's friction is what the rod alone leaves for it, since the joint may be loose. */
@@ -66,13 +69,44 @@ static void accelerate(const struct machine *machine, struct instant *now) {
         for (int j = 0; j <= i; j++) a[i * n + j] = now->inertia[leg[i]][leg[j]];
     }
     memset(now->ahead_mps2, 0, sizeof now->ahead_mps2);
+    memset(now->response, 0, sizeof now->response);
     if (!dense_factor(n, n, a)) return;
     dense_solve(n, n, a, x);
     for (int i = 0; i < n; i++) now->ahead_mps2[leg[i]] = x[i];
+    for (int j = 0; j < n; j++) {
+        for (int i = 0; i < n; i++) x[i] = i == j;
+        dense_solve(n, n, a, x);
+        for (int i = 0; i < n; i++) now->response[leg[i]][leg[j]] = x[i];
+    }
+}
+
+/* Mean square of a leg's way between two flanks that noise of the forces makes. Both ends are held:
+ * what swings slower than the way lasts is not in it. */
+static double way_noise_m2(const struct play_motion *m, const struct instant at[PHASES], int leg, int from, int steps) {
+    const struct residual_test *t = m->noise;
+    double slowest = PI / (steps * m->step_s), sum = 0.0;
+    for (int k = 0; k < LEGS; k++) {
+        double response = 0.0, twice_integrated = 0.0;
+        for (int i = 1; i <= steps; i++) response += pow(at[(from + i) % m->phases].response[leg][k], 2.0) / steps;
+        for (int a = 0; a < t->size && response > 0.0; a++)
+            if (t->rate[a] >= slowest) twice_integrated += t->force_var_n2[k][a] / pow(t->rate[a], 4.0);
+        sum += response * twice_integrated;
+    }
+    return sum;
+}
+
+/* How much of a way is seen; the rod may be anywhere in its play, with a mean square of half^2 / 3.
+ * A way that the balance gives takes noise out of the residuals, the squares of its n samples, and
+ * so a joint without play would seem to have some. But to cross from flank to flank costs 0.27 n
+ * squares for each time that half^2 / 3 is the noise's, were it white: from twice the deviations
+ * on more than it takes. It counts in full from twice that. */
+static double seen(double noise_m2, double half_m) {
+    double least_m = SEEN * sqrt(3.0 * noise_m2);
+    return least_m > 0.0 ? fmin(fmax(half_m / least_m - 1.0, 0.0), 1.0) : 1.0;
 }
 
 /* Between two instants at a flank, `steps` apart: the acceleration integrated twice, and moved and
- * turned so that it begins and ends there. */
+ * turned so that it begins and ends there; where noise would hide that way, a straight one. */
 static void integrate(const struct play_motion *m, const struct instant at[PHASES], int leg, int from, int steps, double half_m,
                       double ahead_m[PHASES][LEGS]) {
     double moved_m[PHASES + 1] = {0}, speed = 0.0;
@@ -82,8 +116,9 @@ static void integrate(const struct play_motion *m, const struct instant at[PHASE
         moved_m[i] = moved_m[i - 1] + m->step_s * speed;
         speed += m->step_s * at[(from + i) % m->phases].ahead_mps2[leg];
     }
+    double share = seen(way_noise_m2(m, at, leg, from, steps), half_m);
     for (int i = 0; i < steps; i++) {
-        double place_m = begin_m + moved_m[i] + (end_m - begin_m - moved_m[steps]) * i / steps;
+        double way_m = share * (moved_m[i] - moved_m[steps] * i / steps), place_m = begin_m + (end_m - begin_m) * i / steps + way_m;
         ahead_m[(from + i) % m->phases][leg] = fmin(fmax(place_m, -half_m), half_m);
     }
 }

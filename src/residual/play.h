@@ -9,12 +9,14 @@
  *
  *   ahead'' = -M_uu^-1 imbalance_u
  *
- * integrated twice from flank to flank. When a joint knocks is so read from the forces, and not
- * predicted: a few newtons decide it. Pure. */
+ * integrated twice from flank to flank, where the play is larger than the way that noise of the
+ * forces makes. When a joint knocks is so read from the forces, and not predicted: a few newtons
+ * decide it. Pure. */
 #ifndef HEXID_PLAY_H
 #define HEXID_PLAY_H
 
 #include "inverse_dynamics.h"
+#include "residual.h"
 
 /* Instants of a motion, every step_s; a cycle's follow each other round. at: the legs as if no
  * joint had play. */
@@ -24,6 +26,7 @@ struct play_motion {
     bool cycle;
     double step_s;
     double resolution_s;    /* a change of the forces is spread over this time, before and after */
+    const struct residual_test *noise; /* force_var_n2, and the coefficients' rate */
 };
 
 /* ahead_m: how far each rod is ahead of where it would be in a joint without play. d: of a

@@ -148,14 +148,11 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
     }
 }
 
-void whiten_force_std(const struct residual_test *t, const struct params *model, double std_n[LEGS]) {
+void whiten_force_noise(const struct residual_test *t, const struct params *model, double variance_n2[LEGS][RESIDUAL_SIZE]) {
     struct whitener w;
     whitener_init(&w, t, model, 1.0); /* no error of the model is in its noise */
-    for (int k = 0; k < LEGS; k++) {
-        double variance = 0.0;
-        for (int a = 0; a < t->size; a++) variance += t->weight[a] * w.noise[k][a][RESIDUAL_FORCE];
-        std_n[k] = sqrt(variance);
-    }
+    for (int k = 0; k < LEGS; k++)
+        for (int a = 0; a < t->size; a++) variance_n2[k][a] = t->weight[a] * w.noise[k][a][RESIDUAL_FORCE];
 }
 
 void whiten(const struct whitener *w, residual_row row) {
