@@ -23,4 +23,7 @@ claim "friction in the joints of one leg has its leg and value, the joints' axes
     valued passive_joint_friction strong 1501 tolerance
 claim "backlash in all legs is named with its value, rods knocking" valued joint_backlash typical 1501 tolerance
 claim "so is a tilted base beside it" right base_tilt+joint_backlash typical 1524 tolerance
+# Nothing is named beside it.
+alone() { right "$@" && [ "$(cut -d, -f7 "$work/row")" = "$1" ]; }
+MOTION=multisine claim "dry friction under a multisine is no play of the joints" alone cylinder_coulomb_friction typical 1601 tolerance
 claim "springs are named, though joints and supply are off" right external_stiffness typical 1201 beyond
