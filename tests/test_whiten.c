@@ -74,19 +74,13 @@ static void cycles_of_noise_are_steady(void **unused) {
     assert_true(weight > 0.5 && weight < 1.0);
 }
 
-static double std_of(const double variance[RESIDUAL_SIZE]) {
-    double sum = 0.0;
-    for (int a = 0; a < RESIDUAL_SIZE; a++) sum += variance[a];
-    return sqrt(sum);
-}
-
 /* White noise of both pressures, seventeen coefficients of all that the samples have; and the mass
  * of the leg times the acceleration that a wrong length makes. */
 static void a_force_is_as_sure_as_its_pressures(void **unused) {
     (void)unused;
     struct residual_test t;
     struct params params;
-    double variance_n2[LEGS][RESIDUAL_SIZE], mass[LEGS][LEGS], length_m = 1e-6;
+    double std_n[LEGS], mass[LEGS][LEGS], length_m = 1e-6;
     config_default(&params);
     make_test(&t);
     struct cylinder_model cylinder;
@@ -94,14 +88,14 @@ static void a_force_is_as_sure_as_its_pressures(void **unused) {
     double pressures_n = hypot(cylinder.leg[0].a1_m2, cylinder.leg[0].a2_m2) * PRESSURE_NOISE_PA *
                          sqrt((double)RESIDUAL_SIZE / SAMPLES / CYCLES);
     params.sensors.enabled = false;
-    whiten_force_noise(&t, &params, variance_n2);
-    for (int k = 0; k < LEGS; k++) assert_close(std_of(variance_n2[k]), pressures_n, 1e-9 * pressures_n);
+    whiten_force_std(&t, &params, std_n);
+    for (int k = 0; k < LEGS; k++) assert_close(std_n[k], pressures_n, 1e-9 * pressures_n);
 
     whiten_leg_mass(&params, mass);
     t.std[CHANNEL_LENGTH][STEADY_LEG][RESIDUAL_SIZE - 1] = length_m;
     double inertia_n = mass[STEADY_LEG][STEADY_LEG] * pow(RESIDUAL_HARMONICS * 25.0, 2.0) * length_m;
-    whiten_force_noise(&t, &params, variance_n2);
-    assert_close(std_of(variance_n2[STEADY_LEG]), sqrt(pressures_n * pressures_n + 0.5 * inertia_n * inertia_n), 1e-6);
+    whiten_force_std(&t, &params, std_n);
+    assert_close(std_n[STEADY_LEG], sqrt(pressures_n * pressures_n + 0.5 * inertia_n * inertia_n), 1e-6);
 }
 
 int main(void) {

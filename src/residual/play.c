@@ -4,10 +4,9 @@
 #include <string.h>
 
 #include "dense.h"
-#include "units.h"
 
 static const double SURE = 3.0;    /* standard deviations of a push */
-static const double SEEN = 2.0;    /* deviations of a way that noise makes: see seen() */
+static const double SEEN = 1.2;    /* deviations of a way that noise makes: see seen() */
 static const double RIPPLE = 0.06; /* of the largest push: by 5 % of a knock a series swings on
                                     * beside it (Gibbs) */
 
@@ -80,45 +79,42 @@ static void accelerate(const struct machine *machine, struct instant *now) {
     }
 }
 
-/* Mean square of a leg's way between two flanks that noise of the forces makes. Both ends are held:
- * what swings slower than the way lasts is not in it. */
+/* Mean square, by noise, of a leg's way between two flanks. Lengths of other legs are left out: in
+ * the ways of legs that may be loose together each has its own alone. */
 static double way_noise_m2(const struct play_motion *m, const struct instant at[PHASES], int leg, int from, int steps) {
-    const struct residual_test *t = m->noise;
-    double slowest = PI / (steps * m->step_s), sum = 0.0;
-    for (int k = 0; k < LEGS; k++) {
-        double response = 0.0, twice_integrated = 0.0;
-        for (int i = 1; i <= steps; i++) response += pow(at[(from + i) % m->phases].response[leg][k], 2.0) / steps;
-        for (int a = 0; a < t->size && response > 0.0; a++)
-            if (t->rate[a] >= slowest) twice_integrated += t->force_var_n2[k][a] / pow(t->rate[a], 4.0);
-        sum += response * twice_integrated;
-    }
+    double sum = m->noise->length_m2[steps][leg];
+    for (int k = 0; k < LEGS; k++)
+        for (int i = 1; i < steps; i++)
+            sum += pow(at[(from + i) % m->phases].response[leg][k], 2.0) / (steps - 1) * m->noise->push_n2s4[steps][k];
     return sum;
 }
 
-/* How much of a way is seen; the rod may be anywhere in its play, with a mean square of half^2 / 3.
- * A way that the balance gives takes noise out of the residuals, the squares of its n samples, and
- * so a joint without play would seem to have some. But to cross from flank to flank costs 0.27 n
- * squares for each time that half^2 / 3 is the noise's, were it white: from twice the deviations
- * on more than it takes. It counts in full from twice that. */
-static double seen(double noise_m2, double half_m) {
+/* How much of a way is seen. Taken as the balance gives it, it takes noise out of the residuals: of
+ * white forces 2 s - 5/3 s^2 of the squares of its samples, where so much of it is taken, and a
+ * joint without play would seem to have some. But a rod that crosses pays: its straight way alone
+ * costs 0.27 r^2 of those squares, r^2 the mean square of a place anywhere in the play, half^2 / 3,
+ * over the noise's. With s from 0 at r = 1.2 to 1 at twice that it pays more than it takes. A rod
+ * that comes back to its flank pays nothing: it has to come as far as that from it. */
+static double seen(double noise_m2, double far_m) {
     double least_m = SEEN * sqrt(3.0 * noise_m2);
-    return least_m > 0.0 ? fmin(fmax(half_m / least_m - 1.0, 0.0), 1.0) : 1.0;
+    return least_m > 0.0 ? fmin(fmax(far_m / least_m - 1.0, 0.0), 1.0) : 1.0;
 }
 
 /* Between two instants at a flank, `steps` apart: the acceleration integrated twice, and moved and
  * turned so that it begins and ends there; where noise would hide that way, a straight one. */
 static void integrate(const struct play_motion *m, const struct instant at[PHASES], int leg, int from, int steps, double half_m,
                       double ahead_m[PHASES][LEGS]) {
-    double moved_m[PHASES + 1] = {0}, speed = 0.0;
-    int to = (from + steps) % m->phases;
-    double begin_m = half_m * at[from].flank[leg], end_m = half_m * at[to].flank[leg];
+    double way_m[PHASES + 1] = {0}, speed = 0.0, last_m, away_m = 0.0;
+    int begin = at[from].flank[leg], end = at[(from + steps) % m->phases].flank[leg];
     for (int i = 1; i <= steps; i++) {
-        moved_m[i] = moved_m[i - 1] + m->step_s * speed;
+        way_m[i] = way_m[i - 1] + m->step_s * speed;
         speed += m->step_s * at[(from + i) % m->phases].ahead_mps2[leg];
     }
-    double share = seen(way_noise_m2(m, at, leg, from, steps), half_m);
+    last_m = way_m[steps];
+    for (int i = 1; i <= steps; i++) way_m[i] -= last_m * i / steps, away_m = fmax(away_m, -begin * way_m[i]);
+    double share = seen(way_noise_m2(m, at, leg, from, steps), begin == end ? fmin(half_m, away_m) : half_m);
     for (int i = 0; i < steps; i++) {
-        double way_m = share * (moved_m[i] - moved_m[steps] * i / steps), place_m = begin_m + (end_m - begin_m) * i / steps + way_m;
+        double place_m = half_m * (begin + (double)(end - begin) * i / steps) + share * way_m[i];
         ahead_m[(from + i) % m->phases][leg] = fmin(fmax(place_m, -half_m), half_m);
     }
 }

@@ -16,7 +16,12 @@
 #define HEXID_PLAY_H
 
 #include "inverse_dynamics.h"
-#include "residual.h"
+
+/* Mean squares, by noise, of a way of so many steps whose ends are held: of each leg's push,
+ * integrated twice, and of its length. */
+struct play_noise {
+    double push_n2s4[PHASES + 1][LEGS], length_m2[PHASES + 1][LEGS];
+};
 
 /* Instants of a motion, every step_s; a cycle's follow each other round. at: the legs as if no
  * joint had play. */
@@ -26,7 +31,7 @@ struct play_motion {
     bool cycle;
     double step_s;
     double resolution_s;    /* a change of the forces is spread over this time, before and after */
-    const struct residual_test *noise; /* force_var_n2, and the coefficients' rate */
+    const struct play_noise *noise;
 };
 
 /* ahead_m: how far each rod is ahead of where it would be in a joint without play. d: of a

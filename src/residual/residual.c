@@ -6,7 +6,6 @@
 
 #include "hydraulics.h"
 #include "inverse_dynamics.h"
-#include "play.h"
 #include "units.h"
 #include "valve_line.h"
 
@@ -361,11 +360,7 @@ static void prepare_inverse(const struct residual_test *t, const struct params *
     bool axis = model->mechanism == MECHANISM_AXIS;
     inverse_dynamics_init(inverse, model, period_s / PHASES, axis || !t->spectrum.cycles ? 0.0 : period_s / (4 * t->harmonics));
     if (!axis) memcpy(inverse->speed_std_mps, t->speed_std_mps, sizeof inverse->speed_std_mps);
-    for (int k = 0; k < t->legs; k++) {
-        double variance_n2 = 0.0;
-        for (int a = 0; a < t->size; a++) variance_n2 += t->force_var_n2[k][a];
-        inverse->force_std_n[k] = sqrt(variance_n2);
-    }
+    memcpy(inverse->force_std_n, t->force_std_n, sizeof inverse->force_std_n);
 }
 
 /* Where the rods are in their joints. */
@@ -380,7 +375,7 @@ static bool find_play(const struct residual_test *t, struct inverse_dynamics *in
                                        .cycle = t->spectrum.cycles > 0,
                                        .step_s = period_s / PHASES,
                                        .resolution_s = period_s / (4 * t->spectrum.harmonics),
-                                       .noise = t};
+                                       .noise = &t->play_noise};
     tabulate_cycle(t, t->spectrum.harmonics, &inverse->cylinder, rows, p, table);
     if (!play_find(inverse, &motion, ahead_m)) return false;
     for (int k = 0; k < t->legs; k++)

@@ -22,6 +22,7 @@
 #ifndef HEXID_RESIDUAL_H
 #define HEXID_RESIDUAL_H
 
+#include "play.h"
 #include "spectrum.h"
 
 enum residual_kind { RESIDUAL_FORCE, RESIDUAL_P1, RESIDUAL_P2, RESIDUALS };
@@ -55,8 +56,8 @@ struct residual_test {
     /* what was measured, and its standard deviation */
     double row[CHANNELS][LEGS][RESIDUAL_SIZE], std[CHANNELS][LEGS][RESIDUAL_SIZE];
     double speed_std_mps[LEGS];  /* of the legs' speeds, by noise and rounding */
-    double force_var_n2[LEGS][RESIDUAL_SIZE]; /* of the force residual at an instant, by noise in
-                                               * each coefficient */
+    double force_std_n[LEGS];    /* of the force residual at an instant */
+    struct play_noise play_noise;
     double (*coupling)[SPECTRUM_SIZE]; /* [size]: from Fourier coefficients to a row */
     double first_s, step_s;      /* test time of the first simulated sample; from command to
                                   * command: sampling, or the controller's cycle where the

@@ -299,7 +299,8 @@ static int prepare(struct residual_test *t, const struct recording *recording, i
     int status = test->piece_s > 0.0 ? prepare_piece(t, test, error) : prepare_cycle(t, test, which, error);
     if (status) return status;
     find_speed_std(t, recording->params);
-    whiten_force_noise(t, recording->params, t->force_var_n2);
+    whiten_force_std(t, recording->params, t->force_std_n);
+    whiten_play_noise(t, recording->params, &t->play_noise);
     return STATUS_OK;
 }
 

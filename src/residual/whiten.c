@@ -6,6 +6,7 @@
 
 #include "cylinder.h"
 #include "rigid.h"
+#include "units.h"
 #include "vec.h"
 
 /* Mean pressures are less sure: the noise of the commands, averaged away here, is rectified where
@@ -148,11 +149,40 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
     }
 }
 
-void whiten_force_noise(const struct residual_test *t, const struct params *model, double variance_n2[LEGS][RESIDUAL_SIZE]) {
+void whiten_force_std(const struct residual_test *t, const struct params *model, double std_n[LEGS]) {
     struct whitener w;
     whitener_init(&w, t, model, 1.0); /* no error of the model is in its noise */
-    for (int k = 0; k < LEGS; k++)
-        for (int a = 0; a < t->size; a++) variance_n2[k][a] = t->weight[a] * w.noise[k][a][RESIDUAL_FORCE];
+    for (int k = 0; k < LEGS; k++) {
+        double variance = 0.0;
+        for (int a = 0; a < t->size; a++) variance += t->weight[a] * w.noise[k][a][RESIDUAL_FORCE];
+        std_n[k] = sqrt(variance);
+    }
+}
+
+/* Mean square of what a sinusoid of any phase is off the straight line through its ends, radians
+ * apart, over radians^4 and its mean square. */
+static double off_line(double radians) {
+    if (radians < 0.3) return 1.0 / 120.0;
+    double c = cos(radians);
+    return (5.0 / 3.0 + c / 3.0 - 4.0 * (1.0 - c) / square(radians)) / pow(radians, 4.0);
+}
+
+void whiten_play_noise(const struct residual_test *t, const struct params *model, struct play_noise *noise) {
+    struct cylinder_model cylinder;
+    double step_s = 2.0 * PI / t->spectrum.omega / PHASES;
+    cylinder_model_init(&cylinder, model);
+    memset(noise, 0, sizeof *noise);
+    for (int k = 0; k < t->legs; k++)
+        for (int a = 0; a < t->size; a++) {
+            double a1 = cylinder.leg[k].a1_m2, a2 = cylinder.leg[k].a2_m2, force = square(t->std[CHANNEL_FORCE][k][a]);
+            double push = square(a1 * t->std[CHANNEL_P1][k][a]) + square(a2 * t->std[CHANNEL_P2][k][a]);
+            double length = whiten_in_step(t, model, k) + square(t->std[CHANNEL_LENGTH][k][a]);
+            for (int steps = 1; steps <= PHASES; steps++) {
+                double span_s = steps * step_s, twice_s4 = t->weight[a] * off_line(t->rate[a] * span_s) * pow(span_s, 4.0);
+                noise->push_n2s4[steps][k] += twice_s4 * (t->pressures ? push : force);
+                noise->length_m2[steps][k] += twice_s4 * pow(t->rate[a], 4.0) * length;
+            }
+        }
 }
 
 void whiten(const struct whitener *w, residual_row row) {

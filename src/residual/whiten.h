@@ -23,9 +23,12 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
  * any other motion, where rounding is noise like any other. */
 double whiten_in_step(const struct residual_test *t, const struct params *model, int leg);
 
-/* Variance that noise gives the force residual of each leg at an instant, N^2, by each coefficient:
- * their sum is the mean square of its row over the test. */
-void whiten_force_noise(const struct residual_test *t, const struct params *model, double variance_n2[LEGS][RESIDUAL_SIZE]);
+/* Standard deviations that noise gives the force residual of each leg at an instant, N: rms of its
+ * row over the test. */
+void whiten_force_std(const struct residual_test *t, const struct params *model, double std_n[LEGS]);
+
+/* What noise of pushes and lengths makes of a rod's way in its play. */
+void whiten_play_noise(const struct residual_test *t, const struct params *model, struct play_noise *noise);
 
 /* Mass in the space of the legs at neutral, J'^-1 M J^-1, kg: the forces that an acceleration of
  * each leg needs. */
