@@ -118,7 +118,7 @@ static void advance(struct span span, double h, const union values *from, const 
 }
 
 void hydraulics_step(const struct cylinder_model *m, double dt_s, const struct hydraulics_input in[3], struct hydraulics_state *s) {
-    static const double share[4] = {6.0, 3.0, 3.0, 6.0};
+    static const double divisor[4] = {6.0, 3.0, 3.0, 6.0};
     struct span span = m->extended ? (struct span){0, ALL} : (struct span){PLAIN * m->first, PLAIN * m->legs};
     union values start, at, k[4];
     /* the legs that are not there */
@@ -131,7 +131,7 @@ void hydraulics_step(const struct cylinder_model *m, double dt_s, const struct h
     hydraulics_derivative(m, &at.state, &in[1], &k[2].state);
     advance(span, dt_s, &start, &k[2], &at);
     hydraulics_derivative(m, &at.state, &in[2], &k[3].state);
-    for (int i = 0; i < 4; i++) advance(span, dt_s / share[i], &start, &k[i], &start);
+    for (int i = 0; i < 4; i++) advance(span, dt_s / divisor[i], &start, &k[i], &start);
     *s = start.state;
     hydraulics_limit(m, s);
 }
