@@ -151,15 +151,45 @@ static inline struct cylinder_state rates(const struct cylinder_model *m, const 
     };
 }
 
+/* The same with the chambers at the ports. */
+static inline struct cylinder_state direct_rates(const struct cylinder_model *m, const struct cylinder_leg *c, const struct mains *mains,
+                                                 const struct cylinder_state *s, double opening, const double stiffness[PORTS],
+                                                 double rate_mps, double valve) {
+    struct ports p = ports_of(c, mains, opening);
+    double flow1 = port_flow(p.conductance[PORT_A], stiffness[PORT_A], p.source_pa[PORT_A], s->p1_pa);
+    double flow2 = port_flow(p.conductance[PORT_B], stiffness[PORT_B], p.source_pa[PORT_B], s->p2_pa);
+    return rates(m, c, s, stiffness, flow1, flow2, rate_mps, valve);
+}
+
 struct cylinder_state cylinder_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
                                           const struct cylinder_state *s, double opening, double length_m, double rate_mps, double valve) {
     double stiffness[PORTS];
     const struct cylinder_leg *c = &m->leg[leg];
-    struct ports p = ports_of(c, mains, opening);
     chambers(c, length_m, stiffness);
-    double flow1 = port_flow(p.conductance[PORT_A], stiffness[PORT_A], p.source_pa[PORT_A], s->p1_pa);
-    double flow2 = port_flow(p.conductance[PORT_B], stiffness[PORT_B], p.source_pa[PORT_B], s->p2_pa);
-    return rates(m, c, s, stiffness, flow1, flow2, rate_mps, valve);
+    return direct_rates(m, c, mains, s, opening, stiffness, rate_mps, valve);
+}
+
+/* s + h rate */
+static inline struct cylinder_state advanced(const struct cylinder_state *s, double h, const struct cylinder_state *rate) {
+    return (struct cylinder_state){s->p1_pa + h * rate->p1_pa, s->p2_pa + h * rate->p2_pa, s->spool + h * rate->spool,
+                                   s->spool_rate + h * rate->spool_rate};
+}
+
+void cylinder_step(const struct cylinder_model *m, int leg, double dt_s, const struct cylinder_input in[3], struct cylinder_state *s) {
+    static const int when[4] = {0, 1, 1, 2};
+    static const double reach[4] = {0.0, 0.5, 0.5, 1.0}, share[4] = {6.0, 3.0, 3.0, 6.0};
+    const struct cylinder_leg *c = &m->leg[leg];
+    struct mains mains = cylinder_mains(m);
+    struct cylinder_state start = *s, rate = {0};
+    double stiffness[3][PORTS];
+    for (int i = 0; i < 3; i++) chambers(c, in[i].length_m, stiffness[i]);
+    for (int i = 0; i < 4; i++) {
+        int j = when[i];
+        struct cylinder_state at = advanced(&start, reach[i] * dt_s, &rate);
+        rate = direct_rates(m, c, &mains, &at, at.spool, stiffness[j], in[j].rate_mps, in[j].valve);
+        *s = advanced(s, dt_s / share[i], &rate);
+    }
+    cylinder_limit(m, leg, s);
 }
 
 /* beta / V of a line. */

@@ -89,6 +89,13 @@ void cylinder_flows(const struct cylinder_model *m, int leg, const struct mains 
  * After every substep. */
 void cylinder_limit(const struct cylinder_model *m, int leg, struct cylinder_state *s);
 
+/* On by a Runge-Kutta step of fourth order and cylinder_limit, chambers at the ports and no law of
+ * the opening; the input at its start, middle and end. */
+struct cylinder_input {
+    double length_m, rate_mps, valve;
+};
+void cylinder_step(const struct cylinder_model *m, int leg, double dt_s, const struct cylinder_input in[3], struct cylinder_state *s);
+
 /* The spool alone, which nothing in the chambers moves: on by a step under this command. */
 void cylinder_spool_step(const struct cylinder_model *m, int leg, double dt_s, double valve, struct cylinder_state *s);
 

@@ -105,33 +105,38 @@ union values {
     struct hydraulics_state state;
     double value[sizeof(struct hydraulics_state) / sizeof(double)];
 };
-enum { ALL = sizeof(struct hydraulics_state) / sizeof(double) };
-enum { PLAIN = sizeof(struct cylinder_state) / sizeof(double) }; /* a leg */
-
-struct span {
-    int first, end;
-};
+enum { VALUES = sizeof(struct hydraulics_state) / sizeof(double) };
 
 /* to = from + h rate */
-static void advance(struct span span, double h, const union values *from, const union values *rate, union values *to) {
-    for (int i = span.first; i < span.end; i++) to->value[i] = from->value[i] + h * rate->value[i];
+static void advance(double h, const union values *from, const union values *rate, union values *to) {
+    for (int i = 0; i < VALUES; i++) to->value[i] = from->value[i] + h * rate->value[i];
+}
+
+static void extended_step(const struct cylinder_model *m, double dt_s, const struct hydraulics_input in[3], struct hydraulics_state *s) {
+    static const double share[4] = {6.0, 3.0, 3.0, 6.0};
+    union values start, at, k[4];
+    memset(k, 0, sizeof k); /* of the legs that are not there */
+    start.state = *s;
+    extended(m, &start.state, &in[0], &k[0].state);
+    advance(0.5 * dt_s, &start, &k[0], &at);
+    extended(m, &at.state, &in[1], &k[1].state);
+    advance(0.5 * dt_s, &start, &k[1], &at);
+    extended(m, &at.state, &in[1], &k[2].state);
+    advance(dt_s, &start, &k[2], &at);
+    extended(m, &at.state, &in[2], &k[3].state);
+    for (int i = 0; i < 4; i++) advance(dt_s / share[i], &start, &k[i], &start);
+    *s = start.state;
+    hydraulics_limit(m, s);
 }
 
 void hydraulics_step(const struct cylinder_model *m, double dt_s, const struct hydraulics_input in[3], struct hydraulics_state *s) {
-    static const double divisor[4] = {6.0, 3.0, 3.0, 6.0};
-    struct span span = m->extended ? (struct span){0, ALL} : (struct span){PLAIN * m->first, PLAIN * m->legs};
-    union values start, at, k[4];
-    /* the legs that are not there */
-    if (m->extended && m->legs - m->first < LEGS) memset(k, 0, sizeof k);
-    start.state = at.state = *s;
-    hydraulics_derivative(m, &start.state, &in[0], &k[0].state);
-    advance(span, 0.5 * dt_s, &start, &k[0], &at);
-    hydraulics_derivative(m, &at.state, &in[1], &k[1].state);
-    advance(span, 0.5 * dt_s, &start, &k[1], &at);
-    hydraulics_derivative(m, &at.state, &in[1], &k[2].state);
-    advance(span, dt_s, &start, &k[2], &at);
-    hydraulics_derivative(m, &at.state, &in[2], &k[3].state);
-    for (int i = 0; i < 4; i++) advance(span, dt_s / divisor[i], &start, &k[i], &start);
-    *s = start.state;
-    hydraulics_limit(m, s);
+    if (m->extended) {
+        extended_step(m, dt_s, in, s);
+        return;
+    }
+    for (int k = m->first; k < m->legs; k++) {
+        struct cylinder_input leg[3];
+        for (int i = 0; i < 3; i++) leg[i] = (struct cylinder_input){in[i].length_m[k], in[i].rate_mps[k], in[i].valve[k]};
+        cylinder_step(m, k, dt_s, leg, &s->cylinder[k]);
+    }
 }

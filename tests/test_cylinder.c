@@ -40,18 +40,10 @@ static struct cylinder_state combine(const struct cylinder_state *s, double h, c
                                    s->spool_rate + h * rate->spool_rate};
 }
 
-static void rk4(struct cylinder_state *s, double h, double length_m, double rate_mps, double valve) {
-    struct cylinder_state k1 = derivative(s, length_m, rate_mps, valve), at = combine(s, h / 2, &k1);
-    struct cylinder_state k2 = derivative(&at, length_m, rate_mps, valve);
-    at = combine(s, h / 2, &k2);
-    struct cylinder_state k3 = derivative(&at, length_m, rate_mps, valve);
-    at = combine(s, h, &k3);
-    struct cylinder_state k4 = derivative(&at, length_m, rate_mps, valve);
-    *s = combine(s, h / 6, &k1);
-    *s = combine(s, h / 3, &k2);
-    *s = combine(s, h / 3, &k3);
-    *s = combine(s, h / 6, &k4);
-    cylinder_limit(&model, 0, s);
+/* Under an input that stays. */
+static void step(struct cylinder_state *s, double h, double length_m, double rate_mps, double valve) {
+    const struct cylinder_input in = {length_m, rate_mps, valve};
+    cylinder_step(&model, 0, h, (struct cylinder_input[]){in, in, in}, s);
 }
 
 static void every_neutral_leg_has_the_same_length(void **unused) {
@@ -161,10 +153,38 @@ static void spool_steps_like_a_second_order_system(void **unused) {
     struct cylinder_state s = {.p1_pa = 5e6, .p2_pa = 5e6};
     for (int i = 1; i <= 80; i++) {
         double t = i * SUBSTEP_S;
-        rk4(&s, SUBSTEP_S, MID_M, 0.0, 0.5);
+        step(&s, SUBSTEP_S, MID_M, 0.0, 0.5);
         double exact = 0.5 * (1 - exp(-z * w * t) * (cos(wd * t) + z * w / wd * sin(wd * t)));
         /* RK4: (w h)^5/120 a step, some 10 steps a time constant */
         assert_close(s.spool, exact, 2e-5);
+    }
+}
+
+/* Any state, any input. */
+static void a_step_is_runge_kuttas_of_the_derivative(void **unused) {
+    (void)unused;
+    uint64_t seed = 5;
+    for (int n = 0; n < 1000; n++) {
+        struct cylinder_state s = {1e7 * random_unit(&seed), 1e7 * random_unit(&seed), 0.9 * random_unit(&seed), 50.0 * random_unit(&seed)};
+        struct cylinder_input in[3], *i;
+        for (i = in; i < in + 3; i++)
+            *i = (struct cylinder_input){MID_M + 0.2 * random_unit(&seed), random_unit(&seed), random_unit(&seed)};
+        struct cylinder_state k1 = derivative(&s, in[0].length_m, in[0].rate_mps, in[0].valve), at = combine(&s, SUBSTEP_S / 2, &k1);
+        struct cylinder_state k2 = derivative(&at, in[1].length_m, in[1].rate_mps, in[1].valve);
+        at = combine(&s, SUBSTEP_S / 2, &k2);
+        struct cylinder_state k3 = derivative(&at, in[1].length_m, in[1].rate_mps, in[1].valve);
+        at = combine(&s, SUBSTEP_S, &k3);
+        struct cylinder_state k4 = derivative(&at, in[2].length_m, in[2].rate_mps, in[2].valve), expected = s;
+        expected = combine(&expected, SUBSTEP_S / 6, &k1);
+        expected = combine(&expected, SUBSTEP_S / 3, &k2);
+        expected = combine(&expected, SUBSTEP_S / 3, &k3);
+        expected = combine(&expected, SUBSTEP_S / 6, &k4);
+        cylinder_limit(&model, 0, &expected);
+        cylinder_step(&model, 0, SUBSTEP_S, in, &s);
+        assert_close(s.p1_pa, expected.p1_pa, 1e-5);
+        assert_close(s.p2_pa, expected.p2_pa, 1e-5);
+        assert_close(s.spool, expected.spool, 1e-14);
+        assert_close(s.spool_rate, expected.spool_rate, 1e-11);
     }
 }
 
@@ -172,11 +192,11 @@ static void spool_stops_at_full_opening(void **unused) {
     (void)unused;
     struct cylinder_state s = {.p1_pa = 5e6, .p2_pa = 5e6};
     for (int i = 0; i < 400; i++) {
-        rk4(&s, SUBSTEP_S, MID_M, 0.0, 1.0);
+        step(&s, SUBSTEP_S, MID_M, 0.0, 1.0);
         assert_true(fabs(s.spool) <= 1.0);
     }
     assert_close(s.spool, 1.0, 1e-12);
-    for (int i = 0; i < 400; i++) rk4(&s, SUBSTEP_S, MID_M, 0.0, -1.0);
+    for (int i = 0; i < 400; i++) step(&s, SUBSTEP_S, MID_M, 0.0, -1.0);
     assert_close(s.spool, -1.0, 1e-12);
     struct cylinder_state beyond = {.spool = 1.01, .spool_rate = -3.0};
     cylinder_limit(&model, 0, &beyond);
@@ -193,7 +213,7 @@ static void the_spool_alone_moves_as_with_its_chambers(void **unused) {
     bool at_limit = false;
     for (int i = 0; i < 4000; i++) {
         double valve = 0.1 * sin(0.01 * i) + (i % 7 ? 0.001 : -0.004);
-        rk4(&with, SUBSTEP_S, MID_M, 0.0, valve);
+        step(&with, SUBSTEP_S, MID_M, 0.0, valve);
         cylinder_spool_step(&model, 0, SUBSTEP_S, valve, &alone);
         at_limit = at_limit || fabs(alone.spool_rate) >= 2.0;
         assert_close(alone.spool, with.spool, 1e-12);
@@ -209,7 +229,7 @@ static double tear_open(double speed, double substep, struct cylinder_state *s) 
     double start = MID_M - 0.15, lowest = 0.0;
     *s = (struct cylinder_state){.p1_pa = 1e6, .p2_pa = 1e6};
     for (int i = 0; i * substep * speed < 0.3; i++) {
-        rk4(s, substep, start + i * substep * speed, speed, 0.0);
+        step(s, substep, start + i * substep * speed, speed, 0.0);
         lowest = fmin(lowest, s->p1_pa);
     }
     return lowest;
@@ -226,7 +246,7 @@ static void a_chamber_torn_open_stays_above_vacuum_and_recovers(void **unused) {
         assert_below(VACUUM_PA + 1e3, tear_open(speed, SUBSTEP_S / 16, &fine));
         assert_close(s.p1_pa, fine.p1_pa, 1e3); /* and the substep is fine enough for them */
         s.p2_pa = 0.0;
-        for (int i = 0; i < 80; i++) rk4(&s, SUBSTEP_S, MID_M + 0.15, 0.0, 0.0);
+        for (int i = 0; i < 80; i++) step(&s, SUBSTEP_S, MID_M + 0.15, 0.0, 0.0);
         assert_close(s.p1_pa, 0.0, 10.0); /* 20 ms: many times the make-up's 1 ms */
     }
 }
@@ -283,6 +303,7 @@ int main(void) {
         cmocka_unit_test(a_closed_chamber_keeps_its_oil),
         cmocka_unit_test(leakage_takes_from_one_chamber_what_it_gives_the_other),
         cmocka_unit_test(spool_steps_like_a_second_order_system),
+        cmocka_unit_test(a_step_is_runge_kuttas_of_the_derivative),
         cmocka_unit_test(spool_stops_at_full_opening),
         cmocka_unit_test(a_chamber_torn_open_stays_above_vacuum_and_recovers),
         cmocka_unit_test(a_small_chamber_fills_without_ringing_even_under_euler),
