@@ -176,18 +176,18 @@ static inline struct cylinder_state advanced(const struct cylinder_state *s, dou
 }
 
 void cylinder_step(const struct cylinder_model *m, int leg, double dt_s, const struct cylinder_input in[3], struct cylinder_state *s) {
-    static const int when[4] = {0, 1, 1, 2};
-    static const double reach[4] = {0.0, 0.5, 0.5, 1.0}, share[4] = {6.0, 3.0, 3.0, 6.0};
+    static const int node[4] = {0, 1, 1, 2};
+    static const double reach[4] = {0.0, 0.5, 0.5, 1.0}, divisor[4] = {6.0, 3.0, 3.0, 6.0};
     const struct cylinder_leg *c = &m->leg[leg];
     struct mains mains = cylinder_mains(m);
     struct cylinder_state start = *s, rate = {0};
     double stiffness[3][PORTS];
     for (int i = 0; i < 3; i++) chambers(c, in[i].length_m, stiffness[i]);
     for (int i = 0; i < 4; i++) {
-        int j = when[i];
+        int j = node[i];
         struct cylinder_state at = advanced(&start, reach[i] * dt_s, &rate);
         rate = direct_rates(m, c, &mains, &at, at.spool, stiffness[j], in[j].rate_mps, in[j].valve);
-        *s = advanced(s, dt_s / share[i], &rate);
+        *s = advanced(s, dt_s / divisor[i], &rate);
     }
     cylinder_limit(m, leg, s);
 }

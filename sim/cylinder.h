@@ -89,11 +89,13 @@ void cylinder_flows(const struct cylinder_model *m, int leg, const struct mains 
  * After every substep. */
 void cylinder_limit(const struct cylinder_model *m, int leg, struct cylinder_state *s);
 
-/* On by a Runge-Kutta step of fourth order and cylinder_limit, chambers at the ports and no law of
- * the opening; the input at its start, middle and end. */
+/* What moves a piston and its valve. */
 struct cylinder_input {
     double length_m, rate_mps, valve;
 };
+
+/* On by a Runge-Kutta step of fourth order, then cylinder_limit; the input at the step's start,
+ * middle and end. Of a model that is not extended: its legs have nothing in common. */
 void cylinder_step(const struct cylinder_model *m, int leg, double dt_s, const struct cylinder_input in[3], struct cylinder_state *s);
 
 /* The spool alone, which nothing in the chambers moves: on by a step under this command. */

@@ -113,7 +113,7 @@ static void advance(double h, const union values *from, const union values *rate
 }
 
 static void extended_step(const struct cylinder_model *m, double dt_s, const struct hydraulics_input in[3], struct hydraulics_state *s) {
-    static const double share[4] = {6.0, 3.0, 3.0, 6.0};
+    static const double divisor[4] = {6.0, 3.0, 3.0, 6.0};
     union values start, at, k[4];
     memset(k, 0, sizeof k); /* of the legs that are not there */
     start.state = *s;
@@ -124,7 +124,7 @@ static void extended_step(const struct cylinder_model *m, double dt_s, const str
     extended(m, &at.state, &in[1], &k[2].state);
     advance(dt_s, &start, &k[2], &at);
     extended(m, &at.state, &in[2], &k[3].state);
-    for (int i = 0; i < 4; i++) advance(dt_s / share[i], &start, &k[i], &start);
+    for (int i = 0; i < 4; i++) advance(dt_s / divisor[i], &start, &k[i], &start);
     *s = start.state;
     hydraulics_limit(m, s);
 }

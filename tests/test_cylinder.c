@@ -4,6 +4,7 @@
 
 #include "cylinder.h"
 #include "engine.h"
+#include "hydraulics.h"
 #include "units.h"
 
 static const double MID_M = 1.8310;
@@ -165,7 +166,8 @@ static void a_step_is_runge_kuttas_of_the_derivative(void **unused) {
     (void)unused;
     uint64_t seed = 5;
     for (int n = 0; n < 1000; n++) {
-        struct cylinder_state s = {1e7 * random_unit(&seed), 1e7 * random_unit(&seed), 0.9 * random_unit(&seed), 50.0 * random_unit(&seed)};
+        struct cylinder_state s = {5e6 + 5e6 * random_unit(&seed), 5e6 + 5e6 * random_unit(&seed), 0.9 * random_unit(&seed),
+                                   50.0 * random_unit(&seed)};
         struct cylinder_input in[3], *i;
         for (i = in; i < in + 3; i++)
             *i = (struct cylinder_input){MID_M + 0.2 * random_unit(&seed), random_unit(&seed), random_unit(&seed)};
@@ -181,10 +183,46 @@ static void a_step_is_runge_kuttas_of_the_derivative(void **unused) {
         expected = combine(&expected, SUBSTEP_S / 6, &k4);
         cylinder_limit(&model, 0, &expected);
         cylinder_step(&model, 0, SUBSTEP_S, in, &s);
+        /* but for rounding */
         assert_close(s.p1_pa, expected.p1_pa, 1e-5);
         assert_close(s.p2_pa, expected.p2_pa, 1e-5);
         assert_close(s.spool, expected.spool, 1e-14);
         assert_close(s.spool_rate, expected.spool_rate, 1e-11);
+    }
+}
+
+/* An extended model without lines, laws or resistance has the same equations; unlike legs, all of
+ * them or one. */
+static void legs_step_alone_as_they_do_together(void **unused) {
+    (void)unused;
+    uint64_t seed = 6;
+    struct cylinder_model apart = model, together;
+    double length_m[3][LEGS], rate_mps[3][LEGS], valve[3][LEGS];
+    struct hydraulics_input in[3];
+    struct hydraulics_state start = {0};
+    for (int k = 0; k < LEGS; k++) {
+        apart.leg[k].bulk_modulus_pa *= 1.0 + 0.01 * k;
+        start.cylinder[k] = (struct cylinder_state){5e6 + 5e6 * random_unit(&seed), 5e6 + 5e6 * random_unit(&seed),
+                                                    0.9 * random_unit(&seed), 50.0 * random_unit(&seed)};
+        for (int i = 0; i < 3; i++)
+            length_m[i][k] = MID_M + 0.2 * random_unit(&seed), rate_mps[i][k] = random_unit(&seed), valve[i][k] = random_unit(&seed);
+    }
+    for (int i = 0; i < 3; i++) in[i] = (struct hydraulics_input){length_m[i], rate_mps[i], valve[i]};
+    for (int first = -1; first < LEGS; first++) {
+        struct hydraulics_state a = start, b = start;
+        if (first >= 0) apart.first = first, apart.legs = first + 1;
+        together = apart;
+        together.extended = true;
+        hydraulics_step(&apart, SUBSTEP_S, in, &a);
+        hydraulics_step(&together, SUBSTEP_S, in, &b);
+        for (int k = 0; k < LEGS; k++) {
+            bool moves = k >= apart.first && k < apart.legs;
+            assert_true((a.cylinder[k].p1_pa != start.cylinder[k].p1_pa) == moves);
+            assert_close(a.cylinder[k].p1_pa, b.cylinder[k].p1_pa, 1e-5);
+            assert_close(a.cylinder[k].p2_pa, b.cylinder[k].p2_pa, 1e-5);
+            assert_close(a.cylinder[k].spool, b.cylinder[k].spool, 1e-14);
+            assert_close(a.cylinder[k].spool_rate, b.cylinder[k].spool_rate, 1e-11);
+        }
     }
 }
 
@@ -304,6 +342,7 @@ int main(void) {
         cmocka_unit_test(leakage_takes_from_one_chamber_what_it_gives_the_other),
         cmocka_unit_test(spool_steps_like_a_second_order_system),
         cmocka_unit_test(a_step_is_runge_kuttas_of_the_derivative),
+        cmocka_unit_test(legs_step_alone_as_they_do_together),
         cmocka_unit_test(spool_stops_at_full_opening),
         cmocka_unit_test(a_chamber_torn_open_stays_above_vacuum_and_recovers),
         cmocka_unit_test(a_small_chamber_fills_without_ringing_even_under_euler),
