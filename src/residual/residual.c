@@ -88,11 +88,6 @@ static void differentiate(const struct residual_test *t, const double *row, doub
     }
 }
 
-/* Motion at a node. */
-struct node {
-    double length_m[LEGS], rate_mps[LEGS];
-};
-
 /* In so many a spool at its rate limit forgets where it was. */
 enum { LIMITED_CYCLES = 12 };
 static const double SPOOL_TIMES = 10.0; /* time constants: what is left is e^-10 */
@@ -106,8 +101,8 @@ struct run {
     struct cylinder_model cylinder;
     struct valve_line line;
     struct hydraulics_state state;
-    struct node node[3];
-    struct node series[SPECTRUM_SIZE]; /* coefficients of the legs side by side:
+    struct rods_motion node[3];
+    struct rods_motion series[SPECTRUM_SIZE]; /* coefficients of the legs side by side:
                                         * their sums run at once */
 };
 
@@ -116,10 +111,11 @@ struct pressure_rows {
     double port[PORTS][LEGS][RESIDUAL_SIZE], drop[PORTS][LEGS][RESIDUAL_SIZE];
 };
 
-static void look(const struct run *r, int node, struct node *to) {
+static void look(const struct run *r, int node, struct rods_motion *to) {
     int size = residual_motion_size(r->t);
     const double *basis = r->t->node + (size_t)node * (size_t)size;
-    struct node sum = {0};
+    struct rods_motion sum = {0};
+    if (r->t->fast) sum = r->t->fast[node];
     for (int a = 0; a < size; a++)
         for (int k = 0; k < LEGS; k++) {
             sum.length_m[k] += basis[a] * r->series[a].length_m[k];

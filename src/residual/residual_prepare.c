@@ -24,6 +24,11 @@ static const double IN_STEP = 1e-3;       /* of a cycle: to that a whole number 
 static const double OVERLAP = 0.15, STRETCH = 1.2;
 enum { COUPLING_POINTS = 2048 };
 
+/* Beyond the series the motion is a line over so much of the series' shortest period either way,
+ * and over so many samples: half of what has a sixth of that period is in it. */
+static const double LINE_OF_PERIOD = 1.0 / 12.0, LINE_SAMPLES = 3.0;
+static const double LINES_APART = 0.25;   /* of that */
+
 /* Samples to coefficients, by least squares: exact also where a cycle is no whole
  * number of samples. */
 static bool project_cycle(struct residual_test *t) {
@@ -237,6 +242,64 @@ static bool fit_series(struct residual_test *t) {
     return true;
 }
 
+/* Value and slope of the line through a leg's samples about a time, weights of a Hann window; zero
+ * where there are too few. */
+static void line_about(const struct recording_test *test, int first, int end, const double (*rest)[LEGS], double t_s, double reach_s,
+                       int leg, struct rods_motion *to) {
+    double w0 = 0.0, w1 = 0.0, w2 = 0.0, y0 = 0.0, y1 = 0.0;
+    for (int i = first; i < end; i++) {
+        double x = (test->sample[i].test_time_s - t_s) / reach_s, weight = 1.0 + cos(PI * x);
+        if (!test->sample[i].good || fabs(x) >= 1.0) continue;
+        double y = rest[i - test->first][leg];
+        w0 += weight, w1 += weight * x, w2 += weight * x * x, y0 += weight * y, y1 += weight * x * y;
+    }
+    double determinant = w0 * w2 - w1 * w1;
+    if (!(determinant > 1e-3 * w0 * w0)) return;
+    to->length_m[leg] = (w2 * y0 - w1 * y1) / determinant;
+    to->rate_mps[leg] = (w0 * y1 - w1 * y0) / determinant / reach_s;
+}
+
+/* The cubic that has two lines' values and slopes, between them. */
+static void between_lines(const struct rods_motion from_to[2], double step_s, double x, int leg, struct rods_motion *to) {
+    double a = from_to[0].length_m[leg], b = step_s * from_to[0].rate_mps[leg], end = from_to[1].length_m[leg] - a;
+    double slope = step_s * from_to[1].rate_mps[leg], c = 3.0 * end - 2.0 * b - slope, d = b + slope - 2.0 * end;
+    to->length_m[leg] = a + x * (b + x * (c + x * d));
+    to->rate_mps[leg] = (b + x * (2.0 * c + x * 3.0 * d)) / step_s;
+}
+
+/* What the measured motion has beyond the series, where a rod turns sharply or starts. As the
+ * chambers' equations change where the valve crosses zero, it comes down into the rows. */
+static int take_fast_motion(struct residual_test *t, const struct recording_test *test, double end_s, struct error *error) {
+    const struct spectrum *series = &t->spectrum;
+    double reach_s = fmax(LINE_OF_PERIOD * 2.0 * PI / series->omega / t->harmonics, LINE_SAMPLES * recording_step_s(test)), value[3];
+    double step_s = LINES_APART * reach_s, node_s = t->step_s / (2 * t->substeps);
+    int first = test->first, end, lines = (int)(nodes_of(t) * node_s / step_s) + 2;
+    double (*rest)[LEGS] = malloc((size_t)(test->end - test->first) * sizeof *rest);
+    struct rods_motion *line = calloc((size_t)lines, sizeof *line);
+    t->fast = calloc((size_t)nodes_of(t), sizeof *t->fast);
+    bool all = rest && line && t->fast;
+    while (first < test->end && test->sample[first].test_time_s < t->first_s) first++;
+    for (end = first; end < test->end && test->sample[end].test_time_s <= end_s;) end++;
+    for (int i = first; i < end && all; i++)
+        for (int k = 0; k < t->legs; k++) {
+            spectrum_value(series->mean[CHANNEL_LENGTH][k], series->harmonics, series->omega, test->sample[i].test_time_s, value);
+            rest[i - test->first][k] = test->sample[i].length_m[k] - value[0];
+        }
+    for (int i = 0, from = first, to = first; i < lines && all; i++) {
+        double t_s = t->first_s + i * step_s;
+        while (from < end && test->sample[from].test_time_s <= t_s - reach_s) from++;
+        while (to < end && test->sample[to].test_time_s < t_s + reach_s) to++;
+        for (int k = 0; k < t->legs; k++) line_about(test, from, to, (const double (*)[LEGS])rest, t_s, reach_s, k, &line[i]);
+    }
+    for (int i = 0; i < nodes_of(t) && all; i++) {
+        int j = (int)(i * node_s / step_s);
+        for (int k = 0; k < t->legs; k++) between_lines(&line[j], step_s, i * node_s / step_s - j, k, &t->fast[i]);
+    }
+    free(rest);
+    free(line);
+    return all ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
+}
+
 /* Any motion: local cosines of a piece, whose chambers are simulated from a little before. */
 static int prepare_piece(struct residual_test *t, const struct recording_test *test, struct error *error) {
     double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE], value[RESIDUAL_SIZE], basis[SPECTRUM_SIZE];
@@ -258,6 +321,8 @@ static int prepare_piece(struct residual_test *t, const struct recording_test *t
                          test->start_s, piece_s);
     tabulate(t, omega * begin_s);
     hold_commands(t, test);
+    if (t->chambers) status = take_fast_motion(t, test, begin_s + span_s, error);
+    if (status) return status;
     for (int a = 0; a < t->size; a++) t->rate[a] = PI * (a + 0.5) / piece_s, t->weight[a] = 0.5;
     for (int i = 0; i < t->phases; i++) local_cosines(begin_s + i * period_s / PHASES, test->start_s, piece_s, t->shape[i]);
     for (int i = 0; i < COUPLING_POINTS; i++) {
@@ -335,6 +400,7 @@ void residual_free(struct residual_data *d) {
         free(d->test[i].project);
         free(d->test[i].series);
         free(d->test[i].node);
+        free(d->test[i].fast);
         free(d->test[i].valve);
         free(d->test[i].dither);
         free(d->test[i].projection);
