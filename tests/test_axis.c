@@ -242,9 +242,9 @@ static void assert_full_value(const struct rig *rig, double found, double other,
  * speed friction is friction, and of a cylinder, whose pressures are then two, also a scale of
  * theirs. */
 static bool alike(const struct rig *rig, const char *name) {
-    if (rig->motion == TRIANGLE && !strncmp(name, "cylinder_", 9)) return true;
+    double friction = rig->coulomb_extend_n + rig->viscous_n_s_per_m + rig->stribeck_n + rig->load_friction;
     bool scale = !strcmp(name, "pressure_sensor_scale") || !strcmp(name, "load_dependent_friction");
-    if (rig->motion == TRIANGLE && !rig->electric && scale) return true;
+    if (rig->motion == TRIANGLE && friction > 0.0 && (!strncmp(name, "cylinder_", 9) || (scale && !rig->electric))) return true;
     if (rig->coulomb_extend_n > 0.0) return !strcmp(name, "load_dependent_friction");
     return rig->payload_kg > 0.0 && (!strcmp(name, "position_sensor_scale") || !strcmp(name, "force_sensor_scale"));
 }

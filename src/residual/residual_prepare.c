@@ -24,10 +24,10 @@ static const double IN_STEP = 1e-3;       /* of a cycle: to that a whole number 
 static const double OVERLAP = 0.15, STRETCH = 1.2;
 enum { COUPLING_POINTS = 2048 };
 
-/* Beyond the series the motion is a line over so much of the series' shortest period either way,
- * and over so many samples: half of what has a sixth of that period is in it. */
-static const double LINE_OF_PERIOD = 1.0 / 12.0, LINE_SAMPLES = 3.0;
-static const double LINES_APART = 0.25;   /* of that */
+/* The motion beyond the series is fitted by lines under Hann windows: their half-width, a share of
+ * the series' shortest period and at least so many samples; their distance, a share of that; least
+ * variance of the samples' times, in squares of it (0.04 at a record's end). */
+static const double LINE_OF_PERIOD = 1.0 / 12.0, LINE_SAMPLES = 3.0, LINES_APART = 0.25, SPREAD = 0.02;
 
 /* Samples to coefficients, by least squares: exact also where a cycle is no whole
  * number of samples. */
@@ -242,9 +242,9 @@ static bool fit_series(struct residual_test *t) {
     return true;
 }
 
-/* Value and slope of the line through a leg's samples about a time, weights of a Hann window; zero
- * where there are too few. */
-static void line_about(const struct recording_test *test, int first, int end, const double (*rest)[LEGS], double t_s, double reach_s,
+/* Value and slope of the line through a leg's samples about a time, weights of a Hann window. False
+ * where they are too few, or all on one side and far. */
+static bool line_about(const struct recording_test *test, int first, int end, const double (*rest)[LEGS], double t_s, double reach_s,
                        int leg, struct rods_motion *to) {
     double w0 = 0.0, w1 = 0.0, w2 = 0.0, y0 = 0.0, y1 = 0.0;
     for (int i = first; i < end; i++) {
@@ -254,26 +254,30 @@ static void line_about(const struct recording_test *test, int first, int end, co
         w0 += weight, w1 += weight * x, w2 += weight * x * x, y0 += weight * y, y1 += weight * x * y;
     }
     double determinant = w0 * w2 - w1 * w1;
-    if (!(determinant > 1e-3 * w0 * w0)) return;
+    if (!(determinant > SPREAD * w0 * w0)) return false;
     to->length_m[leg] = (w2 * y0 - w1 * y1) / determinant;
     to->rate_mps[leg] = (w0 * y1 - w1 * y0) / determinant / reach_s;
+    return true;
 }
 
-/* The cubic that has two lines' values and slopes, between them. */
-static void between_lines(const struct rods_motion from_to[2], double step_s, double x, int leg, struct rods_motion *to) {
-    double a = from_to[0].length_m[leg], b = step_s * from_to[0].rate_mps[leg], end = from_to[1].length_m[leg] - a;
-    double slope = step_s * from_to[1].rate_mps[leg], c = 3.0 * end - 2.0 * b - slope, d = b + slope - 2.0 * end;
+/* The cubic that has two lines' values and slopes, between them: at a share of the time from one to
+ * the other. */
+static void between_lines(const struct rods_motion *from, const struct rods_motion *until, double step_s, double x, int leg,
+                          struct rods_motion *to) {
+    double a = from->length_m[leg], b = step_s * from->rate_mps[leg], end = until->length_m[leg] - a;
+    double slope = step_s * until->rate_mps[leg], c = 3.0 * end - 2.0 * b - slope, d = b + slope - 2.0 * end;
     to->length_m[leg] = a + x * (b + x * (c + x * d));
     to->rate_mps[leg] = (b + x * (2.0 * c + x * 3.0 * d)) / step_s;
 }
 
-/* What the measured motion has beyond the series, where a rod turns sharply or starts. As the
- * chambers' equations change where the valve crosses zero, it comes down into the rows. */
+/* What the measured motion has beyond the series, where a rod turns sharply or starts. The valve's
+ * flow law changes where the spool crosses zero, so that motion above the rows' band makes errors
+ * of pressure within it. */
 static int take_fast_motion(struct residual_test *t, const struct recording_test *test, double end_s, struct error *error) {
     const struct spectrum *series = &t->spectrum;
     double reach_s = fmax(LINE_OF_PERIOD * 2.0 * PI / series->omega / t->harmonics, LINE_SAMPLES * recording_step_s(test)), value[3];
     double step_s = LINES_APART * reach_s, node_s = t->step_s / (2 * t->substeps);
-    int first = test->first, end, lines = (int)(nodes_of(t) * node_s / step_s) + 2;
+    int first = test->first, end, lines = (int)(nodes_of(t) * node_s / step_s) + 2, known[LEGS] = {-1, -1, -1, -1, -1, -1};
     double (*rest)[LEGS] = malloc((size_t)(test->end - test->first) * sizeof *rest);
     struct rods_motion *line = calloc((size_t)lines, sizeof *line);
     t->fast = calloc((size_t)nodes_of(t), sizeof *t->fast);
@@ -289,11 +293,19 @@ static int take_fast_motion(struct residual_test *t, const struct recording_test
         double t_s = t->first_s + i * step_s;
         while (from < end && test->sample[from].test_time_s <= t_s - reach_s) from++;
         while (to < end && test->sample[to].test_time_s < t_s + reach_s) to++;
-        for (int k = 0; k < t->legs; k++) line_about(test, from, to, (const double (*)[LEGS])rest, t_s, reach_s, k, &line[i]);
+        for (int k = 0; k < t->legs; k++) {
+            if (!line_about(test, from, to, (const double (*)[LEGS])rest, t_s, reach_s, k, &line[i])) continue;
+            /* over a gap the cubic goes from line to line */
+            for (int j = known[k] + 1; j < i && known[k] >= 0; j++)
+                between_lines(&line[known[k]], &line[i], (i - known[k]) * step_s, (double)(j - known[k]) / (i - known[k]), k, &line[j]);
+            known[k] = i;
+        }
     }
+    for (int k = 0; k < t->legs && all; k++)
+        for (int j = known[k] + 1; j < lines && known[k] >= 0; j++) line[j].length_m[k] = line[known[k]].length_m[k];
     for (int i = 0; i < nodes_of(t) && all; i++) {
         int j = (int)(i * node_s / step_s);
-        for (int k = 0; k < t->legs; k++) between_lines(&line[j], step_s, i * node_s / step_s - j, k, &t->fast[i]);
+        for (int k = 0; k < t->legs; k++) between_lines(&line[j], &line[j + 1], step_s, i * node_s / step_s - j, k, &t->fast[i]);
     }
     free(rest);
     free(line);
