@@ -325,7 +325,7 @@ static void try_all(int count, bool electric, int seeds) {
 static void what_a_cylinder_hides_is_named_and_nothing_else(void **unused) {
     (void)unused;
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
-    try_all(LOAD, false, 2);
+    try_all(DEAD_BAND + 1, false, 2);
 }
 
 static void what_an_electric_axis_hides_is_named_by_its_force_alone(void **unused) {
@@ -500,7 +500,8 @@ static double value_error(const struct rig *rig, const struct gap_effect *e) {
     return fabs(found / hidden - 1.0);
 }
 
-/* For people: how many of so many seeds are right, alone and as the first of an ambiguous set. */
+/* For people: how many of so many seeds are right, alone and as the first of an ambiguous set, and
+ * each of them. */
 static void print_row(int i, bool electric, enum motion motion, int seeds) {
     static struct gap_result g;
     int alone = 0, first = 0;
@@ -521,6 +522,8 @@ static void print_row(int i, bool electric, enum motion motion, int seeds) {
     fflush(stdout);
 }
 
+/* Of the sine, or with a second argument of every other motion; leakage, dead band and friction by
+ * load need pressures. */
 static void print_table(int seeds, enum motion first, enum motion last) {
     for (int electric = 1; electric >= 0; electric--)
         for (int motion = (int)first; motion <= (int)last; motion++)

@@ -102,8 +102,8 @@ struct run {
     struct valve_line line;
     struct hydraulics_state state;
     struct rods_motion node[3];
-    struct rods_motion series[SPECTRUM_SIZE]; /* coefficients of the legs side by side:
-                                        * their sums run at once */
+    /* coefficients of the legs side by side: their sums run at once */
+    struct rods_motion series[SPECTRUM_SIZE];
 };
 
 /* Pressures at the gauges, and how far they are above the chambers'. */

@@ -7,18 +7,18 @@
  *             the measured motion, per leg, Pa
  *
  * Signals are Fourier series: of the mean cycle where a test repeats one, else of a piece of the
- * record and what lies about it. So velocity and acceleration need no differences; what the model's
- * sensors do to lengths and pressures (scale, offset, lag, delay) is undone there, before any law
- * is applied. Commands are held for the controller's cycle; those that a slower recording lacks are
- * interpolated. Without pressures the force is what its sensor or drive says; without pressures or
- * commands the chambers are not evaluated. One axis is a machine of one leg, whose inverse dynamics
- * is m (a + g), springs and friction. The physics is that of sim's rigid bodies, hydraulics and
- * effects, written once. Both residuals are rows of coefficients, in the units of the readings, as
- * is the whitener's noise: a sensor's scale does not make them smaller. Of a cycle they are its
- * harmonics; of a piece local cosines, whose windows overlap so that all of them together are
- * orthogonal (Coifman, Meyer 1991) and white noise stays white; measured and simulated alike go
- * there by way of the series. For the right model they are zero within the noise. Pure but for the
- * heap. */
+ * record and what lies about it, of which the chambers see what is faster, too. So velocity and
+ * acceleration need no differences; what the model's sensors do to lengths and pressures (scale,
+ * offset, lag, delay) is undone there, before any law is applied. Commands are held for the
+ * controller's cycle; those that a slower recording lacks are interpolated. Without pressures the
+ * force is what its sensor or drive says; without pressures or commands the chambers are not
+ * evaluated. One axis is a machine of one leg, whose inverse dynamics is m (a + g), springs and
+ * friction. The physics is that of sim's rigid bodies, hydraulics and effects, written once. Both
+ * residuals are rows of coefficients, in the units of the readings, as is the whitener's noise: a
+ * sensor's scale does not make them smaller. Of a cycle they are its harmonics; of a piece local
+ * cosines, whose windows overlap so that all of them together are orthogonal (Coifman, Meyer 1991)
+ * and white noise stays white; measured and simulated alike go there by way of the series. For the
+ * right model they are zero within the noise. Pure but for the heap. */
 #ifndef HEXID_RESIDUAL_H
 #define HEXID_RESIDUAL_H
 
