@@ -92,6 +92,10 @@ static void differentiate(const struct residual_test *t, const double *row, doub
 enum { LIMITED_CYCLES = 12 };
 static const double SPOOL_TIMES = 10.0; /* time constants: what is left is e^-10 */
 
+struct rods_motion {
+    double length_m[LEGS], rate_mps[LEGS];
+};
+
 /* The hydraulics while they run through the cycles. */
 struct run {
     const struct residual_test *t;
@@ -111,17 +115,22 @@ struct pressure_rows {
     double port[PORTS][LEGS][RESIDUAL_SIZE], drop[PORTS][LEGS][RESIDUAL_SIZE];
 };
 
+/* Beyond the series the sensor's lag is the delay that it is to what is slow. */
 static void look(const struct run *r, int node, struct rods_motion *to) {
     int size = residual_motion_size(r->t);
     const double *basis = r->t->node + (size_t)node * (size_t)size;
     struct rods_motion sum = {0};
-    if (r->t->fast) sum = r->t->fast[node];
     for (int a = 0; a < size; a++)
         for (int k = 0; k < LEGS; k++) {
             sum.length_m[k] += basis[a] * r->series[a].length_m[k];
             sum.rate_mps[k] += basis[a] * r->series[a].rate_mps[k];
         }
     *to = sum;
+    for (int k = r->cylinder.first; k < r->cylinder.legs && r->t->fast.lines; k++) {
+        const struct sensor_path *path = &r->cylinder.machine.sensors.length[k];
+        double t_s = r->t->first_s + node * r->t->step_s / (2 * r->t->substeps) + path->delay_s + path->lag_s;
+        fast_motion_add(&r->t->fast, k, t_s, path->scale, &to->length_m[k], &to->rate_mps[k]);
+    }
 }
 
 /* Of a cycle the sample that a time before the first one has, too: the cycle need not be a whole

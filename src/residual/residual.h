@@ -22,6 +22,7 @@
 #ifndef HEXID_RESIDUAL_H
 #define HEXID_RESIDUAL_H
 
+#include "fast_motion.h"
 #include "play.h"
 #include "spectrum.h"
 
@@ -75,10 +76,10 @@ struct residual_test {
     double (*series)[SPECTRUM_SIZE];  /* and to the Fourier coefficients */
     double *node;                /* [2 substeps samples + 1][1 + 2 harmonics]: basis at the ends and
                                   * middles of the substeps */
-    struct rods_motion {
-        double length_m[LEGS], rate_mps[LEGS];
-    } *fast;                     /* of a piece, as many as nodes: what the measured motion has
-                                  * beyond the series; the chambers see it. NULL: nothing */
+    struct fast_motion fast;     /* of a piece: what the measured motion has beyond the series; the
+                                  * chambers see it, since the valve's flow law changes where the
+                                  * spool crosses zero, so that motion above the rows' band makes
+                                  * errors of pressure within it */
     int lead;                    /* of a piece: commands before the first simulated sample */
     double *valve;               /* [lead + samples][leg] */
     double *dither;              /* [samples][leg]: noise that the commands were sent with and that

@@ -24,11 +24,6 @@ static const double IN_STEP = 1e-3;       /* of a cycle: to that a whole number 
 static const double OVERLAP = 0.15, STRETCH = 1.2;
 enum { COUPLING_POINTS = 2048 };
 
-/* The motion beyond the series is fitted by lines under Hann windows: their half-width, a share of
- * the series' shortest period and at least so many samples; their distance, a share of that; least
- * variance of the samples' times, in squares of it (0.04 at a record's end). */
-static const double LINE_OF_PERIOD = 1.0 / 12.0, LINE_SAMPLES = 3.0, LINES_APART = 0.25, SPREAD = 0.02;
-
 /* Samples to coefficients, by least squares: exact also where a cycle is no whole
  * number of samples. */
 static bool project_cycle(struct residual_test *t) {
@@ -242,76 +237,6 @@ static bool fit_series(struct residual_test *t) {
     return true;
 }
 
-/* Value and slope of the line through a leg's samples about a time, weights of a Hann window. False
- * where they are too few, or all on one side and far. */
-static bool line_about(const struct recording_test *test, int first, int end, const double (*rest)[LEGS], double t_s, double reach_s,
-                       int leg, struct rods_motion *to) {
-    double w0 = 0.0, w1 = 0.0, w2 = 0.0, y0 = 0.0, y1 = 0.0;
-    for (int i = first; i < end; i++) {
-        double x = (test->sample[i].test_time_s - t_s) / reach_s, weight = 1.0 + cos(PI * x);
-        if (!test->sample[i].good || fabs(x) >= 1.0) continue;
-        double y = rest[i - test->first][leg];
-        w0 += weight, w1 += weight * x, w2 += weight * x * x, y0 += weight * y, y1 += weight * x * y;
-    }
-    double determinant = w0 * w2 - w1 * w1;
-    if (!(determinant > SPREAD * w0 * w0)) return false;
-    to->length_m[leg] = (w2 * y0 - w1 * y1) / determinant;
-    to->rate_mps[leg] = (w0 * y1 - w1 * y0) / determinant / reach_s;
-    return true;
-}
-
-/* The cubic that has two lines' values and slopes, between them: at a share of the time from one to
- * the other. */
-static void between_lines(const struct rods_motion *from, const struct rods_motion *until, double step_s, double x, int leg,
-                          struct rods_motion *to) {
-    double a = from->length_m[leg], b = step_s * from->rate_mps[leg], end = until->length_m[leg] - a;
-    double slope = step_s * until->rate_mps[leg], c = 3.0 * end - 2.0 * b - slope, d = b + slope - 2.0 * end;
-    to->length_m[leg] = a + x * (b + x * (c + x * d));
-    to->rate_mps[leg] = (b + x * (2.0 * c + x * 3.0 * d)) / step_s;
-}
-
-/* What the measured motion has beyond the series, where a rod turns sharply or starts. The valve's
- * flow law changes where the spool crosses zero, so that motion above the rows' band makes errors
- * of pressure within it. */
-static int take_fast_motion(struct residual_test *t, const struct recording_test *test, double end_s, struct error *error) {
-    const struct spectrum *series = &t->spectrum;
-    double reach_s = fmax(LINE_OF_PERIOD * 2.0 * PI / series->omega / t->harmonics, LINE_SAMPLES * recording_step_s(test)), value[3];
-    double step_s = LINES_APART * reach_s, node_s = t->step_s / (2 * t->substeps);
-    int first = test->first, end, lines = (int)(nodes_of(t) * node_s / step_s) + 2, known[LEGS] = {-1, -1, -1, -1, -1, -1};
-    double (*rest)[LEGS] = malloc((size_t)(test->end - test->first) * sizeof *rest);
-    struct rods_motion *line = calloc((size_t)lines, sizeof *line);
-    t->fast = calloc((size_t)nodes_of(t), sizeof *t->fast);
-    bool all = rest && line && t->fast;
-    while (first < test->end && test->sample[first].test_time_s < t->first_s) first++;
-    for (end = first; end < test->end && test->sample[end].test_time_s <= end_s;) end++;
-    for (int i = first; i < end && all; i++)
-        for (int k = 0; k < t->legs; k++) {
-            spectrum_value(series->mean[CHANNEL_LENGTH][k], series->harmonics, series->omega, test->sample[i].test_time_s, value);
-            rest[i - test->first][k] = test->sample[i].length_m[k] - value[0];
-        }
-    for (int i = 0, from = first, to = first; i < lines && all; i++) {
-        double t_s = t->first_s + i * step_s;
-        while (from < end && test->sample[from].test_time_s <= t_s - reach_s) from++;
-        while (to < end && test->sample[to].test_time_s < t_s + reach_s) to++;
-        for (int k = 0; k < t->legs; k++) {
-            if (!line_about(test, from, to, (const double (*)[LEGS])rest, t_s, reach_s, k, &line[i])) continue;
-            /* over a gap the cubic goes from line to line */
-            for (int j = known[k] + 1; j < i && known[k] >= 0; j++)
-                between_lines(&line[known[k]], &line[i], (i - known[k]) * step_s, (double)(j - known[k]) / (i - known[k]), k, &line[j]);
-            known[k] = i;
-        }
-    }
-    for (int k = 0; k < t->legs && all; k++)
-        for (int j = known[k] + 1; j < lines && known[k] >= 0; j++) line[j].length_m[k] = line[known[k]].length_m[k];
-    for (int i = 0; i < nodes_of(t) && all; i++) {
-        int j = (int)(i * node_s / step_s);
-        for (int k = 0; k < t->legs; k++) between_lines(&line[j], &line[j + 1], step_s, i * node_s / step_s - j, k, &t->fast[i]);
-    }
-    free(rest);
-    free(line);
-    return all ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
-}
-
 /* Any motion: local cosines of a piece, whose chambers are simulated from a little before. */
 static int prepare_piece(struct residual_test *t, const struct recording_test *test, struct error *error) {
     double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE], value[RESIDUAL_SIZE], basis[SPECTRUM_SIZE];
@@ -333,8 +258,8 @@ static int prepare_piece(struct residual_test *t, const struct recording_test *t
                          test->start_s, piece_s);
     tabulate(t, omega * begin_s);
     hold_commands(t, test);
-    if (t->chambers) status = take_fast_motion(t, test, begin_s + span_s, error);
-    if (status) return status;
+    if (t->chambers && !fast_motion_fit(&t->fast, test, &t->spectrum, t->harmonics, t->first_s, begin_s + span_s))
+        return error_set(error, STATUS_IO, "out of memory");
     for (int a = 0; a < t->size; a++) t->rate[a] = PI * (a + 0.5) / piece_s, t->weight[a] = 0.5;
     for (int i = 0; i < t->phases; i++) local_cosines(begin_s + i * period_s / PHASES, test->start_s, piece_s, t->shape[i]);
     for (int i = 0; i < COUPLING_POINTS; i++) {
@@ -412,7 +337,7 @@ void residual_free(struct residual_data *d) {
         free(d->test[i].project);
         free(d->test[i].series);
         free(d->test[i].node);
-        free(d->test[i].fast);
+        fast_motion_free(&d->test[i].fast);
         free(d->test[i].valve);
         free(d->test[i].dither);
         free(d->test[i].projection);

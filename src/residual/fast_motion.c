@@ -1,0 +1,102 @@
+#include "fast_motion.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "units.h"
+
+/* Half-width of a line's window, a share of the series' shortest period and at least so many
+ * samples; the lines' distance, a share of that; least variance of the samples' times, in squares
+ * of it (0.04 at a record's end). */
+static const double OF_PERIOD = 1.0 / 12.0, SAMPLES = 3.0, APART = 0.25, SPREAD = 0.02;
+
+/* What the series leaves of a sample's lengths. */
+static void rest_of(const struct recording_sample *sample, const struct spectrum *series, double rest[LEGS]) {
+    double basis[SPECTRUM_SIZE], value[3];
+    spectrum_basis(series->omega * sample->test_time_s, series->harmonics, basis);
+    for (int k = 0; k < LEGS; k++) {
+        spectrum_at(series->mean[CHANNEL_LENGTH][k], series->harmonics, series->omega, basis, value);
+        rest[k] = sample->length_m[k] - value[0];
+    }
+}
+
+/* Value and slope at a time. False where the good samples are too few, or all on one side and
+ * far. */
+static bool fit_line(const struct recording_sample *sample, int samples, const double (*rest)[LEGS], double t_s, double reach_s,
+                     struct fast_line *line) {
+    double w0 = 0.0, w1 = 0.0, w2 = 0.0, y0[LEGS] = {0}, y1[LEGS] = {0};
+    for (int i = 0; i < samples; i++) {
+        double x = (sample[i].test_time_s - t_s) / reach_s, weight = 1.0 + cos(PI * x);
+        if (!sample[i].good || fabs(x) >= 1.0) continue;
+        w0 += weight, w1 += weight * x, w2 += weight * x * x;
+        for (int k = 0; k < LEGS; k++) y0[k] += weight * rest[i][k], y1[k] += weight * x * rest[i][k];
+    }
+    double determinant = w0 * w2 - w1 * w1;
+    if (!(determinant > SPREAD * w0 * w0)) return false;
+    for (int k = 0; k < LEGS; k++) {
+        line->length_m[k] = (w2 * y0[k] - w1 * y1[k]) / determinant;
+        line->rate_mps[k] = (w0 * y1[k] - w1 * y0[k]) / determinant / reach_s;
+    }
+    return true;
+}
+
+/* The cubic that has two lines' values and slopes, at a share of the time from one to the other. */
+static inline void between(const struct fast_line *from, const struct fast_line *until, double step_s, double x, int leg, double value[2]) {
+    double a = from->length_m[leg], b = step_s * from->rate_mps[leg], end = until->length_m[leg] - a;
+    double slope = step_s * until->rate_mps[leg], c = 3.0 * end - 2.0 * b - slope, d = b + slope - 2.0 * end;
+    value[0] = a + x * (b + x * (c + x * d));
+    value[1] = (b + x * (2.0 * c + x * 3.0 * d)) / step_s;
+}
+
+/* Lines that no samples give lie on the cubic from known line to known line; at the record's end
+ * they keep the last one's value. */
+static void bridge(struct fast_motion *f, int known, int next) {
+    const struct fast_line *from = &f->line[known], *until = next < f->lines ? &f->line[next] : NULL;
+    for (int i = known + 1; i < next && i < f->lines; i++)
+        for (int k = 0; k < LEGS; k++) {
+            double value[2] = {from->length_m[k]};
+            if (until) between(from, until, (next - known) * f->step_s, (double)(i - known) / (next - known), k, value);
+            f->line[i].length_m[k] = value[0], f->line[i].rate_mps[k] = value[1];
+        }
+}
+
+static void fit_lines(struct fast_motion *f, const struct recording_sample *sample, int samples, const double (*rest)[LEGS],
+                      double reach_s) {
+    int known = -1;
+    for (int i = 0, from = 0, to = 0; i < f->lines; i++) {
+        double t_s = f->first_s + i * f->step_s;
+        while (from < samples && sample[from].test_time_s <= t_s - reach_s) from++;
+        while (to < samples && sample[to].test_time_s < t_s + reach_s) to++;
+        if (!fit_line(sample + from, to - from, rest + from, t_s, reach_s, &f->line[i])) continue;
+        if (known >= 0) bridge(f, known, i);
+        known = i;
+    }
+    if (known >= 0) bridge(f, known, f->lines);
+}
+
+bool fast_motion_fit(struct fast_motion *f, const struct recording_test *test, const struct spectrum *series, int harmonics, double from_s,
+                     double until_s) {
+    double reach_s = fmax(OF_PERIOD * 2.0 * PI / series->omega / harmonics, SAMPLES * recording_step_s(test));
+    int first = test->first, end;
+    while (first < test->end && test->sample[first].test_time_s < from_s) first++;
+    for (end = first; end < test->end && test->sample[end].test_time_s <= until_s;) end++;
+    *f = (struct fast_motion){.lines = (int)((until_s - from_s) / (APART * reach_s)) + 2, .first_s = from_s, .step_s = APART * reach_s};
+    double (*rest)[LEGS] = malloc((size_t)(end - first + 1) * sizeof *rest);
+    f->line = calloc((size_t)f->lines, sizeof *f->line);
+    bool all = rest && f->line;
+    for (int i = first; i < end && all; i++) rest_of(&test->sample[i], series, rest[i - first]);
+    if (all) fit_lines(f, test->sample + first, end - first, (const double (*)[LEGS])rest, reach_s);
+    free(rest);
+    return all;
+}
+
+void fast_motion_free(struct fast_motion *f) { free(f->line); }
+
+void fast_motion_add(const struct fast_motion *f, int leg, double t_s, double scale, double *length_m, double *rate_mps) {
+    double place = (t_s - f->first_s) / f->step_s, last = f->lines - 1, value[2];
+    place = place < 0.0 ? 0.0 : place > last ? last : place;
+    int i = place < last ? (int)place : f->lines - 2;
+    between(&f->line[i], &f->line[i + 1], f->step_s, place - i, leg, value);
+    *length_m += value[0] / scale, *rate_mps += value[1] / scale;
+}
