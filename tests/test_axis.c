@@ -25,6 +25,7 @@ struct rig {
     double rate_hz, gravity_mps2;
     double coulomb_extend_n, coulomb_retract_n, viscous_n_s_per_m, stribeck_n, stribeck_mps, payload_kg, more_leakage, overlap, offset_n;
     double load_friction, spring_n_per_m;    /* of the mean pressure on seals; from mid-stroke */
+    double along_stroke;                     /* dry friction differs by so much, waves of 3 cm */
     double force_lag_s, force_more;          /* of the force sensor; reads more by so much */
     double lost_s;                           /* about each reversal, of which no sample is kept */
 };
@@ -69,6 +70,7 @@ static void push(const struct rig *r, const struct tolerances *tol, struct body 
     double direction = slides > 0.0 ? 1.0 : -1.0;
     double share = b->v / r->stribeck_mps, dry = (direction > 0.0 ? r->coulomb_extend_n : r->coulomb_retract_n);
     dry += r->stribeck_n > 0.0 ? r->stribeck_n * exp(-share * share) : 0.0;
+    dry *= 1.0 + r->along_stroke * sin(2.0 * 3.14159265358979323846 * b->x / 0.03);
     dry += r->load_friction * (A1 - A2) * 0.5 * (b->p1 + b->p2);
     double free_n = force_n - m * r->gravity_mps2 - r->spring_n_per_m * b->x - (2000.0 * tol->viscous + r->viscous_n_s_per_m) * b->v;
     if (b->v == 0.0 && fabs(free_n) <= dry) return;
@@ -422,6 +424,28 @@ static void a_force_sensor_that_says_too_much_is_in_the_set_that_is_named(void *
     }
 }
 
+/* Seals rub otherwise at each place of a stroke, as no law says. A fifth either way leaves dry
+ * friction what it is, and its value; three fifths do not. */
+static void friction_that_differs_along_the_stroke_is_friction(void **unused) {
+    (void)unused;
+    static const enum motion motions[] = {SINE, TRIANGLE, CHIRP, POINT_TO_POINT, MULTISINE, RESTS};
+    static struct gap_result g;
+    struct rig rig = rigs[FRICTION];
+    rig.electric = true, rig.coulomb_extend_n = rig.coulomb_retract_n = 300.0;
+    for (size_t i = 0; i < (SANITIZED ? 2 : sizeof motions / sizeof *motions); i++) {
+        rig.motion = motions[i], rig.along_stroke = 0.2;
+        solve(&rig, 11, &g);
+        describe(&rig, 11, &g);
+        assert_int_equal(g.effects, 1);
+        assert_string_equal(effect_table[g.effect[0].effect]->name, rig.hides);
+        assert_full_value(&rig, &g.effect[0]);
+    }
+    rig.motion = TRIANGLE, rig.along_stroke = 0.6;
+    solve(&rig, 11, &g);
+    describe(&rig, 11, &g);
+    assert_int_equal(g.verdict, GAP_UNKNOWN_EFFECT);
+}
+
 /* Inherently alike at one axis. */
 static void friction_in_one_direction_and_a_constant_force_are_not_told_apart(void **unused) {
     (void)unused;
@@ -578,6 +602,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test(a_record_without_its_reversals_is_refused),
         cmocka_unit_test(a_lagging_force_sensor_is_named_where_it_lags_by_much),
         cmocka_unit_test(a_force_sensor_that_says_too_much_is_in_the_set_that_is_named),
+        cmocka_unit_test(friction_that_differs_along_the_stroke_is_friction),
         cmocka_unit_test(friction_in_one_direction_and_a_constant_force_are_not_told_apart),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);

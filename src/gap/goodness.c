@@ -65,6 +65,17 @@ double goodness_weigh(int rows, const double *white, const double *noise, const 
     return fmax(weigh(rows, white, noise, law, 1.0), weigh(rows, white, noise, law, 2.0));
 }
 
+/* A law is off in size, row by row, and by as much along the motion, which is in any row: seals
+ * rub otherwise at each place of a stroke. So the mean of a leg's rows adds to each of them. */
+static void spread(int values, const double *noise, double *law) {
+    for (int i = 0; i < values; i += RESIDUAL_SIZE) {
+        double sum = 0.0, rows = 0.0;
+        for (int a = i; a < i + RESIDUAL_SIZE; a++)
+            if (noise[a] > 0.0) sum += law[a], rows++;
+        for (int a = i; a < i + RESIDUAL_SIZE && rows; a++) law[a] += sum / rows;
+    }
+}
+
 double goodness_beyond_laws(const struct diagnosis *d) {
     enum { ROWS = sizeof(residual_row) / sizeof(double) };
     size_t values = (size_t)d->held_out.values;
@@ -74,6 +85,7 @@ double goodness_beyond_laws(const struct diagnosis *d) {
         bool evaluated = d->held_out.whitener[i / ROWS].inverse[leg][row % RESIDUAL_SIZE][kind][kind] > 0.0;
         noise[i] = evaluated ? student(d->odd.test[i / ROWS].spectrum.cycles) : 0.0;
     }
+    spread(d->held_out.values, noise, law);
     bool moves = fit_residual(&d->held_out, &d->model, white);
     double beyond = moves ? goodness_weigh(d->held_out.values, white, noise, law) : (double)INFINITY;
     free(law);
