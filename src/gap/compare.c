@@ -12,7 +12,6 @@ static const double LINE_TOLERANCE = 0.1;   /* a loop that oscillates in the mod
                                              * near the same frequency */
 static const double LINE_EXCITED = 0.5;     /* of the power: a resonance that other noise
                                              * excites has some of it */
-static const double NOISE_MOST = 0.5;       /* of the variation: above it there is no verdict */
 
 /* A closed loop needs what closed it. */
 int compare_check(const struct params *params, const struct recording *measured, struct error *error) {
@@ -53,15 +52,6 @@ static void keep_sizes(struct gap_result *r, const struct replay_sizes *used, co
     double after = held->after.overall * held->after.overall;
     r->unexplained_fraction = before > noise ? fmin(fmax((after - noise) / (before - noise), 0.0), 1.0) : 0.0;
     if (isnan(before + after + noise)) r->unexplained_fraction = (double)NAN;
-}
-
-/* No verdict on what is noise for the most part. */
-static int check_noise(const struct replay_sizes *sizes, const char *log, struct error *error) {
-    if (!(sizes->noise.varying > NOISE_MOST)) return STATUS_OK;
-    return error_set(error, STATUS_USAGE,
-                     "%s: noise is %.0f %% of what varies in the signals, and above %.0f %% nothing can be said of them: larger or faster "
-                     "motion, or sensors with less noise",
-                     log, 100.0 * sizes->noise.varying, 100.0 * NOISE_MOST);
 }
 
 /* The models beside a log: on the cycles that were searched, and on another log's own tests, which
@@ -142,8 +132,6 @@ int compare_models(const struct diagnosis *d, const struct recording *measured, 
         if (validate && !c.held.both) prepare_other(&data_other, validate);
         parallel_run(o->threads, 2, compare_side, &c);
         keep_sizes(r, &c.used.sizes, &c.held.sizes);
-        status = check_noise(&c.used.sizes, "the log", error);
-        if (!status) status = check_noise(&c.held.sizes, validate ? "the log of --validate" : "the log", error);
     }
     replay_free(runs_other);
     residual_free(&data_other);

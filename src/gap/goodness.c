@@ -14,20 +14,34 @@ static const double LAW_SIGMAS = 4.0;    /* of its law_error that an effect may 
 static const double FEW_CYCLES = 10.0;   /* mean square of Student's t of two or three cycles, which
                                           * has none */
 
-/* Of each row held out the square by which the laws of the effects there are may be off. */
-static double *law_errors(const struct diagnosis *d) {
+/* The mean square of a leg's rows, of those that are evaluated (noise above 0). */
+static double mean_square(const double *part, const double *noise) {
+    double sum = 0.0, rows = 0.0;
+    for (int a = 0; a < RESIDUAL_SIZE; a++)
+        if (noise[a] > 0.0) sum += part[a] * part[a], rows++;
+    return rows ? sum / rows : 0.0;
+}
+
+/* Of each row held out the square by which the laws of the effects there are may be off. noise: not
+ * NULL: of friction as much again in any row of the leg, since a seal rubs otherwise at each place
+ * of its stroke. */
+static double *law_errors(const struct diagnosis *d, const double *noise) {
     size_t values = (size_t)d->held_out.values;
     double *sum = memory_get(values, sizeof *sum), *part = memory_get(values, sizeof *part);
     for (int e = 0; effect_table[e]; e++) {
+        double square = pow(effect_table[e]->law_error, 2.0), along = 0.0;
         if (!(d->given->effects[e].on || d->found[e]) || !fit_part(&d->held_out, &d->model, e, part)) continue;
-        for (size_t i = 0; i < values; i++) sum[i] += pow(effect_table[e]->law_error * part[i], 2.0);
+        for (size_t i = 0; i < values; i++) {
+            if (noise && effect_table[e]->leg_friction && i % RESIDUAL_SIZE == 0) along = mean_square(part + i, noise + i);
+            sum[i] += square * (part[i] * part[i] + along);
+        }
     }
     free(part);
     return sum;
 }
 
 double goodness_law_error(const struct diagnosis *d) {
-    double *error = law_errors(d), sum = 0.0;
+    double *error = law_errors(d, NULL), sum = 0.0;
     for (int i = 0; i < d->held_out.values; i++) sum += error[i];
     free(error);
     return sum;
@@ -65,27 +79,16 @@ double goodness_weigh(int rows, const double *white, const double *noise, const 
     return fmax(weigh(rows, white, noise, law, 1.0), weigh(rows, white, noise, law, 2.0));
 }
 
-/* A law is off in size, row by row, and by as much along the motion, which is in any row: seals
- * rub otherwise at each place of a stroke. So the mean of a leg's rows adds to each of them. */
-static void spread(int values, const double *noise, double *law) {
-    for (int i = 0; i < values; i += RESIDUAL_SIZE) {
-        double sum = 0.0, rows = 0.0;
-        for (int a = i; a < i + RESIDUAL_SIZE; a++)
-            if (noise[a] > 0.0) sum += law[a], rows++;
-        for (int a = i; a < i + RESIDUAL_SIZE && rows; a++) law[a] += sum / rows;
-    }
-}
-
 double goodness_beyond_laws(const struct diagnosis *d) {
     enum { ROWS = sizeof(residual_row) / sizeof(double) };
     size_t values = (size_t)d->held_out.values;
-    double *law = law_errors(d), *white = memory_get(values, sizeof *white), *noise = memory_get(values, sizeof *noise);
+    double *white = memory_get(values, sizeof *white), *noise = memory_get(values, sizeof *noise);
     for (int i = 0; i < d->held_out.values; i++) {
         int row = i % ROWS, leg = row / RESIDUAL_SIZE / RESIDUALS, kind = row / RESIDUAL_SIZE % RESIDUALS;
         bool evaluated = d->held_out.whitener[i / ROWS].inverse[leg][row % RESIDUAL_SIZE][kind][kind] > 0.0;
         noise[i] = evaluated ? student(d->odd.test[i / ROWS].spectrum.cycles) : 0.0;
     }
-    spread(d->held_out.values, noise, law);
+    double *law = law_errors(d, noise);
     bool moves = fit_residual(&d->held_out, &d->model, white);
     double beyond = moves ? goodness_weigh(d->held_out.values, white, noise, law) : (double)INFINITY;
     free(law);

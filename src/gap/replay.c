@@ -14,7 +14,6 @@
 #include "whiten.h"
 
 static const int64_t SLACK_CYCLES = 1000;
-static const double NOISE_ALONE = 1e-6; /* the model's error, which counts for nothing here */
 static const double WIDER = 4.0; /* limits: a model that comes nearer to one than the
                                   * rig shows it in the gap */
 

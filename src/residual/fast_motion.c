@@ -2,7 +2,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "units.h"
 
@@ -49,14 +48,15 @@ static inline void between(const struct fast_line *from, const struct fast_line 
     value[1] = (b + x * (2.0 * c + x * 3.0 * d)) / step_s;
 }
 
-/* Lines that no samples give lie on the cubic from known line to known line; at the record's end
- * they keep the last one's value. */
+/* Lines that no samples give lie on the cubic from known line to known line; before the first one
+ * (known is -1) and behind the last one they keep its value. */
 static void bridge(struct fast_motion *f, int known, int next) {
-    const struct fast_line *from = &f->line[known], *until = next < f->lines ? &f->line[next] : NULL;
-    for (int i = known + 1; i < next && i < f->lines; i++)
+    bool both = known >= 0 && next < f->lines;
+    const struct fast_line *from = &f->line[known >= 0 ? known : next], *until = &f->line[next < f->lines ? next : known];
+    for (int i = known + 1; i < next; i++)
         for (int k = 0; k < LEGS; k++) {
             double value[2] = {from->length_m[k]};
-            if (until) between(from, until, (next - known) * f->step_s, (double)(i - known) / (next - known), k, value);
+            if (both) between(from, until, (next - known) * f->step_s, (double)(i - known) / (next - known), k, value);
             f->line[i].length_m[k] = value[0], f->line[i].rate_mps[k] = value[1];
         }
 }
@@ -69,7 +69,7 @@ static void fit_lines(struct fast_motion *f, const struct recording_sample *samp
         while (from < samples && sample[from].test_time_s <= t_s - reach_s) from++;
         while (to < samples && sample[to].test_time_s < t_s + reach_s) to++;
         if (!fit_line(sample + from, to - from, rest + from, t_s, reach_s, &f->line[i])) continue;
-        if (known >= 0) bridge(f, known, i);
+        bridge(f, known, i);
         known = i;
     }
     if (known >= 0) bridge(f, known, f->lines);
@@ -81,7 +81,8 @@ bool fast_motion_fit(struct fast_motion *f, const struct recording_test *test, c
     int first = test->first, end;
     while (first < test->end && test->sample[first].test_time_s < from_s) first++;
     for (end = first; end < test->end && test->sample[end].test_time_s <= until_s;) end++;
-    *f = (struct fast_motion){.lines = (int)((until_s - from_s) / (APART * reach_s)) + 2, .first_s = from_s, .step_s = APART * reach_s};
+    *f = (struct fast_motion){.first_s = from_s, .step_s = APART * reach_s};
+    f->lines = (int)((until_s - from_s) / f->step_s) + 2;
     double (*rest)[LEGS] = malloc((size_t)(end - first + 1) * sizeof *rest);
     f->line = calloc((size_t)f->lines, sizeof *f->line);
     bool all = rest && f->line;

@@ -21,7 +21,7 @@ bool fast_motion_fit(struct fast_motion *f, const struct recording_test *test, c
 void fast_motion_free(struct fast_motion *f);
 
 /* Adds that of a leg at a test time, 1 / scale of it; before the first line and behind the last one
- * the nearest time's. */
+ * what these have. */
 void fast_motion_add(const struct fast_motion *f, int leg, double t_s, double scale, double *length_m, double *rate_mps);
 
 #endif

@@ -29,7 +29,10 @@ static const double STEPS = 3.0;          /* of the position sensor, in the shor
                                            * band: rounding slower than that is no noise */
 static const double THIN_HZ = 200.0;
 static const double MISSING = 0.1;        /* of a piece's samples */
-static const double LOST = 2.5;           /* steps: one or, with jitter, two samples in a row */
+static const double LOST = 2.5;           /* steps without a sample: a gap, and no jitter */
+static const double BESIDE = 5.0;         /* steps beside a gap, or as long as it lasts */
+static const double TURN = 0.5;           /* of the rms speed, which changes by that in a gap: of a
+                                           * sinusoid in 20 degrees */
 static const double GAPS = 2.0;           /* times its samples' time lasts a segment that is half
                                            * gaps: no motion goes on across them */
 enum { PER_CYCLE = 16, PIECES = 48, PIECES_NEEDED = 6, SEGMENT = 1024, SEGMENTS = 12, BINS_LEAST = 16 };
@@ -168,9 +171,8 @@ static int periodogram(const struct recording_test *t, int leg, double step_s, d
 }
 
 /* The band to evaluate: harmonics of the speed's mean frequency, as far as all of the record can be
- * taken, or of the motion's where it cannot. beyond: the motion stands out of the noise at higher
- * frequencies, too. */
-static double band_hz(const struct recording_test *t, int legs, double step_s, double span_s, bool *beyond) {
+ * taken, or of the motion's where it cannot. */
+static double band_hz(const struct recording_test *t, int legs, double step_s, double span_s) {
     double power[SEGMENT / 2] = {0}, sorted[SEGMENT / 2], bin_hz = 0.0, square = 0.0, rate = 0.0, curve = 0.0;
     int bins = periodogram(t, mover(t, legs), step_s, power, &bin_hz);
     if (bins < BINS_LEAST) return NAN;
@@ -185,10 +187,7 @@ static double band_hz(const struct recording_test *t, int legs, double step_s, d
     if (!(square > 0.0)) return NAN;
     double motion_hz = BAND_OF_MOTION * sqrt(rate / square), all_hz = RESIDUAL_BAND * PIECES / span_s;
     double most = fmin(fmin(BAND_OF_RATE / step_s, BAND_MOST_HZ), fmax(motion_hz, all_hz));
-    double hz = fmin(fmax(BAND_OF_MOTION * sqrt(curve / rate), BAND_LEAST_HZ), most);
-    *beyond = false;
-    for (int b = (int)(hz / bin_hz) + 1; b < bins; b++) *beyond = *beyond || power[b] > STANDS_OUT * floor;
-    return hz;
+    return fmin(fmax(BAND_OF_MOTION * sqrt(curve / rate), BAND_LEAST_HZ), most);
 }
 
 struct piece {
@@ -196,17 +195,10 @@ struct piece {
     int first, end;
 };
 
-/* What the pieces of a record have alike. gap_s: the longest time without a sample. A series
- * bridges half of its shortest period in a motion that has nothing faster; of one that has, what a
- * gap hides is not known. */
-struct cut {
-    int legs;
-    double piece_s, step_s, gap_s;
-};
-
 /* The samples of a piece with its margins; false: too many are missing. */
-static bool take_piece(const struct recording_test *t, const struct cut *c, double from_s, double until_s, struct piece *p) {
-    int n = (int)((until_s - from_s) / c->step_s), good = 0, steps = 0, coarse = (int)fmax(0.02 / c->step_s, 1.0);
+static bool take_piece(const struct recording_test *t, int legs, double piece_s, double from_s, double until_s, double step_s,
+                       struct piece *p) {
+    int n = (int)((until_s - from_s) / step_s), good = 0, steps = 0, coarse = (int)fmax(0.02 / step_s, 1.0);
     double sum = 0.0;
     int i = recording_at(t, from_s);
     i = i > t->first ? i : t->first;
@@ -214,7 +206,7 @@ static bool take_piece(const struct recording_test *t, const struct cut *c, doub
     for (int last = -1; i < t->end && t->sample[i].test_time_s <= until_s; i++) {
         good += t->sample[i].good;
         if ((i - p->first) % coarse || !t->sample[i].good) continue;
-        for (int k = 0; k < c->legs && last >= 0; k++) {
+        for (int k = 0; k < legs && last >= 0; k++) {
             double v = (t->sample[i].length_m[k] - t->sample[last].length_m[k]) / (t->sample[i].test_time_s - t->sample[last].test_time_s);
             sum += v * v, steps++;
         }
@@ -222,50 +214,85 @@ static bool take_piece(const struct recording_test *t, const struct cut *c, doub
     }
     p->end = i;
     p->speed = steps ? sum / steps : 0.0;
-    return good > (1.0 - MISSING) * n && spectrum_gap(t, from_s, until_s) < c->gap_s;
+    return good > (1.0 - MISSING) * n && spectrum_gap(t, from_s, until_s) < residual_gap_s(piece_s, step_s);
 }
 
 /* With what it needs before and behind it. */
-static bool take_place(const struct recording_test *t, const struct cut *c, double start_s, struct piece *p) {
-    double margin_s = residual_margin_s(c->piece_s);
+static bool take_place(const struct recording_test *t, int legs, double piece_s, double start_s, double step_s, struct piece *p) {
+    double margin_s = residual_margin_s(piece_s);
     *p = (struct piece){.start_s = start_s};
-    return take_piece(t, c, start_s - margin_s - RESIDUAL_SETTLE_S - c->step_s, start_s + c->piece_s + margin_s, p);
+    return take_piece(t, legs, piece_s, start_s - margin_s - RESIDUAL_SETTLE_S - step_s, start_s + piece_s + margin_s, step_s, p);
+}
+
+/* Speed of a leg by the good samples of a time; NaN: there are fewer than two. */
+static double speed_of(const struct recording_test *t, int leg, double from_s, double until_s) {
+    double n = 0.0, x1 = 0.0, x2 = 0.0, y1 = 0.0, xy = 0.0;
+    for (int i = recording_at(t, from_s); i < t->end && t->sample[i].test_time_s <= until_s; i++) {
+        if (!t->sample[i].good || t->sample[i].test_time_s < from_s) continue;
+        double x = t->sample[i].test_time_s - from_s, y = t->sample[i].length_m[leg];
+        n++, x1 += x, x2 += x * x, y1 += y, xy += x * y;
+    }
+    double determinant = n * x2 - x1 * x1;
+    return n > 1.0 && determinant > 0.0 ? (n * xy - x1 * y1) / determinant : (double)NAN;
+}
+
+/* A series bridges a gap in which the motion goes on as before. Where it turns within one, what the
+ * gap hides is not known. */
+static bool hides_turn(const struct recording_test *t, int legs, double from_s, double until_s, double step_s, double speed) {
+    double last_s = from_s;
+    bool hides = false;
+    for (int i = recording_at(t, from_s); i < t->end && t->sample[i].test_time_s <= until_s; i++) {
+        double at_s = t->sample[i].test_time_s, beside_s = fmax(at_s - last_s, BESIDE * step_s);
+        if (!t->sample[i].good) continue;
+        for (int k = 0; k < legs && at_s - last_s > LOST * step_s; k++) {
+            double before = speed_of(t, k, last_s - beside_s, last_s), after = speed_of(t, k, at_s, at_s + beside_s);
+            hides = hides || fabs(after - before) > TURN * speed;
+        }
+        last_s = at_s;
+    }
+    return hides;
 }
 
 int motion_cut(struct recording *r, int test, struct error *error) {
     struct recording_test whole = r->test[test];
     struct piece piece[PIECES];
-    bool beyond = false;
-    int legs = params_legs(r->params), taken = 0, kept = 0, there = 0;
+    int legs = params_legs(r->params), taken = 0, kept = 0, there = 0, turns = 0;
     double step_s = recording_step_s(&whole), begin_s = whole.sample[whole.first].test_time_s, mean = 0.0;
-    double span_s = whole.sample[whole.end - 1].test_time_s - begin_s, hz = band_hz(&whole, legs, step_s, span_s, &beyond);
-    double piece_s = RESIDUAL_BAND / hz, gap_s = beyond ? LOST * step_s : residual_gap_s(piece_s, step_s);
-    struct cut cut = {.legs = legs, .piece_s = piece_s, .step_s = step_s, .gap_s = gap_s};
-    double before_s = residual_margin_s(piece_s) + RESIDUAL_SETTLE_S + step_s;
+    double span_s = whole.sample[whole.end - 1].test_time_s - begin_s, hz = band_hz(&whole, legs, step_s, span_s);
+    double piece_s = RESIDUAL_BAND / hz, before_s = residual_margin_s(piece_s) + RESIDUAL_SETTLE_S + step_s;
     int all = isfinite(hz) ? (int)((span_s - before_s - residual_margin_s(piece_s)) / piece_s) : 0;
     int most = (RECORDING_TESTS - test) / (r->tests - test); /* room for those that follow */
     most = most < PIECES ? most : PIECES;
     /* of those that have their samples, pieces all over the record */
-    for (int i = 0; i < all; i++) there += take_place(&whole, &cut, begin_s + before_s + i * piece_s, &piece[0]);
+    for (int i = 0; i < all; i++) there += take_place(&whole, legs, piece_s, begin_s + before_s + i * piece_s, step_s, &piece[0]);
     for (int i = 0, n = 0; i < all && taken < most; i++) {
-        if (!take_place(&whole, &cut, begin_s + before_s + i * piece_s, &piece[taken])) continue;
+        if (!take_place(&whole, legs, piece_s, begin_s + before_s + i * piece_s, step_s, &piece[taken])) continue;
         taken += there <= most || n == (int)((double)there * taken / most);
         n++;
     }
     for (int i = 0; i < taken; i++) mean += piece[i].speed / taken;
     double step_m = r->params->sensors.enabled ? r->params->sensors.position_resolution_m : 0.0;
     double least = fmax(REST * mean, pow(STEPS * step_m * hz, 2.0));
-    for (int i = 0; i < taken; i++)
-        if (piece[i].speed > least) piece[kept++] = piece[i];
+    for (int i = 0; i < taken; i++) {
+        double from_s = piece[i].start_s - before_s, until_s = piece[i].start_s + piece_s + residual_margin_s(piece_s);
+        bool turn = hides_turn(&whole, legs, from_s, until_s, step_s, sqrt(mean));
+        turns += turn;
+        if (piece[i].speed > least && !turn) piece[kept++] = piece[i];
+    }
     if (!isfinite(hz)) return error_set(error, STATUS_USAGE, "%.3g s in which nothing is seen to move", span_s);
     if (most < PIECES_NEEDED)
         return error_set(error, STATUS_USAGE, "too many recordings at once: there is room for %d tests and pieces of any motion",
                          RECORDING_TESTS);
+    if (turns > taken / 2 || (kept < PIECES_NEEDED && turns))
+        return error_set(error, STATUS_USAGE,
+                         "samples are missing where the motion turns sharply, in %d of %d pieces of %.3g s, and what they would show is "
+                         "not known: keep every row, the reversals', too",
+                         turns, taken, piece_s);
     if (kept < PIECES_NEEDED)
         return error_set(error, STATUS_USAGE,
-                         "%.3g s of motion that is no steady sinusoid, too short: it takes %d pieces of %.3g s in which "
-                         "something moves and no %.2g ms are missing, and there are %d",
-                         span_s, PIECES_NEEDED, piece_s, 1e3 * gap_s, kept);
+                         "%.3g s of motion that is no steady sinusoid, too short: it takes %d pieces of %.3g s without "
+                         "gaps in which something moves, and there are %d",
+                         span_s, PIECES_NEEDED, piece_s, kept);
     memmove(r->test + test + kept, r->test + test + 1, (size_t)(r->tests - test - 1) * sizeof *r->test);
     r->tests += kept - 1;
     for (int i = 0; i < kept; i++) {

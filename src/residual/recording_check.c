@@ -1,6 +1,7 @@
 #include "recording_check.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "clipping.h"
@@ -11,6 +12,7 @@
 #include "motion.h"
 #include "residual.h"
 #include "units.h"
+#include "whiten.h"
 
 static const double NEUTRAL_TOLERANCE_M = 0.05;
 static const double SENSOR_SCALE = 0.06; /* of what a chamber holds: more than a
@@ -20,6 +22,7 @@ static const double WITHOUT_LOSS = 0.2, WITH_LOSS = 0.05; /* mean power, of the 
                                                            * speed: phases are off by so much */
 static const double ABSURD = 1e12;       /* in any unit */
 static const double FREQUENCY_SAME = 5e-5;  /* of it: two crystals */
+static const double NOISE_MOST = 0.5;       /* of what varies, in most tests or pieces */
 
 #define REFUSE(...) error_set(error, STATUS_USAGE, __VA_ARGS__)
 
@@ -426,6 +429,46 @@ static int check_drives(const struct recording *r, const struct residual_data *d
     return status;
 }
 
+/* Mean square of the noise in a test's rows, of what varies there: the mean of the residuals that
+ * are evaluated. */
+static double noise_share(const struct residual_test *t, const struct params *params, struct whitener *w) {
+    static const enum channel channel[RESIDUALS] = {CHANNEL_FORCE, CHANNEL_P1, CHANNEL_P2};
+    int kinds = t->chambers ? RESIDUALS : 1;
+    double share = 0.0;
+    whitener_init(w, t, params, NOISE_ALONE);
+    for (int kind = 0; kind < kinds; kind++) {
+        double noise = 0.0, varies = 0.0;
+        for (int k = 0; k < t->legs; k++) {
+            /* of a chamber whose valve stays shut the constant is not evaluated */
+            for (int a = t->spectrum.cycles ? 1 : 0; a < t->size; a++) noise += t->weight[a] * w->noise[k][a][kind];
+            varies += residual_variation(t, channel[kind], k);
+        }
+        share += noise / varies / kinds;
+    }
+    return share;
+}
+
+static int ascending(const void *a, const void *b) {
+    return *(const double *)a < *(const double *)b ? -1 : *(const double *)a > *(const double *)b;
+}
+
+/* On what is noise for the most part there is no verdict. */
+static int check_noise(const struct recording *r, const struct residual_data *data, struct error *error) {
+    double share[RECORDING_TESTS];
+    int n = 0;
+    struct whitener *w = malloc(sizeof *w);
+    if (!w) return error_set(error, STATUS_IO, "out of memory");
+    for (int i = 0; i < data->tests; i++)
+        if (data->test[i].of >= first_of_run(r)) share[n++] = noise_share(&data->test[i], r->params, w);
+    free(w);
+    qsort(share, (size_t)n, sizeof *share, ascending);
+    double most = n ? sqrt(share[n / 2]) : 0.0;
+    if (!(most > NOISE_MOST)) return STATUS_OK;
+    return REFUSE("noise is %.0f %% of what varies in the %s that are evaluated, and above %.0f %% nothing can be said of them: larger or "
+                  "faster motion, or finer sensors",
+                  100.0 * most, r->measured.pressures ? "pressures and forces" : "forces", 100.0 * NOISE_MOST);
+}
+
 /* A run is driven again at the frequencies at which its tests moved. */
 static void run_at(struct recording *r, int first) {
     double *hz = r->run[r->runs - 1].hz;
@@ -485,6 +528,7 @@ int recording_check(struct recording *r, struct error *error) {
     if (!status && r->measured.pressures) status = check_supply(r, error);
     if (!status && !axis && r->measured.pressures) status = check_pressures(r, error);
     if (!status) status = check_drives(r, &data, error);
+    if (!status) status = check_noise(r, &data, error);
     residual_free(&data);
     return status;
 }

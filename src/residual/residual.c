@@ -115,7 +115,7 @@ struct pressure_rows {
     double port[PORTS][LEGS][RESIDUAL_SIZE], drop[PORTS][LEGS][RESIDUAL_SIZE];
 };
 
-/* Beyond the series the sensor's lag is the delay that it is to what is slow. */
+/* Of the motion beyond the series a lag of its sensor is taken for a delay. */
 static void look(const struct run *r, int node, struct rods_motion *to) {
     int size = residual_motion_size(r->t);
     const double *basis = r->t->node + (size_t)node * (size_t)size;

@@ -16,6 +16,8 @@ struct whitener {
     int values;                                                /* evaluated */
 };
 
+#define NOISE_ALONE 1e-6 /* a model error that counts for nothing */
+
 /* model_error: share of each channel's rms variation that is not held against any model. */
 void whitener_init(struct whitener *w, const struct residual_test *t, const struct params *model, double model_error);
 
