@@ -12,7 +12,8 @@
 double goodness_law_error(const struct diagnosis *d);
 
 /* White squares, held out, over what noise and laws, at four times their error, make of them beyond
- * doubt: above 1 something is left. INFINITY: the model cannot make this motion. */
+ * doubt: above 1 something is left. Here a leg's friction may be off by as much along its stroke,
+ * too. INFINITY: the model cannot make this motion. */
 double goodness_beyond_laws(const struct diagnosis *d);
 
 /* The same ratio of any rows: the mean square that noise has in each, 0 where nothing was

@@ -36,6 +36,7 @@ struct recording_test {
                           * samples lost */
     struct recording_sample *sample;
     bool borrowed;       /* the samples are another piece's */
+    bool noisy;          /* of a piece: noise for the most part, and left out */
     int first, end;      /* the evaluated part: first <= i < end */
 };
 

@@ -75,9 +75,9 @@ static void fit_lines(struct fast_motion *f, const struct recording_sample *samp
     if (known >= 0) bridge(f, known, f->lines);
 }
 
-bool fast_motion_fit(struct fast_motion *f, const struct recording_test *test, const struct spectrum *series, int harmonics, double from_s,
+bool fast_motion_fit(struct fast_motion *f, const struct recording_test *test, const struct spectrum *series, double from_s,
                      double until_s) {
-    double reach_s = fmax(OF_PERIOD * 2.0 * PI / series->omega / harmonics, SAMPLES * recording_step_s(test));
+    double reach_s = fmax(OF_PERIOD * 2.0 * PI / series->omega / series->harmonics, SAMPLES * recording_step_s(test));
     int first = test->first, end;
     while (first < test->end && test->sample[first].test_time_s < from_s) first++;
     for (end = first; end < test->end && test->sample[end].test_time_s <= until_s;) end++;

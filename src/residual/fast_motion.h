@@ -14,9 +14,9 @@ struct fast_motion {
     } *line;
 };
 
-/* harmonics: of the series that are resolved. Over a gap among the good samples the cubic goes from
+/* Over a gap among the good samples the cubic goes from
  * line to line. False: no memory. To be freed in any case. */
-bool fast_motion_fit(struct fast_motion *f, const struct recording_test *test, const struct spectrum *series, int harmonics, double from_s,
+bool fast_motion_fit(struct fast_motion *f, const struct recording_test *test, const struct spectrum *series, double from_s,
                      double until_s);
 void fast_motion_free(struct fast_motion *f);
 

@@ -30,9 +30,10 @@ static const double STEPS = 3.0;          /* of the position sensor, in the shor
 static const double THIN_HZ = 200.0;
 static const double MISSING = 0.1;        /* of a piece's samples */
 static const double LOST = 2.5;           /* steps without a sample: a gap, and no jitter */
-static const double BESIDE = 5.0;         /* steps beside a gap, or as long as it lasts */
-static const double TURN = 0.5;           /* of the rms speed, which changes by that in a gap: of a
-                                           * sinusoid in 20 degrees */
+static const double BESIDE = 3.0, BESIDE_S = 0.01; /* steps and time beside a gap, at least */
+static const double TURN = 4.0;           /* times the change of a speed at the motion's mean
+                                           * frequency, */
+static const double TURN_LEAST = 0.5;     /* and of the rms speed, is a turn */
 static const double GAPS = 2.0;           /* times its samples' time lasts a segment that is half
                                            * gaps: no motion goes on across them */
 enum { PER_CYCLE = 16, PIECES = 48, PIECES_NEEDED = 6, SEGMENT = 1024, SEGMENTS = 12, BINS_LEAST = 16 };
@@ -236,17 +237,34 @@ static double speed_of(const struct recording_test *t, int leg, double from_s, d
     return n > 1.0 && determinant > 0.0 ? (n * xy - x1 * y1) / determinant : (double)NAN;
 }
 
-/* A series bridges a gap in which the motion goes on as before. Where it turns within one, what the
- * gap hides is not known. */
-static bool hides_turn(const struct recording_test *t, int legs, double from_s, double until_s, double step_s, double speed) {
+/* Mean square of the legs' lengths about their means, m^2. */
+static double variance_of(const struct recording_test *t, int legs) {
+    double sum = 0.0;
+    for (int k = 0; k < legs; k++) {
+        double zero = first_good(t, k), x1 = 0.0, x2 = 0.0, n = 0.0;
+        for (int i = t->first; i < t->end; i++) {
+            if (!t->sample[i].good) continue;
+            double x = t->sample[i].length_m[k] - zero;
+            n++, x1 += x, x2 += x * x;
+        }
+        sum += (x2 - x1 * x1 / n) / n / legs;
+    }
+    return sum;
+}
+
+/* A series bridges a gap in which the motion goes on as before. Where a leg turns within one, by
+ * more than a motion of its frequency does, what the gap hides is not known. */
+static bool hides_turn(const struct recording_test *t, int legs, double from_s, double until_s, double step_s, double omega, double speed) {
     double last_s = from_s;
     bool hides = false;
     for (int i = recording_at(t, from_s); i < t->end && t->sample[i].test_time_s <= until_s; i++) {
-        double at_s = t->sample[i].test_time_s, beside_s = fmax(at_s - last_s, BESIDE * step_s);
+        double at_s = t->sample[i].test_time_s, gap_s = at_s - last_s, beside_s = fmax(fmax(gap_s, BESIDE_S), BESIDE * step_s);
+        double turn = fmax(TURN * omega * (gap_s + beside_s), TURN_LEAST);
         if (!t->sample[i].good) continue;
-        for (int k = 0; k < legs && at_s - last_s > LOST * step_s; k++) {
+        for (int k = 0; k < legs && gap_s > LOST * step_s; k++) {
             double before = speed_of(t, k, last_s - beside_s, last_s), after = speed_of(t, k, at_s, at_s + beside_s);
-            hides = hides || fabs(after - before) > TURN * speed;
+            /* not of NaN, either */
+            hides = hides || !(fabs(after - before) <= turn * speed);
         }
         last_s = at_s;
     }
@@ -273,21 +291,26 @@ int motion_cut(struct recording *r, int test, struct error *error) {
     for (int i = 0; i < taken; i++) mean += piece[i].speed / taken;
     double step_m = r->params->sensors.enabled ? r->params->sensors.position_resolution_m : 0.0;
     double least = fmax(REST * mean, pow(STEPS * step_m * hz, 2.0));
-    for (int i = 0; i < taken; i++) {
-        double from_s = piece[i].start_s - before_s, until_s = piece[i].start_s + piece_s + residual_margin_s(piece_s);
-        bool turn = hides_turn(&whole, legs, from_s, until_s, step_s, sqrt(mean));
-        turns += turn;
-        if (piece[i].speed > least && !turn) piece[kept++] = piece[i];
+    double omega = sqrt(mean / variance_of(&whole, legs));
+    for (int i = 0, n = 0; i < all; i++) {
+        struct piece p;
+        double start_s = begin_s + before_s + i * piece_s;
+        take_place(&whole, legs, piece_s, start_s, step_s, &p);
+        bool turn = hides_turn(&whole, legs, start_s - before_s, start_s + piece_s + residual_margin_s(piece_s), step_s, omega,
+                               sqrt(fmax(p.speed, mean)));
+        bool is_taken = n < taken && piece[n].start_s == start_s;
+        turns += turn, n += is_taken;
+        if (is_taken && !turn && p.speed > least) piece[kept++] = p;
     }
     if (!isfinite(hz)) return error_set(error, STATUS_USAGE, "%.3g s in which nothing is seen to move", span_s);
     if (most < PIECES_NEEDED)
         return error_set(error, STATUS_USAGE, "too many recordings at once: there is room for %d tests and pieces of any motion",
                          RECORDING_TESTS);
-    if (turns > taken / 2 || (kept < PIECES_NEEDED && turns))
+    if (2 * turns > all || (kept < PIECES_NEEDED && kept + turns >= PIECES_NEEDED))
         return error_set(error, STATUS_USAGE,
                          "samples are missing where the motion turns sharply, in %d of %d pieces of %.3g s, and what they would show is "
                          "not known: keep every row, the reversals', too",
-                         turns, taken, piece_s);
+                         turns, all, piece_s);
     if (kept < PIECES_NEEDED)
         return error_set(error, STATUS_USAGE,
                          "%.3g s of motion that is no steady sinusoid, too short: it takes %d pieces of %.3g s without "

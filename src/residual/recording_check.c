@@ -429,12 +429,22 @@ static int check_drives(const struct recording *r, const struct residual_data *d
     return status;
 }
 
-/* Mean square of the noise in a test's rows, of what varies there: the mean of the residuals that
- * are evaluated. */
+static int ascending(const void *a, const void *b) {
+    return *(const double *)a < *(const double *)b ? -1 : *(const double *)a > *(const double *)b;
+}
+
+/* Of values that are then in order; of an even number the lower. */
+static double middle(int count, double *value) {
+    qsort(value, (size_t)count, sizeof *value, ascending);
+    return value[(count - 1) / 2];
+}
+
+/* Mean square of the noise in a test's rows, of what varies there: of the force, or the middle one
+ * of force and pressures, since a chamber may well have one pressure. */
 static double noise_share(const struct residual_test *t, const struct params *params, struct whitener *w) {
     static const enum channel channel[RESIDUALS] = {CHANNEL_FORCE, CHANNEL_P1, CHANNEL_P2};
     int kinds = t->chambers ? RESIDUALS : 1;
-    double share = 0.0;
+    double share[RESIDUALS];
     whitener_init(w, t, params, NOISE_ALONE);
     for (int kind = 0; kind < kinds; kind++) {
         double noise = 0.0, varies = 0.0;
@@ -443,26 +453,27 @@ static double noise_share(const struct residual_test *t, const struct params *pa
             for (int a = t->spectrum.cycles ? 1 : 0; a < t->size; a++) noise += t->weight[a] * w->noise[k][a][kind];
             varies += residual_variation(t, channel[kind], k);
         }
-        share += noise / varies / kinds;
+        share[kind] = varies > 0.0 ? noise / varies : 1.0;
     }
-    return share;
+    return middle(kinds, share);
 }
 
-static int ascending(const void *a, const void *b) {
-    return *(const double *)a < *(const double *)b ? -1 : *(const double *)a > *(const double *)b;
-}
-
-/* On what is noise for the most part there is no verdict. */
-static int check_noise(const struct recording *r, const struct residual_data *data, struct error *error) {
+/* On what is noise for the most part there is no verdict: such pieces are left out, and a log of
+ * which most tests or pieces are such. */
+static int check_noise(struct recording *r, const struct residual_data *data, struct error *error) {
     double share[RECORDING_TESTS];
     int n = 0;
     struct whitener *w = malloc(sizeof *w);
     if (!w) return error_set(error, STATUS_IO, "out of memory");
-    for (int i = 0; i < data->tests; i++)
-        if (data->test[i].of >= first_of_run(r)) share[n++] = noise_share(&data->test[i], r->params, w);
+    for (int i = 0; i < data->tests; i++) {
+        struct recording_test *t = &r->test[data->test[i].of];
+        if (data->test[i].of < first_of_run(r)) continue;
+        share[n] = noise_share(&data->test[i], r->params, w);
+        t->noisy = t->piece_s > 0.0 && !(sqrt(share[n]) <= NOISE_MOST);
+        n++;
+    }
     free(w);
-    qsort(share, (size_t)n, sizeof *share, ascending);
-    double most = n ? sqrt(share[n / 2]) : 0.0;
+    double most = n ? sqrt(middle(n, share)) : 0.0;
     if (!(most > NOISE_MOST)) return STATUS_OK;
     return REFUSE("noise is %.0f %% of what varies in the %s that are evaluated, and above %.0f %% nothing can be said of them: larger or "
                   "faster motion, or finer sensors",

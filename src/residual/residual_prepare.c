@@ -258,7 +258,7 @@ static int prepare_piece(struct residual_test *t, const struct recording_test *t
                          test->start_s, piece_s);
     tabulate(t, omega * begin_s);
     hold_commands(t, test);
-    if (t->chambers && !fast_motion_fit(&t->fast, test, &t->spectrum, t->harmonics, t->first_s, begin_s + span_s))
+    if (t->chambers && !fast_motion_fit(&t->fast, test, &t->spectrum, t->first_s, begin_s + span_s))
         return error_set(error, STATUS_IO, "out of memory");
     for (int a = 0; a < t->size; a++) t->rate[a] = PI * (a + 0.5) / piece_s, t->weight[a] = 0.5;
     for (int i = 0; i < t->phases; i++) local_cosines(begin_s + i * period_s / PHASES, test->start_s, piece_s, t->shape[i]);
@@ -308,7 +308,7 @@ static int prepare(struct residual_test *t, const struct recording *recording, i
 
 /* Every other piece is kept from the fits, as every other cycle is. */
 static bool wanted(const struct recording_test *test, enum cycles which) {
-    return !(test->piece_s > 0.0) || which & (test->piece % 2 ? CYCLES_ODD : CYCLES_EVEN);
+    return !(test->piece_s > 0.0) || (!test->noisy && which & (test->piece % 2 ? CYCLES_ODD : CYCLES_EVEN));
 }
 
 double residual_margin_s(double piece_s) { return OVERLAP * piece_s; }
