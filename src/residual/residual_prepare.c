@@ -314,7 +314,8 @@ static bool wanted(const struct recording_test *test, enum cycles which) {
 double residual_margin_s(double piece_s) { return OVERLAP * piece_s; }
 
 double residual_gap_s(double piece_s, double step_s) {
-    return fmax(STRETCH * (1.0 + 2.0 * OVERLAP) * piece_s / (2 * SPECTRUM_HARMONICS), 2.5 * step_s);
+    /* a piece begins at a sample */
+    return fmax(STRETCH * ((1.0 + 2.0 * OVERLAP) * piece_s - step_s) / (2 * SPECTRUM_HARMONICS), 2.5 * step_s);
 }
 
 int residual_prepare(struct residual_data *d, const struct recording *recording, enum cycles which, struct error *error) {
