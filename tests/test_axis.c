@@ -212,6 +212,7 @@ static int try_to_solve(const struct rig *rig, uint64_t seed, struct gap_result 
     params.axis.gravity_mps2 = rig->gravity_mps2;
     load(&r);
     int status = recording_check(&r, error);
+    if (!status) status = recording_check_noise(&r, error);
     if (!status) status = gap_solve(&params, &r, NULL, &options, g, NULL, error);
     recording_free(&r);
     return status;
@@ -536,6 +537,7 @@ static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
         for (int i = 0; i < r.tests; i++)
             for (int j = 0; j < r.test[i].count; j++) lies[n].change(&r.test[i].sample[j]);
         int status = recording_check(&r, &error);
+        if (!status) status = recording_check_noise(&r, &error);
         recording_free(&r);
         if (status != STATUS_USAGE || !strstr(error.text, lies[n].says))
             fail_msg("%d: \"%s\" does not say \"%s\"", (int)n, error.text, lies[n].says);

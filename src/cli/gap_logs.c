@@ -96,6 +96,7 @@ int gap_logs_load(int logs, const char *const *path, struct recording *r, gap_le
                                left_out[i]);
         if (!status) status = check_areas(path[i], r, error);
         if (!status) status = of_log(path[i], recording_check(r, error), error);
+        if (!status) status = of_log(path[i], recording_check_noise(r, error), error);
         if (status) return status;
     }
     return STATUS_OK;

@@ -539,6 +539,13 @@ int recording_check(struct recording *r, struct error *error) {
     if (!status && r->measured.pressures) status = check_supply(r, error);
     if (!status && !axis && r->measured.pressures) status = check_pressures(r, error);
     if (!status) status = check_drives(r, &data, error);
+    residual_free(&data);
+    return status;
+}
+
+int recording_check_noise(struct recording *r, struct error *error) {
+    struct residual_data data;
+    int status = residual_prepare(&data, r, CYCLES_ALL, error);
     if (!status) status = check_noise(r, &data, error);
     residual_free(&data);
     return status;
