@@ -44,19 +44,24 @@ static double first_good(const struct recording_test *t, int leg) {
     return t->sample[i].length_m[leg];
 }
 
+/* Of a leg's length, m^2. */
+static double variance(const struct recording_test *t, int leg) {
+    double sum = 0.0, square = 0.0, zero = first_good(t, leg), n = 0.0;
+    for (int i = t->first; i < t->end; i++) {
+        if (!t->sample[i].good) continue;
+        double x = t->sample[i].length_m[leg] - zero;
+        sum += x, square += x * x, n++;
+    }
+    return (square - sum * sum / n) / n;
+}
+
 /* The leg that moves most. */
 static int mover(const struct recording_test *t, int legs) {
     double most = -1.0;
     int leg = 0;
     for (int k = 0; k < legs; k++) {
-        double sum = 0.0, square = 0.0, zero = first_good(t, k);
-        int n = 0;
-        for (int i = t->first; i < t->end; i++) {
-            if (!t->sample[i].good) continue;
-            double x = t->sample[i].length_m[k] - zero;
-            sum += x, square += x * x, n++;
-        }
-        if (square - sum * sum / n > most) most = square - sum * sum / n, leg = k;
+        double moves = variance(t, k);
+        if (moves > most) most = moves, leg = k;
     }
     return leg;
 }
@@ -237,21 +242,6 @@ static double speed_of(const struct recording_test *t, int leg, double from_s, d
     return n > 1.0 && determinant > 0.0 ? (n * xy - x1 * y1) / determinant : (double)NAN;
 }
 
-/* Mean square of the legs' lengths about their means, m^2. */
-static double variance_of(const struct recording_test *t, int legs) {
-    double sum = 0.0;
-    for (int k = 0; k < legs; k++) {
-        double zero = first_good(t, k), x1 = 0.0, x2 = 0.0, n = 0.0;
-        for (int i = t->first; i < t->end; i++) {
-            if (!t->sample[i].good) continue;
-            double x = t->sample[i].length_m[k] - zero;
-            n++, x1 += x, x2 += x * x;
-        }
-        sum += (x2 - x1 * x1 / n) / n / legs;
-    }
-    return sum;
-}
-
 /* A series bridges a gap in which the motion goes on as before. Where a leg turns within one, by
  * more than a motion of its frequency does, what the gap hides is not known. */
 static bool hides_turn(const struct recording_test *t, int legs, double from_s, double until_s, double step_s, double omega, double speed) {
@@ -291,7 +281,9 @@ int motion_cut(struct recording *r, int test, struct error *error) {
     for (int i = 0; i < taken; i++) mean += piece[i].speed / taken;
     double step_m = r->params->sensors.enabled ? r->params->sensors.position_resolution_m : 0.0;
     double least = fmax(REST * mean, pow(STEPS * step_m * hz, 2.0));
-    double omega = sqrt(mean / variance_of(&whole, legs));
+    double moves = 0.0;
+    for (int k = 0; k < legs; k++) moves += variance(&whole, k) / legs;
+    double omega = sqrt(mean / moves);
     for (int i = 0, n = 0; i < all; i++) {
         struct piece p;
         double start_s = begin_s + before_s + i * piece_s;
