@@ -1,7 +1,8 @@
 #include "noise.h"
 
 #include <math.h>
-#include <stdlib.h>
+
+#include "sort.h"
 
 enum { BLOCKS = 2048, BLOCK_LEAST = 32 };
 
@@ -11,11 +12,6 @@ static const double ROUNDING = 1e-12;   /* of a value: no step, but its last bit
 static const double MULTIPLE = 0.05;    /* so near a whole number of steps, */
 static const double MULTIPLES = 0.95;   /* and so many of the differences */
 static const double STEPS_MOST = 1e6;   /* beyond, every difference is a multiple */
-
-static int ascending(const void *a, const void *b) {
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
 
 /* Median over blocks of the mean square of fourth differences. */
 static double white(int count, const double *x, size_t stride) {
@@ -30,7 +26,7 @@ static double white(int count, const double *x, size_t stride) {
         sum = 0.0, n = 0;
     }
     if (!blocks) return (double)NAN;
-    qsort(block, (size_t)blocks, sizeof *block, ascending);
+    sort_ascending(blocks, block);
     return sqrt(block[blocks / 2] / FOURTH);
 }
 

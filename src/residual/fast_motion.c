@@ -23,7 +23,7 @@ static void rest_of(const struct recording_sample *sample, const struct spectrum
 
 /* Value and slope at a time. False where the good samples are too few, or all on one side. */
 static bool fit_line(const struct recording_sample *sample, int samples, const double (*rest)[LEGS], double t_s, double reach_s,
-                     struct fast_line *line) {
+                     struct rods_motion *line) {
     double w0 = 0.0, w1 = 0.0, w2 = 0.0, y0[LEGS] = {0}, y1[LEGS] = {0};
     for (int i = 0; i < samples; i++) {
         double x = (sample[i].test_time_s - t_s) / reach_s, weight = 1.0 + cos(PI * x);
@@ -41,7 +41,8 @@ static bool fit_line(const struct recording_sample *sample, int samples, const d
 }
 
 /* The cubic that has two lines' values and slopes, at a share of the time from one to the other. */
-static inline void between(const struct fast_line *from, const struct fast_line *until, double step_s, double x, int leg, double value[2]) {
+static inline void between(const struct rods_motion *from, const struct rods_motion *until, double step_s, double x, int leg,
+                           double value[2]) {
     double a = from->length_m[leg], b = step_s * from->rate_mps[leg], end = until->length_m[leg] - a;
     double slope = step_s * until->rate_mps[leg], c = 3.0 * end - 2.0 * b - slope, d = b + slope - 2.0 * end;
     value[0] = a + x * (b + x * (c + x * d));
@@ -52,7 +53,7 @@ static inline void between(const struct fast_line *from, const struct fast_line 
  * (known is -1) and behind the last one they keep its value. */
 static void bridge(struct fast_motion *f, int known, int next) {
     bool both = known >= 0 && next < f->lines;
-    const struct fast_line *from = &f->line[known >= 0 ? known : next], *until = &f->line[next < f->lines ? next : known];
+    const struct rods_motion *from = &f->line[known >= 0 ? known : next], *until = &f->line[next < f->lines ? next : known];
     for (int i = known + 1; i < next; i++)
         for (int k = 0; k < LEGS; k++) {
             double value[2] = {from->length_m[k]};

@@ -6,16 +6,18 @@
 
 #include "spectrum.h"
 
+struct rods_motion {
+    double length_m[LEGS], rate_mps[LEGS];
+};
+
 struct fast_motion {
     int lines;                   /* 0: there is nothing */
     double first_s, step_s;      /* test time of the first line, and from line to line */
-    struct fast_line {
-        double length_m[LEGS], rate_mps[LEGS];
-    } *line;
+    struct rods_motion *line;    /* value and slope there */
 };
 
-/* Over a gap among the good samples the cubic goes from
- * line to line. False: no memory. To be freed in any case. */
+/* Over a gap among the good samples the cubic goes from line to line. False: no memory. To be freed
+ * in any case. */
 bool fast_motion_fit(struct fast_motion *f, const struct recording_test *test, const struct spectrum *series, double from_s,
                      double until_s);
 void fast_motion_free(struct fast_motion *f);

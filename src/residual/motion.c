@@ -6,6 +6,7 @@
 
 #include "dense.h"
 #include "residual.h"
+#include "sort.h"
 #include "units.h"
 
 static const double STEADY = 0.995;       /* of the motion's square: a triangle has 0.986
@@ -135,10 +136,6 @@ static void add_power(int n, const double *rest, double *power) {
     }
 }
 
-static int ascending(const void *a, const void *b) {
-    return *(const double *)a < *(const double *)b ? -1 : *(const double *)a > *(const double *)b;
-}
-
 /* Adds the power of segments of n points, all over the record, Hann windows. False: gaps are in all
  * of them. */
 static bool add_segments(const struct recording_test *t, const double *x, int all, int n, int many, double step_s, double *power) {
@@ -183,7 +180,7 @@ static double band_hz(const struct recording_test *t, int legs, double step_s, d
     int bins = periodogram(t, mover(t, legs), step_s, power, &bin_hz);
     if (bins < BINS_LEAST) return NAN;
     memcpy(sorted, power + bins / 2, (size_t)(bins - bins / 2) * sizeof *sorted);
-    qsort(sorted, (size_t)(bins - bins / 2), sizeof *sorted, ascending);
+    sort_ascending(bins - bins / 2, sorted);
     double floor = sorted[(bins - bins / 2) / 2];
     for (int b = 1; b < bins; b++) {
         if (!(power[b] > STANDS_OUT * floor)) continue;

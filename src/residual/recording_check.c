@@ -11,6 +11,7 @@
 #include "kinematics.h"
 #include "motion.h"
 #include "residual.h"
+#include "sort.h"
 #include "units.h"
 #include "whiten.h"
 
@@ -429,13 +430,9 @@ static int check_drives(const struct recording *r, const struct residual_data *d
     return status;
 }
 
-static int ascending(const void *a, const void *b) {
-    return *(const double *)a < *(const double *)b ? -1 : *(const double *)a > *(const double *)b;
-}
-
 /* Of values that are then in order; of an even number the lower. */
 static double middle(int count, double *value) {
-    qsort(value, (size_t)count, sizeof *value, ascending);
+    sort_ascending(count, value);
     return value[(count - 1) / 2];
 }
 

@@ -92,10 +92,6 @@ static void differentiate(const struct residual_test *t, const double *row, doub
 enum { LIMITED_CYCLES = 12 };
 static const double SPOOL_TIMES = 10.0; /* time constants: what is left is e^-10 */
 
-struct rods_motion {
-    double length_m[LEGS], rate_mps[LEGS];
-};
-
 /* The hydraulics while they run through the cycles. */
 struct run {
     const struct residual_test *t;
