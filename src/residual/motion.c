@@ -154,11 +154,11 @@ static bool add_segments(const struct recording_test *t, const double *x, int al
 }
 
 /* Mean periodogram of the length, samples thinned; of a record in bursts, of segments as short as
- * they are. Returns the bins, 0 without memory. */
+ * they are. Returns the bins, -3 without memory. */
 static int periodogram(const struct recording_test *t, int leg, double step_s, double power[SEGMENT / 2], double *bin_hz) {
     int many = (int)fmax(1.0 / THIN_HZ / step_s, 1.0), all = (t->end - t->first) / many, n = all < SEGMENT ? all : SEGMENT;
     double *x = malloc((size_t)all * sizeof *x), held = first_good(t, leg);
-    if (!x) return 0;
+    if (!x) return STATUS_IO;
     for (int i = 0; i < all; i++) {
         x[i] = 0.0;
         for (int j = 0; j < many; j++) {
@@ -174,11 +174,13 @@ static int periodogram(const struct recording_test *t, int leg, double step_s, d
 }
 
 /* The band to evaluate: harmonics of the speed's mean frequency, as far as all of the record can be
- * taken, or of the motion's where it cannot. */
-static double band_hz(const struct recording_test *t, int legs, double step_s, double span_s) {
+ * taken, or of the motion's where it cannot. -2: too short, nothing moves; -3: memory. */
+static int find_band(const struct recording_test *t, int legs, double step_s, double span_s, double *band_hz, struct error *error) {
     double power[SEGMENT / 2] = {0}, sorted[SEGMENT / 2], bin_hz = 0.0, square = 0.0, rate = 0.0, curve = 0.0;
     int bins = periodogram(t, mover(t, legs), step_s, power, &bin_hz);
-    if (bins < BINS_LEAST) return NAN;
+    if (bins < 0) return error_set(error, STATUS_IO, "out of memory");
+    if (bins < BINS_LEAST)
+        return error_set(error, STATUS_USAGE, "%.3g s of motion that is no steady sinusoid, too short to see how it moves", span_s);
     memcpy(sorted, power + bins / 2, (size_t)(bins - bins / 2) * sizeof *sorted);
     sort_ascending(bins - bins / 2, sorted);
     double floor = sorted[(bins - bins / 2) / 2];
@@ -187,44 +189,47 @@ static double band_hz(const struct recording_test *t, int legs, double step_s, d
         double excess = power[b] - floor, w = b * bin_hz;
         square += excess, rate += excess * w * w, curve += excess * w * w * w * w;
     }
-    if (!(square > 0.0)) return NAN;
+    if (!(square > 0.0)) return error_set(error, STATUS_USAGE, "%.3g s in which nothing is seen to move", span_s);
     double motion_hz = BAND_OF_MOTION * sqrt(rate / square), all_hz = RESIDUAL_BAND * PIECES / span_s;
     double most = fmin(fmin(BAND_OF_RATE / step_s, BAND_MOST_HZ), fmax(motion_hz, all_hz));
-    return fmin(fmax(BAND_OF_MOTION * sqrt(curve / rate), BAND_LEAST_HZ), most);
+    *band_hz = fmin(fmax(BAND_OF_MOTION * sqrt(curve / rate), BAND_LEAST_HZ), most);
+    return STATUS_OK;
 }
 
 struct piece {
     double start_s, speed; /* mean square of the legs' speed, m^2/s^2 */
-    int first, end;
+    int first, end;        /* samples, with those that it needs before and behind it */
+    bool complete, chosen; /* few of them are missing; it is one of those to evaluate */
 };
 
-/* The samples of a piece with its margins; false: too many are missing. */
-static bool take_piece(const struct recording_test *t, int legs, double piece_s, double from_s, double until_s, double step_s,
-                       struct piece *p) {
-    int n = (int)((until_s - from_s) / step_s), good = 0, steps = 0, coarse = (int)fmax(0.02 / step_s, 1.0);
-    double sum = 0.0;
-    int i = recording_at(t, from_s);
-    i = i > t->first ? i : t->first;
-    p->first = i;
-    for (int last = -1; i < t->end && t->sample[i].test_time_s <= until_s; i++) {
-        good += t->sample[i].good;
-        if ((i - p->first) % coarse || !t->sample[i].good) continue;
-        for (int k = 0; k < legs && last >= 0; k++) {
-            double v = (t->sample[i].length_m[k] - t->sample[last].length_m[k]) / (t->sample[i].test_time_s - t->sample[last].test_time_s);
+/* A record cut into pieces, one after the other. */
+struct cut {
+    const struct recording_test *test;
+    int legs;
+    double step_s, piece_s, before_s, behind_s; /* what a piece needs before and behind it */
+    int all, kept, turns;                       /* turns: pieces in which a gap hides one */
+    struct piece *piece;                        /* all of them, and then those kept */
+};
+
+static struct piece take_piece(const struct cut *c, int i) {
+    const struct recording_test *t = c->test;
+    struct piece p = {.start_s = t->sample[t->first].test_time_s + c->before_s + i * c->piece_s};
+    double from_s = p.start_s - c->before_s, until_s = p.start_s + c->piece_s + c->behind_s, sum = 0.0;
+    int n = (int)((until_s - from_s) / c->step_s), good = 0, steps = 0, coarse = (int)fmax(0.02 / c->step_s, 1.0), last = -1;
+    p.first = p.end = recording_at(t, from_s) > t->first ? recording_at(t, from_s) : t->first;
+    for (; p.end < t->end && t->sample[p.end].test_time_s <= until_s; p.end++) {
+        const struct recording_sample *s = &t->sample[p.end];
+        good += s->good;
+        if ((p.end - p.first) % coarse || !s->good) continue;
+        for (int k = 0; k < c->legs && last >= 0; k++) {
+            double v = (s->length_m[k] - t->sample[last].length_m[k]) / (s->test_time_s - t->sample[last].test_time_s);
             sum += v * v, steps++;
         }
-        last = i;
+        last = p.end;
     }
-    p->end = i;
-    p->speed = steps ? sum / steps : 0.0;
-    return good > (1.0 - MISSING) * n && spectrum_gap(t, from_s, until_s) < residual_gap_s(piece_s, step_s);
-}
-
-/* With what it needs before and behind it. */
-static bool take_place(const struct recording_test *t, int legs, double piece_s, double start_s, double step_s, struct piece *p) {
-    double margin_s = residual_margin_s(piece_s);
-    *p = (struct piece){.start_s = start_s};
-    return take_piece(t, legs, piece_s, start_s - margin_s - RESIDUAL_SETTLE_S - step_s, start_s + piece_s + margin_s, step_s, p);
+    p.speed = steps ? sum / steps : 0.0;
+    p.complete = good > (1.0 - MISSING) * n && spectrum_gap(t, from_s, until_s) < residual_gap_s(c->piece_s, c->step_s);
+    return p;
 }
 
 /* Speed of a leg by the good samples of a time; NaN: there are fewer than two. */
@@ -241,14 +246,15 @@ static double speed_of(const struct recording_test *t, int leg, double from_s, d
 
 /* A series bridges a gap in which the motion goes on as before. Where a leg turns within one, by
  * more than a motion of its frequency does, what the gap hides is not known. */
-static bool hides_turn(const struct recording_test *t, int legs, double from_s, double until_s, double step_s, double omega, double speed) {
-    double last_s = from_s;
+static bool hides_turn(const struct cut *c, const struct piece *p, double omega, double speed) {
+    const struct recording_test *t = c->test;
+    double last_s = p->start_s - c->before_s;
     bool hides = false;
-    for (int i = recording_at(t, from_s); i < t->end && t->sample[i].test_time_s <= until_s; i++) {
-        double at_s = t->sample[i].test_time_s, gap_s = at_s - last_s, beside_s = fmax(fmax(gap_s, BESIDE_S), BESIDE * step_s);
+    for (int i = recording_at(t, last_s); i < t->end && t->sample[i].test_time_s <= p->start_s + c->piece_s + c->behind_s; i++) {
+        double at_s = t->sample[i].test_time_s, gap_s = at_s - last_s, beside_s = fmax(fmax(gap_s, BESIDE_S), BESIDE * c->step_s);
         double turn = fmax(TURN * omega * (gap_s + beside_s), TURN_LEAST);
         if (!t->sample[i].good) continue;
-        for (int k = 0; k < legs && gap_s > LOST * step_s; k++) {
+        for (int k = 0; k < c->legs && gap_s > LOST * c->step_s; k++) {
             double before = speed_of(t, k, last_s - beside_s, last_s), after = speed_of(t, k, at_s, at_s + beside_s);
             /* not of NaN, either */
             hides = hides || !(fabs(after - before) <= turn * speed);
@@ -258,62 +264,79 @@ static bool hides_turn(const struct recording_test *t, int legs, double from_s, 
     return hides;
 }
 
-int motion_cut(struct recording *r, int test, struct error *error) {
+/* Of those that are complete, pieces all over the record: how many. */
+static int choose_pieces(struct cut *c, int most) {
+    int complete = 0, chosen = 0;
+    for (int i = 0; i < c->all; i++) complete += c->piece[i].complete;
+    for (int i = 0, n = 0; i < c->all; i++) {
+        if (!c->piece[i].complete) continue;
+        c->piece[i].chosen = chosen < most && (complete <= most || n == (int)((double)complete * chosen / most));
+        chosen += c->piece[i].chosen, n++;
+    }
+    return chosen;
+}
+
+/* Those stay that move, and in which no gap hides a turn. */
+static void keep_pieces(struct cut *c, int most, double resolution_m) {
+    double mean = 0.0, moves = 0.0;
+    int chosen = choose_pieces(c, most);
+    for (int i = 0; i < c->all; i++) mean += c->piece[i].chosen ? c->piece[i].speed / chosen : 0.0;
+    for (int k = 0; k < c->legs; k++) moves += variance(c->test, k) / c->legs;
+    double least = fmax(REST * mean, pow(STEPS * resolution_m * RESIDUAL_BAND / c->piece_s, 2.0)), omega = sqrt(mean / moves);
+    for (int i = 0; i < c->all; i++) {
+        struct piece p = c->piece[i];
+        bool turn = hides_turn(c, &p, omega, sqrt(fmax(p.speed, mean)));
+        c->turns += turn;
+        if (p.chosen && !turn && p.speed > least) c->piece[c->kept++] = p;
+    }
+}
+
+/* Each a test of the recording, in the place of the whole one. */
+static void put_pieces(struct recording *r, int test, const struct cut *c) {
     struct recording_test whole = r->test[test];
-    struct piece piece[PIECES];
-    int legs = params_legs(r->params), taken = 0, kept = 0, there = 0, turns = 0;
-    double step_s = recording_step_s(&whole), begin_s = whole.sample[whole.first].test_time_s, mean = 0.0;
-    double span_s = whole.sample[whole.end - 1].test_time_s - begin_s, hz = band_hz(&whole, legs, step_s, span_s);
-    double piece_s = RESIDUAL_BAND / hz, before_s = residual_margin_s(piece_s) + RESIDUAL_SETTLE_S + step_s;
-    int all = isfinite(hz) ? (int)((span_s - before_s - residual_margin_s(piece_s)) / piece_s) : 0;
-    int most = (RECORDING_TESTS - test) / (r->tests - test); /* room for those that follow */
-    most = most < PIECES ? most : PIECES;
-    /* of those that have their samples, pieces all over the record */
-    for (int i = 0; i < all; i++) there += take_place(&whole, legs, piece_s, begin_s + before_s + i * piece_s, step_s, &piece[0]);
-    for (int i = 0, n = 0; i < all && taken < most; i++) {
-        if (!take_place(&whole, legs, piece_s, begin_s + before_s + i * piece_s, step_s, &piece[taken])) continue;
-        taken += there <= most || n == (int)((double)there * taken / most);
-        n++;
-    }
-    for (int i = 0; i < taken; i++) mean += piece[i].speed / taken;
-    double step_m = r->params->sensors.enabled ? r->params->sensors.position_resolution_m : 0.0;
-    double least = fmax(REST * mean, pow(STEPS * step_m * hz, 2.0));
-    double moves = 0.0;
-    for (int k = 0; k < legs; k++) moves += variance(&whole, k) / legs;
-    double omega = sqrt(mean / moves);
-    for (int i = 0, n = 0; i < all; i++) {
-        struct piece p;
-        double start_s = begin_s + before_s + i * piece_s;
-        take_place(&whole, legs, piece_s, start_s, step_s, &p);
-        bool turn = hides_turn(&whole, legs, start_s - before_s, start_s + piece_s + residual_margin_s(piece_s), step_s, omega,
-                               sqrt(fmax(p.speed, mean)));
-        bool is_taken = n < taken && piece[n].start_s == start_s;
-        turns += turn, n += is_taken;
-        if (is_taken && !turn && p.speed > least) piece[kept++] = p;
-    }
-    if (!isfinite(hz)) return error_set(error, STATUS_USAGE, "%.3g s in which nothing is seen to move", span_s);
-    if (most < PIECES_NEEDED)
-        return error_set(error, STATUS_USAGE, "too many recordings at once: there is room for %d tests and pieces of any motion",
-                         RECORDING_TESTS);
-    if (2 * turns > all || (kept < PIECES_NEEDED && kept + turns >= PIECES_NEEDED))
-        return error_set(error, STATUS_USAGE,
-                         "samples are missing where the motion turns sharply, in %d of %d pieces of %.3g s, and what they would show is "
-                         "not known: keep every row, the reversals', too",
-                         turns, all, piece_s);
-    if (kept < PIECES_NEEDED)
-        return error_set(error, STATUS_USAGE,
-                         "%.3g s of motion that is no steady sinusoid, too short: it takes %d pieces of %.3g s without "
-                         "gaps in which something moves, and there are %d",
-                         span_s, PIECES_NEEDED, piece_s, kept);
-    memmove(r->test + test + kept, r->test + test + 1, (size_t)(r->tests - test - 1) * sizeof *r->test);
-    r->tests += kept - 1;
-    for (int i = 0; i < kept; i++) {
+    memmove(r->test + test + c->kept, r->test + test + 1, (size_t)(r->tests - test - 1) * sizeof *r->test);
+    r->tests += c->kept - 1;
+    for (int i = 0; i < c->kept; i++) {
         struct recording_test *t = &r->test[test + i];
         *t = whole;
-        t->piece_s = piece_s, t->start_s = piece[i].start_s, t->piece = i;
-        t->first = piece[i].first, t->end = piece[i].end;
+        t->piece_s = c->piece_s, t->start_s = c->piece[i].start_s, t->piece = i;
+        t->first = c->piece[i].first, t->end = c->piece[i].end;
         t->borrowed = i > 0;
         t->frequency_hz = t->stated_hz = NAN;
     }
+}
+
+static int cut_pieces(struct recording *r, int test, double span_s, struct cut *c, struct error *error) {
+    int most = (RECORDING_TESTS - test) / (r->tests - test); /* room for those that follow */
+    if (most < PIECES_NEEDED)
+        return error_set(error, STATUS_USAGE, "too many recordings at once: there is room for %d tests and pieces of any motion",
+                         RECORDING_TESTS);
+    for (int i = 0; i < c->all; i++) c->piece[i] = take_piece(c, i);
+    keep_pieces(c, most < PIECES ? most : PIECES, r->params->sensors.enabled ? r->params->sensors.position_resolution_m : 0.0);
+    if (2 * c->turns > c->all || (c->kept < PIECES_NEEDED && c->kept + c->turns >= PIECES_NEEDED))
+        return error_set(error, STATUS_USAGE,
+                         "samples are missing where the motion turns sharply, in %d of %d pieces of %.3g s, and what they would show is "
+                         "not known: keep every row, the reversals', too",
+                         c->turns, c->all, c->piece_s);
+    if (c->kept < PIECES_NEEDED)
+        return error_set(error, STATUS_USAGE,
+                         "%.3g s of motion that is no steady sinusoid, too short: it takes %d pieces of %.3g s without "
+                         "gaps in which something moves, and there are %d",
+                         span_s, PIECES_NEEDED, c->piece_s, c->kept);
+    put_pieces(r, test, c);
     return STATUS_OK;
+}
+
+int motion_cut(struct recording *r, int test, struct error *error) {
+    const struct recording_test *t = &r->test[test];
+    struct cut c = {.test = t, .legs = params_legs(r->params), .step_s = recording_step_s(t)};
+    double hz, span_s = t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s;
+    int status = find_band(t, c.legs, c.step_s, span_s, &hz, error);
+    if (status) return status;
+    c.piece_s = RESIDUAL_BAND / hz, c.behind_s = residual_margin_s(c.piece_s), c.before_s = c.behind_s + RESIDUAL_SETTLE_S + c.step_s;
+    c.all = (int)fmax((span_s - c.before_s - c.behind_s) / c.piece_s, 0.0);
+    c.piece = malloc((size_t)(c.all + 1) * sizeof *c.piece);
+    status = c.piece ? cut_pieces(r, test, span_s, &c, error) : error_set(error, STATUS_IO, "out of memory");
+    free(c.piece);
+    return status;
 }

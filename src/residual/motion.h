@@ -13,7 +13,7 @@ bool motion_steady(const struct recording_test *test, int legs, double frequency
 
 /* Cuts a test into pieces, each of them then a test of the recording, which share its samples.
  * Pieces at rest or with missing samples are left out; from a long record pieces all over it are
- * taken. -2: too short, too little motion, or no room. */
+ * taken. -2: too short, too little motion, samples missing where it turns, no room; -3: memory. */
 int motion_cut(struct recording *r, int test, struct error *error);
 
 #endif
