@@ -15,8 +15,10 @@ constexpr double kLaminarDrop =
 constexpr double kVapour = -1.0e5; /* Pa gauge: oil does not hold tension */
 constexpr double kPlayStiffness = 1e8,
                  kPlayDamping = 2e4; /* steel on steel at the end of a joint's play */
-constexpr double kHeldSpeed = 1e-6;  /* m/s, rad/s: slower than this and held means at rest */
-constexpr double kCrossing = 1e-11;  /* m/s, rad/s: slower than this is no reversal */
+constexpr double kBendShare = 0.5;   /* of a seal's distance: a step goes no farther */
+constexpr double kShortest = 1e-6; /* s: no seal asks for less, so that what diverges ends */
+constexpr double kHeldSpeed = 1e-6; /* m/s, rad/s: slower than this and held means at rest */
+constexpr double kCrossing = 1e-11; /* m/s, rad/s: slower than this is no reversal */
 constexpr double kLocated = 1e-4; /* of a step's change of speed: a reversal is located to this */
 constexpr double kForceShare =
     1e-6; /* of the capacity: to this a holding force is solved; what it leaves is projected */
@@ -32,6 +34,13 @@ static double orifice(double drop)
 static double dead_band(double spool, double overlap)
 {
     return spool > overlap ? spool - overlap : spool < -overlap ? spool + overlap : 0;
+}
+
+/* How fast bristles or a seal bend, m/s: with the rod while they are straight, no more once they
+ * bear what slides. Dahl 1968; LuGre has it as well. */
+static double bend_rate(double rate, double stiffness, double sliding, double bend)
+{
+    return rate - stiffness * std::abs(rate) / sliding * bend;
 }
 
 struct Flow {
@@ -78,6 +87,8 @@ Machine::Machine(const MachineParameters &given, const Vec6 &pose)
     load.head<6>() += p.stiffness.cwiseProduct(pose)({0, 1, 2, 5, 4, 3});
     base_load = load.segment<3>(kBase);
     const Vec6 force = now.length_row.leftCols<6>().transpose().fullPivLu().solve(load.head<6>());
+    mass.compute(now.M.topLeftCorner(n, n));
+    double seals = 0; /* as springs: no frequency of theirs squared is above it, 1/s^2 */
 
     for (int i = 0; i < kLegs; i++) {
         const LegParameters &l = p.leg[i];
@@ -123,7 +134,13 @@ Machine::Machine(const MachineParameters &given, const Vec6 &pose)
         }
         if (l.play > 0)
             p.step = std::min(p.step, 0.5 / std::sqrt(kPlayStiffness / p.bodies.upper_kg[i]));
+        const Row r = now.rod_row.row(i);
+        seals += !l.dahl() ? 0
+                           : std::max(l.dahl_extend, l.dahl_retract) / l.dahl_distance *
+                                 r.head(n).dot(mass.solve(r.head(n).transpose()));
     }
+    if (seals > 0)
+        p.step = std::min(p.step, 0.5 / std::sqrt(seals));
 }
 
 Vec6 Machine::resting_valve() const
@@ -269,8 +286,14 @@ void Machine::derivative(double at, const State &s, State &ds)
         if (l.bristle > 0) { /* Canudas de Wit, Olsson, Astrom, Lischinsky 1995 */
             const double ratio = rate / l.bristle_velocity, stiffness = l.bristle / l.bristle_give;
             const double sliding = l.bristle + l.bristle_excess * std::exp(-ratio * ratio);
-            d[kBristle] = rate - stiffness * std::abs(rate) / sliding * o[kBristle];
+            d[kBristle] = bend_rate(rate, stiffness, sliding, o[kBristle]);
             force -= stiffness * o[kBristle] + l.bristle_damping * d[kBristle];
+        }
+        if (l.dahl()) {
+            const double stiffness = 1 / l.dahl_distance; /* of a sliding force that is 1 */
+            const double z = stiffness * o[kSeal];
+            d[kSeal] = bend_rate(rate, stiffness, 1, o[kSeal]);
+            force -= (z > 0 ? l.dahl_extend : l.dahl_retract) * z;
         }
         const double over = std::abs(stroke) - l.half_stroke;
         if (over > 0) {
@@ -516,6 +539,18 @@ void Machine::step(double h)
     }
 }
 
+/* A seal bends along the path, so that the faster the rod, the shorter the step. */
+double Machine::longest_step() const
+{
+    double h = p.step;
+    for (int i = 0; i < kLegs; i++)
+        if (p.leg[i].dahl()) {
+            const double path = kBendShare * p.leg[i].dahl_distance;
+            h = std::min(h, std::max(path / std::abs(now.rod_rate[i]), kShortest));
+        }
+    return h;
+}
+
 void Machine::advance(double until)
 {
     while (until - t > 1e-12) {
@@ -535,6 +570,6 @@ void Machine::advance(double until)
                 next = std::min(next, queue.front().first);
         }
         const double left = next - t;
-        step(left / std::ceil(left / p.step - 1e-9));
+        step(left / std::ceil(left / longest_step() - 1e-9));
     }
 }

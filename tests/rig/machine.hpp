@@ -23,10 +23,13 @@ struct LegParameters {
     double viscous_extend, viscous_retract;
     double coulomb_extend, coulomb_retract, stribeck, stribeck_velocity, load_mu;
     double bristle, bristle_excess, bristle_velocity, bristle_give, bristle_damping; /* LuGre */
+    double dahl_extend, dahl_retract, dahl_distance;
     double joint_coulomb, joint_viscous; /* N m, N m s; each of four axes a leg */
     double play;                         /* m, from stop to stop */
     double pipe_length, pipe_diameter;
     double command_delay; /* s */
+
+    bool dahl() const { return dahl_extend > 0 || dahl_retract > 0; }
 };
 
 struct MachineParameters {
@@ -52,8 +55,8 @@ struct Friction {
 class Machine
 {
 public:
-    /* Flat state, for the integrator. The legs' part: 9 numbers a leg. */
-    enum { kP1, kP2, kSpool, kSpoolRate, kLine1, kLine2, kFlow1, kFlow2, kBristle, kPerLeg };
+    /* Flat state, for the integrator. The legs' part: 10 numbers a leg. */
+    enum { kP1, kP2, kSpool, kSpoolRate, kLine1, kLine2, kFlow1, kFlow2, kBristle, kSeal, kPerLeg };
     enum {
         kQ = 0,
         kV = kMax,
@@ -72,6 +75,7 @@ public:
     double pose(int i) const { return y[kQ + (i < 3 ? i : 8 - i)]; } /* x y z phi theta psi */
     void read(Vec6 &rod, Vec6 &p1, Vec6 &p2) const;                  /* what sensors see */
     double rate(int leg) const { return now.rod_rate[leg]; }
+    double longest_step() const; /* from this state on, s */
     double energy()
     {
         return bodies.energy(y.segment<kMax>(kQ), y.segment<kMax>(kV)) + potential(y);

@@ -20,12 +20,14 @@ constexpr double kBaseDamping = 0.03; /* of critical, base plate on its spring *
 
 static const char *const kAxes[6] = {"x", "y", "z", "phi", "theta", "psi"};
 
-/* The catalogue in docs/gap.md, and three effects that it lacks: each key with the value that
+/* The catalogue in docs/gap.md, and three effects beside it: each key with the value that
  * switches it off. position_sensor_scale.zero_m is counted from the neutral length. */
 // clang-format off
 static const std::map<std::string, double> kEffects = {
     {"cylinder_coulomb_friction.force_extend_n", 0},
-    {"cylinder_coulomb_friction.force_retract_n", 0}, {"cylinder_stribeck_friction.excess_n", 0},
+    {"cylinder_coulomb_friction.force_retract_n", 0},
+    {"cylinder_dahl_friction.force_extend_n", 0}, {"cylinder_dahl_friction.force_retract_n", 0},
+    {"cylinder_dahl_friction.distance_m", 2e-4}, {"cylinder_stribeck_friction.excess_n", 0},
     {"cylinder_stribeck_friction.velocity_mps", 0.01},
     {"cylinder_viscous_friction.extend_n_s_per_m", 0},
     {"cylinder_viscous_friction.retract_n_s_per_m", 0}, {"load_dependent_friction.mu", 0},
@@ -246,6 +248,9 @@ MachineParameters make_parameters(const Setup &setup, const Base &base)
         l.bristle_velocity = std::max(fx("bristle_friction.velocity_mps", i), 1e-6);
         l.bristle_give = std::max(fx("bristle_friction.give_m", i), 1e-6);
         l.bristle_damping = fx("bristle_friction.damping_n_s_per_m", i);
+        l.dahl_extend = fx("cylinder_dahl_friction.force_extend_n", i);
+        l.dahl_retract = fx("cylinder_dahl_friction.force_retract_n", i);
+        l.dahl_distance = std::max(fx("cylinder_dahl_friction.distance_m", i), 1e-6);
         l.joint_coulomb = fx("passive_joint_friction.coulomb_nm", i);
         l.joint_viscous = fx("passive_joint_friction.viscous_nm_s", i);
         l.play = fx("joint_backlash.clearance_m", i);

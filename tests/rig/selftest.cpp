@@ -191,13 +191,18 @@ static void resting_legs_carry_the_weight(const Settings &s, const char *name)
 }
 
 /* Valves shaken each at its own frequency; returns the lengths at the end. */
-static Vec6 shake(Machine &machine, double until)
+static Vec6 shake(Machine &machine, double until, const std::function<void()> &each_piece = nullptr)
 {
+    const int pieces = each_piece ? 40 : 1;
     for (int k = 0; k * 0.002 < until - 1e-9; k++) {
         for (int i = 0; i < kLegs; i++)
             machine.command(i, machine.resting_valve()[i] +
                                    0.1 * std::sin(2 * kPi * (3 + 0.7 * i) * 0.002 * k));
-        machine.advance(0.002 * (k + 1));
+        for (int j = 1; j <= pieces; j++) {
+            machine.advance(0.002 * (k + static_cast<double>(j) / pieces));
+            if (each_piece)
+                each_piece();
+        }
     }
     Vec6 rod, p1, p2;
     machine.read(rod, p1, p2);
@@ -206,6 +211,10 @@ static Vec6 shake(Machine &machine, double until)
 
 static const std::vector<std::string> kCoulomb = {"cylinder_coulomb_friction.force_extend_n=100",
                                                   "cylinder_coulomb_friction.force_retract_n=80"};
+static const std::vector<std::string> kDahl = {
+    "cylinder_dahl_friction.force_extend_n=600,100,0,300,200,500",
+    "cylinder_dahl_friction.force_retract_n=600,50,80,600,200,400",
+    "cylinder_dahl_friction.distance_m=2e-5,1e-4,2e-4,5e-5,2e-3,2e-5"};
 
 static void energy_is_balanced(const Settings &s)
 {
@@ -219,6 +228,9 @@ static void energy_is_balanced(const Settings &s)
                  {"energy is balanced: friction of cylinders and joints",
                   {kCoulomb[0], kCoulomb[1], "passive_joint_friction.coulomb_nm=3",
                    "passive_joint_friction.viscous_nm_s=5"},
+                  1e-4},
+                 {"energy is balanced: seals that bend, fast rods",
+                  {kDahl[0], kDahl[1], kDahl[2], "valve_flow_gain.scale=4"},
                   1e-4},
                  {"energy is balanced: moving base, springs, pipes",
                   {"base_spring.frequency_hz=12", "external_stiffness.z=20000",
@@ -239,16 +251,20 @@ static void energy_is_balanced(const Settings &s)
 
 static void steps_are_short_enough(const Settings &s)
 {
-    for (int k = 0; k < 2; k++) {
-        const auto effects = k ? kCoulomb : std::vector<std::string>();
+    const struct {
+        const char *name;
+        std::vector<std::string> effects;
+    } cases[] = {{"0.25 ms is short enough: clean", {}},
+                 {"0.25 ms is short enough: Coulomb friction", kCoulomb},
+                 {"0.25 ms is short enough: seals that bend", kDahl}};
+    for (const auto &c : cases) {
         auto end = [&](double step) {
-            Machine machine(parameters(s, effects, step), Vec6::Zero());
+            Machine machine(parameters(s, c.effects, step), Vec6::Zero());
             return shake(machine, 1);
         };
         const Vec6 exact = end(0.03125e-3);
         const double coarse = (end(0.5e-3) - exact).norm(), used = (end(0.25e-3) - exact).norm();
-        claim(used < 2e-8,
-              k ? "0.25 ms is short enough: Coulomb friction" : "0.25 ms is short enough: clean",
+        claim(used < 2e-8, c.name,
               print("length after 1 s off by %.1e m; at 0.5 ms %.1e m", used, coarse));
     }
     Machine rigid(parameters(s), Vec6::Zero());
@@ -290,6 +306,50 @@ static void friction_holds(const Settings &s)
     }
     claim(crept < 1e-9 && moved[1] > 1e-6, "a leg loaded below its friction does not creep",
           print("%.1e m in 10 s; without friction %.1e m in 0.2 s", crept, moved[1]));
+}
+
+/* Dahl's law has a closed form along the path, from one reversal to the next: z = s + (z0 - s)
+ * exp(-|x - x0| / distance), s the direction. What the seals bear is what inertia and weight leave
+ * of the oil's force. */
+static void seals_bend_along_the_path(const Settings &s)
+{
+    const MachineParameters p = parameters(s, kDahl, 0.05e-3);
+    Machine machine(p, Vec6::Zero());
+    Vec6 z = Vec6::Zero(), x, p1, p2, applied = Vec6::Zero();
+    machine.read(x, p1, p2);
+    Vec6 v[2] = {Vec6::Zero(), Vec6::Zero()}; /* of the platform, one and two pieces ago */
+    BodyState body = machine.body_state();
+    double largest = 0, state = 0, force = 0;
+    shake(machine, 1, [&] {
+        const Vec6 next = machine.y.segment<6>(Machine::kV), dv = (next - v[1]) / 0.1e-3;
+        const Vec6 leg = body.rod_row.leftCols<6>().transpose().partialPivLu().solve(
+            body.M.topLeftCorner<6, 6>() * dv + body.bias.head<6>());
+        for (int i = 0; i < kLegs; i++) {
+            const LegParameters &l = p.leg[i];
+            const double borne = (z[i] > 0 ? l.dahl_extend : l.dahl_retract) * z[i];
+            if (machine.time() > 0.1e-3 + 1e-9)
+                force = std::max(force, std::abs(applied[i] - leg[i] - borne));
+        }
+        v[1] = v[0];
+        v[0] = next;
+        body = machine.body_state();
+        const Vec6 before = x;
+        machine.read(x, p1, p2);
+        for (int i = 0; i < kLegs; i++) {
+            const LegParameters &l = p.leg[i];
+            const double by = x[i] - before[i], side = by > 0 ? 1 : -1;
+            z[i] = side + (z[i] - side) * std::exp(-std::abs(by) / l.dahl_distance);
+            const double is =
+                machine.y[Machine::kLeg + Machine::kPerLeg * i + Machine::kSeal] / l.dahl_distance;
+            state = std::max(state, std::abs(is - z[i]));
+            largest = std::max(largest, std::abs(is));
+            applied[i] = l.area1 * p1[i] - l.area2 * p2[i] - l.viscous_extend * body.rod_rate[i];
+        }
+    });
+    claim(state < 1e-3 && largest < 1 + 1e-9 && force < 1,
+          "seals bend along the path as Dahl's closed form says",
+          print("state off by %.1e, at most %.6f; force off by %.2g N of 600", state, largest,
+                force));
 }
 
 /* Fundamentals and means of the tests z, theta, x: what an effect is judged by. */
@@ -372,6 +432,15 @@ static void each_effect_does_what_it_says(const Settings &s)
           "cylinder_coulomb_friction.force_retract_n=100"},
          [&](const Response &r) {
              return std::imag(dZ(r, 0)) / w / (shape * 4 / kPi * 100 / leg_speed(r));
+         },
+         0.05},
+        {{"cylinder_dahl_friction.force_extend_n=100", "cylinder_dahl_friction.force_retract_n=100",
+          "cylinder_dahl_friction.distance_m=1e-3"},
+         [&](const Response &r) { /* a loop from -X to X and back takes 4 F (X - d tanh(X/d)) */
+                                  const double share = leg_speed(r) / w / 1e-3;
+                                  return std::imag(dZ(r, 0)) / w /
+                                         (shape * 4 / kPi * 100 * (1 - std::tanh(share) / share) /
+                                          leg_speed(r));
          },
          0.05},
         {{"cylinder_stribeck_friction.excess_n=100",
@@ -520,6 +589,7 @@ int self_test(const Settings &settings)
     energy_is_balanced(settings);
     steps_are_short_enough(settings);
     friction_holds(settings);
+    seals_bend_along_the_path(settings);
     each_effect_does_what_it_says(settings);
     std::printf("%d failed\n", failures);
     return failures ? 1 : 0;
