@@ -41,14 +41,17 @@ struct leg_motion {
                          * direction the load would move it */
     double speed_mps;   /* >= 0 */
     double p1_pa, p2_pa;
+    double deflection;  /* of its seals, from -1, sliding in, to 1, sliding out; 0 without */
     double a1_m2, a2_m2; /* piston areas, rodless and rod side */
 };
 
-/* Resistance to motion. Of all effects and the configuration together both parts are >= 0. The dry
- * part also holds a body at rest against any load up to it; the viscous part vanishes there. */
+/* Resistance to motion. Of all effects and the configuration together the dry and the viscous part
+ * are >= 0. The dry part also holds a body at rest against any load up to it; the viscous part
+ * vanishes there. */
 struct friction {
     double dry;     /* N, or N m about a joint's axis */
     double viscous; /* the same: a force at this speed, no coefficient */
+    double elastic; /* the same, against extension, either sign: of seals that are deflected */
 };
 
 /* A parameter of the base model by its place in struct params, which is never 0:
@@ -91,8 +94,8 @@ struct effect {
 
     /* What the effect does; any of these may be NULL. Values are of an effect that is on. */
 
-    /* Changes the constants of the machine: masses, joint positions, gravity, valves, oil, pipes,
-     * sensors, timing. */
+    /* Changes the constants of the machine: masses, joint positions, gravity, valves, oil, seals,
+     * pipes, sensors, timing. */
     void (*machine)(const struct effect_values *v, struct machine *m);
     /* Friction along a leg, added to *add. */
     void (*leg_friction)(const struct effect_values *v, int leg, const struct leg_motion *motion, struct friction *add);

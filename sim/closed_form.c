@@ -66,8 +66,9 @@ void closed_form_look(const struct closed_form *e, const union system *s, const 
         now->length_m[k] = play ? s->rods.length_m[k] : now->legs.length[k];
         now->rate_mps[k] = play ? s->rods.rate_mps[k] : now->legs.rate[k];
         now->friction_n[k] = leg_friction(e, s, drive, k, now->rate_mps[k]);
-        now->stop_n[k] = cylinder_stop_force(&e->cylinder, k, now->length_m[k], now->rate_mps[k]);
-        axial[k] = drive_n + now->friction_n[k] + now->stop_n[k];
+        now->passive_n[k] = cylinder_stop_force(&e->cylinder, k, now->length_m[k], now->rate_mps[k]);
+        now->passive_n[k] += cylinder_seal_force(&e->cylinder, k, &s->hydraulics.cylinder[k]);
+        axial[k] = drive_n + now->friction_n[k] + now->passive_n[k];
         if (play) take_off_rod(e, s, k, now, &axial[k]);
     }
     rigid_push(&now->legs, axial, now->free);

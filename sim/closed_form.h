@@ -65,7 +65,8 @@ struct closed_form {
 struct instant {
     struct rigid_legs legs;
     struct joint_axes axes;          /* only with joint friction */
-    double friction_n[LEGS], stop_n[LEGS]; /* on the rod */
+    double friction_n[LEGS];               /* on the rod: dry and viscous, */
+    double passive_n[LEGS];                /* of end stops and deflected seals */
     double length_m[LEGS], rate_mps[LEGS]; /* up to the rod's end */
     double rod_n[LEGS];              /* of a rod with play: all forces along it but friction */
     struct factor6 mass;             /* its Cholesky factor */

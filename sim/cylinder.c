@@ -8,6 +8,7 @@
 static const double LAMINAR_PA = 1e4;
 static const double FILL_TIME_S = 2e-4; /* shortest time constant of a chamber: even explicit Euler
                                          * settles in a substep of 0.25 ms */
+static const double SEAL_TIME_S = 2e-4; /* as short: of a fast rod's seals */
 static const double MAKE_UP_TIME_S = 1e-3;
 static const double VACUUM_PA = -101325.0;
 static const double SOFTEST = 0.01;        /* beta of the gas that is left: 1e-4 of the oil's */
@@ -29,6 +30,7 @@ static void valve_init(struct cylinder_model *m, int leg, const struct hydraulic
         .rate_limited = isfinite(machine->valve.rate_per_s[leg]),
         .bulk_modulus_pa = machine->oil.bulk_modulus_pa[leg],
         .leakage_m3_per_s_pa = machine->oil.leakage_m3_per_s_pa[leg],
+        .seal_distance_m = machine->seals.distance_m[leg],
         .dead_volume_m3 = {h->dead_volume_m3[leg], h->dead_volume_m3[leg] + h->dead_volume_difference_m3[leg]},
     };
 }
@@ -138,7 +140,14 @@ static inline double spool_acceleration(const struct cylinder_leg *c, double spo
     return c->valve_omega_squared * (valve + c->valve_bias - spool) - c->valve_damping_rate * speed;
 }
 
-/* Pressures under these inflows, and the spool. */
+/* Of the seals. */
+static inline double deflection_rate(const struct cylinder_leg *c, double deflection, double rate_mps) {
+    double speed = fabs(rate_mps), least_m = SEAL_TIME_S * speed;
+    if (!(c->seal_distance_m > 0.0)) return 0.0;
+    return (rate_mps - speed * deflection) / (c->seal_distance_m > least_m ? c->seal_distance_m : least_m);
+}
+
+/* Pressures under these inflows, spool and seals. */
 static inline struct cylinder_state rates(const struct cylinder_model *m, const struct cylinder_leg *c, const struct cylinder_state *s,
                                           const double stiffness[PORTS], double flow1, double flow2, double rate_mps, double valve) {
     const struct machine *machine = &m->machine;
@@ -148,6 +157,7 @@ static inline struct cylinder_state rates(const struct cylinder_model *m, const 
         .p2_pa = pressure_rate(machine, s->p2_pa, stiffness[PORT_B], flow2 - (-c->a2_m2 * rate_mps - leakage)),
         .spool = speed,
         .spool_rate = spool_acceleration(c, s->spool, speed, valve),
+        .deflection = deflection_rate(c, s->deflection, rate_mps),
     };
 }
 
@@ -172,7 +182,7 @@ struct cylinder_state cylinder_derivative(const struct cylinder_model *m, int le
 /* s + h rate */
 static inline struct cylinder_state advanced(const struct cylinder_state *s, double h, const struct cylinder_state *rate) {
     return (struct cylinder_state){s->p1_pa + h * rate->p1_pa, s->p2_pa + h * rate->p2_pa, s->spool + h * rate->spool,
-                                   s->spool_rate + h * rate->spool_rate};
+                                   s->spool_rate + h * rate->spool_rate, s->deflection + h * rate->deflection};
 }
 
 void cylinder_step(const struct cylinder_model *m, int leg, double dt_s, const struct cylinder_input in[3], struct cylinder_state *s) {
@@ -231,6 +241,7 @@ void cylinder_limit(const struct cylinder_model *m, int leg, struct cylinder_sta
         s->spool = copysign(1.0, s->spool);
         if (s->spool * s->spool_rate > 0.0) s->spool_rate = 0.0;
     }
+    if (fabs(s->deflection) > 1.0) s->deflection = copysign(1.0, s->deflection);
     s->p1_pa = s->p1_pa > VACUUM_PA ? s->p1_pa : VACUUM_PA;
     s->p2_pa = s->p2_pa > VACUUM_PA ? s->p2_pa : VACUUM_PA;
 }
@@ -274,6 +285,10 @@ double cylinder_stop_force(const struct cylinder_model *m, int leg, double lengt
     return stop_push(h, c->length_min_m - length_m, -rate_mps) - stop_push(h, length_m - c->length_max_m, rate_mps);
 }
 
+double cylinder_seal_force(const struct cylinder_model *m, int leg, const struct cylinder_state *s) {
+    return m->leg[leg].seal_distance_m > 0.0 ? -cylinder_friction(m, leg, s, 1, 0.0).elastic : 0.0;
+}
+
 struct friction cylinder_friction(const struct cylinder_model *m, int leg, const struct cylinder_state *s, int direction,
                                   double speed_mps) {
     const struct active *laws = &m->machine.leg_friction;
@@ -283,11 +298,12 @@ struct friction cylinder_friction(const struct cylinder_model *m, int leg, const
                                 .speed_mps = speed_mps,
                                 .p1_pa = s->p1_pa,
                                 .p2_pa = s->p2_pa,
+                                .deflection = s->deflection,
                                 .a1_m2 = m->leg[leg].a1_m2,
                                 .a2_m2 = m->leg[leg].a2_m2};
     for (int i = 0; i < laws->count; i++) laws->of[i].effect->leg_friction(laws->of[i].values, leg, &motion, &sum);
     double smooth_mps = m->machine.params->sim.smooth_friction_mps;
-    if (smooth_mps > 0.0) sum = (struct friction){.viscous = sum.viscous + sum.dry * tanh(speed_mps / smooth_mps)};
+    if (smooth_mps > 0.0) sum.viscous += sum.dry * tanh(speed_mps / smooth_mps), sum.dry = 0.0;
     return sum;
 }
 

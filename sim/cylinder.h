@@ -12,6 +12,9 @@
  *             o > 0: supply -> port A (P1), port B (P2) -> tank; o < 0: the other way round
  *  P1dot = beta/V1 (Q1 - A1 v - c (P1 - P2)),  P2dot = beta/V2 (Q2 + A2 v + c (P1 - P2))
  *
+ *  zdot = (v - |v| z) / d                                 z: deflection of the seals (Dahl),
+ *             d at least what the rod moves in 0.2 ms
+ *
  * Below a drop of 10 kPa the orifice is laminar: an odd cubic with the root's value and slope
  * there, so that nothing moves above it. The limit rises where the valve is wide open on a nearly
  * empty chamber, so that no chamber fills faster than a substep of 0.25 ms resolves. Below tank
@@ -32,6 +35,7 @@
 
 struct cylinder_state {
     double p1_pa, p2_pa, spool, spool_rate;
+    double deflection;        /* of the seals: -1 they slide in, 1 they slide out */
 };
 
 struct line_state {
@@ -53,6 +57,7 @@ struct cylinder_model {        /* constants derived once from params and effects
         double valve_bias, valve_rate_per_s;
         double bulk_modulus_pa, leakage_m3_per_s_pa, dead_volume_m3[PORTS];
         double line_volume_m3, line_inertance, line_resistance; /* volume 0: no line */
+        double seal_distance_m;        /* 0: seals slide at once */
         bool rate_limited;
     } leg[LEGS];
     double supply_share;       /* of the supply pressure that is there: 1, less
@@ -85,8 +90,8 @@ struct cylinder_state cylinder_line_derivative(const struct cylinder_model *m, i
 void cylinder_flows(const struct cylinder_model *m, int leg, const struct mains *mains, const struct cylinder_state *s,
                     const struct line_state *line, double opening, double length_m, double *supply_m3_per_s, double *tank_m3_per_s);
 
-/* What the derivative cannot say: the spool stops dead at +-1, and no pressure is below vacuum.
- * After every substep. */
+/* What the derivative cannot say: the spool stops dead at +-1, no pressure is below vacuum, and no
+ * seal is deflected further than it slides. After every substep. */
 void cylinder_limit(const struct cylinder_model *m, int leg, struct cylinder_state *s);
 
 /* What moves a piston and its valve. */
@@ -110,6 +115,9 @@ double cylinder_hydraulic_force(const struct cylinder_model *m, int leg, const s
 /* End stop: unilateral spring and damper, >= 0 at the lower one, <= 0 at the
  * upper one, 0 between. */
 double cylinder_stop_force(const struct cylinder_model *m, int leg, double length_m, double rate_mps);
+
+/* Of deflected seals, along the leg, whatever its motion. */
+double cylinder_seal_force(const struct cylinder_model *m, int leg, const struct cylinder_state *s);
 
 /* Sum of the base's viscous friction and of every effect's leg friction for
  * motion in a direction. */

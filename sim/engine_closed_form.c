@@ -302,7 +302,7 @@ static void closed_form_truth(const struct engine *base, const struct hydraulics
         truth->length_m[k] = now.length_m[k];
         truth->rate_mps[k] = now.rate_mps[k];
         truth->stuck[k] = e->kind[k] != SLIDES && e->direction[k] == 0;
-        truth->friction_n[k] = (truth->stuck[k] ? e->holding[k] : now.friction_n[k]) + now.stop_n[k];
+        truth->friction_n[k] = (truth->stuck[k] ? e->holding[k] : now.friction_n[k]) + now.passive_n[k];
     }
     rigid_energy(&e->rigid, &s.body, &truth->kinetic_j, &truth->potential_j);
     for (int k = 0; k < LEGS; k++) {

@@ -85,7 +85,7 @@ static struct leg leg_now(const struct engine_ode *e, int i, const struct hydrau
     struct friction retract = cylinder_friction(&e->model, i, &s->cylinder[i], -1, leg.rate_mps < 0.0 ? -leg.rate_mps : 0.0);
     double stop_n = cylinder_stop_force(&e->model, i, leg.length_m, leg.rate_mps);
     leg.viscous_n = e->hydraulic ? retract.viscous - extend.viscous : 0.0;
-    leg.passive_n = stop_n + 0.5 * (retract.dry - extend.dry) + leg.viscous_n;
+    leg.passive_n = stop_n + 0.5 * (retract.dry - extend.dry) + leg.viscous_n + cylinder_seal_force(&e->model, i, &s->cylinder[i]);
     leg.holding_n = 0.5 * (retract.dry + extend.dry);
     leg.contact_n = contact_now(e, i, &leg);
     return leg;

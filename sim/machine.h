@@ -60,6 +60,12 @@ struct machine {
         double bias[LEGS];                              /* spool position at zero command */
         double flow_scale[LEGS], port_ratio[LEGS];      /* of both ports; port B over port A */
     } valve;
+    struct {                                            /* in the cylinder */
+        double distance_m[LEGS];                        /* after some five of it they slide;
+                                                         * 0: at once */
+        double stiffness_n_per_m[LEGS];                 /* force over distance; twice that after
+                                                         * a turn */
+    } seals;
     struct {                                            /* between each port and its chamber */
         double length_m[LEGS], diameter_m[LEGS];        /* length 0: none */
     } line;

@@ -126,22 +126,30 @@ static int settle(struct plant *plant, struct error *error) {
     return 0;
 }
 
-/* Do substeps resolve the rods that ring between their oil and a flank, the oil at its stiffest?
- * The engines are stable up to twice as much. */
+/* What rings, times a substep's time squared, kg: a rod with play between its oil, at its stiffest,
+ * and a flank; on its seals, which are twice as stiff when it has just turned, a rod, and without
+ * play its share of the payload. */
+static double rings_kg(const struct plant *plant, int leg) {
+    const struct machine *m = &plant->cylinder.machine;
+    const struct cylinder_leg *c = &plant->cylinder.leg[leg];
+    double dt_s = substep_s(plant), drag = plant->params->hydraulics.viscous_n_s_per_m[leg];
+    double seals = m->seals.stiffness_n_per_m[leg], oil = fmax(cylinder_stiffness(&plant->cylinder, leg, c->length_min_m),
+                                                               cylinder_stiffness(&plant->cylinder, leg, c->length_max_m));
+    bool play = machine_has_play(m, leg);
+    return dt_s * (dt_s * ((play ? oil + machine_flank(m, leg) : 0.0) + seals) + (play ? drag : 0.0));
+}
+
+/* The engines are stable up to twice as much. */
 static int rods_resolved(const struct plant *plant, struct error *error) {
     const struct machine *m = &plant->cylinder.machine;
-    double dt_s = substep_s(plant);
     for (int k = 0; k < LEGS; k++) {
-        const struct cylinder_leg *c = &plant->cylinder.leg[k];
-        if (!machine_has_play(m, k)) continue;
-        double oil = fmax(cylinder_stiffness(&plant->cylinder, k, c->length_min_m),
-                          cylinder_stiffness(&plant->cylinder, k, c->length_max_m));
-        double drag = plant->params->hydraulics.viscous_n_s_per_m[k], mass = m->bodies.upper_kg[k];
-        if (!(dt_s * (dt_s * (oil + machine_flank(m, k)) + drag) <= 2.0 * mass))
+        bool play = machine_has_play(m, k);
+        double mass = m->bodies.upper_kg[k] + (play ? 0.0 : m->bodies.payload_kg / LEGS);
+        if (!(rings_kg(plant, k) <= 2.0 * mass))
             return error_set(error, STATUS_USAGE,
-                             "joint_backlash: the rod of leg %d, %g kg, is too light for substeps of %g ms: raise sim.substeps or "
-                             "actuator.upper_mass_kg",
-                             k + 1, mass, 1e3 * dt_s);
+                             "%s: what leg %d moves, %g kg, is too light for substeps of %g ms: raise sim.substeps or %s",
+                             play ? "joint_backlash" : "cylinder_dahl_friction", k + 1, mass, 1e3 * substep_s(plant),
+                             play ? "actuator.upper_mass_kg" : "distance_m");
     }
     return 0;
 }

@@ -24,7 +24,7 @@ struct plant_truth {
     double p1_pa[LEGS], p2_pa[LEGS];
     double spool[LEGS];     /* -1..1 */
     double hydraulic_n[LEGS]; /* A1 P1 - A2 P2 */
-    double friction_n[LEGS];  /* along the leg, acting on the rod: viscous, dry and end stop */
+    double friction_n[LEGS];  /* along the leg, acting on the rod: all friction and end stops */
     bool stuck[LEGS];       /* held by dry friction */
     double kinetic_j, potential_j; /* rigid bodies; potential zero at neutral */
 };

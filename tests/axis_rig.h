@@ -20,6 +20,7 @@ struct rig {
     double rate_hz, gravity_mps2;
     double coulomb_extend_n, coulomb_retract_n, viscous_n_s_per_m, stribeck_n, stribeck_mps, payload_kg, more_leakage, overlap, offset_n;
     double load_friction, spring_n_per_m;    /* of the mean pressure on seals; from mid-stroke */
+    double seal_n, seal_m;                   /* of a seal that gives so far before it slides */
     double along_stroke;                     /* dry friction differs by so much, waves of 3 cm */
     double force_lag_s, force_more;          /* of the force sensor; reads more by so much */
     double lost_s, lost_share;               /* rows lost about each reversal; in bursts of 3 */
@@ -27,6 +28,7 @@ struct rig {
 
 struct body {
     double x, v, p1, p2, spool, spool_rate;
+    double seal; /* -1 it slides in, 1 it slides out */
 };
 
 struct tolerances {
@@ -59,7 +61,7 @@ static inline void oil(const struct rig *r, const struct tolerances *tol, struct
     b->spool += STEP_S * b->spool_rate;
 }
 
-/* Dry friction: slips against it, or is held. */
+/* Dry friction: slips against it, or is held. A seal that gives is dragged along. */
 static inline void push(const struct rig *r, const struct tolerances *tol, struct body *b, double force_n) {
     double m = MASS_KG * tol->mass + r->payload_kg, slides = b->v != 0.0 ? b->v : force_n - m * r->gravity_mps2 - r->spring_n_per_m * b->x;
     double direction = slides > 0.0 ? 1.0 : -1.0;
@@ -68,6 +70,8 @@ static inline void push(const struct rig *r, const struct tolerances *tol, struc
     dry *= 1.0 + r->along_stroke * sin(2.0 * PI * b->x / 0.03);
     dry += r->load_friction * (A1 - A2) * 0.5 * (b->p1 + b->p2);
     double free_n = force_n - m * r->gravity_mps2 - r->spring_n_per_m * b->x - (2000.0 * tol->viscous + r->viscous_n_s_per_m) * b->v;
+    if (r->seal_m > 0.0) b->seal += STEP_S * (b->v - fabs(b->v) * b->seal) / r->seal_m;
+    free_n -= r->seal_n * b->seal;
     if (b->v == 0.0 && fabs(free_n) <= dry) return;
     double v = b->v + STEP_S * (free_n - direction * dry) / m;
     b->v = b->v * v < 0.0 ? 0.0 : v;

@@ -88,6 +88,7 @@ static double value_error(const struct rig *rig, const struct gap_effect *e) {
     if (rig->payload_kg > 0.0) return fabs((MASS_KG + found) / (MASS_KG + rig->payload_kg) - 1.0);
     if (rig->more_leakage > 0.0) return fabs(found / (1.0 + rig->more_leakage) - 1.0);
     if (rig->force_lag_s > 0.0) return fabs(found * 2.0 * 3.14159265358979323846 * rig->force_lag_s - 1.0);
+    if (rig->seal_n > 0.0) return fabs(0.5 * (found + other) / rig->seal_n - 1.0);
     double hidden = rig->overlap + rig->stribeck_n + rig->load_friction + rig->spring_n_per_m;
     return fabs(found / hidden - 1.0);
 }
@@ -103,6 +104,7 @@ static void assert_full_value(const struct rig *rig, const struct gap_effect *e)
         assert_close(found, rig->coulomb_extend_n, fmax(0.1 * rig->coulomb_extend_n, 2.0 * e->std[0][0]));
     } else {
         assert_below(value_error(rig, e), rig->stribeck_n > 0.0 ? 0.3 : 0.1);
+        if (rig->seal_n > 0.0) assert_close(e->values.value[2][0], rig->seal_m, fmax(0.1 * rig->seal_m, 3.0 * e->std[2][0]));
     }
 }
 
@@ -111,7 +113,7 @@ static void assert_full_value(const struct rig *rig, const struct gap_effect *e)
  * speed friction is friction, and of a cylinder, whose pressures are then two, also a scale of
  * theirs. */
 static bool alike(const struct rig *rig, const char *name) {
-    double friction = rig->coulomb_extend_n + rig->viscous_n_s_per_m + rig->stribeck_n + rig->load_friction;
+    double friction = rig->coulomb_extend_n + rig->viscous_n_s_per_m + rig->stribeck_n + rig->load_friction + rig->seal_n;
     bool scale = !strcmp(name, "pressure_sensor_scale") || !strcmp(name, "load_dependent_friction");
     if (rig->motion == TRIANGLE && friction > 0.0 && (!strncmp(name, "cylinder_", 9) || (scale && !rig->electric))) return true;
     if (rig->coulomb_extend_n > 0.0) return !strcmp(name, "load_dependent_friction");
@@ -138,7 +140,7 @@ static void assert_named(const struct rig *rig, const struct gap_result *g) {
     assert_full_value(rig, &g->effect[0]);
 }
 
-enum { NOTHING, FRICTION, VISCOUS, STRIBECK, MASS, LEAKS, DEAD_BAND, LOAD, ONE_WAY, SPRING, RIGS };
+enum { NOTHING, FRICTION, VISCOUS, STRIBECK, MASS, SEAL, LEAKS, DEAD_BAND, LOAD, ONE_WAY, SPRING, RIGS };
 enum { MECHANICAL = LEAKS }; /* and ONE_WAY, SPRING */
 #define RIG .rate_hz = 1000.0, .stribeck_mps = 0.06
 static const struct rig rigs[RIGS] = {
@@ -147,6 +149,7 @@ static const struct rig rigs[RIGS] = {
     [VISCOUS] = {RIG, .hides = "cylinder_viscous_friction", .viscous_n_s_per_m = 600.0},
     [STRIBECK] = {RIG, .hides = "cylinder_stribeck_friction", .stribeck_n = 300.0},
     [MASS] = {RIG, .hides = "payload_mass", .payload_kg = 25.0},
+    [SEAL] = {RIG, .hides = "cylinder_dahl_friction", .seal_n = 80.0, .seal_m = 5e-4},
     [LEAKS] = {RIG, .hides = "internal_leakage", .more_leakage = 2.0},
     [DEAD_BAND] = {RIG, .hides = "valve_dead_band", .overlap = 0.02},
     [LOAD] = {RIG, .hides = "load_dependent_friction", .load_friction = 0.01},
@@ -212,13 +215,14 @@ static void try_in(enum motion motion, int i, bool electric, int seed) {
 }
 
 /* The same of any motion, whatever it is, at several rates: half of the cases, unless all are asked
- * for (make test-long). */
+ * for (make test-long). A series rings about a step, and so do the seals in it, by more than the
+ * noise of 5 kHz. */
 static void what_is_hidden_is_named_in_any_motion(void **unused) {
     (void)unused;
     bool all = getenv("MORE_CASES");
     for (int motion = TRIANGLE; motion < MOTIONS; motion++)
         for (int i = 0; i < (SANITIZED ? 2 : MECHANICAL); i++)
-            if (all || (motion + i) % 2) try_in((enum motion)motion, i, true, motion);
+            if ((all || (motion + i) % 2) && !(motion == STEPS && i == SEAL)) try_in((enum motion)motion, i, true, motion);
 }
 
 /* What chambers tell takes ten times as long: what a triangle's corners, which are sharper than the

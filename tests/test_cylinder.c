@@ -38,7 +38,7 @@ static struct cylinder_state derivative(const struct cylinder_state *s, double l
 
 static struct cylinder_state combine(const struct cylinder_state *s, double h, const struct cylinder_state *rate) {
     return (struct cylinder_state){s->p1_pa + h * rate->p1_pa, s->p2_pa + h * rate->p2_pa, s->spool + h * rate->spool,
-                                   s->spool_rate + h * rate->spool_rate};
+                                   s->spool_rate + h * rate->spool_rate, s->deflection + h * rate->deflection};
 }
 
 /* Under an input that stays. */
@@ -161,13 +161,14 @@ static void spool_steps_like_a_second_order_system(void **unused) {
     }
 }
 
-/* Any state, any input. */
+/* Any state, any input, with seals. */
 static void a_step_is_runge_kuttas_of_the_derivative(void **unused) {
     (void)unused;
     uint64_t seed = 5;
+    model.leg[0].seal_distance_m = 1e-4;
     for (int n = 0; n < 1000; n++) {
         struct cylinder_state s = {5e6 + 5e6 * random_unit(&seed), 5e6 + 5e6 * random_unit(&seed), 0.9 * random_unit(&seed),
-                                   50.0 * random_unit(&seed)};
+                                   50.0 * random_unit(&seed), random_unit(&seed)};
         struct cylinder_input in[3], *i;
         for (i = in; i < in + 3; i++)
             *i = (struct cylinder_input){MID_M + 0.2 * random_unit(&seed), random_unit(&seed), random_unit(&seed)};
@@ -188,7 +189,9 @@ static void a_step_is_runge_kuttas_of_the_derivative(void **unused) {
         assert_close(s.p2_pa, expected.p2_pa, 1e-5);
         assert_close(s.spool, expected.spool, 1e-14);
         assert_close(s.spool_rate, expected.spool_rate, 1e-11);
+        assert_close(s.deflection, expected.deflection, 1e-14);
     }
+    model.leg[0].seal_distance_m = 0.0;
 }
 
 /* An extended model without lines, laws or resistance has the same equations; unlike legs, all of
@@ -201,9 +204,9 @@ static void legs_step_alone_as_they_do_together(void **unused) {
     struct hydraulics_input in[3];
     struct hydraulics_state start = {0};
     for (int k = 0; k < LEGS; k++) {
-        apart.leg[k].bulk_modulus_pa *= 1.0 + 0.01 * k;
+        apart.leg[k].bulk_modulus_pa *= 1.0 + 0.01 * k, apart.leg[k].seal_distance_m = 1e-4 * k;
         start.cylinder[k] = (struct cylinder_state){5e6 + 5e6 * random_unit(&seed), 5e6 + 5e6 * random_unit(&seed),
-                                                    0.9 * random_unit(&seed), 50.0 * random_unit(&seed)};
+                                                    0.9 * random_unit(&seed), 50.0 * random_unit(&seed), random_unit(&seed)};
         for (int i = 0; i < 3; i++)
             length_m[i][k] = MID_M + 0.2 * random_unit(&seed), rate_mps[i][k] = random_unit(&seed), valve[i][k] = random_unit(&seed);
     }
@@ -222,6 +225,7 @@ static void legs_step_alone_as_they_do_together(void **unused) {
             assert_close(a.cylinder[k].p2_pa, b.cylinder[k].p2_pa, 1e-5);
             assert_close(a.cylinder[k].spool, b.cylinder[k].spool, 1e-14);
             assert_close(a.cylinder[k].spool_rate, b.cylinder[k].spool_rate, 1e-11);
+            assert_close(a.cylinder[k].deflection, b.cylinder[k].deflection, 1e-14);
         }
     }
 }
@@ -329,6 +333,33 @@ static void force_is_that_of_the_two_areas(void **unused) {
     assert_close(cylinder_hydraulic_force(&model, 0, &pull), -PI / 4 * (bore * bore - rod * rod) * 1e6, 1e-9);
 }
 
+/* Dahl's law for a rod that moves evenly; a fast one's seals take 0.2 ms, and never go too far. */
+static void seals_are_deflected_and_then_slide(void **unused) {
+    (void)unused;
+    struct cylinder_state s = {.p1_pa = 5e6, .p2_pa = 5e6};
+    double way_m = 0.0;
+    model.leg[0].seal_distance_m = 1e-4;
+    for (int i = 0; i < 400; i++, way_m += 0.01 * SUBSTEP_S) {
+        assert_close(s.deflection, 1.0 - exp(-way_m / 1e-4), 1e-6);
+        step(&s, SUBSTEP_S, MID_M, 0.01, 0.0);
+    }
+    double slides = s.deflection;
+    way_m = 0.0;
+    for (int i = 0; i < 400; i++, way_m += 0.01 * SUBSTEP_S) {
+        assert_close(s.deflection, -1.0 + (slides + 1.0) * exp(-way_m / 1e-4), 1e-6);
+        step(&s, SUBSTEP_S, MID_M, -0.01, 0.0);
+    }
+    for (int i = 0; i < 400; i++) {
+        step(&s, SUBSTEP_S, MID_M, i % 2 ? -2.0 : 2.0, 0.0);
+        assert_true(fabs(s.deflection) <= 1.0);
+    }
+    for (int i = 0; i < 8; i++) step(&s, SUBSTEP_S, MID_M, 2.0, 0.0);
+    assert_true(s.deflection > 0.99);
+    model.leg[0].seal_distance_m = 0.0;
+    step(&s, SUBSTEP_S, MID_M, 2.0, 0.0);
+    assert_true(s.deflection > 0.99);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_spool_alone_moves_as_with_its_chambers),
@@ -343,6 +374,7 @@ int main(void) {
         cmocka_unit_test(spool_steps_like_a_second_order_system),
         cmocka_unit_test(a_step_is_runge_kuttas_of_the_derivative),
         cmocka_unit_test(legs_step_alone_as_they_do_together),
+        cmocka_unit_test(seals_are_deflected_and_then_slide),
         cmocka_unit_test(spool_stops_at_full_opening),
         cmocka_unit_test(a_chamber_torn_open_stays_above_vacuum_and_recovers),
         cmocka_unit_test(a_small_chamber_fills_without_ringing_even_under_euler),

@@ -31,7 +31,8 @@ static struct leg_motion some_motion(uint64_t *seed) {
     return (struct leg_motion){.direction = rate < 0.0 ? -1 : 1,
                                .speed_mps = fabs(rate),
                                .p1_pa = 1e7 * fabs(random_unit(seed)),
-                               .p2_pa = 1e7 * fabs(random_unit(seed))};
+                               .p2_pa = 1e7 * fabs(random_unit(seed)),
+                               .deflection = random_unit(seed)};
 }
 
 static void every_effect_says_what_it_is(void **unused) {
@@ -78,7 +79,7 @@ static void neutral_values_add_nothing(void **unused) {
             struct leg_motion motion = some_motion(&seed);
             if (e->leg_friction) e->leg_friction(&v, n % LEGS, &motion, &add);
             if (e->joint_friction) e->joint_friction(&v, n % LEGS, motion.speed_mps, &add);
-            assert_true(add.dry == 0.0 && add.viscous == 0.0);
+            assert_true(add.dry == 0.0 && add.viscous == 0.0 && add.elastic == 0.0);
         }
     }
 }
@@ -88,7 +89,7 @@ static void neutral_values_add_nothing(void **unused) {
 static const struct {
     const char *name;
     size_t place, size;
-} groups[] = {GROUP(bodies), GROUP(supply), GROUP(oil), GROUP(valve), GROUP(line), GROUP(sensors), GROUP(timing)};
+} groups[] = {GROUP(bodies), GROUP(supply), GROUP(oil), GROUP(valve), GROUP(seals), GROUP(line), GROUP(sensors), GROUP(timing)};
 
 static const double *numbers(const struct machine *m, size_t place) { return (const double *)(const void *)((const char *)m + place); }
 
@@ -201,7 +202,7 @@ static void friction_resists_and_its_viscous_part_vanishes_at_rest(void **unused
             if (e->leg_friction) e->leg_friction(&v, leg, &motion, &moving), e->leg_friction(&v, leg, &rest, &resting);
             if (e->joint_friction) e->joint_friction(&v, leg, motion.speed_mps, &moving), e->joint_friction(&v, leg, 0.0, &resting);
             assert_true(moving.dry >= 0.0 && moving.viscous >= 0.0 && resting.dry >= 0.0);
-            assert_true(resting.viscous == 0.0);
+            assert_true(resting.viscous == 0.0 && moving.elastic * motion.deflection >= 0.0);
         }
     }
 }

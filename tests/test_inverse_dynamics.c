@@ -2,6 +2,8 @@
  * that is more than noise. */
 #include "support.h"
 
+#include <string.h>
+
 #include "inverse_dynamics.h"
 
 enum { DRAWS = 2000 };
@@ -103,10 +105,117 @@ static void friction_is_found_through_noise(void **unused) {
     }
 }
 
+enum { INSTANTS = 128 };
+
+/* A rod to and fro at 1 Hz, 2 mm either way, and what its seals do on the way, by small steps. */
+static double seal_by_steps(double from_s, double until_s, double distance_m, double *deflection) {
+    enum { STEPS = 2000 };
+    double mean = 0.0, dt_s = (until_s - from_s) / STEPS;
+    for (int i = 0; i < STEPS; i++) {
+        double way_m = 2e-3 * (cos(2.0 * PI * (from_s + (i + 1) * dt_s)) - cos(2.0 * PI * (from_s + i * dt_s)));
+        double to = way_m > 0.0 ? 1.0 : -1.0;
+        mean += *deflection / STEPS;
+        *deflection += (to - *deflection) * fabs(way_m) / distance_m;
+    }
+    return mean;
+}
+
+static void move_to_and_fro(struct inverse_dynamics_input in[INSTANTS]) {
+    memset(in, 0, INSTANTS * sizeof *in);
+    for (int i = 0; i < INSTANTS; i++) {
+        double phase = 2.0 * PI * i / INSTANTS, w = 2.0 * PI;
+        in[i].leg[0][1] = -2e-3 * w * sin(phase), in[i].leg[0][2] = -2e-3 * w * w * cos(phase);
+    }
+}
+
+/* Rms by which the deflection differs from that of small steps, which the force has; a piece begins
+ * half way. */
+static double deflection_error(struct inverse_dynamics *d, bool cycle, double distance_m, double extend_n, double retract_n, double dry_n) {
+    static struct inverse_dynamics_input in[INSTANTS];
+    double deflection = cycle ? 0.0 : -0.5, square = 0.0, mean[INSTANTS];
+    move_to_and_fro(in);
+    for (int i = cycle ? -20 * INSTANTS : 0; i < INSTANTS; i++) {
+        double here = seal_by_steps((i - 0.5) / INSTANTS, (i + 0.5) / INSTANTS, distance_m, &deflection);
+        if (i < 0) continue;
+        mean[i] = here;
+        in[i].push_n[0] = (here > 0.0 ? extend_n : retract_n) * here + d->params->axis.mass_kg * in[i].leg[0][2];
+        in[i].push_n[0] += d->params->hydraulics.viscous_n_s_per_m[0] * in[i].leg[0][1] + copysign(dry_n, in[i].leg[0][1]);
+    }
+    assert_true(inverse_dynamics_seals(d, INSTANTS, cycle, in));
+    for (int i = 0; i < INSTANTS; i++) square += pow(in[i].deflection[0] - mean[i], 2.0) / INSTANTS;
+    return sqrt(square);
+}
+
+/* From a tenth of the way between two instants to the stroke; between instants the speed is taken
+ * as even. With another force in each direction, and beside friction that may hold the leg. */
+static void seals_are_deflected_as_by_small_steps(void **unused) {
+    (void)unused;
+    struct params params;
+    struct inverse_dynamics d;
+    struct effect_values *dahl = &params.effects[effect_find("cylinder_dahl_friction")];
+    for (int i = 0; i < 4; i++) {
+        double extend_n = i % 2 ? 1.5 * DRY_N : DRY_N, retract_n = i % 2 ? 0.5 * DRY_N : DRY_N, dry_n = i / 2 ? DRY_N : 0.0;
+        make_axis(&params, &d, dry_n, 0.0);
+        dahl->on = true;
+        for (double distance_m = dry_n > 0.0 ? 1e-4 : 1e-5; distance_m < 5e-3; distance_m *= 2.0) {
+            dahl->value[0][0] = extend_n, dahl->value[1][0] = retract_n, dahl->value[2][0] = distance_m;
+            inverse_dynamics_init(&d, &params, 1.0 / INSTANTS, 0.0);
+            assert_below(deflection_error(&d, true, distance_m, extend_n, retract_n, dry_n), 0.01);
+            assert_below(deflection_error(&d, false, distance_m, extend_n, retract_n, dry_n), 0.01);
+        }
+    }
+}
+
+/* What noise leaves for a leg's seals at rest is no deflection. */
+static void noise_deflects_no_seals(void **unused) {
+    (void)unused;
+    static struct inverse_dynamics_input in[INSTANTS];
+    struct params params;
+    struct inverse_dynamics d;
+    struct effect_values *dahl = &params.effects[effect_find("cylinder_dahl_friction")];
+    uint64_t seed = 5;
+    double square = 0.0;
+    make_axis(&params, &d, 0.0, 0.0);
+    dahl->on = true;
+    dahl->value[0][0] = dahl->value[1][0] = DRY_N, dahl->value[2][0] = 1e-4;
+    inverse_dynamics_init(&d, &params, 1.0 / INSTANTS, 0.0);
+    d.force_std_n[0] = 10.0 * DRY_N;
+    for (int i = 0; i < DRAWS; i++) {
+        memset(in, 0, sizeof in);
+        in[0].leg[0][0] = params.axis.middle_m, in[0].push_n[0] = d.force_std_n[0] * random_normal(&seed);
+        assert_true(inverse_dynamics_seals(&d, 1, false, in));
+        square += pow(in[0].deflection[0], 2.0) / DRAWS;
+    }
+    assert_below(square, 0.02); /* limits alone leave 0.9 */
+}
+
+/* The force is by the deflection, whatever the speed. */
+static void deflected_seals_push_back(void **unused) {
+    (void)unused;
+    struct params params;
+    struct inverse_dynamics d;
+    struct inverse_dynamics_input in = {.deflection = {-0.5}};
+    double force_n[LEGS];
+    make_axis(&params, &d, 0.0, 0.0);
+    struct effect_values *dahl = &params.effects[effect_find("cylinder_dahl_friction")];
+    dahl->on = true;
+    dahl->value[0][0] = DRY_N, dahl->value[1][0] = 3.0 * DRY_N, dahl->value[2][0] = 1e-4;
+    inverse_dynamics_init(&d, &params, 1e-3, 0.0);
+    in.leg[0][0] = d.params->axis.middle_m;
+    assert_true(inverse_dynamics_step(&d, &in, force_n));
+    assert_close(force_n[0], -1.5 * DRY_N, 1e-9);
+    in.deflection[0] = 0.25, in.leg[0][1] = -0.1;
+    assert_true(inverse_dynamics_step(&d, &in, force_n));
+    assert_close(force_n[0], 0.25 * DRY_N - 0.1 * params.hydraulics.viscous_n_s_per_m[0], 1e-9);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(noise_is_no_friction),
         cmocka_unit_test(what_is_sure_is_held),
+        cmocka_unit_test(seals_are_deflected_as_by_small_steps),
+        cmocka_unit_test(noise_deflects_no_seals),
+        cmocka_unit_test(deflected_seals_push_back),
         cmocka_unit_test(a_balance_is_believed_as_far_as_it_is_sure),
         cmocka_unit_test(friction_is_found_through_noise),
     };

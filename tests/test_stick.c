@@ -217,6 +217,32 @@ static void a_stuck_leg_carries_the_difference_of_pressure_and_load(void **unuse
     plant_destroy(plant);
 }
 
+/* In either engine, with play and without: what deflected seals hold besides. */
+static void a_stuck_leg_carries_its_seals_too(void **unused) {
+    (void)unused;
+    for (int i = 0; i < 4; i++) {
+        struct params params = defaults();
+        double hold[LEGS];
+        params.sim.engine = i % 2 ? ENGINE_ODE : ENGINE_CLOSED_FORM;
+        for (int key = 0; key < 2; key++) set_effect(&params, "cylinder_coulomb_friction", key, 50.0);
+        for (int key = 0; key < 2; key++) set_effect(&params, "cylinder_dahl_friction", key, 150.0);
+        set_effect(&params, "cylinder_dahl_friction", 2, 2e-4);
+        if (i / 2) set_effect(&params, "joint_backlash", 0, 5e-4);
+        memset(params.hydraulics.leakage_m3_per_s_pa, 0, sizeof params.hydraulics.leakage_m3_per_s_pa);
+        struct plant *plant = plant_at(&params, (const double[DOFS]){0});
+        for (int n = 0; n < 20; n++) plant_step(plant, (const double[LEGS]){0.05, 0.05, 0.05, 0.05, 0.05, 0.05});
+        for (int n = 0; n < 1000; n++) plant_step(plant, (const double[LEGS]){0});
+        struct plant_truth end = truth_of(plant);
+        holding_forces(&params, end.pose, hold);
+        for (int k = 0; k < LEGS; k++) {
+            assert_true(end.stuck[k] && fabs(end.rate_mps[k]) < 1e-6);
+            assert_close(end.hydraulic_n[k] + end.friction_n[k], hold[k], 1.0);
+            assert_below(10.0, fabs(end.friction_n[k]));
+        }
+        plant_destroy(plant);
+    }
+}
+
 static void legs_that_have_come_to_rest_stay_there(void **unused) {
     (void)unused;
     struct params params = defaults();
@@ -319,6 +345,7 @@ int main(void) {
         cmocka_unit_test(reversals_fall_where_they_must_whatever_the_substep),
         cmocka_unit_test(axes_that_stop_together_are_let_go_together),
         cmocka_unit_test(a_stuck_leg_carries_the_difference_of_pressure_and_load),
+        cmocka_unit_test(a_stuck_leg_carries_its_seals_too),
         cmocka_unit_test(legs_that_have_come_to_rest_stay_there),
         cmocka_unit_test(a_held_leg_keeps_its_length_while_the_others_move),
         cmocka_unit_test(held_joints_keep_their_leg_straight_while_it_moves),

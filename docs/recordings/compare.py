@@ -94,8 +94,8 @@ def seals(source, output):
             place = output / f'{ring}_{bar}bar'
             result = gap(place, recording(place, dict(mass=0.2, middle=0.02, stroke=0.1, resolution=1e-6, period=0.01), rows))
             names = ' + '.join(e['name'] for e in result['effects']) or result['verdict']
-            coulomb = [e['parameters'] for e in result['effects'] if e['name'] == 'cylinder_coulomb_friction']
-            size = f'{sum(coulomb[0].values()):.2f}' if coulomb else '-'
+            forces = [v for e in result['effects'] for k, v in e['parameters'].items() if k in ('force_extend_n', 'force_retract_n')]
+            size = f'{sum(forces):.2f}' if forces else '-'
             mean = sum(friction) / len(friction)
             over, under = [f for f in friction if f > mean], [f for f in friction if f < mean]
             hers = f'{sum(over) / len(over) - sum(under) / len(under):.2f}'

@@ -10,7 +10,9 @@ static const double POSE_TOLERANCE_M = 1e-12;
 static const double SURE = 3.0;       /* standard deviations of a leg's speed */
 static const double OVERSHOOT = 1.18; /* of a force that jumps from one side to the other, in the
                                        * harmonics evaluated (Gibbs) */
-enum { POSE_ITERATIONS = 12 };
+static const double STILL = 0.03;     /* of the rms speed: a series rings where a rod rests */
+static const double FORGOTTEN = 0.05; /* of what seals had been deflected by */
+enum { POSE_ITERATIONS = 12, PASSES = 3 };
 
 void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *params, double window_s, double resolution_s) {
     *d = (struct inverse_dynamics){.params = params, .window_s = window_s, .resolution_s = resolution_s};
@@ -92,6 +94,12 @@ static double slow_mps(const struct inverse_dynamics *d, int leg, double acceler
     return fmax(fmax(fabs(acceleration) * d->resolution_s, SURE * d->speed_std_mps[leg]), INVERSE_DYNAMICS_SLOW_MPS);
 }
 
+/* Dry friction has its full size only where the leg surely slides, from twice the slow speed on. */
+static double sliding_share(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in) {
+    double speed = fabs(in->leg[leg][1] + in->ahead[leg][1]), acceleration = in->leg[leg][2] + in->ahead[leg][2];
+    return fmin(fmax(speed / slow_mps(d, leg, acceleration) - 1.0, 0.0), 1.0);
+}
+
 /* Dry friction of a leg that may be held: what the balance of forces leaves for it, as far as it
  * reaches, since a leg that sticks holds against any load. Noise of the balance is not friction. A
  * held one is anywhere within its reach, with a variance of F^2 / 3, and the linear estimate of
@@ -103,20 +111,19 @@ static double held_friction(double balance_n, double noise_n, double extend_n, d
     return fmin(fmax(sliding_n + gain * (balance_n - sliding_n), -OVERSHOOT * retract_n), OVERSHOOT * extend_n);
 }
 
-/* balance_n: hydraulic force left for friction. Dry friction has its full size only where the leg
- * surely slides, from twice the slow speed on. */
+/* balance_n: hydraulic force left for friction. */
 double inverse_dynamics_friction(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in, double balance_n) {
-    struct cylinder_state s = {.p1_pa = in->p1_pa[leg], .p2_pa = in->p2_pa[leg]};
+    struct cylinder_state s = {.p1_pa = in->p1_pa[leg], .p2_pa = in->p2_pa[leg], .deflection = in->deflection[leg]};
     double motion[3];
     for (int i = 0; i < 3; i++) motion[i] = in->leg[leg][i] + in->ahead[leg][i];
     double sign = inverse_dynamics_direction(motion[1], motion[2], d->window_s), speed = fabs(motion[1]);
     struct friction extend = cylinder_friction(&d->cylinder, leg, &s, 1, speed);
     struct friction retract = cylinder_friction(&d->cylinder, leg, &s, -1, speed);
-    double viscous = motion[1] > 0.0 ? extend.viscous : -retract.viscous;
+    double other = (motion[1] > 0.0 ? extend.viscous : -retract.viscous) + extend.elastic;
     double sliding = 0.5 * (1.0 + sign) * extend.dry - 0.5 * (1.0 - sign) * retract.dry;
-    double held = held_friction(balance_n - viscous, d->force_std_n[leg], extend.dry, retract.dry, sliding);
-    double share = fmin(fmax(speed / slow_mps(d, leg, motion[2]) - 1.0, 0.0), 1.0);
-    return viscous + share * sliding + (1.0 - share) * held;
+    double held = held_friction(balance_n - other, d->force_std_n[leg], extend.dry, retract.dry, sliding);
+    double share = sliding_share(d, leg, in);
+    return other + share * sliding + (1.0 - share) * held;
 }
 
 /* The moments that joint friction takes, as a wrench on the platform. */
@@ -180,6 +187,114 @@ bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dyna
     struct rigid_legs legs;
     if (!inverse_dynamics_bodies(d, in, &legs, force_n)) return false;
     for (int k = 0; k < params_legs(d->params); k++) force_n[k] += inverse_dynamics_friction(d, k, in, in->push_n[k] - force_n[k]);
+    return true;
+}
+
+/* Deflection of a leg's seals at an instant: at if they had none at first, and how much is left of
+ * what they had. */
+struct seals {
+    double at, left;
+};
+
+/* On over a way; adds their mean on it times its share of the time. */
+static void slide(double way_m, double distance_m, double share, struct seals *now, struct seals *sum) {
+    double ratio = fabs(way_m) / distance_m, to = copysign(1.0, way_m), mean = ratio > 0.0 ? -expm1(-ratio) / ratio : 1.0;
+    sum->at += share * (to + (now->at - to) * mean), sum->left += share * now->left * mean;
+    now->at = to + (now->at - to) * exp(-ratio), now->left *= exp(-ratio);
+}
+
+/* On over a time, in which the rod may turn; their mean. */
+static struct seals slide_on(double speed, double acceleration, double time_s, double distance_m, struct seals *now) {
+    double first = speed - 0.5 * acceleration * time_s, last = speed + 0.5 * acceleration * time_s;
+    double before = first * last < 0.0 ? first / (first - last) : 0.0;
+    struct seals mean = {0};
+    if (before > 0.0) slide(0.5 * first * before * time_s, distance_m, before, now, &mean);
+    slide((before > 0.0 ? 0.5 * last : speed) * (1.0 - before) * time_s, distance_m, 1.0 - before, now, &mean);
+    return mean;
+}
+
+/* Of the rod in its cylinder. */
+static double rod_speed(const struct inverse_dynamics_input *in, int leg) { return in->leg[leg][1] + in->ahead[leg][1]; }
+
+/* A leg's seals along its motion; returns where they end. */
+static struct seals run_seals(const struct inverse_dynamics *d, int leg, int instants, const struct inverse_dynamics_input in[],
+                              struct seals course[PHASES]) {
+    double square = 0.0;
+    struct seals now = {.left = 1.0};
+    for (int i = 0; i < instants; i++) square += pow(rod_speed(&in[i], leg), 2.0) / instants;
+    for (int i = 0; i < instants; i++) {
+        double speed = rod_speed(&in[i], leg), acceleration = in[i].leg[leg][2] + in[i].ahead[leg][2];
+        bool moves = fabs(speed) + 0.5 * d->window_s * fabs(acceleration) > STILL * sqrt(square);
+        course[i] = moves ? slide_on(speed, acceleration, d->window_s, d->cylinder.leg[leg].seal_distance_m, &now) : now;
+    }
+    return now;
+}
+
+/* What the forces leave for a leg's seals; sure: no other dry friction may hold it. */
+static double left_for_seals(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in, double force_n,
+                             bool *sure) {
+    struct inverse_dynamics_input without = *in;
+    struct cylinder_state s = {.p1_pa = in->p1_pa[leg], .p2_pa = in->p2_pa[leg]};
+    double dry_n = cylinder_friction(&d->cylinder, leg, &s, 1, 0.0).dry + cylinder_friction(&d->cylinder, leg, &s, -1, 0.0).dry;
+    *sure = !(dry_n > 0.0) || sliding_share(d, leg, in) >= 1.0;
+    without.deflection[leg] = 0.0;
+    return in->push_n[leg] - force_n - inverse_dynamics_friction(d, leg, &without, 0.0);
+}
+
+/* The deflection at first, by least squares of what the forces leave, anywhere from -1 to 1 before
+ * that; a seal's force may be another in each direction. */
+static double first_deflection(const struct inverse_dynamics *d, int leg, int instants, const struct seals course[PHASES],
+                               const double left_n[PHASES], const bool sure[PHASES]) {
+    struct cylinder_state in = {.deflection = -1.0}, out = {.deflection = 1.0};
+    double retract_n = cylinder_seal_force(&d->cylinder, leg, &in), extend_n = -cylinder_seal_force(&d->cylinder, leg, &out), first = 0.0;
+    for (int pass = 0; pass < PASSES; pass++) {
+        double product = 0.0, square = 3.0 * pow(d->force_std_n[leg], 2.0);
+        for (int i = 0; i < instants && course[i].left > FORGOTTEN; i++) {
+            double sense = pass ? course[i].at + first * course[i].left : left_n[i], most_n = sense > 0.0 ? extend_n : retract_n;
+            if (!sure[i]) continue;
+            product += most_n * course[i].left * (left_n[i] - most_n * course[i].at);
+            square += pow(most_n * course[i].left, 2.0);
+        }
+        first = square > 0.0 ? fmin(fmax(product / square, -1.0), 1.0) : 0.0;
+    }
+    return first;
+}
+
+/* Of legs whose seals are deflected: at first. False: no pose has these lengths. */
+static bool find_first(struct inverse_dynamics *d, int instants, struct seals (*course)[PHASES], const struct inverse_dynamics_input in[],
+                       double first[LEGS]) {
+    double force_n[LEGS], left_n[LEGS][PHASES];
+    bool sure[LEGS][PHASES];
+    struct rigid_legs rods;
+    bool more = true;
+    for (int i = 0; i < instants && more; i++) {
+        if (!inverse_dynamics_bodies(d, &in[i], &rods, force_n)) return false;
+        more = false;
+        for (int k = 0; k < params_legs(d->params); k++) {
+            left_n[k][i] = left_for_seals(d, k, &in[i], force_n[k], &sure[k][i]);
+            more = more || (d->cylinder.leg[k].seal_distance_m > 0.0 && course[k][i].left > FORGOTTEN);
+        }
+    }
+    for (int k = 0; k < params_legs(d->params); k++)
+        if (d->cylinder.leg[k].seal_distance_m > 0.0) first[k] = first_deflection(d, k, instants, course[k], left_n[k], sure[k]);
+    return true;
+}
+
+bool inverse_dynamics_seals(struct inverse_dynamics *d, int instants, bool cycle, struct inverse_dynamics_input in[]) {
+    struct seals course[LEGS][PHASES];
+    double first[LEGS] = {0};
+    bool any = false;
+    for (int k = 0; k < params_legs(d->params); k++) {
+        if (!(d->cylinder.leg[k].seal_distance_m > 0.0)) continue;
+        struct seals end = run_seals(d, k, instants, in, course[k]);
+        /* a cycle ends where it began */
+        if (cycle && end.left < 1.0) first[k] = fmin(fmax(end.at / (1.0 - end.left), -1.0), 1.0);
+        any = true;
+    }
+    if (any && !cycle && !find_first(d, instants, course, in, first)) return false;
+    for (int k = 0; k < params_legs(d->params); k++)
+        for (int i = 0; i < instants && d->cylinder.leg[k].seal_distance_m > 0.0; i++)
+            in[i].deflection[k] = course[k][i].at + first[k] * course[k][i].left;
     return true;
 }
 

@@ -48,6 +48,7 @@ struct inverse_dynamics_input {
     double leg[LEGS][3];                   /* length, rate, acceleration, joint to joint */
     double ahead[LEGS][3];                 /* of play: how far the rods are ahead of their joints */
     double p1_pa[LEGS], p2_pa[LEGS];
+    double deflection[LEGS];               /* of the seals, -1..1 */
     double push_n[LEGS];                   /* measured force, for legs that stick */
 };
 
@@ -63,6 +64,12 @@ double inverse_dynamics_friction(const struct inverse_dynamics *d, int leg, cons
 /* force_n: the hydraulic force that each leg needs, for bodies and friction. False: no pose has
  * these lengths. */
 bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]);
+
+/* Finds the deflection of the seals that the motion makes (cylinder.h): its mean over window_s
+ * about each instant, of at most PHASES, window_s apart. cycle: they follow each other round. Else
+ * the first one, of a leg that rests or has just turned, is by the balance of forces. False: no
+ * pose has these lengths. */
+bool inverse_dynamics_seals(struct inverse_dynamics *d, int instants, bool cycle, struct inverse_dynamics_input in[]);
 
 /* Inertia of all bodies along the legs in a platform's last pose, [k][l]: force of leg k for an
  * acceleration of leg l, the others' lengths kept. */

@@ -326,9 +326,10 @@ bool residual_staircase(const struct residual_test *t, const struct params *mode
 }
 
 /* What is measured at each phase, in so many harmonics; pressures in the chambers: so far below the
- * gauges. */
-static void tabulate_cycle(const struct residual_test *t, int harmonics, const struct cylinder_model *m, const struct series *rows,
+ * gauges. False: no pose has these lengths. */
+static bool tabulate_cycle(const struct residual_test *t, int harmonics, struct inverse_dynamics *d, const struct series *rows,
                            const struct pressure_rows *p, struct inverse_dynamics_input table[PHASES]) {
+    const struct cylinder_model *m = &d->cylinder;
     int size = 1 + 2 * harmonics;
     memset(table, 0, (size_t)t->phases * sizeof *table);
     for (int k = 0; k < t->legs; k++) {
@@ -348,6 +349,7 @@ static void tabulate_cycle(const struct residual_test *t, int harmonics, const s
             in->push_n[k] = at(basis, size, force_n) - m->leg[k].a1_m2 * drop[PORT_A] + m->leg[k].a2_m2 * drop[PORT_B];
         }
     }
+    return inverse_dynamics_seals(d, t->phases, t->spectrum.cycles > 0, table);
 }
 
 /* Adds what a phase contributes to a row. */
@@ -377,7 +379,7 @@ static bool find_play(const struct residual_test *t, struct inverse_dynamics *in
                                        .step_s = period_s / PHASES,
                                        .resolution_s = period_s / (4 * t->spectrum.harmonics),
                                        .noise = &t->play_noise};
-    tabulate_cycle(t, t->spectrum.harmonics, &inverse->cylinder, rows, p, table);
+    if (!tabulate_cycle(t, t->spectrum.harmonics, inverse, rows, p, table)) return false;
     if (!play_find(inverse, &motion, ahead_m)) return false;
     for (int k = 0; k < t->legs; k++)
         for (int i = 0; i < t->phases; i++)
@@ -391,8 +393,7 @@ static bool required(const struct residual_test *t, const struct params *model, 
     struct inverse_dynamics_input table[PHASES];
     double force[LEGS];
     prepare_inverse(t, model, &inverse);
-    if (!find_play(t, &inverse, p, rows)) return false;
-    tabulate_cycle(t, t->harmonics, &inverse.cylinder, rows, p, table);
+    if (!find_play(t, &inverse, p, rows) || !tabulate_cycle(t, t->harmonics, &inverse, rows, p, table)) return false;
     memset(force_n, 0, LEGS * sizeof force_n[0]);
     for (int i = 0; i < t->phases; i++) {
         if (!inverse_dynamics_step(&inverse, &table[i], force)) return false;
