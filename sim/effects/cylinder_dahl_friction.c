@@ -22,7 +22,7 @@ extern const struct effect cylinder_coulomb_friction, external_stiffness;
 const struct effect cylinder_dahl_friction = {
     .name = "cylinder_dahl_friction",
     .plain = "dry friction of seals that are deflected like springs before they slide (presliding, Dahl)",
-    .law = "F = -F_extend z for z > 0, -F_retract z for z < 0; zdot = (Ldot - |Ldot| z) / distance",
+    .law = "F = -F_extend z for z > 0, -F_retract z for z < 0; deflection z: zdot = (Ldot - |Ldot| z) / distance",
     .signature = "leg force: as Coulomb friction, but after a velocity reversal it comes back over a distance, not at once: odd harmonics "
                  "that lag the velocity; at small strokes a spring",
     .law_error = 0.05,
