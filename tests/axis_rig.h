@@ -20,7 +20,7 @@ struct rig {
     double rate_hz, gravity_mps2;
     double coulomb_extend_n, coulomb_retract_n, viscous_n_s_per_m, stribeck_n, stribeck_mps, payload_kg, more_leakage, overlap, offset_n;
     double load_friction, spring_n_per_m;    /* of the mean pressure on seals; from mid-stroke */
-    double seal_n, seal_m;                   /* of a seal that gives so far before it slides */
+    double seal_n, seal_m;                   /* of a seal that is deflected before it slides */
     double along_stroke;                     /* dry friction differs by so much, waves of 3 cm */
     double force_lag_s, force_more;          /* of the force sensor; reads more by so much */
     double lost_s, lost_share;               /* rows lost about each reversal; in bursts of 3 */
@@ -61,7 +61,7 @@ static inline void oil(const struct rig *r, const struct tolerances *tol, struct
     b->spool += STEP_S * b->spool_rate;
 }
 
-/* Dry friction: slips against it, or is held. A seal that gives is dragged along. */
+/* Dry friction: slips against it, or is held. A seal is deflected before it slides. */
 static inline void push(const struct rig *r, const struct tolerances *tol, struct body *b, double force_n) {
     double m = MASS_KG * tol->mass + r->payload_kg, slides = b->v != 0.0 ? b->v : force_n - m * r->gravity_mps2 - r->spring_n_per_m * b->x;
     double direction = slides > 0.0 ? 1.0 : -1.0;

@@ -87,7 +87,7 @@ static double value_error(const struct rig *rig, const struct gap_effect *e) {
     if (rig->viscous_n_s_per_m > 0.0) return fabs((2000.0 + found) / (2000.0 + rig->viscous_n_s_per_m) - 1.0);
     if (rig->payload_kg > 0.0) return fabs((MASS_KG + found) / (MASS_KG + rig->payload_kg) - 1.0);
     if (rig->more_leakage > 0.0) return fabs(found / (1.0 + rig->more_leakage) - 1.0);
-    if (rig->force_lag_s > 0.0) return fabs(found * 2.0 * 3.14159265358979323846 * rig->force_lag_s - 1.0);
+    if (rig->force_lag_s > 0.0) return fabs(found * 2.0 * PI * rig->force_lag_s - 1.0);
     if (rig->seal_n > 0.0) return fabs(0.5 * (found + other) / rig->seal_n - 1.0);
     double hidden = rig->overlap + rig->stribeck_n + rig->load_friction + rig->spring_n_per_m;
     return fabs(found / hidden - 1.0);

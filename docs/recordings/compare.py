@@ -3,6 +3,7 @@
 
     docs/recordings/compare.py emps DIRECTORY [OUTPUT]     DATA_EMPS.mat and DATA_EMPS_PULSES.mat (needs scipy)
     docs/recordings/compare.py seals DIRECTORY [OUTPUT]    results_pneumatic-actuator/data/friction of the repository
+    docs/recordings/compare.py deflection DIRECTORY        the same; least squares of Dahl's friction, without hexid (needs numpy)
 
 Sources and licences: README.md beside this file. HEXID names the program, build/hexid if it is not set.
 """
@@ -80,29 +81,62 @@ def emps(source, output):
     print(f'\nforce left, rms over its variation, held out: {shares(own["gap"])}; with pulses: {shares(other["gap"])}')
 
 
-def seals(source, output):
-    """Zillen 2021: the range of the friction force, from the mean of the strokes one way to that of the other way (her equations 2 and 3)."""
-    print('| seal | bar | hexid names | cannot be told from | range, N | hers, N |\n| --- | --- | --- | --- | --- | --- |')
+def seal_recordings(source):
+    """Ring, bar, and rows of time, position and friction, as she calculates it."""
     for ring in ('O-ring', 'NAPN', 'NAP310', 'PK', 'KDN', 'O-ring257', 'X-ring257'):
         diameter = 25.7e-3 if ring.endswith('257') else 25e-3
         for bar in (1, 3, 5, 7):
             text = (source / f'{ring}_{bar}bar.csv').read_text()
             table = [[float(word) for word in line.split()] for line in text.splitlines()[15:]]  # as she does
-            friction = [row[6] - row[5] * 1e5 * math.pi / 4 * diameter**2 for row in table]
-            rows = [(row[0] / 1e3, row[4] / 1e3, force) for row, force in zip(table, friction)]
-            rows = [row for row, before in zip(rows[1:], rows) if row[0] > before[0]]
-            place = output / f'{ring}_{bar}bar'
-            result = gap(place, recording(place, dict(mass=0.2, middle=0.02, stroke=0.1, resolution=1e-6, period=0.01), rows))
-            names = ' + '.join(e['name'] for e in result['effects']) or result['verdict']
-            forces = [v for e in result['effects'] for k, v in e['parameters'].items() if k in ('force_extend_n', 'force_retract_n')]
-            size = f'{sum(forces):.2f}' if forces else '-'
-            mean = sum(friction) / len(friction)
-            over, under = [f for f in friction if f > mean], [f for f in friction if f < mean]
-            hers = f'{sum(over) / len(over) - sum(under) / len(under):.2f}'
-            print('|', ' | '.join([ring, str(bar), names, ', '.join(result['ambiguous_with']), size, hers]), '|', flush=True)
+            yield ring, bar, [(row[0] / 1e3, row[4] / 1e3, row[6] - row[5] * 1e5 * math.pi / 4 * diameter**2) for row in table]
+
+
+def in_order(rows):
+    return [row for row, before in zip(rows[1:], rows) if row[0] > before[0]]
+
+
+def seals(source, output):
+    """Zillen 2021: the range of the friction force, from the mean of the strokes one way to that of the other way (her equations 2 and 3)."""
+    print('| seal | bar | hexid names | cannot be told from | range, N | hers, N |\n| --- | --- | --- | --- | --- | --- |')
+    for ring, bar, rows in seal_recordings(source):
+        place = output / f'{ring}_{bar}bar'
+        result = gap(place, recording(place, dict(mass=0.2, middle=0.02, stroke=0.1, resolution=1e-6, period=0.01), in_order(rows)))
+        names = ' + '.join(e['name'] for e in result['effects']) or result['verdict']
+        forces = [v for e in result['effects'] for k, v in e['parameters'].items() if k in ('force_extend_n', 'force_retract_n')]
+        size = f'{sum(forces):.2f}' if forces else '-'
+        friction = [row[2] for row in rows]
+        mean = sum(friction) / len(friction)
+        over, under = [f for f in friction if f > mean], [f for f in friction if f < mean]
+        hers = f'{sum(over) / len(over) - sum(under) / len(under):.2f}'
+        print('|', ' | '.join([ring, str(bar), names, ', '.join(result['ambiguous_with']), size, hers]), '|', flush=True)
+
+
+def deflection(source, _):
+    """What dry friction leaves, and what it leaves when it builds up over a distance; beside a constant and viscous friction."""
+    import numpy as np
+
+    def rest(force, *columns):
+        basis = np.array(columns).T
+        return (force - basis @ np.linalg.lstsq(basis, force, rcond=None)[0]).std()
+
+    print('| seal | bar | dry friction leaves, N | over a distance, N | distance, mm |\n| --- | --- | --- | --- | --- |')
+    for ring, bar, rows in seal_recordings(source):
+        t, x, force = np.array(in_order(rows)).T
+        window = np.hanning(11)[1:-1] / np.hanning(11).sum()
+        x = np.convolve(np.pad(x, 4, 'edge'), window, 'valid')
+        v, steps = np.gradient(x, t), np.diff(x, prepend=x[0])
+        best = (math.inf, 0)
+        for distance in np.geomspace(2e-5, 3e-3, 16):
+            z, course = 0.0, []
+            for dx in steps:
+                z = math.copysign(1, dx) + (z - math.copysign(1, dx)) * math.exp(-abs(dx) / distance) if dx else z
+                course.append(z)
+            best = min(best, (rest(force, np.ones(len(x)), v, course), distance))
+        dry = rest(force, np.ones(len(x)), v, np.tanh(v / 2e-4))
+        print(f'| {ring} | {bar} | {dry:.2f} | {best[0]:.2f} ({100 * (best[0] / dry - 1):.0f} %) | {1e3 * best[1]:.2f} |', flush=True)
 
 
 if __name__ == '__main__':
-    if len(sys.argv) < 3 or sys.argv[1] not in ('emps', 'seals'):
+    if len(sys.argv) < 3 or sys.argv[1] not in ('emps', 'seals', 'deflection'):
         sys.exit(__doc__)
-    {'emps': emps, 'seals': seals}[sys.argv[1]](Path(sys.argv[2]), Path(sys.argv[3] if sys.argv[3:] else f'build/recordings/{sys.argv[1]}'))
+    {'emps': emps, 'seals': seals, 'deflection': deflection}[sys.argv[1]](Path(sys.argv[2]), Path(sys.argv[3] if sys.argv[3:] else f'build/recordings/{sys.argv[1]}'))
