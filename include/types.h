@@ -105,9 +105,9 @@ enum {
                                         * parked, control does without */
 };
 
-/* Beside the faults: which legs they were seen at, bits 16..21; none where no leg can be told.
- * Never in first_fault. */
-enum { FAULT_LEG_SHIFT = 16, FAULT_ANY = (1u << FAULT_LEG_SHIFT) - 1 };
+/* Beside the faults, which take bits 0..15 and 22..30: the legs that they were seen at, bits
+ * 16..21; none if no leg can be told. Never in first_fault. */
+enum { FAULT_LEG_SHIFT = 16, FAULT_LEGS = ((1 << LEGS) - 1) << FAULT_LEG_SHIFT, FAULT_ANY = 0x7fffffff & ~FAULT_LEGS };
 static inline uint32_t fault_leg(int leg) { return 1u << (FAULT_LEG_SHIFT + leg); }
 
 enum command { COMMAND_NONE, COMMAND_ENGAGE, COMMAND_START, COMMAND_STOP, COMMAND_PARK, COMMAND_RESET, COMMANDS };

@@ -163,7 +163,7 @@ static void a_fault_names_its_leg(void **unused) {
             rig_bring(&rig, STATE_READY, 0);
             while (!rig.now.faults) rig_spoilt(&rig, cases[k].spoil, leg);
             assert_int_equal(rig.now.first_fault, cases[k].fault);
-            assert_int_equal(rig.now.faults >> FAULT_LEG_SHIFT, 1u << leg);
+            assert_int_equal(rig.now.faults & FAULT_LEGS, fault_leg(leg));
             snprintf(expected, sizeof expected, "%s, leg %d", fault_name(cases[k].fault), leg + 1);
             fault_describe(rig.now.first_fault, rig.now.faults, text);
             assert_string_equal(text, expected);

@@ -85,7 +85,8 @@ const char *fault_name(uint32_t faults) {
 }
 
 void fault_describe(uint32_t first_fault, uint32_t faults, char text[FAULT_TEXT_SIZE]) {
-    bool several = (faults >> FAULT_LEG_SHIFT & ((faults >> FAULT_LEG_SHIFT) - 1u)) != 0;
+    uint32_t legs = faults & FAULT_LEGS;
+    bool several = (legs & (legs - 1)) != 0;
     int used = snprintf(text, FAULT_TEXT_SIZE, "%s", fault_name(first_fault));
     const char *before = several ? ", legs" : ", leg";
     for (int i = 0; i < LEGS; i++) {

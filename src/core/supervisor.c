@@ -86,6 +86,6 @@ enum reaction supervisor_judge(struct supervisor *s, uint32_t suspect, int limit
     /* The first is the headline; but what stops the platform while it is put down for
      * something else is told. */
     if (!s->first_fault || (stop && s->first_fault & failure_mask(REACTION_PARK))) s->first_fault = failure_of(stop ? stops : parks)->fault;
-    s->faults |= (stop ? stops : 0) | (park ? parks : 0) | (suspect & ~(uint32_t)FAULT_ANY);
+    s->faults |= (stop ? stops : 0) | (park ? parks : 0) | (suspect & FAULT_LEGS);
     return stop ? REACTION_STOP : REACTION_PARK;
 }

@@ -139,7 +139,7 @@ static void write_fault(struct live_state *s) {
 static void fault_of_cycle(struct live_state *s, const struct cycle *c) {
     struct live_fault *f = &s->fault;
     const struct failure *row = failure_of(c->first_fault);
-    uint32_t legs = c->faults >> FAULT_LEG_SHIFT;
+    uint32_t legs = (c->faults & FAULT_LEGS) >> FAULT_LEG_SHIFT;
     if (row ? f->there && f->legs == legs : !f->there || c->seq <= f->seq) return;
     if (row && !f->there) {
         snprintf(f->cause, sizeof f->cause, "%s; most likely %s", row->what, row->cause);
