@@ -331,6 +331,11 @@ static void a_hold_holds(void **unused) {
 
 enum { TRIGGERS = TRIGGER_FAULT + 1 };
 
+static enum state supervisor_next(enum state state, enum trigger trigger) {
+    const struct transition *row = supervisor_find(state, trigger);
+    return row ? row->to : state;
+}
+
 static void every_state_and_trigger_leads_where_the_matrix_says(void **unused) {
     (void)unused;
     static const char letter[STATES + 1] = "iserTpFP"; /* of state_names, in order */
@@ -345,6 +350,20 @@ static void every_state_and_trigger_leads_where_the_matrix_says(void **unused) {
         for (int t = 0; t < TRIGGERS; t++) {
             enum state next = supervisor_next((enum state)s, (enum trigger)t);
             if (letter[next] != expected[s][t]) fail_msg("state %s, trigger %d: %s", state_names[s], t, state_names[next]);
+        }
+}
+
+static void a_stop_or_park_in_testing_is_a_row_that_ramps_out_and_no_other_row_does(void **unused) {
+    (void)unused;
+    for (int s = 0; s < STATES; s++)
+        for (int t = 0; t < TRIGGERS; t++) {
+            const struct transition *row = supervisor_find((enum state)s, (enum trigger)t);
+            bool ramps = s == STATE_TESTING && (t == TRIGGER_STOP || t == TRIGGER_PARK);
+            if (ramps) assert_non_null(row);
+            if (!row) continue;
+            assert_true(row->from == (enum state)s && row->trigger == (enum trigger)t);
+            assert_int_equal(row->ramp_out, ramps);
+            assert_int_equal(row->to == row->from, s == STATE_TESTING && t == TRIGGER_STOP);
         }
 }
 
@@ -469,6 +488,7 @@ int main(void) {
         cmocka_unit_test(a_long_move_does_not_carry_an_initial_rate_far),
         cmocka_unit_test(a_hold_holds),
         cmocka_unit_test(every_state_and_trigger_leads_where_the_matrix_says),
+        cmocka_unit_test(a_stop_or_park_in_testing_is_a_row_that_ramps_out_and_no_other_row_does),
         cmocka_unit_test(nothing_moves_before_reset_good_sensors_and_engage),
         cmocka_unit_test(the_bucket_rides_out_fewer_than_limit_bad_samples),
         cmocka_unit_test(faults_stay_and_the_first_is_the_headline),

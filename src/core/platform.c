@@ -197,13 +197,13 @@ static void test_begin(struct platform *p) {
 }
 
 /* What is done once, on the way into a state. */
-static void enter(struct platform *p, enum state from, enum state to) {
-    p->supervisor.state = to;
+static void enter(struct platform *p, const struct transition *row) {
+    p->supervisor.state = row->to;
     p->ticks = 0;
-    switch (to) {
+    switch (row->to) {
     case STATE_INIT: supervisor_clear(&p->supervisor); break;
     case STATE_SETTLED:
-        p->automatic = p->automatic && from == STATE_INIT;
+        p->automatic = p->automatic && row->from == STATE_INIT;
         /* the patience of init does not count against what is ridden out here */
         p->supervisor.bad = p->supervisor.doubtful = 0;
         break;
@@ -217,8 +217,7 @@ static void enter(struct platform *p, enum state from, enum state to) {
         break;
     case STATE_PARKING:
         /* the move down follows the ramp-out */
-        if (from == STATE_TESTING) reference_stop(&p->reference);
-        else move_to(p, p->params->motion.park_z_m, p->params->motion.park_s);
+        if (!row->ramp_out) move_to(p, p->params->motion.park_z_m, p->params->motion.park_s);
         break;
     default: p->automatic = false; break;
     }
@@ -226,13 +225,13 @@ static void enter(struct platform *p, enum state from, enum state to) {
 
 /* False: it does nothing in this state. */
 static bool apply(struct platform *p, enum trigger trigger) {
-    enum state from = p->supervisor.state, to = supervisor_next(from, trigger);
+    const struct transition *row = supervisor_find(p->supervisor.state, trigger);
     /* SAFETY: no supply where somebody may be in danger. */
-    if (trigger == TRIGGER_ENGAGE && platform_wrong(p)) to = from;
-    bool stops = from == STATE_TESTING && trigger == TRIGGER_STOP;
-    if (to != from) enter(p, from, to);
-    else if (stops) p->stopping = true, reference_stop(&p->reference);
-    return to != from || stops;
+    if (!row || (trigger == TRIGGER_ENGAGE && platform_wrong(p))) return false;
+    if (row->ramp_out) reference_stop(&p->reference);
+    if (row->to != row->from) enter(p, row);
+    else p->stopping = row->ramp_out;
+    return true;
 }
 
 /* A move or a test has ended: what comes next in this state. */

@@ -1,43 +1,43 @@
 #include "supervisor.h"
 
 #include <limits.h>
+#include <stddef.h>
 
 #include "interlock.h"
 
-/* What is not in the table does nothing. SAFETY: every state has a row for a fault; there is no way
+enum { AT_ONCE = false, RAMP_OUT = true };
+
+/* A trigger without a row does nothing. SAFETY: every state has a row for a fault; there is no way
  * from fault to a driven state but reset, good sensors and engage. */
-static const struct transition {
-    enum state from;
-    enum trigger trigger;
-    enum state to;
-} transitions[] = {
-    {STATE_INIT, TRIGGER_SENSORS_GOOD, STATE_SETTLED},
-    {STATE_SETTLED, TRIGGER_ENGAGE, STATE_PRESSURISING},
-    {STATE_PRESSURISING, TRIGGER_PRESSURE, STATE_ENGAGING},
-    {STATE_PRESSURISING, TRIGGER_STOP, STATE_SETTLED},
-    {STATE_PRESSURISING, TRIGGER_PARK, STATE_SETTLED},
-    {STATE_ENGAGING, TRIGGER_ARRIVED, STATE_READY},
-    {STATE_ENGAGING, TRIGGER_STOP, STATE_PARKING},
-    {STATE_ENGAGING, TRIGGER_PARK, STATE_PARKING},
-    {STATE_READY, TRIGGER_START, STATE_TESTING},
-    {STATE_READY, TRIGGER_PARK, STATE_PARKING},
-    {STATE_TESTING, TRIGGER_TESTS_DONE, STATE_READY},
-    {STATE_TESTING, TRIGGER_PARK, STATE_PARKING},
-    {STATE_PARKING, TRIGGER_ARRIVED, STATE_SETTLED},
-    {STATE_INIT, TRIGGER_FAULT, STATE_FAULT},
-    {STATE_SETTLED, TRIGGER_FAULT, STATE_FAULT},
-    {STATE_PRESSURISING, TRIGGER_FAULT, STATE_FAULT},
-    {STATE_ENGAGING, TRIGGER_FAULT, STATE_FAULT},
-    {STATE_READY, TRIGGER_FAULT, STATE_FAULT},
-    {STATE_TESTING, TRIGGER_FAULT, STATE_FAULT},
-    {STATE_PARKING, TRIGGER_FAULT, STATE_FAULT},
-    {STATE_FAULT, TRIGGER_RESET, STATE_INIT},
+static const struct transition transitions[] = {
+    {STATE_INIT, TRIGGER_SENSORS_GOOD, STATE_SETTLED, AT_ONCE},
+    {STATE_SETTLED, TRIGGER_ENGAGE, STATE_PRESSURISING, AT_ONCE},
+    {STATE_PRESSURISING, TRIGGER_PRESSURE, STATE_ENGAGING, AT_ONCE},
+    {STATE_PRESSURISING, TRIGGER_STOP, STATE_SETTLED, AT_ONCE},
+    {STATE_PRESSURISING, TRIGGER_PARK, STATE_SETTLED, AT_ONCE},
+    {STATE_ENGAGING, TRIGGER_ARRIVED, STATE_READY, AT_ONCE},
+    {STATE_ENGAGING, TRIGGER_STOP, STATE_PARKING, AT_ONCE},
+    {STATE_ENGAGING, TRIGGER_PARK, STATE_PARKING, AT_ONCE},
+    {STATE_READY, TRIGGER_START, STATE_TESTING, AT_ONCE},
+    {STATE_READY, TRIGGER_PARK, STATE_PARKING, AT_ONCE},
+    {STATE_TESTING, TRIGGER_TESTS_DONE, STATE_READY, AT_ONCE},
+    {STATE_TESTING, TRIGGER_STOP, STATE_TESTING, RAMP_OUT},
+    {STATE_TESTING, TRIGGER_PARK, STATE_PARKING, RAMP_OUT},
+    {STATE_PARKING, TRIGGER_ARRIVED, STATE_SETTLED, AT_ONCE},
+    {STATE_INIT, TRIGGER_FAULT, STATE_FAULT, AT_ONCE},
+    {STATE_SETTLED, TRIGGER_FAULT, STATE_FAULT, AT_ONCE},
+    {STATE_PRESSURISING, TRIGGER_FAULT, STATE_FAULT, AT_ONCE},
+    {STATE_ENGAGING, TRIGGER_FAULT, STATE_FAULT, AT_ONCE},
+    {STATE_READY, TRIGGER_FAULT, STATE_FAULT, AT_ONCE},
+    {STATE_TESTING, TRIGGER_FAULT, STATE_FAULT, AT_ONCE},
+    {STATE_PARKING, TRIGGER_FAULT, STATE_FAULT, AT_ONCE},
+    {STATE_FAULT, TRIGGER_RESET, STATE_INIT, AT_ONCE},
 };
 
-enum state supervisor_next(enum state state, enum trigger trigger) {
+const struct transition *supervisor_find(enum state state, enum trigger trigger) {
     for (unsigned i = 0; i < sizeof transitions / sizeof *transitions; i++)
-        if (transitions[i].from == state && transitions[i].trigger == trigger) return transitions[i].to;
-    return state;
+        if (transitions[i].from == state && transitions[i].trigger == trigger) return &transitions[i];
+    return NULL;
 }
 
 const char *supervisor_advice(enum state state, uint32_t wrong, enum command command) {

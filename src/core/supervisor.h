@@ -4,6 +4,8 @@
  *   init -> settled -> pressurising -> engaging -> ready -> testing -> ready -> parking -> settled
  *   any -> fault -> (reset) init
  *
+ * A stop in testing has a row that keeps the state: the test ramps out, and its end leads to ready.
+ *
  * init: valves centred, waiting for plausible sensors. settled: put down, valves centred, supply
  * off. pressurising: the supply is put on, valves centred. ready: held at neutral. */
 #ifndef HEXID_SUPERVISOR_H
@@ -35,8 +37,17 @@ struct supervisor {
     uint32_t request_id;          /* last one acted upon */
 };
 
-/* The state after a trigger; the same state when the table has no row for it. */
-enum state supervisor_next(enum state state, enum trigger trigger);
+/* One row of the table. */
+struct transition {
+    enum state from;
+    enum trigger trigger;
+    enum state to;                /* may be `from`: the state goes on */
+    bool ramp_out;                /* the test under way ends early, by its ramp-out, before what
+                                   * `to` does */
+};
+
+/* The row for a trigger in a state; NULL: the trigger does nothing there. */
+const struct transition *supervisor_find(enum state state, enum trigger trigger);
 
 /* Why a command does nothing in this state, with this wrong with the inputs (interlock.h), and what
  * to do first; for the operator. */
