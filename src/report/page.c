@@ -10,7 +10,7 @@ static const char style[] =
     "--accent:" PICTURE_ACCENT "}\n"
     "@media(prefers-color-scheme:dark){"
     ":root{--ink:#e8e8e8;--soft:#aaa;--line:#444;--paper:#1a1a1a;--mark:#4a3a10;--code:#ccc;--shade:#fff6;--accent:#6db9ee}\n"
-    "img{filter:invert(.9) hue-rotate(180deg)}}\n" /* white becomes the page's ground, hues stay */
+    "img,table.map td{filter:invert(.9) hue-rotate(180deg)}}\n" /* white becomes the page's ground, hues stay */
     "*{box-sizing:border-box}\n"
     "body{margin:0 auto;max-width:1180px;padding:18px 32px 64px;"
     "font:15px/1.45 system-ui,'Segoe UI','Helvetica Neue',Arial,'Liberation Sans',sans-serif;color:var(--ink);background:var(--paper)}\n"
@@ -82,7 +82,10 @@ static const char more_style[] = /* a string constant has its limit */
     "linear-gradient(90deg,var(--shade),transparent) 0 0/18px 100% no-repeat scroll,"
     "linear-gradient(270deg,var(--shade),transparent) 100% 0/18px 100% no-repeat scroll}\n"
     "pre{font:12px/1.4 ui-monospace,'DejaVu Sans Mono','Liberation Mono',monospace;overflow-wrap:normal}\n"
-    "@media print{body{max-width:none;padding:0}section{break-inside:avoid}}\n"
+    /* backgrounds carry numbers here, so they are printed, and a map fits on A4 */
+    "@media print{*{print-color-adjust:exact;-webkit-print-color-adjust:exact}body{max-width:none;padding:0}section{break-inside:avoid}"
+    ".wide,pre{overflow:visible;background:none}"
+    "table.map{width:100%;font-size:9px}table.map td{width:auto;min-width:0;height:18px}table.map th{padding:1px}}\n"
     "@media(max-width:800px){.picture{overflow-x:auto}"
     ".panels img{width:800px;max-width:none}" /* smaller, their labels cannot be read */
     ".cards,.two,.loops,.beside{grid-template-columns:minmax(0,1fr)}body{padding:12px}th.n{white-space:normal}"
