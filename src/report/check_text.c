@@ -9,7 +9,7 @@ enum { NAME_COLUMNS = 16, PIECES_SHOWN = 12, LINE = 2400 };
 
 const struct check_unit check_units[SURVEY_KINDS] = {
     [SURVEY_LENGTH] = {1e3, "mm", "length [mm]"}, [SURVEY_REFERENCE] = {1e3, "mm, mrad", "reference [mm, mrad]"},
-    [SURVEY_P1] = {1e-5, "bar", "p1 [bar]"},      [SURVEY_P2] = {1e-5, "bar", "p2 [bar]"},
+    [SURVEY_P1] = {1e-6, "MPa", "p1 [MPa]"},      [SURVEY_P2] = {1e-6, "MPa", "p2 [MPa]"},
     [SURVEY_FORCE] = {1.0, "N", "force [N]"},     [SURVEY_COMMAND] = {1e2, "%", "command [%]"},
 };
 

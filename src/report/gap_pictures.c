@@ -8,8 +8,8 @@
 enum { POINTS = 180 };
 
 const struct picture_unit picture_units[GAP_CHANNELS] = {
-    [GAP_LENGTH] = {1e3, 1e6, "mm", "µm"}, [GAP_FORCE] = {1.0, 1.0, "N", "N"}, [GAP_P1] = {1e-3, 1e-3, "kPa", "kPa"},
-    [GAP_P2] = {1e-3, 1e-3, "kPa", "kPa"}, [GAP_VALVE] = {1e2, 1e2, "%", "%"},
+    [GAP_LENGTH] = {1e3, 1e6, "mm", "µm"}, [GAP_FORCE] = {1.0, 1.0, "N", "N"}, [GAP_P1] = {1e-6, 1e-6, "MPa", "MPa"},
+    [GAP_P2] = {1e-6, 1e-6, "MPa", "MPa"}, [GAP_VALVE] = {1e2, 1e2, "%", "%"},
 };
 
 static const char *const labels[GAP_CHANNELS] = {"length - mean", "force", "P1", "P2", "valve command"};

@@ -27,8 +27,8 @@ void picture_rest_loop(FILE *script, const struct picture *p);
 /* Valve command against velocity, each model with its own motion. Of waves_closed_loop. */
 void picture_valve_loop(FILE *script, const struct picture *p);
 
-/* How a channel is shown: SI value times scale, in unit. The difference of two values may
- * want another unit. */
+/* How people are shown a channel, in pictures, tables and on the terminal: SI value times scale,
+ * in unit. The difference of two values may want another unit. */
 struct picture_unit {
     double scale, difference_scale;
     const char *unit, *difference_unit;

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "gap_pictures.h"
 #include "hypothesis.h"
 #include "words.h"
 
@@ -62,10 +63,12 @@ static void print_findings(FILE *out, const struct gap_result *r) {
 static void print_sizes(FILE *out, const struct gap_result *r) {
     const struct gap_size *before = &r->held_out_before, *after = &r->held_out_after, *noise = &r->noise_floor;
     fprintf(out, "\n  held out   %10s %10s %10s\n", "before", "after", "noise");
-    for (int ch = 0; ch < GAP_CHANNELS; ch++)
+    for (int ch = 0; ch < GAP_CHANNELS; ch++) {
+        const struct picture_unit *u = &picture_units[ch];
         if (isfinite(noise->channel[ch]))
-            fprintf(out, "  %-10s %10.4g %10.4g %10.4g %s\n", gap_channel_names[ch], before->channel[ch], after->channel[ch],
-                    noise->channel[ch], gap_channel_units[ch]);
+            fprintf(out, "  %-10s %10.4g %10.4g %10.4g %s\n", gap_channel_names[ch], u->scale * before->channel[ch],
+                    u->scale * after->channel[ch], u->scale * noise->channel[ch], u->unit);
+    }
     if (!isfinite(r->unexplained_fraction)) return;
     fprintf(out, "  %-10s %10.4g %10.4g %10.4g of variation", "overall", before->overall, after->overall, noise->overall);
     if (r->verdict != GAP_NO_GAP) fprintf(out, "; unexplained %.1f %%", 100.0 * r->unexplained_fraction);

@@ -10,7 +10,7 @@ static const char style[] =
     "--accent:" PICTURE_ACCENT "}\n"
     "@media(prefers-color-scheme:dark){"
     ":root{--ink:#e8e8e8;--soft:#aaa;--line:#444;--paper:#1a1a1a;--mark:#4a3a10;--code:#ccc;--shade:#fff6;--accent:#6db9ee}\n"
-    "img,table.map td{filter:invert(.9) hue-rotate(180deg)}}\n" /* white becomes the page's ground, hues stay */
+    "img,table.map td{filter:invert(.9) hue-rotate(180deg)}}\n" /* white turns dark, hues stay */
     "*{box-sizing:border-box}\n"
     "body{margin:0 auto;max-width:1180px;padding:18px 32px 64px;"
     "font:15px/1.45 system-ui,'Segoe UI','Helvetica Neue',Arial,'Liberation Sans',sans-serif;color:var(--ink);background:var(--paper)}\n"
