@@ -34,6 +34,7 @@
 #include "latest.h"
 #include "modbus_link.h"
 #include "modbus_map.h"
+#include "thread.h"
 #include "units.h"
 
 enum { BACKOFF_FIRST_MS = 50, BACKOFF_LAST_MS = 1000 };
@@ -295,13 +296,13 @@ static void *modbus_thread(void *argument) {
 
 /* SAFETY: no signal is this thread's: what is to end the process goes to whoever parks
  * the platform first. */
-static int start_thread(struct modbus_hal *m) {
+static int start_thread(struct modbus_hal *m, struct error *error) {
     sigset_t all, before;
     sigfillset(&all);
     pthread_sigmask(SIG_SETMASK, &all, &before);
-    int refused = pthread_create(&m->thread, NULL, modbus_thread, m);
+    int status = thread_start(&m->thread, "modbus", THREAD_STACK_REALTIME, modbus_thread, m, error);
     pthread_sigmask(SIG_SETMASK, &before, NULL);
-    return refused;
+    return status;
 }
 
 /* The arithmetic of a line that is too slow, and of limits that a slow cycle needs wider. */
@@ -349,8 +350,7 @@ static int bring_up(struct modbus_hal *m, const char *address, struct error *err
                          m->address.name, modbus_link_reason(errno));
     latest_publish(&m->newest_sample);
     atomic_store(&m->connected, true);
-    int refused = start_thread(m);
-    return refused ? error_set(error, STATUS_IO, "modbus: cannot start its thread: %s", strerror(refused)) : STATUS_OK;
+    return start_thread(m, error);
 }
 
 static int modbus_open(struct hal **hal, const char *address, const struct params *params, uint64_t seed, struct error *error) {

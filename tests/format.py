@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """The form of the C and C++: `make format-check` names the files that are not in it, with the difference; `make format` brings them there.
 
-What clang-format does not do is checked here: a comment ends at column 100, and a line, whose string no tool breaks, at column 140.
+What clang-format does not do is checked here: a comment ends at column 100, and a line, whose string no tool breaks, at column 140; and calls that one file is for
+(threads, limits, waits) stand in no other.
 """
 
 import difflib
@@ -33,6 +34,24 @@ def too_wide(text):
             yield i + 1, f"the line passes column {LINE_END}"
 
 
+# What one file alone may call, and which: the pattern, the file, and why.
+RESERVED = (
+    (re.compile(r"\bpthread_create *\("), "src/rt/thread.c", "thread_start() states the size of the stack"),
+    (re.compile(r"\b(setrlimit|umask) *\("), "src/rt/process.c", "the start of the process has one place"),
+)
+PROGRAM = "src/", "hal/", "sim/", "include/"
+
+
+def reserved(file, text):
+    """Lines of the program that call what another file is for."""
+    code = TOKEN.sub(lambda match: re.sub(r"[^\n]", " ", match[0]), text)
+    for pattern, owner, why in RESERVED:
+        if not file.startswith(PROGRAM) or file == owner:
+            continue
+        for match in pattern.finditer(code):
+            yield code.count("\n", 0, match.start()) + 1, f"{match[0].strip('( ')} belongs to {owner}: {why}"
+
+
 def formatted_otherwise(files):
     """Files that clang-format would change; it names each with its first line that is to be another."""
     run = subprocess.run([CLANG_FORMAT, "--dry-run", "--ferror-limit=1", *files], capture_output=True, text=True, check=False)
@@ -54,15 +73,17 @@ def main():
     if sys.argv[1:] == ["apply"]:
         subprocess.run([CLANG_FORMAT, "-i", *files], check=True)
     wide = [f"{file}:{line}: {what}" for file in files for line, what in too_wide(pathlib.Path(file).read_text())]
+    taken = [f"{file}:{line}: {what}" for file in files for line, what in reserved(file, pathlib.Path(file).read_text())]
     other = formatted_otherwise(files)
     for file in other:
         print(difference(file), end="")
-    for line in [f"{file}: `make format` writes it otherwise" for file in other] + wide:
+    for line in [f"{file}: `make format` writes it otherwise" for file in other] + wide + taken:
         print(line)
     print(f"{'not ' if other else ''}ok - {len(files)} files are as {CLANG_FORMAT} writes them")
     print(f"{'not ' if wide else ''}ok - comments end at column {COMMENT_END}, lines at column {LINE_END}")
-    failed = bool(other) + bool(wide)
-    print(f"{2 - failed} passed, {failed} failed")
+    print(f"{'not ' if taken else ''}ok - threads, limits and waits are those of their own files")
+    failed = bool(other) + bool(wide) + bool(taken)
+    print(f"{3 - failed} passed, {failed} failed")
     sys.exit(failed > 0)
 
 

@@ -13,6 +13,7 @@
 #include "json_text.h"
 #include "live_server.h"
 #include "messages.h"
+#include "process.h"
 #include "terminal.h"
 
 enum { SILENCE_MS = 2000, ONCE_MS = 3000, MESSAGES_AT_ONCE = 1000 };
@@ -126,7 +127,7 @@ static int show_page(struct bus *bus, const struct params *params, const char *w
     if (!status) {
         sigaction(SIGINT, &action, NULL);
         sigaction(SIGTERM, &action, NULL);
-        signal(SIGPIPE, SIG_IGN); /* of a browser that has gone */
+        process_survive_readers(); /* browsers */
         say_where(&listener, address.host);
         status = serve(bus, state, server, error);
         live_server_stop(server);

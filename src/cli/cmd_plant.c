@@ -2,6 +2,7 @@
 
 #include "cli.h"
 #include "device.h"
+#include "process.h"
 #include "realtime.h"
 
 static _Atomic bool stop; /* a signal handler can reach nothing else */
@@ -29,6 +30,7 @@ int cmd_plant(int argc, char **argv) {
     if (!status) status = options_params(&o, &params, &error);
     if (!status && !(device = device_create(&params, o.seed, &error))) status = error.status;
     if (!status) {
+        process_survive_readers();
         sigaction(SIGINT, &action, NULL);
         sigaction(SIGTERM, &action, NULL);
         become_realtime(&o, &params);

@@ -22,6 +22,7 @@
 #include "messages.h"
 #include "motion_check.h"
 #include "operator.h"
+#include "process.h"
 #include "recorder.h"
 #include "survey_report.h"
 #include "trajectory_file.h"
@@ -174,10 +175,11 @@ static int open_all(struct session *s, struct error *error) {
  * down: it comes to the main thread as a message. A terminal, pipe or file limit that goes against
  * it is no reason to end. Threads inherit the mask. */
 static int block_signals(struct error *error) {
-    static const int ignored[] = {SIGPIPE, SIGXFSZ, SIGTTIN, SIGTTOU};
+    static const int ignored[] = {SIGTTIN, SIGTTOU};
     static const int stops[] = {SIGINT,    SIGTERM, SIGHUP, SIGQUIT, SIGUSR1,   SIGUSR2, SIGALRM,
                                 SIGVTALRM, SIGPROF, SIGIO,  SIGPWR,  SIGSTKFLT, SIGTSTP, SIGXCPU};
     sigset_t set;
+    process_survive_readers();
     for (size_t i = 0; i < sizeof ignored / sizeof *ignored; i++) signal(ignored[i], SIG_IGN);
     sigemptyset(&set);
     for (size_t i = 0; i < sizeof stops / sizeof *stops; i++) sigaddset(&set, stops[i]);

@@ -1,10 +1,9 @@
 #include "estimator.h"
 
-#include <string.h>
-
 #include "crash.h"
 #include "method_c.h"
 #include "recording_check.h"
+#include "thread.h"
 
 int estimator_equations(struct recording *r, struct equations *equations, struct error *error) {
     *error = (struct error){0};
@@ -35,9 +34,9 @@ int estimator_start(struct estimator *e, struct error *error) {
     pthread_mutex_init(&e->mutex, NULL);
     pthread_cond_init(&e->changed, NULL);
     e->state = ESTIMATOR_IDLE, e->ends = false;
-    int refused = pthread_create(&e->thread, NULL, estimator_thread, e);
-    e->started = !refused;
-    return refused ? error_set(error, STATUS_IO, "cannot start the estimator thread: %s", strerror(refused)) : STATUS_OK;
+    int status = thread_start(&e->thread, "estimator", THREAD_STACK_IDENTIFY, estimator_thread, e, error);
+    e->started = !status;
+    return status;
 }
 
 void estimator_stop(struct estimator *e) {

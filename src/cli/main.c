@@ -3,6 +3,7 @@
 
 #include "cli.h"
 #include "help.h"
+#include "process.h"
 #include "version.h"
 
 static bool asks_for_help(const char *word) { return !strcmp(word, "--help") || !strcmp(word, "-h") || !strcmp(word, "help"); }
@@ -15,6 +16,8 @@ static int unknown(const char *name) {
 }
 
 int main(int argc, char **argv) {
+    struct error error;
+    if (process_start(&error)) return cli_fail(&error);
     if (argc < 2) {
         help_print_all(stderr);
         return -STATUS_USAGE;

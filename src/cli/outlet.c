@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "crash.h"
+#include "thread.h"
 
 enum { WHOLE = 4096 /* PIPE_BUF: written whole or not at all */, ROOM = 1 << 20, GIVE_UP_S = 1 };
 
@@ -30,6 +31,7 @@ static void *copy(void *argument) {
 }
 
 int outlet_open(struct outlet *o, int to) {
+    struct error error;
     int end[2];
     *o = (struct outlet){.to = to};
     if (pipe2(end, O_CLOEXEC)) return -1;
@@ -37,7 +39,8 @@ int outlet_open(struct outlet *o, int to) {
     fcntl(end[1], F_SETPIPE_SZ, ROOM); /* or as much as there is */
     o->from = end[0];
     o->out = fdopen(end[1], "w");
-    if (o->out && !setvbuf(o->out, NULL, _IOFBF, WHOLE) && !pthread_create(&o->thread, NULL, copy, o)) return 0;
+    if (o->out && !setvbuf(o->out, NULL, _IOFBF, WHOLE) && !thread_start(&o->thread, "terminal", THREAD_STACK_COPY, copy, o, &error))
+        return 0;
     close(end[0]);
     if (o->out) fclose(o->out);
     else close(end[1]);

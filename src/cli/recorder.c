@@ -10,6 +10,7 @@
 #include "interlock.h"
 #include "ident_messages.h"
 #include "messages.h"
+#include "thread.h"
 #include "units.h"
 
 enum { MESSAGE_MAX = 16384, CONFIG_MAX = 1 << 18, POLL_NS = 2000000, PART_PATIENCE_MS = 10000 };
@@ -269,9 +270,9 @@ int recorder_start(struct recorder *r, const char *config, struct error *error) 
         *error = r->error;
         return error->status;
     }
-    int refused = pthread_create(&r->thread, NULL, recorder_thread, r);
-    if (refused) estimator_stop(&r->estimator);
-    return refused ? error_set(error, STATUS_IO, "cannot start the recorder thread: %s", strerror(refused)) : STATUS_OK;
+    status = thread_start(&r->thread, "recorder", THREAD_STACK_IDENTIFY, recorder_thread, r, error);
+    if (status) estimator_stop(&r->estimator);
+    return status;
 }
 
 bool recorder_join(struct recorder *r) {

@@ -4,6 +4,8 @@
 #include <stdatomic.h>
 #include <stddef.h>
 
+#include "thread.h"
+
 enum { THREADS_MAX = 16 };
 
 struct work {
@@ -23,8 +25,11 @@ static void *work_on(void *argument) {
 void parallel_run(int threads, int count, void (*one)(void *context, int i), void *context) {
     struct work work = {.one = one, .context = context, .count = count};
     pthread_t thread[THREADS_MAX];
+    struct error ignored;
     int started = 0, most = threads < count ? threads : count;
-    while (started < most - 1 && started < THREADS_MAX && pthread_create(&thread[started], NULL, work_on, &work) == 0) started++;
+    while (started < most - 1 && started < THREADS_MAX &&
+           !thread_start(&thread[started], "worker", THREAD_STACK_FIT, work_on, &work, &ignored))
+        started++;
     work_on(&work);
     for (int i = 0; i < started; i++) pthread_join(thread[i], NULL);
 }

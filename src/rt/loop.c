@@ -4,6 +4,7 @@
 
 #include "confine.h"
 #include "crash.h"
+#include "thread.h"
 #include "units.h"
 
 /* Nothing more to do: told to end, or the automatic run is over; and never while the platform is
@@ -124,9 +125,9 @@ int loop_init(struct loop *l, const struct params *params, struct hal *hal, stru
 
 int loop_start(struct loop *l, enum realtime_mode mode, struct error *error) {
     l->mode = mode;
-    int refused = pthread_create(&l->thread, NULL, loop_thread, l);
-    if (refused) atomic_store_explicit(&l->ended, true, memory_order_release);
-    if (refused) return error_set(error, STATUS_IO, "cannot start the loop thread: %s", strerror(refused));
+    int status = thread_start(&l->thread, "loop", THREAD_STACK_REALTIME, loop_thread, l, error);
+    if (status) atomic_store_explicit(&l->ended, true, memory_order_release);
+    if (status) return status;
     while (sem_wait(&l->started)) continue;
     if (!l->realtime || mode != REALTIME_REQUIRE) return STATUS_OK;
     loop_join(l);

@@ -1,10 +1,8 @@
 #include "wakeup.h"
 
-#include <pthread.h>
-#include <string.h>
-
 #include "clock.h"
 #include "realtime.h"
+#include "thread.h"
 #include "units.h"
 
 const int wakeup_edge_us[WAKEUP_EDGES] = {1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000, 50000, 100000};
@@ -49,8 +47,8 @@ int wakeups_measure(const struct loop_params *loop, double duration_s, struct wa
     struct measurement m = {.loop = loop, .duration_s = duration_s, .wakeups = w};
     *w = (struct wakeups){0};
     realtime_heap();
-    int refused = pthread_create(&thread, NULL, wake, &m);
-    if (refused) return error_set(error, STATUS_IO, "cannot start a thread: %s", strerror(refused));
+    int status = thread_start(&thread, "wake-up", THREAD_STACK_REALTIME, wake, &m, error);
+    if (status) return status;
     pthread_join(thread, NULL);
     realtime_leave();
     return STATUS_OK;

@@ -1,0 +1,70 @@
+#include "process.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "thread.h"
+
+/* The lowest free number is the one that is closed, for they are opened in ascending order. */
+static int open_standard(struct error *error) {
+    for (int file = STDIN_FILENO; file <= STDERR_FILENO; file++) {
+        if (fcntl(file, F_GETFD) >= 0) continue;
+        int got = open("/dev/null", file == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+        if (got < 0) got = open("/", O_PATH); /* without /dev: cannot be read or written either */
+        if (got != file)
+            return error_set(error, STATUS_IO, "descriptor %d is closed, and /dev/null cannot take its place: %s", file, strerror(errno));
+    }
+    return STATUS_OK;
+}
+
+static void reset_signals(void) {
+    sigset_t none;
+    sigemptyset(&none);
+    sigprocmask(SIG_SETMASK, &none, NULL);
+    signal(SIGPIPE, SIG_DFL);
+    signal(SIGCHLD, SIG_DFL);
+    signal(SIGXFSZ, SIG_IGN);
+}
+
+static void close_to_others(void) {
+    mode_t asked = umask(S_IWOTH);
+    umask(asked | S_IWOTH);
+}
+
+/* The unit is what the message counts in: the kernel counts stacks in bytes. */
+static int need(int resource, rlim_t least, rlim_t unit, const char *what, const char *remedy, struct error *error) {
+    struct rlimit limit;
+    if (getrlimit(resource, &limit) || limit.rlim_cur >= least) return STATUS_OK;
+    rlim_t most = limit.rlim_max;
+    limit.rlim_cur = least;
+    if (most >= least && !setrlimit(resource, &limit)) return STATUS_OK;
+    return error_set(error, STATUS_IO, "this process may have %llu %s, and hexid needs %llu: %s", (unsigned long long)(most / unit), what,
+                     (unsigned long long)(least / unit), remedy);
+}
+
+/* Debian's liblcm brings GLib: G_MESSAGES_DEBUG=all prints into results on standard output, and
+ * G_DEBUG=fatal-warnings aborts a daemon that holds a platform up. */
+static void clean_environment(void) {
+    static const char *const names[] = {"G_DEBUG", "G_MESSAGES_DEBUG", "G_SLICE"};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) unsetenv(names[i]);
+}
+
+int process_start(struct error *error) {
+    int status = open_standard(error);
+    if (status) return status;
+    reset_signals();
+    close_to_others();
+    clean_environment();
+    status = need(RLIMIT_STACK, PROCESS_STACK, 1024, "kB of stack", "`ulimit -s 8192`, or LimitSTACK=8M of its service", error);
+    if (!status) status = need(RLIMIT_NOFILE, PROCESS_FILES, 1, "open files", "`ulimit -n 64`, or LimitNOFILE=64 of its service", error);
+    if (!status) thread_defaults();
+    return status;
+}
+
+void process_survive_readers(void) { signal(SIGPIPE, SIG_IGN); }
