@@ -110,6 +110,12 @@ enum {
 enum { FAULT_LEG_SHIFT = 16, FAULT_LEGS = ((1 << LEGS) - 1) << FAULT_LEG_SHIFT, FAULT_ANY = 0x7fffffff & ~FAULT_LEGS };
 static inline uint32_t fault_leg(int leg) { return 1u << (FAULT_LEG_SHIFT + leg); }
 
+/* What was measured of a fault when it was latched, SI. NaN: nothing was, or it has no limit. */
+struct fault_measure {
+    int leg;             /* 0..5, the one that was furthest beyond its limit; -1: no leg */
+    double value, limit;
+};
+
 enum command { COMMAND_NONE, COMMAND_ENGAGE, COMMAND_START, COMMAND_STOP, COMMAND_PARK, COMMAND_RESET, COMMANDS };
 static inline bool command_stops(enum command command) { return command == COMMAND_STOP || command == COMMAND_PARK; }
 extern const char *const command_names[COMMANDS];
@@ -136,7 +142,8 @@ struct cycle {
     double force_n[LEGS];  /* A1 P1 - A2 P2 */
     enum state state;
     uint32_t faults;       /* latched FAULT_... and fault_leg() */
-    uint32_t first_fault;  /* the headline, 0 if none */
+    uint32_t first_fault;  /* the headline, 0 if none, */
+    struct fault_measure measure; /* and what was measured of it; no message carries this */
     int test;              /* place in the list of tests, -1 outside */
     enum dof dof;          /* tested axis, DOF_NONE outside */
     enum phase phase;

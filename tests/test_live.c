@@ -159,11 +159,12 @@ static void a_fault_is_known_from_a_cycle_alone_until_one_has_none(void **unused
 static void a_fault_is_known_from_its_events_alone(void **unused) {
     (void)unused;
     hear_cycle(10, 0, 0);
-    hear_event(15, "fault", "overrun, legs 2 6");
+    hear_event(15, "fault", "overrun, legs 2 6: 10 missed, limit 15 missed (loop.overrun_limit)");
     hear_event(15, "cause", "12 deadlines missed in a row");
     hear_event(15, "remedy", "free the host");
     says_of_the_fault("overrun, legs 2 6", "12 deadlines");
     assert_int_equal(state.fault.legs, 1u << 1 | 1u << 5);
+    assert_string_equal(state.fault.measured, "10 missed, limit 15 missed (loop.overrun_limit)");
     hear_cycle(20, 0, 20);
     assert_int_equal(state.place[LIVE_FAULT].size, 0);
 }

@@ -180,6 +180,82 @@ static void the_longest_fault_fits_its_text(void **unused) {
     assert_string_equal(text, "io");
 }
 
+static void the_supply_is_gone(struct hal_sample *s, int cycle) { (void)cycle, s->inputs &= ~(uint32_t)INPUT_SUPPLY; }
+static void cut_off(struct hal_sample *s, int cycle) { (void)cycle, *s = (struct hal_sample){.flags = SAMPLE_IO}; }
+static void far_too_old(struct hal_sample *s, int cycle) { (void)cycle, s->age_ns = 31000000; }
+static void in_vain(struct hal_sample *s, int leg) { s->p2_pa[leg] = -3e5; }
+static void too_short(struct hal_sample *s, int leg) { s->length_m[leg] = 1.4; }
+
+/* With the value that it had in the first cycle of the bad ones or the last, the limit and its key; in
+ * units that people read. */
+static void a_fault_says_value_limit_and_key(void **unused) {
+    (void)unused;
+    static const struct {
+        spoiler *spoil;
+        bool by_cycle;         /* the spoiler is given the cycle, else leg 4 */
+        const char *said[3];
+    } cases[] = {
+        {too_long, false, {"stroke, leg 4: 3000 mm, limit 2240 mm (limits.length_max_m)"}},
+        {too_short, false, {"stroke, leg 4: 1400 mm, limit 1425 mm (limits.length_min_m)"}},
+        {not_a_number, false, {"sensor_invalid, leg 4: not a number"}},
+        {jumped, false, {"leg_rate, leg 4: ", " m/s, limit 0.6 m/s (limits.leg_rate_mps)"}},
+        {pressed, false, {"force, leg 4: ", " kN, limit 15 kN (limits.force_n)"}},
+        {burst, false, {"force, leg 4: -", " kN, limit -15 kN (limits.force_n)"}},
+        {in_vain, false, {"pressure_sensor, leg 4: -0.3 MPa, limit -0.2 MPa (limits.pressure_min_pa)"}},
+        {far_too_old, true, {"sensor_age: 31 ms, limit 10 ms (limits.sensor_age_s)"}},
+        {cut_off, true, {"io"}},
+        {the_supply_is_gone, true, {"supply"}},
+    };
+    struct params params = by_hand();
+    struct rig rig;
+    rig_init(&rig, &params);
+    for (unsigned k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char line[FAULT_LINE_SIZE];
+        rig_bring(&rig, STATE_READY, 0);
+        for (int n = 0; !rig.now.faults; n++) rig_spoilt(&rig, cases[k].spoil, cases[k].by_cycle ? n : 3);
+        fault_line(rig.now.first_fault, rig.now.faults, &rig.now.measure, line);
+        for (int i = 0; i < 3 && cases[k].said[i]; i++)
+            if (!strstr(line, cases[k].said[i])) fail_msg("%s is not in: %s", cases[k].said[i], line);
+        if (!cases[k].said[1]) assert_string_equal(line, cases[k].said[0]);
+        for (int n = 0; rig.now.state != STATE_FAULT && n < 5000; n++) rig_spoilt(&rig, cases[k].spoil, cases[k].by_cycle ? n : 3);
+    }
+    plant_destroy(rig.plant);
+}
+
+/* The faults of control, made by the machine itself: a valve whose cable is cut, and a transducer that
+ * is frozen. */
+static void a_leg_that_does_not_follow_says_how_far_it_is_off(void **unused) {
+    (void)unused;
+    struct params params = by_hand();
+    struct rig rig;
+    char line[FAULT_LINE_SIZE];
+    double off_mm = 0.0;
+    params.limits.standstill_m = 1.0; /* or this would speak first */
+    rig_init(&rig, &params);
+    rig_bring(&rig, STATE_ENGAGING, 100);
+    rig.cut_leg = 2;
+    while (!rig.now.faults) {
+        double ref = rig.platform.leg_ref_m[2];
+        rig_cycle(&rig, COMMAND_NONE);
+        off_mm = fabs(ref - rig.now.in.length_m[2]) * 1e3;
+    }
+    fault_line(rig.now.first_fault, rig.now.faults, &rig.now.measure, line);
+    assert_int_equal(rig.now.measure.leg, 2);
+    assert_close(rig.now.measure.value * 1e3, off_mm, 1e-9);
+    assert_non_null(strstr(line, "following_error, leg 3: 1"));
+    assert_non_null(strstr(line, " mm, limit 10 mm (limits.following_m)"));
+    plant_destroy(rig.plant);
+}
+
+static void an_unstable_loop_is_among_the_causes_of_what_it_trips(void **unused) {
+    (void)unused;
+    static const uint32_t trips[] = {FAULT_FORCE, FAULT_FOLLOWING, FAULT_LEG_RATE};
+    for (unsigned i = 0; i < 3; i++) {
+        assert_non_null(strstr(failure_of(trips[i])->cause, "a loop that is unstable"));
+        assert_non_null(strstr(failure_of(trips[i])->remedy, "hexid doctor"));
+    }
+}
+
 /* The same sample for ever with the time of now: only the device's own count shows it. */
 static void a_device_that_hangs_behind_fresh_time_stamps_is_found_out(void **unused) {
     (void)unused;
@@ -364,6 +440,9 @@ int main(void) {
         cmocka_unit_test(nothing_is_run_whose_rest_is_a_fault),
         cmocka_unit_test(nothing_is_run_that_could_move_blindly_for_long),
         cmocka_unit_test(a_fault_names_its_leg),
+        cmocka_unit_test(a_fault_says_value_limit_and_key),
+        cmocka_unit_test(a_leg_that_does_not_follow_says_how_far_it_is_off),
+        cmocka_unit_test(an_unstable_loop_is_among_the_causes_of_what_it_trips),
         cmocka_unit_test(the_longest_fault_fits_its_text),
         cmocka_unit_test(a_device_that_hangs_behind_fresh_time_stamps_is_found_out),
         cmocka_unit_test(a_device_without_a_count_is_believed_by_its_clock),

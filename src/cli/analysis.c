@@ -178,7 +178,11 @@ struct verdict analysis_verdict(struct analysis *a) {
     for (int dof = 0; dof < DOFS; dof++)
         if (a->seen[dof] && !evaluated(&a->ident.result, (enum dof)dof))
             verdict_add(&v, VERDICT_NOT_EVALUATED, "test %s: left out, none of its samples is in its evaluated part", dof_names[dof]);
-    if (a->last.first_fault) verdict_add(&v, VERDICT_FAIL, "fault %s", fault_name(a->last.first_fault));
+    if (a->last.first_fault) {
+        char line[FAULT_LINE_SIZE];
+        fault_line(a->last.first_fault, a->last.faults, &a->last.measure, line);
+        verdict_add(&v, VERDICT_FAIL, "fault %s", line);
+    }
     return v;
 }
 

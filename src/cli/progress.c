@@ -59,11 +59,12 @@ void progress_interlock(struct progress *p, const char *why) {
 }
 
 void progress_fault(struct progress *p, const struct cycle *c, const char *cause, const char *remedy) {
-    char text[FAULT_TEXT_SIZE];
+    char text[FAULT_TEXT_SIZE], measured[FAULT_MEASURE_SIZE];
     fault_describe(c->first_fault, c->faults, text);
+    fault_measured(c->first_fault, &c->measure, measured);
     clear_line(p);
-    fprintf(p->out, "  FAULT %s at %.3f s: %s\n        %s\n        to do: %s\n", text, (double)c->in.time_ns * 1e-9,
-            failure_of(c->first_fault)->platform, cause, remedy);
+    fprintf(p->out, "  FAULT %s at %.3f s: %s%s%s\n        %s\n        to do: %s\n", text, (double)c->in.time_ns * 1e-9, measured,
+            *measured ? "; " : "", failure_of(c->first_fault)->platform, cause, remedy);
     outlet_flush(&p->steps);
 }
 

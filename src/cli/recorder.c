@@ -45,10 +45,10 @@ static void statistics(struct recorder *r) {
 
 static void fault(struct recorder *r) {
     const struct analysis *a = &r->analysis;
-    char name[FAULT_TEXT_SIZE], cause[FAILURE_TEXT_SIZE], remedy[FAILURE_TEXT_SIZE];
-    fault_describe(a->last.first_fault, a->last.faults, name);
+    char line[FAULT_LINE_SIZE], cause[FAILURE_TEXT_SIZE], remedy[FAILURE_TEXT_SIZE];
+    fault_line(a->last.first_fault, a->last.faults, &a->last.measure, line);
     failure_explain(a->last.first_fault, a->missed, seconds_from_ns(a->longest_ns), r->params->motion.automatic, cause, remedy);
-    event(r, "fault", name);
+    event(r, "fault", line);
     event(r, "cause", cause);
     event(r, "remedy", remedy);
     progress_fault(r->progress, &a->last, cause, remedy);

@@ -2,6 +2,7 @@
 
 #include <assert.h>
 #include <inttypes.h>
+#include <math.h>
 
 #define OFF "supply off, valves centred, latched"
 #define STOPS REACTION_STOP, OFF
@@ -11,58 +12,69 @@ const struct failure failure_table[] = {
     {FAULT_MASTER, "second_master", "another master commands this machine, or has tried to",
      "the device's own count of it (Modbus); a frame on CAN that only a master sends and that is not hexid's own", "its first attempt",
      REACTION_STOP, OFF "; on CAN both masters, where the other is a hexid",
-     "a second hexid, or another program or tool that writes to the machine", "end the other one"},
+     "a second hexid, or another program or tool that writes to the machine", "end the other one", NULL, NULL, NULL, 0.0},
     {FAULT_EMERGENCY_STOP, "emergency_stop", "somebody pressed an emergency stop, or its chain is broken", "the input", "1 cycle", STOPS,
      "an emergency stop that was pressed; a broken wire; the node of the inputs lost or restarted",
-     "see that nobody is in danger, release it; look at the link"},
+     "see that nobody is in danger, release it; look at the link", NULL, NULL, NULL, 0.0},
     {FAULT_ENABLE, "enable_switch", "the enable switch is let go while the platform is driven", "the input", "1 cycle", STOPS,
-     "somebody let it go; a broken wire", "hold it again"},
+     "somebody let it go; a broken wire", "hold it again", NULL, NULL, NULL, 0.0},
     {FAULT_DOOR, "door", "a door is opened while the platform is driven", "the input", "1 cycle", STOPS,
-     "somebody who enters; a broken wire", "see that nobody is inside, close it"},
+     "somebody who enters; a broken wire", "see that nobody is inside, close it", NULL, NULL, NULL, 0.0},
     {FAULT_SUPPLY, "supply", "the supply loses its pressure while the platform is driven, or gets none",
      "the input; after `engage`: not within `interlocks.pressure_s`", "5 cycles", STOPS,
-     "a pump that is off, a dump valve that is open, the relay that the supply output keeps closed", "look at the power unit"},
+     "a pump that is off, a dump valve that is open, the relay that the supply output keeps closed", "look at the power unit", NULL, NULL,
+     NULL, 0.0},
     {FAULT_SENSOR_AGE, "sensor_age", "samples lost, late or stale; the device hangs",
      "age above `limits.sensor_age_s`, by time stamp or by the device's own count", "5 + 5 cycles", STOPS,
-     "a link that drops or delays readings, or a device that hangs", "check link and device"},
+     "a link that drops or delays readings, or a device that hangs", "check link and device", NULL, "limits.sensor_age_s", "ms", 1e3},
     {FAULT_SENSOR_INVALID, "sensor_invalid", "a length is not a number, a node is not in operation",
      "plausibility; the back-end's own diagnosis", "5 cycles", STOPS, "a sensor or its wiring; a node that was reset or reports an error",
-     "mend the sensor"},
+     "mend the sensor", NULL, NULL, "mm", 1e3},
     {FAULT_STROKE, "stroke", "a length is out of range", "`limits.length_min_m`, `limits.length_max_m`", "5 cycles", STOPS,
-     "a leg at the end of its stroke, or a length transducer that lies", "compare the reading with the leg itself"},
+     "a leg at the end of its stroke, or a length transducer that lies", "compare the reading with the leg itself", "limits.length_min_m",
+     "limits.length_max_m", "mm", 1e3},
     {FAULT_LEG_RATE, "leg_rate", "a length jumps", "rate of change above `limits.leg_rate_mps`", "5 cycles", STOPS,
-     "a length transducer or its wiring; lengths of two legs exchanged", "mend the sensor"},
+     "a length transducer or its wiring, lengths of two legs exchanged, or a loop that is unstable",
+     "mend the sensor; see that `hexid doctor` finds the loop damped", NULL, "limits.leg_rate_mps", "m/s", 1.0},
     {FAULT_FOLLOWING, "following_error", "a leg does not follow: valve stuck, supply gone, lengths exchanged",
      "more than `limits.following_m` off", "10 mm, and 5 cycles", REACTION_STOP,
      "supply off, which alone stops a spool that is stuck; valves centred, latched",
-     "a valve that sticks, no supply pressure, wiring, or a limit too tight for this loop",
-     "look at valve, supply and wiring; compare the limit with the following error of a good run"},
+     "a valve that sticks, no supply pressure, wiring, a loop that is unstable, or a limit too tight for it",
+     "look at valve, supply and wiring; see that `hexid doctor` finds loop and feed-forward good; compare the limit with a good run", NULL,
+     "limits.following_m", "mm", 1e3},
     {FAULT_FORCE, "force", "a leg's force is too large; P1 and P2 exchanged", "`limits.force_n`", "5 cycles above it", STOPS,
-     "an obstacle, a pressure sensor that lies, or P1 and P2 exchanged", "look for an obstacle; mend the sensor"},
+     "an obstacle, a loop that is unstable (control.kpf and kp of another machine), a pressure sensor that lies, or P1 and P2 exchanged",
+     "look for an obstacle; see that `hexid doctor` finds the loop damped; mend the sensor", "limits.force_n", "limits.force_n", "kN",
+     1e-3},
     {FAULT_KINEMATICS, "kinematics", "lengths that fit no pose", "forward kinematics", "5 cycles", STOPS,
-     "a length transducer that lies, or a geometry that is another machine's", "compare lengths and configuration with the machine"},
+     "a length transducer that lies, or a geometry that is another machine's", "compare lengths and configuration with the machine", NULL,
+     NULL, "mm", 1e3},
     {FAULT_OVERRUN, "overrun", "the loop is late, stopped or starved",
      "`loop.overrun_limit` deadlines missed in a row (real time only: the simulated platform's time stretches instead)",
      "its first cycle then", STOPS, "a busy or virtual host, or no real-time permission",
-     "free the host, `hexid doctor` says what it lacks; on `sim:`, `--rt try` lets time stretch"},
+     "free the host, `hexid doctor` says what it lacks; on `sim:`, `--rt try` lets time stretch", NULL, "loop.overrun_limit", "missed",
+     1.0},
     {FAULT_IO, "io", "the back-end cannot read or write", "the back-end", "5, 6 cycles", REACTION_STOP,
      OFF "; `safe` is called every cycle", "the link to the machine is down, or a node is lost",
-     "mend the link; `hexid doctor` looks at it"},
+     "mend the link; `hexid doctor` looks at it", NULL, NULL, NULL, 0.0},
     {FAULT_STANDSTILL, "standstill", "a length is frozen", "unchanged while its reference moves by `limits.standstill_m`",
-     "2 mm of motion, and 5 cycles", STOPS, "a dead transducer or valve, or no supply pressure", "mend the sensor; check the supply"},
+     "2 mm of motion, and 5 cycles", STOPS, "a dead transducer or valve, or no supply pressure", "mend the sensor; check the supply", NULL,
+     "limits.standstill_m", "mm", 1e3},
     {FAULT_PRESSURE_SENSOR, "pressure_sensor", "a chamber's pressure is not a number, or out of range",
      "`limits.pressure_min_pa`, `limits.pressure_max_pa`; the channel's own range", "5 cycles", PARKS, "a pressure sensor or its wiring",
-     "mend the sensor"},
+     "mend the sensor", "limits.pressure_min_pa", "limits.pressure_max_pa", "MPa", 1e-6},
     {0, "samples excluded; above 1 % the verdict fails", "single samples lost, repeated, out of order", "flags, device count", "1 cycle",
-     REACTION_NONE, "goes on; command held for what is not believed", "a link under load", "none"},
+     REACTION_NONE, "goes on; command held for what is not believed", "a link under load", "none", NULL, NULL, NULL, 0.0},
     {0, "no messages", "the daemon is killed", "the device's watchdog, and the relay of the supply output", "the device's time",
-     REACTION_NONE, "the device centres its valves, the supply goes off", "somebody, or a lack of memory", "start hexid"},
+     REACTION_NONE, "the device centres its valves, the supply goes off", "somebody, or a lack of memory", "start hexid", NULL, NULL, NULL,
+     0.0},
     {0, "parking", "the operator's program is gone", "`lcm.lease_s`", "that time", REACTION_PARK, "put down slowly",
-     "a program that ended, a network that is down", "engage again"},
+     "a program that ended, a network that is down", "engage again", NULL, NULL, NULL, 0.0},
     {0, "file and reason", "the log cannot be written", "the recorder", "the write", REACTION_PARK, "put down slowly, ends with status 3",
-     "a full or missing disk", "make room, or name another file"},
+     "a full or missing disk", "make room, or name another file", NULL, NULL, NULL, 0.0},
     {0, "verdict fail, with the leg", "a pressure is wrong but plausible, or drifts slowly", "witnesses (below)", "the end of the test",
-     REACTION_NONE, "goes on: control does not lean on pressures", "a sensor that drifts", "mend the sensor, test again"},
+     REACTION_NONE, "goes on: control does not lean on pressures", "a sensor that drifts", "mend the sensor, test again", NULL, NULL, NULL,
+     0.0},
     {0},
 };
 
@@ -94,6 +106,34 @@ void fault_describe(uint32_t first_fault, uint32_t faults, char text[FAULT_TEXT_
         used += snprintf(text + used, (size_t)(FAULT_TEXT_SIZE - used), "%s %d", before, i + 1);
         before = "";
     }
+}
+
+/* Numbers as people read them: "12.4", "1420". */
+static void say_number(double x, char text[16]) { snprintf(text, 16, fabs(x) >= 1000.0 ? "%.5g" : "%.3g", x); }
+
+const char *fault_measured(uint32_t first_fault, const struct fault_measure *measure, char text[FAULT_MEASURE_SIZE]) {
+    const struct failure *f = failure_of(first_fault);
+    char value[16], limit[16];
+    *text = '\0';
+    if (!f || !f->unit || (isnan(measure->value) && measure->leg < 0)) return text;
+    if (!isfinite(measure->value)) {
+        snprintf(text, FAULT_MEASURE_SIZE, isnan(measure->value) ? "not a number" : "infinite");
+        return text;
+    }
+    const char *key = measure->value < measure->limit ? f->least_key : f->most_key;
+    say_number(measure->value * f->per_si, value);
+    say_number(measure->limit * f->per_si, limit);
+    int used = snprintf(text, FAULT_MEASURE_SIZE, "%s %s", value, f->unit);
+    if (key && isfinite(measure->limit))
+        snprintf(text + used, (size_t)(FAULT_MEASURE_SIZE - used), ", limit %s %s (%s)", limit, f->unit, key);
+    return text;
+}
+
+void fault_line(uint32_t first_fault, uint32_t faults, const struct fault_measure *measure, char text[FAULT_LINE_SIZE]) {
+    char name[FAULT_TEXT_SIZE], measured[FAULT_MEASURE_SIZE];
+    fault_describe(first_fault, faults, name);
+    fault_measured(first_fault, measure, measured);
+    snprintf(text, FAULT_LINE_SIZE, "%s%s%s", name, *measured ? ": " : "", measured);
 }
 
 void failure_explain(uint32_t first_fault, int64_t missed, double longest_s, bool automatic, char cause[FAILURE_TEXT_SIZE],

@@ -23,6 +23,9 @@ struct failure {
     const char *platform; /* what it does then */
     const char *cause;    /* the likely ones */
     const char *remedy;   /* what to do, before the platform may move again */
+    const char *least_key, *most_key; /* of its limits; NULL: it has no such limit */
+    const char *unit;     /* that people read its value in; NULL: nothing is measured */
+    double per_si;        /* units in one of SI */
 };
 
 /* Ended by a row without a name; first the faults: what else is seen in the same cycle as one
@@ -43,10 +46,19 @@ uint32_t failure_mask(enum reaction reaction);
 enum { FAULT_TEXT_SIZE = 64 };
 void fault_describe(uint32_t first_fault, uint32_t faults, char text[FAULT_TEXT_SIZE]);
 
+/* What was measured of it: "12.4 mm, limit 10 mm (limits.following_m)"; "" where nothing was. Returns
+ * text. */
+enum { FAULT_MEASURE_SIZE = 104 };
+const char *fault_measured(uint32_t first_fault, const struct fault_measure *measure, char text[FAULT_MEASURE_SIZE]);
+
+/* Both: "following_error, leg 3: 12.4 mm, limit 10 mm (limits.following_m)". */
+enum { FAULT_LINE_SIZE = FAULT_TEXT_SIZE + 2 + FAULT_MEASURE_SIZE };
+void fault_line(uint32_t first_fault, uint32_t faults, const struct fault_measure *measure, char text[FAULT_LINE_SIZE]);
+
 /* The same at length: what was seen and the likely cause; then what to do, up to moving again,
  * which an automatic run cannot. missed, longest_s: deadlines missed in a row and the longest
  * delay, told of an overrun. */
-enum { FAILURE_TEXT_SIZE = 320 };
+enum { FAILURE_TEXT_SIZE = 400 };
 void failure_explain(uint32_t first_fault, int64_t missed, double longest_s, bool automatic, char cause[FAILURE_TEXT_SIZE],
                      char remedy[FAILURE_TEXT_SIZE]);
 

@@ -1,5 +1,6 @@
 #include "platform.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -40,30 +41,95 @@ static uint32_t count_says(struct platform *p, const struct hal_sample *in) {
     return anew ? 0 : SAMPLE_STALE;
 }
 
-static bool too_old(const struct platform *p, const struct hal_sample *in) {
-    int64_t limit_ns = ns_from_seconds(p->params->limits.sensor_age_s);
+static double age_s(const struct platform *p, const struct hal_sample *in) {
     int64_t silent_ns = (p->seq - p->anew_seq) * ns_from_seconds(p->params->loop.period_s);
-    return in->age_ns < 0 || in->age_ns > limit_ns || silent_ns > limit_ns;
+    return seconds_from_ns(in->age_ns < 0 || in->age_ns > silent_ns ? in->age_ns : silent_ns);
 }
 
-/* What is doubtful about one leg's readings. elapsed_s: since its last good length. */
-static uint32_t leg_doubts(const struct platform *p, const struct hal_sample *in, int i, double elapsed_s) {
+/* A quantity that a fault watches, and what it may be. */
+struct bound {
+    uint32_t fault;
+    double value, least, most;
+};
+enum { BOUNDS = 9 };
+
+static bool holds(const struct bound *b) { return inside(b->value, b->least, b->most); }
+
+/* One leg's. elapsed_s: since its last good length. Returns how many. */
+static int leg_bounds(const struct platform *p, const struct hal_sample *in, int i, double elapsed_s, struct bound b[BOUNDS]) {
     const struct limit_params *l = &p->params->limits;
-    double length_m = in->length_m[i], p1_pa = in->p1_pa[i], p2_pa = in->p2_pa[i];
-    uint32_t suspect = 0;
-    if (!isfinite(length_m)) suspect |= FAULT_SENSOR_INVALID;
-    if (!inside(p1_pa, l->pressure_min_pa, l->pressure_max_pa) || !inside(p2_pa, l->pressure_min_pa, l->pressure_max_pa))
-        suspect |= FAULT_PRESSURE_SENSOR;
-    if (!inside(length_m, l->length_min_m[i], l->length_max_m[i])) suspect |= FAULT_STROKE;
-    if (p->good_seq >= 0 && !(fabs(length_m - p->length_m[i]) <= l->leg_rate_mps * elapsed_s)) suspect |= FAULT_LEG_RATE;
-    /* not of NaN: that is no force */
-    if (fabs(leg_force(&p->areas, i, p1_pa, p2_pa)) > l->force_n) suspect |= FAULT_FORCE;
+    double length_m = in->length_m[i], force_n = leg_force(&p->areas, i, in->p1_pa[i], in->p2_pa[i]);
+    bool powers = supervisor_powers(p->supervisor.state), drives = supervisor_drives(p->supervisor.state);
+    int n = 0;
+    b[n++] = (struct bound){FAULT_SENSOR_INVALID, length_m, -DBL_MAX, DBL_MAX};
+    b[n++] = (struct bound){FAULT_PRESSURE_SENSOR, in->p1_pa[i], l->pressure_min_pa, l->pressure_max_pa};
+    b[n++] = (struct bound){FAULT_PRESSURE_SENSOR, in->p2_pa[i], l->pressure_min_pa, l->pressure_max_pa};
+    b[n++] = (struct bound){FAULT_STROKE, length_m, l->length_min_m[i], l->length_max_m[i]};
+    if (p->good_seq >= 0) b[n++] = (struct bound){FAULT_LEG_RATE, fabs(length_m - p->length_m[i]) / elapsed_s, 0.0, l->leg_rate_mps};
+    /* NaN is no force */
+    if (!isnan(force_n)) b[n++] = (struct bound){FAULT_FORCE, force_n, -l->force_n, l->force_n};
     /* SAFETY: with the supply on and nothing driven yet, a spool that is stuck moves its leg. */
-    if (!supervisor_powers(p->supervisor.state)) return suspect;
-    if (!(fabs(p->leg_ref_m[i] - length_m) <= l->following_m)) suspect |= FAULT_FOLLOWING;
-    if (!supervisor_drives(p->supervisor.state)) return suspect;
-    if (!(p->still_high_m[i] - p->still_low_m[i] <= l->standstill_m)) suspect |= FAULT_STANDSTILL;
+    if (powers) b[n++] = (struct bound){FAULT_FOLLOWING, fabs(p->leg_ref_m[i] - length_m), 0.0, l->following_m};
+    if (drives) b[n++] = (struct bound){FAULT_STANDSTILL, p->still_high_m[i] - p->still_low_m[i], 0.0, l->standstill_m};
+    return n;
+}
+
+/* Cycles, or more where deadlines were missed. */
+static double since_good_s(const struct platform *p, const struct hal_sample *in) {
+    return fmax((double)(p->seq - p->good_seq) * p->params->loop.period_s, seconds_from_ns(in->time_ns) - seconds_from_ns(p->good_ns));
+}
+
+/* What is doubtful about one leg's readings. */
+static uint32_t leg_doubts(const struct platform *p, const struct hal_sample *in, int i, double elapsed_s) {
+    struct bound b[BOUNDS] = {{0}};
+    uint32_t suspect = 0;
+    int count = leg_bounds(p, in, i, elapsed_s, b);
+    for (int n = 0; n < count; n++) suspect |= holds(&b[n]) ? 0 : b[n].fault;
     return suspect;
+}
+
+/* What is the same for all legs. */
+static int common_bounds(const struct platform *p, const struct hal_sample *in, struct bound b[BOUNDS]) {
+    /* whole nanoseconds, as the age is */
+    double oldest_s = seconds_from_ns(ns_from_seconds(p->params->limits.sensor_age_s));
+    b[0] = (struct bound){FAULT_SENSOR_AGE, age_s(p, in), 0.0, oldest_s};
+    b[1] = (struct bound){FAULT_OVERRUN, p->overruns, 0.0, nextafter(p->params->loop.overrun_limit, 0.0)};
+    return 2;
+}
+
+/* How far a value is beyond its bound; what is no number is furthest. */
+static double beyond(const struct bound *b) {
+    double by = fmax(b->value - b->most, b->least - b->value);
+    return isnan(b->value) ? (double)INFINITY : by;
+}
+
+/* Takes the value over where this bound of the fault is the furthest exceeded so far. */
+static void take_measure(const struct bound *b, uint32_t fault, int leg, double *most, struct fault_measure *m) {
+    if (b->fault != fault || holds(b) || !(beyond(b) > *most)) return;
+    *most = beyond(b);
+    *m = (struct fault_measure){.leg = leg, .value = b->value, .limit = b->value < b->least ? b->least : b->most};
+}
+
+/* Lengths that fit no pose: by how much they miss the nearest that was found. */
+static double misfit_m(const struct platform *p, const struct hal_sample *in) {
+    double pose[DOFS];
+    memcpy(pose, p->pose, sizeof pose);
+    return fk_solve(&p->kinematics, in->length_m, pose).residual_m;
+}
+
+/* Of a fault that this sample shows, as doubts() saw it. */
+static struct fault_measure measure_of(const struct platform *p, const struct hal_sample *in, uint32_t fault) {
+    struct fault_measure m = {.leg = -1, .value = (double)NAN, .limit = (double)NAN};
+    struct bound b[BOUNDS] = {{0}};
+    double most = 0.0, elapsed_s = since_good_s(p, in);
+    int count = common_bounds(p, in, b);
+    for (int n = 0; n < count; n++) take_measure(&b[n], fault, -1, &most, &m);
+    for (int i = 0; i < LEGS && !(in->flags & SAMPLE_IO); i++) {
+        count = leg_bounds(p, in, i, elapsed_s, b);
+        for (int n = 0; n < count; n++) take_measure(&b[n], fault, i, &most, &m);
+    }
+    if (fault == FAULT_KINEMATICS) m.value = misfit_m(p, in);
+    return m;
 }
 
 /* SAFETY: an open interlock is a fault where it can hurt somebody, and refuses `engage` where
@@ -81,12 +147,11 @@ static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
     if (in->flags & SAMPLE_UNWRITTEN) suspect |= interlock_doubts(p);
     if (in->flags & SAMPLE_IO) return suspect | FAULT_IO;
     suspect |= interlock_doubts(p);
-    if (too_old(p, in)) suspect |= FAULT_SENSOR_AGE;
+    struct bound b[BOUNDS] = {{0}};
+    int count = common_bounds(p, in, b);
+    for (int n = 0; n < count; n++) suspect |= holds(&b[n]) ? 0 : b[n].fault;
     if (in->flags & SAMPLE_INVALID) suspect |= FAULT_SENSOR_INVALID;
-    if (p->overruns >= p->params->loop.overrun_limit) suspect |= FAULT_OVERRUN;
-    /* Cycles, or more where deadlines were missed. */
-    double elapsed_s = fmax((double)(p->seq - p->good_seq) * p->params->loop.period_s,
-                            seconds_from_ns(in->time_ns) - seconds_from_ns(p->good_ns));
+    double elapsed_s = since_good_s(p, in);
     for (int i = 0; i < LEGS; i++) {
         uint32_t leg = leg_doubts(p, in, i, elapsed_s);
         if (leg) suspect |= leg | fault_leg(i);
@@ -310,7 +375,10 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
     suspect |= await_pressure(p, !suspect);
     /* SAFETY: the sensors have the last word: no request of the same cycle can undo a fault
      * before it is seen. */
-    react(p, supervisor_judge(s, suspect, patience(p, suspect)));
+    uint32_t headline = s->first_fault;
+    enum reaction reaction = supervisor_judge(s, suspect, patience(p, suspect));
+    if (s->first_fault != headline) p->measure = measure_of(p, in, s->first_fault);
+    react(p, reaction);
     if (s->good >= GOOD_SAMPLES) apply(p, TRIGGER_SENSORS_GOOD);
     p->ticks++;
 
@@ -332,6 +400,7 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
                           .state = s->state,
                           .faults = s->faults,
                           .first_fault = s->first_fault,
+                          .measure = p->measure,
                           .test = -1,
                           .dof = DOF_NONE};
     out->in.flags |= stale | (platform_wrong(p) ? SAMPLE_OPEN : 0);

@@ -30,6 +30,7 @@ struct platform {
     uint64_t device_seq;         /* of the sample before, */
     int64_t anew_seq;            /* and the cycle in which it was last a later one */
     int64_t last_ns;             /* when the sample before was read */
+    struct fault_measure measure; /* of supervisor.first_fault */
     int overruns;                /* deadlines missed in a row, at most loop.overrun_limit */
     /* the last reference and command */
     double ref[DOFS], ref_rate[DOFS], leg_ref_m[LEGS];

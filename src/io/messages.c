@@ -1,5 +1,6 @@
 #include "messages.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "hexid_answer_t.h"
@@ -58,6 +59,7 @@ bool state_decode(const void *data, int size, struct cycle *cycle) {
         .state = (enum state)m.state,
         .faults = (uint32_t)m.faults,
         .first_fault = (uint32_t)m.first_fault,
+        .measure = {.leg = -1, .value = (double)NAN, .limit = (double)NAN},
         .test = m.test,
         .dof = (enum dof)m.dof,
         .phase = (enum phase)m.phase,

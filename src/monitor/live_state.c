@@ -123,7 +123,7 @@ static struct json_text *renew(struct live_state *s, int place) {
 static void write_fault(struct live_state *s) {
     const struct live_fault *f = &s->fault;
     struct json_text *j = renew(s, LIVE_FAULT);
-    const char *const text[][2] = {{"name", f->name}, {"cause", f->cause}, {"remedy", f->remedy}};
+    const char *const text[][2] = {{"name", f->name}, {"measured", f->measured}, {"cause", f->cause}, {"remedy", f->remedy}};
     if (!f->there) return;
     json_text_say(j, "{\"legs\":%u", (unsigned)f->legs);
     for (size_t i = 0; i < sizeof text / sizeof *text; i++) {
@@ -142,6 +142,7 @@ static void fault_of_cycle(struct live_state *s, const struct cycle *c) {
     uint32_t legs = (c->faults & FAULT_LEGS) >> FAULT_LEG_SHIFT;
     if (row ? f->there && f->legs == legs : !f->there || c->seq <= f->seq) return;
     if (row && !f->there) {
+        *f->measured = '\0'; /* no cycle carries it */
         snprintf(f->cause, sizeof f->cause, "%s; most likely %s", row->what, row->cause);
         snprintf(f->remedy, sizeof f->remedy, "%s; then `hexid command reset`, `engage`, or start the run again", row->remedy);
     }
@@ -152,11 +153,11 @@ static void fault_of_cycle(struct live_state *s, const struct cycle *c) {
     write_fault(s);
 }
 
-/* "standstill, legs 2 3", as fault_describe() has it: a bit each. */
+/* "standstill, legs 2 3: 2.1 mm", as fault_line() has it: a bit each. */
 static uint32_t legs_of(const char *name) {
     uint32_t legs = 0;
     const char *list = strstr(name, ", leg");
-    for (; list && *list; list++)
+    for (; list && *list && *list != ':'; list++)
         if (*list >= '1' && *list < '1' + LEGS) legs |= 1u << (*list - '1');
     return legs;
 }
@@ -169,7 +170,9 @@ static void fault_of_event(struct live_state *s, const struct event *e) {
         if (!f->there) *f = (struct live_fault){.there = true};
         f->seq = e->seq;
         f->legs = legs_of(text);
-        snprintf(f->name, sizeof f->name, "%.*s", (int)sizeof f->name - 1, text);
+        size_t name = strcspn(text, ":"), rest = name + strspn(text + name, ": ");
+        snprintf(f->name, sizeof f->name, "%.*s", (int)name, text);
+        snprintf(f->measured, sizeof f->measured, "%.*s", (int)sizeof f->measured - 1, text + rest);
     } else if (f->there && !strcmp(e->kind, "cause")) memcpy(f->cause, text, sizeof text);
     else if (f->there && !strcmp(e->kind, "remedy")) memcpy(f->remedy, text, sizeof text);
     else return;

@@ -26,7 +26,7 @@ struct live_state {
         bool there;
         uint64_t seq;                    /* of the cycle that it was told of */
         uint32_t legs;                   /* a bit each */
-        char name[FAULT_TEXT_SIZE], cause[FAILURE_TEXT_SIZE], remedy[FAILURE_TEXT_SIZE];
+        char name[FAULT_TEXT_SIZE], measured[FAULT_MEASURE_SIZE], cause[FAILURE_TEXT_SIZE], remedy[FAILURE_TEXT_SIZE];
     } fault;
     struct cycle newest;
     bool heard;                          /* newest is one */

@@ -108,7 +108,7 @@ function showFault(told) {
   drawing.faultyLegs = fault?.legs ?? 0;
   drawn = null; // the drawing shows which legs
   if (!fault) return;
-  at("fault_name").textContent = "Fault: " + fault.name.replaceAll("_", " ");
+  at("fault_name").textContent = "Fault: " + fault.name.replaceAll("_", " ") + (fault.measured ? `: ${fault.measured}` : "");
   at("fault_cause").textContent = sentence(fault.cause);
   at("fault_remedy").textContent = sentence(fault.remedy.replaceAll("`", ""), false);
 }
