@@ -112,6 +112,11 @@ static int judge(const struct can *c, bool sent, const char *interface, struct e
     const struct can_master *m = &c->master;
     char text[200];
     if (m->foreign) return refuse_second(&(struct can_frame){.can_id = m->foreign & CAN_SFF_MASK}, interface, error);
+    if (can_master_twin(m))
+        return error_set(error, STATUS_UNSAFE,
+                         "can:%s: node %d answers twice: two devices have its number, or it repeats itself; give each device a number "
+                         "of its own",
+                         interface, can_master_twin(m));
     if (can_master_ready(m)) return STATUS_OK;
     struct can_condition condition = can_master_condition(m);
     can_condition_describe(condition, m->params, text, sizeof text);
@@ -131,7 +136,7 @@ static int bring_up(struct can *c, const char *interface, struct error *error) {
     const struct can_master *m = &c->master;
     int64_t deadline_ns = monotonic_ns() + (int64_t)BRING_UP_MS * NS_PER_MS;
     bool sent = can_socket_send(&c->socket, &reset, 1) == 1;
-    while (sent && !can_master_ready(m) && !can_master_misfit(m) && !m->foreign && monotonic_ns() < deadline_ns) {
+    while (sent && !can_master_ready(m) && !can_master_misfit(m) && !m->foreign && !can_master_twin(m) && monotonic_ns() < deadline_ns) {
         wait_for_frames(c);
         if (drain(c) || housekeep(c, can_master_claimed(m))) break;
     }

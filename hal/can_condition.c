@@ -6,13 +6,15 @@
 #include "can_master.h"
 
 /* The 64 bits of can_condition.state, from bit 0: bus 2, nodes 7 x 4 (phase 3, whether an EMCY
- * stands), its code 16, frame of another master 12, free 5, the caller's 1. */
+ * stands), its code 16, frame of another master 12, node that answers twice 3, free 2, the caller's
+ * 1. */
 enum {
     CONDITION_NODES = 2,
     CONDITION_NODE_BITS = 4,
     CONDITION_EMCY = CONDITION_NODES + CAN_NODES * CONDITION_NODE_BITS,
     CONDITION_FOREIGN = CONDITION_EMCY + 16,
-    CONDITION_END = CONDITION_FOREIGN + 12
+    CONDITION_TWIN = CONDITION_FOREIGN + 12,
+    CONDITION_END = CONDITION_TWIN + 3
 };
 _Static_assert((int)CONDITION_END <= 63, "there is no room for so many nodes");
 /* Of can_condition.refusal: value 32, sub-index 8, index 16, node 3, kind 2. */
@@ -24,7 +26,8 @@ static uint64_t pack(int node, const struct can_refusal *r) {
 }
 
 struct can_condition can_master_condition(const struct can_master *m) {
-    struct can_condition c = {.state = (uint64_t)m->bus | (uint64_t)m->foreign << CONDITION_FOREIGN};
+    struct can_condition c = {.state = (uint64_t)m->bus | (uint64_t)m->foreign << CONDITION_FOREIGN |
+                                       (uint64_t)can_master_twin(m) << CONDITION_TWIN};
     for (int i = m->nodes - 1; i >= 0; i--) {
         const struct can_peer *p = &m->peer[i];
         int at = CONDITION_NODES + i * CONDITION_NODE_BITS;
@@ -80,13 +83,14 @@ void can_condition_describe(struct can_condition c, const struct params *params,
     /* the same in every node's bits */
     const unsigned all = 0x1111111 >> CONDITION_NODE_BITS * (CAN_NODES - can_nodes(params));
     unsigned code = c.state >> CONDITION_EMCY & 0xffff, nodes = c.state >> CONDITION_NODES & 0xfffffff;
-    unsigned foreign = c.state >> CONDITION_FOREIGN & 0xfff;
+    unsigned foreign = c.state >> CONDITION_FOREIGN & 0xfff, twin = c.state >> CONDITION_TWIN & 7;
     int refusing = c.refusal >> REFUSAL_NODE & 7;
     *text = '\0';
     if (foreign) {
         const char *what = can_frame_of_master(&(struct can_frame){.can_id = foreign & CAN_SFF_MASK});
         append(text, size, ", another master: %s (0x%03x)", what ? what : "frame", foreign & CAN_SFF_MASK);
     }
+    if (twin) append(text, size, ", node %u answers twice: two devices have its number, or it repeats itself", twin);
     append(text, size, "%s", buses[(c.state & 3) % 3]);
     if (nodes && nodes == (nodes & 15) * all) {
         describe_node("all nodes", nodes & 15, code, c.refusal, params, text, size);

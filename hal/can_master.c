@@ -6,11 +6,17 @@
 #include <string.h>
 
 #include "channel.h"
+#include "interlock.h"
 #include "units.h"
 
 enum { REPLY_MS = 50, START_MS = 200, ASK_MS = 500, TRIES = 3, MISSED_HEARTBEATS = 3, NS_PER_MS = 1000000 };
 /* a cycle; with heartbeat, three RPDOs and SYNC they are ten, what a controller's queue holds */
 enum { REQUESTS = 5 };
+/* A node's buckets. TWICE: in windows; one in which it came again counts as much as two in which
+ * it did not take away, so that a bus that repeats every fourth frame does not fill it, and a twin
+ * does in 50 windows. ODD: in heartbeats; a node's own ones fill three quarters of what drains. */
+enum { TWICE_STEP = 2, TWICE_MAX = 100, ODD_MAX = 6 };
+static const double odd_heartbeat = 0.75, odd_frame = 1.0;
 #define PDO_OFF 0x80000000u
 
 static uint32_t ms(double seconds) { return (uint32_t)lround(seconds * 1000.0); }
@@ -123,8 +129,10 @@ static bool setup_step(const struct can_master *m, int node, int number, struct 
     return false;
 }
 
-static struct can_frame request_of(const struct step *s, int node) {
-    return can_frame_sdo(node, &(struct can_sdo){s->kind, s->index, s->sub, s->size, s->value});
+/* An answer may be late, but not by more than the tries. */
+static void request(struct can_peer *p, const struct step *s, int node, struct can_queue *out) {
+    can_queue_push(out, can_frame_sdo(node, &(struct can_sdo){s->kind, s->index, s->sub, s->size, s->value}));
+    if (p->asked < TRIES) p->asked++;
 }
 
 void can_master_init(struct can_master *m, const struct params *params, uint32_t token) {
@@ -132,6 +140,27 @@ void can_master_init(struct can_master *m, const struct params *params, uint32_t
     m->params = params;
     m->nodes = can_nodes(params);
     m->token = token;
+    m->closed = INPUTS_ALL;
+}
+
+static int64_t beats_ns(const struct can_master *m, double beats) { return ns_from_seconds(beats * m->params->can.heartbeat_s); }
+
+/* A frame that one device would not have sent so soon. */
+static void odd(const struct can_master *m, struct can_peer *p, double beats, int64_t time_ns) {
+    int64_t most_ns = time_ns + beats_ns(m, 2 * ODD_MAX);
+    if (p->odd_ns < time_ns) p->odd_ns = time_ns;
+    p->odd_ns += beats_ns(m, beats);
+    if (p->odd_ns > most_ns) p->odd_ns = most_ns;
+}
+
+static bool is_twin(const struct can_master *m, const struct can_peer *p) {
+    return p->twice >= TWICE_MAX || p->odd_ns - m->now_ns > beats_ns(m, ODD_MAX);
+}
+
+int can_master_twin(const struct can_master *m) {
+    for (int i = 0; i < m->nodes; i++)
+        if (is_twin(m, &m->peer[i])) return i + 1;
+    return 0;
 }
 
 static void set_up(struct can_peer *p) {
@@ -151,7 +180,9 @@ static void lose(struct can_peer *p) {
     forget(p);
 }
 
-static void heartbeat(struct can_master *m, struct can_peer *p, enum can_state state) {
+static void heartbeat(struct can_master *m, struct can_peer *p, enum can_state state, int64_t time_ns) {
+    /* before its set-up a node has a rate of its own */
+    if (p->phase >= CAN_STARTING) odd(m, p, odd_heartbeat, time_ns);
     if (state == CAN_BOOTUP) {
         m->boots++;
         forget(p);
@@ -164,14 +195,15 @@ static void heartbeat(struct can_master *m, struct can_peer *p, enum can_state s
 }
 
 /* A node that lost the daemon has left operational: set up at once, not with its next heartbeat. */
-static void emergency(struct can_peer *p, const struct can_frame *f) {
+static bool emergency(struct can_peer *p, const struct can_frame *f) {
     uint16_t code;
     uint8_t error_register;
-    if (!can_parse_emcy(f, &code, &error_register)) return;
+    if (!can_parse_emcy(f, &code, &error_register)) return false;
     if (code == EMCY_HEARTBEAT || code == EMCY_RPDO_TIMEOUT) set_up(p);
     /* SAFETY: what can be no more than a reading hides no other error */
-    if (code == EMCY_SENSOR && p->emcy) return;
+    if (code == EMCY_SENSOR && p->emcy) return true;
     if (code || !error_register) p->emcy = code; /* one is over, another stands: it stays */
+    return true;
 }
 
 static void refuse(struct can_peer *p, enum can_refusal_kind kind, const struct can_sdo *reply, int64_t time_ns) {
@@ -189,6 +221,8 @@ static bool as_it_must_be(const struct step *asked, const struct can_sdo *reply)
  * to the time-out. */
 static void sdo_reply(struct can_master *m, struct can_peer *p, int node, const struct can_sdo *reply, int64_t time_ns) {
     struct step asked;
+    if (p->asked) p->asked--;
+    else odd(m, p, odd_frame, time_ns);
     if (p->phase == CAN_LOST) set_up(p);
     if (p->phase != CAN_SETUP || p->tries == 0 || !setup_step(m, node, p->step, &asked)) return;
     if (reply->index != asked.index || reply->sub != asked.sub) return;
@@ -229,6 +263,12 @@ static void miss(struct can_master *m) {
     m->pause = CAN_PAUSE_DUE;
 }
 
+static void close_window(struct can_peer *p) {
+    p->twice += p->again ? TWICE_STEP : -(p->twice > 0);
+    if (p->twice > TWICE_MAX) p->twice = TWICE_MAX;
+    p->fresh = p->again = false;
+}
+
 static void echo(struct can_master *m, int64_t time_ns) {
     if (m->syncs && !whole(m)) {
         miss(m);
@@ -242,18 +282,49 @@ static void echo(struct can_master *m, int64_t time_ns) {
     m->gap_ns = time_ns - m->sync_ns;
     m->sync_ns = time_ns;
     if (m->bus == CAN_BUS_OFF) m->bus = CAN_BUS_GOOD;
-    for (int i = 0; i < m->nodes; i++) m->peer[i].fresh = false;
+    for (int i = 0; i < m->nodes; i++) close_window(&m->peer[i]);
 }
 
-static void tpdo(struct can_master *m, struct can_peer *p, const struct can_frame *f) {
+static bool same(const struct can_tpdo *a, const struct can_tpdo *b) {
+    return a->position == b->position && a->p1 == b->p1 && a->p2 == b->p2 && a->inputs == b->inputs;
+}
+
+/* SAFETY: one that says another thing than the one before in this window, or in another length, is
+ * of a second device or of another cycle. */
+static bool tpdo(struct can_master *m, struct can_peer *p, const struct can_frame *f) {
     struct can_tpdo value;
-    if (!m->syncs || !can_parse_tpdo(f, &value)) {
+    bool known = can_parse_tpdo(f, &value);
+    if (!m->syncs || !known) {
         m->stray++;
-        return;
+        p->contradicts |= m->syncs != 0;
+        return known;
     }
     m->twice += p->fresh;
+    p->again |= p->fresh;
+    p->contradicts |= p->fresh && !same(&value, &p->tpdo);
     p->fresh = true;
     p->tpdo = value;
+    if (p == &m->peer[CAN_IO - 1]) m->closed &= interlock_read(&m->params->interlocks, value.inputs).closed;
+    return true;
+}
+
+/* A frame of this node. False: it is none that the node sends. */
+static bool take(struct can_master *m, int node, unsigned function, const struct can_frame *f, int64_t time_ns) {
+    struct can_peer *p = &m->peer[node - 1];
+    enum can_state state;
+    struct can_sdo reply;
+    switch (function) {
+    case COB_TPDO: return tpdo(m, p, f);
+    case COB_EMCY: return emergency(p, f);
+    case COB_HEARTBEAT:
+        if (!can_parse_heartbeat(f, &state)) return false;
+        heartbeat(m, p, state, time_ns);
+        return true;
+    default:
+        if (!can_parse_sdo_reply(f, &reply)) return false;
+        sdo_reply(m, p, node, &reply, time_ns);
+        return true;
+    }
 }
 
 void can_master_receive(struct can_master *m, const struct can_frame *f, bool own, int64_t time_ns) {
@@ -271,14 +342,8 @@ void can_master_receive(struct can_master *m, const struct can_frame *f, bool ow
     for (unsigned i = 0; i < sizeof functions / sizeof *functions; i++) {
         int node = can_frame_node(f, functions[i]);
         if (node < 1 || node > m->nodes) continue;
-        struct can_peer *p = &m->peer[node - 1];
-        enum can_state state;
-        struct can_sdo reply;
-        p->heard_ns = time_ns;
-        if (functions[i] == COB_TPDO) tpdo(m, p, f);
-        else if (functions[i] == COB_HEARTBEAT && can_parse_heartbeat(f, &state)) heartbeat(m, p, state);
-        else if (functions[i] == COB_EMCY) emergency(p, f);
-        else if (functions[i] == COB_SDO_REPLY && can_parse_sdo_reply(f, &reply)) sdo_reply(m, p, node, &reply, time_ns);
+        if (take(m, node, functions[i], f, time_ns)) m->peer[node - 1].heard_ns = time_ns;
+        else odd(m, &m->peer[node - 1], odd_frame, time_ns);
     }
 }
 
@@ -298,7 +363,7 @@ static void drive_setup(struct can_master *m, struct can_peer *p, int node, int6
         return;
     }
     if (setup_step(m, node, p->step, &step)) {
-        can_queue_push(out, request_of(&step, node));
+        request(p, &step, node, out);
         p->deadline_ns = now_ns + (int64_t)REPLY_MS * NS_PER_MS;
         return;
     }
@@ -312,7 +377,7 @@ static void drive_setup(struct can_master *m, struct can_peer *p, int node, int6
 static void ask(struct can_master *m, struct can_peer *p, int node, int64_t now_ns, struct can_queue *out) {
     struct step step;
     if (now_ns < p->deadline_ns || out->count >= REQUESTS || !setup_step(m, node, 0, &step)) return;
-    can_queue_push(out, request_of(&step, node));
+    request(p, &step, node, out);
     p->deadline_ns = now_ns + (int64_t)ASK_MS * NS_PER_MS;
 }
 
@@ -326,6 +391,7 @@ static void supervise(struct can_master *m, struct can_peer *p, int node, int64_
 }
 
 void can_master_poll(struct can_master *m, int64_t now_ns, bool alive, struct can_queue *out) {
+    m->now_ns = now_ns;
     for (int i = 0; i < m->nodes; i++) supervise(m, &m->peer[i], i + 1, now_ns, out);
     if (!alive || now_ns < m->heartbeat_due_ns) return;
     can_queue_push(out, can_frame_heartbeat(CAN_MASTER, CAN_OPERATIONAL));
@@ -403,6 +469,21 @@ static void latch(struct can_master *m) {
     m->delivered = false;
 }
 
+/* SAFETY: nothing is closed that is not known; what opens does not wait for the sample to be whole,
+ * and was open if any of the answers says so. */
+static void convert_inputs(const struct can_master *m, struct hal_sample *s) {
+    const struct can_peer *io = &m->peer[CAN_IO - 1];
+    const struct interlock_params *interlocks = &m->params->interlocks;
+    struct interlock_reading latched = interlock_read(interlocks, m->latched[CAN_IO - 1].inputs);
+    if (!io->known) return;
+    s->inputs = latched.closed & m->closed;
+    s->contradicted = latched.contradicted;
+    if (!io->fresh) return;
+    struct interlock_reading newest = interlock_read(interlocks, io->tpdo.inputs);
+    s->inputs &= newest.closed;
+    s->contradicted |= newest.contradicted;
+}
+
 static void convert(const struct can_master *m, struct hal_sample *s) {
     const struct params *p = m->params;
     bool missing[CAN_NODES] = {false};
@@ -418,11 +499,17 @@ static void convert(const struct can_master *m, struct hal_sample *s) {
         bool told = emcy == EMCY_SENSOR && missing[i]; /* by the reading itself */
         if (m->peer[i].phase != CAN_RUNNING || (emcy && !told)) s->flags |= SAMPLE_INVALID;
     }
-    /* SAFETY: nothing is closed that is not known. */
-    const struct can_peer *io = &m->peer[CAN_IO - 1];
-    /* SAFETY: what opens does not wait for the sample to be whole */
-    uint32_t newest = io->fresh ? io->tpdo.inputs : INPUTS_ALL;
-    if (io->known) s->inputs = m->latched[CAN_IO - 1].inputs & newest & INPUTS_ALL;
+    convert_inputs(m, s);
+}
+
+static void tell_twins(struct can_master *m, struct hal_sample *s) {
+    for (int i = 0; i < m->nodes; i++) {
+        struct can_peer *p = &m->peer[i];
+        if (!p->contradicts && !is_twin(m, p)) continue;
+        s->flags |= SAMPLE_TWIN;
+        if (i < LEGS) s->twins |= 1u << i;
+        p->contradicts = false;
+    }
 }
 
 void can_master_sample(struct can_master *m, struct hal_sample *s) {
@@ -438,6 +525,8 @@ void can_master_sample(struct can_master *m, struct hal_sample *s) {
     if (!m->latched_sync || m->bus == CAN_BUS_OFF) s->flags |= SAMPLE_INVALID;
     convert(m, s);
     if (m->foreign) s->flags |= SAMPLE_FOREIGN;
+    tell_twins(m, s);
     m->foreign = 0;
+    m->closed = INPUTS_ALL;
     m->delivered = true;
 }

@@ -22,8 +22,8 @@
  *
  * A cycle: the window of a sample opens with SYNC (its own echo from the bus: the bus has carried
  * it, and when) and closes with the next. All TPDOs came in it, the inputs' too: a sample, latched
- * at the SYNC. One is missing: the last whole sample again, stale and older. A TPDO that came
- * twice: the later one. A SYNC half a period and more off the grid makes its sample late.
+ * at the SYNC. One is missing: the last whole sample again, stale and older. A SYNC half a period
+ * and more off the grid makes its sample late.
  *
  * A TPDO does not say which SYNC it answers, and a late one must not pass for the answer to the
  * next. So when one is missing, the next command and SYNC wait for a cycle, in which it comes
@@ -34,6 +34,13 @@
  *
  * The supply output changes with every command that is sent, as long as the level it was given has
  * changed since the one before: a charge pump goes on where every second cycle waits.
+ *
+ * SAFETY: one node, one answer. A bus may repeat a frame once; a node that goes on answering twice
+ * is two devices with one number, and nobody can know which one is right. Two different TPDOs of a
+ * node in one window, or one of another length, make the sample SAMPLE_TWIN, and an input is closed
+ * only where all of them say so. What says the same (a TPDO twice in a window, more heartbeats than
+ * were asked for, answers to no request, frames of a wrong length) fills a leaky bucket of the
+ * node, and every sample is SAMPLE_TWIN while one is full.
  *
  * SAFETY: a reading that is missing is NaN, and the platform knows what that means for it; an EMCY
  * 0x5000 of the same node says no more. Every other EMCY that stands, and every node that is not
@@ -77,7 +84,12 @@ struct can_peer {
     int64_t heard_ns;          /* last frame */
     uint16_t emcy;             /* standing error */
     struct can_tpdo tpdo;
-    bool fresh;                /* came in this window */
+    bool fresh;                /* came in this window, */
+    bool again;                /* and came again */
+    bool contradicts;          /* it said two things since the last sample was handed out */
+    int twice;                 /* leaky bucket of windows in which it came again */
+    int asked;                 /* SDO requests that may still be answered */
+    int64_t odd_ns;            /* leaky bucket of all other frames too many: empty by then */
     bool known;                /* neither lost nor refused nor booted since the last whole sample */
 };
 
@@ -105,6 +117,8 @@ struct can_master {
     uint64_t latched_sync;     /* its SYNC, 0: none yet */
     int64_t latched_ns, latched_gap_ns;
     bool delivered;            /* it has been handed out */
+    uint32_t closed;           /* inputs that all TPDOs since then say are closed */
+    int64_t now_ns;            /* of the last poll */
     /* counted for the operator */
     uint64_t lost, twice, stray, errors, boots;
 };
@@ -129,6 +143,9 @@ bool can_master_claimed(const struct can_master *m);
 
 /* A node is not what is configured, or does not take its set-up: more time would change nothing. */
 bool can_master_misfit(const struct can_master *m);
+
+/* The first node, 1 to 7, that two devices answer for; 0: none. */
+int can_master_twin(const struct can_master *m);
 
 /* Commands of six legs, the supply output, then SYNC: the sample's window opens with its echo.
  * Nothing in a cycle that waits for a TPDO, but for the first command to the centre. */

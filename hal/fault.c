@@ -13,7 +13,8 @@
  *           pressure_swap (P1 with P2); mix (two legs'); pressure_nan
  * both      nan
  * inputs    emergency_stop, enable, door (opens); supply (the charge pump does not get through, so
- *           the machine loses its pressure)
+ *           the machine loses its pressure); inputs_on=, inputs_off= (bits of the device's byte of
+ *           inputs that are stuck: 1 to 8 plain, 16 to 128 inverse)
  * valves    deaf (no command can be written, but centring); stuck (stays where it is, also when
  *           centred); valve=-1..1 (the same, there)
  */
@@ -22,6 +23,7 @@
 #include <string.h>
 
 #include "backends.h"
+#include "interlock.h"
 #include "units.h"
 
 enum { FAULTS_MAX = 16, ALL_LEGS = -1, HISTORY = 64, LENGTH_BITS = 22 };
@@ -32,6 +34,7 @@ struct wrapper {
     struct hal hal;
     struct hal_ops ops; /* hal_fault, but simulated and reconnecting as the inner one is */
     struct hal *inner;
+    const struct params *params;
     int64_t period_ns, now_ns;
     struct hal_sample history[HISTORY]; /* healthy ones; the newest at (reads - 1) % HISTORY */
     int64_t reads;
@@ -204,10 +207,14 @@ static void forced(const struct fault *f, struct hal_command *command) {
 /* Always the same level. */
 static void unpowered(const struct fault *f, struct hal_command *command) { (void)f, command->supply = false; }
 
+static uint32_t stuck_on(uint32_t bits, uint32_t stuck) { return bits | stuck; }
+static uint32_t stuck_off(uint32_t bits, uint32_t stuck) { return bits & ~stuck; }
+
 static const struct kind {
     const char *name;
     bool takes_leg, wants_value, read_fails, write_fails;
     uint32_t opens; /* INPUT_... */
+    uint32_t (*wire)(uint32_t bits, uint32_t stuck);
     void (*spoil)(struct wrapper *w, struct fault *f, struct hal_sample *s);
     void (*drive)(const struct fault *f, struct hal_command *command);
 } kinds[] = {
@@ -237,6 +244,8 @@ static const struct kind {
     {.name = "enable", .opens = INPUT_ENABLE},
     {.name = "door", .opens = INPUT_DOOR},
     {.name = "supply", .drive = unpowered},
+    {.name = "inputs_on", .wants_value = true, .wire = stuck_on},
+    {.name = "inputs_off", .wants_value = true, .wire = stuck_off},
     {.name = "deaf", .write_fails = true},
     {.name = "stuck", .takes_leg = true, .drive = stuck},
     {.name = "valve", .takes_leg = true, .wants_value = true, .drive = forced},
@@ -308,12 +317,20 @@ static int fault_open(struct hal **hal, const char *address, const struct params
         return status;
     }
     for (int i = 0; i < w->count; i++) w->fault[i].random = seed + (uint64_t)i;
+    w->params = params;
     w->period_ns = ns_from_seconds(params->loop.period_s);
     w->ops = hal_fault;
     w->ops.simulated = w->inner->ops->simulated, w->ops.reconnects = w->inner->ops->reconnects;
     w->hal.ops = &w->ops;
     *hal = &w->hal;
     return STATUS_OK;
+}
+
+/* Through the device's byte of inputs, some of whose bits are stuck. */
+static void rewire(const struct wrapper *w, const struct fault *f, struct hal_sample *s) {
+    uint32_t bits = f->kind->wire(interlock_bits(s->inputs), (uint32_t)fmax(0.0, fmin(f->value, 255.0)));
+    struct interlock_reading read = interlock_read(&w->params->interlocks, bits);
+    s->inputs = read.closed, s->contradicted |= read.contradicted;
 }
 
 static int fault_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) {
@@ -331,6 +348,7 @@ static int fault_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample
         if (!active(w, f)) continue;
         if (f->kind->spoil) f->kind->spoil(w, f, sample);
         sample->inputs &= ~f->kind->opens;
+        if (f->kind->wire) rewire(w, f, sample);
         if (f->kind->read_fails) status = -1;
     }
     return status;
@@ -383,6 +401,7 @@ const struct hal_ops hal_fault = {
     .usage =
         "fault:FAULT[,...];URL      another back-end, broken on purpose: KIND@FROM+LENGTH[/LEG][=VALUE], KIND one of\n"
         "                       stale late delay lag loss repeat reorder hang drop nan deaf stuck valve emergency_stop enable door supply\n"
+        "                       inputs_on inputs_off\n"
         "                       freeze length drift noise flip swap pressure pressure_drift pressure_freeze pressure_swap pressure_nan mix",
     .open = fault_open,
     .read = fault_read,

@@ -374,6 +374,7 @@ static void hand_out(const struct modbus_hal *m, struct hal_sample *s) {
         s->length_m[i] = r->length_m[i], s->p1_pa[i] = r->p1_pa[i], s->p2_pa[i] = r->p2_pa[i];
     }
     s->inputs = r->inputs;
+    s->contradicted = r->contradicted;
 }
 
 /* Once, in the loop's thread. */

@@ -1,6 +1,7 @@
 #include "modbus_map.h"
 
 #include "channel.h"
+#include "interlock.h"
 
 const struct modbus_register modbus_map[] = {
     {MODBUS_IDENTITY, 1, "u16", "-", "read", "0x4845"},
@@ -19,7 +20,7 @@ const struct modbus_register modbus_map[] = {
     {MODBUS_P2, LEGS, "i16", "kPa", "read", "the same on the rod side"},
     {MODBUS_FOREIGN, 1, "u16", "-", "read", "counts writes refused because they were not the master's"},
     {MODBUS_INPUTS, 1, "bits", "-", "read",
-     "1: emergency stop's chain closed; 2: enable switch held; 4: door closed; 8: supply has pressure"},
+     "1: emergency stop's chain closed; 2: enable switch held; 4: door closed; 8: supply has pressure; 16 to 128: the same, inverse"},
     {0},
 };
 
@@ -72,7 +73,7 @@ void modbus_put_reading(const struct params *p, const struct modbus_reading *r, 
     read[1] = r->sample;
     read[2] = r->status;
     read[MODBUS_FOREIGN - MODBUS_READ_FROM] = r->foreign;
-    read[MODBUS_INPUTS - MODBUS_READ_FROM] = r->inputs;
+    read[MODBUS_INPUTS - MODBUS_READ_FROM] = (uint16_t)interlock_bits(r->inputs);
     for (int i = 0; i < LEGS; i++) {
         uint32_t raw = (uint32_t)channel_raw(&p->length_channel, i, r->length_m[i], INT32_MAX);
         length[2 * i] = (uint16_t)(raw >> 16);
@@ -89,7 +90,8 @@ void modbus_get_reading(const struct params *p, const uint16_t read[MODBUS_READ]
     r->sample = read[1];
     r->status = read[2];
     r->foreign = read[MODBUS_FOREIGN - MODBUS_READ_FROM];
-    r->inputs = read[MODBUS_INPUTS - MODBUS_READ_FROM] & INPUTS_ALL;
+    struct interlock_reading inputs = interlock_read(&p->interlocks, read[MODBUS_INPUTS - MODBUS_READ_FROM]);
+    r->inputs = (uint16_t)inputs.closed, r->contradicted = (uint16_t)inputs.contradicted;
     for (int i = 0; i < LEGS; i++) {
         uint32_t raw = (uint32_t)length[2 * i] << 16 | length[2 * i + 1];
         r->length_m[i] = channel_si(&p->length_channel, i, channel_from_32((int32_t)raw));

@@ -73,7 +73,7 @@ struct modbus_reading {
     uint16_t number, sample, status;                 /* of the command in force; counts latches;
                                                       * MODBUS_SILENT, MODBUS_OWNED */
     uint16_t foreign;                                /* counts writes of others than the master */
-    uint16_t inputs;                                 /* INPUT_... */
+    uint16_t inputs, contradicted;                   /* INPUT_...; contradicted: read only */
     double length_m[LEGS], p1_pa[LEGS], p2_pa[LEGS]; /* NAN: none, or not plausible */
 };
 void modbus_put_reading(const struct params *p, const struct modbus_reading *r, uint16_t read[MODBUS_READ]);

@@ -134,6 +134,8 @@ struct interlock_params {         /* SAFETY: which of the machine's inputs and o
     bool supply;                  /* the output that keeps the supply on */
     double pressure_s;            /* until `pressure` closes, at most; without that input: the
                                    * wait */
+    bool antivalent;              /* each input comes twice, plain and inverse (interlock.h) */
+    double discrepancy_s;         /* the two may agree so long before that is a fault */
 };
 
 struct test_params {

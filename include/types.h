@@ -31,7 +31,8 @@ enum {
     SAMPLE_OPEN = 1u << 7,    /* an interlock that is needed is open */
     SAMPLE_UNWRITTEN = 1u << 8, /* beside SAMPLE_IO: the sample was read, the command
                                  * before was not written */
-    SAMPLE_FLAGS = 9,
+    SAMPLE_TWIN = 1u << 9,      /* two devices answer as one: hal_sample.twins */
+    SAMPLE_FLAGS = 10,
 };
 
 /* SAFETY: what the machine says of itself, one bit each; 0 where it is open, and where
@@ -56,6 +57,9 @@ struct hal_sample {
                              * a repeat or a step back a stale one */
     uint32_t flags;         /* SAMPLE_... */
     uint32_t inputs;        /* INPUT_... */
+    uint32_t contradicted;  /* INPUT_... whose two contacts contradict each other: open */
+    uint32_t twins;         /* beside SAMPLE_TWIN: 1u << leg where two devices answer for one leg;
+                             * 0 where they answer for the inputs, or no leg can be told */
     double length_m[LEGS];  /* joint to joint */
     double p1_pa[LEGS];     /* rodless side, gauge */
     double p2_pa[LEGS];     /* rod side, gauge */
@@ -103,6 +107,8 @@ enum {
     FAULT_SUPPLY = 1u << 14,         /* the pressure switch of the supply */
     FAULT_PRESSURE_SENSOR = 1u << 15,  /* a chamber's pressure is no reading: the platform is
                                         * parked, control does without */
+    FAULT_TWIN = 1u << 23,             /* two devices answer as one */
+    FAULT_ANTIVALENCE = 1u << 24,      /* the two contacts of an input contradict each other */
 };
 
 /* Beside the faults, which take bits 0..15 and 22..30: the legs that they were seen at, bits

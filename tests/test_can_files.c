@@ -177,13 +177,14 @@ static void dbc_decodes_what_the_codec_encodes(void **state) {
 }
 
 static void dbc_decodes_inputs_and_outputs(void **state) {
-    static const char *const inputs[INPUTS] = {"emergency_stop", "enable", "door", "pressure"};
+    static const char *const inputs[2 * INPUTS] = {"emergency_stop",      "enable",      "door",      "pressure",
+                                                   "emergency_stop_open", "enable_open", "door_open", "pressure_open"};
     const char *dbc = text_of("config/hexid.dbc");
     (void)state;
     for (int i = 0; i < 256; i++) {
         struct can_tpdo t = {.inputs = (uint8_t)i};
         struct can_frame in = can_frame_tpdo(CAN_IO, &t), out = can_frame_outputs((uint8_t)i);
-        for (int k = 0; k < INPUTS; k++) {
+        for (int k = 0; k < 2 * INPUTS; k++) {
             struct signal s = signal_find(dbc, inputs[k]);
             assert_true(decode(&s, &in) == (double)(i >> k & 1));
         }

@@ -638,6 +638,16 @@ static void an_input_that_is_not_wired_is_warned_of_behind_hardware(void **unuse
     is(check_interlocks(&simulated), LEVEL_OK, "NOT WIRED");
 }
 
+static void inputs_with_one_contact_are_warned_of_behind_hardware(void **unused) {
+    (void)unused;
+    params.interlocks.antivalent = false;
+    is(check_interlocks(&machine), LEVEL_WARN, "one contact each");
+    is(check_interlocks(&machine), LEVEL_WARN, "door");
+    is(check_interlocks(&simulated), LEVEL_OK, "one contact each");
+    params.interlocks = (struct interlock_params){0};
+    is(check_interlocks(&machine), LEVEL_WARN, "none; NOT WIRED");
+}
+
 int main(void) {
     if (!mkdtemp(root)) return 1;
     const struct CMUnitTest tests[] = {
@@ -673,6 +683,7 @@ int main(void) {
         cmocka_unit_test_setup(tests_that_the_legs_cannot_make_fail, begin),
         cmocka_unit_test_setup(a_machine_that_would_be_blind_for_long_fails, begin),
         cmocka_unit_test_setup(an_input_that_is_not_wired_is_warned_of_behind_hardware, begin),
+        cmocka_unit_test_setup(inputs_with_one_contact_are_warned_of_behind_hardware, begin),
         /* last: in a network of its own from then on */
         cmocka_unit_test_setup(lcm_is_followed_step_by_step, begin),
     };

@@ -433,6 +433,10 @@ static void the_loop_detects_or_rides_out_every_fault(void **unused) {
         {"emergency_stop@%g+1", FAULT_EMERGENCY_STOP, 1},
         {"enable@%g+0.002", FAULT_ENABLE, 1},
         {"door@%g+0.002", FAULT_DOOR, 1},
+        {"inputs_off@%g+1=1", FAULT_EMERGENCY_STOP, 1},
+        {"inputs_on@%g+1=16", FAULT_EMERGENCY_STOP, 1},
+        {"inputs_off@%g+1=255", FAULT_EMERGENCY_STOP, 1},
+        {"inputs_on@%g+1=15", 0, 0}, /* all are closed */
         {"supply@%g+1", FAULT_SUPPLY, 40}, /* the time of the relay and of the
                                             * accumulator, and bad_cycles */
         {"pressure@%g+0.008/6=8e6", 0, 0},

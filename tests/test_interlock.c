@@ -145,6 +145,72 @@ static void the_emergency_stop_is_the_headline(void **unused) {
     assert_int_equal(s.first_fault, FAULT_EMERGENCY_STOP);
 }
 
+/* ---- two contacts ---- */
+
+static uint32_t contradicting; /* INPUT_... that contradict() makes so */
+static void contradict(struct hal_sample *s, int which) { (void)which, s->inputs &= ~contradicting, s->contradicted = contradicting; }
+
+static void what_is_sent_is_read_as_it_was_and_one_wrong_bit_is_open_and_contradicts(void **unused) {
+    (void)unused;
+    struct params params = by_hand();
+    assert_true(params.interlocks.antivalent);
+    for (uint32_t closed = 0; closed <= INPUTS_ALL; closed++) {
+        struct interlock_reading r = interlock_read(&params.interlocks, interlock_bits(closed));
+        assert_int_equal(r.closed, closed);
+        assert_int_equal(r.contradicted, 0);
+        for (int bit = 0; bit < 2 * INPUTS; bit++) {
+            r = interlock_read(&params.interlocks, interlock_bits(closed) ^ 1u << bit);
+            assert_int_equal(r.contradicted, 1u << bit % INPUTS);
+            assert_int_equal(r.closed, closed & ~(1u << bit % INPUTS));
+        }
+    }
+    assert_int_equal(interlock_read(&params.interlocks, 0).closed, 0);
+    assert_int_equal(interlock_read(&params.interlocks, 0xff).closed, 0);
+    params.interlocks.antivalent = false;
+    assert_int_equal(interlock_read(&params.interlocks, 0xff).closed, INPUTS_ALL);
+}
+
+/* In every state, held up or not; where contacts are switched one after the other there is none. */
+static void contacts_that_contradict_each_other_are_a_fault_after_the_discrepancy_time(void **unused) {
+    (void)unused;
+    static const enum state resting[] = {STATE_SETTLED, STATE_READY, STATE_TESTING};
+    struct params params = by_hand();
+    int most = (int)lround(params.interlocks.discrepancy_s / params.loop.period_s);
+    for (int k = 0; k < INPUTS; k++)
+        for (unsigned h = 0; h < sizeof resting / sizeof *resting; h++) {
+            struct rig rig;
+            bool driven = resting[h] != STATE_SETTLED;
+            rig_init(&rig, &params);
+            rig_bring(&rig, resting[h], 20);
+            contradicting = interlock_table[k].input;
+            for (int n = 0; n < most; n++) rig_spoilt(&rig, contradict, 0);
+            /* open counts at once */
+            assert_int_equal(rig.now.state, driven ? STATE_FAULT : STATE_SETTLED);
+            assert_false(rig.now.faults & FAULT_ANTIVALENCE);
+            rig_run(&rig, 1); /* the other contact comes */
+            for (int n = 0; n < most; n++) rig_spoilt(&rig, contradict, 0);
+            assert_false(rig.now.faults & FAULT_ANTIVALENCE);
+            rig_spoilt(&rig, contradict, 0);
+            assert_true(rig.now.faults & FAULT_ANTIVALENCE);
+            assert_int_equal(rig.now.state, STATE_FAULT);
+            if (!driven) assert_int_equal(rig.now.first_fault, FAULT_ANTIVALENCE);
+            plant_destroy(rig.plant);
+        }
+}
+
+static void contacts_of_inputs_that_are_not_wired_may_say_what_they_like(void **unused) {
+    (void)unused;
+    struct params params = by_hand();
+    struct rig rig;
+    params.interlocks.door = false;
+    rig_init(&rig, &params);
+    rig_bring(&rig, STATE_READY, 20);
+    contradicting = INPUT_DOOR;
+    for (int n = 0; n < 1000; n++) rig_spoilt(&rig, contradict, 0);
+    assert_int_equal(rig.now.state, STATE_READY);
+    plant_destroy(rig.plant);
+}
+
 /* ---- energy ---- */
 
 static void without_pressure_in_time_there_is_a_fault_and_no_motion(void **unused) {
@@ -378,6 +444,9 @@ int main(void) {
         cmocka_unit_test(nothing_engages_on_a_doubtful_sample),
         cmocka_unit_test(what_is_not_wired_is_not_watched_and_named),
         cmocka_unit_test(the_emergency_stop_is_the_headline),
+        cmocka_unit_test(what_is_sent_is_read_as_it_was_and_one_wrong_bit_is_open_and_contradicts),
+        cmocka_unit_test(contacts_that_contradict_each_other_are_a_fault_after_the_discrepancy_time),
+        cmocka_unit_test(contacts_of_inputs_that_are_not_wired_may_say_what_they_like),
         cmocka_unit_test(without_pressure_in_time_there_is_a_fault_and_no_motion),
         cmocka_unit_test(pressure_that_does_not_go_with_the_supply_refuses_engage),
         cmocka_unit_test(a_spool_that_is_stuck_is_found_out_while_the_supply_comes),

@@ -149,7 +149,10 @@ struct finding check_blind_time(const struct doctor *d) {
 struct finding check_interlocks(const struct doctor *d) {
     char wiring[200];
     if (!doctor_drives(d)) return finding_none();
-    bool all = interlock_describe(&d->params->interlocks, wiring, sizeof wiring);
-    return finding(all || !d->machine ? LEVEL_OK : LEVEL_WARN, "wire it and set its key of `interlocks`, or answer for doing without", "%s",
-                   wiring);
+    const struct interlock_params *p = &d->params->interlocks;
+    bool all = interlock_describe(p, wiring, sizeof wiring), once = interlock_wired(p) && !p->antivalent;
+    enum level level = d->machine && (!all || once) ? LEVEL_WARN : LEVEL_OK;
+    if (!once) return finding(level, "wire it and set its key of `interlocks`, or answer for doing without", "%s", wiring);
+    return finding(level, "give each input a second, inverse contact (docs/hardware.md) and set interlocks.antivalent: true",
+                   "%s; one contact each: an input that is stuck closed is not seen", wiring);
 }

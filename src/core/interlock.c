@@ -11,6 +11,24 @@ const struct interlock interlock_table[INPUTS] = {
     {INPUT_SUPPLY, FAULT_SUPPLY, "supply pressure", "the supply has no pressure: look at the power unit"},
 };
 
+uint32_t interlock_bits(uint32_t closed) { return (closed & INPUTS_ALL) | (~closed & INPUTS_ALL) << INPUT_INVERSE; }
+
+struct interlock_reading interlock_read(const struct interlock_params *p, uint32_t bits) {
+    uint32_t plain = bits & INPUTS_ALL, inverse = bits >> INPUT_INVERSE & INPUTS_ALL;
+    if (!p->antivalent) return (struct interlock_reading){.closed = plain};
+    return (struct interlock_reading){.closed = plain & ~inverse, .contradicted = ~(plain ^ inverse) & INPUTS_ALL};
+}
+
+uint32_t interlock_contradicts(struct interlock_watch *w, const struct interlock_params *p, uint32_t contradicted, double period_s) {
+    uint32_t lasting = 0;
+    contradicted &= interlock_wired(p);
+    for (int i = 0; i < INPUTS; i++) {
+        w->cycles[i] = contradicted & interlock_table[i].input ? w->cycles[i] + 1 : 0;
+        if ((double)w->cycles[i] * period_s > p->discrepancy_s) lasting |= interlock_table[i].input;
+    }
+    return lasting;
+}
+
 uint32_t interlock_wired(const struct interlock_params *p) {
     return (p->emergency_stop ? INPUT_EMERGENCY_STOP : 0u) | (p->enable ? INPUT_ENABLE : 0u) | (p->door ? INPUT_DOOR : 0u) |
            (p->pressure ? INPUT_SUPPLY : 0u);

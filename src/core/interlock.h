@@ -14,6 +14,32 @@ struct interlock {
 };
 extern const struct interlock interlock_table[INPUTS];
 
+/* An input travels twice, as antivalent contacts send it (the idea of CiA 304): INPUT_... is set
+ * while it is closed, the same bit shifted by INPUT_INVERSE while it is open. SAFETY: so a wire
+ * that breaks, an input that is stuck and a device that sends zeros or ones contradict
+ * themselves. */
+enum { INPUT_INVERSE = 4 };
+
+struct interlock_reading {
+    uint32_t closed;       /* INPUT_...: both contacts say so, or the only one */
+    uint32_t contradicted; /* INPUT_...: both contacts say the same */
+};
+
+/* What a device sends for these closed inputs: bits 0..3 plain, 4..7 inverse. */
+uint32_t interlock_bits(uint32_t closed);
+
+/* What bits 0..7 say; without p->antivalent the upper half is not looked at. */
+struct interlock_reading interlock_read(const struct interlock_params *p, uint32_t bits);
+
+/* How long each input has contradicted itself, in cycles. */
+struct interlock_watch {
+    int64_t cycles[INPUTS];
+};
+
+/* Counts a cycle with these contradictions (INPUT_...). Returns those of wired inputs that have
+ * lasted longer than p->discrepancy_s: contacts do not switch at the same instant. */
+uint32_t interlock_contradicts(struct interlock_watch *w, const struct interlock_params *p, uint32_t contradicted, double period_s);
+
 /* INPUT_... that are wired. */
 uint32_t interlock_wired(const struct interlock_params *p);
 

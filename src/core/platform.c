@@ -4,7 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "interlock.h"
 #include "units.h"
 
 enum {
@@ -144,6 +143,8 @@ static uint32_t interlock_doubts(const struct platform *p) {
  * FAULT_... bits, and those of the legs where they were seen; 0 for a good sample. */
 static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
     uint32_t suspect = in->flags & SAMPLE_FOREIGN ? FAULT_MASTER : 0;
+    if (in->flags & SAMPLE_TWIN) suspect |= FAULT_TWIN | (in->twins << FAULT_LEG_SHIFT & FAULT_LEGS);
+    if (p->contradicted) suspect |= FAULT_ANTIVALENCE;
     if (in->flags & SAMPLE_UNWRITTEN) suspect |= interlock_doubts(p);
     if (in->flags & SAMPLE_IO) return suspect | FAULT_IO;
     suspect |= interlock_doubts(p);
@@ -188,12 +189,17 @@ static void observe_forces(struct platform *p, const struct hal_sample *in, uint
         if (!(suspect & fault_leg(i))) p->force_n[i] = leg_force(&p->areas, i, in->p1_pa[i], in->p2_pa[i]);
 }
 
+static void observe_inputs(struct platform *p, const struct hal_sample *in) {
+    p->inputs = in->inputs;
+    p->contradicted = interlock_contradicts(&p->watch, &p->params->interlocks, in->contradicted, p->params->loop.period_s);
+}
+
 /* Takes the sample over when control can do with it: pose and leg forces. Returns what is
  * doubtful about it. */
 static uint32_t observe(struct platform *p, const struct hal_sample *in) {
     count_overruns(p, in);
     watch_standstill(p, in);
-    if (!(in->flags & SAMPLE_IO) || in->flags & SAMPLE_UNWRITTEN) p->inputs = in->inputs;
+    if (!(in->flags & SAMPLE_IO) || in->flags & SAMPLE_UNWRITTEN) observe_inputs(p, in);
     uint32_t suspect = doubts(p, in);
     if (suspect & failure_mask(REACTION_STOP)) return suspect;
     double pose[DOFS];
@@ -210,7 +216,7 @@ static uint32_t observe(struct platform *p, const struct hal_sample *in) {
 /* Bad samples to ride out. Overruns come counted. SAFETY: where two masters command, neither knows
  * where the platform goes next; and who presses, lets go or opens something means it. */
 static int patience(const struct platform *p, uint32_t suspect) {
-    if (suspect & (FAULT_MASTER | FAULT_EMERGENCY_STOP | FAULT_ENABLE | FAULT_DOOR)) return 1;
+    if (suspect & (FAULT_MASTER | FAULT_EMERGENCY_STOP | FAULT_ENABLE | FAULT_DOOR | FAULT_ANTIVALENCE)) return 1;
     if (p->supervisor.state == STATE_INIT) return INIT_PATIENCE;
     return suspect & FAULT_OVERRUN ? 1 : p->params->limits.bad_cycles;
 }

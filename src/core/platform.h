@@ -4,6 +4,7 @@
 #define HEXID_PLATFORM_H
 
 #include "force.h"
+#include "interlock.h"
 #include "kinematics.h"
 #include "params.h"
 #include "pid.h"
@@ -35,7 +36,9 @@ struct platform {
     /* the last reference and command */
     double ref[DOFS], ref_rate[DOFS], leg_ref_m[LEGS];
     struct hal_command command;  /* held while samples are bad */
-    uint32_t inputs;             /* INPUT_..., as they were last read */
+    uint32_t inputs;             /* INPUT_..., as they were last read, */
+    struct interlock_watch watch;
+    uint32_t contradicted;       /* and those whose contacts contradict each other for too long */
     /* the list of tests */
     int test;                    /* under way, or the next */
     int64_t ticks;               /* cycles in this state */

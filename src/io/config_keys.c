@@ -153,6 +153,8 @@ static const struct config_key keys[] = {
     KEY(interlocks, pressure, "true", 0.0, 1.0, "-", "an input says that the supply has pressure"),
     KEY(interlocks, supply, "true", 0.0, 1.0, "-", "an output, changing every cycle, keeps the supply on through a relay of the machine"),
     KEY(interlocks, pressure_s, "5", 0.1, 60.0, "s", "pressure comes within this; without that input: the wait for it"),
+    KEY(interlocks, antivalent, "true", 0.0, 1.0, "-", "each input has two contacts, the second one inverse in bits 4 to 7; false: one"),
+    KEY(interlocks, discrepancy_s, "0.1", 0.002, 1.0, "s", "the two contacts of an input may contradict each other for so long"),
 
     WORD(tests, order, CONFIG_AXES, "[x, y, z, phi, theta, psi]", "axes to test, in turn", dof_names),
     AXES_KEY("frequency_hz", hz[DOF_X], DOFS, "4", 0.01, 100.0, "Hz",

@@ -219,6 +219,7 @@ static const char *const flag_words[SAMPLE_FLAGS] = {
     "another master commanded the machine",
     "an interlock was open",
     "read, but the command before it was not written",
+    "two devices answered as one",
 };
 
 static void exclusions(FILE *out, const struct identification_log *l) {

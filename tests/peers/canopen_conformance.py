@@ -393,6 +393,8 @@ if IO:
           {write(0x1600, 0, 0, 1), write(0x1600, 1, 0x62000108, 4), write(0x1A00, 0, 0, 1)} == {READ_ONLY})
     claim("CiA 401, 6000h", "inputs are read only, and say how the machine is: emergency stop, enable switch and door closed",
           (read(0x6000), read(0x6000, 1), write(0x6000, 1, 0, 1)) == (1, 0, READ_ONLY) and (send(0x80), read(0x6000, 1))[1] & 7 == 7)
+    claim("SAFETY (CiA 304's idea)", "each input comes twice, plain in bits 0 to 3 and inverse in bits 4 to 7",
+          (read(0x6000, 1) ^ read(0x6000, 1) >> 4) & 15 == 15)
     claim("CiA 401, 6206h, 6207h", "SAFETY: on an error every output takes its error value, 0; neither can be changed",
           (read(0x6206, 1), read(0x6207, 1)) == (0xFF, 0) and
           {write(0x6206, 1, 0, 1), write(0x6207, 1, 1, 1)} == {READ_ONLY})

@@ -41,7 +41,7 @@ class Module:
     def sync(self, cob, data, stamp):
         if self.node.nmt.state != "OPERATIONAL":
             return
-        self.network.send_message(0x187, [self.inputs])
+        self.network.send_message(0x187, [self.inputs | (~self.inputs & 15) << 4])  # two contacts each
         if self.opened is None and not self.inputs & EMERGENCY_STOP:
             self.opened, self.changes, self.driven = 0, 0, any(self.valves.values())
         elif self.opened is not None and any(self.valves.values()):

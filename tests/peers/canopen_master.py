@@ -93,11 +93,11 @@ def cycle(valve=None):
 at_rest = cycle()
 claim("SYNC is answered by a TPDO as the EDS maps it: a leg of 1.43 m, tank pressure",
       at_rest is not None and abs(at_rest[0] - 1431000) < 2000 and max(abs(at_rest[1]), abs(at_rest[2])) < 100)
-claim("all inputs are closed but the supply's pressure", inputs[-1] == 0b0111)
+claim("all inputs are closed but the supply's pressure, and the other contact of each says the inverse", inputs[-1] == 0b10000111)
 for _ in range(300):
     time.sleep(1e-3)  # the machine lives by the clock
     at_rest = cycle(0.0)
-claim("while the supply output changes, the machine has pressure", inputs[-1] == 0b1111)
+claim("while the supply output changes, the machine has pressure", inputs[-1] == 0b00001111)
 for _ in range(300):
     time.sleep(1e-3)
     last = cycle(0.5)

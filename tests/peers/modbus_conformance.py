@@ -199,6 +199,8 @@ def tcp(port):
     answer = c.ask(read(0, END))
     check("App 6.3: function 3 answers byte count 2 N and N registers", answer[1] == 2 * END and len(answer) == 2 + 2 * END)
     check("App 6.3: the last register alone is read", c.ask(read(END - 1, 1))[:2] == b"\x03\x02")
+    inputs = registers(c.ask(read(END - 1, 1)))[0]
+    check("Map: each input comes twice, plain in bits 0 to 3 and inverse in bits 4 to 7", (inputs ^ inputs >> 4) & 15 == 15 and inputs & 7 == 7)
     check("App 4.4: register 1 is addressed 0", registers(c.ask(read(0, 2)))[1:] == registers(c.ask(read(1, 1))))
     for count in (0, 126, 0x8000, 0xFFFF):
         refused("App 6.3: function 3, quantity %d: exception 3" % count, read(0, count), 3)

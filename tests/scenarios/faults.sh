@@ -77,6 +77,10 @@ all pressures lost|pressure_nan@5.91+100|5.91|pressure_sensor|5
 emergency stop|emergency_stop@5.91+100|5.91|emergency_stop|1
 enable switch let go, 2 ms|enable@5.91+0.002|5.91|enable_switch|1
 door opened|door@5.91+100|5.91|door|1
+a contact of the emergency stop breaks|inputs_off@5.91+100=1|5.91|emergency_stop|1
+its other contact is welded|inputs_on@5.91+100=16|5.91|emergency_stop|1
+the pressure switch's contact is welded|inputs_on@0.02+100=8|0.02|input_contradiction|51
+a module that sends ones|inputs_on@5.91+100=255|5.91|emergency_stop|1
 supply lost: its relay opens|supply@5.91+100|5.91|supply|40
 pressure jumps 8 MPa|pressure@5.91+100/3=8e6|5.91|force|5
 pressure jumps 0.1 MPa|pressure@6.06+100/3=1e5|6.06|verdict|0
