@@ -19,7 +19,7 @@
 #include "bus.h"
 #include "can_controller.h"
 #include "doctor.h"
-#include "host_lock.h"
+#include "machine_lock.h"
 #include "kinematics.h"
 #include "units.h"
 #include "wakeup.h"
@@ -500,10 +500,10 @@ static void a_device_that_does_not_answer_fails_and_one_that_is_driven_is_not_as
     snprintf(url, sizeof url, "modbus:tcp://127.0.0.1:%d", ntohs(address.sin_port));
     machine.url = url;
     is(check_modbus(&machine), LEVEL_FAIL, "127.0.0.1");
-    int lock = host_lock(url, &error); /* as a hexid at work has it */
-    assert_true(lock >= 0);
+    struct machine_lock lock; /* as a hexid at work has it */
+    assert_int_equal(machine_lock(&lock, url, &error), STATUS_OK);
     is(check_modbus(&machine), LEVEL_UNKNOWN, "not asked: ");
-    close(lock);
+    machine_unlock(&lock);
     close(s);
 }
 

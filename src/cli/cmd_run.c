@@ -15,10 +15,10 @@
 #include "confine.h"
 #include "crash.h"
 #include "doctor.h"
-#include "host_lock.h"
 #include "interlock.h"
 #include "log.h"
 #include "log_directory.h"
+#include "machine_lock.h"
 #include "messages.h"
 #include "motion_check.h"
 #include "operator.h"
@@ -52,7 +52,8 @@ struct session {
     struct operator operator;
     char *config;
     char log_path[PATH_MAX];       /* of a log in a directory */
-    int lock, signal_file; /* descriptors */
+    struct machine_lock lock; /* to the end of the process */
+    int signal_file;          /* descriptor */
     int64_t signalled_ns;  /* CLOCK_MONOTONIC of the first signal, 0: none, */
     int signal;            /* and its number */
     bool listens, recorder_hangs, stuck;
@@ -91,15 +92,6 @@ static enum realtime_mode realtime_of(const struct session *s) {
 static enum clock_kind clock_of(const struct session *s) {
     if (s->options.fast) return CLOCK_VIRTUAL;
     return s->hal->ops->simulated && realtime_of(s) != REALTIME_REQUIRE ? CLOCK_PACED : CLOCK_REAL;
-}
-
-/* The machine's own URL: behind the faults that are put in front of it. */
-static int lock_machine(struct session *s, struct error *error) {
-    const char *last = strrchr(s->options.hal, ';'), *url = last ? last + 1 : s->options.hal;
-    const struct hal_ops *ops = hal_find(url);
-    if (!ops || ops->simulated) return STATUS_OK;
-    s->lock = host_lock(url, error);
-    return s->lock < 0 ? s->lock : STATUS_OK;
 }
 
 static const struct trajectory *driven(const struct session *s) { return s->trajectory.knot ? &s->trajectory : NULL; }
@@ -152,8 +144,9 @@ static int open_log(struct session *s, struct error *error) {
 }
 
 static int open_all(struct session *s, struct error *error) {
-    int status = lock_machine(s, error);
+    int status = machine_lock(&s->lock, s->options.hal, error);
     if (status) return status;
+    if (s->lock.doubt.status) warn(&s->lock.doubt);
     status = hal_open(&s->hal, s->options.hal, &s->params, s->options.seed, error);
     if (status) return status;
     options_automatic(&s->options, s->hal->ops->simulated, &s->params);

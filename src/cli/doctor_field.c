@@ -9,7 +9,7 @@
 #include "can_frames.h"
 #include "can_socket.h"
 #include "doctor.h"
-#include "host_lock.h"
+#include "machine_lock.h"
 #include "modbus_link.h"
 #include "modbus_map.h"
 
@@ -195,10 +195,11 @@ struct finding check_modbus(const struct doctor *d) {
     struct error error;
     /* said by check_modbus_line */
     if (!address || modbus_parse(address, &parts, &error)) return finding_none();
-    int lock = host_lock(d->url, &error);
-    if (lock < 0) return finding(LEVEL_UNKNOWN, "ask again when it has ended", "not asked: %s", error.text);
+    struct machine_lock lock;
+    int status = machine_lock(&lock, d->url, &error);
+    if (status == STATUS_UNSAFE) return finding(LEVEL_UNKNOWN, "ask again when it has ended", "not asked: %s", error.text);
     struct finding f;
-    if (modbus_link_open(&link, &parts, d->params->modbus.unit, 1.0, &error)) {
+    if (status || modbus_link_open(&link, &parts, d->params->modbus.unit, 1.0, &error)) {
         f = finding(LEVEL_FAIL,
                     "look at the device, its supply and its address; a service needs IPAddressAllow= or DeviceAllow= (docs/service.md)",
                     "%s", error.text);
@@ -206,6 +207,6 @@ struct finding check_modbus(const struct doctor *d) {
         f = talk(d, link, address);
         modbus_link_close(link);
     }
-    close(lock);
+    machine_unlock(&lock);
     return f;
 }

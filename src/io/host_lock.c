@@ -1,56 +1,109 @@
 #include "host_lock.h"
 
 #include <errno.h>
-#include <fcntl.h>
-#include <limits.h>
-#include <stdlib.h>
+#include <grp.h>
+#include <pwd.h>
+#include <stdbool.h>
+#include <stddef.h>
 #include <string.h>
-#include <sys/file.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
 #include <unistd.h>
 
-/* One lock a URL: what a file name cannot hold is replaced. */
-static void lock_path(const char *url, char path[NAME_MAX]) {
-    const char *folder = access("/run/lock", F_OK) ? "/tmp/" : "/run/lock/";
-    int length = snprintf(path, NAME_MAX, "%shexid-%s", folder, url);
-    if (length >= NAME_MAX) length = NAME_MAX - 1;
-    for (int i = (int)strlen(folder); i < length; i++)
-        if (!((path[i] >= 'a' && path[i] <= 'z') || (path[i] >= 'A' && path[i] <= 'Z') || (path[i] >= '0' && path[i] <= '9') ||
-              path[i] == '.' || path[i] == '-'))
-            path[i] = '_';
+static const char operators[] = "hexid"; /* group of the unit, and of who may command */
+
+struct holder {
+    struct ucred who; /* as of its listen() */
+    gid_t group[64];
+    int groups;
+};
+
+static socklen_t slot_address(const struct host_lock_key *key, int slot, struct sockaddr_un *address) {
+    *address = (struct sockaddr_un){.sun_family = AF_UNIX};
+    int length = snprintf(address->sun_path + 1, sizeof address->sun_path - 1, "hexid-machine/%s/%d", key->name, slot);
+    return (socklen_t)(offsetof(struct sockaddr_un, sun_path) + 1 + (size_t)length);
 }
 
-/* Another user's file is opened without O_CREAT: kernels refuse that in directories
- * that all may write. */
-static int open_lock(const char *path) {
-    int file = open(path, O_RDWR | O_CLOEXEC | O_NOFOLLOW);
-    if (file < 0 && errno == ENOENT) file = open(path, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
-    return file < 0 && errno == EACCES ? open(path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW) : file;
-}
+static int new_socket(void) { return socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0); }
 
-static int refuse(const char *url, int file, struct error *error) {
-    char holder[24] = "";
-    ssize_t size = pread(file, holder, sizeof holder - 1, 0);
-    holder[size > 0 ? strspn(holder, "0123456789") : 0] = '\0';
-    return error_set(error, STATUS_UNSAFE,
-                     "--hal %.100s: another hexid on this host drives this machine%s%s: end it first, a machine has "
-                     "one master",
-                     url, *holder ? ", process " : "", holder);
-}
-
-int host_lock(const char *url, struct error *error) {
-    char path[NAME_MAX], own[24];
-    lock_path(url, path);
-    int file = open_lock(path);
-    if (file < 0)
-        return error_set(error, STATUS_IO, "%.200s: cannot be opened: %s; hexid locks a machine there against a second master", path,
-                         strerror(errno));
-    if (flock(file, LOCK_EX | LOCK_NB)) {
-        int status = refuse(url, file, error);
-        close(file);
-        return status;
+/* The first free slot, -1 and errno where none is. */
+static int take_slot(const struct host_lock_key *key, int *slot) {
+    for (*slot = 0; *slot < HOST_LOCK_SLOTS; ++*slot) {
+        struct sockaddr_un address;
+        socklen_t length = slot_address(key, *slot, &address);
+        int own = new_socket();
+        if (own < 0) return -1;
+        if (!bind(own, (struct sockaddr *)&address, length) && !listen(own, SOMAXCONN)) return own;
+        int reason = errno;
+        close(own);
+        errno = reason;
+        if (reason != EADDRINUSE) return -1;
     }
-    int length = snprintf(own, sizeof own, "%ld\n", (long)getpid());
-    /* for people only */
-    if (ftruncate(file, 0) == 0 && pwrite(file, own, (size_t)length, 0) < 0) errno = 0;
-    return file;
+    return -1;
+}
+
+/* False: nobody has the slot. Who does not say who he is has no group and the user (uid_t)-1. */
+static bool ask_slot(const struct host_lock_key *key, int slot, struct holder *h) {
+    struct sockaddr_un address;
+    socklen_t length = slot_address(key, slot, &address), size = sizeof h->who, bytes = sizeof h->group;
+    *h = (struct holder){.who = {.uid = (uid_t)-1, .gid = (gid_t)-1}};
+    int s = new_socket();
+    if (s < 0) return false;
+    bool there = !connect(s, (struct sockaddr *)&address, length);
+    if (there && !getsockopt(s, SOL_SOCKET, SO_PEERCRED, &h->who, &size) && !getsockopt(s, SOL_SOCKET, SO_PEERGROUPS, h->group, &bytes))
+        h->groups = (int)(bytes / sizeof *h->group);
+    there = there || errno == EAGAIN; /* more have asked than wait in its queue */
+    close(s);
+    return there;
+}
+
+static bool is_in(const struct holder *h, gid_t group) {
+    for (int i = 0; i < h->groups; i++)
+        if (h->group[i] == group) return true;
+    return h->who.gid == group;
+}
+
+/* SAFETY: a lock counts where its holder could command the machine without it. */
+static bool may_command(const struct host_lock_key *key, const struct holder *h) {
+    if (h->who.uid == (uid_t)-1) return false;
+    if (h->who.uid == 0 || h->who.uid == geteuid()) return true;
+    if (key->mode)
+        return key->mode & S_IWOTH || (key->mode & S_IWGRP && is_in(h, key->group)) || (key->mode & S_IWUSR && h->who.uid == key->owner);
+    const struct group *members = getgrnam(operators);
+    return members && is_in(h, members->gr_gid);
+}
+
+static void describe(const struct holder *h, char *text, size_t size) {
+    const struct passwd *user = h->who.uid == (uid_t)-1 ? NULL : getpwuid(h->who.uid);
+    if (h->who.uid == (uid_t)-1) snprintf(text, size, "somebody");
+    else if (user) snprintf(text, size, "process %ld of user %s", (long)h->who.pid, user->pw_name);
+    else snprintf(text, size, "process %ld of user %ld", (long)h->who.pid, (long)h->who.uid);
+}
+
+/* SAFETY: asked after the own slot is taken, so that of two that start at once one sees the other. */
+int host_lock(const char *url, const struct host_lock_key *key, struct error *doubt, struct error *error) {
+    int own_slot, own = take_slot(key, &own_slot), reason = errno;
+    char who[100];
+    struct holder h;
+    *doubt = (struct error){0};
+    for (int slot = 0; slot < HOST_LOCK_SLOTS; slot++) {
+        if (slot == own_slot || !ask_slot(key, slot, &h)) continue;
+        describe(&h, who, sizeof who);
+        if (may_command(key, &h)) {
+            if (own >= 0) close(own);
+            return error_set(error, STATUS_UNSAFE,
+                             "--hal %.100s: another hexid on this host drives this machine, %s: end it first, a machine has "
+                             "one master",
+                             url, who);
+        }
+        error_set(doubt, STATUS_UNSAFE,
+                  "--hal %.100s: %s has the lock of this machine on this host, and may not command it (root, this user, %s): it is not "
+                  "waited for; a second master is refused by the machine",
+                  url, who, key->mode ? "who may write the device" : "group hexid");
+    }
+    if (own < 0 && reason == EADDRINUSE) own = new_socket(); /* all slots are strangers' */
+    if (own >= 0) return own;
+    return error_set(error, STATUS_IO, "--hal %.100s: no lock against a second master on this host: %s; it takes a Unix-domain socket", url,
+                     strerror(reason));
 }
