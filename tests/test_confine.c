@@ -26,6 +26,7 @@
 #include "notify.h"
 
 static char directory[] = "/tmp/confine.XXXXXX", result[64], other[64];
+static int listener;           /* of commands */
 static struct notify manager; /* opened before, as the daemon does */
 
 /* In a child that is confined; true when what it did was. */
@@ -135,6 +136,18 @@ static bool the_manager_is_told(const char *path) {
     return denied(socket(AF_UNIX, SOCK_DGRAM, 0));
 }
 
+/* A socket that listened before; no other is made, and none is moved to another address. */
+static bool connections_are_accepted(const char *path) {
+    struct sockaddr_un elsewhere = {.sun_family = AF_UNIX, .sun_path = "/tmp/hexid-nowhere"};
+    char byte = 0;
+    (void)path;
+    int fd = accept4(listener, NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    return fd >= 0 && recv(fd, &byte, 1, 0) == 1 && send(fd, &byte, 1, MSG_NOSIGNAL) == 1 && !close(fd) &&
+           denied(syscall(SYS_accept, listener, NULL, NULL)) && denied(socket(AF_UNIX, SOCK_SEQPACKET, 0)) &&
+           denied(bind(listener, (struct sockaddr *)&elsewhere, sizeof elsewhere)) && denied(listen(listener, 1)) &&
+           denied(connect(listener, (struct sockaddr *)&elsewhere, sizeof elsewhere)) && denied(unlink(other));
+}
+
 static bool a_connection_is_made_again(const char *path) {
     struct sockaddr_in nobody = {.sin_family = AF_INET, .sin_addr.s_addr = htonl(INADDR_LOOPBACK), .sin_port = htons(9)};
     int tcp = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0), reached = connect(tcp, (struct sockaddr *)&nobody, sizeof nobody);
@@ -191,6 +204,25 @@ static void a_service_manager_is_told_through_the_socket_that_was_open(void **un
     close(file);
 }
 
+static void commands_come_through_the_sockets_that_were_open(void **unused) {
+    (void)unused;
+    SKIP_SANITIZED();
+    struct sockaddr_un at = {.sun_family = AF_UNIX};
+    char byte = 'x';
+    snprintf(at.sun_path, sizeof at.sun_path, "%s", other);
+    unlink(other);
+    listener = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK, 0);
+    assert_int_equal(bind(listener, (struct sockaddr *)&at, sizeof at), 0);
+    assert_int_equal(listen(listener, 1), 0);
+    int client = socket(AF_UNIX, SOCK_SEQPACKET, 0);
+    assert_int_equal(connect(client, (struct sockaddr *)&at, sizeof at), 0);
+    assert_int_equal(send(client, &byte, 1, 0), 1);
+    assert_true(in_child(connections_are_accepted, false));
+    assert_int_equal(recv(client, &byte, 1, 0), 1);
+    close(client);
+    close(listener);
+}
+
 /* TSYNC: a thread that runs already; it tells through a pipe. */
 static int to_thread[2], from_thread[2];
 static void *tries(void *argument) {
@@ -238,6 +270,7 @@ int main(void) {
         cmocka_unit_test(what_is_denied_fails_and_kills_nobody),
         cmocka_unit_test(what_the_daemon_needs_works),
         cmocka_unit_test(a_service_manager_is_told_through_the_socket_that_was_open),
+        cmocka_unit_test(commands_come_through_the_sockets_that_were_open),
         cmocka_unit_test(threads_that_run_are_confined_too),
     };
     return cmocka_run_group_tests(tests, make_directory, remove_directory);

@@ -4,7 +4,8 @@
  * What is denied fails with EPERM. SAFETY: it never kills, for a daemon that is killed
  * drops a platform.
  *
- * Allowed, to all threads: to read and write what is open, to wait and to tell the time, memory
+ * Allowed, to all threads: to read and write what is open, to accept connections where a socket
+ * listens already, to wait and to tell the time, memory
  * that is not executable, signals to this process, to end; the file for the result, once, by the
  * one path that stands in memory which can no longer be written, unmapped or replaced. Where a
  * back-end makes its connection again: internet sockets that connect, reading files (the

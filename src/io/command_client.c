@@ -1,0 +1,59 @@
+#include "command_client.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <time.h>
+#include <unistd.h>
+
+enum { AGAIN_MS = 2, MS_PER_S = 1000, NS_PER_MS = 1000000 };
+
+static int64_t now_ms(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return t.tv_sec * (int64_t)MS_PER_S + t.tv_nsec / NS_PER_MS;
+}
+
+int command_client_open(struct command_client *c, const struct machine *m, bool stop, int patience_ms) {
+    int64_t end_ms = now_ms() + patience_ms;
+    *c = (struct command_client){.machine = *m};
+    while ((c->fd = machine_connect(m, stop)) < 0 && errno == EAGAIN && now_ms() < end_ms) poll(NULL, 0, AGAIN_MS);
+    return c->fd < 0 ? -1 : 0;
+}
+
+void command_client_close(struct command_client *c) {
+    if (c->fd >= 0) close(c->fd);
+    c->fd = -1;
+}
+
+int command_client_send(struct command_client *c, enum command command, bool renew) {
+    unsigned char packet[COMMAND_REQUEST_SIZE];
+    command_request_encode(&(struct command_request){.id = ++c->id, .command = command, .renew = renew}, packet);
+    return send(c->fd, packet, sizeof packet, MSG_NOSIGNAL) == (ssize_t)sizeof packet ? 0 : -1;
+}
+
+/* A connection that was closed over an unread request says so first; what was sent before it was
+ * closed stands behind that. */
+static ssize_t receive(int fd, unsigned char packet[COMMAND_ANSWER_SIZE]) {
+    ssize_t size = recv(fd, packet, COMMAND_ANSWER_SIZE, MSG_DONTWAIT);
+    return size < 0 && errno == ECONNRESET ? recv(fd, packet, COMMAND_ANSWER_SIZE, MSG_DONTWAIT) : size;
+}
+
+enum command_news command_client_wait(struct command_client *c, int patience_ms, const sigset_t *mask) {
+    unsigned char packet[COMMAND_ANSWER_SIZE];
+    struct pollfd p = {.fd = c->fd, .events = POLLIN};
+    for (int64_t end_ms = now_ms() + patience_ms, left_ms = patience_ms; left_ms >= 0; left_ms = end_ms - now_ms()) {
+        struct timespec left = {.tv_sec = left_ms / MS_PER_S, .tv_nsec = left_ms % MS_PER_S * NS_PER_MS};
+        int ready = ppoll(&p, 1, &left, mask);
+        if (ready < 0 && !mask) continue;
+        if (ready <= 0) return NEWS_NONE;
+        ssize_t size = receive(c->fd, packet);
+        if (size < 0 && (errno == EAGAIN || errno == EINTR)) continue;
+        if (size <= 0) return NEWS_LOST;
+        if (!command_answer_decode(packet, (size_t)size, &c->answer)) continue;
+        c->answered = true;
+        if (c->answer.outcome == OUTCOME_ENDED) return NEWS_LEFT;
+        if (c->answer.id == c->id) return NEWS_ANSWER;
+    }
+    return NEWS_NONE;
+}

@@ -1,0 +1,51 @@
+/* Commands of this host and their answers, as packets of a SOCK_SEQPACKET socket. Whatever came off
+ * a socket is untrusted until decoded: decode returns false, and leaves its result alone, for
+ * anything that is no whole packet. Big-endian. Ordinary threads, no heap.
+ *
+ * request, 16 bytes: "HEXC", version (2), command (1; enum command, 0 with renew), renew (1: 0 or
+ *     1), id (4), zero (4)
+ * answer, 512 bytes: "HEXA", version (2), outcome (1), state (1), id (4), lease in ms (4), text
+ *     (496, ended by zeros) */
+#ifndef HEXID_COMMAND_PACKET_H
+#define HEXID_COMMAND_PACKET_H
+
+#include <stddef.h>
+
+#include "types.h"
+
+enum {
+    COMMAND_VERSION = 1,
+    COMMAND_REQUEST_SIZE = 16,
+    COMMAND_ANSWER_SIZE = 512,
+    COMMAND_TEXT_SIZE = COMMAND_ANSWER_SIZE - 16,
+};
+
+struct command_request {
+    uint32_t id;          /* the client's, returned in the answer */
+    enum command command; /* COMMAND_NONE with renew */
+    bool renew;           /* prolongs the sender's lease */
+};
+
+/* OUTCOME_STOPPED: the lease is renewed, but somebody's stop ended the tests begun last.
+ * OUTCOME_ENDED: not an answer (id 0) but the daemon's last packet: it drives nothing any more, and
+ * ends in this state. */
+enum outcome { OUTCOME_DONE, OUTCOME_STOPPED, OUTCOME_REFUSED, OUTCOME_ENDED, OUTCOMES };
+
+struct command_answer {
+    uint32_t id;
+    double lease_s; /* without a renewal for so long the machine is parked; 0: no lease is needed */
+    enum outcome outcome;
+    enum state state;
+    char text[COMMAND_TEXT_SIZE]; /* why, and what to do first */
+};
+
+void command_request_encode(const struct command_request *request, unsigned char packet[COMMAND_REQUEST_SIZE]);
+
+/* SAFETY: a stop or park is taken from a client of any version; its first 12 bytes stay as they
+ * are. */
+bool command_request_decode(const unsigned char *packet, size_t size, struct command_request *request);
+
+void command_answer_encode(const struct command_answer *answer, unsigned char packet[COMMAND_ANSWER_SIZE]);
+bool command_answer_decode(const unsigned char *packet, size_t size, struct command_answer *answer);
+
+#endif

@@ -1,0 +1,196 @@
+#include "command_server.h"
+
+#include <errno.h>
+#include <grp.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#define GROUP "hexid"
+
+enum { BACKLOG = 512, NEW_AT_ONCE = 16, LAST_AT_ONCE = 2 * BACKLOG, PACKET_ROOM = 64 };
+
+void command_server_init(struct command_server *s) {
+    memset(s, 0, sizeof *s);
+    s->lock = s->listener[SOCKET_STOP] = s->listener[SOCKET_ALL] = -1;
+    for (int k = 0; k < COMMAND_SOCKETS; k++)
+        for (int i = 0; i < COMMAND_PLACES; i++) s->place[k][i].fd = -1;
+}
+
+/* ---- opening ---- */
+
+/* SAFETY: who may set the machine in motion is decided by the kernel, from the file's group. Where
+ * the daemon may not give it to group hexid, it is its own user's. A service has that group and is
+ * not asked to change anything. */
+static int give_to_group(const char *path, struct error *error) {
+    struct group *group = getgrnam(GROUP);
+    struct stat s;
+    if (lstat(path, &s)) return error_set(error, STATUS_IO, "%s: %s", path, strerror(errno));
+    bool is = group && s.st_gid == group->gr_gid;
+    if (is || (group && !lchown(path, (uid_t)-1, group->gr_gid))) return STATUS_OK;
+    return chmod(path, 0600) ? error_set(error, STATUS_IO, "%s: %s", path, strerror(errno)) : STATUS_OK;
+}
+
+/* The mode is right from the first moment on. */
+static int listen_at(const struct machine *m, enum command_socket kind, int *listener, struct error *error) {
+    struct sockaddr_un address;
+    machine_address(m, kind == SOCKET_STOP, &address);
+    *listener = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    mode_t before = umask(kind == SOCKET_STOP ? 0111 : 0117);
+    bool bound = *listener >= 0 && !bind(*listener, (const struct sockaddr *)&address, sizeof address);
+    int why = errno;
+    umask(before);
+    int status = STATUS_OK;
+    if (bound && kind == SOCKET_ALL) status = give_to_group(address.sun_path, error);
+    if (status) return status;
+    if (bound && !listen(*listener, BACKLOG)) return STATUS_OK;
+    return error_set(error, STATUS_IO, "%s: no socket for commands: %s", address.sun_path, strerror(bound ? errno : why));
+}
+
+static void close_listeners(struct command_server *s) {
+    for (int k = 0; k < COMMAND_SOCKETS; k++) {
+        if (s->listener[k] >= 0) close(s->listener[k]);
+        s->listener[k] = -1;
+    }
+    if (s->lock >= 0) close(s->lock);
+    s->lock = -1;
+}
+
+int command_server_open(struct command_server *s, const char *name, const struct command_handler *handler, struct error *error) {
+    command_server_init(s);
+    s->handler = handler;
+    int status = machine_claim(name, &s->machine, &s->lock, error);
+    for (int k = 0; !status && k < COMMAND_SOCKETS; k++) status = listen_at(&s->machine, (enum command_socket)k, &s->listener[k], error);
+    if (status) close_listeners(s);
+    return status;
+}
+
+/* ---- connections ---- */
+
+static void release(struct command_server *s, struct command_place *c) {
+    close(c->fd);
+    c->fd = -1;
+    s->handler->gone(s->handler->context, c->peer);
+}
+
+static bool hung_up(int fd) {
+    struct pollfd p = {.fd = fd, .events = POLLRDHUP};
+    return poll(&p, 1, 0) != 0;
+}
+
+/* One packet, if one is there. False: the connection is at its end. SAFETY: a stop is taken from
+ * somebody who has gone since; what moves is not, for nobody waits for it any more. */
+static bool take_packet(struct command_server *s, struct command_place *c, enum command_socket kind) {
+    unsigned char packet[PACKET_ROOM];
+    struct command_request r;
+    ssize_t size = recv(c->fd, packet, sizeof packet, MSG_DONTWAIT);
+    /* said first where the client has not read an answer; what it sent stands behind it */
+    if (size < 0 && errno == ECONNRESET) size = recv(c->fd, packet, sizeof packet, MSG_DONTWAIT);
+    if (size < 0 && (errno == EAGAIN || errno == EINTR)) return true;
+    if (size <= 0 || !command_request_decode(packet, (size_t)size, &r)) return false;
+    c->heard = ++s->heard;
+    if (!command_stops(r.command) && hung_up(c->fd)) return false;
+    s->handler->take(s->handler->context, c->peer, &r, kind == SOCKET_ALL);
+    return true;
+}
+
+static int places_of(const struct command_place *place, uid_t user) {
+    int count = 0;
+    for (int i = 0; i < COMMAND_PLACES; i++) count += place[i].fd >= 0 && place[i].user == user;
+    return count;
+}
+
+/* The connection that makes room: NULL where all are needed. */
+static struct command_place *least_needed(struct command_server *s, enum command_socket kind) {
+    struct command_place *place = s->place[kind], *best = NULL;
+    int most = 0;
+    for (int i = 0; i < COMMAND_PLACES; i++) {
+        int count = places_of(place, place[i].user);
+        bool before = !best || count > most || (count == most && place[i].heard < best->heard);
+        if (!before || s->handler->needs(s->handler->context, place[i].peer)) continue;
+        best = &place[i];
+        most = count;
+    }
+    return best;
+}
+
+static struct command_place *free_place(struct command_server *s, enum command_socket kind) {
+    for (int i = 0; i < COMMAND_PLACES; i++)
+        if (s->place[kind][i].fd < 0) return &s->place[kind][i];
+    struct command_place *c = least_needed(s, kind);
+    if (!c) return NULL;
+    take_packet(s, c, kind); /* SAFETY: it could be a stop */
+    release(s, c);
+    return c;
+}
+
+/* A client sends as soon as it is connected: its packet is mostly there. */
+static bool take_connection(struct command_server *s, enum command_socket kind) {
+    struct ucred peer = {.uid = (uid_t)-1};
+    socklen_t length = sizeof peer;
+    int fd = accept4(s->listener[kind], NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    /* without a descriptor for it, one of those that are not needed is given up */
+    bool none = fd < 0 && (errno == EMFILE || errno == ENFILE);
+    struct command_place *c = fd >= 0 ? free_place(s, kind) : none ? least_needed(s, kind) : NULL;
+    if (none && c && c->fd >= 0) take_packet(s, c, kind), release(s, c);
+    if (fd < 0) return false;
+    getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &peer, &length);
+    struct command_place passing, *here = c ? c : &passing;
+    *here = (struct command_place){.fd = fd, .peer = ++s->peers, .user = peer.uid, .heard = ++s->heard};
+    if (!take_packet(s, here, kind) || !c) release(s, here);
+    return true;
+}
+
+void command_server_polls(const struct command_server *s, struct pollfd polls[COMMAND_POLLS]) {
+    for (int k = 0; k < COMMAND_SOCKETS; k++) {
+        *polls++ = (struct pollfd){.fd = s->listener[k], .events = POLLIN};
+        for (int i = 0; i < COMMAND_PLACES; i++) *polls++ = (struct pollfd){.fd = s->place[k][i].fd, .events = POLLIN};
+    }
+}
+
+int command_server_serve(struct command_server *s, const struct pollfd polls[COMMAND_POLLS]) {
+    int taken = 0;
+    for (int k = 0; k < COMMAND_SOCKETS; k++) {
+        const struct pollfd *listener = &polls[k * (1 + COMMAND_PLACES)], *one = listener + 1;
+        for (int i = 0; i < COMMAND_PLACES; i++) {
+            struct command_place *c = &s->place[k][i];
+            bool speaks = c->fd >= 0 && c->fd == one[i].fd && one[i].revents;
+            taken += speaks;
+            if (c->fd >= 0 && (c->broken || (speaks && !take_packet(s, c, (enum command_socket)k)))) release(s, c);
+        }
+        for (int i = 0; i < NEW_AT_ONCE && listener->revents && take_connection(s, (enum command_socket)k); i++) taken++;
+    }
+    return taken;
+}
+
+static bool send_answer(int fd, const struct command_answer *answer) {
+    unsigned char packet[COMMAND_ANSWER_SIZE];
+    command_answer_encode(answer, packet);
+    return send(fd, packet, sizeof packet, MSG_DONTWAIT | MSG_NOSIGNAL) == (ssize_t)sizeof packet;
+}
+
+void command_server_answer(struct command_server *s, uint64_t peer, const struct command_answer *answer) {
+    for (int k = 0; k < COMMAND_SOCKETS; k++)
+        for (int i = 0; i < COMMAND_PLACES; i++) {
+            struct command_place *c = &s->place[k][i];
+            if (c->fd >= 0 && c->peer == peer && !send_answer(c->fd, answer)) c->broken = true;
+        }
+}
+
+void command_server_close(struct command_server *s, const struct command_answer *last_words) {
+    for (int k = 0; k < COMMAND_SOCKETS; k++) {
+        for (int i = 0; i < COMMAND_PLACES; i++) {
+            if (s->place[k][i].fd < 0) continue;
+            send_answer(s->place[k][i].fd, last_words);
+            close(s->place[k][i].fd);
+            s->place[k][i].fd = -1;
+        }
+        for (int i = 0, fd; i < LAST_AT_ONCE && s->listener[k] >= 0; i++) {
+            if ((fd = accept4(s->listener[k], NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC)) < 0) break;
+            send_answer(fd, last_words);
+            close(fd);
+        }
+    }
+    close_listeners(s);
+}

@@ -1,0 +1,392 @@
+/* The two sockets of a machine: packets that are no packets, who makes room for whom, names and
+ * directories, and last words. */
+#include "support.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "command_client.h"
+#include "command_server.h"
+
+static char directory[] = "/tmp/hexid-server.XXXXXX";
+static struct command_server server;
+static struct {
+    int takes, stops, moves, goes;
+    uint64_t peer, needed;
+    struct command_request request;
+    bool may_move;
+} got;
+
+static void take(void *context, uint64_t peer, const struct command_request *request, bool may_move) {
+    (void)context;
+    got.takes++;
+    got.stops += command_stops(request->command);
+    got.moves += !command_stops(request->command);
+    got.peer = peer;
+    got.request = *request;
+    got.may_move = may_move;
+}
+static void gone(void *context, uint64_t peer) { (void)context, (void)peer, got.goes++; }
+static bool needs(void *context, uint64_t peer) { return (void)context, peer == got.needed; }
+static const struct command_handler handler = {.take = take, .gone = gone, .needs = needs};
+
+static void open_as(const char *name) {
+    struct error error;
+    memset(&got, 0, sizeof got);
+    if (command_server_open(&server, name, &handler, &error)) fail_msg("%s", error.text);
+}
+static void close_all(void) { command_server_close(&server, &(struct command_answer){.outcome = OUTCOME_ENDED, .state = STATE_SETTLED}); }
+
+static int serve(void) {
+    struct pollfd p[COMMAND_POLLS];
+    command_server_polls(&server, p);
+    poll(p, COMMAND_POLLS, 0);
+    return command_server_serve(&server, p);
+}
+static void serve_all(void) {
+    while (serve()) continue;
+}
+
+static int client(bool stop) { return machine_connect(&server.machine, stop); }
+
+static void say(int fd, enum command command) {
+    unsigned char packet[COMMAND_REQUEST_SIZE];
+    command_request_encode(&(struct command_request){.id = 7, .command = command}, packet);
+    assert_int_equal(send(fd, packet, sizeof packet, MSG_NOSIGNAL), sizeof packet);
+}
+
+/* ---- packets ---- */
+
+static void packets_come_back_and_what_is_none_is_refused(void **unused) {
+    (void)unused;
+    unsigned char request[COMMAND_REQUEST_SIZE + 1] = {0}, answer[COMMAND_ANSWER_SIZE + 1] = {0};
+    struct command_request r;
+    struct command_answer a = {.id = 0xfedcba98, .lease_s = 2.5, .outcome = OUTCOME_REFUSED, .state = STATE_FAULT, .text = "because"}, b;
+    for (int command = COMMAND_NONE; command < COMMANDS; command++) {
+        bool renew = command == COMMAND_NONE;
+        command_request_encode(&(struct command_request){0xfedcba98, (enum command)command, renew}, request);
+        assert_true(command_request_decode(request, COMMAND_REQUEST_SIZE, &r));
+        assert_true(r.id == 0xfedcba98 && (int)r.command == command && r.renew == renew);
+        bool stops = command_stops(r.command);
+        assert_int_equal(command_request_decode(request, COMMAND_REQUEST_SIZE + 1, &r), stops);
+        assert_int_equal(command_request_decode(request, 12, &r), stops);
+        for (size_t cut = 0; cut < 12; cut++) assert_false(command_request_decode(request, cut, &r));
+        request[5]++; /* a later version */
+        assert_int_equal(command_request_decode(request, COMMAND_REQUEST_SIZE, &r), stops);
+        request[7] ^= 3; /* renew is 0 or 1 */
+        assert_false(command_request_decode(request, COMMAND_REQUEST_SIZE, &r));
+        request[0]++;
+        assert_false(command_request_decode(request, COMMAND_REQUEST_SIZE, &r));
+    }
+    command_answer_encode(&a, answer);
+    assert_true(command_answer_decode(answer, COMMAND_ANSWER_SIZE, &b));
+    assert_true(b.id == a.id && b.lease_s == 2.5 && b.outcome == a.outcome && b.state == a.state && !strcmp(b.text, a.text));
+    assert_false(command_answer_decode(answer, COMMAND_ANSWER_SIZE + 1, &b));
+    for (size_t cut = 0; cut < COMMAND_ANSWER_SIZE; cut += 7) assert_false(command_answer_decode(answer, cut, &b));
+    static const struct {
+        int at;
+        unsigned char value;
+    } wrong[] = {{0, 'h'}, {5, 2}, {6, OUTCOMES}, {7, STATES}, {12, 0xff}};
+    for (int i = 0; i < 5; i++) {
+        unsigned char before = answer[wrong[i].at];
+        answer[wrong[i].at] = wrong[i].value;
+        assert_false(command_answer_decode(answer, COMMAND_ANSWER_SIZE, &b));
+        answer[wrong[i].at] = before;
+    }
+    memset(answer + 16, 'x', COMMAND_TEXT_SIZE); /* without an end */
+    assert_false(command_answer_decode(answer, COMMAND_ANSWER_SIZE, &b));
+    memset(a.text, 'y', sizeof a.text - 1);
+    command_answer_encode(&a, answer);
+    assert_true(command_answer_decode(answer, COMMAND_ANSWER_SIZE, &b) && strlen(b.text) == COMMAND_TEXT_SIZE - 1);
+}
+
+/* ---- connections ---- */
+
+static void requests_say_by_which_socket_they_came_and_are_answered(void **unused) {
+    (void)unused;
+    open_as("rig");
+    for (int stop = 0; stop < 2; stop++) {
+        struct command_client c;
+        assert_int_equal(command_client_open(&c, &server.machine, stop, 0), 0);
+        assert_int_equal(command_client_send(&c, COMMAND_PARK, false), 0);
+        serve_all();
+        assert_int_equal(got.may_move, !stop);
+        assert_int_equal(command_client_wait(&c, 0, NULL), NEWS_NONE);
+        command_server_answer(&server, got.peer, &(struct command_answer){.id = got.request.id, .state = STATE_PARKING});
+        assert_int_equal(command_client_wait(&c, 0, NULL), NEWS_ANSWER);
+        assert_int_equal(c.answer.state, STATE_PARKING);
+        close_all();
+        assert_int_equal(command_client_wait(&c, 0, NULL), NEWS_LEFT);
+        assert_int_equal(c.answer.state, STATE_SETTLED);
+        assert_int_equal(command_client_wait(&c, 0, NULL), NEWS_LOST);
+        command_client_close(&c);
+        open_as("rig");
+    }
+    close_all();
+}
+
+static void who_is_not_yet_accepted_hears_the_last_words_too(void **unused) {
+    (void)unused;
+    struct command_client c[3];
+    open_as("");
+    for (int i = 0; i < 3; i++) assert_int_equal(command_client_open(&c[i], &server.machine, i == 0, 0), 0);
+    for (int i = 0; i < 2; i++) command_client_send(&c[i], COMMAND_STOP, false);
+    close_all();
+    for (int i = 0; i < 3; i++) {
+        assert_int_equal(command_client_wait(&c[i], 0, NULL), NEWS_LEFT);
+        command_client_close(&c[i]);
+    }
+    assert_int_equal(client(true), -1);
+    assert_int_equal(errno, ECONNREFUSED);
+}
+
+static void a_stop_passes_beside_hundreds_of_idle_connections(void **unused) {
+    (void)unused;
+    enum { IDLE = 400 };
+    int idle[IDLE];
+    open_as("");
+    for (int i = 0; i < IDLE; i++) {
+        assert_true((idle[i] = client(true)) >= 0);
+        serve();
+    }
+    int mine = client(true);
+    say(mine, COMMAND_STOP);
+    serve_all();
+    assert_int_equal(got.stops, 1);
+    assert_int_equal(got.goes, IDLE + 1 - COMMAND_PLACES);
+    for (int i = 0; i < IDLE; i++) close(idle[i]);
+    close(mine);
+    close_all();
+}
+
+static void one_that_floods_does_not_hold_another_up(void **unused) {
+    (void)unused;
+    open_as("");
+    int flood = client(true), mine = client(true);
+    for (int i = 0; i < 100; i++) say(flood, COMMAND_STOP);
+    say(mine, COMMAND_PARK);
+    serve(); /* accepts both, and takes a packet of each */
+    assert_int_equal(got.takes, 2);
+    assert_int_equal(got.request.command, COMMAND_PARK);
+    close(flood);
+    close(mine);
+    close_all();
+}
+
+static void no_connection_is_closed_over_a_stop_that_waits_in_it(void **unused) {
+    (void)unused;
+    int fd[COMMAND_PLACES];
+    open_as("");
+    for (int i = 0; i < COMMAND_PLACES; i++) fd[i] = client(true);
+    serve_all();
+    say(fd[0], COMMAND_STOP); /* after poll() has looked, as it were: only the new one is seen */
+    int new = client(true);
+    struct pollfd p[COMMAND_POLLS];
+    command_server_polls(&server, p);
+    p[0].revents = POLLIN;
+    command_server_serve(&server, p);
+    assert_int_equal(got.stops, 1);
+    assert_int_equal(got.goes, 1);
+    for (int i = 0; i < COMMAND_PLACES; i++) close(fd[i]);
+    close(new);
+    close_all();
+}
+
+static void who_is_needed_is_not_closed_and_a_stop_is_taken_without_a_place(void **unused) {
+    (void)unused;
+    int fd[COMMAND_PLACES + 2];
+    open_as("");
+    fd[0] = client(false);
+    say(fd[0], COMMAND_START);
+    serve_all();
+    got.needed = got.peer;
+    for (int i = 1; i < COMMAND_PLACES + 2; i++) {
+        fd[i] = client(false);
+        serve_all();
+    }
+    command_server_answer(&server, got.needed, &(struct command_answer){0});
+    char packet[COMMAND_ANSWER_SIZE];
+    assert_int_equal(recv(fd[0], packet, sizeof packet, 0), COMMAND_ANSWER_SIZE);
+    for (int i = 0; i < COMMAND_PLACES + 2; i++) close(fd[i]);
+    close_all();
+}
+
+static void garbage_ends_the_connection_that_it_came_by(void **unused) {
+    (void)unused;
+    static const char *const garbage[] = {"x", "HEXC", "HEXCxxxxxxxxxxxx", "a packet that is much longer than any that is known here"};
+    open_as("");
+    int mine = client(false);
+    for (int i = 0; i < 4; i++) {
+        int fd = client(false);
+        assert_true(send(fd, garbage[i], strlen(garbage[i]), 0) > 0);
+        serve_all();
+        assert_int_equal(got.goes, i + 1);
+        char byte;
+        assert_int_equal(recv(fd, &byte, 1, 0), 0);
+        close(fd);
+    }
+    assert_int_equal(got.takes, 0);
+    say(mine, COMMAND_ENGAGE);
+    serve_all();
+    assert_int_equal(got.moves, 1);
+    close(mine);
+    close_all();
+}
+
+static void what_moves_is_not_taken_from_who_has_gone_and_a_stop_is(void **unused) {
+    (void)unused;
+    open_as("");
+    static const enum command all[] = {COMMAND_ENGAGE, COMMAND_START, COMMAND_RESET, COMMAND_STOP, COMMAND_PARK};
+    for (int i = 0; i < 5; i++) {
+        int fd = client(false);
+        say(fd, all[i]);
+        close(fd);
+    }
+    serve_all();
+    assert_int_equal(got.moves, 0);
+    assert_int_equal(got.stops, 2);
+    assert_int_equal(got.goes, 5);
+    close_all();
+}
+
+static void who_does_not_read_its_answers_is_closed_and_waited_for_by_nobody(void **unused) {
+    (void)unused;
+    open_as("");
+    int fd = client(true);
+    for (int i = 0; i < 20000 && !got.goes; i++) {
+        if (i % 100 == 0) say(fd, COMMAND_STOP);
+        serve();
+        command_server_answer(&server, got.peer, &(struct command_answer){0});
+    }
+    assert_int_equal(got.goes, 1);
+    close(fd);
+    close_all();
+}
+
+/* ---- names and directories ---- */
+
+static void a_name_is_one_daemons_and_what_it_leaves_is_removed(void **unused) {
+    (void)unused;
+    struct command_server second, third;
+    struct machine list[MACHINES_MAX];
+    struct error error;
+    open_as("");
+    assert_string_equal(server.machine.name, "hexid");
+    assert_int_equal(command_server_open(&second, "", &handler, &error), STATUS_OK);
+    assert_string_equal(second.machine.name, "hexid-2");
+    assert_int_equal(command_server_open(&third, "hexid-2", &handler, &error), STATUS_UNSAFE);
+    assert_non_null(strstr(error.text, "machine.name"));
+    assert_int_equal(machine_find("", list, &error), 2);
+    assert_string_equal(list[1].name, "hexid-2");
+    assert_int_equal(machine_find("hexid-2", list, &error), 1);
+    assert_int_equal(machine_find("nobody", list, &error), 0);
+    close_all(); /* its sockets stay, as those of a daemon that was killed */
+    assert_int_equal(machine_find("", list, &error), 1);
+    open_as("hexid");
+    assert_int_equal(machine_find("", list, &error), 2);
+    close_all();
+    command_server_close(&second, &(struct command_answer){0});
+}
+
+static void names_are_short_and_of_plain_letters(void **unused) {
+    (void)unused;
+    static const char *const wrong[] = {"", ".", "..", "a/b", "a b", "a.stop", "\xc3\xa4", "123456789012345678901234567890123"};
+    for (int i = 0; i < 8; i++) assert_false(machine_name_valid(wrong[i]));
+    assert_true(machine_name_valid("Rig_2-b") && machine_name_valid("12345678901234567890123456789012"));
+}
+
+static void modes_are_for_everybody_and_for_the_group(void **unused) {
+    (void)unused;
+    struct sockaddr_un at;
+    struct stat s;
+    mode_t before = umask(077);
+    open_as("");
+    machine_address(&server.machine, true, &at);
+    assert_int_equal(stat(at.sun_path, &s), 0);
+    assert_int_equal(s.st_mode & 0777, 0666);
+    machine_address(&server.machine, false, &at);
+    assert_int_equal(stat(at.sun_path, &s), 0);
+    /* with group hexid, or without one */
+    assert_true((s.st_mode & 0777) == 0660 || (s.st_mode & 0777) == 0600);
+    assert_int_equal(umask(before), 077);
+    close_all();
+}
+
+static void refused(const char *path, const char *words) {
+    struct error error;
+    struct machine list[MACHINES_MAX];
+    setenv("HEXID_RUNTIME_DIR", path, 1);
+    assert_true(command_server_open(&server, "", &handler, &error) < 0);
+    if (!strstr(error.text, words)) fail_msg("%s", error.text);
+    assert_int_equal(machine_find("", list, &error), 0);
+    setenv("HEXID_RUNTIME_DIR", directory, 1);
+}
+
+static void a_directory_that_others_may_change_is_refused(void **unused) {
+    (void)unused;
+    char path[64], link[64], name[200];
+    snprintf(path, sizeof path, "%s/open", directory);
+    snprintf(link, sizeof link, "%s/link", directory);
+    mkdir(path, 0755);
+    chmod(path, 0777);
+    refused(path, "others may write there");
+    chmod(path, 0770);
+    refused(path, "others may write there");
+    chmod(path, 0700);
+    assert_int_equal(symlink(path, link), 0);
+    refused(link, "no directory");
+    unlink(link);
+    if (geteuid() == 0) {
+        if (!fork()) { /* as nobody: another user's */
+            chmod(path, 0755);
+            if (setgid(65534) || setuid(65534)) _exit(0);
+            refused(path, "Permission denied"); /* root's, which it may not write */
+            _exit(0);
+        }
+        int status;
+        wait(&status);
+        assert_true(WIFEXITED(status) && !WEXITSTATUS(status));
+    }
+    rmdir(path);
+    memset(name, 'x', sizeof name - 1), name[0] = '/', name[sizeof name - 1] = '\0';
+    refused(name, "longer than");
+}
+
+static int make_directory(void **unused) {
+    (void)unused;
+    command_server_init(&server);
+    return mkdtemp(directory) ? setenv("HEXID_RUNTIME_DIR", directory, 1) : -1;
+}
+
+static int remove_directory(void **unused) {
+    (void)unused;
+    char command[80];
+    snprintf(command, sizeof command, "rm -rf %s", directory);
+    return system(command);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(packets_come_back_and_what_is_none_is_refused),
+        cmocka_unit_test(requests_say_by_which_socket_they_came_and_are_answered),
+        cmocka_unit_test(who_is_not_yet_accepted_hears_the_last_words_too),
+        cmocka_unit_test(a_stop_passes_beside_hundreds_of_idle_connections),
+        cmocka_unit_test(one_that_floods_does_not_hold_another_up),
+        cmocka_unit_test(no_connection_is_closed_over_a_stop_that_waits_in_it),
+        cmocka_unit_test(who_is_needed_is_not_closed_and_a_stop_is_taken_without_a_place),
+        cmocka_unit_test(garbage_ends_the_connection_that_it_came_by),
+        cmocka_unit_test(what_moves_is_not_taken_from_who_has_gone_and_a_stop_is),
+        cmocka_unit_test(who_does_not_read_its_answers_is_closed_and_waited_for_by_nobody),
+        cmocka_unit_test(a_name_is_one_daemons_and_what_it_leaves_is_removed),
+        cmocka_unit_test(names_are_short_and_of_plain_letters),
+        cmocka_unit_test(modes_are_for_everybody_and_for_the_group),
+        cmocka_unit_test(a_directory_that_others_may_change_is_refused),
+    };
+    return cmocka_run_group_tests(tests, make_directory, remove_directory);
+}
