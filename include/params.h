@@ -197,6 +197,10 @@ struct security_params {
                                    * system (src/rt/confine.h) */
 };
 
+struct machine_params {
+    char name[PARAMS_TEXT_SIZE]; /* machine.h; "": the first that is free of hexid, hexid-2, ... */
+};
+
 struct lcm_params {
     char url[PARAMS_TEXT_SIZE];   /* "" none; udpm ttl 0 stays on the host */
     int state_every;              /* one HEXID_STATE on the wire for so many cycles */
@@ -204,6 +208,8 @@ struct lcm_params {
                                    * park are always accepted */
     double lease_s;               /* SAFETY: who engaged or started by command must be heard so
                                    * often, or the platform is parked; 0: need not */
+    char remote_stop[PARAMS_TEXT_SIZE]; /* addresses of other hosts whose stop and park are taken;
+                                         * "": none */
 };
 
 /* One kind of channel between the field and hexid, leg by leg:
@@ -253,6 +259,7 @@ struct params {
     struct model_params model;
     struct loop_params loop;
     struct security_params security;
+    struct machine_params machine;
     struct lcm_params lcm;
     struct channel_params length_channel, p1_channel, p2_channel, valve_channel;
     struct device_params device;

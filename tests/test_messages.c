@@ -235,73 +235,32 @@ static void a_damaged_event_is_refused(void **unused) {
     assert_false(event_good(bad, size));
 }
 
-static void requests_come_back(void **unused) {
+static void stop_and_park_come_back_and_nothing_else_is_a_command(void **unused) {
     (void)unused;
-    unsigned char buffer[COMMAND_MESSAGE_MAX];
-    for (int i = COMMAND_ENGAGE; i <= COMMANDS; i++) {
-        struct operator_request r = {.id = -5 - i,
-                                     .token = INT64_MAX - i,
-                                     .command = i < COMMANDS ? (enum command)i : COMMAND_NONE,
-                                     .renew = i == COMMANDS},
-                                back = {0};
-        assert_true(request_decode(buffer, request_encode(&r, buffer), &back));
-        assert_true(back.id == r.id && back.token == r.token && back.command == r.command && back.renew == r.renew);
-    }
-}
-
-/* What other programs have sent since the first version: no id, no token. */
-static void a_command_without_id_and_token_is_understood_as_one(void **unused) {
-    (void)unused;
-    for (int i = COMMAND_ENGAGE; i < COMMANDS; i++) {
-        unsigned char buffer[COMMAND_MESSAGE_MAX];
-        struct operator_request back = {.id = 9, .token = 9};
-        hexid_command_t m = {.time_ns = 3, .command = (char *)(uintptr_t)command_names[i]};
-        assert_true(request_decode(buffer, hexid_command_t_encode(buffer, 0, sizeof buffer, &m), &back));
-        assert_true(back.id == 0 && back.token == 0 && back.command == (enum command)i && !back.renew);
-    }
-}
-
-static void what_is_no_request_is_refused(void **unused) {
-    (void)unused;
-    static const char *const words[] = {"", "none", "Engage", "engage ", "stopp", "sto", "reset\n", "Renew"};
+    static const char *const words[] = {"", "none", "engage", "start", "reset", "renew", "Stop", "stop ", "stopp", "sto", "park\n"};
     unsigned char buffer[COMMAND_MESSAGE_MAX + 1] = {0};
-    struct operator_request r = {.command = COMMAND_NONE};
+    enum command c = COMMAND_NONE;
     for (size_t i = 0; i < sizeof words / sizeof *words; i++) {
         hexid_command_t old = {.command = (char *)(uintptr_t)words[i]};
-        hexid_request_t m = {.id = 1, .command = (char *)(uintptr_t)words[i]};
-        assert_false(request_decode(buffer, hexid_command_t_encode(buffer, 0, sizeof buffer, &old), &r));
-        assert_false(request_decode(buffer, hexid_request_t_encode(buffer, 0, sizeof buffer, &m), &r));
+        hexid_request_t past = {.id = 1, .command = (char *)(uintptr_t)words[i]};
+        assert_false(command_decode(buffer, hexid_command_t_encode(buffer, 0, sizeof buffer, &old), &c));
+        assert_false(command_decode(buffer, hexid_request_t_encode(buffer, 0, sizeof buffer, &past), &c));
     }
-    int size = request_encode(&(struct operator_request){.id = 1, .command = COMMAND_START}, buffer);
-    for (int cut = 0; cut < size; cut++) assert_false(request_decode(buffer, cut, &r));
-    assert_false(request_decode(buffer, size + 1, &r));
-    for (int i = 24; i < 28; i++) { /* the word's length: negative, huge */
+    hexid_request_t past = {.id = 1, .command = (char *)(uintptr_t)"park"};
+    assert_false(command_decode(buffer, hexid_request_t_encode(buffer, 0, sizeof buffer, &past), &c));
+    assert_int_equal(c, COMMAND_NONE);
+    for (int i = COMMAND_STOP; i <= COMMAND_PARK; i++)
+        assert_true(command_decode(buffer, command_encode((enum command)i, 3, buffer), &c) && c == (enum command)i);
+    int size = command_encode(COMMAND_STOP, 3, buffer);
+    for (int cut = 0; cut < size; cut++) assert_false(command_decode(buffer, cut, &c));
+    assert_false(command_decode(buffer, size + 1, &c));
+    for (int i = 16; i < 20; i++) { /* the word's length: negative, huge */
         buffer[i] ^= 0x80;
-        assert_false(request_decode(buffer, size, &r));
+        assert_false(command_decode(buffer, size, &c));
         buffer[i] ^= 0x80;
     }
     buffer[0] ^= 1;
-    assert_false(request_decode(buffer, size, &r));
-    assert_int_equal(r.command, COMMAND_NONE);
-}
-
-static void answers_come_back_or_are_refused(void **unused) {
-    (void)unused;
-    unsigned char buffer[ANSWER_MESSAGE_MAX + 1] = {0};
-    struct answer a = {.id = 7, .token = -7, .lease_s = 2.5, .outcome = OUTCOME_REFUSED, .state = STATE_FAULT, .text = "because"}, back;
-    int size = answer_encode(&a, buffer);
-    assert_true(answer_decode(buffer, size, &back));
-    assert_true(back.id == 7 && back.token == -7 && back.lease_s == 2.5 && back.outcome == OUTCOME_REFUSED && back.state == STATE_FAULT);
-    assert_string_equal(back.text, "because");
-    for (int cut = 0; cut < size; cut++) assert_false(answer_decode(buffer, cut, &back));
-    assert_false(answer_decode(buffer, size + 1, &back));
-    a.lease_s = (double)NAN;
-    assert_false(answer_decode(buffer, answer_encode(&a, buffer), &back));
-    char long_text[ANSWER_MESSAGE_MAX];
-    memset(long_text, 'x', sizeof long_text);
-    long_text[sizeof long_text - 1] = '\0';
-    a.text = long_text;
-    assert_int_equal(answer_encode(&a, buffer), -1);
+    assert_false(command_decode(buffer, size, &c));
 }
 
 /* In blocks of exactly the message's size. */
@@ -456,10 +415,7 @@ int main(void) {
         cmocka_unit_test(an_event_comes_back_or_does_not_fit),
         cmocka_unit_test(a_configuration_is_found_in_its_event_only),
         cmocka_unit_test(a_damaged_event_is_refused),
-        cmocka_unit_test(requests_come_back),
-        cmocka_unit_test(a_command_without_id_and_token_is_understood_as_one),
-        cmocka_unit_test(what_is_no_request_is_refused),
-        cmocka_unit_test(answers_come_back_or_are_refused),
+        cmocka_unit_test(stop_and_park_come_back_and_nothing_else_is_a_command),
         cmocka_unit_test(results_are_read_as_the_generated_code_writes_them),
         cmocka_unit_test(a_damaged_result_is_refused),
         cmocka_unit_test(a_negative_count_and_no_boolean_are_refused),

@@ -1,30 +1,29 @@
-/* Requests of operators against a loop that has not come to look at them yet: a stop is not lost,
- * whatever comes with it. In a network of its own. */
+/* Requests of operators against a loop that looks at them when it is told to: a stop is not lost,
+ * whatever comes with it, and nobody who went away leaves a machine in motion. */
 #include "support.h"
-
-#include <sched.h>
-#include <stdlib.h>
-#include <unistd.h>
 
 #include "operator.h"
 #include "units.h"
 
+enum { A = 1, B = 2, C = 3, ANSWERS = 256 };
+
 static struct loop loop;
 static struct params params;
-static struct bus *bus;
 static struct operator operator;
-static int said;
+static int said, answers;
+static struct {
+    uint64_t peer;
+    struct command_answer a;
+} answered[ANSWERS];
 
 static void say(void *context, const char *text) {
     (void)context, (void)text;
     said++;
 }
-
-static bool connect_bus(void) {
-    struct error error;
-    if (unshare(CLONE_NEWNET) && unshare(CLONE_NEWUSER | CLONE_NEWNET)) return false;
-    if (system("ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo 2>/dev/null")) return false;
-    return bus_open(&bus, "udpm://", &error) == STATUS_OK;
+static void take_answer(void *context, uint64_t peer, const struct command_answer *a) {
+    (void)context;
+    answered[answers % ANSWERS].peer = peer;
+    answered[answers++ % ANSWERS].a = *a;
 }
 
 /* The loop has acted on all that was asked, and is in this state. */
@@ -33,30 +32,39 @@ static void loop_acts(enum state state, bool taken) {
     atomic_store(&loop.acted, loop_acted_word(&acted));
 }
 
-static void ask(enum command command, int64_t token, int64_t now_ns) {
-    unsigned char buffer[COMMAND_MESSAGE_MAX];
-    struct operator_request r = {.id = 7, .token = token, .command = command, .renew = command == COMMAND_NONE};
-    struct bus_message m = {.channel = CHANNEL_COMMAND, .data = buffer, .size = request_encode(&r, buffer)};
-    operator_take(&operator, &m, now_ns);
+static void ask_as(uint64_t peer, bool may_move, enum command command, int64_t now_ns) {
+    struct command_request r = {.id = 7, .command = command, .renew = command == COMMAND_NONE};
+    operator_take(&operator, peer, &r, may_move, now_ns);
 }
+static void ask(uint64_t peer, enum command command, int64_t now_ns) { ask_as(peer, true, command, now_ns); }
 
 static enum command asked(void) { return mailbox_read(&loop.requests).command; }
+static uint32_t posted(void) { return mailbox_read(&loop.requests).id; }
+
+/* The last answer is this peer's, with this outcome. */
+static void expect(uint64_t peer, enum outcome outcome) {
+    assert_true(answers > 0);
+    assert_int_equal(answered[(answers - 1) % ANSWERS].peer, peer);
+    assert_int_equal(answered[(answers - 1) % ANSWERS].a.outcome, outcome);
+    assert_int_equal(answered[(answers - 1) % ANSWERS].a.id, 7);
+}
 
 static void begin(enum state state) {
-    if (!bus) skip_because("this system allows no network namespace");
     memset(&loop, 0, sizeof loop);
     config_default(&params);
     params.lcm.commands = true;
     loop_acts(state, false);
-    operator_init(&operator, &params, &loop, bus, say, NULL);
-    said = 0;
+    operator_init(&operator, &params, &loop, &(struct operator_ports){.answer = take_answer, .say = say});
+    said = answers = 0;
 }
 
-static int64_t token_at(int64_t now_ns) {
-    ask(COMMAND_START, 0, now_ns);
-    assert_int_equal(asked(), COMMAND_NONE); /* a token is no permission yet */
-    assert_true(operator.token != 0);
-    return operator.token;
+/* In this state, under a lease of A for the command that brings there. */
+static void lease(enum command command, enum state state) {
+    begin(command == COMMAND_ENGAGE ? STATE_SETTLED : STATE_READY);
+    ask(A, command, 1);
+    loop_acts(state, true);
+    operator_tick(&operator, 2);
+    expect(A, OUTCOME_DONE);
 }
 
 static void a_move_does_not_take_the_place_of_a_stop(void **unused) {
@@ -64,89 +72,212 @@ static void a_move_does_not_take_the_place_of_a_stop(void **unused) {
     static const enum command stops[] = {COMMAND_STOP, COMMAND_PARK};
     for (int i = 0; i < 2; i++) {
         begin(STATE_READY);
-        int64_t token = token_at(1);
-        ask(stops[i], 0, 2);
-        ask(COMMAND_START, token, 3);
-        assert_int_equal(asked(), stops[i]);
+        ask(A, stops[i], 2);
+        ask(B, COMMAND_START, 3);
+        expect(B, OUTCOME_REFUSED);
         operator_tick(&operator, 2 * NS_PER_S); /* the loop stalls, for however long */
-        ask(COMMAND_START, 0, 2 * NS_PER_S);
-        ask(COMMAND_START, operator.token, 2 * NS_PER_S + 1);
+        ask(B, COMMAND_START, 2 * NS_PER_S);
         assert_int_equal(asked(), stops[i]);
         loop_acts(STATE_PARKING, true);
         operator_tick(&operator, 4);
+        expect(A, OUTCOME_DONE);
     }
 }
 
-static void a_stop_does_not_undo_a_park(void **unused) {
+static void a_stop_does_not_undo_a_park_and_takes_the_place_of_a_move(void **unused) {
     (void)unused;
     begin(STATE_TESTING);
-    ask(COMMAND_PARK, 0, 1);
-    ask(COMMAND_STOP, 0, 2);
+    ask(A, COMMAND_PARK, 1);
+    ask_as(0, false, COMMAND_STOP, 2);
     assert_int_equal(asked(), COMMAND_PARK);
+    begin(STATE_READY);
+    ask(A, COMMAND_START, 1);
+    ask(B, COMMAND_STOP, 2);
+    assert_int_equal(asked(), COMMAND_STOP);
+    operator_tick(&operator, 3);
+    expect(A, OUTCOME_REFUSED);
 }
 
-static void a_token_is_good_once_and_for_a_second(void **unused) {
+static void stops_of_many_at_once_are_all_done(void **unused) {
     (void)unused;
-    begin(STATE_READY);
-    ask(COMMAND_START, 12345, 1);
-    assert_int_equal(asked(), COMMAND_NONE);
-    ask(COMMAND_START, operator.token, 1 + NS_PER_S + 1);
-    assert_int_equal(asked(), COMMAND_NONE); /* too late */
-    int64_t token = operator.token;
-    ask(COMMAND_START, token, 2 * NS_PER_S);
-    assert_int_equal(asked(), COMMAND_START);
+    begin(STATE_TESTING);
+    for (uint64_t peer = 1; peer <= OPERATOR_STOPS; peer++) ask_as(peer, false, COMMAND_STOP, 1);
+    /* one that floods takes no place of another's */
+    for (int n = 0; n < 1000; n++) ask_as(5, false, COMMAND_STOP, 2);
+    operator_tick(&operator, 3);
+    assert_int_equal(answers, 0);
     loop_acts(STATE_TESTING, true);
-    operator_tick(&operator, 2 * NS_PER_S + 1);
-    uint32_t id = mailbox_read(&loop.requests).id;
-    ask(COMMAND_START, token, 2 * NS_PER_S + 2);
-    assert_int_equal(mailbox_read(&loop.requests).id, id); /* used */
+    operator_tick(&operator, 4);
+    assert_int_equal(answers, OPERATOR_STOPS);
+    for (int i = 0; i < answers; i++) assert_int_equal(answered[i].a.outcome, OUTCOME_DONE);
+    assert_false(operator_waits(&operator));
+}
+
+static void what_moves_comes_from_who_may_move_it_alone(void **unused) {
+    (void)unused;
+    static const enum command moves[] = {COMMAND_ENGAGE, COMMAND_START, COMMAND_RESET};
+    for (int i = 0; i < 3; i++) {
+        begin(STATE_SETTLED);
+        ask_as(A, false, moves[i], 1);
+        expect(A, OUTCOME_REFUSED);
+        ask_as(0, true, moves[i], 2); /* LCM */
+        params.lcm.commands = false;
+        ask(A, moves[i], 3);
+        expect(A, OUTCOME_REFUSED);
+        assert_int_equal(posted(), 0);
+        ask_as(A, false, COMMAND_PARK, 4);
+        assert_int_equal(asked(), COMMAND_PARK);
+    }
 }
 
 static void a_lease_that_ran_out_parks_until_the_loop_has_seen_it(void **unused) {
     (void)unused;
-    begin(STATE_READY);
-    ask(COMMAND_START, token_at(1), 2);
-    loop_acts(STATE_TESTING, true);
-    operator_tick(&operator, 3);
-    int64_t lease = operator.lease, lease_ns = ns_from_seconds(params.lcm.lease_s);
-    assert_true(lease != 0);
-    ask(COMMAND_NONE, lease, lease_ns); /* renewed */
+    lease(COMMAND_ENGAGE, STATE_PRESSURISING);
+    int64_t lease_ns = ns_from_seconds(params.lcm.lease_s);
+    ask(A, COMMAND_NONE, lease_ns); /* renewed */
+    expect(A, OUTCOME_DONE);
+    loop_acts(STATE_READY, true);
     operator_tick(&operator, 2 * lease_ns - 1);
-    assert_int_equal(asked(), COMMAND_START);
-    ask(COMMAND_NONE, lease + 1, 2 * lease_ns - 1); /* another's token renews nothing */
+    assert_int_equal(asked(), COMMAND_ENGAGE);
+    ask(B, COMMAND_NONE, 2 * lease_ns - 1); /* another's renewal renews nothing */
+    expect(B, OUTCOME_REFUSED);
     operator_tick(&operator, 2 * lease_ns + 1);
     assert_int_equal(asked(), COMMAND_PARK);
     mailbox_post(&loop.requests, COMMAND_STOP); /* whatever takes its place */
     operator_tick(&operator, 2 * lease_ns + 2);
     assert_int_equal(asked(), COMMAND_PARK);
+    ask(A, COMMAND_NONE, 2 * lease_ns + 2); /* too late */
+    expect(A, OUTCOME_REFUSED);
     assert_int_equal(said, 1);
     loop_acts(STATE_PARKING, true);
-    uint32_t id = mailbox_read(&loop.requests).id;
+    uint32_t id = posted();
     operator_tick(&operator, 2 * lease_ns + 3);
     loop_acts(STATE_SETTLED, true);
     operator_tick(&operator, 2 * lease_ns + 4);
-    assert_int_equal(mailbox_read(&loop.requests).id, id);
-    assert_true(operator.lease == 0);
+    assert_int_equal(posted(), id);
 }
 
-static void without_lcm_commands_nothing_moves_and_stops_stop(void **unused) {
+static void the_end_of_a_connection_that_holds_a_lease_parks(void **unused) {
     (void)unused;
-    begin(STATE_READY);
-    params.lcm.commands = false;
-    ask(COMMAND_START, 0, 1);
-    assert_true(operator.token == 0 && asked() == COMMAND_NONE && said == 1);
-    ask(COMMAND_PARK, 0, 2);
+    lease(COMMAND_START, STATE_TESTING);
+    assert_true(operator_needs(&operator, A));
+    operator_gone(&operator, B, 3);
+    assert_int_equal(asked(), COMMAND_START);
+    operator_gone(&operator, A, 4);
+    assert_int_equal(asked(), COMMAND_PARK);
+    mailbox_post(&loop.requests, COMMAND_STOP);
+    operator_tick(&operator, 5); /* until it is seen */
     assert_int_equal(asked(), COMMAND_PARK);
 }
 
+static void each_who_set_it_in_motion_answers_for_it(void **unused) {
+    (void)unused;
+    for (uint64_t who = A; who <= B; who++) {
+        lease(COMMAND_ENGAGE, STATE_READY);
+        ask(B, COMMAND_START, 3);
+        loop_acts(STATE_TESTING, true);
+        operator_tick(&operator, 4);
+        operator_gone(&operator, who, 5);
+        assert_int_equal(asked(), COMMAND_PARK);
+    }
+}
+
+static void a_lease_ends_with_what_it_was_for(void **unused) {
+    (void)unused;
+    lease(COMMAND_START, STATE_TESTING);
+    loop_acts(STATE_READY, true);
+    operator_tick(&operator, 3);
+    ask(A, COMMAND_NONE, 4); /* told so, not refused */
+    expect(A, OUTCOME_DONE);
+    operator_gone(&operator, A, 5);
+    operator_tick(&operator, 2 * ns_from_seconds(params.lcm.lease_s));
+    assert_int_equal(asked(), COMMAND_START);
+    lease(COMMAND_ENGAGE, STATE_READY);
+    loop_acts(STATE_FAULT, true);
+    operator_tick(&operator, 3);
+    operator_gone(&operator, A, 4);
+    assert_int_equal(asked(), COMMAND_ENGAGE);
+}
+
+static void who_engaged_and_starts_the_tests_still_answers_for_the_platform(void **unused) {
+    (void)unused;
+    lease(COMMAND_ENGAGE, STATE_READY);
+    ask(A, COMMAND_START, 3);
+    loop_acts(STATE_TESTING, true);
+    operator_tick(&operator, 4);
+    loop_acts(STATE_READY, true);
+    operator_tick(&operator, 5);
+    operator_gone(&operator, A, 6);
+    assert_int_equal(asked(), COMMAND_PARK);
+}
+
+static void a_request_whose_client_went_away_is_taken_back(void **unused) {
+    (void)unused;
+    static const struct {
+        enum command command, instead;
+        enum state state;
+    } moves[] = {{COMMAND_ENGAGE, COMMAND_PARK, STATE_SETTLED}, {COMMAND_START, COMMAND_STOP, STATE_READY}};
+    for (int i = 0; i < 2; i++) {
+        begin(moves[i].state);
+        ask(A, moves[i].command, 1);
+        operator_gone(&operator, A, 2); /* before the loop has looked */
+        assert_int_equal(asked(), moves[i].instead);
+        ask(B, COMMAND_START, 3); /* nothing that moves takes its place */
+        assert_int_equal(asked(), moves[i].instead);
+        begin(moves[i].state);
+        ask(A, moves[i].command, 1);
+        loop_acts(moves[i].command == COMMAND_ENGAGE ? STATE_PRESSURISING : STATE_TESTING, true);
+        operator_gone(&operator, A, 2); /* when it has acted */
+        assert_int_equal(asked(), COMMAND_PARK);
+    }
+}
+
+static void a_request_that_a_stalled_loop_has_not_seen_is_taken_back(void **unused) {
+    (void)unused;
+    begin(STATE_SETTLED);
+    ask(A, COMMAND_ENGAGE, 1);
+    operator_tick(&operator, NS_PER_S / 4);
+    assert_int_equal(asked(), COMMAND_ENGAGE);
+    operator_tick(&operator, NS_PER_S);
+    expect(A, OUTCOME_REFUSED);
+    assert_int_equal(asked(), COMMAND_PARK);
+    ask(B, COMMAND_ENGAGE, NS_PER_S);
+    assert_int_equal(asked(), COMMAND_PARK);
+}
+
+static void leases_are_bounded(void **unused) {
+    (void)unused;
+    begin(STATE_READY);
+    for (uint64_t peer = 1; peer <= OPERATOR_LEASES; peer++) {
+        ask(peer, COMMAND_START, 1);
+        loop_acts(STATE_TESTING, true);
+        operator_tick(&operator, 2);
+        expect(peer, OUTCOME_DONE);
+    }
+    ask(99, COMMAND_START, 3);
+    expect(99, OUTCOME_REFUSED);
+    loop_acts(STATE_READY, true); /* all are over */
+    operator_tick(&operator, 4);
+    ask(99, COMMAND_START, 5);
+    loop_acts(STATE_TESTING, true);
+    operator_tick(&operator, 6);
+    expect(99, OUTCOME_DONE);
+}
+
 int main(void) {
-    connect_bus();
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_move_does_not_take_the_place_of_a_stop),
-        cmocka_unit_test(a_stop_does_not_undo_a_park),
-        cmocka_unit_test(a_token_is_good_once_and_for_a_second),
+        cmocka_unit_test(a_stop_does_not_undo_a_park_and_takes_the_place_of_a_move),
+        cmocka_unit_test(stops_of_many_at_once_are_all_done),
+        cmocka_unit_test(what_moves_comes_from_who_may_move_it_alone),
         cmocka_unit_test(a_lease_that_ran_out_parks_until_the_loop_has_seen_it),
-        cmocka_unit_test(without_lcm_commands_nothing_moves_and_stops_stop),
+        cmocka_unit_test(the_end_of_a_connection_that_holds_a_lease_parks),
+        cmocka_unit_test(each_who_set_it_in_motion_answers_for_it),
+        cmocka_unit_test(a_lease_ends_with_what_it_was_for),
+        cmocka_unit_test(who_engaged_and_starts_the_tests_still_answers_for_the_platform),
+        cmocka_unit_test(a_request_whose_client_went_away_is_taken_back),
+        cmocka_unit_test(a_request_that_a_stalled_loop_has_not_seen_is_taken_back),
+        cmocka_unit_test(leases_are_bounded),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -16,7 +16,7 @@ enum { SETTINGS_MAX = 64, OPERANDS_MAX = 16, LOGS_MAX = 4 };
 enum { EXIT_PASSED = 0, EXIT_CHECK_FAILED = 1 }; /* the others are statuses with the sign turned */
 
 struct options {
-    const char *config, *hal, *bus, *log, *json, *output, *format, *validate, *replay, *map, *http;
+    const char *config, *hal, *bus, *log, *json, *output, *format, *validate, *replay, *map, *http, *machine;
     const char *measured[LOGS_MAX];
     int measured_count;
     const char *settings[SETTINGS_MAX];

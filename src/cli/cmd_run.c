@@ -11,6 +11,7 @@
 
 #include "bus.h"
 #include "cli.h"
+#include "commands.h"
 #include "config.h"
 #include "confine.h"
 #include "crash.h"
@@ -21,7 +22,6 @@
 #include "machine_lock.h"
 #include "messages.h"
 #include "motion_check.h"
-#include "operator.h"
 #include "process.h"
 #include "recorder.h"
 #include "survey_report.h"
@@ -49,14 +49,14 @@ struct session {
     struct log_writer *log;
     struct log_keeper keeper;
     struct bus *bus;
-    struct operator operator;
+    struct commands commands;
     char *config;
     char log_path[PATH_MAX];       /* of a log in a directory */
     struct machine_lock lock; /* to the end of the process */
     int signal_file;          /* descriptor */
     int64_t signalled_ns;  /* CLOCK_MONOTONIC of the first signal, 0: none, */
     int signal;            /* and its number */
-    bool listens, recorder_hangs, stuck;
+    bool recorder_hangs, stuck;
 };
 
 static void warn(const struct error *error) { fprintf(stderr, "hexid: warning: %s\n", error->text); }
@@ -65,11 +65,21 @@ static void warn(const struct error *error) { fprintf(stderr, "hexid: warning: %
 static int open_bus(struct session *s, struct error *error) {
     int status = s->params.lcm.url[0] ? bus_open(&s->bus, s->params.lcm.url, error) : STATUS_OK;
     if (status == STATUS_USAGE) return status;
-    if (!status && s->bus && !s->options.fast) {
-        status = bus_listen(s->bus, CHANNEL_COMMAND, BUS_THIS_HOST, error);
-        s->listens = !status;
-    }
     if (status) warn(error);
+    return STATUS_OK;
+}
+
+/* Commands come by the wall clock; a run in virtual time takes none. */
+static int open_commands(struct session *s, struct error *error) {
+    struct error doubt;
+    if (s->options.fast) return STATUS_OK;
+    int status = commands_open(&s->commands, &s->params, s->bus, &doubt, error);
+    const char *name = s->commands.server.machine.name;
+    if (status) return status;
+    if (doubt.status) warn(&doubt);
+    if (!s->params.machine.name[0] && *name && strcmp(name, MACHINE_NAME_DEFAULT) != 0)
+        fprintf(stderr, "hexid: another hexid of this host is `" MACHINE_NAME_DEFAULT "`; this one is `%s`: hexid command --machine %s\n",
+                name, name);
     return STATUS_OK;
 }
 
@@ -159,6 +169,7 @@ static int open_all(struct session *s, struct error *error) {
     s->config = config_text(&s->params);
     if (!s->config) return error_set(error, STATUS_IO, "out of memory");
     if ((status = open_bus(s, error))) return status;
+    if ((status = open_commands(s, error))) return status;
     status = loop_init(&s->loop, &s->params, s->hal, &s->ring, clock_of(s), error);
     s->loop.platform.trajectory = driven(s);
     return status;
@@ -222,15 +233,6 @@ static void release_signals(struct session *s) {
     pthread_sigmask(SIG_UNBLOCK, &all, NULL);
 }
 
-/* A flood takes turns with the signals. */
-static void take_messages(struct session *s) {
-    enum { AT_ONCE = 64 };
-    struct bus_message message;
-    int got = 1;
-    for (int i = 0; i < AT_ONCE && (got = bus_receive(s->bus, &message)) > 0; i++)
-        if (got == 1) operator_take(&s->operator, &message, monotonic_ns());
-}
-
 /* SAFETY: a log that takes nothing more, without an error (a pipe whose reader sleeps, a disk that
  * hangs), is not driven on beside: the platform is put down before records are lost. */
 static void watch_recorder(struct session *s) {
@@ -241,17 +243,18 @@ static void watch_recorder(struct session *s) {
     else progress_say(&s->progress, "hexid: the recorder is not given the processor: parking; free this host\n");
 }
 
-/* SAFETY: between a signal or a message and the loop's mailbox stands nothing that can block. */
+/* SAFETY: between a signal or a command and the loop's mailbox stands nothing that can block. */
 static void wait_for_end(struct session *s) {
-    struct pollfd p[] = {{.fd = s->signal_file, .events = POLLIN}, {.fd = s->listens ? bus_fd(s->bus) : -1, .events = POLLIN}};
-    operator_init(&s->operator, &s->params, &s->loop, s->bus, say, s);
+    struct pollfd p[1 + COMMANDS_POLLS] = {{.fd = s->signal_file, .events = POLLIN}};
+    commands_begin(&s->commands, &s->params, &s->loop, say, s);
     while (!atomic_load_explicit(&s->loop.ended, memory_order_acquire)) {
-        poll(p, 2, s->options.fast || s->operator.waiting_request ? 2 : 20);
+        commands_polls(&s->commands, p + 1);
+        poll(p, 1 + COMMANDS_POLLS, s->options.fast ? 2 : commands_patience_ms(&s->commands));
         take_signals(s);
-        if (s->listens) take_messages(s);
-        operator_tick(&s->operator, monotonic_ns());
+        commands_serve(&s->commands, p + 1, monotonic_ns());
         watch_recorder(s);
     }
+    commands_close(&s->commands);
 }
 
 static int write_result(struct session *s, const struct verdict *verdict, struct error *error) {
@@ -396,6 +399,7 @@ static int close_all(struct session *s, int status, const struct error *error) {
     if (!quiet || s->stuck) _exit(status);
     notify_close(&s->recorder.notify);
     log_keeper_stop(&s->keeper);
+    commands_close(&s->commands);
     if (s->bus) bus_close(s->bus);
     if (s->log) log_close(s->log, &ignored);
     analysis_free(&s->recorder.analysis);
@@ -413,6 +417,7 @@ int cmd_run(int argc, char **argv) {
     struct error error = {0};
     if (!s) return -STATUS_IO;
     s->recorder.notify.socket = s->keeper.socket = -1; /* 0 is standard input */
+    commands_init(&s->commands);
     int status = options_parse(&s->options, argc, argv, "cHfrslqgjStTnpVd", 0, &error);
     if (!status) status = options_params(&s->options, &s->params, &error);
     if (!status && !s->options.print_config) status = check_motion(s, &error);

@@ -13,7 +13,6 @@
 #define RT(defaults) "  --rt MODE        real time: require: nothing runs without SCHED_FIFO and locked memory; try: warn; off" \
     defaults "\n"
 #define MAP "  --map LIST       columns of CSV by their own names: position=Weg:mm,t=Zeit:s\n"
-#define OF_LCM "  -c FILE          configuration with the lcm.url of the running hexid\n"
 
 static const char run_options[] = CONFIG
     "  --hal URL        the platform, `sim:` without it:\n"
@@ -107,13 +106,17 @@ static const struct subcommand subcommands[] = {
      "  --all -o FILE    one CSV table of every cycle\n"
      "  --format FORMAT  csv without it; mat: for MATLAB, Octave and scipy; mcap: for PlotJuggler and Foxglove\n",
      "hexid export a.lcm --format mat -o a.mat", cmd_export},
-    {"command", "engage|start|stop|park|reset [-c FILE] [--set KEY=VALUE ...]", "tell a running hexid what to do, over LCM",
+    {"command", "engage|start|stop|park|reset [--machine NAME] [-c FILE] [--set KEY=VALUE ...]",
+     "tell a running hexid of this host what to do",
      "  engage           raise the platform to neutral, and renew the lease until it is put down; Ctrl-C parks it\n"
      "  start            run the tests\n"
      "  stop             end the test under way\n"
      "  park             put the platform down\n"
-     "  reset            acknowledge a fault whose cause is gone\n" OF_LCM SET
+     "  reset            acknowledge a fault whose cause is gone\n"
+     "  --machine NAME   the hexid with this machine.name; without it the one that runs; of several stop and park go to all\n"
+     "  -c FILE          configuration of the running hexid: its machine.name\n" SET
      "\nengage and start stay until the platform is put down, or held again after the tests\n"
+     "HEXID_RUNTIME_DIR in the environment replaces /run/hexid and the user's runtime directory, for both ends\n"
      "exit status 0 done; 1 ended by a park, a fault or Ctrl-C; 3 nobody answered; 4 refused, or the lease is lost\n",
      "hexid command park", cmd_command},
     {"monitor", "[--once] [--json] | --http [ADDRESS:]PORT  [-c FILE] [--set KEY=VALUE ...]",

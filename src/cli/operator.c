@@ -1,149 +1,204 @@
 #include "operator.h"
 
 #include <string.h>
-#include <sys/random.h>
 
 #include "units.h"
 
-static const int64_t token_valid_ns = NS_PER_S, settle_ns = NS_PER_S;
-enum { ANSWER_PATIENCE_NS = 500000000 };
+static const int64_t answer_patience_ns = NS_PER_S / 2;
 
-void operator_init(struct operator *o, const struct params *params, struct loop *loop, struct bus *bus,
-                   void (*say)(void *context, const char *text), void *context) {
-    *o = (struct operator){.params = params, .loop = loop, .bus = bus, .say = say, .context = context};
+void operator_init(struct operator *o, const struct params *params, struct loop *loop, const struct operator_ports *ports) {
+    *o = (struct operator){.params = params, .loop = loop, .ports = *ports};
 }
 
-/* Never 0; the time stands in for a kernel without random numbers. */
-static int64_t random_token(int64_t now_ns) {
-    int64_t token = 0;
-    if (getrandom(&token, sizeof token, GRND_NONBLOCK) != (ssize_t)sizeof token) token = now_ns;
-    return token ? token : 1;
+static void answer(struct operator *o, uint64_t peer, uint32_t id, enum outcome outcome, double lease_s, const char *text) {
+    struct command_answer a = {.id = id, .lease_s = lease_s, .outcome = outcome, .state = loop_acted(o->loop).state};
+    if (!peer) return;
+    snprintf(a.text, sizeof a.text, "%s", text);
+    o->ports.answer(o->ports.context, peer, &a);
 }
 
-static void answer(struct operator *o, int64_t id, enum outcome outcome, int64_t token, const char *text) {
-    unsigned char buffer[ANSWER_MESSAGE_MAX];
-    const struct answer a = {.id = id,
-                             .token = token,
-                             .lease_s = outcome <= OUTCOME_STOPPED && token ? o->params->lcm.lease_s : 0.0,
-                             .outcome = outcome,
-                             .state = loop_acted(o->loop).state,
-                             .text = text};
-    if (id) bus_publish(o->bus, CHANNEL_ANSWER, buffer, answer_encode(&a, buffer));
+static void refuse(struct operator *o, uint64_t peer, uint32_t id, enum command command, const char *why) {
+    char text[COMMAND_TEXT_SIZE + 40];
+    snprintf(text, sizeof text, "%s refused: %s", command_names[command], why);
+    answer(o, peer, id, OUTCOME_REFUSED, 0.0, why);
+    o->ports.say(o->ports.context, text);
 }
 
-static void refuse(struct operator *o, const struct operator_request *r, const char *why) {
-    unsigned char buffer[ANSWER_MESSAGE_MAX];
-    char text[300];
-    snprintf(text, sizeof text, "%s refused: %s", command_names[r->command], why);
-    answer(o, r->id, OUTCOME_REFUSED, 0, why);
-    int size = event_encode(clock_now(&o->loop->clock), 0, "command", text, buffer, sizeof buffer);
-    bus_publish(o->bus, CHANNEL_EVENT, buffer, size);
-    o->say(o->context, text);
+/* The loop has looked at this request, or at a later one. */
+static bool reached(const struct operator *o, uint32_t request_id) { return (int32_t)(loop_acted(o->loop).request_id - request_id) >= 0; }
+
+/* A stop that the loop has not yet seen: the mailbox holds one request, and a later one would take
+ * its place. */
+static bool stop_under_way(const struct operator *o) { return o->stop_id && !reached(o, o->stop_id); }
+
+/* ---- requests ---- */
+
+/* A peer asks one thing at a time: of two stops the later one is answered. */
+static void owe(struct operator *o, const struct operator_waiting *w) {
+    int place = -1;
+    if (!w->peer) return;
+    for (int i = OPERATOR_STOPS - 1; i >= 0; i--)
+        if (!o->stop[i].peer) place = i;
+    for (int i = 0; i < OPERATOR_STOPS; i++)
+        if (o->stop[i].peer == w->peer) place = i;
+    if (place >= 0) o->stop[place] = *w;
 }
 
-/* A stop that the loop has not yet seen: the mailbox holds one request, and a later one
- * would take its place. */
-static bool stop_under_way(const struct operator *o) {
-    return o->waiting_request && command_stops(o->waiting.command) && (int32_t)(loop_acted(o->loop).request_id - o->waiting_request) < 0;
+/* SAFETY: a stop does not undo a park, and nothing that moves takes its place before the loop has
+ * seen it. */
+static void post_stop(struct operator *o, enum command command) {
+    if (stop_under_way(o) && o->stop_command == COMMAND_PARK) command = COMMAND_PARK;
+    o->stop_id = mailbox_post(&o->loop->requests, command);
+    o->stop_command = command;
 }
 
-static void post(struct operator *o, const struct operator_request *request, int64_t now_ns) {
-    struct operator_request r = *request, before = o->waiting;
-    bool displaces = o->waiting_request != 0;
-    /* SAFETY: a stop does not undo it */
-    if (stop_under_way(o) && before.command == COMMAND_PARK) r.command = COMMAND_PARK;
-    o->waiting_request = mailbox_post(&o->loop->requests, r.command);
-    o->waiting = r;
-    o->waiting_ns = now_ns;
-    if (displaces) answer(o, before.id, OUTCOME_REFUSED, 0, "another command came at the same time: ask again");
+static void move(struct operator *o, uint64_t peer, const struct command_request *r, bool may_move, int64_t now_ns) {
+    const char *why = NULL;
+    int leases = 0;
+    for (int i = 0; i < OPERATOR_LEASES; i++) leases += o->lease[i].peer && !o->lease[i].over;
+    if (!may_move || !peer) why = "this way takes stop and park only; what moves comes over the machine's own socket, from group hexid";
+    else if (!o->params->lcm.commands) why = "set lcm.commands to true to accept commands that move";
+    else if (stop_under_way(o)) why = "a stop came just before: ask again when it has been acted upon";
+    else if (o->moves) why = "another operator's command is under way: ask again";
+    else if (leases == OPERATOR_LEASES) why = "too many operators hold a lease: let one of them end";
+    if (why) {
+        refuse(o, peer, r->id, r->command, why);
+        return;
+    }
+    o->move = (struct operator_waiting){peer, r->id, mailbox_post(&o->loop->requests, r->command), r->command, now_ns};
+    o->moves = true;
 }
 
-static void renew(struct operator *o, const struct operator_request *r, int64_t now_ns) {
-    bool holds = o->lease && !o->expired && r->token == o->lease;
-    if (holds) o->lease_ns = now_ns;
+static struct operator_lease *lease_of(struct operator *o, uint64_t peer) {
+    for (int i = 0; peer && i < OPERATOR_LEASES; i++)
+        if (o->lease[i].peer == peer) return &o->lease[i];
+    return NULL;
+}
+
+static void renew(struct operator *o, uint64_t peer, const struct command_request *r, int64_t now_ns) {
+    struct operator_lease *lease = lease_of(o, peer);
+    bool holds = lease && !lease->expired;
+    if (holds) lease->heard_ns = now_ns;
     enum outcome renewed = loop_acted(o->loop).stopped ? OUTCOME_STOPPED : OUTCOME_DONE;
-    answer(o, r->id, holds ? renewed : OUTCOME_REFUSED, holds ? o->lease : 0,
-           holds ? "" : "the lease has run out, or is another's: ask `engage` anew");
+    answer(o, peer, r->id, holds ? renewed : OUTCOME_REFUSED, holds ? o->params->lcm.lease_s : 0.0,
+           holds   ? ""
+           : lease ? "the lease has run out: ask `engage` anew"
+                   : "no lease is held here: `engage` or `start` gives one");
 }
 
-/* SAFETY: whoever on this host reaches the bus may put the platform down; only the configuration,
- * and an answer that was given to this operator just now, let it be moved from there. */
-static void move(struct operator *o, const struct operator_request *r, int64_t now_ns) {
-    bool fresh = o->token && r->token == o->token && now_ns - o->token_ns <= token_valid_ns;
-    if (!o->params->lcm.commands) {
-        refuse(o, r, "set lcm.commands to true to accept commands that move");
-    } else if (stop_under_way(o)) {
-        refuse(o, r, "a stop came just before: ask again when it has been acted upon");
-    } else if (!r->id) {
-        refuse(o, r, "a command that moves needs an id and a token (request_t); `hexid command` brings them");
-    } else if (!fresh) {
-        if (!o->token || now_ns - o->token_ns > token_valid_ns) o->token = random_token(now_ns), o->token_ns = now_ns;
-        answer(o, r->id, OUTCOME_TOKEN, o->token, "");
-    } else {
-        o->token = 0; /* good for once */
-        post(o, r, now_ns);
-    }
+void operator_take(struct operator *o, uint64_t peer, const struct command_request *r, bool may_move, int64_t now_ns) {
+    /* SAFETY: first of all, and from anybody */
+    if (command_stops(r->command)) {
+        post_stop(o, r->command);
+        owe(o, &(struct operator_waiting){peer, r->id, o->stop_id, r->command, now_ns});
+    } else if (r->renew) renew(o, peer, r, now_ns);
+    else move(o, peer, r, may_move, now_ns);
 }
 
-void operator_take(struct operator *o, const struct bus_message *message, int64_t now_ns) {
-    struct operator_request r;
-    if (strcmp(message->channel, CHANNEL_COMMAND) || !request_decode(message->data, message->size, &r)) return;
-    /* SAFETY: first of all, and from anybody on this host */
-    if (command_stops(r.command)) post(o, &r, now_ns);
-    else if (r.renew) renew(o, &r, now_ns);
-    else move(o, &r, now_ns);
+/* ---- answers ---- */
+
+static void grant_lease(struct operator *o, const struct operator_waiting *w, int64_t now_ns) {
+    struct operator_lease *lease = lease_of(o, w->peer);
+    for (int i = 0; !lease && i < OPERATOR_LEASES; i++)
+        if (!o->lease[i].peer || o->lease[i].over) lease = &o->lease[i];
+    /* who engaged and then starts the tests still answers for the platform */
+    bool engaged = lease && lease->peer == w->peer && !lease->over && lease->command == COMMAND_ENGAGE;
+    if (lease) *lease = (struct operator_lease){.peer = w->peer, .command = engaged ? COMMAND_ENGAGE : w->command, .heard_ns = now_ns};
 }
 
-static void grant_lease(struct operator *o, int64_t now_ns) {
-    if (!(o->params->lcm.lease_s > 0.0)) return;
-    if (!o->lease) o->lease = random_token(now_ns), o->powered = false;
-    o->expired = false;
-    o->lease_ns = now_ns;
+/* SAFETY: a request that is refused or taken back is not acted upon later: this takes its place in
+ * the mailbox, or undoes it. */
+static void withdraw(struct operator *o) {
+    post_stop(o, o->move.command == COMMAND_START ? COMMAND_STOP : COMMAND_PARK);
+    o->moves = false;
 }
 
-static void answer_waiting(struct operator *o, int64_t now_ns) {
+static void answer_move(struct operator *o, int64_t now_ns) {
     struct loop_acted acted = loop_acted(o->loop);
-    const struct operator_request *r = &o->waiting;
-    if (!o->waiting_request) return;
-    if ((int32_t)(acted.request_id - o->waiting_request) < 0) {
-        /* SAFETY: a stop waits for a loop that stalls */
-        if (command_stops(r->command) || now_ns - o->waiting_ns < ANSWER_PATIENCE_NS) return;
-        /* SAFETY: what is refused is not done when the loop comes back: this takes its place
-         * there, or undoes it. */
-        mailbox_post(&o->loop->requests, r->command == COMMAND_START ? COMMAND_STOP : COMMAND_PARK);
-        refuse(o, r, "the loop does not answer: see whether hexid is given the processor");
-    } else if (acted.request_id != o->waiting_request) {
-        refuse(o, r, "another command came in between: ask again");
-    } else if (!acted.taken && command_stops(r->command)) {
-        /* it is as was asked for */
-        answer(o, r->id, OUTCOME_DONE, 0, supervisor_advice(acted.state, acted.wrong, r->command));
-    } else if (!acted.taken) {
-        refuse(o, r, supervisor_advice(acted.state, acted.wrong, r->command));
-    } else {
-        bool leased = r->command == COMMAND_ENGAGE || r->command == COMMAND_START;
-        bool ramping = acted.state == STATE_TESTING && r->command == COMMAND_STOP;
-        if (leased) grant_lease(o, now_ns);
-        answer(o, r->id, OUTCOME_DONE, leased ? o->lease : 0, ramping ? "the motion is ramped out first" : "");
+    const struct operator_waiting w = o->move;
+    if (!o->moves) return;
+    if (!reached(o, w.request_id)) {
+        if (stop_under_way(o)) {
+            o->moves = false;
+            refuse(o, w.peer, w.id, w.command, "another command came at the same time: ask again");
+        } else if (now_ns - w.since_ns >= answer_patience_ns) {
+            withdraw(o);
+            refuse(o, w.peer, w.id, w.command, "the loop does not answer: see whether hexid is given the processor");
+        }
+        return;
     }
-    o->waiting_request = 0;
+    o->moves = false;
+    if (acted.request_id != w.request_id) refuse(o, w.peer, w.id, w.command, "another command came in between: ask again");
+    else if (!acted.taken) refuse(o, w.peer, w.id, w.command, supervisor_advice(acted.state, acted.wrong, w.command));
+    else {
+        bool leased = w.command != COMMAND_RESET && o->params->lcm.lease_s > 0.0;
+        if (leased) grant_lease(o, &w, now_ns);
+        answer(o, w.peer, w.id, OUTCOME_DONE, leased ? o->params->lcm.lease_s : 0.0, "");
+    }
 }
 
-/* SAFETY: an operator who went away does not leave a machine in motion. */
-static void watch_lease(struct operator *o, int64_t now_ns) {
-    if (!o->lease) return;
-    enum state state = loop_acted(o->loop).state;
-    bool powers = supervisor_powers(state);
-    o->powered |= powers;
-    if (!powers && (o->powered || now_ns - o->lease_ns > settle_ns)) {
-        o->lease = 0;
-    } else if (powers && state != STATE_PARKING && now_ns - o->lease_ns > ns_from_seconds(o->params->lcm.lease_s)) {
-        mailbox_post(&o->loop->requests, COMMAND_PARK); /* again, until it is seen */
-        if (!o->expired) o->say(o->context, "the operator's lease has run out (lcm.lease_s): parking");
-        o->expired = true;
+/* SAFETY: a stop waits for a loop that stalls, for however long. One that a later stop has replaced
+ * is done with that. */
+static void answer_stops(struct operator *o) {
+    struct loop_acted acted = loop_acted(o->loop);
+    for (int i = 0; i < OPERATOR_STOPS; i++) {
+        struct operator_waiting w = o->stop[i];
+        if (!w.peer || !reached(o, w.request_id)) continue;
+        bool ramping = acted.state == STATE_TESTING && w.command == COMMAND_STOP,
+             nothing = acted.request_id == w.request_id && !acted.taken;
+        o->stop[i].peer = 0;
+        answer(o, w.peer, w.id, OUTCOME_DONE, 0.0,
+               nothing   ? supervisor_advice(acted.state, acted.wrong, w.command)
+               : ramping ? "the motion is ramped out first"
+                         : "");
     }
+}
+
+/* ---- leases ---- */
+
+/* SAFETY: an operator who went away does not leave a machine in motion. Asked again until it is
+ * seen, whatever takes its place in the mailbox. */
+static void watch_lease(struct operator *o, struct operator_lease *lease, bool gone, int64_t now_ns) {
+    enum state state = loop_acted(o->loop).state;
+    lease->over |= !supervisor_powers(state) || (lease->command == COMMAND_START && state != STATE_TESTING);
+    if (lease->over && gone) lease->peer = 0;
+    if (!lease->peer || lease->over) return;
+    bool out = gone || lease->expired || now_ns - lease->heard_ns > ns_from_seconds(o->params->lcm.lease_s);
+    if (!out || state == STATE_PARKING) return;
+    post_stop(o, COMMAND_PARK);
+    if (!lease->expired)
+        o->ports.say(o->ports.context,
+                     gone ? "the operator's connection has ended: parking" : "the operator's lease has run out (lcm.lease_s): parking");
+    lease->expired = true;
+}
+
+void operator_gone(struct operator *o, uint64_t peer, int64_t now_ns) {
+    answer_move(o, now_ns); /* perhaps the loop has acted on it, and it has a lease by now */
+    if (o->moves && o->move.peer == peer) {
+        withdraw(o);
+        o->ports.say(o->ports.context, "the operator's connection has ended before the command was acted upon: taken back");
+    }
+    for (int i = 0; i < OPERATOR_STOPS; i++)
+        if (o->stop[i].peer == peer) o->stop[i].peer = 0;
+    struct operator_lease *lease = lease_of(o, peer);
+    if (lease) watch_lease(o, lease, true, now_ns);
+}
+
+bool operator_needs(const struct operator *o, uint64_t peer) {
+    bool needs = o->moves && o->move.peer == peer;
+    for (int i = 0; i < OPERATOR_STOPS; i++) needs |= o->stop[i].peer == peer;
+    for (int i = 0; i < OPERATOR_LEASES; i++) needs |= o->lease[i].peer == peer;
+    return needs;
+}
+
+bool operator_waits(const struct operator *o) {
+    bool waits = o->moves;
+    for (int i = 0; i < OPERATOR_STOPS; i++) waits |= o->stop[i].peer != 0;
+    return waits;
 }
 
 void operator_tick(struct operator *o, int64_t now_ns) {
-    answer_waiting(o, now_ns);
-    watch_lease(o, now_ns);
+    answer_move(o, now_ns);
+    answer_stops(o);
+    for (int i = 0; i < OPERATOR_LEASES; i++) watch_lease(o, &o->lease[i], false, now_ns);
 }

@@ -49,6 +49,7 @@ static const struct option long_options[] = {
     {"pose", required_argument, NULL, 'P'},
     {"latency", required_argument, NULL, 'L'},
     {"http", required_argument, NULL, 'h'},
+    {"machine", required_argument, NULL, 'N'},
     {"once", no_argument, NULL, '1'},
     {"json", no_argument, NULL, 'J'}, /* of what goes on and on: lines on standard output */
     {0},
@@ -184,6 +185,7 @@ static int take(struct options *o, int option, const char *value, struct error *
     case 'v': o->validate = value; return STATUS_OK;
     case 'R': o->replay = value; return STATUS_OK;
     case 'a': o->map = value; return STATUS_OK;
+    case 'N': o->machine = value; return STATUS_OK;
     case 'p': o->print_config = true; return STATUS_OK;
     case 'V': o->survey = true; return STATUS_OK;
     case 'h': o->http = value; return STATUS_OK;

@@ -27,6 +27,8 @@ struct bus {
     enum bus_source source;
     struct in_addr host[HOST_ADDRESSES_MAX];
     int hosts;
+    struct in_addr other[BUS_OTHERS_MAX]; /* hosts that are listened to, too */
+    int others;
     unsigned char datagram[DATAGRAM_MAX];
 };
 
@@ -206,6 +208,22 @@ int bus_listen(struct bus *b, const char *prefix, enum bus_source source, struct
     return error->status;
 }
 
+int bus_allow(struct bus *b, const char *addresses, struct error *error) {
+    static const char between[] = " ,\t";
+    for (const char *at = addresses + strspn(addresses, between); *at; at += strspn(at, between)) {
+        char address[INET_ADDRSTRLEN];
+        size_t length = strcspn(at, between);
+        bool fits = length < sizeof address && b->others < BUS_OTHERS_MAX;
+        snprintf(address, sizeof address, "%.*s", (int)length, at);
+        if (!fits || inet_pton(AF_INET, address, &b->other[b->others]) != 1)
+            return error_set(error, STATUS_USAGE, "\"%.*s\" is no IPv4 address, or more than %d of them: give them as 10.0.0.7 10.0.0.8",
+                             (int)(length < 60 ? length : 60), at, BUS_OTHERS_MAX);
+        b->others++;
+        at += length;
+    }
+    return STATUS_OK;
+}
+
 int bus_fd(const struct bus *b) { return b->in; }
 
 /* The kernel takes 127.0.0.0/8 from no network; 0.0.0.0, a sender on a loopback route, from one
@@ -218,12 +236,18 @@ static bool from_this_host(const struct bus *b, const struct sockaddr_in *sender
     return false;
 }
 
+static bool allowed(const struct bus *b, const struct sockaddr_in *sender) {
+    for (int i = 0; i < b->others; i++)
+        if (b->other[i].s_addr == sender->sin_addr.s_addr) return true;
+    return false;
+}
+
 int bus_receive(struct bus *b, struct bus_message *message) {
     struct sockaddr_in sender;
     socklen_t length = sizeof sender;
     ssize_t size = recvfrom(b->in, b->datagram, sizeof b->datagram, MSG_DONTWAIT, (struct sockaddr *)&sender, &length);
     if (size < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR ? 0 : STATUS_IO;
-    if (length != sizeof sender || (b->source == BUS_THIS_HOST && !from_this_host(b, &sender))) return BUS_DROPPED;
+    if (length != sizeof sender || (b->source == BUS_THIS_HOST && !from_this_host(b, &sender) && !allowed(b, &sender))) return BUS_DROPPED;
     return bus_parse(b->datagram, (int)size, message) ? 1 : BUS_DROPPED;
 }
 

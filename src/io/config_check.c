@@ -8,6 +8,7 @@
 #include "blind_time.h"
 #include "effect.h"
 #include "kinematics.h"
+#include "machine.h"
 #include "units.h"
 
 static const double substep_max_s = 0.25e-3; /* above, the first-order engine moves the answer:
@@ -279,6 +280,8 @@ int config_check(const struct params *params, const char *name, struct error *er
     if (legs) check_limits(&c, params);
     check_tests(&c, params, moves);
     check_effects(&c, params);
+    require(&c, !params->machine.name[0] || machine_name_valid(params->machine.name),
+            "machine.name \"%.60s\": not 1 to %d of A-Z a-z 0-9 - _", params->machine.name, MACHINE_NAME_SIZE - 1);
     if (legs) check_sim(&c, params);
     check_channel(&c, "length_channel", &params->length_channel);
     check_channel(&c, "p1_channel", &params->p1_channel);

@@ -196,11 +196,17 @@ static const struct config_key keys[] = {
 
     KEY(security, confine, "true", 0.0, 1.0, "-", "once all is open: no programs, no files, no rights but what the loop needs"),
 
+    WORD(machine, name, CONFIG_TEXT, "",
+         "by which commands find this hexid, 1 to 32 of A-Z a-z 0-9 - _; empty: hexid, or the first free one of hexid-2, hexid-3, ...",
+         NULL),
+
     WORD(lcm, url, CONFIG_TEXT, "udpm://239.255.76.67:7667?ttl=0", "provider; empty: none; ttl=0 stays on the host", NULL),
     KEY(lcm, state_every, "10", 1.0, 1e6, "-", "one HEXID_STATE on the wire for so many cycles"),
     KEY(lcm, commands, "false", 0.0, 1.0, "-", "accept commands that move; stop and park are always accepted"),
     KEY(lcm, lease_s, "5", 0.0, 60.0, "s",
         "an operator who engaged by command is heard so often, or the platform is parked; 0: not watched"),
+    WORD(lcm, remote_stop, CONFIG_TEXT, "",
+         "addresses of other hosts, as 10.0.0.7 10.0.0.8, whose stop and park (hexid_command_t) are taken; empty: none", NULL),
 
     CHANNEL(length_channel, "m", "0", "1e6", "0", "1", "0.01", "30"),
     CHANNEL(p1_channel, "Pa", "0", "1000", "0", "1e6", "-2e5", "32e6"),
@@ -241,6 +247,7 @@ static const char *const sections[][2] = {
      "How far the model's parameters may be off, relative (joints: m), each leg for itself, without that being a finding"},
     {"loop", "Real-time loop"},
     {"security", "What the running daemon may ask of the system"},
+    {"machine", "This machine among those of this host"},
     {"lcm", "Messages"},
     {"length_channel", "Leg length on the field bus: raw value <-> SI"},
     {"p1_channel", "Rodless-side pressure on the field bus: raw value <-> SI"},

@@ -3,11 +3,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "hexid_answer_t.h"
 #include "hexid_command_t.h"
 #include "hexid_event_t.h"
 #include "hexid_gap_t.h"
-#include "hexid_request_t.h"
 #include "hexid_state_t.h"
 #include "hexid_test_result_t.h"
 #include "wire.h"
@@ -85,26 +83,10 @@ int event_encode(int64_t time_ns, uint64_t seq, const char *kind, const char *te
     return hexid_event_t_encode(buffer, 0, capacity, &m);
 }
 
-static const char renew_word[] = "renew";
-static const char *const outcome_words[OUTCOMES] = {
-    [OUTCOME_DONE] = "done", [OUTCOME_STOPPED] = "stopped", [OUTCOME_REFUSED] = "refused", [OUTCOME_TOKEN] = "token"};
-
 /* The generated encoders take what they do not change for changeable. */
-static char *text_of(const char *text) { return (char *)(uintptr_t)text; }
-
-int request_encode(const struct operator_request *r, unsigned char buffer[COMMAND_MESSAGE_MAX]) {
-    hexid_request_t m = {.id = r->id, .token = r->token, .command = text_of(r->renew ? renew_word : command_names[r->command])};
-    return hexid_request_t_encode(buffer, 0, COMMAND_MESSAGE_MAX, &m);
-}
-
-int answer_encode(const struct answer *a, unsigned char buffer[ANSWER_MESSAGE_MAX]) {
-    hexid_answer_t m = {.id = a->id,
-                        .token = a->token,
-                        .lease_s = a->lease_s,
-                        .outcome = text_of(outcome_words[a->outcome]),
-                        .state = text_of(state_names[a->state]),
-                        .text = text_of(a->text)};
-    return hexid_answer_t_encode(buffer, 0, ANSWER_MESSAGE_MAX, &m);
+int command_encode(enum command command, int64_t time_ns, unsigned char buffer[COMMAND_MESSAGE_MAX]) {
+    hexid_command_t m = {.time_ns = time_ns, .command = (char *)(uintptr_t)command_names[command]};
+    return hexid_command_t_encode(buffer, 0, COMMAND_MESSAGE_MAX, &m);
 }
 
 static void skip_strings(struct wire *w, int count) {
@@ -132,45 +114,13 @@ bool event_decode_config(const void *data, int size, const char **text, size_t *
     return true;
 }
 
-/* Place of the word in the list, -1: none. */
-static int place_of(const char *word, const char *const *list, int count) {
-    for (int i = 0; word && i < count; i++)
-        if (!strcmp(word, list[i])) return i;
-    return -1;
-}
-
-bool request_decode(const void *data, int size, struct operator_request *request) {
-    struct operator_request r = {0};
-    struct wire w = wire_open(data, size, __hexid_request_t_get_hash());
-    if (w.good) {
-        r.id = wire_int(&w, 8);
-        r.token = wire_int(&w, 8);
-    } else {
-        w = wire_open(data, size, __hexid_command_t_get_hash());
-        wire_int(&w, 8); /* time */
-    }
+bool command_decode(const void *data, int size, enum command *command) {
+    struct wire w = wire_open(data, size, __hexid_command_t_get_hash());
+    wire_int(&w, 8); /* time */
     const char *word = wire_string(&w);
-    if (!w.good || w.left) return false;
-    int place = place_of(word, command_names, COMMANDS);
-    r.renew = !strcmp(word, renew_word);
-    if (!r.renew && place <= COMMAND_NONE) return false;
-    r.command = r.renew ? COMMAND_NONE : (enum command)place;
-    *request = r;
-    return true;
-}
-
-bool answer_decode(const void *data, int size, struct answer *answer) {
-    struct wire w = wire_open(data, size, __hexid_answer_t_get_hash());
-    struct answer a = {.id = wire_int(&w, 8)};
-    a.token = wire_int(&w, 8);
-    a.lease_s = wire_double(&w);
-    int outcome = place_of(wire_string(&w), outcome_words, OUTCOMES), state = place_of(wire_string(&w), state_names, STATES);
-    a.text = wire_string(&w);
-    if (!w.good || w.left || outcome < 0 || state < 0 || !(a.lease_s >= 0.0 && a.lease_s <= 3600.0)) return false;
-    a.outcome = (enum outcome)outcome;
-    a.state = (enum state)state;
-    *answer = a;
-    return true;
+    for (int i = COMMAND_STOP; w.good && !w.left && i <= COMMAND_PARK; i++)
+        if (!strcmp(word, command_names[i])) return *command = (enum command)i, true;
+    return false;
 }
 
 bool test_result_decode(const void *data, int size, struct test_summary *summary) {

@@ -18,7 +18,6 @@
 #define CHANNEL_EVENT "HEXID_EVENT"
 #define CHANNEL_GAP "HEXID_GAP"
 #define CHANNEL_COMMAND "HEXID_COMMAND"
-#define CHANNEL_ANSWER "HEXID_ANSWER"
 
 enum { STATE_MESSAGE_MAX = 600, COMMAND_MESSAGE_MAX = 64 };
 
@@ -57,39 +56,11 @@ struct gap_summary {
 };
 bool gap_decode(const void *data, int size, struct gap_summary *summary);
 
-/* A command of an operator, on CHANNEL_COMMAND: request_t, or command_t, which has neither id nor
- * token. `renew` prolongs a lease. */
-struct operator_request {
-    int64_t id;          /* the sender's, returned in the answer; 0: wants no answer */
-    int64_t token;       /* from an answer; 0: none yet */
-    enum command command;/* COMMAND_NONE with renew */
-    bool renew;
-};
+/* A stop or park on CHANNEL_COMMAND (command_t), the only commands that are taken from LCM. Returns
+ * the size. */
+int command_encode(enum command command, int64_t time_ns, unsigned char buffer[COMMAND_MESSAGE_MAX]);
 
-/* Returns the size. */
-int request_encode(const struct operator_request *request, unsigned char buffer[COMMAND_MESSAGE_MAX]);
-
-/* False for anything but engage, start, stop, park, reset and renew in either type. */
-bool request_decode(const void *data, int size, struct operator_request *request);
-
-/* The answer to a request, on CHANNEL_ANSWER. OUTCOME_STOPPED: the lease is renewed, but somebody's
- * stop ended the tests begun last. OUTCOME_TOKEN: ask again with the token that comes with it. */
-enum outcome { OUTCOME_DONE, OUTCOME_STOPPED, OUTCOME_REFUSED, OUTCOME_TOKEN, OUTCOMES };
-struct answer {
-    int64_t id, token;   /* OUTCOME_TOKEN: for the next request; after engage, start or renew: the
-                          * lease's */
-    double lease_s;      /* without a renewal for so long the machine is parked; 0: no lease is
-                          * needed */
-    enum outcome outcome;
-    enum state state;
-    const char *text;    /* why, and what to do first */
-};
-
-/* Returns the size, -1 when it does not fit. */
-enum { ANSWER_MESSAGE_MAX = 512 };
-int answer_encode(const struct answer *answer, unsigned char buffer[ANSWER_MESSAGE_MAX]);
-
-/* text points into data. */
-bool answer_decode(const void *data, int size, struct answer *answer);
+/* False for anything but stop and park. */
+bool command_decode(const void *data, int size, enum command *command);
 
 #endif

@@ -1,29 +1,37 @@
-/* libFuzzer: any bytes as a datagram, as text, and as a message of LCM: requests, answers, events,
- * states, results. What is accepted must be something a cycle or a command can be, and a state must
- * come out of it as it went in. */
+/* libFuzzer: any bytes as a datagram, as text, as a message of LCM (commands, events, states,
+ * results) and as a packet of a command socket. What is accepted must be something a cycle or a
+ * command can be, and a state must come out of it as it went in. */
 #include <assert.h>
 #include <stddef.h>
 #include <string.h>
 
 #include "bus.h"
+#include "command_packet.h"
 #include "messages.h"
 #include "printable.h"
 #include "supervisor.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-static void request(const uint8_t *data, int size) {
-    struct operator_request r = {0};
-    bool good = request_decode(data, size, &r);
-    assert(good == (r.renew || (r.command >= COMMAND_ENGAGE && r.command <= COMMAND_RESET)));
-    const char *word = r.renew ? "renew" : command_names[r.command];
-    if (good) assert(!strcmp((const char *)data + size - strlen(word) - 1, word));
+static void command(const uint8_t *data, int size) {
+    enum command c = COMMAND_NONE;
+    if (!command_decode(data, size, &c)) return;
+    assert(command_stops(c) && !strcmp((const char *)data + size - strlen(command_names[c]) - 1, command_names[c]));
 }
 
-static void answer(const uint8_t *data, int size) {
-    struct answer a = {0};
-    if (!answer_decode(data, size, &a)) return;
-    assert(a.outcome < OUTCOMES && a.state < STATES && a.lease_s >= 0.0 && strlen(a.text) < (size_t)size);
+/* As packets of a command socket. What moves is taken from a packet that is whole, and gives the
+ * same packet back. */
+static void packets(const uint8_t *data, size_t size) {
+    unsigned char packet[COMMAND_ANSWER_SIZE];
+    struct command_request r;
+    struct command_answer a;
+    if (command_request_decode(data, size, &r)) {
+        assert(r.renew ? r.command == COMMAND_NONE : r.command > COMMAND_NONE && r.command < COMMANDS);
+        command_request_encode(&r, packet);
+        assert(command_stops(r.command) || !memcmp(packet, data, 12));
+    }
+    if (command_answer_decode(data, size, &a))
+        assert(a.outcome < OUTCOMES && a.state < STATES && a.lease_s >= 0.0 && strlen(a.text) < COMMAND_TEXT_SIZE);
 }
 
 /* As a datagram: what is taken lies within it. */
@@ -76,8 +84,8 @@ static void printable(const uint8_t *data, size_t size) {
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     datagram(data, (int)size);
-    request(data, (int)size);
-    answer(data, (int)size);
+    command(data, (int)size);
+    packets(data, size);
     printable(data, size);
     results(data, (int)size);
     event(data, (int)size);

@@ -1,8 +1,8 @@
 #!/bin/bash
-# Commands over LCM: the platform engages, tests and parks when told to, and by default only stops when told to; who set it in motion and goes
-# away leaves it parked; what nobody asked for just now does nothing.
+# Commands: the platform engages, tests and parks when told to, and by default only stops when told to; who set it in motion and goes away
+# leaves it parked; over LCM, where others watch, stop and park are taken, and nothing that moves.
 . tests/scenarios/lib
-own_network "commands over LCM are obeyed"
+own_network "commands are obeyed"
 CLOCK=virtual # the simulated platform's is: no claim is tried again, and the leases are long beside any stall
 . tests/scenarios/bus_lib
 lcm-gen -p --ppath "$work" lcmtypes/*.lcm
@@ -55,11 +55,14 @@ by_hand() {
         wait $operator && cat "$work/operator.engage" && grep -q 'now settled' "$work/operator.engage" && kill -INT $run &&
         ended 1 # interrupted, the usual end of a run by hand
 }
-# gone SIGNAL PATTERN: the operator's client ends so; the run says that, and parks.
+# gone SIGNAL PATTERN: the operator's client ends so, or stops; the run says that, and parks.
 gone() {
     start_run --set motion.automatic=false --set lcm.commands=true --set lcm.lease_s=1
     await settled && operate engage && await ready && kill -"$1" $operator && await parking && await settled && kill -INT $run && ended 1 &&
         { [ -z "$2" ] || grep -q "$2" "$work/error"; }
+    local status=$?
+    kill -KILL $operator 2>/dev/null
+    return $status
 }
 unleased() {
     start_run --set motion.automatic=false --set lcm.commands=true --set lcm.lease_s=0
@@ -70,25 +73,27 @@ explained() { # what does nothing says why, and what to do first
     await settled && ends 4 tell start 2>"$work/why" && grep 'state settled: .*engage' "$work/why" && ends 4 tell reset 2>"$work/why" &&
         grep 'no fault' "$work/why" && tell park >"$work/why" && grep 'nothing moves' "$work/why" && kill -INT $run && ended 1
 }
-# What was recorded in one session moves nothing in the next: not the requests, and not the old messages without a token.
-replayed() {
-    lcm-logger --lcm-url="$url" --flush-interval=1 --quiet "$work/session.lcm" >"$work/logger" 2>&1 &
-    local logger=$!
-    by_hand && kill -INT $logger && wait $logger
+# Whatever is said over LCM, a recorded session's messages, too: nothing moves, and a stop stops.
+over_lcm() {
     start_run --set motion.automatic=false --set lcm.commands=true
-    await settled && PYTHONPATH=$work "$python" - "$work/session.lcm" "$url" <<'END'
+    await settled && PYTHONPATH=$work "$python" - "$url" <<'END' && pause 0.5 && operate engage && await ready && say_park && await parking && await settled &&
 import hexid, lcm, sys, time
-events = [e for e in lcm.EventLog(sys.argv[1], "r") if e.channel == "HEXID_COMMAND"]
-print(len(events), "requests recorded")
-bus = lcm.LCM(sys.argv[2])
-for event in events:
-    if b"engage" in event.data or b"start" in event.data or b"renew" in event.data: bus.publish(event.channel, event.data)
-old = hexid.command_t()
-old.command = "engage"
-for old.time_ns in (-2**63, 0, time.time_ns(), 2**63 - 1): bus.publish("HEXID_COMMAND", old.encode())
-sys.exit(len(events) < 3)
+bus = lcm.LCM(sys.argv[1])
+request, command = hexid.request_t(), hexid.command_t()
+for word in ("engage", "start", "reset", "renew"):
+    request.command = command.command = word
+    for request.token in (0, 1, -1, 2**63 - 1):
+        request.id = 7
+        bus.publish("HEXID_COMMAND", request.encode())
+    for command.time_ns in (-2**63, 0, time.time_ns(), 2**63 - 1): bus.publish("HEXID_COMMAND", command.encode())
 END
-    [ $? -eq 0 ] && pause 1 && kill -INT $run && ended 1 && ! grep -q engaging "$work/run.ended"
+        kill -INT $run && ended 1 && [ "$(grep -c engaging "$work/run.ended")" -eq 0 ]
+}
+say_park() {
+    PYTHONPATH=$work "$python" -c 'import hexid, lcm, sys
+command = hexid.command_t()
+command.command = "park"
+lcm.LCM(sys.argv[1]).publish("HEXID_COMMAND", command.encode())' "$url"
 }
 stopped() {
     start_run --set tests.duration_s=20
@@ -110,11 +115,12 @@ refused() {
 fair_claim "engage, start and park by hand" by_hand
 fair_claim "a stop ends a test early, and the platform waits at neutral to be parked" stopped
 fair_claim "a stop while it rises puts it down, whatever lcm.commands says" turned_back
-fair_claim "an operator's client that is killed: its lease runs out, and the platform is parked" gone KILL 'lease has run out'
+fair_claim "an operator's client that is killed: its connection ends, and the platform is parked" gone KILL 'connection has ended'
+fair_claim "one that hangs: its lease runs out, and the platform is parked" gone STOP 'lease has run out'
 fair_claim "one that is interrupted parks it" gone INT ''
 fair_claim "without a lease the platform stays as it was told" unleased
 fair_claim "a command that does nothing says why, and what to do first" explained
-fair_claim "a recorded session moves nothing when it is played again, nor do messages without a token" replayed
-fair_claim "by default nobody on the network can set the platform in motion" refused
-claim "a command that nobody hears is an error" refuses 3 "park nobody $url" tell park
+fair_claim "nothing that is said over LCM sets the platform in motion, and a park puts it down" over_lcm
+fair_claim "by default nobody can set the platform in motion" refused
+claim "a command that nobody hears is an error, and a stop is tried over LCM, too" refuses 3 "park nobody $HEXID_RUNTIME_DIR LCM emergency" tell park
 claim "a command that does not exist is refused" refuses 2 "engage, start, stop, park, reset" "$hexid" command jump

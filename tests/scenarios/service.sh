@@ -46,6 +46,8 @@ limited=(prlimit "${limits[@]}"
 realtime=(--rt require)
 chrt -f 80 true 2>/dev/null || realtime=(--rt off)
 manager() { "$python" tests/scenarios/service.py "$@"; }
+# Its runtime directory, as the service manager makes it.
+rmdir "$HEXID_RUNTIME_DIR" && install -d -m "$(unit RuntimeDirectoryMode)" -o nobody -g nogroup "$HEXID_RUNTIME_DIR"
 run=("${limited[@]}" "${service[@]}" "${realtime[@]}")
 
 claim "it has two rights and no others" eval \

@@ -105,9 +105,9 @@ def stopped_by(run, number, limit_ms=SIGNAL_MS):
 
 
 def park_message():
-    request = hexid.request_t()
-    request.id, request.token, request.command = random.getrandbits(62) + 1, 0, "park"
-    return b"LC02\0\0\0\0HEXID_COMMAND\0" + request.encode()
+    command = hexid.command_t()
+    command.command = "park"
+    return b"LC02\0\0\0\0HEXID_COMMAND\0" + command.encode()
 
 
 def sender():
@@ -227,7 +227,7 @@ def crafted(dice, n):
         b"LC03" + struct.pack(">IIIHH", n, dice.choice([1, 66, 0xFFFFFFFF]), offset, dice.choice([0, 1, 65535]), 2) + name + b"\0x",
         b"LC02" + struct.pack(">I", n) + name,
         b"LC02" + struct.pack(">I", n) + b"HEXID_COMMAND\0" + good[:dice.randrange(len(good))],
-        b"LC02" + struct.pack(">I", n) + b"HEXID_COMMAND\0" + good[:24] + struct.pack(">i", dice.choice([-1, 0, 1 << 30])) + b"park\0",
+        b"LC02" + struct.pack(">I", n) + b"HEXID_COMMAND\0" + good[:16] + struct.pack(">i", dice.choice([-1, 0, 1 << 30])) + b"park\0",
         b"LC02" + struct.pack(">I", n) + b"HEXID_COMMAND\0" + bytes(dice.choices(range(256), k=dice.randrange(2000))),
         b"LC02" * dice.randrange(1, 4),
     ])
@@ -279,57 +279,145 @@ def _():
     return f"{took_ms:.0f} ms"
 
 
-class Operator:
-    """Somebody on this host who speaks the protocol."""
-
-    def __init__(self):
-        self.bus, self.answers = lcm.LCM(URL), []
-        answers = self.bus.subscribe("HEXID_ANSWER", lambda _, data: self.answers.append(hexid.answer_t.decode(data)))
-        answers.set_queue_capacity(0)  # of a thousand that nobody waits for none is left out, nor the next one
-
-    def send(self, command, token, number=None):
-        request = hexid.request_t()
-        request.id, request.token, request.command = number or random.getrandbits(62) + 1, token, command
-        self.bus.publish("HEXID_COMMAND", request.encode())
-        return request.id
-
-    def ask(self, command, token, number=None):
-        while self.bus.handle_timeout(20):  # older ones
-            pass
-        self.answers.clear()
-        number, end = self.send(command, token, number), time.monotonic() + 5
-        while time.monotonic() < end:
-            self.bus.handle_timeout(50)
-            for answer in self.answers:
-                if answer.id == number:
-                    self.answers.clear()
-                    return answer
-        raise AssertionError(f"no answer to {command}")
-
-
-@claim("well-formed requests with tokens that are guessed, stale or spent set nothing in motion")
+@claim("well-formed requests over LCM, with tokens that are guessed, set nothing in motion")
 def _():
-    run, operator, dice = Run("--set", "lcm.commands=true", "--set", "motion.automatic=false", wait=False), Operator(), random.Random(7)
+    run, dice = Run("--set", "lcm.commands=true", "--set", "motion.automatic=false", wait=False), random.Random(7)
     run.until(SETTLED)
+    bus, request, command = lcm.LCM(URL), hexid.request_t(), hexid.command_t()
     for n in range(1000):
-        operator.send(dice.choice(["engage", "start", "reset", "renew"]), dice.choice([0, 1, -1, 2**63 - 1, dice.getrandbits(63)]))
+        request.command = command.command = dice.choice(["engage", "start", "reset", "renew"])
+        request.id, request.token = n, dice.choice([0, 1, -1, 2**63 - 1, dice.getrandbits(63)])
+        bus.publish("HEXID_COMMAND", request.encode() if n % 2 else command.encode())
         if n % 10 == 0:
             time.sleep(0.005)
-    stale = operator.ask("engage", 0)
-    demand(stale.outcome == "token" and stale.token, "no token:", stale.outcome)
-    time.sleep(1.5)
-    demand(operator.ask("engage", stale.token).outcome == "token", "a stale token was taken")
-    demand({state for _, state, _ in run.states()} <= {0, SETTLED}, "moved without a token")
-    token = operator.ask("engage", 0).token
-    number = operator.send("engage", token)
-    run.until(3)
-    operator.ask("park", 0)
-    run.until(SETTLED)
-    before = len(run.states())
-    operator.send("engage", token, number)  # once more, to the last bit
-    operator.send("engage", token)
     time.sleep(0.5)
-    demand({state for _, state, _ in run.states()[before + 10:]} <= {SETTLED}, "a spent token was taken")
+    demand({state for _, state, _ in run.states()} <= {0, SETTLED}, "it moved")
+    run.process.send_signal(signal.SIGINT)
+    run.ended()
+
+
+# ---- the sockets of commands
+
+
+def connection(name="hexid.stop"):
+    out = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    out.connect(os.path.join(os.environ["HEXID_RUNTIME_DIR"], name))
+    return out
+
+
+ENGAGE, START, STOP, PARK, RESET = 1, 2, 3, 4, 5
+
+
+def packet(command, number=1, renew=0, version=1):
+    return b"HEXC" + struct.pack(">HBBII", version, command, renew, number, 0)
+
+
+def parked_by_packet(run, limit_ms=MESSAGE_MS):
+    """By a client that tries again where its connection was closed to make room, as `hexid command` does."""
+    since, tries = now_us(), 0
+    while True:
+        tries += 1
+        demand(tries < 100, "no place for a stop")
+        with contextlib.suppress(OSError), connection() as out:
+            out.send(packet(PARK, 77))
+            out.settimeout(5)
+            if answer := out.recv(600):
+                break
+    took_ms = (now_us() - since) / 1e3
+    demand(answer[:4] == b"HEXA" and answer[6] == 0 and answer[8:12] == struct.pack(">I", 77), "answered", answer[:16])
+    run.ended()
+    parked_ms = run.parked_after_ms(since)
+    demand(-2 <= parked_ms <= limit_ms, "parked after", parked_ms, "ms")
+    return f"{parked_ms:.0f} ms, answered after {took_ms:.0f} ms, {tries} tries"
+
+
+@claim("200 idle connections on each socket: park acts")
+def _():
+    run = Run("--set", "lcm.commands=true")
+    idle = []
+    for name in ("hexid.stop", "hexid"):
+        for _ in range(200):
+            idle.append(connection(name))
+    said = parked_by_packet(run)
+    for one in idle:
+        one.close()
+    return said
+
+
+def flood_sockets(packets, stop, per_ms=10):
+    """So many packets a ms, over connections that are made again when they are closed."""
+    open_ones, n = [], 0
+    while not stop.is_set():
+        for _ in range(per_ms):
+            n += 1
+            with contextlib.suppress(OSError):
+                while len(open_ones) < 20:
+                    one = connection("hexid" if n % 2 else "hexid.stop")
+                    one.setblocking(False)
+                    open_ones.append(one)
+            if not open_ones:
+                break
+            one = open_ones.pop(0)
+            try:
+                one.send(packets[n % len(packets)])
+                open_ones.append(one)
+            except BlockingIOError:
+                open_ones.append(one)
+            except OSError:
+                one.close()
+        time.sleep(0.001)
+
+
+@claim("10,000 packets a second beside 200 idle connections, requests and garbage among them: park acts")
+def _():
+    run, stop, dice = Run("--set", "lcm.commands=true"), threading.Event(), random.Random(3)
+    idle = [connection() for _ in range(200)]
+    packets = [packet(command, 5, renew) for command in (ENGAGE, START, RESET) for renew in (0, 1)]
+    packets += [packet(0, 5, 1), packet(200), packet(ENGAGE, version=9), b"", b"HEXC", bytes(16)]
+    packets += [bytes(dice.choices(range(256), k=dice.randrange(1, 2000))) for _ in range(20)]
+    thread = threading.Thread(target=flood_sockets, args=(packets, stop))
+    thread.start()
+    time.sleep(1)
+    demand(run.process.poll() is None, "ended", run.said())
+    demand(all(state != PARKING for _, state, _ in run.states()), "parked by garbage")
+    try:
+        said = parked_by_packet(run)
+    finally:
+        stop.set()
+        thread.join()
+    for one in idle:
+        one.close()
+    return said
+
+
+@claim("a stop is taken from a client of a later version, and from one that went away at once")
+def _():
+    took = []
+    for send in (packet(PARK, version=7) + bytes(20), packet(PARK)):
+        run, since = Run(), now_us()
+        with connection() as out:
+            out.send(send)
+        run.ended()
+        took.append(run.parked_after_ms(since))
+        demand(-2 <= took[-1] <= MESSAGE_MS, "parked after", took[-1], "ms")
+    return f"{max(took):.0f} ms"
+
+
+@claim("what moves is refused over the socket for stops, and taken back when its client goes away at once")
+def _():
+    run = Run("--set", "lcm.commands=true", "--set", "motion.automatic=false", wait=False)
+    run.until(SETTLED)
+    with connection() as out:
+        for command in (ENGAGE, START, RESET):
+            out.send(packet(command))
+            demand(out.recv(600)[6] == 2, "taken from everybody")
+    run.process.send_signal(signal.SIGSTOP)
+    for _ in range(30):
+        with connection("hexid") as out:
+            out.send(packet(ENGAGE))
+    run.process.send_signal(signal.SIGCONT)
+    time.sleep(0.3)
+    demand({state for _, state, _ in run.states()} <= {0, SETTLED}, "moved for nobody")
     run.process.send_signal(signal.SIGINT)
     run.ended()
 

@@ -1,0 +1,114 @@
+#include "commands.h"
+
+#include <string.h>
+#include <time.h>
+
+#include "clock.h"
+#include "messages.h"
+#include "units.h"
+
+enum {
+    MESSAGES_AT_ONCE = 64, /* a flood takes turns with all else */
+    EVENT_MAX = COMMAND_TEXT_SIZE + 200,
+    IDLE_MS = 20,
+    SOON_MS = 2,
+    FLOOD = 32,       /* packets and connections of one wake, */
+    REST_NS = 500000, /* behind which others get the processor */
+};
+
+/* ---- between the sockets and the operator's side ---- */
+
+static void take(void *context, uint64_t peer, const struct command_request *request, bool may_move) {
+    struct commands *c = context;
+    operator_take(&c->operator, peer, request, may_move, c->now_ns);
+}
+
+static void gone(void *context, uint64_t peer) {
+    struct commands *c = context;
+    operator_gone(&c->operator, peer, c->now_ns);
+}
+
+static bool needs(void *context, uint64_t peer) {
+    const struct commands *c = context;
+    return operator_needs(&c->operator, peer);
+}
+
+static void answer(void *context, uint64_t peer, const struct command_answer *a) {
+    struct commands *c = context;
+    command_server_answer(&c->server, peer, a);
+}
+
+static void say(void *context, const char *text) {
+    struct commands *c = context;
+    unsigned char buffer[EVENT_MAX];
+    int size = event_encode(clock_now(&c->operator.loop->clock), 0, "command", text, buffer, sizeof buffer);
+    if (c->bus && size > 0) bus_publish(c->bus, CHANNEL_EVENT, buffer, size);
+    c->say(c->context, text);
+}
+
+/* ---- */
+
+void commands_init(struct commands *c) {
+    *c = (struct commands){.handler = {.context = c, .take = take, .gone = gone, .needs = needs}};
+    command_server_init(&c->server);
+}
+
+static int open_sockets(struct commands *c, const char *name, struct error *doubt, struct error *error) {
+    struct error refused;
+    int status = command_server_open(&c->server, name, &c->handler, &refused);
+    *error = refused;
+    if (status != STATUS_IO) return status;
+    error_set(doubt, STATUS_IO, "%.600s: nobody can command this hexid but by signals and, where it is heard, LCM", refused.text);
+    return STATUS_OK;
+}
+
+static int listen_to_bus(struct commands *c, const char *others, struct error *doubt, struct error *error) {
+    struct error wrong;
+    if (!c->bus) return STATUS_OK;
+    if (bus_allow(c->bus, others, &wrong)) return error_set(error, STATUS_USAGE, "lcm.remote_stop: %.300s", wrong.text);
+    c->listens = bus_listen(c->bus, CHANNEL_COMMAND, BUS_THIS_HOST, doubt) == STATUS_OK;
+    return STATUS_OK;
+}
+
+int commands_open(struct commands *c, const struct params *params, struct bus *bus, struct error *doubt, struct error *error) {
+    c->bus = bus;
+    *doubt = (struct error){0};
+    int status = listen_to_bus(c, params->lcm.remote_stop, doubt, error);
+    return status ? status : open_sockets(c, params->machine.name, doubt, error);
+}
+
+void commands_begin(struct commands *c, const struct params *params, struct loop *loop, void (*tell)(void *, const char *), void *context) {
+    c->say = tell;
+    c->context = context;
+    operator_init(&c->operator, params, loop, &(struct operator_ports){.context = c, .answer = answer, .say = say});
+}
+
+void commands_polls(const struct commands *c, struct pollfd polls[COMMANDS_POLLS]) {
+    command_server_polls(&c->server, polls);
+    polls[COMMAND_POLLS] = (struct pollfd){.fd = c->listens ? bus_fd(c->bus) : -1, .events = POLLIN};
+}
+
+int commands_patience_ms(const struct commands *c) { return operator_waits(&c->operator) ? SOON_MS : IDLE_MS; }
+
+static void take_messages(struct commands *c) {
+    struct bus_message m;
+    enum command command;
+    for (int i = 0, got = 1; i < MESSAGES_AT_ONCE && (got = bus_receive(c->bus, &m)) > 0; i++)
+        if (got == 1 && !strcmp(m.channel, CHANNEL_COMMAND) && command_decode(m.data, m.size, &command))
+            operator_take(&c->operator, 0, &(struct command_request){.command = command}, false, c->now_ns);
+}
+
+void commands_serve(struct commands *c, const struct pollfd polls[COMMANDS_POLLS], int64_t now_ns) {
+    static const struct timespec rest = {.tv_nsec = REST_NS};
+    c->now_ns = now_ns;
+    int taken = command_server_serve(&c->server, polls);
+    if (c->listens && polls[COMMAND_POLLS].revents) take_messages(c);
+    operator_tick(&c->operator, c->now_ns);
+    if (taken >= FLOOD) clock_nanosleep(CLOCK_MONOTONIC, 0, &rest, NULL);
+}
+
+void commands_close(struct commands *c) {
+    struct command_answer last = {.outcome = OUTCOME_ENDED};
+    if (c->operator.loop) last.state = loop_acted(c->operator.loop).state;
+    command_server_close(&c->server, &last);
+}
