@@ -23,29 +23,22 @@ void command_server_init(struct command_server *s) {
 /* SAFETY: who may set the machine in motion is decided by the kernel, from the file's group. Where
  * the daemon may not give it to group hexid, it is its own user's. A service has that group and is
  * not asked to change anything. */
-static int give_to_group(const char *path, struct error *error) {
+static bool give_to_group(const char *path) {
     struct group *group = getgrnam(GROUP);
     struct stat s;
-    if (lstat(path, &s)) return error_set(error, STATUS_IO, "%s: %s", path, strerror(errno));
-    bool is = group && s.st_gid == group->gr_gid;
-    if (is || (group && !lchown(path, (uid_t)-1, group->gr_gid))) return STATUS_OK;
-    return chmod(path, 0600) ? error_set(error, STATUS_IO, "%s: %s", path, strerror(errno)) : STATUS_OK;
+    if (chmod(path, 0600) || lstat(path, &s)) return false;
+    bool is = group && (s.st_gid == group->gr_gid || !lchown(path, (uid_t)-1, group->gr_gid));
+    return !is || !chmod(path, 0660);
 }
 
-/* The mode is right from the first moment on. */
+/* Nobody can connect before it listens, and by then its mode is right. */
 static int listen_at(const struct machine *m, enum command_socket kind, int *listener, struct error *error) {
     struct sockaddr_un address;
     machine_address(m, kind == SOCKET_STOP, &address);
     *listener = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    mode_t before = umask(kind == SOCKET_STOP ? 0111 : 0117);
-    bool bound = *listener >= 0 && !bind(*listener, (const struct sockaddr *)&address, sizeof address);
-    int why = errno;
-    umask(before);
-    int status = STATUS_OK;
-    if (bound && kind == SOCKET_ALL) status = give_to_group(address.sun_path, error);
-    if (status) return status;
-    if (bound && !listen(*listener, BACKLOG)) return STATUS_OK;
-    return error_set(error, STATUS_IO, "%s: no socket for commands: %s", address.sun_path, strerror(bound ? errno : why));
+    bool good = *listener >= 0 && !bind(*listener, (const struct sockaddr *)&address, sizeof address) &&
+                (kind == SOCKET_STOP ? !chmod(address.sun_path, 0666) : give_to_group(address.sun_path)) && !listen(*listener, BACKLOG);
+    return good ? STATUS_OK : error_set(error, STATUS_IO, "%s: no socket for commands: %s", address.sun_path, strerror(errno));
 }
 
 static void close_listeners(struct command_server *s) {

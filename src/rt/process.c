@@ -62,7 +62,7 @@ int process_start(struct error *error) {
     close_to_others();
     clean_environment();
     status = need(RLIMIT_STACK, PROCESS_STACK, 1024, "kB of stack", "`ulimit -s 8192`, or LimitSTACK=8M of its service", error);
-    if (!status) status = need(RLIMIT_NOFILE, PROCESS_FILES, 1, "open files", "`ulimit -n 64`, or LimitNOFILE=64 of its service", error);
+    if (!status) status = need(RLIMIT_NOFILE, PROCESS_FILES, 1, "open files", "`ulimit -n 128`, or LimitNOFILE=128 of its service", error);
     if (!status) thread_defaults();
     return status;
 }

@@ -24,7 +24,7 @@
 
 enum {
     PROCESS_STACK = 8 << 20, /* bytes; `hexid gap`, the deepest, uses a part of it (stack.sh) */
-    PROCESS_FILES = 64,      /* descriptors; a run has fewer than 32 */
+    PROCESS_FILES = 128,     /* descriptors; a run has fewer than 32, and 66 for operators */
 };
 
 /* Main thread, first of all. STATUS_IO with the limit, its value and the remedy where one is too
