@@ -51,7 +51,8 @@ enum {
 /* What the hardware abstraction layer delivers: lengths and pressures latched together at one
  * instant, time_ns. */
 struct hal_sample {
-    int64_t time_ns;        /* device instant of latching, on the loop's clock */
+    int64_t time_ns;        /* device instant of latching, on the loop's clock; with SAMPLE_IO
+                             * alone the instant of the read that failed */
     int64_t age_ns;         /* from latching to the read */
     uint64_t device_seq;    /* the device's own count, 0 where it has none: a gap is a lost sample,
                              * a repeat or a step back a stale one */

@@ -202,6 +202,32 @@ static void overrun_limit_late_cycles_in_a_row_are_a_fault(void **unused) {
     bench_end(&b);
 }
 
+/* Away for a second: a fault in the first cycle, also where that cycle has nothing to read, or the
+ * command before could not be written; and a failed read by itself is no missed deadline. */
+static void a_loop_that_was_away_is_a_fault_whatever_its_first_cycle_reads(void **unused) {
+    (void)unused;
+    struct params params = by_hand();
+    for (int how = 0; how < 3; how++) {
+        struct bench b;
+        bench_init(&b, &params, NULL, 1, CLOCK_REAL, 16);
+        bench_until(&b, STATE_READY);
+        if (how == 1) b.fake.write_fails = true, bench_cycle(&b);
+        b.fake.read_fails = how == 0;
+        if (how < 2) late_ns = NS_PER_S;
+        bench_cycle(&b);
+        if (how < 2) {
+            assert_int_equal(b.last.first_fault, FAULT_OVERRUN);
+            assert_memory_equal(b.fake.valve, (double[LEGS]){0}, sizeof b.fake.valve);
+        } else {
+            b.fake.read_fails = true, bench_cycle(&b);
+            assert_int_equal(b.last.in.time_ns, b.fake.now_ns);
+            b.fake.read_fails = false, late_ns = PERIOD_NS, bench_cycle(&b);
+            assert_int_equal(b.last.state, STATE_READY);
+        }
+        bench_end(&b);
+    }
+}
+
 static void virtual_time_has_no_wall_clock_in_it(void **unused) {
     (void)unused;
     struct params params = by_hand();
@@ -548,6 +574,7 @@ int main(void) {
         cmocka_unit_test(cycles_stand_on_the_grid_of_the_period),
         cmocka_unit_test(missed_deadlines_are_skipped_and_flagged_not_caught_up),
         cmocka_unit_test(overrun_limit_late_cycles_in_a_row_are_a_fault),
+        cmocka_unit_test(a_loop_that_was_away_is_a_fault_whatever_its_first_cycle_reads),
         cmocka_unit_test(virtual_time_has_no_wall_clock_in_it),
         cmocka_unit_test(paced_time_is_virtual_time_whatever_the_host_does),
         cmocka_unit_test(paced_time_follows_the_hosts_and_stretches_by_the_periods_that_a_stall_took),

@@ -78,7 +78,7 @@ bool loop_cycle(struct loop *l) {
 
     int64_t late_ns, now_ns = clock_wait(&l->clock, l->deadline_ns, &late_ns);
     bool overran = overrun(l, late_ns);
-    if (l->hal->ops->read(l->hal, now_ns, &sample)) sample.flags |= SAMPLE_IO;
+    if (l->hal->ops->read(l->hal, now_ns, &sample)) sample.flags |= SAMPLE_IO, sample.time_ns = now_ns, sample.age_ns = 0;
     else if (l->unwritten) sample.flags |= SAMPLE_IO | SAMPLE_UNWRITTEN;
     if (overran) sample.flags |= SAMPLE_OVERRUN;
 
