@@ -77,6 +77,9 @@ fuzz: | deps-fuzz ## every fuzzer of tests/fuzz/ for a minute (FUZZ_S=60 seconds
 fuzz-run: $(FUZZERS)
 	@BUILD=$(BUILD) tests/fuzz/run $^
 
+soak: $(BUILD)/tests/soak_supervisor ## the supervisor, fuzzed against a model for 100 million cycles on one core: minutes (CYCLES=..., SEED=1)
+	@$(BUILD)/tests/soak_supervisor $(or $(CYCLES),100000000) $(or $(SEED),1)
+
 bench: $(BENCHES) $(BUILD)/hexid | deps-bench ## time and instructions of every part of the cycle -> build/bench.csv
 	@tests/bench/bench.sh $(BUILD)
 
@@ -210,7 +213,7 @@ $(BUILD)/libhexid.a: $(LIB_OBJ)
 	$(Q)$(AR) rcs $@ $^
 
 $(BUILD)/tests/bench/bench: LDLIBS += -Wl,--wrap=dWorldStep
-$(BUILD)/tests/test_%: LDLIBS += -lcmocka
+$(BUILD)/tests/test_% $(BUILD)/tests/soak_%: LDLIBS += -lcmocka
 $(BUILD)/tests/test_doctor: LDLIBS += -Wl,--wrap=bus_receive
 $(BUILD)/tests/test_can_link: LDLIBS += -Wl,--wrap=can_socket_open
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/libhexid.a
@@ -222,7 +225,7 @@ $(BUILD)/tests/fuzz/replay_%: $(BUILD)/tests/fuzz/fuzz_%.o $(BUILD)/tests/fuzz/r
 	@echo link $@
 	$(Q)$(CC) $(SAN) -o $@ $^ $(LDLIBS)
 
-$(TESTS:=.o): | deps-test
+$(TESTS:=.o) $(BUILD)/tests/soak_supervisor.o: | deps-test
 $(BUILD)/tests/test_%.o: OPT = -O1 -g1
 $(BUILD)/%.o: %.c | $(LCM_C) deps-run
 	@mkdir -p $(@D)
@@ -308,7 +311,7 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)javac -cp /usr/share/java/lcm.jar -d $(@D) $(@D)/hexid/*.java
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
-.PHONY: all always install deb has-display run test test-long test-rt asan tsan fuzz fuzz-run bench bench-paper bench-gap bench-coverage bench-friction bench-springs bench-methods bench-table5 rig check-rig format format-check docs pictures python-types spy clean help
+.PHONY: all always install deb has-display run test test-long test-rt asan tsan fuzz fuzz-run soak bench bench-paper bench-gap bench-coverage bench-friction bench-springs bench-methods bench-table5 rig check-rig format format-check docs pictures python-types spy clean help
 .PHONY: deps deps-run deps-test deps-deb deps-format deps-pictures deps-fuzz deps-bench deps-spy
 .SECONDARY:
--include $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d) $(FUZZERS:=.d)
+-include $(BUILD)/tests/soak_supervisor.d $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d) $(FUZZERS:=.d)

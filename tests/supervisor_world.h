@@ -1,0 +1,242 @@
+/* What the fuzzed loop lives in: a cheap plant behind a back-end of its own, and the events that
+ * befall plant, samples, bus, clock and operator. A world is a pure function of its seed and its
+ * events, so a history can be run again with some of them left out.
+ *
+ * The test's own clock_gettime and clock_nanosleep stand before the C library's: time passes as the
+ * world says. */
+#ifndef HEXID_TESTS_SUPERVISOR_WORLD_H
+#define HEXID_TESTS_SUPERVISOR_WORLD_H
+
+#include <errno.h>
+#include <time.h>
+
+#include "support.h"
+
+#include "force.h"
+#include "loop.h"
+#include "power_unit.h"
+
+/* ---- events ---- */
+
+enum kind {
+    /* the operator */
+    EVENT_UPWARDS,     /* the command that leads on from the state of that moment */
+    EVENT_COMMAND,     /* value: enum command, or none that exists */
+    EVENT_QUIT,        /* the daemon is told to end */
+    EVENT_RESTART,     /* and is started again, on the plant as it stands */
+    /* readings; for `cycles`, of `leg` */
+    EVENT_LENGTH_NAN,
+    EVENT_LENGTH_LOW,
+    EVENT_LENGTH_HIGH,
+    EVENT_LENGTH_JUMP,
+    EVENT_LENGTH_FROZEN,
+    EVENT_PRESSURE_NAN,
+    EVENT_PRESSURE_LOW,
+    EVENT_PRESSURE_HIGH,
+    EVENT_LATE,
+    EVENT_STALE,
+    EVENT_HANG,
+    EVENT_FUTURE,
+    EVENT_INVALID,
+    EVENT_FOREIGN,
+    EVENT_DEVICE_RESTART,
+    EVENT_GAP,
+    /* the back-end and the time */
+    EVENT_READ_FAILS,
+    EVENT_WRITE_FAILS,
+    EVENT_STALL,
+    EVENT_RECORDER_STALLS,
+    /* the machine */
+    EVENT_INPUT_OPENS, /* leg: which input */
+    EVENT_VALVE_STICKS,
+    EVENT_SUPPLY_LOST,
+    EVENT_PUSHED,
+    EVENTS
+};
+static const char *const event_names[EVENTS] = {
+    "upwards",       "command",      "quit",           "restart",       "length_nan", "length_low",  "length_high", "length_jump",
+    "length_frozen", "pressure_nan", "pressure_low",   "pressure_high", "late",       "stale",       "hang",        "future",
+    "invalid",       "foreign",      "device_restart", "gap",           "read_fails", "write_fails", "stall",       "recorder_stalls",
+    "input_opens",   "valve_sticks", "supply_lost",    "pushed",
+};
+
+struct event {
+    int cycle, cycles; /* when, and for how long */
+    enum kind kind;
+    int leg;
+    double value;      /* 0..1; of a command its number */
+};
+
+/* ---- random numbers ---- */
+
+static inline uint64_t mix(uint64_t z) {
+    z += 0x9e3779b97f4a7c15u;
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+    return z ^ z >> 31;
+}
+static inline double uniform(uint64_t *state) { return (double)(mix((*state)++) >> 11) * 0x1p-53; }
+static inline int below(uint64_t *state, int count) { return (int)(uniform(state) * count); }
+static inline double between(uint64_t *state, double low, double high) { return low + (high - low) * uniform(state); }
+
+/* ---- the clock ---- */
+
+static int64_t world_ns = 123456789, world_late_ns;
+
+int clock_gettime(clockid_t id, struct timespec *t) {
+    (void)id;
+    *t = (struct timespec){.tv_sec = world_ns / NS_PER_S, .tv_nsec = world_ns % NS_PER_S};
+    return 0;
+}
+
+int clock_nanosleep(clockid_t id, int flags, const struct timespec *until, struct timespec *left) {
+    (void)id, (void)flags, (void)left;
+    int64_t until_ns = until->tv_sec * NS_PER_S + until->tv_nsec + world_late_ns;
+    if (until_ns > world_ns) world_ns = until_ns;
+    return 0;
+}
+
+/* ---- the plant ---- */
+
+/* Six legs whose speed follows the spool, the spool the command, with a little load on them: quiet
+ * enough for hexid's default gains. Without supply they sink. */
+struct world {
+    struct hal hal;
+    const struct params *params;
+    struct cylinder_areas areas;
+    uint64_t seed;
+    int cycle;
+    const struct event *events;
+    int count;
+    int until[EVENTS][LEGS];     /* an event is under way for a leg before this cycle */
+    double value[EVENTS][LEGS];
+    double length_m[LEGS], rate_mps[LEGS], spool[LEGS], load_n[LEGS];
+    struct power_unit unit;
+    struct hal_command command;  /* as the device has it */
+    struct hal_sample last;      /* delivered */
+    uint64_t device_seq;
+    bool counts;                 /* the device counts its samples */
+    int64_t now_ns;              /* of the last read */
+    bool read_failed;
+    int writes, safes;
+    struct hal_command written;
+};
+
+static inline bool under_way(const struct world *w, enum kind kind, int leg) { return w->cycle < w->until[kind][leg]; }
+
+static inline double noise(const struct world *w, int what) {
+    return (double)(int64_t)mix(w->seed ^ (uint64_t)w->cycle << 8 ^ (uint64_t)what) * 0x1p-63;
+}
+
+/* What a device does that is not commanded any more stands elsewhere (hal/): here a command holds
+ * until the next. */
+static inline void world_move(struct world *w) {
+    double t = w->params->loop.period_s;
+    bool level = under_way(w, EVENT_SUPPLY_LOST, 0) ? w->unit.level : w->command.supply;
+    power_unit_step(&w->unit, level, t);
+    bool powered = w->unit.share > 0.5 || !w->params->interlocks.supply;
+    for (int i = 0; i < LEGS; i++) {
+        double wanted = w->command.enable ? w->command.valve[i] : 0.0, before = w->rate_mps[i];
+        if (!under_way(w, EVENT_VALVE_STICKS, i)) w->spool[i] += 0.6 * (wanted - w->spool[i]);
+        double rate = powered ? 0.5 * w->spool[i] : -0.02;
+        if (under_way(w, EVENT_PUSHED, i)) rate += 0.4 * (w->value[EVENT_PUSHED][i] - 0.5);
+        w->length_m[i] += t * rate;
+        if (w->length_m[i] < 1.431) w->length_m[i] = 1.431, rate = 0.0;
+        if (w->length_m[i] > 2.231) w->length_m[i] = 2.231, rate = 0.0;
+        w->rate_mps[i] = rate;
+        w->load_n[i] += 0.3 * (350.0 + 10.0 * i + 30.0 * (rate - before) / t - w->load_n[i]);
+    }
+}
+
+static inline void world_measure(const struct world *w, struct hal_sample *s) {
+    for (int i = 0; i < LEGS; i++) {
+        s->length_m[i] = w->length_m[i] + 1e-6 * noise(w, i);
+        s->p2_pa[i] = 2e6 + 1e4 * noise(w, LEGS + i);
+        s->p1_pa[i] = (w->load_n[i] + w->areas.a2_m2[i] * s->p2_pa[i]) / w->areas.a1_m2[i] + 1e3 * noise(w, 2 * LEGS + i);
+    }
+    s->inputs = INPUTS_ALL & ~(uint32_t)INPUT_SUPPLY;
+    if (w->unit.pressure) s->inputs |= INPUT_SUPPLY;
+    for (int i = 0; i < INPUTS; i++)
+        if (under_way(w, EVENT_INPUT_OPENS, i)) s->inputs &= ~(1u << i);
+}
+
+static inline void spoil_leg(struct world *w, struct hal_sample *s, int i) {
+    const struct limit_params *l = &w->params->limits;
+    if (under_way(w, EVENT_LENGTH_FROZEN, i)) s->length_m[i] = w->last.length_m[i];
+    if (under_way(w, EVENT_LENGTH_JUMP, i)) s->length_m[i] += 0.05 * (w->value[EVENT_LENGTH_JUMP][i] - 0.5);
+    if (under_way(w, EVENT_LENGTH_LOW, i)) s->length_m[i] = l->length_min_m[i] - w->value[EVENT_LENGTH_LOW][i];
+    if (under_way(w, EVENT_LENGTH_HIGH, i)) s->length_m[i] = l->length_max_m[i] + w->value[EVENT_LENGTH_HIGH][i];
+    if (under_way(w, EVENT_LENGTH_NAN, i)) s->length_m[i] = w->value[EVENT_LENGTH_NAN][i] < 0.5 ? (double)NAN : (double)INFINITY;
+    if (under_way(w, EVENT_PRESSURE_HIGH, i)) s->p1_pa[i] = 2e7 * w->value[EVENT_PRESSURE_HIGH][i];
+    if (under_way(w, EVENT_PRESSURE_LOW, i)) s->p2_pa[i] = l->pressure_min_pa * (0.5 + w->value[EVENT_PRESSURE_LOW][i]);
+    if (under_way(w, EVENT_PRESSURE_NAN, i)) s->p1_pa[i] = (double)NAN;
+}
+
+static inline void spoil_sample(struct world *w, struct hal_sample *s) {
+    struct hal_sample old = w->last;
+    bool stale = under_way(w, EVENT_STALE, 0), hangs = under_way(w, EVENT_HANG, 0);
+    if ((stale || hangs) && old.time_ns) {
+        uint32_t inputs = s->inputs, foreign = s->flags & SAMPLE_FOREIGN;
+        int64_t now_ns = s->time_ns;
+        *s = old;
+        s->flags = foreign | (stale ? SAMPLE_STALE : 0u), s->inputs = inputs;
+        if (hangs) s->time_ns = now_ns, s->age_ns = 0;
+        else s->age_ns = now_ns - s->time_ns;
+    }
+    if (under_way(w, EVENT_LATE, 0)) {
+        int64_t by_ns = (int64_t)(w->value[EVENT_LATE][0] * 2.0 * w->params->limits.sensor_age_s * NS_PER_S);
+        s->time_ns -= by_ns, s->age_ns += by_ns, s->flags |= SAMPLE_LATE;
+    }
+    if (under_way(w, EVENT_FUTURE, 0)) s->age_ns = -1;
+    if (under_way(w, EVENT_INVALID, 0)) s->flags |= SAMPLE_INVALID;
+    if (under_way(w, EVENT_GAP, 0)) s->flags |= SAMPLE_DROPPED;
+}
+
+static inline int world_read(struct hal *hal, int64_t now_ns, struct hal_sample *s) {
+    struct world *w = (struct world *)hal;
+    w->now_ns = now_ns;
+    if (under_way(w, EVENT_FOREIGN, 0)) s->flags |= SAMPLE_FOREIGN;
+    w->read_failed = under_way(w, EVENT_READ_FAILS, 0);
+    if (w->read_failed) return -1;
+    w->device_seq += under_way(w, EVENT_GAP, 0) ? 3 : 1;
+    if (under_way(w, EVENT_DEVICE_RESTART, 0)) w->device_seq = 1;
+    s->time_ns = now_ns;
+    s->device_seq = w->counts ? w->device_seq : 0;
+    world_measure(w, s);
+    for (int i = 0; i < LEGS; i++) spoil_leg(w, s, i);
+    spoil_sample(w, s);
+    w->last = *s;
+    return 0;
+}
+
+static inline int world_write(struct hal *hal, const struct hal_command *command) {
+    struct world *w = (struct world *)hal;
+    w->writes++;
+    w->written = *command;
+    if (under_way(w, EVENT_WRITE_FAILS, 0)) return -1;
+    w->command = *command;
+    return 0;
+}
+
+static inline void world_safe(struct hal *hal) {
+    struct world *w = (struct world *)hal;
+    w->safes++;
+    memset(w->command.valve, 0, sizeof w->command.valve);
+    w->command.enable = false;
+}
+
+static const struct hal_ops world_ops = {
+    .scheme = "world", .simulated = true, .read = world_read, .write = world_write, .safe = world_safe};
+
+static inline void world_init(struct world *w, const struct params *params, uint64_t seed, const struct event *events, int count) {
+    struct kinematics k;
+    *w = (struct world){.hal = {&world_ops}, .params = params, .seed = seed, .events = events, .count = count};
+    w->areas = cylinder_areas(&params->actuator);
+    w->counts = mix(seed) & 1;
+    power_unit_init(&w->unit, params->device.watchdog_s);
+    kinematics_place(&k, params);
+    ik_lengths(&k, (double[DOFS]){[DOF_Z] = params->motion.park_z_m}, w->length_m);
+    for (int i = 0; i < LEGS; i++) w->load_n[i] = 350.0 + 10.0 * i;
+}
+
+#endif

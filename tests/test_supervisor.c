@@ -1,0 +1,46 @@
+/* The loop, fuzzed against an independent model of what may never be (supervisor_model.h). `make
+ * soak` runs a hundred times as much. */
+#include "supervisor_fuzz.h"
+
+/* Each change of state that there is; a fuzzer that does not come there shows nothing. */
+static const struct {
+    enum state from, to;
+} changes[] = {
+    {STATE_INIT, STATE_SETTLED},
+    {STATE_INIT, STATE_FAULT},
+    {STATE_SETTLED, STATE_PRESSURISING},
+    {STATE_SETTLED, STATE_FAULT},
+    {STATE_PRESSURISING, STATE_SETTLED},
+    {STATE_PRESSURISING, STATE_FAULT},
+    {STATE_PRESSURISING, STATE_ENGAGING},
+    {STATE_ENGAGING, STATE_READY},
+    {STATE_ENGAGING, STATE_PARKING},
+    {STATE_ENGAGING, STATE_FAULT},
+    {STATE_READY, STATE_TESTING},
+    {STATE_READY, STATE_PARKING},
+    {STATE_READY, STATE_FAULT},
+    {STATE_TESTING, STATE_READY},
+    {STATE_TESTING, STATE_PARKING},
+    {STATE_TESTING, STATE_FAULT},
+    {STATE_PARKING, STATE_SETTLED},
+    {STATE_PARKING, STATE_FAULT},
+    {STATE_FAULT, STATE_INIT},
+};
+
+static void a_million_random_cycles_break_no_rule_of_the_model_and_see_every_change_of_state(void **state) {
+    (void)state;
+    static struct run run;
+    if (!fuzz(1, 1000000, &run, NULL)) fail_msg("see above");
+    for (unsigned i = 0; i < sizeof changes / sizeof *changes; i++) {
+        long seen = run.model.edges[changes[i].from][changes[i].to];
+        print_message("# %s -> %s: %ld\n", state_names[changes[i].from], state_names[changes[i].to], seen);
+        assert_true(seen > 0);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_million_random_cycles_break_no_rule_of_the_model_and_see_every_change_of_state),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
