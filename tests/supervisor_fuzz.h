@@ -40,6 +40,7 @@ static inline void draw_limits(struct params *p, uint64_t *seed) {
     p->loop.overrun_limit = 1 + below(seed, 15);
     i->emergency_stop = below(seed, 4), i->enable = below(seed, 4), i->door = below(seed, 4);
     i->pressure = below(seed, 3), i->supply = below(seed, 3);
+    i->discrepancy_s = between(seed, 0.0, 0.1);
     i->pressure_s = between(seed, 0.05, 0.6);
 }
 
@@ -73,7 +74,8 @@ static inline void episode_draw(struct episode *e, uint64_t seed) {
     int trouble = troubles[below(&state, 6)], often = 10 + below(&state, 80);
     for (int cycle = 0; e->count < EVENTS_MAX; e->count++) {
         struct event *v = &e->events[e->count];
-        cycle += below(&state, 4) ? 1 + below(&state, 2 * often) : below(&state, 3); /* often several at once */
+        /* often several at once */
+        cycle += below(&state, 4) ? 1 + below(&state, 2 * often) : below(&state, 3);
         if (cycle >= EPISODE) break;
         *v = (struct event){
             .cycle = cycle, .kind = draw_kind(&state, trouble), .cycles = draw_length(&state, &e->params), .leg = below(&state, LEGS)};
@@ -116,9 +118,10 @@ static inline enum command befall(struct run *r, int *next) {
     enum command asked = COMMAND_NONE;
     for (; *next < w->count && w->events[*next].cycle <= w->cycle; ++*next) {
         const struct event *v = &w->events[*next];
-        int leg = v->kind == EVENT_INPUT_OPENS ? v->leg % INPUTS : v->leg;
+        bool input = v->kind == EVENT_INPUT_OPENS || v->kind == EVENT_CONTRADICTION;
+        int leg = input ? v->leg % INPUTS : v->leg;
         bool each = v->kind >= EVENT_LENGTH_NAN && v->kind <= EVENT_PRESSURE_HIGH;
-        if (!each && v->kind != EVENT_INPUT_OPENS && v->kind != EVENT_VALVE_STICKS && v->kind != EVENT_PUSHED) leg = 0;
+        if (!each && !input && v->kind != EVENT_VALVE_STICKS && v->kind != EVENT_PUSHED) leg = 0;
         w->until[v->kind][leg] = w->cycle + v->cycles, w->value[v->kind][leg] = v->value;
         if (v->kind == EVENT_UPWARDS) asked = upwards(r->loop.platform.supervisor.state);
         if (v->kind == EVENT_COMMAND) asked = (enum command)v->value;
@@ -207,7 +210,7 @@ static inline bool run_cycle(struct run *r, int *next) {
     s.lost = atomic_load(&r->loop.lost) != lost;
     s.read_failed = w->read_failed;
     if (!s.read_failed) s.in = w->last;
-    if (under_way(w, EVENT_FOREIGN, 0)) s.in.flags |= SAMPLE_FOREIGN;
+    s.in.flags |= world_flags(w);
     s.spoilt = spoilt(w);
     s.write_failed = w->writes && under_way(w, EVENT_WRITE_FAILS, 0);
     s.writes = w->writes, s.safes = w->safes, s.written = w->written;
@@ -268,13 +271,13 @@ static inline void episode_shorten(struct episode *e, struct run *r) {
 
 static inline void episode_print(const struct episode *e, const char *text, FILE *out) {
     const struct params *p = &e->params;
-    fprintf(
-        out,
-        "# seed %llu, cycle %d: %s\n# the shortest history of it: automatic %d, bad_cycles %d, overrun_limit %d, sensor_age_s %.4f, interlocks "
-        "%d%d%d%d%d, pressure_s %.3f, %s clock\n",
-        (unsigned long long)e->seed, e->cycles - 1, text, p->motion.automatic, p->limits.bad_cycles, p->loop.overrun_limit,
-        p->limits.sensor_age_s, p->interlocks.emergency_stop, p->interlocks.enable, p->interlocks.door, p->interlocks.pressure,
-        p->interlocks.supply, p->interlocks.pressure_s, e->clock == CLOCK_REAL ? "real" : "paced");
+    fprintf(out,
+            "# seed %llu, cycle %d: %s\n"
+            "# the shortest history of it: automatic %d, bad_cycles %d, overrun_limit %d, sensor_age_s %.4f, interlocks "
+            "%d%d%d%d%d, pressure_s %.3f, %s clock\n",
+            (unsigned long long)e->seed, e->cycles - 1, text, p->motion.automatic, p->limits.bad_cycles, p->loop.overrun_limit,
+            p->limits.sensor_age_s, p->interlocks.emergency_stop, p->interlocks.enable, p->interlocks.door, p->interlocks.pressure,
+            p->interlocks.supply, p->interlocks.pressure_s, e->clock == CLOCK_REAL ? "real" : "paced");
     for (int i = 0; i < e->count; i++) {
         const struct event *v = &e->events[i];
         fprintf(out, "#   cycle %4d: %s", v->cycle, event_names[v->kind]);

@@ -52,6 +52,7 @@ struct model {
     int sure_stop, sure_park, maybe_bad; /* bounds of the buckets */
     int good_run;                /* cycles without a doubt that must be had */
     uint32_t inputs;
+    int contradicted[INPUTS];    /* cycles in a row */
     /* what was asked for */
     bool automatic;
     int64_t in_state, stopped_for, down_for; /* cycles; the latter two: since a stop in testing, and
@@ -69,7 +70,7 @@ struct model {
 enum { GOOD_RUN = 50, INIT_BAD = 1000 };
 
 static const uint32_t MODEL_PARKS = FAULT_PRESSURE_SENSOR;
-static const uint32_t MODEL_AT_ONCE = FAULT_MASTER | FAULT_EMERGENCY_STOP | FAULT_ENABLE | FAULT_DOOR;
+static const uint32_t MODEL_AT_ONCE = FAULT_MASTER | FAULT_EMERGENCY_STOP | FAULT_ENABLE | FAULT_DOOR | FAULT_ANTIVALENCE;
 
 static inline void model_init(struct model *m, const struct params *params) {
     long edges[STATES][STATES];
@@ -128,6 +129,19 @@ static inline void doubt_inputs(const struct model *m, const struct seen *s, str
     may(d, FAULT_SUPPLY, !pressure && waited_s > -1.5 * m->params->loop.period_s);
 }
 
+/* The two contacts of an input say the same for longer than they may. */
+static inline void doubt_contacts(struct model *m, const struct seen *s, struct doubt *d) {
+    const struct interlock_params *p = &m->params->interlocks;
+    uint32_t wired = model_wired(p) | (p->pressure ? INPUT_SUPPLY : 0u);
+    for (int i = 0; i < INPUTS; i++) {
+        bool says = wired & s->in.contradicted & 1u << i;
+        if (!s->read_failed) m->contradicted[i] = says ? m->contradicted[i] + 1 : 0;
+        double for_s = m->contradicted[i] * m->params->loop.period_s;
+        must(d, FAULT_ANTIVALENCE, for_s > p->discrepancy_s + 1e-9);
+        may(d, FAULT_ANTIVALENCE, m->contradicted[i] && for_s > p->discrepancy_s - 1e-9);
+    }
+}
+
 static inline void doubt_leg(struct model *m, const struct seen *s, int i, struct doubt *d) {
     const struct limit_params *l = &m->params->limits;
     const struct actuator_params *a = &m->params->actuator;
@@ -174,6 +188,8 @@ static inline struct doubt model_doubt(struct model *m, const struct seen *s) {
     must(&d, FAULT_MASTER, s->in.flags & SAMPLE_FOREIGN);
     if (!s->read_failed) m->inputs = s->in.inputs;
     doubt_inputs(m, s, &d);
+    doubt_contacts(m, s, &d);
+    must(&d, FAULT_TWIN, s->in.flags & SAMPLE_TWIN);
     must(&d, FAULT_IO, s->read_failed || s->unwritten);
     follow_standstill(m, s);
     m->repeated = false;
@@ -311,7 +327,8 @@ static inline void fill(int *bucket, bool bad) { *bucket = bad ? *bucket + 1 : *
 static inline bool never_blind(struct model *m, const struct seen *s, struct doubt d) {
     const struct cycle *c = &s->out;
     bool waits = c->state == STATE_INIT || m->before.state == STATE_INIT;
-    bool anew = m->reset || (c->state == STATE_SETTLED && m->before.state != STATE_SETTLED); /* buckets are emptied */
+    /* buckets are emptied */
+    bool anew = m->reset || (c->state == STATE_SETTLED && m->before.state != STATE_SETTLED);
     int limit = waits ? INIT_BAD : m->params->limits.bad_cycles;
     fill(&m->sure_stop, d.sure & ~MODEL_PARKS & ~(uint32_t)FAULT_OVERRUN);
     fill(&m->sure_park, d.sure & MODEL_PARKS);
@@ -362,7 +379,8 @@ static inline bool never_without_end(struct model *m, const struct seen *s) {
 }
 
 /* What this configuration asks of the reference: of a test, an envelope e (or two, when it is
- * stopped while it ramps in) on a sinusoid, |e'| <= 1.5 / ramp and |e''| <= 6 / ramp^2; of a move. */
+ * stopped while it ramps in) on a sinusoid, |e'| <= 1.5 / ramp and |e''| <= 6 / ramp^2; of a
+ * move. */
 static inline void model_motion_limits(const struct model *m, bool test, double rate[DOFS], double acceleration[DOFS]) {
     const struct test_params *t = &m->params->tests;
     const struct motion_params *p = &m->params->motion;
@@ -370,7 +388,8 @@ static inline void model_motion_limits(const struct model *m, bool test, double 
     double once = 1.5 * ramp, twice = 6.0 * ramp * ramp;
     if (m->stopped_for >= 0 || m->down_for >= 0) twice = 2.0 * twice + 2.0 * once * once, once *= 2.0;
     for (int i = 0; i < DOFS; i++) {
-        double w = 2.0 * PI * t->hz[i], a = t->amplitude[i], far = 1.0; /* m, rad: no way is longer */
+        double w = 2.0 * PI * t->hz[i], a = t->amplitude[i];
+        double far = 1.0; /* m, rad: no way is longer */
         rate[i] = a * (w + once);
         acceleration[i] = a * (w * w + 2.0 * w * once + twice);
         if (test) continue;

@@ -39,6 +39,7 @@ enum kind {
     EVENT_FUTURE,
     EVENT_INVALID,
     EVENT_FOREIGN,
+    EVENT_TWIN,
     EVENT_DEVICE_RESTART,
     EVENT_GAP,
     /* the back-end and the time */
@@ -48,16 +49,17 @@ enum kind {
     EVENT_RECORDER_STALLS,
     /* the machine */
     EVENT_INPUT_OPENS, /* leg: which input */
+    EVENT_CONTRADICTION, /* the same */
     EVENT_VALVE_STICKS,
     EVENT_SUPPLY_LOST,
     EVENT_PUSHED,
     EVENTS
 };
 static const char *const event_names[EVENTS] = {
-    "upwards",       "command",      "quit",           "restart",       "length_nan", "length_low",  "length_high", "length_jump",
-    "length_frozen", "pressure_nan", "pressure_low",   "pressure_high", "late",       "stale",       "hang",        "future",
-    "invalid",       "foreign",      "device_restart", "gap",           "read_fails", "write_fails", "stall",       "recorder_stalls",
-    "input_opens",   "valve_sticks", "supply_lost",    "pushed",
+    "upwards",         "command",      "quit",          "restart",        "length_nan",  "length_low", "length_high", "length_jump",
+    "length_frozen",   "pressure_nan", "pressure_low",  "pressure_high",  "late",        "stale",      "hang",        "future",
+    "invalid",         "foreign",      "twin",          "device_restart", "gap",         "read_fails", "write_fails", "stall",
+    "recorder_stalls", "input_opens",  "contradiction", "valve_sticks",   "supply_lost", "pushed",
 };
 
 struct event {
@@ -157,7 +159,9 @@ static inline void world_measure(const struct world *w, struct hal_sample *s) {
     s->inputs = INPUTS_ALL & ~(uint32_t)INPUT_SUPPLY;
     if (w->unit.pressure) s->inputs |= INPUT_SUPPLY;
     for (int i = 0; i < INPUTS; i++)
-        if (under_way(w, EVENT_INPUT_OPENS, i)) s->inputs &= ~(1u << i);
+        if (under_way(w, EVENT_INPUT_OPENS, i) || under_way(w, EVENT_CONTRADICTION, i)) s->inputs &= ~(1u << i);
+    for (int i = 0; i < INPUTS; i++)
+        if (under_way(w, EVENT_CONTRADICTION, i)) s->contradicted |= 1u << i;
 }
 
 static inline void spoil_leg(struct world *w, struct hal_sample *s, int i) {
@@ -176,10 +180,10 @@ static inline void spoil_sample(struct world *w, struct hal_sample *s) {
     struct hal_sample old = w->last;
     bool stale = under_way(w, EVENT_STALE, 0), hangs = under_way(w, EVENT_HANG, 0);
     if ((stale || hangs) && old.time_ns) {
-        uint32_t inputs = s->inputs, foreign = s->flags & SAMPLE_FOREIGN;
+        uint32_t inputs = s->inputs, contradicted = s->contradicted, flags = s->flags;
         int64_t now_ns = s->time_ns;
         *s = old;
-        s->flags = foreign | (stale ? SAMPLE_STALE : 0u), s->inputs = inputs;
+        s->flags = flags | (stale ? SAMPLE_STALE : 0u), s->inputs = inputs, s->contradicted = contradicted;
         if (hangs) s->time_ns = now_ns, s->age_ns = 0;
         else s->age_ns = now_ns - s->time_ns;
     }
@@ -192,10 +196,15 @@ static inline void spoil_sample(struct world *w, struct hal_sample *s) {
     if (under_way(w, EVENT_GAP, 0)) s->flags |= SAMPLE_DROPPED;
 }
 
+/* What a back-end says also where it cannot read. */
+static inline uint32_t world_flags(const struct world *w) {
+    return (under_way(w, EVENT_FOREIGN, 0) ? SAMPLE_FOREIGN : 0u) | (under_way(w, EVENT_TWIN, 0) ? SAMPLE_TWIN : 0u);
+}
+
 static inline int world_read(struct hal *hal, int64_t now_ns, struct hal_sample *s) {
     struct world *w = (struct world *)hal;
     w->now_ns = now_ns;
-    if (under_way(w, EVENT_FOREIGN, 0)) s->flags |= SAMPLE_FOREIGN;
+    s->flags |= world_flags(w);
     w->read_failed = under_way(w, EVENT_READ_FAILS, 0);
     if (w->read_failed) return -1;
     w->device_seq += under_way(w, EVENT_GAP, 0) ? 3 : 1;

@@ -145,7 +145,8 @@ static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
     uint32_t suspect = in->flags & SAMPLE_FOREIGN ? FAULT_MASTER : 0;
     if (in->flags & SAMPLE_TWIN) suspect |= FAULT_TWIN | (in->twins << FAULT_LEG_SHIFT & FAULT_LEGS);
     if (p->contradicted) suspect |= FAULT_ANTIVALENCE;
-    if (p->overruns >= p->params->loop.overrun_limit) suspect |= FAULT_OVERRUN; /* also where nothing was read */
+    /* also where nothing was read */
+    if (p->overruns >= p->params->loop.overrun_limit) suspect |= FAULT_OVERRUN;
     if (in->flags & SAMPLE_UNWRITTEN) suspect |= interlock_doubts(p);
     if (in->flags & SAMPLE_IO) return suspect | FAULT_IO;
     suspect |= interlock_doubts(p);
