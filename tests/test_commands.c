@@ -296,9 +296,20 @@ static void runs_out(void) {
     run_until(STATE_PARKING);
 }
 
-static void told_to_end(void) { put_down(), commands_close(&b.commands); }
+/* All between two renewals. */
+static void told_to_end(void) {
+    mailbox_post(&b.loop.requests, COMMAND_PARK);
+    for (int i = 0; b.state != STATE_SETTLED && i < CYCLES_MAX; i++) cycle();
+    commands_close(&b.commands);
+}
 static void killed(void) {
     struct command_server *s = &b.commands.server;
+    struct pollfd p[COMMANDS_POLLS];
+    for (int64_t heard = s->heard; s->heard == heard;) { /* once more: it knows the state */
+        commands_polls(&b.commands, p);
+        poll(p, COMMANDS_POLLS, 20);
+        commands_serve(&b.commands, p, b.now_ns);
+    }
     for (int k = 0; k < COMMAND_SOCKETS; k++) {
         for (int i = 0; i < COMMAND_PLACES; i++)
             if (s->place[k][i].fd >= 0) close(s->place[k][i].fd), s->place[k][i].fd = -1;
