@@ -19,6 +19,7 @@
 #include "interlock.h"
 #include "log.h"
 #include "log_directory.h"
+#include "loop_check.h"
 #include "machine_lock.h"
 #include "messages.h"
 #include "motion_check.h"
@@ -102,6 +103,18 @@ static enum realtime_mode realtime_of(const struct session *s) {
 static enum clock_kind clock_of(const struct session *s) {
     if (s->options.fast) return CLOCK_VIRTUAL;
     return s->hal->ops->simulated && realtime_of(s) != REALTIME_REQUIRE ? CLOCK_PACED : CLOCK_REAL;
+}
+
+/* The machine's own URL: behind the faults that are put in front of it. */
+static const char *machine_url(const struct session *s) {
+    const char *last = strrchr(s->options.hal, ';');
+    return last ? last + 1 : s->options.hal;
+}
+
+/* A field bus has the command in force one cycle later. */
+static bool on_bus(const struct session *s) {
+    const struct hal_ops *ops = hal_find(machine_url(s));
+    return ops && !ops->simulated;
 }
 
 static const struct trajectory *driven(const struct session *s) { return s->trajectory.knot ? &s->trajectory : NULL; }
@@ -327,12 +340,19 @@ static void warn_of_missing_inputs(struct session *s) {
     if (!interlock_describe(&s->params.interlocks, wiring, sizeof wiring)) progress_say(&s->progress, "hexid: interlocks: %s\n", wiring);
 }
 
-/* SAFETY: in a singular pose the legs do not hold the platform; said as `hexid doctor` says it. */
-static void warn_of_singular_poses(const struct session *s) {
-    const struct doctor d = {.params = &s->params};
-    struct finding f = check_workspace(&d);
-    if (f.level == LEVEL_WARN) fprintf(stderr, "hexid: warning: workspace: %s: %s\n", f.found, f.remedy);
-    json_decref(f.data);
+/* SAFETY: what weakens the run's safety is said as `hexid doctor` says it: singular poses, in which the
+ * legs do not hold the platform, and a loop that is hardly damped or whose numbers fit another machine. */
+static void warn_of_machine(const struct session *s) {
+    static const struct {
+        const char *name;
+        doctor_check *ask;
+    } checks[] = {{"workspace", check_workspace}, {"loop", check_loop}, {"feed-forward", check_feed_forward}, {"limits", check_limits}};
+    const struct doctor d = {.params = &s->params, .machine = on_bus(s)};
+    for (size_t i = 0; i < sizeof checks / sizeof *checks; i++) {
+        struct finding f = checks[i].ask(&d);
+        if (f.level == LEVEL_WARN) fprintf(stderr, "hexid: warning: %s: %s: %s\n", checks[i].name, f.found, f.remedy);
+        json_decref(f.data);
+    }
 }
 
 /* Two axes of a multisine that share a frequency look like one. */
@@ -426,9 +446,11 @@ int cmd_run(int argc, char **argv) {
         status = text ? cli_write_text("-", text, &error) : error_set(&error, STATUS_IO, "out of memory");
         free(text);
     } else if (!status) {
-        warn_of_singular_poses(s);
+        warn_of_machine(s);
         warn_of_axes_alike(&s->params.tests);
-        status = open_all(s, &error);
+        /* SAFETY: a loop that is unstable shakes whoever stands on the platform; no key overrides this. */
+        status = loop_check_run(&s->params, on_bus(s), &error);
+        if (!status) status = open_all(s, &error);
         if (!status) status = run(s, &error);
     }
     return close_all(s, status, &error);

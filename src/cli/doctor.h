@@ -79,7 +79,10 @@ double doctor_now_s(void); /* CLOCK_MONOTONIC */
 
 /* ---- doctor_machine.c: what is configured ---- */
 doctor_check check_configuration, check_machine, check_kinematics, check_workspace, check_strokes, check_cylinders, check_payload,
-    check_tests, check_blind_time, check_interlocks;
+    check_tests, check_blind_time, check_interlocks, check_loop, check_feed_forward;
+
+/* ---- doctor_limits.c: limits against what the machine can reach ---- */
+doctor_check check_limits;
 
 /* ---- doctor_host.c: this computer ---- */
 doctor_check check_kernel, check_hypervisor, check_realtime, check_locked_memory, check_governor, check_idle_states, check_isolation,

@@ -8,12 +8,16 @@
 #include "hal.h"
 #include "interlock.h"
 #include "kinematics.h"
+#include "loop_check.h"
 #include "motion_check.h"
 #include "trajectory_file.h"
+#include "units.h"
 #include "workspace.h"
 
 static const double SINGULAR_NEAR = 0.25; /* of the way from neutral to the ends of the strokes */
 static const double GYRATION_LEAST = 0.05, GYRATION_MOST = 3.0; /* of the upper joints' distance */
+static const double FEED_FORWARD_MOST = 1.35; /* of the value that suits: the leg runs a third ahead */
+static const double FOLLOWING_SHARE = 0.7; /* of limits.following_m: no room is left for anything else */
 static const double USELESS = 0.2; /* of a stroke beyond its end: left over from another machine */
 
 struct finding check_configuration(const struct doctor *d) { return finding(LEVEL_OK, "", "%s", d->config ? d->config : "built in"); }
@@ -155,4 +159,55 @@ struct finding check_interlocks(const struct doctor *d) {
     if (!once) return finding(level, "wire it and set its key of `interlocks`, or answer for doing without", "%s", wiring);
     return finding(level, "give each input a second, inverse contact (docs/hardware.md) and set interlocks.antivalent: true",
                    "%s; one contact each: an input that is stuck closed is not seen", wiring);
+}
+
+/* SAFETY: a loop that is unstable shakes the platform from the first moment; `hexid run` refuses it. */
+struct finding check_loop(const struct doctor *d) {
+    char found[LOOP_TEXT_SIZE], remedy[LOOP_TEXT_SIZE];
+    if (!doctor_drives(d)) return finding_none();
+    struct loop_check c = loop_check(d->params, d->machine);
+    loop_check_describe(&c, found, remedy);
+    enum level level = c.state == LOOP_DAMPED || c.state == LOOP_UNKNOWN ? LEVEL_OK : c.state == LOOP_UNSTABLE ? LEVEL_FAIL : LEVEL_WARN;
+    struct finding f = finding(level, remedy, "%s", found);
+    if (c.neutral.known)
+        f.data = json_pack("{sf sf ss}", "damping", loop_pole_damping(&c.neutral.pole), "frequency_hz", loop_pole_hz(&c.neutral.pole),
+                           "axis", dof_names[c.neutral.dof]);
+    return f;
+}
+
+/* A bound of the legs' speed in the moves (twice the mean bounds the peak) and in sinusoidal tests. */
+static double fastest_mps(const struct params *p) {
+    const struct test_params *t = &p->tests;
+    struct kinematics k;
+    kinematics_place(&k, p);
+    double move_mps = 2.0 * p->motion.park_z_m / fmin(p->motion.engage_s, p->motion.park_s), most_mps = 0.0, sum_mps = 0.0;
+    for (int i = 0; i < t->count && !t->trajectory[0]; i++) {
+        enum dof axis = t->order[i];
+        double mps = 2.0 * PI * t->hz[axis] * t->amplitude[axis] * (axis < DOF_PHI ? 1.0 : k.arm_m);
+        sum_mps += mps, most_mps = fmax(most_mps, mps);
+    }
+    return fmax(move_mps, t->multisine ? sum_mps : most_mps);
+}
+
+/* With another feed-forward than the valve's a leg runs ahead of its reference, or behind it, in
+ * proportion to its speed: kp has to make up for it. */
+struct finding check_feed_forward(const struct doctor *d) {
+    if (!doctor_drives(d)) return finding_none();
+    const struct params *p = d->params;
+    struct loop_check c = loop_check(p, d->machine);
+    if (c.state == LOOP_UNKNOWN) return finding_none();
+    double kff = p->control.kff, off_m = p->control.kp > 0.0 ? fabs(c.kff_suits - kff) * fastest_mps(p) / p->control.kp : 0.0;
+    bool ahead = kff > FEED_FORWARD_MOST * c.kff_suits, faults = off_m > FOLLOWING_SHARE * p->limits.following_m;
+    char remedy[120];
+    snprintf(remedy, sizeof remedy, "set control.kff to %.3g, 1 / (mean speed of a leg at full opening)", c.kff_suits);
+    struct finding f = finding(ahead || faults ? LEVEL_WARN : LEVEL_OK, remedy,
+                               "control.kff %.3g; a leg at full opening makes %.3g m/s out and %.3g m/s in: %.3g suits%s", kff, c.out_mps,
+                               c.in_mps, c.kff_suits, ahead ? ", and with more the platform moves too far" : "");
+    if (faults) {
+        size_t used = strlen(f.found);
+        snprintf(f.found + used, sizeof f.found - used, "; at the fastest motion a leg is %.2g mm off, limits.following_m is %.3g mm",
+                 off_m * 1e3, p->limits.following_m * 1e3);
+    }
+    f.data = json_pack("{sf sf sf sf}", "kff_s_per_m", kff, "suits_s_per_m", c.kff_suits, "out_mps", c.out_mps, "in_mps", c.in_mps);
+    return f;
 }

@@ -9,7 +9,7 @@
 
 /* Pressures in units of UNIT_PA, the spool's rate in units of its bandwidth, so that all rates
  * are of one order. */
-enum { LENGTH, RATE, P1, P2, SPOOL, SPOOL_RATE, PLANT, INTEGRAL = PLANT, DERIVATIVE, ERROR, FORCE_LP, STATES_ALL, INPUT = PLANT };
+enum { LENGTH, RATE, P1, P2, SPOOL, SPOOL_RATE, PLANT, INTEGRAL = PLANT, DERIVATIVE, ERROR, FORCE_LP, SENT, INPUT = PLANT };
 enum { HALVINGS = 10, TERMS = 12 };
 static const double UNIT_PA = 1e7;
 static const double LEAST_LAG_S = 1e-4;
@@ -17,44 +17,54 @@ static const double OSCILLATES = 0.95; /* damping ratio: above, a step shows no 
 
 /* One cylinder and the mass that it moves. */
 struct cylinder_loop {
-    double mass_kg, viscous, lag_s;
-    struct oil_chamber chamber[2];
+    double mass_kg;
+    struct loop_leg leg;
     double a1_m2, a2_m2;
 };
 
-static struct cylinder_loop mean_cylinder(const struct oil_leg leg[LEGS], const struct oil_mode *mode, const double viscous[LEGS],
-                                          const struct params *params) {
-    struct cylinder_loop c = {.mass_kg = mode->mass_kg};
+/* States of the loop: those above, commands sent and not yet arrived, lengths measured and not yet
+ * read, the newest first. */
+struct cycle_map {
+    int sent, read, size;
+    double map[LOOP_POLES][LOOP_POLES];
+};
+
+static struct cylinder_loop mean_cylinder(const struct loop_leg leg[LEGS], const struct loop_shape *shape, const struct params *params) {
+    struct cylinder_loop c = {.mass_kg = shape->mass_kg};
     struct cylinder_areas areas = cylinder_areas(&params->actuator);
-    double sum = 0.0, delay_s = 0.0;
-    for (int k = 0; k < LEGS; k++) sum += mode->motion[k] * mode->motion[k];
+    double sum = 0.0;
+    for (int k = 0; k < LEGS; k++) sum += shape->motion[k] * shape->motion[k];
     for (int k = 0; k < LEGS; k++) {
-        double weight = mode->motion[k] * mode->motion[k] / sum;
-        c.viscous += weight * viscous[k], delay_s += weight * leg[k].delay_s;
+        double weight = shape->motion[k] * shape->motion[k] / sum;
+        const struct loop_leg *from = &leg[k];
+        c.leg.viscous += weight * from->viscous;
+        c.leg.spool_radps += weight * from->spool_radps, c.leg.spool_damping += weight * from->spool_damping;
+        c.leg.command_delay_s += weight * from->command_delay_s, c.leg.length_delay_s += weight * from->length_delay_s;
         c.a1_m2 += weight * areas.a1_m2[k], c.a2_m2 += weight * areas.a2_m2[k];
         for (int i = 0; i < 2; i++) {
-            const struct oil_chamber *from = &leg[k].chamber[i];
-            c.chamber[i].push += weight * from->push, c.chamber[i].other += weight * from->other;
-            c.chamber[i].open += weight * from->open, c.chamber[i].sag += weight * from->sag;
+            struct oil_chamber *to = &c.leg.chamber[i];
+            to->push += weight * from->chamber[i].push, to->other += weight * from->chamber[i].other;
+            to->open += weight * from->chamber[i].open, to->sag += weight * from->chamber[i].sag;
         }
     }
-    c.lag_s = fmax(delay_s - 0.5 * params->loop.period_s, LEAST_LAG_S);
     return c;
 }
 
 /* Rates of the plant's states, the last column for the command. */
 static void fill_rates(const struct cylinder_loop *c, double a[PLANT + 1][PLANT + 1]) {
-    double bandwidth = 2.0 / c->lag_s;
+    const struct oil_chamber *chamber = c->leg.chamber;
+    double bandwidth = c->leg.spool_radps;
     memset(a, 0, (PLANT + 1) * sizeof *a);
     a[LENGTH][RATE] = 1.0;
-    a[RATE][RATE] = -c->viscous / c->mass_kg;
+    a[RATE][RATE] = -c->leg.viscous / c->mass_kg;
     a[RATE][P1] = c->a1_m2 * UNIT_PA / c->mass_kg, a[RATE][P2] = -c->a2_m2 * UNIT_PA / c->mass_kg;
-    a[P1][RATE] = -c->chamber[0].push / UNIT_PA, a[P2][RATE] = c->chamber[1].push / UNIT_PA;
-    a[P1][P1] = -c->chamber[0].sag, a[P1][P2] = c->chamber[0].other;
-    a[P2][P2] = -c->chamber[1].sag, a[P2][P1] = c->chamber[1].other;
-    a[P1][SPOOL] = c->chamber[0].open / UNIT_PA, a[P2][SPOOL] = c->chamber[1].open / UNIT_PA;
+    a[P1][RATE] = -chamber[0].push / UNIT_PA, a[P2][RATE] = chamber[1].push / UNIT_PA;
+    a[P1][P1] = -chamber[0].sag, a[P1][P2] = chamber[0].other;
+    a[P2][P2] = -chamber[1].sag, a[P2][P1] = chamber[1].other;
+    a[P1][SPOOL] = chamber[0].open / UNIT_PA, a[P2][SPOOL] = chamber[1].open / UNIT_PA;
     a[SPOOL][SPOOL_RATE] = bandwidth;
-    a[SPOOL_RATE][SPOOL] = -bandwidth, a[SPOOL_RATE][SPOOL_RATE] = -2.0 * bandwidth, a[SPOOL_RATE][INPUT] = bandwidth;
+    a[SPOOL_RATE][SPOOL] = -bandwidth, a[SPOOL_RATE][INPUT] = bandwidth;
+    a[SPOOL_RATE][SPOOL_RATE] = -2.0 * c->leg.spool_damping * bandwidth;
 }
 
 static void multiply(double a[PLANT + 1][PLANT + 1], double b[PLANT + 1][PLANT + 1], double product[PLANT + 1][PLANT + 1]) {
@@ -65,54 +75,138 @@ static void multiply(double a[PLANT + 1][PLANT + 1], double b[PLANT + 1][PLANT +
     memcpy(product, sum, sizeof sum);
 }
 
-/* exp(a t), in place: series of a thousandth of it, squared ten times. */
-static void exponential(double a[PLANT + 1][PLANT + 1], double t_s) {
-    double sum[PLANT + 1][PLANT + 1] = {{0}}, term[PLANT + 1][PLANT + 1] = {{0}};
+/* exp(a t): halved until the series of what is left converges at once, squared as often. */
+static void exponential(double rates[PLANT + 1][PLANT + 1], double t_s, double result[PLANT + 1][PLANT + 1]) {
+    double sum[PLANT + 1][PLANT + 1] = {{0}}, term[PLANT + 1][PLANT + 1] = {{0}}, a[PLANT + 1][PLANT + 1], norm = 0.0;
+    for (int i = 0; i <= PLANT; i++) {
+        double row = 0.0;
+        for (int j = 0; j <= PLANT; j++) row += fabs(rates[i][j]) * t_s;
+        norm = fmax(norm, row);
+    }
+    int halvings = norm > 1.0 && isfinite(norm) ? HALVINGS + ilogb(norm) : HALVINGS;
     for (int i = 0; i <= PLANT; i++) {
         sum[i][i] = term[i][i] = 1.0;
-        for (int j = 0; j <= PLANT; j++) a[i][j] *= ldexp(t_s, -HALVINGS);
+        for (int j = 0; j <= PLANT; j++) a[i][j] = ldexp(rates[i][j] * t_s, -halvings);
     }
     for (int n = 1; n <= TERMS; n++) {
         multiply(term, a, term);
         for (int i = 0; i <= PLANT; i++)
             for (int j = 0; j <= PLANT; j++) term[i][j] /= n, sum[i][j] += term[i][j];
     }
-    for (int n = 0; n < HALVINGS; n++) multiply(sum, sum, sum);
-    memcpy(a, sum, sizeof sum);
+    for (int n = 0; n < halvings; n++) multiply(sum, sum, sum);
+    memcpy(result, sum, sizeof sum);
 }
 
-/* From one sample to the next, the reference at rest: the controller as in pid.h,
- * without its limits. */
-static void fill_cycle(const struct cylinder_loop *c, const struct control_params *g, double dt_s, double cycle[STATES_ALL][STATES_ALL]) {
-    double plant[PLANT + 1][PLANT + 1], command[STATES_ALL] = {0}, force[STATES_ALL] = {0};
-    double derive = dt_s / (g->tf + dt_s), low_pass = dt_s / (g->tp + dt_s), unit_n = UNIT_PA * c->a1_m2;
-    memset(cycle, 0, STATES_ALL * sizeof *cycle);
-    force[P1] = c->a1_m2 * UNIT_PA / unit_n, force[P2] = -c->a2_m2 * UNIT_PA / unit_n;
-    cycle[INTEGRAL][INTEGRAL] = 1.0, cycle[INTEGRAL][LENGTH] = -g->ki * dt_s;
-    cycle[DERIVATIVE][DERIVATIVE] = 1.0 - derive, cycle[DERIVATIVE][LENGTH] = -derive / dt_s, cycle[DERIVATIVE][ERROR] = -derive / dt_s;
-    cycle[ERROR][LENGTH] = -1.0;
-    for (int i = 0; i < STATES_ALL; i++) cycle[FORCE_LP][i] = low_pass * force[i] + (i == FORCE_LP ? 1.0 - low_pass : 0.0);
-    for (int i = 0; i < STATES_ALL; i++)
-        command[i] = (i == LENGTH ? -g->kp : 0.0) + cycle[INTEGRAL][i] + g->kd * cycle[DERIVATIVE][i] -
-                     g->kpf * unit_n * (force[i] - cycle[FORCE_LP][i]);
-    fill_rates(c, plant);
-    exponential(plant, dt_s);
-    for (int r = 0; r < PLANT; r++)
-        for (int i = 0; i < STATES_ALL; i++) cycle[r][i] = (i < PLANT ? plant[r][i] : 0.0) + plant[r][INPUT] * command[i];
+/* A delay in cycles: `whole` and the broken rest. */
+struct delay {
+    int whole;
+    double part;
+};
+
+static struct delay delay_cycles(double delay_s, double dt_s) {
+    double cycles = fmin(fmax(delay_s / dt_s, 0.0), LOOP_DELAY_MOST), whole = floor(cycles + 1e-9);
+    return (struct delay){.whole = (int)whole, .part = fmax(cycles - whole, 0.0)};
 }
+
+/* Commands that are kept: those of the whole cycles, and one more that is still at work in the first
+ * part of a cycle. */
+static int kept(struct delay d) { return d.whole + (d.part > 0.0); }
+
+/* The length that is read, and the command that is computed of it, as sums of the states at a sample. The
+ * controller is pid.h without its limits, the reference at rest; fills its states' rows, too. */
+static void fill_controller(const struct cylinder_loop *c, const struct control_params *g, double dt_s, struct delay late,
+                            struct cycle_map *m, double command[LOOP_POLES]) {
+    double derive = dt_s / (g->tf + dt_s), low_pass = dt_s / (g->tp + dt_s), unit_n = UNIT_PA * c->a1_m2;
+    double length[LOOP_POLES] = {0}, force[LOOP_POLES] = {0};
+    int oldest = SENT + m->sent;
+    if (late.whole > 0) length[oldest + late.whole - 1] = 1.0 - late.part;
+    else length[LENGTH] = 1.0 - late.part;
+    if (late.part > 0.0) length[oldest + late.whole] = late.part;
+    force[P1] = c->a1_m2 * UNIT_PA / unit_n, force[P2] = -c->a2_m2 * UNIT_PA / unit_n;
+    m->map[INTEGRAL][INTEGRAL] = m->map[FORCE_LP][FORCE_LP] = 1.0;
+    m->map[FORCE_LP][FORCE_LP] -= low_pass;
+    m->map[DERIVATIVE][DERIVATIVE] = 1.0 - derive, m->map[DERIVATIVE][ERROR] = -derive / dt_s;
+    for (int i = 0; i < m->size; i++) {
+        m->map[INTEGRAL][i] -= g->ki * dt_s * length[i];
+        m->map[DERIVATIVE][i] -= derive / dt_s * length[i];
+        m->map[ERROR][i] = -length[i];
+        m->map[FORCE_LP][i] += low_pass * force[i];
+        command[i] = -g->kp * length[i] + m->map[INTEGRAL][i] + g->kd * m->map[DERIVATIVE][i] -
+                     g->kpf * unit_n * (force[i] - m->map[FORCE_LP][i]);
+    }
+}
+
+/* The plant under what arrives in the cycle: first `part` of it a command later, then the next. */
+static void fill_plant(const struct cylinder_loop *c, double dt_s, struct delay d, const double command[LOOP_POLES], struct cycle_map *m) {
+    double rates[PLANT + 1][PLANT + 1], first[PLANT + 1][PLANT + 1], then[PLANT + 1][PLANT + 1], all[PLANT + 1][PLANT + 1];
+    fill_rates(c, rates);
+    exponential(rates, d.part * dt_s, first);
+    exponential(rates, (1.0 - d.part) * dt_s, then);
+    multiply(then, first, all);
+    for (int r = 0; r < PLANT; r++) {
+        double before = 0.0; /* of the older command */
+        for (int i = 0; i < PLANT; i++) before += then[r][i] * first[i][INPUT];
+        for (int i = 0; i < PLANT; i++) m->map[r][i] = all[r][i];
+        if (d.part > 0.0) m->map[r][SENT + d.whole] += before;
+        if (d.whole > 0) m->map[r][SENT + d.whole - 1] += then[r][INPUT];
+        for (int i = 0; i < m->size && d.whole == 0; i++) m->map[r][i] += then[r][INPUT] * command[i];
+    }
+}
+
+/* From one sample to the next. */
+static void fill_cycle(const struct cylinder_loop *c, const struct params *params, struct cycle_map *m) {
+    double dt_s = params->loop.period_s, command[LOOP_POLES] = {0};
+    struct delay sent = delay_cycles(c->leg.command_delay_s, dt_s), late = delay_cycles(c->leg.length_delay_s, dt_s);
+    memset(m, 0, sizeof *m);
+    m->sent = kept(sent), m->read = kept(late), m->size = SENT + m->sent + m->read;
+    fill_controller(c, &params->control, dt_s, late, m, command);
+    fill_plant(c, dt_s, sent, command, m);
+    for (int i = 0; i < m->sent; i++)
+        for (int s = 0; s < m->size; s++) m->map[SENT + i][s] = i ? s == SENT + i - 1 : command[s];
+    for (int i = 0; i < m->read; i++) m->map[SENT + m->sent + i][i ? SENT + m->sent + i - 1 : LENGTH] = 1.0;
+}
+
+int loop_poles_all(const struct loop_leg leg[LEGS], const struct loop_shape *shape, const struct params *params,
+                   struct loop_pole pole[LOOP_POLES]) {
+    struct cylinder_loop c = mean_cylinder(leg, shape, params);
+    struct cycle_map m;
+    double square[LOOP_POLES * LOOP_POLES], re[LOOP_POLES], im[LOOP_POLES], dt_s = params->loop.period_s;
+    int count = 0;
+    fill_cycle(&c, params, &m);
+    for (int r = 0; r < m.size; r++) memcpy(square + r * m.size, m.map[r], (size_t)m.size * sizeof *square);
+    if (lin_poles(m.size, square, re, im)) return 0;
+    for (int i = 0; i < m.size; i++) {
+        double size = hypot(re[i], im[i]);
+        if (im[i] < 0.0 || !(size > 0.0)) continue;
+        pole[count++] = (struct loop_pole){.decay_per_s = -log(size) / dt_s, .radps = atan2(im[i], re[i]) / dt_s};
+    }
+    return count;
+}
+
+double loop_pole_hz(const struct loop_pole *p) { return hypot(p->decay_per_s, p->radps) / (2.0 * PI); }
+
+double loop_pole_damping(const struct loop_pole *p) { return p->decay_per_s / hypot(p->decay_per_s, p->radps); }
 
 struct loop_mode loop_poles(const struct oil_leg leg[LEGS], const struct oil_mode *mode, const double viscous[LEGS],
                             const struct params *params) {
     struct loop_mode found = {.hz = (double)NAN, .damping = (double)NAN};
-    struct cylinder_loop c = mean_cylinder(leg, mode, viscous, params);
-    double cycle[STATES_ALL][STATES_ALL], re[STATES_ALL], im[STATES_ALL], least = HUGE_VAL, dt_s = params->loop.period_s;
-    fill_cycle(&c, &params->control, dt_s, cycle);
-    if (lin_poles(STATES_ALL, cycle[0], re, im)) return found;
-    for (int i = 0; i < STATES_ALL; i++) {
-        double decay = log(hypot(re[i], im[i])) / dt_s, omega = atan2(im[i], re[i]) / dt_s, size = hypot(decay, omega);
-        if (!(omega > 0.0) || !(-decay < OSCILLATES * size) || !(size < least)) continue;
+    struct loop_leg legs[LEGS];
+    struct loop_pole pole[LOOP_POLES];
+    const struct loop_shape shape = {.motion = mode->motion, .mass_kg = mode->mass_kg};
+    double square = 0.0, delay_s = 0.0, least = HUGE_VAL;
+    for (int k = 0; k < LEGS; k++) square += mode->motion[k] * mode->motion[k];
+    for (int k = 0; k < LEGS; k++) delay_s += mode->motion[k] * mode->motion[k] / square * leg[k].delay_s;
+    double lag_s = fmax(delay_s - 0.5 * params->loop.period_s, LEAST_LAG_S);
+    for (int k = 0; k < LEGS; k++) {
+        legs[k] = (struct loop_leg){.viscous = viscous[k], .spool_radps = 2.0 / lag_s, .spool_damping = 1.0};
+        memcpy(legs[k].chamber, leg[k].chamber, sizeof legs[k].chamber);
+    }
+    int count = loop_poles_all(legs, &shape, params, pole);
+    for (int i = 0; i < count; i++) {
+        double size = loop_pole_hz(&pole[i]), damping = loop_pole_damping(&pole[i]);
+        if (!(pole[i].radps > 0.0) || !(damping < OSCILLATES) || !(size < least)) continue;
         least = size;
-        found = (struct loop_mode){.hz = size / (2.0 * PI), .damping = -decay / size};
+        found = (struct loop_mode){.hz = size, .damping = damping};
     }
     return found;
 }

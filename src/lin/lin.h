@@ -11,7 +11,7 @@ extern "C" {
 #define LIN_NOEXCEPT
 #endif
 
-enum { LIN_MAX = 24 }; /* largest number of rows or columns */
+enum { LIN_MAX = 40 }; /* largest number of rows or columns */
 
 struct lin_report {
     int rank;         /* 0 when an input is not finite: the result is then all NaN */

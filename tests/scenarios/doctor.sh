@@ -54,6 +54,7 @@ fails() {
 }
 no_route() { ip route del 224.0.0.0/4 dev lo && fails 'LCM socket' 'no route for multicast' --set lcm.url="$url"; }
 claim "no route for multicast: FAIL, exit status 1" no_route
+claim "a loop that is unstable: FAIL, with mode, frequency and damping" fails loop 'unstable at neutral: y at 18.6 Hz, damping -0.0' --set lcm.url= --set control.kp=270
 claim "a directory for logs that is not there: FAIL" fails 'log room' /nowhere --set lcm.url= --log /nowhere/a.lcm
 full() { # the trial of its speed leaves most of what is free alone
     mkdir "$work/disk" && mount -t tmpfs -o size=1m none "$work/disk" && fails 'log room' '1.05 MB free' --set lcm.url= --log "$work/disk"
@@ -98,7 +99,7 @@ paired=(--set 'geometry.upper_joints_m=[[0.545,-0.13,0],[0.545,0.13,0],[-0.16,0.
     --set motion.park_z_m=0.3 --set limits.length_min_m=1.35)
 warned() {
     "$hexid" doctor --latency 0 --set lcm.url= "${paired[@]}" | sed -n 's/^  WARN  workspace *//p' | grep . >"$work/found" &&
-        ends 1 quick "${paired[@]}" >"$work/text" 2>"$work/warning" && cat "$work/found" "$work/warning" &&
+        ends 2 quick "${paired[@]}" >"$work/text" 2>"$work/warning" && cat "$work/found" "$work/warning" &&
         [ "$(grep -c 'warning: workspace: ' "$work/warning")" -eq 1 ] && grep -qF "warning: workspace: $(cat "$work/found")" "$work/warning"
 }
 claim "a singular pose near neutral: the run says doctor's warning, once" warned

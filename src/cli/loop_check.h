@@ -1,0 +1,42 @@
+/* SAFETY: the closed loop before anything moves, from the configuration alone (loop_model.h): is it
+ * stable where the platform is held and tested, at neutral; and on its way down and out to the ends
+ * of the strokes? It is as good as the configuration, on a machine as in simulation. Ordinary
+ * threads. */
+#ifndef HEXID_LOOP_CHECK_H
+#define HEXID_LOOP_CHECK_H
+
+#include "loop_model.h"
+
+/* Below this damping ratio the loop is warned of: a step rings for more than three periods. */
+#define LOOP_DAMPING_LEAST 0.05
+
+enum loop_state {
+    LOOP_UNKNOWN,        /* not computed: the supply does not hold the platform up at neutral */
+    LOOP_DAMPED,
+    LOOP_UNSTABLE_AWAY,  /* at neutral it is damped, in another pose it is not stable */
+    LOOP_WEAK,           /* at neutral, a damping below LOOP_DAMPING_LEAST */
+    LOOP_UNSTABLE,       /* at neutral */
+};
+
+struct loop_check {
+    enum loop_state state;
+    struct loop_worst neutral, away;       /* away: the least damping of all poses, */
+    double away_pose[DOFS];                /* and where */
+    const char *key;                       /* "control.kpf", the gain that alone puts it right; NULL: none does */
+    double now, suits, damping;            /* its value, one that suits, and the damping at neutral with it */
+    double kff_suits, out_mps, in_mps;     /* of the mean leg at neutral: the feed-forward that suits its
+                                            * valve, and speeds at full opening */
+};
+
+/* bus: the machine is behind a field bus, where a command is in force one cycle later. */
+struct loop_check loop_check(const struct params *params, bool bus);
+
+/* What was found; then what to do, "" where that is nothing. */
+enum { LOOP_TEXT_SIZE = 300 };
+void loop_check_describe(const struct loop_check *c, char found[LOOP_TEXT_SIZE], char remedy[LOOP_TEXT_SIZE]);
+
+/* -2 where the loop is unstable at neutral, with the mode, its frequency and damping, the key to change
+ * and a value that suits. */
+int loop_check_run(const struct params *params, bool bus, struct error *error);
+
+#endif

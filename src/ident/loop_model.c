@@ -1,0 +1,167 @@
+#include "loop_model.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "inverse_dynamics.h"
+#include "kinematics.h"
+#include "lin.h"
+#include "vec.h"
+
+static const double FAST_MPS = 1.0;      /* viscous friction is taken at this speed: smoothed dry friction
+                                          * is none */
+static const double REST_SHARE = 1e-3;   /* of full opening: a valve that hardly leaks rests there */
+
+static const double RESTS_PER_S = 1e-3;
+
+/* One leg at rest: chambers that hold the force, and the opening that makes good the leakage. */
+struct rest {
+    double p1_pa, p2_pa, opening;
+};
+
+/* What flows into one chamber is what flows out of the other, through two edges of the same opening:
+ * both drops are then in the ratio of the squares of the edges' gains. */
+static struct rest rest_of(const struct cylinder_leg *c, const struct mains *mains, double force_n) {
+    double a = c->valve_gain[PORT_A], b = c->valve_gain[PORT_B], ratio = (b / a) * (b / a);
+    struct rest r[2]; /* fed through port A, and through port B */
+    for (int back = 0; back < 2; back++) {
+        double from_pa = back ? mains->tank_pa : mains->supply_pa, to_pa = back ? mains->supply_pa : mains->tank_pa;
+        double p1 = (from_pa + ratio * (force_n / c->a2_m2 + to_pa)) / (1.0 + ratio * c->a1_m2 / c->a2_m2);
+        double p2 = (c->a1_m2 * p1 - force_n) / c->a2_m2;
+        double flow = c->leakage_m3_per_s_pa * (p1 - p2), edge = a * sqrt(fabs(from_pa - p1));
+        r[back] = (struct rest){p1, p2, edge > 0.0 ? flow / edge : 0.0};
+    }
+    /* leakage runs down the pressures: the spool feeds the chamber that it leaves */
+    return r[0].opening > 0.0 || r[1].opening >= 0.0 ? r[0] : r[1];
+}
+
+/* Flow into each chamber and its slopes, by the opening and by the chamber's own pressure. A spool that
+ * rests near its centre meets both pairs of edges in turn: the mean of both counts there. */
+static void edges(const struct cylinder_leg *c, const struct mains *mains, const struct rest *r, double open[PORTS], double by_pa[PORTS]) {
+    double ps = mains->supply_pa, pt = mains->tank_pa;
+    const double fed[PORTS] = {sqrt(fmax(ps - r->p1_pa, 0.0)), sqrt(fmax(r->p2_pa - pt, 0.0))};
+    const double drained[PORTS] = {sqrt(fmax(r->p1_pa - pt, 0.0)), sqrt(fmax(ps - r->p2_pa, 0.0))};
+    double extends = 0.5 * (1.0 + fmin(fmax(r->opening / REST_SHARE, -1.0), 1.0));
+    for (int i = 0; i < PORTS; i++) {
+        double drop = extends * fed[i] + (1.0 - extends) * drained[i], gain = c->valve_gain[i];
+        open[i] = (i ? -1.0 : 1.0) * gain * drop;
+        by_pa[i] = drop > 0.0 ? -0.5 * gain * fabs(r->opening) / drop : 0.0;
+    }
+}
+
+static double viscous_of(const struct cylinder_model *m, int leg, const struct rest *r) {
+    const struct cylinder_state s = {.p1_pa = r->p1_pa, .p2_pa = r->p2_pa};
+    return 0.5 * (cylinder_friction(m, leg, &s, 1, FAST_MPS).viscous + cylinder_friction(m, leg, &s, -1, FAST_MPS).viscous) / FAST_MPS;
+}
+
+static bool linearise(const struct cylinder_model *m, int leg, double length_m, double force_n, double more_delay_s, struct loop_leg *to) {
+    const struct cylinder_leg *c = &m->leg[leg];
+    struct mains mains = cylinder_mains(m);
+    struct rest r = rest_of(c, &mains, force_n);
+    double stroke_m = length_m - c->length_min_m, left_m = c->length_max_m - length_m, open[PORTS], by_pa[PORTS];
+    const double area[PORTS] = {c->a1_m2, c->a2_m2}, way_m[PORTS] = {fmax(stroke_m, 0.0), fmax(left_m, 0.0)};
+    if (!(r.p1_pa > mains.tank_pa && r.p1_pa < mains.supply_pa && r.p2_pa > mains.tank_pa && r.p2_pa < mains.supply_pa)) return false;
+    edges(c, &mains, &r, open, by_pa);
+    *to = (struct loop_leg){
+        .viscous = viscous_of(m, leg, &r),
+        .spool_radps = sqrt(c->valve_omega_squared),
+        .spool_damping = 0.5 * c->valve_damping_rate / sqrt(c->valve_omega_squared),
+        .command_delay_s = m->machine.timing.command_delay_s[leg] + more_delay_s,
+        .length_delay_s = m->machine.sensors.length[leg].delay_s,
+    };
+    for (int i = 0; i < PORTS; i++) {
+        double stiffness = c->bulk_modulus_pa / (c->dead_volume_m3[i] + area[i] * way_m[i]);
+        to->chamber[i] = (struct oil_chamber){.push = stiffness * area[i],
+                                              .open = stiffness * open[i],
+                                              .sag = stiffness * (c->leakage_m3_per_s_pa - by_pa[i]),
+                                              .other = stiffness * c->leakage_m3_per_s_pa};
+    }
+    return true;
+}
+
+/* Speeds at full opening: flow in and out through two edges, the oil not compressed. */
+static void find_speeds(const struct cylinder_model *m, int leg, struct loop_place *p) {
+    const struct cylinder_leg *c = &m->leg[leg];
+    struct mains mains = cylinder_mains(m);
+    double a1 = c->a1_m2, a2 = c->a2_m2, force_n = p->force_n[leg], a = c->valve_gain[PORT_A], b = c->valve_gain[PORT_B];
+    double cubes = a1 * a1 * a1 / (a * a) + a2 * a2 * a2 / (b * b);
+    double push_n = a1 * mains.supply_pa - a2 * mains.tank_pa - force_n, pull_n = a2 * mains.supply_pa - a1 * mains.tank_pa + force_n;
+    p->out_mps[leg] = push_n > 0.0 ? sqrt(push_n / cubes) : 0.0;
+    p->in_mps[leg] = pull_n > 0.0 ? sqrt(pull_n / cubes) : 0.0;
+}
+
+/* The axis that moves most in a mode, angles counted at the upper joints' distance. */
+static enum dof largest(double j[LEGS][DOFS], const double motion[LEGS], double arm_m) {
+    double inverse[DOFS][LEGS], most = 0.0;
+    enum dof dof = DOF_Z;
+    lin_inverse(DOFS, j[0], inverse[0]);
+    for (int i = 0; i < DOFS; i++) {
+        double size = 0.0;
+        for (int k = 0; k < LEGS; k++) size += inverse[i][k] * motion[k];
+        size = fabs(size) * (i < DOF_PHI ? 1.0 : arm_m);
+        if (size > most) most = size, dof = (enum dof)i;
+    }
+    return dof;
+}
+
+/* In coordinates of the legs: inertia against the springs of their oil. */
+static bool find_modes(struct loop_place *p, const struct inverse_dynamics *d, const struct kinematics *k) {
+    double inertia[LEGS][LEGS], spring[LEGS][LEGS] = {{0}}, value[LEGS], j[LEGS][DOFS];
+    inverse_dynamics_inertia(d, inertia);
+    for (int i = 0; i < LEGS; i++)
+        spring[i][i] = d->cylinder.leg[i].a1_m2 * p->leg[i].chamber[PORT_A].push +
+                       d->cylinder.leg[i].a2_m2 * p->leg[i].chamber[PORT_B].push;
+    if (lin_eigenvectors(LEGS, spring[0], inertia[0], value, p->motion[0])) return false;
+    ik_jacobian(k, p->pose, j);
+    for (int mode = 0; mode < DOFS; mode++) {
+        double square = 0.0;
+        for (int i = 0; i < LEGS; i++) square += p->motion[mode][i] * p->motion[mode][i];
+        p->mass_kg[mode] = 1.0 / square; /* the eigenvectors' own inertia is 1 */
+        p->dof[mode] = largest(j, p->motion[mode], k->arm_m);
+    }
+    return true;
+}
+
+bool loop_place_find(struct loop_place *p, const struct params *params, const double pose[DOFS], double more_delay_s) {
+    struct inverse_dynamics d;
+    struct inverse_dynamics_input in = {0};
+    struct kinematics k;
+    struct rigid_legs legs;
+    double length_m[LEGS];
+    memset(p, 0, sizeof *p);
+    memcpy(p->pose, pose, sizeof p->pose);
+    kinematics_place(&k, params);
+    ik_lengths(&k, pose, length_m);
+    inverse_dynamics_init(&d, params, params->loop.period_s, 0.0);
+    rigid_rest(&d.state, pose);
+    for (int i = 0; i < LEGS; i++) in.leg[i][0] = length_m[i];
+    if (!inverse_dynamics_bodies(&d, &in, &legs, p->force_n)) return false;
+    for (int i = 0; i < LEGS; i++) {
+        find_speeds(&d.cylinder, i, p);
+        if (!linearise(&d.cylinder, i, length_m[i], p->force_n[i], more_delay_s, &p->leg[i])) return false;
+    }
+    return find_modes(p, &d, &k);
+}
+
+/* An integral without gain, or pressures that no leakage evens out: they stay where they are. */
+static bool rests(const struct loop_pole *pole) { return hypot(pole->decay_per_s, pole->radps) < RESTS_PER_S; }
+
+/* True where the first pole is worse. */
+static bool worse(const struct loop_pole *pole, const struct loop_pole *than) {
+    if (pole->decay_per_s < 0.0 || than->decay_per_s < 0.0) return pole->decay_per_s < than->decay_per_s;
+    return loop_pole_damping(pole) < loop_pole_damping(than);
+}
+
+struct loop_worst loop_place_worst(const struct loop_place *p, const struct params *params) {
+    struct loop_worst worst = {0};
+    struct loop_pole pole[LOOP_POLES];
+    for (int mode = 0; mode < DOFS; mode++) {
+        const struct loop_shape shape = {.motion = p->motion[mode], .mass_kg = p->mass_kg[mode]};
+        int count = loop_poles_all(p->leg, &shape, params, pole);
+        if (!count) return (struct loop_worst){0};
+        for (int i = 0; i < count; i++)
+            if (!rests(&pole[i]) && (!worst.known || worse(&pole[i], &worst.pole)))
+                worst = (struct loop_worst){.pole = pole[i], .dof = p->dof[mode], .known = true};
+    }
+    return worst;
+}

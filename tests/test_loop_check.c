@@ -1,0 +1,266 @@
+/* The closed loop from the configuration alone against what the nonlinear machine does with it. With an
+ * argument, "all", on both engines and at every fifth of a decade. */
+#include "support.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "doctor.h"
+#include "force.h"
+#include "kinematics.h"
+#include "loop_check.h"
+#include "pid.h"
+#include "plant.h"
+
+static const char *const machines[] = {"config/tian2015.yaml", "config/desktop.yaml", "config/simulator.yaml"};
+enum { MACHINES = 3 };
+static bool all;
+
+static struct params load(const char *path, const char *setting) {
+    struct params p;
+    struct error error;
+    if (config_load(&p, path, &setting, setting != NULL, &error)) fail_msg("%s", error.text);
+    p.sensors.enabled = false; /* noise would hide how it settles */
+    return p;
+}
+
+/* ---- held by the plant ---- */
+
+enum { BLOCKS = 8, BLOCK_OF_BLOW = 2 };
+
+/* Leg rates of a platform that is held in a pose and gets a blow of 0.1 mm, rms of each half second. */
+static void hold(const struct params *p, const double pose[DOFS], double rms_mps[BLOCKS]) {
+    static const double blow[LEGS] = {1e-4, -0.5e-4, 0.3e-4, -0.8e-4, 0.6e-4, -1e-4};
+    struct error error;
+    struct kinematics k;
+    struct pid pid[LEGS];
+    struct hal_sample now = {0}, before;
+    struct cylinder_areas areas = cylinder_areas(&p->actuator);
+    struct plant *plant = plant_create(p, 1, &error);
+    double length_m[LEGS], valve[LEGS];
+    int cycles = (int)(0.5 / p->loop.period_s);
+    if (!plant) fail_msg("%s", error.text);
+    plant_place(plant, pose);
+    kinematics_place(&k, p);
+    ik_lengths(&k, pose, length_m);
+    plant_measure(plant, &now);
+    for (int i = 0; i < LEGS; i++) pid_reset(&pid[i], length_m[i], leg_force(&areas, i, now.p1_pa[i], now.p2_pa[i]));
+    for (int n = 0; n < BLOCKS * cycles; n++) {
+        double off = n / cycles == BLOCK_OF_BLOW && n % cycles < 2 ? 1.0 : 0.0;
+        before = now;
+        plant_measure(plant, &now);
+        if (n % cycles == 0) rms_mps[n / cycles] = 0.0;
+        for (int i = 0; i < LEGS; i++) {
+            double rate_mps = (now.length_m[i] - before.length_m[i]) / p->loop.period_s;
+            rms_mps[n / cycles] += rate_mps * rate_mps / (LEGS * cycles);
+            valve[i] = pid_step(&pid[i], &p->control, p->loop.period_s, length_m[i] + off * blow[i], now.length_m[i],
+                                leg_force(&areas, i, now.p1_pa[i], now.p2_pa[i]));
+        }
+        plant_step(plant, valve);
+    }
+    plant_destroy(plant);
+    for (int i = 0; i < BLOCKS; i++) rms_mps[i] = sqrt(rms_mps[i]);
+}
+
+/* Two seconds after the blow it moves at more than 1 mm/s: as much as at first, or at its own limits. */
+static bool shakes(const struct params *p, const double pose[DOFS]) {
+    double rms_mps[BLOCKS];
+    hold(p, pose, rms_mps);
+    double last = rms_mps[BLOCKS - 1], first = rms_mps[BLOCK_OF_BLOW];
+    assert_true(isfinite(last));
+    return last > 1e-2 || (last > 1e-3 && last > first);
+}
+
+static const double neutral[DOFS] = {0};
+
+/* ---- claims ---- */
+
+static void the_shipped_machines_are_damped_and_warned_of_nothing(void **unused) {
+    (void)unused;
+    for (int m = 0; m < MACHINES; m++) {
+        struct params p = load(machines[m], NULL);
+        const struct doctor d = {.params = &p};
+        doctor_check *const checks[] = {check_loop, check_feed_forward, check_limits};
+        for (int i = 0; i < 3; i++) {
+            struct finding f = checks[i](&d);
+            if (f.level != LEVEL_OK) fail_msg("%s: %s", machines[m], f.found);
+            json_decref(f.data);
+        }
+        assert_int_equal(loop_check(&p, false).state, LOOP_DAMPED);
+    }
+}
+
+static double *gain(struct params *p, int i) {
+    double *const gains[] = {&p->control.kp, &p->control.ki, &p->control.kd, &p->control.kpf};
+    return gains[i];
+}
+
+/* Sets a gain to so many decades of the shipped one; kd, which is 0 there, to so many of 0.01 s/m. */
+static bool set_gain(struct params *p, int i, double decades) {
+    bool kd = i == 2;
+    if (kd && decades > 2.01) return false;
+    *gain(p, i) = (kd ? 0.01 : *gain(p, i)) * pow(10.0, decades);
+    return true;
+}
+
+/* From a tenth to a thousand times the shipped gain, kd from 0.001 to 1 s/m: what is refused shakes, and what
+ * is not refused holds the platform. What is proposed instead holds it. */
+static void just_the_gains_that_shake_the_machine_are_refused(void **unused) {
+    (void)unused;
+    int table[2][2] = {{0}};
+    double step = all ? 0.2 : 1.0;
+    for (int m = 0; m < MACHINES; m++)
+        for (int i = 0; i < 4; i++)
+            for (double decades = -1.0; decades < 3.01; decades += step)
+                for (int engine = all ? ENGINE_ODE : ENGINE_CLOSED_FORM; engine <= ENGINE_CLOSED_FORM; engine++) {
+                    struct params p = load(machines[m], NULL);
+                    struct error error = {0};
+                    p.sim.engine = (enum engine_kind)engine;
+                    if (!set_gain(&p, i, decades)) continue;
+                    struct loop_check c = loop_check(&p, false);
+                    bool refused = loop_check_run(&p, false, &error) != 0, shook = shakes(&p, neutral);
+                    table[refused][shook]++;
+                    if (refused != (c.state == LOOP_UNSTABLE) || refused != shook)
+                        fail_msg("%s, gain %d, %g decades: refused %d, shakes %d: %s", machines[m], i, decades, refused, shook, error.text);
+                    if (!refused) continue;
+                    assert_non_null(c.key);
+                    assert_non_null(strstr(error.text, c.key));
+                    *gain(&p, !strcmp(c.key, "control.kp")   ? 0
+                              : !strcmp(c.key, "control.ki") ? 1
+                              : !strcmp(c.key, "control.kd") ? 2
+                                                             : 3) = c.suits;
+                    assert_int_equal(loop_check(&p, false).state, LOOP_DAMPED);
+                    if (all) assert_false(shakes(&p, neutral));
+                }
+    print_message("# refused and shakes %d, refused and holds %d, not refused and shakes %d, not refused and holds %d\n", table[1][1],
+                  table[1][0], table[0][1], table[0][0]);
+}
+
+/* The same of what is configured as an effect, because it was found, and of the machine itself. */
+static void the_machine_and_its_effects_are_in_the_loop(void **unused) {
+    (void)unused;
+    static const struct {
+        const char *setting;
+        bool unstable;
+    } cases[] = {
+        {"effects.command_delay.delay_s=0.003", false},
+        {"effects.command_delay.delay_s=0.009", true},
+        {"effects.valve_lag.frequency_hz=30", false},
+        {"effects.valve_lag.frequency_hz=2", false},
+        {"effects.position_sensor_delay.delay_s=0.002", false},
+        {"effects.entrained_air.bulk_modulus_pa=3e8", false},
+        {"effects.entrained_air.bulk_modulus_pa=3e7", true},
+        {"effects.payload_mass.mass_kg=9000", false},
+        {"hydraulics.valve_frequency_hz=8", false},
+        {"hydraulics.leakage_m3_per_s_pa=0", false},
+        {"hydraulics.valve_flow_m3_per_s=0.008", true},
+        {"hydraulics.valve_flow_m3_per_s=0.04", true},
+        {"hydraulics.bulk_modulus_pa=2e7", true},
+        {"loop.period_s=0.001", false},
+    };
+    for (unsigned i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct params p = load(NULL, cases[i].setting);
+        p.sim.engine = ENGINE_CLOSED_FORM;
+        struct loop_check c = loop_check(&p, false);
+        bool shook = shakes(&p, neutral);
+        if ((c.state == LOOP_UNSTABLE) != cases[i].unstable || shook != cases[i].unstable)
+            fail_msg("%s: damping %.3f at %.1f Hz, shakes %d", cases[i].setting, loop_pole_damping(&c.neutral.pole),
+                     loop_pole_hz(&c.neutral.pole), shook);
+    }
+}
+
+/* A field bus has each command in force a cycle later. */
+static void a_bus_is_a_delay_of_one_cycle(void **unused) {
+    (void)unused;
+    struct params p = load(NULL, NULL), late = load(NULL, "effects.command_delay.delay_s=0.002");
+    struct loop_check bus = loop_check(&p, true), delayed = loop_check(&late, false);
+    assert_close(loop_pole_damping(&bus.neutral.pole), loop_pole_damping(&delayed.neutral.pole), 1e-9);
+    assert_close(loop_pole_hz(&bus.neutral.pole), loop_pole_hz(&delayed.neutral.pole), 1e-6);
+    struct loop_check direct = loop_check(&p, false);
+    assert_true(loop_pole_damping(&bus.neutral.pole) < loop_pole_damping(&direct.neutral.pole));
+}
+
+/* At neutral it is damped, parked it is not; so does the machine. */
+static void a_pose_in_which_the_loop_is_unstable_is_warned_of(void **unused) {
+    (void)unused;
+    struct params p = load(NULL, "effects.command_delay.delay_s=0.002");
+    const struct doctor d = {.params = &p};
+    double parked[DOFS] = {[DOF_Z] = 0.44};
+    p.sim.engine = ENGINE_CLOSED_FORM;
+    struct finding f = check_loop(&d);
+    assert_int_equal(f.level, LEVEL_WARN);
+    assert_non_null(strstr(f.found, "at z 0.45 m it is unstable and shakes"));
+    assert_non_null(strstr(f.remedy, "control.kpf"));
+    json_decref(f.data);
+    assert_true(shakes(&p, parked));
+    assert_false(shakes(&p, neutral));
+    p.control.kpf = 7.1e-6;
+    assert_false(shakes(&p, parked));
+}
+
+/* The way into trouble of somebody with a platform of his own: his masses, the default gains. */
+static void a_heavy_platform_with_the_default_kpf_is_refused_with_one_that_suits(void **unused) {
+    (void)unused;
+    struct params p = load("config/simulator.yaml", "control.kpf=2e-5");
+    struct error error = {0};
+    assert_int_equal(loop_check_run(&p, false, &error), STATUS_USAGE);
+    static const char *const said[] = {"not run", "unstable", "phi at 51.9 Hz", "damping -0.01", "set control.kpf to 4.5e-06 (now 2e-05)"};
+    for (int i = 0; i < 5; i++)
+        if (!strstr(error.text, said[i])) fail_msg("%s is not in: %s", said[i], error.text);
+    p.control.kpf = 4.5e-6;
+    assert_int_equal(loop_check_run(&p, false, &error), STATUS_OK);
+}
+
+/* A pole that does not oscillate, and one next to half the sampling frequency. */
+static void poles_that_do_not_oscillate_and_fast_ones_are_seen(void **unused) {
+    (void)unused;
+    struct params p = load(NULL, "control.kd=1000");
+    struct loop_check c = loop_check(&p, false);
+    assert_int_equal(c.state, LOOP_UNSTABLE);
+    p = load(NULL, "control.tf=0"); /* of samples alone: no filter */
+    p.control.kd = 1.0;
+    c = loop_check(&p, false);
+    assert_true((c.state == LOOP_UNSTABLE) == shakes(&p, neutral));
+    p = load(NULL, "control.kp=0");
+    p.control.ki = 0.0; /* it drifts, and no pole grows: following_error is for that */
+    assert_true(loop_check(&p, false).neutral.known);
+}
+
+static void feed_forward_is_held_against_the_valve(void **unused) {
+    (void)unused;
+    static const struct {
+        const char *setting;
+        enum level level;
+        const char *said;
+    } cases[] = {
+        {"control.kff=1.75", LEVEL_OK, "1.74 suits"},
+        {"control.kff=2.3", LEVEL_OK, ""},
+        {"control.kff=2.5", LEVEL_WARN, "moves too far"},
+        {"control.kff=100", LEVEL_WARN, "limits.following_m is 10 mm"},
+        {"actuator.piston_diameter_m=0.05", LEVEL_WARN, "1.22 suits"},
+        {"hydraulics.valve_flow_m3_per_s=4e-4", LEVEL_WARN, "limits.following_m is 10 mm"},
+    };
+    for (unsigned i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct params p = load(NULL, cases[i].setting);
+        const struct doctor d = {.params = &p};
+        struct finding f = check_feed_forward(&d);
+        if (f.level != cases[i].level || !strstr(f.found, cases[i].said)) fail_msg("%s: %s", cases[i].setting, f.found);
+        if (f.level == LEVEL_WARN) assert_non_null(strstr(f.remedy, "set control.kff to "));
+        json_decref(f.data);
+    }
+}
+
+int main(int argc, char **argv) {
+    all = argc > 1 && !strcmp(argv[1], "all");
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_shipped_machines_are_damped_and_warned_of_nothing),
+        cmocka_unit_test(just_the_gains_that_shake_the_machine_are_refused),
+        cmocka_unit_test(the_machine_and_its_effects_are_in_the_loop),
+        cmocka_unit_test(a_bus_is_a_delay_of_one_cycle),
+        cmocka_unit_test(a_pose_in_which_the_loop_is_unstable_is_warned_of),
+        cmocka_unit_test(a_heavy_platform_with_the_default_kpf_is_refused_with_one_that_suits),
+        cmocka_unit_test(poles_that_do_not_oscillate_and_fast_ones_are_seen),
+        cmocka_unit_test(feed_forward_is_held_against_the_valve),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
