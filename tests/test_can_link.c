@@ -161,10 +161,10 @@ static int write_all(struct world *w, double valve) {
 /* False when no answer comes: a cycle that waits for a TPDO asks for none. */
 static bool answered(struct world *w) {
     struct timespec until;
-    clock_gettime(CLOCK_REALTIME, &until);
+    clock_gettime(CLOCK_MONOTONIC, &until);
     until.tv_nsec += NS_PER_S / 2; /* before the nodes' watchdog */
     if (until.tv_nsec >= NS_PER_S) until.tv_sec++, until.tv_nsec -= NS_PER_S;
-    return sem_timedwait(&w->answered, &until) == 0;
+    return sem_clockwait(&w->answered, CLOCK_MONOTONIC, &until) == 0;
 }
 
 static const char *trouble(struct world *w, char text[200]) {

@@ -24,9 +24,11 @@
 
 #include "confine.h"
 #include "notify.h"
+#include "output.h"
 
 static char directory[] = "/tmp/confine.XXXXXX", result[64], other[64];
 static int listener;           /* of commands */
+static struct output to;
 static struct notify manager; /* opened before, as the daemon does */
 
 /* In a child that is confined; true when what it did was. */
@@ -34,10 +36,10 @@ static bool in_child(bool (*does)(const char *path), bool reconnects) {
     pid_t child = fork();
     assert_true(child >= 0);
     if (child == 0) {
-        const char *path = result;
         struct error error;
-        if (confine(&(struct confinement){.result = &path, .reconnects = reconnects}, &error)) _exit(2);
-        _exit(!does(path));
+        if (output_prepare(&to, result, OUTPUT_RESULT, &error)) _exit(2);
+        if (confine(&(struct confinement){.result = &to, .reconnects = reconnects}, &error)) _exit(2);
+        _exit(!does(to.beside));
     }
     int status;
     assert_int_equal(waitpid(child, &status, 0), child);
@@ -69,14 +71,19 @@ static bool no_other_file(const char *path) {
     return denied(open(other, O_WRONLY | O_CREAT | O_TRUNC, 0666)) && denied(open(other, O_RDWR)) &&
            denied(open("/etc/shadow", O_RDONLY)) && denied(open(copy, O_WRONLY | O_CREAT | O_TRUNC, 0666)) &&
            denied(open(path, O_RDWR | O_CREAT, 0666)) && denied(unlink(other)) && denied(rename(other, result)) &&
+           denied(open(copy, OUTPUT_FLAGS, 0666)) && denied(open(to.path, OUTPUT_FLAGS, 0666)) && denied(unlinkat(AT_FDCWD, copy, 0)) &&
+           denied(unlinkat(AT_FDCWD, to.path, 0)) && denied(renameat2(AT_FDCWD, copy, AT_FDCWD, to.path, to.rename_flags)) &&
+           denied(renameat2(AT_FDCWD, to.path, AT_FDCWD, path, to.rename_flags)) &&
+           denied(renameat2(AT_FDCWD, path, AT_FDCWD, to.path, RENAME_EXCHANGE)) && denied(linkat(AT_FDCWD, path, AT_FDCWD, other, 0)) &&
            denied(mkdir(other, 0777)) && denied(chmod(other, 0777)) && denied(syscall(SYS_openat2, AT_FDCWD, path, NULL, 0)) &&
            denied(syscall(SYS_creat, other, 0666));
 }
 
 static bool no_other_path(const char *path) {
-    char *page = (char *)(uintptr_t)path;
+    char *page = (char *)(uintptr_t)path, *second = (char *)(uintptr_t)to.path;
     struct iovec here = {.iov_base = other, .iov_len = sizeof other}, there = {.iov_base = page, .iov_len = sizeof other};
     return denied(mprotect(page, 4096, PROT_READ | PROT_WRITE)) && denied(munmap(page, 4096)) &&
+           denied(mprotect(second, 4096, PROT_READ | PROT_WRITE)) && denied(munmap(second, 4096)) &&
            denied(mprotect(page - 4096, 8192, PROT_READ | PROT_WRITE)) && denied(madvise(page, 4096, MADV_DONTNEED)) &&
            mmap(page, 4096, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1, 0) == MAP_FAILED && errno == EPERM &&
            mremap(page, 4096, 8192, MREMAP_MAYMOVE) == MAP_FAILED && errno == EPERM &&
@@ -116,8 +123,9 @@ static bool no_rights(const char *path) {
 }
 
 static bool the_result_is_written(const char *path) {
-    FILE *file = fopen(path, "w");
-    return file && fputs("result", file) >= 0 && !fclose(file);
+    struct error error;
+    (void)path;
+    return !output_write(&to, "result", &error);
 }
 
 static bool what_is_open_works(const char *path) {

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli.h"
 #include "identification_table.h"
 #include "supervisor.h"
 #include "units.h"
@@ -148,7 +147,7 @@ struct loop_statistics analysis_statistics(const struct analysis *a) {
     static const double quantile[] = {0.5, 0.99, 0.999};
     struct loop_statistics s = {.cycles = a->cycles,
                                 .overruns = a->overruns,
-                                .lost = a->lost,
+                                .lost = a->lost + a->unlogged,
                                 .period_s = a->params->loop.period_s,
                                 .timed = a->exec.max_ns > 0, /* a virtual clock stands still
                                                               * within a cycle */
@@ -219,10 +218,10 @@ char *analysis_json(const struct analysis *a, const struct verdict *verdict) {
     return identification_json(&a->ident.result, verdict, &s);
 }
 
-int analysis_write_json(struct analysis *a, const struct verdict *verdict, const char *path, struct error *error) {
-    if (!path) return STATUS_OK;
+int analysis_write_json(struct analysis *a, const struct verdict *verdict, struct output *to, struct error *error) {
+    if (!to->name) return STATUS_OK;
     char *json = analysis_json(a, verdict);
-    int status = json ? cli_write_text(path, json, error) : error_set(error, STATUS_IO, "out of memory");
+    int status = json ? output_write(to, json, error) : error_set(error, STATUS_IO, "out of memory");
     free(json);
     return status;
 }

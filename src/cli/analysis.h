@@ -8,6 +8,7 @@
 #include "ident.h"
 #include "identification_json.h"
 #include "motion_result.h"
+#include "output.h"
 #include "parts.h"
 #include "verdict.h"
 
@@ -18,6 +19,7 @@ struct analysis {
     struct histogram wake, exec;
     struct cycle last;
     int64_t cycles, overruns, lost; /* lost: gaps in seq */
+    int64_t unlogged;               /* cycles that came, and that the log has not */
     bool seen[DOFS];                /* a test of this axis has cycles */
     int64_t flagged[SAMPLE_FLAGS];  /* cycles of evaluated parts with this flag */
     int64_t missed, longest_ns;     /* deadlines missed in a row up to the last cycle, and the
@@ -76,7 +78,7 @@ void analysis_print(struct analysis *a, const struct verdict *verdict, FILE *out
 /* identification_json of it: to be freed by the caller; NULL without memory. */
 char *analysis_json(const struct analysis *a, const struct verdict *verdict);
 
-/* JSON to `path`, NULL: nowhere. -3. */
-int analysis_write_json(struct analysis *a, const struct verdict *verdict, const char *path, struct error *error);
+/* The same to `to`, which was prepared. -3. */
+int analysis_write_json(struct analysis *a, const struct verdict *verdict, struct output *to, struct error *error);
 
 #endif

@@ -70,13 +70,6 @@ int cli_fail(const struct error *error);
 /* Warns that a log could be read up to this byte only. */
 void cli_warn_cut(const char *path, int64_t offset);
 
-/* Before a long run: can cli_write_text() write there? Nothing is changed; NULL and "-" pass.
- * -3. */
-int cli_check_writable(const char *path, struct error *error);
-
-/* Writes text to `path` ("-": standard output). -3. */
-int cli_write_text(const char *path, const char *text, struct error *error);
-
 int cmd_run(int argc, char **argv);
 int cmd_plant(int argc, char **argv);
 int cmd_identify(int argc, char **argv);

@@ -15,6 +15,7 @@
 #include "gap_logs.h"
 #include "log.h"
 #include "messages.h"
+#include "outputs.h"
 
 enum { TESTS_MAX = CSV_FILES_MAX, PATH_SIZE = 64 };
 
@@ -28,6 +29,7 @@ struct input {
 
 struct check {
     struct options o;
+    struct output json, page;
     int inputs;
     struct input *input;         /* a directory that is refused as a whole has
                                   * one for each of its files */
@@ -230,18 +232,18 @@ static void ask_gap(struct check *c) {
     free(recording);
 }
 
-static int write_page(const struct check *c, struct error *error) {
+static int write_page(struct check *c, struct error *error) {
     char *page = NULL;
     struct error writing;
     int status = check_html(&c->report, &page, error);
-    if (page && cli_write_text(c->o.output, page, &writing)) *error = writing, status = writing.status;
+    if (page && output_write(&c->page, page, &writing)) *error = writing, status = writing.status;
     free(page);
     return status;
 }
 
-static int write_json(const struct check *c, struct error *error) {
+static int write_json(struct check *c, struct error *error) {
     char *json = check_json(&c->report);
-    int status = json ? cli_write_text(c->o.json, json, error) : error_set(error, STATUS_IO, "out of memory");
+    int status = json ? output_write(&c->json, json, error) : error_set(error, STATUS_IO, "out of memory");
     free(json);
     return status;
 }
@@ -274,8 +276,7 @@ static int check(struct check *c, int argc, char **argv) {
     int status = options_parse(o, argc, argv, "coSja", LOGS_MAX, c->error);
     if (!status && !o->operands)
         status = error_set(c->error, STATUS_USAGE, "check: name a log or a directory of CSV files; see `hexid check --help`");
-    if (!status && o->output) status = cli_check_writable(o->output, c->error);
-    if (!status) status = cli_check_writable(o->json, c->error);
+    if (!status) status = outputs_open(o, NULL, OUTPUTS_PAGE, &c->json, &c->page, c->error);
     for (int i = 0; i < o->operands && !status; i++) status = take_input(c, o->operand[i]);
     for (int i = 0; i < c->inputs && !status; i++) status = survey_input(c, &c->input[i]);
     if (!status && !c->report.surveys)

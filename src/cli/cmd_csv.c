@@ -3,6 +3,7 @@
 #include "cli.h"
 #include "csv_input.h"
 #include "log_export.h"
+#include "outputs.h"
 
 static int named(const struct options *o, const char *command, struct error *error) {
     if (o->operands && o->output) return STATUS_OK;
@@ -13,15 +14,21 @@ static void warn_unreadable(int64_t messages) {
     if (messages) cli_say(stderr, "hexid: warning: %lld messages of hexid's channels could not be read", (long long)messages);
 }
 
+static void say_aside(const struct csv_report *report) {
+    if (report->aside[0]) cli_say(stderr, "hexid: the log that was there is now %s", report->aside);
+}
+
 int cmd_import(int argc, char **argv) {
     struct options o;
     struct error error;
-    struct csv_report report;
+    struct csv_report report = {0};
     struct csv_input input = {0};
     int status = options_parse(&o, argc, argv, "coSa", 1, &error);
     if (!status) status = named(&o, "import", &error);
     if (!status) status = csv_input_begin(&input, &o, o.operand[0], &error);
+    if (!status) status = outputs_open(&o, NULL, OUTPUTS_FILE, NULL, NULL, &error);
     if (!status) status = csv_import(&input.source, o.output, &report, &error);
+    say_aside(&report);
     csv_input_end(&input);
     if (status) return cli_fail(&error);
     cli_say(stdout, "%s: %d test%s, %lld rows, %lld cycles without a row", o.output, report.files, report.files == 1 ? "" : "s",
@@ -86,6 +93,8 @@ int cmd_export(int argc, char **argv) {
     if (!status && !format) status = error_set(&error, STATUS_USAGE, "--format %.80s: choose csv, mat or mcap", name);
     if (!status && o.all && format != &export_table)
         status = error_set(&error, STATUS_USAGE, "--all: for csv; %s has everything anyway", name);
-    if (!status) status = format == &export_table && !o.all ? export_tests(&o, &error) : export_all(&o, format, &error);
+    bool tests = format == &export_table && !o.all;
+    if (!status) status = outputs_open(&o, NULL, tests ? OUTPUTS_TESTS : OUTPUTS_FILE, NULL, NULL, &error);
+    if (!status) status = tests ? export_tests(&o, &error) : export_all(&o, format, &error);
     return status ? cli_fail(&error) : EXIT_PASSED;
 }

@@ -10,6 +10,7 @@
 #include "failure.h"
 #include "hal.h"
 #include "modbus_map.h"
+#include "outputs.h"
 #include "version.h"
 
 /* In the order in which they are asked. Names are the JSON's, too: they stay. */
@@ -76,32 +77,32 @@ static void append(json_t *all, const char *name, struct finding *f) {
     f->data = NULL;
 }
 
-static int write_json(const char *path, const struct doctor *d, json_t *findings, const int count[], struct error *error) {
+static int write_json(struct output *to, const struct doctor *d, json_t *findings, const int count[], struct error *error) {
     json_t *root = json_pack("{ss ss so so sO sb}", "schema", "hexid.doctor/1", "version", version, "machine", doctor_text(d->url),
                              "config", d->config ? doctor_text(d->config) : json_null(), "findings", findings, "fit",
                              count[LEVEL_FAIL] == 0);
     char *text = root ? json_dumps(root, JSON_INDENT(1)) : NULL;
-    int status = text ? cli_write_text(path, text, error) : error_set(error, STATUS_IO, "out of memory");
+    int status = text ? output_write(to, text, error) : error_set(error, STATUS_IO, "out of memory");
     free(text);
     json_decref(root);
     return status;
 }
 
 /* The exit status, or a negative one. */
-static int ask_all(const struct doctor *d, const char *json, struct error *error) {
-    FILE *out = json && !strcmp(json, "-") ? stderr : stdout;
+static int ask_all(const struct doctor *d, struct output *json, struct error *error) {
+    FILE *out = json->name && !strcmp(json->name, "-") ? stderr : stdout;
     int count[LEVEL_FAIL + 1] = {0};
     json_t *all = json_array();
     for (int i = 0; i < CHECKS; i++) {
         struct finding f = checks[i].ask(d);
         count[f.level]++;
         if (f.level != LEVEL_NONE) print(out, checks[i].name, &f);
-        if (f.level != LEVEL_NONE && json) append(all, checks[i].name, &f);
+        if (f.level != LEVEL_NONE && json->name) append(all, checks[i].name, &f);
         json_decref(f.data);
     }
     fprintf(out, "%s: %d FAIL, %d WARN, %d that cannot be seen from here\n", count[LEVEL_FAIL] ? "not fit" : "fit", count[LEVEL_FAIL],
             count[LEVEL_WARN], count[LEVEL_UNKNOWN]);
-    int status = json ? write_json(json, d, all, count, error) : STATUS_OK;
+    int status = json->name ? write_json(json, d, all, count, error) : STATUS_OK;
     json_decref(all);
     return status ? status : count[LEVEL_FAIL] ? EXIT_CHECK_FAILED : EXIT_PASSED;
 }
@@ -135,7 +136,8 @@ int cmd_doctor(int argc, char **argv) {
         return cli_fail(&error);
     }
     d.machine = !ops->simulated;
-    int status = cli_check_writable(o.json, &error);
-    if (!status) status = ask_all(&d, o.json, &error);
+    struct output json;
+    int status = outputs_open(&o, &params, OUTPUTS_NONE, &json, NULL, &error);
+    if (!status) status = ask_all(&d, &json, &error);
     return status < 0 ? cli_fail(&error) : status;
 }

@@ -4,6 +4,7 @@
 
 #include "cli.h"
 #include "edit_distance.h"
+#include "output.h"
 
 static void print_effect(const struct effect *e) {
     printf("%s\n    is         %s\n    law        %s\n    signature  %s\n", e->name, e->plain, e->law, e->signature);
@@ -35,7 +36,7 @@ static int write_json(const struct options *o, struct error *error) {
         if (!o->operands || !strcmp(o->operand[0], effect_table[i]->name)) json_array_append_new(effects, effect_json(effect_table[i]));
     json_t *root = json_pack("{ss so}", "schema", "hexid.effects/1", "effects", effects);
     char *text = root ? json_dumps(root, JSON_INDENT(1)) : NULL;
-    int status = text ? cli_write_text(o->json, text, error) : error_set(error, STATUS_IO, "out of memory");
+    int status = output_text(o->json, text, error);
     free(text);
     json_decref(root);
     return status;

@@ -8,6 +8,7 @@
 #include "gap_files.h"
 #include "gap_logs.h"
 #include "gap_text.h"
+#include "outputs.h"
 
 static void progress(void *context, const char *step, double share) {
     (void)context;
@@ -41,17 +42,19 @@ static int run(int argc, char **argv, struct params *params, struct recording *m
                struct gap_result *result, struct waves *closed_loop, struct error *error) {
     struct options o;
     struct gap_options g;
+    struct output json;
     int status = options(&o, &g, argc, argv, error);
     if (!status) status = options_params(&o, params, error);
     recording_init(measured, params);
     recording_init(validate, params);
+    if (!status) status = outputs_open(&o, NULL, OUTPUTS_MODEL, NULL, NULL, error);
     if (!status) status = load(o.measured_count, o.measured, measured, error);
     if (!status && o.validate) status = load(1, &o.validate, validate, error);
-    if (!status) status = gap_files_check(&o, error);
+    if (!status) status = gap_files_check(&o, &json, error);
     if (!status) status = gap_solve(params, measured, o.validate ? validate : NULL, &g, result, closed_loop, error);
     if (status) return status;
     progress(NULL, "drawing the report", 0.95);
-    status = gap_files_write(&o, result, measured, closed_loop, error);
+    status = gap_files_write(&o, &json, result, measured, closed_loop, error);
     progress(NULL, status ? "not reported" : "reported", 1.0);
     gap_files_publish(params, result);
     FILE *out = o.json && !strcmp(o.json, "-") ? stderr : stdout;

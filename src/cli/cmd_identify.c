@@ -5,6 +5,7 @@
 #include "combination.h"
 #include "log_analysis.h"
 #include "log_set.h"
+#include "outputs.h"
 
 _Static_assert((int)OPERANDS_MAX <= (int)AGREEMENT_LOGS, "each operand is a log");
 
@@ -19,13 +20,13 @@ static FILE *out_of(const struct options *o) { return o->json && !strcmp(o->json
 
 static int exit_status(const struct verdict *v) { return v->status == VERDICT_PASS ? EXIT_PASSED : EXIT_CHECK_FAILED; }
 
-static int one_log(const struct options *o, struct log_analysis *i, struct error *error) {
+static int one_log(const struct options *o, struct log_analysis *i, struct output *json, struct error *error) {
     struct method_c *found = &i->analysis.ident.result.method_c;
     int status = identify(o, o->operand[0], i, error);
     if (!status && o->pose_given) status = method_c_at_pose(found, &i->params, o->pose, error);
     if (status) return status;
     analysis_print(&i->analysis, &i->verdict, out_of(o));
-    status = analysis_write_json(&i->analysis, &i->verdict, o->json, error);
+    status = analysis_write_json(&i->analysis, &i->verdict, json, error);
     return status ? status : exit_status(&i->verdict);
 }
 
@@ -60,15 +61,15 @@ static int combine(struct combination *c, const struct log_analysis *i, struct e
     return status;
 }
 
-static int write_combination(const struct combination *c, const char *path, struct error *error) {
-    if (!path) return STATUS_OK;
+static int write_combination(const struct combination *c, struct output *to, struct error *error) {
+    if (!to->name) return STATUS_OK;
     char *json = combination_json(c);
-    int status = json ? cli_write_text(path, json, error) : error_set(error, STATUS_IO, "out of memory");
+    int status = json ? output_write(to, json, error) : error_set(error, STATUS_IO, "out of memory");
     free(json);
     return status;
 }
 
-static int several_logs(const struct options *o, struct log_analysis *i, struct error *error) {
+static int several_logs(const struct options *o, struct log_analysis *i, struct output *json, struct error *error) {
     struct combination c = {.logs = o->operands};
     int status = each_log(o, i, error);
     for (int l = 0; l < c.logs && !status; l++)
@@ -81,18 +82,20 @@ static int several_logs(const struct options *o, struct log_analysis *i, struct 
     if (status) return status;
     c.verdict = combination_verdict(&c);
     combination_table_print(out_of(o), &c);
-    status = write_combination(&c, o->json, error);
+    status = write_combination(&c, json, error);
     return status ? status : exit_status(&c.verdict);
 }
 
 int cmd_identify(int argc, char **argv) {
     struct options o;
+    struct output json;
     struct error error;
     int status = options_parse(&o, argc, argv, "cSjP", OPERANDS_MAX, &error);
     if (!status && !o.operands) status = error_set(&error, STATUS_USAGE, "identify: name a log; see `hexid identify --help`");
+    if (!status) status = outputs_open(&o, NULL, OUTPUTS_NONE, &json, NULL, &error);
     struct log_analysis *i = status ? NULL : calloc((size_t)o.operands, sizeof *i);
     if (!status && !i) status = error_set(&error, STATUS_IO, "out of memory");
-    if (!status) status = o.operands > 1 ? several_logs(&o, i, &error) : one_log(&o, i, &error);
+    if (!status) status = o.operands > 1 ? several_logs(&o, i, &json, &error) : one_log(&o, i, &json, &error);
     free(i);
     return status < 0 ? cli_fail(&error) : status;
 }

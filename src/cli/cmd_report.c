@@ -1,7 +1,6 @@
 /* hexid report: the identification from logs as one page. */
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "cli.h"
 #include "config.h"
@@ -9,6 +8,7 @@
 #include "identification_report.h"
 #include "log_analysis.h"
 #include "log_set.h"
+#include "outputs.h"
 #include "version.h"
 
 _Static_assert((int)REPORT_LOGS <= (int)OPERANDS_MAX, "an operand a log");
@@ -39,29 +39,21 @@ static struct identification_log summary(const struct log_analysis *l, const cha
     };
 }
 
-static int write_page(const struct identification_report *r, const char *path, struct error *error) {
+static int write_page(const struct identification_report *r, struct output *to, struct error *error) {
     char *page = NULL;
     struct error writing;
     int status = identification_html(r, &page, error);
-    if (page && cli_write_text(path, page, &writing)) *error = writing, status = writing.status;
+    if (page && output_write(to, page, &writing)) *error = writing, status = writing.status;
     free(page);
     return status;
-}
-
-/* A page in a log's place would be the end of that. */
-static int check_output(const struct options *o, struct error *error) {
-    struct stat page, log;
-    for (int i = 0; i < o->operands && !stat(o->output, &page); i++)
-        if (!stat(o->operand[i], &log) && page.st_dev == log.st_dev && page.st_ino == log.st_ino)
-            return error_set(error, STATUS_USAGE, "-o %.250s: is one of the logs; name another file", o->output);
-    return cli_check_writable(o->output, error);
 }
 
 /* Nothing is written before all logs have been read. */
 static int report(const struct options *o, struct log_analysis *analysis, struct error *error) {
     struct identification_report r = {.version = version, .logs = o->operands};
     char *config[REPORT_LOGS] = {0};
-    int status = check_output(o, error), result = EXIT_PASSED;
+    struct output page;
+    int status = outputs_open(o, NULL, OUTPUTS_PAGE, NULL, &page, error), result = EXIT_PASSED;
     for (int i = 0; i < r.logs && !status; i++) status = log_set_new(i, o->operand, error);
     for (int i = 0; i < r.logs && !status; i++) {
         status = log_analysis_read(&analysis[i], o, o->operand[i], error);
@@ -70,7 +62,7 @@ static int report(const struct options *o, struct log_analysis *analysis, struct
         if (!status) r.log[i] = summary(&analysis[i], o->operand[i], config[i]);
     }
     FILE *out = !strcmp(o->output, "-") ? stderr : stdout;
-    if (!status) status = write_page(&r, o->output, error);
+    if (!status) status = write_page(&r, &page, error);
     for (int i = 0; i < r.logs && !status; i++) {
         cli_say(out, "%s: %s", o->operand[i], verdict_names[r.log[i].verdict->status]);
         for (int j = 0; j < r.log[i].verdict->reasons; j++) cli_say(out, "  %s", r.log[i].verdict->reason[j]);

@@ -23,6 +23,7 @@
 #include "machine_lock.h"
 #include "messages.h"
 #include "motion_check.h"
+#include "outputs.h"
 #include "process.h"
 #include "recorder.h"
 #include "survey_report.h"
@@ -52,6 +53,7 @@ struct session {
     struct bus *bus;
     struct commands commands;
     char *config;
+    struct output json;
     char log_path[PATH_MAX];       /* of a log in a directory */
     struct machine_lock lock; /* to the end of the process */
     int signal_file;          /* descriptor */
@@ -149,6 +151,7 @@ static int check_motion(struct session *s, struct error *error) {
 /* What cannot be deleted is said, and no reason not to run. */
 static int open_log(struct session *s, struct error *error) {
     struct options *o = &s->options;
+    char aside[PATH_MAX];
     struct stat log;
     bool directory = o->log && !stat(o->log, &log) && S_ISDIR(log.st_mode);
     if ((o->log_quota_bytes > 0.0 || o->log_part_bytes > 0.0) && !directory)
@@ -163,7 +166,10 @@ static int open_log(struct session *s, struct error *error) {
         if (status) return status;
         o->log = s->log_path;
     }
-    return log_create(&s->log, o->log, error);
+    int file = output_log(o->log, aside, error);
+    if (file < 0) return file;
+    if (*aside) cli_say(stderr, "hexid: %s: the log that was there is now %s", o->log, aside);
+    return log_on_file(&s->log, file, o->log, error);
 }
 
 static int open_all(struct session *s, struct error *error) {
@@ -176,7 +182,6 @@ static int open_all(struct session *s, struct error *error) {
     say_who_moves_it(s);
     if (s->options.fast && !s->hal->ops->simulated)
         return error_set(error, STATUS_USAGE, "--fast: %s is not simulated; a real machine has real time", s->options.hal);
-    if ((status = cli_check_writable(s->options.json, error))) return status;
     if ((status = open_log(s, error))) return status;
     if (ring_init(&s->ring, sizeof(struct cycle), RING_CAPACITY)) return error_set(error, STATUS_IO, "out of memory");
     s->config = config_text(&s->params);
@@ -271,10 +276,10 @@ static void wait_for_end(struct session *s) {
 }
 
 static int write_result(struct session *s, const struct verdict *verdict, struct error *error) {
-    if (!s->options.json) return STATUS_OK;
+    if (!s->json.name) return STATUS_OK;
     char *json = analysis_json(&s->recorder.analysis, verdict);
     if (s->survey) json = survey_report_json(s->survey, json);
-    int status = json ? cli_write_text(s->options.json, json, error) : error_set(error, STATUS_IO, "out of memory");
+    int status = json ? output_write(&s->json, json, error) : error_set(error, STATUS_IO, "out of memory");
     free(json);
     return status;
 }
@@ -326,11 +331,14 @@ static int finish(struct session *s, struct error *error) {
     if (s->stuck)
         return error_set(error, STATUS_IO, "%s: takes no more: %llu records of the end are not in it",
                          s->options.log ? s->options.log : "the recorder", (unsigned long long)ring_count(&s->ring));
+    if (s->log && log_check(s->log, &closing) && !s->recorder.error.status) s->recorder.error = closing;
+    if (s->log) s->recorder.analysis.unlogged = log_lost(s->log);
     if (s->log && log_close(s->log, &closing) && !s->recorder.error.status) s->recorder.error = closing;
     s->log = NULL;
     int reported = report(s, error);
-    if (!s->recorder.error.status) return reported;
-    *error = s->recorder.error;
+    const struct error *first = s->recorder.error.status ? &s->recorder.error : &s->recorder.keeper_error;
+    if (!first->status) return reported;
+    *error = *first;
     return error->status;
 }
 
@@ -370,7 +378,7 @@ static void warn_of_axes_alike(const struct test_params *t) {
 
 /* SAFETY: what could not be confined is put down and ends: nobody has said that it may run so. */
 static int confine_all(struct session *s, struct error *error) {
-    const struct confinement all = {.result = &s->options.json, .reconnects = s->hal->ops->reconnects};
+    const struct confinement all = {.result = &s->json, .reconnects = s->hal->ops->reconnects};
     int status = s->params.security.confine ? confine(&all, error) : STATUS_OK;
     if (!s->params.security.confine)
         progress_say(&s->progress, "hexid: warning: security.confine is off: the daemon keeps all its rights\n");
@@ -440,10 +448,11 @@ int cmd_run(int argc, char **argv) {
     commands_init(&s->commands);
     int status = options_parse(&s->options, argc, argv, "cHfrslqgjStTnpVd", 0, &error);
     if (!status) status = options_params(&s->options, &s->params, &error);
+    if (!status && !s->options.print_config) status = outputs_open(&s->options, &s->params, OUTPUTS_LOG, &s->json, NULL, &error);
     if (!status && !s->options.print_config) status = check_motion(s, &error);
     if (!status && s->options.print_config) {
         char *text = config_text(&s->params);
-        status = text ? cli_write_text("-", text, &error) : error_set(&error, STATUS_IO, "out of memory");
+        status = output_text("-", text, &error);
         free(text);
     } else if (!status) {
         warn_of_machine(s);

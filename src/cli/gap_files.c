@@ -19,14 +19,9 @@
 enum { PATH_SIZE = 4096, MESSAGE_MAX = 65536 };
 
 static int write_whole(const char *directory, const char *name, const char *text, struct error *error) {
-    char path[PATH_SIZE], temporary[PATH_SIZE];
-    if (!text) return error_set(error, STATUS_IO, "out of memory");
+    char path[PATH_SIZE];
     snprintf(path, sizeof path, "%s/%s", directory, name);
-    snprintf(temporary, sizeof temporary, "%s/.%s.%ld", directory, name, (long)getpid());
-    int status = cli_write_text(temporary, text, error);
-    if (!status && rename(temporary, path)) status = error_set(error, STATUS_IO, "%.300s: cannot be written: %s", path, strerror(errno));
-    if (status) unlink(temporary);
-    return status;
+    return output_text(path, text, error);
 }
 
 static int write_page(const struct options *o, const struct gap_report *report, struct error *error) {
@@ -62,14 +57,15 @@ static bool is_inside(const char *path, const char *directory) {
     return !strncmp(path, directory, length) && path[length] == '/' && !strchr(path + length + 1, '/');
 }
 
-int gap_files_check(const struct options *o, struct error *error) {
+int gap_files_check(const struct options *o, struct output *json, struct error *error) {
     char path[PATH_SIZE];
+    *json = (struct output){.file = -1};
     if (!*o->output) return error_set(error, STATUS_USAGE, "-o: an empty name; name a directory");
     bool there = !access(o->output, F_OK);
     snprintf(path, sizeof path, there ? "%s/." : "%s", o->output); /* a file has no "." */
     if (access(there ? path : dirname(path), W_OK | X_OK))
         return error_set(error, STATUS_IO, "%.300s: cannot be %s: %s", o->output, there ? "written" : "made", strerror(errno));
-    return !o->json || (!there && is_inside(o->json, o->output)) ? STATUS_OK : cli_check_writable(o->json, error);
+    return o->json && (there || !is_inside(o->json, o->output)) ? output_prepare(json, o->json, OUTPUT_RESULT, error) : STATUS_OK;
 }
 
 /* The configuration, headed by what it is. */
@@ -80,8 +76,8 @@ static char *model_text(const struct gap_result *r) {
     return text;
 }
 
-int gap_files_write(const struct options *o, const struct gap_result *r, const struct recording *measured, const struct waves *closed_loop,
-                    struct error *error) {
+int gap_files_write(const struct options *o, struct output *to, const struct gap_result *r, const struct recording *measured,
+                    const struct waves *closed_loop, struct error *error) {
     char path[PATH_SIZE];
     snprintf(path, sizeof path, "%s/model.yaml", o->output);
     if (mkdir(o->output, 0777) && errno != EEXIST)
@@ -91,7 +87,8 @@ int gap_files_write(const struct options *o, const struct gap_result *r, const s
     if (!status) status = write_whole(o->output, "gap.json", json, error);
     if (!status) status = write_report(o, r, measured, closed_loop, path, error);
     struct error second;
-    int copied = o->json && json ? cli_write_text(o->json, json, status ? &second : error) : STATUS_OK;
+    int copied = !json ? STATUS_OK : to->name ? output_write(to, json, status ? &second : error) : STATUS_OK;
+    if (json && o->json && !to->name) copied = output_text(o->json, json, status ? &second : error);
     if (!status) status = copied;
     free(model);
     free(json);

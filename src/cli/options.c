@@ -317,22 +317,3 @@ int cli_fail(const struct error *error) {
     cli_say(stderr, "hexid: %s", error->text);
     return -(int)error->status;
 }
-
-int cli_check_writable(const char *path, struct error *error) {
-    if (!path || !strcmp(path, "-")) return STATUS_OK;
-    bool there = access(path, F_OK) == 0;
-    int file = open(path, O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
-    if (file < 0) return error_set(error, STATUS_IO, "%s: cannot be written: %s", path, strerror(errno));
-    close(file);
-    if (!there) unlink(path);
-    return STATUS_OK;
-}
-
-int cli_write_text(const char *path, const char *text, struct error *error) {
-    bool standard = !strcmp(path, "-");
-    FILE *out = standard ? stdout : fopen(path, "w");
-    if (!out) return error_set(error, STATUS_IO, "%s: cannot be written: %s", path, strerror(errno));
-    bool failed = fputs(text, out) < 0 || fflush(out);
-    if (!standard) failed |= fclose(out) != 0;
-    return failed ? error_set(error, STATUS_IO, "%s: cannot be written: %s", path, strerror(errno)) : STATUS_OK;
-}

@@ -60,9 +60,9 @@ bool outlet_close(struct outlet *o) {
     do {
         struct timespec until;
         before = atomic_load(&o->copied);
-        clock_gettime(CLOCK_REALTIME, &until);
+        clock_gettime(CLOCK_MONOTONIC, &until);
         until.tv_sec += GIVE_UP_S;
-        if (!pthread_timedjoin_np(o->thread, NULL, &until)) {
+        if (!pthread_clockjoin_np(o->thread, NULL, CLOCK_MONOTONIC, &until)) {
             close(o->from);
             return true;
         }

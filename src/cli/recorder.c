@@ -13,17 +13,38 @@
 #include "thread.h"
 #include "units.h"
 
-enum { MESSAGE_MAX = 16384, CONFIG_MAX = 1 << 18, POLL_NS = 2000000, PART_PATIENCE_MS = 10000 };
+enum { MESSAGE_MAX = 16384, CONFIG_MAX = 1 << 18, POLL_NS = 2000000, PART_PATIENCE_MS = 10000, CHECK_NS = 300000000 };
 
 /* SAFETY: a run that cannot be recorded is put down: neither abandoned nor run on blind. */
-static void log_failed(struct recorder *r) { loop_quit(r->loop); }
+static void log_failed(struct recorder *r, const struct error *error) {
+    if (r->error.status) return;
+    r->error = *error;
+    loop_quit(r->loop);
+    if (r->analysis.cycles) progress_say(r->progress, "hexid: %s: parking\n", r->error.text);
+}
+
+static int64_t monotonic_ns(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return t.tv_sec * NS_PER_S + t.tv_nsec;
+}
 
 static void keep(struct recorder *r, const char *channel, const void *data, int size) {
     const struct clock *clock = &r->loop->clock;
     /* the log's clock is the wall's, cycles lost or not */
     int64_t stretched_ns = clock->kind == CLOCK_PACED ? r->analysis.behind_ns : 0;
     int64_t utime_us = clock->system_us + (r->analysis.last.in.time_ns + stretched_ns) / NS_PER_US;
-    if (r->log && size >= 0 && !r->error.status && log_write(r->log, utime_us, channel, data, size, &r->error)) log_failed(r);
+    struct error error;
+    if (r->log && size >= 0 && log_write(r->log, utime_us, channel, data, size, &error)) log_failed(r, &error);
+}
+
+/* What was written is still there, and nobody else writes it. */
+static void look_after_log(struct recorder *r) {
+    struct error error;
+    int64_t now_ns = monotonic_ns();
+    if (!r->log || r->error.status || now_ns - r->checked_ns < CHECK_NS) return;
+    r->checked_ns = now_ns;
+    if (log_check(r->log, &error)) log_failed(r, &error);
 }
 
 static void keep_and_send(struct recorder *r, const char *channel, const void *data, int size) {
@@ -39,6 +60,7 @@ static void event(struct recorder *r, const char *kind, const char *text) {
 
 static void statistics(struct recorder *r) {
     unsigned char buffer[MESSAGE_MAX];
+    if (r->log) r->analysis.unlogged = log_lost(r->log);
     struct loop_statistics s = analysis_statistics(&r->analysis);
     keep_and_send(r, CHANNEL_LOOP_STATS, buffer, loop_stats_encode(&s, r->analysis.last.in.time_ns, buffer, sizeof buffer));
 }
@@ -182,6 +204,32 @@ static void say_over_quota(struct recorder *r, bool over) {
     r->over_quota = over;
 }
 
+/* No part comes and nothing is deleted: the log goes on, the run does, and it ends with an
+ * error. */
+static void keeper_failed(struct recorder *r, const char *why) {
+    static const char format[] = "%.200s: the log goes on in %.300s, and nothing keeps --log-quota; look at that directory's disk";
+    if (r->keeper_error.status) return;
+    error_set(&r->keeper_error, STATUS_IO, format, why, *r->part_path ? r->part_path : "its first part");
+    event(r, "log", r->keeper_error.text);
+    progress_say(r->progress, "hexid: warning: %s\n", r->keeper_error.text);
+}
+
+static void ask_keeper(struct recorder *r) {
+    if (!r->keeper->asked) r->asked_ns = monotonic_ns();
+    log_keeper_ask(r->keeper);
+}
+
+/* As log_keeper_take(). Virtual time waits for it, for the same log every time; once it has hung,
+ * nobody does. */
+static int take_part(struct recorder *r, struct log_part *next, struct error *error) {
+    bool waits = r->loop->clock.kind == CLOCK_VIRTUAL && !r->keeper_error.status;
+    int got = log_keeper_take(r->keeper, waits ? PART_PATIENCE_MS : 0, next, error);
+    if (r->keeper->gone) keeper_failed(r, error->text);
+    else if (!got && monotonic_ns() - r->asked_ns >= PART_PATIENCE_MS * NS_PER_S / 1000)
+        keeper_failed(r, "the process that makes the parts of the log does not answer");
+    return got;
+}
+
 /* A log that is in parts goes on in the next one, with this cycle, when the one under way is large
  * enough, no test is cut, and the file is there. Nobody waits for it but virtual time, for the same
  * log every time. A test that does not end, a trajectory of hours, is cut at twice the size. Where
@@ -192,10 +240,10 @@ static void rotate(struct recorder *r, const struct cycle *c) {
     const struct cycle *before = &r->analysis.last;
     bool cuts = c->test >= 0 && c->test == before->test && c->dof == before->dof;
     if (!r->keeper || r->error.status || log_bytes(r->log) < r->part_due_bytes) return;
-    log_keeper_ask(r->keeper);
+    ask_keeper(r);
     if (cuts && log_bytes(r->log) < r->part_due_bytes + r->part_bytes) return;
-    int got = log_keeper_take(r->keeper, r->loop->clock.kind == CLOCK_VIRTUAL ? PART_PATIENCE_MS : 0, &next, &error);
-    if (!got) return;
+    int got = take_part(r, &next, &error);
+    if (!got || r->keeper->gone) return;
     if (got > 0 && !log_continue(r->log, next.file, next.path, &error)) {
         snprintf(r->part_path, sizeof r->part_path, "%s", next.path);
         r->part_due_bytes = r->part_bytes;
@@ -243,6 +291,7 @@ static void *recorder_thread(void *argument) {
     for (;;) {
         /* read before the ring, so that nothing is missed */
         bool ended = atomic_load_explicit(&r->loop->ended, memory_order_acquire);
+        look_after_log(r);
         if (ring_pop(r->records, &c)) take(r, &c);
         else if (ended) break;
         else nanosleep(&(struct timespec){.tv_nsec = POLL_NS}, NULL);
@@ -264,6 +313,7 @@ int recorder_start(struct recorder *r, const char *config, struct error *error) 
     r->statistics_cycles = ns_from_seconds(1.0) / ns_from_seconds(r->params->loop.period_s);
     r->config = config;
     r->part = 1, r->part_due_bytes = r->part_bytes;
+    if (r->log) log_count(r->log, CHANNEL_STATE);
     keep_configuration(r);
     if (r->error.status) {
         estimator_stop(&r->estimator);
@@ -280,9 +330,9 @@ bool recorder_join(struct recorder *r) {
     for (uint64_t before = ring_count(r->records) + 1, now; (now = ring_count(r->records)) < before || computed; before = now) {
         computed = atomic_load_explicit(&r->computes, memory_order_relaxed);
         struct timespec until;
-        clock_gettime(CLOCK_REALTIME, &until);
+        clock_gettime(CLOCK_MONOTONIC, &until);
         until.tv_sec += RECORDER_PATIENCE_S;
-        if (!pthread_timedjoin_np(r->thread, NULL, &until)) return true;
+        if (!pthread_clockjoin_np(r->thread, NULL, CLOCK_MONOTONIC, &until)) return true;
     }
     return false;
 }

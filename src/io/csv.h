@@ -39,6 +39,8 @@
 #ifndef HEXID_CSV_H
 #define HEXID_CSV_H
 
+#include <limits.h>
+
 #include "areas.h"
 #include "config.h"
 #include "status.h"
@@ -57,6 +59,7 @@ struct csv_report {
     struct csv_file file[CSV_FILES_MAX]; /* import: in the order of the log */
     int64_t rows;
     int64_t lost;          /* cycles of the tests that have no row */
+    char aside[PATH_MAX];  /* import: where the log went that was there; "": none was */
     int64_t empty;         /* import: cells without a number: NaN in the log */
     int64_t unreadable;    /* export: messages on HEXID_STATE that are none */
     bool several;          /* import: an axis has files of several frequencies */

@@ -13,6 +13,7 @@
 #include "csv_times.h"
 #include "log.h"
 #include "messages.h"
+#include "output.h"
 #include "units.h"
 
 enum { EVENT_SIZE = 1 << 18 };
@@ -366,7 +367,8 @@ static int write_event(struct import *im, const char *kind, const char *text) {
 
 static int write_log(struct import *im, const char *log_path, const char *config) {
     struct error unsaid;
-    int status = log_create(&im->log, log_path, im->error), closed;
+    int file = output_log(log_path, im->report->aside, im->error), closed;
+    int status = file < 0 ? file : log_on_file(&im->log, file, log_path, im->error);
     if (status) return status;
     status = write_event(im, "config", config);
     for (int i = 0; i < im->files && !status; i++) status = write_file(im, i);

@@ -9,7 +9,7 @@
 #include "log_export.h"
 #include "mat_library.h"
 #include "messages.h"
-#include "new_file.h"
+#include "output.h"
 
 /* A variable of the format 5 has at most 2 GiB, and a struct is one: 2 h 13 min
  * of cycles of 2 ms. */
@@ -29,8 +29,8 @@ struct kept {
 
 struct mat_export {
     struct mat_library library;
+    struct output output;
     FILE *file;
-    char *path;
     int failure;
     bool too_long;                    /* for the format */
     size_t cycles, capacity;
@@ -51,12 +51,12 @@ static void too_long(struct mat_export *e) {
 static int mat_open(void **to, const char *path, struct error *error) {
     struct mat_export *e = calloc(1, sizeof *e);
     *to = NULL;
-    if (!e || !(e->path = strdup(path))) error_set(error, STATUS_IO, "%.250s: out of memory", path);
-    else if (!mat_library_load(&e->library, error) && (e->file = new_file(path, error)) != NULL) {
+    if (!e) return error_set(error, STATUS_IO, "%.250s: out of memory", path);
+    if (!mat_library_load(&e->library, error) && !output_prepare(&e->output, path, OUTPUT_NEW, error) &&
+        (e->file = output_open(&e->output, error)) != NULL) {
         *to = e;
         return STATUS_OK;
     }
-    if (e) free(e->path);
     free(e);
     return error->status;
 }
@@ -262,14 +262,13 @@ static int mat_close(void *to, struct error *error) {
         if (all && !e->failure) write_through_memory(e, all);
         if (all) e->library.free(all);
     }
-    int status = new_file_close(e->file, e->path, e->failure, error);
+    int status = output_close(&e->output, e->file, e->failure, error);
     if (e->too_long)
-        error_set(error, STATUS_IO, "%.250s: a .mat takes %d cycles and %d messages, and the log has more; take csv or mcap", e->path,
-                  CYCLES_MAX, MESSAGES_MAX);
+        error_set(error, STATUS_IO, "%.250s: a .mat takes %d cycles and %d messages, and the log has more; take csv or mcap",
+                  e->output.name, CYCLES_MAX, MESSAGES_MAX);
     for (int i = 0; i < COLUMNS; i++) free(e->column[i]);
     for (size_t i = 0; i < e->messages; i++) free(e->message[i].data);
     free(e->message);
-    free(e->path);
     free(e);
     return status;
 }

@@ -4,25 +4,20 @@
 
 #include "cycle_columns.h"
 #include "log_export.h"
-#include "new_file.h"
 #include "number_text.h"
+#include "output.h"
 
 struct table {
+    struct output output;
     FILE *file;
-    char *path;
     int failure;
 };
 
 static int table_open(void **to, const char *path, struct error *error) {
     struct table *t = calloc(1, sizeof *t);
     *to = NULL;
-    if (!t || !(t->path = strdup(path))) {
-        free(t);
-        return error_set(error, STATUS_IO, "%.250s: out of memory", path);
-    }
-    t->file = new_file(path, error);
-    if (!t->file) {
-        free(t->path);
+    if (!t) return error_set(error, STATUS_IO, "%.250s: out of memory", path);
+    if (output_prepare(&t->output, path, OUTPUT_NEW, error) || !(t->file = output_open(&t->output, error))) {
         free(t);
         return error->status;
     }
@@ -51,8 +46,7 @@ static int table_failed(const void *to) { return ((const struct table *)to)->fai
 
 static int table_close(void *to, struct error *error) {
     struct table *t = to;
-    int status = new_file_close(t->file, t->path, t->failure, error);
-    free(t->path);
+    int status = output_close(&t->output, t->file, t->failure, error);
     free(t);
     return status;
 }

@@ -2,25 +2,56 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <lcm/eventlog.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "input.h"
+#include "output.h"
 
-/* CHANNEL_MAX: as liblcm reads */
-enum { HEADER_SIZE = 28, CHANNEL_MAX = 999, BUFFER_SIZE = 1 << 18, EVENT_MAX = 64 << 20 };
+/* CHANNEL_MAX: as liblcm reads. ROOM: what a crash of the process may lose, unless an event is
+ * larger */
+enum { HEADER_SIZE = 28, CHANNEL_MAX = 999, BUFFER_SIZE = 1 << 18, EVENT_MAX = 64 << 20, ROOM = 4096 };
 static const uint32_t sync_word = 0xEDA1DA01;
 
 struct log_writer {
-    lcm_eventlog_t *file;
+    int file;
     char *path;
-    bool begun;
-    int64_t bytes;
-    struct error error; /* the first failure */
+    struct stat begun;       /* of the file when it was begun; not regular: it may be a pipe */
+    bool flushed;            /* its first event was */
+    int64_t number, bytes;   /* events and bytes taken for this file */
+    unsigned char *buffer;   /* whole events, but for what is written of the first */
+    size_t used, capacity;
+    int64_t kept, lost;      /* events on the counted channel: in this file; in none */
+    const char *counted;
+    struct error error;      /* the first failure */
 };
+
+static void write_u32(unsigned char *p, uint32_t x) {
+    for (int i = 0; i < 4; i++) p[i] = (unsigned char)(x >> (24 - 8 * i));
+}
+static void write_u64(unsigned char *p, uint64_t x) { write_u32(p, (uint32_t)(x >> 32)), write_u32(p + 4, (uint32_t)x); }
+static uint32_t read_u32(const unsigned char *p) { return (uint32_t)p[0] << 24 | (uint32_t)p[1] << 16 | (uint32_t)p[2] << 8 | p[3]; }
+static uint64_t read_u64(const unsigned char *p) { return (uint64_t)read_u32(p) << 32 | read_u32(p + 4); }
+
+static bool counts(const struct log_writer *w, const void *channel, size_t length) {
+    return w->counted && strlen(w->counted) == length && !memcmp(channel, w->counted, length);
+}
+
+/* Events of the counted channel in the buffer are kept where they end within its first `written`
+ * bytes, and lost beyond. */
+static void count(struct log_writer *w, size_t written) {
+    for (size_t at = 0; at < w->used;) {
+        const unsigned char *event = w->buffer + at;
+        uint32_t channel = read_u32(event + 20);
+        at += HEADER_SIZE + channel + read_u32(event + 24);
+        if (!counts(w, event + HEADER_SIZE, channel)) continue;
+        if (at <= written) w->kept++;
+        else w->lost++;
+    }
+    w->used = 0;
+}
 
 static int fail(struct log_writer *w, struct error *error) {
     int reason = errno;
@@ -31,71 +62,123 @@ static int fail(struct log_writer *w, struct error *error) {
     return error->status;
 }
 
-int log_create(struct log_writer **writer, const char *path, struct error *error) {
+int log_on_file(struct log_writer **writer, int file, const char *path, struct error *error) {
     struct log_writer *w = calloc(1, sizeof *w);
     *writer = NULL;
-    if (!w || !(w->path = strdup(path))) {
+    if (!w || !(w->path = strdup(path)) || !(w->buffer = malloc(ROOM))) {
+        if (w) free(w->path);
         free(w);
+        close(file);
         return error_set(error, STATUS_IO, "%.250s: out of memory", path);
     }
-    w->file = lcm_eventlog_create(path, "w");
-    if (!w->file) {
-        int status = fail(w, error);
-        free(w->path);
-        free(w);
-        return status;
-    }
-    /* says that it is being written (log_directory.h); a pipe need not take it */
-    flock(fileno(w->file->f), LOCK_SH | LOCK_NB);
+    w->file = file, w->capacity = ROOM;
+    if (fstat(file, &w->begun)) w->begun = (struct stat){0};
     *writer = w;
     return STATUS_OK;
 }
 
-/* As lcm_eventlog_create() makes it of a path, which the confined daemon may not open. */
-static lcm_eventlog_t *on_file(int file) {
-    lcm_eventlog_t *log = calloc(1, sizeof *log);
-    if (log && (log->f = fdopen(file, "w"))) return log;
-    free(log);
-    return NULL;
+int log_create(struct log_writer **writer, const char *path, struct error *error) {
+    char aside[PATH_MAX];
+    int file = output_log(path, aside, error);
+    *writer = NULL;
+    return file < 0 ? file : log_on_file(writer, file, path, error);
 }
 
+void log_count(struct log_writer *w, const char *channel) { w->counted = channel; }
+int64_t log_lost(const struct log_writer *w) { return w->lost; }
+
 int log_continue(struct log_writer *w, int file, const char *path, struct error *error) {
-    int status = log_flush(w, error);
+    int status = log_check(w, error);
     char *name = status ? NULL : strdup(path);
-    lcm_eventlog_t *next = name ? on_file(file) : NULL;
-    if (!next) {
-        free(name);
+    if (!name) {
         close(file);
         return status ? status : error_set(error, STATUS_IO, "%.250s: out of memory", path);
     }
-    lcm_eventlog_destroy(w->file);
+    close(w->file);
     free(w->path);
-    w->file = next, w->path = name;
-    w->begun = false, w->bytes = 0;
+    w->file = file, w->path = name;
+    if (fstat(file, &w->begun)) w->begun = (struct stat){0};
+    w->flushed = false, w->number = w->bytes = w->kept = 0;
     return STATUS_OK;
 }
 
 int64_t log_bytes(const struct log_writer *w) { return w->bytes; }
 
-int log_flush(struct log_writer *w, struct error *error) { return w->error.status || fflush(w->file->f) ? fail(w, error) : STATUS_OK; }
+int log_flush(struct log_writer *w, struct error *error) {
+    size_t written = 0;
+    while (!w->error.status && written < w->used) {
+        ssize_t size = write(w->file, w->buffer + written, w->used - written);
+        if (size < 0 && errno == EINTR) continue;
+        if (size < 0) fail(w, error);
+        else written += (size_t)size;
+    }
+    count(w, written);
+    if (w->error.status) *error = w->error;
+    return w->error.status;
+}
+
+/* Room for an event behind those that wait; false: no memory. */
+static bool make_room(struct log_writer *w, size_t size) {
+    if (size <= w->capacity) return true;
+    unsigned char *larger = realloc(w->buffer, size);
+    if (!larger) return false;
+    w->buffer = larger, w->capacity = size;
+    return true;
+}
+
+static void append(struct log_writer *w, int64_t utime_us, const char *channel, size_t length, const void *data, int size) {
+    unsigned char *p = w->buffer + w->used;
+    write_u32(p, sync_word);
+    write_u64(p + 4, (uint64_t)w->number++);
+    write_u64(p + 12, (uint64_t)utime_us);
+    write_u32(p + 20, (uint32_t)length);
+    write_u32(p + 24, (uint32_t)size);
+    memcpy(p + HEADER_SIZE, channel, length);
+    memcpy(p + HEADER_SIZE + length, data, (size_t)size);
+    w->used += HEADER_SIZE + length + (size_t)size;
+    w->bytes += (int64_t)(HEADER_SIZE + length + (size_t)size);
+}
 
 int log_write(struct log_writer *w, int64_t utime_us, const char *channel, const void *data, int size, struct error *error) {
-    lcm_eventlog_event_t event = {.timestamp = utime_us,
-                                  .channellen = (int32_t)strlen(channel),
-                                  .datalen = size,
-                                  /* liblcm only reads them */
-                                  .channel = (char *)(uintptr_t)channel,
-                                  .data = (void *)(uintptr_t)data};
-    if (w->error.status || lcm_eventlog_write_event(w->file, &event)) return fail(w, error);
-    w->bytes += (int64_t)log_event_size(channel, size);
-    if (w->begun) return STATUS_OK;
-    w->begun = true;
+    size_t whole = log_event_size(channel, size);
+    if (!w->error.status && w->used + whole > w->capacity) log_flush(w, error);
+    if (!w->error.status && !make_room(w, whole)) errno = ENOMEM, fail(w, error);
+    if (w->error.status) {
+        w->lost += counts(w, channel, strlen(channel));
+        *error = w->error;
+        return error->status;
+    }
+    append(w, utime_us, channel, strlen(channel), data, size);
+    if (w->flushed) return STATUS_OK;
+    w->flushed = true;
     return log_flush(w, error);
 }
 
+/* Reasons that the file is not where it belongs, or not what was written; NULL: it is. */
+static const char *what_happened(const struct log_writer *w) {
+    struct stat now, there;
+    if (!S_ISREG(w->begun.st_mode) || fstat(w->file, &now)) return NULL;
+    if (!now.st_nlink && w->begun.st_nlink) return "was deleted while it was written";
+    int64_t expected = w->begun.st_size + w->bytes;
+    if (now.st_size != expected) return now.st_size < expected ? "was cut while it was written" : "is written by another process, too";
+    bool gone = stat(w->path, &there) ? errno == ENOENT || errno == ENOTDIR : there.st_ino != now.st_ino || there.st_dev != now.st_dev;
+    return gone && w->begun.st_nlink ? "was renamed or replaced while it was written" : NULL;
+}
+
+int log_check(struct log_writer *w, struct error *error) {
+    const char *what = log_flush(w, error) ? NULL : what_happened(w);
+    if (!what) return w->error.status;
+    bool renamed = strstr(what, "renamed") != NULL;
+    if (!renamed) w->lost += w->kept;
+    error_set(&w->error, STATUS_IO, "%.250s: %s; leave a log alone until its run has ended", w->path, what);
+    *error = w->error;
+    return error->status;
+}
+
 int log_close(struct log_writer *w, struct error *error) {
-    int status = log_flush(w, error);
-    lcm_eventlog_destroy(w->file);
+    int status = log_check(w, error);
+    if (close(w->file) && !status) status = fail(w, error);
+    free(w->buffer);
     free(w->path);
     free(w);
     return status;
@@ -140,9 +223,6 @@ static const unsigned char *need(struct log_reader *r, size_t size) {
         if (!fill(r)) return NULL;
     return r->buffer + r->begin;
 }
-
-static uint32_t read_u32(const unsigned char *p) { return (uint32_t)p[0] << 24 | (uint32_t)p[1] << 16 | (uint32_t)p[2] << 8 | p[3]; }
-static uint64_t read_u64(const unsigned char *p) { return (uint64_t)read_u32(p) << 32 | read_u32(p + 4); }
 
 int log_open(struct log_reader **reader, const char *path, struct error *error) {
     struct log_reader *r = calloc(1, sizeof *r);

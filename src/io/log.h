@@ -3,11 +3,11 @@
  * HEXID_STATE for every cycle, and results, events and statistics in the order in which they
  * arose. Ordinary threads.
  *
- * liblcm writes. It does not read: liblcm 1.3.1 allocates whatever size a damaged log claims
- * without looking whether it got it, skips garbage silently, and takes three allocations and
- * a system call an event (0.46 us an event, against 0.07 us here). Format, big-endian: int32
- * 0xEDA1DA01, int64 event number, int64 utime in us, int32 channel length, int32 data
- * length, channel, data. */
+ * liblcm neither reads nor writes: liblcm 1.3.1 allocates whatever size a damaged log claims
+ * without looking whether it got it, skips garbage silently, takes three allocations and a system
+ * call an event (0.46 us an event, against 0.07 us here); and a writer has to know which events
+ * are in the file when a disk is full. Format, big-endian: int32 0xEDA1DA01, int64 event number,
+ * int64 utime in us, int32 channel length, int32 data length, channel, data. */
 #ifndef HEXID_LOG_H
 #define HEXID_LOG_H
 
@@ -17,8 +17,13 @@
 struct log_writer;
 struct log_reader;
 
-/* An existing file is replaced. -3 with path and reason when it cannot be. */
+/* Opens it as output_log() does: a file that is there is set aside. -3 with path and reason when it
+ * cannot be. */
 int log_create(struct log_writer **writer, const char *path, struct error *error);
+
+/* The same on a file that output_log() has opened; it is the writer's then, also where this
+ * fails. */
+int log_on_file(struct log_writer **writer, int file, const char *path, struct error *error);
 
 /* utime_us: time of the event on the log's clock. -3 with path and reason when the disk is full
  * or gone; every later call then says the same. The first event is handed to the system at once,
@@ -31,13 +36,24 @@ int log_write(struct log_writer *writer, int64_t utime_us, const char *channel, 
  * without memory: the file is closed, and the log goes on where it was. */
 int log_continue(struct log_writer *writer, int file, const char *path, struct error *error);
 
-/* That were written since the log, or its last file, was begun. */
+/* That were taken since the log, or its last file, was begun. */
 int64_t log_bytes(const struct log_writer *writer);
+
+/* Counts the events of this channel from now on. log_lost(): how many of them log_write() was given
+ * and no file has, once log_write(), log_flush() or log_check() has failed. channel outlives the
+ * writer. */
+void log_count(struct log_writer *writer, const char *channel);
+int64_t log_lost(const struct log_writer *writer);
 
 /* Hands the buffered events to the system. */
 int log_flush(struct log_writer *writer, struct error *error);
 
-/* Flushes and frees, also after a failure. */
+/* Flushes, and looks whether the file is still what was written: not deleted, renamed, cut, nor
+ * written by somebody else. -3, which is the log's error then as of log_write(). Where the file is
+ * no regular one, or cannot be seen any more, only the flush counts. */
+int log_check(struct log_writer *writer, struct error *error);
+
+/* log_check(), and frees, also after a failure. */
 int log_close(struct log_writer *writer, struct error *error);
 
 /* Bytes that an event takes in the file. */

@@ -166,7 +166,8 @@ int log_keeper_take(struct log_keeper *k, int wait_ms, struct log_part *part, st
     ssize_t size = recvmsg(k->socket, &message, MSG_DONTWAIT | MSG_CMSG_CLOEXEC);
     if (size < 0 && (errno == EAGAIN || errno == EINTR)) return 0;
     k->asked = false;
-    if (size != sizeof a) return error_set(error, STATUS_IO, "the process that makes the parts of the log has ended");
+    k->gone = size != sizeof a;
+    if (k->gone) return error_set(error, STATUS_IO, "the process that makes the parts of the log has ended");
     *part = (struct log_part){.file = received_file(&message), .over = a.over};
     memcpy(part->path, a.path, sizeof part->path);
     if (a.error.status) *error = a.error;

@@ -15,6 +15,7 @@
 struct log_keeper {
     int socket;
     bool asked;           /* a request is without its answer */
+    bool gone;            /* the process has ended: no part comes any more */
 };
 
 struct log_part {

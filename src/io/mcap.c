@@ -9,7 +9,7 @@
 #include <zlib.h>
 #include <zstd.h>
 
-#include "new_file.h"
+#include "output.h"
 
 enum { CHUNK_SIZE = 1 << 20, COMPRESSION_LEVEL = 3 };
 enum opcode {
@@ -45,8 +45,8 @@ struct chunk {
 };
 
 struct mcap_writer {
+    struct output output;
     FILE *file;
-    char *path;
     int failure;
     uint64_t offset;
     uint32_t crc;           /* of all that was written since it was last set to 0 */
@@ -122,13 +122,8 @@ static void flush(struct mcap_writer *w, struct bytes *b) {
 int mcap_create(struct mcap_writer **writer, const char *path, struct error *error) {
     struct mcap_writer *w = calloc(1, sizeof *w);
     *writer = NULL;
-    if (!w || !(w->path = strdup(path))) {
-        free(w);
-        return error_set(error, STATUS_IO, "%.250s: out of memory", path);
-    }
-    w->file = new_file(path, error);
-    if (!w->file) {
-        free(w->path);
+    if (!w) return error_set(error, STATUS_IO, "%.250s: out of memory", path);
+    if (output_prepare(&w->output, path, OUTPUT_NEW, error) || !(w->file = output_open(&w->output, error))) {
         free(w);
         return error->status;
     }
@@ -318,11 +313,10 @@ int mcap_close(struct mcap_writer *w, int failure, struct error *error) {
     record_end(&w->out, record);
     flush(w, &w->out);
     put_summary(w);
-    int status = new_file_close(w->file, w->path, w->failure, error);
+    int status = output_close(&w->output, w->file, w->failure, error);
     struct bytes *all[] = {&w->chunk.records, &w->out, &w->schemas, &w->channels, &w->chunks};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) free(all[i]->data);
     for (int i = 0; i < w->channel_count; i++) free(w->channel[i].index.data);
-    free(w->path);
     free(w);
     return status;
 }

@@ -7,6 +7,7 @@
 #include <seccomp.h>
 #include <stdbool.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <string.h>
 #include <sys/ioctl.h>
 #include <sys/mman.h>
@@ -33,14 +34,15 @@ void confine_thread(void) {
     syscall(SYS_capset, &header, none);
 }
 
-/* Below all other memory, so that one comparison keeps every call that changes
- * memory away from it. */
-static char *intern(const char *path) {
-    for (uintptr_t at = LOWEST; at < LOWEST + PLACES * PAGE && strlen(path) < PAGE; at += PAGE) {
-        char *page = mmap((void *)at, PAGE, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED_NOREPLACE, -1, 0);
-        if (page == MAP_FAILED) continue;
-        strcpy(page, path);
-        return mprotect(page, PAGE, PROT_READ) ? NULL : page;
+/* Copies both paths, a page each, below all other memory, so that one comparison keeps every call
+ * that changes memory away from them. */
+static char *intern(const char *first, const char *second) {
+    for (uintptr_t at = LOWEST; at < LOWEST + PLACES * PAGE; at += PAGE) {
+        char *pages = mmap((void *)at, 2 * PAGE, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED_NOREPLACE, -1, 0);
+        if (pages == MAP_FAILED) continue;
+        snprintf(pages, PAGE, "%s", first);
+        snprintf(pages + PAGE, PAGE, "%s", second);
+        return mprotect(pages, 2 * PAGE, PROT_READ) ? NULL : pages;
     }
     return NULL;
 }
@@ -83,9 +85,9 @@ static int allow_ioctl(scmp_filter_ctx filter) {
     return failed;
 }
 
-/* Never executable, never in another's place, and not the page of the path, which lies lowest. */
-static int allow_memory(scmp_filter_ctx filter, const char *path) {
-    const scmp_datum_t first = path ? (uintptr_t)path + PAGE : 0;
+/* Never executable, never in another's place, and not the pages of the paths, which lie lowest. */
+static int allow_memory(scmp_filter_ctx filter, const char *paths) {
+    const scmp_datum_t first = paths ? (uintptr_t)paths + 2 * PAGE : 0;
     const struct scmp_arg_cmp above = SCMP_A0(SCMP_CMP_GE, first), data = SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0);
     int failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(mmap), 2, data,
                                   SCMP_A3(SCMP_CMP_MASKED_EQ, MAP_FIXED | MAP_FIXED_NOREPLACE, 0));
@@ -97,11 +99,17 @@ static int allow_memory(scmp_filter_ctx filter, const char *path) {
     return failed;
 }
 
-/* As fopen(path, "w") opens it. */
-static int allow_result(scmp_filter_ctx filter, const char *path) {
-    if (!path) return 0;
-    return seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(openat), 3, SCMP_A0(SCMP_CMP_MASKED_EQ, UINT32_MAX, (uint32_t)AT_FDCWD),
-                            SCMP_A1(SCMP_CMP_EQ, (uintptr_t)path), SCMP_A2(SCMP_CMP_EQ, O_WRONLY | O_CREAT | O_TRUNC));
+/* As output_write() makes it. */
+static int allow_result(scmp_filter_ctx filter, const struct output *result, const char *paths) {
+    if (!paths) return 0;
+    const struct scmp_arg_cmp here = SCMP_A0(SCMP_CMP_MASKED_EQ, UINT32_MAX, (uint32_t)AT_FDCWD);
+    const struct scmp_arg_cmp beside = SCMP_A1(SCMP_CMP_EQ, (uintptr_t)paths);
+    int failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(openat), 3, here, beside, SCMP_A2(SCMP_CMP_EQ, OUTPUT_FLAGS));
+    if (!failed)
+        failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(renameat2), 5, here, beside,
+                                  SCMP_A2(SCMP_CMP_MASKED_EQ, UINT32_MAX, (uint32_t)AT_FDCWD),
+                                  SCMP_A3(SCMP_CMP_EQ, (uintptr_t)paths + PAGE), SCMP_A4(SCMP_CMP_EQ, result->rename_flags));
+    return failed ? failed : seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(unlinkat), 3, here, beside, SCMP_A2(SCMP_CMP_EQ, 0));
 }
 
 static int allow_reconnecting(scmp_filter_ctx filter) {
@@ -120,15 +128,15 @@ static int allow_reconnecting(scmp_filter_ctx filter) {
     return failed;
 }
 
-static int build(scmp_filter_ctx filter, const struct confinement *c, const char *path) {
+static int build(scmp_filter_ctx filter, const struct confinement *c, const char *paths) {
     int failed = seccomp_attr_set(filter, SCMP_FLTATR_CTL_TSYNC, 1);
     if (!failed) failed = seccomp_attr_set(filter, SCMP_FLTATR_ACT_BADARCH, SCMP_ACT_ERRNO(EPERM));
     /* speed only */
     if (!failed) seccomp_attr_set(filter, SCMP_FLTATR_CTL_SSB, 1), seccomp_attr_set(filter, SCMP_FLTATR_CTL_OPTIMIZE, 2);
     if (!failed) failed = allow_always(filter);
     if (!failed) failed = allow_ioctl(filter);
-    if (!failed) failed = allow_memory(filter, path);
-    if (!failed) failed = allow_result(filter, path);
+    if (!failed) failed = allow_memory(filter, paths);
+    if (!failed) failed = allow_result(filter, c->result, paths);
     if (!failed && c->reconnects) failed = allow_reconnecting(filter);
     if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(tgkill), 1, SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)getpid()));
     return failed ? failed : seccomp_load(filter);
@@ -141,15 +149,15 @@ static int refused(struct error *error, const char *what, int reason) {
 
 int confine(const struct confinement *c, struct error *error) {
     if (SANITIZED) return STATUS_OK;
-    bool file = c->result && *c->result && strcmp(*c->result, "-") != 0;
-    const char *path = file ? intern(*c->result) : NULL;
-    if (file && !path) return refused(error, "no memory for the path of the result", ENOMEM);
+    bool file = c->result && c->result->beside;
+    const char *paths = file ? intern(c->result->beside, c->result->path) : NULL;
+    if (file && !paths) return refused(error, "no memory for the paths of the result", ENOMEM);
     if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0)) return refused(error, "no_new_privs", errno);
     scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ERRNO(EPERM));
-    int failed = filter ? build(filter, c, path) : -ENOMEM;
+    int failed = filter ? build(filter, c, paths) : -ENOMEM;
     if (filter) seccomp_release(filter);
     if (failed) return refused(error, "seccomp", -failed);
-    if (file) *c->result = path;
+    if (file) c->result->beside = paths, c->result->path = paths + PAGE;
     confine_thread();
     return STATUS_OK;
 }

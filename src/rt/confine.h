@@ -5,12 +5,12 @@
  * drops a platform.
  *
  * Allowed, to all threads: to read and write what is open, to accept connections where a socket
- * listens already, to wait and to tell the time, memory
- * that is not executable, signals to this process, to end; the file for the result, once, by the
- * one path that stands in memory which can no longer be written, unmapped or replaced. Where a
- * back-end makes its connection again: internet sockets that connect, reading files (the
- * resolver's), opening a serial device, and SCHED_FIFO for its thread. Denied is all else:
- * programs, new threads, other files, other sockets, other processes, mounts, users, modules.
+ * listens already, to wait and to tell the time, memory that is not executable, signals to this
+ * process, to end; to create the file beside the result, to rename it to the result and to remove
+ * it (output.h), by the two paths that stand in memory which can no longer be written, unmapped or
+ * replaced. Where a back-end makes its connection again: internet sockets that connect, reading
+ * files (the resolver's), opening a serial device, and SCHED_FIFO for its thread. Denied is all
+ * else: programs, new threads, other files, other sockets, other processes, mounts, users, modules.
  *
  * Sanitizer builds have an allocator, threads and reports of their own that need more: there
  * nothing is denied. */
@@ -19,11 +19,11 @@
 
 #include <stdbool.h>
 
+#include "output.h"
 #include "status.h"
 
 struct confinement {
-    const char **result;  /* the file that is still written; replaced by a copy;
-                           * NULL, to NULL or to "-": none */
+    struct output *result; /* that is still written; its paths are moved. NULL: none */
     bool reconnects;      /* the back-end makes its connection again */
 };
 
