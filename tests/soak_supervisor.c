@@ -1,5 +1,5 @@
-/* The fuzzer of tests/test_supervisor.c for longer: supervisor [CYCLES [SEED]], 100 million from
- * seed 1 on by default. Progress goes to standard error; status 1: the model was broken, and the
+/* The fuzzer of tests/test_supervisor.c for longer: soak_supervisor [CYCLES [SEED]], 100 million from
+ * seed 1 on by default; then a fiftieth of that on the simulated platform. Progress goes to standard error; status 1: the model was broken, and the
  * shortest history of it was printed. */
 #include "supervisor_fuzz.h"
 
@@ -11,7 +11,7 @@ int main(int count, char **words) {
     static struct run run;
     int64_t cycles = count > 1 ? atoll(words[1]) : 100000000;
     uint64_t seed = count > 2 ? strtoull(words[2], NULL, 10) : 1;
-    bool good = fuzz(seed, cycles, &run, tell);
+    bool good = fuzz(seed, cycles, false, &run, tell) && fuzz(seed, cycles / 50, true, &run, tell);
     fprintf(stderr, "\n");
     if (good) printf("%lld cycles from seed %llu on: no rule of the model was broken\n", (long long)cycles, (unsigned long long)seed);
     return good ? 0 : 1;

@@ -6,7 +6,7 @@
 
 #include <malloc.h>
 
-#include "supervisor_model.h"
+#include "supervisor_clients.h"
 #include "supervisor_world.h"
 
 enum { EPISODE = 4000, EVENTS_MAX = 400, RECORDS = 16 };
@@ -15,8 +15,10 @@ struct episode {
     uint64_t seed;
     struct params params;
     enum clock_kind clock;
+    bool operated;               /* commands come from clients, under leases; else into the mailbox */
     struct event events[EVENTS_MAX];
     int count, cycles;
+    bool simulated;              /* on the simulated platform, which takes five times the time */
 };
 
 /* ---- making one ---- */
@@ -48,7 +50,7 @@ static inline void draw_limits(struct params *p, uint64_t *seed) {
 static inline enum kind draw_kind(uint64_t *seed, int trouble) {
     int r = below(seed, 100);
     if (r >= trouble) return r % 25 ? EVENT_UPWARDS : EVENT_COMMAND;
-    int kind = EVENT_QUIT + below(seed, EVENTS - EVENT_QUIT);
+    int kind = EVENT_CLIENT_HANGS + below(seed, EVENTS - EVENT_CLIENT_HANGS);
     return (enum kind)kind;
 }
 
@@ -70,6 +72,8 @@ static inline void episode_draw(struct episode *e, uint64_t seed) {
     draw_motion(&e->params, &state);
     draw_limits(&e->params, &state);
     e->clock = below(&state, 6) ? CLOCK_REAL : CLOCK_PACED;
+    e->operated = !e->params.motion.automatic && below(&state, 2);
+    e->params.lcm.commands = true, e->params.lcm.lease_s = between(&state, 0.05, 1.0);
     static const int troubles[] = {0, 1, 2, 4, 10, 40};
     int trouble = troubles[below(&state, 6)], often = 10 + below(&state, 80);
     for (int cycle = 0; e->count < EVENTS_MAX; e->count++) {
@@ -93,8 +97,8 @@ struct run {
     struct ring records;
     struct model model;
     int64_t popped, next_seq, gaps;     /* of the records of this loop */
+    struct clients clients;
     uint32_t last_id;
-    bool quit;
     FILE *told;                         /* the last cycles are told there, NULL: nowhere */
 };
 
@@ -103,7 +107,8 @@ static inline void loop_begin(struct run *r) {
     while (ring_count(&r->records)) ring_pop(&r->records, &(struct cycle){0});
     assert_int_equal(loop_init(&r->loop, &r->episode->params, &r->world.hal, &r->records, r->episode->clock, &error), STATUS_OK);
     model_init(&r->model, &r->episode->params);
-    r->popped = r->next_seq = r->gaps = 0, r->last_id = 0, r->quit = false;
+    r->popped = r->next_seq = r->gaps = 0, r->last_id = 0;
+    clients_begin(&r->clients, &r->episode->params, &r->loop);
 }
 
 static inline enum command upwards(enum state state) {
@@ -112,10 +117,15 @@ static inline enum command upwards(enum state state) {
     return next[state];
 }
 
-/* What begins in this cycle. Returns what is asked for by it. */
-static inline enum command befall(struct run *r, int *next) {
+static inline void ask(struct run *r, const struct event *v, enum command command) {
+    if (command == COMMAND_NONE) return;
+    if (!r->episode->operated) mailbox_post(&r->loop.requests, command);
+    else clients_ask(&r->clients, v->leg, command, v->cycles % 8 != 0);
+}
+
+/* What begins in this cycle. */
+static inline void befall(struct run *r, int *next) {
     struct world *w = &r->world;
-    enum command asked = COMMAND_NONE;
     for (; *next < w->count && w->events[*next].cycle <= w->cycle; ++*next) {
         const struct event *v = &w->events[*next];
         bool input = v->kind == EVENT_INPUT_OPENS || v->kind == EVENT_CONTRADICTION;
@@ -123,14 +133,14 @@ static inline enum command befall(struct run *r, int *next) {
         bool each = v->kind >= EVENT_LENGTH_NAN && v->kind <= EVENT_PRESSURE_HIGH;
         if (!each && !input && v->kind != EVENT_VALVE_STICKS && v->kind != EVENT_PUSHED) leg = 0;
         w->until[v->kind][leg] = w->cycle + v->cycles, w->value[v->kind][leg] = v->value;
-        if (v->kind == EVENT_UPWARDS) asked = upwards(r->loop.platform.supervisor.state);
-        if (v->kind == EVENT_COMMAND) asked = (enum command)v->value;
-        if (v->kind == EVENT_QUIT) loop_quit(&r->loop), r->quit = true;
+        if (v->kind == EVENT_UPWARDS) ask(r, v, upwards(r->loop.platform.supervisor.state));
+        if (v->kind == EVENT_COMMAND) ask(r, v, (enum command)v->value);
+        if (v->kind == EVENT_CLIENT_HANGS) r->clients.client[v->leg].hangs_until = w->cycle + 10 * v->cycles;
+        if (v->kind == EVENT_CLIENT_GONE) clients_gone(&r->clients, v->leg);
+        if (v->kind == EVENT_QUIT) loop_quit(&r->loop);
         if (v->kind == EVENT_RESTART) loop_begin(r);
     }
     if (under_way(w, EVENT_DEVICE_RESTART, 0)) w->until[EVENT_DEVICE_RESTART][0] = w->cycle + 1;
-    if (asked != COMMAND_NONE) mailbox_post(&r->loop.requests, asked);
-    return asked;
 }
 
 static inline bool spoilt(const struct world *w) {
@@ -195,16 +205,19 @@ static inline void cycle_print(int cycle, const struct seen *s, FILE *out) {
 static inline bool run_cycle(struct run *r, int *next) {
     struct world *w = &r->world;
     struct seen s = {.real = r->loop.clock.kind == CLOCK_REAL};
-    enum command asked = befall(r, next);
+    r->clients.now_ns = world_ns;
+    befall(r, next);
+    clients_turn(&r->clients, &r->episode->params, w->cycle, under_way(w, EVENT_MAIN_STALLS, 0));
+    struct request request = mailbox_read(&r->loop.requests);
+    s.command = request.id == r->last_id ? COMMAND_NONE : request.command;
+    r->last_id = request.id;
+    if (s.command != COMMAND_NONE && atomic_load(&r->loop.quit)) s.command = COMMAND_PARK;
     uint64_t lost = atomic_load(&r->loop.lost);
     int test = r->loop.platform.test;
     s.unwritten = r->loop.unwritten && r->model.cycles > 0;
     s.late_ns = world_late_ns = lateness(w, &r->episode->params);
     w->writes = w->safes = 0;
     bool goes_on = loop_cycle(&r->loop);
-    uint32_t id = r->loop.platform.supervisor.request_id;
-    s.command = id == r->last_id ? COMMAND_NONE : r->quit ? COMMAND_PARK : asked;
-    r->last_id = id;
     if ((unsigned)s.command >= COMMANDS) s.command = COMMAND_NONE;
     take_record(r, lost, test, &s.out);
     s.lost = atomic_load(&r->loop.lost) != lost;
@@ -217,6 +230,7 @@ static inline bool run_cycle(struct run *r, int *next) {
     if (r->told && w->cycle + 5 >= r->episode->cycles) cycle_print(w->cycle, &s, r->told);
     if (!model_step(&r->model, &s) || !drain(r)) return false;
     struct model *m = &r->model;
+    if (r->episode->operated && (!never_by_clients(&r->clients, m, s.command) || !never_unled(&r->clients, m))) return false;
     never(!goes_on && model_powers(s.out.state), "the loop ended in %s", state_names[s.out.state]);
     world_move(w);
     w->cycle++;
@@ -234,11 +248,14 @@ static inline int episode_run(const struct episode *e, struct run *r, FILE *told
     r->episode = e;
     r->told = told;
     assert_int_equal(ring_init(&r->records, sizeof(struct cycle), RECORDS), 0);
-    world_init(&r->world, &e->params, e->seed, e->events, e->count);
+    struct error error;
+    struct plant *plant = e->simulated ? plant_create(&e->params, e->seed, &error) : NULL;
+    world_init(&r->world, plant, &e->params, e->seed, e->events, e->count);
     loop_begin(r);
     for (int n = 0; n < e->cycles && broke < 0; n++)
         if (!run_cycle(r, &next)) broke = n;
     ring_free(&r->records);
+    if (plant) plant_destroy(plant);
     return broke;
 }
 
@@ -288,11 +305,12 @@ static inline void episode_print(const struct episode *e, const char *text, FILE
 
 /* Episodes from this seed on, until so many cycles have been run. False: one broke the model, and
  * was printed. */
-static inline bool fuzz(uint64_t seed, int64_t cycles, struct run *r, void (*progress)(uint64_t seed, int64_t cycles)) {
+static inline bool fuzz(uint64_t seed, int64_t cycles, bool simulated, struct run *r, void (*progress)(uint64_t seed, int64_t cycles)) {
     struct episode *e = malloc(sizeof *e);
     bool good = true;
     for (int64_t done = 0; done < cycles && good; done += EPISODE, seed++) {
         episode_draw(e, seed);
+        e->simulated = simulated;
         int broke = episode_run(e, r, NULL);
         if (progress) progress(seed, done);
         if (broke < 0) continue;

@@ -14,6 +14,7 @@
 
 #include "force.h"
 #include "loop.h"
+#include "plant.h"
 #include "power_unit.h"
 
 /* ---- events ---- */
@@ -22,6 +23,9 @@ enum kind {
     /* the operator */
     EVENT_UPWARDS,     /* the command that leads on from the state of that moment */
     EVENT_COMMAND,     /* value: enum command, or none that exists */
+    EVENT_CLIENT_HANGS, /* leg: which client */
+    EVENT_CLIENT_GONE,  /* the same */
+    EVENT_MAIN_STALLS,
     EVENT_QUIT,        /* the daemon is told to end */
     EVENT_RESTART,     /* and is started again, on the plant as it stands */
     /* readings; for `cycles`, of `leg` */
@@ -56,10 +60,11 @@ enum kind {
     EVENTS
 };
 static const char *const event_names[EVENTS] = {
-    "upwards",         "command",      "quit",          "restart",        "length_nan",  "length_low", "length_high", "length_jump",
-    "length_frozen",   "pressure_nan", "pressure_low",  "pressure_high",  "late",        "stale",      "hang",        "future",
-    "invalid",         "foreign",      "twin",          "device_restart", "gap",         "read_fails", "write_fails", "stall",
-    "recorder_stalls", "input_opens",  "contradiction", "valve_sticks",   "supply_lost", "pushed",
+    "upwards",       "command",        "client_hangs", "client_gone", "main_stalls",   "quit",         "restart",
+    "length_nan",    "length_low",     "length_high",  "length_jump", "length_frozen", "pressure_nan", "pressure_low",
+    "pressure_high", "late",           "stale",        "hang",        "future",        "invalid",      "foreign",
+    "twin",          "device_restart", "gap",          "read_fails",  "write_fails",   "stall",        "recorder_stalls",
+    "input_opens",   "contradiction",  "valve_sticks", "supply_lost", "pushed",
 };
 
 struct event {
@@ -113,6 +118,9 @@ struct world {
     int until[EVENTS][LEGS];     /* an event is under way for a leg before this cycle */
     double value[EVENTS][LEGS];
     double length_m[LEGS], rate_mps[LEGS], spool[LEGS], load_n[LEGS];
+    struct plant *plant;         /* the simulated platform in their place; NULL: not */
+    double valve[LEGS];          /* as it has them */
+    bool level;
     struct power_unit unit;
     struct hal_command command;  /* as the device has it */
     struct hal_sample last;      /* delivered */
@@ -130,9 +138,22 @@ static inline double noise(const struct world *w, int what) {
     return (double)(int64_t)mix(w->seed ^ (uint64_t)w->cycle << 8 ^ (uint64_t)what) * 0x1p-63;
 }
 
+/* The same on the simulated platform. */
+static inline void plant_move(struct world *w) {
+    for (int i = 0; i < LEGS; i++)
+        if (!under_way(w, EVENT_VALVE_STICKS, i)) w->valve[i] = w->command.enable ? w->command.valve[i] : 0.0;
+    if (!under_way(w, EVENT_SUPPLY_LOST, 0)) w->level = w->command.supply;
+    plant_charge_pump(w->plant, w->level);
+    plant_step(w->plant, w->valve);
+}
+
 /* What a device does that is not commanded any more stands elsewhere (hal/): here a command holds
  * until the next. */
 static inline void world_move(struct world *w) {
+    if (w->plant) {
+        plant_move(w);
+        return;
+    }
     double t = w->params->loop.period_s;
     bool level = under_way(w, EVENT_SUPPLY_LOST, 0) ? w->unit.level : w->command.supply;
     power_unit_step(&w->unit, level, t);
@@ -151,13 +172,13 @@ static inline void world_move(struct world *w) {
 }
 
 static inline void world_measure(const struct world *w, struct hal_sample *s) {
-    for (int i = 0; i < LEGS; i++) {
+    for (int i = 0; i < LEGS && !w->plant; i++) {
         s->length_m[i] = w->length_m[i] + 1e-6 * noise(w, i);
         s->p2_pa[i] = 2e6 + 1e4 * noise(w, LEGS + i);
         s->p1_pa[i] = (w->load_n[i] + w->areas.a2_m2[i] * s->p2_pa[i]) / w->areas.a1_m2[i] + 1e3 * noise(w, 2 * LEGS + i);
     }
-    s->inputs = INPUTS_ALL & ~(uint32_t)INPUT_SUPPLY;
-    if (w->unit.pressure) s->inputs |= INPUT_SUPPLY;
+    s->inputs = w->unit.pressure ? INPUTS_ALL : INPUTS_ALL & ~(uint32_t)INPUT_SUPPLY;
+    if (w->plant) plant_measure(w->plant, s);
     for (int i = 0; i < INPUTS; i++)
         if (under_way(w, EVENT_INPUT_OPENS, i) || under_way(w, EVENT_CONTRADICTION, i)) s->inputs &= ~(1u << i);
     for (int i = 0; i < INPUTS; i++)
@@ -237,15 +258,18 @@ static inline void world_safe(struct hal *hal) {
 static const struct hal_ops world_ops = {
     .scheme = "world", .simulated = true, .read = world_read, .write = world_write, .safe = world_safe};
 
-static inline void world_init(struct world *w, const struct params *params, uint64_t seed, const struct event *events, int count) {
+/* plant: NULL, or the simulated platform at its rest. */
+static inline void world_init(struct world *w, struct plant *plant, const struct params *params, uint64_t seed, const struct event *events,
+                              int count) {
     struct kinematics k;
-    *w = (struct world){.hal = {&world_ops}, .params = params, .seed = seed, .events = events, .count = count};
+    *w = (struct world){.hal = {&world_ops}, .params = params, .seed = seed, .events = events, .count = count, .plant = plant};
     w->areas = cylinder_areas(&params->actuator);
     w->counts = mix(seed) & 1;
     power_unit_init(&w->unit, params->device.watchdog_s);
     kinematics_place(&k, params);
     ik_lengths(&k, (double[DOFS]){[DOF_Z] = params->motion.park_z_m}, w->length_m);
     for (int i = 0; i < LEGS; i++) w->load_n[i] = 350.0 + 10.0 * i;
+    if (plant && params->interlocks.supply) plant_add_power_unit(plant, params->device.watchdog_s);
 }
 
 #endif

@@ -30,7 +30,7 @@ static const struct {
 static void a_million_random_cycles_break_no_rule_of_the_model_and_see_every_change_of_state(void **state) {
     (void)state;
     static struct run run;
-    if (!fuzz(1, 1000000, &run, NULL)) fail_msg("see above");
+    if (!fuzz(1, 1000000, false, &run, NULL)) fail_msg("see above");
     for (unsigned i = 0; i < sizeof changes / sizeof *changes; i++) {
         long seen = run.model.edges[changes[i].from][changes[i].to];
         print_message("# %s -> %s: %ld\n", state_names[changes[i].from], state_names[changes[i].to], seen);
@@ -38,9 +38,27 @@ static void a_million_random_cycles_break_no_rule_of_the_model_and_see_every_cha
     }
 }
 
+static void neither_do_they_on_the_simulated_platform(void **state) {
+    (void)state;
+    static struct run run;
+    if (!fuzz(1000001, 100000, true, &run, NULL)) fail_msg("see above");
+}
+
+/* Nothing that a cycle, a restart or a client leaves behind is memory. */
+static void no_memory_grows(void **state) {
+    (void)state;
+    static struct run run;
+    if (!fuzz(2000001, 20 * EPISODE, false, &run, NULL)) fail_msg("see above");
+    size_t before = mallinfo2().uordblks;
+    if (!fuzz(2000001, 60 * EPISODE, false, &run, NULL)) fail_msg("see above");
+    assert_int_equal(mallinfo2().uordblks, before);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_million_random_cycles_break_no_rule_of_the_model_and_see_every_change_of_state),
+        cmocka_unit_test(neither_do_they_on_the_simulated_platform),
+        cmocka_unit_test(no_memory_grows),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
