@@ -80,6 +80,9 @@ fuzz-run: $(FUZZERS)
 soak: $(BUILD)/tests/soak_supervisor ## the supervisor, fuzzed against a model for 100 million cycles on one core: minutes (CYCLES=..., SEED=1)
 	@$(BUILD)/tests/soak_supervisor $(or $(CYCLES),100000000) $(or $(SEED),1)
 
+mutation: | deps-test ## is a test red when a row of the transition table or a line marked SAFETY is gone? An hour (ONLY=src/core: a part)
+	@VENV=$(abspath $(VENV)) tests/mutation/mutate.py --tree $(BUILD)/mutation $(if $(ONLY),--only $(ONLY)) $(if $(MINUTES),--minutes $(MINUTES))
+
 bench: $(BENCHES) $(BUILD)/hexid | deps-bench ## time and instructions of every part of the cycle -> build/bench.csv
 	@tests/bench/bench.sh $(BUILD)
 

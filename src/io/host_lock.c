@@ -81,7 +81,7 @@ static void describe(const struct holder *h, char *text, size_t size) {
     else snprintf(text, size, "process %ld of user %ld", (long)h->who.pid, (long)h->who.uid);
 }
 
-/* SAFETY: asked after the own slot is taken, so that of two that start at once one sees the other. */
+/* SAFETY: asked after the own slot is taken: of two that start at once one sees the other. */
 int host_lock(const char *url, const struct host_lock_key *key, struct error *doubt, struct error *error) {
     int own_slot, own = take_slot(key, &own_slot), reason = errno;
     char who[100];
