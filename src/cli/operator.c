@@ -52,8 +52,8 @@ static void post_stop(struct operator *o, enum command command) {
     o->stop_command = command;
 }
 
-/* SAFETY: who may not move the machine does not, nor anybody where the configuration has it so, past
- * a stop, or beside another operator. */
+/* SAFETY: who may not move the machine does not; nor does anybody where the configuration forbids
+ * it, past a stop, or beside another operator. */
 static void move(struct operator *o, uint64_t peer, const struct command_request *r, bool may_move, int64_t now_ns) {
     const char *why = NULL;
     int leases = 0;

@@ -151,15 +151,15 @@ class Tree:
         self.environment.pop("MAKEFLAGS", None)
         self.environment.pop("MAKELEVEL", None)
 
-    def make(self, *targets):
+    def make(self, targets, flags=()):
         ccache = "ccache " if shutil.which("ccache") else ""
-        command = ["make", "-j1", f"CC={ccache}gcc", f"CXX={ccache}g++", "OPT=-O1", "WARN=-w", "WARNXX=-w", f"VENV={os.environ.get('VENV', ROOT / 'build/venv')}"]
-        return subprocess.run([*command, *targets], cwd=self.root, env=self.environment, capture_output=True, text=True, check=False)
+        command = ["make", "-j1", f"CC={ccache}gcc", f"CXX={ccache}g++", f"VENV={os.environ.get('VENV', ROOT / 'build/venv')}"]
+        return subprocess.run([*command, *flags, targets], cwd=self.root, env=self.environment, capture_output=True, text=True, check=False)
 
-    def test(self, test):
-        """None: it passed; else how it failed. A scenario needs the program, a C test itself."""
+    def test(self, test, flags=()):
+        """None: it passed; else how it failed. A scenario needs the program, a C test itself. flags: of what is compiled anew."""
         script = test.endswith(".sh")
-        built = self.make("build/hexid" if script else f"build/tests/{test}")
+        built = self.make("build/hexid" if script else f"build/tests/{test}", flags)
         if built.returncode:
             return "does not compile: " + built.stderr.strip().split("\n")[0][:200]
         command = [f"tests/scenarios/{test}"] if script else [f"build/tests/{test}"]
@@ -181,7 +181,7 @@ def kill(tree, name, text, tests):
     path.write_text(text, encoding="utf-8")
     try:
         for test in tests:
-            if how := tree.test(test):
+            if how := tree.test(test, ("WARN=-w", "OPT=-O1")): # unused variables and the like are the mutant's, not ours
                 return test, how
     finally:
         path.write_text(whole, encoding="utf-8")
