@@ -49,6 +49,7 @@ OTHERWISE = (
     (PLATFORM, "not driving", "memcpy(p->ref, p->pose, sizeof p->ref);", ""),
     (PLATFORM, "what a dead daemon", "if (supervisor_powers(p->supervisor.state))", "if (true)"),
     (PLATFORM, "what a dead daemon", "p->command.supply = !p->command.supply;", "p->command.supply = true;"),
+    (PLATFORM, "the sensors have the last word", "react(p, reaction);", ""),
     (PLATFORM, "nothing begins on a sample", "!(suspect && asked == TRIGGER_ENGAGE) && apply", "apply"),
     ("src/core/reference.c", "what is neither", "r->dof == DOF_NONE && !r->trajectory && t->multisine;", "r->dof == DOF_NONE && !r->trajectory;"),
     ("src/rt/loop.c", "without the supply", "bool powered = supervisor_powers(c.state);", "bool powered = true;"),
