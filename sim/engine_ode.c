@@ -22,6 +22,8 @@
 #include "ode_machine.h"
 #include "surroundings.h"
 
+static const double LEAST_BODY = 1e-8; /* kg, kg m^2: below, ODE finds inertias that are no positive definite matrix */
+
 /* A leg at an instant and what resists its motion. Forces act on the rod, away from
  * the base positive. */
 struct leg {
@@ -277,8 +279,31 @@ static void truth(const struct engine *base, const struct hydraulics_state *s, s
 
 static void supply(struct engine *base, double share) { ((struct engine_ode *)base)->model.supply_share = share; }
 
+/* ODE asserts on a body without mass or inertia, which the closed form takes: a leg that weighs nothing. */
+static int bodies_check(const struct params *params, struct error *error) {
+    struct machine m;
+    machine_init(&m, params);
+    for (int k = 0; k < LEGS; k++) {
+        const struct {
+            const char *key;
+            double value;
+        } parts[] = {{"upper_mass_kg", m.bodies.upper_kg[k]},
+                     {"lower_mass_kg", m.bodies.lower_kg[k]},
+                     {"upper_inertia_kg_m2", params->actuator.upper_inertia_kg_m2[k]},
+                     {"lower_inertia_kg_m2", params->actuator.lower_inertia_kg_m2[k] + m.bodies.transverse_kg_m2[k]}};
+        for (int i = 0; i < 4; i++)
+            if (!(parts[i].value >= LEAST_BODY))
+                return error_set(error, STATUS_USAGE,
+                                 "actuator.%s of leg %d is %g with all effects: sim.engine ode needs %g or more; give it that, or set "
+                                 "sim.engine to closed_form, which takes legs without mass",
+                                 parts[i].key, k + 1, parts[i].value, LEAST_BODY);
+    }
+    return STATUS_OK;
+}
+
 static struct engine *create(const struct params *params, struct error *error) {
     static const double neutral[DOFS] = {0}, level[LEGS] = {0};
+    if (bodies_check(params, error)) return NULL;
     struct engine_ode *e = calloc(1, sizeof *e);
     if (!e || ode_machine_init(&e->machine, params) < 0) {
         free(e);

@@ -7,6 +7,7 @@
 
 #include "engine.h"
 #include "power_unit.h"
+#include "resolution.h"
 #include "rigid.h"
 #include "sensors.h"
 #include "valve_line.h"
@@ -123,7 +124,7 @@ static int settle(struct plant *plant, struct error *error) {
                              k + 1);
     for (int k = 0; k < LEGS; k++) plant->state.cylinder[k] = drained(plant);
     rest(plant, pose);
-    return 0;
+    return resolution_check(&plant->cylinder, &plant->rigid, pose, substep_s(plant), error);
 }
 
 /* What rings, times a substep's time squared, kg: a rod with play between its oil, at its stiffest,

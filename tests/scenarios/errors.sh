@@ -52,6 +52,12 @@ claim "a loop that is hardly damped runs, with a warning" warned control.kpf=5e-
 claim "a feed-forward of another valve: a warning with the value that suits" warned control.kff=2.5 feed-forward "set control.kff to 1.74"
 claim "a limit that nothing reaches: a warning with a value that protects" warned limits.force_n=1e6 limits "set limits.force_n to"
 
+massless() { refuses 2 "actuator.$1 sim.engine closed_form" "$hexid" run --fast --set lcm.url= --set "actuator.$1=0" &&
+    { "$hexid" doctor --latency 0 --set lcm.url= --set "actuator.$1=0" | grep "FAIL  tests  *actuator.$1"; }; }
+for part in upper_mass_kg lower_mass_kg upper_inertia_kg_m2 lower_inertia_kg_m2; do
+    claim "actuator.$part=0 with ODE: refused by run and doctor, naming it" massless $part
+done
+
 claim "a watchdog that leaves the machine blind for long: refused, with the key, the time and the remedy" \
     refuses 2 "device.watchdog_s 5.02 limits.blind_time_s" quick --set device.watchdog_s=5
 blind_time() { "$hexid" doctor --latency 0 --set loop.overrun_limit=40 | grep 'ok *blind time *0.092 s of 0.1, with a loop that is late: .*loop.overrun_limit'; }

@@ -99,7 +99,7 @@ def installed(tree):
 
 
 def messages():
-    sources = [p for pattern in ("Makefile", "src/*/*.c", "hal/*.c") for p in pathlib.Path(".").glob(pattern)]
+    sources = [p for pattern in ("Makefile", "src/*/*.c", "hal/*.c", "sim/*.c") for p in pathlib.Path(".").glob(pattern)]
     text = re.sub(r'"\s*\n\s*"', "", "\n".join(p.read_text() for p in sources))  # literals over several lines are one
     rows = [line for line in pathlib.Path("docs/troubleshooting.md").read_text().split("\n") if line.startswith("| `")]
     parts = [part.strip() for row in rows for message in re.findall("`([^`]+)`", row.split(" | ")[0]) for part in message.split("...")]

@@ -1,0 +1,13 @@
+/* Can the substeps resolve the machine? Oil springs, dampers and leakage whose own rates are faster
+ * than a substep make either engine diverge. Pure. */
+#ifndef HEXID_RESOLUTION_H
+#define HEXID_RESOLUTION_H
+
+#include "cylinder.h"
+#include "rigid.h"
+
+/* In this pose; -2 with the keys to change otherwise. */
+int resolution_check(const struct cylinder_model *cylinder, const struct rigid_model *rigid, const double pose[DOFS], double dt_s,
+                     struct error *error);
+
+#endif
