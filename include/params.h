@@ -126,6 +126,8 @@ struct limit_params {             /* SAFETY: beyond any of these the supervisor 
     double pressure_min_pa, pressure_max_pa; /* plausible sensor range */
     int bad_cycles;               /* leaky bucket: so many bad cycles more than good ones */
     double blind_time_s;          /* the most that blind_time() may come to */
+    double oscillation_mps2;      /* the platform's acceleration beyond twice what is asked for:
+                                   * src/core/oscillation.h */
 };
 
 struct interlock_params {         /* SAFETY: which of the machine's inputs and outputs are wired;

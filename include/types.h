@@ -108,6 +108,8 @@ enum {
     FAULT_SUPPLY = 1u << 14,         /* the pressure switch of the supply */
     FAULT_PRESSURE_SENSOR = 1u << 15,  /* a chamber's pressure is no reading: the platform is
                                         * parked, control does without */
+    FAULT_OSCILLATION = 1u << 22,      /* the platform shakes by what nobody asked for: the loop
+                                        * is unstable */
     FAULT_TWIN = 1u << 23,             /* two devices answer as one */
     FAULT_ANTIVALENCE = 1u << 24,      /* the two contacts of an input contradict each other */
 };

@@ -6,11 +6,11 @@
  *          drive it further (anti-windup)
  *     d    += dt/(Tf+dt) ((e - e_prev)/dt - d)                            filtered derivative
  *     flp  += dt/(Tp+dt) (f - flp)                                        low-passed leg force
- *     u     = Kp e + I + Kd d + Kff (Lref - Lref_prev)/dt - Kpf (f - flp), clamped
+ *     u     = Kp e + I + Kd d + Kff (Lref - Lref_prev)/dt - s Kpf (f - flp), clamped
  *           to +-output_limit
  *
  * All of it in this order, I, d and flp updated before u is formed. f = A1 P1 - A2 P2 in newton, L
- * in metres, u -1..1. RT, pure. */
+ * in metres, u -1..1; s = 1 but near the ends of the stroke (oil_feedback_share). RT, pure. */
 #ifndef HEXID_PID_H
 #define HEXID_PID_H
 
@@ -22,6 +22,7 @@ struct pid {
     double force_lp_n;     /* flp */
     double error_m;        /* e_prev */
     double ref_m;          /* Lref_prev */
+    double feedback_share; /* s, set by the caller before a step; pid_reset makes it 1 */
     double output;         /* the last u */
     bool saturated;        /* it was clamped */
 };

@@ -19,7 +19,11 @@ int platform_init(struct platform *p, const struct params *params, struct error 
     p->automatic = params->motion.automatic;
     p->pose[DOF_Z] = params->motion.park_z_m;
     reference_hold(&p->reference, p->pose);
-    return kinematics_init(&p->kinematics, params, error);
+    int status = kinematics_init(&p->kinematics, params, error);
+    if (status) return status;
+    oil_columns_init(p->column, params, &p->kinematics);
+    oscillation_init(&p->oscillation, params, &p->kinematics);
+    return STATUS_OK;
 }
 
 uint32_t platform_wrong(const struct platform *p) {
@@ -93,7 +97,9 @@ static int common_bounds(const struct platform *p, const struct hal_sample *in, 
     double oldest_s = seconds_from_ns(ns_from_seconds(p->params->limits.sensor_age_s));
     b[0] = (struct bound){FAULT_SENSOR_AGE, age_s(p, in), 0.0, oldest_s};
     b[1] = (struct bound){FAULT_OVERRUN, p->overruns, 0.0, nextafter(p->params->loop.overrun_limit, 0.0)};
-    return 2;
+    if (!supervisor_drives(p->supervisor.state)) return 2;
+    b[2] = (struct bound){FAULT_OSCILLATION, p->oscillation.found_mps2, 0.0, p->oscillation.allowed_mps2};
+    return 3;
 }
 
 /* How far a value is beyond its bound; what is no number is furthest. */
@@ -154,6 +160,7 @@ static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
     int count = common_bounds(p, in, b);
     for (int n = 0; n < count; n++) suspect |= holds(&b[n]) ? 0 : b[n].fault;
     if (in->flags & SAMPLE_INVALID) suspect |= FAULT_SENSOR_INVALID;
+    if (suspect & FAULT_OSCILLATION) suspect |= p->oscillation.legs;
     double elapsed_s = since_good_s(p, in);
     for (int i = 0; i < LEGS; i++) {
         uint32_t leg = leg_doubts(p, in, i, elapsed_s);
@@ -215,10 +222,12 @@ static uint32_t observe(struct platform *p, const struct hal_sample *in) {
     return suspect;
 }
 
-/* Bad samples to ride out. Overruns come counted. SAFETY: where two masters command, neither knows
+/* Bad samples to ride out. Overruns come counted, an oscillation has been watched for a quarter of a
+ * second. SAFETY: where two masters command, neither knows
  * where the platform goes next; and who presses, lets go or opens something means it. */
 static int patience(const struct platform *p, uint32_t suspect) {
-    if (suspect & (FAULT_MASTER | FAULT_EMERGENCY_STOP | FAULT_ENABLE | FAULT_DOOR | FAULT_ANTIVALENCE)) return 1;
+    const uint32_t means_it = FAULT_EMERGENCY_STOP | FAULT_ENABLE | FAULT_DOOR | FAULT_ANTIVALENCE;
+    if (suspect & (FAULT_MASTER | FAULT_OSCILLATION | means_it)) return 1;
     if (p->supervisor.state == STATE_INIT) return INIT_PATIENCE;
     return suspect & FAULT_OVERRUN ? 1 : p->params->limits.bad_cycles;
 }
@@ -261,6 +270,7 @@ static void engage(struct platform *p) {
         pid_reset(&p->pid[i], p->length_m[i], p->force_n[i]);
         p->leg_ref_m[i] = p->still_low_m[i] = p->still_high_m[i] = p->length_m[i];
     }
+    oscillation_reset(&p->oscillation, p->pose);
     move_to(p, 0.0, p->params->motion.engage_s);
 }
 
@@ -337,9 +347,11 @@ static void control(struct platform *p, bool good) {
     double dt_s = p->params->loop.period_s;
     ik_lengths(&p->kinematics, p->ref, p->leg_ref_m);
     for (int i = 0; i < LEGS; i++) {
+        p->pid[i].feedback_share = oil_feedback_share(&p->column[i], p->length_m[i]);
         if (good) p->command.valve[i] = pid_step(&p->pid[i], gains, dt_s, p->leg_ref_m[i], p->length_m[i], p->force_n[i]);
         else pid_hold(&p->pid[i], p->leg_ref_m[i]);
     }
+    if (good) oscillation_step(&p->oscillation, p->pose, p->ref, p->command.valve);
     p->command.enable = true;
 }
 

@@ -6,6 +6,7 @@
 #include "force.h"
 #include "interlock.h"
 #include "kinematics.h"
+#include "oscillation.h"
 #include "params.h"
 #include "pid.h"
 #include "reference.h"
@@ -18,6 +19,8 @@ struct platform {
                                           * between platform_init() and the first step */
     struct kinematics kinematics;
     struct cylinder_areas areas;
+    struct oil_column column[LEGS];
+    struct oscillation oscillation;
     struct supervisor supervisor;
     struct reference reference;
     struct pid pid[LEGS];

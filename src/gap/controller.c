@@ -37,9 +37,11 @@ static void add_stretch(const struct stretch *s, double *difference, double *who
  * begins, the filters anew. */
 static void compare(const struct params *p, const struct kinematics *k, const struct recording_test *t, double *difference, double *whole) {
     struct cylinder_areas areas = cylinder_areas(&p->actuator);
+    struct oil_column column[LEGS];
     struct stretch stretch = {0};
     struct pid pid[LEGS];
     double compared_s = t->first < 0 ? HUGE_VAL : t->sample[t->first].test_time_s;
+    oil_columns_init(column, p, k);
     for (int i = 0; i < t->count; i++) {
         const struct recording_sample *s = &t->sample[i];
         double ref_m[LEGS], after_s = i ? s->test_time_s - t->sample[i - 1].test_time_s : HUGE_VAL;
@@ -60,6 +62,7 @@ static void compare(const struct params *p, const struct kinematics *k, const st
                 pid_hold(&pid[leg], ref_m[leg]);
                 continue;
             }
+            pid[leg].feedback_share = oil_feedback_share(&column[leg], s->length_m[leg]);
             double u = pid_step(&pid[leg], &p->control, lost && !begins ? after_s : p->loop.period_s, ref_m[leg], s->length_m[leg],
                                 force_n);
             if (lost || s->test_time_s < compared_s) continue;
