@@ -56,7 +56,7 @@ const struct failure failure_table[] = {
      1e-3},
     {FAULT_OSCILLATION, "oscillation", "the platform shakes by what nobody asked for",
      "twice the acceleration that is asked for, and `limits.oscillation_mps2`; of pose and valve commands", "0.3 s above it", STOPS,
-     "a loop that is unstable: `control.kp`, `ki`, `kd` or `kpf` too high for this machine, more delay than before, much air in the oil",
+     "a loop that is unstable: control.kp, ki, kd or kpf too high for this machine, more delay than before, much air in the oil",
      "lower the gains; a length transducer that is coarse or noisy shakes the platform, too: mend it", NULL, "limits.oscillation_mps2",
      "m/s^2", 1.0},
     {FAULT_KINEMATICS, "kinematics", "lengths that fit no pose", "forward kinematics", "5 cycles", STOPS,

@@ -4,7 +4,8 @@
 
 #include "units.h"
 
-static const double stiffer_most = 1.5; /* than at neutral: every test of the shipped machines stays within */
+/* Than at neutral: every test of the shipped machines stays within. */
+static const double stiffer_most = 1.5;
 
 struct cylinder_areas cylinder_areas(const struct actuator_params *actuator) {
     struct cylinder_areas areas;
@@ -18,7 +19,8 @@ struct cylinder_areas cylinder_areas(const struct actuator_params *actuator) {
 
 static double over_bulk_modulus(const struct oil_column *c, double length_m) {
     double inside_m = fmin(fmax(length_m, c->least_m), c->most_m);
-    double rodless_m3 = c->dead_m3[0] + c->area_m2[0] * (inside_m - c->least_m), rod_m3 = c->dead_m3[1] + c->area_m2[1] * (c->most_m - inside_m);
+    double rodless_m3 = c->dead_m3[0] + c->area_m2[0] * (inside_m - c->least_m);
+    double rod_m3 = c->dead_m3[1] + c->area_m2[1] * (c->most_m - inside_m);
     return c->area_m2[0] * c->area_m2[0] / rodless_m3 + c->area_m2[1] * c->area_m2[1] / rod_m3;
 }
 
@@ -36,7 +38,7 @@ void oil_columns_init(struct oil_column column[LEGS], const struct params *param
     }
 }
 
-double oil_feedback_share(const struct oil_column *column, double length_m) {
+double oil_feedback_cut(const struct oil_column *column, double length_m) {
     double stiff = over_bulk_modulus(column, length_m);
-    return stiff > column->most_stiff_per_m ? column->most_stiff_per_m / stiff : 1.0;
+    return stiff > column->most_stiff_per_m ? 1.0 - column->most_stiff_per_m / stiff : 0.0;
 }

@@ -16,10 +16,11 @@ static inline double leg_force(const struct cylinder_areas *a, int leg, double p
     return a->a1_m2[leg] * p1_pa - a->a2_m2[leg] * p2_pa;
 }
 
-/* SAFETY: the loop gain of the force feedback (control.kpf) is proportional to the stiffness of the
- * oil, A1^2/V1 + A2^2/V2 times its bulk modulus, which is ten times that at neutral near the ends of
- * a long stroke: kept as it is, it shakes the platform off its stops. So kpf falls in proportion
- * where the oil is stiffer than 1.5 times that at neutral; nearer to neutral it is as configured. */
+/* SAFETY: the loop gain of the force feedback (control.kpf) is proportional to the stiffness of
+ * the oil, A1^2/V1 + A2^2/V2 times its bulk modulus, which is ten times that at neutral near the
+ * ends of a long stroke: kept as it is, it shakes the platform off its stops. So kpf falls in
+ * proportion where the oil is stiffer than 1.5 times that at neutral; nearer to neutral it is as
+ * configured. */
 struct oil_column {
     double area_m2[2], dead_m3[2]; /* rodless side, rod side */
     double least_m, most_m;        /* lengths at the end stops */
@@ -27,7 +28,7 @@ struct oil_column {
 };
 void oil_columns_init(struct oil_column column[LEGS], const struct params *params, const struct kinematics *k);
 
-/* Share of control.kpf at this length of the leg, 0..1. */
-double oil_feedback_share(const struct oil_column *column, double length_m);
+/* What is taken off control.kpf at this length of the leg, 0 (nothing) to 1. */
+double oil_feedback_cut(const struct oil_column *column, double length_m);
 
 #endif

@@ -7,15 +7,21 @@
 #include "units.h"
 
 static const double lag_s = 0.016, block_s = 0.05;
-static const double asked_factor = 2.0; /* a loop that follows badly makes more than it is asked for */
+/* White noise that is taken off the command's acceleration, of the limit at most: a command that
+ * changes its sign in every cycle looks like white noise, too. */
+static const double white_most = 2.0;
 
-/* Share of the bound for isolated steps of a reading (lag^-3 of the mean square over one cycle). White
- * noise would need 1 / lag of it; what is slow and quantised lies between. */
+/* A loop that follows badly makes 1.5 times what it is asked for. */
+static const double asked_factor = 1.8;
+
+/* Share of the bound for isolated steps of a reading (lag^-3 of the mean square over one cycle).
+ * White noise would need 1 / lag of it; what is slow and quantised lies between. */
 static const double steps_share = 0.5;
 
 enum { WHITE_CYCLES = 400, FOURTH_DIFFERENCE_SQUARES = 1 + 16 + 36 + 16 + 1 };
 
-/* Gauss and Jordan with pivots; the matrix is a Jacobian that kinematics_init() has found regular. */
+/* Gauss and Jordan with pivots; the matrix is a Jacobian that kinematics_init() has found
+ * regular. */
 static void invert(double m[DOFS][2 * DOFS]) {
     for (int c = 0; c < DOFS; c++) {
         int best = c;
@@ -54,7 +60,8 @@ static double valve_lags(double speed_mps, double follows, double period_s, doub
     return (*valve_mps - before) / period_s;
 }
 
-/* Mean square of the acceleration from white commands: the sum of squares of the impulse's answer. */
+/* Mean square of the acceleration from white commands: the sum of squares of the impulse's
+ * answer. */
 static double white_gain(double follows, double period_s) {
     double half = 0.0, valve = 0.0, sum = 0.0;
     for (int n = 0; n < WHITE_CYCLES; n++) {
@@ -78,12 +85,11 @@ void oscillation_init(struct oscillation *o, const struct params *params, const 
     o->past = 2 * o->lag + 1;
     o->every = cycles_of(block_s, period_s, (int)(block_s / 1e-4));
     o->follows = 1.0 - exp(-2.0 * PI * h->valve_frequency_hz * period_s);
+    o->white = white_gain(o->follows, period_s) / FOURTH_DIFFERENCE_SQUARES;
     init_to_platform(o, k);
     for (int leg = 0; leg < LEGS; leg++) {
-        double flow_m3_per_s = h->valve_flow_m3_per_s[leg] * sqrt(drop_pa / h->valve_drop_pa), square = 0.0;
+        double flow_m3_per_s = h->valve_flow_m3_per_s[leg] * sqrt(drop_pa / h->valve_drop_pa);
         o->speed_mps[leg] = 2.0 * flow_m3_per_s / (areas.a1_m2[leg] + areas.a2_m2[leg]);
-        for (int i = 0; i < DOFS; i++) square += o->to_platform[i][leg] * o->to_platform[i][leg];
-        o->white[leg] = square * white_gain(o->follows, period_s) / FOURTH_DIFFERENCE_SQUARES;
     }
 }
 
@@ -129,20 +135,23 @@ static void take_pose(struct oscillation *o, const double pose[DOFS], const doub
 }
 
 static void take_command(struct oscillation *o, const double valve[LEGS]) {
-    double leg_mps2[LEGS];
+    double leg_mps2[LEGS], fourth_mps[LEGS];
     for (int leg = 0; leg < LEGS; leg++) {
         double *v = o->asked_mps[leg];
         memmove(v + 1, v, 4 * sizeof *v);
         v[0] = o->speed_mps[leg] * valve[leg];
-        double fourth = v[0] - 4.0 * v[1] + 6.0 * v[2] - 4.0 * v[3] + v[4];
+        fourth_mps[leg] = v[0] - 4.0 * v[1] + 6.0 * v[2] - 4.0 * v[3] + v[4];
         leg_mps2[leg] = valve_lags(v[0], o->follows, o->period_s, &o->half_mps[leg], &o->valve_mps[leg]);
-        o->sum.commanded -= o->white[leg] * fourth * fourth;
         o->sum.leg[leg] += leg_mps2[leg] * leg_mps2[leg];
     }
     for (int i = 0; i < DOFS; i++) {
-        double platform_mps2 = 0.0;
-        for (int leg = 0; leg < LEGS; leg++) platform_mps2 += o->to_platform[i][leg] * leg_mps2[leg];
-        o->sum.commanded += platform_mps2 * platform_mps2;
+        double mps2 = 0.0, fourth = 0.0;
+        for (int leg = 0; leg < LEGS; leg++) {
+            mps2 += o->to_platform[i][leg] * leg_mps2[leg];
+            fourth += o->to_platform[i][leg] * fourth_mps[leg];
+        }
+        o->sum.commanded += mps2 * mps2;
+        o->sum.white += o->white * fourth * fourth;
     }
 }
 
@@ -170,8 +179,10 @@ static uint32_t swinging_legs(const struct oscillation *o) {
 
 static void judge(struct oscillation *o) {
     double measured[OSCILLATION_BLOCKS], commanded[OSCILLATION_BLOCKS], asked_measured = 0.0, asked_commanded = 0.0;
+    double white_mps2 = white_most * o->limit_mps2;
     for (int n = 0; n < OSCILLATION_BLOCKS; n++) {
-        measured[n] = o->block[n].measured, commanded[n] = o->block[n].commanded;
+        measured[n] = o->block[n].measured;
+        commanded[n] = o->block[n].commanded - fmin(o->block[n].white, white_mps2 * white_mps2);
         asked_measured += o->block[n].asked_measured, asked_commanded += o->block[n].asked_commanded;
     }
     double found[] = {four_of_five(measured), four_of_five(commanded)};
@@ -185,7 +196,7 @@ static void judge(struct oscillation *o) {
 /* The sums of a block that is complete become its means. */
 static void close_block(struct oscillation *o) {
     struct oscillation_block *s = &o->sum;
-    double *const sums[] = {&s->measured, &s->commanded, &s->asked_measured, &s->asked_commanded};
+    double *const sums[] = {&s->measured, &s->commanded, &s->white, &s->asked_measured, &s->asked_commanded};
     for (size_t n = 0; n < sizeof sums / sizeof *sums; n++) *sums[n] /= o->every;
     memmove(o->block + 1, o->block, (OSCILLATION_BLOCKS - 1) * sizeof *o->block);
     o->block[0] = *s;

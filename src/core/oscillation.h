@@ -2,22 +2,22 @@
  * plausible. This monitor compares two estimates of the platform's acceleration with what the
  * reference asks for. Pure, RT: no heap, some 300 floating-point operations a cycle.
  *
- *   measured   second difference of the pose over twice 16 ms. It sees up to some 40 Hz. Readings
- *              in steps and white noise are taken off: sample for sample they make a second
- *              difference over one cycle, which a motion below 40 Hz does not.
- *   commanded  rate of change of the legs' speeds that the valve commands stand for (speed at full
- *              opening times command, through the valve's own lag), carried to the platform. It
- *              sees from there up to half the loop's rate, where lengths of 50 um show nothing. Its
- *              white noise is taken off by the fourth difference.
+ *   measured   second difference of the pose over twice 16 ms; it sees up to some 40 Hz. Steps and
+ *              white noise of the readings are taken off: they make a second difference over one
+ *              cycle, which a motion below 40 Hz does not.
+ *   commanded  rate of change of the legs' speeds that the valve commands stand for (speed at
+ *              full opening times command, through the valve's own lag), carried to the platform.
+ *              It sees from there up to half the loop's rate, where lengths of 50 um show nothing.
+ *              White noise is taken off by the fourth difference.
  *   asked      the same second difference of the reference, over 16 ms and over one cycle.
  *
- * All three are norms of the origin's acceleration and arm_m times the angular one, m/s^2, rms over
- * blocks of 50 ms. It is an oscillation when in four of the last five blocks, a quarter of a second,
- * one of the first two is more than twice what was asked for in that time, plus
+ * All three are norms of the origin's acceleration and arm_m times the angular one, m/s^2, rms
+ * over blocks of 50 ms. It is an oscillation when in four of the last five blocks, a quarter of
+ * a second, one of the first two is more than 1.8 times what was asked for in that time, plus
  * limits.oscillation_mps2. A jolt fills two blocks at most.
  *
- * Neither estimate knows the masses: near a resonance the platform does up to three times what the
- * command stands for, and far above it much less. docs/safety.md has the figures. */
+ * Neither estimate knows the masses: near a resonance the platform does up to three times what
+ * the command stands for, and far above it much less. docs/safety.md has the figures. */
 #ifndef HEXID_OSCILLATION_H
 #define HEXID_OSCILLATION_H
 
@@ -31,6 +31,7 @@ enum {
 /* Mean squares over a block, (m/s^2)^2. */
 struct oscillation_block {
     double measured, commanded;
+    double white;            /* of `commanded`, if its fourth difference were noise */
     double asked_measured, asked_commanded; /* seen as each of the two sees it */
     double leg[LEGS];        /* of the legs' own commanded accelerations */
 };
@@ -43,8 +44,8 @@ struct oscillation {
     double speed_mps[LEGS];  /* of a leg at full opening, half the supply on each port */
     double follows;          /* of the way to its command that a valve goes in a cycle, twice in
                               * a row */
-    double white[LEGS];      /* mean square of `commanded` from white noise, over that of the
-                              * fourth difference */
+    double white;            /* mean square of an acceleration from white commands, over that of
+                              * their fourth difference, 1/s^2 */
     int lag, every;          /* cycles: 16 ms; a block */
     int past;                /* poses that are kept: 2 lag + 1 */
     /* since driving began */

@@ -2,7 +2,7 @@
 
 static double clamp(double x, double limit) { return x > limit ? limit : x < -limit ? -limit : x; }
 
-void pid_reset(struct pid *c, double length_m, double force_n) { *c = (struct pid){.force_lp_n = force_n, .ref_m = length_m, .feedback_share = 1.0}; }
+void pid_reset(struct pid *c, double length_m, double force_n) { *c = (struct pid){.force_lp_n = force_n, .ref_m = length_m}; }
 
 double pid_step(struct pid *c, const struct control_params *g, double dt_s, double ref_m, double length_m, double force_n) {
     double e = ref_m - length_m;
@@ -11,7 +11,7 @@ double pid_step(struct pid *c, const struct control_params *g, double dt_s, doub
     c->derivative_mps += dt_s / (g->tf + dt_s) * ((e - c->error_m) / dt_s - c->derivative_mps);
     c->force_lp_n += dt_s / (g->tp + dt_s) * (force_n - c->force_lp_n);
     double u = g->kp * e + c->integral + g->kd * c->derivative_mps + g->kff * (ref_m - c->ref_m) / dt_s -
-               c->feedback_share * g->kpf * (force_n - c->force_lp_n);
+               (1.0 - c->feedback_cut) * g->kpf * (force_n - c->force_lp_n);
     c->error_m = e;
     c->ref_m = ref_m;
     c->output = clamp(u, g->output_limit);

@@ -10,7 +10,7 @@
  *           to +-output_limit
  *
  * All of it in this order, I, d and flp updated before u is formed. f = A1 P1 - A2 P2 in newton, L
- * in metres, u -1..1; s = 1 but near the ends of the stroke (oil_feedback_share). RT, pure. */
+ * in metres, u -1..1; s = 1 but near the ends of the stroke (oil_feedback_cut). RT, pure. */
 #ifndef HEXID_PID_H
 #define HEXID_PID_H
 
@@ -22,7 +22,7 @@ struct pid {
     double force_lp_n;     /* flp */
     double error_m;        /* e_prev */
     double ref_m;          /* Lref_prev */
-    double feedback_share; /* s, set by the caller before a step; pid_reset makes it 1 */
+    double feedback_cut;   /* 1 - s, set by the caller before a step; pid_reset makes it 0 */
     double output;         /* the last u */
     bool saturated;        /* it was clamped */
 };

@@ -222,9 +222,9 @@ static uint32_t observe(struct platform *p, const struct hal_sample *in) {
     return suspect;
 }
 
-/* Bad samples to ride out. Overruns come counted, an oscillation has been watched for a quarter of a
- * second. SAFETY: where two masters command, neither knows
- * where the platform goes next; and who presses, lets go or opens something means it. */
+/* Bad samples to ride out. Overruns come counted, an oscillation has been watched for a quarter
+ * of a second. SAFETY: where two masters command, neither knows where the platform goes next;
+ * and who presses, lets go or opens something means it. */
 static int patience(const struct platform *p, uint32_t suspect) {
     const uint32_t means_it = FAULT_EMERGENCY_STOP | FAULT_ENABLE | FAULT_DOOR | FAULT_ANTIVALENCE;
     if (suspect & (FAULT_MASTER | FAULT_OSCILLATION | means_it)) return 1;
@@ -347,7 +347,7 @@ static void control(struct platform *p, bool good) {
     double dt_s = p->params->loop.period_s;
     ik_lengths(&p->kinematics, p->ref, p->leg_ref_m);
     for (int i = 0; i < LEGS; i++) {
-        p->pid[i].feedback_share = oil_feedback_share(&p->column[i], p->length_m[i]);
+        p->pid[i].feedback_cut = oil_feedback_cut(&p->column[i], p->length_m[i]);
         if (good) p->command.valve[i] = pid_step(&p->pid[i], gains, dt_s, p->leg_ref_m[i], p->length_m[i], p->force_n[i]);
         else pid_hold(&p->pid[i], p->leg_ref_m[i]);
     }

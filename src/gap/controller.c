@@ -62,7 +62,7 @@ static void compare(const struct params *p, const struct kinematics *k, const st
                 pid_hold(&pid[leg], ref_m[leg]);
                 continue;
             }
-            pid[leg].feedback_share = oil_feedback_share(&column[leg], s->length_m[leg]);
+            pid[leg].feedback_cut = oil_feedback_cut(&column[leg], s->length_m[leg]);
             double u = pid_step(&pid[leg], &p->control, lost && !begins ? after_s : p->loop.period_s, ref_m[leg], s->length_m[leg],
                                 force_n);
             if (lost || s->test_time_s < compared_s) continue;

@@ -1,0 +1,369 @@
+/* The monitor of oscillation: what it must stop, what it must not, and a campaign of gains from 0.1
+ * to 1000 times the shipped ones on the simulated machines, judged by the machine's own motion. */
+#include "platform_rig.h"
+
+#include <stdlib.h>
+
+#include "oscillation.h"
+
+static const char *const machines[] = {NULL, "config/desktop.yaml", "config/simulator.yaml"};
+enum { MACHINES = 3 };
+
+static void load(struct params *params, int machine, const char *const *settings, int count) {
+    const char *all[16] = {"sim.engine=closed_form", "motion.hold_s=0.5", "tests.settle_s=0.3", "tests.ramp_s=0.5"};
+    struct error error;
+    for (int n = 0; n < count; n++) all[4 + n] = settings[n];
+    if (config_load(params, machines[machine], all, 4 + count, &error)) fail_msg("%s", error.text);
+}
+
+/* ---- the monitor alone ---- */
+
+struct bench {
+    struct params params;
+    struct kinematics kinematics;
+    struct oscillation monitor;
+};
+
+static void bench_init(struct bench *b, int machine) {
+    struct error error;
+    load(&b->params, machine, NULL, 0);
+    assert_int_equal(kinematics_init(&b->kinematics, &b->params, &error), STATUS_OK);
+    oscillation_init(&b->monitor, &b->params, &b->kinematics);
+    oscillation_reset(&b->monitor, (double[DOFS]){0});
+}
+
+typedef void motion(double time_s, double pose[DOFS], double ref[DOFS], double valve[LEGS], const void *what);
+
+/* The pose goes through the lengths' steps, as the sensors give it. Returns when it is found, s;
+ * INFINITY where it is not. */
+static double found_after_s(struct bench *b, motion *move, const void *what, double step_m, double seconds) {
+    double seen[DOFS] = {0};
+    for (int n = 0; n * b->params.loop.period_s < seconds; n++) {
+        double pose[DOFS] = {0}, ref[DOFS] = {0}, valve[LEGS] = {0}, length_m[LEGS], time_s = n * b->params.loop.period_s;
+        move(time_s, pose, ref, valve, what);
+        ik_lengths(&b->kinematics, pose, length_m);
+        for (int leg = 0; leg < LEGS && step_m > 0.0; leg++) length_m[leg] = step_m * round(length_m[leg] / step_m);
+        assert_true(fk_solve(&b->kinematics, length_m, seen).converged);
+        if (oscillation_step(&b->monitor, seen, ref, valve)) return time_s;
+    }
+    return (double)INFINITY;
+}
+
+struct sine {
+    enum dof dof;
+    double hz, mps2, asked; /* amplitude of the motion; its share that is asked for */
+};
+
+static void shake(double time_s, double pose[DOFS], double ref[DOFS], double valve[LEGS], const void *what) {
+    const struct sine *s = what;
+    (void)valve;
+    pose[s->dof] = s->mps2 / pow(2 * PI * s->hz, 2) * sin(2 * PI * s->hz * time_s);
+    ref[s->dof] = s->asked * pose[s->dof];
+}
+
+/* 4.5 m/s^2 are 3.2 rms. The lengths have steps of 50 um; or ten times as many, as a user may have
+ * configured nothing. */
+static void a_pose_that_oscillates_is_found_within_half_a_second(void **unused) {
+    (void)unused;
+    static const double hz[] = {2, 3, 5, 8, 13, 20, 30};
+    for (int m = 0; m < MACHINES; m++)
+        for (size_t i = 0; i < sizeof hz / sizeof *hz; i++)
+            for (int dof = DOF_X; dof <= DOF_Z; dof++)
+                for (int fine = 0; fine < 2; fine++) {
+                    struct bench b;
+                    struct sine s = {(enum dof)dof, hz[i], hz[i] > 20 ? 9.0 : 4.5, 0.0};
+                    bench_init(&b, m);
+                    double found_s = found_after_s(&b, shake, &s, fine ? 5e-6 : 50e-6, 1.0);
+                    if (!(found_s < 0.5)) fail_msg("machine %d, %s, %g Hz: found after %g s", m, dof_names[dof], hz[i], found_s);
+                }
+}
+
+/* The machine makes up to 1.6 times what it is asked for: below its resonance, in the paper's
+ * tests of 4, 12, 20 and 36 Hz and slower ones. */
+static void what_is_asked_for_is_none(void **unused) {
+    (void)unused;
+    static const double hz[] = {0.5, 1, 4, 6, 12, 20, 36};
+    for (size_t i = 0; i < sizeof hz / sizeof *hz; i++)
+        for (int dof = 0; dof < DOFS; dof++) {
+            struct bench b;
+            struct sine s = {(enum dof)dof, hz[i], fmin(20.0, 0.05 * pow(2 * PI * hz[i], 2)), 0.6};
+            bench_init(&b, 0);
+            assert_true(found_after_s(&b, shake, &s, 50e-6, 3.0) == (double)INFINITY);
+        }
+}
+
+struct swinging {
+    double hz, valve;
+    int legs;
+};
+
+static void swing(double time_s, double pose[DOFS], double ref[DOFS], double valve[LEGS], const void *what) {
+    const struct swinging *c = what;
+    (void)pose, (void)ref;
+    for (int leg = 0; leg < c->legs; leg++) valve[leg] = c->valve * cos(2 * PI * c->hz * time_s);
+}
+
+/* Lengths show nothing of it. Above 150 Hz the valve and the oil let a tenth through. At half
+ * the loop's rate the command changes its sign in every cycle. */
+static void a_command_that_oscillates_is_found_within_half_a_second(void **unused) {
+    (void)unused;
+    static const double hz[] = {20, 40, 60, 90, 125, 160, 200, 250};
+    for (size_t i = 0; i < sizeof hz / sizeof *hz; i++)
+        for (int legs = 1; legs <= LEGS; legs += LEGS - 1) {
+            struct bench b;
+            struct swinging c = {hz[i], hz[i] > 150 ? 0.2 : 0.1, legs};
+            bench_init(&b, 0);
+            double found_s = found_after_s(&b, swing, &c, 50e-6, 1.0);
+            if (!(found_s < 0.5)) fail_msg("%g Hz, %d legs: found after %g s", hz[i], legs, found_s);
+            if (legs == 1) assert_int_equal(b.monitor.legs, fault_leg(0));
+        }
+}
+
+struct noise {
+    uint64_t seed;
+    double pose_m, valve, slow_mps;
+};
+
+static void tremble(double time_s, double pose[DOFS], double ref[DOFS], double valve[LEGS], const void *what) {
+    struct noise *n = (struct noise *)(uintptr_t)what;
+    for (int i = 0; i < DOFS; i++) {
+        ref[i] = n->slow_mps * time_s;
+        pose[i] = ref[i] + n->pose_m * random_unit(&n->seed);
+    }
+    for (int leg = 0; leg < LEGS; leg++) valve[leg] = n->valve * random_unit(&n->seed);
+}
+
+/* The same limit for sensors that are finer and coarser than the configured ones, at rest and in
+ * slow motion, where their steps come one by one. White commands of half a percent of the
+ * opening are three times what the sensors of the shipped machines make. */
+static void noise_and_steps_of_the_sensors_are_none(void **unused) {
+    (void)unused;
+    static const double step_m[] = {0.0, 1e-6, 50e-6, 100e-6}, slow_mps[] = {0.0, 5e-4, 2e-3, 1e-2, 0.03};
+    for (size_t s = 0; s < sizeof step_m / sizeof *step_m; s++)
+        for (size_t v = 0; v < sizeof slow_mps / sizeof *slow_mps; v++) {
+            struct bench b;
+            struct noise n = {7, 20e-6, 0.005, slow_mps[v]};
+            bench_init(&b, 0);
+            double found_s = found_after_s(&b, tremble, &n, step_m[s], 5.0);
+            if (isfinite(found_s)) fail_msg("steps of %g m at %g m/s: found after %g s", step_m[s], slow_mps[v], found_s);
+        }
+}
+
+static void jolt(double time_s, double pose[DOFS], double ref[DOFS], double valve[LEGS], const void *what) {
+    (void)ref, (void)what;
+    if (time_s >= 1.0) pose[DOF_Z] = 1e-3;
+    if (time_s >= 1.0 && time_s < 1.02) valve[0] = valve[1] = 0.3;
+}
+
+static void a_jolt_is_none(void **unused) {
+    (void)unused;
+    struct bench b;
+    bench_init(&b, 0);
+    assert_true(found_after_s(&b, jolt, NULL, 50e-6, 2.0) == (double)INFINITY);
+}
+
+static void swing_by_turns(double time_s, double pose[DOFS], double ref[DOFS], double valve[LEGS], const void *what) {
+    const double *beat_hz = what;
+    (void)ref, (void)valve;
+    pose[DOF_X] = 6.0 / pow(2 * PI * 12, 2) * sin(2 * PI * 12 * time_s) * sin(PI * *beat_hz * time_s);
+}
+
+static void swell(double time_s, double pose[DOFS], double ref[DOFS], double valve[LEGS], const void *what) {
+    const double *tau_s = what;
+    (void)ref, (void)valve;
+    pose[DOF_Y] = 1e-6 * exp(time_s / *tau_s) * sin(2 * PI * 7 * time_s);
+}
+
+/* However slowly it grows, it is found before it is at three times the limit. */
+static void one_that_beats_and_one_that_grows_slowly_are_found(void **unused) {
+    (void)unused;
+    static const double beat_hz[] = {0.5, 1, 2, 3}, tau_s[] = {0.5, 2, 10};
+    for (size_t i = 0; i < sizeof beat_hz / sizeof *beat_hz; i++) {
+        struct bench b;
+        bench_init(&b, 0);
+        assert_below(found_after_s(&b, swing_by_turns, &beat_hz[i], 50e-6, 10.0), 1.6);
+    }
+    for (size_t i = 0; i < sizeof tau_s / sizeof *tau_s; i++) {
+        struct bench b;
+        bench_init(&b, 0);
+        double found_s = found_after_s(&b, swell, &tau_s[i], 50e-6, 200.0);
+        double rms_mps2 = 1e-6 * exp(found_s / tau_s[i]) * pow(2 * PI * 7, 2) / sqrt(2.0);
+        assert_true(rms_mps2 > 1.0 && rms_mps2 < 3.0);
+    }
+}
+
+/* ---- the campaign ---- */
+
+/* The machine's own acceleration against what is asked, rms over a quarter of a second: how long at
+ * a stretch it is above twice that and 1 m/s^2; the most. */
+struct witness {
+    double twist[DOFS], ref[DOFS], rate[DOFS], own[125], asked[125], own_sum, asked_sum;
+    double over_s, longest_s, most_mps2;
+    int64_t n;
+};
+
+static double norm(const double v[DOFS], double arm_m) {
+    double square = 0.0;
+    for (int i = 0; i < DOFS; i++) square += v[i] * v[i] * (i < DOF_PHI ? 1.0 : arm_m * arm_m);
+    return square;
+}
+
+static void witness_step(struct witness *w, struct rig *rig, bool began) {
+    struct plant_truth truth;
+    double own[DOFS], asked[DOFS], dt_s = rig->params.loop.period_s, arm_m = rig->platform.kinematics.arm_m;
+    int place = (int)(w->n++ % 125);
+    plant_get_truth(rig->plant, &truth);
+    if (began) memcpy(w->ref, rig->platform.ref, sizeof w->ref), memset(w->rate, 0, sizeof w->rate);
+    for (int i = 0; i < DOFS; i++) {
+        double rate = (rig->platform.ref[i] - w->ref[i]) / dt_s;
+        own[i] = (truth.twist[i] - w->twist[i]) / dt_s, asked[i] = (rate - w->rate[i]) / dt_s;
+        w->twist[i] = truth.twist[i], w->ref[i] = rig->platform.ref[i], w->rate[i] = rate;
+    }
+    w->own_sum += norm(own, arm_m) - w->own[place], w->own[place] = norm(own, arm_m);
+    w->asked_sum += norm(asked, arm_m) - w->asked[place], w->asked[place] = norm(asked, arm_m);
+    double own_mps2 = sqrt(fmax(w->own_sum, 0.0) / 125), asked_mps2 = sqrt(fmax(w->asked_sum, 0.0) / 125);
+    w->over_s = own_mps2 > 2.0 * asked_mps2 + 1.0 ? w->over_s + dt_s : 0.0;
+    w->longest_s = fmax(w->longest_s, w->over_s);
+    w->most_mps2 = fmax(w->most_mps2, own_mps2 - 2.0 * asked_mps2);
+}
+
+struct trial {
+    struct witness witness;
+    uint32_t fault, legs;
+    double fault_s;
+};
+
+/* A run of so many seconds; from neutral, or from its stops as it comes. Ends with the fault. */
+static void run_trial(struct trial *t, const struct params *params, bool from_neutral, double seconds) {
+    static struct rig rig;
+    rig_init(&rig, params);
+    memset(t, 0, sizeof *t);
+    if (from_neutral) plant_place(rig.plant, (double[DOFS]){0});
+    for (double time_s = 0.0; time_s < seconds && !rig.now.faults; time_s += params->loop.period_s) {
+        bool drove = supervisor_drives(rig.now.state);
+        struct hal_sample sample = {.time_ns = rig.cycles * PERIOD_NS, .device_seq = (uint64_t)rig.cycles + 1};
+        static const double centred[LEGS] = {0};
+        plant_measure(rig.plant, &sample);
+        platform_step(&rig.platform, &sample, (struct request){0}, &rig.now);
+        plant_charge_pump(rig.plant, rig.now.out.supply);
+        plant_step(rig.plant, rig.now.out.enable ? rig.now.out.valve : centred);
+        rig.cycles++;
+        if (supervisor_drives(rig.now.state)) witness_step(&t->witness, &rig, !drove);
+        t->fault_s = time_s;
+    }
+    t->fault = rig.now.first_fault, t->legs = rig.now.faults & FAULT_LEGS;
+    plant_destroy(rig.plant);
+}
+
+struct gain {
+    const char *name;
+    double shipped[MACHINES]; /* 0: factors are the gain itself */
+};
+static const struct gain gains[] = {
+    {"kp", {40, 80, 10}},          {"ki", {20, 40, 3}}, {"kff", {2, 3.7, 1.02}},
+    {"kpf", {2e-5, 1e-4, 1.5e-6}}, {"kd", {1, 1, 1}},   {"tp", {0.05, 0.05, 0.05}},
+};
+enum { GAINS = sizeof gains / sizeof *gains, KD = 4 };
+
+static bool full_grid(void) { return getenv("OSCILLATION_GRID") && !strcmp(getenv("OSCILLATION_GRID"), "full"); }
+
+/* From the stops the machine rises, from neutral its test comes sooner. Half a second above the
+ * line is what is allowed; a loop that is stable but hardly damped is shaken by its sensors'
+ * noise alone, at 60 to 90 Hz and up to 1.5 m/s^2 beyond the line, where neither lengths of 50
+ * um nor commands of a thousandth tell it from rest: counted, and no more than one gain in
+ * twelve. */
+static void no_gain_shakes_a_machine_for_half_a_second(void **unused) {
+    (void)unused;
+    int runs = 0, noisy = 0, stopped = 0, steps = full_grid() ? 8 : 2;
+    for (int m = 0; m < MACHINES; m++)
+        for (int g = 0; g < GAINS; g++)
+            for (int k = g == KD ? -3 * steps : -steps; k <= (g == KD ? 0 : 3 * steps); k++) {
+                struct params params;
+                struct trial t;
+                char setting[64];
+                double value = gains[g].shipped[m] * pow(10.0, (double)k / steps);
+                const char *settings[] = {setting, "tests.order=[x,z,psi]", "tests.duration_s=1.5"};
+                snprintf(setting, sizeof setting, "control.%s=%.6g", gains[g].name, fmin(value, g == 0 ? 1e4 : g == 2 ? 1e3 : value));
+                load(&params, m, settings, 3);
+                for (int neutral = !full_grid(); neutral < 2; neutral++) {
+                    run_trial(&t, &params, neutral, full_grid() ? 25.0 : params.motion.engage_s + 2.5);
+                    runs++, stopped += t.fault == FAULT_OSCILLATION;
+                    bool over = t.witness.longest_s > 0.5;
+                    noisy += over;
+                    if (over)
+                        print_message("# machine %d, %s, from %s: %.2f s above the line, %.2f m/s^2 at most, %s\n", m, setting,
+                                      neutral ? "neutral" : "its stops", t.witness.longest_s, t.witness.most_mps2, fault_name(t.fault));
+                    if (over && t.witness.most_mps2 > 2.5) fail_msg("machine %d shakes with %s", m, setting);
+                }
+            }
+    print_message("# %d runs, %d stopped by the monitor, %d noisy\n", runs, stopped, noisy);
+    assert_true(stopped > 20 && noisy * 12 <= runs);
+}
+
+static void no_effect_of_typical_size_is_stopped_but_what_shakes(void **unused) {
+    (void)unused;
+    for (int e = 0; effect_table[e]; e++) {
+        struct params params;
+        struct trial t;
+        const char *settings[] = {"tests.order=[x,z,psi]", "tests.duration_s=1", "motion.engage_s=3"};
+        load(&params, 0, settings, 3);
+        effect_at(effect_table[e], 1.0, &params.effects[e]);
+        run_trial(&t, &params, false, 9.0);
+        if (t.fault) fail_msg("%s: %s after %.2f s", effect_table[e]->name, fault_name(t.fault), t.fault_s);
+    }
+}
+
+/* 33 m/s^2 without it. */
+static void a_command_delay_of_8_ms_is_stopped(void **unused) {
+    (void)unused;
+    struct params params;
+    struct trial t;
+    load(&params, 0, (const char *[]){"effects.command_delay.delay_s=0.008"}, 1);
+    run_trial(&t, &params, false, 12.0);
+    assert_int_equal(t.fault, FAULT_OSCILLATION);
+    assert_below(t.witness.longest_s, 0.5);
+}
+
+/* The shipped machines, from their stops and back, with all their tests. */
+static void no_shipped_machine_shakes(void **unused) {
+    (void)unused;
+    for (int m = 0; m < MACHINES; m++) {
+        struct params params;
+        struct trial t;
+        load(&params, m, NULL, 0);
+        double test_s = params.tests.settle_s + params.tests.ramp_s + params.tests.duration_s + params.tests.ramp_out_s;
+        run_trial(&t, &params, false, 2.0 + params.motion.engage_s + params.motion.park_s + 6 * test_s);
+        assert_int_equal(t.fault, 0);
+        assert_below(t.witness.most_mps2, 1.0);
+    }
+}
+
+/* One leg's valve has four times the flow that the configuration knows, so its command stands for a
+ * quarter of what it does: a quarter of a second later than the others, and the leg is told. */
+static void one_leg_that_is_unstable_alone_is_stopped(void **unused) {
+    (void)unused;
+    struct params params;
+    struct trial t;
+    load(&params, 0, (const char *[]){"effects.valve_flow_gain.scale=[1,1,4,1,1,1]"}, 1);
+    run_trial(&t, &params, false, 12.0);
+    assert_int_equal(t.fault, FAULT_OSCILLATION);
+    assert_true(t.legs & fault_leg(2));
+    assert_below(t.witness.longest_s, 0.75);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_pose_that_oscillates_is_found_within_half_a_second),
+        cmocka_unit_test(what_is_asked_for_is_none),
+        cmocka_unit_test(a_command_that_oscillates_is_found_within_half_a_second),
+        cmocka_unit_test(noise_and_steps_of_the_sensors_are_none),
+        cmocka_unit_test(a_jolt_is_none),
+        cmocka_unit_test(one_that_beats_and_one_that_grows_slowly_are_found),
+        cmocka_unit_test(no_gain_shakes_a_machine_for_half_a_second),
+        cmocka_unit_test(no_effect_of_typical_size_is_stopped_but_what_shakes),
+        cmocka_unit_test(a_command_delay_of_8_ms_is_stopped),
+        cmocka_unit_test(no_shipped_machine_shakes),
+        cmocka_unit_test(one_leg_that_is_unstable_alone_is_stopped),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
