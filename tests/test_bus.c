@@ -130,15 +130,78 @@ static void another_hosts_messages_are_for_who_wants_them(void **unused) {
         skip_because("this system allows no second network namespace");
     anyone = open_bus("HEXID_", BUS_ANYONE), host = open_bus("HEXID_", BUS_THIS_HOST);
     int sent = system("ip netns exec hexid_other bash -c 'printf \"LC02\\0\\0\\0\\0HEXID_COMMAND\\0park\" >/dev/udp/239.255.76.67/7667'");
-    int from_there = next(anyone, &m), refused = next(host, &m);
+    int from_there = next(anyone, &m), refused = next(host, &m), taken[2];
+    struct error error;
+    static const char *const lists[] = {"10.77.0.3", " 10.0.0.1,10.77.0.2"};
+    for (int i = 0; i < 2; i++) { /* another's address, and its own among others */
+        assert_int_equal(bus_allow(host, lists[i], &error), STATUS_OK);
+        sent |= system("ip netns exec hexid_other bash -c 'printf \"LC02\\0\\0\\0\\0HEXID_COMMAND\\0park\" >/dev/udp/239.255.76.67/7667'");
+        taken[i] = next(host, &m);
+    }
     bus_publish(anyone, CHANNEL_EVENT, "own", 3);
     int own = next(host, &m);
     assert_int_equal(system("ip netns del hexid_other; ip link del h0 2>/dev/null; ip route replace 224.0.0.0/4 dev lo"), 0);
     assert_int_equal(sent, 0);
     assert_int_equal(from_there, 4);
     assert_int_equal(refused, -1);
+    assert_int_equal(taken[0], -1);
+    assert_int_equal(taken[1], 4);
     assert_int_equal(own, 3);
     bus_close(anyone), bus_close(host);
+}
+
+/* A network's address beside the route that is documented for hosts without one: senders whose
+ * socket is connected, as LCM's own, go out by the network; others by the route. */
+static void beside_a_networks_address_both_ways_are_heard(void **unused) {
+    (void)unused;
+    static const char *const routes[] = {"lo", "g0"};
+    connect_loopback();
+    if (system("ip link add g0 type veth peer name g1 && ip address add 10.78.0.1/24 dev g0 && ip link set g0 up && ip link set g1 up"))
+        skip_because("this system allows no pair of interfaces");
+    int heard[2][2], own[2];
+    char interface[2][BUS_INTERFACE_SIZE];
+    for (int i = 0; i < 2; i++) {
+        char command[80];
+        snprintf(command, sizeof command, "ip route replace 224.0.0.0/4 dev %s", routes[i]);
+        assert_int_equal(system(command), 0);
+        struct bus *b = open_bus("HEXID_", BUS_THIS_HOST);
+        struct bus_message m;
+        struct sockaddr_in group = {.sin_family = AF_INET, .sin_port = htons(7667)};
+        inet_pton(AF_INET, "239.255.76.67", &group.sin_addr);
+        for (int connected = 0; connected < 2; connected++) {
+            int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+            if (connected) connect(fd, (struct sockaddr *)&group, sizeof group);
+            sendto(fd, "LC02\0\0\0\0HEXID_COMMAND\0park", 26, 0, (struct sockaddr *)&group, sizeof group);
+            close(fd);
+            heard[i][connected] = next(b, &m);
+        }
+        bus_publish(b, CHANNEL_EVENT, "own", 3);
+        own[i] = next(b, &m);
+        strcpy(interface[i], bus_route(b).interface);
+        bus_close(b);
+    }
+    assert_int_equal(system("ip link del g0; ip route replace 224.0.0.0/4 dev lo"), 0);
+    for (int i = 0; i < 2; i++) {
+        assert_true(heard[i][0] == 4 && heard[i][1] == 4 && own[i] == 3);
+        assert_string_equal(interface[i], routes[i]);
+    }
+}
+
+static void what_is_no_list_of_addresses_is_refused(void **unused) {
+    (void)unused;
+    static const char *const wrong[] = {"10.0.0",      "a",         "10.0.0.1;10.0.0.2", "::1",
+                                        "10.0.0.1/24", "300.1.1.1", "localhost",         "1234567890123456789"};
+    struct bus *b = open_bus(NULL, BUS_ANYONE);
+    struct error error;
+    char many[17 * 9 + 1] = "";
+    for (int i = 0; i < 8; i++) {
+        assert_int_equal(bus_allow(b, wrong[i], &error), STATUS_USAGE);
+        assert_non_null(strstr(error.text, wrong[i]));
+    }
+    for (int i = 0; i < 17; i++) strcat(many, "10.0.0.1 ");
+    assert_int_equal(bus_allow(b, many, &error), STATUS_USAGE);
+    assert_int_equal(bus_allow(b, "", &error), STATUS_OK);
+    bus_close(b);
 }
 
 static void what_is_no_url_of_a_group_is_refused(void **unused) {
@@ -166,7 +229,7 @@ static void without_a_route_the_remedy_is_named(void **unused) {
     struct error error;
     if (!isolated) skip_because("this system allows no network namespace");
     assert_int_equal(bus_open(&b, multicast, &error), STATUS_IO);
-    assert_non_null(strstr(error.text, "`ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo`"));
+    assert_non_null(strstr(error.text, "`ip link set lo up; ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo`"));
 }
 
 static int ttl_of(const char *url) {
@@ -178,7 +241,7 @@ static int ttl_of(const char *url) {
         struct sockaddr_in address;
         socklen_t length = sizeof address, size = 1;
         unsigned char hops;
-        if (getpeername(fd, (struct sockaddr *)&address, &length) || address.sin_family != AF_INET) continue;
+        if (getsockname(fd, (struct sockaddr *)&address, &length) || address.sin_family != AF_INET) continue;
         if (!getsockopt(fd, IPPROTO_IP, IP_MULTICAST_TTL, &hops, &size)) ttl = hops;
     }
     bus_close(b);
@@ -234,6 +297,8 @@ int main(void) {
         cmocka_unit_test(the_stream_stays_on_this_host_unless_the_url_says_otherwise),
         cmocka_unit_test(two_hundred_messages_wait_for_a_slow_reader),
         cmocka_unit_test(another_hosts_messages_are_for_who_wants_them),
+        cmocka_unit_test(beside_a_networks_address_both_ways_are_heard),
+        cmocka_unit_test(what_is_no_list_of_addresses_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,24 +3,24 @@
 #include "bus.h"
 #include "doctor.h"
 
-#define ON_THIS_HOST "sudo ip link set lo multicast on; sudo ip route add 224.0.0.0/4 dev lo"
 static const char channel[] = "HEXID_DOCTOR"; /* nobody listens to it but this */
 enum { TRIES = 3, PATIENCE_MS = 500 };
 
 struct finding check_lcm_socket(const struct doctor *d) {
     struct error error;
     struct bus *bus;
-    if (!d->params->lcm.url[0])
-        return finding(LEVEL_OK, "", "none: lcm.url is empty; nobody can watch or command hexid from another program");
-    if (bus_open(&bus, d->params->lcm.url, &error))
-        return finding(LEVEL_FAIL, "make a route for multicast on this host: " ON_THIS_HOST, "%s", error.text);
+    char remedy[200], route[160];
+    bus_remedy(route, sizeof route);
+    snprintf(remedy, sizeof remedy, "as root: %s", route);
+    if (!d->params->lcm.url[0]) return finding(LEVEL_OK, "", "none: lcm.url is empty; nobody can watch hexid from another program");
+    if (bus_open(&bus, d->params->lcm.url, &error)) return finding(LEVEL_FAIL, remedy, "%s", error.text);
     int status = bus_listen(bus, channel, BUS_ANYONE, &error);
     bus_close(bus);
-    if (status) return finding(LEVEL_FAIL, "bring a network interface up: sudo ip link set lo up; " ON_THIS_HOST, "%s", error.text);
+    if (status) return finding(LEVEL_FAIL, remedy, "%s", error.text);
     return finding(LEVEL_OK, "", "%s sends and listens", d->params->lcm.url);
 }
 
-/* SAFETY: `hexid command stop` comes this way; by a network that is unplugged it comes no more. */
+/* Commands of this host do not come this way; who watches does. */
 struct finding check_lcm_route(const struct doctor *d) {
     struct error error;
     struct bus *bus;
@@ -29,13 +29,20 @@ struct finding check_lcm_route(const struct doctor *d) {
     struct bus_route r = bus_route(bus);
     bus_close(bus);
     struct finding f;
+    char network[BUS_INTERFACE_SIZE], remedy[100];
+    bool beside = r.loopback && bus_network(network);
+    if (beside) snprintf(remedy, sizeof remedy, "sudo ip route replace 224.0.0.0/4 dev %s", network);
     if (r.ttl > 0 && r.loopback)
         f = finding(LEVEL_WARN,
                     "route the group to the network: sudo ip route replace 224.0.0.0/4 dev eth0 (its name), or say ttl=0 in lcm.url",
                     "%s by %s with ttl %d: it does not leave this host, for all its ttl", r.group, r.interface, r.ttl);
+    else if (beside)
+        f = finding(LEVEL_WARN, remedy,
+                    "%s by %s, and the network of %s is there, too: LCM's own programs send by that and listen on %s, deaf to each other; "
+                    "hexid's hear both",
+                    r.group, r.interface, network, r.interface);
     else if (r.ttl == 0 && !r.loopback)
-        f = finding(LEVEL_WARN, "sudo ip link set lo multicast on; sudo ip route replace 224.0.0.0/4 dev lo",
-                    "%s by %s, though ttl 0 keeps it on this host: when that link goes down, nobody hears hexid and hexid hears no command",
+        f = finding(LEVEL_OK, "", "%s by %s, ttl 0: stays on this host; while that link is down nobody can watch, commands do not need it",
                     r.group, *r.interface ? r.interface : "a network");
     else
         f = finding(LEVEL_OK, "", "%s by %s, ttl %d: %s", r.group, r.interface, r.ttl,
@@ -77,9 +84,10 @@ struct finding check_lcm_datagram(const struct doctor *d) {
     bus_close(in);
     bus_close(out);
     if (took_s < 0.0)
-        return finding(LEVEL_FAIL, "see whether a firewall drops UDP to the group (sudo nft list ruleset), and: " ON_THIS_HOST,
-                       "what was sent did not come back within %d ms, %d times: nobody would hear hexid, and hexid no command", PATIENCE_MS,
-                       TRIES);
+        return finding(
+            LEVEL_FAIL, "see whether a firewall drops UDP to the group (sudo nft list ruleset)",
+            "what was sent did not come back within %d ms, %d times: nobody would hear hexid; commands of this host do not need it",
+            PATIENCE_MS, TRIES);
     struct finding f = finding(LEVEL_OK, "", "sent and received with ttl 0 in %.0f us", took_s * 1e6);
     f.data = json_pack("{sf}", "us", took_s * 1e6);
     return f;

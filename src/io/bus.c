@@ -4,6 +4,7 @@
 #include <errno.h>
 #include <ifaddrs.h>
 #include <linux/filter.h>
+#include <linux/rtnetlink.h>
 #include <net/if.h>
 #include <poll.h>
 #include <stdatomic.h>
@@ -12,6 +13,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <sys/uio.h>
 #include <unistd.h>
@@ -38,11 +40,33 @@ static int refuse_url(const char *url, struct error *error) {
     return error_set(error, STATUS_USAGE, "lcm.url \"%.128s\": give one like udpm://239.255.76.67:7667?ttl=0", url);
 }
 
+bool bus_network(char name[BUS_INTERFACE_SIZE]) {
+    struct ifaddrs *all;
+    bool found = false;
+    if (getifaddrs(&all)) return false;
+    for (struct ifaddrs *a = all; a && !found; a = a->ifa_next) {
+        found = a->ifa_addr && a->ifa_addr->sa_family == AF_INET && (a->ifa_flags & IFF_UP) && !(a->ifa_flags & IFF_LOOPBACK);
+        if (found) snprintf(name, BUS_INTERFACE_SIZE, "%s", a->ifa_name);
+    }
+    freeifaddrs(all);
+    return found;
+}
+
+void bus_remedy(char *text, size_t size) {
+    char name[BUS_INTERFACE_SIZE];
+    if (bus_network(name)) snprintf(text, size, "ip route add 224.0.0.0/4 dev %s", name);
+    else snprintf(text, size, "ip link set lo up; ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo");
+}
+
 static int refuse_network(const char *url, struct error *error) {
-    return error_set(error, STATUS_IO,
-                     "LCM cannot use %.128s: %s; most likely there is no route for multicast: "
-                     "`ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo` makes one on this host",
-                     url, strerror(errno));
+    int why = errno;
+    char remedy[160];
+    bus_remedy(remedy, sizeof remedy);
+    return error_set(
+        error, STATUS_IO,
+        "LCM cannot use %.128s: %s; most likely there is no route for multicast: `%s` makes one on this host; commands of this "
+        "host do not need it",
+        url, strerror(why), remedy);
 }
 
 static bool number(const char **text, int least, int most, int *value) {
@@ -71,12 +95,26 @@ static bool parse_address(const char *text, struct sockaddr_in *group, int *ttl)
 
 /* ---- sending ---- */
 
+/* A route is there, at the start. */
+static bool reachable(const struct sockaddr_in *group) {
+    int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    bool is = fd >= 0 && !connect(fd, (const struct sockaddr *)group, sizeof *group);
+    int why = errno;
+    if (fd >= 0) close(fd);
+    errno = why;
+    return is;
+}
+
+/* Not connected: a connected socket has its source address first and goes out by that address's
+ * interface, whatever the route to the group says; who joined by the route would not hear it. It
+ * keeps next to nothing of what anybody sends to it. */
 static bool open_sender(struct bus *b, int ttl) {
     unsigned char hops = (unsigned char)ttl, loop = 1;
+    int least = 1;
     b->out = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    return b->out >= 0 && !setsockopt(b->out, IPPROTO_IP, IP_MULTICAST_TTL, &hops, sizeof hops) &&
-           !setsockopt(b->out, IPPROTO_IP, IP_MULTICAST_LOOP, &loop, sizeof loop) &&
-           !connect(b->out, (const struct sockaddr *)&b->group, sizeof b->group);
+    return b->out >= 0 && !setsockopt(b->out, SOL_SOCKET, SO_RCVBUF, &least, sizeof least) &&
+           !setsockopt(b->out, IPPROTO_IP, IP_MULTICAST_TTL, &hops, sizeof hops) &&
+           !setsockopt(b->out, IPPROTO_IP, IP_MULTICAST_LOOP, &loop, sizeof loop) && reachable(&b->group);
 }
 
 int bus_open(struct bus **bus, const char *url, struct error *error) {
@@ -95,29 +133,47 @@ int bus_open(struct bus **bus, const char *url, struct error *error) {
     return status;
 }
 
-/* The kernel chose the sender's address by the route when the socket was connected; 0.0.0.0 is a
- * loopback without one. */
+/* Index of the interface by which the kernel routes to the group, 0: none. */
+static unsigned route_interface(struct in_addr group) {
+    struct {
+        struct nlmsghdr head;
+        struct rtmsg route;
+        struct rtattr attribute;
+        struct in_addr group;
+    } question = {.head = {.nlmsg_len = sizeof question, .nlmsg_type = RTM_GETROUTE, .nlmsg_flags = NLM_F_REQUEST},
+                  .route = {.rtm_family = AF_INET, .rtm_dst_len = 32},
+                  .attribute = {.rta_len = RTA_LENGTH(sizeof group), .rta_type = RTA_DST},
+                  .group = group};
+    _Alignas(struct nlmsghdr) char answer[4096];
+    unsigned found = 0;
+    int fd = socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE);
+    bool asked = fd >= 0 && send(fd, &question, sizeof question, 0) == (ssize_t)sizeof question;
+    ssize_t size = asked ? recv(fd, answer, sizeof answer, 0) : -1;
+    if (fd >= 0) close(fd);
+    struct nlmsghdr *head = (struct nlmsghdr *)answer;
+    if (size < (ssize_t)sizeof *head || !NLMSG_OK(head, (unsigned)size) || head->nlmsg_type != RTM_NEWROUTE) return 0;
+    const char *end = answer + head->nlmsg_len, *at = (const char *)NLMSG_DATA(head) + NLMSG_ALIGN(sizeof(struct rtmsg));
+    for (struct rtattr a; end - at >= (long)sizeof a; at += RTA_ALIGN(a.rta_len)) {
+        memcpy(&a, at, sizeof a);
+        if (a.rta_len < sizeof a || a.rta_len > end - at) break;
+        if (a.rta_type == RTA_OIF && a.rta_len >= RTA_LENGTH(sizeof found)) memcpy(&found, at + RTA_LENGTH(0), sizeof found);
+    }
+    return found;
+}
+
 struct bus_route bus_route(const struct bus *b) {
     struct bus_route r = {.port = ntohs(b->group.sin_port)};
-    struct sockaddr_in own = {0};
-    struct ifaddrs *all;
     unsigned char hops = 0;
-    socklen_t length = sizeof own, hops_length = sizeof hops;
+    socklen_t hops_length = sizeof hops;
+    char name[IF_NAMESIZE] = "";
+    struct ifreq flags = {0};
     inet_ntop(AF_INET, &b->group.sin_addr, r.group, sizeof r.group);
     if (!getsockopt(b->out, IPPROTO_IP, IP_MULTICAST_TTL, &hops, &hops_length)) r.ttl = hops;
-    if (getsockname(b->out, (struct sockaddr *)&own, &length) || getifaddrs(&all)) return r;
-    r.loopback = own.sin_addr.s_addr == INADDR_ANY;
-    for (struct ifaddrs *a = all; a && !r.loopback; a = a->ifa_next) {
-        struct sockaddr_in address;
-        if (!a->ifa_addr || a->ifa_addr->sa_family != AF_INET) continue;
-        memcpy(&address, a->ifa_addr, sizeof address);
-        if (address.sin_addr.s_addr != own.sin_addr.s_addr) continue;
-        snprintf(r.interface, sizeof r.interface, "%s", a->ifa_name);
-        r.loopback = (a->ifa_flags & IFF_LOOPBACK) != 0;
-        break;
-    }
-    freeifaddrs(all);
-    if (r.loopback && !*r.interface) strcpy(r.interface, "lo");
+    unsigned index = route_interface(b->group.sin_addr);
+    if (!index || !if_indextoname(index, name)) return r;
+    snprintf(r.interface, sizeof r.interface, "%s", name);
+    snprintf(flags.ifr_name, sizeof flags.ifr_name, "%s", name);
+    r.loopback = !ioctl(b->out, SIOCGIFFLAGS, &flags) && (flags.ifr_flags & IFF_LOOPBACK);
     return r;
 }
 
@@ -132,7 +188,7 @@ int bus_publish(struct bus *b, const char *channel, const void *data, int size) 
     if (size < 0 || size > BUS_DATA_MAX || length > BUS_CHANNEL_SIZE) return -1;
     uint32_t header[] = {htonl(MAGIC), htonl(atomic_fetch_add_explicit(&b->number, 1, memory_order_relaxed))};
     struct iovec part[] = {{header, sizeof header}, {(void *)(uintptr_t)channel, length}, {(void *)(uintptr_t)data, (size_t)size}};
-    struct msghdr message = {.msg_iov = part, .msg_iovlen = 3};
+    struct msghdr message = {.msg_name = &b->group, .msg_namelen = sizeof b->group, .msg_iov = part, .msg_iovlen = 3};
     return sendmsg(b->out, &message, MSG_DONTWAIT | MSG_NOSIGNAL) >= 0 ? 0 : -1;
 }
 
@@ -154,10 +210,10 @@ bool bus_parse(const unsigned char *datagram, int size, struct bus_message *m) {
 /* What does not begin as a message of these channels is dropped by the kernel: a flood of it takes
  * no room from what is waited for. The filter counts from the UDP header. */
 static bool drop_others(int fd, const char *prefix) {
-    enum { FIXED = 2, PER_BYTE = 2, END = 2, PREFIX_MAX = 20 };
-    struct sock_filter code[FIXED + PER_BYTE * PREFIX_MAX + END];
+    enum { FIXED = 2, PER_BYTE = 2, END = 2, LETTERS_MAX = 20 };
+    struct sock_filter code[FIXED + PER_BYTE * LETTERS_MAX + END];
     int length = (int)strlen(prefix), size = FIXED + PER_BYTE * length + END, n = 0;
-    if (length > PREFIX_MAX) return false;
+    if (length > LETTERS_MAX) return false;
     code[n++] = (struct sock_filter)BPF_STMT(BPF_LD | BPF_W | BPF_ABS, UDP_HEADER);
     code[n] = (struct sock_filter)BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, MAGIC, 0, (uint8_t)(size - n - 2)), n++;
     for (int i = 0; i < length; i++) {
@@ -170,18 +226,32 @@ static bool drop_others(int fd, const char *prefix) {
     return !setsockopt(fd, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program);
 }
 
+/* On the interface of the route, and on all others that have an address: which one a datagram of
+ * this host comes by depends on its sender's address and socket, and the route may change. */
+static bool join(struct bus *b) {
+    struct ip_mreqn membership = {.imr_multiaddr = b->group.sin_addr};
+    struct if_nameindex *all = if_nameindex();
+    bool joined = !setsockopt(b->in, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership);
+    int why = errno;
+    for (struct if_nameindex *i = all; i && i->if_index; i++) {
+        membership.imr_ifindex = (int)i->if_index;
+        joined |= !setsockopt(b->in, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership);
+    }
+    if (all) if_freenameindex(all);
+    errno = why;
+    return joined;
+}
+
 /* Bound to the group, so that what was sent to this host's own address does not arrive. */
 static bool open_receiver(struct bus *b, const char *prefix) {
     int yes = 1, no = 0, room = BUS_RECEIVE_BUFFER;
-    struct ip_mreqn membership = {.imr_multiaddr = b->group.sin_addr};
     b->in = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (b->in < 0) return false;
     /* as much of it as the system allows */
     setsockopt(b->in, SOL_SOCKET, SO_RCVBUF, &room, sizeof room);
     return !setsockopt(b->in, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes) &&
            !setsockopt(b->in, IPPROTO_IP, IP_MULTICAST_ALL, &no, sizeof no) && drop_others(b->in, prefix) &&
-           !bind(b->in, (const struct sockaddr *)&b->group, sizeof b->group) &&
-           !setsockopt(b->in, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership);
+           !bind(b->in, (const struct sockaddr *)&b->group, sizeof b->group) && join(b);
 }
 
 static void find_host_addresses(struct bus *b) {

@@ -12,12 +12,13 @@
 #define HEXID_BUS_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 #include "status.h"
 
 struct bus;
 
-enum { BUS_CHANNEL_SIZE = 64, BUS_DATA_MAX = 65000 };
+enum { BUS_CHANNEL_SIZE = 64, BUS_DATA_MAX = 65000, BUS_INTERFACE_SIZE = 16 };
 
 struct bus_message {
     char channel[BUS_CHANNEL_SIZE];
@@ -37,11 +38,19 @@ enum { BUS_RECEIVE_BUFFER = 1 << 21 };
 int bus_open(struct bus **bus, const char *url, struct error *error);
 void bus_close(struct bus *bus);
 
-/* Which way what is published goes. */
+/* An interface that is up, has an IPv4 address and leads to a network. */
+bool bus_network(char name[BUS_INTERFACE_SIZE]);
+
+/* Shell commands that make a route for multicast: by a network's interface where this host has one,
+ * else by the loopback. SAFETY: beside a network's address a route by lo makes LCM's programs deaf
+ * to each other. */
+void bus_remedy(char *text, size_t size);
+
+/* Which way what is published goes: the kernel's route to the group. */
 struct bus_route {
     char group[16];      /* 239.255.76.67 */
     int port, ttl;       /* ttl 0: stays on this host */
-    char interface[16];  /* "" where it has no name */
+    char interface[BUS_INTERFACE_SIZE];  /* "": there is no route */
     bool loopback;
 };
 struct bus_route bus_route(const struct bus *bus);
