@@ -294,6 +294,19 @@ static void a_name_is_one_daemons_and_what_it_leaves_is_removed(void **unused) {
     command_server_close(&second, &(struct command_answer){0});
 }
 
+static void a_file_that_is_no_socket_is_not_deleted(void **unused) {
+    (void)unused;
+    char path[64];
+    struct error error;
+    snprintf(path, sizeof path, "%s/notes.stop", directory);
+    close(open(path, O_CREAT | O_WRONLY | O_CLOEXEC, 0600));
+    assert_int_equal(command_server_open(&server, "notes", &handler, &error), STATUS_UNSAFE);
+    assert_non_null(strstr(error.text, "no socket"));
+    assert_int_equal(unlink(path), 0);
+    open_as("notes"); /* the name is free again */
+    close_all();
+}
+
 static void names_are_short_and_of_plain_letters(void **unused) {
     (void)unused;
     static const char *const wrong[] = {"", ".", "..", "a/b", "a b", "a.stop", "\xc3\xa4", "123456789012345678901234567890123"};
@@ -384,6 +397,7 @@ int main(void) {
         cmocka_unit_test(what_moves_is_not_taken_from_who_has_gone_and_a_stop_is),
         cmocka_unit_test(who_does_not_read_its_answers_is_closed_and_waited_for_by_nobody),
         cmocka_unit_test(a_name_is_one_daemons_and_what_it_leaves_is_removed),
+        cmocka_unit_test(a_file_that_is_no_socket_is_not_deleted),
         cmocka_unit_test(names_are_short_and_of_plain_letters),
         cmocka_unit_test(modes_are_for_everybody_and_for_the_group),
         cmocka_unit_test(a_directory_that_others_may_change_is_refused),

@@ -153,10 +153,24 @@ static int lock_name(const struct machine *m) {
     return file;
 }
 
+/* A socket there is stale: who has the name has the lock. Anything else is not hexid's to delete. */
+static int clear_address(const struct machine *m, bool stop, struct error *error) {
+    struct sockaddr_un address;
+    struct stat s;
+    if (!machine_address(m, stop, &address))
+        return error_set(error, STATUS_USAGE, "%s/%s: too long a path for a socket; name another directory with " VARIABLE, m->directory,
+                         m->name);
+    if (lstat(address.sun_path, &s)) return STATUS_OK;
+    if (!S_ISSOCK(s.st_mode))
+        return error_set(error, STATUS_UNSAFE, "%s: it is no socket: move it away, or name another directory with " VARIABLE,
+                         address.sun_path);
+    if (!unlink(address.sun_path)) return STATUS_OK;
+    return error_set(error, STATUS_IO, "%s: cannot be replaced: %s", address.sun_path, strerror(errno));
+}
+
 static bool others(int why) { return why == EWOULDBLOCK || why == EACCES; }
 
 int machine_claim(const char *name, struct machine *m, int *lock, struct error *error) {
-    struct sockaddr_un address;
     int status = choose_place(m->directory, error);
     if (status) return status;
     snprintf(m->name, sizeof m->name, "%s", *name ? name : MACHINE_NAME_DEFAULT);
@@ -171,13 +185,7 @@ int machine_claim(const char *name, struct machine *m, int *lock, struct error *
                          "name with machine.name",
                          m->name, m->directory, m->name);
     if (*lock < 0) return error_set(error, STATUS_IO, "%s/%s.lock: cannot be made: %s", m->directory, m->name, strerror(errno));
-    for (int stop = 0; stop < 2; stop++) {
-        bool fits = machine_address(m, stop, &address);
-        if (!fits)
-            status = error_set(error, STATUS_USAGE, "%s/%s: too long a path for a socket; name another directory with " VARIABLE,
-                               m->directory, m->name);
-        if (fits) unlink(address.sun_path); /* stale: who has the name has the lock */
-    }
+    for (int stop = 0; !status && stop < 2; stop++) status = clear_address(m, stop, error);
     if (status) close(*lock), *lock = -1;
     return status;
 }
