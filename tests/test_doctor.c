@@ -306,7 +306,8 @@ static void lcm_is_followed_step_by_step(void **unused) {
     bool other = !system("{ ip link add d0 type dummy || ip tuntap add d0 mode tap; } 2>/dev/null && ip link set d0 up && "
                          "ip addr add 192.0.2.1/24 dev d0");
     if (!other) skip_because("this kernel has no second interface to route to");
-    struct finding f = check_lcm_route(&machine); /* a route by lo beside a network makes others deaf */
+    /* a route by lo beside a network makes others deaf */
+    struct finding f = check_lcm_route(&machine);
     assert_int_equal(f.level, LEVEL_WARN);
     assert_string_equal(f.remedy, "sudo ip route replace 224.0.0.0/4 dev d0");
     json_decref(f.data);
