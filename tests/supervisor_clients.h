@@ -92,8 +92,8 @@ static inline bool never_by_clients(struct clients *c, struct model *m, enum com
     return true;
 }
 
-/* Nothing is in motion whose operator is gone, or not heard any more, for longer than the main thread
- * may be kept from its turn. */
+/* Nothing is in motion whose operator is gone, or not heard any more, for longer than the main
+ * thread may be kept from its turn. */
 static inline bool never_unled(struct clients *c, struct model *m) {
     enum state state = m->before.state;
     bool led = false, heard = false;

@@ -15,7 +15,8 @@ struct episode {
     uint64_t seed;
     struct params params;
     enum clock_kind clock;
-    bool operated;               /* commands come from clients, under leases; else into the mailbox */
+    bool operated;               /* commands come from clients, under leases; else straight into
+                                  * the mailbox */
     struct event events[EVENTS_MAX];
     int count, cycles;
     bool simulated;              /* on the simulated platform, which takes five times the time */
@@ -46,12 +47,16 @@ static inline void draw_limits(struct params *p, uint64_t *seed) {
     i->pressure_s = between(seed, 0.05, 0.6);
 }
 
-/* Weights by kind: what the operator does most; faults seldom enough that something moves. */
-static inline enum kind draw_kind(uint64_t *seed, int trouble) {
-    int r = below(seed, 100);
-    if (r >= trouble) return r % 25 ? EVENT_UPWARDS : EVENT_COMMAND;
-    int kind = EVENT_CLIENT_HANGS + below(seed, EVENTS - EVENT_CLIENT_HANGS);
-    return (enum kind)kind;
+/* Weights by kind: what the operator does most; faults seldom enough that something moves. Some
+ * come together more often than chance would have it. */
+static inline enum kind draw_kind(uint64_t *seed, int trouble, enum kind before) {
+    static const enum kind together[EVENTS] = {
+        [EVENT_STALL] = EVENT_READ_FAILS,         [EVENT_WRITE_FAILS] = EVENT_INPUT_OPENS, [EVENT_PRESSURE_NAN] = EVENT_LENGTH_NAN,
+        [EVENT_CLIENT_HANGS] = EVENT_MAIN_STALLS, [EVENT_CLIENT_GONE] = EVENT_COMMAND,     [EVENT_INPUT_OPENS] = EVENT_COMMAND,
+    };
+    if (together[before] && below(seed, 3) == 0) return together[before];
+    if (below(seed, 100) >= trouble) return below(seed, 25) ? EVENT_UPWARDS : EVENT_COMMAND;
+    return (enum kind)(EVENT_CLIENT_HANGS + below(seed, EVENTS - EVENT_CLIENT_HANGS));
 }
 
 static inline int draw_length(uint64_t *seed, const struct params *p) {
@@ -76,13 +81,18 @@ static inline void episode_draw(struct episode *e, uint64_t seed) {
     e->params.lcm.commands = true, e->params.lcm.lease_s = between(&state, 0.05, 1.0);
     static const int troubles[] = {0, 1, 2, 4, 10, 40};
     int trouble = troubles[below(&state, 6)], often = 10 + below(&state, 80);
-    for (int cycle = 0; e->count < EVENTS_MAX; e->count++) {
+    /* the first around the instant at which the sensors are believed */
+    int cycle = 40 + below(&state, 20);
+    for (; e->count < EVENTS_MAX; e->count++) {
         struct event *v = &e->events[e->count];
+        enum kind before = e->count ? v[-1].kind : EVENT_UPWARDS;
         /* often several at once */
-        cycle += below(&state, 4) ? 1 + below(&state, 2 * often) : below(&state, 3);
+        if (e->count) cycle += below(&state, 4) ? 1 + below(&state, 2 * often) : below(&state, 3);
         if (cycle >= EPISODE) break;
-        *v = (struct event){
-            .cycle = cycle, .kind = draw_kind(&state, trouble), .cycles = draw_length(&state, &e->params), .leg = below(&state, LEGS)};
+        *v = (struct event){.cycle = cycle,
+                            .kind = draw_kind(&state, trouble, before),
+                            .cycles = draw_length(&state, &e->params),
+                            .leg = below(&state, LEGS)};
         v->value = uniform(&state);
         if (v->kind == EVENT_COMMAND) v->value = commands[below(&state, (int)(sizeof commands / sizeof *commands))];
     }
