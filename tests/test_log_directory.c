@@ -62,6 +62,41 @@ static void the_oldest_go_until_the_rest_is_within_the_quota(void **unused) {
     assert_true(there("2026-01-03T00-00-00Z.lcm") && there("2026-01-01T00-00-00Z.lcm"));
 }
 
+/* A clock that was wrong: the latest run was written in the past, and is named so. */
+static void the_order_is_that_of_the_numbers_whatever_the_clock_said(void **unused) {
+    (void)unused;
+    struct error error;
+    make("000009_2031-01-01T00-00-00Z.lcm", -90);
+    make("000010_1970-01-01T00-00-09Z.0001.lcm", 900000);
+    make("000010_1970-01-01T00-00-09Z.0002.lcm", 899990);
+    make("000011_2000-01-01T00-00-00Z.lcm", 800000);
+    make("2030-01-01T00-00-00Z.lcm", 0); /* of an earlier version */
+    assert_int_equal(log_directory_prune(directory, 4 * LOG_BYTES, NULL, &error), STATUS_OK);
+    assert_false(there("2030-01-01T00-00-00Z.lcm"));
+    assert_int_equal(log_directory_prune(directory, 3 * LOG_BYTES, NULL, &error), STATUS_OK);
+    assert_false(there("000009_2031-01-01T00-00-00Z.lcm"));
+    assert_int_equal(log_directory_prune(directory, 2 * LOG_BYTES, NULL, &error), STATUS_OK);
+    assert_false(there("000010_1970-01-01T00-00-09Z.0001.lcm"));
+    assert_int_equal(log_directory_prune(directory, 0, NULL, &error), STATUS_OK);
+    assert_true(there("000011_2000-01-01T00-00-00Z.lcm") && !there("000010_1970-01-01T00-00-09Z.0002.lcm"));
+}
+
+static void the_next_number_is_beyond_all_that_are_there(void **unused) {
+    (void)unused;
+    struct error error;
+    char path[PATH_MAX];
+    assert_int_equal(log_directory_create(directory, false, path, sizeof path, &error), STATUS_OK);
+    assert_non_null(strstr(path, "/000001_2"));
+    make("001234_2026-01-01T00-00-00Z.0007.lcm", 0);
+    make("999999999_2026-01-01.lcm", 0);           /* of somebody else */
+    make("9999999999_2026-01-01T00-00-00Z.lcm", 0);
+    assert_int_equal(log_directory_create(directory, true, path, sizeof path, &error), STATUS_OK);
+    assert_non_null(strstr(path, "/001235_2"));
+    make("999999999_2026-01-01T00-00-00Z.lcm", 0);
+    assert_int_equal(log_directory_create(directory, true, path, sizeof path, &error), STATUS_IO);
+    assert_non_null(strstr(error.text, "number 999999999, the largest"));
+}
+
 static void the_newest_stays_whatever_it_takes(void **unused) {
     (void)unused;
     struct error error;
@@ -178,6 +213,8 @@ static int remove_directory(void **unused) { return empty(unused) || rmdir(direc
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(the_oldest_go_until_the_rest_is_within_the_quota, empty),
+        cmocka_unit_test_setup(the_order_is_that_of_the_numbers_whatever_the_clock_said, empty),
+        cmocka_unit_test_setup(the_next_number_is_beyond_all_that_are_there, empty),
         cmocka_unit_test_setup(the_newest_stays_whatever_it_takes, empty),
         cmocka_unit_test_setup(a_log_that_is_being_written_stays, empty),
         cmocka_unit_test_setup(no_part_of_a_run_in_progress_goes, empty),

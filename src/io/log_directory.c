@@ -12,11 +12,14 @@
 #include <time.h>
 #include <unistd.h>
 
-/* 0: a digit. The run; behind it may stand a letter, then the part; then ".lcm". */
+/* 0: a digit. The run; before it may stand its number, behind it a letter (of earlier versions),
+ * then the part; then ".lcm". */
+enum { NUMBER_DIGITS = 9, NUMBER_MAX = 999999999, TRIES = 100 };
 static const char run_shape[] = "0000-00-00T00-00-00Z", part_shape[] = ".0000", ending[] = ".lcm", first_part[] = ".0001.lcm";
 
 struct entry {
     char *name;
+    long number; /* of the run; 0: it has none */
     struct timespec written;
     int64_t bytes;
 };
@@ -27,10 +30,20 @@ static bool shaped(const char *name, const char *shape) {
     return true;
 }
 
-/* Length of the run's name, 0: not one of ours. */
+/* Length of the number with its "_"; 0: none. */
+static size_t number_length(const char *name, long *number) {
+    size_t digits = strspn(name, "0123456789");
+    bool has = digits && digits <= NUMBER_DIGITS && name[digits] == '_';
+    *number = has ? strtol(name, NULL, 10) : 0;
+    return has ? digits + 1 : 0;
+}
+
+/* Length of the run's name with its number, 0: not one of ours. */
 static size_t run_length(const char *name) {
-    if (!shaped(name, run_shape)) return 0;
-    size_t length = sizeof run_shape - 1;
+    long unused;
+    size_t length = number_length(name, &unused);
+    if (!shaped(name + length, run_shape)) return 0;
+    length += sizeof run_shape - 1;
     if (name[length] >= 'b' && name[length] <= 'z') length++;
     size_t part = shaped(name + length, part_shape) ? sizeof part_shape - 1 : 0;
     return strcmp(name + length + part, ending) == 0 ? length : 0;
@@ -40,6 +53,8 @@ static int is_log(const struct dirent *entry) { return run_length(entry->d_name)
 
 static int by_age(const void *a, const void *b) {
     const struct entry *one = a, *other = b;
+    if (one->number != other->number) return one->number < other->number ? -1 : 1;
+    if (one->number) return strcmp(one->name, other->name);
     if (one->written.tv_sec != other->written.tv_sec) return one->written.tv_sec < other->written.tv_sec ? -1 : 1;
     if (one->written.tv_nsec != other->written.tv_nsec) return one->written.tv_nsec < other->written.tv_nsec ? -1 : 1;
     return strcmp(one->name, other->name);
@@ -51,7 +66,9 @@ static int look_at(int directory, struct dirent **found, int count, struct entry
     for (int i = 0; i < count; i++) {
         struct stat s;
         if (fstatat(directory, found[i]->d_name, &s, AT_SYMLINK_NOFOLLOW) || !S_ISREG(s.st_mode)) continue;
-        entries[kept++] = (struct entry){.name = found[i]->d_name, .written = s.st_mtim, .bytes = (int64_t)s.st_blocks * 512};
+        entries[kept] = (struct entry){.name = found[i]->d_name, .written = s.st_mtim, .bytes = (int64_t)s.st_blocks * 512};
+        number_length(entries[kept].name, &entries[kept].number);
+        kept++;
     }
     qsort(entries, (size_t)kept, sizeof *entries, by_age);
     return kept;
@@ -120,14 +137,29 @@ int log_directory_prune(const char *path, int64_t quota_bytes, int64_t *left_byt
     return status;
 }
 
+/* The largest number of a run in it, 0: none has one. -1: it cannot be read. */
+static long largest_number(const char *directory) {
+    long largest = 0, number;
+    DIR *files = opendir(directory);
+    if (!files) return -1;
+    for (const struct dirent *d; (d = readdir(files));)
+        if (is_log(d) && number_length(d->d_name, &number) && number > largest) largest = number;
+    closedir(files);
+    return largest;
+}
+
 int log_directory_create(const char *directory, bool in_parts, char *path, size_t size, struct error *error) {
     char when[32], name[PATH_MAX];
     time_t now = time(NULL);
     struct tm utc;
     strftime(when, sizeof when, "%Y-%m-%dT%H-%M-%SZ", gmtime_r(&now, &utc));
-    for (char letter = 'a'; letter <= 'z'; letter++) {
-        char more[2] = {letter == 'a' ? '\0' : letter, '\0'};
-        int length = snprintf(name, sizeof name, "%s/%s%s%s", directory, when, more, in_parts ? first_part : ending);
+    for (int i = 0; i < TRIES; i++) { /* another run may take the number first */
+        long number = largest_number(directory);
+        if (number < 0) return error_set(error, STATUS_IO, "%.250s: cannot be read: %s", directory, strerror(errno));
+        if (number == NUMBER_MAX)
+            return error_set(error, STATUS_IO, "%.250s: has a log of number %ld, the largest; rename it, or name another directory",
+                             directory, number);
+        int length = snprintf(name, sizeof name, "%s/%06ld_%s%s", directory, number + 1, when, in_parts ? first_part : ending);
         if (length >= (int)sizeof name || length >= (int)size)
             return error_set(error, STATUS_IO, "--log %.100s...: a path of %zu characters and more; name it from nearer by", directory,
                              size);

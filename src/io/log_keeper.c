@@ -42,7 +42,7 @@ static int create(const char *first, int *number, struct answer *a) {
     int file;
     do {
         if (log_directory_part(first, *number, a->path, sizeof a->path, &a->error)) return -1;
-        file = open(a->path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666);
+        file = open(a->path, O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC | O_NOFOLLOW, 0666);
     } while (file < 0 && errno == EEXIST && ++*number);
     if (file < 0) error_set(&a->error, STATUS_IO, "%.250s: cannot be created: %s", a->path, strerror(errno));
     return file;
@@ -55,7 +55,7 @@ static int make_part(const char *first, int *number, int64_t quota_bytes, struct
     struct error ignored; /* what cannot be deleted stays, and is over the quota */
     *a = (struct answer){0};
     int file = create(first, number, a);
-    if (file >= 0) flock(file, LOCK_SH | LOCK_NB);
+    if (file >= 0) flock(file, LOCK_EX | LOCK_NB);
     const char *slash = strrchr(first, '/');
     snprintf(directory, sizeof directory, "%.*s", slash ? (int)(slash - first) : 1, slash ? first : ".");
     if (quota_bytes > 0) log_directory_prune(*directory ? directory : "/", quota_bytes, &left_bytes, &ignored);
@@ -63,7 +63,7 @@ static int make_part(const char *first, int *number, int64_t quota_bytes, struct
     if (file < 0 && quota_bytes > 0) { /* there may be room now */
         a->error = (struct error){0};
         file = create(first, number, a);
-        if (file >= 0) flock(file, LOCK_SH | LOCK_NB);
+        if (file >= 0) flock(file, LOCK_EX | LOCK_NB);
     }
     if (file >= 0) ++*number;
     return file;

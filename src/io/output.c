@@ -14,7 +14,7 @@
 
 #include "recognise.h"
 
-enum { PROC_MAGIC = 0x9fa0, LINKS_MAX = 40, READER_MS = 5000, TAKES_MS = 10000, STEP_MS = 10, ASIDE_MAX = 99999 };
+enum { PROC_MAGIC = 0x9fa0, LINKS_MAX = 40, READER_MS = 5000, TAKES_MS = 10000, STEP_MS = 10, LOCK_MS = 200, ASIDE_MAX = 99999 };
 
 /* ---- places ---- */
 
@@ -279,6 +279,16 @@ static int open_log_in_place(const char *path, struct error *error) {
     return file;
 }
 
+/* A directory's quota holds each log for a moment (log_directory.h); a writer holds it on. A file
+ * system without locks has no second writer that would ask. */
+static bool lock(int file) {
+    for (int ms = 0; flock(file, LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK; ms += STEP_MS) {
+        if (ms >= LOCK_MS) return false;
+        wait_ms(STEP_MS);
+    }
+    return true;
+}
+
 /* Who holds the lock on the file that has the name may move it away; a file that lost its name
  * meanwhile is another's, and it is tried again. */
 static int open_log_file(const char *path, char aside[PATH_MAX], struct error *error) {
@@ -286,7 +296,7 @@ static int open_log_file(const char *path, char aside[PATH_MAX], struct error *e
     for (;;) {
         int file = open(path, O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC, 0666);
         if (file < 0) return refuse_log(file, path, errno, error);
-        if (flock(file, LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK) return refuse_log(file, path, errno, error);
+        if (!lock(file)) return refuse_log(file, path, EWOULDBLOCK, error);
         bool ours = !fstat(file, &s) && is_at(file, path);
         if (ours && !s.st_size) return file;
         if (ours && set_aside(path, aside)) return refuse_log(file, path, errno, error);

@@ -118,5 +118,26 @@ by_the_clock() {
     ls -l "$logs" && MAY_CUT=yes each
 }
 claim "by the clock, where nobody waits for a part: no cycle is lost or there twice" by_the_clock
+# The process that makes the parts stands still, as on a disk that hangs.
+hangs() {
+    local line run keeper status
+    fresh
+    "$hexid" run --hal sim: --rt off "${quick_settings[@]}" --log "$logs" --log-part 0.0005 >"$work/lines" 2>"$work/error" &
+    run=$!
+    exec 3<"$work/lines"
+    while read -r -t 60 -u 3 line; do [[ $line =~ engaging ]] && break; done
+    keeper=$(cat /proc/$run/task/$run/children)
+    kill -STOP $keeper
+    cat <&3 >"$work/said"
+    wait $run
+    status=$?
+    kill -CONT $keeper
+    kill -KILL $keeper 2>/dev/null
+    cat "$work/said" "$work/error"
+    ls -l "$logs"
+    ((status == 3)) && grep -q 'warning: the process that makes the parts of the log does not answer: the log goes on in' "$work/error" &&
+        grep -q ' 0 records lost' "$work/said" && [ "$(ls "$logs" | wc -l)" -eq 1 ] && ends 0 "$hexid" identify "$logs"/*.lcm
+}
+claim "a process for the parts that hangs: said, the log goes on whole, status 3" hangs
 claim "parts without a directory are refused" refuses 2 "--log-part DIR" quick --log "$work/x.lcm" --log-part 1
 claim "a size that is none is refused" refuses 2 "--log-part 0" quick --log "$logs" --log-part 0
