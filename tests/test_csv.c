@@ -31,7 +31,7 @@ static void log_to_csv_to_log_keeps_what_identification_reads(void **unused) {
         struct params params = short_tests(periods[i]);
         empty(NULL);
         write_log(log_a, &params);
-        if (csv_export(log_a, out, &report, &error)) fail_msg("%s", error.text);
+        if (csv_export(log_a, 0, out, &report, &error)) fail_msg("%s", error.text);
         assert_int_equal(report.files, 7);
         assert_true(report.lost > 0 && !report.cut && report.unreadable == 0);
         if (import_of(out, log_b, NULL)) fail_msg("%s", error.text);
@@ -73,7 +73,7 @@ static void csv_to_log_to_csv_gives_the_same_values(void **unused) {
     assert_int_equal(r->count, ROWS);
     for (int i = 0; i < ROWS; i++) assert_equal_cycles(&r->cycle[i], &original[i]);
 
-    assert_int_equal(csv_export(log_a, out, &report, &error), 0);
+    assert_int_equal(csv_export(log_a, 0, out, &report, &error), 0);
     snprintf(path, sizeof path, "%s/1_theta.csv", out);
     f = fopen(path, "r");
     static char line[20000];
@@ -326,7 +326,7 @@ static void one_axis_goes_to_csv_and_back(void **unused) {
     const struct cycle *c = &r->cycle[777];
     assert_true(c->dof == DOF_X && c->in.length_m[0] == 27 * 1e-3 && isnan(c->in.length_m[1]) && isnan(c->in.p1_pa[0]));
     assert_float_equal(c->force_n[0], 777.0, 1e-9);
-    assert_int_equal(csv_export(log_a, out, &report, &error), 0);
+    assert_int_equal(csv_export(log_a, 0, out, &report, &error), 0);
     if (import_of(out, log_b, NULL)) fail_msg("%s", error.text);
     assert_int_equal(load(log_b)->count, 1000);
     assert_float_equal(load(log_b)->cycle[777].force_n[0], 777.0, 1e-9);
@@ -346,7 +346,7 @@ static void a_recording_without_a_sinusoid_is_kept(void **unused) {
     const struct cycle *c = load(log_a)->cycle;
     assert_true(c[0].test >= 0 && c[0].dof == DOF_NONE && c[0].phase == PHASE_NONE && c[0].test_time_s == 5.0 && c[99].out.valve[0] == 99);
     assert_true(c[100].test == 0 && c[100].dof == DOF_X);
-    assert_int_equal(csv_export(log_a, out, &report, &error), 0);
+    assert_int_equal(csv_export(log_a, 0, out, &report, &error), 0);
     assert_int_equal(report.files, 2);
     assert_int_equal(report.rows, 2100);
     char path[2 * PATHS];

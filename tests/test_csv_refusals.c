@@ -255,23 +255,23 @@ static void directories_and_logs_that_cannot_be_are_named(void **unused) {
     assert_int_equal(import_of(in, "/nowhere/a.lcm", NULL), STATUS_IO);
     assert_says("/nowhere/a.lcm|No such file");
     assert_imports();
-    assert_int_equal(csv_export(log_a, in, &report, &error), STATUS_IO);
+    assert_int_equal(csv_export(log_a, 0, in, &report, &error), STATUS_IO);
     assert_says("/in|CSV files already");
-    assert_int_equal(csv_export(log_a, "/nowhere/out", &report, &error), STATUS_IO);
+    assert_int_equal(csv_export(log_a, 0, "/nowhere/out", &report, &error), STATUS_IO);
     assert_says("/nowhere/out|No such file");
-    assert_int_equal(csv_export("/nowhere/a.lcm", out, &report, &error), STATUS_IO);
+    assert_int_equal(csv_export("/nowhere/a.lcm", 0, out, &report, &error), STATUS_IO);
     assert_says("/nowhere/a.lcm|No such file");
     empty(NULL);
     put("config.yaml", "# mine\n");
     put("../only.lcm", "");
     char only[2 * PATHS];
     snprintf(only, sizeof only, "%s/only.lcm", root);
-    assert_int_equal(csv_export(only, out, &report, &error), STATUS_IO);
+    assert_int_equal(csv_export(only, 0, out, &report, &error), STATUS_IO);
     assert_says("only.lcm|no test");
     struct params params = short_tests(0.002);
     write_log(log_a, &params);
     /* nobody's configuration is overwritten */
-    assert_int_equal(csv_export(log_a, in, &report, &error), STATUS_IO);
+    assert_int_equal(csv_export(log_a, 0, in, &report, &error), STATUS_IO);
     assert_says("config.yaml|File exists");
 }
 
@@ -283,7 +283,7 @@ static void a_cut_log_is_exported_up_to_the_cut(void **unused) {
     write_log(log_a, &params);
     stat(log_a, &whole);
     assert_int_equal(truncate(log_a, whole.st_size / 2), 0);
-    assert_int_equal(csv_export(log_a, out, &report, &error), 0);
+    assert_int_equal(csv_export(log_a, 0, out, &report, &error), 0);
     assert_true(report.cut && report.cut_offset <= whole.st_size / 2 && report.files >= 3 && report.files < 7);
     if (import_of(out, log_b, NULL)) fail_msg("%s", error.text);
     assert_int_equal(load(log_b)->count, load(log_a)->count);

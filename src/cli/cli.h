@@ -21,6 +21,7 @@ struct options {
     int measured_count;
     const char *settings[SETTINGS_MAX];
     int setting_count;
+    int run; /* of a log that holds several; 0: not given */
     double log_quota_bytes, log_part_bytes; /* 0: none */
     /* --tests, --trajectory and --repeat as settings */
     char tests[64], trajectory[PARAMS_TEXT_SIZE + 32], repeat[64];

@@ -14,6 +14,7 @@
 #include "csv_input.h"
 #include "gap_logs.h"
 #include "log.h"
+#include "log_runs.h"
 #include "messages.h"
 #include "outputs.h"
 
@@ -197,7 +198,8 @@ static int read_cycles(struct check *c, const struct input *in, struct log_reade
 static int survey_input(struct check *c, const struct input *in) {
     struct log_reader *log;
     struct analysis *analysis = calloc(1, sizeof *analysis);
-    int status = analysis ? log_open(&log, path_of(in), c->error) : error_set(c->error, STATUS_IO, "out of memory");
+    int status = analysis ? log_open_run(&log, path_of(in), in->copy[0] ? 0 : c->o.run, c->error)
+                          : error_set(c->error, STATUS_IO, "out of memory");
     if (!status) {
         status = read_cycles(c, in, log, analysis);
         analysis_free(analysis);
@@ -225,7 +227,7 @@ static void ask_gap(struct check *c) {
     }
     recording_init(recording, &c->first);
     for (int i = 0; i < c->inputs && i < LOGS_MAX; i++) paths[i] = path_of(&c->input[i]);
-    if (gap_logs_load(c->inputs, paths, recording, left_out, &c->report.gap) == STATUS_OK) c->report.gap = (struct error){0};
+    if (gap_logs_load(c->inputs, paths, c->o.run, recording, left_out, &c->report.gap) == STATUS_OK) c->report.gap = (struct error){0};
     for (int i = 0; i < c->inputs; i++) note_left_out(c, &c->input[i], left_out[i]);
     for (int i = 0; i < c->inputs; i++) without_path(&c->input[i], &c->report.gap);
     recording_free(recording);
@@ -273,7 +275,7 @@ static int report(struct check *c) {
 
 static int check(struct check *c, int argc, char **argv) {
     struct options *o = &c->o;
-    int status = options_parse(o, argc, argv, "coSja", LOGS_MAX, c->error);
+    int status = options_parse(o, argc, argv, "coSjaU", LOGS_MAX, c->error);
     if (!status && !o->operands)
         status = error_set(c->error, STATUS_USAGE, "check: name a log or a directory of CSV files; see `hexid check --help`");
     if (!status) status = outputs_open(o, NULL, OUTPUTS_PAGE, &c->json, &c->page, c->error);

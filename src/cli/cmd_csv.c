@@ -59,7 +59,7 @@ int cmd_import(int argc, char **argv) {
 /* The tests of a log as a directory that `hexid import` reads. */
 static int export_tests(const struct options *o, struct error *error) {
     struct csv_report report;
-    int status = csv_export(o->operand[0], o->output, &report, error);
+    int status = csv_export(o->operand[0], o->run, o->output, &report, error);
     if (report.cut) cli_warn_cut(o->operand[0], report.cut_offset);
     if (status) return status;
     cli_say(stdout, "%s: %d test%s, %lld rows, %lld cycles lost", o->output, report.files, report.files == 1 ? "" : "s",
@@ -71,7 +71,7 @@ static int export_tests(const struct options *o, struct error *error) {
 /* All of it as one file. */
 static int export_all(const struct options *o, const struct export_format *format, struct error *error) {
     struct log_export_report report;
-    int status = log_export(o->operand[0], o->output, format, &report, error);
+    int status = log_export(o->operand[0], o->run, o->output, format, &report, error);
     if (report.cut) cli_warn_cut(o->operand[0], report.cut_offset);
     if (status) return status;
     cli_say(stdout, "%s: %lld cycles, %lld cycles lost, %lld messages%s", o->output, (long long)report.cycles, (long long)report.lost,
@@ -85,7 +85,7 @@ int cmd_export(int argc, char **argv) {
     struct options o;
     struct error error;
     const struct export_format *format = NULL;
-    int status = options_parse(&o, argc, argv, "oFA", 1, &error);
+    int status = options_parse(&o, argc, argv, "oFAU", 1, &error);
     if (!status) status = named(&o, "export", &error);
     const char *name = !status && o.format ? o.format : export_table.name;
     for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)

@@ -90,7 +90,7 @@ int cmd_identify(int argc, char **argv) {
     struct options o;
     struct output json;
     struct error error;
-    int status = options_parse(&o, argc, argv, "cSjP", OPERANDS_MAX, &error);
+    int status = options_parse(&o, argc, argv, "cSjPU", OPERANDS_MAX, &error);
     if (!status && !o.operands) status = error_set(&error, STATUS_USAGE, "identify: name a log; see `hexid identify --help`");
     if (!status) status = outputs_open(&o, NULL, OUTPUTS_NONE, &json, NULL, &error);
     struct log_analysis *i = status ? NULL : calloc((size_t)o.operands, sizeof *i);

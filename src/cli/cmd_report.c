@@ -77,7 +77,7 @@ int cmd_report(int argc, char **argv) {
     struct options o;
     struct error error = {0};
     struct log_analysis *analysis = calloc(REPORT_LOGS, sizeof *analysis);
-    int status = analysis ? options_parse(&o, argc, argv, "coS", REPORT_LOGS, &error) : error_set(&error, STATUS_IO, "out of memory");
+    int status = analysis ? options_parse(&o, argc, argv, "coSU", REPORT_LOGS, &error) : error_set(&error, STATUS_IO, "out of memory");
     if (!status && (!o.operands || !o.output))
         status = error_set(&error, STATUS_USAGE, "`hexid report` needs a log and -o PAGE.html; see `hexid report --help`");
     if (!status) status = report(&o, analysis, &error);

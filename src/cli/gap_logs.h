@@ -11,7 +11,8 @@ enum { GAP_LEFT_OUT_SIZE = 200 };
 typedef char gap_left_out[LOGS_MAX][GAP_LEFT_OUT_SIZE];
 
 /* Adds all logs of one machine, each a run, to a recording that recording_init() has begun, and
- * checks it. Negative with the log's name and what is wrong with it. */
-int gap_logs_load(int logs, const char *const *path, struct recording *r, gap_left_out left_out, struct error *error);
+ * checks it. run: of one log that holds several (log_runs.h), else 0. Negative with the log's name
+ * and what is wrong with it. */
+int gap_logs_load(int logs, const char *const *path, int run, struct recording *r, gap_left_out left_out, struct error *error);
 
 #endif

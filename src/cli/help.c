@@ -19,7 +19,7 @@ static const char run_options[] = CONFIG
     "%s"
     "  --fast           virtual time, as fast as this machine can: same code, same seed, same bytes\n" RT(
         " (require on hardware, try on sim:)") SEED
-    "  --log FILE|DIR   LCM event log of every cycle; in a directory a new file named by its start\n"
+    "  --log FILE|DIR   LCM event log of every cycle; in a directory a new file named by its number and its start\n"
     "  --log-quota GB   delete the oldest logs of earlier runs in the directory until all take no more, before the run and with each part\n"
     "  --log-part GB    go on in a new file, numbered, each so many GB, between two tests; each part is a log by itself\n"
     "  --json FILE      result, schema hexid.identification/1; - for standard output\n" SET
@@ -36,6 +36,7 @@ static const char gap_options[] =
     "  --measured LOG   of the rig; several logs of one machine are fitted together\n"
     "  -c FILE          the model: configuration, its effects taken as given\n"
     "  -o DIR           model.yaml (the model with what was found), gap.json, report.html\n"
+    "  --run N          of a log that holds several runs of the daemon: take this one\n"
     "  --validate LOG   before and after are judged on this log, which no fit has seen, instead of on held-out cycles\n"
     "  --replay MODE    closed-loop: the proof is a simulation of the loop; motion: the equations under the measured motion\n"
     "                   alone; by itself closed-loop, but motion for one axis, any motion, and logs without references,\n"
@@ -45,6 +46,7 @@ static const char gap_options[] =
 
 static const char check_options[] =
     "  DIR|CSV|LOG      a log, several of one machine, or CSV files as `hexid import` reads them\n"
+    "  --run N          of a log that holds several runs of the daemon: take this one\n"
     "  -c FILE          configuration; without it the log's own, for CSV the one that `hexid run` takes\n" SET MAP
     "  -o PAGE.html     the signals over time, one file for any browser\n"
     "  --json FILE      the same facts, schema hexid.check/1; - for standard output\n"
@@ -72,25 +74,27 @@ static const struct subcommand subcommands[] = {
      "serve the simulated platform as the devices of a bus",
      "  --bus URL        can:IF, modbus:tcp://HOST:PORT or modbus:rtu:DEVICE?baud=N\n" CONFIG SET SEED RT(" (without it: try)"),
      "hexid plant --bus modbus:tcp://127.0.0.1:1502", cmd_plant},
-    {"check", "DIR|CSV|LOG [LOG ...] [-c FILE] [--set KEY=VALUE ...] [--map OURS=THEIRS[:UNIT],...] [-o PAGE.html] [--json FILE]",
+    {"check", "DIR|CSV|LOG [LOG ...] [--run N] [-c FILE] [--set KEY=VALUE ...] [--map OURS=THEIRS[:UNIT],...] [-o PAGE.html] [--json FILE]",
      "look at a recording: sampling, pieces in time, channels, and whether gap and identify would take it", check_options,
      "hexid check a.lcm -o a.html", cmd_check},
-    {"identify", "LOG [LOG ...] [-c FILE] [--set KEY=VALUE ...] [--pose X,Y,Z,PHI,THETA,PSI] [--json FILE]",
+    {"identify", "LOG [LOG ...] [--run N] [-c FILE] [--set KEY=VALUE ...] [--pose X,Y,Z,PHI,THETA,PSI] [--json FILE]",
      "identify from a recorded log, or from several of one machine",
      "  LOG              of `hexid run` or `hexid import`; up to sixteen of one machine are combined, and compared\n"
+     "  --run N          of a log that holds several runs of the daemon: take this one\n"
      "  -c FILE          configuration; without it the log's own\n" SET
      "  --pose LIST      the matrix in this pose, too, m and rad: from the payload found and the legs as configured\n"
      "  --json FILE      result, schema hexid.identification/1; - for standard output\n",
      "hexid identify a.lcm --json a.json", cmd_identify},
-    {"report", "LOG [LOG ...] -o PAGE.html [-c FILE] [--set KEY=VALUE ...]",
+    {"report", "LOG [LOG ...] -o PAGE.html [--run N] [-c FILE] [--set KEY=VALUE ...]",
      "the identification as one page: matrix, payload, friction, tests in pictures, checks; up to six logs side by side",
      "  LOG              of one run; with several, each has its column beside the others, and nothing is pooled\n"
+     "  --run N          of a log that holds several runs of the daemon: take this one\n"
      "  -o PAGE.html     one file for any browser, pictures inside; - for standard output\n"
      "  -c FILE          configuration, of all logs; without it each log's own\n" SET
      "\nexit status as that of hexid identify: 0 when all runs passed their checks, 1 when one did not; the page is written then, too\n",
      "hexid report a.lcm b.lcm -o report.html", cmd_report},
     {"gap",
-     "--measured LOG [--measured LOG2 ...] [--validate LOG] -c FILE -o DIR [--json FILE] [--replay closed-loop|motion]\n"
+     "--measured LOG [--measured LOG2 ...] [--run N] [--validate LOG] -c FILE -o DIR [--json FILE] [--replay closed-loop|motion]\n"
      "           [--set KEY=VALUE ...]",
      "find the physical effect that the model lacks, add it, and show how much of the difference is gone", gap_options,
      "hexid gap --measured a.lcm -c rig.yaml -o gap", cmd_gap},
@@ -99,9 +103,10 @@ static const struct subcommand subcommands[] = {
      "  DIR|CSV          a directory of CSV files, one a test, or one file\n"
      "  -o LOG           the log to write\n" CONFIG SET MAP,
      "hexid import stand.csv -c axis.yaml -o stand.lcm --map 't=Zeit:ms,position=Weg:mm,force=Kraft:kN'", cmd_import},
-    {"export", "LOG -o DIR | --all -o FILE | --format mat|mcap -o FILE",
+    {"export", "LOG [--run N] -o DIR | --all -o FILE | --format mat|mcap -o FILE",
      "convert a log: a directory of CSV files, one a test, as import reads it; or all of it, every cycle of every state",
      "  LOG              of `hexid run` or `hexid import`\n"
+     "  --run N          of a log that holds several runs of the daemon: take this one\n"
      "  -o DIR           directory for one CSV file a test, with the configuration\n"
      "  --all -o FILE    one CSV table of every cycle\n"
      "  --format FORMAT  csv without it; mat: for MATLAB, Octave and scipy; mcap: for PlotJuggler and Foxglove\n",

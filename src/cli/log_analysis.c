@@ -4,6 +4,7 @@
 
 #include "config.h"
 #include "log.h"
+#include "log_runs.h"
 #include "messages.h"
 
 /* The configuration in the log's first event, changed by --set; or the file given by -c. */
@@ -38,7 +39,7 @@ static int read_events(struct log_analysis *l, const struct options *o, const ch
 int log_analysis_read(struct log_analysis *l, const struct options *o, const char *path, struct error *error) {
     struct log_reader *log;
     memset(l, 0, sizeof *l);
-    int status = log_open(&log, path, error);
+    int status = log_open_run(&log, path, o->run, error);
     if (status) return status;
     status = read_events(l, o, path, log, error);
     log_release(log);

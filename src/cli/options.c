@@ -12,6 +12,7 @@
 #include "config.h"
 #include "edit_distance.h"
 #include "log.h"
+#include "log_runs.h"
 #include "messages.h"
 #include "printable.h"
 
@@ -50,6 +51,7 @@ static const struct option long_options[] = {
     {"latency", required_argument, NULL, 'L'},
     {"http", required_argument, NULL, 'h'},
     {"machine", required_argument, NULL, 'N'},
+    {"run", required_argument, NULL, 'U'},
     {"once", no_argument, NULL, '1'},
     {"json", no_argument, NULL, 'J'}, /* of what goes on and on: lines on standard output */
     {0},
@@ -144,6 +146,15 @@ static int set_std(struct options *o, const char *text, struct error *error) {
     return STATUS_OK;
 }
 
+static int set_run(struct options *o, const char *text, struct error *error) {
+    char *end;
+    long number = strtol(text, &end, 10);
+    if (end == text || *end || number < 1 || number > LOG_RUNS_MAX)
+        return error_set(error, STATUS_USAGE, "--run %.40s: the number of a run in the log, 1 to %d", text, LOG_RUNS_MAX);
+    o->run = (int)number;
+    return STATUS_OK;
+}
+
 static int set_latency(struct options *o, const char *text, struct error *error) {
     static const double most_s = 86400.0;
     char *end;
@@ -194,6 +205,7 @@ static int take(struct options *o, int option, const char *value, struct error *
     case 'd': return set_std(o, value, error);
     case 'P': return set_pose(o, value, error);
     case 'L': return set_latency(o, value, error);
+    case 'U': return set_run(o, value, error);
     case 'r': return set_rt(o, value, error);
     case 'q': return set_size("--log-quota", value, &o->log_quota_bytes, error);
     case 'g': return set_log_part(o, value, error);
@@ -251,6 +263,8 @@ int options_parse(struct options *o, int argc, char **argv, const char *allowed,
         return error_set(error, STATUS_USAGE, "--tests and --trajectory: one of them; a trajectory has its own axes");
     if (o->survey && o->trajectory[0])
         return error_set(error, STATUS_USAGE, "--survey and --trajectory: one of them; a survey has its own motion");
+    if (o->run && o->operands + o->measured_count != 1)
+        return error_set(error, STATUS_USAGE, "--run: it says which run of a log is taken, so name one log");
     if (o->std_pct > 0.0 && !o->survey)
         return error_set(error, STATUS_USAGE, "--std: the deviation that a test is proposed for; needs --survey");
     return STATUS_OK;

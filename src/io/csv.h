@@ -84,8 +84,8 @@ struct csv_report {
 
 /* The tests of a log as DIRECTORY/1_x.csv ..., and its configuration. The directory is made
  * when it is not there; one that has CSV files is refused, and no file overwritten. -3 with
- * the file's name. */
-int csv_export(const char *log_path, const char *directory, struct csv_report *report, struct error *error);
+ * the file's name. run: of a log that holds several (log_runs.h), else 0. */
+int csv_export(const char *log_path, int run, const char *directory, struct csv_report *report, struct error *error);
 
 struct csv_map;
 

@@ -8,6 +8,7 @@
 #include "csv.h"
 #include "csv_format.h"
 #include "log.h"
+#include "log_runs.h"
 #include "messages.h"
 #include "number_text.h"
 
@@ -153,12 +154,12 @@ static int export_events(struct export *e, struct log_reader *log, const char *l
     return error_set(e->error, STATUS_IO, "%.250s: has no test in it, so there is nothing to export", log_path);
 }
 
-int csv_export(const char *log_path, const char *directory, struct csv_report *report, struct error *error) {
+int csv_export(const char *log_path, int run, const char *directory, struct csv_report *report, struct error *error) {
     struct log_reader *log;
     struct export e = {.log_path = log_path, .directory = directory, .report = report, .error = error};
     *report = (struct csv_report){0};
     config_default(&e.params);
-    int status = log_open(&log, log_path, error);
+    int status = log_open_run(&log, log_path, run, error);
     if (status) return status;
     status = make_directory(directory, error);
     if (!status) status = export_events(&e, log, log_path);

@@ -191,6 +191,7 @@ struct log_reader {
     unsigned char *buffer;
     size_t capacity, begin, end; /* unread bytes: buffer[begin .. end) */
     int64_t offset;              /* of buffer[begin] in the file */
+    int64_t limit;               /* no event that begins there or beyond is read */
     bool ended, damaged;
     char channel[CHANNEL_MAX + 1];
 };
@@ -231,7 +232,7 @@ int log_open(struct log_reader **reader, const char *path, struct error *error) 
         free(r);
         return error_set(error, STATUS_IO, "%.250s: out of memory", path);
     }
-    r->capacity = BUFFER_SIZE;
+    r->capacity = BUFFER_SIZE, r->limit = INT64_MAX;
     const char *reason;
     r->file = input_open(path, &reason);
     errno = 0;
@@ -255,7 +256,16 @@ static size_t event_size(const unsigned char *header) {
     return sound ? HEADER_SIZE + channel + data : 0;
 }
 
+int64_t log_offset(const struct log_reader *r) { return r->offset; }
+
+void log_range(struct log_reader *r, int64_t begin, int64_t end) {
+    r->damaged = lseek(r->file, begin, SEEK_SET) < 0;
+    r->begin = r->end = 0;
+    r->offset = begin, r->limit = end;
+}
+
 int log_next(struct log_reader *r, struct log_event *event) {
+    if (r->offset >= r->limit) return 0;
     const unsigned char *header = r->ended ? NULL : need(r, HEADER_SIZE);
     size_t size = header ? event_size(header) : 0;
     if (size) header = need(r, size);

@@ -75,6 +75,13 @@ int log_open(struct log_reader **reader, const char *path, struct error *error);
  * larger than it, up to 64 MiB, and only as their bytes arrive. */
 int log_next(struct log_reader *reader, struct log_event *event);
 
+/* The byte behind the event that was read last. */
+int64_t log_offset(const struct log_reader *reader);
+
+/* Reads the events that begin within these bytes of the file alone; begin is where one begins.
+ * Before the first is read. */
+void log_range(struct log_reader *reader, int64_t begin, int64_t end);
+
 /* True when reading ended before the file did, or inside an event; *offset is the byte after the
  * last whole event. */
 bool log_cut(const struct log_reader *reader, int64_t *offset);

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include "log.h"
+#include "log_runs.h"
 #include "messages.h"
 
 struct export {
@@ -35,13 +36,13 @@ static void take(struct export *e, const struct log_event *event) {
     } else e->report->unreadable++;
 }
 
-int log_export(const char *log_path, const char *path, const struct export_format *format, struct log_export_report *report,
+int log_export(const char *log_path, int run, const char *path, const struct export_format *format, struct log_export_report *report,
                struct error *error) {
     struct log_reader *log;
     struct log_event event;
     struct export e = {.format = format, .report = report};
     *report = (struct log_export_report){0};
-    int status = log_open(&log, log_path, error);
+    int status = log_open_run(&log, log_path, run, error);
     if (status) return status;
     status = format->open(&e.to, path, error);
     if (!status) {

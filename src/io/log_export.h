@@ -44,9 +44,9 @@ struct log_export_report {
     int64_t cut_offset;
 };
 
-/* -3 with the path of what cannot be read or written, or when the log has no cycle; it leaves no
- * new file then. */
-int log_export(const char *log_path, const char *path, const struct export_format *format, struct log_export_report *report,
+/* run: of a log that holds several (log_runs.h), else 0. -3 with the path of what cannot be read or
+ * written, or when the log has no cycle; it leaves no new file then. */
+int log_export(const char *log_path, int run, const char *path, const struct export_format *format, struct log_export_report *report,
                struct error *error);
 
 #endif

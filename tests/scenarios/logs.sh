@@ -77,4 +77,27 @@ claim "a log given twice: refused, naming it" refuses 2 "1.lcm twice" "$hexid" i
 cp "$work/1.lcm" "$work/copy.lcm"
 claim "a copy of a log: refused, naming both" refuses 2 "copy.lcm 1.lcm twice" "$hexid" identify "$work/1.lcm" "$work/copy.lcm"
 claim "seventeen logs: refused" refuses 2 "17.lcm one argument too many" "$hexid" identify "$work"/{1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17}.lcm
+# What lcm-logger wrote beside two runs of the daemon, or what cat has joined.
+cat "$work/1.lcm" "$work/2.lcm" >"$work/both.lcm"
+cat "$work/1.lcm" "$work/lighter.lcm" >"$work/others.lcm"
+two_runs() {
+    local of="both.lcm 2 runs --run N 1: 2:"
+    refuses 3 "$of" "$hexid" identify "$work/both.lcm" && refuses 3 "$of" "$hexid" check "$work/both.lcm" &&
+        refuses 3 "$of" "$hexid" report "$work/both.lcm" -o "$work/never.html" && [ ! -e "$work/never.html" ] &&
+        refuses 3 "$of" "$hexid" gap --measured "$work/both.lcm" -c "$work/rig.yaml" -o "$work/never" && [ ! -e "$work/never" ] &&
+        for how in "-o $work/never" "--all -o $work/never" "--format mcap -o $work/never"; do
+            refuses 3 "$of" "$hexid" export "$work/both.lcm" $how && [ ! -e "$work/never" ] || return 1
+        done && refuses 3 "others.lcm different configurations --run" "$hexid" identify "$work/others.lcm"
+}
+claim "a log of two runs: refused by every subcommand, with the runs and the option that takes one" two_runs
+one_of_two() {
+    local run
+    for run in 1 2; do
+        ends 0 identify "$work/both.lcm" --run $run --json "$work/run.json" && ends 0 identify "$work/$run.lcm" --json "$work/alone.json" &&
+            cmp "$work/run.json" "$work/alone.json" && "$hexid" export "$work/both.lcm" --run $run --all -o "$work/run$run.csv" &&
+            "$hexid" export "$work/$run.lcm" --all -o "$work/alone$run.csv" && cmp "$work/run$run.csv" "$work/alone$run.csv" || return 1
+    done
+    refuses 2 "--run 3 2 runs" "$hexid" identify "$work/both.lcm" --run 3 && refuses 2 "--run one log" "$hexid" identify "$work/1.lcm" "$work/both.lcm" --run 1
+}
+claim "--run takes one of them: the same result and the same table as of its own log" one_of_two
 claim "one that is not there: I/O error, naming it" refuses 3 "none.lcm" "$hexid" identify "$work/1.lcm" "$work/none.lcm"

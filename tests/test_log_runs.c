@@ -1,0 +1,178 @@
+/* One run or several in a log: what separates them, what does not, and what is no log of runs. */
+#include "support.h"
+
+#include <stdlib.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "log.h"
+#include "log_runs.h"
+#include "messages.h"
+
+static char path[] = "/tmp/log_runs.XXXXXX";
+static struct log_writer *log_;
+static struct log_runs runs;
+static struct error error;
+static const int64_t PERIOD_NS = 2000000;
+
+static int begin(void **unused) {
+    (void)unused;
+    unlink(path);
+    return log_create(&log_, path, &error);
+}
+
+/* utime_us: of a clock that began so many seconds before the daemon. */
+static void cycle_at(uint64_t seq, double began_s) {
+    unsigned char buffer[STATE_MESSAGE_MAX];
+    struct cycle c = {.seq = seq, .in.time_ns = (int64_t)seq * PERIOD_NS, .test = -1, .dof = DOF_NONE};
+    log_write(log_, (int64_t)(began_s * 1e6) + c.in.time_ns / 1000, CHANNEL_STATE, buffer, state_encode(&c, buffer), &error);
+}
+
+static void cycles(uint64_t first, uint64_t end, uint64_t step, double began_s) {
+    for (uint64_t seq = first; seq < end; seq += step) cycle_at(seq, began_s);
+}
+
+static void event(const char *kind, const char *text) {
+    unsigned char buffer[200];
+    log_write(log_, 0, CHANNEL_EVENT, buffer, event_encode(0, 0, kind, text, buffer, sizeof buffer), &error);
+}
+
+static int found(void) {
+    assert_int_equal(log_close(log_, &error), STATUS_OK);
+    assert_int_equal(log_runs_find(path, &runs, &error), STATUS_OK);
+    return runs.count;
+}
+
+/* Cycles that the run of this number has when it is read alone; -1: it is refused. */
+static int read_alone(int run) {
+    struct log_reader *reader;
+    struct log_event e;
+    struct cycle c;
+    int count = 0;
+    if (log_open_run(&reader, path, run, &error)) return -1;
+    while (log_next(reader, &e)) count += !strcmp(e.channel, CHANNEL_STATE) && state_decode(e.data, e.size, &c);
+    log_release(reader);
+    return count;
+}
+
+static void a_run_is_one_whatever_it_has_lost(void **unused) {
+    (void)unused;
+    event("config", "a");
+    cycles(0, 500, 1, 0);
+    cycles(700, 900, 1, 0);
+    event("config", "a"), event("part", "2"); /* joined with its next part */
+    cycles(900, 1200, 1, 0);
+    cycle_at(1199, 0); /* twice */
+    cycles(1200, 1300, 1, 0);
+    assert_int_equal(found(), 1);
+    assert_int_equal(read_alone(0), 1101);
+    assert_int_equal(read_alone(1), 1101);
+    assert_int_equal(read_alone(2), -1);
+    assert_int_equal(error.status, STATUS_USAGE);
+}
+
+static void a_number_that_goes_back_begins_another_run(void **unused) {
+    (void)unused;
+    cycles(300, 1000, 10, 5.0); /* as lcm-logger hears them */
+    cycles(0, 2000, 10, 60.0);
+    cycles(0, 100, 10, 90.0);
+    assert_int_equal(found(), 3);
+    assert_false(runs.mixed || runs.disordered || runs.configurations);
+    assert_int_equal(read_alone(0), -1);
+    assert_int_equal(error.status, STATUS_IO);
+    assert_non_null(strstr(error.text, "is of 3 runs of the daemon; take one with --run N (1: 1.4 s; 2: 4.0 s; 3: 0.2 s)"));
+    assert_int_equal(read_alone(1) + read_alone(2) + read_alone(3), 70 + 200 + 10);
+    assert_int_equal(read_alone(2), 200);
+}
+
+static void so_does_another_configuration_and_it_belongs_to_its_run(void **unused) {
+    (void)unused;
+    struct log_reader *reader;
+    struct log_event e;
+    const char *text;
+    size_t size;
+    event("config", "a");
+    cycles(0, 100, 1, 0);
+    event("config", "b");
+    cycles(200, 300, 1, 0); /* beyond the first */
+    assert_int_equal(found(), 2);
+    assert_true(runs.configurations && !runs.disordered);
+    assert_int_equal(log_open_run(&reader, path, 2, &error), STATUS_OK);
+    assert_int_equal(log_next(reader, &e), 1);
+    assert_true(event_decode_config(e.data, e.size, &text, &size) && *text == 'b');
+    log_release(reader);
+}
+
+static void a_run_whose_beginning_was_not_heard_has_another_clock(void **unused) {
+    (void)unused;
+    cycles(0, 500, 1, 0);
+    cycles(3000, 4000, 1, 100.0);
+    assert_int_equal(found(), 2);
+    assert_int_equal(read_alone(2), 1000);
+}
+
+static void a_cycle_that_is_damaged_begins_nothing(void **unused) {
+    (void)unused;
+    cycles(0, 500, 1, 0);
+    cycle_at(7, 0);
+    cycles(501, 700, 1, 0);
+    cycle_at(9000000, 0);
+    cycles(701, 900, 1, 0);
+    assert_int_equal(found(), 1);
+    assert_false(runs.mixed);
+    assert_int_equal(read_alone(0), 900);
+}
+
+static void two_machines_at_once_are_refused(void **unused) {
+    (void)unused;
+    for (int bursts = 1; bursts <= 8; bursts *= 2) {
+        begin(NULL);
+        for (uint64_t i = 0; i < 400; i += (uint64_t)bursts)
+            cycles(i, i + (uint64_t)bursts, 1, 0), cycles(5000 + i, 5000 + i + (uint64_t)bursts, 1, 0);
+        found();
+        assert_true(runs.mixed);
+        assert_int_equal(read_alone(0), -1);
+        assert_int_equal(read_alone(1), -1);
+        assert_non_null(strstr(error.text, "several daemons that ran at the same time"));
+    }
+}
+
+static void parts_out_of_their_order_are_refused(void **unused) {
+    (void)unused;
+    event("config", "a"), event("part", "2"), cycles(500, 900, 1, 0);
+    event("config", "a"), cycles(0, 500, 1, 0);
+    assert_int_equal(found(), 2);
+    assert_true(runs.disordered);
+    begin(NULL);
+    event("config", "a"), cycles(0, 500, 1, 0);
+    event("config", "a"), event("part", "3"), cycles(900, 1200, 1, 0);
+    event("config", "a"), event("part", "2"), cycles(500, 900, 1, 0);
+    found();
+    assert_true(runs.disordered);
+    assert_int_equal(read_alone(1), -1);
+    assert_non_null(strstr(error.text, "its parts are not in the order of their numbers"));
+}
+
+static int make_file(void **unused) {
+    (void)unused;
+    int file = mkstemp(path);
+    return file < 0 ? -1 : close(file);
+}
+
+static int remove_file(void **unused) {
+    (void)unused;
+    return unlink(path);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(a_run_is_one_whatever_it_has_lost, begin),
+        cmocka_unit_test_setup(a_number_that_goes_back_begins_another_run, begin),
+        cmocka_unit_test_setup(so_does_another_configuration_and_it_belongs_to_its_run, begin),
+        cmocka_unit_test_setup(a_run_whose_beginning_was_not_heard_has_another_clock, begin),
+        cmocka_unit_test_setup(a_cycle_that_is_damaged_begins_nothing, begin),
+        cmocka_unit_test_setup(two_machines_at_once_are_refused, begin),
+        cmocka_unit_test_setup(parts_out_of_their_order_are_refused, begin),
+    };
+    return cmocka_run_group_tests(tests, make_file, remove_file);
+}
