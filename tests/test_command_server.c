@@ -331,6 +331,53 @@ static void modes_are_for_everybody_and_for_the_group(void **unused) {
     close_all();
 }
 
+/* Whatever the umask of who starts it: everybody gets to the socket for stops, and nobody else can
+ * lock the name (a lock needs no more than to read). */
+static void everybody_may_go_through_the_directory_and_nobody_may_lock_the_name(void **unused) {
+    (void)unused;
+    char path[64], lock[80];
+    struct stat s;
+    snprintf(path, sizeof path, "%s/made", directory);
+    snprintf(lock, sizeof lock, "%s/hexid.lock", path);
+    setenv("HEXID_RUNTIME_DIR", path, 1);
+    for (int old = 0; old < 2; old++) {
+        mode_t before = umask(old ? 0 : 077);
+        if (old) chmod(lock, 0644); /* an earlier version's */
+        open_as("");
+        assert_int_equal(stat(path, &s), 0);
+        assert_int_equal(s.st_mode & 0777, 0755);
+        assert_int_equal(stat(lock, &s), 0);
+        assert_int_equal(s.st_mode & 0777, 0600);
+        umask(before);
+        close_all();
+    }
+    setenv("HEXID_RUNTIME_DIR", directory, 1);
+}
+
+/* A user's directory full of sockets that nobody serves leaves room for the machines elsewhere, and
+ * is not waited for. */
+static void one_directory_does_not_crowd_out_another(void **unused) {
+    (void)unused;
+    int listener[2 * MACHINES_EACH];
+    static struct machine list[MACHINES_MAX];
+    struct error doubt;
+    for (int i = 0; i < 2 * MACHINES_EACH; i++) {
+        struct sockaddr_un at = {.sun_family = AF_UNIX};
+        snprintf(at.sun_path, sizeof at.sun_path, "%s/a%d.stop", directory, i);
+        listener[i] = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
+        assert_int_equal(bind(listener[i], (const struct sockaddr *)&at, sizeof at), 0);
+        assert_int_equal(listen(listener[i], 0), 0);
+    }
+    assert_int_equal(machine_find("", list, &doubt), MACHINES_EACH);
+    assert_true(MACHINES_EACH < MACHINES_MAX);
+    for (int i = 0; i < 2 * MACHINES_EACH; i++) {
+        char path[80];
+        snprintf(path, sizeof path, "%s/a%d.stop", directory, i);
+        unlink(path);
+        close(listener[i]);
+    }
+}
+
 static void refused(const char *path, const char *words) {
     struct error error;
     struct machine list[MACHINES_MAX];
@@ -400,6 +447,8 @@ int main(void) {
         cmocka_unit_test(a_file_that_is_no_socket_is_not_deleted),
         cmocka_unit_test(names_are_short_and_of_plain_letters),
         cmocka_unit_test(modes_are_for_everybody_and_for_the_group),
+        cmocka_unit_test(everybody_may_go_through_the_directory_and_nobody_may_lock_the_name),
+        cmocka_unit_test(one_directory_does_not_crowd_out_another),
         cmocka_unit_test(a_directory_that_others_may_change_is_refused),
     };
     return cmocka_run_group_tests(tests, make_directory, remove_directory);

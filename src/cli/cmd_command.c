@@ -205,7 +205,7 @@ static int stop_found(const struct asked *q, const struct machine *list, int cou
     const char *also = NULL;
     int worst = STATUS_OK;
     for (int i = 0; i < count; i++)
-        if (!command_client_open(&client[i], &list[i], true, ANSWER_MS / 10)) command_client_send(&client[i], q->command, false);
+        if (!command_client_open(&client[i], &list[i], true, 0)) command_client_send(&client[i], q->command, false);
     int64_t end_ms = now_ms() + ANSWER_MS;
     for (int i = 0; i < count; i++) {
         struct command_client *c = &client[i];

@@ -14,7 +14,7 @@
 #define OF_THE_SYSTEM "/run/hexid"
 #define VARIABLE "HEXID_RUNTIME_DIR"
 
-enum { PLACES_MAX = 16, NAMES_TRIED = 99, PATH_SIZE = MACHINE_DIRECTORY_SIZE + MACHINE_NAME_SIZE + 8 };
+enum { NAMES_TRIED = 99, PATH_SIZE = MACHINE_DIRECTORY_SIZE + MACHINE_NAME_SIZE + 8 };
 static const char stop_suffix[] = ".stop";
 
 bool machine_name_valid(const char *name) {
@@ -32,13 +32,13 @@ bool machine_address(const struct machine *m, bool stop, struct sockaddr_un *add
 /* ---- directories ---- */
 
 struct places {
-    char path[PLACES_MAX][MACHINE_DIRECTORY_SIZE];
+    char path[MACHINE_PLACES][MACHINE_DIRECTORY_SIZE];
     int count;
 };
 
 static void add_place(struct places *p, const char *folder, const char *below) {
     char path[MACHINE_DIRECTORY_SIZE];
-    if (p->count == PLACES_MAX || snprintf(path, sizeof path, "%s%s", folder, below) >= (int)sizeof path) return;
+    if (p->count == MACHINE_PLACES || snprintf(path, sizeof path, "%s%s", folder, below) >= (int)sizeof path) return;
     for (int i = 0; i < p->count; i++)
         if (!strcmp(p->path[i], path)) return;
     strcpy(p->path[p->count++], path);
@@ -104,10 +104,13 @@ static int check_place(const char *path, uid_t *owner, struct error *error) {
 
 /* ---- the daemon's ---- */
 
-/* Made where it is missing: below a directory that is there. */
+/* Made where it is missing, below a directory that is there. SAFETY: everybody's stop comes through
+ * it, whatever the umask. */
 static int take_place(const char *path, char directory[MACHINE_DIRECTORY_SIZE], struct error *error) {
     uid_t owner;
-    if (mkdir(path, 0755) && errno != EEXIST) return error_set(error, STATUS_IO, "%s: cannot be made: %s", path, strerror(errno));
+    bool made = !mkdir(path, 0755);
+    if ((!made && errno != EEXIST) || (made && chmod(path, 0755)))
+        return error_set(error, STATUS_IO, "%s: cannot be made: %s", path, strerror(errno));
     int status = check_place(path, &owner, error);
     if (!status && access(path, W_OK | X_OK)) status = error_set(error, STATUS_IO, "%s: %s", path, strerror(errno));
     if (!status) strcpy(directory, path);
@@ -137,10 +140,11 @@ static int lock_name(const struct machine *m) {
     char path[PATH_SIZE], process[24];
     struct stat s;
     snprintf(path, sizeof path, "%s/%s.lock", m->directory, m->name);
-    int file = open(path, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
+    int file = open(path, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
     if (file < 0) return -1;
     bool ours = !fstat(file, &s) && S_ISREG(s.st_mode) && (s.st_uid == geteuid() || s.st_uid == 0 || geteuid() == 0);
     if (!ours) errno = EACCES;
+    else fchmod(file, 0600); /* of an older version: readable */
     if (!ours || flock(file, LOCK_EX | LOCK_NB)) {
         int why = errno;
         close(file);
@@ -230,7 +234,7 @@ static bool name_of(const char *file, char name[MACHINE_NAME_SIZE]) {
 
 static int by_name(const void *a, const void *b) { return strcmp(((const struct machine *)a)->name, ((const struct machine *)b)->name); }
 
-static int look_in(const char *path, const char *name, struct machine *list, int room, struct error *doubt) {
+static int look_in(const char *path, const char *name, struct machine list[MACHINES_EACH], struct error *doubt) {
     struct error wrong;
     uid_t owner;
     int count = 0;
@@ -238,7 +242,7 @@ static int look_in(const char *path, const char *name, struct machine *list, int
     if (check_place(path, &owner, &wrong)) return *doubt = wrong, 0;
     DIR *directory = opendir(path);
     if (!directory) return error_set(doubt, STATUS_IO, "%s: %s", path, strerror(errno)), 0;
-    for (struct dirent *entry; count < room && (entry = readdir(directory));) {
+    for (struct dirent *entry; count < MACHINES_EACH && (entry = readdir(directory));) {
         struct machine *m = &list[count];
         strcpy(m->directory, path);
         if (!name_of(entry->d_name, m->name) || (*name && strcmp(m->name, name) != 0)) continue;
@@ -255,6 +259,6 @@ int machine_find(const char *name, struct machine list[MACHINES_MAX], struct err
     struct places p = where_to_look();
     int count = 0;
     *doubt = (struct error){0};
-    for (int i = 0; i < p.count; i++) count += look_in(p.path[i], name, list + count, MACHINES_MAX - count, doubt);
+    for (int i = 0; i < p.count; i++) count += look_in(p.path[i], name, list + count, doubt);
     return count;
 }

@@ -10,7 +10,8 @@
  * rule: only root makes it.
  *
  * A name is owned by a lock on NAME.lock, which the kernel releases however the daemon ends;
- * sockets that it left behind are removed by the next owner. Main thread; files are opened. */
+ * sockets that it left behind are removed by the next owner. SAFETY: nobody else may open that file:
+ * who may read one may lock it, and keep the daemon from its name. Main thread; files are opened. */
 #ifndef HEXID_MACHINE_H
 #define HEXID_MACHINE_H
 
@@ -22,7 +23,13 @@
 
 #define MACHINE_NAME_DEFAULT "hexid"
 
-enum { MACHINE_NAME_SIZE = 33, MACHINE_DIRECTORY_SIZE = 80, MACHINES_MAX = 64 };
+enum {
+    MACHINE_NAME_SIZE = 33,
+    MACHINE_DIRECTORY_SIZE = 80,
+    MACHINE_PLACES = 16,                               /* directories, */
+    MACHINES_EACH = 32,                                /* and machines in each */
+    MACHINES_MAX = MACHINE_PLACES * MACHINES_EACH,
+};
 
 struct machine {
     char name[MACHINE_NAME_SIZE];
@@ -41,7 +48,8 @@ bool machine_address(const struct machine *m, bool stop, struct sockaddr_un *add
 int machine_claim(const char *name, struct machine *m, int *lock, struct error *error);
 
 /* Client: the machines that run, with this name or with "" all. Returns how many, at most
- * MACHINES_MAX; what kept it from looking somewhere is in *doubt (status STATUS_OK: nothing). */
+ * MACHINES_MAX. SAFETY: at most MACHINES_EACH of a directory, so that sockets in one user's do not
+ * crowd out the machine in another's. What kept it from looking somewhere is in *doubt (status STATUS_OK: nothing). */
 int machine_find(const char *name, struct machine list[MACHINES_MAX], struct error *doubt);
 
 /* Client: a connection to the machine's socket, not blocking, or -1 with errno: EACCES: not
