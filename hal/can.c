@@ -11,19 +11,31 @@
  * sent, and write() fails. Should the bus carry them at last, they meet nodes whose watchdog has
  * centred the valve and which take no command in pre-operational.
  *
+ * An interface that is gone (its adapter was unplugged) takes its socket with it. A thread of the
+ * back-end looks at the interface four times a second, and opens a socket on the one that has its
+ * name by then; the loop, which never waits, takes it over. Nodes and platform are then where any
+ * loss of the bus leaves them.
+ *
  * SAFETY: one master. Before it sends anything, bring-up listens: what only a master sends ends it,
  * and the one that runs is not disturbed. From then on such a frame that is not the echo of an own
  * one is a fault at once (can_master.h). */
+#include <errno.h>
 #include <poll.h>
+#include <pthread.h>
+#include <semaphore.h>
+#include <signal.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <sys/random.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "backends.h"
 #include "can_master.h"
 #include "can_socket.h"
+#include "crash.h"
+#include "thread.h"
 #include "units.h"
 
 enum { BRING_UP_MS = 3000, LISTEN_MAX_MS = 500, DRAIN_MAX = 4 /* batches */, UNECHOED_MAX = 3, NS_PER_MS = 1000000 };
@@ -41,7 +53,25 @@ struct can {
     _Atomic uint64_t trouble, refusal; /* loop -> any thread: the first condition that was not good
                                         * since the last start or good second */
     int64_t good_ns;          /* since when all is well */
+    /* between loop and watch: sockets that are made again, and that are of no more use; -1: none */
+    _Atomic int fresh, spent;
+    _Atomic int link;         /* enum can_link, as it was last seen */
+    sem_t look;
+    /* the watch's */
+    pthread_t watch;
+    _Atomic bool stop;
+    char interface[CAN_INTERFACE_SIZE];
+    int index;                /* of the newest socket's interface */
 };
+
+/* SYNC is EMCY's node 0. */
+static const struct can_accept accepted[] = {{COB_NMT, CAN_SFF_MASK},      {COB_EMCY, COB_FUNCTION}, {COB_TPDO, COB_FUNCTION},
+                                             {COB_RPDO, COB_FUNCTION},     {COB_SDO, COB_FUNCTION},  {COB_SDO_REPLY, COB_FUNCTION},
+                                             {COB_HEARTBEAT, COB_FUNCTION}};
+
+static int open_socket(struct can_socket *s, const char *interface, struct error *error) {
+    return can_socket_open(s, interface, accepted, sizeof accepted / sizeof *accepted, true, true, error);
+}
 
 static int64_t monotonic_ns(void) {
     struct timespec t;
@@ -92,7 +122,7 @@ static int refuse_second(const struct can_frame *heard, const char *interface, s
 
 /* SAFETY: three heartbeats of silence, before anything is sent. A hexid that runs sends
  * SYNC every cycle. */
-static int listen(struct can *c, const char *interface, struct error *error) {
+static int listen_first(struct can *c, const char *interface, struct error *error) {
     int64_t three_ns = 3 * ns_from_seconds(c->master.params->can.heartbeat_s), most_ns = (int64_t)LISTEN_MAX_MS * NS_PER_MS;
     int64_t end_ns = monotonic_ns() + (three_ns < most_ns ? three_ns : most_ns);
     do {
@@ -169,11 +199,67 @@ static uint32_t session_token(void) {
     return token ? token : 1;
 }
 
+/* The watch's thread: may wait. */
+static void look(struct can *c) {
+    struct can_socket again;
+    int spent = atomic_exchange(&c->spent, -1);
+    if (spent >= 0) close(spent);
+    enum can_link link = can_socket_link(c->interface, c->index);
+    atomic_store(&c->link, (int)link);
+    if (link != CAN_LINK_GONE || open_socket(&again, c->interface, &(struct error){0})) return;
+    c->index = again.index;
+    int unused = atomic_exchange(&c->fresh, again.fd); /* the loop may be gone */
+    if (unused >= 0) close(unused);
+}
+
+static void *watch(void *argument) {
+    struct can *c = argument;
+    crash_stack();
+    while (!atomic_load(&c->stop)) {
+        int64_t until_ns = monotonic_ns() + NS_PER_S / 4;
+        struct timespec t = {.tv_sec = until_ns / NS_PER_S, .tv_nsec = until_ns % NS_PER_S};
+        while (sem_clockwait(&c->look, CLOCK_MONOTONIC, &t) && errno == EINTR) continue;
+        look(c);
+    }
+    return NULL;
+}
+
+/* SAFETY: no signal is this thread's. */
+static int start_watch(struct can *c, const char *interface, struct error *error) {
+    sigset_t all, before;
+    if (!c->socket.index) return STATUS_OK;
+    snprintf(c->interface, sizeof c->interface, "%s", interface);
+    c->index = c->socket.index;
+    sem_init(&c->look, 0, 0);
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
+    int status = thread_start(&c->watch, "can", THREAD_STACK_COPY, watch, c, error);
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+    if (status) leave(c);
+    return status;
+}
+
+static void end_watch(struct can *c) {
+    if (!c->socket.index) return;
+    atomic_store(&c->stop, true);
+    sem_post(&c->look);
+    pthread_join(c->watch, NULL);
+    int rest[] = {atomic_load(&c->fresh), atomic_load(&c->spent)};
+    for (int i = 0; i < 2; i++)
+        if (rest[i] >= 0) close(rest[i]);
+    sem_destroy(&c->look);
+}
+
+/* RT. The socket that the watch has made, in the place of the one whose interface is gone. */
+static void take_fresh(struct can *c) {
+    int fresh = atomic_exchange(&c->fresh, -1);
+    if (fresh < 0) return;
+    atomic_store(&c->spent, c->socket.fd);
+    c->socket.fd = fresh;
+    can_master_new_bus(&c->master);
+}
+
 static int can_open(struct hal **hal, const char *interface, const struct params *params, uint64_t seed, struct error *error) {
-    /* SYNC is EMCY's node 0. */
-    static const struct can_accept accept[] = {{COB_NMT, CAN_SFF_MASK},      {COB_EMCY, COB_FUNCTION}, {COB_TPDO, COB_FUNCTION},
-                                               {COB_RPDO, COB_FUNCTION},     {COB_SDO, COB_FUNCTION},  {COB_SDO_REPLY, COB_FUNCTION},
-                                               {COB_HEARTBEAT, COB_FUNCTION}};
     (void)seed;
     int status = refuse_load(params, interface, error);
     if (!status) status = refuse_watchdog(params, interface, error);
@@ -181,11 +267,14 @@ static int can_open(struct hal **hal, const char *interface, const struct params
     struct can *c = calloc(1, sizeof *c);
     if (!c) return error_set(error, STATUS_IO, "can: out of memory");
     c->hal.ops = &hal_can;
+    atomic_init(&c->fresh, -1);
+    atomic_init(&c->spent, -1);
     can_master_init(&c->master, params, session_token());
-    status = can_socket_open(&c->socket, interface, accept, sizeof accept / sizeof *accept, true, true, error);
+    status = open_socket(&c->socket, interface, error);
     if (!status) {
-        status = listen(c, interface, error);
+        status = listen_first(c, interface, error);
         if (!status) status = bring_up(c, interface, error);
+        if (!status) status = start_watch(c, interface, error);
         if (status) can_socket_close(&c->socket);
     }
     if (status) free(c);
@@ -208,7 +297,9 @@ static void note_trouble(struct can *c, int64_t now_ns) {
 static int can_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) {
     struct can *c = (struct can *)hal;
     int64_t to_loop_ns = now_ns - monotonic_ns();
+    take_fresh(c);
     int dead = drain(c);
+    if (dead && c->socket.index) sem_post(&c->look); /* at once, not at its next turn */
     c->jammed = c->master.unechoed >= UNECHOED_MAX && monotonic_ns() - c->sent_ns < ns_from_seconds(jam_s);
     if (!c->jammed) dead |= housekeep(c, true);
     note_trouble(c, now_ns);
@@ -242,6 +333,8 @@ static void can_describe(const struct hal *hal, char *text, size_t size) {
     const struct can *c = (const struct can *)hal;
     uint64_t trouble = atomic_load_explicit(&c->trouble, memory_order_acquire);
     struct can_condition condition = {trouble & ~JAMMED, atomic_load_explicit(&c->refusal, memory_order_relaxed)};
+    can_link_describe((enum can_link)atomic_load(&c->link), c->interface, text, size);
+    if (*text) return;
     can_condition_describe(condition, c->master.params, text, size);
     if (trouble & JAMMED && !*text) snprintf(text, size, "the bus does not carry what is sent");
 }
@@ -249,6 +342,7 @@ static void can_describe(const struct hal *hal, char *text, size_t size) {
 /* SAFETY: out of operational the nodes centre their valves, whatever frame is still under way. */
 static void can_close(struct hal *hal) {
     struct can *c = (struct can *)hal;
+    end_watch(c);
     leave(c);
     can_socket_close(&c->socket);
     free(c);
@@ -257,6 +351,7 @@ static void can_close(struct hal *hal) {
 const struct hal_ops hal_can = {
     .scheme = "can",
     .usage = "can:IF                     six CANopen axis nodes and an I/O module on SocketCAN interface IF (can:can0)",
+    .reopens_can = true,
     .open = can_open,
     .read = can_read,
     .write = can_write,

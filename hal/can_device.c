@@ -20,7 +20,39 @@ struct can_device {
     struct can_node node[CAN_NODES];
     struct can_queue out;
     int64_t came_ns; /* the last frame */
+    int64_t look_ns; /* when the interface is looked at next */
+    enum can_link link;
 };
+
+/* SYNC and RPDOs can be given any identifier. */
+static const struct can_accept everything[] = {{0, 0}};
+enum { LOOK_NS = NS_PER_S / 4 };
+
+static int open_socket(struct can_device *d, const char *interface, struct error *error) {
+    return can_socket_open(&d->socket, interface, everything, sizeof everything / sizeof *everything, false, false, error);
+}
+
+/* An interface that is gone is opened again when it is back; the nodes are what they were, and
+ * their watchdogs have centred the valves meanwhile. */
+static void look_after_interface(struct can_device *d, const char *interface, int64_t now_ns) {
+    char text[160];
+    if (now_ns < d->look_ns || !d->socket.index) return;
+    d->look_ns = now_ns + LOOK_NS;
+    enum can_link before = d->link;
+    d->link = can_socket_link(interface, d->socket.index);
+    if (d->link == CAN_LINK_GONE) {
+        struct can_device again = {0};
+        if (!open_socket(&again, interface, &(struct error){0})) {
+            can_socket_close(&d->socket);
+            d->socket = again.socket;
+            d->link = CAN_LINK_UP;
+            before = CAN_LINK_GONE;
+        }
+    }
+    can_link_describe(d->link, interface, text, sizeof text);
+    if (d->link != before) printf("plant: can:%s: %s\n", interface, *text ? text : "ready again");
+    fflush(stdout);
+}
 
 /* A full queue drops, as a node's controller does: what is late is of no use. */
 static void flush(struct can_device *d) {
@@ -105,10 +137,8 @@ static void tick(struct can_device *d, int64_t now_ns) {
 
 static int can_serve(const char *interface, const struct params *params, struct device *device, const _Atomic bool *stop,
                      struct error *error) {
-    /* SYNC and RPDOs can be given any identifier */
-    static const struct can_accept accept[] = {{0, 0}};
     struct can_device d = {.params = params, .device = device};
-    int status = can_socket_open(&d.socket, interface, accept, sizeof accept / sizeof *accept, false, false, error);
+    int status = open_socket(&d, interface, error);
     if (status) return status;
     for (int i = 0; i < CAN_NODES; i++) can_node_init(&d.node[i], i + 1, device_now_ns(), &d.out);
     flush(&d);
@@ -120,6 +150,7 @@ static int can_serve(const char *interface, const struct params *params, struct 
         int64_t now_ns = device_now_ns();
         receive(&d);
         tick(&d, now_ns);
+        look_after_interface(&d, interface, now_ns);
     }
     can_socket_close(&d.socket);
     return STATUS_OK;

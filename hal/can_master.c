@@ -404,6 +404,11 @@ bool can_master_ready(const struct can_master *m) {
     return m->bus != CAN_BUS_OFF;
 }
 
+void can_master_new_bus(struct can_master *m) {
+    m->unechoed = 0;
+    m->bus = CAN_BUS_GOOD;
+}
+
 bool can_master_claimed(const struct can_master *m) {
     for (int i = 0; i < m->nodes; i++)
         if (!m->peer[i].claimed) return false;

@@ -147,6 +147,10 @@ bool can_master_misfit(const struct can_master *m);
 /* The first node, 1 to 7, that two devices answer for; 0: none. */
 int can_master_twin(const struct can_master *m);
 
+/* The socket is another one: what was sent on the last is not waited for, and the controller is
+ * anew. */
+void can_master_new_bus(struct can_master *m);
+
 /* Commands of six legs, the supply output, then SYNC: the sample's window opens with its echo.
  * Nothing in a cycle that waits for a TPDO, but for the first command to the centre. */
 void can_master_command(struct can_master *m, const struct hal_command *command, struct can_queue *out);

@@ -5,6 +5,7 @@
 #include <linux/can/raw.h>
 #include <net/if.h>
 #include <net/if_arp.h>
+#include <stdio.h>
 #include <string.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
@@ -21,22 +22,51 @@ int64_t can_realtime_ns(void) {
 
 /* Asked with a socket of any family, so that a missing interface is named even where the
  * kernel has no CAN. */
-static int check_interface(const char *name, struct error *error) {
+struct interface {
+    int index; /* 0: none */
+    bool is_can, up;
+};
+
+static int ask(const char *name, struct interface *i) {
     struct ifreq r = {0};
-    if (strlen(name) == 0 || strlen(name) >= sizeof r.ifr_name || !if_nametoindex(name))
+    *i = (struct interface){0};
+    if (strlen(name) == 0 || strlen(name) >= sizeof r.ifr_name) return 0;
+    int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    if (fd < 0) return -1;
+    strcpy(r.ifr_name, name);
+    if (!ioctl(fd, SIOCGIFINDEX, &r)) i->index = r.ifr_ifindex;
+    i->is_can = !ioctl(fd, SIOCGIFHWADDR, &r) && r.ifr_hwaddr.sa_family == ARPHRD_CAN;
+    i->up = !ioctl(fd, SIOCGIFFLAGS, &r) && r.ifr_flags & IFF_UP;
+    close(fd);
+    return 0;
+}
+
+enum can_link can_socket_link(const char *interface, int index) {
+    struct interface i;
+    if (ask(interface, &i)) return CAN_LINK_UP; /* nobody can tell */
+    return i.index != index ? CAN_LINK_GONE : i.up ? CAN_LINK_UP : CAN_LINK_DOWN;
+}
+
+void can_link_describe(enum can_link link, const char *interface, char *text, size_t size) {
+    *text = '\0';
+    if (link == CAN_LINK_DOWN) snprintf(text, size, "the interface %s is down: `ip link set %s up`", interface, interface);
+    if (link == CAN_LINK_GONE)
+        snprintf(text, size, "the interface %s is gone: plug the adapter in again, `ip link set %s up`; it is opened again by itself",
+                 interface, interface);
+}
+
+static int check_interface(const char *name, int *index, struct error *error) {
+    struct interface i;
+    if (ask(name, &i)) return error_set(error, STATUS_IO, "can:%s: cannot be asked: %s", name, strerror(errno));
+    *index = i.index;
+    if (!i.index)
         return error_set(error, STATUS_IO,
                          "can:%.40s: no such interface; `ip link` lists those there are, "
                          "`ip link add dev vcan0 type vcan` makes a virtual one",
                          name);
-    int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-    if (fd < 0) return error_set(error, STATUS_IO, "can:%s: cannot be asked: %s", name, strerror(errno));
-    strcpy(r.ifr_name, name);
-    bool is_can = !ioctl(fd, SIOCGIFHWADDR, &r) && r.ifr_hwaddr.sa_family == ARPHRD_CAN;
-    bool up = !ioctl(fd, SIOCGIFFLAGS, &r) && r.ifr_flags & IFF_UP;
-    close(fd);
-    if (!is_can)
+    if (!i.is_can)
         return error_set(error, STATUS_IO, "can:%s: not a CAN interface; name one that `ip link show type can` or `type vcan` lists", name);
-    if (up) return STATUS_OK;
+    if (i.up) return STATUS_OK;
     return error_set(error, STATUS_IO,
                      "can:%s: the interface is down; `ip link set %s up type can bitrate 1000000` "
                      "(a virtual one: `ip link set %s up`)",
@@ -69,11 +99,11 @@ int can_socket_open(struct can_socket *s, const char *interface, const struct ca
                     struct error *error) {
     struct sockaddr_can address = {.can_family = AF_CAN};
     *s = (struct can_socket){.fd = -1, .confirms = true};
-    int status = check_interface(interface, error);
+    int status = check_interface(interface, &s->index, error);
     if (status) return status;
     s->fd = open_raw(interface, error);
     if (s->fd < 0) return error->status;
-    address.can_ifindex = (int)if_nametoindex(interface);
+    address.can_ifindex = s->index;
     if (configure(s->fd, accept, count, own, errors) && !bind(s->fd, (struct sockaddr *)&address, sizeof address)) return STATUS_OK;
     error_set(error, STATUS_IO, "can:%s: %s", interface, strerror(errno));
     can_socket_close(s);

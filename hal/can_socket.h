@@ -5,12 +5,15 @@
 
 #include <linux/can.h>
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "status.h"
 
 struct can_socket {
     int fd;
+    int index;      /* of the interface; 0: none, a socket pair. A socket does not follow an
+                     * interface that was deleted and made again: that one has another index */
     bool confirms;  /* a frame's own echo is marked (SocketCAN); false on a socket
                      * pair, where the peer echoes */
 };
@@ -26,6 +29,17 @@ struct can_accept {
 int can_socket_open(struct can_socket *s, const char *interface, const struct can_accept *accept, int count, bool own, bool errors,
                     struct error *error);
 void can_socket_close(struct can_socket *s);
+
+enum { CAN_INTERFACE_SIZE = 16 }; /* bytes of an interface's name, the kernel's IFNAMSIZ */
+
+enum can_link { CAN_LINK_UP, CAN_LINK_DOWN, CAN_LINK_GONE };
+
+/* Whether the interface with this name is still the one of that index, and up. GONE: there is none,
+ * or another one. */
+enum can_link can_socket_link(const char *interface, int index);
+
+/* That in words, with the remedy; "" for UP. */
+void can_link_describe(enum can_link link, const char *interface, char *text, size_t size);
 
 enum { CAN_BATCH = 64 };
 

@@ -37,7 +37,11 @@
 #include "thread.h"
 #include "units.h"
 
-enum { BACKOFF_FIRST_MS = 50, BACKOFF_LAST_MS = 1000 };
+enum {
+    BACKOFF_FIRST_MS = 50,
+    BACKOFF_LAST_MS = 1000,
+    TWIN_ANSWERS = 2, /* that nobody asked for, among those to the questions at the start */
+};
 
 struct command_record {
     int64_t posted_ns;
@@ -63,13 +67,15 @@ struct modbus_hal {
     _Atomic bool stop, connected;
     _Atomic int trouble;       /* errno of the first failure until all has been
                                 * well for a second; 0 none */
-    _Atomic unsigned foreign;  /* counts what other masters did */
+    _Atomic unsigned foreign;  /* counts what other masters did, */
+    _Atomic unsigned twins;    /* and cycles with an answer that nobody asked for */
     _Atomic int loop_priority; /* SCHED_FIFO's, 0: the loop has another policy */
     /* the thread's */
     pthread_t thread;
     struct modbus_link *link;
     uint32_t token;
     uint16_t number, foreign_writes; /* MODBUS_FOREIGN, as it was last read */
+    unsigned unasked;                /* modbus_link_unasked(), as it was last seen */
     bool begun;                      /* the loop has commanded */
     bool put_out;                    /* the supply output, */
     unsigned changes_seen;           /* and the changes in it */
@@ -79,7 +85,7 @@ struct modbus_hal {
     /* the loop's */
     struct latched newest;
     uint64_t device_seq;
-    unsigned foreign_seen, changes;
+    unsigned foreign_seen, twins_seen, changes;
     bool supply;          /* as it was last told */
 };
 
@@ -106,6 +112,15 @@ static void meet_foreign(struct modbus_hal *m, int reason) {
     failed(m, reason);
 }
 
+/* SAFETY: two devices that answer as one cannot be told apart. Tells the loop. */
+static void meet_twin(struct modbus_hal *m) {
+    unsigned unasked = modbus_link_unasked(m->link);
+    if (unasked == m->unasked) return;
+    m->unasked = unasked;
+    atomic_fetch_add(&m->twins, 1);
+    failed(m, ENOTUNIQ);
+}
+
 /* A transaction may carry the commands of two cycles: two changes of the supply output are
  * then one, not none. */
 static struct hal_command due_output(struct modbus_hal *m, const struct command_record *c) {
@@ -125,14 +140,15 @@ static int exchange(struct modbus_hal *m, const struct command_record *record, s
     const struct hal_command command = due_output(m, record);
     uint16_t written[MODBUS_WRITTEN], read[MODBUS_READ];
     modbus_put_command(m->params, m->token, ++m->number, &command, written);
-    int64_t begun_ns = monotonic_ns();
     if (modbus_link_exchange(m->link, MODBUS_WRITE_FROM, MODBUS_WRITTEN, written, MODBUS_READ_FROM, MODBUS_READ, read)) {
         int reason = errno;
+        meet_twin(m);
         if (modbus_link_busy(reason)) meet_foreign(m, reason);
         errno = reason;
         return -1;
     }
-    int64_t ended_ns = monotonic_ns();
+    meet_twin(m);
+    int64_t begun_ns = modbus_link_begun_ns(m->link), ended_ns = monotonic_ns();
     l->time_ns = m->latch_after_s < 0.0 ? begun_ns + (ended_ns - begun_ns) / 2 : begun_ns + ns_from_seconds(m->latch_after_s);
     if (l->time_ns > ended_ns) l->time_ns = ended_ns;
     modbus_get_reading(m->params, read, &l->reading);
@@ -181,9 +197,8 @@ static int claim(struct modbus_hal *m, struct error *error) {
 /* Who answers, and in the same language? Then the machine is claimed. */
 static int greet(struct modbus_hal *m, struct error *error) {
     uint16_t who[2];
-    if (modbus_link_read(m->link, MODBUS_IDENTITY, 2, who))
-        return error_set(error, STATUS_IO, "modbus:%s: no answer to the first question: %s; check unit (modbus.unit), baud rate and wiring",
-                         m->address.name, modbus_link_reason(errno));
+    int status = modbus_link_greet(m->link, m->address.name, who, error);
+    if (status) return status;
     if (who[0] != MODBUS_IS_HEXID || who[1] != MODBUS_MAP_VERSION)
         return error_set(error, STATUS_IO,
                          "modbus:%s: registers 0 and 1 hold 0x%04x and %u, not 0x%04x and %d: another device, or "
@@ -200,7 +215,12 @@ static int connect_link(struct modbus_hal *m, struct error *error) {
     int status = modbus_link_open(&m->link, &m->address, m->params->modbus.unit, greet_timeout_s, error);
     if (status) return status;
     status = greet(m, error);
+    m->unasked = modbus_link_unasked(m->link);
+    if (!status && m->unasked >= TWIN_ANSWERS)
+        status = error_set(error, STATUS_UNSAFE, "modbus:%s: two devices answer as unit %d: give each a number of its own", m->address.name,
+                           m->params->modbus.unit);
     modbus_link_set_timeout(m->link, timeout_s(m->params));
+    if (m->address.serial) modbus_link_set_silence(m->link, modbus_kept_silence_s(m->address.baud, m->params->loop.period_s));
     if (!status) return STATUS_OK;
     modbus_link_close(m->link);
     m->link = NULL;
@@ -406,6 +426,9 @@ static int modbus_read(struct hal *hal, int64_t now_ns, struct hal_sample *s) {
     unsigned foreign = atomic_load(&m->foreign);
     if (foreign != m->foreign_seen) s->flags |= SAMPLE_FOREIGN;
     m->foreign_seen = foreign;
+    unsigned twins = atomic_load(&m->twins);
+    if (twins != m->twins_seen) s->flags |= SAMPLE_TWIN;
+    m->twins_seen = twins;
     hand_out(m, s);
     return atomic_load_explicit(&m->connected, memory_order_acquire) ? 0 : -1;
 }

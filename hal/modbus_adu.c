@@ -73,14 +73,40 @@ static size_t rtu_size(const uint8_t *bytes, size_t size) {
     return RTU_HEAD + fixed + (counts_bytes(bytes[RTU_HEAD]) ? bytes[RTU_HEAD + fixed - 1] : 0) + RTU_TAIL;
 }
 
-enum adu_result adu_take_rtu(const uint8_t *bytes, size_t size, bool silent, struct adu *adu) {
-    enum { FRAME_MIN = RTU_HEAD + 1 + RTU_TAIL, FRAME_MAX = RTU_HEAD + ADU_PDU_MAX + RTU_TAIL };
+enum { FRAME_MIN = RTU_HEAD + 1 + RTU_TAIL, FRAME_MAX = RTU_HEAD + ADU_PDU_MAX + RTU_TAIL };
+
+/* Bytes of the request of a known function that begins here and is whole; 0: none. */
+static size_t whole_request(const uint8_t *bytes, size_t size) {
     size_t frame = rtu_size(bytes, size);
-    bool whole = frame && frame <= FRAME_MAX && size >= frame && checked(bytes, frame);
-    if (!whole && !silent && size < ADU_MAX) return ADU_MORE;
-    if (!whole) frame = size;
+    return frame && frame <= FRAME_MAX && size >= frame && checked(bytes, frame) ? frame : 0;
+}
+
+/* These bytes can be the beginning of a request of a known function. */
+static bool may_grow(const uint8_t *bytes, size_t size) {
+    if (size <= RTU_HEAD) return true;
+    size_t frame = rtu_size(bytes, size);
+    return fixed_size(bytes[RTU_HEAD]) && (!frame || (frame <= FRAME_MAX && size < frame));
+}
+
+/* Bytes before the first request that is whole; 0: there is none. */
+static size_t junk_before_request(const uint8_t *bytes, size_t size) {
+    for (size_t i = 1; i + FRAME_MIN <= size; i++)
+        if (whole_request(bytes + i, size - i)) return i;
+    return 0;
+}
+
+enum adu_result adu_take_rtu(const uint8_t *bytes, size_t size, bool silent, struct adu *adu) {
+    bool over = silent || size >= ADU_MAX;
+    size_t frame = whole_request(bytes, size);
+    if (!frame && !over && may_grow(bytes, size)) return ADU_MORE;
+    if (!frame && over && size >= FRAME_MIN && size <= FRAME_MAX && checked(bytes, size)) frame = size;
+    if (!frame) {
+        size_t junk = junk_before_request(bytes, size);
+        if (!junk && !over) return ADU_MORE;
+        *adu = (struct adu){.used = junk ? junk : size};
+        return ADU_DISCARD;
+    }
     *adu = (struct adu){.used = frame};
-    if (frame < FRAME_MIN || frame > FRAME_MAX || !checked(bytes, frame)) return ADU_DISCARD;
     adu->unit = bytes[0], adu->pdu = bytes + RTU_HEAD, adu->pdu_size = frame - RTU_HEAD - RTU_TAIL;
     return has_size_of_function(adu->pdu, adu->pdu_size) ? ADU_REQUEST : ADU_DISCARD;
 }

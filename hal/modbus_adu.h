@@ -51,7 +51,9 @@ enum adu_result adu_take_tcp(const uint8_t *bytes, size_t size, struct adu *adu)
 
 /* The same on a serial line. silent: nothing has come for longer than there may be between the
  * bytes of a request; a request whose function says how long it is is taken without waiting for
- * that. What has no right checksum, and everything with it, is discarded. */
+ * that. What has no right checksum is discarded up to the next request that has one: a junk byte of
+ * a driver that was switched on, half a request, an answer of another device do not take the good
+ * request behind them along. */
 enum adu_result adu_take_rtu(const uint8_t *bytes, size_t size, bool silent, struct adu *adu);
 
 /* The answer to a request, framed as it was; returns the size. */

@@ -31,8 +31,11 @@ enum {
     OTHERS_A_TURN = 32,        /* of all that are not the master: a third of a millisecond */
     WELCOMES_A_TURN = 16,
     TURN_NS = NS_PER_S / 1000,
-    SILENCE_NS = 20 * TURN_NS, /* on a serial line; the standard's 3.5 characters are less than
-                                * adapters and schedulers let pass unseen */
+    TTY_LATENCY_NS = 4 * TURN_NS, /* beyond the silence of 3.5 characters: what adapters (their
+                                   * latency timer, 1 ms where it is set so) and schedulers let pass
+                                   * within a frame */
+    EMPTY_READS_MAX = 8,       /* of a line that polls readable and has nothing to read */
+    REOPEN_NS = NS_PER_S,      /* between two tries to open a line that is gone */
     SEND_BUFFER = 4096,        /* bytes; answers that nobody reads are few */
     UNIT_BROADCAST = 0,        /* on a serial line */
 };
@@ -51,6 +54,12 @@ struct modbus_device {
     modbus_t *modbus;            /* listens, or has the line open */
     int listener;                /* -1: a serial line, client[0] */
     struct client client[CLIENTS];
+    struct modbus_address_parts address;
+    int64_t silence_ns;          /* serial: it ends a request */
+    int empty_reads;             /* serial: in a row */
+    uint8_t sent[ADU_MAX];       /* serial: the last answer */
+    size_t sent_size;
+    int64_t reopen_ns;           /* serial: while the line is gone, when it is tried again */
     uint64_t connections;        /* that there ever were */
     int64_t turn_ns;             /* when the others are attended next, */
     unsigned turns;              /* and how often they were */
@@ -67,9 +76,18 @@ static void drop(struct client *c) {
     c->fd = -1;
 }
 
+/* An adapter may hear itself: the last answer is no request, though it may look like one. */
+static bool is_echo(const struct modbus_device *d, const struct client *c) {
+    return is_serial(d) && d->sent_size && c->filled >= d->sent_size && !memcmp(c->bytes, d->sent, d->sent_size);
+}
+
 static enum adu_result take(const struct modbus_device *d, const struct client *c, int64_t now_ns, struct adu *adu) {
     if (c->filled == 0) return ADU_MORE;
-    return is_serial(d) ? adu_take_rtu(c->bytes, c->filled, now_ns - c->active_ns >= SILENCE_NS, adu)
+    if (is_echo(d, c)) {
+        *adu = (struct adu){.used = d->sent_size};
+        return ADU_DISCARD;
+    }
+    return is_serial(d) ? adu_take_rtu(c->bytes, c->filled, now_ns - c->active_ns >= d->silence_ns, adu)
                         : adu_take_tcp(c->bytes, c->filled, adu);
 }
 
@@ -100,6 +118,9 @@ static bool reply(struct modbus_device *d, struct client *c, const struct adu *a
     if (!pdu_size) return true;
     if (!(pdu[0] & FUNCTION_FAILED)) c->active_ns = now_ns;
     size_t size = (is_serial(d) ? adu_put_rtu : adu_put_tcp)(adu, pdu, pdu_size, bytes);
+    /* the answer to function 6 is the request, which may come again */
+    d->sent_size = pdu[0] == FUNCTION_WRITE_ONE ? 0 : size;
+    memcpy(d->sent, bytes, size);
     ssize_t sent = is_serial(d) ? write(c->fd, bytes, size) : send(c->fd, bytes, size, MSG_NOSIGNAL);
     return sent == (ssize_t)size || is_serial(d);
 }
@@ -110,7 +131,8 @@ static bool receive(struct modbus_device *d, struct client *c, int64_t now_ns) {
     if (room == 0) return true;
     ssize_t got = read(c->fd, c->bytes + c->filled, room);
     if (got < 0) return errno == EAGAIN || errno == EINTR;
-    if (got == 0) return is_serial(d);
+    if (got == 0) return is_serial(d) && ++d->empty_reads < EMPTY_READS_MAX;
+    d->empty_reads = 0;
     c->filled += (size_t)got;
     if (is_serial(d)) c->active_ns = now_ns;
     return true;
@@ -133,7 +155,9 @@ static bool serve(struct modbus_device *d, struct client *c, int *budget) {
 
 /* False: the serial line is gone. */
 static bool attend(struct modbus_device *d, struct client *c, int events, int *budget) {
-    if (is_serial(d) && events && !(events & POLLIN)) return false;
+    /* SAFETY: a line that is hung up polls readable for ever; whoever reads on then holds the
+     * processor against all that is less urgent */
+    if (is_serial(d) && events & (POLLERR | POLLHUP | POLLNVAL)) return false;
     if ((!events || receive(d, c, device_now_ns())) && serve(d, c, budget)) return true;
     if (!is_serial(d)) drop(c);
     return !is_serial(d);
@@ -236,19 +260,41 @@ static int listen_tcp(struct modbus_device *d, const struct modbus_address_parts
     return STATUS_OK;
 }
 
+static int connect_serial(struct modbus_device *d) {
+    if (modbus_connect(d->modbus)) return -1;
+    d->client[0].fd = modbus_get_socket(d->modbus); /* libmodbus opens it non-blocking */
+    d->client[0].filled = 0;
+    d->empty_reads = 0;
+    printf("plant: ready on modbus:rtu:%s\n", d->address.name);
+    fflush(stdout);
+    return 0;
+}
+
 static int open_serial(struct modbus_device *d, const struct modbus_address_parts *a, struct error *error) {
     d->modbus = modbus_new_rtu(a->name, a->baud, 'N', 8, 1);
     if (!d->modbus) return error_set(error, STATUS_IO, "plant: out of memory");
-    if (modbus_connect(d->modbus)) return modbus_line_refused(a, errno, error);
-    d->client[0].fd = modbus_get_socket(d->modbus); /* libmodbus opens it non-blocking */
-    printf("plant: ready on modbus:rtu:%s\n", a->name);
-    return STATUS_OK;
+    d->silence_ns = ns_from_seconds(modbus_silence_s(a->baud)) + TTY_LATENCY_NS;
+    return connect_serial(d) ? modbus_line_refused(a, errno, error) : STATUS_OK;
+}
+
+/* An adapter was unplugged: the machine lives on, and its watchdog centres the valves. */
+static void lose_serial(struct modbus_device *d) {
+    printf("plant: modbus:rtu:%s: the line is gone; it is opened again when it is back\n", d->address.name);
+    fflush(stdout);
+    modbus_close(d->modbus);
+    d->client[0].fd = -1;
+    d->reopen_ns = device_now_ns() + REOPEN_NS;
+}
+
+static void reopen_serial(struct modbus_device *d) {
+    if (d->client[0].fd >= 0 || device_now_ns() < d->reopen_ns || !connect_serial(d)) return;
+    d->reopen_ns = device_now_ns() + REOPEN_NS;
 }
 
 static int start(struct modbus_device *d, const char *address, struct error *error) {
-    struct modbus_address_parts a;
-    int status = modbus_parse(address, &a, error);
-    if (!status) status = a.serial ? open_serial(d, &a, error) : listen_tcp(d, &a, error);
+    const struct modbus_address_parts *a = &d->address;
+    int status = modbus_parse(address, &d->address, error);
+    if (!status) status = a->serial ? open_serial(d, a, error) : listen_tcp(d, a, error);
     fflush(stdout);
     return status;
 }
@@ -260,10 +306,11 @@ static int modbus_serve(const char *address, const struct params *params, struct
     modbus_server_init(&d.server, params, device, device_now_ns());
     int status = start(&d, address, error);
     while (!status && !atomic_load_explicit(stop, memory_order_relaxed))
-        if (!turn(&d)) status = error_set(error, STATUS_IO, "plant: modbus:%s: the line is gone; start again when it is back", address);
+        if (!turn(&d)) lose_serial(&d);
+        else if (is_serial(&d)) reopen_serial(&d);
     for (int i = 0; i < CLIENTS && !is_serial(&d); i++)
         if (d.client[i].fd >= 0) drop(&d.client[i]);
-    if (is_serial(&d) && d.modbus) modbus_close(d.modbus);
+    if (is_serial(&d) && d.client[0].fd >= 0) modbus_close(d.modbus);
     if (!is_serial(&d)) close(d.listener);
     if (d.modbus) modbus_free(d.modbus);
     return status;

@@ -4,9 +4,15 @@
 #include <limits.h>
 #include <modbus/modbus.h>
 #include <netdb.h>
+#include <poll.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "modbus_map.h"
+#include "units.h"
 
 static int misused(const char *address, struct error *error) {
     return error_set(error, STATUS_USAGE, "modbus:%.100s: write modbus:tcp://HOST:PORT or modbus:rtu:DEVICE?baud=N", address);
@@ -61,7 +67,25 @@ int modbus_parse(const char *address, struct modbus_address_parts *p, struct err
     return strncmp(address, "tcp://", 6) ? misused(address, error) : parse_tcp(address + 6, address, p, error);
 }
 
-static modbus_t *context(struct modbus_link *link) { return (modbus_t *)link; }
+/* The shortest answer on either line: an exception with its framing. What is shorter is noise. */
+enum { ANSWER_MIN = 5, ADU_SIZE = 260 };
+
+struct modbus_link {
+    modbus_t *modbus;
+    bool serial;
+    int64_t silence_ns, free_ns; /* serial: the line is free for the next request from then on */
+    int64_t begun_ns;            /* the last request was sent */
+    bool answered;               /* the last request */
+    unsigned unasked;
+};
+
+static modbus_t *context(struct modbus_link *link) { return link->modbus; }
+
+static int64_t monotonic_ns(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return t.tv_sec * NS_PER_S + t.tv_nsec;
+}
 
 /* "" when the host has an address. libmodbus calls a host without one a refused connection. */
 static const char *unknown_host(const struct modbus_address_parts *p) {
@@ -99,10 +123,23 @@ int modbus_link_open(struct modbus_link **link, const struct modbus_address_part
         return modbus_line_refused(p, reason, error);
     }
     modbus_set_byte_timeout(m, 0, 0);
-    *link = (struct modbus_link *)m;
+    *link = calloc(1, sizeof **link);
+    if (!*link) {
+        modbus_close(m);
+        modbus_free(m);
+        return error_set(error, STATUS_IO, "modbus: out of memory");
+    }
+    (*link)->modbus = m;
+    (*link)->serial = p->serial;
+    if (p->serial) modbus_link_set_silence(*link, modbus_silence_s(p->baud));
+    (*link)->free_ns = monotonic_ns() + (*link)->silence_ns;
     modbus_link_set_timeout(*link, timeout_s);
     return STATUS_OK;
 }
+
+void modbus_link_set_silence(struct modbus_link *link, double silence_s) { link->silence_ns = ns_from_seconds(silence_s); }
+
+unsigned modbus_link_unasked(const struct modbus_link *link) { return link->unasked; }
 
 void modbus_link_set_timeout(struct modbus_link *link, double timeout_s) {
     uint32_t whole_s = (uint32_t)timeout_s;
@@ -113,25 +150,102 @@ void modbus_link_close(struct modbus_link *link) {
     if (!link) return;
     modbus_close(context(link));
     modbus_free(context(link));
+    free(link);
 }
 
-/* What has come since the last answer is none to the next request. */
+/* Bytes that were there. Read and not flushed: tcflush() throws away, too, what is still to be
+ * sent. */
+static size_t drain(int fd) {
+    enum { MOST = 4096 }; /* whoever babbles */
+    uint8_t rest[ADU_SIZE];
+    size_t count = 0;
+    for (struct pollfd p = {.fd = fd, .events = POLLIN}; count < MOST && poll(&p, 1, 0) > 0 && p.revents & POLLIN;) {
+        ssize_t got = read(fd, rest, sizeof rest);
+        if (got <= 0) break;
+        count += (size_t)got;
+    }
+    return count;
+}
+
+/* What has come since the last answer is none to the next request. SAFETY: and where that one had
+ * been answered, it is the answer of a second device. */
 static modbus_t *cleared(struct modbus_link *link) {
-    modbus_flush(context(link));
+    const struct timespec until = {.tv_sec = link->free_ns / NS_PER_S, .tv_nsec = link->free_ns % NS_PER_S};
+    if (link->serial) clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, NULL);
+    link->unasked += drain(modbus_get_socket(context(link))) >= ANSWER_MIN && link->answered;
+    link->begun_ns = monotonic_ns();
     return context(link);
 }
 
+int64_t modbus_link_begun_ns(const struct modbus_link *link) { return link->begun_ns; }
+
+/* An exception is an answer, too. */
+static int ended(struct modbus_link *link, bool good) {
+    int reason = errno;
+    link->answered = good || (reason >= EMBXILFUN && reason <= EMBXGTAR);
+    link->free_ns = monotonic_ns() + link->silence_ns;
+    errno = reason;
+    return good ? 0 : -1;
+}
+
 int modbus_link_read(struct modbus_link *link, int address, int count, uint16_t *to) {
-    return modbus_read_registers(cleared(link), address, count, to) == count ? 0 : -1;
+    return ended(link, modbus_read_registers(cleared(link), address, count, to) == count);
 }
 
 int modbus_link_write(struct modbus_link *link, int address, int count, const uint16_t *from) {
-    return modbus_write_registers(cleared(link), address, count, from) == count ? 0 : -1;
+    return ended(link, modbus_write_registers(cleared(link), address, count, from) == count);
 }
 
 int modbus_link_exchange(struct modbus_link *link, int write_address, int writes, const uint16_t *from, int read_address, int reads,
                          uint16_t *to) {
-    return modbus_write_and_read_registers(cleared(link), write_address, writes, from, read_address, reads, to) == reads ? 0 : -1;
+    return ended(link, modbus_write_and_read_registers(cleared(link), write_address, writes, from, read_address, reads, to) == reads);
+}
+
+/* Whether what is sent comes back first, byte for byte, as from an adapter that hears itself: asks
+ * for a register, and compares. */
+static bool echoes(struct modbus_link *link) {
+    uint8_t sent[] = {0, 0x03, 0, 0, 0, 2}, heard[sizeof sent];
+    size_t count = 0;
+    /* an answer to the question before is over */
+    nanosleep(&(struct timespec){.tv_nsec = 50000000}, NULL);
+    sent[0] = (uint8_t)modbus_get_slave(context(link));
+    if (!link->serial || modbus_send_raw_request(cleared(link), sent, sizeof sent) < 0) return false;
+    for (struct pollfd p = {.fd = modbus_get_socket(context(link)), .events = POLLIN}; count < sizeof heard && poll(&p, 1, 100) > 0;) {
+        ssize_t got = read(p.fd, heard + count, sizeof heard - count);
+        if (got <= 0) break;
+        count += (size_t)got;
+    }
+    ended(link, false);
+    return count == sizeof heard && !memcmp(heard, sent, sizeof heard);
+}
+
+static int refused_first(const char *name, int reason, bool echo, struct error *error) {
+    bool exception = reason >= EMBXILFUN && reason <= EMBXGTAR;
+    if (exception)
+        return error_set(error, STATUS_IO, "modbus:%.100s: the first question was answered: %s", name, modbus_link_reason(reason));
+    if (echo)
+        return error_set(
+            error, STATUS_IO,
+            "modbus:%.100s: what is sent comes back: the adapter echoes; switch its echo off (RS485: let RE follow DE), or use "
+            "another adapter",
+            name);
+    if (reason == ETIMEDOUT)
+        return error_set(error, STATUS_IO,
+                         "modbus:%.100s: no answer to the first question: %s; check unit (modbus.unit), baud rate and wiring", name,
+                         modbus_link_reason(reason));
+    return error_set(error, STATUS_IO, "modbus:%.100s: no good answer to the first question: %s; check baud rate, wiring and %s", name,
+                     modbus_link_reason(reason), "whether two devices have that unit (modbus.unit)");
+}
+
+int modbus_link_greet(struct modbus_link *link, const char *name, uint16_t who[2], struct error *error) {
+    if (!modbus_link_read(link, MODBUS_IDENTITY, 2, who)) return STATUS_OK;
+    int reason = errno;
+    bool echo = link->serial && reason >= MODBUS_ENOBASE && echoes(link);
+    if (link->serial && !echo && !modbus_link_gone(reason)) {
+        if (!modbus_link_read(link, MODBUS_IDENTITY, 2, who)) return STATUS_OK;
+        reason = errno;
+    }
+    return refused_first(name, reason, echo, error);
 }
 
 bool modbus_link_gone(int error) { return error != ETIMEDOUT && error != EBADMSG && error < MODBUS_ENOBASE; }
@@ -141,7 +255,35 @@ bool modbus_link_busy(int error) { return error == EMBXSBUSY; }
 bool modbus_link_value(int error) { return error == EMBXILVAL; }
 
 const char *modbus_link_reason(int error) {
-    if (modbus_link_busy(error)) return "another master commands this machine";
-    if (error == EBUSY) return "another master tried to command this machine";
-    return error == EBADMSG ? "an answer to another request" : modbus_strerror(error);
+    static const struct {
+        int error;
+        const char *text;
+    } texts[] = {
+        {EBUSY, "another master tried to command this machine"},
+        {EBADMSG, "an answer to another request"},
+        {ENOTUNIQ, "a second answer to one request: two devices have this unit's number"},
+        {ETIMEDOUT, "no answer in time"},
+        {EMBXILFUN, "exception 1, illegal function: another device, or another map than `hexid doctor --modbus-map` has"},
+        {EMBXILADD, "exception 2, illegal address: no such registers there; another map than `hexid doctor --modbus-map` has, or one that "
+                    "is counted from another number"},
+        {EMBXILVAL, "exception 3, illegal value: the device does not take that value or quantity"},
+        {EMBXSFAIL, "exception 4, device failure: the device itself has failed; look at its own diagnosis, switch it off and on"},
+        {EMBXACK, "exception 5, acknowledge: the device takes longer; hexid needs one that answers at once"},
+        {EMBXSBUSY, "another master commands this machine"},
+        {EMBXNACK, "exception 7, negative acknowledge: the device refuses; look at its own diagnosis"},
+        {EMBXMEMPAR, "exception 8, memory parity error: the device's memory has failed; replace it"},
+        {MODBUS_ENOBASE + 9, "exception 9, which no standard defines: look into the device's manual"},
+        {EMBXGPATH, "exception 10, gateway path: the gateway has no way to that unit; look at its settings and modbus.unit"},
+        {EMBXGTAR, "exception 11, gateway target: nobody behind the gateway answers for that unit; look at the device, its wiring and "
+                   "modbus.unit"},
+        {EMBBADCRC, "a wrong checksum: noise, another baud rate or parity, or two that speak at once"},
+        {EMBBADDATA, "an answer of a wrong length, or to another request"},
+        {EMBBADEXC, "an exception code that no standard has: another device, or noise"},
+        {EMBUNKEXC, "an exception code that no standard has: another device, or noise"},
+        {EMBMDATA, "an answer with more data than was asked for: another device, or noise"},
+        {EMBBADSLAVE, "an answer of another unit: two masters on one line, or a device with a wrong number (modbus.unit)"},
+    };
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++)
+        if (texts[i].error == error) return texts[i].text;
+    return modbus_strerror(error);
 }

@@ -39,11 +39,28 @@ void modbus_link_close(struct modbus_link *link);
 /* Another time-out, from the next request on. */
 void modbus_link_set_timeout(struct modbus_link *link, double timeout_s);
 
-/* Each: 0, or -1 and errno. What was there before the request, late or broken, is thrown away. */
+/* The silence that is kept on a serial line between the last byte and the next request, from the
+ * next request on; modbus_silence_s() at first. */
+void modbus_link_set_silence(struct modbus_link *link, double silence_s);
+
+/* Each: 0, or -1 and errno. What was there before the request, late or broken, is thrown away. On a
+ * serial line it first waits until there was silence. */
 int modbus_link_read(struct modbus_link *link, int address, int count, uint16_t *to);
 int modbus_link_write(struct modbus_link *link, int address, int count, const uint16_t *from);
 int modbus_link_exchange(struct modbus_link *link, int write_address, int writes, const uint16_t *from, int read_address, int reads,
                          uint16_t *to);
+
+/* When the last request began to be sent, after the silence; CLOCK_MONOTONIC. */
+int64_t modbus_link_begun_ns(const struct modbus_link *link);
+
+/* How often something as long as an answer stood there before a request although the one before had
+ * been answered: two devices answer. */
+unsigned modbus_link_unasked(const struct modbus_link *link);
+
+/* Asks who it is, registers 0 and 1: STATUS_OK, with what is there in who; otherwise the reason,
+ * the likely cause and the remedy. On a serial line a second time where nothing came, for a device
+ * that was still busy with what it had heard before. name: what is asked, for the error. */
+int modbus_link_greet(struct modbus_link *link, const char *name, uint16_t who[2], struct error *error);
 
 /* After a failure: the connection is gone, and only a new one helps. */
 bool modbus_link_gone(int error);
@@ -53,8 +70,9 @@ bool modbus_link_gone(int error);
 bool modbus_link_busy(int error);
 bool modbus_link_value(int error);
 
-/* In words. EBADMSG is the caller's, for an answer to another request, and EBUSY
- * for another master. */
+/* In words, with cause and remedy where it was the device that refused. EBADMSG is the caller's,
+ * for an answer to another request, EBUSY for another master, ENOTUNIQ for an answer that nobody
+ * asked for. */
 const char *modbus_link_reason(int error);
 
 #endif

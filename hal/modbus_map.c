@@ -1,5 +1,7 @@
 #include "modbus_map.h"
 
+#include <math.h>
+
 #include "channel.h"
 #include "interlock.h"
 
@@ -34,13 +36,18 @@ void modbus_map_print(FILE *out) {
             "(sections *_channel).\n",
             (unsigned)MODBUS_WRITE_FROM, (unsigned)(MODBUS_WRITE_FROM + MODBUS_WRITTEN - 1), (unsigned)MODBUS_READ_FROM,
             (unsigned)(MODBUS_END - 1));
-    fprintf(out,
-            "One master: before, it claims the machine by writing 0x%04x..0x%04x, the token a random number. Exception 6: another one "
-            "has it, until\nit has been silent for the watchdog's time. From then on only that connection writes, on a serial line only "
-            "with that token; what\nothers write moves nothing, gets exception 6 and is counted. A watchdog becomes longer only while the "
-            "valves are centred by it.\nExceptions: 1 function other than 3, 6, 16, 23; 2 register not there, or not to be written; 3 "
-            "quantity, byte count, watchdog, token 0;\n11 (TCP) unit other than modbus.unit, 255, 0.\n",
-            (unsigned)MODBUS_WATCHDOG_MS, (unsigned)(MODBUS_VALVE - 1));
+    fprintf(
+        out,
+        "One master: before, it claims the machine by writing 0x%04x..0x%04x, the token a random number. Exception 6: another one "
+        "has it, until\nit has been silent for the watchdog's time. From then on only that connection writes, on a serial line only "
+        "with that token; what\nothers write moves nothing, gets exception 6 and is counted. A watchdog becomes longer only while the "
+        "valves are centred by it.\nExceptions: 1 function other than 3, 6, 16, 23; 2 register not there, or not to be written; 3 "
+        "quantity, byte count, watchdog, token 0;\n11 (TCP) unit other than modbus.unit, 255, 0.\n"
+        "Order: a register's upper byte first; i32 and u32 take two registers, the upper half in the first (\"ABCD\", \"big-endian\",\n"
+        "\"high word first\"). Signed values are two's complement. Registers count from 0: in some manuals 0x0000 is 40001, or 1.\n"
+        "A missing reading is the most negative value: 0x8000 in a pressure, 0x8000 0x0000 in a length. An input that is missing is open:\n"
+        "its two bits (1 and 16, 2 and 32, 4 and 64, 8 and 128) are both 0.\n",
+        (unsigned)MODBUS_WATCHDOG_MS, (unsigned)(MODBUS_VALVE - 1));
 }
 
 void modbus_put_claim(uint16_t watchdog_ms, uint32_t token, uint16_t claimed[MODBUS_CLAIMED]) {
@@ -107,6 +114,15 @@ struct modbus_load modbus_load(double baud) {
     double byte_s = 10.0 / baud;
     l.request_s = l.request_bytes * byte_s;
     l.response_s = l.response_bytes * byte_s;
-    l.cycle_s = l.request_s + l.response_s + 2 * 3.5 * byte_s;
+    l.cycle_s = l.request_s + l.response_s + 2 * modbus_silence_least_s(baud);
+    l.strict_cycle_s = l.request_s + l.response_s + 2 * modbus_silence_s(baud);
     return l;
+}
+
+double modbus_silence_least_s(double baud) { return 3.5 * 10.0 / baud; }
+
+double modbus_silence_s(double baud) { return fmax(modbus_silence_least_s(baud), baud > 19200.0 ? 1.75e-3 : 0.0); }
+
+double modbus_kept_silence_s(double baud, double period_s) {
+    return modbus_load(baud).strict_cycle_s <= 0.9 * period_s ? modbus_silence_s(baud) : modbus_silence_least_s(baud);
 }

@@ -21,6 +21,7 @@ struct hal_ops {
     bool simulated;      /* no machine behind it: --rt try is the default, and --fast is allowed */
     bool reconnects;     /* makes a lost connection again by itself, which
                           * takes new sockets or files */
+    bool reopens_can;    /* opens its CAN socket again, on an interface that was made again */
     int (*open)(struct hal **hal, const char *address, const struct params *params, uint64_t seed, struct error *error);
     /* The sample of this cycle, latched at or before now_ns (the loop's clock). 0, or -1: nothing
      * can be read (FAULT_IO). */

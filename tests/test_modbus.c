@@ -2,6 +2,7 @@
  * tests/scenarios/modbus.sh. */
 #include "support.h"
 
+#include <errno.h>
 #include <string.h>
 
 #include "hal.h"
@@ -116,6 +117,40 @@ static void a_cycle_on_a_serial_line_takes_its_bits(void **unused) {
     assert_close(l.cycle_s, 103 * 10 / 115200.0, 1e-12);
 }
 
+/* Serial Line V1.02, 2.5.1.1: 3.5 characters, above 19200 baud 1.75 ms; less only where the period
+ * has no room for that. */
+static void the_silence_between_frames_is_the_standards_where_the_period_has_room(void **unused) {
+    (void)unused;
+    assert_close(modbus_silence_s(9600.0), 35 / 9600.0, 1e-12);
+    assert_close(modbus_silence_s(19200.0), 35 / 19200.0, 1e-12);
+    for (const int *baud = modbus_bauds; *baud; baud++) {
+        struct modbus_load l = modbus_load(*baud);
+        if (*baud > 19200) assert_close(modbus_silence_s(*baud), 1.75e-3, 1e-12);
+        assert_close(l.strict_cycle_s - l.request_s - l.response_s, 2 * modbus_silence_s(*baud), 1e-12);
+        assert_close(modbus_kept_silence_s(*baud, 1.001 * l.strict_cycle_s / 0.9), modbus_silence_s(*baud), 1e-12);
+        assert_close(modbus_kept_silence_s(*baud, 0.999 * l.strict_cycle_s / 0.9), 35.0 / *baud, 1e-12);
+    }
+}
+
+enum { ENOBASE = 112345678 }; /* libmodbus' MODBUS_ENOBASE */
+
+/* What a device, a gateway and libmodbus can say: each with what it means. */
+static void every_exception_is_told_with_its_number_and_what_it_means(void **unused) {
+    (void)unused;
+    static const char *const means[12] = {"",        "another map",       "no such registers", "value",  "device itself",
+                                          "at once", "another master",    "refuses",           "memory", "no standard",
+                                          "gateway", "behind the gateway"};
+    for (int code = 1; code <= 11; code++) {
+        const char *text = modbus_link_reason(ENOBASE + code);
+        char number[20];
+        snprintf(number, sizeof number, "exception %d,", code);
+        if (!strstr(text, means[code]) || (code != 6 && !strstr(text, number))) fail_msg("%d: %s", code, text);
+        assert_true(strlen(text) < 200);
+    }
+    assert_non_null(strstr(modbus_link_reason(ENOBASE + 12), "checksum")); /* EMBBADCRC */
+    assert_non_null(strstr(modbus_link_reason(ENOTUNIQ), "two devices"));
+}
+
 static void addresses_are_taken_apart(void **unused) {
     (void)unused;
     struct modbus_address_parts a;
@@ -190,6 +225,8 @@ int main(void) {
         cmocka_unit_test(commands_come_back_and_what_is_none_is_the_centre),
         cmocka_unit_test(registers_of_the_map_follow_each_other_and_are_those_of_the_transaction),
         cmocka_unit_test(a_cycle_on_a_serial_line_takes_its_bits),
+        cmocka_unit_test(the_silence_between_frames_is_the_standards_where_the_period_has_room),
+        cmocka_unit_test(every_exception_is_told_with_its_number_and_what_it_means),
         cmocka_unit_test(addresses_are_taken_apart),
         cmocka_unit_test(addresses_that_are_none_are_refused_with_the_right_form),
         cmocka_unit_test(rates_that_the_line_cannot_have_are_refused_with_those_it_can),

@@ -172,6 +172,54 @@ static void a_serial_request_with_an_unknown_function_is_taken_in_the_silence(vo
     assert_memory_equal(a.pdu, pdu, sizeof pdu);
 }
 
+/* Junk before a request, of every length and of what there is on shared lines, does not take it
+ * along; and no silence is waited for. */
+static void a_request_behind_junk_is_found_without_a_silence(void **unused) {
+    (void)unused;
+    static const struct {
+        size_t size;
+        uint8_t bytes[64];
+    } junk[] = {
+        {1, {0x00}},
+        {1, {0xff}},
+        {3, {0x00, 0xff, 0x00}},
+        {7, {2, 3, 2, 0xbe, 0xef, 0xfd, 0xa8}},        /* another device's answer */
+        {8, {2, 3, 0, 0, 0, 10, 0xc5, 0xcd}},          /* a request with a wrong checksum */
+        {7, {1, 3, 2, 0x48, 0x45, 0x4f, 0xb7}},        /* an answer of our own, heard */
+        {5, {1, 3, 0, 0, 0}},                          /* half a request */
+    };
+    for (size_t k = 0; k < sizeof junk / sizeof *junk; k++) {
+        uint8_t bytes[ADU_MAX];
+        size_t size = junk[k].size;
+        struct adu a;
+        memcpy(bytes, junk[k].bytes, size);
+        /* nothing is thrown away too soon */
+        assert_int_equal(adu_take_rtu(bytes, size, false, &a), ADU_MORE);
+        memcpy(bytes + size, rtu_read, sizeof rtu_read);
+        size += sizeof rtu_read;
+        for (enum adu_result r; (r = adu_take_rtu(bytes, size, false, &a)) != ADU_REQUEST;) {
+            if (r != ADU_DISCARD) fail_msg("junk %zu: no request found", k);
+            size -= a.used;
+            memmove(bytes, bytes + a.used, size);
+        }
+        assert_int_equal(a.unit, 1);
+        assert_int_equal(a.used, sizeof rtu_read);
+        assert_int_equal(size, sizeof rtu_read);
+    }
+}
+
+/* Bytes that look like a request within one that still grows are its own. */
+static void a_request_that_grows_is_not_cut_by_what_it_carries(void **unused) {
+    (void)unused;
+    uint8_t pdu[ADU_PDU_MAX] = {16, 0, 0x15, 0, 6, 12}, bytes[ADU_MAX];
+    struct adu a = {.unit = 1};
+    memcpy(pdu + 6, rtu_read, sizeof rtu_read);
+    size_t whole = adu_put_rtu(&a, pdu, 18, bytes);
+    for (size_t size = 1; size < whole; size++) assert_int_equal(adu_take_rtu(bytes, size, false, &a), ADU_MORE);
+    assert_int_equal(adu_take_rtu(bytes, whole, false, &a), ADU_REQUEST);
+    assert_int_equal(a.used, whole);
+}
+
 static void answers_are_framed_as_their_requests(void **unused) {
     (void)unused;
     static const uint8_t pdu[] = {3, 2, 0x12, 0x34}, expected[] = {0x15, 0x01, 0, 0, 0, 5, 1, 3, 2, 0x12, 0x34};
@@ -199,6 +247,8 @@ int main(void) {
         cmocka_unit_test(a_serial_request_cut_short_is_discarded_when_the_line_is_silent),
         cmocka_unit_test(a_wrong_checksum_is_waited_out_and_discarded),
         cmocka_unit_test(a_serial_request_with_an_unknown_function_is_taken_in_the_silence),
+        cmocka_unit_test(a_request_behind_junk_is_found_without_a_silence),
+        cmocka_unit_test(a_request_that_grows_is_not_cut_by_what_it_carries),
         cmocka_unit_test(answers_are_framed_as_their_requests),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

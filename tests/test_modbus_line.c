@@ -22,6 +22,7 @@
 #include "hal.h"
 #include "modbus_link.h"
 #include "modbus_map.h"
+#include "units.h"
 
 enum {
     MBAP = 7,
@@ -50,6 +51,8 @@ struct fake {
     _Atomic bool owned, usurped; /* another master has it: at the claim, in a cycle */
     int watchdog_ms, longer_ms; /* as it was set, and by how much more it is */
     uint16_t sample;
+    _Atomic bool twin;          /* a second one answers each function 23, too */
+    _Atomic int refuses;        /* the exception that it answers to function 3, 0: none */
     int behind;                 /* its answers are to a command so many before */
     long byte_ns;               /* between the bytes of an answer to function 23; 0: at once */
 };
@@ -101,7 +104,10 @@ static void answer(struct fake *f, int fd, const uint8_t *request) {
         f->watchdog_ms = get(request + MBAP + 6);
         f->greeted++;
     }
+    if (f->refuses && request[MBAP] == FUNCTION_READ)
+        out[MBAP] = FUNCTION_READ | FAILED, out[MBAP + 1] = (uint8_t)f->refuses, size = MBAP + 2;
     put(out + 4, (int)size - 6);
+    if (f->twin && request[MBAP] == FUNCTION_EXCHANGE) memcpy(out + size, out, size), size *= 2;
     size_t piece = f->byte_ns && request[MBAP] == FUNCTION_EXCHANGE ? 1 : size;
     for (size_t i = 0; i < size; i += piece) {
         const struct timespec pause = {.tv_nsec = f->byte_ns};
@@ -441,6 +447,49 @@ static void an_answer_that_trickles_is_given_up(void **unused) {
     assert_int_equal(reason, ETIMEDOUT);
 }
 
+/* Two devices with one number: the second answer to every request is one that nobody asked for. */
+static void a_second_answer_to_every_request_flags_the_sample_and_is_told(void **unused) {
+    (void)unused;
+    struct session s = {0};
+    struct hal_sample sample = {0};
+    char text[200];
+    session_begin(&s);
+    for (int cycle = 0; cycle < 5; cycle++) {
+        int before = s.device.cycles;
+        command_motion(&s);
+        while (s.device.cycles == before) sched_yield();
+        s.hal->ops->read(s.hal, 1 + cycle, &sample);
+        assert_false(sample.flags & SAMPLE_TWIN);
+    }
+    s.device.twin = true;
+    while (!(sample.flags & SAMPLE_TWIN)) {
+        int before = s.device.cycles;
+        command_motion(&s);
+        while (s.device.cycles == before) sched_yield();
+        s.hal->ops->read(s.hal, 10, &sample);
+    }
+    s.hal->ops->describe(s.hal, text, sizeof text);
+    s.device.twin = false;
+    session_end(&s);
+    assert_non_null(strstr(text, "two devices"));
+}
+
+/* It has answered: not the wiring is wrong, but the map or what is behind the gateway. */
+static void an_exception_to_the_first_question_is_no_missing_answer(void **unused) {
+    (void)unused;
+    static const int codes[] = {1, 2, 4, 10, 11};
+    for (size_t i = 0; i < sizeof codes / sizeof *codes; i++) {
+        struct session s = {.device.refuses = codes[i]};
+        char named[20];
+        snprintf(named, sizeof named, "exception %d,", codes[i]);
+        assert_int_equal(session_open(&s), STATUS_IO);
+        fake_stop(&s.device);
+        if (!strstr(s.error.text, "was answered") || !strstr(s.error.text, named)) fail_msg("%s", s.error.text);
+        assert_null(strstr(s.error.text, "wiring, "));
+        assert_null(strstr(s.error.text, "baud rate"));
+    }
+}
+
 static uint16_t crc(const uint8_t *data, size_t size) {
     uint16_t c = 0xffff;
     for (size_t i = 0; i < size; i++) {
@@ -499,6 +548,84 @@ static void a_late_answer_on_a_serial_line_is_not_taken_for_the_next_one(void **
     assert_int_not_equal(read[0], 77);
 }
 
+/* Nothing of this hangs on how fast the machine is: the silence is a lower bound. */
+static void a_request_waits_for_the_silence_after_what_was_before(void **unused) {
+    (void)unused;
+    static const int bauds[] = {1200, 115200};
+    for (int i = 0; i < 2; i++) {
+        struct serial s;
+        struct timespec t;
+        uint16_t read[MODBUS_READ];
+        serial_open(&s, bauds[i]);
+        clock_gettime(CLOCK_MONOTONIC, &t);
+        assert_int_equal(serial_exchange(&s, read), -1); /* nobody answers within 50 ms */
+        serial_exchange(&s, read);
+        int64_t between_ns = modbus_link_begun_ns(s.link) - (t.tv_sec * NS_PER_S + t.tv_nsec);
+        serial_close(&s);
+        assert_true(between_ns >= 50000000 + ns_from_seconds(modbus_silence_s(bauds[i])));
+    }
+}
+
+/* The device's end: what the n-th request gets. */
+static bool serial_request(const struct serial *s, uint8_t request[8]) {
+    for (size_t got = 0; got < 8;) {
+        ssize_t n = read(s->device, request + got, 8 - got);
+        if (n <= 0) return false;
+        got += (size_t)n;
+    }
+    return true;
+}
+
+/* The first answer is spoilt. */
+static void *answers_badly_at_first(void *argument) {
+    static const uint8_t who[] = {1, 3, 4, 0x48, 0x45, 0, MODBUS_MAP_VERSION};
+    const struct serial *s = argument;
+    uint8_t request[8], out[sizeof who + 2];
+    uint16_t c = crc(who, sizeof who);
+    memcpy(out, who, sizeof who);
+    for (int n = 0; serial_request(s, request); n++) {
+        out[sizeof who] = (uint8_t)(n ? c : ~c), out[sizeof who + 1] = (uint8_t)(c >> 8);
+        if (write(s->device, out, sizeof out) < 0) break;
+    }
+    return NULL;
+}
+
+static void *echoes_all(void *argument) {
+    const struct serial *s = argument;
+    uint8_t request[8];
+    while (serial_request(s, request))
+        if (write(s->device, request, sizeof request) < 0) break;
+    return NULL;
+}
+
+static int greet_with(void *(*device)(void *), struct error *error) {
+    struct serial s;
+    pthread_t thread;
+    uint16_t who[2] = {0};
+    serial_open(&s, 115200);
+    modbus_link_set_timeout(s.link, 1.0);
+    assert_int_equal(pthread_create(&thread, NULL, device, &s), 0);
+    int status = modbus_link_greet(s.link, "rtu:line", who, error);
+    if (!status) assert_int_equal(who[0], MODBUS_IS_HEXID);
+    modbus_link_close(s.link); /* the line is hung up: the device reads no more */
+    pthread_join(thread, NULL);
+    close(s.device);
+    return status;
+}
+
+static void a_device_whose_first_answer_is_spoilt_is_asked_again(void **unused) {
+    (void)unused;
+    struct error error = {0};
+    if (greet_with(answers_badly_at_first, &error)) fail_msg("%s", error.text);
+}
+
+static void an_adapter_that_echoes_is_named(void **unused) {
+    (void)unused;
+    struct error error = {0};
+    assert_int_equal(greet_with(echoes_all, &error), STATUS_IO);
+    if (!strstr(error.text, "echoes")) fail_msg("%s", error.text);
+}
+
 /* libmodbus runs a line at 9600 baud, without a word, when it does not know the rate. */
 static void the_line_runs_at_the_rate_of_its_address(void **unused) {
     (void)unused;
@@ -531,7 +658,12 @@ int main(void) {
         cmocka_unit_test(close_ends_though_the_device_is_silent),
         cmocka_unit_test(the_thread_is_real_time_only_when_the_loop_is),
         cmocka_unit_test(an_answer_that_trickles_is_given_up),
+        cmocka_unit_test(a_second_answer_to_every_request_flags_the_sample_and_is_told),
+        cmocka_unit_test(an_exception_to_the_first_question_is_no_missing_answer),
         cmocka_unit_test(a_late_answer_on_a_serial_line_is_not_taken_for_the_next_one),
+        cmocka_unit_test(a_request_waits_for_the_silence_after_what_was_before),
+        cmocka_unit_test(a_device_whose_first_answer_is_spoilt_is_asked_again),
+        cmocka_unit_test(an_adapter_that_echoes_is_named),
         cmocka_unit_test(the_line_runs_at_the_rate_of_its_address),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -378,7 +378,7 @@ static void warn_of_axes_alike(const struct test_params *t) {
 
 /* SAFETY: what could not be confined is put down and ends: nobody has said that it may run so. */
 static int confine_all(struct session *s, struct error *error) {
-    const struct confinement all = {.result = &s->json, .reconnects = s->hal->ops->reconnects};
+    const struct confinement all = {.result = &s->json, .reconnects = s->hal->ops->reconnects, .reopens_can = s->hal->ops->reopens_can};
     int status = s->params.security.confine ? confine(&all, error) : STATUS_OK;
     if (!s->params.security.confine)
         progress_say(&s->progress, "hexid: warning: security.confine is off: the daemon keeps all its rights\n");

@@ -126,6 +126,13 @@ struct finding check_modbus_line(const struct doctor *d) {
     char line[80];
     if (address && parts.serial) snprintf(line, sizeof line, "on this line %.1f ms", slow.cycle_s * 1e3);
     else snprintf(line, sizeof line, "on a serial line %.1f ms at 115200 baud, %.1f ms at 1 Mbaud", slow.cycle_s * 1e3, fast.cycle_s * 1e3);
+    if (address && parts.serial && fits && slow.strict_cycle_s > cycle_s)
+        return finding(
+            LEVEL_OK, "",
+            "function 23: %d + %d bytes, %s; the cycle of %.1f ms leaves %.2f ms (3.5 characters) between two frames; with 1.75 ms, "
+            "which the standard recommends above 19200 baud, loop.period_s is %.4f or more",
+            slow.request_bytes, slow.response_bytes, line, cycle_s * 1e3, 1e3 * modbus_silence_least_s(parts.baud),
+            slow.strict_cycle_s / 0.9);
     return finding(fits ? LEVEL_OK : LEVEL_FAIL, "a higher baud rate, or a longer loop.period_s",
                    "function 23: %d + %d bytes, %s; the cycle has %.1f ms", slow.request_bytes, slow.response_bytes, line, cycle_s * 1e3);
 }
@@ -163,12 +170,12 @@ enum { LONGEST_TALK_S = 5 };
 static struct finding talk(const struct doctor *d, struct modbus_link *link, const char *address) {
     static const char who_remedy[] =
         "check modbus.unit, baud rate and wiring; the device must serve the map of `hexid doctor --modbus-map`";
+    struct error error;
     struct round_trips r = {0};
     uint16_t who[2], status;
     double took_s[ROUND_TRIPS];
     int answers = 0;
-    if (modbus_link_read(link, MODBUS_IDENTITY, 2, who))
-        return finding(LEVEL_FAIL, who_remedy, "modbus:%.100s: no answer to the first question: %s", address, modbus_link_reason(errno));
+    if (modbus_link_greet(link, address, who, &error)) return finding(LEVEL_FAIL, who_remedy, "%s", error.text);
     if (who[0] != MODBUS_IS_HEXID || who[1] != MODBUS_MAP_VERSION)
         return finding(LEVEL_FAIL, who_remedy,
                        "modbus:%.100s: registers 0 and 1 hold 0x%04x and %u, not 0x%04x and %d: another device, or another map", address,

@@ -65,6 +65,19 @@ static void statistics(struct recorder *r) {
     keep_and_send(r, CHANNEL_LOOP_STATS, buffer, loop_stats_encode(&s, r->analysis.last.in.time_ns, buffer, sizeof buffer));
 }
 
+/* While a fault stands: what the back-end knows of the way to the machine, whenever that
+ * changes. */
+static void device(struct recorder *r) {
+    const struct hal *hal = r->loop->hal;
+    char text[sizeof r->device] = "";
+    if (!hal->ops->describe || !r->analysis.last.first_fault) return;
+    hal->ops->describe(hal, text, sizeof text);
+    if (!strcmp(text, r->device)) return;
+    memcpy(r->device, text, sizeof text);
+    event(r, "device", *text ? text : "nothing is wrong on the way to the machine");
+    progress_say(r->progress, "hexid: device: %s\n", *text ? text : "nothing is wrong on the way to the machine");
+}
+
 static void fault(struct recorder *r) {
     const struct analysis *a = &r->analysis;
     char line[FAULT_LINE_SIZE], cause[FAILURE_TEXT_SIZE], remedy[FAILURE_TEXT_SIZE];
@@ -74,6 +87,7 @@ static void fault(struct recorder *r) {
     event(r, "cause", cause);
     event(r, "remedy", remedy);
     progress_fault(r->progress, &a->last, cause, remedy);
+    device(r);
 }
 
 /* What stands in the way of `engage`; where the inputs are not known, it is as it was. Pressure has
@@ -280,7 +294,7 @@ static void take(struct recorder *r, const struct cycle *c) {
         estimate(r, wait);
         atomic_store_explicit(&r->computes, false, memory_order_relaxed);
     }
-    if (r->analysis.cycles % r->statistics_cycles == 0) statistics(r);
+    if (r->analysis.cycles % r->statistics_cycles == 0) statistics(r), device(r);
     progress_tick(r->progress, c);
 }
 

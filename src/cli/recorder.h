@@ -44,6 +44,7 @@ struct recorder {
     int64_t settled_cycles;          /* in a row */
     uint32_t interlocks_wrong;       /* as last reported (interlock.h) */
     int64_t checked_ns, asked_ns;    /* when the log was looked after, and a part asked for */
+    char device[200];                /* the same of the way to the machine */
     struct error error;              /* first failure to write the log; status 0 while all is
                                       * well */
     struct error keeper_error;       /* its keeper has ended or hangs; status 0: no */

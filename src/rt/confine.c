@@ -128,6 +128,20 @@ static int allow_reconnecting(scmp_filter_ctx filter) {
     return failed;
 }
 
+/* As hal/can_socket.c opens a socket, and looks at its interface. */
+static int allow_can(scmp_filter_ctx filter) {
+    static const int calls[] = {SCMP_SYS(bind), SCMP_SYS(setsockopt)};
+    static const unsigned requests[] = {SIOCGIFINDEX, SIOCGIFFLAGS, SIOCGIFHWADDR};
+    int failed = allow(filter, calls, COUNT(calls));
+    for (size_t i = 0; i < COUNT(requests) && !failed; i++)
+        failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(ioctl), 1, SCMP_A1(SCMP_CMP_EQ, requests[i]));
+    if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(socket), 1, SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)AF_CAN));
+    if (!failed) /* connects to nobody: that is denied */
+        failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(socket), 2, SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)AF_INET),
+                                  SCMP_A1(SCMP_CMP_EQ, SOCK_DGRAM | SOCK_CLOEXEC));
+    return failed;
+}
+
 static int build(scmp_filter_ctx filter, const struct confinement *c, const char *paths) {
     int failed = seccomp_attr_set(filter, SCMP_FLTATR_CTL_TSYNC, 1);
     if (!failed) failed = seccomp_attr_set(filter, SCMP_FLTATR_ACT_BADARCH, SCMP_ACT_ERRNO(EPERM));
@@ -138,6 +152,7 @@ static int build(scmp_filter_ctx filter, const struct confinement *c, const char
     if (!failed) failed = allow_memory(filter, paths);
     if (!failed) failed = allow_result(filter, c->result, paths);
     if (!failed && c->reconnects) failed = allow_reconnecting(filter);
+    if (!failed && c->reopens_can) failed = allow_can(filter);
     if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(tgkill), 1, SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)getpid()));
     return failed ? failed : seccomp_load(filter);
 }

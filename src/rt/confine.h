@@ -9,8 +9,9 @@
  * process, to end; to create the file beside the result, to rename it to the result and to remove
  * it (output.h), by the two paths that stand in memory which can no longer be written, unmapped or
  * replaced. Where a back-end makes its connection again: internet sockets that connect, reading
- * files (the resolver's), opening a serial device, and SCHED_FIFO for its thread. Denied is all
- * else: programs, new threads, other files, other sockets, other processes, mounts, users, modules.
+ * files (the resolver's), opening a serial device, and SCHED_FIFO for its thread; where it opens a
+ * CAN socket again: that, and to ask for the interface's index and state. Denied is all else:
+ * programs, new threads, other files, other sockets, other processes, mounts, users, modules.
  *
  * Sanitizer builds have an allocator, threads and reports of their own that need more: there
  * nothing is denied. */
@@ -24,7 +25,8 @@
 
 struct confinement {
     struct output *result; /* that is still written; its paths are moved. NULL: none */
-    bool reconnects;      /* the back-end makes its connection again */
+    bool reconnects;       /* the back-end makes its connection again, */
+    bool reopens_can;      /* or its CAN socket */
 };
 
 /* Main thread, once, when all is open and all threads run; for the rest of the process. No new

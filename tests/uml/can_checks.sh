@@ -139,6 +139,41 @@ fair_claim "a plant killed in a test: the run ends in a fault" faults 'test 1/2'
 claim "and its log is whole" log_is_whole
 fair_claim "an interface that goes down in a test: the run ends in a fault" faults 'test 1/2' ip link set vcan0 down
 ip link set vcan0 up
+
+# An adapter that is unplugged and plugged in again, or whose interface goes down and up: daemon (confined) and plant go on with it.
+processor_ticks() { awk '{ print $14 + $15 }' "/proc/$1/stat"; }
+comes_back() { # WHAT-IS-THE-MATTER COMMAND-THAT-TAKES-IT COMMAND-THAT-BRINGS-IT
+    local lcm='udpm://239.255.76.67:7667?ttl=0' run operator status=0 ticks
+    ip link set lo multicast on && ip route replace 224.0.0.0/4 dev lo || return
+    plant_start can:vcan0 "${quick_bus[@]}" || return
+    : >"$work/run"
+    "$hexid" run --hal can:vcan0 "${quick_bus[@]}" --set motion.automatic=false --set lcm.commands=true --set lcm.url="$lcm" >>"$work/run" 2>&1 &
+    run=$!
+    until_in '^ *settled' "$work/run" $run && eval "$2" &&
+        until_in "device: the interface vcan0 is $1" "$work/run" $run && until_in "can:vcan0: the interface vcan0 is $1" "$work/plant" $plant
+    status=$?
+    ticks=$(($(processor_ticks $plant) + $(processor_ticks $run)))
+    pause 1
+    ticks=$(($(processor_ticks $plant) + $(processor_ticks $run) - ticks))
+    ((ticks < 30)) || { echo "$ticks ticks of processor time in a second"; status=1; }
+    eval "$3"
+    until_in 'ready again' "$work/plant" $plant && until_in 'device: nothing is wrong' "$work/run" $run || status=1
+    cat "$work/run"
+    : >"$work/run"
+    "$hexid" command reset --set lcm.url="$lcm"
+    until_in '^ *settled' "$work/run" $run || status=1
+    "$hexid" command engage --set lcm.url="$lcm" & # and stays: its lease
+    operator=$!
+    until_in '^ *ready' "$work/run" $run || status=1
+    kill -TERM $run
+    wait $operator
+    wait $run || status=1
+    cat "$work/run" "$work/plant"
+    plant_stop && return $status
+}
+claim "an interface that is deleted and made again: said, nobody spins, and reset and engage go on with the new one" \
+    comes_back gone 'ip link del vcan0' 'ip link add dev vcan0 type vcan && ip link set vcan0 up'
+claim "one that goes down and up again: the same" comes_back down 'ip link set vcan0 down' 'ip link set vcan0 up'
 fair_claim "a node that is reset in a test: the run ends in a fault" faults 'test 1/2' cansend vcan0 000#8103
 
 # A host that stalls for 40 ms: behind hardware a deadline missed is missed by the machine, whose watchdog centres the valves meanwhile.

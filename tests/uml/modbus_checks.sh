@@ -41,6 +41,15 @@ conforms_serially() {
 claim "on a serial line the device keeps to the standards" conforms_serially
 grep '^ok' "$work/checks"
 
+replugged() {
+    "$python" tests/peers/serial_replug.py "$hexid" plant --bus 'modbus:rtu:LINE?baud=115200' "${S[@]}" >"$work/checks" 2>&1
+    local status=$?
+    cat "$work/checks"
+    return $status
+}
+claim "a device whose serial line is gone waits for it, and goes on when it is back" replugged
+grep '^ok' "$work/checks"
+
 peer() {
     local status
     plant_start modbus:tcp://127.0.0.1:0 "${S[@]}" || return
