@@ -86,6 +86,9 @@ mutation: | deps-test ## is a test red when a row of the transition table or a l
 bench: $(BENCHES) $(BUILD)/hexid | deps-bench ## time and instructions of every part of the cycle -> build/bench.csv
 	@tests/bench/bench.sh $(BUILD)
 
+bench-check: $(BENCHES) $(BUILD)/hexid $(BUILD)/tests/rig/rig $(VENV)/ready | deps-bench ## the short form of every benchmark: does it measure, and end with an error where it does not? 3 minutes
+	@BUILD=$(BUILD) VENV=$(VENV) tests/run $(wildcard tests/bench/check_*.sh)
+
 rig: $(BUILD)/tests/rig/rig ## the machine by other means, tests/rig/: a minute or two of Pinocchio's headers
 
 check-rig: $(BUILD)/tests/rig/rig $(BUILD)/hexid ## the rig's own checks, then hexid's identification on a recording of it
@@ -215,6 +218,7 @@ $(BUILD)/libhexid.a: $(LIB_OBJ)
 	@rm -f $@
 	$(Q)$(AR) rcs $@ $^
 
+$(BENCHES): $(BUILD)/version.o
 $(BUILD)/tests/bench/bench: LDLIBS += -Wl,--wrap=dWorldStep
 $(BUILD)/tests/test_% $(BUILD)/tests/soak_%: LDLIBS += -lcmocka
 $(BUILD)/tests/test_doctor: LDLIBS += -Wl,--wrap=bus_receive
@@ -229,6 +233,7 @@ $(BUILD)/tests/fuzz/replay_%: $(BUILD)/tests/fuzz/fuzz_%.o $(BUILD)/tests/fuzz/r
 	$(Q)$(CC) $(SAN) -o $@ $^ $(LDLIBS)
 
 $(TESTS:=.o) $(BUILD)/tests/soak_supervisor.o: | deps-test
+$(BENCHES:=.o): | deps-bench
 $(BUILD)/tests/test_%.o: OPT = -O1 -g1
 $(BUILD)/%.o: %.c | $(LCM_C) deps-run
 	@mkdir -p $(@D)
@@ -315,6 +320,7 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
 .PHONY: all always install deb has-display run test test-long test-rt asan tsan fuzz fuzz-run soak bench bench-paper bench-gap bench-coverage bench-friction bench-springs bench-methods bench-table5 rig check-rig format format-check docs pictures python-types spy clean help
+.PHONY: bench-check
 .PHONY: deps deps-run deps-test deps-deb deps-format deps-pictures deps-fuzz deps-bench deps-spy
 .SECONDARY:
 -include $(BUILD)/tests/soak_supervisor.d $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d) $(FUZZERS:=.d)

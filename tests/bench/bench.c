@@ -1,14 +1,16 @@
 /* Benchmarks for bench.sh, one a process:
  *
  *     bench                   lists the names
- *     bench NAME RUNS         a line a run: time of one operation [ns], operations in a run, time
- *                             over time inside dWorldStep (0: none)
+ *     bench NAME RUNS [SHARE] a line a run: time of one operation [ns], operations in a run, time
+ *                             over time inside dWorldStep (0: none); of a plant, a SHARE-th of
+ *                             the cycles (1)
  *     bench use COMMAND ...   runs a command and prints its wall time [s] and largest memory [kB];
  *                             exits with its status
  *
  * Only the functions measured_* are timed, and they are what callgrind is told to count. Every run
  * starts from the same state and does the same work, so the instructions are exact and the spread
  * of the times is the machine's. */
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,20 +18,23 @@
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
+#include <valgrind/callgrind.h>
 
 #include "config.h"
 #include "ident.h"
+#include "loop.h"
 #include "plant.h"
 #include "platform.h"
 #include "units.h"
 
-enum { CYCLES = 500, LEAD_MAX = 5000, POSES = 1000, TEST_CYCLES = 2500 };
+enum { CYCLES = 500, LEAD_MAX = 10000, POSES = 1000, TEST_CYCLES = 2500 };
 
 /* A closed loop from neutral into the evaluated part of the first test, and what the
  * benchmarks make of it. */
 struct work {
     struct params params;
     struct cycle *cycle;   /* recorded */
+    int begin;             /* the cycle that begins the test, at rest at neutral */
     int first, end;        /* the evaluated cycles to work on */
     struct kinematics kinematics;
     struct platform platform;
@@ -78,7 +83,6 @@ static void configure(struct params *p, const char *const settings[]) {
     int count = 0;
     while (settings[count]) count++;
     if (config_load(p, NULL, settings, count, &error)) fail(&error);
-    p->motion.engage_s = 0.1;
     p->motion.hold_s = 0.0;
     p->tests.settle_s = 0.3;
     p->tests.ramp_s = 0.2;
@@ -103,22 +107,32 @@ static void step_plant(struct work *w, int i) {
     plant_step(w->plant, w->cycle[i].out.enable ? w->cycle[i].out.valve : centred);
 }
 
+/* The daemon's own loop on the simulation: whatever a run needs to come to its test, the cycles
+ * recorded here have. */
 static void record(struct work *w, int cycles) {
+    static struct loop loop;
+    struct hal *hal;
+    struct ring records;
+    struct error error;
     w->cycle = calloc((size_t)(LEAD_MAX + cycles), sizeof *w->cycle);
+    if (!w->cycle) fail(&(struct error){.text = "out of memory"});
+    if (hal_open(&hal, "sim:", &w->params, 1, &error)) fail(&error);
+    if (ring_init(&records, sizeof *w->cycle, 4)) fail(&(struct error){.text = "out of memory"});
+    if (loop_init(&loop, &w->params, hal, &records, CLOCK_VIRTUAL, &error)) fail(&error);
     w->first = w->end = LEAD_MAX;
-    restart_plant(w);
-    restart_platform(w);
-    for (int i = 0; i < w->end; i++) {
-        struct hal_sample sample = {.time_ns = i * ns_from_seconds(w->params.loop.period_s), .device_seq = (uint64_t)i + 1};
-        plant_measure(w->plant, &sample);
-        platform_step(&w->platform, &sample, (struct request){0}, &w->cycle[i]);
-        step_plant(w, i);
+    bool more = true;
+    for (int i = 0; i < w->end && more; i++) {
+        more = loop_cycle(&loop) && ring_pop(&records, &w->cycle[i]);
+        if (!w->begin && w->cycle[i].state == STATE_TESTING) w->begin = i;
         if (w->first == LEAD_MAX && w->cycle[i].phase == PHASE_EVALUATE) {
             w->first = i;
             w->end = i + cycles;
         }
     }
     if (w->first == LEAD_MAX) fail(&(struct error){.text = "the recorded loop never came to its test"});
+    if (!more || w->cycle[w->end - 1].phase != PHASE_EVALUATE) fail(&(struct error){.text = "the recorded test is too short"});
+    ring_free(&records);
+    hal->ops->close(hal);
 }
 
 static void prepare_tracking(struct work *w) { memcpy(w->pose[0], w->cycle[w->first].pose, sizeof w->pose[0]); }
@@ -162,7 +176,7 @@ static void measured_control(struct work *w) {
 
 static void prepare_plant(struct work *w) {
     restart_plant(w);
-    for (int i = 0; i < w->first; i++) step_plant(w, i);
+    for (int i = w->begin; i < w->first; i++) step_plant(w, i);
     world_step_ns = 0;
 }
 
@@ -223,17 +237,23 @@ static const struct benchmark benchmarks[] = {
 };
 enum { BENCHMARKS = sizeof benchmarks / sizeof benchmarks[0] };
 
-static void run(const struct benchmark *b, struct work *w, int runs) {
+static void run(const struct benchmark *b, struct work *w, int runs, int share) {
     struct error error;
     configure(&w->params, b->settings);
     if (kinematics_init(&w->kinematics, &w->params, &error)) fail(&error);
     record(w, b->cycles);
-    int operations = b->operations * (b->measured == measured_plant ? w->params.sim.substeps : 1);
+    int operations = b->operations;
+    if (b->measured == measured_plant) {
+        w->end = w->first + b->cycles / share;
+        operations = b->cycles / share * w->params.sim.substeps;
+    }
     for (int i = 0; i < runs; i++) {
         b->prepare(w);
+        CALLGRIND_START_INSTRUMENTATION;
         int64_t start_ns = now_ns();
         b->measured(w);
         int64_t ns = now_ns() - start_ns;
+        CALLGRIND_STOP_INSTRUMENTATION;
         printf("%.1f %d %.4f\n", (double)ns / operations, operations, world_step_ns ? (double)ns / (double)world_step_ns : 0.0);
     }
 }
@@ -258,8 +278,11 @@ int main(int argc, char **argv) {
         if (argc < 2) puts(benchmarks[i].name);
         else if (!strcmp(argv[1], benchmarks[i].name)) {
             struct work *w = calloc(1, sizeof *w);
-            run(&benchmarks[i], w, argc > 2 ? atoi(argv[2]) : 1);
-            return w->sum > 1e300; /* never, but the compiler does not know */
+            int runs = argc > 2 ? atoi(argv[2]) : 1, share = argc > 3 ? atoi(argv[3]) : 1;
+            if (runs < 1 || share < 1 || share > CYCLES) fail(&(struct error){.text = "RUNS and SHARE are 1 or more"});
+            run(&benchmarks[i], w, runs, share);
+            if (!isfinite(w->sum)) fail(&(struct error){.text = "the results that were timed are no numbers"});
+            return 0;
         }
     }
     return argc >= 2;

@@ -7,9 +7,12 @@
  * then LEAST_SQUARES (tests/ident/least_squares.py) on the same logs, as many at a time as there
  * are cores; leaves the JSON of both in OUT, and compares. hexid's errors are against the nominal
  * matrix of its configuration, the paper's against the paper's: its inputs are rounded and its
- * hydraulics and controller are not printed (docs/method.md). Nothing here passes or fails. */
+ * hydraulics and controller are not printed (docs/method.md). No figure passes or fails here, but
+ * one of hexid's that is no number ends the benchmark with an error. Each table begins with the
+ * build that it was made with, `# hexid ...`. */
 #include <jansson.h>
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -117,6 +120,12 @@ static double matrix_entry(const json_t *matrix, const struct entry *e) {
     return json_is_number(number) ? json_number_value(number) : (double)NAN;
 }
 
+static double measured_entry(const json_t *method, const struct entry *e, const char *name) {
+    double value = matrix_entry(json_object_get(method, "Mt"), e);
+    if (!isfinite(value)) die(name, "has no number for an entry of its matrix: nothing was measured");
+    return value;
+}
+
 static json_t *read_json(const char *out, int index, const char *ending) {
     char path[400];
     json_error_t error;
@@ -130,10 +139,10 @@ static struct result result_read(const char *out, int index) {
     struct result r;
     json_t *root = read_json(out, index, ".json"), *others = read_json(out, index, ".least_squares.json");
     for (int i = 0; i < ENTRIES; i++) {
-        r.nominal[i] = matrix_entry(json_object_get(json_object_get(root, "nominal"), "Mt"), &entries[i]);
+        r.nominal[i] = measured_entry(json_object_get(root, "nominal"), &entries[i], "nominal");
         for (int m = 0; m < METHODS; m++) {
             const json_t *method = json_object_get(m < LEAST_SQUARES ? root : others, method_names[m]);
-            r.value[m][i] = matrix_entry(json_object_get(method, "Mt"), &entries[i]);
+            r.value[m][i] = measured_entry(method, &entries[i], method_names[m]);
         }
     }
     json_decref(others);
@@ -157,12 +166,25 @@ static void print_row(FILE *csv, const char *name, const double *cell, int count
     fprintf(csv, "\n");
 }
 
+static char build[120]; /* what `hexid --version` says */
+
+static void read_build(const char *hexid) {
+    char command[500];
+    snprintf(command, sizeof command, "'%s' --version", hexid);
+    FILE *said = popen(command, "r");
+    bool read = said && fgets(build, sizeof build, said);
+    if (!said || pclose(said) || !read || strncmp(build, "hexid ", 6) != 0) die(hexid, "does not say its version");
+    build[strcspn(build, "\n")] = 0;
+    printf("%s\n", build);
+    fflush(stdout); /* the children that are forked have none of it */
+}
+
 static FILE *begin(const char *out, const char *name, const char *title, const char *columns) {
     char path[400], heads[400];
     snprintf(path, sizeof path, "%s/%s.csv", out, name);
     FILE *csv = fopen(path, "w");
     if (!csv) die(path, "cannot be written");
-    fprintf(csv, "%s\n", columns);
+    fprintf(csv, "# %s\n%s\n", build, columns);
     snprintf(heads, sizeof heads, "%s", columns);
     printf("\n%s\n", title);
     const char *first = strtok(heads, ",");
@@ -233,7 +255,7 @@ static void print_expected(const char *out, const struct result *r) {
     snprintf(path, sizeof path, "%s/dry_friction_100_n.csv", out);
     FILE *csv = fopen(path, "w");
     if (!csv) die(path, "cannot be written");
-    fprintf(csv, "entry,expected_pct,method_a_pct\n");
+    fprintf(csv, "# %s\nentry,expected_pct,method_a_pct\n", build);
     printf("\n100 N of dry friction, method A, error in %%: an independent simulation (docs/method.md), hexid\n");
     for (int i = 0; i < ENTRIES; i++) {
         double pct = error_pct(r->value[METHOD_A][i], r->nominal[i]);
@@ -264,6 +286,7 @@ int main(int argc, char **argv) {
     const char *tables = argv[2], *out = argv[4];
     struct result r[CASES];
     mkdir(out, 0777);
+    read_build(argv[1]);
     setenv("HEXID", argv[1], 1);
     run_all(start_hexid, argv[1], out, argv + 5);
     run_all(start_least_squares, argv[3], out, argv + 5);

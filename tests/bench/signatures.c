@@ -2,7 +2,10 @@
  * model: z, its whitened signature beyond what the base can take up, and how much of that no other
  * effect takes up. Prints a table. With a file's name, as CSV for tests/gap/score.py: the strength
  * of each effect at which z = 8, 0 where no strength has so little, and what share of that z each
- * other effect leaves there. */
+ * other effect leaves there. Effects that are named behind the file are the only rows.
+ *
+ *     signatures [FILE [EFFECT ...]]
+ */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,6 +13,7 @@
 
 #include "config.h"
 #include "diagnose.h"
+#include "version.h"
 #include "../gap_rig.h"
 
 static struct diagnosis d;
@@ -143,6 +147,13 @@ static void write_left(FILE *file, const double left[], int count, double z) {
         if (isfinite(share[e])) fprintf(file, "%s:%.3f ", effect_table[e]->name, share[e]);
 }
 
+/* Is a row asked for? All are, where none is named. */
+static bool asked(const char *effect, int names, char **name) {
+    for (int i = 0; i < names; i++)
+        if (!strcmp(name[i], effect)) return true;
+    return names == 0;
+}
+
 int main(int argc, char **argv) {
     static struct params params;
     struct recording recording;
@@ -152,16 +163,20 @@ int main(int argc, char **argv) {
     if (diagnosis_init(&d, &params, &recording, 1, &error)) fail(error.text);
     FILE *file = argc > 1 ? fopen(argv[1], "w") : NULL;
     if (argc > 1 && !file) fail("the file cannot be written");
-    if (file) fputs("effect,strength,left\n", file);
+    if (file) fprintf(file, "# hexid %s\neffect,strength,left\n", version);
+    printf("hexid %s\n", version);
+    int names = argc > 2 ? argc - 2 : 0, rows = 0;
     int count = hypotheses_list(&params, &d.model, d.found, d.even.parts, hypothesis);
     double *vector = room((size_t)d.fit.values), left[HYPOTHESES_MAX];
     printf("%-28s %8s  %s\n", "effect, typical", "z", "z that is left beside the nearest others");
     for (int i = 0; i < count; i++) {
-        if (hypothesis[i].shape != SHAPE_ALL) continue;
+        if (hypothesis[i].shape != SHAPE_ALL || !asked(name_of(i), names, argv + 2)) continue;
         double z = z_at(&hypothesis[i], 1.0, vector);
         if (!signature(hypothesis[i].effect, 1.0, vector)) fail("a typical effect that no machine has");
         leave_beside(hypothesis, count, i, vector, left);
         int first = least(left, count, -1), second = least(left, count, first);
+        if (!isfinite(z) || !isfinite(left[first]) || !isfinite(left[second])) fail("an effect whose signature is no number");
+        rows++;
         printf("%-28s %8.1f  %.1f %s, %.1f %s\n", name_of(i), z, left[first], name_of(first), left[second], name_of(second));
         if (!file) continue;
         double strength = detectable(&hypothesis[i], vector);
@@ -174,6 +189,7 @@ int main(int argc, char **argv) {
         fputc('\n', file);
     }
     if (file && fclose(file)) fail("the file cannot be written");
+    if (rows < (names ? names : 1)) fail("an effect that was asked for has no row");
     diagnosis_free(&d);
     recording_free(&recording);
     free(vector);

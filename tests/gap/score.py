@@ -77,7 +77,7 @@ def strength_of(effect, size):
 
 
 def signatures():
-    with open(os.environ.get("DETECTABLE", "build/gap_score/detectable.csv")) as f: return list(csv.DictReader(f))
+    with open(os.environ.get("DETECTABLE", "build/gap_score/detectable.csv")) as f: return list(csv.DictReader(line for line in f if line[0] != "#"))
 
 
 def detectable(): return {row["effect"]: float(row["strength"]) for row in signatures()}

@@ -7,7 +7,12 @@ SIZES = ("detectable", "typical", "strong")
 DETECTABLE_Z = 6   # of the likelihood, after the base is fitted
 
 
-def read(files): return [row for f in files for row in csv.DictReader(open(f), FIELDS) if row["truth"] != "truth"]
+def read(files):
+    """Rows of the files; a line that begins with # says which build they are of."""
+    return [row for f in files for row in csv.DictReader((line for line in open(f) if line[0] != "#"), FIELDS) if row["truth"] != "truth"]
+
+
+def builds(files): return sorted({line[1:].strip() for f in files for line in open(f) if line[0] == "#"})
 
 
 def score(rows): return sum(float(r["score"]) for r in rows)
@@ -86,8 +91,10 @@ def of_effect(ran, name):
 
 
 def report(files, page=None):
-    rows = read(files)
+    rows, of = read(files), builds(files)
     ran, not_run = [r for r in rows if r["score"] != ""], [r for r in rows if r["score"] == ""]
+    if not ran: raise SystemExit("score.py report: no case ran: nothing was measured")
+    for build in of: print(build)
     print("%-28s %-40s %s" % ("hidden", "right of cases, by size", "named otherwise"))
     for name in sorted({r["truth"] for r in ran}):
         wrong = [r for r in ran if r["truth"] == name and float(r["score"]) < 1]
@@ -95,7 +102,7 @@ def report(files, page=None):
     for name, figure in figures(ran): print("%-56s %s" % (name, figure))
     for r in not_run: print("not a case: %s %s %s %s: %s" % (r["truth"], r["size"], r["seed"], r["shape"], r["remark"]))
     if page:
-        with open(page, "w") as out: out.write(as_page(ran, not_run))
+        with open(page, "w") as out: out.write(as_page(ran, not_run, of))
 
 
 STYLE = """:root{color-scheme:light dark;--ink:#222;--paper:#fff;--line:#ddd;--ok:#cfe8cf;--half:#fbeec1;--no:#f3c6c1;--weak:#e2e2e2}
@@ -145,12 +152,13 @@ def values_of(ran, name):
     return "%.1f %%" % (100 * at(error, .5)) if error else "-", covered
 
 
-def as_page(ran, not_run):
+def as_page(ran, not_run, of):
     effects = sorted({r["truth"] for r in ran if single(r)})
     misses = [r for r in ran if float(r["score"]) < 1 and (detectable(r) or not single(r))]
     by_effect = [(name, *of_effect(ran, name), *values_of(ran, name)) for name in effects]
     parts = ["<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport content='width=device-width, initial-scale=1'><title>hexid gap: hidden effects</title><style>%s</style>" % STYLE,
              "<h1>Hidden effects against hexid gap: %d cases</h1>" % len(ran),
+             *("<p>%s</p>" % html.escape(build) for build in of),
              table(("figure", "result"), list(figures(ran))),
              "<p>A case is one hidden effect in one simulated machine. z is the strength of evidence, comparable to a number of standard deviations; "
              "below %d an effect is not detectable. An ambiguous set that holds the hidden effect "

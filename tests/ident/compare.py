@@ -4,8 +4,12 @@
     compare.py [--dry 0,100,200] [--seeds 6] [--choice NAME=VALUE ...] [KEY=VALUE ...]
 
 Error of each entry in % of the nominal one: with exact sensors, then, with the paper's, rms over the seeds. Environment: HEXID."""
-import argparse, concurrent.futures, json, math, os, subprocess, tempfile
+import argparse, concurrent.futures, json, math, os, subprocess, sys, tempfile
 import least_squares
+
+sys.dont_write_bytecode = True # nothing is left in the tree
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "bench"))
+import measured
 
 HEXID = os.environ.get("HEXID", "build/hexid")
 METHODS = ("method_a", "method_b", "method_c", "least_squares", "wavelet")
@@ -35,6 +39,7 @@ def main():
     p.add_argument("settings", nargs="*")
     a = p.parse_args()
     choice = least_squares.chosen(a.choice)
+    print(measured.build(), flush=True)
     cases = [(float(dry), seeds) for seeds in ([0], range(1, a.seeds + 1)) for dry in a.dry.split(",") if seeds]
     with concurrent.futures.ProcessPoolExecutor(os.cpu_count()) as pool:
         runs = [(dry, seeds, [pool.submit(run, dry, seed, choice, a.settings) for seed in seeds]) for dry, seeds in cases]
@@ -44,7 +49,7 @@ def main():
             print("%-14s" % "error, %", *("%8s" % e for e in ENTRIES))
             for m in METHODS:
                 rms = {e: math.sqrt(sum(r[m][e] ** 2 for r in results) / len(results)) for e in ENTRIES}
-                print("%-14s" % m, *("%8.2f" % (rms[e] if seeds[0] else results[0][m][e]) for e in ENTRIES), flush=True)
+                print("%-14s" % m, *("%8.2f" % measured.finite(rms[e] if seeds[0] else results[0][m][e], m + " " + e) for e in ENTRIES), flush=True)
 
 
 if __name__ == "__main__": main()

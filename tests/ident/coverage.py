@@ -6,7 +6,11 @@
 Each machine has its joints off by model.tolerance.joints_m (uniform, each coordinate), a payload of 0.7 to 1.3 times the configured mass and
 inertias with its centre off by up to 30 mm, dry friction of 0 to --dry N, each leg and direction its own, sensors and their noise; what is
 configured stays the same. Prints, entry by entry, how many of the 95 % intervals hold, and the payload's largest errors. Environment: HEXID."""
-import argparse, concurrent.futures, json, math, os, random, statistics, subprocess, tempfile
+import argparse, concurrent.futures, json, math, os, random, statistics, subprocess, sys, tempfile
+
+sys.dont_write_bytecode = True # nothing is left in the tree
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "bench"))
+import measured
 
 HEXID = os.environ.get("HEXID", "build/hexid")
 AXES = ("x", "y", "z", "phi", "theta", "psi")
@@ -86,18 +90,20 @@ def main():
     p.add_argument("--dry", type=float, default=150)
     p.add_argument("settings", nargs="*")
     a = p.parse_args()
+    print(measured.build())
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         runs = list(pool.map(lambda seed: machine(seed, a.dry, a.settings), range(a.first, a.first + a.machines)))
-    known = [r for r in runs if r]
+    known = measured.enough([r for r in runs if r], "machines that method C was evaluated on")
     print("%d machines, method C evaluated on %d; 95 %% intervals that hold, %%; below: rms error, %% of sqrt(M_ii M_jj)" % (len(runs), len(known)))
     inside = total = 0
     for i in range(6):
         hold, rms = [], []
         for j in range(6):
             cells = [(c["Mt"][i][j] - m[i][j], c["std"][i][j], math.sqrt(m[i][i] * m[j][j])) for c, m, *_ in known if c["Mt"][i][j] is not None]
+            measured.enough(cells, "entry %d, %d" % (i + 1, j + 1))
             good = sum(abs(e) <= 1.96 * s for e, s, _ in cells)
             hold.append("%7.1f" % (100 * good / len(cells)))
-            rms.append("%7.2f" % (100 * math.sqrt(statistics.fmean((e / size) ** 2 for e, _, size in cells))))
+            rms.append("%7.2f" % measured.finite(100 * math.sqrt(statistics.fmean((e / size) ** 2 for e, _, size in cells)), "rms error"))
             if j >= i: inside, total = inside + good, total + len(cells)
         print("%-6s" % AXES[i], *hold)
         print("      ", *rms)
@@ -111,7 +117,7 @@ def main():
         truth = dict(zip(("xx", "yy", "zz"), inertia)) | {"xy": 0, "xz": 0, "yz": 0}
         errors["inertia, % of the largest"].append(100 * max(abs(v["inertia_%s_kg_m2" % k] - x) for k, x in truth.items()) / max(inertia))
     for name, values in errors.items():
-        values.sort()
+        measured.enough(values, "payload, " + name).sort()
         print("payload, %s: median %.2f, 95 %% below %.2f" % (name, values[len(values) // 2], values[int(.95 * len(values))]))
 
 

@@ -6,7 +6,11 @@
 Errors of the ten entries against the rig's own inertia matrix in % of the entry: with exact sensors, and, with the paper's, rms over the
 seeds; of the 95 % intervals of all 21 entries, how many hold; and the largest mean error over the seeds, in stated deviations. --keep keeps
 the recordings, and takes those that are there. Environment: HEXID, RIG."""
-import argparse, concurrent.futures, contextlib, json, math, os, statistics, subprocess, tempfile
+import argparse, concurrent.futures, contextlib, json, math, os, statistics, subprocess, sys, tempfile
+
+sys.dont_write_bytecode = True # nothing is left in the tree
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "bench"))
+import measured
 
 HEXID = os.environ.get("HEXID", "build/hexid")
 RIG = os.environ.get("RIG", "build/tests/rig/rig")
@@ -60,10 +64,10 @@ def run(case, seed, keep, settings):
             called([RIG, "-o", work + "/measured"] + enabled + more + (["--noise", str(seed)] if seed else []) + options("--effect", CASES[case]))
         if not os.path.exists(work + "/run.lcm"): called([HEXID, "import", work + "/measured", "-o", work + "/run.lcm"])
         called([HEXID, "identify", work + "/run.lcm", "--json", work + "/run.json"] + enabled + more)
-        with open(work + "/run.json") as file: return json.load(file)["method_c"]
+        with open(work + "/run.json") as file: return measured.enough(json.load(file)["method_c"], "%s, seed %d: method C" % (case, seed))
 
 
-def largest(error): return ["%6.2f" % max(abs(error[e]) for e in ENTRIES if e[0] == letter) for letter in GROUPS.values()]
+def largest(error): return ["%6.2f" % max(abs(measured.finite(error[e], e)) for e in ENTRIES if e[0] == letter) for letter in GROUPS.values()]
 
 
 def report(case, exact, noisy, truth):
@@ -85,6 +89,7 @@ def main():
     p.add_argument("--keep")
     p.add_argument("settings", nargs="*")
     a = p.parse_args()
+    print(measured.build())
     truth = json.loads(called([RIG, "--inertia-matrix"] + [x for s in a.settings for x in ("--set", s)]))
     print("largest error of masses / inertias / coupling, %: exact sensors; rms of", a.seeds, "seeds; intervals that hold, %; mean, deviations")
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:

@@ -6,9 +6,11 @@
 Each seed draws six springs and records six tests at 4 Hz and six at 2 Hz with the paper's sensors. Of what `hexid identify` makes of both:
 errors of springs and of Mt's diagonal in % and in stated deviations, rms over the seeds; and how many of the 95 % intervals of all 21
 entries hold. Beside it Mt without springs asked for. Environment: HEXID, RIG."""
-import argparse, concurrent.futures, contextlib, json, math, os, random, statistics, tempfile
+import argparse, concurrent.futures, contextlib, json, math, os, random, statistics, sys, tempfile
 
-from rig_friction import HEXID, RIG, called, options
+sys.dont_write_bytecode = True # nothing is left in the tree
+
+from rig_friction import HEXID, RIG, called, measured, options
 
 AXES, SIZE = "x y z phi theta psi".split(), [8e3] * 3 + [1.5e3] * 3
 ASKED = ["--set", "model.tolerance.springs_n_per_m=1e4", "--set", "model.tolerance.springs_nm_per_rad=2e3"]
@@ -16,7 +18,7 @@ ASKED = ["--set", "model.tolerance.springs_n_per_m=1e4", "--set", "model.toleran
 
 def identified(logs, work, more=()):
     called([HEXID, "identify", *logs, "--json", work + "/run.json", *more])
-    with open(work + "/run.json") as file: return json.load(file)["combined"]["method_c"]
+    with open(work + "/run.json") as file: return measured.enough(json.load(file)["combined"]["method_c"], work + ": method C")
 
 
 def run(seed, keep):
@@ -35,7 +37,7 @@ def run(seed, keep):
         return springs, identified(logs, work, ASKED), identified(logs, work)
 
 
-def rms(values): return math.sqrt(statistics.fmean(x * x for x in values))
+def rms(values): return measured.finite(math.sqrt(statistics.fmean(x * x for x in values)), "rms")
 
 
 def main():
@@ -44,6 +46,7 @@ def main():
     p.add_argument("--first", type=int, default=1)
     p.add_argument("--keep")
     a = p.parse_args()
+    print(measured.build())
     truth = json.loads(called([RIG, "--inertia-matrix"]))
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         runs = list(pool.map(lambda seed: run(seed, a.keep), range(a.first, a.first + a.seeds)))

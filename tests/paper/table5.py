@@ -12,6 +12,8 @@ Every hypothesis is the simulated machine run anew (closed form, exact sensors, 
 DIR by the settings and the program they belong to. Environment: HEXID. Needs nothing but Python."""
 import argparse, csv, functools, hashlib, itertools, json, math, operator, os, random, statistics, subprocess, sys
 sys.dont_write_bytecode = True # nothing is left in the tree
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "bench"))
+import measured
 from hypotheses import HYPOTHESES, LOWER, UPPER
 
 HEXID = os.environ.get("HEXID", "build/hexid")
@@ -63,10 +65,11 @@ def column(name, key): return [float(row[key]) for row in table(name)]
 
 # ---- what is compared, and how exactly it can be known ----------------------------------------------------------------------------------
 
-def stated_error(cache):
-    """Standard deviation of each entry: the print's rounding, the sensors' noise (20 seeds), the method's own error in the paper's
+def stated_error(cache, seeds=20):
+    """Standard deviation of each entry: the print's rounding, the sensors' noise (`seeds` runs), the method's own error in the paper's
     Table 3."""
-    noisy = [entries({"sensors.enabled": "true", "tests.duration_s": 5}, cache, seed=s) for s in range(1, 21)]
+    noisy = [entries({"sensors.enabled": "true", "tests.duration_s": 5}, cache, seed=s) for s in range(1, seeds + 1)]
+    for seed, x in enumerate(noisy, 1): measured.enough(x, "the paper's machine, seed %d" % seed)
     method = [abs(a - n) for a, n in zip(column("table3_linear_friction.csv", "method_a"), column("table3_linear_friction.csv", "nominal"))]
     return [math.sqrt((.1 / math.sqrt(12)) ** 2 + statistics.stdev(x) ** 2 + m ** 2) for x, m in zip(zip(*noisy), method)]
 
@@ -146,11 +149,14 @@ def step(columns, residual, damping):
 
 
 class Search:
-    def __init__(self, cache, floor):
+    def __init__(self, cache, floor, only=None, seeds=20):
         self.cache = cache
         self.measured = column("table5_experiment.csv", "method_a")
-        self.sigma = stated_error(cache)
-        self.nominal = entries({}, cache)
+        self.sigma = stated_error(cache, seeds)
+        self.nominal = measured.enough(entries({}, cache), "the paper's machine, exact sensors")
+        unknown = set(only or ()) - {h.name for h in HYPOTHESES}
+        if unknown: measured.fail("no such hypothesis: " + ", ".join(unknown))
+        self.hypotheses = [h for h in HYPOTHESES if not only or h.name in only]
         if floor:
             diagonal = dict(zip(PLACES, self.nominal))
             size = [math.sqrt(abs(diagonal[i, i] * diagonal[j, j])) for i, j in PLACES]
@@ -161,7 +167,7 @@ class Search:
 
     def extended(self, model, columns):
         """The model with each other hypothesis at each of its sizes, and what is left when the model's own sizes follow, to first order."""
-        for h in HYPOTHESES:
+        for h in self.hypotheses:
             if h.name in model.key(): continue
             for size in h.sizes():
                 more = Model(self, model.parts + [(h, size)])
@@ -178,6 +184,7 @@ class Search:
             for left, more in self.extended(model, columns):
                 if left < candidates.get(more.key(), (math.inf,))[0]: candidates[more.key()] = (left, more)
             print("%d runs kept" % len(os.listdir(self.cache)), file=sys.stderr)
+        measured.enough(candidates, "machines with one hypothesis more")
         best = sorted(candidates.values(), key=lambda c: c[0])[:count]
         return sorted((more.fitted() for _, more in best), key=lambda m: m.chi2)
 
@@ -192,7 +199,7 @@ class Search:
         print("\n| model | explained, % | rms, sigma | BIC | " + " | ".join(ENTRIES) + " |\n|" + " --- |" * 14)
         for m in models:
             print("| %s | %.1f | %.1f | %.1f | %s |" % (m.name() or "nothing", self.share(m), math.sqrt(m.chi2 / 10), self.bic(m),
-                                                       " | ".join("%.1f" % x for x in m.value)))
+                                                       " | ".join("%.1f" % measured.finite(x, m.name() or "nothing") for x in m.value)))
             print("| | | | | %s |" % " | ".join("%+.0f" % x for x in m.residual), flush=True)
 
 
@@ -230,6 +237,7 @@ def explained(target, grids):
 
 def chance(a):
     """The same deviations with their signs drawn at random: how much of those would the hypotheses explain?"""
+    print(measured.build())
     s, draw = Search(a.cache, a.floor), random.Random(1)
     grids = [[(v, sum(x * x for x in v)) for v in g] for g in curves(s)]
     target = s.nothing.residual
@@ -344,7 +352,8 @@ def check(a):
 
 
 def search(a):
-    s = Search(a.cache, a.floor)
+    s = Search(a.cache, a.floor, a.only, a.noisy)
+    print(measured.build() + "\n")
     print("| | " + " | ".join(ENTRIES) + " |\n|" + " --- |" * 11)
     for name, row in (("measured", s.measured), ("hexid, nothing added", s.nominal), ("stated error", s.sigma)):
         print("| %s | %s |" % (name, " | ".join("%.2f" % x for x in row)))
@@ -358,6 +367,7 @@ def search(a):
 
 def laws(a):
     """The two unlike partners of friction among the best pairs taken together: with each law of friction, and each part left out."""
+    print(measured.build())
     s, named = Search(a.cache, a.floor), {h.name: h for h in HYPOTHESES}
     frictions = [("dry friction", 167), ("load dependent friction", .018), ("Stribeck friction, 20 mm/s", 175),
                  ("Stribeck friction, 60 mm/s", 165), ("Stribeck friction, 5 mm/s", 300)]
@@ -378,6 +388,8 @@ def main():
         c.add_argument("--cache", default="build/table5", help="directory of the results")
         if function in (search, laws, chance): c.add_argument("--floor", type=float, default=0, help="more error, of sqrt(M_ii M_jj)")
         if function is search: c.add_argument("--effects", type=int, default=2, help="at most so many at once")
+        if function is search: c.add_argument("--noisy", type=int, default=20, help="runs with the sensors' noise, for the stated error")
+        if function is search: c.add_argument("--only", action="append", metavar="NAME", help="this hypothesis, not all of them; again for more")
         if function is search: c.add_argument("--beam", type=int, default=3, help="so many models are extended")
         if function is chance: c.add_argument("--patterns", type=int, default=40)
         if function is state: c.add_argument("--seeds", type=int, default=0, help="sensors with noise, so many runs; 0: exact sensors")

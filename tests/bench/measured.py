@@ -1,0 +1,53 @@
+#!/usr/bin/env python3
+"""What the benchmarks share: a table says which build it was made with, and a figure that is none ends the benchmark.
+
+    measured.py FILE COUNT ROW...    does the table have each row exactly once, with COUNT finite numbers in it at least?
+
+Rows are told by what a line begins with. Environment: HEXID."""
+import math, os, re, subprocess, sys
+
+NUMBER = re.compile(r"(?<![\w.])[-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|nan|inf|-nan|-inf)(?![\w.])", re.IGNORECASE)
+
+
+def fail(text): raise SystemExit("%s: %s" % (os.path.basename(sys.argv[0]), text))
+
+
+def build():
+    """`hexid 0.9.0 (commit ...)`, of the program that is measured."""
+    program = os.environ.get("HEXID", "build/hexid")
+    try: said = subprocess.run([program, "--version"], capture_output=True, text=True).stdout.strip()
+    except OSError as e: fail("%s: %s: `make` first, or set HEXID" % (program, e.strerror))
+    if not said.startswith("hexid "): fail("%s --version says %r: that is no hexid" % (program, said[:40]))
+    return said
+
+
+def finite(value, what):
+    """The value, if it is a number."""
+    if value is None or not math.isfinite(value): fail("%s: %s: nothing was measured" % (what, value))
+    return value
+
+
+def enough(things, what):
+    """The things, if there is one."""
+    if not things: fail("%s: none: nothing was measured" % what)
+    return things
+
+
+def row_faults(lines, count, name):
+    """What is wrong with the row of that name, or nothing."""
+    rows = [line[len(name):] for line in lines if re.match(re.escape(name) + r"(?![\w.])", line)]
+    if len(rows) != 1: return "%s: %d rows" % (name, len(rows))
+    numbers = [float(x) for x in NUMBER.findall(rows[0])]
+    if not all(map(math.isfinite, numbers)): return "%s: a figure is no number:%s" % (name, rows[0])
+    return "" if len(numbers) >= count else "%s: %d figures, %d expected:%s" % (name, len(numbers), count, rows[0])
+
+
+def main():
+    if len(sys.argv) < 3: fail("usage: measured.py FILE COUNT ROW...")
+    with open(sys.argv[1]) as file: text = file.read()
+    if build() not in text: fail("%s: does not say that it is of %s" % (sys.argv[1], build()))
+    faults = list(filter(None, (row_faults(text.splitlines(), int(sys.argv[2]), name) for name in sys.argv[3:])))
+    if faults: fail("%s: %s" % (sys.argv[1], "; ".join(faults)))
+
+
+if __name__ == "__main__": main()
