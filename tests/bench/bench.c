@@ -108,17 +108,19 @@ static void step_plant(struct work *w, int i) {
 }
 
 /* The daemon's own loop on the simulation: whatever a run needs to come to its test, the cycles
- * recorded here have. */
+ * recorded here have. The closed form gives every engine its commands, ten times as fast. */
 static void record(struct work *w, int cycles) {
     static struct loop loop;
     struct hal *hal;
     struct ring records;
     struct error error;
+    struct params params = w->params;
+    params.sim.engine = ENGINE_CLOSED_FORM;
     w->cycle = calloc((size_t)(LEAD_MAX + cycles), sizeof *w->cycle);
     if (!w->cycle) fail(&(struct error){.text = "out of memory"});
-    if (hal_open(&hal, "sim:", &w->params, 1, &error)) fail(&error);
+    if (hal_open(&hal, "sim:", &params, 1, &error)) fail(&error);
     if (ring_init(&records, sizeof *w->cycle, 4)) fail(&(struct error){.text = "out of memory"});
-    if (loop_init(&loop, &w->params, hal, &records, CLOCK_VIRTUAL, &error)) fail(&error);
+    if (loop_init(&loop, &params, hal, &records, CLOCK_VIRTUAL, &error)) fail(&error);
     w->first = w->end = LEAD_MAX;
     bool more = true;
     for (int i = 0; i < w->end && more; i++) {
