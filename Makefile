@@ -29,6 +29,7 @@ PAGE    := $(sort $(wildcard src/monitor/page/*))
 LIB_OBJ := $(BUILD)/effect_table.o $(BUILD)/live_page.o $(LIB_SRC:%.c=$(BUILD)/%.o) $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard src/lin/*.cpp)) $(LCM_C:.c=.o)
 TESTS   := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/test_*.c))
 BENCHES := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/bench/*.c))
+COUNTS  := $(BUILD)/tests/rt/counts.so
 FUZZERS := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/fuzz/fuzz_*.c))
 REPLAYS := $(subst /fuzz/fuzz_,/fuzz/replay_,$(FUZZERS))
 # The longest are started first, so that all cores are busy to the end.
@@ -36,7 +37,7 @@ LONGEST := gap can figures pages
 SCRIPTS := $(LONGEST:%=tests/scenarios/%.sh) $(filter-out $(LONGEST:%=tests/scenarios/%.sh),$(wildcard tests/scenarios/*.sh))
 # What a sanitizer is for: AddressSanitizer sees every program; the scenarios left out run the same code for their numbers.
 # ThreadSanitizer sees what has threads.
-OF_NUMBERS  := $(addprefix tests/scenarios/,can.sh faults.sh figures.sh install.sh machines.sh modbus.sh pages.sh signals.sh stop.sh survey.sh table5.sh)
+OF_NUMBERS  := $(addprefix tests/scenarios/,can.sh counts.sh faults.sh figures.sh install.sh machines.sh modbus.sh pages.sh signals.sh stop.sh survey.sh table5.sh)
 WITH_THREADS := $(addprefix tests/scenarios/,command.sh lcm.sh paced.sh same_seed.sh)
 THREADED    := $(addprefix tests/test_,axis bus can_link confine loop modbus_line)
 
@@ -51,7 +52,7 @@ run: $(BUILD)/hexid ## run the simulated platform in real time: six tests, the i
 	@mkdir -p runs
 	$(BUILD)/hexid run --log runs/$$(date +%Y-%m-%d_%H-%M-%S).lcm $(ARGS)
 
-test: $(TESTS) $(REPLAYS) $(BENCHES) $(BUILD)/hexid $(VENV)/ready ## run all tests; the last line is "N passed, N failed"
+test: $(TESTS) $(REPLAYS) $(BENCHES) $(COUNTS) $(BUILD)/hexid $(VENV)/ready ## run all tests; the last line is "N passed, N failed"
 	@BUILD=$(BUILD) VENV=$(VENV) NOT_RUN="what takes minutes: make test-long; what is claimed about the wall clock: make test-rt" \
 		tests/run $(SCRIPTS) $(TESTS)
 
@@ -60,6 +61,9 @@ test-long: $(BUILD)/hexid $(BUILD)/tests/test_axis $(BUILD)/tests/test_oscillati
 
 test-rt: $(BUILD)/hexid $(VENV)/ready | deps-bench ## what is claimed about the wall clock: the field buses at a real 2 ms, latencies beside cyclictest; on a quiet machine
 	@BUILD=$(BUILD) VENV=$(VENV) CLOCK=real JOBS=1 tests/run $(addprefix tests/scenarios/,can.sh modbus.sh signals.sh stop.sh) $(wildcard tests/rt/*.sh)
+
+bench-rt: $(BUILD)/hexid $(COUNTS) | deps-rt ## hexid's wake-ups beside cyclictest's, in turns, idle and under stress-ng, on sim: and Modbus; the highest rate; instructions and stacks: 10 minutes on a quiet machine -> build/bench_rt.md
+	@HEXID=$(BUILD)/hexid BUILD=$(BUILD) tests/rt/bench_rt.py -o $(BUILD)/bench_rt.md --csv $(BUILD)/bench_rt.csv
 
 asan: ## the same programs under AddressSanitizer and UndefinedBehaviorSanitizer
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan VENV=$(VENV) BENCHES= SCRIPTS="$(filter-out $(OF_NUMBERS),$(SCRIPTS))" \
@@ -206,6 +210,8 @@ deps-deb: deps-run
 	$(call install,dpkg-dev lintian mmdebstrap)
 deps-bench: deps-test
 	$(call install,rt-tests valgrind)
+deps-rt: deps-bench
+	$(call install,stress-ng)
 deps-spy: has-display deps-run
 	$(call install,default-jdk-headless default-jre libjchart2d-java liblcm-java)
 
@@ -226,6 +232,12 @@ $(BUILD)/tests/test_can_link: LDLIBS += -Wl,--wrap=can_socket_open
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/libhexid.a
 	@echo link $@
 	$(Q)$(CC) $(SAN) -o $@ $^ $(LDLIBS)
+
+# Preloaded into a hexid without sanitizers, hence none of its flags.
+$(COUNTS): tests/rt/counts.c | deps-run
+	@mkdir -p $(@D)
+	@echo link $@
+	$(Q)$(CC) -std=c17 -D_GNU_SOURCE -O2 $(WARN) -fPIC -shared -o $@ $< -ldl
 
 $(FUZZERS): LDLIBS += -fsanitize=fuzzer
 $(BUILD)/tests/fuzz/replay_%: $(BUILD)/tests/fuzz/fuzz_%.o $(BUILD)/tests/fuzz/replay.o $(BUILD)/libhexid.a
@@ -320,7 +332,7 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
 .PHONY: all always install deb has-display run test test-long test-rt asan tsan fuzz fuzz-run soak bench bench-paper bench-gap bench-coverage bench-friction bench-springs bench-methods bench-table5 rig check-rig format format-check docs pictures python-types spy clean help
-.PHONY: bench-check
+.PHONY: bench-check bench-rt deps-rt
 .PHONY: deps deps-run deps-test deps-deb deps-format deps-pictures deps-fuzz deps-bench deps-spy
 .SECONDARY:
 -include $(BUILD)/tests/soak_supervisor.d $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d) $(FUZZERS:=.d)
