@@ -94,8 +94,9 @@ static void report(struct counts *c, long minor, long major) {
     if (!base && !dlinfo(dlopen(NULL, RTLD_NOW), RTLD_DI_LINKMAP, &map)) base = map->l_addr;
     bool known = minor >= 0 && c->minor >= 0;
     char line[200];
-    int size = snprintf(line, sizeof line, "%lx %ld %ld %ld %ld %ld %zu\n", c->begin ? (unsigned long)((uintptr_t)c->begin - base) : 0, c->sleeps,
-                        c->heap, c->locks, known ? minor - c->minor : -1, known ? major - c->major : -1, c->low ? stack_bytes(c) : 0);
+    unsigned long begin = c->begin ? (unsigned long)((uintptr_t)c->begin - base) : 0;
+    int size = snprintf(line, sizeof line, "%lx %ld %ld %ld %ld %ld %zu\n", begin, c->sleeps, c->heap, c->locks,
+                        known ? minor - c->minor : -1, known ? major - c->major : -1, c->low ? stack_bytes(c) : 0);
     if (out >= 0 && write(out, line, (size_t)size) != size) _exit(98);
 }
 
