@@ -342,6 +342,21 @@ static void error_passive_is_told_and_commands_go_on(void **state) {
     assert_string_equal(trouble(w, text), "bus error-passive");
 }
 
+static void its_end_takes_the_nodes_out_of_operational(void **state) {
+    enum { SIZE = 64 };
+    struct world *w = *state;
+    struct can_frame frames[SIZE], last = can_frame_nmt(NMT_PREOPERATIONAL, 0);
+    bool told = false;
+    cycle(w, 0.5);
+    halt_bus(w);
+    hal_can.close(w->hal);
+    w->hal = NULL;
+    int count = frames_in_queue(w, frames, SIZE);
+    for (int i = 0; i < count; i++)
+        told |= frames[i].can_id == last.can_id && frames[i].len == last.len && !memcmp(frames[i].data, last.data, last.len);
+    assert_true(told);
+}
+
 /* Whatever of another master is heard, hexid does not start, and the other one
  * sees nothing of it. */
 static void another_master_on_the_bus_is_not_disturbed_by_a_start(void **state) {
@@ -388,6 +403,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(a_full_transmit_queue_fails_the_write_and_is_got_over, start, end),
         cmocka_unit_test_setup_teardown(bus_off_invalidates_samples_and_refuses_commands_until_the_bus_carries_again, start, end),
         cmocka_unit_test_setup_teardown(error_passive_is_told_and_commands_go_on, start, end),
+        cmocka_unit_test_setup_teardown(its_end_takes_the_nodes_out_of_operational, start, end),
         cmocka_unit_test(another_master_on_the_bus_is_not_disturbed_by_a_start),
         cmocka_unit_test(a_watchdog_longer_than_a_node_takes_is_refused),
     };

@@ -237,6 +237,20 @@ static void durations_that_are_no_whole_cycles_are_rounded_to_one(void **unused)
     assert_int_equal(count[PHASE_RAMP_OUT], 51);
 }
 
+/* As of a trajectory that was named and is not there. */
+static void a_test_of_no_axis_no_multisine_and_no_trajectory_stays_at_neutral(void **unused) {
+    (void)unused;
+    struct test_params t = defaults().tests;
+    struct reference r;
+    t.multisine = false;
+    reference_test(&r, DOF_NONE, NULL, &t, dt_s);
+    for (bool done = false; !done;) {
+        struct reference_sample s = reference_step(&r, &t, dt_s);
+        for (int i = 0; i < DOFS; i++) assert_true(s.pose[i] == 0.0);
+        done = s.done;
+    }
+}
+
 static void a_test_stopped_at_any_instant_ramps_out_smoothly(void **unused) {
     (void)unused;
     struct test_params t = defaults().tests;
@@ -483,6 +497,7 @@ int main(void) {
         cmocka_unit_test(held_cycles_do_not_add_up_in_the_feedforward),
         cmocka_unit_test(the_reference_of_a_test_is_its_formula_at_whole_cycles),
         cmocka_unit_test(durations_that_are_no_whole_cycles_are_rounded_to_one),
+        cmocka_unit_test(a_test_of_no_axis_no_multisine_and_no_trajectory_stays_at_neutral),
         cmocka_unit_test(a_test_stopped_at_any_instant_ramps_out_smoothly),
         cmocka_unit_test(a_move_goes_on_with_the_rate_it_finds_and_ends_at_rest),
         cmocka_unit_test(a_long_move_does_not_carry_an_initial_rate_far),

@@ -98,6 +98,20 @@ static void a_stop_does_not_undo_a_park_and_takes_the_place_of_a_move(void **unu
     expect(A, OUTCOME_REFUSED);
 }
 
+static void a_move_does_not_take_the_place_of_another_operators(void **unused) {
+    (void)unused;
+    begin(STATE_READY);
+    ask(A, COMMAND_START, 1);
+    uint32_t first = posted();
+    ask(B, COMMAND_ENGAGE, 2);
+    expect(B, OUTCOME_REFUSED);
+    assert_int_equal(posted(), first);
+    assert_int_equal(asked(), COMMAND_START);
+    loop_acts(STATE_TESTING, true);
+    operator_tick(&operator, 3);
+    expect(A, OUTCOME_DONE);
+}
+
 static void stops_of_many_at_once_are_all_done(void **unused) {
     (void)unused;
     begin(STATE_TESTING);
@@ -268,6 +282,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_move_does_not_take_the_place_of_a_stop),
         cmocka_unit_test(a_stop_does_not_undo_a_park_and_takes_the_place_of_a_move),
+        cmocka_unit_test(a_move_does_not_take_the_place_of_another_operators),
         cmocka_unit_test(stops_of_many_at_once_are_all_done),
         cmocka_unit_test(what_moves_comes_from_who_may_move_it_alone),
         cmocka_unit_test(a_lease_that_ran_out_parks_until_the_loop_has_seen_it),

@@ -30,7 +30,7 @@ TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|\'(?:\\.|[^\'\\])*\'|/\*.*?\*/', re.S)
 MARK = re.compile(r"/\*(?:(?!\*/).)*?SAFETY:.*?\*/", re.S)
 ROW = re.compile(r"^ *\{(STATE_\w+), (TRIGGER_\w+), STATE_\w+[^}\n]*\},\n", re.M)
 HEAD = re.compile(r"(?:^static |^)([A-Za-z_][\w ]*?\**)(?<![\w])?\s*\b(\w+)\([^;{]*\)\s*\{", re.M)
-HANG_S = 300
+HANG_S = 120
 
 
 def blank(text):
@@ -218,9 +218,10 @@ def main():
         if time.monotonic() - begun > 60 * options.minutes:
             sys.exit(f"not all of them within {options.minutes:g} minutes")
         killed = kill(tree, name, text, tests_of(name)) if text else None
+        built = not killed or not killed[1].startswith("does not compile")
         reason = next((why for file, mark, why in EQUIVALENT if file == name and says.startswith(mark)), None)
-        survived += not killed and not reason
-        caught += bool(killed)
+        survived += not built or not (killed or reason)
+        caught += bool(killed) and built
         verdict = f"`{killed[0]}`: {killed[1]}" if killed else f"redundant: {reason}" if reason else "**SURVIVED**"
         print(f"| {name}:{line} | {says[:90]} | {done[:110].replace('|', '&#124;')} | {verdict[:110]} |", flush=True)
     print(f"\n{len(chosen)} mutants, {caught} caught, {survived} survived, {len(chosen) - caught - survived} redundant, "

@@ -2,7 +2,7 @@
 
 FILES = "src/core/*.c", "src/rt/*.c", "src/cli/operator.c", "src/cli/cmd_run.c", "hal/*.c"
 
-CORE = "test_supervisor", "test_platform", "test_safety", "test_interlock", "test_platform_limits", "test_loop", "test_commands"
+CORE = "test_supervisor", "test_controller", "test_platform", "test_safety", "test_interlock", "test_platform_limits", "test_loop", "test_commands"
 CAN = "test_can", "test_can_node", "test_can_link", "test_device", "test_hal"
 MODBUS = "test_modbus", "test_modbus_server", "test_modbus_line", "test_device", "test_hal"
 TESTS = (
@@ -77,6 +77,7 @@ OTHERWISE = (
     (RUN, "what could not be confined", "if (status) loop_quit(&s->loop);", ""),
     (RUN, "whatever hangs", "if (s->hal) s->hal->ops->close(s->hal);", ""),
     ("hal/can.c", "what the kernel's transmit queue", "c->jammed = c->master.unechoed >= UNECHOED_MAX", "c->jammed = false && c->master.unechoed >= UNECHOED_MAX"),
+    ("hal/can.c", "one master", "status = listen(c, interface, error);", "status = STATUS_OK;"),
     ("hal/can.c", "out of operational", "leave(c);", ""),
     ("hal/can_device.c", "watchdogs count from it", "if (came_ns > now_ns) came_ns = now_ns;", ""),
     ("hal/can_device.c", "watchdogs count from it", "if (came_ns > d->came_ns) d->came_ns = came_ns;", "d->came_ns = came_ns;"),
