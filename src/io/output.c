@@ -255,8 +255,9 @@ static int move(const char *from, const char *to) {
 
 static int set_aside(const char *path, char aside[PATH_MAX]) {
     for (int number = 1; number <= ASIDE_MAX; number++) {
-        if (snprintf(aside, PATH_MAX, "%s.%d", path, number) >= PATH_MAX) return errno = ENAMETOOLONG, -1;
-        if (!move(path, aside)) return 0;
+        char to[PATH_MAX];
+        if (snprintf(to, sizeof to, "%s.%d", path, number) >= PATH_MAX) return errno = ENAMETOOLONG, -1;
+        if (!move(path, to)) return strcpy(aside, to), 0;
         if (errno != EEXIST) break;
     }
     return -1;
