@@ -732,6 +732,33 @@ static void an_input_is_closed_where_both_of_its_contacts_say_so_and_told_where_
     }
 }
 
+/* A leg's TPDO is lost in the cycle in which the door opens, or its contacts contradict. */
+static void what_opens_or_contradicts_does_not_wait_for_the_sample_to_be_whole(void **state) {
+    (void)state;
+    for (int inverse = 0; inverse < 2; inverse++) {
+        struct world w;
+        bring_up(&w);
+        assert_int_equal(cycle(&w, centre).inputs, INPUTS_ALL);
+        w.wire.lose_tpdo_of = 4;
+        w.reading[CAN_IO - 1].inputs = (uint8_t)((INPUTS_ALL & ~INPUT_DOOR) | (inverse ? INPUT_DOOR << 4 : 0));
+        cycle(&w, centre);
+        struct hal_sample s = cycle(&w, centre);
+        assert_true(s.flags & SAMPLE_STALE);
+        assert_int_equal(s.inputs, INPUTS_ALL & ~INPUT_DOOR);
+        assert_int_equal(s.contradicted, inverse ? 0 : INPUT_DOOR);
+    }
+}
+
+static void what_contradicts_does_so_until_its_module_says_otherwise(void **state) {
+    struct world w;
+    (void)state;
+    bring_up(&w);
+    w.reading[CAN_IO - 1].inputs = INPUTS_ALL & ~INPUT_DOOR;
+    assert_int_equal(cycles(&w, 2, centre).contradicted, INPUT_DOOR);
+    w.wire.lose_tpdo_of = CAN_IO;
+    assert_int_equal(cycles(&w, 2, centre).contradicted, INPUT_DOOR);
+}
+
 /* ---- two devices with one number ---- */
 
 static void twin(struct world *w, int node, int um, unsigned inputs) {
@@ -1284,6 +1311,8 @@ int main(void) {
         cmocka_unit_test(a_node_of_another_vendor_runs_when_it_is_configured),
         cmocka_unit_test(inputs_are_what_was_latched_at_the_sync_before),
         cmocka_unit_test(an_input_is_closed_where_both_of_its_contacts_say_so_and_told_where_they_contradict),
+        cmocka_unit_test(what_opens_or_contradicts_does_not_wait_for_the_sample_to_be_whole),
+        cmocka_unit_test(what_contradicts_does_so_until_its_module_says_otherwise),
         cmocka_unit_test(two_answers_of_a_leg_in_one_cycle_are_no_length_and_name_it),
         cmocka_unit_test(an_input_is_open_if_any_answer_says_so),
         cmocka_unit_test(a_twin_that_says_the_same_is_found_within_a_tenth_of_a_second),

@@ -91,7 +91,7 @@ OTHERWISE = (
     (MASTER, "no change is made up for", "m->due = false;", ""),
     (MASTER, "nothing is closed", "if (!io->known) return;", ""),
     (MASTER, "nothing is closed", "latched.closed & m->closed;", "latched.closed;"),
-    (MASTER, "nothing is closed", "s->inputs &= newest.closed;", ""),
+    # "s->inputs &= newest.closed;" is left: m->closed has every answer of the cycle, the newest too
     (MASTER, "nothing is closed", "s->contradicted = latched.contradicted;", ""),
     (MASTER, "nothing is closed", "s->contradicted |= newest.contradicted;", ""),
     (MASTER, "half a period off the grid", "if (2 * llabs(m->latched_gap_ns - period_ns) > period_ns) s->flags |= SAMPLE_LATE;", ""),
