@@ -5,6 +5,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <linux/capability.h>
+#include <net/if.h>
 #include <pthread.h>
 #include <signal.h>
 #include <stdio.h>
@@ -32,13 +33,13 @@ static struct output to;
 static struct notify manager; /* opened before, as the daemon does */
 
 /* In a child that is confined; true when what it did was. */
-static bool in_child(bool (*does)(const char *path), bool reconnects) {
+static bool in_child_with(bool (*does)(const char *path), bool reconnects, bool reopens_can) {
     pid_t child = fork();
     assert_true(child >= 0);
     if (child == 0) {
         struct error error;
         if (output_prepare(&to, result, OUTPUT_RESULT, &error)) _exit(2);
-        if (confine(&(struct confinement){.result = &to, .reconnects = reconnects}, &error)) _exit(2);
+        if (confine(&(struct confinement){.result = &to, .reconnects = reconnects, .reopens_can = reopens_can}, &error)) _exit(2);
         _exit(!does(to.beside));
     }
     int status;
@@ -47,6 +48,8 @@ static bool in_child(bool (*does)(const char *path), bool reconnects) {
     assert_true(WEXITSTATUS(status) != 2);
     return WEXITSTATUS(status) == 0;
 }
+
+static bool in_child(bool (*does)(const char *path), bool reconnects) { return in_child_with(does, reconnects, false); }
 
 static bool denied(long returned) { return returned == -1 && errno == EPERM; }
 
@@ -180,6 +183,27 @@ static void what_is_denied_fails_and_kills_nobody(void **unused) {
         if (!in_child(reconnecting[i], true)) fail_msg("reconnecting: %u of the list", i);
 }
 
+/* A kernel without CAN refuses it by itself, with another error. */
+static bool a_can_socket_is_opened_again_and_no_other(const char *path) {
+    struct ifreq r = {.ifr_name = "lo"};
+    struct sockaddr_in nobody = {.sin_family = AF_INET, .sin_port = htons(9), .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
+    (void)path;
+    int asks = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    if (asks < 0 || ioctl(asks, SIOCGIFINDEX, &r) || ioctl(asks, SIOCGIFFLAGS, &r)) return false;
+    if (!denied(connect(asks, (struct sockaddr *)&nobody, sizeof nobody)) || !denied(ioctl(asks, SIOCSIFFLAGS, &r))) return false;
+    if (denied(socket(AF_CAN, SOCK_RAW | SOCK_CLOEXEC, 1))) return false;
+    return denied(socket(AF_INET, SOCK_STREAM, 0)) && denied(socket(AF_PACKET, SOCK_RAW, 0)) && denied(socket(AF_NETLINK, SOCK_RAW, 0));
+}
+
+static void a_back_end_on_can_opens_its_socket_again_and_may_do_no_more_for_it(void **unused) {
+    (void)unused;
+    SKIP_SANITIZED();
+    static bool (*const does[])(const char *) = {no_program, no_thread, no_other_path, no_code, no_other_process, no_rights};
+    assert_true(in_child_with(a_can_socket_is_opened_again_and_no_other, false, true));
+    for (unsigned i = 0; i < sizeof does / sizeof *does; i++)
+        if (!in_child_with(does[i], false, true)) fail_msg("%u of the list", i);
+}
+
 static void what_the_daemon_needs_works(void **unused) {
     (void)unused;
     SKIP_SANITIZED();
@@ -276,6 +300,7 @@ static int remove_directory(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_is_denied_fails_and_kills_nobody),
+        cmocka_unit_test(a_back_end_on_can_opens_its_socket_again_and_may_do_no_more_for_it),
         cmocka_unit_test(what_the_daemon_needs_works),
         cmocka_unit_test(a_service_manager_is_told_through_the_socket_that_was_open),
         cmocka_unit_test(commands_come_through_the_sockets_that_were_open),
