@@ -11,14 +11,16 @@ static struct loop loop;
 static struct params params;
 static struct operator operator;
 static int said, answers;
+static char last_said[600];
 static struct {
     uint64_t peer;
     struct command_answer a;
 } answered[ANSWERS];
 
 static void say(void *context, const char *text) {
-    (void)context, (void)text;
+    (void)context;
     said++;
+    snprintf(last_said, sizeof last_said, "%s", text);
 }
 static void take_answer(void *context, uint64_t peer, const struct command_answer *a) {
     (void)context;
@@ -142,6 +144,20 @@ static void what_moves_comes_from_who_may_move_it_alone(void **unused) {
         ask_as(A, false, COMMAND_PARK, 4);
         assert_int_equal(asked(), COMMAND_PARK);
     }
+}
+
+/* Ten thousand a second of what is refused, from anybody: each is answered, the terminal hears five
+ * a second and how many it was. */
+static void refusals_are_answered_and_do_not_flood_the_terminal(void **unused) {
+    (void)unused;
+    begin(STATE_READY);
+    for (int n = 0; n < 10000; n++) ask_as(B, false, COMMAND_ENGAGE, 1 + n * (NS_PER_S / 10000));
+    assert_int_equal(answers, 10000);
+    assert_in_range(said, 1, 6);
+    ask_as(B, false, COMMAND_ENGAGE, 2 * NS_PER_S);
+    assert_non_null(strstr(last_said, "commands before it"));
+    ask_as(B, false, COMMAND_ENGAGE, 4 * NS_PER_S);
+    assert_null(strstr(last_said, "before it"));
 }
 
 static void a_lease_that_ran_out_parks_until_the_loop_has_seen_it(void **unused) {
@@ -285,6 +301,7 @@ int main(void) {
         cmocka_unit_test(a_move_does_not_take_the_place_of_another_operators),
         cmocka_unit_test(stops_of_many_at_once_are_all_done),
         cmocka_unit_test(what_moves_comes_from_who_may_move_it_alone),
+        cmocka_unit_test(refusals_are_answered_and_do_not_flood_the_terminal),
         cmocka_unit_test(a_lease_that_ran_out_parks_until_the_loop_has_seen_it),
         cmocka_unit_test(the_end_of_a_connection_that_holds_a_lease_parks),
         cmocka_unit_test(each_who_set_it_in_motion_answers_for_it),

@@ -1,10 +1,12 @@
 #include "operator.h"
 
+#include <inttypes.h>
 #include <string.h>
 
 #include "units.h"
 
 static const int64_t answer_patience_ns = NS_PER_S / 2;
+static const int64_t said_every_ns = NS_PER_S / 5; /* refusals at the terminal */
 
 void operator_init(struct operator *o, const struct params *params, struct loop *loop, const struct operator_ports *ports) {
     *o = (struct operator){.params = params, .loop = loop, .ports = *ports};
@@ -17,11 +19,19 @@ static void answer(struct operator *o, uint64_t peer, uint32_t id, enum outcome 
     o->ports.answer(o->ports.context, peer, &a);
 }
 
-static void refuse(struct operator *o, uint64_t peer, uint32_t id, enum command command, const char *why) {
-    char text[COMMAND_TEXT_SIZE + 40];
-    snprintf(text, sizeof text, "%s refused: %s", command_names[command], why);
+/* Each is answered. Anybody on this host can ask for what is refused, ten thousand times a second,
+ * so the terminal and the bus are told a few times a second, and how many it was. */
+static void refuse(struct operator *o, uint64_t peer, uint32_t id, enum command command, const char *why, int64_t now_ns) {
+    char text[COMMAND_TEXT_SIZE + 100], more[64] = "";
     answer(o, peer, id, OUTCOME_REFUSED, 0.0, why);
+    if (o->refused && now_ns - o->refused_ns < said_every_ns) {
+        o->unsaid++;
+        return;
+    }
+    if (o->unsaid) snprintf(more, sizeof more, " (and %" PRIu64 " commands before it)", o->unsaid);
+    snprintf(text, sizeof text, "%s refused: %s%s", command_names[command], why, more);
     o->ports.say(o->ports.context, text);
+    o->refused = true, o->refused_ns = now_ns, o->unsaid = 0;
 }
 
 /* The loop has looked at this request, or at a later one. */
@@ -64,7 +74,7 @@ static void move(struct operator *o, uint64_t peer, const struct command_request
     else if (o->moves) why = "another operator's command is under way: ask again";
     else if (leases == OPERATOR_LEASES) why = "too many operators hold a lease: let one of them end";
     if (why) {
-        refuse(o, peer, r->id, r->command, why);
+        refuse(o, peer, r->id, r->command, why, now_ns);
         return;
     }
     o->move = (struct operator_waiting){peer, r->id, mailbox_post(&o->loop->requests, r->command), r->command, now_ns};
@@ -122,16 +132,16 @@ static void answer_move(struct operator *o, int64_t now_ns) {
     if (!reached(o, w.request_id)) {
         if (stop_under_way(o)) {
             o->moves = false;
-            refuse(o, w.peer, w.id, w.command, "another command came at the same time: ask again");
+            refuse(o, w.peer, w.id, w.command, "another command came at the same time: ask again", now_ns);
         } else if (now_ns - w.since_ns >= answer_patience_ns) {
             withdraw(o);
-            refuse(o, w.peer, w.id, w.command, "the loop does not answer: see whether hexid is given the processor");
+            refuse(o, w.peer, w.id, w.command, "the loop does not answer: see whether hexid is given the processor", now_ns);
         }
         return;
     }
     o->moves = false;
-    if (acted.request_id != w.request_id) refuse(o, w.peer, w.id, w.command, "another command came in between: ask again");
-    else if (!acted.taken) refuse(o, w.peer, w.id, w.command, supervisor_advice(acted.state, acted.wrong, w.command));
+    if (acted.request_id != w.request_id) refuse(o, w.peer, w.id, w.command, "another command came in between: ask again", now_ns);
+    else if (!acted.taken) refuse(o, w.peer, w.id, w.command, supervisor_advice(acted.state, acted.wrong, w.command), now_ns);
     else {
         bool leased = w.command != COMMAND_RESET && o->params->lcm.lease_s > 0.0;
         if (leased) grant_lease(o, &w, now_ns);

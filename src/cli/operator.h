@@ -55,6 +55,9 @@ struct operator {
     uint32_t stop_id;                             /* of the last stop or park in the mailbox; */
     enum command stop_command;                    /* 0: none */
     struct operator_lease lease[OPERATOR_LEASES];
+    bool refused;                                 /* something was, and said so */
+    int64_t refused_ns;                           /* then; */
+    uint64_t unsaid;                              /* and so many since that were only answered */
 };
 
 void operator_init(struct operator *o, const struct params *params, struct loop *loop, const struct operator_ports *ports);

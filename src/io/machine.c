@@ -104,8 +104,8 @@ static int check_place(const char *path, uid_t *owner, struct error *error) {
 
 /* ---- the daemon's ---- */
 
-/* Made where it is missing, below a directory that is there. SAFETY: everybody's stop comes through
- * it, whatever the umask. */
+/* Made where it is missing, below a directory that is there. SAFETY: everybody's stop comes
+ * through it, whatever the umask. */
 static int take_place(const char *path, char directory[MACHINE_DIRECTORY_SIZE], struct error *error) {
     uid_t owner;
     bool made = !mkdir(path, 0755);

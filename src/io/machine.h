@@ -10,8 +10,9 @@
  * rule: only root makes it.
  *
  * A name is owned by a lock on NAME.lock, which the kernel releases however the daemon ends;
- * sockets that it left behind are removed by the next owner. SAFETY: nobody else may open that file:
- * who may read one may lock it, and keep the daemon from its name. Main thread; files are opened. */
+ * sockets that it left behind are removed by the next owner. SAFETY: nobody else may open that
+ * file: who may read one may lock it, and keep the daemon from its name. Main thread; files are
+ * opened. */
 #ifndef HEXID_MACHINE_H
 #define HEXID_MACHINE_H
 
@@ -48,8 +49,9 @@ bool machine_address(const struct machine *m, bool stop, struct sockaddr_un *add
 int machine_claim(const char *name, struct machine *m, int *lock, struct error *error);
 
 /* Client: the machines that run, with this name or with "" all. Returns how many, at most
- * MACHINES_MAX. SAFETY: at most MACHINES_EACH of a directory, so that sockets in one user's do not
- * crowd out the machine in another's. What kept it from looking somewhere is in *doubt (status STATUS_OK: nothing). */
+ * MACHINES_MAX. SAFETY: at most MACHINES_EACH of a directory, so that sockets in one user's do
+ * not crowd out the machine in another's. What kept it from looking somewhere is in *doubt
+ * (status STATUS_OK: nothing). */
 int machine_find(const char *name, struct machine list[MACHINES_MAX], struct error *doubt);
 
 /* Client: a connection to the machine's socket, not blocking, or -1 with errno: EACCES: not
