@@ -11,6 +11,8 @@ _hexid() {
         *:--replay) mapfile -t COMPREPLY < <(compgen -W "closed-loop motion" -- "$word") ;;
         *:--set) mapfile -t COMPREPLY < <(compgen -S = -W "$("$1" doctor --keys 2>/dev/null | sed -n 's/^| `\([a-z0-9_.]*\)` |.*/\1/p')" -- "$word")
             compopt -o nospace ;;
+        command:--machine) mapfile -t COMPREPLY < <(compgen -W "$(for socket in "${HEXID_RUNTIME_DIR:-/run/hexid}"/*.stop "${XDG_RUNTIME_DIR:-/nowhere}"/hexid/*.stop; do
+            [ ! -S "$socket" ] || basename "$socket" .stop; done)" -- "$word") ;;
         command:command) mapfile -t COMPREPLY < <(compgen -W "engage start stop park reset" -- "$word") ;;
         effects:effects) mapfile -t COMPREPLY < <(compgen -W "$("$1" effects 2>/dev/null | sed -n 's/^\([a-z_]\{1,\}\).*/\1/p')" -- "$word") ;;
         *)

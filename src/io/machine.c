@@ -157,7 +157,8 @@ static int lock_name(const struct machine *m) {
     return file;
 }
 
-/* A socket there is stale: who has the name has the lock. Anything else is not hexid's to delete. */
+/* A socket there is stale: who has the name has the lock. Anything else is not hexid's to
+ * delete. */
 static int clear_address(const struct machine *m, bool stop, struct error *error) {
     struct sockaddr_un address;
     struct stat s;
