@@ -170,6 +170,14 @@ static bool evaluated(const struct identification *id, enum dof dof) {
     return false;
 }
 
+const char *analysis_fault(struct analysis *a) {
+    if (!a->last.first_fault) return NULL;
+    const char *name = fault_name(a->last.first_fault);
+    /* a log's cycles have no measure, its event has; another fault's is none of this one */
+    if (strncmp(a->fault, name, strlen(name)) != 0) fault_line(a->last.first_fault, a->last.faults, &a->last.measure, a->fault);
+    return a->fault;
+}
+
 struct verdict analysis_verdict(struct analysis *a) {
     ident_solve(&a->ident);
     struct verdict v = ident_verdict(a->params, &a->ident.result, analysis_sinusoids(a), a->cycles, a->overruns);
@@ -177,11 +185,8 @@ struct verdict analysis_verdict(struct analysis *a) {
     for (int dof = 0; dof < DOFS; dof++)
         if (a->seen[dof] && !evaluated(&a->ident.result, (enum dof)dof))
             verdict_add(&v, VERDICT_NOT_EVALUATED, "test %s: left out, none of its samples is in its evaluated part", dof_names[dof]);
-    if (a->last.first_fault) {
-        char line[FAULT_LINE_SIZE];
-        fault_line(a->last.first_fault, a->last.faults, &a->last.measure, line);
-        verdict_add(&v, VERDICT_FAIL, "fault %s", line);
-    }
+    const char *fault = analysis_fault(a);
+    if (fault) verdict_add(&v, VERDICT_FAIL, "fault %s", fault);
     return v;
 }
 

@@ -4,6 +4,7 @@
 #ifndef HEXID_ANALYSIS_H
 #define HEXID_ANALYSIS_H
 
+#include "failure.h"
 #include "histogram.h"
 #include "ident.h"
 #include "identification_json.h"
@@ -18,6 +19,7 @@ struct analysis {
     struct motion_result motion;
     struct histogram wake, exec;
     struct cycle last;
+    char fault[FAULT_LINE_SIZE];    /* of last, as a log's event had it; "": not heard */
     int64_t cycles, overruns, lost; /* lost: gaps in seq */
     int64_t unlogged;               /* cycles that came, and that the log has not */
     bool seen[DOFS];                /* a test of this axis has cycles */
@@ -64,6 +66,10 @@ struct loop_statistics analysis_statistics(const struct analysis *a);
 
 /* Solves what can be solved and judges it. */
 struct verdict analysis_verdict(struct analysis *a);
+
+/* The fault that the last cycle has, with what was measured of it; NULL: none. Good until the next
+ * call. */
+const char *analysis_fault(struct analysis *a);
 
 /* Are the tests sinusoids, one axis after another, as methods A and B need them? */
 bool analysis_sinusoids(const struct analysis *a);

@@ -35,7 +35,7 @@ static struct identification_log summary(const struct log_analysis *l, const cha
                    .off_rad = m->off_rad,
                    .complete = m->complete},
         .flagged = a->flagged,
-        .fault = a->last.first_fault ? fault_name(a->last.first_fault) : NULL,
+        .fault = a->last.first_fault ? a->fault : NULL, /* the verdict was asked */
     };
 }
 

@@ -6,6 +6,7 @@
 #include "log.h"
 #include "log_runs.h"
 #include "messages.h"
+#include "printable.h"
 
 /* The configuration in the log's first event, changed by --set; or the file given by -c. */
 static int read_params(const struct options *o, const char *path, const struct log_event *event, struct params *params,
@@ -17,7 +18,10 @@ static int read_params(const struct options *o, const char *path, const struct l
 
 static void feed(struct analysis *a, const struct log_event *event) {
     struct cycle cycle;
+    struct event said;
     if (!strcmp(event->channel, CHANNEL_STATE) && state_decode(event->data, event->size, &cycle)) analysis_take(a, &cycle);
+    else if (!strcmp(event->channel, CHANNEL_EVENT) && event_decode(event->data, event->size, &said) && !strcmp(said.kind, "fault"))
+        text_printable(said.text, a->fault, sizeof a->fault);
 }
 
 static int read_events(struct log_analysis *l, const struct options *o, const char *path, struct log_reader *log, struct error *error) {

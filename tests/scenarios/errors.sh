@@ -114,3 +114,14 @@ piped() {
     ((status == 0)) && ends 0 "$hexid" identify "$work/piped.lcm" >/dev/null
 }
 claim "a FIFO takes the log of a run" piped
+
+# The log keeps what was measured, so that the page and a later identification say it, too.
+measured() {
+    local said="stroke, leg 3: [0-9.]* mm, limit 2240 mm (limits.length_max_m)"
+    ends 1 quick --tests z --hal "fault:length@3+5/3=1;sim:" --log "$work/fault.lcm" >"$work/out" 2>&1
+    cat "$work/out"
+    grep "FAULT stroke, leg 3 at [0-9.]* s: [0-9.]* mm, limit 2240 mm (limits.length_max_m); supply off" "$work/out" && grep "fault $said" "$work/out" &&
+        { "$hexid" identify "$work/fault.lcm" | grep "fault $said"; } && "$hexid" report "$work/fault.lcm" -o "$work/fault.html" >"$work/said" 2>&1
+    grep "ended with the fault $said" "$work/fault.html"
+}
+claim "a fault: terminal, verdict, log and page say leg, value, limit and key" measured
