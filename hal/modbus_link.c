@@ -167,12 +167,26 @@ static size_t drain(int fd) {
     return count;
 }
 
+/* Until a serial line has been silent, but not for as long as somebody babbles. Returns the bytes
+ * that came meanwhile. */
+static size_t await_silence(struct modbus_link *link) {
+    enum { TRIES = 3 };
+    size_t count = 0;
+    for (int i = 0; i < TRIES; i++) {
+        const struct timespec until = {.tv_sec = link->free_ns / NS_PER_S, .tv_nsec = link->free_ns % NS_PER_S};
+        if (link->serial) clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, NULL);
+        size_t got = drain(modbus_get_socket(context(link)));
+        count += got;
+        if (!got || !link->serial) break;
+        link->free_ns = monotonic_ns() + link->silence_ns;
+    }
+    return count;
+}
+
 /* What has come since the last answer is none to the next request. SAFETY: and where that one had
  * been answered, it is the answer of a second device. */
 static modbus_t *cleared(struct modbus_link *link) {
-    const struct timespec until = {.tv_sec = link->free_ns / NS_PER_S, .tv_nsec = link->free_ns % NS_PER_S};
-    if (link->serial) clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, NULL);
-    link->unasked += drain(modbus_get_socket(context(link))) >= ANSWER_MIN && link->answered;
+    link->unasked += await_silence(link) >= ANSWER_MIN && link->answered;
     link->begun_ns = monotonic_ns();
     return context(link);
 }
