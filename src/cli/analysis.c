@@ -98,7 +98,7 @@ int analysis_copy(const struct analysis *a, struct recording *copy, struct error
 
 static void count_missed(struct analysis *a, const struct cycle *c) {
     bool overran = c->in.flags & SAMPLE_OVERRUN;
-    a->missed = overran ? a->missed + c->wake_late_ns / ns_from_seconds(a->params->loop.period_s) : 0;
+    a->missed = overran ? add_saturated(a->missed, c->wake_late_ns / ns_from_seconds(a->params->loop.period_s)) : 0;
     a->longest_ns = !overran ? 0 : c->wake_late_ns > a->longest_ns ? c->wake_late_ns : a->longest_ns;
 }
 
@@ -110,7 +110,7 @@ static void count_flags(struct analysis *a, const struct cycle *c) {
 bool analysis_take(struct analysis *a, const struct cycle *c) {
     record(a, c);
     if (c->test >= 0 && c->dof != DOF_NONE) a->seen[c->dof] = true;
-    if (a->cycles && c->seq > a->last.seq) a->lost += (int64_t)(c->seq - a->last.seq - 1);
+    if (a->cycles && c->seq > a->last.seq) a->lost = add_saturated(a->lost, cycles_between(a->last.seq, c->seq));
     a->last = *c;
     a->cycles++;
     count_missed(a, c);
@@ -118,7 +118,7 @@ bool analysis_take(struct analysis *a, const struct cycle *c) {
     a->overruns += (c->in.flags & SAMPLE_OVERRUN) != 0;
     int64_t period_ns = ns_from_seconds(a->params->loop.period_s), missed = c->wake_late_ns / period_ns;
     a->stalls += missed > 0;
-    a->behind_ns += missed * period_ns;
+    a->behind_ns = add_saturated(a->behind_ns, missed * period_ns);
     histogram_add(&a->wake, c->wake_late_ns);
     histogram_add(&a->exec, c->exec_ns);
     motion_take(&a->motion, a->params, c);

@@ -59,7 +59,8 @@ static int run(int argc, char **argv, struct params *params, struct recording *m
     gap_files_publish(params, result);
     FILE *out = o.json && !strcmp(o.json, "-") ? stderr : stdout;
     gap_text_print(out, result);
-    if (!status) fprintf(out, "  report    %s/report.html\n  model     %s/model.yaml\n", o.output, o.output);
+    if (!status) cli_say(out, "  report    %s/report.html", o.output);
+    if (!status) cli_say(out, "  model     %s/model.yaml", o.output);
     return status;
 }
 

@@ -15,7 +15,7 @@ static void on_signal(int signal) {
 /* A device answers in microseconds: as real-time as the daemon, where that is allowed. */
 static void become_realtime(const struct options *o, const struct params *params) {
     struct error refused;
-    if (realtime_enter(&params->loop, o->rt_given ? o->rt : REALTIME_TRY, &refused)) fprintf(stderr, "hexid: warning: %s\n", refused.text);
+    if (realtime_enter(&params->loop, o->rt_given ? o->rt : REALTIME_TRY, &refused)) cli_say(stderr, "hexid: warning: %s", refused.text);
 }
 
 int cmd_plant(int argc, char **argv) {

@@ -62,7 +62,7 @@ struct session {
     bool recorder_hangs, stuck;
 };
 
-static void warn(const struct error *error) { fprintf(stderr, "hexid: warning: %s\n", error->text); }
+static void warn(const struct error *error) { cli_say(stderr, "hexid: warning: %s", error->text); }
 
 /* LCM is how others watch; without a route for it the run goes on, and says so. */
 static int open_bus(struct session *s, struct error *error) {
@@ -315,10 +315,10 @@ static int report(struct session *s, struct error *error) {
     analysis_print(a, &verdict, s->progress.out);
     char trouble[200] = "";
     if (s->hal->ops->describe) s->hal->ops->describe(s->hal, trouble, sizeof trouble);
-    if (*trouble) fprintf(s->progress.out, "device    %s: %s\n", s->options.hal, trouble);
-    fprintf(s->progress.out, "log       %s", s->options.log ? s->options.log : "none kept (--log FILE keeps one)");
-    if (s->recorder.part > 1) fprintf(s->progress.out, " to %s, %d parts", s->recorder.part_path, s->recorder.part);
-    fprintf(s->progress.out, "\n");
+    if (*trouble) cli_say(s->progress.out, "device    %s: %s", s->options.hal, trouble);
+    const char *log = s->options.log ? s->options.log : "none kept (--log FILE keeps one)";
+    if (s->recorder.part > 1) cli_say(s->progress.out, "log       %s to %s, %d parts", log, s->recorder.part_path, s->recorder.part);
+    else cli_say(s->progress.out, "log       %s", log);
     outlet_flush(&s->progress.steps);
     status = write_result(s, &verdict, error);
     return status ? status : verdict.status == VERDICT_PASS || ended_by_order(s) ? EXIT_PASSED : EXIT_CHECK_FAILED;

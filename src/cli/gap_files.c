@@ -107,7 +107,7 @@ void gap_files_publish(const struct params *params, const struct gap_result *r) 
     unsigned char *message = params->lcm.url[0] ? malloc(MESSAGE_MAX) : NULL;
     if (!message) return;
     int size = gap_encode(r, wall_clock_ns(), message, MESSAGE_MAX);
-    if (bus_open(&bus, params->lcm.url, &error)) fprintf(stderr, "hexid: warning: %s\n", error.text);
+    if (bus_open(&bus, params->lcm.url, &error)) cli_say(stderr, "hexid: warning: %s", error.text);
     else if (size < 0 || bus_publish(bus, CHANNEL_GAP, message, size))
         fprintf(stderr, "hexid: warning: %s was not published\n", CHANNEL_GAP);
     if (bus) bus_close(bus);

@@ -5,9 +5,10 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "printable.h"
 #include "supervisor.h"
 
-enum { BAR = 32 };
+enum { BAR = 32, SAID_MAX = 1200 };
 
 int progress_open(struct progress *p, const struct params *params, int to, bool virtual_time) {
     double redraw_s = virtual_time ? 2.0 : 0.1;
@@ -32,12 +33,15 @@ static void clear_line(struct progress *p) {
 }
 
 void progress_say(struct progress *p, const char *format, ...) {
+    char text[SAID_MAX], printable[SAID_MAX];
     va_list args;
-    /* not by p->out: who holds its lock may be kept waiting */
-    if (p->terminal) fputs("\r\033[K", p->words.out);
     va_start(args, format);
-    vfprintf(p->words.out, format, args);
+    vsnprintf(text, sizeof text, format, args);
     va_end(args);
+    text[strcspn(text, "\n")] = '\0';
+    text_printable(text, printable, sizeof printable);
+    /* not by p->out: who holds its lock may be kept waiting */
+    fprintf(p->words.out, "%s%s\n", p->terminal ? "\r\033[K" : "", printable);
     outlet_flush(&p->words);
 }
 

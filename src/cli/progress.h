@@ -32,7 +32,8 @@ void progress_interlock(struct progress *p, const char *why);
 void progress_fault(struct progress *p, const struct cycle *c, const char *cause, const char *remedy);
 void progress_result(struct progress *p, const struct test_result *t);
 void progress_motion(struct progress *p, const struct motion_result *m);
-/* A line on standard error, clear of the live line. Main or recorder thread; waits for neither. */
+/* A line on standard error, clear of the live line; what is in it may come from anywhere and is
+ * made printable. Main or recorder thread; waits for neither. */
 __attribute__((format(printf, 2, 3))) void progress_say(struct progress *p, const char *format, ...);
 /* Erases the live line: what follows is no progress. */
 void progress_end(struct progress *p);

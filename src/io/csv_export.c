@@ -11,6 +11,7 @@
 #include "log_runs.h"
 #include "messages.h"
 #include "number_text.h"
+#include "units.h"
 
 enum { PATH_SIZE = 4096 };
 
@@ -107,7 +108,7 @@ static int take(struct export *e, const struct cycle *c) {
     int status = c->test < 0 ? end_test(e) : same ? STATUS_OK : begin_test(e, c);
     if (status || c->test < 0) return status;
     if (same) e->step_s = fmin(e->step_s, c->test_time_s - e->last.test_time_s);
-    if (same && c->seq > e->last.seq) e->report->lost += (int64_t)(c->seq - e->last.seq) - 1;
+    if (same && c->seq > e->last.seq) e->report->lost = add_saturated(e->report->lost, cycles_between(e->last.seq, c->seq));
     e->last = *c;
     e->report->rows++;
     write_row(e, c);

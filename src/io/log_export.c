@@ -6,6 +6,7 @@
 #include "log.h"
 #include "log_runs.h"
 #include "messages.h"
+#include "units.h"
 
 struct export {
     const struct export_format *format;
@@ -18,7 +19,7 @@ struct export {
 static void take_cycle(struct export *e, int64_t utime_us, const struct cycle *c) {
     struct log_export_report *r = e->report;
     if (!r->cycles++) e->first_ns = c->in.time_ns;
-    else if (c->seq > e->last_seq) r->lost += (int64_t)(c->seq - e->last_seq) - 1;
+    else if (c->seq > e->last_seq) r->lost = add_saturated(r->lost, cycles_between(e->last_seq, c->seq));
     e->last_seq = c->seq;
     double time_s = ((double)c->in.time_ns - (double)e->first_ns) * 1e-9;
     e->format->cycle(e->to, utime_us, time_s, c);

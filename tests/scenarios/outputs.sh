@@ -208,4 +208,14 @@ print(cycles, "cycles", kept, "in the log", lost, "lost")
 sys.exit(not (lost and cycles == kept + lost))
 END
 }
+# Names that a terminal would obey.
+obeyed() {
+    local name=$work/$'a\033]0;owned\007\033[2J.lcm'
+    { ends 1 run --log "$name" && ends 1 run --log "$name" && "$hexid" export "$name" -o "$work/o" && ends 2 "$hexid" report "$name" -o "$name" &&
+        ends 1 "$hexid" identify "$name" && ends 1 "$hexid" report "$name" -o "$name.html"; } >"$work/said" 2>&1
+    local status=$?
+    cat -v "$work/said"
+    ((status == 0)) && [ "$(grep -c 'a?]0;owned??\[2J.lcm' "$work/said")" -ge 5 ] && ! grep -q $'[\033\007]' "$work/said"
+}
+claim "escape sequences in a log's own name are shown as text" obeyed
 claim "a disk that fills up: the records that are lost are counted, to the last" lost

@@ -1,0 +1,50 @@
+/* What is computed of a stream of cycles, where the stream is a hostile log's. */
+#include "support.h"
+
+#include <stdlib.h>
+
+#include "analysis.h"
+#include "config.h"
+#include "units.h"
+
+static struct analysis a;
+static struct params params;
+
+static void take(uint64_t seq, int64_t wake_late_ns) {
+    struct cycle c = {.seq = seq, .test = -1, .dof = DOF_NONE, .in.flags = SAMPLE_OVERRUN, .wake_late_ns = wake_late_ns};
+    analysis_take(&a, &c);
+}
+
+static void sums_of_what_a_log_says_end_at_the_largest_number(void **unused) {
+    (void)unused;
+    struct error error;
+    config_default(&params);
+    assert_int_equal(analysis_init(&a, &params, &error), STATUS_OK);
+    for (int i = 0; i < 4; i++) {
+        take(0, INT64_MAX);
+        take(UINT64_MAX, INT64_MAX);
+        assert_true(a.lost == INT64_MAX && a.behind_ns > 0 && a.missed > 0);
+    }
+    for (int i = 0; i < 9; i++) take(UINT64_MAX, INT64_MIN);
+    assert_true(a.lost == INT64_MAX);
+    assert_true(isfinite(analysis_statistics(&a).pace));
+    analysis_free(&a);
+}
+
+static void missing_cycles_are_counted(void **unused) {
+    (void)unused;
+    assert_int_equal(cycles_between(1, 2), 0);
+    assert_int_equal(cycles_between(1, 5), 3);
+    assert_true(cycles_between(0, UINT64_MAX) == INT64_MAX);
+    assert_true(cycles_between(0, (uint64_t)INT64_MAX + 1) == INT64_MAX);
+    assert_true(add_saturated(INT64_MIN, -1) == INT64_MIN && add_saturated(INT64_MAX, INT64_MAX) == INT64_MAX);
+    assert_int_equal(add_saturated(-3, 5), 2);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(sums_of_what_a_log_says_end_at_the_largest_number),
+        cmocka_unit_test(missing_cycles_are_counted),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
