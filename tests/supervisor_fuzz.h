@@ -9,7 +9,7 @@
 #include "supervisor_clients.h"
 #include "supervisor_world.h"
 
-enum { EPISODE = 4000, EVENTS_MAX = 400, RECORDS = 16 };
+enum { EPISODE = 4000, EVENTS_MAX = 400, RECORDS = 16, CALM = 300 /* cycles after a disturbance */ };
 
 struct episode {
     uint64_t seed;
@@ -143,6 +143,8 @@ static inline void befall(struct run *r, int *next) {
         bool each = v->kind >= EVENT_LENGTH_NAN && v->kind <= EVENT_PRESSURE_HIGH;
         if (!each && !input && v->kind != EVENT_VALVE_STICKS && v->kind != EVENT_PUSHED) leg = 0;
         w->until[v->kind][leg] = w->cycle + v->cycles, w->value[v->kind][leg] = v->value;
+        bool disturbs = v->kind >= EVENT_LENGTH_NAN && w->cycle + v->cycles + CALM > w->disturbed_until;
+        if (disturbs) w->disturbed_until = w->cycle + v->cycles + CALM;
         if (v->kind == EVENT_UPWARDS) ask(r, v, upwards(r->loop.platform.supervisor.state));
         if (v->kind == EVENT_COMMAND) ask(r, v, (enum command)v->value);
         if (v->kind == EVENT_CLIENT_HANGS) r->clients.client[v->leg].hangs_until = w->cycle + 10 * v->cycles;
@@ -235,6 +237,7 @@ static inline bool run_cycle(struct run *r, int *next) {
     if (!s.read_failed) s.in = w->last;
     s.in.flags |= world_flags(w);
     s.spoilt = spoilt(w);
+    s.disturbed = w->cycle < w->disturbed_until;
     s.write_failed = w->writes && under_way(w, EVENT_WRITE_FAILS, 0);
     s.writes = w->writes, s.safes = w->safes, s.written = w->written;
     if (r->told && w->cycle + 5 >= r->episode->cycles) cycle_print(w->cycle, &s, r->told);

@@ -21,6 +21,7 @@ struct seen {
     struct hal_sample in;        /* as delivered */
     bool read_failed, unwritten; /* nothing was read; the command before was not written */
     bool spoilt;                 /* a length is not the plant's */
+    bool disturbed;              /* samples or machine were, in the last 0.6 s: it may shake */
     bool write_failed;
     int64_t late_ns;             /* deadline to wake-up */
     bool real;                   /* deadlines count: a real clock */
@@ -316,6 +317,7 @@ static inline bool never_in_faults(struct model *m, const struct seen *s, struct
     never(c->state == STATE_FAULT && !faults, "the state is fault without one");
     never(faults && c->state != STATE_FAULT && c->state != STATE_PARKING, "faults %x in %s", (unsigned)faults, state_names[c->state]);
     never(c->state == STATE_PARKING && faults & ~MODEL_PARKS, "faults %x while parking", (unsigned)faults);
+    if (s->disturbed && model_drives(m->before.state)) d.maybe |= FAULT_OSCILLATION;
     never(!m->reset && fresh & ~d.maybe & ~(uint32_t)FAULT_LEGS, "faults %x without a cause (causes %x)", (unsigned)fresh,
           (unsigned)d.maybe);
     return true;
@@ -341,6 +343,8 @@ static inline bool never_blind(struct model *m, const struct seen *s, struct dou
     never(!anew && m->sure_park >= limit && c->state != STATE_FAULT && c->state != STATE_PARKING, "%d samples without pressures, in %s",
           m->sure_park, state_names[c->state]);
     uint32_t patient = c->faults & ~m->before.faults & FAULT_ANY & ~(MODEL_AT_ONCE | (uint32_t)FAULT_OVERRUN);
+    /* an oscillation has been watched for long before it is a fault */
+    if (c->faults & ~m->before.faults & FAULT_OSCILLATION) patient = 0;
     never(!anew && patient && !(d.maybe & (MODEL_AT_ONCE | FAULT_OVERRUN)) && m->maybe_bad < limit, "fault %x after %d bad samples of %d",
           (unsigned)patient, m->maybe_bad, limit);
     never(m->repeated && !c->in.flags, "a sample that the device's count calls old was not flagged");
@@ -450,7 +454,8 @@ static inline void model_keep(struct model *m, const struct seen *s, struct doub
     bool read = !s->read_failed && !s->unwritten;
     /* what says nothing against the lengths */
     uint32_t beside = MODEL_PARKS | FAULT_KINEMATICS | (m->before.state == STATE_PRESSURISING ? FAULT_SUPPLY : 0u);
-    m->good_before = read && !(d.maybe & ~beside);
+    bool shakes = c->faults & ~m->before.faults & FAULT_OSCILLATION;
+    m->good_before = read && !shakes && !(d.maybe & ~beside);
     if (m->good_before) memcpy(m->good_m, s->in.length_m, sizeof m->good_m), m->good_cycle = m->cycles;
     if (read) memcpy(m->length_m, s->in.length_m, sizeof m->length_m), m->time_ns = s->in.time_ns;
     if (!model_drives(m->before.state) && model_drives(c->state))

@@ -116,6 +116,7 @@ struct world {
     const struct event *events;
     int count;
     int until[EVENTS][LEGS];     /* an event is under way for a leg before this cycle */
+    int disturbed_until;
     double value[EVENTS][LEGS];
     double length_m[LEGS], rate_mps[LEGS], spool[LEGS], load_n[LEGS];
     struct plant *plant;         /* the simulated platform in their place; NULL: not */
