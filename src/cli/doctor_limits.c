@@ -57,8 +57,8 @@ static void leg_rate(struct saying *s, const struct params *p, const struct loop
     if (c->state == LOOP_UNKNOWN) return;
     snprintf(remedy, sizeof remedy, "set limits.leg_rate_mps to %.2g or less", fastest_mps);
     say(s, p->limits.leg_rate_mps <= RATE_MOST * fastest_mps, remedy,
-        "limits.leg_rate_mps %g: a leg at full opening makes %.3g m/s, and a length that jumps twice as fast is still believed", p->limits.leg_rate_mps,
-        fastest_mps);
+        "limits.leg_rate_mps %g: a leg at full opening makes %.3g m/s, and a length that jumps twice as fast is still believed",
+        p->limits.leg_rate_mps, fastest_mps);
     double cycle_m = p->limits.leg_rate_mps * p->loop.period_s, step_m = p->sensors.position_resolution_m;
     snprintf(remedy, sizeof remedy, "set limits.leg_rate_mps to %.2g or more", 2.0 * step_m / p->loop.period_s);
     say(s, !p->sensors.enabled || cycle_m >= step_m, remedy,
