@@ -36,6 +36,7 @@ static void hold(const struct params *p, const double pose[DOFS], double rms_mps
     struct pid pid[LEGS];
     struct hal_sample now = {0}, before;
     struct cylinder_areas areas = cylinder_areas(&p->actuator);
+    struct oil_column column[LEGS];
     struct plant *plant = plant_create(p, 1, &error);
     double length_m[LEGS], valve[LEGS];
     int cycles = (int)(0.5 / p->loop.period_s);
@@ -43,6 +44,7 @@ static void hold(const struct params *p, const double pose[DOFS], double rms_mps
     plant_place(plant, pose);
     kinematics_place(&k, p);
     ik_lengths(&k, pose, length_m);
+    oil_columns_init(column, p, &k);
     plant_measure(plant, &now);
     for (int i = 0; i < LEGS; i++) pid_reset(&pid[i], length_m[i], leg_force(&areas, i, now.p1_pa[i], now.p2_pa[i]));
     for (int n = 0; n < BLOCKS * cycles; n++) {
@@ -53,6 +55,7 @@ static void hold(const struct params *p, const double pose[DOFS], double rms_mps
         for (int i = 0; i < LEGS; i++) {
             double rate_mps = (now.length_m[i] - before.length_m[i]) / p->loop.period_s;
             rms_mps[n / cycles] += rate_mps * rate_mps / (LEGS * cycles);
+            pid[i].feedback_cut = oil_feedback_cut(&column[i], now.length_m[i]);
             valve[i] = pid_step(&pid[i], &p->control, p->loop.period_s, length_m[i] + off * blow[i], now.length_m[i],
                                 leg_force(&areas, i, now.p1_pa[i], now.p2_pa[i]));
         }
@@ -180,22 +183,39 @@ static void a_bus_is_a_delay_of_one_cycle(void **unused) {
     assert_true(loop_pole_damping(&bus.neutral.pole) < loop_pole_damping(&direct.neutral.pole));
 }
 
-/* At neutral it is damped, parked it is not; so does the machine. */
+/* At neutral it is damped, tilted it is not; so does the machine. */
 static void a_pose_in_which_the_loop_is_unstable_is_warned_of(void **unused) {
     (void)unused;
-    struct params p = load(NULL, "effects.command_delay.delay_s=0.002");
+    struct params p = load(NULL, "control.kp=140");
     const struct doctor d = {.params = &p};
-    double parked[DOFS] = {[DOF_Z] = 0.44};
+    double tilted[DOFS] = {[DOF_THETA] = -0.857};
+    p.control.kpf = 1e-5;
     p.sim.engine = ENGINE_CLOSED_FORM;
     struct finding f = check_loop(&d);
     assert_int_equal(f.level, LEVEL_WARN);
-    assert_non_null(strstr(f.found, "at z 0.45 m it is unstable and shakes"));
-    assert_non_null(strstr(f.remedy, "control.kpf"));
+    assert_non_null(strstr(f.found, "at theta -0.857 rad it is unstable and shakes"));
+    assert_non_null(strstr(f.remedy, "set control.kp to 99"));
     json_decref(f.data);
-    assert_true(shakes(&p, parked));
+    assert_true(shakes(&p, tilted));
     assert_false(shakes(&p, neutral));
-    p.control.kpf = 7.1e-6;
+    p.control.kp = 99.0;
+    assert_false(shakes(&p, tilted));
+}
+
+/* The force feedback is what the controller makes of it where the oil is stiff. */
+static void the_loop_of_a_parked_platform_has_the_controllers_own_feedback(void **unused) {
+    (void)unused;
+    struct params p = load(NULL, "effects.command_delay.delay_s=0.002");
+    double parked[DOFS] = {[DOF_Z] = 0.44};
+    struct loop_place place;
+    p.sim.engine = ENGINE_CLOSED_FORM;
+    assert_true(loop_place_find(&place, &p, parked, 0.0));
+    struct loop_worst with = loop_place_worst(&place, &p);
+    assert_true(loop_pole_damping(&with.pole) > 0.0);
     assert_false(shakes(&p, parked));
+    for (int i = 0; i < LEGS; i++) place.leg[i].feedback_cut = 0.0;
+    struct loop_worst whole = loop_place_worst(&place, &p);
+    assert_true(loop_pole_damping(&whole.pole) < 0.0);
 }
 
 /* The way into trouble of somebody with a platform of his own: his masses, the default gains. */
@@ -302,6 +322,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test(the_machine_and_its_effects_are_in_the_loop),
         cmocka_unit_test(a_bus_is_a_delay_of_one_cycle),
         cmocka_unit_test(a_pose_in_which_the_loop_is_unstable_is_warned_of),
+        cmocka_unit_test(the_loop_of_a_parked_platform_has_the_controllers_own_feedback),
         cmocka_unit_test(a_heavy_platform_with_the_default_kpf_is_refused_with_one_that_suits),
         cmocka_unit_test(whoever_follows_the_proposals_gets_through),
         cmocka_unit_test(poles_that_do_not_oscillate_and_fast_ones_are_seen),

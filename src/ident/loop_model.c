@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "force.h"
 #include "inverse_dynamics.h"
 #include "kinematics.h"
 #include "lin.h"
@@ -127,6 +128,7 @@ bool loop_place_find(struct loop_place *p, const struct params *params, const do
     struct inverse_dynamics_input in = {0};
     struct kinematics k;
     struct rigid_legs legs;
+    struct oil_column column[LEGS];
     double length_m[LEGS];
     memset(p, 0, sizeof *p);
     memcpy(p->pose, pose, sizeof p->pose);
@@ -136,9 +138,11 @@ bool loop_place_find(struct loop_place *p, const struct params *params, const do
     rigid_rest(&d.state, pose);
     for (int i = 0; i < LEGS; i++) in.leg[i][0] = length_m[i];
     if (!inverse_dynamics_bodies(&d, &in, &legs, p->force_n)) return false;
+    oil_columns_init(column, params, &k);
     for (int i = 0; i < LEGS; i++) {
         find_speeds(&d.cylinder, i, p);
         if (!linearise(&d.cylinder, i, length_m[i], p->force_n[i], more_delay_s, &p->leg[i])) return false;
+        p->leg[i].feedback_cut = oil_feedback_cut(&column[i], length_m[i]);
     }
     return find_modes(p, &d, &k);
 }

@@ -37,7 +37,7 @@ static struct cylinder_loop mean_cylinder(const struct loop_leg leg[LEGS], const
     for (int k = 0; k < LEGS; k++) {
         double weight = shape->motion[k] * shape->motion[k] / sum;
         const struct loop_leg *from = &leg[k];
-        c.leg.viscous += weight * from->viscous;
+        c.leg.viscous += weight * from->viscous, c.leg.feedback_cut += weight * from->feedback_cut;
         c.leg.spool_radps += weight * from->spool_radps, c.leg.spool_damping += weight * from->spool_damping;
         c.leg.command_delay_s += weight * from->command_delay_s, c.leg.length_delay_s += weight * from->length_delay_s;
         c.a1_m2 += weight * areas.a1_m2[k], c.a2_m2 += weight * areas.a2_m2[k];
@@ -117,6 +117,7 @@ static int kept(struct delay d) { return d.whole + (d.part > 0.0); }
 static void fill_controller(const struct cylinder_loop *c, const struct control_params *g, double dt_s, struct delay late,
                             struct cycle_map *m, double command[LOOP_POLES]) {
     double derive = dt_s / (g->tf + dt_s), low_pass = dt_s / (g->tp + dt_s), unit_n = UNIT_PA * c->a1_m2;
+    double kpf = g->kpf * (1.0 - c->leg.feedback_cut);
     double length[LOOP_POLES] = {0}, force[LOOP_POLES] = {0};
     int oldest = SENT + m->sent;
     if (late.whole > 0) length[oldest + late.whole - 1] = 1.0 - late.part;
@@ -132,7 +133,7 @@ static void fill_controller(const struct cylinder_loop *c, const struct control_
         m->map[ERROR][i] = -length[i];
         m->map[FORCE_LP][i] += low_pass * force[i];
         command[i] = -g->kp * length[i] + m->map[INTEGRAL][i] + g->kd * m->map[DERIVATIVE][i] -
-                     g->kpf * unit_n * (force[i] - m->map[FORCE_LP][i]);
+                     kpf * unit_n * (force[i] - m->map[FORCE_LP][i]);
     }
 }
 

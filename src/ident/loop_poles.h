@@ -13,6 +13,7 @@
 struct loop_leg {
     struct oil_chamber chamber[2];       /* of these push, other, open and sag */
     double viscous;                      /* N s/m */
+    double feedback_cut;                 /* what the controller takes off kpf there (force.h), 0..1 */
     double spool_radps, spool_damping;   /* second order */
     double command_delay_s, length_delay_s; /* of the command, from the sample that it was computed from
                                              * on, and of the length's reading; whole and broken cycles */
