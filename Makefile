@@ -65,6 +65,12 @@ test-rt: $(BUILD)/hexid $(VENV)/ready | deps-bench ## what is claimed about the 
 bench-rt: $(BUILD)/hexid $(COUNTS) | deps-rt ## hexid's wake-ups beside cyclictest's, in turns, idle and under stress-ng, on sim: and Modbus; the highest rate; instructions and stacks: 10 minutes on a quiet machine -> build/bench_rt.md
 	@HEXID=$(BUILD)/hexid BUILD=$(BUILD) tests/rt/bench_rt.py -o $(BUILD)/bench_rt.md --csv $(BUILD)/bench_rt.csv
 
+soak-rt: $(BUILD)/hexid $(COUNTS) | deps-rt ## an hour at real pace: memory, descriptors, page faults, log parts, latencies by quarters; SOAK_S=3600 -> build/soak_rt.md
+	@HEXID=$(BUILD)/hexid BUILD=$(BUILD) tests/rt/soak_rt.py --seconds $${SOAK_S:-3600} -o $(BUILD)/soak_rt.md
+
+test-rt-kernel: $(BUILD)/hexid | deps-rt-kernel ## hexid on Debian's PREEMPT_RT kernel, in QEMU without hardware's help: does it run there? Says nothing about how fast
+	@BUILD=$(BUILD) VENV=$(VENV) tests/run tests/rt/kernel/kernel.sh
+
 asan: ## the same programs under AddressSanitizer and UndefinedBehaviorSanitizer
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan VENV=$(VENV) BENCHES= SCRIPTS="$(filter-out $(OF_NUMBERS),$(SCRIPTS))" \
 		SAN="-fsanitize=address,undefined -fno-sanitize-recover=all" test
@@ -212,6 +218,8 @@ deps-bench: deps-test
 	$(call install,rt-tests valgrind)
 deps-rt: deps-bench
 	$(call install,stress-ng)
+deps-rt-kernel: deps-run
+	$(call install,busybox-static cpio qemu-system-x86)
 deps-spy: has-display deps-run
 	$(call install,default-jdk-headless default-jre libjchart2d-java liblcm-java)
 
@@ -237,7 +245,7 @@ $(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/libhexid.a
 $(COUNTS): tests/rt/counts.c | deps-run
 	@mkdir -p $(@D)
 	@echo link $@
-	$(Q)$(CC) -std=c17 -D_GNU_SOURCE -O2 $(WARN) -fPIC -shared -o $@ $< -ldl
+	$(Q)$(CC) -std=c17 -D_GNU_SOURCE -O2 $(WARN) -Iinclude -fPIC -shared -o $@ $< -ldl
 
 $(FUZZERS): LDLIBS += -fsanitize=fuzzer
 $(BUILD)/tests/fuzz/replay_%: $(BUILD)/tests/fuzz/fuzz_%.o $(BUILD)/tests/fuzz/replay.o $(BUILD)/libhexid.a
@@ -332,7 +340,7 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
 .PHONY: all always install deb has-display run test test-long test-rt asan tsan fuzz fuzz-run soak bench bench-paper bench-gap bench-coverage bench-friction bench-springs bench-methods bench-table5 rig check-rig format format-check docs pictures python-types spy clean help
-.PHONY: bench-check bench-rt deps-rt
+.PHONY: bench-check bench-rt soak-rt test-rt-kernel deps-rt deps-rt-kernel
 .PHONY: deps deps-run deps-test deps-deb deps-format deps-pictures deps-fuzz deps-bench deps-spy
 .SECONDARY:
 -include $(BUILD)/tests/soak_supervisor.d $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d) $(FUZZERS:=.d)

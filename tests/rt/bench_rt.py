@@ -9,13 +9,15 @@
 2. The loop's rate, closed-form plant: the same at each rate; the rate is held where the loop's wake-ups a whole period late are no more
    than 1.5 times cyclictest's (and one in a thousand), and 99 % of the cycles take less than half a period.
 
+3. Heap calls, locks, page faults and stack of each thread (counts.py).
+
 On a machine that does other work the figures are that work's. Ends with an error where something was not measured; no figure is judged by
 the exit status. Environment: HEXID. Needs root."""
 import argparse, csv, math, os, statistics, subprocess, sys, time
 
 sys.dont_write_bytecode = True # nothing is left in the tree
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "bench"))
-import measured, wake
+import counts, measured, wake
 
 COLUMNS = ("p50", "p99", "p999", "max")
 WANTED = {"sim:": 1.1, "modbus": 1.3}    # wake-up p99 over cyclictest's
@@ -127,6 +129,20 @@ def rate(a, out, hz, turns_count):
     return hz if held else 0
 
 
+def threads(out):
+    """What each thread of the daemon did from its first sleep on, and its stack; on sim:, then on Modbus."""
+    print("\n| back-end | thread | sleeps | heap calls | locks | page faults | stack, bytes |\n|" + " --- |" * 7, file=out)
+    with wake.Plant() as plant:
+        for name, url in (("sim:", "sim:"), ("modbus", plant.url)):
+            command = [wake.HEXID, "run", "--hal", url, "--rt", "try", "--tests", "x", "--json", "/dev/null"]
+            keys = wake.ENDURES + ["loop.overrun_limit=%d" % (wake.STALL_S / .002), "motion.automatic=true", "motion.engage_s=3", "motion.park_s=3"]
+            found, _ = counts.counted([os.path.abspath(command[0]), *command[1:], *(x for k in keys for x in ("--set", k))])
+            if not any(t["thread"] == "loop_thread" and t["sleeps"] for t in found): wake.fail("the loop was not counted")
+            for t in found:
+                print("| %s | %s | %d | %d | %d | %d | %d |" % (name, t["thread"], t["sleeps"], t["heap"], t["locks"], t["minor_faults"] + t["major_faults"],
+                                                              t["stack_bytes"]), file=out, flush=True)
+
+
 def measure(a, out):
     rows, start = [], time.monotonic()
     print("%s, %s, %d processors, %s; %d turns of %g s, processor %d\n" % (measured.build(), os.uname().release, os.cpu_count(), time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime()),
@@ -137,6 +153,7 @@ def measure(a, out):
     print("\n| rate, Hz | wake p99, us | cyclictest's | ratio | a period late, per million | cyclictest's | cycle p50, us | p99 | max | held |\n|" +
           " --- |" * 10, file=out)
     held = [rate(a, out, hz, a.turns if hz == 5000 else 1) for hz in a.rates]
+    threads(out)
     print("\nhighest rate held: %d Hz; measured in %.0f s" % (max(held), time.monotonic() - start), file=out)
     with open(a.csv, "w", newline="") as file:
         print("# " + measured.build(), file=file)

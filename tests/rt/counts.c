@@ -7,6 +7,9 @@
  * deadline; one that never sleeps, from its beginning. FILE gets a line a thread, at its end or
  * the process's: where it begins (offset of the function in the program, hexadecimal), sleeps, heap
  * calls, locks, minor and major page faults (-1: the kernel was not to be asked), bytes of stack.
+ * With HEXID_COUNTS_EVERY_S a thread that sleeps to deadlines adds a line "wake", where it begins,
+ * its wake-ups, and their lateness [us] as p50, p99, p99.9 and max, each time so many seconds are
+ * over.
  * Stacks are painted when counting begins. Not for the confined: the filter denies getrusage(). */
 #include <dlfcn.h>
 #include <errno.h>
@@ -24,6 +27,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "histogram.h"
+
 enum { THREADS_MAX = 64, KEEP_BYTES = 1024, MAIN_BYTES = 1 << 20 };
 static const uint64_t paint = 0x5ca1ab1e5ca1ab1e;
 
@@ -36,12 +41,16 @@ struct counts {
     const char *high;
     bool begun;
     long sleeps, heap, locks, minor, major;
+    struct histogram late;    /* since */
+    int64_t since_ns;
 };
 
 static struct counts of_thread[THREADS_MAX];
 static _Atomic int threads;
 static _Thread_local struct counts *mine __attribute__((tls_model("initial-exec")));
 static int out = -1;
+static int64_t every_ns;
+static uintptr_t base; /* where the program was loaded */
 
 static void *real(const char *name) {
     void *f = dlsym(RTLD_NEXT, name);
@@ -88,14 +97,12 @@ static size_t stack_bytes(const struct counts *c) {
     return (size_t)(c->high - (const char *)p);
 }
 
+static unsigned long begin_offset(const struct counts *c) { return c->begin ? (unsigned long)((uintptr_t)c->begin - base) : 0; }
+
 static void report(struct counts *c, long minor, long major) {
-    static uintptr_t base;
-    struct link_map *map;
-    if (!base && !dlinfo(dlopen(NULL, RTLD_NOW), RTLD_DI_LINKMAP, &map)) base = map->l_addr;
     bool known = minor >= 0 && c->minor >= 0;
     char line[200];
-    unsigned long begin = c->begin ? (unsigned long)((uintptr_t)c->begin - base) : 0;
-    int size = snprintf(line, sizeof line, "%lx %ld %ld %ld %ld %ld %zu\n", begin, c->sleeps, c->heap, c->locks,
+    int size = snprintf(line, sizeof line, "%lx %ld %ld %ld %ld %ld %zu\n", begin_offset(c), c->sleeps, c->heap, c->locks,
                         known ? minor - c->minor : -1, known ? major - c->major : -1, c->low ? stack_bytes(c) : 0);
     if (out >= 0 && write(out, line, (size_t)size) != size) _exit(98);
 }
@@ -135,12 +142,34 @@ int pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*
 
 /* ---- the sleep that begins it ---- */
 
+static int64_t ns_of(const struct timespec *t) { return t->tv_sec * INT64_C(1000000000) + t->tv_nsec; }
+
+static void woke(struct counts *c, const struct timespec *until) {
+    static const double quantile[] = {0.5, 0.99, 0.999};
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    int64_t now_ns = ns_of(&t);
+    histogram_add(&c->late, now_ns - ns_of(until));
+    if (!c->since_ns) c->since_ns = now_ns;
+    if (now_ns - c->since_ns < every_ns) return;
+    char line[200];
+    int size = snprintf(line, sizeof line, "wake %lx %lu", begin_offset(c), (unsigned long)c->late.count);
+    for (int i = 0; i < 3; i++)
+        size += snprintf(line + size, sizeof line - (size_t)size, " %.1f", (double)histogram_quantile(&c->late, quantile[i]) / 1e3);
+    size += snprintf(line + size, sizeof line - (size_t)size, " %.1f\n", (double)c->late.max_ns / 1e3);
+    if (out >= 0 && write(out, line, (size_t)size) != size) _exit(98);
+    memset(&c->late, 0, sizeof c->late);
+    c->since_ns = now_ns;
+}
+
 int clock_nanosleep(clockid_t clock, int flags, const struct timespec *until, struct timespec *left) {
     static int (*sleep_until)(clockid_t, int, const struct timespec *, struct timespec *);
     if (!sleep_until) *(void **)&sleep_until = real("clock_nanosleep");
     if (mine && !mine->begun) begin_counting(mine);
     if (mine) mine->sleeps++;
-    return sleep_until(clock, flags, until, left);
+    int result = sleep_until(clock, flags, until, left);
+    if (mine && every_ns && !result && clock == CLOCK_MONOTONIC && flags & TIMER_ABSTIME) woke(mine, until);
+    return result;
 }
 
 /* ---- heap ---- */
@@ -220,6 +249,9 @@ __attribute__((constructor)) static void begin(void) {
     const char *path = getenv("HEXID_COUNTS");
     if (!path) return;
     out = open(path, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+    struct link_map *map;
+    if (!dlinfo(dlopen(NULL, RTLD_NOW), RTLD_DI_LINKMAP, &map)) base = map->l_addr;
+    if (getenv("HEXID_COUNTS_EVERY_S")) every_ns = (int64_t)(1e9 * strtod(getenv("HEXID_COUNTS_EVERY_S"), NULL));
     struct counts *c = &of_thread[threads++];
     *c = (struct counts){.id = getpid()};
     c->high = __builtin_frame_address(0);
