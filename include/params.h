@@ -108,7 +108,8 @@ struct control_params {           /* exact law: src/core/pid.h */
 };
 
 struct motion_params {
-    double engage_s, park_s;      /* durations of the smooth moves */
+    double engage_s, park_s;      /* of the moves, or longer where these limits ask for it: */
+    double rate_mps, accel_mps2;  /* of the origin, or of the upper joints where it turns */
     double park_z_m;              /* pose z at which the platform is put down; z is down */
     double hold_s;                /* at neutral before the first test */
     bool automatic;               /* engage, test and park without commands */

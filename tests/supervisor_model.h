@@ -358,12 +358,19 @@ static inline bool never_blind(struct model *m, const struct seen *s, struct dou
     return true;
 }
 
+/* The longest that putting down takes: from the fastest move up, to rest and back. */
+static inline double model_longest_move_s(const struct model *m) {
+    const struct motion_params *p = &m->params->motion;
+    double brake_s = 0.25 + 3.0 / sqrt(2.0) * p->rate_mps / p->accel_mps2, far_m = 0.5 + brake_s * p->rate_mps;
+    return fmax(p->park_s, brake_s + fmax(15.0 / 8.0 * far_m / p->rate_mps, sqrt(6.0 * far_m / p->accel_mps2)));
+}
+
 /* A stop or a park is taken in every state. */
 static inline bool never_without_end(struct model *m, const struct seen *s) {
     const struct cycle *c = &s->out;
     bool stop = s->command == COMMAND_STOP, park = s->command == COMMAND_PARK, rests = !model_powers(c->state);
     int ramp = (int)(m->params->tests.ramp_out_s / m->params->loop.period_s + 0.5);
-    int move = (int)(m->params->motion.park_s / m->params->loop.period_s + 0.5);
+    int move = (int)(model_longest_move_s(m) / m->params->loop.period_s + 0.5);
     bool turns = rests || c->state == STATE_PARKING;
     never((stop || park) && m->before.state == STATE_PRESSURISING && !rests, "a stop was not taken while pressurising");
     never((stop || park) && m->before.state == STATE_ENGAGING && !turns, "a stop was not taken while engaging");
@@ -384,21 +391,19 @@ static inline bool never_without_end(struct model *m, const struct seen *s) {
 
 /* What this configuration asks of the reference: of a test, an envelope e (or two, when it is
  * stopped while it ramps in) on a sinusoid, |e'| <= 1.5 / ramp and |e''| <= 6 / ramp^2; of a
- * move. */
+ * move, its limits, or what the test left to it. */
 static inline void model_motion_limits(const struct model *m, bool test, double rate[DOFS], double acceleration[DOFS]) {
     const struct test_params *t = &m->params->tests;
     const struct motion_params *p = &m->params->motion;
-    double ramp = 1.0 / fmin(t->ramp_s, t->ramp_out_s), move_s = fmin(p->engage_s, p->park_s), brake_s = fmin(move_s, 1.0);
-    double once = 1.5 * ramp, twice = 6.0 * ramp * ramp;
+    double ramp = 1.0 / fmin(t->ramp_s, t->ramp_out_s), once = 1.5 * ramp, twice = 6.0 * ramp * ramp;
     if (m->stopped_for >= 0 || m->down_for >= 0) twice = 2.0 * twice + 2.0 * once * once, once *= 2.0;
     for (int i = 0; i < DOFS; i++) {
-        double w = 2.0 * PI * t->hz[i], a = t->amplitude[i];
-        double far = 1.0; /* m, rad: no way is longer */
+        double w = 2.0 * PI * t->hz[i], a = t->amplitude[i], arm = i < DOF_PHI ? 1.0 : m->kinematics.arm_m;
         rate[i] = a * (w + once);
         acceleration[i] = a * (w * w + 2.0 * w * once + twice);
         if (test) continue;
-        acceleration[i] += 6.0 * far / (move_s * move_s) + 4.0 * rate[i] / brake_s;
-        rate[i] += 1.5 * far / move_s;
+        rate[i] = fmax(rate[i] * 1.5, p->rate_mps / arm);
+        acceleration[i] = fmax(acceleration[i], p->accel_mps2 / arm);
     }
 }
 

@@ -277,54 +277,79 @@ static void a_test_stopped_at_any_instant_ramps_out_smoothly(void **unused) {
     }
 }
 
-static void a_move_goes_on_with_the_rate_it_finds_and_ends_at_rest(void **unused) {
+static double weighed(const double v[DOFS], double arm_m) {
+    double square = 0.0;
+    for (int i = 0; i < DOFS; i++) square += v[i] * v[i] * (i < DOF_PHI ? 1.0 : arm_m * arm_m);
+    return sqrt(square);
+}
+
+/* From any pose, rate and acceleration: continuous in acceleration, within the limits or what it
+ * began with, no longer than they ask for, exactly at the target and at rest. Differences of the
+ * poses are rates and accelerations between them. */
+static void a_move_from_any_motion_keeps_its_limits_and_ends_at_rest(void **unused) {
     (void)unused;
     struct test_params t = defaults().tests;
     uint64_t seed = 3;
-    for (int run = 0; run < 300; run++) {
-        double from[DOFS], rate[DOFS], to[DOFS], duration = 0.1 + 3.0 * (1.0 + random_unit(&seed)), acceleration = 0.0;
+    for (int run = 0; run < 2000; run++) {
+        double from[DOFS], rate[DOFS], accel[DOFS], to[DOFS], last[DOFS], before[DOFS], shift[DOFS], arm_m = 0.56;
         for (int i = 0; i < DOFS; i++) {
-            double brake = fmin(duration, 1.0);
-            from[i] = 0.3 * random_unit(&seed), to[i] = 0.3 * random_unit(&seed), rate[i] = run % 3 ? 0.2 * random_unit(&seed) : 0.0;
-            /* 6 d/T^2 of the cubic from rest and 4 v/T of the brake */
-            acceleration = fmax(acceleration, 6 * fabs(to[i] - from[i]) / (duration * duration) + 4 * fabs(rate[i]) / brake);
+            from[i] = 0.3 * random_unit(&seed), to[i] = 0.3 * random_unit(&seed);
+            rate[i] = run % 3 ? 0.2 * random_unit(&seed) : 0.0, accel[i] = run % 3 > 1 ? 0.3 * random_unit(&seed) : 0.0;
+            last[i] = from[i], before[i] = from[i] - dt_s * rate[i] + dt_s * dt_s / 2 * accel[i];
         }
+        struct move_limits l = {3.0 * fmax(0.0, random_unit(&seed)), 0.05 + 0.5 * fabs(random_unit(&seed)), 0.1 + fabs(random_unit(&seed)),
+                                arm_m};
+        double v0 = weighed(rate, arm_m), a0 = weighed(accel, arm_m), most = fmax(l.accel_mps2, a0);
+        double brake_s = v0 + a0 > 0.0 ? fmax(0.25, 3 * v0 / (most - a0 + sqrt(most * most + most * a0))) : 0.0;
         struct reference r;
-        struct watch w = {.seen = 2};
-        memcpy(w.last, from, sizeof from);
-        memcpy(w.rate, rate, sizeof rate); /* so that the first step is watched too */
-        reference_move(&r, from, rate, to, duration);
         int cycles = 0;
+        reference_move(&r, &(struct move_start){from, rate, accel}, to, &l);
+        double accel_before[DOFS];
+        memcpy(accel_before, accel, sizeof accel_before);
         for (bool done = false; !done; cycles++) {
             struct reference_sample s = reference_step(&r, &t, dt_s);
-            watch(&w, s.pose);
-            assert_true(s.phase == PHASE_NONE);
+            double v[DOFS], a[DOFS], jerk[DOFS];
             for (int i = 0; i < DOFS; i++) {
-                double beyond = 4.0 / 27.0 * fabs(rate[i]) * fmin(duration, 1.0) + 1e-12;
-                assert_true(s.pose[i] <= fmax(from[i], to[i]) + beyond && s.pose[i] >= fmin(from[i], to[i]) - beyond);
+                v[i] = (s.pose[i] - last[i]) / dt_s, a[i] = (s.pose[i] - 2 * last[i] + before[i]) / (dt_s * dt_s);
+                jerk[i] = a[i] - accel_before[i], accel_before[i] = a[i];
             }
+            assert_true(s.phase == PHASE_NONE);
+            assert_below(weighed(v, arm_m), fmax(l.rate_mps, v0 + 4.0 / 27.0 * a0 * brake_s) * (1 + 1e-9) + 1e-9);
+            assert_below(weighed(a, arm_m), most * (1 + 1e-6) + 1e-6);
+            /* no step: at most the polynomials' third derivative times a cycle, and the last
+             * cycle's share of it */
+            double travel_s = r.mode == REFERENCE_MOVE ? r.travel_s : l.duration_s;
+            double third = fmax(60 * 1.3 / pow(fmax(travel_s, 0.2), 3), (4 * a0 + 6 * v0 / fmax(brake_s, 0.25)) / fmax(brake_s, 0.25));
+            if (!s.done) assert_below(weighed(jerk, arm_m), 2.0 * third * dt_s + 1e-6);
+            memcpy(before, last, sizeof before);
+            memcpy(last, s.pose, sizeof last);
             done = s.done;
         }
-        assert_int_equal(cycles, (int)ceil(duration / dt_s - 1e-9));
-        assert_memory_equal(w.last, to, sizeof to);
-        for (int n = 0; n < 3; n++) watch(&w, reference_step(&r, &t, dt_s).pose);
-        assert_memory_equal(w.last, to, sizeof to);
-        assert_below(w.largest_acceleration, 1.001 * acceleration);
+        for (int i = 0; i < DOFS; i++) shift[i] = to[i] - from[i] - brake_s * (rate[i] / 2 + brake_s * accel[i] / 12);
+        double distance = weighed(shift, arm_m),
+               limited_s = fmax(15.0 / 8 * distance / l.rate_mps, sqrt(10 / sqrt(3.0) * distance / l.accel_mps2));
+        assert_int_equal(cycles, (int)ceil((brake_s + fmax(limited_s, l.duration_s - brake_s)) / dt_s - 1e-9));
+        assert_memory_equal(last, to, sizeof to);
+        for (int n = 0; n < 3; n++) assert_memory_equal(reference_step(&r, &t, dt_s).pose, to, sizeof to);
     }
 }
 
-static void a_long_move_does_not_carry_an_initial_rate_far(void **unused) {
+/* Told to go back at full speed: no further than it takes to brake. */
+static void a_move_that_is_turned_round_overshoots_by_its_brake_alone(void **unused) {
     (void)unused;
     struct test_params t = defaults().tests;
+    const double rate[DOFS] = {[DOF_Z] = -0.5}, rest[DOFS] = {0}, to[DOFS] = {[DOF_Z] = 0.45};
+    struct move_limits l = {600.0, 0.55, 1.1, 0.56};
     struct reference r;
-    double largest = 0.0;
-    reference_move(&r, (double[DOFS]){0}, (double[DOFS]){[DOF_Z] = 0.6}, (double[DOFS]){0}, 600.0);
+    double least = 0.0;
+    reference_move(&r, &(struct move_start){rest, rate, rest}, to, &l);
     for (bool done = false; !done;) {
         struct reference_sample s = reference_step(&r, &t, dt_s);
-        largest = fmax(largest, s.pose[DOF_Z]);
+        least = fmin(least, s.pose[DOF_Z]);
         done = s.done;
     }
-    assert_below(largest, 0.6 * 4 / 27 + 1e-12);
+    double brake_s = 1.5 * 0.5 / 1.1;
+    assert_close(least, -0.5 * brake_s / 2, 1e-6);
 }
 
 static void a_hold_holds(void **unused) {
@@ -499,8 +524,8 @@ int main(void) {
         cmocka_unit_test(durations_that_are_no_whole_cycles_are_rounded_to_one),
         cmocka_unit_test(a_test_of_no_axis_no_multisine_and_no_trajectory_stays_at_neutral),
         cmocka_unit_test(a_test_stopped_at_any_instant_ramps_out_smoothly),
-        cmocka_unit_test(a_move_goes_on_with_the_rate_it_finds_and_ends_at_rest),
-        cmocka_unit_test(a_long_move_does_not_carry_an_initial_rate_far),
+        cmocka_unit_test(a_move_from_any_motion_keeps_its_limits_and_ends_at_rest),
+        cmocka_unit_test(a_move_that_is_turned_round_overshoots_by_its_brake_alone),
         cmocka_unit_test(a_hold_holds),
         cmocka_unit_test(every_state_and_trigger_leads_where_the_matrix_says),
         cmocka_unit_test(a_stop_or_park_in_testing_is_a_row_that_ramps_out_and_no_other_row_does),

@@ -292,6 +292,48 @@ static void garbage_from_the_sensors_never_reaches_the_valves(void **unused) {
     plant_destroy(rig.plant);
 }
 
+/* Differences of the reference in driven cycles: rates and accelerations of z between them. */
+struct z_motion {
+    double last, rate, most_mps, most_mps2, most_step_mps2, accel;
+    int cycles;
+};
+
+static void watch_z(struct z_motion *m, const struct rig *rig) {
+    double dt_s = rig->params.loop.period_s, z = rig->now.ref[DOF_Z], rate = (z - m->last) / dt_s, accel = (rate - m->rate) / dt_s;
+    if (m->cycles == 0) rate = accel = 0.0;
+    m->most_mps = fmax(m->most_mps, fabs(rate)), m->most_mps2 = fmax(m->most_mps2, fabs(accel));
+    m->most_step_mps2 = fmax(m->most_step_mps2, fabs(accel - m->accel));
+    m->last = z, m->rate = rate, m->accel = accel, m->cycles++;
+}
+
+/* 0.46 m in a second: the move takes as long as its limits ask for. Then told to stop at any
+ * instant of it: it turns round without a step in rate or acceleration. */
+static void a_move_keeps_its_limits_whatever_duration_is_asked_for(void **unused) {
+    (void)unused;
+    struct params params = by_hand();
+    params.motion.park_z_m = 0.3, params.motion.engage_s = params.motion.park_s = 1.0;
+    for (int stop = 0; stop <= 800; stop += 100) {
+        struct rig rig;
+        struct z_motion m = {0};
+        double most_z = 0.0;
+        rig_init(&rig, &params);
+        rig_bring(&rig, STATE_ENGAGING, 0);
+        for (int n = 0; rig.now.state == STATE_ENGAGING || rig.now.state == STATE_PARKING; n++) {
+            watch_z(&m, &rig);
+            most_z = fmin(most_z, rig.now.ref[DOF_Z]);
+            rig_cycle(&rig, stop && n == stop ? COMMAND_STOP : COMMAND_NONE);
+            assert_true(n < 5000);
+        }
+        assert_int_equal(rig.now.faults, 0);
+        assert_below(m.most_mps, params.motion.rate_mps * (1 + 1e-9));
+        assert_below(m.most_mps2, params.motion.accel_mps2 * (1 + 1e-6));
+        /* the jerk of a brake of 0.25 s: 4 a0 / B + 6 v0 / B^2 */
+        assert_below(m.most_step_mps2, 8 * params.motion.accel_mps2 / 0.25 * params.loop.period_s);
+        assert_true(most_z >= -0.2);
+        plant_destroy(rig.plant);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(automatic_run_tests_every_axis_and_ends_put_down),
@@ -299,6 +341,7 @@ int main(void) {
         cmocka_unit_test(init_waits_for_the_sensors_and_then_gives_up),
         cmocka_unit_test(a_request_cannot_hide_a_fault_of_the_same_cycle),
         cmocka_unit_test(engage_starts_where_the_platform_is),
+        cmocka_unit_test(a_move_keeps_its_limits_whatever_duration_is_asked_for),
         cmocka_unit_test(after_a_fault_at_any_instant_it_can_be_engaged_again_and_put_down),
         cmocka_unit_test(park_at_any_instant_of_a_test_ramps_out_and_puts_down),
         cmocka_unit_test(stop_ends_the_test_and_start_takes_it_up_again),

@@ -27,6 +27,7 @@ static const struct check {
     {"payload", check_payload},
     {"loop", check_loop},
     {"feed-forward", check_feed_forward},
+    {"moves", check_moves},
     {"limits", check_limits},
     {"tests", check_tests},
     {"blind time", check_blind_time},

@@ -348,13 +348,18 @@ static void warn_of_missing_inputs(struct session *s) {
     if (!interlock_describe(&s->params.interlocks, wiring, sizeof wiring)) progress_say(&s->progress, "hexid: interlocks: %s\n", wiring);
 }
 
-/* SAFETY: what weakens the run's safety is said as `hexid doctor` says it: singular poses, in which the
- * legs do not hold the platform, and a loop that is hardly damped or whose numbers fit another machine. */
+/* SAFETY: what weakens the run's safety is said as `hexid doctor` says it: singular poses, in
+ * which the legs do not hold the platform, and a loop that is hardly damped or whose numbers fit
+ * another machine. */
 static void warn_of_machine(const struct session *s) {
     static const struct {
         const char *name;
         doctor_check *ask;
-    } checks[] = {{"workspace", check_workspace}, {"loop", check_loop}, {"feed-forward", check_feed_forward}, {"limits", check_limits}};
+    } checks[] = {{"workspace", check_workspace},
+                  {"loop", check_loop},
+                  {"feed-forward", check_feed_forward},
+                  {"limits", check_limits},
+                  {"moves", check_moves}};
     const struct doctor d = {.params = &s->params, .machine = on_bus(s)};
     for (size_t i = 0; i < sizeof checks / sizeof *checks; i++) {
         struct finding f = checks[i].ask(&d);
@@ -457,7 +462,8 @@ int cmd_run(int argc, char **argv) {
     } else if (!status) {
         warn_of_machine(s);
         warn_of_axes_alike(&s->params.tests);
-        /* SAFETY: a loop that is unstable shakes whoever stands on the platform; no key overrides this. */
+        /* SAFETY: a loop that is unstable shakes whoever stands on the platform; no key
+         * overrides this. */
         status = loop_check_run(&s->params, on_bus(s), &error);
         if (!status) status = open_all(s, &error);
         if (!status) status = run(s, &error);

@@ -79,7 +79,7 @@ double doctor_now_s(void); /* CLOCK_MONOTONIC */
 
 /* ---- doctor_machine.c: what is configured ---- */
 doctor_check check_configuration, check_machine, check_kinematics, check_workspace, check_strokes, check_cylinders, check_payload,
-    check_tests, check_blind_time, check_interlocks, check_loop, check_feed_forward;
+    check_tests, check_blind_time, check_interlocks, check_loop, check_feed_forward, check_moves;
 
 /* ---- doctor_limits.c: limits against what the machine can reach ---- */
 doctor_check check_limits;

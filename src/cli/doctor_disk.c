@@ -8,6 +8,8 @@
 #include <unistd.h>
 
 #include "doctor.h"
+
+#include "reference.h"
 #include "log.h"
 #include "messages.h"
 
@@ -26,7 +28,7 @@ double log_bytes_per_s(const struct params *params) {
 /* From engaged to put down, without what a trajectory takes longer. */
 static double run_s(const struct params *p) {
     const struct test_params *t = &p->tests;
-    return p->motion.engage_s + p->motion.hold_s + p->motion.park_s +
+    return reference_park_s(&p->motion, p->motion.engage_s) + p->motion.hold_s + reference_park_s(&p->motion, p->motion.park_s) +
            tests_count(t) * (t->settle_s + t->ramp_s + t->duration_s + t->ramp_out_s);
 }
 

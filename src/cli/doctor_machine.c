@@ -11,6 +11,7 @@
 #include "loop_check.h"
 #include "motion_check.h"
 #include "trajectory_file.h"
+#include "reference.h"
 #include "units.h"
 #include "workspace.h"
 
@@ -175,12 +176,13 @@ struct finding check_loop(const struct doctor *d) {
     return f;
 }
 
-/* A bound of the legs' speed in the moves (twice the mean bounds the peak) and in sinusoidal tests. */
+/* A bound of the legs' speed in the moves and in sinusoidal tests. */
 static double fastest_mps(const struct params *p) {
     const struct test_params *t = &p->tests;
     struct kinematics k;
     kinematics_place(&k, p);
-    double move_mps = 2.0 * p->motion.park_z_m / fmin(p->motion.engage_s, p->motion.park_s), most_mps = 0.0, sum_mps = 0.0;
+    double asked_mps = 2.0 * p->motion.park_z_m / fmin(p->motion.engage_s, p->motion.park_s);
+    double move_mps = fmin(asked_mps, p->motion.rate_mps), most_mps = 0.0, sum_mps = 0.0;
     for (int i = 0; i < t->count && !t->trajectory[0]; i++) {
         enum dof axis = t->order[i];
         double mps = 2.0 * PI * t->hz[axis] * t->amplitude[axis] * (axis < DOF_PHI ? 1.0 : k.arm_m);
@@ -209,5 +211,19 @@ struct finding check_feed_forward(const struct doctor *d) {
                  off_m * 1e3, p->limits.following_m * 1e3);
     }
     f.data = json_pack("{sf sf sf sf}", "kff_s_per_m", kff, "suits_s_per_m", c.kff_suits, "out_mps", c.out_mps, "in_mps", c.in_mps);
+    return f;
+}
+
+/* A move takes as long as the limits ask for, whatever is asked for. */
+struct finding check_moves(const struct doctor *d) {
+    if (!doctor_drives(d)) return finding_none();
+    const struct motion_params *m = &d->params->motion;
+    double engage_s = reference_park_s(m, m->engage_s), park_s = reference_park_s(m, m->park_s);
+    bool longer = engage_s > m->engage_s || park_s > m->park_s;
+    struct finding f = finding(longer ? LEVEL_WARN : LEVEL_OK,
+                               "give motion.engage_s and park_s the time that they take, or raise motion.rate_mps and accel_mps2",
+                               "%g m up in %.3g s, down in %.3g s, at most %g m/s and %g m/s^2%s", m->park_z_m, engage_s, park_s,
+                               m->rate_mps, m->accel_mps2, longer ? ": longer than motion.engage_s or park_s asks for" : "");
+    f.data = json_pack("{sf sf}", "engage_s", engage_s, "park_s", park_s);
     return f;
 }

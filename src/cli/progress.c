@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "printable.h"
+#include "reference.h"
 #include "supervisor.h"
 
 enum { BAR = 32, SAID_MAX = 1200 };
@@ -100,8 +101,8 @@ static double done(const struct progress *p, const struct cycle *c) {
     const struct test_params *t = &p->params->tests;
     double state_s = (double)p->state_cycles * p->params->loop.period_s;
     switch (c->state) {
-    case STATE_ENGAGING: return state_s / p->params->motion.engage_s;
-    case STATE_PARKING: return state_s / p->params->motion.park_s;
+    case STATE_ENGAGING: return state_s / reference_park_s(&p->params->motion, p->params->motion.engage_s);
+    case STATE_PARKING: return state_s / reference_park_s(&p->params->motion, p->params->motion.park_s);
     case STATE_READY: return state_s / p->params->motion.hold_s;
     case STATE_TESTING: return (c->test_time_s + t->settle_s) / (t->settle_s + t->ramp_s + t->duration_s + t->ramp_out_s);
     default: return 0.0;

@@ -258,14 +258,17 @@ static enum trigger automatic(struct platform *p) {
 }
 
 static void move_to(struct platform *p, double z_m, double duration_s) {
-    const double target[DOFS] = {[DOF_Z] = z_m};
-    reference_move(&p->reference, p->ref, p->ref_rate, target, duration_s);
+    const struct motion_params *m = &p->params->motion;
+    const struct move_start from = {.pose = p->ref, .rate = p->ref_rate, .accel = p->ref_accel};
+    const struct move_limits limits = {duration_s, m->rate_mps, m->accel_mps2, p->kinematics.arm_m};
+    reference_move(&p->reference, &from, (const double[DOFS]){[DOF_Z] = z_m}, &limits);
 }
 
 /* Bumpless: the reference starts where the platform is. */
 static void engage(struct platform *p) {
     memcpy(p->ref, p->pose, sizeof p->ref);
     memset(p->ref_rate, 0, sizeof p->ref_rate);
+    memset(p->ref_accel, 0, sizeof p->ref_accel);
     for (int i = 0; i < LEGS; i++) {
         pid_reset(&p->pid[i], p->length_m[i], p->force_n[i]);
         p->leg_ref_m[i] = p->still_low_m[i] = p->still_high_m[i] = p->length_m[i];
@@ -332,10 +335,16 @@ static void ended(struct platform *p, enum reference_mode was) {
     }
 }
 
-/* The reference of this cycle, and its rate. */
+/* The reference of this cycle, and its rate and acceleration: of the parabola through the last
+ * three, at the last. */
 static struct reference_sample refer(struct platform *p) {
-    struct reference_sample s = reference_step(&p->reference, &p->params->tests, p->params->loop.period_s);
-    for (int i = 0; i < DOFS; i++) p->ref_rate[i] = (s.pose[i] - p->ref[i]) / p->params->loop.period_s;
+    double dt_s = p->params->loop.period_s;
+    struct reference_sample s = reference_step(&p->reference, &p->params->tests, dt_s);
+    for (int i = 0; i < DOFS; i++) {
+        double between = (s.pose[i] - p->ref[i]) / dt_s, before = p->ref_rate[i] - p->ref_accel[i] * dt_s / 2.0;
+        p->ref_accel[i] = (between - before) / dt_s;
+        p->ref_rate[i] = between + p->ref_accel[i] * dt_s / 2.0;
+    }
     memcpy(p->ref, s.pose, sizeof p->ref);
     return s;
 }

@@ -37,7 +37,7 @@ struct platform {
     struct fault_measure measure; /* of supervisor.first_fault */
     int overruns;                /* deadlines missed in a row, at most loop.overrun_limit */
     /* the last reference and command */
-    double ref[DOFS], ref_rate[DOFS], leg_ref_m[LEGS];
+    double ref[DOFS], ref_rate[DOFS], ref_accel[DOFS], leg_ref_m[LEGS];
     struct hal_command command;  /* held while samples are bad */
     uint32_t inputs;             /* INPUT_..., as they were last read, */
     struct interlock_watch watch;

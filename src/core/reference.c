@@ -5,7 +5,8 @@
 
 #include "units.h"
 
-static const double brake_longest_s = 1.0;
+/* An acceleration dies away in no less, so that its rate of change stays bounded. */
+static const double brake_least_s = 0.25;
 
 static int64_t ticks_of(double seconds, double dt_s) { return llround(seconds / dt_s); }
 
@@ -23,11 +24,43 @@ void reference_hold(struct reference *r, const double pose[DOFS]) {
     *r = hold;
 }
 
-void reference_move(struct reference *r, const double from[DOFS], const double rate_from[DOFS], const double to[DOFS], double duration_s) {
-    struct reference move = {.mode = REFERENCE_MOVE, .dof = DOF_NONE, .duration_s = duration_s, .ticks = 1};
-    memcpy(move.from, from, sizeof move.from);
-    memcpy(move.rate_from, rate_from, sizeof move.rate_from);
+static double norm(const double v[DOFS], double arm_m) {
+    double square = 0.0;
+    for (int i = 0; i < DOFS; i++) square += v[i] * v[i] * (i < DOF_PHI ? 1.0 : arm_m * arm_m);
+    return sqrt(square);
+}
+
+static double brake_s(double rate_mps, double accel_mps2, double most_mps2) {
+    double a = accel_mps2, most = fmax(most_mps2, a);
+    if (rate_mps <= 0.0 && a <= 0.0) return 0.0;
+    return fmax(brake_least_s, 3.0 * rate_mps / (most - a + sqrt(most * most + most * a)));
+}
+
+double reference_travel_s(double distance_m, const struct move_limits *l) {
+    double limited_s = fmax(15.0 / 8.0 * distance_m / l->rate_mps, sqrt(10.0 / sqrt(3.0) * distance_m / l->accel_mps2));
+    return fmax(l->duration_s, limited_s);
+}
+
+double reference_park_s(const struct motion_params *m, double asked_s) {
+    return reference_travel_s(m->park_z_m, &(struct move_limits){asked_s, m->rate_mps, m->accel_mps2, 0.0});
+}
+
+void reference_move(struct reference *r, const struct move_start *from, const double to[DOFS], const struct move_limits *limits) {
+    struct reference move = {.mode = REFERENCE_MOVE, .dof = DOF_NONE, .ticks = 1};
+    struct move_limits rest = *limits;
+    double distance[DOFS];
+    memcpy(move.from, from->pose, sizeof move.from);
+    memcpy(move.rate_from, from->rate, sizeof move.rate_from);
+    memcpy(move.accel_from, from->accel, sizeof move.accel_from);
     memcpy(move.to, to, sizeof move.to);
+    double b = brake_s(norm(from->rate, limits->arm_m), norm(from->accel, limits->arm_m), limits->accel_mps2);
+    for (int i = 0; i < DOFS; i++) {
+        move.turn[i] = move.from[i] + b * (move.rate_from[i] / 2.0 + b * move.accel_from[i] / 12.0);
+        distance[i] = move.to[i] - move.turn[i];
+    }
+    rest.duration_s = fmax(limits->duration_s - b, 0.0);
+    move.brake_s = b;
+    move.travel_s = reference_travel_s(norm(distance, limits->arm_m), &rest);
     *r = move;
 }
 
@@ -41,15 +74,25 @@ void reference_stop(struct reference *r) {
     if (r->mode == REFERENCE_TEST && r->ticks < r->ramp_out_tick) r->ramp_out_tick = r->ticks;
 }
 
+static void brake(const struct reference *r, double q, double pose[DOFS]) {
+    double b = r->brake_s, of_rate_s = b * (q - q * q * q + q * q * q * q / 2.0);
+    double of_accel_s2 = b * b * q * q * (1.0 / 2.0 - 2.0 / 3.0 * q + q * q / 4.0);
+    for (int i = 0; i < DOFS; i++) pose[i] = r->from[i] + of_rate_s * r->rate_from[i] + of_accel_s2 * r->accel_from[i];
+}
+
+static void travel(const struct reference *r, double q, double pose[DOFS]) {
+    double share = q * q * q * (10.0 + q * (6.0 * q - 15.0));
+    for (int i = 0; i < DOFS; i++) pose[i] = r->turn[i] + share * (r->to[i] - r->turn[i]);
+}
+
 static void move_step(struct reference *r, double dt_s, struct reference_sample *s) {
-    double t = (double)r->ticks * dt_s, brake_s = fmin(r->duration_s, brake_longest_s);
-    double q = fmin(t / r->duration_s, 1.0), arrived = q * q * (3.0 - 2.0 * q);
-    double b = fmin(t / brake_s, 1.0), coasted_s = brake_s * b * (1.0 - b) * (1.0 - b);
-    for (int i = 0; i < DOFS; i++) s->pose[i] = r->from[i] + arrived * (r->to[i] - r->from[i]) + coasted_s * r->rate_from[i];
-    s->done = q >= 1.0;
-    if (!s->done) return;
-    memcpy(s->pose, r->to, sizeof s->pose); /* without the sum's rounding */
-    reference_hold(r, r->to);
+    double t = (double)r->ticks * dt_s, left_s = r->brake_s + r->travel_s - t;
+    s->done = left_s <= 1e-9 * dt_s;
+    if (s->done) {
+        memcpy(s->pose, r->to, sizeof s->pose); /* without the sum's rounding */
+        reference_hold(r, r->to);
+    } else if (t < r->brake_s) brake(r, t / r->brake_s, s->pose);
+    else travel(r, (t - r->brake_s) / r->travel_s, s->pose);
 }
 
 static double sinusoid(const struct test_params *t, enum dof dof, double time_s) {

@@ -28,6 +28,7 @@ static struct params replay_params(const struct params *model, const struct reco
     for (int i = p.tests.count; i < DOFS; i++) p.tests.order[i] = DOF_NONE;
     p.motion.automatic = true;
     p.limits.following_m *= WIDER, p.limits.standstill_m *= WIDER, p.limits.force_n *= WIDER;
+    p.limits.oscillation_mps2 *= WIDER * WIDER; /* a candidate may shake: it is judged by its motion */
     p.sim.engine = ENGINE_CLOSED_FORM;
     p.interlocks = (struct interlock_params){0}; /* its supply is always on */
     return p;
@@ -36,7 +37,10 @@ static struct params replay_params(const struct params *model, const struct reco
 static int64_t longest(const struct params *p) {
     const struct test_params *t = &p->tests;
     double test_s = t->settle_s + t->ramp_s + t->duration_s + t->ramp_out_s;
-    return (int64_t)((p->motion.engage_s + p->motion.hold_s + p->motion.park_s + t->count * test_s) / p->loop.period_s) + SLACK_CYCLES;
+    return (int64_t)((reference_park_s(&p->motion, p->motion.engage_s) + p->motion.hold_s + reference_park_s(&p->motion, p->motion.park_s) +
+                      t->count * test_s) /
+                     p->loop.period_s) +
+           SLACK_CYCLES;
 }
 
 static int drive(struct plant *plant, struct platform *platform, const struct params *p, struct recording *out, struct error *error) {
