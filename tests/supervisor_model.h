@@ -48,6 +48,8 @@ struct model {
     bool good_before;            /* and nothing was doubtful about them */
     double good_m[LEGS];         /* the last about which nothing was, */
     int64_t good_cycle;          /* and their cycle, -1: none yet */
+    int64_t unsure_until;        /* a length that jumped was perhaps believed: the way back is
+                                  * perhaps a jump */
     double leg_ref_m[LEGS];      /* reference of the last cycle, */
     double low_m[LEGS], high_m[LEGS]; /* and where it was since the reading last changed */
     int sure_stop, sure_park, maybe_bad; /* bounds of the buckets */
@@ -68,7 +70,7 @@ struct model {
     char text[240];              /* and in words */
 };
 
-enum { GOOD_RUN = 50, INIT_BAD = 1000 };
+enum { GOOD_RUN = 50, INIT_BAD = 1000, UNSURE = 50 };
 
 static const uint32_t MODEL_PARKS = FAULT_PRESSURE_SENSOR;
 static const uint32_t MODEL_AT_ONCE = FAULT_MASTER | FAULT_EMERGENCY_STOP | FAULT_ENABLE | FAULT_DOOR | FAULT_ANTIVALENCE;
@@ -158,8 +160,9 @@ static inline void doubt_leg(struct model *m, const struct seen *s, int i, struc
     may(d, FAULT_FORCE, fabs(force_n) > l->force_n * (1 - 1e-9));
     bool next = s->in.time_ns - m->time_ns <= ns_from_seconds(1.01 * m->params->loop.period_s);
     must(d, FAULT_LEG_RATE, m->good_before && next && !(step_m <= most_m * 1.001));
+    if (m->cycles && !(step_m <= most_m * 0.999)) m->unsure_until = m->cycles + UNSURE;
     double since_m = fabs(length_m - m->good_m[i]), long_m = most_m * (double)(m->cycles - m->good_cycle);
-    may(d, FAULT_LEG_RATE, m->good_cycle >= 0 && !(since_m <= long_m * 0.999));
+    may(d, FAULT_LEG_RATE, m->good_cycle >= 0 && (!(since_m <= long_m * 0.999) || m->cycles < m->unsure_until));
     if (!model_powers(m->before.state)) return;
     double off_m = fabs(m->leg_ref_m[i] - length_m), range_m = m->high_m[i] - m->low_m[i];
     must(d, FAULT_FOLLOWING, !(off_m <= l->following_m + 1e-9));
