@@ -45,6 +45,7 @@ struct fake {
     sem_t asked, go;
     _Atomic int valve, first;   /* of leg 1 in the last function 23, and in the
                                  * first of this connection */
+    _Atomic int supply;         /* in the last function 23 */
     _Atomic int greeted;        /* claims */
     _Atomic int cycles;         /* functions 23 */
     _Atomic int foreign;        /* what it says that others wrote */
@@ -122,6 +123,7 @@ static void serve(struct fake *f, int fd) {
     while (receive_all(fd, request, 6) && receive_all(fd, request + 6, request[5])) {
         if (request[MBAP] == FUNCTION_EXCHANGE) {
             f->valve = (int16_t)get(request + VALUES + 2 * (MODBUS_VALVE - MODBUS_WRITE_FROM));
+            f->supply = get(request + VALUES + 2 * (MODBUS_SUPPLY - MODBUS_WRITE_FROM));
             f->cycles++;
             if (first) f->first = (int)f->valve;
             first = false;
@@ -225,6 +227,25 @@ static void a_command_that_safe_has_replaced_is_never_sent(void **unused) {
     session_release(&s);
     session_end(&s);
     assert_int_equal(told, 0);
+}
+
+/* A change of the supply output that safe() has replaced is never sent: only a loop that drives
+ * changes it. */
+static void a_change_of_the_supply_that_safe_has_replaced_is_never_sent(void **unused) {
+    (void)unused;
+    static const struct hal_command changed = {.supply = true};
+    struct session s = {0};
+    session_begin(&s);
+    session_hold(&s);
+    int before = s.device.supply;
+    s.hal->ops->write(s.hal, &changed);
+    s.hal->ops->safe(s.hal);
+    sem_post(&s.device.go);
+    sem_wait(&s.device.asked);
+    int told = s.device.supply;
+    session_release(&s);
+    session_end(&s);
+    assert_int_equal(told, before);
 }
 
 /* A command waits while the connection breaks, and the loop says no more. The first that the device
@@ -646,6 +667,7 @@ static void the_line_runs_at_the_rate_of_its_address(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_command_that_safe_has_replaced_is_never_sent),
+        cmocka_unit_test(a_change_of_the_supply_that_safe_has_replaced_is_never_sent),
         cmocka_unit_test(a_command_from_before_a_new_connection_is_never_sent),
         cmocka_unit_test(an_answer_to_another_command_is_refused),
         cmocka_unit_test(a_machine_with_another_master_is_refused),
