@@ -39,7 +39,9 @@ static int format_open(void **to, const char *path, struct error *error) {
     *to = NULL;
     return STATUS_OK;
 }
-static void format_cycle(void *to, int64_t utime_us, double time_s, const struct cycle *c) { (void)to, (void)utime_us, (void)time_s, (void)c; }
+static void format_cycle(void *to, int64_t utime_us, double time_s, const struct cycle *c) {
+    (void)to, (void)utime_us, (void)time_s, (void)c;
+}
 static void format_message(void *to, int64_t utime_us, const struct message *m) { (void)to, (void)utime_us, (void)m; }
 static int format_failed(const void *to) { return to != NULL; }
 static int format_close(void *to, struct error *error) { return (void)to, (void)error, STATUS_OK; }
