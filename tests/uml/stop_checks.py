@@ -8,6 +8,7 @@ HEXID, WORK = sys.argv[1:]
 URL = "udpm://239.255.76.67:7667?ttl=0"
 GROUP = ("239.255.76.67", 7667)
 SIGNAL_MS, MESSAGE_MS = 100, 20  # from the signal, from the message's arrival, to the first cycle that parks
+PACKET_MS = 4 if os.environ.get("CLOCK") == "virtual" else 20  # from a command over a socket: two cycles
 QUICK = [word for key in """sim.engine=closed_form motion.engage_s=1.6 motion.park_s=1.6 motion.hold_s=0.1 tests.settle_s=0.2 tests.ramp_s=0.3
     tests.duration_s=30 tests.ramp_out_s=0.2 sensors.enabled=false""".split() for word in ("--set", key)]
 SETTLED, TESTING, PARKING, FAULT = 1, 4, 5, 6
@@ -51,6 +52,8 @@ class Run:
 
     def __init__(self, *options, hal="sim:", log="run.lcm", wait=True, out=None):
         self.log = os.path.join(WORK, log)
+        if os.path.isfile(self.log):  # or it would be set aside, and said so to a terminal that may hang
+            os.unlink(self.log)
         self.output = open(os.path.join(WORK, "output"), "w+b")
         command = [HEXID, "run", "--hal", hal, *QUICK, "--set", "lcm.url=" + URL, "--set", "motion.automatic=true", "--log", self.log, *options]
         self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=out or self.output, stderr=out or self.output)
@@ -312,7 +315,7 @@ def packet(command, number=1, renew=0, version=1):
     return b"HEXC" + struct.pack(">HBBII", version, command, renew, number, 0)
 
 
-def parked_by_packet(run, limit_ms=MESSAGE_MS):
+def parked_by_packet(run, limit_ms=PACKET_MS):
     """By a client that tries again where its connection was closed to make room, as `hexid command` does."""
     since, tries = now_us(), 0
     while True:
@@ -399,7 +402,7 @@ def _():
             out.send(send)
         run.ended()
         took.append(run.parked_after_ms(since))
-        demand(-2 <= took[-1] <= MESSAGE_MS, "parked after", took[-1], "ms")
+        demand(-2 <= took[-1] <= PACKET_MS, "parked after", took[-1], "ms")
     return f"{max(took):.0f} ms"
 
 
