@@ -62,8 +62,11 @@ test-long: $(BUILD)/hexid $(BUILD)/tests/test_axis $(BUILD)/tests/test_oscillati
 test-rt: $(BUILD)/hexid $(VENV)/ready | deps-bench ## what is claimed about the wall clock: the field buses at a real 2 ms, latencies beside cyclictest; on a quiet machine
 	@BUILD=$(BUILD) VENV=$(VENV) CLOCK=real JOBS=1 tests/run $(addprefix tests/scenarios/,can.sh modbus.sh signals.sh stop.sh) $(wildcard tests/rt/*.sh)
 
-bench-rt: $(BUILD)/hexid $(COUNTS) | deps-rt ## hexid's wake-ups beside cyclictest's, in turns, idle and under stress-ng, on sim: and Modbus; the highest rate; instructions and stacks: 10 minutes on a quiet machine -> build/bench_rt.md
+bench-rt: $(BUILD)/hexid $(COUNTS) | deps-rt ## hexid's wake-ups beside cyclictest's, in turns, idle and under stress-ng, on sim: and Modbus; the highest rate, what each thread did, its stack: 10 minutes on a quiet machine -> build/bench_rt.md
 	@HEXID=$(BUILD)/hexid BUILD=$(BUILD) tests/rt/bench_rt.py -o $(BUILD)/bench_rt.md --csv $(BUILD)/bench_rt.csv
+
+bench-cycle: $(BUILD)/hexid $(BUILD)/tests/bench/cycle | deps-bench ## instructions of a cycle of the controller by state and fault: best, median, worst; 2 minutes
+	@tests/bench/cycle.sh $(BUILD)
 
 soak-rt: $(BUILD)/hexid $(COUNTS) | deps-rt ## an hour at real pace: memory, descriptors, page faults, log parts, latencies by quarters; SOAK_S=3600 -> build/soak_rt.md
 	@HEXID=$(BUILD)/hexid BUILD=$(BUILD) tests/rt/soak_rt.py --seconds $${SOAK_S:-3600} -o $(BUILD)/soak_rt.md
@@ -340,7 +343,7 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
 .PHONY: all always install deb has-display run test test-long test-rt asan tsan fuzz fuzz-run soak bench bench-paper bench-gap bench-coverage bench-friction bench-springs bench-methods bench-table5 rig check-rig format format-check docs pictures python-types spy clean help
-.PHONY: bench-check bench-rt soak-rt test-rt-kernel deps-rt deps-rt-kernel
+.PHONY: bench-check bench-cycle bench-rt soak-rt test-rt-kernel deps-rt deps-rt-kernel
 .PHONY: deps deps-run deps-test deps-deb deps-format deps-pictures deps-fuzz deps-bench deps-spy
 .SECONDARY:
 -include $(BUILD)/tests/soak_supervisor.d $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d) $(FUZZERS:=.d)
