@@ -22,7 +22,8 @@
 #include "ode_machine.h"
 #include "surroundings.h"
 
-static const double LEAST_BODY = 1e-8; /* kg, kg m^2: below, ODE finds inertias that are no positive definite matrix */
+/* kg, kg m^2. Below, ODE finds inertias that are no positive definite matrix. */
+static const double LEAST_BODY = 1e-8;
 
 /* A leg at an instant and what resists its motion. Forces act on the rod, away from
  * the base positive. */
@@ -279,7 +280,8 @@ static void truth(const struct engine *base, const struct hydraulics_state *s, s
 
 static void supply(struct engine *base, double share) { ((struct engine_ode *)base)->model.supply_share = share; }
 
-/* ODE asserts on a body without mass or inertia, which the closed form takes: a leg that weighs nothing. */
+/* ODE asserts on a body without mass or inertia, which the closed form takes: a leg that weighs
+ * nothing. */
 static int bodies_check(const struct params *params, struct error *error) {
     struct machine m;
     machine_init(&m, params);

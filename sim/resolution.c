@@ -4,13 +4,13 @@
 
 #include "vec.h"
 
-/* Stability of the explicit steps: a spring at rate^2 dt^2 < 4 (leapfrog; Runge-Kutta's is 8), a damper at
- * rate dt < 1 (velocities extrapolated by half a substep; 2.8), a chamber at 2.8. */
+/* Stability of the explicit steps: a spring at rate^2 dt^2 < 4 (leapfrog; Runge-Kutta's is 8), a
+ * damper at rate dt < 1 (velocities extrapolated by half a substep; 2.8), a chamber at 2.8. */
 static const double SPRING_MOST = 3.5, DAMPER_MOST = 0.9, LEAK_MOST = 2.5;
 enum { ITERATIONS = 60 };
 
-/* The largest eigenvalue of sum of[k] w[k] w[k]', by the power method: of[k] along the legs against the
- * platform's inertia. */
+/* The largest eigenvalue of sum of[k] w[k] w[k]', by the power method: of[k] along the legs against
+ * the platform's inertia. */
 static double fastest(const double of[LEGS], double w[LEGS][DOFS]) {
     double x[DOFS] = {1.0, 0.9, 0.8, 0.7, 0.6, 0.5}, value = 0.0;
     for (int n = 0; n < ITERATIONS; n++) {

@@ -1,6 +1,7 @@
-/* Every numeric key at the ends of its range: whatever a configuration may state, hexid works with it or
- * refuses it in words. Nothing aborts, and no number becomes NaN. Each case is a process of its own. With an
- * argument, "all", more values of each key, and all that doctor and a run look at before they move. */
+/* Every numeric key at the ends of its range: whatever a configuration may state, hexid works with
+ * it or refuses it in words. Nothing aborts, and no number becomes NaN. Each case is a process of
+ * its own. With an argument, "all", more values of each key, and all that doctor and a run look at
+ * before they move. */
 #include "platform_rig.h"
 
 #include <stdio.h>
@@ -74,7 +75,8 @@ static enum outcome try_setting(const char *const settings[], int count) {
     if (p.mechanism != MECHANISM_STEWART) return WORKS;
     enum outcome looked = all ? look(&p) : WORKS;
     if (looked != WORKS) return looked;
-    bool brief = p.tests.ramp_s + p.tests.ramp_out_s + p.tests.duration_s < 60.0; /* the check walks all of it */
+    /* the check walks all of it */
+    bool brief = p.tests.ramp_s + p.tests.ramp_out_s + p.tests.duration_s < 60.0;
     if (all && brief && motion_check_tests(&p, &trajectory, &error)) return said(&error) ? REFUSED : REFUSED_WITHOUT_WORDS;
     p.interlocks = (struct interlock_params){0};
     return drive(&p, &error);

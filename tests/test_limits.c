@@ -1,5 +1,6 @@
-/* Limits that protect: on every shipped machine each one trips at what that machine can do or its sensors can
- * say, and one that nothing reaches is said before a run, with a value that protects. */
+/* Limits that protect: on every shipped machine each one trips at what that machine can do or its
+ * sensors can say, and one that nothing reaches is said before a run, with a value that
+ * protects. */
 #include "platform_rig.h"
 
 #include <stdio.h>
@@ -20,8 +21,8 @@ static struct params load(const char *path, const char *const settings[], int co
 
 static const struct rig *rig_now;
 
-/* A reading of leg 2 just beyond a limit, by what the machine can do: a leg that runs against an end, a
- * chamber at supply pressure beside an empty one, a transducer that jumps. */
+/* A reading of leg 2 just beyond a limit, by what the machine can do: a leg that runs against an
+ * end, a chamber at supply pressure beside an empty one, a transducer that jumps. */
 static void beyond_longest(struct hal_sample *s, int n) { (void)n, s->length_m[1] = rig_now->params.limits.length_max_m[1] + 1e-5; }
 static void beyond_shortest(struct hal_sample *s, int n) { (void)n, s->length_m[1] = rig_now->params.limits.length_min_m[1] - 1e-5; }
 static void at_supply(struct hal_sample *s, int n) { (void)n, s->p1_pa[1] = rig_now->params.hydraulics.supply_pa, s->p2_pa[1] = 0.0; }
@@ -79,7 +80,8 @@ static void each_limit_trips_on_every_shipped_machine(void **unused) {
     }
 }
 
-/* What a leg itself does: its valve's cable is cut while it is to move, or its transducer freezes. */
+/* What a leg itself does: its valve's cable is cut while it is to move, or its transducer
+ * freezes. */
 static void a_leg_that_does_not_follow_or_move_trips_on_every_shipped_machine(void **unused) {
     (void)unused;
     static const char *const settings[] = {"motion.automatic=false", "sim.engine=closed_form", "motion.engage_s=5", "motion.park_s=5"};

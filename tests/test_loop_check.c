@@ -1,5 +1,5 @@
-/* The closed loop from the configuration alone against what the nonlinear machine does with it. With an
- * argument, "all", on both engines and at every fifth of a decade. */
+/* The closed loop from the configuration alone against what the nonlinear machine does with it.
+ * With an argument, "all", on both engines and at every fifth of a decade. */
 #include "support.h"
 
 #include <stdio.h>
@@ -28,7 +28,8 @@ static struct params load(const char *path, const char *setting) {
 
 enum { BLOCKS = 8, BLOCK_OF_BLOW = 2 };
 
-/* Leg rates of a platform that is held in a pose and gets a blow of 0.1 mm, rms of each half second. */
+/* Leg rates of a platform that is held in a pose and gets a blow of 0.1 mm, rms of each half
+ * second. */
 static void hold(const struct params *p, const double pose[DOFS], double rms_mps[BLOCKS]) {
     static const double blow[LEGS] = {1e-4, -0.5e-4, 0.3e-4, -0.8e-4, 0.6e-4, -1e-4};
     struct error error;
@@ -65,7 +66,8 @@ static void hold(const struct params *p, const double pose[DOFS], double rms_mps
     for (int i = 0; i < BLOCKS; i++) rms_mps[i] = sqrt(rms_mps[i]);
 }
 
-/* Two seconds after the blow it moves at more than 1 mm/s: as much as at first, or at its own limits. */
+/* Two seconds after the blow it moves at more than 1 mm/s: as much as at first, or at its own
+ * limits. */
 static bool shakes(const struct params *p, const double pose[DOFS]) {
     double rms_mps[BLOCKS];
     hold(p, pose, rms_mps);
@@ -98,7 +100,8 @@ static double *gain(struct params *p, int i) {
     return gains[i];
 }
 
-/* Sets a gain to so many decades of the shipped one; kd, which is 0 there, to so many of 0.01 s/m. */
+/* Sets a gain to so many decades of the shipped one; kd, which is 0 there, to so many of 0.01
+ * s/m. */
 static bool set_gain(struct params *p, int i, double decades) {
     bool kd = i == 2;
     if (kd && decades > 2.01) return false;
@@ -106,8 +109,8 @@ static bool set_gain(struct params *p, int i, double decades) {
     return true;
 }
 
-/* From a tenth to a thousand times the shipped gain, kd from 0.001 to 1 s/m: what is refused shakes, and what
- * is not refused holds the platform. What is proposed instead holds it. */
+/* From a tenth to a thousand times the shipped gain, kd from 0.001 to 1 s/m: what is refused
+ * shakes, and what is not refused holds the platform. What is proposed instead holds it. */
 static void just_the_gains_that_shake_the_machine_are_refused(void **unused) {
     (void)unused;
     int table[2][2] = {{0}};
@@ -252,8 +255,8 @@ static void follow(const char *remedy, struct params *p) {
     if (config_override(p, "test", &one, 1, &error)) fail_msg("%s: %s", remedy, error.text);
 }
 
-/* Whoever sets what doctor proposes, and asks again, comes to a loop that nothing is said of, and that
- * holds the platform. */
+/* Whoever sets what doctor proposes, and asks again, comes to a loop that nothing is said of, and
+ * that holds the platform. */
 static void whoever_follows_the_proposals_gets_through(void **unused) {
     (void)unused;
     struct params p = four_tonnes();

@@ -186,8 +186,8 @@ static void far_too_old(struct hal_sample *s, int cycle) { (void)cycle, s->age_n
 static void in_vain(struct hal_sample *s, int leg) { s->p2_pa[leg] = -3e5; }
 static void too_short(struct hal_sample *s, int leg) { s->length_m[leg] = 1.4; }
 
-/* With the value that it had in the first cycle of the bad ones or the last, the limit and its key; in
- * units that people read. */
+/* With the value that it had in the first cycle of the bad ones or the last, the limit and its key;
+ * in units that people read. */
 static void a_fault_says_value_limit_and_key(void **unused) {
     (void)unused;
     static const struct {
@@ -222,8 +222,8 @@ static void a_fault_says_value_limit_and_key(void **unused) {
     plant_destroy(rig.plant);
 }
 
-/* The faults of control, made by the machine itself: a valve whose cable is cut, and a transducer that
- * is frozen. */
+/* The faults of control, made by the machine itself: a valve whose cable is cut, and a transducer
+ * that is frozen. */
 static void a_leg_that_does_not_follow_says_how_far_it_is_off(void **unused) {
     (void)unused;
     struct params params = by_hand();

@@ -15,8 +15,9 @@ static const double RATE_MOST = 2.0;       /* of a leg's speed at full opening *
 static const double FOLLOWING_MOST = 0.1;  /* of a stroke */
 static const double PRESSURE_MOST = 2.5;   /* of the supply: a chamber's peaks are below */
 static const double PRESSURE_LEAST_PA = -1.01325e5; /* gauge: no pressure is below vacuum, */
-static const double PRESSURE_SPAN = 0.5;   /* and a sensor that says more than so much of the supply below it lies */
-static const double STEPS_LEAST = 5.0;     /* of a transducer: a limit of fewer trips on what the transducer rounds */
+static const double PRESSURE_SPAN = 0.5;   /* and a sensor lies that is this share of the
+                                            * supply below it */
+static const double STEPS_LEAST = 5.0;     /* of a transducer: a smaller limit trips on rounding */
 
 /* What is said, one line for each limit; the remedies together. */
 struct saying {

@@ -12,7 +12,7 @@
 /* Damping ratios of what is proposed: first that of the shipped machines. */
 static const struct wanted {
     double neutral, away;
-} wanted[] = {{0.1, 0.03}, {0.07, 0.03}, {0.03, -1.0}}; /* the last: stable at neutral, whatever it is elsewhere */
+} wanted[] = {{0.1, 0.03}, {0.07, 0.03}, {0.03, -1.0}}; /* the last: at neutral only */
 enum { WANTED = sizeof wanted / sizeof *wanted };
 static const double TRIED = 0.8;           /* of the way to the nearest end of a stroke */
 static const double SEARCH = 10.0;         /* m, rad: further than any stroke goes */
@@ -106,8 +106,9 @@ static bool suits(const struct places *all, const struct params *p, const struct
     return all->count == 1 || damping_of(&away) >= w->away;
 }
 
-/* The change of one gain, nearest to its value, that suits. Returns by how many steps of its logarithm,
- * those upwards counted double: a gain is raised where lowering would take much more. 0: none. */
+/* The change of one gain, nearest to its value, that suits. Returns by how many steps of its
+ * logarithm, those upwards counted double: a gain is raised where lowering would take much more. 0:
+ * none. */
 static int find_change(const struct places *all, const struct params *p, int gain, const struct wanted *w, double *value, double *damping) {
     struct params tried = *p;
     double now = *gain_of(&tried.control, gain);
@@ -199,9 +200,9 @@ void loop_check_describe(const struct loop_check *c, char found[LOOP_TEXT_SIZE],
         snprintf(remedy, LOOP_TEXT_SIZE, "set %s to %s (now %s): the damping at neutral is then %.2g", c->key,
                  number_shortest(c->suits, suits), number_shortest(c->now, now), c->damping);
     else
-        snprintf(
-            remedy, LOOP_TEXT_SIZE,
-            "no single gain puts it right: compare payload, actuator and hydraulics with the machine, then lower control.kp, ki, kd and kpf");
+        snprintf(remedy, LOOP_TEXT_SIZE,
+                 "no single gain puts it right: compare payload, actuator and hydraulics with the machine, "
+                 "then lower control.kp, ki, kd and kpf");
 }
 
 int loop_check_run(const struct params *params, bool bus, struct error *error) {

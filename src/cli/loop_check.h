@@ -22,10 +22,12 @@ struct loop_check {
     enum loop_state state;
     struct loop_worst neutral, away;       /* away: the least damping of all poses, */
     double away_pose[DOFS];                /* and where */
-    const char *key;                       /* "control.kpf", the gain that alone puts it right; NULL: none does */
-    double now, suits, damping;            /* its value, one that suits, and the damping at neutral with it */
-    double kff_suits, out_mps, in_mps;     /* of the mean leg at neutral: the feed-forward that suits its
-                                            * valve, and speeds at full opening */
+    const char *key;                       /* the gain that alone puts it right, as "control.kpf";
+                                            * NULL: none does */
+    double now, suits, damping;            /* its value, one that suits, and the damping at neutral
+                                            * with it */
+    double kff_suits, out_mps, in_mps;     /* of the mean leg at neutral: the feed-forward that
+                                            * suits its valve, and speeds at full opening */
 };
 
 /* bus: the machine is behind a field bus, where a command is in force one cycle later. */
@@ -35,8 +37,8 @@ struct loop_check loop_check(const struct params *params, bool bus);
 enum { LOOP_TEXT_SIZE = 300 };
 void loop_check_describe(const struct loop_check *c, char found[LOOP_TEXT_SIZE], char remedy[LOOP_TEXT_SIZE]);
 
-/* -2 where the loop is unstable at neutral, with the mode, its frequency and damping, the key to change
- * and a value that suits. */
+/* -2 where the loop is unstable at neutral, with the mode, its frequency and damping, the key to
+ * change and a value that suits. */
 int loop_check_run(const struct params *params, bool bus, struct error *error);
 
 #endif

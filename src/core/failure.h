@@ -46,8 +46,8 @@ uint32_t failure_mask(enum reaction reaction);
 enum { FAULT_TEXT_SIZE = 64 };
 void fault_describe(uint32_t first_fault, uint32_t faults, char text[FAULT_TEXT_SIZE]);
 
-/* What was measured of it: "12.4 mm, limit 10 mm (limits.following_m)"; "" where nothing was. Returns
- * text. */
+/* What was measured of it: "12.4 mm, limit 10 mm (limits.following_m)"; "" where nothing was.
+ * Returns text. */
 enum { FAULT_MEASURE_SIZE = 104 };
 const char *fault_measured(uint32_t first_fault, const struct fault_measure *measure, char text[FAULT_MEASURE_SIZE]);
 

@@ -9,10 +9,9 @@
 #include "lin.h"
 #include "vec.h"
 
-static const double FAST_MPS = 1.0;      /* viscous friction is taken at this speed: smoothed dry friction
-                                          * is none */
-static const double REST_SHARE = 1e-3;   /* of full opening: a valve that hardly leaks rests there */
-
+static const double FAST_MPS = 1.0;      /* viscous friction is taken at this speed, where smoothed
+                                          * dry friction has no slope */
+static const double REST_SHARE = 1e-3;   /* of full opening: a valve without leakage */
 static const double RESTS_PER_S = 1e-3;
 
 /* One leg at rest: chambers that hold the force, and the opening that makes good the leakage. */
@@ -20,8 +19,8 @@ struct rest {
     double p1_pa, p2_pa, opening;
 };
 
-/* What flows into one chamber is what flows out of the other, through two edges of the same opening:
- * both drops are then in the ratio of the squares of the edges' gains. */
+/* What flows into one chamber is what flows out of the other, through two edges of the same
+ * opening: both drops are then in the ratio of the squares of the edges' gains. */
 static struct rest rest_of(const struct cylinder_leg *c, const struct mains *mains, double force_n) {
     double a = c->valve_gain[PORT_A], b = c->valve_gain[PORT_B], ratio = (b / a) * (b / a);
     struct rest r[2]; /* fed through port A, and through port B */
@@ -36,8 +35,8 @@ static struct rest rest_of(const struct cylinder_leg *c, const struct mains *mai
     return r[0].opening > 0.0 || r[1].opening >= 0.0 ? r[0] : r[1];
 }
 
-/* Flow into each chamber and its slopes, by the opening and by the chamber's own pressure. A spool that
- * rests near its centre meets both pairs of edges in turn: the mean of both counts there. */
+/* Flow into each chamber and its slopes, by the opening and by the chamber's own pressure. A spool
+ * that rests near its centre meets both pairs of edges in turn: the mean of both counts there. */
 static void edges(const struct cylinder_leg *c, const struct mains *mains, const struct rest *r, double open[PORTS], double by_pa[PORTS]) {
     double ps = mains->supply_pa, pt = mains->tank_pa;
     const double fed[PORTS] = {sqrt(fmax(ps - r->p1_pa, 0.0)), sqrt(fmax(r->p2_pa - pt, 0.0))};

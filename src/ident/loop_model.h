@@ -1,7 +1,8 @@
-/* The closed loop that a configuration describes, effects included, linearised about a pose in which
- * the platform is held: masses and weight, oil columns (their length changes with the stroke),
- * valves, leakage and viscous friction, delays, and the controller. Dry friction, dead band and lines
- * between valve and cylinder are left out. Poles as in loop_poles.h. Ordinary threads, no heap. */
+/* The closed loop that a configuration describes, effects included, linearised about a pose in
+ * which the platform is held: masses and weight, oil columns (their length changes with the
+ * stroke), valves, leakage and viscous friction, delays, and the controller. Dry friction, dead
+ * band and lines between valve and cylinder are left out. Poles as in loop_poles.h. Ordinary
+ * threads, no heap. */
 #ifndef HEXID_LOOP_MODEL_H
 #define HEXID_LOOP_MODEL_H
 

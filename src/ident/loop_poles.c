@@ -108,12 +108,13 @@ static struct delay delay_cycles(double delay_s, double dt_s) {
     return (struct delay){.whole = (int)whole, .part = fmax(cycles - whole, 0.0)};
 }
 
-/* Commands that are kept: those of the whole cycles, and one more that is still at work in the first
- * part of a cycle. */
+/* Commands that are kept: those of the whole cycles, and one more that is still at work in the
+ * first part of a cycle. */
 static int kept(struct delay d) { return d.whole + (d.part > 0.0); }
 
-/* The length that is read, and the command that is computed of it, as sums of the states at a sample. The
- * controller is pid.h without its limits, the reference at rest; fills its states' rows, too. */
+/* The length that is read, and the command that is computed of it, as sums of the states at a
+ * sample. The controller is pid.h without its limits, the reference at rest; fills its states'
+ * rows, too. */
 static void fill_controller(const struct cylinder_loop *c, const struct control_params *g, double dt_s, struct delay late,
                             struct cycle_map *m, double command[LOOP_POLES]) {
     double derive = dt_s / (g->tf + dt_s), low_pass = dt_s / (g->tp + dt_s), unit_n = UNIT_PA * c->a1_m2;

@@ -13,10 +13,10 @@
 struct loop_leg {
     struct oil_chamber chamber[2];       /* of these push, other, open and sag */
     double viscous;                      /* N s/m */
-    double feedback_cut;                 /* what the controller takes off kpf there (force.h), 0..1 */
+    double feedback_cut;                 /* what the controller takes off kpf (force.h), 0..1 */
     double spool_radps, spool_damping;   /* second order */
-    double command_delay_s, length_delay_s; /* of the command, from the sample that it was computed from
-                                             * on, and of the length's reading; whole and broken cycles */
+    double command_delay_s;              /* from the sample that the command was computed from, */
+    double length_delay_s;               /* and of the length's reading; any part of cycles */
 };
 
 /* One mode: how far the legs move in it, and the mass for the square of their motion. */
@@ -31,8 +31,8 @@ struct loop_pole {
                                           * sampling frequency */
 };
 
-/* The poles in the upper half plane. Longer delays count as LOOP_DELAY_MOST cycles. Returns how many
- * there are; 0: the loop is not finite. */
+/* The poles in the upper half plane. Longer delays count as LOOP_DELAY_MOST cycles. Returns how
+ * many there are; 0: the loop is not finite. */
 enum { LOOP_DELAY_MOST = 14, LOOP_POLES = 10 + 2 * (LOOP_DELAY_MOST + 1) };
 int loop_poles_all(const struct loop_leg leg[LEGS], const struct loop_shape *shape, const struct params *params,
                    struct loop_pole pole[LOOP_POLES]);
@@ -44,8 +44,8 @@ struct loop_mode {
     double hz, damping; /* of the lowest pair of poles that oscillates; NaN: there is none */
 };
 
-/* viscous: friction of each leg, N s/m. The spool is a critically damped lag of the delay found less
- * half a cycle. The mode must be determined. */
+/* viscous: friction of each leg, N s/m. The spool is a critically damped lag of the delay found
+ * less half a cycle. The mode must be determined. */
 struct loop_mode loop_poles(const struct oil_leg leg[LEGS], const struct oil_mode *mode, const double viscous[LEGS],
                             const struct params *params);
 

@@ -108,7 +108,8 @@ static void take_cycle(struct finder *f, const struct place *c) {
     if (f->known && repeats(c, &f->last) && !other) return;
     if (other) begin(f, c, f->config, f->part);
     else if (f->known && (!follows(c, &f->last) || elsewhere(f, c))) {
-        if (f->known == 2 && !follows(c, &f->last) && follows(c, &f->before)) f->strays++, f->last = *c; /* that was ahead */
+        /* the one before was ahead */
+        if (f->known == 2 && !follows(c, &f->last) && follows(c, &f->before)) f->strays++, f->last = *c;
         else {
             f->has_candidate = true, f->candidate = *c;
             f->candidate_config = f->config_at >= 0 ? f->config : config, f->candidate_part = f->part;

@@ -12,7 +12,8 @@
 #include <unistd.h>
 
 enum { SOURCE = 12, DESTINATION = 16, IPV4 = 0x0008 /* of __be16 */, LOCALHOST = 127, MULTICAST = 0xe0, CANNOT = 77 };
-#define DO(code_, dst, src, off_, imm_) ((struct bpf_insn){.code = (code_), .dst_reg = (dst), .src_reg = (src), .off = (off_), .imm = (imm_)})
+#define DO(code_, dst, src, off_, imm_) \
+    ((struct bpf_insn){.code = (code_), .dst_reg = (dst), .src_reg = (src), .off = (off_), .imm = (imm_)})
 
 static int give_up(const char *what) {
     perror(what);
