@@ -17,8 +17,8 @@
 
 static const double SINGULAR_NEAR = 0.25; /* of the way from neutral to the ends of the strokes */
 static const double GYRATION_LEAST = 0.05, GYRATION_MOST = 3.0; /* of the upper joints' distance */
-static const double FEED_FORWARD_MOST = 1.35; /* of the value that suits: the leg runs a third ahead */
-static const double FOLLOWING_SHARE = 0.7; /* of limits.following_m: no room is left for anything else */
+static const double FEED_FORWARD_MOST = 1.35; /* of the value that suits: a leg runs ahead */
+static const double FOLLOWING_SHARE = 0.7; /* of limits.following_m: the rest is for all else */
 static const double USELESS = 0.2; /* of a stroke beyond its end: left over from another machine */
 
 struct finding check_configuration(const struct doctor *d) { return finding(LEVEL_OK, "", "%s", d->config ? d->config : "built in"); }
@@ -162,7 +162,8 @@ struct finding check_interlocks(const struct doctor *d) {
                    "%s; one contact each: an input that is stuck closed is not seen", wiring);
 }
 
-/* SAFETY: a loop that is unstable shakes the platform from the first moment; `hexid run` refuses it. */
+/* SAFETY: a loop that is unstable shakes the platform from the first moment; `hexid run` refuses
+ * it. */
 struct finding check_loop(const struct doctor *d) {
     char found[LOOP_TEXT_SIZE], remedy[LOOP_TEXT_SIZE];
     if (!doctor_drives(d)) return finding_none();

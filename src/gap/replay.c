@@ -28,7 +28,8 @@ static struct params replay_params(const struct params *model, const struct reco
     for (int i = p.tests.count; i < DOFS; i++) p.tests.order[i] = DOF_NONE;
     p.motion.automatic = true;
     p.limits.following_m *= WIDER, p.limits.standstill_m *= WIDER, p.limits.force_n *= WIDER;
-    p.limits.oscillation_mps2 *= WIDER * WIDER; /* a candidate may shake: it is judged by its motion */
+    /* a candidate that shakes is judged by its motion */
+    p.limits.oscillation_mps2 *= WIDER * WIDER;
     p.sim.engine = ENGINE_CLOSED_FORM;
     p.interlocks = (struct interlock_params){0}; /* its supply is always on */
     return p;
