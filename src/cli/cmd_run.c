@@ -460,12 +460,12 @@ int cmd_run(int argc, char **argv) {
         status = output_text("-", text, &error);
         free(text);
     } else if (!status) {
-        warn_of_machine(s);
         warn_of_axes_alike(&s->params.tests);
         /* SAFETY: a loop that is unstable shakes whoever stands on the platform; no key
          * overrides this. */
         status = loop_check_run(&s->params, on_bus(s), &error);
         if (!status) status = open_all(s, &error);
+        if (!status) warn_of_machine(s);
         if (!status) status = run(s, &error);
     }
     return close_all(s, status, &error);

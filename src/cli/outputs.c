@@ -53,6 +53,7 @@ static bool same(const struct file *a, const struct file *b) {
     struct stat here, there;
     if (a->there != b->there) return false;
     if (a->there) return holds_data(a) && same_file(&a->state, &b->state);
+    if (!*a->last) return false; /* there can be no such file */
     return !strcmp(a->last, b->last) && !stat(a->folder, &here) && !stat(b->folder, &there) && same_file(&here, &there);
 }
 

@@ -14,10 +14,10 @@ claim "too few cycles: method C says so, and how many it takes" few
 one_axis() {
     quick --tests x "${long[@]}" --log "$work/x.lcm" >/dev/null
     ends 1 identify "$work/x.lcm" --json "$work/x.json"
-    says 'data +determine 6 of 21 entries' 'not determined: Mt22 .*Mt66' 'takes motion.* of y z phi theta psi' '^dry, extending +-' '^Izz .*not determined' &&
+    says 'data +determine [0-9]+ of 21 entries' 'not determined: Mt22 .*Mt66' 'takes motion.* of y z phi theta psi' '^dry, extending +-' '^Izz .*not determined' &&
         "$python" -c 'import json, sys
 c = json.load(open(sys.argv[1]))["method_c"]
-assert c["Mt"][5][5] is None and c["std"][5][5] is None and c["Mt"][0][4] is not None
+assert c["std"][5][5] is None and all(c["Mt"][i][i] is None for i in range(1, 6)) and None not in c["Mt"][0]
 assert c["dry_friction_n"]["extend"] == [None] * 6 and c["payload"]["value"]["inertia_zz_kg_m2"] is None, c' "$work/x.json"
 }
 claim "axes that no test moves: their entries are null and the motion that they need is named" one_axis
