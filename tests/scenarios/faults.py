@@ -15,7 +15,7 @@ import json, math, random, sys
 
 FAULTS = ("sensor_age", "sensor_invalid", "stroke", "leg_rate", "following_error", "force", "kinematics", "overrun", "io", "standstill",
           "second_master", "emergency_stop", "enable_switch", "door", "supply", "pressure_sensor")
-FAULTS = dict(enumerate(FAULTS)) | {23: "duplicate_node", 24: "input_contradiction"}
+FAULTS = dict(enumerate(FAULTS)) | {22: "oscillation", 23: "duplicate_node", 24: "input_contradiction"}
 OPEN = 128  # a sample flag: an interlock is open, as the supply's is until it is on
 PARKS = 1 << 15  # of first_fault: pressure_sensor
 DRIVEN = (2, 3, 4, 5)  # engaging, ready, testing, parking

@@ -45,7 +45,7 @@ frame loss 100 %|loss@5.91+100=100|5.91|sensor_age|10
 delay 4 ms|delay@5.91+100=0.004|5.91|flagged|1
 delay 20 ms|delay@5.91+100=0.02|5.91|sensor_age|5
 delay 4 ms, not told|lag@0.5+100=0.004|0.5|verdict|0
-delay 20 ms, not told|lag@5.91+100=0.02|5.91|verdict|0
+delay 20 ms, not told|lag@5.91+100=0.02|5.91|oscillation|1000
 time stamps 20 ms late|late@5.91+100=0.02|5.91|sensor_age|5
 duplicates, fresh time stamps|repeat@0.5+100|0.5|flagged|2
 reordering, fresh time stamps|reorder@0.5+100|0.5|flagged|2
