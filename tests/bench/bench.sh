@@ -81,9 +81,12 @@ for seconds in $lengths; do
     log=$work/$seconds.lcm
     "$hexid" run --hal sim: --fast --set sim.engine=closed_form --set tests.duration_s="$seconds" --set lcm.url= --log "$log" \
         >"$work/run" 2>&1 || { tail -n 3 "$work/run" >&2; fail "hexid run for identify ended with an error"; }
+    [ -s "$log" ] || fail "hexid run for identify left no log"
     for _ in 0 1 2 3; do
+        rm -f "$work/identify.json"
         "$bench" use "$hexid" identify "$log" --json "$work/identify.json" >"$work/used" 2>"$work/identify" ||
             { tail -n 3 "$work/identify" >&2; fail "hexid identify LOG ended with an error"; }
+        [ -s "$work/identify.json" ] || fail "hexid identify left no result"
         tail -n 1 "$work/used" >>"$work/use.$seconds"
     done
     tail -n +2 "$work/use.$seconds" >"$work/use"
