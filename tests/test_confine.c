@@ -7,6 +7,7 @@
 #include <linux/capability.h>
 #include <net/if.h>
 #include <pthread.h>
+#include <seccomp.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -32,6 +33,16 @@ static int listener;           /* of commands */
 static struct output to;
 static struct notify manager; /* opened before, as the daemon does */
 
+/* As network file systems answer to a flag. */
+static bool no_rename_flags;
+static int refuse_rename_flags(void) {
+    scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ALLOW);
+    int failed = seccomp_rule_add(filter, SCMP_ACT_ERRNO(EINVAL), SCMP_SYS(renameat2), 1, SCMP_A4(SCMP_CMP_NE, 0));
+    if (!failed) failed = seccomp_load(filter);
+    seccomp_release(filter);
+    return failed;
+}
+
 /* In a child that is confined; true when what it did was. */
 static bool in_child_with(bool (*does)(const char *path), bool reconnects, bool reopens_can) {
     pid_t child = fork();
@@ -39,6 +50,7 @@ static bool in_child_with(bool (*does)(const char *path), bool reconnects, bool 
     if (child == 0) {
         struct error error;
         if (output_prepare(&to, result, OUTPUT_RESULT, &error)) _exit(2);
+        if (no_rename_flags && refuse_rename_flags()) _exit(2);
         if (confine(&(struct confinement){.result = &to, .reconnects = reconnects, .reopens_can = reopens_can}, &error)) _exit(2);
         _exit(!does(to.beside));
     }
@@ -78,6 +90,7 @@ static bool no_other_file(const char *path) {
            denied(unlinkat(AT_FDCWD, to.path, 0)) && denied(renameat2(AT_FDCWD, copy, AT_FDCWD, to.path, to.rename_flags)) &&
            denied(renameat2(AT_FDCWD, to.path, AT_FDCWD, path, to.rename_flags)) &&
            denied(renameat2(AT_FDCWD, path, AT_FDCWD, to.path, RENAME_EXCHANGE)) && denied(linkat(AT_FDCWD, path, AT_FDCWD, other, 0)) &&
+           denied(linkat(AT_FDCWD, copy, AT_FDCWD, to.path, 0)) && denied(linkat(AT_FDCWD, to.path, AT_FDCWD, path, 0)) &&
            denied(mkdir(other, 0777)) && denied(chmod(other, 0777)) && denied(syscall(SYS_openat2, AT_FDCWD, path, NULL, 0)) &&
            denied(syscall(SYS_creat, other, 0666));
 }
@@ -217,6 +230,19 @@ static void what_the_daemon_needs_works(void **unused) {
     fclose(file);
 }
 
+static void a_result_is_written_where_a_rename_knows_no_flags(void **unused) {
+    (void)unused;
+    SKIP_SANITIZED();
+    struct stat s;
+    unlink(result);
+    no_rename_flags = true;
+    bool written = in_child(the_result_is_written, false);
+    no_rename_flags = false;
+    assert_true(written);
+    assert_int_equal(stat(result, &s), 0);
+    assert_int_equal(s.st_nlink, 1); /* the file beside is gone */
+}
+
 static void a_service_manager_is_told_through_the_socket_that_was_open(void **unused) {
     (void)unused;
     SKIP_SANITIZED();
@@ -302,6 +328,7 @@ int main(void) {
         cmocka_unit_test(what_is_denied_fails_and_kills_nobody),
         cmocka_unit_test(a_back_end_on_can_opens_its_socket_again_and_may_do_no_more_for_it),
         cmocka_unit_test(what_the_daemon_needs_works),
+        cmocka_unit_test(a_result_is_written_where_a_rename_knows_no_flags),
         cmocka_unit_test(a_service_manager_is_told_through_the_socket_that_was_open),
         cmocka_unit_test(commands_come_through_the_sockets_that_were_open),
         cmocka_unit_test(threads_that_run_are_confined_too),

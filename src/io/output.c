@@ -167,11 +167,12 @@ static int failed(struct output *o, int failure, struct error *error) {
                      o->before.st_ino ? "the earlier one is left" : "no part of it is left");
 }
 
-/* A file system without RENAME_NOREPLACE has links, which take no file's place either. */
+/* A file system without RENAME_NOREPLACE has links, which take no file's place either. As confine.h
+ * lets the confined daemon do it. */
 static int put(const struct output *o) {
     if (!syscall(SYS_renameat2, AT_FDCWD, o->beside, AT_FDCWD, o->path, o->rename_flags)) return 0;
     if (errno != EINVAL || !o->rename_flags) return errno;
-    return link(o->beside, o->path) || remove_beside(o) ? errno : 0;
+    return linkat(AT_FDCWD, o->beside, AT_FDCWD, o->path, 0) || remove_beside(o) ? errno : 0;
 }
 
 static int take_place(struct output *o, struct error *error) {

@@ -6,12 +6,13 @@
  *
  * Allowed, to all threads: to read and write what is open, to accept connections where a socket
  * listens already, to wait and to tell the time, memory that is not executable, signals to this
- * process, to end; to create the file beside the result, to rename it to the result and to remove
- * it (output.h), by the two paths that stand in memory which can no longer be written, unmapped or
- * replaced. Where a back-end makes its connection again: internet sockets that connect, reading
- * files (the resolver's), opening a serial device, and SCHED_FIFO for its thread; where it opens a
- * CAN socket again: that, and to ask for the interface's index and state. Denied is all else:
- * programs, new threads, other files, other sockets, other processes, mounts, users, modules.
+ * process, to end; to create the file beside the result, to rename or link it to the result and to
+ * remove it (output.h), by the two paths that stand in memory which can no longer be written,
+ * unmapped or replaced. Where a back-end makes its connection again: internet sockets that
+ * connect, reading files (the resolver's), opening a serial device, and SCHED_FIFO for its thread;
+ * where it opens a CAN socket again: that, and to ask for the interface's index and state. Denied
+ * is all else: programs, new threads, other files, other sockets, other processes, mounts, users,
+ * modules.
  *
  * Sanitizer builds have an allocator, threads and reports of their own that need more: there
  * nothing is denied. */
