@@ -116,6 +116,10 @@ int machine_lock(struct machine_lock *l, const char *url, struct error *error) {
     return status;
 }
 
+void machine_lock_answer(const struct machine_lock *l) {
+    for (int i = 0; i < l->count; i++) host_lock_answer(l->file[i]);
+}
+
 void machine_unlock(struct machine_lock *l) {
     for (int i = 0; i < l->count; i++) close(l->file[i]);
     l->count = 0;

@@ -16,6 +16,10 @@ struct machine_lock {
  * machine ("fault:...;") does not count, and a simulated machine has no lock. Names of hosts are
  * looked up. STATUS_UNSAFE: another process has it; STATUS_IO: there is no such line. */
 int machine_lock(struct machine_lock *l, const char *url, struct error *error);
+
+/* As host_lock_answer(), for all of them. */
+void machine_lock_answer(const struct machine_lock *l);
+
 void machine_unlock(struct machine_lock *l);
 
 #endif

@@ -213,6 +213,20 @@ static void who_does_not_say_who_he_is_is_a_stranger(void **unused) {
     finish(stranger);
 }
 
+/* As many as wait in a queue at most, by the C library and by the kernel. */
+static void a_lock_counts_however_often_it_is_asked_for(void **unused) {
+    (void)unused;
+    enum { QUEUE = 4096, BETWEEN = 64 };
+    struct machine_lock l, again;
+    assert_int_equal(machine_lock(&l, can(), &error), STATUS_OK);
+    for (int i = 0; i < QUEUE + 2 * BETWEEN; i++) {
+        int status = machine_lock(&again, can(), &error);
+        if (status != STATUS_UNSAFE) fail_msg("at the %dth time: %d", i, status);
+        if (i % BETWEEN == 0) machine_lock_answer(&l);
+    }
+    machine_unlock(&l);
+}
+
 /* ---- at once ---- */
 
 static void of_many_that_start_at_once_one_at_most_has_it(void **unused) {
@@ -252,6 +266,7 @@ int main(void) {
         cmocka_unit_test(roots_lock_is_seen_by_all_users),
         cmocka_unit_test(who_may_write_a_device_has_its_lock_and_nobody_else),
         cmocka_unit_test(who_does_not_say_who_he_is_is_a_stranger),
+        cmocka_unit_test(a_lock_counts_however_often_it_is_asked_for),
         cmocka_unit_test(of_many_that_start_at_once_one_at_most_has_it),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -271,6 +271,7 @@ static void wait_for_end(struct session *s) {
         take_signals(s);
         commands_serve(&s->commands, p + 1, monotonic_ns());
         watch_recorder(s);
+        machine_lock_answer(&s->lock);
     }
     commands_close(&s->commands);
 }

@@ -30,4 +30,9 @@ struct host_lock_key {
  * A stranger is named in doubt, whose status is STATUS_OK without one. */
 int host_lock(const char *url, const struct host_lock_key *key, struct error *doubt, struct error *error);
 
+/* SAFETY: now and then as long as it is held: lets go of those who have asked. In a queue that is
+ * full (net.core.somaxconn) nobody can see who holds the lock, and it no longer counts. Any thread;
+ * does not block. */
+void host_lock_answer(int lock);
+
 #endif
