@@ -239,7 +239,7 @@ $(BENCHES): $(BUILD)/version.o
 $(BUILD)/tests/bench/bench: LDLIBS += -Wl,--wrap=dWorldStep
 $(BUILD)/tests/test_% $(BUILD)/tests/soak_%: LDLIBS += -lcmocka
 $(BUILD)/tests/test_doctor: LDLIBS += -Wl,--wrap=bus_receive
-$(BUILD)/tests/test_can_link: LDLIBS += -Wl,--wrap=can_socket_open
+$(BUILD)/tests/test_can_link: LDLIBS += -Wl,--wrap=can_socket_open,--wrap=can_realtime_ns
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/libhexid.a
 	@echo link $@
 	$(Q)$(CC) $(SAN) -o $@ $^ $(LDLIBS)

@@ -83,14 +83,19 @@ static int64_t monotonic_ns(void) {
 static int flush(struct can *c, struct can_queue *q) { return can_socket_send(&c->socket, q->frame, q->count) == q->count ? 0 : -1; }
 
 /* Everything that has come, on CLOCK_MONOTONIC: the kernel stamps on CLOCK_REALTIME, which may
- * jump. Bounded, whoever babbles. */
+ * jump: a frame that was stamped before it was set back came now at the latest. Bounded, whoever
+ * babbles. */
 static int drain(struct can *c) {
     int64_t to_monotonic_ns = monotonic_ns() - can_realtime_ns();
     struct can_arrival come[CAN_BATCH];
     for (int batch = 0, got = CAN_BATCH; batch < DRAIN_MAX && got == CAN_BATCH; batch++) {
         got = can_socket_receive(&c->socket, come);
         if (got < 0) return -1;
-        for (int i = 0; i < got; i++) can_master_receive(&c->master, &come[i].frame, come[i].own, come[i].realtime_ns + to_monotonic_ns);
+        int64_t now_ns = monotonic_ns();
+        for (int i = 0; i < got; i++) {
+            int64_t came_ns = come[i].realtime_ns + to_monotonic_ns;
+            can_master_receive(&c->master, &come[i].frame, come[i].own, came_ns < now_ns ? came_ns : now_ns);
+        }
     }
     return 0;
 }

@@ -33,6 +33,14 @@ int __wrap_can_socket_open(struct can_socket *s, const char *interface, const st
     return s->fd >= 0 ? STATUS_OK : STATUS_IO;
 }
 
+int64_t __real_can_realtime_ns(void);
+int64_t __wrap_can_realtime_ns(void);
+
+static int64_t set_back_ns; /* the clock, since the kernel stamped what has come */
+
+/* Linked in place of can_realtime_ns for all but the stamps. */
+int64_t __wrap_can_realtime_ns(void) { return __real_can_realtime_ns() - set_back_ns; }
+
 enum { THEIRS, OURS };
 
 struct world {
@@ -342,6 +350,17 @@ static void error_passive_is_told_and_commands_go_on(void **state) {
     assert_string_equal(trouble(w, text), "bus error-passive");
 }
 
+static void a_clock_that_is_set_back_makes_no_twin(void **state) {
+    struct world *w = *state;
+    const struct can_frame beat = can_frame_heartbeat(4, CAN_OPERATIONAL);
+    for (int i = 0; i < 5; i++) cycle(w, 0.0);
+    give(w->daemon[OURS], &beat);
+    set_back_ns = 1000 * NS_PER_S;
+    assert_true(read_now(w, 0).time_ns <= device_now_ns());
+    set_back_ns = 0;
+    for (int i = 0; i < 10; i++) assert_int_equal(cycle(w, 0.0).flags & SAMPLE_TWIN, 0);
+}
+
 static void its_end_takes_the_nodes_out_of_operational(void **state) {
     enum { SIZE = 64 };
     struct world *w = *state;
@@ -403,6 +422,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(a_full_transmit_queue_fails_the_write_and_is_got_over, start, end),
         cmocka_unit_test_setup_teardown(bus_off_invalidates_samples_and_refuses_commands_until_the_bus_carries_again, start, end),
         cmocka_unit_test_setup_teardown(error_passive_is_told_and_commands_go_on, start, end),
+        cmocka_unit_test_setup_teardown(a_clock_that_is_set_back_makes_no_twin, start, end),
         cmocka_unit_test_setup_teardown(its_end_takes_the_nodes_out_of_operational, start, end),
         cmocka_unit_test(another_master_on_the_bus_is_not_disturbed_by_a_start),
         cmocka_unit_test(a_watchdog_longer_than_a_node_takes_is_refused),
