@@ -204,7 +204,7 @@ static uint32_t session_token(void) {
     return token ? token : 1;
 }
 
-/* The watch's thread: may wait. */
+/* Looks at the interface once. Called in the watch's thread, which may wait. */
 static void look(struct can *c) {
     struct can_socket again;
     int spent = atomic_exchange(&c->spent, -1);
@@ -255,7 +255,7 @@ static void end_watch(struct can *c) {
     sem_destroy(&c->look);
 }
 
-/* RT. The socket that the watch has made, in the place of the one whose interface is gone. */
+/* RT. Takes the socket that the watch has made and gives back the one whose interface is gone. */
 static void take_fresh(struct can *c) {
     int fresh = atomic_exchange(&c->fresh, -1);
     if (fresh < 0) return;

@@ -12,9 +12,9 @@
 enum { REPLY_MS = 50, START_MS = 200, ASK_MS = 500, TRIES = 3, MISSED_HEARTBEATS = 3, NS_PER_MS = 1000000 };
 /* a cycle; with heartbeat, three RPDOs and SYNC they are ten, what a controller's queue holds */
 enum { REQUESTS = 5 };
-/* A node's buckets. TWICE: in windows; one in which it came again counts as much as two in which
- * it did not take away, so that a bus that repeats every fourth frame does not fill it, and a twin
- * does in 50 windows. ODD: in heartbeats; a node's own ones fill three quarters of what drains. */
+/* Leaky buckets of a node. TWICE counts windows: one with a repeated TPDO adds two, one without
+ * takes one away, so a bus that repeats every fourth frame does not fill it, and a twin fills it
+ * in 50 windows. ODD counts heartbeats: a node's own ones add three quarters of what drains. */
 enum { TWICE_STEP = 2, TWICE_MAX = 100, ODD_MAX = 6 };
 static const double odd_heartbeat = 0.75, odd_frame = 1.0;
 #define PDO_OFF 0x80000000u
@@ -129,7 +129,7 @@ static bool setup_step(const struct can_master *m, int node, int number, struct 
     return false;
 }
 
-/* An answer may be late, but not by more than the tries. */
+/* Sends a request. Answers to earlier tries may come late, so up to TRIES answers are expected. */
 static void request(struct can_peer *p, const struct step *s, int node, struct can_queue *out) {
     can_queue_push(out, can_frame_sdo(node, &(struct can_sdo){s->kind, s->index, s->sub, s->size, s->value}));
     if (p->asked < TRIES) p->asked++;
@@ -145,7 +145,7 @@ void can_master_init(struct can_master *m, const struct params *params, uint32_t
 
 static int64_t beats_ns(const struct can_master *m, double beats) { return ns_from_seconds(beats * m->params->can.heartbeat_s); }
 
-/* A frame that one device would not have sent so soon. */
+/* Adds a frame that one device alone would not have sent so soon to its bucket. */
 static void odd(const struct can_master *m, struct can_peer *p, double beats, int64_t time_ns) {
     int64_t most_ns = time_ns + beats_ns(m, 2 * ODD_MAX);
     if (p->odd_ns < time_ns) p->odd_ns = time_ns;
@@ -308,7 +308,7 @@ static bool tpdo(struct can_master *m, struct can_peer *p, const struct can_fram
     return true;
 }
 
-/* A frame of this node. False: it is none that the node sends. */
+/* Handles a frame of this node. Returns false if the node sends no such frame. */
 static bool take(struct can_master *m, int node, unsigned function, const struct can_frame *f, int64_t time_ns) {
     struct can_peer *p = &m->peer[node - 1];
     enum can_state state;

@@ -144,11 +144,11 @@ bool can_master_claimed(const struct can_master *m);
 /* A node is not what is configured, or does not take its set-up: more time would change nothing. */
 bool can_master_misfit(const struct can_master *m);
 
-/* The first node, 1 to 7, that two devices answer for; 0: none. */
+/* Returns the first node, 1 to 7, for which two devices answer; 0 if there is none. */
 int can_master_twin(const struct can_master *m);
 
-/* The socket is another one: what was sent on the last is not waited for, and the controller is
- * anew. */
+/* Tells the master that the socket was replaced: it no longer waits for echoes of frames that the
+ * old one sent, and forgets the controller's error state. */
 void can_master_new_bus(struct can_master *m);
 
 /* Commands of six legs, the supply output, then SYNC: the sample's window opens with its echo.

@@ -34,11 +34,11 @@ enum { CAN_INTERFACE_SIZE = 16 }; /* bytes of an interface's name, the kernel's 
 
 enum can_link { CAN_LINK_UP, CAN_LINK_DOWN, CAN_LINK_GONE };
 
-/* Whether the interface with this name is still the one of that index, and up. GONE: there is none,
- * or another one. */
+/* Says whether the interface with this name is up and still has that index. GONE: there is none
+ * of this name, or it has another index. */
 enum can_link can_socket_link(const char *interface, int index);
 
-/* That in words, with the remedy; "" for UP. */
+/* Writes the state of the link in words, with the remedy; "" for UP. */
 void can_link_describe(enum can_link link, const char *interface, char *text, size_t size);
 
 enum { CAN_BATCH = 64 };

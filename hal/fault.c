@@ -327,7 +327,8 @@ static int fault_open(struct hal **hal, const char *address, const struct params
     return STATUS_OK;
 }
 
-/* Through the device's byte of inputs, some of whose bits are stuck. */
+/* Sends the inputs through the device's byte, some bits of which are stuck, and reads them
+ * back. */
 static void rewire(const struct wrapper *w, const struct fault *f, struct hal_sample *s) {
     uint32_t bits = f->kind->wire(interlock_bits(s->inputs), (uint32_t)fmax(0.0, fmin(f->value, 255.0)));
     struct interlock_reading read = interlock_read(&w->params->interlocks, bits);

@@ -24,7 +24,8 @@ static int add(struct machine_lock *l, const char *url, const struct host_lock_k
     return STATUS_OK;
 }
 
-/* The device's own number: symbolic links and other nodes of it are the same line. */
+/* Locks a serial line by its device number, which symbolic links and other nodes of the line
+ * share. */
 static int lock_serial(struct machine_lock *l, const char *url, const struct modbus_address_parts *p, struct error *error) {
     struct host_lock_key key;
     struct stat s;
@@ -35,8 +36,8 @@ static int lock_serial(struct machine_lock *l, const char *url, const struct mod
     return add(l, url, &key, error);
 }
 
-/* The kernel's name, which a second name (altname) stands for, and which an interface that is made
- * again has again. */
+/* Locks a CAN interface by the kernel's name for it: a second name (altname) stands for the same
+ * one, and an interface that is made again gets it again. */
 static int lock_can(struct machine_lock *l, const char *url, const char *interface, struct error *error) {
     struct host_lock_key key = {0};
     char name[IF_NAMESIZE];
@@ -46,8 +47,8 @@ static int lock_can(struct machine_lock *l, const char *url, const char *interfa
     return add(l, url, &key, error);
 }
 
-/* A datagram socket that is connected to an address of this host has that address itself; nothing
- * is sent. */
+/* Tells whether an address is one of this host: a datagram socket that is connected to such an
+ * address gets that address as its own. Nothing is sent. */
 static bool is_own(const struct sockaddr *to, socklen_t length) {
     struct sockaddr_storage own = {0};
     socklen_t size = sizeof own;
@@ -68,7 +69,8 @@ static bool is_loopback(const struct sockaddr *a) {
     return IN6_IS_ADDR_LOOPBACK(host) || IN6_IS_ADDR_UNSPECIFIED(host);
 }
 
-/* All addresses of this host are one; an IPv4 address inside an IPv6 one is that. */
+/* Writes the address that the lock is named after. All addresses of this host are written alike,
+ * and an IPv4 address inside an IPv6 one is written as IPv4. */
 static void address_text(const struct addrinfo *a, char text[INET6_ADDRSTRLEN + IF_NAMESIZE + 1]) {
     const struct sockaddr_in6 *six = (const struct sockaddr_in6 *)a->ai_addr;
     struct sockaddr_in four = {.sin_family = AF_INET};

@@ -75,20 +75,22 @@ static size_t rtu_size(const uint8_t *bytes, size_t size) {
 
 enum { FRAME_MIN = RTU_HEAD + 1 + RTU_TAIL, FRAME_MAX = RTU_HEAD + ADU_PDU_MAX + RTU_TAIL };
 
-/* Bytes of the request of a known function that begins here and is whole; 0: none. */
+/* Returns the size of the complete request of a known function that begins here; 0 if there is
+ * none. */
 static size_t whole_request(const uint8_t *bytes, size_t size) {
     size_t frame = rtu_size(bytes, size);
     return frame && frame <= FRAME_MAX && size >= frame && checked(bytes, frame) ? frame : 0;
 }
 
-/* These bytes can be the beginning of a request of a known function. */
+/* Tells whether these bytes can be the beginning of a request of a known function. */
 static bool may_grow(const uint8_t *bytes, size_t size) {
     if (size <= RTU_HEAD) return true;
     size_t frame = rtu_size(bytes, size);
     return fixed_size(bytes[RTU_HEAD]) && (!frame || (frame <= FRAME_MAX && size < frame));
 }
 
-/* Bytes before the first request that is whole; 0: there is none. */
+/* Returns how many bytes stand before the first complete request; 0 if there is no such
+ * request. */
 static size_t junk_before_request(const uint8_t *bytes, size_t size) {
     for (size_t i = 1; i + FRAME_MIN <= size; i++)
         if (whole_request(bytes + i, size - i)) return i;

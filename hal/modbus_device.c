@@ -76,7 +76,8 @@ static void drop(struct client *c) {
     c->fd = -1;
 }
 
-/* An adapter may hear itself: the last answer is no request, though it may look like one. */
+/* Tells whether these bytes are the device's last answer, which an adapter that hears itself
+ * returns and which may look like a request. */
 static bool is_echo(const struct modbus_device *d, const struct client *c) {
     return is_serial(d) && d->sent_size && c->filled >= d->sent_size && !memcmp(c->bytes, d->sent, d->sent_size);
 }

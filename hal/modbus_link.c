@@ -153,8 +153,8 @@ void modbus_link_close(struct modbus_link *link) {
     free(link);
 }
 
-/* Bytes that were there. Read and not flushed: tcflush() throws away, too, what is still to be
- * sent. */
+/* Discards what has been received and returns how many bytes it was. It reads them, because
+ * tcflush() would also discard bytes that are still to be sent. */
 static size_t drain(int fd) {
     enum { MOST = 4096 }; /* whoever babbles */
     uint8_t rest[ADU_SIZE];
@@ -167,8 +167,8 @@ static size_t drain(int fd) {
     return count;
 }
 
-/* Until a serial line has been silent, but not for as long as somebody babbles. Returns the bytes
- * that came meanwhile. */
+/* Waits until a serial line has been silent, but gives up after three tries if somebody goes on
+ * sending. Returns how many bytes came meanwhile. */
 static size_t await_silence(struct modbus_link *link) {
     enum { TRIES = 3 };
     size_t count = 0;
@@ -183,8 +183,8 @@ static size_t await_silence(struct modbus_link *link) {
     return count;
 }
 
-/* What has come since the last answer is none to the next request. SAFETY: and where that one had
- * been answered, it is the answer of a second device. */
+/* Discards what has come since the last request, which cannot answer the next one. SAFETY: and
+ * where that one had been answered, it is the answer of a second device. */
 static modbus_t *cleared(struct modbus_link *link) {
     link->unasked += await_silence(link) >= ANSWER_MIN && link->answered;
     link->begun_ns = monotonic_ns();
@@ -193,7 +193,7 @@ static modbus_t *cleared(struct modbus_link *link) {
 
 int64_t modbus_link_begun_ns(const struct modbus_link *link) { return link->begun_ns; }
 
-/* An exception is an answer, too. */
+/* Notes how a request ended. An exception counts as an answer, too. */
 static int ended(struct modbus_link *link, bool good) {
     int reason = errno;
     link->answered = good || (reason >= EMBXILFUN && reason <= EMBXGTAR);
@@ -215,8 +215,8 @@ int modbus_link_exchange(struct modbus_link *link, int write_address, int writes
     return ended(link, modbus_write_and_read_registers(cleared(link), write_address, writes, from, read_address, reads, to) == reads);
 }
 
-/* Whether what is sent comes back first, byte for byte, as from an adapter that hears itself: asks
- * for a register, and compares. */
+/* Tells whether the adapter hears itself: asks for a register and looks whether the request
+ * itself comes back first, byte for byte. */
 static bool echoes(struct modbus_link *link) {
     uint8_t sent[] = {0, 0x03, 0, 0, 0, 2}, heard[sizeof sent];
     size_t count = 0;

@@ -39,22 +39,22 @@ void modbus_link_close(struct modbus_link *link);
 /* Another time-out, from the next request on. */
 void modbus_link_set_timeout(struct modbus_link *link, double timeout_s);
 
-/* The silence that is kept on a serial line between the last byte and the next request, from the
- * next request on; modbus_silence_s() at first. */
+/* Sets the silence that is kept on a serial line between the last byte and the next request. It
+ * begins as modbus_silence_s(). */
 void modbus_link_set_silence(struct modbus_link *link, double silence_s);
 
-/* Each: 0, or -1 and errno. What was there before the request, late or broken, is thrown away. On a
- * serial line it first waits until there was silence. */
+/* These return 0, or -1 and errno. They discard what was received before the request, and on a
+ * serial line they first wait until there was silence. */
 int modbus_link_read(struct modbus_link *link, int address, int count, uint16_t *to);
 int modbus_link_write(struct modbus_link *link, int address, int count, const uint16_t *from);
 int modbus_link_exchange(struct modbus_link *link, int write_address, int writes, const uint16_t *from, int read_address, int reads,
                          uint16_t *to);
 
-/* When the last request began to be sent, after the silence; CLOCK_MONOTONIC. */
+/* Returns when the last request began to be sent, behind the silence; CLOCK_MONOTONIC. */
 int64_t modbus_link_begun_ns(const struct modbus_link *link);
 
-/* How often something as long as an answer stood there before a request although the one before had
- * been answered: two devices answer. */
+/* Counts the requests before which something as long as an answer had come although the previous
+ * one was answered already: a second device answers, too. */
 unsigned modbus_link_unasked(const struct modbus_link *link);
 
 /* Asks who it is, registers 0 and 1: STATUS_OK, with what is there in who; otherwise the reason,
@@ -70,9 +70,9 @@ bool modbus_link_gone(int error);
 bool modbus_link_busy(int error);
 bool modbus_link_value(int error);
 
-/* In words, with cause and remedy where it was the device that refused. EBADMSG is the caller's,
- * for an answer to another request, EBUSY for another master, ENOTUNIQ for an answer that nobody
- * asked for. */
+/* Describes errno in words, with cause and remedy if the device itself refused. Callers set
+ * EBADMSG for an answer to another request, EBUSY for another master and ENOTUNIQ for an answer
+ * that nobody asked for. */
 const char *modbus_link_reason(int error);
 
 #endif

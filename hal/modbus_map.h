@@ -79,21 +79,23 @@ struct modbus_reading {
 void modbus_put_reading(const struct params *p, const struct modbus_reading *r, uint16_t read[MODBUS_READ]);
 void modbus_get_reading(const struct params *p, const uint16_t read[MODBUS_READ], struct modbus_reading *r);
 
-/* Seconds between two frames on a serial line: 3.5 characters of 10 bits; the standard (Serial Line
- * V1.02, 2.5.1.1) recommends 1.75 ms above 19200 baud, and a strict device waits for that. */
+/* Silences between two frames on a serial line, s. The least is 3.5 characters of 10 bits; above
+ * 19200 baud the standard (Serial Line V1.02, 2.5.1.1) recommends 1.75 ms, and a strict device
+ * waits for that. */
 double modbus_silence_least_s(double baud);
 double modbus_silence_s(double baud);
 
-/* What a cycle takes on a serial line, against the loop's period: the bytes of both frames, of 10
- * bits each, and after each frame the silence that ends it: the least, and what is recommended. */
+/* Time that a cycle takes on a serial line, to compare with the loop's period: the bytes of both
+ * frames, of 10 bits each, and the silence that ends each frame, once the least and once the
+ * recommended one. */
 struct modbus_load {
     int request_bytes, response_bytes;
     double request_s, response_s, cycle_s, strict_cycle_s;
 };
 struct modbus_load modbus_load(double baud);
 
-/* The silence that the host keeps in this period: what is recommended, or the least where the
- * period has no room for that. */
+/* Returns the silence that the host keeps: the recommended one, or the least one if the period
+ * has no room for it. */
 double modbus_kept_silence_s(double baud, double period_s);
 
 #endif
