@@ -95,7 +95,7 @@ static bool parse_address(const char *text, struct sockaddr_in *group, int *ttl)
 
 /* ---- sending ---- */
 
-/* A route is there, at the start. */
+/* Tells whether there is a route to the group at the start. */
 static bool reachable(const struct sockaddr_in *group) {
     int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     bool is = fd >= 0 && !connect(fd, (const struct sockaddr *)group, sizeof *group);
@@ -105,9 +105,10 @@ static bool reachable(const struct sockaddr_in *group) {
     return is;
 }
 
-/* Not connected: a connected socket has its source address first and goes out by that address's
- * interface, whatever the route to the group says; who joined by the route would not hear it. It
- * keeps next to nothing of what anybody sends to it. */
+/* Opens the sending socket and leaves it unconnected: a connected one would have a source address
+ * and send by that address's interface, whatever the route to the group says, so that a receiver
+ * who joined by the route would not hear it. Its receive buffer is as small as can be, for
+ * nothing is read from it. */
 static bool open_sender(struct bus *b, int ttl) {
     unsigned char hops = (unsigned char)ttl, loop = 1;
     int least = 1;
@@ -226,8 +227,9 @@ static bool drop_others(int fd, const char *prefix) {
     return !setsockopt(fd, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program);
 }
 
-/* On the interface of the route, and on all others that have an address: which one a datagram of
- * this host comes by depends on its sender's address and socket, and the route may change. */
+/* Joins the group on the interface of the route and on all others that have an address: by which
+ * one a datagram of this host comes depends on its sender's address and socket, and the route may
+ * change. */
 static bool join(struct bus *b) {
     struct ip_mreqn membership = {.imr_multiaddr = b->group.sin_addr};
     struct if_nameindex *all = if_nameindex();

@@ -38,7 +38,8 @@ enum { BUS_RECEIVE_BUFFER = 1 << 21 };
 int bus_open(struct bus **bus, const char *url, struct error *error);
 void bus_close(struct bus *bus);
 
-/* An interface that is up, has an IPv4 address and leads to a network. */
+/* Finds an interface that is up, has an IPv4 address and leads to a network. Returns false if
+ * there is none. */
 bool bus_network(char name[BUS_INTERFACE_SIZE]);
 
 /* Shell commands that make a route for multicast: by a network's interface where this host has one,
@@ -46,7 +47,7 @@ bool bus_network(char name[BUS_INTERFACE_SIZE]);
  * to each other. */
 void bus_remedy(char *text, size_t size);
 
-/* Which way what is published goes: the kernel's route to the group. */
+/* The kernel's route to the group, by which messages are published. */
 struct bus_route {
     char group[16];      /* 239.255.76.67 */
     int port, ttl;       /* ttl 0: stays on this host */

@@ -21,11 +21,11 @@ struct command_client {
 int command_client_open(struct command_client *c, const struct machine *m, bool stop, int patience_ms);
 void command_client_close(struct command_client *c);
 
-/* 0, or -1: the connection has ended. */
+/* Sends a request. Returns 0, or -1 if the connection has ended. */
 int command_client_send(struct command_client *c, enum command command, bool renew);
 
-/* What came. LEFT: the daemon's last words (OUTCOME_ENDED) are in c->answer. LOST: the connection
- * ended without them. */
+/* Result of a wait. LEFT: the daemon has ended in good order, and c->answer has its last state
+ * (OUTCOME_ENDED). LOST: the connection ended without that. */
 enum command_news { NEWS_NONE, NEWS_ANSWER, NEWS_LEFT, NEWS_LOST };
 
 /* Waits at most so long for the answer to the last request, in c->answer then. With a mask: with

@@ -31,7 +31,7 @@ static bool give_to_group(const char *path) {
     return !is || !chmod(path, 0660);
 }
 
-/* Nobody can connect before it listens, and by then its mode is right. */
+/* Binds, sets the mode, then listens: nobody can connect before the mode is right. */
 static int listen_at(const struct machine *m, enum command_socket kind, int *listener, struct error *error) {
     struct sockaddr_un address;
     machine_address(m, kind == SOCKET_STOP, &address);
@@ -94,7 +94,7 @@ static int places_of(const struct command_place *place, uid_t user) {
     return count;
 }
 
-/* The connection that makes room: NULL where all are needed. */
+/* Returns the connection to close in order to make room; NULL if all are needed. */
 static struct command_place *least_needed(struct command_server *s, enum command_socket kind) {
     struct command_place *place = s->place[kind], *best = NULL;
     int most = 0;

@@ -21,13 +21,15 @@ enum {
     COMMAND_POLLS = COMMAND_SOCKETS * (1 + COMMAND_PLACES),
 };
 
-/* What is done with what came. A peer is one connection: a number from 1 on, never used twice. */
+/* Callbacks for what was received. A peer is one connection: a number from 1 on, never used
+ * twice. */
 struct command_handler {
     void *context;
     /* A request; may_move: it came over NAME, which the kernel opens to the group alone. */
     void (*take)(void *context, uint64_t peer, const struct command_request *request, bool may_move);
     void (*gone)(void *context, uint64_t peer);
-    /* Its connection is not closed to make room: it waits for an answer or holds a lease. */
+    /* Tells whether this peer waits for an answer or holds a lease; then its connection is not
+     * closed to make room. */
     bool (*needs)(void *context, uint64_t peer);
 };
 
@@ -48,11 +50,12 @@ struct command_server {
     const struct command_handler *handler;
 };
 
-/* Nothing is open: for close() before open(). */
+/* Marks everything as not open, so that close() may be called before open(). */
 void command_server_init(struct command_server *s);
 
-/* As machine_claim(), and both sockets: NAME.stop for everybody, NAME for its user and, where the
- * daemon may give it to that, group hexid. The handler must outlive it. */
+/* Calls machine_claim() and opens both sockets: NAME.stop for everybody, NAME for its user
+ * and, if the daemon may give it to that group, for group hexid. The handler must outlive the
+ * server. */
 int command_server_open(struct command_server *s, const char *name, const struct command_handler *handler, struct error *error);
 
 /* Descriptors to poll; those of free places are -1. */
@@ -62,11 +65,11 @@ void command_server_polls(const struct command_server *s, struct pollfd polls[CO
  * taken. */
 int command_server_serve(struct command_server *s, const struct pollfd polls[COMMAND_POLLS]);
 
-/* To a peer that is gone: nothing. */
+/* Sends an answer. Does nothing if the peer is gone. */
 void command_server_answer(struct command_server *s, uint64_t peer, const struct command_answer *answer);
 
-/* The last words to all who are connected or wait to be, then closed: who asks from now on finds
- * nobody. */
+/* Sends a last answer to all who are connected or wait to be, and closes the sockets, so that
+ * later clients find no daemon. */
 void command_server_close(struct command_server *s, const struct command_answer *last_words);
 
 #endif

@@ -43,7 +43,8 @@ static int take_slot(const struct host_lock_key *key, int *slot) {
     return -1;
 }
 
-/* False: nobody has the slot. Who does not say who he is has no group and the user (uid_t)-1. */
+/* Finds out who holds the slot; false if nobody does. A holder whose identity cannot be told gets
+ * no group and the user (uid_t)-1. */
 static bool ask_slot(const struct host_lock_key *key, int slot, struct holder *h) {
     struct sockaddr_un address;
     socklen_t length = slot_address(key, slot, &address), size = sizeof h->who, bytes = sizeof h->group;

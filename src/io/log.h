@@ -36,7 +36,7 @@ int log_write(struct log_writer *writer, int64_t utime_us, const char *channel, 
  * without memory: the file is closed, and the log goes on where it was. */
 int log_continue(struct log_writer *writer, int file, const char *path, struct error *error);
 
-/* That were taken since the log, or its last file, was begun. */
+/* Returns the bytes that were taken since the log, or its last file, was begun. */
 int64_t log_bytes(const struct log_writer *writer);
 
 /* Counts the events of this channel from now on. log_lost(): how many of them log_write() was given
@@ -53,7 +53,7 @@ int log_flush(struct log_writer *writer, struct error *error);
  * no regular one, or cannot be seen any more, only the flush counts. */
 int log_check(struct log_writer *writer, struct error *error);
 
-/* log_check(), and frees, also after a failure. */
+/* Calls log_check() and frees the writer, also after a failure. */
 int log_close(struct log_writer *writer, struct error *error);
 
 /* Bytes that an event takes in the file. */
@@ -75,7 +75,7 @@ int log_open(struct log_reader **reader, const char *path, struct error *error);
  * larger than it, up to 64 MiB, and only as their bytes arrive. */
 int log_next(struct log_reader *reader, struct log_event *event);
 
-/* The byte behind the event that was read last. */
+/* Returns the offset of the byte behind the event that was read last. */
 int64_t log_offset(const struct log_reader *reader);
 
 /* Reads the events that begin within these bytes of the file alone; begin is where one begins.

@@ -30,7 +30,7 @@ static bool shaped(const char *name, const char *shape) {
     return true;
 }
 
-/* Length of the number with its "_"; 0: none. */
+/* Returns the length of the number with its "_"; 0 if there is none. */
 static size_t number_length(const char *name, long *number) {
     size_t digits = strspn(name, "0123456789");
     bool has = digits && digits <= NUMBER_DIGITS && name[digits] == '_';

@@ -8,8 +8,8 @@
 #include "messages.h"
 #include "units.h"
 
-/* So many cycles that go back and forth, alone or in this share, are of two machines; fewer are
- * damage. */
+/* Numbers of cycles that go back and forth from which on, alone or as this share of all, the log
+ * has two machines in it. Fewer are damage. */
 enum { STRAYS_MOST = 64, STRAYS_LEAST = 3, STRAYS_SHARE = 20, CROSSINGS_LEAST = 2 };
 static const double CLOCKS_APART_S = 2.0; /* above any delay of a message */
 
@@ -61,7 +61,8 @@ static void begin(struct finder *f, const struct place *c, uint64_t config, int 
                                                       .part = part};
 }
 
-/* Over the end of the run before, by more than its own steps: that run goes on. */
+/* Tells whether the cycle jumps over the end of the previous run by more than its own steps,
+ * which means that the previous run goes on. */
 static bool crosses(const struct finder *f, const struct place *c) {
     if (!f->has_end || f->known < 2 || !follows(&f->end, &f->last) || !follows(c, &f->end)) return false;
     return c->seq - f->last.seq > 10 * (f->last.seq - f->before.seq);
@@ -76,18 +77,20 @@ static void add(struct finder *f, const struct place *c) {
     f->config_at = -1, f->part = 0;
 }
 
-/* The time of the loop and the log's clock have gone on alike. */
+/* Tells whether the loop's time and the log's clock have advanced by the same amount. */
 static bool same_clock(const struct place *c, const struct place *p) {
     double loop_s = ((double)c->time_ns - (double)p->time_ns) * 1e-9, log_s = ((double)c->utime_us - (double)p->utime_us) * 1e-6;
     return fabs(loop_s - log_s) < CLOCKS_APART_S;
 }
 
-/* Cycles are missing, and the loop's clock is another behind them: a run began unrecorded. */
+/* Tells whether cycles are missing and the loop's clock is another one afterwards: then a run
+ * began that was not recorded. */
 static bool elsewhere(const struct finder *f, const struct place *c) {
     return f->known == 2 && c->seq - f->last.seq > 10 * (f->last.seq - f->before.seq) && !same_clock(c, &f->last);
 }
 
-/* A run of its own where the next cycle follows the candidate, and not the cycle before it. */
+/* Decides what the candidate was: it began a run if the next cycle follows it and not the cycle
+ * before it. */
 static void decide(struct finder *f, const struct place *c) {
     bool ahead = follows(&f->candidate, &f->last);
     f->has_candidate = false;

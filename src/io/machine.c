@@ -49,7 +49,8 @@ static const char *chosen(void) {
     return path && *path ? path : NULL;
 }
 
-/* The user's own: as the session has it, else where systemd makes it. */
+/* Adds the user's own directory: the session's runtime directory, else the one that systemd
+ * makes. */
 static void add_own(struct places *p) {
     const char *session = getenv("XDG_RUNTIME_DIR");
     char usual[32];
@@ -87,7 +88,7 @@ void machine_places(char *text, size_t size) {
         used += (size_t)snprintf(text + used, size - used, "%s%s", used ? ", " : "", p.path[i]);
 }
 
-/* Owner of a directory that may be used. */
+/* Checks that a directory may be used and tells who owns it. */
 static int check_place(const char *path, uid_t *owner, struct error *error) {
     struct stat s;
     uid_t own = geteuid();
@@ -135,7 +136,8 @@ static int choose_place(char directory[MACHINE_DIRECTORY_SIZE], struct error *er
     return status;
 }
 
-/* A descriptor that holds the name, or -1 with errno: EWOULDBLOCK, EACCES: another's. */
+/* Returns a descriptor that holds the name's lock, or -1 with errno: EWOULDBLOCK or EACCES if
+ * another process has it. */
 static int lock_name(const struct machine *m) {
     char path[PATH_SIZE], process[24];
     struct stat s;
@@ -157,8 +159,8 @@ static int lock_name(const struct machine *m) {
     return file;
 }
 
-/* A socket there is stale: who has the name has the lock. Anything else is not hexid's to
- * delete. */
+/* Removes a socket that was left behind: this daemon holds the name's lock, so nobody serves it.
+ * Any other file is not hexid's to delete. */
 static int clear_address(const struct machine *m, bool stop, struct error *error) {
     struct sockaddr_un address;
     struct stat s;

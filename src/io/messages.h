@@ -60,7 +60,7 @@ bool gap_decode(const void *data, int size, struct gap_summary *summary);
  * the size. */
 int command_encode(enum command command, int64_t time_ns, unsigned char buffer[COMMAND_MESSAGE_MAX]);
 
-/* False for anything but stop and park. */
+/* Reads a command. Returns false for anything but stop and park. */
 bool command_decode(const void *data, int size, enum command *command);
 
 #endif

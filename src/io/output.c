@@ -56,7 +56,8 @@ int output_place(const char *name, char path[PATH_MAX], bool *in_place) {
     return errno == ENOENT ? 0 : -1;
 }
 
-/* A name that nothing else has, in the same directory: what is renamed stays in its file system. */
+/* Makes up a name that nothing else has, in the same directory, because a file can be renamed
+ * within its file system only. */
 static int name_beside(const char *path, char beside[PATH_MAX]) {
     size_t folder = folder_length(path);
     uint64_t number;
@@ -69,7 +70,7 @@ static int name_beside(const char *path, char beside[PATH_MAX]) {
 
 static void wait_ms(int ms) { clock_nanosleep(CLOCK_MONOTONIC, 0, &(struct timespec){.tv_nsec = ms * 1000000L}, NULL); }
 
-/* A FIFO has a reader, or gets one in time; nothing is waited for in open(). */
+/* Opens a file without blocking. A FIFO must have a reader, or get one in time. */
 static int open_in_place(const char *path, int flags) {
     int file = open(path, O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC | flags);
     struct stat s;
@@ -87,7 +88,8 @@ static int refuse_place(const char *name, int reason, struct error *error) {
     return error_set(error, STATUS_IO, "%.250s: cannot be written: %s", name, strerror(reason));
 }
 
-/* Another name of it is written as it is, behind what was printed. */
+/* Tells whether the file is standard output by another name: it is written through stdout then,
+ * behind what was printed. */
 static bool is_standard_output(const struct stat *s) {
     struct stat out;
     return !fstat(STDOUT_FILENO, &out) && out.st_dev == s->st_dev && out.st_ino == s->st_ino;
@@ -102,7 +104,7 @@ static int prepare_in_place(struct output *o, struct error *error) {
     return o->file < 0 ? refuse_place(o->name, errno, error) : STATUS_OK;
 }
 
-/* All of it, or errno. One who takes nothing for long is given up. */
+/* Writes all of it. Returns 0 or errno, also if the reader takes nothing for a long time. */
 static int write_all(int file, const char *data, size_t size) {
     while (size > 0) {
         ssize_t written = write(file, data, size);
@@ -120,10 +122,10 @@ static int refuse_recording(const struct output *o, const char *kind, struct err
     return error_set(error, STATUS_USAGE, "%.250s: is %s, which would be overwritten; name another file", o->name, kind);
 }
 
-/* As confine.h lets the confined daemon do it. */
+/* Removes the file beside by exactly the call that the confined daemon is allowed (confine.h). */
 static int remove_beside(const struct output *o) { return unlinkat(AT_FDCWD, o->beside, 0); }
 
-/* The file beside can be made: it is, for a moment. */
+/* Checks that the file beside can be created, by creating it for a moment. */
 static int try_beside(struct output *o, struct error *error) {
     bool there = o->before.st_ino != 0;
     int file = there && access(o->path, W_OK) ? -1 : open(o->beside, OUTPUT_FLAGS, 0600);
@@ -247,7 +249,8 @@ static bool is_at(int file, const char *path) {
     return !fstat(file, &here) && !stat(path, &there) && here.st_dev == there.st_dev && here.st_ino == there.st_ino;
 }
 
-/* Without replacing anything; a file system without RENAME_NOREPLACE has links. */
+/* Renames without replacing anything. Uses a hard link on a file system without
+ * RENAME_NOREPLACE. */
 static int move(const char *from, const char *to) {
     if (!syscall(SYS_renameat2, AT_FDCWD, from, AT_FDCWD, to, RENAME_NOREPLACE)) return 0;
     if (errno != EINVAL && errno != ENOSYS) return -1;
@@ -291,8 +294,8 @@ static bool lock(int file) {
     return true;
 }
 
-/* Who holds the lock on the file that has the name may move it away; a file that lost its name
- * meanwhile is another's, and it is tried again. */
+/* Opens and locks the log; the holder of the lock may set an earlier one aside. If the file has
+ * lost its name before it was locked, another process set it aside, and this one tries again. */
 static int open_log_file(const char *path, char aside[PATH_MAX], struct error *error) {
     struct stat s;
     for (;;) {

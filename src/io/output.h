@@ -39,12 +39,13 @@ struct output {
     char path_text[PATH_MAX], beside_text[PATH_MAX];
 };
 
-/* Can it be written there? Opens what is written in place; otherwise leaves everything as it is.
- * name NULL: there is nothing to write, and every call below does nothing. Waits up to 5 s for the
- * reader of a FIFO. -2: a recording is there. -3 with the reason and the remedy. */
+/* Checks that the output can be written; opens it only if it is written in place. With name NULL
+ * there is nothing to write, and every call below does nothing. Waits up to 5 s for the reader of
+ * a FIFO. Returns -2 if a recording is there, -3 with the reason and the remedy otherwise. */
 int output_prepare(struct output *o, const char *name, enum output_kind kind, struct error *error);
 
-/* Writes it and puts it in its place; once. -3, and what was there before is there still. */
+/* Writes the text and puts the file in its place; may be called once. On -3 the earlier file is
+ * untouched. */
 int output_write(struct output *o, const char *text, struct error *error);
 
 /* The same in two steps, for what is written piece by piece and never in place. NULL: -3.
@@ -53,10 +54,10 @@ int output_write(struct output *o, const char *text, struct error *error);
 FILE *output_open(struct output *o, struct error *error);
 int output_close(struct output *o, FILE *stream, int failure, struct error *error);
 
-/* Instead of writing. */
+/* Gives up a prepared output that is not to be written. */
 void output_discard(struct output *o);
 
-/* Prepares and writes. */
+/* Prepares an output and writes the text to it. */
 int output_text(const char *name, const char *text, struct error *error);
 
 /* Follows symbolic links of the last component to the place where a file is or would be; in_place:
