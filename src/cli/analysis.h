@@ -84,7 +84,7 @@ void analysis_print(struct analysis *a, const struct verdict *verdict, FILE *out
 /* identification_json of it: to be freed by the caller; NULL without memory. */
 char *analysis_json(const struct analysis *a, const struct verdict *verdict);
 
-/* The same to `to`, which was prepared. -3. */
+/* Writes the same as JSON to `to`, which was prepared. Returns -3 on failure. */
 int analysis_write_json(struct analysis *a, const struct verdict *verdict, struct output *to, struct error *error);
 
 #endif

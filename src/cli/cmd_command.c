@@ -17,7 +17,7 @@
 enum { ANSWER_MS = 1000, RENEWALS = 4 /* in the time of a lease */, LCM_TRIES = 3 };
 #define ALARM " THE PLATFORM MAY STILL MOVE: press the emergency stop"
 
-/* What was asked for on the command line. */
+/* The command line, read: which command, for which machine, by which ways. */
 struct asked {
     enum command command;
     const char *word; /* its name */
@@ -37,8 +37,8 @@ static int64_t now_ms(void) {
 
 /* ---- one machine ---- */
 
-/* A request and its answer. A connection that was closed to make room is made again; a renewal is
- * of its connection. */
+/* Sends a request and waits for its answer. Connects again if the daemon closed the connection to
+ * make room, but not for a renewal: a lease belongs to its connection. */
 static enum command_news ask(struct command_client *c, enum command command, bool renew) {
     int64_t end_ms = now_ms() + ANSWER_MS;
     for (int64_t left_ms = ANSWER_MS; left_ms > 0; left_ms = end_ms - now_ms()) {
@@ -55,8 +55,8 @@ static enum command_news ask(struct command_client *c, enum command command, boo
     return NEWS_NONE;
 }
 
-/* No answer came: the daemon has ended, in good order or not, or it hangs. `may_move`: the platform
- * did when it was last heard of, or that is not known. */
+/* Reports that no answer came: the daemon has ended, in good order or not, or it hangs.
+ * `may_move` is true if the supply was on when it was last heard of, or if that is not known. */
 static int say_silent(const struct command_client *c, enum command_news news, bool may_move, const char *also, struct error *error) {
     const char *name = c->machine.name, *state = c->answered ? state_names[c->answer.state] : "not known";
     const char *alarm = may_move ? ALARM : "";
@@ -171,7 +171,8 @@ static int move(const struct asked *q, struct error *error) {
 
 /* ---- stop and park go to all, or to the one that was named ---- */
 
-/* The second way, of which no answer comes. What it did, for the message. */
+/* Sends the stop over LCM, too, which brings no answer. Returns a sentence for the message that
+ * says what was done. */
 static const char *by_lcm(const struct asked *q) {
     struct error error;
     struct bus *bus;
@@ -249,7 +250,7 @@ static int unknown(const struct options *o, struct error *error) {
                      nearest ? nearest : "", nearest ? "?" : "");
 }
 
-/* Signals come while it waits, and nowhere else. */
+/* Blocks the signals except while the client waits, so that they interrupt nothing else. */
 static void catch_signals(struct asked *q) {
     static const int caught[] = {SIGINT, SIGTERM, SIGHUP};
     const struct sigaction action = {.sa_handler = on_signal};

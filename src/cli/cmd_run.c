@@ -72,7 +72,8 @@ static int open_bus(struct session *s, struct error *error) {
     return STATUS_OK;
 }
 
-/* Commands come by the wall clock; a run in virtual time takes none. */
+/* Opens the ways by which commands come. A run in virtual time has none, because commands come by
+ * the wall clock. */
 static int open_commands(struct session *s, struct error *error) {
     struct error doubt;
     if (s->options.fast) return STATUS_OK;
@@ -113,7 +114,7 @@ static const char *machine_url(const struct session *s) {
     return last ? last + 1 : s->options.hal;
 }
 
-/* A field bus has the command in force one cycle later. */
+/* Tells whether the machine is on a field bus, where a command is in force one cycle later. */
 static bool on_bus(const struct session *s) {
     const struct hal_ops *ops = hal_find(machine_url(s));
     return ops && !ops->simulated;

@@ -22,7 +22,7 @@ struct commands {
     void *context;
 };
 
-/* Nothing is open: for commands_close(). */
+/* Marks everything as not open, so that commands_close() may be called at any time. */
 void commands_init(struct commands *c);
 
 /* Opens the sockets of the machine params->machine.name and listens on the bus, if there is one.
@@ -30,19 +30,19 @@ void commands_init(struct commands *c);
  * name is another's; STATUS_USAGE: lcm.remote_stop. */
 int commands_open(struct commands *c, const struct params *params, struct bus *bus, struct error *doubt, struct error *error);
 
-/* The loop is about to run. */
+/* Connects the operator's side to the loop, which is about to run. */
 void commands_begin(struct commands *c, const struct params *params, struct loop *loop, void (*say)(void *, const char *), void *context);
 
 void commands_polls(const struct commands *c, struct pollfd polls[COMMANDS_POLLS]);
 
-/* How long poll() may wait, ms. */
+/* Returns how long poll() may wait, ms. */
 int commands_patience_ms(const struct commands *c);
 
 /* After poll(), at this time (CLOCK_MONOTONIC). SAFETY: between what came and the loop's mailbox
  * stands nothing that can block. */
 void commands_serve(struct commands *c, const struct pollfd polls[COMMANDS_POLLS], int64_t now_ns);
 
-/* The loop has ended: everybody is told in which state. */
+/* Tells every client in which state the loop has ended, and closes the sockets. */
 void commands_close(struct commands *c);
 
 #endif

@@ -19,7 +19,7 @@ static const double PRESSURE_SPAN = 0.5;   /* and a sensor lies that is this sha
                                             * supply below it */
 static const double STEPS_LEAST = 5.0;     /* of a transducer: a smaller limit trips on rounding */
 
-/* What is said, one line for each limit; the remedies together. */
+/* Findings about the limits, one line each, and their remedies. */
 struct saying {
     struct finding f;
 };
@@ -36,7 +36,7 @@ __attribute__((format(printf, 4, 5))) static void say(struct saying *s, bool hol
     snprintf(s->f.remedy + told, sizeof s->f.remedy - told, "%s%s", told ? "; " : "", remedy);
 }
 
-/* What the supply can push and pull with, less the tank's pressure, of the strongest leg. */
+/* Returns the largest force with which the supply can push a leg against the tank's pressure, N. */
 static double strongest_n(const struct params *p) {
     struct cylinder_areas areas = cylinder_areas(&p->actuator);
     double most = 0.0;
@@ -67,8 +67,8 @@ static void leg_rate(struct saying *s, const struct params *p, const struct loop
         p->limits.leg_rate_mps, cycle_m, step_m);
 }
 
-/* Both watch how a leg follows: as lengths they are held against the stroke, and what a transducer
- * resolves. */
+/* Checks following_m and standstill_m, both lengths, against the stroke and the step of the
+ * transducer. */
 static void following(struct saying *s, const struct params *p) {
     const struct {
         const char *key;
@@ -105,7 +105,8 @@ static void pressures(struct saying *s, const struct params *p) {
         PRESSURE_LEAST_PA);
 }
 
-/* In cycles: at most a few samples are acted upon late, and a leg must not go far in that time. */
+/* Checks the limits of time: they must ride out a late or bad sample, and a leg must not go far
+ * meanwhile. */
 static void times(struct saying *s, const struct params *p, const struct loop_check *c) {
     double period_s = p->loop.period_s, patience_s = p->limits.bad_cycles * period_s;
     double blind_m = fmax(c->out_mps, c->in_mps) * (p->limits.sensor_age_s + patience_s), room_m = HUGE_VAL;
@@ -118,7 +119,8 @@ static void times(struct saying *s, const struct params *p, const struct loop_ch
         p->limits.sensor_age_s, p->limits.bad_cycles, blind_m, room_m);
 }
 
-/* The range of a channel on the bus ends above the limit, or the reading never gets there. */
+/* Checks that the range of each pressure channel on the bus reaches the supply's pressure: a
+ * reading beyond its range counts as none. */
 static void channels(struct saying *s, const struct doctor *d) {
     const struct params *p = d->params;
     const struct {

@@ -177,7 +177,7 @@ struct finding check_loop(const struct doctor *d) {
     return f;
 }
 
-/* A bound of the legs' speed in the moves and in sinusoidal tests. */
+/* Returns an upper bound of a leg's speed in the moves and in sinusoidal tests, m/s. */
 static double fastest_mps(const struct params *p) {
     const struct test_params *t = &p->tests;
     struct kinematics k;
@@ -215,7 +215,8 @@ struct finding check_feed_forward(const struct doctor *d) {
     return f;
 }
 
-/* A move takes as long as the limits ask for, whatever is asked for. */
+/* Says how long the moves take: motion.rate_mps and accel_mps2 may make them longer than was
+ * asked for. */
 struct finding check_moves(const struct doctor *d) {
     if (!doctor_drives(d)) return finding_none();
     const struct motion_params *m = &d->params->motion;

@@ -19,8 +19,9 @@ static void answer(struct operator *o, uint64_t peer, uint32_t id, enum outcome 
     o->ports.answer(o->ports.context, peer, &a);
 }
 
-/* Each is answered. Anybody on this host can ask for what is refused, ten thousand times a second,
- * so the terminal and the bus are told a few times a second, and how many it was. */
+/* Refuses a request and answers it. Anybody on this host can be refused ten thousand times a
+ * second, so the terminal and the bus hear of it only a few times a second, with the number of
+ * refusals. */
 static void refuse(struct operator *o, uint64_t peer, uint32_t id, enum command command, const char *why, int64_t now_ns) {
     char text[COMMAND_TEXT_SIZE + 100], more[64] = "";
     answer(o, peer, id, OUTCOME_REFUSED, 0.0, why);
@@ -34,16 +35,17 @@ static void refuse(struct operator *o, uint64_t peer, uint32_t id, enum command 
     o->refused = true, o->refused_ns = now_ns, o->unsaid = 0;
 }
 
-/* The loop has looked at this request, or at a later one. */
+/* Tells whether the loop has looked at this request or at a later one. */
 static bool reached(const struct operator *o, uint32_t request_id) { return (int32_t)(loop_acted(o->loop).request_id - request_id) >= 0; }
 
-/* A stop that the loop has not yet seen: the mailbox holds one request, and a later one would take
- * its place. */
+/* Tells whether a stop waits for the loop. The mailbox holds one request only, so a later one
+ * would replace the stop. */
 static bool stop_under_way(const struct operator *o) { return o->stop_id && !reached(o, o->stop_id); }
 
 /* ---- requests ---- */
 
-/* A peer asks one thing at a time: of two stops the later one is answered. */
+/* Remembers that a peer is owed an answer. A peer asks one thing at a time, so of two stops only
+ * the later one is answered. */
 static void owe(struct operator *o, const struct operator_waiting *w) {
     int place = -1;
     if (!w->peer) return;

@@ -19,14 +19,14 @@
 #include "command_packet.h"
 #include "loop.h"
 
-/* Where answers go, and what an operator at the terminal should know. */
+/* Calls by which answers leave, and what an operator at the terminal should know. */
 struct operator_ports {
     void *context;
     void (*answer)(void *context, uint64_t peer, const struct command_answer *answer);
     void (*say)(void *context, const char *text);
 };
 
-/* A request that the loop has not been seen to act upon. */
+/* A request of which it is not known yet what the loop did about it. */
 struct operator_waiting {
     uint64_t peer;       /* 0: nobody waits */
     uint32_t id;         /* the client's */
@@ -65,13 +65,14 @@ void operator_init(struct operator *o, const struct params *params, struct loop 
 /* Times are CLOCK_MONOTONIC. */
 void operator_take(struct operator *o, uint64_t peer, const struct command_request *request, bool may_move, int64_t now_ns);
 
-/* The peer's connection has ended. */
+/* Called when the peer's connection has ended. */
 void operator_gone(struct operator *o, uint64_t peer, int64_t now_ns);
 
-/* It waits for an answer or holds a lease. */
+/* Tells whether this peer waits for an answer or holds a lease. */
 bool operator_needs(const struct operator *o, uint64_t peer);
 
-/* Something waits for the loop: tick again soon. */
+/* Tells whether something waits for the loop, so that operator_tick() should be called again
+ * soon. */
 bool operator_waits(const struct operator *o);
 
 /* Sends answers that have become known, and watches the leases. At least every 20 ms. */

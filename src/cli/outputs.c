@@ -57,7 +57,7 @@ static bool same(const struct file *a, const struct file *b) {
     return !strcmp(a->last, b->last) && !stat(a->folder, &here) && !stat(b->folder, &there) && same_file(&here, &there);
 }
 
-/* A directory that is read: is it one of the files that are read of it? */
+/* Tells whether the file is one of those that are read of an input directory. */
 static bool is_in(const struct file *written, const struct file *directory, char *name, size_t size) {
     struct dirent **files;
     struct stat s;
@@ -96,8 +96,8 @@ static int check_writes(const struct use *u, int written, struct error *error) {
     return STATUS_OK;
 }
 
-/* What is printed goes somewhere, too: into a file that is read, or that an option names. One that
- * an option writes in place, as /dev/stdout, is meant. */
+/* Checks standard output as well: it may be redirected to a file that is read or that an option
+ * names. An option that writes in place, as /dev/stdout, means that very file and is allowed. */
 static int check_printed(const struct use *u, struct error *error) {
     struct file out;
     look(&out, "standard output", "/dev/stdout");
@@ -128,7 +128,8 @@ static void note_writes(struct use *u, const struct options *o, enum outputs_kin
     }
 }
 
-/* A recording where a file of it will be is refused by its name, any other by the directory's. */
+/* Refuses a directory that has recordings in it. A recording in the place of a result is refused
+ * by its own name, any other by the directory's. */
 static int check_directory(const struct options *o, enum outputs_kind kind, struct error *error) {
     char name[NAME_MAX + 1];
     const char *found = recognise_in(o->output, kind == OUTPUTS_MODEL, name, sizeof name);

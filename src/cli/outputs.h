@@ -7,7 +7,7 @@
 #include "cli.h"
 #include "output.h"
 
-/* What a subcommand's options write, beside --json. */
+/* Kind of output that a subcommand's options name, beside --json. */
 enum outputs_kind {
     OUTPUTS_NONE,  /* nothing */
     OUTPUTS_LOG,   /* --log: a log, or a directory for one */

@@ -38,7 +38,7 @@ static void keep(struct recorder *r, const char *channel, const void *data, int 
     if (r->log && size >= 0 && log_write(r->log, utime_us, channel, data, size, &error)) log_failed(r, &error);
 }
 
-/* What was written is still there, and nobody else writes it. */
+/* Checks that the log on disk is still what was written, and that nobody else writes it. */
 static void look_after_log(struct recorder *r) {
     struct error error;
     int64_t now_ns = monotonic_ns();
@@ -65,8 +65,8 @@ static void statistics(struct recorder *r) {
     keep_and_send(r, CHANNEL_LOOP_STATS, buffer, loop_stats_encode(&s, r->analysis.last.in.time_ns, buffer, sizeof buffer));
 }
 
-/* While a fault stands: what the back-end knows of the way to the machine, whenever that
- * changes. */
+/* Reports what the back-end knows of its connection to the machine, whenever that changes while a
+ * fault stands. */
 static void device(struct recorder *r) {
     const struct hal *hal = r->loop->hal;
     char text[sizeof r->device] = "";
@@ -218,8 +218,8 @@ static void say_over_quota(struct recorder *r, bool over) {
     r->over_quota = over;
 }
 
-/* No part comes and nothing is deleted: the log goes on, the run does, and it ends with an
- * error. */
+/* Reports that the keeper makes no more parts and deletes nothing. The log goes on in the part at
+ * hand, and the run ends with an error. */
 static void keeper_failed(struct recorder *r, const char *why) {
     static const char format[] = "%.200s: the log goes on in %.300s, and nothing keeps --log-quota; look at that directory's disk";
     if (r->keeper_error.status) return;
@@ -233,8 +233,8 @@ static void ask_keeper(struct recorder *r) {
     log_keeper_ask(r->keeper);
 }
 
-/* As log_keeper_take(). Virtual time waits for it, for the same log every time; once it has hung,
- * nobody does. */
+/* Calls log_keeper_take(). A run in virtual time waits for the keeper, so that its log is the
+ * same every time, but not once the keeper has hung. */
 static int take_part(struct recorder *r, struct log_part *next, struct error *error) {
     bool waits = r->loop->clock.kind == CLOCK_VIRTUAL && !r->keeper_error.status;
     int got = log_keeper_take(r->keeper, waits ? PART_PATIENCE_MS : 0, next, error);

@@ -99,7 +99,7 @@ static int allow_memory(scmp_filter_ctx filter, const char *paths) {
     return failed;
 }
 
-/* As output_write() makes it. */
+/* Allows the calls by which output_write() makes a result. */
 static int allow_result(scmp_filter_ctx filter, const struct output *result, const char *paths) {
     if (!paths) return 0;
     const struct scmp_arg_cmp here = SCMP_A0(SCMP_CMP_MASKED_EQ, UINT32_MAX, (uint32_t)AT_FDCWD);
@@ -132,7 +132,7 @@ static int allow_reconnecting(scmp_filter_ctx filter) {
     return failed;
 }
 
-/* As hal/can_socket.c opens a socket, and looks at its interface. */
+/* Allows the calls by which hal/can_socket.c opens a socket and looks at its interface. */
 static int allow_can(scmp_filter_ctx filter) {
     static const int calls[] = {SCMP_SYS(bind), SCMP_SYS(setsockopt)};
     static const unsigned requests[] = {SIOCGIFINDEX, SIOCGIFFLAGS, SIOCGIFHWADDR};

@@ -31,8 +31,8 @@ enum {
  * low to work with. */
 int process_start(struct error *error);
 
-/* For what serves others, the daemon above all: a reader that has gone is an error of writing, and
- * does not end the process. Main thread. */
+/* Makes a reader that has gone an error of writing, which does not end the process. It is for
+ * programs that serve others, the daemon above all. Main thread. */
 void process_survive_readers(void);
 
 #endif

@@ -19,7 +19,7 @@ enum {
 /* Any thread. STATUS_IO with its name ("loop"), the reason and the remedy. */
 int thread_start(pthread_t *thread, const char *what, size_t stack_bytes, void *(*run)(void *), void *argument, struct error *error);
 
-/* Main thread, at the start: the same for threads that libraries start. */
+/* Sets the size of the stacks of threads that libraries start. Main thread, at the start. */
 void thread_defaults(void);
 
 #endif
