@@ -119,7 +119,8 @@ enum {
 enum { FAULT_LEG_SHIFT = 16, FAULT_LEGS = ((1 << LEGS) - 1) << FAULT_LEG_SHIFT, FAULT_ANY = 0x7fffffff & ~FAULT_LEGS };
 static inline uint32_t fault_leg(int leg) { return 1u << (FAULT_LEG_SHIFT + leg); }
 
-/* What was measured of a fault when it was latched, SI. NaN: nothing was, or it has no limit. */
+/* Value and limit that a fault had when it was latched, SI; NaN where nothing was measured or
+ * there is no limit. */
 struct fault_measure {
     int leg;             /* 0..5, the one that was furthest beyond its limit; -1: no leg */
     double value, limit;

@@ -13,13 +13,14 @@ static inline double seconds_from_ns(int64_t ns) { return (double)ns * 1e-9; }
 static inline int64_t ns_from_seconds(double s) { return (int64_t)(s * 1e9 + (s < 0.0 ? -0.5 : 0.5)); }
 static inline double us_from_ns(int64_t ns) { return (double)ns * 1e-3; }
 
-/* What a log or a message says has any size: sums of it end at the largest number. */
+/* Numbers from a log or a message may have any value, so this sum stops at the largest one
+ * instead of overflowing. */
 static inline int64_t add_saturated(int64_t a, int64_t b) {
     int64_t sum;
     return !__builtin_add_overflow(a, b, &sum) ? sum : b < 0 ? INT64_MIN : INT64_MAX;
 }
 
-/* Cycles that are missing between two numbers, the later one second. */
+/* Returns how many cycles are missing between two sequence numbers; the later one comes second. */
 static inline int64_t cycles_between(uint64_t seq, uint64_t later) {
     uint64_t missing = later - seq - 1;
     return missing > INT64_MAX ? INT64_MAX : (int64_t)missing;

@@ -46,12 +46,13 @@ uint32_t failure_mask(enum reaction reaction);
 enum { FAULT_TEXT_SIZE = 64 };
 void fault_describe(uint32_t first_fault, uint32_t faults, char text[FAULT_TEXT_SIZE]);
 
-/* What was measured of it: "12.4 mm, limit 10 mm (limits.following_m)"; "" where nothing was.
- * Returns text. */
+/* Writes the measured value and its limit, as "12.4 mm, limit 10 mm (limits.following_m)", or ""
+ * if nothing was measured. Returns text. */
 enum { FAULT_MEASURE_SIZE = 104 };
 const char *fault_measured(uint32_t first_fault, const struct fault_measure *measure, char text[FAULT_MEASURE_SIZE]);
 
-/* Both: "following_error, leg 3: 12.4 mm, limit 10 mm (limits.following_m)". */
+/* Writes the fault and its measure: "following_error, leg 3: 12.4 mm, limit 10 mm
+ * (limits.following_m)". */
 enum { FAULT_LINE_SIZE = FAULT_TEXT_SIZE + 2 + FAULT_MEASURE_SIZE };
 void fault_line(uint32_t first_fault, uint32_t faults, const struct fault_measure *measure, char text[FAULT_LINE_SIZE]);
 

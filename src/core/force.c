@@ -4,7 +4,8 @@
 
 #include "units.h"
 
-/* Than at neutral: every test of the shipped machines stays within. */
+/* Stiffness of the oil over that at neutral up to which control.kpf is not reduced. Every test of
+ * the shipped machines stays below it. */
 static const double stiffer_most = 1.5;
 
 struct cylinder_areas cylinder_areas(const struct actuator_params *actuator) {

@@ -28,7 +28,8 @@ struct oil_column {
 };
 void oil_columns_init(struct oil_column column[LEGS], const struct params *params, const struct kinematics *k);
 
-/* What is taken off control.kpf at this length of the leg, 0 (nothing) to 1. */
+/* Returns the share of control.kpf that is taken off at this length of the leg, 0 (nothing)
+ * to 1. */
 double oil_feedback_cut(const struct oil_column *column, double length_m);
 
 #endif

@@ -25,10 +25,10 @@ struct interlock_reading {
     uint32_t contradicted; /* INPUT_...: both contacts say the same */
 };
 
-/* What a device sends for these closed inputs: bits 0..3 plain, 4..7 inverse. */
+/* Returns the byte that a device sends for these closed inputs: bits 0..3 plain, 4..7 inverse. */
 uint32_t interlock_bits(uint32_t closed);
 
-/* What bits 0..7 say; without p->antivalent the upper half is not looked at. */
+/* Reads the inputs from bits 0..7; without p->antivalent bits 4..7 are ignored. */
 struct interlock_reading interlock_read(const struct interlock_params *p, uint32_t bits);
 
 /* How long each input has contradicted itself, in cycles. */

@@ -7,11 +7,12 @@
 #include "units.h"
 
 static const double lag_s = 0.016, block_s = 0.05;
-/* White noise that is taken off the command's acceleration, of the limit at most: a command that
- * changes its sign in every cycle looks like white noise, too. */
+/* Largest white noise that is taken off the command's acceleration, in units of the limit. It is
+ * bounded because a command that changes its sign in every cycle looks like white noise, too. */
 static const double white_most = 2.0;
 
-/* A loop that follows badly makes 1.5 times what it is asked for. */
+/* Factor on the acceleration that is asked for: a loop that follows badly makes 1.5 times as
+ * much. */
 static const double asked_factor = 1.8;
 
 /* Share of the bound for isolated steps of a reading (lag^-3 of the mean square over one cycle).
@@ -52,7 +53,7 @@ static void init_to_platform(struct oscillation *o, const struct kinematics *k) 
         for (int leg = 0; leg < LEGS; leg++) o->to_platform[i][leg] = m[i][DOFS + leg] * (i < DOF_PHI ? 1.0 : k->arm_m);
 }
 
-/* One cycle of the valve's two lags; returns the acceleration that follows. */
+/* Advances the valve's two lags by one cycle and returns the acceleration that results. */
 static double valve_lags(double speed_mps, double follows, double period_s, double *half_mps, double *valve_mps) {
     double before = *valve_mps;
     *half_mps += follows * (speed_mps - *half_mps);
@@ -111,7 +112,7 @@ void oscillation_reset(struct oscillation *o, const double pose[DOFS]) {
     o->found_mps2 = o->allowed_mps2 = 0.0;
 }
 
-/* Square of the second difference over so many cycles, of all six coordinates. */
+/* Returns the squared norm of the second difference over `lag` cycles, of all six coordinates. */
 static double second_difference(const struct oscillation *o, double (*past)[DOFS], int lag) {
     const double *now = past[o->cycles % o->past];
     const double *then = past[(o->cycles + o->past - lag) % o->past];
@@ -155,7 +156,7 @@ static void take_command(struct oscillation *o, const double valve[LEGS]) {
     }
 }
 
-/* The second smallest: four of five blocks are at least that. */
+/* Returns the second smallest value, which four of the five blocks reach or exceed. */
 static double four_of_five(const double square[OSCILLATION_BLOCKS]) {
     double least = (double)INFINITY, second = (double)INFINITY;
     for (int n = 0; n < OSCILLATION_BLOCKS; n++) {

@@ -62,12 +62,12 @@ struct oscillation {
 /* k must hold the platform at neutral (kinematics_init). */
 void oscillation_init(struct oscillation *o, const struct params *params, const struct kinematics *k);
 
-/* Driving begins, at rest in this pose. */
+/* Starts anew when driving begins, at rest in this pose. */
 void oscillation_reset(struct oscillation *o, const double pose[DOFS]);
 
-/* A cycle whose sample was believed: its pose, the reference at the same instant, the command that
- * follows. Cycles in between are left out of all three alike. True: the platform oscillates, by the
- * blocks that are complete. */
+/* Adds a cycle whose sample was believed: its pose, the reference at the same instant and the
+ * command that follows. Other cycles are left out of all three alike. Returns true if the
+ * platform oscillates, judged by the complete blocks. */
 bool oscillation_step(struct oscillation *o, const double pose[DOFS], const double ref[DOFS], const double valve[LEGS]);
 
 #endif

@@ -58,7 +58,8 @@ enum { BOUNDS = 9 };
 
 static bool holds(const struct bound *b) { return inside(b->value, b->least, b->most); }
 
-/* One leg's. elapsed_s: since its last good length. Returns how many. */
+/* Lists what is watched in one leg and returns how many there are. elapsed_s is the time since
+ * its last good length. */
 static int leg_bounds(const struct platform *p, const struct hal_sample *in, int i, double elapsed_s, struct bound b[BOUNDS]) {
     const struct limit_params *l = &p->params->limits;
     double length_m = in->length_m[i], force_n = leg_force(&p->areas, i, in->p1_pa[i], in->p2_pa[i]);
@@ -77,12 +78,13 @@ static int leg_bounds(const struct platform *p, const struct hal_sample *in, int
     return n;
 }
 
-/* Cycles, or more where deadlines were missed. */
+/* Returns the time since the last good sample, by cycles or by the clock, whichever is longer:
+ * deadlines may have been missed. */
 static double since_good_s(const struct platform *p, const struct hal_sample *in) {
     return fmax((double)(p->seq - p->good_seq) * p->params->loop.period_s, seconds_from_ns(in->time_ns) - seconds_from_ns(p->good_ns));
 }
 
-/* What is doubtful about one leg's readings. */
+/* Returns the faults that one leg's readings show. */
 static uint32_t leg_doubts(const struct platform *p, const struct hal_sample *in, int i, double elapsed_s) {
     struct bound b[BOUNDS] = {{0}};
     uint32_t suspect = 0;
@@ -91,7 +93,7 @@ static uint32_t leg_doubts(const struct platform *p, const struct hal_sample *in
     return suspect;
 }
 
-/* What is the same for all legs. */
+/* Lists what is watched for all legs together and returns how many there are. */
 static int common_bounds(const struct platform *p, const struct hal_sample *in, struct bound b[BOUNDS]) {
     /* whole nanoseconds, as the age is */
     double oldest_s = seconds_from_ns(ns_from_seconds(p->params->limits.sensor_age_s));
@@ -102,7 +104,7 @@ static int common_bounds(const struct platform *p, const struct hal_sample *in, 
     return 3;
 }
 
-/* How far a value is beyond its bound; what is no number is furthest. */
+/* Returns how far a value is beyond its bound; NaN counts as furthest. */
 static double beyond(const struct bound *b) {
     double by = fmax(b->value - b->most, b->least - b->value);
     return isnan(b->value) ? (double)INFINITY : by;
@@ -115,14 +117,15 @@ static void take_measure(const struct bound *b, uint32_t fault, int leg, double 
     *m = (struct fault_measure){.leg = leg, .value = b->value, .limit = b->value < b->least ? b->least : b->most};
 }
 
-/* Lengths that fit no pose: by how much they miss the nearest that was found. */
+/* Returns by how much lengths that fit no pose miss those of the nearest pose that was found,
+ * m. */
 static double misfit_m(const struct platform *p, const struct hal_sample *in) {
     double pose[DOFS];
     memcpy(pose, p->pose, sizeof pose);
     return fk_solve(&p->kinematics, in->length_m, pose).residual_m;
 }
 
-/* Of a fault that this sample shows, as doubts() saw it. */
+/* Returns value, limit and leg of a fault that doubts() found in this sample. */
 static struct fault_measure measure_of(const struct platform *p, const struct hal_sample *in, uint32_t fault) {
     struct fault_measure m = {.leg = -1, .value = (double)NAN, .limit = (double)NAN};
     struct bound b[BOUNDS] = {{0}};
@@ -335,8 +338,8 @@ static void ended(struct platform *p, enum reference_mode was) {
     }
 }
 
-/* The reference of this cycle, and its rate and acceleration: of the parabola through the last
- * three, at the last. */
+/* Computes this cycle's reference, and its rate and acceleration from the parabola through the
+ * last three poses. */
 static struct reference_sample refer(struct platform *p) {
     double dt_s = p->params->loop.period_s;
     struct reference_sample s = reference_step(&p->reference, &p->params->tests, dt_s);

@@ -67,7 +67,7 @@ struct move_start {
     const double *pose, *rate, *accel; /* of DOFS */
 };
 
-/* From there to rest at `to`, which is reached exactly. */
+/* Begins a move from `from` to rest at `to`, which is reached exactly. */
 void reference_move(struct reference *r, const struct move_start *from, const double to[DOFS], const struct move_limits *limits);
 
 /* How long a move of this distance from rest to rest takes; between the parked pose and neutral,
