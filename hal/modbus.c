@@ -155,6 +155,7 @@ static int exchange(struct modbus_hal *m, const struct command_record *record, s
     if (l->reading.foreign != m->foreign_writes) meet_foreign(m, EBUSY);
     m->foreign_writes = l->reading.foreign;
     if (l->reading.number == m->number) return 0;
+    modbus_link_not_answered(m->link);
     errno = EBADMSG;
     return -1;
 }

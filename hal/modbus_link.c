@@ -141,6 +141,8 @@ void modbus_link_set_silence(struct modbus_link *link, double silence_s) { link-
 
 unsigned modbus_link_unasked(const struct modbus_link *link) { return link->unasked; }
 
+void modbus_link_not_answered(struct modbus_link *link) { link->answered = false; }
+
 void modbus_link_set_timeout(struct modbus_link *link, double timeout_s) {
     uint32_t whole_s = (uint32_t)timeout_s;
     modbus_set_response_timeout(context(link), whole_s, (uint32_t)((timeout_s - (double)whole_s) * 1e6));

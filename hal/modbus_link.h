@@ -57,6 +57,10 @@ int64_t modbus_link_begun_ns(const struct modbus_link *link);
  * one was answered already: a second device answers, too. */
 unsigned modbus_link_unasked(const struct modbus_link *link);
 
+/* What came was the answer to another request: that to the last one may still come, and is no
+ * second device's. */
+void modbus_link_not_answered(struct modbus_link *link);
+
 /* Asks who it is, registers 0 and 1: STATUS_OK, with what is there in who; otherwise the reason,
  * the likely cause and the remedy. On a serial line a second time where nothing came, for a device
  * that was still busy with what it had heard before. name: what is asked, for the error. */

@@ -54,7 +54,7 @@ struct fake {
     uint16_t sample;
     _Atomic bool twin;          /* a second one answers each function 23, too */
     _Atomic int refuses;        /* the exception that it answers to function 3, 0: none */
-    int behind;                 /* its answers are to a command so many before */
+    _Atomic int behind;         /* its answers are to a command so many before */
     long byte_ns;               /* between the bytes of an answer to function 23; 0: at once */
 };
 
@@ -496,6 +496,26 @@ static void a_second_answer_to_every_request_flags_the_sample_and_is_told(void *
 }
 
 /* It has answered: not the wiring is wrong, but the map or what is behind the gateway. */
+/* An answer that is to a request before, and the right one behind it: as from a device that is
+ * slow. */
+static void a_device_that_is_late_is_no_second_one(void **unused) {
+    (void)unused;
+    struct session s = {.sensor_age_s = 0.02}; /* the connection is given up after 0.5 s of them */
+    struct hal_sample sample;
+    uint32_t flags = 0;
+    session_begin(&s);
+    cycle_flags(&s);
+    s.device.behind = 1;
+    s.device.twin = true;
+    for (int end = s.device.cycles + 20; s.device.cycles < end; sched_yield()) {
+        s.hal->ops->safe(s.hal);
+        s.hal->ops->read(s.hal, 1, &sample);
+        flags |= sample.flags;
+    }
+    session_end(&s);
+    assert_false(flags & SAMPLE_TWIN);
+}
+
 static void an_exception_to_the_first_question_is_no_missing_answer(void **unused) {
     (void)unused;
     static const int codes[] = {1, 2, 4, 10, 11};
@@ -681,6 +701,7 @@ int main(void) {
         cmocka_unit_test(the_thread_is_real_time_only_when_the_loop_is),
         cmocka_unit_test(an_answer_that_trickles_is_given_up),
         cmocka_unit_test(a_second_answer_to_every_request_flags_the_sample_and_is_told),
+        cmocka_unit_test(a_device_that_is_late_is_no_second_one),
         cmocka_unit_test(an_exception_to_the_first_question_is_no_missing_answer),
         cmocka_unit_test(a_late_answer_on_a_serial_line_is_not_taken_for_the_next_one),
         cmocka_unit_test(a_request_waits_for_the_silence_after_what_was_before),
