@@ -52,7 +52,8 @@ static inline void clients_begin(struct clients *c, const struct params *params,
     operator_init(&c->operator, params, loop, &(struct operator_ports){c, clients_answered, clients_said});
 }
 
-/* Over the socket of the group, or over the one for everybody, which takes what stops. */
+/* Asks over the socket of the group, or over the one for everybody, which takes only stop and
+ * park. */
 static inline void clients_ask(struct clients *c, int i, enum command command, bool may_move) {
     struct client *one = &c->client[i];
     const struct command_request r = {.id = RENEWAL + ++c->ids, .command = command};
@@ -81,7 +82,7 @@ static inline void clients_turn(struct clients *c, const struct params *params, 
     c->ticked = cycle;
 }
 
-/* What the loop is about to see, and what it made of it. */
+/* Judges the request that the loop is about to see, and what the loop made of it. */
 static inline bool never_by_clients(struct clients *c, struct model *m, enum command command) {
     bool moves = command != COMMAND_NONE && !command_stops(command), waited_for = false;
     for (int i = 0; i < CLIENTS; i++) waited_for |= c->client[i].waits == command;

@@ -133,7 +133,7 @@ static inline void ask(struct run *r, const struct event *v, enum command comman
     else clients_ask(&r->clients, v->leg, command, v->cycles % 8 != 0);
 }
 
-/* What begins in this cycle. */
+/* Begins the events of this cycle. */
 static inline void befall(struct run *r, int *next) {
     struct world *w = &r->world;
     for (; *next < w->count && w->events[*next].cycle <= w->cycle; ++*next) {
@@ -251,7 +251,7 @@ static inline bool run_cycle(struct run *r, int *next) {
     return true;
 }
 
-/* Of an episode: the cycle that broke the model, -1: none did. */
+/* Runs an episode. Returns the cycle that broke the model, -1 if none did. */
 static inline int episode_run(const struct episode *e, struct run *r, FILE *told) {
     long edges[STATES][STATES];
     int next = 0, broke = -1;

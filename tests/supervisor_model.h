@@ -392,9 +392,9 @@ static inline bool never_without_end(struct model *m, const struct seen *s) {
     return true;
 }
 
-/* What this configuration asks of the reference: of a test, an envelope e (or two, when it is
- * stopped while it ramps in) on a sinusoid, |e'| <= 1.5 / ramp and |e''| <= 6 / ramp^2; of a
- * move, its limits, or what the test left to it. */
+/* Bounds of the reference's rate and acceleration. A test is an envelope e (or two, when it is
+ * stopped while it ramps in) on a sinusoid, with |e'| <= 1.5 / ramp and |e''| <= 6 / ramp^2; a
+ * move keeps its limits, or begins with what the test left to it. */
 static inline void model_motion_limits(const struct model *m, bool test, double rate[DOFS], double acceleration[DOFS]) {
     const struct test_params *t = &m->params->tests;
     const struct motion_params *p = &m->params->motion;
@@ -452,7 +452,7 @@ static inline bool never_out_of_turn(struct model *m, const struct seen *s, stru
     return true;
 }
 
-/* What this cycle leaves behind for the next. */
+/* Keeps what the next cycle is judged by. */
 static inline void model_keep(struct model *m, const struct seen *s, struct doubt d) {
     const struct cycle *c = &s->out;
     bool open = model_wired(&m->params->interlocks) & ~s->in.inputs || s->read_failed;

@@ -148,8 +148,8 @@ static inline void plant_move(struct world *w) {
     plant_step(w->plant, w->valve);
 }
 
-/* What a device does that is not commanded any more stands elsewhere (hal/): here a command holds
- * until the next. */
+/* Moves the plant by a cycle. A command holds until the next one; how a device ends on a command
+ * that does not come is tested elsewhere (hal/). */
 static inline void world_move(struct world *w) {
     if (w->plant) {
         plant_move(w);
@@ -218,7 +218,7 @@ static inline void spoil_sample(struct world *w, struct hal_sample *s) {
     if (under_way(w, EVENT_GAP, 0)) s->flags |= SAMPLE_DROPPED;
 }
 
-/* What a back-end says also where it cannot read. */
+/* Returns the flags that a back-end reports even if it cannot read. */
 static inline uint32_t world_flags(const struct world *w) {
     return (under_way(w, EVENT_FOREIGN, 0) ? SAMPLE_FOREIGN : 0u) | (under_way(w, EVENT_TWIN, 0) ? SAMPLE_TWIN : 0u);
 }

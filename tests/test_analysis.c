@@ -1,4 +1,4 @@
-/* What is computed of a stream of cycles, where the stream is a hostile log's. */
+/* Figures that are computed from a stream of cycles, also from the stream of a hostile log. */
 #include "support.h"
 
 #include <stdlib.h>

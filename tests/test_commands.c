@@ -31,7 +31,8 @@ enum {
 static const double DISTURBED_S = 0.3; /* a client asks again after a third of a second: a host that
                                         * stalls for so long makes another row */
 
-/* Where the daemon's sockets are, here and in the clients; the table has the usual places. */
+/* Directory of the daemon's sockets, for daemon and clients of this test; the table prints the
+ * usual places instead. */
 static char directory[] = "/tmp/hexid-commands.XXXXXX";
 static const char usual[] = "/run/hexid, /run/user/1000/hexid";
 

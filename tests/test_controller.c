@@ -237,7 +237,7 @@ static void durations_that_are_no_whole_cycles_are_rounded_to_one(void **unused)
     assert_int_equal(count[PHASE_RAMP_OUT], 51);
 }
 
-/* As of a trajectory that was named and is not there. */
+/* Such a test is left where a trajectory was named and is not there. */
 static void a_test_of_no_axis_no_multisine_and_no_trajectory_stays_at_neutral(void **unused) {
     (void)unused;
     struct test_params t = defaults().tests;
@@ -283,9 +283,9 @@ static double weighed(const double v[DOFS], double arm_m) {
     return sqrt(square);
 }
 
-/* From any pose, rate and acceleration: continuous in acceleration, within the limits or what it
- * began with, no longer than they ask for, exactly at the target and at rest. Differences of the
- * poses are rates and accelerations between them. */
+/* A move from any pose, rate and acceleration is continuous in acceleration, stays within its
+ * limits or what it began with, takes no longer than they ask for, and ends exactly at the target
+ * and at rest. Differences of the poses give the rates and accelerations between them. */
 static void a_move_from_any_motion_keeps_its_limits_and_ends_at_rest(void **unused) {
     (void)unused;
     struct test_params t = defaults().tests;

@@ -82,7 +82,7 @@ static enum outcome try_setting(const char *const settings[], int count) {
     return drive(&p, &error);
 }
 
-/* In a process of its own: what aborts there is seen here. */
+/* Checks a setting in a process of its own, so that an abort there is seen here. */
 static void check_setting(const char *setting, const char *engine, int count[]) {
     const char *const settings[] = {engine, setting};
     int status;

@@ -170,7 +170,8 @@ static void what_is_sent_is_read_as_it_was_and_one_wrong_bit_is_open_and_contrad
     assert_int_equal(interlock_read(&params.interlocks, 0xff).closed, INPUTS_ALL);
 }
 
-/* In every state, held up or not; where contacts are switched one after the other there is none. */
+/* The fault comes in every state, held up or not, and does not come where the contacts switch one
+ * shortly after the other. */
 static void contacts_that_contradict_each_other_are_a_fault_after_the_discrepancy_time(void **unused) {
     (void)unused;
     static const enum state resting[] = {STATE_SETTLED, STATE_READY, STATE_TESTING};

@@ -80,7 +80,7 @@ static void each_limit_trips_on_every_shipped_machine(void **unused) {
     }
 }
 
-/* What a leg itself does: its valve's cable is cut while it is to move, or its transducer
+/* Faults of a leg itself: the cable of its valve is cut while it is to move, or its transducer
  * freezes. */
 static void a_leg_that_does_not_follow_or_move_trips_on_every_shipped_machine(void **unused) {
     (void)unused;

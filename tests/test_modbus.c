@@ -134,7 +134,7 @@ static void the_silence_between_frames_is_the_standards_where_the_period_has_roo
 
 enum { ENOBASE = 112345678 }; /* libmodbus' MODBUS_ENOBASE */
 
-/* What a device, a gateway and libmodbus can say: each with what it means. */
+/* Errors that a device, a gateway or libmodbus can report, each with its meaning. */
 static void every_exception_is_told_with_its_number_and_what_it_means(void **unused) {
     (void)unused;
     static const char *const means[12] = {"",        "another map",       "no such registers", "value",  "device itself",

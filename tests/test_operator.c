@@ -60,7 +60,7 @@ static void begin(enum state state) {
     said = answers = 0;
 }
 
-/* In this state, under a lease of A for the command that brings there. */
+/* Sets up this state, with a lease of client A for the command that leads to it. */
 static void lease(enum command command, enum state state) {
     begin(command == COMMAND_ENGAGE ? STATE_SETTLED : STATE_READY);
     ask(A, command, 1);

@@ -1,4 +1,4 @@
-/* What is written, and where: results whole or not at all, recordings never overwritten, a log of
+/* Outputs: results are written whole or not at all, recordings are never overwritten, a log has
  * one writer. */
 #include "support.h"
 
@@ -295,7 +295,7 @@ static void a_log_that_disappears_is_a_fault_of_the_log(void **unused) {
     }
 }
 
-/* What a disk has not taken is counted to the last event. */
+/* Events that a disk has not taken are counted to the last one. */
 static void events_that_a_full_disk_has_not_taken_are_counted(void **unused) {
     (void)unused;
     enum { EVENTS = 500, SIZE = 417 };

@@ -186,8 +186,8 @@ static void far_too_old(struct hal_sample *s, int cycle) { (void)cycle, s->age_n
 static void in_vain(struct hal_sample *s, int leg) { s->p2_pa[leg] = -3e5; }
 static void too_short(struct hal_sample *s, int leg) { s->length_m[leg] = 1.4; }
 
-/* With the value that it had in the first cycle of the bad ones or the last, the limit and its key;
- * in units that people read. */
+/* The value is that of the first or the last of the bad cycles; limit and key stand beside it, in
+ * units that people read. */
 static void a_fault_says_value_limit_and_key(void **unused) {
     (void)unused;
     static const struct {

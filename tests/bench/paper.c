@@ -100,7 +100,8 @@ static void start_least_squares(const char *least_squares, const char *out, int 
     execl(least_squares, least_squares, log, "-o", json, (char *)NULL);
 }
 
-/* What an earlier benchmark left must not stand for what this one did not measure. */
+/* Removes what an earlier benchmark left, so that it does not stand for a result that this one
+ * did not measure. */
 static void forget(const char *out, int index) {
     static const char *const endings[] = {".json", ".least_squares.json", ".lcm"};
     char path[400];

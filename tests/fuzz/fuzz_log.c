@@ -46,7 +46,7 @@ static void format_message(void *to, int64_t utime_us, const struct message *m) 
 static int format_failed(const void *to) { return to != NULL; }
 static int format_close(void *to, struct error *error) { return (void)to, (void)error, STATUS_OK; }
 
-/* As hexid export reads it: its runs, and what is lost in them. */
+/* Reads the log as hexid export does: its runs, and the cycles that are lost in them. */
 static void read_whole(const char *path) {
     static const struct export_format none = {
         .open = format_open, .cycle = format_cycle, .message = format_message, .failed = format_failed, .close = format_close};

@@ -19,8 +19,8 @@ static void command(const uint8_t *data, int size) {
     assert(command_stops(c) && !strcmp((const char *)data + size - strlen(command_names[c]) - 1, command_names[c]));
 }
 
-/* As packets of a command socket. What moves is taken from a packet that is whole, and gives the
- * same packet back. */
+/* Reads the data as packets of a command socket. A command that moves is taken from a whole
+ * packet only, and encoding it again gives the same packet. */
 static void packets(const uint8_t *data, size_t size) {
     unsigned char packet[COMMAND_ANSWER_SIZE];
     struct command_request r;

@@ -22,15 +22,15 @@ enum { TRANSACTION = 2 };
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-/* What the device answers to the next request. */
+/* The device's answer to the next request. */
 static struct {
     const uint8_t *data;
     size_t size;
     int device; /* its end of the connection */
 } next;
 
-/* In place of the C library's, for libmodbus: the request is answered as it is sent, with its own
- * number. */
+/* Replaces the C library's send() under libmodbus: the request is answered as it is sent, with
+ * its own number. */
 ssize_t send(int fd, const void *request, size_t size, int flags) {
     (void)fd, (void)flags;
     if (write(next.device, request, TRANSACTION) != TRANSACTION) return -1;
