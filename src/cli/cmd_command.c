@@ -152,7 +152,7 @@ static int say_no_way(const struct asked *q, const struct machine *m, struct err
     return error_set(
         error, STATUS_UNSAFE,
         "command %s refused: %s/%s is for its user, root and group hexid, and you are none of them: `sudo adduser $USER hexid`, then "
-        "log in anew; stop and park are everybody's",
+        "log in anew (docs/install.md where there is no such group); stop and park are everybody's",
         q->word, m->directory, m->name);
 }
 

@@ -58,7 +58,10 @@ static int open_sockets(struct commands *c, const char *name, struct error *doub
     int status = command_server_open(&c->server, name, &c->handler, &refused);
     *error = refused;
     if (status != STATUS_IO) return status;
-    error_set(doubt, STATUS_IO, "%.600s: nobody can command this hexid but by signals and, where it is heard, LCM", refused.text);
+    error_set(doubt, STATUS_IO,
+              "%.600s: nobody can command this hexid but by signals and, where it is heard, LCM; set "
+              "HEXID_RUNTIME_DIR to a directory of this user, for hexid and hexid command alike",
+              refused.text);
     return STATUS_OK;
 }
 

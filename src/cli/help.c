@@ -115,14 +115,15 @@ static const struct subcommand subcommands[] = {
      "tell a running hexid of this host what to do",
      "  engage           raise the platform to neutral, and renew the lease until it is put down; Ctrl-C parks it\n"
      "  start            run the tests\n"
-     "  stop             end the test under way\n"
+     "  stop             end the test under way; a platform that rises is put down\n"
      "  park             put the platform down\n"
      "  reset            acknowledge a fault whose cause is gone\n"
-     "  --machine NAME   the hexid with this machine.name; without it the one that runs; of several stop and park go to all\n"
-     "  -c FILE          configuration of the running hexid: its machine.name\n" SET
+     "  --machine NAME   the hexid with this machine.name; without it the only one that runs, but stop and park go to all that run\n"
+     "  -c FILE          configuration of the running hexid: its machine.name, and its lcm.url, by which stop and park go, too\n" SET
      "\nengage and start stay until the platform is put down, or held again after the tests\n"
      "HEXID_RUNTIME_DIR in the environment replaces /run/hexid and the user's runtime directory, for both ends\n"
-     "exit status 0 done; 1 ended by a park, a fault or Ctrl-C; 3 nobody answered; 4 refused, or the lease is lost\n",
+     "exit status 0 done; 1 ended by a park, a fault or Ctrl-C; 2 several run and none was named; 3 nobody answered;\n"
+     "4 refused, or the lease is lost\n",
      "hexid command park", cmd_command},
     {"monitor", "[--once] [--json] | --http [ADDRESS:]PORT  [-c FILE] [--set KEY=VALUE ...]",
      "watch a running hexid over LCM: in the terminal, as JSON, or as a live page for browsers",
