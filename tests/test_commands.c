@@ -527,6 +527,25 @@ static void what_a_stalled_loop_did_not_do_it_does_not_do_later(void **unused) {
     }
 }
 
+/* Linked in place of bus_receive (Makefile): whatever anybody sends, without an end. */
+int __wrap_bus_receive(struct bus *bus, struct bus_message *message);
+int __wrap_bus_receive(struct bus *bus, struct bus_message *message) { return (void)bus, (void)message, BUS_DROPPED; }
+
+/* Messages of another host, too, which are dropped: the main thread is ahead of all that is no
+ * real-time thread. */
+static void a_flood_on_the_bus_leaves_the_processor_to_others(void **unused) {
+    (void)unused;
+    struct pollfd p[COMMANDS_POLLS] = {[COMMAND_POLLS] = {.revents = POLLIN}};
+    struct timespec before, after;
+    begin();
+    b.commands.listens = true;
+    clock_gettime(CLOCK_MONOTONIC, &before);
+    commands_serve(&b.commands, p, b.now_ns);
+    clock_gettime(CLOCK_MONOTONIC, &after);
+    end();
+    assert_true((after.tv_sec - before.tv_sec) * NS_PER_S + after.tv_nsec - before.tv_nsec >= NS_PER_S / 2000);
+}
+
 static void docs_commands_md_has_what_is_answered(void **unused) {
     (void)unused;
     static const char marker[] = "<!-- test_commands --table -->\n";
@@ -562,6 +581,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test(the_exit_status_says_what_the_words_say),
         cmocka_unit_test(the_end_of_a_lease_has_its_own_status),
         cmocka_unit_test(what_a_stalled_loop_did_not_do_it_does_not_do_later),
+        cmocka_unit_test(a_flood_on_the_bus_leaves_the_processor_to_others),
         cmocka_unit_test(docs_commands_md_has_what_is_answered),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);

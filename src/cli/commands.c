@@ -12,7 +12,7 @@ enum {
     EVENT_MAX = COMMAND_TEXT_SIZE + 200,
     IDLE_MS = 20,
     SOON_MS = 2,
-    FLOOD = 32,       /* packets and connections of one wake, */
+    FLOOD = 32,       /* packets, connections and messages of one wake, */
     REST_NS = 500000, /* behind which others get the processor */
 };
 
@@ -93,19 +93,22 @@ void commands_polls(const struct commands *c, struct pollfd polls[COMMANDS_POLLS
 
 int commands_patience_ms(const struct commands *c) { return operator_waits(&c->operator) ? SOON_MS : IDLE_MS; }
 
-static void take_messages(struct commands *c) {
+/* Returns how many came, from anybody. */
+static int take_messages(struct commands *c) {
     struct bus_message m;
     enum command command;
-    for (int i = 0, got = 1; i < MESSAGES_AT_ONCE && (got = bus_receive(c->bus, &m)) > 0; i++)
+    int came = 0;
+    for (int got; came < MESSAGES_AT_ONCE && (got = bus_receive(c->bus, &m)) > 0; came++)
         if (got == 1 && !strcmp(m.channel, CHANNEL_COMMAND) && command_decode(m.data, m.size, &command))
             operator_take(&c->operator, 0, &(struct command_request){.command = command}, false, c->now_ns);
+    return came;
 }
 
 void commands_serve(struct commands *c, const struct pollfd polls[COMMANDS_POLLS], int64_t now_ns) {
     static const struct timespec rest = {.tv_nsec = REST_NS};
     c->now_ns = now_ns;
     int taken = command_server_serve(&c->server, polls);
-    if (c->listens && polls[COMMAND_POLLS].revents) take_messages(c);
+    if (c->listens && polls[COMMAND_POLLS].revents) taken += take_messages(c);
     operator_tick(&c->operator, c->now_ns);
     if (taken >= FLOOD) clock_nanosleep(CLOCK_MONOTONIC, 0, &rest, NULL);
 }
