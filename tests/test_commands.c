@@ -11,6 +11,8 @@
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
@@ -527,6 +529,40 @@ static void what_a_stalled_loop_did_not_do_it_does_not_do_later(void **unused) {
     }
 }
 
+/* A socket among the machines' of a program of another user. */
+static void a_stop_for_all_says_where_it_could_not_go(void **unused) {
+    (void)unused;
+    enum { NOBODY = 65534 };
+    struct sockaddr_un at = {.sun_family = AF_UNIX};
+    struct client c;
+    int ready[2];
+    char byte = 0;
+    if (geteuid()) skip_because("root alone can be several users");
+    begin();
+    snprintf(at.sun_path, sizeof at.sun_path, "%s/other.stop", directory);
+    assert_int_equal(pipe(ready), 0);
+    pid_t other = fork();
+    if (other == 0) {
+        int s = socket(AF_UNIX, SOCK_SEQPACKET, 0);
+        byte = !bind(s, (struct sockaddr *)&at, sizeof at) && !setuid(NOBODY) && !listen(s, 8);
+        if (write(ready[1], &byte, 1) == 1) pause();
+        _exit(0);
+    }
+    assert_int_equal(read(ready[0], &byte, 1), 1);
+    assert_true(byte);
+    start(&c, "stop");
+    while (!c.ended) serve(&c);
+    finish(&c);
+    kill(other, SIGKILL);
+    waitpid(other, NULL, 0);
+    unlink(at.sun_path);
+    close(ready[0]), close(ready[1]);
+    end();
+    assert_int_equal(c.status, 0);
+    assert_non_null(strstr(c.text, "stop done"));
+    assert_non_null(strstr(c.text, "/other.stop: of another user's program"));
+}
+
 /* Linked in place of bus_receive (Makefile): whatever anybody sends, without an end. */
 int __wrap_bus_receive(struct bus *bus, struct bus_message *message);
 int __wrap_bus_receive(struct bus *bus, struct bus_message *message) { return (void)bus, (void)message, BUS_DROPPED; }
@@ -581,6 +617,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test(the_exit_status_says_what_the_words_say),
         cmocka_unit_test(the_end_of_a_lease_has_its_own_status),
         cmocka_unit_test(what_a_stalled_loop_did_not_do_it_does_not_do_later),
+        cmocka_unit_test(a_stop_for_all_says_where_it_could_not_go),
         cmocka_unit_test(a_flood_on_the_bus_leaves_the_processor_to_others),
         cmocka_unit_test(docs_commands_md_has_what_is_answered),
     };

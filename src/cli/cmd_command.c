@@ -231,7 +231,12 @@ static int stop_all(const struct asked *q, struct error *error) {
     struct error doubt, other_doubt;
     char also[sizeof ALARM + 80];
     int count = machine_find(q->name, list, &doubt);
-    if (count > 0) return stop_found(q, list, count);
+    if (count > 0) {
+        int status = stop_found(q, list, count);
+        /* SAFETY: it is meant for all, and may have missed one */
+        if (!*q->name && doubt.status) cli_say(stderr, "hexid: warning: another machine may be there: %s", doubt.text);
+        return status;
+    }
     /* SAFETY: meant for one of several, it does not stop the others that share its LCM */
     bool elsewhere = *q->name && machine_find("", others, &other_doubt) > 0;
     snprintf(also, sizeof also, "%s" ALARM, elsewhere ? "" : by_lcm(q));
