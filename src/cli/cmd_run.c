@@ -351,19 +351,21 @@ static void warn_of_missing_inputs(struct session *s) {
 }
 
 /* SAFETY: what weakens the run's safety is said as `hexid doctor` says it: singular poses, in
- * which the legs do not hold the platform, and a loop that is hardly damped or whose numbers fit
- * another machine. */
-static void warn_of_machine(const struct session *s) {
+ * which the legs do not hold the platform, before a loop is refused that shakes for want of them;
+ * once the machine is open, a loop that is hardly damped or whose numbers fit another machine. */
+static void warn_of_machine(const struct session *s, bool opened) {
     static const struct {
         const char *name;
         doctor_check *ask;
-    } checks[] = {{"workspace", check_workspace},
-                  {"loop", check_loop},
-                  {"feed-forward", check_feed_forward},
-                  {"limits", check_limits},
-                  {"moves", check_moves}};
+        bool opened;
+    } checks[] = {{"workspace", check_workspace, false},
+                  {"loop", check_loop, true},
+                  {"feed-forward", check_feed_forward, true},
+                  {"limits", check_limits, true},
+                  {"moves", check_moves, true}};
     const struct doctor d = {.params = &s->params, .machine = on_bus(s)};
     for (size_t i = 0; i < sizeof checks / sizeof *checks; i++) {
+        if (checks[i].opened != opened) continue;
         struct finding f = checks[i].ask(&d);
         if (f.level == LEVEL_WARN) fprintf(stderr, "hexid: warning: %s: %s: %s\n", checks[i].name, f.found, f.remedy);
         json_decref(f.data);
@@ -462,12 +464,13 @@ int cmd_run(int argc, char **argv) {
         status = output_text("-", text, &error);
         free(text);
     } else if (!status) {
+        warn_of_machine(s, false);
         warn_of_axes_alike(&s->params.tests);
         /* SAFETY: a loop that is unstable shakes whoever stands on the platform; no key
          * overrides this. */
         status = loop_check_run(&s->params, on_bus(s), &error);
         if (!status) status = open_all(s, &error);
-        if (!status) warn_of_machine(s);
+        if (!status) warn_of_machine(s, true);
         if (!status) status = run(s, &error);
     }
     return close_all(s, status, &error);

@@ -169,7 +169,8 @@ struct finding check_loop(const struct doctor *d) {
     if (!doctor_drives(d)) return finding_none();
     struct loop_check c = loop_check(d->params, d->machine);
     loop_check_describe(&c, found, remedy);
-    enum level level = c.state == LOOP_DAMPED || c.state == LOOP_UNKNOWN ? LEVEL_OK : c.state == LOOP_UNSTABLE ? LEVEL_FAIL : LEVEL_WARN;
+    bool refused = c.state == LOOP_UNSTABLE || (c.state == LOOP_NOISY && !d->machine);
+    enum level level = c.state == LOOP_DAMPED || c.state == LOOP_UNKNOWN ? LEVEL_OK : refused ? LEVEL_FAIL : LEVEL_WARN;
     struct finding f = finding(level, remedy, "%s", found);
     if (c.neutral.known)
         f.data = json_pack("{sf sf ss}", "damping", loop_pole_damping(&c.neutral.pole), "frequency_hz", loop_pole_hz(&c.neutral.pole),

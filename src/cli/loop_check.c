@@ -98,10 +98,13 @@ static double *gain_of(struct control_params *g, int i) {
     return gains[i];
 }
 
+static double noise_most_mps2(const struct params *p) { return LOOP_NOISE_MOST * p->limits.oscillation_mps2; }
+
 static bool suits(const struct places *all, const struct params *p, const struct wanted *w, double *damping) {
     struct loop_worst neutral = loop_place_worst(&all->place[0], p);
     *damping = damping_of(&neutral);
     if (!(*damping >= w->neutral)) return false;
+    if (loop_place_noise_mps2(&all->place[0], p) > noise_most_mps2(p)) return false;
     struct loop_worst away = worst_away(all, p, NULL);
     return all->count == 1 || damping_of(&away) >= w->away;
 }
@@ -153,7 +156,13 @@ struct loop_check loop_check(const struct params *params, bool bus) {
     if (pose) memcpy(c.away_pose, pose, sizeof c.away_pose);
     double damping = damping_of(&c.neutral);
     bool away = pose && loop_grows(&c.away);
-    c.state = loop_grows(&c.neutral) ? LOOP_UNSTABLE : damping < LOOP_DAMPING_LEAST ? LOOP_WEAK : away ? LOOP_UNSTABLE_AWAY : LOOP_DAMPED;
+    c.noise_most_mps2 = noise_most_mps2(params);
+    if (!loop_grows(&c.neutral)) c.noise_mps2 = loop_place_noise_mps2(&all.place[0], params);
+    c.state = loop_grows(&c.neutral)             ? LOOP_UNSTABLE
+              : c.noise_mps2 > c.noise_most_mps2 ? LOOP_NOISY
+              : damping < LOOP_DAMPING_LEAST     ? LOOP_WEAK
+              : away                             ? LOOP_UNSTABLE_AWAY
+                                                 : LOOP_DAMPED;
     if (c.state != LOOP_DAMPED) find_remedy(&all, params, &c);
     return c;
 }
@@ -193,8 +202,14 @@ void loop_check_describe(const struct loop_check *c, char found[LOOP_TEXT_SIZE],
     }
     describe_mode(&c->neutral, neutral, sizeof neutral);
     describe_away(c, away, sizeof away);
-    snprintf(found, LOOP_TEXT_SIZE, "%s at neutral: %s%s%s", states[c->state], neutral, c->state == LOOP_UNSTABLE ? "" : "; ",
-             c->state == LOOP_UNSTABLE ? "" : away);
+    if (c->state == LOOP_NOISY)
+        snprintf(found, LOOP_TEXT_SIZE,
+                 "the gains make the sensors' noise shake the platform with %.2g m/s^2 rms (%.2g are borne, %.2g of "
+                 "limits.oscillation_mps2); least damped at neutral: %s",
+                 c->noise_mps2, c->noise_most_mps2, LOOP_NOISE_MOST, neutral);
+    else
+        snprintf(found, LOOP_TEXT_SIZE, "%s at neutral: %s%s%s", states[c->state], neutral, c->state == LOOP_UNSTABLE ? "" : "; ",
+                 c->state == LOOP_UNSTABLE ? "" : away);
     if (c->state == LOOP_DAMPED) return;
     if (c->key)
         snprintf(remedy, LOOP_TEXT_SIZE, "set %s to %s (now %s): the damping at neutral is then %.2g", c->key,
@@ -208,7 +223,7 @@ void loop_check_describe(const struct loop_check *c, char found[LOOP_TEXT_SIZE],
 int loop_check_run(const struct params *params, bool bus, struct error *error) {
     char found[LOOP_TEXT_SIZE], remedy[LOOP_TEXT_SIZE];
     struct loop_check c = loop_check(params, bus);
-    if (c.state != LOOP_UNSTABLE) return STATUS_OK;
+    if (c.state != LOOP_UNSTABLE && (c.state != LOOP_NOISY || bus)) return STATUS_OK;
     loop_check_describe(&c, found, remedy);
     return error_set(error, STATUS_USAGE, "not run: %s; %s", found, remedy);
 }

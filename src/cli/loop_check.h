@@ -10,11 +10,16 @@
 /* Below this damping ratio the loop is warned of: a step rings for more than three periods. */
 #define LOOP_DAMPING_LEAST 0.05
 
+/* Shaking by the sensors' noise alone, of limits.oscillation_mps2: rms over a quarter of a second
+ * comes to 1.6 times its mean, and then to the limit. */
+#define LOOP_NOISE_MOST 0.65
+
 enum loop_state {
     LOOP_UNKNOWN,        /* not computed: the supply does not hold the platform up at neutral */
     LOOP_DAMPED,
     LOOP_UNSTABLE_AWAY,  /* at neutral it is damped, in another pose it is not stable */
     LOOP_WEAK,           /* at neutral, a damping below LOOP_DAMPING_LEAST */
+    LOOP_NOISY,          /* stable, but its gains make the sensors' noise a shaking platform */
     LOOP_UNSTABLE,       /* at neutral */
 };
 
@@ -22,6 +27,8 @@ struct loop_check {
     enum loop_state state;
     struct loop_worst neutral, away;       /* away: the least damping of all poses, */
     double away_pose[DOFS];                /* and where */
+    double noise_mps2, noise_most_mps2;    /* shaking by the sensors' noise at neutral, rms; and how
+                                            * much is borne */
     const char *key;                       /* the gain that alone puts it right, as "control.kpf";
                                             * NULL: none does */
     double now, suits, damping;            /* its value, one that suits, and the damping at neutral
@@ -37,8 +44,9 @@ struct loop_check loop_check(const struct params *params, bool bus);
 enum { LOOP_TEXT_SIZE = 300 };
 void loop_check_describe(const struct loop_check *c, char found[LOOP_TEXT_SIZE], char remedy[LOOP_TEXT_SIZE]);
 
-/* -2 where the loop is unstable at neutral, with the mode, its frequency and damping, the key to
- * change and a value that suits. */
+/* -2 where the loop is unstable at neutral, with the mode, its frequency and damping, or noisy,
+ * with the key to change and a value that suits. The sensors are those of the simulated machine:
+ * behind a field bus a noisy loop is warned of. */
 int loop_check_run(const struct params *params, bool bus, struct error *error);
 
 #endif

@@ -90,17 +90,20 @@ static void find_speeds(const struct cylinder_model *m, int leg, struct loop_pla
     p->in_mps[leg] = pull_n > 0.0 ? sqrt(pull_n / cubes) : 0.0;
 }
 
-/* The axis that moves most in a mode, angles counted at the upper joints' distance. */
-static enum dof largest(double j[LEGS][DOFS], const double motion[LEGS], double arm_m) {
-    double inverse[DOFS][LEGS], most = 0.0;
+/* The axis that moves most in a mode, angles counted at the upper joints' distance; and how far the
+ * platform moves. */
+static enum dof largest(double j[LEGS][DOFS], const double motion[LEGS], double arm_m, double *reach_m) {
+    double inverse[DOFS][LEGS], most = 0.0, square = 0.0;
     enum dof dof = DOF_Z;
     lin_inverse(DOFS, j[0], inverse[0]);
     for (int i = 0; i < DOFS; i++) {
         double size = 0.0;
         for (int k = 0; k < LEGS; k++) size += inverse[i][k] * motion[k];
         size = fabs(size) * (i < DOF_PHI ? 1.0 : arm_m);
+        square += size * size;
         if (size > most) most = size, dof = (enum dof)i;
     }
+    *reach_m = sqrt(square);
     return dof;
 }
 
@@ -117,7 +120,7 @@ static bool find_modes(struct loop_place *p, const struct inverse_dynamics *d, c
         double square = 0.0;
         for (int i = 0; i < LEGS; i++) square += p->motion[mode][i] * p->motion[mode][i];
         p->mass_kg[mode] = 1.0 / square; /* the eigenvectors' own inertia is 1 */
-        p->dof[mode] = largest(j, p->motion[mode], k->arm_m);
+        p->dof[mode] = largest(j, p->motion[mode], k->arm_m, &p->reach[mode]);
     }
     return true;
 }
@@ -167,4 +170,14 @@ struct loop_worst loop_place_worst(const struct loop_place *p, const struct para
                 worst = (struct loop_worst){.pole = pole[i], .dof = p->dof[mode], .known = true};
     }
     return worst;
+}
+
+double loop_place_noise_mps2(const struct loop_place *p, const struct params *params) {
+    double square = 0.0;
+    for (int mode = 0; mode < DOFS; mode++) {
+        const struct loop_shape shape = {.motion = p->motion[mode], .mass_kg = p->mass_kg[mode]};
+        double mps2 = p->reach[mode] * loop_noise(p->leg, &shape, params);
+        square += mps2 * mps2;
+    }
+    return sqrt(square);
 }

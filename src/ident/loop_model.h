@@ -14,7 +14,9 @@ struct loop_place {
     double pose[DOFS];
     struct loop_leg leg[LEGS];
     double motion[DOFS][LEGS], mass_kg[DOFS]; /* of the six modes of the oil columns, */
-    enum dof dof[DOFS];                       /* and the axis that moves most in each */
+    enum dof dof[DOFS];                       /* the axis that moves most in each, */
+    double reach[DOFS];                       /* and the platform's motion for one of the mode's, m:
+                                               * norm of the origin's and arm_m times the angles */
     double force_n[LEGS];                     /* that holds the platform up */
     double out_mps[LEGS], in_mps[LEGS];       /* speed of a leg at full opening under that force,
                                                * extending and retracting; 0: the supply cannot hold
@@ -32,5 +34,9 @@ struct loop_worst {
     bool known;           /* false: the loop is not finite */
 };
 struct loop_worst loop_place_worst(const struct loop_place *place, const struct params *params);
+
+/* Acceleration of the platform that the readings' own errors make, m/s^2 rms, in a loop that is
+ * stable: the norm of the origin's and kinematics.arm_m times the angular one. */
+double loop_place_noise_mps2(const struct loop_place *place, const struct params *params);
 
 #endif

@@ -10,8 +10,10 @@
 /* Pressures in units of UNIT_PA, the spool's rate in units of its bandwidth, so that all rates
  * are of one order. */
 enum { LENGTH, RATE, P1, P2, SPOOL, SPOOL_RATE, PLANT, INTEGRAL = PLANT, DERIVATIVE, ERROR, FORCE_LP, SENT, INPUT = PLANT };
-enum { HALVINGS = 10, TERMS = 12 };
+enum { READ_LENGTH, READ_FORCE, READINGS };
+enum { HALVINGS = 10, TERMS = 12, DOUBLINGS = 24 /* of cycles: the longest memory */ };
 static const double UNIT_PA = 1e7;
+static const double UNIFORM_SQUARE = 1.0 / 12.0; /* of an error uniform over 1 */
 static const double LEAST_LAG_S = 1e-4;
 static const double OSCILLATES = 0.95; /* damping ratio: above, a step shows no overshoot */
 
@@ -27,6 +29,7 @@ struct cylinder_loop {
 struct cycle_map {
     int sent, read, size;
     double map[LOOP_POLES][LOOP_POLES];
+    double noise[READINGS][LOOP_POLES]; /* states after an error of one in a reading, m or N */
 };
 
 static struct cylinder_loop mean_cylinder(const struct loop_leg leg[LEGS], const struct loop_shape *shape, const struct params *params) {
@@ -116,7 +119,7 @@ static int kept(struct delay d) { return d.whole + (d.part > 0.0); }
  * sample. The controller is pid.h without its limits, the reference at rest; fills its states'
  * rows, too. */
 static void fill_controller(const struct cylinder_loop *c, const struct control_params *g, double dt_s, struct delay late,
-                            struct cycle_map *m, double command[LOOP_POLES]) {
+                            struct cycle_map *m, double command[LOOP_POLES], double error[READINGS]) {
     double derive = dt_s / (g->tf + dt_s), low_pass = dt_s / (g->tp + dt_s), unit_n = UNIT_PA * c->a1_m2;
     double kpf = g->kpf * (1.0 - c->leg.feedback_cut);
     double length[LOOP_POLES] = {0}, force[LOOP_POLES] = {0};
@@ -136,10 +139,15 @@ static void fill_controller(const struct cylinder_loop *c, const struct control_
         command[i] = -g->kp * length[i] + m->map[INTEGRAL][i] + g->kd * m->map[DERIVATIVE][i] -
                      kpf * unit_n * (force[i] - m->map[FORCE_LP][i]);
     }
+    m->noise[READ_LENGTH][INTEGRAL] = -g->ki * dt_s, m->noise[READ_LENGTH][DERIVATIVE] = -derive / dt_s;
+    m->noise[READ_LENGTH][ERROR] = -1.0, m->noise[READ_FORCE][FORCE_LP] = low_pass / unit_n;
+    error[READ_LENGTH] = -g->kp - g->ki * dt_s - g->kd * derive / dt_s;
+    error[READ_FORCE] = -kpf * (1.0 - low_pass);
 }
 
 /* The plant under what arrives in the cycle: first `part` of it a command later, then the next. */
-static void fill_plant(const struct cylinder_loop *c, double dt_s, struct delay d, const double command[LOOP_POLES], struct cycle_map *m) {
+static void fill_plant(const struct cylinder_loop *c, double dt_s, struct delay d, const double command[LOOP_POLES],
+                       const double error[READINGS], struct cycle_map *m) {
     double rates[PLANT + 1][PLANT + 1], first[PLANT + 1][PLANT + 1], then[PLANT + 1][PLANT + 1], all[PLANT + 1][PLANT + 1];
     fill_rates(c, rates);
     exponential(rates, d.part * dt_s, first);
@@ -152,17 +160,19 @@ static void fill_plant(const struct cylinder_loop *c, double dt_s, struct delay 
         if (d.part > 0.0) m->map[r][SENT + d.whole] += before;
         if (d.whole > 0) m->map[r][SENT + d.whole - 1] += then[r][INPUT];
         for (int i = 0; i < m->size && d.whole == 0; i++) m->map[r][i] += then[r][INPUT] * command[i];
+        for (int n = 0; n < READINGS && d.whole == 0; n++) m->noise[n][r] = then[r][INPUT] * error[n];
     }
 }
 
 /* From one sample to the next. */
 static void fill_cycle(const struct cylinder_loop *c, const struct params *params, struct cycle_map *m) {
-    double dt_s = params->loop.period_s, command[LOOP_POLES] = {0};
+    double dt_s = params->loop.period_s, command[LOOP_POLES] = {0}, error[READINGS];
     struct delay sent = delay_cycles(c->leg.command_delay_s, dt_s), late = delay_cycles(c->leg.length_delay_s, dt_s);
     memset(m, 0, sizeof *m);
     m->sent = kept(sent), m->read = kept(late), m->size = SENT + m->sent + m->read;
-    fill_controller(c, &params->control, dt_s, late, m, command);
-    fill_plant(c, dt_s, sent, command, m);
+    fill_controller(c, &params->control, dt_s, late, m, command, error);
+    fill_plant(c, dt_s, sent, command, error, m);
+    for (int n = 0; n < READINGS && m->sent; n++) m->noise[n][SENT] = error[n];
     for (int i = 0; i < m->sent; i++)
         for (int s = 0; s < m->size; s++) m->map[SENT + i][s] = i ? s == SENT + i - 1 : command[s];
     for (int i = 0; i < m->read; i++) m->map[SENT + m->sent + i][i ? SENT + m->sent + i - 1 : LENGTH] = 1.0;
@@ -183,6 +193,51 @@ int loop_poles_all(const struct loop_leg leg[LEGS], const struct loop_shape *sha
         pole[count++] = (struct loop_pole){.decay_per_s = -log(size) / dt_s, .radps = atan2(im[i], re[i]) / dt_s};
     }
     return count;
+}
+
+/* Readings of each leg are wrong by themselves: a length by its rounding, a force by noise and
+ * rounding of both pressures. What they are together in a mode, as mean squares. */
+static void mean_errors(const struct loop_shape *shape, const struct params *params, double square[READINGS]) {
+    const struct sensor_params *s = &params->sensors;
+    struct cylinder_areas areas = cylinder_areas(&params->actuator);
+    double step_pa = 2.0 * s->pressure_full_scale_pa / exp2(round(s->adc_bits));
+    double noise_pa = s->pressure_noise_v * s->pressure_full_scale_pa / s->adc_range_v, sum = 0.0;
+    square[READ_LENGTH] = square[READ_FORCE] = 0.0;
+    for (int k = 0; k < LEGS; k++) sum += shape->motion[k] * shape->motion[k];
+    for (int k = 0; k < LEGS && s->enabled; k++) {
+        double weight = shape->motion[k] * shape->motion[k] / (sum * sum) * UNIFORM_SQUARE;
+        square[READ_LENGTH] += weight * s->position_resolution_m * s->position_resolution_m;
+        square[READ_FORCE] += weight * (step_pa * step_pa + noise_pa * noise_pa) *
+                              (areas.a1_m2[k] * areas.a1_m2[k] + areas.a2_m2[k] * areas.a2_m2[k]);
+    }
+}
+
+/* sum += map sum map', then map = map map: twice as many cycles. */
+static void double_cycles(int n, double map[LOOP_POLES][LOOP_POLES], double sum[LOOP_POLES][LOOP_POLES]) {
+    double half[LOOP_POLES][LOOP_POLES] = {{0}}, squared[LOOP_POLES][LOOP_POLES] = {{0}};
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++)
+            for (int k = 0; k < n; k++) half[i][j] += map[i][k] * sum[k][j], squared[i][j] += map[i][k] * map[k][j];
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++)
+            for (int k = 0; k < n; k++) sum[i][j] += half[i][k] * map[j][k];
+    memcpy(map, squared, sizeof squared);
+}
+
+double loop_noise(const struct loop_leg leg[LEGS], const struct loop_shape *shape, const struct params *params) {
+    struct cylinder_loop c = mean_cylinder(leg, shape, params);
+    struct cycle_map m;
+    double square[READINGS], sum[LOOP_POLES][LOOP_POLES] = {{0}}, rates[PLANT + 1][PLANT + 1], result = 0.0;
+    fill_cycle(&c, params, &m);
+    fill_rates(&c, rates);
+    mean_errors(shape, params, square);
+    for (int n = 0; n < READINGS; n++)
+        for (int i = 0; i < m.size; i++)
+            for (int j = 0; j < m.size; j++) sum[i][j] += square[n] * m.noise[n][i] * m.noise[n][j];
+    for (int n = 0; n < DOUBLINGS; n++) double_cycles(m.size, m.map, sum);
+    for (int i = 0; i < PLANT; i++)
+        for (int j = 0; j < PLANT; j++) result += rates[RATE][i] * rates[RATE][j] * sum[i][j];
+    return sqrt(result);
 }
 
 double loop_pole_hz(const struct loop_pole *p) { return hypot(p->decay_per_s, p->radps) / (2.0 * PI); }

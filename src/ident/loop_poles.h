@@ -37,6 +37,11 @@ enum { LOOP_DELAY_MOST = 14, LOOP_POLES = 10 + 2 * (LOOP_DELAY_MOST + 1) };
 int loop_poles_all(const struct loop_leg leg[LEGS], const struct loop_shape *shape, const struct params *params,
                    struct loop_pole pole[LOOP_POLES]);
 
+/* Acceleration of the mode, rms, that the readings' own errors (sensors) make in a loop that is
+ * stable; in one that is not, more than anything or NaN. The unit is that of 1 / motion. Errors
+ * count as independent from sample to sample. */
+double loop_noise(const struct loop_leg leg[LEGS], const struct loop_shape *shape, const struct params *params);
+
 double loop_pole_hz(const struct loop_pole *pole);      /* |s| / 2 pi */
 double loop_pole_damping(const struct loop_pole *pole); /* damping ratio; negative: unstable */
 

@@ -131,7 +131,7 @@ static const struct config_key keys[] = {
     KEY(motion, engage_s, "6", 0.1, 600.0, "s",
         "move from the parked to the neutral pose; longer where rate_mps or accel_mps2 asks for it"),
     KEY(motion, park_s, "6", 0.1, 600.0, "s", "move from the neutral to the parked pose; the same"),
-    KEY(motion, rate_mps, "0.55", 0.001, 5.0, "m/s", "fastest of a move, whatever distance and duration are asked for"),
+    KEY(motion, rate_mps, "0.42", 0.001, 5.0, "m/s", "fastest of a move, whatever distance and duration are asked for"),
     KEY(motion, accel_mps2, "1.1", 0.01, 50.0, "m/s^2", "greatest acceleration of a move"),
     KEY(motion, park_z_m, "0.45", 0.0, 10.0, "m", "z, down, at which the platform is put down"),
     KEY(motion, hold_s, "2", 0.0, 600.0, "s", "at neutral before the first test"),

@@ -3,7 +3,7 @@
 . tests/bench/check_lib
 entries="mx my mz Ixx Iyy Izz Mt15 Mt24 Mt42 Mt51"
 paper() {
-    "$BUILD/tests/bench/paper" "$1" tests/data tests/ident/least_squares.py "$work/paper" sim.engine=closed_form motion.engage_s=1.6 \
+    "$BUILD/tests/bench/paper" "$1" tests/data tests/ident/least_squares.py "$work/paper" sim.engine=closed_form motion.park_z_m=0.35 motion.rate_mps=0.55 motion.engage_s=1.6 \
         motion.park_s=1.6 motion.hold_s=0.1 tests.settle_s=0.5 tests.ramp_s=0.3 tests.duration_s=2 tests.ramp_out_s=0.2 2>"$work/progress" ||
         { tail -n 3 "$work/progress"; return 1; }
 }

@@ -24,8 +24,9 @@ static void fail(const char *text) {
 /* A short run: every state within a few hundred cycles. */
 static void configure(struct params *p) {
     struct error error;
-    static const char *const settings[] = {"sim.engine=closed_form", "motion.engage_s=1.6", "motion.park_s=1.6",    "motion.hold_s=0.1",
-                                           "tests.settle_s=0.1",     "tests.ramp_s=0.1",    "tests.duration_s=0.5", "tests.ramp_out_s=0.1"};
+    static const char *const settings[] = {"sim.engine=closed_form", "motion.park_z_m=0.35", "motion.rate_mps=0.55", "motion.engage_s=1.6",
+                                           "motion.park_s=1.6",      "motion.hold_s=0.1",    "tests.settle_s=0.1",   "tests.ramp_s=0.1",
+                                           "tests.duration_s=0.5",   "tests.ramp_out_s=0.1"};
     if (config_load(p, NULL, settings, sizeof settings / sizeof *settings, &error)) fail(error.text);
 }
 

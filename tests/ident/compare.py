@@ -13,7 +13,7 @@ import measured
 
 HEXID = os.environ.get("HEXID", "build/hexid")
 METHODS = ("method_a", "method_b", "method_c", "least_squares", "wavelet")
-BRIEF = ("sim.engine=closed_form", "lcm.url=", "motion.engage_s=1.6", "motion.park_s=1.6", "motion.hold_s=0.1")
+BRIEF = ("sim.engine=closed_form", "lcm.url=", "motion.park_z_m=0.35", "motion.rate_mps=0.55", "motion.engage_s=1.6", "motion.park_s=1.6", "motion.hold_s=0.1")
 ENTRIES = least_squares.ENTRIES
 
 

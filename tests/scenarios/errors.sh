@@ -43,12 +43,14 @@ claim "a loop that is unstable: refused, with mode, frequency, damping, the key 
     refuses 2 "unstable y at 18.6 Hz damping -0.0 set control.kp to 85" quick --set control.kp=270
 claim "a platform of 4 t and more with the default kpf: refused, naming it and a value that suits" \
     refuses 2 "unstable damping set control.kpf to 4.5e-06" "$hexid" run --fast -c config/simulator.yaml --set lcm.url= --set control.kpf=2e-5
+claim "gains that make the sensors' noise a shaking platform: refused, with one that does not" \
+    refuses 2 "noise shake m/s^2 limits.oscillation_mps2 set control.kd to" quick --set control.kd=1
 claim "a loop that is unstable behind a bus: refused before anything is opened" \
     refuses 2 "unstable control.ki" "$hexid" run --hal can:nowhere0 --set lcm.url= --set control.ki=20000
 warns_of_nothing() { ! "$hexid" run --fast "${quick_settings[@]}" --tests z 2>&1 >/dev/null | grep -E 'loop|feed-forward|limits'; }
 claim "the default machine: nothing is warned of" warns_of_nothing
-warned() { quick --tests z --set "$1" 2>&1 >/dev/null | grep "hexid: warning: $2: .*$3"; }
-claim "a loop that is hardly damped runs, with a warning" warned control.kpf=5e-5 loop "hardly damped at neutral: .*set control.kpf to"
+warned() { quick --tests z --set $1 2>&1 >/dev/null | grep "hexid: warning: $2: .*$3"; }
+claim "a loop that is hardly damped runs, with a warning" warned "control.kpf=5e-5 --set sensors.enabled=false" loop "hardly damped at neutral: .*set control.kpf to"
 claim "a feed-forward of another valve: a warning with the value that suits" warned control.kff=2.5 feed-forward "set control.kff to 1.74"
 claim "a limit that nothing reaches: a warning with a value that protects" warned limits.force_n=1e6 limits "set limits.force_n to"
 

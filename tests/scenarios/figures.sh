@@ -3,7 +3,7 @@
 # (its own code, RK4 at 0.2 ms), and the spread over 30 seeds with the paper's sensors.
 . tests/scenarios/lib
 
-brief=(--set motion.engage_s=1.6 --set motion.park_s=1.6 --set motion.hold_s=0.1) # the tests are as shipped
+brief=(--set motion.park_z_m=0.35 --set motion.rate_mps=0.55 --set motion.engage_s=1.6 --set motion.park_s=1.6 --set motion.hold_s=0.1) # the tests are as shipped
 exact() {
     "$hexid" run --fast --set lcm.url= --set sensors.enabled=false "${brief[@]}" --json "$work/$1.json" "${@:2}" >"$work/out" && return
     cat "$work/out"

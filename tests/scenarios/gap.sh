@@ -6,7 +6,7 @@ skip_under tsan "hexid gap" "a quarter of an hour under ThreadSanitizer; tests/t
 base=(--set payload.mass_kg=179.9 --set payload.inertia_xx_kg_m2=13.49 --set hydraulics.bulk_modulus_pa=0.965e9
     --set hydraulics.leakage_m3_per_s_pa=3.1e-11 --set hydraulics.viscous_n_s_per_m=1930 --set hydraulics.valve_flow_m3_per_s=1.61e-3)
 coulomb=(--set effects.cylinder_coulomb_friction.force_extend_n=50 --set effects.cylinder_coulomb_friction.force_retract_n=50)
-short=(--set motion.engage_s=1.6 --set motion.park_s=1.6 --set motion.hold_s=0.1 --set tests.settle_s=0.5)
+short=(--set motion.park_z_m=0.35 --set motion.rate_mps=0.55 --set motion.engage_s=1.6 --set motion.park_s=1.6 --set motion.hold_s=0.1 --set tests.settle_s=0.5)
 rig() { "$hexid" run --fast --set lcm.url= --set sim.engine=ode "${short[@]}" --log "$work/$1.lcm" "${base[@]}" "${@:2}" >/dev/null; }
 gap=("$hexid" gap --measured "$work/coulomb.lcm" -c config/tian2015.yaml --set lcm.url=)
 says() { "$python" tests/scenarios/gap.py "$@"; }

@@ -13,7 +13,8 @@ from browser import Browser  # noqa: E402
 
 WORK, HEXID, URL = sys.argv[2:5]
 LCM = "--set", "lcm.url=" + URL
-QUICK = [option for setting in ("sim.engine=closed_form", "motion.engage_s=1.6", "motion.park_s=1.6", "motion.hold_s=0.1",
+QUICK = [option for setting in ("sim.engine=closed_form", "motion.park_z_m=0.35", "motion.rate_mps=0.55",
+                                           "motion.engage_s=1.6", "motion.park_s=1.6", "motion.hold_s=0.1",
                                 "tests.settle_s=0.2", "tests.ramp_s=0.3", "tests.duration_s=1", "tests.ramp_out_s=0.2")
          for option in ("--set", setting)]
 cleanup = []

@@ -165,7 +165,7 @@ built_with 'asan|tsan' || claim "what is locked at the start is less than 40 MB,
 if [ "$(id -u)" = 0 ]; then
     chmod 755 "$work"
     cp "$hexid" "$work/hexid"
-    user=(setpriv --reuid nobody --regid nogroup --clear-groups "$work/hexid")
+    user=(setpriv --reuid 64124 --regid 64124 --clear-groups "$work/hexid") # of a user who runs nothing else
 else
     user=("$hexid")
 fi

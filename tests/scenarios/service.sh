@@ -25,7 +25,8 @@ if command -v systemd-analyze >/dev/null; then claim "$text" exposed; else echo 
 # A busy host may be late; what is claimed here is not about the wall clock.
 . config/hexid.default
 command=$(unit ExecStart | sed "s|/var/log/hexid|$work/logs|; s|\\\$HEXID_OPTIONS|$HEXID_OPTIONS|")
-brisk="--set sim.engine=closed_form --set motion.engage_s=1.6 --set motion.park_s=1.6 --set motion.hold_s=0.1 --set limits.blind_time_s=10
+brisk="--set sim.engine=closed_form --set motion.park_z_m=0.35 --set motion.rate_mps=0.55 \
+    --set motion.engage_s=1.6 --set motion.park_s=1.6 --set motion.hold_s=0.1 --set limits.blind_time_s=10
     --set loop.overrun_limit=4000"
 service=($command $brisk)
 claim "it moves on command only, whatever its options say" eval '[[ $command == *" --set motion.automatic=false" ]]'

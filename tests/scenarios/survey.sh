@@ -45,7 +45,7 @@ END
 off='max(abs(r["method_c"]["Mt"][i][j] - r["nominal"]["Mt"][i][j]) / r["method_c"]["std"][i][j] for i in range(6) for j in range(6))'
 covered() {
     for seed in 1 5; do
-        ends 0 quick -c "$work/slow.yaml" --seed $seed --survey --json "$work/slow.json" >"$work/out" || return 1
+        ends 0 quick -c "$work/slow.yaml" --set motion.park_z_m=0.25 --seed $seed --survey --json "$work/slow.json" >"$work/out" || return 1
         echo "seed $seed: the entry that is off by most, by $(value "$work/slow.json" "$off") deviations"
         holds "$work/slow.json" "$off < 3.5" || return 1
     done

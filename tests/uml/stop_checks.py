@@ -9,7 +9,8 @@ URL = "udpm://239.255.76.67:7667?ttl=0"
 GROUP = ("239.255.76.67", 7667)
 SIGNAL_MS, MESSAGE_MS = 100, 20  # from the signal, from the message's arrival, to the first cycle that parks
 PACKET_MS = 4 if os.environ.get("CLOCK") == "virtual" else 20  # from a command over a socket: two cycles
-QUICK = [word for key in """sim.engine=closed_form motion.engage_s=1.6 motion.park_s=1.6 motion.hold_s=0.1 tests.settle_s=0.2 tests.ramp_s=0.3
+QUICK = [word for key in """sim.engine=closed_form motion.park_z_m=0.35 motion.rate_mps=0.55
+motion.engage_s=1.6 motion.park_s=1.6 motion.hold_s=0.1 tests.settle_s=0.2 tests.ramp_s=0.3
     tests.duration_s=30 tests.ramp_out_s=0.2 sensors.enabled=false""".split() for word in ("--set", key)]
 SETTLED, TESTING, PARKING, FAULT = 1, 4, 5, 6
 
