@@ -37,6 +37,7 @@ static void load(struct recording *r) {
     struct log_event event;
     struct cycle cycle;
     char *base = config_text(&params);
+    unlink(log_path); /* or it is set aside, and the directory is not empty in the end */
     if (csv_import(&(struct csv_source){.path = directory, .base = base}, log_path, &report, &error)) fail_msg("%s", error.text);
     free(base);
     recording_init(r, &params);
