@@ -17,7 +17,7 @@ struct machine_lock {
  * looked up. STATUS_UNSAFE: another process has it; STATUS_IO: there is no such line. */
 int machine_lock(struct machine_lock *l, const char *url, struct error *error);
 
-/* As host_lock_answer(), for all of them. */
+/* Calls host_lock_answer() for each of them. */
 void machine_lock_answer(const struct machine_lock *l);
 
 void machine_unlock(struct machine_lock *l);

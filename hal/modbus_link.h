@@ -57,8 +57,8 @@ int64_t modbus_link_begun_ns(const struct modbus_link *link);
  * one was answered already: a second device answers, too. */
 unsigned modbus_link_unasked(const struct modbus_link *link);
 
-/* What came was the answer to another request: that to the last one may still come, and is no
- * second device's. */
+/* Tells that the last answer belonged to another request: the one to the last request may still
+ * come, and is no second device's. */
 void modbus_link_not_answered(struct modbus_link *link);
 
 /* Asks who it is, registers 0 and 1: STATUS_OK, with what is there in who; otherwise the reason,

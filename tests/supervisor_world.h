@@ -1,6 +1,6 @@
-/* What the fuzzed loop lives in: a cheap plant behind a back-end of its own, and the events that
- * befall plant, samples, bus, clock and operator. A world is a pure function of its seed and its
- * events, so a history can be run again with some of them left out.
+/* The surroundings of the fuzzed loop: a cheap plant behind a back-end of its own, and the events
+ * that befall plant, samples, bus, clock and operator. A world is a pure function of its seed and
+ * its events, so a history can be run again with some of them left out.
  *
  * The test's own clock_gettime and clock_nanosleep stand before the C library's: time passes as the
  * world says. */

@@ -181,7 +181,7 @@ static void describe_pose(const double pose[DOFS], char text[40]) {
         if (pose[i] != 0.0) snprintf(text, 40, "%s %.3g %s", dof_names[i], pose[i], i < DOF_PHI ? "m" : "rad");
 }
 
-/* Of the pose beside neutral. */
+/* Text for the worst pose other than neutral. */
 static void describe_away(const struct loop_check *c, char *text, size_t size) {
     char pose[40] = "neutral", mode[80];
     describe_pose(c->away_pose, pose);

@@ -10,8 +10,8 @@
 /* Below this damping ratio the loop is warned of: a step rings for more than three periods. */
 #define LOOP_DAMPING_LEAST 0.05
 
-/* Shaking by the sensors' noise alone, of limits.oscillation_mps2: rms over a quarter of a second
- * comes to 1.6 times its mean, and then to the limit. */
+/* Shaking by the sensors' noise alone, of limits.oscillation_mps2: the largest rms of a quarter
+ * of a second was 1.5 to 1.8 times the computed mean (tests/test_oscillation.c, kp and kd). */
 #define LOOP_NOISE_MOST 0.65
 
 enum loop_state {
@@ -40,7 +40,7 @@ struct loop_check {
 /* bus: the machine is behind a field bus, where a command is in force one cycle later. */
 struct loop_check loop_check(const struct params *params, bool bus);
 
-/* What was found; then what to do, "" where that is nothing. */
+/* Writes the finding, and the remedy, "" if nothing need be done. */
 enum { LOOP_TEXT_SIZE = 300 };
 void loop_check_describe(const struct loop_check *c, char found[LOOP_TEXT_SIZE], char remedy[LOOP_TEXT_SIZE]);
 

@@ -1,4 +1,4 @@
-/* What operators ask for, and what is told to them. The main thread's; nothing here blocks, and
+/* Requests of operators, and the answers to them. The main thread's; nothing here blocks, and
  * nothing knows how requests come: a peer is a connection (command_server.h), 0 a message of LCM,
  * which is not answered.
  *

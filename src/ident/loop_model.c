@@ -19,7 +19,7 @@ struct rest {
     double p1_pa, p2_pa, opening;
 };
 
-/* What flows into one chamber is what flows out of the other, through two edges of the same
+/* One chamber takes in as much as the other gives off, through two edges of the same
  * opening: both drops are then in the ratio of the squares of the edges' gains. */
 static struct rest rest_of(const struct cylinder_leg *c, const struct mains *mains, double force_n) {
     double a = c->valve_gain[PORT_A], b = c->valve_gain[PORT_B], ratio = (b / a) * (b / a);
