@@ -35,6 +35,7 @@
 #include "can_master.h"
 #include "can_socket.h"
 #include "crash.h"
+#include "monotonic.h"
 #include "thread.h"
 #include "units.h"
 
@@ -71,12 +72,6 @@ static const struct can_accept accepted[] = {{COB_NMT, CAN_SFF_MASK},      {COB_
 
 static int open_socket(struct can_socket *s, const char *interface, struct error *error) {
     return can_socket_open(s, interface, accepted, sizeof accepted / sizeof *accepted, true, true, error);
-}
-
-static int64_t monotonic_ns(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return t.tv_sec * NS_PER_S + t.tv_nsec;
 }
 
 /* Sends all or fails at the first that the kernel does not take. */

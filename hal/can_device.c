@@ -11,6 +11,7 @@
 #include "channel.h"
 #include "device.h"
 #include "interlock.h"
+#include "monotonic.h"
 #include "units.h"
 
 struct can_device {
@@ -119,7 +120,7 @@ static void receive(struct can_device *d) {
     struct can_arrival come[CAN_BATCH];
     for (int got = CAN_BATCH; got == CAN_BATCH;) {
         got = can_socket_receive(&d->socket, come);
-        int64_t now_ns = device_now_ns(), realtime_ns = can_realtime_ns();
+        int64_t now_ns = monotonic_ns(), realtime_ns = can_realtime_ns();
         for (int i = 0; i < got; i++) take(d, &come[i].frame, came(d, now_ns, realtime_ns - come[i].realtime_ns));
     }
 }
@@ -140,14 +141,14 @@ static int can_serve(const char *interface, const struct params *params, struct 
     struct can_device d = {.params = params, .device = device};
     int status = open_socket(&d, interface, error);
     if (status) return status;
-    for (int i = 0; i < CAN_NODES; i++) can_node_init(&d.node[i], i + 1, device_now_ns(), &d.out);
+    for (int i = 0; i < CAN_NODES; i++) can_node_init(&d.node[i], i + 1, monotonic_ns(), &d.out);
     flush(&d);
     printf("plant: ready on can:%s\n", interface);
     fflush(stdout);
     while (!atomic_load_explicit(stop, memory_order_relaxed)) {
         struct pollfd p = {.fd = d.socket.fd, .events = POLLIN};
         if (poll(&p, 1, 1) < 0 && errno != EINTR) break;
-        int64_t now_ns = device_now_ns();
+        int64_t now_ns = monotonic_ns();
         receive(&d);
         tick(&d, now_ns);
         look_after_interface(&d, interface, now_ns);

@@ -19,12 +19,6 @@ struct device {
     struct hal_sample latched;
 };
 
-int64_t device_now_ns(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return t.tv_sec * NS_PER_S + t.tv_nsec;
-}
-
 static int64_t period_ns(const struct device *d) { return ns_from_seconds(d->params->loop.period_s); }
 
 struct device *device_create(const struct params *params, uint64_t seed, struct error *error) {

@@ -42,9 +42,6 @@ bool device_tick(struct device *d, int64_t now_ns);
  * next command on. */
 void device_set_watchdog(struct device *d, double watchdog_s);
 
-/* CLOCK_MONOTONIC. */
-int64_t device_now_ns(void);
-
 /* One bus: serves the device there until *stop. Prints the line "ready" when commands are answered.
  * The address is the URL after "scheme:". */
 struct device_bus {

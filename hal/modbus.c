@@ -34,6 +34,7 @@
 #include "latest.h"
 #include "modbus_link.h"
 #include "modbus_map.h"
+#include "monotonic.h"
 #include "thread.h"
 #include "units.h"
 
@@ -90,12 +91,6 @@ struct modbus_hal {
 };
 
 static const struct command_record centred = {.keeps_supply = true};
-
-static int64_t monotonic_ns(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return t.tv_sec * NS_PER_S + t.tv_nsec;
-}
 
 /* older readings are of no use */
 static double timeout_s(const struct params *p) { return p->limits.sensor_age_s; }

@@ -22,6 +22,7 @@
 #include "modbus_adu.h"
 #include "modbus_link.h"
 #include "modbus_server.h"
+#include "monotonic.h"
 #include "units.h"
 
 enum {
@@ -144,7 +145,7 @@ static bool receive(struct modbus_device *d, struct client *c, int64_t now_ns) {
 static bool serve(struct modbus_device *d, struct client *c, int *budget) {
     struct adu adu;
     for (int i = 0; i < REQUESTS_A_TURN && *budget > 0; i++, --*budget) {
-        int64_t now_ns = device_now_ns();
+        int64_t now_ns = monotonic_ns();
         enum adu_result result = take(d, c, now_ns, &adu);
         if (result == ADU_MORE) return true;
         if (result == ADU_BROKEN || (result == ADU_REQUEST && !reply(d, c, &adu, now_ns))) return false;
@@ -159,7 +160,7 @@ static bool attend(struct modbus_device *d, struct client *c, int events, int *b
     /* SAFETY: a line that is hung up polls readable for ever; whoever reads on then holds the
      * processor against all that is less urgent */
     if (is_serial(d) && events & (POLLERR | POLLHUP | POLLNVAL)) return false;
-    if ((!events || receive(d, c, device_now_ns())) && serve(d, c, budget)) return true;
+    if ((!events || receive(d, c, monotonic_ns())) && serve(d, c, budget)) return true;
     if (!is_serial(d)) drop(c);
     return !is_serial(d);
 }
@@ -194,7 +195,7 @@ static bool welcome(struct modbus_device *d) {
     struct client *c = make_room(d);
     c->fd = fd;
     c->peer = (struct modbus_peer){.connection = ++d->connections, .ipv4 = ipv4_of(&from)};
-    c->active_ns = device_now_ns();
+    c->active_ns = monotonic_ns();
     c->filled = 0;
     return true;
 }
@@ -236,14 +237,14 @@ static bool attend_all(struct modbus_device *d, struct wait *w, bool masters, in
 /* False: the serial line is gone. */
 static bool turn(struct modbus_device *d) {
     struct wait w;
-    int64_t now_ns = device_now_ns();
+    int64_t now_ns = monotonic_ns();
     bool others = now_ns >= d->turn_ns;
     wait_for(d, &w, others, now_ns);
     bool alive = attend_all(d, &w, true, REQUESTS_A_TURN) && attend_all(d, &w, false, OTHERS_A_TURN);
     if (others) d->turn_ns = now_ns + TURN_NS, d->turns++;
     for (int i = 0; i < WELCOMES_A_TURN && w.poll[CLIENTS].revents; i++)
         if (!welcome(d)) break;
-    modbus_server_tick(&d->server, device_now_ns());
+    modbus_server_tick(&d->server, monotonic_ns());
     return alive;
 }
 
@@ -284,12 +285,12 @@ static void lose_serial(struct modbus_device *d) {
     fflush(stdout);
     modbus_close(d->modbus);
     d->client[0].fd = -1;
-    d->reopen_ns = device_now_ns() + REOPEN_NS;
+    d->reopen_ns = monotonic_ns() + REOPEN_NS;
 }
 
 static void reopen_serial(struct modbus_device *d) {
-    if (d->client[0].fd >= 0 || device_now_ns() < d->reopen_ns || !connect_serial(d)) return;
-    d->reopen_ns = device_now_ns() + REOPEN_NS;
+    if (d->client[0].fd >= 0 || monotonic_ns() < d->reopen_ns || !connect_serial(d)) return;
+    d->reopen_ns = monotonic_ns() + REOPEN_NS;
 }
 
 static int start(struct modbus_device *d, const char *address, struct error *error) {
@@ -304,7 +305,7 @@ static int modbus_serve(const char *address, const struct params *params, struct
                         struct error *error) {
     struct modbus_device d = {.params = params, .listener = -1};
     for (int i = 0; i < CLIENTS; i++) d.client[i].fd = -1;
-    modbus_server_init(&d.server, params, device, device_now_ns());
+    modbus_server_init(&d.server, params, device, monotonic_ns());
     int status = start(&d, address, error);
     while (!status && !atomic_load_explicit(stop, memory_order_relaxed))
         if (!turn(&d)) lose_serial(&d);

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "modbus_map.h"
+#include "monotonic.h"
 #include "units.h"
 
 static int misused(const char *address, struct error *error) {
@@ -80,12 +81,6 @@ struct modbus_link {
 };
 
 static modbus_t *context(struct modbus_link *link) { return link->modbus; }
-
-static int64_t monotonic_ns(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return t.tv_sec * NS_PER_S + t.tv_nsec;
-}
 
 /* "" when the host has an address. libmodbus calls a host without one a refused connection. */
 static const char *unknown_host(const struct modbus_address_parts *p) {

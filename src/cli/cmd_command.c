@@ -11,6 +11,7 @@
 #include "command_client.h"
 #include "edit_distance.h"
 #include "messages.h"
+#include "monotonic.h"
 #include "supervisor.h"
 #include "units.h"
 
@@ -29,19 +30,13 @@ struct asked {
 static volatile sig_atomic_t interrupted; /* a signal handler can reach nothing else */
 static void on_signal(int number) { interrupted = number; }
 
-static int64_t now_ms(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return t.tv_sec * 1000LL + t.tv_nsec / 1000000;
-}
-
 /* ---- one machine ---- */
 
 /* Sends a request and waits for its answer. Connects again if the daemon closed the connection to
  * make room, but not for a renewal: a lease belongs to its connection. */
 static enum command_news ask(struct command_client *c, enum command command, bool renew) {
-    int64_t end_ms = now_ms() + ANSWER_MS;
-    for (int64_t left_ms = ANSWER_MS; left_ms > 0; left_ms = end_ms - now_ms()) {
+    int64_t end_ms = monotonic_ms() + ANSWER_MS;
+    for (int64_t left_ms = ANSWER_MS; left_ms > 0; left_ms = end_ms - monotonic_ms()) {
         enum command_news news = NEWS_LOST;
         struct command_client again;
         if (!command_client_send(c, command, renew) || renew) news = command_client_wait(c, (int)left_ms, NULL);
@@ -207,10 +202,10 @@ static int stop_found(const struct asked *q, const struct machine *list, int cou
     int worst = STATUS_OK;
     for (int i = 0; i < count; i++)
         if (!command_client_open(&client[i], &list[i], true, 0)) command_client_send(&client[i], q->command, false);
-    int64_t end_ms = now_ms() + ANSWER_MS;
+    int64_t end_ms = monotonic_ms() + ANSWER_MS;
     for (int i = 0; i < count; i++) {
         struct command_client *c = &client[i];
-        int64_t left_ms = end_ms - now_ms();
+        int64_t left_ms = end_ms - monotonic_ms();
         news[i] = c->fd >= 0 ? command_client_wait(c, left_ms > 0 ? (int)left_ms : 0, NULL) : NEWS_LOST;
         if (c->fd < 0 && !command_client_open(c, &list[i], true, ANSWER_MS)) news[i] = ask(c, q->command, false);
         /* a connection that was closed to make room */

@@ -13,6 +13,7 @@
 #include "json_text.h"
 #include "live_server.h"
 #include "messages.h"
+#include "monotonic.h"
 #include "process.h"
 #include "terminal.h"
 
@@ -20,12 +21,6 @@ enum { SILENCE_MS = 2000, ONCE_MS = 3000, MESSAGES_AT_ONCE = 1000 };
 
 static volatile sig_atomic_t interrupted; /* a signal handler can reach nothing else */
 static void on_signal(int number) { interrupted = number; }
-
-static int64_t now_ms(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return t.tv_sec * 1000LL + t.tv_nsec / 1000000;
-}
 
 static int broken(struct error *error) { return error_set(error, STATUS_IO, "monitor: LCM is broken"); }
 
@@ -48,7 +43,7 @@ static void print_json(const struct bus_message *b) {
 static int show_once(struct bus *bus, const struct params *params, bool json, struct error *error) {
     struct bus_message m;
     struct cycle c;
-    for (int64_t end_ms = now_ms() + ONCE_MS, left_ms = ONCE_MS; left_ms > 0; left_ms = end_ms - now_ms()) {
+    for (int64_t end_ms = monotonic_ms() + ONCE_MS, left_ms = ONCE_MS; left_ms > 0; left_ms = end_ms - monotonic_ms()) {
         int got = bus_wait(bus, (int)left_ms);
         while (got > 0 && (got = bus_receive(bus, &m)) > 0) {
             if (got != 1 || strcmp(m.channel, CHANNEL_STATE) || !state_decode(m.data, m.size, &c)) continue;
@@ -76,7 +71,7 @@ static int show_stream(struct bus *bus, const struct params *params, bool json, 
             if (got != 1) continue;
             heard = true, told = false;
             if (json) print_json(&m);
-            else terminal_take(&t, &m, now_ms());
+            else terminal_take(&t, &m, monotonic_ms());
         }
         if (got < 0) return broken(error);
         if (waited || told) continue;
@@ -105,11 +100,11 @@ static int serve(struct bus *bus, struct live_state *state, struct live_server *
         if (poll(ready, 2, live_server_patience_ms(server)) < 0 && errno != EINTR)
             return error_set(error, STATUS_IO, "monitor: %s", strerror(errno));
         for (int n = 0; n < MESSAGES_AT_ONCE && (got = bus_receive(bus, &m)) > 0; n++) {
-            if (got == 1) live_state_take(state, &m, now_ms());
+            if (got == 1) live_state_take(state, &m, monotonic_ms());
             else state->dropped++;
         }
         if (got < 0) return broken(error);
-        live_server_turn(server, now_ms());
+        live_server_turn(server, monotonic_ms());
     }
     return STATUS_OK;
 }

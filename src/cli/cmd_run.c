@@ -22,6 +22,7 @@
 #include "loop_check.h"
 #include "machine_lock.h"
 #include "messages.h"
+#include "monotonic.h"
 #include "motion_check.h"
 #include "outputs.h"
 #include "process.h"
@@ -210,12 +211,6 @@ static int block_signals(struct error *error) {
     pthread_sigmask(SIG_BLOCK, &set, NULL);
     int file = signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC);
     return file >= 0 ? file : error_set(error, STATUS_IO, "no descriptor for signals: %s", strerror(errno));
-}
-
-static int64_t monotonic_ns(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return t.tv_sec * NS_PER_S + t.tv_nsec;
 }
 
 /* SAFETY: the first signal puts the platform down and ends the run; a person's second one centres

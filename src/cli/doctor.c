@@ -10,6 +10,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "monotonic.h"
 #include "printable.h"
 
 struct finding finding(enum level level, const char *remedy, const char *format, ...) {
@@ -96,9 +97,7 @@ int doctor_processors(const struct doctor *d, int cpu[PROCESSORS_MAX]) {
 }
 
 double doctor_now_s(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
+    return seconds_from_ns(monotonic_ns());
 }
 
 json_t *doctor_text(const char *text) {

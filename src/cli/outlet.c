@@ -58,11 +58,8 @@ bool outlet_close(struct outlet *o) {
     outlet_flush(o);
     fclose(o->out);
     do {
-        struct timespec until;
         before = atomic_load(&o->copied);
-        clock_gettime(CLOCK_MONOTONIC, &until);
-        until.tv_sec += GIVE_UP_S;
-        if (!pthread_clockjoin_np(o->thread, NULL, CLOCK_MONOTONIC, &until)) {
+        if (thread_join_within(o->thread, GIVE_UP_S)) {
             close(o->from);
             return true;
         }

@@ -10,6 +10,7 @@
 #include "interlock.h"
 #include "ident_messages.h"
 #include "messages.h"
+#include "monotonic.h"
 #include "thread.h"
 #include "units.h"
 
@@ -21,12 +22,6 @@ static void log_failed(struct recorder *r, const struct error *error) {
     r->error = *error;
     loop_quit(r->loop);
     if (r->analysis.cycles) progress_say(r->progress, "hexid: %s: parking\n", r->error.text);
-}
-
-static int64_t monotonic_ns(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return t.tv_sec * NS_PER_S + t.tv_nsec;
 }
 
 static void keep(struct recorder *r, const char *channel, const void *data, int size) {
@@ -343,10 +338,7 @@ bool recorder_join(struct recorder *r) {
     bool computed = false;
     for (uint64_t before = ring_count(r->records) + 1, now; (now = ring_count(r->records)) < before || computed; before = now) {
         computed = atomic_load_explicit(&r->computes, memory_order_relaxed);
-        struct timespec until;
-        clock_gettime(CLOCK_MONOTONIC, &until);
-        until.tv_sec += RECORDER_PATIENCE_S;
-        if (!pthread_clockjoin_np(r->thread, NULL, CLOCK_MONOTONIC, &until)) return true;
+        if (thread_join_within(r->thread, RECORDER_PATIENCE_S)) return true;
     }
     return false;
 }

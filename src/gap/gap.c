@@ -12,6 +12,7 @@
 #include "judge.h"
 #include "line.h"
 #include "memory.h"
+#include "monotonic.h"
 #include "places.h"
 #include "replay.h"
 #include "search.h"
@@ -46,12 +47,6 @@ static void give_up(const struct params *given, struct gap_result *r) {
     r->unexplained_fraction = 1.0;
     r->white_after = r->white_before;
     memcpy(r->after_mt, r->before_mt, sizeof r->after_mt);
-}
-
-static double now_s(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
 void gap_progress(const struct gap_options *o, const char *step, double share) {
@@ -91,7 +86,7 @@ const char *gap_place_words(const struct gap_place *p, int legs, char words[GAP_
 
 int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,
               const struct gap_options *options, struct gap_result *r, struct waves *waves, struct error *error) {
-    double start_s = now_s();
+    int64_t start_ns = monotonic_ns();
     struct remainder remainder = {0};
     struct replay runs[2] = {{0}};
     int open_loop = compare_check(params, measured, error);
@@ -139,7 +134,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
 
     diagnosis_free(d);
     free(d);
-    r->seconds = now_s() - start_s;
+    r->seconds = seconds_from_ns(monotonic_ns() - start_ns);
     gap_progress(options, "done", 1.0);
     return status;
 }

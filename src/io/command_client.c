@@ -6,18 +6,14 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "monotonic.h"
+
 enum { AGAIN_MS = 2, MS_PER_S = 1000, NS_PER_MS = 1000000 };
 
-static int64_t now_ms(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return t.tv_sec * (int64_t)MS_PER_S + t.tv_nsec / NS_PER_MS;
-}
-
 int command_client_open(struct command_client *c, const struct machine *m, bool stop, int patience_ms) {
-    int64_t end_ms = now_ms() + patience_ms;
+    int64_t end_ms = monotonic_ms() + patience_ms;
     *c = (struct command_client){.machine = *m};
-    while ((c->fd = machine_connect(m, stop)) < 0 && errno == EAGAIN && now_ms() < end_ms) poll(NULL, 0, AGAIN_MS);
+    while ((c->fd = machine_connect(m, stop)) < 0 && errno == EAGAIN && monotonic_ms() < end_ms) poll(NULL, 0, AGAIN_MS);
     return c->fd < 0 ? -1 : 0;
 }
 
@@ -42,7 +38,7 @@ static ssize_t receive(int fd, unsigned char packet[COMMAND_ANSWER_SIZE]) {
 enum command_news command_client_wait(struct command_client *c, int patience_ms, const sigset_t *mask) {
     unsigned char packet[COMMAND_ANSWER_SIZE];
     struct pollfd p = {.fd = c->fd, .events = POLLIN};
-    for (int64_t end_ms = now_ms() + patience_ms, left_ms = patience_ms; left_ms >= 0; left_ms = end_ms - now_ms()) {
+    for (int64_t end_ms = monotonic_ms() + patience_ms, left_ms = patience_ms; left_ms >= 0; left_ms = end_ms - monotonic_ms()) {
         struct timespec left = {.tv_sec = left_ms / MS_PER_S, .tv_nsec = left_ms % MS_PER_S * NS_PER_MS};
         int ready = ppoll(&p, 1, &left, mask);
         if (ready < 0 && !mask) continue;

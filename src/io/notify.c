@@ -9,6 +9,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "monotonic.h"
 #include "units.h"
 
 enum { NONE = -1 };
@@ -55,10 +56,8 @@ void notify_send(const struct notify *n, const char *lines) {
 }
 
 void notify_alive(struct notify *n) {
-    struct timespec t;
     if (n->socket < 0 || n->every_ns == 0) return;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    int64_t now_ns = t.tv_sec * NS_PER_S + t.tv_nsec;
+    int64_t now_ns = monotonic_ns();
     if (n->alive_ns && now_ns - n->alive_ns < n->every_ns) return;
     n->alive_ns = now_ns;
     notify_send(n, "WATCHDOG=1");

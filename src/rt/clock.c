@@ -3,19 +3,14 @@
 #include <errno.h>
 #include <time.h>
 
+#include "monotonic.h"
 #include "units.h"
 
 static const int64_t yield_ns = NS_PER_S / 1000; /* sleeping: a real-time thread that spins starves
                                                   * others, any other takes their time */
 
-static int64_t read_ns(clockid_t id) {
-    struct timespec t;
-    clock_gettime(id, &t);
-    return t.tv_sec * NS_PER_S + t.tv_nsec;
-}
-
-static void sleep_until(int64_t monotonic_ns) {
-    struct timespec t = {.tv_sec = monotonic_ns / NS_PER_S, .tv_nsec = monotonic_ns % NS_PER_S};
+static void sleep_until(int64_t at_ns) {
+    struct timespec t = {.tv_sec = at_ns / NS_PER_S, .tv_nsec = at_ns % NS_PER_S};
     while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, NULL) == EINTR) continue;
 }
 
@@ -24,13 +19,15 @@ static void set(struct clock *c, int64_t now_ns) { atomic_store_explicit(&c->now
 void clock_start(struct clock *c, enum clock_kind kind) {
     *c = (struct clock){.kind = kind};
     if (kind == CLOCK_VIRTUAL) return;
-    c->start_ns = c->woke_ns = read_ns(CLOCK_MONOTONIC);
-    c->system_us = read_ns(CLOCK_REALTIME) / NS_PER_US;
+    c->start_ns = c->woke_ns = monotonic_ns();
+    struct timespec t;
+    clock_gettime(CLOCK_REALTIME, &t);
+    c->system_us = (t.tv_sec * NS_PER_S + t.tv_nsec) / NS_PER_US;
 }
 
 int64_t clock_now(const struct clock *c) {
     if (c->kind != CLOCK_REAL) return atomic_load_explicit(&c->now_ns, memory_order_relaxed);
-    return read_ns(CLOCK_MONOTONIC) - c->start_ns;
+    return monotonic_ns() - c->start_ns;
 }
 
 int64_t clock_wait(struct clock *c, int64_t until_ns, int64_t *late_ns) {
@@ -38,13 +35,13 @@ int64_t clock_wait(struct clock *c, int64_t until_ns, int64_t *late_ns) {
     set(c, until_ns);
     if (c->kind == CLOCK_VIRTUAL) return until_ns;
     sleep_until(c->start_ns + until_ns);
-    c->woke_ns = read_ns(CLOCK_MONOTONIC);
+    c->woke_ns = monotonic_ns();
     *late_ns = c->woke_ns - c->start_ns - until_ns;
     return c->kind == CLOCK_REAL ? until_ns + *late_ns : until_ns;
 }
 
 void clock_stretch(struct clock *c, int64_t by_ns) { c->start_ns += by_ns; }
 
-int64_t clock_since_wake(const struct clock *c) { return c->kind == CLOCK_VIRTUAL ? 0 : read_ns(CLOCK_MONOTONIC) - c->woke_ns; }
+int64_t clock_since_wake(const struct clock *c) { return c->kind == CLOCK_VIRTUAL ? 0 : monotonic_ns() - c->woke_ns; }
 
-void clock_yield(void) { sleep_until(read_ns(CLOCK_MONOTONIC) + yield_ns); }
+void clock_yield(void) { sleep_until(monotonic_ns() + yield_ns); }

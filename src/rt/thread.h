@@ -5,6 +5,7 @@
 #define HEXID_THREAD_H
 
 #include <pthread.h>
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "status.h"
@@ -18,6 +19,9 @@ enum {
 
 /* Any thread. STATUS_IO with its name ("loop"), the reason and the remedy. */
 int thread_start(pthread_t *thread, const char *what, size_t stack_bytes, void *(*run)(void *), void *argument, struct error *error);
+
+/* Waits for the end of a thread; false: it has not ended after so many seconds, and can be waited for again. */
+bool thread_join_within(pthread_t thread, int seconds);
 
 /* Sets the size of the stacks of threads that libraries start. Main thread, at the start. */
 void thread_defaults(void);
