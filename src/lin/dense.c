@@ -4,10 +4,10 @@
 #include <string.h>
 
 enum { TOGETHER = 8 };
-static const double SINGULAR = 1e-14; /* of the diagonal, what rounding leaves of a dependent
-                                       * column */
+static const double SINGULAR = 1e-14; /* share of the diagonal that rounding leaves of a
+                                       * dependent column */
 
-/* Element j of so many rows: sums that do not wait for each other. */
+/* Computes element j of several rows of L at once: their sums do not wait for each other. */
 static inline void column(int j, int row, int rows, double *a, const double *aj) {
     double s[TOGETHER];
     for (int i = 0; i < rows; i++) s[i] = a[i * row + j];

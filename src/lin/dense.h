@@ -5,14 +5,14 @@
 
 #include <stdbool.h>
 
-/* In place, from the lower triangle: A = L L'. False where A is not positive
+/* Factors A = L L' in place, reading its lower triangle. Returns false if A is not positive
  * definite to rounding. */
 bool dense_factor(int n, int row, double *a);
 
-/* b := (L L')^-1 b. */
+/* Solves L L' x = b in place: b becomes x. */
 void dense_solve(int n, int row, const double *factor, double *b);
 
-/* Diagonal of (L L')^-1. */
+/* Computes the diagonal of (L L')^-1. `work` holds n values. */
 void dense_inverse_diagonal(int n, int row, const double *factor, double *diagonal, double *work);
 
 #endif

@@ -5,7 +5,7 @@
 #include <limits>
 
 #define EIGEN_NO_MALLOC
-/* GCC 12 cannot see that Eigen's fixed storage holds at least one element */
+/* GCC 12 cannot see that Eigen's fixed storage holds at least one element. */
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -13,9 +13,9 @@
 
 namespace {
 
-/* storage inside: no heap */
+/* The storage is inside the matrix, not on the heap. */
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, LIN_MAX, LIN_MAX>;
-using Svd = Eigen::JacobiSVD<Matrix, Eigen::NoQRPreconditioner>; /* of square matrices */
+using Svd = Eigen::JacobiSVD<Matrix, Eigen::NoQRPreconditioner>; /* square matrices only */
 using Input = Eigen::Map<const Matrix>;
 using Output = Eigen::Map<Matrix>;
 
@@ -92,7 +92,7 @@ int lin_poles(int n, const double *a, double *real, double *imaginary) noexcept 
 
 int lin_singular_values(int m, int n, const double *a, double *values) noexcept {
     assert(fits(m, n));
-    /* rows or columns of zeros add zero singular values, at the end */
+    /* Padding to a square adds only zero singular values, which sort to the end. */
     Matrix square = Matrix::Zero(std::max(m, n), std::max(m, n));
     square.topLeftCorner(m, n) = Input(a, m, n);
     if (!square.allFinite()) return -1;

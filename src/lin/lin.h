@@ -1,6 +1,6 @@
-/* Dense linear algebra of small fixed sizes by Eigen, behind extern "C": no exception leaves, no
- * heap (Eigen's own requests for it are compiled to assertion failures). Matrices are row-major and
- * may not overlap the result. Callers look at rank and condition. Any thread. */
+/* Dense linear algebra of small fixed sizes by Eigen, behind extern "C". No exception leaves,
+ * and no heap is used (Eigen's own allocations are compiled to assertion failures). Matrices are
+ * row-major; a result must not overlap an input. Callers check rank and condition. Any thread. */
 #ifndef HEXID_LIN_H
 #define HEXID_LIN_H
 
@@ -14,36 +14,38 @@ extern "C" {
 enum { LIN_MAX = 40 }; /* largest number of rows or columns */
 
 struct lin_report {
-    int rank;         /* 0 when an input is not finite: the result is then all NaN */
-    double condition; /* largest over smallest singular value; infinity when singular */
+    int rank;         /* 0 if an input is not finite; the result is then all NaN */
+    double condition; /* largest over smallest singular value; infinity if singular */
 };
 
-/* Solves X A = B for X by singular value decomposition, which yields rank and condition at once. A
- * n x n, B and X m x n. On rank deficiency (singular values below n epsilon times the largest) X is
- * the least-squares solution of least norm, and the report says so. */
+/* Solves X A = B for X by singular value decomposition, which yields rank and condition at once.
+ * A is n x n, B and X are m x n. If A is rank-deficient (singular values below n epsilon times
+ * the largest), X is the least-squares solution of least norm, and the report says so. */
 struct lin_report lin_solve_right(int n, int m, const double *a, const double *b, double *x) LIN_NOEXCEPT;
 
-/* Solves the symmetric positive definite system A X = B (LDLT); only the lower triangle of A is
- * read. A n x n, B and X n x m. Rank is the number of eigenvalues above n epsilon times the largest
- * magnitude; X is all NaN unless that is n. */
+/* Solves the symmetric positive definite system A X = B (LDLT); reads only the lower triangle of
+ * A. A is n x n, B and X are n x m. Rank is the number of eigenvalues above n epsilon times the
+ * largest magnitude; X is all NaN unless the rank is n. */
 struct lin_report lin_solve_spd(int n, int m, const double *a, const double *b, double *x) LIN_NOEXCEPT;
 
 /* Inverse of a general n x n matrix; the pseudo-inverse when it is singular. */
 struct lin_report lin_inverse(int n, const double *a, double *inverse) LIN_NOEXCEPT;
 
-/* Eigenvalues of a symmetric n x n matrix, ascending; only the lower triangle is read. 0, or -1:
- * not converged, or A is not finite. */
+/* Eigenvalues of a symmetric n x n matrix, ascending; reads only the lower triangle. Returns 0,
+ * or -1 if it does not converge or A is not finite. */
 int lin_eigenvalues(int n, const double *a, double *eigenvalues) LIN_NOEXCEPT;
 
-/* Eigenvalues, ascending, and eigenvectors of A x = value B x, A symmetric, B symmetric positive
- * definite, n x n, lower triangles read; row i of `vectors` is the i-th eigenvector, x' B x = 1. 0,
- * or -1: B is not positive definite, not converged, or not finite. */
+/* Eigenvalues, ascending, and eigenvectors of A x = value B x. A is symmetric, B symmetric
+ * positive definite, both n x n; only lower triangles are read. Row i of `vectors` is the i-th
+ * eigenvector, scaled so that x' B x = 1. Returns 0, or -1 if B is not positive definite, if it
+ * does not converge, or if an input is not finite. */
 int lin_eigenvectors(int n, const double *a, const double *b, double *eigenvalues, double *vectors) LIN_NOEXCEPT;
 
-/* Eigenvalues of a general n x n matrix, in no order. 0, or -1 as above. */
+/* Eigenvalues of a general n x n matrix, in no order. Returns 0, or -1 if it does not converge
+ * or A is not finite. */
 int lin_poles(int n, const double *a, double *real, double *imaginary) LIN_NOEXCEPT;
 
-/* The min(m, n) singular values of an m x n matrix, descending. 0, or -1 as above. */
+/* The min(m, n) singular values of an m x n matrix, descending. Returns 0, or -1 as lin_poles(). */
 int lin_singular_values(int m, int n, const double *a, double *values) LIN_NOEXCEPT;
 
 #ifdef __cplusplus

@@ -2,7 +2,7 @@
 #ifndef HEXID_SORT_H
 #define HEXID_SORT_H
 
-/* In place, ascending; no NaN among them. */
+/* Sorts in place, ascending. No value may be NaN. */
 void sort_ascending(int count, double *value);
 
 #endif
