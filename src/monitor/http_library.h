@@ -1,5 +1,5 @@
-/* libmicrohttpd, loaded when a live page is asked for: it brings GnuTLS and ten libraries more,
- * which have no business in the process that moves a machine. Ordinary threads. */
+/* libmicrohttpd, loaded only if a live page is asked for: it brings GnuTLS and ten more
+ * libraries, which do not belong in the process that moves a machine. Ordinary threads. */
 #ifndef HEXID_HTTP_LIBRARY_H
 #define HEXID_HTTP_LIBRARY_H
 
@@ -23,7 +23,7 @@ struct http_library {
     __typeof__(&MHD_resume_connection) resume;
 };
 
-/* -3 when it is not there. It stays loaded. */
+/* Loads the library, which stays loaded. Returns -3 if it is not installed. */
 int http_library_load(struct http_library *library, struct error *error);
 
 #endif

@@ -1,4 +1,4 @@
-/* The files of src/monitor/page/, as the Makefile puts them into the program. */
+/* The files of src/monitor/page/, which the Makefile compiles into the program. */
 #ifndef HEXID_LIVE_PAGE_H
 #define HEXID_LIVE_PAGE_H
 
@@ -10,6 +10,6 @@ struct live_file {
     size_t size;
 };
 
-extern const struct live_file live_files[]; /* ended by one without a name */
+extern const struct live_file live_files[]; /* an entry without a name ends the list */
 
 #endif

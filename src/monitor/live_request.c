@@ -26,8 +26,8 @@ static bool parse_port(const char *text, int *port) {
     return *port >= 0 && *port <= MOST;
 }
 
-/* Splits HOST:PORT, the host of an IPv6 address in brackets. `port` points into text, NULL
- * where there is none. */
+/* Splits HOST:PORT; an IPv6 host stands in brackets. `port` points into text, or is NULL if
+ * there is no port. */
 static bool split(const char *text, char host[LIVE_HOST_SIZE], const char **port) {
     bool bracket = *text == '[';
     const char *begin = text + bracket, *end = bracket ? strchr(text, ']') : begin + strcspn(text, ":");
@@ -66,11 +66,12 @@ static int port_of(int fd) {
     return atoi(port);
 }
 
-/* -1 with errno. */
+/* Returns the socket, or -1 with errno. */
 static int listen_at(const struct addrinfo *at) {
     int yes = 1, room = SEND_BUFFER, fd = socket(at->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (fd < 0) return -1;
-    /* of the connections, too: what a reader lags behind is not kept here */
+    /* Connections inherit the size; the small buffer keeps data from piling up for a slow
+     * reader. */
     setsockopt(fd, SOL_SOCKET, SO_SNDBUF, &room, sizeof room);
     if (!setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes) && !bind(fd, at->ai_addr, at->ai_addrlen) && !listen(fd, BACKLOG))
         return fd;

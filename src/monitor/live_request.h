@@ -1,5 +1,5 @@
-/* What a browser may ask of the live page, and where the page is served. Pure but
- * for live_listen(). */
+/* Addresses of the live page, and the check of a request's Host header. Pure but for
+ * live_listen(). */
 #ifndef HEXID_LIVE_REQUEST_H
 #define HEXID_LIVE_REQUEST_H
 
@@ -11,16 +11,17 @@
 enum { LIVE_HOST_SIZE = 256, LIVE_URL_SIZE = LIVE_HOST_SIZE + 24 };
 
 struct live_address {
-    char host[LIVE_HOST_SIZE]; /* as it was given, without brackets; "127.0.0.1" where none was */
-    int port;                  /* 0: one that is free */
+    char host[LIVE_HOST_SIZE]; /* as given, without brackets; "127.0.0.1" if none was given */
+    int port;                  /* 0: any free port */
 };
 
-/* "127.0.0.1:8321", "localhost:8321", "[::1]:8321", "8321". -2. */
+/* Accepts "127.0.0.1:8321", "localhost:8321", "[::1]:8321" and "8321". Returns -2 for anything
+ * else. */
 int live_address_parse(const char *text, struct live_address *address, struct error *error);
 
-/* A socket that listens there, not blocking, or -3: the name is not known, the address is not this
- * host's, the port is taken or needs rights. url: what a browser on this host is given. loopback:
- * nobody on another host reaches it. */
+/* Opens a non-blocking listening socket. `url` is the address for a browser on this host;
+ * `loopback` means that no other host reaches it. Returns -3 if the name is unknown, the address
+ * is not this host's, or the port is taken or needs privileges. */
 struct live_listener {
     int fd;
     bool loopback;
@@ -28,11 +29,11 @@ struct live_listener {
 };
 int live_listen(const struct live_address *address, struct live_listener *listener, struct error *error);
 
-/* The request is for this page. SAFETY: a page from elsewhere whose name is made to mean this host
- * (DNS rebinding) could read the machine's state through its user's browser; its requests carry
- * that name. So a name must be one that is known here: localhost, this host's own (own_name) or the
- * one the page is served under (served); an address cannot be made to mean another. Any port: a
- * tunnel has its own. */
+/* Is the request's Host header one of ours? SAFETY: a foreign page whose name is made to resolve
+ * to this host (DNS rebinding) could read the machine's state through its user's browser, but
+ * its requests carry that name. So only known names pass: localhost, this host's own (own_name),
+ * the one that the page is served under (served). Any literal address passes, because it cannot
+ * be rebound; so does any port, because tunnels have their own. */
 bool live_host_allowed(const char *host, const char *served, const char *own_name);
 
 #endif

@@ -10,14 +10,13 @@
 
 enum { CONNECTIONS = 2 * LIVE_CLIENTS, STILL_S = 15, HEALTH_MS = 250, AT_ONCE = 64, RETRY_MS = 1000, TURN_MS = 50 };
 
-/* One browser's stream. Numbers and versions: of what it has been sent. */
+/* One browser's stream. `cycle`, `event` and `version` tell what it has been sent. */
 struct client {
     struct live_server *server;
     struct MHD_Connection *connection; /* NULL: the place is free */
-    struct json_text piece;            /* of the stream, under way: `sent` bytes of it
-                                        * have been handed over */
+    struct json_text piece; /* the chunk being sent; `sent` bytes of it are handed over */
     size_t sent;
-    bool greeted, waits;               /* waits: suspended until there is something to say */
+    bool greeted, waits;               /* waits: suspended until there is news */
     int64_t health_ms;
     uint64_t cycle, event, version[LIVE_PLACES];
 };
@@ -28,7 +27,7 @@ struct live_server {
     const struct live_state *state;
     const char *served;
     char own_name[LIVE_HOST_SIZE];
-    char *style;                       /* page_style()'s */
+    char *style;                       /* made by page_style() */
     size_t style_size;
     int64_t now_ms;
     struct client client[LIVE_CLIENTS];
@@ -46,8 +45,8 @@ static void say(struct json_text *to, const char *name, const struct json_text *
     say_end(to);
 }
 
-/* The newest so many of a ring, joined as an array: those after `*told`, which
- * becomes the last one. */
+/* Sends the ring's entries after `*told`, at most AT_ONCE, as an array; `*told` becomes the last
+ * one sent. */
 static void say_ring(struct json_text *to, const char *name, const struct json_text *ring, uint64_t size, uint64_t count, uint64_t *told) {
     uint64_t most = count - *told < AT_ONCE ? count : *told + AT_ONCE;
     if (*told == count) return;
@@ -62,7 +61,7 @@ static void say_ring(struct json_text *to, const char *name, const struct json_t
     *told = most;
 }
 
-/* Whoever is too far behind goes on with the oldest that is still there. */
+/* A browser that is too far behind goes on with the oldest entry still in the ring. */
 static void catch_up(uint64_t *told, uint64_t count, uint64_t size) {
     if (count - *told >= size) *told = count - size + 1;
 }
@@ -73,7 +72,7 @@ static bool has_news(const struct client *c) {
            c->server->now_ms - c->health_ms >= HEALTH_MS;
 }
 
-/* The next piece: all that is new, of cycles and events so many. */
+/* Composes the next chunk: every place that changed, and a bounded number of cycles and events. */
 static void compose(struct client *c) {
     const struct live_state *s = c->server->state;
     struct json_text *to = &c->piece;
@@ -96,7 +95,7 @@ static void compose(struct client *c) {
     c->greeted = true;
 }
 
-/* libmicrohttpd asks for more whenever the browser has taken what it was given. */
+/* libmicrohttpd calls this whenever the browser has taken what it was given. */
 static ssize_t give(void *context, uint64_t position, char *buffer, size_t room) {
     struct client *c = context;
     (void)position;
@@ -121,8 +120,7 @@ static void leave(void *context) {
 
 /* ---- requests ---- */
 
-/* Nothing is loaded from elsewhere, nobody shows this page inside another, and no
- * browser keeps it. */
+/* The page loads nothing from elsewhere, cannot be framed by another page, and is not cached. */
 static const char *const headers[][2] = {
     {"Content-Security-Policy", "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:; "
                                 "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"},
@@ -132,7 +130,7 @@ static const char *const headers[][2] = {
     {"Cache-Control", "no-store"},
 };
 
-/* Takes over the response; NULL: no memory, the connection is ended. */
+/* Takes over the response. NULL means that memory ran out, and ends the connection. */
 static enum MHD_Result send_response(struct live_server *s, struct MHD_Connection *to, unsigned status, struct MHD_Response *r,
                                      const char *type) {
     if (!r) return MHD_NO;
@@ -153,7 +151,7 @@ static enum MHD_Result send_words(struct live_server *s, struct MHD_Connection *
     return send_bytes(s, to, status, words, strlen(words), "text/plain; charset=utf-8");
 }
 
-/* page.css is the style of hexid's reports. */
+/* page.css is the style that hexid's reports use too. */
 static enum MHD_Result send_file(struct live_server *s, struct MHD_Connection *to, const char *name) {
     static const char *const types[][2] = {
         {".html", "text/html; charset=utf-8"}, {".css", "text/css"}, {".js", "text/javascript; charset=utf-8"}};

@@ -11,8 +11,8 @@
 
 enum { DIGITS = 6, REORDERED_MS = 100, REORDERED_CYCLES = 100, EVENT_TEXT = 600 };
 
-static const uint64_t APART_NS = 19 * NS_PER_S / 1000; /* cycles that are kept: 50 a second,
-                                                        * whatever the rate on the wire */
+/* spacing of kept cycles: 50 a second, whatever the rate on the wire */
+static const uint64_t APART_NS = 19 * NS_PER_S / 1000;
 
 const char *const live_place_names[LIVE_PLACES] = {
     [LIVE_FAULT] = "fault",
@@ -55,7 +55,7 @@ static void machine_tests(struct json_text *j, const struct params *p) {
     int count = tests_count(t);
     for (int i = 0; i < count; i++) name[i] = tests_name(t, tests_single(t) ? t->order[i] : DOF_NONE);
     words(j, "tests", name, count);
-    /* a trajectory's length is not in the configuration */
+    /* The length of a trajectory is not in the configuration. */
     bool timed = tests_single(t) || t->multisine;
     number(j, "settle_s", t->settle_s);
     number(j, "test_s", timed ? t->ramp_s + t->duration_s + t->ramp_out_s : (double)NAN);
@@ -113,7 +113,7 @@ void live_state_free(struct live_state *s) {
 
 /* ---- what comes ---- */
 
-/* Empties a place, to be written anew. */
+/* Empties a place for new contents. */
 static struct json_text *renew(struct live_state *s, int place) {
     s->version[place]++;
     json_text_restart(&s->place[place]);
@@ -133,16 +133,16 @@ static void write_fault(struct live_state *s) {
     json_text_add(j, "}", 1);
 }
 
-/* Of a fault two things may tell: its events, which have the run's own words, and the state of a
- * cycle, which is repeated as long as the fault stands. Either may be missing: a message was lost,
- * or somebody looks later; a run that ends with its fault sends no cycle of it. */
+/* A fault is known from two sources: its events, which carry the run's own text, and the state
+ * of each cycle while the fault stands. Either may be missing: a message was lost, the viewer
+ * joined late, or a run ended with its fault and sent no cycle of it. */
 static void fault_of_cycle(struct live_state *s, const struct cycle *c) {
     struct live_fault *f = &s->fault;
     const struct failure *row = failure_of(c->first_fault);
     uint32_t legs = (c->faults & FAULT_LEGS) >> FAULT_LEG_SHIFT;
     if (row ? f->there && f->legs == legs : !f->there || c->seq <= f->seq) return;
     if (row && !f->there) {
-        *f->measured = '\0'; /* no cycle carries it */
+        *f->measured = '\0'; /* cycles do not carry the measured value */
         snprintf(f->cause, sizeof f->cause, "%s; most likely %s", row->what, row->cause);
         snprintf(f->remedy, sizeof f->remedy, "%s; then `hexid command reset`, `engage`, or start the run again", row->remedy);
     }
@@ -153,7 +153,7 @@ static void fault_of_cycle(struct live_state *s, const struct cycle *c) {
     write_fault(s);
 }
 
-/* "standstill, legs 2 3: 2.1 mm", as fault_line() has it: a bit each. */
+/* Legs named in "standstill, legs 2 3: 2.1 mm", the format of fault_line(); one bit each. */
 static uint32_t legs_of(const char *name) {
     uint32_t legs = 0;
     const char *list = strstr(name, ", leg");
@@ -199,7 +199,7 @@ static void keep_cycle(struct live_state *s, const struct cycle *c) {
     json_text_add(j, "}", 1);
 }
 
-/* Another start of hexid: what was of the run before is gone; hexid gap's word is of no run. */
+/* Begins a new run: drops what the run before left, except LIVE_GAP, which belongs to no run. */
 static void begin_run(struct live_state *s) {
     s->run++;
     s->messages = s->lost = s->step = 0;
@@ -218,7 +218,7 @@ static void count(struct live_state *s, const struct cycle *c) {
 
 static void take_cycle(struct live_state *s, const struct cycle *c, int64_t now_ms) {
     bool back = s->heard && c->seq < s->newest.seq;
-    /* late on its way */
+    /* An old number that comes soon after the newest is a reordered datagram, not a new run. */
     if (back && s->newest.seq - c->seq < REORDERED_CYCLES && now_ms - s->heard_ms < REORDERED_MS) return;
     if (back || !s->heard) begin_run(s);
     fault_of_cycle(s, c);
@@ -226,12 +226,12 @@ static void take_cycle(struct live_state *s, const struct cycle *c, int64_t now_
     s->heard = true;
     s->heard_ms = now_ms;
     s->newest = *c;
-    /* times of strangers may be any */
+    /* Times come from the network and may be anything, so the difference is taken unsigned. */
     uint64_t apart_ns = (uint64_t)c->in.time_ns - (uint64_t)s->kept_ns;
     if (s->messages == 1 || c->in.time_ns < s->kept_ns || apart_ns >= APART_NS) keep_cycle(s, c);
 }
 
-/* A log that is replayed begins with its configuration, which nobody reads here. */
+/* A replayed log begins with an event that holds its configuration; the page does not use it. */
 static void take_event(struct live_state *s, const struct event *e) {
     struct json_text *j = &s->event[(s->events + 1) % LIVE_EVENTS];
     char kind[40], text[EVENT_TEXT];
@@ -251,7 +251,7 @@ static void take_event(struct live_state *s, const struct event *e) {
     json_text_add(j, "}", 1);
 }
 
-/* Where a message goes, -1: it is not shown. An older type of a channel goes where
+/* Place that shows a message, or -1 if it is not shown. An older type of a channel goes where
  * the newer one does. */
 static int place_of(const struct message *m) {
     for (int i = LIVE_LOOP_STATS; i < LIVE_TEST; i++)
@@ -282,7 +282,8 @@ void live_state_take(struct live_state *s, const struct bus_message *b, int64_t 
     }
 }
 
-/* A cycle with a doubt has a pose that is not of its lengths. */
+/* Largest difference between the lengths implied by the pose and the measured ones. A cycle with
+ * flags or faults is skipped: its pose may not match its lengths. */
 static double misfit(const struct live_state *s) {
     double length_m[LEGS], most = 0.0;
     if (!s->heard || s->params->mechanism == MECHANISM_AXIS || s->newest.in.flags || s->newest.faults) return 0.0;

@@ -1,6 +1,6 @@
-/* What the live page shows of a hexid that is heard over LCM, ready to be sent: the newest message
- * of each kind, the last events, the cycles of the last 20 s, each as JSON. Bounded, whatever
- * comes: a message larger than any of hexid's is counted and dropped. One thread. */
+/* State behind the live page: what is heard of a hexid over LCM, as JSON ready to send: the
+ * newest message of each kind, the last events, the cycles of the last 20 s. Memory is bounded
+ * whatever arrives: a message larger than any of hexid's is counted and dropped. One thread. */
 #ifndef HEXID_LIVE_STATE_H
 #define HEXID_LIVE_STATE_H
 
@@ -12,49 +12,49 @@
 
 enum { LIVE_CYCLES = 1024, LIVE_EVENTS = 64, LIVE_MESSAGE_MAX = 16384 };
 
-/* Places for what is shown until the next of its kind replaces it; a test's is its place in
- * the list of tests. */
+/* Places, each of which shows a message until the next of its kind replaces it. A test's place
+ * is LIVE_TEST plus its index in the list of tests. */
 enum live_place { LIVE_FAULT, LIVE_LOOP_STATS, LIVE_METHOD_C, LIVE_IDENTIFICATION, LIVE_GAP, LIVE_TEST, LIVE_PLACES = LIVE_TEST + DOFS };
-extern const char *const live_place_names[LIVE_PLACES]; /* the type of the message, "fault" */
+extern const char *const live_place_names[LIVE_PLACES]; /* the message's type, or "fault" */
 
 struct live_state {
     const struct params *params;
     struct kinematics kinematics;
-    struct json_text machine;            /* what the configuration says; never changes */
+    struct json_text machine;            /* from the configuration; never changes */
 
     struct live_fault {
         bool there;
-        uint64_t seq;                    /* of the cycle that it was told of */
-        uint32_t legs;                   /* a bit each */
+        uint64_t seq;                    /* cycle that reported it */
+        uint32_t legs;                   /* one bit each */
         char name[FAULT_TEXT_SIZE], measured[FAULT_MEASURE_SIZE], cause[FAILURE_TEXT_SIZE], remedy[FAILURE_TEXT_SIZE];
     } fault;
     struct cycle newest;
-    bool heard;                          /* newest is one */
-    int64_t heard_ms, kept_ns;           /* when the newest came; the time of the newest in
-                                          * `cycle` */
-    int64_t run;                         /* starts of a hexid that were noticed, 1 the first */
+    bool heard;                          /* `newest` is valid */
+    int64_t heard_ms, kept_ns; /* arrival of `newest`; time stamp of the newest entry of `cycle` */
+    int64_t run;                         /* number of hexid starts noticed; 1 is the first */
     int64_t step;                        /* cycles from one HEXID_STATE to the next */
-    int64_t messages, lost, dropped;     /* HEXID_STATE that came and that are missing, in this run;
-                                          * datagrams that were no message */
+    int64_t messages, lost, dropped;     /* HEXID_STATE messages received and missing in this
+                                          * run; datagrams that were no valid message */
 
-    struct json_text cycle[LIVE_CYCLES]; /* a ring: number n, from 1, is cycle[n % LIVE_CYCLES] */
-    struct json_text event[LIVE_EVENTS]; /* likewise */
-    uint64_t cycles, events;             /* so many were there, ever */
+    struct json_text cycle[LIVE_CYCLES]; /* ring: number n, from 1, is cycle[n % LIVE_CYCLES] */
+    struct json_text event[LIVE_EVENTS]; /* ring, likewise */
+    uint64_t cycles, events;             /* totals ever received */
     struct json_text place[LIVE_PLACES];
-    uint64_t version[LIVE_PLACES];       /* counts its changes; empty JSON:
-                                          * nothing there (any more) */
+    uint64_t version[LIVE_PLACES]; /* counts changes of a place; empty JSON: nothing to show */
 };
 
-/* `params` stays in use. -2: a geometry that cannot be drawn; -3: no memory. */
+/* `params` must outlive the state. Returns -2 for a geometry that cannot be drawn, -3 without
+ * memory. */
 int live_state_init(struct live_state *s, const struct params *params, struct error *error);
 void live_state_free(struct live_state *s);
 
-/* now_ms: of any clock that does not stand still. */
+/* Takes one message. now_ms: any monotonic clock. */
 void live_state_take(struct live_state *s, const struct bus_message *message, int64_t now_ms);
 
-/* {"run", "messages", "lost", "dropped", "silence_s", "misfit_m"}: silence_s since the newest cycle
- * came, misfit_m by how much the lengths that its pose has in this configuration differ from its
- * own at most: much where the configuration is of another machine. */
+/* Writes {"run", "messages", "lost", "dropped", "silence_s", "misfit_m"}. silence_s is the time
+ * since the newest cycle came. misfit_m is the largest difference between the measured lengths
+ * and those that the pose implies under this configuration; a large value means that the
+ * configuration is another machine's. */
 void live_state_health(const struct live_state *s, int64_t now_ms, struct json_text *json);
 
 #endif
