@@ -1,6 +1,7 @@
 """The documentation, README.md and all *.md, read as its readers do. From the repository root.
 
-    pages.py links            every link, anchor, file and page that a page or a source names is there; README.md and the pictures are small
+    pages.py links            every link, anchor, file and page that a page or a source names is there, and each function of docs/code.md in its file;
+                              README.md and the pictures are small
     pages.py messages         every message in the first column of docs/troubleshooting.md's tables is in a source, dots for what is filled in
     pages.py installed DIR    the same links of the pages installed there; what they tell a reader to type has no path of a checkout
     pages.py commands PAGE    the commands of a page: its blocks that begin with ```sh
@@ -71,11 +72,22 @@ def broken_names(source):
             yield f"{source}: {file}, {title}: no such heading"
 
 
+def broken_functions(page):
+    """A paragraph or an item of a list names a function() and the file that defines it."""
+    for part in re.split(r"\n\n|\n(?=\d+\. )", page.read_text()):
+        files = [pathlib.Path(f) for f in re.findall(r"`((?:src|hal|sim|include)/[\w/.-]+\.[ch])`", part)]
+        defined = "\n".join(f.read_text() for f in files if f.exists())
+        for name in re.findall(r"`(\w+)\(\)`", part):
+            if not re.search(rf"^[a-z].*\b{name}\(.*[{{,]$|^[a-z].*\b{name}\(.*\}}$", defined, re.M):
+                yield f"{page}: {name}(): in none of the files that its paragraph names"
+
+
 def links():
     pages = [p for p in pathlib.Path(".").rglob("*.md") if p.parts[0] not in ("build", "runs")]
     sources = [f for s in SOURCES for f in ([pathlib.Path(s)] if pathlib.Path(s).is_file() else pathlib.Path(s).rglob("*"))
                if f.is_file() and "__pycache__" not in f.parts]
     broken = [b for p in pages for b in broken_links(p)] + [b for s in sources for b in broken_names(s)]
+    broken += broken_functions(pathlib.Path("docs/code.md"))
     listed = pathlib.Path("docs/README.md").read_text()
     broken += [f"docs/README.md: does not list {p.name}" for p in pages
                if p.parent == pathlib.Path("docs") and p.name != "README.md" and f"({p.name})" not in listed]
