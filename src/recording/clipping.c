@@ -4,18 +4,20 @@
 
 #include "units.h"
 
-static const double CLIPPED = 0.12;      /* of the samples, at the very largest or smallest
-                                          * value, */
-static const double CLIPPED_TIMES = 2.0; /* and more than so many times what a sinusoid has there in
-                                          * steps as coarse as the reading's */
-static const double ABRUPT = 0.3;        /* of the largest step between samples: a leg that friction
-                                          * holds comes to rest */
+/* A channel is clipped if more than this share of its samples is at its largest or smallest
+ * value, */
+static const double CLIPPED = 0.12;
+/* and if that share is so many times the one of a sinusoid at the reading's resolution. */
+static const double CLIPPED_TIMES = 2.0;
+/* A length is clipped only if it reaches the plateau at this share of its largest step: a leg that
+ * friction holds slows down to rest instead. */
+static const double ABRUPT = 0.3;
 
 static const size_t STRIDE = sizeof(struct recording_sample) / sizeof(double);
 _Static_assert(sizeof(struct recording_sample) % sizeof(double) == 0, "samples are addressed as doubles");
 
-/* The samples at the largest value, or with sign -1 at the smallest, where they are more than a
- * sinusoid has there, and of a smooth one come to it at speed. */
+/* Number of samples at the largest value, or with sign -1 at the smallest; 0 unless they are more
+ * than a sinusoid has there, and a smooth channel arrives there at speed. */
 static int plateau(const struct recording_test *t, const double *first, double sign, const struct recording_scale *scale) {
     double top = -HUGE_VAL, next = -HUGE_VAL, bottom = HUGE_VAL, before = NAN, entering = 0.0, fastest = 0.0;
     int there = 0, n = 0, entries = 0;
@@ -38,7 +40,7 @@ int recording_clipped(const struct recording_test *t, const double *first, const
     int clipped = 0, few = (t->end - t->first) / 50;
     for (int i = t->first; i < t->end; i++) clipped += first[(size_t)(i - t->first) * STRIDE] >= scale->top;
     if (clipped <= few) clipped = plateau(t, first, 1.0, scale);
-    /* a low end is physics: the tank's pressure */
+    /* Pressures saturate only at the top: the tank's pressure is a real lower end. */
     if (clipped <= few && scale->smooth) clipped = plateau(t, first, -1.0, scale);
     return clipped > few ? clipped : 0;
 }

@@ -1,19 +1,18 @@
-/* Channels at the end of what they can read. Pure. */
+/* Finds channels that saturate. Pure. */
 #ifndef HEXID_CLIPPING_H
 #define HEXID_CLIPPING_H
 
 #include "recording.h"
 
-/* What a channel can read: the end of its range, and its steps where they are known.
- * smooth: it cannot jump. */
+/* Range of a channel. */
 struct recording_scale {
     double top, step;
     bool smooth;
 };
 
-/* Good samples of a test's evaluated part that are at the end of what their channel reads,
- * where those are too many to be the motion's own; else 0. first: the channel's value in
- * the first of them. */
+/* Number of good samples in the test's evaluated part at which the channel is saturated; 0 if they
+ * are so few that the motion itself may have put them there. `first` points to the channel's value
+ * in the first sample of that part. */
 int recording_clipped(const struct recording_test *t, const double *first, const struct recording_scale *scale);
 
 #endif

@@ -1,14 +1,14 @@
-/* The frequency at which the legs move in a test, whatever was stated: on a sine to 1e-5 of it.
+/* The frequency at which the legs move in a test, whatever was stated; exact to 1e-5 on a sine.
  * Pure. */
 #ifndef HEXID_FREQUENCY_H
 #define HEXID_FREQUENCY_H
 
 #include "recording.h"
 
-/* Of the evaluated part. near_hz: looked for there first; elsewhere only where most of the motion
- * is not of that frequency. reference: the log has one, and legs that follow it move at its
- * frequency to the last digit, also while their amplitude still settles. NaN: of none that is seen
- * twice. */
+/* Fits the test's evaluated part. The search starts at near_hz and goes elsewhere only if that
+ * frequency does not hold most of the motion. `reference` tells that the log has one: if the legs
+ * follow it, its frequency is returned, which is exact even while the amplitude settles. NaN if no
+ * frequency repeats at least twice. */
 double frequency_fit(const struct recording_test *t, int legs, bool reference, double near_hz);
 
 #endif

@@ -6,14 +6,14 @@
 
 enum { BLOCKS = 2048, BLOCK_LEAST = 32 };
 
-static const double FOURTH = 70.0;      /* squares of 1 -4 6 -4 1: variance of a fourth
-                                         * difference of white noise */
-static const double ROUNDING = 1e-12;   /* of a value: no step, but its last bits */
-static const double MULTIPLE = 0.05;    /* so near a whole number of steps, */
-static const double MULTIPLES = 0.95;   /* and so many of the differences */
-static const double STEPS_MOST = 1e6;   /* beyond, every difference is a multiple */
+static const double FOURTH = 70.0;      /* sum of squares of 1 -4 6 -4 1: a fourth difference's
+                                         * variance */
+static const double ROUNDING = 1e-12;   /* relative; smaller differences are rounding, not steps */
+static const double MULTIPLE = 0.05;    /* tolerance of a whole number of steps, */
+static const double MULTIPLES = 0.95;   /* which this share of the differences must meet */
+static const double STEPS_MOST = 1e6;   /* beyond, every difference looks like a multiple */
 
-/* Median over blocks of the mean square of fourth differences. */
+/* White noise, rms: from the median over blocks of the mean square of fourth differences. */
 static double white(int count, const double *x, size_t stride) {
     double block[BLOCKS], sum = 0.0;
     int size = count / BLOCKS + 1 > BLOCK_LEAST ? count / BLOCKS + 1 : BLOCK_LEAST, blocks = 0, n = 0;
@@ -30,7 +30,7 @@ static double white(int count, const double *x, size_t stride) {
     return sqrt(block[blocks / 2] / FOURTH);
 }
 
-/* The smallest difference that is none of rounding, where all others are multiples of it. */
+/* The smallest difference above rounding, if nearly all others are multiples of it; else 0. */
 static double step_of(int count, const double *x, size_t stride) {
     double step = HUGE_VAL;
     int differences = 0, multiples = 0;
@@ -50,7 +50,7 @@ static double step_of(int count, const double *x, size_t stride) {
 
 struct noise noise_measure(int count, const double *x, size_t stride) {
     struct noise n = {.rms = white(count, x, stride), .step = step_of(count, x, stride)};
-    /* fmax passes over NaN: a reading that never changes has neither */
+    /* fmax skips NaN: too few values for the white part leave the quantization noise. */
     n.rms = fmax(n.rms, n.step / sqrt(12.0));
     return n;
 }

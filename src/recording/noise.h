@@ -1,4 +1,4 @@
-/* What a sensor adds to a signal that moves slowly against its sampling: white noise and steps.
+/* Sensor noise of a signal that moves slowly against its sampling: white noise and quantization.
  * Pure, no heap, any thread. */
 #ifndef HEXID_NOISE_H
 #define HEXID_NOISE_H
@@ -6,13 +6,15 @@
 #include <stddef.h>
 
 struct noise {
-    double rms;  /* white part, by fourth differences, the median over time: motion below a tenth of
-                  * the rate hardly counts. At least what the steps make, step / sqrt(12). NaN:
-                  * fewer than five numbers in a row */
-    double step; /* the sensor's: all differences are multiples of it; 0: none is seen */
+    /* White part, from fourth differences, median over time: motion below a tenth of the sampling
+     * rate hardly counts. At least the quantization noise, step / sqrt(12), which also stands alone
+     * if no five values in a row are finite. */
+    double rms;
+    /* Resolution of the sensor: all differences are multiples of it; 0 if none is seen. */
+    double step;
 };
 
-/* Of count values, stride doubles apart; what is not finite is passed over. */
+/* Measures `count` values, `stride` doubles apart; values that are not finite are skipped. */
 struct noise noise_measure(int count, const double *x, size_t stride);
 
 #endif

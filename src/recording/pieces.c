@@ -11,60 +11,61 @@
 
 const char *const piece_names[PIECE_KINDS] = {"rest", "steady", "moving"};
 
-/* Lengths are searched on an even grid: means of neighbouring samples. */
+/* The search works on an even grid, whose points are means of neighbouring samples. */
 static const double GRID_HZ = 400.0;     /* ten points in a cycle of the fastest motion */
 static const double FASTEST_HZ = 40.0;   /* no platform is moved faster */
-static const double POINTS_LEAST = 5.0;  /* in a cycle */
+static const double POINTS_LEAST = 5.0;  /* points in a cycle */
 enum { GRID_MOST = 1 << 22, SAMPLES_LEAST = 10 };
 
 /* Rest. */
-static const double REST_S = 0.5;        /* shorter ones are turning points */
-static const double NOISE_BAND = 5.0;    /* times its rms: white noise does not
-                                          * leave it in an hour */
-static const double REST_SHARE = 3e-3;   /* of the leg's whole range: what a loop
-                                          * at rest wanders, too */
+static const double REST_S = 0.5;        /* shorter rests are turning points */
+static const double NOISE_BAND = 5.0;    /* times the noise rms: white noise stays within for an
+                                          * hour */
+static const double REST_SHARE = 3e-3;   /* share of the leg's range: a control loop at rest
+                                          * wanders */
 
 /* Steady motion. */
 static const double CYCLES_LEAST = 4.0;
-static const double SAME = 0.05;         /* of the motion's rms: so much may a cycle differ from the
-                                          * one before, rms, beside the noise */
-static const double SEARCHED = 0.2;      /* the same while the period is not known well: 2 pi
-                                          * times what it is off */
-static const double RESTLESS = 1.5;      /* times what the cycles differ by on the whole, squared: a
-                                          * loop that hunts beside its motion */
-static const double SEARCHED_RATIO = 1.04; /* a sine that is so much off in period differs by
-                                            * SEARCHED, and more than that */
-static const double LAG_RATIO = 1.005;   /* from period to period tried */
-static const double MOTION = 0.25;       /* of the motion's square at most may be no
-                                          * repetition, whatever the noise */
-static const double SWEEP = 3e-3;        /* period of the first half over that of the second: a
-                                          * sweep that is cut off at SAME has 8e-3 */
-static const double SWELL = 0.1;         /* the same of the amplitude */
-static const double COMPARED = 0.25;     /* of a cycle's points at least are measured in it and in
-                                          * the next; of a rest's, too */
-static const double UNSURE = 2.0;        /* standard deviations of what a half's cycles say,
-                                          * by what they differ */
-static const double LONGER = 1.1;        /* times: a longer period is worth it; a multiple of
-                                          * the true one is not */
-enum { WINDOW_POINTS = 64 };             /* of a cycle are compared, the rest lies between them */
-enum { PARTS = 32 };                     /* of a period are tried */
-enum { DEPTH = 64 };                     /* of pieces within what is left by others */
+/* Largest rms difference of successive cycles over the motion's rms, beyond the noise. */
+static const double SAME = 0.05;
+/* The same while the period is not known well: a period error adds 2 pi times its relative size. */
+static const double SEARCHED = 0.2;
+/* Factor on the mean square difference of cycles: some loops hunt beside their motion. */
+static const double RESTLESS = 1.5;
+/* Period error at which a sine's cycles already differ by more than SEARCHED. */
+static const double SEARCHED_RATIO = 1.04;
+static const double LAG_RATIO = 1.005;   /* ratio between successive trial periods */
+/* Largest share of the motion's variance that may fail to repeat, whatever the noise. */
+static const double MOTION = 0.25;
+/* Largest change of period between both halves; a sweep that is cut off at SAME has 8e-3. */
+static const double SWEEP = 3e-3;
+static const double SWELL = 0.1;         /* the same for the amplitude */
+/* Least share of a cycle's points that must be measured both in it and in the next; also the least
+ * share of a rest's points. */
+static const double COMPARED = 0.25;
+/* Standard deviations allowed to estimates from half a run, whose cycles differ. */
+static const double UNSURE = 2.0;
+/* Gain in length that justifies a longer period; a multiple of the true one gains less. */
+static const double LONGER = 1.1;
+enum { WINDOW_POINTS = 64 };             /* points compared per cycle; those between are skipped */
+enum { PARTS = 32 };                     /* fractions of the period that are tried */
+enum { DEPTH = 64 };                     /* levels of pieces found between other pieces */
 
 struct grid {
     int count, legs;
-    double start_s, step_s;    /* of point 0; between points */
-    double *x[LEGS];           /* means about the leg's first value */
-    double noise[LEGS];        /* rms of a point */
-    unsigned char *measured;   /* points with a sample of their own, others lie on a line between
-                                * neighbours; as many more: scratch */
+    double start_s, step_s;    /* time of point 0; time between points */
+    double *x[LEGS];           /* means of the length, relative to the leg's first value */
+    double noise[LEGS];        /* rms noise of a point */
+    /* Points with a sample of their own; the others are interpolated. A second half is scratch. */
+    unsigned char *measured;
     unsigned char *kind;       /* enum piece_kind of each point */
-    double *frequency;         /* of each point of a steady piece */
+    double *frequency;         /* frequency at each point of a steady piece */
     double *low, *high;        /* scratch, as is sums */
     struct sums *sums;
 };
 
-/* Over the points before one: squared differences from the value a period later and their number,
- * the value and its square. */
+/* Prefix sums, over all points before one: squared differences to the value a period later, their
+ * number, the value, and its square. */
 struct sums {
     double difference, compared, x, square;
 };
@@ -82,8 +83,7 @@ static bool grid_alloc(struct grid *g) {
     return there;
 }
 
-/* The line through the mean of point `from` and that of `to`, at the points whose instant
- * lies in between. */
+/* Fills the grid points between two instants by linear interpolation. */
 static void lay_line(struct grid *g, int leg, const double at[2], const double value[2], int *next) {
     double slope = at[1] > at[0] ? (value[1] - value[0]) / (at[1] - at[0]) : 0.0;
     for (; *next < g->count && g->start_s + *next * g->step_s <= at[1]; ++*next)
@@ -95,7 +95,8 @@ static int point_of(const struct grid *g, double t_s) {
     return point < 0.0 ? 0 : point >= g->count ? g->count - 1 : (int)point;
 }
 
-/* Means of the samples nearest to each point, at their mean instant, carried to the point's. */
+/* Averages the samples nearest to each grid point, and interpolates from their mean instant to the
+ * point's. */
 static void grid_fill(struct grid *g, const struct recording_test *t, int leg) {
     double zero = (double)NAN, at[2] = {0}, value[2] = {0}, sum_t = 0.0, sum_x = 0.0;
     int point = -1, n = 0, next = 0;
@@ -123,20 +124,20 @@ static int grid_make(struct grid *g, const struct recording_test *t, int legs, s
     double sample_s = sampling_measure(t).step_s, span_s = t->sample[t->count - 1].test_time_s - t->sample[0].test_time_s;
     int together = (int)fmax(1.0, fmin(floor(1.0 / (GRID_HZ * sample_s) + 1e-6), 1e6));
     *g = (struct grid){.legs = legs, .step_s = fmax(together * sample_s, span_s / (GRID_MOST - 2))};
-    /* the mean instant of the first samples */
+    /* mean instant of the samples that make the first point */
     g->start_s = t->sample[0].test_time_s + 0.5 * (g->step_s - sample_s);
     g->count = (int)((span_s + sample_s) / g->step_s) + 1;
     if (!grid_alloc(g)) return error_set(error, STATUS_IO, "out of memory for the lengths of a test");
     for (int k = 0; k < legs; k++) {
         grid_fill(g, t, k);
         struct noise n = noise_measure(t->count, t->sample->length_m + k, sizeof *t->sample / sizeof(double));
-        /* at rest its steps do not average out */
+        /* At rest, quantization does not average out. */
         g->noise[k] = isnan(n.rms) ? 0.0 : fmax(n.rms / sqrt(together), n.step / sqrt(12.0));
     }
     return STATUS_OK;
 }
 
-/* Least and greatest of the next `window` points from each on. */
+/* For each point, the least and greatest value of the `window` points from it on. */
 static void extremes(struct grid *g, const double *x, int window) {
     memcpy(g->low, x, (size_t)g->count * sizeof *x), memcpy(g->high, x, (size_t)g->count * sizeof *x);
     for (int covered = 1, shift; covered < window; covered += shift) {
@@ -146,12 +147,12 @@ static void extremes(struct grid *g, const double *x, int window) {
     }
 }
 
-/* All points of each window in which every leg stays within its band. */
+/* Marks as rest every window in which all legs stay within their bands. */
 static void find_rests(struct grid *g) {
     int window = (int)ceil(REST_S / g->step_s) + 1;
     memset(g->kind, PIECE_MOVING, (size_t)g->count);
     if (window < 3) window = 3;
-    /* some leg its band, in the window from a point on */
+    /* Windows, by their first point, in which some leg leaves its band. */
     unsigned char *leaves = g->measured + g->count + 1;
     memset(leaves, 0, (size_t)g->count);
     for (int k = 0; k < g->legs; k++) {
@@ -160,12 +161,12 @@ static void find_rests(struct grid *g) {
         extremes(g, g->x[k], window);
         for (int i = 0; i < g->count; i++) leaves[i] |= !(g->high[i] - g->low[i] <= band);
     }
-    int seen = 0; /* points of the window from i on that were measured: a hole is no rest */
+    int seen = 0; /* measured points in the window from i on: a gap is no rest */
     for (int i = 0; i < window - 1 && i < g->count; i++) seen += g->measured[i];
     for (int i = 0, until = 0; i < g->count; i++) {
         seen += g->measured[i + window - 1 < g->count ? i + window - 1 : g->count];
         bool stays = i + window <= g->count && !leaves[i] && seen >= COMPARED * window;
-        /* from one place to another, between two samples */
+        /* The leg jumped from one resting place to another between two samples. */
         bool jumps = stays && i == until && i > 0;
         if (stays) until = i + window;
         if (i < until && !jumps) g->kind[i] = PIECE_REST;
@@ -173,14 +174,15 @@ static void find_rests(struct grid *g) {
     }
 }
 
-/* Points first..end-1, and the leg that moves most there. */
+/* A segment of the grid, points first..end-1, with the values and the noise of the leg that moves
+ * most in it. */
 struct stretch {
     int first, end;
     const double *x;
     double noise;
 };
 
-/* Of what was measured. */
+/* Variance over the measured points. */
 static double variance(const struct grid *g, const double *x, int first, int end) {
     double sum = 0.0, square = 0.0, n = 0.0;
     for (int i = first; i < end; i++) {
@@ -200,7 +202,7 @@ static struct stretch stretch_of(const struct grid *g, int first, int end) {
     return s;
 }
 
-/* x a fraction of a point behind point i, by the cubic through four. */
+/* Evaluates x between grid points, a lag of whole + fraction, by the cubic through four points. */
 struct lag {
     int whole;
     double weight[4];
@@ -214,9 +216,10 @@ static struct lag lag_of(double points) {
                          (f + 1.0) * f * (f - 1.0) / 6.0}};
 }
 
-static const double LAG_MARGIN = 2.0; /* points that the cubic needs beyond */
+static const double LAG_MARGIN = 2.0; /* extra points that the cubic needs */
 
-/* By how much the value a lag later differs; 0 and false where one of the two was not measured. */
+/* Difference between the value one lag later and the value at i. Returns false, with d = 0, if
+ * either was not measured. */
 static bool differs(const struct grid *g, const struct stretch *s, int i, const struct lag *lag, double *d) {
     const double *x = s->x + i + lag->whole, *w = lag->weight;
     bool measured = g->measured[i] && g->measured[i + lag->whole + (w[2] > w[1])];
@@ -224,7 +227,7 @@ static bool differs(const struct grid *g, const struct stretch *s, int i, const 
     return measured;
 }
 
-/* Mean square of that over points first..end-1. */
+/* Mean square of that difference over points first..end-1. */
 static double misfit(const struct grid *g, const struct stretch *s, int first, int end, double period) {
     struct lag lag = lag_of(period);
     double sum = 0.0, d;
@@ -234,8 +237,7 @@ static double misfit(const struct grid *g, const struct stretch *s, int first, i
     return n ? sum / n : HUGE_VAL;
 }
 
-/* The period, in points, at which the stretch repeats best, near one found with
- * SEARCHED: golden section. */
+/* The period, in points, near a trial period, at which the segment repeats best: golden section. */
 static double refine(const struct grid *g, const struct stretch *s, int first, int end, double period) {
     static const double golden = 0.6180339887498949;
     double low = period / SEARCHED_RATIO, high = period * SEARCHED_RATIO;
@@ -251,10 +253,11 @@ static double refine(const struct grid *g, const struct stretch *s, int first, i
 /* A run of cycles that are alike. */
 struct run {
     int first, end;
-    double period; /* points */
+    double period; /* in points */
 };
 
-/* Where a part of the period does as well, a hole or a stumble has hidden that. */
+/* A fraction of the period, if it fits as well: a gap or a stumble may have hidden it from the
+ * search. */
 static double shortest_period(const struct grid *g, const struct stretch *s, const struct run *r, double period, double shortest) {
     double most = RESTLESS * misfit(g, s, r->first, r->end, period) + 4.0 * s->noise * s->noise;
     for (int part = PARTS; part > 1; part--)
@@ -263,7 +266,7 @@ static double shortest_period(const struct grid *g, const struct stretch *s, con
     return period;
 }
 
-/* One cycle from a point on is like the next. */
+/* Is the cycle that starts here like the next one? */
 static bool alike(const struct sums *from, int cycle, double share, double noise) {
     double n = from[cycle].compared - from->compared, points = 2.0 * cycle;
     double e = (from[cycle].difference - from->difference) / n, mean = (from[2 * cycle].x - from->x) / points;
@@ -288,8 +291,7 @@ static void sum_up(const struct grid *g, const struct stretch *s, double period,
 
 static int run_points(const struct run *r) { return r->end - r->first; }
 
-/* The longest run of this period in the stretch; of no points when there is none
- * of CYCLES_LEAST. */
+/* The longest run with this period in the segment; empty if it is shorter than CYCLES_LEAST. */
 static struct run longest_run(const struct grid *g, const struct stretch *s, double period, double share) {
     int stride = (int)fmax(1.0, period / WINDOW_POINTS), cycle = (int)lround(period / stride);
     int points = (s->end - s->first) / stride, begin = -1;
@@ -308,18 +310,19 @@ static struct run longest_run(const struct grid *g, const struct stretch *s, dou
     return best;
 }
 
-/* Neither its period nor its amplitude changes from the first half to the second. */
+/* Are period and amplitude the same in both halves of the run? */
 static bool holds(const struct grid *g, const struct stretch *s, const struct run *r) {
     int middle = (r->first + r->end) / 2, cycles = (int)(floor(0.5 * run_points(r) / r->period) * r->period);
     double first = variance(g, s->x, r->first, r->first + cycles), second = variance(g, s->x, r->end - cycles, r->end);
     double early = refine(g, s, r->first, middle, r->period), late = refine(g, s, middle, r->end, r->period);
     double restless = fmax(misfit(g, s, r->first, middle, early), misfit(g, s, middle, r->end, late)) / fmin(first, second);
-    /* of an amplitude; of a phase, in radians */
+    /* Tolerance of an amplitude ratio; of a phase, in radians. */
     double unsure = UNSURE * sqrt(2.0 * restless * r->period / run_points(r));
     return fabs(late / early - 1.0) < SWEEP + unsure / (2.0 * PI) && fabs(sqrt(second / first) - 1.0) < SWELL + unsure;
 }
 
-/* The longest run of any period. False: there is none, or it is part of a sweep. */
+/* Finds the longest run of any period. Returns false if there is none, or if it is part of a
+ * sweep. */
 static bool steady_run(const struct grid *g, const struct stretch *s, struct run *best) {
     double shortest = fmax(POINTS_LEAST, 1.0 / (FASTEST_HZ * g->step_s));
     *best = (struct run){0};
@@ -336,7 +339,7 @@ static bool steady_run(const struct grid *g, const struct stretch *s, struct run
     return holds(g, s, best);
 }
 
-/* The longest first, then before and behind it. */
+/* Finds the longest run first, then searches what lies before and behind it. */
 static void find_steady(struct grid *g, int first, int end, int depth) {
     struct stretch s = stretch_of(g, first, end);
     struct run r;
@@ -346,15 +349,14 @@ static void find_steady(struct grid *g, int first, int end, int depth) {
     find_steady(g, r.end, end, depth - 1);
 }
 
-/* First point behind `first` that is of another piece. */
+/* First point behind `first` that belongs to another piece. */
 static int end_of(const struct grid *g, int first) {
     int end = first + 1;
     while (end < g->count && g->kind[end] == g->kind[first] && g->frequency[end] == g->frequency[first]) end++;
     return end;
 }
 
-/* What was measured of a motion beside a steady piece for less than half a cycle
- * belongs to that. */
+/* Joins a moving piece of less than half a cycle to the steady piece beside it. */
 static void join_slivers(struct grid *g) {
     for (int first = 0, end; first < g->count; first = end) {
         end = end_of(g, first);
@@ -367,7 +369,7 @@ static void join_slivers(struct grid *g) {
     }
 }
 
-/* The motion's own, by all legs, where that is the frequency of its repetition. */
+/* Frequency fitted to all legs, if it is close to the repetition rate; else the repetition rate. */
 static double exact_hz(const struct recording_test *t, int legs, const struct piece *p) {
     struct recording_test part = *t;
     part.first = p->first, part.end = p->end;
@@ -375,7 +377,7 @@ static double exact_hz(const struct recording_test *t, int legs, const struct pi
     return fabs(hz / p->frequency_hz - 1.0) < SEARCHED_RATIO - 1.0 ? hz : p->frequency_hz;
 }
 
-/* Of all legs, rms. */
+/* Rms of the motion, over all legs. */
 static double motion_of(const struct recording_test *t, int legs, const struct piece *p) {
     double all = 0.0;
     for (int k = 0; k < legs; k++) {
@@ -391,7 +393,7 @@ static double motion_of(const struct recording_test *t, int legs, const struct p
     return sqrt(all);
 }
 
-/* A stumble parts no motion that goes on as before. */
+/* Do two neighbours continue the same motion? A stumble between them does not split it. */
 static bool goes_on(const struct recording_test *t, int legs, const struct piece *a, const struct piece *b) {
     if (a->kind != PIECE_STEADY || b->kind != PIECE_STEADY || !(fabs(b->frequency_hz / a->frequency_hz - 1.0) < SWEEP)) return false;
     return fabs(motion_of(t, legs, b) / motion_of(t, legs, a) - 1.0) < SWELL;

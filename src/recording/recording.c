@@ -29,7 +29,7 @@ void recording_free(struct recording *r) {
     r->tests = 0;
 }
 
-/* The number at which the run's own begin: above all that the runs before had. */
+/* Number of the current run's first test: one above the largest of the earlier runs. */
 static int tests_before(const struct recording *r) {
     int n = 0;
     for (int i = 0; i < r->tests; i++)
@@ -37,7 +37,7 @@ static int tests_before(const struct recording *r) {
     return n;
 }
 
-/* The test that the cycle belongs to: the last one, or a new one. */
+/* The test that the cycle belongs to: the last one, or a new one. NULL if there is no room. */
 static struct recording_test *place(struct recording *r, const struct cycle *c) {
     struct recording_test *t = r->tests ? &r->test[r->tests - 1] : NULL;
     int run = r->runs - 1, test = tests_before(r) + c->test;
@@ -48,7 +48,7 @@ static struct recording_test *place(struct recording *r, const struct cycle *c) 
     const struct test_params *p = &r->run[run];
     t = &r->test[r->tests++];
     *t = (struct recording_test){.run = run, .test = test, .dof = c->dof, .first = -1};
-    bool axis = c->dof != DOF_NONE; /* any other motion has neither */
+    bool axis = c->dof != DOF_NONE; /* a motion that is no single-axis test has neither */
     t->frequency_hz = t->stated_hz = axis ? p->hz[c->dof] : (double)NAN;
     t->amplitude = axis ? p->amplitude[c->dof] : (double)NAN;
     return t;
@@ -77,7 +77,7 @@ struct recording_sample recording_sample_of(const struct params *params, const s
 
 int recording_append(struct recording_test *t, const struct recording_sample *s, struct error *error) {
     if (t->count == t->capacity) {
-        int capacity = t->capacity ? 2 * t->capacity : LONG / 128; /* LONG after seven times */
+        int capacity = t->capacity ? 2 * t->capacity : LONG / 128; /* LONG after seven doublings */
         struct recording_sample *more = t->capacity < 1 << 29 ? realloc(t->sample, (size_t)capacity * sizeof *more) : NULL;
         if (!more) return error_set(error, STATUS_IO, "out of memory for the log's samples");
         t->sample = more, t->capacity = capacity;
@@ -86,11 +86,11 @@ int recording_append(struct recording_test *t, const struct recording_sample *s,
     return STATUS_OK;
 }
 
-/* Is the next one in a block that is left out? Blocks are counted in samples: whatever their times
- * say, thinning halves them. */
+/* Does the next sample fall into a dropped block? Blocks are counted in samples, not in time, so
+ * that thinning halves their number whatever the time stamps say. */
 static bool left_out(struct recording_test *t) { return t->offered++ / BLOCK % (INT64_C(1) << t->thinned) != 0; }
 
-/* Leaves out every other block. Of ramp-in nothing is lost but with its block, the first. */
+/* Drops every other block. The first block, which holds ramp-in, stays. */
 static void thin(struct recording_test *t) {
     int kept = 0, first = t->first, end = t->end;
     t->thinned++;
@@ -111,7 +111,7 @@ static void note_measured(struct recording_measured *m, const struct recording_s
 }
 
 int recording_add(struct recording *r, const struct cycle *c, struct error *error) {
-    bool any = c->dof == DOF_NONE && c->test >= 0; /* a recording of any motion, imported */
+    bool any = c->dof == DOF_NONE && c->test >= 0; /* an imported recording of any motion */
     if (!any && (c->dof == DOF_NONE || (c->phase != PHASE_RAMP_IN && c->phase != PHASE_EVALUATE))) return STATUS_OK;
     struct recording_test *t = place(r, c);
     if (!t) return error_set(error, STATUS_USAGE, "more than %d tests, or cycles that are not in the order of their time", RECORDING_TESTS);
@@ -158,7 +158,7 @@ int recording_at(const struct recording_test *t, double test_time_s) {
 
 double recording_step_s(const struct recording_test *t) {
     double first_s = t->sample[t->first].test_time_s, step_s = (t->sample[t->end - 1].test_time_s - first_s) / (t->end - 1 - t->first);
-    for (int pass = 0; pass < 3; pass++) { /* the mean of steps that are not gaps */
+    for (int pass = 0; pass < 3; pass++) { /* mean of the steps that are no gaps */
         double sum = 0.0;
         int steps = 0;
         for (int i = t->first + 1; i < t->end; i++) {

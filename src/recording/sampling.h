@@ -1,17 +1,18 @@
-/* When a test was sampled: rate, jitter and holes, by the rows' own times. Pure; any thread. */
+/* Sampling of a test: rate, jitter and gaps, from the samples' own times. Pure; any thread. */
 #ifndef HEXID_SAMPLING_H
 #define HEXID_SAMPLING_H
 
 #include "recording.h"
 
 struct sampling {
-    double step_s;    /* from row to row, what is lost apart */
-    double jitter_s;  /* rms of the steps about that, holes apart */
-    int64_t lost;     /* rows that are not there */
+    double step_s;    /* sampling period, lost samples left out */
+    double jitter_s;  /* rms deviation of the steps from step_s, gaps left out */
+    int64_t lost;     /* samples missing in gaps */
     double gap_s;     /* the longest step */
 };
 
-/* Of all samples of the test, whose times increase. All zero with fewer than two. */
+/* Measures all samples of the test, whose times must increase. All zero with fewer than two
+ * samples. */
 struct sampling sampling_measure(const struct recording_test *test);
 
 #endif
