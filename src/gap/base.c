@@ -13,12 +13,12 @@ struct base_entry {
         MACHINE,
         EACH_LEG,
         LEGS_ALIKE
-    } of; /* each leg's own: no two valves, seals or volumes
-                                                * are alike; parts of one drawing are, where the
-                                                * configuration has them so */
-    size_t stated;    /* place of its tolerance in struct params; 0: not stated */
-    double tolerance; /* where none is stated; relative */
-    size_t to;        /* to this value: its own, or that of what it is a difference of */
+    } of; /* EACH_LEG: valves, seals and volumes differ from leg to leg. LEGS_ALIKE: parts made
+           * to one drawing share one variable if the configuration gives all legs the same
+           * value. */
+    size_t stated;    /* offset of its tolerance in struct params; 0: not stated */
+    double tolerance; /* relative; used if none is stated */
+    size_t to;      /* offset of the value to which the tolerance relates; 0: the parameter's own */
     enum residual_part parts;
 };
 
@@ -47,15 +47,16 @@ static const struct base_entry entries[] = {
     {ANY, EACH(hydraulics.dead_volume_difference_m3), DIFFERENCE(0.60, hydraulics.dead_volume_m3), PART_PRESSURE},
 };
 
-static const double NULL_TOLERANCE = 0.005; /* of full opening: what a valve's maker
-                                             * adjusts its null to */
+static const double NULL_TOLERANCE = 0.005; /* share of full opening; accuracy to which makers
+                                             * adjust a valve's null */
 static const double OFFSET_MOST_N = 1e6;
-static const double FORCE_LAG_S = 1e-3; /* an amplifier's filter of 160 Hz */
+static const double FORCE_LAG_S = 1e-3; /* time constant of an amplifier's filter of 160 Hz */
 
-/* Effects that any machine has a little of. */
+/* Effects that every machine has to a small degree. */
 extern const struct effect geometry_error, valve_null_bias, external_stiffness;
 
-/* A key of an effect, of one leg or (-1) of the machine, as far as any machine is off there. */
+/* Base variable for one key of an effect, for one leg or (-1) the machine: the stated value
+ * within the tolerance. */
 static struct variable effect_variable(const struct params *model, const struct effect *of, int key, int leg, double tolerance) {
     int effect = effect_find(of->name);
     const double *place = model->effects[effect].value[key];
@@ -88,7 +89,7 @@ static int joint_variables(const struct params *model, struct variable *v) {
     return n;
 }
 
-/* No spring pushes. One axis is x. */
+/* A spring only pulls back, so its stiffness is not negative. A single axis has the key x alone. */
 static int spring_variables(const struct params *model, struct variable *v) {
     const struct tolerance_params *tolerance = &model->model.tolerance;
     int n = 0;
@@ -109,14 +110,14 @@ static bool alike(const double *value, int numbers) {
     return true;
 }
 
-/* One of the machine's, or one of each leg's. */
+/* Adds one variable for the machine, or one for each leg. */
 static int entry_variables(const struct params *model, const struct base_entry *e, struct variable *v) {
     int n = 0, numbers = e->of == MACHINE ? 1 : params_legs(model);
     bool one = numbers == 1 || (e->of == LEGS_ALIKE && alike(at(model, e->offset), numbers));
     double tolerance = e->stated ? *at(model, e->stated) : e->tolerance;
     for (int leg = 0; leg < (one ? 1 : numbers); leg++) {
         double value = at(model, e->offset)[leg], width = tolerance * fabs(at(model, e->to ? e->to : e->offset)[leg]);
-        if (!(width > 0.0)) continue; /* exact by decree */
+        if (!(width > 0.0)) continue; /* a tolerance of 0 declares the value exact */
         v[n++] = (struct variable){.name = e->name,
                                    .offset = e->offset,
                                    .leg = one ? -1 : leg,
@@ -132,8 +133,8 @@ static int entry_variables(const struct params *model, const struct base_entry *
     return n;
 }
 
-/* On one axis a constant force is the sensor's zero, the weight's inclination, a hose: whatever it
- * is, no effect of the catalogue. */
+/* On a single axis, a constant force may be the sensor's zero, the weight on a slope or a hose.
+ * It is a base variable, because no effect of the catalogue stands for it. */
 static struct variable offset_variable(void) {
     return (struct variable){.name = "axis.force_offset_n",
                              .offset = offsetof(struct params, axis.force_offset_n),
@@ -147,7 +148,7 @@ static struct variable offset_variable(void) {
                              .parts = PART_FORCE};
 }
 
-/* Of a force sensor against that of the position. */
+/* Lag of the force sensor behind the position sensor. */
 static struct variable lag_variable(const struct params *model) {
     return (struct variable){.name = "axis.force_lag_s",
                              .offset = offsetof(struct params, axis.force_lag_s),

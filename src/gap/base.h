@@ -1,13 +1,13 @@
-/* The base model's own uncertainty: which of its parameters may be off, and by how much at most.
- * Beyond what model.tolerance states, the list holds what no configuration has exactly. Nothing in
- * this list, within its box, is ever a finding. */
+/* Uncertainty of the base model: which of its parameters may be off, and by how much at most.
+ * Besides the tolerances of model.tolerance, the list holds parameters that no configuration
+ * states exactly. A deviation inside this box is never a finding. */
 #ifndef HEXID_BASE_H
 #define HEXID_BASE_H
 
 #include "fit.h"
 
-/* Variables of the base for this model that residuals of the evaluated parts depend on: the oil's
- * not where chambers are not evaluated. Returns their number. */
+/* Lists the base variables on which the evaluated residuals depend; without chamber residuals
+ * the oil's parameters are left out. Returns their number. */
 int base_variables(const struct params *model, enum residual_part evaluated, struct variable v[FIT_VARIABLES]);
 
 #endif

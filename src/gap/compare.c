@@ -8,12 +8,11 @@
 #include "parallel.h"
 #include "replay.h"
 
-static const double LINE_TOLERANCE = 0.1;   /* a loop that oscillates in the model, too, does so
-                                             * near the same frequency */
-static const double LINE_EXCITED = 0.5;     /* of the power: a resonance that other noise
-                                             * excites has some of it */
+static const double LINE_TOLERANCE = 0.1;   /* relative; a loop that oscillates in the model as
+                                             * well does so near the same frequency */
+static const double LINE_EXCITED = 0.5;     /* share of the power threshold; noise excites the
+                                             * same resonance less in another run */
 
-/* A closed loop needs what closed it. */
 int compare_check(const struct params *params, const struct recording *measured, struct error *error) {
     const struct recording_measured *m = &measured->measured;
     if (params->mechanism == MECHANISM_AXIS)
@@ -54,15 +53,15 @@ static void keep_sizes(struct gap_result *r, const struct replay_sizes *used, co
     if (isnan(before + after + noise)) r->unexplained_fraction = (double)NAN;
 }
 
-/* The models beside a log: on the cycles that were searched, and on another log's own tests, which
- * need not be those of the first; without one on the cycles held out. */
+/* The models beside a log. `used`: on the cycles that were searched. `held`: on all cycles of
+ * the validation log, whose tests may differ, or on the held-out cycles if there is none. */
 struct comparison {
     const struct gap_result *r;
     struct side {
         const struct recording *measured;
         enum cycles which;
         const struct residual_data *data;
-        const struct replay *both; /* NULL: under the measured motion, from data */
+        const struct replay *both; /* NULL: compare under the measured motion, from data */
         struct replay_sizes sizes;
     } used, held;
 };
@@ -73,8 +72,8 @@ static void compare_side(void *context, int i) {
     s->sizes = s->both ? replay_compare(s->measured, s->both, s->which) : replay_motion(s->data, &c->r->base_model, after_of(c->r));
 }
 
-/* Both models run like a recording. The one with the effects found need not get through the tests
- * that the rig got through. */
+/* Simulates both models. A model with effects that ends in a fault is no error: the fault is
+ * kept in the result. */
 static int run_both(struct gap_result *r, const struct recording *like, struct replay both[2], struct error *error) {
     replay_both(&r->base_model, after_of(r), like, both);
     const struct replay *failed = both[0].status ? &both[0] : &both[1];
@@ -95,8 +94,8 @@ static void read_runs(const struct params *params, const struct recording *measu
                   replay_identify(params, after, r->after_mt);
 }
 
-/* Leaves the sides to the measured motion where the model with the effects does not get through the
- * tests. */
+/* Simulates the tests in closed loop. If the model with the effects ends in a fault, both sides
+ * are compared under the measured motion instead. */
 static int closed_loop(const struct params *params, const struct recording *validate, const struct gap_options *o, struct comparison *c,
                        struct gap_result *r, struct replay runs[2], struct replay other[2], struct error *error) {
     gap_progress(o, "simulating", 0.7);
@@ -108,7 +107,8 @@ static int closed_loop(const struct params *params, const struct recording *vali
     return STATUS_OK;
 }
 
-/* What cannot be evaluated has no tests, and no sizes. */
+/* Prepares the validation log. If it cannot be evaluated, data stays empty, without tests or
+ * sizes. */
 static void prepare_other(struct residual_data *data, const struct recording *validate) {
     struct error error;
     int status = residual_prepare(data, validate, CYCLES_ALL, &error);

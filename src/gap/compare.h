@@ -1,22 +1,24 @@
-/* How large the gap is, before and after: in simulation where the loop can be closed again, else
- * under the measured motion. Ordinary threads; heap. */
+/* Size of the gap before and after the effects: by simulation in closed loop if that is
+ * possible, else under the measured motion. Ordinary threads; heap. */
 #ifndef HEXID_COMPARE_H
 #define HEXID_COMPARE_H
 
 #include "diagnose.h"
 #include "replay.h"
 
-/* Can its loop be closed again in simulation? -2 with what the log lacks. */
+/* Checks whether the recorded loop can be closed again in simulation. Returns 0, or -2 with the
+ * data that the log lacks. */
 int compare_check(const struct params *params, const struct recording *measured, struct error *error);
 
-/* Of a diagnosis and its result with its models: fills sizes, faults of the replay and matrices.
- * runs: of the tests measured, in closed loop; zeroed before, and the caller's to free. validate
- * may be NULL. 0, or a negative status. */
+/* Compares the models of a diagnosis with the recordings; fills the result's sizes, replay fault
+ * and matrices. runs: simulations of the measured tests in closed loop; zeroed by the caller,
+ * who also frees them. validate may be NULL. Returns 0 or a negative status. */
 int compare_models(const struct diagnosis *d, const struct recording *measured, const struct recording *validate,
                    const struct gap_options *options, struct gap_result *result, struct replay runs[2], struct error *error);
 
-/* Every test is one that its run's configuration asks for, and of its axis the only one, since it
- * can state one amplitude: else no run of the model is like it. */
+/* True if a simulated run can have the same tests as the recording: each test is one that its
+ * run's configuration asks for, and the only one of its axis, because a configuration states one
+ * amplitude for an axis. */
 bool compare_can_be_driven(const struct recording *recording);
 
 #endif

@@ -7,8 +7,9 @@
 #include "pid.h"
 
 static const double RATE_TOLERANCE = 0.01;
-static const double LOST = 1.5;           /* cycles from sample to sample: some are lost */
-static const double FORGOTTEN_S = 0.2;    /* filters forget in that */
+static const double LOST = 1.5;       /* cycles between two samples; above that, samples are lost */
+static const double FORGOTTEN_S = 0.2;    /* after this time the filters have forgotten their
+                                           * initial state */
 
 struct moments {
     int n;
@@ -17,13 +18,13 @@ struct moments {
 
 static void take(struct moments *m, double x) { m->n++, m->sum += x, m->square += x * x; }
 
-/* Not below zero, where rounding takes that of equal values. */
+/* Clamped at zero: rounding can make the sum for equal values negative. */
 static double variance_sum(const struct moments *m) {
     double sum = m->n ? m->square - m->sum * m->sum / m->n : 0.0;
     return sum < 0.0 ? 0.0 : sum;
 }
 
-/* A stretch without a hole, in which the integrator's start is one constant of each leg. */
+/* A stretch without a gap; the integrator's initial value adds one constant for each leg. */
 struct stretch {
     struct moments off[LEGS], all[LEGS];
 };
@@ -32,9 +33,9 @@ static void add_stretch(const struct stretch *s, double *difference, double *who
     for (int leg = 0; leg < LEGS; leg++) *difference += variance_sum(&s->off[leg]), *whole += variance_sum(&s->all[leg]);
 }
 
-/* One test: the filters start at its ramp-in, at rest; the comparison in the evaluated part, when
- * they have forgotten it. Samples that are lost are one long step; after many another stretch
- * begins, the filters anew. */
+/* Compares one test. The filters start at rest with the ramp-in and are compared in the
+ * evaluated part, when they have forgotten the start. A short loss of samples counts as one long
+ * step; a long one begins a new stretch with new filters. */
 static void compare(const struct params *p, const struct kinematics *k, const struct recording_test *t, double *difference, double *whole) {
     struct cylinder_areas areas = cylinder_areas(&p->actuator);
     struct oil_column column[LEGS];

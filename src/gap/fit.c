@@ -11,8 +11,8 @@
 
 enum { COLUMNS_MAX = 2 * FIT_VARIABLES, ACTIVE_SWEEPS = 200 };
 
-static const double BASE_ERROR = 1e-3; /* of a channel's variation: integrators and what
-                                        * the harmonics leave out */
+static const double BASE_ERROR = 1e-3; /* share of a channel's variation: error of integrators
+                                        * and of omitted harmonics */
 static const double ENOUGH = 1e-4; /* relative change of the sum of squares at which a fit ends */
 
 static double square_of(double x) { return x * x; }
@@ -41,7 +41,7 @@ void fit_data_init(struct fit_data *d, const struct residual_data *residual, con
 
 void fit_data_free(struct fit_data *d) { free(d->whitener); }
 
-/* Of a model that is evaluated. */
+/* Number of evaluated values of a model. */
 struct evaluation {
     const struct residual_data *residual;
     const struct params *model;
@@ -127,7 +127,7 @@ static int only_leg(enum residual_part apart, int variables, const struct variab
 
 /* Columns on their way. Group i: many[i] variables from first[i] on, moved in one evaluation. */
 struct columns {
-    struct fit_data share; /* of the threads, for one group */
+    struct fit_data share; /* fit_data with this group's share of the threads */
     const struct params *model;
     const double *raw;
     const struct variable *v;
@@ -189,7 +189,7 @@ static bool factor_some(int n, const double *h, int m, const int *place, double 
     return false;
 }
 
-/* Unconstrained among the free ones. */
+/* Unconstrained solution for the free variables. */
 static bool solve_free(int n, const double *h, const double *g, const bool *is_free, double *x) {
     double a[COLUMNS_MAX * COLUMNS_MAX], b[COLUMNS_MAX];
     int place[COLUMNS_MAX], m = 0;
@@ -351,7 +351,7 @@ double fit_share(const struct fit_data *d, const double *white, const double *ch
 
 bool fit_raw(const struct fit_data *d, const struct params *model, double *raw) { return raw_residual(d, model, PART_ALL, ALL_LEGS, raw); }
 
-/* What the values of effects, or of the base, cost by their priors, in white squares. */
+/* Penalty of the priors of the effects' values, or of the base's, in white squares. */
 static double prior_cost(const struct params *model, int variables, const struct variable *v, bool base) {
     double sum = 0.0;
     for (int i = 0; i < variables; i++)
@@ -367,8 +367,8 @@ struct descent {
     int variables;
     const struct variable *v;
     const struct linear_part *linear;
-    enum residual_part parts;           /* that the variables move, */
-    int leg;                            /* of this one, or all */
+    enum residual_part parts;           /* residuals that the variables move */
+    int leg;                            /* the leg that they move, or ALL_LEGS */
     double square, *raw, *white;        /* at the model; square: with the cost of the priors */
 };
 
@@ -378,7 +378,7 @@ static double objective(const struct descent *s, const struct params *model) {
     return linear_square(s->d->values, s->white, s->linear) + cost;
 }
 
-/* What the sum would be at x, were the residuals linear in it: h and g with the priors in. */
+/* The sum predicted at x for linear residuals; h and g include the priors. */
 static double promised(const struct descent *s, int n, const double *h, const double *g, const struct fit_prior *prior, const double *x) {
     double sum = fit_square(s->d->values, s->white);
     for (int i = 0; i < n; i++) sum += square_of(prior[i].inverse_std * prior[i].off) + x[i] * (2.0 * g[i] + dot(n, h + i * n, x));

@@ -17,13 +17,13 @@ struct variable {
     bool own;                /* moves the residuals of its own leg alone, where
                               * legs are apart (residual.h) */
     int effect, key;         /* switched on with it; -1: none */
-    bool base;               /* of the base model: never a finding */
+    bool base;               /* belongs to the base model: never a finding */
     double min, max;         /* the box */
-    double neutral;          /* of an effect's: the value that adds nothing */
+    double neutral;          /* of an effect: the value without the effect */
     double prior_inverse_std; /* 1 / standard deviation of its prior, which is about the neutral
                               * value and decides where the data do not; 0: none */
-    double step;             /* of the difference quotient */
-    enum residual_part parts;/* that depend on it */
+    double step;             /* step of the difference quotient */
+    enum residual_part parts;/* residuals that depend on it */
 };
 
 void variable_set(const struct variable *v, struct params *params, double value);
@@ -34,20 +34,20 @@ struct fit_data {
     const struct residual_data *residual;
     struct whitener *whitener;    /* per test */
     int values;                   /* white values in all */
-    int evaluated;                /* of them; the others are zero */
-    int threads;                  /* that evaluate tests, or columns, at once */
+    int evaluated;                /* evaluated values; the others are zero */
+    int threads;                  /* threads that evaluate tests or columns */
 };
 
 void fit_data_init(struct fit_data *d, const struct residual_data *residual, const struct params *model, int threads);
 void fit_data_free(struct fit_data *d);
 
-/* White residuals, d->values of them; and raw ones. False: the model cannot make this motion. */
+/* White residuals (d->values of them), or raw ones. False: the model cannot make this motion. */
 bool fit_residual(const struct fit_data *d, const struct params *model, double *white);
 bool fit_raw(const struct fit_data *d, const struct params *model, double *raw);
 double fit_square(int n, const double *white); /* sum of squares */
 
-/* What an effect of the model contributes, white. False: the model cannot do without it,
- * or no memory. */
+/* White contribution of one effect of the model. False: the model is impossible without it, or
+ * there is no memory. */
 bool fit_part(const struct fit_data *d, const struct params *model, int effect, double *white);
 
 /* Columns of d white / d variable at the model, [variable][values]. raw: the residuals there, not

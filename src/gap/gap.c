@@ -24,7 +24,7 @@ const char *const gap_verdict_names[GAP_VERDICTS] = {"effect_named", "no_gap", "
 const char *const gap_channel_names[GAP_CHANNELS] = {"length", "force", "p1", "p2", "valve"};
 const char *const gap_channel_units[GAP_CHANNELS] = {"m", "N", "Pa", "Pa", "-"};
 
-/* The configuration given, with the effects found: the base's values stay as they were stated. */
+/* Fills r->model: the given configuration with the effects found. Base values stay as stated. */
 static void extend(const struct params *given, const struct diagnosis *d, struct gap_result *r) {
     r->model = *given;
     r->fitted = r->effects ? d->model : r->base_model;
@@ -32,12 +32,12 @@ static void extend(const struct params *given, const struct diagnosis *d, struct
         const struct effect *e = effect_table[r->effect[i].effect];
         struct effect_values *values = &r->model.effects[r->effect[i].effect];
         *values = r->effect[i].values;
-        /* without its strength a law has no shape either */
+        /* an effect without strength also loses the parameters of its law */
         if (!effect_acts(e, values)) effect_at(e, 0.0, values);
     }
 }
 
-/* What was tried is not what is there: nothing is added. */
+/* The effects are refuted on held-out data: the model stays as it was. */
 static void give_up(const struct params *given, struct gap_result *r) {
     r->effects = r->ambiguous = 0;
     r->model = *given;
@@ -61,7 +61,7 @@ bool gap_given_alike(const struct gap_effect *effect, int key) {
 
 double gap_deviation(const struct gap_effect *e, int key, int leg) {
     const struct effect_key *k = &effect_table[e->effect]->keys[key];
-    /* it is no strength that is 0 at its neutral value */
+    /* shape parameters and reciprocals are not proportional to the strength */
     bool shapes = k->reciprocal || k->shape;
     double law = effect_table[e->effect]->law_error * (e->values.value[key][leg] - (shapes ? 0.0 : k->neutral));
     return e->std[key][leg] > 0.0 ? hypot(e->std[key][leg], law) : 0.0;

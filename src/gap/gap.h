@@ -1,7 +1,7 @@
-/* The gap between a model and a measurement: where it is, which effect of the catalogue explains
- * it, how sure that is, and how much of it is gone with that effect in the model (gap_solve). One
- * call, one result; everything that a report needs stands in it or can be computed again from it
- * (waveforms: waves.h). Ordinary threads; heap. SI units, legs 0..5. */
+/* The gap between a model and a measurement: where it lies, which effect of the catalogue
+ * explains it, how certain that is, and how much of it that effect closes (gap_solve). The
+ * result holds everything that a report needs; waveforms are computed from it (waves.h).
+ * Ordinary threads; heap. SI units, legs 0..5. */
 #ifndef HEXID_GAP_H
 #define HEXID_GAP_H
 
@@ -18,72 +18,71 @@ enum gap_channel { GAP_LENGTH, GAP_FORCE, GAP_P1, GAP_P2, GAP_VALVE, GAP_CHANNEL
 extern const char *const gap_channel_names[GAP_CHANNELS]; /* length, force, p1, p2, valve */
 extern const char *const gap_channel_units[GAP_CHANNELS];
 
-/* Closed loop where the log has what drove it, else by the measured motion; or as asked. */
+/* GAP_AS_KNOWN: closed loop if the log has reference, commands and pressures, else the measured
+ * motion. */
 enum gap_replay { GAP_AS_KNOWN, GAP_CLOSED_LOOP, GAP_MOTION };
 
 struct gap_effect {
-    int effect;                           /* its place in effect_table */
-    int shape;                            /* -1 all legs alike, -2 each its own,
-                                           * or the one leg 0..5 */
-    int keys;                             /* its first ones: on one axis, what acts
-                                           * on a pose has x alone */
+    int effect;                           /* index in effect_table */
+    int shape;                /* legs: -1 all with one value, -2 each its own value, 0..5 one leg */
+    int keys;                             /* number of keys in use: on a single axis, an effect
+                                           * that acts on the pose has x alone */
     struct effect_values values;
-    struct effect_values given;           /* what the configuration has of it; on: it is
-                                           * there, of another size */
-    double std[EFFECT_KEYS][LEGS];        /* of noise, and as large as what is left of the gap
-                                           * demands; 0: at its bound */
-    bool bound[EFFECT_KEYS][LEGS];        /* stuck at the end of its range: not
-                                           * found, only reached for */
-    double share_explained;               /* of the squared gap above the floor, held-out cycles:
-                                           * alone, or what was gone when it joined others */
+    struct effect_values given;           /* values in the configuration; `on` if it has the
+                                           * effect, with another size */
+    double std[EFFECT_KEYS][LEGS];        /* standard deviation, enlarged by the residual gap; 0:
+                                           * at its bound */
+    bool bound[EFFECT_KEYS][LEGS];        /* the value is at the end of its range, so it is not
+                                           * an estimate */
+    double share_explained;               /* share of the squared gap above the noise floor on
+                                           * held-out cycles; of several effects, what was gone
+                                           * when it joined */
     double z;                             /* square root of the likelihood's gain on all cycles,
-                                           * less what its values cost by their priors: the whole
-                                           * of one alone, or when it joined others */
+                                           * less its priors' penalty; of several effects, the
+                                           * gain when it joined */
     char evidence[GAP_TEXT];
 };
 
-/* An effect tried in the first round, in its best shape. */
+/* An effect tried in the first round, with its best choice of legs. */
 struct gap_candidate {
     int effect, shape;
-    double gain;                          /* of the sum of white squares, fitted cycles,
-                                           * less a penalty for its parameters */
-    double z;                             /* as of an effect; after the first steps, where it is
-                                           * small by then */
+    double gain;     /* gain in white squares on fitted cycles, less a penalty for its parameters */
+    double z;        /* as in gap_effect; if small after the first steps, it stays as it was then */
     double share_explained;
 };
 
 struct gap_place {
     int test, leg, harmonic;
     enum dof dof;
-    double frequency_hz;                  /* of the motion; harmonic: of that */
-    double at_s, piece_s;                 /* any motion: the piece's start and length;
+    double frequency_hz;             /* frequency of the motion; the harmonic is a multiple of it */
+    double at_s, piece_s;                 /* start and length of a segment of any motion; piece_s
                                            * 0: a steady sinusoid */
     enum gap_channel channel;
     const char *feature; /* static, velocity_reversal, spool_reversal, one_direction,
                           * peak_speed, peak_acceleration */
-    double share;        /* of the squared white gap */
+    double share;        /* share of the squared white gap */
 };
 
-/* A difference: root mean square over channels of (rms / rms of the measured variation), and each
- * channel's in SI units and normalised. varying: overall, but of what varies alone: what is
- * constant depends on where a run began, as long as a valve stays shut. */
+/* Size of a difference. overall: root mean square over channels of (rms / rms of the measured
+ * variation). channel: rms in SI units; normalised: each by its variation. varying: overall
+ * without the constants, which depend on where a run began if a valve stays shut. */
 struct gap_size {
     double overall, varying, channel[GAP_CHANNELS], normalised[GAP_CHANNELS];
 };
 
-/* A line off the harmonics of the motion, where no effect of the catalogue is looked for: a pump, a
- * neighbour, a loop that oscillates by itself. */
+/* A tone off the harmonics of the motion: a pump, a neighbouring machine, a loop that
+ * oscillates. No effect of the catalogue explains one. */
 struct gap_line {
-    double hz, rms;                       /* 0 Hz: none */
+    double hz, rms;                       /* hz 0: no tone */
     enum gap_channel channel;
-    enum dof dof;                         /* the test where it is strongest */
+    enum dof dof;                         /* the test in which it is strongest */
     int test;
 };
 
 struct gap_base_value {
     const char *name;
-    int leg; /* 0..5; -1: of the machine */
-    double given, value, std; /* std NAN: held beside an effect that is parallel to it */
+    int leg; /* 0..5; -1: the whole machine */
+    double given, value, std; /* std NaN: held fixed, because an effect is parallel to it */
     bool bound;
 };
 
@@ -91,46 +90,48 @@ struct gap_result {
     enum gap_verdict verdict;
     char reason[GAP_TEXT];                /* one sentence for people */
     int effects;
-    struct gap_effect effect[GAP_EFFECTS];/* the surest first */
-    int ambiguous;                        /* rivals of effect[in_doubt], by place in effect_table */
+    struct gap_effect effect[GAP_EFFECTS];/* most certain first */
+    int ambiguous;                        /* number of rivals of effect[in_doubt];
+                                           * ambiguous_with: their indices in effect_table */
     int in_doubt;
     int ambiguous_with[GAP_RIVALS];
-    bool offset_rival;                    /* so is a constant force, which is no effect of the
-                                           * catalogue (one axis) */
-    int candidates;                       /* all effects tried, best first */
+    bool offset_rival;                    /* a constant force is a rival too; it is no effect of
+                                           * the catalogue (single axis) */
+    int candidates;                       /* number of effects tried, best first */
     struct gap_candidate candidate[EFFECTS_MAX];
     int places;
     struct gap_place where[GAP_PLACES];
     struct gap_size before, after, noise_floor, held_out_before, held_out_after;
-    bool simulated;                       /* the sizes are of a replay; else of
-                                           * the equations alone */
-    bool validated;                       /* those held out are of another log */
-    char replay_fault[GAP_TEXT];          /* why the model with the effects does not get through the
-                                           * tests; empty: it does */
-    double unexplained_fraction;          /* held out; NaN where nothing can be compared */
+    bool simulated;                       /* sizes come from simulations in closed loop; false:
+                                           * from the equations under the measured motion */
+    bool validated;                       /* held-out sizes come from another log */
+    char replay_fault[GAP_TEXT];          /* why the model with the effects did not get through
+                                           * the tests; empty: it did */
+    double unexplained_fraction;          /* share of the gap left on held-out data; NaN if
+                                           * nothing can be compared */
     char next_experiment[GAP_TEXT];
     int base_values;
     struct gap_base_value base[GAP_BASE];
     struct gap_line line;
-    bool line_simulated;                  /* the model with the effects found has it, too */
+    bool line_simulated;                  /* the model with the effects found shows the tone too */
     bool controller_known, controller_differs;
-    double stated_hz, moved_hz;           /* of the first test whose legs move at another frequency
-                                           * than stated; else 0 */
-    double sampled_s;                     /* between the log's samples, where the controller's
-                                           * cycle is another; else 0 */
-    double controller_difference;         /* rms of the command that the configured controller would
-                                           * not have given, of its variation */
-    double white_before, white_after;     /* mean white square, held-out cycles: 1 is noise */
+    double stated_hz, moved_hz;           /* stated and measured frequency of the first test in
+                                           * which they differ; else 0 */
+    double sampled_s;                     /* time between the log's samples if it is not the
+                                           * controller's cycle; else 0 */
+    double controller_difference;         /* share of the command's rms variation that the
+                                           * configured controller does not reproduce */
+    double white_before, white_after;     /* mean white square on held-out cycles; noise alone
+                                           * gives 1 */
     bool matrices;
     double measured_mt[DOFS][DOFS], before_mt[DOFS][DOFS], after_mt[DOFS][DOFS];
-    bool repaired;                        /* friction was found: */
-    double repaired_mt[DOFS][DOFS];       /* the measured matrix without what that does
-                                           * to it, in simulation */
-    struct params base_model;             /* base re-estimated, no effect added */
-    struct params model;                  /* the configuration given, plus the effects
-                                           * found (base as given) */
-    struct params fitted;                 /* base re-estimated and effects: what
-                                           * `after` was simulated with */
+    bool repaired;                        /* repaired_mt is valid: friction was found */
+    double repaired_mt[DOFS][DOFS];       /* the measured matrix, less the change that the
+                                           * friction found makes in simulation */
+    struct params base_model;             /* base re-estimated, without effects */
+    struct params model; /* the given configuration with the effects found; its base is unchanged */
+    struct params fitted;                 /* base re-estimated, with the effects found; `after`
+                                           * was simulated with it */
     enum gap_replay replay;
     double seconds;
 };
@@ -139,31 +140,33 @@ struct waves;
 
 struct gap_options {
     enum gap_replay replay;
-    bool simulate;                        /* prove it by replay */
+    bool simulate;                        /* check the result by replay */
     int threads;
-    void (*progress)(void *context, const char *step, double share); /* NULL: none; any thread */
+    void (*progress)(void *context, const char *step, double share); /* called from any thread;
+                                                                      * may be NULL */
     void *context;
 };
 
-/* Says so to who asked for it. */
+/* Calls options->progress if there is one. */
 void gap_progress(const struct gap_options *options, const char *step, double share);
 
-/* All legs have the same value in the configuration. */
+/* True if the configuration gives all legs the same value of this key. */
 bool gap_given_alike(const struct gap_effect *effect, int key);
 
-/* Standard deviation of a value: of noise, and of its law, which is no surer of its parameters than
- * it is exact. 0: at its bound. */
+/* Standard deviation of a value: noise and the relative error of the effect's law, added in
+ * quadrature. 0: the value is at its bound. */
 double gap_deviation(const struct gap_effect *effect, int key, int leg);
 
-/* z by which a candidate falls short of the likeliest. */
+/* Distance in z of a candidate from the likeliest one. */
 double gap_short(const struct gap_result *result, const struct gap_candidate *candidate);
 
-/* "test x at 4 Hz, force of leg 2, harmonic 3", or "at 3.21 s near 5.4 Hz, force of leg 2"; without
- * the leg where there is one. */
+/* "test x at 4 Hz, force of leg 2, harmonic 3", or "at 3.21 s near 5.4 Hz, force of leg 2". With
+ * a single leg its number is omitted. */
 const char *gap_place_words(const struct gap_place *place, int legs, char words[GAP_WORDS]);
 
-/* measured is checked already (recording_check); validate may be NULL. waves: filled where the
- * result is simulated, to be freed; NULL: not wanted. 0, or a negative status. */
+/* Runs the whole diagnosis. measured must have passed recording_check; validate may be NULL.
+ * waves: filled if the result is simulated, to be freed by the caller; may be NULL. Returns 0 or
+ * a negative status. */
 int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,
               const struct gap_options *options, struct gap_result *result, struct waves *waves, struct error *error);
 

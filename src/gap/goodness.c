@@ -9,12 +9,12 @@ static const double NOISE_SQUARE = 0.8;  /* mean square of white noise at most: 
                                           * the variance is what no model meets (BASE_ERROR), and a
                                           * half of the cycles' scatter is motion, which the
                                           * equations follow; 0.4 to 0.6 is measured */
-static const double SCATTER = 6.0;       /* of that mean, in standard deviations */
-static const double LAW_SIGMAS = 4.0;    /* of its law_error that an effect may leave */
+static const double SCATTER = 6.0;       /* margin for that mean, in standard deviations */
+static const double LAW_SIGMAS = 4.0;    /* multiple of its law_error that an effect may leave */
 static const double FEW_CYCLES = 10.0;   /* mean square of Student's t of two or three cycles, which
                                           * has none */
 
-/* The mean square of a leg's rows, of those that are evaluated (noise above 0). */
+/* Mean square of a leg's rows that are evaluated (noise above 0). */
 static double mean_square(const double *part, const double *noise) {
     double sum = 0.0, rows = 0.0;
     for (int a = 0; a < RESIDUAL_SIZE; a++)
@@ -22,9 +22,9 @@ static double mean_square(const double *part, const double *noise) {
     return rows ? sum / rows : 0.0;
 }
 
-/* Of each row held out the square by which the laws of the effects there are may be off. noise: not
- * NULL: of friction as much again in any row of the leg, since a seal rubs otherwise at each place
- * of its stroke. */
+/* For each held-out row, the square of the possible error of the effects' laws. With noise (not
+ * NULL), friction adds the same in every row of the leg, because a seal's friction varies along
+ * the stroke. */
 static double *law_errors(const struct diagnosis *d, const double *noise) {
     size_t values = (size_t)d->held_out.values;
     double *sum = memory_get(values, sizeof *sum), *part = memory_get(values, sizeof *part);
@@ -51,8 +51,8 @@ double goodness_law_error(const struct diagnosis *d) {
  * (Student's t); 0 cycles: from all samples. */
 static double student(int cycles) { return !cycles ? 1.0 : cycles > 3 ? (cycles - 1.0) / (cycles - 3.0) : FEW_CYCLES; }
 
-/* What noise makes of a weighted sum of white squares, beyond doubt: from the sums of its weights
- * and of their squares. */
+/* Largest weighted sum of white squares that noise can make, from the sums of the weights and of
+ * their squares. */
 static double noise_at_most(double weights, double squares) { return NOISE_SQUARE * weights + SCATTER * sqrt(2.0 * squares); }
 
 double goodness_noise(const struct diagnosis *d) {

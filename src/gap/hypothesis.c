@@ -6,13 +6,14 @@
 
 #include "machine.h"
 
-static const double LEFT = 0.1; /* of a mass, an inertia or a friction stays: no effect takes more
-                                 * from a machine */
+static const double LEFT = 0.1; /* least share of a mass, an inertia or a friction that an effect
+                                 * leaves */
 
-/* A group of constants, or one of them. */
+/* Compares a group of constants, or one of them. */
 #define DIFFER(member) (memcmp(&a->member, &b->member, sizeof a->member) != 0)
 
-/* One axis has a mass, a weight and a friction; joints, pose and inertias are a platform's. */
+/* A single axis has only a mass, a weight and a friction; joints, pose and inertias are a
+ * platform's. */
 static bool moves_force(const struct params *model, const struct effect *e, const struct machine *a, const struct machine *b) {
     if (model->mechanism == MECHANISM_AXIS) return e->leg_friction || e->wrench || DIFFER(bodies.payload_kg) || DIFFER(bodies.gravity_mps2);
     return e->leg_friction || e->joint_friction || e->wrench || DIFFER(bodies);
@@ -22,12 +23,12 @@ static bool moves_pressure(const struct effect *e, const struct machine *a, cons
     return e->opening || e->command || DIFFER(supply) || DIFFER(oil) || DIFFER(valve) || DIFFER(line) || DIFFER(timing.command_delay_s);
 }
 
-/* What has to be computed again under an effect: by what it changes in the machine,
- * and by its laws. */
+/* Residuals to recompute under an effect, found from the constants that it changes and from its
+ * laws. */
 struct reach {
     enum residual_part parts;
-    bool own; /* a leg's value moves the residuals of no other leg: neither the
-               * bodies nor the pose depend on it */
+    bool own; /* a leg's value affects that leg's residuals alone, because neither bodies nor
+               * pose depend on it */
 };
 
 static struct reach effect_reach(const struct params *model, int effect) {
@@ -47,15 +48,17 @@ static struct reach effect_reach(const struct params *model, int effect) {
     return (struct reach){parts, !(e->joint_friction || e->wrench || DIFFER(bodies) || DIFFER(sensors.length))};
 }
 
-/* Of the difference quotient: far above rounding, far below what bends a law. */
+/* Step of the difference quotient: well above rounding error, well below the curvature of any
+ * law. */
 static double difference_step(const struct effect_key *k) {
     double typical = k->reciprocal ? 0.0 : fabs(k->typical - k->neutral);
     return 0.02 * (typical > 0.0 ? typical : fabs(k->typical));
 }
 
-/* Prior: a value scatters by three times its typical size, or by the largest that the configuration
- * has of it. That decides nothing where the data see an effect of such a size, and a joint that is
- * 80 mm from its place is no explanation. A limit has none: its neutral value is infinite. */
+/* Standard deviation of the prior: three times the value's typical size, or the largest
+ * deviation in the configuration. If the data show an effect of such a size, the prior decides
+ * nothing; it rejects absurd values, such as a joint 80 mm from its place. A limit has no prior:
+ * its neutral value is infinite. */
 static double prior_inverse_std(const struct effect_key *k, const struct effect_values *given, int key) {
     double deviation = 3.0 * fabs(k->typical - k->neutral);
     for (int leg = 0; leg < LEGS && given->on; leg++) deviation = fmax(deviation, fabs(given->value[key][leg] - k->neutral));
@@ -75,8 +78,8 @@ static bool possible(const struct params *given, const struct variable *v, doubl
     return hypothesis_possible(&with);
 }
 
-/* So far towards an end of its key's range as a machine like the one given can go in this value
- * alone. */
+/* The value farthest towards `end` with which, changed alone, the given machine is still
+ * possible. */
 static double possible_end(const struct params *given, const struct variable *v, double end) {
     double most = 0.0, step = 0.5;
     if (possible(given, v, end)) return end;
@@ -107,7 +110,7 @@ static void add_variable(const struct params *given, struct hypothesis *h, int k
     v->max = possible_end(given, v, k->max);
 }
 
-/* One axis is x, of what acts on the pose. */
+/* On a single axis, an effect on the pose has its first key, x, alone. */
 static void build(const struct params *given, struct hypothesis *h, int effect, int shape, struct reach reach) {
     *h = (struct hypothesis){.effect = effect, .shape = shape};
     const struct effect_key *keys = effect_table[effect]->keys;
@@ -131,7 +134,7 @@ int hypotheses_list(const struct params *given, const struct params *model, cons
         struct reach reach = effect_reach(model, effect);
         reach.parts &= evaluated;
         if (reach.parts & PART_FORCE_SENSOR) reach.parts = PART_FORCE;
-        if (!reach.parts) continue; /* of time alone: recording_clock sees it without a fit */
+        if (!reach.parts) continue; /* timing alone; recording_clock finds it without a fit */
         build(given, &h[n++], effect, SHAPE_ALL, reach);
         if (params_legs(model) == 1) continue;
         bool per_leg = false;
@@ -173,10 +176,10 @@ static bool alike(const struct hypothesis *h, const struct variable *base) {
 
 enum parallel hypothesis_parallel(const struct hypothesis *h, const struct variable *base) {
     if (!alike(h, base)) return PARALLEL_NOT;
-    /* one leg: the base has all legs alike */
+    /* the base variable is common to all legs; one leg's effect can be told from it */
     if (base->leg < 0) return h->shape < 0 ? PARALLEL_SAME : PARALLEL_NOT;
     if (h->shape >= 0 && h->shape != base->leg) return PARALLEL_NOT;
-    /* another number, of legs that differ */
+    /* each leg has its own base variable, with values that may differ */
     bool beside = h->shape == SHAPE_ALL && base->legs > 1 && base->effect != h->effect;
     return beside ? PARALLEL_DRAWN : PARALLEL_SAME;
 }

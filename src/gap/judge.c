@@ -9,20 +9,21 @@
 
 static const double OFFSET_SIGMAS = 6.0, OFFSET_SHARE = 0.05; /* friction unlike in the
                                                                * two directions */
-static const double SHARE_MAX = 0.3;       /* of the gap that a simulation may leave */
+static const double SHARE_MAX = 0.3;      /* largest share of the gap that a simulation may leave */
 static const double FLOORS_MAX = 2.0;      /* noise floors that may be left, in the
                                             * measured motion too, */
 static const double LEFT_MAX = 0.02;       /* or so much of the variation, where there
                                             * is hardly any noise; */
 static const double LEFT_SHARE = 0.1;      /* a smaller share of the gap is the model's error */
-static const double VISIBLE = 0.2;         /* of the squared noise: what a simulation leaves that
-                                            * starts and steps otherwise (0.06) */
-static const double LINE_SHARE = 0.5;      /* of the gap in its channel: what a line does to the
-                                            * harmonics, by laws that bend, is less than it */
-static const double TRACE_SHARE = 5e-3;    /* of the excess: what explains the rest of it is there,
-                                            * whatever is there besides */
-static const double THIRD_SHARE = 0.05;    /* of the excess: what takes three effects of that
-                                            * weight is none of them */
+static const double VISIBLE = 0.2;         /* share of the squared noise; a simulation with
+                                            * another start and other steps leaves 0.06 */
+static const double LINE_SHARE = 0.5;      /* share of the gap in its channel: a tone changes the
+                                            * harmonics, through nonlinear laws, by less than
+                                            * itself */
+static const double TRACE_SHARE = 5e-3;    /* share of the excess: if effects explain all but
+                                            * this, they are real, whatever else is left */
+static const double THIRD_SHARE = 0.05;    /* share of the excess: three effects of that weight
+                                            * imitate something else */
 
 extern const struct effect clock_skew, cylinder_coulomb_friction;
 
@@ -40,7 +41,7 @@ static void append(struct gap_result *r, const char *text) {
 
 static double square(double x) { return x * x; }
 
-/* What is left of the excess: its share. */
+/* Share of the excess that is left. */
 static double trace(const struct remainder *m) { return m->before > 0.0 ? fmax(m->after - m->noise, 0.0) / m->before : 1.0; }
 
 /* More than noise, and than the laws that are there leave; beside a single effect more than a trace
@@ -49,9 +50,9 @@ static bool remains(const struct gap_result *r, const struct remainder *m) {
     return m->beyond_laws > 1.0 && !(r->effects == 1 && trace(m) < TRACE_SHARE);
 }
 
-/* What a simulation with effects is held to. Constants are not: a leg in a dead band stands where
- * it came to stand, a chamber whose valve stays shut keeps what oil it has, and the equations hold
- * both against the measured motion. */
+/* The simulation's criterion, without constants: a leg in a dead band stands where it stopped
+ * and a chamber whose valve stays shut keeps its oil. The equations compare both under the
+ * measured motion. */
 static double counts(const struct gap_result *r, const struct gap_size *size) {
     return square(r->simulated && r->effects ? size->varying : size->overall);
 }
@@ -146,13 +147,13 @@ static const struct gap_effect *one_sided(const struct gap_result *r) {
     return found;
 }
 
-/* Which of the effects stands in a list: it is none of those in doubt. */
+/* True if an effect comes from the configuration (given) or not, as asked, and is not in doubt. */
 static bool sure(const struct gap_result *r, int i, bool given) {
     return r->effect[i].given.on == given && !(r->ambiguous && i == r->in_doubt);
 }
 
-/* The effects that the configuration has, or those that it has not, with words about them;
- * false: there are none. */
+/* Lists the effects that the configuration has, or those it lacks, with words about them.
+ * Returns false if there are none. */
 static bool list(struct gap_result *r, bool given, const char *before, const char *after) {
     int left = 0;
     for (int i = 0; i < r->effects; i++) left += sure(r, i, given);

@@ -8,14 +8,16 @@
 #include "units.h"
 
 enum {
-    LINE_BINS = 3,       /* nearer to a harmonic it is none */
-    LINE_SAMPLES = 4096, /* eight seconds tell a line; the search grows with their square */
+    LINE_BINS = 3,       /* least distance from a harmonic, in bins */
+    LINE_SAMPLES = 4096, /* eight seconds suffice; the search's cost grows with the square */
 };
-static const double LINE_STEP_S = 2e-3;     /* lines are looked for up to 250 Hz */
-static const double LINE_POWER = 12.0;      /* of white noise, mean of six legs: 1 +- 0.4; */
-static const double LINE_POWER_ONE = 30.0;  /* of one leg the strongest of 20 000 bins has 10 */
+static const double LINE_STEP_S = 2e-3;     /* tones are searched up to 250 Hz */
+static const double LINE_POWER = 12.0;      /* threshold relative to white noise, mean of six
+                                             * legs (noise gives 1 +- 0.4) */
+static const double LINE_POWER_ONE = 30.0;  /* same with a single leg, where the strongest of
+                                             * 20,000 noise bins has 10 */
 
-/* What is left of the samples when the mean cycle, the constant and the trend are taken off. */
+/* Residual of the samples without the mean cycle, the constant and the trend. */
 static void leave_rest(const struct spectrum *s, const struct recording_test *t, enum channel channel, int leg, double *rest) {
     int n = t->end - t->first;
     double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, value[3];
@@ -31,7 +33,7 @@ static void leave_rest(const struct spectrum *s, const struct recording_test *t,
 
 enum { AT_ONCE = 8 };
 
-/* |sum rest[i] exp(-2 pi j b i / n)|^2 of so many bins b from `first` on, by rotating pointers. */
+/* |sum rest[i] exp(-2 pi j b i / n)|^2 for AT_ONCE bins b from `first` on, by rotating phasors. */
 static void power_at(int n, const double *rest, int first, double power[AT_ONCE]) {
     double c[AT_ONCE], s[AT_ONCE], re[AT_ONCE], im[AT_ONCE], sum_re[AT_ONCE] = {0}, sum_im[AT_ONCE] = {0};
     for (int j = 0; j < AT_ONCE; j++) {
@@ -47,14 +49,14 @@ static void power_at(int n, const double *rest, int first, double power[AT_ONCE]
     for (int j = 0; j < AT_ONCE; j++) power[j] = sum_re[j] * sum_re[j] + sum_im[j] * sum_im[j];
 }
 
-/* Harmonics too high to be in the mean cycle are no lines: rounding errors have them. What is
- * slower than the motion is drift. */
+/* Harmonics above those of the mean cycle are excluded because rounding errors excite them;
+ * frequencies below the motion's are drift. */
 static bool off_harmonics(const struct spectrum *s, double hz, double width_hz) {
     double base_hz = s->omega / (2.0 * PI), nearest_hz = base_hz * round(hz / base_hz);
     return hz > base_hz && fabs(hz - nearest_hz) >= width_hz;
 }
 
-/* Means of so many values in turn, in place. */
+/* Decimates in place: each value is the mean of `many`. */
 static void thin(int n, int many, double *value) {
     for (int i = 0; i < n; i++) {
         double sum = 0.0;
@@ -63,8 +65,8 @@ static void thin(int n, int many, double *value) {
     }
 }
 
-/* By Hann's window: what fades from an end of the piece, a transient, must not look like a line
- * beside the motion's own. Returns the sum of the weights. */
+/* Applies a Hann window, so that a transient at an end of the record does not look like a tone
+ * beside the motion's harmonics. Returns the sum of the weights. */
 static double window(int n, double *value) {
     double sum = 0.0;
     for (int i = 0; i < n; i++) {
@@ -81,7 +83,7 @@ struct line line_in(const struct spectrum *s, const struct recording_test *t, en
     double *rest = memory_get((size_t)all, sizeof *rest), *power = memory_get((size_t)bins + 1, sizeof *power), step_s;
     double *absolute = memory_get((size_t)bins + 1, sizeof *absolute);
     double weights = 0.0;
-    int legs = 0; /* that have the channel */
+    int legs = 0; /* number of legs that have the channel */
     for (int k = 0; k < LEGS; k++) {
         double square = 0.0;
         leave_rest(s, t, channel, k, rest);

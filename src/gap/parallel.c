@@ -21,7 +21,7 @@ static void *work_on(void *argument) {
     return NULL;
 }
 
-/* A thread that cannot be started is done without. */
+/* If a thread cannot be started, the others do its share. */
 void parallel_run(int threads, int count, void (*one)(void *context, int i), void *context) {
     struct work work = {.one = one, .context = context, .count = count};
     pthread_t thread[THREADS_MAX];

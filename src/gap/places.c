@@ -15,8 +15,7 @@ static const char *const feature_names[FEATURES] = {"static",         "peak_spee
 
 static double sign(double x) { return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : 0.0; }
 
-/* What the residual of a leg looks like most: the share of its square that a template of
- * the motion takes. */
+/* The feature of the motion that explains the largest share of a leg's squared residual. */
 static const char *feature(const struct residual_test *t, int leg, const double *residual) {
     const struct spectrum *s = &t->spectrum;
     double product[FEATURES] = {0}, square[FEATURES] = {0}, mean = 0.0, value[PHASES], best = -1.0;
@@ -68,7 +67,8 @@ int places_find(const struct diagnosis *d, const struct recording *recording, co
         for (int k = 0; k < LEGS; k++)
             for (int q = 0; q < RESIDUALS; q++)
                 for (int a = 0, next = 0; a < t->size; a = next) {
-                    double share = 0.0; /* of all that has one rate: sine and cosine */
+                    double share = 0.0; /* sum over all coefficients of one frequency (sine and
+                                         * cosine) */
                     for (next = a; next < t->size && t->rate[next] == t->rate[a]; next++) share += white[k][q][next] * white[k][q][next];
                     if (!(share > 0.0)) continue; /* not evaluated */
                     bool steady = t->spectrum.cycles;

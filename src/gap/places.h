@@ -1,11 +1,11 @@
-/* Where a gap lies: which test, channel, leg and harmonic, and which feature of the motion it
- * goes with. Ordinary threads; heap. */
+/* Location of the gap: test, channel, leg and harmonic, and the feature of the motion with which
+ * it correlates. Ordinary threads; heap. */
 #ifndef HEXID_PLACES_H
 #define HEXID_PLACES_H
 
 #include "diagnose.h"
 
-/* The largest places of a model's white residuals on held-out cycles, by share;
+/* Finds the largest shares of the model's white residuals on held-out cycles, sorted by share;
  * returns their number. */
 int places_find(const struct diagnosis *d, const struct recording *recording, const struct params *model,
                 struct gap_place place[GAP_PLACES]);

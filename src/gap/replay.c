@@ -14,10 +14,11 @@
 #include "whiten.h"
 
 static const int64_t SLACK_CYCLES = 1000;
-static const double WIDER = 4.0; /* limits: a model that comes nearer to one than the
-                                  * rig shows it in the gap */
+static const double WIDER = 4.0; /* factor on the limits: a model that moves worse than the
+                                  * machine shows it in the gap, not as a fault */
 
-/* The tests of a run, in its order, and nothing that a controller on a desk has to fear. */
+/* Parameters of a simulated run: the recording's tests in their order, wider limits, no
+ * interlocks. */
 static struct params replay_params(const struct params *model, const struct recording *like, int run) {
     struct params p = *model;
     p.tests = like->run[run];
@@ -28,10 +29,10 @@ static struct params replay_params(const struct params *model, const struct reco
     for (int i = p.tests.count; i < DOFS; i++) p.tests.order[i] = DOF_NONE;
     p.motion.automatic = true;
     p.limits.following_m *= WIDER, p.limits.standstill_m *= WIDER, p.limits.force_n *= WIDER;
-    /* a candidate that shakes is judged by its motion */
+    /* an oscillating candidate is judged by its motion */
     p.limits.oscillation_mps2 *= WIDER * WIDER;
     p.sim.engine = ENGINE_CLOSED_FORM;
-    p.interlocks = (struct interlock_params){0}; /* its supply is always on */
+    p.interlocks = (struct interlock_params){0}; /* the simulated supply is always on */
     return p;
 }
 
@@ -102,7 +103,7 @@ void replay_free(struct replay both[2]) {
     recording_free(&both[1].run);
 }
 
-/* The model without the effects that are friction. */
+/* The model without its friction effects. */
 static struct params frictionless(const struct params *model) {
     struct params p = *model;
     for (int i = 0; effect_table[i]; i++)
@@ -126,9 +127,9 @@ bool replay_identify(const struct params *params, const struct recording *record
     struct error error;
     struct ident *id = memory_get(1, sizeof *id);
     struct params driven = *params;
-    driven.tests = recording->run[0]; /* at the frequency at which the legs moved */
+    driven.tests = recording->run[0]; /* at the measured frequencies */
     bool ok = ident_init(id, &driven, &error) == STATUS_OK;
-    for (int i = 0; i < recording->tests && ok; i++)        /* the six tests are the first run's */
+    for (int i = 0; i < recording->tests && ok; i++)      /* only the first run has all six tests */
         if (!recording->test[i].run) feed(id, &recording->test[i]);
     ok = ok && (ident_end(id), ident_solve(id));
     if (ok) memcpy(mt, id->result.method_a.mt, sizeof id->result.method_a.mt);
@@ -136,7 +137,7 @@ bool replay_identify(const struct params *params, const struct recording *record
     return ok;
 }
 
-/* Of the model's own runs, with sensors that are exact. */
+/* Simulated without sensor errors. */
 bool replay_repair(const struct params *params, const struct params *model, const struct recording *measured, double mt[DOFS][DOFS]) {
     double with[DOFS][DOFS], without[DOFS][DOFS];
     struct params exact = *model, smooth;
@@ -153,7 +154,7 @@ bool replay_repair(const struct params *params, const struct params *model, cons
     return ok;
 }
 
-/* Mean squares, and how much of them is of constants. */
+/* Mean squares, and the share of the constants in them. */
 struct part {
     double whole[GAP_CHANNELS], constant[GAP_CHANNELS];
 };
@@ -166,7 +167,7 @@ struct sums {
 
 static double square(double x) { return x * x; }
 
-/* Mean square of a coefficient row. */
+/* Mean square of a row of Fourier coefficients. */
 static double mean_square(int size, const double *row) {
     double sum = square(row[0]);
     for (int a = 1; a < size; a++) sum += 0.5 * square(row[a]);
@@ -195,17 +196,17 @@ static struct gap_size size_of(const struct sums *sums, const struct part *part)
     return size;
 }
 
-/* Mean square of a constant. It may be anywhere its cycles are: chambers whose valve stays shut are
- * in no steady state, and no two runs of one machine are in the same. */
+/* Uncertainty of a constant, as a mean square: the scatter of single cycles, not of their mean,
+ * because chambers whose valve stays shut reach no steady state and differ between runs. */
 static double constant_left(const struct spectrum *s, int channel, int leg) { return s->cycles * square(s->std[channel][leg][0]); }
 
-/* Mean square that noise leaves in the rest of a mean cycle. */
+/* Mean square of the noise left in the varying part of a mean cycle. */
 static double varying_left(const struct spectrum *s, int size, int channel, int leg) {
     return mean_square(size, s->std[channel][leg]) - square(s->std[channel][leg][0]);
 }
 
-/* One leg's channel: of the difference of two mean cycles and of the noise: of the samples, and
- * what that leaves in both mean cycles. */
+/* Compares a channel of one leg. Difference: of the mean cycles, plus the noise of the samples.
+ * Noise: that of the samples, plus what it leaves in both mean cycles. */
 static void compare_rows(const struct spectrum *m, const struct spectrum *s, int ch, int leg, int gap_channel, struct sums *sums) {
     int size = 1 + 2 * (m->harmonics < s->harmonics ? m->harmonics : s->harmonics);
     const double *measured = m->mean[ch][leg];
@@ -250,8 +251,8 @@ struct replay_sizes replay_compare(const struct recording *measured, const struc
     return sizes_of(sums, both[1].model != NULL);
 }
 
-/* The same of the equations' row, in which the noise of the motion is, too. Of a piece that is all:
- * beyond its band nothing was asked. */
+/* The same for a residual of the equations, whose noise includes that of the measured motion. A
+ * segment has no noise outside its band to add. */
 static void add_rows(struct sums *sums, int gap_channel, const struct residual_test *t, int channel, int leg, int kind, const double *row,
                      const struct whitener *w) {
     double left = 0.0, left_over = 0.0;
@@ -263,7 +264,7 @@ static void add_rows(struct sums *sums, int gap_channel, const struct residual_t
         double noise = square(t->spectrum.noise[channel][leg]);
         left += (t->spectrum.cycles - 1) * square(t->std[channel][leg][0]) + noise, left_over += noise;
     }
-    /* the motion is the measured one: no run began elsewhere */
+    /* no constant is excused: the motion is the measured one */
     add(&sums->difference, gap_channel, left_over, 0.0);
     add(&sums->noise, gap_channel, left, 0.0);
     sums->variation[gap_channel] += residual_variation(t, channel, leg);

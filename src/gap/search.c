@@ -14,14 +14,14 @@
 
 /* On machines with nothing hidden, of some forty effects tried the luckiest gains 5 to 10 on
  * held-out cycles (make bench-gap). */
-static const double GAIN_MIN = 28.0;       /* of white squares, on fitted and held-out
-                                            * cycles together, after the parameters' penalty:
-                                            * odds of 5000 to one after the choice among some
-                                            * 250 hypotheses; z = 6 for one parameter */
+static const double GAIN_MIN = 28.0;       /* in white squares, on fitted and held-out cycles
+                                            * together, after the parameters' penalty: odds of
+                                            * 5000 to one after the choice among some 250
+                                            * hypotheses; z = 6 for one parameter */
 static const double UNCLEAR_GAIN = 144.0;  /* z = 12: beside what is found, where it may be this
                                             * or that, any of which other laws could make */
-static const double REMAINDER_SHARE = 0.2; /* of what is left above the noise: an effect that takes
-                                            * less is not what is there */
+static const double REMAINDER_SHARE = 0.2; /* share of the excess over noise; an effect that
+                                            * explains less is not accepted */
 static const double RIVAL_GAIN = 16.0;     /* odds of 3000 to one, z = 4; or what
                                             * its law may be off */
 
@@ -56,7 +56,8 @@ static void list_candidates(const struct diagnosis *d, const struct trial *trial
 /* Sum of white squares, all cycles, by which a trial's law may be off. */
 static double law_error(const struct trial *t) { return pow(effect_table[t->hypothesis->effect]->law_error, 2.0) * trial_evidence(t); }
 
-/* Of the residuals with a trial, over that of noise: what remains makes all else less sure, too. */
+/* Mean square of the residuals with a trial, relative to noise, at least 1: a remaining gap
+ * makes all evidence less certain. */
 static double dispersion(const struct diagnosis *d, const struct trial *t) {
     return fmax((t->square + t->held_square) / (d->fit.evaluated + d->held_out.evaluated), 1.0);
 }
@@ -129,7 +130,7 @@ static bool as_good(const struct diagnosis *d, const struct trial *best, const s
     return h->shape != SHAPE_EACH && than->shape == SHAPE_EACH && behind <= needed;
 }
 
-/* Where a limit of the best one explains as much, it is that. */
+/* If a special case of the best candidate explains as much, prefer it. */
 static void prefer_simple(const struct diagnosis *d, struct trial *trial, int trials) {
     for (int i = 1; i < trials; i++)
         if (as_good(d, &trial[0], &trial[i])) {
@@ -138,8 +139,8 @@ static void prefer_simple(const struct diagnosis *d, struct trial *trial, int tr
         }
 }
 
-/* What is stuck at the end of its range, or noise, is not what is there: the best that is not comes
- * first, the order of the others stays. */
+/* Moves the best candidate that is neither noise nor stuck at a bound to the front; the order of
+ * the others stays. */
 static void prefer_seen(const struct diagnosis *d, struct trial *trial, int trials) {
     for (int i = 0; i < trials && trial[i].ok && trial[i].polished; i++) {
         if (unseen(d, &trial[i])) continue;
@@ -166,7 +167,7 @@ static int simple_shape(const struct diagnosis *d, const struct trial *trial, in
     return best;
 }
 
-/* What a trial pays for its parameters. */
+/* Penalty of a trial for its parameters. */
 static double penalty(const struct trial *t) { return trial_rise(t) - t->gain; }
 
 /* Would the effect in this simpler shape, and the next effect beside it, explain more than the best
@@ -224,7 +225,7 @@ struct revision {
     double square;                 /* with it, all cycles, and what it paid */
 };
 
-/* An effect has been judged, or is about to be, beside those that are there. */
+/* Records that an effect was judged, or is about to be, beside those already added. */
 static void judged(const struct diagnosis *d, struct revision *v, int effect) {
     for (int i = 0; i < d->added; i++) v->beside[effect][d->addition[i].effect] = true;
 }
@@ -235,7 +236,7 @@ static bool judged_beside_all(const struct diagnosis *d, const struct revision *
     return all;
 }
 
-/* What the last one may be as well is for the verdict to say: nothing is judged beside it. */
+/* Rivals of the last effect are left to the verdict: nothing is judged beside them. */
 static void revise(struct diagnosis *d, struct revision *v, struct gap_result *r) {
     for (int i = 0; i < d->added - 1 && !r->ambiguous && !v->open; i++) {
         int effect = d->addition[i].effect, place = 0;
@@ -250,8 +251,8 @@ static void revise(struct diagnosis *d, struct revision *v, struct gap_result *r
     }
 }
 
-/* What takes the place of the one that is out has to explain more than that did. So has itself: a
- * search from further off may end in a worse place. */
+/* A replacement must explain more than the removed effect did. That holds for the removed effect
+ * itself too: a search from a more distant start may end worse. */
 static bool takes_place(const struct revision *v, const struct trial *t) {
     return !v->open || t->square + t->held_square + penalty(t) < v->square;
 }
@@ -270,7 +271,7 @@ static void note(const struct diagnosis *d, struct revision *v, int effect, doub
     judged(d, v, effect);
 }
 
-/* What the last one may be as well. */
+/* The rivals of the last effect. */
 static void tell_rivals(struct gap_result *r, int rivals, const int rival[GAP_RIVALS]) {
     r->ambiguous = rivals;
     memcpy(r->ambiguous_with, rival, sizeof r->ambiguous_with);
@@ -282,8 +283,7 @@ static int keys_of(const struct hypothesis *h) {
     return keys;
 }
 
-/* Of deviations, which say what noise leaves open: what leaves more than noise is no surer
- * than what it leaves. */
+/* Factor by which the residuals exceed noise, at least 1; scales the standard deviations. */
 static double left_over(const struct diagnosis *d) { return sqrt(fmax(d->held_square / d->held_out.evaluated, 1.0)); }
 
 /* Values and deviations of the effects added, from the fitted variables. */
@@ -352,7 +352,7 @@ static void sort_effects(struct gap_result *r) {
         if (r->effect[i].effect == doubted) r->in_doubt = i;
 }
 
-/* Of the effects found, clock_skew apart, whose share is known: the only one, or NULL. */
+/* The only effect found with a known share, clock_skew apart; NULL if there are none or several. */
 static struct gap_effect *only_one(struct gap_result *r) {
     struct gap_effect *only = NULL;
     for (int i = 0; i < r->effects; i++) {
@@ -363,9 +363,8 @@ static struct gap_effect *only_one(struct gap_result *r) {
     return only;
 }
 
-/* What each effect explains. One alone: all that is gone, also where it joined beside another that
- * then left. Of several, the larger of what it did alone, in the first round, and of what was gone
- * when it joined the others. */
+/* Share that each effect explains. A single effect: all that is gone. Of several: the larger of
+ * its share alone in the first round and of what was gone when it joined. */
 static void share_out(const struct diagnosis *d, double initial, double initial_held, struct gap_result *r) {
     double whole = initial_held - d->held_square;
     struct gap_effect *only = only_one(r);
@@ -427,7 +426,7 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
 
         int rival[GAP_RIVALS] = {0}, rivals = list_rivals(d, trial, trials, rival);
         int effect = trial[0].hypothesis->effect;
-        /* what was found before is there: what else it may be, the verdict says */
+        /* effects found earlier are certain; their rivals are left to the verdict */
         bool found = !r->effects || revision->open || revision->known[effect];
         bool unclear = !found && rivals && trial_evidence(&trial[0]) < UNCLEAR_GAIN * dispersion(d, &trial[0]);
         bool worth = !unclear && worth_adding(d, &trial[0], goodness_law_error(d));

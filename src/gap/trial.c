@@ -8,13 +8,15 @@
 
 static const double IDLE = 1e-6;         /* relative change of the squares */
 static const double SURE = 36.0;         /* gained beyond doubt, z = 6 */
-static const double BEND = 0.1;          /* of a signature: a law that bends less is taken
-                                          * for one in proportion */
-static const double SHORTEST_STEP = 0.1; /* of the base's linear one, before none is taken */
+static const double BEND = 0.1;          /* share of a signature; a law with less curvature
+                                          * counts as proportional */
+static const double SHORTEST_STEP = 0.1; /* shortest share of the base's linear step that is
+                                          * tried */
 enum { SCREEN_ITERATIONS = 1, SCREEN_BENT = 3, TRIAL_ITERATIONS = 6, POLISH_ITERATIONS = 5 };
 
 enum { WEAK, TYPICAL, STARTS = 7 };
-/* of the typical effect; a limit is reached always or never but at the strength between */
+/* strengths relative to the typical effect; a limit acts always or never, except at the
+ * strengths between */
 static const double start_strength[STARTS] = {[WEAK] = 0.1, [TYPICAL] = 1.0, -0.1, -1.0, 0.3, 10.0, -10.0};
 
 /* White residuals without, at the weak and at the typical strength: in proportion? */
@@ -27,10 +29,10 @@ static bool in_proportion(int values, const double *without, const double *weak,
     return bend < BEND * BEND * square;
 }
 
-/* Where a trial begins: the best so far of the models it may begin with. */
+/* Start of a trial: the best so far among the possible ones. */
 struct start {
     struct params *model;
-    double square;      /* of white residuals, the linear part at its best; HUGE_VAL: none yet */
+    double square;      /* sum of white squares with the linear part optimal; HUGE_VAL: none yet */
     double *raw;        /* its residuals, and room for another's */
     double *other;
     bool bent;          /* the law is not in proportion */
@@ -133,9 +135,9 @@ static bool at_bound(const struct trial *t) {
     return bound;
 }
 
-/* The variables of the model so far, moved by x; but for those that stand as given, or are the
- * hypothesis's own number. Only so far as the machine stays one: a linear step may leave a body
- * less than no mass. */
+/* Moves the variables of the model by x, except those held at their given value and the
+ * hypothesis's own. The move stops where the machine would become impossible: a linear step may
+ * make a mass negative. */
 static void move_others(const struct diagnosis *d, const struct hypothesis *h, const struct params *from, const double *x,
                         struct params *model) {
     bool possible = false;
@@ -207,9 +209,9 @@ static bool base_columns(const struct diagnosis *d, const struct trial *t, const
     return true;
 }
 
-/* What the linear part promised, made true: base and effect fitted together. near: the trial begins
- * near where it ends, so that the base's columns hardly change on the way. No room for so many
- * variables, or no such columns: the trial stays as it is. */
+/* Fits base and effect together. near: the trial begins near its optimum, so that the base's
+ * columns hardly change. Without room for so many variables, or without columns, the trial stays
+ * as it is. */
 static void fit_together(const struct diagnosis *d, bool near, struct trial *t) {
     struct variable v[FIT_VARIABLES];
     const double *known[FIT_VARIABLES] = {NULL};
@@ -246,8 +248,8 @@ static void fit_together(const struct diagnosis *d, bool near, struct trial *t) 
     t->bound = at_bound(t);
 }
 
-/* What is contradicted is fitted from the model so far, too, with the effect as it typically is, or
- * as the configuration has it. */
+/* A contradicted trial is also fitted from the current model, with the effect at its typical or
+ * configured values. */
 void trial_polish(const struct diagnosis *d, struct trial *t) {
     struct trial anew = *t;
     double unmoved[FIT_VARIABLES] = {0};

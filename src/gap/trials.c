@@ -7,10 +7,10 @@
 #include "memory.h"
 #include "parallel.h"
 
-static const double WORTH = 0.1; /* of the best one's gain after the first steps: a trial is fitted
-                                  * on */
-static const double NEAR = 0.9;  /* of the gain with the base moved linearly: polishing may turn the
-                                  * order */
+static const double WORTH = 0.1; /* share of the best gain after the first steps; above it a
+                                  * trial is fitted further */
+static const double NEAR = 0.9;  /* share of the best gain with the base moved linearly;
+                                  * polishing may change the order of trials above it */
 enum { FINALISTS = 5, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
 
 struct batch {
@@ -19,7 +19,7 @@ struct batch {
     const struct batch *before;     /* whose trials are starts, or NULL */
     struct trial *trial;
     int count;
-    double worth;                   /* gain after the first steps of those that are fitted on */
+    double worth;             /* gain after the first steps above which trials are fitted further */
 };
 
 /* The trial of the same effect with all legs alike. */
@@ -87,8 +87,8 @@ static bool each_in_base(const struct diagnosis *d, int effect) {
     return each;
 }
 
-/* Of a trial with a value for each leg: the leg whose value is surest to differ from what is given;
- * -1: none does. A value at its bound is sure. */
+/* The leg whose value differs most certainly from the given one, in a trial with a value for
+ * each leg; -1: none does. A value at its bound counts as certain. */
 static int single_out(const struct diagnosis *d, const struct trial *each) {
     const struct hypothesis *h = each->hypothesis;
     bool given = d->given->effects[h->effect].on;
@@ -125,12 +125,12 @@ static void list_single(const struct diagnosis *d, const struct batch *before, s
 static int by_gain(const void *a, const void *b) {
     const struct trial *x = a, *y = b;
     double p = trial_sound_gain(x), q = trial_sound_gain(y);
-    if (p == q) p = x->gain, q = y->gain; /* of two that are contradicted */
+    if (p == q) p = x->gain, q = y->gain; /* compares two contradicted trials */
     return p < q ? 1 : p > q ? -1 : 0;
 }
 
-/* Of what is fitted truly, the cycles held out judge as much as the fitted ones: many parameters
- * cannot win there by their number. */
+/* Evidence of a polished trial: held-out cycles count as much as fitted ones, so that parameters
+ * gain nothing by their number. */
 static int by_evidence(const void *a, const void *b) {
     const struct trial *x = a, *y = b;
     bool first = x->ok && x->polished, second = y->ok && y->polished;
@@ -146,9 +146,9 @@ static const struct trial *best_shape(const struct trial *finalist, int finalist
     return NULL;
 }
 
-/* Best first; the best few effects, each in its best shape and those that come near it, and what is
- * contradicted come first, polished: one after the other, all threads at the columns of each.
- * worth: what a trial had to gain to be fitted on. */
+/* Sorts trials, best first. The best few effects, with their best choice of legs and those near
+ * it, and contradicted trials come first, polished one after the other with all threads. worth:
+ * gain that a trial needed to be fitted further. */
 static void finish(const struct diagnosis *d, double worth, struct trial *trial, int count) {
     struct trial *finalist = memory_get((size_t)count, sizeof *finalist);
     int effects = 0, finalists = 0, others = 0;

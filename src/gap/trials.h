@@ -4,12 +4,12 @@
 
 #include "trial.h"
 
-/* Tries hypotheses beside the model so far, a thread each: every effect with all legs alike; then
- * those that came closest in their other shapes, for the legs with most to explain and those that
- * each leg's own values single out. The best ones, and what the cycles held out contradict, are
- * polished and come first, by their evidence. Returns the number of trials, at most HYPOTHESES_MAX,
- * for which there is room. They point to the hypotheses in d, which the next fit of the model lists
- * anew. */
+/* Tries hypotheses beside the model, a thread each: first every effect with all legs alike; then
+ * the closest ones for single legs with the largest residuals and for legs that the trial with a
+ * value for each leg singles out. The best trials, and those that the held-out cycles
+ * contradict, are polished and sorted first, by their evidence. Returns the number of trials, at
+ * most HYPOTHESES_MAX, for which there must be room. They point to the hypotheses in d, which
+ * the next fit of the model lists anew. */
 int trials_run(const struct diagnosis *d, struct trial *trial);
 
 #endif

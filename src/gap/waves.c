@@ -9,7 +9,7 @@
 
 typedef double channel_rows[GAP_CHANNELS][SPECTRUM_SIZE];
 
-enum { POINTS = 128 }; /* four of the highest harmonic */
+enum { POINTS = 128 }; /* four for each period of the highest harmonic */
 
 double waves_distance(const struct wave_test *t, const double a[SPECTRUM_SIZE], const double b[SPECTRUM_SIZE]) {
     double difference[SPECTRUM_SIZE], square = 0.0;
@@ -22,7 +22,7 @@ double waves_distance(const struct wave_test *t, const double a[SPECTRUM_SIZE], 
     return sqrt(square);
 }
 
-/* Square of what varies. */
+/* Mean square without the mean. */
 static double variation(const struct wave_test *t, const double row[SPECTRUM_SIZE]) {
     const double zero[SPECTRUM_SIZE] = {0};
     double sum = 0.0;
@@ -34,7 +34,6 @@ static double variation(const struct wave_test *t, const double row[SPECTRUM_SIZ
     return pow(waves_distance(t, row, zero), 2.0) - sum * sum;
 }
 
-/* Mean cycles of all channels of a leg. */
 static void rows(const struct spectrum *s, int leg, channel_rows row) {
     memcpy(row[GAP_LENGTH], s->mean[CHANNEL_LENGTH][leg], sizeof *row);
     memcpy(row[GAP_P1], s->mean[CHANNEL_P1][leg], sizeof *row);
@@ -72,7 +71,7 @@ static void find_variation(struct waves *w) {
     }
 }
 
-/* Where model rows go: struct wave has one of each. */
+/* Selects one of the model's rows in struct wave. */
 enum side { BEFORE, AFTER };
 
 static double *side_row(struct wave *w, enum side side) { return side == BEFORE ? w->before : w->after; }
@@ -124,7 +123,7 @@ void waves_closed_loop(struct waves *w, const struct recording *measured, const 
     find_variation(w);
 }
 
-/* Measured less what the equations leave over. False where the motion is no motion of the model. */
+/* Model row = measured - residual of the equations. False if the model cannot make the motion. */
 static bool put_residual(struct wave_test *t, const struct residual_test *residual, const struct params *model, enum side side) {
     static const enum gap_channel channel[RESIDUALS] = {[RESIDUAL_FORCE] = GAP_FORCE, [RESIDUAL_P1] = GAP_P1, [RESIDUAL_P2] = GAP_P2};
     residual_row row;
