@@ -5,13 +5,13 @@
 
 #include "units.h"
 
-/* Half-width of a line's window, a share of the series' shortest period and at least so many
- * samples; the lines' distance, a share of that; least variance of the samples' times, in squares
- * of it: 0.13 with samples on both sides, 0.04 at a record's end. A line there is off by microns,
- * and 5 um are 26 kPa in a chamber that nothing flows out of. */
+/* Half-width of a line's window as a share of the series' shortest period, and its least number of
+ * samples; distance of lines as a share of the half-width; least variance of the samples' times, in
+ * squares of the half-width: it is 0.13 with samples on both sides, 0.04 at a record's end. A line
+ * at an end is off by microns, and 5 um are 26 kPa in a shut chamber. */
 static const double OF_PERIOD = 1.0 / 12.0, SAMPLES = 3.0, APART = 0.25, SPREAD = 0.06;
 
-/* What the series leaves of a sample's lengths. */
+/* Lengths of a sample less the series. */
 static void rest_of(const struct recording_sample *sample, const struct spectrum *series, double rest[LEGS]) {
     double basis[SPECTRUM_SIZE], value[3];
     spectrum_basis(series->omega * sample->test_time_s, series->harmonics, basis);
@@ -21,7 +21,7 @@ static void rest_of(const struct recording_sample *sample, const struct spectrum
     }
 }
 
-/* Value and slope at a time. False where the good samples are too few, or all on one side. */
+/* Fits value and slope at a time. False if good samples are too few or all on one side. */
 static bool fit_line(const struct recording_sample *sample, int samples, const double (*rest)[LEGS], double t_s, double reach_s,
                      struct rods_motion *line) {
     double w0 = 0.0, w1 = 0.0, w2 = 0.0, y0[LEGS] = {0}, y1[LEGS] = {0};
@@ -40,7 +40,7 @@ static bool fit_line(const struct recording_sample *sample, int samples, const d
     return true;
 }
 
-/* The cubic that has two lines' values and slopes, at a share of the time from one to the other. */
+/* Cubic through the values and slopes of two lines, at a share x of the time between them. */
 static inline void between(const struct rods_motion *from, const struct rods_motion *until, double step_s, double x, int leg,
                            double value[2]) {
     double a = from->length_m[leg], b = step_s * from->rate_mps[leg], end = until->length_m[leg] - a;
@@ -49,8 +49,8 @@ static inline void between(const struct rods_motion *from, const struct rods_mot
     value[1] = (b + x * (2.0 * c + x * 3.0 * d)) / step_s;
 }
 
-/* Lines that no samples give lie on the cubic from known line to known line; before the first one
- * (known is -1) and behind the last one they keep its value. */
+/* Puts lines without samples on the cubic between their known neighbours. Before the first known
+ * line (known is -1) and behind the last, they keep its value. */
 static void bridge(struct fast_motion *f, int known, int next) {
     bool both = known >= 0 && next < f->lines;
     const struct rods_motion *from = &f->line[known >= 0 ? known : next], *until = &f->line[next < f->lines ? next : known];

@@ -8,10 +8,11 @@
 
 static const double POSE_TOLERANCE_M = 1e-12;
 static const double SURE = 3.0;       /* standard deviations of a leg's speed */
-static const double OVERSHOOT = 1.18; /* of a force that jumps from one side to the other, in the
-                                       * harmonics evaluated (Gibbs) */
-static const double STILL = 0.03;     /* of the rms speed: a series rings where a rod rests */
-static const double FORGOTTEN = 0.05; /* of what seals had been deflected by */
+static const double OVERSHOOT = 1.18; /* Gibbs overshoot of a force that jumps, in the evaluated
+                                       * harmonics */
+static const double STILL = 0.03;     /* share of the rms speed below which a rod rests: a series
+                                       * rings there */
+static const double FORGOTTEN = 0.05; /* share of the first deflection that no longer counts */
 enum { POSE_ITERATIONS = 12, PASSES = 3 };
 
 void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *params, double window_s, double resolution_s) {
@@ -22,7 +23,7 @@ void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *para
     rigid_rest(&d->state, (const double[DOFS]){0});
 }
 
-/* x := A^-1 x, or A'^-1 x, by elimination with pivots. False: singular. */
+/* Solves A x = b or A' x = b in place, by elimination with pivots. False: singular. */
 static bool solve6(double a[6][6], bool transposed, double x[6]) {
     double m[6][7];
     for (int i = 0; i < 6; i++) {
@@ -51,7 +52,7 @@ static bool solve6(double a[6][6], bool transposed, double x[6]) {
     return true;
 }
 
-/* Position and attitude by a small displacement: velocity of the origin and rotation
+/* Moves position and attitude by a small displacement: translation of the origin and rotation
  * vector, both in {B}. */
 static void displace(struct rigid_state *s, const double d[6]) {
     double q[4], half[3] = {0.5 * d[3], 0.5 * d[4], 0.5 * d[5]}, *p = s->attitude, norm = 0.0;
@@ -67,7 +68,7 @@ static void jacobian(const struct rigid_legs *legs, double j[LEGS][DOFS]) {
     for (int k = 0; k < LEGS; k++) rigid_row(legs, k, j[k]);
 }
 
-/* Newton on the lengths. */
+/* Newton's method on the lengths. */
 static bool find_pose(struct inverse_dynamics *d, const double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS]) {
     memset(d->state.twist, 0, sizeof d->state.twist);
     for (int iteration = 0; iteration < POSE_ITERATIONS; iteration++) {
@@ -88,8 +89,8 @@ double inverse_dynamics_direction(double value, double rate, double window_s) {
     return value / swing;
 }
 
-/* Below this speed a leg may be held: as near to a reversal as the harmonics resolve time, and
- * noise resolves speed. */
+/* Speed below which a leg may be held: so near to a reversal that the harmonics do not resolve
+ * time, or the noise does not resolve speed. */
 static double slow_mps(const struct inverse_dynamics *d, int leg, double acceleration) {
     return fmax(fmax(fabs(acceleration) * d->resolution_s, SURE * d->speed_std_mps[leg]), INVERSE_DYNAMICS_SLOW_MPS);
 }
@@ -100,18 +101,18 @@ static double sliding_share(const struct inverse_dynamics *d, int leg, const str
     return fmin(fmax(speed / slow_mps(d, leg, acceleration) - 1.0, 0.0), 1.0);
 }
 
-/* Dry friction of a leg that may be held: what the balance of forces leaves for it, as far as it
- * reaches, since a leg that sticks holds against any load. Noise of the balance is not friction. A
- * held one is anywhere within its reach, with a variance of F^2 / 3, and the linear estimate of
- * least variance takes that share of what the balance has beyond sliding. A limit without the
- * overshoot would be met from one side only, and friction come out too large. */
+/* Dry friction of a leg that may be held: the balance of forces up to the friction's limit F, since
+ * a leg that sticks holds against any load. Noise of the balance is no friction: a held leg's
+ * friction lies anywhere within +-F, with variance F^2 / 3, so the linear estimate of least
+ * variance takes the share F^2 / 3 / (F^2 / 3 + noise^2) of the balance beyond sliding. The limit
+ * includes the overshoot, because otherwise the balance would be cut on one side only and friction
+ * come out too large. */
 static double held_friction(double balance_n, double noise_n, double extend_n, double retract_n, double sliding_n) {
     double reach_n = 0.5 * (extend_n + retract_n), variance = reach_n * reach_n / 3.0;
     double gain = variance > 0.0 ? variance / (variance + noise_n * noise_n) : 0.0;
     return fmin(fmax(sliding_n + gain * (balance_n - sliding_n), -OVERSHOOT * retract_n), OVERSHOOT * extend_n);
 }
 
-/* balance_n: hydraulic force left for friction. */
 double inverse_dynamics_friction(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in, double balance_n) {
     struct cylinder_state s = {.p1_pa = in->p1_pa[leg], .p2_pa = in->p2_pa[leg], .deflection = in->deflection[leg]};
     double motion[3];
@@ -126,7 +127,7 @@ double inverse_dynamics_friction(const struct inverse_dynamics *d, int leg, cons
     return other + share * sliding + (1.0 - share) * held;
 }
 
-/* The moments that joint friction takes, as a wrench on the platform. */
+/* Adds the moments of joint friction, as a wrench on the platform. */
 static void push_joints(const struct inverse_dynamics *d, const struct rigid_legs *legs, const double acceleration[DOFS],
                         double load[DOFS]) {
     struct joint_axes axes;
@@ -190,20 +191,19 @@ bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dyna
     return true;
 }
 
-/* Deflection of a leg's seals at an instant: at if they had none at first, and how much is left of
- * what they had. */
+/* Deflection of a leg's seals at an instant: at + left * the deflection at first. */
 struct seals {
     double at, left;
 };
 
-/* On over a way; adds their mean on it times its share of the time. */
+/* Slides the seals over a path; adds their mean on it times its share of the time. */
 static void slide(double way_m, double distance_m, double share, struct seals *now, struct seals *sum) {
     double ratio = fabs(way_m) / distance_m, to = copysign(1.0, way_m), mean = ratio > 0.0 ? -expm1(-ratio) / ratio : 1.0;
     sum->at += share * (to + (now->at - to) * mean), sum->left += share * now->left * mean;
     now->at = to + (now->at - to) * exp(-ratio), now->left *= exp(-ratio);
 }
 
-/* On over a time, in which the rod may turn; their mean. */
+/* Slides the seals for a time in which the rod may turn; returns their mean. */
 static struct seals slide_on(double speed, double acceleration, double time_s, double distance_m, struct seals *now) {
     double first = speed - 0.5 * acceleration * time_s, last = speed + 0.5 * acceleration * time_s;
     double before = first * last < 0.0 ? first / (first - last) : 0.0;
@@ -213,10 +213,10 @@ static struct seals slide_on(double speed, double acceleration, double time_s, d
     return mean;
 }
 
-/* Of the rod in its cylinder. */
+/* Speed of the rod in its cylinder. */
 static double rod_speed(const struct inverse_dynamics_input *in, int leg) { return in->leg[leg][1] + in->ahead[leg][1]; }
 
-/* A leg's seals along its motion; returns where they end. */
+/* Follows a leg's seals along its motion; returns their state at the end. */
 static struct seals run_seals(const struct inverse_dynamics *d, int leg, int instants, const struct inverse_dynamics_input in[],
                               struct seals course[PHASES]) {
     double square = 0.0;
@@ -230,7 +230,7 @@ static struct seals run_seals(const struct inverse_dynamics *d, int leg, int ins
     return now;
 }
 
-/* What the forces leave for a leg's seals; sure: no other dry friction may hold it. */
+/* Force that the balance leaves for a leg's seals. sure: no other dry friction may hold the leg. */
 static double left_for_seals(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in, double force_n,
                              bool *sure) {
     struct inverse_dynamics_input without = *in;
@@ -241,8 +241,9 @@ static double left_for_seals(const struct inverse_dynamics *d, int leg, const st
     return in->push_n[leg] - force_n - inverse_dynamics_friction(d, leg, &without, 0.0);
 }
 
-/* The deflection at first, by least squares of what the forces leave, anywhere from -1 to 1 before
- * that; a seal's force may be another in each direction. */
+/* First deflection, by least squares over the force left for the seals, with a prior of variance
+ * 1/3 (uniform from -1 to 1). The passes find the direction, since a seal's force may differ by
+ * direction. */
 static double first_deflection(const struct inverse_dynamics *d, int leg, int instants, const struct seals course[PHASES],
                                const double left_n[PHASES], const bool sure[PHASES]) {
     struct cylinder_state in = {.deflection = -1.0}, out = {.deflection = 1.0};
@@ -260,7 +261,7 @@ static double first_deflection(const struct inverse_dynamics *d, int leg, int in
     return first;
 }
 
-/* Of legs whose seals are deflected: at first. False: no pose has these lengths. */
+/* Finds the first deflection of each leg's seals. False: no pose has these lengths. */
 static bool find_first(struct inverse_dynamics *d, int instants, struct seals (*course)[PHASES], const struct inverse_dynamics_input in[],
                        double first[LEGS]) {
     double force_n[LEGS], left_n[LEGS][PHASES];
@@ -287,7 +288,7 @@ bool inverse_dynamics_seals(struct inverse_dynamics *d, int instants, bool cycle
     for (int k = 0; k < params_legs(d->params); k++) {
         if (!(d->cylinder.leg[k].seal_distance_m > 0.0)) continue;
         struct seals end = run_seals(d, k, instants, in, course[k]);
-        /* a cycle ends where it began */
+        /* the cycle's end equals its start */
         if (cycle && end.left < 1.0) first[k] = fmin(fmax(end.at / (1.0 - end.left), -1.0), 1.0);
         any = true;
     }

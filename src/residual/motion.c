@@ -9,34 +9,35 @@
 #include "sort.h"
 #include "units.h"
 
-static const double STEADY = 0.995;       /* of the motion's square: a triangle has 0.986
-                                           * at its fundamental, */
-static const double STATED = 0.5;         /* as a test has that friction, a weak loop or a valve
-                                           * that stays shut distort, and in which every cycle */
-static const double CYCLE = 0.5;          /* has so much of the mean cycle's amplitude: no rests */
-static const double SAME = 0.1;           /* of the frequency stated: a clock or a typing
-                                           * error, not another test */
-/* pieces of 3 s and of 0.2 s, longer only to have all of a long record */
+static const double STEADY = 0.995;       /* share of the mean square at one frequency; a triangle
+                                           * has 0.986 */
+static const double STATED = 0.5;         /* share that suffices at the stated frequency: friction,
+                                           * a weak loop or a shut valve distort a test */
+static const double CYCLE = 0.5;          /* least share of the mean amplitude in each cycle */
+static const double SAME = 0.1;           /* relative tolerance of the stated frequency: a clock or
+                                           * typing error, not another test */
+/* bands of pieces of 3 s and of 0.2 s; pieces are longer only to cover all of a long record */
 static const double BAND_LEAST_HZ = 2.75, BAND_MOST_HZ = 40.0;
-static const double BAND_OF_RATE = 1.0 / 8.0; /* then a piece has twice the samples that its series
-                                               * has coefficients, some lost (spectrum_cut) */
-static const double BAND_OF_MOTION = 8.0; /* times a mean frequency: as many
-                                           * harmonics as of a sinusoid */
-static const double STANDS_OUT = 10.0;    /* times the floor: of 500 bins of noise in twelve
-                                           * segments the strongest has 3 */
-static const double REST = 1e-3;          /* of the mean square speed of all
-                                           * pieces: a piece at rest */
-static const double STEPS = 3.0;          /* of the position sensor, in the shortest time of the
-                                           * band: rounding slower than that is no noise */
+static const double BAND_OF_RATE = 1.0 / 8.0; /* share of the sampling rate: a piece has twice as
+                                               * many samples as coefficients, some to spare
+                                               * (spectrum_cut) */
+static const double BAND_OF_MOTION = 8.0; /* times a mean frequency: as many harmonics as a sinusoid
+                                           * gets */
+static const double STANDS_OUT = 10.0;    /* times the floor; the strongest of 500 bins of noise in
+                                           * twelve segments has 3 */
+static const double REST = 1e-3;          /* share of all pieces' mean square speed: a piece at
+                                           * rest */
+static const double STEPS = 3.0;          /* resolution steps of motion in the shortest time of the
+                                           * band: slower rounding is no noise */
 static const double THIN_HZ = 200.0;
-static const double MISSING = 0.1;        /* of a piece's samples */
-static const double LOST = 2.5;           /* steps without a sample: a gap, and no jitter */
-static const double BESIDE = 3.0, BESIDE_S = 0.01; /* steps and time beside a gap, at least */
-static const double TURN = 4.0;           /* times the change of a speed at the motion's mean
-                                           * frequency, */
-static const double TURN_LEAST = 0.5;     /* and of the rms speed, is a turn */
-static const double GAPS = 2.0;           /* times its samples' time lasts a segment that is half
-                                           * gaps: no motion goes on across them */
+static const double MISSING = 0.1;        /* share of a piece's samples that may be missing */
+static const double LOST = 2.5;           /* steps without a sample: a gap, beyond jitter */
+static const double BESIDE = 3.0, BESIDE_S = 0.01; /* least steps and time on each side of a gap */
+static const double TURN = 4.0;           /* least change of speed of a turn, over that of a motion
+                                           * of the mean frequency */
+static const double TURN_LEAST = 0.5;     /* and over the rms speed */
+static const double GAPS = 2.0;           /* a segment that lasts this times its samples is half
+                                           * gaps; no motion goes on across them */
 enum { PER_CYCLE = 16, PIECES = 48, PIECES_NEEDED = 6, SEGMENT = 1024, SEGMENTS = 12, BINS_LEAST = 16 };
 
 static double first_good(const struct recording_test *t, int leg) {
@@ -45,7 +46,7 @@ static double first_good(const struct recording_test *t, int leg) {
     return t->sample[i].length_m[leg];
 }
 
-/* Of a leg's length, m^2. */
+/* Mean square of a leg's length about its mean, m^2. */
 static double variance(const struct recording_test *t, int leg) {
     double sum = 0.0, square = 0.0, zero = first_good(t, leg), n = 0.0;
     for (int i = t->first; i < t->end; i++) {
@@ -56,7 +57,7 @@ static double variance(const struct recording_test *t, int leg) {
     return (square - sum * sum / n) / n;
 }
 
-/* The leg that moves most. */
+/* Leg that moves most. */
 static int mover(const struct recording_test *t, int legs) {
     double most = -1.0;
     int leg = 0;
@@ -67,8 +68,8 @@ static int mover(const struct recording_test *t, int legs) {
     return leg;
 }
 
-/* Squares of a leg's motion and of what a sinusoid leaves of it, both of means over a part of the
- * cycle: noise is faster. */
+/* Adds the squares of a leg's motion and of its remainder after a sinusoid. Both are of means over
+ * a part of the cycle, so that faster noise does not count. */
 static void add_remainder(const struct recording_test *t, int leg, double hz, double *square, double *rest) {
     double h[9], g[3], s1 = 0.0, s2 = 0.0, zero = first_good(t, leg);
     int n = 0;
@@ -96,7 +97,7 @@ static void add_remainder(const struct recording_test *t, int leg, double hz, do
     if (n) *square += s2 - s1 * s1 / n;
 }
 
-/* Every cycle moves about as far as the others. */
+/* True if every cycle moves about as far as the others. */
 static bool repeats(const struct recording_test *t, int leg, double hz) {
     double zero = first_good(t, leg), least = HUGE_VAL, sum = 0.0, until_s = t->sample[t->first].test_time_s + 1.0 / hz, s = 0.0, c = 0.0;
     int cycles = 0, n = 0;
@@ -104,7 +105,7 @@ static bool repeats(const struct recording_test *t, int leg, double hz) {
         const struct recording_sample *sample = &t->sample[i];
         if (sample->test_time_s >= until_s) {
             double amplitude = n ? hypot(s, c) / n : HUGE_VAL;
-            /* one that is lost says nothing */
+            /* a cycle without good samples says nothing */
             if (n) least = fmin(least, amplitude), sum += amplitude, cycles++;
             s = c = 0.0, n = 0, until_s += 1.0 / hz;
         }
@@ -136,8 +137,8 @@ static void add_power(int n, const double *rest, double *power) {
     }
 }
 
-/* Adds the power of segments of n points, all over the record, Hann windows. False: gaps are in all
- * of them. */
+/* Adds the power of segments of n points all over the record, under Hann windows. False: all have
+ * gaps. */
 static bool add_segments(const struct recording_test *t, const double *x, int all, int n, int many, double step_s, double *power) {
     double rest[SEGMENT];
     bool added = false;
@@ -153,8 +154,8 @@ static bool add_segments(const struct recording_test *t, const double *x, int al
     return added;
 }
 
-/* Mean periodogram of the length, samples thinned; of a record in bursts, of segments as short as
- * they are. Returns the bins, -3 without memory. */
+/* Mean periodogram of a leg's length at a reduced sampling rate. If the record comes in bursts, the
+ * segments are halved until they fit. Returns the number of bins, -3 without memory. */
 static int periodogram(const struct recording_test *t, int leg, double step_s, double power[SEGMENT / 2], double *bin_hz) {
     int many = (int)fmax(1.0 / THIN_HZ / step_s, 1.0), all = (t->end - t->first) / many, n = all < SEGMENT ? all : SEGMENT;
     double *x = malloc((size_t)all * sizeof *x), held = first_good(t, leg);
@@ -173,8 +174,8 @@ static int periodogram(const struct recording_test *t, int leg, double step_s, d
     return n / 2;
 }
 
-/* The band to evaluate: harmonics of the speed's mean frequency, as far as all of the record can be
- * taken, or of the motion's where it cannot. -2: too short, nothing moves; -3: memory. */
+/* Finds the band to evaluate: harmonics of the speed's mean frequency as far as the whole record
+ * can be covered, otherwise of the motion's. -2: too short, nothing moves; -3: memory. */
 static int find_band(const struct recording_test *t, int legs, double step_s, double span_s, double *band_hz, struct error *error) {
     double power[SEGMENT / 2] = {0}, sorted[SEGMENT / 2], bin_hz = 0.0, square = 0.0, rate = 0.0, curve = 0.0;
     int bins = periodogram(t, mover(t, legs), step_s, power, &bin_hz);
@@ -198,17 +199,17 @@ static int find_band(const struct recording_test *t, int legs, double step_s, do
 
 struct piece {
     double start_s, speed; /* mean square of the legs' speed, m^2/s^2 */
-    int first, end;        /* samples, with those that it needs before and behind it */
-    bool complete, chosen; /* few of them are missing; it is one of those to evaluate */
+    int first, end;        /* samples, margins included */
+    bool complete, chosen; /* few samples are missing; it is to be evaluated */
 };
 
-/* A record cut into pieces, one after the other. */
+/* A record cut into consecutive pieces. */
 struct cut {
     const struct recording_test *test;
     int legs;
-    double step_s, piece_s, before_s, behind_s; /* what a piece needs before and behind it */
-    int all, kept, turns;                       /* turns: pieces in which a gap hides one */
-    struct piece *piece;                        /* all of them, and then those kept */
+    double step_s, piece_s, before_s, behind_s; /* margins before and behind a piece */
+    int all, kept, turns;                       /* turns: pieces with a turn in a gap */
+    struct piece *piece;                        /* all pieces, then the kept ones at the front */
 };
 
 static struct piece take_piece(const struct cut *c, int i) {
@@ -232,7 +233,7 @@ static struct piece take_piece(const struct cut *c, int i) {
     return p;
 }
 
-/* Speed of a leg by the good samples of a time; NaN: there are fewer than two. */
+/* Speed of a leg from the good samples of a time span; NaN if fewer than two. */
 static double speed_of(const struct recording_test *t, int leg, double from_s, double until_s) {
     double n = 0.0, x1 = 0.0, x2 = 0.0, y1 = 0.0, xy = 0.0;
     for (int i = recording_at(t, from_s); i < t->end && t->sample[i].test_time_s <= until_s; i++) {
@@ -244,8 +245,8 @@ static double speed_of(const struct recording_test *t, int leg, double from_s, d
     return n > 1.0 && determinant > 0.0 ? (n * xy - x1 * y1) / determinant : (double)NAN;
 }
 
-/* A series bridges a gap in which the motion goes on as before. Where a leg turns within one, by
- * more than a motion of its frequency does, what the gap hides is not known. */
+/* A series bridges a gap if the motion goes on as before. A leg that turns within the gap, more
+ * sharply than a motion of its frequency does, makes the gap's content unknown. */
 static bool hides_turn(const struct cut *c, const struct piece *p, double omega, double speed) {
     const struct recording_test *t = c->test;
     double last_s = p->start_s - c->before_s;
@@ -256,7 +257,7 @@ static bool hides_turn(const struct cut *c, const struct piece *p, double omega,
         if (!t->sample[i].good) continue;
         for (int k = 0; k < c->legs && gap_s > LOST * c->step_s; k++) {
             double before = speed_of(t, k, last_s - beside_s, last_s), after = speed_of(t, k, at_s, at_s + beside_s);
-            /* not of NaN, either */
+            /* NaN counts as a turn, too */
             hides = hides || !(fabs(after - before) <= turn * speed);
         }
         last_s = at_s;
@@ -264,7 +265,7 @@ static bool hides_turn(const struct cut *c, const struct piece *p, double omega,
     return hides;
 }
 
-/* Of those that are complete, pieces all over the record: how many. */
+/* Chooses complete pieces evenly over the record, at most `most`; returns how many. */
 static int choose_pieces(struct cut *c, int most) {
     int complete = 0, chosen = 0;
     for (int i = 0; i < c->all; i++) complete += c->piece[i].complete;
@@ -276,7 +277,7 @@ static int choose_pieces(struct cut *c, int most) {
     return chosen;
 }
 
-/* Those stay that move, and in which no gap hides a turn. */
+/* Keeps the chosen pieces that move and have no turn in a gap. */
 static void keep_pieces(struct cut *c, int most, double resolution_m) {
     double mean = 0.0, moves = 0.0;
     int chosen = choose_pieces(c, most);
@@ -291,7 +292,7 @@ static void keep_pieces(struct cut *c, int most, double resolution_m) {
     }
 }
 
-/* Each a test of the recording, in the place of the whole one. */
+/* Replaces a test of the recording by its kept pieces. */
 static void put_pieces(struct recording *r, int test, const struct cut *c) {
     struct recording_test whole = r->test[test];
     memmove(r->test + test + c->kept, r->test + test + 1, (size_t)(r->tests - test - 1) * sizeof *r->test);
@@ -307,7 +308,7 @@ static void put_pieces(struct recording *r, int test, const struct cut *c) {
 }
 
 static int cut_pieces(struct recording *r, int test, double span_s, struct cut *c, struct error *error) {
-    int most = (RECORDING_TESTS - test) / (r->tests - test); /* room for those that follow */
+    int most = (RECORDING_TESTS - test) / (r->tests - test); /* leaves room for the tests behind */
     if (most < PIECES_NEEDED)
         return error_set(error, STATUS_USAGE, "too many recordings at once: there is room for %d tests and pieces of any motion",
                          RECORDING_TESTS);

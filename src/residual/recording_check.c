@@ -16,14 +16,14 @@
 #include "whiten.h"
 
 static const double NEUTRAL_TOLERANCE_M = 0.05;
-static const double SENSOR_SCALE = 0.06; /* of what a chamber holds: more than a
-                                          * sensor is off in scale */
-static const double SUPPLY_MOST = 1.04;  /* of the supply, in a chamber, but for moments */
-static const double WITHOUT_LOSS = 0.2, WITH_LOSS = 0.05; /* mean power, of the product of force and
-                                                           * speed: phases are off by so much */
-static const double ABSURD = 1e12;       /* in any unit */
-static const double FREQUENCY_SAME = 5e-5;  /* of it: two crystals */
-static const double NOISE_MOST = 0.5;       /* of what varies, in most tests or pieces */
+static const double SENSOR_SCALE = 0.06; /* share of the chambers' force; no sensor's scale is off
+                                          * by so much */
+static const double SUPPLY_MOST = 1.04;  /* share of the supply; exceeded only for moments */
+static const double WITHOUT_LOSS = 0.2, WITH_LOSS = 0.05; /* tolerances of the mean power, over rms
+                                                           * force times rms speed */
+static const double ABSURD = 1e12;       /* in any unit; no sensor reads so much */
+static const double FREQUENCY_SAME = 5e-5;  /* relative; two crystals differ by less */
+static const double NOISE_MOST = 0.5;       /* rms share of noise in most tests or pieces */
 
 #define REFUSE(...) error_set(error, STATUS_USAGE, __VA_ARGS__)
 
@@ -31,7 +31,7 @@ static const char *const reference_names[DOFS] = {"ref_x_m", "ref_y_m", "ref_z_m
 
 static const char *test_name(const struct recording_test *t) { return t->dof == DOF_NONE ? "none" : dof_names[t->dof]; }
 
-/* What was checked before is not checked again, nor may it outweigh a plug in the wrong socket. */
+/* First test of the last run. Earlier runs are checked already, and must not outvote a bad plug. */
 static int first_of_run(const struct recording *r) {
     int first = 0;
     while (first < r->tests - 1 && r->test[first].run < r->runs - 1) first++;
@@ -58,8 +58,7 @@ static int check_alive(const struct recording_test *t, const double *first, cons
     return REFUSE("test %s: %s of leg %d does not change: a dead sensor, or a column of zeros", test_name(t), name, leg + 1);
 }
 
-/* A channel of one leg: no number of this world, dead, or at the end of its range for a good
- * part of the time. */
+/* Refuses a channel of one leg that is absurd, constant or clipped for a good part of the time. */
 static int check_channel(const struct recording_test *t, const double *first, const char *name, int leg, struct recording_scale scale,
                          struct error *error) {
     int n = t->end - t->first;
@@ -76,7 +75,7 @@ static int check_channel(const struct recording_test *t, const double *first, co
     return STATUS_OK;
 }
 
-/* Commands are shares of the full opening, where they may well be. */
+/* Commands are shares of the full opening, so they may stay at 1 without being clipped. */
 static int check_command(const struct recording_test *t, int leg, struct error *error) {
     double most = 0.0;
     for (int i = t->first; i < t->end; i++)
@@ -102,8 +101,8 @@ static int check_channels(const struct recording *r, const struct recording_test
     return STATUS_OK;
 }
 
-/* What is stated is a hint: a steady sinusoid is taken at the frequency at which the legs move,
- * what is none as any motion. */
+/* Takes a steady sinusoid at the frequency at which the legs move; any other motion sets `any`. The
+ * stated frequency is a hint. */
 static int check_frequency(struct recording_test *t, int legs, bool reference, bool *any, struct error *error) {
     double fitted_hz = t->dof == DOF_NONE ? (double)NAN : frequency_fit(t, legs, reference, t->frequency_hz),
            off = fabs(fitted_hz / t->stated_hz - 1.0);
@@ -116,14 +115,13 @@ static int check_frequency(struct recording_test *t, int legs, bool reference, b
     return STATUS_OK;
 }
 
-/* Lengths about their neutral value, compared with what the reference asks for: signs,
- * order and machine. */
+/* Lengths about their mean compared with the reference's, for signs, order and machine. */
 struct leg_moments {
     double product[LEGS][LEGS], measured[LEGS], asked[LEGS]; /* sums over all tests */
 };
 
-/* Where the log has no reference: the tested axis alone, with the amplitude and phase that
- * fit all legs best. */
+/* Guesses a missing reference: the tested axis alone, with the amplitude and phase that fit all
+ * legs best. */
 static void guess_reference(const struct recording_test *t, const struct kinematics *k, const double mean[LEGS], double wave[2]) {
     static const double small = 1e-4;
     double pose[DOFS] = {0}, moved[LEGS], w = 2.0 * PI * t->frequency_hz, square = 0.0;
@@ -155,12 +153,12 @@ static void add_test(const struct recording *r, const struct recording_test *t, 
             for (int b = 0; b < LEGS; b++) m->product[a][b] += x * (asked[b] - k->neutral_length_m[b]);
         }
     }
-    /* about its mean, as what was measured: a piece may be anywhere */
+    /* The reference is taken about its mean, as the lengths are: a piece may be anywhere. */
     for (int a = 0; a < LEGS; a++) m->asked[a] -= n * sum[a] * sum[a];
 }
 
-/* A leg that goes the wrong way is one of six; where they all do it is the reference. A record's
- * pieces are judged together: in some of them alone a loop that follows weakly goes any way. */
+/* One leg with a wrong sign is one of six; if all go the wrong way, the reference has it. The
+ * pieces of a record are judged together, since a weak loop goes any way in some of them. */
 static int check_reference(const struct recording *r, int first, int end, const struct kinematics *k, struct error *error) {
     const struct recording_test *t = &r->test[first];
     struct leg_moments m = {0};
@@ -213,7 +211,7 @@ static int check_machine(const struct recording_test *t, const struct kinematics
     return STATUS_OK;
 }
 
-/* Any motion may be anywhere between the end stops. */
+/* Any motion may go anywhere between the end stops. */
 static int check_reach(const struct params *p, const struct recording_test *t, const struct kinematics *k, struct error *error) {
     for (int leg = 0; leg < LEGS; leg++) {
         double stroke_m = p->actuator.stroke_m[leg], middle_m = kinematics_stroke(k, &p->actuator, leg).middle_m;
@@ -228,13 +226,13 @@ static int check_reach(const struct params *p, const struct recording_test *t, c
 
 static bool bears(double force_n, double weight_n) { return force_n > 0.2 * weight_n && force_n < 5.0 * weight_n; }
 
-/* Forces of the two chambers nearly cancel: sensors that are wrong in scale leave anything of them,
- * and that is for the search to find. */
+/* The forces of the two chambers nearly cancel, so that sensors with wrong scales leave any
+ * difference, which the search shall find. */
 static bool within_sensors(double force_n, double weight_n, double chambers_n, double most_n) {
     return fabs(force_n - weight_n) < SENSOR_SCALE * chambers_n && chambers_n < most_n;
 }
 
-/* No chamber holds more than what feeds it, but for moments. */
+/* Refuses chambers above the supply's pressure, but for moments. */
 static int check_supply(const struct recording *r, struct error *error) {
     double supply_pa = r->params->hydraulics.supply_pa;
     for (int k = 0; k < params_legs(r->params); k++) {
@@ -253,13 +251,13 @@ static int check_supply(const struct recording *r, struct error *error) {
     return STATUS_OK;
 }
 
-/* Forces against the weight: the sum of what the legs hold must be the machine's, each pressure
- * on its own side. */
+/* Compares forces with the weight: the legs together must hold the machine, and each pressure be on
+ * its own side. */
 static int check_pressures(const struct recording *r, struct error *error) {
     const struct params *p = r->params;
     struct cylinder_areas areas = cylinder_areas(&p->actuator);
     const struct recording_test *t = &r->test[first_of_run(r)], *last = &r->test[r->tests - 1];
-    bool pieces = t->piece_s > 0.0; /* of one record; else the first test tells */
+    bool pieces = t->piece_s > 0.0; /* all pieces of one record, otherwise the first test */
     int from = t->first, until = pieces && last->sample == t->sample ? last->end : t->end;
     double most_n = 0.0, weight = p->payload.mass_kg * p->payload.gravity_mps2, chambers = 0.0;
     double direct[LEGS] = {0}, exchanged = 0.0, sum = 0.0;
@@ -288,7 +286,7 @@ static int check_pressures(const struct recording *r, struct error *error) {
     return STATUS_OK;
 }
 
-/* A machine of one axis, positions as reading. */
+/* Checks the positions of one axis, as read. */
 static int check_stroke(const struct params *p, const struct recording_test *t, struct error *error) {
     double low = HUGE_VAL, high = -HUGE_VAL, middle = p->axis.middle_m, half = 0.5 * p->actuator.stroke_m[0];
     for (int i = t->first; i < t->end; i++) {
@@ -301,15 +299,14 @@ static int check_stroke(const struct params *p, const struct recording_test *t, 
                   low, high, p->actuator.stroke_m[0], middle);
 }
 
-/* Force against motion over the evaluated parts: mean power, and the mass that the force in step
- * with the acceleration would move. */
+/* Force against motion over the evaluated parts. */
 struct drive {
-    double power, effort; /* F v, and the product of their amplitudes */
+    double power, effort; /* F v, and the product of their rms values */
     double mass_kg;
-    double most_kg;       /* that so much force would move at all */
+    double most_kg;       /* mass that this much force could move at all */
 };
 
-/* Of the fundamental; of a piece of any motion, of all that is in its band. */
+/* Adds the fundamental of a cycle, or all of a piece's band. */
 static void add_drive(const struct recording *r, const struct residual_test *t, bool exchanged, double sum[5]) {
     struct cylinder_areas areas = cylinder_areas(&r->params->actuator);
     const struct spectrum *s = &t->spectrum;
@@ -339,8 +336,8 @@ static struct drive drive_of(const struct recording *r, const struct residual_da
     return (struct drive){.power = sum[0], .effort = sqrt(sum[3] * sum[4]), .mass_kg = sum[1] / sum[2], .most_kg = sqrt(sum[3] / sum[2])};
 }
 
-/* Whatever the friction, the force drives the motion: the sign is told by energy. A spring makes
- * the mass look negative, but gives back what it takes; then what is lost must be seen. */
+/* The force drives the motion whatever the friction, so that energy tells its sign. A spring makes
+ * the mass look negative but returns its energy; then a loss must be seen. */
 static bool drives(const struct drive *d, double mass_kg) {
     return d->power > (d->mass_kg > -0.5 * mass_kg ? -WITHOUT_LOSS : WITH_LOSS) * d->effort;
 }
@@ -359,7 +356,7 @@ static int check_axis(const struct recording *r, const struct residual_data *dat
     return STATUS_OK;
 }
 
-/* Fundamentals of what each leg does and of what it should do, over all tests: signs and order. */
+/* Measured and expected fundamentals of each leg over all tests, for signs and order. */
 struct leg_likeness {
     double product[LEGS][LEGS], does[LEGS], should[LEGS];
 };
@@ -380,8 +377,8 @@ static bool exchanged(const struct leg_likeness *l, int a, int b) {
     return margin > 0.2 && likeness(l, a, b) > 0.8;
 }
 
-/* most: so many legs can have a wrong sign; where more go the wrong way it is no plug, but what
- * acts on all of them. */
+/* most: number of legs that can have a wrong sign. If more go the wrong way, the cause acts on all
+ * of them and is no plug. */
 static int check_likeness(const struct leg_likeness *l, int legs, int most, const char *what, const char *as, struct error *error) {
     for (int a = 0; a < legs; a++)
         for (int b = 0; b < a; b++)
@@ -394,14 +391,14 @@ static int check_likeness(const struct leg_likeness *l, int legs, int most, cons
     return STATUS_OK;
 }
 
-/* Takes a constant out of a row: a weight is in all of them alike. */
+/* Takes the constant out of a row, because weight is in all rows alike. */
 static void vary(const struct residual_test *t, double row[RESIDUAL_SIZE]) {
     double along = 0.0, square = 0.0;
     for (int a = 0; a < t->size; a++) along += row[a] * t->coupling[a][0], square += t->coupling[a][0] * t->coupling[a][0];
     for (int a = 0; a < t->size; a++) row[a] -= along / square * t->coupling[a][0];
 }
 
-/* Forces against those that the motion needs, valve commands against the speed that they make. */
+/* Compares forces with those that the motion needs, and valve commands with the legs' speeds. */
 static int check_drives(const struct recording *r, const struct residual_data *data, struct error *error) {
     struct leg_likeness force = {0}, valve = {0};
     int legs = params_legs(r->params), status = STATUS_OK;
@@ -430,14 +427,14 @@ static int check_drives(const struct recording *r, const struct residual_data *d
     return status;
 }
 
-/* Of values that are then in order; of an even number the lower. */
+/* Median, of an even number the lower; sorts the values. */
 static double middle(int count, double *value) {
     sort_ascending(count, value);
     return value[(count - 1) / 2];
 }
 
-/* Mean square of the noise in a test's rows, of what varies there: of the force, or the middle one
- * of force and pressures, since a chamber may well have one pressure. */
+/* Share of noise in the mean square variation of a test: of the force, or the median of force and
+ * both pressures, since a chamber may keep its pressure. */
 static double noise_share(const struct residual_test *t, const struct params *params, struct whitener *w) {
     static const enum channel channel[RESIDUALS] = {CHANNEL_FORCE, CHANNEL_P1, CHANNEL_P2};
     int kinds = t->chambers ? RESIDUALS : 1;
@@ -446,7 +443,7 @@ static double noise_share(const struct residual_test *t, const struct params *pa
     for (int kind = 0; kind < kinds; kind++) {
         double noise = 0.0, varies = 0.0;
         for (int k = 0; k < t->legs; k++) {
-            /* of a chamber whose valve stays shut the constant is not evaluated */
+            /* a chamber whose valve stays shut has no evaluated constant */
             for (int a = t->spectrum.cycles ? 1 : 0; a < t->size; a++) noise += t->weight[a] * w->noise[k][a][kind];
             varies += residual_variation(t, channel[kind], k);
         }
@@ -455,8 +452,8 @@ static double noise_share(const struct residual_test *t, const struct params *pa
     return middle(kinds, share);
 }
 
-/* On what is noise for the most part there is no verdict: such pieces are left out, and a log of
- * which most tests or pieces are such. */
+/* Nothing can be said about a motion that is mostly noise: such pieces are marked, and a log is
+ * refused if most of its tests or pieces are such. */
 static int check_noise(struct recording *r, const struct residual_data *data, struct error *error) {
     double share[RECORDING_TESTS];
     int n = 0;
@@ -477,12 +474,12 @@ static int check_noise(struct recording *r, const struct residual_data *data, st
                   100.0 * most, r->measured.pressures ? "pressures and forces" : "forces", 100.0 * NOISE_MOST);
 }
 
-/* A run is driven again at the frequencies at which its tests moved. */
+/* Stores the frequencies at which the tests moved, for driving the run again. */
 static void run_at(struct recording *r, int first) {
     double *hz = r->run[r->runs - 1].hz;
     for (int i = first; i < r->tests; i++) {
         const struct recording_test *t = &r->test[i];
-        /* not of NaN: any motion */
+        /* false for NaN: any motion */
         bool other = t->dof != DOF_NONE && fabs(t->frequency_hz / hz[t->dof] - 1.0) > FREQUENCY_SAME;
         if (other) hz[t->dof] = t->frequency_hz;
     }

@@ -12,17 +12,17 @@
 /* Fourier coefficients of a test's lengths and pressures, or forces. */
 struct series {
     double length[LEGS][SPECTRUM_SIZE], p1[LEGS][SPECTRUM_SIZE], p2[LEGS][SPECTRUM_SIZE], force[LEGS][SPECTRUM_SIZE];
-    double ahead[LEGS][SPECTRUM_SIZE]; /* of play: how far the rods are ahead of their joints */
+    double ahead[LEGS][SPECTRUM_SIZE]; /* by backlash: how far the rods are ahead of their joints */
 };
 
-/* The row of a series. */
+/* Turns a series into a row. */
 static void to_row(const struct residual_test *t, const double *series, double row[RESIDUAL_SIZE]) {
     memset(row, 0, RESIDUAL_SIZE * sizeof *row);
     for (int a = 0; a < t->size; a++)
         for (int b = 0; b < residual_motion_size(t); b++) row[a] += t->coupling[a][b] * series[b];
 }
 
-/* What moves the legs: chambers' pressures, or what the force sensor says. */
+/* Force on the rod, from the chambers' pressures or from the force sensor. */
 static void push(const struct cylinder_model *m, const struct residual_test *t, const struct series *rows, int leg,
                  double force_n[SPECTRUM_SIZE]) {
     double a1 = m->leg[leg].a1_m2, a2 = m->leg[leg].a2_m2;
@@ -31,7 +31,7 @@ static void push(const struct cylinder_model *m, const struct residual_test *t, 
     if (m->machine.params->mechanism == MECHANISM_AXIS) force_n[0] -= m->machine.params->axis.force_offset_n;
 }
 
-/* The value of which the sensor makes the reading. */
+/* Undoes a sensor: finds the value behind a reading. */
 static void undo(const struct sensor_path *path, const struct residual_test *t, const double *reading, double *value) {
     memset(value, 0, SPECTRUM_SIZE * sizeof *value);
     value[0] = (reading[0] - path->offset) / path->scale;
@@ -43,14 +43,14 @@ static void undo(const struct sensor_path *path, const struct residual_test *t, 
     }
 }
 
-/* What a difference of values is in the reading: there its noise is what the whitener takes it for,
- * whatever the sensor's scale and lag. */
+/* Turns a difference of values into one of readings, so that its noise is the one that the whitener
+ * assumes, whatever the sensor's scale and lag. */
 static void read_back(const struct sensor_path *path, const struct residual_test *t, double *row) {
     for (int a = 0; a < t->size; a++) row[a] *= path->scale / hypot(1.0, t->rate[a] * path->lag_s);
 }
 
-/* The same for A1 P1 - A2 P2: as the noise of both readings is in it; lag and delay
- * are those of P1. */
+/* Does the same for A1 P1 - A2 P2, with the scale that the noise of both readings gives; lag and
+ * delay are those of P1. */
 static void read_force_back(const struct cylinder_model *m, const struct residual_test *t, int leg, double *row) {
     struct sensor_path both = m->machine.sensors.p1[leg];
     double a1 = m->leg[leg].a1_m2, a2 = m->leg[leg].a2_m2;
@@ -79,7 +79,7 @@ _Static_assert(CYCLE_STEPS % PHASES == 0, "phases are steps of the cycle");
 
 static const double *basis_at(const struct residual_test *t, int step) { return t->cycle + step % CYCLE_STEPS * SPECTRUM_SIZE; }
 
-/* Series of the rates. */
+/* Series of the rate of a series. */
 static void differentiate(const struct residual_test *t, const double *row, double *rate) {
     rate[0] = 0.0;
     for (int h = 1; h <= t->harmonics; h++) {
@@ -88,30 +88,30 @@ static void differentiate(const struct residual_test *t, const double *row, doub
     }
 }
 
-/* In so many a spool at its rate limit forgets where it was. */
+/* Cycles after which a spool at its rate limit has forgotten its start. */
 enum { LIMITED_CYCLES = 12 };
-static const double SPOOL_TIMES = 10.0; /* time constants: what is left is e^-10 */
+static const double SPOOL_TIMES = 10.0; /* time constants of run-in; e^-10 is left then */
 
-/* The hydraulics while they run through the cycles. */
+/* A simulation of the hydraulics. */
 struct run {
     const struct residual_test *t;
-    double dither;               /* times the commands' noise is added to their mean: -1, 0, 1 */
-    struct params timing;        /* the model's, with the recording's sampling
-                                  * for a cycle of the loop */
+    double dither;               /* factor of the noise that is added to the mean commands: -1..1 */
+    struct params timing;        /* the model, with the command period of the recording as the
+                                  * loop's */
     struct cylinder_model cylinder;
     struct valve_line line;
     struct hydraulics_state state;
     struct rods_motion node[3];
-    /* coefficients of the legs side by side: their sums run at once */
+    /* coefficients of all legs side by side, so that their sums vectorise */
     struct rods_motion series[SPECTRUM_SIZE];
 };
 
-/* Pressures at the gauges, and how far they are above the chambers'. */
+/* Pressures at the gauges, and their excess over the chambers'. */
 struct pressure_rows {
     double port[PORTS][LEGS][RESIDUAL_SIZE], drop[PORTS][LEGS][RESIDUAL_SIZE];
 };
 
-/* Of the motion beyond the series a lag of its sensor is taken for a delay. */
+/* The lag of a position sensor is treated as a delay of the fast motion. */
 static void look(const struct run *r, int node, struct rods_motion *to) {
     int size = residual_motion_size(r->t);
     const double *basis = r->t->node + (size_t)node * (size_t)size;
@@ -129,7 +129,7 @@ static void look(const struct run *r, int node, struct rods_motion *to) {
     }
 }
 
-/* Of a cycle the sample that a time before the first one has, too: the cycle need not be a whole
+/* In a cycle: the sample at the same phase as one before the first. A cycle need not be a whole
  * number of samples. */
 static int sample_before(const struct residual_test *t, int sample) {
     double cycle = 2.0 * PI / t->spectrum.omega / t->step_s, place = fmod(sample, cycle);
@@ -143,9 +143,9 @@ static void command_at(const struct run *r, int sample, double valve[LEGS]) {
         valve[k] = t->valve[(t->lead + of) * LEGS + k] + (r->dither ? r->dither * t->dither[of * LEGS + k] : 0.0);
 }
 
-/* Samples in which the spools forget where they were, and the command's way what it was told; of a
- * piece as many of them as there are. A run of a cycle that meets a limit without noise is done
- * again with it. */
+/* Number of samples after which the spools have forgotten their start and the command path its
+ * earlier commands; for a piece at most those that exist. A cycle's run that meets a rate limit
+ * without noise is repeated with noise. */
 static int run_in(const struct run *r) {
     const struct residual_test *t = r->t;
     double slowest = HUGE_VAL, cycle = 2.0 * PI / t->spectrum.omega / t->step_s, samples;
@@ -162,7 +162,7 @@ static int run_in(const struct run *r) {
     return t->spectrum.cycles ? (int)samples : (int)fmin(samples, t->lead);
 }
 
-/* Chambers forget sooner than spools may: these run in alone, up to where the run begins. */
+/* Runs in the spools alone, up to the start, since they may forget later than chambers. */
 static void settle_spools(struct run *r) {
     const struct residual_test *t = r->t;
     double valve[LEGS];
@@ -217,11 +217,10 @@ static void add_forces(const struct run *r, double weight, double sum_n[LEGS]) {
         sum_n[k] += weight * cylinder_hydraulic_force(&r->cylinder, k, &r->state.cylinder[k]);
 }
 
-/* Simpson's rule: weight of a substep's end in the mean of a cycle, of an even
- * number of substeps. */
+/* Simpson's rule: weight of a substep's end in a mean over an even number of substeps. */
 static double mean_weight(int substeps, int j) { return (!j || j == substeps ? 1.0 : j % 2 ? 4.0 : 2.0) / (3.0 * substeps); }
 
-/* To the next sample. mean_n: of each leg's force on the way there; may be NULL. */
+/* Runs to the next sample. mean_n: receives each leg's mean force on the way; may be NULL. */
 static void run_on(struct run *r, int sample, double mean_n[LEGS]) {
     const struct residual_test *t = r->t;
     double valve[LEGS];
@@ -257,7 +256,7 @@ static void add_sample(const struct run *r, int place, double share, struct pres
     }
 }
 
-/* Is a spool as fast as it can be? */
+/* True if a spool moves at its rate limit. */
 static bool at_limit(const struct run *r) {
     bool limited = false;
     for (int k = r->cylinder.first; k < r->cylinder.legs; k++)
@@ -265,7 +264,7 @@ static bool at_limit(const struct run *r) {
     return limited;
 }
 
-/* Adds a share of the rows. limited: set where a spool was at its rate limit. */
+/* Adds a share of the rows. Sets limited if a spool met its rate limit. */
 static void add_pressures(struct run *r, const struct residual_test *t, const struct params *model, int leg, const struct series *rows,
                           double dither, double share, struct pressure_rows *p, bool *limited) {
     begin_run(r, t, model, leg, dither, rows);
@@ -277,9 +276,9 @@ static void add_pressures(struct run *r, const struct residual_test *t, const st
     }
 }
 
-/* A gap or a limit on the command's way is smoothed by its noise, which the mean command has not.
- * There it is the mean of the responses to the mean command with that noise and with its opposite:
- * what is linear in the noise is in neither. */
+/* The commands' noise smooths a dead band or limit in the command path, but the mean command has no
+ * noise. Such a path is therefore run with the noise added and with it subtracted; the mean of both
+ * responses has no part that is linear in the noise. */
 static void simulate_pressures(const struct residual_test *t, const struct params *model, const struct machine *machine, int leg,
                                const struct series *rows, struct pressure_rows *p) {
     struct run r;
@@ -292,8 +291,8 @@ static void simulate_pressures(const struct residual_test *t, const struct param
     }
 }
 
-/* Of a force that is smooth but for a ripple of the sampling's period, which all samples see at its
- * same phase: by so much more the sample at force_n[1] is than the ripple's mean. */
+/* Excess of the sample force_n[1] over the ripple's mean, for a force that is smooth but for a
+ * ripple of the sampling period, of which all samples see the same phase. */
 static double above_mean(const double force_n[3], const double mean_n[2]) {
     return (force_n[0] + 4.0 * force_n[1] + force_n[2]) / 6.0 - 0.5 * (mean_n[0] + mean_n[1]);
 }
@@ -325,8 +324,8 @@ bool residual_staircase(const struct residual_test *t, const struct params *mode
     return ok;
 }
 
-/* What is measured at each phase, in so many harmonics; pressures in the chambers: so far below the
- * gauges. False: no pose has these lengths. */
+/* Tabulates the measured values at each phase, from so many harmonics. p: pressure drops from gauge
+ * to chamber, NULL for none. False: no pose has these lengths. */
 static bool tabulate_cycle(const struct residual_test *t, int harmonics, struct inverse_dynamics *d, const struct series *rows,
                            const struct pressure_rows *p, struct inverse_dynamics_input table[PHASES]) {
     const struct cylinder_model *m = &d->cylinder;
@@ -352,21 +351,21 @@ static bool tabulate_cycle(const struct residual_test *t, int harmonics, struct 
     return inverse_dynamics_seals(d, t->phases, t->spectrum.cycles > 0, table);
 }
 
-/* Adds what a phase contributes to a row. */
+/* Adds the contribution of a phase to a row. */
 static void project_phase(const struct residual_test *t, int phase, double value, double *row) {
     for (int a = 0; a < t->size; a++) row[a] += t->project[phase][a] * value;
 }
 
 static void prepare_inverse(const struct residual_test *t, const struct params *model, struct inverse_dynamics *inverse) {
     double period_s = 2.0 * PI / t->spectrum.omega;
-    /* its strokes are long: to leave the reversals out would cost more than they hide */
+    /* An axis has long strokes: excluding its reversals would cost more than they hide. */
     bool axis = model->mechanism == MECHANISM_AXIS;
     inverse_dynamics_init(inverse, model, period_s / PHASES, axis || !t->spectrum.cycles ? 0.0 : period_s / (4 * t->harmonics));
     if (!axis) memcpy(inverse->speed_std_mps, t->speed_std_mps, sizeof inverse->speed_std_mps);
     memcpy(inverse->force_std_n, t->force_std_n, sizeof inverse->force_std_n);
 }
 
-/* Where the rods are in their joints. */
+/* Finds the rods' places in joints with backlash. */
 static bool find_play(const struct residual_test *t, struct inverse_dynamics *inverse, const struct pressure_rows *p, struct series *rows) {
     struct inverse_dynamics_input table[PHASES];
     double ahead_m[PHASES][LEGS], period_s = 2.0 * PI / t->spectrum.omega;
@@ -444,7 +443,7 @@ enum residual_part residual_legs_apart(const struct params *model) {
     return play ? PART_PRESSURE : PART_ALL | PART_FORCE_SENSOR;
 }
 
-/* Rows that are never evaluated. */
+/* Clears the rows that are never evaluated. */
 static void clear_others(const struct residual_test *t, residual_row row) {
     for (int k = 0; k < LEGS; k++)
         for (int q = 0; q < RESIDUALS; q++)
@@ -460,7 +459,7 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
     cylinder_model_init(&cylinder, model);
     if (machine_check(&cylinder.machine, &impossible)) return false;
     undo_all(&cylinder.machine, t, &rows);
-    /* the gauge is not at the chamber */
+    /* With hoses the force needs the drops from gauge to chamber, of all legs. */
     if (has_lines(&cylinder)) parts = PART_ALL, leg = ALL_LEGS;
     if (!t->chambers) parts &= PART_FORCE;
     bool lines = has_lines(&cylinder) && parts & PART_PRESSURE;

@@ -1,5 +1,5 @@
-/* Tables of a test, once for all models: the motion as a Fourier series, and how values at
- * times become rows. */
+/* Tables of a test, made once for all models: the motion as a Fourier series, and the projections
+ * of values in time onto rows. */
 #include "residual.h"
 
 #include <math.h>
@@ -11,21 +11,21 @@
 #include "units.h"
 #include "whiten.h"
 
-static const double SETTLE_CYCLES = 1.5; /* pressures behind a long supply line have not forgotten
-                                          * the start before */
-static const double LEAD_S = 2.0;        /* of a record, before a piece: a spool that crosses its
-                                          * range in less forgets where it was */
-static const double SUBSTEP_S = 0.5e-3;   /* RK4: 1e-4 of a 100 Hz spool's lag */
-static const double SLOWER = 1.25;        /* samples than commands: no jitter, no other clock */
-static const double IN_STEP = 1e-3;       /* of a cycle: to that a whole number of them is known */
+static const double SETTLE_CYCLES = 1.5; /* run-up of a cycle: pressures behind a long supply hose
+                                          * forget their start by then */
+static const double LEAD_S = 2.0;        /* run-up of a piece: a spool that crosses its range faster
+                                          * forgets its start */
+static const double SUBSTEP_S = 0.5e-3;   /* RK4 step: its error is 1e-4 of a 100 Hz spool's lag */
+static const double SLOWER = 1.25;        /* ratio of sampling to command period, jitter aside */
+static const double IN_STEP = 1e-3;       /* relative: sampling by whole command periods */
 
-/* Of a piece: the windows of neighbours overlap by so much of it on either side; the series' period
- * is so many times what it is fitted to. */
+/* For pieces: overlap of neighbouring windows on either side, as a share of the piece; period of
+ * the series over the time that it is fitted to. */
 static const double OVERLAP = 0.15, STRETCH = 1.2;
 enum { COUPLING_POINTS = 2048 };
 
-/* Samples to coefficients, by least squares: exact also where a cycle is no whole
- * number of samples. */
+/* Fits samples to coefficients by least squares: exact even if a cycle is no whole number of
+ * samples. */
 static bool project_cycle(struct residual_test *t) {
     double product[RESIDUAL_SIZE][RESIDUAL_SIZE] = {0}, basis[RESIDUAL_SIZE];
     for (int pass = 0; pass < 2; pass++) {
@@ -69,8 +69,8 @@ static int allocate(struct residual_test *t, struct error *error) {
     return all ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
 }
 
-/* What the commands had beyond the mean cycle over the stretch that is simulated; between samples
- * what the nearest one had. */
+/* Takes the commands' noise: the commands less their mean cycle, over the simulated time; between
+ * samples the nearest counts. */
 static void take_dither(struct residual_test *t, const struct recording_test *test) {
     double sampling_s = recording_step_s(test);
     for (int i = 0, j = test->first; i < t->samples; i++) {
@@ -85,7 +85,7 @@ static void take_dither(struct residual_test *t, const struct recording_test *te
     }
 }
 
-/* A steady sinusoid: the harmonics of its mean cycle, once the start is forgotten. */
+/* Prepares a steady sinusoid: the harmonics of its mean cycle, once the start is forgotten. */
 static int prepare_cycle(struct residual_test *t, const struct recording_test *test, enum cycles which, struct error *error) {
     const struct spectrum *s = &t->spectrum;
     spectrum_cycle *room = malloc(CYCLES_MAX * sizeof *room);
@@ -134,16 +134,16 @@ static int prepare_cycle(struct residual_test *t, const struct recording_test *t
     return STATUS_OK;
 }
 
-/* From 0 to 1 while x goes from -1 to 1, smoothly, with squares of both sides that add up to 1. */
+/* Rises smoothly from 0 to 1 while x goes from -1 to 1; rise(x)^2 + rise(-x)^2 = 1. */
 static double rise(double x) { return x <= -1.0 ? 0.0 : x >= 1.0 ? 1.0 : sin(0.25 * PI * (1.0 + sin(0.5 * PI * x))); }
 
-/* Local cosines of the piece from start_s on. */
+/* Local cosines of the piece that begins at start_s. */
 static void local_cosines(double t_s, double start_s, double piece_s, double value[RESIDUAL_SIZE]) {
     double x = (t_s - start_s) / piece_s, window = rise(x / OVERLAP) * rise((1.0 - x) / OVERLAP);
     for (int a = 0; a < RESIDUAL_SIZE; a++) value[a] = window * cos(PI * (a + 0.5) * x);
 }
 
-/* The sampling instant next to a time: commands change there and nowhere else. */
+/* Sampling instant nearest to a time; commands change only there. */
 static double sampled_s(const struct recording_test *test, double t_s) {
     int i = test->first;
     while (i + 1 < test->end && test->sample[i + 1].test_time_s <= t_s) i++;
@@ -151,8 +151,7 @@ static double sampled_s(const struct recording_test *test, double t_s) {
     return t_s - before_s < after_s - t_s ? before_s : after_s;
 }
 
-/* Time of the record before a piece's first sample, as much as is wanted and as there is without a
- * hole. */
+/* Length of record before a piece's first sample, at most LEAD_S, up to the nearest gap. */
 static double lead_s(const struct recording_test *test, double first_s) {
     double gap_s = residual_gap_s(test->piece_s, recording_step_s(test)), from_s = first_s;
     int i = test->first;
@@ -162,8 +161,8 @@ static double lead_s(const struct recording_test *test, double first_s) {
     return fmin(first_s - from_s, LEAD_S);
 }
 
-/* Commands are held from sample to sample; those of cycles between two samples lie between those of
- * the samples. */
+/* Holds commands from sample to sample. If the recording is slower than the commands, those between
+ * two samples are interpolated. */
 static void hold_commands(struct residual_test *t, const struct recording_test *test) {
     const struct recording_sample *sample = test->sample, *held;
     bool slower = recording_step_s(test) > SLOWER * t->step_s;
@@ -182,8 +181,8 @@ static void hold_commands(struct residual_test *t, const struct recording_test *
     }
 }
 
-/* The samples simulated go to the row as those measured do, by way of the series; the run-up to the
- * piece is left out of both. share: of a sample measured for one that is simulated. */
+/* Projects simulated samples onto the row in the way of the measured ones, through the series; the
+ * run-up is left out of both. share: simulated over measured sampling period. */
 static void project_samples(struct residual_test *t, int settling, double share, double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
     double basis[SPECTRUM_SIZE], weight[RESIDUAL_SIZE][SPECTRUM_SIZE] = {{0}};
     for (int a = 0; a < t->size; a++)
@@ -201,7 +200,7 @@ static void project_samples(struct residual_test *t, int settling, double share,
     }
 }
 
-/* What was measured as a row, and how sure it is. */
+/* Takes the measured values as rows, and their standard deviations. */
 static void take_rows(struct residual_test *t, double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
     for (int a = 0; a < t->size; a++) {
         double variance = 0.0, curve = 0.0;
@@ -220,7 +219,7 @@ static void take_rows(struct residual_test *t, double inverse[SPECTRUM_SIZE][SPE
     }
 }
 
-/* Values at the phases of a piece to the series, by least squares, and by that to the row. */
+/* Fits values at a piece's phases to the series by least squares, and projects them on the row. */
 static bool fit_series(struct residual_test *t) {
     double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0};
     for (int i = 0; i < t->phases; i++) {
@@ -237,7 +236,7 @@ static bool fit_series(struct residual_test *t) {
     return true;
 }
 
-/* Any motion: local cosines of a piece, whose chambers are simulated from a little before. */
+/* Prepares a piece of any motion: local cosines; the chambers' simulation starts before it. */
 static int prepare_piece(struct residual_test *t, const struct recording_test *test, struct error *error) {
     double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE], value[RESIDUAL_SIZE], basis[SPECTRUM_SIZE];
     double piece_s = test->piece_s, begin_s = test->start_s - OVERLAP * piece_s, span_s = (1.0 + 2.0 * OVERLAP) * piece_s;
@@ -248,7 +247,7 @@ static int prepare_piece(struct residual_test *t, const struct recording_test *t
     t->lead = t->chambers ? (int)(lead_s(test, t->first_s) / t->step_s) : 0;
     t->harmonics = SPECTRUM_HARMONICS;
     double period_s = STRETCH * (begin_s + span_s - t->first_s), omega = 2.0 * PI / period_s;
-    /* No row beyond the series' harmonics: the run-up of a short piece lengthens the period. */
+    /* A row ends at the series' highest harmonic: a short piece's run-up lengthens the period. */
     t->size = (int)fmin(2.0 * piece_s * SPECTRUM_HARMONICS / period_s + 0.5, RESIDUAL_SIZE);
     t->phases = (int)(PHASES * span_s / period_s);
     int status = allocate(t, error);
@@ -274,8 +273,8 @@ static int prepare_piece(struct residual_test *t, const struct recording_test *t
     return fit_series(t) ? STATUS_OK : error_set(error, STATUS_USAGE, "at %.4g s: too short a piece", test->start_s);
 }
 
-/* A platform's controller commands every cycle, whatever is recorded of it; of an axis nobody knows
- * what commands it. */
+/* A platform's controller commands every cycle, however slow the recording. The command period of
+ * an axis is unknown, so it is taken to be the sampling period. */
 static void find_step(struct residual_test *t, double sampling_s, const struct params *params) {
     double cycle_s = params->loop.period_s, many = fmax(round(sampling_s / cycle_s), 1.0);
     bool slower = params->mechanism == MECHANISM_STEWART && sampling_s > SLOWER * cycle_s;
@@ -296,7 +295,7 @@ static int prepare(struct residual_test *t, const struct recording *recording, i
     t->chambers = recording->measured.pressures && recording->measured.valve;
     find_step(t, recording_step_s(test), recording->params);
     t->substeps = (int)ceil(t->step_s / SUBSTEP_S - 1e-6);
-    /* for Simpson's rule (residual_staircase) */
+    /* Simpson's rule needs an even number (residual_staircase). */
     if (t->substeps > 1) t->substeps += t->substeps % 2;
     int status = test->piece_s > 0.0 ? prepare_piece(t, test, error) : prepare_cycle(t, test, which, error);
     if (status) return status;
@@ -306,7 +305,7 @@ static int prepare(struct residual_test *t, const struct recording *recording, i
     return STATUS_OK;
 }
 
-/* Every other piece is kept from the fits, as every other cycle is. */
+/* `which` selects even or odd pieces, as it does cycles; noisy pieces are left out. */
 static bool wanted(const struct recording_test *test, enum cycles which) {
     return !(test->piece_s > 0.0) || (!test->noisy && which & (test->piece % 2 ? CYCLES_ODD : CYCLES_EVEN));
 }
@@ -314,7 +313,7 @@ static bool wanted(const struct recording_test *test, enum cycles which) {
 double residual_margin_s(double piece_s) { return OVERLAP * piece_s; }
 
 double residual_gap_s(double piece_s, double step_s) {
-    /* a piece begins at a sample */
+    /* one step less, since a piece begins at a sampling instant */
     return fmax(STRETCH * ((1.0 + 2.0 * OVERLAP) * piece_s - step_s) / (2 * SPECTRUM_HARMONICS), 2.5 * step_s);
 }
 

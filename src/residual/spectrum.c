@@ -11,12 +11,12 @@ enum {
     SPEED_POINTS = 64,
     ROUNDING_LINES = 20,
     BISECTIONS = 30,
-    SLOWEST = 2,         /* lines from cycle to cycle */
+    SLOWEST = 2,         /* bins of the periodogram over cycles */
 };
-static const double RIDGE = 1e-9; /* of the samples: more than rounding, less than any signal */
-static const double SAME_PHASE = 0.05; /* of a sample */
-static const double MOST = 0.9; /* of a cycle's samples must be there, and no piece missing, but
-                                 * single ones, in which a harmonic turns */
+static const double RIDGE = 1e-9; /* share of the samples: above rounding, below any signal */
+static const double SAME_PHASE = 0.05; /* tolerance of a sampling phase, in samples */
+static const double MOST = 0.9; /* share of a cycle's samples that must be there; no gap, but for
+                                 * single samples, may last half a period of the highest harmonic */
 
 void spectrum_basis(double phase, int harmonics, double *basis) {
     double s1 = sin(phase), c1 = cos(phase), s = 0.0, c = 1.0;
@@ -45,12 +45,12 @@ void spectrum_value(const double *row, int harmonics, double omega, double t_s, 
     spectrum_at(row, harmonics, omega, basis, value);
 }
 
-/* Mean square of the k-th line of the rounding errors of a step of 1, e(x) = sum (-1)^k sin(2 pi k
- * x) / (pi k), when x shakes by a Gaussian of this standard deviation. */
+/* Mean square of tone k of the rounding errors of a step of 1, e(x) = sum (-1)^k sin(2 pi k x) /
+ * (pi k), when x shakes by a Gaussian of this standard deviation. */
 static double rounding_line(int k, double shaken) { return 0.5 * pow(exp(-2.0 * pow(PI * k * shaken, 2.0)) / (PI * k), 2.0); }
 
-/* By how much of a step the motion shakes from cycle to cycle: what samples at one phase scatter by
- * is that, and the rounding errors less those that are the same in every cycle. */
+/* Shake of the motion from cycle to cycle, in steps. Samples at one phase scatter by this and by
+ * the rounding errors, less the errors that repeat in every cycle. */
 static double shaking(double scatter) {
     double least = 0.0, most = scatter;
     for (int i = 0; i < BISECTIONS; i++) {
@@ -88,8 +88,8 @@ const double *spectrum_channel(const struct recording_sample *s, enum channel ch
     return all[channel];
 }
 
-/* The good samples of first .. end-1: products of the basis, and its products with the channels.
- * What is between them: the longest time. */
+/* Sums the products of the basis with itself and with the channels, over the good samples of first
+ * .. end-1. longest_s: longest time between them. Returns their number. */
 static int add_samples(const struct spectrum *s, const struct recording_test *t, int first, int end,
                        double product[SPECTRUM_SIZE][SPECTRUM_SIZE], double row[CHANNELS][LEGS][SPECTRUM_SIZE], double *longest_s) {
     double basis[SPECTRUM_SIZE], last_s = NAN;
@@ -114,8 +114,8 @@ static int add_samples(const struct spectrum *s, const struct recording_test *t,
     return good;
 }
 
-/* Coefficients of one cycle, samples first .. end-1, by least squares; a bad sample is as one that
- * is lost. False: too few are left. */
+/* Coefficients of one cycle, samples first .. end-1, by least squares; bad samples count as lost.
+ * False: too few are left. */
 static bool fit_cycle(const struct spectrum *s, const struct recording_test *t, int first, int end, double step_s,
                       double row[CHANNELS][LEGS][SPECTRUM_SIZE]) {
     double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0}, longest_s;
@@ -127,8 +127,8 @@ static bool fit_cycle(const struct spectrum *s, const struct recording_test *t, 
     return true;
 }
 
-/* Mean over cycles and its standard deviation; that of the constant after a drift, linear in the
- * cycle's place, is taken out. */
+/* Mean over cycles and its standard deviation. drift: the deviation is about a line over the
+ * cycles. Returns the line's slope. */
 static double average(int n, const double *place, const double *value, bool drift, double *mean, double *std) {
     double sum = 0.0, x = 0.0, xx = 0.0, xy = 0.0, rest = 0.0;
     for (int i = 0; i < n; i++) sum += value[i], x += place[i];
@@ -141,10 +141,10 @@ static double average(int n, const double *place, const double *value, bool drif
     return slope;
 }
 
-/* By how much more the mean of a harmonic's cycles varies than if each were independent of the
- * others: the spectral density from cycle to cycle near frequency zero over its mean, by the
- * slowest lines of the periodogram (Priestley 1981, section 6.1). Rounding errors that come round
- * with how samples fall on the cycles are lines elsewhere. */
+/* Ratio of the variance of a harmonic's mean to that for independent cycles: the spectral density
+ * over the cycles near frequency zero over its mean, from the slowest bins of the periodogram
+ * (Priestley 1981, section 6.1). Rounding errors that recur with the sampling phase lie in other
+ * bins. */
 static double lasting(const struct spectrum *s, spectrum_cycle *row, int channel, int leg, int harmonic) {
     double slow = 0.0, all = 0.0;
     for (int a = 2 * harmonic - 1; a <= 2 * harmonic; a++) {
@@ -162,8 +162,9 @@ static double lasting(const struct spectrum *s, spectrum_cycle *row, int channel
     return all > 0.0 ? slow / all : 1.0;
 }
 
-/* One harmonic has too few slow lines: the mean of it and of those beside it. Of all it would be
- * the drift of one, such as the motion's own, that makes noise of the others. */
+/* Lengthens standard deviations by the ratio, averaged with the neighbours': one harmonic has too
+ * few slow bins. An average over all harmonics would let the drift of one, such as the motion's
+ * own, count as noise of the others. */
 static void lengthen(struct spectrum *s, spectrum_cycle *row, int channel, int leg) {
     double ratio[1 + SPECTRUM_HARMONICS];
     if (s->cycles <= 2 * SLOWEST) return;
@@ -177,8 +178,8 @@ static void lengthen(struct spectrum *s, spectrum_cycle *row, int channel, int l
     }
 }
 
-/* A drift within the cycle, of this slope a cycle, looks like a sawtooth: -sum sin(h w
- * (t - start)) / (pi h). */
+/* A drift of this slope per cycle looks like a sawtooth within the cycle: -sum sin(h w (t - start))
+ * / (pi h). */
 static void remove_sawtooth(double slope, double start_phase, int harmonics, double *row) {
     for (int h = 1; h <= harmonics; h++) {
         double size = slope / (PI * h);
@@ -187,7 +188,7 @@ static void remove_sawtooth(double slope, double start_phase, int harmonics, dou
     }
 }
 
-/* What the good samples of a cycle differ by from the mean cycle, its own constant taken off.
+/* Adds the squares of a cycle's good samples about the mean cycle and the cycle's own constant.
  * Returns their number. */
 static int add_noise(const struct spectrum *s, const struct recording_test *t, int first, int end,
                      double row[CHANNELS][LEGS][SPECTRUM_SIZE], double square[CHANNELS][LEGS]) {
@@ -211,7 +212,7 @@ struct cycle_span {
     int first, end;
 };
 
-/* Of each cycle the first whose samples fall on the same phases; returns how many differ. */
+/* alike: for each cycle the first one with the same sampling phases. Returns how many differ. */
 static int find_alike(const struct spectrum *s, const struct recording_test *t, const struct cycle_span *span, const double *place,
                       int alike[CYCLES_MAX]) {
     double period_s = 2.0 * PI / s->omega, step_s = recording_step_s(t), start_s = t->sample[t->first].test_time_s, offset[CYCLES_MAX];
@@ -228,7 +229,7 @@ static int find_alike(const struct spectrum *s, const struct recording_test *t, 
     return different;
 }
 
-/* How lengths at one phase scatter from cycle to cycle, the wander of their middle counted. */
+/* Scatter of lengths at one phase from cycle to cycle, slow wander included. */
 static double scatter_of(const struct spectrum *s, const struct recording_test *t, const struct cycle_span *span,
                          const int alike[CYCLES_MAX], int leg) {
     double square = 0.0;
@@ -297,12 +298,12 @@ bool spectrum_measure(struct spectrum *s, spectrum_cycle row[CYCLES_MAX], const 
     return enough;
 }
 
-/* rms of the speed that unit noise of the samples makes, over the piece. */
+/* rms speed that unit noise of the samples makes over the middle half of the piece. */
 static double speed_gain(const struct spectrum *s, const struct recording_test *t, int first, int end,
                          double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
     double basis[SPECTRUM_SIZE], rate[SPECTRUM_SIZE] = {0}, sum = 0.0;
     int n = 0, size = 1 + 2 * s->harmonics;
-    int margin = (end - first) / 4; /* at its ends it is less sure, and nobody asks */
+    int margin = (end - first) / 4; /* the ends are less certain and not used */
     for (int i = first + margin; i < end - margin; i += (end - first) / SPEED_POINTS + 1, n++) {
         spectrum_basis(s->omega * t->sample[i].test_time_s, s->harmonics, basis);
         for (int h = 1; h <= s->harmonics; h++)
@@ -332,7 +333,7 @@ bool spectrum_cut(struct spectrum *s, const struct recording_test *t, double fro
     int good = add_samples(s, t, first, end, product, s->mean, &longest_s);
     double step_s = (until_s - from_s) / (end - first);
     if (good <= 2 * size || spectrum_gap(t, from_s, until_s) > fmax(PI / omega / s->harmonics, 2.5 * step_s)) return false;
-    /* what lies beyond the ends, and nobody asks for */
+    /* The ridge settles the series beyond the ends of the samples, where it is not used. */
     for (int a = 0; a < size; a++) product[a][a] += RIDGE * good;
     if (!dense_factor(size, SPECTRUM_SIZE, product[0])) return false;
     for (int a = 0; a < size; a++) {

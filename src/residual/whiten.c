@@ -9,15 +9,15 @@
 #include "units.h"
 #include "vec.h"
 
-/* Mean pressures are less sure: the noise of the commands, averaged away here, is rectified where
- * the spool passes zero. */
+/* Factor of the model error of mean pressures: the commands' noise, which is averaged away here, is
+ * rectified where the spool passes zero. */
 static const double STATIC_ERROR = 3.0;
-static const double UNSTEADY = 10.0; /* times the samples' noise: cycles that scatter by more than
-                                      * that are no steady state */
-static const double FORCE_SENSOR_ERROR = 5e-3; /* of its reading: class 0.5, and a drive knows its
+static const double UNSTEADY = 10.0; /* times the samples' noise: cycles that scatter more are no
+                                      * steady state */
+static const double FORCE_SENSOR_ERROR = 5e-3; /* share of the reading: class 0.5; a drive knows its
                                                 * motor's constant no better */
 
-/* The inverse of (J M^-1 J'). */
+/* Inverts J M^-1 J'. */
 void whiten_leg_mass(const struct params *model, double lambda[LEGS][LEGS]) {
     struct rigid_model rigid;
     struct rigid_state s;
@@ -53,7 +53,7 @@ void whiten_leg_mass(const struct params *model, double lambda[LEGS][LEGS]) {
 
 static double square(double x) { return x * x; }
 
-/* In place: lower triangle of C to the inverse of its Cholesky factor. */
+/* Replaces the lower triangle of C by the inverse of its Cholesky factor. */
 static void invert3(double c[RESIDUALS][RESIDUALS]) {
     for (int j = 0; j < RESIDUALS; j++) {
         for (int k = 0; k < j; k++) c[j][j] -= square(c[j][k]);
@@ -73,19 +73,19 @@ static void invert3(double c[RESIDUALS][RESIDUALS]) {
     }
 }
 
-/* Pressures per length at a harmonic: stiff volumes with a leak between them, whose valves let in
- * what was recorded. */
+/* Pressures per length at a harmonic, for two stiff volumes with a leak between them and valve
+ * flows as recorded. */
 static void stiffness(const struct cylinder_leg *leg, const double volume_m3[2], double rate_radps, double complex pa_per_m[2]) {
     double complex rate = CMPLX(0.0, rate_radps), leak = leg->leakage_m3_per_s_pa;
     double complex one = rate * volume_m3[PORT_A] / leg->bulk_modulus_pa + leak,
                    other = rate * volume_m3[PORT_B] / leg->bulk_modulus_pa + leak;
-    double complex both = one * other - leak * leak; /* 0 at rest */
+    double complex both = one * other - leak * leak; /* 0 at zero frequency */
     pa_per_m[PORT_A] = rate_radps > 0.0 ? rate * (leg->a1_m2 * other - leg->a2_m2 * leak) / both : 0.0;
     pa_per_m[PORT_B] = rate_radps > 0.0 ? rate * (leg->a1_m2 * leak - leg->a2_m2 * one) / both : 0.0;
 }
 
-/* Square of how far a mean pressure goes from cycle to cycle beyond its noise: a chamber whose
- * valve stays shut keeps what oil it has for seconds, and no steady state says what that is. */
+/* Mean square change of a mean pressure from cycle to cycle beyond its noise. A chamber whose valve
+ * stays shut keeps its oil for seconds, and no steady state determines how much. */
 static double wander(const struct spectrum *s, enum channel channel, int leg, int samples) {
     return fmax(square(s->std[channel][leg][0]) * s->cycles - square(UNSTEADY * s->noise[channel][leg]) / samples, 0.0);
 }
@@ -132,8 +132,8 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
                 whole[RESIDUAL_FORCE] = force * FORCE_SENSOR_ERROR / model_error;
                 others += square(t->std[CHANNEL_FORCE][k][a]);
             }
-            /* the sine and the cosine of a harmonic are whitened apart: what is in quadrature
-             * couples the two, and is left out */
+            /* Sine and cosine of a harmonic are whitened separately: noise in quadrature, which
+             * couples the two, is left out. */
             for (int i = 0; i < RESIDUALS; i++) {
                 for (int j = 0; j <= i; j++) {
                     double sure = model_error * (i != RESIDUAL_FORCE ? unsure : 1.0);
@@ -151,7 +151,7 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
 
 void whiten_force_std(const struct residual_test *t, const struct params *model, double std_n[LEGS]) {
     struct whitener w;
-    whitener_init(&w, t, model, 1.0); /* no error of the model is in its noise */
+    whitener_init(&w, t, model, 1.0); /* its noise excludes the model error */
     for (int k = 0; k < LEGS; k++) {
         double variance = 0.0;
         for (int a = 0; a < t->size; a++) variance += t->weight[a] * w.noise[k][a][RESIDUAL_FORCE];
@@ -159,8 +159,8 @@ void whiten_force_std(const struct residual_test *t, const struct params *model,
     }
 }
 
-/* Mean square of what a sinusoid of any phase is off the straight line through its ends, radians
- * apart, over radians^4 and its mean square. */
+/* Mean square deviation of a sinusoid of random phase from its chord, whose ends are so many
+ * radians apart; divided by the sinusoid's mean square and radians^4. */
 static double off_line(double radians) {
     if (radians < 0.3) return 1.0 / 120.0;
     double c = cos(radians);
