@@ -18,18 +18,18 @@
 #include <sys/uio.h>
 #include <unistd.h>
 
-#define MAGIC 0x4c433032u /* "LC02": a short message; "LC03" would be a fragment of a long one */
+#define MAGIC 0x4c433032u /* "LC02": a short message ("LC03" marks a fragment of a long one) */
 
 enum { HEADER = 8, DATAGRAM_MAX = 65507, HOST_ADDRESSES_MAX = 32, UDP_HEADER = 8 };
 
 struct bus {
     struct sockaddr_in group;
     int out, in;                /* sockets; in: -1 until bus_listen() */
-    _Atomic uint32_t number;    /* of the next message */
+    _Atomic uint32_t number;    /* sequence number of the next message */
     enum bus_source source;
     struct in_addr host[HOST_ADDRESSES_MAX];
     int hosts;
-    struct in_addr other[BUS_OTHERS_MAX]; /* hosts that are listened to, too */
+    struct in_addr other[BUS_OTHERS_MAX]; /* other hosts whose messages are accepted */
     int others;
     unsigned char datagram[DATAGRAM_MAX];
 };
@@ -83,7 +83,7 @@ static bool parse_address(const char *text, struct sockaddr_in *group, int *ttl)
     char host[16] = "239.255.76.67";
     size_t length = strcspn(text, ":?");
     int port = 7667;
-    *ttl = 0; /* SAFETY: stays on this host unless told otherwise */
+    *ttl = 0; /* SAFETY: the stream stays on this host unless configured otherwise */
     if (length >= sizeof host) return false;
     if (length) snprintf(host, sizeof host, "%.*s", (int)length, text);
     text += length;
@@ -95,7 +95,7 @@ static bool parse_address(const char *text, struct sockaddr_in *group, int *ttl)
 
 /* ---- sending ---- */
 
-/* Tells whether there is a route to the group at the start. */
+/* Tells whether there is a route to the group. */
 static bool reachable(const struct sockaddr_in *group) {
     int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     bool is = fd >= 0 && !connect(fd, (const struct sockaddr *)group, sizeof *group);
@@ -105,10 +105,10 @@ static bool reachable(const struct sockaddr_in *group) {
     return is;
 }
 
-/* Opens the sending socket and leaves it unconnected: a connected one would have a source address
- * and send by that address's interface, whatever the route to the group says, so that a receiver
- * who joined by the route would not hear it. Its receive buffer is as small as can be, for
- * nothing is read from it. */
+/* Opens the sending socket and leaves it unconnected: a connected one would have a fixed source
+ * address and send by that address's interface, whatever the route to the group says, so that a
+ * receiver who joined by the route would not hear it. Its receive buffer has the smallest size,
+ * because nothing is read from it. */
 static bool open_sender(struct bus *b, int ttl) {
     unsigned char hops = (unsigned char)ttl, loop = 1;
     int least = 1;
@@ -134,7 +134,7 @@ int bus_open(struct bus **bus, const char *url, struct error *error) {
     return status;
 }
 
-/* Index of the interface by which the kernel routes to the group, 0: none. */
+/* Index of the interface of the kernel's route to the group; 0: none. */
 static unsigned route_interface(struct in_addr group) {
     struct {
         struct nlmsghdr head;
@@ -208,8 +208,8 @@ bool bus_parse(const unsigned char *datagram, int size, struct bus_message *m) {
     return true;
 }
 
-/* What does not begin as a message of these channels is dropped by the kernel: a flood of it takes
- * no room from what is waited for. The filter counts from the UDP header. */
+/* Makes the kernel drop datagrams other than messages of these channels, so that a flood of them
+ * does not fill the receive buffer. Offsets count from the UDP header. */
 static bool drop_others(int fd, const char *prefix) {
     enum { FIXED = 2, PER_BYTE = 2, END = 2, LETTERS_MAX = 20 };
     struct sock_filter code[FIXED + PER_BYTE * LETTERS_MAX + END];
@@ -227,9 +227,9 @@ static bool drop_others(int fd, const char *prefix) {
     return !setsockopt(fd, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program);
 }
 
-/* Joins the group on the interface of the route and on all others that have an address: by which
- * one a datagram of this host comes depends on its sender's address and socket, and the route may
- * change. */
+/* Joins the group on the interface of the route and on every other interface that has an
+ * address, because the interface by which a local datagram arrives depends on the sender's
+ * address and socket, and the route may change. */
 static bool join(struct bus *b) {
     struct ip_mreqn membership = {.imr_multiaddr = b->group.sin_addr};
     struct if_nameindex *all = if_nameindex();
@@ -244,12 +244,12 @@ static bool join(struct bus *b) {
     return joined;
 }
 
-/* Bound to the group, so that what was sent to this host's own address does not arrive. */
+/* Binds to the group, so that datagrams sent to this host's own address do not arrive. */
 static bool open_receiver(struct bus *b, const char *prefix) {
     int yes = 1, no = 0, room = BUS_RECEIVE_BUFFER;
     b->in = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (b->in < 0) return false;
-    /* as much of it as the system allows */
+    /* the system may grant less */
     setsockopt(b->in, SOL_SOCKET, SO_RCVBUF, &room, sizeof room);
     return !setsockopt(b->in, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes) &&
            !setsockopt(b->in, IPPROTO_IP, IP_MULTICAST_ALL, &no, sizeof no) && drop_others(b->in, prefix) &&
@@ -298,8 +298,9 @@ int bus_allow(struct bus *b, const char *addresses, struct error *error) {
 
 int bus_fd(const struct bus *b) { return b->in; }
 
-/* The kernel takes 127.0.0.0/8 from no network; 0.0.0.0, a sender on a loopback route, from one
- * only for the groups 224.0.0.0/24; and none of this host's own addresses. */
+/* True for senders on this host: their addresses cannot come from outside. The kernel accepts
+ * 127.0.0.0/8 and this host's own addresses from no network, and 0.0.0.0 (a sender on a loopback
+ * route) only for the groups 224.0.0.0/24. */
 static bool from_this_host(const struct bus *b, const struct sockaddr_in *sender) {
     uint32_t address = ntohl(sender->sin_addr.s_addr), group = ntohl(b->group.sin_addr.s_addr);
     if (address >> 24 == IN_LOOPBACKNET || (address == INADDR_ANY && group >> 8 != INADDR_UNSPEC_GROUP >> 8)) return true;

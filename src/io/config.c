@@ -11,8 +11,8 @@
 
 enum { FILE_MAX = 1 << 20, NAMES_MAX = 512 };
 
-/* Reads event by event, not as a document: an alias, a tag or a level too many is refused where it
- * stands, before anything grows. */
+/* Reads YAML event by event, not as a document: aliases, tags and excess levels are refused at
+ * once, before they can use memory. */
 struct reader {
     yaml_parser_t parser;
     const char *name, *text;
@@ -22,12 +22,12 @@ struct reader {
     struct {
         char path[CONFIG_PATH_SIZE];
         size_t line;
-    } names[NAMES_MAX]; /* keys and sections met so far: each is known and met
-                         * once, so the table bounds them */
+    } names[NAMES_MAX]; /* keys and sections met so far; the table is large enough, because only
+                         * known ones are accepted, each once */
 };
 
-/* "name:line: reason", without the line when it is 0. The reason may quote any byte of the file:
- * terminals are spared control ones. */
+/* Formats "name:line: reason", without the line if it is 0. The reason may quote any byte of the
+ * file, so control characters are replaced for the terminal. */
 __attribute__((format(printf, 4, 5))) static int fail(struct error *error, const char *name, size_t line, const char *format, ...) {
     char place[24] = "", reason[320];
     va_list args;
@@ -45,7 +45,7 @@ static int fail_yaml(struct reader *r) {
     const yaml_parser_t *p = &r->parser;
     size_t line = p->problem_mark.line + 1;
     if (p->error == YAML_MEMORY_ERROR) return fail(r->error, r->name, line, "out of memory");
-    if (p->error == YAML_READER_ERROR) { /* comes with a byte's offset only */
+    if (p->error == YAML_READER_ERROR) { /* libyaml gives only a byte's offset */
         line = 1;
         for (size_t i = 0; i < p->problem_offset; i++) line += r->text[i] == '\n';
         return fail(r->error, r->name, line, "%s; save the file as UTF-8 text", p->problem);
@@ -63,7 +63,7 @@ static bool decorated(const yaml_event_t *e) {
     }
 }
 
-/* Fills an event that the caller deletes. */
+/* Reads the next event, which the caller deletes. */
 static int next_event(struct reader *r, yaml_event_t *e) {
     if (!yaml_parser_parse(&r->parser, e)) return fail_yaml(r);
     if (!decorated(e)) return STATUS_OK;
@@ -81,7 +81,7 @@ static int fail_unknown(struct error *error, const char *name, size_t line, cons
 
 static int read_mapping(struct reader *r, const char *prefix);
 
-/* The value of a section: keys, or nothing at all (all of them commented out). */
+/* Reads the value of a section: keys, or nothing (all keys commented out). */
 static int read_section(struct reader *r, const char *path, size_t line) {
     yaml_event_t e;
     int status = next_event(r, &e);
@@ -92,7 +92,7 @@ static int read_section(struct reader *r, const char *path, size_t line) {
     if (keys && (status = read_mapping(r, path)) != STATUS_OK) return status;
     const char *dot = strchr(path, '.');
     bool effect = !strncmp(path, "effects.", strlen("effects."));
-    /* neither on nor off: the user meant something else */
+    /* the user must have meant something by naming the effect */
     if (effect && !r->params->effects[effect_find(dot + 1)].on)
         return fail(r->error, r->name, line, "%s has no key, so it stays off; set one (`hexid effects %s`) or delete the line", path,
                     dot + 1);
@@ -107,16 +107,16 @@ static int add_scalar(struct reader *r, const struct config_key *key, const yaml
                 config_key_depth(key) == 2 ? "points of three coordinates" : "values", CONFIG_ITEM_SIZE);
 }
 
-/* One scalar, a list of them, or a list of points. */
+/* Reads a scalar, a list of scalars, or a list of points. */
 static int read_items(struct reader *r, const struct config_key *key, struct config_value *value) {
-    int depth = 0, begun = 0; /* values where the point began */
+    int depth = 0, begun = 0; /* number of values before the current point */
     do {
         yaml_event_t e;
         int status = next_event(r, &e);
         if (status != STATUS_OK) return status;
         size_t line = e.start_mark.line + 1;
         bool begin = e.type == YAML_SEQUENCE_START_EVENT && depth < config_key_depth(key), end = e.type == YAML_SEQUENCE_END_EVENT;
-        /* coordinates stand in points, points in their list */
+        /* in a list of points, coordinates stand only inside points */
         bool point = depth == 2 || (begin && depth == 1) || (end && depth == 1);
         if (depth > 0 && config_key_depth(key) == 2 && (!point || (end && depth == 2 && value->count != begun + 3)))
             status = fail(r->error, r->name, line, "%s takes points, [[x, y, z], ...], or [] for none", key->path);
@@ -139,7 +139,7 @@ static int read_value(struct reader *r, const struct config_key *key, size_t lin
     return fail(r->error, r->name, line, "%s: %s", key->path, reason);
 }
 
-/* A later one would silently win otherwise. */
+/* Refuses a key that was given before, because the later value would silently win. */
 static int remember(struct reader *r, const char *path, size_t line) {
     for (int i = 0; i < r->count; i++)
         if (strcmp(r->names[i].path, path) == 0)
@@ -159,8 +159,8 @@ static int read_entry(struct reader *r, const char *path, size_t line) {
     return is_key ? read_value(r, &key, line) : read_section(r, path, line);
 }
 
-/* Entries up to the mapping's end; paths are prefix.name. Not deeper than effects.<name>.<key>:
- * only known sections open a level. */
+/* Reads entries up to the end of the mapping; their paths are prefix.name. Only known sections
+ * open a level, so the depth is limited to effects.<name>.<key>. */
 static int read_mapping(struct reader *r, const char *prefix) {
     for (;;) {
         yaml_event_t e;
@@ -169,7 +169,7 @@ static int read_mapping(struct reader *r, const char *prefix) {
         const char *word = e.type == YAML_SCALAR_EVENT ? (const char *)e.data.scalar.value : "";
         bool name = *word && strlen(word) == e.data.scalar.length, end = e.type == YAML_MAPPING_END_EVENT;
         size_t line = e.start_mark.line + 1;
-        char path[CONFIG_PATH_SIZE]; /* cut off, it is longer than any key */
+        char path[CONFIG_PATH_SIZE]; /* if truncated, it is still longer than any key */
         snprintf(path, sizeof path, "%s%s%s", prefix, *prefix ? "." : "", word);
         yaml_event_delete(&e);
         if (end) return STATUS_OK;
@@ -200,8 +200,8 @@ static int read_stream(struct reader *r) {
     return expect(r, YAML_STREAM_END_EVENT, "a second document begins here; a configuration is one");
 }
 
-/* The diameters that are a key's default are the built-in platform's: an axis has those that its
- * file states. */
+/* On a single axis, clears default diameters (the built-in platform's) that the configuration
+ * does not state. */
 static void forget_unstated(struct reader *r) {
     struct config_key key;
     for (int i = 0; r->params->mechanism == MECHANISM_AXIS && config_key_at(i, &key); i++) {
@@ -274,7 +274,8 @@ int config_override(struct params *params, const char *name, const char *const *
     bool platform = params->mechanism != MECHANISM_AXIS;
     int status = apply_settings(params, settings, count, error);
     if (!status && platform && params->mechanism == MECHANISM_AXIS) {
-        /* of the platform's cylinders none is the axis's, of those set here, in any order, all */
+        /* the platform's diameters are not the axis's; diameters among the settings count, in
+         * any order */
         params->actuator.stated.piston = params->actuator.stated.rod = false;
         status = apply_settings(params, settings, count, error);
     }
@@ -288,7 +289,7 @@ int config_parse(struct params *params, const char *text, size_t size, const cha
     return status == STATUS_OK ? config_check(params, name, error) : status;
 }
 
-/* Opens the sections of `path` that `before` was not in. */
+/* Prints headings for the sections of `path` that are new since `before`. */
 static void print_sections(FILE *out, const char *path, const char *before) {
     for (const char *dot = strchr(path, '.'); dot; dot = strchr(dot + 1, '.')) {
         size_t length = (size_t)(dot - path);
@@ -313,7 +314,7 @@ static void print_entry(FILE *out, const struct config_key *key, const struct pa
     }
     fprintf(out, "%*s%s: %-*s # [%s] ", indent, "", name, 40 - indent - (int)strlen(name), value, range);
     if (key->effect < 0) fprintf(out, "%s\n", key->meaning);
-    /* the law stands above, with the effect's name */
+    /* the law itself stands above, beside the effect's name */
     else fprintf(out, "%s %s\n", key->shape ? "usually" : "adds nothing at", key->value);
 }
 
@@ -335,7 +336,7 @@ char *config_text(const struct params *params) {
     return NULL;
 }
 
-/* In a cell of a table a bar would end it. */
+/* Escapes bars, which would end a table's cell. */
 static void print_cell(FILE *out, const char *text) {
     for (; *text; text++) fprintf(out, *text == '|' ? "\\%c" : "%c", *text);
 }
@@ -356,7 +357,7 @@ static void print_section_head(FILE *out, const char *section) {
     if (title) fprintf(out, "\n%s.\n", title);
 }
 
-/* Length of what stands before the last dot; of all where there is none. */
+/* Length of the path before its last dot; of the whole path without a dot. */
 static size_t last_dot(const char *path) {
     const char *dot = strrchr(path, '.');
     return dot ? (size_t)(dot - path) : strlen(path);

@@ -11,19 +11,21 @@
 #include "machine.h"
 #include "units.h"
 
-static const double substep_max_s = 0.25e-3; /* above, the first-order engine moves the answer:
-                                              * docs/method.md section 4 */
+static const double substep_max_s = 0.25e-3; /* with longer steps, errors of the first-order
+                                              * engine matter: docs/method.md section 4 */
 
 static const double ramp_min_s = 0.05;
 
 enum { SAID = 32 };
 
-/* All that is wrong is said in one message; what only follows from another mistake is not asked. */
+/* Collects all violated requirements in one message. Requirements that only fail as a
+ * consequence of others are skipped. */
 struct checker {
     const char *name;
     struct error *error;
-    int status; /* not 0: some requirement does not hold */
-    const char *said[SAID]; /* each once, of the first leg or axis: formats */
+    int status; /* not 0: some requirement is violated */
+    const char *said[SAID]; /* formats of requirements reported so far, each once, for the first
+                             * leg or axis */
     int count;
     bool full;
 };
@@ -51,8 +53,8 @@ __attribute__((format(printf, 3, 4))) static bool require(struct checker *c, boo
     return false;
 }
 
-/* There is a body with this inertia when the integrals of x^2, y^2, z^2 and of the products make a
- * matrix that is not negative. */
+/* Checks that a body with this inertia exists: the matrix of the second moments (integrals of
+ * x^2, y^2, z^2 and of the products) must be positive semidefinite. */
 static void check_payload(struct checker *c, const struct payload_params *p) {
     double half = 0.5 * (p->inertia_xx_kg_m2 + p->inertia_yy_kg_m2 + p->inertia_zz_kg_m2);
     double xx = half - p->inertia_xx_kg_m2, yy = half - p->inertia_yy_kg_m2, zz = half - p->inertia_zz_kg_m2;
@@ -95,14 +97,14 @@ static void check_leg(struct checker *c, const struct params *p, int i, const st
     require(c, parked >= shortest,
             "motion.park_z_m %g makes leg %d %.4g m long, and its stroke ends at %.4g m (%.4g m at neutral): park higher (smaller z)", drop,
             i + 1, parked, shortest, neutral);
-    /* parked higher, it would be at least as long as when it is in */
+    /* a park position higher than this leaves the leg at least as long as when retracted */
     require(c, fmax(parked, shortest) > l->length_min_m[i],
             "motion.park_z_m %g makes leg %d %.4g m long, limits.length_min_m is %g: lower that below the leg that is in, %.4g m, or park "
             "higher (smaller z)",
             drop, i + 1, parked, l->length_min_m[i], shortest);
 }
 
-/* False: they are none that could move. */
+/* False if the legs cannot move at all. */
 static bool check_legs(struct checker *c, const struct params *p) {
     struct kinematics k;
     int wrong = c->count;
@@ -142,7 +144,7 @@ static void check_limits(struct checker *c, const struct params *p) {
             p->loop.period_s);
 }
 
-/* Of what moves every joint by at most so much: the nearest end of any leg's way. */
+/* Distance in which no leg reaches an end of its stroke, if every joint moves by at most this. */
 static double room_m(const struct params *p, const struct kinematics *k) {
     double room = (double)INFINITY;
     for (int i = 0; i < LEGS; i++) {
@@ -186,7 +188,7 @@ static void check_frequency(struct checker *c, const struct params *p, enum dof 
             t->duration_s, hz, name, 2 / hz);
 }
 
-/* Of the axes that are tested, each for itself. reach: can the legs make them? */
+/* Checks each tested axis by itself. reach: also check that the legs reach the amplitudes. */
 static void check_tests(struct checker *c, const struct params *p, bool reach) {
     const struct test_params *t = &p->tests;
     double rate_hz = 1 / p->loop.period_s, samples = t->duration_s * rate_hz;
@@ -215,7 +217,7 @@ static void check_sim(struct checker *c, const struct params *p) {
             "sim.base_hz %g and ripple_pa %g need sim.engine ode", p->sim.base_hz, p->sim.ripple_pa);
 }
 
-/* A platform that is put down rests on legs that are in. */
+/* Checks that a parked platform rests on retracted legs. */
 static void check_rest(struct checker *c, const struct params *p) {
     struct kinematics k;
     kinematics_place(&k, p);
@@ -253,7 +255,8 @@ static void check_channel(struct checker *c, const char *section, const struct c
     }
 }
 
-/* The shape of a law without its strength does nothing, and whoever states it meant something. */
+/* Refuses shape parameters of a law without its strength: they have no effect, and the user
+ * meant something by them. */
 static void check_effects(struct checker *c, const struct params *p) {
     for (int e = 0; effect_table[e]; e++) {
         const struct effect_key *keys = effect_table[e]->keys, *shape = NULL, *strength = NULL;
@@ -269,7 +272,7 @@ static void check_effects(struct checker *c, const struct params *p) {
 
 int config_check(const struct params *params, const char *name, struct error *error) {
     struct checker c = {.name = name, .error = error};
-    /* else nothing of a platform, and nothing is driven */
+    /* a single axis has no platform to check, and is never driven */
     bool legs = params->mechanism == MECHANISM_STEWART;
     check_payload(&c, &params->payload);
     check_hydraulics(&c, params);

@@ -28,7 +28,7 @@ bool config_difference(const struct params *a, const struct params *b, const cha
     return false;
 }
 
-/* What pressures and commands stand on. */
+/* Sections that matter for pressures and commands. */
 void config_defaults(const struct params *params, char text[CONFIG_DEFAULTS_SIZE]) {
     static const char *const geometry[] = {"geometry", NULL};
     static const char *const diameters[] = {"actuator.piston_diameter_m", "actuator.rod_diameter_m", NULL};
@@ -43,11 +43,11 @@ void config_defaults(const struct params *params, char text[CONFIG_DEFAULTS_SIZE
     size_t used = 0;
     text[0] = '\0';
     config_default(&built_in);
-    /* how joints' axes lie says nothing of pressures */
+    /* the directions of the joints' axes do not influence pressures */
     built_in.geometry.upper_axis = params->geometry.upper_axis, built_in.geometry.lower_axis = params->geometry.lower_axis;
     if (!axis && !config_difference(params, &built_in, geometry, &difference)) return;
     for (int i = 0; config_key_at(i, &key); i++) {
-        /* an axis has no default diameters: areas.h */
+        /* a single axis has no default diameters (areas.h) */
         if (!within(key.path, oil) && (axis || !within(key.path, diameters))) continue;
         config_value_format(&key, params, own);
         config_value_format(&key, &built_in, theirs);

@@ -8,7 +8,7 @@
 #include "edit_distance.h"
 #include "number_text.h"
 
-/* The kind follows from the member's type: a row cannot disagree with the struct. */
+/* Derives the kind from the member's type, so that a row cannot contradict the struct. */
 #define KIND(place) _Generic(((struct params *)0)->place, double: CONFIG_REAL, int: CONFIG_INTEGER, bool: CONFIG_BOOLEAN)
 #define KEY(section, member, value, min, max, unit, meaning) \
     {#section "." #member, KIND(section.member), offsetof(struct params, section.member), min, max, value, unit, meaning, NULL, -1, 1, \
@@ -40,8 +40,8 @@
 static const char *const mechanism_names[] = {[MECHANISM_STEWART] = "stewart", [MECHANISM_AXIS] = "axis", NULL};
 static const char *const engine_names[] = {[ENGINE_ODE] = "ode", [ENGINE_CLOSED_FORM] = "closed_form", NULL};
 
-/* Ranges are what such a machine can have at all, not what is wise: wide enough for a desk-top
- * hexapod and a flight simulator. */
+/* Ranges are wide: what a machine can have at all, from a desktop hexapod to a flight simulator,
+ * not what is advisable. */
 static const struct config_key keys[] = {
     {"mechanism", CONFIG_CHOICE, offsetof(struct params, mechanism), 0, 0, "stewart", "-",
      "six-leg platform, or one cylinder or electric axis (import and gap only)", mechanism_names, -1, 1, false},
@@ -317,11 +317,11 @@ static const char *last_part(const char *path) {
     return dot ? dot + 1 : path;
 }
 
-/* Takes the candidate when it is nearer than what was found so far. A path without a section is
- * compared with the member alone. */
+/* Takes the candidate if it is nearer than the nearest so far. A path without a section is
+ * compared with the last part of the candidate. */
 static void consider(const char *path, const char *candidate, int *best, char nearest[CONFIG_PATH_SIZE]) {
     const char *compared = strchr(path, '.') ? candidate : last_part(candidate);
-    /* the distance is at least that */
+    /* a lower bound of the distance */
     if (abs((int)strlen(path) - (int)strlen(compared)) >= *best) return;
     int distance = edit_distance(path, compared);
     if (distance >= *best) return;
@@ -351,7 +351,7 @@ void config_default(struct params *params) {
     memset(params, 0, sizeof *params);
     for (int i = 0; config_key_at(i, &key); i++) {
         bool good = config_value_split(&key, key.value, &value) && config_value_set(&key, &value, params, reason);
-        assert(good); /* a default outside its own range is our mistake */
+        assert(good); /* a default must be in its own range */
         (void)good;
     }
     for (int e = 0; e < EFFECTS_MAX; e++) params->effects[e].on = false;

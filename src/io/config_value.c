@@ -65,10 +65,10 @@ __attribute__((format(printf, 2, 3))) static bool refuse(char reason[CONFIG_REAS
     return false;
 }
 
-/* glibc's static one: nothing to free */
+/* glibc's is static, so there is nothing to free */
 static locale_t c_locale(void) { return newlocale(LC_ALL_MASK, "C", (locale_t)0); }
 
-/* Decimal notation only: strtod by itself also takes hexadecimal, "inf" and "nan". */
+/* Accepts decimal notation only; strtod alone also accepts hexadecimal, "inf" and "nan". */
 static bool parse_number(const char *text, double *number) {
     char *end;
     if (text[strspn(text, "0123456789+-.eE")] != '\0') return false;
@@ -81,7 +81,7 @@ static bool parse_in_range(const struct config_key *key, const char *text, doubl
     bool is_number = parse_number(text, number);
     if (is_number && *number >= key->min && *number <= key->max) return true;
     config_range_format(key, range);
-    /* an effect's is a law: too long to say */
+    /* the meaning of an effect's key is its law, too long for a message */
     if (is_number && key->effect >= 0) return refuse(reason, "%.40s is outside %.60s", text, range);
     return is_number ? refuse(reason, "%.40s is outside %.60s (%.80s)", text, range, key->meaning)
                      : refuse(reason, "\"%.40s\" is not a number; it takes one in %.60s", text, range);
@@ -109,7 +109,7 @@ static bool set_boolean(const char *text, bool *place, char reason[CONFIG_REASON
     return true;
 }
 
-/* The name's place, or -1 and the reason. */
+/* Index of the name, or -1 with the reason. */
 static int find_name(const struct config_key *key, const char *text, char reason[CONFIG_REASON_SIZE]) {
     char range[CONFIG_TEXT_SIZE];
     for (int i = 0; key->names[i]; i++)
@@ -129,7 +129,7 @@ static bool set_choice(const struct config_key *key, const char *text, enum engi
 static bool set_text(const char *text, char place[CONFIG_ITEM_SIZE], char reason[CONFIG_REASON_SIZE]) {
     for (const char *c = text; *c; c++)
         if (*c < ' ' || *c > '~') return refuse(reason, "holds a character that is not printable ASCII");
-    /* the zeros behind the text, too: equal params are equal bytes */
+    /* includes the zeros after the text: equal params must have equal bytes */
     memcpy(place, text, CONFIG_ITEM_SIZE);
     return true;
 }
@@ -171,7 +171,7 @@ static bool set_points(const struct config_key *key, const struct config_value *
     return true;
 }
 
-/* Where that is kept; 0: nowhere. */
+/* Offset of the flag that says whether the key is stated; 0: none. */
 static size_t stated_at(const struct config_key *key) {
     if (key->offset == offsetof(struct params, actuator.piston_diameter_m)) return offsetof(struct params, actuator.stated.piston);
     if (key->offset == offsetof(struct params, actuator.rod_diameter_m)) return offsetof(struct params, actuator.stated.rod);
@@ -211,7 +211,7 @@ bool config_value_set(const struct config_key *key, const struct config_value *v
     return true;
 }
 
-/* With a point before any exponent: to other readers of YAML 1.1 "5e-05" is a word. */
+/* Writes a point before any exponent, because other readers of YAML 1.1 take "5e-05" for a word. */
 static int format_number(double number, char *text, size_t size) {
     char plain[32];
     locale_t before = uselocale(c_locale());

@@ -8,7 +8,7 @@
 #include "force.h"
 #include "units.h"
 
-/* So much of a force's variation may be seals, the rod's own mass and noise. */
+/* Share of a force's variation that friction of seals, the rod's own mass and noise may explain. */
 static const double FORCE_APART = 0.2;
 
 static double value_of(const struct cycle *cycle, int column) {
@@ -30,7 +30,7 @@ void csv_range_take(struct csv_range *range, const struct cycle *cycle) {
     for (int i = 0; i < CSV_COLUMNS; i++) {
         if (csv_columns[i].kind != CSV_REAL) continue;
         double value = value_of(cycle, i);
-        /* fmin and fmax pass over NaN */
+        /* fmin and fmax ignore NaN */
         range->low[i] = range->begun ? fmin(range->low[i], value) : value;
         range->high[i] = range->begun ? fmax(range->high[i], value) : value;
     }
@@ -38,7 +38,7 @@ void csv_range_take(struct csv_range *range, const struct cycle *cycle) {
     take_force(range, cycle);
 }
 
-/* The unit that makes a size of so many SI units a usual one. */
+/* A unit, and the factor that brings values in it to a usual size. */
 struct guess {
     const char *unit;
     double si;
@@ -50,14 +50,14 @@ static const struct guess pressures[] = {{"MPa", 1e6}, {"bar", 1e5}, {"psi", 689
 static const struct guess forces[] = {{"kN", 1e3}, {NULL, 0.0}};
 static const struct guess valves[] = {{"percent", 0.01}, {NULL, 0.0}};
 
-/* What is expected of a column: its greatest value, or its swing, lies in least..most. */
+/* Plausible range of a column's greatest value, or of its swing. */
 struct expectation {
     bool swing;
     double least, most;
     const struct guess *guess;
 };
 
-static const double TURN_MAX_RAD = 0.6; /* of any motion: no platform swings by 35 degrees */
+static const double TURN_MAX_RAD = 0.6; /* limit of any platform's motion, 35 degrees */
 
 static const struct expectation valve = {.least = 0.0, .most = 1.001, .guess = valves};
 
@@ -78,7 +78,7 @@ static void doubt(const char *name, double size, const struct expectation *e, ch
              g->unit ? "in " : "another unit or machine", g->unit ? g->unit : "");
 }
 
-/* The largest of columns first..last: a single one may be dead. */
+/* Checks the largest of columns first..last, because a single one may be dead. */
 static void check(const struct csv_head *h, const struct csv_range *r, int first, int last, const struct expectation *e,
                   char words[CSV_LIST_SIZE]) {
     double size = 0.0;
@@ -117,7 +117,7 @@ static void check_legs(const struct csv_head *h, const struct csv_range *r, cons
     check(h, r, U, U + 5, &valve, words);
 }
 
-/* A force beside pressures is theirs, A1 P1 - A2 P2. */
+/* Compares a force with that of the pressures, A1 P1 - A2 P2. */
 static void check_force(const struct csv_range *r, const struct params *p, char words[CSV_LIST_SIZE]) {
     struct cylinder_areas areas = cylinder_areas(&p->actuator);
     const double of[3] = {1.0, -areas.a1_m2[0], areas.a2_m2[0]};

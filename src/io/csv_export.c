@@ -18,12 +18,12 @@ enum { PATH_SIZE = 4096 };
 struct export {
     const char *log_path, *directory;
     struct params params;
-    bool configured;       /* params are the log's */
-    char *config;          /* its text, NULL: none yet */
-    FILE *file;            /* of the test under way, NULL: none */
+    bool configured;       /* params come from the log */
+    char *config;          /* its text; NULL: none yet */
+    FILE *file;            /* file of the current test; NULL: none */
     char path[PATH_SIZE];
     struct cycle last;
-    double step_s;         /* shortest between two rows: records can be lost */
+    double step_s;         /* shortest step between two rows; longer ones may be lost records */
     struct csv_report *report;
     struct error *error;
 };
@@ -32,7 +32,8 @@ static int unwritable(struct export *e) {
     return error_set(e->error, STATUS_IO, "%.250s: cannot be written: %s", e->path, strerror(errno));
 }
 
-/* Nothing is overwritten: files of an earlier export would be taken for this one's. */
+/* Refuses a directory with CSV files: nothing is overwritten, and files of an earlier export
+ * would be taken for this one's. */
 static int make_directory(const char *directory, struct error *error) {
     struct dirent **files;
     if (mkdir(directory, 0777) && errno != EEXIST)
@@ -45,7 +46,7 @@ static int make_directory(const char *directory, struct error *error) {
 
 static FILE *create(struct export *e) { return fopen(e->path, "wx"); }
 
-/* Always as long, so that it can be written again when the rate is known. */
+/* The head has a fixed length, so that it can be rewritten when the rate is known. */
 static void write_head(struct export *e) {
     char number[NUMBER_SIZE];
     double period_s = e->params.loop.period_s;
@@ -101,8 +102,8 @@ static int begin_test(struct export *e, const struct cycle *c) {
     return STATUS_OK;
 }
 
-/* A cycle outside every test ends the one under way: of a second run's first test
- * the time goes back. */
+/* A cycle outside every test ends the current test; so does a time that goes back, at the first
+ * test of a second run. */
 static int take(struct export *e, const struct cycle *c) {
     bool same = e->file && c->test == e->last.test && c->dof == e->last.dof && c->test_time_s > e->last.test_time_s;
     int status = c->test < 0 ? end_test(e) : same ? STATUS_OK : begin_test(e, c);
@@ -115,9 +116,9 @@ static int take(struct export *e, const struct cycle *c) {
     return ferror(e->file) ? unwritable(e) : STATUS_OK;
 }
 
-/* Each part of a run begins with its configuration: joined, they have it several times. */
+/* Joined parts of a run repeat the configuration, since each part begins with it. */
 static int take_config(struct export *e, const char *text, size_t length) {
-    /* of another version: the text is kept, the heads stay without its values */
+    /* a configuration of another version: its text is kept, but the heads lack its values */
     struct error ignored;
     if (e->config && strlen(e->config) == length && !memcmp(e->config, text, length)) return STATUS_OK;
     if (e->config)

@@ -42,8 +42,8 @@ bool csv_column_of(int column, enum mechanism_kind mechanism) {
     return common || (column >= CSV_POSITION_COLUMN) == (mechanism == MECHANISM_AXIS);
 }
 
-/* Units as they are written, taken in any case; with the SI unit that stands for them in
- * csv_columns, "" for what has none there. */
+/* Units as users write them, in any case, with the equivalent in csv_columns' names ("" for
+ * quantities without a unit there). */
 static const struct {
     const char *name, *si;
     double factor;
@@ -55,7 +55,7 @@ static const struct {
 };
 enum { UNITS = sizeof units / sizeof *units };
 
-/* Lower case, and "name [unit]" or "name (unit)" as "name_unit". */
+/* Normalises a name: lower case, and "name_unit" for "name [unit]" and "name (unit)". */
 static void plain_name(const char *name, char plain[CSV_NAME_SIZE]) {
     size_t used = 0;
     for (; *name && used < CSV_NAME_SIZE - 1; name++) {
@@ -88,7 +88,7 @@ int csv_column_find(const char *name, double *unit) {
     return column;
 }
 
-/* "m" of position_m; "" of what has no unit. */
+/* The unit in a column's name, "m" of position_m; "" without one. */
 static const char *si_of(int column) {
     const char *end = strrchr(csv_columns[column].name, '_');
     for (int i = 0; i < UNITS && end; i++)

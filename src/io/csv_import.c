@@ -18,39 +18,39 @@
 
 enum { EVENT_SIZE = 1 << 18 };
 
-static const double rate_tolerance = 0.01;  /* of the step of t_s against rate_hz */
-static const double rate_same = 1e-3;       /* so near, a rate is the same */
-static const double step_least_s = 1e-4, step_most_s = 0.1; /* as loop.period_s */
-static const double gap_max_s = 3600.0;     /* as tests.duration_s */
+static const double rate_tolerance = 0.01;  /* relative; of the step of t_s against rate_hz */
+static const double rate_same = 1e-3;       /* relative; rates this close are the same */
+static const double step_least_s = 1e-4, step_most_s = 0.1; /* range of loop.period_s */
+static const double gap_max_s = 3600.0;     /* limit of tests.duration_s */
 
 struct import {
     const struct csv_source *source;
     struct params params;
     int files;
     struct csv_head head[CSV_FILES_MAX];
-    int test[CSV_FILES_MAX];   /* place in the list of tests */
+    int test[CSV_FILES_MAX];   /* index in the list of tests */
     struct csv_times times[CSV_FILES_MAX];
     int last_line[CSV_FILES_MAX];
-    double zero_s[CSV_FILES_MAX]; /* t_s where the ramp-in begins: 0, or as the motion tells */
-    double evaluated_s;    /* the shortest evaluated part of a file that does not say */
+    double zero_s[CSV_FILES_MAX]; /* t_s of the start of the ramp-in: 0, or found from the motion */
+    double evaluated_s;    /* the shortest evaluated part of the files that do not state it */
     struct log_writer *log;
-    uint64_t seq;          /* of the row before the file at hand */
-    int64_t start_ns;      /* of the file at hand, on the log's clock */
+    uint64_t seq;          /* seq of the row before the current file */
+    int64_t start_ns;      /* start of the current file on the log's clock */
     struct csv_report *report;
     struct error *error;
 };
 
 static double period_s(const struct import *im) { return im->params.loop.period_s; }
 
-/* Only the rate means something without a sinusoid. */
+/* Without a sinusoid, only the rate has a meaning. */
 static bool gives(const struct csv_head *h, enum csv_key key) { return !isnan(h->value[key]) && (h->dof != DOF_NONE || key == CSV_RATE); }
 
-/* Six legs or one axis: as the first file, and as all of them. */
+/* The mechanism comes from the first file; all others must agree. */
 static int merge_mechanism(struct import *im, int file) {
     const struct csv_head *h = &im->head[file];
     if (file == 0 && h->mechanism == MECHANISM_AXIS && im->params.mechanism != MECHANISM_AXIS) {
         im->params.mechanism = h->mechanism;
-        /* a platform's cylinders are others */
+        /* the base's cylinders are a platform's */
         im->params.actuator.stated.piston = im->params.actuator.stated.rod = false;
     }
     if (h->mechanism == im->params.mechanism) return STATUS_OK;
@@ -61,12 +61,12 @@ static int merge_mechanism(struct import *im, int file) {
                      h->mechanism == MECHANISM_AXIS ? "one axis" : "a platform", strrchr(im->head[0].path, '/') + 1);
 }
 
-/* Axes for which one file's value stands as long as they have no file with one of their own. */
+/* Axes that share a value given in one file until they have a file with their own. */
 static bool shares(enum csv_key key, enum dof a, enum dof b) { return key == CSV_FREQUENCY || (a < DOF_PHI) == (b < DOF_PHI); }
 
-/* All files that give a value for this place in the configuration must give the same; frequency and
- * amplitude may be each test's own: hexid gap measures them, and the configuration says those of
- * the axis's first file. */
+/* Stores a value from a file's head. Files must agree on it, except for frequency and amplitude,
+ * which each test may have its own: hexid gap measures them, and the configuration keeps those
+ * of the axis's first file. */
 static int merge(struct import *im, int file, enum csv_key key) {
     const struct csv_head *h = &im->head[file];
     double *place = csv_place(&im->params, key, h->dof);
@@ -88,18 +88,19 @@ static int merge(struct import *im, int file, enum csv_key key) {
     return STATUS_OK;
 }
 
-/* The simulation keeps its step, and a sample may be a period old. */
+/* Sets the loop's rate. The simulation keeps its step, and a sample may be one period old. */
 static void set_rate(struct params *p, double rate_hz) {
     double before_s = p->loop.period_s;
-    if (!(fabs(rate_hz * before_s - 1.0) > 1e-6)) return; /* as it is, but for rounding */
+    if (!(fabs(rate_hz * before_s - 1.0) > 1e-6)) return; /* unchanged but for rounding */
     p->loop.period_s = 1.0 / rate_hz;
     p->sim.substeps = (int)ceil(p->sim.substeps * p->loop.period_s / before_s - 1e-9);
     p->limits.sensor_age_s = fmax(p->limits.sensor_age_s, p->loop.period_s);
 }
 
-/* The times rule, of a rate that nobody stated, and of one that is a little off. Times that are
- * rounded look like lost rows of a higher rate: between the two what is stated holds. More than
- * a little is refused, and so is what no loop runs at: another unit of time. */
+/* Takes the rate from the times if none is stated, or if the stated one is off by up to
+ * rate_tolerance. Rounded times look like lost rows of a higher rate, so a stated rate between
+ * the usual and the mean step is kept. A larger difference is refused later; rates outside a
+ * loop's range mean another unit of time. */
 static void take_rate(struct import *im) {
     const struct csv_times *t = &im->times[0];
     double now_s = period_s(im), off = now_s / t->step_s - 1.0;
@@ -131,8 +132,8 @@ static int place_of(const struct test_params *t, enum dof dof) {
     return -1;
 }
 
-/* Each file's place in the list of tests; the list is made of the files where the configuration's
- * lacks an axis. A file without a sinusoid gets a place behind them. */
+/* Gives each file its place in the list of tests. If the configuration's list lacks one of their
+ * axes, a new list is made from the files. Files without a sinusoid come last. */
 static void place_tests(struct import *im) {
     struct test_params *t = &im->params.tests;
     int behind = DOFS;
@@ -147,8 +148,8 @@ static void place_tests(struct import *im) {
     for (int i = t->count; i < DOFS; i++) t->order[i] = DOF_NONE;
 }
 
-/* Boundaries are whole periods, as in the reference, so that what was exported comes back with
- * the same phases. */
+/* Phase at a time; boundaries are rounded to whole periods as in the reference, so that exported
+ * tests come back with the same phases. */
 static enum phase phase_at(const struct params *p, double t_s) {
     long long tick = llround(t_s / p->loop.period_s), ramp = llround(p->tests.ramp_s / p->loop.period_s);
     if (tick < 0) return PHASE_SETTLE;
@@ -156,7 +157,7 @@ static enum phase phase_at(const struct params *p, double t_s) {
     return tick < ramp + llround(p->tests.duration_s / p->loop.period_s) ? PHASE_EVALUATE : PHASE_RAMP_OUT;
 }
 
-/* Against the configuration's rate, which is the head's where that has one. */
+/* Compares the file's rate with the configuration's, which is the head's if the head states one. */
 static int check_rate(struct import *im, int file) {
     const struct csv_head *h = &im->head[file];
     double step_s = im->times[file].step_s;
@@ -182,7 +183,7 @@ static int add_time(struct import *im, const struct csv_reader *reader, struct c
     return csv_times_add(times, t_s, im->error);
 }
 
-/* A place without a row is a gap in seq, as in hexid's own logs. */
+/* Writes a row; a grid point without a row leaves a gap in seq, as in hexid's own logs. */
 static int write_row(struct import *im, int file, int64_t row, struct cycle *c) {
     unsigned char buffer[STATE_MESSAGE_MAX];
     const struct csv_head *h = &im->head[file];
@@ -196,7 +197,7 @@ static int write_row(struct import *im, int file, int64_t row, struct cycle *c) 
     return log_write(im->log, c->in.time_ns / NS_PER_US, CHANNEL_STATE, buffer, state_encode(c, buffer), im->error);
 }
 
-/* Where the head does not say it, what follows the ramp-in is the evaluated part. */
+/* If the head does not state the evaluated part, it is everything after the ramp-in. */
 static int evaluate(struct import *im, int file) {
     const struct csv_head *h = &im->head[file];
     const struct csv_times *t = &im->times[file];
@@ -210,7 +211,7 @@ static int evaluate(struct import *im, int file) {
     return STATUS_OK;
 }
 
-/* "1_x.csv: words; " at the end of a list, or nothing when there are no words. */
+/* Appends "1_x.csv: words; " to a list, or nothing if there are no words. */
 static void note(char *list, size_t size, const struct csv_head *h, const char *words) {
     size_t used = strlen(list);
     if (*words) snprintf(list + used, size - used, "%s%s: %s", used ? "; " : "", strrchr(h->path, '/') + 1, words);
@@ -245,8 +246,8 @@ static int read_file(struct import *im, int file) {
     return status;
 }
 
-/* A logger's time may begin anywhere. Where it leaves no ramp-in, the motion tells when that
- * began. */
+/* Finds t = 0: a logger's time may start anywhere. If it leaves no room for a ramp-in, the start
+ * is found from the motion. */
 static int find_zero(struct import *im, int file) {
     const struct csv_head *h = &im->head[file];
     char words[40] = "";
@@ -311,7 +312,7 @@ static int read_head(struct import *im, const char *directory, const char *name)
     return STATUS_OK;
 }
 
-/* One file alone, whatever its name. */
+/* Reads the head of a single file, whatever the file's name. */
 static int read_file_head(struct import *im) {
     char directory[CSV_PATH_SIZE];
     const char *slash = strrchr(im->source->path, '/');
@@ -336,7 +337,7 @@ static int read_heads(struct import *im) {
     return status;
 }
 
-/* A name of --map that is in no file is a slip of the pen. */
+/* Refuses a name of --map that no file has: it must be a typing error. */
 static int check_map(const struct import *im) {
     const struct csv_alias *unseen = csv_map_unseen(im->source->map);
     if (!unseen || im->source->only) return STATUS_OK;
@@ -376,7 +377,8 @@ static int write_log(struct import *im, const char *log_path, const char *config
     return status ? status : closed;
 }
 
-/* The configuration with the heads' values must be one that hexid itself would run with. */
+/* Checks that hexid itself would run with the configuration and the heads' values, then writes
+ * the log. */
 static int check_and_write(struct import *im, const char *log_path) {
     struct params checked;
     char name[CSV_PATH_SIZE + 64], *config = config_text(&im->params);
@@ -388,7 +390,7 @@ static int check_and_write(struct import *im, const char *log_path) {
     return status;
 }
 
-/* Of the first leg, or of an axis. */
+/* True if the first leg, or a single axis, has pressures. */
 static bool has_pressures(const struct csv_head *h) {
     bool axis = h->mechanism == MECHANISM_AXIS;
     return h->has[axis ? CSV_P1_COLUMN : CSV_P1_1_COLUMN] && h->has[axis ? CSV_P2_COLUMN : CSV_P2_1_COLUMN];

@@ -13,7 +13,7 @@ int csv_refuse(const struct csv_reader *r, int column, struct error *error, cons
     return csv_text_refuse(&r->in, error, "%s: %s", csv_columns[column].name, reason);
 }
 
-/* One more word of a list; what does not fit any more is left out. */
+/* Appends a word to a list, unless the list is full. */
 static void list(char text[CSV_LIST_SIZE], const char *word) {
     size_t used = strlen(text);
     if (used + strlen(word) + 3 < CSV_LIST_SIZE) sprintf(text + used, "%s%s", used ? ", " : "", word);
@@ -21,8 +21,8 @@ static void list(char text[CSV_LIST_SIZE], const char *word) {
 
 static int read_value(struct csv_reader *r, int key, char *text, struct error *error) {
     struct csv_head *h = &r->head;
-    bool time = key == CSV_SETTLE || key == CSV_RAMP || key == CSV_RAMP_OUT; /* may be none */
-    /* loop.period_s, tests.* */
+    bool time = key == CSV_SETTLE || key == CSV_RAMP || key == CSV_RAMP_OUT; /* may be 0 */
+    /* limits of loop.period_s and tests.* */
     double value, least = key == CSV_RATE ? 10.0 : time ? 0.0 : 1e-9, most = key == CSV_RATE ? 1e4 : 3600.0;
     char *end = csv_text_number(text, &value);
     if (!isnan(h->value[key])) return csv_text_refuse(&r->in, error, "%s: given twice", csv_keys[key]);
@@ -69,7 +69,8 @@ static int read_column(struct csv_reader *r, const char *name, struct error *err
     return STATUS_OK;
 }
 
-/* Six in a row as "u1..u6". Flags and phase are for hexid's own files. */
+/* Lists missing columns, six in a row as "u1..u6". Flags and phase exist only in hexid's own
+ * files and are not listed. */
 static void list_missing(struct csv_head *h) {
     char six[64];
     for (int i = CSV_T + 1; i < CSV_COLUMNS; i++) {
@@ -86,7 +87,7 @@ static void list_missing(struct csv_head *h) {
     }
 }
 
-/* Of a column that every file must have. */
+/* Refuses a file without a required column. */
 static int refuse_missing(const struct csv_reader *r, int column, const char *reason, struct error *error) {
     const struct csv_alias *alias = csv_map_of(r->map, column);
     char text[CSV_MAP_TEXT];
@@ -184,7 +185,7 @@ static bool store(struct cycle *c, const struct csv_column *column, double numbe
     return true;
 }
 
-/* cell: from 0. */
+/* Refuses the content of a cell; cell: from 0. */
 static int refuse_cell(const struct csv_reader *r, int cell, struct error *error) {
     int length;
     const char *text = csv_text_cell(&r->in, cell, &length);
@@ -193,7 +194,7 @@ static int refuse_cell(const struct csv_reader *r, int cell, struct error *error
                       length < 40 ? length : 40, text, r->in.separator == ',' ? "" : " or comma");
 }
 
-/* rest: behind the last cell that was read. */
+/* Refuses a row with the wrong number of cells; rest: text after the last cell read. */
 static int refuse_count(const struct csv_reader *r, int cells, const char *rest, struct error *error) {
     for (; *rest; rest++) cells += *rest == ',';
     return csv_text_refuse(&r->in, error, "%d cells, but line %d names %d columns", cells, r->head.columns_line, r->cells);

@@ -1,5 +1,5 @@
-/* One CSV file: its head, then row after row. Constant memory; errors name file, line and column.
- * Private to src/io/csv_*.c. */
+/* Reads one CSV file: first its head, then row after row. Constant memory; errors name file,
+ * line and column. Private to src/io/csv_*.c. */
 #ifndef HEXID_CSV_READER_H
 #define HEXID_CSV_READER_H
 
@@ -13,35 +13,35 @@ enum { CSV_CELLS_MAX = 128, CSV_LIST_SIZE = 240 };
 struct csv_head {
     char path[CSV_PATH_SIZE];
     enum mechanism_kind mechanism;
-    enum dof dof;                  /* of an axis: x, or none */
+    enum dof dof;                  /* for a single axis x or none */
     double value[CSV_KEYS];        /* NaN: not given */
-    int line[CSV_KEYS];            /* where it is given */
+    int line[CSV_KEYS];            /* line number of each key */
     int columns_line;
     bool has[CSV_COLUMNS];
-    char missing[CSV_LIST_SIZE];   /* columns that are not there, "u1..u6 ref_x_m" */
-    char ignored[CSV_LIST_SIZE];   /* columns and keys that are not known */
+    char missing[CSV_LIST_SIZE];   /* missing columns, "u1..u6 ref_x_m" */
+    char ignored[CSV_LIST_SIZE];   /* unknown columns and keys */
 };
 
 struct csv_reader {
     struct csv_head head;
     struct csv_text in;
-    int cells;                     /* in a row */
-    int column[CSV_CELLS_MAX];     /* of each cell, -1: not known */
-    double unit[CSV_CELLS_MAX];    /* SI units in the column's own */
-    int64_t empty;                 /* cells so far that have no number */
-    struct csv_map *map;           /* names of the user's own; NULL: none */
+    int cells;                     /* cells in a row */
+    int column[CSV_CELLS_MAX];     /* column of each cell; -1: unknown */
+    double unit[CSV_CELLS_MAX];    /* factor that converts each cell to SI */
+    int64_t empty;                 /* cells without a number so far */
+    struct csv_map *map;           /* columns under the user's own names; NULL: none */
 };
 
-/* Opens it and reads the head; notes in the map which of its names are there. */
+/* Opens the file and reads its head; marks in the map which of its names the file has. */
 int csv_open(struct csv_reader **reader, const char *path, struct csv_map *map, struct error *error);
 
-/* 1 a row, 0 the end, or negative. Fills the cycle's columns; what else a cycle
- * has is NaN or none. */
+/* Returns 1 for a row, 0 at the end, or a negative status. Fills the cycle's columns; all else
+ * in the cycle is NaN or zero. */
 int csv_read_row(struct csv_reader *reader, struct cycle *cycle, struct error *error);
 
 void csv_close(struct csv_reader *reader);
 
-/* "file:line: column: reason", -2. column: CSV_T or another of csv_columns. */
+/* Writes "file:line: column: reason" and returns -2. column: index in csv_columns. */
 __attribute__((format(printf, 4, 5))) int csv_refuse(const struct csv_reader *reader, int column, struct error *error, const char *format,
                                                      ...);
 

@@ -24,7 +24,8 @@ char *csv_text_trim(char *text) {
     return text;
 }
 
-/* In place: commas between cells, points in numbers, no quotes. False: a quote is not closed. */
+/* Normalises a line in place: commas between cells, points in numbers, no quotes. False if a
+ * quote is not closed. */
 static bool normalise(char *text, char separator) {
     char *to = text;
     bool quoted = false;
@@ -38,7 +39,8 @@ static bool normalise(char *text, char separator) {
 }
 
 int csv_text_line(struct csv_text *t, char **line, struct error *error) {
-    static const char mark[] = "\xef\xbb\xbf"; /* which some programs put before UTF-8 */
+    static const char mark[] = "\xef\xbb\xbf"; /* byte order mark that some programs put before
+                                                * UTF-8 */
     while (fgets(t->text, sizeof t->text, t->file)) {
         t->line++;
         if (!strchr(t->text, '\n') && !feof(t->file))
@@ -54,7 +56,7 @@ int csv_text_line(struct csv_text *t, char **line, struct error *error) {
     return ferror(t->file) ? error_set(error, STATUS_IO, "%.250s: cannot be read: %s", t->path, strerror(errno)) : 0;
 }
 
-/* Outside quotes. */
+/* The separator of a line, looked for outside quotes. */
 static char separator_of(const char *line) {
     static const char separators[] = ",;\t";
     for (const char *s = separators; *s; s++) {
@@ -84,8 +86,8 @@ int csv_text_columns(struct csv_text *t, char *line, struct error *error) {
     return normalise(line, t->separator) ? STATUS_OK : csv_text_refuse(t, error, "a quote is not closed");
 }
 
-/* Digits with a point, up to 15 of them: both are exact in binary, so one division rounds right.
- * NULL: it takes strtod. */
+/* Reads a decimal number of up to 15 digits: digits and power of ten are exact in binary, so
+ * that a single division rounds correctly. NULL: the number needs strtod. */
 static char *read_plain(char *text, double *number) {
     static const double power[] = {1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
     char *first = text + (*text == '-'), *p = first, *point = NULL;

@@ -5,17 +5,17 @@
 
 enum {
     PASSES = 8,
-    APART = 64,   /* rows whose distance tells the step */
-    WARM_UP = 256 /* rows that tell where the grid lies at the first one */
+    APART = 64,   /* distance in rows over which the step is measured */
+    WARM_UP = 256 /* rows from which the grid's position at the first row is found */
 };
 
-static const double FOLLOW = 1.0 / 32.0; /* of what a row is off, the grid goes with it: a step
-                                          * that is off by 1 % moves it by a third of a step, and
-                                          * jitter averages out */
-static const double NEXT = 0.75;         /* of a step: a row that is less off its predecessor's
-                                          * next place has that one, for jitter is commoner than a
-                                          * row that is lost with it */
-static const double STEP_LEAST_S = 1e-7; /* below, the unit of time is wrong */
+static const double FOLLOW = 1.0 / 32.0; /* share of a row's deviation by which the grid follows:
+                                          * a step that is off by 1 % lags by a third of a step,
+                                          * and jitter averages out */
+static const double NEXT = 0.75;         /* share of a step: a row less than this from the place
+                                          * after its predecessor has that place, because jitter
+                                          * is commoner than a lost row with such jitter */
+static const double STEP_LEAST_S = 1e-7; /* shorter steps mean a wrong unit of time */
 
 int csv_times_add(struct csv_times *t, double t_s, struct error *error) {
     if (t->rows == t->capacity) {
@@ -28,7 +28,7 @@ int csv_times_add(struct csv_times *t, double t_s, struct error *error) {
     return STATUS_OK;
 }
 
-/* Mean of the steps above `least` and below `most`. */
+/* Mean of the steps between `least` and `most`. */
 static double mean_within(const struct csv_times *t, double least, double most) {
     double sum = 0.0;
     int64_t n = 0;
@@ -39,8 +39,9 @@ static double mean_within(const struct csv_times *t, double least, double most) 
     return n ? sum / (double)n : 0.0;
 }
 
-/* From the mean of all steps down to that of those which are no holes, then of those about it. Not
- * the median: times rounded to milliseconds have steps of 2 and 3 ms. */
+/* The usual step, starting from the mean of all steps: first without gaps, then of steps near
+ * the mean alone. The median would fail for times rounded to milliseconds, which have steps of 2
+ * and 3 ms. */
 static double usual_step(const struct csv_times *t) {
     double step_s = t->mean_s;
     for (int pass = 0; pass < 2 * PASSES; pass++) {
@@ -50,7 +51,8 @@ static double usual_step(const struct csv_times *t) {
     return step_s;
 }
 
-/* Over more and more rows: of whole steps, and jitter counts less each time. */
+/* Refines the step over growing distances, each a whole number of steps, over which jitter
+ * counts less and less. */
 static double refine(const struct csv_times *t, double step_s) {
     for (int64_t apart = 1; apart <= APART && 4 * apart < t->rows; apart *= 2) {
         double sum = 0.0, steps = 0.0;
@@ -63,7 +65,8 @@ static double refine(const struct csv_times *t, double step_s) {
     return step_s;
 }
 
-/* From the grid's line at_s to a row's, and a little towards the row; how many lines. */
+/* Moves the grid to the row at t_s, and a little towards the row itself. Returns the number of
+ * steps. */
 static int64_t follow(double *at_s, double t_s, double step_s) {
     double steps = (t_s - *at_s) / step_s, lines = fabs(steps - 1.0) < NEXT ? 1.0 : round(steps);
     *at_s += lines * step_s;
@@ -79,8 +82,7 @@ static void follow_places(struct csv_times *t) {
     for (int64_t i = 0; i < t->rows; i++) t->place[i] = place += follow(&at_s, t->t_s[i], t->step_s);
 }
 
-/* No two rows have one place: one that is early goes on to a free place, those that are late go
- * back. */
+/* Makes places distinct: an early row moves on to a free place, late ones move back. */
 static void part_places(struct csv_times *t) {
     int64_t *p = t->place, last = t->rows - 1;
     for (int64_t i = 1; i < last; i++)
@@ -89,8 +91,8 @@ static void part_places(struct csv_times *t) {
         if (p[i] >= p[i + 1]) p[i] = p[i + 1] - 1;
 }
 
-/* Places on a grid of this step. Returns how many rows it leaves to explain: those that are not in
- * the place behind their predecessor's. */
+/* Places all rows on a grid of this step. Returns the number of rows that do not directly follow
+ * their predecessor. */
 static int64_t place_rows(struct csv_times *t, double step_s) {
     int64_t unexplained = 0;
     t->step_s = step_s;
@@ -110,7 +112,8 @@ int csv_times_measure(struct csv_times *t, double stated_s, struct error *error)
     if (!(t->step_s >= STEP_LEAST_S)) return STATUS_OK;
     double step_s = refine(t, t->step_s);
     int64_t unexplained = place_rows(t, step_s);
-    /* fewer by chance leaves a step that is a little off, which the grid follows */
+    /* a step with half as many unexplained rows is the right one; the grid follows a small error
+     * of the step */
     if (unexplained && stated_s >= STEP_LEAST_S && 2 * place_rows(t, stated_s) >= unexplained) place_rows(t, step_s);
     t->step_s = span_s / (double)(csv_times_places(t) - 1);
     return STATUS_OK;

@@ -1,5 +1,5 @@
-/* One cycle as a row of numbers: everything that a HEXID_STATE message has, in the names of the CSV
- * files. What all formats of a whole log have in common. Ordinary threads. */
+/* One cycle as a row of numbers: all fields of a HEXID_STATE message under their CSV names.
+ * Shared by all export formats. Ordinary threads. */
 #ifndef HEXID_CYCLE_COLUMNS_H
 #define HEXID_CYCLE_COLUMNS_H
 
@@ -12,7 +12,7 @@ enum column_kind { COLUMN_REAL, COLUMN_INT64, COLUMN_UINT32, COLUMN_CODE, COLUMN
 
 struct cycle_column {
     const char *name;
-    const char *unit;      /* "" where it has none */
+    const char *unit;      /* "" without a unit */
     enum column_kind kind;
     size_t offset;         /* in struct cycle */
 };
@@ -22,7 +22,7 @@ extern const struct cycle_column cycle_columns[CYCLE_COLUMNS];
 
 static inline bool column_is_real(int column) { return cycle_columns[column].kind == COLUMN_REAL; }
 
-/* The value of a column of reals, and of any other. */
+/* Value of a real column, and of any other column. */
 double column_real(const struct cycle *c, int column);
 int64_t column_integer(const struct cycle *c, int column);
 

@@ -11,11 +11,10 @@
 #include "messages.h"
 #include "output.h"
 
-/* A variable of the format 5 has at most 2 GiB, and a struct is one: 2 h 13 min
- * of cycles of 2 ms. */
+/* A variable in format 5, such as a struct, has at most 2 GiB: 2 h 13 min of cycles of 2 ms. */
 enum { COLUMNS = 1 + CYCLE_COLUMNS, CYCLES_MAX = 4000000, MESSAGES_MAX = 100000, MESSAGE_BYTES_MAX = 64 << 20 };
 
-/* A column of the file: all are 8 bytes wide. */
+/* A value of a column; all types are 8 bytes wide. */
 union cell {
     double real;
     int64_t integer;
@@ -32,7 +31,7 @@ struct mat_export {
     struct output output;
     FILE *file;
     int failure;
-    bool too_long;                    /* for the format */
+    bool too_long;                    /* exceeds the format */
     size_t cycles, capacity;
     union cell *column[COLUMNS];      /* time_s, then cycle_columns */
     struct kept *message;
@@ -87,7 +86,7 @@ static void mat_cycle(void *to, int64_t utime_us, double time_s, const struct cy
     e->cycles++;
 }
 
-/* Kept as it came, to be taken apart when all of its type are there. */
+/* Keeps the message as it came; it is converted when all of its type are known. */
 static void mat_message(void *to, int64_t utime_us, const struct message *m) {
     struct mat_export *e = to;
     (void)utime_us;
@@ -110,7 +109,7 @@ static void mat_message(void *to, int64_t utime_us, const struct message *m) {
 
 static int mat_failed(const void *to) { return ((const struct mat_export *)to)->failure; }
 
-/* Numbers, column-major. Copied, unless they are to outlive the variable. */
+/* Makes a numeric variable, column-major. `borrowed` data are not copied and must outlive it. */
 static matvar_t *numbers(struct mat_export *e, bool real, size_t rows, size_t columns, void *data, bool borrowed) {
     size_t dims[2] = {rows, columns};
     matvar_t *v = e->library.variable(NULL, real ? MAT_C_DOUBLE : MAT_C_INT64, real ? MAT_T_DOUBLE : MAT_T_INT64, 2, dims, data,
@@ -119,7 +118,7 @@ static matvar_t *numbers(struct mat_export *e, bool real, size_t rows, size_t co
     return v;
 }
 
-/* ASCII: programs do not agree on how they read anything else. */
+/* Makes a text variable in ASCII, because programs differ in how they read other encodings. */
 static matvar_t *characters(struct mat_export *e, const char *text) {
     size_t length = strlen(text), dims[2] = {length ? 1 : 0, length};
     char *ascii = strdup(text);
@@ -179,7 +178,7 @@ static matvar_t *value_of(struct mat_export *e, const struct message *m, int fie
     return v;
 }
 
-/* All messages of a type: an array of structs. NULL: there is none. */
+/* All messages of a type as an array of structs; NULL if there are none. */
 static matvar_t *messages_of(struct mat_export *e, const struct message_type *type) {
     const char *names[FIELDS_MAX];
     unsigned fields = 0;
@@ -206,7 +205,7 @@ static matvar_t *configuration(struct mat_export *e) {
     return characters(e, text);
 }
 
-/* Columns, then units, config, and the types of messages that the log has. */
+/* The struct `hexid`: columns, units, config, and the types of messages in the log. */
 static matvar_t *everything(struct mat_export *e) {
     const char *names[COLUMNS + 2 + MESSAGE_TYPES] = {"time_s"};
     matvar_t *of_type[MESSAGE_TYPES];
@@ -228,8 +227,8 @@ static matvar_t *everything(struct mat_export *e) {
     return all;
 }
 
-/* Does what is in memory end where its one variable does? Its tag says 15, compressed, and the
- * bytes that follow (MAT-File Format, 1-9). */
+/* Checks that the file in memory ends where its single variable does. The variable's tag holds
+ * 15 (compressed) and its number of bytes (MAT-File Format, 1-9). */
 static bool whole(int memory) {
     enum { TAG_AT = 128 };
     uint32_t tag[2];
@@ -238,8 +237,8 @@ static bool whole(int memory) {
            state.st_size == (off_t)(TAG_AT + sizeof tag + tag[1]);
 }
 
-/* libmatio does not look at what its writes return: it writes into memory, where it can be held
- * against what it says of itself, and from there it goes to the file by calls that do look. */
+/* Writes through memory, because libmatio ignores the results of its writes: the file is made in
+ * memory, checked for completeness, and copied to disk by calls that are checked. */
 static void write_through_memory(struct mat_export *e, matvar_t *all) {
     char path[40], piece[1 << 16];
     ssize_t got = 0;

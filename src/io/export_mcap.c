@@ -10,12 +10,12 @@ enum { NONE = -1 };
 
 struct mcap_export {
     struct mcap_writer *file;
-    int state, type[MESSAGE_TYPES]; /* channels; NONE until the log has such a message */
-    struct json_text json;          /* under way */
+    int state, type[MESSAGE_TYPES]; /* channels; NONE before the first such message */
+    struct json_text json;          /* work buffer */
 };
 
 static void send(struct mcap_export *e, int channel, int64_t utime_us) {
-    /* a damaged log's may be before 1970, or in 300 000 years */
+    /* a damaged log may have times before 1970 or 300,000 years ahead */
     uint64_t time_us = utime_us > 0 ? (uint64_t)utime_us : 0;
     if (!e->json.failed)
         mcap_message(e->file, channel, time_us < UINT64_MAX / 1000 ? time_us * 1000 : UINT64_MAX, e->json.text, e->json.size);
@@ -49,7 +49,8 @@ static int type_channel(struct mcap_export *e, const struct message_type *type) 
         [FIELD_INTEGER] = "integer", [FIELD_BOOLEAN] = "boolean", [FIELD_REAL] = "number", [FIELD_TEXT] = "string"};
     schema_begin(e, type->name);
     for (const struct field *f = type->field; f->name; f++) {
-        if (f->kind == FIELD_COUNT) continue; /* an array says it itself; never the first field */
+        if (f->kind == FIELD_COUNT) continue; /* the array's length says the same; never the
+                                               * first field */
         json_text_say(&e->json, "%s\"%s\":{\"type\":", f == type->field ? "" : ",", f->name);
         json_text_say(&e->json, f->count == 1 ? "\"%s\"}" : "\"array\",\"items\":{\"type\":\"%s\"}}", json[f->kind]);
     }

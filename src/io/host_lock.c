@@ -11,10 +11,11 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-static const char operators[] = "hexid"; /* group of the unit, and of who may command */
+static const char operators[] = "hexid"; /* group whose members may command; the unit runs with
+                                          * it */
 
 struct holder {
-    struct ucred who; /* as of its listen() */
+    struct ucred who; /* at the time of its listen() */
     gid_t group[64];
     int groups;
 };
@@ -27,7 +28,7 @@ static socklen_t slot_address(const struct host_lock_key *key, int slot, struct 
 
 static int new_socket(void) { return socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0); }
 
-/* The first free slot, -1 and errno where none is. */
+/* Takes the first free slot; -1 and errno if there is none. */
 static int take_slot(const struct host_lock_key *key, int *slot) {
     for (*slot = 0; *slot < HOST_LOCK_SLOTS; ++*slot) {
         struct sockaddr_un address;
@@ -43,8 +44,8 @@ static int take_slot(const struct host_lock_key *key, int *slot) {
     return -1;
 }
 
-/* Finds out who holds the slot; false if nobody does. A holder whose identity cannot be told gets
- * no group and the user (uid_t)-1. */
+/* Finds out who holds the slot; false if nobody does. A holder that cannot be identified gets no
+ * group and the user (uid_t)-1. */
 static bool ask_slot(const struct host_lock_key *key, int slot, struct holder *h) {
     struct sockaddr_un address;
     socklen_t length = slot_address(key, slot, &address), size = sizeof h->who, bytes = sizeof h->group;
@@ -54,7 +55,7 @@ static bool ask_slot(const struct host_lock_key *key, int slot, struct holder *h
     bool there = !connect(s, (struct sockaddr *)&address, length);
     if (there && !getsockopt(s, SOL_SOCKET, SO_PEERCRED, &h->who, &size) && !getsockopt(s, SOL_SOCKET, SO_PEERGROUPS, h->group, &bytes))
         h->groups = (int)(bytes / sizeof *h->group);
-    there = there || errno == EAGAIN; /* more have asked than wait in its queue */
+    there = there || errno == EAGAIN; /* its queue is full */
     close(s);
     return there;
 }
@@ -65,7 +66,7 @@ static bool is_in(const struct holder *h, gid_t group) {
     return h->who.gid == group;
 }
 
-/* SAFETY: a lock counts where its holder could command the machine without it. */
+/* SAFETY: a lock counts only if its holder could command the machine without it. */
 static bool may_command(const struct host_lock_key *key, const struct holder *h) {
     if (h->who.uid == (uid_t)-1) return false;
     if (h->who.uid == 0 || h->who.uid == geteuid()) return true;
@@ -82,7 +83,8 @@ static void describe(const struct holder *h, char *text, size_t size) {
     else snprintf(text, size, "process %ld of user %ld", (long)h->who.pid, (long)h->who.uid);
 }
 
-/* SAFETY: asked after the own slot is taken: of two that start at once one sees the other. */
+/* SAFETY: other slots are checked after the own one is taken, so that of two processes that
+ * start at once one sees the other. */
 int host_lock(const char *url, const struct host_lock_key *key, struct error *doubt, struct error *error) {
     int own_slot, own = take_slot(key, &own_slot), reason = errno;
     char who[100];
@@ -103,7 +105,7 @@ int host_lock(const char *url, const struct host_lock_key *key, struct error *do
                   "waited for; a second master is refused by the machine",
                   url, who, key->mode ? "who may write the device" : "group hexid");
     }
-    if (own < 0 && reason == EADDRINUSE) own = new_socket(); /* all slots are strangers' */
+    if (own < 0 && reason == EADDRINUSE) own = new_socket(); /* strangers hold all slots */
     if (own >= 0) return own;
     return error_set(error, STATUS_IO, "--hal %.100s: no lock against a second master on this host: %s; it takes a Unix-domain socket", url,
                      strerror(reason));

@@ -1,11 +1,11 @@
-/* Files that somebody else has written or made: opened only where reading them must come to an end.
- * Ordinary threads. */
+/* Opens files from elsewhere, and only those whose reading must come to an end. Ordinary
+ * threads. */
 #ifndef HEXID_INPUT_H
 #define HEXID_INPUT_H
 
-/* Opens a regular file for reading; never waits, as opening a FIFO would. -1: *reason says why, in
- * words that follow "FILE: cannot be read: ", with the remedy where there is one. The descriptor
- * is the caller's. */
+/* Opens a regular file for reading; never waits, as opening a FIFO would. Returns a descriptor
+ * to be closed by the caller, or -1 with *reason, words that follow "FILE: cannot be read: ",
+ * with the remedy if there is one. */
 int input_open(const char *path, const char **reason);
 
 #endif

@@ -10,20 +10,20 @@
 #include "input.h"
 #include "output.h"
 
-/* CHANNEL_MAX: as liblcm reads. ROOM: what a crash of the process may lose, unless an event is
- * larger */
+/* CHANNEL_MAX: limit of liblcm's reader. ROOM: the most that a crash of the process loses,
+ * unless one event is larger */
 enum { HEADER_SIZE = 28, CHANNEL_MAX = 999, BUFFER_SIZE = 1 << 18, EVENT_MAX = 64 << 20, ROOM = 4096 };
 static const uint32_t sync_word = 0xEDA1DA01;
 
 struct log_writer {
     int file;
     char *path;
-    struct stat begun;       /* of the file when it was begun; not regular: it may be a pipe */
-    bool flushed;            /* its first event was */
-    int64_t number, bytes;   /* events and bytes taken for this file */
-    unsigned char *buffer;   /* whole events, but for what is written of the first */
+    struct stat begun;       /* state of the file at its start; if not regular, it may be a pipe */
+    bool flushed;            /* the first event has been flushed */
+    int64_t number, bytes;   /* events and bytes accepted for this file */
+    unsigned char *buffer;   /* whole events; only the first may be partly written */
     size_t used, capacity;
-    int64_t kept, lost;      /* events on the counted channel: in this file; in none */
+    int64_t kept, lost;      /* events of the counted channel in this file, and in none */
     const char *counted;
     struct error error;      /* the first failure */
 };
@@ -39,8 +39,8 @@ static bool counts(const struct log_writer *w, const void *channel, size_t lengt
     return w->counted && strlen(w->counted) == length && !memcmp(channel, w->counted, length);
 }
 
-/* Events of the counted channel in the buffer are kept where they end within its first `written`
- * bytes, and lost beyond. */
+/* Counts the events of the counted channel in the buffer: kept if they end within the first
+ * `written` bytes, else lost. */
 static void count(struct log_writer *w, size_t written) {
     for (size_t at = 0; at < w->used;) {
         const unsigned char *event = w->buffer + at;
@@ -117,7 +117,7 @@ int log_flush(struct log_writer *w, struct error *error) {
     return w->error.status;
 }
 
-/* Room for an event behind those that wait; false: no memory. */
+/* Makes room for an event at the end of the buffer; false: no memory. */
 static bool make_room(struct log_writer *w, size_t size) {
     if (size <= w->capacity) return true;
     unsigned char *larger = realloc(w->buffer, size);
@@ -154,7 +154,7 @@ int log_write(struct log_writer *w, int64_t utime_us, const char *channel, const
     return log_flush(w, error);
 }
 
-/* Reasons that the file is not where it belongs, or not what was written; NULL: it is. */
+/* The reason why the file is not in its place or not as written; NULL: it is intact. */
 static const char *what_happened(const struct log_writer *w) {
     struct stat now, there;
     if (!S_ISREG(w->begun.st_mode) || fstat(w->file, &now)) return NULL;
@@ -190,14 +190,13 @@ struct log_reader {
     int file;
     unsigned char *buffer;
     size_t capacity, begin, end; /* unread bytes: buffer[begin .. end) */
-    int64_t offset;              /* of buffer[begin] in the file */
-    int64_t limit;               /* no event that begins there or beyond is read */
+    int64_t offset;              /* file offset of buffer[begin] */
+    int64_t limit;               /* events that begin here or later are not read */
     bool ended, damaged;
     char channel[CHANNEL_MAX + 1];
 };
 
-/* More bytes behind those that are there. False at the end of the file, and when it
- * cannot be read on. */
+/* Reads more bytes into the buffer. False at the end of the file, or on an error. */
 static bool fill(struct log_reader *r) {
     ssize_t got;
     if (r->begin > 0) {
@@ -218,7 +217,7 @@ static bool fill(struct log_reader *r) {
     return got > 0;
 }
 
-/* The next `size` bytes, NULL when there are not so many. */
+/* The next `size` bytes; NULL if fewer are left. */
 static const unsigned char *need(struct log_reader *r, size_t size) {
     while (r->end - r->begin < size)
         if (!fill(r)) return NULL;
@@ -249,7 +248,7 @@ int log_open(struct log_reader **reader, const char *path, struct error *error) 
     return error->status;
 }
 
-/* Size of the event that begins here by its header, 0 when that cannot be one. */
+/* Size of the event according to its header; 0 if the header is invalid. */
 static size_t event_size(const unsigned char *header) {
     uint32_t channel = read_u32(header + 20), data = read_u32(header + 24);
     bool sound = read_u32(header) == sync_word && channel >= 1 && channel <= CHANNEL_MAX && data <= EVENT_MAX;

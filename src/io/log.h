@@ -1,13 +1,13 @@
-/* The native log: an LCM event log, lossless, what lcm-logger writes and lcm-logplayer replays.
- * First event: HEXID_EVENT kind "config" with the effective configuration as YAML. Then
- * HEXID_STATE for every cycle, and results, events and statistics in the order in which they
- * arose. Ordinary threads.
+/* The native log: a lossless LCM event log, as lcm-logger writes and lcm-logplayer replays it. The
+ * first event is HEXID_EVENT kind "config" with the effective configuration as YAML. HEXID_STATE
+ * for every cycle, and results, events and statistics follow in the order in which they arose.
+ * Ordinary threads.
  *
- * liblcm neither reads nor writes: liblcm 1.3.1 allocates whatever size a damaged log claims
- * without looking whether it got it, skips garbage silently, takes three allocations and a system
- * call an event (0.46 us an event, against 0.07 us here); and a writer has to know which events
- * are in the file when a disk is full. Format, big-endian: int32 0xEDA1DA01, int64 event number,
- * int64 utime in us, int32 channel length, int32 data length, channel, data. */
+ * liblcm is not used: liblcm 1.3.1 allocates whatever size a damaged log claims without checking
+ * the result, skips garbage silently, and takes three allocations and a system call for each
+ * event (0.46 us, against 0.07 us here); and a writer has to know which events are in the file
+ * when a disk is full. Format, big-endian: int32 0xEDA1DA01, int64 event number, int64 utime in
+ * us, int32 channel length, int32 data length, channel, data. */
 #ifndef HEXID_LOG_H
 #define HEXID_LOG_H
 
@@ -17,46 +17,45 @@
 struct log_writer;
 struct log_reader;
 
-/* Opens it as output_log() does: a file that is there is set aside. -3 with path and reason when it
- * cannot be. */
+/* Opens the log as output_log() does: an existing file is set aside. -3 with path and reason if
+ * it cannot be opened. */
 int log_create(struct log_writer **writer, const char *path, struct error *error);
 
-/* The same on a file that output_log() has opened; it is the writer's then, also where this
- * fails. */
+/* The same on a file that output_log() has opened; the writer owns it, even if this fails. */
 int log_on_file(struct log_writer **writer, int file, const char *path, struct error *error);
 
-/* utime_us: time of the event on the log's clock. -3 with path and reason when the disk is full
- * or gone; every later call then says the same. The first event is handed to the system at once,
- * so a run whose log cannot be written is refused before anything moves; later ones through a
- * buffer of a few kB. */
+/* Appends an event. utime_us: time on the log's clock. -3 with path and reason if the disk is
+ * full or gone; every later call then returns the same. The first event is passed to the system
+ * at once, so that a run whose log cannot be written is refused before anything moves; later
+ * events go through a buffer of a few kB. */
 int log_write(struct log_writer *writer, int64_t utime_us, const char *channel, const void *data, int size, struct error *error);
 
-/* What comes from now on goes into this file, which is the writer's then; what is before it is
- * flushed and closed. -3 where that fails, which is the log's error then as of log_write(), and
- * without memory: the file is closed, and the log goes on where it was. */
+/* Continues the log in this file, which the writer then owns; the old file is flushed and
+ * closed. -3 if that fails, which becomes the log's error as in log_write(), and without memory:
+ * then the new file is closed and the log continues in the old one. */
 int log_continue(struct log_writer *writer, int file, const char *path, struct error *error);
 
-/* Returns the bytes that were taken since the log, or its last file, was begun. */
+/* Number of bytes accepted since the log, or its current file, was begun. */
 int64_t log_bytes(const struct log_writer *writer);
 
-/* Counts the events of this channel from now on. log_lost(): how many of them log_write() was given
- * and no file has, once log_write(), log_flush() or log_check() has failed. channel outlives the
- * writer. */
+/* Counts the events of this channel from now on. Once log_write(), log_flush() or log_check()
+ * has failed, log_lost() returns how many of those given to log_write() are in no file. channel
+ * must outlive the writer. */
 void log_count(struct log_writer *writer, const char *channel);
 int64_t log_lost(const struct log_writer *writer);
 
 /* Hands the buffered events to the system. */
 int log_flush(struct log_writer *writer, struct error *error);
 
-/* Flushes, and looks whether the file is still what was written: not deleted, renamed, cut, nor
- * written by somebody else. -3, which is the log's error then as of log_write(). Where the file is
- * no regular one, or cannot be seen any more, only the flush counts. */
+/* Flushes, and checks that the file still is as written: not deleted, renamed, truncated or
+ * written by others. -3, which becomes the log's error as in log_write(). If the file is not a
+ * regular one, or is no longer visible, only the flush counts. */
 int log_check(struct log_writer *writer, struct error *error);
 
-/* Calls log_check() and frees the writer, also after a failure. */
+/* Calls log_check() and frees the writer, even after a failure. */
 int log_close(struct log_writer *writer, struct error *error);
 
-/* Bytes that an event takes in the file. */
+/* Size of an event in the file, bytes. */
 size_t log_event_size(const char *channel, int size);
 
 struct log_event {
@@ -66,24 +65,24 @@ struct log_event {
     int size;
 };
 
-/* -3 with path and reason when it cannot be read or does not begin like an event log. An empty file
- * is a log without events. */
+/* Opens a log. An empty file is a log without events. -3 with path and reason if it cannot be
+ * read or does not begin like an event log. */
 int log_open(struct log_reader **reader, const char *path, struct error *error);
 
-/* 1 an event, of any channel; 0 the end. Reading stops for good at the first byte that cannot be
- * part of an event: what follows damage is not guessed. Memory: a buffer, enlarged only for events
- * larger than it, up to 64 MiB, and only as their bytes arrive. */
+/* Reads the next event, of any channel. 1: an event; 0: the end. Reading stops for good at the
+ * first byte that cannot belong to an event; nothing after damage is guessed. Memory: a buffer,
+ * enlarged only for larger events, up to 64 MiB, and only as their bytes arrive. */
 int log_next(struct log_reader *reader, struct log_event *event);
 
-/* Returns the offset of the byte behind the event that was read last. */
+/* Offset of the byte after the last event read. */
 int64_t log_offset(const struct log_reader *reader);
 
-/* Reads the events that begin within these bytes of the file alone; begin is where one begins.
- * Before the first is read. */
+/* Restricts reading to events that begin within these bytes of the file; `begin` must be the
+ * start of an event. To be called before the first read. */
 void log_range(struct log_reader *reader, int64_t begin, int64_t end);
 
-/* True when reading ended before the file did, or inside an event; *offset is the byte after the
- * last whole event. */
+/* True if reading ended before the end of the file, or inside an event; *offset is the byte
+ * after the last whole event. */
 bool log_cut(const struct log_reader *reader, int64_t *offset);
 
 void log_release(struct log_reader *reader);

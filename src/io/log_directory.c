@@ -12,14 +12,14 @@
 #include <time.h>
 #include <unistd.h>
 
-/* 0: a digit. The run; before it may stand its number, behind it a letter (of earlier versions),
- * then the part; then ".lcm". */
+/* Pattern of a run's name; 0 stands for a digit. A number may precede it; a letter (from earlier
+ * versions), the part and ".lcm" may follow it. */
 enum { NUMBER_DIGITS = 9, NUMBER_MAX = 999999999, TRIES = 100 };
 static const char run_shape[] = "0000-00-00T00-00-00Z", part_shape[] = ".0000", ending[] = ".lcm", first_part[] = ".0001.lcm";
 
 struct entry {
     char *name;
-    long number; /* of the run; 0: it has none */
+    long number; /* number of the run; 0: none */
     struct timespec written;
     int64_t bytes;
 };
@@ -38,7 +38,7 @@ static size_t number_length(const char *name, long *number) {
     return has ? digits + 1 : 0;
 }
 
-/* Length of the run's name with its number, 0: not one of ours. */
+/* Length of the run's name with its number; 0: not a log's name. */
 static size_t run_length(const char *name) {
     long unused;
     size_t length = number_length(name, &unused);
@@ -60,7 +60,8 @@ static int by_age(const void *a, const void *b) {
     return strcmp(one->name, other->name);
 }
 
-/* Ordinary files alone, oldest first. Returns their number; `entries` and `found` share it. */
+/* Collects regular files with logs' names, oldest first. Returns their number; `entries` and
+ * `found` share it. */
 static int look_at(int directory, struct dirent **found, int count, struct entry *entries) {
     int kept = 0;
     for (int i = 0; i < count; i++) {
@@ -83,7 +84,7 @@ static bool being_written(int directory, const char *name) {
     return written;
 }
 
-/* Any part of the run is being written. */
+/* True if any part of the run is being written. */
 static bool in_progress(int directory, const struct entry *entries, int count, const char *name) {
     size_t length = run_length(name);
     for (int i = 0; i < count; i++) {
@@ -93,7 +94,7 @@ static bool in_progress(int directory, const struct entry *entries, int count, c
     return false;
 }
 
-/* 1: deleted; 0: a run is writing it; -1: errno. */
+/* 1: deleted; 0: being written; -1: errno. */
 static int delete_unused(int directory, const char *name) {
     int file = open_log(directory, name);
     if (file < 0) return -1;
@@ -137,7 +138,7 @@ int log_directory_prune(const char *path, int64_t quota_bytes, int64_t *left_byt
     return status;
 }
 
-/* The largest number of a run in it, 0: none has one. -1: it cannot be read. */
+/* The largest number of a run in the directory; 0: none. -1: unreadable. */
 static long largest_number(const char *directory) {
     long largest = 0, number;
     DIR *files = opendir(directory);
@@ -153,7 +154,8 @@ int log_directory_create(const char *directory, bool in_parts, char *path, size_
     time_t now = time(NULL);
     struct tm utc;
     strftime(when, sizeof when, "%Y-%m-%dT%H-%M-%SZ", gmtime_r(&now, &utc));
-    for (int i = 0; i < TRIES; i++) { /* another run may take the number first */
+    for (int i = 0; i < TRIES; i++) { /* another run may take the number first; then try the next
+                                       * one */
         long number = largest_number(directory);
         if (number < 0) return error_set(error, STATUS_IO, "%.250s: cannot be read: %s", directory, strerror(errno));
         if (number == NUMBER_MAX)

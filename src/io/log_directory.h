@@ -1,12 +1,12 @@
-/* A directory of logs, named by the number of the run in it and its start in UTC: one file a run,
- * 000017_2026-11-23T14-05-00Z.lcm, or parts of it, each a log by itself,
- * 000017_2026-11-23T14-05-00Z.0001.lcm and so on. The number is one more than the largest there: it
- * is the order of the runs, which no clock that is set can turn round. Names without it, of earlier
- * versions, are older than all others, in the order in which they were written.
+/* A directory of logs, named by the run's number and its start in UTC. A run has one file,
+ * 000017_2026-11-23T14-05-00Z.lcm, or several parts, each a complete log,
+ * 000017_2026-11-23T14-05-00Z.0001.lcm and so on. The number is one more than the largest in the
+ * directory, so it gives the order of the runs even if the clock is reset. Names without a number,
+ * from earlier versions, count as older than all others, in the order of their modification times.
  *
- * Only files named so are ever deleted, the oldest first, and no part of a run that is in progress:
- * a writer holds a lock on the file that it is at (output.h, log_keeper.h), which ends with its
- * process. Not where anybody waits, for a full directory takes time to go. */
+ * Only files with such names are ever deleted, the oldest first, and no part of a run in
+ * progress: a writer locks its current file (output.h, log_keeper.h), and the lock ends with its
+ * process. Not for threads that must not wait: a full directory takes time to delete. */
 #ifndef HEXID_LOG_DIRECTORY_H
 #define HEXID_LOG_DIRECTORY_H
 
@@ -18,16 +18,16 @@
 
 enum { LOG_PARTS_MAX = 9999 };
 
-/* Deletes the oldest logs until the rest takes at most so many bytes; the newest that is left stays
- * whatever it takes. What cannot be deleted stays, too: STATUS_IO, naming it, after all others were
- * tried. *left_bytes, where it is not NULL: what the rest takes. */
+/* Deletes the oldest logs until the rest takes at most quota_bytes; the newest remaining log
+ * stays in any case. After a failed deletion it continues with the others and returns STATUS_IO
+ * naming the file. *left_bytes (may be NULL): size of the rest. */
 int log_directory_prune(const char *directory, int64_t quota_bytes, int64_t *left_bytes, struct error *error);
 
-/* A new empty file in it, named by the next number and the time now, the whole log or its first
- * part. -3: none can be made. */
+/* Creates an empty file named by the next number and the current time: the whole log or its
+ * first part. -3: impossible. */
 int log_directory_create(const char *directory, bool in_parts, char *path, size_t size, struct error *error);
 
-/* The path of another part. -3: there are too many. Nothing is made. */
+/* Path of another part; creates nothing. -3: too many parts. */
 int log_directory_part(const char *first, int number, char *path, size_t size, struct error *error);
 
 #endif

@@ -1,5 +1,5 @@
-/* Exports a whole log for other programs: every cycle and, where the format can hold them, the
- * messages. One pass over the log, nothing of which is trusted (log.h, messages.h,
+/* Exports a whole log for other programs: every cycle and, if the format can hold them, the
+ * messages. One pass over the log, whose content is not trusted (log.h, messages.h,
  * message_fields.h). Main thread. */
 #ifndef HEXID_LOG_EXPORT_H
 #define HEXID_LOG_EXPORT_H
@@ -8,8 +8,8 @@
 #include "status.h"
 #include "types.h"
 
-/* The functions of a format. `to` is its own state. open and close: -3 with path and reason.
- * cycle() and message() go on after a failure; failed() gives it as an errno, 0: none. */
+/* Functions of a format; `to` is its state. open and close return -3 with path and reason.
+ * cycle() and message() ignore failures; failed() reports the first as an errno, 0: none. */
 struct export_format {
     const char *name;
     int (*open)(void **to, const char *path, struct error *error);
@@ -17,35 +17,36 @@ struct export_format {
     void (*cycle)(void *to, int64_t utime_us, double time_s, const struct cycle *c);
     void (*message)(void *to, int64_t utime_us, const struct message *m);
     int (*failed)(const void *to);
-    int (*close)(void *to, struct error *error); /* frees; removes a file that is not whole */
+    int (*close)(void *to, struct error *error); /* frees the state; removes an incomplete file */
 };
 
-/* CSV, a row per cycle: time_s, then the columns of cycle_columns.h; no messages. Numbers read back
- * bit for bit. */
+/* CSV, a row for each cycle: time_s, then the columns of cycle_columns.h; no messages. Numbers
+ * read back bit for bit. */
 extern const struct export_format export_table;
 
-/* MCAP: topic /hexid/state, and /hexid/NAME for the types of message_fields.h, JSON with its schema
- * (mcap.h); the time is the log's, utime. JSON has neither NaN nor infinity: such a field is left
- * out, in an array it is null. */
+/* MCAP: topics /hexid/state and /hexid/NAME for the types of message_fields.h, as JSON with
+ * schemas (mcap.h); times are the log's utime. JSON has neither NaN nor infinity: such a field
+ * is omitted, and null in an array. */
 extern const struct export_format export_mcap;
 
-/* MATLAB's format 5, compressed: one struct `hexid` with time_s and each column of cycle_columns.h
- * as a column vector (integers are int64), `units` with the unit of each, `config`, the
- * configuration as text, and a struct array NAME for each type of message_fields.h that the log
- * has, matrices 6 x 6. Texts are ASCII, '?' for what is not. Memory: 464 bytes a cycle, the
- * messages, and the file. */
+/* MATLAB's format 5, compressed: one struct `hexid` with time_s and each column of
+ * cycle_columns.h as a column vector (integers as int64), `units` with their units, `config`
+ * with the configuration as text, and a struct array NAME for each type of message_fields.h in
+ * the log, with 6 x 6 matrices. Text is ASCII, with '?' for other characters. Memory: 464 bytes
+ * a cycle, the messages, and the file. */
 extern const struct export_format export_mat;
 
 struct log_export_report {
     int64_t cycles, lost;  /* lost: from gaps in seq */
     int64_t messages;
-    int64_t unreadable;    /* on hexid's channels, but not decodable */
-    bool cut;              /* the log is cut off or damaged, read up to cut_offset */
+    int64_t unreadable;    /* on hexid's channels, but malformed */
+    bool cut;              /* the log is cut off or damaged; it was read up to cut_offset */
     int64_t cut_offset;
 };
 
-/* run: of a log that holds several (log_runs.h), else 0. -3 with the path of what cannot be read or
- * written, or when the log has no cycle; it leaves no new file then. */
+/* Exports a log. run: number in a log that holds several (log_runs.h), else 0. -3 with the path
+ * of the file that cannot be read or written, or if the log has no cycle; no new file is left
+ * then. */
 int log_export(const char *log_path, int run, const char *path, const struct export_format *format, struct log_export_report *report,
                struct error *error);
 

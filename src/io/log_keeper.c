@@ -17,7 +17,7 @@
 enum { PATIENCE_MS = 5000 };
 
 struct answer {
-    struct error error;    /* status 0: the file comes with it */
+    struct error error;    /* status 0: the descriptor comes with it */
     bool over;
     char path[PATH_MAX];
 };
@@ -37,7 +37,7 @@ static int send_answer(int socket, const struct answer *a, int file) {
     return sendmsg(socket, &message, MSG_NOSIGNAL) < 0 ? -1 : 0;
 }
 
-/* The next that is not there yet; -1 with its error. */
+/* Creates the next part that does not exist yet; -1 with the error in the answer. */
 static int create(const char *first, int *number, struct answer *a) {
     int file;
     do {
@@ -48,11 +48,11 @@ static int create(const char *first, int *number, struct answer *a) {
     return file;
 }
 
-/* The file before its room: the run is then seen to be in progress by this part, too. */
+/* Creates the file before making room: its lock then shows that the run is in progress. */
 static int make_part(const char *first, int *number, int64_t quota_bytes, struct answer *a) {
     char directory[PATH_MAX];
     int64_t left_bytes = 0;
-    struct error ignored; /* what cannot be deleted stays, and is over the quota */
+    struct error ignored; /* files that cannot be deleted count as over the quota */
     *a = (struct answer){0};
     int file = create(first, number, a);
     if (file >= 0) flock(file, LOCK_EX | LOCK_NB);
@@ -60,7 +60,7 @@ static int make_part(const char *first, int *number, int64_t quota_bytes, struct
     snprintf(directory, sizeof directory, "%.*s", slash ? (int)(slash - first) : 1, slash ? first : ".");
     if (quota_bytes > 0) log_directory_prune(*directory ? directory : "/", quota_bytes, &left_bytes, &ignored);
     a->over = quota_bytes > 0 && left_bytes > quota_bytes;
-    if (file < 0 && quota_bytes > 0) { /* there may be room now */
+    if (file < 0 && quota_bytes > 0) { /* deleting may have made room */
         a->error = (struct error){0};
         file = create(first, number, a);
         if (file >= 0) flock(file, LOCK_EX | LOCK_NB);
@@ -69,7 +69,7 @@ static int make_part(const char *first, int *number, int64_t quota_bytes, struct
     return file;
 }
 
-/* One that was made ahead, and that the run ended without. */
+/* Removes a part made in advance that the run did not use. */
 static void remove_unused(const char *path) {
     struct stat s;
     if (*path && !stat(path, &s) && !s.st_size) unlink(path);
@@ -90,8 +90,8 @@ static void serve(int socket, const char *first, int64_t quota_bytes) {
     remove_unused(last);
 }
 
-/* Nothing of the daemon's is open in it: a bus whose owner is gone must be seen to be closed.
- * Signals are the daemon's. */
+/* Turns the child into the keeper. It closes the daemon's descriptors, because a bus whose owner
+ * has ended must be seen as closed, and blocks all signals, which are for the daemon. */
 static void become_keeper(int socket, const char *first, int64_t quota_bytes) {
     sigset_t all;
     sigfillset(&all);
@@ -107,7 +107,8 @@ static void become_keeper(int socket, const char *first, int64_t quota_bytes) {
 
 /* ---- the other end ---- */
 
-/* What is read is dropped. Its size, 0 when the process has ended, -1 when nothing came in time. */
+/* Waits and discards the answer. Returns its size, 0 if the process has ended, -1 if nothing
+ * came in time. */
 static ssize_t hear(int socket, int wait_ms) {
     static struct answer a;
     struct pollfd p = {.fd = socket, .events = POLLIN};
@@ -143,7 +144,7 @@ void log_keeper_stop(struct log_keeper *k) {
 
 void log_keeper_ask(struct log_keeper *k) {
     if (k->asked) return;
-    /* one that is gone is seen when it is listened to */
+    /* if the process has ended, log_keeper_take() finds out */
     send(k->socket, "n", 1, MSG_DONTWAIT | MSG_NOSIGNAL);
     k->asked = true;
 }
@@ -156,7 +157,7 @@ static int received_file(struct msghdr *message) {
 }
 
 int log_keeper_take(struct log_keeper *k, int wait_ms, struct log_part *part, struct error *error) {
-    static struct answer a; /* one recorder */
+    static struct answer a; /* there is only one recorder */
     _Alignas(struct cmsghdr) char control[CMSG_SPACE(sizeof(int))];
     struct iovec data = {.iov_base = &a, .iov_len = sizeof a};
     struct msghdr message = {.msg_iov = &data, .msg_iovlen = 1, .msg_control = control, .msg_controllen = sizeof control};

@@ -8,25 +8,26 @@
 #include "messages.h"
 #include "units.h"
 
-/* Numbers of cycles that go back and forth from which on, alone or as this share of all, the log
- * has two machines in it. Fewer are damage. */
+/* Thresholds above which cycles whose numbers go back and forth mean two machines in one log: an
+ * absolute number, or a share (1 / STRAYS_SHARE) of all cycles beyond STRAYS_LEAST. Fewer are
+ * damage. */
 enum { STRAYS_MOST = 64, STRAYS_LEAST = 3, STRAYS_SHARE = 20, CROSSINGS_LEAST = 2 };
-static const double CLOCKS_APART_S = 2.0; /* above any delay of a message */
+static const double CLOCKS_APART_S = 2.0; /* longer than any delay of a message */
 
 struct place {
     uint64_t seq;
     int64_t time_ns, utime_us;
-    int64_t offset; /* where a run begins that begins with it */
+    int64_t offset; /* start of the run, if a run begins here */
 };
 
 struct finder {
     struct log_runs *runs;
-    struct place last, before;   /* the latest two cycles of the run at hand */
-    struct place end;            /* of the run before it */
-    struct place candidate;      /* one that went back; the next cycle tells what it was */
-    int known;                   /* how many of last and before there are */
+    struct place last, before;   /* latest two cycles of the current run */
+    struct place end;            /* last cycle of the previous run */
+    struct place candidate;      /* a cycle that went back; the next one tells why */
+    int known;                   /* number of valid ones of last and before */
     bool has_candidate, has_end, more;
-    int64_t config_at;           /* of the configuration behind the latest cycle; -1: none */
+    int64_t config_at;           /* offset of a configuration after the latest cycle; -1: none */
     uint64_t config, candidate_config;
     int part, candidate_part;
     int64_t strays, cycles;
@@ -61,8 +62,8 @@ static void begin(struct finder *f, const struct place *c, uint64_t config, int 
                                                       .part = part};
 }
 
-/* Tells whether the cycle jumps over the end of the previous run by more than its own steps,
- * which means that the previous run goes on. */
+/* Tells whether the previous run goes on: the cycle jumps from before that run's end to after
+ * it, by far more than the usual step. */
 static bool crosses(const struct finder *f, const struct place *c) {
     if (!f->has_end || f->known < 2 || !follows(&f->end, &f->last) || !follows(c, &f->end)) return false;
     return c->seq - f->last.seq > 10 * (f->last.seq - f->before.seq);
@@ -83,13 +84,13 @@ static bool same_clock(const struct place *c, const struct place *p) {
     return fabs(loop_s - log_s) < CLOCKS_APART_S;
 }
 
-/* Tells whether cycles are missing and the loop's clock is another one afterwards: then a run
- * began that was not recorded. */
+/* Tells whether an unrecorded run lies between: cycles are missing, and the loop's clock has
+ * changed. */
 static bool elsewhere(const struct finder *f, const struct place *c) {
     return f->known == 2 && c->seq - f->last.seq > 10 * (f->last.seq - f->before.seq) && !same_clock(c, &f->last);
 }
 
-/* Decides what the candidate was: it began a run if the next cycle follows it and not the cycle
+/* Decides about the candidate: it began a run if the next cycle follows it and not the cycle
  * before it. */
 static void decide(struct finder *f, const struct place *c) {
     bool ahead = follows(&f->candidate, &f->last);
@@ -111,7 +112,7 @@ static void take_cycle(struct finder *f, const struct place *c) {
     if (f->known && repeats(c, &f->last) && !other) return;
     if (other) begin(f, c, f->config, f->part);
     else if (f->known && (!follows(c, &f->last) || elsewhere(f, c))) {
-        /* the one before was ahead */
+        /* the cycle before was a stray one ahead */
         if (f->known == 2 && !follows(c, &f->last) && follows(c, &f->before)) f->strays++, f->last = *c;
         else {
             f->has_candidate = true, f->candidate = *c;
@@ -123,7 +124,7 @@ static void take_cycle(struct finder *f, const struct place *c) {
     add(f, c);
 }
 
-/* The configuration begins a file, and the number of its part follows. */
+/* Handles a configuration, which begins a file, and the part's number, which follows it. */
 static void take_event(struct finder *f, const struct log_event *e, int64_t offset) {
     const char *text;
     size_t size;

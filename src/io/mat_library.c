@@ -4,7 +4,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-/* POSIX has functions and objects in pointers of one size. */
+/* dlsym() returns functions as object pointers; POSIX gives both the same size. */
 static void *look_up(void *handle, const char *name, void *function) {
     void *symbol = dlsym(handle, name);
     memcpy(function, &symbol, sizeof symbol);

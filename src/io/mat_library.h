@@ -1,5 +1,5 @@
-/* libmatio, loaded only when a .mat file is asked for: it brings HDF5, curl and some twenty more
- * libraries, which have no business in the process that moves a machine. Ordinary threads. */
+/* Loads libmatio only when a .mat file is asked for: it brings HDF5, curl and some twenty more
+ * libraries that do not belong into a process that moves a machine. Ordinary threads. */
 #ifndef HEXID_MAT_LIBRARY_H
 #define HEXID_MAT_LIBRARY_H
 
@@ -17,7 +17,7 @@ struct mat_library {
     __typeof__(&Mat_VarFree) free;
 };
 
-/* -3 when it cannot be loaded. It stays loaded. */
+/* Loads the library; it stays loaded. -3 on failure. */
 int mat_library_load(struct mat_library *library, struct error *error);
 
 #endif

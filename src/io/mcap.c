@@ -31,12 +31,12 @@ enum { MAGIC_SIZE = sizeof magic - 1 };
 struct bytes {
     unsigned char *data;
     size_t size, capacity;
-    bool failed; /* no memory: nothing is added any more */
+    bool failed; /* out of memory: nothing more is added */
 };
 
 struct channel {
     uint64_t messages;
-    struct bytes index; /* of the chunk under way: time and offset of each of its messages */
+    struct bytes index; /* of the current chunk: time and offset of each message */
 };
 
 struct chunk {
@@ -49,9 +49,9 @@ struct mcap_writer {
     FILE *file;
     int failure;
     uint64_t offset;
-    uint32_t crc;           /* of all that was written since it was last set to 0 */
+    uint32_t crc;           /* of everything written since it was last reset to 0 */
     struct chunk chunk;
-    struct bytes out;       /* what is about to be written */
+    struct bytes out;       /* output buffer */
     struct bytes schemas, channels, chunks; /* records for the summary */
     uint32_t chunk_count;
     uint64_t messages, begin_ns, end_ns;
@@ -94,7 +94,7 @@ static void put_text(struct bytes *b, const char *text) {
     put(b, text, strlen(text));
 }
 
-/* A record: returns where it begins, for record_end(), which knows its length. */
+/* Starts a record and returns its position for record_end(), which fills in the length. */
 static size_t record_begin(struct bytes *b, enum opcode opcode) {
     put_number(b, opcode, 1);
     put_u64(b, 0);
@@ -129,7 +129,7 @@ int mcap_create(struct mcap_writer **writer, const char *path, struct error *err
     }
     put(&w->out, magic, MAGIC_SIZE);
     size_t header = record_begin(&w->out, HEADER);
-    put_text(&w->out, "");      /* profile: none of the registered ones */
+    put_text(&w->out, "");      /* no registered profile */
     put_text(&w->out, "hexid");
     record_end(&w->out, header);
     flush(w, &w->out);
@@ -137,7 +137,8 @@ int mcap_create(struct mcap_writer **writer, const char *path, struct error *err
     return STATUS_OK;
 }
 
-/* Into the chunk under way, since a reader needs it before the messages, and into the summary. */
+/* Ends a definition and copies it into the current chunk, since a reader needs it before the
+ * messages, as well as into the summary. */
 static void define(struct mcap_writer *w, struct bytes *summary, size_t begin) {
     record_end(summary, begin);
     if (!summary->failed) put(&w->chunk.records, summary->data + begin - 9, summary->size - begin + 9);
@@ -227,7 +228,7 @@ static void end_chunk(struct mcap_writer *w) {
     c->messages = 0;
 }
 
-/* Of what came before, and this. */
+/* Extends a range of times by one message. */
 static void widen(uint64_t messages, uint64_t time_ns, uint64_t *begin_ns, uint64_t *end_ns) {
     if (!messages || time_ns < *begin_ns) *begin_ns = time_ns;
     if (!messages || time_ns > *end_ns) *end_ns = time_ns;
@@ -270,7 +271,7 @@ static void put_statistics(struct bytes *out, const struct mcap_writer *w) {
     record_end(out, record);
 }
 
-/* A group of records of the summary; its place goes to the summary's offsets. */
+/* Writes a group of records of the summary and adds its position to the summary's offsets. */
 static void put_group(struct mcap_writer *w, struct bytes *group, enum opcode opcode, struct bytes *offsets) {
     if (group->failed) fail(w, ENOMEM);
     if (!group->size) return;
@@ -294,7 +295,7 @@ static void put_summary(struct mcap_writer *w) {
     uint64_t summary_offsets = w->offset;
     flush(w, &offsets);
     put_number(&w->out, FOOTER, 1);
-    put_u64(&w->out, 20); /* its length, over which its checksum goes, too */
+    put_u64(&w->out, 20); /* length of the footer, which its checksum includes */
     put_u64(&w->out, summary);
     put_u64(&w->out, summary_offsets);
     flush(w, &w->out);

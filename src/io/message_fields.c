@@ -67,7 +67,7 @@ bool message_known(const char *channel) {
     return false;
 }
 
-/* Past so many elements of a field. */
+/* Skips this many elements of a field. */
 static void pass(struct wire *w, const struct field *f, int count) {
     for (int i = 0; w->good && i < count; i++) {
         if (f->kind == FIELD_TEXT) wire_string(w);
@@ -100,7 +100,7 @@ bool message_read(const char *channel, const void *data, int size, struct messag
     return false;
 }
 
-/* What message_read() has measured. */
+/* Reader at an element whose bounds message_read() has checked. */
 static struct wire element(const struct message *m, int field, int i) {
     return (struct wire){.next = m->value[field].bytes + i * m->type->field[field].bytes, .left = INT32_MAX, .good = true};
 }

@@ -1,14 +1,13 @@
-/* Messages other than HEXID_STATE, field by field, for code that passes all of them on: names,
- * numbers and texts as in lcmtypes/, of any type in the table. The message is not trusted: its
- * parts are measured to its last byte before any of them is given out. Ordinary threads, no
- * heap. */
+/* Describes messages other than HEXID_STATE field by field, for code that converts all of them:
+ * names, numbers and texts as in lcmtypes/. Messages are not trusted: their length is checked to
+ * the last byte before any field is given out. Ordinary threads, no heap. */
 #ifndef HEXID_MESSAGE_FIELDS_H
 #define HEXID_MESSAGE_FIELDS_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-/* ELEMENTS_MAX: most elements of a FIELD_COUNTED */
+/* ELEMENTS_MAX: limit for a FIELD_COUNTED */
 enum { FIELDS_MAX = 48, FIELD_COUNTED = 0, ELEMENTS_MAX = 1000 };
 
 enum field_kind { FIELD_INTEGER, FIELD_BOOLEAN, FIELD_REAL, FIELD_TEXT, FIELD_COUNT };
@@ -16,16 +15,16 @@ enum field_kind { FIELD_INTEGER, FIELD_BOOLEAN, FIELD_REAL, FIELD_TEXT, FIELD_CO
 struct field {
     const char *name;
     enum field_kind kind;
-    int bytes;  /* of an element on the wire; 0: a text, as long as it says */
-    int count;  /* 1; of an array its length (36: a 6 x 6 matrix, row-major); or FIELD_COUNTED: what
-                 * the last FIELD_COUNT said */
+    int bytes;  /* size of an element on the wire; 0: a text, which states its length */
+    int count;  /* 1; the length of an array (36: a 6 x 6 matrix, row-major); or FIELD_COUNTED:
+                 * the value of the last FIELD_COUNT */
 };
 
 struct message_type {
     const char *name;            /* "test_result" */
     const char *channel;
     int64_t (*fingerprint)(void);
-    struct field field[FIELDS_MAX]; /* ended by one without a name */
+    struct field field[FIELDS_MAX]; /* ended by a field without a name */
 };
 
 enum { MESSAGE_TYPES = 7 };
@@ -44,14 +43,15 @@ struct message {
                                              * FIELD_COUNT */
 };
 
-/* Is this one of the channels in the table? Others are somebody else's, or HEXID_STATE. */
+/* True if the channel is in the table; others are HEXID_STATE or not hexid's. */
 bool message_known(const char *channel);
 
-/* False, and *message untouched, unless data is one whole message of a type of this channel. */
+/* Reads data as one whole message of the channel's type. Returns false, with *message untouched,
+ * if it is not one. */
 bool message_read(const char *channel, const void *data, int size, struct message *message);
 
-/* Element i, 0 .. value[field].count - 1, of a field of this kind, of a message that message_read()
- * took; booleans are integers. */
+/* Element i, 0 .. value[field].count - 1, of a field of this kind in a message from
+ * message_read(); booleans are integers. */
 double message_real(const struct message *m, int field, int i);
 int64_t message_integer(const struct message *m, int field, int i);
 const char *message_text(const struct message *m, int field, int i);

@@ -45,7 +45,7 @@ static bool possible(const hexid_state_t *m) {
            m->phase >= PHASE_NONE && m->phase <= PHASE_RAMP_OUT && (m->enable == 0 || m->enable == 1);
 }
 
-/* A state has arrays of fixed size only: liblcm takes no heap for it. */
+/* liblcm takes no heap to decode a state, because all its arrays have fixed sizes. */
 bool state_decode(const void *data, int size, struct cycle *cycle) {
     hexid_state_t m;
     if (hexid_state_t_decode(data, 0, size, &m) != size || !possible(&m)) return false;
@@ -83,7 +83,7 @@ int event_encode(int64_t time_ns, uint64_t seq, const char *kind, const char *te
     return hexid_event_t_encode(buffer, 0, capacity, &m);
 }
 
-/* The generated encoders take what they do not change for changeable. */
+/* The generated encoders lack const on arguments that they do not change. */
 int command_encode(enum command command, int64_t time_ns, unsigned char buffer[COMMAND_MESSAGE_MAX]) {
     hexid_command_t m = {.time_ns = time_ns, .command = (char *)(uintptr_t)command_names[command]};
     return hexid_command_t_encode(buffer, 0, COMMAND_MESSAGE_MAX, &m);
@@ -136,7 +136,7 @@ bool test_result_decode(const void *data, int size, struct test_summary *summary
     skip_doubles(&w, DOFS); /* unwanted */
     r.samples = wire_int(&w, 8);
     r.excluded = wire_int(&w, 8);
-    skip_doubles(&w, 8 * DOFS); /* of pose and wrench: sine, cosine, standard deviation, rms */
+    skip_doubles(&w, 8 * DOFS); /* pose and wrench: sine, cosine, standard deviation, rms */
     if (w.good && w.left == 0) *summary = r;
     return w.good && w.left == 0;
 }

@@ -1,7 +1,7 @@
-/* Conversion between the structs of include/ and LCM's wire types (lcmtypes/README.md). Whatever
- * came off the wire or a disk is untrusted until converted: decode returns false, and leaves its
- * result alone, for a message of the wrong size or type, or with values that no cycle can have.
- * Readings of sensors may be anything, NaN too: a sample flagged invalid must survive its log.
+/* Converts between the structs of include/ and LCM's wire types (lcmtypes/README.md). Data from
+ * the wire or a disk are untrusted until converted: decode returns false, and leaves its result
+ * alone, for a message of the wrong size or type, or with values that no cycle can have. Sensor
+ * readings may be anything, even NaN, because a log must preserve samples flagged invalid.
  * Ordinary threads, no heap. */
 #ifndef HEXID_MESSAGES_H
 #define HEXID_MESSAGES_H
@@ -21,7 +21,7 @@
 
 enum { STATE_MESSAGE_MAX = 600, COMMAND_MESSAGE_MAX = 64 };
 
-/* Returns the size. Encode and decode give back the same cycle, bit for bit. */
+/* Returns the size. Decoding an encoded cycle gives the same cycle, bit for bit. */
 int state_encode(const struct cycle *cycle, unsigned char buffer[STATE_MESSAGE_MAX]);
 bool state_decode(const void *data, int size, struct cycle *cycle);
 
@@ -32,16 +32,16 @@ struct event {
     const char *text;
 };
 
-/* Returns the size, or -1 when it does not fit. */
+/* Returns the size, or -1 if it does not fit. */
 int event_encode(int64_t time_ns, uint64_t seq, const char *kind, const char *text, unsigned char *buffer, int capacity);
 
 /* kind and text point into data. */
 bool event_decode(const void *data, int size, struct event *event);
 
-/* The text of an event of the kind "config", pointing into data; false for any other. */
+/* Returns the text of an event of kind "config", pointing into data; false for any other event. */
 bool event_decode_config(const void *data, int size, const char **text, size_t *length);
 
-/* What a monitor shows of a result of one test; dof_name points into data. */
+/* Fields of a test's result that a monitor shows; dof_name points into data. */
 struct test_summary {
     const char *dof_name;
     double amplitude_m_or_rad, achieved_m_or_rad, phase_deg;
@@ -49,14 +49,14 @@ struct test_summary {
 };
 bool test_result_decode(const void *data, int size, struct test_summary *summary);
 
-/* What a monitor shows of a result of hexid gap; the strings point into data. */
+/* Fields of a result of hexid gap that a monitor shows; the strings point into data. */
 struct gap_summary {
     const char *verdict, *reason;
     double held_out_before_ratio, held_out_after_ratio, noise_floor_ratio;
 };
 bool gap_decode(const void *data, int size, struct gap_summary *summary);
 
-/* A stop or park on CHANNEL_COMMAND (command_t), the only commands that are taken from LCM. Returns
+/* Encodes stop or park for CHANNEL_COMMAND (command_t); LCM carries no other commands. Returns
  * the size. */
 int command_encode(enum command command, int64_t time_ns, unsigned char buffer[COMMAND_MESSAGE_MAX]);
 

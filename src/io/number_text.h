@@ -4,7 +4,7 @@
 
 enum { NUMBER_SIZE = 32 };
 
-/* In the shortest form that reads back bit for bit; "nan" for any NaN. Returns text. */
+/* Writes the shortest form that reads back bit for bit; "nan" for any NaN. Returns text. */
 const char *number_shortest(double number, char text[NUMBER_SIZE]);
 
 #endif

@@ -9,19 +9,19 @@
 
 enum { COLUMNS = 1 + DOFS, CELLS_MAX = COLUMNS, KNOTS_MIN = 3, KNOTS_MAX = 500000 };
 
-static const double longest_s = 3600.0, shortest_s = 0.01; /* tests.duration_s, which it becomes */
-static const double step_least_s = 1e-6;                   /* less is no time for a machine, and no
-                                                            * number for a spline */
-static const double farthest_m = 10.0;                     /* beyond, and beyond half a turn, the
-                                                            * file has other units */
-static const double closed_within = 1e-6;                  /* m or rad: rounding of the
-                                                            * file's last digit */
+static const double longest_s = 3600.0, shortest_s = 0.01; /* limits of tests.duration_s, which
+                                                            * the trajectory's time becomes */
+static const double step_least_s = 1e-6;                   /* shorter steps are no real motion,
+                                                            * and badly conditioned for a spline */
+static const double farthest_m = 10.0;                     /* beyond this, or half a turn, the
+                                                            * file must have other units */
+static const double closed_within = 1e-6;          /* m or rad; rounding of the file's last digit */
 
 static const char *const names[COLUMNS] = {"t_s", "x_m", "y_m", "z_m", "phi_rad", "theta_rad", "psi_rad"};
 
 struct file {
     struct csv_text text;
-    int cells, column[CELLS_MAX]; /* of each cell, its place in `names` */
+    int cells, column[CELLS_MAX]; /* index in `names` of each cell */
     double begin_s;               /* time of the first row */
     struct error *error;
 };
@@ -70,7 +70,7 @@ static int take_value(struct file *f, int column, double number, struct trajecto
         return isfinite(number) ? STATUS_OK : csv_text_refuse(&f->text, f->error, "t_s: every row needs its time, a number");
     }
     k->pose[column - 1] = number;
-    if (fabs(number) <= most) return STATUS_OK; /* not of NaN */
+    if (fabs(number) <= most) return STATUS_OK; /* false for NaN */
     return csv_text_refuse(&f->text, f->error, "%s: %g: every row has a number within %.4g either way, in metres and radians",
                            names[column], number, most);
 }
@@ -92,7 +92,7 @@ static int read_row(struct file *f, char *line, struct trajectory_knot *k) {
     return STATUS_OK;
 }
 
-/* From the first row's time on. */
+/* Makes a knot's time relative to the first row. */
 static int place(struct file *f, const struct trajectory *t, struct trajectory_knot *k) {
     if (!t->knots) f->begin_s = k->time_s;
     k->time_s -= f->begin_s;
@@ -130,7 +130,7 @@ static int read_rows(struct file *f, struct trajectory *t) {
     return status;
 }
 
-/* Of one pass to the next there is no step; a rounding is taken out. */
+/* Joins the passes: the end must equal the beginning but for rounding, which is removed. */
 static int join_passes(struct file *f, struct trajectory *t) {
     struct trajectory_knot *last = &t->knot[t->knots - 1];
     for (int i = 0; i < DOFS; i++)

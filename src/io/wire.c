@@ -18,7 +18,6 @@ int64_t wire_int(struct wire *w, int size) {
     return (int64_t)value;
 }
 
-/* Length with the closing zero, then the bytes; NULL once the message is no good. */
 const char *wire_string(struct wire *w) {
     int length = (int32_t)wire_int(w, 4);
     const unsigned char *bytes = wire_take(w, length);
@@ -33,7 +32,6 @@ double wire_double(struct wire *w) {
     return value;
 }
 
-/* Of elements that follow, each of a byte at least; 0 once the message is no good. */
 int wire_count(struct wire *w) {
     int count = (int32_t)wire_int(w, 4);
     w->good = w->good && count >= 0 && count <= w->left;
