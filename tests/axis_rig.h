@@ -1,5 +1,5 @@
-/* One axis by its own equations and integrator, with friction that sticks: what it records is CSV.
- * hexid's own code is not in it. */
+/* One axis with friction that sticks, simulated by its own equations and integrator and recorded as
+ * CSV. It uses no code of hexid, so it is an independent check. */
 #ifndef HEXID_TESTS_AXIS_RIG_H
 #define HEXID_TESTS_AXIS_RIG_H
 
@@ -8,27 +8,32 @@
 #include <math.h>
 #include <stdio.h>
 
-/* What drives it: a steady sinusoid, as the file says, or any motion, of which it says nothing. */
+/* The file declares a steady sinusoid as such; it says nothing about the other motions. */
 enum motion { SINE, TRIANGLE, CHIRP, STEPS, POINT_TO_POINT, MULTISINE, RESTS, MOTIONS };
 static const char *const motion_names[MOTIONS] = {"sine", "triangle", "chirp", "steps", "point to point", "multisine", "sine with rests"};
 
-/* The rig: config/axis.yaml's machine, off everywhere within the model's tolerance. */
+/* The rig is config/axis.yaml's machine with every parameter off within the model's tolerance. */
 struct rig {
-    const char *hides;                       /* the effect's name, NULL: nothing */
-    bool electric;                           /* a drive and its force, no pressures */
+    const char *hides;                       /* name of the hidden effect, NULL: none */
+    bool electric;                           /* electric drive with a measured force, no
+                                              * pressures */
     enum motion motion;
     double rate_hz, gravity_mps2;
     double coulomb_extend_n, coulomb_retract_n, viscous_n_s_per_m, stribeck_n, stribeck_mps, payload_kg, more_leakage, overlap, offset_n;
-    double load_friction, spring_n_per_m;    /* of the mean pressure on seals; from mid-stroke */
-    double seal_n, seal_m;                   /* of a seal that is deflected before it slides */
-    double along_stroke;                     /* dry friction differs by so much, waves of 3 cm */
-    double force_lag_s, force_more;          /* of the force sensor; reads more by so much */
-    double lost_s, lost_share;               /* rows lost about each reversal; in bursts of 3 */
+    double load_friction, spring_n_per_m;    /* friction per newton of mean pressure force on the
+                                              * seals; spring from mid-stroke */
+    double seal_n, seal_m;                   /* seal force and its deflection before it slides */
+    double along_stroke;                     /* relative variation of dry friction along the stroke,
+                                              * in waves of 3 cm */
+    double force_lag_s, force_more;          /* lag of the force sensor; relative excess of its
+                                              * reading */
+    double lost_s, lost_share;               /* rows lost around each reversal; share lost in bursts
+                                              * of 3 */
 };
 
 struct body {
     double x, v, p1, p2, spool, spool_rate;
-    double seal; /* -1 it slides in, 1 it slides out */
+    double seal; /* -1: slides in; 1: slides out */
 };
 
 struct tolerances {
@@ -48,7 +53,7 @@ static inline double steps(double value, double step) { return step * floor(valu
 
 static inline double root(double x) { return x < 0.0 ? -sqrt(-x) : sqrt(x); }
 
-/* Opening of a valve that is shut within the overlap; flow into each chamber. */
+/* Flow into each chamber through a valve that is shut within its overlap. */
 static inline void oil(const struct rig *r, const struct tolerances *tol, struct body *b, double u) {
     double omega = 2.0 * PI * 100.0, o = b->spool - fmin(fmax(b->spool, -r->overlap), r->overlap);
     double k = 1.57e-3 / sqrt(5e6) * tol->gain * o, beta = 1e9 * tol->bulk;
@@ -61,7 +66,7 @@ static inline void oil(const struct rig *r, const struct tolerances *tol, struct
     b->spool += STEP_S * b->spool_rate;
 }
 
-/* Dry friction: slips against it, or is held. A seal is deflected before it slides. */
+/* Dry friction either opposes the sliding or holds the load; a seal deflects before it slides. */
 static inline void push(const struct rig *r, const struct tolerances *tol, struct body *b, double force_n) {
     double m = MASS_KG * tol->mass + r->payload_kg, slides = b->v != 0.0 ? b->v : force_n - m * r->gravity_mps2 - r->spring_n_per_m * b->x;
     double direction = slides > 0.0 ? 1.0 : -1.0;
@@ -78,13 +83,13 @@ static inline void push(const struct rig *r, const struct tolerances *tol, struc
     b->x += STEP_S * b->v;
 }
 
-/* From 0 to 1 in so long, smoothly. */
+/* Rises smoothly from 0 to 1 in takes_s. */
 static inline double rise(double t_s, double takes_s) {
     double s = fmin(fmax(t_s / takes_s, 0.0), 1.0);
     return s * s * s * (10.0 - 15.0 * s + 6.0 * s * s);
 }
 
-/* Stations of so long, at each of which it arrives after so long. */
+/* Holds one station every every_s; each approach takes takes_s. */
 static inline double stations(double t_s, double every_s, double takes_s) {
     static const double place[] = {0.0, 0.8, -0.5, 1.0, -1.0, 0.3, 0.9, -0.7, 0.0, 0.5, -0.9, 0.2, 0.0};
     int count = sizeof place / sizeof *place, i = (int)(t_s / every_s);
@@ -135,7 +140,7 @@ static inline bool lost(const struct rig *r, double t_s, uint64_t *dice, int *bu
     return before[1] * after[1] < 0.0 || *burst > 0;
 }
 
-/* Off by up to 0.9 of the model's tolerance, either way. */
+/* Draws parameters that are off by up to 0.9 of the model's tolerance, either way. */
 static inline struct tolerances draw(uint64_t *state) {
     double d[5];
     for (int i = 0; i < 5; i++) d[i] = 1.0 + (i ? 0.045 : 0.009) * random_unit(state);

@@ -1,4 +1,5 @@
-/* A directory for CSV files and logs, a log with all that can befall one, and what is read back. */
+/* A directory for CSV files and logs, a log with every kind of damage, and helpers that read it
+ * back. */
 #ifndef HEXID_TESTS_CSV_RIG_H
 #define HEXID_TESTS_CSV_RIG_H
 
@@ -17,7 +18,7 @@
 enum { PATHS = 300, CYCLES_MAX = 20000, BUFFER = 1 << 17 };
 
 static char root[] = "/tmp/hexid_csv_XXXXXX";
-static char in[PATHS], out[PATHS], log_a[PATHS], log_b[PATHS]; /* in root */
+static char in[PATHS], out[PATHS], log_a[PATHS], log_b[PATHS]; /* directories below root */
 
 static inline int set_up(void **unused) {
     (void)unused;
@@ -55,7 +56,7 @@ static inline void put(const char *name, const char *text) { put_bytes(name, tex
 static struct csv_report report;
 static struct error error;
 
-/* `in` unless another directory is named. */
+/* Imports from `directory`. */
 static inline int import_of(const char *directory, const char *log_path, const char *base) {
     return csv_import(&(struct csv_source){.path = directory, .base = base}, log_path, &report, &error);
 }
@@ -80,7 +81,7 @@ struct recording {
     struct cycle cycle[CYCLES_MAX];
 };
 
-/* The cycles of the log's tests, and its configuration. */
+/* Loads the cycles of the log's tests and its configuration. */
 static inline struct recording *load(const char *path) {
     static struct recording both[2];
     struct recording *r = &both[strcmp(path, log_a) != 0];
@@ -90,7 +91,8 @@ static inline struct recording *load(const char *path) {
     size_t length;
     assert_int_equal(log_open(&reader, path, &error), 0);
     assert_int_equal(log_next(reader, &event), 1);
-    assert_true(event_decode_config(event.data, event.size, &text, &length)); /* always first */
+    /* is always the first event */
+    assert_true(event_decode_config(event.data, event.size, &text, &length));
     assert_int_equal(config_parse(&r->params, text, length, path, &error), 0);
     for (r->count = 0; log_next(reader, &event);) {
         if (strcmp(event.channel, CHANNEL_STATE) != 0) continue;
@@ -107,7 +109,7 @@ static inline uint64_t random_bits(uint64_t *state) {
     return *state;
 }
 
-/* Of all sizes, but finite: most with 16 or 17 digits, some short. */
+/* A finite number of any magnitude, mostly with 16 or 17 digits, sometimes short. */
 static inline double random_number(uint64_t *state) {
     uint64_t bits = random_bits(state);
     double number;
@@ -125,7 +127,7 @@ static inline void fill_cycle(struct cycle *c, uint64_t *state) {
     fill(c->out.valve, LEGS, state), fill(c->ref, DOFS, state);
 }
 
-/* A log of hexid's own with all that can befall one: flagged and lost samples, NaN, a test stopped
+/* Writes a log of hexid with every kind of damage: flagged and lost samples, NaN, a test stopped
  * early, an axis tested twice. */
 static inline void write_log(const char *path, const struct params *params) {
     static unsigned char buffer[BUFFER];
@@ -143,7 +145,7 @@ static inline void write_log(const char *path, const struct params *params) {
         reference_test(&r, order[test], NULL, &params->tests, params->loop.period_s);
         for (int i = 0; (s = reference_step(&r, &params->tests, params->loop.period_s), !s.done); i++, seq++) {
             if (test == 2 && i == 400) reference_stop(&r);
-            if (i > 10 && i % 97 == 0) continue; /* lost */
+            if (i > 10 && i % 97 == 0) continue; /* these cycles are lost */
             c = (struct cycle){.seq = seq,
                                .test = test % 6,
                                .dof = order[test],
@@ -169,7 +171,7 @@ static inline struct params short_tests(double period_s) {
     return p;
 }
 
-/* rows of t_s from `from` on, by 2 ms, and one column. */
+/* A file with this header: one column, rows every 2 ms from from_s on. */
 static inline const char *file_of(const char *head, double from_s, int rows) {
     static char text[BUFFER];
     int used = sprintf(text, "%st_s,u1\n", head);

@@ -1,10 +1,10 @@
-/* The simulated rig of the gap's tests: sinusoids in closed loop, recorded. */
+/* The simulated rig of the gap tests: sinusoids in closed loop, recorded. */
 #ifndef HEXID_TESTS_GAP_RIG_H
 #define HEXID_TESTS_GAP_RIG_H
 
 #include "replay.h"
 
-/* The first `tests` axes, as `params` configures them, on `machine`. Status as of
+/* Records the first `tests` axes, configured by `params`, on `machine`. Returns the status of
  * replay_closed_loop(). */
 static inline int gap_rig(const struct params *params, const struct params *machine, int tests, struct recording *out,
                           struct error *error) {

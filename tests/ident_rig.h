@@ -12,24 +12,24 @@ enum { RATE_HZ = 500, SAMPLES_MAX = 2500, HARMONICS = 3 };
 
 static const double tank_pa = 1e6;
 
-/* A machine as the method sees it, and how its six tests went. Poses and wrenches are
- * constant + drift + three harmonics. */
+/* A machine as the method sees it and the record of its six tests. Poses and wrenches are a
+ * constant, a drift and three harmonics. */
 struct rig {
     struct params params;
     struct kinematics kinematics;
     struct cylinder_areas areas;
     double mt[DOFS][DOFS], bt[DOFS][DOFS];
-    double pose[DOFS][DOFS][HARMONICS][2]; /* test, axis, harmonic, [sin, cos] */
-    int samples;                           /* evaluated, a test */
-    struct cycle cycle[DOFS][SAMPLES_MAX]; /* by test */
+    double pose[DOFS][DOFS][HARMONICS][2]; /* [test][axis][harmonic][sin, cos] */
+    int samples;                           /* evaluated samples per test */
+    struct cycle cycle[DOFS][SAMPLES_MAX]; /* [test] */
 };
 
 static inline double omega(const struct rig *r, int d) { return 2 * PI * r->params.tests.hz[d]; }
 
 static inline double amplitude(const struct rig *r, int dof) { return r->params.tests.amplitude[dof]; }
 
-/* Own axis near the command with a phase lag, the others a few percent of theirs;
- * weaker harmonics. */
+/* The tested axis follows the command with a phase lag, the others move by a few percent of it; the
+ * harmonics are weaker. */
 static inline void rig_motions(struct rig *r, uint64_t *state) {
     for (int d = 0; d < DOFS; d++)
         for (int i = 0; i < DOFS; i++)
@@ -40,8 +40,8 @@ static inline void rig_motions(struct rig *r, uint64_t *state) {
             }
 }
 
-/* General matrices, so that a transposed or misplaced entry shows: the nominal one and viscous
- * legs, each entry disturbed. */
+/* Disturbs every entry of the nominal matrices and the legs' viscous friction, so that a transposed
+ * or misplaced entry shows. */
 static inline void rig_matrices(struct rig *r, uint64_t *state) {
     static const double neutral[DOFS] = {0};
     double j[LEGS][DOFS];
@@ -59,11 +59,11 @@ static inline void rig_matrices(struct rig *r, uint64_t *state) {
         }
 }
 
-/* Pose, its first and second time derivatives. */
+/* The pose and its first and second time derivatives. */
 static inline void rig_motion(const struct rig *r, int d, double t_s, double pose[3][DOFS]) {
     for (int i = 0; i < DOFS; i++) {
         pose[0][i] = amplitude(r, i) * (0.1 + 0.02 * (t_s - 1));
-        pose[1][i] = pose[2][i] = 0; /* the drift's rate is no part of the fundamental */
+        pose[1][i] = pose[2][i] = 0; /* the fundamental excludes the drift's rate */
         for (int k = 0; k < HARMONICS; k++) {
             double w = (k + 1) * omega(r, d), s = sin(w * t_s), c = cos(w * t_s);
             const double *a = r->pose[d][i][k];
@@ -81,7 +81,7 @@ static inline void rig_wrench(const struct rig *r, double t_s, double motion[3][
     }
 }
 
-/* Lengths and pressures that have this pose and wrench. */
+/* Fills in the lengths and pressures that belong to this pose and wrench. */
 static inline void sample_from(const struct rig *r, const double pose[DOFS], const double wrench[DOFS], struct hal_sample *in) {
     double j[LEGS][DOFS], force_n[LEGS];
     ik_lengths(&r->kinematics, pose, in->length_m);

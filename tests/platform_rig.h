@@ -1,6 +1,6 @@
-/* The whole controller, platform_step(), on the simulated machine. Whatever a test does, in every
- * cycle: valves are centred unless the state holds the platform, commands are finite and within
- * +-1, and the reference neither jumps nor outruns the limits. */
+/* The whole controller, platform_step(), on the simulated machine. The rig checks in every cycle of
+ * every test that valves are centred unless the state holds the platform, that commands are finite
+ * and within +-1, and that the reference neither jumps nor exceeds its limits. */
 #ifndef HEXID_TESTS_PLATFORM_RIG_H
 #define HEXID_TESTS_PLATFORM_RIG_H
 
@@ -18,15 +18,16 @@ struct rig {
     struct platform platform;
     struct cycle now, before;
     int64_t cycles;
-    uint32_t id;                    /* of the last request */
-    double stuck_valve;             /* all spools stand there, whatever they are told; 0: none
-                                     * does */
-    int cut_leg;                    /* its valve's cable is cut, -1: none */
-    double largest_valve_step;      /* driven cycles, engage included */
+    uint32_t id;                    /* number of the last request */
+    double stuck_valve;             /* all spools stick at this position whatever the command; 0:
+                                     * none sticks */
+    int cut_leg;                    /* leg whose valve cable is cut, -1: none */
+    double largest_valve_step;      /* largest change of a command while driven, engage included */
     double leg_ref_before[LEGS];
 };
 
-typedef void spoiler(struct hal_sample *sample, int which); /* cycle or leg, as the test means it */
+typedef void spoiler(struct hal_sample *sample, int which); /* `which` is a cycle or a leg, as the
+                                                             * test defines it */
 
 static inline void rig_init(struct rig *rig, const struct params *params) {
     struct error error;
@@ -43,8 +44,7 @@ static inline void check_always(struct rig *rig) {
     const struct cycle *c = &rig->now;
     bool drives = supervisor_drives(c->state), drove = rig->cycles > 0 && supervisor_drives(rig->before.state);
     assert_int_equal(c->out.enable, drives);
-    /* A fault is latched in fault, and while the platform is put down for one that
-     * control can do with. */
+    /* A fault may be latched only in FAULT, or while parking if control still works with it. */
     if (c->faults && c->state != STATE_FAULT)
         assert_true(c->state == STATE_PARKING && failure_of(c->first_fault)->reaction == REACTION_PARK);
     if (c->state == STATE_FAULT) assert_true(c->faults);
@@ -56,15 +56,15 @@ static inline void check_always(struct rig *rig) {
         assert_true(c->out.valve[i] >= -1.0 && c->out.valve[i] <= 1.0);
         assert_true(isfinite(c->pose[i]) && isfinite(c->ref[i]) && isfinite(c->force_n[i]));
         if (drives) rig->largest_valve_step = fmax(rig->largest_valve_step, fabs(step));
-        /* No leg is told to outrun its own limit; where driving starts, it starts
-         * where the leg is. */
+        /* No leg's reference exceeds that leg's speed limit; at the start of driving it equals the
+         * leg's length. */
         double from = drove ? rig->leg_ref_before[i] : rig->platform.length_m[i];
         if (drives) assert_below(fabs(rig->platform.leg_ref_m[i] - from), rig->params.limits.leg_rate_mps * rig->params.loop.period_s);
         rig->leg_ref_before[i] = rig->platform.leg_ref_m[i];
     }
 }
 
-/* One cycle on this sample. */
+/* Runs one cycle on this sample. */
 static inline void rig_step(struct rig *rig, const struct hal_sample *sample, struct request request) {
     static const double centred[LEGS] = {0};
     double valve[LEGS];
@@ -90,10 +90,10 @@ static inline void rig_spoilt(struct rig *rig, spoiler *spoil, int which) {
     rig_request(rig, (struct request){.id = rig->id}, spoil, which);
 }
 
-/* On a sample of the test's own, nothing asked for. */
+/* Runs one cycle on the test's own sample, without a request. */
 static inline void rig_given(struct rig *rig, const struct hal_sample *sample) { rig_step(rig, sample, (struct request){.id = rig->id}); }
 
-/* One cycle; a command other than none is a new request. */
+/* Runs one cycle; a command other than none is a new request. */
 static inline void rig_cycle(struct rig *rig, enum command command) {
     if (command != COMMAND_NONE) rig->id++;
     rig_request(rig, (struct request){.id = rig->id, .command = command}, NULL, 0);
@@ -111,7 +111,7 @@ static inline void rig_until(struct rig *rig, enum state state) {
     }
 }
 
-/* From wherever it is, so many cycles into this state. */
+/* Leads the platform from its present state into `state`, at most `cycles` per step. */
 static inline void rig_bring(struct rig *rig, enum state state, int cycles) {
     static const enum command next[STATES] = {
         [STATE_SETTLED] = COMMAND_ENGAGE, [STATE_READY] = COMMAND_START, [STATE_FAULT] = COMMAND_RESET};
@@ -175,7 +175,7 @@ static inline void spoil_cycles(struct rig *rig, spoiler *spoil, int cycles) {
 
 static inline bool parks(uint32_t fault) { return failure_of(fault)->reaction == REACTION_PARK; }
 
-/* What was just latched goes on until the platform stands: at once, or when it is put down. */
+/* Keeps the latched fault present until the platform stands, at once or after parking. */
 static inline void rig_trip(struct rig *rig, spoiler *spoil) {
     if (parks(rig->now.first_fault)) assert_int_equal(rig->now.state, STATE_PARKING);
     for (int n = 0; rig->now.state == STATE_PARKING && n < 5000; n++) rig_spoilt(rig, spoil, n);

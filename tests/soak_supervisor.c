@@ -1,6 +1,7 @@
-/* The fuzzer of tests/test_supervisor.c for longer: soak_supervisor [CYCLES [SEED]], 100 million
- * from seed 1 on by default; then a fiftieth of that on the simulated platform. Progress goes to
- * standard error; status 1: the model was broken, and the shortest history of it was printed. */
+/* Runs the fuzzer of tests/test_supervisor.c for longer: soak_supervisor [CYCLES [SEED]], by
+ * default 100 million cycles from seed 1 on; then a fiftieth of that on the simulated platform.
+ * Progress goes to standard error; status 1 means that the model was broken and the shortest
+ * history was printed. */
 #include "supervisor_fuzz.h"
 
 static void tell(uint64_t seed, int64_t cycles) {

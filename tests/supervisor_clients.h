@@ -1,5 +1,6 @@
-/* Operators of the fuzzed loop, and what of them may never be. Requests come as the sockets hand
- * them on (operator.h); a client renews its lease until it hangs or is gone. */
+/* The operators of the fuzzed loop and the rules about them that must never be broken. Requests
+ * come as the sockets hand them on (operator.h); a client renews its lease until it hangs or
+ * disconnects. */
 #ifndef HEXID_TESTS_SUPERVISOR_CLIENTS_H
 #define HEXID_TESTS_SUPERVISOR_CLIENTS_H
 
@@ -11,9 +12,9 @@ enum { CLIENTS = 6, TICK_CYCLES = 10, RENEWAL = 1 };
 
 struct client {
     uint64_t peer;               /* its connection */
-    int64_t heard_ns, hangs_until; /* when it last renewed; cycle */
-    enum command waits;          /* for the answer to this, COMMAND_NONE: for none, */
-    uint32_t id;                 /* under this number */
+    int64_t heard_ns, hangs_until; /* time of the last renewal; cycle at which the hanging ends */
+    enum command waits;          /* command whose answer it awaits, COMMAND_NONE: none */
+    uint32_t id;                 /* number of that request */
     bool leads;                  /* its engage was the last one that was granted a lease */
 };
 
@@ -22,11 +23,11 @@ struct clients {
     struct loop *loop;
     struct client client[CLIENTS];
     uint64_t peers;
-    uint32_t ids;                /* of requests, RENEWAL left out */
+    uint32_t ids;                /* number of requests so far, renewals excluded */
     enum command asked;          /* stop or park that the next cycle must see */
-    int64_t ticked;              /* cycle of the last turn */
-    int unled, unheard;          /* cycles in a row with the supply on and nobody's lease, or one
-                                  * that has run out */
+    int64_t ticked;              /* cycle of the main thread's last turn */
+    int unled, unheard;          /* consecutive cycles with the supply on and no lease, or an
+                                  * expired one */
     int64_t now_ns;
 };
 
@@ -52,14 +53,15 @@ static inline void clients_begin(struct clients *c, const struct params *params,
     operator_init(&c->operator, params, loop, &(struct operator_ports){c, clients_answered, clients_said});
 }
 
-/* Asks over the socket of the group, or over the one for everybody, which takes only stop and
+/* Asks over the operators' group's socket, or over everybody's, which accepts only stop and
  * park. */
 static inline void clients_ask(struct clients *c, int i, enum command command, bool may_move) {
     struct client *one = &c->client[i];
     const struct command_request r = {.id = RENEWAL + ++c->ids, .command = command};
-    if ((unsigned)command >= COMMANDS || command == COMMAND_NONE) return; /* no packet says so */
+    /* no packet can carry this */
+    if ((unsigned)command >= COMMANDS || command == COMMAND_NONE) return;
     if (command_stops(command) && c->asked != COMMAND_PARK) c->asked = command;
-    /* who asks again before the answer waits for the first */
+    /* a client that asks again before the answer still waits for the first answer */
     if (may_move && !command_stops(command) && one->waits == COMMAND_NONE) one->waits = command, one->id = r.id;
     operator_take(&c->operator, one->peer, &r, may_move, c->now_ns);
 }
@@ -70,7 +72,7 @@ static inline void clients_gone(struct clients *c, int i) {
     c->client[i] = (struct client){.peer = ++c->peers, .leads = c->client[i].leads, .heard_ns = INT64_MIN / 2};
 }
 
-/* The main thread's turn; it may be kept from it for a while. */
+/* The main thread's turn, which can be delayed for a while. */
 static inline void clients_turn(struct clients *c, const struct params *params, int64_t cycle, bool stalls) {
     if (stalls && cycle - c->ticked < TICK_CYCLES) return;
     for (int i = 0; i < CLIENTS; i++) {
@@ -82,7 +84,7 @@ static inline void clients_turn(struct clients *c, const struct params *params, 
     c->ticked = cycle;
 }
 
-/* Judges the request that the loop is about to see, and what the loop made of it. */
+/* Judges the request that the loop is about to see and the loop's reaction to it. */
 static inline bool never_by_clients(struct clients *c, struct model *m, enum command command) {
     bool moves = command != COMMAND_NONE && !command_stops(command), waited_for = false;
     for (int i = 0; i < CLIENTS; i++) waited_for |= c->client[i].waits == command;
@@ -93,8 +95,8 @@ static inline bool never_by_clients(struct clients *c, struct model *m, enum com
     return true;
 }
 
-/* Nothing is in motion whose operator is gone, or not heard any more, for longer than the main
- * thread may be kept from its turn. */
+/* Nothing may move whose operator has left or fallen silent for longer than the main thread can be
+ * delayed. */
 static inline bool never_unled(struct clients *c, struct model *m) {
     enum state state = m->before.state;
     bool led = false, heard = false;

@@ -1,6 +1,6 @@
-/* Fuzzes the loop against the model: an episode is a configuration and a list of events, both made
- * of a seed. One that breaks the model is made shorter, by leaving out events as long as the same
- * is broken, and printed. */
+/* Fuzzes the loop against the model. An episode is a configuration and a list of events, both drawn
+ * from a seed. An episode that breaks the model is shortened by omitting events as long as the same
+ * rule is broken, and then printed. */
 #ifndef HEXID_TESTS_SUPERVISOR_FUZZ_H
 #define HEXID_TESTS_SUPERVISOR_FUZZ_H
 
@@ -15,14 +15,15 @@ struct episode {
     uint64_t seed;
     struct params params;
     enum clock_kind clock;
-    bool operated;               /* commands come from clients, under leases; else straight into
+    bool operated;               /* commands come from clients under leases; otherwise straight into
                                   * the mailbox */
     struct event events[EVENTS_MAX];
     int count, cycles;
-    bool simulated;              /* on the simulated platform, which takes five times the time */
+    bool simulated;              /* runs on the simulated platform, which takes five times as
+                                  * long */
 };
 
-/* ---- making one ---- */
+/* ---- drawing an episode ---- */
 
 static inline void draw_motion(struct params *p, uint64_t *seed) {
     p->motion.automatic = below(seed, 3) == 0;
@@ -47,8 +48,8 @@ static inline void draw_limits(struct params *p, uint64_t *seed) {
     i->pressure_s = between(seed, 0.05, 0.6);
 }
 
-/* Weights by kind: what the operator does most; faults seldom enough that something moves. Some
- * come together more often than chance would have it. */
+/* Weights of the kinds: common operator actions are frequent; faults are rare enough for the
+ * platform to move. Some kinds come together more often than by chance. */
 static inline enum kind draw_kind(uint64_t *seed, int trouble, enum kind before) {
     static const enum kind together[EVENTS] = {
         [EVENT_STALL] = EVENT_READ_FAILS,         [EVENT_WRITE_FAILS] = EVENT_INPUT_OPENS, [EVENT_PRESSURE_NAN] = EVENT_LENGTH_NAN,
@@ -81,12 +82,12 @@ static inline void episode_draw(struct episode *e, uint64_t seed) {
     e->params.lcm.commands = true, e->params.lcm.lease_s = between(&state, 0.05, 1.0);
     static const int troubles[] = {0, 1, 2, 4, 10, 40};
     int trouble = troubles[below(&state, 6)], often = 10 + below(&state, 80);
-    /* the first around the instant at which the sensors are believed */
+    /* the first event falls near the cycle from which the sensors are trusted */
     int cycle = 40 + below(&state, 20);
     for (; e->count < EVENTS_MAX; e->count++) {
         struct event *v = &e->events[e->count];
         enum kind before = e->count ? v[-1].kind : EVENT_UPWARDS;
-        /* often several at once */
+        /* events often coincide */
         if (e->count) cycle += below(&state, 4) ? 1 + below(&state, 2 * often) : below(&state, 3);
         if (cycle >= EPISODE) break;
         *v = (struct event){.cycle = cycle,
@@ -98,7 +99,7 @@ static inline void episode_draw(struct episode *e, uint64_t seed) {
     }
 }
 
-/* ---- running it ---- */
+/* ---- running an episode ---- */
 
 struct run {
     const struct episode *episode;
@@ -106,10 +107,10 @@ struct run {
     struct loop loop;
     struct ring records;
     struct model model;
-    int64_t popped, next_seq, gaps;     /* of the records of this loop */
+    int64_t popped, next_seq, gaps;     /* counters of the present loop's records */
     struct clients clients;
     uint32_t last_id;
-    FILE *told;                         /* the last cycles are told there, NULL: nowhere */
+    FILE *told;                         /* the last cycles are printed there, NULL: nowhere */
 };
 
 static inline void loop_begin(struct run *r) {
@@ -133,7 +134,7 @@ static inline void ask(struct run *r, const struct event *v, enum command comman
     else clients_ask(&r->clients, v->leg, command, v->cycles % 8 != 0);
 }
 
-/* Begins the events of this cycle. */
+/* Starts the events of this cycle. */
 static inline void befall(struct run *r, int *next) {
     struct world *w = &r->world;
     for (; *next < w->count && w->events[*next].cycle <= w->cycle; ++*next) {
@@ -168,8 +169,8 @@ static inline int64_t lateness(const struct world *w, const struct params *p) {
     return (int64_t)(p->loop.period_s * NS_PER_S * most * (0.5 + 0.5 * noise(w, 99)));
 }
 
-/* The record of this cycle: the newest in the ring, which goes on being full for a while where the
- * recorder stalls. False: it was lost, and seen in the platform itself. */
+/* Takes this cycle's record, the newest in the ring; the ring stays full for a while when the
+ * recorder stalls. Returns false if the record was lost, and fills `c` from the platform itself. */
 static inline void take_record(struct run *r, uint64_t lost, int test, struct cycle *c) {
     const struct platform *p = &r->loop.platform;
     uint64_t head = atomic_load(&r->records.head);
@@ -191,7 +192,7 @@ static inline void take_record(struct run *r, uint64_t lost, int test, struct cy
     memcpy(c->force_n, p->force_n, sizeof c->force_n);
 }
 
-/* The recorder. No sequence number is lost that is not counted. */
+/* Plays the recorder. Every lost sequence number must be counted. */
 static inline bool drain(struct run *r) {
     struct model *m = &r->model;
     struct cycle c;
@@ -274,7 +275,7 @@ static inline int episode_run(const struct episode *e, struct run *r, FILE *told
 
 /* ---- the shortest history ---- */
 
-/* Leaves out events while the same is broken: halves, quarters, ..., single ones. */
+/* Omits events while the same rule is broken: halves, quarters, ..., single ones. */
 static inline void episode_shorten(struct episode *e, struct run *r) {
     char text[sizeof r->model.text];
     int rule = r->model.rule;
@@ -316,8 +317,8 @@ static inline void episode_print(const struct episode *e, const char *text, FILE
     }
 }
 
-/* Episodes from this seed on, until so many cycles have been run. False: one broke the model, and
- * was printed. */
+/* Runs episodes from this seed on until `cycles` have been run. Returns false and prints the
+ * episode if one broke the model. */
 static inline bool fuzz(uint64_t seed, int64_t cycles, bool simulated, struct run *r, void (*progress)(uint64_t seed, int64_t cycles)) {
     struct episode *e = malloc(sizeof *e);
     bool good = true;

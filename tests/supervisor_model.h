@@ -1,9 +1,7 @@
 /* The supervisor's contract (docs/safety.md, supervisor.h, platform.h, loop.h) as a table of what
- * may never be, judged from outside: from what the loop was given and what it gave. It is written
- * from the documents and shares no code with src/core but the inverse kinematics.
- *
- * Where the documents leave room (a length near its limit), a doubt is one that the controller may
- * have, and not one that it must have. */
+ * must never happen, judged only by the loop's inputs and outputs. It is written from the documents
+ * and shares no code with src/core but the inverse kinematics. Where the documents leave room (a
+ * length near its limit), the controller may doubt the sample but need not. */
 #ifndef HEXID_TESTS_SUPERVISOR_MODEL_H
 #define HEXID_TESTS_SUPERVISOR_MODEL_H
 
@@ -16,58 +14,60 @@
 
 #include "kinematics.h"
 
-/* One cycle as it is seen from outside. */
+/* One cycle as seen from outside. */
 struct seen {
-    struct hal_sample in;        /* as delivered */
-    bool read_failed, unwritten; /* nothing was read; the command before was not written */
-    bool spoilt;                 /* a length is not the plant's */
-    bool disturbed;              /* samples or machine were, in the last 0.6 s: it may shake */
+    struct hal_sample in;        /* the sample as delivered */
+    bool read_failed, unwritten; /* the read failed; the previous command was not written */
+    bool spoilt;                 /* a length differs from the plant's */
+    bool disturbed;              /* samples or machine were disturbed in the last 0.6 s: oscillation
+                                  * is allowed */
     bool write_failed;
-    int64_t late_ns;             /* deadline to wake-up */
-    bool real;                   /* deadlines count: a real clock */
-    enum command command;        /* a new request, COMMAND_NONE: none */
-    int writes, safes;           /* calls of the back-end, */
-    struct hal_command written;  /* and the last command it was given */
-    struct cycle out;            /* what the loop says of the cycle; */
-    bool lost;                   /* its record was lost: without test and phase */
+    int64_t late_ns;             /* wake-up after the deadline */
+    bool real;                   /* deadlines count because the clock is real */
+    enum command command;        /* new request, COMMAND_NONE: none */
+    int writes, safes;           /* calls of the back-end in this cycle */
+    struct hal_command written;  /* last command that it was given */
+    struct cycle out;            /* the loop's own record of the cycle */
+    bool lost;                   /* its record was lost, so test and phase are unknown */
 };
 
 struct model {
     const struct params *params;
     struct kinematics kinematics;
-    struct cycle before;         /* the last cycle */
-    int64_t cycles;              /* since the loop began */
-    /* samples */
-    int64_t anew;                /* cycle of the last sample that the device's count calls new */
+    struct cycle before;         /* record of the previous cycle */
+    int64_t cycles;              /* cycles since the loop began */
+    /* about samples */
+    int64_t anew;                /* last cycle whose sample the device's counter marked as new */
     uint64_t device_seq;
-    bool repeated;               /* that count did not rise */
-    int64_t missed_least, missed_most; /* deadlines in a row, by the times of the reads: they leave
-                                        * a period of room a cycle */
-    int64_t time_ns;             /* of the readings before, */
-    double length_m[LEGS];       /* and they, */
-    bool good_before;            /* and nothing was doubtful about them */
-    double good_m[LEGS];         /* the last about which nothing was, */
-    int64_t good_cycle;          /* and their cycle, -1: none yet */
-    int64_t unsure_until;        /* a length that jumped was perhaps believed: the way back is
-                                  * perhaps a jump */
-    double leg_ref_m[LEGS];      /* reference of the last cycle, */
-    double low_m[LEGS], high_m[LEGS]; /* and where it was since the reading last changed */
-    int sure_stop, sure_park, maybe_bad; /* bounds of the buckets */
-    int good_run;                /* cycles without a doubt that must be had */
+    bool repeated;               /* the device's counter did not rise */
+    int64_t missed_least, missed_most; /* bounds of the deadlines missed in a row, from the times of
+                                        * the reads, which are uncertain by a period per cycle */
+    int64_t time_ns;             /* time of the previous readings */
+    double length_m[LEGS];       /* previous readings */
+    bool good_before;            /* nothing about them was doubtful */
+    double good_m[LEGS];         /* last readings without a doubt */
+    int64_t good_cycle;          /* their cycle, -1: none yet */
+    int64_t unsure_until;        /* until then a length that jumped may have been believed, so the
+                                  * way back may be a jump as well */
+    double leg_ref_m[LEGS];      /* reference of the last cycle */
+    double low_m[LEGS], high_m[LEGS]; /* its range since the reading last changed */
+    int sure_stop, sure_park, maybe_bad; /* bounds of the leaky buckets' levels */
+    int good_run;                /* consecutive cycles without a certain doubt */
     uint32_t inputs;
-    int contradicted[INPUTS];    /* cycles in a row */
-    /* what was asked for */
+    int contradicted[INPUTS];    /* consecutive cycles */
+    /* about requests */
     bool automatic;
-    int64_t in_state, stopped_for, down_for; /* cycles; the latter two: since a stop in testing, and
+    int64_t in_state, stopped_for, down_for; /* cycles in this state; since a stop in testing, and
                                               * since a park, -1: none */
-    bool retracted;              /* `stop` since the last start: no test goes on by itself */
-    /* the reference of the last two cycles while the platform is driven without a break */
+    bool retracted;              /* `stop` came after the last start: no test may continue by
+                                  * itself */
+    /* reference of the last two cycles while the platform is driven without interruption */
     double ref_rate[DOFS];
     bool ref_known, rate_known;
-    bool reset;                  /* in this cycle, of a fault */
-    long edges[STATES][STATES];  /* how often each change of state was seen */
-    int rule;                    /* what was broken: its line here, */
-    char text[240];              /* and in words */
+    bool reset;                  /* a fault was reset in this cycle */
+    long edges[STATES][STATES];  /* count of each change of state */
+    int rule;                    /* line in this file of the broken rule */
+    char text[240];              /* the broken rule in words */
 };
 
 enum { GOOD_RUN = 50, INIT_BAD = 1000, UNSURE = 50 };
@@ -101,10 +101,10 @@ __attribute__((format(printf, 2, 3))) static inline bool broken(struct model *m,
         if (condition) return m->rule = __LINE__, broken(m, __VA_ARGS__); \
     } while (0)
 
-/* ---- what is doubtful about a sample ---- */
+/* ---- doubts about a sample ---- */
 
 struct doubt {
-    uint32_t sure, maybe; /* FAULT_... that must and that may be seen; sure within maybe */
+    uint32_t sure, maybe; /* FAULT_... that must and that may be seen; `sure` is within `maybe` */
 };
 
 static inline void must(struct doubt *d, uint32_t fault, bool when) {
@@ -132,7 +132,7 @@ static inline void doubt_inputs(const struct model *m, const struct seen *s, str
     may(d, FAULT_SUPPLY, !pressure && waited_s > -1.5 * m->params->loop.period_s);
 }
 
-/* The two contacts of an input say the same for longer than they may. */
+/* The two contacts of an input contradict each other for longer than allowed. */
 static inline void doubt_contacts(struct model *m, const struct seen *s, struct doubt *d) {
     const struct interlock_params *p = &m->params->interlocks;
     uint32_t wired = model_wired(p) | (p->pressure ? INPUT_SUPPLY : 0u);
@@ -172,7 +172,7 @@ static inline void doubt_leg(struct model *m, const struct seen *s, int i, struc
     may(d, FAULT_STANDSTILL, range_m > l->standstill_m - 1e-9);
 }
 
-/* The leg's reference while its reading stood still. */
+/* Tracks the range of the leg's reference while its reading stands still. */
 static inline void follow_standstill(struct model *m, const struct seen *s) {
     for (int i = 0; i < LEGS && !s->read_failed && !s->unwritten; i++) {
         bool moved = s->in.length_m[i] != m->length_m[i];
@@ -209,14 +209,16 @@ static inline struct doubt model_doubt(struct model *m, const struct seen *s) {
     return d;
 }
 
-/* ---- which state may follow ---- */
+/* ---- allowed changes of state ---- */
 
 struct cause {
-    bool good, closed;                              /* the sample; the interlocks, before engage */
-    bool engage, start, stop, park, reset;          /* asked for */
-    bool automatic, parks, faults;                  /* without being asked; faults that park; any */
+    bool good, closed;                              /* the sample is good; the interlocks are
+                                                     * closed, before engage */
+    bool engage, start, stop, park, reset;          /* requested */
+    bool automatic, parks, faults;                  /* starts unasked; has faults that park; has any
+                                                     * fault */
     bool pressure, believed, neutral, parked;
-    bool ended;                                     /* the last test, or one that was stopped */
+    bool ended;                                     /* the last test, or a stopped one, has ended */
 };
 
 static inline bool at(const double ref[DOFS], double z_m, double tolerance) {
@@ -275,7 +277,7 @@ static inline bool model_reaches(enum state from, enum state to, const struct ca
     return reached[to];
 }
 
-/* ---- what may never be ---- */
+/* ---- what must never happen ---- */
 
 static inline bool never_in_outputs(struct model *m, const struct seen *s) {
     const struct cycle *c = &s->out;
@@ -326,13 +328,13 @@ static inline bool never_in_faults(struct model *m, const struct seen *s, struct
     return true;
 }
 
-/* Buckets: a lower bound counts what must be seen, an upper one what may be. */
+/* Leaky buckets: the lower bound counts certain doubts, the upper bound possible ones. */
 static inline void fill(int *bucket, bool bad) { *bucket = bad ? *bucket + 1 : *bucket > 0 ? *bucket - 1 : 0; }
 
 static inline bool never_blind(struct model *m, const struct seen *s, struct doubt d) {
     const struct cycle *c = &s->out;
     bool waits = c->state == STATE_INIT || m->before.state == STATE_INIT;
-    /* buckets are emptied */
+    /* buckets are empty again */
     bool anew = m->reset || (c->state == STATE_SETTLED && m->before.state != STATE_SETTLED);
     int limit = waits ? INIT_BAD : m->params->limits.bad_cycles;
     fill(&m->sure_stop, d.sure & ~MODEL_PARKS & ~(uint32_t)FAULT_OVERRUN);
@@ -346,7 +348,7 @@ static inline bool never_blind(struct model *m, const struct seen *s, struct dou
     never(!anew && m->sure_park >= limit && c->state != STATE_FAULT && c->state != STATE_PARKING, "%d samples without pressures, in %s",
           m->sure_park, state_names[c->state]);
     uint32_t patient = c->faults & ~m->before.faults & FAULT_ANY & ~(MODEL_AT_ONCE | (uint32_t)FAULT_OVERRUN);
-    /* an oscillation has been watched for long before it is a fault */
+    /* an oscillation is watched for long before it is a fault */
     if (c->faults & ~m->before.faults & FAULT_OSCILLATION) patient = 0;
     never(!anew && patient && !(d.maybe & (MODEL_AT_ONCE | FAULT_OVERRUN)) && m->maybe_bad < limit, "fault %x after %d bad samples of %d",
           (unsigned)patient, m->maybe_bad, limit);
@@ -361,14 +363,14 @@ static inline bool never_blind(struct model *m, const struct seen *s, struct dou
     return true;
 }
 
-/* The longest that putting down takes: from the fastest move up, to rest and back. */
+/* Longest time to park: from the fastest upward move to rest and back down. */
 static inline double model_longest_move_s(const struct model *m) {
     const struct motion_params *p = &m->params->motion;
     double brake_s = 0.25 + 3.0 / sqrt(2.0) * p->rate_mps / p->accel_mps2, far_m = 0.5 + brake_s * p->rate_mps;
     return fmax(p->park_s, brake_s + fmax(15.0 / 8.0 * far_m / p->rate_mps, sqrt(6.0 * far_m / p->accel_mps2)));
 }
 
-/* A stop or a park is taken in every state. */
+/* Every state accepts a stop or a park. */
 static inline bool never_without_end(struct model *m, const struct seen *s) {
     const struct cycle *c = &s->out;
     bool stop = s->command == COMMAND_STOP, park = s->command == COMMAND_PARK, rests = !model_powers(c->state);
@@ -392,9 +394,9 @@ static inline bool never_without_end(struct model *m, const struct seen *s) {
     return true;
 }
 
-/* Bounds of the reference's rate and acceleration. A test is an envelope e (or two, when it is
- * stopped while it ramps in) on a sinusoid, with |e'| <= 1.5 / ramp and |e''| <= 6 / ramp^2; a
- * move keeps its limits, or begins with what the test left to it. */
+/* Bounds of the reference's rate and acceleration. A test is an envelope e (two if it is stopped
+ * while it ramps in) times a sinusoid, with |e'| <= 1.5 / ramp and |e''| <= 6 / ramp^2; a move
+ * keeps its limits or starts from the motion that the test left. */
 static inline void model_motion_limits(const struct model *m, bool test, double rate[DOFS], double acceleration[DOFS]) {
     const struct test_params *t = &m->params->tests;
     const struct motion_params *p = &m->params->motion;
@@ -431,7 +433,7 @@ static inline bool never_in_reference(struct model *m, const struct seen *s) {
         m->ref_rate[i] = now;
     }
     never(!drives && distance(c->ref, c->pose, DOFS) != 0.0, "the reference is not the pose in %s", state_names[c->state]);
-    /* while the supply comes the legs are held against where they were */
+    /* while the supply builds up, the legs are held where they were */
     if (c->state != STATE_PRESSURISING) memcpy(m->leg_ref_m, leg_m, sizeof leg_m);
     else if (m->before.state != STATE_PRESSURISING) memcpy(m->leg_ref_m, s->in.length_m, sizeof m->leg_ref_m);
     return true;
@@ -452,7 +454,7 @@ static inline bool never_out_of_turn(struct model *m, const struct seen *s, stru
     return true;
 }
 
-/* Keeps what the next cycle is judged by. */
+/* Keeps the values by which the next cycle is judged. */
 static inline void model_keep(struct model *m, const struct seen *s, struct doubt d) {
     const struct cycle *c = &s->out;
     bool open = model_wired(&m->params->interlocks) & ~s->in.inputs || s->read_failed;
@@ -460,7 +462,7 @@ static inline void model_keep(struct model *m, const struct seen *s, struct doub
     if (s->command == COMMAND_STOP || s->command == COMMAND_PARK || c->state == STATE_FAULT || down) m->automatic = false;
     if (m->before.state == STATE_SETTLED && open && !s->read_failed) m->automatic = false;
     bool read = !s->read_failed && !s->unwritten;
-    /* what says nothing against the lengths */
+    /* faults that do not discredit the lengths */
     uint32_t beside = MODEL_PARKS | FAULT_KINEMATICS | (m->before.state == STATE_PRESSURISING ? FAULT_SUPPLY : 0u);
     bool shakes = c->faults & ~m->before.faults & FAULT_OSCILLATION;
     m->good_before = read && !shakes && !(d.maybe & ~beside);
@@ -476,7 +478,7 @@ static inline void model_keep(struct model *m, const struct seen *s, struct doub
     m->cycles++;
 }
 
-/* False: something was that may never be; m->text says what. */
+/* Returns false if a rule was broken; m->text names it. */
 static inline bool model_step(struct model *m, const struct seen *s) {
     struct doubt d = model_doubt(m, s);
     m->reset = s->command == COMMAND_RESET && m->before.state == STATE_FAULT;

@@ -1,9 +1,7 @@
-/* The surroundings of the fuzzed loop: a cheap plant behind a back-end of its own, and the events
- * that befall plant, samples, bus, clock and operator. A world is a pure function of its seed and
- * its events, so a history can be run again with some of them left out.
- *
- * The test's own clock_gettime and clock_nanosleep stand before the C library's: time passes as the
- * world says. */
+/* The surroundings of the fuzzed loop: a cheap plant behind its own back-end, and the events that
+ * affect plant, samples, bus, clock and operator. A world is a pure function of its seed and
+ * events, so a history can be replayed with some events omitted. The test's own clock_gettime and
+ * clock_nanosleep override the C library's, so the world sets the time. */
 #ifndef HEXID_TESTS_SUPERVISOR_WORLD_H
 #define HEXID_TESTS_SUPERVISOR_WORLD_H
 
@@ -20,15 +18,15 @@
 /* ---- events ---- */
 
 enum kind {
-    /* the operator */
-    EVENT_UPWARDS,     /* the command that leads on from the state of that moment */
-    EVENT_COMMAND,     /* value: enum command, or none that exists */
+    /* from the operator */
+    EVENT_UPWARDS,     /* the next command towards operation from the present state */
+    EVENT_COMMAND,     /* value: enum command, possibly an invalid one */
     EVENT_CLIENT_HANGS, /* leg: which client */
-    EVENT_CLIENT_GONE,  /* the same */
+    EVENT_CLIENT_GONE,  /* leg: which client */
     EVENT_MAIN_STALLS,
-    EVENT_QUIT,        /* the daemon is told to end */
-    EVENT_RESTART,     /* and is started again, on the plant as it stands */
-    /* readings; for `cycles`, of `leg` */
+    EVENT_QUIT,        /* the daemon is told to quit */
+    EVENT_RESTART,     /* restarts on the plant as it stands */
+    /* in the readings, for `cycles`, of `leg` */
     EVENT_LENGTH_NAN,
     EVENT_LENGTH_LOW,
     EVENT_LENGTH_HIGH,
@@ -46,14 +44,14 @@ enum kind {
     EVENT_TWIN,
     EVENT_DEVICE_RESTART,
     EVENT_GAP,
-    /* the back-end and the time */
+    /* in back-end and time */
     EVENT_READ_FAILS,
     EVENT_WRITE_FAILS,
     EVENT_STALL,
     EVENT_RECORDER_STALLS,
-    /* the machine */
+    /* in the machine */
     EVENT_INPUT_OPENS, /* leg: which input */
-    EVENT_CONTRADICTION, /* the same */
+    EVENT_CONTRADICTION, /* leg: which input */
     EVENT_VALVE_STICKS,
     EVENT_SUPPLY_LOST,
     EVENT_PUSHED,
@@ -68,10 +66,10 @@ static const char *const event_names[EVENTS] = {
 };
 
 struct event {
-    int cycle, cycles; /* when, and for how long */
+    int cycle, cycles; /* start and duration */
     enum kind kind;
     int leg;
-    double value;      /* 0..1; of a command its number */
+    double value;      /* 0..1; a command's number */
 };
 
 /* ---- random numbers ---- */
@@ -105,8 +103,8 @@ int clock_nanosleep(clockid_t id, int flags, const struct timespec *until, struc
 
 /* ---- the plant ---- */
 
-/* Six legs whose speed follows the spool, the spool the command, with a little load on them: quiet
- * enough for hexid's default gains. Without supply they sink. */
+/* Six legs whose speed follows the spool, which follows the command, under a light load: stable
+ * with hexid's default gains. They sink without supply. */
 struct world {
     struct hal hal;
     const struct params *params;
@@ -115,19 +113,19 @@ struct world {
     int cycle;
     const struct event *events;
     int count;
-    int until[EVENTS][LEGS];     /* an event is under way for a leg before this cycle */
+    int until[EVENTS][LEGS];     /* the leg's event lasts until this cycle */
     int disturbed_until;
     double value[EVENTS][LEGS];
     double length_m[LEGS], rate_mps[LEGS], spool[LEGS], load_n[LEGS];
-    struct plant *plant;         /* the simulated platform in their place; NULL: not */
-    double valve[LEGS];          /* as it has them */
+    struct plant *plant;         /* the simulated platform instead; NULL: the cheap plant */
+    double valve[LEGS];          /* spool positions */
     bool level;
     struct power_unit unit;
-    struct hal_command command;  /* as the device has it */
-    struct hal_sample last;      /* delivered */
+    struct hal_command command;  /* command that the device holds */
+    struct hal_sample last;      /* last delivered sample */
     uint64_t device_seq;
-    bool counts;                 /* the device counts its samples */
-    int64_t now_ns;              /* of the last read */
+    bool counts;                 /* the device numbers its samples */
+    int64_t now_ns;              /* time of the last read */
     bool read_failed;
     int writes, safes;
     struct hal_command written;
@@ -139,7 +137,7 @@ static inline double noise(const struct world *w, int what) {
     return (double)(int64_t)mix(w->seed ^ (uint64_t)w->cycle << 8 ^ (uint64_t)what) * 0x1p-63;
 }
 
-/* The same on the simulated platform. */
+/* Moves the simulated platform instead. */
 static inline void plant_move(struct world *w) {
     for (int i = 0; i < LEGS; i++)
         if (!under_way(w, EVENT_VALVE_STICKS, i)) w->valve[i] = w->command.enable ? w->command.valve[i] : 0.0;
@@ -148,8 +146,8 @@ static inline void plant_move(struct world *w) {
     plant_step(w->plant, w->valve);
 }
 
-/* Moves the plant by a cycle. A command holds until the next one; how a device ends on a command
- * that does not come is tested elsewhere (hal/). */
+/* Moves the plant by a cycle. A command holds until the next one; a device's watchdog for missing
+ * commands is tested elsewhere (hal/). */
 static inline void world_move(struct world *w) {
     if (w->plant) {
         plant_move(w);
@@ -259,7 +257,7 @@ static inline void world_safe(struct hal *hal) {
 static const struct hal_ops world_ops = {
     .scheme = "world", .simulated = true, .read = world_read, .write = world_write, .safe = world_safe};
 
-/* plant: NULL, or the simulated platform at its rest. */
+/* plant: NULL, or the simulated platform at rest. */
 static inline void world_init(struct world *w, struct plant *plant, const struct params *params, uint64_t seed, const struct event *events,
                               int count) {
     struct kinematics k;

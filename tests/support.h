@@ -1,4 +1,4 @@
-/* What the tests of control and loop share. */
+/* Helpers that all C tests share. */
 #ifndef HEXID_TESTS_SUPPORT_H
 #define HEXID_TESTS_SUPPORT_H
 
@@ -14,7 +14,7 @@
 #include "effect.h"
 #include "units.h"
 
-/* -1..1, the same sequence in every run. */
+/* Uniform in -1..1; the same sequence in every run. */
 static inline double random_unit(uint64_t *state) {
     *state = *state * 6364136223846793005u + 1442695040888963407u;
     return (double)(int64_t)*state / 9223372036854775808.0;
@@ -38,7 +38,7 @@ static inline int random_below(uint64_t *state, int count) {
     } while (0)
 #define assert_close(a, b, tolerance) assert_below(fabs((a) - (b)), tolerance)
 
-/* The same of each leg. */
+/* Sets every leg to the same value. */
 static inline void all_legs(double of[LEGS], double value) {
     for (int leg = 0; leg < LEGS; leg++) of[leg] = value;
 }
@@ -60,7 +60,7 @@ static inline struct params by_hand(void) {
     return params;
 }
 
-/* Axes of any length: no two are alike, none is level. */
+/* Sets joint axes of six different lengths, none of them level. */
 static inline void set_joint_axes(struct params *params) {
     struct geometry_params *g = &params->geometry;
     g->upper_axis.given = g->lower_axis.given = true;
@@ -71,7 +71,7 @@ static inline void set_joint_axes(struct params *params) {
         }
 }
 
-/* This effect on, with this value of a key on all legs. */
+/* Switches an effect on and sets one of its keys to this value on all legs. */
 static inline void set_effect(struct params *params, const char *name, int key, double value) {
     int place = effect_find(name);
     assert_true(place >= 0);
@@ -79,7 +79,7 @@ static inline void set_effect(struct params *params, const char *name, int key, 
     for (int leg = 0; leg < LEGS; leg++) params->effects[place].value[key][leg] = value;
 }
 
-/* Largest difference of two arrays, NaN where either has one. */
+/* Largest difference of two arrays; NaN if either has a NaN. */
 static inline double distance(const double *a, const double *b, int count) {
     double largest = 0.0;
     for (int i = 0; i < count; i++) {
@@ -89,15 +89,15 @@ static inline double distance(const double *a, const double *b, int count) {
     return largest;
 }
 
-/* Ends the test as skipped; tests/run prints the reason at its end. */
+/* Ends the test as skipped; tests/run prints the reasons at the end. */
 #define skip_because(reason)                     \
     do {                                         \
         print_message("# skipped: %s\n", reason); \
         skip();                                  \
     } while (0)
 
-/* Sanitizers bring their own allocator, locks and system calls, and take ten times the time:
- * minutes of search are made once there, not for every claim about it. */
+/* Sanitizers bring their own allocator, locks and system calls and are ten times slower. Searches
+ * that take minutes are therefore run under them once, not for every claim. */
 #define MINUTES_UNDER_SANITIZERS "minutes under a sanitizer, which sees the same code in shorter tests"
 #define OWN_ALLOCATOR "sanitizers have an allocator, locks and system calls of their own"
 #ifdef __SANITIZE_THREAD__

@@ -1,4 +1,4 @@
-/* Figures that are computed from a stream of cycles, also from the stream of a hostile log. */
+/* Figures computed from a stream of cycles, including that of a hostile log. */
 #include "support.h"
 
 #include <stdlib.h>

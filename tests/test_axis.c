@@ -1,4 +1,4 @@
-/* One axis: the rig writes CSV; import and gap get nothing else. */
+/* One axis: the rig writes CSV; import and gap see nothing else. */
 #include "axis_rig.h"
 
 #include <stdlib.h>
@@ -37,7 +37,7 @@ static void load(struct recording *r) {
     struct log_event event;
     struct cycle cycle;
     char *base = config_text(&params);
-    unlink(log_path); /* or it is set aside, and the directory is not empty in the end */
+    unlink(log_path); /* otherwise it is set aside and the directory is not empty at the end */
     if (csv_import(&(struct csv_source){.path = directory, .base = base}, log_path, &report, &error)) fail_msg("%s", error.text);
     free(base);
     recording_init(r, &params);
@@ -66,7 +66,7 @@ static void solve(const struct rig *rig, uint64_t seed, struct gap_result *g) {
     if (try_to_solve(rig, seed, g, &error)) fail_msg("%s", error.text);
 }
 
-/* Names, ambiguities and the gap on held-out cycles, a line a case. */
+/* Prints names, ambiguities and the gap on held-out cycles, one line per case. */
 static void describe(const struct rig *rig, uint64_t seed, const struct gap_result *g) {
     printf("# %-8s %s, %4.0f Hz, %s, seed %d: %s", rig->electric ? "electric" : "cylinder", motion_names[rig->motion], rig->rate_hz,
            rig->hides ? rig->hides : "nothing", (int)seed, gap_verdict_names[g->verdict]);
@@ -81,7 +81,7 @@ static void describe(const struct rig *rig, uint64_t seed, const struct gap_resu
     fflush(stdout);
 }
 
-/* How far the values found are from the rig's own, of these. */
+/* Relative error of the values found against the rig's own. */
 static double value_error(const struct rig *rig, const struct gap_effect *e) {
     double found = e->values.value[0][0], other = e->values.value[1][0];
     if (rig->coulomb_extend_n > 0.0) return fmax(fabs(found / rig->coulomb_extend_n - 1.0), fabs(other / rig->coulomb_retract_n - 1.0));
@@ -94,13 +94,13 @@ static double value_error(const struct rig *rig, const struct gap_effect *e) {
     return fabs(found / hidden - 1.0);
 }
 
-/* Within 10 %, and what the tolerance of the base leaves; how high the peak of Stribeck is shows in
- * its narrow middle alone. */
+/* Values must agree within 10 % and the tolerance of the base. The height of the Stribeck peak
+ * shows only at low speed. */
 static void assert_full_value(const struct rig *rig, const struct gap_effect *e) {
     double found = e->values.value[0][0], other = e->values.value[1][0];
     if (rig->coulomb_extend_n > 0.0) {
-        /* what the two directions have apart is a constant force, which a force sensor knows to
-         * 0.5 % of its force: within two of the stated deviations */
+        /* a difference between the two directions is a constant force, which a force sensor knows
+         * to 0.5 % of its force: within two stated deviations */
         assert_close((found + other) / (rig->coulomb_extend_n + rig->coulomb_retract_n), 1.0, 0.1);
         assert_close(found, rig->coulomb_extend_n, fmax(0.1 * rig->coulomb_extend_n, 2.0 * e->std[0][0]));
     } else {
@@ -109,10 +109,10 @@ static void assert_full_value(const struct rig *rig, const struct gap_effect *e)
     }
 }
 
-/* On a cylinder at one load Coulomb friction may be load-dependent friction as well, and a mass on
- * a level axis a position sensor that says too little, or a force sensor that says too much; at one
- * speed friction is friction, and of a cylinder, whose pressures are then two, also a scale of
- * theirs. */
+/* Effects that cannot be told apart. On a cylinder at one load, Coulomb friction can be
+ * load-dependent friction; a mass on a level axis can be an error of scale of the position or force
+ * sensor; at one speed all friction laws agree, and with two pressures a scale error of theirs as
+ * well. */
 static bool alike(const struct rig *rig, const char *name) {
     double friction = rig->coulomb_extend_n + rig->viscous_n_s_per_m + rig->stribeck_n + rig->load_friction + rig->seal_n;
     bool scale = !strcmp(name, "pressure_sensor_scale") || !strcmp(name, "load_dependent_friction");
@@ -121,7 +121,7 @@ static bool alike(const struct rig *rig, const char *name) {
     return rig->payload_kg > 0.0 && (!strcmp(name, "position_sensor_scale") || !strcmp(name, "force_sensor_scale"));
 }
 
-/* Named right, alone, or in a set of what is alike. */
+/* The hidden effect is named alone or in a set of effects that cannot be told apart. */
 static void assert_named(const struct rig *rig, const struct gap_result *g) {
     if (!rig->hides) {
         assert_int_equal(g->verdict, GAP_NO_GAP);
@@ -132,17 +132,16 @@ static void assert_named(const struct rig *rig, const struct gap_result *g) {
     assert_string_equal(effect_table[g->effect[0].effect]->name, rig->hides);
     assert_true(g->verdict == GAP_EFFECT_NAMED || (g->verdict == GAP_AMBIGUOUS && g->ambiguous));
     for (int i = 0; i < g->ambiguous; i++) assert_true(alike(rig, effect_table[g->ambiguous_with[i]]->name));
-    /* the rig sticks, the law slides: in the band, the noise is less */
+    /* the rig sticks but the law slides, so noise alone does not bound the residual in the band */
     double law = rig->motion == SINE ? 0.0 : 0.1 * g->held_out_before.overall;
     assert_below(g->held_out_after.overall, fmax(1.2 * g->noise_floor.overall, law));
-    /* One speed either way: what is beyond the band, where nothing was asked, is no part
-     * of what is left. */
+    /* One speed in either direction: the residual beyond the excited band does not count. */
     if (rig->motion == TRIANGLE && rig->coulomb_extend_n > 0.0) assert_below(g->held_out_after.overall, 0.02);
     assert_full_value(rig, &g->effect[0]);
 }
 
 enum { NOTHING, FRICTION, VISCOUS, STRIBECK, MASS, SEAL, LEAKS, DEAD_BAND, LOAD, ONE_WAY, SPRING, RIGS };
-enum { MECHANICAL = LEAKS }; /* and ONE_WAY, SPRING */
+enum { MECHANICAL = LEAKS }; /* also ONE_WAY and SPRING */
 #define RIG .rate_hz = 1000.0, .stribeck_mps = 0.06
 static const struct rig rigs[RIGS] = {
     [NOTHING] = {RIG},
@@ -158,13 +157,13 @@ static const struct rig rigs[RIGS] = {
     [SPRING] = {RIG, .hides = "external_stiffness", .spring_n_per_m = 6e3},
 };
 
-/* One of the rigs with a cylinder, or with a drive: at several rates, level or upright. */
+/* A rig with a cylinder or an electric drive, at several rates, level or upright. */
 static struct rig variant(int i, bool electric, int seed) {
     static const double rates_hz[] = {1000.0, 200.0, 5000.0};
     struct rig one = rigs[i];
     one.electric = electric;
     if (electric) one.rate_hz = rates_hz[(i + seed) % 3], one.gravity_mps2 = seed % 2 ? 0.0 : 9.80665;
-    /* Sticks, which 200 Hz do not show. */
+    /* Stribeck friction makes it stick, which 200 Hz do not resolve. */
     if (electric && one.stribeck_n > 0.0) one.rate_hz = seed % 2 ? 1000.0 : 5000.0, one.stribeck_n = 150.0;
     return one;
 }
@@ -175,7 +174,7 @@ static double base_of(const struct gap_result *g, const char *name) {
     return NAN;
 }
 
-/* A force alone says nothing about oil, valve and supply. */
+/* A force alone carries no information about oil, valve and supply. */
 static void assert_base(const struct rig *rig, const struct gap_result *g) {
     static const char *const oil[] = {"hydraulics.bulk_modulus_pa", "hydraulics.leakage_m3_per_s_pa", "hydraulics.valve_flow_m3_per_s",
                                       "hydraulics.supply_pa",       "hydraulics.valve_damping",       "hydraulics.dead_volume_m3"};
@@ -215,9 +214,8 @@ static void try_in(enum motion motion, int i, bool electric, int seed) {
     assert_named(&one, &g);
 }
 
-/* The same of any motion, whatever it is, at several rates: half of the cases, unless all are asked
- * for (make test-long). A series rings about a step, and so do the seals in it, by more than the
- * noise of 5 kHz. */
+/* Any motion at several rates: half of the cases here, all in `make test-long`. The fitted series
+ * rings near a step by more than the noise at 5 kHz, and the seals' computed deflection with it. */
 static void what_is_hidden_is_named_in_any_motion(void **unused) {
     (void)unused;
     bool all = getenv("MORE_CASES");
@@ -226,9 +224,9 @@ static void what_is_hidden_is_named_in_any_motion(void **unused) {
             if ((all || (motion + i) % 2) && !(motion == STEPS && i == SEAL)) try_in((enum motion)motion, i, true, motion);
 }
 
-/* What chambers tell takes ten times as long: what a triangle's corners, which are sharper than the
- * rows resolve, could be taken for, and a few more. A mass hardly shows in slow motions; a dead
- * band of a point to point has a zero of the pressure sensors beside it. */
+/* Pressures take ten times as long to tell apart. The corners of a triangle are sharper than the
+ * rows resolve and could be taken for other effects. A mass hardly shows in slow motions; a dead
+ * band in point-to-point motion comes with a zero error of the pressure sensors. */
 static void what_a_cylinder_hides_is_named_in_any_motion(void **unused) {
     (void)unused;
     static const int shows[] = {NOTHING, FRICTION, VISCOUS, LEAKS, LOAD, SPRING};
@@ -240,7 +238,8 @@ static void what_a_cylinder_hides_is_named_in_any_motion(void **unused) {
         for (size_t i = 0; i < sizeof shows / sizeof *shows; i++) try_in((enum motion)motion, shows[i], false, motion);
 }
 
-/* In the base where an amplifier has as much; else an effect, and its cut-off frequency. */
+/* The lag belongs to the base up to an amplifier's own; beyond that it is an effect with a cut-off
+ * frequency. */
 static void a_lagging_force_sensor_is_named_where_it_lags_by_much(void **unused) {
     (void)unused;
     static const enum motion motions[] = {TRIANGLE, CHIRP, STEPS, MULTISINE, RESTS};
@@ -258,7 +257,8 @@ static void a_lagging_force_sensor_is_named_where_it_lags_by_much(void **unused)
     }
 }
 
-/* Which only a weight of known mass tells from a position that is too small: named in that set. */
+/* Only a weight of known mass tells it from a position that reads too small, so the set is
+ * named. */
 static void a_force_sensor_that_says_too_much_is_in_the_set_that_is_named(void **unused) {
     (void)unused;
     static struct gap_result g;
@@ -270,13 +270,13 @@ static void a_force_sensor_that_says_too_much_is_in_the_set_that_is_named(void *
         bool in_set = g.effects == 1 && g.effect[0].effect == scale;
         for (int i = 0; i < g.ambiguous; i++) in_set = in_set || g.ambiguous_with[i] == scale;
         assert_true(in_set && g.verdict == GAP_AMBIGUOUS);
-        /* the mass of the base is known to 1 % */
+        /* the base knows the mass to 1 % */
         if (g.effect[0].effect == scale) assert_close(g.effect[0].values.value[0][0], 1.06, 0.02);
     }
 }
 
-/* Seals rub otherwise at each place of a stroke, as no law says. A fifth either way leaves dry
- * friction what it is, and its value; three fifths do not. */
+/* Friction of seals varies along the stroke, which no law describes. Variation by a fifth leaves
+ * dry friction and its value recognisable; by three fifths it does not. */
 static void friction_that_differs_along_the_stroke_is_friction(void **unused) {
     (void)unused;
     static const enum motion motions[] = {SINE, TRIANGLE, CHIRP, POINT_TO_POINT, MULTISINE, RESTS};
@@ -297,7 +297,7 @@ static void friction_that_differs_along_the_stroke_is_friction(void **unused) {
     assert_int_equal(g.verdict, GAP_UNKNOWN_EFFECT);
 }
 
-/* Inherently alike at one axis. */
+/* The two are inherently alike on one axis. */
 static void friction_in_one_direction_and_a_constant_force_are_not_told_apart(void **unused) {
     (void)unused;
     static struct gap_result g;
@@ -309,12 +309,12 @@ static void friction_in_one_direction_and_a_constant_force_are_not_told_apart(vo
     assert_string_equal(effect_table[g.effect[0].effect]->name, "cylinder_coulomb_friction");
     assert_close(g.effect[0].values.value[0][0] / 120.0, 1.0, 0.1);
     assert_close(g.effect[0].values.value[1][0] / 40.0, 1.0, 0.1);
-    /* what it might have been: the same data, nearly */
+    /* the alternative yields nearly the same data */
     rig.coulomb_extend_n = rig.coulomb_retract_n = 80.0, rig.offset_n = -40.0;
     solve(&rig, 1, &g);
     describe(&rig, 1, &g);
     assert_true(g.verdict == GAP_AMBIGUOUS && g.offset_rival);
-    /* more than friction in one direction can stand for: the weight of an axis that lies, say */
+    /* too much for friction in one direction, for example the weight of a level axis */
     rig.offset_n = -300.0;
     solve(&rig, 1, &g);
     describe(&rig, 1, &g);
@@ -324,7 +324,7 @@ static void friction_in_one_direction_and_a_constant_force_are_not_told_apart(vo
     assert_close(base_of(&g, "axis.force_offset_n"), -300.0, 10.0);
     assert_non_null(strstr(g.reason, " N too low throughout: zeros of the force or pressure sensors, or another weight than "));
     rig.offset_n = -40.0;
-    /* alone it is a sensor's zero, and no finding */
+    /* alone it is a sensor's zero and no finding */
     rig.coulomb_extend_n = rig.coulomb_retract_n = 0.0;
     solve(&rig, 1, &g);
     describe(&rig, 1, &g);
@@ -391,7 +391,8 @@ static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
     }
 }
 
-/* Anywhere: a series bridges them, and pieces that are noise for that are left out (at 100 Hz). */
+/* Bursts may fall anywhere: the fitted series bridges them, and segments too noisy for that are
+ * omitted (at 100 Hz). */
 static void rows_lost_in_bursts_cost_nothing(void **unused) {
     (void)unused;
     static const struct {
@@ -411,7 +412,7 @@ static void rows_lost_in_bursts_cost_nothing(void **unused) {
     }
 }
 
-/* People leave the reversals out. Of what was there nobody knows. */
+/* People omit the reversals, and nobody can know what happened there. */
 static void a_record_without_its_reversals_is_refused(void **unused) {
     (void)unused;
     static struct gap_result g;
@@ -425,8 +426,8 @@ static void a_record_without_its_reversals_is_refused(void **unused) {
     }
 }
 
-/* For people: how many of so many seeds are right, alone and as the first of an ambiguous set, and
- * each of them. */
+/* Prints how many of `seeds` are right, alone and as the first of an ambiguous set, and each of
+ * them. */
 static void print_row(int i, bool electric, enum motion motion, int seeds) {
     static struct gap_result g;
     int alone = 0, first = 0;
@@ -447,8 +448,8 @@ static void print_row(int i, bool electric, enum motion motion, int seeds) {
     fflush(stdout);
 }
 
-/* Of the sine, or with a second argument of every other motion; leakage, dead band and friction by
- * load need pressures. */
+/* The table covers the sine or, with a second argument, every other motion; leakage, dead band and
+ * load-dependent friction need pressures. */
 static void print_table(int seeds, enum motion first, enum motion last) {
     for (int electric = 1; electric >= 0; electric--)
         for (int motion = (int)first; motion <= (int)last; motion++)

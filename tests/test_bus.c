@@ -1,5 +1,5 @@
-/* The bus: messages arrive as they were sent, what is none is dropped by whoever sees it first, and
- * what cannot be opened is named with its remedy. In a network of its own. */
+/* The bus: messages arrive as sent, invalid ones are dropped by the first that sees them, and
+ * errors of opening name the remedy. Runs in its own network namespace. */
 #include "support.h"
 
 #include <arpa/inet.h>
@@ -15,12 +15,12 @@
 #include "messages.h"
 
 static const char multicast[] = "udpm://239.255.76.67:7667?ttl=0";
-static bool isolated; /* this process has a network of its own: a loopback without a route, yet */
+static bool isolated; /* this process has its own network namespace */
 
 static void connect_loopback(void) {
     static bool done;
     if (!isolated) skip_because("this system allows no network namespace");
-    if (!done) /* the remedy, copied */
+    if (!done) /* the remedy of the documentation, copied */
         assert_int_equal(system("ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo"), 0);
     done = true;
 }
@@ -34,14 +34,14 @@ static struct bus *open_bus(const char *prefix, enum bus_source source) {
     return b;
 }
 
-/* The next message, -1 when none comes. */
+/* Returns the size of the next message, -1 when none comes. */
 static int next(struct bus *b, struct bus_message *m) {
     for (int got; (got = bus_receive(b, m)) || bus_wait(b, 200) == 1;)
         if (got == 1) return m->size;
     return -1;
 }
 
-/* Any bytes to the group or to another address. */
+/* Sends raw bytes to the group or another address. */
 static void throw(const char *to, const void *data, size_t size) {
     struct sockaddr_in address = {.sin_family = AF_INET, .sin_port = htons(7667)};
     int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
@@ -78,7 +78,7 @@ static void only_the_channels_asked_for_arrive(void **unused) {
     bus_close(b);
 }
 
-/* The datagram of 66 bytes that ends a process with liblcm among them. */
+/* Includes the 66-byte datagram that crashes a process with liblcm. */
 static void what_is_no_short_message_is_dropped(void **unused) {
     (void)unused;
     static unsigned char datagram[65507];
@@ -90,7 +90,7 @@ static void what_is_no_short_message_is_dropped(void **unused) {
     throw("239.255.76.67", fragment, sizeof fragment);
     throw("239.255.76.67", "", 0);
     throw("239.255.76.67", "LC02", 4);
-    throw("239.255.76.67", "LC02\0\0\0\0HEXID_COMMAND", 21); /* no end of the name */
+    throw("239.255.76.67", "LC02\0\0\0\0HEXID_COMMAND", 21); /* unterminated name */
     for (int i = 0; i < 1000; i++) {
         size_t size = (size_t)random_below(&state, 200);
         for (size_t k = 0; k < size; k++) datagram[k] = (unsigned char)random_below(&state, 256);
@@ -98,7 +98,7 @@ static void what_is_no_short_message_is_dropped(void **unused) {
         throw("239.255.76.67", datagram, size);
     }
     memcpy(datagram, "LC02\0\0\0\0HEXID_EVENT", 20);
-    throw("239.255.76.67", datagram, sizeof datagram); /* as long as one can be */
+    throw("239.255.76.67", datagram, sizeof datagram); /* maximum length */
     for (int size; (size = next(b, &m)) >= 0;) assert_int_equal(size, (int)sizeof datagram - 20);
     bus_publish(b, CHANNEL_EVENT, "still here", 10);
     assert_int_equal(next(b, &m), 10);
@@ -117,7 +117,7 @@ static void what_was_not_sent_to_the_group_is_dropped(void **unused) {
     bus_close(b);
 }
 
-/* Two hosts: this network and another, joined by a pair of interfaces. */
+/* Two hosts: this network namespace and another, joined by a pair of interfaces. */
 static void another_hosts_messages_are_for_who_wants_them(void **unused) {
     (void)unused;
     struct bus *anyone = open_bus("HEXID_", BUS_ANYONE), *host;
@@ -133,7 +133,7 @@ static void another_hosts_messages_are_for_who_wants_them(void **unused) {
     int from_there = next(anyone, &m), refused = next(host, &m), taken[2];
     struct error error;
     static const char *const lists[] = {"10.77.0.3", " 10.0.0.1,10.77.0.2"};
-    for (int i = 0; i < 2; i++) { /* another's address, and its own among others */
+    for (int i = 0; i < 2; i++) { /* another host's address alone, and the sender's among others */
         assert_int_equal(bus_allow(host, lists[i], &error), STATUS_OK);
         sent |= system("ip netns exec hexid_other bash -c 'printf \"LC02\\0\\0\\0\\0HEXID_COMMAND\\0park\" >/dev/udp/239.255.76.67/7667'");
         taken[i] = next(host, &m);
@@ -150,8 +150,8 @@ static void another_hosts_messages_are_for_who_wants_them(void **unused) {
     bus_close(anyone), bus_close(host);
 }
 
-/* A network's address beside the route that is documented for hosts without one: senders whose
- * socket is connected, as LCM's own, go out by the network; others by the route. */
+/* The interface's own address stands beside the documented multicast route. Senders with a
+ * connected socket, as LCM's own, go out by the network; others by the route. */
 static void beside_a_networks_address_both_ways_are_heard(void **unused) {
     (void)unused;
     static const char *const routes[] = {"lo", "g0"};
@@ -258,8 +258,8 @@ static void the_stream_stays_on_this_host_unless_the_url_says_otherwise(void **u
     assert_int_equal(ttl_of("udpm://239.255.76.67:7667?ttl=2"), 2);
 }
 
-/* liblcm's own default kept 30. More than 200 might not fit into the socket, which
- * is nobody's fault. */
+/* liblcm's own default kept 30. More than 200 might exceed the socket's buffer, which no process
+ * could help. */
 static void two_hundred_messages_wait_for_a_slow_reader(void **unused) {
     (void)unused;
     enum { MESSAGES = 200 };
@@ -275,7 +275,7 @@ static void two_hundred_messages_wait_for_a_slow_reader(void **unused) {
     bus_close(b);
 }
 
-/* Without being root: as the root of a namespace, for ip. */
+/* A user namespace gives the root that `ip` needs. */
 static bool isolate(void) {
     unsigned user = geteuid();
     if (unshare(CLONE_NEWNET) == 0) return true;

@@ -1,5 +1,5 @@
-/* Codec, scaling, the seven nodes and their master on a bus in memory: every claim about failures
- * without a socket or a clock. */
+/* Codec, scaling, and the seven nodes with their master on a bus in memory: every claim about
+ * failures without a socket or a clock. */
 #include "support.h"
 
 #include <linux/can/error.h>
@@ -12,17 +12,17 @@
 
 enum { TOKEN = 0x600dcafe, CYCLES_TO_RUN = 200, LATE_NODE = 2, LATE_MAX = 8 };
 
-/* What the bus does to frames: the test's hand on the wire. */
+/* The test's manipulation of frames on the bus. */
 struct wire {
     int lose_tpdo_of;     /* node, 0 none */
-    int late_by;          /* cycles, for the TPDOs of LATE_NODE */
+    int late_by;          /* cycles of delay of LATE_NODE's TPDOs */
     bool lose_rpdo, lose_outputs, lose_heartbeat, lose_echo;
-    int dead_node;        /* neither hears nor speaks */
-    int twin_of;          /* a second device with this number says what that one does, 0 none, */
-    struct can_tpdo twin_adds; /* but for its readings, which are so much more (inputs: these), */
-    int twin_percent;     /* in so many of a hundred frames */
-    bool twin_is_short;   /* or a byte shorter */
-    int lying_node;       /* answers this where it is asked for that object, 0 none */
+    int dead_node;        /* neither receives nor sends */
+    int twin_of;          /* a second device with this number repeats the node's frames, 0: none */
+    struct can_tpdo twin_adds; /* offsets of its readings (inputs: replaced) */
+    int twin_percent;     /* percentage of frames that it repeats */
+    bool twin_is_short;   /* its frames are a byte shorter */
+    int lying_node;       /* answers wrongly for that object, 0: none */
     struct can_sdo lie;
 };
 
@@ -36,23 +36,23 @@ struct world {
     struct can_master master;
     struct can_node node[CAN_NODES];
     struct wire wire;
-    struct can_tpdo reading[CAN_NODES]; /* what the sensors say now */
-    struct late late[LATE_MAX];         /* on their way, */
-    int late_count;                     /* so many */
-    bool supply;                        /* the charge pump's level, */
-    bool hangs;                         /* and that it does not change */
-    int to_node_7;                      /* frames */
-    uint64_t seed;                      /* of what the twin leaves out */
+    struct can_tpdo reading[CAN_NODES]; /* present readings of the sensors */
+    struct late late[LATE_MAX];         /* delayed frames */
+    int late_count;                     /* number of them */
+    bool supply;                        /* level of the life sign for the supply */
+    bool hangs;                         /* the life sign no longer toggles */
+    int to_node_7;                      /* frames sent to node 7 */
+    uint64_t seed;                      /* seed for the twin's omissions */
     int64_t now_ns;
 };
 
-/* A TPDO that comes so many cycles late, after that cycle's SYNC if there is one. */
+/* Delays a TPDO by so many cycles; it arrives after that cycle's SYNC if there is one. */
 static bool put_off(struct world *w, const struct can_frame *f) {
     struct late *l = &w->late[w->late_count];
     if (can_frame_node(f, COB_TPDO) != LATE_NODE || (w->wire.late_by == 0 && w->late_count == 0)) return false;
     assert_true(w->late_count < LATE_MAX);
     *l = (struct late){.frame = *f, .due_ns = w->now_ns + w->wire.late_by * ns_from_seconds(w->params.loop.period_s)};
-    /* none overtakes another */
+    /* frames keep their order */
     if (w->late_count && l->due_ns < l[-1].due_ns) l->due_ns = l[-1].due_ns;
     w->late_count++;
     return true;
@@ -75,7 +75,7 @@ static void lie(const struct world *w, struct can_frame *f) {
         *f = can_frame_sdo_reply(w->wire.lying_node, l);
 }
 
-/* The other device of that number. */
+/* The twin device answers as well. */
 static void answer_again(struct world *w, const struct can_frame *f) {
     struct can_frame g = *f;
     struct can_tpdo t;
@@ -145,7 +145,7 @@ static struct hal_sample cycle(struct world *w, const double valve[LEGS]) {
     to_nodes(w, &q);
     can_master_sample(&w->master, &s);
     s.age_ns = w->now_ns - s.time_ns;
-    /* as the back-end does it */
+    /* as the back-end flags it */
     if (2 * s.age_ns > 3 * ns_from_seconds(w->params.loop.period_s)) s.flags |= SAMPLE_LATE;
     struct hal_command command = commands(w, valve);
     can_master_command(&w->master, &command, &q);
@@ -188,8 +188,6 @@ static void bring_up(struct world *w) {
     assert_true(can_master_ready(&w->master));
 }
 
-/* Codec. */
-
 static void tpdo_comes_back_as_it_was(void **state) {
     uint64_t seed = 1;
     (void)state;
@@ -213,7 +211,7 @@ static void tpdo_comes_back_as_it_was(void **state) {
     }
 }
 
-/* CiA 301, 7.2.4.3.3 and 7.2.4.3.6. */
+/* Frames of CiA 301, 7.2.4.3.3 and 7.2.4.3.6. */
 static void sdo_frames_are_the_standards(void **state) {
     static const uint8_t write_1017[8] = {0x2b, 0x17, 0x10, 0x00, 0xe8, 0x03, 0, 0}, read_1000[8] = {0x40, 0x00, 0x10, 0x00},
                          written[8] = {0x60, 0x17, 0x10, 0x00}, is_198[8] = {0x43, 0x00, 0x10, 0x00, 0x98, 0x01},
@@ -257,15 +255,14 @@ static int stuffed_bits(const uint8_t *bit, int count) {
     return stuffed;
 }
 
-/* The worst case is reached by 11111 0000 1111 ...: each stuff bit is the first
- * of the next five. */
+/* The worst case is 11111 0000 1111 ...: each stuff bit is the first of the next five. */
 static void frame_bits_are_the_worst_that_stuffing_can_do(void **state) {
     (void)state;
     for (int n = 0; n <= 8; n++) {
         uint8_t bit[34 + 64];
         int count = 34 + 8 * n;
         for (int i = 0; i < count; i++) bit[i] = i < 5 || (i - 5) / 4 % 2;
-        /* 13: delimiters, acknowledge, end, gap */
+        /* 13 bits: delimiters, acknowledge, end of frame, interframe space */
         assert_int_equal(can_frame_bits(n), count + stuffed_bits(bit, count) + 13);
     }
 }
@@ -289,8 +286,6 @@ static void bus_load_at_a_megabit_and_two_milliseconds_is_sixty_three_percent_or
     assert_true(can_load(&p).share > can_load(&p).limit);
 }
 
-/* Scaling. */
-
 static void channel_turns_milliamperes_into_metres_and_refuses_a_broken_wire(void **state) {
     struct params p;
     (void)state;
@@ -310,8 +305,6 @@ static void channel_turns_milliamperes_into_metres_and_refuses_a_broken_wire(voi
     assert_int_equal(channel_raw(&c, 2, 1e9, INT16_MAX), INT16_MAX);
 }
 
-/* Nodes and master. */
-
 static void all_nodes_are_set_up_and_started(void **state) {
     struct world w;
     (void)state;
@@ -328,12 +321,12 @@ static void every_command_reaches_its_own_leg_with_the_sync(void **state) {
     (void)state;
     bring_up(&w);
     cycle(&w, some);
-    /* half a step */
+    /* within half a step */
     for (int i = 0; i < LEGS; i++) assert_close(can_node_output(&w.node[i]) / 32767.0, some[i], 0.5 / 32767);
     struct can_frame rpdo = can_frame_rpdo(0, (int16_t[]){1, 2, 3});
     struct can_queue q = {0};
     can_node_receive(&w.node[0], &rpdo, w.now_ns, &q);
-    /* not before the next SYNC */
+    /* takes effect only at the next SYNC */
     assert_close(can_node_output(&w.node[0]) / 32767.0, some[0], 0.5 / 32767);
 }
 
@@ -343,7 +336,7 @@ static void the_sample_is_what_was_latched_at_the_sync_before(void **state) {
     bring_up(&w);
     cycle(&w, centre);
     int64_t sync_ns = w.now_ns;
-    w.reading[3].position = 1900000; /* after the SYNC */
+    w.reading[3].position = 1900000; /* changes after the SYNC */
     struct hal_sample s = cycle(&w, centre);
     assert_int_equal(s.flags, 0);
     assert_int_equal(s.time_ns, sync_ns);
@@ -365,7 +358,7 @@ static void a_lost_tpdo_makes_the_sample_stale_and_the_next_one_says_so(void **s
     cycle(&w, centre);
     w.wire.lose_tpdo_of = 0;
     w.reading[0].position += 100;
-    for (int i = 0; i < 3; i++) { /* the two SYNCs after it wait for a cycle each */
+    for (int i = 0; i < 3; i++) { /* each of the next two SYNCs waits for a cycle */
         struct hal_sample s = cycle(&w, centre);
         assert_int_equal(s.flags, SAMPLE_STALE | SAMPLE_LATE);
         assert_int_equal(s.device_seq, before.device_seq + 1);
@@ -376,12 +369,12 @@ static void a_lost_tpdo_makes_the_sample_stale_and_the_next_one_says_so(void **s
     assert_int_equal(w.master.lost, 1);
 }
 
-/* All legs move by the same from cycle to cycle: what differs by more than the legs' own numbers is
- * of several instants. True when not. */
+/* All legs move by the same amount every cycle, so a difference beyond the legs' own offsets
+ * reveals readings of different cycles. Returns true if all are of one cycle. */
 static bool of_one_instant(struct world *w, const double valve[LEGS], struct hal_sample *s) {
     for (int k = 0; k < CAN_NODES; k++) w->reading[k].position += 1000;
     *s = cycle(w, valve);
-    for (int k = 0; k < LEGS; k++)        /* rounding; a cycle is 1e-3 */
+    for (int k = 0; k < LEGS; k++)        /* tolerance for rounding; a cycle is 1e-3 */
         if (!(fabs(s->length_m[k] - s->length_m[0] - 1e-6 * k) < 1e-9)) return false;
     return true;
 }
@@ -393,7 +386,7 @@ static void a_tpdo_a_cycle_late_is_of_its_own_sync_or_left_out_whatever_is_comma
     (void)state;
     bring_up(&w);
     for (int i = 0; i < 20000; i++) {
-        /* for a while always, for a while now and then */
+        /* first always late, then occasionally */
         w.wire.late_by = i / 100 % 2 ? 1 : (int)random_below(&seed, 2);
         w.wire.lose_tpdo_of = random_below(&seed, 50) ? 0 : 1 + (int)random_below(&seed, CAN_NODES);
         bool one = of_one_instant(&w, random_below(&seed, 3) ? some : centre, &s);
@@ -423,7 +416,7 @@ static void a_leg_that_becomes_late_for_good_is_never_taken_for_punctual(void **
     }
 }
 
-/* A pause is owed from the cycle before: it is put off, for the centre. */
+/* The waiting time owed from the cycle before is postponed for a centring command. */
 static void the_command_that_centres_waits_for_no_tpdo(void **state) {
     struct world w;
     (void)state;
@@ -443,7 +436,7 @@ static void without_commands_a_node_centres_its_valve_and_takes_no_late_one(void
     cycle(&w, some);
     w.wire.lose_rpdo = true;
     cycles(&w, 9, some);
-    assert_true(can_node_output(&w.node[5]) < -32000); /* 18 ms: ridden out */
+    assert_true(can_node_output(&w.node[5]) < -32000); /* 18 ms are ridden out */
     cycles(&w, 2, some);
     for (int i = 0; i < CAN_NODES; i++) {
         assert_int_equal(can_node_output(&w.node[i]), 0);
@@ -517,8 +510,7 @@ static void a_node_that_was_reset_is_set_up_again_and_meanwhile_nothing_is_valid
     assert_int_equal(w.master.boots, CAN_NODES + 1);
 }
 
-/* It boots while nobody hears it, and then says nothing by itself: its heartbeat is off
- * until it is set up. */
+/* The node boots unheard and then stays silent, because its heartbeat is off until set-up. */
 static void a_lost_node_that_keeps_silent_is_asked_and_set_up_again(void **state) {
     struct world w;
     struct can_queue unheard = {0};
@@ -529,13 +521,12 @@ static void a_lost_node_that_keeps_silent_is_asked_and_set_up_again(void **state
     cycles(&w, 500, centre);
     assert_int_equal(w.master.peer[2].phase, CAN_LOST);
     w.wire.dead_node = 0;
-    struct hal_sample s = cycles(&w, 500, centre); /* asked twice a second */
+    struct hal_sample s = cycles(&w, 500, centre); /* asks twice a second */
     assert_true(can_master_ready(&w.master));
     assert_int_equal(s.flags, 0);
 }
 
-/* What a pressure means that is no number, the platform knows; the same node's EMCY 0x5000 says
- * no more than that. */
+/* The platform handles a missing pressure; the node's EMCY 0x5000 adds nothing. */
 static void a_pressure_that_is_missing_is_no_number_and_the_sample_is_good_for_the_rest(void **state) {
     struct world w;
     (void)state;
@@ -654,7 +645,7 @@ static const char *condition(const struct world *w, char text[200]) {
     return text;
 }
 
-/* Every object that the set-up asks for, found by what it asks. */
+/* Covers every object that the set-up reads, found by its requests. */
 static void a_node_that_answers_otherwise_is_not_started_whatever_it_is(void **state) {
     static const uint32_t asked[] = {0x100000, 0x101801, 0x101802, 0x101601, 0x101700, 0x102901, 0x100500, 0x140001, 0x140002, 0x140005,
                                      0x160000, 0x160001, 0x160002, 0x160003, 0x180001, 0x180002, 0x1a0000, 0x1a0001, 0x1a0002, 0x1a0003};
@@ -674,7 +665,7 @@ static void a_node_that_answers_otherwise_is_not_started_whatever_it_is(void **s
         assert_true(can_master_misfit(&w.master));
         snprintf(object, sizeof object, "0x%04x:%u", index, sub);
         if (!strstr(condition(&w, text), "node 4") || !strstr(text, object) || !strstr(text, "0x4d")) fail_msg("%s: %s", object, text);
-        w.wire.lying_node = 0; /* another one was put in its place */
+        w.wire.lying_node = 0; /* the node was replaced */
         cycles(&w, 2 * CYCLES_TO_RUN, centre);
         assert_true(can_master_ready(&w.master));
     }
@@ -698,8 +689,6 @@ static void a_node_of_another_vendor_runs_when_it_is_configured(void **state) {
         }
 }
 
-/* Node 7. */
-
 static void inputs_are_what_was_latched_at_the_sync_before(void **state) {
     struct world w;
     (void)state;
@@ -708,7 +697,7 @@ static void inputs_are_what_was_latched_at_the_sync_before(void **state) {
     for (unsigned inputs = 0; inputs <= 0xff; inputs++) {
         w.reading[CAN_IO - 1].inputs = (uint8_t)inputs;
         cycle(&w, centre);
-        w.reading[CAN_IO - 1].inputs = (uint8_t)~inputs; /* after the SYNC */
+        w.reading[CAN_IO - 1].inputs = (uint8_t)~inputs; /* change after the SYNC */
         struct hal_sample s = cycle(&w, centre);
         assert_int_equal(s.flags, 0);
         assert_int_equal(s.inputs, inputs & INPUTS_ALL);
@@ -732,7 +721,7 @@ static void an_input_is_closed_where_both_of_its_contacts_say_so_and_told_where_
     }
 }
 
-/* A leg's TPDO is lost in the cycle in which the door opens, or its contacts contradict. */
+/* A leg's TPDO is lost in the cycle in which the door opens or its contacts contradict. */
 static void what_opens_or_contradicts_does_not_wait_for_the_sample_to_be_whole(void **state) {
     (void)state;
     for (int inverse = 0; inverse < 2; inverse++) {
@@ -778,7 +767,7 @@ static void two_answers_of_a_leg_in_one_cycle_are_no_length_and_name_it(void **s
             assert_true(s.flags & SAMPLE_TWIN);
             assert_int_equal(s.twins, 1u << (node - 1));
         }
-        w.wire.twin_of = 0; /* and it is over when it is over */
+        w.wire.twin_of = 0; /* the report ends with the twin */
         assert_int_equal(cycles(&w, 300, some).flags, 0);
     }
 }
@@ -802,7 +791,8 @@ static void an_input_is_open_if_any_answer_says_so(void **state) {
             }
 }
 
-/* Before its readings differ: a pressed emergency stop must not be the first that is seen of it. */
+/* The twin must be found before its readings differ: a pressed emergency stop must not be its first
+ * sign. */
 static void a_twin_that_says_the_same_is_found_within_a_tenth_of_a_second(void **state) {
     (void)state;
     for (int node = 1; node <= CAN_NODES; node++) {
@@ -843,7 +833,7 @@ static void one_frame_that_comes_twice_is_ridden_out(void **state) {
     }
 }
 
-/* It hears no SYNC, or its TPDO is off: nothing of it is seen but that it is there. */
+/* The twin hears no SYNC or its TPDO is off, so only its heartbeats show it. */
 static void a_twins_heartbeats_are_too_many_and_a_nodes_own_are_not(void **state) {
     (void)state;
     for (int twins = 0; twins < 2; twins++) {
@@ -879,7 +869,7 @@ static void frames_of_another_length_are_no_sign_of_life_and_are_judged(void **s
     cycle(&w, some);
     for (int i = 0; i < 20; i++) assert_int_equal(cycle(&w, some).twins, 1u << 1);
     bring_up(&w);
-    w.wire.dead_node = 6; /* and something sends heartbeats of two bytes in its place */
+    w.wire.dead_node = 6; /* another device sends two-byte heartbeats in its place */
     const struct can_frame strange = {.can_id = COB_HEARTBEAT + 6, .len = 2, .data = {CAN_OPERATIONAL}};
     for (int i = 0; i < 400; i++) {
         if (i % 50 == 0) can_master_receive(&w.master, &strange, false, w.now_ns);
@@ -906,13 +896,12 @@ static void without_node_7_nothing_is_closed_and_no_sample_is_whole(void **state
     assert_false(can_master_ready(&w.master));
     assert_string_equal(condition(&w, text), "node 7 lost");
     w.wire.dead_node = 0;
-    s = cycles(&w, 500, centre); /* asked twice a second */
+    s = cycles(&w, 500, centre); /* asks twice a second */
     assert_int_equal(s.flags, 0);
     assert_int_equal(s.inputs, INPUTS_ALL);
 }
 
-/* What a module says when it has power again is not what it said before; one that has lost the
- * daemon is the same. */
+/* Inputs from before a reboot, or from before the module lost the daemon, no longer hold. */
 static void an_io_module_that_boots_closes_nothing_until_it_is_set_up(void **state) {
     for (int boots = 0; boots < 2; boots++) {
         struct world w;
@@ -938,7 +927,7 @@ static void an_io_module_that_boots_closes_nothing_until_it_is_set_up(void **sta
 
 static bool supply(const struct world *w) { return can_node_output(&w->node[CAN_IO - 1]) & OUTPUT_SUPPLY; }
 
-/* Of so many cycles, those in which the output changed. */
+/* Counts the cycles in which the output changed. */
 static int changes(struct world *w, int count) {
     int changed = 0;
     for (int i = 0; i < count; i++) {
@@ -970,8 +959,7 @@ static void the_supply_output_changes_with_every_command_and_not_without(void **
     assert_int_equal(changes(&w, 100), 100);
 }
 
-/* Every second cycle waits for the leg that is late: a level that was sent as it is given would be
- * the same again and again. */
+/* Every second cycle waits for the late leg; a level sent as commanded would look constant. */
 static void the_supply_output_changes_where_every_second_cycle_waits(void **state) {
     struct world w;
     (void)state;
@@ -1132,7 +1120,8 @@ static void a_node_without_ownership_is_driven_all_the_same(void **state) {
     assert_true(can_master_ready(&w.master));
 }
 
-/* It still runs as far as it knows: watchdogs cannot be set there. */
+/* A rebooted module may have other inputs than before; one that only lost the daemon has the
+ * same. */
 static void a_lost_node_that_is_still_operational_is_halted_and_set_up(void **state) {
     struct world w;
     (void)state;
@@ -1145,8 +1134,6 @@ static void a_lost_node_that_is_still_operational_is_halted_and_set_up(void **st
         assert_int_equal(w.node[2].state, CAN_OPERATIONAL);
     }
 }
-
-/* One master. */
 
 static void another_masters_first_frame_flags_the_next_sample(void **state) {
     const struct can_sdo read = {SDO_UPLOAD, 0x1000, 0, 0, 0};
@@ -1172,13 +1159,14 @@ static void another_masters_first_frame_flags_the_next_sample(void **state) {
         assert_int_equal(cycle(&w, centre).flags, 0);
         uint64_t syncs = w.master.syncs;
         can_master_receive(&w.master, &theirs[i], false, w.now_ns);
-        assert_int_equal(w.master.syncs, syncs); /* opens no window */
+        assert_int_equal(w.master.syncs, syncs); /* opens no window for inputs */
         assert_non_null(strstr(condition(&w, text), "another master: "));
         assert_true(cycle(&w, centre).flags & SAMPLE_FOREIGN);
-        assert_false(cycle(&w, centre).flags & SAMPLE_FOREIGN); /* said once; the fault stays */
-        can_master_receive(&w.master, &theirs[i], true, w.now_ns); /* its own */
+        /* flagged once; the fault stays latched */
         assert_false(cycle(&w, centre).flags & SAMPLE_FOREIGN);
-        cycles(&w, 5, centre); /* one SYNC too many has passed */
+        can_master_receive(&w.master, &theirs[i], true, w.now_ns); /* our own frame, echoed */
+        assert_false(cycle(&w, centre).flags & SAMPLE_FOREIGN);
+        cycles(&w, 5, centre); /* one surplus SYNC has passed */
     }
     for (unsigned i = 0; i < sizeof harmless / sizeof *harmless; i++) {
         can_master_receive(&w.master, &harmless[i], false, w.now_ns);
@@ -1195,7 +1183,8 @@ static void a_node_of_another_master_is_left_alone_until_that_one_is_gone(void *
     (void)state;
     power_on(&w);
     can_node_receive(&w.node[4], &claim, w.now_ns, &q);
-    w.wire.lose_heartbeat = true; /* ours; or it would keep the other one's claim alive */
+    w.wire.lose_heartbeat = true; /* our heartbeat, which would keep the other master's claim
+                                   * alive */
     for (int i = 0; i < 2 * CYCLES_TO_RUN; i++) {
         can_node_receive(&w.node[4], &beat, w.now_ns, &q);
         cycle(&w, centre);
@@ -1205,7 +1194,7 @@ static void a_node_of_another_master_is_left_alone_until_that_one_is_gone(void *
         assert_int_equal(w.node[4].state, CAN_PREOPERATIONAL);
     }
     assert_non_null(strstr(condition(&w, text), "node 5 owned by another master"));
-    /* nothing was written */
+    /* nothing was written to the node */
     assert_int_equal(w.node[4].value[can_object_find(w.node[4].dictionary, 0x1017, 0)], 0);
     cycles(&w, CYCLES_TO_RUN, centre);
     w.wire.lose_heartbeat = false;
@@ -1269,7 +1258,7 @@ static void sdo_cannot_move_a_valve_nor_break_the_mapping(void **state) {
     (void)state;
     bring_up(&w);
     assert_int_equal(write_object(&w.node[0], 0x6300, 1, 2, 20000), SDO_DENIED);
-    /* the PDO is on */
+    /* refused because the PDO is valid */
     assert_int_equal(write_object(&w.node[0], 0x1600, 1, 4, MAP_DUMMY), SDO_DENIED);
     assert_int_equal(write_object(&w.node[0], 0x1400, 5, 4, 20), SDO_SIZE);
     assert_int_equal(write_object(&w.node[0], 0x1000, 0, 4, 1), SDO_READ_ONLY);

@@ -1,5 +1,5 @@
-/* config/hexid_node.eds, config/hexid_io.eds and config/hexid.dbc say what the program does: every
- * object and every signal, both ways. */
+/* config/hexid_node.eds, config/hexid_io.eds and config/hexid.dbc describe the program exactly:
+ * every object and every signal, in both directions. */
 #include "support.h"
 
 #include <stdio.h>
@@ -17,7 +17,7 @@ static char *text_of(const char *path) {
     return text;
 }
 
-/* Value of a key in a section of the EDS, "" when there is none. */
+/* Returns a key's value in a section of the EDS, "" if absent. */
 static const char *entry(const char *eds, const char *section, const char *key) {
     static char value[80];
     char head[48];
@@ -46,7 +46,7 @@ enum { FILES = 2 };
 
 static bool alone(const struct can_dictionary *d, const struct can_object *o) { return o->sub == 0 && can_object_find(d, o->index, 1) < 0; }
 
-/* What the profiles let a PDO carry. */
+/* Objects that the profiles allow in a PDO. */
 static bool mappable(const struct can_object *o) { return o->index >= 0x6000 && o->sub && o->access != CAN_CONST; }
 
 static void has_every_object(const char *eds, const struct can_dictionary *d) {
@@ -80,7 +80,7 @@ static void has_nothing_else(const char *eds, const struct can_dictionary *d) {
     assert_int_equal(objects, d->count);
 }
 
-/* The lists of objects, and each record's number of sub-objects. */
+/* The object lists, and each record's number of sub-objects. */
 static void lists_every_index_once(const char *eds, const struct can_dictionary *d) {
     static const char *const lists[] = {"MandatoryObjects", "OptionalObjects", "ManufacturerObjects"};
     int listed = 0, indices = 0;
@@ -126,7 +126,7 @@ struct signal {
     double factor;
 };
 
-/* The DBC's signal of this name, with the message that it stands in. */
+/* Finds the DBC signal of this name and the message that contains it. */
 static struct signal signal_find(const char *dbc, const char *name) {
     struct signal s = {0};
     char head[48], line[40];
